@@ -1,0 +1,51 @@
+//! Weather and what it does to radio waves: one effect, one file.
+
+use crate::frames::Vector2;
+
+/// A round cell of heavier rain, moving with the wind.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RainCell {
+    /// Centre at the time of the notice, airport frame, m.
+    pub centre_m: Vector2<f64>,
+    /// Radius, m.
+    pub radius_m: f64,
+    /// Rain rate inside, mm/h (in place of the uniform one where larger).
+    pub rain_mm_per_h: f64,
+}
+
+/// The weather over the airport from one notice to the next.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Weather {
+    /// Uniform rain rate, mm/h, 0 to 1000.
+    pub rain_mm_per_h: f64,
+    /// Meteorological visibility, m; infinite when clear.
+    pub visibility_m: f64,
+    /// Air temperature, K.
+    pub temperature_k: f64,
+    /// Dry air pressure, hPa.
+    pub pressure_hpa: f64,
+    /// Water vapour density, g/m³.
+    pub vapour_g_per_m3: f64,
+    /// Wind, m/s east and north (where it blows to).
+    pub wind_ms: Vector2<f64>,
+    /// Pavement covered by a water film of this thickness, mm; 0 when dry.
+    pub film_mm: f64,
+    /// Cells of heavier rain.
+    pub cells: Vec<RainCell>,
+}
+
+impl Default for Weather {
+    /// Clear, dry, 15 °C, 1013.25 hPa, 7.5 g/m³ of vapour (`physics.md` 1.14), no wind.
+    fn default() -> Self {
+        Self {
+            rain_mm_per_h: 0.0,
+            visibility_m: f64::INFINITY,
+            temperature_k: 288.15,
+            pressure_hpa: 1013.25,
+            vapour_g_per_m3: 7.5,
+            wind_ms: Vector2::zeros(),
+            film_mm: 0.0,
+            cells: Vec::new(),
+        }
+    }
+}

@@ -1,0 +1,125 @@
+//! A plot: what one sensor reports of one target at one time. It never says which entity caused it.
+
+use crate::frames::{Matrix2, Vector2};
+use crate::time::SimTime;
+
+/// Number of a sensor within the scene, in the scene's order, from 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct SensorId(pub u16);
+
+/// What kind of sensor made a plot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum SensorKind {
+    /// Surface movement radar.
+    Asde,
+    /// Satellite positioning reported by the target.
+    Gps,
+    /// Differential satellite positioning reported by the target.
+    Dgps,
+    /// Automatic dependent surveillance, broadcast.
+    Adsb,
+    /// Multilateration.
+    Mlat,
+    /// Induction loop ("magnetic" sensor).
+    Loop,
+    /// On-board odometry and heading ("dynamic" sensor).
+    Dynamic,
+}
+
+/// A call sign or vehicle name: up to 11 octets of ASCII, as a DIS marking carries it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Callsign([u8; 11]);
+
+impl Callsign {
+    /// The first 11 ASCII graphic characters of `text`, upper case; everything else is dropped.
+    #[must_use]
+    pub fn new(text: &str) -> Self {
+        let mut octets = [0; 11];
+        let graphic = text.bytes().filter(u8::is_ascii_graphic).map(|b| b.to_ascii_uppercase());
+        octets.iter_mut().zip(graphic).for_each(|(slot, octet)| *slot = octet);
+        Self(octets)
+    }
+
+    /// The characters.
+    #[must_use]
+    pub fn as_str(&self) -> &str {
+        let end = self.0.iter().position(|&b| b == 0).unwrap_or(self.0.len());
+        std::str::from_utf8(&self.0[..end]).unwrap_or("")
+    }
+}
+
+impl std::fmt::Display for Callsign {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.pad(self.as_str())
+    }
+}
+
+/// Who the target says it is; only cooperative sensors have it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Identity {
+    /// Call sign or vehicle name.
+    Callsign(Callsign),
+    /// 24-bit Mode S address.
+    Address(u32),
+}
+
+/// The measurement of a rotating radar, kept beside the Cartesian form.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Polar {
+    /// Slant range, m.
+    pub range_m: f64,
+    /// Azimuth from the site, radians clockwise from north, in [−π, π).
+    pub azimuth_rad: f64,
+    /// Standard deviation of the range, m.
+    pub sigma_range_m: f64,
+    /// Standard deviation of the azimuth, rad.
+    pub sigma_azimuth_rad: f64,
+}
+
+/// One report of one sensor.
+///
+/// The covariance is kept as two orthonormal directions with a variance each (`tracking.md` 1.3): a
+/// sequential filter takes two scalar updates, and `R = Σ variance · axis axisᵀ`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plot {
+    /// Which sensor.
+    pub sensor: SensorId,
+    /// What kind of sensor.
+    pub kind: SensorKind,
+    /// Time of validity of the measurement.
+    pub time: SimTime,
+    /// Number within the sensor and scan; with sensor and time it names the plot.
+    pub sequence: u32,
+    /// Measured position, airport frame, m east and north.
+    pub position_m: Vector2<f64>,
+    /// First direction of the error ellipse (unit vector, east and north); the second is it turned 90° clockwise.
+    pub axis: Vector2<f64>,
+    /// Variance along `axis`, m².
+    pub along_m2: f64,
+    /// Variance across `axis`, m². Infinite where the sensor measures along `axis` only (loops).
+    pub across_m2: f64,
+    /// Height above the aerodrome reference, m, where the sensor reports it.
+    pub altitude_m: Option<f64>,
+    /// Range and azimuth as measured, radars only.
+    pub polar: Option<Polar>,
+    /// Reported identity, cooperative sensors only.
+    pub identity: Option<Identity>,
+    /// Signal to clutter and noise ratio, dB, radars only.
+    pub scnr_db: Option<f64>,
+}
+
+impl Plot {
+    /// The direction across `axis`: `axis` turned 90° clockwise.
+    #[must_use]
+    pub fn across_axis(&self) -> Vector2<f64> {
+        Vector2::new(self.axis.y, -self.axis.x)
+    }
+
+    /// Covariance of the position in the airport frame, m².
+    #[must_use]
+    pub fn covariance_m2(&self) -> Matrix2<f64> {
+        let across = self.across_axis();
+        self.axis * self.axis.transpose() * self.along_m2
+            + across * across.transpose() * self.across_m2
+    }
+}

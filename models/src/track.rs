@@ -1,0 +1,93 @@
+//! A system track as published: the paper's `TrackInfo`, with its accuracy.
+
+use crate::flight_list::{MovementKind, WakeCategory};
+use crate::frames::{Matrix2, Vector2};
+use crate::plot::Callsign;
+use crate::time::SimTime;
+
+/// What kind of target the label says it is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum TrackType {
+    /// No entry of the flight list is associated.
+    #[default]
+    NotAssociated,
+    /// An aircraft of the flight list.
+    Aircraft,
+    /// A vehicle of the flight list.
+    Vehicle,
+}
+
+/// Stage in the life of a track.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum TrackStatus {
+    /// Not yet confirmed; not published unless asked for.
+    Tentative,
+    /// Confirmed and updated.
+    Confirmed,
+    /// Confirmed, without an accepted plot in the last expected update.
+    Coasting,
+    /// Last message of this track.
+    Last,
+}
+
+/// What the flight list adds to a track.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Label {
+    /// Call sign or vehicle name.
+    pub callsign: Callsign,
+    /// Type designator ("A320").
+    pub type_designator: String,
+    /// Wake turbulence category.
+    pub wake: Option<WakeCategory>,
+    /// Arrival, departure, vehicle.
+    pub movement: MovementKind,
+    /// Runway and stand, "28/E_19".
+    pub runway_stand: String,
+    /// Calculated time of departure or estimated time of arrival.
+    pub ctd_eta: SimTime,
+    /// Taxiways of the clearance.
+    pub routing: Vec<String>,
+}
+
+/// One system track at one publication time. Airport frame, metres, seconds, radians.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SystemTrack {
+    /// Track number, 0 to 4095.
+    pub number: u16,
+    /// Associated with an aircraft, a vehicle, or nothing.
+    pub track_type: TrackType,
+    /// Life stage.
+    pub status: TrackStatus,
+    /// First message of this track.
+    pub first: bool,
+    /// Time of validity: the end of the scan.
+    pub time: SimTime,
+    /// Time of the last plot that updated it.
+    pub last_plot: SimTime,
+    /// Position, m east and north.
+    pub position_m: Vector2<f64>,
+    /// Velocity, m/s east and north.
+    pub velocity_ms: Vector2<f64>,
+    /// Acceleration, m/s² east and north.
+    pub acceleration_ms2: Vector2<f64>,
+    /// Covariance of the position, m².
+    pub position_cov_m2: Matrix2<f64>,
+    /// Covariance of the velocity, m²/s².
+    pub velocity_cov_m2s2: Matrix2<f64>,
+    /// Height above the aerodrome reference, m, where a sensor reported it.
+    pub altitude_m: Option<f64>,
+    /// Course over ground, radians clockwise from north in [0, 2π); held below 1 m/s.
+    pub heading_rad: f64,
+    /// A manoeuvre was marked in this scan.
+    pub manoeuvre: bool,
+    /// Label from the flight list.
+    pub label: Option<Label>,
+}
+
+impl SystemTrack {
+    /// Ground speed, m/s.
+    #[must_use]
+    pub fn speed_ms(&self) -> f64 {
+        libm::hypot(self.velocity_ms.x, self.velocity_ms.y)
+    }
+}
