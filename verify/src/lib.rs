@@ -1,0 +1,191 @@
+//! Reference vectors (`*.json` with `cases`) run through the functions that the federates call.
+//!
+//! A file is known by its name; each known name has one check in [`radar`], [`gnss`], [`tracking`]
+//! or [`wire`]. A file without `cases` is input of other files and is passed over. `seeds verify DIR`
+//! and the tests of this crate are the same code.
+
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+
+pub mod gnss;
+pub mod radar;
+pub mod tracking;
+pub mod wire;
+
+/// One case of one file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CaseResult {
+    /// The case's name, or its number.
+    pub name: String,
+    /// Largest |error| / tolerance over its quantities; at most 1 passes. Infinite where a value is
+    /// missing, of the wrong kind, NaN, or refused.
+    pub worst: f64,
+    /// The quantity that is `worst`, with found and expected value, for people.
+    pub detail: String,
+}
+
+/// A check of one file: all its cases, in order.
+pub type Check = fn(&Value) -> Vec<CaseResult>;
+
+/// The check for a file name without its folder, or `None` if nothing here covers it.
+#[must_use]
+pub fn check_for(file_name: &str) -> Option<Check> {
+    let stem = file_name.strip_suffix(".json")?;
+    radar::check_for(stem)
+        .or_else(|| gnss::check_for(stem))
+        .or_else(|| tracking::check_for(stem))
+        .or_else(|| wire::check_for(stem))
+}
+
+/// What one file gave.
+#[derive(Clone, Debug)]
+pub struct FileReport {
+    /// The file.
+    pub path: PathBuf,
+    /// Cases in order; empty where not covered.
+    pub cases: Vec<CaseResult>,
+    /// False if no check knows the file's name.
+    pub covered: bool,
+}
+
+impl FileReport {
+    /// Cases within tolerance.
+    #[must_use]
+    pub fn passed(&self) -> usize {
+        self.cases.iter().filter(|c| c.worst <= 1.0).count()
+    }
+    /// Cases outside tolerance.
+    #[must_use]
+    pub fn failed(&self) -> usize {
+        self.cases.len() - self.passed()
+    }
+    /// The case nearest to (or farthest beyond) its tolerance.
+    #[must_use]
+    pub fn worst(&self) -> Option<&CaseResult> {
+        self.cases.iter().max_by(|a, b| a.worst.total_cmp(&b.worst))
+    }
+}
+
+/// Why a folder or file could not be verified.
+#[derive(Debug, thiserror::Error)]
+pub enum VerifyError {
+    /// Not readable.
+    #[error("{path}: {source}", path = path.display())]
+    Io {
+        /// File or folder.
+        path: PathBuf,
+        /// Reason.
+        source: std::io::Error,
+    },
+    /// Not JSON.
+    #[error("{path}: not JSON: {source}", path = path.display())]
+    Json {
+        /// File.
+        path: PathBuf,
+        /// Reason, with line and column.
+        source: serde_json::Error,
+    },
+    /// No `*.json` below the folder.
+    #[error("{path}: no vector files (*.json) below this folder", path = path.display())]
+    Empty {
+        /// Folder.
+        path: PathBuf,
+    },
+}
+
+/// Runs every `*.json` with `cases` below `dir` (or the one file `dir`), sorted by path.
+///
+/// # Errors
+/// If the folder or a file cannot be read, is not JSON, or if there is no vector file at all.
+pub fn run(dir: &Path) -> Result<Vec<FileReport>, VerifyError> {
+    let mut files = Vec::new();
+    collect(dir, &mut files)?;
+    files.sort();
+    let mut reports = Vec::new();
+    for path in files {
+        let text = std::fs::read_to_string(&path)
+            .map_err(|source| VerifyError::Io { path: path.clone(), source })?;
+        let document: Value = serde_json::from_str(&text)
+            .map_err(|source| VerifyError::Json { path: path.clone(), source })?;
+        if document.get("cases").and_then(Value::as_array).is_none() {
+            continue;
+        }
+        let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+        let (cases, covered) = match check_for(&name) {
+            Some(check) => (check(&document), true),
+            None => (Vec::new(), false),
+        };
+        reports.push(FileReport { path, cases, covered });
+    }
+    if reports.is_empty() {
+        return Err(VerifyError::Empty { path: dir.to_path_buf() });
+    }
+    Ok(reports)
+}
+
+fn collect(path: &Path, files: &mut Vec<PathBuf>) -> Result<(), VerifyError> {
+    let io = |source| VerifyError::Io { path: path.to_path_buf(), source };
+    if path.is_file() {
+        files.push(path.to_path_buf());
+        return Ok(());
+    }
+    for entry in std::fs::read_dir(path).map_err(io)? {
+        let entry = entry.map_err(io)?.path();
+        if entry.is_dir() {
+            collect(&entry, files)?;
+        } else if entry.extension().is_some_and(|e| e == "json") {
+            files.push(entry);
+        }
+    }
+    Ok(())
+}
+
+/// Gathers the worst ratio of error to tolerance over the quantities of a case.
+#[derive(Debug)]
+pub struct Judge {
+    worst: f64,
+    detail: String,
+}
+
+impl Default for Judge {
+    fn default() -> Self {
+        Self { worst: 0.0, detail: String::new() }
+    }
+}
+
+impl Judge {
+    /// Compares one number: passes if `|found − expected| ≤ tolerance`.
+    pub fn number(&mut self, quantity: &str, found: f64, expected: f64, tolerance: f64) {
+        let error = (found - expected).abs();
+        let ratio = if found == expected {
+            0.0
+        } else if error.is_finite() && tolerance > 0.0 {
+            error / tolerance
+        } else {
+            f64::INFINITY
+        };
+        self.ratio(ratio, || format!("{quantity}: found {found:e}, expected {expected:e}"));
+    }
+
+    /// Records something that must hold exactly.
+    pub fn holds(&mut self, quantity: &str, holds: bool) {
+        self.ratio(if holds { 0.0 } else { f64::INFINITY }, || {
+            format!("{quantity}: does not hold")
+        });
+    }
+
+    /// Records a ratio of error to tolerance that the caller computed.
+    pub fn ratio(&mut self, ratio: f64, detail: impl FnOnce() -> String) {
+        let ratio = if ratio.is_nan() { f64::INFINITY } else { ratio };
+        if ratio > self.worst || self.detail.is_empty() {
+            self.worst = ratio;
+            self.detail = detail();
+        }
+    }
+
+    /// The case's result.
+    #[must_use]
+    pub fn case(self, name: impl Into<String>) -> CaseResult {
+        CaseResult { name: name.into(), worst: self.worst, detail: self.detail }
+    }
+}
