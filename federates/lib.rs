@@ -1,1 +1,7 @@
-//! Federates.
+//! The five federates of SEEDS and the runtime that they share.
+//!
+//! Data flows in the order of the modules: the traffic generator makes truth, the external world
+//! weather and flight data, the SMDFM turns both into plots and system tracks, the viewer-logger
+//! shows and keeps everything, the administration station runs the whole.
+
+pub mod runtime;

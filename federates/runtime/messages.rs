@@ -1,0 +1,517 @@
+//! What travels on the synchronisation plane. Encoded by [`super::codec`], never by hand.
+//!
+//! Keys are `seeds/{exercise}/…`:
+//!
+//! | key | class | body |
+//! |---|---|---|
+//! | `ctl/join` | request | [`Hello`] → [`Welcome`] |
+//! | `ctl/order` | must arrive | [`Order`], conductor to members |
+//! | `ctl/command` | request | [`Command`] → [`Answer`], operator to conductor |
+//! | `fed/{name}` | must arrive | [`Report`], member to conductor and consumers |
+//! | `frames/{name}` | request | [`Repair`] → [`Repaired`] |
+//! | `alive/{name}/{inc}` | liveliness | a hint only |
+//! | `obs/state` | may be lost, last value served | [`RunState`] |
+//! | `obs/fed/{name}` | may be lost | [`FederateStatus`] |
+//! | `obs/weather`, `obs/flights` | may be lost, last value served | [`WeatherNotice`], [`FlightNotice`]s |
+//! | `tracks/1/scan` | may be lost | [`ScanReport`] |
+//! | `tracks/1/list` | request (`getTracksList`) | empty → [`ScanReport`] |
+
+use super::life_cycle::Phase;
+use serde::{Deserialize, Serialize};
+
+/// Number of a frame; frame 0 is the initial state, frame k ends at k · step.
+pub type Frame = u64;
+
+/// What kind of federate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Kind {
+    /// Ground truth; several may share the traffic.
+    TrafficGenerator,
+    /// Weather and flight data.
+    ExternalWorld,
+    /// Sensors and data fusion.
+    Smdfm,
+    /// Page and log; a spectator.
+    ViewerLogger,
+    /// The conductor's own process.
+    AdminStation,
+}
+
+impl Kind {
+    /// The name of its executable.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::TrafficGenerator => "traffic-generator",
+            Self::ExternalWorld => "external-world",
+            Self::Smdfm => "smdfm",
+            Self::ViewerLogger => "viewer-logger",
+            Self::AdminStation => "admin-station",
+        }
+    }
+    /// Whether the run waits for it.
+    #[must_use]
+    pub fn essential(self) -> bool {
+        matches!(self, Self::TrafficGenerator | Self::ExternalWorld | Self::Smdfm)
+    }
+}
+
+/// A federate asks to join.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Hello {
+    /// Name within the federation ("traffic-generator-2").
+    pub name: String,
+    /// What it is.
+    pub kind: Kind,
+    /// Process, for messages to people.
+    pub pid: u32,
+    /// Host name, for messages to people.
+    pub host: String,
+    /// Version of the build.
+    pub version: String,
+    /// Hash of the scene and its data.
+    pub scene_hash: u64,
+}
+
+/// The conductor's answer to [`Hello`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Welcome {
+    /// Joined with this incarnation.
+    Accepted {
+        /// Incarnation; every message of the member carries it.
+        inc: u64,
+    },
+    /// Not joined; the reason says what to do.
+    Refused(String),
+}
+
+/// What the conductor tells all members, in order.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Order {
+    /// Reset to frame 0 of this run and report ready.
+    Configure(RunConfig),
+    /// Frames up to `upto` may be executed.
+    Grant {
+        /// Number of the run.
+        run: u32,
+        /// Last frame that may be executed.
+        upto: Frame,
+    },
+    /// Stop accepting messages of a lost member; answer with [`Report::Sealed`].
+    Seal {
+        /// Number of the run.
+        run: u32,
+        /// The member.
+        name: String,
+        /// Its incarnation.
+        inc: u64,
+    },
+    /// Frames of `name` after `cut` count as absent for everybody.
+    Cut {
+        /// Number of the run.
+        run: u32,
+        /// The member.
+        name: String,
+        /// Its last frame that counts.
+        cut: Frame,
+    },
+    /// The run is closed at this frame; answer with [`Report::Final`].
+    Finish {
+        /// Number of the run.
+        run: u32,
+        /// Last frame.
+        frame: Frame,
+    },
+    /// Leave and end the process with this code.
+    Exit {
+        /// Exit code.
+        code: u8,
+    },
+}
+
+/// What all federates of a run agree on.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RunConfig {
+    /// Number of the run, from 1; a restart counts it up.
+    pub run: u32,
+    /// Seed.
+    pub seed: u64,
+    /// Members that make PDUs, sorted by name.
+    pub producers: Vec<String>,
+    /// Number of traffic generators.
+    pub generators: u32,
+    /// Last frame of the run.
+    pub last_frame: Frame,
+}
+
+/// What a member tells the conductor and its consumers.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Report {
+    /// Configured for this run.
+    Ready {
+        /// Number of the run.
+        run: u32,
+        /// Incarnation of the sender.
+        inc: u64,
+    },
+    /// Frames executed.
+    Ends(FrameEnds),
+    /// Answer to [`Order::Seal`]: highest frame of the lost member that is complete here.
+    Sealed {
+        /// Number of the run.
+        run: u32,
+        /// The lost member.
+        name: String,
+        /// Highest contiguous complete frame; `None` if this member does not consume it.
+        complete: Option<Frame>,
+    },
+    /// Counters and digests at the end of the run.
+    Final(Box<FinalReport>),
+    /// The member cannot go on.
+    Failed {
+        /// Why, for a person.
+        reason: String,
+    },
+}
+
+/// All frames from `first` to `last` have been executed by the sender.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FrameEnds {
+    /// Number of the run.
+    pub run: u32,
+    /// Incarnation of the sender.
+    pub inc: u64,
+    /// First frame of this message.
+    pub first: Frame,
+    /// Last frame of this message.
+    pub last: Frame,
+    /// Hashes of the PDUs of each frame that has any: (frame, hashes in ascending order).
+    pub pdus: Vec<(Frame, Vec<u64>)>,
+    /// Notices of a frame: (frame, notice).
+    pub notices: Vec<(Frame, Notice)>,
+}
+
+/// What the external world tells the federation beside its PDUs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Notice {
+    /// The whole flight data list.
+    Flights(Vec<FlightNotice>),
+}
+
+/// One line of the flight data list.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FlightNotice {
+    /// Call sign or vehicle name.
+    pub callsign: String,
+    /// 24-bit Mode S address.
+    pub address: Option<u32>,
+    /// Type designator.
+    pub type_designator: String,
+    /// Wake category letter L, M, H, J; empty for vehicles.
+    pub wake: String,
+    /// "arrival", "departure" or "vehicle".
+    pub movement: String,
+    /// Runway designator; empty for vehicles.
+    pub runway: String,
+    /// Stand.
+    pub stand: String,
+    /// Position of the stand, m east and north, where known.
+    pub stand_m: Option<[f64; 2]>,
+    /// Estimated time of arrival or calculated time of departure, ns of simulated time.
+    pub eta_ctd_ns: i64,
+    /// Off-block time of a departure, ns of simulated time.
+    pub off_block_ns: Option<i64>,
+    /// Taxiways of the clearance.
+    pub routing: Vec<String>,
+}
+
+/// The weather from a time on.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct WeatherNotice {
+    /// From when on, ns of simulated time.
+    pub from_ns: i64,
+    /// Uniform rain rate, mm/h.
+    pub rain_mm_per_h: f64,
+    /// Visibility, m; infinite when clear.
+    pub visibility_m: f64,
+    /// Temperature, K.
+    pub temperature_k: f64,
+    /// Pressure, hPa.
+    pub pressure_hpa: f64,
+    /// Water vapour, g/m³.
+    pub vapour_g_per_m3: f64,
+    /// Wind, m/s east and north.
+    pub wind_ms: [f64; 2],
+    /// Water film on pavement, mm.
+    pub film_mm: f64,
+    /// Cells: east m, north m, radius m, rain mm/h.
+    pub cells: Vec<[f64; 4]>,
+}
+
+/// Ask for PDUs of a frame that did not arrive.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Repair {
+    /// Number of the run.
+    pub run: u32,
+    /// (frame, hashes wanted).
+    pub wanted: Vec<(Frame, Vec<u64>)>,
+}
+
+/// The PDUs asked for, as far as the producer still has them.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Repaired {
+    /// Number of the run.
+    pub run: u32,
+    /// (frame, PDU octets).
+    pub pdus: Vec<(Frame, Vec<u8>)>,
+}
+
+/// Counters of a member at the end of a run; each kind fills what it has.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct FinalReport {
+    /// Number of the run.
+    pub run: u32,
+    /// Name of the member.
+    pub name: String,
+    /// Frame at which it stands.
+    pub frame: Frame,
+    /// Sum of the digests of PDUs made (truth or weather), one number per purpose.
+    pub digests: Vec<(String, u64)>,
+    /// Named counters and measures.
+    pub values: Vec<(String, f64)>,
+}
+
+/// What an operator may ask of the conductor.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Command {
+    /// Start, or resume after a freeze.
+    Start,
+    /// Stop granting time; all federates stop at one frame.
+    Freeze,
+    /// Execute `n` frames, then freeze again.
+    Step {
+        /// Frames.
+        n: u64,
+    },
+    /// Close the run.
+    Stop,
+    /// Back to frame 0 with a new run number.
+    Restart,
+    /// Simulated seconds per wall second; infinite = as fast as possible.
+    Rate {
+        /// Factor.
+        rate: f64,
+    },
+    /// Only ask how the run stands.
+    Status,
+}
+
+/// The conductor's answer to a [`Command`], sent when the state is reached.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Answer {
+    /// Whether the command was carried out.
+    pub ok: bool,
+    /// One sentence: the state reached, or why not and what is possible.
+    pub text: String,
+    /// How the run stands.
+    pub state: RunState,
+}
+
+/// How the run stands, for spectators and operators.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct RunState {
+    /// Title of the scene.
+    pub scene: String,
+    /// Number of the run.
+    pub run: u32,
+    /// Phase.
+    pub phase: Phase,
+    /// Lowest frame that every essential member has executed.
+    pub frame: Frame,
+    /// Last frame of the run.
+    pub last_frame: Frame,
+    /// Length of a frame, ns.
+    pub step_ns: i64,
+    /// UTC of frame 0, ns since 1970.
+    pub start_utc_ns: i64,
+    /// Seed.
+    pub seed: u64,
+    /// Rate asked for; infinite = as fast as possible.
+    pub rate: f64,
+    /// Rate achieved over the last seconds.
+    pub achieved_rate: f64,
+    /// Reasons for being degraded or frozen by a fault; empty when all is well.
+    pub reasons: Vec<String>,
+    /// Members and spectators that joined.
+    pub members: Vec<MemberState>,
+}
+
+/// One member as the conductor sees it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct MemberState {
+    /// Name.
+    pub name: String,
+    /// Host.
+    pub host: String,
+    /// Process.
+    pub pid: u32,
+    /// Whether the run waits for it.
+    pub essential: bool,
+    /// Joined and alive.
+    pub alive: bool,
+    /// Last frame executed (essential members).
+    pub frame: Frame,
+}
+
+/// Statistics of one federate, about once a second of wall time.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct FederateStatus {
+    /// Name.
+    pub name: String,
+    /// Process.
+    pub pid: u32,
+    /// Host.
+    pub host: String,
+    /// Frame executed (or seen, for spectators).
+    pub frame: Frame,
+    /// Processor seconds used since the start.
+    pub cpu_s: f64,
+    /// Share of one core over the last interval, %.
+    pub cpu_pct: f64,
+    /// Resident memory, bytes.
+    pub rss_bytes: u64,
+    /// PDUs received since the start.
+    pub pdus_in: u64,
+    /// PDUs sent since the start.
+    pub pdus_out: u64,
+    /// PDUs that did not arrive by themselves.
+    pub lost: u64,
+    /// PDUs fetched again from their producer.
+    pub repaired: u64,
+    /// Datagrams or PDUs dropped as unsound: (reason, count).
+    pub dropped: Vec<(String, u64)>,
+    /// Mean time to execute a frame (or a scan), µs.
+    pub exec_us: f64,
+    /// Longest time to execute one, µs.
+    pub exec_max_us: f64,
+    /// From grant to frame end, mean, µs.
+    pub latency_us: f64,
+}
+
+/// A track as published (`TrackInfo`); airport frame, SI units, radians.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TrackMessage {
+    /// Track number, 0 to 4095.
+    pub number: u16,
+    /// "none", "aircraft" or "vehicle".
+    pub track_type: String,
+    /// "tentative", "confirmed", "coasting" or "last".
+    pub status: String,
+    /// First message of this track.
+    pub first: bool,
+    /// Time of validity, ns of simulated time.
+    pub time_ns: i64,
+    /// Position, m east and north.
+    pub position_m: [f64; 2],
+    /// Velocity, m/s east and north.
+    pub velocity_ms: [f64; 2],
+    /// Covariance of the position, m²: ee, en, nn.
+    pub cov_m2: [f64; 3],
+    /// Height above the aerodrome reference, m.
+    pub altitude_m: Option<f64>,
+    /// Course over ground, rad clockwise from north in [0, 2π).
+    pub heading_rad: f64,
+    /// A manoeuvre was marked.
+    pub manoeuvre: bool,
+    /// Call sign of the label; empty if none.
+    pub callsign: String,
+    /// Type designator; empty if none.
+    pub type_designator: String,
+    /// Wake category letter; empty if none.
+    pub wake: String,
+    /// "arrival", "departure", "vehicle" or empty.
+    pub movement: String,
+    /// Runway and stand.
+    pub runway_stand: String,
+    /// CTD or ETA, ns of simulated time.
+    pub ctd_eta_ns: Option<i64>,
+    /// Taxiways of the clearance.
+    pub routing: Vec<String>,
+}
+
+/// A plot as the evaluation sees it: with its cause.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PlotMessage {
+    /// Sensor number.
+    pub sensor: u16,
+    /// Kind: "asde", "gps", "dgps", "adsb", "mlat", "loop", "dynamic".
+    pub kind: String,
+    /// Time of the measurement, ns of simulated time.
+    pub time_ns: i64,
+    /// Position, m east and north.
+    pub position_m: [f64; 2],
+    /// Covariance, m²: ee, en, nn.
+    pub cov_m2: [f64; 3],
+    /// Slant range m and azimuth rad, radars only.
+    pub polar: Option<[f64; 2]>,
+    /// SCNR, dB, radars only.
+    pub scnr_db: Option<f64>,
+    /// Identity as reported; empty if none.
+    pub identity: String,
+    /// Entity that caused it (call sign), for evaluation; empty for false alarms.
+    pub cause: String,
+    /// Track that took it.
+    pub track: Option<u16>,
+    /// What each simulated effect did: (effect, value, unit).
+    pub effects: Vec<(String, f64, String)>,
+}
+
+/// An entity as the SMDFM received it, at the end of the scan.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TruthMessage {
+    /// DIS identifier: site, application, entity.
+    pub id: [u16; 3],
+    /// Marking.
+    pub callsign: String,
+    /// Type designator, where known.
+    pub type_designator: String,
+    /// Aircraft or vehicle.
+    pub aircraft: bool,
+    /// Length and span, m.
+    pub size_m: [f64; 2],
+    /// Position, m east, north, up.
+    pub position_m: [f64; 3],
+    /// Velocity, m/s east, north, up.
+    pub velocity_ms: [f64; 3],
+    /// Where the nose points, rad clockwise from north.
+    pub heading_rad: f64,
+    /// Whether it belongs to the federation (false: an outsider's entity).
+    pub ours: bool,
+    /// Number of the track that follows it and the distance to it, m.
+    pub track: Option<(u16, f64)>,
+}
+
+/// One scan of the SMDFM: tracks, plots and truth of the same second.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ScanReport {
+    /// Number of the run.
+    pub run: u32,
+    /// Number of the scan, from 1.
+    pub scan: u64,
+    /// Time of publication, ns of simulated time.
+    pub time_ns: i64,
+    /// Published tracks, by number.
+    pub tracks: Vec<TrackMessage>,
+    /// Plots of the scan.
+    pub plots: Vec<PlotMessage>,
+    /// Truth as received.
+    pub truth: Vec<TruthMessage>,
+    /// Measures since the start: (name, value): "pd_asde", "raw_rmse_m", "rmse_m", "tracks_confirmed", …
+    pub measures: Vec<(String, f64)>,
+    /// The effect plan: rows of (sensor, effect, called for by, bound, decision).
+    pub plan: Vec<[String; 5]>,
+    /// Time that the scan took, µs of wall time.
+    pub took_us: u64,
+}
