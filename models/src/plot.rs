@@ -123,3 +123,27 @@ impl Plot {
             + across * across.transpose() * self.across_m2
     }
 }
+
+/// A polar measurement as a Cartesian one, without the bias of the plain conversion.
+///
+/// With s = σ_θ²: `z = e^{s/2} d e_r`; conditional on the measurement the variance along is
+/// `½d²e^{−2s}(e^s − 1)²(2e^s + 1) + ½σ_d²(1 + e^{−2s})` and across `½(d² + σ_d²)(1 − e^{−2s})`,
+/// written with `expm1` because the sum of the textbook loses nine digits (all of them in f32).
+/// Source: Longbin, Xiaoquan, Yiyu, Kang, Bar-Shalom, IEEE Trans. AES-34 (1998), multiplicative form.
+///
+/// `direction` is the unit vector from the sensor to the target, `ground_range_m` along the ground.
+/// Returns the offset from the sensor (m) and the variances along and across `direction` (m²).
+#[must_use]
+pub fn polar_to_cartesian(
+    direction: Vector2<f64>,
+    ground_range_m: f64,
+    sigma_range_m: f64,
+    sigma_azimuth_rad: f64,
+) -> (Vector2<f64>, f64, f64) {
+    let (d2, sd2) = (ground_range_m * ground_range_m, sigma_range_m * sigma_range_m);
+    let s = sigma_azimuth_rad * sigma_azimuth_rad;
+    let (e1, m2) = (libm::expm1(s), libm::expm1(-2.0 * s));
+    let along = 0.5 * d2 * (1.0 + m2) * e1 * e1 * (2.0 * e1 + 3.0) + 0.5 * sd2 * (2.0 + m2);
+    let across = -0.5 * (d2 + sd2) * m2;
+    (direction * (libm::exp(0.5 * s) * ground_range_m), along, across)
+}

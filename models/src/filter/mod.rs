@@ -1,1 +1,380 @@
-//! filter.
+//! Filters: plots of one target in, its state with covariance out. From cheap to exact, behind one
+//! interface ([`StateEstimator`]), so that error and time can be compared before choosing.
+//!
+//! | rung | what | file |
+//! |---|---|---|
+//! | `ca3` | constant acceleration per axis: the paper's Kalman filter | [`three_state`] |
+//! | `ca6` | the same with the plot's full covariance | [`six_state`] |
+//!
+//! A filter keeps its state at the time of its last plot. [`StateEstimator::predicted`] gives the
+//! state at a later time without changing anything (for gates, for publication); an update predicts
+//! to the plot's own time by itself. Time never runs backwards here: a late plot is an error, and
+//! the tracker goes back to a saved copy (every filter is cheap to clone).
+
+pub mod gaussian;
+pub mod lanes;
+pub mod motion;
+pub mod six_state;
+pub mod three_state;
+
+use crate::frames::{Matrix2, Vector2};
+use crate::plot::Plot;
+use crate::time::SimTime;
+pub use gaussian::{Gaussian, Innovation, Measurement, Nis, Sym2};
+use motion::Motion;
+use six_state::SixState;
+use three_state::ThreeState;
+
+/// Why a filter refused a plot. The filter is left as it was; the caller counts the plot and drops it.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum UpdateError {
+    /// The innovation covariance (here its least variance or determinant) is not finite and positive.
+    #[error("innovation covariance {0:e} is not finite and positive definite")]
+    BadInnovation(f64),
+    /// The plot (or the time asked for) is this much older than the state, s.
+    #[error("{0} s before the time of the state")]
+    BackInTime(f64),
+    /// A coordinate is not finite, a variance negative or NaN, or one direction only where both are needed.
+    #[error("plot with a coordinate that is not finite or a variance that is negative or missing")]
+    UnsoundPlot,
+    /// The covariance after an update is not finite and positive: start the track again.
+    #[error("covariance is not finite and positive definite")]
+    BadCovariance,
+}
+
+/// The seconds from `from` to `to`.
+///
+/// # Errors
+/// If they are negative.
+#[inline]
+fn interval(from: SimTime, to: SimTime) -> Result<f64, UpdateError> {
+    let t = to.since_s(from);
+    if t < 0.0 { Err(UpdateError::BackInTime(-t)) } else { Ok(t) }
+}
+
+/// What is assumed of a target seen for the first time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Start {
+    /// Standard deviation of the unknown velocity, m/s per axis.
+    pub sigma_v_ms: f64,
+    /// Standard deviation of the unknown acceleration, m/s² per axis.
+    pub sigma_a_ms2: f64,
+}
+
+impl Default for Start {
+    /// 50 m/s and 3 m/s²: any aircraft on or near a runway.
+    fn default() -> Self {
+        Self { sigma_v_ms: 50.0, sigma_a_ms2: 3.0 }
+    }
+}
+
+/// State of a target at a time, with covariance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimate {
+    /// Time of validity.
+    pub time: SimTime,
+    /// Mean and covariance.
+    pub state: Gaussian,
+}
+
+impl Estimate {
+    /// This state at this time.
+    #[must_use]
+    pub fn new(time: SimTime, state: Gaussian) -> Self {
+        Self { time, state }
+    }
+    /// Position, m east and north.
+    #[must_use]
+    pub fn position_m(&self) -> Vector2<f64> {
+        self.state.position()
+    }
+    /// Velocity, m/s east and north.
+    #[must_use]
+    pub fn velocity_ms(&self) -> Vector2<f64> {
+        Vector2::new(self.state.x[1].east(), self.state.x[1].north())
+    }
+    /// Acceleration, m/s² east and north.
+    #[must_use]
+    pub fn acceleration_ms2(&self) -> Vector2<f64> {
+        Vector2::new(self.state.x[2].east(), self.state.x[2].north())
+    }
+    /// Covariance of the position, m².
+    #[must_use]
+    pub fn position_cov_m2(&self) -> Matrix2<f64> {
+        self.state.position_cov().matrix()
+    }
+    /// Covariance of the velocity, m²/s².
+    #[must_use]
+    pub fn velocity_cov_m2s2(&self) -> Matrix2<f64> {
+        let (p, c) = (self.state.p[3], self.state.cross[4]);
+        Matrix2::new(p.east(), c, c, p.north())
+    }
+    /// Covariance of position (row) with velocity (column), m²/s.
+    #[must_use]
+    pub fn position_velocity_cov_m2s(&self) -> Matrix2<f64> {
+        let (p, c) = (self.state.p[1], &self.state.cross);
+        Matrix2::new(p.east(), c[1], c[3], p.north())
+    }
+    /// Ground speed and its standard deviation, m/s. At standstill the larger axis of the velocity's covariance.
+    #[must_use]
+    pub fn speed_ms(&self) -> (f64, f64) {
+        let (v, s) = (self.velocity_ms(), self.state_velocity_cov());
+        let speed = libm::hypot(v.x, v.y);
+        if speed == 0.0 {
+            return (0.0, s.xx.max(s.yy).max(0.0).sqrt());
+        }
+        (speed, gaussian::quadratic(s, v / speed).max(0.0).sqrt())
+    }
+    /// Course over ground, radians clockwise from north in [0, 2π), and its standard deviation.
+    ///
+    /// `None` below 1 m/s or where the deviation is above 30°: keep the last one then.
+    #[must_use]
+    pub fn heading_rad(&self) -> Option<(f64, f64)> {
+        let (v, s) = (self.velocity_ms(), self.state_velocity_cov());
+        let speed = libm::hypot(v.x, v.y);
+        if !(speed >= 1.0) {
+            return None;
+        }
+        let across = Vector2::new(v.y, -v.x) / speed;
+        let sigma = gaussian::quadratic(s, across).max(0.0).sqrt() / speed;
+        let heading = libm::atan2(v.x, v.y);
+        let heading = if heading < 0.0 { heading + std::f64::consts::TAU } else { heading };
+        // −1e-17 + 2π rounds to 2π.
+        let heading = if heading >= std::f64::consts::TAU { 0.0 } else { heading };
+        (sigma <= 30f64.to_radians()).then_some((heading, sigma))
+    }
+    fn state_velocity_cov(&self) -> Sym2 {
+        Sym2 { xx: self.state.p[3].east(), xy: self.state.cross[4], yy: self.state.p[3].north() }
+    }
+    /// The innovation of a plot against this state; predict to the plot's time first.
+    ///
+    /// # Errors
+    /// If the plot is unsound or the innovation covariance not positive definite.
+    #[inline]
+    pub fn innovation(&self, plot: &Plot) -> Result<Innovation, UpdateError> {
+        self.state.innovation(&Measurement::of(plot)?)
+    }
+    /// This state without plots until `time`, at constant velocity (spectral density `q`, m²/s³).
+    ///
+    /// For coasts beyond about two seconds: an acceleration that is not known better than 3 m/s² alone
+    /// is 96 m after 8 s.
+    ///
+    /// # Errors
+    /// If `time` is before this state's.
+    pub fn coasted(&self, time: SimTime, q: f64) -> Result<Self, UpdateError> {
+        let t = interval(self.time, time)?;
+        let step = Motion::ConstantVelocity { q }.step(t);
+        Ok(Self::new(time, self.state.without_acceleration().predicted(&step)))
+    }
+}
+
+/// One target's filter: every rung of the ladder offers this.
+pub trait StateEstimator: Clone {
+    /// Time of the state: that of the last plot.
+    fn time(&self) -> SimTime;
+
+    /// The state at [`Self::time`]; of a mixture its mean and covariance.
+    fn estimate(&self) -> Estimate;
+
+    /// The state at a later time; nothing is stored.
+    ///
+    /// # Errors
+    /// If `time` is before the state's.
+    fn predicted(&self, time: SimTime) -> Result<Estimate, UpdateError>;
+
+    /// Predicts to the plot's time and takes the plot.
+    ///
+    /// # Errors
+    /// If the plot is late or unsound, or the innovation covariance not positive definite; the filter
+    /// is left as it was.
+    fn update(&mut self, plot: &Plot) -> Result<Nis, UpdateError>;
+
+    /// The same for a plot that only a kinematic gate accepted: a manoeuvre that the model did not
+    /// foresee. The prediction is widened until the plot fits (mode filters raise their jump mode instead).
+    ///
+    /// # Errors
+    /// As [`Self::update`].
+    fn update_manoeuvre(&mut self, plot: &Plot) -> Result<Nis, UpdateError> {
+        let mut at = self.predicted(plot.time)?;
+        let m = Measurement::of(plot)?;
+        let innovation = at.state.innovation(&m)?;
+        at.state.inflate(&innovation, interval(self.time(), plot.time)?, MANOEUVRE_D2);
+        let nis = at.state.update(&m)?;
+        self.replace(plot.time, &at.state);
+        Ok(nis)
+    }
+
+    /// Takes several plots of one time of which at most one is of this target, with the probability of
+    /// each (joint probabilistic data association); the rest of 1 is "none of them".
+    ///
+    /// # Errors
+    /// As [`Self::update`]; also for an empty list.
+    fn update_weighted(&mut self, plots: &[(&Plot, f64)]) -> Result<(), UpdateError> {
+        let Some((first, _)) = plots.first() else { return Err(UpdateError::UnsoundPlot) };
+        let mut at = self.predicted(first.time)?;
+        at.state.update_weighted(&measurements(plots)?)?;
+        self.replace(first.time, &at.state);
+        Ok(())
+    }
+
+    /// Starts again from the last two plots, the older one first; what was known before is forgotten.
+    ///
+    /// # Errors
+    /// If a plot is unsound or the second one is not later than the first.
+    fn restart(&mut self, first: &Plot, last: &Plot) -> Result<(), UpdateError> {
+        let state = two_plot_start(first, last, self.start(), false)?;
+        self.replace(last.time, &state);
+        Ok(())
+    }
+
+    /// Sets the state; mode filters forget what they knew of modes.
+    fn replace(&mut self, time: SimTime, state: &Gaussian);
+
+    /// What is assumed of a new target.
+    fn start(&self) -> Start;
+
+    /// The state one update ago as it is known now, where the rung keeps it (one scan of lag).
+    fn lagged(&self) -> Option<Estimate> {
+        None
+    }
+}
+
+/// The 90 % quantile of χ² with two degrees of freedom: an innovation that fits, but only just.
+const MANOEUVRE_D2: f64 = 4.6;
+
+fn measurements(plots: &[(&Plot, f64)]) -> Result<Vec<(Measurement, f64)>, UpdateError> {
+    plots.iter().map(|(plot, beta)| Ok((Measurement::of(plot)?, *beta))).collect()
+}
+
+/// The state after two plots, see [`Gaussian::from_two`].
+///
+/// # Errors
+/// If a plot is unsound or the second one is not later than the first.
+pub fn two_plot_start(
+    first: &Plot,
+    last: &Plot,
+    start: Start,
+    vague: bool,
+) -> Result<Gaussian, UpdateError> {
+    let t = interval(first.time, last.time)?;
+    if t == 0.0 {
+        return Err(UpdateError::BackInTime(0.0));
+    }
+    let (one, two) = (three_state::start_position(first)?, three_state::start_position(last)?);
+    Ok(Gaussian::from_two(one, two, t, start.sigma_a_ms2, vague))
+}
+
+/// Which filter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Rung {
+    /// Constant acceleration per axis, the paper's.
+    Ca3,
+    /// Constant acceleration with the plot's full covariance.
+    Ca6,
+}
+
+impl Rung {
+    /// All rungs with their names, from cheap to exact.
+    pub const ALL: [(Self, &'static str); 2] = [(Self::Ca3, "ca3"), (Self::Ca6, "ca6")];
+
+    /// The rung of this name.
+    #[must_use]
+    pub fn of(name: &str) -> Option<Self> {
+        Self::ALL.iter().find(|(_, n)| *n == name).map(|(rung, _)| *rung)
+    }
+
+    /// Its name in scenes and reports.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        Self::ALL.iter().find(|(rung, _)| *rung == self).map_or("", |(_, name)| name)
+    }
+}
+
+/// Which filter with which numbers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FilterConfig {
+    /// The rung.
+    pub rung: Rung,
+    /// Spectral density of the jerk for the single-model rungs, m²/s⁵.
+    pub q: f64,
+    /// What is assumed of a new target.
+    pub start: Start,
+}
+
+impl FilterConfig {
+    /// `rung` with the defaults of the other fields.
+    #[must_use]
+    pub fn new(rung: Rung) -> Self {
+        Self { rung, q: 0.3, start: Start::default() }
+    }
+}
+
+/// A filter chosen at run time.
+#[derive(Clone, Debug)]
+pub enum Estimator {
+    /// `ca3`
+    ThreeState(ThreeState),
+    /// `ca6`
+    SixState(SixState),
+}
+
+impl Estimator {
+    /// A new track's filter from its first plot.
+    ///
+    /// # Errors
+    /// If the plot is unsound or measures one direction only.
+    pub fn from_plot(config: &FilterConfig, plot: &Plot) -> Result<Self, UpdateError> {
+        let (q, start) = (config.q, config.start);
+        Ok(match config.rung {
+            Rung::Ca3 => Self::ThreeState(ThreeState::from_plot(plot, q, start)?),
+            Rung::Ca6 => Self::SixState(SixState::from_plot(
+                plot,
+                Motion::ConstantAcceleration { q },
+                start,
+            )?),
+        })
+    }
+}
+
+/// Runs one expression on whichever filter it is.
+macro_rules! on_each {
+    ($self:expr, $filter:ident => $body:expr) => {
+        match $self {
+            Estimator::ThreeState($filter) => $body,
+            Estimator::SixState($filter) => $body,
+        }
+    };
+}
+
+impl StateEstimator for Estimator {
+    fn time(&self) -> SimTime {
+        on_each!(self, f => f.time())
+    }
+    fn estimate(&self) -> Estimate {
+        on_each!(self, f => f.estimate())
+    }
+    fn predicted(&self, time: SimTime) -> Result<Estimate, UpdateError> {
+        on_each!(self, f => f.predicted(time))
+    }
+    fn update(&mut self, plot: &Plot) -> Result<Nis, UpdateError> {
+        on_each!(self, f => f.update(plot))
+    }
+    fn update_manoeuvre(&mut self, plot: &Plot) -> Result<Nis, UpdateError> {
+        on_each!(self, f => f.update_manoeuvre(plot))
+    }
+    fn update_weighted(&mut self, plots: &[(&Plot, f64)]) -> Result<(), UpdateError> {
+        on_each!(self, f => f.update_weighted(plots))
+    }
+    fn restart(&mut self, first: &Plot, last: &Plot) -> Result<(), UpdateError> {
+        on_each!(self, f => f.restart(first, last))
+    }
+    fn replace(&mut self, time: SimTime, state: &Gaussian) {
+        on_each!(self, f => f.replace(time, state));
+    }
+    fn start(&self) -> Start {
+        on_each!(self, f => f.start())
+    }
+    fn lagged(&self) -> Option<Estimate> {
+        on_each!(self, f => f.lagged())
+    }
+}

@@ -1,0 +1,592 @@
+//! Position, velocity and acceleration of both axes with their joint covariance.
+//!
+//! Order of the six components where a full matrix is asked for: x, vx, ax, y, vy, ay. Stored as the
+//! 21 different numbers only (two axis blocks side by side and the block between them), so that no
+//! step can make the covariance unsymmetric: P − K S Kᵀ on a full matrix multiplies the antisymmetric
+//! part of its rounding error by about 1.3 at every scan and stops filtering after 120 to 250 scans.
+
+use super::lanes::{Lane, Pair};
+use super::motion::Step;
+use super::{UpdateError, UpdateError::BadInnovation};
+use crate::frames::{Matrix2, Vector2};
+use crate::plot::Plot;
+use nalgebra::SMatrix;
+
+/// Mean and covariance of (position, velocity, acceleration) of both axes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Gaussian {
+    /// Position (m), velocity (m/s), acceleration (m/s²), east and north.
+    pub x: [Pair; 3],
+    /// Covariance of each axis: pp, pv, pa, vv, va, aa.
+    pub p: [Pair; 6],
+    /// Covariance of east component i with north component j at `3 i + j`.
+    pub cross: [f64; 9],
+}
+
+/// A symmetric 2 × 2 matrix: xx, xy, yy.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Sym2 {
+    /// East–east.
+    pub xx: f64,
+    /// East–north.
+    pub xy: f64,
+    /// North–north.
+    pub yy: f64,
+}
+
+impl Sym2 {
+    /// As a matrix.
+    #[must_use]
+    pub fn matrix(self) -> Matrix2<f64> {
+        Matrix2::new(self.xx, self.xy, self.xy, self.yy)
+    }
+}
+
+impl std::ops::Add for Sym2 {
+    type Output = Self;
+    fn add(self, o: Self) -> Self {
+        Self { xx: self.xx + o.xx, xy: self.xy + o.xy, yy: self.yy + o.yy }
+    }
+}
+
+/// What a plot says: a position with a full covariance, or one direction only (an induction loop).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Measurement {
+    /// Both coordinates, with their covariance, m².
+    Position {
+        /// Measured position, m.
+        z: Vector2<f64>,
+        /// Covariance, m².
+        r: Sym2,
+    },
+    /// The coordinate along one direction.
+    Line {
+        /// Any measured point; only its component along `axis` counts, m.
+        z: Vector2<f64>,
+        /// Unit vector.
+        axis: Vector2<f64>,
+        /// Variance along `axis`, m².
+        variance: f64,
+    },
+}
+
+impl Measurement {
+    /// The measurement that a plot is.
+    ///
+    /// # Errors
+    /// If its position is not finite or a variance is negative or NaN.
+    #[inline]
+    pub fn of(plot: &Plot) -> Result<Self, UpdateError> {
+        let (z, u) = (plot.position_m, plot.axis);
+        let sound = z.x.is_finite() && z.y.is_finite() && u.x.is_finite() && u.y.is_finite();
+        if !sound || !(plot.along_m2 >= 0.0 && plot.across_m2 >= 0.0) {
+            return Err(UpdateError::UnsoundPlot);
+        }
+        if plot.across_m2 == f64::INFINITY {
+            return Ok(Self::Line { z, axis: u, variance: plot.along_m2 });
+        }
+        let difference = plot.along_m2 - plot.across_m2;
+        let r = Sym2 {
+            xx: plot.along_m2 * u.x * u.x + plot.across_m2 * u.y * u.y,
+            xy: difference * u.x * u.y,
+            yy: plot.along_m2 * u.y * u.y + plot.across_m2 * u.x * u.x,
+        };
+        Ok(Self::Position { z, r })
+    }
+}
+
+/// The 2 × 2 Cholesky factor of an innovation covariance.
+#[derive(Clone, Copy, Debug)]
+pub struct Factor {
+    /// 1 / l₀₀.
+    inverse0: f64,
+    l10: f64,
+    /// 1 / l₁₁.
+    inverse1: f64,
+    /// det S.
+    pub(super) det: f64,
+}
+
+impl Factor {
+    /// Factor of `s`.
+    ///
+    /// # Errors
+    /// Unless `s` is finite and positive definite.
+    #[inline]
+    pub fn of(s: Sym2) -> Result<Self, UpdateError> {
+        let det = s.xx * s.yy - s.xy * s.xy;
+        let inverse0 = 1.0 / s.xx.sqrt();
+        let l10 = s.xy * inverse0;
+        let rest = s.yy - l10 * l10;
+        if !(s.xx > 0.0 && rest > 0.0 && s.xx + s.yy < f64::INFINITY) {
+            return Err(BadInnovation(det));
+        }
+        Ok(Self { inverse0, l10, inverse1: 1.0 / rest.sqrt(), det: s.xx * rest })
+    }
+
+    /// The innovation in units of its standard deviation, uncorrelated.
+    #[inline]
+    #[must_use]
+    pub fn whiten(&self, nu: Vector2<f64>) -> [f64; 2] {
+        let y0 = nu.x * self.inverse0;
+        [y0, (nu.y - self.l10 * y0) * self.inverse1]
+    }
+
+    /// ln det S.
+    #[inline]
+    #[must_use]
+    pub fn ln_det(&self) -> f64 {
+        if self.det > f64::MIN_POSITIVE && self.det < f64::INFINITY {
+            return libm::log(self.det);
+        }
+        -2.0 * (libm::log(self.inverse0) + libm::log(self.inverse1))
+    }
+}
+
+/// An innovation with its covariance: what a gate and an association cost need.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Innovation {
+    /// z − H x⁻, m east and north.
+    pub nu: Vector2<f64>,
+    /// Covariance of `nu`, m²; only its part along the axis means something where `dof` is 1.
+    pub s: Sym2,
+    /// Squared normalised length of `nu`.
+    pub d2: f64,
+    /// ln det S (of the one direction where `dof` is 1).
+    pub ln_det: f64,
+    /// Degrees of freedom of `d2`: 2, or 1 for a plot along one direction.
+    pub dof: u8,
+}
+
+/// What a measurement update found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Nis {
+    /// Normalised innovation squared.
+    pub d2: f64,
+    /// Determinant of the innovation covariance, m⁴ (m² where `dof` is 1).
+    pub det: f64,
+    /// Degrees of freedom: 2 or 1.
+    pub dof: u8,
+}
+
+impl Gaussian {
+    /// A target of unknown velocity at a measured position: P_pp = R, P_vv = σ_v², P_aa = σ_a².
+    #[must_use]
+    pub fn at_position(z: Vector2<f64>, r: Sym2, sigma_v_ms: f64, sigma_a_ms2: f64) -> Self {
+        let zero = Pair::default();
+        let mut cross = [0.0; 9];
+        cross[0] = r.xy;
+        let (vv, aa) = (sigma_v_ms * sigma_v_ms, sigma_a_ms2 * sigma_a_ms2);
+        Self {
+            x: [Pair::new(z.x, z.y), zero, zero],
+            p: [Pair::new(r.xx, r.yy), zero, zero, Pair::splat(vv), zero, Pair::splat(aa)],
+            cross,
+        }
+    }
+
+    /// Position and velocity from two measured positions `t` seconds apart, the later one last.
+    ///
+    /// `v̂ = (z₂ − z₁)/t`, `P_pp = R₂`, `P_pv = R₂/t`, `P_vv = (R₁ + R₂)/t²`, `P_aa = σ_a²`. With
+    /// `vague` the acceleration that may have acted in between is counted too (`P_vv += t²σ_a²/4`,
+    /// `P_va = tσ_a²/2`): then this is the limit of a one-plot start with unlimited velocity.
+    #[must_use]
+    pub fn from_two(
+        first: (Vector2<f64>, Sym2),
+        last: (Vector2<f64>, Sym2),
+        t: f64,
+        sigma_a_ms2: f64,
+        vague: bool,
+    ) -> Self {
+        let aa = sigma_a_ms2 * sigma_a_ms2;
+        let ((z1, r1), (z2, r2)) = (first, last);
+        let v = (z2 - z1) / t;
+        let sum = r1 + r2;
+        let (vv_more, va) = if vague { (t * t * aa / 4.0, t * aa / 2.0) } else { (0.0, 0.0) };
+        let t2 = t * t;
+        Self {
+            x: [Pair::new(z2.x, z2.y), Pair::new(v.x, v.y), Pair::default()],
+            p: [
+                Pair::new(r2.xx, r2.yy),
+                Pair::new(r2.xx / t, r2.yy / t),
+                Pair::default(),
+                Pair::new(sum.xx / t2 + vv_more, sum.yy / t2 + vv_more),
+                Pair::splat(va),
+                Pair::splat(aa),
+            ],
+            cross: [r2.xy, r2.xy / t, 0.0, r2.xy / t, sum.xy / t2, 0.0, 0.0, 0.0, 0.0],
+        }
+    }
+
+    /// The same without acceleration: mean, variance and covariances of the acceleration are zero.
+    #[must_use]
+    pub fn without_acceleration(mut self) -> Self {
+        let zero = Pair::default();
+        self.x[2] = zero;
+        (self.p[2], self.p[4], self.p[5]) = (zero, zero, zero);
+        for k in [2, 5, 6, 7, 8] {
+            self.cross[k] = 0.0;
+        }
+        self
+    }
+
+    /// Prediction: `x ← Φ x`, `P ← Φ P Φᵀ + Q`, rows first, then columns, no product with a zero.
+    #[inline]
+    #[must_use]
+    pub fn predicted(&self, step: &Step) -> Self {
+        let (x, p) = predict_axes(&self.x, &self.p, step);
+        let Step { t, f02, f12, f22, .. } = *step;
+        let c = &self.cross;
+        let row = |k: usize| {
+            [c[k] + c[3 + k] * t + c[6 + k] * f02, c[3 + k] + c[6 + k] * f12, c[6 + k] * f22]
+        };
+        let (r0, r1, r2) = (row(0), row(1), row(2));
+        let mut cross = [0.0; 9];
+        for i in 0..3 {
+            cross[3 * i] = r0[i] + r1[i] * t + r2[i] * f02;
+            cross[3 * i + 1] = r1[i] + r2[i] * f12;
+            cross[3 * i + 2] = r2[i] * f22;
+        }
+        Self { x, p, cross }
+    }
+
+    /// Predicted position and its covariance alone: a third of the work of [`Self::predicted`].
+    #[inline]
+    #[must_use]
+    pub fn predicted_position(&self, step: &Step) -> (Vector2<f64>, Sym2) {
+        let Step { t, f02, .. } = *step;
+        let (x, p, c) = (&self.x, &self.p, &self.cross);
+        let at = x[0] + x[1] * t + x[2] * f02;
+        let pp = p[0]
+            + (p[1] + p[1] + p[3] * t + p[4] * (2.0 * f02)) * t
+            + (p[2] + p[2] + p[5] * f02) * f02
+            + Pair::splat(step.q[0]);
+        let xy = (c[0] + c[3] * t + c[6] * f02)
+            + (c[1] + c[4] * t + c[7] * f02) * t
+            + (c[2] + c[5] * t + c[8] * f02) * f02;
+        (Vector2::new(at.east(), at.north()), Sym2 { xx: pp.east(), xy, yy: pp.north() })
+    }
+
+    /// Covariance of the position, m².
+    #[inline]
+    #[must_use]
+    pub fn position_cov(&self) -> Sym2 {
+        Sym2 { xx: self.p[0].east(), xy: self.cross[0], yy: self.p[0].north() }
+    }
+
+    /// Position, m.
+    #[inline]
+    #[must_use]
+    pub fn position(&self) -> Vector2<f64> {
+        Vector2::new(self.x[0].east(), self.x[0].north())
+    }
+
+    /// The innovation of a measurement at the time of this state.
+    ///
+    /// # Errors
+    /// If its covariance is not positive definite and finite.
+    #[inline]
+    pub fn innovation(&self, m: &Measurement) -> Result<Innovation, UpdateError> {
+        match *m {
+            Measurement::Position { z, r } => {
+                let (nu, s) = (z - self.position(), self.position_cov() + r);
+                let f = Factor::of(s)?;
+                let y = f.whiten(nu);
+                Ok(Innovation { nu, s, d2: y[0] * y[0] + y[1] * y[1], ln_det: f.ln_det(), dof: 2 })
+            }
+            Measurement::Line { z, axis, variance } => {
+                let pp = self.position_cov();
+                let (nu, s) = ((z - self.position()).dot(&axis), quadratic(pp, axis) + variance);
+                if !s.all_positive() {
+                    return Err(BadInnovation(s));
+                }
+                let outer = Sym2 {
+                    xx: s * axis.x * axis.x,
+                    xy: s * axis.x * axis.y,
+                    yy: s * axis.y * axis.y,
+                };
+                Ok(Innovation {
+                    nu: axis * nu,
+                    s: outer,
+                    d2: nu * nu / s,
+                    ln_det: libm::log(s),
+                    dof: 1,
+                })
+            }
+        }
+    }
+
+    /// Measurement update. On an error the state is left as it was.
+    ///
+    /// With N = P⁻Hᵀ L⁻ᵀ and y = L⁻¹ν, L Lᵀ = S: `x ← x + N y`, `P ← P − N Nᵀ`; one row of H for a
+    /// plot along one direction.
+    ///
+    /// # Errors
+    /// If the innovation covariance is not positive definite and finite.
+    #[inline]
+    pub fn update(&mut self, m: &Measurement) -> Result<Nis, UpdateError> {
+        match *m {
+            Measurement::Position { z, r } => {
+                let factor = Factor::of(self.position_cov() + r)?;
+                let y = factor.whiten(z - self.position());
+                let columns = self.position_columns();
+                self.condition(&columns, &factor, y);
+                Ok(Nis { d2: y[0] * y[0] + y[1] * y[1], det: factor.det, dof: 2 })
+            }
+            Measurement::Line { z, axis, variance } => {
+                let nu = (z - self.position()).dot(&axis);
+                let s = quadratic(self.position_cov(), axis) + variance;
+                if !s.all_positive() {
+                    return Err(BadInnovation(s));
+                }
+                let inverse = 1.0 / s.sqrt();
+                let [a, b] = self.position_columns();
+                let mut n = [Pair::default(); 3];
+                for i in 0..3 {
+                    n[i] = (a[i] * axis.x + b[i] * axis.y) * inverse;
+                }
+                self.subtract(&n);
+                let y = nu * inverse;
+                for i in 0..3 {
+                    self.x[i] = self.x[i] + n[i] * y;
+                }
+                Ok(Nis { d2: y * y, det: s, dof: 1 })
+            }
+        }
+    }
+
+    /// P Hᵀ for the position east and north, each as (east, north) pairs of the three components.
+    #[inline]
+    #[must_use]
+    pub fn position_columns(&self) -> [[Pair; 3]; 2] {
+        let (p, c) = (&self.p, &self.cross);
+        [
+            [
+                Pair::new(p[0].east(), c[0]),
+                Pair::new(p[1].east(), c[1]),
+                Pair::new(p[2].east(), c[2]),
+            ],
+            [
+                Pair::new(c[0], p[0].north()),
+                Pair::new(c[3], p[1].north()),
+                Pair::new(c[6], p[2].north()),
+            ],
+        ]
+    }
+
+    /// `x ← x + M L⁻ᵀ y`, `P ← P − M S⁻¹ Mᵀ` for the covariance columns M of this state with a
+    /// measured position whose innovation covariance is factored in `factor`.
+    #[inline]
+    pub fn condition(&mut self, columns: &[[Pair; 3]; 2], factor: &Factor, y: [f64; 2]) {
+        let mut n = [[Pair::default(); 3]; 2];
+        for i in 0..3 {
+            n[0][i] = columns[0][i] * factor.inverse0;
+            n[1][i] = (columns[1][i] - n[0][i] * factor.l10) * factor.inverse1;
+            self.x[i] = self.x[i] + n[0][i] * y[0] + n[1][i] * y[1];
+        }
+        self.subtract(&n[0]);
+        self.subtract(&n[1]);
+    }
+
+    /// P ← P − n nᵀ.
+    #[inline]
+    fn subtract(&mut self, n: &[Pair; 3]) {
+        self.add_outer(n, -1.0);
+    }
+
+    /// P ← P + k n nᵀ.
+    #[inline]
+    pub fn add_outer(&mut self, n: &[Pair; 3], k: f64) {
+        let s = [n[0] * k, n[1] * k, n[2] * k];
+        self.p[0] = self.p[0] + s[0] * n[0];
+        self.p[1] = self.p[1] + s[0] * n[1];
+        self.p[2] = self.p[2] + s[0] * n[2];
+        self.p[3] = self.p[3] + s[1] * n[1];
+        self.p[4] = self.p[4] + s[1] * n[2];
+        self.p[5] = self.p[5] + s[2] * n[2];
+        for i in 0..3 {
+            for j in 0..3 {
+                self.cross[3 * i + j] += s[i].east() * n[j].north();
+            }
+        }
+    }
+
+    /// Adds `w` times the mean and covariance of `other` to this accumulator.
+    #[inline]
+    pub fn accumulate(&mut self, other: &Self, w: f64) {
+        for i in 0..3 {
+            self.x[i] = self.x[i] + other.x[i] * w;
+        }
+        for i in 0..6 {
+            self.p[i] = self.p[i] + other.p[i] * w;
+        }
+        for i in 0..9 {
+            self.cross[i] += other.cross[i] * w;
+        }
+    }
+
+    /// Mean and covariance of a mixture with weights that sum to 1.
+    #[inline]
+    #[must_use]
+    pub fn mixture<'a>(parts: impl Iterator<Item = (f64, &'a Self)> + Clone) -> Self {
+        let mut sum = Self::default();
+        for (w, part) in parts.clone() {
+            sum.accumulate(part, w);
+        }
+        for (w, part) in parts {
+            let d = [part.x[0] - sum.x[0], part.x[1] - sum.x[1], part.x[2] - sum.x[2]];
+            sum.add_outer(&d, w);
+        }
+        sum
+    }
+
+    /// Several plots of which at most one is of this target (probabilistic data association).
+    ///
+    /// `betas[i]` is the probability that `measurements[i]` is; the rest of 1 that none is. Each plot
+    /// updates its own copy and the copies are mixed: exact for unequal R, and equal to
+    /// `P⁻ − (1−β₀)NNᵀ + K(Σβνν ᵀ − ν̄ν̄ᵀ)Kᵀ` for equal ones. On an error the state is left as it was.
+    ///
+    /// # Errors
+    /// If an innovation covariance is not positive definite and finite.
+    pub fn update_weighted(&mut self, weighted: &[(Measurement, f64)]) -> Result<(), UpdateError> {
+        let missed = (1.0 - weighted.iter().map(|(_, beta)| beta).sum::<f64>()).max(0.0);
+        let mut mean = [Pair::default(); 3];
+        for (k, x) in mean.iter_mut().enumerate() {
+            *x = self.x[k] * missed;
+        }
+        let mut sum = Self { x: mean, ..Self::default() };
+        for (k, p) in sum.p.iter_mut().enumerate() {
+            *p = self.p[k] * missed;
+        }
+        for (k, c) in sum.cross.iter_mut().enumerate() {
+            *c = self.cross[k] * missed;
+        }
+        let updated = |m: &Measurement| {
+            let mut copy = *self;
+            copy.update(m).map(|_| copy)
+        };
+        for (m, beta) in weighted {
+            sum.accumulate(&updated(m)?, *beta);
+        }
+        let centre = sum.x;
+        let spread =
+            |part: &Self| [part.x[0] - centre[0], part.x[1] - centre[1], part.x[2] - centre[2]];
+        sum.add_outer(&spread(self), missed);
+        for (m, beta) in weighted {
+            sum.add_outer(&spread(&updated(m)?), *beta);
+        }
+        *self = sum;
+        Ok(())
+    }
+
+    /// P⁻ += c·b bᵀ per axis, b = (1, 2/t, 0): room for an acceleration that no model foresaw, with
+    /// the smallest c ≥ 0 for which νᵀ(S + cI)⁻¹ν is at most `target`. Returns c, m².
+    pub fn inflate(&mut self, innovation: &Innovation, t: f64, target: f64) -> f64 {
+        if innovation.d2.is_nan() || innovation.d2 <= target {
+            return 0.0;
+        }
+        let (nu, s) = (innovation.nu, innovation.s);
+        let d2 = |c: f64| {
+            if innovation.dof == 1 {
+                return nu.norm_squared() / (s.xx + s.yy + c);
+            }
+            let (a, b, d) = (s.xx + c, s.xy, s.yy + c);
+            (d * nu.x * nu.x - 2.0 * b * nu.x * nu.y + a * nu.y * nu.y) / (a * d - b * b)
+        };
+        let (mut low, mut high) = (0.0, nu.norm_squared() / target);
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            if d2(middle) > target { low = middle } else { high = middle }
+        }
+        let rate = if t > 0.0 { 2.0 / t } else { 0.0 };
+        self.p[0] = self.p[0] + Pair::splat(high);
+        self.p[1] = self.p[1] + Pair::splat(high * rate);
+        self.p[3] = self.p[3] + Pair::splat(high * rate * rate);
+        high
+    }
+
+    /// The covariance in the order x, vx, ax, y, vy, ay.
+    #[must_use]
+    pub fn covariance(&self) -> SMatrix<f64, 6, 6> {
+        let index = |i: usize, j: usize| [[0, 1, 2], [1, 3, 4], [2, 4, 5]][i][j];
+        SMatrix::from_fn(|r, c| match (r / 3, c / 3) {
+            (0, 0) => self.p[index(r, c)].east(),
+            (1, 1) => self.p[index(r - 3, c - 3)].north(),
+            (0, _) => self.cross[3 * r + c - 3],
+            _ => self.cross[3 * c + r - 3],
+        })
+    }
+
+    /// True if every number is finite and the covariance positive semidefinite (to rounding).
+    ///
+    /// A covariance that is not must never be used: the caller reports it and starts the track again.
+    #[must_use]
+    pub fn is_sound(&self) -> bool {
+        let mut a = self.covariance();
+        if !a.iter().all(|v| v.is_finite()) || !self.x.iter().all(|v| v.sum().is_finite()) {
+            return false;
+        }
+        // Cholesky of the correlation matrix, in place; a component without variance is left out.
+        let scale: [f64; 6] = std::array::from_fn(|i| a[(i, i)]);
+        if scale.iter().any(|v| *v < 0.0) {
+            return false;
+        }
+        for i in 0..6 {
+            for j in 0..6 {
+                let d = (scale[i] * scale[j]).sqrt();
+                if d == 0.0 {
+                    if a[(i, j)] != 0.0 {
+                        return false;
+                    }
+                } else {
+                    a[(i, j)] /= d;
+                }
+            }
+        }
+        for j in 0..6 {
+            if scale[j] == 0.0 {
+                continue;
+            }
+            let pivot = a[(j, j)];
+            if pivot < -1e-9 {
+                return false;
+            }
+            if pivot <= 1e-15 {
+                continue;
+            }
+            for r in j + 1..6 {
+                let factor = a[(r, j)] / pivot;
+                for c in j + 1..6 {
+                    a[(r, c)] -= factor * a[(j, c)];
+                }
+            }
+        }
+        true
+    }
+}
+
+/// State and covariance of both axes over one step; the block between the axes is left to the caller.
+#[inline]
+pub(super) fn predict_axes(x: &[Pair; 3], p: &[Pair; 6], step: &Step) -> ([Pair; 3], [Pair; 6]) {
+    let Step { t, f02, f12, f22, q } = *step;
+    let [a, b, c, e, f, g] = *p;
+    let (c0, f0, g0) = (c + f * t + g * f02, f + g * f12, g * f22);
+    let (b0, e0) = (b + e * t + f * f02, e + f * f12);
+    let a0 = a + b * t + c * f02;
+    (
+        [x[0] + x[1] * t + x[2] * f02, x[1] + x[2] * f12, x[2] * f22],
+        [
+            a0 + b0 * t + c0 * f02 + Pair::splat(q[0]),
+            b0 + c0 * f12 + Pair::splat(q[1]),
+            c0 * f22 + Pair::splat(q[2]),
+            e0 + f0 * f12 + Pair::splat(q[3]),
+            f0 * f22 + Pair::splat(q[4]),
+            g0 * f22 + Pair::splat(q[5]),
+        ],
+    )
+}
+
+/// uᵀ S u.
+#[inline]
+pub(super) fn quadratic(s: Sym2, u: Vector2<f64>) -> f64 {
+    s.xx * u.x * u.x + 2.0 * s.xy * u.x * u.y + s.yy * u.y * u.y
+}

@@ -1,0 +1,129 @@
+//! Constant acceleration per axis: the paper's Kalman filter, both axes in one pass.
+
+use super::gaussian::{Gaussian, Measurement, Nis, Sym2, predict_axes};
+use super::lanes::{Lane, Pair};
+use super::motion::Motion;
+use super::{Estimate, Start, StateEstimator, UpdateError, UpdateError::BadInnovation, interval};
+use crate::frames::Vector2;
+use crate::plot::Plot;
+use crate::time::SimTime;
+
+/// Position, velocity and acceleration per axis, axes independent: only R_xx and R_yy are used.
+///
+/// Source: the paper, sec. 3.1 (n = 3, H = [1 0 0], Φ = [1 T T²/2; 0 1 T; 0 0 1]); process noise of
+/// white jerk. The covariance is symmetric by storage.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ThreeState {
+    time: SimTime,
+    x: [Pair; 3],
+    p: [Pair; 6],
+    q: f64,
+    start: Start,
+}
+
+impl ThreeState {
+    /// A filter with this state and covariance (pp, pv, pa, vv, va, aa) at `time`; `q` in m²/s⁵.
+    #[must_use]
+    pub fn new(time: SimTime, x: [Pair; 3], p: [Pair; 6], q: f64, start: Start) -> Self {
+        Self { time, x, p, q, start }
+    }
+
+    /// One plot: position measured, velocity and acceleration unknown.
+    ///
+    /// # Errors
+    /// If the plot is unsound or measures one direction only.
+    pub fn from_plot(plot: &Plot, q: f64, start: Start) -> Result<Self, UpdateError> {
+        let (z, r) = start_position(plot)?;
+        let g = Gaussian::at_position(z, r, start.sigma_v_ms, start.sigma_a_ms2);
+        Ok(Self { time: plot.time, x: g.x, p: g.p, q, start })
+    }
+
+    /// State per axis: position, velocity, acceleration.
+    #[must_use]
+    pub fn state(&self) -> [Pair; 3] {
+        self.x
+    }
+
+    /// Covariance per axis: pp, pv, pa, vv, va, aa.
+    #[must_use]
+    pub fn covariance(&self) -> [Pair; 6] {
+        self.p
+    }
+
+    /// Prediction over `t` seconds.
+    #[inline]
+    fn predict(&self, t: f64) -> ([Pair; 3], [Pair; 6]) {
+        predict_axes(&self.x, &self.p, &Motion::ConstantAcceleration { q: self.q }.step(t))
+    }
+
+    /// One scalar update of each axis with its own variance `r`, `H = [1 0 0]`.
+    #[inline]
+    fn correct(
+        x: [Pair; 3],
+        p: [Pair; 6],
+        z: Pair,
+        r: Pair,
+    ) -> Result<([Pair; 3], [Pair; 6], Nis), UpdateError> {
+        let [a, b, c, e, f, g] = p;
+        let s = a + r;
+        if !s.all_positive() {
+            return Err(BadInnovation(s.0[0].min(s.0[1])));
+        }
+        let i = s.recip();
+        let nu = z - x[0];
+        let (k0, k1, k2) = (a * i, b * i, c * i);
+        let w = r * i; // 1 − k₀ without the subtraction
+        let next = [a * w, b * w, c * w, e - k1 * b, f - k1 * c, g - k2 * c];
+        let nis = Nis { d2: (nu * nu * i).sum(), det: s.east() * s.north(), dof: 2 };
+        Ok(([x[0] + k0 * nu, x[1] + k1 * nu, x[2] + k2 * nu], next, nis))
+    }
+}
+
+impl StateEstimator for ThreeState {
+    fn time(&self) -> SimTime {
+        self.time
+    }
+
+    fn estimate(&self) -> Estimate {
+        Estimate::new(self.time, Gaussian { x: self.x, p: self.p, cross: [0.0; 9] })
+    }
+
+    fn predicted(&self, time: SimTime) -> Result<Estimate, UpdateError> {
+        let (x, p) = self.predict(interval(self.time, time)?);
+        Ok(Estimate::new(time, Gaussian { x, p, cross: [0.0; 9] }))
+    }
+
+    #[inline]
+    fn update(&mut self, plot: &Plot) -> Result<Nis, UpdateError> {
+        let t = interval(self.time, plot.time)?;
+        let (x, p) = self.predict(t);
+        let (x, p, nis) = match Measurement::of(plot)? {
+            Measurement::Position { z, r } => {
+                Self::correct(x, p, Pair::new(z.x, z.y), Pair::new(r.xx, r.yy))?
+            }
+            line @ Measurement::Line { .. } => {
+                let mut joint = Gaussian { x, p, cross: [0.0; 9] };
+                let nis = joint.update(&line)?;
+                (joint.x, joint.p, nis)
+            }
+        };
+        (self.time, self.x, self.p) = (plot.time, x, p);
+        Ok(nis)
+    }
+
+    fn replace(&mut self, time: SimTime, state: &Gaussian) {
+        (self.time, self.x, self.p) = (time, state.x, state.p);
+    }
+
+    fn start(&self) -> Start {
+        self.start
+    }
+}
+
+/// Position and covariance of a plot that can start a track.
+pub(super) fn start_position(plot: &Plot) -> Result<(Vector2<f64>, Sym2), UpdateError> {
+    match Measurement::of(plot)? {
+        Measurement::Position { z, r } if r.xx.is_finite() && r.yy.is_finite() => Ok((z, r)),
+        _ => Err(UpdateError::UnsoundPlot),
+    }
+}
