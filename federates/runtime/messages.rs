@@ -12,6 +12,7 @@
 //! | `alive/{name}/{inc}` | liveliness | a hint only |
 //! | `obs/state` | may be lost, last value served | [`RunState`] |
 //! | `obs/fed/{name}` | may be lost | [`FederateStatus`] |
+//! | `obs/operation` | may be lost | [`Operation`], conductor: every command with its answer |
 //! | `obs/weather`, `obs/flights` | may be lost, last value served | [`WeatherNotice`], [`FlightNotice`]s |
 //! | `tracks/1/scan` | may be lost | [`ScanReport`] |
 //! | `tracks/1/list` | request (`getTracksList`) | empty → [`ScanReport`] |
@@ -348,6 +349,23 @@ pub struct RunState {
     pub members: Vec<MemberState>,
 }
 
+/// An operator's command and what became of it; for the log and the page.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Operation {
+    /// Frame at which the run stood.
+    pub frame: Frame,
+    /// Simulated time of that frame, ns.
+    pub time_ns: i64,
+    /// Where it came from ("page", "admin-station", "DIS 1.2.3").
+    pub source: String,
+    /// What was asked ("freeze", "rate 2").
+    pub command: String,
+    /// Whether it was carried out.
+    pub ok: bool,
+    /// State reached, or the reason why not.
+    pub text: String,
+}
+
 /// One member as the conductor sees it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MemberState {
@@ -462,6 +480,10 @@ pub struct PlotMessage {
     pub identity: String,
     /// Entity that caused it (call sign), for evaluation; empty for false alarms.
     pub cause: String,
+    /// True position at the time of the measurement, m east and north; none for false alarms.
+    pub truth_m: Option<[f64; 2]>,
+    /// Number within the sensor and scan; with scan and sensor it names the plot.
+    pub sequence: u32,
     /// Track that took it.
     pub track: Option<u16>,
     /// What each simulated effect did: (effect, value, unit).
