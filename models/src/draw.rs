@@ -1,7 +1,7 @@
 //! Named random draws: every draw is a function of what it is for, not of when it was taken.
 
-use rand::SeedableRng;
 use rand::rngs::ChaCha8Rng;
+use rand::{Rng, SeedableRng};
 
 /// What a draw belongs to. Equal keys give equal numbers in every process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,5 +65,55 @@ impl DrawKey {
         key[16..24].copy_from_slice(&self.entity.to_le_bytes());
         key[24..32].copy_from_slice(&self.scan.to_le_bytes());
         ChaCha8Rng::from_seed(key)
+    }
+}
+
+/// Uniform on [0, 1), in steps of 2⁻⁵³.
+#[must_use]
+pub fn uniform(rng: &mut ChaCha8Rng) -> f64 {
+    (rng.next_u64() >> 11) as f64 * (1.0 / 9_007_199_254_740_992.0)
+}
+
+/// Exponential with mean 1: −ln(1 − u), so that a draw of exactly 0 gives 0, never infinity.
+#[must_use]
+pub fn exponential(rng: &mut ChaCha8Rng) -> f64 {
+    -libm::log1p(-uniform(rng))
+}
+
+/// Two independent standard normal numbers (Box and Muller 1958), with `libm` only: the ziggurat of
+/// `rand_distr` calls the platform's logarithm, whose bits differ from host to host.
+#[must_use]
+pub fn normal_pair(rng: &mut ChaCha8Rng) -> (f64, f64) {
+    let radius = (2.0 * exponential(rng)).sqrt();
+    let (sin, cos) = libm::sincos(std::f64::consts::TAU * uniform(rng));
+    (radius * cos, radius * sin)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_variates_have_their_moments() {
+        let mut rng = DrawKey { run_seed: 1, sensor: 2, entity: 3, scan: 4 }.rng(Purpose::Study);
+        let n = 200_000;
+        let (mut mean, mut square, mut cross, mut fourth, mut waiting) = (0.0, 0.0, 0.0, 0.0, 0.0);
+        for _ in 0..n {
+            let (a, b) = normal_pair(&mut rng);
+            mean += a + b;
+            square += a * a + b * b;
+            cross += a * b;
+            fourth += a.powi(4) + b.powi(4);
+            waiting += exponential(&mut rng);
+            let u = uniform(&mut rng);
+            assert!((0.0..1.0).contains(&u));
+        }
+        let n = f64::from(n);
+        // Four standard deviations of each estimate.
+        assert!((mean / (2.0 * n)).abs() < 4.0 / (2.0 * n).sqrt());
+        assert!((square / (2.0 * n) - 1.0).abs() < 4.0 * (2.0 / (2.0 * n)).sqrt());
+        assert!((cross / n).abs() < 4.0 / n.sqrt());
+        assert!((fourth / (2.0 * n) - 3.0).abs() < 4.0 * (96.0 / (2.0 * n)).sqrt());
+        assert!((waiting / n - 1.0).abs() < 4.0 / n.sqrt());
     }
 }
