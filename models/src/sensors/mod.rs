@@ -1,5 +1,15 @@
 //! Sensors: truth and weather in, plots out.
 
+pub mod config;
+pub mod cooperative;
+pub mod dgps;
+pub mod gauss_markov;
+pub mod gps;
+pub mod service;
+
+#[cfg(test)]
+pub(crate) mod testing;
+
 use crate::environment::Weather;
 use crate::frames::Vector3;
 use crate::plot::{Callsign, Plot};

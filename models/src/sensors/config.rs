@@ -1,0 +1,66 @@
+//! What is wrong with a sensor's parameters, with key, value and limits.
+
+/// A parameter that is refused.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ConfigError {
+    /// A number outside its limits, or not a number.
+    #[error("{key} = {value} is outside {min} ..= {max}")]
+    Number {
+        /// Name of the parameter, unit last.
+        key: &'static str,
+        /// What was found.
+        value: f64,
+        /// Least value allowed.
+        min: f64,
+        /// Largest value allowed.
+        max: f64,
+    },
+    /// A list with too few or too many entries.
+    #[error("{key} has {found} entries, {min} ..= {max} are allowed")]
+    Count {
+        /// Name of the parameter.
+        key: &'static str,
+        /// How many were found.
+        found: usize,
+        /// Fewest allowed.
+        min: usize,
+        /// Most allowed.
+        max: usize,
+    },
+    /// Two parameters that contradict each other.
+    #[error("{key} = {value} does not go with {other} = {other_value}")]
+    Conflict {
+        /// Name of the parameter.
+        key: &'static str,
+        /// What was found.
+        value: f64,
+        /// Name of the other parameter.
+        other: &'static str,
+        /// What was found there.
+        other_value: f64,
+    },
+}
+
+/// Refuses `value` unless it lies in `min ..= max`; NaN lies nowhere.
+///
+/// # Errors
+/// [`ConfigError::Number`] with everything a message needs.
+pub fn number(key: &'static str, value: f64, min: f64, max: f64) -> Result<(), ConfigError> {
+    if value >= min && value <= max {
+        Ok(())
+    } else {
+        Err(ConfigError::Number { key, value, min, max })
+    }
+}
+
+/// Refuses a list whose length is outside `min ..= max`.
+///
+/// # Errors
+/// [`ConfigError::Count`].
+pub fn count(key: &'static str, found: usize, min: usize, max: usize) -> Result<(), ConfigError> {
+    if (min..=max).contains(&found) {
+        Ok(())
+    } else {
+        Err(ConfigError::Count { key, found, min, max })
+    }
+}

@@ -1,0 +1,388 @@
+//! Differential satellite positioning: errors common to user and reference station cancel, what
+//! grows with distance and age of the correction remains, and the station can fail.
+//!
+//! Source: Parkinson & Enge in *Global Positioning System: Theory and Applications* II (1996),
+//! ch. 1 (differential GPS); carrier smoothing through an ionospheric gradient doubles as in
+//! Hwang, McGraw & Bader (1999), where the smoothing time counts twice.
+
+use crate::draw::DrawKey;
+use crate::environment::Weather;
+use crate::frames::Vector2;
+use crate::plot::{SensorId, SensorKind};
+use crate::sensors::config::{ConfigError, number};
+use crate::sensors::cooperative::{Due, Equipage, Fix, Fleet, Reporting, Reports};
+use crate::sensors::gps::{
+    GpsConfig, NorthEast, Quality, Receiver, SoftFailure, validate_process, validate_service,
+};
+use crate::sensors::service::{Alternating, Service, ServiceState};
+use crate::sensors::{PlotSink, ScanInterval, Sensor, Truth};
+use crate::time::SimTime;
+
+/// Error budget of one differential range or position component.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DifferentialBudget {
+    /// Multipath and noise of the user, m.
+    pub sigma_user_m: f64,
+    /// Multipath and noise of the reference station, m.
+    pub sigma_ref_m: f64,
+    /// Vertical ionospheric gradient, m per m (4e-6 quiet).
+    pub iono_gradient: f64,
+    /// Obliquity factor of the ionospheric path, 1 at the zenith.
+    pub obliquity: f64,
+    /// Carrier smoothing time constant, s.
+    pub smoothing_s: f64,
+    /// Other decorrelation with distance, m per m (1e-5: 1 m per 100 km).
+    pub space_decorrelation: f64,
+    /// Acceleration of the correction, m/s² (0.019 with selective availability, else 0).
+    pub correction_acceleration_ms2: f64,
+}
+
+impl DifferentialBudget {
+    /// σ² = σ_user² + σ_ref² + (g·OF·(d + 2τ_s v))² + (k d)² + (½ a t²)², in m, at `distance_m` from
+    /// the station, `speed_ms`, with a correction `age_s` old.
+    #[must_use]
+    pub fn sigma_m(&self, distance_m: f64, speed_ms: f64, age_s: f64) -> f64 {
+        let effective_m = distance_m + 2.0 * self.smoothing_s * speed_ms;
+        let iono = self.iono_gradient * self.obliquity * effective_m;
+        let space = self.space_decorrelation * distance_m;
+        let old = 0.5 * self.correction_acceleration_ms2 * age_s * age_s;
+        (self.sigma_user_m * self.sigma_user_m
+            + self.sigma_ref_m * self.sigma_ref_m
+            + iono * iono
+            + space * space
+            + old * old)
+            .sqrt()
+    }
+
+    /// Refuses what is outside the limits.
+    ///
+    /// # Errors
+    /// [`ConfigError`] with key, value and limits.
+    pub fn validate(&self) -> Result<(), ConfigError> {
+        number("sigma_user_m", self.sigma_user_m, 1e-3, 1e3)?;
+        number("sigma_ref_m", self.sigma_ref_m, 0.0, 1e3)?;
+        number("iono_gradient", self.iono_gradient, 0.0, 1e-2)?;
+        number("obliquity", self.obliquity, 1.0, 10.0)?;
+        number("smoothing_s", self.smoothing_s, 0.0, 1e4)?;
+        number("space_decorrelation", self.space_decorrelation, 0.0, 1e-2)?;
+        number("correction_acceleration_ms2", self.correction_acceleration_ms2, 0.0, 10.0)
+    }
+}
+
+/// What a user does while the reference station is lost.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ReferenceLoss {
+    /// No position, as in P_dgps = P_gps · P_rsc.
+    NoReport,
+    /// Stand-alone positions with these statistics.
+    StandAlone(NorthEast),
+}
+
+/// Parameters of a [`Dgps`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct DgpsConfig {
+    /// Number of the sensor in the scene.
+    pub id: SensorId,
+    /// Who is equipped.
+    pub equipped: Equipage,
+    /// Time between two reports of a target, s.
+    pub report_s: f64,
+    /// Coverage, availability, reliability, each receiver by itself.
+    pub service: Service,
+    /// Error while the service is not reliable.
+    pub soft: SoftFailure,
+    /// Where the reference station stands, airport frame, m.
+    pub reference_m: Vector2<f64>,
+    /// Failures of the reference station, common to all users.
+    pub reference: Alternating,
+    /// What happens meanwhile.
+    pub on_reference_loss: ReferenceLoss,
+    /// Error budget.
+    pub budget: DifferentialBudget,
+    /// Metres north per metre of the budget.
+    pub north_factor: f64,
+    /// Metres east per metre of the budget.
+    pub east_factor: f64,
+    /// Share of the variance that is correlated in time (multipath), 0 to 1.
+    pub correlated_share: f64,
+    /// Its correlation time, s.
+    pub tau_s: f64,
+    /// Age of a correction when it arrives, s.
+    pub correction_latency_s: f64,
+    /// Time between two corrections, s.
+    pub correction_s: f64,
+}
+
+impl DgpsConfig {
+    /// A station on the airport: about 0.6 m, reference MTBF 1 000 h with repair in 1 h.
+    #[must_use]
+    pub fn on_airport(id: SensorId, reference_m: Vector2<f64>) -> Self {
+        let gps = GpsConfig::sps_2020(id);
+        Self {
+            id,
+            equipped: Equipage::all(),
+            report_s: 1.0,
+            service: gps.service,
+            soft: gps.soft,
+            reference_m,
+            reference: Alternating::from_mtbf(3.6e6, 3600.0),
+            on_reference_loss: ReferenceLoss::NoReport,
+            budget: DifferentialBudget {
+                sigma_user_m: 0.5,
+                sigma_ref_m: 0.3,
+                iono_gradient: 4e-6,
+                obliquity: 1.5,
+                smoothing_s: 100.0,
+                space_decorrelation: 1e-5,
+                correction_acceleration_ms2: 0.0,
+            },
+            north_factor: 1.0,
+            east_factor: 0.725,
+            correlated_share: 0.7,
+            tau_s: 100.0,
+            correction_latency_s: 0.5,
+            correction_s: 1.0,
+        }
+    }
+
+    /// Refuses what is outside the limits.
+    ///
+    /// # Errors
+    /// [`ConfigError`] with key, value and limits.
+    pub fn validate(&self) -> Result<(), ConfigError> {
+        self.reporting().validate()?;
+        validate_service(&self.service)?;
+        self.soft.validate()?;
+        for coordinate in [self.reference_m.x, self.reference_m.y] {
+            number("reference_m", coordinate, -1e6, 1e6)?;
+        }
+        validate_process(&self.reference, "reference_up", "reference_mttr_s")?;
+        if let ReferenceLoss::StandAlone(error) = &self.on_reference_loss {
+            error.validate()?;
+        }
+        self.budget.validate()?;
+        number("north_factor", self.north_factor, 1e-3, 100.0)?;
+        number("east_factor", self.east_factor, 1e-3, 100.0)?;
+        number("correlated_share", self.correlated_share, 0.0, 1.0)?;
+        number("tau_s", self.tau_s, 1e-3, 1e6)?;
+        number("correction_latency_s", self.correction_latency_s, 0.0, 3600.0)?;
+        number("correction_s", self.correction_s, 1e-3, 3600.0)
+    }
+
+    fn reporting(&self) -> Reporting {
+        Reporting {
+            id: self.id,
+            kind: SensorKind::Dgps,
+            equipped: self.equipped.clone(),
+            period_s: self.report_s,
+        }
+    }
+
+    /// Age of the newest correction at `now`, s: corrections are made at whole multiples of
+    /// `correction_s` and used as soon as they are received.
+    #[must_use]
+    pub fn correction_age_s(&self, now: SimTime) -> f64 {
+        let period_ns = SimTime::from_s(self.correction_s).0;
+        let since = (now.0 - SimTime::from_s(self.correction_latency_s).0).rem_euclid(period_ns);
+        self.correction_latency_s + SimTime(since).s()
+    }
+
+    fn error(&self, sigma_m: f64) -> NorthEast {
+        NorthEast {
+            mean_north_m: 0.0,
+            mean_east_m: 0.0,
+            sigma_north_m: self.north_factor * sigma_m,
+            sigma_east_m: self.east_factor * sigma_m,
+            correlated_share: self.correlated_share,
+            tau_s: self.tau_s,
+        }
+    }
+}
+
+/// Differential satellite positioning reported by equipped targets.
+#[derive(Clone, Debug)]
+pub struct Dgps {
+    config: DgpsConfig,
+    reporting: Reporting,
+    fleet: Fleet<Receiver>,
+    /// The station at the end of the last scan; its outages are everybody's.
+    reference: Option<ServiceState>,
+}
+
+impl Dgps {
+    /// A sensor with these parameters, which knows no target yet.
+    ///
+    /// # Errors
+    /// [`ConfigError`] if a parameter is outside its limits.
+    pub fn new(config: DgpsConfig) -> Result<Self, ConfigError> {
+        config.validate()?;
+        let reporting = config.reporting();
+        Ok(Self { config, reporting, fleet: Fleet::default(), reference: None })
+    }
+}
+
+impl Sensor for Dgps {
+    fn id(&self) -> SensorId {
+        self.config.id
+    }
+
+    fn kind(&self) -> SensorKind {
+        SensorKind::Dgps
+    }
+
+    fn scan(
+        &mut self,
+        interval: &ScanInterval,
+        truth: &dyn Truth,
+        _weather: &Weather,
+        out: &mut PlotSink,
+    ) {
+        let mut reports = Reports::new(&self.reporting, truth, out);
+        let (config, sensor) = (&self.config, u32::from(self.config.id.0));
+        let key = |due: &Due| DrawKey {
+            run_seed: interval.run_seed,
+            sensor,
+            entity: due.key,
+            scan: due.number,
+        };
+        let station =
+            DrawKey { run_seed: interval.run_seed, sensor: sensor | (5 << 16), entity: 0, scan: 0 };
+        let before = self
+            .reference
+            .get_or_insert_with(|| ServiceState::start(&config.reference, station, interval.from));
+        self.fleet.for_each_due(
+            &self.reporting,
+            interval,
+            truth,
+            |due| Receiver::start(&config.service, key(due), due.time),
+            |receiver, due| {
+                reports.expected();
+                let draw = key(due);
+                let quality = receiver.service(&config.service, draw, due.time);
+                let corrected = before.clone().advance(&config.reference, station, due.time);
+                let position_m = due.state.position_m.xy();
+                let error = match (quality, corrected, &config.on_reference_loss) {
+                    (Quality::NoPosition, _, _) | (_, false, ReferenceLoss::NoReport) => return,
+                    (_, false, ReferenceLoss::StandAlone(error)) => *error,
+                    (_, true, _) => config.error(config.budget.sigma_m(
+                        (position_m - config.reference_m).norm(),
+                        due.state.velocity_ms.xy().norm(),
+                        config.correction_age_s(due.time),
+                    )),
+                };
+                let parts = receiver.error(&error, draw, due.time);
+                let soft_m = receiver.soft_shift(&config.soft, draw, quality);
+                reports.push(
+                    due,
+                    Fix {
+                        time: due.time,
+                        position_m: position_m + parts.total_m() + soft_m,
+                        axis: Vector2::new(0.0, 1.0),
+                        variance_m2: [
+                            error.sigma_north_m * error.sigma_north_m,
+                            error.sigma_east_m * error.sigma_east_m,
+                        ],
+                        altitude_m: None,
+                    },
+                    true,
+                    &[
+                        ("correlated error", parts.correlated_m.norm(), "m"),
+                        ("white error", parts.white_m.norm(), "m"),
+                        ("soft failure", soft_m.norm(), "m"),
+                    ],
+                );
+            },
+        );
+        before.advance(&config.reference, station, interval.to);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sensors::testing::Parked;
+    use std::collections::BTreeSet;
+
+    fn run(config: &DgpsConfig, keys: &[u64], scans: u64) -> PlotSink {
+        let mut dgps = Dgps::new(config.clone()).expect("a sound configuration");
+        let mut sink = PlotSink::default();
+        for scan in 1..=scans {
+            let at = |scan: u64| SimTime(scan as i64 * 1_000_000_000);
+            let interval = ScanInterval { run_seed: 3, scan, from: at(scan - 1), to: at(scan) };
+            dgps.scan(&interval, &Parked::aircraft(keys), &Weather::default(), &mut sink);
+        }
+        sink
+    }
+
+    fn sound() -> DgpsConfig {
+        DgpsConfig {
+            service: Service::PERFECT,
+            ..DgpsConfig::on_airport(SensorId(1), Vector2::zeros())
+        }
+    }
+
+    #[test]
+    fn a_lost_station_silences_everybody_at_once_for_its_share() {
+        let config = DgpsConfig { reference: Alternating::from_mtbf(60.0, 30.0), ..sound() };
+        let keys: Vec<u64> = (0..20).collect();
+        let sink = run(&config, &keys, 20_000);
+        let share = sink.plots.len() as f64 / sink.looks as f64;
+        // 220 outages: σ ≈ P(1−P)√(2/n) = 0.021.
+        assert!((share - 2.0 / 3.0).abs() < 0.085, "{share}");
+        let mut per_scan = vec![0_u32; 20_001];
+        for plot in &sink.plots {
+            per_scan[(plot.time.0 as u64).div_ceil(1_000_000_000) as usize] += 1;
+        }
+        let partial = per_scan.iter().filter(|&&n| n > 0 && n < 20).count();
+        assert!(
+            partial < 600,
+            "only the scans in which the station changes are partial: {partial}"
+        );
+        let late = run(&config, &[7], 20_000);
+        let times: BTreeSet<_> = sink.plots.iter().map(|p| p.time).collect();
+        assert!(late.plots.iter().all(|p| times.contains(&p.time)));
+    }
+
+    #[test]
+    fn the_error_grows_with_distance_and_age() {
+        let config = sound();
+        let near = config.budget.sigma_m(0.0, 0.0, 1.0);
+        assert!((near - (0.34_f64).sqrt()).abs() < 1e-12);
+        assert!(config.budget.sigma_m(1e5, 0.0, 1.0) > 1.0);
+        let with_sa = DifferentialBudget { correction_acceleration_ms2: 0.019, ..config.budget };
+        let step = (with_sa.sigma_m(0.0, 0.0, 5.0).powi(2) - near * near).sqrt();
+        assert!((step - 0.2375).abs() < 1e-9, "½ a t² at 5 s: {step}");
+        let age = DgpsConfig { correction_s: 10.0, correction_latency_s: 2.0, ..config };
+        for (at_s, expected) in [(2.0, 2.0), (5.0, 5.0), (11.5, 11.5), (12.0, 2.0), (0.0, 10.0)] {
+            assert!(
+                (age.correction_age_s(SimTime::from_s(at_s)) - expected).abs() < 1e-9,
+                "{at_s}"
+            );
+        }
+    }
+
+    #[test]
+    fn standing_alone_is_an_answer_too() {
+        let alone = GpsConfig::sps_2001(SensorId(1)).error;
+        let config = DgpsConfig {
+            reference: Alternating::from_mtbf(100.0, 100.0),
+            on_reference_loss: ReferenceLoss::StandAlone(alone),
+            ..sound()
+        };
+        let keys: Vec<u64> = (0..50).collect();
+        let sink = run(&config, &keys, 2_000);
+        assert_eq!(sink.plots.len() as u64, sink.looks, "a position always");
+        let mut squares = [(0.0, 0.0); 2];
+        for (plot, cause) in sink.plots.iter().zip(&sink.causes) {
+            let error = plot.position_m - cause.truth_m.expect("a report has a target");
+            let slot = &mut squares[usize::from(plot.along_m2 > 4.0)];
+            *slot = (slot.0 + error.y * error.y / plot.along_m2, slot.1 + 1.0);
+        }
+        for (square, n) in squares {
+            assert!(
+                n > 10_000.0 && (square / n - 1.0).abs() < 0.1,
+                "its covariance is its error's"
+            );
+        }
+    }
+}
