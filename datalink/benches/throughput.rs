@@ -1,0 +1,2 @@
+//! Throughput over loopback.
+fn main() {}
