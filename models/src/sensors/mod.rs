@@ -3,6 +3,7 @@
 pub mod config;
 pub mod cooperative;
 pub mod dgps;
+pub mod extended;
 pub mod gauss_markov;
 pub mod gps;
 pub mod service;
