@@ -4,3 +4,13 @@
 
 pub mod life_cycle;
 pub mod messages;
+
+pub mod bus;
+pub mod codec;
+pub mod local_bus;
+pub mod zenoh_bus;
+
+pub mod conductor;
+pub mod digest;
+pub mod federate;
+pub mod member;
