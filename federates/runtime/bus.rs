@@ -87,11 +87,8 @@ pub trait Bus: Send + Sync {
     ///
     /// # Errors
     /// If the session is closed.
-    fn serve(
-        &self,
-        key: &str,
-        handler: Box<dyn Fn(Request) + Send + Sync>,
-    ) -> Result<(), BusError>;
+    fn serve(&self, key: &str, handler: Box<dyn Fn(Request) + Send + Sync>)
+    -> Result<(), BusError>;
     /// Asks whoever serves `key`; `replies` gets every answer and then `None`.
     ///
     /// # Errors

@@ -98,6 +98,8 @@ struct MemberEntry {
     inc: u64,
     alive: bool,
     ready: Option<u32>,
+    /// Consumers: whether they hear all producers. Others: true once they answered.
+    present: bool,
     executed: Option<Frame>,
     cut: Option<Frame>,
     last_heard: WallNs,
@@ -134,6 +136,7 @@ pub struct Conductor {
     reasons: Vec<String>,
     seal: Option<Seal>,
     last_state: WallNs,
+    last_muster: WallNs,
     pace_samples: std::collections::VecDeque<(WallNs, Frame)>,
     faulty: bool,
 }
@@ -141,11 +144,11 @@ pub struct Conductor {
 #[derive(Debug)]
 struct Seal {
     name: String,
-    inc: u64,
     asked: BTreeMap<String, Option<Option<Frame>>>,
     deadline: WallNs,
 }
 
+const MUSTER_EVERY_NS: WallNs = 20_000_000;
 const STATE_EVERY_NS: WallNs = 200_000_000;
 const FINISH_WITHIN_NS: WallNs = 5_000_000_000;
 const SEAL_WITHIN_NS: WallNs = 500_000_000;
@@ -172,6 +175,7 @@ impl Conductor {
             reasons: Vec::new(),
             seal: None,
             last_state: 0,
+            last_muster: 0,
             pace_samples: std::collections::VecDeque::new(),
             faulty: false,
             config,
@@ -257,15 +261,21 @@ impl Conductor {
                 inc,
                 alive: true,
                 ready: None,
+                present: false,
                 executed: None,
                 cut: None,
                 last_heard: now,
             },
         );
-        if self.phase == Phase::Init && self.awaited().is_empty() && self.run == 0 {
-            self.configure(effects);
-        }
+        effects.push(Effect::Order(Order::Muster));
         self.push_state(now, effects);
+    }
+
+    /// Expected members that have joined but do not hear all producers yet.
+    #[must_use]
+    pub fn deaf(&self) -> Vec<&str> {
+        let deaf = |name: &&String| self.members.get(*name).is_some_and(|m| m.alive && !m.present);
+        self.config.expected.iter().filter(deaf).map(String::as_str).collect()
     }
 
     fn configure(&mut self, effects: &mut Vec<Effect>) {
@@ -292,7 +302,14 @@ impl Conductor {
     }
 
     /// A member's process or session is gone, or back.
-    pub fn alive(&mut self, now: WallNs, name: &str, inc: u64, alive: bool, effects: &mut Vec<Effect>) {
+    pub fn alive(
+        &mut self,
+        now: WallNs,
+        name: &str,
+        inc: u64,
+        alive: bool,
+        effects: &mut Vec<Effect>,
+    ) {
         let Some(member) = self.members.get(name) else { return };
         if alive || member.inc != inc || !member.alive {
             return;
@@ -324,7 +341,7 @@ impl Conductor {
                     .map(|(n, _)| (n.clone(), None))
                     .collect();
                 effects.push(Effect::Order(Order::Seal { run: self.run, name: name.clone(), inc }));
-                self.seal = Some(Seal { name, inc, asked, deadline: now + SEAL_WITHIN_NS });
+                self.seal = Some(Seal { name, asked, deadline: now + SEAL_WITHIN_NS });
                 self.goal = Goal::Freeze(self.granted);
                 self.settle(now, effects);
             }
@@ -350,11 +367,21 @@ impl Conductor {
         let Some(member) = self.members.get_mut(from) else { return };
         member.last_heard = now;
         match report {
+            Report::Present { inc, hears, consumes } if inc == member.inc => {
+                let all = self.config.producers.iter().all(|p| p == from || hears.contains(p));
+                member.present = !consumes || all;
+                let mustered = self.run == 0 && self.awaited().is_empty() && self.deaf().is_empty();
+                if mustered {
+                    self.configure(effects);
+                }
+            }
             Report::Ready { run, inc } if run == self.run && inc == member.inc => {
                 member.ready = Some(run);
                 self.all_ready(now, effects);
             }
-            Report::Ends(ends) if ends.run == self.run && ends.inc == member.inc && member.alive => {
+            Report::Ends(ends)
+                if ends.run == self.run && ends.inc == member.inc && member.alive =>
+            {
                 member.executed = Some(ends.last);
                 self.settle(now, effects);
                 self.extend(now, effects);
@@ -415,7 +442,13 @@ impl Conductor {
     }
 
     /// A command of an operator; its answer comes when the state is reached.
-    pub fn command(&mut self, now: WallNs, command: Command, token: Token, effects: &mut Vec<Effect>) {
+    pub fn command(
+        &mut self,
+        now: WallNs,
+        command: Command,
+        token: Token,
+        effects: &mut Vec<Effect>,
+    ) {
         let refused = |this: &Self, refused: Refused| {
             Effect::Answer(token, this.answer(false, &refused.to_string()))
         };
@@ -455,7 +488,10 @@ impl Conductor {
                     let text = if n == 0 {
                         "a step is at least one frame".to_owned()
                     } else {
-                        format!("'step' is possible while FROZEN or CONFIGURED, not while {}", self.phase)
+                        format!(
+                            "'step' is possible while FROZEN or CONFIGURED, not while {}",
+                            self.phase
+                        )
                     };
                     effects.push(Effect::Answer(token, self.answer(false, &text)));
                 } else {
@@ -551,9 +587,10 @@ impl Conductor {
 
     fn try_close(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
         let Some(deadline) = self.finish_deadline else { return };
-        let outstanding = self.config.expected.iter().any(|n| {
-            self.members.get(n).is_some_and(|m| m.alive) && !self.finals.contains_key(n)
-        });
+        let outstanding =
+            self.config.expected.iter().any(|n| {
+                self.members.get(n).is_some_and(|m| m.alive) && !self.finals.contains_key(n)
+            });
         if outstanding && now < deadline {
             return;
         }
@@ -645,7 +682,8 @@ impl Conductor {
         let upto = if self.rate.is_infinite() {
             let upto = (slowest + self.config.window).min(self.config.last_frame);
             // Move in half windows: fewer messages, and nobody waits.
-            let worth = upto == self.config.last_frame || upto >= self.granted + self.config.window / 2;
+            let worth =
+                upto == self.config.last_frame || upto >= self.granted + self.config.window / 2;
             if worth { upto } else { self.granted }
         } else {
             let step = self.config.step_ns as f64 / self.rate;
@@ -670,6 +708,10 @@ impl Conductor {
 
     /// Time passed.
     pub fn tick(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
+        if self.run == 0 && !self.members.is_empty() && now >= self.last_muster + MUSTER_EVERY_NS {
+            self.last_muster = now;
+            effects.push(Effect::Order(Order::Muster));
+        }
         self.extend(now, effects);
         self.try_cut(now, effects);
         if self.finish_deadline.is_some_and(|d| now >= d) {
@@ -721,6 +763,9 @@ impl Conductor {
             let frames = (self.granted + 1).saturating_sub(self.anchor.1) as f64;
             next = next.min(self.anchor.0 + (frames * step) as WallNs);
         }
+        if self.run == 0 {
+            next = next.min(self.last_muster + MUSTER_EVERY_NS);
+        }
         if let Some(seal) = &self.seal {
             next = next.min(seal.deadline);
         }
@@ -732,7 +777,8 @@ impl Conductor {
     }
 
     fn standing(&self) -> String {
-        let mut text = format!("{} at frame {} of {}", self.phase, self.frame(), self.config.last_frame);
+        let mut text =
+            format!("{} at frame {} of {}", self.phase, self.frame(), self.config.last_frame);
         let awaited = self.awaited();
         if self.phase == Phase::Init && !awaited.is_empty() {
             text += &format!(", waiting for {}", awaited.join(", "));
@@ -789,11 +835,5 @@ impl Conductor {
                 })
                 .collect(),
         }
-    }
-
-    /// Incarnation of the sealed member, for tests.
-    #[cfg(test)]
-    fn sealing(&self) -> Option<u64> {
-        self.seal.as_ref().map(|s| s.inc)
     }
 }

@@ -130,8 +130,7 @@ impl Bus for LocalBus {
             d.sinks.retain(|(member, ..)| *member != own);
             d.handlers.retain(|(member, ..)| *member != own);
             d.watchers.retain(|(member, ..)| *member != own);
-            let gone =
-                d.alive.iter().filter(|(m, _)| *m == own).map(|(_, k)| k.clone()).collect();
+            let gone = d.alive.iter().filter(|(m, _)| *m == own).map(|(_, k)| k.clone()).collect();
             d.alive.retain(|(member, _)| *member != own);
             gone
         });

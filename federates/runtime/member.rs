@@ -2,12 +2,10 @@
 //! datagrams, repairs and publications out. It executes frame k when k is granted and every input of k
 //! is complete, never because a timer fired.
 
-use super::digest::pdu_hash;
+use super::digest::{Digest, pdu_hash};
 use super::federate::{Federate, FrameInputs, FrameOut, Octets, Publication};
-use super::messages::{
-    FinalReport, Frame, FrameEnds, Notice, Order, Repair, Repaired, Report, RunConfig,
-};
-use std::collections::{BTreeMap, VecDeque};
+use super::messages::{FinalReport, Frame, FrameEnds, Order, Repair, Repaired, Report, RunConfig};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 
 /// Nanoseconds of wall time since any fixed point; the core only compares them.
@@ -86,6 +84,7 @@ pub struct Member {
     name: String,
     inc: u64,
     config: Option<RunConfig>,
+    heard: BTreeSet<String>,
     granted: Frame,
     /// Frame executed; `None` before configuration.
     executed: Frame,
@@ -101,6 +100,7 @@ pub struct Member {
     ready: BTreeMap<Frame, FrameInputs>,
     own: VecDeque<(Frame, Vec<(u64, Octets)>)>,
     closed: bool,
+    made: Digest,
     counters: LinkCounters,
     window: Frame,
     microseconds: fn() -> u64,
@@ -133,6 +133,7 @@ impl Member {
             name: name.to_owned(),
             inc,
             config: None,
+            heard: BTreeSet::new(),
             granted: 0,
             executed: 0,
             reported: None,
@@ -152,6 +153,7 @@ impl Member {
             ready: BTreeMap::new(),
             own: VecDeque::new(),
             closed: false,
+            made: Digest::default(),
             counters: LinkCounters::default(),
             window: 10,
             microseconds,
@@ -183,13 +185,19 @@ impl Member {
     }
 
     /// An order of the conductor.
-    pub fn order(&mut self, now: WallNs, order: Order, effects: &mut Vec<Effect>) {
+    pub fn order(&mut self, order: Order, effects: &mut Vec<Effect>) {
         let run = self.config.as_ref().map_or(0, |c| c.run);
         match order {
+            Order::Muster => {
+                let hears = self.heard.iter().cloned().collect();
+                let consumes = self.federate.consumes();
+                let present = Report::Present { inc: self.inc, hears, consumes };
+                effects.push(Effect::Report(present));
+            }
             Order::Configure(config) => self.configure(config, effects),
             Order::Grant { run: of, upto } if of == run && !self.closed => {
                 self.granted = self.granted.max(upto);
-                self.advance(now, effects);
+                self.advance(effects);
             }
             Order::Seal { run: of, name, inc } if of == run => {
                 let complete = self.federate.consumes().then(|| self.complete_of(&name));
@@ -202,7 +210,7 @@ impl Member {
                 if let Some(producer) = self.producers.get_mut(&name) {
                     producer.cut = Some(cut);
                     self.incomplete.retain(|(frame, of), _| *of != name || *frame <= cut);
-                    self.advance(now, effects);
+                    self.advance(effects);
                 }
             }
             Order::Finish { run: of, frame } if of == run && !self.closed => {
@@ -217,6 +225,7 @@ impl Member {
                     ("pdus_repaired".into(), c.repaired as f64),
                     ("outsiders".into(), c.outsiders as f64),
                 ];
+                report.digests.push(("pdus".into(), self.made.0));
                 self.federate.finish(&mut report);
                 effects.push(Effect::Report(Report::Final(Box::new(report))));
             }
@@ -235,6 +244,7 @@ impl Member {
         self.executed = 0;
         self.reported = None;
         self.closed = false;
+        self.made = Digest::default();
         self.incomplete.clear();
         self.ready.clear();
         self.own.clear();
@@ -265,7 +275,14 @@ impl Member {
 
     /// A report of another member.
     pub fn report(&mut self, now: WallNs, from: &str, report: Report, effects: &mut Vec<Effect>) {
-        let Report::Ends(ends) = report else { return };
+        let ends = match report {
+            Report::Ends(ends) => ends,
+            Report::Present { .. } => {
+                self.heard.insert(from.to_owned());
+                return;
+            }
+            _ => return,
+        };
         let run = self.config.as_ref().map_or(0, |c| c.run);
         if ends.run != run || !self.federate.consumes() || self.closed {
             return;
@@ -298,17 +315,12 @@ impl Member {
                 );
             }
         }
-        self.advance(now, effects);
+        self.advance(effects);
     }
 
     /// PDUs from the data plane, each with the frame that its timestamp names (the frame now granted
     /// for outsiders without a usable one).
-    pub fn pdus(
-        &mut self,
-        now: WallNs,
-        pdus: impl IntoIterator<Item = Octets>,
-        effects: &mut Vec<Effect>,
-    ) {
+    pub fn pdus(&mut self, pdus: impl IntoIterator<Item = Octets>, effects: &mut Vec<Effect>) {
         if !self.federate.consumes() {
             return;
         }
@@ -316,14 +328,11 @@ impl Member {
         for octets in pdus {
             let hash = pdu_hash(&octets);
             self.arrivals += 1;
-            let named = self
-                .incomplete
-                .iter_mut()
-                .find_map(|(key, i)| {
-                    let at = i.missing.iter().position(|&m| m == hash)?;
-                    i.missing.swap_remove(at);
-                    Some((key.clone(), i.missing.is_empty()))
-                });
+            let named = self.incomplete.iter_mut().find_map(|(key, i)| {
+                let at = i.missing.iter().position(|&m| m == hash)?;
+                i.missing.swap_remove(at);
+                Some((key.clone(), i.missing.is_empty()))
+            });
             if let Some((key, complete)) = named {
                 self.counters.received += 1;
                 self.ready.entry(key.0).or_default().pdus.push((key.0, octets));
@@ -343,19 +352,21 @@ impl Member {
             }
         }
         if completed {
-            self.advance(now, effects);
+            self.advance(effects);
         }
     }
 
     /// PDUs that a producer sent again.
-    pub fn repaired(&mut self, now: WallNs, repaired: Repaired, effects: &mut Vec<Effect>) {
+    pub fn repaired(&mut self, repaired: Repaired, effects: &mut Vec<Effect>) {
         if Some(repaired.run) != self.config.as_ref().map(|c| c.run) {
             return;
         }
         for (frame, octets) in repaired.pdus {
             let hash = pdu_hash(&octets);
-            let Some((key, incomplete)) =
-                self.incomplete.iter_mut().find(|((f, _), i)| *f == frame && i.missing.contains(&hash))
+            let Some((key, incomplete)) = self
+                .incomplete
+                .iter_mut()
+                .find(|((f, _), i)| *f == frame && i.missing.contains(&hash))
             else {
                 continue;
             };
@@ -368,7 +379,7 @@ impl Member {
                 self.incomplete.remove(&key);
             }
         }
-        self.advance(now, effects);
+        self.advance(effects);
     }
 
     /// Answers a consumer that missed PDUs.
@@ -393,9 +404,9 @@ impl Member {
     pub fn tick(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
         let mut asks: BTreeMap<String, Vec<(Frame, Vec<u64>)>> = BTreeMap::new();
         for ((frame, _), incomplete) in &mut self.incomplete {
-            let due = incomplete.asked.map_or(incomplete.since + REPAIR_AFTER_NS, |asked| {
-                asked + REPAIR_AGAIN_NS
-            });
+            let due = incomplete
+                .asked
+                .map_or(incomplete.since + REPAIR_AFTER_NS, |asked| asked + REPAIR_AGAIN_NS);
             if now >= due {
                 incomplete.asked = Some(now);
                 asks.entry(incomplete.producer.clone())
@@ -433,7 +444,8 @@ impl Member {
         if !self.federate.consumes() {
             return Frame::MAX;
         }
-        let missing = self.incomplete.keys().next().map_or(Frame::MAX, |(f, _)| f.saturating_sub(1));
+        let missing =
+            self.incomplete.keys().next().map_or(Frame::MAX, |(f, _)| f.saturating_sub(1));
         let ended = self.producers.values().map(|p| match (p.ended, p.cut) {
             (Some(ended), Some(cut)) if ended >= cut => Frame::MAX,
             (ended, _) => ended.unwrap_or(0),
@@ -441,8 +453,7 @@ impl Member {
         ended.fold(missing, Frame::min)
     }
 
-    fn advance(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
-        let _ = now;
+    fn advance(&mut self, effects: &mut Vec<Effect>) {
         if self.config.is_none() || self.closed {
             return;
         }
@@ -514,12 +525,11 @@ impl Member {
             while self.own.len() > KEPT_FRAMES {
                 self.own.pop_front();
             }
+            out.pdus.iter().for_each(|octets| self.made.add(frame, octets));
             self.counters.sent += out.pdus.len() as u64;
             effects.push(Effect::Send(out.pdus));
         }
-        self.unreported
-            .notices
-            .extend(out.notices.into_iter().map(|notice| (frame, notice)));
+        self.unreported.notices.extend(out.notices.into_iter().map(|notice| (frame, notice)));
         effects.extend(out.publish.into_iter().map(Effect::Publish));
     }
 
@@ -535,11 +545,5 @@ impl Member {
         let ends = std::mem::replace(&mut self.unreported, next);
         self.reported = Some(ends.last);
         effects.push(Effect::Report(Report::Ends(ends)));
-    }
-
-    /// The notice type is used by tests of this module.
-    #[cfg(test)]
-    fn last_notice(inputs: &FrameInputs) -> Option<&Notice> {
-        inputs.notices.last().map(|(_, n)| n)
     }
 }
