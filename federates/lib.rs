@@ -5,5 +5,3 @@
 //! shows and keeps everything, the administration station runs the whole.
 
 pub mod runtime;
-
-pub mod admin_station;

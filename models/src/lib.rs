@@ -14,7 +14,6 @@
 
 pub mod draw;
 pub mod frames;
-pub mod special;
 pub mod time;
 
 pub mod truth;

@@ -1,0 +1,303 @@
+//! What the tracker is told: every number here is a choice of the scene, with a default.
+
+use crate::association::kinematic_gate::ClassLimits;
+use crate::filter::{FilterConfig, Rung};
+use crate::flight_list::{FlightEntry, MovementKind, WakeCategory};
+use crate::plot::{SensorId, SensorKind};
+
+/// How plots are given to tracks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AssociationMethod {
+    /// All gated pairs by distance, greedily: the paper's sub-optimal nearest neighbour.
+    Nearest,
+    /// The cheapest set of pairs and misses, cluster by cluster.
+    Global,
+    /// Exact joint probabilistic association in clusters of two or more tracks. A cluster of more
+    /// than `limit` states (`tracks · 2^plots`) is thinned by belief propagation, then, if still too
+    /// large, done by [`Self::Global`] and counted.
+    Joint {
+        /// Largest `tracks · 2^plots` of a cluster.
+        limit: usize,
+    },
+}
+
+/// The two gates and what follows a refusal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gates {
+    /// Probability that the covariance gate holds a true plot.
+    pub probability: f64,
+    /// The same for plots with an identity.
+    pub identified_probability: f64,
+    /// Whether plots that the first gate refused are offered to the kinematic gate.
+    pub kinematic: bool,
+    /// Largest squared distance from the reachable set, χ² with two degrees of freedom.
+    pub kinematic_limit: f64,
+    /// Whether two refused plots in successive scans start the track's state anew.
+    pub restart: bool,
+}
+
+/// Birth, coasting and death of tracks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Life {
+    /// Hits of `confirm_of` expected updates that confirm a track, its first plot included.
+    pub confirm_hits: u32,
+    /// See `confirm_hits`; at most 32.
+    pub confirm_of: u32,
+    /// The same for tracks whose plots carry an identity.
+    pub identified_hits: u32,
+    /// See `identified_hits`.
+    pub identified_of: u32,
+    /// A coast continues at constant velocity after this time, s.
+    pub constant_velocity_after_s: f64,
+    /// Spectral density of the acceleration in that coast, m²/s³.
+    pub coast_q: f64,
+    /// A moving track is deleted after this time without a plot, s.
+    pub delete_moving_s: f64,
+    /// A standing one, or one at a stand, after this time, s.
+    pub delete_standing_s: f64,
+    /// At least this many expected updates of its slowest sensor are waited for.
+    pub delete_least_updates: f64,
+    /// A track is deleted when the 95 % radius of its position exceeds this, m.
+    pub delete_radius_m: f64,
+    /// How many track numbers there are (from 0). 4096 is what twelve bits hold.
+    pub numbers: u32,
+    /// A number is not given again for this long, s.
+    pub number_rest_s: f64,
+    /// Most tracks at a time, tentative ones included; further starts are refused and counted.
+    pub most_tracks: usize,
+}
+
+/// When a track gets a label of the flight list without an identity in its plots.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LabelRules {
+    /// A departure starts this near to its stand, m.
+    pub stand_radius_m: f64,
+    /// Within this time of its off-block time, s.
+    pub off_block_window_s: f64,
+    /// An arrival starts on final or on the landing half of its runway within this time of its
+    /// estimate, s.
+    pub arrival_window_s: f64,
+    /// And is faster than this, m/s.
+    pub arrival_speed_ms: f64,
+    /// And no farther from the extended centreline than this, m.
+    pub arrival_lateral_m: f64,
+    /// How far out on final, m.
+    pub final_length_m: f64,
+    /// Largest cost of a label (three sigma are 9).
+    pub accept_below: f64,
+    /// The next best entry or track must be worse by this.
+    pub clearer_by: f64,
+}
+
+/// A kind of mover and what it can do (kinematic gate).
+#[derive(Clone, Debug, PartialEq)]
+pub struct MoverClass {
+    /// Name ("medium_jet").
+    pub name: String,
+    /// Type designators of the flight list that belong here.
+    pub designators: Vec<String>,
+    /// Wake categories that belong here where the designator is nowhere listed.
+    pub wakes: Vec<WakeCategory>,
+    /// Limits of its motion.
+    pub limits: ClassLimits,
+}
+
+/// Size of a type of the flight list.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TypeSize {
+    /// Type designator.
+    pub designator: String,
+    /// Length over all, m.
+    pub length_m: f64,
+    /// Span, or width of a vehicle, m.
+    pub span_m: f64,
+}
+
+/// What the tracker assumes of one sensor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SensorModel {
+    /// Which sensor.
+    pub id: SensorId,
+    /// Its kind.
+    pub kind: SensorKind,
+    /// Interval between two looks at one target, s.
+    pub interval_s: f64,
+    /// Probability of a plot at a look.
+    pub detection: f64,
+    /// Density of false plots and new targets, 1/m² and look.
+    pub false_density_m2: f64,
+    /// White error beyond what the plot states (glint of an extended target), standard deviation, m.
+    pub extra_sigma_m: f64,
+    /// Slowly varying error that the plot's variance contains, standard deviation per axis, m; 0: none.
+    pub slow_sigma_m: f64,
+    /// Its correlation time, s.
+    pub slow_tau_s: f64,
+}
+
+impl SensorModel {
+    /// What is assumed of a sensor of this kind if nobody says more.
+    #[must_use]
+    pub fn default_of(id: SensorId, kind: SensorKind) -> Self {
+        let base = Self {
+            id,
+            kind,
+            interval_s: 1.0,
+            detection: 0.95,
+            false_density_m2: 1e-8,
+            extra_sigma_m: 0.0,
+            slow_sigma_m: 0.0,
+            slow_tau_s: 1.0,
+        };
+        match kind {
+            SensorKind::Asde => {
+                Self { detection: 0.9, false_density_m2: 2e-8, extra_sigma_m: 1.0, ..base }
+            }
+            _ => base,
+        }
+    }
+}
+
+/// Everything that the tracker is told before the run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TrackingConfig {
+    /// The filter of every track.
+    pub filter: FilterConfig,
+    /// Gates.
+    pub gates: Gates,
+    /// Association.
+    pub association: AssociationMethod,
+    /// Life of tracks.
+    pub life: Life,
+    /// Labels.
+    pub labels: LabelRules,
+    /// Kinds of movers. The last one stands for everything that no other one claims.
+    pub classes: Vec<MoverClass>,
+    /// Sizes of the types in the flight list; an aircraft that is not listed is taken as 35 by 35 m.
+    pub sizes: Vec<TypeSize>,
+    /// Sensors; one that is not listed is taken as [`SensorModel::default_of`] its kind.
+    pub sensors: Vec<SensorModel>,
+    /// Late plots are taken in their order back to this many seconds before the scan's end.
+    pub ring_s: f64,
+    /// Two tracks that stay this near and move alike are one target, m (beside the body of a labelled one).
+    pub duplicate_radius_m: f64,
+}
+
+impl TrackingConfig {
+    /// The paper's chain: three-state Kalman filter per axis, two gates, nearest neighbour.
+    #[must_use]
+    pub fn paper() -> Self {
+        Self {
+            filter: FilterConfig::new(Rung::Ca3),
+            gates: Gates {
+                probability: 0.999,
+                identified_probability: 0.9999,
+                kinematic: true,
+                kinematic_limit: 9.21,
+                restart: true,
+            },
+            association: AssociationMethod::Nearest,
+            life: Life {
+                confirm_hits: 3,
+                confirm_of: 4,
+                identified_hits: 2,
+                identified_of: 2,
+                constant_velocity_after_s: 2.0,
+                coast_q: 1.0,
+                delete_moving_s: 8.0,
+                delete_standing_s: 15.0,
+                delete_least_updates: 3.0,
+                delete_radius_m: 60.0,
+                numbers: 4096,
+                number_rest_s: 60.0,
+                most_tracks: 100_000,
+            },
+            labels: LabelRules {
+                stand_radius_m: 40.0,
+                off_block_window_s: 600.0,
+                arrival_window_s: 120.0,
+                arrival_speed_ms: 40.0,
+                arrival_lateral_m: 60.0,
+                final_length_m: 20_000.0,
+                accept_below: 9.21,
+                clearer_by: 6.0,
+            },
+            classes: default_classes(),
+            sizes: Vec::new(),
+            sensors: Vec::new(),
+            ring_s: 5.0,
+            duplicate_radius_m: 12.0,
+        }
+    }
+
+    /// Limits of the class of a line of the flight list, or of anything.
+    #[must_use]
+    pub(super) fn limits_of(&self, entry: Option<&FlightEntry>) -> ClassLimits {
+        let claimed = entry.and_then(|entry| {
+            let named = |c: &&MoverClass| c.designators.contains(&entry.type_designator);
+            let wake = |c: &&MoverClass| entry.wake.is_some_and(|w| c.wakes.contains(&w));
+            self.classes.iter().find(named).or_else(|| self.classes.iter().find(wake))
+        });
+        claimed.or(self.classes.last()).map_or(ANYTHING, |c| c.limits)
+    }
+
+    /// Length and span of a line of the flight list, m.
+    #[must_use]
+    pub(super) fn size_of(&self, entry: &FlightEntry) -> (f64, f64) {
+        let listed = self.sizes.iter().find(|s| s.designator == entry.type_designator);
+        match (listed, entry.movement) {
+            (Some(size), _) => (size.length_m, size.span_m),
+            (None, MovementKind::Vehicle) => (6.0, 2.5),
+            (None, _) => (35.0, 35.0),
+        }
+    }
+
+    /// The model of a sensor.
+    #[must_use]
+    pub(super) fn sensor(&self, id: SensorId, kind: SensorKind) -> SensorModel {
+        let listed = self.sensors.iter().find(|s| s.id == id);
+        listed.copied().unwrap_or_else(|| SensorModel::default_of(id, kind))
+    }
+}
+
+/// Limits of a target of which nothing is known (assumed).
+const ANYTHING: ClassLimits = ClassLimits {
+    acceleration_ms2: 4.0,
+    braking_ms2: 8.0,
+    lateral_ms2: 5.0,
+    turn_rate_rads: 1.0,
+    turn_radius_m: 5.0,
+    speed_ms: 100.0,
+};
+
+/// Assumed classes of movers; a scene may replace them. The last one is for targets without a label.
+#[must_use]
+pub fn default_classes() -> Vec<MoverClass> {
+    use WakeCategory::{Heavy, Light, Medium, Super};
+    // Acceleration, braking, lateral m/s², turn rate rad/s, turn radius m, speed m/s.
+    type ClassRow = (&'static str, &'static [&'static str], &'static [WakeCategory], [f64; 6]);
+    let rows: [ClassRow; 8] = [
+        ("heavy_jet", &[], &[Heavy, Super], [2.5, 4.0, 2.0, 0.25, 25.0, 100.0]),
+        ("medium_jet", &[], &[Medium], [3.0, 4.5, 2.5, 0.35, 15.0, 95.0]),
+        ("light", &[], &[Light], [3.5, 4.5, 3.0, 0.60, 8.0, 70.0]),
+        ("helicopter", &["EC35", "H145", "A109"], &[], [4.0, 4.0, 4.0, 1.00, 0.5, 80.0]),
+        ("tug_towing", &["TUG"], &[], [0.7, 1.5, 1.0, 0.25, 10.0, 9.0]),
+        ("car_follow_me", &["FOLLOWME", "CAR"], &[], [4.0, 8.0, 5.0, 0.80, 5.5, 40.0]),
+        ("fire_truck", &["FIRE"], &[], [3.0, 6.0, 4.0, 0.60, 9.0, 36.0]),
+        ("unknown", &[], &[], [4.0, 8.0, 5.0, 1.00, 5.0, 100.0]),
+    ];
+    rows.into_iter()
+        .map(|(name, designators, wakes, l)| MoverClass {
+            name: name.to_owned(),
+            designators: designators.iter().map(ToString::to_string).collect(),
+            wakes: wakes.to_vec(),
+            limits: ClassLimits {
+                acceleration_ms2: l[0],
+                braking_ms2: l[1],
+                lateral_ms2: l[2],
+                turn_rate_rads: l[3],
+                turn_radius_m: l[4],
+                speed_ms: l[5],
+            },
+        })
+        .collect()
+}

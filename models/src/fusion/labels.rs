@@ -1,0 +1,190 @@
+//! Labels from the flight data list: by identity, by the stand of a departure, by the runway of an
+//! arrival. A label sticks to its track.
+
+use super::config::{LabelRules, TrackingConfig};
+use super::track_file::{Stage, Track};
+use crate::association::assignment::Solver;
+use crate::filter::{Estimate, StateEstimator};
+use crate::flight_list::{FlightEntry, FlightList, MovementKind};
+use crate::plot::Callsign;
+use crate::time::SimTime;
+use crate::track::{Label, TrackType};
+
+/// Gives labels to confirmed tracks; returns how many conflicts of one identity on two tracks it saw.
+pub(super) fn assign(
+    tracks: &mut [Track],
+    flights: &FlightList,
+    config: &TrackingConfig,
+    now: SimTime,
+    solver: &mut Solver,
+) -> u64 {
+    let mut conflicts = 0;
+    // By identity. The plots of a target go to the track that carries its identity, so a second
+    // track with the same one was nearer to a later plot: the last word is the newest plot's.
+    for index in 0..tracks.len() {
+        let Some(entry) = identified(&tracks[index], flights).map(|e| e.callsign) else { continue };
+        if tracks[index].entry == Some(entry) {
+            continue;
+        }
+        for other in 0..tracks.len() {
+            if other != index && tracks[other].entry == Some(entry) {
+                if tracks[other].callsign.is_some() || tracks[other].address.is_some() {
+                    conflicts += 1;
+                }
+                give(&mut tracks[other], None, config);
+            }
+        }
+        give(&mut tracks[index], flights.by_callsign(entry), config);
+    }
+    // By stand and runway: one assignment of unlabelled tracks to free entries.
+    let free: Vec<&FlightEntry> = flights
+        .entries
+        .iter()
+        .filter(|e| e.movement != MovementKind::Vehicle)
+        .filter(|e| !tracks.iter().any(|t| t.entry == Some(e.callsign)))
+        .collect();
+    let candidates: Vec<usize> = (0..tracks.len())
+        .filter(|&t| tracks[t].stage == Stage::Confirmed && tracks[t].entry.is_none())
+        .filter(|&t| tracks[t].callsign.is_none() && tracks[t].address.is_none())
+        .collect();
+    if free.is_empty() || candidates.is_empty() {
+        return conflicts;
+    }
+    let costs: Vec<Option<f64>> = candidates
+        .iter()
+        .flat_map(|&t| free.iter().map(move |e| (t, *e)))
+        .map(|(t, e)| cost(&tracks[t], e, flights, &config.labels, now))
+        .collect();
+    let at = |row: usize, column: usize| costs[row * free.len() + column];
+    // A label is worth its acceptance limit: dearer ones are not given at all.
+    let limit = config.labels.accept_below;
+    let found = solver.pairs_and_misses(candidates.len(), free.len(), |row, column| {
+        at(row, column).map(|c| c - limit)
+    });
+    for (row, column) in found.into_iter().enumerate() {
+        let Some(column) = column else { continue };
+        let Some(best) = at(row, column) else { continue };
+        let clear = best + config.labels.clearer_by;
+        let rivals = (0..free.len())
+            .filter(|&c| c != column)
+            .map(|c| at(row, c))
+            .chain((0..candidates.len()).filter(|&r| r != row).map(|r| at(r, column)));
+        if rivals.flatten().all(|rival| rival >= clear) {
+            give(&mut tracks[candidates[row]], Some(free[column]), config);
+        }
+    }
+    conflicts
+}
+
+fn identified<'a>(track: &Track, flights: &'a FlightList) -> Option<&'a FlightEntry> {
+    let by_name = track.callsign.and_then(|c| flights.by_callsign(c));
+    by_name.or_else(|| track.address.and_then(|a| flights.by_address(a)))
+}
+
+fn give(track: &mut Track, entry: Option<&FlightEntry>, config: &TrackingConfig) {
+    track.entry = entry.map(|e| e.callsign);
+    track.limits = config.limits_of(entry);
+    track.size_m = entry.map(|e| config.size_of(e));
+}
+
+/// Cost of this label for this track: squared deviations of time and place, each in its own sigma (a
+/// third of the rule's limit); `None` where the rule does not apply.
+fn cost(
+    track: &Track,
+    entry: &FlightEntry,
+    flights: &FlightList,
+    rules: &LabelRules,
+    now: SimTime,
+) -> Option<f64> {
+    let estimate = track.filter().estimate();
+    match entry.movement {
+        MovementKind::Departure => departure_cost(track, &estimate, entry, rules, now),
+        MovementKind::Arrival => arrival_cost(&estimate, entry, flights, rules),
+        MovementKind::Vehicle => None,
+    }
+}
+
+fn departure_cost(
+    track: &Track,
+    estimate: &Estimate,
+    entry: &FlightEntry,
+    rules: &LabelRules,
+    now: SimTime,
+) -> Option<f64> {
+    let distance = (estimate.position_m() - entry.stand_m?).norm();
+    // It is at its stand now; it may have been there for hours before its off-block time.
+    if distance > rules.stand_radius_m {
+        return None;
+    }
+    let off_block = entry.off_block.unwrap_or(entry.eta_ctd);
+    let late = track.born.since_s(off_block).max(0.0);
+    let early = off_block.since_s(now).max(0.0);
+    let deviation = late.max(early);
+    (deviation <= rules.off_block_window_s).then(|| {
+        square(3.0 * distance / rules.stand_radius_m) + square(deviation / rules.off_block_window_s)
+    })
+}
+
+fn arrival_cost(
+    estimate: &Estimate,
+    entry: &FlightEntry,
+    flights: &FlightList,
+    rules: &LabelRules,
+) -> Option<f64> {
+    let (_, [threshold, far_end]) =
+        flights.runways.iter().find(|(name, _)| *name == entry.runway)?;
+    let along = far_end - threshold;
+    let length = along.norm();
+    if !(length > 1.0) {
+        return None;
+    }
+    let along = along / length;
+    let velocity = estimate.velocity_ms();
+    let speed = velocity.norm();
+    let from_threshold = estimate.position_m() - threshold;
+    let way = from_threshold.dot(&along);
+    let aside = from_threshold.x * along.y - from_threshold.y * along.x;
+    let on_runway = way >= -rules.final_length_m
+        && way <= 0.5 * length
+        && aside.abs() <= rules.arrival_lateral_m
+        && speed > rules.arrival_speed_ms
+        && velocity.dot(&along) > 0.95 * speed;
+    if !on_runway {
+        return None;
+    }
+    let over_threshold = estimate.time.plus_s(-way / speed);
+    let deviation = over_threshold.since_s(entry.eta_ctd).abs();
+    (deviation <= rules.arrival_window_s).then(|| {
+        square(3.0 * deviation / rules.arrival_window_s)
+            + square(1.5 * aside / rules.arrival_lateral_m)
+    })
+}
+
+fn square(x: f64) -> f64 {
+    x * x
+}
+
+/// What the list says of the track now.
+pub(super) fn label(entry: Option<Callsign>, flights: &FlightList) -> (TrackType, Option<Label>) {
+    let Some(entry) = entry.and_then(|c| flights.by_callsign(c)) else {
+        return (TrackType::NotAssociated, None);
+    };
+    let track_type = match entry.movement {
+        MovementKind::Vehicle => TrackType::Vehicle,
+        MovementKind::Arrival | MovementKind::Departure => TrackType::Aircraft,
+    };
+    let label = Label {
+        callsign: entry.callsign,
+        type_designator: entry.type_designator.clone(),
+        wake: entry.wake,
+        movement: entry.movement,
+        runway_stand: match (entry.runway.as_str(), entry.stand.as_str()) {
+            ("", stand) => stand.to_owned(),
+            (runway, "") => runway.to_owned(),
+            (runway, stand) => format!("{runway}/{stand}"),
+        },
+        ctd_eta: entry.eta_ctd,
+        routing: entry.routing.clone(),
+    };
+    (track_type, Some(label))
+}
