@@ -5,3 +5,5 @@
 //! shows and keeps everything, the administration station runs the whole.
 
 pub mod runtime;
+
+pub mod admin_station;

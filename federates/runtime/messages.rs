@@ -90,6 +90,8 @@ pub enum Welcome {
 /// What the conductor tells all members, in order.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Order {
+    /// Who is there? Members answer with [`Report::Present`]; repeated until all hear each other.
+    Muster,
     /// Reset to frame 0 of this run and report ready.
     Configure(RunConfig),
     /// Frames up to `upto` may be executed.
@@ -149,6 +151,15 @@ pub struct RunConfig {
 /// What a member tells the conductor and its consumers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Report {
+    /// Answer to [`Order::Muster`].
+    Present {
+        /// Incarnation of the sender.
+        inc: u64,
+        /// Members whose answers the sender has heard itself, sorted; only consumers listen.
+        hears: Vec<String>,
+        /// Whether the sender needs to hear all producers.
+        consumes: bool,
+    },
     /// Configured for this run.
     Ready {
         /// Number of the run.

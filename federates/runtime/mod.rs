@@ -4,3 +4,17 @@
 
 pub mod life_cycle;
 pub mod messages;
+
+pub mod bus;
+pub mod codec;
+pub mod local_bus;
+pub mod zenoh_bus;
+
+pub mod clock;
+pub mod conductor;
+pub mod data_plane;
+pub mod digest;
+pub mod federate;
+pub mod member;
+pub mod member_driver;
+pub mod process;

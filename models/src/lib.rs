@@ -14,6 +14,7 @@
 
 pub mod draw;
 pub mod frames;
+pub mod special;
 pub mod time;
 
 pub mod truth;

@@ -3,6 +3,8 @@
 //! Each study fills [`Row`]s; [`Row`] is one line of the JSON, CSV and HTML reports. Nothing here
 //! enters a run; this crate reads the clock (to measure) and writes reports.
 
+pub mod scenes;
+
 use serde::Serialize;
 
 /// One rung of one ladder on one scene. `None` (null) where a measure does not apply.

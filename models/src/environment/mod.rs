@@ -1,6 +1,20 @@
 //! Weather and what it does to radio waves: one effect, one file.
 
+pub mod fog;
+pub mod gas;
+pub mod rain;
+pub mod surface;
+
 use crate::frames::Vector2;
+
+/// Speed of light, m/s.
+pub const SPEED_OF_LIGHT: f64 = 299_792_458.0;
+
+/// Wavelength of a carrier, m.
+#[must_use]
+pub fn wavelength_m(carrier_ghz: f64) -> f64 {
+    SPEED_OF_LIGHT / (carrier_ghz * 1e9)
+}
 
 /// A round cell of heavier rain, moving with the wind.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,7 +49,7 @@ pub struct Weather {
 }
 
 impl Default for Weather {
-    /// Clear, dry, 15 °C, 1013.25 hPa, 7.5 g/m³ of vapour (`physics.md` 1.14), no wind.
+    /// Clear, dry, 15 °C, 1013.25 hPa, 7.5 g/m³ of vapour (the mean of ITU-R P.835), no wind.
     fn default() -> Self {
         Self {
             rain_mm_per_h: 0.0,

@@ -95,6 +95,17 @@ impl Measurement {
     }
 }
 
+impl Measurement {
+    /// The measured point; of a line any point on it.
+    #[inline]
+    #[must_use]
+    pub fn point(&self) -> Vector2<f64> {
+        match *self {
+            Self::Position { z, .. } | Self::Line { z, .. } => z,
+        }
+    }
+}
+
 /// The 2 × 2 Cholesky factor of an innovation covariance.
 #[derive(Clone, Copy, Debug)]
 pub struct Factor {
@@ -167,6 +178,15 @@ pub struct Nis {
     pub det: f64,
     /// Degrees of freedom: 2 or 1.
     pub dof: u8,
+}
+
+impl Nis {
+    /// ln det of the innovation covariance.
+    #[inline]
+    #[must_use]
+    pub fn ln_det(&self) -> f64 {
+        libm::log(self.det)
+    }
 }
 
 impl Gaussian {

@@ -3,27 +3,45 @@
 //!
 //! | rung | what | file |
 //! |---|---|---|
+//! | `abg` | alpha-beta-gamma: gains computed once | [`steady`] |
 //! | `ca3` | constant acceleration per axis: the paper's Kalman filter | [`three_state`] |
-//! | `ca6` | the same with the plot's full covariance | [`six_state`] |
+//! | `ca3-ud` | the same as U D Uᵀ: cannot lose its positive definiteness | [`ud`] |
+//! | `ca6`, `ca6-ud` | both axes joined, with the plot's full covariance | [`six_state`], [`ud`] |
+//! | `imm3` | three modes, mixed | [`imm`] |
+//! | `mh3`, `mh9`, `mh27` | the 3, 9, 27 most likely histories of modes | [`histories`] |
+//! | `mh9-lag1` | the same, published one scan later with what that scan says | [`histories`] |
 //!
 //! A filter keeps its state at the time of its last plot. [`StateEstimator::predicted`] gives the
 //! state at a later time without changing anything (for gates, for publication); an update predicts
 //! to the plot's own time by itself. Time never runs backwards here: a late plot is an error, and
 //! the tracker goes back to a saved copy (every filter is cheap to clone).
 
+pub mod consistency;
 pub mod gaussian;
+pub mod histories;
+pub mod imm;
 pub mod lanes;
+pub mod modes;
 pub mod motion;
 pub mod six_state;
+pub mod steady;
 pub mod three_state;
+pub mod ud;
+pub mod weights;
 
 use crate::frames::{Matrix2, Vector2};
 use crate::plot::Plot;
 use crate::time::SimTime;
 pub use gaussian::{Gaussian, Innovation, Measurement, Nis, Sym2};
+use histories::Histories;
+use imm::Imm;
+use modes::Modes;
 use motion::Motion;
 use six_state::SixState;
+use std::sync::Arc;
+use steady::SteadyGain;
 use three_state::ThreeState;
+use ud::{SixStateUd, ThreeStateUd};
 
 /// Why a filter refused a plot. The filter is left as it was; the caller counts the plot and drops it.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -267,15 +285,42 @@ pub fn two_plot_start(
 /// Which filter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Rung {
+    /// Alpha-beta-gamma.
+    Abg,
     /// Constant acceleration per axis, the paper's.
     Ca3,
+    /// The same in factored form.
+    Ca3Ud,
     /// Constant acceleration with the plot's full covariance.
     Ca6,
+    /// The same in factored form.
+    Ca6Ud,
+    /// Three modes, mixed.
+    Imm3,
+    /// Three mode histories.
+    Mh3,
+    /// Nine mode histories.
+    Mh9,
+    /// Twenty-seven mode histories.
+    Mh27,
+    /// Nine mode histories, one scan of lag.
+    Mh9Lag1,
 }
 
 impl Rung {
     /// All rungs with their names, from cheap to exact.
-    pub const ALL: [(Self, &'static str); 2] = [(Self::Ca3, "ca3"), (Self::Ca6, "ca6")];
+    pub const ALL: [(Self, &'static str); 10] = [
+        (Self::Abg, "abg"),
+        (Self::Ca3, "ca3"),
+        (Self::Ca3Ud, "ca3-ud"),
+        (Self::Ca6, "ca6"),
+        (Self::Ca6Ud, "ca6-ud"),
+        (Self::Imm3, "imm3"),
+        (Self::Mh3, "mh3"),
+        (Self::Mh9, "mh9"),
+        (Self::Mh27, "mh27"),
+        (Self::Mh9Lag1, "mh9-lag1"),
+    ];
 
     /// The rung of this name.
     #[must_use]
@@ -297,25 +342,51 @@ pub struct FilterConfig {
     pub rung: Rung,
     /// Spectral density of the jerk for the single-model rungs, m²/s⁵.
     pub q: f64,
+    /// Λ = qT⁵/R of the alpha-beta-gamma filter.
+    pub lambda: f64,
+    /// Interval between plots that the alpha-beta-gamma gains are made for, s.
+    pub interval_s: f64,
     /// What is assumed of a new target.
     pub start: Start,
+    /// The modes of the mode filters; `imm3` needs three.
+    pub modes: Arc<Modes>,
 }
 
 impl FilterConfig {
     /// `rung` with the defaults of the other fields.
     #[must_use]
     pub fn new(rung: Rung) -> Self {
-        Self { rung, q: 0.3, start: Start::default() }
+        let modes = Arc::new(match rung {
+            Rung::Mh27 | Rung::Mh9Lag1 => Modes::four(),
+            _ => Modes::three(),
+        });
+        Self { rung, q: 0.3, lambda: 0.05, interval_s: 1.0, start: Start::default(), modes }
     }
 }
 
-/// A filter chosen at run time.
+/// A filter chosen at run time. The small ones stand in place, the mode filters behind a pointer.
 #[derive(Clone, Debug)]
 pub enum Estimator {
+    /// `abg`
+    SteadyGain(SteadyGain),
     /// `ca3`
     ThreeState(ThreeState),
+    /// `ca3-ud`
+    ThreeStateUd(ThreeStateUd),
     /// `ca6`
     SixState(SixState),
+    /// `ca6-ud`
+    SixStateUd(Box<SixStateUd>),
+    /// `imm3`
+    Imm3(Box<Imm<3>>),
+    /// `mh3`
+    Histories3(Box<Histories<3, 0>>),
+    /// `mh9`
+    Histories9(Box<Histories<9, 0>>),
+    /// `mh27`
+    Histories27(Box<Histories<27, 0>>),
+    /// `mh9-lag1`
+    Histories9Lag(Box<Histories<9, 9>>),
 }
 
 impl Estimator {
@@ -325,13 +396,29 @@ impl Estimator {
     /// If the plot is unsound or measures one direction only.
     pub fn from_plot(config: &FilterConfig, plot: &Plot) -> Result<Self, UpdateError> {
         let (q, start) = (config.q, config.start);
+        let modes = || Arc::clone(&config.modes);
         Ok(match config.rung {
+            Rung::Abg => Self::SteadyGain(SteadyGain::from_plot(
+                plot,
+                config.lambda,
+                config.interval_s,
+                start,
+            )?),
             Rung::Ca3 => Self::ThreeState(ThreeState::from_plot(plot, q, start)?),
+            Rung::Ca3Ud => Self::ThreeStateUd(ThreeStateUd::from_plot(plot, q, start)?),
             Rung::Ca6 => Self::SixState(SixState::from_plot(
                 plot,
                 Motion::ConstantAcceleration { q },
                 start,
             )?),
+            Rung::Ca6Ud => Self::SixStateUd(Box::new(SixStateUd::from_plot(plot, q, start)?)),
+            Rung::Imm3 => Self::Imm3(Box::new(Imm::from_plot(plot, modes(), start)?)),
+            Rung::Mh3 => Self::Histories3(Box::new(Histories::from_plot(plot, modes(), start)?)),
+            Rung::Mh9 => Self::Histories9(Box::new(Histories::from_plot(plot, modes(), start)?)),
+            Rung::Mh27 => Self::Histories27(Box::new(Histories::from_plot(plot, modes(), start)?)),
+            Rung::Mh9Lag1 => {
+                Self::Histories9Lag(Box::new(Histories::from_plot(plot, modes(), start)?))
+            }
         })
     }
 }
@@ -340,8 +427,16 @@ impl Estimator {
 macro_rules! on_each {
     ($self:expr, $filter:ident => $body:expr) => {
         match $self {
+            Estimator::SteadyGain($filter) => $body,
             Estimator::ThreeState($filter) => $body,
+            Estimator::ThreeStateUd($filter) => $body,
             Estimator::SixState($filter) => $body,
+            Estimator::SixStateUd($filter) => $body,
+            Estimator::Imm3($filter) => $body,
+            Estimator::Histories3($filter) => $body,
+            Estimator::Histories9($filter) => $body,
+            Estimator::Histories27($filter) => $body,
+            Estimator::Histories9Lag($filter) => $body,
         }
     };
 }

@@ -1,10 +1,19 @@
 //! Sensors: truth and weather in, plots out.
 
+pub mod antenna;
+pub mod asde;
+mod asde_parameters;
 pub mod config;
 pub mod cooperative;
+pub mod detection;
 pub mod dgps;
+pub mod extended;
 pub mod gauss_markov;
+pub mod geometry;
 pub mod gps;
+pub mod measurement;
+pub mod propagation;
+pub mod radar_equation;
 pub mod service;
 
 #[cfg(test)]

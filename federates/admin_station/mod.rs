@@ -1,0 +1,348 @@
+//! The administration station: configures, starts, freezes, steps, stops, restarts and measures a run.
+//!
+//! It owns the [`Conductor`] and is the only process that paces time.
+
+pub mod client;
+pub mod summary;
+
+use crate::runtime::bus::{Bus, BusError, Class, Request};
+use crate::runtime::clock::monotonic_ns;
+use crate::runtime::codec::{decode, encode};
+use crate::runtime::conductor::{ClosedRun, Conductor, ConductorConfig, Effect, Token};
+use crate::runtime::federate::Publication;
+use crate::runtime::life_cycle::Phase;
+use crate::runtime::member_driver::Retained;
+use crate::runtime::messages::{
+    Answer, Command, FederateStatus, Frame, Hello, Order, Report, RunState, ScanReport,
+};
+use crate::runtime::process::Usage;
+use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+/// What reaches the administration station from outside.
+pub enum Event {
+    /// A federate asks to join.
+    Join(Request),
+    /// A report of a member.
+    Report(String, Vec<u8>),
+    /// A command from a second terminal or the page.
+    Command(Request),
+    /// A command from inside this process (DIS simulation management), with the channel for the answer.
+    Local(Command, Sender<Answer>),
+    /// A member's liveliness changed: name, incarnation.
+    Alive(String, u64, bool),
+    /// The operator of this process wants the run to end.
+    Stop,
+}
+
+/// What the administration station needs.
+pub struct AdminContext {
+    /// The synchronisation plane.
+    pub bus: Arc<dyn Bus>,
+    /// The run.
+    pub config: ConductorConfig,
+    /// Events, also from simulation management and Ctrl-C.
+    pub events: (Sender<Event>, Receiver<Event>),
+    /// Told of every phase reached: phase, frame, reason.
+    pub reached: Box<dyn FnMut(Phase, Frame, Option<&str>) + Send>,
+    /// Told of every closed run.
+    pub closed: Box<dyn FnMut(&ClosedRun) + Send>,
+    /// How long expected federates may take to join, when in batch.
+    pub patience: Duration,
+}
+
+/// Statistics of the whole federation, as `seeds admin-station status` and the page show them.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Statistics {
+    /// How the run stands.
+    pub state: RunState,
+    /// Application measures of the last scan: plots, tracks, Pd, errors.
+    pub measures: BTreeMap<String, f64>,
+    /// System statistics of each federate.
+    pub federates: BTreeMap<String, FederateStatus>,
+}
+
+/// Runs the federation until it is over; returns the exit code.
+///
+/// # Errors
+/// If the bus fails.
+pub fn run(context: AdminContext) -> Result<u8, BusError> {
+    let AdminContext { bus, config, events, mut reached, mut closed, patience } = context;
+    let (send, receive) = events;
+    let statistics = Arc::new(Mutex::new(Statistics::default()));
+    let expected = config.expected.clone();
+    let batch = config.batch;
+    let mut conductor = Conductor::new(config);
+    let retained = Retained::default();
+
+    serve(&*bus, &send, &statistics)?;
+    bus.announce("alive/admin-station/1")?;
+
+    let mut asked: BTreeMap<Token, Box<dyn FnOnce(Answering<'_>) + Send>> = BTreeMap::new();
+    let mut next_token: Token = 1;
+    let mut effects = Vec::new();
+    let mut usage = Usage::default();
+    let mut next_status = 0;
+    let mut stopping: Option<u64> = None;
+    let started = monotonic_ns();
+    let mut said_awaiting = false;
+    let code = 'run: loop {
+        let now = monotonic_ns();
+        let wait = Duration::from_nanos(conductor.deadline(now).saturating_sub(now));
+        let first = match receive.recv_timeout(wait) {
+            Ok(event) => Some(event),
+            Err(RecvTimeoutError::Timeout) => None,
+            Err(RecvTimeoutError::Disconnected) => break 'run 1,
+        };
+        let now = monotonic_ns();
+        for event in first.into_iter().chain(receive.try_iter().take(256)) {
+            let token = next_token;
+            next_token += 1;
+            match event {
+                Event::Join(request) => match decode::<Hello>(&request.body) {
+                    Ok(hello) => {
+                        asked.insert(token, Box::new(move |a| a.to(request)));
+                        conductor.hello(now, hello, token, &mut effects);
+                    }
+                    Err(e) => {
+                        let why = crate::runtime::messages::Welcome::Refused(e.to_string());
+                        request.answer(encode(&why));
+                    }
+                },
+                Event::Report(from, body) => match decode::<Report>(&body) {
+                    Ok(report) => conductor.report(now, &from, report, &mut effects),
+                    Err(e) => tracing::warn!("a report of {from} was dropped: {e}"),
+                },
+                Event::Command(request) => match decode::<Command>(&request.body) {
+                    Ok(command) => {
+                        operation(&*bus, &command);
+                        asked.insert(token, Box::new(move |a| a.to(request)));
+                        conductor.command(now, command, token, &mut effects);
+                    }
+                    Err(e) => tracing::warn!("a command was dropped: {e}"),
+                },
+                Event::Local(command, answer) => {
+                    operation(&*bus, &command);
+                    asked.insert(
+                        token,
+                        Box::new(move |a| {
+                            if let Answering::Answer(a) = a {
+                                let _ = answer.send(a.clone());
+                            }
+                        }),
+                    );
+                    conductor.command(now, command, token, &mut effects);
+                }
+                Event::Alive(name, inc, alive) => {
+                    conductor.alive(now, &name, inc, alive, &mut effects);
+                }
+                Event::Stop => {
+                    if conductor.phase() == Phase::Stopped || conductor.phase() == Phase::Init {
+                        effects.push(Effect::Exit(0));
+                    } else if stopping.is_none() {
+                        conductor.command(now, Command::Stop, 0, &mut effects);
+                    }
+                    stopping.get_or_insert(now);
+                }
+            }
+        }
+        conductor.tick(now, &mut effects);
+        let mut exit = None;
+        for effect in effects.drain(..) {
+            match effect {
+                Effect::Welcome(token, welcome) => {
+                    if let Some(answer) = asked.remove(&token) {
+                        answer(Answering::Welcome(&encode(&welcome)));
+                    }
+                }
+                Effect::Answer(token, answer) => {
+                    if let Some(tell) = asked.remove(&token) {
+                        tell(Answering::Answer(&answer));
+                    }
+                }
+                Effect::Order(order) => {
+                    bus.publish("ctl/order", Class::Must, encode(&order))?;
+                }
+                Effect::State(state) => {
+                    let body = encode(&state);
+                    statistics.lock().unwrap_or_else(PoisonError::into_inner).state = state;
+                    retained.publish(
+                        &*bus,
+                        Publication {
+                            key: "obs/state".into(),
+                            class: Class::Lossy,
+                            body,
+                            retained: Some("obs/state/last".into()),
+                        },
+                    )?;
+                }
+                Effect::Reached { phase, frame, reason } => {
+                    match &reason {
+                        Some(why) => tracing::error!("{phase} at frame {frame}: {why}"),
+                        None => tracing::info!("{phase} at frame {frame}"),
+                    }
+                    reached(phase, frame, reason.as_deref());
+                }
+                Effect::Closed(run) => {
+                    closed(&run);
+                    if stopping.is_some() {
+                        exit = Some(u8::from(!run.reasons.is_empty()));
+                    }
+                }
+                Effect::Exit(code) => exit = Some(code),
+            }
+        }
+        if now >= next_status {
+            next_status = now + 1_000_000_000;
+            usage.sample(now);
+            let status = FederateStatus {
+                name: "admin-station".into(),
+                pid: std::process::id(),
+                host: crate::runtime::process::host_name(),
+                frame: conductor.frame(),
+                cpu_s: usage.cpu_s,
+                cpu_pct: usage.cpu_pct,
+                rss_bytes: usage.rss_bytes,
+                ..Default::default()
+            };
+            bus.publish("obs/fed/admin-station", Class::Lossy, encode(&status))?;
+            let mut statistics = statistics.lock().unwrap_or_else(PoisonError::into_inner);
+            statistics.federates.insert(status.name.clone(), status);
+        }
+        let waited = Duration::from_nanos(now - started);
+        if conductor.phase() == Phase::Init && waited > patience.min(Duration::from_secs(10)) {
+            let (awaited, deaf) = (conductor.awaited().join(", "), conductor.deaf().join(", "));
+            let text = if awaited.is_empty() {
+                format!(
+                    "after {} s: {deaf} joined but does not hear all traffic generators and the external world on the synchronisation plane: check that every host can reach every other (--sync-listen with an address that the others reach)",
+                    waited.as_secs()
+                )
+            } else {
+                format!(
+                    "after {} s still waiting for {awaited} (expected: {}): start them, or check their --sync-connect",
+                    waited.as_secs(),
+                    expected.join(", ")
+                )
+            };
+            if batch && waited > patience {
+                tracing::error!("{text}");
+                exit = Some(1);
+            } else if !said_awaiting {
+                said_awaiting = true;
+                tracing::warn!("{text}");
+            }
+        }
+        if stopping.is_some_and(|at| now > at + 8_000_000_000) {
+            exit.get_or_insert(1);
+        }
+        if let Some(code) = exit {
+            bus.publish("ctl/order", Class::Must, encode(&Order::Exit { code }))?;
+            break 'run code;
+        }
+    };
+    // Members leave on the order; their sessions close on their own.
+    std::thread::sleep(Duration::from_millis(50));
+    bus.close();
+    Ok(code)
+}
+
+/// The answer to somebody's question.
+enum Answering<'a> {
+    Welcome(&'a [u8]),
+    Answer(&'a Answer),
+}
+
+impl Answering<'_> {
+    fn to(self, request: Request) {
+        match self {
+            Self::Welcome(body) => request.answer(body.to_vec()),
+            Self::Answer(answer) => request.answer(encode(answer)),
+        }
+    }
+}
+
+/// Every operator action is told to the spectators, the log among them.
+fn operation(bus: &dyn Bus, command: &Command) {
+    if *command != Command::Status {
+        let _ = bus.publish("obs/operation", Class::Lossy, encode(command));
+    }
+}
+
+fn serve(
+    bus: &dyn Bus,
+    send: &Sender<Event>,
+    statistics: &Arc<Mutex<Statistics>>,
+) -> Result<(), BusError> {
+    let to = send.clone();
+    bus.serve(
+        "ctl/join",
+        Box::new(move |request| {
+            let _ = to.send(Event::Join(request));
+        }),
+    )?;
+    let to = send.clone();
+    bus.serve(
+        "ctl/command",
+        Box::new(move |request| {
+            let _ = to.send(Event::Command(request));
+        }),
+    )?;
+    let to = send.clone();
+    bus.subscribe(
+        "fed/*",
+        Box::new(move |key, body| {
+            let from = key.strip_prefix("fed/").unwrap_or(key);
+            let _ = to.send(Event::Report(from.to_owned(), body.to_vec()));
+        }),
+    )?;
+    let to = send.clone();
+    bus.watch(
+        "alive/*/*",
+        Box::new(move |key, alive| {
+            let mut parts = key.split('/').skip(1);
+            if let (Some(name), Some(Ok(inc))) = (parts.next(), parts.next().map(str::parse)) {
+                let _ = to.send(Event::Alive(name.to_owned(), inc, alive));
+            }
+        }),
+    )?;
+    let kept = Arc::clone(statistics);
+    bus.subscribe(
+        "obs/fed/*",
+        Box::new(move |_, body| {
+            if let Ok(status) = decode::<FederateStatus>(body) {
+                let mut kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
+                kept.federates.insert(status.name.clone(), status);
+            }
+        }),
+    )?;
+    let kept = Arc::clone(statistics);
+    bus.subscribe(
+        "tracks/1/scan",
+        Box::new(move |_, body| {
+            if let Ok(scan) = decode::<ScanReport>(body) {
+                let mut kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
+                kept.measures = scan.measures.into_iter().collect();
+            }
+        }),
+    )?;
+    let kept = Arc::clone(statistics);
+    bus.serve(
+        "ctl/statistics",
+        Box::new(move |request| {
+            let kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
+            let body = serde_json::to_vec(&*kept).unwrap_or_default();
+            request.answer(body);
+        }),
+    )
+}
+
+/// A command from inside the process, answered when its state is reached.
+#[must_use]
+pub fn local(send: &Sender<Event>, command: Command, within: Duration) -> Option<Answer> {
+    let (answer, wait) = bounded(1);
+    send.send(Event::Local(command, answer)).ok()?;
+    wait.recv_timeout(within).ok()
+}

@@ -1,0 +1,149 @@
+//! The JSON line with which a run ends.
+
+use crate::runtime::conductor::ClosedRun;
+use crate::runtime::digest::combine;
+use serde::Serialize;
+
+/// One run in one line; `None` (null) where a figure could not be measured.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct RunSummary {
+    /// Scene name (the file's stem).
+    pub scene: String,
+    /// Seed.
+    pub seed: u64,
+    /// Frames executed.
+    pub frames: u64,
+    /// Simulated time, s.
+    pub sim_s: f64,
+    /// Wall time in phase RUNNING, s.
+    pub wall_s: f64,
+    /// Simulated seconds per wall second.
+    pub rate: f64,
+    /// Names of the federates that took part.
+    pub federates: Vec<String>,
+    /// Ground truth.
+    pub truth: TruthSummary,
+    /// Plots by sensor kind.
+    pub plots: PlotSummary,
+    /// System tracks.
+    pub tracks: TrackSummary,
+    /// Digest of truth, weather, plots and tracks, 16 hexadecimal digits.
+    pub digest: String,
+    /// Digest of plots and tracks alone.
+    pub track_digest: String,
+    /// Faults; empty when all went well.
+    pub faults: Vec<String>,
+}
+
+/// Ground truth of a run.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct TruthSummary {
+    /// Entities.
+    pub entities: u64,
+    /// PDUs sent by traffic generators and external world.
+    pub pdus_sent: u64,
+    /// PDUs that arrived at the SMDFM by themselves.
+    pub pdus_received: u64,
+    /// PDUs that did not.
+    pub lost: u64,
+    /// PDUs fetched by request.
+    pub repaired: u64,
+}
+
+/// Plots of a run.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct PlotSummary {
+    /// Surface movement radar.
+    pub asde: u64,
+    /// Satellite positioning.
+    pub gps: u64,
+    /// Differential satellite positioning.
+    pub dgps: u64,
+    /// Other sensors.
+    pub other: u64,
+}
+
+/// Tracks of a run.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct TrackSummary {
+    /// Tracks that were ever confirmed.
+    pub confirmed: u64,
+    /// Root mean square position error of tracks just after the update by an ASDE plot of a moving target, m.
+    pub rmse_m: Option<f64>,
+    /// The same of those plots, m.
+    pub raw_rmse_m: Option<f64>,
+    /// Error of the published (predicted) tracks at publication time, m.
+    pub published_rmse_m: Option<f64>,
+    /// The two first figures on straight legs only, m.
+    pub straight_rmse_m: Option<f64>,
+    /// Raw plots on straight legs, m.
+    pub straight_raw_rmse_m: Option<f64>,
+}
+
+impl RunSummary {
+    /// From a closed run; `scene` is the scene's name, `step_ns` the frame length.
+    #[must_use]
+    pub fn of(run: &ClosedRun, scene: &str, step_ns: i64) -> Self {
+        let sum = |key: &str| -> f64 {
+            let values = run.reports.iter().flat_map(|r| &r.values);
+            values.filter(|(k, _)| k == key).map(|(_, v)| v).sum()
+        };
+        let one = |key: &str| -> Option<f64> {
+            let mut values = run.reports.iter().flat_map(|r| &r.values);
+            values.find(|(k, _)| k == key).map(|(_, v)| *v).filter(|v| v.is_finite())
+        };
+        let digest = |name_starts: &str, key: &str| -> u64 {
+            run.reports
+                .iter()
+                .filter(|r| r.name.starts_with(name_starts))
+                .flat_map(|r| &r.digests)
+                .filter(|(k, _)| k == key)
+                .fold(0, |sum, (_, d)| sum.wrapping_add(*d))
+        };
+        let plots = digest("smdfm", "plots");
+        let tracks = digest("smdfm", "tracks");
+        let (truth, weather) =
+            (digest("traffic-generator", "pdus"), digest("external-world", "pdus"));
+        let sim_s = run.frame as f64 * step_ns as f64 * 1e-9;
+        let wall_s = run.wall_ns as f64 * 1e-9;
+        Self {
+            scene: scene.to_owned(),
+            seed: run.seed,
+            frames: run.frame,
+            sim_s,
+            wall_s,
+            rate: if wall_s > 0.0 { sim_s / wall_s } else { 0.0 },
+            federates: run.reports.iter().map(|r| r.name.clone()).collect(),
+            truth: TruthSummary {
+                entities: sum("entities") as u64,
+                pdus_sent: sum("pdus_sent") as u64,
+                pdus_received: sum("pdus_received") as u64,
+                lost: sum("pdus_lost") as u64,
+                repaired: sum("pdus_repaired") as u64,
+            },
+            plots: PlotSummary {
+                asde: sum("plots_asde") as u64,
+                gps: sum("plots_gps") as u64,
+                dgps: sum("plots_dgps") as u64,
+                other: sum("plots_other") as u64,
+            },
+            tracks: TrackSummary {
+                confirmed: sum("tracks_confirmed") as u64,
+                rmse_m: one("rmse_m"),
+                raw_rmse_m: one("raw_rmse_m"),
+                published_rmse_m: one("published_rmse_m"),
+                straight_rmse_m: one("straight_rmse_m"),
+                straight_raw_rmse_m: one("straight_raw_rmse_m"),
+            },
+            digest: format!("{:016x}", combine(&[truth, weather, plots, tracks])),
+            track_digest: format!("{:016x}", combine(&[plots, tracks])),
+            faults: run.reasons.clone(),
+        }
+    }
+
+    /// The line.
+    #[must_use]
+    pub fn line(&self) -> String {
+        serde_json::to_string(self).expect("plain numbers and strings")
+    }
+}

@@ -1,0 +1,839 @@
+//! The conductor as a state machine: the one authority over time and life cycle.
+//!
+//! Pace, single step, freeze and "as fast as possible" are all ways in which the grant horizon moves.
+//! The core reads no clock; the driver passes wall nanoseconds in.
+
+use super::life_cycle::{Phase, Refused, Transition};
+use super::member::WallNs;
+use super::messages::{
+    Answer, Command, FinalReport, Frame, Hello, MemberState, Order, Report, RunConfig, RunState,
+    Welcome,
+};
+use std::collections::BTreeMap;
+
+/// Names a question that waits for its answer.
+pub type Token = u64;
+
+/// What the conductor wants done.
+#[derive(Debug, PartialEq)]
+pub enum Effect {
+    /// Answer a [`Hello`].
+    Welcome(Token, Welcome),
+    /// Tell all members.
+    Order(Order),
+    /// Answer a [`Command`].
+    Answer(Token, Answer),
+    /// Tell spectators how the run stands.
+    State(RunState),
+    /// A phase was reached at a frame: for DIS simulation management, log and page.
+    Reached {
+        /// Phase.
+        phase: Phase,
+        /// Frame.
+        frame: Frame,
+        /// Why, if by a fault.
+        reason: Option<String>,
+    },
+    /// A run is closed and all members have reported.
+    Closed(Box<ClosedRun>),
+    /// The federation is over.
+    Exit(u8),
+}
+
+/// The results of one run.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ClosedRun {
+    /// Number of the run.
+    pub run: u32,
+    /// Seed.
+    pub seed: u64,
+    /// Last frame executed by all.
+    pub frame: Frame,
+    /// Wall time in phase RUNNING, ns.
+    pub wall_ns: WallNs,
+    /// Final reports by name.
+    pub reports: Vec<FinalReport>,
+    /// Faults; empty when all went well.
+    pub reasons: Vec<String>,
+}
+
+/// What the conductor is told at the start.
+#[derive(Clone, Debug)]
+pub struct ConductorConfig {
+    /// Title of the scene.
+    pub scene: String,
+    /// Hash of the scene and its data.
+    pub scene_hash: u64,
+    /// Version of the build.
+    pub version: String,
+    /// Essential members by name, sorted.
+    pub expected: Vec<String>,
+    /// Members that make PDUs, sorted.
+    pub producers: Vec<String>,
+    /// Number of traffic generators.
+    pub generators: u32,
+    /// Seed.
+    pub seed: u64,
+    /// Length of a frame, ns.
+    pub step_ns: i64,
+    /// UTC of frame 0, ns.
+    pub start_utc_ns: i64,
+    /// Last frame.
+    pub last_frame: Frame,
+    /// Simulated seconds per wall second; infinite = as fast as possible.
+    pub rate: f64,
+    /// Start as soon as all are ready.
+    pub autostart: bool,
+    /// End the federation when the run is over or faulty (batch), else wait for an operator.
+    pub batch: bool,
+    /// Frames that may be granted ahead of the slowest member when as fast as possible.
+    pub window: Frame,
+    /// A member that holds everybody up for this long is given up, ns of wall time.
+    pub stall_ns: WallNs,
+}
+
+#[derive(Debug)]
+struct MemberEntry {
+    hello: Hello,
+    inc: u64,
+    alive: bool,
+    ready: Option<u32>,
+    /// Consumers: whether they hear all producers. Others: true once they answered.
+    present: bool,
+    executed: Option<Frame>,
+    cut: Option<Frame>,
+    last_heard: WallNs,
+}
+
+/// What happens when all members stand at the horizon.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Goal {
+    /// Go on to the end of the run.
+    End,
+    /// Freeze at this frame.
+    Freeze(Frame),
+    /// Close the run at this frame.
+    Stop(Frame),
+}
+
+/// The clock authority.
+pub struct Conductor {
+    config: ConductorConfig,
+    phase: Phase,
+    run: u32,
+    granted: Frame,
+    goal: Goal,
+    rate: f64,
+    members: BTreeMap<String, MemberEntry>,
+    next_inc: u64,
+    anchor: (WallNs, Frame),
+    running_since: Option<WallNs>,
+    ran_ns: WallNs,
+    pending: Vec<(Token, Transition)>,
+    finals: BTreeMap<String, FinalReport>,
+    finish_deadline: Option<WallNs>,
+    restart_after: bool,
+    reasons: Vec<String>,
+    seal: Option<Seal>,
+    last_state: WallNs,
+    last_muster: WallNs,
+    pace_samples: std::collections::VecDeque<(WallNs, Frame)>,
+    faulty: bool,
+}
+
+#[derive(Debug)]
+struct Seal {
+    name: String,
+    asked: BTreeMap<String, Option<Option<Frame>>>,
+    deadline: WallNs,
+}
+
+const MUSTER_EVERY_NS: WallNs = 20_000_000;
+const STATE_EVERY_NS: WallNs = 200_000_000;
+const FINISH_WITHIN_NS: WallNs = 5_000_000_000;
+const SEAL_WITHIN_NS: WallNs = 500_000_000;
+
+impl Conductor {
+    /// A conductor in phase INIT.
+    #[must_use]
+    pub fn new(config: ConductorConfig) -> Self {
+        Self {
+            phase: Phase::Init,
+            run: 0,
+            granted: 0,
+            goal: Goal::End,
+            rate: config.rate,
+            members: BTreeMap::new(),
+            next_inc: 1,
+            anchor: (0, 0),
+            running_since: None,
+            ran_ns: 0,
+            pending: Vec::new(),
+            finals: BTreeMap::new(),
+            finish_deadline: None,
+            restart_after: false,
+            reasons: Vec::new(),
+            seal: None,
+            last_state: 0,
+            last_muster: 0,
+            pace_samples: std::collections::VecDeque::new(),
+            faulty: false,
+            config,
+        }
+    }
+
+    /// Phase of the run.
+    #[must_use]
+    pub fn phase(&self) -> Phase {
+        self.phase
+    }
+
+    /// Expected members that have not joined.
+    #[must_use]
+    pub fn awaited(&self) -> Vec<&str> {
+        self.config
+            .expected
+            .iter()
+            .filter(|name| !self.members.get(*name).is_some_and(|m| m.alive))
+            .map(String::as_str)
+            .collect()
+    }
+
+    /// Lowest frame that every essential member has executed.
+    #[must_use]
+    pub fn frame(&self) -> Frame {
+        self.config
+            .expected
+            .iter()
+            .filter_map(|name| self.members.get(name))
+            .filter(|m| m.alive)
+            .map(|m| m.executed.unwrap_or(0))
+            .min()
+            .unwrap_or(self.granted)
+    }
+
+    /// A federate asks to join.
+    pub fn hello(&mut self, now: WallNs, hello: Hello, token: Token, effects: &mut Vec<Effect>) {
+        let name = hello.name.clone();
+        let refuse = |why: String| Effect::Welcome(token, Welcome::Refused(why));
+        if hello.version != self.config.version {
+            effects.push(refuse(format!(
+                "'{name}' is version {}, this federation runs {}: use the same build everywhere",
+                hello.version, self.config.version
+            )));
+            return;
+        }
+        if hello.scene_hash != self.config.scene_hash {
+            effects.push(refuse(format!(
+                "'{name}' on {} has another scene (hash {:016x}) than this federation ('{}', {:016x}): give every federate the same scene file and data",
+                hello.host, hello.scene_hash, self.config.scene, self.config.scene_hash
+            )));
+            return;
+        }
+        if let Some(present) = self.members.get(&name).filter(|m| m.alive) {
+            effects.push(refuse(format!(
+                "'{name}' is already running (process {} on {}): stop that one first or choose another --exercise",
+                present.hello.pid, present.hello.host
+            )));
+            return;
+        }
+        if hello.kind.essential() && !self.config.expected.contains(&name) {
+            effects.push(refuse(format!(
+                "'{name}' is not expected in this federation; expected: {}. Check --share and the administration station's --generators",
+                self.config.expected.join(", ")
+            )));
+            return;
+        }
+        if hello.kind.essential() && !matches!(self.phase, Phase::Init) {
+            effects.push(refuse(format!(
+                "'{name}' cannot join a run that is {}: joining a run under way is not supported; start the federation anew",
+                self.phase
+            )));
+            return;
+        }
+        let inc = self.next_inc;
+        self.next_inc += 1;
+        effects.push(Effect::Welcome(token, Welcome::Accepted { inc }));
+        self.members.insert(
+            name,
+            MemberEntry {
+                hello,
+                inc,
+                alive: true,
+                ready: None,
+                present: false,
+                executed: None,
+                cut: None,
+                last_heard: now,
+            },
+        );
+        effects.push(Effect::Order(Order::Muster));
+        self.push_state(now, effects);
+    }
+
+    /// Expected members that have joined but do not hear all producers yet.
+    #[must_use]
+    pub fn deaf(&self) -> Vec<&str> {
+        let deaf = |name: &&String| self.members.get(*name).is_some_and(|m| m.alive && !m.present);
+        self.config.expected.iter().filter(deaf).map(String::as_str).collect()
+    }
+
+    fn configure(&mut self, effects: &mut Vec<Effect>) {
+        self.run += 1;
+        self.granted = 0;
+        self.goal = Goal::End;
+        self.finals.clear();
+        self.finish_deadline = None;
+        self.restart_after = false;
+        self.ran_ns = 0;
+        self.running_since = None;
+        self.pace_samples.clear();
+        for member in self.members.values_mut() {
+            member.ready = None;
+            member.executed = None;
+        }
+        effects.push(Effect::Order(Order::Configure(RunConfig {
+            run: self.run,
+            seed: self.config.seed,
+            producers: self.config.producers.clone(),
+            generators: self.config.generators,
+            last_frame: self.config.last_frame,
+        })));
+    }
+
+    /// A member's process or session is gone, or back.
+    pub fn alive(
+        &mut self,
+        now: WallNs,
+        name: &str,
+        inc: u64,
+        alive: bool,
+        effects: &mut Vec<Effect>,
+    ) {
+        let Some(member) = self.members.get(name) else { return };
+        if alive || member.inc != inc || !member.alive {
+            return;
+        }
+        self.lose(now, name.to_owned(), "its process or connection is gone", effects);
+    }
+
+    fn lose(&mut self, now: WallNs, name: String, why: &str, effects: &mut Vec<Effect>) {
+        let Some(member) = self.members.get_mut(&name) else { return };
+        member.alive = false;
+        let (inc, host, pid) = (member.inc, member.hello.host.clone(), member.hello.pid);
+        if !self.config.expected.contains(&name) {
+            self.push_state(now, effects);
+            return;
+        }
+        if self.phase == Phase::Stopped && self.finish_deadline.is_none() {
+            return;
+        }
+        let reason = format!("{name} (process {pid} on {host}) is lost: {why}");
+        self.reasons.push(reason);
+        self.faulty = true;
+        match self.phase {
+            Phase::Running => {
+                // Seal, then cut: all survivors count the same frames of the lost member.
+                let asked = self
+                    .members
+                    .iter()
+                    .filter(|(n, m)| m.alive && self.config.expected.contains(n))
+                    .map(|(n, _)| (n.clone(), None))
+                    .collect();
+                effects.push(Effect::Order(Order::Seal { run: self.run, name: name.clone(), inc }));
+                self.seal = Some(Seal { name, asked, deadline: now + SEAL_WITHIN_NS });
+                self.goal = Goal::Freeze(self.granted);
+                self.settle(now, effects);
+            }
+            _ => {
+                self.fail_pending(effects);
+                if self.config.batch {
+                    effects.push(Effect::Exit(1));
+                }
+            }
+        }
+        self.push_state(now, effects);
+    }
+
+    fn fail_pending(&mut self, effects: &mut Vec<Effect>) {
+        let text = self.reasons.last().cloned().unwrap_or_default();
+        for (token, _) in std::mem::take(&mut self.pending) {
+            effects.push(Effect::Answer(token, self.answer(false, &text)));
+        }
+    }
+
+    /// A report of a member.
+    pub fn report(&mut self, now: WallNs, from: &str, report: Report, effects: &mut Vec<Effect>) {
+        let Some(member) = self.members.get_mut(from) else { return };
+        member.last_heard = now;
+        match report {
+            Report::Present { inc, hears, consumes } if inc == member.inc => {
+                let all = self.config.producers.iter().all(|p| p == from || hears.contains(p));
+                member.present = !consumes || all;
+                let mustered = self.run == 0 && self.awaited().is_empty() && self.deaf().is_empty();
+                if mustered {
+                    self.configure(effects);
+                }
+            }
+            Report::Ready { run, inc } if run == self.run && inc == member.inc => {
+                member.ready = Some(run);
+                self.all_ready(now, effects);
+            }
+            Report::Ends(ends)
+                if ends.run == self.run && ends.inc == member.inc && member.alive =>
+            {
+                member.executed = Some(ends.last);
+                self.settle(now, effects);
+                self.extend(now, effects);
+            }
+            Report::Sealed { run, name, complete } if run == self.run => {
+                if let Some(seal) = self.seal.as_mut().filter(|s| s.name == name)
+                    && let Some(slot) = seal.asked.get_mut(from)
+                {
+                    *slot = Some(complete);
+                    self.try_cut(now, effects);
+                }
+            }
+            Report::Final(report) if report.run == self.run => {
+                self.finals.insert(from.to_owned(), *report);
+                self.try_close(now, effects);
+            }
+            Report::Failed { reason } => {
+                let reason = format!("{from} cannot go on: {reason}");
+                self.reasons.push(reason);
+                self.faulty = true;
+                self.fail_pending(effects);
+                effects.push(Effect::Exit(1));
+            }
+            _ => {}
+        }
+    }
+
+    fn all_ready(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
+        let ready = self
+            .config
+            .expected
+            .iter()
+            .all(|n| self.members.get(n).is_some_and(|m| m.ready == Some(self.run)));
+        if !ready || self.finish_deadline.is_some() {
+            return;
+        }
+        let was = self.phase;
+        if was != Phase::Configured {
+            self.phase = Phase::Configured;
+            effects.push(Effect::Reached { phase: self.phase, frame: 0, reason: None });
+        }
+        self.answer_pending(Transition::Restart, "configured; waiting for start", effects);
+        if self.config.autostart && self.run == 1 {
+            let _ = self.start(now, effects);
+        }
+        self.push_state(now, effects);
+    }
+
+    fn start(&mut self, now: WallNs, effects: &mut Vec<Effect>) -> Result<(), Refused> {
+        self.phase = self.phase.after(Transition::Start)?;
+        self.goal = Goal::End;
+        self.anchor = (now, self.granted);
+        self.running_since = Some(now);
+        self.pace_samples.clear();
+        effects.push(Effect::Reached { phase: self.phase, frame: self.granted, reason: None });
+        self.extend(now, effects);
+        Ok(())
+    }
+
+    /// A command of an operator; its answer comes when the state is reached.
+    pub fn command(
+        &mut self,
+        now: WallNs,
+        command: Command,
+        token: Token,
+        effects: &mut Vec<Effect>,
+    ) {
+        let refused = |this: &Self, refused: Refused| {
+            Effect::Answer(token, this.answer(false, &refused.to_string()))
+        };
+        match command {
+            Command::Status => {
+                let text = self.standing();
+                effects.push(Effect::Answer(token, self.answer(true, &text)));
+            }
+            Command::Start => {
+                if let Some(why) = self.fault_blocks() {
+                    effects.push(Effect::Answer(token, self.answer(false, &why)));
+                    return;
+                }
+                match self.start(now, effects) {
+                    Ok(()) => {
+                        let text = format!("running from frame {}", self.anchor.1);
+                        effects.push(Effect::Answer(token, self.answer(true, &text)));
+                    }
+                    Err(e) => effects.push(refused(self, e)),
+                }
+            }
+            Command::Freeze => match self.phase.after(Transition::Freeze) {
+                Ok(_) => {
+                    self.pending.push((token, Transition::Freeze));
+                    if self.goal == Goal::End {
+                        self.goal = Goal::Freeze(self.granted);
+                    }
+                    self.settle(now, effects);
+                }
+                Err(e) => effects.push(refused(self, e)),
+            },
+            Command::Step { n } => {
+                let can = matches!(self.phase, Phase::Frozen | Phase::Configured);
+                if let Some(why) = self.fault_blocks() {
+                    effects.push(Effect::Answer(token, self.answer(false, &why)));
+                } else if !can || n == 0 {
+                    let text = if n == 0 {
+                        "a step is at least one frame".to_owned()
+                    } else {
+                        format!(
+                            "'step' is possible while FROZEN or CONFIGURED, not while {}",
+                            self.phase
+                        )
+                    };
+                    effects.push(Effect::Answer(token, self.answer(false, &text)));
+                } else {
+                    self.phase = Phase::Running;
+                    self.running_since = Some(now);
+                    let target = self.granted.saturating_add(n).min(self.config.last_frame);
+                    self.goal = Goal::Freeze(target);
+                    self.granted = target;
+                    self.pending.push((token, Transition::Freeze));
+                    effects.push(Effect::Order(Order::Grant { run: self.run, upto: target }));
+                    self.settle(now, effects);
+                }
+            }
+            Command::Stop => match self.phase.after(Transition::Stop) {
+                Ok(_) => {
+                    self.pending.push((token, Transition::Stop));
+                    self.stop(now, effects);
+                }
+                Err(e) => effects.push(refused(self, e)),
+            },
+            Command::Restart => {
+                if let Some(why) = self.fault_blocks() {
+                    effects.push(Effect::Answer(token, self.answer(false, &why)));
+                    return;
+                }
+                match self.phase.after(Transition::Restart) {
+                    Ok(_) => {
+                        self.pending.push((token, Transition::Restart));
+                        if self.phase == Phase::Frozen {
+                            self.restart_after = true;
+                            self.stop(now, effects);
+                        } else {
+                            self.configure(effects);
+                        }
+                    }
+                    Err(e) => effects.push(refused(self, e)),
+                }
+            }
+            Command::Rate { rate } => {
+                let text = if rate > 0.0 && !rate.is_nan() {
+                    self.rate = rate;
+                    self.anchor = (now, self.granted);
+                    self.pace_samples.clear();
+                    if rate.is_infinite() {
+                        "rate: as fast as possible".to_owned()
+                    } else {
+                        format!("rate: {rate} simulated seconds per second")
+                    }
+                } else {
+                    format!("rate {rate} is not above 0")
+                };
+                let ok = rate > 0.0;
+                effects.push(Effect::Answer(token, self.answer(ok, &text)));
+                self.extend(now, effects);
+            }
+        }
+        self.push_state(now, effects);
+    }
+
+    fn fault_blocks(&self) -> Option<String> {
+        self.faulty.then(|| {
+            format!(
+                "an essential federate is lost ({}); possible now: stop",
+                self.reasons.last().map_or("", String::as_str)
+            )
+        })
+    }
+
+    fn stop(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
+        if self.phase == Phase::Running {
+            self.goal = Goal::Stop(self.granted);
+            self.settle(now, effects);
+        } else {
+            self.finish(now, effects);
+        }
+    }
+
+    fn finish(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
+        self.pause_clock(now);
+        self.phase = Phase::Stopped;
+        self.finish_deadline = Some(now + FINISH_WITHIN_NS);
+        let frame = self.frame();
+        effects.push(Effect::Order(Order::Finish { run: self.run, frame }));
+        effects.push(Effect::Reached { phase: self.phase, frame, reason: None });
+        self.try_close(now, effects);
+    }
+
+    fn pause_clock(&mut self, now: WallNs) {
+        if let Some(since) = self.running_since.take() {
+            self.ran_ns += now.saturating_sub(since);
+        }
+    }
+
+    fn try_close(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
+        let Some(deadline) = self.finish_deadline else { return };
+        let outstanding =
+            self.config.expected.iter().any(|n| {
+                self.members.get(n).is_some_and(|m| m.alive) && !self.finals.contains_key(n)
+            });
+        if outstanding && now < deadline {
+            return;
+        }
+        self.finish_deadline = None;
+        effects.push(Effect::Closed(Box::new(ClosedRun {
+            run: self.run,
+            seed: self.config.seed,
+            frame: self.frame(),
+            wall_ns: self.ran_ns,
+            reports: self.finals.values().cloned().collect(),
+            reasons: self.reasons.clone(),
+        })));
+        self.answer_pending(Transition::Stop, "stopped", effects);
+        if self.restart_after {
+            self.configure(effects);
+        } else if self.config.batch {
+            effects.push(Effect::Exit(u8::from(self.faulty)));
+        }
+        self.push_state(now, effects);
+    }
+
+    /// Whether all members stand at the goal, and what follows.
+    fn settle(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
+        if self.phase != Phase::Running || self.seal.is_some() {
+            return;
+        }
+        let frame = self.frame();
+        match self.goal {
+            Goal::End if frame >= self.config.last_frame => self.finish(now, effects),
+            Goal::Stop(at) if frame >= at => self.finish(now, effects),
+            Goal::Freeze(at) if frame >= at => {
+                if at >= self.config.last_frame && !self.faulty {
+                    let text = "the run is over at its last frame";
+                    self.answer_pending(Transition::Freeze, text, effects);
+                    self.finish(now, effects);
+                    return;
+                }
+                self.pause_clock(now);
+                self.phase = Phase::Frozen;
+                let reason = self.reasons.last().cloned();
+                effects.push(Effect::Reached { phase: self.phase, frame, reason });
+                self.answer_pending(
+                    Transition::Freeze,
+                    &format!("frozen at frame {frame}"),
+                    effects,
+                );
+                if self.faulty && self.config.batch {
+                    self.finish(now, effects);
+                }
+                self.push_state(now, effects);
+            }
+            _ => {}
+        }
+    }
+
+    fn try_cut(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
+        let Some(seal) = &self.seal else { return };
+        if now < seal.deadline && seal.asked.values().any(Option::is_none) {
+            return;
+        }
+        let own = self.members.get(&seal.name).and_then(|m| m.executed).unwrap_or(0);
+        let cut = seal.asked.values().filter_map(|c| c.flatten()).max().unwrap_or(own);
+        let name = seal.name.clone();
+        if let Some(member) = self.members.get_mut(&name) {
+            member.cut = Some(cut);
+        }
+        self.seal = None;
+        effects.push(Effect::Order(Order::Cut { run: self.run, name, cut }));
+        self.settle(now, effects);
+    }
+
+    fn answer_pending(&mut self, what: Transition, text: &str, effects: &mut Vec<Effect>) {
+        let pending = std::mem::take(&mut self.pending);
+        for (token, transition) in pending {
+            if transition == what {
+                effects.push(Effect::Answer(token, self.answer(true, text)));
+            } else {
+                self.pending.push((token, transition));
+            }
+        }
+    }
+
+    /// Moves the horizon as far as the pace allows.
+    fn extend(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
+        if self.phase != Phase::Running || self.goal != Goal::End {
+            return;
+        }
+        let slowest = self.frame();
+        let upto = if self.rate.is_infinite() {
+            let upto = (slowest + self.config.window).min(self.config.last_frame);
+            // Move in half windows: fewer messages, and nobody waits.
+            let worth =
+                upto == self.config.last_frame || upto >= self.granted + self.config.window / 2;
+            if worth { upto } else { self.granted }
+        } else {
+            let step = self.config.step_ns as f64 / self.rate;
+            let due = self.anchor.1 + (now.saturating_sub(self.anchor.0) as f64 / step) as Frame;
+            let horizon = (slowest + self.slack()).min(self.config.last_frame);
+            if due > horizon {
+                // Slip: the anchors move, nobody catches up in a burst.
+                self.anchor = (now, horizon.max(self.granted));
+            }
+            due.min(horizon)
+        };
+        if upto > self.granted {
+            self.granted = upto;
+            effects.push(Effect::Order(Order::Grant { run: self.run, upto }));
+        }
+    }
+
+    /// Frames that members may be behind before real time slips: a quarter of a second of wall time, at least 5.
+    fn slack(&self) -> Frame {
+        ((0.25e9 * self.rate / self.config.step_ns as f64) as Frame).max(5)
+    }
+
+    /// Time passed.
+    pub fn tick(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
+        if self.run == 0 && !self.members.is_empty() && now >= self.last_muster + MUSTER_EVERY_NS {
+            self.last_muster = now;
+            effects.push(Effect::Order(Order::Muster));
+        }
+        self.extend(now, effects);
+        self.try_cut(now, effects);
+        if self.finish_deadline.is_some_and(|d| now >= d) {
+            self.try_close(now, effects);
+        }
+        if now >= self.last_state + STATE_EVERY_NS {
+            self.push_state(now, effects);
+        }
+        self.check_stall(now, effects);
+    }
+
+    /// Gives up a member that alone holds the others up for longer than the stall budget.
+    fn check_stall(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
+        if self.phase != Phase::Running || self.seal.is_some() {
+            return;
+        }
+        let slowest = self.frame();
+        if slowest >= self.granted {
+            for member in self.members.values_mut() {
+                member.last_heard = now;
+            }
+            return;
+        }
+        let stuck: Vec<String> = self
+            .members
+            .iter()
+            .filter(|(n, m)| {
+                m.alive
+                    && self.config.expected.contains(n)
+                    && m.executed.unwrap_or(0) == slowest
+                    && now.saturating_sub(m.last_heard) > self.config.stall_ns
+            })
+            .map(|(n, _)| n.clone())
+            .collect();
+        // A consumer that waits for a stuck producer is not at fault: name the producers first.
+        let producer = stuck.iter().find(|n| self.config.producers.contains(n));
+        if let Some(name) = producer.or(stuck.first()).cloned() {
+            let seconds = self.config.stall_ns as f64 * 1e-9;
+            self.lose(now, name, &format!("no frame end for {seconds} s"), effects);
+        }
+    }
+
+    /// When [`Conductor::tick`] is due next.
+    #[must_use]
+    pub fn deadline(&self, now: WallNs) -> WallNs {
+        let mut next = self.last_state + STATE_EVERY_NS;
+        if self.phase == Phase::Running && self.rate.is_finite() && self.goal == Goal::End {
+            let step = self.config.step_ns as f64 / self.rate;
+            let frames = (self.granted + 1).saturating_sub(self.anchor.1) as f64;
+            next = next.min(self.anchor.0 + (frames * step) as WallNs);
+        }
+        if self.run == 0 {
+            next = next.min(self.last_muster + MUSTER_EVERY_NS);
+        }
+        if let Some(seal) = &self.seal {
+            next = next.min(seal.deadline);
+        }
+        next.max(now + 100_000)
+    }
+
+    fn answer(&self, ok: bool, text: &str) -> Answer {
+        Answer { ok, text: text.to_owned(), state: self.state() }
+    }
+
+    fn standing(&self) -> String {
+        let mut text =
+            format!("{} at frame {} of {}", self.phase, self.frame(), self.config.last_frame);
+        let awaited = self.awaited();
+        if self.phase == Phase::Init && !awaited.is_empty() {
+            text += &format!(", waiting for {}", awaited.join(", "));
+        }
+        for reason in &self.reasons {
+            text += &format!("; {reason}");
+        }
+        text
+    }
+
+    fn push_state(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
+        if self.phase == Phase::Running {
+            let frame = self.frame();
+            self.pace_samples.push_back((now, frame));
+            while self.pace_samples.front().is_some_and(|(at, _)| now - at > 3_000_000_000) {
+                self.pace_samples.pop_front();
+            }
+        }
+        self.last_state = now;
+        effects.push(Effect::State(self.state()));
+    }
+
+    /// How the run stands.
+    #[must_use]
+    pub fn state(&self) -> RunState {
+        let achieved_rate = match (self.pace_samples.front(), self.pace_samples.back()) {
+            (Some(&(t0, f0)), Some(&(t1, f1))) if t1 > t0 && self.phase == Phase::Running => {
+                (f1.saturating_sub(f0)) as f64 * self.config.step_ns as f64 / (t1 - t0) as f64
+            }
+            _ => 0.0,
+        };
+        RunState {
+            scene: self.config.scene.clone(),
+            run: self.run,
+            phase: self.phase,
+            frame: self.frame(),
+            last_frame: self.config.last_frame,
+            step_ns: self.config.step_ns,
+            start_utc_ns: self.config.start_utc_ns,
+            seed: self.config.seed,
+            rate: self.rate,
+            achieved_rate,
+            reasons: self.reasons.clone(),
+            members: self
+                .members
+                .iter()
+                .map(|(name, m)| MemberState {
+                    name: name.clone(),
+                    host: m.hello.host.clone(),
+                    pid: m.hello.pid,
+                    essential: self.config.expected.contains(name),
+                    alive: m.alive,
+                    frame: m.executed.unwrap_or(0),
+                })
+                .collect(),
+        }
+    }
+}

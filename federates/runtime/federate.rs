@@ -1,0 +1,68 @@
+//! What a federate's own logic is to the runtime: a state machine that executes frames.
+
+use super::bus::Class;
+use super::messages::{FederateStatus, FinalReport, Frame, Kind, Notice, RunConfig};
+use std::sync::Arc;
+
+/// A PDU in a frame: its octets are shared with the repair cache.
+pub type Octets = Arc<[u8]>;
+
+/// Everything that a step needs; the same for equal frames in every process layout.
+#[derive(Clone, Debug, Default)]
+pub struct FrameInputs {
+    /// PDUs of the federation since the last step: (frame, octets), sorted by frame, then by octets.
+    pub pdus: Vec<(Frame, Octets)>,
+    /// PDUs of outsiders, in order of arrival, with the frame at which they arrived.
+    pub outsiders: Vec<(Frame, Octets)>,
+    /// Notices since the last step: (frame, notice).
+    pub notices: Vec<(Frame, Notice)>,
+}
+
+/// What a step produces.
+#[derive(Debug, Default)]
+pub struct FrameOut {
+    /// PDUs for everybody, made at the frame's time.
+    pub pdus: Vec<Octets>,
+    /// Notices for the federation.
+    pub notices: Vec<Notice>,
+    /// Messages for spectators and requests served from the last value: (key, class, body, retained).
+    pub publish: Vec<Publication>,
+}
+
+/// A message for the bus.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Publication {
+    /// Key.
+    pub key: String,
+    /// Whether it may be lost.
+    pub class: Class,
+    /// Octets.
+    pub body: Vec<u8>,
+    /// Key under which the last value is served to late joiners; none if not.
+    pub retained: Option<String>,
+}
+
+/// The logic of an essential federate. No I/O, no clock, no global random numbers.
+pub trait Federate: Send {
+    /// What it is.
+    fn kind(&self) -> Kind;
+    /// It executes frames that are multiples of this; 1 for producers.
+    fn period(&self) -> Frame {
+        1
+    }
+    /// Whether it needs the PDUs of the producers.
+    fn consumes(&self) -> bool {
+        false
+    }
+    /// Back to frame 0 of a run. What it makes at frame 0 goes out with frame 1's predecessor, frame 0.
+    ///
+    /// # Errors
+    /// One sentence if the run cannot be done.
+    fn configure(&mut self, config: &RunConfig, out: &mut FrameOut) -> Result<(), String>;
+    /// Executes frame `k`.
+    fn step(&mut self, k: Frame, inputs: &FrameInputs, out: &mut FrameOut);
+    /// Fills digests and counters at the end of a run.
+    fn finish(&mut self, report: &mut FinalReport);
+    /// Adds what it knows itself to its status (drops by reason).
+    fn status(&self, _status: &mut FederateStatus) {}
+}

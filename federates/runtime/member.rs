@@ -1,0 +1,549 @@
+//! A member of the federation as a state machine: orders, reports and datagrams in; reports,
+//! datagrams, repairs and publications out. It executes frame k when k is granted and every input of k
+//! is complete, never because a timer fired.
+
+use super::digest::{Digest, pdu_hash};
+use super::federate::{Federate, FrameInputs, FrameOut, Octets, Publication};
+use super::messages::{FinalReport, Frame, FrameEnds, Order, Repair, Repaired, Report, RunConfig};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::sync::Arc;
+
+/// Nanoseconds of wall time since any fixed point; the core only compares them.
+pub type WallNs = u64;
+
+/// How long an incomplete frame waits for the network before it is repaired by request.
+pub const REPAIR_AFTER_NS: WallNs = 2_000_000;
+
+/// How long a repair may take before it is asked for again.
+const REPAIR_AGAIN_NS: WallNs = 200_000_000;
+
+/// Frames of own PDUs kept for repair: far more than any grant horizon.
+const KEPT_FRAMES: usize = 512;
+
+/// PDUs waiting for the frame end that names them, at most; beyond, the oldest go.
+const MAX_WAITING: usize = 200_000;
+
+/// What a member wants done.
+#[derive(Debug)]
+pub enum Effect {
+    /// Send PDUs to the data plane.
+    Send(Vec<Octets>),
+    /// Tell conductor and consumers.
+    Report(Report),
+    /// Ask a producer for PDUs.
+    Repair {
+        /// Producer.
+        name: String,
+        /// What is missing.
+        repair: Repair,
+    },
+    /// Publish on the bus.
+    Publish(Publication),
+    /// Leave with this exit code.
+    Exit(u8),
+}
+
+/// Counters of the data plane as this member saw it.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct LinkCounters {
+    /// PDUs that arrived and belong to a frame of the federation.
+    pub received: u64,
+    /// PDUs of the federation that did not arrive before their frame was repaired.
+    pub lost: u64,
+    /// PDUs fetched by request.
+    pub repaired: u64,
+    /// PDUs sent.
+    pub sent: u64,
+    /// PDUs of outsiders handed to the federate.
+    pub outsiders: u64,
+}
+
+/// What this member knows of one producer.
+#[derive(Debug, Default)]
+struct Producer {
+    /// Frame ends seen without a gap up to here; `None` before the first.
+    ended: Option<Frame>,
+    /// Frames after this count as absent.
+    cut: Option<Frame>,
+    /// Incarnations whose messages no longer count.
+    sealed_inc: Option<u64>,
+}
+
+/// One frame's PDUs that are named but not all here.
+#[derive(Debug)]
+struct Incomplete {
+    missing: Vec<u64>,
+    since: WallNs,
+    asked: Option<WallNs>,
+    producer: String,
+}
+
+/// The state machine around a [`Federate`].
+pub struct Member {
+    federate: Box<dyn Federate>,
+    name: String,
+    inc: u64,
+    config: Option<RunConfig>,
+    heard: BTreeSet<String>,
+    granted: Frame,
+    /// Frame executed; `None` before configuration.
+    executed: Frame,
+    /// Frame up to which ends were reported.
+    reported: Option<Frame>,
+    unreported: FrameEnds,
+    producers: BTreeMap<String, Producer>,
+    incomplete: BTreeMap<(Frame, String), Incomplete>,
+    /// Arrived PDUs that no frame end has named yet: hash → (octets, arrival number).
+    waiting: BTreeMap<u64, (Octets, u64)>,
+    waiting_order: VecDeque<(u64, u64, Frame)>,
+    arrivals: u64,
+    ready: BTreeMap<Frame, FrameInputs>,
+    own: VecDeque<(Frame, Vec<(u64, Octets)>)>,
+    closed: bool,
+    made: Digest,
+    counters: LinkCounters,
+    window: Frame,
+    microseconds: fn() -> u64,
+    exec: ExecTimes,
+}
+
+/// Execution times of steps, µs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ExecTimes {
+    /// Steps timed.
+    pub steps: u64,
+    /// Sum.
+    pub sum_us: u64,
+    /// Longest.
+    pub max_us: u64,
+}
+
+impl Member {
+    /// A member called `name` with the incarnation that the conductor gave it. `microseconds` reads a
+    /// monotonic clock for statistics only; tests pass `|| 0`.
+    #[must_use]
+    pub fn new(
+        federate: Box<dyn Federate>,
+        name: &str,
+        inc: u64,
+        microseconds: fn() -> u64,
+    ) -> Self {
+        Self {
+            federate,
+            name: name.to_owned(),
+            inc,
+            config: None,
+            heard: BTreeSet::new(),
+            granted: 0,
+            executed: 0,
+            reported: None,
+            unreported: FrameEnds {
+                run: 0,
+                inc,
+                first: 0,
+                last: 0,
+                pdus: Vec::new(),
+                notices: Vec::new(),
+            },
+            producers: BTreeMap::new(),
+            incomplete: BTreeMap::new(),
+            waiting: BTreeMap::new(),
+            waiting_order: VecDeque::new(),
+            arrivals: 0,
+            ready: BTreeMap::new(),
+            own: VecDeque::new(),
+            closed: false,
+            made: Digest::default(),
+            counters: LinkCounters::default(),
+            window: 10,
+            microseconds,
+            exec: ExecTimes::default(),
+        }
+    }
+
+    /// Frame executed.
+    #[must_use]
+    pub fn executed(&self) -> Frame {
+        self.executed
+    }
+
+    /// Counters of the data plane.
+    #[must_use]
+    pub fn counters(&self) -> &LinkCounters {
+        &self.counters
+    }
+
+    /// Execution times since the last call.
+    pub fn take_exec(&mut self) -> ExecTimes {
+        std::mem::take(&mut self.exec)
+    }
+
+    /// The logic inside.
+    #[must_use]
+    pub fn federate(&self) -> &dyn Federate {
+        &*self.federate
+    }
+
+    /// An order of the conductor.
+    pub fn order(&mut self, order: Order, effects: &mut Vec<Effect>) {
+        let run = self.config.as_ref().map_or(0, |c| c.run);
+        match order {
+            Order::Muster => {
+                let hears = self.heard.iter().cloned().collect();
+                let consumes = self.federate.consumes();
+                let present = Report::Present { inc: self.inc, hears, consumes };
+                effects.push(Effect::Report(present));
+            }
+            Order::Configure(config) => self.configure(config, effects),
+            Order::Grant { run: of, upto } if of == run && !self.closed => {
+                self.granted = self.granted.max(upto);
+                self.advance(effects);
+            }
+            Order::Seal { run: of, name, inc } if of == run => {
+                let complete = self.federate.consumes().then(|| self.complete_of(&name));
+                if let Some(producer) = self.producers.get_mut(&name) {
+                    producer.sealed_inc = Some(inc);
+                }
+                effects.push(Effect::Report(Report::Sealed { run, name, complete }));
+            }
+            Order::Cut { run: of, name, cut } if of == run => {
+                if let Some(producer) = self.producers.get_mut(&name) {
+                    producer.cut = Some(cut);
+                    self.incomplete.retain(|(frame, of), _| *of != name || *frame <= cut);
+                    self.advance(effects);
+                }
+            }
+            Order::Finish { run: of, frame } if of == run && !self.closed => {
+                self.closed = true;
+                let mut report =
+                    FinalReport { run, name: self.name.clone(), frame, ..Default::default() };
+                let c = &self.counters;
+                report.values = vec![
+                    ("pdus_sent".into(), c.sent as f64),
+                    ("pdus_received".into(), c.received as f64),
+                    ("pdus_lost".into(), c.lost as f64),
+                    ("pdus_repaired".into(), c.repaired as f64),
+                    ("outsiders".into(), c.outsiders as f64),
+                ];
+                report.digests.push(("pdus".into(), self.made.0));
+                self.federate.finish(&mut report);
+                effects.push(Effect::Report(Report::Final(Box::new(report))));
+            }
+            Order::Exit { code } => effects.push(Effect::Exit(code)),
+            // Orders of another run: the federation went on without them.
+            _ => {}
+        }
+    }
+
+    fn configure(&mut self, config: RunConfig, effects: &mut Vec<Effect>) {
+        let mut out = FrameOut::default();
+        let run = config.run;
+        self.producers =
+            config.producers.iter().map(|name| (name.clone(), Producer::default())).collect();
+        self.granted = 0;
+        self.executed = 0;
+        self.reported = None;
+        self.closed = false;
+        self.made = Digest::default();
+        self.incomplete.clear();
+        self.ready.clear();
+        self.own.clear();
+        self.counters = LinkCounters::default();
+        if self.config.is_some() {
+            self.waiting.clear();
+            self.waiting_order.clear();
+        }
+        let configured = self.federate.configure(&config, &mut out);
+        self.config = Some(config);
+        match configured {
+            Ok(()) => {
+                self.unreported = FrameEnds {
+                    run,
+                    inc: self.inc,
+                    first: 0,
+                    last: 0,
+                    pdus: Vec::new(),
+                    notices: Vec::new(),
+                };
+                effects.push(Effect::Report(Report::Ready { run, inc: self.inc }));
+                self.emit(0, out, effects);
+                self.report_ends(effects);
+            }
+            Err(reason) => effects.push(Effect::Report(Report::Failed { reason })),
+        }
+    }
+
+    /// A report of another member.
+    pub fn report(&mut self, now: WallNs, from: &str, report: Report, effects: &mut Vec<Effect>) {
+        let ends = match report {
+            Report::Ends(ends) => ends,
+            Report::Present { .. } => {
+                self.heard.insert(from.to_owned());
+                return;
+            }
+            _ => return,
+        };
+        let run = self.config.as_ref().map_or(0, |c| c.run);
+        if ends.run != run || !self.federate.consumes() || self.closed {
+            return;
+        }
+        let Some(producer) = self.producers.get_mut(from) else { return };
+        let expected = producer.ended.map_or(0, |e| e + 1);
+        if producer.sealed_inc == Some(ends.inc) || ends.first != expected {
+            return;
+        }
+        producer.ended = Some(ends.last);
+        for (frame, notice) in ends.notices {
+            self.ready.entry(frame).or_default().notices.push((frame, notice));
+        }
+        for (frame, hashes) in ends.pdus {
+            let mut missing = Vec::new();
+            for hash in hashes {
+                match self.waiting.remove(&hash) {
+                    Some((octets, _)) => {
+                        self.counters.received += 1;
+                        self.ready.entry(frame).or_default().pdus.push((frame, octets));
+                    }
+                    None => missing.push(hash),
+                }
+            }
+            if !missing.is_empty() {
+                let producer = from.to_owned();
+                self.incomplete.insert(
+                    (frame, producer.clone()),
+                    Incomplete { missing, since: now, asked: None, producer },
+                );
+            }
+        }
+        self.advance(effects);
+    }
+
+    /// PDUs from the data plane, each with the frame that its timestamp names (the frame now granted
+    /// for outsiders without a usable one).
+    pub fn pdus(&mut self, pdus: impl IntoIterator<Item = Octets>, effects: &mut Vec<Effect>) {
+        if !self.federate.consumes() {
+            return;
+        }
+        let mut completed = false;
+        for octets in pdus {
+            let hash = pdu_hash(&octets);
+            self.arrivals += 1;
+            let named = self.incomplete.iter_mut().find_map(|(key, i)| {
+                let at = i.missing.iter().position(|&m| m == hash)?;
+                i.missing.swap_remove(at);
+                Some((key.clone(), i.missing.is_empty()))
+            });
+            if let Some((key, complete)) = named {
+                self.counters.received += 1;
+                self.ready.entry(key.0).or_default().pdus.push((key.0, octets));
+                if complete {
+                    self.incomplete.remove(&key);
+                    completed = true;
+                }
+                continue;
+            }
+            if self.waiting.insert(hash, (octets, self.arrivals)).is_none() {
+                self.waiting_order.push_back((hash, self.arrivals, self.granted));
+            }
+            if self.waiting_order.len() > MAX_WAITING
+                && let Some((hash, _, _)) = self.waiting_order.pop_front()
+            {
+                self.waiting.remove(&hash);
+            }
+        }
+        if completed {
+            self.advance(effects);
+        }
+    }
+
+    /// PDUs that a producer sent again.
+    pub fn repaired(&mut self, repaired: Repaired, effects: &mut Vec<Effect>) {
+        if Some(repaired.run) != self.config.as_ref().map(|c| c.run) {
+            return;
+        }
+        for (frame, octets) in repaired.pdus {
+            let hash = pdu_hash(&octets);
+            let Some((key, incomplete)) = self
+                .incomplete
+                .iter_mut()
+                .find(|((f, _), i)| *f == frame && i.missing.contains(&hash))
+            else {
+                continue;
+            };
+            incomplete.missing.retain(|&m| m != hash);
+            self.counters.lost += 1;
+            self.counters.repaired += 1;
+            self.ready.entry(frame).or_default().pdus.push((frame, Arc::from(octets)));
+            if incomplete.missing.is_empty() {
+                let key = key.clone();
+                self.incomplete.remove(&key);
+            }
+        }
+        self.advance(effects);
+    }
+
+    /// Answers a consumer that missed PDUs.
+    #[must_use]
+    pub fn repair(&self, repair: &Repair) -> Repaired {
+        let run = self.config.as_ref().map_or(0, |c| c.run);
+        let mut pdus = Vec::new();
+        if repair.run == run {
+            for (frame, hashes) in &repair.wanted {
+                let Some((_, made)) = self.own.iter().find(|(f, _)| f == frame) else { continue };
+                pdus.extend(
+                    made.iter()
+                        .filter(|(hash, _)| hashes.contains(hash))
+                        .map(|(_, octets)| (*frame, octets.to_vec())),
+                );
+            }
+        }
+        Repaired { run, pdus }
+    }
+
+    /// Time passed: asks for what is missing too long.
+    pub fn tick(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
+        let mut asks: BTreeMap<String, Vec<(Frame, Vec<u64>)>> = BTreeMap::new();
+        for ((frame, _), incomplete) in &mut self.incomplete {
+            let due = incomplete
+                .asked
+                .map_or(incomplete.since + REPAIR_AFTER_NS, |asked| asked + REPAIR_AGAIN_NS);
+            if now >= due {
+                incomplete.asked = Some(now);
+                asks.entry(incomplete.producer.clone())
+                    .or_default()
+                    .push((*frame, incomplete.missing.clone()));
+            }
+        }
+        let run = self.config.as_ref().map_or(0, |c| c.run);
+        for (name, wanted) in asks {
+            effects.push(Effect::Repair { name, repair: Repair { run, wanted } });
+        }
+    }
+
+    /// When [`Member::tick`] has something to do.
+    #[must_use]
+    pub fn deadline(&self) -> Option<WallNs> {
+        self.incomplete
+            .values()
+            .map(|i| i.asked.map_or(i.since + REPAIR_AFTER_NS, |asked| asked + REPAIR_AGAIN_NS))
+            .min()
+    }
+
+    /// Highest frame of producer `name` that is complete here without a gap.
+    fn complete_of(&self, name: &str) -> Frame {
+        let Some(ended) = self.producers.get(name).and_then(|p| p.ended) else { return 0 };
+        self.incomplete
+            .keys()
+            .filter(|(_, of)| of == name)
+            .map(|(frame, _)| frame.saturating_sub(1))
+            .fold(ended, Frame::min)
+    }
+
+    /// Last frame whose inputs are complete.
+    fn complete(&self) -> Frame {
+        if !self.federate.consumes() {
+            return Frame::MAX;
+        }
+        let missing =
+            self.incomplete.keys().next().map_or(Frame::MAX, |(f, _)| f.saturating_sub(1));
+        let ended = self.producers.values().map(|p| match (p.ended, p.cut) {
+            (Some(ended), Some(cut)) if ended >= cut => Frame::MAX,
+            (ended, _) => ended.unwrap_or(0),
+        });
+        ended.fold(missing, Frame::min)
+    }
+
+    fn advance(&mut self, effects: &mut Vec<Effect>) {
+        if self.config.is_none() || self.closed {
+            return;
+        }
+        // Frame 0 of every producer must have been seen before frame 1 is due.
+        if self.federate.consumes()
+            && self.producers.values().any(|p| p.ended.is_none() && p.cut.is_none())
+        {
+            return;
+        }
+        let upto = self.granted.min(self.complete());
+        let period = self.federate.period();
+        let before = self.executed;
+        while self.executed < upto {
+            let frame = self.executed + 1;
+            self.executed = frame;
+            let mut out = FrameOut::default();
+            if frame.is_multiple_of(period) {
+                let inputs = self.inputs_up_to(frame);
+                let started = (self.microseconds)();
+                self.federate.step(frame, &inputs, &mut out);
+                let took = (self.microseconds)().saturating_sub(started);
+                self.exec.steps += 1;
+                self.exec.sum_us += took;
+                self.exec.max_us = self.exec.max_us.max(took);
+            }
+            self.emit(frame, out, effects);
+        }
+        let reported = self.reported.unwrap_or(0);
+        // Report at the horizon and often enough before it that the conductor can move it.
+        if self.executed > before
+            && (self.executed == self.granted || self.executed - reported >= self.window)
+        {
+            self.report_ends(effects);
+        }
+    }
+
+    fn inputs_up_to(&mut self, frame: Frame) -> FrameInputs {
+        let mut inputs = FrameInputs::default();
+        let later = self.ready.split_off(&(frame + 1));
+        for (_, mut ready) in std::mem::replace(&mut self.ready, later) {
+            ready.pdus.sort_by(|a, b| a.1.cmp(&b.1));
+            inputs.pdus.append(&mut ready.pdus);
+            inputs.notices.append(&mut ready.notices);
+        }
+        // What no frame end has named although every frame up to its arrival is complete is not ours.
+        while let Some(&(hash, number, granted)) = self.waiting_order.front() {
+            if granted >= frame {
+                break;
+            }
+            self.waiting_order.pop_front();
+            if self.waiting.get(&hash).is_some_and(|(_, n)| *n == number)
+                && let Some((octets, _)) = self.waiting.remove(&hash)
+            {
+                self.counters.outsiders += 1;
+                inputs.outsiders.push((granted, octets));
+            }
+        }
+        inputs
+    }
+
+    fn emit(&mut self, frame: Frame, out: FrameOut, effects: &mut Vec<Effect>) {
+        self.unreported.last = frame;
+        if !out.pdus.is_empty() {
+            let mut made: Vec<_> =
+                out.pdus.iter().map(|octets| (pdu_hash(octets), octets.clone())).collect();
+            made.sort_by_key(|(hash, _)| *hash);
+            self.unreported.pdus.push((frame, made.iter().map(|(hash, _)| *hash).collect()));
+            self.own.push_back((frame, made));
+            while self.own.len() > KEPT_FRAMES {
+                self.own.pop_front();
+            }
+            out.pdus.iter().for_each(|octets| self.made.add(frame, octets));
+            self.counters.sent += out.pdus.len() as u64;
+            effects.push(Effect::Send(out.pdus));
+        }
+        self.unreported.notices.extend(out.notices.into_iter().map(|notice| (frame, notice)));
+        effects.extend(out.publish.into_iter().map(Effect::Publish));
+    }
+
+    fn report_ends(&mut self, effects: &mut Vec<Effect>) {
+        let next = FrameEnds {
+            run: self.unreported.run,
+            inc: self.inc,
+            first: self.executed + 1,
+            last: self.executed + 1,
+            pdus: Vec::new(),
+            notices: Vec::new(),
+        };
+        let ends = std::mem::replace(&mut self.unreported, next);
+        self.reported = Some(ends.last);
+        effects.push(Effect::Report(Report::Ends(ends)));
+    }
+}

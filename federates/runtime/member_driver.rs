@@ -1,0 +1,359 @@
+//! Runs a [`Member`] on a bus and a data plane: the only loop of an essential federate.
+
+use super::bus::{Bus, BusError, Class, Request, ask};
+use super::clock::{monotonic_ns, monotonic_us};
+use super::codec::{decode, encode};
+use super::data_plane::DataPlane;
+use super::federate::{Federate, Octets, Publication};
+use super::member::{Effect, Member};
+use super::messages::{FederateStatus, Hello, Kind, Order, Report, Welcome};
+use super::process::Usage;
+use crossbeam_channel::{Receiver, RecvTimeoutError, Sender};
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+/// What reaches a federate from outside.
+pub enum Event {
+    /// An order of the conductor.
+    Order(Vec<u8>),
+    /// A report of another member.
+    Report(String, Vec<u8>),
+    /// Sound PDUs of this exercise.
+    Pdus(Vec<Octets>),
+    /// A datagram or PDU was dropped, and why.
+    Dropped(&'static str, u64),
+    /// A repair was answered.
+    Repaired(Vec<u8>),
+    /// A consumer misses PDUs.
+    RepairWanted(Request),
+    /// The conductor came or went.
+    ConductorAlive(bool),
+    /// The operator of this process wants it to end.
+    Stop,
+}
+
+/// What a federate needs around its logic.
+pub struct MemberContext {
+    /// Name in the federation.
+    pub name: String,
+    /// Hash of the scene.
+    pub scene_hash: u64,
+    /// The synchronisation plane.
+    pub bus: Arc<dyn Bus>,
+    /// The data plane, sending side.
+    pub data: Box<dyn DataPlane>,
+    /// Where the data plane's receiving side and the operator put events.
+    pub events: (Sender<Event>, Receiver<Event>),
+    /// How the conductor is reached, for messages.
+    pub endpoint: String,
+    /// How long to wait for a conductor.
+    pub patience: Duration,
+}
+
+/// Why a federate ended badly.
+#[derive(Debug, thiserror::Error)]
+pub enum MemberError {
+    /// The bus failed.
+    #[error(transparent)]
+    Bus(#[from] BusError),
+    /// Nobody answered.
+    #[error(
+        "{name}: no administration station answered at {endpoint} within {seconds} s: start one there (seeds admin-station), or check --sync-connect and --exercise"
+    )]
+    NoConductor {
+        /// This federate.
+        name: String,
+        /// Endpoint.
+        endpoint: String,
+        /// Patience.
+        seconds: u64,
+    },
+    /// The conductor said no.
+    #[error("the administration station refused: {0}")]
+    Refused(String),
+    /// The conductor is gone for good.
+    #[error(
+        "{name}: the administration station is gone; this federate stands at frame {frame} and ends"
+    )]
+    ConductorLost {
+        /// This federate.
+        name: String,
+        /// Frame executed.
+        frame: u64,
+    },
+}
+
+const STATUS_EVERY_NS: u64 = 1_000_000_000;
+const CONDUCTOR_GRACE_NS: u64 = 10_000_000_000;
+
+/// Joins, executes what is granted, and returns the exit code that the conductor gave.
+///
+/// # Errors
+/// [`MemberError`], one sentence each.
+pub fn run(context: MemberContext, federate: Box<dyn Federate>) -> Result<u8, MemberError> {
+    let MemberContext { name, scene_hash, bus, mut data, events, endpoint, patience } = context;
+    let (send, receive) = events;
+    let kind = federate.kind();
+    let consumes = federate.consumes();
+
+    let orders = send.clone();
+    bus.subscribe(
+        "ctl/order",
+        Box::new(move |_, body| {
+            let _ = orders.send(Event::Order(body.to_vec()));
+        }),
+    )?;
+    if consumes {
+        let reports = send.clone();
+        let own = name.clone();
+        bus.subscribe(
+            "fed/*",
+            Box::new(move |key, body| {
+                let from = key.strip_prefix("fed/").unwrap_or(key);
+                if from != own {
+                    let _ = reports.send(Event::Report(from.to_owned(), body.to_vec()));
+                }
+            }),
+        )?;
+    }
+    let wanted = send.clone();
+    bus.serve(
+        &format!("frames/{name}"),
+        Box::new(move |request| {
+            let _ = wanted.send(Event::RepairWanted(request));
+        }),
+    )?;
+
+    let inc = join(&*bus, &name, kind, scene_hash, &endpoint, patience, &receive)?;
+    let Some(inc) = inc else { return Ok(0) };
+    bus.announce(&format!("alive/{name}/{inc}"))?;
+    let alive = send.clone();
+    bus.watch(
+        "alive/admin-station/*",
+        Box::new(move |_, is| {
+            let _ = alive.send(Event::ConductorAlive(is));
+        }),
+    )?;
+
+    let mut member = Member::new(federate, &name, inc, monotonic_us);
+    let retained = Retained::default();
+    let mut status = StatusKeeper::new(&name);
+    let mut conductor_lost_at: Option<u64> = None;
+    let mut effects = Vec::new();
+    let code = 'run: loop {
+        let now = monotonic_ns();
+        let next = member.deadline().unwrap_or(u64::MAX).min(status.due());
+        let wait = Duration::from_nanos(next.saturating_sub(now));
+        let first = match receive.recv_timeout(wait) {
+            Ok(event) => Some(event),
+            Err(RecvTimeoutError::Timeout) => None,
+            Err(RecvTimeoutError::Disconnected) => break 'run 1,
+        };
+        let now = monotonic_ns();
+        for event in first.into_iter().chain(receive.try_iter().take(256)) {
+            match event {
+                Event::Order(body) => match decode::<Order>(&body) {
+                    Ok(order) => member.order(order, &mut effects),
+                    Err(e) => tracing::warn!("an order was dropped: {e}"),
+                },
+                Event::Report(from, body) => match decode::<Report>(&body) {
+                    Ok(report) => member.report(now, &from, report, &mut effects),
+                    Err(e) => tracing::warn!("a report of {from} was dropped: {e}"),
+                },
+                Event::Pdus(pdus) => member.pdus(pdus, &mut effects),
+                Event::Dropped(reason, count) => status.dropped(reason, count),
+                Event::Repaired(body) => match decode(&body) {
+                    Ok(repaired) => member.repaired(repaired, &mut effects),
+                    Err(e) => tracing::warn!("a repair was dropped: {e}"),
+                },
+                Event::RepairWanted(request) => match decode(&request.body) {
+                    Ok(repair) => request.answer(encode(&member.repair(&repair))),
+                    Err(e) => tracing::warn!("a repair request was dropped: {e}"),
+                },
+                Event::ConductorAlive(alive) => {
+                    conductor_lost_at = (!alive).then_some(now);
+                    if !alive {
+                        tracing::warn!(
+                            "the administration station is gone; standing at frame {}",
+                            member.executed()
+                        );
+                    }
+                }
+                Event::Stop => break 'run 0,
+            }
+        }
+        member.tick(now, &mut effects);
+        for effect in effects.drain(..) {
+            match effect {
+                Effect::Send(pdus) => data.send(&pdus),
+                Effect::Report(report) => {
+                    if let Report::Failed { reason } = &report {
+                        tracing::error!("{name}: {reason}");
+                    }
+                    bus.publish(&format!("fed/{name}"), Class::Must, encode(&report))?;
+                }
+                Effect::Repair { name: producer, repair } => {
+                    let replies = send.clone();
+                    bus.request(
+                        &format!("frames/{producer}"),
+                        encode(&repair),
+                        Duration::from_millis(500),
+                        Box::new(move |reply| {
+                            if let Some(body) = reply {
+                                let _ = replies.send(Event::Repaired(body));
+                            }
+                        }),
+                    )?;
+                }
+                Effect::Publish(publication) => retained.publish(&*bus, publication)?,
+                Effect::Exit(code) => break 'run code,
+            }
+        }
+        if now >= status.due() {
+            let report = status.take(now, &mut member, &*data);
+            bus.publish(&format!("obs/fed/{name}"), Class::Lossy, encode(&report))?;
+        }
+        if conductor_lost_at.is_some_and(|at| now > at + CONDUCTOR_GRACE_NS) {
+            bus.close();
+            return Err(MemberError::ConductorLost { name, frame: member.executed() });
+        }
+    };
+    bus.close();
+    Ok(code)
+}
+
+/// Asks until accepted, refused, out of patience, or stopped (`None`).
+fn join(
+    bus: &dyn Bus,
+    name: &str,
+    kind: Kind,
+    scene_hash: u64,
+    endpoint: &str,
+    patience: Duration,
+    events: &Receiver<Event>,
+) -> Result<Option<u64>, MemberError> {
+    let hello = encode(&Hello {
+        name: name.to_owned(),
+        kind,
+        pid: std::process::id(),
+        host: super::process::host_name(),
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        scene_hash,
+    });
+    let started = monotonic_ns();
+    let mut put_back = Vec::new();
+    loop {
+        let answer = ask(bus, "ctl/join", hello.clone(), Duration::from_millis(500))?;
+        match answer.as_deref().map(decode::<Welcome>) {
+            Some(Ok(Welcome::Accepted { inc })) => return Ok(Some(inc)),
+            Some(Ok(Welcome::Refused(why))) => return Err(MemberError::Refused(why)),
+            Some(Err(e)) => return Err(MemberError::Refused(e.to_string())),
+            None => {}
+        }
+        put_back.clear();
+        put_back.extend(events.try_iter());
+        if put_back.iter().any(|e| matches!(e, Event::Stop)) {
+            return Ok(None);
+        }
+        if monotonic_ns() - started > patience.as_nanos() as u64 {
+            return Err(MemberError::NoConductor {
+                name: name.to_owned(),
+                endpoint: endpoint.to_owned(),
+                seconds: patience.as_secs(),
+            });
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+/// Last values, served to late joiners.
+#[derive(Default)]
+pub struct Retained(Arc<Mutex<BTreeMap<String, Vec<u8>>>>);
+
+impl Retained {
+    /// Publishes, and serves the last value where asked to.
+    ///
+    /// # Errors
+    /// If the bus is closed.
+    pub fn publish(&self, bus: &dyn Bus, publication: Publication) -> Result<(), BusError> {
+        if let Some(key) = publication.retained {
+            let mut values = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+            let first = values.insert(key.clone(), publication.body.clone()).is_none();
+            drop(values);
+            if first {
+                let values = Arc::clone(&self.0);
+                let served = key.clone();
+                bus.serve(
+                    &key,
+                    Box::new(move |request| {
+                        let body = values
+                            .lock()
+                            .unwrap_or_else(PoisonError::into_inner)
+                            .get(&served)
+                            .cloned();
+                        request.answer(body.unwrap_or_default());
+                    }),
+                )?;
+            }
+        }
+        bus.publish(&publication.key, publication.class, publication.body)
+    }
+}
+
+/// Gathers the statistics of this federate.
+struct StatusKeeper {
+    status: FederateStatus,
+    usage: Usage,
+    next: u64,
+    dropped: BTreeMap<&'static str, u64>,
+}
+
+impl StatusKeeper {
+    fn new(name: &str) -> Self {
+        let status = FederateStatus {
+            name: name.to_owned(),
+            pid: std::process::id(),
+            host: super::process::host_name(),
+            ..Default::default()
+        };
+        Self { status, usage: Usage::default(), next: 0, dropped: BTreeMap::new() }
+    }
+
+    fn due(&self) -> u64 {
+        self.next
+    }
+
+    fn dropped(&mut self, reason: &'static str, count: u64) {
+        *self.dropped.entry(reason).or_default() += count;
+    }
+
+    fn take(&mut self, now: u64, member: &mut Member, data: &dyn DataPlane) -> FederateStatus {
+        self.next = now + STATUS_EVERY_NS;
+        self.usage.sample(now);
+        let exec = member.take_exec();
+        let counters = member.counters();
+        let mut status = FederateStatus {
+            frame: member.executed(),
+            cpu_s: self.usage.cpu_s,
+            cpu_pct: self.usage.cpu_pct,
+            rss_bytes: self.usage.rss_bytes,
+            pdus_in: counters.received + counters.outsiders,
+            pdus_out: counters.sent,
+            lost: counters.lost,
+            repaired: counters.repaired,
+            exec_us: exec.sum_us as f64 / exec.steps.max(1) as f64,
+            exec_max_us: exec.max_us as f64,
+            dropped: self.dropped.iter().map(|(k, v)| ((*k).to_owned(), *v)).collect(),
+            ..self.status.clone()
+        };
+        if data.refused() > 0 {
+            status.dropped.push(("not sent: refused by the kernel".into(), data.refused()));
+        }
+        if data.kernel_drops() > 0 {
+            status.dropped.push(("receive buffer full".into(), data.kernel_drops()));
+        }
+        member.federate().status(&mut status);
+        status
+    }
+}

@@ -1,0 +1,236 @@
+//! Interacting multiple models: one Gaussian per mode, mixed before every prediction.
+//!
+//! Source: Blom and Bar-Shalom, IEEE Trans. AC-33 (1988). The weights live in the log domain: a plot
+//! fifty sigma off makes every likelihood zero in floating point, and a filter that floors them then
+//! returns its prior where the right weights are 2e-32 to 1.
+
+use super::gaussian::{Gaussian, Measurement, Nis};
+use super::modes::{MAX_MODES, Modes};
+use super::three_state::start_position;
+use super::{Estimate, Start, StateEstimator, UpdateError, interval, measurements, weights};
+use crate::plot::Plot;
+use crate::time::SimTime;
+use std::array::from_fn;
+use std::sync::Arc;
+
+/// The filter with M modes.
+#[derive(Clone, Debug)]
+pub struct Imm<const M: usize> {
+    time: SimTime,
+    states: [Gaussian; M],
+    weights: [f64; M],
+    modes: Arc<Modes>,
+    start: Start,
+}
+
+/// Least weight of a mode: it must be able to come back.
+const LEAST_WEIGHT: f64 = 1e-30;
+
+impl<const M: usize> Imm<M> {
+    /// One plot: position measured, velocity and acceleration unknown.
+    ///
+    /// # Errors
+    /// If the plot is unsound or measures one direction only.
+    ///
+    /// # Panics
+    /// If `modes` has not exactly M modes: the caller chooses both together.
+    pub fn from_plot(plot: &Plot, modes: Arc<Modes>, start: Start) -> Result<Self, UpdateError> {
+        assert_eq!(modes.count(), M, "modes and size of the filter belong together");
+        let (z, r) = start_position(plot)?;
+        let state = Gaussian::at_position(z, r, start.sigma_v_ms, start.sigma_a_ms2);
+        let weights = prior(&modes);
+        Ok(Self { time: plot.time, states: [state; M], weights, modes, start })
+    }
+
+    /// Probability of each mode.
+    #[must_use]
+    pub fn weights(&self) -> [f64; M] {
+        self.weights
+    }
+
+    /// Weights and mixed, predicted states of the modes after `t` seconds.
+    #[inline]
+    fn mix(&self, t: f64, transition: &[[f64; MAX_MODES]; MAX_MODES]) -> ([f64; M], [Gaussian; M]) {
+        let steps = self.modes.steps(t);
+        let c: [f64; M] = from_fn(|j| (0..M).map(|i| transition[i][j] * self.weights[i]).sum());
+        let states = from_fn(|j| {
+            if c[j] == 0.0 {
+                return self.states[j].predicted(&steps[j]);
+            }
+            let share: [f64; M] = from_fn(|i| transition[i][j] * self.weights[i] / c[j]);
+            Gaussian::mixture(share.iter().copied().zip(&self.states)).predicted(&steps[j])
+        });
+        (c, states)
+    }
+
+    fn take(
+        &mut self,
+        plot: &Plot,
+        transition: impl Fn(&mut [[f64; MAX_MODES]; MAX_MODES]),
+    ) -> Result<Nis, UpdateError> {
+        let t = interval(self.time, plot.time)?;
+        let m = Measurement::of(plot)?;
+        let mut p = self.modes.transition(t);
+        transition(&mut p);
+        let (c, mut states) = self.mix(t, &p);
+        let nis = mixed_nis(&c, &states, &m)?;
+        let mut log_weights = [0.0; M];
+        for j in 0..M {
+            let found = states[j].update(&m)?;
+            log_weights[j] = libm::log(c[j]) - 0.5 * (found.d2 + found.ln_det());
+        }
+        self.weights = posterior(log_weights, c);
+        (self.time, self.states) = (plot.time, states);
+        Ok(nis)
+    }
+}
+
+fn prior<const M: usize>(modes: &Modes) -> [f64; M] {
+    let prior = modes.prior();
+    from_fn(|j| prior[j])
+}
+
+/// Normalised weights; the prior ones where nothing is possible.
+fn posterior<const M: usize>(mut log_weights: [f64; M], before: [f64; M]) -> [f64; M] {
+    if weights::normalise(&mut log_weights).is_none() {
+        return before;
+    }
+    let floored = log_weights.map(|w| w.max(LEAST_WEIGHT));
+    let sum: f64 = floored.iter().sum();
+    floored.map(|w| w / sum)
+}
+
+/// Innovation against the whole mixture: mean and covariance of its positions.
+pub(super) fn mixed_nis<'a>(
+    c: &[f64],
+    states: impl IntoIterator<Item = &'a Gaussian> + Clone,
+    m: &Measurement,
+) -> Result<Nis, UpdateError> {
+    let mut moments = PositionMoments::default();
+    for (w, s) in c.iter().zip(states) {
+        moments.add(*w, s.position() - m.point(), s.position_cov());
+    }
+    moments.nis(m)
+}
+
+/// Mean and covariance of the positions of a mixture, gathered about the plot.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct PositionMoments {
+    weight: f64,
+    mean: [f64; 2],
+    square: [f64; 3],
+}
+
+impl PositionMoments {
+    #[inline]
+    pub(super) fn add(
+        &mut self,
+        w: f64,
+        offset: crate::frames::Vector2<f64>,
+        p: super::Sym2,
+    ) {
+        let (wx, wy) = (w * offset.x, w * offset.y);
+        self.weight += w;
+        self.mean = [self.mean[0] + wx, self.mean[1] + wy];
+        self.square = [
+            self.square[0] + w * p.xx + wx * offset.x,
+            self.square[1] + w * p.xy + wx * offset.y,
+            self.square[2] + w * p.yy + wy * offset.y,
+        ];
+    }
+
+    pub(super) fn nis(&self, m: &Measurement) -> Result<Nis, UpdateError> {
+        let k = 1.0 / self.weight;
+        let [x, y] = self.mean.map(|v| v * k);
+        let mut at = Gaussian::default();
+        let z = m.point();
+        at.x[0] = super::lanes::Pair::new(z.x + x, z.y + y);
+        at.p[0] = super::lanes::Pair::new(self.square[0] * k - x * x, self.square[2] * k - y * y);
+        at.cross[0] = self.square[1] * k - x * y;
+        at.innovation(m).map(|i| Nis { d2: i.d2, det: libm::exp(i.ln_det), dof: i.dof })
+    }
+}
+
+impl<const M: usize> StateEstimator for Imm<M> {
+    fn time(&self) -> SimTime {
+        self.time
+    }
+
+    fn estimate(&self) -> Estimate {
+        let parts = self.weights.iter().copied().zip(&self.states);
+        Estimate::new(self.time, Gaussian::mixture(parts))
+    }
+
+    fn predicted(&self, time: SimTime) -> Result<Estimate, UpdateError> {
+        let t = interval(self.time, time)?;
+        let (c, states) = self.mix(t, &self.modes.transition(t));
+        Ok(Estimate::new(time, Gaussian::mixture(c.iter().copied().zip(&states))))
+    }
+
+    fn update(&mut self, plot: &Plot) -> Result<Nis, UpdateError> {
+        self.take(plot, |_| ())
+    }
+
+    fn update_manoeuvre(&mut self, plot: &Plot) -> Result<Nis, UpdateError> {
+        let modes = Arc::clone(&self.modes);
+        self.take(plot, |p| modes.expect_jump(p))
+    }
+
+    fn update_weighted(&mut self, plots: &[(&Plot, f64)]) -> Result<(), UpdateError> {
+        let Some((first, _)) = plots.first() else { return Err(UpdateError::UnsoundPlot) };
+        let t = interval(self.time, first.time)?;
+        let (c, mut states) = self.mix(t, &self.modes.transition(t));
+        let shares = association_shares(&c, &states, &measurements(plots)?)?;
+        for (state, share) in states.iter_mut().zip(&shares) {
+            state.update_weighted(&share.1)?;
+        }
+        let log_weights = from_fn(|j| libm::log(c[j]) + shares[j].0);
+        self.weights = posterior(log_weights, c);
+        (self.time, self.states) = (first.time, states);
+        Ok(())
+    }
+
+    fn replace(&mut self, time: SimTime, state: &Gaussian) {
+        (self.time, self.states) = (time, [*state; M]);
+        self.weights = prior(&self.modes);
+    }
+
+    fn start(&self) -> Start {
+        self.start
+    }
+}
+
+/// For each part of a mixture: ln of how much better it explains the plots than the mixture does, and the
+/// plots with their association probabilities given this part.
+///
+/// A plot of probability β for the mixture has β·L_part/L_mixture for the part.
+pub(super) fn association_shares(
+    c: &[f64],
+    states: &[Gaussian],
+    plots: &[(Measurement, f64)],
+) -> Result<Vec<(f64, Vec<(Measurement, f64)>)>, UpdateError> {
+    let missed = (1.0 - plots.iter().map(|p| p.1).sum::<f64>()).max(0.0);
+    let mut shares: Vec<(f64, Vec<(Measurement, f64)>)> =
+        states.iter().map(|_| (0.0, Vec::with_capacity(plots.len()))).collect();
+    for (m, beta) in plots {
+        let mut logs = Vec::with_capacity(states.len());
+        for state in states {
+            let i = state.innovation(m)?;
+            logs.push(-0.5 * (i.d2 + i.ln_det));
+        }
+        let mut joint: Vec<f64> = logs.iter().zip(c).map(|(l, w)| l + libm::log(*w)).collect();
+        let all = weights::normalise(&mut joint);
+        for (share, log) in shares.iter_mut().zip(&logs) {
+            let ratio = all.map_or(1.0, |all| libm::exp((log - all).min(600.0)));
+            share.1.push((*m, beta * ratio));
+        }
+    }
+    for share in &mut shares {
+        let sum = missed + share.1.iter().map(|p| p.1).sum::<f64>();
+        share.0 = libm::log(sum);
+        if sum > 0.0 {
+            share.1.iter_mut().for_each(|p| p.1 /= sum);
+        }
+    }
+    Ok(shares)
+}

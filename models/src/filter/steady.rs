@@ -1,0 +1,253 @@
+//! Alpha-beta-gamma: the Kalman filter with its gains computed once.
+
+use super::gaussian::{Gaussian, Measurement, Nis};
+use super::lanes::{Lane, Pair};
+use super::motion::Motion;
+use super::three_state::start_position;
+use super::{
+    Estimate, Start, StateEstimator, UpdateError, UpdateError::BadInnovation, interval,
+};
+use crate::plot::Plot;
+use crate::time::SimTime;
+
+/// Steady gains (α, β, γ) of the constant-acceleration filter with white jerk, Λ = qT⁵/R; the Kalman
+/// gain is (α, β/T, γ/T²).
+///
+/// `γ² = Λ(1−α)`, `β² = 2αγ`, `α² = β(2−α) − β²/4 + γ²/120`: the algebraic Riccati equation, solved by
+/// bisection on α with Newton's method on β inside. Source: Kalata, IEEE Trans. AES-20 (1984), with the
+/// term γ²/120 of continuous white jerk.
+#[must_use]
+pub fn alpha_beta_gamma(lambda: f64) -> [f64; 3] {
+    if !(lambda > 0.0) {
+        return [0.0; 3];
+    }
+    // ln Λ(α) grows with α; bisect on a = ln(α/(1−α)), so that no end of (0, 1) is crowded.
+    let gains = |logit: f64| {
+        let alpha = 1.0 / (1.0 + libm::exp(-logit));
+        let beta = beta_of(alpha, 1.0 / (1.0 + libm::exp(logit)));
+        (alpha, beta, beta * beta / (2.0 * alpha))
+    };
+    let (mut low, mut high) = (-200.0, 200.0);
+    for _ in 0..100 {
+        let middle = 0.5 * (low + high);
+        let (_, _, gamma) = gains(middle);
+        // Λ = γ²/(1−α), 1/(1−α) = 1 + e^a.
+        let found = gamma * gamma * (1.0 + libm::exp(middle));
+        if found < lambda { low = middle } else { high = middle }
+    }
+    let (alpha, beta, gamma) = gains(0.5 * (low + high));
+    [alpha, beta, gamma]
+}
+
+/// β in β(2−α) − β²/4 + β⁴/(480α²) = α², from β₀ = 2(α/(1+√(1−α)))²; `rest` is 1 − α.
+fn beta_of(alpha: f64, rest: f64) -> f64 {
+    // In b = β/α² every coefficient stays near 1 for small α.
+    let a2 = alpha * alpha;
+    let root = 1.0 + rest.sqrt();
+    let mut b = 2.0 / (root * root);
+    for _ in 0..30 {
+        let value = b * (1.0 + rest) - a2 * b * b / 4.0 + a2 * a2 * b * b * b * b / 480.0 - 1.0;
+        let slope = (1.0 + rest) - a2 * b / 2.0 + a2 * a2 * b * b * b / 120.0;
+        let next = b - value / slope;
+        if next == b {
+            break;
+        }
+        b = next;
+    }
+    b * a2
+}
+
+/// Steady gains (α, β) of the constant-velocity filter with white acceleration, Λ = qT³/R; the Kalman
+/// gain is (α, β/T). `β² = Λ(1−α)`, `α² + αβ − 2β + β²/6 = 0`, by bisection on β.
+#[must_use]
+pub fn alpha_beta(lambda: f64) -> [f64; 2] {
+    if !(lambda > 0.0) {
+        return [0.0; 2];
+    }
+    let alpha_of = |beta: f64| {
+        beta * (2.0 - beta / 6.0) / ((2.0 * beta + beta * beta / 12.0).sqrt() + beta / 2.0)
+    };
+    let (mut low, mut high) = (0.0, 3.0 - 3f64.sqrt());
+    // 1100 halvings reach the smallest number; each costs 5 ns and this runs once.
+    for _ in 0..1100 {
+        let middle = 0.5 * (low + high);
+        if middle == low || middle == high {
+            break;
+        }
+        let rest = 1.0 - alpha_of(middle);
+        if rest > 0.0 && middle * middle < lambda * rest { low = middle } else { high = middle }
+    }
+    [alpha_of(low), low]
+}
+
+/// What a gain filter knows beforehand: gains and covariances (unit plot variance, unit interval) of
+/// its first scans and of the steady state.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Schedule {
+    /// α, β, γ.
+    gains: [f64; 3],
+    /// pp, pv, pa, vv, va, aa after the update.
+    p: [f64; 6],
+}
+
+/// The alpha-beta-gamma filter, both axes.
+///
+/// From its first plot it runs through the gains that a Kalman filter would have, then keeps the steady
+/// ones. The covariance it states is the one belonging to those gains, scaled by the plot's variance.
+#[derive(Clone, Debug)]
+pub struct SteadyGain {
+    time: SimTime,
+    x: [Pair; 3],
+    /// Variance of the last plot, per axis.
+    r: Pair,
+    /// Updates since the start.
+    count: usize,
+    table: std::sync::Arc<Table>,
+    start: Start,
+}
+
+#[derive(Debug)]
+struct Table {
+    lambda: f64,
+    interval_s: f64,
+    scans: [Schedule; SCANS],
+}
+
+/// Scans until the steady state is taken for granted.
+const SCANS: usize = 24;
+
+impl SteadyGain {
+    /// One plot. `lambda` = qT⁵/R, `interval_s` the interval T between plots that the gains are made for.
+    ///
+    /// # Errors
+    /// If the plot is unsound or measures one direction only.
+    pub fn from_plot(
+        plot: &Plot,
+        lambda: f64,
+        interval_s: f64,
+        start: Start,
+    ) -> Result<Self, UpdateError> {
+        let (z, r) = start_position(plot)?;
+        let table = std::sync::Arc::new(Table::new(lambda, interval_s, start, 0.5 * (r.xx + r.yy)));
+        let zero = Pair::default();
+        let x = [Pair::new(z.x, z.y), zero, zero];
+        Ok(Self { time: plot.time, x, r: Pair::new(r.xx, r.yy), count: 0, table, start })
+    }
+
+    fn schedule(&self, count: usize) -> &Schedule {
+        &self.table.scans[count.min(SCANS - 1)]
+    }
+
+    fn covariance(&self) -> [Pair; 6] {
+        let t = 1.0 / self.table.interval_s;
+        let units = [1.0, t, t * t, t * t, t * t * t, t * t * t * t];
+        let p = &self.schedule(self.count).p;
+        std::array::from_fn(|i| self.r * (p[i] * units[i]))
+    }
+
+    #[inline]
+    fn advance(&self, t: f64) -> [Pair; 3] {
+        let x = &self.x;
+        [x[0] + x[1] * t + x[2] * (0.5 * t * t), x[1] + x[2] * t, x[2]]
+    }
+}
+
+impl Table {
+    fn new(lambda: f64, interval_s: f64, start: Start, r_m2: f64) -> Self {
+        // A scalar Kalman filter in units of the plot's deviation and of the interval.
+        let (t, r) = (interval_s, if r_m2 > 0.0 { r_m2 } else { 1.0 });
+        let (vv, aa) = (start.sigma_v_ms * start.sigma_v_ms, start.sigma_a_ms2 * start.sigma_a_ms2);
+        let mut p = [1.0, 0.0, 0.0, vv * t * t / r, 0.0, aa * t * t * t * t / r];
+        let step = Motion::ConstantAcceleration { q: lambda }.step(1.0);
+        let mut scans = [Schedule { gains: [1.0, 0.0, 0.0], p }; SCANS];
+        for scan in scans.iter_mut().skip(1) {
+            let lanes = p.map(Pair::splat);
+            let [a, b, c, e, f, g] =
+                super::gaussian::predict_axes(&[Pair::default(); 3], &lanes, &step).1.map(Pair::east);
+            let i = 1.0 / (a + 1.0);
+            let gains = [a * i, b * i, c * i];
+            p = [a * i, b * i, c * i, e - gains[1] * b, f - gains[1] * c, g - gains[2] * c];
+            *scan = Schedule { gains, p };
+        }
+        let steady = alpha_beta_gamma(lambda);
+        scans[SCANS - 1] = Schedule { gains: steady, p: steady_covariance(steady, lambda) };
+        Self { lambda, interval_s, scans }
+    }
+}
+
+/// Steady covariance (unit variance and interval) from the gains: the three equations of the Riccati
+/// equation that the gains do not use up.
+fn steady_covariance([alpha, beta, gamma]: [f64; 3], lambda: f64) -> [f64; 6] {
+    let s = 1.0 / (1.0 - alpha);
+    let va_aa = beta * gamma * s - lambda / 2.0; // g = K₁ S K₂ − Q₁₂
+    let va = 0.5 * (beta * beta * s - lambda / 3.0 - va_aa); // 2f + g = K₁ S K₁ − Q₁₁
+    let va_sum = beta * s - beta - gamma - 1.5 * va - 0.5 * va_aa - lambda / 8.0;
+    [alpha, beta, gamma, va_sum, va, va_aa]
+}
+
+impl StateEstimator for SteadyGain {
+    fn time(&self) -> SimTime {
+        self.time
+    }
+
+    fn estimate(&self) -> Estimate {
+        Estimate::new(self.time, Gaussian { x: self.x, p: self.covariance(), cross: [0.0; 9] })
+    }
+
+    fn predicted(&self, time: SimTime) -> Result<Estimate, UpdateError> {
+        let t = interval(self.time, time)?;
+        let mut now = self.estimate();
+        // The process noise that the gains stand for: q = ΛR/T⁵ per axis.
+        let unit = Motion::ConstantAcceleration { q: 1.0 }.step(t);
+        let q = self.r * (self.table.lambda / libm::pow(self.table.interval_s, 5.0));
+        let quiet = super::motion::Step { q: [0.0; 6], ..unit };
+        now.state = now.state.predicted(&quiet);
+        for (p, noise) in now.state.p.iter_mut().zip(unit.q) {
+            *p = *p + q * noise;
+        }
+        now.time = time;
+        Ok(now)
+    }
+
+    #[inline]
+    fn update(&mut self, plot: &Plot) -> Result<Nis, UpdateError> {
+        let t = interval(self.time, plot.time)?;
+        let Measurement::Position { z, r } = Measurement::of(plot)? else {
+            // Fixed gains know positions only.
+            return Err(UpdateError::UnsoundPlot);
+        };
+        let r = Pair::new(r.xx, r.yy);
+        if !r.all_positive() {
+            return Err(BadInnovation(r.east().min(r.north())));
+        }
+        let x = self.advance(t);
+        let count = (self.count + 1).min(SCANS - 1);
+        let [alpha, beta, gamma] = self.table.scans[count].gains;
+        let nu = Pair::new(z.x, z.y) - x[0];
+        // Two plots at one time change the position only.
+        let rate = if t > 0.0 { 1.0 / t } else { 0.0 };
+        self.x = [
+            x[0] + nu * alpha,
+            x[1] + nu * (beta * rate),
+            x[2] + nu * (gamma * rate * rate),
+        ];
+        (self.time, self.r, self.count) = (plot.time, r, count);
+        let s = r * (1.0 / (1.0 - alpha));
+        Ok(Nis { d2: (nu * nu * s.recip()).sum(), det: s.east() * s.north(), dof: 2 })
+    }
+
+    fn update_manoeuvre(&mut self, plot: &Plot) -> Result<Nis, UpdateError> {
+        // Gains cannot be widened: take the plot and look for the new course with fresh ones.
+        self.count = self.count.min(2);
+        self.update(plot)
+    }
+
+    fn replace(&mut self, time: SimTime, state: &Gaussian) {
+        (self.time, self.x, self.count) = (time, state.x, 1);
+        self.r = state.p[0];
+    }
+
+    fn start(&self) -> Start {
+        self.start
+    }
+}

@@ -1,0 +1,307 @@
+//! The parameters of a surface movement radar and their limits.
+
+use super::antenna::Pattern;
+use super::config::{ConfigError, number};
+use super::detection::{Swerling, from_db};
+use super::radar_equation::{Polarisation, Radar, RadarNumbers};
+use crate::environment::fog::FogLaw;
+use crate::environment::rain::RainLaw;
+use crate::environment::surface::Material;
+use crate::environment::{SPEED_OF_LIGHT, wavelength_m};
+
+/// How a target is declared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum DetectionRule {
+    /// Wherever the signal to clutter and noise ratio reaches the required one.
+    Threshold,
+    /// By a draw against the probability of detection.
+    #[default]
+    Bernoulli,
+}
+
+/// Which energy the accuracy formulas use.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub enum Energy {
+    /// One pulse: pessimistic for the angle.
+    #[default]
+    SinglePulse,
+    /// All pulses of the dwell, with the loss factor (at least 1) of a real extractor.
+    Dwell {
+        /// Factor on the standard deviations: 1.2 for the best correlator, 1.5 to 1.8 for a thresholded centroid.
+        factor: f64,
+    },
+}
+
+/// Everything that describes one surface movement radar except where it stands. Data, not code: the
+/// named sets live in scene files.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AsdeParameters {
+    /// Carrier, GHz.
+    pub carrier_ghz: f64,
+    /// Peak power, W.
+    pub peak_power_w: f64,
+    /// Pulse length, s.
+    pub pulse_s: f64,
+    /// Intermediate frequency bandwidth, Hz.
+    pub bandwidth_hz: f64,
+    /// Noise figure, dB.
+    pub noise_figure_db: f64,
+    /// System losses, dB.
+    pub system_loss_db: f64,
+    /// Azimuth beamwidth at −3 dB, degrees.
+    pub azimuth_beamwidth_deg: f64,
+    /// Elevation beamwidth at −3 dB, degrees.
+    pub elevation_beamwidth_deg: f64,
+    /// Depression of the beam axis, degrees.
+    pub tilt_deg: f64,
+    /// Lower edge of a cosecant-squared coverage, degrees of depression; `None` without.
+    pub csc2_limit_deg: Option<f64>,
+    /// Gain, dBi.
+    pub gain_dbi: f64,
+    /// Height of the antenna above the surface, m.
+    pub antenna_height_m: f64,
+    /// Pulse repetition frequency, Hz.
+    pub prf_hz: f64,
+    /// Rotation, turns per minute, clockwise.
+    pub rotation_rpm: f64,
+    /// Where the beam points at time zero, degrees clockwise from north.
+    pub start_azimuth_deg: f64,
+    /// Polarisation.
+    pub polarisation: Polarisation,
+    /// Axial ratio of circular polarisation, dB.
+    pub axial_ratio_db: f64,
+    /// Loss of a complex target in circular against linear polarisation, dB.
+    pub circular_target_loss_db: f64,
+    /// One-way side lobe floor, dB.
+    pub sidelobe_floor_db: f64,
+    /// Recovery time after the pulse, s: nothing nearer than `c·(τ + recovery)/2` is seen.
+    pub recovery_s: f64,
+    /// Nearest slant range displayed, m.
+    pub range_min_m: f64,
+    /// Farthest slant range displayed, m.
+    pub range_max_m: f64,
+    /// False alarm probability per cell.
+    pub pfa: f64,
+    /// Detection probability that defines the required ratio of [`DetectionRule::Threshold`].
+    pub pd: f64,
+    /// Rule of detection.
+    pub detection: DetectionRule,
+    /// Fluctuation of the targets.
+    pub swerling: Swerling,
+    /// Energy in the accuracy formulas.
+    pub energy: Energy,
+    /// Range step of the extractor, m; 0 for none.
+    pub range_step_m: f64,
+    /// Azimuth step of the extractor, degrees; 0 for none.
+    pub azimuth_step_deg: f64,
+    /// Height above the surface that the extractor assumes when it turns slant into ground range, m.
+    pub assumed_height_m: f64,
+    /// Whether the carrier hops from pulse to pulse, so that rain clutter averages like noise.
+    pub frequency_agile: bool,
+    /// Velocity spread of the rain, m/s (decorrelation without hopping).
+    pub rain_spread_ms: f64,
+    /// Coupling of the surface reflection into the azimuth error (κ).
+    pub reflection_coupling: f64,
+    /// Ground clutter: γ of the constant-γ model, dB.
+    pub ground_gamma_db: f64,
+    /// What the surface between radar and targets is made of.
+    pub surface: &'static Material,
+    /// Its rms height, m.
+    pub roughness_m: f64,
+    /// Top of the rain above the surface, m.
+    pub rain_top_m: f64,
+    /// Liquid water of fog from visibility.
+    pub fog_law: FogLaw,
+}
+
+/// The parameters are usable, but one reaches beyond what its source covers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ParameterWarning(pub String);
+
+impl AsdeParameters {
+    /// Checks every parameter against its limits.
+    ///
+    /// # Errors
+    /// The first parameter outside its limits, with its value and the limits.
+    pub fn validate(&self) -> Result<Vec<ParameterWarning>, ConfigError> {
+        number("carrier_ghz", self.carrier_ghz, 1.0, 100.0)?;
+        number("peak_power_w", self.peak_power_w, 1e-3, 1e8)?;
+        number("pulse_s", self.pulse_s, 1e-9, 1e-3)?;
+        number("bandwidth_hz", self.bandwidth_hz, 1e3, 1e10)?;
+        number("noise_figure_db", self.noise_figure_db, 0.0, 40.0)?;
+        number("system_loss_db", self.system_loss_db, 0.0, 60.0)?;
+        number("azimuth_beamwidth_deg", self.azimuth_beamwidth_deg, 0.01, 30.0)?;
+        number("elevation_beamwidth_deg", self.elevation_beamwidth_deg, 0.05, 90.0)?;
+        number("tilt_deg", self.tilt_deg, -30.0, 60.0)?;
+        if let Some(limit) = self.csc2_limit_deg {
+            number("csc2_limit_deg", limit, -30.0, 90.0)?;
+        }
+        number("gain_dbi", self.gain_dbi, 0.0, 70.0)?;
+        number("antenna_height_m", self.antenna_height_m, 1.0, 500.0)?;
+        number("prf_hz", self.prf_hz, 100.0, 1e6)?;
+        number("rotation_rpm", self.rotation_rpm, 1.0, 600.0)?;
+        number("start_azimuth_deg", self.start_azimuth_deg, -360.0, 360.0)?;
+        number("axial_ratio_db", self.axial_ratio_db, 0.0, 30.0)?;
+        number("circular_target_loss_db", self.circular_target_loss_db, 0.0, 20.0)?;
+        number("sidelobe_floor_db", self.sidelobe_floor_db, -80.0, -3.0)?;
+        number("recovery_s", self.recovery_s, 0.0, 1e-5)?;
+        let ambiguous = 0.5 * SPEED_OF_LIGHT / self.prf_hz;
+        number("range_max_m", self.range_max_m, 100.0, ambiguous.min(60_000.0))?;
+        number("range_min_m", self.range_min_m, self.blind_m(), self.range_max_m)?;
+        number("pfa", self.pfa, 1e-12, 0.1)?;
+        number("pd", self.pd, 0.01, 0.9999)?;
+        if let Energy::Dwell { factor } = self.energy {
+            number("dwell_factor", factor, 1.0, 10.0)?;
+        }
+        number("range_step_m", self.range_step_m, 0.0, 100.0)?;
+        number("azimuth_step_deg", self.azimuth_step_deg, 0.0, 5.0)?;
+        number("assumed_height_m", self.assumed_height_m, 0.0, self.antenna_height_m)?;
+        number("rain_spread_ms", self.rain_spread_ms, 0.01, 20.0)?;
+        number("reflection_coupling", self.reflection_coupling, 0.0, 10.0)?;
+        number("ground_gamma_db", self.ground_gamma_db, -60.0, 10.0)?;
+        number("roughness_m", self.roughness_m, 0.0, 10.0)?;
+        number("rain_top_m", self.rain_top_m, self.antenna_height_m, 20_000.0)?;
+        // Pulses on the target: the detector sums at least one and at most 512.
+        number("pulses on target (prf, beamwidth, rotation)", self.pulses(), 0.5, 512.0)?;
+        let (low, high) = self.surface.published_ghz;
+        let limit = self.surface.extrapolated_ghz;
+        number("carrier_ghz (for this surface)", self.carrier_ghz, low, limit)?;
+        let mut warnings = Vec::new();
+        if self.carrier_ghz > high {
+            warnings.push(ParameterWarning(format!(
+                "surface = \"{}\": permittivity is published for {low} to {high} GHz and \
+                 extrapolated to {} GHz",
+                self.surface.name, self.carrier_ghz
+            )));
+        }
+        Ok(warnings)
+    }
+
+    /// Nothing nearer than this is seen, m: the receiver is off while the pulse leaves and recovers.
+    #[must_use]
+    pub fn blind_m(&self) -> f64 {
+        0.5 * SPEED_OF_LIGHT * (self.pulse_s + self.recovery_s)
+    }
+
+    /// Turns per second.
+    #[must_use]
+    pub fn turns_per_s(&self) -> f64 {
+        self.rotation_rpm / 60.0
+    }
+
+    /// Pulses while the beamwidth passes a target, not rounded.
+    #[must_use]
+    pub fn pulses(&self) -> f64 {
+        self.prf_hz * self.azimuth_beamwidth_deg / (360.0 * self.turns_per_s())
+    }
+
+    /// Pulses that the detector sums: the nearest whole number, at least one.
+    #[must_use]
+    pub fn pulses_summed(&self) -> u32 {
+        self.pulses().round().max(1.0) as u32
+    }
+
+    /// Sum of the two-way azimuth pattern over the pulses of a dwell: the energy of the dwell in
+    /// energies of the pulse on the beam axis.
+    #[must_use]
+    pub fn dwell_energy(&self) -> f64 {
+        (self.pulses() * (std::f64::consts::PI / (8.0 * std::f64::consts::LN_2)).sqrt()).max(1.0)
+    }
+
+    /// Factor on rain clutter in front of the detector: `n/n_e`, where `n_e` of the `n` pulses see
+    /// independent rain. Rain decorrelates in `λ/(4πσ_v)` unless the carrier hops.
+    #[must_use]
+    pub fn rain_correlation(&self) -> f64 {
+        if self.frequency_agile {
+            return 1.0;
+        }
+        let n = self.pulses().max(1.0);
+        let decorrelation_s =
+            wavelength_m(self.carrier_ghz) / (4.0 * std::f64::consts::PI * self.rain_spread_ms);
+        n / (1.0 + (n - 1.0) * (1.0 / (self.prf_hz * decorrelation_s)).min(1.0))
+    }
+
+    /// The numbers as the budget wants them.
+    #[must_use]
+    pub fn radar(&self) -> Radar {
+        let numbers = RadarNumbers {
+            carrier_ghz: self.carrier_ghz,
+            peak_power_w: self.peak_power_w,
+            gain_dbi: self.gain_dbi,
+            system_loss_db: self.system_loss_db,
+            noise_figure_db: self.noise_figure_db,
+            bandwidth_hz: self.bandwidth_hz,
+            pulse_s: self.pulse_s,
+        };
+        let circular = self.polarisation == Polarisation::Circular;
+        Radar {
+            carrier_ghz: self.carrier_ghz,
+            wavelength_m: wavelength_m(self.carrier_ghz),
+            constant: numbers.constant(),
+            noise_w: numbers.noise_w(),
+            cell_m: numbers.cell_m(),
+            pattern: Pattern {
+                azimuth_rad: self.azimuth_beamwidth_deg.to_radians(),
+                elevation_rad: self.elevation_beamwidth_deg.to_radians(),
+                axis_rad: self.tilt_deg.to_radians(),
+                skirt_end_rad: self.csc2_limit_deg.map(f64::to_radians),
+                floor: from_db(self.sidelobe_floor_db),
+            },
+            antenna_m: self.antenna_height_m,
+            polarisation: self.polarisation,
+            axial_ratio_db: self.axial_ratio_db,
+            circular_factor: if circular { from_db(-self.circular_target_loss_db) } else { 1.0 },
+            ground_gamma: from_db(self.ground_gamma_db),
+            surface: self.surface,
+            roughness_m: self.roughness_m,
+            rain_top_m: self.rain_top_m,
+            fog_law: self.fog_law,
+            rain_law: RainLaw::new(self.carrier_ghz, 0.0, self.polarisation.tilt_rad()),
+        }
+    }
+
+    /// Parameters for tests: a Ku band radar in clear numbers. Scenes bring their own.
+    #[cfg(test)]
+    pub(crate) fn for_tests() -> Self {
+        Self {
+            carrier_ghz: 16.0,
+            peak_power_w: 3000.0,
+            pulse_s: 36e-9,
+            bandwidth_hz: 1.0 / 36e-9,
+            noise_figure_db: 5.0,
+            system_loss_db: 6.0,
+            azimuth_beamwidth_deg: 0.25,
+            elevation_beamwidth_deg: 1.6,
+            tilt_deg: 1.0,
+            csc2_limit_deg: Some(31.0),
+            gain_dbi: 44.0,
+            antenna_height_m: 60.0,
+            prf_hz: 20_000.0,
+            rotation_rpm: 60.0,
+            start_azimuth_deg: 0.0,
+            polarisation: Polarisation::Circular,
+            axial_ratio_db: 1.0,
+            circular_target_loss_db: 3.0,
+            sidelobe_floor_db: -30.0,
+            recovery_s: 100e-9,
+            range_min_m: 100.0,
+            range_max_m: 5500.0,
+            pfa: 1e-6,
+            pd: 0.9,
+            detection: DetectionRule::Bernoulli,
+            swerling: Swerling::Steady,
+            energy: Energy::SinglePulse,
+            range_step_m: 0.0,
+            azimuth_step_deg: 0.0,
+            assumed_height_m: 1.5,
+            frequency_agile: true,
+            rain_spread_ms: 1.5,
+            reflection_coupling: 0.0,
+            ground_gamma_db: -30.0,
+            surface: &crate::environment::surface::MATERIALS[1],
+            roughness_m: 0.003,
+            rain_top_m: 3000.0,
+            fog_law: FogLaw::TwoPoint,
+        }
+    }
+}

@@ -1,0 +1,101 @@
+//! Where the direct and the reflected ray run, over a flat plane and over a round earth.
+
+/// Effective earth radius for standard refraction, m: 4/3 of 6371 km (Blake; Kerr).
+pub const EFFECTIVE_EARTH_RADIUS_M: f64 = 4.0 / 3.0 * 6_371_000.0;
+
+/// The two paths between an antenna and a scatterer over a flat reflecting plane.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TwoPaths {
+    /// Direct slant range, m.
+    pub direct_m: f64,
+    /// Length of the reflected leg, m.
+    pub reflected_m: f64,
+    /// Reflected minus direct, m.
+    pub difference_m: f64,
+    /// Grazing angle at the reflection point, which is also its depression, rad.
+    pub grazing_rad: f64,
+    /// Depression of the scatterer from the antenna, rad, positive downwards.
+    pub depression_rad: f64,
+    /// Ground range of the reflection point, m.
+    pub reflection_point_m: f64,
+}
+
+impl TwoPaths {
+    /// Paths over a flat plane at ground distance `d_m`; heights in metres, all zero or positive.
+    ///
+    /// The difference is `4·h_a·h_t/(R_r + R)`: subtracting the lengths loses every digit at small heights.
+    #[must_use]
+    pub fn flat(d_m: f64, antenna_m: f64, target_m: f64) -> Self {
+        let (down, up) = (antenna_m - target_m, antenna_m + target_m);
+        let direct_m = libm::hypot(d_m, down);
+        let reflected_m = libm::hypot(d_m, up);
+        let sum = direct_m + reflected_m;
+        Self {
+            direct_m,
+            reflected_m,
+            difference_m: if sum > 0.0 { 4.0 * antenna_m * target_m / sum } else { 0.0 },
+            grazing_rad: libm::atan2(up, d_m),
+            depression_rad: libm::atan2(down, d_m),
+            reflection_point_m: if up > 0.0 { d_m * antenna_m / up } else { 0.5 * d_m },
+        }
+    }
+}
+
+/// The reflection over a round earth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RoundEarth {
+    /// Ground range of the reflection point, m.
+    pub reflection_point_m: f64,
+    /// Antenna height above the plane that touches the earth there, m.
+    pub antenna_m: f64,
+    /// Scatterer height above that plane, m.
+    pub target_m: f64,
+    /// Path difference, m.
+    pub difference_m: f64,
+    /// Grazing angle, rad.
+    pub grazing_rad: f64,
+    /// Divergence factor on the amplitude, at most 1.
+    pub divergence: f64,
+}
+
+impl RoundEarth {
+    /// Reflection point by the closed solution of the cubic; flat formulas below 10 m.
+    ///
+    /// Source: Kerr, *Propagation of Short Radio Waves*, ch. 5; Blake, *Radar Range-Performance Analysis*.
+    /// Beyond the horizon (a height below the tangent plane) the reflected ray does not exist: the
+    /// heights are then zero and so is the divergence.
+    #[must_use]
+    pub fn new(d_m: f64, antenna_m: f64, target_m: f64) -> Self {
+        if d_m < 10.0 {
+            let flat = TwoPaths::flat(d_m, antenna_m, target_m);
+            return Self {
+                reflection_point_m: flat.reflection_point_m,
+                antenna_m,
+                target_m,
+                difference_m: flat.difference_m,
+                grazing_rad: flat.grazing_rad,
+                divergence: 1.0,
+            };
+        }
+        let a = EFFECTIVE_EARTH_RADIUS_M;
+        let half = 0.5 * d_m;
+        let p = 2.0 / 3f64.sqrt() * (a * (antenna_m + target_m) + half * half).sqrt();
+        let sine = (2.0 * a * d_m * (target_m - antenna_m) / (p * p * p)).clamp(-1.0, 1.0);
+        let d1 = half - p * libm::sin(libm::asin(sine) / 3.0);
+        let d2 = d_m - d1;
+        let h1 = (antenna_m - d1 * d1 / (2.0 * a)).max(0.0);
+        let h2 = (target_m - d2 * d2 / (2.0 * a)).max(0.0);
+        let flat = TwoPaths::flat(d_m, h1, h2);
+        let sin = libm::sin(flat.grazing_rad);
+        let divergence =
+            if sin > 0.0 { 1.0 / (1.0 + 2.0 * d1 * d2 / (a * d_m * sin)).sqrt() } else { 0.0 };
+        Self {
+            reflection_point_m: d1,
+            antenna_m: h1,
+            target_m: h2,
+            difference_m: flat.difference_m,
+            grazing_rad: flat.grazing_rad,
+            divergence,
+        }
+    }
+}
