@@ -1,5 +1,6 @@
 //! Special functions that the standard library and `libm` lack, in forms that neither overflow nor cancel.
 
+use nalgebra::Complex;
 use std::f64::consts::PI;
 
 /// Exponentially scaled modified Bessel function `exp(−x)·I₀(x)`, `x ≥ 0`.
@@ -124,11 +125,31 @@ fn fresnel_series(x: f64) -> (f64, f64) {
     (c, s)
 }
 
+/// `∫ₓ^∞ exp(−iπt²/2) dt/√2` in modulus, for `x ≥ 0`: the amplitude behind a knife edge, without taking
+/// the difference of `C` and ½.
+#[must_use]
+pub fn fresnel_tail(x: f64) -> f64 {
+    if x < 2.5 {
+        let (c, s) = fresnel_series(x);
+        return 0.5 * libm::hypot(1.0 - c - s, c - s);
+    }
+    let h = fresnel_tail_fraction(x);
+    0.5 * libm::hypot(h.re, h.im)
+}
+
 fn fresnel_fraction(x: f64) -> (f64, f64) {
-    use nalgebra::Complex;
     let one = Complex::new(1.0, 0.0);
-    let square = PI * x * x;
-    let mut b = Complex::new(1.0, -square);
+    // Quarter turns are taken out before the sine, so that large arguments keep their phase.
+    let reduced = libm::fmod(0.5 * x * x, 2.0) * PI;
+    let (sin, cos) = libm::sincos(reduced);
+    let w = Complex::new(0.5, 0.5) * (one - Complex::new(cos, sin) * fresnel_tail_fraction(x));
+    (w.re, w.im)
+}
+
+/// Continued fraction of the complementary error function on the diagonal, by Lentz's method.
+fn fresnel_tail_fraction(x: f64) -> Complex<f64> {
+    let one = Complex::new(1.0, 0.0);
+    let mut b = Complex::new(1.0, -PI * x * x);
     let mut c = Complex::new(1e300, 0.0);
     let mut d = one / b;
     let mut h = d;
@@ -145,12 +166,7 @@ fn fresnel_fraction(x: f64) -> (f64, f64) {
             break;
         }
     }
-    // Quarter turns are taken out before the sine, so that large arguments keep their phase.
-    let reduced = libm::fmod(0.5 * x * x, 2.0) * PI;
-    let (sin, cos) = libm::sincos(reduced);
-    let h = h * Complex::new(x, -x);
-    let w = Complex::new(0.5, 0.5) * (one - Complex::new(cos, sin) * h);
-    (w.re, w.im)
+    h * Complex::new(x, -x)
 }
 
 #[cfg(test)]

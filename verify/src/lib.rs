@@ -105,8 +105,9 @@ pub fn run(dir: &Path) -> Result<Vec<FileReport>, VerifyError> {
     for path in files {
         let text = std::fs::read_to_string(&path)
             .map_err(|source| VerifyError::Io { path: path.clone(), source })?;
-        let document: Value = serde_json::from_str(&text)
+        let mut document: Value = serde_json::from_str(&text)
             .map_err(|source| VerifyError::Json { path: path.clone(), source })?;
+        add_parameter_sets(&path, &mut document);
         if document.get("cases").and_then(Value::as_array).is_none() {
             continue;
         }
@@ -121,6 +122,15 @@ pub fn run(dir: &Path) -> Result<Vec<FileReport>, VerifyError> {
         return Err(VerifyError::Empty { path: dir.to_path_buf() });
     }
     Ok(reports)
+}
+
+/// Puts the `parameter_sets.json` of the same folder, which has no cases of its own, into the document.
+fn add_parameter_sets(path: &Path, document: &mut Value) {
+    let beside = path.with_file_name("parameter_sets.json");
+    let sets = std::fs::read_to_string(beside).ok().and_then(|t| serde_json::from_str(&t).ok());
+    if let (Some(sets), Some(object)) = (sets, document.as_object_mut()) {
+        object.entry("parameter_sets").or_insert(sets);
+    }
 }
 
 fn collect(path: &Path, files: &mut Vec<PathBuf>) -> Result<(), VerifyError> {

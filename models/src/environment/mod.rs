@@ -2,6 +2,7 @@
 
 pub mod fog;
 pub mod gas;
+pub mod mie;
 pub mod rain;
 pub mod surface;
 

@@ -1,6 +1,6 @@
 //! The reflecting surface: permittivity, Fresnel coefficients, water film, roughness.
 
-use nalgebra::Complex;
+pub use nalgebra::Complex;
 use std::f64::consts::PI;
 
 /// Electric constant, F/m.

@@ -115,19 +115,34 @@ impl Detector {
         let mut pmf = libm::exp(n * libm::log(t) - t - libm::lgamma(n + 1.0));
         let mut q = self.pfa;
         let (mut detected, mut weight) = (0.0, 0.0);
+        let next_weight = |w: f64, m: f64| {
+            if order == f64::INFINITY {
+                w * ratio / (m + 1.0)
+            } else {
+                w * ratio * (order + m) / (m + 1.0)
+            }
+        };
         for m in 0..=terms {
+            let m = f64::from(m);
             detected += w * q;
             weight += w;
-            let next = f64::from(m) + 1.0;
             q += pmf;
-            pmf *= t / (n + next);
-            w *= if order == f64::INFINITY {
-                ratio / next
-            } else {
-                ratio * (order + f64::from(m)) / next
-            };
+            pmf *= t / (n + m + 1.0);
+            w = next_weight(w, m);
         }
-        (detected + (1.0 - weight).max(0.0)).clamp(self.pfa, 1.0)
+        // From here on Q is 1. A large rest is the complement; a small one would drown in its rounding.
+        let rest = 1.0 - weight;
+        if rest > 1e-3 {
+            detected += rest;
+        } else {
+            let mut m = f64::from(terms) + 1.0;
+            while w > 1e-17 * detected {
+                detected += w;
+                w = next_weight(w, m);
+                m += 1.0;
+            }
+        }
+        detected.clamp(self.pfa, 1.0)
     }
 
     /// Sankaran's approximation for a steady target (1963): within 5e-4 of the exact value at Pfa 1e-6.
@@ -165,6 +180,10 @@ impl Detector {
     /// Natural logarithm of the probability of a miss: finite where the probability itself rounds to 1.
     #[must_use]
     pub fn ln_miss(&self, snr: f64, swerling: Swerling) -> f64 {
+        let detected = self.probability(snr, swerling);
+        if detected < 0.5 {
+            return libm::log1p(-detected);
+        }
         let n = f64::from(self.n);
         let s = n * snr;
         match swerling.order(self.n) {
@@ -207,7 +226,13 @@ impl Detector {
 /// Power ratio of decibels.
 #[must_use]
 pub fn from_db(db: f64) -> f64 {
-    libm::exp(db * (LN_10 / 10.0))
+    libm::exp(ln_ratio(db))
+}
+
+/// Natural logarithm of a power ratio given in decibels: stays finite where the ratio itself underflows.
+#[must_use]
+pub fn ln_ratio(db: f64) -> f64 {
+    db * (LN_10 / 10.0)
 }
 
 /// Decibels of a power ratio for display, with a floor at −300 dB (zero has no logarithm).

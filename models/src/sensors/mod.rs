@@ -15,6 +15,7 @@ pub mod measurement;
 pub mod propagation;
 pub mod radar_equation;
 pub mod service;
+pub mod shadow;
 
 #[cfg(test)]
 pub(crate) mod testing;
