@@ -12,6 +12,7 @@
 //! aerodrome reference point, and on named random draws ([`draw::DrawKey`]): the same inputs give
 //! the same bits in every process.
 
+pub mod airport;
 pub mod draw;
 pub mod frames;
 pub mod special;

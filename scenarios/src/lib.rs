@@ -1,1 +1,135 @@
-//! scenarios.
+//! Scene files: text to checked values, with file, line and key in every error.
+//!
+//! One TOML file says everything of a run; the data that it names (airport, movements, types) stand
+//! beside it. [`load`] reads and checks all of it. Each section of the file has its module:
+//! [`run`], [`airport`], [`traffic`], [`weather`], [`sensors`], [`tracking`], [`network`]; they read
+//! through [`document::Section`], so adding a key is one line and its errors come by themselves.
+
+pub mod airport;
+pub mod document;
+pub mod error;
+mod hash;
+pub mod network;
+pub mod run;
+pub mod sensors;
+pub mod tracking;
+pub mod traffic;
+pub mod types;
+pub mod weather;
+
+pub use airport::AirportScene;
+pub use error::{Problem, ScenarioError};
+pub use network::Network;
+pub use run::Run;
+pub use sensors::SensorScene;
+pub use tracking::{Accuracy, Tracking};
+pub use traffic::{Entity, Traffic};
+pub use weather::WeatherNotice;
+
+use models::flight_list::FlightList;
+use std::path::{Path, PathBuf};
+
+/// Everything of a run, as plain checked values.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scene {
+    /// Name: the file's name without its ending.
+    pub name: String,
+    /// The scene file.
+    pub path: PathBuf,
+    /// 64-bit hash of the scene's values and its data files (not of `[network]`, nor of layout and
+    /// comments): federates with another one play another scene.
+    pub hash: u64,
+    /// `[run]`.
+    pub run: Run,
+    /// `[airport]`.
+    pub airport: AirportScene,
+    /// `[[traffic]]`.
+    pub traffic: Traffic,
+    /// What the operator knows of the traffic.
+    pub flight_list: FlightList,
+    /// `[weather]`, sorted by time; the first notice is at time 0.
+    pub weather: Vec<WeatherNotice>,
+    /// `[[sensor]]`, in the order of the file.
+    pub sensors: Vec<SensorScene>,
+    /// `[tracking]`.
+    pub tracking: Tracking,
+    /// `[accuracy]`.
+    pub accuracy: Accuracy,
+    /// `[network]`: defaults for what the command line may say.
+    pub network: Network,
+}
+
+const SECTIONS: [&str; 8] =
+    ["run", "airport", "traffic", "weather", "sensor", "tracking", "accuracy", "network"];
+
+/// Reads a scene and every file that it names.
+///
+/// # Errors
+/// The first fault found, as one line: `file:line: key: what was found, what is allowed`.
+pub fn load(path: &Path) -> Result<Scene, ScenarioError> {
+    let text = std::fs::read_to_string(path).map_err(|error| {
+        let problem = Problem::File { path: path.to_path_buf(), reason: error.to_string() };
+        ScenarioError::new(path, 1, "scene", problem)
+    })?;
+    let root = document::Section::parse(path, &text)?;
+    root.only(&SECTIONS)?;
+    let run = run::read(&root)?;
+    let (airport, mut files) = airport::read(&root)?;
+    let weather = weather::read(&root, &run)?;
+    let tracking = tracking::read(&root)?;
+    let accuracy = tracking::read_accuracy(&root)?;
+    let network = network::read(&root)?;
+    let (traffic, flight_list, traffic_files) = traffic::read(&root, &run, &airport)?;
+    files.extend(traffic_files);
+    let sensors = sensors::read(&root, &airport, &traffic)?;
+    let hash = scene_hash(&root, &files)?;
+    let name = path.file_stem().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+    let path = path.to_path_buf();
+    Ok(Scene {
+        name, path, hash, run, airport, traffic, flight_list, weather, sensors, tracking, accuracy, network,
+    })
+}
+
+/// The scene file for what a user typed: a path, or the bare name of a scene (`zurich`).
+///
+/// Looked for in this order: as a path; in `./scenarios`; beside the executable in `scenarios`; in
+/// the source tree that the executable was built from.
+#[must_use]
+pub fn locate(typed: &str) -> PathBuf {
+    let as_path = PathBuf::from(typed);
+    if as_path.exists() || as_path.components().count() > 1 || as_path.extension().is_some() {
+        return as_path;
+    }
+    let file = format!("{typed}.toml");
+    let beside_executable = std::env::current_exe()
+        .ok()
+        .and_then(|exe| exe.parent().map(|folder| folder.join("scenarios").join(&file)));
+    let candidates = [
+        Some(Path::new("scenarios").join(&file)),
+        beside_executable,
+        Some(Path::new(env!("CARGO_MANIFEST_DIR")).join(&file)),
+    ];
+    candidates.into_iter().flatten().find(|p| p.is_file()).unwrap_or(as_path)
+}
+
+/// Hash of the values of the scene (without `[network]`) and of its data files by name and content.
+fn scene_hash(root: &document::Section, files: &[PathBuf]) -> Result<u64, ScenarioError> {
+    let mut hash = hash::Fnv::default();
+    for key in SECTIONS.iter().filter(|key| **key != "network") {
+        hash.tagged(10, key.as_bytes());
+        root.feed_key(key, &mut hash);
+    }
+    let mut sorted: Vec<_> = files.iter().collect();
+    sorted.sort_by_key(|p| p.file_name().map(ToOwned::to_owned));
+    sorted.dedup();
+    for file in sorted {
+        let octets = std::fs::read(file).map_err(|error| {
+            let problem = Problem::File { path: file.clone(), reason: error.to_string() };
+            ScenarioError::new(file, 1, "file", problem)
+        })?;
+        let name = file.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+        hash.tagged(11, name.as_bytes());
+        hash.tagged(12, &octets);
+    }
+    Ok(hash.value())
+}

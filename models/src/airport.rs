@@ -1,0 +1,140 @@
+//! The airport as everybody may know it: runways, ground network, stands, pavement, in local metres.
+//!
+//! Plain data, filled by the reader of airport files. Movers drive along it, filters may use it as a
+//! map, and the page draws it. It says nothing of any target.
+
+use crate::frames::{Azimuth, Vector2};
+
+/// One runway, both directions.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Runway {
+    /// Designators of both ends ("10", "28"), in the order of `ends_m`.
+    pub names: [String; 2],
+    /// Ends of the paved runway, m east and north.
+    pub ends_m: [Vector2<f64>; 2],
+    /// Landing thresholds (displaced from the ends), m east and north.
+    pub thresholds_m: [Vector2<f64>; 2],
+    /// Width, m.
+    pub width_m: f64,
+}
+
+impl Runway {
+    /// Direction of take-off and landing of the end called `name`, or `None` if it is no end of it.
+    #[must_use]
+    pub fn direction(&self, name: &str) -> Option<Azimuth> {
+        let end = self.names.iter().position(|n| n == name)?;
+        Some(Azimuth::of(self.ends_m[1 - end] - self.ends_m[end]))
+    }
+
+    /// Distance of a point from the centreline segment, m.
+    #[must_use]
+    pub fn distance_m(&self, point_m: Vector2<f64>) -> f64 {
+        distance_to_segment_m(point_m, self.ends_m[0], self.ends_m[1])
+    }
+}
+
+/// A point of the ground network.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Node {
+    /// Name or number in its file; unique within the airport.
+    pub name: String,
+    /// Position, m east and north.
+    pub position_m: Vector2<f64>,
+    /// Where aircraft or vehicles wait before the next part.
+    pub hold: Hold,
+}
+
+/// Kind of a holding position.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Hold {
+    /// None.
+    #[default]
+    None,
+    /// End of a pushback.
+    PushBack,
+    /// Runway holding position.
+    Runway,
+}
+
+/// An arc of the ground network: a straight line between two nodes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Edge {
+    /// Index of the start in [`Airport::nodes`].
+    pub from: usize,
+    /// Index of the end.
+    pub to: usize,
+    /// May be driven from `to` to `from` as well.
+    pub two_way: bool,
+    /// Lies on a runway.
+    pub runway: bool,
+    /// Name of the taxiway; empty where the file has none.
+    pub name: String,
+    /// Width, m; assumed where the file has none.
+    pub width_m: f64,
+}
+
+/// A parking position.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stand {
+    /// Name, unique within the airport.
+    pub name: String,
+    /// Position, m east and north.
+    pub position_m: Vector2<f64>,
+    /// Heading of a parked aircraft, radians clockwise from north.
+    pub heading_rad: f64,
+    /// Index of its node in [`Airport::nodes`], where the network reaches it.
+    pub node: Option<usize>,
+}
+
+/// Everything of one airport.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Airport {
+    /// ICAO location indicator.
+    pub icao: String,
+    /// Name.
+    pub name: String,
+    /// Runways.
+    pub runways: Vec<Runway>,
+    /// Points of the ground network.
+    pub nodes: Vec<Node>,
+    /// Arcs of the ground network.
+    pub edges: Vec<Edge>,
+    /// Stands.
+    pub stands: Vec<Stand>,
+    /// Outlines of pavement, m east and north, not closed (last point differs from the first).
+    pub pavement: Vec<Vec<Vector2<f64>>>,
+    /// Outlines of buildings, where known.
+    pub buildings: Vec<Vec<Vector2<f64>>>,
+    /// Control tower, m east and north, and height of its viewpoint over ground, m.
+    pub tower: Option<(Vector2<f64>, f64)>,
+}
+
+impl Airport {
+    /// The runway with an end called `name`.
+    #[must_use]
+    pub fn runway(&self, name: &str) -> Option<&Runway> {
+        self.runways.iter().find(|r| r.names.iter().any(|n| n == name))
+    }
+
+    /// The stand called `name`.
+    #[must_use]
+    pub fn stand(&self, name: &str) -> Option<&Stand> {
+        self.stands.iter().find(|s| s.name == name)
+    }
+
+    /// Index of the node called `name`, or of the node of the stand called so.
+    #[must_use]
+    pub fn node(&self, name: &str) -> Option<usize> {
+        let stand = || self.stand(name).and_then(|s| s.node);
+        self.nodes.iter().position(|n| n.name == name).or_else(stand)
+    }
+}
+
+/// Distance of a point from the segment `a` to `b`, m.
+#[must_use]
+pub fn distance_to_segment_m(point_m: Vector2<f64>, a: Vector2<f64>, b: Vector2<f64>) -> f64 {
+    let along = b - a;
+    let length2 = along.norm_squared();
+    let share = if length2 > 0.0 { ((point_m - a).dot(&along) / length2).clamp(0.0, 1.0) } else { 0.0 };
+    (point_m - a - along * share).norm()
+}

@@ -1,0 +1,150 @@
+//! `[airport]`: layout files, reference point, frame.
+
+use crate::document::{Section, within};
+use crate::error::{Problem, ScenarioError};
+use geodesy::{Geodetic, LocalFrame};
+use models::airport::Airport;
+use models::frames::{Vector2, Vector3};
+use std::path::{Path, PathBuf};
+
+mod apt_dat;
+mod groundnet;
+
+/// The airport of a scene with its place on the earth.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AirportScene {
+    /// Runways, ground network, stands, pavement in local metres.
+    pub layout: Airport,
+    /// Origin of the local frame: aerodrome reference point at field elevation.
+    pub reference: Geodetic,
+    /// The local frame: metres east, north, up at the reference point.
+    pub frame: LocalFrame,
+    /// Distance from the reference point up to which things belong to the airport, m.
+    pub radius_m: f64,
+    /// What was found and mended in the layout files.
+    pub report: LayoutReport,
+}
+
+/// What the reading of layout files found, for people: one line each.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LayoutReport {
+    /// Lines of text.
+    pub lines: Vec<String>,
+}
+
+const KEYS: [&str; 6] = ["icao", "layout", "ground_network", "reference", "radius_m", "taxiway_width_m"];
+
+/// Reads `[airport]` and the files that it names. The second value lists those files.
+pub(crate) fn read(root: &Section) -> Result<(AirportScene, Vec<PathBuf>), ScenarioError> {
+    let section = root
+        .section("airport", &KEYS)?
+        .ok_or_else(|| root.missing("airport", "a table [airport]".into()))?;
+    let layout_file = section
+        .file_path("layout")?
+        .ok_or_else(|| section.missing("layout", "the name of an apt.dat file".into()))?;
+    let network_file = section.file_path("ground_network")?;
+    let width_m = section.number_or("taxiway_width_m", 23.0, within(5.0, 100.0, "m"))?;
+    let raw = apt_dat::read(&layout_file)?;
+    if let Some(icao) = section.text("icao")?
+        && icao != raw.icao
+    {
+        let problem = Problem::NotAllowed { found: icao.into(), allowed: format!("\"{}\"", raw.icao) };
+        return Err(section.refuse("icao", problem));
+    }
+    let reference = match section.section("reference", &["lat_deg", "lon_deg", "height_m"])? {
+        None => raw.reference(),
+        Some(point) => Geodetic::from_degrees(
+            point.need_number("lat_deg", LATITUDE)?,
+            point.need_number("lon_deg", LONGITUDE)?,
+            point.need_number("height_m", within(-500.0, 9000.0, "m"))?,
+        ),
+    };
+    let frame = LocalFrame::at(reference);
+    let mut report = LayoutReport::default();
+    let mut layout = raw.into_airport(&frame, width_m, &mut report)?;
+    if let Some(file) = &network_file {
+        groundnet::read(file)?.into_airport(&frame, width_m, &mut layout, &mut report)?;
+    }
+    let radius_m = section.number_or("radius_m", 10_000.0, within(500.0, 50_000.0, "m"))?;
+    let files = std::iter::once(layout_file).chain(network_file).collect();
+    Ok((AirportScene { layout, reference, frame, radius_m, report }, files))
+}
+
+/// Reads one layout file (apt.dat or a ground network) and says what is in it.
+///
+/// # Errors
+/// If the file cannot be read or is damaged; the error names the line.
+pub fn check(path: &Path) -> Result<(Airport, LayoutReport), ScenarioError> {
+    let mut report = LayoutReport::default();
+    let is_xml = path.extension().is_some_and(|e| e == "xml");
+    if is_xml {
+        let raw = groundnet::read(path)?;
+        let frame = LocalFrame::at(raw.reference());
+        let mut layout = Airport::default();
+        raw.into_airport(&frame, 23.0, &mut layout, &mut report)?;
+        return Ok((layout, report));
+    }
+    let raw = apt_dat::read(path)?;
+    let frame = LocalFrame::at(raw.reference());
+    let layout = raw.into_airport(&frame, 23.0, &mut report)?;
+    Ok((layout, report))
+}
+
+impl AirportScene {
+    /// East and north of a place at field elevation, m.
+    #[must_use]
+    pub fn local_m(&self, lat_deg: f64, lon_deg: f64) -> Vector2<f64> {
+        local_m(&self.frame, lat_deg, lon_deg)
+    }
+
+    /// A place from `lat_deg`/`lon_deg` or `east_m`/`north_m`, with `height_m` over the reference
+    /// plane; refused outside the airport.
+    ///
+    /// # Errors
+    /// If neither or both forms are given, a value is out of range, or the place is outside.
+    pub fn site(&self, section: &Section) -> Result<Vector3<f64>, ScenarioError> {
+        section.only(&["lat_deg", "lon_deg", "east_m", "north_m", "height_m"])?;
+        let height_m = section.number_or("height_m", 0.0, within(0.0, 500.0, "m"))?;
+        let east_north = if section.has("lat_deg") || section.has("lon_deg") {
+            if let Some(key) = ["east_m", "north_m"].iter().find(|k| section.has(k)) {
+                let problem = Problem::WrongKind {
+                    found: "two places".into(),
+                    needed: "either lat_deg and lon_deg or east_m and north_m".into(),
+                };
+                return Err(section.refuse(key, problem));
+            }
+            let lat_deg = section.need_number("lat_deg", LATITUDE)?;
+            let lon_deg = section.need_number("lon_deg", LONGITUDE)?;
+            self.local_m(lat_deg, lon_deg)
+        } else {
+            let limits = within(-1e6, 1e6, "m");
+            Vector2::new(section.need_number("east_m", limits)?, section.need_number("north_m", limits)?)
+        };
+        let distance_m = east_north.norm();
+        if distance_m > self.radius_m {
+            let key = if section.has("lat_deg") { "lat_deg" } else { "east_m" };
+            let problem = Problem::OutsideAirport { distance_m, limit_m: self.radius_m };
+            return Err(section.refuse(key, problem));
+        }
+        Ok(Vector3::new(east_north.x, east_north.y, height_m))
+    }
+}
+
+/// East and north of a place at the height of the frame's origin, m.
+fn local_m(frame: &LocalFrame, lat_deg: f64, lon_deg: f64) -> Vector2<f64> {
+    let height_m = frame.origin_geodetic().height_m;
+    let place = Geodetic::from_degrees(lat_deg, lon_deg, height_m).to_ecef();
+    let enu = frame.to_enu(place);
+    Vector2::new(enu.east_m, enu.north_m)
+}
+
+/// Reads a whole file as text.
+fn text_of(path: &Path) -> Result<String, ScenarioError> {
+    std::fs::read_to_string(path).map_err(|error| {
+        let problem = Problem::File { path: path.to_path_buf(), reason: error.to_string() };
+        ScenarioError::new(path, 1, "file", problem)
+    })
+}
+
+const LATITUDE: crate::document::Limits = within(-90.0, 90.0, "deg");
+const LONGITUDE: crate::document::Limits = within(-180.0, 180.0, "deg");

@@ -1,0 +1,274 @@
+//! Stands and taxi network from a FlightGear `groundnet.xml` file.
+//!
+//! Stands (`Parking`) and nodes share one space of indices; arcs are directed, so a two-way edge is
+//! there twice. Mended and reported: duplicate arcs, arcs from a node to itself, nodes without arcs.
+
+use super::{LayoutReport, local_m, text_of};
+use crate::error::{Problem, ScenarioError};
+use geodesy::{Geodetic, LocalFrame};
+use models::airport::{Airport, Edge, Hold, Node, Stand};
+use models::frames::Azimuth;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+/// The elements of a file, in degrees.
+#[derive(Debug)]
+pub(super) struct GroundNet {
+    file: PathBuf,
+    points: Vec<Point>,
+    arcs: Vec<Arc>,
+}
+
+#[derive(Debug)]
+struct Point {
+    line: usize,
+    index: usize,
+    lat_deg: f64,
+    lon_deg: f64,
+    on_runway: bool,
+    hold: Hold,
+    /// Name and heading of a stand.
+    stand: Option<(String, f64)>,
+}
+
+#[derive(Debug)]
+struct Arc {
+    line: usize,
+    begin: usize,
+    end: usize,
+    name: String,
+}
+
+/// Reads a file.
+pub(super) fn read(file: &Path) -> Result<GroundNet, ScenarioError> {
+    let text = text_of(file)?;
+    let document = roxmltree::Document::parse(&text).map_err(|error| {
+        let problem = Problem::Line { found: error.to_string(), needed: "well-formed XML" };
+        ScenarioError::new(file, error.pos().row as usize, "groundnet", problem)
+    })?;
+    let mut net = GroundNet { file: file.to_path_buf(), points: Vec::new(), arcs: Vec::new() };
+    for node in document.descendants().filter(roxmltree::Node::is_element) {
+        let element = Element { file, line: document.text_pos_at(node.range().start).row as usize, node };
+        match node.tag_name().name() {
+            "Parking" => net.points.push(parking(&element)?),
+            "node" => net.points.push(taxi_node(&element)?),
+            "arc" => net.arcs.push(Arc {
+                line: element.line,
+                begin: element.index("begin")?,
+                end: element.index("end")?,
+                name: node.attribute("name").unwrap_or("").trim().into(),
+            }),
+            _ => {}
+        }
+    }
+    if net.points.is_empty() {
+        let problem = Problem::Line { found: "no node".into(), needed: "Parking or node elements" };
+        return Err(ScenarioError::new(file, 1, "groundnet", problem));
+    }
+    Ok(net)
+}
+
+struct Element<'a> {
+    file: &'a Path,
+    line: usize,
+    node: roxmltree::Node<'a, 'a>,
+}
+
+impl Element<'_> {
+    fn text(&self, name: &'static str) -> Result<&str, ScenarioError> {
+        self.node.attribute(name).ok_or_else(|| self.damaged(name, "no such attribute", "the attribute"))
+    }
+
+    fn index(&self, name: &'static str) -> Result<usize, ScenarioError> {
+        let text = self.text(name)?;
+        text.trim().parse().map_err(|_| self.damaged(name, text, "a whole number from 0"))
+    }
+
+    fn number(&self, name: &'static str) -> Result<f64, ScenarioError> {
+        let text = self.text(name)?;
+        let number = text.trim().parse().ok().filter(|n: &f64| n.is_finite());
+        number.ok_or_else(|| self.damaged(name, text, "a number"))
+    }
+
+    /// `N47 27.355215`: hemisphere and degrees, then minutes; or plain degrees.
+    fn degrees(&self, name: &'static str, limit: f64) -> Result<f64, ScenarioError> {
+        const NEEDED: &str = "degrees and minutes like N47 27.355215";
+        let text = self.text(name)?.trim();
+        let damaged = || self.damaged(name, text, NEEDED);
+        let (sign, rest) = match text.chars().next() {
+            Some('N' | 'E') => (1.0, &text[1..]),
+            Some('S' | 'W') => (-1.0, &text[1..]),
+            _ => (1.0, text),
+        };
+        let mut parts = rest.split_whitespace();
+        let degrees: f64 = parts.next().and_then(|p| p.parse().ok()).ok_or_else(damaged)?;
+        let minutes: f64 = parts.next().map_or(Ok(0.0), |p| p.parse().map_err(|_| damaged()))?;
+        let value = sign * (degrees + minutes / 60.0);
+        let sound = (0.0..60.0).contains(&minutes) && value.abs() <= limit && parts.next().is_none();
+        if sound { Ok(value) } else { Err(damaged()) }
+    }
+
+    fn damaged(&self, name: &'static str, found: &str, needed: &'static str) -> ScenarioError {
+        let problem = Problem::Line { found: found.into(), needed };
+        let key = format!("{}.{name}", self.node.tag_name().name());
+        ScenarioError::new(self.file, self.line, key, problem)
+    }
+}
+
+fn parking(element: &Element<'_>) -> Result<Point, ScenarioError> {
+    // The number of a stand may stand beside its name: name="Gate_" number="12".
+    let number = element.node.attribute("number").unwrap_or("").trim();
+    let name = format!("{}{number}", element.text("name")?.trim()).replace(' ', "_");
+    Ok(Point {
+        line: element.line,
+        index: element.index("index")?,
+        lat_deg: element.degrees("lat", 90.0)?,
+        lon_deg: element.degrees("lon", 180.0)?,
+        on_runway: false,
+        hold: Hold::None,
+        stand: Some((name, element.number("heading")?)),
+    })
+}
+
+fn taxi_node(element: &Element<'_>) -> Result<Point, ScenarioError> {
+    let hold = match element.node.attribute("holdPointType").unwrap_or("none") {
+        "PushBack" => Hold::PushBack,
+        "none" | "" => Hold::None,
+        _ => Hold::Runway,
+    };
+    Ok(Point {
+        line: element.line,
+        index: element.index("index")?,
+        lat_deg: element.degrees("lat", 90.0)?,
+        lon_deg: element.degrees("lon", 180.0)?,
+        on_runway: element.node.attribute("isOnRunway") == Some("1"),
+        hold,
+        stand: None,
+    })
+}
+
+impl GroundNet {
+    /// The middle of all points, at sea level.
+    pub(super) fn reference(&self) -> Geodetic {
+        let count = self.points.len() as f64;
+        let mean = |value: fn(&Point) -> f64| self.points.iter().map(value).sum::<f64>() / count;
+        Geodetic::from_degrees(mean(|p| p.lat_deg), mean(|p| p.lon_deg), 0.0)
+    }
+
+    /// Replaces the network and the stands of `airport`.
+    ///
+    /// # Errors
+    /// If an index is there twice, or an arc names one that is not there.
+    pub(super) fn into_airport(
+        self,
+        frame: &LocalFrame,
+        width_m: f64,
+        airport: &mut Airport,
+        report: &mut LayoutReport,
+    ) -> Result<(), ScenarioError> {
+        let damaged = |line, key: &str, found: String, needed| {
+            ScenarioError::new(&self.file, line, key, Problem::Line { found, needed })
+        };
+        let mut by_index = BTreeMap::new();
+        for point in &self.points {
+            if by_index.insert(point.index, point).is_some() {
+                let found = point.index.to_string();
+                return Err(damaged(point.line, "index", found, "an index that is not taken"));
+            }
+        }
+        let arcs = self.merged_arcs(&by_index, report)?;
+        let used: BTreeSet<usize> = arcs.keys().flat_map(|(a, b)| [*a, *b]).collect();
+        let isolated = by_index.keys().filter(|index| !used.contains(index));
+        for index in isolated {
+            let point = by_index[index];
+            let what = point.stand.as_ref().map_or("node", |_| "stand");
+            report.lines.push(format!("line {}: {what} {index} has no arc: left out of the network", point.line));
+        }
+        let (mut nodes, mut stands) = (Vec::new(), Vec::new());
+        let mut node_of = BTreeMap::new();
+        let mut names = BTreeSet::new();
+        for (index, point) in &by_index {
+            let position_m = local_m(frame, point.lat_deg, point.lon_deg);
+            let mut name = point.stand.as_ref().map_or_else(|| index.to_string(), |s| s.0.clone());
+            if name.is_empty() || !names.insert(name.clone()) {
+                let unique = format!("{name}_{index}");
+                report.lines.push(format!("line {}: second {name:?}, called {unique}", point.line));
+                names.insert(unique.clone());
+                name = unique;
+            }
+            let node = used.contains(index).then(|| {
+                nodes.push(Node { name: name.clone(), position_m, hold: point.hold });
+                node_of.insert(*index, nodes.len() - 1);
+                nodes.len() - 1
+            });
+            if let Some((_, heading_deg)) = point.stand {
+                if !(0.0..360.0).contains(&heading_deg) {
+                    let sound = heading_deg.rem_euclid(360.0);
+                    report.lines.push(format!("stand {name}: heading {heading_deg} read as {sound:.2}"));
+                }
+                let heading_rad = Azimuth::from_rad(heading_deg.to_radians()).rad();
+                stands.push(Stand { name, position_m, heading_rad, node });
+            }
+        }
+        let edges = arcs.iter().map(|((a, b), arc)| Edge {
+            from: if arc.forward { node_of[a] } else { node_of[b] },
+            to: if arc.forward { node_of[b] } else { node_of[a] },
+            two_way: arc.forward && arc.backward,
+            runway: by_index[a].on_runway && by_index[b].on_runway,
+            name: arc.name.clone(),
+            width_m,
+        });
+        airport.edges = edges.collect();
+        airport.nodes = nodes;
+        airport.stands = stands;
+        report.lines.push(format!(
+            "{}: {} stands, {} nodes in the network, {} edges from {} arcs ({} one-way)",
+            self.file.display(), airport.stands.len(), airport.nodes.len(), airport.edges.len(),
+            self.arcs.len(), airport.edges.iter().filter(|e| !e.two_way).count(),
+        ));
+        Ok(())
+    }
+
+    /// One entry for each pair of points, by the smaller index first.
+    fn merged_arcs(
+        &self,
+        by_index: &BTreeMap<usize, &Point>,
+        report: &mut LayoutReport,
+    ) -> Result<BTreeMap<(usize, usize), MergedArc>, ScenarioError> {
+        let mut merged: BTreeMap<(usize, usize), MergedArc> = BTreeMap::new();
+        for arc in &self.arcs {
+            for (key, index) in [("arc.begin", arc.begin), ("arc.end", arc.end)] {
+                if !by_index.contains_key(&index) {
+                    let needed = "the index of a Parking or node";
+                    let problem = Problem::Line { found: index.to_string(), needed };
+                    return Err(ScenarioError::new(&self.file, arc.line, key, problem));
+                }
+            }
+            if arc.begin == arc.end {
+                report.lines.push(format!("line {}: arc from {} to itself: left out", arc.line, arc.begin));
+                continue;
+            }
+            let forward = arc.begin < arc.end;
+            let pair = (arc.begin.min(arc.end), arc.begin.max(arc.end));
+            let entry = merged.entry(pair).or_default();
+            let direction = if forward { &mut entry.forward } else { &mut entry.backward };
+            if *direction {
+                let (a, b) = (arc.begin, arc.end);
+                report.lines.push(format!("line {}: arc {a} to {b} a second time: left out", arc.line));
+            }
+            *direction = true;
+            if entry.name.is_empty() {
+                entry.name.clone_from(&arc.name);
+            }
+        }
+        Ok(merged)
+    }
+}
+
+#[derive(Debug, Default)]
+struct MergedArc {
+    /// From the smaller index to the larger.
+    forward: bool,
+    backward: bool,
+    name: String,
+}

@@ -1,0 +1,131 @@
+//! Errors of scene and data files: always one line, `file:line: key: what was found, what is allowed`.
+
+use std::path::{Path, PathBuf};
+
+/// Why a scene, or a data file that it names, was refused.
+#[derive(Debug, thiserror::Error)]
+#[error("{file}:{line}: {key}: {problem}", file = file.display())]
+pub struct ScenarioError {
+    /// The file with the fault.
+    pub file: PathBuf,
+    /// Line of the fault, from 1.
+    pub line: usize,
+    /// Where in the document: `sensor[2].site.height_m`, or the column of a table.
+    pub key: String,
+    /// What is wrong, and what would be right.
+    pub problem: Box<Problem>,
+}
+
+impl ScenarioError {
+    /// An error at a line of a file.
+    #[must_use]
+    pub fn new(file: &Path, line: usize, key: impl Into<String>, problem: Problem) -> Self {
+        Self { file: file.to_path_buf(), line, key: key.into(), problem: Box::new(problem) }
+    }
+}
+
+/// What is wrong with a value, and what is allowed in its place.
+#[derive(Debug, thiserror::Error)]
+pub enum Problem {
+    /// Not TOML.
+    #[error("not TOML: {message}")]
+    Syntax {
+        /// The parser's reason, on one line.
+        message: String,
+    },
+    /// A key that nothing reads.
+    #[error("unknown key{}; allowed here: {allowed}", nearest.as_ref().map_or(String::new(), |n| format!(", did you mean `{n}`?")))]
+    UnknownKey {
+        /// The allowed key that looks most like it.
+        nearest: Option<String>,
+        /// All allowed keys.
+        allowed: String,
+    },
+    /// A key that has to be there.
+    #[error("missing; needed is {needed}")]
+    Missing {
+        /// What has to be given.
+        needed: String,
+    },
+    /// A value of the wrong kind (also: a number with its unit in a text).
+    #[error("found {found}, needed is {needed}")]
+    WrongKind {
+        /// The value as read.
+        found: String,
+        /// What has to be given, with its unit.
+        needed: String,
+    },
+    /// A number outside its limits.
+    #[error("found {found}, allowed is {low} to {high} {unit}")]
+    OutOfRange {
+        /// The value.
+        found: f64,
+        /// Smallest allowed value.
+        low: f64,
+        /// Largest allowed value.
+        high: f64,
+        /// Unit of all three.
+        unit: &'static str,
+    },
+    /// A word that is none of the allowed ones.
+    #[error("found \"{found}\", allowed is {allowed}")]
+    NotAllowed {
+        /// The word.
+        found: String,
+        /// The allowed words.
+        allowed: String,
+    },
+    /// A name that has to be unique, a second time.
+    #[error("\"{found}\" is there a second time; first in line {first_line}; names must differ")]
+    Duplicate {
+        /// The name.
+        found: String,
+        /// Where it was first.
+        first_line: usize,
+    },
+    /// A file that cannot be read.
+    #[error("file {path}: {reason}; paths count from the folder of the scene file", path = path.display())]
+    File {
+        /// The file as looked for.
+        path: PathBuf,
+        /// Why not.
+        reason: String,
+    },
+    /// A place away from the airport.
+    #[error(
+        "{distance_m:.0} m from the aerodrome reference point, allowed is at most {limit_m:.0} m (airport.radius_m)"
+    )]
+    OutsideAirport {
+        /// Distance, m.
+        distance_m: f64,
+        /// Limit, m.
+        limit_m: f64,
+    },
+    /// Times in the wrong order, or outside the run.
+    #[error("found {found} s, needed is {needed}")]
+    Order {
+        /// The time, s.
+        found: f64,
+        /// What would be right.
+        needed: &'static str,
+    },
+    /// A route that the ground network does not have.
+    #[error("no way from \"{from}\" to \"{to}\" along the ground network; choose connected nodes")]
+    NoRoute {
+        /// Start.
+        from: String,
+        /// End.
+        to: String,
+    },
+    /// A data file with a damaged line.
+    #[error("found \"{found}\", needed is {needed}")]
+    Line {
+        /// What is there.
+        found: String,
+        /// What should be there.
+        needed: &'static str,
+    },
+    /// A model refused the value.
+    #[error("{0}")]
+    Model(Box<dyn std::error::Error + Send + Sync>),
+}

@@ -1,0 +1,71 @@
+//! `[network]`: where the federates of the scene meet, unless the command line says otherwise.
+
+use crate::document::Section;
+use crate::error::{Problem, ScenarioError};
+use std::net::{IpAddr, SocketAddr};
+
+/// `[network]` of a scene. Not part of the scene's hash.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Network {
+    /// Where DIS datagrams go: a multicast group, a broadcast address, or a list of hosts.
+    pub dis: Vec<SocketAddr>,
+    /// Interface for DIS; `None` leaves it to the system.
+    pub interface: Option<IpAddr>,
+    /// Time to live of DIS datagrams.
+    pub ttl: u8,
+    /// Several PDUs in one datagram.
+    pub bundle: bool,
+    /// Endpoints of the synchronisation plane to listen at.
+    pub sync_listen: Vec<String>,
+    /// Endpoints of the synchronisation plane to connect to.
+    pub sync_connect: Vec<String>,
+}
+
+impl Default for Network {
+    /// Broadcast that cannot leave the host, on the registered port of DIS.
+    fn default() -> Self {
+        Self {
+            dis: vec![SocketAddr::from(([127, 255, 255, 255], 3000))],
+            interface: None,
+            ttl: 1,
+            bundle: false,
+            sync_listen: Vec::new(),
+            sync_connect: Vec::new(),
+        }
+    }
+}
+
+/// Reads `[network]`.
+pub(crate) fn read(root: &Section) -> Result<Network, ScenarioError> {
+    let keys = ["dis", "interface", "ttl", "bundle", "sync_listen", "sync_connect"];
+    let mut network = Network::default();
+    let Some(section) = root.section("network", &keys)? else { return Ok(network) };
+    if section.has("dis") {
+        network.dis = section
+            .texts("dis")?
+            .iter()
+            .map(|(text, line)| {
+                text.parse().map_err(|_| {
+                    let needed = "a list of ADDRESS:PORT like \"127.255.255.255:3000\"".into();
+                    let problem = Problem::WrongKind { found: format!("the text {text:?}"), needed };
+                    ScenarioError::new(section.file(), *line, "network.dis", problem)
+                })
+            })
+            .collect::<Result<_, _>>()?;
+    }
+    if let Some(text) = section.text("interface")? {
+        network.interface = Some(text.parse().map_err(|_| {
+            let needed = "an address of this host like \"127.0.0.1\"".into();
+            let found = format!("the text {text:?}");
+            section.refuse("interface", Problem::WrongKind { found, needed })
+        })?);
+    }
+    network.ttl = section.integer("ttl", 0, 255)?.unwrap_or(i64::from(network.ttl)) as u8;
+    network.bundle = section.flag("bundle")?.unwrap_or(network.bundle);
+    let endpoints = |key| -> Result<Vec<String>, ScenarioError> {
+        Ok(section.texts(key)?.into_iter().map(|(text, _)| text).collect())
+    };
+    network.sync_listen = endpoints("sync_listen")?;
+    network.sync_connect = endpoints("sync_connect")?;
+    Ok(network)
+}

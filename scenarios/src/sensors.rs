@@ -1,0 +1,133 @@
+//! `[[sensor]]`: kind, place, parameters, and who carries it.
+
+use crate::airport::AirportScene;
+use crate::document::{Section, within};
+use crate::error::{Problem, ScenarioError};
+use crate::hash::Fnv;
+use crate::traffic::Traffic;
+use models::frames::Vector3;
+use models::plot::{Callsign, SensorId, SensorKind};
+
+/// One `[[sensor]]` of a scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SensorScene {
+    /// Number: its place in the file, from 1.
+    pub id: SensorId,
+    /// What kind of sensor.
+    pub kind: SensorKind,
+    /// Name for people, unique in the scene.
+    pub name: String,
+    /// Place of the antenna or loop: m east, north, and up from the reference plane. `None` for
+    /// sensors that the targets carry.
+    pub site_m: Option<Vector3<f64>>,
+    /// Name of the parameter set; `None` for the kind's own.
+    pub parameters: Option<String>,
+    /// Single parameters that differ from the set; the mapping to a model's configuration reads
+    /// (and checks) them from here.
+    pub overrides: Section,
+    /// Which targets carry it, or are seen by it.
+    pub equipped: Equipped,
+}
+
+/// Which targets carry a sensor.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Equipped {
+    /// All.
+    All,
+    /// Those named.
+    Callsigns(Vec<Callsign>),
+    /// A share of all, 0 to 1, chosen by call sign.
+    Share(f64),
+}
+
+impl SensorScene {
+    /// True if the target of this name carries the sensor. The answer depends on nothing else, so it
+    /// is the same in every process.
+    #[must_use]
+    pub fn is_carried_by(&self, callsign: Callsign) -> bool {
+        match &self.equipped {
+            Equipped::All => true,
+            Equipped::Callsigns(callsigns) => callsigns.contains(&callsign),
+            Equipped::Share(share) => {
+                let mut hash = Fnv::default();
+                hash.tagged(20, &self.id.0.to_le_bytes());
+                hash.tagged(21, callsign.as_str().as_bytes());
+                // FNV mixes its high bits least: fold them.
+                let mixed = (hash.value() ^ (hash.value() >> 32)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+                ((mixed >> 11) as f64) < share * (1u64 << 53) as f64
+            }
+        }
+    }
+}
+
+const KEYS: [&str; 6] = ["kind", "name", "site", "parameters", "overrides", "equipped"];
+
+const KINDS: [(&str, SensorKind); 7] = [
+    ("asde", SensorKind::Asde),
+    ("gps", SensorKind::Gps),
+    ("dgps", SensorKind::Dgps),
+    ("adsb", SensorKind::Adsb),
+    ("mlat", SensorKind::Mlat),
+    ("loop", SensorKind::Loop),
+    ("dynamic", SensorKind::Dynamic),
+];
+
+/// Reads `[[sensor]]`.
+pub(crate) fn read(
+    root: &Section,
+    airport: &AirportScene,
+    traffic: &Traffic,
+) -> Result<Vec<SensorScene>, ScenarioError> {
+    let mut sensors: Vec<SensorScene> = Vec::new();
+    let sections = root.sections("sensor", &KEYS)?;
+    for (index, section) in sections.iter().enumerate() {
+        let kind = section
+            .choice("kind", &KINDS)?
+            .ok_or_else(|| section.missing("kind", "the kind of sensor, like \"asde\"".into()))?;
+        let name = section.need_text("name", "a name for people")?.to_owned();
+        if let Some(first) = sensors.iter().position(|s| s.name == name) {
+            let first_line = sections[first].line_of("name");
+            return Err(section.refuse("name", Problem::Duplicate { found: name, first_line }));
+        }
+        let site = section.any_section("site")?;
+        let needs_site = matches!(kind, SensorKind::Asde | SensorKind::Loop);
+        if needs_site && site.is_none() {
+            let needed = "a place: { lat_deg = …, lon_deg = …, height_m = … }".into();
+            return Err(section.missing("site", needed));
+        }
+        sensors.push(SensorScene {
+            id: SensorId(index as u16 + 1),
+            kind,
+            name,
+            site_m: site.map(|place| airport.site(&place)).transpose()?,
+            parameters: section.text("parameters")?.map(Into::into),
+            overrides: section
+                .any_section("overrides")?
+                .unwrap_or_else(|| section.empty("overrides")),
+            equipped: equipped(section, traffic)?,
+        });
+    }
+    Ok(sensors)
+}
+
+/// `equipped = 0.5`, or `equipped = ["EDW229"]`; everybody where it is not given.
+fn equipped(section: &Section, traffic: &Traffic) -> Result<Equipped, ScenarioError> {
+    if !section.has("equipped") {
+        return Ok(Equipped::All);
+    }
+    if section.is_list("equipped") {
+        let callsigns = section.texts("equipped")?.into_iter().map(|(text, line)| {
+            let callsign = Callsign::new(&text);
+            if traffic.entities.iter().any(|e| e.callsign == callsign) {
+                return Ok(callsign);
+            }
+            let known: Vec<_> =
+                traffic.entities.iter().map(|e| format!("\"{}\"", e.callsign)).collect();
+            let problem = Problem::NotAllowed { found: text, allowed: known.join(", ") };
+            let key = format!("{}.equipped", section.path());
+            Err(ScenarioError::new(section.file(), line, key, problem))
+        });
+        return Ok(Equipped::Callsigns(callsigns.collect::<Result<_, _>>()?));
+    }
+    Ok(Equipped::Share(section.need_number("equipped", within(0.0, 1.0, "share"))?))
+}

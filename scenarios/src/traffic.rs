@@ -1,0 +1,181 @@
+//! `[[traffic]]`: who moves how, and what the flight list says of it.
+
+use crate::airport::AirportScene;
+use crate::document::{Section, within};
+use crate::error::{Problem, ScenarioError};
+use crate::run::Run;
+use crate::types::{self, TypeRow, TypeTable};
+use models::flight_list::{FlightEntry, FlightList, MovementKind};
+use models::frames::Vector2;
+use models::plot::Callsign;
+use models::sensors::TargetClass;
+use models::time::SimTime;
+use models::truth::Trajectory;
+use std::path::PathBuf;
+
+/// All movers of a scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Traffic {
+    /// The movers, in the order of the file.
+    pub entities: Vec<Entity>,
+    /// The types that the scene knows.
+    pub types: TypeTable,
+}
+
+/// One mover.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Entity {
+    /// Call sign or vehicle name; the DIS marking.
+    pub callsign: Callsign,
+    /// 24-bit Mode S address, where known.
+    pub address: Option<u32>,
+    /// Size and echo; `class.designator` is its type.
+    pub class: TargetClass,
+    /// DIS application number: the partition of the traffic that it belongs to, never a process.
+    pub application: u16,
+    /// DIS entity number.
+    pub number: u16,
+    /// Its true movement; it does not exist outside.
+    pub trajectory: Trajectory,
+}
+
+impl Entity {
+    /// Key for draws: DIS site, application and entity in one number.
+    #[must_use]
+    pub fn key(&self, site: u16) -> u64 {
+        u64::from(site) << 32 | u64::from(self.application) << 16 | u64::from(self.number)
+    }
+}
+
+/// Partitions of the traffic: entities are dealt out to them in turn.
+pub const PARTITIONS: u16 = 16;
+
+const KEYS: [&str; 6] = ["kind", "callsign", "type", "address", "flight", "stand"];
+
+#[derive(Clone, Copy)]
+enum Kind {
+    Parked,
+}
+
+/// Reads `[[traffic]]` and the files that it names, which are listed in the third value.
+pub(crate) fn read(
+    root: &Section,
+    run: &Run,
+    airport: &AirportScene,
+) -> Result<(Traffic, FlightList, Vec<PathBuf>), ScenarioError> {
+    let folder = root.file().parent().unwrap_or(std::path::Path::new("")).to_path_buf();
+    let files = vec![folder.join("types.csv"), folder.join("echo.csv")];
+    let types = types::read(&files[0], &files[1])?;
+    let mut entities: Vec<Entity> = Vec::new();
+    let mut entries = Vec::new();
+    let sections = root.sections("traffic", &KEYS)?;
+    for (index, section) in sections.iter().enumerate() {
+        let text = section.need_text("callsign", "a call sign or vehicle name")?;
+        let callsign = Callsign::new(text);
+        if callsign.as_str() != text || text.is_empty() {
+            let needed = "1 to 11 upper-case letters, digits or signs".into();
+            let found = format!("the text {text:?}");
+            return Err(section.refuse("callsign", Problem::WrongKind { found, needed }));
+        }
+        if let Some(first) = entities.iter().position(|e| e.callsign == callsign) {
+            let first_line = sections[first].line_of("callsign");
+            return Err(section.refuse("callsign", Problem::Duplicate { found: text.into(), first_line }));
+        }
+        let row = type_row(section, &types)?;
+        let kinds = [("parked", Kind::Parked)];
+        let kind = section
+            .choice("kind", &kinds)?
+            .ok_or_else(|| section.missing("kind", "the kind of movement, like \"parked\"".into()))?;
+        let trajectory = match kind {
+            Kind::Parked => parked(section, run, airport)?,
+        };
+        let address = section.integer("address", 1, 0xff_fffe)?.map(|a| a as u32);
+        entries.extend(flight(section, airport, callsign, address, row)?);
+        entities.push(Entity {
+            callsign,
+            address,
+            class: row.class.clone(),
+            application: 1 + (index as u16) % PARTITIONS,
+            number: 1 + index as u16,
+            trajectory,
+        });
+    }
+    entries.sort_by_key(|e: &FlightEntry| e.callsign);
+    let ends = airport.layout.runways.iter().flat_map(|runway| {
+        let [a, b] = runway.thresholds_m;
+        [(runway.names[0].clone(), [a, b]), (runway.names[1].clone(), [b, a])]
+    });
+    let flight_list = FlightList { entries, runways: ends.collect() };
+    Ok((Traffic { entities, types }, flight_list, files))
+}
+
+fn type_row<'a>(section: &Section, types: &'a TypeTable) -> Result<&'a TypeRow, ScenarioError> {
+    let designator = section.need_text("type", "a type designator of types.csv")?;
+    types.get(designator).ok_or_else(|| {
+        let allowed = types.designators().collect::<Vec<_>>().join(", ");
+        section.refuse("type", Problem::NotAllowed { found: designator.into(), allowed })
+    })
+}
+
+/// On a stand for the whole run.
+fn parked(
+    section: &Section,
+    run: &Run,
+    airport: &AirportScene,
+) -> Result<Trajectory, ScenarioError> {
+    let name = section.need_text("stand", "the name of a stand")?;
+    let stand = airport.layout.stand(name).ok_or_else(|| unknown_stand(section, "stand", airport))?;
+    Ok(Trajectory::parked(SimTime::ZERO, run.duration, stand.position_m, stand.heading_rad))
+}
+
+fn unknown_stand(section: &Section, key: &str, airport: &AirportScene) -> ScenarioError {
+    let found = section.text(key).ok().flatten().unwrap_or("").to_owned();
+    let allowed =
+        airport.layout.stands.iter().map(|s| s.name.as_str()).collect::<Vec<_>>().join(", ");
+    section.refuse(key, Problem::NotAllowed { found, allowed })
+}
+
+/// `flight = { … }`: one line of the flight list; without it the mover is not expected by anybody.
+fn flight(
+    section: &Section,
+    airport: &AirportScene,
+    callsign: Callsign,
+    address: Option<u32>,
+    row: &TypeRow,
+) -> Result<Option<FlightEntry>, ScenarioError> {
+    let keys = ["movement", "runway", "stand", "eta_ctd_s", "off_block_s", "routing"];
+    let Some(flight) = section.section("flight", &keys)? else { return Ok(None) };
+    let movements = [
+        ("arrival", MovementKind::Arrival),
+        ("departure", MovementKind::Departure),
+        ("vehicle", MovementKind::Vehicle),
+    ];
+    let movement = flight
+        .choice("movement", &movements)?
+        .ok_or_else(|| flight.missing("movement", "\"arrival\", \"departure\" or \"vehicle\"".into()))?;
+    let runway = flight.text("runway")?.unwrap_or("");
+    if !(runway.is_empty() || airport.layout.runway(runway).is_some()) {
+        let names = airport.layout.runways.iter().flat_map(|r| r.names.iter());
+        let allowed = names.map(|n| format!("\"{n}\"")).collect::<Vec<_>>().join(", ");
+        return Err(flight.refuse("runway", Problem::NotAllowed { found: runway.into(), allowed }));
+    }
+    let stand = flight.text("stand")?.unwrap_or("");
+    let stand_m: Option<Vector2<f64>> = airport.layout.stand(stand).map(|s| s.position_m);
+    if !stand.is_empty() && stand_m.is_none() {
+        return Err(unknown_stand(&flight, "stand", airport));
+    }
+    let day = within(-86_400.0, 86_400.0, "s");
+    Ok(Some(FlightEntry {
+        callsign,
+        address,
+        type_designator: row.class.designator.clone(),
+        wake: row.wake,
+        movement,
+        runway: runway.into(),
+        stand: stand.into(),
+        stand_m,
+        eta_ctd: SimTime::from_s(flight.number_or("eta_ctd_s", 0.0, day)?),
+        off_block: flight.number("off_block_s", day)?.map(SimTime::from_s),
+        routing: flight.texts("routing")?.into_iter().map(|(name, _)| name).collect(),
+    }))
+}

@@ -1,0 +1,169 @@
+//! Types of aircraft and vehicles: `types.csv` (kinematics, sizes) and `echo.csv` (height, echo).
+
+use crate::error::{Problem, ScenarioError};
+use models::flight_list::WakeCategory;
+use models::sensors::TargetClass;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// One type.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TypeRow {
+    /// Size and echo.
+    pub class: TargetClass,
+    /// Name for people.
+    pub name: String,
+    /// Wake turbulence category; none for vehicles.
+    pub wake: Option<WakeCategory>,
+    /// Speeds and accelerations.
+    pub kinematics: Kinematics,
+}
+
+/// Speeds and accelerations of a type, SI units; `None` where the table has no figure.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Kinematics {
+    /// Speed at lift-off.
+    pub liftoff_ms: Option<f64>,
+    /// Acceleration in the take-off run.
+    pub takeoff_acc_ms2: Option<f64>,
+    /// Speed at touchdown.
+    pub touchdown_ms: Option<f64>,
+    /// Braking in the landing run, positive.
+    pub braking_ms2: Option<f64>,
+    /// Taxi or driving speed on straights.
+    pub taxi_straight_ms: f64,
+    /// Taxi or driving speed in a turn of 90 degrees.
+    pub taxi_turn_ms: f64,
+    /// Acceleration when taxiing or driving.
+    pub taxi_acc_ms2: f64,
+    /// Braking when taxiing or driving, positive.
+    pub taxi_dec_ms2: f64,
+}
+
+/// All types by designator.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TypeTable(BTreeMap<String, TypeRow>);
+
+impl TypeTable {
+    /// The type of this designator.
+    #[must_use]
+    pub fn get(&self, designator: &str) -> Option<&TypeRow> {
+        self.0.get(designator)
+    }
+
+    /// All designators, sorted.
+    pub fn designators(&self) -> impl Iterator<Item = &str> {
+        self.0.keys().map(String::as_str)
+    }
+}
+
+/// Reads `types.csv` and `echo.csv`.
+pub(crate) fn read(types: &Path, echo: &Path) -> Result<TypeTable, ScenarioError> {
+    let mut echoes = BTreeMap::new();
+    for row in Rows::read(echo)?.rows {
+        echoes.insert(row.text("designator")?.to_owned(), (row.need("height_m")?, row.need("rcs_m2")?));
+    }
+    let mut table = TypeTable::default();
+    for row in Rows::read(types)?.rows {
+        let designator = row.text("designator")?.to_owned();
+        let aircraft = row.text("kind")? == "aircraft";
+        let wake_letter = row.text("wake")?;
+        let wake = match wake_letter {
+            "L" => Some(WakeCategory::Light),
+            "M" => Some(WakeCategory::Medium),
+            "H" => Some(WakeCategory::Heavy),
+            "J" => Some(WakeCategory::Super),
+            _ => None,
+        };
+        let of_kind = if aircraft { format!("*{wake_letter}") } else { "*vehicle".into() };
+        let (height_m, rcs_m2) =
+            echoes.get(&designator).or_else(|| echoes.get(&of_kind)).copied().ok_or_else(|| {
+                let needed = "a wake category L, M, H or J, or a row in echo.csv";
+                row.damaged("wake", wake_letter, needed)
+            })?;
+        let class = TargetClass {
+            designator: designator.clone(),
+            aircraft,
+            length_m: row.need("length_m")?,
+            span_m: row.need("span_m")?,
+            height_m,
+            rcs_m2,
+        };
+        let kinematics = Kinematics {
+            liftoff_ms: row.number("liftoff_ms")?,
+            takeoff_acc_ms2: row.number("takeoff_acc_ms2")?,
+            touchdown_ms: row.number("touchdown_ms")?,
+            braking_ms2: row.number("braking_acc_ms2")?.map(f64::abs),
+            taxi_straight_ms: row.need("taxi_straight_max_ms")?,
+            taxi_turn_ms: row.need("taxi_turn90_max_ms")?,
+            taxi_acc_ms2: row.need("taxi_acc_ms2")?,
+            taxi_dec_ms2: row.need("taxi_dec_ms2")?,
+        };
+        let name = row.text("name")?.to_owned();
+        table.0.insert(designator, TypeRow { class, name, wake, kinematics });
+    }
+    Ok(table)
+}
+
+/// A table with named columns and comment lines (`#`).
+struct Rows {
+    rows: Vec<Row>,
+}
+
+struct Row {
+    file: std::path::PathBuf,
+    line: usize,
+    cells: BTreeMap<String, String>,
+}
+
+impl Rows {
+    fn read(file: &Path) -> Result<Self, ScenarioError> {
+        let damaged = |line: usize, found: String| {
+            let problem = Problem::Line { found, needed: "a comma-separated table with a header" };
+            ScenarioError::new(file, line, "table", problem)
+        };
+        let mut reader = csv::ReaderBuilder::new()
+            .comment(Some(b'#'))
+            .from_path(file)
+            .map_err(|error| damaged(1, error.to_string()))?;
+        let header = reader.headers().map_err(|error| damaged(1, error.to_string()))?.clone();
+        let mut rows = Vec::new();
+        for record in reader.records() {
+            let line_of = |p: Option<&csv::Position>| p.map_or(1, |p| p.line() as usize);
+            let record = record.map_err(|e| damaged(line_of(e.position()), e.to_string()))?;
+            let line = line_of(record.position());
+            let pairs = header.iter().zip(record.iter());
+            let cells = pairs.map(|(key, cell)| (key.trim().into(), cell.trim().into())).collect();
+            rows.push(Row { file: file.to_path_buf(), line, cells });
+        }
+        Ok(Self { rows })
+    }
+}
+
+impl Row {
+    fn text(&self, column: &'static str) -> Result<&str, ScenarioError> {
+        let needed = || Problem::Missing { needed: "this column".into() };
+        let missing = || ScenarioError::new(&self.file, 1, column, needed());
+        self.cells.get(column).map(String::as_str).ok_or_else(missing)
+    }
+
+    fn number(&self, column: &'static str) -> Result<Option<f64>, ScenarioError> {
+        let text = self.text(column)?;
+        if text.is_empty() {
+            return Ok(None);
+        }
+        let number = text.parse().ok().filter(|n: &f64| n.is_finite());
+        number.map(Some).ok_or_else(|| self.damaged(column, text, "a number"))
+    }
+
+    fn need(&self, column: &'static str) -> Result<f64, ScenarioError> {
+        self.number(column)?
+            .filter(|n| *n > 0.0)
+            .ok_or_else(|| self.damaged(column, self.text(column).unwrap_or(""), "a number above 0"))
+    }
+
+    fn damaged(&self, column: &str, found: &str, needed: &'static str) -> ScenarioError {
+        let problem = Problem::Line { found: found.into(), needed };
+        ScenarioError::new(&self.file, self.line, column, problem)
+    }
+}

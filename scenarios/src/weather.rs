@@ -1,0 +1,86 @@
+//! `[weather]`: a timed list of notices; what a notice does not say stays as it was.
+
+use crate::document::{Section, within};
+use crate::error::{Problem, ScenarioError};
+use crate::run::Run;
+use models::environment::{RainCell, Weather};
+use models::frames::{Azimuth, Vector2};
+use models::time::SimTime;
+
+/// The weather from a time on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WeatherNotice {
+    /// When it begins.
+    pub time: SimTime,
+    /// What it is.
+    pub weather: Weather,
+}
+
+const KEYS: [&str; 10] = [
+    "at_s", "rain_mm_per_h", "visibility_m", "temperature_c", "pressure_hpa", "vapour_g_per_m3",
+    "wind_ms", "wind_from_deg", "film_mm", "cells",
+];
+
+/// Reads `[weather]`; without it the weather is clear and dry.
+pub(crate) fn read(root: &Section, run: &Run) -> Result<Vec<WeatherNotice>, ScenarioError> {
+    let clear = WeatherNotice { time: SimTime::ZERO, weather: Weather::default() };
+    let mut notices = vec![clear];
+    let Some(section) = root.section("weather", &["timeline"])? else { return Ok(notices) };
+    let mut previous: Option<SimTime> = None;
+    for entry in section.sections("timeline", &KEYS)? {
+        let time = SimTime::from_s(entry.need_number("at_s", within(0.0, 86_400.0, "s"))?);
+        let order = |needed| entry.refuse("at_s", Problem::Order { found: time.s(), needed });
+        if previous.is_some_and(|p| time <= p) {
+            return Err(order("a time after that of the entry before"));
+        }
+        if time > run.duration {
+            return Err(order("a time within the run (run.duration_s)"));
+        }
+        previous = Some(time);
+        let before = notices.last().expect("there is one from the start").weather.clone();
+        let weather = notice(&entry, before)?;
+        if time == SimTime::ZERO {
+            notices.clear();
+        }
+        notices.push(WeatherNotice { time, weather });
+    }
+    Ok(notices)
+}
+
+fn notice(entry: &Section, mut weather: Weather) -> Result<Weather, ScenarioError> {
+    let change = |key, value: &mut f64, limits| -> Result<(), ScenarioError> {
+        *value = entry.number_or(key, *value, limits)?;
+        Ok(())
+    };
+    change("rain_mm_per_h", &mut weather.rain_mm_per_h, within(0.0, 1000.0, "mm/h"))?;
+    change("visibility_m", &mut weather.visibility_m, within(10.0, f64::INFINITY, "m"))?;
+    change("pressure_hpa", &mut weather.pressure_hpa, within(800.0, 1100.0, "hPa"))?;
+    change("vapour_g_per_m3", &mut weather.vapour_g_per_m3, within(0.0, 60.0, "g/m³"))?;
+    change("film_mm", &mut weather.film_mm, within(0.0, 20.0, "mm"))?;
+    if let Some(celsius) = entry.number("temperature_c", within(-60.0, 60.0, "°C"))? {
+        weather.temperature_k = celsius + 273.15;
+    }
+    if let Some(speed_ms) = entry.number("wind_ms", within(0.0, 80.0, "m/s"))? {
+        let from_deg = entry.need_number("wind_from_deg", within(0.0, 360.0, "deg"))?;
+        // Wind is named by where it comes from; the vector points to where it blows.
+        weather.wind_ms = Azimuth::from_rad((from_deg + 180.0).to_radians()).unit() * speed_ms;
+    }
+    if entry.has("cells") {
+        weather.cells = entry
+            .sections("cells", &["east_m", "north_m", "radius_m", "rain_mm_per_h"])?
+            .iter()
+            .map(|cell| {
+                let place = within(-1e5, 1e5, "m");
+                Ok(RainCell {
+                    centre_m: Vector2::new(
+                        cell.need_number("east_m", place)?,
+                        cell.need_number("north_m", place)?,
+                    ),
+                    radius_m: cell.need_number("radius_m", within(1.0, 1e5, "m"))?,
+                    rain_mm_per_h: cell.need_number("rain_mm_per_h", within(0.0, 1000.0, "mm/h"))?,
+                })
+            })
+            .collect::<Result<_, ScenarioError>>()?;
+    }
+    Ok(weather)
+}
