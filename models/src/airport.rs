@@ -135,6 +135,7 @@ impl Airport {
 pub fn distance_to_segment_m(point_m: Vector2<f64>, a: Vector2<f64>, b: Vector2<f64>) -> f64 {
     let along = b - a;
     let length2 = along.norm_squared();
-    let share = if length2 > 0.0 { ((point_m - a).dot(&along) / length2).clamp(0.0, 1.0) } else { 0.0 };
+    let share =
+        if length2 > 0.0 { ((point_m - a).dot(&along) / length2).clamp(0.0, 1.0) } else { 0.0 };
     (point_m - a - along * share).norm()
 }

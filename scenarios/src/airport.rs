@@ -32,7 +32,8 @@ pub struct LayoutReport {
     pub lines: Vec<String>,
 }
 
-const KEYS: [&str; 6] = ["icao", "layout", "ground_network", "reference", "radius_m", "taxiway_width_m"];
+const KEYS: [&str; 6] =
+    ["icao", "layout", "ground_network", "reference", "radius_m", "taxiway_width_m"];
 
 /// Reads `[airport]` and the files that it names. The second value lists those files.
 pub(crate) fn read(root: &Section) -> Result<(AirportScene, Vec<PathBuf>), ScenarioError> {
@@ -48,7 +49,8 @@ pub(crate) fn read(root: &Section) -> Result<(AirportScene, Vec<PathBuf>), Scena
     if let Some(icao) = section.text("icao")?
         && icao != raw.icao
     {
-        let problem = Problem::NotAllowed { found: icao.into(), allowed: format!("\"{}\"", raw.icao) };
+        let problem =
+            Problem::NotAllowed { found: icao.into(), allowed: format!("\"{}\"", raw.icao) };
         return Err(section.refuse("icao", problem));
     }
     let reference = match section.section("reference", &["lat_deg", "lon_deg", "height_m"])? {
@@ -118,7 +120,10 @@ impl AirportScene {
             self.local_m(lat_deg, lon_deg)
         } else {
             let limits = within(-1e6, 1e6, "m");
-            Vector2::new(section.need_number("east_m", limits)?, section.need_number("north_m", limits)?)
+            Vector2::new(
+                section.need_number("east_m", limits)?,
+                section.need_number("north_m", limits)?,
+            )
         };
         let distance_m = east_north.norm();
         if distance_m > self.radius_m {

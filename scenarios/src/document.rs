@@ -146,10 +146,7 @@ impl Section {
                 &self.file,
                 entry.key_line,
                 self.key_path(key),
-                Problem::UnknownKey {
-                    nearest: nearest(key, allowed),
-                    allowed: allowed.join(", "),
-                },
+                Problem::UnknownKey { nearest: nearest(key, allowed), allowed: allowed.join(", ") },
             )),
         }
     }
@@ -481,7 +478,8 @@ struct LineStarts(Vec<usize>);
 
 impl LineStarts {
     fn of(text: &str) -> Self {
-        let after_newlines = text.bytes().enumerate().filter(|(_, b)| *b == b'\n').map(|(i, _)| i + 1);
+        let after_newlines =
+            text.bytes().enumerate().filter(|(_, b)| *b == b'\n').map(|(i, _)| i + 1);
         Self(std::iter::once(0).chain(after_newlines).collect())
     }
 
@@ -513,9 +511,9 @@ fn item(from: &DeValue<'_>, offset: usize, lines: &LineStarts) -> Item {
         DeValue::Float(float) => Value::Number(float.as_str().parse().unwrap_or(f64::INFINITY)),
         DeValue::Boolean(flag) => Value::Flag(*flag),
         DeValue::Datetime(time) => Value::Time(utc_ns(time), time.to_string()),
-        DeValue::Array(array) => Value::List(
-            array.iter().map(|v| item(v.get_ref(), v.span().start, lines)).collect(),
-        ),
+        DeValue::Array(array) => {
+            Value::List(array.iter().map(|v| item(v.get_ref(), v.span().start, lines)).collect())
+        }
         DeValue::Table(inner) => Value::Table(table(inner, lines)),
     };
     Item { value, line: lines.line(offset) }

@@ -71,7 +71,15 @@ pub fn load(path: &Path) -> Result<Scene, ScenarioError> {
         let problem = Problem::File { path: path.to_path_buf(), reason: error.to_string() };
         ScenarioError::new(path, 1, "scene", problem)
     })?;
-    let root = document::Section::parse(path, &text)?;
+    load_text(path, &text)
+}
+
+/// [`load`] for the text of a scene that would stand at `path`; files count from its folder.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_text(path: &Path, text: &str) -> Result<Scene, ScenarioError> {
+    let root = document::Section::parse(path, text)?;
     root.only(&SECTIONS)?;
     let run = run::read(&root)?;
     let (airport, mut files) = airport::read(&root)?;
@@ -86,7 +94,18 @@ pub fn load(path: &Path) -> Result<Scene, ScenarioError> {
     let name = path.file_stem().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
     let path = path.to_path_buf();
     Ok(Scene {
-        name, path, hash, run, airport, traffic, flight_list, weather, sensors, tracking, accuracy, network,
+        name,
+        path,
+        hash,
+        run,
+        airport,
+        traffic,
+        flight_list,
+        weather,
+        sensors,
+        tracking,
+        accuracy,
+        network,
     })
 }
 

@@ -47,7 +47,8 @@ pub(crate) fn read(root: &Section) -> Result<Network, ScenarioError> {
             .map(|(text, line)| {
                 text.parse().map_err(|_| {
                     let needed = "a list of ADDRESS:PORT like \"127.255.255.255:3000\"".into();
-                    let problem = Problem::WrongKind { found: format!("the text {text:?}"), needed };
+                    let problem =
+                        Problem::WrongKind { found: format!("the text {text:?}"), needed };
                     ScenarioError::new(section.file(), *line, "network.dis", problem)
                 })
             })

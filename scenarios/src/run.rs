@@ -57,7 +57,15 @@ impl Run {
 }
 
 const KEYS: [&str; 10] = [
-    "title", "seed", "start", "duration_s", "exercise", "site", "frame_s", "scan_s", "dead_reckoning",
+    "title",
+    "seed",
+    "start",
+    "duration_s",
+    "exercise",
+    "site",
+    "frame_s",
+    "scan_s",
+    "dead_reckoning",
     "heartbeat",
 ];
 
@@ -79,17 +87,25 @@ pub(crate) fn read(root: &Section) -> Result<Run, ScenarioError> {
     Ok(Run {
         title: section.need_text("title", "one line for people")?.into(),
         seed: section.integer("seed", 0, i64::MAX)?.unwrap_or(1) as u64,
-        start_utc_ns: section
-            .time_utc_ns("start")?
-            .ok_or_else(|| section.missing("start", "a UTC time like 2019-11-24T09:00:00Z".into()))?,
+        start_utc_ns: section.time_utc_ns("start")?.ok_or_else(|| {
+            section.missing("start", "a UTC time like 2019-11-24T09:00:00Z".into())
+        })?,
         duration,
         exercise: section.integer("exercise", 0, 255)?.unwrap_or(1) as u8,
         site: section.integer("site", 1, 65_534)?.unwrap_or(1) as u16,
         frame,
         frames_per_scan: (scan.0 / frame.0) as u32,
         dead_reckoning: dead_reckoning(&section)?,
-        heartbeat_moving: SimTime::from_s(heartbeat.number_or("moving_s", 5.0, small(0.1, 60.0))?),
-        heartbeat_parked: SimTime::from_s(heartbeat.number_or("parked_s", 60.0, small(0.1, 600.0))?),
+        heartbeat_moving: SimTime::from_s(heartbeat.number_or(
+            "moving_s",
+            5.0,
+            small(0.1, 60.0),
+        )?),
+        heartbeat_parked: SimTime::from_s(heartbeat.number_or(
+            "parked_s",
+            60.0,
+            small(0.1, 600.0),
+        )?),
     })
 }
 

@@ -53,7 +53,8 @@ impl SensorScene {
                 hash.tagged(20, &self.id.0.to_le_bytes());
                 hash.tagged(21, callsign.as_str().as_bytes());
                 // FNV mixes its high bits least: fold them.
-                let mixed = (hash.value() ^ (hash.value() >> 32)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+                let mixed =
+                    (hash.value() ^ (hash.value() >> 32)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
                 ((mixed >> 11) as f64) < share * (1u64 << 53) as f64
             }
         }

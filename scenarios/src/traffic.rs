@@ -79,13 +79,15 @@ pub(crate) fn read(
         }
         if let Some(first) = entities.iter().position(|e| e.callsign == callsign) {
             let first_line = sections[first].line_of("callsign");
-            return Err(section.refuse("callsign", Problem::Duplicate { found: text.into(), first_line }));
+            return Err(
+                section.refuse("callsign", Problem::Duplicate { found: text.into(), first_line })
+            );
         }
         let row = type_row(section, &types)?;
         let kinds = [("parked", Kind::Parked)];
-        let kind = section
-            .choice("kind", &kinds)?
-            .ok_or_else(|| section.missing("kind", "the kind of movement, like \"parked\"".into()))?;
+        let kind = section.choice("kind", &kinds)?.ok_or_else(|| {
+            section.missing("kind", "the kind of movement, like \"parked\"".into())
+        })?;
         let trajectory = match kind {
             Kind::Parked => parked(section, run, airport)?,
         };
@@ -124,7 +126,8 @@ fn parked(
     airport: &AirportScene,
 ) -> Result<Trajectory, ScenarioError> {
     let name = section.need_text("stand", "the name of a stand")?;
-    let stand = airport.layout.stand(name).ok_or_else(|| unknown_stand(section, "stand", airport))?;
+    let stand =
+        airport.layout.stand(name).ok_or_else(|| unknown_stand(section, "stand", airport))?;
     Ok(Trajectory::parked(SimTime::ZERO, run.duration, stand.position_m, stand.heading_rad))
 }
 
@@ -150,9 +153,9 @@ fn flight(
         ("departure", MovementKind::Departure),
         ("vehicle", MovementKind::Vehicle),
     ];
-    let movement = flight
-        .choice("movement", &movements)?
-        .ok_or_else(|| flight.missing("movement", "\"arrival\", \"departure\" or \"vehicle\"".into()))?;
+    let movement = flight.choice("movement", &movements)?.ok_or_else(|| {
+        flight.missing("movement", "\"arrival\", \"departure\" or \"vehicle\"".into())
+    })?;
     let runway = flight.text("runway")?.unwrap_or("");
     if !(runway.is_empty() || airport.layout.runway(runway).is_some()) {
         let names = airport.layout.runways.iter().flat_map(|r| r.names.iter());

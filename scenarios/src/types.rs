@@ -61,7 +61,10 @@ impl TypeTable {
 pub(crate) fn read(types: &Path, echo: &Path) -> Result<TypeTable, ScenarioError> {
     let mut echoes = BTreeMap::new();
     for row in Rows::read(echo)?.rows {
-        echoes.insert(row.text("designator")?.to_owned(), (row.need("height_m")?, row.need("rcs_m2")?));
+        echoes.insert(
+            row.text("designator")?.to_owned(),
+            (row.need("height_m")?, row.need("rcs_m2")?),
+        );
     }
     let mut table = TypeTable::default();
     for row in Rows::read(types)?.rows {
@@ -157,9 +160,9 @@ impl Row {
     }
 
     fn need(&self, column: &'static str) -> Result<f64, ScenarioError> {
-        self.number(column)?
-            .filter(|n| *n > 0.0)
-            .ok_or_else(|| self.damaged(column, self.text(column).unwrap_or(""), "a number above 0"))
+        self.number(column)?.filter(|n| *n > 0.0).ok_or_else(|| {
+            self.damaged(column, self.text(column).unwrap_or(""), "a number above 0")
+        })
     }
 
     fn damaged(&self, column: &str, found: &str, needed: &'static str) -> ScenarioError {

@@ -17,8 +17,16 @@ pub struct WeatherNotice {
 }
 
 const KEYS: [&str; 10] = [
-    "at_s", "rain_mm_per_h", "visibility_m", "temperature_c", "pressure_hpa", "vapour_g_per_m3",
-    "wind_ms", "wind_from_deg", "film_mm", "cells",
+    "at_s",
+    "rain_mm_per_h",
+    "visibility_m",
+    "temperature_c",
+    "pressure_hpa",
+    "vapour_g_per_m3",
+    "wind_ms",
+    "wind_from_deg",
+    "film_mm",
+    "cells",
 ];
 
 /// Reads `[weather]`; without it the weather is clear and dry.
@@ -77,7 +85,8 @@ fn notice(entry: &Section, mut weather: Weather) -> Result<Weather, ScenarioErro
                         cell.need_number("north_m", place)?,
                     ),
                     radius_m: cell.need_number("radius_m", within(1.0, 1e5, "m"))?,
-                    rain_mm_per_h: cell.need_number("rain_mm_per_h", within(0.0, 1000.0, "mm/h"))?,
+                    rain_mm_per_h: cell
+                        .need_number("rain_mm_per_h", within(0.0, 1000.0, "mm/h"))?,
                 })
             })
             .collect::<Result<_, ScenarioError>>()?;

@@ -80,17 +80,23 @@ impl<const N: usize> Spline<N> {
         let (d0, d2) = (0.5 * s * s, 0.5 * t * t);
         let d1 = 0.5 + t - t * t;
         let per = 1.0 / self.step;
-        let mut jet =
-            Jet { value: [0.0; N], first: [0.0; N], second: [0.0; N], third: [0.0; N] };
-        for i in 0..N {
+        let component = |i: usize| {
             let (e0, e1, e2) = (c[1][i] - c[0][i], c[2][i] - c[1][i], c[3][i] - c[2][i]);
-            jet.value[i] = c[1][i] + (b2 * e1 - b0 * e0 + b3 * (e1 + e2));
-            jet.first[i] = (d0 * e0 + d1 * e1 + d2 * e2) * per;
             let (f0, f1) = (e1 - e0, e2 - e1);
-            jet.second[i] = (s * f0 + t * f1) * per * per;
-            jet.third[i] = (f1 - f0) * per * per * per;
+            [
+                c[1][i] + (b2 * e1 - b0 * e0 + b3 * (e1 + e2)),
+                (d0 * e0 + d1 * e1 + d2 * e2) * per,
+                (s * f0 + t * f1) * per * per,
+                (f1 - f0) * per * per * per,
+            ]
+        };
+        let all: [[f64; 4]; N] = std::array::from_fn(component);
+        Jet {
+            value: all.map(|d| d[0]),
+            first: all.map(|d| d[1]),
+            second: all.map(|d| d[2]),
+            third: all.map(|d| d[3]),
         }
-        jet
     }
 }
 

@@ -121,8 +121,7 @@ impl Trajectory {
         if let Some(state) = self.at(time) {
             return state;
         }
-        let mut state =
-            self.state_s(if time < self.start { 0.0 } else { self.progress.end() });
+        let mut state = self.state_s(if time < self.start { 0.0 } else { self.progress.end() });
         state.velocity_ms = Vector3::zeros();
         state.acceleration_ms2 = Vector3::zeros();
         state.angular_rate_rads = Vector3::zeros();
@@ -165,7 +164,14 @@ impl Trajectory {
                     (cross_slope - 2.0 * dot * turn) / tangent2
                 };
                 let heading_acceleration = turn_slope * ds * ds + turn * dds;
-                airborne(&mut state, z.value[0], z.first[0], z.second[0], heading_rate, heading_acceleration);
+                airborne(
+                    &mut state,
+                    z.value[0],
+                    z.first[0],
+                    z.second[0],
+                    heading_rate,
+                    heading_acceleration,
+                );
             }
         }
         state

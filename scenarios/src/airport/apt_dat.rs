@@ -149,13 +149,18 @@ pub(super) fn read(file: &Path) -> Result<AptDat, ScenarioError> {
             "110" => outline = Some((0, Vec::new())),
             "111" | "112" | "113" | "114" => {
                 let curved = matches!(*code, "112" | "114");
-                let control = if curved { Some((row.latitude(3)?, row.longitude(4)?)) } else { None };
+                let control =
+                    if curved { Some((row.latitude(3)?, row.longitude(4)?)) } else { None };
                 let place = (row.latitude(1)?, row.longitude(2)?);
                 if let Some((rings, nodes)) = &mut outline {
                     nodes.push(OutlineNode { place, control });
                     if matches!(*code, "113" | "114") {
                         let ring = std::mem::take(nodes);
-                        if *rings == 0 { apt.outlines.push(ring) } else { apt.holes += 1 }
+                        if *rings == 0 {
+                            apt.outlines.push(ring)
+                        } else {
+                            apt.holes += 1
+                        }
                         *rings += 1;
                     }
                 }
@@ -179,7 +184,11 @@ pub(super) fn read(file: &Path) -> Result<AptDat, ScenarioError> {
     }
     if apt.icao.is_empty() || apt.runways.is_empty() {
         let problem = Problem::Line {
-            found: format!("{} airports, {} runways", usize::from(!apt.icao.is_empty()), apt.runways.len()),
+            found: format!(
+                "{} airports, {} runways",
+                usize::from(!apt.icao.is_empty()),
+                apt.runways.len()
+            ),
             needed: "one airport (row 1) with its runways (rows 100)",
         };
         return Err(ScenarioError::new(file, text.lines().count().max(1), "airport", problem));
@@ -290,7 +299,8 @@ impl AptDat {
             self.holes, self.nodes.len(), self.edges.len(),
             self.edges.iter().filter(|e| !e.two_way).count(), airport.stands.len(),
         ));
-        let rows: Vec<_> = self.passed_over.iter().map(|(code, n)| format!("{code} ({n})")).collect();
+        let rows: Vec<_> =
+            self.passed_over.iter().map(|(code, n)| format!("{code} ({n})")).collect();
         if !rows.is_empty() {
             report.lines.push(format!("rows passed over: {}", rows.join(", ")));
         }
@@ -359,7 +369,12 @@ impl RectangleRow {
         let along = Azimuth::from_rad(self.heading_deg.to_radians()).unit() * (0.5 * self.length_m);
         let across =
             Azimuth::from_rad((self.heading_deg + 90.0).to_radians()).unit() * (0.5 * self.width_m);
-        vec![centre + along + across, centre + along - across, centre - along - across, centre - along + across]
+        vec![
+            centre + along + across,
+            centre + along - across,
+            centre - along - across,
+            centre - along + across,
+        ]
     }
 }
 
@@ -384,7 +399,10 @@ fn flattened(
             let s = 1.0 - t;
             points.push(match (leaving, arriving) {
                 (Some(c), Some(d)) => {
-                    a * (s * s * s) + c * (3.0 * s * s * t) + d * (3.0 * s * t * t) + b * (t * t * t)
+                    a * (s * s * s)
+                        + c * (3.0 * s * s * t)
+                        + d * (3.0 * s * t * t)
+                        + b * (t * t * t)
                 }
                 (Some(c), None) | (None, Some(c)) => a * (s * s) + c * (2.0 * s * t) + b * (t * t),
                 (None, None) => a * s + b * t,

@@ -48,7 +48,8 @@ pub(super) fn read(file: &Path) -> Result<GroundNet, ScenarioError> {
     })?;
     let mut net = GroundNet { file: file.to_path_buf(), points: Vec::new(), arcs: Vec::new() };
     for node in document.descendants().filter(roxmltree::Node::is_element) {
-        let element = Element { file, line: document.text_pos_at(node.range().start).row as usize, node };
+        let element =
+            Element { file, line: document.text_pos_at(node.range().start).row as usize, node };
         match node.tag_name().name() {
             "Parking" => net.points.push(parking(&element)?),
             "node" => net.points.push(taxi_node(&element)?),
@@ -76,7 +77,9 @@ struct Element<'a> {
 
 impl Element<'_> {
     fn text(&self, name: &'static str) -> Result<&str, ScenarioError> {
-        self.node.attribute(name).ok_or_else(|| self.damaged(name, "no such attribute", "the attribute"))
+        self.node
+            .attribute(name)
+            .ok_or_else(|| self.damaged(name, "no such attribute", "the attribute"))
     }
 
     fn index(&self, name: &'static str) -> Result<usize, ScenarioError> {
@@ -104,7 +107,8 @@ impl Element<'_> {
         let degrees: f64 = parts.next().and_then(|p| p.parse().ok()).ok_or_else(damaged)?;
         let minutes: f64 = parts.next().map_or(Ok(0.0), |p| p.parse().map_err(|_| damaged()))?;
         let value = sign * (degrees + minutes / 60.0);
-        let sound = (0.0..60.0).contains(&minutes) && value.abs() <= limit && parts.next().is_none();
+        let sound =
+            (0.0..60.0).contains(&minutes) && value.abs() <= limit && parts.next().is_none();
         if sound { Ok(value) } else { Err(damaged()) }
     }
 
@@ -182,7 +186,10 @@ impl GroundNet {
         for index in isolated {
             let point = by_index[index];
             let what = point.stand.as_ref().map_or("node", |_| "stand");
-            report.lines.push(format!("line {}: {what} {index} has no arc: left out of the network", point.line));
+            report.lines.push(format!(
+                "line {}: {what} {index} has no arc: left out of the network",
+                point.line
+            ));
         }
         let (mut nodes, mut stands) = (Vec::new(), Vec::new());
         let mut node_of = BTreeMap::new();
@@ -204,7 +211,9 @@ impl GroundNet {
             if let Some((_, heading_deg)) = point.stand {
                 if !(0.0..360.0).contains(&heading_deg) {
                     let sound = heading_deg.rem_euclid(360.0);
-                    report.lines.push(format!("stand {name}: heading {heading_deg} read as {sound:.2}"));
+                    report
+                        .lines
+                        .push(format!("stand {name}: heading {heading_deg} read as {sound:.2}"));
                 }
                 let heading_rad = Azimuth::from_rad(heading_deg.to_radians()).rad();
                 stands.push(Stand { name, position_m, heading_rad, node });
@@ -223,8 +232,12 @@ impl GroundNet {
         airport.stands = stands;
         report.lines.push(format!(
             "{}: {} stands, {} nodes in the network, {} edges from {} arcs ({} one-way)",
-            self.file.display(), airport.stands.len(), airport.nodes.len(), airport.edges.len(),
-            self.arcs.len(), airport.edges.iter().filter(|e| !e.two_way).count(),
+            self.file.display(),
+            airport.stands.len(),
+            airport.nodes.len(),
+            airport.edges.len(),
+            self.arcs.len(),
+            airport.edges.iter().filter(|e| !e.two_way).count(),
         ));
         Ok(())
     }
@@ -245,7 +258,9 @@ impl GroundNet {
                 }
             }
             if arc.begin == arc.end {
-                report.lines.push(format!("line {}: arc from {} to itself: left out", arc.line, arc.begin));
+                report
+                    .lines
+                    .push(format!("line {}: arc from {} to itself: left out", arc.line, arc.begin));
                 continue;
             }
             let forward = arc.begin < arc.end;
@@ -254,7 +269,9 @@ impl GroundNet {
             let direction = if forward { &mut entry.forward } else { &mut entry.backward };
             if *direction {
                 let (a, b) = (arc.begin, arc.end);
-                report.lines.push(format!("line {}: arc {a} to {b} a second time: left out", arc.line));
+                report
+                    .lines
+                    .push(format!("line {}: arc {a} to {b} a second time: left out", arc.line));
             }
             *direction = true;
             if entry.name.is_empty() {

@@ -1,0 +1,96 @@
+//! The scenes that ship are sound, and bad input gives exactly one line that says what to do.
+
+use scenarios::{load, load_text};
+use std::path::{Path, PathBuf};
+
+fn zurich() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("zurich.toml")
+}
+
+/// The error line of zurich.toml with one text replaced by another, with the folder taken off.
+fn error_with(from: &str, to: &str) -> String {
+    let text = std::fs::read_to_string(zurich()).expect("zurich.toml");
+    assert!(text.contains(from), "{from:?} is not in zurich.toml");
+    let result = load_text(&zurich(), &text.replacen(from, to, 1));
+    let line = result.expect_err("an error").to_string();
+    line.replace(&format!("{}/", env!("CARGO_MANIFEST_DIR")), "")
+}
+
+#[test]
+fn zurich_is_sound() {
+    let scene = load(&zurich()).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(scene.airport.layout.runways.len(), 3);
+    assert_eq!(scene.run.frames(), 12_000);
+    assert_eq!(scene.run.frames_per_scan, 20);
+    assert_eq!(scene.weather.len(), 3);
+    assert_eq!(scene.weather[2].weather.visibility_m, 400.0, "what is not said stays");
+    assert_eq!(scene.hash, load(&zurich()).unwrap().hash);
+}
+
+#[test]
+fn bad_scenes_give_one_line() {
+    for (from, to, expected) in [
+        (
+            "seed = 1",
+            "sed = 1",
+            "zurich.toml:6: run.sed: unknown key, did you mean `seed`?; allowed here: title, seed, start, duration_s, exercise, site, frame_s, scan_s, dead_reckoning, heartbeat",
+        ),
+        (
+            "duration_s = 600",
+            "duration_min = 10",
+            "zurich.toml:8: run.duration_min: unknown key, did you mean `duration_s`?; allowed here: title, seed, start, duration_s, exercise, site, frame_s, scan_s, dead_reckoning, heartbeat",
+        ),
+        (
+            "duration_s = 600",
+            "duration_s = \"10 min\"",
+            "zurich.toml:8: run.duration_s: found the text \"10 min\", needed is a number in s (no unit)",
+        ),
+        (
+            "duration_s = 600",
+            "duration_s = -600",
+            "zurich.toml:8: run.duration_s: found -600, allowed is 1 to 86400 s",
+        ),
+        (
+            "duration_s = 600\n",
+            "",
+            "zurich.toml:4: run.duration_s: missing; needed is a number in s (no unit)",
+        ),
+        (
+            "LSZH.apt.dat",
+            "LSZX.apt.dat",
+            "zurich.toml:18: airport.layout: file airports/LSZX.apt.dat: does not exist; paths count from the folder of the scene file",
+        ),
+        (
+            "rain_mm_per_h = 16",
+            "rain_mm_per_h = 4000",
+            "zurich.toml:27: weather.timeline[3].rain_mm_per_h: found 4000, allowed is 0 to 1000 mm/h",
+        ),
+        (
+            "at_s = 400",
+            "at_s = 100",
+            "zurich.toml:27: weather.timeline[3].at_s: found 100 s, needed is a time after that of the entry before",
+        ),
+        (
+            "lat_deg = 47.453819",
+            "lat_deg = 48.453819",
+            "zurich.toml:34: sensor[1].site.lat_deg: 110118 m from the aerodrome reference point, allowed is at most 6000 m (airport.radius_m)",
+        ),
+        (
+            "kind = \"asde\"",
+            "kind = \"sonar\"",
+            "zurich.toml:31: sensor[1].kind: found \"sonar\", allowed is \"asde\", \"gps\", \"dgps\", \"adsb\", \"mlat\", \"loop\", \"dynamic\"",
+        ),
+        (
+            "profile = \"paper\"",
+            "profile = paper",
+            "zurich.toml:37: scene: not TOML: string values must be quoted, expected literal string",
+        ),
+        (
+            "[accuracy]",
+            "[acuracy]",
+            "zurich.toml:39: acuracy: unknown key, did you mean `accuracy`?; allowed here: run, airport, traffic, weather, sensor, tracking, accuracy, network",
+        ),
+    ] {
+        assert_eq!(error_with(from, to), expected, "{from:?} -> {to:?}");
+    }
+}
