@@ -4,7 +4,7 @@ use crate::{CaseResult, Check, Judge};
 use models::environment::fog::{self, FogLaw};
 use models::environment::mie::MieRain;
 use models::environment::rain::{self, RainLaw};
-use models::environment::surface::{Complex, Fresnel, Material, Roughness};
+use models::environment::surface::{Complex, Fresnel, Material, Roughness, modulus};
 use models::environment::{Weather, gas, wavelength_m};
 use models::frames::Vector2;
 use models::sensors::antenna::Pattern;
@@ -106,8 +106,8 @@ impl Case<'_> {
         let Some(expected) = self.expected.get(quantity) else { return };
         let part = |name| expected.get(name).and_then(Value::as_f64).unwrap_or(f64::NAN);
         let (e_re, e_im) = (part("re"), part("im"));
-        let size = e_re.hypot(e_im);
-        let error = (re - e_re).hypot(im - e_im);
+        let size = modulus(Complex::new(e_re, e_im));
+        let error = modulus(Complex::new(re - e_re, im - e_im));
         judge.number(quantity, error, 0.0, self.tolerance(quantity, size));
     }
 
@@ -443,7 +443,7 @@ fn single_pulse(c: &Case<'_>, judge: &mut Judge) -> Option<()> {
     c.relative(judge, "pd_sw0", detector.probability(snr, Swerling::Steady));
     c.relative(judge, "pd_sw1", detector.probability(snr, Swerling::One));
     c.relative(judge, "pd_sw3", detector.probability(snr, Swerling::Three));
-    c.relative(judge, "miss_sw1", detector.ln_miss(snr, Swerling::One).exp());
+    c.relative(judge, "miss_sw1", detector.miss(snr, Swerling::One));
     if let Some(expected) = c.expected.get("log10_miss_sw0") {
         let expected = expected.as_f64()?;
         let found = detector.ln_miss(snr, Swerling::Steady) / LN_10;
@@ -484,8 +484,8 @@ fn fresnel(c: &Case<'_>, judge: &mut Judge) -> Option<()> {
     ] {
         let expected = c.expected.get(quantity)?.as_array()?;
         let (re, im) = (expected.first()?.as_f64()?, expected.get(1)?.as_f64()?);
-        let error = (value.re - re).hypot(value.im - im);
-        judge.number(quantity, error, 0.0, tol * re.hypot(im));
+        let error = modulus(value - Complex::new(re, im));
+        judge.number(quantity, error, 0.0, tol * modulus(Complex::new(re, im)));
     }
     Some(())
 }

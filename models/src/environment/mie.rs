@@ -147,7 +147,7 @@ mod tests {
     #[test]
     fn small_spheres_follow_rayleigh() {
         let water = water_permittivity(9.0, DROP_K);
-        let (lambda, d) = (wavelength_m(9.0), 0.1e-3);
+        let (lambda, d) = (wavelength_m(9.0), 0.1e-3_f64);
         let k = (water - 1.0) / (water + 2.0);
         let rayleigh = PI.powi(5) * k.norm_sqr() * d.powi(6) / lambda.powi(4);
         let (back, ext) = sphere(water, d, lambda);

@@ -93,7 +93,8 @@ impl<const N: usize, const L: usize> Histories<N, L> {
         adjust(&self.modes, &mut p);
         let logs = p.map(|row| row.map(libm::log));
 
-        let mut children = [Child { score: f64::NEG_INFINITY, parent: 0, mode: 0 }; MOST * MAX_MODES];
+        let mut children =
+            [Child { score: f64::NEG_INFINITY, parent: 0, mode: 0 }; MOST * MAX_MODES];
         let (mut count, mut best) = (0, f64::NEG_INFINITY);
         let mut moments = PositionMoments::default();
         for parent in 0..self.len {
@@ -158,7 +159,10 @@ impl<const N: usize, const L: usize> Histories<N, L> {
         Ok(())
     }
 
-    fn parts<'a>(&'a self, states: &'a [Gaussian]) -> impl Iterator<Item = (f64, &'a Gaussian)> + Clone {
+    fn parts<'a>(
+        &'a self,
+        states: &'a [Gaussian],
+    ) -> impl Iterator<Item = (f64, &'a Gaussian)> + Clone {
         self.weights.iter().copied().zip(states).take(self.len)
     }
 }

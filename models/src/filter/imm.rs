@@ -123,12 +123,7 @@ pub(super) struct PositionMoments {
 
 impl PositionMoments {
     #[inline]
-    pub(super) fn add(
-        &mut self,
-        w: f64,
-        offset: crate::frames::Vector2<f64>,
-        p: super::Sym2,
-    ) {
+    pub(super) fn add(&mut self, w: f64, offset: crate::frames::Vector2<f64>, p: super::Sym2) {
         let (wx, wy) = (w * offset.x, w * offset.y);
         self.weight += w;
         self.mean = [self.mean[0] + wx, self.mean[1] + wy];

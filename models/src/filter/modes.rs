@@ -12,7 +12,9 @@ pub enum ModesError {
     #[error("{0} modes: 1 to 4 needed, with as many rows, columns and priors")]
     Count(usize),
     /// Not a probability, or a row that does not sum to 1, or a mode that is always left.
-    #[error("row {0} of the mode transition matrix: not probabilities that sum to 1, with 0 < stay ≤ 1")]
+    #[error(
+        "row {0} of the mode transition matrix: not probabilities that sum to 1, with 0 < stay ≤ 1"
+    )]
     Row(usize),
     /// The priors are not probabilities that sum to 1.
     #[error("mode priors are not probabilities that sum to 1")]
@@ -36,7 +38,11 @@ impl Modes {
     ///
     /// # Errors
     /// If the lists do not fit each other or are not probabilities.
-    pub fn new(motions: &[Motion], transition: &[&[f64]], prior: &[f64]) -> Result<Self, ModesError> {
+    pub fn new(
+        motions: &[Motion],
+        transition: &[&[f64]],
+        prior: &[f64],
+    ) -> Result<Self, ModesError> {
         let count = motions.len();
         if count == 0 || count > MAX_MODES || transition.len() != count || prior.len() != count {
             return Err(ModesError::Count(count));

@@ -4,9 +4,7 @@ use super::gaussian::{Gaussian, Measurement, Nis};
 use super::lanes::{Lane, Pair};
 use super::motion::Motion;
 use super::three_state::start_position;
-use super::{
-    Estimate, Start, StateEstimator, UpdateError, UpdateError::BadInnovation, interval,
-};
+use super::{Estimate, Start, StateEstimator, UpdateError, UpdateError::BadInnovation, interval};
 use crate::plot::Plot;
 use crate::time::SimTime;
 
@@ -163,7 +161,9 @@ impl Table {
         for scan in scans.iter_mut().skip(1) {
             let lanes = p.map(Pair::splat);
             let [a, b, c, e, f, g] =
-                super::gaussian::predict_axes(&[Pair::default(); 3], &lanes, &step).1.map(Pair::east);
+                super::gaussian::predict_axes(&[Pair::default(); 3], &lanes, &step)
+                    .1
+                    .map(Pair::east);
             let i = 1.0 / (a + 1.0);
             let gains = [a * i, b * i, c * i];
             p = [a * i, b * i, c * i, e - gains[1] * b, f - gains[1] * c, g - gains[2] * c];
@@ -226,11 +226,7 @@ impl StateEstimator for SteadyGain {
         let nu = Pair::new(z.x, z.y) - x[0];
         // Two plots at one time change the position only.
         let rate = if t > 0.0 { 1.0 / t } else { 0.0 };
-        self.x = [
-            x[0] + nu * alpha,
-            x[1] + nu * (beta * rate),
-            x[2] + nu * (gamma * rate * rate),
-        ];
+        self.x = [x[0] + nu * alpha, x[1] + nu * (beta * rate), x[2] + nu * (gamma * rate * rate)];
         (self.time, self.r, self.count) = (plot.time, r, count);
         let s = r * (1.0 / (1.0 - alpha));
         Ok(Nis { d2: (nu * nu * s.recip()).sum(), det: s.east() * s.north(), dof: 2 })

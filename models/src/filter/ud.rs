@@ -8,9 +8,7 @@ use super::gaussian::{Gaussian, Measurement, Nis};
 use super::lanes::{Lane, Pair};
 use super::motion::Motion;
 use super::three_state::start_position;
-use super::{
-    Estimate, Start, StateEstimator, UpdateError, UpdateError::BadInnovation, interval,
-};
+use super::{Estimate, Start, StateEstimator, UpdateError, UpdateError::BadInnovation, interval};
 use crate::plot::Plot;
 use crate::time::SimTime;
 use std::array::from_fn;
@@ -69,7 +67,12 @@ impl<const N: usize, L: Lane> Ud<N, L> {
     /// Prediction `P ← Φ P Φᵀ + U_q D_q U_qᵀ` by weighted Gram–Schmidt.
     #[inline]
     #[must_use]
-    pub fn predicted(&self, phi: &[[f64; N]; N], noise_u: &[[f64; N]; N], noise_d: &[f64; N]) -> Self {
+    pub fn predicted(
+        &self,
+        phi: &[[f64; N]; N],
+        noise_u: &[[f64; N]; N],
+        noise_d: &[f64; N],
+    ) -> Self {
         // W = [Φ U | U_q]; Φ is upper triangular, so is Φ U.
         let mut w: [[L; N]; N] = from_fn(|i| {
             from_fn(|j| {
@@ -80,7 +83,15 @@ impl<const N: usize, L: Lane> Ud<N, L> {
             })
         });
         let mut v: [[L; N]; N] = from_fn(|i| {
-            from_fn(|j| L::splat(if i == j { 1.0 } else if j > i { noise_u[i][j] } else { 0.0 }))
+            from_fn(|j| {
+                L::splat(if i == j {
+                    1.0
+                } else if j > i {
+                    noise_u[i][j]
+                } else {
+                    0.0
+                })
+            })
         });
         self.orthogonalise(&mut w, &mut v, noise_d)
     }

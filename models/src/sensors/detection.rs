@@ -205,6 +205,12 @@ impl Detector {
         }
     }
 
+    /// Probability of a miss, summed on its own rather than as one minus [`Self::probability`].
+    #[must_use]
+    pub fn miss(&self, snr: f64, swerling: Swerling) -> f64 {
+        libm::exp(self.ln_miss(snr, swerling))
+    }
+
     /// Signal-to-noise ratio per pulse, as a power ratio, at which `probability` reaches `pd`: bisection
     /// on the exact form. `pd` inside (Pfa, 1).
     #[must_use]
