@@ -1,0 +1,137 @@
+//! The bodies of PDUs: one variant a type, and raw octets for the rest.
+
+use crate::enumerations::PduType;
+use crate::reader::{BodyError, Reader};
+use crate::writer::{EncodeError, Writer};
+
+/// A body that can be read.
+pub(crate) trait DecodeBody<'a>: Sized {
+    fn decode_body(reader: &mut Reader<'a>) -> Result<Self, BodyError>;
+}
+
+/// A body that can be written: every PDU struct of this crate, and [`Body`] itself.
+pub trait EncodeBody {
+    /// The PDU's type.
+    fn pdu_type(&self) -> PduType;
+    /// Octets of the body, without header.
+    fn body_len(&self) -> usize;
+    /// Writes the body.
+    ///
+    /// # Errors
+    /// If a list is longer than its count field can say.
+    fn encode_body(&self, writer: &mut Writer<'_>) -> Result<(), EncodeError>;
+}
+
+macro_rules! bodies {
+    ($($variant:ident($t:ty) = $konst:ident $text:literal,)*) => {
+        /// The content of a PDU.
+        #[derive(Clone, Debug, PartialEq)]
+        #[non_exhaustive]
+        pub enum Body<'a> {
+            $(#[doc = $text] $variant($t),)*
+            /// A type without typed fields here (or of a version before 5): its octets.
+            Raw(RawBody<'a>),
+        }
+
+        impl<'a> Body<'a> {
+            #[inline]
+            pub(crate) fn decode(
+                pdu_type: PduType,
+                reader: &mut Reader<'a>,
+            ) -> Result<Self, BodyError> {
+                if !(5..=7).contains(&reader.version()) {
+                    return Self::raw(pdu_type, reader);
+                }
+                match pdu_type {
+                    $(PduType::$konst => <$t>::decode_body(reader).map(Self::$variant),)*
+                    _ => Self::raw(pdu_type, reader),
+                }
+            }
+        }
+
+        impl EncodeBody for Body<'_> {
+            #[inline]
+            fn pdu_type(&self) -> PduType {
+                match self {
+                    $(Self::$variant(body) => body.pdu_type(),)*
+                    Self::Raw(raw) => raw.pdu_type,
+                }
+            }
+            #[inline]
+            fn body_len(&self) -> usize {
+                match self {
+                    $(Self::$variant(body) => body.body_len(),)*
+                    Self::Raw(raw) => raw.octets.len(),
+                }
+            }
+            #[inline]
+            fn encode_body(&self, writer: &mut Writer<'_>) -> Result<(), EncodeError> {
+                match self {
+                    $(Self::$variant(body) => body.encode_body(writer),)*
+                    Self::Raw(raw) => raw.encode_body(writer),
+                }
+            }
+        }
+
+        $(impl<'a> From<$t> for Body<'a> {
+            fn from(body: $t) -> Self {
+                Self::$variant(body)
+            }
+        })*
+        impl<'a> From<RawBody<'a>> for Body<'a> {
+            fn from(body: RawBody<'a>) -> Self {
+                Self::Raw(body)
+            }
+        }
+
+        /// The types that this crate reads and writes with typed fields.
+        pub const TYPED: &[PduType] = &[$(PduType::$konst),*];
+    };
+}
+
+impl<'a> Body<'a> {
+    fn raw(pdu_type: PduType, reader: &mut Reader<'a>) -> Result<Self, BodyError> {
+        let octets = reader.take(reader.left(), "body")?;
+        Ok(Self::Raw(RawBody { pdu_type, octets }))
+    }
+}
+
+/// The octets of a body whose fields are not known.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RawBody<'a> {
+    /// The type in the header.
+    pub pdu_type: PduType,
+    /// Everything after the header.
+    pub octets: &'a [u8],
+}
+
+impl EncodeBody for RawBody<'_> {
+    fn pdu_type(&self) -> PduType {
+        self.pdu_type
+    }
+    fn body_len(&self) -> usize {
+        self.octets.len()
+    }
+    fn encode_body(&self, writer: &mut Writer<'_>) -> Result<(), EncodeError> {
+        writer.octets(self.octets);
+        Ok(())
+    }
+}
+
+bodies! {
+    EntityState(crate::EntityState<'a>) = ENTITY_STATE "Entity State.",
+    CreateEntity(crate::management::CreateEntity) = CREATE_ENTITY "Create Entity.",
+    RemoveEntity(crate::management::RemoveEntity) = REMOVE_ENTITY "Remove Entity.",
+    StartResume(crate::management::StartResume) = START_RESUME "Start/Resume.",
+    StopFreeze(crate::management::StopFreeze) = STOP_FREEZE "Stop/Freeze.",
+    Acknowledge(crate::management::Acknowledge) = ACKNOWLEDGE "Acknowledge.",
+    ActionRequest(crate::management::ActionRequest<'a>) = ACTION_REQUEST "Action Request.",
+    ActionResponse(crate::management::ActionResponse<'a>) = ACTION_RESPONSE "Action Response.",
+    DataQuery(crate::management::DataQuery<'a>) = DATA_QUERY "Data Query.",
+    SetData(crate::management::SetData<'a>) = SET_DATA "Set Data.",
+    Data(crate::management::Data<'a>) = DATA "Data.",
+    EventReport(crate::management::EventReport<'a>) = EVENT_REPORT "Event Report.",
+    Comment(crate::management::Comment<'a>) = COMMENT "Comment.",
+    EnvironmentalProcess(crate::environment::EnvironmentalProcess<'a>) = ENVIRONMENTAL_PROCESS
+        "Environmental Process.",
+}
