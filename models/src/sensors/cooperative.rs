@@ -10,6 +10,7 @@ use crate::draw::{DrawKey, Purpose, uniform};
 use crate::frames::Vector2;
 use crate::plot::{Callsign, Identity, Plot, SensorId, SensorKind};
 use crate::sensors::config::{ConfigError, number};
+use crate::sensors::ranging::{RangeFix, ellipse};
 use crate::sensors::{Cause, PlotSink, ScanInterval, TargetState, Truth};
 use crate::time::SimTime;
 
@@ -84,6 +85,16 @@ impl Reporting {
     pub fn validate(&self) -> Result<(), ConfigError> {
         number("report_s", self.period_s, 0.01, 3600.0)?;
         self.equipped.validate()
+    }
+
+    /// Names the draws of one report.
+    pub(crate) fn key(&self, interval: &ScanInterval, due: &Due) -> DrawKey {
+        DrawKey {
+            run_seed: interval.run_seed,
+            sensor: u32::from(self.id.0),
+            entity: due.key,
+            scan: due.number,
+        }
     }
 }
 
@@ -203,6 +214,20 @@ pub(crate) struct Fix {
     pub(crate) variance_m2: [f64; 2],
     /// Height, m, where reported.
     pub(crate) altitude_m: Option<f64>,
+}
+
+impl Fix {
+    /// A fix by ranges, with its height.
+    pub(crate) fn of_ranges(due: &Due, fix: &RangeFix) -> Self {
+        let (axis, variance_m2) = ellipse(fix.covariance_m2);
+        Self {
+            time: due.time,
+            position_m: due.state.position_m.xy() + fix.error_m,
+            axis,
+            variance_m2,
+            altitude_m: Some(due.state.position_m.z + fix.error_up_m),
+        }
+    }
 }
 
 /// Appends plots and causes of one sensor and scan, numbering them.

@@ -9,11 +9,12 @@ use crate::draw::DrawKey;
 use crate::environment::Weather;
 use crate::frames::Vector2;
 use crate::plot::{SensorId, SensorKind};
-use crate::sensors::config::{ConfigError, number};
+use crate::sensors::config::{ConfigError, count, number};
 use crate::sensors::cooperative::{Due, Equipage, Fix, Fleet, Reporting, Reports};
 use crate::sensors::gps::{
-    GpsConfig, NorthEast, Quality, Receiver, SoftFailure, validate_process, validate_service,
+    NorthEast, Quality, Receiver, SoftFailure, Statistical, validate_process, validate_service,
 };
+use crate::sensors::ranging::{Ranging, RangingConfig, RangingReceiver};
 use crate::sensors::service::{Alternating, Service, ServiceState};
 use crate::sensors::{PlotSink, ScanInterval, Sensor, Truth};
 use crate::time::SimTime;
@@ -78,25 +79,13 @@ pub enum ReferenceLoss {
     StandAlone(NorthEast),
 }
 
-/// Parameters of a [`Dgps`].
+/// The level of the error budget: one deviation per report, spread over north and east.
 #[derive(Clone, Debug, PartialEq)]
-pub struct DgpsConfig {
-    /// Number of the sensor in the scene.
-    pub id: SensorId,
-    /// Who is equipped.
-    pub equipped: Equipage,
-    /// Time between two reports of a target, s.
-    pub report_s: f64,
+pub struct Budgeted {
     /// Coverage, availability, reliability, each receiver by itself.
     pub service: Service,
-    /// Error while the service is not reliable.
+    /// What is added while the service is not reliable.
     pub soft: SoftFailure,
-    /// Where the reference station stands, airport frame, m.
-    pub reference_m: Vector2<f64>,
-    /// Failures of the reference station, common to all users.
-    pub reference: Alternating,
-    /// What happens meanwhile.
-    pub on_reference_loss: ReferenceLoss,
     /// Error budget.
     pub budget: DifferentialBudget,
     /// Metres north per metre of the budget.
@@ -113,20 +102,14 @@ pub struct DgpsConfig {
     pub correction_s: f64,
 }
 
-impl DgpsConfig {
-    /// A station on the airport: about 0.6 m, reference MTBF 1 000 h with repair in 1 h.
+impl Budgeted {
+    /// A station on the airport: about 0.6 m.
     #[must_use]
-    pub fn on_airport(id: SensorId, reference_m: Vector2<f64>) -> Self {
-        let gps = GpsConfig::sps_2020(id);
+    pub fn on_airport() -> Self {
+        let gps = Statistical::sps_2020();
         Self {
-            id,
-            equipped: Equipage::all(),
-            report_s: 1.0,
             service: gps.service,
             soft: gps.soft,
-            reference_m,
-            reference: Alternating::from_mtbf(3.6e6, 3600.0),
-            on_reference_loss: ReferenceLoss::NoReport,
             budget: DifferentialBudget {
                 sigma_user_m: 0.5,
                 sigma_ref_m: 0.3,
@@ -150,16 +133,8 @@ impl DgpsConfig {
     /// # Errors
     /// [`ConfigError`] with key, value and limits.
     pub fn validate(&self) -> Result<(), ConfigError> {
-        self.reporting().validate()?;
         validate_service(&self.service)?;
         self.soft.validate()?;
-        for coordinate in [self.reference_m.x, self.reference_m.y] {
-            number("reference_m", coordinate, -1e6, 1e6)?;
-        }
-        validate_process(&self.reference, "reference_up", "reference_mttr_s")?;
-        if let ReferenceLoss::StandAlone(error) = &self.on_reference_loss {
-            error.validate()?;
-        }
         self.budget.validate()?;
         number("north_factor", self.north_factor, 1e-3, 100.0)?;
         number("east_factor", self.east_factor, 1e-3, 100.0)?;
@@ -167,15 +142,6 @@ impl DgpsConfig {
         number("tau_s", self.tau_s, 1e-3, 1e6)?;
         number("correction_latency_s", self.correction_latency_s, 0.0, 3600.0)?;
         number("correction_s", self.correction_s, 1e-3, 3600.0)
-    }
-
-    fn reporting(&self) -> Reporting {
-        Reporting {
-            id: self.id,
-            kind: SensorKind::Dgps,
-            equipped: self.equipped.clone(),
-            period_s: self.report_s,
-        }
     }
 
     /// Age of the newest correction at `now`, s: corrections are made at whole multiples of
@@ -199,14 +165,95 @@ impl DgpsConfig {
     }
 }
 
+/// How differential positioning is modelled, cheap first.
+#[derive(Clone, Debug, PartialEq)]
+pub enum DgpsModel {
+    /// By its error budget.
+    Budget(Budgeted),
+    /// Range by range; the configuration must hold corrections.
+    PerSatellite(RangingConfig),
+}
+
+/// Parameters of a [`Dgps`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct DgpsConfig {
+    /// Number of the sensor in the scene.
+    pub id: SensorId,
+    /// Who is equipped.
+    pub equipped: Equipage,
+    /// Time between two reports of a target, s.
+    pub report_s: f64,
+    /// Where the reference station stands, airport frame, m.
+    pub reference_m: Vector2<f64>,
+    /// Failures of the reference station, common to all users.
+    pub reference: Alternating,
+    /// What happens meanwhile; range by range there is no report in any case.
+    pub on_reference_loss: ReferenceLoss,
+    /// Level and its parameters.
+    pub model: DgpsModel,
+}
+
+impl DgpsConfig {
+    /// A station on the airport with MTBF 1 000 h and repair in 1 h.
+    #[must_use]
+    pub fn on_airport(id: SensorId, reference_m: Vector2<f64>) -> Self {
+        Self {
+            id,
+            equipped: Equipage::all(),
+            report_s: 1.0,
+            reference_m,
+            reference: Alternating::from_mtbf(3.6e6, 3600.0),
+            on_reference_loss: ReferenceLoss::NoReport,
+            model: DgpsModel::Budget(Budgeted::on_airport()),
+        }
+    }
+
+    /// Refuses what is outside the limits.
+    ///
+    /// # Errors
+    /// [`ConfigError`] with key, value and limits.
+    pub fn validate(&self) -> Result<(), ConfigError> {
+        self.reporting().validate()?;
+        for coordinate in [self.reference_m.x, self.reference_m.y] {
+            number("reference_m", coordinate, -1e6, 1e6)?;
+        }
+        validate_process(&self.reference, "reference_up", "reference_mttr_s")?;
+        if let ReferenceLoss::StandAlone(error) = &self.on_reference_loss {
+            error.validate()?;
+        }
+        match &self.model {
+            DgpsModel::Budget(model) => model.validate(),
+            DgpsModel::PerSatellite(model) => {
+                count("corrections", usize::from(model.corrections.is_some()), 1, 1)?;
+                model.validate()
+            }
+        }
+    }
+
+    fn reporting(&self) -> Reporting {
+        Reporting {
+            id: self.id,
+            kind: SensorKind::Dgps,
+            equipped: self.equipped.clone(),
+            period_s: self.report_s,
+        }
+    }
+}
+
 /// Differential satellite positioning reported by equipped targets.
 #[derive(Clone, Debug)]
 pub struct Dgps {
     config: DgpsConfig,
     reporting: Reporting,
-    fleet: Fleet<Receiver>,
+    engine: Engine,
     /// The station at the end of the last scan; its outages are everybody's.
     reference: Option<ServiceState>,
+}
+
+#[derive(Clone, Debug)]
+enum Engine {
+    Budget { model: Budgeted, fleet: Fleet<Receiver> },
+    PerSatellite { ranging: Box<Ranging>, fleet: Fleet<RangingReceiver> },
 }
 
 impl Dgps {
@@ -217,7 +264,14 @@ impl Dgps {
     pub fn new(config: DgpsConfig) -> Result<Self, ConfigError> {
         config.validate()?;
         let reporting = config.reporting();
-        Ok(Self { config, reporting, fleet: Fleet::default(), reference: None })
+        let engine = match config.model.clone() {
+            DgpsModel::Budget(model) => Engine::Budget { model, fleet: Fleet::default() },
+            DgpsModel::PerSatellite(model) => Engine::PerSatellite {
+                ranging: Box::new(Ranging::new(model)?),
+                fleet: Fleet::default(),
+            },
+        };
+        Ok(Self { config, reporting, engine, reference: None })
     }
 }
 
@@ -237,69 +291,105 @@ impl Sensor for Dgps {
         _weather: &Weather,
         out: &mut PlotSink,
     ) {
-        let mut reports = Reports::new(&self.reporting, truth, out);
-        let (config, sensor) = (&self.config, u32::from(self.config.id.0));
-        let key = |due: &Due| DrawKey {
+        let (config, reporting) = (&self.config, &self.reporting);
+        let mut reports = Reports::new(reporting, truth, out);
+        let station = DrawKey {
             run_seed: interval.run_seed,
-            sensor,
-            entity: due.key,
-            scan: due.number,
+            sensor: u32::from(config.id.0) | STATION,
+            entity: 0,
+            scan: 0,
         };
-        let station =
-            DrawKey { run_seed: interval.run_seed, sensor: sensor | (5 << 16), entity: 0, scan: 0 };
-        let before = self
+        let reference = self
             .reference
             .get_or_insert_with(|| ServiceState::start(&config.reference, station, interval.from));
-        self.fleet.for_each_due(
-            &self.reporting,
-            interval,
-            truth,
-            |due| Receiver::start(&config.service, key(due), due.time),
-            |receiver, due| {
-                reports.expected();
-                let draw = key(due);
-                let quality = receiver.service(&config.service, draw, due.time);
-                let corrected = before.clone().advance(&config.reference, station, due.time);
-                let position_m = due.state.position_m.xy();
-                let error = match (quality, corrected, &config.on_reference_loss) {
-                    (Quality::NoPosition, _, _) | (_, false, ReferenceLoss::NoReport) => return,
-                    (_, false, ReferenceLoss::StandAlone(error)) => *error,
-                    (_, true, _) => config.error(config.budget.sigma_m(
-                        (position_m - config.reference_m).norm(),
-                        due.state.velocity_ms.xy().norm(),
-                        config.correction_age_s(due.time),
-                    )),
-                };
-                let parts = receiver.error(&error, draw, due.time);
-                let soft_m = receiver.soft_shift(&config.soft, draw, quality);
-                reports.push(
-                    due,
-                    Fix {
-                        time: due.time,
-                        position_m: position_m + parts.total_m() + soft_m,
-                        axis: Vector2::new(0.0, 1.0),
-                        variance_m2: [
-                            error.sigma_north_m * error.sigma_north_m,
-                            error.sigma_east_m * error.sigma_east_m,
+        // Reports come by target, not by time: each looks at the station from the scan's beginning.
+        let before = *reference;
+        let corrected = |due: &Due| before.clone().advance(&config.reference, station, due.time);
+        let distance_m = |due: &Due| (due.state.position_m.xy() - config.reference_m).norm();
+        let speed_ms = |due: &Due| due.state.velocity_ms.xy().norm();
+        match &mut self.engine {
+            Engine::Budget { model, fleet } => fleet.for_each_due(
+                reporting,
+                interval,
+                truth,
+                |due| Receiver::start(&model.service, reporting.key(interval, due), due.time),
+                |receiver, due| {
+                    reports.expected();
+                    let draw = reporting.key(interval, due);
+                    let quality = receiver.service(&model.service, draw, due.time);
+                    let error = match (quality, corrected(due), &config.on_reference_loss) {
+                        (Quality::NoPosition, _, _) | (_, false, ReferenceLoss::NoReport) => return,
+                        (_, false, ReferenceLoss::StandAlone(error)) => *error,
+                        (_, true, _) => model.error(model.budget.sigma_m(
+                            distance_m(due),
+                            speed_ms(due),
+                            model.correction_age_s(due.time),
+                        )),
+                    };
+                    let parts = receiver.error(&error, draw, due.time);
+                    let soft_m = receiver.soft_shift(&model.soft, draw, quality);
+                    reports.push(
+                        due,
+                        Fix {
+                            time: due.time,
+                            position_m: due.state.position_m.xy() + parts.total_m() + soft_m,
+                            axis: Vector2::new(0.0, 1.0),
+                            variance_m2: [
+                                error.sigma_north_m * error.sigma_north_m,
+                                error.sigma_east_m * error.sigma_east_m,
+                            ],
+                            altitude_m: None,
+                        },
+                        true,
+                        &[
+                            ("correlated error", parts.correlated_m.norm(), "m"),
+                            ("white error", parts.white_m.norm(), "m"),
+                            ("soft failure", soft_m.norm(), "m"),
                         ],
-                        altitude_m: None,
+                    );
+                },
+            ),
+            Engine::PerSatellite { ranging, fleet } => {
+                ranging.prepare(interval.run_seed, interval.from, interval.to);
+                fleet.for_each_due(
+                    reporting,
+                    interval,
+                    truth,
+                    |_| ranging.receiver(),
+                    |receiver, due| {
+                        reports.expected();
+                        if !corrected(due) {
+                            return;
+                        }
+                        let key = reporting.key(interval, due);
+                        let (far_m, fast_ms) = (distance_m(due), speed_ms(due));
+                        if let Some(fix) = ranging.fix(receiver, key, due.time, far_m, fast_ms) {
+                            reports.push(
+                                due,
+                                Fix::of_ranges(due, &fix),
+                                true,
+                                &[
+                                    ("range errors", fix.error_m.norm(), "m"),
+                                    ("satellites", fix.satellites as f64, ""),
+                                ],
+                            );
+                        }
                     },
-                    true,
-                    &[
-                        ("correlated error", parts.correlated_m.norm(), "m"),
-                        ("white error", parts.white_m.norm(), "m"),
-                        ("soft failure", soft_m.norm(), "m"),
-                    ],
                 );
-            },
-        );
-        before.advance(&config.reference, station, interval.to);
+            }
+        }
+        reference.advance(&config.reference, station, interval.to);
     }
 }
+
+/// Marks draws of the station among those of the sensor, whose number has 16 bits.
+const STATION: u32 = 5 << 16;
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sensors::constellation::{SatelliteFailures, SkyConfig};
+    use crate::sensors::ranging::{RangeBudget, RangeCorrections};
     use crate::sensors::testing::Parked;
     use std::collections::BTreeSet;
 
@@ -315,8 +405,9 @@ mod tests {
     }
 
     fn sound() -> DgpsConfig {
+        let model = Budgeted { service: Service::PERFECT, ..Budgeted::on_airport() };
         DgpsConfig {
-            service: Service::PERFECT,
+            model: DgpsModel::Budget(model),
             ..DgpsConfig::on_airport(SensorId(1), Vector2::zeros())
         }
     }
@@ -345,14 +436,14 @@ mod tests {
 
     #[test]
     fn the_error_grows_with_distance_and_age() {
-        let config = sound();
+        let config = Budgeted::on_airport();
         let near = config.budget.sigma_m(0.0, 0.0, 1.0);
         assert!((near - (0.34_f64).sqrt()).abs() < 1e-12);
         assert!(config.budget.sigma_m(1e5, 0.0, 1.0) > 1.0);
         let with_sa = DifferentialBudget { correction_acceleration_ms2: 0.019, ..config.budget };
         let step = (with_sa.sigma_m(0.0, 0.0, 5.0).powi(2) - near * near).sqrt();
         assert!((step - 0.2375).abs() < 1e-9, "½ a t² at 5 s: {step}");
-        let age = DgpsConfig { correction_s: 10.0, correction_latency_s: 2.0, ..config };
+        let age = Budgeted { correction_s: 10.0, correction_latency_s: 2.0, ..config };
         for (at_s, expected) in [(2.0, 2.0), (5.0, 5.0), (11.5, 11.5), (12.0, 2.0), (0.0, 10.0)] {
             assert!(
                 (age.correction_age_s(SimTime::from_s(at_s)) - expected).abs() < 1e-9,
@@ -363,7 +454,7 @@ mod tests {
 
     #[test]
     fn standing_alone_is_an_answer_too() {
-        let alone = GpsConfig::sps_2001(SensorId(1)).error;
+        let alone = Statistical::sps_2001().error;
         let config = DgpsConfig {
             reference: Alternating::from_mtbf(100.0, 100.0),
             on_reference_loss: ReferenceLoss::StandAlone(alone),
@@ -384,5 +475,32 @@ mod tests {
                 "its covariance is its error's"
             );
         }
+    }
+
+    #[test]
+    fn range_by_range_it_is_about_as_good_as_its_budget() {
+        let site = geodesy::Geodetic::from_degrees(47.45, 8.55, 432.0);
+        let mut sky = SkyConfig::reference(site, 8.64e8);
+        (sky.step_s, sky.failures) = (1.0, SatelliteFailures::never());
+        let ranging = RangingConfig {
+            sky,
+            budget: RangeBudget::modern(),
+            weighted: true,
+            corrections: Some(RangeCorrections::on_airport()),
+        };
+        let config = DgpsConfig { model: DgpsModel::PerSatellite(ranging.clone()), ..sound() };
+        let keys: Vec<u64> = (0..300).collect();
+        let sink = run(&config, &keys, 5);
+        let square: f64 = sink
+            .plots
+            .iter()
+            .zip(&sink.causes)
+            .map(|(p, c)| (p.position_m - c.truth_m.expect("a target")).norm_squared())
+            .sum();
+        let rms = (square / sink.plots.len() as f64).sqrt();
+        assert!(rms > 0.5 && rms < 2.5, "{rms}");
+        let without = RangingConfig { corrections: None, ..ranging };
+        let config = DgpsConfig { model: DgpsModel::PerSatellite(without), ..sound() };
+        assert!(matches!(Dgps::new(config), Err(ConfigError::Count { key: "corrections", .. })));
     }
 }

@@ -1,17 +1,24 @@
-//! Satellite positioning reported by the target, at the level of its statistics: services that fail
-//! and return, and a north and east error with a correlated and a white part.
+//! Satellite positioning reported by the target, at one of three levels ([`GpsModel`]).
 //!
-//! Source of the model: prior probability model P = P_c · P_sa · P_sr of satellite services with
-//! independent Gaussian errors in north and east. Figures of the presets: GPS SPS Signal
-//! Specification (1995), SPS Performance Standard (2001, 2020).
+//! | level | geometry | failures | errors |
+//! | --- | --- | --- | --- |
+//! | statistical | none | alternating services | north and east with their own deviation |
+//! | constellation | dilution of 24 slots | satellites fail and are repaired | range deviation × dilution |
+//! | per satellite | the same | the same | ranges by source, least squares |
+//!
+//! Source of the statistical level: prior probability model P = P_c · P_sa · P_sr of satellite
+//! services with independent Gaussian errors in north and east. Figures of the presets: GPS SPS
+//! Signal Specification (1995), SPS Performance Standard (2001, 2020).
 
 use crate::draw::{DrawKey, Purpose, normal_pair, uniform};
 use crate::environment::Weather;
-use crate::frames::Vector2;
+use crate::frames::{Matrix2, Vector2};
 use crate::plot::{SensorId, SensorKind};
 use crate::sensors::config::{ConfigError, number};
-use crate::sensors::cooperative::{Due, Equipage, Fix, Fleet, Reporting, Reports};
+use crate::sensors::constellation::{Dop, Sky, SkyConfig, SkyEpoch};
+use crate::sensors::cooperative::{Equipage, Fix, Fleet, Reporting, Reports};
 use crate::sensors::gauss_markov::Gm1Pair;
+use crate::sensors::ranging::{Ranging, RangingConfig, RangingReceiver, ellipse};
 use crate::sensors::service::{Alternating, Service, ServiceState};
 use crate::sensors::{PlotSink, ScanInterval, Sensor, Truth};
 use crate::time::SimTime;
@@ -77,6 +84,72 @@ impl SoftFailure {
     }
 }
 
+/// The statistical level: services and errors without satellites.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Statistical {
+    /// Coverage, availability, reliability, each receiver by itself.
+    pub service: Service,
+    /// Error while the service is reliable.
+    pub error: NorthEast,
+    /// What is added while it is not.
+    pub soft: SoftFailure,
+}
+
+impl Statistical {
+    /// Refuses what is outside the limits.
+    ///
+    /// # Errors
+    /// [`ConfigError`] with key, value and limits.
+    pub fn validate(&self) -> Result<(), ConfigError> {
+        validate_service(&self.service)?;
+        self.error.validate()?;
+        self.soft.validate()
+    }
+}
+
+/// The constellation level: outages and dilution from the satellites, one deviation for all ranges.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Diluted {
+    /// Satellites, site, mask, failures.
+    pub sky: SkyConfig,
+    /// Deviation of one range (user equivalent range error), m.
+    pub uere_m: f64,
+    /// Share of the variance that is correlated in time, 0 to 1.
+    pub correlated_share: f64,
+    /// Its correlation time, s.
+    pub tau_s: f64,
+}
+
+impl Diluted {
+    /// The reference constellation with 3.6 m per range (7 m at 95 %).
+    #[must_use]
+    pub fn reference(sky: SkyConfig) -> Self {
+        Self { sky, uere_m: 3.6, correlated_share: 0.95, tau_s: 300.0 }
+    }
+
+    /// Refuses what is outside the limits.
+    ///
+    /// # Errors
+    /// [`ConfigError`] with key, value and limits.
+    pub fn validate(&self) -> Result<(), ConfigError> {
+        self.sky.validate()?;
+        number("uere_m", self.uere_m, 1e-3, 1e4)?;
+        number("correlated_share", self.correlated_share, 0.0, 1.0)?;
+        number("tau_s", self.tau_s, 1e-3, 1e6)
+    }
+}
+
+/// How satellite positioning is modelled, cheap first.
+#[derive(Clone, Debug, PartialEq)]
+pub enum GpsModel {
+    /// By statistics of north and east.
+    Statistical(Statistical),
+    /// By the dilution of what is in view.
+    Constellation(Diluted),
+    /// Range by range.
+    PerSatellite(RangingConfig),
+}
+
 /// Parameters of a [`Gps`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct GpsConfig {
@@ -86,12 +159,8 @@ pub struct GpsConfig {
     pub equipped: Equipage,
     /// Time between two reports of a target, s.
     pub report_s: f64,
-    /// Coverage, availability, reliability, each receiver by itself.
-    pub service: Service,
-    /// Error while the service is reliable.
-    pub error: NorthEast,
-    /// Error while it is not.
-    pub soft: SoftFailure,
+    /// Level and its parameters.
+    pub model: GpsModel,
 }
 
 /// Outages of the presets: coverage hole 10 min, unavailability 30 min, unreliability 6 h.
@@ -103,15 +172,12 @@ fn service(coverage: f64, availability: f64, reliability: f64) -> Service {
     }
 }
 
-impl GpsConfig {
+impl Statistical {
     /// SPS of 1995 with selective availability: 100 m (95 %) horizontal, spread over north and east
     /// as the geometry of 42–50° north does (σ_E = 0.725 σ_N).
     #[must_use]
-    pub fn sps_1995(id: SensorId) -> Self {
+    pub fn sps_1995() -> Self {
         Self {
-            id,
-            equipped: Equipage::all(),
-            report_s: 1.0,
             service: service(0.999, 0.9985, 0.9997),
             error: NorthEast {
                 mean_north_m: 0.0,
@@ -127,32 +193,36 @@ impl GpsConfig {
 
     /// SPS of 2001, without selective availability: 13 m (95 %) horizontal.
     #[must_use]
-    pub fn sps_2001(id: SensorId) -> Self {
+    pub fn sps_2001() -> Self {
         Self {
             error: NorthEast {
                 sigma_north_m: 6.00,
                 sigma_east_m: 4.35,
                 correlated_share: 0.95,
                 tau_s: 300.0,
-                ..Self::sps_1995(id).error
+                ..Self::sps_1995().error
             },
             soft: SoftFailure { step_m: 30.0, ramp_m_per_s: 0.5, limit_m: 5000.0 },
-            ..Self::sps_1995(id)
+            ..Self::sps_1995()
         }
     }
 
-    /// SPS of 2020: 8 m (95 %) horizontal, 1e-5 soft failures per hour and satellite.
+    /// SPS of 2020: 8 m (95 %) horizontal.
     #[must_use]
-    pub fn sps_2020(id: SensorId) -> Self {
+    pub fn sps_2020() -> Self {
         Self {
             service: service(0.999, 0.9995, 0.9997),
-            error: NorthEast {
-                sigma_north_m: 3.69,
-                sigma_east_m: 2.68,
-                ..Self::sps_2001(id).error
-            },
-            ..Self::sps_2001(id)
+            error: NorthEast { sigma_north_m: 3.69, sigma_east_m: 2.68, ..Self::sps_2001().error },
+            ..Self::sps_2001()
         }
+    }
+}
+
+impl GpsConfig {
+    /// Everybody equipped, a report a second, at this level.
+    #[must_use]
+    pub fn of(id: SensorId, model: GpsModel) -> Self {
+        Self { id, equipped: Equipage::all(), report_s: 1.0, model }
     }
 
     /// Refuses what is outside the limits.
@@ -160,14 +230,21 @@ impl GpsConfig {
     /// # Errors
     /// [`ConfigError`] with key, value and limits.
     pub fn validate(&self) -> Result<(), ConfigError> {
-        self.reporting(SensorKind::Gps).validate()?;
-        validate_service(&self.service)?;
-        self.error.validate()?;
-        self.soft.validate()
+        self.reporting().validate()?;
+        match &self.model {
+            GpsModel::Statistical(model) => model.validate(),
+            GpsModel::Constellation(model) => model.validate(),
+            GpsModel::PerSatellite(model) => model.validate(),
+        }
     }
 
-    fn reporting(&self, kind: SensorKind) -> Reporting {
-        Reporting { id: self.id, kind, equipped: self.equipped.clone(), period_s: self.report_s }
+    fn reporting(&self) -> Reporting {
+        Reporting {
+            id: self.id,
+            kind: SensorKind::Gps,
+            equipped: self.equipped.clone(),
+            period_s: self.report_s,
+        }
     }
 }
 
@@ -196,9 +273,15 @@ pub(crate) fn validate_process(
 /// Satellite positioning reported by equipped targets.
 #[derive(Clone, Debug)]
 pub struct Gps {
-    config: GpsConfig,
     reporting: Reporting,
-    fleet: Fleet<Receiver>,
+    engine: Engine,
+}
+
+#[derive(Clone, Debug)]
+enum Engine {
+    Statistical { model: Statistical, fleet: Fleet<Receiver> },
+    Constellation { model: Diluted, sky: Box<Sky>, fleet: Fleet<Wander> },
+    PerSatellite { ranging: Box<Ranging>, fleet: Fleet<RangingReceiver> },
 }
 
 impl Gps {
@@ -208,14 +291,25 @@ impl Gps {
     /// [`ConfigError`] if a parameter is outside its limits.
     pub fn new(config: GpsConfig) -> Result<Self, ConfigError> {
         config.validate()?;
-        let reporting = config.reporting(SensorKind::Gps);
-        Ok(Self { config, reporting, fleet: Fleet::default() })
+        let reporting = config.reporting();
+        let engine = match config.model {
+            GpsModel::Statistical(model) => Engine::Statistical { model, fleet: Fleet::default() },
+            GpsModel::Constellation(model) => {
+                let sky = Box::new(Sky::new(model.sky.clone())?);
+                Engine::Constellation { model, sky, fleet: Fleet::default() }
+            }
+            GpsModel::PerSatellite(model) => Engine::PerSatellite {
+                ranging: Box::new(Ranging::new(model)?),
+                fleet: Fleet::default(),
+            },
+        };
+        Ok(Self { reporting, engine })
     }
 }
 
 impl Sensor for Gps {
     fn id(&self) -> SensorId {
-        self.config.id
+        self.reporting.id
     }
 
     fn kind(&self) -> SensorKind {
@@ -229,49 +323,200 @@ impl Sensor for Gps {
         _weather: &Weather,
         out: &mut PlotSink,
     ) {
-        let mut reports = Reports::new(&self.reporting, truth, out);
-        let (config, sensor) = (&self.config, u32::from(self.config.id.0));
-        let key = |due: &Due| DrawKey {
-            run_seed: interval.run_seed,
-            sensor,
-            entity: due.key,
-            scan: due.number,
-        };
-        self.fleet.for_each_due(
-            &self.reporting,
-            interval,
-            truth,
-            |due| Receiver::start(&config.service, key(due), due.time),
-            |receiver, due| {
-                reports.expected();
-                let draw = key(due);
-                let quality = receiver.service(&config.service, draw, due.time);
-                if quality == Quality::NoPosition {
-                    return;
-                }
-                let error = receiver.error(&config.error, draw, due.time);
-                let soft_m = receiver.soft_shift(&config.soft, draw, quality);
-                reports.push(
-                    due,
-                    Fix {
-                        time: due.time,
-                        position_m: due.state.position_m.xy() + error.total_m() + soft_m,
-                        axis: Vector2::new(0.0, 1.0),
-                        variance_m2: [
-                            config.error.sigma_north_m * config.error.sigma_north_m,
-                            config.error.sigma_east_m * config.error.sigma_east_m,
-                        ],
-                        altitude_m: None,
+        let reporting = &self.reporting;
+        let mut reports = Reports::new(reporting, truth, out);
+        match &mut self.engine {
+            Engine::Statistical { model, fleet } => {
+                statistical(model, fleet, reporting, interval, truth, &mut reports);
+            }
+            Engine::Constellation { model, sky, fleet } => {
+                sky.prepare(interval.run_seed, interval.from, interval.to, 0.0);
+                diluted(model, sky, fleet, reporting, interval, truth, &mut reports);
+            }
+            Engine::PerSatellite { ranging, fleet } => {
+                ranging.prepare(interval.run_seed, interval.from, interval.to);
+                fleet.for_each_due(
+                    reporting,
+                    interval,
+                    truth,
+                    |_| ranging.receiver(),
+                    |receiver, due| {
+                        reports.expected();
+                        let key = reporting.key(interval, due);
+                        if let Some(fix) = ranging.fix(receiver, key, due.time, 0.0, 0.0) {
+                            reports.push(
+                                due,
+                                Fix::of_ranges(due, &fix),
+                                true,
+                                &[
+                                    ("range errors", fix.error_m.norm(), "m"),
+                                    ("satellites", fix.satellites as f64, ""),
+                                ],
+                            );
+                        }
                     },
-                    true,
-                    &[
-                        ("correlated error", error.correlated_m.norm(), "m"),
-                        ("white error", error.white_m.norm(), "m"),
-                        ("soft failure", soft_m.norm(), "m"),
-                    ],
                 );
-            },
-        );
+            }
+        }
+    }
+}
+
+fn statistical(
+    model: &Statistical,
+    fleet: &mut Fleet<Receiver>,
+    reporting: &Reporting,
+    interval: &ScanInterval,
+    truth: &dyn Truth,
+    reports: &mut Reports<'_>,
+) {
+    fleet.for_each_due(
+        reporting,
+        interval,
+        truth,
+        |due| Receiver::start(&model.service, reporting.key(interval, due), due.time),
+        |receiver, due| {
+            reports.expected();
+            let draw = reporting.key(interval, due);
+            let quality = receiver.service(&model.service, draw, due.time);
+            if quality == Quality::NoPosition {
+                return;
+            }
+            let error = receiver.error(&model.error, draw, due.time);
+            let soft_m = receiver.soft_shift(&model.soft, draw, quality);
+            reports.push(
+                due,
+                Fix {
+                    time: due.time,
+                    position_m: due.state.position_m.xy() + error.total_m() + soft_m,
+                    axis: Vector2::new(0.0, 1.0),
+                    variance_m2: [
+                        model.error.sigma_north_m * model.error.sigma_north_m,
+                        model.error.sigma_east_m * model.error.sigma_east_m,
+                    ],
+                    altitude_m: None,
+                },
+                true,
+                &[
+                    ("correlated error", error.correlated_m.norm(), "m"),
+                    ("white error", error.white_m.norm(), "m"),
+                    ("soft failure", soft_m.norm(), "m"),
+                ],
+            );
+        },
+    );
+}
+
+fn diluted(
+    model: &Diluted,
+    sky: &Sky,
+    fleet: &mut Fleet<Wander>,
+    reporting: &Reporting,
+    interval: &ScanInterval,
+    truth: &dyn Truth,
+    reports: &mut Reports<'_>,
+) {
+    // Ellipse, triangular root and soft shift once per epoch, not per target.
+    let epochs: Vec<_> =
+        sky.epochs().iter().map(|e| e.dop.map(|d| Spread::of(&d, e, model.uere_m))).collect();
+    fleet.for_each_due(
+        reporting,
+        interval,
+        truth,
+        |due| Wander::start(reporting.key(interval, due), due.time),
+        |wander, due| {
+            reports.expected();
+            let Some(spread) = sky.at(due.time).and_then(|i| epochs[i].as_ref()) else {
+                return;
+            };
+            let key = reporting.key(interval, due);
+            let unit = wander.unit_error(model.correlated_share, model.tau_s, key, due.time);
+            let error_m = spread.root * unit;
+            reports.push(
+                due,
+                Fix {
+                    time: due.time,
+                    position_m: due.state.position_m.xy() + error_m + spread.soft_m,
+                    axis: spread.axis,
+                    variance_m2: spread.variance_m2,
+                    altitude_m: None,
+                },
+                true,
+                &[
+                    ("diluted error", error_m.norm(), "m"),
+                    ("horizontal dilution", spread.hdop, ""),
+                    ("soft failure", spread.soft_m.norm(), "m"),
+                ],
+            );
+        },
+    );
+}
+
+/// Horizontal spread of a fix at one epoch.
+#[derive(Clone, Copy, Debug)]
+struct Spread {
+    root: Matrix2<f64>,
+    axis: Vector2<f64>,
+    variance_m2: [f64; 2],
+    soft_m: Vector2<f64>,
+    hdop: f64,
+}
+
+impl Spread {
+    fn of(dop: &Dop, epoch: &SkyEpoch, uere_m: f64) -> Self {
+        let [east, cross, north] =
+            [dop.q[0][0], dop.q[0][1], dop.q[1][1]].map(|q| q * uere_m * uere_m);
+        let (axis, variance_m2) = ellipse([east, cross, north]);
+        let first = east.sqrt();
+        let second = cross / first;
+        let third = (north - second * second).max(0.0).sqrt();
+        Self {
+            root: Matrix2::new(first, 0.0, second, third),
+            axis,
+            variance_m2,
+            soft_m: Vector2::from(epoch.soft_shift_m()),
+            hdop: dop.horizontal(),
+        }
+    }
+}
+
+/// A horizontal error of unit deviation that wanders: correlated and white part.
+#[derive(Clone, Debug)]
+pub(crate) struct Wander {
+    correlated: Gm1Pair,
+    advanced: SimTime,
+}
+
+impl Wander {
+    pub(crate) fn start(key: DrawKey, now: SimTime) -> Self {
+        let mut rng = DrawKey { scan: u64::MAX, ..key }.rng(Purpose::GnssMarkov);
+        Self { correlated: Gm1Pair::stationary(&mut rng), advanced: now }
+    }
+
+    /// Correlated and white part at `now`, each of unit deviation east and north; the correlated one
+    /// is advanced exactly from the last report.
+    pub(crate) fn advance(
+        &mut self,
+        tau_s: f64,
+        key: DrawKey,
+        now: SimTime,
+    ) -> (Vector2<f64>, Vector2<f64>) {
+        let mut rng = key.rng(Purpose::GnssMarkov);
+        self.correlated.advance(tau_s, now.since_s(self.advanced), &mut rng);
+        self.advanced = now;
+        let (east, north) = normal_pair(&mut rng);
+        (Vector2::from(self.correlated.error(1.0, 1.0)), Vector2::new(east, north))
+    }
+
+    /// The whole error of unit deviation.
+    pub(crate) fn unit_error(
+        &mut self,
+        correlated_share: f64,
+        tau_s: f64,
+        key: DrawKey,
+        now: SimTime,
+    ) -> Vector2<f64> {
+        let (correlated, white) = self.advance(tau_s, key, now);
+        correlated * correlated_share.sqrt() + white * (1.0 - correlated_share).sqrt()
     }
 }
 
@@ -306,8 +551,7 @@ pub(crate) struct Receiver {
     coverage: ServiceState,
     availability: ServiceState,
     reliability: ServiceState,
-    correlated: Gm1Pair,
-    advanced: SimTime,
+    wander: Wander,
 }
 
 /// Draw keys of the three processes of one receiver; the rest of the sensor number's range is free,
@@ -318,13 +562,11 @@ fn process_key(key: DrawKey, process: u32) -> DrawKey {
 
 impl Receiver {
     pub(crate) fn start(service: &Service, key: DrawKey, now: SimTime) -> Self {
-        let mut rng = DrawKey { scan: u64::MAX, ..key }.rng(Purpose::GnssMarkov);
         Self {
             coverage: ServiceState::start(&service.coverage, process_key(key, 1), now),
             availability: ServiceState::start(&service.availability, process_key(key, 2), now),
             reliability: ServiceState::start(&service.reliability, process_key(key, 3), now),
-            correlated: Gm1Pair::stationary(&mut rng),
-            advanced: now,
+            wander: Wander::start(key, now),
         }
     }
 
@@ -342,17 +584,12 @@ impl Receiver {
 
     /// The error at `now`; the correlated part is advanced exactly from the last report.
     pub(crate) fn error(&mut self, of: &NorthEast, key: DrawKey, now: SimTime) -> ErrorParts {
-        let mut rng = key.rng(Purpose::GnssMarkov);
-        self.correlated.advance(of.tau_s, now.since_s(self.advanced), &mut rng);
-        self.advanced = now;
-        let (east, north) = normal_pair(&mut rng);
-        let (kept, rest) = (of.correlated_share.sqrt(), (1.0 - of.correlated_share).sqrt());
-        let [correlated_east, correlated_north] =
-            self.correlated.error(kept * of.sigma_east_m, kept * of.sigma_north_m);
+        let (correlated, white) = self.wander.advance(of.tau_s, key, now);
+        let sigma_m = Vector2::new(of.sigma_east_m, of.sigma_north_m);
         ErrorParts {
             mean_m: Vector2::new(of.mean_east_m, of.mean_north_m),
-            correlated_m: Vector2::new(correlated_east, correlated_north),
-            white_m: Vector2::new(rest * of.sigma_east_m * east, rest * of.sigma_north_m * north),
+            correlated_m: correlated.component_mul(&sigma_m) * of.correlated_share.sqrt(),
+            white_m: white.component_mul(&sigma_m) * (1.0 - of.correlated_share).sqrt(),
         }
     }
 
@@ -376,6 +613,7 @@ impl Receiver {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sensors::ranging::RangeBudget;
     use crate::sensors::testing::Parked;
 
     /// Errors (east, north) by target, and reports expected, over `scans` scans of `scan_s`.
@@ -410,11 +648,10 @@ mod tests {
 
     #[test]
     fn errors_have_their_statistics_at_10_hz_and_at_1_hz() {
-        let keys: Vec<u64> = (0..400).collect();
+        let keys: Vec<u64> = (0..100).collect();
         let truth = Parked::aircraft(&keys);
-        for (report_s, scans) in [(1.0, 500), (0.1, 500)] {
-            let config = GpsConfig {
-                report_s,
+        for (report_s, scans) in [(1.0, 400), (0.1, 400)] {
+            let model = Statistical {
                 service: Service::PERFECT,
                 error: NorthEast {
                     mean_north_m: 2.0,
@@ -422,10 +659,12 @@ mod tests {
                     sigma_north_m: 6.0,
                     sigma_east_m: 4.35,
                     correlated_share: 0.8,
-                    tau_s: 20.0,
+                    tau_s: 4.0,
                 },
-                ..GpsConfig::sps_2001(SensorId(2))
+                ..Statistical::sps_2001()
             };
+            let config =
+                GpsConfig { report_s, ..GpsConfig::of(SensorId(2), GpsModel::Statistical(model)) };
             let (errors, looks) = run(&config, &truth, 1.0, scans);
             assert_eq!(errors.len() as u64, looks);
             let n = errors.len() as f64;
@@ -434,18 +673,15 @@ mod tests {
                 .iter()
                 .fold(Vector2::zeros(), |sum, e| sum + (e.2 - mean).component_mul(&(e.2 - mean)))
                 / n;
-            // 400 targets, 25 correlation times of 20 s (two each count once): 5 000 independent samples.
+            // 100 targets, 100 correlation times of 4 s (two each count once): 5 000 independent samples.
             let tolerance = 4.0 / 5_000_f64.sqrt();
             assert!((mean.x + 1.0).abs() < 4.35 * tolerance, "east mean {}", mean.x);
             assert!((mean.y - 2.0).abs() < 6.0 * tolerance, "north mean {}", mean.y);
             assert!((square.x.sqrt() / 4.35 - 1.0).abs() < tolerance, "east {}", square.x.sqrt());
             assert!((square.y.sqrt() / 6.0 - 1.0).abs() < tolerance, "north {}", square.y.sqrt());
-            // Lag of 20 s: e^(−1) of the correlated share.
-            let lag = (20.0 / report_s).round() as usize;
+            // Lag of 4 s: e^(−1) of the correlated share.
+            let lag = (4.0 / report_s).round() as usize;
             let (mut product, mut pairs) = (0.0, 0.0);
-            for target in errors.chunk_by(|a, b| a.1 < b.1) {
-                assert!(!target.is_empty());
-            }
             let mut by_target = errors.clone();
             by_target.sort_by_key(|e| (e.0, e.1));
             for target in by_target.chunk_by(|a, b| a.0 == b.0) {
@@ -465,12 +701,13 @@ mod tests {
     #[test]
     fn the_radius_of_95_percent_is_the_published_one() {
         let keys: Vec<u64> = (0..20_000).collect();
-        for (name, config, r95_m) in [
-            ("1995", GpsConfig::sps_1995(SensorId(1)), 100.0),
-            ("2001", GpsConfig::sps_2001(SensorId(1)), 13.0),
-            ("2020", GpsConfig::sps_2020(SensorId(1)), 8.0),
+        for (name, model, r95_m) in [
+            ("1995", Statistical::sps_1995(), 100.0),
+            ("2001", Statistical::sps_2001(), 13.0),
+            ("2020", Statistical::sps_2020(), 8.0),
         ] {
-            let config = GpsConfig { service: Service::PERFECT, ..config };
+            let model = Statistical { service: Service::PERFECT, ..model };
+            let config = GpsConfig::of(SensorId(1), GpsModel::Statistical(model));
             let (errors, _) = run(&config, &Parked::aircraft(&keys), 1.0, 1);
             let within = errors.iter().filter(|e| e.2.norm() <= r95_m).count() as f64;
             let share = within / errors.len() as f64;
@@ -481,27 +718,96 @@ mod tests {
         }
     }
 
+    fn sky() -> SkyConfig {
+        SkyConfig::reference(geodesy::Geodetic::from_degrees(47.45, 8.55, 432.0), 8.64e8)
+    }
+
+    fn levels() -> [(&'static str, GpsModel); 3] {
+        let ranging = RangingConfig {
+            sky: SkyConfig { step_s: 1.0, ..sky() },
+            budget: RangeBudget::modern(),
+            weighted: false,
+            corrections: None,
+        };
+        [
+            ("statistical", GpsModel::Statistical(Statistical::sps_2020())),
+            ("constellation", GpsModel::Constellation(Diluted::reference(sky()))),
+            ("per satellite", GpsModel::PerSatellite(ranging)),
+        ]
+    }
+
     #[test]
     fn a_target_reports_the_same_whoever_else_is_there() {
-        let config = GpsConfig::sps_2020(SensorId(4));
-        let (together, _) = run(&config, &Parked::aircraft(&[1, 2, 3, 700]), 1.0, 50);
-        let (alone, _) = run(&config, &Parked::aircraft(&[3]), 0.25, 200);
-        let same: Vec<_> = together.into_iter().filter(|e| e.0 == 3).collect();
-        assert_eq!(same, alone);
+        for (name, model) in levels() {
+            let config = GpsConfig::of(SensorId(4), model);
+            let (together, _) = run(&config, &Parked::aircraft(&[1, 2, 3, 700]), 1.0, 50);
+            let (alone, _) = run(&config, &Parked::aircraft(&[3]), 0.25, 200);
+            let same: Vec<_> = together.into_iter().filter(|e| e.0 == 3).collect();
+            assert_eq!(same, alone, "{name}");
+        }
+    }
+
+    #[test]
+    fn reported_covariances_are_those_of_the_errors_at_every_level() {
+        for (name, model) in levels() {
+            let config = GpsConfig { report_s: 50.0, ..GpsConfig::of(SensorId(4), model) };
+            let truth = Parked::aircraft(&(0..20).collect::<Vec<_>>());
+            let gps = Gps::new(config).expect("sound");
+            let mut sink = PlotSink::default();
+            for run_seed in 0..100 {
+                let (from, to) = (SimTime::ZERO, SimTime::from_s(50.0));
+                let mut fresh = gps.clone();
+                fresh.scan(
+                    &ScanInterval { run_seed, scan: 1, from, to },
+                    &truth,
+                    &Weather::default(),
+                    &mut sink,
+                );
+            }
+            let (mut sum, mut n) = (0.0, 0.0);
+            for (plot, cause) in sink.plots.iter().zip(&sink.causes) {
+                let error = plot.position_m - cause.truth_m.expect("a target");
+                if error.norm() < 29.0 {
+                    let along = error.dot(&plot.axis);
+                    let across = error.dot(&plot.across_axis());
+                    sum += along * along / plot.along_m2 + across * across / plot.across_m2;
+                    n += 1.0;
+                }
+            }
+            assert!(n > 1900.0, "{name}: {n} reports");
+            // Per satellite, the twenty receivers share most of their error: 100 samples of χ² with
+            // two degrees of freedom, deviation 0.2.
+            assert!((sum / n - 2.0).abs() < 0.6, "{name}: {}", sum / n);
+        }
+    }
+
+    #[test]
+    fn a_sky_without_enough_satellites_gives_no_position() {
+        let mut poor = sky();
+        poor.mask_deg = 60.0;
+        let (errors, looks) = run(
+            &GpsConfig::of(SensorId(1), GpsModel::Constellation(Diluted::reference(poor))),
+            &Parked::aircraft(&[1, 2]),
+            1.0,
+            20,
+        );
+        assert_eq!((errors.len(), looks), (0, 40));
     }
 
     #[test]
     fn services_take_and_shift_their_shares() {
         let process = |share, mean_down_s| Alternating { up_share: share, mean_down_s };
-        let config = GpsConfig {
+        let model = Statistical {
             service: Service {
                 coverage: process(0.9, 10.0),
                 availability: process(0.8, 10.0),
                 reliability: process(0.7, 10.0),
             },
             soft: SoftFailure { step_m: 500.0, ramp_m_per_s: 1.0, limit_m: 520.0 },
-            ..GpsConfig::sps_2020(SensorId(5))
+            ..Statistical::sps_2020()
         };
+        let probability = model.service.position_probability();
+        let config = GpsConfig::of(SensorId(5), GpsModel::Statistical(model));
         let keys: Vec<u64> = (0..1000).collect();
         let (errors, looks) = run(&config, &Parked::aircraft(&keys), 1.0, 200);
         let obtained = errors.len() as f64 / looks as f64;
@@ -511,39 +817,27 @@ mod tests {
         assert!((soft - 0.3).abs() < 0.01, "soft failures are large errors: {soft}");
         assert!(far.iter().all(|e| *e > 480.0 && *e < 545.0), "step, ramp and limit");
         let good = (errors.len() - far.len()) as f64 / looks as f64;
-        assert!((good - config.service.position_probability()).abs() < 0.01);
+        assert!((good - probability).abs() < 0.01);
     }
 
     #[test]
     fn unsound_parameters_are_named() {
-        let sound = GpsConfig::sps_2020(SensorId(1));
+        let sound = GpsConfig::of(SensorId(1), GpsModel::Statistical(Statistical::sps_2020()));
+        let with = |change: fn(&mut Statistical)| {
+            let mut model = Statistical::sps_2020();
+            change(&mut model);
+            GpsConfig::of(SensorId(1), GpsModel::Statistical(model))
+        };
         for (name, config) in [
             ("report_s", GpsConfig { report_s: 0.0, ..sound.clone() }),
             ("report_s", GpsConfig { report_s: f64::NAN, ..sound.clone() }),
-            (
-                "sigma_north_m",
-                GpsConfig {
-                    error: NorthEast { sigma_north_m: 0.0, ..sound.error },
-                    ..sound.clone()
-                },
-            ),
-            (
-                "soft_limit_m",
-                GpsConfig {
-                    soft: SoftFailure { step_m: 10.0, ramp_m_per_s: 0.0, limit_m: 5.0 },
-                    ..sound.clone()
-                },
-            ),
-            (
-                "coverage",
-                GpsConfig {
-                    service: Service {
-                        coverage: Alternating { up_share: 0.0, mean_down_s: 1.0 },
-                        ..Service::PERFECT
-                    },
-                    ..sound.clone()
-                },
-            ),
+            ("sigma_north_m", with(|m| m.error.sigma_north_m = 0.0)),
+            ("soft_limit_m", with(|m| m.soft.limit_m = 5.0)),
+            ("coverage", with(|m| m.service.coverage.up_share = 0.0)),
+            ("mask_deg", {
+                let sky = SkyConfig { mask_deg: 95.0, ..sky() };
+                GpsConfig::of(SensorId(1), GpsModel::Constellation(Diluted::reference(sky)))
+            }),
         ] {
             match Gps::new(config) {
                 Err(ConfigError::Number { key, .. }) => assert_eq!(key, name),

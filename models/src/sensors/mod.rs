@@ -4,6 +4,7 @@ pub mod antenna;
 pub mod asde;
 mod asde_parameters;
 pub mod config;
+pub mod constellation;
 pub mod cooperative;
 pub mod detection;
 pub mod dgps;
@@ -14,6 +15,8 @@ pub mod gps;
 pub mod measurement;
 pub mod propagation;
 pub mod radar_equation;
+pub mod radial;
+pub mod ranging;
 pub mod service;
 pub mod shadow;
 

@@ -278,8 +278,8 @@ mod tests {
     #[test]
     fn shares_and_outages_are_as_configured_at_any_rate() {
         for (name, share, mean_down_s, step_s, looks) in [
-            ("coverage hole at 1 Hz", 0.9, 600.0, 1.0, 4_000_000),
-            ("coverage hole at 10 Hz", 0.9, 600.0, 0.1, 20_000_000),
+            ("coverage hole at 1 Hz", 0.9, 60.0, 1.0, 1_000_000),
+            ("coverage hole at 10 Hz", 0.9, 60.0, 0.1, 5_000_000),
             // Looked at often enough to miss no short time up.
             ("mostly down", 0.1, 50.0, 0.1, 4_000_000),
         ] {

@@ -1,0 +1,614 @@
+//! Satellite positioning range by range: each source of error by satellite, and the fix by least
+//! squares from what is in view.
+//!
+//! Errors of satellites and atmosphere are common to all receivers of an airport; multipath and noise
+//! are each receiver's own. With differential corrections the common part is taken off as it was when
+//! the correction was made, and the reference station's own errors come in instead.
+//!
+//! Source: Parkinson & Spilker (eds.), *Global Positioning System: Theory and Applications* (1996),
+//! ch. 11 (error budget); obliquity of a thin ionospheric shell at 350 km; tropospheric mapping
+//! function of the wide-area augmentation standard (RTCA DO-229). Deviations and times of the presets
+//! are usual values, to be configured.
+
+use crate::draw::{DrawKey, Purpose, normal_pair};
+use crate::frames::Vector2;
+use crate::sensors::config::{ConfigError, number};
+use crate::sensors::constellation::{Dop, Sky, SkyConfig};
+use crate::sensors::gauss_markov::{Gm1Step, Gm2Step};
+use crate::time::SimTime;
+
+/// Deviation and correlation time of one source.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Source {
+    /// Deviation (at the zenith where it depends on elevation), m.
+    pub sigma_m: f64,
+    /// Correlation time, s.
+    pub tau_s: f64,
+}
+
+impl Source {
+    fn validate(&self, sigma: &'static str, tau: &'static str) -> Result<(), ConfigError> {
+        number(sigma, self.sigma_m, 0.0, 1e4)?;
+        number(tau, self.tau_s, 1e-3, 1e6)
+    }
+}
+
+/// Range error budget of a single-frequency receiver.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RangeBudget {
+    /// Selective availability, second order; deviation 0 since May 2000.
+    pub selective_availability: Source,
+    /// Clock and ephemeris, first order.
+    pub clock_ephemeris: Source,
+    /// Ionosphere after the broadcast model, at the zenith, first order.
+    pub ionosphere: Source,
+    /// Troposphere after the model, at the zenith, first order.
+    pub troposphere: Source,
+    /// Multipath of the code, at the zenith, first order, each receiver's own.
+    pub multipath: Source,
+    /// Receiver noise, white, m.
+    pub noise_m: f64,
+}
+
+impl RangeBudget {
+    /// Since 2000: no selective availability.
+    #[must_use]
+    pub fn modern() -> Self {
+        Self {
+            selective_availability: Source { sigma_m: 0.0, tau_s: 150.0 },
+            clock_ephemeris: Source { sigma_m: 1.75, tau_s: 5400.0 },
+            ionosphere: Source { sigma_m: 2.0, tau_s: 1800.0 },
+            troposphere: Source { sigma_m: 0.12, tau_s: 1800.0 },
+            multipath: Source { sigma_m: 0.5, tau_s: 100.0 },
+            noise_m: 0.3,
+        }
+    }
+
+    /// Before May 2000.
+    #[must_use]
+    pub fn with_selective_availability() -> Self {
+        let selective_availability = Source { sigma_m: 24.0, tau_s: 150.0 };
+        Self { selective_availability, ..Self::modern() }
+    }
+
+    /// Refuses what is outside the limits.
+    ///
+    /// # Errors
+    /// [`ConfigError`] with key, value and limits.
+    pub fn validate(&self) -> Result<(), ConfigError> {
+        self.selective_availability
+            .validate("selective_availability_m", "selective_availability_tau_s")?;
+        self.clock_ephemeris.validate("clock_ephemeris_m", "clock_ephemeris_tau_s")?;
+        self.ionosphere.validate("ionosphere_m", "ionosphere_tau_s")?;
+        self.troposphere.validate("troposphere_m", "troposphere_tau_s")?;
+        self.multipath.validate("multipath_m", "multipath_tau_s")?;
+        // A range without any noise would give a covariance of 0.
+        number("noise_m", self.noise_m, 1e-3, 1e4)
+    }
+
+    /// Variance of one range at `elevation_rad`, m².
+    #[must_use]
+    pub fn variance_m2(&self, elevation_rad: f64) -> f64 {
+        let (iono, tropo) = (obliquity(elevation_rad), tropospheric_mapping(elevation_rad));
+        [
+            self.selective_availability.sigma_m,
+            self.clock_ephemeris.sigma_m,
+            self.ionosphere.sigma_m * iono,
+            self.troposphere.sigma_m * tropo,
+        ]
+        .iter()
+        .map(|s| s * s)
+        .sum::<f64>()
+            + self.own_variance_m2(elevation_rad)
+    }
+
+    /// The part of a receiver itself: multipath and noise, m².
+    fn own_variance_m2(&self, elevation_rad: f64) -> f64 {
+        let multipath = self.multipath.sigma_m * multipath_growth(elevation_rad);
+        multipath * multipath + self.noise_m * self.noise_m
+    }
+}
+
+/// Slant over vertical path through a thin shell at 350 km: 1/√(1 − (R cos el/(R + h))²).
+#[must_use]
+pub fn obliquity(elevation_rad: f64) -> f64 {
+    let x = 6_371_000.0 / 6_721_000.0 * libm::cos(elevation_rad);
+    1.0 / (1.0 - x * x).sqrt()
+}
+
+/// Slant over vertical delay of the troposphere: 1.001/√(0.002001 + sin² el).
+#[must_use]
+pub fn tropospheric_mapping(elevation_rad: f64) -> f64 {
+    let sin = libm::sin(elevation_rad);
+    1.001 / (0.002_001 + sin * sin).sqrt()
+}
+
+/// Multipath against that at the zenith: 1 + 2 e^(−el/10°), between 1 and 3.
+#[must_use]
+pub fn multipath_growth(elevation_rad: f64) -> f64 {
+    1.0 + 2.0 * libm::exp(-elevation_rad.max(0.0) / 10_f64.to_radians())
+}
+
+/// Corrections from a reference station, range by range.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RangeCorrections {
+    /// Multipath and noise of the station's ranges after its own averaging.
+    pub reference: Source,
+    /// Vertical ionospheric gradient, m per m.
+    pub iono_gradient: f64,
+    /// Carrier smoothing time constant of the user, s.
+    pub smoothing_s: f64,
+    /// Other decorrelation with distance, m per m.
+    pub space_decorrelation: f64,
+    /// Age of a correction when it arrives, s.
+    pub latency_s: f64,
+    /// Time between two corrections, s.
+    pub period_s: f64,
+}
+
+impl RangeCorrections {
+    /// A station on the airport in a quiet ionosphere.
+    #[must_use]
+    pub fn on_airport() -> Self {
+        Self {
+            reference: Source { sigma_m: 0.3, tau_s: 100.0 },
+            iono_gradient: 4e-6,
+            smoothing_s: 100.0,
+            space_decorrelation: 1e-5,
+            latency_s: 0.5,
+            period_s: 1.0,
+        }
+    }
+
+    /// Refuses what is outside the limits.
+    ///
+    /// # Errors
+    /// [`ConfigError`] with key, value and limits.
+    pub fn validate(&self) -> Result<(), ConfigError> {
+        self.reference.validate("reference_range_m", "reference_tau_s")?;
+        number("iono_gradient", self.iono_gradient, 0.0, 1e-2)?;
+        number("smoothing_s", self.smoothing_s, 0.0, 1e4)?;
+        number("space_decorrelation", self.space_decorrelation, 0.0, 1e-2)?;
+        number("correction_latency_s", self.latency_s, 0.0, 600.0)?;
+        number("correction_s", self.period_s, 1e-3, 600.0)
+    }
+
+    /// When the newest correction in use at `now` was made: a whole multiple of the period.
+    #[must_use]
+    pub fn made_at(&self, now: SimTime) -> SimTime {
+        let period_ns = SimTime::from_s(self.period_s).0;
+        let received = now.0 - SimTime::from_s(self.latency_s).0;
+        SimTime(received.div_euclid(period_ns) * period_ns)
+    }
+}
+
+/// Parameters of the per-satellite level.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RangingConfig {
+    /// Satellites, site, mask, failures. Its step is also that of the common errors: 1 s by habit.
+    pub sky: SkyConfig,
+    /// Range error budget.
+    pub budget: RangeBudget,
+    /// Weights by elevation (1/σ²) instead of equal ones.
+    pub weighted: bool,
+    /// Corrections in use, for differential positioning.
+    pub corrections: Option<RangeCorrections>,
+}
+
+impl RangingConfig {
+    /// Refuses what is outside the limits.
+    ///
+    /// # Errors
+    /// [`ConfigError`] with key, value and limits.
+    pub fn validate(&self) -> Result<(), ConfigError> {
+        self.sky.validate()?;
+        self.budget.validate()?;
+        self.corrections.as_ref().map_or(Ok(()), RangeCorrections::validate)
+    }
+
+    /// Oldest epoch that a correction may need, s.
+    fn keep_s(&self) -> f64 {
+        self.corrections.map_or(0.0, |c| c.latency_s + c.period_s) + self.sky.step_s
+    }
+}
+
+/// Unit states of the errors that all receivers share for one satellite.
+#[derive(Clone, Copy, Debug, Default)]
+struct Common {
+    selective: [f64; 2],
+    clock: f64,
+    ionosphere: f64,
+    troposphere: f64,
+    reference: f64,
+    gradient: f64,
+    space: f64,
+}
+
+/// One satellite of an epoch as a receiver uses it.
+#[derive(Clone, Copy, Debug)]
+struct Range {
+    slot: usize,
+    elevation_rad: f64,
+    /// Shift of the fix east, north, up per metre on this range.
+    shift: [f64; 3],
+    /// Errors of satellite and atmosphere, m.
+    common_m: f64,
+    /// Station's error on this range, m, and unit decorrelation states.
+    reference_m: f64,
+    gradient: f64,
+    space: f64,
+    /// Growth of multipath.
+    multipath: f64,
+}
+
+/// What all receivers of the airport share at one instant.
+#[derive(Clone, Debug)]
+struct RangeEpoch {
+    time: SimTime,
+    ranges: Vec<Range>,
+    fix: bool,
+}
+
+/// The per-satellite level: common errors advanced once per step, fixes on demand.
+#[derive(Clone, Debug)]
+pub struct Ranging {
+    config: RangingConfig,
+    sky: Sky,
+    common: Vec<Common>,
+    epochs: Vec<RangeEpoch>,
+}
+
+/// What one receiver remembers: a multipath state per satellite and when it was advanced.
+#[derive(Clone, Debug)]
+pub struct RangingReceiver {
+    multipath: Vec<Option<(f64, SimTime)>>,
+}
+
+/// A fix.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RangeFix {
+    /// Error of the position, m east and north.
+    pub error_m: Vector2<f64>,
+    /// Error of the height, m.
+    pub error_up_m: f64,
+    /// Variance east, covariance, variance north, m².
+    pub covariance_m2: [f64; 3],
+    /// Satellites used.
+    pub satellites: usize,
+}
+
+impl Ranging {
+    /// A level with these parameters that has not begun.
+    ///
+    /// # Errors
+    /// [`ConfigError`] if a parameter is outside its limits.
+    pub fn new(config: RangingConfig) -> Result<Self, ConfigError> {
+        config.validate()?;
+        let sky = Sky::new(config.sky.clone())?;
+        let common = Vec::new();
+        Ok(Self { config, sky, common, epochs: Vec::new() })
+    }
+
+    /// Its parameters.
+    #[must_use]
+    pub fn config(&self) -> &RangingConfig {
+        &self.config
+    }
+
+    /// A receiver that has seen nothing.
+    #[must_use]
+    pub fn receiver(&self) -> RangingReceiver {
+        RangingReceiver { multipath: vec![None; self.config.sky.constellation.slots.len()] }
+    }
+
+    /// Computes what reports in (`from`, `to`] need.
+    pub fn prepare(&mut self, run_seed: u64, from: SimTime, to: SimTime) {
+        let added = self.sky.prepare(run_seed, from, to, self.config.keep_s());
+        let all = self.sky.epochs().len();
+        self.epochs.retain(|e| self.sky.epochs().first().is_some_and(|s| e.time >= s.time));
+        for number in all - added..all {
+            self.advance_common(run_seed, self.sky.epochs()[number].time);
+            let epoch = self.epoch(number);
+            self.epochs.push(epoch);
+        }
+    }
+
+    fn advance_common(&mut self, run_seed: u64, time: SimTime) {
+        let step_s = self.config.sky.step_s;
+        let number = time.0.div_euclid(SimTime::from_s(step_s).0) as u64;
+        let budget = &self.config.budget;
+        let reference_tau_s = self.config.corrections.map_or(1.0, |c| c.reference.tau_s);
+        let first = self.common.is_empty();
+        self.common.resize(self.config.sky.constellation.slots.len(), Common::default());
+        let selective = Gm2Step::new(1.0, budget.selective_availability.tau_s, step_s);
+        let unit = |tau_s: f64| {
+            if first { Gm1Step { phi: 0.0, q: 1.0 } } else { Gm1Step::new(1.0, tau_s, step_s) }
+        };
+        let clock = unit(budget.clock_ephemeris.tau_s);
+        let (ionosphere, troposphere) =
+            (unit(budget.ionosphere.tau_s), unit(budget.troposphere.tau_s));
+        let reference = unit(reference_tau_s);
+        for (slot, c) in self.common.iter_mut().enumerate() {
+            let key = DrawKey { run_seed, sensor: SKY_ERRORS, entity: slot as u64, scan: number };
+            let mut rng = key.rng(Purpose::GnssMarkov);
+            let pair = normal_pair(&mut rng);
+            c.selective = if first {
+                [pair.0, pair.1 / budget.selective_availability.tau_s]
+            } else {
+                selective.advance(c.selective, pair)
+            };
+            let (a, b) = normal_pair(&mut rng);
+            c.clock = clock.advance(c.clock, a);
+            c.ionosphere = ionosphere.advance(c.ionosphere, b);
+            let (a, b) = normal_pair(&mut rng);
+            c.troposphere = troposphere.advance(c.troposphere, a);
+            c.reference = reference.advance(c.reference, b);
+            let (a, b) = normal_pair(&mut rng);
+            c.gradient = ionosphere.advance(c.gradient, a);
+            c.space = troposphere.advance(c.space, b);
+        }
+    }
+
+    fn epoch(&self, number: usize) -> RangeEpoch {
+        let sky = &self.sky.epochs()[number];
+        let budget = &self.config.budget;
+        let weight = |elevation_rad: f64| match self.config.weighted {
+            true => 1.0 / budget.variance_m2(elevation_rad),
+            false => 1.0,
+        };
+        let weights: Vec<_> =
+            sky.satellites.iter().map(|s| weight(s.0.look.elevation_rad)).collect();
+        let units: Vec<_> = sky.satellites.iter().map(|s| s.0.look.unit).collect();
+        // The limit on dilution is that of equal weights, whatever the weights of the fix.
+        let dop = sky.dop.and_then(|equal| match self.config.weighted {
+            true => Dop::of(&units, &weights),
+            false => Some(equal),
+        });
+        let ranges = sky.satellites.iter().zip(&weights).map(|((view, soft_m), w)| {
+            let (state, el) = (&self.common[view.slot], view.look.elevation_rad);
+            let multipath = multipath_growth(el);
+            Range {
+                slot: view.slot,
+                elevation_rad: el,
+                shift: dop.map_or([0.0; 3], |d| d.shift_per_metre(view.look.unit, *w)),
+                common_m: budget.selective_availability.sigma_m * state.selective[0]
+                    + budget.clock_ephemeris.sigma_m * state.clock
+                    + budget.ionosphere.sigma_m * obliquity(el) * state.ionosphere
+                    + budget.troposphere.sigma_m * tropospheric_mapping(el) * state.troposphere
+                    + soft_m,
+                reference_m: self.config.corrections.map_or(0.0, |c| c.reference.sigma_m)
+                    * state.reference,
+                gradient: obliquity(el) * state.gradient,
+                space: state.space,
+                multipath,
+            }
+        });
+        RangeEpoch { time: sky.time, ranges: ranges.collect(), fix: dop.is_some() }
+    }
+
+    fn at(&self, time: SimTime) -> Option<&RangeEpoch> {
+        self.epochs.partition_point(|e| e.time <= time).checked_sub(1).map(|i| &self.epochs[i])
+    }
+
+    /// The fix of `receiver` at `now`, `distance_m` from the reference station at `speed_ms`; `None`
+    /// without enough satellites. `key` is that of the report.
+    #[must_use]
+    pub fn fix(
+        &self,
+        receiver: &mut RangingReceiver,
+        key: DrawKey,
+        now: SimTime,
+        distance_m: f64,
+        speed_ms: f64,
+    ) -> Option<RangeFix> {
+        let epoch = self.at(now).filter(|e| e.fix)?;
+        let budget = &self.config.budget;
+        let corrected = match &self.config.corrections {
+            Some(c) => Some((c, self.at(c.made_at(now))?)),
+            None => None,
+        };
+        let mut rng = key.rng(Purpose::GnssMarkov);
+        let mut shift = [0.0; 3];
+        let mut cov = [0.0; 3];
+        let mut step = (f64::NAN, Gm1Step { phi: 0.0, q: 1.0 });
+        for range in &epoch.ranges {
+            let (innovation, white) = normal_pair(&mut rng);
+            let state = match receiver.multipath[range.slot] {
+                None => innovation,
+                Some((state, then)) => {
+                    let dt_s = now.since_s(then);
+                    if dt_s != step.0 {
+                        step = (dt_s, Gm1Step::new(1.0, budget.multipath.tau_s, dt_s));
+                    }
+                    step.1.advance(state, innovation)
+                }
+            };
+            receiver.multipath[range.slot] = Some((state, now));
+            let mut error_m =
+                budget.multipath.sigma_m * range.multipath * state + budget.noise_m * white;
+            let mut variance_m2 = budget.own_variance_m2(range.elevation_rad);
+            if let Some((c, then)) = corrected {
+                let Some(old) = then.ranges.iter().find(|r| r.slot == range.slot) else {
+                    // Risen since the correction was made: no corrected range, so none at all; the
+                    // geometry is that of the others for at most one correction period.
+                    continue;
+                };
+                let iono = c.iono_gradient * (distance_m + 2.0 * c.smoothing_s * speed_ms);
+                let space = c.space_decorrelation * distance_m;
+                error_m += range.common_m - old.common_m
+                    + range.reference_m * range.multipath
+                    + iono * range.gradient
+                    + space * range.space;
+                let reference = c.reference.sigma_m * range.multipath;
+                let slant = iono * obliquity(range.elevation_rad);
+                variance_m2 += reference * reference + slant * slant + space * space;
+            } else {
+                error_m += range.common_m;
+                variance_m2 = budget.variance_m2(range.elevation_rad);
+            }
+            let [east, north, up] = range.shift;
+            shift[0] += east * error_m;
+            shift[1] += north * error_m;
+            shift[2] += up * error_m;
+            cov[0] += east * east * variance_m2;
+            cov[1] += east * north * variance_m2;
+            cov[2] += north * north * variance_m2;
+        }
+        Some(RangeFix {
+            error_m: Vector2::new(shift[0], shift[1]),
+            error_up_m: shift[2],
+            covariance_m2: cov,
+            satellites: epoch.ranges.len(),
+        })
+    }
+}
+
+/// Sensor number of draws for errors of the sky: no sensor's own, as they are common to all.
+const SKY_ERRORS: u32 = 7 << 16;
+
+/// First axis (unit vector east, north) and variances along and across it of a covariance given as
+/// variance east, covariance, variance north. The first is the larger.
+#[must_use]
+pub fn ellipse([east, cross, north]: [f64; 3]) -> (Vector2<f64>, [f64; 2]) {
+    let (half_sum, half_difference) = (0.5 * (east + north), 0.5 * (east - north));
+    let radius = libm::hypot(half_difference, cross);
+    let larger = half_sum + radius;
+    // det / larger: no cancellation where the ellipse is thin.
+    let smaller =
+        if larger > 0.0 { ((east * north - cross * cross) / larger).max(0.0) } else { 0.0 };
+    let turn = 0.5 * libm::atan2(cross, half_difference);
+    let (sin, cos) = libm::sincos(turn);
+    (Vector2::new(cos, sin), [larger, smaller])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use geodesy::Geodetic;
+    use proptest::prelude::*;
+
+    fn config(corrections: Option<RangeCorrections>, budget: RangeBudget) -> RangingConfig {
+        let mut sky = SkyConfig::reference(Geodetic::from_degrees(47.45, 8.55, 432.0), 8.64e7);
+        sky.step_s = 1.0;
+        sky.failures = crate::sensors::constellation::SatelliteFailures::never();
+        RangingConfig { sky, budget, weighted: false, corrections }
+    }
+
+    /// Mean squares of the error over the trace of its stated covariance, and mean square error.
+    fn run(config: RangingConfig, runs: u64, distance_m: f64) -> (f64, f64) {
+        let (mut ratio, mut square, mut n) = (0.0, 0.0, 0.0);
+        for run_seed in 0..runs {
+            let mut ranging = Ranging::new(config.clone()).expect("sound");
+            let mut receiver = ranging.receiver();
+            let now = SimTime::from_s(100.25);
+            ranging.prepare(run_seed, SimTime::from_s(99.0), SimTime::from_s(101.0));
+            let key = DrawKey { run_seed, sensor: 1, entity: 4, scan: 100 };
+            let fix = ranging.fix(&mut receiver, key, now, distance_m, 0.0).expect("a fix");
+            let [east, cross, north] = fix.covariance_m2;
+            assert!(east * north > cross * cross);
+            ratio += fix.error_m.norm_squared() / (east + north);
+            square += fix.error_m.norm_squared();
+            n += 1.0;
+        }
+        (ratio / n, square / n)
+    }
+
+    #[test]
+    fn errors_match_the_covariance_that_is_reported() {
+        let corrections = RangeCorrections::on_airport();
+        for (name, config, metres, sigma) in [
+            ("modern", config(None, RangeBudget::modern()), 0.0, 3.5..6.5),
+            (
+                "selective availability",
+                config(None, RangeBudget::with_selective_availability()),
+                0.0,
+                20.0..40.0,
+            ),
+            (
+                "weighted",
+                RangingConfig { weighted: true, ..config(None, RangeBudget::modern()) },
+                0.0,
+                3.0..6.0,
+            ),
+            ("differential", config(Some(corrections), RangeBudget::modern()), 3000.0, 0.6..1.8),
+            (
+                "differential, 100 km",
+                config(Some(corrections), RangeBudget::modern()),
+                1e5,
+                1.2..3.0,
+            ),
+        ] {
+            let (ratio, square) = run(config, 1000, metres);
+            // The mean of e²/trace has a deviation of at most √(2/n) = 0.045.
+            assert!((ratio - 1.0).abs() < 0.15, "{name}: {ratio}");
+            assert!(sigma.contains(&square.sqrt()), "{name}: {} m", square.sqrt());
+        }
+    }
+
+    #[test]
+    fn an_old_correction_of_a_wandering_clock_is_worse_than_a_new_one() {
+        let budget = RangeBudget::with_selective_availability();
+        let with_age = |latency_s| {
+            let corrections = RangeCorrections { latency_s, ..RangeCorrections::on_airport() };
+            run(config(Some(corrections), budget), 1000, 0.0).1
+        };
+        let (fresh, old) = (with_age(0.0), with_age(20.0));
+        assert!(fresh < 4.0 && old > 4.0 * fresh, "{fresh} {old}");
+    }
+
+    #[test]
+    fn receivers_share_the_sky_but_not_their_multipath() {
+        let mut ranging = Ranging::new(config(None, RangeBudget::modern())).expect("sound");
+        let (mut difference, mut square) = (0.0, 0.0);
+        for run_seed in 0..500 {
+            ranging.prepare(run_seed, SimTime::ZERO, SimTime::from_s(1.0));
+            let fix = |entity| {
+                let key = DrawKey { run_seed, sensor: 1, entity, scan: 1 };
+                let mut receiver = ranging.receiver();
+                ranging
+                    .fix(&mut receiver, key, SimTime::from_s(0.5), 0.0, 0.0)
+                    .expect("a fix")
+                    .error_m
+            };
+            let (a, b) = (fix(1), fix(2));
+            difference += (a - b).norm_squared();
+            square += 0.5 * (a.norm_squared() + b.norm_squared());
+            ranging = Ranging::new(config(None, RangeBudget::modern())).expect("sound");
+        }
+        let correlation = 1.0 - 0.5 * difference / square;
+        assert!(correlation > 0.85 && correlation < 0.995, "{correlation}");
+    }
+
+    #[test]
+    fn mapping_functions_hold_their_limits() {
+        let zenith = std::f64::consts::FRAC_PI_2;
+        for (name, f) in [
+            ("obliquity", obliquity as fn(f64) -> f64),
+            ("troposphere", tropospheric_mapping),
+            ("multipath", multipath_growth),
+        ] {
+            assert!((f(zenith) - 1.0).abs() < 2.5e-3, "{name} at the zenith: {}", f(zenith));
+            for (low, high) in [(0.0, 0.1), (0.1, 0.5), (0.5, 1.0), (1.0, zenith)] {
+                assert!(f(low) > f(high) && f(low).is_finite(), "{name}");
+            }
+        }
+        assert!((obliquity(5_f64.to_radians()) - 3.04).abs() < 0.05);
+    }
+
+    proptest! {
+        #[test]
+        fn the_ellipse_is_the_covariance(
+            east in 1e-6_f64..1e6, north in 1e-6_f64..1e6, r in -0.999_999_f64..0.999_999,
+        ) {
+            let cross = r * (east * north).sqrt();
+            let (axis, [along, across]) = ellipse([east, cross, north]);
+            let other = Vector2::new(axis.y, -axis.x);
+            let back = axis * axis.transpose() * along + other * other.transpose() * across;
+            let scale = along;
+            prop_assert!((axis.norm() - 1.0).abs() < 1e-12 && across > 0.0);
+            prop_assert!((back[(0, 0)] - east).abs() < 1e-9 * scale);
+            prop_assert!((back[(0, 1)] - cross).abs() < 1e-9 * scale);
+            prop_assert!((back[(1, 1)] - north).abs() < 1e-9 * scale);
+        }
+    }
+}
