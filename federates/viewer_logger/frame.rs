@@ -1,0 +1,178 @@
+//! The binary form of one scan, as the browser reads it (`web/frame.js` is the other end).
+//!
+//! Little-endian. Header of 40 octets: `SEED`, version, flags (bit 0: this is the newest scan), two octets
+//! zero, scan number u64, time i64 ns, counts of tracks, truth, plots and trails u32 each. Then the fixed-size
+//! records in that order; a trail is a track number u16, a count u16 and that many east, north f32 pairs,
+//! newest first. Missing figures are NaN, a missing index is −1.
+
+use crate::runtime::messages::{PlotMessage, ScanReport, TrackMessage, TruthMessage};
+use std::collections::BTreeMap;
+
+/// First octets of every message.
+pub const MAGIC: [u8; 4] = *b"SEED";
+/// Version of the layout; the page refuses another one.
+pub const VERSION: u8 = 1;
+/// Octets of the header.
+pub const HEADER: usize = 40;
+/// Octets of a track record.
+pub const TRACK: usize = 104;
+/// Octets of a truth record.
+pub const TRUTH: usize = 80;
+/// Octets of a plot record.
+pub const PLOT: usize = 56;
+
+/// Positions of a track in earlier scans, newest first, m east and north.
+pub type Trail = (u16, Vec<[f32; 2]>);
+
+/// Octets of header and records without trails; [`with_trails`] completes them.
+#[must_use]
+pub fn encode(scan: &ScanReport) -> Vec<u8> {
+    let size =
+        HEADER + scan.tracks.len() * TRACK + scan.truth.len() * TRUTH + scan.plots.len() * PLOT;
+    let mut out = Vec::with_capacity(size);
+    out.extend(MAGIC);
+    out.extend([VERSION, 0, 0, 0]);
+    out.extend(scan.scan.to_le_bytes());
+    out.extend(scan.time_ns.to_le_bytes());
+    for count in [scan.tracks.len(), scan.truth.len(), scan.plots.len(), 0] {
+        out.extend((count as u32).to_le_bytes());
+    }
+    let paired = pairs(scan);
+    let index_of: BTreeMap<&str, i32> =
+        scan.truth.iter().enumerate().map(|(i, t)| (t.callsign.as_str(), i as i32)).collect();
+    for point in &scan.tracks {
+        let pair = paired.get(&point.number);
+        let (index, error_m) = pair.map_or((-1, f64::NAN), |p| (p.0 as i32, p.1));
+        track(&mut out, point, index, error_m);
+    }
+    for point in &scan.truth {
+        truth(&mut out, point);
+    }
+    for point in &scan.plots {
+        let index = index_of.get(point.cause.as_str()).copied().unwrap_or(-1);
+        plot(&mut out, point, index, (scan.time_ns - point.time_ns) as f64 * 1e-9);
+    }
+    debug_assert_eq!(out.len(), size);
+    out
+}
+
+/// The message for a client: `frame` of [`encode`] with its trails and the flag for the newest scan.
+#[must_use]
+pub fn with_trails(frame: &[u8], newest: bool, trails: &[Trail]) -> Vec<u8> {
+    let mut out = Vec::with_capacity(frame.len() + trails.len() * 256);
+    out.extend(frame);
+    out[5] = u8::from(newest);
+    out[36..40].copy_from_slice(&(trails.len() as u32).to_le_bytes());
+    for (number, points) in trails {
+        out.extend(number.to_le_bytes());
+        out.extend((points.len() as u16).to_le_bytes());
+        for [east, north] in points {
+            out.extend(east.to_le_bytes());
+            out.extend(north.to_le_bytes());
+        }
+    }
+    out
+}
+
+/// For each track that follows an entity: index of its truth in the scan, and the distance in m.
+pub(super) fn pairs(scan: &ScanReport) -> BTreeMap<u16, (usize, f64)> {
+    let truth = scan.truth.iter().enumerate();
+    truth.filter_map(|(i, t)| t.track.map(|(number, error_m)| (number, (i, error_m)))).collect()
+}
+
+/// Key of an entity in the page: its DIS identifier as one number.
+#[must_use]
+pub fn entity_key(id: [u16; 3]) -> u64 {
+    u64::from(id[0]) << 32 | u64::from(id[1]) << 16 | u64::from(id[2])
+}
+
+fn track(out: &mut Vec<u8>, t: &TrackMessage, truth_index: i32, error_m: f64) {
+    out.extend(t.number.to_le_bytes());
+    out.push(word_number(&TRACK_TYPES, &t.track_type));
+    out.push(word_number(&STATUSES, &t.status));
+    out.extend((u16::from(t.first) | u16::from(t.manoeuvre) << 1).to_le_bytes());
+    out.push(word_number(&MOVEMENTS, &t.movement));
+    out.push(t.wake.bytes().next().unwrap_or(0));
+    out.extend(truth_index.to_le_bytes());
+    text(out, &t.callsign, 12);
+    text(out, &t.type_designator, 8);
+    text(out, &t.runway_stand, 16);
+    f64s(out, &t.position_m);
+    f32s(out, &t.velocity_ms);
+    f32s(out, &t.cov_m2);
+    f32s(out, &[error_m, 0.0, t.heading_rad, t.altitude_m.unwrap_or(f64::NAN), 0.0]);
+}
+
+fn truth(out: &mut Vec<u8>, t: &TruthMessage) {
+    out.extend(entity_key(t.id).to_le_bytes());
+    text(out, &t.callsign, 12);
+    text(out, &t.type_designator, 8);
+    out.extend((u32::from(t.aircraft) | u32::from(t.ours) << 1).to_le_bytes());
+    f64s(out, &t.position_m[..2]);
+    f32s(out, &t.velocity_ms[..2]);
+    f32s(out, &[t.heading_rad, t.size_m[0], t.size_m[1], t.position_m[2]]);
+    out.extend(t.track.map_or(-1, |(number, _)| i32::from(number)).to_le_bytes());
+    out.extend([0; 4]);
+}
+
+fn plot(out: &mut Vec<u8>, p: &PlotMessage, truth_index: i32, age_s: f64) {
+    out.extend(p.sensor.to_le_bytes());
+    out.push(word_number(&KINDS, &p.kind));
+    out.push(u8::from(!p.identity.is_empty()));
+    out.extend(truth_index.to_le_bytes());
+    f64s(out, &p.position_m);
+    f32s(out, &p.cov_m2);
+    f32s(out, &[p.scnr_db.unwrap_or(f64::NAN), age_s, plot_error_m(p).unwrap_or(f64::NAN)]);
+    out.extend(p.track.map_or(-1, i32::from).to_le_bytes());
+    out.extend([0; 4]);
+}
+
+/// Distance of a plot from the truth at the plot's own time, m.
+#[must_use]
+pub fn plot_error_m(p: &PlotMessage) -> Option<f64> {
+    p.truth_m.map(|t| libm::hypot(t[0] - p.position_m[0], t[1] - p.position_m[1]))
+}
+
+/// Words of the messages as numbers; `web/frame.js` has the same lists. 255 is a word that is not in them.
+const TRACK_TYPES: [&str; 3] = ["none", "aircraft", "vehicle"];
+const STATUSES: [&str; 4] = ["tentative", "confirmed", "coasting", "last"];
+const MOVEMENTS: [&str; 4] = ["", "arrival", "departure", "vehicle"];
+const KINDS: [&str; 7] = ["asde", "gps", "dgps", "adsb", "mlat", "loop", "dynamic"];
+
+fn word_number(words: &[&str], word: &str) -> u8 {
+    words.iter().position(|w| *w == word).map_or(255, |i| i as u8)
+}
+
+fn f64s(out: &mut Vec<u8>, values: &[f64]) {
+    values.iter().for_each(|value| out.extend(value.to_le_bytes()));
+}
+
+/// Figures for drawing: seven digits are enough.
+fn f32s(out: &mut Vec<u8>, values: &[f64]) {
+    values.iter().for_each(|value| out.extend((*value as f32).to_le_bytes()));
+}
+
+/// `text` cut to `width` octets at a character boundary, filled with zeros.
+fn text(out: &mut Vec<u8>, text: &str, width: usize) {
+    let mut end = text.len().min(width);
+    while !text.is_char_boundary(end) {
+        end -= 1;
+    }
+    out.extend(&text.as_bytes()[..end]);
+    out.extend(std::iter::repeat_n(0, width - end));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_text_longer_than_its_field_is_cut_between_characters() {
+        let mut out = Vec::new();
+        text(&mut out, "abcdefgé", 8);
+        assert_eq!(out, b"abcdefg\0");
+        let mut out = Vec::new();
+        text(&mut out, "", 3);
+        assert_eq!(out, [0; 3]);
+    }
+}

@@ -1,0 +1,202 @@
+//! The scans of the run, kept in the form that the page reads, for scrubbing back and for error curves.
+
+use super::frame::{self, Trail};
+use crate::runtime::messages::ScanReport;
+use models::time::SimTime;
+use serde::Serialize;
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::Arc;
+
+/// One scan as kept.
+#[derive(Debug)]
+struct Kept {
+    scan: u64,
+    time: SimTime,
+    octets: Arc<[u8]>,
+    tracks: Vec<KeptTrack>,
+    plot_errors: Vec<(u64, String, f32)>, // entity, kind of sensor, error in m
+}
+
+#[derive(Debug)]
+struct KeptTrack {
+    number: u16,
+    entity: Option<u64>,
+    position_m: [f32; 2],
+    error_m: Option<f32>,
+    claimed_m: f32,
+}
+
+/// Scans in ascending order, the oldest dropped when the memory limit is reached.
+#[derive(Debug)]
+pub struct History {
+    kept: VecDeque<Kept>,
+    octets: usize,
+    limit_octets: usize,
+    dropped: u64,
+}
+
+/// One point of an error curve.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct CurvePoint {
+    /// Scan number.
+    pub scan: u64,
+    /// Time, s.
+    pub time_s: f64,
+    /// Error of the track, m; none while it has no truth.
+    pub error_m: Option<f32>,
+    /// What the track claims: root of the trace of its position covariance, m.
+    pub claimed_m: f32,
+    /// Error of the plots of the same entity in this scan, m, largest by kind of sensor.
+    pub plots_m: BTreeMap<String, f32>,
+}
+
+/// Dots of history drawn behind a track.
+pub const TRAIL: usize = 30;
+
+impl History {
+    /// An empty history that keeps at most about `limit_octets`.
+    #[must_use]
+    pub fn new(limit_octets: usize) -> Self {
+        Self { kept: VecDeque::new(), octets: 0, limit_octets, dropped: 0 }
+    }
+
+    /// Appends a scan and says whether it began the history anew, because it does not follow in time.
+    pub fn push(&mut self, scan: &ScanReport) -> bool {
+        let time = SimTime(scan.time_ns);
+        let anew = self.kept.back().is_some_and(|last| scan.scan <= last.scan || time <= last.time);
+        if anew {
+            self.clear();
+        }
+        let key_of: BTreeMap<&str, u64> =
+            scan.truth.iter().map(|t| (t.callsign.as_str(), frame::entity_key(t.id))).collect();
+        let paired = frame::pairs(scan);
+        let tracks = scan.tracks.iter().map(|t| {
+            let truth = paired.get(&t.number);
+            KeptTrack {
+                number: t.number,
+                entity: truth.map(|pair| frame::entity_key(scan.truth[pair.0].id)),
+                position_m: t.position_m.map(|x| x as f32),
+                error_m: truth.map(|pair| pair.1 as f32),
+                claimed_m: (t.cov_m2[0] + t.cov_m2[2]).sqrt() as f32,
+            }
+        });
+        let plot_errors = scan.plots.iter().filter_map(|p| {
+            let entity = key_of.get(p.cause.as_str())?;
+            Some((*entity, p.kind.clone(), frame::plot_error_m(p)? as f32))
+        });
+        let kept = Kept {
+            scan: scan.scan,
+            time,
+            octets: frame::encode(scan).into(),
+            tracks: tracks.collect(),
+            plot_errors: plot_errors.collect(),
+        };
+        self.octets += kept.cost();
+        self.kept.push_back(kept);
+        while self.octets > self.limit_octets && self.kept.len() > 1 {
+            self.octets -= self.kept.pop_front().map_or(0, |old| old.cost());
+            self.dropped += 1;
+        }
+        anew
+    }
+
+    /// Forgets everything.
+    pub fn clear(&mut self) {
+        self.kept.clear();
+        self.octets = 0;
+        self.dropped = 0;
+    }
+
+    /// Numbers of the oldest and the newest scan kept.
+    #[must_use]
+    pub fn range(&self) -> Option<(u64, u64)> {
+        Some((self.kept.front()?.scan, self.kept.back()?.scan))
+    }
+
+    /// Times of the oldest and the newest scan kept.
+    #[must_use]
+    pub fn times(&self) -> Option<(SimTime, SimTime)> {
+        Some((self.kept.front()?.time, self.kept.back()?.time))
+    }
+
+    /// Scans dropped for the memory limit.
+    #[must_use]
+    pub fn dropped(&self) -> u64 {
+        self.dropped
+    }
+
+    /// Number of the scan nearest to `scan` from below, or the oldest.
+    #[must_use]
+    pub fn nearest(&self, scan: u64) -> Option<u64> {
+        Some(self.kept.get(self.index_at(scan)?)?.scan)
+    }
+
+    /// The message of the scan nearest to `scan`, with the trails that led there.
+    #[must_use]
+    pub fn message(&self, scan: u64) -> Option<Vec<u8>> {
+        let index = self.index_at(scan)?;
+        let kept = &self.kept[index];
+        Some(frame::with_trails(&kept.octets, index + 1 == self.kept.len(), &self.trails(index)))
+    }
+
+    /// The curve of the track `number` up to scan `upto`, from scan `from` on. A track whose number was
+    /// used before by another entity shows this entity only.
+    #[must_use]
+    pub fn curve(&self, number: u16, from: u64, upto: u64) -> Vec<CurvePoint> {
+        let Some(end) = self.index_at(upto) else { return Vec::new() };
+        let of = |kept: &Kept| kept.tracks.iter().position(|t| t.number == number);
+        let entity = self
+            .kept
+            .range(..=end)
+            .rev()
+            .find_map(|kept| of(kept).and_then(|i| kept.tracks[i].entity));
+        let points = self.kept.range(..=end).filter(|kept| kept.scan >= from).filter_map(|kept| {
+            let track = &kept.tracks[of(kept)?];
+            if entity.is_some() && track.entity.is_some() && track.entity != entity {
+                return None;
+            }
+            let mut plots_m: BTreeMap<String, f32> = BTreeMap::new();
+            for (_, kind, error_m) in kept.plot_errors.iter().filter(|p| Some(p.0) == entity) {
+                let largest = plots_m.entry(kind.clone()).or_insert(*error_m);
+                *largest = largest.max(*error_m);
+            }
+            Some(CurvePoint {
+                scan: kept.scan,
+                time_s: kept.time.s(),
+                error_m: track.error_m,
+                claimed_m: track.claimed_m,
+                plots_m,
+            })
+        });
+        points.collect()
+    }
+
+    fn index_at(&self, scan: u64) -> Option<usize> {
+        if self.kept.is_empty() {
+            return None;
+        }
+        Some(self.kept.partition_point(|k| k.scan <= scan).saturating_sub(1))
+    }
+
+    fn trails(&self, index: usize) -> Vec<Trail> {
+        let mut trails: BTreeMap<u16, Vec<[f32; 2]>> =
+            self.kept[index].tracks.iter().map(|t| (t.number, Vec::new())).collect();
+        for kept in self.kept.range(index.saturating_sub(TRAIL)..index).rev() {
+            for track in &kept.tracks {
+                if let Some(points) = trails.get_mut(&track.number) {
+                    points.push(track.position_m);
+                }
+            }
+        }
+        trails.into_iter().collect()
+    }
+}
+
+impl Kept {
+    fn cost(&self) -> usize {
+        size_of::<Self>()
+            + self.octets.len()
+            + self.tracks.len() * size_of::<KeptTrack>()
+            + self.plot_errors.len() * size_of::<(u64, String, f32)>()
+    }
+}

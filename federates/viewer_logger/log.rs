@@ -1,0 +1,400 @@
+//! The database of a run: one SQLite file that a person can query while the run goes on and afterwards.
+//!
+//! Everything of a scan is one transaction, so a scan is there as a whole or not at all. The first failure (a
+//! full disk) is reported once and ends the log; what was written stays sound, and the run goes on.
+
+use super::frame::{entity_key, plot_error_m};
+use super::picture::{AirportMap, RunInfo};
+use crate::runtime::messages::{
+    FederateStatus, FlightNotice, Operation, RunState, ScanReport, WeatherNotice,
+};
+use rusqlite::{Connection, Transaction, params};
+use std::path::{Path, PathBuf};
+
+/// Why a log cannot be opened or went no further.
+#[derive(Debug, thiserror::Error)]
+pub enum LogError {
+    /// The file is there already; a log is never overwritten.
+    #[error("log {}: exists already; name another directory", .0.display())]
+    Exists(PathBuf),
+    /// The database refused.
+    #[error("log {}: {}", path.display(), explain(source))]
+    Database {
+        /// The file.
+        path: PathBuf,
+        /// What SQLite says.
+        source: rusqlite::Error,
+    },
+}
+
+/// An open log. After a failure it takes everything and writes nothing.
+#[derive(Debug)]
+pub struct Log {
+    path: PathBuf,
+    database: Option<Connection>,
+    scans: u64,
+    scans_lost: u64,
+}
+
+impl Log {
+    /// Creates the file with its tables and says which run it is.
+    ///
+    /// # Errors
+    /// If the file exists or cannot be written.
+    pub fn create(path: &Path, run: &RunInfo, map: &AirportMap) -> Result<Self, LogError> {
+        if path.exists() {
+            return Err(LogError::Exists(path.to_owned()));
+        }
+        let failed = |source| LogError::Database { path: path.to_owned(), source };
+        let mut database = Connection::open(path).map_err(failed)?;
+        begin(&mut database, run, map).map_err(failed)?;
+        Ok(Self { path: path.to_owned(), database: Some(database), scans: 0, scans_lost: 0 })
+    }
+
+    /// Writes one scan: truth, plots with what the effects did to them, tracks, measures.
+    ///
+    /// # Errors
+    /// Once, when the database refuses; afterwards nothing is written and nothing is reported.
+    pub fn scan(&mut self, scan: &ScanReport) -> Result<(), LogError> {
+        let done = self.write(|t| write_scan(t, scan));
+        let written = done.is_ok() && self.database.is_some();
+        *(if written { &mut self.scans } else { &mut self.scans_lost }) += 1;
+        done
+    }
+
+    /// Writes a change of the weather.
+    ///
+    /// # Errors
+    /// As [`Self::scan`].
+    pub fn weather(&mut self, w: &WeatherNotice) -> Result<(), LogError> {
+        let cells = serde_json::json!(w.cells).to_string();
+        self.write(|t| {
+            t.prepare_cached("INSERT INTO weather VALUES (?,?,?,?,?,?,?,?,?,?)")?.execute(
+                params![
+                    w.from_ns,
+                    w.rain_mm_per_h,
+                    w.visibility_m.is_finite().then_some(w.visibility_m),
+                    w.temperature_k - 273.15,
+                    w.pressure_hpa,
+                    w.vapour_g_per_m3,
+                    w.wind_ms[0],
+                    w.wind_ms[1],
+                    w.film_mm,
+                    cells
+                ],
+            )?;
+            Ok(())
+        })
+    }
+
+    /// Writes the flight list in place of the one before.
+    ///
+    /// # Errors
+    /// As [`Self::scan`].
+    pub fn flights(&mut self, entries: &[FlightNotice]) -> Result<(), LogError> {
+        self.write(|t| {
+            t.execute("DELETE FROM flights", [])?;
+            let mut insert =
+                t.prepare_cached("INSERT INTO flights VALUES (?,?,?,?,?,?,?,?,?,?)")?;
+            for e in entries {
+                insert.execute(params![
+                    e.callsign,
+                    e.address.map(|a| format!("{a:06x}")),
+                    e.type_designator,
+                    e.wake,
+                    e.movement,
+                    e.runway,
+                    e.stand,
+                    e.eta_ctd_ns as f64 * 1e-9,
+                    e.off_block_ns.map(|ns| ns as f64 * 1e-9),
+                    e.routing.join(" ")
+                ])?;
+            }
+            Ok(())
+        })
+    }
+
+    /// Writes an operator's action with its answer.
+    ///
+    /// # Errors
+    /// As [`Self::scan`].
+    pub fn operation(&mut self, o: &Operation, wall_utc_ns: i64) -> Result<(), LogError> {
+        self.write(|t| {
+            t.prepare_cached("INSERT INTO operations VALUES (?,?,?,?,?,?,?)")?.execute(params![
+                wall_utc_ns,
+                o.time_ns,
+                o.frame as i64,
+                o.source,
+                o.command,
+                o.ok,
+                o.text
+            ])?;
+            Ok(())
+        })
+    }
+
+    /// Writes a change of the run's state.
+    ///
+    /// # Errors
+    /// As [`Self::scan`].
+    pub fn state(&mut self, s: &RunState, wall_utc_ns: i64) -> Result<(), LogError> {
+        self.write(|t| {
+            t.prepare_cached("INSERT INTO states VALUES (?,?,?,?,?,?,?)")?.execute(params![
+                wall_utc_ns,
+                s.run,
+                s.frame as i64,
+                s.phase.to_string(),
+                s.rate.is_finite().then_some(s.rate),
+                s.achieved_rate,
+                s.reasons.join("; ")
+            ])?;
+            Ok(())
+        })
+    }
+
+    /// Writes the statistics of one federate.
+    ///
+    /// # Errors
+    /// As [`Self::scan`].
+    pub fn federate(&mut self, f: &FederateStatus, wall_utc_ns: i64) -> Result<(), LogError> {
+        let dropped: u64 = f.dropped.iter().map(|d| d.1).sum();
+        self.write(|t| {
+            t.prepare_cached("INSERT INTO federates VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)")?
+                .execute(params![
+                    wall_utc_ns,
+                    f.name,
+                    f.host,
+                    f.pid,
+                    f.frame as i64,
+                    f.cpu_s,
+                    f.cpu_pct,
+                    f.rss_bytes as i64,
+                    f.pdus_in as i64,
+                    f.pdus_out as i64,
+                    f.lost as i64,
+                    f.repaired as i64,
+                    dropped as i64,
+                    f.exec_us,
+                    f.latency_us
+                ])?;
+            Ok(())
+        })
+    }
+
+    /// Writes one figure of the run as a whole ("digest", "datagrams recorded").
+    ///
+    /// # Errors
+    /// As [`Self::scan`].
+    pub fn fact(&mut self, name: &str, value: &str) -> Result<(), LogError> {
+        self.write(|t| fact(t, name, value))
+    }
+
+    /// Scans written, and scans lost after a failure.
+    #[must_use]
+    pub fn scans(&self) -> (u64, u64) {
+        (self.scans, self.scans_lost)
+    }
+
+    /// The file.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Folds the write-ahead log into the file, so that one file remains.
+    ///
+    /// # Errors
+    /// If that cannot be written; the database is sound all the same.
+    pub fn close(mut self) -> Result<(), LogError> {
+        let Some(database) = self.database.take() else { return Ok(()) };
+        let fold = |db: &Connection| {
+            db.query_row("PRAGMA wal_checkpoint(TRUNCATE)", [], |_| Ok(()))?;
+            db.query_row("PRAGMA journal_mode = DELETE", [], |_| Ok(()))
+        };
+        fold(&database).map_err(|source| LogError::Database { path: self.path.clone(), source })
+    }
+
+    fn write(
+        &mut self,
+        change: impl FnOnce(&Transaction<'_>) -> rusqlite::Result<()>,
+    ) -> Result<(), LogError> {
+        let Some(database) = self.database.as_mut() else { return Ok(()) };
+        let done = database.transaction().and_then(|transaction| {
+            change(&transaction)?; // dropped on an error: rolled back
+            transaction.commit()
+        });
+        done.map_err(|source| {
+            self.database = None;
+            LogError::Database { path: self.path.clone(), source }
+        })
+    }
+}
+
+fn begin(database: &mut Connection, run: &RunInfo, map: &AirportMap) -> rusqlite::Result<()> {
+    database.query_row("PRAGMA journal_mode = WAL", [], |_| Ok(()))?;
+    database.pragma_update(None, "synchronous", "NORMAL")?;
+    let transaction = database.transaction()?;
+    transaction.execute_batch(include_str!("log.sql"))?;
+    for (name, value) in [
+        ("scene", run.scene.clone()),
+        ("title", run.title.clone()),
+        ("seed", run.seed.to_string()),
+        ("exercise", run.exercise.to_string()),
+        ("start_utc_ns", run.start_utc_ns.to_string()),
+        ("duration_s", run.duration_s.to_string()),
+        ("scan_s", run.scan_s.to_string()),
+        ("scene_digest", run.scene_digest.clone()),
+        ("version", run.version.clone()),
+        ("airport", map.icao.clone()),
+        ("reference_latitude_deg", map.reference_deg[0].to_string()),
+        ("reference_longitude_deg", map.reference_deg[1].to_string()),
+    ] {
+        fact(&transaction, name, &value)?;
+    }
+    for s in &map.sensors {
+        transaction.execute(
+            "INSERT INTO sensors VALUES (?,?,?,?,?,?)",
+            params![
+                s.id,
+                s.name,
+                s.kind,
+                s.position_m.map(|p| p[0]),
+                s.position_m.map(|p| p[1]),
+                s.range_m
+            ],
+        )?;
+    }
+    transaction.commit()
+}
+
+fn fact(t: &Transaction<'_>, name: &str, value: &str) -> rusqlite::Result<()> {
+    t.execute("INSERT OR REPLACE INTO run VALUES (?,?)", [name, value])?;
+    Ok(())
+}
+
+fn write_scan(t: &Transaction<'_>, scan: &ScanReport) -> rusqlite::Result<()> {
+    let number = scan.scan as i64;
+    t.prepare_cached("INSERT INTO scans VALUES (?,?,?,?,?,?,?,?,?)")?.execute(params![
+        number,
+        scan.time_ns,
+        scan.truth.len() as i64,
+        scan.plots.len() as i64,
+        scan.tracks.len() as i64,
+        scan.truth.iter().filter(|x| x.track.is_none()).count() as i64,
+        rmse(scan.truth.iter().filter_map(|x| x.track.map(|p| p.1))),
+        rmse(scan.plots.iter().filter_map(plot_error_m)),
+        scan.took_us as i64
+    ])?;
+    let mut insert = t.prepare_cached("INSERT INTO truth VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?)")?;
+    for x in &scan.truth {
+        insert.execute(params![
+            number,
+            entity_key(x.id) as i64,
+            format!("{}.{}.{}", x.id[0], x.id[1], x.id[2]),
+            x.callsign,
+            x.type_designator,
+            x.position_m[0],
+            x.position_m[1],
+            x.position_m[2],
+            x.velocity_ms[0],
+            x.velocity_ms[1],
+            x.heading_rad.to_degrees(),
+            x.track.map(|p| p.0),
+            x.track.map(|p| p.1)
+        ])?;
+    }
+    write_plots(t, scan)?;
+    let pairs = super::frame::pairs(scan);
+    let mut insert =
+        t.prepare_cached("INSERT INTO tracks VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)")?;
+    for x in &scan.tracks {
+        let pair = pairs.get(&x.number);
+        insert.execute(params![
+            number,
+            x.number,
+            x.status,
+            x.track_type,
+            x.callsign,
+            x.position_m[0],
+            x.position_m[1],
+            x.velocity_ms[0],
+            x.velocity_ms[1],
+            libm::hypot(x.velocity_ms[0], x.velocity_ms[1]),
+            x.heading_rad.to_degrees(),
+            x.altitude_m,
+            x.cov_m2[0],
+            x.cov_m2[1],
+            x.cov_m2[2],
+            x.manoeuvre,
+            pair.map(|p| scan.truth[p.0].callsign.as_str()),
+            pair.map(|p| p.1)
+        ])?;
+    }
+    let mut insert = t.prepare_cached("INSERT INTO statistics VALUES (?,?,?)")?;
+    for (name, value) in &scan.measures {
+        insert.execute(params![number, name, value])?;
+    }
+    let mut insert = t.prepare_cached("INSERT OR IGNORE INTO plan VALUES (?,?,?,?,?,?)")?;
+    for row in &scan.plan {
+        insert.execute(params![number, row[0], row[1], row[2], row[3], row[4]])?;
+    }
+    Ok(())
+}
+
+fn write_plots(t: &Transaction<'_>, scan: &ScanReport) -> rusqlite::Result<()> {
+    let mut insert =
+        t.prepare_cached("INSERT INTO plots VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)")?;
+    let mut effect = t.prepare_cached("INSERT INTO plot_effects VALUES (?,?,?,?,?,?)")?;
+    for x in &scan.plots {
+        insert.execute(params![
+            scan.scan as i64,
+            x.sensor,
+            x.sequence,
+            x.kind,
+            x.time_ns,
+            x.position_m[0],
+            x.position_m[1],
+            x.cov_m2[0],
+            x.cov_m2[1],
+            x.cov_m2[2],
+            x.polar.map(|p| p[0]),
+            x.polar.map(|p| p[1].to_degrees().rem_euclid(360.0)),
+            x.scnr_db,
+            (!x.identity.is_empty()).then_some(&x.identity),
+            x.track,
+            (!x.cause.is_empty()).then_some(&x.cause),
+            x.truth_m.map(|p| p[0]),
+            x.truth_m.map(|p| p[1]),
+            plot_error_m(x)
+        ])?;
+        for (name, value, unit) in &x.effects {
+            let of = params![scan.scan as i64, x.sensor, x.sequence, name, value, unit];
+            effect.execute(of)?;
+        }
+    }
+    Ok(())
+}
+
+/// Root of the mean square; none of nothing.
+fn rmse(errors: impl Iterator<Item = f64>) -> Option<f64> {
+    let (count, sum) = errors.fold((0_u32, 0.0), |(n, sum), e| (n + 1, sum + e * e));
+    (count > 0).then(|| (sum / f64::from(count)).sqrt())
+}
+
+/// SQLite's reason with what to do about it.
+fn explain(error: &rusqlite::Error) -> String {
+    use rusqlite::ErrorCode as Code;
+    let advice = match error.sqlite_error_code() {
+        Some(Code::DiskFull) => "the disk is full; the log ends here, the run goes on",
+        Some(Code::SystemIoFailure) => {
+            "the file cannot be written; the log ends here, the run goes on"
+        }
+        Some(Code::CannotOpen) => "cannot be opened; is the directory there and writable?",
+        Some(Code::ReadOnly) => "the directory is read-only",
+        _ => return error.to_string(),
+    };
+    format!("{advice} ({error})")
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,141 @@
+-- The database of one run. Times: time_ns is simulated time in nanoseconds since the start of the run, wall_utc_ns
+-- is wall-clock time since 1970. Positions: metres east (x) and north (y) of the aerodrome reference point.
+-- Headings: degrees clockwise from north. NULL is "not known" or "none".
+
+CREATE TABLE run (name TEXT PRIMARY KEY, value TEXT) WITHOUT ROWID;
+
+CREATE TABLE sensors (sensor INTEGER PRIMARY KEY, name TEXT, kind TEXT, x_m REAL, y_m REAL, range_m REAL);
+
+CREATE TABLE scans (
+  scan INTEGER PRIMARY KEY, time_ns INTEGER, targets INTEGER, plots INTEGER, tracks INTEGER,
+  untracked INTEGER,  -- targets that no track follows
+  track_rmse_m REAL,  -- of the tracks that follow a target, at publication time
+  plot_rmse_m REAL,   -- of the plots that a target caused, each at its own time
+  took_us INTEGER     -- wall time that the scan took in the SMDFM
+);
+
+-- True state of every entity at the publication time of the scan, as the sensors received it.
+CREATE TABLE truth (
+  scan INTEGER, entity INTEGER, dis_id TEXT, callsign TEXT, type TEXT,
+  x_m REAL, y_m REAL, altitude_m REAL, vx_ms REAL, vy_ms REAL, heading_deg REAL,
+  track INTEGER, track_error_m REAL,  -- the track that follows it, and the distance to it
+  PRIMARY KEY (scan, entity)
+) WITHOUT ROWID;
+
+CREATE TABLE plots (
+  scan INTEGER, sensor INTEGER, sequence INTEGER, kind TEXT, time_ns INTEGER,  -- time of the measurement
+  x_m REAL, y_m REAL, var_ee_m2 REAL, var_en_m2 REAL, var_nn_m2 REAL,
+  range_m REAL, azimuth_deg REAL, scnr_db REAL,  -- radars
+  identity TEXT,                                 -- as the target reported it
+  track INTEGER,                                 -- the track that took it
+  cause TEXT, truth_x_m REAL, truth_y_m REAL,    -- entity that caused it and where it was then; NULL: false alarm
+  error_m REAL,
+  PRIMARY KEY (scan, sensor, sequence)
+) WITHOUT ROWID;
+
+-- What each simulated effect did to a plot, where the run was asked to explain.
+CREATE TABLE plot_effects (
+  scan INTEGER, sensor INTEGER, sequence INTEGER, effect TEXT, value REAL, unit TEXT
+);
+
+-- System tracks as published.
+CREATE TABLE tracks (
+  scan INTEGER, track INTEGER, status TEXT, type TEXT, callsign TEXT,
+  x_m REAL, y_m REAL, vx_ms REAL, vy_ms REAL, speed_ms REAL, heading_deg REAL, altitude_m REAL,
+  var_ee_m2 REAL, var_en_m2 REAL, var_nn_m2 REAL, manoeuvre INTEGER,
+  entity TEXT, error_m REAL,  -- the entity that it follows (call sign) and the distance to it; NULL: false track
+  PRIMARY KEY (scan, track)
+) WITHOUT ROWID;
+
+-- Measures of the SMDFM since the start of the run, as they stood at each scan.
+CREATE TABLE statistics (scan INTEGER, name TEXT, value REAL, PRIMARY KEY (scan, name)) WITHOUT ROWID;
+
+-- The effect plan; a row stands from its scan on.
+CREATE TABLE plan (
+  scan INTEGER, sensor TEXT, effect TEXT, called_for_by TEXT, bound TEXT, decision TEXT,
+  UNIQUE (sensor, effect, called_for_by, bound, decision)
+);
+
+CREATE TABLE weather (
+  time_ns INTEGER, rain_mm_per_h REAL, visibility_m REAL,  -- visibility NULL: clear
+  temperature_c REAL, pressure_hpa REAL, vapour_g_per_m3 REAL, wind_east_ms REAL, wind_north_ms REAL,
+  film_mm REAL, cells_json TEXT  -- cells: [east m, north m, radius m, mm/h]
+);
+
+-- The flight data list as it stands.
+CREATE TABLE flights (
+  callsign TEXT, address TEXT, type TEXT, wake TEXT, movement TEXT, runway TEXT, stand TEXT,
+  eta_ctd_s REAL, off_block_s REAL, routing TEXT
+);
+
+-- Every operator action and its answer.
+CREATE TABLE operations (
+  wall_utc_ns INTEGER, time_ns INTEGER, frame INTEGER, source TEXT, command TEXT, done INTEGER, answer TEXT
+);
+
+-- Every change of the run's state.
+CREATE TABLE states (
+  wall_utc_ns INTEGER, run INTEGER, frame INTEGER, phase TEXT,
+  rate REAL,  -- NULL: as fast as possible
+  achieved_rate REAL, reasons TEXT
+);
+
+-- Load and counters of each federate, about once a second of wall time.
+CREATE TABLE federates (
+  wall_utc_ns INTEGER, name TEXT, host TEXT, pid INTEGER, frame INTEGER, cpu_s REAL, cpu_percent REAL,
+  memory_bytes INTEGER, pdus_in INTEGER, pdus_out INTEGER, lost INTEGER, repaired INTEGER, dropped INTEGER,
+  exec_us REAL, latency_us REAL
+);
+
+-- Not every SQLite has a square root, so the views below take it by Newton's steps.
+
+-- How well was each target tracked?
+CREATE VIEW target_accuracy AS
+WITH mean AS (
+  SELECT callsign, type, count(*) AS scans, sum(track IS NOT NULL) AS tracked_scans,
+    avg(track_error_m * track_error_m) AS m, max(track_error_m) AS worst_m
+  FROM truth GROUP BY entity
+)
+SELECT callsign, type, scans, tracked_scans, round(100.0 * tracked_scans / scans, 1) AS tracked_percent,
+  (WITH RECURSIVE newton(step, r) AS (SELECT 0, m + 1.0 UNION ALL SELECT step + 1, (r + m / r) / 2 FROM newton WHERE step < 60)
+   SELECT r FROM newton WHERE step = 60) AS rmse_m,
+  worst_m
+FROM mean ORDER BY rmse_m DESC;
+
+-- How good is each sensor, and how many false alarms has it?
+CREATE VIEW sensor_accuracy AS
+WITH mean AS (
+  SELECT sensor, kind, count(*) AS plots, sum(cause IS NULL) AS false_alarms, avg(error_m * error_m) AS m,
+    max(error_m) AS worst_m, avg(scnr_db) AS mean_scnr_db
+  FROM plots GROUP BY sensor, kind
+)
+SELECT sensor, sensors.name, mean.kind, plots, false_alarms,
+  (WITH RECURSIVE newton(step, r) AS (SELECT 0, m + 1.0 UNION ALL SELECT step + 1, (r + m / r) / 2 FROM newton WHERE step < 60)
+   SELECT r FROM newton WHERE step = 60) AS rmse_m,
+  worst_m, mean_scnr_db
+FROM mean LEFT JOIN sensors USING (sensor) ORDER BY sensor;
+
+-- How did the errors go over time?
+CREATE VIEW error_over_time AS
+SELECT scan, time_ns / 1e9 AS time_s, track_rmse_m, plot_rmse_m, targets, untracked FROM scans;
+
+-- Which tracks followed nothing?
+CREATE VIEW false_tracks AS
+SELECT track, min(scan) AS first_scan, max(scan) AS last_scan, count(*) AS scans
+FROM tracks WHERE entity IS NULL GROUP BY track;
+
+-- Which labels were wrong?
+CREATE VIEW wrong_labels AS
+SELECT scan, track, callsign AS label, entity FROM tracks
+WHERE callsign <> '' AND entity IS NOT NULL AND callsign <> entity;
+
+-- Which effects cost a plot most?
+CREATE VIEW effect_sizes AS
+SELECT effect, unit, count(*) AS plots, avg(value) AS mean, min(value) AS least, max(value) AS most
+FROM plot_effects GROUP BY effect, unit;
+
+-- What was lost on the network, and what was repaired?
+CREATE VIEW network_losses AS
+SELECT name, max(pdus_in) AS pdus_in, max(pdus_out) AS pdus_out, max(lost) AS lost, max(repaired) AS repaired,
+  max(dropped) AS dropped, max(cpu_s) AS cpu_s, max(memory_bytes) AS most_memory_bytes
+FROM federates GROUP BY name;

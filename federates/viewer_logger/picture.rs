@@ -1,0 +1,112 @@
+//! The scene as the page draws it.
+//!
+//! Positions are metres east and north of the aerodrome reference point. Fields that go to the browser as
+//! JSON carry their unit in the name.
+
+use serde::{Deserialize, Serialize};
+
+/// Name, seed and times of the run.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct RunInfo {
+    /// Name of the scene ("zurich").
+    pub scene: String,
+    /// Title for people.
+    pub title: String,
+    /// Seed of all draws. As text for the browser, whose numbers end at 2⁵³.
+    #[serde(serialize_with = "as_text")]
+    pub seed: u64,
+    /// DIS exercise.
+    pub exercise: u8,
+    /// UTC of simulated time zero, nanoseconds since 1970.
+    #[serde(serialize_with = "as_text")]
+    pub start_utc_ns: i64,
+    /// Planned duration, s.
+    pub duration_s: f64,
+    /// Time between scans, s.
+    pub scan_s: f64,
+    /// Digest of the scene file.
+    pub scene_digest: String,
+    /// Version of the software.
+    pub version: String,
+}
+
+/// The airport as the page draws it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct AirportMap {
+    /// ICAO location indicator.
+    pub icao: String,
+    /// Name for people.
+    pub name: String,
+    /// Latitude and longitude of the reference point, degrees.
+    pub reference_deg: [f64; 2],
+    /// Runways.
+    pub runways: Vec<RunwayShape>,
+    /// Centre lines of taxiways.
+    pub taxiways: Vec<NamedLine>,
+    /// Pavement: aprons and taxiways as areas; the first ring is the outline, the others are holes.
+    pub pavements: Vec<NamedArea>,
+    /// Stands.
+    pub stands: Vec<NamedPoint>,
+    /// Buildings, rings as for pavements.
+    pub buildings: Vec<NamedArea>,
+    /// Sensors of the scene with a site.
+    pub sensors: Vec<SensorSite>,
+}
+
+/// A runway between its thresholds.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct RunwayShape {
+    /// Designators of both directions, first end first.
+    pub designators: [String; 2],
+    /// Ends of the pavement, m east and north.
+    pub ends: [[f64; 2]; 2],
+    /// Width, m.
+    pub width_m: f64,
+}
+
+/// A line with a name (empty: none).
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct NamedLine {
+    /// Name.
+    pub name: String,
+    /// Points, m east and north.
+    pub points_m: Vec<[f64; 2]>,
+}
+
+/// An area with a name (empty: none).
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct NamedArea {
+    /// Name.
+    pub name: String,
+    /// Outline and holes, m east and north.
+    pub rings: Vec<Vec<[f64; 2]>>,
+}
+
+/// A point with a name.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct NamedPoint {
+    /// Name.
+    pub name: String,
+    /// Position, m east and north.
+    pub position_m: [f64; 2],
+}
+
+/// A sensor of the scene.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct SensorSite {
+    /// Number in the scene, as plots carry it.
+    pub id: u16,
+    /// Name in the scene.
+    pub name: String,
+    /// Kind, as plots carry it ("asde").
+    pub kind: String,
+    /// Site, m east and north; none for sensors on board.
+    pub position_m: Option<[f64; 2]>,
+    /// Instrumented range, m, where it has one.
+    pub range_m: Option<f64>,
+}
+
+fn as_text<N: ToString, S: serde::Serializer>(value: &N, to: S) -> Result<S::Ok, S::Error> {
+    to.serialize_str(&value.to_string())
+}

@@ -1,0 +1,288 @@
+use super::*;
+use crate::runtime::messages::{PlotMessage, TrackMessage, TruthMessage};
+
+/// Scan `n` at `n` seconds: one entity at 10 n metres, its track 0.1 n metres off, its plot 3 m off.
+pub(super) fn scan(n: u64) -> ScanReport {
+    let time_ns = 1_000_000_000 * n as i64;
+    let x_m = 10.0 * n as f64;
+    let truth = TruthMessage {
+        id: [1, 2, 3],
+        callsign: "SWR1".to_owned(),
+        type_designator: "A320".to_owned(),
+        aircraft: true,
+        size_m: [37.6, 34.1],
+        position_m: [x_m, 50.0, 0.0],
+        velocity_ms: [10.0, 0.0, 0.0],
+        heading_rad: 1.5,
+        ours: true,
+        track: Some((4, 0.1 * n as f64)),
+    };
+    let plot = PlotMessage {
+        sensor: 1,
+        kind: "asde".to_owned(),
+        time_ns: time_ns - 250_000_000,
+        position_m: [x_m, 50.0],
+        cov_m2: [4.0, 0.0, 9.0],
+        polar: Some([1200.0, 0.4]),
+        scnr_db: Some(12.0),
+        identity: String::new(),
+        cause: "SWR1".to_owned(),
+        truth_m: Some([x_m, 53.0]),
+        sequence: 0,
+        track: Some(4),
+        effects: vec![("rain attenuation".to_owned(), -3.1, "dB".to_owned())],
+    };
+    let track = TrackMessage {
+        number: 4,
+        track_type: "aircraft".to_owned(),
+        status: "confirmed".to_owned(),
+        first: false,
+        time_ns,
+        position_m: [x_m, 50.0],
+        velocity_ms: [10.0, 0.0],
+        cov_m2: [4.0, 0.0, 5.0],
+        altitude_m: None,
+        heading_rad: 0.5,
+        manoeuvre: false,
+        callsign: "SWR1".to_owned(),
+        type_designator: "A320".to_owned(),
+        wake: "M".to_owned(),
+        movement: "arrival".to_owned(),
+        runway_stand: "28/E_19".to_owned(),
+        ctd_eta_ns: None,
+        routing: Vec::new(),
+    };
+    ScanReport {
+        run: 1,
+        scan: n,
+        time_ns,
+        tracks: vec![track],
+        plots: vec![plot],
+        truth: vec![truth],
+        measures: vec![("pd_asde".to_owned(), 0.98)],
+        plan: Vec::new(),
+        took_us: 800,
+    }
+}
+
+pub(super) fn weather(rain_mm_per_h: f64) -> WeatherNotice {
+    WeatherNotice {
+        from_ns: 0,
+        rain_mm_per_h,
+        visibility_m: f64::INFINITY,
+        temperature_k: 288.15,
+        pressure_hpa: 1013.25,
+        vapour_g_per_m3: 7.5,
+        wind_ms: [0.0, 0.0],
+        film_mm: 0.0,
+        cells: vec![[100.0, 200.0, 300.0, 40.0]],
+    }
+}
+
+fn u32_at(octets: &[u8], at: usize) -> u32 {
+    u32::from_le_bytes(octets[at..at + 4].try_into().expect("four octets"))
+}
+
+fn f64_at(octets: &[u8], at: usize) -> f64 {
+    f64::from_le_bytes(octets[at..at + 8].try_into().expect("eight octets"))
+}
+
+fn texts(out: &[Outgoing]) -> Vec<Value> {
+    out.iter()
+        .filter_map(|m| match m {
+            Outgoing::Text(text) => Some(serde_json::from_str(text).expect("JSON")),
+            Outgoing::Binary(_) => None,
+        })
+        .collect()
+}
+
+fn binary(out: &[Outgoing]) -> Option<&[u8]> {
+    out.iter().find_map(|m| match m {
+        Outgoing::Binary(octets) => Some(&octets[..]),
+        Outgoing::Text(_) => None,
+    })
+}
+
+#[test]
+fn a_scan_is_laid_out_as_the_page_reads_it() {
+    let octets = frame::with_trails(&frame::encode(&scan(3)), true, &[(4, vec![[20.0, 50.0]])]);
+    assert_eq!(&octets[..6], b"SEED\x01\x01");
+    assert_eq!([8, 24, 28, 32, 36].map(|at| u32_at(&octets, at)), [3, 1, 1, 1, 1]);
+    assert_eq!(&octets[16..24], 3_000_000_000_i64.to_le_bytes());
+    let track = &octets[frame::HEADER..];
+    assert_eq!(u32_at(track, 8), 0, "index of its truth");
+    assert_eq!([f64_at(track, 48), f64_at(track, 56)], [30.0, 50.0]);
+    let truth = &track[frame::TRACK..];
+    assert_eq!(&truth[8..13], b"SWR1\0");
+    assert_eq!(f64_at(truth, 32), 30.0);
+    assert_eq!(u32_at(truth, 72), 4, "number of its track");
+    let plot = &truth[frame::TRUTH..];
+    assert_eq!(f32::from_bits(u32_at(plot, 32)), 9.0, "variance to the north");
+    assert_eq!(f32::from_bits(u32_at(plot, 40)), 0.25, "age");
+    assert_eq!(f32::from_bits(u32_at(plot, 44)), 3.0, "error");
+    assert_eq!(&plot[frame::PLOT..][..4], [4, 0, 1, 0], "trail of track 4 with one point");
+    assert_eq!(plot.len(), frame::PLOT + 4 + 8);
+}
+
+#[test]
+fn scrubbing_back_shows_the_scan_that_was_and_never_a_later_one() {
+    let mut history = History::new(1 << 20);
+    for n in [1, 2, 3, 5, 6] {
+        history.push(&scan(n));
+    }
+    for (asked, shown) in [(0, 1), (1, 1), (3, 3), (4, 3), (5, 5), (99, 6)] {
+        assert_eq!(history.nearest(asked), Some(shown), "asked for {asked}");
+        let message = history.message(asked).expect("kept");
+        assert_eq!(u64::from(u32_at(&message, 8)), shown);
+        assert_eq!(message[5] == 1, shown == 6, "the flag of the newest scan");
+    }
+    let message = history.message(5).expect("kept");
+    let trail = &message[message.len() - 3 * 8..];
+    assert_eq!(f32::from_bits(u32_at(trail, 0)), 30.0, "newest dot first: scan 3");
+}
+
+#[test]
+fn a_restarted_run_begins_the_history_anew() {
+    let mut viewer = Viewer::new(1 << 20);
+    let mut session = Session::default();
+    (1..=5).for_each(|n| viewer.on_scan(&scan(n)));
+    session.on_message(r#"{"type":"show","scan":2}"#);
+    let out = session.poll(&viewer);
+    assert_eq!(u32_at(binary(&out).expect("scan"), 8), 2);
+    viewer.on_scan(&scan(1));
+    assert_eq!(viewer.history().range(), Some((1, 1)));
+    let out = session.poll(&viewer);
+    assert_eq!(texts(&out)[0]["type"], "new_run");
+    assert_eq!(u32_at(binary(&out).expect("scan"), 8), 1, "back to the newest");
+}
+
+#[test]
+fn the_history_keeps_to_its_limit_and_says_what_it_dropped() {
+    let mut history = History::new(20_000);
+    for n in 1..=200 {
+        history.push(&scan(n));
+    }
+    let (first, last) = history.range().expect("kept");
+    assert!(first > 1 && last == 200, "{first} to {last}");
+    assert_eq!(history.dropped(), first - 1);
+}
+
+#[test]
+fn a_curve_follows_the_entity_and_arrives_without_gaps() {
+    let mut viewer = Viewer::new(1 << 20);
+    let mut session = Session::default();
+    let mut other = scan(1);
+    other.truth[0].id = [9, 9, 9]; // the number served another entity before
+    viewer.on_scan(&other);
+    (2..=4).for_each(|n| viewer.on_scan(&scan(n)));
+    session.on_message(r#"{"type":"select","track":4}"#);
+    let first = texts(&session.poll(&viewer)).pop().expect("curve");
+    (5..=9).for_each(|n| viewer.on_scan(&scan(n)));
+    let second = texts(&session.poll(&viewer)).pop().expect("curve");
+    let scans = |curve: &Value| -> Vec<u64> {
+        let points = curve["points"].as_array().expect("points");
+        points.iter().map(|p| p["scan"].as_u64().expect("number")).collect()
+    };
+    assert_eq!(scans(&first), [2, 3, 4]);
+    assert_eq!((first["reset"].as_bool(), second["reset"].as_bool()), (Some(true), Some(false)));
+    assert_eq!(scans(&second), [5, 6, 7, 8, 9]);
+    let point = &first["points"][2];
+    assert!((point["error_m"].as_f64().expect("error") - 0.4).abs() < 1e-6);
+    assert!((point["claimed_m"].as_f64().expect("claim") - 3.0).abs() < 1e-6);
+    assert_eq!(point["plots_m"]["asde"].as_f64(), Some(3.0));
+}
+
+#[test]
+fn a_session_is_sent_each_last_value_once() {
+    let mut viewer = Viewer::new(1 << 20);
+    viewer.on_weather(&weather(0.0));
+    viewer.on_weather(&weather(10.0));
+    let mut session = Session::default();
+    let out = texts(&session.poll(&viewer));
+    assert_eq!(out.len(), 1);
+    assert_eq!(out[0]["rain_mm_per_h"], 10.0);
+    assert!(out[0]["visibility_m"].is_null(), "clear");
+    assert!(session.poll(&viewer).is_empty());
+}
+
+#[test]
+fn what_the_page_cannot_mean_is_refused_with_a_reason() {
+    let mut session = Session::default();
+    for (text, reason) in [
+        ("", "EOF"),
+        ("{", "EOF"),
+        ("[1,2]", "invalid type"),
+        (r#"{"type":"show","scan":-1}"#, "-1"),
+        (r#"{"type":"select","track":70000}"#, "70000"),
+        (r#"{"type":"command","id":1,"command":"explode"}"#, "no command"),
+        (r#"{"type":"command","id":1,"command":"rate","rate":0}"#, "outside"),
+        (r#"{"type":"command","id":1,"command":"rate","rate":1e400}"#, "out of range"),
+        (r#"{"type":"command","id":1,"command":"rate"}"#, "no figure"),
+        (r#"{"type":"command","id":1,"command":"step","frames":0}"#, "outside"),
+    ] {
+        let Asked::Refused(Outgoing::Text(answer)) = session.on_message(text) else {
+            panic!("{text} was taken");
+        };
+        assert!(answer.contains(reason), "{text}: {answer}");
+    }
+    for (text, words, command) in [
+        (r#"{"type":"command","id":1,"command":"freeze"}"#, "freeze", Command::Freeze),
+        (r#"{"type":"command","id":1,"command":"resume"}"#, "resume", Command::Start),
+        (
+            r#"{"type":"command","id":1,"command":"step","frames":20}"#,
+            "step 20",
+            Command::Step { n: 20 },
+        ),
+        (
+            r#"{"type":"command","id":1,"command":"rate","rate":2.5}"#,
+            "rate 2.5",
+            Command::Rate { rate: 2.5 },
+        ),
+        (
+            r#"{"type":"command","id":1,"command":"fast"}"#,
+            "fast",
+            Command::Rate { rate: f64::INFINITY },
+        ),
+    ] {
+        assert_eq!(session.on_message(text), Asked::Command(1.0, words.to_owned(), command));
+    }
+}
+
+#[test]
+fn figures_that_are_none_do_not_stop_the_page() {
+    let mut viewer = Viewer::new(1 << 20);
+    let mut bad = scan(1);
+    bad.truth[0].position_m = [f64::NAN; 3];
+    bad.truth[0].track = Some((4, f64::NAN));
+    bad.tracks[0].position_m[1] = f64::INFINITY;
+    bad.tracks[0].cov_m2 = [f64::NAN; 3];
+    bad.plots[0].cov_m2 = [f64::INFINITY, 0.0, 1.0];
+    bad.plots[0].kind = "crystal ball".to_owned();
+    viewer.on_scan(&bad);
+    let mut session = Session::default();
+    session.on_message(r#"{"type":"select","track":4}"#);
+    let out = session.poll(&viewer);
+    assert!(binary(&out).is_some());
+    assert!(texts(&out).last().expect("curve")["points"][0]["claimed_m"].is_null());
+}
+
+#[test]
+fn rates_of_pdus_come_from_the_counters() {
+    let mut viewer = Viewer::new(1 << 20);
+    let status = |pid, pdus_in| FederateStatus {
+        name: "smdfm".to_owned(),
+        pid,
+        pdus_in,
+        ..FederateStatus::default()
+    };
+    let mut session = Session::default();
+    let mut rate = |viewer: &Viewer| {
+        texts(&session.poll(viewer)).pop().expect("federates")["federates"][0]["in_per_s"].as_f64()
+    };
+    viewer.on_federate(status(7, 100), 0);
+    assert_eq!(rate(&viewer), None, "one reading is no rate");
+    viewer.on_federate(status(7, 150), 2_000_000_000);
+    assert_eq!(rate(&viewer), Some(25.0));
+    viewer.on_federate(status(8, 10), 3_000_000_000);
+    assert_eq!(rate(&viewer), None, "another process: its counters began anew");
+}
