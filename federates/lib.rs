@@ -7,3 +7,4 @@
 pub mod runtime;
 
 pub mod admin_station;
+pub mod viewer_logger;

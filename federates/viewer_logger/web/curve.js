@@ -1,0 +1,119 @@
+// Error of the selected target over time, with uPlot.
+
+import { fixed } from "./text.js";
+
+const KINDS = ["asde", "gps", "dgps", "adsb", "mlat", "loop", "dynamic"];
+
+export class Curve {
+  /** `onTime(scan)` is called when a point of the curve is clicked. */
+  constructor(box, onTime) {
+    this.box = box;
+    this.onTime = onTime;
+    this.points = [];
+    this.track = null;
+    this.shownS = null;
+    new ResizeObserver(() => this.#size()).observe(box);
+  }
+
+  clear() {
+    this.points = [];
+    this.track = null;
+    this.#draw();
+  }
+
+  /** Takes a curve message of the server. */
+  add({ track, reset, points }) {
+    if (reset || track !== this.track) this.points = [];
+    this.track = track;
+    this.points.push(...points);
+    this.#draw();
+  }
+
+  /** Marks the time that the map shows. */
+  mark(seconds) {
+    this.shownS = seconds;
+    this.plot?.redraw(false, false);
+  }
+
+  /** Builds anew with the colours of the style sheet. */
+  colours() {
+    this.plot?.destroy();
+    this.plot = null;
+    this.#draw();
+  }
+
+  #draw() {
+    if (typeof uPlot === "undefined") return;
+    const kinds = KINDS.filter((kind) => this.points.some((p) => kind in p.plots_m));
+    const column = (read) => this.points.map((p) => {
+      const value = read(p);
+      return Number.isFinite(value) ? value : null;
+    });
+    const data = [column((p) => p.time_s), column((p) => p.error_m), column((p) => p.claimed_m), ...kinds.map((k) => column((p) => p.plots_m[k]))];
+    const key = kinds.join();
+    if (this.plot && this.key === key) {
+      this.plot.setData(data);
+      return;
+    }
+    this.plot?.destroy();
+    this.key = key;
+    this.plot = new uPlot(this.#options(kinds), data, this.box);
+  }
+
+  #options(kinds) {
+    const style = getComputedStyle(document.documentElement);
+    const c = (name) => style.getPropertyValue(`--${name}`).trim();
+    const value = (_, v) => (v === null || v === undefined ? "" : fixed(v, 2));
+    const axis = { stroke: c("dim"), grid: { stroke: c("line"), width: 1 }, ticks: { stroke: c("line"), width: 1, size: 4 }, font: "10px B612, sans-serif" };
+    const clock = (s) => `${Math.floor(s / 60)}:${String(Math.floor(s % 60)).padStart(2, "0")}`;
+    return {
+      ...this.#measure(),
+      padding: [8, 8, 0, 0],
+      cursor: { y: false, points: { size: 5 } },
+      legend: { live: true },
+      scales: { x: { time: false }, y: { range: (_, low, high) => [0, Math.max(1, (high ?? 1) * 1.1)] } },
+      axes: [
+        { ...axis, size: 24, values: (_, ticks) => ticks.map(clock) },
+        { ...axis, size: 34, values: (_, ticks) => ticks.map((t) => `${t}`) },
+      ],
+      series: [
+        { label: "time", value: (_, v) => (v === null || v === undefined ? "" : clock(v)) },
+        { label: "track m", stroke: c("error"), width: 1.6, value, points: { show: false } },
+        { label: "claimed \u03c3 m", stroke: c("text"), width: 1, dash: [4, 4], value, points: { show: false } },
+        ...kinds.map((kind) => ({
+          label: `${kind} m`, stroke: c(`plot-${kind}`), paths: () => null, value,
+          points: { show: true, size: 3, fill: c(`plot-${kind}`), width: 0 },
+        })),
+      ],
+      hooks: {
+        drawClear: [(u) => this.#drawMark(u, c("select"))],
+        ready: [(u) => u.over.addEventListener("click", () => {
+          const point = this.points[u.cursor.idx ?? -1];
+          if (point) this.onTime(point.scan);
+        })],
+      },
+    };
+  }
+
+  #drawMark(u, colour) {
+    if (!Number.isFinite(this.shownS) || !this.points.length) return;
+    const x = Math.round(u.valToPos(this.shownS, "x", true));
+    if (!(x >= u.bbox.left && x <= u.bbox.left + u.bbox.width)) return;
+    u.ctx.save();
+    u.ctx.strokeStyle = colour;
+    u.ctx.lineWidth = 1;
+    u.ctx.beginPath();
+    u.ctx.moveTo(x + 0.5, u.bbox.top);
+    u.ctx.lineTo(x + 0.5, u.bbox.top + u.bbox.height);
+    u.ctx.stroke();
+    u.ctx.restore();
+  }
+
+  #measure() {
+    return { width: Math.max(120, this.box.clientWidth), height: Math.max(90, this.box.clientHeight - 42) };
+  }
+
+  #size() {
+    this.plot?.setSize(this.#measure());
+  }
+}

@@ -1,0 +1,231 @@
+// The lists beside the map: targets, flights, federates, sensors, operator actions.
+
+import { bytes, element, elapsed, fixed, NONE, utc } from "./text.js";
+
+const KNOT = 1.943844;
+
+/** A table that sorts by the head clicked, keeps its rows and shows which one is selected. */
+export class Table {
+  /** columns: { key, title, hint, read(item) → value to sort by, show(item) → text, number } */
+  constructor(table, columns, { id, onSelect, sortBy }) {
+    this.columns = columns;
+    this.id = id;
+    this.onSelect = onSelect;
+    this.sort = { key: sortBy, down: false };
+    this.items = [];
+    this.selected = null;
+    this.body = table.tBodies[0];
+    this.rows = new Map();
+    const head = element("tr", columns.map((column) => {
+      const button = element("button", column.title, { type: "button", title: column.hint ?? column.title });
+      button.addEventListener("click", () => this.#sortBy(column.key));
+      return element("th", button, { scope: "col", class: column.number ? "number" : null, "data-key": column.key });
+    }));
+    this.head = head;
+    table.tHead.append(head);
+    this.#markSort();
+  }
+
+  #sortBy(key) {
+    this.sort = { key, down: this.sort.key === key ? !this.sort.down : false };
+    this.#markSort();
+    this.show(this.items);
+  }
+
+  #markSort() {
+    for (const cell of this.head.cells) {
+      cell.setAttribute("aria-sort", cell.dataset.key !== this.sort.key ? "none" : this.sort.down ? "descending" : "ascending");
+    }
+  }
+
+  select(id) {
+    this.selected = id;
+    for (const [key, row] of this.rows) row.setAttribute("aria-selected", String(key === id));
+    this.rows.get(id)?.scrollIntoView({ block: "nearest" });
+  }
+
+  /** Ids in the order shown. */
+  order() {
+    return [...this.body.rows].map((row) => row.dataset.id);
+  }
+
+  show(items) {
+    this.items = items;
+    const column = this.columns.find((c) => c.key === this.sort.key);
+    const sorted = [...items].sort((a, b) => compare(column.read(a), column.read(b)) * (this.sort.down ? -1 : 1) || compare(this.id(a), this.id(b)));
+    const seen = new Set();
+    sorted.forEach((item, i) => {
+      const id = this.id(item);
+      seen.add(id);
+      const row = this.rows.get(id) ?? this.#row(id);
+      this.columns.forEach((c, k) => {
+        const text = (c.show ?? c.read)(item) ?? NONE;
+        if (row.cells[k].textContent !== text) row.cells[k].textContent = text;
+        const mark = c.mark?.(item) ?? "";
+        if (row.cells[k].dataset.mark !== mark) row.cells[k].dataset.mark = mark;
+      });
+      if (this.body.rows[i] !== row) this.body.insertBefore(row, this.body.rows[i] ?? null);
+    });
+    for (const [id, row] of this.rows) {
+      if (seen.has(id)) continue;
+      row.remove();
+      this.rows.delete(id);
+    }
+  }
+
+  #row(id) {
+    const row = element("tr", this.columns.map((c) => element("td", "", { class: c.number ? "number" : null })),
+      { "data-id": id, "aria-selected": String(id === this.selected) });
+    if (this.onSelect) {
+      row.tabIndex = 0;
+      row.addEventListener("click", () => this.onSelect(id));
+      row.addEventListener("keydown", (event) => {
+        if (event.key === "Enter") this.onSelect(id);
+      });
+    }
+    this.rows.set(id, row);
+    return row;
+  }
+}
+
+function compare(a, b) {
+  const empty = (v) => v === null || v === undefined || v === "" || Number.isNaN(v);
+  if (empty(a) || empty(b)) return Number(empty(a)) - Number(empty(b));
+  return typeof a === "number" && typeof b === "number" ? a - b : String(a).localeCompare(String(b), "en", { numeric: true });
+}
+
+export const speedKt = (t) => Math.hypot(t.vx, t.vy) * KNOT;
+export const headingDeg = (t) => (((t.heading * 180) / Math.PI) % 360 + 360) % 360;
+
+export const TRACK_COLUMNS = [
+  { key: "callsign", title: "Call sign", read: (t) => t.callsign || `#${t.number}`, mark: (t) => (t.number === undefined ? "truth" : t.movement || t.type) },
+  { key: "number", title: "Trk", hint: "Track number", read: (t) => t.number ?? null, show: (t) => (t.number === undefined ? NONE : String(t.number)), number: true },
+  { key: "type", title: "Type", read: (t) => t.designator, show: (t) => (t.wake ? `${t.designator}/${t.wake}` : t.designator || NONE) },
+  { key: "speed", title: "kt", hint: "Ground speed, knots", read: speedKt, show: (t) => fixed(speedKt(t), 0), number: true },
+  { key: "heading", title: "Hdg", hint: "Course over ground, degrees", read: headingDeg, show: (t) => (Number.isFinite(t.heading) ? String(Math.round(headingDeg(t)) % 360).padStart(3, "0") : NONE), number: true },
+  { key: "error", title: "Err m", hint: "Distance from truth, metres", read: (t) => t.errorM ?? null, show: (t) => (t.errorM === undefined || t.errorM === null ? NONE : fixed(t.errorM, 1)), number: true },
+  { key: "status", title: "State", read: (t) => t.status ?? "no track", mark: (t) => t.status ?? "missing" },
+];
+
+export function flightColumns(startNs) {
+  const at = (s) => (Number.isFinite(s) ? utc(startNs(), s).slice(0, 5) : NONE);
+  return [
+    { key: "callsign", title: "Call sign", read: (f) => f.callsign, mark: (f) => f.movement },
+    { key: "type", title: "Type", read: (f) => f.type_designator, show: (f) => (f.wake ? `${f.type_designator}/${f.wake}` : f.type_designator) },
+    { key: "movement", title: "Mov", hint: "Arrival, departure, vehicle", read: (f) => f.movement, show: (f) => ({ arrival: "ARR", departure: "DEP", vehicle: "VEH" })[f.movement] ?? f.movement },
+    { key: "runway", title: "Rwy", read: (f) => f.runway, show: (f) => f.runway || NONE },
+    { key: "stand", title: "Stand", read: (f) => f.stand, show: (f) => f.stand.replaceAll("_", " ") || NONE },
+    { key: "time", title: "ETA/CTD", hint: "Estimated arrival or calculated departure, UTC", read: (f) => f.eta_ctd_ns, show: (f) => (f.movement === "vehicle" ? NONE : at(f.eta_ctd_ns / 1e9)), number: true },
+    { key: "routing", title: "Routing", read: (f) => (f.routing ?? []).join(" "), show: (f) => (f.routing ?? []).join(" ") || NONE },
+  ];
+}
+
+/** Facts as a list of pairs; keeps the elements between calls so that nothing flickers. */
+export function facts(list, pairs) {
+  while (list.children.length > pairs.length * 2) list.lastChild.remove();
+  while (list.children.length < pairs.length * 2) list.append(element("dt", ""), element("dd", ""));
+  pairs.forEach(([name, value, mark], i) => {
+    const [dt, dd] = [list.children[2 * i], list.children[2 * i + 1]];
+    if (dt.textContent !== name) dt.textContent = name;
+    if (dd.textContent !== value) dd.textContent = value;
+    dd.dataset.mark = mark ?? "";
+  });
+}
+
+export function targetFacts(t) {
+  if (!t) return [];
+  const rows = [];
+  if (t.number !== undefined) {
+    rows.push(["Track", `${t.number} ${t.status}`], ["Type", [t.designator, t.wake].filter(Boolean).join("/") || NONE]);
+    rows.push(["Movement", [t.movement, t.runwayStand.replaceAll("_", " ")].filter(Boolean).join(" ") || NONE]);
+  } else rows.push(["Track", "none", "missing"], ["Type", t.designator || NONE]);
+  rows.push(["Speed", `${fixed(speedKt(t), 0)} kt`], ["Course", Number.isFinite(t.heading) ? `${fixed(headingDeg(t), 0)}\u00b0` : NONE]);
+  rows.push(["Position", `${fixed(t.x, 0)} E  ${fixed(t.y, 0)} N m`]);
+  if (t.number !== undefined) {
+    rows.push(["Error", t.errorM === null ? "no truth" : `${fixed(t.errorM, 2)} m`, t.errorM === null ? "missing" : "error"]);
+    const sigma = Math.sqrt(t.cov[0] + t.cov[2]);
+    rows.push(["Claimed \u03c3", Number.isFinite(sigma) ? `${fixed(sigma, 2)} m` : NONE]);
+  }
+  return rows;
+}
+
+/** One card a federate. */
+export function showFederates(box, federates, members) {
+  const names = [...new Set([...members.map((m) => m.name), ...federates.map((f) => f.name)])].sort();
+  if (!names.length) {
+    box.replaceChildren(element("p", "No federate has reported yet.", { class: "empty" }));
+    return;
+  }
+  box.replaceChildren(...names.map((name) => {
+    const f = federates.find((x) => x.name === name) ?? {}, m = members.find((x) => x.name === name);
+    const alive = m ? m.alive : true;
+    const dropped = (f.dropped ?? []).reduce((sum, d) => sum + d[1], 0);
+    const list = element("dl", [], { class: "facts" });
+    facts(list, [
+      ["Frame", String(f.frame ?? m?.frame ?? NONE)],
+      ["PDUs in", f.in_per_s === null || f.in_per_s === undefined ? String(f.pdus_in ?? NONE) : `${fixed(f.in_per_s, 0)} /s`],
+      ["PDUs out", f.out_per_s === null || f.out_per_s === undefined ? String(f.pdus_out ?? NONE) : `${fixed(f.out_per_s, 0)} /s`],
+      ["Lost", String(f.lost ?? NONE), f.lost > 0 ? "warn" : ""],
+      ["Repaired", String(f.repaired ?? NONE)],
+      ["Refused", f.dropped ? String(dropped) : NONE, dropped ? "warn" : ""],
+      ["Latency", Number.isFinite(f.latency_us) ? `${fixed(f.latency_us / 1000, 2)} ms` : NONE],
+      ["CPU", Number.isFinite(f.cpu_pct) ? `${fixed(f.cpu_pct, 0)} %` : NONE],
+      ["Memory", bytes(f.rss_bytes)],
+    ]);
+    const where = [f.host || m?.host, f.pid || m?.pid].filter(Boolean).join(" / ");
+    const reasons = (f.dropped ?? []).map(([why, n]) => `${n} \u00d7 ${why}`).join("; ");
+    return element("article", [
+      element("h3", [element("i", "", { class: "dot", "data-mark": alive ? "good" : "bad" }), name,
+        element("small", alive ? (m && !m.essential ? "spectator" : "") : "not heard")]),
+      element("p", [where, reasons && ` \u2013 refused: ${reasons}`].filter(Boolean), { class: "where" }),
+      list,
+    ], { class: "card", "data-name": name });
+  }));
+}
+
+/** Plots of each sensor in the scan shown, measures and the effect plan. */
+export function showSensors(box, { scan, sensors, measures, plan, tookUs }) {
+  const ids = [...new Set([...sensors.map((s) => s.id), ...(scan?.plots ?? []).map((p) => p.sensor)])].sort((a, b) => a - b);
+  const row = (cells, tag = "td") => element("tr", cells.map((c, i) => element(tag, c, { class: i > 1 ? "number" : null })));
+  const rows = ids.map((id) => {
+    const plots = (scan?.plots ?? []).filter((p) => p.sensor === id), site = sensors.find((s) => s.id === id);
+    const errors = plots.map((p) => p.errorM).filter((e) => e !== null);
+    const rmse = errors.length ? Math.sqrt(errors.reduce((s, e) => s + e * e, 0) / errors.length) : NaN;
+    const alarms = plots.filter((p) => p.truthIndex < 0).length;
+    return row([site?.name || `sensor ${id}`, site?.kind ?? plots[0]?.kind ?? NONE, String(plots.length), String(alarms), fixed(rmse, 2)]);
+  });
+  const parts = [
+    element("h3", "Plots of this scan"),
+    element("table", [element("thead", row(["Sensor", "Kind", "Plots", "False", "RMS m"], "th")), element("tbody", rows)]),
+  ];
+  if (measures?.length) {
+    const list = element("dl", [], { class: "facts" });
+    facts(list, [...measures.map(([n, v]) => [n.replaceAll("_", " "), measure(n, v)]), ["scan took", Number.isFinite(tookUs) ? `${fixed(tookUs / 1000, 1)} ms` : NONE]]);
+    parts.push(element("h3", "Measures of the run"), list);
+  }
+  if (plan?.length) {
+    parts.push(element("h3", "Effects"), element("table", [
+      element("thead", element("tr", ["Sensor", "Effect", "Called for by", "Bound", "Decision"].map((t) => element("th", t)))),
+      element("tbody", plan.map((r) => element("tr", r.map((t) => element("td", t))))),
+    ], { class: "plan" }));
+  }
+  box.replaceChildren(...parts);
+}
+
+function measure(name, value) {
+  if (!Number.isFinite(value)) return NONE;
+  if (name.startsWith("pd")) return `${fixed(100 * value, 1)} %`;
+  if (name.endsWith("_m")) return `${fixed(value, 2)} m`;
+  return Number.isInteger(value) ? String(value) : fixed(value, 3);
+}
+
+export function showOperations(list, operations) {
+  if (!operations.length) {
+    list.replaceChildren(element("li", "No operator action yet.", { class: "empty" }));
+    return;
+  }
+  list.replaceChildren(...[...operations].reverse().map((o) => element("li", [
+    element("time", elapsed(o.time_ns / 1e9)), element("b", o.command), element("span", o.source, { class: "source" }),
+    element("span", o.text, { "data-mark": o.ok ? "" : "warn" }),
+  ])));
+}
