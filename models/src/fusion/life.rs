@@ -87,7 +87,7 @@ fn drop_if_lost(
     statistics: &mut Statistics,
 ) {
     let life = &config.life;
-    let gap = now.since_s(track.time());
+    let gap = now.since_s(track.last_hit);
     if gap <= life.delete_moving_s.min(life.delete_standing_s) && !widened(track, now, config) {
         return;
     }

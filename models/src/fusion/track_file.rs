@@ -30,7 +30,11 @@ pub(super) enum Update {
     /// Begin again from these two.
     Restart(Plot, Plot),
     /// Several plots with the probability of each, moved to one time.
-    Weighted(Vec<(Plot, f64)>),
+    Weighted {
+        plots: Vec<(Plot, f64)>,
+        /// Whether one of them is likelier than none.
+        hit: bool,
+    },
 }
 
 /// One update and the filter after it.
@@ -62,6 +66,8 @@ pub(super) struct Track {
     ring: VecDeque<Entry>,
     pub(super) born: SimTime,
     pub(super) plots: u32,
+    /// Time of the last plot that was more likely of this target than not.
+    pub(super) last_hit: SimTime,
     /// One bit for each expected update, the newest lowest.
     pub(super) history: u32,
     pub(super) looks: u32,
@@ -104,6 +110,7 @@ impl Track {
             ring: VecDeque::from([Entry { update: Update::Start(*plot), after }]),
             born: plot.time,
             plots: 1,
+            last_hit: plot.time,
             history: 0,
             looks: 0,
             due: plot.time.plus_s(interval_s),
@@ -190,6 +197,7 @@ impl Track {
         let mut filter = self.ring[place.max(1) - 1].after.clone();
         let plot = *update.plot();
         let mut reborn = false;
+        let hit = !matches!(update, Update::Weighted { hit: false, .. });
         match run(&mut filter, &update, &config.life) {
             Ok(()) => {}
             Err(UpdateError::BadInnovation(_) | UpdateError::BadCovariance) => {
@@ -215,13 +223,16 @@ impl Track {
             }
             entry.after = filter.clone();
         }
-        self.plots += 1;
-        self.updated = true;
-        self.due = self.due.max(plot.time.plus_s(interval_s));
-        self.interval_s = interval_s;
-        self.altitude_m = plot.altitude_m.or(self.altitude_m);
-        self.refused = None;
-        self.learn_identity(plot.identity);
+        if hit {
+            self.plots += 1;
+            self.updated = true;
+            self.due = self.due.max(plot.time.plus_s(interval_s));
+            self.interval_s = interval_s;
+            self.last_hit = self.last_hit.max(plot.time);
+            self.altitude_m = plot.altitude_m.or(self.altitude_m);
+            self.refused = None;
+            self.learn_identity(plot.identity);
+        }
         if reborn {
             Applied::Reborn { position_m, velocity_ms }
         } else {
@@ -242,7 +253,7 @@ impl Update {
     fn plot(&self) -> &Plot {
         match self {
             Self::Start(p) | Self::Plot(p) | Self::Manoeuvre(p) | Self::Restart(_, p) => p,
-            Self::Weighted(plots) => {
+            Self::Weighted { plots, .. } => {
                 let likeliest = plots.iter().max_by(|a, b| a.1.total_cmp(&b.1));
                 &likeliest.expect("a weighted update has a plot").0
             }
@@ -261,7 +272,7 @@ fn run(filter: &mut Estimator, update: &Update, life: &Life) -> Result<(), Updat
         Update::Start(plot) | Update::Plot(plot) => filter.update(plot).map(|_| ()),
         Update::Manoeuvre(plot) => filter.update_manoeuvre(plot).map(|_| ()),
         Update::Restart(first, last) => filter.restart(first, last),
-        Update::Weighted(plots) => {
+        Update::Weighted { plots, .. } => {
             let borrowed: Vec<_> = plots.iter().map(|(plot, beta)| (plot, *beta)).collect();
             filter.update_weighted(&borrowed)
         }
