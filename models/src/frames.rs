@@ -3,7 +3,7 @@
 //! Positions and velocities are `Vector2`/`Vector3` of metres (or metres per second) east, north,
 //! up at the aerodrome reference point. Azimuths and headings are clockwise from north.
 
-pub use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
+pub use nalgebra::{Matrix2, Matrix3, Matrix4, Vector2, Vector3};
 use std::f64::consts::{PI, TAU};
 
 /// `angle_rad` brought into [−π, π).

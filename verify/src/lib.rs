@@ -1,7 +1,7 @@
 //! Reference vectors (`*.json` with `cases`) run through the functions that the federates call.
 //!
-//! A file is known by its name; each known name has one check in [`radar`], [`gnss`], [`tracking`]
-//! or [`wire`]. A file without `cases` is input of other files and is passed over. `seeds verify DIR`
+//! A file is known by its name; each known name has one check in [`radar`], [`gnss`], [`tracking`],
+//! [`tracking_sets`] or [`wire`]. A file without `cases` is input of other files and is passed over. `seeds verify DIR`
 //! and the tests of this crate are the same code.
 
 use serde_json::Value;
@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 pub mod gnss;
 pub mod radar;
 pub mod tracking;
+pub mod tracking_sets;
 pub mod wire;
 
 /// One case of one file.
@@ -34,6 +35,7 @@ pub fn check_for(file_name: &str) -> Option<Check> {
     radar::check_for(stem)
         .or_else(|| gnss::check_for(stem))
         .or_else(|| tracking::check_for(stem))
+        .or_else(|| tracking_sets::check_for(stem))
         .or_else(|| wire::check_for(stem))
 }
 

@@ -77,11 +77,13 @@ impl ReachableSet {
             .min(limits.lateral_ms2 / speed_ms.max(1.0))
             .min(fastest / limits.turn_radius_m)
             .min(std::f64::consts::PI / (2.0 * dt_s));
+        // A target that is already faster than its class allows does not get faster still.
+        let top = limits.speed_ms.max(speed_ms);
         let mut ends = [Vector2::zeros(); 9];
         let mut count = 0;
         for along in [-limits.braking_ms2, 0.0, limits.acceleration_ms2] {
             for rate in [-turn, 0.0, turn] {
-                ends[count] = arc_end(speed_ms, along, rate, dt_s, limits.speed_ms);
+                ends[count] = arc_end(speed_ms, along, rate, dt_s, top);
                 count += 1;
             }
         }

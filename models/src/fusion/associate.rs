@@ -148,9 +148,9 @@ impl Tracker {
             let (row, column) = local.place(pair);
             costs[row * columns + column] = Some(-weights.gain(pair));
         }
-        let found = work
-            .solver
-            .pairs_and_misses(local.tracks.len(), columns, |row, column| costs[row * columns + column]);
+        let found = work.solver.pairs_and_misses(local.tracks.len(), columns, |row, column| {
+            costs[row * columns + column]
+        });
         for (row, column) in found.into_iter().enumerate() {
             let Some(column) = column else { continue };
             let k = from + local.plots[column] as usize;
@@ -199,7 +199,8 @@ impl Tracker {
         }
         // A plot that the tracks of the cluster claim with more than even odds is used up.
         for column in 0..columns {
-            let claimed: f64 = (0..rows).map(|row| local.beta[row * (columns + 1) + column + 1]).sum();
+            let claimed: f64 =
+                (0..rows).map(|row| local.beta[row * (columns + 1) + column + 1]).sum();
             work.candidates[from + local.plots[column] as usize].used |= claimed > 0.5;
         }
     }
@@ -232,8 +233,9 @@ impl Tracker {
         }
         kept.sort_unstable_by_key(|p| (p.track, p.plot));
         let mut clusters = crate::association::cluster::Clusters::default();
-        let borders =
-            clusters.cut(self.tracks.len(), work.plot_used.len(), &mut kept, &mut Vec::new()).to_vec();
+        let borders = clusters
+            .cut(self.tracks.len(), work.plot_used.len(), &mut kept, &mut Vec::new())
+            .to_vec();
         let mut part = Local::default();
         for border in borders.windows(2) {
             let piece = &kept[border[0] as usize..border[1] as usize];
@@ -581,7 +583,6 @@ fn search_variance(plot: &Plot) -> f64 {
     let bounded = |v: f64| if v.is_finite() { v } else { 400.0 };
     bounded(plot.along_m2).max(bounded(plot.across_m2))
 }
-
 
 /// Marginals below this are left out of an update.
 const HOPELESS: f64 = 1e-3;

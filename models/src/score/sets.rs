@@ -29,7 +29,8 @@ pub struct Gospa {
 #[must_use]
 pub fn gospa(truth_m: &[Vector2<f64>], tracks_m: &[Vector2<f64>], cut_off_m: f64, p: f64) -> Gospa {
     let pairs = best_pairs(truth_m, tracks_m, cut_off_m, p);
-    let localisation = pairs.iter().map(|&(t, k)| power(distance(truth_m[t], tracks_m[k]), p)).sum();
+    let localisation =
+        pairs.iter().map(|&(t, k)| power(distance(truth_m[t], tracks_m[k]), p)).sum();
     let half = power(cut_off_m, p) / 2.0;
     let missed = half * (truth_m.len() - pairs.len()) as f64;
     let false_tracks = half * (tracks_m.len() - pairs.len()) as f64;
@@ -85,8 +86,7 @@ fn best_pairs(
         pairs[first..].sort_unstable_by_key(|pair| pair.plot);
     }
     let mut clusters = Clusters::default();
-    let borders =
-        clusters.cut(truth_m.len(), tracks_m.len(), &mut pairs, &mut Vec::new()).to_vec();
+    let borders = clusters.cut(truth_m.len(), tracks_m.len(), &mut pairs, &mut Vec::new()).to_vec();
     let mut solver = Solver::default();
     let most = power(cut_off_m, p);
     let mut found = Vec::new();
@@ -103,8 +103,8 @@ fn best_pairs(
             let column = columns.partition_point(|&c| c < pair.plot);
             cost[row * columns.len() + column] = Some(power(pair.d2, p) - most);
         }
-        let chosen = solver
-            .pairs_and_misses(rows.len(), columns.len(), |r, c| cost[r * columns.len() + c]);
+        let chosen =
+            solver.pairs_and_misses(rows.len(), columns.len(), |r, c| cost[r * columns.len() + c]);
         for (row, column) in chosen.into_iter().enumerate() {
             if let Some(column) = column {
                 found.push((rows[row] as usize, columns[column] as usize));

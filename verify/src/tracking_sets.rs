@@ -1,0 +1,244 @@
+//! Checks of the vectors about sets of targets: association, the kinematic gate, set distances.
+
+use crate::{CaseResult, Check, Judge};
+use models::association::assignment::Solver;
+use models::association::jpda::Jpda;
+use models::association::kinematic_gate::{ClassLimits, Departure, ReachableSet, reach};
+use models::frames::{Matrix2, Matrix4, Vector2};
+use models::score;
+
+use serde_json::Value;
+
+/// The check for a file's stem.
+#[must_use]
+pub fn check_for(stem: &str) -> Option<Check> {
+    Some(match stem {
+        "jpda_marginals" => |file| each(file, jpda_marginals),
+        "assignment" => |file| each(file, assignment),
+        "gospa_ospa" => |file| each(file, gospa_ospa),
+        "kinematic_gate" => |file| each(file, kinematic_gate),
+        _ => return None,
+    })
+}
+
+/// Runs `judge` on every case; what it cannot read (`None`) fails.
+fn each(file: &Value, judge: fn(&Value, &Value, f64, &mut Judge) -> Option<()>) -> Vec<CaseResult> {
+    let cases = file.get("cases").and_then(Value::as_array).map_or(&[][..], Vec::as_slice);
+    cases
+        .iter()
+        .enumerate()
+        .map(|(index, case)| {
+            let name = case.get("name").and_then(Value::as_str);
+            let mut judgement = Judge::default();
+            let read = || {
+                let tolerance = number(case.get("tol")?)?;
+                judge(case.get("input")?, case.get("expected")?, tolerance, &mut judgement)
+            };
+            let complete = { read }().is_some();
+            judgement.holds("input and expectation are complete", complete);
+            judgement.case(name.map_or_else(|| index.to_string(), str::to_owned))
+        })
+        .collect()
+}
+
+fn number(value: &Value) -> Option<f64> {
+    value.as_f64()
+}
+
+fn row(value: &Value) -> Option<Vec<f64>> {
+    value.as_array()?.iter().map(number).collect()
+}
+
+/// Rows of equal length.
+fn matrix(value: &Value) -> Option<Vec<Vec<f64>>> {
+    let rows: Vec<Vec<f64>> = value.as_array()?.iter().map(row).collect::<Option<_>>()?;
+    rows.windows(2).all(|w| w[0].len() == w[1].len()).then_some(rows)
+}
+
+fn pair(value: &Value) -> Option<Vector2<f64>> {
+    match row(value)?[..] {
+        [x, y] => Some(Vector2::new(x, y)),
+        _ => None,
+    }
+}
+
+fn points(value: &Value) -> Option<Vec<Vector2<f64>>> {
+    value.as_array()?.iter().map(pair).collect()
+}
+
+/// Largest cluster that a vector file may ask for, `tracks · 2^plots`.
+const LARGEST_CLUSTER: usize = 1 << 24;
+
+fn jpda_marginals(input: &Value, expected: &Value, tol: f64, judge: &mut Judge) -> Option<()> {
+    let log_miss = row(input.get("log_miss")?)?;
+    let log_like = matrix(input.get("log_like")?)?;
+    let expected = matrix(expected.get("marginals")?)?;
+    let width = expected.first().map_or(0, Vec::len);
+    if log_like.len() != log_miss.len()
+        || expected.len() != log_miss.len()
+        || log_like.iter().any(|r| r.len() + 1 != width)
+    {
+        return None;
+    }
+    let mut beta = Vec::new();
+    let done = Jpda::default().marginals(&log_miss, &log_like.concat(), LARGEST_CLUSTER, &mut beta);
+    judge.holds("the cluster has exact marginals", done.is_ok());
+    if done.is_ok() {
+        for (k, (found, wanted)) in beta.iter().zip(expected.concat()).enumerate() {
+            judge.number(&format!("marginal {}, {}", k / width, k % width), *found, wanted, tol);
+        }
+    }
+    Some(())
+}
+
+/// Costs from here on stand for forbidden cells.
+const FORBIDDEN_COST: f64 = 1e300;
+
+fn assignment(input: &Value, expected: &Value, tol: f64, judge: &mut Judge) -> Option<()> {
+    let cost = matrix(input.get("cost")?)?;
+    let columns = cost.first().map_or(0, Vec::len);
+    let found = Solver::default().solve(cost.len(), columns, |r, c| {
+        Some(cost[r][c]).filter(|&value| value < FORBIDDEN_COST)
+    });
+    let mut taken: Vec<usize> = found.column_of_row.iter().flatten().copied().collect();
+    let pairs = taken.len();
+    taken.sort_unstable();
+    taken.dedup();
+    judge.holds("each column once", taken.len() == pairs && taken.iter().all(|&c| c < columns));
+    let total: f64 = found
+        .column_of_row
+        .iter()
+        .enumerate()
+        .filter_map(|(r, c)| c.map(|c| cost[r][c]))
+        .filter(|&value| value < FORBIDDEN_COST)
+        .sum();
+    let wanted = expected.get("total").or_else(|| expected.get("finite_total"))?;
+    let wanted = number(wanted)?;
+    judge.number("total", found.total, wanted, tol * wanted.abs().max(f64::MIN_POSITIVE));
+    judge.number("sum of the pairs", total, wanted, tol * wanted.abs().max(f64::MIN_POSITIVE));
+    if let Some(wanted) = expected.get("pairs") {
+        judge.number("pairs", pairs as f64, number(wanted)?, 0.0);
+    } else {
+        judge.number("pairs", pairs as f64, cost.len().min(columns) as f64, 0.0);
+    }
+    if let Some(wanted) = expected.get("forbidden_used_at_least") {
+        judge.number("forbidden cells", found.forbidden_used as f64, number(wanted)?, 0.0);
+    }
+    Some(())
+}
+
+fn gospa_ospa(input: &Value, expected: &Value, tol: f64, judge: &mut Judge) -> Option<()> {
+    let truth = points(input.get("truth")?)?;
+    let tracks = points(input.get("tracks")?)?;
+    let cut_off = number(input.get("c")?)?;
+    let p = number(input.get("p")?)?;
+    if let Some(alpha) = input.get("alpha") {
+        judge.holds("alpha is 2", number(alpha)? == 2.0);
+    }
+    let mut relative = |name: &str, found: f64| {
+        let wanted = number(expected.get(name)?)?;
+        judge.number(name, found, wanted, tol * wanted.abs());
+        Some(())
+    };
+    relative("ospa", score::ospa(&truth, &tracks, cut_off, p))?;
+    relative("gospa", score::gospa(&truth, &tracks, cut_off, p).total)
+}
+
+/// Tolerance of a hull's vertices, m.
+const HULL_TOLERANCE_M: f64 = 1e-9;
+
+fn kinematic_gate(input: &Value, expected: &Value, tol: f64, judge: &mut Judge) -> Option<()> {
+    let params = input.get("params")?;
+    let param = |name: &str| number(params.get(name)?);
+    let limits = ClassLimits {
+        acceleration_ms2: param("a_acc")?,
+        braking_ms2: param("a_brk")?,
+        lateral_ms2: param("a_lat")?,
+        turn_rate_rads: param("w_max")?,
+        turn_radius_m: param("R_min")?,
+        speed_ms: param("v_max")?,
+    };
+    let p4 = matrix(input.get("P4")?)?;
+    let r = matrix(input.get("R")?)?;
+    if p4.len() != 4 || p4[0].len() != 4 || r.len() != 2 || r[0].len() != 2 {
+        return None;
+    }
+    let target = Departure {
+        position_m: pair(input.get("p")?)?,
+        velocity_ms: pair(input.get("v")?)?,
+        covariance: Matrix4::from_fn(|i, j| p4[i][j]),
+    };
+    let dt_s = number(input.get("dt")?)?;
+    let limit = number(input.get("g2")?)?;
+    let r = Matrix2::from_fn(|i, j| r[i][j]);
+    let Some(found) = reach(&limits, &target, dt_s, pair(input.get("z")?)?, r) else {
+        judge.holds("the gate answers", false);
+        return Some(());
+    };
+    let wanted = number(expected.get("m")?)?;
+    judge.number("m", found.m, wanted, tol * wanted.abs());
+    let accept = expected.get("accept")?.as_bool()?;
+    judge.holds("decision", (found.m <= limit) == accept);
+    if let Some(hull) = expected.get("hull_along_left").filter(|h| !h.is_null()) {
+        let hull = points(hull)?;
+        let set = ReachableSet::new(&limits, target.velocity_ms.norm(), dt_s);
+        // As sets of points: the three accelerations of one turn rate end on one line, so whether
+        // the middle one is a vertex is a matter of rounding.
+        let (vertices, wanted) = (set.vertices(), as_set(&hull)?);
+        judge.holds("a hull where one is expected", !vertices.is_empty());
+        let outside = |set: &ReachableSet, points: &[Vector2<f64>]| {
+            points.iter().map(|&p| set.from_nearest(p).norm()).fold(0.0, f64::max)
+        };
+        let worst = outside(&set, &hull).max(outside(&wanted, vertices));
+        judge.ratio(worst / HULL_TOLERANCE_M, || format!("hull: sets {worst:e} m apart"));
+    }
+    Some(())
+}
+
+/// A convex polygon given by its vertices, counter-clockwise.
+fn as_set(hull: &[Vector2<f64>]) -> Option<ReachableSet> {
+    let mut vertices = [Vector2::zeros(); 9];
+    vertices.get_mut(..hull.len())?.copy_from_slice(hull);
+    (!hull.is_empty()).then_some(ReachableSet::Hull { vertices, count: hull.len() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    #[test]
+    fn every_case_of_the_set_vectors_passes() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/vectors/tracking");
+        for (file, least) in
+            [("jpda_marginals", 6), ("assignment", 8), ("gospa_ospa", 6), ("kinematic_gate", 24)]
+        {
+            let reports = crate::run(&folder.join(format!("{file}.json"))).expect("readable");
+            let [report] = &reports[..] else { panic!("{file}: one report") };
+            println!("{file}: {} cases, worst {:?}", report.cases.len(), report.worst());
+            assert!(report.covered && report.cases.len() >= least, "{file}");
+            assert_eq!(report.failed(), 0, "{file}: {:?}", report.worst());
+        }
+    }
+
+    #[test]
+    fn malformed_cases_fail_and_do_not_panic() {
+        let broken = [
+            "{}",
+            r#"{"name": 1, "input": {}, "expected": {}, "tol": 1e-9}"#,
+            r#"{"input": {"log_miss": [-1], "log_like": [[1, 2], [3]], "cost": [[1], [2, 3]],
+                "truth": [[1]], "tracks": [], "c": 1, "p": 2, "params": 3},
+                "expected": {"marginals": [[1]], "total": "x", "pairs": null}, "tol": 1e-9}"#,
+        ];
+        for stem in ["jpda_marginals", "assignment", "gospa_ospa", "kinematic_gate"] {
+            let check = check_for(stem).expect(stem);
+            assert!(check(&Value::Null).is_empty());
+            for text in broken {
+                let file = serde_json::json!({
+                    "cases": [serde_json::from_str::<Value>(text).expect("JSON")]
+                });
+                assert!(check(&file)[0].worst.is_infinite(), "{stem}: {text}");
+            }
+        }
+    }
+}
