@@ -13,6 +13,10 @@ mod writer;
 pub mod enumerations;
 pub mod records;
 
+pub mod dead_reckoning;
+pub mod publishing;
+pub mod smoothing;
+
 mod entity_state;
 pub mod environment;
 pub mod management;
