@@ -124,6 +124,25 @@ impl Plot {
     }
 }
 
+/// How far the plain conversion of a polar measurement falls short on average, m: `d (1 − e^{−σ_θ²/2})`.
+///
+/// 1.6 mm at 2 km and 0.072°, 0.9 m at 200 km and 3 mrad.
+#[must_use]
+pub fn polar_bias_m(ground_range_m: f64, sigma_azimuth_rad: f64) -> f64 {
+    -ground_range_m * libm::expm1(-0.5 * sigma_azimuth_rad * sigma_azimuth_rad)
+}
+
+/// The principal axis of a covariance (a unit vector) with the variances along and across it, m².
+#[must_use]
+pub fn principal_axes(covariance_m2: &Matrix2<f64>) -> (Vector2<f64>, f64, f64) {
+    let (a, b, d) = (covariance_m2[(0, 0)], covariance_m2[(0, 1)], covariance_m2[(1, 1)]);
+    let (sin, cos) = libm::sincos(0.5 * libm::atan2(2.0 * b, a - d));
+    let both = 2.0 * b * sin * cos;
+    let along = a * cos * cos + both + d * sin * sin;
+    let across = a * sin * sin - both + d * cos * cos;
+    (Vector2::new(cos, sin), along, across)
+}
+
 /// A polar measurement as a Cartesian one, without the bias of the plain conversion.
 ///
 /// With s = σ_θ²: `z = e^{s/2} d e_r`; conditional on the measurement the variance along is

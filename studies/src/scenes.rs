@@ -199,11 +199,7 @@ impl Scene {
             name: "tune_roll",
             about: "line-up, hold, take-off at 2.5 m/s²",
             speed_ms: 6.0,
-            legs: vec![
-                Leg::straight(6.0, -1.0),
-                Leg::straight(10.0, 0.0),
-                Leg::straight(1e9, 2.5),
-            ],
+            legs: vec![Leg::straight(6.0, -1.0), Leg::straight(10.0, 0.0), Leg::straight(1e9, 2.5)],
             samples: 50,
         };
         vec![exit, taxi, roll]
@@ -261,8 +257,10 @@ impl NoiseLevel {
         let near = Vector2::new(1000.0, -1500.0);
         let far = Vector2::new(1000.0, -2800.0);
         // Uniform within a resolution cell: 36 ns and 0.25°.
-        let cell = (299_792_458.0 * 36e-9 / 2.0 / 12f64.sqrt(), 0.25f64.to_radians() / 12f64.sqrt());
-        let radar = |(range_m, azimuth_rad), radar_m| Noise::Radar { range_m, azimuth_rad, radar_m };
+        let cell =
+            (299_792_458.0 * 36e-9 / 2.0 / 12f64.sqrt(), 0.25f64.to_radians() / 12f64.sqrt());
+        let radar =
+            |(range_m, azimuth_rad), radar_m| Noise::Radar { range_m, azimuth_rad, radar_m };
         let thermal = (0.8348, 0.024_29f64.to_radians());
         [
             Self {
@@ -312,12 +310,8 @@ pub fn plot(at: Vector2<f64>, noise: &Noise, draws: [f64; 2], k: usize) -> Plot 
             let azimuth = Azimuth::from_rad(azimuth.rad() + draws[1] * sigma_azimuth_rad);
             let (offset, along, across) =
                 polar_to_cartesian(azimuth.unit(), range_m, sigma_range_m, sigma_azimuth_rad);
-            let polar = Polar {
-                range_m,
-                azimuth_rad: azimuth.rad(),
-                sigma_range_m,
-                sigma_azimuth_rad,
-            };
+            let polar =
+                Polar { range_m, azimuth_rad: azimuth.rad(), sigma_range_m, sigma_azimuth_rad };
             (radar_m + offset, azimuth.unit(), along, across, Some(polar))
         }
     };

@@ -423,40 +423,65 @@ impl Gaussian {
         self.p[3] = self.p[3] + s[1] * n[1];
         self.p[4] = self.p[4] + s[1] * n[2];
         self.p[5] = self.p[5] + s[2] * n[2];
-        for i in 0..3 {
-            for j in 0..3 {
-                self.cross[3 * i + j] += s[i].east() * n[j].north();
-            }
+        let north = n.map(Pair::north);
+        for (row, s) in self.cross.chunks_exact_mut(3).zip(s) {
+            let east = s.east();
+            row[0] += east * north[0];
+            row[1] += east * north[1];
+            row[2] += east * north[2];
         }
     }
 
     /// Adds `w` times the mean and covariance of `other` to this accumulator.
     #[inline]
     pub fn accumulate(&mut self, other: &Self, w: f64) {
-        for i in 0..3 {
-            self.x[i] = self.x[i] + other.x[i] * w;
+        for (sum, x) in self.x.iter_mut().zip(&other.x) {
+            *sum = *sum + *x * w;
         }
-        for i in 0..6 {
-            self.p[i] = self.p[i] + other.p[i] * w;
+        for (sum, p) in self.p.iter_mut().zip(&other.p) {
+            *sum = *sum + *p * w;
         }
-        for i in 0..9 {
-            self.cross[i] += other.cross[i] * w;
+        for (sum, c) in self.cross.iter_mut().zip(&other.cross) {
+            *sum += *c * w;
         }
     }
 
     /// Mean and covariance of a mixture with weights that sum to 1.
     #[inline]
     #[must_use]
-    pub fn mixture<'a>(parts: impl Iterator<Item = (f64, &'a Self)> + Clone) -> Self {
+    pub fn mixture(weights: &[f64], parts: &[Self]) -> Self {
         let mut sum = Self::default();
-        for (w, part) in parts.clone() {
-            sum.accumulate(part, w);
+        for (part, w) in parts.iter().zip(weights) {
+            sum.accumulate(part, *w);
         }
-        for (w, part) in parts {
+        for (part, w) in parts.iter().zip(weights) {
             let d = [part.x[0] - sum.x[0], part.x[1] - sum.x[1], part.x[2] - sum.x[2]];
-            sum.add_outer(&d, w);
+            sum.add_outer(&d, *w);
         }
         sum
+    }
+
+    /// The normalised innovation of a measurement at the time of this state.
+    ///
+    /// # Errors
+    /// If its covariance is not positive definite and finite.
+    #[inline]
+    pub fn nis(&self, m: &Measurement) -> Result<Nis, UpdateError> {
+        match *m {
+            Measurement::Position { z, r } => {
+                let factor = Factor::of(self.position_cov() + r)?;
+                let y = factor.whiten(z - self.position());
+                Ok(Nis { d2: y[0] * y[0] + y[1] * y[1], det: factor.det, dof: 2 })
+            }
+            Measurement::Line { z, axis, variance } => {
+                let s = quadratic(self.position_cov(), axis) + variance;
+                if !s.all_positive() {
+                    return Err(BadInnovation(s));
+                }
+                let nu = (z - self.position()).dot(&axis);
+                Ok(Nis { d2: nu * nu / s, det: s, dof: 1 })
+            }
+        }
     }
 
     /// Several plots of which at most one is of this target (probabilistic data association).

@@ -159,11 +159,8 @@ impl<const N: usize, const L: usize> Histories<N, L> {
         Ok(())
     }
 
-    fn parts<'a>(
-        &'a self,
-        states: &'a [Gaussian],
-    ) -> impl Iterator<Item = (f64, &'a Gaussian)> + Clone {
-        self.weights.iter().copied().zip(states).take(self.len)
+    fn mixed(&self, states: &[Gaussian]) -> Gaussian {
+        Gaussian::mixture(&self.weights[..self.len], &states[..self.len])
     }
 }
 
@@ -252,37 +249,29 @@ impl<const N: usize, const L: usize> StateEstimator for Histories<N, L> {
     }
 
     fn estimate(&self) -> Estimate {
-        Estimate::new(self.time, Gaussian::mixture(self.parts(&self.states)))
+        Estimate::new(self.time, self.mixed(&self.states))
     }
 
     fn predicted(&self, time: SimTime) -> Result<Estimate, UpdateError> {
         let t = interval(self.time, time)?;
         let (p, steps) = (self.modes.transition(t), self.modes.steps(t));
         let modes = self.modes.count();
-        // Prediction is linear: the histories of one mode are one Gaussian for it.
-        let mut groups = [(0.0, Gaussian::default()); MAX_MODES];
-        for (mode, group) in groups.iter_mut().enumerate().take(modes) {
-            let of_mode = || {
-                (0..self.len)
-                    .filter(move |k| usize::from(self.last_mode[*k]) == mode)
-                    .map(|k| (self.weights[k], &self.states[k]))
-            };
-            let weight: f64 = of_mode().map(|(w, _)| w).sum();
-            if weight > 0.0 {
-                let parts = of_mode().map(|(w, s)| (w / weight, s)).collect_parts::<N>();
-                *group = (weight, Gaussian::mixture(parts.iter()));
+        // Prediction is linear: all histories together are one Gaussian for each mode they may change to.
+        let mut weights = [0.0; MAX_MODES];
+        let mut next = [Gaussian::default(); MAX_MODES];
+        for mode in 0..modes {
+            let mut share = [0.0; N];
+            for k in 0..self.len {
+                share[k] = self.weights[k] * p[usize::from(self.last_mode[k])][mode];
+            }
+            weights[mode] = share.iter().sum();
+            if weights[mode] > 0.0 {
+                share.iter_mut().for_each(|w| *w /= weights[mode]);
+                let mixed = Gaussian::mixture(&share[..self.len], &self.states);
+                next[mode] = mixed.predicted(&steps[mode]);
             }
         }
-        let mut next = [(0.0, Gaussian::default()); MAX_MODES];
-        for (mode, next) in next.iter_mut().enumerate().take(modes) {
-            let weight: f64 = (0..modes).map(|i| groups[i].0 * p[i][mode]).sum();
-            if weight > 0.0 {
-                let parts = (0..modes).map(|i| (groups[i].0 * p[i][mode] / weight, &groups[i].1));
-                *next = (weight, Gaussian::mixture(parts).predicted(&steps[mode]));
-            }
-        }
-        let parts = next.iter().map(|(w, state)| (*w, state));
-        Ok(Estimate::new(time, Gaussian::mixture(parts)))
+        Ok(Estimate::new(time, Gaussian::mixture(&weights, &next)))
     }
 
     fn update(&mut self, plot: &Plot) -> Result<Nis, UpdateError> {
@@ -359,30 +348,6 @@ impl<const N: usize, const L: usize> StateEstimator for Histories<N, L> {
         if L == 0 {
             return None;
         }
-        Some(Estimate::new(self.before_time?, Gaussian::mixture(self.parts(&self.before))))
-    }
-}
-
-/// A few weighted references without allocation.
-trait CollectParts<'a>: Iterator<Item = (f64, &'a Gaussian)> + Sized {
-    fn collect_parts<const N: usize>(self) -> Parts<'a, N> {
-        let mut parts = Parts { items: [None; N], len: 0 };
-        for item in self {
-            parts.items[parts.len] = Some(item);
-            parts.len += 1;
-        }
-        parts
-    }
-}
-impl<'a, I: Iterator<Item = (f64, &'a Gaussian)>> CollectParts<'a> for I {}
-
-struct Parts<'a, const N: usize> {
-    items: [Option<(f64, &'a Gaussian)>; N],
-    len: usize,
-}
-
-impl<'a, const N: usize> Parts<'a, N> {
-    fn iter(&self) -> impl Iterator<Item = (f64, &'a Gaussian)> + Clone + '_ {
-        self.items[..self.len].iter().flatten().copied()
+        Some(Estimate::new(self.before_time?, self.mixed(&self.before)))
     }
 }

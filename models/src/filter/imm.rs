@@ -52,14 +52,18 @@ impl<const M: usize> Imm<M> {
     #[inline]
     fn mix(&self, t: f64, transition: &[[f64; MAX_MODES]; MAX_MODES]) -> ([f64; M], [Gaussian; M]) {
         let steps = self.modes.steps(t);
-        let c: [f64; M] = from_fn(|j| (0..M).map(|i| transition[i][j] * self.weights[i]).sum());
-        let states = from_fn(|j| {
-            if c[j] == 0.0 {
-                return self.states[j].predicted(&steps[j]);
+        let mut c = [0.0; M];
+        let mut states = self.states;
+        for j in 0..M {
+            let share: [f64; M] = from_fn(|i| transition[i][j] * self.weights[i]);
+            c[j] = share.iter().sum();
+            if c[j] > 0.0 {
+                let share = share.map(|w| w / c[j]);
+                states[j] = Gaussian::mixture(&share, &self.states).predicted(&steps[j]);
+            } else {
+                states[j] = self.states[j].predicted(&steps[j]);
             }
-            let share: [f64; M] = from_fn(|i| transition[i][j] * self.weights[i] / c[j]);
-            Gaussian::mixture(share.iter().copied().zip(&self.states)).predicted(&steps[j])
-        });
+        }
         (c, states)
     }
 
@@ -74,12 +78,18 @@ impl<const M: usize> Imm<M> {
         transition(&mut p);
         let (c, mut states) = self.mix(t, &p);
         let nis = mixed_nis(&c, &states, &m)?;
-        let mut log_weights = [0.0; M];
+        // c/√det S · exp(−d²/2) with the smallest d² taken out: the logs that would cancel are not taken.
+        let (mut d2, mut scale) = ([0.0; M], [0.0; M]);
         for j in 0..M {
             let found = states[j].update(&m)?;
-            log_weights[j] = libm::log(c[j]) - 0.5 * (found.d2 + found.ln_det());
+            (d2[j], scale[j]) = (found.d2, c[j] / found.det.sqrt());
         }
-        self.weights = posterior(log_weights, c);
+        let least = d2.iter().copied().fold(f64::INFINITY, f64::min);
+        if !least.is_finite() {
+            return Err(UpdateError::BadInnovation(least));
+        }
+        let weights = from_fn(|j| scale[j] * likelihood(d2[j] - least));
+        self.weights = floored(weights).unwrap_or(c);
         (self.time, self.states) = (plot.time, states);
         Ok(nis)
     }
@@ -90,22 +100,26 @@ fn prior<const M: usize>(modes: &Modes) -> [f64; M] {
     from_fn(|j| prior[j])
 }
 
-/// Normalised weights; the prior ones where nothing is possible.
-fn posterior<const M: usize>(mut log_weights: [f64; M], before: [f64; M]) -> [f64; M] {
-    if weights::normalise(&mut log_weights).is_none() {
-        return before;
+/// exp(−d²/2); 1 without the call for the best mode.
+#[inline]
+fn likelihood(d2: f64) -> f64 {
+    if d2 == 0.0 { 1.0 } else { libm::exp(-0.5 * d2) }
+}
+
+/// Weights of sum 1, each at least [`LEAST_WEIGHT`]; `None` where nothing is possible.
+#[inline]
+fn floored<const M: usize>(weights: [f64; M]) -> Option<[f64; M]> {
+    let sum: f64 = weights.iter().sum();
+    if !(sum > 0.0 && sum < f64::INFINITY) {
+        return None;
     }
-    let floored = log_weights.map(|w| w.max(LEAST_WEIGHT));
-    let sum: f64 = floored.iter().sum();
-    floored.map(|w| w / sum)
+    let weights = weights.map(|w| (w / sum).max(LEAST_WEIGHT));
+    let sum: f64 = weights.iter().sum();
+    Some(weights.map(|w| w / sum))
 }
 
 /// Innovation against the whole mixture: mean and covariance of its positions.
-pub(super) fn mixed_nis<'a>(
-    c: &[f64],
-    states: impl IntoIterator<Item = &'a Gaussian> + Clone,
-    m: &Measurement,
-) -> Result<Nis, UpdateError> {
+fn mixed_nis(c: &[f64], states: &[Gaussian], m: &Measurement) -> Result<Nis, UpdateError> {
     let mut moments = PositionMoments::default();
     for (w, s) in c.iter().zip(states) {
         moments.add(*w, s.position() - m.point(), s.position_cov());
@@ -142,7 +156,7 @@ impl PositionMoments {
         at.x[0] = super::lanes::Pair::new(z.x + x, z.y + y);
         at.p[0] = super::lanes::Pair::new(self.square[0] * k - x * x, self.square[2] * k - y * y);
         at.cross[0] = self.square[1] * k - x * y;
-        at.innovation(m).map(|i| Nis { d2: i.d2, det: libm::exp(i.ln_det), dof: i.dof })
+        at.nis(m)
     }
 }
 
@@ -152,14 +166,13 @@ impl<const M: usize> StateEstimator for Imm<M> {
     }
 
     fn estimate(&self) -> Estimate {
-        let parts = self.weights.iter().copied().zip(&self.states);
-        Estimate::new(self.time, Gaussian::mixture(parts))
+        Estimate::new(self.time, Gaussian::mixture(&self.weights, &self.states))
     }
 
     fn predicted(&self, time: SimTime) -> Result<Estimate, UpdateError> {
         let t = interval(self.time, time)?;
         let (c, states) = self.mix(t, &self.modes.transition(t));
-        Ok(Estimate::new(time, Gaussian::mixture(c.iter().copied().zip(&states))))
+        Ok(Estimate::new(time, Gaussian::mixture(&c, &states)))
     }
 
     fn update(&mut self, plot: &Plot) -> Result<Nis, UpdateError> {
@@ -179,8 +192,9 @@ impl<const M: usize> StateEstimator for Imm<M> {
         for (state, share) in states.iter_mut().zip(&shares) {
             state.update_weighted(&share.1)?;
         }
-        let log_weights = from_fn(|j| libm::log(c[j]) + shares[j].0);
-        self.weights = posterior(log_weights, c);
+        let mut log_weights: [f64; M] = from_fn(|j| libm::log(c[j]) + shares[j].0);
+        let sound = weights::normalise(&mut log_weights).is_some();
+        self.weights = sound.then(|| floored(log_weights)).flatten().unwrap_or(c);
         (self.time, self.states) = (first.time, states);
         Ok(())
     }

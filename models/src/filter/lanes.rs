@@ -4,6 +4,7 @@
 //! instruction of any 64-bit x86 or ARM does both, and no axis can be treated differently by mistake.
 
 use std::ops::{Add, Mul, Sub};
+use wide::f64x2;
 
 /// A number that the square-root-free filter can run on: one axis (`f64`) or both ([`Pair`]).
 pub trait Lane:
@@ -21,9 +22,11 @@ pub trait Lane:
 }
 
 impl Lane for f64 {
+    #[inline]
     fn splat(value: f64) -> Self {
         value
     }
+    #[inline]
     fn div_or(self, divisor: Self, otherwise: f64) -> Self {
         if divisor == 0.0 { otherwise } else { self / divisor }
     }
@@ -35,72 +38,92 @@ impl Lane for f64 {
     }
 }
 
-/// East and north component of one quantity.
+/// East and north component of one quantity, in one register.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Pair(pub [f64; 2]);
+pub struct Pair(f64x2);
 
 impl Pair {
     /// East and north.
+    #[inline]
     #[must_use]
     pub fn new(east: f64, north: f64) -> Self {
-        Self([east, north])
+        Self(f64x2::new([east, north]))
+    }
+    /// East and north.
+    #[inline]
+    #[must_use]
+    pub fn array(self) -> [f64; 2] {
+        self.0.to_array()
     }
     /// East component.
+    #[inline]
     #[must_use]
     pub fn east(self) -> f64 {
-        self.0[0]
+        self.array()[0]
     }
     /// North component.
+    #[inline]
     #[must_use]
     pub fn north(self) -> f64 {
-        self.0[1]
+        self.array()[1]
     }
     /// `1 / self`, lane by lane.
+    #[inline]
     #[must_use]
     pub fn recip(self) -> Self {
-        Self([1.0 / self.0[0], 1.0 / self.0[1]])
+        Self(f64x2::splat(1.0) / self.0)
     }
 }
 
 impl Lane for Pair {
+    #[inline]
     fn splat(value: f64) -> Self {
-        Self([value, value])
+        Self(f64x2::splat(value))
     }
+    #[inline]
     fn div_or(self, divisor: Self, otherwise: f64) -> Self {
-        Self([self.0[0].div_or(divisor.0[0], otherwise), self.0[1].div_or(divisor.0[1], otherwise)])
+        let zero = divisor.0.simd_eq(f64x2::ZERO);
+        Self(zero.bitselect(f64x2::splat(otherwise), self.0 / divisor.0))
     }
+    #[inline]
     fn all_positive(self) -> bool {
-        self.0[0].all_positive() & self.0[1].all_positive()
+        let above = self.0.simd_gt(f64x2::ZERO);
+        (above & f64x2::splat(f64::INFINITY).simd_gt(self.0)).all()
     }
+    #[inline]
     fn sum(self) -> f64 {
-        self.0[0] + self.0[1]
+        self.0.reduce_add()
     }
 }
 
 impl Add for Pair {
     type Output = Self;
+    #[inline]
     fn add(self, o: Self) -> Self {
-        Self([self.0[0] + o.0[0], self.0[1] + o.0[1]])
+        Self(self.0 + o.0)
     }
 }
 
 impl Sub for Pair {
     type Output = Self;
+    #[inline]
     fn sub(self, o: Self) -> Self {
-        Self([self.0[0] - o.0[0], self.0[1] - o.0[1]])
+        Self(self.0 - o.0)
     }
 }
 
 impl Mul for Pair {
     type Output = Self;
+    #[inline]
     fn mul(self, o: Self) -> Self {
-        Self([self.0[0] * o.0[0], self.0[1] * o.0[1]])
+        Self(self.0 * o.0)
     }
 }
 
 impl Mul<f64> for Pair {
     type Output = Self;
+    #[inline]
     fn mul(self, k: f64) -> Self {
-        Self([self.0[0] * k, self.0[1] * k])
+        Self(self.0 * f64x2::splat(k))
     }
 }

@@ -43,40 +43,46 @@ pub struct Step {
 impl Motion {
     /// Transition and noise over `t` seconds, `t ≥ 0`; `t = 0` gives Φ = I (but a constant-velocity
     /// model still has no acceleration) and Q = 0.
+    #[inline]
     #[must_use]
     pub fn step(self, t: f64) -> Step {
         debug_assert!(t >= 0.0);
         match self {
-            Self::ConstantVelocity { q } => {
-                let q01 = q * t * t / 2.0;
-                Step {
-                    t,
-                    f02: 0.0,
-                    f12: 0.0,
-                    f22: 0.0,
-                    q: [q01 * t / 1.5, q01, 0.0, q * t, 0.0, 0.0],
-                }
-            }
-            Self::ConstantAcceleration { q } => {
-                let h = t * t / 2.0;
-                Step { t, f02: h, f12: t, f22: 1.0, q: constant_acceleration_noise(q, t) }
-            }
-            Self::Singer { rate, q } => {
-                let x = rate * t;
-                let (phi1, phi2) = singer_phi(x);
-                Step {
-                    t,
-                    f02: t * t * phi2,
-                    f12: t * phi1,
-                    f22: libm::exp(-x),
-                    q: singer_noise(rate, q, t),
-                }
-            }
+            Self::ConstantVelocity { q } => Step::constant_velocity(q, t),
+            Self::ConstantAcceleration { q } => Step::constant_acceleration(q, t),
+            Self::Singer { rate, q } => Step::singer(rate, q, t),
         }
     }
 }
 
 impl Step {
+    /// A step of constant acceleration; `q` in m²/s⁵.
+    #[inline]
+    #[must_use]
+    pub fn constant_acceleration(q: f64, t: f64) -> Self {
+        Self { t, f02: 0.5 * t * t, f12: t, f22: 1.0, q: constant_acceleration_noise(q, t) }
+    }
+
+    /// A step of constant velocity; `q` in m²/s³.
+    #[inline]
+    #[must_use]
+    pub fn constant_velocity(q: f64, t: f64) -> Self {
+        let q01 = 0.5 * q * t * t;
+        Self { t, f02: 0.0, f12: 0.0, f22: 0.0, q: [q01 * t / 1.5, q01, 0.0, q * t, 0.0, 0.0] }
+    }
+
+    fn singer(rate: f64, q: f64, t: f64) -> Self {
+        let x = rate * t;
+        let (phi1, phi2) = singer_phi(x);
+        Self {
+            t,
+            f02: t * t * phi2,
+            f12: t * phi1,
+            f22: libm::exp(-x),
+            q: singer_noise(rate, q, t),
+        }
+    }
+
     /// Q = U D Uᵀ of white jerk in closed form: (u₀₁ = u₁₂, u₀₂, [D₀, D₁, D₂]).
     #[must_use]
     pub fn white_jerk_ud(q: f64, t: f64) -> (f64, f64, [f64; 3]) {

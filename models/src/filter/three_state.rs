@@ -2,7 +2,7 @@
 
 use super::gaussian::{Gaussian, Measurement, Nis, Sym2, predict_axes};
 use super::lanes::{Lane, Pair};
-use super::motion::Motion;
+use super::motion::Step;
 use super::{Estimate, Start, StateEstimator, UpdateError, UpdateError::BadInnovation, interval};
 use crate::frames::Vector2;
 use crate::plot::Plot;
@@ -53,7 +53,7 @@ impl ThreeState {
     /// Prediction over `t` seconds.
     #[inline]
     fn predict(&self, t: f64) -> ([Pair; 3], [Pair; 6]) {
-        predict_axes(&self.x, &self.p, &Motion::ConstantAcceleration { q: self.q }.step(t))
+        predict_axes(&self.x, &self.p, &Step::constant_acceleration(self.q, t))
     }
 
     /// One scalar update of each axis with its own variance `r`, `H = [1 0 0]`.
@@ -67,7 +67,7 @@ impl ThreeState {
         let [a, b, c, e, f, g] = p;
         let s = a + r;
         if !s.all_positive() {
-            return Err(BadInnovation(s.0[0].min(s.0[1])));
+            return Err(BadInnovation(s.east().min(s.north())));
         }
         let i = s.recip();
         let nu = z - x[0];
@@ -101,11 +101,7 @@ impl StateEstimator for ThreeState {
             Measurement::Position { z, r } => {
                 Self::correct(x, p, Pair::new(z.x, z.y), Pair::new(r.xx, r.yy))?
             }
-            line @ Measurement::Line { .. } => {
-                let mut joint = Gaussian { x, p, cross: [0.0; 9] };
-                let nis = joint.update(&line)?;
-                (joint.x, joint.p, nis)
-            }
+            line @ Measurement::Line { .. } => along_a_line(x, p, &line)?,
         };
         (self.time, self.x, self.p) = (plot.time, x, p);
         Ok(nis)
@@ -118,6 +114,19 @@ impl StateEstimator for ThreeState {
     fn start(&self) -> Start {
         self.start
     }
+}
+
+/// A plot along one direction: the joint update, of which the axes keep their own parts.
+#[cold]
+#[inline(never)]
+pub(super) fn along_a_line(
+    x: [Pair; 3],
+    p: [Pair; 6],
+    line: &Measurement,
+) -> Result<([Pair; 3], [Pair; 6], Nis), UpdateError> {
+    let mut joint = Gaussian { x, p, cross: [0.0; 9] };
+    let nis = joint.update(line)?;
+    Ok((joint.x, joint.p, nis))
 }
 
 /// Position and covariance of a plot that can start a track.

@@ -7,7 +7,7 @@
 use super::gaussian::{Gaussian, Measurement, Nis};
 use super::lanes::{Lane, Pair};
 use super::motion::Motion;
-use super::three_state::start_position;
+use super::three_state::{along_a_line, start_position};
 use super::{Estimate, Start, StateEstimator, UpdateError, UpdateError::BadInnovation, interval};
 use crate::plot::Plot;
 use crate::time::SimTime;
@@ -165,15 +165,58 @@ impl ThreeStateUd {
 
     #[inline]
     fn predict(&self, t: f64) -> ([Pair; 3], Ud<3, Pair>) {
-        let h = t * t / 2.0;
-        let (half, sixth, d) = super::motion::Step::white_jerk_ud(self.q, t);
-        let ud = self.ud.predicted(
-            &[[1.0, t, h], [0.0, 1.0, t], [0.0, 0.0, 1.0]],
-            &[[1.0, half, sixth], [0.0, 1.0, half], [0.0, 0.0, 1.0]],
-            &d,
-        );
         let x = &self.x;
-        ([x[0] + x[1] * t + x[2] * h, x[1] + x[2] * t, x[2]], ud)
+        let h = 0.5 * t * t;
+        ([x[0] + x[1] * t + x[2] * h, x[1] + x[2] * t, x[2]], self.ud.jerked(self.q, t))
+    }
+}
+
+impl<L: Lane> Ud<3, L> {
+    /// [`Self::predicted`] for constant acceleration with white jerk `q`, the ones and zeros of Φ, U
+    /// and U_q left out.
+    #[inline]
+    #[must_use]
+    pub fn jerked(&self, q: f64, t: f64) -> Self {
+        let (half, sixth, n) = super::motion::Step::white_jerk_ud(q, t);
+        let [n0, n1, n2] = n.map(L::splat);
+        let (t1, h) = (L::splat(t), L::splat(0.5 * t * t));
+        let [d0, d1, d2] = self.d;
+        let (u01, u02, u12) = (self.u[0][1], self.u[0][2], self.u[1][2]);
+        // Rows of [ΦU | U_q], from the last one up.
+        let (w01, w02, w12) = (u01 + t1, u02 + u12 * t1 + h, u12 + t1);
+        let (v01, v02, v12) = (L::splat(half), L::splat(sixth), L::splat(half));
+        let e2 = d2 + n2;
+        let (a12, a02) =
+            ((d2 * w12 + n2 * v12).div_or(e2, 0.0), (d2 * w02 + n2 * v02).div_or(e2, 0.0));
+        let (w12, w02, v12, v02) = (w12 - a12, w02 - a02, v12 - a12, v02 - a02);
+        let (dw12, nv12) = (d2 * w12, n2 * v12);
+        let e1 = (d1 + n1) + (dw12 * w12 + nv12 * v12);
+        let a01 = ((d1 * w01 + n1 * v01) + (dw12 * w02 + nv12 * v02)).div_or(e1, 0.0);
+        let (w01, v01) = (w01 - a01, v01 - a01);
+        let (w02, v02) = (w02 - a01 * w12, v02 - a01 * v12);
+        let e0 = (d0 + n0) + (d1 * w01 * w01 + n1 * v01 * v01) + (d2 * w02 * w02 + n2 * v02 * v02);
+        let mut next = Self::diagonal([e0, e1, e2]);
+        (next.u[0][1], next.u[0][2], next.u[1][2]) = (a01, a02, a12);
+        next
+    }
+
+    /// [`Self::update`] with h = (1, 0, 0).
+    #[inline]
+    pub fn update_first(&mut self, r: L) -> Gain<3, L> {
+        let [d0, d1, d2] = self.d;
+        let (u01, u02, u12) = (self.u[0][1], self.u[0][2], self.u[1][2]);
+        let (g1, g2) = (d1 * u01, d2 * u02);
+        let a0 = r + d0;
+        let a1 = a0 + u01 * g1;
+        let a2 = a1 + u02 * g2;
+        self.d = [d0 * r.div_or(a0, 1.0), d1 * a0.div_or(a1, 1.0), d2 * a1.div_or(a2, 1.0)];
+        let zero = L::splat(0.0);
+        let (l1, l2) = ((zero - u01).div_or(a0, 0.0), (zero - u02).div_or(a1, 0.0));
+        let k0 = d0 + g1 * u01;
+        self.u[0][1] = u01 + d0 * l1;
+        self.u[0][2] = u02 + k0 * l2;
+        self.u[1][2] = u12 + g1 * l2;
+        Gain { gain: [k0 + g2 * u02, g1 + g2 * u12, g2], alpha: a2 }
     }
 }
 
@@ -206,21 +249,19 @@ impl StateEstimator for ThreeStateUd {
         let (mut x, mut ud) = self.predict(interval(self.time, plot.time)?);
         let nis = match Measurement::of(plot)? {
             Measurement::Position { z, r } => {
-                let one = Pair::splat(1.0);
-                let zero = Pair::splat(0.0);
-                let Gain { gain, alpha } = ud.update(&[one, zero, zero], Pair::new(r.xx, r.yy));
+                let Gain { gain, alpha } = ud.update_first(Pair::new(r.xx, r.yy));
                 if !alpha.all_positive() {
                     return Err(BadInnovation(alpha.east().min(alpha.north())));
                 }
                 let nu = Pair::new(z.x, z.y) - x[0];
                 let y = nu * alpha.recip();
-                x = from_fn(|i| x[i] + gain[i] * y);
+                x = [x[0] + gain[0] * y, x[1] + gain[1] * y, x[2] + gain[2] * y];
                 Nis { d2: (nu * y).sum(), det: alpha.east() * alpha.north(), dof: 2 }
             }
             line @ Measurement::Line { .. } => {
-                let mut joint = gaussian(&x, &ud);
-                let nis = joint.update(&line)?;
-                (x, ud) = (joint.x, factors(&joint.p));
+                let g = gaussian(&x, &ud);
+                let (next, p, nis) = along_a_line(g.x, g.p, &line)?;
+                (x, ud) = (next, factors(&p));
                 nis
             }
         };
@@ -333,7 +374,7 @@ impl StateEstimator for SixStateUd {
     fn replace(&mut self, time: SimTime, state: &Gaussian) {
         let p = state.covariance();
         self.time = time;
-        self.x = from_fn(|i| state.x[i % 3].0[i / 3]);
+        self.x = from_fn(|i| state.x[i % 3].array()[i / 3]);
         self.ud = Ud::of(from_fn(|i| from_fn(|j| p[(i, j)])));
     }
 
