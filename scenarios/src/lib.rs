@@ -6,6 +6,7 @@
 //! through [`document::Section`], so adding a key is one line and its errors come by themselves.
 
 pub mod airport;
+pub mod building;
 pub mod document;
 pub mod error;
 mod hash;
@@ -21,12 +22,13 @@ pub use airport::AirportScene;
 pub use error::{Problem, ScenarioError};
 pub use network::Network;
 pub use run::Run;
-pub use sensors::SensorScene;
+pub use sensors::{AsdeScene, SensorScene};
 pub use tracking::{Accuracy, Tracking};
 pub use traffic::{Entity, Traffic};
 pub use weather::WeatherNotice;
 
 use models::flight_list::FlightList;
+use models::sensors::shadow::Building;
 use std::path::{Path, PathBuf};
 
 /// Everything of a run, as plain checked values.
@@ -49,6 +51,8 @@ pub struct Scene {
     pub flight_list: FlightList,
     /// `[weather]`, sorted by time; the first notice is at time 0.
     pub weather: Vec<WeatherNotice>,
+    /// `[[building]]`: what shadows and mirrors targets.
+    pub buildings: Vec<Building>,
     /// `[[sensor]]`, in the order of the file.
     pub sensors: Vec<SensorScene>,
     /// `[tracking]`.
@@ -59,8 +63,9 @@ pub struct Scene {
     pub network: Network,
 }
 
-const SECTIONS: [&str; 8] =
-    ["run", "airport", "traffic", "weather", "sensor", "tracking", "accuracy", "network"];
+const SECTIONS: [&str; 9] = [
+    "run", "airport", "traffic", "weather", "building", "sensor", "tracking", "accuracy", "network",
+];
 
 /// Reads a scene and every file that it names.
 ///
@@ -89,7 +94,9 @@ pub fn load_text(path: &Path, text: &str) -> Result<Scene, ScenarioError> {
     let network = network::read(&root)?;
     let (traffic, flight_list, traffic_files) = traffic::read(&root, &run, &airport)?;
     files.extend(traffic_files);
-    let sensors = sensors::read(&root, &airport, &traffic)?;
+    let buildings = building::read(&root, &airport)?;
+    let (sensors, sensor_files) = sensors::read(&root, &airport, &traffic, &buildings)?;
+    files.extend(sensor_files);
     let hash = scene_hash(&root, &files)?;
     let name = path.file_stem().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
     let path = path.to_path_buf();
@@ -102,6 +109,7 @@ pub fn load_text(path: &Path, text: &str) -> Result<Scene, ScenarioError> {
         traffic,
         flight_list,
         weather,
+        buildings,
         sensors,
         tracking,
         accuracy,

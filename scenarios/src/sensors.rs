@@ -1,12 +1,18 @@
 //! `[[sensor]]`: kind, place, parameters, and who carries it.
 
+pub mod asde;
+
+pub use asde::AsdeScene;
+
 use crate::airport::AirportScene;
 use crate::document::{Section, within};
 use crate::error::{Problem, ScenarioError};
 use crate::hash::Fnv;
 use crate::traffic::Traffic;
-use models::frames::Vector3;
+use models::frames::{Vector2, Vector3};
 use models::plot::{Callsign, SensorId, SensorKind};
+use models::sensors::shadow::Building;
+use std::path::PathBuf;
 
 /// One `[[sensor]]` of a scene.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,6 +33,8 @@ pub struct SensorScene {
     pub overrides: Section,
     /// Which targets carry it, or are seen by it.
     pub equipped: Equipped,
+    /// The checked radar, for `kind = "asde"`.
+    pub asde: Option<AsdeScene>,
 }
 
 /// Which targets carry a sensor.
@@ -78,7 +86,9 @@ pub(crate) fn read(
     root: &Section,
     airport: &AirportScene,
     traffic: &Traffic,
-) -> Result<Vec<SensorScene>, ScenarioError> {
+    buildings: &[Building],
+) -> Result<(Vec<SensorScene>, Vec<PathBuf>), ScenarioError> {
+    let mut files = Vec::new();
     let mut sensors: Vec<SensorScene> = Vec::new();
     let sections = root.sections("sensor", &KEYS)?;
     for (index, section) in sections.iter().enumerate() {
@@ -96,19 +106,43 @@ pub(crate) fn read(
             let needed = "a place: { lat_deg = …, lon_deg = …, height_m = … }".into();
             return Err(section.missing("site", needed));
         }
+        let site_m = site.as_ref().map(|place| airport.site(place)).transpose()?;
+        let overrides =
+            section.any_section("overrides")?.unwrap_or_else(|| section.empty("overrides"));
+        let mut asde = None;
+        if let (SensorKind::Asde, Some(site_m)) = (kind, site_m) {
+            let (radar, file) = asde::read(section, &overrides, site_m)?;
+            clear_of_buildings(section, &radar, site_m.xy(), buildings)?;
+            files.push(file);
+            asde = Some(radar);
+        }
         sensors.push(SensorScene {
             id: SensorId(index as u16 + 1),
             kind,
             name,
-            site_m: site.map(|place| airport.site(&place)).transpose()?,
+            site_m,
             parameters: section.text("parameters")?.map(Into::into),
-            overrides: section
-                .any_section("overrides")?
-                .unwrap_or_else(|| section.empty("overrides")),
+            overrides,
             equipped: equipped(section, traffic)?,
+            asde,
         });
     }
-    Ok(sensors)
+    Ok((sensors, files))
+}
+
+/// Refuses an antenna inside a building.
+fn clear_of_buildings(
+    section: &Section,
+    radar: &AsdeScene,
+    site_m: Vector2<f64>,
+    buildings: &[Building],
+) -> Result<(), ScenarioError> {
+    let height_m = radar.parameters.antenna_height_m;
+    let inside = buildings.iter().find(|b| b.contains(site_m) && b.height_m >= height_m);
+    let Some(building) = inside else { return Ok(()) };
+    let found = format!("an antenna at {height_m} m inside \"{}\"", building.name);
+    let needed = format!("a height above its roof at {} m, or another place", building.height_m);
+    Err(section.refuse("site", Problem::WrongKind { found, needed }))
 }
 
 /// `equipped = 0.5`, or `equipped = ["EDW229"]`; everybody where it is not given.

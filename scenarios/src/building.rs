@@ -1,0 +1,48 @@
+//! `[[building]]`: what stands on the airport, shadows targets and mirrors them.
+
+use crate::airport::AirportScene;
+use crate::document::{Section, within};
+use crate::error::{Problem, ScenarioError};
+use models::environment::surface::{MATERIALS, Material};
+use models::frames::Vector2;
+use models::sensors::shadow::Building;
+
+const KEYS: [&str; 4] = ["name", "footprint", "height_m", "facade"];
+
+/// Reads `[[building]]`. A footprint is a list of corners in order, each a place like that of a sensor.
+pub(crate) fn read(root: &Section, airport: &AirportScene) -> Result<Vec<Building>, ScenarioError> {
+    let facades: Vec<(&str, &'static Material)> = MATERIALS.iter().map(|m| (m.name, m)).collect();
+    root.sections("building", &KEYS)?
+        .iter()
+        .map(|section| {
+            let name = section.need_text("name", "a name for people")?.to_owned();
+            let corners = section
+                .sections("footprint", &["lat_deg", "lon_deg", "east_m", "north_m", "height_m"])?;
+            if !(3..=200).contains(&corners.len()) {
+                let found = corners.len() as f64;
+                let (low, high) = (3.0, 200.0);
+                let problem = Problem::OutOfRange { found, low, high, unit: "corners" };
+                return Err(section.refuse("footprint", problem));
+            }
+            let footprint_m: Vec<Vector2<f64>> = corners
+                .iter()
+                .map(|corner| airport.site(corner).map(|place| place.xy()))
+                .collect::<Result<_, _>>()?;
+            let building = Building {
+                name,
+                footprint_m,
+                height_m: section.need_number("height_m", within(1.0, 500.0, "m"))?,
+                facade: section
+                    .choice("facade", &facades)?
+                    .or_else(|| Material::named("concrete"))
+                    .expect("concrete is a material"),
+            };
+            if building.area_m2() < 1.0 {
+                let found = building.area_m2();
+                let problem = Problem::OutOfRange { found, low: 1.0, high: 1e7, unit: "m²" };
+                return Err(section.refuse("footprint", problem));
+            }
+            Ok(building)
+        })
+        .collect()
+}

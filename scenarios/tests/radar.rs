@@ -1,0 +1,127 @@
+//! Radars and buildings of a scene: sets that ship, overrides, and one line for what is wrong.
+
+use scenarios::{ScenarioError, Scene, load_text};
+use std::path::{Path, PathBuf};
+
+fn zurich() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("zurich.toml")
+}
+
+fn with(set: &str, overrides: &str, more: &str) -> Result<Scene, ScenarioError> {
+    let text = std::fs::read_to_string(zurich()).expect("zurich.toml");
+    let from = "parameters = \"ku_asde3\"\n";
+    assert!(text.contains(from));
+    let to = format!("parameters = \"{set}\"\noverrides = {{ {overrides} }}\n");
+    load_text(&zurich(), &format!("{}\n{more}", text.replacen(from, &to, 1)))
+}
+
+/// The line of the radar's parameters in zurich.toml; its overrides are in the next.
+fn placed(expected: &str) -> String {
+    let text = std::fs::read_to_string(zurich()).expect("zurich.toml");
+    let at = 1 + text.lines().position(|l| l.starts_with("parameters =")).expect("a radar");
+    let (parameters, overrides) = (at.to_string(), (at + 1).to_string());
+    expected.replace("PARAMETERS", &parameters).replace("OVERRIDES", &overrides)
+}
+
+fn line(result: Result<Scene, ScenarioError>) -> String {
+    let line = result.expect_err("an error").to_string();
+    line.replace(&format!("{}/", env!("CARGO_MANIFEST_DIR")), "")
+}
+
+#[test]
+fn every_set_that_ships_is_sound() {
+    for (set, carrier) in [("ku_asde3", 16.0), ("x_paper", 9.0), ("x_smr25", 9.0)] {
+        let scene = with(set, "", "").unwrap_or_else(|e| panic!("{e}"));
+        let radar = scene.sensors[0].asde.as_ref().expect("a radar");
+        assert_eq!(radar.parameters.carrier_ghz, carrier);
+        assert_eq!(radar.parameters.antenna_height_m, 60.0, "the site's height");
+        assert!(radar.warnings.is_empty());
+    }
+}
+
+#[test]
+fn a_soil_beyond_its_published_range_is_a_warning() {
+    let scene = with("ku_asde3", "surface = \"wet_ground\"", "").unwrap_or_else(|e| panic!("{e}"));
+    let radar = scene.sensors[0].asde.as_ref().expect("a radar");
+    assert_eq!(radar.warnings.len(), 1);
+    assert!(
+        radar.warnings[0].contains(&placed("zurich.toml:OVERRIDES: sensor[1].overrides: surface")),
+        "{:?}",
+        radar.warnings
+    );
+}
+
+#[test]
+fn wrong_parameters_give_one_line() {
+    for (set, overrides, expected) in [
+        (
+            "ku_asde3",
+            "carrier_ghz = 0.5",
+            "zurich.toml:OVERRIDES: sensor[1].overrides.carrier_ghz: carrier_ghz = 0.5 is outside 1 ..= 100",
+        ),
+        (
+            "ku_asde3",
+            "azimuth_beamwidth_deg = 0",
+            "zurich.toml:OVERRIDES: sensor[1].overrides.azimuth_beamwidth_deg: azimuth_beamwidth_deg = 0 is outside 0.01 ..= 30",
+        ),
+        (
+            "ku_asde3",
+            "carrier_ghz = 20, surface = \"wet_ground\"",
+            "zurich.toml:OVERRIDES: sensor[1].overrides.carrier_ghz: carrier_ghz (for this surface) = 20 is outside 1 ..= 18",
+        ),
+        (
+            "ku_asde3",
+            "beamwidth_deg = 1",
+            "zurich.toml:OVERRIDES: sensor[1].overrides.beamwidth_deg: unknown key",
+        ),
+        (
+            "ku_asde3",
+            "surface = \"ice\"",
+            "zurich.toml:OVERRIDES: sensor[1].overrides.surface: found \"ice\", allowed is \"concrete\", \"asphalt\"",
+        ),
+        (
+            "ku_asde3",
+            "swerling = 7",
+            "zurich.toml:OVERRIDES: sensor[1].overrides.swerling: found 7, allowed is 0 to 4",
+        ),
+        (
+            "ku_asde3",
+            "antenna_height_m = -3",
+            "zurich.toml:OVERRIDES: sensor[1].overrides.antenna_height_m: antenna_height_m = -3 is outside 1 ..= 500",
+        ),
+        (
+            "ka_band",
+            "",
+            "zurich.toml:PARAMETERS: sensor[1].parameters: found \"ka_band\", allowed is \"ku_asde3\", \"x_paper\", \"x_smr25\"",
+        ),
+    ] {
+        let found = line(with(set, overrides, ""));
+        let expected = placed(expected);
+        assert!(found.starts_with(&expected), "{overrides}:\n{found}\n{expected}");
+        assert_eq!(found.lines().count(), 1);
+    }
+}
+
+#[test]
+fn buildings_are_read_and_checked() {
+    let building = |corners: &str, height: &str| {
+        format!(
+            "[[building]]\nname = \"hangar\"\nfootprint = [{corners}]\nheight_m = {height}\nfacade = \"metal\"\n"
+        )
+    };
+    let square = "{ east_m = 0, north_m = 0 }, { east_m = 80, north_m = 0 }, { east_m = 80, north_m = 40 }, { east_m = 0, north_m = 40 }";
+    let scene = with("ku_asde3", "", &building(square, "25")).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(scene.buildings.len(), 1);
+    assert!((scene.buildings[0].area_m2() - 3200.0).abs() < 1e-9);
+    assert_eq!(scene.buildings[0].facade.name, "metal");
+    let two = "{ east_m = 0, north_m = 0 }, { east_m = 80, north_m = 0 }";
+    assert!(
+        line(with("ku_asde3", "", &building(two, "25")))
+            .contains("found 2, allowed is 3 to 200 corners")
+    );
+    let high = line(with("ku_asde3", "", &building(square, "900")));
+    assert!(high.contains("building[1].height_m: found 900, allowed is 1 to 500 m"), "{high}");
+    let around = "{ lat_deg = 47.4535, lon_deg = 8.5565 }, { lat_deg = 47.4542, lon_deg = 8.5565 }, { lat_deg = 47.4542, lon_deg = 8.5574 }, { lat_deg = 47.4535, lon_deg = 8.5574 }";
+    let inside = line(with("ku_asde3", "", &building(around, "80")));
+    assert!(inside.contains("an antenna at 60 m inside \"hangar\""), "{inside}");
+}
