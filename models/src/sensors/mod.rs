@@ -1,5 +1,6 @@
 //! Sensors: truth and weather in, plots out.
 
+pub mod adsb;
 pub mod antenna;
 pub mod asde;
 mod asde_parameters;
@@ -8,11 +9,14 @@ pub mod constellation;
 pub mod cooperative;
 pub mod detection;
 pub mod dgps;
+pub mod dynamic;
 pub mod extended;
 pub mod gauss_markov;
 pub mod geometry;
 pub mod gps;
+pub mod induction_loop;
 pub mod measurement;
+pub mod mlat;
 pub mod propagation;
 pub mod radar_equation;
 pub mod radial;

@@ -12,6 +12,8 @@ pub(crate) struct Parked {
     class: TargetClass,
     /// Velocity of all, m/s.
     pub(crate) velocity_ms: Vector3<f64>,
+    /// Heading of all, radians clockwise from north.
+    pub(crate) heading_rad: f64,
 }
 
 impl Parked {
@@ -25,7 +27,12 @@ impl Parked {
             height_m: 11.8,
             rcs_m2: 20.0,
         };
-        Self { keys: keys.to_vec(), class, velocity_ms: Vector3::zeros() }
+        Self {
+            keys: keys.to_vec(),
+            class,
+            velocity_ms: Vector3::zeros(),
+            heading_rad: std::f64::consts::FRAC_PI_2,
+        }
     }
 }
 
@@ -50,7 +57,7 @@ impl Truth for Parked {
             position_m: Vector3::new(0.0, self.keys[index] as f64 * 100.0, 0.0)
                 + self.velocity_ms * time.s(),
             velocity_ms: self.velocity_ms,
-            heading_rad: std::f64::consts::FRAC_PI_2,
+            heading_rad: self.heading_rad,
         })
     }
 }

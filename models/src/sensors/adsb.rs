@@ -1,0 +1,365 @@
+//! Automatic dependent surveillance: the target broadcasts its own satellite position.
+//!
+//! Errors: the position's (by its accuracy category, correlated in time), the delay between measuring
+//! and sending (the target has moved on), and the rounding of the surface position format.
+//!
+//! Source: RTCA DO-260B / DO-282B (NACp, surface position message, compact position reporting), as
+//! described in J. Sun, *The 1090 Megahertz Riddle* (2021). Delays and reception are assumptions.
+
+use std::f64::consts::PI;
+
+use crate::draw::{DrawKey, Purpose, uniform};
+use crate::environment::Weather;
+use crate::frames::Vector2;
+use crate::plot::{SensorId, SensorKind};
+use crate::sensors::config::{ConfigError, number};
+use crate::sensors::cooperative::{Equipage, Fix, Fleet, Reporting, Reports};
+use crate::sensors::gps::Wander;
+use crate::sensors::{PlotSink, ScanInterval, Sensor, Truth};
+
+/// Radius that holds 95 % of the error for a navigation accuracy category, m; `None` where the
+/// category says nothing (below 6) or does not exist.
+#[must_use]
+pub fn position_uncertainty_m(nacp: u8) -> Option<f64> {
+    match nacp {
+        11 => Some(3.0),
+        10 => Some(10.0),
+        9 => Some(30.0),
+        8 => Some(92.6),
+        7 => Some(185.2),
+        6 => Some(555.6),
+        _ => None,
+    }
+}
+
+/// Deviation of each component of a circular error with 95 % within `radius_m`: radius/√(−2 ln 0.05).
+#[must_use]
+pub fn sigma_of_radius_95(radius_m: f64) -> f64 {
+    radius_m / (-2.0 * libm::log(0.05)).sqrt()
+}
+
+/// Step of latitude in a surface position, m: 90°/(60 − i)/2¹⁷, i = 0 for even, 1 for odd messages.
+#[must_use]
+pub fn latitude_step_m(odd: bool) -> f64 {
+    90.0 / (60.0 - f64::from(u8::from(odd))) / 131_072.0 * METRES_PER_DEGREE
+}
+
+/// Step of longitude in a surface position at `latitude_deg`, m.
+#[must_use]
+pub fn longitude_step_m(latitude_deg: f64, odd: bool) -> f64 {
+    let zones = (longitude_zones(latitude_deg) - f64::from(u8::from(odd))).max(1.0);
+    90.0 / zones / 131_072.0 * METRES_PER_DEGREE * libm::cos(latitude_deg.to_radians())
+}
+
+/// Number of longitude zones of compact position reporting, 1 to 59.
+#[must_use]
+pub fn longitude_zones(latitude_deg: f64) -> f64 {
+    let latitude = latitude_deg.abs();
+    if latitude >= 87.0 {
+        return if latitude > 87.0 { 1.0 } else { 2.0 };
+    }
+    let cos = libm::cos(latitude.to_radians());
+    let a = 1.0 - (1.0 - libm::cos(PI / 30.0)) / (cos * cos);
+    (2.0 * PI / libm::acos(a.max(-1.0))).floor().clamp(1.0, 59.0)
+}
+
+/// Deviation of a value rounded to steps of `step`: step/√12.
+#[must_use]
+pub fn rounding_sigma(step: f64) -> f64 {
+    step / 12_f64.sqrt()
+}
+
+/// How far a target moves on while its report is delayed, m.
+#[must_use]
+pub fn lag_m(speed_ms: f64, latency_s: f64) -> f64 {
+    speed_ms * latency_s
+}
+
+/// Metres per degree of latitude at 45°.
+const METRES_PER_DEGREE: f64 = 111_132.954;
+
+/// Parameters of an [`Adsb`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct AdsbConfig {
+    /// Number of the sensor in the scene.
+    pub id: SensorId,
+    /// Who is equipped.
+    pub equipped: Equipage,
+    /// Navigation accuracy category of the targets, 6 to 11.
+    pub nacp: u8,
+    /// Time between two reports of a moving target, s.
+    pub moving_s: f64,
+    /// Time between two reports of a standing target, s.
+    pub parked_s: f64,
+    /// Below this speed a target counts as standing, m/s.
+    pub parked_below_ms: f64,
+    /// Shortest delay from measurement to transmission, s; each target has its own.
+    pub latency_min_s: f64,
+    /// Longest delay, s.
+    pub latency_max_s: f64,
+    /// Share of reports that are received.
+    pub reception: f64,
+    /// Share of the position's variance that is correlated in time.
+    pub correlated_share: f64,
+    /// Its correlation time, s.
+    pub tau_s: f64,
+    /// Latitude of the airport, degrees, for the step of longitude.
+    pub latitude_deg: f64,
+}
+
+impl AdsbConfig {
+    /// Reports of category 10 twice a second when moving, every 5 s when parked.
+    #[must_use]
+    pub fn surface(id: SensorId, latitude_deg: f64) -> Self {
+        Self {
+            id,
+            equipped: Equipage::all(),
+            nacp: 10,
+            moving_s: 0.5,
+            parked_s: 5.0,
+            parked_below_ms: 0.5,
+            latency_min_s: 0.1,
+            latency_max_s: 0.6,
+            reception: 0.95,
+            correlated_share: 0.95,
+            tau_s: 300.0,
+            latitude_deg,
+        }
+    }
+
+    /// Refuses what is outside the limits.
+    ///
+    /// # Errors
+    /// [`ConfigError`] with key, value and limits.
+    pub fn validate(&self) -> Result<(), ConfigError> {
+        self.reporting().validate()?;
+        number("nacp", f64::from(self.nacp), 6.0, 11.0)?;
+        number("parked_s", self.parked_s, self.moving_s, 3600.0)?;
+        number("parked_below_ms", self.parked_below_ms, 0.0, 100.0)?;
+        number("latency_min_s", self.latency_min_s, 0.0, 10.0)?;
+        number("latency_max_s", self.latency_max_s, self.latency_min_s, 10.0)?;
+        number("reception", self.reception, 0.0, 1.0)?;
+        number("correlated_share", self.correlated_share, 0.0, 1.0)?;
+        number("tau_s", self.tau_s, 1e-3, 1e6)?;
+        number("latitude_deg", self.latitude_deg, -90.0, 90.0)
+    }
+
+    fn reporting(&self) -> Reporting {
+        Reporting {
+            id: self.id,
+            kind: SensorKind::Adsb,
+            equipped: self.equipped.clone(),
+            period_s: self.moving_s,
+        }
+    }
+}
+
+/// Receiver of position broadcasts on the surface.
+#[derive(Clone, Debug)]
+pub struct Adsb {
+    config: AdsbConfig,
+    reporting: Reporting,
+    sigma_m: f64,
+    /// Steps east and north, even and odd.
+    steps_m: [Vector2<f64>; 2],
+    fleet: Fleet<Transponder>,
+}
+
+#[derive(Clone, Debug)]
+struct Transponder {
+    wander: Wander,
+    latency_s: f64,
+}
+
+impl Adsb {
+    /// A sensor with these parameters, which knows no target yet.
+    ///
+    /// # Errors
+    /// [`ConfigError`] if a parameter is outside its limits.
+    pub fn new(config: AdsbConfig) -> Result<Self, ConfigError> {
+        config.validate()?;
+        let uncertainty_m = position_uncertainty_m(config.nacp).ok_or(ConfigError::Number {
+            key: "nacp",
+            value: f64::from(config.nacp),
+            min: 6.0,
+            max: 11.0,
+        })?;
+        let steps =
+            |odd| Vector2::new(longitude_step_m(config.latitude_deg, odd), latitude_step_m(odd));
+        Ok(Self {
+            sigma_m: sigma_of_radius_95(uncertainty_m),
+            steps_m: [steps(false), steps(true)],
+            reporting: config.reporting(),
+            config,
+            fleet: Fleet::default(),
+        })
+    }
+}
+
+impl Sensor for Adsb {
+    fn id(&self) -> SensorId {
+        self.config.id
+    }
+
+    fn kind(&self) -> SensorKind {
+        SensorKind::Adsb
+    }
+
+    fn scan(
+        &mut self,
+        interval: &ScanInterval,
+        truth: &dyn Truth,
+        _weather: &Weather,
+        out: &mut PlotSink,
+    ) {
+        let (config, reporting) = (&self.config, &self.reporting);
+        let mut reports = Reports::new(reporting, truth, out);
+        let parked_every = (config.parked_s / config.moving_s).round().max(1.0) as u64;
+        let (sigma_m, steps_m) = (self.sigma_m, self.steps_m);
+        let sensor_key = |key: DrawKey, scan: u64| DrawKey { scan, ..key };
+        self.fleet.for_each_due(
+            reporting,
+            interval,
+            truth,
+            |due| {
+                let key = reporting.key(interval, due);
+                let draw = uniform(&mut sensor_key(key, u64::MAX).rng(Purpose::Adsb));
+                let span_s = config.latency_max_s - config.latency_min_s;
+                Transponder {
+                    wander: Wander::start(key, due.time),
+                    latency_s: config.latency_min_s + draw * span_s,
+                }
+            },
+            |transponder, due| {
+                let velocity_ms = due.state.velocity_ms.xy();
+                let parked = velocity_ms.norm() < config.parked_below_ms;
+                if parked && !due.number.is_multiple_of(parked_every) {
+                    return;
+                }
+                reports.expected();
+                let key = reporting.key(interval, due);
+                if uniform(&mut key.rng(Purpose::Adsb)) >= config.reception {
+                    return;
+                }
+                let error_m = sigma_m
+                    * transponder.wander.unit_error(
+                        config.correlated_share,
+                        config.tau_s,
+                        key,
+                        due.time,
+                    );
+                let behind_m = velocity_ms * transponder.latency_s;
+                let measured_m = due.state.position_m.xy() + error_m - behind_m;
+                let step_m = steps_m[usize::from(due.number % 2 == 1)];
+                let position_m = measured_m.zip_map(&step_m, |x, step| {
+                    if step > 0.0 { (x / step).round() * step } else { x }
+                });
+                let variance =
+                    |step: f64| sigma_m * sigma_m + rounding_sigma(step) * rounding_sigma(step);
+                reports.push(
+                    due,
+                    Fix {
+                        time: due.time,
+                        position_m,
+                        axis: Vector2::new(0.0, 1.0),
+                        variance_m2: [variance(step_m.y), variance(step_m.x)],
+                        altitude_m: None,
+                    },
+                    true,
+                    &[
+                        ("positioning error", error_m.norm(), "m"),
+                        ("latency", behind_m.norm(), "m"),
+                        ("rounding", (position_m - measured_m).norm(), "m"),
+                    ],
+                );
+            },
+        );
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frames::Vector3;
+    use crate::sensors::testing::Parked;
+    use crate::time::SimTime;
+
+    fn scan(config: AdsbConfig, truth: &Parked, seconds: u64) -> PlotSink {
+        let mut adsb = Adsb::new(config).expect("sound");
+        let mut sink = PlotSink { explain: true, ..PlotSink::default() };
+        for scan in 1..=seconds {
+            let at = |scan: u64| SimTime(scan as i64 * 1_000_000_000);
+            let interval = ScanInterval { run_seed: 2, scan, from: at(scan - 1), to: at(scan) };
+            adsb.scan(&interval, truth, &Weather::default(), &mut sink);
+        }
+        sink
+    }
+
+    #[test]
+    fn zones_are_those_of_the_standard() {
+        // Transition latitudes of the standard's table.
+        for (latitude, zones) in [
+            (0.0, 59.0),
+            (10.47, 59.0),
+            (10.471, 58.0),
+            (47.45, 40.0),
+            (-60.0, 29.0),
+            (86.53, 3.0),
+            (86.99, 2.0),
+            (87.0, 2.0),
+            (89.0, 1.0),
+            (90.0, 1.0),
+        ] {
+            assert_eq!(longitude_zones(latitude), zones, "{latitude}");
+        }
+        assert!(longitude_step_m(90.0, true).abs() < 1e-9, "at the pole longitude is nothing");
+    }
+
+    #[test]
+    fn standing_targets_report_seldom_and_lag_nothing() {
+        let config = AdsbConfig { reception: 1.0, ..AdsbConfig::surface(SensorId(1), 47.45) };
+        let keys: Vec<u64> = (0..200).collect();
+        let mut truth = Parked::aircraft(&keys);
+        let parked = scan(config.clone(), &truth, 20);
+        assert_eq!(parked.plots.len() as u64, parked.looks);
+        assert_eq!(parked.plots.len(), 200 * 4);
+        assert!(parked.causes.iter().all(|c| c.effects[1].value == 0.0));
+        truth.velocity_ms = Vector3::new(0.0, 70.0, 0.0);
+        let moving = scan(config, &truth, 20);
+        assert_eq!(moving.plots.len(), 200 * 40);
+        let lags: Vec<f64> = moving.causes.iter().map(|c| c.effects[1].value).collect();
+        assert!(lags.iter().all(|l| (7.0..=42.0).contains(l)), "0.1 to 0.6 s at 70 m/s");
+        let mean = lags.iter().sum::<f64>() / lags.len() as f64;
+        assert!((mean - 24.5).abs() < 2.0, "{mean}");
+    }
+
+    #[test]
+    fn the_error_is_that_of_its_category() {
+        let keys: Vec<u64> = (0..4000).collect();
+        for nacp in [9, 10, 11] {
+            let config = AdsbConfig {
+                nacp,
+                parked_s: 0.5,
+                reception: 0.8,
+                ..AdsbConfig::surface(SensorId(1), 47.45)
+            };
+            let sink = scan(config, &Parked::aircraft(&keys), 1);
+            let share = sink.plots.len() as f64 / sink.looks as f64;
+            assert!((share - 0.8).abs() < 4.0 * (0.16 / 8000.0_f64).sqrt(), "{share}");
+            let radius_m = position_uncertainty_m(nacp).expect("known");
+            let within = sink
+                .plots
+                .iter()
+                .zip(&sink.causes)
+                .filter(|(p, c)| (p.position_m - c.truth_m.expect("a target")).norm() <= radius_m)
+                .count();
+            let held = within as f64 / sink.plots.len() as f64;
+            // Two reports of a target are one sample; rounding adds a little at category 11.
+            assert!((held - 0.95).abs() < if nacp == 11 { 0.03 } else { 0.014 }, "{nacp}: {held}");
+        }
+        for nacp in [0, 5, 12] {
+            let config = AdsbConfig { nacp, ..AdsbConfig::surface(SensorId(1), 0.0) };
+            assert!(matches!(Adsb::new(config), Err(ConfigError::Number { key: "nacp", .. })));
+        }
+    }
+}

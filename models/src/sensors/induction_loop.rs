@@ -1,0 +1,570 @@
+//! Induction loops in the pavement ("magnetic" sensors): a passage gives a time at a known place.
+//!
+//! One loop reports when it becomes occupied; two in a row give speed and length too, and report the
+//! centre of the target when the second one falls free. Neither says who passes. A loop measures
+//! along the taxiway only: the variance across is infinite.
+//!
+//! Source: speed and length from the traffic detector literature (Klein, Mills & Gibson, *Traffic
+//! Detector Handbook*, FHWA 2006); delays, detection and false rates are assumptions.
+
+use crate::draw::{DrawKey, Purpose, exponential, normal_pair, uniform};
+use crate::environment::Weather;
+use crate::frames::{Azimuth, Vector2};
+use crate::plot::{Plot, SensorId, SensorKind};
+use crate::sensors::config::{ConfigError, number};
+use crate::sensors::{Cause, Contribution, PlotSink, ScanInterval, Sensor, Truth};
+use crate::time::SimTime;
+
+/// Two loops in a row.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LoopPair {
+    /// Distance from the first to the second, m.
+    pub spacing_m: f64,
+    /// Its uncertainty, m.
+    pub sigma_spacing_m: f64,
+}
+
+impl LoopPair {
+    /// Time from the first loop to the second at `speed_ms`, s.
+    #[must_use]
+    pub fn passage_s(&self, speed_ms: f64) -> f64 {
+        self.spacing_m / speed_ms
+    }
+
+    /// Deviation of the speed v = s/Δt: v √((σ_s/s)² + 2(σ_t v/s)²), m/s.
+    #[must_use]
+    pub fn sigma_speed_ms(&self, speed_ms: f64, sigma_t_s: f64) -> f64 {
+        let place = self.sigma_spacing_m / self.spacing_m;
+        let time = sigma_t_s * speed_ms / self.spacing_m;
+        speed_ms * (place * place + 2.0 * time * time).sqrt()
+    }
+}
+
+/// How long a target occupies a loop, s: (L_target + L_loop)/v.
+#[must_use]
+pub fn occupancy_s(target_m: f64, loop_m: f64, speed_ms: f64) -> f64 {
+    (target_m + loop_m) / speed_ms
+}
+
+/// Deviation of the position of a passage: √(σ_edge² + (v σ_t)²), m.
+#[must_use]
+pub fn sigma_passage_m(sigma_edge_m: f64, speed_ms: f64, sigma_t_s: f64) -> f64 {
+    libm::hypot(sigma_edge_m, speed_ms * sigma_t_s)
+}
+
+/// Parameters of an [`InductionLoop`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct LoopConfig {
+    /// Number of the sensor in the scene.
+    pub id: SensorId,
+    /// Centre of the (first) loop, airport frame, m.
+    pub site_m: Vector2<f64>,
+    /// Direction of the taxiway, degrees clockwise from north; traffic may come from both sides.
+    pub direction_deg: f64,
+    /// Length of a loop along the taxiway, m.
+    pub length_m: f64,
+    /// Half the width of the strip it covers, m.
+    pub half_width_m: f64,
+    /// The second loop, where there is one: further along `direction_deg`.
+    pub pair: Option<LoopPair>,
+    /// Uncertainty of the edge of a target over a loop, m.
+    pub sigma_edge_m: f64,
+    /// Longest delay of a detection, s; each is uniform up to it.
+    pub delay_s: f64,
+    /// Probability that a passage is detected.
+    pub pd: f64,
+    /// False passages per hour.
+    pub false_per_h: f64,
+    /// Half the length that a single loop assumes of a target, m.
+    pub assumed_half_length_m: f64,
+    /// Uncertainty of that, m.
+    pub sigma_half_length_m: f64,
+    /// Speed that a single loop assumes of a target in its variance, m/s.
+    pub assumed_speed_ms: f64,
+}
+
+impl LoopConfig {
+    /// Two loops of 2 m, 5 m apart, across a taxiway 23 m wide.
+    #[must_use]
+    pub fn pair_at(id: SensorId, site_m: Vector2<f64>, direction_deg: f64) -> Self {
+        Self {
+            id,
+            site_m,
+            direction_deg,
+            length_m: 2.0,
+            half_width_m: 11.5,
+            pair: Some(LoopPair { spacing_m: 5.0, sigma_spacing_m: 0.02 }),
+            sigma_edge_m: 0.3,
+            delay_s: 0.05,
+            pd: 0.99,
+            false_per_h: 1e-3,
+            assumed_half_length_m: 15.0,
+            sigma_half_length_m: 10.0,
+            assumed_speed_ms: 10.0,
+        }
+    }
+
+    /// Refuses what is outside the limits.
+    ///
+    /// # Errors
+    /// [`ConfigError`] with key, value and limits.
+    pub fn validate(&self) -> Result<(), ConfigError> {
+        number("site_east_m", self.site_m.x, -1e6, 1e6)?;
+        number("site_north_m", self.site_m.y, -1e6, 1e6)?;
+        number("direction_deg", self.direction_deg, -360.0, 360.0)?;
+        number("length_m", self.length_m, 0.1, 100.0)?;
+        number("half_width_m", self.half_width_m, 0.1, 100.0)?;
+        if let Some(pair) = &self.pair {
+            number("spacing_m", pair.spacing_m, 0.5, 100.0)?;
+            number("sigma_spacing_m", pair.sigma_spacing_m, 0.0, 1.0)?;
+        }
+        number("sigma_edge_m", self.sigma_edge_m, 1e-3, 100.0)?;
+        number("delay_s", self.delay_s, 0.0, 10.0)?;
+        number("pd", self.pd, 0.0, 1.0)?;
+        number("false_per_h", self.false_per_h, 0.0, 1e5)?;
+        number("assumed_half_length_m", self.assumed_half_length_m, 0.0, 50.0)?;
+        number("sigma_half_length_m", self.sigma_half_length_m, 0.0, 50.0)?;
+        number("assumed_speed_ms", self.assumed_speed_ms, 0.0, 100.0)
+    }
+
+    /// Deviation of a uniform delay, s.
+    #[must_use]
+    pub fn sigma_t_s(&self) -> f64 {
+        self.delay_s / 12_f64.sqrt()
+    }
+}
+
+/// A loop, or a pair of them.
+#[derive(Clone, Debug)]
+pub struct InductionLoop {
+    config: LoopConfig,
+    along: Vector2<f64>,
+    /// Passages under way, sorted by key.
+    passages: Vec<Passage>,
+    /// Number and time of the next false passage.
+    next_false: Option<(u64, SimTime)>,
+}
+
+/// A target over the loops.
+#[derive(Clone, Copy, Debug)]
+struct Passage {
+    key: u64,
+    /// When it came over the first loop and over the second (in its own direction), s.
+    on: [Option<SimTime>; 2],
+    /// Which loops it covers at the last look.
+    over: [bool; 2],
+}
+
+/// Looks at a target near the loop are this far apart, on whole multiples since the start.
+const LOOK_NS: i64 = 50_000_000;
+/// Nearest to the loop that a target is looked at so often, m and s of its speed.
+const NEAR_M: f64 = 150.0;
+
+impl InductionLoop {
+    /// A sensor with these parameters.
+    ///
+    /// # Errors
+    /// [`ConfigError`] if a parameter is outside its limits.
+    pub fn new(config: LoopConfig) -> Result<Self, ConfigError> {
+        config.validate()?;
+        let along = Azimuth::from_rad(config.direction_deg.to_radians()).unit();
+        Ok(Self { config, along, passages: Vec::new(), next_false: None })
+    }
+
+    /// Which loops a target covers at `time`; `None` while it does not exist.
+    fn over(&self, truth: &dyn Truth, index: usize, time: SimTime) -> Option<[bool; 2]> {
+        let config = &self.config;
+        let state = truth.at(index, time)?;
+        let offset_m = state.position_m.xy() - config.site_m;
+        let across_m = offset_m.x * self.along.y - offset_m.y * self.along.x;
+        if across_m.abs() > config.half_width_m {
+            return Some([false, false]);
+        }
+        let nose = Azimuth::from_rad(state.heading_rad).unit();
+        let reach_m =
+            0.5 * truth.class(index).length_m * nose.dot(&self.along).abs() + 0.5 * config.length_m;
+        let along_m = offset_m.dot(&self.along);
+        let second = config.pair.is_some_and(|p| (along_m - p.spacing_m).abs() <= reach_m);
+        Some([along_m.abs() <= reach_m, second])
+    }
+
+    /// The instant in (`before`, `after`] at which loop `which` changed, to a microsecond.
+    fn change(
+        &self,
+        truth: &dyn Truth,
+        index: usize,
+        which: usize,
+        mut before: SimTime,
+        mut after: SimTime,
+    ) -> SimTime {
+        let end = self.over(truth, index, after).map(|o| o[which]);
+        while after.0 - before.0 > 1000 {
+            let middle = SimTime(before.0 + (after.0 - before.0) / 2);
+            if self.over(truth, index, middle).map(|o| o[which]) == end {
+                after = middle;
+            } else {
+                before = middle;
+            }
+        }
+        after
+    }
+
+    /// Follows one target from `from` to `to`; gives what is reported of it.
+    fn follow(
+        &mut self,
+        interval: &ScanInterval,
+        truth: &dyn Truth,
+        index: usize,
+        found: &mut Vec<(Plot, Cause)>,
+    ) -> u64 {
+        let key = truth.key(index);
+        let at = self.passages.partition_point(|p| p.key < key);
+        let known = self.passages.get(at).is_some_and(|p| p.key == key);
+        let site_m = self.config.site_m;
+        let near = |time: SimTime| {
+            truth.at(index, time).is_some_and(|s| {
+                let reach_m = NEAR_M + s.velocity_ms.norm() * interval.to.since_s(interval.from);
+                (s.position_m.xy() - site_m).norm() < reach_m
+            })
+        };
+        if !known && !near(interval.to) && !near(interval.from) {
+            return 0;
+        }
+        if !known {
+            let over = self.over(truth, index, interval.from).unwrap_or_default();
+            // Whoever stands on a loop from the beginning came on at no known time.
+            self.passages.insert(at, Passage { key, on: [None; 2], over });
+        }
+        let mut looks = 0;
+        let mut before = interval.from;
+        while before < interval.to {
+            let next = SimTime((before.0.div_euclid(LOOK_NS) + 1) * LOOK_NS).min(interval.to);
+            let over = self.over(truth, index, next).unwrap_or_default();
+            let was = self.passages[at];
+            for (which, now) in over.into_iter().enumerate() {
+                if now != was.over[which] {
+                    let instant = self.change(truth, index, which, before, next);
+                    looks += self.changed(interval, truth, index, at, which, instant, found);
+                }
+            }
+            self.passages[at].over = over;
+            before = next;
+        }
+        let idle = self.passages[at].over == [false; 2] && !near(interval.to);
+        if idle {
+            self.passages.remove(at);
+        }
+        looks
+    }
+
+    /// A loop became occupied or free at `instant`; gives how many reports were due.
+    #[expect(clippy::too_many_arguments, reason = "one event with all that it needs")]
+    fn changed(
+        &mut self,
+        interval: &ScanInterval,
+        truth: &dyn Truth,
+        index: usize,
+        at: usize,
+        which: usize,
+        instant: SimTime,
+        found: &mut Vec<(Plot, Cause)>,
+    ) -> u64 {
+        let passage = &mut self.passages[at];
+        let occupied = !passage.over[which];
+        if occupied {
+            passage.on[which] = Some(instant);
+        }
+        let passage = *passage;
+        let Some(state) = truth.at(index, instant) else { return 0 };
+        // Named by its beginning: one passage, one set of draws.
+        let begin = passage.on[0].or(passage.on[1]).unwrap_or(instant);
+        let draw = DrawKey {
+            run_seed: interval.run_seed,
+            sensor: u32::from(self.config.id.0),
+            entity: passage.key,
+            scan: begin.0 as u64,
+        };
+        let mut rng = draw.rng(Purpose::Loop);
+        let detected = uniform(&mut rng) < self.config.pd;
+        let delays = [uniform(&mut rng), uniform(&mut rng), uniform(&mut rng)]
+            .map(|u| u * self.config.delay_s);
+        let (edge, spacing) = normal_pair(&mut rng);
+        let forward = state.velocity_ms.xy().dot(&self.along) >= 0.0;
+        let report = match (self.config.pair, occupied) {
+            (None, true) => Some(self.single(forward, edge, delays[0], instant)),
+            (Some(pair), false) => {
+                let last = if forward { 1 } else { 0 };
+                match (which == last, passage.on[1 - last], passage.on[last]) {
+                    (true, Some(first), Some(second)) => self.double(
+                        pair,
+                        forward,
+                        [edge, spacing],
+                        delays,
+                        [first, second, instant],
+                    ),
+                    _ => None,
+                }
+            }
+            _ => None,
+        };
+        let Some((time, along_m, variance_m2)) = report else { return 0 };
+        if !occupied {
+            self.passages[at].on = [None; 2];
+        }
+        if detected {
+            let position_m = self.config.site_m + self.along * along_m;
+            let truth_m = truth.at(index, time).unwrap_or(state).position_m.xy();
+            let effects =
+                vec![Contribution { effect: "delay", value: time.since_s(instant), unit: "s" }];
+            let cause = Cause { key: Some(passage.key), truth_m: Some(truth_m), effects };
+            found.push((self.plot(time, position_m, variance_m2), cause));
+        }
+        1
+    }
+
+    /// One loop: the front edge is at the near edge of the loop, the centre half an assumed length back.
+    fn single(&self, forward: bool, edge: f64, delay_s: f64, on: SimTime) -> (SimTime, f64, f64) {
+        let config = &self.config;
+        let sign = if forward { 1.0 } else { -1.0 };
+        let sigma_m =
+            sigma_passage_m(config.sigma_edge_m, config.assumed_speed_ms, config.sigma_t_s());
+        let centre_m = -sign * (0.5 * config.length_m + config.assumed_half_length_m)
+            + config.sigma_edge_m * edge;
+        let variance_m2 =
+            sigma_m * sigma_m + config.sigma_half_length_m * config.sigma_half_length_m;
+        (on.plus_s(delay_s), centre_m, variance_m2)
+    }
+
+    /// Two loops: speed from the two beginnings, centre half an occupation behind the last loop's
+    /// centre moment. `None` where the delays leave no sensible speed.
+    fn double(
+        &self,
+        pair: LoopPair,
+        forward: bool,
+        [edge, spacing]: [f64; 2],
+        delays_s: [f64; 3],
+        [first, second, off]: [SimTime; 3],
+    ) -> Option<(SimTime, f64, f64)> {
+        let config = &self.config;
+        let (t0, t1, t2) =
+            (first.plus_s(delays_s[0]), second.plus_s(delays_s[1]), off.plus_s(delays_s[2]));
+        let passage_s = t1.since_s(t0);
+        // Above 100 m/s no target taxies: the delays have eaten the passage.
+        if passage_s <= pair.spacing_m / 100.0 {
+            return None;
+        }
+        let speed_ms = (pair.spacing_m + pair.sigma_spacing_m * spacing) / passage_s;
+        let occupied_s = t2.since_s(t1);
+        let sign = if forward { 1.0 } else { -1.0 };
+        let last_m = if forward { pair.spacing_m } else { 0.0 };
+        let centre_m = last_m + sign * 0.5 * speed_ms * occupied_s + config.sigma_edge_m * edge;
+        let sigma_t_s = config.sigma_t_s();
+        let passage_m = sigma_passage_m(config.sigma_edge_m, speed_ms, sigma_t_s);
+        let stretch_m = 0.5 * occupied_s * pair.sigma_speed_ms(speed_ms, sigma_t_s);
+        Some((t2, centre_m, passage_m * passage_m + stretch_m * stretch_m))
+    }
+
+    fn plot(&self, time: SimTime, position_m: Vector2<f64>, variance_m2: f64) -> Plot {
+        Plot {
+            sensor: self.config.id,
+            kind: SensorKind::Loop,
+            time,
+            sequence: 0,
+            position_m,
+            axis: self.along,
+            along_m2: variance_m2,
+            across_m2: f64::INFINITY,
+            altitude_m: None,
+            polar: None,
+            identity: None,
+            scnr_db: None,
+        }
+    }
+
+    /// False passages until the end of the interval: a Poisson process drawn event by event.
+    fn false_passages(&mut self, interval: &ScanInterval, found: &mut Vec<(Plot, Cause)>) {
+        if self.config.false_per_h <= 0.0 {
+            return;
+        }
+        let gap_s = 3600.0 / self.config.false_per_h;
+        let sensor = u32::from(self.config.id.0);
+        let draw = |number| DrawKey {
+            run_seed: interval.run_seed,
+            sensor,
+            entity: u64::MAX,
+            scan: number,
+        };
+        let after = |number, time: SimTime| {
+            let wait_s = gap_s * exponential(&mut draw(number).rng(Purpose::Loop));
+            if wait_s < 3e9 {
+                SimTime(time.0.saturating_add(SimTime::from_s(wait_s).0))
+            } else {
+                SimTime(i64::MAX)
+            }
+        };
+        let (mut number, mut time) =
+            self.next_false.unwrap_or_else(|| (0, after(0, interval.from)));
+        while time <= interval.to {
+            let sigma_m = libm::hypot(self.config.sigma_edge_m, self.config.sigma_half_length_m);
+            found.push((self.plot(time, self.config.site_m, sigma_m * sigma_m), Cause::default()));
+            number += 1;
+            time = after(number, time);
+        }
+        self.next_false = Some((number, time));
+    }
+}
+
+impl Sensor for InductionLoop {
+    fn id(&self) -> SensorId {
+        self.config.id
+    }
+
+    fn kind(&self) -> SensorKind {
+        SensorKind::Loop
+    }
+
+    fn scan(
+        &mut self,
+        interval: &ScanInterval,
+        truth: &dyn Truth,
+        _weather: &Weather,
+        out: &mut PlotSink,
+    ) {
+        let mut found = Vec::new();
+        for index in 0..truth.len() {
+            out.looks += self.follow(interval, truth, index, &mut found);
+        }
+        self.false_passages(interval, &mut found);
+        for (sequence, (mut plot, mut cause)) in found.into_iter().enumerate() {
+            plot.sequence = sequence as u32;
+            if !out.explain {
+                cause.effects = Vec::new();
+            }
+            out.plots.push(plot);
+            out.causes.push(cause);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frames::Vector3;
+    use crate::sensors::testing::Parked;
+
+    /// A target that starts 60 m before the loop and rolls over it, north or south.
+    fn pass(config: LoopConfig, speed_ms: f64, north: bool, scan_ns: i64) -> PlotSink {
+        let mut truth = Parked::aircraft(&[1]);
+        let sign = if north { 1.0 } else { -1.0 };
+        truth.velocity_ms = Vector3::new(0.0, sign * speed_ms, 0.0);
+        truth.heading_rad = if north { 0.0 } else { std::f64::consts::PI };
+        // The target is at north 100 m at time 0.
+        let config = LoopConfig { site_m: Vector2::new(0.0, 100.0 + sign * 60.0), ..config };
+        let mut sensor = InductionLoop::new(config).expect("sound");
+        let mut sink = PlotSink { explain: true, ..PlotSink::default() };
+        let end_ns = (150.0 / speed_ms * 1e9) as i64;
+        let mut from = SimTime::ZERO;
+        while from.0 < end_ns {
+            let to = SimTime(from.0 + scan_ns);
+            let interval = ScanInterval { run_seed: 4, scan: (to.0 / scan_ns) as u64, from, to };
+            sensor.scan(&interval, &truth, &Weather::default(), &mut sink);
+            from = to;
+        }
+        sink
+    }
+
+    fn config() -> LoopConfig {
+        LoopConfig {
+            false_per_h: 0.0,
+            pd: 1.0,
+            ..LoopConfig::pair_at(SensorId(6), Vector2::zeros(), 0.0)
+        }
+    }
+
+    #[test]
+    fn a_pair_knows_the_centre_and_a_loop_the_nose() {
+        for north in [true, false] {
+            for speed_ms in [2.0, 10.0, 25.0] {
+                let sink = pass(config(), speed_ms, north, 1_000_000_000);
+                assert_eq!((sink.plots.len(), sink.looks), (1, 1), "{speed_ms} {north}");
+                let (plot, truth) = (&sink.plots[0], sink.causes[0].truth_m.expect("a target"));
+                let error = (plot.position_m - truth).dot(&plot.axis);
+                assert!(error.abs() < 4.0 * plot.along_m2.sqrt() + 0.05 * speed_ms, "{error}");
+                assert!(plot.along_m2.sqrt() < 1.0 + 0.15 * speed_ms, "{}", plot.along_m2);
+                assert!(plot.across_m2.is_infinite());
+
+                let single = LoopConfig { pair: None, ..config() };
+                let sink = pass(single, speed_ms, north, 1_000_000_000);
+                assert_eq!((sink.plots.len(), sink.looks), (1, 1));
+                let (plot, truth) = (&sink.plots[0], sink.causes[0].truth_m.expect("a target"));
+                // 37.6 m long against 30 m assumed: 3.8 m, within its stated 10 m.
+                assert!((plot.position_m - truth).norm() < 6.0 + 0.05 * speed_ms);
+            }
+        }
+    }
+
+    #[test]
+    fn a_passage_does_not_depend_on_the_scan_interval() {
+        let coarse = pass(config(), 7.3, true, 1_000_000_000);
+        let fine = pass(config(), 7.3, true, 50_000_000);
+        assert_eq!(coarse.plots.len(), 1);
+        let (a, b) = (&coarse.plots[0], &fine.plots[0]);
+        assert!(
+            (a.time.0 - b.time.0).abs() < 10_000 && (a.position_m - b.position_m).norm() < 1e-3
+        );
+    }
+
+    #[test]
+    fn errors_have_their_deviation() {
+        let (mut sum, mut bias, mut n) = (0.0, 0.0, 0.0);
+        for id in 1..400 {
+            let sink = pass(LoopConfig { id: SensorId(id), ..config() }, 10.0, true, 1_000_000_000);
+            for (plot, cause) in sink.plots.iter().zip(&sink.causes) {
+                let error = (plot.position_m - cause.truth_m.expect("a target")).dot(&plot.axis);
+                sum += error * error / plot.along_m2;
+                bias += error;
+                n += 1.0;
+            }
+        }
+        // Delays have a mean of 25 ms: the vehicle is 0.25 m on when it is reported.
+        assert!(n > 390.0 && (bias / n).abs() < 0.5, "{}", bias / n);
+        assert!((sum / n - 1.0).abs() < 0.35, "{}", sum / n);
+    }
+
+    #[test]
+    fn hard_passages_end_in_an_answer() {
+        for (name, speed_ms, delay_s) in [
+            ("faster than the delays", 90.0, 5.0),
+            ("hardly moving", 0.3, 0.05),
+            ("no delay", 10.0, 0.0),
+        ] {
+            let sink = pass(LoopConfig { delay_s, ..config() }, speed_ms, true, 1_000_000_000);
+            for plot in &sink.plots {
+                assert!(plot.position_m.iter().all(|x| x.is_finite()), "{name}");
+                assert!(plot.along_m2.is_finite() && plot.along_m2 > 0.0, "{name}");
+            }
+        }
+        let parked = Parked::aircraft(&[0]);
+        let on_loop = LoopConfig { site_m: Vector2::zeros(), ..config() };
+        let mut sensor = InductionLoop::new(on_loop).expect("sound");
+        let mut sink = PlotSink::default();
+        let interval =
+            ScanInterval { run_seed: 1, scan: 1, from: SimTime::ZERO, to: SimTime::from_s(100.0) };
+        sensor.scan(&interval, &parked, &Weather::default(), &mut sink);
+        assert!(sink.plots.is_empty(), "who stands on a loop passes nothing");
+    }
+
+    #[test]
+    fn false_passages_come_at_their_rate() {
+        let config = LoopConfig { false_per_h: 100.0, ..config() };
+        let mut sensor = InductionLoop::new(config).expect("sound");
+        let mut sink = PlotSink::default();
+        for scan in 1..=36_000_u64 {
+            let at = |scan: u64| SimTime(scan as i64 * 1_000_000_000);
+            let interval = ScanInterval { run_seed: 4, scan, from: at(scan - 1), to: at(scan) };
+            sensor.scan(&interval, &Parked::aircraft(&[]), &Weather::default(), &mut sink);
+        }
+        assert!((sink.plots.len() as f64 - 1000.0).abs() < 4.0 * 1000_f64.sqrt());
+        assert!(sink.causes.iter().all(|c| c.key.is_none()));
+    }
+}

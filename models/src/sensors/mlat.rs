@@ -1,0 +1,423 @@
+//! Multilateration: the time of arrival of a target's transmission at several stations.
+//!
+//! The unknowns are position and time of transmission; rows of H are (u_x, u_y, 1) with the unit
+//! vector u from station to target, and cov = (c σ_t)² (HᵀH)⁻¹. That is the same as using time
+//! differences with their full, correlated covariance.
+//!
+//! Source: least squares of pseudoranges, as in Torrieri, "Statistical theory of passive location
+//! systems", IEEE Trans. AES-20 (1984). Timing errors and multipath are assumptions.
+
+use crate::draw::{Purpose, exponential, normal_pair, uniform};
+use crate::environment::Weather;
+use crate::frames::{Azimuth, Vector2};
+use crate::plot::{SensorId, SensorKind};
+use crate::sensors::config::{ConfigError, count, number};
+use crate::sensors::cooperative::{Equipage, Fix, Fleet, Reporting, Reports};
+use crate::sensors::ranging::ellipse;
+use crate::sensors::{PlotSink, ScanInterval, Sensor, Truth};
+
+/// Speed of light, m/s.
+const C: f64 = 299_792_458.0;
+
+/// Geometry of a position from times of arrival: (HᵀH)⁻¹ in the order east, north, time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ArrivalGeometry {
+    /// Q = (HᵀH)⁻¹.
+    pub q: [[f64; 3]; 3],
+}
+
+impl ArrivalGeometry {
+    /// Geometry of a target at `target_m` heard by `stations_m`; `None` with fewer than three stations
+    /// or where they do not span position and time (a pivot below 1e-9).
+    #[must_use]
+    pub fn of(stations_m: &[Vector2<f64>], target_m: Vector2<f64>) -> Option<Self> {
+        if stations_m.len() < 3 {
+            return None;
+        }
+        let mut a = [[0.0; 3]; 3];
+        for station_m in stations_m {
+            let row = row(*station_m, target_m);
+            for (r, line) in a.iter_mut().enumerate() {
+                for (c, value) in line.iter_mut().enumerate() {
+                    *value += row[r] * row[c];
+                }
+            }
+        }
+        // Cholesky, pivot by pivot.
+        let l00 = pivot(a[0][0])?;
+        let (l10, l20) = (a[1][0] / l00, a[2][0] / l00);
+        let l11 = pivot(a[1][1] - l10 * l10)?;
+        let l21 = (a[2][1] - l20 * l10) / l11;
+        let l22 = pivot(a[2][2] - l20 * l20 - l21 * l21)?;
+        let (m00, m11, m22) = (1.0 / l00, 1.0 / l11, 1.0 / l22);
+        let m10 = -l10 * m00 * m11;
+        let m21 = -l21 * m11 * m22;
+        let m20 = -(l20 * m00 + l21 * m10) * m22;
+        let (q01, q02, q12) = (m10 * m11 + m20 * m21, m20 * m22, m21 * m22);
+        Some(Self {
+            q: [
+                [m00 * m00 + m10 * m10 + m20 * m20, q01, q02],
+                [q01, m11 * m11 + m21 * m21, q12],
+                [q02, q12, m22 * m22],
+            ],
+        })
+    }
+
+    /// Horizontal dilution: deviation of the position per deviation of one range.
+    #[must_use]
+    pub fn horizontal(&self) -> f64 {
+        (self.q[0][0] + self.q[1][1]).sqrt()
+    }
+
+    /// Variance east, covariance, variance north in m² for timing errors of `sigma_t_s`.
+    #[must_use]
+    pub fn covariance_m2(&self, sigma_t_s: f64) -> [f64; 3] {
+        let variance = (C * sigma_t_s) * (C * sigma_t_s);
+        [self.q[0][0] * variance, self.q[0][1] * variance, self.q[1][1] * variance]
+    }
+
+    /// Shift of the position (m east, north) per metre of range error at one station.
+    fn shift(&self, station_m: Vector2<f64>, target_m: Vector2<f64>) -> Vector2<f64> {
+        let h = row(station_m, target_m);
+        let of = |r: usize| self.q[r][0] * h[0] + self.q[r][1] * h[1] + self.q[r][2] * h[2];
+        Vector2::new(of(0), of(1))
+    }
+}
+
+/// (u_x, u_y, 1); a target on top of a station has no direction from it.
+fn row(station_m: Vector2<f64>, target_m: Vector2<f64>) -> [f64; 3] {
+    let d = target_m - station_m;
+    let far = libm::hypot(d.x, d.y);
+    if far > 0.0 { [d.x / far, d.y / far, 1.0] } else { [0.0, 0.0, 1.0] }
+}
+
+fn pivot(rest: f64) -> Option<f64> {
+    (rest >= 1e-9).then(|| rest.sqrt())
+}
+
+/// A direction in which a station hears nothing beyond some distance (a building stands there).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BlindSector {
+    /// Beginning, degrees clockwise from north.
+    pub from_deg: f64,
+    /// End, degrees clockwise from `from_deg`'s direction.
+    pub to_deg: f64,
+    /// Distance beyond which nothing is heard, m.
+    pub beyond_m: f64,
+}
+
+/// A receiving station.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Station {
+    /// Where it stands, airport frame, m.
+    pub position_m: Vector2<f64>,
+    /// How far it hears, m.
+    pub range_m: f64,
+    /// Where it does not.
+    pub blind: Vec<BlindSector>,
+}
+
+impl Station {
+    /// Whether a target at `target_m` is in sight.
+    #[must_use]
+    pub fn hears(&self, target_m: Vector2<f64>) -> bool {
+        let d = target_m - self.position_m;
+        let far_m = d.norm();
+        far_m <= self.range_m
+            && !self.blind.iter().any(|sector| {
+                let turn = |deg: f64| deg.rem_euclid(360.0);
+                far_m > sector.beyond_m
+                    && turn(Azimuth::of(d).deg360() - sector.from_deg)
+                        <= turn(sector.to_deg - sector.from_deg)
+            })
+    }
+}
+
+/// Parameters of a [`Mlat`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct MlatConfig {
+    /// Number of the sensor in the scene.
+    pub id: SensorId,
+    /// Who carries a transponder.
+    pub equipped: Equipage,
+    /// Time between two positions of a target, s.
+    pub report_s: f64,
+    /// The stations, 3 to 64.
+    pub stations: Vec<Station>,
+    /// Deviation of a time of arrival, s.
+    pub sigma_t_s: f64,
+    /// Probability that a time of arrival is late by multipath.
+    pub multipath: f64,
+    /// Mean of that delay, m.
+    pub multipath_m: f64,
+    /// Probability that a station decodes a transmission it hears.
+    pub reception: f64,
+    /// Largest horizontal dilution of a position that is reported.
+    pub max_dilution: f64,
+}
+
+impl MlatConfig {
+    /// Stations at these places that hear 10 km, with 5 ns of timing error.
+    #[must_use]
+    pub fn with_stations(id: SensorId, stations_m: &[Vector2<f64>]) -> Self {
+        let station = |&position_m: &Vector2<f64>| Station {
+            position_m,
+            range_m: 10_000.0,
+            blind: Vec::new(),
+        };
+        Self {
+            id,
+            equipped: Equipage::all(),
+            report_s: 1.0,
+            stations: stations_m.iter().map(station).collect(),
+            sigma_t_s: 5e-9,
+            multipath: 0.02,
+            multipath_m: 10.0,
+            reception: 0.97,
+            max_dilution: 10.0,
+        }
+    }
+
+    /// Refuses what is outside the limits.
+    ///
+    /// # Errors
+    /// [`ConfigError`] with key, value and limits.
+    pub fn validate(&self) -> Result<(), ConfigError> {
+        self.reporting().validate()?;
+        count("stations", self.stations.len(), 3, MAX_STATIONS)?;
+        for station in &self.stations {
+            number("station_east_m", station.position_m.x, -1e6, 1e6)?;
+            number("station_north_m", station.position_m.y, -1e6, 1e6)?;
+            number("station_range_m", station.range_m, 1.0, 1e6)?;
+            for sector in &station.blind {
+                number("blind_from_deg", sector.from_deg, -360.0, 360.0)?;
+                number("blind_to_deg", sector.to_deg, -360.0, 720.0)?;
+                number("blind_beyond_m", sector.beyond_m, 0.0, 1e6)?;
+            }
+        }
+        number("sigma_t_s", self.sigma_t_s, 1e-12, 1e-5)?;
+        number("multipath", self.multipath, 0.0, 1.0)?;
+        number("multipath_m", self.multipath_m, 0.0, 1e4)?;
+        number("reception", self.reception, 0.0, 1.0)?;
+        number("max_dilution", self.max_dilution, 0.5, 1e4)
+    }
+
+    fn reporting(&self) -> Reporting {
+        Reporting {
+            id: self.id,
+            kind: SensorKind::Mlat,
+            equipped: self.equipped.clone(),
+            period_s: self.report_s,
+        }
+    }
+}
+
+/// Most stations of one system.
+const MAX_STATIONS: usize = 64;
+
+/// A multilateration system.
+#[derive(Clone, Debug)]
+pub struct Mlat {
+    config: MlatConfig,
+    reporting: Reporting,
+    fleet: Fleet<()>,
+}
+
+impl Mlat {
+    /// A system with these parameters.
+    ///
+    /// # Errors
+    /// [`ConfigError`] if a parameter is outside its limits.
+    pub fn new(config: MlatConfig) -> Result<Self, ConfigError> {
+        config.validate()?;
+        let reporting = config.reporting();
+        Ok(Self { config, reporting, fleet: Fleet::default() })
+    }
+}
+
+impl Sensor for Mlat {
+    fn id(&self) -> SensorId {
+        self.config.id
+    }
+
+    fn kind(&self) -> SensorKind {
+        SensorKind::Mlat
+    }
+
+    fn scan(
+        &mut self,
+        interval: &ScanInterval,
+        truth: &dyn Truth,
+        _weather: &Weather,
+        out: &mut PlotSink,
+    ) {
+        let (config, reporting) = (&self.config, &self.reporting);
+        let mut reports = Reports::new(reporting, truth, out);
+        let (mut heard, mut errors_m) = (Vec::new(), Vec::new());
+        self.fleet.for_each_due(
+            reporting,
+            interval,
+            truth,
+            |_| (),
+            |(), due| {
+                reports.expected();
+                let target_m = due.state.position_m.xy();
+                let mut rng = reporting.key(interval, due).rng(Purpose::Mlat);
+                heard.clear();
+                errors_m.clear();
+                for station in config.stations.iter().filter(|s| s.hears(target_m)) {
+                    // The same draws whether it is decoded or late.
+                    let (decoded, late) = (uniform(&mut rng), uniform(&mut rng));
+                    let (noise, _) = normal_pair(&mut rng);
+                    let delay_m = config.multipath_m * exponential(&mut rng);
+                    if decoded < config.reception {
+                        heard.push(station.position_m);
+                        let detour_m = if late < config.multipath { delay_m } else { 0.0 };
+                        errors_m.push((C * config.sigma_t_s * noise, detour_m));
+                    }
+                }
+                let Some(geometry) = ArrivalGeometry::of(&heard, target_m)
+                    .filter(|g| g.horizontal() <= config.max_dilution)
+                else {
+                    return;
+                };
+                let (mut timing_m, mut multipath_m) = (Vector2::zeros(), Vector2::zeros());
+                for (station_m, (noise_m, detour_m)) in heard.iter().zip(&errors_m) {
+                    let shift = geometry.shift(*station_m, target_m);
+                    timing_m += shift * *noise_m;
+                    multipath_m += shift * *detour_m;
+                }
+                let (axis, variance_m2) = ellipse(geometry.covariance_m2(config.sigma_t_s));
+                reports.push(
+                    due,
+                    Fix {
+                        time: due.time,
+                        position_m: target_m + timing_m + multipath_m,
+                        axis,
+                        variance_m2,
+                        altitude_m: None,
+                    },
+                    true,
+                    &[
+                        ("timing error", timing_m.norm(), "m"),
+                        ("multipath", multipath_m.norm(), "m"),
+                        ("stations", heard.len() as f64, ""),
+                        ("horizontal dilution", geometry.horizontal(), ""),
+                    ],
+                );
+            },
+        );
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sensors::testing::Parked;
+    use crate::time::SimTime;
+
+    fn square() -> Vec<Vector2<f64>> {
+        [(0.0, 0.0), (4000.0, 0.0), (4000.0, 2500.0), (0.0, 2500.0), (2000.0, -500.0)]
+            .map(|(x, y)| Vector2::new(x, y))
+            .to_vec()
+    }
+
+    fn scan(config: &MlatConfig, truth: &Parked) -> PlotSink {
+        let mut mlat = Mlat::new(config.clone()).expect("sound");
+        let mut sink = PlotSink::default();
+        let (from, to) = (SimTime::ZERO, SimTime::from_s(1.0));
+        let interval = ScanInterval { run_seed: 8, scan: 1, from, to };
+        mlat.scan(&interval, truth, &Weather::default(), &mut sink);
+        sink
+    }
+
+    #[test]
+    fn hard_geometries_give_no_position() {
+        let at = |x, y| Vector2::new(x, y);
+        for (name, stations, target, fix) in [
+            ("no stations", vec![], at(0.0, 0.0), false),
+            ("two stations", square()[..2].to_vec(), at(10.0, 20.0), false),
+            ("one station thrice", vec![at(0.0, 0.0); 3], at(10.0, 20.0), false),
+            (
+                "three on one side, in line with the target",
+                vec![at(0.0, 0.0), at(1.0, 0.0), at(2.0, 0.0)],
+                at(9.0, 0.0),
+                false,
+            ),
+            ("target far outside", square(), at(1e12, 1e12), false),
+            ("target on a station", square(), at(0.0, 0.0), true),
+            ("inside", square(), at(1500.0, 900.0), true),
+        ] {
+            let geometry = ArrivalGeometry::of(&stations, target);
+            assert_eq!(geometry.is_some(), fix, "{name}: {geometry:?}");
+            assert!(geometry.is_none_or(|g| g.horizontal().is_finite()), "{name}");
+        }
+    }
+
+    #[test]
+    fn errors_have_the_covariance_that_is_reported() {
+        let keys: Vec<u64> = (0..20).collect();
+        let config = MlatConfig {
+            multipath: 0.0,
+            report_s: 0.01,
+            ..MlatConfig::with_stations(SensorId(1), &square())
+        };
+        let sink = scan(&config, &Parked::aircraft(&keys));
+        let (mut sum, mut n) = (0.0, 0.0);
+        for (plot, cause) in sink.plots.iter().zip(&sink.causes) {
+            let error = plot.position_m - cause.truth_m.expect("a target");
+            let (along, across) = (error.dot(&plot.axis), error.dot(&plot.across_axis()));
+            sum += along * along / plot.along_m2 + across * across / plot.across_m2;
+            n += 1.0;
+        }
+        assert!(n > 1900.0, "{n}");
+        assert!((sum / n - 2.0).abs() < 4.0 * 2.0 / f64::sqrt(n), "{}", sum / n);
+    }
+
+    #[test]
+    fn multipath_is_a_one_sided_tail() {
+        let keys: Vec<u64> = (0..20).collect();
+        let config = MlatConfig {
+            multipath: 1.0,
+            reception: 1.0,
+            sigma_t_s: 1e-12,
+            report_s: 0.01,
+            stations: MlatConfig::with_stations(SensorId(1), &square()).stations,
+            ..MlatConfig::with_stations(SensorId(1), &square())
+        };
+        let sink = scan(&config, &Parked::aircraft(&keys));
+        assert_eq!(sink.plots.len(), 2000);
+        let mean = sink
+            .plots
+            .iter()
+            .zip(&sink.causes)
+            .map(|(p, c)| (p.position_m - c.truth_m.expect("a target")).norm())
+            .sum::<f64>()
+            / 2000.0;
+        assert!(mean > 5.0 && mean < 30.0, "{mean}");
+    }
+
+    #[test]
+    fn a_blind_sector_hides_what_is_behind_it() {
+        let sector = BlindSector { from_deg: 350.0, to_deg: 10.0, beyond_m: 100.0 };
+        let station =
+            Station { position_m: Vector2::zeros(), range_m: 1000.0, blind: vec![sector] };
+        for (name, x, y, heard) in [
+            ("behind", 0.0, 200.0, false),
+            ("before", 0.0, 90.0, true),
+            ("beside", 100.0, 200.0, true),
+            ("opposite", 0.0, -200.0, true),
+            ("too far", -2000.0, 0.0, false),
+        ] {
+            assert_eq!(station.hears(Vector2::new(x, y)), heard, "{name}");
+        }
+        let mut config = MlatConfig::with_stations(SensorId(1), &square());
+        for station in &mut config.stations {
+            station.range_m = 10.0;
+        }
+        let sink = scan(&config, &Parked::aircraft(&[3]));
+        assert_eq!((sink.looks, sink.plots.len()), (1, 0), "nobody hears");
+        config.stations.truncate(2);
+        assert!(matches!(Mlat::new(config), Err(ConfigError::Count { found: 2, .. })));
+    }
+}
