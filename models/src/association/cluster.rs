@@ -18,7 +18,7 @@ impl Clusters {
         &mut self,
         tracks: usize,
         plots: usize,
-        pairs: &mut Vec<Pair>,
+        pairs: &mut [Pair],
         scratch: &mut Vec<Pair>,
     ) -> &[u32] {
         self.parent.clear();
@@ -50,8 +50,7 @@ impl Clusters {
         self.starts.push(sum);
         scratch.clear();
         scratch.extend_from_slice(pairs);
-        for index in 0..scratch.len() {
-            let pair = scratch[index];
+        for &pair in scratch.iter() {
             let root = self.root(pair.track) as usize;
             pairs[self.order[root] as usize] = pair;
             self.order[root] += 1;

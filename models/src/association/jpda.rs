@@ -220,7 +220,7 @@ mod tests {
             let plots = l.len() / m.len();
             if track == m.len() {
                 for (t, &c) in path.iter().enumerate() {
-                    beta[t * (plots + 1) + c] += weight.exp();
+                    beta[t * (plots + 1) + c] += libm::exp(weight);
                 }
                 return;
             }

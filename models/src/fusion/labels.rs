@@ -26,13 +26,9 @@ pub(super) fn assign(
         if tracks[index].entry == Some(entry) {
             continue;
         }
-        for other in 0..tracks.len() {
-            if other != index && tracks[other].entry == Some(entry) {
-                if tracks[other].callsign.is_some() || tracks[other].address.is_some() {
-                    conflicts += 1;
-                }
-                give(&mut tracks[other], None, config);
-            }
+        for other in tracks.iter_mut().filter(|t| t.entry == Some(entry)) {
+            conflicts += u64::from(other.callsign.is_some() || other.address.is_some());
+            give(other, None, config);
         }
         give(&mut tracks[index], flights.by_callsign(entry), config);
     }

@@ -355,10 +355,8 @@ impl Tracker {
         }
         let numbers = &mut self.numbers;
         self.tracks.retain(|track| {
-            if track.stage == Stage::Ended {
-                if let Some(number) = track.number {
-                    numbers.give_back(number, t_out);
-                }
+            if let (Stage::Ended, Some(number)) = (track.stage, track.number) {
+                numbers.give_back(number, t_out);
             }
             track.stage != Stage::Ended
         });
