@@ -65,10 +65,25 @@ pub struct FlightList {
 }
 
 impl FlightList {
-    /// The entry with this call sign.
+    /// The entry with this call sign; the list must be sorted.
     #[must_use]
     pub fn by_callsign(&self, callsign: Callsign) -> Option<&FlightEntry> {
-        self.entries.iter().find(|e| e.callsign == callsign)
+        let found = self.entries.binary_search_by(|e| e.callsign.cmp(&callsign));
+        found.ok().map(|index| &self.entries[index])
+    }
+
+    /// Whether the entries are sorted by call sign, as they must be.
+    #[must_use]
+    pub fn is_sorted(&self) -> bool {
+        self.entries.is_sorted_by(|a, b| a.callsign <= b.callsign)
+    }
+
+    /// The same list, sorted by call sign.
+    #[must_use]
+    pub fn sorted(&self) -> Self {
+        let mut list = self.clone();
+        list.entries.sort_by_key(|e| e.callsign);
+        list
     }
 
     /// The entry with this Mode S address.

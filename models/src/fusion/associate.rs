@@ -1,6 +1,7 @@
 //! Association of one batch (plots of one sensor and one of its intervals) with the tracks.
 
 use super::config::{AssociationMethod, SensorModel, TrackingConfig};
+use super::life;
 use super::track_file::{Applied, Stage, Track, Update, predict};
 use super::tracker::{Candidate, Outcome, Tracker, Work};
 use crate::association::kinematic_gate;
@@ -28,22 +29,34 @@ impl Tracker {
         }
         self.note_refused(from, to, &model, work);
         self.take_gated(from, to, Stage::Tentative, &model, work);
+        self.mark_other_echoes(from, to, work);
         self.start_tracks(from, to, &model, work);
     }
 
     /// Plots with an identity go first, to the track that has it.
     fn take_identified(&mut self, from: usize, to: usize, model: &SensorModel, work: &mut Work) {
+        if work.candidates[from..to].iter().all(|c| c.plot.identity.is_none()) {
+            return;
+        }
+        work.names.clear();
+        for (index, track) in self.tracks.iter().enumerate() {
+            if track.stage != Stage::Ended {
+                let callsign = track.callsign.map(Identity::Callsign);
+                let address = track.address.map(Identity::Address);
+                let names = callsign.into_iter().chain(address);
+                work.names.extend(names.map(|name| (name, index as u32)));
+            }
+        }
+        work.names.sort_unstable();
         for k in from..to {
             let plot = work.candidates[k].plot;
             let Some(identity) = plot.identity else { continue };
-            let holder = self.tracks.iter().position(|t| {
-                t.stage != Stage::Ended
-                    && match identity {
-                        Identity::Callsign(c) => t.callsign == Some(c),
-                        Identity::Address(a) => t.address == Some(a),
-                    }
-            });
-            let Some(track) = holder else { continue };
+            let first = work.names.partition_point(|(name, _)| *name < identity);
+            let Some(&(_, track)) = work.names.get(first).filter(|(name, _)| *name == identity)
+            else {
+                continue;
+            };
+            let track = track as usize;
             // Whoever holds the name: the plot starts no other track.
             work.candidates[k].gated = true;
             if work.track_used[track] {
@@ -459,6 +472,41 @@ impl Tracker {
         });
     }
 
+    /// Marks the free plots that lie on the body of a labelled target: other echoes of it.
+    fn mark_other_echoes(&self, from: usize, to: usize, work: &mut Work) {
+        let Work { candidates, bodies, body_tracks, positions, .. } = work;
+        let batch = &mut candidates[from..to];
+        if batch.iter().all(|c| c.used || c.gated) {
+            return;
+        }
+        body_tracks.clear();
+        positions.clear();
+        let mut longest = 0.0f64;
+        for (index, track) in self.tracks.iter().enumerate() {
+            if let (Stage::Confirmed, Some((length, span))) = (track.stage, track.size_m) {
+                body_tracks.push(index as u32);
+                positions.push(track.filter().estimate().position_m());
+                longest = longest.max(length.max(span));
+            }
+        }
+        if body_tracks.is_empty() {
+            return;
+        }
+        bodies.fill(positions, longest + REACH_MARGIN_M);
+        let around = Vector2::repeat(longest + REACH_MARGIN_M);
+        for c in batch.iter_mut().filter(|c| !c.used && !c.gated) {
+            let place = c.plot.position_m;
+            let mut on_body = false;
+            bodies.visit(place - around, place + around, |k| {
+                let track = &self.tracks[body_tracks[k] as usize];
+                let at = predict(track.filter(), c.plot.time.max(track.time()), &self.config.life);
+                on_body |= c.plot.identity.is_none()
+                    && at.is_ok_and(|at| life::on_body(track, at.position_m(), place, 0.0));
+            });
+            c.gated |= on_body;
+        }
+    }
+
     /// A plot that no track used and that lies in no gate of a confirmed track begins a track.
     fn start_tracks(&mut self, from: usize, to: usize, model: &SensorModel, work: &mut Work) {
         for k in from..to {
@@ -513,6 +561,11 @@ impl Tracker {
         let manoeuvre = matches!(update, Update::Manoeuvre(_) | Update::Restart(..));
         let by_gate_2 = matches!(update, Update::Manoeuvre(_));
         let late = candidate.plot.time < track.time();
+        let (callsign, address) = (track.callsign, track.address);
+        let was_called = |name: Identity| match name {
+            Identity::Callsign(c) => callsign == Some(c),
+            Identity::Address(a) => address == Some(a),
+        };
         let hit = !matches!(update, Update::Weighted { hit: false, .. });
         let applied = track.apply(update, candidate.plot.time, model.interval_s, &self.config);
         let (position_m, velocity_ms) = match applied {
@@ -526,6 +579,7 @@ impl Tracker {
                 return;
             }
         };
+        let new_name = candidate.plot.identity.filter(|name| !was_called(*name));
         candidate.used |= hit;
         work.track_used[index] |= hit;
         track.manoeuvre |= manoeuvre;
@@ -537,6 +591,16 @@ impl Tracker {
         }
         self.outcomes[candidate.index] =
             Outcome::Used { number: track.number, serial: track.serial, position_m, velocity_ms };
+        // The name goes with the track that is nearer to the plot that carries it.
+        if let (true, Some(name)) = (hit, new_name) {
+            for (other, track) in self.tracks.iter_mut().enumerate() {
+                if other != index && track.is(name) {
+                    track.forget_identity();
+                    track.limits = self.config.limits_of(None);
+                    self.statistics.identity_conflicts += 1;
+                }
+            }
+        }
     }
 }
 

@@ -19,31 +19,38 @@ pub(super) fn assign(
     solver: &mut Solver,
 ) -> u64 {
     let mut conflicts = 0;
-    // By identity. The plots of a target go to the track that carries its identity, so a second
-    // track with the same one was nearer to a later plot: the last word is the newest plot's.
-    for index in 0..tracks.len() {
-        let Some(entry) = identified(&tracks[index], flights).map(|e| e.callsign) else { continue };
-        if tracks[index].entry == Some(entry) {
-            continue;
+    // By identity; asked again only while there is no answer or the plots said something new.
+    let named: Vec<(usize, Callsign)> = (0..tracks.len())
+        .filter(|&t| !tracks[t].name_settled)
+        .filter_map(|t| identified(&tracks[t], flights).map(|e| (t, e.callsign)))
+        .collect();
+    for (index, entry) in named {
+        if tracks[index].entry != Some(entry) {
+            for other in tracks.iter_mut().filter(|t| t.entry == Some(entry)) {
+                conflicts += 1;
+                give(other, None, config);
+            }
+            give(&mut tracks[index], flights.by_callsign(entry), config);
         }
-        for other in tracks.iter_mut().filter(|t| t.entry == Some(entry)) {
-            conflicts += u64::from(other.callsign.is_some() || other.address.is_some());
-            give(other, None, config);
-        }
-        give(&mut tracks[index], flights.by_callsign(entry), config);
+        tracks[index].name_settled = true;
     }
     // By stand and runway: one assignment of unlabelled tracks to free entries.
-    let free: Vec<&FlightEntry> = flights
-        .entries
-        .iter()
-        .filter(|e| e.movement != MovementKind::Vehicle)
-        .filter(|e| !tracks.iter().any(|t| t.entry == Some(e.callsign)))
-        .collect();
+    let mut taken: Vec<Callsign> = tracks.iter().filter_map(|t| t.entry).collect();
+    taken.sort_unstable();
     let candidates: Vec<usize> = (0..tracks.len())
         .filter(|&t| tracks[t].stage == Stage::Confirmed && tracks[t].entry.is_none())
         .filter(|&t| tracks[t].callsign.is_none() && tracks[t].address.is_none())
         .collect();
-    if free.is_empty() || candidates.is_empty() {
+    if candidates.is_empty() {
+        return conflicts;
+    }
+    let free: Vec<&FlightEntry> = flights
+        .entries
+        .iter()
+        .filter(|e| e.movement != MovementKind::Vehicle)
+        .filter(|e| taken.binary_search(&e.callsign).is_err())
+        .collect();
+    if free.is_empty() {
         return conflicts;
     }
     let costs: Vec<Option<f64>> = candidates

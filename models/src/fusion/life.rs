@@ -187,6 +187,6 @@ pub(super) fn on_body(
     let (sin, cos) = libm::sincos(track.heading_rad);
     let along = offset.x * sin + offset.y * cos;
     let aside = offset.x * cos - offset.y * sin;
-    // The track follows some part of the target, so the other part is up to a length away.
-    along.abs() <= 0.75 * length && aside.abs() <= 0.6 * span
+    // The track follows some part of the target, so another part is almost a length away.
+    along.abs() <= 0.9 * length && aside.abs() <= 0.6 * span
 }

@@ -88,6 +88,8 @@ pub(super) struct Track {
     pub(super) address: Option<u32>,
     /// Line of the flight list.
     pub(super) entry: Option<Callsign>,
+    /// The flight list has answered for the present identity.
+    pub(super) name_settled: bool,
     pub(super) limits: ClassLimits,
     /// Length and span where the type is known, m.
     pub(super) size_m: Option<(f64, f64)>,
@@ -124,6 +126,7 @@ impl Track {
             callsign: None,
             address: None,
             entry: None,
+            name_settled: false,
             limits: config.limits_of(None),
             size_m: None,
             twin: None,
@@ -156,7 +159,22 @@ impl Track {
         }
     }
 
+    /// Takes the name away: another track has it now.
+    pub(super) fn forget_identity(&mut self) {
+        (self.callsign, self.address, self.entry) = (None, None, None);
+        (self.name_settled, self.size_m) = (false, None);
+    }
+
+    /// Whether its plots said that it is this one.
+    pub(super) fn is(&self, identity: Identity) -> bool {
+        match identity {
+            Identity::Callsign(c) => self.callsign == Some(c),
+            Identity::Address(a) => self.address == Some(a),
+        }
+    }
+
     fn learn_identity(&mut self, identity: Option<Identity>) {
+        self.name_settled &= identity.is_none_or(|name| self.is(name));
         match identity {
             Some(Identity::Callsign(c)) => self.callsign = Some(c),
             Some(Identity::Address(a)) => self.address = Some(a),

@@ -14,7 +14,7 @@ use crate::association::nearest::Pair;
 use crate::filter::Measurement;
 use crate::flight_list::FlightList;
 use crate::frames::Vector2;
-use crate::plot::{Plot, SensorId};
+use crate::plot::{Identity, Plot, SensorId};
 use crate::time::SimTime;
 use crate::track::{SystemTrack, TrackStatus};
 use std::collections::VecDeque;
@@ -137,6 +137,9 @@ pub(super) struct Work {
     pub(super) batches: Vec<Batch>,
     pub(super) positions: Vec<Vector2<f64>>,
     pub(super) grid: Grid,
+    /// Labelled tracks, for other echoes of their bodies.
+    pub(super) bodies: Grid,
+    pub(super) body_tracks: Vec<u32>,
     pub(super) pairs: Vec<Pair>,
     pub(super) scratch: Vec<Pair>,
     pub(super) clusters: Clusters,
@@ -144,6 +147,8 @@ pub(super) struct Work {
     pub(super) jpda: Jpda,
     pub(super) track_used: Vec<bool>,
     pub(super) plot_used: Vec<bool>,
+    /// Identities of the tracks with their indices, sorted.
+    pub(super) names: Vec<(Identity, u32)>,
 }
 
 impl Tracker {
@@ -199,6 +204,13 @@ impl Tracker {
         plots: &[Plot],
         flights: &FlightList,
     ) -> Vec<SystemTrack> {
+        let sorted;
+        let flights = if flights.is_sorted() {
+            flights
+        } else {
+            sorted = flights.sorted();
+            &sorted
+        };
         self.begin(t_out);
         self.take_in(t_out, plots);
         let mut work = std::mem::take(&mut self.work);

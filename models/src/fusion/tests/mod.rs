@@ -2,13 +2,18 @@
 
 use super::*;
 use crate::draw::{DrawKey, Purpose, normal_pair, uniform};
-use crate::flight_list::FlightList;
+use crate::flight_list::{FlightEntry, FlightList, MovementKind, WakeCategory};
 use crate::frames::Vector2;
 use crate::plot::{Plot, Polar, SensorId, SensorKind};
 use crate::time::SimTime;
-use crate::track::SystemTrack;
+use crate::track::{SystemTrack, TrackStatus};
+
+mod hard_cases;
+mod labelled;
 
 type Path = dyn Fn(f64) -> Option<Vector2<f64>>;
+/// A plot with the index and the true position of what caused it.
+type Looked = (Plot, Option<(usize, Vector2<f64>)>);
 
 /// A radar in the plane: cells of 5.4 m and 0.25°, thermal noise, rotation once a second.
 struct Radar {
@@ -50,7 +55,7 @@ impl Radar {
     }
 
     /// Plots of the scan (k − 1, k] with the index and true position of what caused each.
-    fn scan(&self, k: u32, paths: &[Box<Path>]) -> Vec<(Plot, Option<(usize, Vector2<f64>)>)> {
+    fn scan(&self, k: u32, paths: &[Box<Path>]) -> Vec<Looked> {
         let mut plots = Vec::new();
         let start = f64::from(k) - 1.0;
         for (index, path) in paths.iter().enumerate() {

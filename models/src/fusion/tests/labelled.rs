@@ -1,0 +1,136 @@
+//! Labels from the flight list.
+
+use super::*;
+use crate::plot::{Callsign, Identity};
+use crate::track::TrackType;
+
+pub(super) fn entry(callsign: &str, designator: &str, movement: MovementKind) -> FlightEntry {
+    FlightEntry {
+        callsign: Callsign::new(callsign),
+        address: None,
+        type_designator: designator.to_owned(),
+        wake: Some(WakeCategory::Medium),
+        movement,
+        runway: "28".to_owned(),
+        stand: "E_19".to_owned(),
+        stand_m: None,
+        eta_ctd: SimTime::from_s(20.0),
+        off_block: None,
+        routing: vec!["A".to_owned(), "B".to_owned()],
+    }
+}
+
+fn list(mut entries: Vec<FlightEntry>) -> FlightList {
+    entries.sort_by_key(|e| e.callsign);
+    let runway = [Vector2::new(-700.0, 300.0), Vector2::new(1800.0, 300.0)];
+    FlightList { entries, runways: vec![("28".to_owned(), runway)] }
+}
+
+fn label_at(tracks: &[SystemTrack], place: Vector2<f64>) -> Option<String> {
+    let near = tracks.iter().min_by(|a, b| {
+        let from = |t: &SystemTrack| (t.position_m - place).norm();
+        from(a).total_cmp(&from(b))
+    });
+    near.and_then(|t| t.label.as_ref()).map(|l| l.callsign.to_string())
+}
+
+#[test]
+fn departures_are_known_by_their_stand_and_arrivals_by_their_runway() {
+    let parked = entry("SWR1", "A320", MovementKind::Departure);
+    let other =
+        FlightEntry { stand: "E_20".to_owned(), ..entry("SWR2", "A320", MovementKind::Departure) };
+    let flights = list(vec![
+        FlightEntry {
+            stand_m: Some(Vector2::new(420.0, 310.0)),
+            off_block: Some(SimTime::from_s(400.0)),
+            ..parked
+        },
+        FlightEntry {
+            stand_m: Some(Vector2::new(465.0, 310.0)),
+            off_block: Some(SimTime::from_s(100.0)),
+            ..other
+        },
+        // At the third stand, but its time is an hour away.
+        FlightEntry {
+            stand_m: Some(Vector2::new(510.0, 310.0)),
+            off_block: Some(SimTime::from_s(3600.0)),
+            ..entry("SWR3", "A320", MovementKind::Departure)
+        },
+        // The landing begins 200 m before the threshold at 75 m/s, at time 0.
+        FlightEntry {
+            eta_ctd: SimTime::from_s(12.0),
+            ..entry("EDW229", "A320", MovementKind::Arrival)
+        },
+        FlightEntry {
+            eta_ctd: SimTime::from_s(900.0),
+            ..entry("EDW230", "A320", MovementKind::Arrival)
+        },
+    ]);
+    let radar = tower(4, 0.95, 2);
+    let run = run(TrackingConfig::paper(), &radar, &traffic(), &flights, 60);
+    assert_eq!(label_at(&run.last, Vector2::new(420.0, 310.0)).as_deref(), Some("SWR1"));
+    assert_eq!(label_at(&run.last, Vector2::new(465.0, 310.0)).as_deref(), Some("SWR2"));
+    assert_eq!(label_at(&run.last, Vector2::new(510.0, 310.0)), None);
+    let landed = traffic()[0](60.0).expect("landed");
+    assert_eq!(label_at(&run.last, landed).as_deref(), Some("EDW229"));
+    assert_eq!(run.last.iter().filter(|t| t.label.is_some()).count(), 3);
+    let track = run.last.iter().find(|t| t.label.is_some()).expect("labelled");
+    assert_eq!(track.track_type, TrackType::Aircraft);
+    assert_eq!(track.label.as_ref().map(|l| l.runway_stand.as_str()), Some("28/E_19"));
+}
+
+#[test]
+fn two_entries_that_fit_equally_well_give_no_label() {
+    let at = |name: &str| FlightEntry {
+        stand_m: Some(Vector2::new(420.0, 312.0)),
+        off_block: Some(SimTime::from_s(100.0)),
+        ..entry(name, "A320", MovementKind::Departure)
+    };
+    let radar = tower(4, 0.95, 0);
+    let paths: Vec<Box<Path>> =
+        vec![drive(Vector2::new(420.0, 310.0), 0.0, 0.0, &[(1.0, 0.0, 0.0)])];
+    let run = run(TrackingConfig::paper(), &radar, &paths, &list(vec![at("A1"), at("A2")]), 20);
+    assert_eq!(run.last.len(), 1);
+    assert!(run.last[0].label.is_none() && run.last[0].track_type == TrackType::NotAssociated);
+}
+
+#[test]
+fn an_identity_labels_its_track_and_moves_with_the_nearer_one() {
+    let flights = list(vec![FlightEntry {
+        runway: String::new(),
+        stand: String::new(),
+        wake: None,
+        ..entry("FOLLOW1", "FOLLOWME", MovementKind::Vehicle)
+    }]);
+    let path = drive(Vector2::new(0.0, 500.0), 1.0, 10.0, &[(100.0, 0.0, 0.02)]);
+    let mut tracker = Tracker::new(TrackingConfig::paper());
+    let mut last = Vec::new();
+    for k in 1..=30 {
+        let t = f64::from(k);
+        let radar = tower(8, 0.95, 0);
+        let paths = [path(t - 0.1).expect("moves")];
+        let mut plots: Vec<Plot> =
+            radar.scan(k, std::slice::from_ref(&path)).into_iter().map(|l| l.0).collect();
+        plots.push(Plot {
+            sensor: SensorId(3),
+            kind: SensorKind::Dgps,
+            time: SimTime::from_s(t - 0.1),
+            sequence: 0,
+            position_m: paths[0],
+            axis: Vector2::new(0.0, 1.0),
+            along_m2: 0.5,
+            across_m2: 0.5,
+            altitude_m: Some(3.0),
+            polar: None,
+            identity: Some(Identity::Callsign(Callsign::new("Follow1"))),
+            scnr_db: None,
+        });
+        last = tracker.scan(SimTime::from_s(t), &plots, &flights);
+    }
+    assert_eq!(last.len(), 1, "one target, one track");
+    assert_eq!(last[0].track_type, TrackType::Vehicle);
+    assert_eq!(last[0].altitude_m, Some(3.0));
+    assert_eq!(last[0].label.as_ref().map(|l| l.runway_stand.as_str()), Some(""));
+    let truth = path(30.0).expect("moves");
+    assert!((last[0].position_m - truth).norm() < 2.0);
+}
