@@ -42,6 +42,9 @@ macro_rules! bodies {
                 if !(5..=7).contains(&reader.version()) {
                     return Self::raw(pdu_type, reader);
                 }
+                if pdu_type == PduType::TRANSFER_OWNERSHIP && reader.version() < 7 {
+                    return Self::transfer_before_dis_7(reader);
+                }
                 match pdu_type {
                     $(PduType::$konst => <$t>::decode_body(reader).map(Self::$variant),)*
                     _ => Self::raw(pdu_type, reader),
@@ -90,6 +93,20 @@ macro_rules! bodies {
 }
 
 impl<'a> Body<'a> {
+    /// Before DIS 7 this was Transfer Control, whose layout implementations write differently: what
+    /// does not fit the present layout is kept raw.
+    #[cold]
+    fn transfer_before_dis_7(reader: &mut Reader<'a>) -> Result<Self, BodyError> {
+        let mut probe = reader.clone();
+        match crate::entity_management::TransferOwnership::decode_body(&mut probe) {
+            Ok(body) if probe.left() == 0 => {
+                *reader = probe;
+                Ok(Self::TransferOwnership(body))
+            }
+            _ => Self::raw(PduType::TRANSFER_OWNERSHIP, reader),
+        }
+    }
+
     fn raw(pdu_type: PduType, reader: &mut Reader<'a>) -> Result<Self, BodyError> {
         let octets = reader.take(reader.left(), "body")?;
         Ok(Self::Raw(RawBody { pdu_type, octets }))
@@ -134,4 +151,36 @@ bodies! {
     Comment(crate::management::Comment<'a>) = COMMENT "Comment.",
     EnvironmentalProcess(crate::environment::EnvironmentalProcess<'a>) = ENVIRONMENTAL_PROCESS
         "Environmental Process.",
+    EntityStateUpdate(crate::EntityStateUpdate<'a>) = ENTITY_STATE_UPDATE "Entity State Update.",
+    Fire(crate::interaction::Fire) = FIRE "Fire.",
+    Detonation(crate::interaction::Detonation<'a>) = DETONATION "Detonation.",
+    Collision(crate::interaction::Collision) = COLLISION "Collision.",
+    CollisionElastic(crate::interaction::CollisionElastic) = COLLISION_ELASTIC "Collision-Elastic.",
+    ElectromagneticEmission(crate::emission::ElectromagneticEmission<'a>) =
+        ELECTROMAGNETIC_EMISSION "Electromagnetic Emission.",
+    Designator(crate::emission::Designator) = DESIGNATOR "Designator.",
+    Transmitter(crate::radio::Transmitter<'a>) = TRANSMITTER "Transmitter.",
+    Signal(crate::radio::Signal<'a>) = SIGNAL "Signal.",
+    Receiver(crate::radio::Receiver) = RECEIVER "Receiver.",
+    Iff(crate::iff::Iff<'a>) = IFF "IFF.",
+    AggregateState(crate::entity_management::AggregateState<'a>) = AGGREGATE_STATE
+        "Aggregate State.",
+    TransferOwnership(crate::entity_management::TransferOwnership<'a>) = TRANSFER_OWNERSHIP
+        "Transfer Ownership.",
+    IsPartOf(crate::entity_management::IsPartOf) = IS_PART_OF "IsPartOf.",
+    GriddedData(crate::gridded::GriddedData<'a>) = GRIDDED_DATA "Gridded Data.",
+    CreateEntityR(crate::reliable::CreateEntityR) = CREATE_ENTITY_R "Create Entity-R.",
+    RemoveEntityR(crate::reliable::RemoveEntityR) = REMOVE_ENTITY_R "Remove Entity-R.",
+    StartResumeR(crate::reliable::StartResumeR) = START_RESUME_R "Start/Resume-R.",
+    StopFreezeR(crate::reliable::StopFreezeR) = STOP_FREEZE_R "Stop/Freeze-R.",
+    AcknowledgeR(crate::reliable::AcknowledgeR) = ACKNOWLEDGE_R "Acknowledge-R.",
+    ActionRequestR(crate::reliable::ActionRequestR<'a>) = ACTION_REQUEST_R "Action Request-R.",
+    ActionResponseR(crate::reliable::ActionResponseR<'a>) = ACTION_RESPONSE_R
+        "Action Response-R.",
+    DataQueryR(crate::reliable::DataQueryR<'a>) = DATA_QUERY_R "Data Query-R.",
+    SetDataR(crate::reliable::SetDataR<'a>) = SET_DATA_R "Set Data-R.",
+    DataR(crate::reliable::DataR<'a>) = DATA_R "Data-R.",
+    EventReportR(crate::reliable::EventReportR<'a>) = EVENT_REPORT_R "Event Report-R.",
+    CommentR(crate::reliable::CommentR<'a>) = COMMENT_R "Comment-R.",
+    Attribute(crate::attribute::Attribute<'a>) = ATTRIBUTE "Attribute.",
 }

@@ -131,3 +131,24 @@ entity_state! {
     /// Capability bits.
     capabilities: u32,
 }
+
+body! {
+    /// Entity State Update (type 67): only what changes often. Source: IEEE 1278.1-2012, 7.2.5.
+    EntityStateUpdate = ENTITY_STATE_UPDATE {
+        /// The entity.
+        entity_id: EntityId;
+        /// Unused.
+        padding: u8;
+        count number_of_variable_parameters: u8 = variable_parameters;
+        /// Linear velocity, m/s, axes as in Entity State.
+        linear_velocity_mps: Vector32;
+        /// Location in world coordinates.
+        location: Location;
+        /// Orientation of the body axes against the world axes.
+        orientation: Orientation;
+        /// Appearance bits.
+        appearance: u32;
+        /// Articulated and attached parts and other records of 16 octets.
+        list variable_parameters: VariableParameter, number_of_variable_parameters;
+    }
+}

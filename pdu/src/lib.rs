@@ -17,13 +17,21 @@ pub mod dead_reckoning;
 pub mod publishing;
 pub mod smoothing;
 
+pub mod attribute;
+pub mod emission;
+pub mod entity_management;
 mod entity_state;
 pub mod environment;
+pub mod gridded;
+pub mod iff;
+pub mod interaction;
 pub mod management;
+pub mod radio;
+pub mod reliable;
 
 pub use body::{Body, EncodeBody, RawBody, TYPED};
 pub use datagram::{Envelope, Filter, Frame, Frames, Pdu, Received, frames, pdus};
-pub use entity_state::EntityState;
+pub use entity_state::{EntityState, EntityStateUpdate};
 pub use header::{HEADER_LEN, Header, Lvc, PduStatus, family_of};
 pub use list::{Item, Iter, List};
 pub use reader::{BodyError, DecodeError, Reader, Reason};

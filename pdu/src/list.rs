@@ -110,6 +110,21 @@ impl<'a, T: Item<'a>> List<'a, T> {
         Ok(Self { inner: Inner::Octets(octets, count) })
     }
 
+    /// As many elements as there are octets left.
+    pub(crate) fn decode_rest(
+        reader: &mut Reader<'a>,
+        field: &'static str,
+    ) -> Result<Self, BodyError> {
+        let mut probe = reader.clone();
+        let mut count = 0;
+        while probe.left() > 0 {
+            T::decode_item(&mut probe, field)?;
+            count += 1;
+        }
+        let octets = reader.take(reader.left(), field)?;
+        Ok(Self { inner: Inner::Octets(octets, count) })
+    }
+
     /// Number of elements.
     #[must_use]
     #[inline]

@@ -185,7 +185,7 @@ mod tests {
     #[test]
     fn angle_is_true_angle_also_near_gimbal_lock() {
         let mut sent = state();
-        let nose_up = Euler { psi_rad: 0.3, theta_rad: 1.5707, phi_rad: 0.2 };
+        let nose_up = Euler { psi_rad: 0.3, theta_rad: 1.57, phi_rad: 0.2 };
         sent.orientation = nose_up.into();
         let as_sent = Euler::from(sent.orientation);
         let mut publisher = Publisher::new(Thresholds { angle_rad: 0.01, ..Default::default() });

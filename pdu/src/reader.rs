@@ -194,6 +194,17 @@ impl<'a> Reader<'a> {
         Ok(octets)
     }
 
+    /// A reader of the next `count` octets alone; offsets stay those of the PDU.
+    pub(crate) fn part(
+        &mut self,
+        count: usize,
+        field: &'static str,
+    ) -> Result<Reader<'a>, BodyError> {
+        let at = self.at;
+        self.take(count, field)?;
+        Ok(Self { octets: &self.octets[..self.at], at })
+    }
+
     /// An error about the octets read last.
     #[cold]
     pub(crate) fn bad_length(&self, field: &'static str, value: u64) -> BodyError {

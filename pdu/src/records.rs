@@ -379,8 +379,9 @@ impl<'a> Item<'a> for VariableDatum<'a> {
         let octets = bits.div_ceil(8) as usize;
         let value = reader.take(octets, field)?;
         // Some senders leave out the padding of the last datum.
-        let padding = (octets.next_multiple_of(8) - octets).min(reader.left());
-        reader.take(padding, field)?;
+        if reader.left() > 0 {
+            reader.take(octets.next_multiple_of(8) - octets, field)?;
+        }
         Ok(Self { id, value, unused_bits: (octets as u64 * 8 - u64::from(bits)) as u8 })
     }
 
@@ -561,5 +562,50 @@ impl Wire for VariableParameter {
                 record_type.0
             }
         };
+    }
+}
+
+/// A record with its type and its length in octets, padded to `ALIGN` octets; the length says the
+/// padding too.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct TypedRecord<'a, const ALIGN: usize> {
+    /// Type of the record: SISO-REF-010, UID 66.
+    pub record_type: DatumId,
+    /// The content. Decoded, it has the padding at its end; to be encoded, padding is added.
+    pub content: &'a [u8],
+}
+
+/// Attribute record of an Attribute PDU. Source: IEEE 1278.1-2012, 6.2.10.
+pub type AttributeRecord<'a> = TypedRecord<'a, 8>;
+/// Variable transmitter parameter. Source: IEEE 1278.1-2012, 6.2.95.
+pub type TransmitterRecord<'a> = TypedRecord<'a, 8>;
+/// Data record of an IFF layer. Source: IEEE 1278.1-2012, 6.2.43.
+pub type IffRecord<'a> = TypedRecord<'a, 4>;
+
+/// Octets of type and length before the content.
+const TYPED_RECORD_HEADER: usize = 6;
+
+impl<'a, const ALIGN: usize> Item<'a> for TypedRecord<'a, ALIGN> {
+    const FIXED: Option<usize> = None;
+
+    fn decode_item(reader: &mut Reader<'a>, field: &'static str) -> Result<Self, BodyError> {
+        let record_type = reader.get(field)?;
+        let length: u16 = reader.get(field)?;
+        let Some(content) = usize::from(length).checked_sub(TYPED_RECORD_HEADER) else {
+            return Err(reader.bad_length(field, u64::from(length)));
+        };
+        Ok(Self { record_type, content: reader.take(content, field)? })
+    }
+
+    fn item_len(&self) -> usize {
+        (TYPED_RECORD_HEADER + self.content.len()).next_multiple_of(ALIGN)
+    }
+
+    fn encode_item(&self, writer: &mut Writer<'_>) -> Result<(), EncodeError> {
+        writer.put(&self.record_type);
+        writer.count::<u16>(self.item_len(), "record.content")?;
+        writer.octets(self.content);
+        writer.zeros(self.item_len() - TYPED_RECORD_HEADER - self.content.len());
+        Ok(())
     }
 }
