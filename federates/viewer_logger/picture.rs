@@ -3,6 +3,9 @@
 //! Positions are metres east and north of the aerodrome reference point. Fields that go to the browser as
 //! JSON carry their unit in the name.
 
+use models::frames::Vector2;
+use models::plot::SensorKind;
+use scenarios::Scene;
 use serde::{Deserialize, Serialize};
 
 /// Name, seed and times of the run.
@@ -105,6 +108,87 @@ pub struct SensorSite {
     pub position_m: Option<[f64; 2]>,
     /// Instrumented range, m, where it has one.
     pub range_m: Option<f64>,
+}
+
+impl RunInfo {
+    /// What the scene says of the run; `seed` may differ from the scene's own.
+    #[must_use]
+    pub fn of(scene: &Scene, seed: u64) -> Self {
+        Self {
+            scene: scene.name.clone(),
+            title: scene.run.title.clone(),
+            seed,
+            exercise: scene.run.exercise,
+            start_utc_ns: scene.run.start_utc_ns,
+            duration_s: scene.run.duration.s(),
+            scan_s: scene.run.scan().s(),
+            scene_digest: format!("{:016x}", scene.hash),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+        }
+    }
+}
+
+impl AirportMap {
+    /// The airport and the sensor sites of a scene.
+    #[must_use]
+    pub fn of(scene: &Scene) -> Self {
+        let layout = &scene.airport.layout;
+        let area = |ring: &Vec<Vector2<f64>>| NamedArea {
+            name: String::new(),
+            rings: vec![ring.iter().map(|p| metres(*p)).collect()],
+        };
+        let runway = |r: &models::airport::Runway| RunwayShape {
+            designators: r.names.clone(),
+            ends: r.ends_m.map(metres),
+            width_m: r.width_m,
+        };
+        let taxiway = |e: &models::airport::Edge| {
+            let ends = [e.from, e.to].map(|i| layout.nodes.get(i).map(|n| metres(n.position_m)));
+            Some(NamedLine { name: e.name.clone(), points_m: vec![ends[0]?, ends[1]?] })
+        };
+        let sensor = |s: &scenarios::SensorScene| SensorSite {
+            id: s.id.0,
+            name: s.name.clone(),
+            kind: kind_name(s.kind).to_owned(),
+            position_m: s.site_m.map(|p| metres(p.xy())),
+            range_m: None,
+        };
+        let reference = scene.airport.reference;
+        Self {
+            icao: layout.icao.clone(),
+            name: layout.name.clone(),
+            reference_deg: [reference.lat_deg(), reference.lon_deg()],
+            runways: layout.runways.iter().map(runway).collect(),
+            taxiways: layout.edges.iter().filter(|e| !e.runway).filter_map(taxiway).collect(),
+            pavements: layout.pavement.iter().map(area).collect(),
+            stands: layout
+                .stands
+                .iter()
+                .map(|s| NamedPoint { name: s.name.clone(), position_m: metres(s.position_m) })
+                .collect(),
+            buildings: layout.buildings.iter().map(area).collect(),
+            sensors: scene.sensors.iter().map(sensor).collect(),
+        }
+    }
+}
+
+/// Word for a kind of sensor, as scenes and plots write it.
+#[must_use]
+pub fn kind_name(kind: SensorKind) -> &'static str {
+    match kind {
+        SensorKind::Asde => "asde",
+        SensorKind::Gps => "gps",
+        SensorKind::Dgps => "dgps",
+        SensorKind::Adsb => "adsb",
+        SensorKind::Mlat => "mlat",
+        SensorKind::Loop => "loop",
+        SensorKind::Dynamic => "dynamic",
+    }
+}
+
+/// Centimetres are enough to draw, and keep the message short.
+fn metres(p: Vector2<f64>) -> [f64; 2] {
+    [p.x, p.y].map(|x| (x * 100.0).round() / 100.0)
 }
 
 fn as_text<N: ToString, S: serde::Serializer>(value: &N, to: S) -> Result<S::Ok, S::Error> {

@@ -63,7 +63,11 @@ export class Curve {
   #options(kinds) {
     const style = getComputedStyle(document.documentElement);
     const c = (name) => style.getPropertyValue(`--${name}`).trim();
-    const value = (_, v) => (v === null || v === undefined ? "" : fixed(v, 2));
+    // Without a pointer on the curve the legend gives the newest figures.
+    const value = (u, v, series, index) => {
+      const shown = index === null || index === undefined ? u.data[series].findLast((x) => x !== null) : v;
+      return shown === null || shown === undefined ? "\u2013" : fixed(shown, 2);
+    };
     const axis = { stroke: c("dim"), grid: { stroke: c("line"), width: 1 }, ticks: { stroke: c("line"), width: 1, size: 4 }, font: "10px B612, sans-serif" };
     const clock = (s) => `${Math.floor(s / 60)}:${String(Math.floor(s % 60)).padStart(2, "0")}`;
     return {
@@ -110,7 +114,7 @@ export class Curve {
   }
 
   #measure() {
-    return { width: Math.max(120, this.box.clientWidth), height: Math.max(90, this.box.clientHeight - 42) };
+    return { width: Math.max(120, this.box.clientWidth), height: Math.max(90, this.box.clientHeight - 24) };
   }
 
   #size() {

@@ -13,17 +13,18 @@ const ROUNDS = 3;
 
 /**
  * items: { id, x, y, priority, sizes: [{w, h}, …] } in pixels; sizes from full to short form.
- * options: { width, height, obstacles: [{x, y, r}], before: Map id → {dx, dy} }
+ * options: { width, height, obstacles: [{x, y, r}], before: Map id → {dx, dy},
+ * blocked: [{x, y, w, h}] }; an item's `reach` is the radius of its own symbol
  * Returns Map id → { x, y, w, h, form, ax, ay, dx, dy }: the box, the form chosen, where the leader ends, and the
  * offset to hand in again as `before`. Labels without a place are not in it.
  */
-export function place(items, { width, height, obstacles = [], before = new Map() }) {
+export function place(items, { width, height, obstacles = [], before = new Map(), blocked = [] }) {
   const order = [...items].sort((a, b) => b.priority - a.priority || (a.id < b.id ? -1 : 1));
   const placed = new Map();
   const grid = new Grid();
   const dots = new Grid();
   for (const o of obstacles) dots.add(o, { x: o.x - o.r, y: o.y - o.r, w: 2 * o.r, h: 2 * o.r });
-  const context = { width, height, dots, before, grid };
+  const context = { width, height, dots, before, grid, blocked };
   for (const item of order) settle(item, placed, context);
   for (let round = 0; round < ROUNDS; round++) {
     let moved = false;
@@ -36,12 +37,44 @@ export function place(items, { width, height, obstacles = [], before = new Map()
       const next = placed.get(item.id);
       moved ||= next?.x !== now?.x || next?.y !== now?.y;
     }
+    for (const item of order) moved ||= makeRoom(item, placed, context);
     if (!moved) break;
   }
   return placed;
 }
 
 const CHEAP = 12;
+const BAD = 14, SHORT = 20, MISSING = 200; // costs that call for a neighbour to make room
+
+/** Lets a badly placed label take the place of a neighbour, if the two are better off together. */
+function makeRoom(item, placed, context) {
+  const now = placed.get(item.id);
+  const cost = (p) => (p ? p.cost + p.form * SHORT : MISSING);
+  if (cost(now) < BAD) return false;
+  const around = { x: item.x - 110, y: item.y - 70, w: 220, h: 140 };
+  for (const neighbour of [...context.grid.near(around, 0)]) {
+    if (neighbour.item === item || neighbour.item.priority >= item.priority + 900) continue;
+    const other = neighbour.item, sum = cost(now) + cost(neighbour);
+    const remove = (p) => {
+      if (!p) return;
+      context.grid.remove(p);
+      placed.delete(p.item.id);
+    };
+    remove(placed.get(item.id));
+    remove(neighbour);
+    settle(item, placed, context);
+    settle(other, placed, context);
+    if (cost(placed.get(item.id)) + cost(placed.get(other.id)) < sum - 2) return true;
+    remove(placed.get(item.id));
+    remove(placed.get(other.id));
+    for (const p of [now, neighbour]) {
+      if (!p) continue;
+      placed.set(p.item.id, p);
+      context.grid.add(p, p);
+    }
+  }
+  return false;
+}
 
 function settle(item, placed, context) {
   for (let form = 0; form < item.sizes.length; form++) {
@@ -64,7 +97,9 @@ function cheapest(item, form, context) {
     if (cost < (best?.cost ?? Infinity)) best = { ...box, form, dx, dy, cost, item };
   };
   if (last) consider(last.dx, last.dy, -6); // staying is worth a little disorder
-  for (const [ring, radius] of RINGS.entries()) {
+  const own = Math.max(0, (item.reach ?? 8) - 8);
+  for (const [ring, beyond] of RINGS.entries()) {
+    const radius = beyond + own;
     if (best && best.cost < ring * 4) break; // farther out cannot be cheaper
     for (let k = 0; k < DIRECTIONS; k++) {
       const angle = ((k + 0.5) / DIRECTIONS) * 2 * Math.PI;
@@ -84,9 +119,10 @@ function boxAt(item, { w, h }, dx, dy) {
     ax: clamp(item.x, Math.round(x), Math.round(x) + w), ay: clamp(item.y, Math.round(y), Math.round(y) + h) };
 }
 
-function costOf(item, box, dx, dy, last, { grid, dots, width, height }) {
+function costOf(item, box, dx, dy, last, { grid, dots, width, height, blocked }) {
   if (box.x < 2 || box.y < 2 || box.x + box.w > width - 2 || box.y + box.h > height - 2) return Infinity;
   for (const other of grid.near(box, GAP)) if (overlap(box, other, GAP)) return Infinity;
+  if (blocked.some((b) => overlap(box, b, GAP))) return Infinity;
   let cost = dx > 0 ? 0 : 1.5; // right of the target reads best
   if (dy > 0) cost += 1;
   for (const dot of dots.near(box, GAP)) {

@@ -356,7 +356,11 @@ function makeLayers() {
     list.append(element("label", [box, title], { for: box.id, title: hint }));
   });
   list.append(element("div", [], { id: "sensor-layers" }));
-  if (window.innerWidth < 900) byId("layers").open = false;
+  const narrow = matchMedia("(max-width: 900px)");
+  const fold = () => (byId("layers").open = !narrow.matches);
+  narrow.addEventListener("change", fold);
+  fold();
+  byId("layers").addEventListener("toggle", () => map.dirty());
 }
 
 function setLayer(key, on) {

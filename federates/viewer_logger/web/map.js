@@ -108,11 +108,13 @@ export class MapView {
   }
 
   fitTargets() {
+    this.follow = false;
     const points = [...(this.scan?.tracks ?? []), ...(this.scan?.truth ?? [])].filter(sound);
     if (!points.length) return;
     this.touched = true;
     const xs = points.map((p) => p.x), ys = points.map((p) => p.y);
     this.#show([Math.min(...xs) - 80, Math.min(...ys) - 80, Math.max(...xs) + 80, Math.max(...ys) + 80], 80);
+    this.changed();
   }
 
   zoom(factor, px = this.width / 2, py = this.height / 2) {
@@ -366,7 +368,7 @@ export class MapView {
 
   /** Names of taxiways once a screenful each, where they do not cover one another. */
   #names(g) {
-    if (!this.layers.taxiways || this.view.scale < 0.13) return;
+    if (!this.layers.taxiways || this.view.scale < 0.1) return;
     g.font = "700 10px B612, sans-serif";
     g.fillStyle = this.c["taxi-name"];
     g.textAlign = "center";
@@ -434,12 +436,15 @@ export class MapView {
       const r = radius * this.view.scale;
       if (![x, y, r].every(Number.isFinite) || r <= 0) continue;
       g.save();
-      g.globalAlpha = Math.min(0.32, 0.08 + rate / 200);
+      g.globalAlpha = Math.min(0.26, 0.06 + rate / 400);
       g.fillStyle = this.c.rain;
       g.beginPath();
       g.arc(x, y, r, 0, 7);
       g.fill();
       g.globalAlpha = 0.8;
+      g.strokeStyle = this.c.rain;
+      g.setLineDash([2, 4]);
+      g.stroke();
       g.font = "10px B612, sans-serif";
       g.textAlign = "center";
       g.fillText(`${rate.toFixed(0)} mm/h`, x, y - r + 14);
@@ -584,7 +589,10 @@ export class MapView {
       const chosen = target.id === this.selected;
       const speed = Math.hypot(target.vx, target.vy) || 0;
       items.push({ id: target.id, x, y, sizes, lines, target, priority: (chosen ? 1000 : 0) + (target.number !== undefined ? 100 : 0) + Math.min(speed, 90) });
-      obstacles.push({ id: target.id, own: true, x, y, r: 8 });
+      const size = Math.max(target.truth?.lengthM ?? target.lengthM ?? 0, target.truth?.spanM ?? target.spanM ?? 0);
+      const reach = Math.max(8, Math.min(90, 0.55 * size * this.view.scale));
+      items.at(-1).reach = reach;
+      obstacles.push({ id: target.id, own: true, x, y, r: reach });
       // The way ahead stays free, too.
       if (this.layers.vectors && speed > 0.5) {
         for (const s of [0.33, 0.66, 1]) {
@@ -593,7 +601,7 @@ export class MapView {
         }
       }
     }
-    const placed = place(items, { width: this.width, height: this.height, obstacles, before: this.before });
+    const placed = place(items, { width: this.width, height: this.height, obstacles, before: this.before, blocked: this.#overlays() });
     this.before = new Map([...placed].map(([id, p]) => [id, { dx: p.dx, dy: p.dy }]));
     g.textAlign = "left";
     g.textBaseline = "alphabetic";
@@ -602,6 +610,13 @@ export class MapView {
       if (box) this.#label(g, item, box, bold, plain);
     }
     return placed;
+  }
+
+  /** Boxes of what lies over the map: labels keep out of them. */
+  #overlays() {
+    const map = this.canvas.getBoundingClientRect();
+    const boxes = [...this.canvas.parentElement.querySelectorAll("#layers, #zoom, #past")].map((e) => e.getBoundingClientRect());
+    return boxes.filter((b) => b.width).map((b) => ({ x: b.x - map.x, y: b.y - map.y, w: b.width, h: b.height }));
   }
 
   #label(g, { x, y, lines, target, id }, box, bold, plain) {
