@@ -5,6 +5,7 @@ use std::io::{BufRead, BufReader};
 use std::net::TcpStream;
 use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
 use tungstenite::stream::MaybeTlsStream;
 use tungstenite::{Message, WebSocket};
@@ -23,7 +24,10 @@ pub struct Browser {
 impl Browser {
     /// Opens `url` in a window of `size` pixels; none if Chromium is not installed.
     pub fn open(url: &str, size: [u32; 2]) -> Option<Self> {
-        let profile = std::env::temp_dir().join(format!("seeds-page-{}", std::process::id()));
+        static NUMBER: AtomicU32 = AtomicU32::new(0);
+        let number = NUMBER.fetch_add(1, Ordering::Relaxed);
+        let name = format!("seeds-page-{}-{number}", std::process::id());
+        let profile = std::env::temp_dir().join(name);
         let mut process = Command::new("chromium")
             .args([
                 "--headless",

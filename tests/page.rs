@@ -1,0 +1,400 @@
+//! The page in headless Chromium: what it draws, how it is operated, and what it does when things go wrong.
+//!
+//! Screenshots of every run are left in `target/page` for a person to look at.
+
+#[path = "page/browser.rs"]
+mod browser;
+#[path = "page/demo.rs"]
+mod demo;
+
+use browser::Browser;
+use demo::Demo;
+use federates::runtime::life_cycle::Phase;
+use federates::runtime::messages::{Command, Operation, ScanReport};
+use federates::viewer_logger::Viewer;
+use federates::viewer_logger::server::{Operate, Page, Server, serve};
+use serde_json::{Value, json};
+use std::net::SocketAddr;
+use std::path::Path;
+use std::sync::{Arc, Mutex};
+
+const WINDOW: [u32; 2] = [1280, 800];
+
+/// A served page with `scans` scans of the demo run, and a browser on it; none without Chromium.
+struct Watched {
+    demo: Demo,
+    page: Arc<Page>,
+    server: Server,
+    commands: Arc<Mutex<Vec<(String, Command)>>>,
+    browser: Browser,
+}
+
+fn watch(scans: u64) -> Option<Watched> {
+    let demo = Demo::load();
+    let page = Page::new(Viewer::new(64 << 20));
+    page.update(|viewer| {
+        demo.begin(viewer);
+        (1..=scans).for_each(|n| viewer.on_scan(&demo.scan(n)));
+        viewer.on_state(&demo.state(Phase::Running, scans * 20));
+    });
+    let commands = Arc::default();
+    let server = start("127.0.0.1:0".parse().expect("address"), &page, &commands);
+    let url = format!("http://{}/", server.address());
+    let Some(mut browser) = Browser::open(&url, WINDOW) else {
+        skipped();
+        return None;
+    };
+    browser.until(&format!("__viewer.scan === {scans} && __viewer.frames > 2"));
+    browser.eval("document.fonts.ready.then(() => true)");
+    Some(Watched { demo, page, server, commands, browser })
+}
+
+#[expect(clippy::print_stderr, reason = "a skipped test says so")]
+fn skipped() {
+    eprintln!("skipped: chromium is not installed (./test installs it)");
+}
+
+/// Serves the page; commands are noted, and freeze and start change the state that the page is told.
+fn start(address: SocketAddr, page: &Arc<Page>, commands: &Arc<Mutex<Vec<(String, Command)>>>) -> Server {
+    let (feed, noted) = (page.clone(), commands.clone());
+    let operate: Operate = Box::new(move |words, command| {
+        noted.lock().expect("not poisoned").push((words.to_owned(), command.clone()));
+        let demo = Demo::load();
+        let (ok, text, phase) = match command {
+            Command::Freeze => (true, "FROZEN at frame 800", Phase::Frozen),
+            Command::Start => (true, "RUNNING", Phase::Running),
+            _ => (false, "refused: this run only freezes and resumes", Phase::Running),
+        };
+        feed.update(|viewer| {
+            if ok {
+                viewer.on_state(&demo.state(phase, 800));
+            }
+            viewer.on_operation(Operation {
+                source: "page".to_owned(),
+                command: words.to_owned(),
+                ok,
+                text: text.to_owned(),
+                ..Operation::default()
+            });
+        });
+        (ok, text.to_owned())
+    });
+    serve(address, page.clone(), operate).expect("the page is served")
+}
+
+impl Watched {
+    /// Asserts that tracks and truth of `report` are what the page has and where it draws them.
+    fn assert_shows(&mut self, report: &ScanReport) {
+        let tracks = self.browser.eval("__viewer.tracks");
+        let view = self.browser.eval("__viewer.view");
+        let get = |name: &str| view[name].as_f64().expect("a figure");
+        assert_eq!(tracks.as_array().expect("tracks").len(), report.tracks.len());
+        for track in &report.tracks {
+            let shown = by(&tracks, "number", &json!(track.number));
+            assert_eq!(shown["callsign"], track.callsign.as_str());
+            assert_near(shown, track.position_m);
+            let x = get("width") / 2.0 + (track.position_m[0] - get("cx")) * get("scale");
+            let y = get("height") / 2.0 - (track.position_m[1] - get("cy")) * get("scale");
+            let at = [&shown["screen"]["x"], &shown["screen"]["y"]].map(|v| v.as_f64().expect("pixel"));
+            assert!((at[0] - x).abs() < 1e-6 && (at[1] - y).abs() < 1e-6, "{} at {at:?}", track.callsign);
+        }
+        let truth = self.browser.eval("__viewer.truth");
+        for entity in &report.truth {
+            let shown = by(&truth, "callsign", &json!(entity.callsign));
+            assert_near(shown, [entity.position_m[0], entity.position_m[1]]);
+        }
+    }
+
+    /// Colour of the canvas at a target's symbol: red, green, blue.
+    fn pixel_at(&mut self, number: u16) -> Vec<i64> {
+        let colour = self.browser.eval(&format!(
+            "(() => {{ const t = __viewer.tracks.find((t) => t.number === {number}); \
+             return [...document.getElementById('map').getContext('2d').getImageData(t.screen.x, t.screen.y, 1, 1).data]; }})()"
+        ));
+        (0..3).map(|i| colour[i].as_i64().expect("0 to 255")).collect()
+    }
+
+    /// Waits for the next drawing.
+    fn drawn(&mut self) {
+        self.browser.eval("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done(1))))");
+    }
+
+    fn keep_screenshot(&mut self, name: &str) {
+        self.drawn();
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("target/page");
+        std::fs::create_dir_all(&folder).expect("target/page");
+        std::fs::write(folder.join(format!("{name}.png")), self.browser.screenshot()).expect("written");
+    }
+
+    fn assert_no_complaint(&mut self) {
+        assert!(self.browser.complaints.is_empty(), "{:#?}", self.browser.complaints);
+    }
+}
+
+/// Equal but for the last digit, which JSON on its way here may change.
+fn assert_near(shown: &Value, position_m: [f64; 2]) {
+    for (name, metres) in ["x", "y"].into_iter().zip(position_m) {
+        let far = (shown[name].as_f64().expect("metres") - metres).abs();
+        assert!(far < 1e-9, "{name}: {shown}, not {metres}");
+    }
+}
+
+fn by<'a>(list: &'a Value, key: &str, value: &Value) -> &'a Value {
+    let found = list.as_array().expect("a list").iter().find(|item| item[key] == *value);
+    found.unwrap_or_else(|| panic!("no {key} {value} on the page"))
+}
+
+#[test]
+fn targets_are_drawn_where_the_server_says_and_listed_in_the_table() {
+    let Some(mut w) = watch(40) else { return };
+    w.assert_shows(&w.demo.scan(40));
+    // The pixels, not only the figures: the symbol of an arrival is amber, of a departure blue.
+    for (number, colour) in [(1, [240, 195, 106]), (6, [132, 197, 244])] {
+        let pixel = w.pixel_at(number);
+        let far = pixel.iter().zip(colour).map(|(a, b)| (a - b).abs()).max().expect("three");
+        assert!(far < 40, "track {number} is drawn in {pixel:?}");
+    }
+    let rows = w.browser.eval(
+        "[...document.querySelectorAll('#tracks tbody tr')].map((r) => [...r.cells].map((c) => c.textContent))",
+    );
+    let report = w.demo.scan(40);
+    let rows = rows.as_array().expect("rows");
+    assert_eq!(rows.len(), report.tracks.len());
+    for track in &report.tracks {
+        let row = rows.iter().find(|r| r[0] == track.callsign.as_str()).expect("a row");
+        assert_eq!(row[1], track.number.to_string());
+        let error_m = report.truth.iter().find_map(|t| t.track.filter(|p| p.0 == track.number)).expect("error").1;
+        assert_eq!(row[5], format!("{error_m:.1}"), "{}", track.callsign);
+    }
+    // Sorting by speed, downwards.
+    w.browser.click_on("#tracks th[data-key=speed] button");
+    w.browser.click_on("#tracks th[data-key=speed] button");
+    let first = w.browser.eval("document.querySelector('#tracks tbody tr').cells[0].textContent");
+    assert_eq!(first, "EDW229", "the landing aircraft is the fastest");
+    // Zoom and pan by keys keep the figures and the drawing together.
+    for key in ["+", "+", "ArrowLeft"] {
+        w.browser.key(key);
+    }
+    w.drawn();
+    w.assert_shows(&w.demo.scan(40));
+    let frozen = w.browser.eval(
+        "Object.isFrozen(__viewer) && (() => { try { 'use strict'; __viewer.selected = 't1'; } catch { } \
+         window.__viewer = 5; return __viewer.selected === null && Object.isFrozen(__viewer.tracks); })()",
+    );
+    assert_eq!(frozen, true, "the hook is read-only");
+    w.assert_no_complaint();
+}
+
+#[test]
+fn labels_never_overlap_and_keep_their_places() {
+    let Some(mut w) = watch(1) else { return };
+    let mut before: Option<Value> = None;
+    let mut turned = 0;
+    for n in 2..=40 {
+        let report = w.demo.scan(n);
+        w.page.update(|viewer| viewer.on_scan(&report));
+        w.browser.until(&format!("__viewer.scan === {n}"));
+        w.drawn();
+        let overlaps = w.browser.eval(
+            "(() => { const l = __viewer.labels, o = []; for (let i = 0; i < l.length; i++) for (let j = 0; j < i; j++) \
+             if (l[i].x < l[j].x + l[j].w && l[j].x < l[i].x + l[i].w && l[i].y < l[j].y + l[j].h && l[j].y < l[i].y + l[i].h) \
+             o.push([l[i].id, l[j].id]); return o; })()",
+        );
+        assert_eq!(overlaps, json!([]), "scan {n}");
+        let places = w.browser.eval(
+            "Object.fromEntries(__viewer.labels.map((l) => { const t = __viewer.tracks.find((t) => t.id === l.id) ?? \
+             __viewer.truth.find((t) => t.id === l.id); return [l.id, [l.x + l.w / 2 - t.screen.x, l.y + l.h / 2 - t.screen.y]]; }))",
+        );
+        assert_eq!(places.as_object().expect("labels").len(), report.truth.len(), "every target has one");
+        if let Some(before) = &before {
+            for (id, place) in places.as_object().expect("labels") {
+                let Some(last) = before.get(id) else { continue };
+                let moved = |k: usize| place[k].as_f64().expect("px") - last[k].as_f64().expect("px");
+                turned += u32::from(f64::hypot(moved(0), moved(1)) > 25.0);
+            }
+        }
+        before = Some(places);
+    }
+    // 8 labels over 38 steps: now and then one has to make room.
+    assert!(turned <= 15, "{turned} labels jumped");
+    // The placement alone, in a crowd: 300 targets in a window.
+    let crowd = w.browser.eval(
+        "import('/labels.js').then(({ place, overlap }) => { \
+           const items = Array.from({ length: 300 }, (_, i) => ({ id: `t${i}`, x: 40 + (i * 7919) % 1200, y: 30 + (i * 104729) % 740, \
+             priority: i % 7, sizes: [{ w: 84, h: 45 }, { w: 60, h: 19 }] })); \
+           const t0 = performance.now(); const placed = [...place(items, { width: 1280, height: 800, obstacles: [] }).values()]; \
+           let overlaps = 0; placed.forEach((a, i) => placed.slice(i + 1).forEach((b) => { overlaps += overlap(a, b) ? 1 : 0; })); \
+           return { placed: placed.length, overlaps, outside: placed.filter((p) => p.x < 0 || p.y < 0 || p.x + p.w > 1280 || p.y + p.h > 800).length, \
+             ms: performance.now() - t0 }; })",
+    );
+    assert_eq!((&crowd["overlaps"], &crowd["outside"]), (&json!(0), &json!(0)), "{crowd}");
+    assert!(crowd["placed"].as_u64().expect("number") >= 200, "{crowd}");
+    w.assert_no_complaint();
+}
+
+#[test]
+fn the_run_is_operated_and_looked_back_on_from_the_page() {
+    let Some(mut w) = watch(40) else { return };
+    // Select on the map: the table and the curve follow.
+    let at = w.browser.eval(
+        "(() => { const t = __viewer.tracks.find((t) => t.number === 2), b = document.getElementById('map').getBoundingClientRect(); \
+         return [t.screen.x + b.x, t.screen.y + b.y]; })()",
+    );
+    w.browser.click(at[0].as_f64().expect("x"), at[1].as_f64().expect("y"));
+    w.browser.until("__viewer.selected === 't2' && __viewer.curve.length > 0");
+    let row = w.browser.eval("document.querySelector('#tracks tr[aria-selected=true]').cells[0].textContent");
+    assert_eq!(row, "CAI3208");
+    let curve = w.browser.eval("__viewer.curve");
+    let curve = curve.as_array().expect("points");
+    let report = |n: u64| w.demo.scan(n).truth.iter().find_map(|t| t.track.filter(|p| p.0 == 2));
+    assert_eq!(curve.len(), 40);
+    for (point, n) in curve.iter().zip(1..) {
+        let error_m = report(n).expect("tracked").1;
+        assert!((point["error_m"].as_f64().expect("error") - error_m).abs() < 1e-5, "scan {n}: {point}");
+    }
+    w.keep_screenshot("selected-1280");
+
+    // Layers: without the layer nothing of the track is drawn.
+    let with = w.pixel_at(6);
+    w.browser.click_on("#layer-tracks");
+    w.browser.click_on("#layer-labels");
+    w.browser.click_on("#layer-truth");
+    w.browser.click_on("#sensor-1");
+    w.drawn();
+    assert_ne!(w.pixel_at(6), with);
+    assert_eq!(w.browser.eval("[__viewer.layers.tracks, __viewer.labels.length, __viewer.plots.some((p) => p.sensor === 1 && p.shown)]"), json!([false, 0, false]));
+    for layer in ["layer-tracks", "layer-labels", "layer-truth", "sensor-1"] {
+        w.browser.click_on(&format!("#{layer}"));
+    }
+    w.drawn();
+    assert_eq!(w.pixel_at(6), with);
+
+    // Freeze and a refused command: each is answered in words.
+    w.browser.click_on("[data-command=freeze]");
+    w.browser.until("__viewer.phase === 'FROZEN' && __viewer.answer?.accepted");
+    assert_eq!(w.browser.eval("document.getElementById('answer').textContent"), "FROZEN at frame 800");
+    w.browser.click_on("[data-command=stop]");
+    w.browser.until("__viewer.answer?.accepted === false");
+    assert!(w.browser.eval("document.getElementById('answer').textContent").as_str().expect("words").contains("refused"));
+    w.browser.click_on("[data-command=step]");
+    w.browser.until("__viewer.operations.length === 3");
+    w.browser.key(" "); // the keyboard acts on the button that has the focus
+    w.browser.eval("document.activeElement.blur()");
+    w.browser.key(" ");
+    w.browser.until("__viewer.phase === 'RUNNING'");
+    let commands: Vec<String> = w.commands.lock().expect("sound").iter().map(|c| c.0.clone()).collect();
+    assert_eq!(commands[..3], ["freeze", "stop", "step 20"]);
+    assert_eq!(commands.last().map(String::as_str), Some("start"));
+
+    // Back in time: the picture of then, and new scans do not disturb it.
+    w.browser.eval("(() => { const s = document.getElementById('scrub'); s.value = 12; s.dispatchEvent(new Event('input')); })()");
+    w.browser.until("__viewer.scan === 12");
+    w.drawn();
+    w.assert_shows(&w.demo.scan(12));
+    let newer = w.demo.scan(41);
+    w.page.update(|viewer| viewer.on_scan(&newer));
+    w.browser.until("__viewer.timeline.last === 41 && __viewer.curve.length === 41");
+    assert_eq!(w.browser.eval("[__viewer.scan, __viewer.live]"), json!([12, false]));
+    assert_eq!(w.browser.eval("document.getElementById('past').hidden"), false);
+    w.browser.key("]");
+    w.browser.until("__viewer.scan === 13");
+    w.keep_screenshot("past-1280");
+    w.browser.key("l");
+    w.browser.until("__viewer.scan === 41 && __viewer.live");
+    w.assert_no_complaint();
+}
+
+#[test]
+fn what_goes_wrong_is_shown_and_does_no_harm() {
+    let Some(mut w) = watch(5) else { return };
+    // Names are text, never markup; figures that are none leave the rest of the picture alone.
+    let mut odd = w.demo.scan(6);
+    odd.tracks[0].callsign = "<b>X</b>".to_owned();
+    odd.tracks[1].position_m = [f64::NAN, 5.0];
+    odd.tracks[1].cov_m2 = [f64::INFINITY; 3];
+    odd.tracks[2].status = "a new word".to_owned();
+    odd.truth[3].position_m[0] = f64::INFINITY;
+    odd.plots[0].kind = "crystal ball".to_owned();
+    w.page.update(|viewer| viewer.on_scan(&odd));
+    w.browser.until("__viewer.scan === 6");
+    w.drawn();
+    let names = w.browser.eval("[...document.querySelectorAll('#tracks td:first-child')].map((c) => c.textContent)");
+    assert!(names.as_array().expect("names").contains(&json!("<b>X</b>")));
+    assert_eq!(w.browser.eval("document.querySelectorAll('#tracks b').length"), 0);
+    // Messages that are none are refused by the reader with a reason.
+    for (octets, reason) in [
+        ("new Uint8Array(0)", "no scan"),
+        ("new Uint8Array(40)", "no scan"),
+        ("(() => { const a = new Uint8Array(40); a.set([83, 69, 69, 68, 9]); return a; })()", "version 9"),
+        ("(() => { const a = new Uint8Array(40); a.set([83, 69, 69, 68, 1]); a[24] = 200; return a; })()", "cut short"),
+    ] {
+        let said = w.browser.eval(&format!(
+            "import('/frame.js').then((m) => {{ try {{ m.decode(({octets}).buffer); return 'taken'; }} catch (e) {{ return e.message; }} }})"
+        ));
+        assert!(said.as_str().expect("words").contains(reason), "{octets}: {said}");
+    }
+    // Another page may not use this one.
+    let address = w.server.address();
+    let knock = |host: &str, origin: &str| {
+        let request = tungstenite::http::Request::builder()
+            .uri(format!("ws://{address}/socket"))
+            .header("Host", host)
+            .header("Origin", origin)
+            .header("Connection", "Upgrade")
+            .header("Upgrade", "websocket")
+            .header("Sec-WebSocket-Version", "13")
+            .header("Sec-WebSocket-Key", tungstenite::handshake::client::generate_key())
+            .body(())
+            .expect("a request");
+        match tungstenite::connect(request) {
+            Ok(_) => 101,
+            Err(tungstenite::Error::Http(answer)) => answer.status().as_u16(),
+            Err(error) => panic!("{error}"),
+        }
+    };
+    let own = address.to_string();
+    assert_eq!(knock(&own, &format!("http://{own}")), 101);
+    assert_eq!(knock(&own, "http://evil.example"), 403);
+    assert_eq!(knock("evil.example", "http://evil.example"), 403);
+
+    // A lost connection is shown, the last picture stays, and the page comes back by itself.
+    let Watched { page, server, commands, browser, .. } = &mut w;
+    browser.resize([1920, 1080]);
+    let stopped = std::mem::replace(server, start("127.0.0.1:0".parse().expect("address"), page, commands));
+    stopped.stop();
+    browser.until("__viewer.connection === 'lost' && !document.getElementById('alert').hidden");
+    let words = browser.eval("document.getElementById('alert').textContent");
+    assert!(words.as_str().expect("words").contains("lost"), "{words}");
+    assert_eq!(browser.eval("[__viewer.scan, document.body.classList.contains('stale')]"), json!([6, true]));
+    w.keep_screenshot("lost-1920");
+    let Watched { demo, page, server, commands, browser } = &mut w;
+    *server = start(address, page, commands);
+    let back = demo.scan(7);
+    page.update(|viewer| viewer.on_scan(&back));
+    browser.until("__viewer.connection === 'open' && __viewer.scan === 7 && document.getElementById('alert').hidden");
+    assert!(w.browser.complaints.iter().all(|c| !c.contains("Security Policy")), "{:?}", w.browser.complaints);
+}
+
+#[test]
+fn nothing_is_cut_off_in_any_window() {
+    let Some(mut w) = watch(95) else { return };
+    w.browser.click_on("#tracks tbody tr");
+    w.browser.until("__viewer.curve.length > 50");
+    for (size, name) in [([1280, 800], "1280"), ([1920, 1080], "1920"), ([420, 860], "420"), ([800, 600], "800")] {
+        w.browser.resize(size);
+        w.browser.until(&format!("innerWidth === {} && __viewer.view.width <= innerWidth", size[0]));
+        w.keep_screenshot(name);
+        let wide = w.browser.eval("document.documentElement.scrollWidth - document.documentElement.clientWidth");
+        assert_eq!(wide, 0, "{name}: the page scrolls sideways");
+        let cut = w.browser.eval(
+            "[...document.querySelectorAll('header > *, footer > *, #controls button, #tracks td, #tracks th')] \
+             .filter((e) => e.offsetParent && e.getBoundingClientRect().right > document.documentElement.clientWidth + 1).map((e) => e.outerHTML.slice(0, 80))",
+        );
+        assert_eq!(cut, json!([]), "{name}");
+    }
+    w.browser.resize([1920, 1080]);
+    w.browser.key("n");
+    assert_eq!(w.browser.eval("__viewer.colours"), "day");
+    w.keep_screenshot("day-1920");
+    w.assert_no_complaint();
+}
