@@ -55,7 +55,11 @@ fn skipped() {
 }
 
 /// Serves the page; commands are noted, and freeze and start change the state that the page is told.
-fn start(address: SocketAddr, page: &Arc<Page>, commands: &Arc<Mutex<Vec<(String, Command)>>>) -> Server {
+fn start(
+    address: SocketAddr,
+    page: &Arc<Page>,
+    commands: &Arc<Mutex<Vec<(String, Command)>>>,
+) -> Server {
     let (feed, noted) = (page.clone(), commands.clone());
     let operate: Operate = Box::new(move |words, command| {
         noted.lock().expect("not poisoned").push((words.to_owned(), command.clone()));
@@ -95,8 +99,13 @@ impl Watched {
             assert_near(shown, track.position_m);
             let x = get("width") / 2.0 + (track.position_m[0] - get("cx")) * get("scale");
             let y = get("height") / 2.0 - (track.position_m[1] - get("cy")) * get("scale");
-            let at = [&shown["screen"]["x"], &shown["screen"]["y"]].map(|v| v.as_f64().expect("pixel"));
-            assert!((at[0] - x).abs() < 1e-6 && (at[1] - y).abs() < 1e-6, "{} at {at:?}", track.callsign);
+            let at =
+                [&shown["screen"]["x"], &shown["screen"]["y"]].map(|v| v.as_f64().expect("pixel"));
+            assert!(
+                (at[0] - x).abs() < 1e-6 && (at[1] - y).abs() < 1e-6,
+                "{} at {at:?}",
+                track.callsign
+            );
         }
         let truth = self.browser.eval("__viewer.truth");
         for entity in &report.truth {
@@ -123,7 +132,8 @@ impl Watched {
         self.drawn();
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("target/page");
         std::fs::create_dir_all(&folder).expect("target/page");
-        std::fs::write(folder.join(format!("{name}.png")), self.browser.screenshot()).expect("written");
+        std::fs::write(folder.join(format!("{name}.png")), self.browser.screenshot())
+            .expect("written");
     }
 
     fn assert_no_complaint(&mut self) {
@@ -163,7 +173,12 @@ fn targets_are_drawn_where_the_server_says_and_listed_in_the_table() {
     for track in &report.tracks {
         let row = rows.iter().find(|r| r[0] == track.callsign.as_str()).expect("a row");
         assert_eq!(row[1], track.number.to_string());
-        let error_m = report.truth.iter().find_map(|t| t.track.filter(|p| p.0 == track.number)).expect("error").1;
+        let error_m = report
+            .truth
+            .iter()
+            .find_map(|t| t.track.filter(|p| p.0 == track.number))
+            .expect("error")
+            .1;
         assert_eq!(row[5], format!("{error_m:.1}"), "{}", track.callsign);
     }
     // Sorting by speed, downwards.
@@ -205,11 +220,16 @@ fn labels_never_overlap_and_keep_their_places() {
             "Object.fromEntries(__viewer.labels.map((l) => { const t = __viewer.tracks.find((t) => t.id === l.id) ?? \
              __viewer.truth.find((t) => t.id === l.id); return [l.id, [l.x + l.w / 2 - t.screen.x, l.y + l.h / 2 - t.screen.y]]; }))",
         );
-        assert_eq!(places.as_object().expect("labels").len(), report.truth.len(), "every target has one");
+        assert_eq!(
+            places.as_object().expect("labels").len(),
+            report.truth.len(),
+            "every target has one"
+        );
         if let Some(before) = &before {
             for (id, place) in places.as_object().expect("labels") {
                 let Some(last) = before.get(id) else { continue };
-                let moved = |k: usize| place[k].as_f64().expect("px") - last[k].as_f64().expect("px");
+                let moved =
+                    |k: usize| place[k].as_f64().expect("px") - last[k].as_f64().expect("px");
                 turned += u32::from(f64::hypot(moved(0), moved(1)) > 25.0);
             }
         }
@@ -242,7 +262,9 @@ fn the_run_is_operated_and_looked_back_on_from_the_page() {
     );
     w.browser.click(at[0].as_f64().expect("x"), at[1].as_f64().expect("y"));
     w.browser.until("__viewer.selected === 't2' && __viewer.curve.length > 0");
-    let row = w.browser.eval("document.querySelector('#tracks tr[aria-selected=true]').cells[0].textContent");
+    let row = w
+        .browser
+        .eval("document.querySelector('#tracks tr[aria-selected=true]').cells[0].textContent");
     assert_eq!(row, "CAI3208");
     let curve = w.browser.eval("__viewer.curve");
     let curve = curve.as_array().expect("points");
@@ -250,7 +272,10 @@ fn the_run_is_operated_and_looked_back_on_from_the_page() {
     assert_eq!(curve.len(), 40);
     for (point, n) in curve.iter().zip(1..) {
         let error_m = report(n).expect("tracked").1;
-        assert!((point["error_m"].as_f64().expect("error") - error_m).abs() < 1e-5, "scan {n}: {point}");
+        assert!(
+            (point["error_m"].as_f64().expect("error") - error_m).abs() < 1e-5,
+            "scan {n}: {point}"
+        );
     }
     w.keep_screenshot("selected-1280");
 
@@ -272,17 +297,27 @@ fn the_run_is_operated_and_looked_back_on_from_the_page() {
     // Freeze and a refused command: each is answered in words.
     w.browser.click_on("[data-command=freeze]");
     w.browser.until("__viewer.phase === 'FROZEN' && __viewer.answer?.accepted");
-    assert_eq!(w.browser.eval("document.getElementById('answer').textContent"), "FROZEN at frame 800");
+    assert_eq!(
+        w.browser.eval("document.getElementById('answer').textContent"),
+        "FROZEN at frame 800"
+    );
     w.browser.click_on("[data-command=stop]");
     w.browser.until("__viewer.answer?.accepted === false");
-    assert!(w.browser.eval("document.getElementById('answer').textContent").as_str().expect("words").contains("refused"));
+    assert!(
+        w.browser
+            .eval("document.getElementById('answer').textContent")
+            .as_str()
+            .expect("words")
+            .contains("refused")
+    );
     w.browser.click_on("[data-command=step]");
     w.browser.until("__viewer.operations.length === 3");
     w.browser.key(" "); // the keyboard acts on the button that has the focus
     w.browser.eval("document.activeElement.blur()");
     w.browser.key(" ");
     w.browser.until("__viewer.phase === 'RUNNING'");
-    let commands: Vec<String> = w.commands.lock().expect("sound").iter().map(|c| c.0.clone()).collect();
+    let commands: Vec<String> =
+        w.commands.lock().expect("sound").iter().map(|c| c.0.clone()).collect();
     assert_eq!(commands[..3], ["freeze", "stop", "step 20"]);
     assert_eq!(commands.last().map(String::as_str), Some("start"));
 
@@ -318,15 +353,23 @@ fn what_goes_wrong_is_shown_and_does_no_harm() {
     w.page.update(|viewer| viewer.on_scan(&odd));
     w.browser.until("__viewer.scan === 6");
     w.drawn();
-    let names = w.browser.eval("[...document.querySelectorAll('#tracks td:first-child')].map((c) => c.textContent)");
+    let names = w
+        .browser
+        .eval("[...document.querySelectorAll('#tracks td:first-child')].map((c) => c.textContent)");
     assert!(names.as_array().expect("names").contains(&json!("<b>X</b>")));
     assert_eq!(w.browser.eval("document.querySelectorAll('#tracks b').length"), 0);
     // Messages that are none are refused by the reader with a reason.
     for (octets, reason) in [
         ("new Uint8Array(0)", "no scan"),
         ("new Uint8Array(40)", "no scan"),
-        ("(() => { const a = new Uint8Array(40); a.set([83, 69, 69, 68, 9]); return a; })()", "version 9"),
-        ("(() => { const a = new Uint8Array(40); a.set([83, 69, 69, 68, 1]); a[24] = 200; return a; })()", "cut short"),
+        (
+            "(() => { const a = new Uint8Array(40); a.set([83, 69, 69, 68, 9]); return a; })()",
+            "version 9",
+        ),
+        (
+            "(() => { const a = new Uint8Array(40); a.set([83, 69, 69, 68, 1]); a[24] = 200; return a; })()",
+            "cut short",
+        ),
     ] {
         let said = w.browser.eval(&format!(
             "import('/frame.js').then((m) => {{ try {{ m.decode(({octets}).buffer); return 'taken'; }} catch (e) {{ return e.message; }} }})"
@@ -360,19 +403,27 @@ fn what_goes_wrong_is_shown_and_does_no_harm() {
     // A lost connection is shown, the last picture stays, and the page comes back by itself.
     let Watched { page, server, commands, browser, .. } = &mut w;
     browser.resize([1920, 1080]);
-    let stopped = std::mem::replace(server, start("127.0.0.1:0".parse().expect("address"), page, commands));
+    let stopped =
+        std::mem::replace(server, start("127.0.0.1:0".parse().expect("address"), page, commands));
     stopped.stop();
     browser.until("__viewer.connection === 'lost' && !document.getElementById('alert').hidden");
     let words = browser.eval("document.getElementById('alert').textContent");
     assert!(words.as_str().expect("words").contains("lost"), "{words}");
-    assert_eq!(browser.eval("[__viewer.scan, document.body.classList.contains('stale')]"), json!([6, true]));
+    assert_eq!(
+        browser.eval("[__viewer.scan, document.body.classList.contains('stale')]"),
+        json!([6, true])
+    );
     w.keep_screenshot("lost-1920");
     let Watched { demo, page, server, commands, browser } = &mut w;
     *server = start(address, page, commands);
     let back = demo.scan(7);
     page.update(|viewer| viewer.on_scan(&back));
     browser.until("__viewer.connection === 'open' && __viewer.scan === 7 && document.getElementById('alert').hidden");
-    assert!(w.browser.complaints.iter().all(|c| !c.contains("Security Policy")), "{:?}", w.browser.complaints);
+    assert!(
+        w.browser.complaints.iter().all(|c| !c.contains("Security Policy")),
+        "{:?}",
+        w.browser.complaints
+    );
 }
 
 #[test]
@@ -380,11 +431,16 @@ fn nothing_is_cut_off_in_any_window() {
     let Some(mut w) = watch(95) else { return };
     w.browser.click_on("#tracks tbody tr");
     w.browser.until("__viewer.curve.length > 50");
-    for (size, name) in [([1280, 800], "1280"), ([1920, 1080], "1920"), ([420, 860], "420"), ([800, 600], "800")] {
+    for (size, name) in
+        [([1280, 800], "1280"), ([1920, 1080], "1920"), ([420, 860], "420"), ([800, 600], "800")]
+    {
         w.browser.resize(size);
-        w.browser.until(&format!("innerWidth === {} && __viewer.view.width <= innerWidth", size[0]));
+        w.browser
+            .until(&format!("innerWidth === {} && __viewer.view.width <= innerWidth", size[0]));
         w.keep_screenshot(name);
-        let wide = w.browser.eval("document.documentElement.scrollWidth - document.documentElement.clientWidth");
+        let wide = w
+            .browser
+            .eval("document.documentElement.scrollWidth - document.documentElement.clientWidth");
         assert_eq!(wide, 0, "{name}: the page scrolls sideways");
         let cut = w.browser.eval(
             "[...document.querySelectorAll('header > *, footer > *, #controls button, #tracks td, #tracks th')] \

@@ -61,8 +61,11 @@ impl Demo {
             let p = scene.airport.layout.stands[i].position_m;
             [p.x, p.y]
         };
-        for (callsign, designator, from, to) in [("FOLLOW1", "FOLLOWME", 2, 14), ("FIRE3", "FIRE", 16, 0)] {
-            let round = (0..40).map(|i| (f64::from(i) * 60.0, stand(if i % 2 == 0 { from } else { to })));
+        for (callsign, designator, from, to) in
+            [("FOLLOW1", "FOLLOWME", 2, 14), ("FIRE3", "FIRE", 16, 0)]
+        {
+            let round =
+                (0..40).map(|i| (f64::from(i) * 60.0, stand(if i % 2 == 0 { from } else { to })));
             movers.push(Mover {
                 callsign: callsign.to_owned(),
                 designator,
@@ -90,7 +93,8 @@ impl Demo {
                 ("tracks_confirmed".to_owned(), self.movers.len() as f64),
             ],
             plan: vec![
-                ["ASDE tower", "rain attenuation", "rain 10 mm/h", "3.1 dB", "exact"].map(str::to_owned),
+                ["ASDE tower", "rain attenuation", "rain 10 mm/h", "3.1 dB", "exact"]
+                    .map(str::to_owned),
                 ["ASDE tower", "fog", "visibility 400 m", "0.02 dB", "skipped"].map(str::to_owned),
             ],
             took_us: 812,
@@ -261,7 +265,10 @@ impl Mover {
         let share = (t - a.0) / (b.0 - a.0);
         let at = [0, 1].map(|k| a.1[k] + share * (b.1[k] - a.1[k]));
         // Over several seconds, because the records repeat positions.
-        let (c, d) = (&self.points[next.saturating_sub(6)], &self.points[(next + 4).min(self.points.len() - 1)]);
+        let (c, d) = (
+            &self.points[next.saturating_sub(6)],
+            &self.points[(next + 4).min(self.points.len() - 1)],
+        );
         Some((at, [0, 1].map(|k| (d.1[k] - c.1[k]) / (d.0 - c.0).max(1.0))))
     }
 }
