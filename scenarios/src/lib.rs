@@ -63,6 +63,14 @@ pub struct Scene {
     pub network: Network,
 }
 
+impl Scene {
+    /// What the tracker is told: `[tracking]` with the scene's sensors and types.
+    #[must_use]
+    pub fn tracking_config(&self) -> models::fusion::TrackingConfig {
+        tracking::complete(&self.tracking, &self.sensors, &self.traffic.types)
+    }
+}
+
 const SECTIONS: [&str; 9] = [
     "run", "airport", "traffic", "weather", "building", "sensor", "tracking", "accuracy", "network",
 ];

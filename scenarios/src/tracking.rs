@@ -2,12 +2,19 @@
 
 use crate::document::{Section, within};
 use crate::error::ScenarioError;
+use crate::sensors::SensorScene;
+use crate::types::TypeTable;
+use models::filter::{FilterConfig, Rung};
+use models::fusion::TrackingConfig;
+use models::fusion::config::{AssociationMethod, SensorModel, TypeSize};
 
 /// `[tracking]` of a scene.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Tracking {
-    /// A named choice of all rungs.
+    /// The named choice that everything not said follows.
     pub profile: Profile,
+    /// What the tracker is told; sensors and sizes of types are added by [`crate::Scene::tracking_config`].
+    pub config: TrackingConfig,
 }
 
 /// A named choice of filter, gates, association and fusion.
@@ -22,6 +29,18 @@ pub enum Profile {
     Bulk,
 }
 
+impl Profile {
+    /// The tracker's configuration of this name.
+    #[must_use]
+    pub fn config(self) -> TrackingConfig {
+        match self {
+            Self::Paper => TrackingConfig::paper(),
+            Self::Accurate => TrackingConfig::accurate(),
+            Self::Bulk => TrackingConfig::bulk(),
+        }
+    }
+}
+
 /// `[accuracy]` of a scene: what may be lost against everything simulated exactly.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Accuracy {
@@ -33,14 +52,111 @@ pub struct Accuracy {
     pub time_budget_us: Option<f64>,
 }
 
+const KEYS: [&str; 25] = [
+    "profile",
+    "filter",
+    "q",
+    "association",
+    "joint_limit",
+    "gate_probability",
+    "identified_gate_probability",
+    "kinematic_gate",
+    "restart",
+    "confirm_hits",
+    "confirm_of",
+    "identified_hits",
+    "identified_of",
+    "constant_velocity_after_s",
+    "coast_q",
+    "delete_moving_s",
+    "delete_standing_s",
+    "delete_radius_m",
+    "track_numbers",
+    "number_rest_s",
+    "late_s",
+    "duplicate_radius_m",
+    "stand_radius_m",
+    "off_block_window_s",
+    "arrival_window_s",
+];
+
 /// Reads `[tracking]`.
 pub(crate) fn read(root: &Section) -> Result<Tracking, ScenarioError> {
-    let Some(section) = root.section("tracking", &["profile"])? else {
-        return Ok(Tracking::default());
-    };
+    let section = root.section("tracking", &KEYS)?.unwrap_or_else(|| root.empty("tracking"));
     let profiles =
         [("paper", Profile::Paper), ("accurate", Profile::Accurate), ("bulk", Profile::Bulk)];
-    Ok(Tracking { profile: section.choice("profile", &profiles)?.unwrap_or_default() })
+    let profile = section.choice("profile", &profiles)?.unwrap_or_default();
+    let mut config = profile.config();
+    let rungs: Vec<(&str, Rung)> = Rung::ALL.iter().map(|&(rung, name)| (name, rung)).collect();
+    if let Some(rung) = section.choice("filter", &rungs)? {
+        config.filter = FilterConfig::new(rung);
+    }
+    let set = |slot: &mut f64, key: &str, low: f64, high: f64, unit: &'static str| {
+        *slot = section.number_or(key, *slot, within(low, high, unit))?;
+        Ok(())
+    };
+    set(&mut config.filter.q, "q", 1e-9, 1e6, "m²/s⁵")?;
+    let limit = section.integer("joint_limit", 2, 10_000_000)?.unwrap_or(100_000) as usize;
+    let methods = [
+        ("nearest", AssociationMethod::Nearest),
+        ("global", AssociationMethod::Global),
+        ("joint", AssociationMethod::Joint { limit }),
+    ];
+    if let Some(method) = section.choice("association", &methods)? {
+        config.association = method;
+    } else if let AssociationMethod::Joint { limit: slot } = &mut config.association {
+        *slot = limit;
+    }
+    let gates = &mut config.gates;
+    set(&mut gates.probability, "gate_probability", 0.5, 1.0 - 1e-12, "")?;
+    set(&mut gates.identified_probability, "identified_gate_probability", 0.5, 1.0 - 1e-12, "")?;
+    gates.kinematic = section.flag("kinematic_gate")?.unwrap_or(gates.kinematic);
+    gates.restart = section.flag("restart")?.unwrap_or(gates.restart);
+    let life = &mut config.life;
+    let count = |slot: &mut u32, key: &str, low: i64, high: i64| {
+        *slot = section.integer(key, low, high)?.map_or(*slot, |n| n as u32);
+        Ok(())
+    };
+    count(&mut life.confirm_of, "confirm_of", 1, 32)?;
+    count(&mut life.confirm_hits, "confirm_hits", 1, i64::from(life.confirm_of))?;
+    count(&mut life.identified_of, "identified_of", 1, 32)?;
+    count(&mut life.identified_hits, "identified_hits", 1, i64::from(life.identified_of))?;
+    life.confirm_hits = life.confirm_hits.min(life.confirm_of);
+    life.identified_hits = life.identified_hits.min(life.identified_of);
+    count(&mut life.numbers, "track_numbers", 1, 65_536)?;
+    set(&mut life.constant_velocity_after_s, "constant_velocity_after_s", 0.0, 60.0, "s")?;
+    set(&mut life.coast_q, "coast_q", 0.0, 1e3, "m²/s³")?;
+    set(&mut life.delete_moving_s, "delete_moving_s", 0.5, 600.0, "s")?;
+    set(&mut life.delete_standing_s, "delete_standing_s", 0.5, 3600.0, "s")?;
+    set(&mut life.delete_radius_m, "delete_radius_m", 1.0, 10_000.0, "m")?;
+    set(&mut life.number_rest_s, "number_rest_s", 0.0, 3600.0, "s")?;
+    set(&mut config.ring_s, "late_s", 0.0, 60.0, "s")?;
+    set(&mut config.duplicate_radius_m, "duplicate_radius_m", 0.0, 100.0, "m")?;
+    let labels = &mut config.labels;
+    set(&mut labels.stand_radius_m, "stand_radius_m", 1.0, 500.0, "m")?;
+    set(&mut labels.off_block_window_s, "off_block_window_s", 1.0, 86_400.0, "s")?;
+    set(&mut labels.arrival_window_s, "arrival_window_s", 1.0, 86_400.0, "s")?;
+    Ok(Tracking { profile, config })
+}
+
+/// The configuration with the scene's sensors and the sizes of all types.
+pub(crate) fn complete(
+    tracking: &Tracking,
+    sensors: &[SensorScene],
+    types: &TypeTable,
+) -> TrackingConfig {
+    let mut config = tracking.config.clone();
+    config.sensors = sensors.iter().map(|s| SensorModel::default_of(s.id, s.kind)).collect();
+    config.sizes = types
+        .designators()
+        .filter_map(|designator| types.get(designator))
+        .map(|row| TypeSize {
+            designator: row.class.designator.clone(),
+            length_m: row.class.length_m,
+            span_m: row.class.span_m,
+        })
+        .collect();
+    config
 }
 
 /// Reads `[accuracy]`.
@@ -53,4 +169,51 @@ pub(crate) fn read_accuracy(root: &Section) -> Result<Accuracy, ScenarioError> {
         detection: section.number_or("detection", 0.01, within(0.0, 1.0, ""))?,
         time_budget_us: section.number("time_budget_us", within(1.0, 1e9, "µs"))?,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    fn tracking(text: &str) -> Result<Tracking, ScenarioError> {
+        read(&Section::parse(Path::new("scene.toml"), text).expect("TOML"))
+    }
+
+    #[test]
+    fn a_profile_is_the_base_and_single_keys_differ_from_it() {
+        let paper = tracking("").expect("nothing said");
+        assert_eq!((paper.profile, paper.config), (Profile::Paper, TrackingConfig::paper()));
+        let mixed = tracking(
+            "[tracking]\nprofile = \"accurate\"\nfilter = \"ca6\"\nq = 0.1\nassociation = \"joint\"\n\
+             joint_limit = 500\nconfirm_hits = 2\nconfirm_of = 3\nlate_s = 2.0\nkinematic_gate = false",
+        )
+        .expect("sound");
+        let expected = {
+            let mut c = TrackingConfig::accurate();
+            c.filter = FilterConfig::new(Rung::Ca6);
+            c.filter.q = 0.1;
+            c.association = AssociationMethod::Joint { limit: 500 };
+            (c.life.confirm_hits, c.life.confirm_of, c.ring_s) = (2, 3, 2.0);
+            c.gates.kinematic = false;
+            c
+        };
+        assert_eq!(mixed.config, expected);
+    }
+
+    #[test]
+    fn what_is_not_allowed_is_refused_with_its_line() {
+        for (text, needle) in [
+            ("[tracking]\nfiler = \"ca3\"", "filer"),
+            ("[tracking]\nfilter = \"magic\"", "tracking.filter"),
+            ("[tracking]\nassociation = \"best\"", "tracking.association"),
+            ("[tracking]\nq = -1.0", "tracking.q"),
+            ("[tracking]\ngate_probability = 1.0", "tracking.gate_probability"),
+            ("[tracking]\nconfirm_hits = 5\nconfirm_of = 4", "tracking.confirm_hits"),
+            ("[tracking]\ndelete_moving_s = \"soon\"", "tracking.delete_moving_s"),
+        ] {
+            let error = tracking(text).expect_err(text).to_string();
+            assert!(error.starts_with("scene.toml:2:") && error.contains(needle), "{error}");
+        }
+    }
 }

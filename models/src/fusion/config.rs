@@ -229,6 +229,25 @@ impl TrackingConfig {
         }
     }
 
+    /// Smallest error: nine mode histories, joint probabilistic association in clusters.
+    #[must_use]
+    pub fn accurate() -> Self {
+        let mut config = Self::paper();
+        config.filter = FilterConfig::new(Rung::Mh9);
+        config.association = AssociationMethod::Joint { limit: 100_000 };
+        config
+    }
+
+    /// Most targets: the per-axis filter, nearest neighbour, a short ring, and more track numbers than
+    /// twelve bits hold.
+    #[must_use]
+    pub fn bulk() -> Self {
+        let mut config = Self::paper();
+        config.ring_s = 1.5;
+        config.life.numbers = 65_536;
+        config
+    }
+
     /// Limits of the class of a line of the flight list, or of anything.
     #[must_use]
     pub(super) fn limits_of(&self, entry: Option<&FlightEntry>) -> ClassLimits {
