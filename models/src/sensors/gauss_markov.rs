@@ -80,8 +80,8 @@ impl Gm2Step {
         let decay = libm::exp(-x);
         // e^(−x) is 0 above 745; nothing of the old state is left, and ∞ · 0 must not arise.
         let of = |factor: f64| if decay == 0.0 { 0.0 } else { decay * factor };
-        let tail = libm::exp(-y);
-        let q12 = if tail == 0.0 { 0.0 } else { 2.0 * variance * beta * x * x * tail };
+        let rest = of(x);
+        let q12 = 2.0 * variance * beta * rest * rest;
         Self {
             phi: [[of(1.0 + x), of(dt_s)], [of(-beta * x), of(1.0 - x)]],
             q11: variance * gamma_p3(y),

@@ -166,9 +166,9 @@ pub struct GpsConfig {
 /// Outages of the presets: coverage hole 10 min, unavailability 30 min, unreliability 6 h.
 fn service(coverage: f64, availability: f64, reliability: f64) -> Service {
     Service {
-        coverage: Alternating { up_share: coverage, mean_down_s: 600.0 },
-        availability: Alternating { up_share: availability, mean_down_s: 1800.0 },
-        reliability: Alternating { up_share: reliability, mean_down_s: 21_600.0 },
+        coverage: Alternating::from_share(coverage, 600.0),
+        availability: Alternating::from_share(availability, 1800.0),
+        reliability: Alternating::from_share(reliability, 21_600.0),
     }
 }
 
@@ -266,7 +266,7 @@ pub(crate) fn validate_process(
     share: &'static str,
     mttr: &'static str,
 ) -> Result<(), ConfigError> {
-    number(share, process.up_share, 1e-9, 1.0)?;
+    number(share, process.up_share(), 1e-9, 1.0)?;
     number(mttr, process.mean_down_s, 1e-9, 1e10)
 }
 
@@ -796,7 +796,7 @@ mod tests {
 
     #[test]
     fn services_take_and_shift_their_shares() {
-        let process = |share, mean_down_s| Alternating { up_share: share, mean_down_s };
+        let process = |share, mean_down_s| Alternating::from_share(share, mean_down_s);
         let model = Statistical {
             service: Service {
                 coverage: process(0.9, 10.0),
@@ -833,7 +833,7 @@ mod tests {
             ("report_s", GpsConfig { report_s: f64::NAN, ..sound.clone() }),
             ("sigma_north_m", with(|m| m.error.sigma_north_m = 0.0)),
             ("soft_limit_m", with(|m| m.soft.limit_m = 5.0)),
-            ("coverage", with(|m| m.service.coverage.up_share = 0.0)),
+            ("coverage", with(|m| m.service.coverage.mean_up_s = 0.0)),
             ("mask_deg", {
                 let sky = SkyConfig { mask_deg: 95.0, ..sky() };
                 GpsConfig::of(SensorId(1), GpsModel::Constellation(Diluted::reference(sky)))

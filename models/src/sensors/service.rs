@@ -14,58 +14,65 @@ use rand::rngs::ChaCha8Rng;
 use crate::draw::{DrawKey, Purpose, exponential, uniform};
 use crate::time::SimTime;
 
-/// A two-state process that is up with probability `up_share` and down for `mean_down_s` on average.
+/// A two-state process with exponential times up and down.
+///
+/// Kept as two mean times, so that a tiny share of outage loses no digits; the unit is s wherever the
+/// process is simulated, and any one unit in the closed forms.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Alternating {
-    /// Long-run share of time up, above 0 and at most 1.
-    pub up_share: f64,
-    /// Mean length of an outage, s, above 0.
+    /// Mean time up (between the end of an outage and the next), infinite if it never fails.
+    pub mean_up_s: f64,
+    /// Mean length of an outage, above 0.
     pub mean_down_s: f64,
 }
 
 impl Alternating {
     /// A service that never fails.
-    pub const NEVER_FAILS: Self = Self { up_share: 1.0, mean_down_s: 1.0 };
+    pub const NEVER_FAILS: Self = Self { mean_up_s: f64::INFINITY, mean_down_s: 1.0 };
 
-    /// From mean time between failures and mean time to repair: P = U/(U + V).
+    /// From the long-run share of time up, P = U/(U + V), and the mean outage V.
     #[must_use]
-    pub fn from_mtbf(mtbf_s: f64, mttr_s: f64) -> Self {
-        Self { up_share: 1.0 / (1.0 + mttr_s / mtbf_s), mean_down_s: mttr_s }
+    pub fn from_share(up_share: f64, mean_down_s: f64) -> Self {
+        Self { mean_up_s: mean_down_s * up_share / (1.0 - up_share), mean_down_s }
     }
 
-    /// Mean time up, s: V·P/(1 − P); infinite for a service that never fails.
+    /// From mean time between failures and mean time to repair.
     #[must_use]
-    pub fn mean_up_s(&self) -> f64 {
-        if self.up_share >= 1.0 {
-            f64::INFINITY
-        } else {
-            self.mean_down_s * self.up_share / (1.0 - self.up_share)
-        }
+    pub fn from_mtbf(mtbf_s: f64, mttr_s: f64) -> Self {
+        Self { mean_up_s: mtbf_s, mean_down_s: mttr_s }
+    }
+
+    /// Long-run share of time up, A = U/(U + V).
+    #[must_use]
+    pub fn up_share(&self) -> f64 {
+        1.0 / (1.0 + self.mean_down_s / self.mean_up_s)
+    }
+
+    /// Long-run share of outage, 1 − A, with all digits when small.
+    #[must_use]
+    pub fn down_share(&self) -> f64 {
+        self.mean_down_s / self.mean_up_s * self.up_share()
     }
 
     /// Probability to be up after `t_s` given the state now: A + (1−A)e^(−(λ+μ)t) from up,
     /// A(1 − e^(−(λ+μ)t)) from down.
     #[must_use]
     pub fn up_after(&self, up_now: bool, t_s: f64) -> f64 {
-        if self.up_share >= 1.0 {
-            return 1.0;
-        }
-        let gone = -libm::expm1(-self.rate_sum() * t_s);
-        if up_now { 1.0 - (1.0 - self.up_share) * gone } else { self.up_share * gone }
+        if up_now { 1.0 - self.down_after(t_s) } else { self.up_share() * self.mixed(t_s) }
     }
 
     /// Probability to be down after `t_s`, from up: −(1−A) expm1(−(λ+μ)t), with all digits when small.
     #[must_use]
     pub fn down_after(&self, t_s: f64) -> f64 {
-        if self.up_share >= 1.0 {
-            return 0.0;
-        }
-        -(1.0 - self.up_share) * libm::expm1(-self.rate_sum() * t_s)
+        self.down_share() * self.mixed(t_s)
     }
 
-    /// λ + μ = 1/U + 1/V, 1/s.
-    fn rate_sum(&self) -> f64 {
-        1.0 / self.mean_up_s() + 1.0 / self.mean_down_s
+    /// 1 − e^(−(λ+μ)t) with λ + μ = 1/U + 1/V.
+    fn mixed(&self, t_s: f64) -> f64 {
+        if t_s <= 0.0 {
+            return 0.0;
+        }
+        -libm::expm1(-(t_s / self.mean_up_s + t_s / self.mean_down_s))
     }
 }
 
@@ -87,7 +94,7 @@ impl ServiceState {
     #[must_use]
     pub fn start(process: &Alternating, key: DrawKey, now: SimTime) -> Self {
         let mut rng = DrawKey { scan: 0, ..key }.rng(Purpose::GnssService);
-        let up = uniform(&mut rng) < process.up_share;
+        let up = uniform(&mut rng) < process.up_share();
         Self { up, since: now, until: now, sojourn: 0 }.with_sojourn(process, now, &mut rng)
     }
 
@@ -95,7 +102,7 @@ impl ServiceState {
     pub fn advance(&mut self, process: &Alternating, key: DrawKey, now: SimTime) -> bool {
         while self.until <= now {
             let left_s = now.since_s(self.until);
-            let cycle_s = process.mean_up_s() + process.mean_down_s;
+            let cycle_s = process.mean_up_s + process.mean_down_s;
             let mut rng = DrawKey { scan: self.sojourn + 1, ..key }.rng(Purpose::GnssService);
             let mut next = *self;
             next.sojourn += 1;
@@ -128,7 +135,7 @@ impl ServiceState {
     }
 
     fn with_sojourn(mut self, process: &Alternating, from: SimTime, rng: &mut ChaCha8Rng) -> Self {
-        let mean_s = if self.up { process.mean_up_s() } else { process.mean_down_s };
+        let mean_s = if self.up { process.mean_up_s } else { process.mean_down_s };
         let length_s = mean_s * exponential(rng);
         // Beyond a hundred years (or for ever): later than any run.
         self.until = if length_s < 3e9 {
@@ -166,9 +173,9 @@ impl Service {
     #[must_use]
     pub fn position_probability(&self) -> f64 {
         position_probability(
-            self.coverage.up_share,
-            self.availability.up_share,
-            self.reliability.up_share,
+            self.coverage.up_share(),
+            self.availability.up_share(),
+            self.reliability.up_share(),
         )
     }
 }
@@ -283,7 +290,7 @@ mod tests {
             // Looked at often enough to miss no short time up.
             ("mostly down", 0.1, 50.0, 0.1, 4_000_000),
         ] {
-            let process = Alternating { up_share: share, mean_down_s };
+            let process = Alternating::from_share(share, mean_down_s);
             let (up, outage_s, outages) = observe(&process, 3, step_s, looks);
             let n = outages as f64;
             // Renewal theory: var(share) ≈ 2 P²(1−P)² per outage; outages are exponential.
@@ -295,7 +302,7 @@ mod tests {
 
     #[test]
     fn the_trajectory_does_not_depend_on_the_looks() {
-        let process = Alternating { up_share: 0.8, mean_down_s: 30.0 };
+        let process = Alternating::from_share(0.8, 30.0);
         let mut coarse = ServiceState::start(&process, key(1), SimTime::ZERO);
         let mut fine = coarse;
         for second in 1..2_000 {
@@ -322,7 +329,7 @@ mod tests {
             ("fails once in an age", 1.0 - 1e-15, 3600.0),
             ("repair takes an age", 0.5, 1e12),
         ] {
-            let process = Alternating { up_share: share, mean_down_s };
+            let process = Alternating::from_share(share, mean_down_s);
             let mut ups = 0;
             for entity in 0..2_000 {
                 let mut state = ServiceState::start(&process, key(entity), SimTime::ZERO);
@@ -362,7 +369,7 @@ mod tests {
 
     #[test]
     fn transition_probabilities_meet_the_simulation() {
-        let process = Alternating { up_share: 0.7, mean_down_s: 20.0 };
+        let process = Alternating::from_share(0.7, 20.0);
         let n = 20_000_u64;
         let mut later = [0_u64; 2];
         let mut first = [0_u64; 2];
