@@ -27,6 +27,8 @@ mod recorder;
 mod recording;
 mod rewrite;
 mod source;
+pub mod tools;
+mod utc;
 
 pub use error::{BlockFault, FrameFault, OpenError, Problem};
 pub use frame::MOST_PAYLOAD;
@@ -35,3 +37,4 @@ pub use reader::{Counts, Datagram, Kind, Reader};
 pub use recorder::{RecordError, Recorder, Sink};
 pub use recording::{AlivePdu, Recording};
 pub use rewrite::Rewrite;
+pub use utc::{BadTime, Utc, When};

@@ -70,7 +70,7 @@ fn change(pdu: &mut [u8], at: usize, rules: &[(Option<u16>, u16)]) {
 
 /// Where in a PDU identifiers that begin with site and application stand. Source: IEEE 1278.1-2012,
 /// clause 7, by type.
-fn identifiers(pdu: &[u8]) -> Vec<usize> {
+pub(crate) fn identifiers(pdu: &[u8]) -> Vec<usize> {
     let fixed: &[usize] = match pdu[2] {
         1 | 26 | 30 | 31 | 33 | 34 | 37 | 38 | 40 | 41 | 42 | 67 | 68 | 70 | 71 | 72 | 25 => &[12],
         // Fire, Detonation, the collisions: shooter, target, munition or event.
