@@ -33,6 +33,7 @@ pub struct Viewer {
     topics: BTreeMap<&'static str, (u64, Arc<str>)>,
     operations: VecDeque<Operation>,
     plan: Vec<[String; 5]>,
+    weather: Vec<WeatherNotice>,
     federates: BTreeMap<String, Load>,
 }
 
@@ -56,6 +57,7 @@ impl Viewer {
             topics: BTreeMap::new(),
             operations: VecDeque::new(),
             plan: Vec::new(),
+            weather: Vec::new(),
             federates: BTreeMap::new(),
         }
     }
@@ -86,13 +88,15 @@ impl Viewer {
         }
     }
 
-    /// The weather from a time on.
+    /// The weather from a time on. The page is given all of the run, to show what was when it looks back.
     pub fn on_weather(&mut self, weather: &WeatherNotice) {
-        let mut message = json!(weather); // infinite visibility becomes null: clear
-        message["type"] = "weather".into();
-        message["temperature_c"] = (weather.temperature_k - 273.15).into();
-        message["since_s"] = (weather.from_ns as f64 * 1e-9).into();
-        self.set("weather", message);
+        self.weather.retain(|w| w.from_ns < weather.from_ns); // a restarted run begins anew
+        self.weather.push(weather.clone());
+        if self.weather.len() > NOTICES {
+            self.weather.remove(0);
+        }
+        // An infinite visibility becomes null: clear.
+        self.set("weather", json!({"type": "weather", "notices": self.weather}));
     }
 
     /// The flight list.
@@ -324,6 +328,8 @@ fn command_of(
 
 /// Operator actions kept for the page; all of them are in the database.
 const OPERATIONS: usize = 200;
+/// Weather notices kept for the page; all of them are in the database.
+const NOTICES: usize = 1000;
 /// Most frames in one step command: an hour of 50 ms frames.
 const MAX_STEP: u64 = 72_000;
 const MIN_RATE: f64 = 0.01;

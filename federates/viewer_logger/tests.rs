@@ -196,12 +196,16 @@ fn a_curve_follows_the_entity_and_arrives_without_gaps() {
 fn a_session_is_sent_each_last_value_once() {
     let mut viewer = Viewer::new(1 << 20);
     viewer.on_weather(&weather(0.0));
-    viewer.on_weather(&weather(10.0));
+    viewer.on_weather(&WeatherNotice { from_ns: 5, ..weather(10.0) });
     let mut session = Session::default();
     let out = texts(&session.poll(&viewer));
     assert_eq!(out.len(), 1);
-    assert_eq!(out[0]["rain_mm_per_h"], 10.0);
-    assert!(out[0]["visibility_m"].is_null(), "clear");
+    assert_eq!(out[0]["notices"][0]["rain_mm_per_h"], 0.0);
+    assert_eq!(out[0]["notices"][1]["rain_mm_per_h"], 10.0);
+    assert!(out[0]["notices"][1]["visibility_m"].is_null(), "clear");
+    viewer.on_weather(&weather(1.0));
+    let again = texts(&session.poll(&viewer));
+    assert_eq!(again[0]["notices"].as_array().map(Vec::len), Some(1), "a new run from time 0");
     assert!(session.poll(&viewer).is_empty());
 }
 

@@ -12,7 +12,7 @@ import { element, elapsed, fixed, utc, visibility, wind } from "./text.js";
 const byId = (id) => document.getElementById(id);
 
 const state = {
-  run: null, airport: null, runState: null, timeline: null, weather: null, flights: [], federates: [], operations: [],
+  run: null, airport: null, notices: [], runState: null, timeline: null, weather: null, flights: [], federates: [], operations: [],
   plan: [], scan: null, live: true, selected: null, link: "connecting", notice: null, playing: false, answer: null,
 };
 
@@ -73,9 +73,7 @@ function onText(message) {
       showState();
       break;
     case "weather":
-      state.weather = message;
-      map.weather = message;
-      map.dirty();
+      state.notices = message.notices;
       showWeather();
       break;
     case "flights":
@@ -221,6 +219,7 @@ function showTimeline(wanted) {
     past.textContent = `PAST  ${elapsed(state.scan.timeS)}  (${elapsed(behind).slice(3)} before now)`;
   }
   showClock();
+  showWeather();
 }
 
 // ---- what the parts show ----
@@ -292,16 +291,25 @@ function lateScans() {
   return now - state.timeline.last_s > slack;
 }
 
+/** The weather at the time of the picture. */
 function showWeather() {
-  const w = state.weather;
+  const now = state.live ? Infinity : (state.scan?.timeS ?? 0) * 1e9;
+  const w = (state.notices ?? []).findLast((n) => n.from_ns <= now) ?? null;
+  if (w === state.weather) return;
+  state.weather = map.weather = w;
+  map.dirty();
+  if (!w) {
+    byId("weather").replaceChildren();
+    return;
+  }
   const rain = w.rain_mm_per_h > 0 ? `rain ${fixed(w.rain_mm_per_h, w.rain_mm_per_h < 10 ? 1 : 0)} mm/h` : "dry";
   const parts = [
     [w.rain_mm_per_h > 0 || w.cells.length ? "wet" : "", w.cells.length ? `${rain}, ${w.cells.length} cell${w.cells.length > 1 ? "s" : ""}` : rain],
-    ["", `vis ${visibility(w.visibility_m)}`], ["", wind(w.wind_ms)], ["", `${fixed(w.temperature_c, 0)} \u00b0C`],
+    ["", `vis ${visibility(w.visibility_m)}`], ["", wind(w.wind_ms)], ["", `${fixed(w.temperature_k - 273.15, 0)} \u00b0C`],
     ...(w.film_mm > 0 ? [["", `film ${fixed(w.film_mm, 1)} mm`]] : []),
   ];
   byId("weather").replaceChildren(...parts.map(([mark, text]) => element("span", text, { "data-mark": mark })));
-  byId("weather").title = `Since ${elapsed(w.since_s)}; ${fixed(w.pressure_hpa, 0)} hPa, vapour ${fixed(w.vapour_g_per_m3, 1)} g/m\u00b3`;
+  byId("weather").title = `Since ${elapsed(w.from_ns / 1e9)}; ${fixed(w.pressure_hpa, 0)} hPa, vapour ${fixed(w.vapour_g_per_m3, 1)} g/m\u00b3`;
 }
 
 function showFlights() {

@@ -338,11 +338,14 @@ export class MapView {
     g.fillStyle = c["runway-mark"];
     g.textAlign = "center";
     g.textBaseline = "middle";
-    [[a, -1, runway.designators[0]], [b, 1, runway.designators[1]]].forEach(([end, way, name]) => {
-      const gap = 14 / scale + half;
-      const [px, py] = this.toScreen(end[0] + ux * gap * way, end[1] + uy * gap * way);
-      g.fillText(name, px, py);
-    });
+    this.#designators(runway).forEach(([px, py], i) => g.fillText(runway.designators[i], px, py));
+  }
+
+  /** Where the designators of both ends are written, in pixels. */
+  #designators({ ends: [a, b], width_m: width }) {
+    const dx = b[0] - a[0], dy = b[1] - a[1], length = Math.hypot(dx, dy) || 1;
+    const gap = (14 / this.view.scale + width / 2) / length;
+    return [this.toScreen(a[0] - dx * gap, a[1] - dy * gap), this.toScreen(b[0] + dx * gap, b[1] + dy * gap)];
   }
 
   #stands(g) {
@@ -578,6 +581,7 @@ export class MapView {
       return g.measureText(text).width;
     };
     const items = [], obstacles = [];
+    for (const runway of this.airport?.runways ?? []) for (const [x, y] of this.#designators(runway)) obstacles.push({ x, y, r: 11, weight: 9 });
     const inView = (x, y) => x > -10 && y > -10 && x < this.width + 10 && y < this.height + 10;
     for (const target of this.#targets()) {
       const [x, y] = this.toScreen(target.x, target.y);
