@@ -8,7 +8,7 @@ use super::picture::{AirportMap, RunInfo};
 use crate::runtime::messages::{
     FederateStatus, FlightNotice, Operation, RunState, ScanReport, WeatherNotice,
 };
-use rusqlite::{Connection, Transaction, params};
+use rusqlite::{Connection, OpenFlags, Transaction, params};
 use std::path::{Path, PathBuf};
 
 /// Why a log cannot be opened or went no further.
@@ -17,6 +17,9 @@ pub enum LogError {
     /// The file is there already; a log is never overwritten.
     #[error("log {}: exists already; name another directory", .0.display())]
     Exists(PathBuf),
+    /// Another file stands where the log of an earlier run would be replaced.
+    #[error("log {}: is there already and is not a log of SEEDS; name another file", .0.display())]
+    Stranger(PathBuf),
     /// The database refused.
     #[error("log {}: {}", path.display(), explain(source))]
     Database {
@@ -49,6 +52,26 @@ impl Log {
         let mut database = Connection::open(path).map_err(failed)?;
         begin(&mut database, run, map).map_err(failed)?;
         Ok(Self { path: path.to_owned(), database: Some(database), scans: 0, scans_lost: 0 })
+    }
+
+    /// As [`Self::create`], in place of the log of an earlier run, if there is one.
+    ///
+    /// # Errors
+    /// As [`Self::create`]; a file that is no log is left alone.
+    pub fn replace(path: &Path, run: &RunInfo, map: &AirportMap) -> Result<Self, LogError> {
+        if path.exists() {
+            let id = Connection::open_with_flags(path, OpenFlags::SQLITE_OPEN_READ_ONLY)
+                .and_then(|old| old.pragma_query_value(None, "application_id", |r| r.get(0)));
+            if !matches!(id, Ok(APPLICATION_ID)) {
+                return Err(LogError::Stranger(path.to_owned()));
+            }
+            for ending in ["", "-wal", "-shm"] {
+                let mut name = path.as_os_str().to_owned();
+                name.push(ending);
+                std::fs::remove_file(name).ok(); // what cannot be removed is met again by `create`
+            }
+        }
+        Self::create(path, run, map)
     }
 
     /// Writes one scan: truth, plots with what the effects did to them, tracks, measures.
@@ -233,6 +256,7 @@ impl Log {
 fn begin(database: &mut Connection, run: &RunInfo, map: &AirportMap) -> rusqlite::Result<()> {
     database.query_row("PRAGMA journal_mode = WAL", [], |_| Ok(()))?;
     database.pragma_update(None, "synchronous", "NORMAL")?;
+    database.pragma_update(None, "application_id", APPLICATION_ID)?;
     let transaction = database.transaction()?;
     transaction.execute_batch(include_str!("log.sql"))?;
     for (name, value) in [
@@ -375,6 +399,9 @@ fn write_plots(t: &Transaction<'_>, scan: &ScanReport) -> rusqlite::Result<()> {
     Ok(())
 }
 
+/// "SEED" in the file's header: what a log is known by.
+const APPLICATION_ID: i32 = 0x5345_4544;
+
 /// Root of the mean square; none of nothing.
 fn rmse(errors: impl Iterator<Item = f64>) -> Option<f64> {
     let (count, sum) = errors.fold((0_u32, 0.0), |(n, sum), e| (n + 1, sum + e * e));
@@ -397,4 +424,4 @@ fn explain(error: &rusqlite::Error) -> String {
 }
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

@@ -10,6 +10,7 @@
 
 pub mod frame;
 pub mod history;
+pub mod keeper;
 pub mod log;
 pub mod picture;
 pub mod server;

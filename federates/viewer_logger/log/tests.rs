@@ -2,10 +2,11 @@ use super::*;
 use crate::viewer_logger::tests::{scan, weather};
 use std::sync::atomic::{AtomicU32, Ordering};
 
-struct Folder(PathBuf);
+/// A folder that goes with its value.
+pub(in crate::viewer_logger) struct Folder(pub(in crate::viewer_logger) PathBuf);
 
 impl Folder {
-    fn new() -> Self {
+    pub(in crate::viewer_logger) fn new() -> Self {
         static NUMBER: AtomicU32 = AtomicU32::new(0);
         let number = NUMBER.fetch_add(1, Ordering::Relaxed);
         let name = format!("seeds-log-{}-{number}", std::process::id());

@@ -1,0 +1,374 @@
+//! Keeps what the federation says: the page, the database and the recording behind one door.
+//!
+//! It is fed decoded messages and raw datagrams by whoever listens; nothing that goes wrong with a file reaches
+//! the run. What could not be kept is counted and told at the end.
+
+use super::Viewer;
+use super::log::{Log, LogError};
+use super::picture::{AirportMap, RunInfo};
+use super::server::Page;
+use crate::runtime::messages::{
+    FederateStatus, FlightNotice, Operation, RunState, ScanReport, WeatherNotice,
+};
+use capture::Recorder;
+use scenarios::Scene;
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// A message of the federation.
+#[derive(Clone, Debug)]
+pub enum Heard {
+    /// One scan of the SMDFM.
+    Scan(Box<ScanReport>),
+    /// How the run stands.
+    State(RunState),
+    /// Statistics of a federate.
+    Federate(FederateStatus),
+    /// Weather from a time on.
+    Weather(WeatherNotice),
+    /// The flight list.
+    Flights(Vec<FlightNotice>),
+    /// An operator's action.
+    Operation(Operation),
+}
+
+/// Where to keep things; what is none is not kept.
+#[derive(Clone, Debug, Default)]
+pub struct Files {
+    /// Recording of all datagrams, pcapng.
+    pub recording: Option<PathBuf>,
+    /// Database. A second run of the same process goes to another file beside it.
+    pub database: Option<PathBuf>,
+}
+
+impl Files {
+    /// Both files of a recording that was asked for by name: the database stands beside it.
+    #[must_use]
+    pub fn beside(recording: &Path) -> Self {
+        Self {
+            recording: Some(recording.to_owned()),
+            database: Some(recording.with_extension("sqlite")),
+        }
+    }
+
+    /// Both files in a folder of their own, named by the time `utc_ns` at which the run was started.
+    #[must_use]
+    pub fn in_folder(folder: &Path, utc_ns: i64) -> Self {
+        let run = folder.join(time_name(utc_ns));
+        Self { recording: Some(run.join("run.pcapng")), database: Some(run.join("run.sqlite")) }
+    }
+}
+
+/// What was kept and what was not.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Kept {
+    /// Scans in the database.
+    pub scans: u64,
+    /// Scans that never arrived or came after the database had failed.
+    pub scans_lost: u64,
+    /// Datagrams in the recording.
+    pub datagrams: u64,
+    /// Datagrams that could not be written.
+    pub datagrams_lost: u64,
+}
+
+impl Kept {
+    /// Whether nothing is missing.
+    #[must_use]
+    pub fn complete(&self) -> bool {
+        self.scans_lost == 0 && self.datagrams_lost == 0
+    }
+}
+
+/// Page, database and recording of a run.
+pub struct Keeper {
+    scene: Arc<Scene>,
+    map: AirportMap,
+    page: Option<Arc<Page>>,
+    log: Option<Log>,
+    database: Option<PathBuf>,
+    recorder: Option<Recorder>,
+    state: Option<RunState>,
+    last_scan: Option<u64>,
+    kept: Kept,
+}
+
+impl Keeper {
+    /// Opens the files and shows the scene on the page.
+    ///
+    /// # Errors
+    /// If a file cannot be made: which, and why.
+    pub fn open(scene: Arc<Scene>, page: Option<Arc<Page>>, files: &Files) -> anyhow::Result<Self> {
+        use anyhow::Context;
+        for file in [&files.recording, &files.database].into_iter().flatten() {
+            let folder = file.parent().filter(|f| !f.as_os_str().is_empty());
+            if let Some(folder) = folder {
+                std::fs::create_dir_all(folder)
+                    .with_context(|| format!("making the folder {}", folder.display()))?;
+            }
+        }
+        let recorder = match &files.recording {
+            Some(file) => Some(
+                Recorder::create(file).with_context(|| format!("recording {}", file.display()))?,
+            ),
+            None => None,
+        };
+        let (map, info) = (AirportMap::of(&scene), RunInfo::of(&scene, scene.run.seed));
+        let log = match &files.database {
+            Some(file) => Some(Log::replace(file, &info, &map)?),
+            None => None,
+        };
+        if let Some(page) = &page {
+            page.update(|viewer| viewer.on_scene(&info, &map));
+        }
+        let database = files.database.clone();
+        Ok(Self {
+            scene,
+            map,
+            page,
+            log,
+            database,
+            recorder,
+            state: None,
+            last_scan: None,
+            kept: Kept::default(),
+        })
+    }
+
+    /// Takes a message that arrived at `utc_ns`.
+    pub fn hear(&mut self, heard: Heard, utc_ns: i64) {
+        match heard {
+            Heard::Scan(scan) => self.scan(&scan),
+            Heard::State(state) => self.run_state(state, utc_ns),
+            Heard::Federate(status) => {
+                self.logged(|log| log.federate(&status, utc_ns));
+                self.shown(|viewer| viewer.on_federate(status, utc_ns));
+            }
+            Heard::Weather(weather) => {
+                self.logged(|log| log.weather(&weather));
+                self.shown(|viewer| viewer.on_weather(&weather));
+            }
+            Heard::Flights(entries) => {
+                self.logged(|log| log.flights(&entries));
+                self.shown(|viewer| viewer.on_flights(&entries));
+            }
+            Heard::Operation(operation) => {
+                self.logged(|log| log.operation(&operation, utc_ns));
+                self.shown(|viewer| viewer.on_operation(operation));
+            }
+        }
+    }
+
+    /// Records a datagram, sound or not.
+    pub fn datagram(&mut self, utc_ns: i64, from: SocketAddr, to: SocketAddr, octets: &[u8]) {
+        if let Some(recorder) = &mut self.recorder
+            && let Err(error) = recorder.record(utc_ns, from, to, octets)
+        {
+            tracing::error!("{error}"); // once; the recorder counts what it loses from here on
+        }
+    }
+
+    /// Gives what was collected to the system: now and then, and when the run stands still.
+    pub fn flush(&mut self) {
+        if let Some(recorder) = &mut self.recorder
+            && let Err(error) = recorder.flush()
+        {
+            tracing::error!("{error}");
+        }
+    }
+
+    /// Notes a figure of the run as a whole in the database.
+    pub fn fact(&mut self, name: &str, value: &str) {
+        self.logged(|log| log.fact(name, value));
+    }
+
+    /// How the run stood last.
+    #[must_use]
+    pub fn state(&self) -> Option<&RunState> {
+        self.state.as_ref()
+    }
+
+    /// Closes the files and says what was kept. `dropped` datagrams never reached this process.
+    pub fn close(mut self, dropped: u64) -> Kept {
+        self.flush();
+        if let Some(recorder) = self.recorder.take() {
+            self.kept.datagrams = recorder.recorded();
+            self.kept.datagrams_lost = recorder.lost() + dropped;
+            if let Err(error) = recorder.close(dropped) {
+                tracing::error!("{error}");
+            }
+            self.fact("datagrams_recorded", &self.kept.datagrams.to_string());
+            self.fact("datagrams_lost", &self.kept.datagrams_lost.to_string());
+        }
+        self.close_log();
+        self.kept.clone()
+    }
+
+    fn scan(&mut self, scan: &ScanReport) {
+        if self.state.as_ref().is_some_and(|s| s.run > scan.run) {
+            return; // a straggler of the run before
+        }
+        if self.last_scan.is_some_and(|last| scan.scan <= last) {
+            return; // served again to a late joiner
+        }
+        let missed = self.last_scan.map_or(0, |last| scan.scan - last - 1);
+        if missed > 0 && self.log.is_some() {
+            self.kept.scans_lost += missed;
+            tracing::warn!(scan = scan.scan, missed, "scans did not arrive");
+        }
+        self.last_scan = Some(scan.scan);
+        self.logged(|log| log.scan(scan));
+        self.shown(|viewer| viewer.on_scan(scan));
+    }
+
+    fn run_state(&mut self, state: RunState, utc_ns: i64) {
+        let before = self.state.take();
+        let new_run = before.as_ref().is_some_and(|b| b.run < state.run);
+        if new_run {
+            self.last_scan = None;
+            self.close_log();
+            self.open_log(state.run, state.seed);
+        } else if before.is_none() && state.seed != self.scene.run.seed {
+            self.fact("seed", &state.seed.to_string());
+        }
+        if before.as_ref().is_none_or(|b| b.seed != state.seed) {
+            let info = RunInfo::of(&self.scene, state.seed);
+            let map = self.map.clone();
+            self.shown(|viewer| viewer.on_scene(&info, &map));
+        }
+        let told = |s: &RunState| (s.run, s.phase, s.rate.to_bits(), s.reasons.clone());
+        if before.as_ref().is_none_or(|b| told(b) != told(&state)) {
+            self.logged(|log| log.state(&state, utc_ns));
+        }
+        self.shown(|viewer| viewer.on_state(&state));
+        self.state = Some(state);
+    }
+
+    /// Another run of the same process: `run.sqlite` is followed by `run-2.sqlite`.
+    fn open_log(&mut self, run: u32, seed: u64) {
+        let Some(first) = &self.database else { return };
+        let stem = first.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+        let file = first.with_file_name(format!("{stem}-{run}.sqlite"));
+        match Log::replace(&file, &RunInfo::of(&self.scene, seed), &self.map) {
+            Ok(log) => self.log = Some(log),
+            Err(error) => tracing::error!("{error}"),
+        }
+    }
+
+    fn close_log(&mut self) {
+        let Some(log) = self.log.take() else { return };
+        let (written, lost) = log.scans();
+        self.kept.scans += written;
+        self.kept.scans_lost += lost;
+        if let Err(error) = log.close() {
+            tracing::error!("{error}");
+        }
+    }
+
+    fn logged(&mut self, write: impl FnOnce(&mut Log) -> Result<(), LogError>) {
+        if let Some(log) = &mut self.log
+            && let Err(error) = write(log)
+        {
+            tracing::error!("{error}"); // once: the log takes everything silently from here on
+        }
+    }
+
+    fn shown(&self, show: impl FnOnce(&mut Viewer)) {
+        if let Some(page) = &self.page {
+            page.update(show);
+        }
+    }
+}
+
+/// UTC as a name for a folder: 2026-11-21T00-21-05Z.
+fn time_name(utc_ns: i64) -> String {
+    let seconds = utc_ns.div_euclid(1_000_000_000);
+    let (days, of_day) = (seconds.div_euclid(86_400), seconds.rem_euclid(86_400));
+    // Days since 1970 to a Gregorian date, counted from 0000-03-01 in eras of 400 years of 146097 days.
+    let shifted = days + 719_468;
+    let (era, day_of_era) = (shifted.div_euclid(146_097), shifted.rem_euclid(146_097));
+    let year_of_era =
+        (day_of_era - day_of_era / 1460 + day_of_era / 36_524 - day_of_era / 146_096) / 365;
+    let day_of_year = day_of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
+    let month = (5 * day_of_year + 2) / 153;
+    let day = day_of_year - (153 * month + 2) / 5 + 1;
+    let (month, next) = if month < 10 { (month + 3, 0) } else { (month - 9, 1) };
+    let year = year_of_era + era * 400 + next;
+    let (h, m, s) = (of_day / 3600, of_day / 60 % 60, of_day % 60);
+    format!("{year:04}-{month:02}-{day:02}T{h:02}-{m:02}-{s:02}Z")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::runtime::life_cycle::Phase;
+    use crate::viewer_logger::log::tests::Folder;
+    use crate::viewer_logger::tests::{scan, weather};
+
+    fn scene() -> Arc<Scene> {
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/zurich.toml");
+        Arc::new(scenarios::load(&file).expect("the scene is sound"))
+    }
+
+    fn rows(file: &Path, question: &str) -> i64 {
+        let reader = rusqlite::Connection::open(file).expect("a database");
+        reader.query_row(question, [], |row| row.get(0)).expect(question)
+    }
+
+    fn state(run: u32, phase: Phase) -> Heard {
+        Heard::State(RunState { run, phase, seed: 7, ..RunState::default() })
+    }
+
+    #[test]
+    fn a_run_is_kept_and_a_restart_gets_its_own_database() {
+        let folder = Folder::new();
+        let files = Files::in_folder(&folder.0, 1_763_684_465_000_000_000);
+        let first = files.database.clone().expect("a database");
+        assert!(first.ends_with("2025-11-21T00-21-05Z/run.sqlite"), "{}", first.display());
+        let page = Page::new(Viewer::new(1 << 20));
+        let mut keeper = Keeper::open(scene(), Some(page.clone()), &files).expect("opened");
+        let here = SocketAddr::from(([127, 0, 0, 1], 3000));
+        keeper.hear(state(1, Phase::Running), 1);
+        keeper.hear(state(1, Phase::Running), 2);
+        keeper.hear(Heard::Weather(weather(10.0)), 2);
+        for n in [1, 2, 2, 5] {
+            keeper.hear(Heard::Scan(Box::new(scan(n))), 3);
+            keeper.datagram(3, here, here, &[6, 1, 1, 1]);
+        }
+        assert_eq!(page.viewer().history().range(), Some((1, 5)));
+        keeper.hear(state(2, Phase::Configured), 4);
+        let mut again = scan(1);
+        again.run = 2;
+        keeper.hear(Heard::Scan(Box::new(again)), 5);
+        keeper.hear(Heard::Scan(Box::new(scan(6))), 5); // a straggler of run 1
+        assert_eq!(page.viewer().history().range(), Some((1, 1)));
+        let kept = keeper.close(0);
+        assert_eq!(kept, Kept { scans: 4, scans_lost: 2, datagrams: 4, datagrams_lost: 0 });
+        assert!(!kept.complete());
+        let second = first.with_file_name("run-2.sqlite");
+        assert_eq!(rows(&first, "SELECT count(*) FROM scans"), 3);
+        assert_eq!(rows(&first, "SELECT count(*) FROM states"), 1, "only changes");
+        assert_eq!(rows(&first, "SELECT count(*) FROM run WHERE name = 'seed' AND value = '7'"), 1);
+        assert_eq!(rows(&second, "SELECT count(*) FROM scans"), 1);
+        let recorded = std::fs::metadata(files.recording.expect("a recording")).expect("a file");
+        assert!(recorded.len() > 4 * 46);
+    }
+
+    #[test]
+    fn a_recording_asked_for_by_name_replaces_the_last_one_but_no_stranger() {
+        let folder = Folder::new();
+        let files = Files::beside(&folder.0.join("x.pcapng"));
+        for _ in 0..2 {
+            let mut keeper = Keeper::open(scene(), None, &files).expect("opened");
+            keeper.hear(Heard::Scan(Box::new(scan(1))), 1);
+            assert!(keeper.close(0).complete());
+        }
+        let database = folder.0.join("x.sqlite");
+        assert_eq!(rows(&database, "SELECT count(*) FROM scans"), 1);
+        std::fs::write(&database, "my letters").expect("written");
+        let refused = Keeper::open(scene(), None, &files).err().expect("refused").to_string();
+        assert!(refused.contains("x.sqlite") && refused.contains("not a log"), "{refused}");
+        assert_eq!(std::fs::read(&database).expect("still there"), b"my letters");
+    }
+}
