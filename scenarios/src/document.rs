@@ -111,6 +111,14 @@ impl Section {
         matches!(self.item(key), Some(Item { value: Value::List(_), .. }))
     }
 
+    /// The section without these keys, for a reader that knows the others only.
+    #[must_use]
+    pub fn without(&self, keys: &[&str]) -> Self {
+        let mut rest = self.clone();
+        rest.entries.retain(|key, _| !keys.contains(&key.as_str()));
+        rest
+    }
+
     /// Names of the keys given, sorted.
     pub fn keys(&self) -> impl Iterator<Item = &str> {
         self.entries.keys().map(String::as_str)

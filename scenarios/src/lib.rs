@@ -22,7 +22,7 @@ pub use airport::AirportScene;
 pub use error::{Problem, ScenarioError};
 pub use network::Network;
 pub use run::Run;
-pub use sensors::{AsdeScene, SensorScene};
+pub use sensors::{AsdeScene, Reported, SensorScene};
 pub use tracking::{Accuracy, Tracking};
 pub use traffic::{Entity, Traffic};
 pub use weather::WeatherNotice;
@@ -103,7 +103,7 @@ pub fn load_text(path: &Path, text: &str) -> Result<Scene, ScenarioError> {
     let (traffic, flight_list, traffic_files) = traffic::read(&root, &run, &airport)?;
     files.extend(traffic_files);
     let buildings = building::read(&root, &airport)?;
-    let (sensors, sensor_files) = sensors::read(&root, &airport, &traffic, &buildings)?;
+    let (sensors, sensor_files) = sensors::read(&root, &run, &airport, &traffic, &buildings)?;
     files.extend(sensor_files);
     let hash = scene_hash(&root, &files)?;
     let name = path.file_stem().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();

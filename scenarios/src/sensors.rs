@@ -1,13 +1,16 @@
 //! `[[sensor]]`: kind, place, parameters, and who carries it.
 
 pub mod asde;
+pub mod reported;
 
 pub use asde::AsdeScene;
+pub use reported::Reported;
 
 use crate::airport::AirportScene;
 use crate::document::{Section, within};
 use crate::error::{Problem, ScenarioError};
 use crate::hash::Fnv;
+use crate::run::Run;
 use crate::traffic::Traffic;
 use models::frames::{Vector2, Vector3};
 use models::plot::{Callsign, SensorId, SensorKind};
@@ -35,6 +38,8 @@ pub struct SensorScene {
     pub equipped: Equipped,
     /// The checked radar, for `kind = "asde"`.
     pub asde: Option<AsdeScene>,
+    /// The checked sensor, for every other kind.
+    pub reported: Option<Reported>,
 }
 
 /// Which targets carry a sensor.
@@ -84,6 +89,7 @@ const KINDS: [(&str, SensorKind); 7] = [
 /// Reads `[[sensor]]`.
 pub(crate) fn read(
     root: &Section,
+    run: &Run,
     airport: &AirportScene,
     traffic: &Traffic,
     buildings: &[Building],
@@ -116,15 +122,20 @@ pub(crate) fn read(
             files.push(file);
             asde = Some(radar);
         }
+        let id = SensorId(index as u16 + 1);
+        let equipped = equipped(section, traffic)?;
+        let place = reported::Place { run, airport, id, site_m, equipped: &equipped };
+        let reported = reported::read(kind, section, &overrides, &place)?;
         sensors.push(SensorScene {
-            id: SensorId(index as u16 + 1),
+            id,
             kind,
             name,
             site_m,
             parameters: section.text("parameters")?.map(Into::into),
             overrides,
-            equipped: equipped(section, traffic)?,
+            equipped,
             asde,
+            reported,
         });
     }
     Ok((sensors, files))
