@@ -1,4 +1,9 @@
-//! What several tests need: the recorded traffic of `tests/data`.
+//! What several tests need: recorded traffic, samples of every type, the law for any octets.
+
+#![allow(dead_code, reason = "each test uses a part")]
+
+pub(crate) mod any_bytes;
+pub(crate) mod samples;
 
 use std::path::PathBuf;
 
