@@ -163,11 +163,14 @@ impl<'a, T: Item<'a>> List<'a, T> {
     #[must_use]
     #[inline]
     pub fn octet_len(&self) -> usize {
-        match (&self.inner, T::FIXED) {
-            (Inner::Octets(octets, _), _) => octets.len(),
-            (_, Some(size)) => self.len() * size,
-            (_, None) => self.iter().map(|item| item.item_len()).sum(),
-        }
+        let items = match (&self.inner, T::FIXED) {
+            (Inner::Octets(octets, _), _) => return octets.len(),
+            (_, Some(size)) => return self.len() * size,
+            (Inner::Items(items), None) => items,
+            (Inner::Owned(items), None) => items.as_slice(),
+        };
+        // Not by `iter`, which clones, and so allocates for elements that own lists.
+        items.iter().map(Item::item_len).sum()
     }
 
     #[inline]
