@@ -4,7 +4,16 @@
 //! weather and flight data, the SMDFM turns both into plots and system tracks, the viewer-logger
 //! shows and keeps everything, the administration station runs the whole.
 
-pub mod runtime;
+pub mod traffic_generator;
+
+pub mod external_world;
+
+pub mod smdfm;
+
+pub mod viewer_logger;
 
 pub mod admin_station;
-pub mod viewer_logger;
+
+pub mod federation;
+pub mod runtime;
+pub mod seeds;

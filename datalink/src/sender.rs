@@ -38,7 +38,6 @@ pub struct Sender {
     to: Vec<SocketAddr>,
     packing: Packing,
     queue: Queue,
-    headers: MultiHeaders<SockaddrStorage>,
     /// Set once the system has refused to cut segments.
     offload_refused: bool,
     sent: Sent,
@@ -64,7 +63,6 @@ impl Sender {
             to: config.to.list().iter().map(|d| d.address()).collect(),
             packing: config.packing,
             queue: Queue::default(),
-            headers: MultiHeaders::preallocate(BATCH, None),
             offload_refused: false,
             sent: Sent::default(),
         })
@@ -211,7 +209,9 @@ impl Sender {
                 sendmsg(fd, only, &[], MsgFlags::empty(), address.as_ref()).map(|_| 1)
             } else {
                 let addresses = vec![address; slices.len()];
-                sendmmsg(fd, &mut self.headers, &slices, addresses, [], MsgFlags::empty())
+                // Made for each call: headers hold raw pointers, and a sender moves between threads.
+                let mut headers = MultiHeaders::<SockaddrStorage>::preallocate(slices.len(), None);
+                sendmmsg(fd, &mut headers, &slices, addresses, [], MsgFlags::empty())
                     .map(Iterator::count)
             };
             match result {

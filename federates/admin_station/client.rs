@@ -39,3 +39,67 @@ pub fn statistics(bus: &dyn Bus, endpoint: &str) -> Result<serde_json::Value, Cl
         .ok_or_else(|| ClientError::Nobody(endpoint.to_owned()))?;
     serde_json::from_slice(&body).map_err(|_| ClientError::Nobody(endpoint.to_owned()))
 }
+
+/// The statistics as a table for a person.
+#[must_use]
+pub fn table(statistics: &serde_json::Value) -> String {
+    use std::fmt::Write;
+    let state = &statistics["state"];
+    let text = |v: &serde_json::Value| v.as_str().unwrap_or("").to_owned();
+    let number = |v: &serde_json::Value| v.as_f64().unwrap_or(0.0);
+    let mut out = format!(
+        "{}  run {}  {}  frame {} of {}  {:.1} s of {:.1} s  rate {}x (achieved {:.1}x)  seed {}\n",
+        text(&state["scene"]),
+        state["run"],
+        text(&state["phase"]),
+        state["frame"],
+        state["last_frame"],
+        number(&state["frame"]) * number(&state["step_ns"]) * 1e-9,
+        number(&state["last_frame"]) * number(&state["step_ns"]) * 1e-9,
+        state["rate"].as_f64().map_or_else(|| "fast ".to_owned(), |r| r.to_string()),
+        number(&state["achieved_rate"]),
+        state["seed"],
+    );
+    for reason in state["reasons"].as_array().into_iter().flatten() {
+        let _ = writeln!(out, "! {}", text(reason));
+    }
+    let _ = writeln!(
+        out,
+        "\n{:<22}{:>8}{:>9}{:>8}{:>9}{:>9}{:>9}{:>6}{:>9}{:>11}{:>11}",
+        "federate",
+        "pid",
+        "frame",
+        "CPU %",
+        "CPU s",
+        "MB",
+        "PDU in",
+        "out",
+        "lost",
+        "repaired",
+        "step us"
+    );
+    for (name, f) in statistics["federates"].as_object().into_iter().flatten() {
+        let _ = writeln!(
+            out,
+            "{name:<22}{:>8}{:>9}{:>8.1}{:>9.1}{:>9.1}{:>9}{:>6}{:>9}{:>11}{:>11.0}",
+            f["pid"].to_string(),
+            f["frame"].to_string(),
+            number(&f["cpu_pct"]),
+            number(&f["cpu_s"]),
+            number(&f["rss_bytes"]) / 1e6,
+            f["pdus_in"].to_string(),
+            f["pdus_out"].to_string(),
+            f["lost"].to_string(),
+            f["repaired"].to_string(),
+            number(&f["exec_us"]),
+        );
+        for drop in f["dropped"].as_array().into_iter().flatten() {
+            let _ = writeln!(out, "  dropped {}: {}", drop[1], text(&drop[0]));
+        }
+    }
+    let _ = writeln!(out);
+    for (name, value) in statistics["measures"].as_object().into_iter().flatten() {
+        let _ = writeln!(out, "{name:<24}{:>12.3}", number(value));
+    }
+    out
+}

@@ -3,6 +3,7 @@
 //! It owns the [`Conductor`] and is the only process that paces time.
 
 pub mod client;
+pub mod simman;
 pub mod summary;
 
 use crate::runtime::bus::{Bus, BusError, Class, Request};
@@ -13,7 +14,7 @@ use crate::runtime::federate::Publication;
 use crate::runtime::life_cycle::Phase;
 use crate::runtime::member_driver::Retained;
 use crate::runtime::messages::{
-    Answer, Command, FederateStatus, Frame, Hello, Order, Report, RunState, ScanReport,
+    Answer, Command, FederateStatus, Frame, Hello, Operation, Order, Report, RunState, ScanReport,
 };
 use crate::runtime::process::Usage;
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
@@ -30,8 +31,9 @@ pub enum Event {
     Report(String, Vec<u8>),
     /// A command from a second terminal or the page.
     Command(Request),
-    /// A command from inside this process (DIS simulation management), with the channel for the answer.
-    Local(Command, Sender<Answer>),
+    /// A command from inside this process (DIS simulation management), with where it came from and
+    /// the channel for the answer.
+    Local(Command, String, Sender<Answer>),
     /// A member's liveliness changed: name, incarnation.
     Alive(String, u64, bool),
     /// The operator of this process wants the run to end.
@@ -50,6 +52,8 @@ pub struct AdminContext {
     pub reached: Box<dyn FnMut(Phase, Frame, Option<&str>) + Send>,
     /// Told of every closed run.
     pub closed: Box<dyn FnMut(&ClosedRun) + Send>,
+    /// Told of the lowest frame executed and the last frame, about once a second.
+    pub progress: Option<Box<dyn FnMut(Frame, Frame) + Send>>,
     /// How long expected federates may take to join, when in batch.
     pub patience: Duration,
 }
@@ -70,11 +74,12 @@ pub struct Statistics {
 /// # Errors
 /// If the bus fails.
 pub fn run(context: AdminContext) -> Result<u8, BusError> {
-    let AdminContext { bus, config, events, mut reached, mut closed, patience } = context;
+    let AdminContext { bus, config, events, mut reached, mut closed, mut progress, patience } =
+        context;
     let (send, receive) = events;
     let statistics = Arc::new(Mutex::new(Statistics::default()));
     let expected = config.expected.clone();
-    let batch = config.batch;
+    let (batch, last_frame) = (config.batch, config.last_frame);
     let mut conductor = Conductor::new(config);
     let retained = Retained::default();
 
@@ -82,6 +87,7 @@ pub fn run(context: AdminContext) -> Result<u8, BusError> {
     bus.announce("alive/admin-station/1")?;
 
     let mut asked: BTreeMap<Token, Box<dyn FnOnce(Answering<'_>) + Send>> = BTreeMap::new();
+    let mut operations: BTreeMap<Token, Operation> = BTreeMap::new();
     let mut next_token: Token = 1;
     let mut effects = Vec::new();
     let mut usage = Usage::default();
@@ -118,14 +124,14 @@ pub fn run(context: AdminContext) -> Result<u8, BusError> {
                 },
                 Event::Command(request) => match decode::<Command>(&request.body) {
                     Ok(command) => {
-                        operation(&*bus, &command);
+                        operations.extend(operation(token, &command, "operator"));
                         asked.insert(token, Box::new(move |a| a.to(request)));
                         conductor.command(now, command, token, &mut effects);
                     }
                     Err(e) => tracing::warn!("a command was dropped: {e}"),
                 },
-                Event::Local(command, answer) => {
-                    operation(&*bus, &command);
+                Event::Local(command, source, answer) => {
+                    operations.extend(operation(token, &command, &source));
                     asked.insert(
                         token,
                         Box::new(move |a| {
@@ -159,6 +165,13 @@ pub fn run(context: AdminContext) -> Result<u8, BusError> {
                     }
                 }
                 Effect::Answer(token, answer) => {
+                    if let Some(mut done) = operations.remove(&token) {
+                        done.frame = answer.state.frame;
+                        done.time_ns = answer.state.frame as i64 * answer.state.step_ns;
+                        done.ok = answer.ok;
+                        done.text.clone_from(&answer.text);
+                        bus.publish("obs/operation", Class::Lossy, encode(&done))?;
+                    }
                     if let Some(tell) = asked.remove(&token) {
                         tell(Answering::Answer(&answer));
                     }
@@ -197,6 +210,11 @@ pub fn run(context: AdminContext) -> Result<u8, BusError> {
         }
         if now >= next_status {
             next_status = now + 1_000_000_000;
+            if let Some(progress) =
+                progress.as_mut().filter(|_| conductor.phase() == Phase::Running)
+            {
+                progress(conductor.frame(), last_frame);
+            }
             usage.sample(now);
             let status = FederateStatus {
                 name: "admin-station".into(),
@@ -264,11 +282,18 @@ impl Answering<'_> {
     }
 }
 
-/// Every operator action is told to the spectators, the log among them.
-fn operation(bus: &dyn Bus, command: &Command) {
-    if *command != Command::Status {
-        let _ = bus.publish("obs/operation", Class::Lossy, encode(command));
-    }
+/// Every operator action is told to the spectators with its answer, the log among them.
+fn operation(token: Token, command: &Command, source: &str) -> Option<(Token, Operation)> {
+    let command = match command {
+        Command::Status => return None,
+        Command::Start => "start".to_owned(),
+        Command::Freeze => "freeze".to_owned(),
+        Command::Step { n } => format!("step {n}"),
+        Command::Stop => "stop".to_owned(),
+        Command::Restart => "restart".to_owned(),
+        Command::Rate { rate } => format!("rate {rate}"),
+    };
+    Some((token, Operation { source: source.to_owned(), command, ..Operation::default() }))
 }
 
 fn serve(
@@ -341,8 +366,13 @@ fn serve(
 
 /// A command from inside the process, answered when its state is reached.
 #[must_use]
-pub fn local(send: &Sender<Event>, command: Command, within: Duration) -> Option<Answer> {
+pub fn local(
+    send: &Sender<Event>,
+    command: Command,
+    source: &str,
+    within: Duration,
+) -> Option<Answer> {
     let (answer, wait) = bounded(1);
-    send.send(Event::Local(command, answer)).ok()?;
+    send.send(Event::Local(command, source.to_owned(), answer)).ok()?;
     wait.recv_timeout(within).ok()
 }

@@ -86,6 +86,8 @@ pub struct ConductorConfig {
     pub autostart: bool,
     /// End the federation when the run is over or faulty (batch), else wait for an operator.
     pub batch: bool,
+    /// Spectators to wait for (up to 10 s) before the first run, so that a log is complete.
+    pub await_spectators: Vec<String>,
     /// Frames that may be granted ahead of the slowest member when as fast as possible.
     pub window: Frame,
     /// A member that holds everybody up for this long is given up, ns of wall time.
@@ -137,6 +139,7 @@ pub struct Conductor {
     seal: Option<Seal>,
     last_state: WallNs,
     last_muster: WallNs,
+    logger_deadline: WallNs,
     pace_samples: std::collections::VecDeque<(WallNs, Frame)>,
     faulty: bool,
 }
@@ -151,6 +154,7 @@ struct Seal {
 const MUSTER_EVERY_NS: WallNs = 20_000_000;
 const STATE_EVERY_NS: WallNs = 200_000_000;
 const FINISH_WITHIN_NS: WallNs = 5_000_000_000;
+const LOGGER_WITHIN_NS: WallNs = 10_000_000_000;
 const SEAL_WITHIN_NS: WallNs = 500_000_000;
 
 impl Conductor {
@@ -176,6 +180,7 @@ impl Conductor {
             seal: None,
             last_state: 0,
             last_muster: 0,
+            logger_deadline: 0,
             pace_samples: std::collections::VecDeque::new(),
             faulty: false,
             config,
@@ -250,6 +255,9 @@ impl Conductor {
                 self.phase
             )));
             return;
+        }
+        if self.members.is_empty() {
+            self.logger_deadline = now + LOGGER_WITHIN_NS;
         }
         let inc = self.next_inc;
         self.next_inc += 1;
@@ -370,8 +378,10 @@ impl Conductor {
             Report::Present { inc, hears, consumes } if inc == member.inc => {
                 let all = self.config.producers.iter().all(|p| p == from || hears.contains(p));
                 member.present = !consumes || all;
-                let mustered = self.run == 0 && self.awaited().is_empty() && self.deaf().is_empty();
-                if mustered {
+                let here = |name: &String| self.members.contains_key(name);
+                let logged =
+                    self.config.await_spectators.iter().all(here) || now > self.logger_deadline;
+                if self.run == 0 && self.awaited().is_empty() && self.deaf().is_empty() && logged {
                     self.configure(effects);
                 }
             }

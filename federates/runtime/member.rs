@@ -100,6 +100,8 @@ pub struct Member {
     ready: BTreeMap<Frame, FrameInputs>,
     own: VecDeque<(Frame, Vec<(u64, Octets)>)>,
     closed: bool,
+    /// What frame 0 consists of, until time is granted.
+    zero: Option<FrameOut>,
     made: Digest,
     counters: LinkCounters,
     window: Frame,
@@ -153,6 +155,7 @@ impl Member {
             ready: BTreeMap::new(),
             own: VecDeque::new(),
             closed: false,
+            zero: None,
             made: Digest::default(),
             counters: LinkCounters::default(),
             window: 10,
@@ -197,6 +200,11 @@ impl Member {
             Order::Configure(config) => self.configure(config, effects),
             Order::Grant { run: of, upto } if of == run && !self.closed => {
                 self.granted = self.granted.max(upto);
+                // Every member is ready now, so frame 0 finds all its consumers.
+                if let Some(out) = self.zero.take() {
+                    self.emit(0, out, effects);
+                    self.report_ends(effects);
+                }
                 self.advance(effects);
             }
             Order::Seal { run: of, name, inc } if of == run => {
@@ -265,9 +273,8 @@ impl Member {
                     pdus: Vec::new(),
                     notices: Vec::new(),
                 };
+                self.zero = Some(out);
                 effects.push(Effect::Report(Report::Ready { run, inc: self.inc }));
-                self.emit(0, out, effects);
-                self.report_ends(effects);
             }
             Err(reason) => effects.push(Effect::Report(Report::Failed { reason })),
         }

@@ -2,19 +2,20 @@
 //!
 //! Only here: sockets, zenoh, bincode and the wall clock. What any one federate does is not known here.
 
-pub mod life_cycle;
-pub mod messages;
-
 pub mod bus;
-pub mod codec;
-pub mod local_bus;
-pub mod zenoh_bus;
-
+pub mod cli;
 pub mod clock;
+pub mod codec;
 pub mod conductor;
 pub mod data_plane;
 pub mod digest;
+pub mod dis_socket;
 pub mod federate;
+pub mod frame_time;
+pub mod life_cycle;
+pub mod local_bus;
 pub mod member;
 pub mod member_driver;
+pub mod messages;
 pub mod process;
+pub mod zenoh_bus;

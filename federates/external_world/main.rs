@@ -1,0 +1,18 @@
+//! The executable `external-world`: the same as `seeds external-world`, for hosts that need just one federate.
+
+use clap::Parser;
+use federates::runtime::cli::EXIT_CODES;
+use federates::seeds::federate_commands::{self, WorldArgs};
+use std::process::ExitCode;
+
+/// External world: weather and flight data
+#[derive(Parser)]
+#[command(name = "external-world", version, after_help = EXIT_CODES)]
+struct Args {
+    #[command(flatten)]
+    args: WorldArgs,
+}
+
+fn main() -> ExitCode {
+    federate_commands::external_world(&Args::parse().args)
+}

@@ -1,0 +1,82 @@
+//! Which federates a scene needs, how they are called, and how the conductor is set up for them.
+
+use crate::runtime::conductor::ConductorConfig;
+use crate::runtime::messages::Kind;
+use scenarios::Scene;
+
+/// What a run may override of its scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RunOptions {
+    /// Seed; the scene's if none.
+    pub seed: Option<u64>,
+    /// Simulated duration, s; the scene's if none.
+    pub duration_s: Option<f64>,
+    /// Simulated seconds per wall second; infinite = as fast as possible.
+    pub rate: f64,
+    /// Traffic generators that share the traffic.
+    pub generators: u32,
+    /// Start as soon as all are ready.
+    pub autostart: bool,
+    /// End with the run.
+    pub batch: bool,
+}
+
+impl Default for RunOptions {
+    fn default() -> Self {
+        Self {
+            seed: None,
+            duration_s: None,
+            rate: 1.0,
+            generators: 1,
+            autostart: true,
+            batch: true,
+        }
+    }
+}
+
+/// Frames granted ahead of the slowest member when as fast as possible: two scans.
+const WINDOW_SCANS: u64 = 2;
+
+/// Name of traffic generator `share` (from 1) of `of`.
+#[must_use]
+pub fn generator_name(share: u32, of: u32) -> String {
+    if of <= 1 {
+        Kind::TrafficGenerator.name().to_owned()
+    } else {
+        format!("{}-{share}", Kind::TrafficGenerator.name())
+    }
+}
+
+/// The conductor's configuration for a scene.
+#[must_use]
+pub fn conductor_config(scene: &Scene, options: &RunOptions) -> ConductorConfig {
+    let mut producers: Vec<String> =
+        (1..=options.generators).map(|share| generator_name(share, options.generators)).collect();
+    producers.push(Kind::ExternalWorld.name().to_owned());
+    producers.sort();
+    let mut expected = producers.clone();
+    expected.push(Kind::Smdfm.name().to_owned());
+    expected.sort();
+    let last_frame = match options.duration_s {
+        Some(seconds) => (seconds * 1e9 / scene.run.frame.0 as f64).round().max(1.0) as u64,
+        None => scene.run.frames(),
+    };
+    ConductorConfig {
+        scene: scene.name.clone(),
+        scene_hash: scene.hash,
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        expected,
+        producers,
+        generators: options.generators,
+        seed: options.seed.unwrap_or(scene.run.seed),
+        step_ns: scene.run.frame.0,
+        start_utc_ns: scene.run.start_utc_ns,
+        last_frame,
+        rate: options.rate,
+        autostart: options.autostart,
+        batch: options.batch,
+        await_spectators: Vec::new(),
+        window: WINDOW_SCANS * u64::from(scene.run.frames_per_scan),
+        stall_ns: 2_000_000_000,
+    }
+}

@@ -1,0 +1,153 @@
+//! What every executable takes on its command line, logging, exit codes.
+
+use clap::{Args, ValueEnum};
+use std::net::IpAddr;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Shown at the end of every `--help`.
+pub const EXIT_CODES: &str =
+    "Exit codes: 0 complete, 1 failed, 2 bad arguments or scene, 3 complete but data lost.";
+
+/// The run went well.
+pub const COMPLETE: u8 = 0;
+/// The run failed.
+pub const FAILED: u8 = 1;
+/// The command line or the scene is wrong.
+pub const BAD_INPUT: u8 = 2;
+/// The run went well, but a recording or log misses data.
+pub const DATA_LOST: u8 = 3;
+
+/// Default endpoint of the administration station.
+pub const DEFAULT_ENDPOINT: &str = "tcp/127.0.0.1:7447";
+
+/// Arguments of every federate.
+#[derive(Args, Clone, Debug)]
+pub struct CommonArgs {
+    /// Scene: a TOML file, or the name of a scene that comes with SEEDS
+    #[arg(long, value_name = "FILE", default_value = "zurich")]
+    pub scene: String,
+
+    /// DIS exercise identifier, 0 to 255; separates federations on one network [default: the scene's]
+    #[arg(long, value_name = "N")]
+    pub exercise: Option<u8>,
+
+    #[command(flatten)]
+    pub network: NetworkArgs,
+
+    /// Share of truth datagrams that this receiver drops on purpose, 0 to 1 (they are repaired by request)
+    #[arg(long, value_name = "P", default_value_t = 0.0, value_parser = share)]
+    pub inject_loss: f64,
+
+    /// Log lines on stderr: text for people, json for programs
+    #[arg(long, value_enum, default_value_t = LogFormat::Text)]
+    pub log_format: LogFormat,
+}
+
+/// Where DIS and the synchronisation plane are.
+#[derive(Args, Clone, Debug, Default)]
+pub struct NetworkArgs {
+    /// Where DIS goes: multicast group, broadcast address, or a comma-separated list of hosts [default: the scene's, else 127.255.255.255:3000, which cannot leave this host]
+    #[arg(long, value_name = "ADDR:PORT")]
+    pub dis: Option<String>,
+
+    /// Address of the network interface for DIS [default: chosen by the system; loopback for 127.x]
+    #[arg(long, value_name = "IP")]
+    pub interface: Option<IpAddr>,
+
+    /// Time to live of DIS datagrams, router hops [default: the scene's, else 1]
+    #[arg(long, value_name = "N")]
+    pub ttl: Option<u8>,
+
+    /// Endpoint of the synchronisation plane to listen on, like tcp/10.0.0.1:7447 [default: administration station tcp/127.0.0.1:7447, others any free port]
+    #[arg(long, value_name = "ENDPOINT")]
+    pub sync_listen: Option<String>,
+
+    /// Endpoint of the administration station to connect to [default: tcp/127.0.0.1:7447]
+    #[arg(long, value_name = "ENDPOINT")]
+    pub sync_connect: Option<String>,
+}
+
+/// How log lines look.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum LogFormat {
+    /// One readable line an event.
+    #[default]
+    Text,
+    /// One JSON object an event.
+    Json,
+}
+
+impl LogFormat {
+    /// The word on the command line.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Text => "text",
+            Self::Json => "json",
+        }
+    }
+}
+
+/// A probability.
+fn share(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if (0.0..1.0).contains(&value) => Ok(value),
+        _ => Err(format!("'{text}' is not a share from 0 to below 1")),
+    }
+}
+
+/// A factor of real time.
+///
+/// # Errors
+/// If it is not above 0 and at most 1000.
+pub fn rate(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value <= 1000.0 => Ok(value),
+        _ => Err(format!(
+            "'{text}' is not a rate above 0 and up to 1000 (as fast as possible: --fast)"
+        )),
+    }
+}
+
+/// A duration in seconds.
+///
+/// # Errors
+/// If it is not above 0 and at most a day.
+pub fn seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value <= 86_400.0 => Ok(value),
+        _ => Err(format!("'{text}' is not a duration above 0 and up to 86400 seconds")),
+    }
+}
+
+/// Log lines to stderr, at `level` ("info") unless `RUST_LOG` says otherwise.
+pub fn log_to_stderr(format: LogFormat, level: &str) {
+    use tracing_subscriber::{EnvFilter, fmt};
+    let ours = format!(
+        "{level},zenoh=error,zenoh_transport=error,zenoh_link=error,zenoh_util=error,zenoh_config=error,zenoh_keyexpr=error,zenoh_runtime=error"
+    );
+    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new(ours));
+    let builder = fmt().with_env_filter(filter).with_writer(std::io::stderr).with_target(false);
+    // A second call (tests, one process for all) leaves the first in place.
+    let _ = match format {
+        LogFormat::Text => builder.compact().with_ansi(false).try_init(),
+        LogFormat::Json => builder.json().try_init(),
+    };
+}
+
+/// Prints one line for a person and gives the exit code.
+#[expect(clippy::print_stderr, reason = "the last word of an executable, whatever the log filter")]
+pub fn fail(code: u8, error: impl std::fmt::Display) -> ExitCode {
+    eprintln!("error: {error}");
+    ExitCode::from(code)
+}
+
+/// Loads the scene that a user named.
+///
+/// # Errors
+/// The exit code, after the error was printed.
+pub fn load_scene(typed: &str) -> Result<scenarios::Scene, ExitCode> {
+    let path: PathBuf = scenarios::locate(typed);
+    scenarios::load(&path).map_err(|e| fail(BAD_INPUT, e))
+}

@@ -1,0 +1,453 @@
+//! The command lines of the five federates, as subcommands and as executables of their own.
+
+use crate::admin_station::{self, AdminContext, client, summary::RunSummary};
+use crate::external_world::ExternalWorld;
+use crate::federation::{RunOptions, conductor_config, generator_name};
+use crate::runtime::bus::Bus;
+use crate::runtime::cli::{
+    self, BAD_INPUT, CommonArgs, DEFAULT_ENDPOINT, FAILED, NetworkArgs, fail, load_scene,
+};
+use crate::runtime::dis_socket::{self, Receiving};
+use crate::runtime::federate::Federate;
+use crate::runtime::member_driver::{self, Event, MemberContext};
+use crate::runtime::messages::Command;
+use crate::runtime::zenoh_bus::{ZenohBus, ZenohConfig};
+use crate::smdfm::Smdfm;
+use crate::traffic_generator::TrafficGenerator;
+use clap::{Args, Subcommand};
+use crossbeam_channel::unbounded;
+use scenarios::Scene;
+use std::net::SocketAddr;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// How long a federate looks for its federation before it says what is wrong.
+pub const PATIENCE: Duration = Duration::from_secs(9);
+
+/// Traffic generator: ground truth as Entity State PDUs
+#[derive(Args, Clone, Debug)]
+pub struct TrafficArgs {
+    #[command(flatten)]
+    common: CommonArgs,
+
+    /// Which share of the traffic, of how many generators: 2/3
+    #[arg(long, value_name = "I/N", default_value = "1/1", value_parser = share_of)]
+    share: (u32, u32),
+}
+
+/// External world: weather and flight data
+#[derive(Args, Clone, Debug)]
+pub struct WorldArgs {
+    #[command(flatten)]
+    common: CommonArgs,
+}
+
+/// Sensor model and data fusion: truth and weather in, plots and system tracks out, once a second
+#[derive(Args, Clone, Debug)]
+pub struct SmdfmArgs {
+    #[command(flatten)]
+    common: CommonArgs,
+}
+
+/// Viewer and logger: the page, the recording, the database
+#[derive(Args, Clone, Debug)]
+pub struct ViewerArgs {
+    #[command(flatten)]
+    pub common: CommonArgs,
+
+    /// Address and port of the page
+    #[arg(long, value_name = "ADDR:PORT", default_value = super::run::DEFAULT_PAGE)]
+    pub page: SocketAddr,
+
+    /// Log only, no page
+    #[arg(long, conflicts_with = "page")]
+    pub no_page: bool,
+
+    /// Record every datagram into this pcapng file, with the database (.sqlite) beside it [default: runs/<start time>/run.pcapng]
+    #[arg(long, value_name = "FILE")]
+    pub record: Option<PathBuf>,
+
+    /// Write a report of the run (HTML, CSV, JSON) into this folder
+    #[arg(long, value_name = "DIR")]
+    pub report: Option<PathBuf>,
+}
+
+/// Administration station: configure, start, freeze, step, stop, restart, measure
+#[derive(Args, Clone, Debug)]
+pub struct AdminArgs {
+    #[command(flatten)]
+    common: CommonArgs,
+
+    /// What to ask of a run that is going on; without it, this process is the run's administration station
+    #[command(subcommand)]
+    operate: Option<Operate>,
+
+    /// Simulated seconds per wall second, above 0 to 1000
+    #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = cli::rate, conflicts_with = "fast")]
+    rate: f64,
+
+    /// As fast as the slowest federate
+    #[arg(long)]
+    fast: bool,
+
+    /// Simulated duration, s [default: the scene's]
+    #[arg(long, value_name = "S", value_parser = cli::seconds)]
+    duration: Option<f64>,
+
+    /// Seed of all random draws [default: the scene's]
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
+
+    /// Traffic generators that share the truth, 1 to 16
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=16))]
+    generators: u32,
+
+    /// End the federation with the run
+    #[arg(long)]
+    batch: bool,
+
+    /// Do not start by itself: wait CONFIGURED for a start command
+    #[arg(long)]
+    wait: bool,
+
+    /// Wait up to 10 s for a viewer-logger before the run begins, so that its log is complete
+    #[arg(long)]
+    expect_logger: bool,
+
+    /// Write "progress FRAME/LAST" lines to stdout
+    #[arg(long, hide = true)]
+    progress: bool,
+}
+
+/// Operating a run.
+#[derive(Subcommand, Clone, Debug)]
+enum Operate {
+    /// How the run stands, with application and system statistics
+    Status {
+        /// As one JSON object
+        #[arg(long)]
+        json: bool,
+        #[command(flatten)]
+        at: AtArgs,
+    },
+    /// Start a configured run
+    Start {
+        #[command(flatten)]
+        at: AtArgs,
+    },
+    /// Stop all federates at one common frame
+    Freeze {
+        #[command(flatten)]
+        at: AtArgs,
+    },
+    /// Go on after a freeze
+    Resume {
+        #[command(flatten)]
+        at: AtArgs,
+    },
+    /// Execute some frames, then freeze again
+    Step {
+        /// Frames
+        #[arg(value_name = "FRAMES", default_value_t = 1)]
+        n: u64,
+        #[command(flatten)]
+        at: AtArgs,
+    },
+    /// Close the run
+    Stop {
+        #[command(flatten)]
+        at: AtArgs,
+    },
+    /// Back to frame 0 of the same scene
+    Restart {
+        #[command(flatten)]
+        at: AtArgs,
+    },
+    /// Simulated seconds per wall second
+    Rate {
+        /// Factor above 0, or "fast"
+        #[arg(value_name = "X")]
+        rate: String,
+        #[command(flatten)]
+        at: AtArgs,
+    },
+    /// Print a completion script for a shell
+    Completions {
+        /// Shell
+        shell: clap_complete::Shell,
+    },
+}
+
+/// Which run to operate.
+#[derive(Args, Clone, Debug)]
+struct AtArgs {
+    /// Endpoint of the run's administration station
+    #[arg(long = "at", visible_alias = "sync-connect", id = "at-endpoint", value_name = "ENDPOINT", default_value = DEFAULT_ENDPOINT)]
+    endpoint: String,
+    /// DIS exercise identifier of the run, 0 to 255
+    #[arg(long = "exercise", id = "at-exercise", value_name = "N", default_value_t = 1)]
+    exercise: u8,
+}
+
+fn share_of(text: &str) -> Result<(u32, u32), String> {
+    let parts = text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
+    match parts {
+        Some((i, n)) if 1 <= i && i <= n && n <= 16 => Ok((i, n)),
+        _ => Err(format!("'{text}' is not a share like 2/3 (which, of 1 to 16 generators)")),
+    }
+}
+
+/// The traffic generator's process.
+#[must_use]
+pub fn traffic_generator(args: &TrafficArgs) -> ExitCode {
+    let (share, of) = args.share;
+    member(&args.common, &generator_name(share, of), |scene, exercise| {
+        Box::new(TrafficGenerator::new(scene, exercise, share, of))
+    })
+}
+
+/// The external world's process.
+#[must_use]
+pub fn external_world(args: &WorldArgs) -> ExitCode {
+    member(&args.common, "external-world", |scene, exercise| {
+        Box::new(ExternalWorld::new(scene, exercise))
+    })
+}
+
+/// The sensor model and data fusion module's process.
+#[must_use]
+pub fn smdfm(args: &SmdfmArgs) -> ExitCode {
+    member(&args.common, "smdfm", |scene, exercise| Box::new(Smdfm::new(scene, exercise)))
+}
+
+fn member(
+    args: &CommonArgs,
+    name: &str,
+    make: impl FnOnce(Arc<Scene>, u8) -> Box<dyn Federate>,
+) -> ExitCode {
+    crate::runtime::process::end_with_launcher();
+    cli::log_to_stderr(args.log_format, "warn");
+    let scene = match load_scene(&args.scene) {
+        Ok(scene) => Arc::new(scene),
+        Err(code) => return code,
+    };
+    match run_member(args, name, scene, make) {
+        Ok(code) => ExitCode::from(code),
+        Err(e) => fail(FAILED, format!("{e:#}")),
+    }
+}
+
+fn run_member(
+    args: &CommonArgs,
+    name: &str,
+    scene: Arc<Scene>,
+    make: impl FnOnce(Arc<Scene>, u8) -> Box<dyn Federate>,
+) -> anyhow::Result<u8> {
+    let exercise = args.exercise.unwrap_or(scene.run.exercise);
+    let events = unbounded();
+    let stop = events.0.clone();
+    ctrlc::set_handler(move || {
+        let _ = stop.send(Event::Stop);
+    })?;
+    let federate = make(Arc::clone(&scene), exercise);
+    let receiving = Receiving { exercise, consumes: federate.consumes(), loss: args.inject_loss };
+    let data = dis_socket::open(&args.network, &scene.network, receiving, events.0.clone())?;
+    let (bus, endpoint) = open_bus(&args.network, &scene.network, exercise)?;
+    let context = MemberContext {
+        name: name.to_owned(),
+        scene_hash: scene.hash,
+        bus,
+        data,
+        events,
+        endpoint,
+        patience: PATIENCE,
+    };
+    Ok(member_driver::run(context, federate)?)
+}
+
+/// A member's end of the synchronisation plane, and the endpoint that it connects to.
+///
+/// # Errors
+/// If the administration station cannot be reached within the patience.
+pub fn open_bus(
+    args: &NetworkArgs,
+    scene: &scenarios::Network,
+    exercise: u8,
+) -> anyhow::Result<(Arc<dyn Bus>, String)> {
+    let connect = match (&args.sync_connect, scene.sync_connect.first()) {
+        (Some(endpoint), _) | (None, Some(endpoint)) => endpoint.clone(),
+        (None, None) => DEFAULT_ENDPOINT.to_owned(),
+    };
+    let on_this_host = connect.contains("127.0.0.1") || connect.contains("localhost");
+    let listen = match (&args.sync_listen, on_this_host) {
+        (Some(endpoint), _) => endpoint.clone(),
+        (None, true) => "tcp/127.0.0.1:0".to_owned(),
+        (None, false) => match args.interface {
+            Some(ip) => format!("tcp/{}", SocketAddr::new(ip, 0)),
+            None => "tcp/0.0.0.0:0".to_owned(),
+        },
+    };
+    let config = ZenohConfig {
+        listen: vec![listen],
+        connect: vec![connect.clone()],
+        exercise,
+        connect_timeout: PATIENCE,
+    };
+    Ok((Arc::new(ZenohBus::open(&config)?), connect))
+}
+
+/// The viewer-logger's process.
+#[must_use]
+pub fn viewer_logger(args: &ViewerArgs) -> ExitCode {
+    crate::runtime::process::end_with_launcher();
+    cli::log_to_stderr(args.common.log_format, "warn");
+    let scene = match load_scene(&args.common.scene) {
+        Ok(scene) => Arc::new(scene),
+        Err(code) => return code,
+    };
+    match super::viewer_process::run(args, scene) {
+        Ok(code) => ExitCode::from(code),
+        Err(e) => fail(FAILED, format!("{e:#}")),
+    }
+}
+
+/// The administration station's process, or a command to one.
+#[must_use]
+pub fn admin_station(args: &AdminArgs) -> ExitCode {
+    if let Some(operate) = &args.operate {
+        return operate_run(operate);
+    }
+    crate::runtime::process::end_with_launcher();
+    cli::log_to_stderr(args.common.log_format, "info");
+    let scene = match load_scene(&args.common.scene) {
+        Ok(scene) => Arc::new(scene),
+        Err(code) => return code,
+    };
+    match run_admin(args, &scene) {
+        Ok(code) => ExitCode::from(code),
+        Err(e) => fail(FAILED, format!("{e:#}")),
+    }
+}
+
+fn run_admin(args: &AdminArgs, scene: &Arc<Scene>) -> anyhow::Result<u8> {
+    let exercise = args.common.exercise.unwrap_or(scene.run.exercise);
+    let options = RunOptions {
+        seed: args.seed,
+        duration_s: args.duration,
+        rate: if args.fast { f64::INFINITY } else { args.rate },
+        generators: args.generators,
+        autostart: !args.wait,
+        batch: args.batch,
+    };
+    let mut config = conductor_config(scene, &options);
+    if args.expect_logger {
+        config.await_spectators = vec!["viewer-logger".to_owned()];
+    }
+    let events = unbounded();
+    let stop = events.0.clone();
+    ctrlc::set_handler(move || {
+        let _ = stop.send(admin_station::Event::Stop);
+    })?;
+    let network = &args.common.network;
+    let listen = match (&network.sync_listen, scene.network.sync_listen.first()) {
+        (Some(endpoint), _) | (None, Some(endpoint)) => endpoint.clone(),
+        (None, None) => DEFAULT_ENDPOINT.to_owned(),
+    };
+    let bus = ZenohBus::open(&ZenohConfig {
+        listen: vec![listen],
+        connect: vec![],
+        exercise,
+        connect_timeout: PATIENCE,
+    })?;
+    let gateway = admin_station::simman::Gateway::open(network, scene, exercise, events.0.clone())?;
+    let (name, step_ns) = (scene.name.clone(), scene.run.frame.0);
+    Ok(admin_station::run(AdminContext {
+        bus: Arc::new(bus),
+        config,
+        events,
+        reached: gateway.announcer(),
+        closed: Box::new(move |run| print_line(&RunSummary::of(run, &name, step_ns).line())),
+        progress: args.progress.then(|| {
+            Box::new(|frame, last| print_line(&format!("progress frame {frame} of {last}")))
+                as Box<dyn FnMut(u64, u64) + Send>
+        }),
+        patience: PATIENCE,
+    })?)
+}
+
+#[expect(clippy::print_stdout, reason = "the result of the command")]
+fn print_line(line: &str) {
+    println!("{line}");
+}
+
+fn operate_run(operate: &Operate) -> ExitCode {
+    let (command, at) = match operate {
+        Operate::Completions { shell } => {
+            use clap::CommandFactory;
+            #[derive(clap::Parser)]
+            #[command(name = "admin-station")]
+            struct Admin {
+                #[command(flatten)]
+                args: AdminArgs,
+            }
+            clap_complete::generate(
+                *shell,
+                &mut Admin::command(),
+                "admin-station",
+                &mut std::io::stdout(),
+            );
+            return ExitCode::SUCCESS;
+        }
+        Operate::Status { at, json } => return status(at, *json),
+        Operate::Start { at } | Operate::Resume { at } => (Command::Start, at),
+        Operate::Freeze { at } => (Command::Freeze, at),
+        Operate::Step { n, at } => (Command::Step { n: *n }, at),
+        Operate::Stop { at } => (Command::Stop, at),
+        Operate::Restart { at } => (Command::Restart, at),
+        Operate::Rate { rate, at } => {
+            let rate = if rate == "fast" { Ok(f64::INFINITY) } else { cli::rate(rate) };
+            match rate {
+                Ok(rate) => (Command::Rate { rate }, at),
+                Err(e) => return fail(BAD_INPUT, e),
+            }
+        }
+    };
+    let answer = operator_bus(at).and_then(|bus| {
+        let answer = client::command(&bus, &at.endpoint, &command);
+        bus.close();
+        Ok(answer?)
+    });
+    match answer {
+        Ok(answer) if answer.ok => {
+            print_line(&answer.text);
+            ExitCode::SUCCESS
+        }
+        Ok(answer) => fail(FAILED, answer.text),
+        Err(e) => fail(FAILED, format!("{e:#}")),
+    }
+}
+
+fn operator_bus(at: &AtArgs) -> anyhow::Result<ZenohBus> {
+    Ok(ZenohBus::open(&ZenohConfig {
+        listen: vec![],
+        connect: vec![at.endpoint.clone()],
+        exercise: at.exercise,
+        connect_timeout: Duration::from_secs(3),
+    })?)
+}
+
+fn status(at: &AtArgs, json: bool) -> ExitCode {
+    let statistics = operator_bus(at).and_then(|bus| {
+        let statistics = client::statistics(&bus, &at.endpoint);
+        bus.close();
+        Ok(statistics?)
+    });
+    match statistics {
+        Ok(statistics) if json => print_line(&statistics.to_string()),
+        Ok(statistics) => print_line(&admin_station::client::table(&statistics)),
+        Err(e) => return fail(FAILED, format!("{e:#}")),
+    }
+    ExitCode::SUCCESS
+}

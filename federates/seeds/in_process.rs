@@ -1,0 +1,126 @@
+//! `seeds run --in-process`: the same federates on threads, over a bus and an ether in memory.
+
+use super::run::RunArgs;
+use crate::admin_station::{self, AdminContext, summary::RunSummary};
+use crate::external_world::ExternalWorld;
+use crate::federation::{conductor_config, generator_name};
+use crate::runtime::data_plane::LocalEther;
+use crate::runtime::dis_socket::{Receiving, Sorter};
+use crate::runtime::federate::Federate;
+use crate::runtime::local_bus::LocalHub;
+use crate::runtime::member_driver::{self, Event, MemberContext};
+use crate::smdfm::Smdfm;
+use crate::traffic_generator::TrafficGenerator;
+use crossbeam_channel::unbounded;
+use scenarios::Scene;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+/// Runs the federation in this process; prints the summary line; returns the exit code.
+///
+/// # Errors
+/// If the run fails, or if what only processes can do (page, recording, report) was asked for.
+pub fn run(args: &RunArgs, scene: &Scene) -> anyhow::Result<u8> {
+    anyhow::ensure!(
+        args.record.is_none() && args.report.is_none(),
+        "--in-process has no data plane that could be recorded: leave out --record and --report, or --in-process"
+    );
+    let mut line = None;
+    let code = federation(args, scene, |summary| line = Some(summary.line()))?;
+    if let Some(line) = line {
+        print_line(&line);
+    }
+    Ok(code)
+}
+
+#[expect(clippy::print_stdout, reason = "the result of the command")]
+fn print_line(line: &str) {
+    println!("{line}");
+}
+
+/// Runs a federation on threads of this process and hands over the summary of each closed run.
+///
+/// # Errors
+/// If a federate or the bus fails.
+pub fn federation(
+    args: &RunArgs,
+    scene: &Scene,
+    mut closed: impl FnMut(RunSummary),
+) -> anyhow::Result<u8> {
+    let scene = Arc::new(scene.clone());
+    let exercise = args.exercise.unwrap_or(scene.run.exercise);
+    let (hub, ether) = (LocalHub::default(), LocalEther::default());
+    let admin_events = unbounded();
+    let stop = admin_events.0.clone();
+    // A second federation of one process (tests) keeps the first handler.
+    let _ = ctrlc::set_handler(move || {
+        let _ = stop.send(admin_station::Event::Stop);
+    });
+    let mut federates: Vec<(String, Box<dyn Federate>)> = (1..=args.generators)
+        .map(|share| {
+            let generator =
+                TrafficGenerator::new(Arc::clone(&scene), exercise, share, args.generators);
+            (generator_name(share, args.generators), Box::new(generator) as Box<dyn Federate>)
+        })
+        .collect();
+    federates.push((
+        "external-world".into(),
+        Box::new(ExternalWorld::new(Arc::clone(&scene), exercise)),
+    ));
+    federates.push(("smdfm".into(), Box::new(Smdfm::new(Arc::clone(&scene), exercise))));
+    let mut threads = Vec::new();
+    for (name, federate) in federates {
+        let events = unbounded();
+        if federate.consumes() {
+            let to = events.0.clone();
+            let mut sorter =
+                Sorter::new(Receiving { exercise, consumes: true, loss: args.inject_loss });
+            ether.listen(Box::new(move |arrivals| {
+                let mut pdus = Vec::new();
+                arrivals.iter().for_each(|a| sorter.sort(&a.octets, &mut pdus));
+                let _ = to.send(Event::Pdus(pdus));
+                for (reason, count) in sorter.take_drops() {
+                    let _ = to.send(Event::Dropped(reason, count));
+                }
+            }));
+        }
+        let context = MemberContext {
+            name: name.clone(),
+            scene_hash: scene.hash,
+            bus: Arc::new(hub.join()),
+            data: Box::new(ether.clone()),
+            events,
+            endpoint: "this process".into(),
+            patience: Duration::from_secs(5),
+        };
+        let thread = std::thread::Builder::new().name(name);
+        threads.push(thread.spawn(move || member_driver::run(context, federate))?);
+    }
+    let mut options = args.options();
+    options.batch = true;
+    let summaries = Arc::new(Mutex::new(Vec::new()));
+    let (kept, name, step_ns) = (Arc::clone(&summaries), scene.name.clone(), scene.run.frame.0);
+    let code = admin_station::run(AdminContext {
+        bus: Arc::new(hub.join()),
+        config: conductor_config(&scene, &options),
+        events: admin_events,
+        reached: Box::new(|_, _, _| {}),
+        closed: Box::new(move |run| {
+            let mut kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
+            kept.push(RunSummary::of(run, &name, step_ns));
+        }),
+        progress: None,
+        patience: Duration::from_secs(5),
+    })?;
+    for thread in threads {
+        match thread.join() {
+            Ok(Ok(_)) => {}
+            Ok(Err(e)) => return Err(e.into()),
+            Err(_) => anyhow::bail!("a federate's thread ended by a broken invariant"),
+        }
+    }
+    for summary in summaries.lock().unwrap_or_else(PoisonError::into_inner).drain(..) {
+        closed(summary);
+    }
+    Ok(code)
+}

@@ -1,0 +1,171 @@
+//! Starts federates as processes of this host, relays the summary, and ends them all.
+
+use crate::runtime::cli::{CommonArgs, FAILED};
+use crate::runtime::process::LAUNCHED;
+use anyhow::Context;
+use crossbeam_channel::{Receiver, Sender, unbounded};
+use nix::sys::signal::{Signal, kill};
+use nix::unistd::Pid;
+use std::io::{BufRead, BufReader};
+use std::os::unix::process::CommandExt;
+use std::process::{Child, Command, Stdio};
+use std::time::Duration;
+
+/// What a launched process tells the launcher.
+pub enum News {
+    /// A line on its standard output.
+    Line(String),
+    /// It ended: name, exit code (negative: ended by that signal).
+    Ended(String, i32),
+    /// Ctrl-C at the launcher.
+    Interrupted,
+}
+
+/// The processes of one federation on this host.
+pub struct Launched {
+    children: Vec<(String, u32)>,
+    news: (Sender<News>, Receiver<News>),
+}
+
+impl Default for Launched {
+    fn default() -> Self {
+        Self { children: Vec::new(), news: unbounded() }
+    }
+}
+
+impl Launched {
+    /// Where Ctrl-C is reported.
+    #[must_use]
+    pub fn sender(&self) -> Sender<News> {
+        self.news.0.clone()
+    }
+
+    /// What happens.
+    #[must_use]
+    pub fn news(&self) -> &Receiver<News> {
+        &self.news.1
+    }
+
+    /// Starts this executable again as `name` with the arguments of the subcommand.
+    ///
+    /// # Errors
+    /// If the process cannot be started.
+    pub fn start(&mut self, name: &str, arguments: &[String]) -> anyhow::Result<()> {
+        let executable = std::env::current_exe().context("finding this executable")?;
+        let mut child = Command::new(&executable)
+            .args(arguments)
+            .env(LAUNCHED, "1")
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            // A group of its own: Ctrl-C on the terminal reaches the launcher, which ends the run in order.
+            .process_group(0)
+            .spawn()
+            .with_context(|| format!("starting {name} ({})", executable.display()))?;
+        let lines = child.stdout.take();
+        self.children.push((name.to_owned(), child.id()));
+        let (tell, called) = (self.news.0.clone(), name.to_owned());
+        std::thread::spawn(move || watch(child, lines, &called, &tell));
+        Ok(())
+    }
+
+    /// Asks the process called `name` to end in order.
+    pub fn interrupt(&self, name: &str) {
+        self.signal(name, Signal::SIGTERM);
+    }
+
+    fn signal(&self, name: &str, signal: Signal) {
+        for (called, pid) in &self.children {
+            if called == name {
+                let _ = kill(Pid::from_raw(*pid as i32), signal);
+            }
+        }
+    }
+
+    /// Kills what still runs after `within`; to be called when the run is over.
+    pub fn end_after(&self, within: Duration) {
+        let pids: Vec<u32> = self.children.iter().map(|(_, pid)| *pid).collect();
+        std::thread::spawn(move || {
+            std::thread::sleep(within);
+            for pid in pids {
+                let _ = kill(Pid::from_raw(pid as i32), Signal::SIGKILL);
+            }
+        });
+    }
+
+    /// Names of the processes still running.
+    #[must_use]
+    pub fn running(&self) -> Vec<String> {
+        self.children.iter().map(|(name, _)| name.clone()).collect()
+    }
+
+    /// Takes a process off the list.
+    pub fn ended(&mut self, name: &str) {
+        self.children.retain(|(called, _)| called != name);
+    }
+
+    /// Asks all that still run to end, waits a little, and kills what is left.
+    pub fn end_all(&mut self, within: Duration) {
+        for name in self.running() {
+            self.signal(&name, Signal::SIGTERM);
+        }
+        let deadline = crate::runtime::clock::monotonic_ns() + within.as_nanos() as u64;
+        while !self.children.is_empty() {
+            let left = deadline.saturating_sub(crate::runtime::clock::monotonic_ns());
+            match self.news.1.recv_timeout(Duration::from_nanos(left)) {
+                Ok(News::Ended(name, _)) => self.ended(&name),
+                Ok(_) => {}
+                Err(_) => break,
+            }
+        }
+        for name in self.running() {
+            self.signal(&name, Signal::SIGKILL);
+        }
+    }
+}
+
+impl Drop for Launched {
+    fn drop(&mut self) {
+        if !self.children.is_empty() {
+            self.end_all(Duration::from_secs(1));
+        }
+    }
+}
+
+fn watch(
+    mut child: Child,
+    lines: Option<std::process::ChildStdout>,
+    name: &str,
+    tell: &Sender<News>,
+) {
+    if let Some(lines) = lines {
+        for line in BufReader::new(lines).lines().map_while(Result::ok) {
+            let _ = tell.send(News::Line(line));
+        }
+    }
+    let code = match child.wait() {
+        Ok(status) => {
+            use std::os::unix::process::ExitStatusExt;
+            status.code().unwrap_or_else(|| -status.signal().unwrap_or(0))
+        }
+        Err(_) => i32::from(FAILED),
+    };
+    let _ = tell.send(News::Ended(name.to_owned(), code));
+}
+
+/// The common arguments as a command line.
+#[must_use]
+pub fn common_arguments(args: &CommonArgs, endpoint: &str) -> Vec<String> {
+    let mut line = vec!["--scene".to_owned(), args.scene.clone()];
+    let mut option = |flag: &str, value: Option<String>| {
+        if let Some(value) = value {
+            line.extend([flag.to_owned(), value]);
+        }
+    };
+    option("--exercise", args.exercise.map(|e| e.to_string()));
+    option("--dis", args.network.dis.clone());
+    option("--interface", args.network.interface.map(|i| i.to_string()));
+    option("--ttl", args.network.ttl.map(|t| t.to_string()));
+    option("--sync-connect", Some(endpoint.to_owned()));
+    option("--log-format", Some(args.log_format.word().to_owned()));
+    line
+}

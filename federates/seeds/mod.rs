@@ -1,0 +1,67 @@
+//! `seeds`: starts federations, and carries every federate and tool as a subcommand.
+
+pub mod federate_commands;
+pub mod in_process;
+pub mod launch;
+pub mod run;
+pub mod verify;
+pub mod viewer_process;
+
+use crate::runtime::cli::EXIT_CODES;
+use clap::{CommandFactory, Parser, Subcommand};
+use std::process::ExitCode;
+
+/// Distributed simulator of airport surface traffic and of the surveillance that watches it
+#[derive(Parser, Debug)]
+#[command(name = "seeds", version, after_help = EXIT_CODES)]
+struct Seeds {
+    #[command(subcommand)]
+    command: Option<Command>,
+}
+
+#[derive(Subcommand, Debug)]
+enum Command {
+    Run(run::RunArgs),
+    Verify(verify::VerifyArgs),
+    TrafficGenerator(federate_commands::TrafficArgs),
+    ExternalWorld(federate_commands::WorldArgs),
+    Smdfm(federate_commands::SmdfmArgs),
+    ViewerLogger(federate_commands::ViewerArgs),
+    AdminStation(federate_commands::AdminArgs),
+    /// Print a completion script for a shell
+    Completions {
+        /// Shell
+        shell: clap_complete::Shell,
+    },
+}
+
+/// The whole command line of `seeds`; without a subcommand it runs the default scene.
+#[must_use]
+pub fn main() -> ExitCode {
+    crate::runtime::process::end_with_launcher();
+    let seeds = Seeds::parse();
+    match seeds.command {
+        None => run::run(&default_run()),
+        Some(Command::Run(args)) => run::run(&args),
+        Some(Command::Verify(args)) => verify::run(&args),
+        Some(Command::TrafficGenerator(args)) => federate_commands::traffic_generator(&args),
+        Some(Command::ExternalWorld(args)) => federate_commands::external_world(&args),
+        Some(Command::Smdfm(args)) => federate_commands::smdfm(&args),
+        Some(Command::ViewerLogger(args)) => federate_commands::viewer_logger(&args),
+        Some(Command::AdminStation(args)) => federate_commands::admin_station(&args),
+        Some(Command::Completions { shell }) => {
+            let mut command = Seeds::command();
+            clap_complete::generate(shell, &mut command, "seeds", &mut std::io::stdout());
+            ExitCode::SUCCESS
+        }
+    }
+}
+
+fn default_run() -> run::RunArgs {
+    #[derive(Parser)]
+    struct Defaults {
+        #[command(flatten)]
+        run: run::RunArgs,
+    }
+    Defaults::parse_from(["seeds"]).run
+}

@@ -1,0 +1,193 @@
+//! `seeds replay FILE --with-smdfm`: an SMDFM on a recording instead of on live traffic.
+//!
+//! The player makes the frame ends from the timestamps of the PDUs; the flight list comes from the
+//! scene. For a recording without loss the digests equal the run's.
+
+use crate::admin_station::summary::RunSummary;
+use crate::external_world::{flight_notice, weather_pdu::WORLD_APPLICATION};
+use crate::runtime::conductor::ClosedRun;
+use crate::runtime::digest::{Digest, pdu_hash};
+use crate::runtime::federate::{Federate, FrameInputs, FrameOut, Octets};
+use crate::runtime::frame_time::FrameTime;
+use crate::runtime::messages::{FinalReport, Frame, Notice, RunConfig};
+use crate::smdfm::Smdfm;
+use anyhow::Context;
+use pdu::Body;
+use pdu::enumerations::StopReason;
+use scenarios::Scene;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+use std::sync::Arc;
+
+/// What a recording holds of a run.
+#[derive(Default)]
+struct Recorded {
+    frames: BTreeMap<Frame, Vec<Octets>>,
+    outsiders: BTreeMap<Frame, Vec<Octets>>,
+    seen: BTreeSet<(Frame, u64)>,
+    last: Frame,
+    end: Option<Frame>,
+    seed: Option<u64>,
+    unsound: u64,
+}
+
+/// Runs an SMDFM on a recording; the summary has the same keys as that of a run.
+///
+/// # Errors
+/// If the recording cannot be read, or holds nothing of this scene.
+pub fn with_smdfm(
+    file: &Path,
+    scene: &Arc<Scene>,
+    exercise: u8,
+    seed: Option<u64>,
+    mut progress: impl FnMut(Frame, Frame),
+) -> anyhow::Result<RunSummary> {
+    let recorded = read(file, scene, exercise)?;
+    anyhow::ensure!(
+        !recorded.frames.is_empty(),
+        "{}: no PDU of scene '{}' (site {}, exercise {exercise}) in this recording: check --scene and --exercise",
+        file.display(),
+        scene.name,
+        scene.run.site
+    );
+    let started = crate::runtime::clock::monotonic_ns();
+    let mut smdfm = Smdfm::new(Arc::clone(scene), exercise);
+    let period = smdfm.period();
+    // Without the run's own end mark: the last whole scan that has a PDU.
+    let last_frame = recorded.end.unwrap_or(recorded.last.next_multiple_of(period));
+    let seed = seed.or(recorded.seed).unwrap_or(scene.run.seed);
+    let config = RunConfig { run: 1, seed, producers: Vec::new(), generators: 1, last_frame };
+    let mut out = FrameOut::default();
+    smdfm.configure(&config, &mut out).map_err(|e| anyhow::anyhow!(e))?;
+
+    let (mut truth, mut weather, mut received) = (Digest::default(), Digest::default(), 0);
+    let flights = scene.flight_list.entries.iter().map(flight_notice).collect();
+    let mut notices = vec![(0, Notice::Flights(flights))];
+    let mut next = 0;
+    for scan in 1..=last_frame / period {
+        let frame = scan * period;
+        let mut inputs =
+            FrameInputs { notices: std::mem::take(&mut notices), ..FrameInputs::default() };
+        for (of, pdus) in recorded.frames.range(next..=frame) {
+            let mut pdus = pdus.clone();
+            pdus.sort();
+            for octets in pdus {
+                let digest = if is_weather(&octets) { &mut weather } else { &mut truth };
+                digest.add(*of, &octets);
+                received += 1;
+                inputs.pdus.push((*of, octets));
+            }
+        }
+        for (of, pdus) in recorded.outsiders.range(next..=frame) {
+            inputs.outsiders.extend(pdus.iter().map(|octets| (*of, Arc::clone(octets))));
+        }
+        next = frame + 1;
+        smdfm.step(frame, &inputs, &mut FrameOut::default());
+        progress(frame, last_frame);
+    }
+    // PDUs after the last whole scan belong to the run, though no scan needs them.
+    for (of, pdus) in recorded.frames.range(next..=last_frame.max(next)) {
+        for octets in pdus {
+            let digest = if is_weather(octets) { &mut weather } else { &mut truth };
+            digest.add(*of, octets);
+            received += 1;
+        }
+    }
+    let mut report = FinalReport { run: 1, name: "smdfm".into(), frame: last_frame, ..Default::default() };
+    report.values.push(("pdus_received".into(), received as f64));
+    smdfm.finish(&mut report);
+    let producer = |name: &str, digest: Digest, values: Vec<(String, f64)>| FinalReport {
+        run: 1,
+        name: name.into(),
+        frame: last_frame,
+        digests: vec![("pdus".into(), digest.0)],
+        values,
+    };
+    let entities = scene.traffic.entities.len() as f64;
+    let run = ClosedRun {
+        run: 1,
+        seed,
+        frame: last_frame,
+        wall_ns: crate::runtime::clock::monotonic_ns() - started,
+        reports: vec![
+            producer("external-world", weather, Vec::new()),
+            report,
+            producer("traffic-generator", truth, vec![("entities".into(), entities)]),
+        ],
+        reasons: Vec::new(),
+    };
+    let mut summary = RunSummary::of(&run, &scene.name, scene.run.frame.0);
+    summary.federates = vec!["replay".into(), "smdfm".into()];
+    summary.truth.lost = recorded.unsound;
+    Ok(summary)
+}
+
+fn is_weather(octets: &[u8]) -> bool {
+    octets.get(2) == Some(&pdu::enumerations::PduType::ENVIRONMENTAL_PROCESS.0)
+}
+
+fn read(file: &Path, scene: &Scene, exercise: u8) -> anyhow::Result<Recorded> {
+    let time = FrameTime::of(&scene.run);
+    let mut reader =
+        capture::Reader::open(file).with_context(|| format!("opening {}", file.display()))?;
+    let mut datagram = capture::Datagram::empty();
+    let mut recorded = Recorded::default();
+    while let Some(read) = reader.read(&mut datagram) {
+        if let Err(problem) = read {
+            recorded.unsound += 1;
+            tracing::warn!("{}: {problem}", file.display());
+            continue;
+        }
+        for received in pdu::pdus(&datagram.payload) {
+            let Ok(received) = received else {
+                recorded.unsound += 1;
+                continue;
+            };
+            if received.header().exercise_id == exercise {
+                recorded.take(&received, scene, time);
+            }
+        }
+    }
+    Ok(recorded)
+}
+
+impl Recorded {
+    fn take(&mut self, received: &pdu::Received<'_>, scene: &Scene, time: FrameTime) {
+        let site = scene.run.site;
+        let station = |id: pdu::records::EntityId| id.site == site && id.application == WORLD_APPLICATION;
+        let frame = time.frame_of(received.header().timestamp, self.last);
+        let ours = match received.body() {
+            Body::EntityState(state) => scene.traffic.entities.iter().any(|e| {
+                let id = state.entity_id;
+                (site, e.application, e.number) == (id.site, id.application, id.entity)
+            }),
+            Body::EnvironmentalProcess(process) => station(process.process_id),
+            Body::Comment(comment) if station(comment.originating_id) => {
+                self.seed = self.seed.or(crate::admin_station::simman::seed_of(comment));
+                return;
+            }
+            Body::StopFreeze(stop) => {
+                if station(stop.originating_id) && stop.reason == StopReason::TERMINATION {
+                    self.end = self.end.or(frame);
+                }
+                return;
+            }
+            _ => return,
+        };
+        // A second run in the same recording (restart) is not mixed into the first.
+        if self.end.is_some() {
+            return;
+        }
+        let octets: Octets = Arc::from(received.octets);
+        match frame {
+            Some(frame) if ours => {
+                if self.seen.insert((frame, pdu_hash(&octets))) {
+                    self.frames.entry(frame).or_default().push(octets);
+                    self.last = self.last.max(frame);
+                }
+            }
+            _ if !ours => self.outsiders.entry(self.last).or_default().push(octets),
+            _ => self.unsound += 1,
+        }
+    }
+}

@@ -1,0 +1,318 @@
+//! `seeds run`: a whole federation on this host, one process a federate, or all in one.
+
+use super::launch::{Launched, News, common_arguments};
+use crate::federation::{RunOptions, generator_name};
+use crate::runtime::cli::{
+    self, BAD_INPUT, COMPLETE, CommonArgs, DATA_LOST, DEFAULT_ENDPOINT, FAILED, LogFormat,
+    NetworkArgs, fail, load_scene,
+};
+use clap::Args;
+use std::net::{SocketAddr, TcpListener};
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Duration;
+
+/// Default address of the page.
+pub const DEFAULT_PAGE: &str = "127.0.0.1:8600";
+
+/// Start all federates of a scene on this host
+#[derive(Args, Clone, Debug)]
+pub struct RunArgs {
+    /// Scene: a TOML file, or the name of a scene that comes with SEEDS
+    #[arg(value_name = "SCENE", default_value = "zurich")]
+    pub scene: String,
+
+    /// Simulated seconds per wall second, above 0 to 1000
+    #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = cli::rate, conflicts_with = "fast")]
+    pub rate: f64,
+
+    /// As fast as the slowest federate; ends with the run
+    #[arg(long)]
+    pub fast: bool,
+
+    /// Simulated duration, s [default: the scene's]
+    #[arg(long, value_name = "S", value_parser = cli::seconds)]
+    pub duration: Option<f64>,
+
+    /// Seed of all random draws [default: the scene's]
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+
+    /// Address and port of the page
+    #[arg(long, value_name = "ADDR:PORT", default_value = DEFAULT_PAGE)]
+    pub page: SocketAddr,
+
+    /// Without the page (and without the logger, unless --record or --report)
+    #[arg(long)]
+    pub no_viewer: bool,
+
+    /// Record every datagram into this pcapng file, with the database (.sqlite) beside it
+    #[arg(long, value_name = "FILE")]
+    pub record: Option<PathBuf>,
+
+    /// Write a report of the run (HTML, CSV, JSON) into this folder
+    #[arg(long, value_name = "DIR")]
+    pub report: Option<PathBuf>,
+
+    /// All federates in this process, over a bus in memory
+    #[arg(long)]
+    pub in_process: bool,
+
+    /// Traffic generators that share the truth, 1 to 16
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=16))]
+    pub generators: u32,
+
+    /// Do not start by itself: wait CONFIGURED for a start command
+    #[arg(long)]
+    pub wait: bool,
+
+    /// DIS exercise identifier, 0 to 255 [default: the scene's]
+    #[arg(long, value_name = "N")]
+    pub exercise: Option<u8>,
+
+    #[command(flatten)]
+    pub network: NetworkArgs,
+
+    /// Share of truth datagrams that the receivers drop on purpose, 0 to below 1
+    #[arg(long, value_name = "P", default_value_t = 0.0)]
+    pub inject_loss: f64,
+
+    /// Log lines on stderr: text for people, json for programs
+    #[arg(long, value_enum, default_value_t = LogFormat::Text)]
+    pub log_format: LogFormat,
+}
+
+impl RunArgs {
+    /// The options that the conductor needs.
+    #[must_use]
+    pub fn options(&self) -> RunOptions {
+        RunOptions {
+            seed: self.seed,
+            duration_s: self.duration,
+            rate: if self.fast { f64::INFINITY } else { self.rate },
+            generators: self.generators,
+            autostart: !self.wait,
+            batch: self.fast || self.no_viewer || self.duration.is_some(),
+        }
+    }
+
+    fn common(&self) -> CommonArgs {
+        CommonArgs {
+            scene: self.scene.clone(),
+            exercise: self.exercise,
+            network: self.network.clone(),
+            inject_loss: self.inject_loss,
+            log_format: self.log_format,
+        }
+    }
+
+    /// Whether a viewer-logger takes part.
+    #[must_use]
+    pub fn with_logger(&self) -> bool {
+        !self.no_viewer || self.record.is_some() || self.report.is_some()
+    }
+}
+
+/// Runs the federation and ends with its summary as the last line on stdout.
+#[must_use]
+pub fn run(args: &RunArgs) -> ExitCode {
+    cli::log_to_stderr(args.log_format, "warn");
+    let scene = match load_scene(&args.scene) {
+        Ok(scene) => scene,
+        Err(code) => return code,
+    };
+    if !(0.0..1.0).contains(&args.inject_loss) {
+        return fail(
+            BAD_INPUT,
+            format!("--inject-loss {}: a share from 0 to below 1", args.inject_loss),
+        );
+    }
+    if args.generators as usize > scene.traffic.entities.len().max(1) {
+        return fail(
+            BAD_INPUT,
+            format!(
+                "--generators {}: the scene has only {} entities to share",
+                args.generators,
+                scene.traffic.entities.len()
+            ),
+        );
+    }
+    if args.in_process {
+        return match super::in_process::run(args, &scene) {
+            Ok(code) => ExitCode::from(code),
+            Err(e) => fail(FAILED, format!("{e:#}")),
+        };
+    }
+    match processes(args) {
+        Ok(code) => ExitCode::from(code),
+        Err(e) => fail(FAILED, format!("{e:#}")),
+    }
+}
+
+/// A taken port is better said once, before anything is started.
+fn port_is_free(address: SocketAddr, what: &str, flag: &str) -> anyhow::Result<()> {
+    TcpListener::bind(address).map(drop).map_err(|e| {
+        anyhow::anyhow!(
+            "{what} at {address}: {e}: end the program that uses it, or choose another with {flag}"
+        )
+    })
+}
+
+fn processes(args: &RunArgs) -> anyhow::Result<u8> {
+    let endpoint = args.network.sync_listen.clone().unwrap_or_else(|| DEFAULT_ENDPOINT.into());
+    if let Some(address) = endpoint.strip_prefix("tcp/").and_then(|a| a.parse().ok()) {
+        port_is_free(address, "synchronisation plane", "--sync-listen tcp/127.0.0.1:PORT")?;
+    }
+    if !args.no_viewer {
+        port_is_free(args.page, "page", "--page ADDR:PORT")?;
+    }
+    let mut launched = Launched::default();
+    let interrupted = launched.sender();
+    ctrlc::set_handler(move || {
+        let _ = interrupted.send(News::Interrupted);
+    })?;
+    start_all(args, &endpoint, &mut launched)?;
+
+    let mut summary = None;
+    let mut code = None;
+    let mut interrupts = 0;
+    let progress = args.fast && std::io::IsTerminal::is_terminal(&std::io::stderr());
+    while !launched.running().is_empty() {
+        let Ok(news) = launched.news().recv_timeout(Duration::from_secs(3600)) else { continue };
+        match news {
+            News::Line(line) => {
+                if let Some(page) = line.strip_prefix("page ") {
+                    say(&format!("SEEDS: page at {page}  (Ctrl-C ends)"));
+                } else if let Some(done) = line.strip_prefix("progress ") {
+                    if progress {
+                        show_progress(done);
+                    }
+                } else {
+                    print_line(&line);
+                    summary = Some(line);
+                }
+            }
+            News::Interrupted => {
+                interrupts += 1;
+                if interrupts == 1 {
+                    launched.interrupt("admin-station");
+                } else {
+                    launched.end_all(Duration::from_millis(200));
+                    return Ok(FAILED);
+                }
+            }
+            News::Ended(name, ended_with) => {
+                launched.ended(&name);
+                if name == "admin-station" {
+                    code = Some(ended_with);
+                    // Spectators close their files and leave on the conductor's order.
+                    launched.end_after(Duration::from_secs(10));
+                } else if name == "viewer-logger" && ended_with != 0 {
+                    if ended_with == i32::from(DATA_LOST) {
+                        code.get_or_insert(0);
+                        code = code.map(|c| if c == 0 { i32::from(DATA_LOST) } else { c });
+                    } else if code.is_none() {
+                        say(&format!(
+                            "the viewer-logger ended ({}); the run goes on without it",
+                            ending(ended_with)
+                        ));
+                    }
+                } else if code.is_none() && ended_with != 0 {
+                    tracing::warn!("{name} ended ({})", ending(ended_with));
+                }
+                let needed = launched.running().iter().any(|n| n == "admin-station");
+                if !needed && code.is_none() {
+                    code = Some(i32::from(FAILED));
+                }
+            }
+        }
+    }
+    let code = code.unwrap_or(i32::from(FAILED));
+    if summary.is_none() && code == 0 && interrupts == 0 {
+        return Ok(FAILED);
+    }
+    Ok(match code {
+        0 => COMPLETE,
+        c if c > 0 && c < 256 => c as u8,
+        _ => FAILED,
+    })
+}
+
+fn ending(code: i32) -> String {
+    if code < 0 { format!("killed by signal {}", -code) } else { format!("exit code {code}") }
+}
+
+fn start_all(args: &RunArgs, endpoint: &str, launched: &mut Launched) -> anyhow::Result<()> {
+    let common = common_arguments(&args.common(), endpoint);
+    let with = |name: &str, more: &[String]| -> Vec<String> {
+        [&[name.to_owned()], &common[..], more].concat()
+    };
+    let options = args.options();
+    let mut admin = vec!["--sync-listen".to_owned(), endpoint.to_owned()];
+    if args.fast {
+        admin.push("--fast".into());
+        admin.push("--progress".into());
+    } else {
+        admin.extend(["--rate".to_owned(), args.rate.to_string()]);
+    }
+    if let Some(seconds) = args.duration {
+        admin.extend(["--duration".to_owned(), seconds.to_string()]);
+    }
+    if let Some(seed) = args.seed {
+        admin.extend(["--seed".to_owned(), seed.to_string()]);
+    }
+    if options.batch {
+        admin.push("--batch".into());
+    }
+    if !options.autostart {
+        admin.push("--wait".into());
+    }
+    admin.extend(["--generators".to_owned(), args.generators.to_string()]);
+    if args.with_logger() {
+        admin.extend(["--expect-logger".to_owned()]);
+    }
+    launched.start("admin-station", &with("admin-station", &admin))?;
+    for share in 1..=args.generators {
+        let more = ["--share".to_owned(), format!("{share}/{}", args.generators)];
+        launched
+            .start(&generator_name(share, args.generators), &with("traffic-generator", &more))?;
+    }
+    launched.start("external-world", &with("external-world", &[]))?;
+    let loss = ["--inject-loss".to_owned(), args.inject_loss.to_string()];
+    launched.start("smdfm", &with("smdfm", &loss))?;
+    if args.with_logger() {
+        launched.start("viewer-logger", &with("viewer-logger", &viewer_arguments(args)))?;
+    }
+    Ok(())
+}
+
+fn viewer_arguments(args: &RunArgs) -> Vec<String> {
+    let mut more = Vec::new();
+    if args.no_viewer {
+        more.push("--no-page".to_owned());
+    } else {
+        more.extend(["--page".to_owned(), args.page.to_string()]);
+    }
+    if let Some(file) = &args.record {
+        more.extend(["--record".to_owned(), file.display().to_string()]);
+    }
+    if let Some(folder) = &args.report {
+        more.extend(["--report".to_owned(), folder.display().to_string()]);
+    }
+    more
+}
+
+#[expect(clippy::print_stderr, reason = "a word to the person at the terminal")]
+fn say(text: &str) {
+    eprintln!("{text}");
+}
+
+#[expect(clippy::print_stderr, reason = "a progress line on a terminal")]
+fn show_progress(done: &str) {
+    eprint!("\r{done}   ");
+}
+
+#[expect(clippy::print_stdout, reason = "the result of the command")]
+fn print_line(line: &str) {
+    println!("{line}");
+}

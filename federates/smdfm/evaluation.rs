@@ -1,0 +1,169 @@
+//! Measures of plots and tracks against the truth that the sensors received.
+//!
+//! `raw_rmse_m`: ASDE plots of moving targets, at the plot's own time, that updated a confirmed track;
+//! `rmse_m`: that track's state just after the update, same plots; `published_rmse_m`: the published
+//! (predicted) tracks at publication time against the entity that most of their plots came from.
+
+use super::kind_word;
+use super::received_truth::View;
+use models::frames::wrap_pi;
+use models::fusion::Outcome;
+use models::plot::SensorKind;
+use models::sensors::{PlotSink, Truth};
+use models::time::SimTime;
+use models::track::{SystemTrack, TrackStatus};
+use std::collections::BTreeMap;
+
+/// Slower targets are standing, m/s.
+const MOVING_MS: f64 = 1.0;
+
+/// A leg is straight while the target turns less than this, rad/s, and moves faster than [`STRAIGHT_MS`].
+const STRAIGHT_RAD_PER_S: f64 = 0.01;
+const STRAIGHT_MS: f64 = 3.0;
+
+/// Sum of squares.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct MeanSquare {
+    sum: f64,
+    count: u64,
+}
+
+impl MeanSquare {
+    fn add(&mut self, squared: f64) {
+        self.sum += squared;
+        self.count += 1;
+    }
+    fn root(&self) -> f64 {
+        if self.count == 0 { f64::NAN } else { (self.sum / self.count as f64).sqrt() }
+    }
+}
+
+/// Running measures of a run.
+#[derive(Clone, Debug, Default)]
+pub struct Evaluation {
+    raw: MeanSquare,
+    tracked: MeanSquare,
+    straight_raw: MeanSquare,
+    straight_tracked: MeanSquare,
+    published: MeanSquare,
+    looks: BTreeMap<SensorKind, (u64, u64)>,
+    plots: BTreeMap<SensorKind, u64>,
+    confirmed: u64,
+    now_confirmed: u64,
+    false_plots: u64,
+    /// Track number → key of the entity whose plots it takes.
+    follows: BTreeMap<u16, u64>,
+}
+
+impl Evaluation {
+    /// Adds one scan. `looks`: per sensor its kind, looks and plots.
+    pub fn scan(
+        &mut self,
+        view: &View<'_>,
+        to: SimTime,
+        sink: &PlotSink,
+        outcomes: &[Outcome],
+        tracks: &[SystemTrack],
+        looks: &[(SensorKind, u64, usize)],
+    ) {
+        for (kind, looked, plots) in looks {
+            let sum = self.looks.entry(*kind).or_default();
+            sum.0 += looked;
+            *self.plots.entry(*kind).or_default() += *plots as u64;
+        }
+        for ((plot, cause), outcome) in sink.plots.iter().zip(&sink.causes).zip(outcomes) {
+            let Some(key) = cause.key else {
+                self.false_plots += 1;
+                continue;
+            };
+            self.looks.entry(plot.kind).or_default().1 += 1;
+            let Outcome::Used { number: Some(number), position_m, .. } = outcome else { continue };
+            self.follows.insert(*number, key);
+            if plot.kind != SensorKind::Asde {
+                continue;
+            }
+            let Some(index) = view.index_of(key) else { continue };
+            let Some(truth) = view.at(index, plot.time) else { continue };
+            if truth.velocity_ms.xy().norm() < MOVING_MS {
+                continue;
+            }
+            let raw = (plot.position_m - truth.position_m.xy()).norm_squared();
+            let tracked = (position_m - truth.position_m.xy()).norm_squared();
+            self.raw.add(raw);
+            self.tracked.add(tracked);
+            if is_straight(view, index, plot.time) {
+                self.straight_raw.add(raw);
+                self.straight_tracked.add(tracked);
+            }
+        }
+        self.now_confirmed = 0;
+        for track in tracks {
+            if track.first {
+                self.confirmed += 1;
+            }
+            if track.status == TrackStatus::Last {
+                self.follows.remove(&track.number);
+                continue;
+            }
+            self.now_confirmed += 1;
+            if let Some((_, distance_m)) = self.truth_of(view, track, to) {
+                self.published.add(distance_m * distance_m);
+            }
+        }
+    }
+
+    /// Index of the entity that a track follows, and its distance to it at `to`, m.
+    #[must_use]
+    pub fn truth_of(
+        &self,
+        view: &View<'_>,
+        track: &SystemTrack,
+        to: SimTime,
+    ) -> Option<(usize, f64)> {
+        let index = view.index_of(*self.follows.get(&track.number)?)?;
+        let truth = view.at(index, to)?;
+        Some((index, (track.position_m - truth.position_m.xy()).norm()))
+    }
+
+    /// Named measures: "rmse_m", "pd_asde", "plots_gps", …; NaN where there is nothing to measure.
+    #[must_use]
+    pub fn values(&self) -> Vec<(String, f64)> {
+        let mut values = vec![
+            ("tracks_confirmed".to_owned(), self.confirmed as f64),
+            ("tracks_now".to_owned(), self.now_confirmed as f64),
+            ("raw_rmse_m".to_owned(), self.raw.root()),
+            ("rmse_m".to_owned(), self.tracked.root()),
+            ("straight_raw_rmse_m".to_owned(), self.straight_raw.root()),
+            ("straight_rmse_m".to_owned(), self.straight_tracked.root()),
+            ("published_rmse_m".to_owned(), self.published.root()),
+            ("false_plots".to_owned(), self.false_plots as f64),
+        ];
+        let other = |kind: SensorKind| {
+            !matches!(kind, SensorKind::Asde | SensorKind::Gps | SensorKind::Dgps)
+        };
+        for (kind, plots) in &self.plots {
+            values.push((format!("plots_{}", kind_word(*kind)), *plots as f64));
+        }
+        let others = self.plots.iter().filter(|(k, _)| other(**k)).map(|(_, n)| *n as f64);
+        values.push(("plots_other".to_owned(), others.sum()));
+        for (kind, (looks, reports)) in &self.looks {
+            if *looks > 0 {
+                let pd = *reports as f64 / *looks as f64;
+                values.push((format!("pd_{}", kind_word(*kind)), pd));
+            }
+        }
+        values
+    }
+}
+
+/// Whether a target moves straight on around `time`.
+fn is_straight(view: &View<'_>, index: usize, time: SimTime) -> bool {
+    let (Some(now), Some(before)) = (view.at(index, time), view.at(index, time.plus_s(-0.5)))
+    else {
+        return false;
+    };
+    let course = |v: &models::sensors::TargetState| libm::atan2(v.velocity_ms.x, v.velocity_ms.y);
+    now.velocity_ms.xy().norm() > STRAIGHT_MS
+        && before.velocity_ms.xy().norm() > STRAIGHT_MS
+        && wrap_pi(course(&now) - course(&before)).abs() < STRAIGHT_RAD_PER_S * 0.5
+}

@@ -1,0 +1,200 @@
+//! The sensor model and data fusion module: truth and weather in, plots and system tracks out, once a scan.
+//!
+//! Truth is only what arrived as PDUs, dead-reckoned to the time at which each sensor looks
+//! ([`received_truth`]); sensors make plots, the tracker makes tracks, [`evaluation`] holds both
+//! against the truth that the sensors received. The tracker never sees that truth.
+
+pub mod evaluation;
+pub mod received_truth;
+pub mod report;
+mod setup;
+
+use crate::external_world::{flight_list, weather_pdu};
+use crate::runtime::bus::Class;
+use crate::runtime::codec::encode;
+use crate::runtime::digest::Digest;
+use crate::runtime::federate::{Federate, FrameInputs, FrameOut, Publication};
+use crate::runtime::frame_time::FrameTime;
+use crate::runtime::messages::{FederateStatus, FinalReport, Frame, Kind, Notice, RunConfig};
+use evaluation::Evaluation;
+use models::environment::Weather;
+use models::flight_list::FlightList;
+use models::fusion::Tracker;
+use models::plot::SensorKind;
+use models::sensors::{PlotSink, ScanInterval, Sensor};
+use pdu::Body;
+use received_truth::ReceivedTruth;
+use scenarios::Scene;
+use std::sync::Arc;
+
+/// The federate's logic.
+pub struct Smdfm {
+    scene: Arc<Scene>,
+    time: FrameTime,
+    seed: u64,
+    run: u32,
+    truth: ReceivedTruth,
+    weather: Vec<(Frame, Weather)>,
+    flights: FlightList,
+    sensors: Vec<Box<dyn Sensor>>,
+    tracker: Tracker,
+    evaluation: Evaluation,
+    plots_digest: Digest,
+    tracks_digest: Digest,
+    explain: bool,
+}
+
+impl Smdfm {
+    /// The SMDFM of a scene.
+    #[must_use]
+    pub fn new(scene: Arc<Scene>, _exercise: u8) -> Self {
+        let time = FrameTime::of(&scene.run);
+        Self {
+            time,
+            seed: scene.run.seed,
+            run: 0,
+            truth: ReceivedTruth::new(Arc::clone(&scene)),
+            weather: Vec::new(),
+            flights: FlightList::default(),
+            sensors: Vec::new(),
+            tracker: Tracker::new(setup::tracking_config(&scene)),
+            evaluation: Evaluation::default(),
+            plots_digest: Digest::default(),
+            tracks_digest: Digest::default(),
+            explain: false,
+            scene,
+        }
+    }
+
+    /// Whether plots shall carry what every simulated effect did to them.
+    #[must_use]
+    pub fn explaining(mut self, explain: bool) -> Self {
+        self.explain = explain;
+        self
+    }
+
+    fn take_in(&mut self, inputs: &FrameInputs, now: Frame) {
+        let ours = inputs.pdus.iter().map(|(frame, octets)| (*frame, octets, true));
+        let others = inputs.outsiders.iter().map(|(frame, octets)| (*frame, octets, false));
+        for (frame, octets, ours) in ours.chain(others) {
+            // The runtime has checked that these octets are one sound PDU.
+            let Some(Ok(received)) = pdu::pdus(octets).next() else { continue };
+            match received.body() {
+                Body::EntityState(state) => self.truth.take(frame, now, state, ours),
+                Body::EnvironmentalProcess(process) if ours => {
+                    if let Some(weather) = weather_pdu::decode(process) {
+                        self.weather.push((frame, weather));
+                    }
+                }
+                _ => {}
+            }
+        }
+        for (_, notice) in &inputs.notices {
+            let Notice::Flights(flights) = notice;
+            self.flights = flight_list(flights, self.scene.flight_list.runways.clone());
+        }
+    }
+
+    /// The weather of a scan: what was in force when it began.
+    fn weather_at(&mut self, from: Frame) -> Weather {
+        let current = self.weather.iter().rposition(|(frame, _)| *frame <= from).unwrap_or(0);
+        self.weather.drain(..current);
+        self.weather.first().map_or_else(Weather::default, |(_, weather)| weather.clone())
+    }
+}
+
+impl Federate for Smdfm {
+    fn kind(&self) -> Kind {
+        Kind::Smdfm
+    }
+
+    fn period(&self) -> Frame {
+        u64::from(self.scene.run.frames_per_scan)
+    }
+
+    fn consumes(&self) -> bool {
+        true
+    }
+
+    fn configure(&mut self, config: &RunConfig, _out: &mut FrameOut) -> Result<(), String> {
+        self.seed = config.seed;
+        self.run = config.run;
+        self.truth = ReceivedTruth::new(Arc::clone(&self.scene));
+        self.weather.clear();
+        self.flights = FlightList::default();
+        self.sensors = setup::make_sensors(&self.scene)?;
+        self.tracker = Tracker::new(setup::tracking_config(&self.scene));
+        self.evaluation = Evaluation::default();
+        self.plots_digest = Digest::default();
+        self.tracks_digest = Digest::default();
+        Ok(())
+    }
+
+    fn step(&mut self, frame: Frame, inputs: &FrameInputs, out: &mut FrameOut) {
+        self.take_in(inputs, frame);
+        let from = frame - self.period();
+        let interval = ScanInterval {
+            run_seed: self.seed,
+            scan: frame / self.period(),
+            from: self.time.time(from),
+            to: self.time.time(frame),
+        };
+        let weather = self.weather_at(from);
+        let view = self.truth.view(interval.from, interval.to);
+        let mut sink = PlotSink { explain: self.explain, ..PlotSink::default() };
+        let mut looks = Vec::new();
+        for sensor in &mut self.sensors {
+            let (plots, before) = (sink.plots.len(), sink.looks);
+            sensor.scan(&interval, &view, &weather, &mut sink);
+            looks.push((sensor.kind(), sink.looks - before, sink.plots.len() - plots));
+        }
+        let tracks = self.tracker.scan(interval.to, &sink.plots, &self.flights);
+        self.evaluation.scan(&view, interval.to, &sink, self.tracker.outcomes(), &tracks, &looks);
+        for plot in &sink.plots {
+            self.plots_digest.add(frame, &report::plot_octets(plot));
+        }
+        for track in &tracks {
+            self.tracks_digest.add(frame, &report::track_octets(track));
+        }
+        let report = report::scan_report(&report::ScanParts {
+            run: self.run,
+            interval: &interval,
+            view: &view,
+            sink: &sink,
+            outcomes: self.tracker.outcomes(),
+            tracks: &tracks,
+            evaluation: &self.evaluation,
+        });
+        out.publish.push(Publication {
+            key: "tracks/1/scan".into(),
+            class: Class::Lossy,
+            body: encode(&report),
+            retained: Some("tracks/1/list".into()),
+        });
+        self.truth.forget_before(interval.to);
+    }
+
+    fn finish(&mut self, report: &mut FinalReport) {
+        report.digests.push(("plots".into(), self.plots_digest.0));
+        report.digests.push(("tracks".into(), self.tracks_digest.0));
+        report.values.extend(self.evaluation.values());
+    }
+
+    fn status(&self, status: &mut FederateStatus) {
+        status.dropped.extend(self.truth.refused());
+    }
+}
+
+/// Word of a sensor kind.
+#[must_use]
+pub fn kind_word(kind: SensorKind) -> &'static str {
+    match kind {
+        SensorKind::Asde => "asde",
+        SensorKind::Gps => "gps",
+        SensorKind::Dgps => "dgps",
+        SensorKind::Adsb => "adsb",
+        SensorKind::Mlat => "mlat",
+        SensorKind::Loop => "loop",
+        SensorKind::Dynamic => "dynamic",
+    }
+}

@@ -1,0 +1,203 @@
+//! Plots and tracks as octets for digests and as messages for spectators.
+
+use super::evaluation::Evaluation;
+use super::kind_word;
+use super::received_truth::View;
+use crate::external_world::{movement_word, wake_letter};
+use crate::runtime::messages::{PlotMessage, ScanReport, TrackMessage, TruthMessage};
+use models::fusion::Outcome;
+use models::plot::{Identity, Plot};
+use models::sensors::{PlotSink, ScanInterval, Truth};
+use models::track::{SystemTrack, TrackStatus, TrackType};
+
+fn append(octets: &mut Vec<u8>, numbers: &[f64]) {
+    numbers.iter().for_each(|n| octets.extend_from_slice(&n.to_bits().to_le_bytes()));
+}
+
+/// The canonical octets of a plot: every bit of its numbers.
+#[must_use]
+pub fn plot_octets(plot: &Plot) -> Vec<u8> {
+    let mut octets = Vec::with_capacity(128);
+    octets.extend_from_slice(&plot.sensor.0.to_le_bytes());
+    octets.extend_from_slice(&plot.time.0.to_le_bytes());
+    octets.extend_from_slice(&plot.sequence.to_le_bytes());
+    append(
+        &mut octets,
+        &[
+            plot.position_m.x,
+            plot.position_m.y,
+            plot.axis.x,
+            plot.axis.y,
+            plot.along_m2,
+            plot.across_m2,
+            plot.altitude_m.unwrap_or(f64::NAN),
+            plot.scnr_db.unwrap_or(f64::NAN),
+        ],
+    );
+    octets.extend_from_slice(identity(plot).as_bytes());
+    octets
+}
+
+/// The canonical octets of a track.
+#[must_use]
+pub fn track_octets(track: &SystemTrack) -> Vec<u8> {
+    let mut octets = Vec::with_capacity(192);
+    octets.extend_from_slice(&track.number.to_le_bytes());
+    octets.extend_from_slice(&[track.status as u8, u8::from(track.first), track.track_type as u8]);
+    octets.extend_from_slice(&track.time.0.to_le_bytes());
+    octets.extend_from_slice(&track.last_plot.0.to_le_bytes());
+    append(&mut octets, track.position_m.as_slice());
+    append(&mut octets, track.velocity_ms.as_slice());
+    append(&mut octets, track.acceleration_ms2.as_slice());
+    append(&mut octets, track.position_cov_m2.as_slice());
+    append(&mut octets, track.velocity_cov_m2s2.as_slice());
+    append(&mut octets, &[track.altitude_m.unwrap_or(f64::NAN), track.heading_rad]);
+    if let Some(label) = &track.label {
+        octets.extend_from_slice(label.callsign.as_str().as_bytes());
+    }
+    octets
+}
+
+fn identity(plot: &Plot) -> String {
+    match plot.identity {
+        None => String::new(),
+        Some(Identity::Callsign(callsign)) => callsign.as_str().to_owned(),
+        Some(Identity::Address(address)) => format!("{address:06X}"),
+    }
+}
+
+/// What a scan report is made of.
+pub struct ScanParts<'a> {
+    /// Number of the run.
+    pub run: u32,
+    /// The scan.
+    pub interval: &'a ScanInterval,
+    /// Truth as received.
+    pub view: &'a View<'a>,
+    /// Plots with their causes.
+    pub sink: &'a PlotSink,
+    /// What became of the plots.
+    pub outcomes: &'a [Outcome],
+    /// Published tracks.
+    pub tracks: &'a [SystemTrack],
+    /// Measures.
+    pub evaluation: &'a Evaluation,
+}
+
+/// The message of one scan.
+#[must_use]
+pub fn scan_report(parts: &ScanParts<'_>) -> ScanReport {
+    let view = parts.view;
+    let mut followed = vec![None; view.len()];
+    for track in parts.tracks.iter().filter(|t| t.status != TrackStatus::Last) {
+        if let Some((index, distance_m)) = parts.evaluation.truth_of(view, track, parts.interval.to)
+        {
+            let nearer = |(_, d): &(u16, f64)| distance_m < *d;
+            if followed[index].as_ref().is_none_or(nearer) {
+                followed[index] = Some((track.number, distance_m));
+            }
+        }
+    }
+    let truth = (0..view.len()).filter_map(|i| truth_message(view, i, followed[i])).collect();
+    let plots = parts
+        .sink
+        .plots
+        .iter()
+        .zip(&parts.sink.causes)
+        .zip(parts.outcomes)
+        .map(|((plot, cause), outcome)| {
+            let entity = cause.key.and_then(|key| view.index_of(key));
+            let track = match outcome {
+                Outcome::Used { number, .. } => *number,
+                _ => None,
+            };
+            let cov = plot.covariance_m2();
+            PlotMessage {
+                sensor: plot.sensor.0,
+                sequence: plot.sequence,
+                kind: kind_word(plot.kind).to_owned(),
+                time_ns: plot.time.0,
+                position_m: [plot.position_m.x, plot.position_m.y],
+                cov_m2: [cov.m11, cov.m12, cov.m22],
+                polar: plot.polar.map(|p| [p.range_m, p.azimuth_rad]),
+                scnr_db: plot.scnr_db,
+                identity: identity(plot),
+                cause: entity.map_or_else(String::new, |i| view.callsign(i).as_str().to_owned()),
+                truth_m: cause.truth_m.map(|p| [p.x, p.y]),
+                track,
+                effects: cause
+                    .effects
+                    .iter()
+                    .map(|c| (c.effect.to_owned(), c.value, c.unit.to_owned()))
+                    .collect(),
+            }
+        })
+        .collect();
+    ScanReport {
+        run: parts.run,
+        scan: parts.interval.scan,
+        time_ns: parts.interval.to.0,
+        tracks: parts.tracks.iter().map(track_message).collect(),
+        plots,
+        truth,
+        measures: parts.evaluation.values().into_iter().filter(|(_, v)| v.is_finite()).collect(),
+        plan: Vec::new(),
+        took_us: 0,
+    }
+}
+
+fn truth_message(view: &View<'_>, index: usize, track: Option<(u16, f64)>) -> Option<TruthMessage> {
+    let state = view.at(index, view.to())?;
+    let (id, class) = (view.id(index), view.class(index));
+    Some(TruthMessage {
+        id: [id.site, id.application, id.entity],
+        callsign: view.callsign(index).as_str().to_owned(),
+        type_designator: class.designator.clone(),
+        aircraft: class.aircraft,
+        size_m: [class.length_m, class.span_m],
+        position_m: state.position_m.into(),
+        velocity_ms: state.velocity_ms.into(),
+        heading_rad: state.heading_rad,
+        ours: view.is_ours(index),
+        track,
+    })
+}
+
+/// A track as the paper's `TrackInfo`.
+#[must_use]
+pub fn track_message(track: &SystemTrack) -> TrackMessage {
+    let label = track.label.as_ref();
+    let text = |get: fn(&models::track::Label) -> String| label.map(get).unwrap_or_default();
+    let cov = &track.position_cov_m2;
+    TrackMessage {
+        number: track.number,
+        track_type: match track.track_type {
+            TrackType::NotAssociated => "none",
+            TrackType::Aircraft => "aircraft",
+            TrackType::Vehicle => "vehicle",
+        }
+        .to_owned(),
+        status: match track.status {
+            TrackStatus::Tentative => "tentative",
+            TrackStatus::Confirmed => "confirmed",
+            TrackStatus::Coasting => "coasting",
+            TrackStatus::Last => "last",
+        }
+        .to_owned(),
+        first: track.first,
+        time_ns: track.time.0,
+        position_m: track.position_m.into(),
+        velocity_ms: track.velocity_ms.into(),
+        cov_m2: [cov.m11, cov.m12, cov.m22],
+        altitude_m: track.altitude_m,
+        heading_rad: track.heading_rad,
+        manoeuvre: track.manoeuvre,
+        callsign: text(|l| l.callsign.as_str().to_owned()),
+        type_designator: text(|l| l.type_designator.clone()),
+        wake: text(|l| wake_letter(l.wake).to_owned()),
+        movement: text(|l| movement_word(l.movement).to_owned()),
+        runway_stand: text(|l| l.runway_stand.clone()),
+        ctd_eta_ns: label.map(|l| l.ctd_eta.0),
+        routing: label.map(|l| l.routing.clone()).unwrap_or_default(),
+    }
+}

@@ -1,0 +1,18 @@
+//! The executable `traffic-generator`: the same as `seeds traffic-generator`, for hosts that need just one federate.
+
+use clap::Parser;
+use federates::runtime::cli::EXIT_CODES;
+use federates::seeds::federate_commands::{self, TrafficArgs};
+use std::process::ExitCode;
+
+/// Traffic generator: ground truth as Entity State PDUs
+#[derive(Parser)]
+#[command(name = "traffic-generator", version, after_help = EXIT_CODES)]
+struct Args {
+    #[command(flatten)]
+    args: TrafficArgs,
+}
+
+fn main() -> ExitCode {
+    federate_commands::traffic_generator(&Args::parse().args)
+}

@@ -1,0 +1,18 @@
+//! The executable `viewer-logger`: the same as `seeds viewer-logger`, for hosts that need just one federate.
+
+use clap::Parser;
+use federates::runtime::cli::EXIT_CODES;
+use federates::seeds::federate_commands::{self, ViewerArgs};
+use std::process::ExitCode;
+
+/// Viewer and logger: the page, the recording, the database
+#[derive(Parser)]
+#[command(name = "viewer-logger", version, after_help = EXIT_CODES)]
+struct Args {
+    #[command(flatten)]
+    args: ViewerArgs,
+}
+
+fn main() -> ExitCode {
+    federate_commands::viewer_logger(&Args::parse().args)
+}
