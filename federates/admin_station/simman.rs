@@ -13,8 +13,9 @@ use crate::runtime::life_cycle::Phase;
 use crate::runtime::messages::{Command, Frame};
 use crossbeam_channel::Sender;
 use pdu::enumerations::{AcknowledgeFlag, ResponseFlag, StopReason};
-use pdu::management::{Acknowledge, StartResume, StopFreeze};
-use pdu::records::{ClockTime, EntityId};
+use pdu::management::{Acknowledge, Comment, StartResume, StopFreeze};
+use pdu::enumerations::DatumId;
+use pdu::records::{ClockTime, EntityId, VariableDatum};
 use pdu::{Body, Envelope};
 use scenarios::Scene;
 use std::collections::BTreeMap;
@@ -33,6 +34,24 @@ pub struct Gateway {
     envelope: Arc<dyn Fn(Frame) -> Envelope + Send + Sync>,
     id: EntityId,
     time: FrameTime,
+    scene: Arc<Scene>,
+    seed: u64,
+}
+
+/// What the station says of a run in a Comment PDU when it begins, so that a recording explains itself.
+fn comment(scene: &Scene, seed: u64) -> String {
+    let (name, hash) = (&scene.name, scene.hash);
+    format!("SEEDS scene={name} hash={hash:016x} seed={seed} version={}", env!("CARGO_PKG_VERSION"))
+}
+
+/// The seed in such a comment.
+#[must_use]
+pub fn seed_of(comment: &Comment<'_>) -> Option<u64> {
+    comment.variable_datums.iter().find_map(|datum| {
+        let text = std::str::from_utf8(datum.value).ok()?;
+        let mut words = text.strip_prefix("SEEDS ")?.split_whitespace();
+        words.find_map(|word| word.strip_prefix("seed="))?.parse().ok()
+    })
 }
 
 struct Requests {
@@ -52,6 +71,7 @@ impl Gateway {
         args: &NetworkArgs,
         scene: &Arc<Scene>,
         exercise: u8,
+        seed: u64,
         events: Sender<Event>,
     ) -> anyhow::Result<Self> {
         let config = dis_socket::link_config(args, &scene.network)?;
@@ -69,7 +89,7 @@ impl Gateway {
             answered: Arc::default(),
         };
         std::thread::spawn(move || listen(receiver, exercise, &requests));
-        Ok(Self { sender, envelope, id, time })
+        Ok(Self { sender, envelope, id, time, scene: Arc::clone(scene), seed })
     }
 
     /// Tells the exercise of phases that were reached.
@@ -92,6 +112,20 @@ impl Gateway {
             let mut octets = Vec::new();
             let encoded = match (phase, reason) {
                 (Phase::Running, _) => {
+                    if frame == 0 {
+                        let text = comment(&self.scene, self.seed);
+                        // SISO-REF-010: datum identifiers of free text are the user's own; 0 says nothing.
+                        let comment = Comment {
+                            originating_id: self.id,
+                            receiving_id: EntityId::ALL,
+                            variable_datums: vec![VariableDatum::new(DatumId(0), text.as_bytes())]
+                                .into(),
+                            ..Comment::default()
+                        };
+                        let mut octets = Vec::new();
+                        envelope.append(&comment, &mut octets).expect("one short line fits a PDU");
+                        send(&self.sender, &octets);
+                    }
                     let start = StartResume {
                         originating_id: self.id,
                         receiving_id: EntityId::ALL,

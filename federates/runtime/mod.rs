@@ -19,3 +19,6 @@ pub mod member_driver;
 pub mod messages;
 pub mod process;
 pub mod zenoh_bus;
+
+#[cfg(test)]
+mod simulated_network_tests;

@@ -3,6 +3,7 @@
 pub mod federate_commands;
 pub mod in_process;
 pub mod launch;
+pub mod replay;
 pub mod run;
 pub mod verify;
 pub mod viewer_process;

@@ -5,6 +5,7 @@ use models::fusion::TrackingConfig;
 use models::fusion::config::{SensorModel, TypeSize};
 use models::plot::SensorKind;
 use models::sensors::Sensor;
+use models::sensors::asde::Asde;
 use models::sensors::cooperative::{Equipage, Equipped as Who};
 use models::sensors::dgps::{Dgps, DgpsConfig, DgpsModel};
 use models::sensors::gps::{Gps, GpsConfig, GpsModel, Statistical};
@@ -15,7 +16,7 @@ use scenarios::{Scene, tracking::Profile};
 ///
 /// # Errors
 /// One sentence if a sensor cannot be made; the scene's check should have said so before.
-pub fn make_sensors(scene: &Scene) -> Result<Vec<Box<dyn Sensor>>, String> {
+pub(super) fn make_sensors(scene: &Scene) -> Result<Vec<Box<dyn Sensor>>, String> {
     scene.sensors.iter().map(|sensor| make_sensor(scene, sensor)).collect()
 }
 
@@ -23,6 +24,11 @@ fn make_sensor(_scene: &Scene, sensor: &SensorScene) -> Result<Box<dyn Sensor>, 
     let failed = |e: &dyn std::fmt::Display| format!("sensor '{}': {e}", sensor.name);
     let site_m = sensor.site_m.map_or_else(Vector2::zeros, |s| s.xy());
     Ok(match sensor.kind {
+        SensorKind::Asde => {
+            let radar = sensor.asde.as_ref().ok_or_else(|| failed(&"no parameters"))?;
+            let made = Asde::new(sensor.id, site_m, radar.parameters.clone());
+            Box::new(made.map_err(|e| failed(&e))?)
+        }
         SensorKind::Gps => {
             let mut config = gps_config(sensor);
             config.equipped = equipage(sensor);
@@ -57,7 +63,7 @@ fn equipage(sensor: &SensorScene) -> Equipage {
 
 /// The tracker's configuration for a scene: its profile, and what is known of its sensors and types.
 #[must_use]
-pub fn tracking_config(scene: &Scene) -> TrackingConfig {
+pub(super) fn tracking_config(scene: &Scene) -> TrackingConfig {
     let mut config = match scene.tracking.profile {
         Profile::Paper | Profile::Accurate | Profile::Bulk => TrackingConfig::paper(),
     };

@@ -1,0 +1,418 @@
+//! The conductor and its members under a simulated network: messages and PDUs are delayed, reordered
+//! between senders, duplicated and lost by seed; the laws of the protocol must hold all the same.
+
+use super::codec::encode;
+use super::conductor::{ClosedRun, Conductor, ConductorConfig, Effect as Decision};
+use super::federate::{Federate, FrameInputs, FrameOut, Octets};
+use super::life_cycle::Phase;
+use super::member::{Effect, Member};
+use super::messages::{
+    Command, FinalReport, Frame, Hello, Kind, Notice, Order, Repair, Repaired, Report, RunConfig,
+    Welcome,
+};
+use proptest::prelude::*;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+const MS: u64 = 1_000_000;
+const LAST: Frame = 60;
+
+/// A producer whose PDUs are its name and the frame.
+struct Producer {
+    name: &'static str,
+}
+
+impl Federate for Producer {
+    fn kind(&self) -> Kind {
+        Kind::TrafficGenerator
+    }
+    fn configure(&mut self, _: &RunConfig, out: &mut FrameOut) -> Result<(), String> {
+        out.notices.push(Notice::Flights(Vec::new()));
+        Ok(())
+    }
+    fn step(&mut self, frame: Frame, _: &FrameInputs, out: &mut FrameOut) {
+        for copy in 0..frame % 3 {
+            out.pdus.push(format!("{} {frame} {copy}", self.name).into_bytes().into());
+        }
+    }
+    fn finish(&mut self, _: &mut FinalReport) {}
+}
+
+/// A consumer that remembers everything it was given.
+#[derive(Default)]
+struct Consumer {
+    eaten: Vec<(Frame, Octets)>,
+    steps: Vec<Frame>,
+    outsiders: usize,
+}
+
+impl Federate for Consumer {
+    fn kind(&self) -> Kind {
+        Kind::Smdfm
+    }
+    fn period(&self) -> Frame {
+        5
+    }
+    fn consumes(&self) -> bool {
+        true
+    }
+    fn configure(&mut self, _: &RunConfig, _: &mut FrameOut) -> Result<(), String> {
+        *self = Self::default();
+        Ok(())
+    }
+    fn step(&mut self, frame: Frame, inputs: &FrameInputs, _: &mut FrameOut) {
+        assert!(inputs.pdus.iter().all(|(f, _)| *f <= frame && *f + 5 > frame));
+        self.steps.push(frame);
+        self.eaten.extend(inputs.pdus.iter().cloned());
+        self.outsiders += inputs.outsiders.len();
+    }
+    fn finish(&mut self, report: &mut FinalReport) {
+        let all: Vec<u8> = self
+            .eaten
+            .iter()
+            .flat_map(|(f, o)| f.to_le_bytes().into_iter().chain(o.iter().copied()))
+            .collect();
+        report.digests.push(("eaten".into(), super::digest::pdu_hash(&all)));
+        report.values.push(("steps".into(), self.steps.len() as f64));
+        report.values.push(("eaten".into(), self.eaten.len() as f64));
+        report.values.push(("foreign".into(), self.outsiders as f64));
+    }
+}
+
+enum Parcel {
+    Order(Order),
+    Report(String, Report),
+    Pdus(Vec<Octets>),
+    Repair(String, Repair),
+    Repaired(Repaired),
+}
+
+/// What a scenario does to the federation at a time: command, or death of a member.
+#[derive(Clone, Debug)]
+enum Act {
+    Command(Command),
+    Kill(&'static str),
+}
+
+struct Net {
+    now: u64,
+    random: u64,
+    loss_pct: u64,
+    parcels: BTreeMap<(u64, u64), (String, Parcel)>,
+    /// In-order delivery of must-arrive messages: (from, to) → earliest next delivery.
+    ordered: BTreeMap<(String, String), u64>,
+    sent: u64,
+    members: BTreeMap<String, Member>,
+    conductor: Conductor,
+    closed: Vec<ClosedRun>,
+    reached: Vec<(Phase, Frame)>,
+    answers: Vec<(bool, String)>,
+    exit: Option<u8>,
+}
+
+impl Net {
+    fn new(seed: u64, loss_pct: u64, rate: f64, batch: bool) -> Self {
+        let names = ["external-world", "traffic-generator"];
+        let config = ConductorConfig {
+            scene: "toy".into(),
+            scene_hash: 1,
+            version: "v".into(),
+            expected: vec!["external-world".into(), "smdfm".into(), "traffic-generator".into()],
+            producers: names.iter().map(|n| (*n).to_owned()).collect(),
+            generators: 1,
+            seed: 7,
+            step_ns: 50 * MS as i64,
+            start_utc_ns: 0,
+            last_frame: LAST,
+            rate,
+            autostart: true,
+            batch,
+            await_spectators: Vec::new(),
+            window: 8,
+            stall_ns: 2_000 * MS,
+        };
+        let mut net = Self {
+            now: 1,
+            random: seed | 1,
+            loss_pct,
+            parcels: BTreeMap::new(),
+            ordered: BTreeMap::new(),
+            sent: 0,
+            members: BTreeMap::new(),
+            conductor: Conductor::new(config),
+            closed: Vec::new(),
+            reached: Vec::new(),
+            answers: Vec::new(),
+            exit: None,
+        };
+        for name in names.into_iter().chain(["smdfm"]) {
+            let hello = Hello {
+                name: name.into(),
+                kind: if name == "smdfm" { Kind::Smdfm } else { Kind::TrafficGenerator },
+                pid: 1,
+                host: "h".into(),
+                version: "v".into(),
+                scene_hash: 1,
+            };
+            let mut decisions = Vec::new();
+            net.conductor.hello(net.now, hello, 0, &mut decisions);
+            let inc = decisions
+                .iter()
+                .find_map(|d| match d {
+                    Decision::Welcome(_, Welcome::Accepted { inc }) => Some(*inc),
+                    _ => None,
+                })
+                .expect("accepted");
+            let federate: Box<dyn Federate> = if name == "smdfm" {
+                Box::new(Consumer::default())
+            } else {
+                Box::new(Producer { name })
+            };
+            net.members.insert(name.into(), Member::new(federate, name, inc, || 0));
+            net.decide(decisions);
+        }
+        net
+    }
+
+    fn draw(&mut self, below: u64) -> u64 {
+        // xorshift: only the test's own dice.
+        self.random ^= self.random << 13;
+        self.random ^= self.random >> 7;
+        self.random ^= self.random << 17;
+        self.random % below
+    }
+
+    fn post(&mut self, from: &str, to: &str, parcel: Parcel, in_order: bool) {
+        let mut at = self.now + 10_000 + self.draw(3 * MS);
+        if in_order {
+            let earliest = self.ordered.entry((from.into(), to.into())).or_default();
+            at = at.max(*earliest + 1);
+            *earliest = at;
+        }
+        self.sent += 1;
+        self.parcels.insert((at, self.sent), (to.to_owned(), parcel));
+    }
+
+    fn decide(&mut self, decisions: Vec<Decision>) {
+        let names: Vec<String> = self.members.keys().cloned().collect();
+        for decision in decisions {
+            match decision {
+                Decision::Order(order) => {
+                    assert!(encode(&order).len() < 10_000);
+                    for name in &names {
+                        self.post("conductor", name, Parcel::Order(order.clone()), true);
+                    }
+                }
+                Decision::Closed(run) => self.closed.push(*run),
+                Decision::Reached { phase, frame, .. } => {
+                    self.reached.push((phase, frame));
+                    if phase == Phase::Frozen {
+                        // I4: frozen means that all stand at exactly this frame.
+                        for (name, member) in &self.members {
+                            assert_eq!(member.executed(), frame, "{name} at freeze");
+                        }
+                    }
+                }
+                Decision::Answer(_, answer) => self.answers.push((answer.ok, answer.text)),
+                Decision::Exit(code) => self.exit = Some(code),
+                Decision::Welcome(..) | Decision::State(_) => {}
+            }
+        }
+    }
+
+    fn act(&mut self, name: &str, effects: Vec<Effect>) {
+        for effect in effects {
+            match effect {
+                Effect::Send(pdus) => {
+                    for octets in pdus {
+                        for _ in 0..1 + self.draw(2) {
+                            if self.draw(100) >= self.loss_pct {
+                                self.post(name, "smdfm", Parcel::Pdus(vec![Arc::clone(&octets)]), false);
+                            }
+                        }
+                    }
+                }
+                Effect::Report(report) => {
+                    let parcel = |r: &Report| Parcel::Report(name.to_owned(), r.clone());
+                    self.post(name, "conductor", parcel(&report), true);
+                    if name != "smdfm" {
+                        self.post(name, "smdfm", parcel(&report), true);
+                    }
+                }
+                Effect::Repair { name: producer, repair } => {
+                    if self.draw(100) >= self.loss_pct {
+                        self.post(name, &producer, Parcel::Repair(name.into(), repair), false);
+                    }
+                }
+                Effect::Publish(_) | Effect::Exit(_) => {}
+            }
+        }
+    }
+
+    /// Runs until the federation exits or `until`, doing `acts` at their times.
+    fn run(&mut self, until: u64, mut acts: Vec<(u64, Act)>) {
+        acts.sort_by_key(|(at, _)| std::cmp::Reverse(*at));
+        while self.now < until && self.exit.is_none() {
+            let next_parcel = self.parcels.keys().next().map_or(u64::MAX, |(at, _)| *at);
+            let next_tick = self
+                .members
+                .values()
+                .filter_map(Member::deadline)
+                .min()
+                .unwrap_or(u64::MAX)
+                .min(self.conductor.deadline(self.now));
+            let next_act = acts.last().map_or(u64::MAX, |(at, _)| *at);
+            self.now = next_parcel.min(next_tick).min(next_act).max(self.now + 1);
+            while acts.last().is_some_and(|(at, _)| *at <= self.now) {
+                let (_, act) = acts.pop().expect("just seen");
+                let mut decisions = Vec::new();
+                match act {
+                    Act::Command(command) => {
+                        self.conductor.command(self.now, command, 9, &mut decisions);
+                    }
+                    Act::Kill(name) => {
+                        self.members.remove(name);
+                        let inc = self.conductor.state().members.iter().position(|m| m.name == name);
+                        assert!(inc.is_some());
+                        for inc in 1..=3 {
+                            self.conductor.alive(self.now, name, inc, false, &mut decisions);
+                        }
+                    }
+                }
+                self.decide(decisions);
+            }
+            while let Some((&key, _)) = self.parcels.first_key_value() {
+                if key.0 > self.now {
+                    break;
+                }
+                let (to, parcel) = self.parcels.remove(&key).expect("just seen");
+                self.deliver(&to, parcel);
+            }
+            let names: Vec<String> = self.members.keys().cloned().collect();
+            for name in names {
+                let mut effects = Vec::new();
+                let now = self.now;
+                self.members.get_mut(&name).expect("present").tick(now, &mut effects);
+                self.act(&name, effects);
+            }
+            let mut decisions = Vec::new();
+            self.conductor.tick(self.now, &mut decisions);
+            self.decide(decisions);
+            // I1 and I5: nobody executes more than was granted.
+            let granted = self.conductor.state();
+            for (name, member) in &self.members {
+                assert!(member.executed() <= LAST, "{name} beyond the run: {granted:?}");
+            }
+        }
+    }
+
+    fn deliver(&mut self, to: &str, parcel: Parcel) {
+        if to == "conductor" {
+            if let Parcel::Report(from, report) = parcel {
+                let mut decisions = Vec::new();
+                self.conductor.report(self.now, &from, report, &mut decisions);
+                self.decide(decisions);
+            }
+            return;
+        }
+        let now = self.now;
+        let Some(member) = self.members.get_mut(to) else { return };
+        let mut effects = Vec::new();
+        match parcel {
+            Parcel::Order(order) => member.order(order, &mut effects),
+            Parcel::Report(from, report) => member.report(now, &from, report, &mut effects),
+            Parcel::Pdus(pdus) => member.pdus(pdus, &mut effects),
+            Parcel::Repaired(repaired) => member.repaired(repaired, &mut effects),
+            Parcel::Repair(from, repair) => {
+                let repaired = member.repair(&repair);
+                self.post(to, &from, Parcel::Repaired(repaired), false);
+            }
+        }
+        self.act(to, effects);
+    }
+
+    fn value(&self, run: usize, key: &str) -> f64 {
+        let values = self.closed[run].reports.iter().flat_map(|r| &r.values);
+        values.filter(|(k, _)| k == key).map(|(_, v)| v).sum()
+    }
+
+    fn eaten_digest(&self, run: usize) -> u64 {
+        self.closed[run]
+            .reports
+            .iter()
+            .flat_map(|r| &r.digests)
+            .find(|(k, _)| k == "eaten")
+            .expect("the consumer reports it")
+            .1
+    }
+}
+
+const MINUTE: u64 = 60_000 * MS;
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    #[test]
+    fn what_the_consumer_eats_does_not_depend_on_loss_order_or_pace(
+        seed in 1u64.., loss in 0u64..40, paced in any::<bool>(),
+    ) {
+        let mut calm = Net::new(1, 0, f64::INFINITY, true);
+        calm.run(MINUTE, vec![]);
+        prop_assert_eq!(calm.exit, Some(0));
+        let rate = if paced { 4.0 } else { f64::INFINITY };
+        let mut net = Net::new(seed, loss, rate, true);
+        net.run(10 * MINUTE, vec![]);
+        prop_assert_eq!(net.exit, Some(0));
+        prop_assert_eq!(net.closed.len(), 1);
+        prop_assert_eq!(net.eaten_digest(0), calm.eaten_digest(0));
+        prop_assert_eq!(net.value(0, "steps"), (LAST / 5) as f64);
+    }
+
+    #[test]
+    fn freeze_step_resume_and_restart_leave_no_trace(seed in 1u64.., at in 20u64..1500) {
+        let mut calm = Net::new(1, 0, f64::INFINITY, true);
+        calm.run(MINUTE, vec![]);
+        let mut net = Net::new(seed, 10, 2.0, false);
+        net.run(MINUTE, vec![
+            (at * MS, Act::Command(Command::Freeze)),
+            ((at + 700) * MS, Act::Command(Command::Step { n: 3 })),
+            ((at + 1400) * MS, Act::Command(Command::Start)),
+            ((at + 1500) * MS, Act::Command(Command::Rate { rate: f64::INFINITY })),
+            ((at + 9000) * MS, Act::Command(Command::Restart)),
+            ((at + 9900) * MS, Act::Command(Command::Start)),
+        ]);
+        prop_assert_eq!(net.closed.len(), 2, "{:?} {:?}", net.reached, net.answers);
+        prop_assert!(net.answers.iter().all(|(ok, _)| *ok), "{:?}", net.answers);
+        for run in 0..2 {
+            prop_assert_eq!(net.eaten_digest(run), calm.eaten_digest(0));
+        }
+    }
+
+    #[test]
+    fn a_lost_producer_freezes_all_at_one_frame_and_says_so(
+        seed in 1u64.., at in 100u64..1200, consumer in any::<bool>(),
+    ) {
+        let name = if consumer { "smdfm" } else { "traffic-generator" };
+        let mut net = Net::new(seed, 10, 1.0, false);
+        net.run(at * MS + 20_000 * MS, vec![(at * MS, Act::Kill(name))]);
+        prop_assert_eq!(net.reached.last().map(|r| r.0), Some(Phase::Frozen), "{:?}", net.reached);
+        let state = net.conductor.state();
+        prop_assert!(state.reasons[0].contains(name), "{:?}", state.reasons);
+        let mut batch = Net::new(seed, 10, f64::INFINITY, true);
+        batch.run(MINUTE, vec![(3 * MS + at * 10_000, Act::Kill(name))]);
+        prop_assert_eq!(batch.exit, Some(1));
+    }
+}
+
+#[test]
+fn a_command_at_the_wrong_time_is_refused_with_what_is_possible() {
+    let mut net = Net::new(3, 0, 1.0, false);
+    net.run(500 * MS, vec![
+        (200 * MS, Act::Command(Command::Start)),
+        (210 * MS, Act::Command(Command::Step { n: 1 })),
+        (220 * MS, Act::Command(Command::Rate { rate: -1.0 })),
+    ]);
+    assert_eq!(net.answers.len(), 3);
+    assert!(net.answers.iter().all(|(ok, _)| !ok), "{:?}", net.answers);
+    assert!(net.answers[0].1.contains("freeze, stop"), "{:?}", net.answers);
+}
