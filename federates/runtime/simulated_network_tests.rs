@@ -227,7 +227,12 @@ impl Net {
                     for octets in pdus {
                         for _ in 0..1 + self.draw(2) {
                             if self.draw(100) >= self.loss_pct {
-                                self.post(name, "smdfm", Parcel::Pdus(vec![Arc::clone(&octets)]), false);
+                                self.post(
+                                    name,
+                                    "smdfm",
+                                    Parcel::Pdus(vec![Arc::clone(&octets)]),
+                                    false,
+                                );
                             }
                         }
                     }
@@ -272,7 +277,8 @@ impl Net {
                     }
                     Act::Kill(name) => {
                         self.members.remove(name);
-                        let inc = self.conductor.state().members.iter().position(|m| m.name == name);
+                        let inc =
+                            self.conductor.state().members.iter().position(|m| m.name == name);
                         assert!(inc.is_some());
                         for inc in 1..=3 {
                             self.conductor.alive(self.now, name, inc, false, &mut decisions);
@@ -407,11 +413,14 @@ proptest! {
 #[test]
 fn a_command_at_the_wrong_time_is_refused_with_what_is_possible() {
     let mut net = Net::new(3, 0, 1.0, false);
-    net.run(500 * MS, vec![
-        (200 * MS, Act::Command(Command::Start)),
-        (210 * MS, Act::Command(Command::Step { n: 1 })),
-        (220 * MS, Act::Command(Command::Rate { rate: -1.0 })),
-    ]);
+    net.run(
+        500 * MS,
+        vec![
+            (200 * MS, Act::Command(Command::Start)),
+            (210 * MS, Act::Command(Command::Step { n: 1 })),
+            (220 * MS, Act::Command(Command::Rate { rate: -1.0 })),
+        ],
+    );
     assert_eq!(net.answers.len(), 3);
     assert!(net.answers.iter().all(|(ok, _)| !ok), "{:?}", net.answers);
     assert!(net.answers[0].1.contains("freeze, stop"), "{:?}", net.answers);

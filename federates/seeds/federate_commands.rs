@@ -361,7 +361,13 @@ fn run_admin(args: &AdminArgs, scene: &Arc<Scene>) -> anyhow::Result<u8> {
         exercise,
         connect_timeout: PATIENCE,
     })?;
-    let gateway = admin_station::simman::Gateway::open(network, scene, exercise, config.seed, events.0.clone())?;
+    let gateway = admin_station::simman::Gateway::open(
+        network,
+        scene,
+        exercise,
+        config.seed,
+        events.0.clone(),
+    )?;
     let (name, step_ns) = (scene.name.clone(), scene.run.frame.0);
     Ok(admin_station::run(AdminContext {
         bus: Arc::new(bus),

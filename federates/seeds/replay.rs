@@ -93,7 +93,8 @@ pub fn with_smdfm(
             received += 1;
         }
     }
-    let mut report = FinalReport { run: 1, name: "smdfm".into(), frame: last_frame, ..Default::default() };
+    let mut report =
+        FinalReport { run: 1, name: "smdfm".into(), frame: last_frame, ..Default::default() };
     report.values.push(("pdus_received".into(), received as f64));
     smdfm.finish(&mut report);
     let producer = |name: &str, digest: Digest, values: Vec<(String, f64)>| FinalReport {
@@ -154,7 +155,8 @@ fn read(file: &Path, scene: &Scene, exercise: u8) -> anyhow::Result<Recorded> {
 impl Recorded {
     fn take(&mut self, received: &pdu::Received<'_>, scene: &Scene, time: FrameTime) {
         let site = scene.run.site;
-        let station = |id: pdu::records::EntityId| id.site == site && id.application == WORLD_APPLICATION;
+        let station =
+            |id: pdu::records::EntityId| id.site == site && id.application == WORLD_APPLICATION;
         let frame = time.frame_of(received.header().timestamp, self.last);
         let ours = match received.body() {
             Body::EntityState(state) => scene.traffic.entities.iter().any(|e| {
