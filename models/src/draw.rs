@@ -28,6 +28,8 @@ pub enum Purpose {
     Fluctuation = 3,
     /// Cell- and video-level draws.
     Cells = 4,
+    /// Reflections of a target at facades, one stream for all facades.
+    Ghosts = 5,
     /// White part of a satellite positioning error.
     GnssWhite = 10,
     /// Driving noise of a correlated positioning error.

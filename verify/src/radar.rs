@@ -1,6 +1,7 @@
 //! Checks of the radar vectors, and of those tracking vectors that are about waves.
 
 use crate::{CaseResult, Check, Judge};
+use models::effects::radar::Tally;
 use models::environment::fog::{self, FogLaw};
 use models::environment::mie::MieRain;
 use models::environment::rain::{self, RainLaw};
@@ -418,7 +419,8 @@ fn scene(c: &Case<'_>, judge: &mut Judge) -> Option<()> {
     let echo =
         Echo { ground_m, height_m: c.number("ht")?, extent_m: 0.0, rcs_m2: c.number("rcs")? };
     let target_m = Vector2::new(0.0, ground_m);
-    let budget = radar.budget(&radar.air(&weather), &levels, &echo, Vector2::zeros(), target_m);
+    let (air, site_m) = (radar.air(&weather), Vector2::zeros());
+    let budget = radar.budget(&air, &levels, &echo, site_m, target_m, &mut Tally::default());
     for (quantity, found) in [
         ("R", budget.range_m),
         ("gamma_total", budget.db_per_km),

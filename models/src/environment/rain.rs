@@ -145,9 +145,15 @@ pub fn drop_rejection_db(rain_mm_per_h: f64) -> f64 {
 /// `((r²−1)/(r²+1))²` through, oblate drops `10^(−ICR/10)`.
 #[must_use]
 pub fn circular_fraction(axial_ratio_db: f64, rain_mm_per_h: f64) -> f64 {
+    leaked_fraction(axial_ratio_db, drop_rejection_db(rain_mm_per_h))
+}
+
+/// The same from the rejection of the drops in dB.
+#[must_use]
+pub fn leaked_fraction(axial_ratio_db: f64, rejection_db: f64) -> f64 {
     // r = 10^(AR/20), so (r² − 1)/(r² + 1) = tanh(ln(10)·AR/20): no difference of near numbers.
     let leak = libm::tanh(std::f64::consts::LN_10 * axial_ratio_db / 20.0);
-    leak * leak + libm::pow(10.0, -0.1 * drop_rejection_db(rain_mm_per_h))
+    leak * leak + libm::pow(10.0, -0.1 * rejection_db)
 }
 
 /// A straight piece of a path with one rain rate.

@@ -1,18 +1,32 @@
 //! A surface movement radar (ASDE, SMR): truth and weather in, plots out.
+//!
+//! A scan has three passes: where each target is when the beam points at it; what each echo is worth
+//! in watts, with shadows; which echoes share a cell. Then every echo is detected and measured with
+//! the draws of its own target and scan.
+
+mod explain;
+mod looks;
 
 pub use super::asde_parameters::{AsdeParameters, DetectionRule, Energy, ParameterWarning};
 use super::config::ConfigError;
-use super::detection::{Detector, Swerling, to_db};
-use super::measurement::{angle_sigma, energy_ratio, quantised, range_sigma_m, to_cartesian};
+use super::detection::{Detector, PdTable, Swerling, from_db, to_db};
+use super::extended::{self, Centroid, ExtentLevel};
+use super::ghost::{Facade, facades};
+use super::measurement::{quantised, to_cartesian};
 use super::radar_equation::{Air, Budget, BudgetLevels, Echo, Radar};
+use super::shadow::{Building, SightLine, Skyline, Traffic, aircraft_obstacles};
 use super::{Cause, PlotSink, ScanInterval, Sensor, TargetClass, TargetState, Truth};
 use crate::draw::{DrawKey, Purpose, exponential, normal_pair, uniform};
+use crate::effects::radar::{
+    PdLevel, RadarEffect, RadarLevels, RadarPlan, RadarScene, ShadowLevel, Tally, TargetArea, plan,
+};
+use crate::effects::{PlanRow, Tolerance};
 use crate::environment::Weather;
 use crate::frames::{Azimuth, Vector2, wrap_pi};
 use crate::plot::{Plot, Polar, SensorId, SensorKind};
 use crate::time::SimTime;
-use rand::rngs::ChaCha8Rng;
-use std::f64::consts::TAU;
+use looks::Look;
+use std::sync::Arc;
 
 /// A surface movement radar at its place.
 #[derive(Clone, Debug)]
@@ -22,23 +36,54 @@ pub struct Asde {
     parameters: AsdeParameters,
     radar: Radar,
     detector: Detector,
+    table: PdTable,
     /// Ratio at which a plot is declared (rule `threshold`).
     required: f64,
     /// Least ratio in the accuracy formulas: a detected echo has at least this.
     least_ratio: f64,
-    levels: BudgetLevels,
+    buildings: Arc<[Building]>,
+    skyline: Skyline,
+    facades: Vec<Facade>,
+    tolerance: Tolerance,
+    /// Levels that no plan changes, for comparisons.
+    fixed: Option<RadarLevels>,
+    plan: Option<RadarPlan>,
     air: Option<Air>,
+    tally: Tally,
+    work: Work,
 }
 
-/// One look of the beam at one target.
+/// Space that is used again from scan to scan.
+#[derive(Clone, Debug, Default)]
+struct Work {
+    looks: Vec<Look>,
+    returns: Vec<Return>,
+    traffic: Traffic,
+    order: Vec<u32>,
+}
+
+/// One echo before detection.
 #[derive(Clone, Copy, Debug)]
-struct Look {
-    time: SimTime,
-    state: TargetState,
+struct Return {
+    look: Look,
+    budget: Budget,
+    /// Slant range and azimuth of the centre of the echo.
+    range_m: f64,
+    azimuth_rad: f64,
+    /// Where the reference point is seen.
+    bias_along_m: f64,
+    bias_across_m: f64,
+    glint_along_m: f64,
+    glint_across_m: f64,
+    /// Two-way loss by shadows, dB.
+    shadow_db: f64,
+    /// First of the echoes in the same cell, by place in the list; itself if it stands alone.
+    cell: u32,
 }
 
 impl Asde {
-    /// A radar with its antenna over `site_m` (east, north of the reference point).
+    /// A radar with its antenna over `site_m` (east, north of the reference point), in the open, at
+    /// the default tolerance.
     ///
     /// # Errors
     /// A parameter outside its limits.
@@ -55,168 +100,351 @@ impl Asde {
             radar: parameters.radar(),
             required: detector.required_snr(parameters.pd, parameters.swerling),
             least_ratio: detector.required_snr(0.1f64.max(2.0 * parameters.pfa), Swerling::Steady),
+            table: PdTable::new(&detector, parameters.swerling),
             detector,
-            levels: BudgetLevels::MIDDLE,
+            buildings: Arc::new([]),
+            skyline: Skyline::default(),
+            facades: Vec::new(),
+            tolerance: Tolerance::default(),
+            fixed: None,
+            plan: None,
             air: None,
+            tally: Tally::default(),
+            work: Work::default(),
             parameters,
         })
     }
 
-    /// Where the beam points at `time`, radians clockwise from north, in [0, 2π).
-    fn beam_rad(&self, time: SimTime) -> f64 {
-        let start = self.parameters.start_azimuth_deg / 360.0;
-        let turns = start + time.s() * self.parameters.turns_per_s();
-        (turns - turns.floor()) * TAU
+    /// The same radar among buildings.
+    #[must_use]
+    pub fn among(mut self, buildings: Arc<[Building]>) -> Self {
+        self.skyline = Skyline::new(&buildings, self.site_m);
+        self.facades = facades(&buildings, self.site_m, self.radar.carrier_ghz);
+        self.buildings = buildings;
+        self.plan = None;
+        self
     }
 
-    /// How far the beam has passed the target, in [0, 2π).
-    fn passed_rad(&self, time: SimTime, azimuth_rad: f64) -> f64 {
-        let passed = (self.beam_rad(time) - azimuth_rad).rem_euclid(TAU);
-        // Rounding may give 2π itself.
-        if passed >= TAU { 0.0 } else { passed }
+    /// The same radar planned for another tolerance.
+    #[must_use]
+    pub fn tolerating(mut self, tolerance: Tolerance) -> Self {
+        self.tolerance = tolerance;
+        self.plan = None;
+        self
     }
 
-    fn azimuth_rad(&self, state: &TargetState) -> f64 {
-        Azimuth::of(state.position_m.xy() - self.site_m).rad()
+    /// The same radar with the level of every effect given and nothing planned.
+    #[must_use]
+    pub fn at_levels(mut self, levels: RadarLevels) -> Self {
+        self.fixed = Some(levels);
+        self.plan = None;
+        self
     }
 
-    /// The looks at one target during the interval, in time order.
-    ///
-    /// The number of looks follows from the beam's angle past the target at both ends of the interval,
-    /// and the end of one interval is the beginning of the next: no look is lost or seen twice,
-    /// however the target moves across the beam's starting direction.
-    fn looks(&self, interval: &ScanInterval, truth: &dyn Truth, index: usize, out: &mut Vec<Look>) {
-        out.clear();
-        let (first, last) = (truth.at(index, interval.from), truth.at(index, interval.to));
-        let (Some(begin), Some(end)) = (first.or(last), last.or(first)) else { return };
-        let far = self.parameters.range_max_m;
-        let near = |state: &TargetState| {
-            let reach = far + 1000.0;
-            (state.position_m.xy() - self.site_m).norm_squared() < reach * reach
+    /// Its parameters.
+    #[must_use]
+    pub fn parameters(&self) -> &AsdeParameters {
+        &self.parameters
+    }
+
+    /// How often each effect was evaluated since the radar was made.
+    #[must_use]
+    pub fn tally(&self) -> &Tally {
+        &self.tally
+    }
+
+    /// The plan in force; `None` before the first scan.
+    #[must_use]
+    pub fn radar_plan(&self) -> Option<&RadarPlan> {
+        self.plan.as_ref()
+    }
+
+    /// Everything of the weather that a plan and a scan read.
+    #[must_use]
+    pub fn air(&self, weather: &Weather) -> Air {
+        self.radar.air(weather)
+    }
+
+    /// Where the targets are, as this radar's plan would reckon with.
+    #[must_use]
+    pub fn area(&self, truth: &dyn Truth, interval: &ScanInterval) -> TargetArea {
+        TargetArea::of(self.site_m, truth, interval)
+    }
+
+    /// The plan for targets within `area`, in `air`, at a tolerance.
+    #[must_use]
+    pub fn plan_for(&self, air: &Air, area: &TargetArea, tolerance: &Tolerance) -> RadarPlan {
+        let scene = RadarScene {
+            sensor: self.id,
+            site_m: self.site_m,
+            parameters: &self.parameters,
+            radar: &self.radar,
+            table: &self.table,
+            required: self.required,
+            least_ratio: self.least_ratio,
+            air,
+            buildings: &self.buildings,
+            area,
         };
-        if !near(&begin) && !near(&end) {
-            return;
+        let mut plan = plan(&scene, tolerance);
+        if let Some(levels) = self.fixed {
+            plan.levels = levels;
         }
-        let (azimuth_begin, azimuth_end) = (self.azimuth_rad(&begin), self.azimuth_rad(&end));
-        let passed_begin = self.passed_rad(interval.from, azimuth_begin);
-        let passed_end = self.passed_rad(interval.to, azimuth_end);
-        let duration_s = interval.to.since_s(interval.from);
-        let advance =
-            duration_s * self.parameters.turns_per_s() * TAU - wrap_pi(azimuth_end - azimuth_begin);
-        let looks = ((advance - (passed_end - passed_begin)) / TAU).round();
-        if advance <= 0.0 {
-            return;
-        }
-        for k in 1..=(looks.max(0.0) as u32) {
-            let fraction = (TAU * f64::from(k) - passed_begin) / advance;
-            let within = |time: SimTime| time.clamp(SimTime(interval.from.0 + 1), interval.to);
-            let mut time = within(interval.from.plus_s(fraction * duration_s));
-            let Some(mut state) = truth.at(index, time) else { continue };
-            // The azimuth moved meanwhile: once more with the target where it is then.
-            let miss = wrap_pi(self.azimuth_rad(&state) - self.beam_rad(time));
-            let correction_s = miss / advance * duration_s;
-            if correction_s.abs() > 1e-6 {
-                time = within(time.plus_s(correction_s));
-                let Some(moved) = truth.at(index, time) else { continue };
-                state = moved;
-            }
-            out.push(Look { time, state });
-        }
+        plan
     }
 
-    /// One look: budget, detection, measurement.
-    fn observe(
-        &self,
+    /// The budget of one look at one target, with shadows, and where its echo is centred. `None`
+    /// outside the display range, and where nothing of the target returns an echo.
+    fn echo(
+        &mut self,
         air: &Air,
+        plan: &RadarPlan,
+        truth: &dyn Truth,
+        traffic: &Traffic,
         look: &Look,
-        class: &TargetClass,
-        rng: &mut ChaCha8Rng,
-    ) -> Option<Measured> {
-        let offset = look.state.position_m.xy() - self.site_m;
+    ) -> Option<Return> {
+        let class = truth.class(look.index);
+        let state = &look.state;
+        let offset = state.position_m.xy() - self.site_m;
         let ground_m = offset.norm();
+        let azimuth_rad = Azimuth::of(offset).rad();
         // The echo comes from the middle of the body; a body on the surface stands half its height above it.
-        let height_m = look.state.position_m.z.max(0.5 * class.height_m);
-        let echo = Echo { ground_m, height_m, extent_m: class.height_m, rcs_m2: class.rcs_m2 };
-        let target_m = look.state.position_m.xy();
-        let budget = self.radar.budget(air, &self.levels, &echo, self.site_m, target_m);
-        // All draws of a look are taken in this order whether it is detected or not.
-        let chance = uniform(rng);
-        let (normal_range, normal_azimuth) = normal_pair(rng);
-        if budget.range_m < self.parameters.range_min_m
-            || budget.range_m > self.parameters.range_max_m
-        {
+        let height_m = state.position_m.z.max(0.5 * class.height_m);
+        let down_m = self.radar.antenna_m - height_m;
+        let slant_m = (ground_m * ground_m + down_m * down_m).sqrt();
+        if self.apparent_m(&plan.levels, slant_m).is_none() {
             return None;
         }
-        let ratio = self.detection_ratio(&budget);
-        let detected = match self.parameters.detection {
-            DetectionRule::Threshold => ratio >= self.required,
-            DetectionRule::Bernoulli => {
-                chance < self.detector.probability(ratio, self.parameters.swerling)
-            }
-        };
-        let plot = detected.then(|| {
-            let (sigma_range_m, sigma_azimuth_rad) = self.sigmas(budget.scnr(), budget.reflected);
-            let azimuth = Azimuth::of(offset).rad();
-            self.plot(
-                look.time,
-                budget.range_m + sigma_range_m * normal_range,
-                azimuth + sigma_azimuth_rad * normal_azimuth,
-                sigma_range_m,
-                sigma_azimuth_rad,
-                to_db(budget.scnr()),
-            )
-        });
-        Some(Measured { plot })
+        let levels = &plan.levels;
+        let shadow_db = self.shadow_db(levels, truth, traffic, look, azimuth_rad, ground_m, height_m)?;
+        let covered = plan.area.covers(ground_m, height_m, class.rcs_m2, class.height_m);
+        let fixed = self.fixed.is_some();
+        let budget_levels =
+            if fixed || (covered && shadow_db == 0.0) { levels.budget } else { BudgetLevels::EXACT };
+        let centroid = self.centroid(levels.extent, class, azimuth_rad, state.heading_rad)?;
+        let echo =
+            Echo { ground_m, height_m, extent_m: class.height_m, rcs_m2: centroid.rcs_m2 };
+        let mut budget = self.radar.budget(
+            air,
+            &budget_levels,
+            &echo,
+            self.site_m,
+            state.position_m.xy(),
+            &mut self.tally,
+        );
+        if shadow_db > 0.0 {
+            budget.signal_w *= from_db(-shadow_db);
+        }
+        // Along and across are on the ground; the range grows by the projection.
+        let slope = ground_m / budget.range_m;
+        Some(Return {
+            look: *look,
+            range_m: budget.range_m + centroid.bias_along_m * slope,
+            azimuth_rad: azimuth_rad + centroid.bias_across_m / ground_m.max(1.0),
+            budget,
+            bias_along_m: centroid.bias_along_m,
+            bias_across_m: centroid.bias_across_m,
+            glint_along_m: centroid.glint_along_m * slope,
+            glint_across_m: centroid.glint_across_m,
+            shadow_db,
+            cell: 0,
+        })
     }
 
-    /// Signal to clutter and noise in front of the detector.
-    fn detection_ratio(&self, budget: &Budget) -> f64 {
+    fn centroid(
+        &mut self,
+        level: ExtentLevel,
+        class: &TargetClass,
+        azimuth_rad: f64,
+        heading_rad: f64,
+    ) -> Option<Centroid> {
+        if level == ExtentLevel::Centroid {
+            self.tally.count(RadarEffect::Extent);
+        }
+        extended::centroid(level, class, extended::view_rad(azimuth_rad, heading_rad))
+    }
+
+    /// The range at which an echo from `slant_m` appears, if that is displayed.
+    fn apparent_m(&self, levels: &RadarLevels, slant_m: f64) -> Option<f64> {
+        let p = &self.parameters;
+        let unambiguous = p.unambiguous_m();
+        let mut range_m = slant_m;
+        if levels.second_trace && slant_m > unambiguous {
+            range_m -= (slant_m / unambiguous).floor() * unambiguous;
+        }
+        (range_m >= p.range_min_m && range_m <= p.range_max_m).then_some(range_m)
+    }
+
+    /// Two-way loss by buildings and aircraft on the sight line; `None` where it is cut and the level
+    /// knows only in sight or not.
+    #[expect(clippy::too_many_arguments, reason = "all parts of one look, already computed")]
+    fn shadow_db(
+        &mut self,
+        levels: &RadarLevels,
+        truth: &dyn Truth,
+        traffic: &Traffic,
+        look: &Look,
+        azimuth_rad: f64,
+        ground_m: f64,
+        height_m: f64,
+    ) -> Option<f64> {
+        let line = SightLine {
+            site_m: self.site_m,
+            antenna_m: self.radar.antenna_m,
+            target_m: look.state.position_m.xy(),
+            height_m,
+            wavelength_m: self.radar.wavelength_m,
+        };
+        let mut loss_db = 0.0;
+        if levels.buildings != ShadowLevel::None {
+            for index in self.skyline.before(azimuth_rad, ground_m) {
+                self.tally.count(RadarEffect::BuildingShadow);
+                let building = &self.buildings[index];
+                let found = line.behind(&building.footprint_m, building.height_m);
+                match levels.buildings {
+                    ShadowLevel::Binary if found.blocked => return None,
+                    ShadowLevel::KnifeEdge => loss_db += found.loss_db,
+                    _ => {}
+                }
+            }
+        }
+        if levels.aircraft != ShadowLevel::None {
+            for index in traffic.before(&line, azimuth_rad, ground_m) {
+                if index == look.index {
+                    continue;
+                }
+                let Some(state) = truth.at(index, look.time) else { continue };
+                let class = truth.class(index);
+                let place_m = state.position_m.xy();
+                // An aircraft as near as its own size stands beside the target, not before it.
+                let before = (place_m - self.site_m).norm();
+                if before + 0.5 * class.length_m >= ground_m || state.position_m.z > class.height_m {
+                    continue;
+                }
+                self.tally.count(RadarEffect::AircraftShadow);
+                let obstacles =
+                    aircraft_obstacles(place_m, state.heading_rad, class.length_m, class.height_m);
+                let mut least = 0.0f64;
+                for (corners, top_m) in &obstacles {
+                    let found = line.behind(corners, *top_m);
+                    match levels.aircraft {
+                        ShadowLevel::Binary if found.blocked => return None,
+                        ShadowLevel::KnifeEdge => least = least.max(found.loss_db),
+                        _ => {}
+                    }
+                }
+                loss_db += least;
+            }
+        }
+        Some(2.0 * loss_db)
+    }
+
+    /// Echoes in one range and azimuth cell become one: signals add, the centre is that of the power.
+    /// The first by target key keeps the echo and its draws.
+    fn merge(&mut self, returns: &mut [Return], order: &mut Vec<u32>) {
+        order.clear();
+        order.extend(0..returns.len() as u32);
+        order.sort_by(|&a, &b| {
+            let (a, b) = (&returns[a as usize], &returns[b as usize]);
+            a.range_m.total_cmp(&b.range_m).then(a.look.index.cmp(&b.look.index))
+        });
+        for (i, r) in returns.iter_mut().enumerate() {
+            r.cell = i as u32;
+        }
+        let (cell_m, beam) = (self.radar.cell_m, self.radar.pattern.azimuth_rad);
+        for (place, &first) in order.iter().enumerate() {
+            for &second in &order[place + 1..] {
+                let (a, b) = (&returns[first as usize], &returns[second as usize]);
+                if b.range_m - a.range_m >= cell_m {
+                    break;
+                }
+                self.tally.count(RadarEffect::Merging);
+                let same_turn = (a.look.time.since_s(b.look.time) * self.parameters.turns_per_s())
+                    .abs()
+                    < 0.5;
+                let apart = wrap_pi(a.azimuth_rad - b.azimuth_rad).abs();
+                if same_turn && apart < beam && a.look.index != b.look.index {
+                    let (root_a, root_b) = (root(returns, first), root(returns, second));
+                    let (low, high) = (root_a.min(root_b), root_a.max(root_b));
+                    returns[high as usize].cell = low;
+                }
+            }
+        }
+        for i in 0..returns.len() as u32 {
+            let head = root(returns, i);
+            returns[i as usize].cell = head;
+            if head != i {
+                let member = returns[i as usize];
+                let r = &mut returns[head as usize];
+                let total = r.budget.signal_w + member.budget.signal_w;
+                if total > 0.0 {
+                    let share = member.budget.signal_w / total;
+                    r.range_m += share * (member.range_m - r.range_m);
+                    r.azimuth_rad += share * wrap_pi(member.azimuth_rad - r.azimuth_rad);
+                }
+                r.budget.signal_w = total;
+            }
+        }
+    }
+
+    /// Whether an echo is detected.
+    fn detected(&mut self, levels: &RadarLevels, budget: &Budget, chance: f64) -> bool {
         let correlation = self.parameters.rain_correlation();
-        budget.signal_w / (budget.noise_w + budget.rain_w * correlation + budget.ground_w)
+        let ratio =
+            budget.signal_w / (budget.noise_w + budget.rain_w * correlation + budget.ground_w);
+        self.tally.count(RadarEffect::Detection);
+        match self.parameters.detection {
+            DetectionRule::Threshold => ratio >= self.required,
+            DetectionRule::Bernoulli => {
+                let pd = match levels.pd {
+                    PdLevel::Exact => self.detector.probability(ratio, self.parameters.swerling),
+                    PdLevel::Table => self.table.at(ratio),
+                    PdLevel::Albersheim => self.detector.albersheim(ratio),
+                };
+                chance < pd
+            }
+        }
     }
 
     /// Thermal standard deviations of range (m) and azimuth (rad).
     fn sigmas(&self, scnr: f64, reflected: f64) -> (f64, f64) {
         let p = &self.parameters;
-        let pulse = energy_ratio(scnr.max(self.least_ratio), p.bandwidth_hz, p.pulse_s);
-        let (energy, factor) = match p.energy {
-            Energy::SinglePulse => (pulse, 1.0),
-            Energy::Dwell { factor } => (pulse * p.dwell_energy(), factor),
-        };
-        let beam = self.radar.pattern.azimuth_rad;
-        let thermal = factor * angle_sigma(beam, energy);
-        let coupled = p.reflection_coupling * reflected * beam;
+        let (range_m, azimuth_rad) = p.thermal_sigmas(scnr.max(self.least_ratio));
+        let coupled = p.reflection_coupling * reflected * self.radar.pattern.azimuth_rad;
         (
-            factor * range_sigma_m(p.pulse_s, p.bandwidth_hz, energy),
-            if coupled == 0.0 { thermal } else { libm::hypot(thermal, coupled) },
+            range_m,
+            if coupled == 0.0 { azimuth_rad } else { libm::hypot(azimuth_rad, coupled) },
         )
     }
 
     /// The plot of a measured slant range and azimuth: quantised, on the ground, with its covariance.
-    fn plot(
-        &self,
-        time: SimTime,
-        range_m: f64,
-        azimuth_rad: f64,
-        sigma_range_m: f64,
-        sigma_azimuth_rad: f64,
-        scnr_db: f64,
-    ) -> Plot {
+    fn plot(&mut self, levels: &RadarLevels, time: SimTime, measured: Polar, scnr_db: f64) -> Plot {
         let p = &self.parameters;
-        let azimuth_step = p.azimuth_step_deg.to_radians();
-        let range_m = quantised(range_m, p.range_step_m);
-        let azimuth_rad = wrap_pi(quantised(azimuth_rad, azimuth_step));
+        let (range_step, azimuth_step) = if levels.quantisation {
+            self.tally.count(RadarEffect::Quantisation);
+            (p.range_step_m, p.azimuth_step_deg.to_radians())
+        } else {
+            (0.0, 0.0)
+        };
         let with_step = |sigma: f64, step: f64| {
             if step == 0.0 { sigma } else { (sigma * sigma + step * step / 12.0).sqrt() }
         };
-        let sigma_range_m = with_step(sigma_range_m, p.range_step_m);
-        let sigma_azimuth_rad = with_step(sigma_azimuth_rad, azimuth_step);
+        let polar = Polar {
+            range_m: quantised(measured.range_m, range_step),
+            azimuth_rad: wrap_pi(quantised(measured.azimuth_rad, azimuth_step)),
+            sigma_range_m: with_step(measured.sigma_range_m, range_step),
+            sigma_azimuth_rad: with_step(measured.sigma_azimuth_rad, azimuth_step),
+        };
         let down = p.antenna_height_m - p.assumed_height_m;
         // A range shorter than the height is reported below the antenna; its error is then all range.
-        let ground_m = (range_m * range_m - down * down).max(0.0).sqrt();
-        let slope = range_m / ground_m.max(0.1 * range_m);
-        let cartesian =
-            to_cartesian(ground_m, azimuth_rad, sigma_range_m * slope, sigma_azimuth_rad);
+        let ground_m = (polar.range_m * polar.range_m - down * down).max(0.0).sqrt();
+        let slope = polar.range_m / ground_m.max(0.1 * polar.range_m);
+        let cartesian = to_cartesian(
+            ground_m,
+            polar.azimuth_rad,
+            polar.sigma_range_m * slope,
+            polar.sigma_azimuth_rad,
+        );
         Plot {
             sensor: self.id,
             kind: SensorKind::Asde,
@@ -227,61 +455,218 @@ impl Asde {
             along_m2: cartesian.along_m2,
             across_m2: cartesian.across_m2,
             altitude_m: None,
-            polar: Some(Polar { range_m, azimuth_rad, sigma_range_m, sigma_azimuth_rad }),
+            polar: Some(polar),
             identity: None,
             scnr_db: Some(scnr_db),
         }
     }
 
+    /// Detects and measures one echo; all draws in a fixed order, whatever is switched on.
+    fn measure(
+        &mut self,
+        levels: &RadarLevels,
+        r: &Return,
+        rng: &mut rand::rngs::ChaCha8Rng,
+    ) -> Option<(Plot, Draws)> {
+        let chance = uniform(rng);
+        let normal = normal_pair(rng);
+        if !self.detected(levels, &r.budget, chance) {
+            // The glint's draws belong to the detected only: they are the last of a look, and a second
+            // look within one scan has its own key.
+            return None;
+        }
+        let glint = if levels.glint && r.glint_along_m + r.glint_across_m > 0.0 {
+            self.tally.count(RadarEffect::Glint);
+            normal_pair(rng)
+        } else {
+            (0.0, 0.0)
+        };
+        let scnr = r.budget.scnr();
+        let (thermal_range_m, thermal_azimuth_rad) = self.sigmas(scnr, r.budget.reflected);
+        let mut draws = Draws {
+            range_m: 0.0,
+            azimuth_rad: 0.0,
+            glint_along_m: r.glint_along_m * glint.0,
+            glint_across_m: r.glint_across_m * glint.1,
+        };
+        if levels.thermal_range {
+            self.tally.count(RadarEffect::ThermalRange);
+            draws.range_m = thermal_range_m * normal.0;
+        }
+        if levels.thermal_azimuth {
+            self.tally.count(RadarEffect::ThermalAzimuth);
+            draws.azimuth_rad = thermal_azimuth_rad * normal.1;
+        }
+        let slant_m = r.range_m + draws.range_m + draws.glint_along_m;
+        let ground_m = r.budget.range_m.max(1.0);
+        let with_glint = |thermal: f64, glint: f64| {
+            if levels.glint { (thermal * thermal + glint * glint).sqrt() } else { thermal }
+        };
+        let measured = Polar {
+            range_m: self.apparent_m(levels, slant_m)?,
+            azimuth_rad: r.azimuth_rad + draws.azimuth_rad + draws.glint_across_m / ground_m,
+            sigma_range_m: with_glint(thermal_range_m, r.glint_along_m),
+            sigma_azimuth_rad: with_glint(thermal_azimuth_rad, r.glint_across_m / ground_m),
+        };
+        Some((self.plot(levels, r.look.time, measured, to_db(scnr)), draws))
+    }
+
     /// Expected false alarms of an interval: cells within the display range times their probability.
     #[must_use]
     pub fn false_alarms_per(&self, duration_s: f64) -> f64 {
-        let p = &self.parameters;
-        let cells = TAU / self.radar.pattern.azimuth_rad
-            * ((p.range_max_m - p.range_min_m) / self.radar.cell_m);
-        p.pfa * cells * duration_s * p.turns_per_s()
+        self.parameters.false_alarms_per_s() * duration_s
     }
 
-    fn false_alarms(&self, interval: &ScanInterval, out: &mut Vec<Plot>) {
-        let key = DrawKey {
-            run_seed: interval.run_seed,
-            sensor: u32::from(self.id.0),
-            entity: 0,
-            scan: interval.scan,
-        };
-        let mut rng = key.rng(Purpose::FalseAlarms);
+    fn false_alarms(&mut self, levels: &RadarLevels, interval: &ScanInterval, out: &mut Vec<Plot>) {
+        let mut rng = self.key(interval, 0).rng(Purpose::FalseAlarms);
         let duration_s = interval.to.since_s(interval.from);
-        let p = &self.parameters;
         let ratio = self.required;
         let (sigma_range_m, sigma_azimuth_rad) = self.sigmas(ratio, 0.0);
         // A Poisson process: gaps are exponential, so the alarms come in time order.
         let rate = self.false_alarms_per(1.0);
         let mut late_s = 0.0;
+        self.tally.count(RadarEffect::FalseAlarms);
         loop {
             late_s += exponential(&mut rng) / rate;
             if late_s > duration_s {
                 return;
             }
             let along = uniform(&mut rng);
-            let time =
-                interval.from.plus_s(late_s).clamp(SimTime(interval.from.0 + 1), interval.to);
-            let range_m = p.range_min_m + along * (p.range_max_m - p.range_min_m);
-            let azimuth = self.beam_rad(time);
-            out.push(self.plot(
-                time,
-                range_m,
-                azimuth,
+            let time = interval.from.plus_s(late_s).clamp(SimTime(interval.from.0 + 1), interval.to);
+            let (near, far) = (self.parameters.range_min_m, self.parameters.range_max_m);
+            let measured = Polar {
+                range_m: near + along * (far - near),
+                azimuth_rad: self.beam_rad(time),
                 sigma_range_m,
                 sigma_azimuth_rad,
-                to_db(ratio),
-            ));
+            };
+            out.push(self.plot(levels, time, measured, to_db(ratio)));
+        }
+    }
+
+    fn key(&self, interval: &ScanInterval, entity: u64) -> DrawKey {
+        DrawKey {
+            run_seed: interval.run_seed,
+            sensor: u32::from(self.id.0),
+            entity,
+            scan: interval.scan,
+        }
+    }
+
+    /// Ghosts of one target in all facades: the double bounce in the direction of the facade, and the
+    /// mixed path in both directions.
+    fn ghosts(
+        &mut self,
+        air: &Air,
+        levels: &RadarLevels,
+        interval: &ScanInterval,
+        truth: &dyn Truth,
+        index: usize,
+        out: &mut Vec<(Plot, f64)>,
+    ) {
+        let Some(state) = truth.at(index, interval.to) else { return };
+        let class = truth.class(index);
+        let mut rng = None;
+        for f in 0..self.facades.len() {
+            let facade = self.facades[f];
+            let height = |state: &TargetState| state.position_m.z.max(0.5 * class.height_m);
+            let antenna_m = self.radar.antenna_m;
+            let wavelength_m = self.radar.wavelength_m;
+            let mirror = |state: &TargetState| {
+                facade.ghost(antenna_m, state.position_m.xy(), height(state), wavelength_m)
+            };
+            let Some(at_end) = mirror(&state) else { continue };
+            let key = self.key(interval, truth.key(index));
+            let rng = rng.get_or_insert_with(|| key.rng(Purpose::Ghosts));
+            let to_facade = Azimuth::of(at_end.point_m - self.site_m);
+            let to_target = Azimuth::of(state.position_m.xy() - self.site_m);
+            for (azimuth, direct) in [(to_facade, false), (to_target, true)] {
+                let Some(time) = self.pass(interval, azimuth.rad()) else { continue };
+                let Some(now) = truth.at(index, time) else { continue };
+                let Some(ghost) = mirror(&now) else { continue };
+                self.tally.count(RadarEffect::Ghosts);
+                let offset = now.position_m.xy() - self.site_m;
+                let down_m = antenna_m - height(&now);
+                let direct_m = libm::hypot(offset.norm(), down_m);
+                let apart =
+                    Azimuth::of(offset).minus(Azimuth::of(ghost.point_m - self.site_m));
+                let off_beam = self.radar.pattern.azimuth(apart);
+                // Amplitude² of one reflection, and of the other way being longer.
+                let once = ghost.reflection * ghost.reflection;
+                let spread = (direct_m / ghost.path_m) * (direct_m / ghost.path_m);
+                // Both orders of the mixed path arrive together: amplitudes add.
+                let mixed = 4.0 * once * spread * off_beam;
+                let beam = if direct { Azimuth::of(offset) } else { Azimuth::of(ghost.point_m - self.site_m) };
+                let mut ways = vec![(0.5 * (direct_m + ghost.path_m), mixed)];
+                if !direct {
+                    ways.push((ghost.path_m, once * once * spread * spread));
+                }
+                for (range_m, power) in ways {
+                    let chance = uniform(rng);
+                    let normal = normal_pair(rng);
+                    let Some(range_m) = self.apparent_m(levels, range_m) else { continue };
+                    let ground_m = (range_m * range_m - down_m * down_m).max(1.0).sqrt();
+                    let echo = Echo {
+                        ground_m,
+                        height_m: height(&now),
+                        extent_m: class.height_m,
+                        rcs_m2: class.rcs_m2,
+                    };
+                    let place_m = self.site_m + beam.unit() * ground_m;
+                    let b = levels.budget;
+                    let mut budget =
+                        self.radar.budget(air, &b, &echo, self.site_m, place_m, &mut self.tally);
+                    // The budget at the ghost's range already has its spreading loss.
+                    let again = range_m / direct_m;
+                    budget.signal_w *= power * again * again * again * again;
+                    if !self.detected(levels, &budget, chance) {
+                        continue;
+                    }
+                    let scnr = budget.scnr();
+                    let (sigma_range_m, sigma_azimuth_rad) = self.sigmas(scnr, budget.reflected);
+                    let measured = Polar {
+                        range_m: range_m + sigma_range_m * normal.0,
+                        azimuth_rad: beam.rad() + sigma_azimuth_rad * normal.1,
+                        sigma_range_m,
+                        sigma_azimuth_rad,
+                    };
+                    out.push((self.plot(levels, time, measured, to_db(scnr)), to_db(power)));
+                }
+            }
+        }
+    }
+
+    /// The plan in force for this scan: a new one where the weather or the traffic's area changed.
+    fn replan(
+        &mut self,
+        air: &Air,
+        new_air: bool,
+        truth: &dyn Truth,
+        interval: &ScanInterval,
+        area: Option<TargetArea>,
+    ) -> RadarPlan {
+        let area = area.unwrap_or_else(|| TargetArea::of(self.site_m, truth, interval));
+        match self.plan.take() {
+            Some(plan) if !new_air && plan.area == area => plan,
+            _ => self.plan_for(air, &area, &self.tolerance),
         }
     }
 }
 
-/// What one look within the display range gave.
-struct Measured {
-    plot: Option<Plot>,
+/// What was drawn for one plot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Draws {
+    range_m: f64,
+    azimuth_rad: f64,
+    glint_along_m: f64,
+    glint_across_m: f64,
+}
+
+fn root(returns: &[Return], mut i: u32) -> u32 {
+    while returns[i as usize].cell != i {
+        i = returns[i as usize].cell;
+    }
+    i
 }
 
 impl Sensor for Asde {
@@ -293,6 +678,14 @@ impl Sensor for Asde {
         SensorKind::Asde
     }
 
+    fn plan(&self) -> &[PlanRow] {
+        self.plan.as_ref().map_or(&[], |plan| &plan.rows)
+    }
+
+    fn evaluations(&self) -> Vec<(&'static str, u64)> {
+        RadarEffect::ALL.iter().map(|&e| (e.name(), self.tally.of(e))).collect()
+    }
+
     fn scan(
         &mut self,
         interval: &ScanInterval,
@@ -300,48 +693,71 @@ impl Sensor for Asde {
         weather: &Weather,
         out: &mut PlotSink,
     ) {
-        let air = match self.air.take() {
-            Some(air) if air.weather == *weather => air,
-            _ => self.radar.air(weather),
+        let (air, new_air) = match self.air.take() {
+            Some(air) if air.weather == *weather => (air, false),
+            _ => (self.radar.air(weather), true),
         };
-        let mut sequence = 0;
-        let mut looks = Vec::with_capacity(2);
-        for index in 0..truth.len() {
-            self.looks(interval, truth, index, &mut looks);
-            if looks.is_empty() {
-                continue;
-            }
-            let key = DrawKey {
-                run_seed: interval.run_seed,
-                sensor: u32::from(self.id.0),
-                entity: truth.key(index),
-                scan: interval.scan,
-            };
-            // One stream per target and scan; a second look takes the numbers after the first.
-            let mut rng = key.rng(Purpose::RadarReturn);
-            for look in &looks {
-                let measured = self.observe(&air, look, truth.class(index), &mut rng);
-                out.looks += u64::from(measured.is_some());
-                if let Some(mut plot) = measured.and_then(|m| m.plot) {
-                    plot.sequence = sequence;
-                    sequence += 1;
-                    out.plots.push(plot);
-                    out.causes.push(Cause {
-                        key: Some(truth.key(index)),
-                        truth_m: Some(look.state.position_m.xy()),
-                        effects: Vec::new(),
-                    });
-                }
+        let mut work = std::mem::take(&mut self.work);
+        let area = self.find_looks(interval, truth, &mut work.looks, &mut work.traffic);
+        let plan = self.replan(&air, new_air, truth, interval, Some(area));
+        let levels = plan.levels;
+        work.traffic.finish();
+        work.returns.clear();
+        for look in &work.looks {
+            if let Some(found) = self.echo(&air, &plan, truth, &work.traffic, look) {
+                work.returns.push(found);
             }
         }
-        let mut alarms = Vec::new();
-        self.false_alarms(interval, &mut alarms);
-        for mut plot in alarms {
+        out.looks += work.returns.len() as u64;
+        if levels.merging {
+            self.merge(&mut work.returns, &mut work.order);
+        } else {
+            (0..).zip(&mut work.returns).for_each(|(i, r)| r.cell = i);
+        }
+        let mut sequence = 0;
+        let mut add = |out: &mut PlotSink, mut plot: Plot, cause: Cause| {
             plot.sequence = sequence;
             sequence += 1;
             out.plots.push(plot);
-            out.causes.push(Cause::default());
+            out.causes.push(cause);
+        };
+        for (i, r) in (0..).zip(&work.returns) {
+            if r.cell != i {
+                continue;
+            }
+            let entity = truth.key(r.look.index);
+            // One stream per target and scan; a second look within the scan is keyed by its number.
+            let mut key = self.key(interval, entity);
+            key.sensor |= u32::from(r.look.number) << 16;
+            let mut rng = key.rng(Purpose::RadarReturn);
+            if let Some((plot, draws)) = self.measure(&levels, r, &mut rng) {
+                let effects = if out.explain {
+                    self.explain(&air, &plan, truth.class(r.look.index), r, &draws, &plot)
+                } else {
+                    Vec::new()
+                };
+                let truth_m = Some(r.look.state.position_m.xy());
+                add(out, plot, Cause { key: Some(entity), truth_m, effects });
+            }
         }
+        if levels.ghosts && !self.facades.is_empty() {
+            let mut found = Vec::new();
+            for index in 0..truth.len() {
+                self.ghosts(&air, &levels, interval, truth, index, &mut found);
+            }
+            for (plot, power_db) in found {
+                add(out, plot, Cause { key: None, truth_m: None, effects: explain::ghost(power_db) });
+            }
+        }
+        if levels.false_alarms {
+            let mut alarms = Vec::new();
+            self.false_alarms(&levels, interval, &mut alarms);
+            for plot in alarms {
+                add(out, plot, Cause::default());
+            }
+        }
+        self.work = work;
+        self.plan = Some(plan);
         self.air = Some(air);
     }
 }

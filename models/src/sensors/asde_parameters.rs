@@ -3,6 +3,7 @@
 use super::antenna::Pattern;
 use super::config::{ConfigError, number};
 use super::detection::{Swerling, from_db};
+use super::measurement::{angle_sigma, energy_ratio, range_sigma_m};
 use super::radar_equation::{Polarisation, Radar, RadarNumbers};
 use crate::environment::fog::FogLaw;
 use crate::environment::rain::RainLaw;
@@ -221,6 +222,34 @@ impl AsdeParameters {
         n / (1.0 + (n - 1.0) * (1.0 / (self.prf_hz * decorrelation_s)).min(1.0))
     }
 
+    /// Range at which the next pulse leaves, m: echoes from beyond appear nearer by this.
+    #[must_use]
+    pub fn unambiguous_m(&self) -> f64 {
+        0.5 * SPEED_OF_LIGHT / self.prf_hz
+    }
+
+    /// Expected false alarms per second: cells within the display range times their probability.
+    #[must_use]
+    pub fn false_alarms_per_s(&self) -> f64 {
+        let cells = 360.0 / self.azimuth_beamwidth_deg
+            * ((self.range_max_m - self.range_min_m) / (0.5 * SPEED_OF_LIGHT * self.pulse_s));
+        self.pfa * cells * self.turns_per_s()
+    }
+
+    /// Thermal standard deviations of range (m) and azimuth (rad) at a signal to clutter and noise ratio.
+    #[must_use]
+    pub fn thermal_sigmas(&self, scnr: f64) -> (f64, f64) {
+        let pulse = energy_ratio(scnr, self.bandwidth_hz, self.pulse_s);
+        let (energy, factor) = match self.energy {
+            Energy::SinglePulse => (pulse, 1.0),
+            Energy::Dwell { factor } => (pulse * self.dwell_energy(), factor),
+        };
+        (
+            factor * range_sigma_m(self.pulse_s, self.bandwidth_hz, energy),
+            factor * angle_sigma(self.azimuth_beamwidth_deg.to_radians(), energy),
+        )
+    }
+
     /// The numbers as the budget wants them.
     #[must_use]
     pub fn radar(&self) -> Radar {
@@ -256,6 +285,7 @@ impl AsdeParameters {
             roughness_m: self.roughness_m,
             rain_top_m: self.rain_top_m,
             fog_law: self.fog_law,
+            beam: std::cell::OnceCell::new(),
             rain_law: RainLaw::new(self.carrier_ghz, 0.0, self.polarisation.tilt_rad()),
         }
     }

@@ -229,6 +229,56 @@ impl Detector {
     }
 }
 
+/// The probability of detection of one detector and one fluctuation, in a table over decibels.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PdTable {
+    pd: Vec<f64>,
+    steepest_per_db: f64,
+}
+
+/// First entry, dB.
+const TABLE_FROM_DB: f64 = -30.0;
+/// Entries per dB.
+const TABLE_PER_DB: f64 = 20.0;
+/// Entries: up to 70 dB.
+const TABLE_LEN: usize = 2001;
+
+impl PdTable {
+    /// Largest difference to the exact probability (see the test of this name).
+    pub const ERROR: f64 = 2e-4;
+
+    /// Tabulates the exact form: 2001 evaluations, about 1 ms.
+    #[must_use]
+    pub fn new(detector: &Detector, swerling: Swerling) -> Self {
+        let db = |i: usize| TABLE_FROM_DB + i as f64 / TABLE_PER_DB;
+        let pd: Vec<f64> =
+            (0..TABLE_LEN).map(|i| detector.probability(from_db(db(i)), swerling)).collect();
+        let steepest = pd.windows(2).fold(0.0, |m, w| f64::max(m, (w[1] - w[0]).abs()));
+        Self { pd, steepest_per_db: 1.02 * steepest * TABLE_PER_DB }
+    }
+
+    /// Probability at a ratio.
+    #[must_use]
+    pub fn at(&self, ratio: f64) -> f64 {
+        self.at_db(to_db(ratio))
+    }
+
+    /// Probability at a ratio in dB; its ends beyond the table.
+    #[must_use]
+    pub fn at_db(&self, db: f64) -> f64 {
+        let place = ((db - TABLE_FROM_DB) * TABLE_PER_DB).clamp(0.0, (TABLE_LEN - 1) as f64);
+        let index = (place as usize).min(TABLE_LEN - 2);
+        let share = place - index as f64;
+        self.pd[index] + share * (self.pd[index + 1] - self.pd[index])
+    }
+
+    /// Upper bound of the slope, per dB.
+    #[must_use]
+    pub fn steepest_per_db(&self) -> f64 {
+        self.steepest_per_db
+    }
+}
+
 /// Power ratio of decibels.
 #[must_use]
 pub fn from_db(db: f64) -> f64 {

@@ -13,6 +13,7 @@ pub mod dynamic;
 pub mod extended;
 pub mod gauss_markov;
 pub mod geometry;
+pub mod ghost;
 pub mod gps;
 pub mod induction_loop;
 pub mod measurement;
@@ -137,6 +138,14 @@ pub trait Sensor: Send {
     fn id(&self) -> crate::plot::SensorId;
     /// Its kind.
     fn kind(&self) -> crate::plot::SensorKind;
+    /// Its effect plan, for sensors that have one; empty before the first scan.
+    fn plan(&self) -> &[crate::effects::PlanRow] {
+        &[]
+    }
+    /// How often each effect was evaluated so far, in the order of the plan.
+    fn evaluations(&self) -> Vec<(&'static str, u64)> {
+        Vec::new()
+    }
     /// Looks at the truth during `interval` and appends what it reports.
     fn scan(
         &mut self,

@@ -4,12 +4,15 @@ use super::antenna::Pattern;
 use super::detection::from_db;
 use super::geometry::{RoundEarth, TwoPaths};
 use super::propagation;
+use crate::effects::radar::{RadarEffect, Tally};
 use crate::environment::fog::{self, FogLaw};
+use crate::environment::mie::MieRain;
 use crate::environment::rain::{self, RainLaw};
 use crate::environment::surface::{self, Fresnel, Material, Roughness};
 use crate::environment::{SPEED_OF_LIGHT, Weather, gas, wavelength_m};
 use crate::frames::Vector2;
 use nalgebra::Complex;
+use std::cell::OnceCell;
 use std::f64::consts::{FRAC_PI_4, PI};
 
 /// Boltzmann's constant, J/K.
@@ -70,8 +73,6 @@ pub enum RainPath {
     None,
     /// Proportional to the rain rate, the heaviest rain everywhere.
     Linear,
-    /// ITU-R P.838, the heaviest rain everywhere: an upper bound for cells, exact for uniform rain.
-    Uniform,
     /// ITU-R P.838 along the path through the cells.
     Cells,
     /// Mie extinction of the drop spectrum along the path through the cells.
@@ -141,6 +142,15 @@ impl BudgetLevels {
         film: true,
         round_earth: false,
     };
+
+    /// The most exact level of everything.
+    pub const EXACT: Self = Self {
+        rain: RainPath::Mie,
+        rain_echo: RainEcho::Mie,
+        reflection: Reflection::Extended,
+        round_earth: true,
+        ..Self::MIDDLE
+    };
 }
 
 /// What the budget needs of a radar and its surroundings, ready for use.
@@ -178,6 +188,34 @@ pub struct Radar {
     pub fog_law: FogLaw,
     /// Rain attenuation at this carrier and polarisation.
     pub rain_law: RainLaw,
+    /// Exact integral of the beam above ground, made when it is first asked for.
+    pub beam: OnceCell<BeamTable>,
+}
+
+/// A function of the range on logarithmic steps, interpolated linearly: 0.002 dB at its worst.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BeamTable(Vec<f64>);
+
+/// Least range of the table, m.
+const BEAM_FROM_M: f64 = 15.0;
+/// Steps per factor e of range.
+const BEAM_STEPS: f64 = 48.0;
+
+impl BeamTable {
+    fn new(f: impl Fn(f64) -> f64) -> Self {
+        // To 60 km: e^8.3 · 15 m.
+        let count = (8.3 * BEAM_STEPS) as u32;
+        let at = |i: u32| BEAM_FROM_M * libm::exp(f64::from(i) / BEAM_STEPS);
+        Self((0..=count).map(|i| f(at(i))).collect())
+    }
+
+    fn at(&self, range_m: f64) -> f64 {
+        let last = self.0.len() - 2;
+        let place = (libm::log(range_m / BEAM_FROM_M) * BEAM_STEPS).max(0.0);
+        let index = (place as usize).min(last);
+        let share = (place - index as f64).clamp(0.0, 1.0);
+        self.0[index] + share * (self.0[index + 1] - self.0[index])
+    }
 }
 
 /// Plain numbers from which a [`Radar`] is made; validated elsewhere.
@@ -237,10 +275,10 @@ pub struct Air {
     pub surface: Complex<f64>,
     /// Permittivity of the water film.
     pub film: Complex<f64>,
-    /// Uniform rain.
-    pub uniform: RainAir,
-    /// The heaviest rain anywhere.
-    pub heaviest: RainAir,
+    /// Every rain rate of the weather once: the uniform one first, cells with heavier rain after it.
+    rains: Vec<RainAir>,
+    /// Attenuation of the heaviest rain by the straight line.
+    linear_db_per_km: f64,
 }
 
 /// What one rain rate does at this radar's carrier.
@@ -248,10 +286,77 @@ pub struct Air {
 pub struct RainAir {
     /// Rain rate, mm/h.
     pub rain_mm_per_h: f64,
-    /// Attenuation, dB/km one way.
+    /// Attenuation by the power law, dB/km one way.
     pub db_per_km: f64,
-    /// Reflectivity, m²/m³, times what the polarisation lets through.
+    /// Attenuation by Mie's theory, dB/km one way.
+    pub mie_db_per_km: f64,
+    /// Reflectivity of Rayleigh drops, m²/m³, times what the polarisation lets through.
     pub echo: f64,
+    /// Reflectivity by Mie's theory, likewise.
+    pub mie_echo: f64,
+}
+
+impl Air {
+    /// The uniform rain.
+    #[must_use]
+    pub fn uniform(&self) -> &RainAir {
+        &self.rains[0]
+    }
+
+    /// The heaviest rain anywhere.
+    #[must_use]
+    pub fn heaviest(&self) -> &RainAir {
+        let heavier = |a: &&RainAir, b: &&RainAir| a.rain_mm_per_h.total_cmp(&b.rain_mm_per_h);
+        self.rains.iter().max_by(heavier).unwrap_or(&self.rains[0])
+    }
+
+    /// A rain rate of this weather.
+    fn rain(&self, rain_mm_per_h: f64) -> &RainAir {
+        let same = |r: &&RainAir| r.rain_mm_per_h == rain_mm_per_h;
+        self.rains.iter().find(same).unwrap_or(&self.rains[0])
+    }
+
+    /// Attenuation of the heaviest rain by the straight line of the cheap level, dB/km.
+    #[must_use]
+    pub fn linear_db_per_km(&self) -> f64 {
+        self.linear_db_per_km
+    }
+
+    /// Most that rain attenuates anywhere by any form, dB/km.
+    #[must_use]
+    pub fn worst_rain_db_per_km(&self) -> f64 {
+        self.rains.iter().fold(0.0, |m, r| f64::max(m, r.db_per_km.max(r.mie_db_per_km)))
+    }
+
+    /// Least that rain attenuates anywhere by any form, dB/km.
+    #[must_use]
+    pub fn least_rain_db_per_km(&self) -> f64 {
+        let least = |m, r: &RainAir| f64::min(m, r.db_per_km.min(r.mie_db_per_km));
+        self.rains.iter().fold(f64::INFINITY, least)
+    }
+
+    /// Largest difference between the two forms, dB/km.
+    #[must_use]
+    pub fn mie_difference_db_per_km(&self) -> f64 {
+        let difference = |m, r: &RainAir| f64::max(m, (r.db_per_km - r.mie_db_per_km).abs());
+        self.rains.iter().fold(0.0, difference)
+    }
+
+    /// Most that any rain returns by any form, m²/m³.
+    #[must_use]
+    pub fn worst_rain_echo(&self) -> f64 {
+        self.rains.iter().fold(0.0, |m, r| f64::max(m, r.echo.max(r.mie_echo)))
+    }
+
+    /// By how much Mie's echo is above and below Rayleigh's at most, dB, both positive.
+    #[must_use]
+    pub fn mie_echo_db(&self) -> (f64, f64) {
+        let wet = self.rains.iter().filter(|r| r.echo > 0.0);
+        wet.fold((0.0, 0.0), |(up, down), r| {
+            let db = 10.0 * libm::log10(r.mie_echo / r.echo);
+            (f64::max(up, db), f64::max(down, -db))
+        })
+    }
 }
 
 /// One target for the budget.
@@ -311,16 +416,21 @@ impl Budget {
 }
 
 impl Radar {
-    /// Everything of `weather` that is the same for all targets.
+    /// Everything of `weather` that is the same for all targets. Costs about 0.3 ms per rain rate.
     #[must_use]
     pub fn air(&self, weather: &Weather) -> Air {
-        let heaviest = weather.heaviest_mm_per_h();
         let (oxygen, vapour) = gas::specific_db_per_km(
             self.carrier_ghz,
             weather.pressure_hpa,
             weather.vapour_g_per_m3,
             weather.temperature_k,
         );
+        let mut rates = vec![weather.rain_mm_per_h];
+        for cell in &weather.cells {
+            if cell.rain_mm_per_h > rates[0] && !rates.contains(&cell.rain_mm_per_h) {
+                rates.push(cell.rain_mm_per_h);
+            }
+        }
         Air {
             fog_db_per_km: fog::specific_db_per_km(
                 self.carrier_ghz,
@@ -332,18 +442,27 @@ impl Radar {
             gas_constant_db_per_km: gas::constant_db_per_km(self.carrier_ghz),
             surface: self.surface.permittivity(self.carrier_ghz),
             film: fog::water_permittivity(self.carrier_ghz, weather.temperature_k),
-            uniform: self.rain_air(weather.rain_mm_per_h),
-            heaviest: self.rain_air(heaviest),
+            linear_db_per_km: self.rain_law.linear_db_per_km(weather.heaviest_mm_per_h()),
+            rains: rates.into_iter().map(|rate| self.rain_air(rate)).collect(),
             weather: weather.clone(),
         }
     }
 
     fn rain_air(&self, rain_mm_per_h: f64) -> RainAir {
+        let mie = MieRain::new(self.carrier_ghz, rain_mm_per_h);
+        let fraction = self.polarisation_fraction(rain_mm_per_h);
+        let mie_fraction = match self.polarisation {
+            Polarisation::Circular => {
+                rain::leaked_fraction(self.axial_ratio_db, mie.drop_rejection_db)
+            }
+            Polarisation::Horizontal | Polarisation::Vertical => 1.0,
+        };
         RainAir {
             rain_mm_per_h,
             db_per_km: self.rain_law.specific_db_per_km(rain_mm_per_h),
-            echo: rain::reflectivity(self.carrier_ghz, rain_mm_per_h)
-                * self.polarisation_fraction(rain_mm_per_h),
+            mie_db_per_km: mie.db_per_km,
+            echo: rain::reflectivity(self.carrier_ghz, rain_mm_per_h) * fraction,
+            mie_echo: mie.reflectivity * mie_fraction,
         }
     }
 
@@ -364,14 +483,15 @@ impl Radar {
         echo: &Echo,
         site_m: Vector2<f64>,
         target_m: Vector2<f64>,
+        tally: &mut Tally,
     ) -> Budget {
         let paths = TwoPaths::flat(echo.ground_m, self.antenna_m, echo.height_m);
         let range_m = paths.direct_m;
         let elevation = self.pattern.elevation(paths.depression_rad);
-        let (db_per_km, rain_here) = self.attenuation(air, levels, site_m, target_m);
+        let (db_per_km, rain_here) = self.attenuation(air, levels, site_m, target_m, tally);
         let attenuation =
             if db_per_km == 0.0 { 1.0 } else { from_db(-2.0 * db_per_km * range_m / 1000.0) };
-        let reflection = self.reflection(air, levels, echo, &paths, elevation);
+        let reflection = self.reflection(air, levels, echo, &paths, elevation, tally);
         let spread = self.constant * attenuation / (range_m * range_m * range_m * range_m);
         let signal_w = spread
             * echo.rcs_m2
@@ -379,8 +499,13 @@ impl Radar {
             * elevation
             * elevation
             * reflection.propagation;
-        let rain_m2 = self.rain_m2(levels, rain_here, air, range_m);
-        let ground_m2 = if levels.ground_echo { self.ground_m2(range_m) } else { 0.0 };
+        let rain_m2 = self.rain_m2(levels, &rain_here, air, range_m, tally);
+        let ground_m2 = if levels.ground_echo {
+            tally.count(RadarEffect::GroundClutter);
+            self.ground_m2(range_m)
+        } else {
+            0.0
+        };
         Budget {
             range_m,
             db_per_km,
@@ -404,25 +529,38 @@ impl Radar {
         levels: &BudgetLevels,
         site_m: Vector2<f64>,
         target_m: Vector2<f64>,
+        tally: &mut Tally,
     ) -> (f64, RainAir) {
         let cells = !air.weather.cells.is_empty();
         let rain_here = if cells && levels.rain_echo != RainEcho::None {
-            let rate = air.weather.rain_at(target_m);
-            if rate == air.uniform.rain_mm_per_h { air.uniform } else { self.rain_air(rate) }
+            *air.rain(air.weather.rain_at(target_m))
         } else {
-            air.uniform
+            *air.uniform()
         };
-        let law = &self.rain_law;
+        if levels.rain != RainPath::None {
+            tally.count(RadarEffect::RainAttenuation);
+        }
         let rain = match levels.rain {
             RainPath::None => 0.0,
-            RainPath::Linear => law.linear_db_per_km(air.heaviest.rain_mm_per_h),
-            RainPath::Uniform => air.heaviest.db_per_km,
-            RainPath::Cells | RainPath::Mie if !cells => air.uniform.db_per_km,
-            RainPath::Cells | RainPath::Mie => {
-                rain::path_mean(&air.weather, site_m, target_m, |r| law.specific_db_per_km(r))
+            RainPath::Linear => air.linear_db_per_km,
+            RainPath::Cells if !cells => air.uniform().db_per_km,
+            RainPath::Cells => {
+                rain::path_mean(&air.weather, site_m, target_m, |r| air.rain(r).db_per_km)
+            }
+            RainPath::Mie if !cells => air.uniform().mie_db_per_km,
+            RainPath::Mie => {
+                rain::path_mean(&air.weather, site_m, target_m, |r| air.rain(r).mie_db_per_km)
             }
         };
-        let fog = if levels.fog { air.fog_db_per_km } else { 0.0 };
+        let fog = if levels.fog {
+            tally.count(RadarEffect::Fog);
+            air.fog_db_per_km
+        } else {
+            0.0
+        };
+        if levels.gas != GasLevel::None {
+            tally.count(RadarEffect::Gases);
+        }
         let gas = match levels.gas {
             GasLevel::None => 0.0,
             GasLevel::Constant => air.gas_constant_db_per_km,
@@ -431,23 +569,56 @@ impl Radar {
         (rain + fog + gas, rain_here)
     }
 
-    fn rain_m2(&self, levels: &BudgetLevels, rain: RainAir, air: &Air, range_m: f64) -> f64 {
-        if rain.rain_mm_per_h == 0.0 && air.heaviest.rain_mm_per_h == 0.0 {
+    fn rain_m2(
+        &self,
+        levels: &BudgetLevels,
+        rain: &RainAir,
+        air: &Air,
+        range_m: f64,
+        tally: &mut Tally,
+    ) -> f64 {
+        if levels.rain_echo == RainEcho::None {
             return 0.0;
         }
+        tally.count(RadarEffect::RainClutter);
         let (echo, integral) = match levels.rain_echo {
-            RainEcho::None => return 0.0,
-            RainEcho::FullBeam => (air.heaviest.echo, self.pattern.rain_integral_bound()),
-            RainEcho::Closed | RainEcho::Mie if rain.rain_mm_per_h == 0.0 => return 0.0,
-            RainEcho::Closed => {
+            RainEcho::FullBeam => (air.heaviest().echo, self.pattern.rain_integral_bound()),
+            _ if rain.rain_mm_per_h == 0.0 => return 0.0,
+            RainEcho::Mie => (rain.mie_echo, self.exact_rain_integral(range_m)),
+            RainEcho::None | RainEcho::Closed => {
                 (rain.echo, self.pattern.rain_integral(range_m, self.antenna_m, self.rain_top_m))
             }
-            RainEcho::Mie => (
-                rain.echo,
-                self.pattern.rain_integral_exact(range_m, self.antenna_m, self.rain_top_m),
-            ),
         };
         echo * self.cell_m * range_m * range_m * self.pattern.two_way_azimuth_rad() * integral
+    }
+
+    /// The exact integral of the beam above ground, from the table where the radar has one.
+    fn exact_rain_integral(&self, range_m: f64) -> f64 {
+        let quadrature =
+            |r: f64| self.pattern.rain_integral_exact(r, self.antenna_m, self.rain_top_m);
+        self.beam.get_or_init(|| BeamTable::new(quadrature)).at(range_m)
+    }
+
+    /// Upper bound of the beam's integral over every range, side lobes included, rad.
+    #[must_use]
+    pub fn rain_integral_bound(&self) -> f64 {
+        self.pattern.rain_integral_bound() * 1.01 + self.pattern.floor * self.pattern.floor * PI
+    }
+
+    /// What the side lobes add to the rain's echo at most, up to `far_m`, dB.
+    #[must_use]
+    pub fn floor_db(&self, far_m: f64) -> f64 {
+        let beam = self.pattern.rain_integral(far_m, self.antenna_m, self.rain_top_m);
+        10.0 * libm::log10(1.0 + self.pattern.floor * self.pattern.floor * PI / beam)
+    }
+
+    /// Upper bound of the ground's cross section at `near_m` and beyond, m².
+    #[must_use]
+    pub fn ground_m2_bound(&self, near_m: f64) -> f64 {
+        let sin = (self.antenna_m / near_m).min(1.0);
+        let cos = (1.0 - sin * sin).sqrt().max(libm::cos(89.9f64.to_radians()));
+        let patch = self.antenna_m * self.pattern.two_way_azimuth_rad() * self.cell_m / cos;
+        self.ground_gamma * patch * self.circular_factor
     }
 
     /// Cross section of the ground in one cell, m²: `σ⁰ = γ·sin ψ` over the patch.
@@ -475,25 +646,38 @@ impl Radar {
         echo: &Echo,
         paths: &TwoPaths,
         elevation: f64,
+        tally: &mut Tally,
     ) -> Reflected {
         if levels.reflection == Reflection::None {
             return Reflected { propagation: 1.0, strength: 0.0 };
         }
+        tally.count(RadarEffect::SurfaceReflection);
         let (mut grazing, mut difference, mut divergence) =
             (paths.grazing_rad, paths.difference_m, 1.0);
         if levels.round_earth {
+            tally.count(RadarEffect::RoundEarth);
             let round = RoundEarth::new(echo.ground_m, self.antenna_m, echo.height_m);
             (grazing, difference, divergence) =
                 (round.grazing_rad, round.difference_m, round.divergence);
         }
+        if levels.film && air.weather.film_mm > 0.0 {
+            tally.count(RadarEffect::WaterFilm);
+        }
+        if levels.reflected == ReflectedPolarisation::Own {
+            tally.count(RadarEffect::ReflectedPolarisation);
+        }
         let gamma = self.surface_coefficient(air, levels, grazing);
-        let rough = if self.roughness_m == 0.0 {
+        let rough = if self.roughness_m == 0.0 || levels.roughness == Roughness::Smooth {
             1.0
         } else {
+            tally.count(RadarEffect::Roughness);
             levels.roughness.factor(self.roughness_m, self.wavelength_m, grazing)
         };
         let gain = (self.pattern.elevation(grazing) / elevation).sqrt();
         let strength = surface::modulus(gamma) * rough * divergence * gain;
+        if matches!(levels.reflection, Reflection::Coherent | Reflection::Extended) {
+            tally.count(RadarEffect::Lobing);
+        }
         let phase = || {
             surface::argument(gamma) - propagation::path_phase_rad(difference, self.wavelength_m)
         };

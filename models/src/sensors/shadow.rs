@@ -63,6 +63,21 @@ impl Building {
         (0..n).map(move |i| (self.footprint_m[i], self.footprint_m[(i + 1) % n]))
     }
 
+    /// Distance of its nearest corner or wall from a place, m.
+    #[must_use]
+    pub fn nearest_m(&self, place_m: Vector2<f64>) -> f64 {
+        let to_wall = |(a, b): (Vector2<f64>, Vector2<f64>)| {
+            let along = b - a;
+            let length2 = along.norm_squared();
+            let share = if length2 > 0.0 { (place_m - a).dot(&along) / length2 } else { 0.0 };
+            (a + along * share.clamp(0.0, 1.0) - place_m).norm()
+        };
+        if self.contains(place_m) {
+            return 0.0;
+        }
+        self.walls().map(to_wall).fold(f64::INFINITY, f64::min)
+    }
+
     /// Area of the footprint, m².
     #[must_use]
     pub fn area_m2(&self) -> f64 {
@@ -77,5 +92,332 @@ impl Building {
                 && place_m.x < a.x + (place_m.y - a.y) / (b.y - a.y) * (b.x - a.x)
         });
         crossings.count() % 2 == 1
+    }
+}
+
+/// The straight line from an antenna to an echo.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SightLine {
+    /// Foot of the antenna, airport frame, m.
+    pub site_m: Vector2<f64>,
+    /// Height of the antenna, m.
+    pub antenna_m: f64,
+    /// Foot of the echo, m.
+    pub target_m: Vector2<f64>,
+    /// Height of the echo, m.
+    pub height_m: f64,
+    /// Wavelength, m.
+    pub wavelength_m: f64,
+}
+
+/// What an obstacle does to a sight line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Obstruction {
+    /// Whether the straight line is cut.
+    pub blocked: bool,
+    /// One-way diffraction loss, dB; zero or more.
+    pub loss_db: f64,
+}
+
+impl Obstruction {
+    /// A free line.
+    pub const FREE: Self = Self { blocked: false, loss_db: 0.0 };
+}
+
+impl SightLine {
+    /// An obstacle with vertical walls (`corners` in order) up to `height_m` on the line.
+    ///
+    /// Where the line crosses the footprint, the wave goes over the roof or round either side: the
+    /// knife edge with the least loss counts. Where it passes beside, only the nearer edge does, and
+    /// only if the wall is as high as the line there.
+    #[must_use]
+    pub fn behind(&self, corners: &[Vector2<f64>], height_m: f64) -> Obstruction {
+        let way = self.target_m - self.site_m;
+        let d = way.norm();
+        if d < self.wavelength_m {
+            return Obstruction::FREE;
+        }
+        let along = way / d;
+        let height_at = |s: f64| self.antenna_m + (self.height_m - self.antenna_m) * s / d;
+        // Corners in coordinates along the line and to its left.
+        let local = |corner: &Vector2<f64>| {
+            let offset = corner - self.site_m;
+            (offset.dot(&along), along.perp(&offset))
+        };
+        let parameter = |h: f64, s: f64| knife_edge_parameter(h, s, d - s, self.wavelength_m);
+        let mut roof = f64::NEG_INFINITY;
+        let mut blocked = false;
+        let (mut left, mut right) = ((f64::NEG_INFINITY, 0.0), (f64::INFINITY, 0.0));
+        let mut nearest = (f64::INFINITY, 0.0);
+        let Some(last) = corners.last() else { return Obstruction::FREE };
+        let mut before = local(last);
+        for corner in corners {
+            let here = local(corner);
+            if (before.1 > 0.0) != (here.1 > 0.0) {
+                let s = before.0 - before.1 * (here.0 - before.0) / (here.1 - before.1);
+                if s > 0.0 && s < d {
+                    let above = height_m - height_at(s);
+                    roof = roof.max(parameter(above, s));
+                    blocked |= above > 0.0;
+                }
+            }
+            if here.0 > 0.0 && here.0 < d {
+                if here.1 > left.0 {
+                    left = (here.1, here.0);
+                }
+                if here.1 < right.0 {
+                    right = (here.1, here.0);
+                }
+                if here.1.abs() < nearest.0 {
+                    nearest = (here.1.abs(), here.0);
+                }
+            }
+            before = here;
+        }
+        if roof > f64::NEG_INFINITY {
+            let mut loss_db = knife_edge_db(roof);
+            for (offset, s) in [left, (-right.0, right.1)] {
+                if loss_db > 0.0 && offset.is_finite() && offset >= 0.0 {
+                    loss_db = loss_db.min(knife_edge_db(parameter(offset, s)));
+                }
+            }
+            return Obstruction { blocked, loss_db };
+        }
+        let (offset, s) = nearest;
+        if offset.is_finite() && height_at(s) < height_m {
+            return Obstruction { blocked: false, loss_db: knife_edge_db(parameter(-offset, s)) };
+        }
+        Obstruction::FREE
+    }
+}
+
+/// Buildings around one radar, found by sector.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Skyline {
+    sectors: Vec<Vec<u32>>,
+    near_m: Vec<f64>,
+}
+
+/// Sectors of the table.
+const SECTORS: usize = 512;
+
+/// The sector of an azimuth.
+fn sector(azimuth_rad: f64) -> usize {
+    let turn = azimuth_rad / std::f64::consts::TAU;
+    (((turn - turn.floor()) * SECTORS as f64) as usize).min(SECTORS - 1)
+}
+
+/// The sectors within `half_rad` of an azimuth.
+fn sectors_around(azimuth_rad: f64, half_rad: f64) -> impl Iterator<Item = usize> {
+    let width = std::f64::consts::TAU / SECTORS as f64;
+    let reach = ((half_rad / width).ceil() as usize).min(SECTORS / 2);
+    let middle = sector(azimuth_rad);
+    (0..(2 * reach + 1).min(SECTORS)).map(move |i| (middle + SECTORS - reach + i) % SECTORS)
+}
+
+impl Skyline {
+    /// The table for an antenna over `site_m`.
+    #[must_use]
+    pub fn new(buildings: &[Building], site_m: Vector2<f64>) -> Self {
+        if buildings.is_empty() {
+            return Self::default();
+        }
+        let mut sectors = vec![Vec::new(); SECTORS];
+        let mut near_m = Vec::new();
+        for (index, building) in buildings.iter().enumerate() {
+            let near = building.nearest_m(site_m);
+            near_m.push(near);
+            let n = building.footprint_m.len() as f64;
+            let centre = building.footprint_m.iter().sum::<Vector2<f64>>() / n;
+            let middle = crate::frames::Azimuth::of(centre - site_m);
+            let mut half = 0.0f64;
+            for corner in &building.footprint_m {
+                let azimuth = crate::frames::Azimuth::of(corner - site_m);
+                half = half.max(azimuth.minus(middle).abs());
+            }
+            // An edge reaches a few metres into the light beside it.
+            half += libm::atan2(10.0, near.max(1.0));
+            if near < 10.0 {
+                half = std::f64::consts::PI;
+            }
+            for s in sectors_around(middle.rad(), half) {
+                sectors[s].push(index as u32);
+            }
+        }
+        Self { sectors, near_m }
+    }
+
+    /// Buildings that may stand before a target at this azimuth and ground distance.
+    pub fn before(&self, azimuth_rad: f64, ground_m: f64) -> impl Iterator<Item = usize> + '_ {
+        let list = self.sectors.get(sector(azimuth_rad)).map_or(&[][..], Vec::as_slice);
+        list.iter().map(|&i| i as usize).filter(move |&i| self.near_m[i] < ground_m)
+    }
+}
+
+/// Aircraft that may shadow others in one scan, found by sector and distance.
+#[derive(Clone, Debug, Default)]
+pub struct Traffic {
+    sectors: Vec<Vec<(f64, u32)>>,
+    highest_m: f64,
+    longest_m: f64,
+}
+
+impl Traffic {
+    /// Forgets everything, for a new scan.
+    pub fn clear(&mut self) {
+        self.sectors.resize(SECTORS, Vec::new());
+        self.sectors.iter_mut().for_each(Vec::clear);
+        (self.highest_m, self.longest_m) = (0.0, 0.0);
+    }
+
+    /// Adds an aircraft by azimuth and distance; `reach_m` covers its size and its way within the scan.
+    pub fn add(&mut self, index: usize, azimuth_rad: f64, ground_m: f64, top_m: f64, reach_m: f64) {
+        let half = libm::atan2(reach_m, ground_m.max(reach_m));
+        for s in sectors_around(azimuth_rad, half) {
+            self.sectors[s].push((ground_m, index as u32));
+        }
+        self.highest_m = self.highest_m.max(top_m);
+        self.longest_m = self.longest_m.max(reach_m);
+    }
+
+    /// Sorts by distance; to be called after the last [`Self::add`].
+    pub fn finish(&mut self) {
+        let order = |a: &(f64, u32), b: &(f64, u32)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
+        self.sectors.iter_mut().for_each(|list| list.sort_by(order));
+    }
+
+    /// Aircraft near enough before a target to reach up into its sight line.
+    pub fn before(
+        &self,
+        line: &SightLine,
+        azimuth_rad: f64,
+        ground_m: f64,
+    ) -> impl Iterator<Item = usize> + '_ {
+        let list = self.sectors.get(sector(azimuth_rad)).map_or(&[][..], Vec::as_slice);
+        let fall = line.antenna_m - line.height_m;
+        let nearest_m = if fall > 0.0 {
+            ground_m * ((line.antenna_m - self.highest_m) / fall).max(0.0) - self.longest_m
+        } else {
+            0.0
+        };
+        let from = list.partition_point(|entry| entry.0 < nearest_m);
+        let to = list.partition_point(|entry| entry.0 < ground_m + self.longest_m);
+        list[from.min(to)..to].iter().map(|entry| entry.1 as usize)
+    }
+}
+
+/// Fuselage and fin of an aircraft as obstacles: corners and height of each.
+///
+/// The fuselage is a box of a tenth of the length in width and 45 % of the height over all; the fin
+/// stands over the last eighth of the length. Shapes assumed after common layouts.
+#[must_use]
+pub fn aircraft_obstacles(
+    place_m: Vector2<f64>,
+    heading_rad: f64,
+    length_m: f64,
+    height_m: f64,
+) -> [([Vector2<f64>; 4], f64); 2] {
+    let (sin, cos) = libm::sincos(heading_rad);
+    let (ahead, right) = (Vector2::new(sin, cos), Vector2::new(cos, -sin));
+    let rectangle = |from: f64, to: f64, half: f64| {
+        [(from, -half), (to, -half), (to, half), (from, half)]
+            .map(|(x, y)| place_m + ahead * (x * length_m) + right * (y * length_m))
+    };
+    [
+        (rectangle(-0.5, 0.5, 0.05), 0.45 * height_m),
+        (rectangle(-0.5, -0.375, 0.005), height_m),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::environment::surface::MATERIALS;
+
+    fn line(east: f64, north: f64, height_m: f64) -> SightLine {
+        SightLine {
+            site_m: Vector2::zeros(),
+            antenna_m: 30.0,
+            target_m: Vector2::new(east, north),
+            height_m,
+            wavelength_m: 0.0187,
+        }
+    }
+
+    fn hangar() -> Building {
+        let c = Vector2::new;
+        Building {
+            name: "hangar".into(),
+            footprint_m: vec![c(-50.0, 500.0), c(50.0, 500.0), c(50.0, 540.0), c(-50.0, 540.0)],
+            height_m: 20.0,
+            facade: &MATERIALS[0],
+        }
+    }
+
+    #[test]
+    fn a_building_hides_what_is_low_behind_it_and_nothing_else() {
+        let hangar = hangar();
+        let see = |e, n, h| line(e, n, h).behind(&hangar.footprint_m, hangar.height_m);
+        assert!(see(0.0, 800.0, 2.0).blocked, "behind");
+        assert!(see(0.0, 800.0, 2.0).loss_db > 20.0);
+        assert_eq!(see(0.0, 450.0, 2.0), Obstruction::FREE, "before");
+        assert_eq!(see(300.0, 800.0, 2.0), Obstruction::FREE, "beside");
+        assert!(!see(0.0, 800.0, 40.0).blocked, "above");
+        assert!(!see(0.0, 2500.0, 2.0).blocked || see(0.0, 2500.0, 2.0).loss_db > 6.0);
+    }
+
+    #[test]
+    fn the_loss_grows_without_a_step_from_light_into_shadow() {
+        let hangar = hangar();
+        // Along the roof: the line over the far edge rises through the roof at 20 m.
+        let mut before = 0.0;
+        for i in 0..4000 {
+            let height = 25.0 - f64::from(i) * 0.005;
+            let loss = line(0.0, 800.0, height).behind(&hangar.footprint_m, 20.0).loss_db;
+            assert!(loss - before > -1e-9 && loss - before < 0.4, "{height}: {before} {loss}");
+            before = loss;
+        }
+        assert!(before > 15.0);
+        // Round the corner: from beside it to behind it.
+        let mut before = 0.0;
+        for i in 0..4000 {
+            let east = 95.0 - f64::from(i) * 0.005;
+            let loss = line(east, 800.0, 2.0).behind(&hangar.footprint_m, 20.0).loss_db;
+            assert!((loss - before).abs() < 0.5, "{east}: {before} {loss}");
+            before = loss;
+        }
+        assert!(before > 15.0);
+    }
+
+    #[test]
+    fn the_skyline_finds_every_building_that_obstructs() {
+        let hangar = hangar();
+        let buildings = [hangar.clone()];
+        let skyline = Skyline::new(&buildings, Vector2::zeros());
+        for i in 0..2000 {
+            let (sin, cos) = libm::sincos(f64::from(i) * 0.003_141_5);
+            let line = line(900.0 * sin, 900.0 * cos, 2.0);
+            let found = skyline.before(crate::frames::Azimuth::of(line.target_m).rad(), 900.0).count();
+            let obstruction = line.behind(&hangar.footprint_m, hangar.height_m);
+            assert!(found == 1 || obstruction == Obstruction::FREE, "{i}");
+        }
+        let beside: usize =
+            (0..2000).map(|i| skyline.before(f64::from(i) * 0.003_141_5, 900.0).count()).sum();
+        assert!(beside < 200, "{beside} of 2000 directions are tested");
+    }
+
+    #[test]
+    fn knife_edges_are_finite_at_their_ends() {
+        for (name, h, d1, d2) in [
+            ("edge at the target", 1.0, 1000.0, 0.0),
+            ("edge at the radar", 1.0, 0.0, 1000.0),
+            ("far above", 1e6, 1.0, 1.0),
+            ("far below", -1e6, 1.0, 1.0),
+        ] {
+            let v = knife_edge_parameter(h, d1, d2, 0.0187);
+            for loss in [knife_edge_db(v), knife_edge_exact_db(v)] {
+                assert!(loss.is_finite(), "{name}: {loss}");
+            }
+        }
     }
 }

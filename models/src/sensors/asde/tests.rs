@@ -1,4 +1,5 @@
 use super::*;
+use crate::effects::Level;
 use crate::frames::Vector3;
 use crate::plot::Callsign;
 
@@ -80,6 +81,7 @@ fn every_target_is_seen_once_per_turn_when_the_beam_points_at_it() {
         for scan in 1..=scans {
             let interval = interval(scan, scan_s);
             for index in 0..truth.len() {
+                looks.clear();
                 radar.looks(&interval, &truth, index, &mut looks);
                 for look in &looks {
                     assert!(interval.from < look.time && look.time <= interval.to);
@@ -105,7 +107,8 @@ fn a_plot_tells_where_the_target_was_at_its_own_time() {
     let mut radar = asde(|p| {
         p.pfa = 1e-12;
         p.assumed_height_m = 1.5;
-    });
+    })
+    .at_levels(RadarLevels::EXACT.with(RadarEffect::Extent, Level::Skipped));
     let mut out = PlotSink::default();
     for scan in 1..=200 {
         radar.scan(&interval(scan, 0.1), &truth, &Weather::default(), &mut out);
