@@ -528,14 +528,7 @@ impl Bounds {
         bounds
     }
 
-    fn bin(
-        &mut self,
-        scene: &RadarScene<'_>,
-        from: f64,
-        to: f64,
-        low: f64,
-        high: f64,
-    ) -> Bin {
+    fn bin(&mut self, scene: &RadarScene<'_>, from: f64, to: f64, low: f64, high: f64) -> Bin {
         let (radar, air) = (scene.radar, scene.air);
         let down = radar.antenna_m;
         let far_m = to.hypot_with(down.max(high));
@@ -551,8 +544,7 @@ impl Bounds {
         } else {
             ends[0].max(ends[1])
         };
-        let (graze_low, graze_high) =
-            (libm::atan2(down + low, to), libm::atan2(down + high, from));
+        let (graze_low, graze_high) = (libm::atan2(down + low, to), libm::atan2(down + high, from));
         let graze = [graze_low, graze_high].map(|e| radar.pattern.elevation(e));
         let graze_max =
             if graze_low <= axis && axis <= graze_high { 1.0 } else { graze[0].max(graze[1]) };
@@ -589,11 +581,7 @@ impl Bounds {
             * radar.circular_factor
             * g_max
             * g_max;
-        Bin {
-            far_m,
-            scnr_db: to_db(signal / noise),
-            snr_max_db: to_db(most / radar.noise_w),
-        }
+        Bin { far_m, scnr_db: to_db(signal / noise), snr_max_db: to_db(most / radar.noise_w) }
     }
 }
 
@@ -655,7 +643,11 @@ impl<'a> Outcome<'a> {
     fn missed(&self, low_db: f64, loss: &Loss) -> f64 {
         match self.scene.parameters.detection {
             DetectionRule::Threshold => {
-                if from_db(low_db) >= self.scene.required { 0.0 } else { 1.0 }
+                if from_db(low_db) >= self.scene.required {
+                    0.0
+                } else {
+                    1.0
+                }
             }
             DetectionRule::Bernoulli => {
                 let certain = 1.0 - self.scene.table.at_db(low_db);
@@ -743,7 +735,10 @@ fn ladder(effect: RadarEffect, scene: &RadarScene<'_>, bounds: &Bounds) -> Ladde
             } else if area.farthest_m > 0.0 {
                 (loss.raises_db, loss.lowers_db) = (0.1, 0.1);
             }
-            (format!("targets up to {:.0} m", 2.0 * area.half_extent_m), vec![skip(loss), exact(600.0)])
+            (
+                format!("targets up to {:.0} m", 2.0 * area.half_extent_m),
+                vec![skip(loss), exact(600.0)],
+            )
         }
         E::Glint => (
             format!("targets up to {:.0} m", 2.0 * area.half_extent_m),
@@ -751,11 +746,17 @@ fn ladder(effect: RadarEffect, scene: &RadarScene<'_>, bounds: &Bounds) -> Ladde
         ),
         E::ThermalRange => {
             let sigma = p.thermal_sigmas(scene.least_ratio).0;
-            (format!("σ up to {sigma:.2} m"), vec![skip(Loss::moves(DRAWN_SIGMAS * sigma)), exact(5.0)])
+            (
+                format!("σ up to {sigma:.2} m"),
+                vec![skip(Loss::moves(DRAWN_SIGMAS * sigma)), exact(5.0)],
+            )
         }
         E::ThermalAzimuth => {
             let sigma = p.thermal_sigmas(scene.least_ratio).1 * bounds.far_m;
-            (format!("σ up to {sigma:.2} m"), vec![skip(Loss::moves(DRAWN_SIGMAS * sigma)), exact(5.0)])
+            (
+                format!("σ up to {sigma:.2} m"),
+                vec![skip(Loss::moves(DRAWN_SIGMAS * sigma)), exact(5.0)],
+            )
         }
         E::Quantisation => {
             let steps = p.range_step_m + bounds.far_m * p.azimuth_step_deg.to_radians();
@@ -849,11 +850,7 @@ fn rain_clutter(scene: &RadarScene<'_>, bounds: &Bounds) -> (String, Vec<Rung>) 
 }
 
 /// The surface reflection and what refines it. If it is skipped, so is everything that refines it.
-fn reflection(
-    effect: RadarEffect,
-    scene: &RadarScene<'_>,
-    bounds: &Bounds,
-) -> (String, Vec<Rung>) {
+fn reflection(effect: RadarEffect, scene: &RadarScene<'_>, bounds: &Bounds) -> (String, Vec<Rung>) {
     use RadarEffect as E;
     let radar = scene.radar;
     let air = scene.air;
@@ -892,9 +889,11 @@ fn reflection(
         }
         E::Roughness => {
             let smooth = deep(ratio_db(gain, gain * rough(Roughness::Ament)));
-            let ament = deep(ratio_db(gain * rough(Roughness::MillerBrownVegh), gain * rough(Roughness::Ament)));
-            let u = 2.0 * std::f64::consts::PI * radar.roughness_m
-                * libm::sin(bounds.grazing_max)
+            let ament = deep(ratio_db(
+                gain * rough(Roughness::MillerBrownVegh),
+                gain * rough(Roughness::Ament),
+            ));
+            let u = 2.0 * std::f64::consts::PI * radar.roughness_m * libm::sin(bounds.grazing_max)
                 / radar.wavelength_m;
             // The two forms part most near u = 0.7; beyond, the difference to smooth bounds it.
             let ament = if u < 0.6 { ament } else { smooth };
@@ -929,16 +928,22 @@ fn reflection(
         }
         E::ReflectedPolarisation => {
             let fresnel = Fresnel::half_space(air.surface, bounds.grazing_max);
-            let own =
-                surface::modulus(radar.surface_coefficient(air, &BudgetLevels::MIDDLE, bounds.grazing_max));
-            let loss = Loss::either_way(deep(ratio_db(gain * surface::modulus(fresnel.horizontal), gain * own)));
+            let own = surface::modulus(radar.surface_coefficient(
+                air,
+                &BudgetLevels::MIDDLE,
+                bounds.grazing_max,
+            ));
+            let loss = Loss::either_way(deep(ratio_db(
+                gain * surface::modulus(fresnel.horizontal),
+                gain * own,
+            )));
             (format!("{:?}", radar.polarisation), vec![rung(Level::Cheap, loss, 1.0), exact(1.0)])
         }
         _ => {
             let far = bounds.far_m;
-            let height = if scene.area.farthest_m > 0.0 { scene.area.lowest_m.max(0.1) } else { 1.0 };
-            let round =
-                crate::sensors::geometry::RoundEarth::new(far, radar.antenna_m, height);
+            let height =
+                if scene.area.farthest_m > 0.0 { scene.area.lowest_m.max(0.1) } else { 1.0 };
+            let round = crate::sensors::geometry::RoundEarth::new(far, radar.antenna_m, height);
             let flat = crate::sensors::geometry::TwoPaths::flat(far, radar.antenna_m, height);
             let g_flat = radar.pattern.elevation(flat.grazing_rad).sqrt();
             let g_round = radar.pattern.elevation(round.grazing_rad).sqrt();
@@ -967,5 +972,8 @@ fn ghosts(scene: &RadarScene<'_>, bounds: &Bounds) -> (String, Vec<Rung>) {
     let count = visible.count();
     let odds = if count > 0 { 1.0 } else { 0.0 };
     let called = format!("{count} reflecting buildings in reach");
-    (called, vec![rung(Level::Skipped, Loss::odds(odds), 0.0), rung(Level::Exact, Loss::NONE, 50.0)])
+    (
+        called,
+        vec![rung(Level::Skipped, Loss::odds(odds), 0.0), rung(Level::Exact, Loss::NONE, 50.0)],
+    )
 }

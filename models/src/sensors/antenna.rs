@@ -105,7 +105,7 @@ impl Pattern {
             let g = self.elevation(e);
             g * g * libm::cos(e)
         };
-        cuts.windows(2).map(|w| simpson(w[0], w[1], 200, f)).sum()
+        cuts.windows(2).map(|w| simpson(w[0], w[1], 32, f)).sum()
     }
 
     /// The integral without ground and without rain top: an upper bound for every range.

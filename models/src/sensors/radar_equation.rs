@@ -192,14 +192,14 @@ pub struct Radar {
     pub beam: OnceCell<BeamTable>,
 }
 
-/// A function of the range on logarithmic steps, interpolated linearly: 0.002 dB at its worst.
+/// A function of the range on logarithmic steps, interpolated linearly: within 0.01 dB.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BeamTable(Vec<f64>);
 
 /// Least range of the table, m.
 const BEAM_FROM_M: f64 = 15.0;
 /// Steps per factor e of range.
-const BEAM_STEPS: f64 = 48.0;
+const BEAM_STEPS: f64 = 24.0;
 
 impl BeamTable {
     fn new(f: impl Fn(f64) -> f64) -> Self {

@@ -323,10 +323,7 @@ pub fn aircraft_obstacles(
         [(from, -half), (to, -half), (to, half), (from, half)]
             .map(|(x, y)| place_m + ahead * (x * length_m) + right * (y * length_m))
     };
-    [
-        (rectangle(-0.5, 0.5, 0.05), 0.45 * height_m),
-        (rectangle(-0.5, -0.375, 0.005), height_m),
-    ]
+    [(rectangle(-0.5, 0.5, 0.05), 0.45 * height_m), (rectangle(-0.5, -0.375, 0.005), height_m)]
 }
 
 #[cfg(test)]
@@ -397,7 +394,8 @@ mod tests {
         for i in 0..2000 {
             let (sin, cos) = libm::sincos(f64::from(i) * 0.003_141_5);
             let line = line(900.0 * sin, 900.0 * cos, 2.0);
-            let found = skyline.before(crate::frames::Azimuth::of(line.target_m).rad(), 900.0).count();
+            let found =
+                skyline.before(crate::frames::Azimuth::of(line.target_m).rad(), 900.0).count();
             let obstruction = line.behind(&hangar.footprint_m, hangar.height_m);
             assert!(found == 1 || obstruction == Obstruction::FREE, "{i}");
         }

@@ -89,8 +89,8 @@ impl Asde {
         let passed_begin = self.passed_rad(interval.from, azimuth_begin);
         let passed_end = self.passed_rad(interval.to, azimuth_end);
         let duration_s = interval.to.since_s(interval.from);
-        let advance = duration_s * self.parameters.turns_per_s() * TAU
-            - wrap_pi(azimuth_end - azimuth_begin);
+        let advance =
+            duration_s * self.parameters.turns_per_s() * TAU - wrap_pi(azimuth_end - azimuth_begin);
         if advance <= 0.0 {
             return Some((end, azimuth_end));
         }
