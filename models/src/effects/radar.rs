@@ -601,6 +601,8 @@ struct Outcome<'a> {
     bins: [Bin; BINS],
     /// Thermal standard deviation of the position at a ratio of 0 dB, m, per bin.
     sigma_0_m: [f64; BINS],
+    /// A step of the extractor, m, per bin: the least shift may carry a plot into the next one.
+    step_m: [f64; BINS],
     least_ratio_db: f64,
     /// Largest slope of Pd, per dB.
     slope: f64,
@@ -611,9 +613,11 @@ impl<'a> Outcome<'a> {
         let p = scene.parameters;
         let (range, azimuth) = p.thermal_sigmas(1.0);
         let sigma_0_m = bounds.bins.map(|bin| range.hypot_with(bin.far_m * azimuth));
+        let step = p.azimuth_step_deg.to_radians();
         Self {
             scene,
             bins: bounds.bins,
+            step_m: bounds.bins.map(|bin| p.range_step_m.hypot_with(bin.far_m * step)),
             sigma_0_m,
             least_ratio_db: to_db(scene.least_ratio),
             slope: scene.table.steepest_per_db(),
@@ -624,18 +628,20 @@ impl<'a> Outcome<'a> {
         if loss.probability > tolerance.detection || loss.metres > tolerance.position_m {
             return false;
         }
-        if loss.raises_db <= 0.0 && loss.lowers_db <= 0.0 {
+        if loss.raises_db <= 0.0 && loss.lowers_db <= 0.0 && loss.metres <= 0.0 {
             return true;
         }
-        if tolerance.sum_db.is_some_and(|limit| loss.raises_db + loss.lowers_db <= limit) {
+        if loss.metres <= 0.0
+            && tolerance.sum_db.is_some_and(|limit| loss.raises_db + loss.lowers_db <= limit)
+        {
             return true;
         }
-        self.bins.iter().zip(self.sigma_0_m).all(|(bin, sigma_0_m)| {
-            let low_db = bin.scnr_db - loss.lowers_db;
-            let missed = self.missed(low_db, loss);
-            let moved = DRAWN_SIGMAS * self.sigma_change(bin.scnr_db, sigma_0_m, loss);
+        (0..BINS).all(|i| {
+            let bin = &self.bins[i];
+            let missed = self.missed(bin.scnr_db - loss.lowers_db, loss);
+            let moved = DRAWN_SIGMAS * self.sigma_change(bin.scnr_db, self.sigma_0_m[i], loss);
             loss.probability + missed <= tolerance.detection
-                && loss.metres + moved <= tolerance.position_m
+                && loss.metres + moved + self.step_m[i] <= tolerance.position_m
         })
     }
 
@@ -649,6 +655,7 @@ impl<'a> Outcome<'a> {
                     1.0
                 }
             }
+            DetectionRule::Bernoulli if loss.db() <= 0.0 => 0.0,
             DetectionRule::Bernoulli => {
                 let certain = 1.0 - self.scene.table.at_db(low_db);
                 certain.min(self.slope * loss.db())

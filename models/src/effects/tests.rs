@@ -13,6 +13,7 @@ use crate::sensors::shadow::Building;
 use crate::sensors::{PlotSink, ScanInterval, Sensor, TargetClass, TargetState, Truth};
 use crate::time::SimTime;
 use rand::rngs::ChaCha8Rng;
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 struct Random {
@@ -82,8 +83,8 @@ fn random_scene(n: u64) -> RandomScene {
     p.surface =
         Material::named(pick(rng, &["asphalt", "concrete", "medium_dry_ground"])).expect("known");
     p.roughness_m = pick(rng, &[0.0, 0.003, 0.02, 0.05]);
-    p.range_step_m = pick(rng, &[0.0, 0.3, 1.35]);
-    p.azimuth_step_deg = pick(rng, &[0.0, 0.022]);
+    p.range_step_m = pick(rng, &[0.0, 0.17, 1.35]);
+    p.azimuth_step_deg = pick(rng, &[0.0, 0.0055]);
     p.frequency_agile = uniform(rng) < 0.5;
     let mut weather = Weather {
         rain_mm_per_h: pick(rng, &[0.0, 0.0, 0.5, 4.0, 16.0, 50.0]),
@@ -113,12 +114,12 @@ fn random_scene(n: u64) -> RandomScene {
             height_m: if aircraft { between(rng, 3.0, 20.0) } else { between(rng, 1.5, 4.0) },
             rcs_m2: if aircraft { between(rng, 2.0, 80.0) } else { between(rng, 1.0, 10.0) },
         };
-        let (azimuth, distance) = (between(rng, -3.14, 3.14), between(rng, 250.0, reach));
+        let (azimuth, distance) = (between(rng, -PI, PI), between(rng, 250.0, reach));
         let (sin, cos) = libm::sincos(azimuth);
         let up = if aircraft && uniform(rng) < 0.1 { between(rng, 5.0, 300.0) } else { 0.0 };
         let start = Vector3::new(distance * sin, distance * cos, up);
         let velocity = Vector3::new(between(rng, -20.0, 20.0), between(rng, -20.0, 20.0), 0.0);
-        targets.push((class, start, velocity, between(rng, -3.14, 3.14)));
+        targets.push((class, start, velocity, between(rng, -PI, PI)));
     }
     let mut buildings = Vec::new();
     for _ in 0..pick(rng, &[0, 0, 2, 4]) {

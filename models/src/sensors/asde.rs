@@ -212,9 +212,7 @@ impl Asde {
         let height_m = state.position_m.z.max(0.5 * class.height_m);
         let down_m = self.radar.antenna_m - height_m;
         let slant_m = (ground_m * ground_m + down_m * down_m).sqrt();
-        if self.apparent_m(&plan.levels, slant_m).is_none() {
-            return None;
-        }
+        self.apparent_m(&plan.levels, slant_m)?;
         let levels = &plan.levels;
         let shadow_db = self.shadow_db(levels, truth, traffic, look, azimuth_rad, ground_m, height_m)?;
         let covered = plan.area.covers(ground_m, height_m, class.rcs_m2, class.height_m);

@@ -160,3 +160,154 @@ fn outside_its_limits_a_parameter_is_refused_with_key_value_and_limits() {
         assert!(error.to_string().starts_with(key), "{key}: {error}");
     }
 }
+
+/// Many targets on a ring round the radar: all at the same ratio.
+fn ring(count: u32, ground_m: f64, rcs_m2: f64) -> Straight {
+    let place = |i: u32| {
+        let (sin, cos) = libm::sincos(f64::from(i) / f64::from(count) * std::f64::consts::TAU);
+        ((ground_m * sin, ground_m * cos), (0.0, 0.0))
+    };
+    let targets: Vec<(Pair, Pair)> = (0..count).map(place).collect();
+    let mut truth = Straight::new(&targets);
+    truth.class.rcs_m2 = rcs_m2;
+    truth
+}
+
+fn plain() -> RadarLevels {
+    RadarLevels::EXACT
+        .with(RadarEffect::Extent, Level::Skipped)
+        .with(RadarEffect::Merging, Level::Skipped)
+        .with(RadarEffect::FalseAlarms, Level::Skipped)
+}
+
+#[test]
+fn a_hundred_thousand_plots_deviate_as_the_formulas_say() {
+    for energy in [Energy::SinglePulse, Energy::Dwell { factor: 1.5 }] {
+        let truth = ring(200, 2000.0, 3.0);
+        let mut radar = asde(|p| p.energy = energy).at_levels(plain());
+        let mut out = PlotSink::default();
+        for scan in 1..=500 {
+            radar.scan(&interval(scan, 1.0), &truth, &Weather::default(), &mut out);
+        }
+        assert!(out.plots.len() > 99_000, "{}", out.plots.len());
+        let scnr = from_db(out.plots[0].scnr_db.expect("a radar's plot"));
+        let (sigma_range_m, sigma_azimuth_rad) = radar.parameters().thermal_sigmas(scnr);
+        let (mut range, mut azimuth) = (0.0, 0.0);
+        for (plot, cause) in out.plots.iter().zip(&out.causes) {
+            let polar = plot.polar.expect("a radar's plot");
+            let there = cause.truth_m.expect("known");
+            let slant_m = libm::hypot(there.norm(), 60.0 - 1.5);
+            range += (polar.range_m - slant_m).powi(2);
+            azimuth += wrap_pi(polar.azimuth_rad - Azimuth::of(there).rad()).powi(2);
+        }
+        let n = out.plots.len() as f64;
+        let (range, azimuth) = ((range / n).sqrt(), (azimuth / n).sqrt());
+        assert!((range / sigma_range_m - 1.0).abs() < 0.01, "{range} of {sigma_range_m}");
+        assert!((azimuth / sigma_azimuth_rad - 1.0).abs() < 0.01, "{azimuth}");
+    }
+}
+
+#[test]
+fn targets_are_detected_as_often_as_the_formula_says_at_any_scan_length() {
+    for (swerling, rcs_m2) in
+        [(Swerling::Steady, 0.0028), (Swerling::One, 0.01), (Swerling::Three, 0.006)]
+    {
+        for scan_s in [1.0, 0.1] {
+            let truth = ring(200, 2000.0, rcs_m2);
+            let mut radar = asde(|p| {
+                p.swerling = swerling;
+                // A spread over the scene's surface: no lobes, or the ring would not be one ratio.
+                p.roughness_m = 1.0;
+            })
+            .at_levels(plain());
+            let mut out = PlotSink::default();
+            for scan in 1..=((100.0 / scan_s) as u64) {
+                radar.scan(&interval(scan, scan_s), &truth, &Weather::default(), &mut out);
+            }
+            let mut unused = Tally::default();
+            let air = radar.air(&Weather::default());
+            let echo = Echo { ground_m: 2000.0, height_m: 1.5, extent_m: 3.0, rcs_m2 };
+            let to = Vector2::new(0.0, 2000.0);
+            let levels = BudgetLevels::EXACT;
+            let budget =
+                radar.radar.budget(&air, &levels, &echo, Vector2::zeros(), to, &mut unused);
+            let pd = radar.detector.probability(budget.scnr(), swerling);
+            assert!(pd > 0.1 && pd < 0.95, "{swerling:?}: {pd}");
+            let n = out.looks as f64;
+            assert!((n - 20_000.0).abs() < 201.0, "{n} looks");
+            let found = out.plots.len() as f64 / n;
+            let sigma = (pd * (1.0 - pd) / n).sqrt();
+            assert!((found - pd).abs() < 4.0 * sigma, "{swerling:?} {scan_s} s: {found} of {pd}");
+        }
+    }
+}
+
+#[test]
+fn a_target_behind_a_hangar_is_lost_and_its_ghost_is_found() {
+    let c = Vector2::new;
+    let hangar = Building {
+        name: "hangar".into(),
+        footprint_m: vec![c(-60.0, 800.0), c(60.0, 800.0), c(60.0, 840.0), c(-60.0, 840.0)],
+        height_m: 40.0,
+        facade: crate::environment::surface::Material::named("metal").expect("known"),
+    };
+    // One behind the hangar, one before it, one beside.
+    let truth = Straight::new(&[
+        ((0.0, 900.0), (0.0, 0.0)),
+        ((100.0, 300.0), (0.0, 0.0)),
+        ((900.0, 0.0), (0.0, 0.0)),
+    ]);
+    let mut radar = asde(|p| {
+        p.pfa = 1e-9;
+        p.antenna_height_m = 30.0;
+    })
+    .among(Arc::new([hangar]));
+    let mut out = PlotSink { explain: true, ..PlotSink::default() };
+    for scan in 1..=20 {
+        radar.scan(&interval(scan, 1.0), &truth, &Weather::default(), &mut out);
+    }
+    let of = |key| out.causes.iter().filter(|cause| cause.key == Some(key)).count();
+    assert_eq!((of(1), of(2), of(3)), (0, 20, 20));
+    let ghosts: Vec<_> = out
+        .plots
+        .iter()
+        .zip(&out.causes)
+        .filter(|(_, cause)| cause.effects.iter().any(|e| e.effect == "facade ghosts"))
+        .collect();
+    assert!(!ghosts.is_empty(), "the target before the hangar is mirrored in it");
+    for (plot, _) in ghosts {
+        // The double bounce appears 1.3 km away, the mixed path half way between.
+        let range_m = plot.position_m.norm();
+        assert!((range_m - 800.0).abs() < 20.0 || (range_m - 1304.0).abs() < 20.0, "{range_m}");
+    }
+    let explained = &out.causes[0].effects;
+    assert!(explained.iter().any(|e| e.effect == "surface reflection" && e.unit == "dB"));
+    assert!(explained.iter().all(|e| e.value.is_finite()), "{explained:?}");
+}
+
+#[test]
+fn two_targets_in_one_cell_give_one_plot_between_them() {
+    let near = Straight::new(&[((1500.0, 0.0), (0.0, 0.0)), ((1502.0, 1.0), (0.0, 0.0))]);
+    let far = Straight::new(&[((1500.0, 0.0), (0.0, 0.0)), ((1510.0, 20.0), (0.0, 0.0))]);
+    for (truth, plots) in [(near, 1), (far, 2)] {
+        let mut radar = asde(|p| p.pfa = 1e-12);
+        let mut out = PlotSink::default();
+        radar.scan(&interval(1, 1.0), &truth, &Weather::default(), &mut out);
+        assert_eq!((out.plots.len(), out.looks), (plots, 2));
+    }
+}
+
+#[test]
+fn an_echo_from_beyond_the_unambiguous_range_appears_nearer() {
+    // 20 kHz: 7.49 km. A landing aircraft at 8.5 km appears at about 1 km.
+    let mut truth = Straight::new(&[((0.0, 8500.0), (0.0, 0.0))]);
+    truth.class.rcs_m2 = 1e4;
+    let mut radar = asde(|p| p.pfa = 1e-12);
+    let mut out = PlotSink::default();
+    for scan in 1..=5 {
+        radar.scan(&interval(scan, 1.0), &truth, &Weather::default(), &mut out);
+    }
+    assert!(!out.plots.is_empty());
+    let range_m = out.plots[0].polar.expect("a radar's plot").range_m;
+    assert!((range_m - (8500.0 - 7494.8)).abs() < 5.0, "{range_m}");
+}

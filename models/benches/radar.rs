@@ -1,0 +1,230 @@
+//! Time per target and scan of the radar's models, and of the whole sensor stage.
+
+#![allow(missing_docs, reason = "criterion makes public functions")]
+
+use criterion::{Criterion, Throughput, black_box, criterion_group, criterion_main};
+use models::effects::Tolerance;
+use models::effects::radar::{RadarLevels, Tally};
+use models::environment::fog::FogLaw;
+use models::environment::surface::Material;
+use models::environment::{RainCell, Weather};
+use models::frames::{Vector2, Vector3};
+use models::plot::{Callsign, SensorId};
+use models::sensors::asde::{Asde, AsdeParameters, DetectionRule, Energy};
+use models::sensors::detection::{Detector, PdTable, Swerling};
+use models::sensors::radar_equation::{BudgetLevels, Echo, Polarisation};
+use models::sensors::{PlotSink, ScanInterval, Sensor, TargetClass, TargetState, Truth};
+use models::time::SimTime;
+
+struct Field {
+    class: TargetClass,
+    places: Vec<Vector3<f64>>,
+}
+
+impl Field {
+    fn new(count: u32, aircraft: bool) -> Self {
+        let class = TargetClass {
+            designator: "T".into(),
+            aircraft,
+            length_m: if aircraft { 37.6 } else { 0.6 },
+            span_m: if aircraft { 35.8 } else { 0.6 },
+            height_m: 3.0,
+            rcs_m2: 10.0,
+        };
+        // A spiral that fills 300 to 3000 m evenly.
+        let place = |i: u32| {
+            let share = (f64::from(i) + 0.5) / f64::from(count);
+            let r = (300.0f64.powi(2) + share * (3000.0f64.powi(2) - 300.0f64.powi(2))).sqrt();
+            let (sin, cos) = libm::sincos(f64::from(i) * 2.399_963);
+            Vector3::new(r * sin, r * cos, 0.0)
+        };
+        Self { class, places: (0..count).map(place).collect() }
+    }
+}
+
+impl Truth for Field {
+    fn len(&self) -> usize {
+        self.places.len()
+    }
+    fn key(&self, index: usize) -> u64 {
+        index as u64 + 1
+    }
+    fn class(&self, _: usize) -> &TargetClass {
+        &self.class
+    }
+    fn callsign(&self, _: usize) -> Callsign {
+        Callsign::default()
+    }
+    fn address(&self, _: usize) -> Option<u32> {
+        None
+    }
+    fn at(&self, index: usize, time: SimTime) -> Option<TargetState> {
+        let velocity_ms = Vector3::new(10.0, 0.0, 0.0);
+        let position_m = self.places[index] + velocity_ms * time.s();
+        Some(TargetState { position_m, velocity_ms, heading_rad: 1.0 })
+    }
+}
+
+fn parameters() -> AsdeParameters {
+    AsdeParameters {
+        carrier_ghz: 16.0,
+        peak_power_w: 3000.0,
+        pulse_s: 36e-9,
+        bandwidth_hz: 1.0 / 36e-9,
+        noise_figure_db: 5.0,
+        system_loss_db: 6.0,
+        azimuth_beamwidth_deg: 0.25,
+        elevation_beamwidth_deg: 1.6,
+        tilt_deg: 1.0,
+        csc2_limit_deg: Some(31.0),
+        gain_dbi: 44.0,
+        antenna_height_m: 60.0,
+        prf_hz: 20_000.0,
+        rotation_rpm: 60.0,
+        start_azimuth_deg: 0.0,
+        polarisation: Polarisation::Circular,
+        axial_ratio_db: 1.0,
+        circular_target_loss_db: 3.0,
+        sidelobe_floor_db: -30.0,
+        recovery_s: 100e-9,
+        range_min_m: 100.0,
+        range_max_m: 5500.0,
+        pfa: 1e-6,
+        pd: 0.9,
+        detection: DetectionRule::Bernoulli,
+        swerling: Swerling::One,
+        energy: Energy::SinglePulse,
+        range_step_m: 0.17,
+        azimuth_step_deg: 0.0055,
+        assumed_height_m: 1.5,
+        frequency_agile: true,
+        rain_spread_ms: 1.5,
+        reflection_coupling: 0.0,
+        ground_gamma_db: -30.0,
+        surface: Material::named("asphalt").expect("known"),
+        roughness_m: 0.003,
+        rain_top_m: 3000.0,
+        fog_law: FogLaw::TwoPoint,
+    }
+}
+
+fn radar(id: u16) -> Asde {
+    Asde::new(SensorId(id), Vector2::zeros(), parameters()).expect("sound parameters")
+}
+
+fn interval(scan: u64) -> ScanInterval {
+    let time = |n: u64| SimTime::from_s(n as f64);
+    ScanInterval { run_seed: 1, scan, from: time(scan - 1), to: time(scan) }
+}
+
+fn rain() -> Weather {
+    Weather { rain_mm_per_h: 10.0, visibility_m: 400.0, film_mm: 0.5, ..Weather::default() }
+}
+
+fn budgets(c: &mut Criterion) {
+    let radar = parameters().radar();
+    let air = radar.air(&rain());
+    let mut group = c.benchmark_group("budget");
+    for (name, levels) in [("middle", BudgetLevels::MIDDLE), ("exact", BudgetLevels::EXACT)] {
+        let mut tally = Tally::default();
+        let mut ground_m = 500.0;
+        group.bench_function(name, |b| {
+            b.iter(|| {
+                ground_m = if ground_m > 3000.0 { 500.0 } else { ground_m + 1.7 };
+                let echo = Echo { ground_m, height_m: 1.5, extent_m: 3.0, rcs_m2: 10.0 };
+                let to = Vector2::new(0.0, ground_m);
+                radar.budget(&air, &levels, black_box(&echo), Vector2::zeros(), to, &mut tally)
+            });
+        });
+    }
+    group.finish();
+}
+
+fn detection(c: &mut Criterion) {
+    let detector = Detector::new(14, 1e-6);
+    let table = PdTable::new(&detector, Swerling::One);
+    let mut group = c.benchmark_group("detection");
+    let mut snr = 1.0;
+    let mut next = move || {
+        snr = if snr > 100.0 { 1.0 } else { snr * 1.01 };
+        snr
+    };
+    group.bench_function("albersheim", |b| b.iter(|| detector.albersheim(black_box(next()))));
+    group.bench_function("sankaran", |b| b.iter(|| detector.sankaran(black_box(next()))));
+    group.bench_function("table", |b| b.iter(|| table.at(black_box(next()))));
+    group.bench_function("exact steady", |b| {
+        b.iter(|| detector.probability(black_box(next()), Swerling::Steady));
+    });
+    group.bench_function("exact fading", |b| {
+        b.iter(|| detector.probability(black_box(next()), Swerling::One));
+    });
+    group.finish();
+}
+
+fn plans(c: &mut Criterion) {
+    let mut group = c.benchmark_group("plan");
+    let truth = Field::new(1000, true);
+    let radars: Vec<Asde> = (1..=20).map(radar).collect();
+    let air = radars[0].air(&rain());
+    group.bench_function("20 radars, 1000 targets", |b| {
+        b.iter(|| {
+            for radar in &radars {
+                let area = radar.area(&truth, &interval(1));
+                black_box(radar.plan_for(&air, &area, &Tolerance::default()));
+            }
+        });
+    });
+    group.finish();
+}
+
+fn scans(c: &mut Criterion) {
+    let mut group = c.benchmark_group("scan");
+    group.sample_size(10);
+    for count in [1000, 10_000] {
+        for (name, aircraft) in [("points", false), ("aircraft", true)] {
+            let truth = Field::new(count, aircraft);
+            group.throughput(Throughput::Elements(3 * u64::from(count)));
+            for (how, exact) in [("planned", false), ("exact", true)] {
+                let mut radars: Vec<Asde> = (1..=3).map(radar).collect();
+                if exact {
+                    radars = radars.into_iter().map(|r| r.at_levels(RadarLevels::EXACT)).collect();
+                }
+                let mut out = PlotSink::default();
+                let mut scan = 0;
+                group.bench_function(format!("{how} {name}, rain, 3 x {count}"), |b| {
+                    b.iter(|| {
+                        scan += 1;
+                        out.plots.clear();
+                        out.causes.clear();
+                        for radar in &mut radars {
+                            radar.scan(&interval(scan), &truth, &rain(), &mut out);
+                        }
+                    });
+                });
+            }
+        }
+    }
+    let cells = (0..5).map(|i| RainCell {
+        centre_m: Vector2::new(f64::from(i) * 700.0 - 1400.0, 500.0),
+        radius_m: 600.0,
+        rain_mm_per_h: 20.0,
+    });
+    let storm = Weather { cells: cells.collect(), ..rain() };
+    let truth = Field::new(1000, false);
+    let mut one = radar(1);
+    let mut out = PlotSink::default();
+    let mut scan = 0;
+    group.throughput(Throughput::Elements(1000));
+    group.bench_function("planned points, five rain cells, 1 x 1000", |b| {
+        b.iter(|| {
+            scan += 1;
+            out.plots.clear();
+            out.causes.clear();
+            one.scan(&interval(scan), &truth, &storm, &mut out);
+        });
+    });
+    group.finish();
+}
+
+criterion_group!(benches, budgets, detection, plans, scans);
+criterion_main!(benches);

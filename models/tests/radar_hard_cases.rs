@@ -1,0 +1,288 @@
+#![allow(
+    clippy::disallowed_methods,
+    reason = "the naive forms are written as one would without care"
+)]
+
+//! Hard cases of the radar: each law holds, and the naive form breaks it.
+
+use models::environment::Weather;
+use models::environment::rain::{RainLaw, path_mean};
+use models::environment::surface::{Fresnel, MATERIALS, Roughness};
+use models::frames::Vector2;
+use models::sensors::antenna::Pattern;
+use models::sensors::detection::{Detector, Swerling, from_db, marcum_q, to_db};
+use models::sensors::geometry::{RoundEarth, TwoPaths};
+use models::sensors::propagation;
+use models::sensors::shadow::{knife_edge_db, knife_edge_parameter};
+use std::f64::consts::PI;
+
+struct Case {
+    name: &'static str,
+    law: &'static str,
+    /// Whether the product's form obeys the law.
+    holds: fn() -> bool,
+    /// Whether the textbook form, written down as it stands, breaks it.
+    naive_breaks: fn() -> bool,
+}
+
+const PFA: f64 = 1e-6;
+
+fn ku() -> Pattern {
+    Pattern {
+        azimuth_rad: 0.25f64.to_radians(),
+        elevation_rad: 1.6f64.to_radians(),
+        axis_rad: 1f64.to_radians(),
+        skirt_end_rad: Some(31f64.to_radians()),
+        floor: 1e-3,
+    }
+}
+
+const CASES: &[Case] = &[
+    Case {
+        name: "path difference of 1e-13 m over 1000 km",
+        law: "relative error below 1e-12",
+        holds: || {
+            let d = TwoPaths::flat(1e6, 60.0, 1e-9).difference_m;
+            (d / 1.199_999_997_84e-13 - 1.0).abs() < 1e-12
+        },
+        naive_breaks: || {
+            let p = TwoPaths::flat(1e6, 60.0, 1e-9);
+            p.reflected_m - p.direct_m == 0.0
+        },
+    },
+    Case {
+        name: "ground range 0",
+        law: "finite, no path beyond the mast",
+        holds: || {
+            let p = TwoPaths::flat(0.0, 60.0, 2.0);
+            p.direct_m == 58.0 && p.difference_m == 4.0 && p.grazing_rad == PI / 2.0
+        },
+        naive_breaks: || ((60.0f64 + 2.0) / 0.0).is_infinite(),
+    },
+    Case {
+        name: "all heights 0",
+        law: "finite, reflection point in the middle",
+        holds: || {
+            let p = TwoPaths::flat(100.0, 0.0, 0.0);
+            p.reflection_point_m == 50.0 && p.difference_m == 0.0
+        },
+        naive_breaks: || (100.0f64 * 0.0 / (0.0 + 0.0)).is_nan(),
+    },
+    Case {
+        name: "round earth at range 0 and height 0",
+        law: "flat formulas, divergence 1",
+        holds: || {
+            let r = RoundEarth::new(0.0, 0.0, 0.0);
+            r.divergence == 1.0 && r.reflection_point_m == 0.0
+        },
+        naive_breaks: || (2.0f64 * 0.0 / 0.0f64.powi(3)).is_nan(),
+    },
+    Case {
+        name: "round earth beyond the horizon",
+        law: "no reflected ray instead of NaN",
+        holds: || {
+            let r = RoundEarth::new(60_000.0, 60.0, 1.0);
+            r.divergence.is_finite() && r.difference_m >= 0.0 && r.grazing_rad >= 0.0
+        },
+        naive_breaks: || (60.0 - 50_000.0f64.powi(2) / (2.0 * 8.5e6)) < 0.0,
+    },
+    Case {
+        name: "1 + Γ at a grazing angle of 1e-10",
+        law: "relative error below 1e-12",
+        holds: || {
+            let f = Fresnel::half_space(MATERIALS[1].permittivity(16.0), 1e-10);
+            let g = Fresnel::half_space(MATERIALS[1].permittivity(16.0), 1e-9);
+            (g.one_plus_horizontal.re / f.one_plus_horizontal.re / 10.0 - 1.0).abs() < 1e-8
+        },
+        naive_breaks: || {
+            let f = Fresnel::half_space(MATERIALS[1].permittivity(16.0), 1e-10);
+            let naive = 1.0 + f.horizontal.re;
+            (naive / f.one_plus_horizontal.re - 1.0).abs() > 1e-8
+        },
+    },
+    Case {
+        name: "grazing exactly 0",
+        law: "Γ = −1 for both polarisations",
+        holds: || {
+            let f = Fresnel::half_space(MATERIALS[1].permittivity(16.0), 0.0);
+            f.horizontal.re == -1.0 && f.vertical.re == -1.0 && f.one_plus_vertical.re == 0.0
+        },
+        naive_breaks: || (0.0f64.ln()).is_infinite(),
+    },
+    Case {
+        name: "multipath null",
+        law: "power zero or above, Pd then Pfa",
+        holds: || {
+            let power = propagation::coherent(1.0, PI);
+            let detector = Detector::new(14, PFA);
+            power >= 0.0
+                && detector.probability(power, Swerling::One) >= PFA
+                && (detector.probability(0.0, Swerling::Steady) - PFA).abs() < 1e-20
+        },
+        naive_breaks: || {
+            (0..1000).any(|i| {
+                let phase = PI + f64::from(i) * 1e-9;
+                1.0 + 1.0 + 2.0 * phase.cos() < (2.0 * (0.5 * phase).cos()).powi(2) * 0.5
+            })
+        },
+    },
+    Case {
+        name: "roughness of half a metre at 60 degrees",
+        law: "finite, between 0 and 1",
+        holds: || {
+            let rho = Roughness::MillerBrownVegh.factor(0.5, 0.0187, PI / 3.0);
+            rho > 0.0 && rho < 0.01
+        },
+        naive_breaks: || ((-40_600f64).exp() * (40_600f64).exp()).is_nan(),
+    },
+    Case {
+        name: "Marcum Q at a = 40, b = 30",
+        law: "1, with ln P about −52",
+        holds: || {
+            let m = marcum_q(1, 40.0, 30.0);
+            m.q == 1.0 && m.p > 0.0 && m.ln_p < -50.0 && m.ln_p > -60.0
+        },
+        naive_breaks: || (-800f64).exp() == 0.0,
+    },
+    Case {
+        name: "Marcum Q far beyond: a = 1000, b = 900",
+        law: "the logarithm of the complement stays finite",
+        holds: || {
+            let m = marcum_q(1, 1000.0, 900.0);
+            m.q == 1.0 && m.ln_p.is_finite() && (m.ln_p + 5000.0).abs() < 20.0
+        },
+        naive_breaks: || (1.0f64 - 1.0).ln() == f64::NEG_INFINITY,
+    },
+    Case {
+        name: "miss probability at 40 dB",
+        law: "log₁₀ about −4029",
+        holds: || {
+            let ln = Detector::new(1, PFA).ln_miss(1e4, Swerling::Steady);
+            (ln / std::f64::consts::LN_10 + 4029.345).abs() < 1e-2
+        },
+        naive_breaks: || {
+            let pd = Detector::new(1, PFA).probability(1e4, Swerling::Steady);
+            (1.0 - pd).log10() == f64::NEG_INFINITY
+        },
+    },
+    Case {
+        name: "Pd from −80 to +90 dB, every case, 1 to 512 pulses",
+        law: "never below Pfa or above 1, and monotone",
+        holds: || {
+            [1, 2, 14, 64, 512].iter().all(|&n| {
+                let detector = Detector::new(n, PFA);
+                (0..=4).all(|case| {
+                    let case = Swerling::case(case).expect("a case");
+                    let pd = |db: i32| detector.probability(from_db(f64::from(db)), case);
+                    (-80..90).all(|db| {
+                        let (a, b) = (pd(db), pd(db + 1));
+                        a >= PFA && b <= 1.0 && b >= a * (1.0 - 1e-12)
+                    })
+                })
+            })
+        },
+        naive_breaks: || (-(10f64.powf(9.0))).exp() == 0.0,
+    },
+    Case {
+        name: "rain of 0 mm/h",
+        law: "exactly no attenuation",
+        holds: || RainLaw::new(16.0, 0.0, PI / 4.0).two_way_db(0.0, 40.0) == 0.0,
+        naive_breaks: || (0.0f64.ln() * 1.06).is_infinite(),
+    },
+    Case {
+        name: "rain of 250 mm/h over 40 km",
+        law: "decibels finite, power zero or above, display at its floor",
+        holds: || {
+            let db = RainLaw::new(16.0, 0.0, PI / 4.0).two_way_db(250.0, 40.0);
+            let power = from_db(30.0 - db);
+            db > 1000.0 && power >= 0.0 && to_db(power) == -300.0
+        },
+        naive_breaks: || {
+            let db = RainLaw::new(35.0, 0.0, PI / 4.0).two_way_db(1000.0, 400.0);
+            10.0 * 10f64.powf(-db / 10.0).log10() == f64::NEG_INFINITY
+        },
+    },
+    Case {
+        name: "decibels of zero",
+        law: "a floor, and the difference of two zeros is zero",
+        holds: || to_db(0.0) - to_db(0.0) == 0.0,
+        naive_breaks: || (0.0f64.log10() - 0.0f64.log10()).is_nan(),
+    },
+    Case {
+        name: "both edges of the cosecant skirt",
+        law: "no step",
+        holds: || {
+            [1.8f64, 31.0].iter().all(|edge| {
+                let at = |e: f64| ku().elevation(e.to_radians());
+                (at(edge - 1e-9) / at(edge + 1e-9) - 1.0).abs() < 1e-6
+            })
+        },
+        naive_breaks: || {
+            // Skirt normalised to 1 instead of one half at its start.
+            let naive = |e: f64| if e > 1.8 { 1.0 } else { 0.5 };
+            naive(1.8 + 1e-9) / naive(1.8) > 1.5
+        },
+    },
+    Case {
+        name: "rain cell below the antenna's foot",
+        law: "no arc sine beyond 1",
+        holds: || ku().rain_integral(30.0, 60.0, 3000.0).is_finite(),
+        naive_breaks: || (60.0f64 / 30.0).asin().is_nan(),
+    },
+    Case {
+        name: "azimuth across north",
+        law: "359.9° and 0.1° are 0.2° apart",
+        holds: || {
+            let g = ku().azimuth((359.9f64 - 0.1).to_radians());
+            (g - ku().azimuth(0.2f64.to_radians())).abs() < 1e-9
+        },
+        naive_breaks: || (-4.0 * 2f64.ln() * (359.8f64 / 0.25).powi(2)).exp() == 0.0,
+    },
+    Case {
+        name: "knife edge at the target",
+        law: "finite",
+        holds: || {
+            let v = knife_edge_parameter(1.0, 1000.0, 0.0, 0.0187);
+            knife_edge_db(v).is_finite() && knife_edge_db(-v) == 0.0
+        },
+        naive_breaks: || (2.0f64 * 1000.0 / (0.0187 * 1000.0 * 0.0)).is_infinite(),
+    },
+    Case {
+        name: "phase of a path of a million wavelengths",
+        law: "within one turn, to 1e-9 rad",
+        holds: || {
+            let phase = propagation::path_phase_rad(1_000_000.25 * 0.0187, 0.0187);
+            (phase - PI / 2.0).abs() < 1e-8
+        },
+        naive_breaks: || {
+            let naive = 2.0 * PI as f32 * (1_000_000.25f32 * 0.0187) / 0.0187;
+            (f64::from(naive.rem_euclid(2.0 * PI as f32)) - PI / 2.0).abs() > 1e-2
+        },
+    },
+    Case {
+        name: "rain cell at the radar, path of no length",
+        law: "the rain over it",
+        holds: || {
+            let here = Vector2::zeros();
+            let weather = Weather { rain_mm_per_h: 7.0, ..Weather::default() };
+            path_mean(&weather, here, here, |r| r) == 7.0
+        },
+        naive_breaks: || (0.0f64 / 0.0).is_nan(),
+    },
+];
+
+#[test]
+fn every_hard_case_obeys_its_law_and_its_naive_form_does_not() {
+    let mut failed = Vec::new();
+    for case in CASES {
+        println!("{}: {}", case.name, case.law);
+        if !(case.holds)() {
+            failed.push(format!("{}: {} does not hold", case.name, case.law));
+        }
+        if !(case.naive_breaks)() {
+            failed.push(format!("{}: the naive form is not that bad", case.name));
+        }
+    }
+    assert!(failed.is_empty(), "{failed:#?}");
+    assert!(CASES.len() >= 20);
+}
