@@ -24,6 +24,7 @@ pub mod radial;
 pub mod ranging;
 pub mod service;
 pub mod shadow;
+pub mod video;
 
 #[cfg(test)]
 pub(crate) mod testing;
