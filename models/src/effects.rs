@@ -84,8 +84,7 @@ pub struct Loss {
 
 impl Loss {
     /// Nothing.
-    pub const NONE: Self =
-        Self { raises_db: 0.0, lowers_db: 0.0, metres: 0.0, probability: 0.0 };
+    pub const NONE: Self = Self { raises_db: 0.0, lowers_db: 0.0, metres: 0.0, probability: 0.0 };
 
     /// Too high by at most `db`.
     #[must_use]
@@ -147,7 +146,9 @@ impl Loss {
     }
 
     fn is_known(&self) -> bool {
-        [self.raises_db, self.lowers_db, self.metres, self.probability].iter().all(|x| x.is_finite())
+        [self.raises_db, self.lowers_db, self.metres, self.probability]
+            .iter()
+            .all(|x| x.is_finite())
     }
 
     /// The bound in the unit in which it says most, for people.

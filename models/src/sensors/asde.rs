@@ -214,14 +214,17 @@ impl Asde {
         let slant_m = (ground_m * ground_m + down_m * down_m).sqrt();
         self.apparent_m(&plan.levels, slant_m)?;
         let levels = &plan.levels;
-        let shadow_db = self.shadow_db(levels, truth, traffic, look, azimuth_rad, ground_m, height_m)?;
+        let shadow_db =
+            self.shadow_db(levels, truth, traffic, look, azimuth_rad, ground_m, height_m)?;
         let covered = plan.area.covers(ground_m, height_m, class.rcs_m2, class.height_m);
         let fixed = self.fixed.is_some();
-        let budget_levels =
-            if fixed || (covered && shadow_db == 0.0) { levels.budget } else { BudgetLevels::EXACT };
+        let budget_levels = if fixed || (covered && shadow_db == 0.0) {
+            levels.budget
+        } else {
+            BudgetLevels::EXACT
+        };
         let centroid = self.centroid(levels.extent, class, azimuth_rad, state.heading_rad)?;
-        let echo =
-            Echo { ground_m, height_m, extent_m: class.height_m, rcs_m2: centroid.rcs_m2 };
+        let echo = Echo { ground_m, height_m, extent_m: class.height_m, rcs_m2: centroid.rcs_m2 };
         let mut budget = self.radar.budget(
             air,
             &budget_levels,
@@ -316,7 +319,8 @@ impl Asde {
                 let place_m = state.position_m.xy();
                 // An aircraft as near as its own size stands beside the target, not before it.
                 let before = (place_m - self.site_m).norm();
-                if before + 0.5 * class.length_m >= ground_m || state.position_m.z > class.height_m {
+                if before + 0.5 * class.length_m >= ground_m || state.position_m.z > class.height_m
+                {
                     continue;
                 }
                 self.tally.count(RadarEffect::AircraftShadow);
@@ -357,9 +361,8 @@ impl Asde {
                     break;
                 }
                 self.tally.count(RadarEffect::Merging);
-                let same_turn = (a.look.time.since_s(b.look.time) * self.parameters.turns_per_s())
-                    .abs()
-                    < 0.5;
+                let same_turn =
+                    (a.look.time.since_s(b.look.time) * self.parameters.turns_per_s()).abs() < 0.5;
                 let apart = wrap_pi(a.azimuth_rad - b.azimuth_rad).abs();
                 if same_turn && apart < beam && a.look.index != b.look.index {
                     let (root_a, root_b) = (root(returns, first), root(returns, second));
@@ -409,10 +412,7 @@ impl Asde {
         let p = &self.parameters;
         let (range_m, azimuth_rad) = p.thermal_sigmas(scnr.max(self.least_ratio));
         let coupled = p.reflection_coupling * reflected * self.radar.pattern.azimuth_rad;
-        (
-            range_m,
-            if coupled == 0.0 { azimuth_rad } else { libm::hypot(azimuth_rad, coupled) },
-        )
+        (range_m, if coupled == 0.0 { azimuth_rad } else { libm::hypot(azimuth_rad, coupled) })
     }
 
     /// The plot of a measured slant range and azimuth: quantised, on the ground, with its covariance.
@@ -530,7 +530,8 @@ impl Asde {
                 return;
             }
             let along = uniform(&mut rng);
-            let time = interval.from.plus_s(late_s).clamp(SimTime(interval.from.0 + 1), interval.to);
+            let time =
+                interval.from.plus_s(late_s).clamp(SimTime(interval.from.0 + 1), interval.to);
             let (near, far) = (self.parameters.range_min_m, self.parameters.range_max_m);
             let measured = Polar {
                 range_m: near + along * (far - near),
@@ -586,15 +587,18 @@ impl Asde {
                 let offset = now.position_m.xy() - self.site_m;
                 let down_m = antenna_m - height(&now);
                 let direct_m = libm::hypot(offset.norm(), down_m);
-                let apart =
-                    Azimuth::of(offset).minus(Azimuth::of(ghost.point_m - self.site_m));
+                let apart = Azimuth::of(offset).minus(Azimuth::of(ghost.point_m - self.site_m));
                 let off_beam = self.radar.pattern.azimuth(apart);
                 // Amplitude² of one reflection, and of the other way being longer.
                 let once = ghost.reflection * ghost.reflection;
                 let spread = (direct_m / ghost.path_m) * (direct_m / ghost.path_m);
                 // Both orders of the mixed path arrive together: amplitudes add.
                 let mixed = 4.0 * once * spread * off_beam;
-                let beam = if direct { Azimuth::of(offset) } else { Azimuth::of(ghost.point_m - self.site_m) };
+                let beam = if direct {
+                    Azimuth::of(offset)
+                } else {
+                    Azimuth::of(ghost.point_m - self.site_m)
+                };
                 let mut ways = vec![(0.5 * (direct_m + ghost.path_m), mixed)];
                 if !direct {
                     ways.push((ghost.path_m, once * once * spread * spread));
@@ -744,7 +748,11 @@ impl Sensor for Asde {
                 self.ghosts(&air, &levels, interval, truth, index, &mut found);
             }
             for (plot, power_db) in found {
-                add(out, plot, Cause { key: None, truth_m: None, effects: explain::ghost(power_db) });
+                add(
+                    out,
+                    plot,
+                    Cause { key: None, truth_m: None, effects: explain::ghost(power_db) },
+                );
             }
         }
         if levels.false_alarms {

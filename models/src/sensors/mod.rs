@@ -18,6 +18,7 @@ pub mod gps;
 pub mod induction_loop;
 pub mod measurement;
 pub mod mlat;
+pub mod offline;
 pub mod propagation;
 pub mod radar_equation;
 pub mod radial;

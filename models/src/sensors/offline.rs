@@ -1,0 +1,509 @@
+//! The off-line approach: a sensor reduced to figures that were fitted from its on-line model.
+//!
+//! Mean, deviation and correlation time of the error along two axes, share of reports obtained and
+//! mean length of an outage. [`observe`] runs an on-line sensor and collects its errors, [`fit`] makes
+//! the figures, [`Offline`] draws from them: a first-order Gauss-Markov error and a two-state chain.
+//! So one scene can be run with either, and compared in accuracy and in time.
+//!
+//! What is lost on the way: everything that depends on place, aspect, weather and geometry beyond its
+//! average, common errors between targets, false alarms, and errors far outside the rest, whose share
+//! is reported ([`OfflineFit::far_share`]).
+//!
+//! Source: moment fits of an exponential autocorrelation; Cox & Miller, *The Theory of Stochastic
+//! Processes* (1965), ch. 3, for the chain.
+
+use crate::draw::{DrawKey, Purpose, uniform};
+use crate::environment::Weather;
+use crate::frames::{Azimuth, Vector2};
+use crate::plot::{SensorId, SensorKind};
+use crate::sensors::config::{ConfigError, number};
+use crate::sensors::cooperative::{Equipage, Fix, Fleet, Reporting, Reports};
+use crate::sensors::gps::Wander;
+use crate::sensors::{PlotSink, ScanInterval, Sensor, Truth};
+use crate::time::SimTime;
+
+/// Axes of the error figures.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum OfflineAxes {
+    /// First axis north, second east.
+    NorthEast,
+    /// First axis away from a site (east, north, m), second clockwise around it.
+    Radial(Vector2<f64>),
+}
+
+impl OfflineAxes {
+    /// The first axis at a place.
+    fn at(self, position_m: Vector2<f64>) -> Vector2<f64> {
+        match self {
+            Self::NorthEast => Vector2::new(0.0, 1.0),
+            Self::Radial(site_m) => Azimuth::of(position_m - site_m).unit(),
+        }
+    }
+}
+
+/// Error of one report, or none, of one target.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// Key of the target.
+    pub key: u64,
+    /// Time of the report.
+    pub time: SimTime,
+    /// Error along the first and the second axis, m.
+    pub error_m: [f64; 2],
+}
+
+/// What a run of an on-line sensor showed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Observation {
+    /// Reports, sorted by target, then time.
+    pub samples: Vec<Sample>,
+    /// Reports expected.
+    pub looks: u64,
+    /// Plots without a target.
+    pub false_plots: u64,
+    /// Simulated time, s.
+    pub duration_s: f64,
+}
+
+/// Runs `sensor` over `scans` intervals of `scan_s` from time 0 and collects its errors.
+pub fn observe(
+    sensor: &mut dyn Sensor,
+    truth: &dyn Truth,
+    weather: &Weather,
+    axes: OfflineAxes,
+    run_seed: u64,
+    scan_s: f64,
+    scans: u64,
+) -> Observation {
+    let mut seen = Observation {
+        samples: Vec::new(),
+        looks: 0,
+        false_plots: 0,
+        duration_s: scan_s * scans as f64,
+    };
+    let at = |scan: u64| SimTime(SimTime::from_s(scan_s).0 * scan as i64);
+    for scan in 1..=scans {
+        let mut sink = PlotSink::default();
+        let interval = ScanInterval { run_seed, scan, from: at(scan - 1), to: at(scan) };
+        sensor.scan(&interval, truth, weather, &mut sink);
+        seen.looks += sink.looks;
+        for (plot, cause) in sink.plots.iter().zip(&sink.causes) {
+            let (Some(key), Some(truth_m)) = (cause.key, cause.truth_m) else {
+                seen.false_plots += 1;
+                continue;
+            };
+            let error = plot.position_m - truth_m;
+            let first = axes.at(truth_m);
+            let second = Vector2::new(first.y, -first.x);
+            let error_m = [error.dot(&first), error.dot(&second)];
+            if error_m.iter().all(|e| e.is_finite()) {
+                seen.samples.push(Sample { key, time: plot.time, error_m });
+            }
+        }
+    }
+    seen.samples.sort_by_key(|s| (s.key, s.time));
+    seen
+}
+
+/// Figures of one axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AxisFigures {
+    /// Mean error, m.
+    pub mean_m: f64,
+    /// Deviation, m.
+    pub sigma_m: f64,
+}
+
+/// Figures of a sensor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OfflineFit {
+    /// Errors along the first and the second axis.
+    pub axes: [AxisFigures; 2],
+    /// Share of the variance that is correlated in time.
+    pub correlated_share: f64,
+    /// Its correlation time, s.
+    pub tau_s: f64,
+    /// Share of expected reports that come.
+    pub pd: f64,
+    /// Mean length of a run of missing reports, in reports, at least 1.
+    pub outage_reports: f64,
+    /// Time between two reports, s.
+    pub period_s: f64,
+    /// Share of reports too far off to belong to the rest; left out of the other figures.
+    pub far_share: f64,
+    /// Reports that the figures rest on.
+    pub samples: usize,
+}
+
+/// Why no figures could be made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum FitError {
+    /// Too few reports for any figure.
+    #[error("{found} reports are too few to fit a sensor; {needed} are needed")]
+    TooFew {
+        /// Reports found.
+        found: usize,
+        /// Reports needed.
+        needed: usize,
+    },
+}
+
+/// Fewest reports for a fit.
+const FEWEST: usize = 100;
+/// Errors beyond so many robust deviations belong to something else (a soft failure, a ghost).
+const FAR: f64 = 8.0;
+
+/// Makes the figures of an observation with a report every `period_s`.
+///
+/// # Errors
+/// [`FitError`] with fewer than a hundred reports.
+pub fn fit(seen: &Observation, period_s: f64) -> Result<OfflineFit, FitError> {
+    let too_few = |found| FitError::TooFew { found, needed: FEWEST };
+    if seen.samples.len() < FEWEST {
+        return Err(too_few(seen.samples.len()));
+    }
+    // Robust centre and spread first: median and median deviation.
+    let robust = [0, 1].map(|axis| {
+        let centre = median(seen.samples.iter().map(|s| s.error_m[axis]).collect());
+        let spread =
+            median(seen.samples.iter().map(|s| (s.error_m[axis] - centre).abs()).collect());
+        (centre, (1.4826 * spread).max(1e-9))
+    });
+    let near: Vec<Sample> = seen
+        .samples
+        .iter()
+        .filter(|s| (0..2).all(|a| (s.error_m[a] - robust[a].0).abs() <= FAR * robust[a].1))
+        .copied()
+        .collect();
+    if near.len() < FEWEST {
+        return Err(too_few(near.len()));
+    }
+    let n = near.len() as f64;
+    let axes = [0, 1].map(|axis| {
+        let mean_m = near.iter().map(|s| s.error_m[axis]).sum::<f64>() / n;
+        let square = near.iter().map(|s| (s.error_m[axis] - mean_m).powi(2)).sum::<f64>();
+        AxisFigures { mean_m, sigma_m: (square / n).sqrt().max(1e-6) }
+    });
+    let (correlated_share, tau_s) = correlation(&near, &axes, period_s);
+    let pd = (seen.samples.len() as f64 / (seen.looks.max(1)) as f64).clamp(0.0, 1.0);
+    Ok(OfflineFit {
+        axes,
+        correlated_share,
+        tau_s,
+        pd,
+        outage_reports: outage_reports(&seen.samples, period_s, pd),
+        period_s,
+        far_share: 1.0 - n / seen.samples.len() as f64,
+        samples: near.len(),
+    })
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    let middle = values.len() / 2;
+    *values.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
+/// Share and time of the correlated part: the autocorrelation s e^(−t/τ) at one lag and at the lag
+/// where it has fallen to about half.
+fn correlation(near: &[Sample], axes: &[AxisFigures; 2], period_s: f64) -> (f64, f64) {
+    let rho = |lag: usize| {
+        let (mut sum, mut n) = (0.0, 0.0);
+        let wanted_ns = SimTime::from_s(period_s * lag as f64).0;
+        for target in near.chunk_by(|a, b| a.key == b.key) {
+            let mut ahead = 0;
+            for early in target {
+                while ahead < target.len()
+                    && target[ahead].time.0 - early.time.0
+                        < wanted_ns - wanted_ns / (4 * lag as i64)
+                {
+                    ahead += 1;
+                }
+                let Some(late) = target.get(ahead) else { break };
+                if late.time.0 - early.time.0 <= wanted_ns + wanted_ns / (4 * lag as i64) {
+                    for (axis, figures) in axes.iter().enumerate() {
+                        let unit =
+                            |s: &Sample| (s.error_m[axis] - figures.mean_m) / figures.sigma_m;
+                        sum += unit(early) * unit(late);
+                        n += 1.0;
+                    }
+                }
+            }
+        }
+        if n > 0.0 { (sum / n, n) } else { (0.0, 0.0) }
+    };
+    let (first, pairs) = rho(1);
+    // Below four deviations of an estimate from nothing, it is nothing.
+    if pairs == 0.0 || first < 4.0 / pairs.sqrt() {
+        return (0.0, period_s);
+    }
+    let mut lag = 2;
+    loop {
+        let (later, pairs) = rho(lag);
+        if later < 0.6 * first || lag >= 4096 || pairs < 100.0 {
+            let floor = (0.05 * first).max(1e-6);
+            let ratio = (first / later.max(floor)).max(1.0 + 1e-6);
+            let tau_s = (lag as f64 - 1.0) * period_s / libm::log(ratio);
+            let share = first * libm::exp(period_s / tau_s);
+            return (share.clamp(0.0, 1.0), tau_s.clamp(1e-3, 1e6));
+        }
+        lag *= 2;
+    }
+}
+
+/// Mean run of missing reports between two that came.
+fn outage_reports(samples: &[Sample], period_s: f64, pd: f64) -> f64 {
+    let (mut missing, mut runs) = (0.0, 0.0);
+    for target in samples.chunk_by(|a, b| a.key == b.key) {
+        for pair in target.windows(2) {
+            let lost = (pair[1].time.since_s(pair[0].time) / period_s).round() - 1.0;
+            if lost > 0.0 {
+                missing += lost;
+                runs += 1.0;
+            }
+        }
+    }
+    // Without a closed gap, as if each report were lost by itself.
+    if runs > 0.0 { missing / runs } else { 1.0 / pd.max(1e-6) }
+}
+
+/// Parameters of an [`Offline`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct OfflineConfig {
+    /// Number of the sensor in the scene.
+    pub id: SensorId,
+    /// The kind it stands for.
+    pub kind: SensorKind,
+    /// Who is equipped, or seen.
+    pub equipped: Equipage,
+    /// Whether it reports identities.
+    pub identified: bool,
+    /// Axes of the figures.
+    pub axes: OfflineAxes,
+    /// The figures.
+    pub figures: OfflineFit,
+}
+
+impl OfflineConfig {
+    /// Refuses what is outside the limits.
+    ///
+    /// # Errors
+    /// [`ConfigError`] with key, value and limits.
+    pub fn validate(&self) -> Result<(), ConfigError> {
+        self.reporting().validate()?;
+        for axis in &self.figures.axes {
+            number("mean_m", axis.mean_m, -1e6, 1e6)?;
+            number("sigma_m", axis.sigma_m, 1e-6, 1e6)?;
+        }
+        number("correlated_share", self.figures.correlated_share, 0.0, 1.0)?;
+        number("tau_s", self.figures.tau_s, 1e-3, 1e6)?;
+        number("pd", self.figures.pd, 0.0, 1.0)?;
+        number("outage_reports", self.figures.outage_reports, 1.0, 1e9)
+    }
+
+    fn reporting(&self) -> Reporting {
+        Reporting {
+            id: self.id,
+            kind: self.kind,
+            equipped: self.equipped.clone(),
+            period_s: self.figures.period_s,
+        }
+    }
+
+    /// Probability that a report comes after one that came, and after one that did not: the chain
+    /// with the fitted share and mean outage.
+    fn chain(&self) -> (f64, f64) {
+        let figures = &self.figures;
+        let back = 1.0 / figures.outage_reports.max(1.0);
+        let lost = if figures.pd > 0.0 { back * (1.0 - figures.pd) / figures.pd } else { 1.0 };
+        ((1.0 - lost).max(0.0), if figures.pd > 0.0 { back } else { 0.0 })
+    }
+}
+
+/// A sensor by its figures.
+#[derive(Clone, Debug)]
+pub struct Offline {
+    config: OfflineConfig,
+    reporting: Reporting,
+    chain: (f64, f64),
+    fleet: Fleet<State>,
+}
+
+#[derive(Clone, Debug)]
+struct State {
+    wander: Wander,
+    up: bool,
+}
+
+impl Offline {
+    /// A sensor with these figures.
+    ///
+    /// # Errors
+    /// [`ConfigError`] if a figure is outside its limits.
+    pub fn new(config: OfflineConfig) -> Result<Self, ConfigError> {
+        config.validate()?;
+        let (reporting, chain) = (config.reporting(), config.chain());
+        Ok(Self { config, reporting, chain, fleet: Fleet::default() })
+    }
+}
+
+impl Sensor for Offline {
+    fn id(&self) -> SensorId {
+        self.config.id
+    }
+
+    fn kind(&self) -> SensorKind {
+        self.config.kind
+    }
+
+    fn scan(
+        &mut self,
+        interval: &ScanInterval,
+        truth: &dyn Truth,
+        _weather: &Weather,
+        out: &mut PlotSink,
+    ) {
+        let (config, reporting, chain) = (&self.config, &self.reporting, self.chain);
+        let figures = &config.figures;
+        let [first, second] = figures.axes;
+        let mut reports = Reports::new(reporting, truth, out);
+        self.fleet.for_each_due(
+            reporting,
+            interval,
+            truth,
+            |due| {
+                let key = reporting.key(interval, due);
+                let mut rng = DrawKey { scan: u64::MAX, ..key }.rng(Purpose::Offline);
+                State { wander: Wander::start(key, due.time), up: uniform(&mut rng) < figures.pd }
+            },
+            |state, due| {
+                reports.expected();
+                let key = reporting.key(interval, due);
+                let comes = if state.up { chain.0 } else { chain.1 };
+                state.up = uniform(&mut key.rng(Purpose::Offline)) < comes;
+                if !state.up {
+                    return;
+                }
+                let (share, tau_s) = (figures.correlated_share, figures.tau_s);
+                let unit = state.wander.unit_error(share, tau_s, key, due.time);
+                let position_m = due.state.position_m.xy();
+                let axis = config.axes.at(position_m);
+                let across = Vector2::new(axis.y, -axis.x);
+                let error_m = axis * (first.mean_m + first.sigma_m * unit.x)
+                    + across * (second.mean_m + second.sigma_m * unit.y);
+                reports.push(
+                    due,
+                    Fix {
+                        time: due.time,
+                        position_m: position_m + error_m,
+                        axis,
+                        variance_m2: [
+                            first.sigma_m * first.sigma_m,
+                            second.sigma_m * second.sigma_m,
+                        ],
+                        altitude_m: None,
+                    },
+                    config.identified,
+                    &[("fitted error", error_m.norm(), "m")],
+                );
+            },
+        );
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sensors::gps::{Gps, GpsConfig, GpsModel, NorthEast, Statistical};
+    use crate::sensors::service::{Alternating, Service};
+    use crate::sensors::testing::Parked;
+
+    fn gps() -> GpsConfig {
+        let service = Service {
+            coverage: Alternating::from_share(0.9, 20.0),
+            reliability: Alternating::from_share(0.98, 20.0),
+            ..Service::PERFECT
+        };
+        let error = NorthEast {
+            mean_north_m: 1.0,
+            mean_east_m: -2.0,
+            sigma_north_m: 4.0,
+            sigma_east_m: 3.0,
+            correlated_share: 0.8,
+            tau_s: 30.0,
+        };
+        let model = Statistical { service, error, ..Statistical::sps_1995() };
+        GpsConfig::of(SensorId(1), GpsModel::Statistical(model))
+    }
+
+    fn fitted(sensor: &mut dyn Sensor) -> OfflineFit {
+        let truth = Parked::aircraft(&(0..200).collect::<Vec<_>>());
+        let weather = Weather::default();
+        let seen = observe(sensor, &truth, &weather, OfflineAxes::NorthEast, 5, 1.0, 1500);
+        fit(&seen, 1.0).expect("enough reports")
+    }
+
+    #[test]
+    fn figures_of_the_figures_are_the_figures() {
+        let online = fitted(&mut Gps::new(gps()).expect("sound"));
+        let close = |name: &str, found: f64, expected: f64, tolerance: f64| {
+            assert!((found - expected).abs() <= tolerance, "{name}: {found}, not {expected}");
+        };
+        close("north", online.axes[0].sigma_m, 4.0, 0.15);
+        close("east", online.axes[1].sigma_m, 3.0, 0.15);
+        close("mean north", online.axes[0].mean_m, 1.0, 0.15);
+        close("mean east", online.axes[1].mean_m, -2.0, 0.15);
+        close("share", online.correlated_share, 0.8, 0.05);
+        close("time", online.tau_s, 30.0, 4.0);
+        close("obtained", online.pd, 0.9, 0.01);
+        close("outage", online.outage_reports, 20.0, 2.0);
+        close("far", online.far_share, 0.02, 0.006);
+        let config = OfflineConfig {
+            id: SensorId(1),
+            kind: SensorKind::Gps,
+            equipped: Equipage::all(),
+            identified: true,
+            axes: OfflineAxes::NorthEast,
+            figures: online,
+        };
+        let again = fitted(&mut Offline::new(config).expect("sound"));
+        close("north again", again.axes[0].sigma_m, online.axes[0].sigma_m, 0.15);
+        close("east again", again.axes[1].sigma_m, online.axes[1].sigma_m, 0.15);
+        close("time again", again.tau_s, online.tau_s, 4.0);
+        close("obtained again", again.pd, online.pd, 0.01);
+        close("outage again", again.outage_reports, online.outage_reports, 2.0);
+        assert_eq!(again.far_share, 0.0);
+    }
+
+    #[test]
+    fn hard_fits_answer() {
+        let sample = |k: i64, error_m| Sample { key: 1, time: SimTime(k * 1_000_000_000), error_m };
+        let seen = |samples: Vec<Sample>| Observation {
+            looks: samples.len() as u64,
+            samples,
+            false_plots: 0,
+            duration_s: 1.0,
+        };
+        assert_eq!(fit(&seen(vec![]), 1.0), Err(FitError::TooFew { found: 0, needed: 100 }));
+        for (name, samples) in [
+            ("no error at all", (0..200).map(|k| sample(k, [0.0, 0.0])).collect::<Vec<_>>()),
+            ("the same error", (0..200).map(|k| sample(k, [5.0, -5.0])).collect()),
+            (
+                "one jump",
+                (0..200).map(|k| sample(k, [f64::from(u8::from(k > 100)), 0.0])).collect(),
+            ),
+            ("to and fro", (0..200).map(|k| sample(k, [(k % 2) as f64, 0.0])).collect()),
+            ("far apart", (0..200).map(|k| sample(k * 1000, [(k % 7) as f64, 1.0])).collect()),
+        ] {
+            let figures = fit(&seen(samples), 1.0).expect(name);
+            let config = OfflineConfig {
+                id: SensorId(1),
+                kind: SensorKind::Gps,
+                equipped: Equipage::all(),
+                identified: false,
+                axes: OfflineAxes::Radial(Vector2::zeros()),
+                figures,
+            };
+            assert!(config.validate().is_ok(), "{name}: {figures:?}");
+        }
+    }
+}
