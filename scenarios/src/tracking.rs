@@ -52,7 +52,7 @@ pub struct Accuracy {
     pub time_budget_us: Option<f64>,
 }
 
-const KEYS: [&str; 25] = [
+const KEYS: [&str; 27] = [
     "profile",
     "filter",
     "q",
@@ -74,6 +74,8 @@ const KEYS: [&str; 25] = [
     "track_numbers",
     "number_rest_s",
     "late_s",
+    "consider_slow_errors",
+    "register_sites",
     "duplicate_radius_m",
     "stand_radius_m",
     "off_block_window_s",
@@ -132,6 +134,12 @@ pub(crate) fn read(root: &Section) -> Result<Tracking, ScenarioError> {
     set(&mut life.number_rest_s, "number_rest_s", 0.0, 3600.0, "s")?;
     set(&mut config.ring_s, "late_s", 0.0, 60.0, "s")?;
     set(&mut config.duplicate_radius_m, "duplicate_radius_m", 0.0, 100.0, "m")?;
+    let flag = |slot: &mut bool, key: &str| {
+        *slot = section.flag(key)?.unwrap_or(*slot);
+        Ok(())
+    };
+    flag(&mut config.consider_slow_errors, "consider_slow_errors")?;
+    flag(&mut config.register_sites, "register_sites")?;
     let labels = &mut config.labels;
     set(&mut labels.stand_radius_m, "stand_radius_m", 1.0, 500.0, "m")?;
     set(&mut labels.off_block_window_s, "off_block_window_s", 1.0, 86_400.0, "s")?;

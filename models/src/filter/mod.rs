@@ -258,7 +258,7 @@ pub trait StateEstimator: Clone {
 }
 
 /// The 90 % quantile of χ² with two degrees of freedom: an innovation that fits, but only just.
-const MANOEUVRE_D2: f64 = 4.6;
+pub(crate) const MANOEUVRE_D2: f64 = 4.6;
 
 fn measurements(plots: &[(&Plot, f64)]) -> Result<Vec<(Measurement, f64)>, UpdateError> {
     plots.iter().map(|(plot, beta)| Ok((Measurement::of(plot)?, *beta))).collect()

@@ -1,13 +1,14 @@
 //! Association of one batch (plots of one sensor and one of its intervals) with the tracks.
 
 use super::config::{AssociationMethod, SensorModel, TrackingConfig};
+use super::filter::TrackFilter;
 use super::life;
+use super::registration::Reference;
 use super::track_file::{Applied, Stage, Track, Update, predict};
 use super::tracker::{Candidate, Outcome, Tracker, Work};
 use crate::association::kinematic_gate;
 use crate::association::nearest::{self, Pair};
 use crate::association::{jpda::JpdaError, lbp};
-use crate::filter::{Estimator, StateEstimator};
 use crate::frames::Vector2;
 use crate::plot::{Identity, Plot};
 use crate::time::SimTime;
@@ -315,26 +316,38 @@ impl Tracker {
             if track.stage != stage || track_used[index] {
                 continue;
             }
-            // Where it may be at any time of the batch.
-            let Some(base) = track.filter_before(begin).or_else(|| track.filter_before(end)) else {
-                continue;
-            };
-            let Ok(last) = predict(base, end, &self.config.life) else { continue };
-            let first = predict(base, begin.max(base.time()), &self.config.life)
-                .map_or(last.position_m(), |e| e.position_m());
-            let s = last.position_cov_m2();
-            let half = Vector2::new(
-                (self.gate_1 * (s[(0, 0)] + widest)).sqrt(),
-                (self.gate_1 * (s[(1, 1)] + widest)).sqrt(),
-            );
-            let low = first.inf(&last.position_m()) - half;
-            let high = first.sup(&last.position_m()) + half;
             let young = track.plots == 1;
+            let (low, high) = if young {
+                // As far as its class can go since its only plot.
+                let first = track.filter().estimate();
+                let dt_s = end.since_s(first.time).max(0.0);
+                let radius = track.limits.speed_ms * dt_s + 3.0 * (2.0 * widest).sqrt();
+                let around = Vector2::repeat(radius);
+                (first.position_m() - around, first.position_m() + around)
+            } else {
+                // Where it may be at any time of the batch.
+                let Some(base) = track.filter_before(begin).or_else(|| track.filter_before(end))
+                else {
+                    continue;
+                };
+                let Ok(last) = predict(base, end, &self.config.life) else { continue };
+                let first = predict(base, begin.max(base.time()), &self.config.life)
+                    .map_or(last.position_m(), |e| e.position_m());
+                let s = last.position_cov_m2();
+                let half = Vector2::new(
+                    (self.gate_1 * (s[(0, 0)] + widest)).sqrt(),
+                    (self.gate_1 * (s[(1, 1)] + widest)).sqrt(),
+                );
+                (first.inf(&last.position_m()) - half, first.sup(&last.position_m()) + half)
+            };
             grid.visit(low, high, |k| {
                 let c = &mut batch[k];
                 let p = c.plot.position_m;
                 let inside = p.x >= low.x && p.x <= high.x && p.y >= low.y && p.y <= high.y;
                 if c.used || !inside || !track.may_be(c.plot.identity) {
+                    return;
+                }
+                if young && !within_first_gate(track, &c.plot) {
                     return;
                 }
                 let Some(found) = distance(track, &c.plot, &self.config) else { return };
@@ -443,7 +456,7 @@ impl Tracker {
         to: usize,
         model: &SensorModel,
         work: &Work,
-        mut visit: impl FnMut(usize, &Plot, &'a Estimator),
+        mut visit: impl FnMut(usize, &Plot, &'a TrackFilter),
     ) {
         let batch = &work.candidates[from..to];
         let latest = batch.iter().fold(SimTime(i64::MIN), |t, c| t.max(c.plot.time));
@@ -581,6 +594,25 @@ impl Tracker {
         };
         let new_name = candidate.plot.identity.filter(|name| !was_called(*name));
         candidate.used |= hit;
+        if hit && self.config.register_sites {
+            let plot = candidate.plot;
+            if plot.polar.is_some() && !manoeuvre {
+                if let Some(reference) = &track.reference {
+                    self.registration.learn(&plot, reference, velocity_ms);
+                }
+            } else if plot.identity.is_some() && plot.along_m2.is_finite() {
+                track.reference = Some(Reference {
+                    time: plot.time,
+                    position_m: plot.position_m,
+                    variance_m2: 0.5 * (plot.along_m2 + plot.across_m2),
+                    repeats: if model.slow_share > 0.0 {
+                        (2.0 * model.slow_tau_s / model.interval_s.max(1e-3)).max(1.0)
+                    } else {
+                        1.0
+                    },
+                });
+            }
+        }
         work.track_used[index] |= hit;
         track.manoeuvre |= manoeuvre;
         self.statistics.late += u64::from(late);
@@ -623,10 +655,15 @@ struct Distance {
 /// Distance of a plot from a track predicted to the plot's own time.
 fn distance(track: &Track, plot: &Plot, config: &TrackingConfig) -> Option<Distance> {
     let filter = track.filter_before(plot.time)?;
-    let at = predict(filter, plot.time, &config.life).ok()?;
-    let found = at.innovation(plot).ok()?;
-    let ln_det = found.ln_det + f64::from(found.dof) * LN_TAU;
-    (found.d2.is_finite() && ln_det.is_finite()).then_some(Distance { d2: found.d2, ln_det })
+    let (d2, ln_det, dof) =
+        if plot.time.since_s(filter.time()) <= config.life.constant_velocity_after_s {
+            filter.innovation(plot, &config.sensor(plot.sensor, plot.kind)).ok()?
+        } else {
+            let found = predict(filter, plot.time, &config.life).ok()?.innovation(plot).ok()?;
+            (found.d2, found.ln_det, found.dof)
+        };
+    let ln_det = ln_det + f64::from(dof) * LN_TAU;
+    (d2.is_finite() && ln_det.is_finite()).then_some(Distance { d2, ln_det })
 }
 
 /// First gate of a track with one plot: as far as its class can go.

@@ -128,9 +128,9 @@ pub struct SensorModel {
     pub false_density_m2: f64,
     /// White error beyond what the plot states (glint of an extended target), standard deviation, m.
     pub extra_sigma_m: f64,
-    /// Slowly varying error that the plot's variance contains, standard deviation per axis, m; 0: none.
-    pub slow_sigma_m: f64,
-    /// Its correlation time, s.
+    /// Share of the plot's variance that varies slowly instead of from plot to plot, 0 to 1.
+    pub slow_share: f64,
+    /// Correlation time of that share, s.
     pub slow_tau_s: f64,
 }
 
@@ -145,14 +145,18 @@ impl SensorModel {
             detection: 0.95,
             false_density_m2: 1e-8,
             extra_sigma_m: 0.0,
-            slow_sigma_m: 0.0,
+            slow_share: 0.0,
             slow_tau_s: 1.0,
         };
         match kind {
             SensorKind::Asde => {
                 Self { detection: 0.9, false_density_m2: 2e-8, extra_sigma_m: 1.0, ..base }
             }
-            _ => base,
+            SensorKind::Gps | SensorKind::Adsb => {
+                Self { slow_share: 0.95, slow_tau_s: 300.0, ..base }
+            }
+            SensorKind::Dgps => Self { slow_share: 0.9, slow_tau_s: 100.0, ..base },
+            SensorKind::Mlat | SensorKind::Loop | SensorKind::Dynamic => base,
         }
     }
 }
@@ -178,6 +182,12 @@ pub struct TrackingConfig {
     pub sensors: Vec<SensorModel>,
     /// Late plots are taken in their order back to this many seconds before the scan's end.
     pub ring_s: f64,
+    /// Whether slow errors of sensors are respected ([`super::consider`]) or taken for white. A track that
+    /// such a sensor updates leaves the configured filter for a six-state one.
+    pub consider_slow_errors: bool,
+    /// Whether constant errors of radar sites are estimated from targets that report their position,
+    /// and taken off.
+    pub register_sites: bool,
     /// Two tracks that stay this near and move alike are one target, m (beside the body of a labelled one).
     pub duplicate_radius_m: f64,
 }
@@ -225,6 +235,8 @@ impl TrackingConfig {
             sizes: Vec::new(),
             sensors: Vec::new(),
             ring_s: 5.0,
+            consider_slow_errors: false,
+            register_sites: false,
             duplicate_radius_m: 12.0,
         }
     }
@@ -235,6 +247,8 @@ impl TrackingConfig {
         let mut config = Self::paper();
         config.filter = FilterConfig::new(Rung::Mh9);
         config.association = AssociationMethod::Joint { limit: 100_000 };
+        config.consider_slow_errors = true;
+        config.register_sites = true;
         config
     }
 

@@ -4,7 +4,7 @@
 use super::config::{LabelRules, TrackingConfig};
 use super::track_file::{Stage, Track};
 use crate::association::assignment::Solver;
-use crate::filter::{Estimate, StateEstimator};
+use crate::filter::Estimate;
 use crate::flight_list::{FlightEntry, FlightList, MovementKind};
 use crate::plot::Callsign;
 use crate::time::SimTime;

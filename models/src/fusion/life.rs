@@ -5,7 +5,6 @@ use super::numbers::Numbers;
 use super::track_file::{Stage, Track, predict};
 use super::tracker::Statistics;
 use crate::association::grid::Grid;
-use crate::filter::StateEstimator;
 use crate::flight_list::FlightList;
 use crate::frames::Vector2;
 use crate::time::SimTime;

@@ -9,13 +9,17 @@
 
 mod associate;
 pub mod config;
+pub mod consider;
+mod filter;
 mod labels;
 mod life;
 mod numbers;
+mod registration;
 mod track_file;
 mod tracker;
 
 pub use config::TrackingConfig;
+pub use registration::SiteBias;
 pub use tracker::{Outcome, Statistics, Tracker};
 
 #[cfg(test)]

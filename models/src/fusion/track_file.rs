@@ -1,8 +1,10 @@
 //! One track: its filter, the updates of the last seconds, and what is known of it.
 
 use super::config::{Life, TrackingConfig};
+use super::filter::TrackFilter;
+use super::registration::Reference;
 use crate::association::kinematic_gate::{ClassLimits, Departure};
-use crate::filter::{Estimate, Estimator, StateEstimator, UpdateError};
+use crate::filter::{Estimate, Gaussian, UpdateError};
 use crate::frames::Vector2;
 use crate::plot::{Callsign, Identity, Plot};
 use crate::time::SimTime;
@@ -41,7 +43,7 @@ pub(super) enum Update {
 #[derive(Clone, Debug)]
 struct Entry {
     update: Update,
-    after: Estimator,
+    after: TrackFilter,
 }
 
 /// How an update went.
@@ -86,6 +88,8 @@ pub(super) struct Track {
     /// What its plots said it is.
     pub(super) callsign: Option<Callsign>,
     pub(super) address: Option<u32>,
+    /// Its own last report of its position.
+    pub(super) reference: Option<Reference>,
     /// Line of the flight list.
     pub(super) entry: Option<Callsign>,
     /// The flight list has answered for the present identity.
@@ -104,7 +108,7 @@ impl Track {
         config: &TrackingConfig,
         interval_s: f64,
     ) -> Result<Self, UpdateError> {
-        let after = Estimator::from_plot(&config.filter, plot)?;
+        let after = TrackFilter::from_plot(&config.filter, plot)?;
         let mut track = Self {
             serial,
             number: None,
@@ -125,6 +129,7 @@ impl Track {
             altitude_m: plot.altitude_m,
             callsign: None,
             address: None,
+            reference: None,
             entry: None,
             name_settled: false,
             limits: config.limits_of(None),
@@ -135,8 +140,17 @@ impl Track {
         Ok(track)
     }
 
+    /// A confirmed track in this state, which is all it has.
+    pub(super) fn take_over(&mut self, time: SimTime, state: &Gaussian, number: u16) {
+        if let Some(entry) = self.ring.back_mut() {
+            entry.after.replace(time, state);
+        }
+        (self.number, self.stage) = (Some(number), Stage::Confirmed);
+        (self.history, self.looks, self.plots) = (u32::MAX, u32::BITS, 2);
+    }
+
     /// The filter after the last plot.
-    pub(super) fn filter(&self) -> &Estimator {
+    pub(super) fn filter(&self) -> &TrackFilter {
         &self.ring.back().expect("a track has at least one entry").after
     }
 
@@ -146,7 +160,7 @@ impl Track {
     }
 
     /// The filter as it was at `time`: after the last update that is not later.
-    pub(super) fn filter_before(&self, time: SimTime) -> Option<&Estimator> {
+    pub(super) fn filter_before(&self, time: SimTime) -> Option<&TrackFilter> {
         self.ring.iter().rev().map(|e| &e.after).find(|f| f.time() <= time)
     }
 
@@ -183,7 +197,7 @@ impl Track {
     }
 
     /// State for the kinematic gate.
-    pub(super) fn departure(filter: &Estimator) -> Departure {
+    pub(super) fn departure(filter: &TrackFilter) -> Departure {
         let estimate = filter.estimate();
         let (pp, pv) = (estimate.position_cov_m2(), estimate.position_velocity_cov_m2s());
         let vv = estimate.velocity_cov_m2s2();
@@ -216,10 +230,10 @@ impl Track {
         let plot = *update.plot();
         let mut reborn = false;
         let hit = !matches!(update, Update::Weighted { hit: false, .. });
-        match run(&mut filter, &update, &config.life) {
+        match run(&mut filter, &update, config) {
             Ok(()) => {}
             Err(UpdateError::BadInnovation(_) | UpdateError::BadCovariance) => {
-                match Estimator::from_plot(&config.filter, &plot) {
+                match TrackFilter::from_plot(&config.filter, &plot) {
                     Ok(fresh) => filter = fresh,
                     Err(_) => return Applied::Refused,
                 }
@@ -236,7 +250,7 @@ impl Track {
         self.ring.insert(place, Entry { update, after: filter.clone() });
         for entry in self.ring.range_mut(place + 1..) {
             // What cannot be done again leaves the state of the update before it.
-            if run(&mut filter, &entry.update, &config.life).is_err() {
+            if run(&mut filter, &entry.update, config).is_err() {
                 continue;
             }
             entry.after = filter.clone();
@@ -279,17 +293,23 @@ impl Update {
     }
 }
 
-fn run(filter: &mut Estimator, update: &Update, life: &Life) -> Result<(), UpdateError> {
-    let time = update.plot().time;
+fn run(
+    filter: &mut TrackFilter,
+    update: &Update,
+    config: &TrackingConfig,
+) -> Result<(), UpdateError> {
+    let (time, life) = (update.plot().time, &config.life);
     // After a long gap the state is carried on at constant velocity, not with an old acceleration.
     if time.since_s(filter.time()) > life.constant_velocity_after_s {
         let carried = predict(filter, time, life)?;
         filter.replace(time, &carried.state);
     }
     match update {
-        Update::Start(plot) | Update::Plot(plot) => filter.update(plot).map(|_| ()),
-        Update::Manoeuvre(plot) => filter.update_manoeuvre(plot).map(|_| ()),
-        Update::Restart(first, last) => filter.restart(first, last),
+        Update::Start(plot) | Update::Plot(plot) => {
+            filter.update(plot, &config.sensor(plot.sensor, plot.kind), config)
+        }
+        Update::Manoeuvre(plot) => filter.update_manoeuvre(plot),
+        Update::Restart(first, last) => filter.restart(first, last, &config.filter),
         Update::Weighted { plots, .. } => {
             let borrowed: Vec<_> = plots.iter().map(|(plot, beta)| (plot, *beta)).collect();
             filter.update_weighted(&borrowed)
@@ -303,7 +323,7 @@ fn run(filter: &mut Estimator, update: &Update, life: &Life) -> Result<(), Updat
 /// # Errors
 /// If `time` is before the filter's.
 pub(super) fn predict(
-    filter: &Estimator,
+    filter: &TrackFilter,
     time: SimTime,
     life: &Life,
 ) -> Result<Estimate, UpdateError> {

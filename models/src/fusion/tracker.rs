@@ -1,9 +1,10 @@
 //! One scan: plots in, tracks out.
 
-use super::config::TrackingConfig;
+use super::config::{SensorModel, TrackingConfig};
 use super::labels;
 use super::life;
 use super::numbers::Numbers;
+use super::registration::{Registration, SiteBias};
 use super::track_file::{Stage, Track, predict};
 use crate::association::assignment::Solver;
 use crate::association::cluster::Clusters;
@@ -11,10 +12,10 @@ use crate::association::gate::chi_square_quantile;
 use crate::association::grid::Grid;
 use crate::association::jpda::Jpda;
 use crate::association::nearest::Pair;
-use crate::filter::Measurement;
+use crate::filter::{Gaussian, Measurement};
 use crate::flight_list::FlightList;
 use crate::frames::Vector2;
-use crate::plot::{Identity, Plot, SensorId};
+use crate::plot::{Identity, Plot, SensorId, SensorKind};
 use crate::time::SimTime;
 use crate::track::{SystemTrack, TrackStatus};
 use std::collections::VecDeque;
@@ -119,6 +120,7 @@ pub struct Tracker {
     pub(super) config: TrackingConfig,
     pub(super) tracks: Vec<Track>,
     numbers: Numbers,
+    pub(super) registration: Registration,
     pub(super) next_serial: u64,
     last_scan: Option<SimTime>,
     /// (time, sensor, sequence) of the plots of the last scans, sorted scan by scan.
@@ -162,6 +164,7 @@ impl Tracker {
             config,
             tracks: Vec::new(),
             numbers,
+            registration: Registration::default(),
             next_serial: 0,
             last_scan: None,
             seen: VecDeque::new(),
@@ -185,11 +188,54 @@ impl Tracker {
         &self.statistics
     }
 
+    /// Estimated constant errors of the radars' sites.
+    #[must_use]
+    pub fn site_biases(&self) -> Vec<SiteBias> {
+        self.registration.biases()
+    }
+
     /// What became of each plot of the last [`Self::scan`], index by index. For evaluation: the truth
     /// at the plot's time can be held against the track's state just after the plot.
     #[must_use]
     pub fn outcomes(&self) -> &[Outcome] {
         &self.outcomes
+    }
+
+    /// Takes over confirmed tracks with known states (a hand-over, or a study that starts from truth).
+    /// States that no filter can start from, and those beyond the last number, are left out; gives
+    /// how many were taken.
+    pub fn adopt(&mut self, time: SimTime, states: &[Gaussian]) -> usize {
+        let before = self.tracks.len();
+        for state in states {
+            let model = SensorModel::default_of(SensorId(0), SensorKind::Asde);
+            let plot = Plot {
+                sensor: SensorId(0),
+                kind: model.kind,
+                time,
+                sequence: 0,
+                position_m: state.position(),
+                axis: Vector2::new(1.0, 0.0),
+                along_m2: 1.0,
+                across_m2: 1.0,
+                altitude_m: None,
+                polar: None,
+                identity: None,
+                scnr_db: None,
+            };
+            if !sound(&plot) {
+                continue;
+            }
+            let track = Track::start(self.next_serial, &plot, &self.config, model.interval_s);
+            let Ok(mut track) = track else { continue };
+            let Some(number) = self.numbers.take(time) else { break };
+            track.take_over(time, state, number);
+            self.next_serial += 1;
+            self.statistics.started += 1;
+            self.statistics.confirmed += 1;
+            self.tracks.push(track);
+        }
+        self.last_scan = self.last_scan.max(Some(time));
+        self.tracks.len() - before
     }
 
     /// One update cycle: all plots up to `t_out` that have not been given before, in any order.
@@ -325,6 +371,9 @@ impl Tracker {
         batches.sort_by_key(|b| (candidates[b.from].plot.time, candidates[b.from].plot.sensor));
         // What the sensor's model adds to the stated variance.
         for c in candidates.iter_mut() {
+            if config.register_sites {
+                self.registration.correct(&mut c.plot);
+            }
             let extra = config.sensor(c.plot.sensor, c.plot.kind).extra_sigma_m;
             c.plot.along_m2 += extra * extra;
             c.plot.across_m2 += extra * extra;

@@ -1,0 +1,191 @@
+//! Several sensors: biases of sites, slow errors, outages, different times and rates.
+
+use super::*;
+use crate::plot::{Callsign, Identity};
+use config::SensorModel;
+
+struct Site {
+    id: u16,
+    place: Vector2<f64>,
+    range_bias: f64,
+    azimuth_bias: f64,
+}
+
+const SIGMA_RANGE: f64 = 1.5;
+const SIGMA_AZIMUTH: f64 = 1e-3;
+
+fn look(site: &Site, seed: u64, target: usize, k: u32, t: f64, truth: Vector2<f64>) -> Plot {
+    let key =
+        DrawKey { run_seed: seed, sensor: site.id.into(), entity: target as u64, scan: k.into() };
+    let (a, b) = normal_pair(&mut key.rng(Purpose::Study));
+    let o = truth - site.place;
+    let range = libm::hypot(o.x, o.y) + site.range_bias + SIGMA_RANGE * a;
+    let azimuth = libm::atan2(o.x, o.y) + site.azimuth_bias + SIGMA_AZIMUTH * b;
+    let axis = Vector2::new(libm::sin(azimuth), libm::cos(azimuth));
+    Plot {
+        sensor: SensorId(site.id),
+        kind: SensorKind::Asde,
+        time: SimTime::from_s(t),
+        sequence: target as u32,
+        position_m: site.place + axis * range,
+        axis,
+        along_m2: SIGMA_RANGE * SIGMA_RANGE,
+        across_m2: (range * SIGMA_AZIMUTH) * (range * SIGMA_AZIMUTH),
+        altitude_m: None,
+        polar: Some(Polar {
+            range_m: range,
+            azimuth_rad: crate::frames::wrap_pi(azimuth),
+            sigma_range_m: SIGMA_RANGE,
+            sigma_azimuth_rad: SIGMA_AZIMUTH,
+        }),
+        identity: None,
+        scnr_db: None,
+    }
+}
+
+/// Runs two vehicles that report by DGPS and one silent target under `sites`; gives the mean squared error of
+/// the published tracks of all three from scan 60 on, the most tracks at a time after scan 200, and the tracker.
+fn watch(
+    config: TrackingConfig,
+    sites: &[Site],
+    silent: impl Fn(u32, u16) -> bool,
+) -> (f64, usize, Tracker) {
+    let paths = [
+        drive(Vector2::new(0.0, 0.0), 0.7, 9.0, &[(600.0, 0.0, 0.01)]),
+        drive(Vector2::new(500.0, -300.0), 4.0, 7.0, &[(600.0, 0.0, -0.012)]),
+        drive(Vector2::new(-400.0, 500.0), 2.0, 12.0, &[(600.0, 0.0, 0.008)]),
+    ];
+    let mut tracker = Tracker::new(config);
+    let rho = libm::exp(-1.0 / 100.0);
+    let mut slow = [Vector2::zeros(); 2];
+    let (mut sum, mut count, mut most) = (0.0, 0.0, 0);
+    for k in 1..=300 {
+        let mut plots = Vec::new();
+        for (n, path) in paths.iter().enumerate() {
+            for site in sites.iter().filter(|s| !silent(k, s.id)) {
+                let t = f64::from(k) - 0.9 + 0.2 * f64::from(site.id) + 0.01 * n as f64;
+                plots.push(look(site, 3, n, k, t, path(t).expect("moves")));
+            }
+            if n < 2 && !silent(k, 9) {
+                let key = DrawKey { run_seed: 4, sensor: 9, entity: n as u64, scan: k.into() };
+                let (a, b) = normal_pair(&mut key.rng(Purpose::Study));
+                slow[n] = slow[n] * rho + Vector2::new(a, b) * (1.0 - rho * rho).sqrt() * 0.55;
+                let t = f64::from(k) - 0.35;
+                let mut report = look(&sites[0], 3, n, k, t, path(t).expect("moves"));
+                report.position_m = path(t).expect("moves") + slow[n];
+                (report.sensor, report.kind, report.polar) = (SensorId(9), SensorKind::Dgps, None);
+                (report.axis, report.along_m2, report.across_m2) =
+                    (Vector2::new(0.0, 1.0), 0.3, 0.3);
+                report.identity = Some(Identity::Callsign(Callsign::new(["CAR1", "CAR2"][n])));
+                plots.push(report);
+            }
+        }
+        let t_out = SimTime::from_s(f64::from(k));
+        let tracks = tracker.scan(t_out, &plots, &FlightList::default());
+        for path in &paths {
+            let truth = path(t_out.s()).expect("moves");
+            let nearest = tracks
+                .iter()
+                .map(|t| (t.position_m - truth).norm())
+                .min_by(f64::total_cmp)
+                .unwrap_or(f64::INFINITY);
+            if k >= 60 {
+                sum += nearest * nearest;
+                count += 1.0;
+            }
+        }
+        most = if k >= 200 { tracks.len().max(most) } else { 0 };
+    }
+    (sum / count, most, tracker)
+}
+
+fn config(base: TrackingConfig) -> TrackingConfig {
+    let mut config = base;
+    for id in [1, 2] {
+        let mut sensor = SensorModel::default_of(SensorId(id), SensorKind::Asde);
+        sensor.extra_sigma_m = 0.0;
+        config.sensors.push(sensor);
+    }
+    config
+}
+
+#[test]
+fn biases_of_sites_are_found_and_taken_off() {
+    let sites = [
+        Site { id: 1, place: Vector2::new(-900.0, -600.0), range_bias: 6.0, azimuth_bias: -4e-3 },
+        Site { id: 2, place: Vector2::new(1100.0, 700.0), range_bias: -3.0, azimuth_bias: 2e-3 },
+    ];
+    let (raw, _, _) = watch(config(TrackingConfig::paper()), &sites, |_, _| false);
+    let (registered, most, tracker) =
+        watch(config(TrackingConfig::accurate()), &sites, |_, _| false);
+    println!(
+        "paper {:.2} m, registered {:.2} m, {:?}",
+        raw.sqrt(),
+        registered.sqrt(),
+        tracker.site_biases()
+    );
+    let found = tracker.site_biases();
+    assert_eq!(found.len(), 2);
+    for bias in found {
+        let site = &sites[usize::from(bias.sensor.0) - 1];
+        let range = (bias.range_m - site.range_bias) / bias.sigma_range_m;
+        let azimuth = (bias.azimuth_rad - site.azimuth_bias) / bias.sigma_azimuth_rad;
+        assert!(range.abs() < 3.0 && azimuth.abs() < 3.0, "{bias:?}");
+        // Honest: not surer than independent pairs allow.
+        assert!(bias.sigma_range_m > 0.05 && bias.sigma_range_m < 2.0, "{bias:?}");
+    }
+    assert_eq!(most, 3, "no target has two tracks once the sites are known");
+    assert!(registered < 0.5 * raw, "{registered} {raw}");
+}
+
+#[test]
+fn an_outage_of_one_sensor_loses_no_track_and_both_are_better_than_one() {
+    let sites = [
+        Site { id: 1, place: Vector2::new(-900.0, -600.0), range_bias: 0.0, azimuth_bias: 0.0 },
+        Site { id: 2, place: Vector2::new(1100.0, 700.0), range_bias: 0.0, azimuth_bias: 0.0 },
+    ];
+    let paper = || config(TrackingConfig::paper());
+    let (both, most, _) = watch(paper(), &sites, |_, _| false);
+    let (outage, most_outage, tracker) =
+        watch(paper(), &sites, |k, id| id == 1 && (100..200).contains(&k));
+    let (one, most_one, _) = watch(paper(), &sites, |_, id| id == 1);
+    println!("both {both:.3} m², with an outage {outage:.3} m², one {one:.3} m²");
+    assert_eq!([most, most_outage, most_one], [3; 3]);
+    assert!(both < outage && outage < one);
+    assert_eq!(tracker.statistics().deleted, 0);
+}
+
+#[test]
+fn two_equal_radars_at_one_time_are_one_radar_with_half_the_variance() {
+    let filter = |sensors: &[u16], variance: f64| {
+        let mut config = TrackingConfig::paper();
+        config.consider_slow_errors = false;
+        let mut tracker = Tracker::new(config);
+        let mut last = Vec::new();
+        for k in 1..=20 {
+            let t = f64::from(k);
+            let plots: Vec<Plot> = sensors
+                .iter()
+                .map(|&id| Plot {
+                    sensor: SensorId(id),
+                    kind: SensorKind::Mlat,
+                    time: SimTime::from_s(t),
+                    sequence: 0,
+                    position_m: Vector2::new(7.0 * t, 2.0),
+                    axis: Vector2::new(1.0, 0.0),
+                    along_m2: variance,
+                    across_m2: variance,
+                    altitude_m: None,
+                    polar: None,
+                    identity: None,
+                    scnr_db: None,
+                })
+                .collect();
+            last = tracker.scan(SimTime::from_s(t), &plots, &FlightList::default());
+        }
+        assert_eq!(last.len(), 1);
+        last[0].position_cov_m2[(0, 0)]
+    };
+    let (two, one) = (filter(&[1, 2], 4.0), filter(&[1], 2.0));
+    assert!((two - one).abs() < 2e-3 * one, "{two} {one}");
+}
