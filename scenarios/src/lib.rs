@@ -10,6 +10,7 @@ pub mod building;
 pub mod document;
 pub mod error;
 mod hash;
+pub mod movements;
 pub mod network;
 pub mod run;
 pub mod sensors;

@@ -4,13 +4,15 @@ use crate::airport::AirportScene;
 use crate::document::{Section, within};
 use crate::error::{Problem, ScenarioError};
 use crate::run::Run;
+use crate::movements::{self, Movement};
 use crate::types::{self, TypeRow, TypeTable};
 use models::flight_list::{FlightEntry, FlightList, MovementKind};
 use models::frames::Vector2;
 use models::plot::Callsign;
 use models::sensors::TargetClass;
 use models::time::SimTime;
-use models::truth::Trajectory;
+use models::truth::recorded::{self, Report};
+use models::truth::{Limits, Trajectory};
 use std::path::PathBuf;
 
 /// All movers of a scene.
@@ -37,6 +39,8 @@ pub struct Entity {
     pub number: u16,
     /// Its true movement; it does not exist outside.
     pub trajectory: Trajectory,
+    /// What the import of its recording did, where it has one.
+    pub report: Option<Report>,
 }
 
 impl Entity {
@@ -50,11 +54,14 @@ impl Entity {
 /// Partitions of the traffic: entities are dealt out to them in turn.
 pub const PARTITIONS: u16 = 16;
 
-const KEYS: [&str; 6] = ["kind", "callsign", "type", "address", "flight", "stand"];
+const KEYS: [&str; 10] = [
+    "kind", "callsign", "type", "address", "flight", "stand", "file", "start_s", "cut_from_s", "cut_to_s",
+];
 
 #[derive(Clone, Copy)]
 enum Kind {
     Parked,
+    Recorded,
 }
 
 /// Reads `[[traffic]]` and the files that it names, which are listed in the third value.
@@ -64,7 +71,7 @@ pub(crate) fn read(
     airport: &AirportScene,
 ) -> Result<(Traffic, FlightList, Vec<PathBuf>), ScenarioError> {
     let folder = root.file().parent().unwrap_or(std::path::Path::new("")).to_path_buf();
-    let files = vec![folder.join("types.csv"), folder.join("echo.csv")];
+    let mut files = vec![folder.join("types.csv"), folder.join("echo.csv")];
     let types = types::read(&files[0], &files[1])?;
     let mut entities: Vec<Entity> = Vec::new();
     let mut entries = Vec::new();
@@ -84,14 +91,20 @@ pub(crate) fn read(
             );
         }
         let row = type_row(section, &types)?;
-        let kinds = [("parked", Kind::Parked)];
+        let kinds = [("parked", Kind::Parked), ("recorded", Kind::Recorded)];
         let kind = section.choice("kind", &kinds)?.ok_or_else(|| {
             section.missing("kind", "the kind of movement, like \"parked\"".into())
         })?;
-        let trajectory = match kind {
-            Kind::Parked => parked(section, run, airport)?,
+        let mut address = section.integer("address", 1, 0xff_fffe)?.map(|a| a as u32);
+        let (trajectory, report) = match kind {
+            Kind::Parked => (parked(section, run, airport)?, None),
+            Kind::Recorded => {
+                let (movement, trajectory, report) = recorded(section, airport, row)?;
+                address = address.or(movement.address);
+                files.push(movement.file);
+                (trajectory, Some(report))
+            }
         };
-        let address = section.integer("address", 1, 0xff_fffe)?.map(|a| a as u32);
         entries.extend(flight(section, airport, callsign, address, row)?);
         entities.push(Entity {
             callsign,
@@ -100,6 +113,7 @@ pub(crate) fn read(
             application: 1 + (index as u16) % PARTITIONS,
             number: 1 + index as u16,
             trajectory,
+            report,
         });
     }
     entries.sort_by_key(|e: &FlightEntry| e.callsign);
@@ -117,6 +131,33 @@ fn type_row<'a>(section: &Section, types: &'a TypeTable) -> Result<&'a TypeRow, 
         let allowed = types.designators().collect::<Vec<_>>().join(", ");
         section.refuse("type", Problem::NotAllowed { found: designator.into(), allowed })
     })
+}
+
+/// A recorded movement: `file`, put so that its first record used is at `start_s` of the run.
+fn recorded(
+    section: &Section,
+    airport: &AirportScene,
+    row: &TypeRow,
+) -> Result<(Movement, Trajectory, Report), ScenarioError> {
+    let file = section
+        .file_path("file")?
+        .ok_or_else(|| section.missing("file", "the name of a recorded movement (CSV)".into()))?;
+    let start_s = section.need_number("start_s", within(-86_400.0, 86_400.0, "s"))?;
+    let cut = within(0.0, 86_400.0, "s");
+    let from_s = section.number_or("cut_from_s", 0.0, cut)?;
+    let to_s = section.number_or("cut_to_s", f64::INFINITY, within(0.0, f64::INFINITY, "s"))?;
+    if to_s <= from_s {
+        let needed = "a time after cut_from_s";
+        return Err(section.refuse("cut_to_s", Problem::Order { found: to_s, needed }));
+    }
+    let movement = movements::read(&file, airport, from_s, to_s)?;
+    let limits = Limits::of(row.class.aircraft, &row.kinematics);
+    let (trajectory, report) = recorded::import(&movement.records, &limits, SimTime::from_s(start_s))
+        .map_err(|refusal| {
+            let line = refusal.line();
+            ScenarioError::new(&file, line, "movement", Problem::Model(Box::new(refusal)))
+        })?;
+    Ok((movement, trajectory, report))
 }
 
 /// On a stand for the whole run.

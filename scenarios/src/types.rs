@@ -3,6 +3,7 @@
 use crate::error::{Problem, ScenarioError};
 use models::flight_list::WakeCategory;
 use models::sensors::TargetClass;
+use models::truth::Kinematics;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -17,27 +18,6 @@ pub struct TypeRow {
     pub wake: Option<WakeCategory>,
     /// Speeds and accelerations.
     pub kinematics: Kinematics,
-}
-
-/// Speeds and accelerations of a type, SI units; `None` where the table has no figure.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Kinematics {
-    /// Speed at lift-off.
-    pub liftoff_ms: Option<f64>,
-    /// Acceleration in the take-off run.
-    pub takeoff_acc_ms2: Option<f64>,
-    /// Speed at touchdown.
-    pub touchdown_ms: Option<f64>,
-    /// Braking in the landing run, positive.
-    pub braking_ms2: Option<f64>,
-    /// Taxi or driving speed on straights.
-    pub taxi_straight_ms: f64,
-    /// Taxi or driving speed in a turn of 90 degrees.
-    pub taxi_turn_ms: f64,
-    /// Acceleration when taxiing or driving.
-    pub taxi_acc_ms2: f64,
-    /// Braking when taxiing or driving, positive.
-    pub taxi_dec_ms2: f64,
 }
 
 /// All types by designator.

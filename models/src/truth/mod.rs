@@ -10,7 +10,13 @@
 //! direction of the path, so it is sound at standstill and in turns, and everything a federate asks
 //! for is an exact derivative of two splines.
 
+mod band;
+mod fit;
+pub mod limits;
+pub mod recorded;
+mod repair;
 pub mod spline;
 pub mod trajectory;
 
-pub use trajectory::{Trajectory, TruthState};
+pub use limits::{Kinematics, Limits};
+pub use trajectory::{Leg, Trajectory, TruthState};

@@ -36,30 +36,45 @@ impl TruthState {
     }
 }
 
+/// A path driven in one direction. Two legs meet where the mover stands and turns back on its track.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Leg {
+    /// Progress at its begin, m.
+    pub from_m: f64,
+    /// East and north by progress since `from_m`, m; the derivative is a unit vector within some percent.
+    pub path: Spline<2>,
+    /// Driven tail first (pushback).
+    pub backward: bool,
+}
+
 /// A movement from its first to its last moment.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trajectory {
+    /// Time 0 of the splines.
     start: SimTime,
+    /// First and last moment.
+    first: SimTime,
     end: SimTime,
-    /// East and north by distance along the path, m; the derivative is a unit vector within 5 %.
-    path: Spline<2>,
-    /// Distance along the path by seconds since `start`, m.
+    /// Paths driven one after the other, in the order of `Leg::from_m`; at least one.
+    legs: Vec<Leg>,
+    /// Distance along the paths by seconds since `start`, m.
     progress: Spline<1>,
     /// Height by seconds since `start`, m; `None` for movements that stay on the ground.
     height: Option<Spline<1>>,
 }
 
 impl Trajectory {
-    /// A movement from `start`: `path` by distance (m), `progress` and `height` by seconds since `start`.
+    /// A movement from `start`: `legs` by progress (m), `progress` and `height` by seconds since
+    /// `start`; `None` without a leg.
     #[must_use]
     pub fn new(
         start: SimTime,
-        path: Spline<2>,
+        end: SimTime,
+        legs: Vec<Leg>,
         progress: Spline<1>,
         height: Option<Spline<1>>,
-    ) -> Self {
-        let end = start.plus_s(progress.end());
-        Self { start, end, path, progress, height }
+    ) -> Option<Self> {
+        (!legs.is_empty()).then_some(Self { start, first: start, end, legs, progress, height })
     }
 
     /// Somebody who stands from `start` to `end`; `position_m` east and north.
@@ -77,13 +92,14 @@ impl Trajectory {
         let progress = Spline::new(0.0, step, vec![[0.0]; 4]);
         let sound = "four finite controls and a positive step";
         let (path, progress) = (path.expect(sound), progress.expect(sound));
-        Self { start, end, path, progress, height: None }
+        let legs = vec![Leg { from_m: 0.0, path, backward: false }];
+        Self { start, first: start, end, legs, progress, height: None }
     }
 
     /// First moment.
     #[must_use]
     pub fn start(&self) -> SimTime {
-        self.start
+        self.first
     }
 
     /// Last moment.
@@ -92,18 +108,34 @@ impl Trajectory {
         self.end
     }
 
+    /// Its legs.
+    #[must_use]
+    pub fn legs(&self) -> &[Leg] {
+        &self.legs
+    }
+
+    /// Cuts off what lies outside `from` to `to`.
+    #[must_use]
+    pub fn cut(mut self, from: SimTime, to: SimTime) -> Self {
+        self.first = self.first.max(from);
+        self.end = self.end.min(to);
+        self
+    }
+
     /// The same movement, begun at another time.
     #[must_use]
     pub fn started_at(mut self, start: SimTime) -> Self {
-        self.end = SimTime(start.0 + (self.end.0 - self.start.0));
-        self.start = start;
+        let shift = start.0 - self.first.0;
+        self.first = start;
+        self.start = SimTime(self.start.0 + shift);
+        self.end = SimTime(self.end.0 + shift);
         self
     }
 
     /// True from the first to the last moment.
     #[must_use]
     pub fn within(&self, time: SimTime) -> bool {
-        time >= self.start && time <= self.end
+        time >= self.first && time <= self.end
     }
 
     /// The state at `time`, or `None` before the first or after the last moment.
@@ -112,10 +144,8 @@ impl Trajectory {
         self.within(time).then(|| self.state_s(time.since_s(self.start)))
     }
 
-    /// The state at `time`; before the first moment it stands where it begins, after the last one
-    /// where it ends.
-    ///
-    /// Use it for movers that are there during the whole run, begun and ended at rest.
+    /// The state at `time`; before the first moment and after the last one it stands where it begins
+    /// or ends (for movers that begin and end at rest).
     #[must_use]
     pub fn at_or_parked(&self, time: SimTime) -> TruthState {
         if let Some(state) = self.at(time) {
@@ -135,7 +165,9 @@ impl Trajectory {
     /// climb and bank that of a coordinated turn, `tan φ = v ψ̇ / g`.
     fn state_s(&self, t: f64) -> TruthState {
         let s = self.progress.at(t);
-        let p = self.path.at(s.value[0]);
+        let leg = &self.legs[self.legs.partition_point(|leg| leg.from_m < s.value[0]).max(1) - 1];
+        let p = leg.path.at(s.value[0] - leg.from_m);
+        let nose = if leg.backward { -1.0 } else { 1.0 };
         let (ds, dds) = (s.first[0], s.second[0]);
         let tangent2 = p.first[0] * p.first[0] + p.first[1] * p.first[1];
         // Clockwise from north: the turn per metre of the parameter.
@@ -150,7 +182,7 @@ impl Trajectory {
                 p.second[1] * ds * ds + p.first[1] * dds,
                 0.0,
             ),
-            heading_rad: wrap_pi(libm::atan2(p.first[0], p.first[1])),
+            heading_rad: wrap_pi(libm::atan2(nose * p.first[0], nose * p.first[1])),
             pitch_rad: 0.0,
             roll_rad: 0.0,
             angular_rate_rads: Vector3::new(0.0, 0.0, heading_rate),

@@ -1,0 +1,102 @@
+//! Recorded movements: one CSV file a flight (columns in `movements/PROVENANCE.md`).
+//!
+//! A missing or damaged cell does not refuse the file: the import of the truth counts it. A file
+//! without the columns for time and position, or of nothing but damage, is refused.
+
+use crate::airport::AirportScene;
+use crate::error::{Problem, ScenarioError};
+use models::truth::recorded::Record;
+use std::path::{Path, PathBuf};
+
+/// The records of one file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Movement {
+    /// The file.
+    pub file: PathBuf,
+    /// Call sign in the file, where there is one.
+    pub callsign: Option<String>,
+    /// 24-bit address in the file, where there is a sound one.
+    pub address: Option<u32>,
+    /// Records in the order of the file.
+    pub records: Vec<Record>,
+}
+
+const FOOT_M: f64 = 0.3048;
+
+/// Reads the records of a file from `from_s` to `to_s` seconds after its first time.
+///
+/// # Errors
+/// If the file cannot be read, or lacks a column that is needed.
+pub fn read(
+    file: &Path,
+    airport: &AirportScene,
+    from_s: f64,
+    to_s: f64,
+) -> Result<Movement, ScenarioError> {
+    let error = |line, problem| ScenarioError::new(file, line, "movement", problem);
+    let unreadable = |e: csv::Error| {
+        let line = e.position().map_or(1, |p| p.line() as usize);
+        error(line, Problem::File { path: file.to_path_buf(), reason: e.to_string() })
+    };
+    let mut reader =
+        csv::ReaderBuilder::new().flexible(true).from_path(file).map_err(unreadable)?;
+    let header = reader.byte_headers().map_err(unreadable)?.clone();
+    let column = |name: &str| header.iter().position(|cell| cell.trim_ascii() == name.as_bytes());
+    let needed = |name: &'static str| {
+        column(name).ok_or_else(|| {
+            let needed = format!("a column {name} in the header");
+            ScenarioError::new(file, 1, name, Problem::Missing { needed })
+        })
+    };
+    let (time, lat, lon) =
+        (needed("timestamp_ms")?, needed("latitude_deg")?, needed("longitude_deg")?);
+    let (altitude, on_ground) = (column("altitude_ft"), column("onground"));
+    let (callsign, icao24) = (column("callsign"), column("icao24"));
+    let elevation_m = airport.reference.height_m;
+    let mut movement =
+        Movement { file: file.to_path_buf(), callsign: None, address: None, records: Vec::new() };
+    let mut first_ms: Option<i64> = None;
+    let mut row = csv::ByteRecord::new();
+    while reader.read_byte_record(&mut row).map_err(unreadable)? {
+        let cell = |column: usize| {
+            row.get(column).and_then(|c| std::str::from_utf8(c).ok()).map(str::trim).unwrap_or("")
+        };
+        let number = |column: usize| cell(column).parse().ok().filter(|n: &f64| n.is_finite());
+        let time_ms: Option<i64> = cell(time).parse().ok();
+        if first_ms.is_none() {
+            first_ms = time_ms;
+        }
+        let since_s = match (time_ms, first_ms) {
+            (Some(ms), Some(first)) => ms.saturating_sub(first) as f64 * 1e-3,
+            _ => from_s,
+        };
+        if since_s < from_s || since_s > to_s {
+            continue;
+        }
+        if movement.address.is_none() {
+            let hex = icao24.map(cell).and_then(|text| u32::from_str_radix(text, 16).ok());
+            movement.address = hex.filter(|a| (1..0x100_0000).contains(a));
+        }
+        if movement.callsign.is_none() {
+            movement.callsign = callsign.map(cell).filter(|c| !c.is_empty()).map(Into::into);
+        }
+        let place = number(lat).zip(number(lon));
+        let sound = place.filter(|(lat, lon)| lat.abs() <= 90.0 && lon.abs() <= 180.0);
+        movement.records.push(Record {
+            line: row.position().map_or(0, |p| p.line() as usize),
+            time_ms,
+            position_m: sound.map(|(lat, lon)| airport.local_m(lat, lon)),
+            altitude_m: altitude.and_then(number).map(|feet| feet * FOOT_M - elevation_m),
+            on_ground: on_ground.map(cell).and_then(|text| match text {
+                "true" | "True" | "1" => Some(true),
+                "false" | "False" | "0" => Some(false),
+                _ => None,
+            }),
+        });
+    }
+    if movement.records.is_empty() {
+        let needed = "records within the cut";
+        return Err(error(1, Problem::Line { found: "no record".into(), needed }));
+    }
+    Ok(movement)
+}
