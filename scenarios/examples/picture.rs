@@ -32,12 +32,25 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         writeln!(svg, "<polygon points='{}' fill='#ddd'/>", ring(outline))?;
     }
     for runway in &airport.runways {
-        writeln!(svg, "<polyline points='{}' stroke='#aaa' stroke-width='{}' fill='none'/>", ring(&runway.ends_m), runway.width_m)?;
-        writeln!(svg, "<polyline points='{}' stroke='#fff' stroke-width='1' fill='none'/>", ring(&runway.ends_m))?;
+        writeln!(
+            svg,
+            "<polyline points='{}' stroke='#aaa' stroke-width='{}' fill='none'/>",
+            ring(&runway.ends_m),
+            runway.width_m
+        )?;
+        writeln!(
+            svg,
+            "<polyline points='{}' stroke='#fff' stroke-width='1' fill='none'/>",
+            ring(&runway.ends_m)
+        )?;
     }
     for edge in &airport.edges {
         let ends = [airport.nodes[edge.from].position_m, airport.nodes[edge.to].position_m];
-        writeln!(svg, "<polyline points='{}' stroke='#8a8' stroke-width='2' fill='none'/>", ring(&ends))?;
+        writeln!(
+            svg,
+            "<polyline points='{}' stroke='#8a8' stroke-width='2' fill='none'/>",
+            ring(&ends)
+        )?;
     }
     let colours = ["#c00", "#06c", "#080", "#a0a", "#e80", "#088", "#555", "#960"];
     for (index, entity) in scene.traffic.entities.iter().enumerate() {
@@ -56,7 +69,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let (start, end) = (entity.trajectory.start(), entity.trajectory.end());
         let mut points = Vec::new();
         let mut worst = (0.0, 0.0, 0.0, 0.0);
-        let (mut fastest, mut acc, mut dec, mut lateral, mut turn, mut highest) = (0.0_f64, 0.0_f64, 0.0_f64, 0.0_f64, 0.0_f64, 0.0_f64);
+        let (mut fastest, mut acc, mut dec, mut lateral, mut turn, mut highest) =
+            (0.0_f64, 0.0_f64, 0.0_f64, 0.0_f64, 0.0_f64, 0.0_f64);
         let mut time = start;
         while time <= end {
             if let Some(state) = entity.trajectory.at(time) {
@@ -66,7 +80,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 fastest = fastest.max(v.norm());
                 acc = acc.max(along);
                 dec = dec.min(along);
-                lateral = lateral.max((state.acceleration_ms2.xy() - nose * state.acceleration_ms2.xy().dot(&nose)).norm());
+                lateral = lateral.max(
+                    (state.acceleration_ms2.xy() - nose * state.acceleration_ms2.xy().dot(&nose))
+                        .norm(),
+                );
                 if state.angular_rate_rads.z.abs() > turn {
                     turn = state.angular_rate_rads.z.abs();
                     worst = (time.s(), state.position_m.x, state.position_m.y, v.norm());
@@ -76,10 +93,25 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             }
             time = SimTime(time.0 + 50_000_000);
         }
-        println!("         from {:.1} s to {:.1} s; fastest {fastest:.1} m/s, acceleration {dec:.2} to {acc:.2}, lateral {lateral:.2} m/s2, turn {:.1} deg/s at {worst:.1?}, highest {highest:.0} m", start.s(), end.s(), turn.to_degrees());
-        writeln!(svg, "<polyline points='{}' stroke='{}' stroke-width='3' fill='none'/>", ring(&points), colours[index % colours.len()])?;
+        println!(
+            "         from {:.1} s to {:.1} s; fastest {fastest:.1} m/s, acceleration {dec:.2} to {acc:.2}, lateral {lateral:.2} m/s2, turn {:.1} deg/s at {worst:.1?}, highest {highest:.0} m",
+            start.s(),
+            end.s(),
+            turn.to_degrees()
+        );
+        writeln!(
+            svg,
+            "<polyline points='{}' stroke='{}' stroke-width='3' fill='none'/>",
+            ring(&points),
+            colours[index % colours.len()]
+        )?;
     }
     let view = std::env::var("VIEW").unwrap_or_else(|_| "-2600 -3400 5400 5200".into());
-    std::fs::write(&out, format!("<svg xmlns='http://www.w3.org/2000/svg' viewBox='{view}' width='1600' height='1540'><rect x='-20000' y='-20000' width='40000' height='40000' fill='#eee'/>{svg}</svg>"))?;
+    std::fs::write(
+        &out,
+        format!(
+            "<svg xmlns='http://www.w3.org/2000/svg' viewBox='{view}' width='1600' height='1540'><rect x='-20000' y='-20000' width='40000' height='40000' fill='#eee'/>{svg}</svg>"
+        ),
+    )?;
     Ok(())
 }

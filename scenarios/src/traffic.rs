@@ -3,8 +3,8 @@
 use crate::airport::AirportScene;
 use crate::document::{Section, within};
 use crate::error::{Problem, ScenarioError};
-use crate::run::Run;
 use crate::movements::{self, Movement};
+use crate::run::Run;
 use crate::types::{self, TypeRow, TypeTable};
 use models::flight_list::{FlightEntry, FlightList, MovementKind};
 use models::frames::Vector2;
@@ -55,7 +55,16 @@ impl Entity {
 pub const PARTITIONS: u16 = 16;
 
 const KEYS: [&str; 10] = [
-    "kind", "callsign", "type", "address", "flight", "stand", "file", "start_s", "cut_from_s", "cut_to_s",
+    "kind",
+    "callsign",
+    "type",
+    "address",
+    "flight",
+    "stand",
+    "file",
+    "start_s",
+    "cut_from_s",
+    "cut_to_s",
 ];
 
 #[derive(Clone, Copy)]
@@ -152,11 +161,13 @@ fn recorded(
     }
     let movement = movements::read(&file, airport, from_s, to_s)?;
     let limits = Limits::of(row.class.aircraft, &row.kinematics);
-    let (trajectory, report) = recorded::import(&movement.records, &limits, SimTime::from_s(start_s))
-        .map_err(|refusal| {
-            let line = refusal.line();
-            ScenarioError::new(&file, line, "movement", Problem::Model(Box::new(refusal)))
-        })?;
+    let (trajectory, report) =
+        recorded::import(&movement.records, &limits, SimTime::from_s(start_s)).map_err(
+            |refusal| {
+                let line = refusal.line();
+                ScenarioError::new(&file, line, "movement", Problem::Model(Box::new(refusal)))
+            },
+        )?;
     Ok((movement, trajectory, report))
 }
 

@@ -54,6 +54,8 @@ pub(super) struct Fit<const N: usize> {
     pub(super) data: Vec<Datum<N>>,
     /// Weight of the third differences.
     pub(super) roughness: f64,
+    /// Factors of that weight, one for each third difference; all 1 where empty.
+    pub(super) stiffness: Vec<f64>,
     pub(super) bounds: Vec<Bound<N>>,
 }
 
@@ -132,7 +134,7 @@ impl<const N: usize> Fit<N> {
                 x[*variable] = *value;
             }
         }
-        let mut value = system.cost(&x) ;
+        let mut value = system.cost(&x);
         system.barrier(&x)?;
         let count = system.bounds.len().max(1) as f64;
         let mut weight = (value / count).max(1e-3);
@@ -166,8 +168,8 @@ impl<const N: usize> Fit<N> {
 /// The problem in rows over its variables.
 struct System<const N: usize> {
     data: Vec<(Row<N>, [f64; N], f64)>,
-    rough: Vec<Row<N>>,
-    roughness: f64,
+    /// Third differences with their weights.
+    rough: Vec<(Row<N>, f64)>,
     bounds: Vec<(Row<N>, [f64; N], f64)>,
     variables: usize,
 }
@@ -202,8 +204,12 @@ impl<const N: usize> System<N> {
         let bounds = fit.bounds.iter().map(bound).filter(|(row, ..)| row.has_weight()).collect();
         Self {
             data: fit.data.iter().map(|d| (fit.datum_row(d), d.value, d.weight)).collect(),
-            rough: (0..fit.controls.len().saturating_sub(3)).map(|j| differences(3, j)).collect(),
-            roughness: fit.roughness,
+            rough: (0..fit.controls.len().saturating_sub(3))
+                .map(|j| {
+                    let factor = fit.stiffness.get(j).copied().unwrap_or(1.0);
+                    (differences(3, j), fit.roughness * factor)
+                })
+                .collect(),
             bounds,
             variables: fit.variables(),
         }
@@ -211,8 +217,8 @@ impl<const N: usize> System<N> {
 
     fn cost(&self, x: &[[f64; N]]) -> f64 {
         let data: f64 = self.data.iter().map(|(row, z, w)| w * row.error(x, z).1).sum();
-        let rough: f64 = self.rough.iter().map(|row| row.error(x, &[0.0; N]).1).sum();
-        0.5 * (data + self.roughness * rough)
+        let rough: f64 = self.rough.iter().map(|(row, w)| w * row.error(x, &[0.0; N]).1).sum();
+        0.5 * (data + rough)
     }
 
     /// `−Σ ln(r² − |e|²)`, or `None` outside the bounds.
@@ -257,9 +263,9 @@ impl<const N: usize> System<N> {
             let (error, _) = row.error(x, z);
             add(row, &error.map(|e| w * e), &scaled_identity(*w));
         }
-        for row in &self.rough {
+        for (row, w) in &self.rough {
             let (error, _) = row.error(x, &[0.0; N]);
-            add(row, &error.map(|e| self.roughness * e), &scaled_identity(self.roughness));
+            add(row, &error.map(|e| w * e), &scaled_identity(*w));
         }
         if weight > 0.0 {
             for (row, centre, radius) in &self.bounds {

@@ -11,6 +11,7 @@
 //! for is an exact derivative of two splines.
 
 mod band;
+mod dubins;
 mod fit;
 pub mod limits;
 pub mod recorded;

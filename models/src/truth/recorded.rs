@@ -9,6 +9,7 @@
 //! 5. Height is zero on the ground and follows the reported altitude, less the offset that the same
 //!    flight shows on the ground, in the air.
 
+use super::dubins::{self, Pose};
 use super::fit::{Bound, Control, Datum, Fit};
 use super::limits::{AIR_LATERAL_MS2, Limits};
 use super::repair::{self, Clean, Fix, LATENESS_S, median, on_track};
@@ -138,16 +139,32 @@ impl std::fmt::Display for Report {
             writeln!(f, "  {count:5}  {} (first in line {line})", rule.text())?;
         }
         let (gap_s, gap_line) = self.longest_gap;
-        writeln!(f, "  {:5}  filled: time without a position above 2 s; longest {gap_s:.1} s, to line {gap_line}", self.gaps)?;
+        writeln!(
+            f,
+            "  {:5}  filled: time without a position above 2 s; longest {gap_s:.1} s, to line {gap_line}",
+            self.gaps
+        )?;
         let (stands, stand_s) = self.stands;
-        writeln!(f, "  {stands:5}  standstills, {stand_s:.0} s in all; backward legs: {}", self.pushbacks)?;
-        writeln!(f, "         error of a position: sigma {:.1} m; left across the path rms {:.1} m, max {:.1} m; along it rms {:.1} m, max {:.1} m",
-            self.sigma_m, self.across_m.0, self.across_m.1, self.along_m.0, self.along_m.1)?;
+        writeln!(
+            f,
+            "  {stands:5}  standstills, {stand_s:.0} s in all; backward legs: {}",
+            self.pushbacks
+        )?;
+        writeln!(
+            f,
+            "         error of a position: sigma {:.1} m; left across the path rms {:.1} m, max {:.1} m; along it rms {:.1} m, max {:.1} m",
+            self.sigma_m, self.across_m.0, self.across_m.1, self.along_m.0, self.along_m.1
+        )?;
         if let Some(offset_m) = self.altitude_offset_m {
             writeln!(f, "         altitude offset removed: {offset_m:+.1} m")?;
         }
         let time = |t: Option<f64>| t.map_or("none".into(), |t| format!("{t:.1} s"));
-        write!(f, "         lift-off {}, touchdown {}", time(self.liftoff_s), time(self.touchdown_s))
+        write!(
+            f,
+            "         lift-off {}, touchdown {}",
+            time(self.liftoff_s),
+            time(self.touchdown_s)
+        )
     }
 }
 
@@ -165,7 +182,9 @@ pub enum Refusal {
         records: usize,
     },
     /// Too long without a position while the mover went on.
-    #[error("no sound position for {gap_s:.0} s while it moved {moved_m:.0} m, allowed is {limit_s:.0} s")]
+    #[error(
+        "no sound position for {gap_s:.0} s while it moved {moved_m:.0} m, allowed is {limit_s:.0} s"
+    )]
     Gap {
         /// Line after the gap.
         line: usize,
@@ -187,7 +206,9 @@ pub enum Refusal {
         limit_s: f64,
     },
     /// The limits of the type do not allow anything near the positions.
-    #[error("the type cannot move like this: {off_m:.0} m off the recorded positions within its speeds and accelerations")]
+    #[error(
+        "the type cannot move like this: {off_m:.0} m off the recorded positions within its speeds and accelerations"
+    )]
     BeyondType {
         /// Line of the largest distance.
         line: usize,
@@ -537,9 +558,9 @@ impl Work<'_> {
     }
 
     /// Points that the path shall meet: the rough track, thinned, with each standstill one point.
-    fn points(&self, from: usize, to: usize) -> Vec<Vector2<f64>> {
+    fn points(&self, from: usize, to: usize) -> Vec<(f64, Vector2<f64>)> {
         let step_m = (0.7 * self.clean.sigma_m).max(2.0);
-        let mut points: Vec<Vector2<f64>> = Vec::new();
+        let mut points: Vec<(f64, Vector2<f64>)> = Vec::new();
         let mut quarter = 4 * from;
         while quarter <= 4 * to {
             let t = quarter as f64 * 0.25;
@@ -549,24 +570,28 @@ impl Work<'_> {
             if self.stands.iter().any(|s| second > s.from && second < s.to) {
                 continue;
             }
-            let Some(previous) = points.last().copied() else {
-                points.push(here);
-                continue;
-            };
-            let step = here - previous;
-            if step.norm() < step_m {
-                continue;
+            if points.last().is_none_or(|(_, last)| (here - last).norm() >= step_m) {
+                points.push((t, here));
             }
-            if points.len() >= 2 {
-                let ahead = previous - points[points.len() - 2];
-                // Wander at low speed must not turn the path back on itself.
-                if step.dot(&ahead) < 0.0 && step.norm() < 4.0 * self.clean.sigma_m + 4.0 {
-                    continue;
-                }
-            }
-            points.push(here);
         }
-        points
+        let reach_m = (5.0 * self.clean.sigma_m).max(25.0);
+        let points = straightened(&points, reach_m, |t| self.is_slow(t));
+        turned(&points, 1.25 * self.limits.least_radius_m)
+    }
+
+    /// Speed of the rough track over 4 s around `t`, m/s.
+    fn rough_speed(&self, t: f64) -> f64 {
+        let last = (self.clean.rough.len() - 1) as f64;
+        let (a, b) = ((t - 2.0).max(0.0), (t + 2.0).min(last));
+        let way = on_track(&self.clean.rough, b) - on_track(&self.clean.rough, a);
+        way.norm() / (b - a).max(1.0)
+    }
+
+    /// True if the mover hardly goes on around `t`: what the track does there is wander.
+    fn is_slow(&self, t: f64) -> bool {
+        let next = self.clean.fixes.partition_point(|f| f.t < t);
+        let speed = self.clean.speeds_ms[next.min(self.clean.fixes.len() - 1)];
+        speed < 1.5
     }
 
     fn path(
@@ -575,23 +600,25 @@ impl Work<'_> {
         to: usize,
         begin: Option<(Vector2<f64>, Vector2<f64>)>,
     ) -> Option<Spline<2>> {
-        let mut points = self.points(from, to);
+        let mut timed = self.points(from, to);
         if let Some((here, ahead)) = begin {
-            points.retain(|p| (p - here).dot(&ahead) > 0.0 || (p - here).norm() > 15.0);
-            points.insert(0, here);
+            timed.retain(|(_, p)| (p - here).dot(&ahead) > 0.0 || (p - here).norm() > 15.0);
+            timed.insert(0, (from as f64, here));
         }
-        if points.len() < 2 {
+        if timed.len() < 2 {
             // Never moved: a line along the last known direction.
-            let here = points.first().copied().unwrap_or(self.clean.rough[from]);
+            let here = timed.first().map_or(self.clean.rough[from], |p| p.1);
             let ahead = begin.map_or(Vector2::new(0.0, 1.0), |b| b.1);
-            points = vec![here, here + ahead * 2.0];
+            timed = vec![(from as f64, here), (to as f64, here + ahead * 2.0)];
         }
+        let points: Vec<Vector2<f64>> = timed.iter().map(|p| p.1).collect();
+        let speeds: Vec<f64> = timed.iter().map(|p| self.rough_speed(p.0)).collect();
         let mut places = vec![if begin.is_some() { 0.0 } else { MARGIN_M }];
         for pair in points.windows(2) {
             places.push(places[places.len() - 1] + (pair[1] - pair[0]).norm());
         }
-        let mut path = self.path_through(&points, &places, begin)?;
-        for _ in 0..2 {
+        let mut path = self.path_through(&points, &places, &speeds, begin)?;
+        for _ in 0..3 {
             // Places by length along the path itself, so that its parameter is length.
             let table = PathTable::of(&path);
             places = points
@@ -606,7 +633,7 @@ impl Work<'_> {
                 *place = (*place + shift).max(least);
                 least = *place;
             }
-            path = self.path_through(&points, &places, begin)?;
+            path = self.path_through(&points, &places, &speeds, begin)?;
         }
         Some(path)
     }
@@ -616,10 +643,13 @@ impl Work<'_> {
         &self,
         points: &[Vector2<f64>],
         places: &[f64],
+        speeds: &[f64],
         begin: Option<(Vector2<f64>, Vector2<f64>)>,
     ) -> Option<Spline<2>> {
         // Spectral density of the change of curvature along the path, 1/m³.
         const BEND_DENSITY: f64 = 1e-4;
+        // Above this speed that density falls.
+        const STEADY_MS: f64 = 8.0;
         let h = PATH_STEP_M;
         let pieces = ((places[places.len() - 1] + MARGIN_M) / h).ceil() as usize + 1;
         let sigma_m = (0.5 * self.clean.sigma_m).max(0.4);
@@ -645,6 +675,14 @@ impl Work<'_> {
             controls,
             data: data.collect(),
             roughness: 1.0 / (h * h * h * h * h * BEND_DENSITY),
+            stiffness: (0..pieces)
+                .map(|piece| {
+                    let next = places.partition_point(|place| *place < piece as f64 * h);
+                    let speed = speeds[next.min(speeds.len() - 1)];
+                    // Lateral jerk is v³ times the change of curvature: fast parts are straighter.
+                    (speed / STEADY_MS).max(1.0).powi(5)
+                })
+                .collect(),
             bounds: bounds.collect(),
         };
         // A straight line is within the bounds.
@@ -658,11 +696,19 @@ impl Work<'_> {
         // The bound holds where the parameter is length. Where wander bunches it, stiffen the path.
         let mut fit = fit;
         let mut path = Spline::new(0.0, h, fit.bounded(&start)?)?;
-        for _ in 0..8 {
-            if PathTable::of(&path).is_drivable(self.limits.least_radius_m) {
+        for _ in 0..6 {
+            let bad = PathTable::of(&path).undrivable_m(self.limits.least_radius_m);
+            if bad.is_empty() {
                 break;
             }
-            fit.roughness *= 6.0;
+            let mut stiffer = vec![false; pieces];
+            for place_m in bad {
+                let piece = (place_m / h) as usize;
+                let (low, high) = (piece.saturating_sub(6), (piece + 6).min(pieces));
+                stiffer[low.min(high)..high].fill(true);
+            }
+            let factors = fit.stiffness.iter_mut().zip(stiffer);
+            factors.filter(|(_, s)| *s).for_each(|(factor, _)| *factor *= 5.0);
             path = Spline::new(0.0, h, fit.bounded(&start)?)?;
         }
         Some(path)
@@ -731,6 +777,7 @@ impl Work<'_> {
                 controls: controls.clone(),
                 data,
                 roughness: 1.0 / JERK_DENSITY,
+                stiffness: Vec::new(),
                 bounds,
             };
             let begin_m = begins_at.unwrap_or(places[0]);
@@ -823,6 +870,110 @@ impl Work<'_> {
     }
 }
 
+/// Takes detours out of slow phases: from each point the farthest one within `reach_m` that is reached
+/// by a line much longer than straight, all of it slow, comes next.
+fn straightened(
+    points: &[(f64, Vector2<f64>)],
+    reach_m: f64,
+    is_slow: impl Fn(f64) -> bool,
+) -> Vec<(f64, Vector2<f64>)> {
+    let mut kept: Vec<(f64, Vector2<f64>)> = Vec::with_capacity(points.len());
+    let mut i = 0;
+    while i < points.len() {
+        kept.push(points[i]);
+        let mut next = i + 1;
+        let mut length_m = 0.0;
+        for j in i + 1..points.len() {
+            if !is_slow(points[j].0) {
+                break;
+            }
+            length_m += (points[j].1 - points[j - 1].1).norm();
+            let straight_m = (points[j].1 - points[i].1).norm();
+            if straight_m < reach_m && length_m > 1.3 * straight_m + 2.0 {
+                next = j;
+            }
+        }
+        i = next;
+    }
+    // The last step of a detour may be no step at all.
+    kept.dedup_by(|b, a| (b.1 - a.1).norm() < 1.0);
+    kept
+}
+
+/// Replaces what turns sharper than `radius_m` by the shortest way that does not.
+fn turned(timed: &[(f64, Vector2<f64>)], radius_m: f64) -> Vec<(f64, Vector2<f64>)> {
+    const WINDOW_M: f64 = 24.0;
+    const STEP_M: f64 = 2.0;
+    let count = timed.len();
+    if count < 4 {
+        return timed.to_vec();
+    }
+    let points: Vec<Vector2<f64>> = timed.iter().map(|p| p.1).collect();
+    let mut places = vec![0.0];
+    for pair in points.windows(2) {
+        places.push(places[places.len() - 1] + (pair[1] - pair[0]).norm());
+    }
+    // Direction over some metres around a point, looking back or ahead.
+    let ahead_of = |i: usize, forward: bool| {
+        let other = if forward {
+            (i + 1..count).find(|j| places[*j] - places[i] >= 6.0).unwrap_or(count - 1)
+        } else {
+            (0..i).rev().find(|j| places[i] - places[*j] >= 6.0).unwrap_or(0)
+        };
+        let along = if forward { points[other] - points[i] } else { points[i] - points[other] };
+        along.try_normalize(1e-9).unwrap_or(Vector2::new(1.0, 0.0))
+    };
+    // Sharp: within the window the direction changes by an arc of the radius and half a radian more.
+    let sharp: Vec<usize> = (1..count - 1)
+        .filter(|i| {
+            [4.0, 8.0, 16.0, WINDOW_M].iter().any(|window_m| {
+                let to = (*i..count).take_while(|j| places[*j] - places[*i] <= *window_m).last();
+                let to = to.unwrap_or(*i).min(count - 2);
+                let (u, v) = (ahead_of(*i, false), ahead_of(to.max(*i), true));
+                let change = libm::atan2(u.x * v.y - u.y * v.x, u.dot(&v)).abs();
+                change > (places[to.max(*i)] - places[*i] + 6.0) / radius_m + 0.5
+            })
+        })
+        .collect();
+    let mut result = Vec::with_capacity(count);
+    let mut i = 0;
+    let mut next_sharp = 0;
+    while i < count {
+        result.push(timed[i]);
+        while next_sharp < sharp.len() && sharp[next_sharp] < i {
+            next_sharp += 1;
+        }
+        let near = sharp.get(next_sharp).filter(|s| places[**s] - places[i] <= 0.5 * WINDOW_M);
+        let Some(first) = near.copied() else {
+            i += 1;
+            continue;
+        };
+        // The end of this cluster of sharp places.
+        let mut last = first;
+        for s in &sharp[next_sharp..] {
+            if places[*s] - places[last] <= WINDOW_M {
+                last = *s;
+            }
+        }
+        let beyond = |j: &usize| places[*j] - places[last] >= 1.5 * WINDOW_M;
+        let end = (last..count).find(beyond).unwrap_or(count - 1);
+        let from = Pose { place: points[i], ahead: ahead_of(i, false) };
+        let from = if i == 0 { Pose { ahead: ahead_of(0, true), ..from } } else { from };
+        let to = Pose { place: points[end], ahead: ahead_of(end, end + 1 < count) };
+        let way = dubins::connect(from, to, radius_m, STEP_M);
+        let inner = way.len() - 1;
+        let span_s = timed[end].0 - timed[i].0;
+        for (k, point) in way.iter().enumerate().take(inner).skip(1) {
+            result.push((timed[i].0 + span_s * k as f64 / inner as f64, *point));
+        }
+        i = end;
+        while next_sharp < sharp.len() && sharp[next_sharp] <= end {
+            next_sharp += 1;
+        }
+    }
+    result
+}
+
 /// Spectral density of the change of acceleration along the path, m²/s⁵.
 const JERK_DENSITY: f64 = 0.05;
 
@@ -881,9 +1032,16 @@ impl PathTable {
         (place, (self.points[a] + along * share - p).norm())
     }
 
-    /// True if no place bends more than a third beyond 1 / `radius_m`.
-    fn is_drivable(&self, radius_m: f64) -> bool {
-        self.bends.iter().all(|bend| bend * radius_m < 4.0 / 3.0)
+    /// Places that bend a quarter more than 1 / `radius_m`, or where the parameter is not length
+    /// within a tenth.
+    fn undrivable_m(&self, radius_m: f64) -> Vec<f64> {
+        let stretched = |i: usize| {
+            let step = if i == 0 { TABLE_STEP_M } else { self.lengths[i] - self.lengths[i - 1] };
+            (step / TABLE_STEP_M - 1.0).abs() > 0.1
+        };
+        let bad =
+            (0..self.bends.len()).filter(|i| self.bends[*i] * radius_m > 1.25 || stretched(*i));
+        bad.map(|i| i as f64 * TABLE_STEP_M).collect()
     }
 
     fn sharpest(&self, from_m: f64, to_m: f64) -> f64 {
@@ -951,9 +1109,8 @@ impl Air {
         // In the air: fast enough, and above one step of the altitude code around it.
         let high_near = |t: f64| {
             let near = heights.iter().filter(|(ht, _)| (ht - t).abs() <= 4.0);
-            let (count, high) = near.fold((0, 0), |(n, h), (_, z)| {
-                (n + 1, h + usize::from(*z > 1.5 * Self::STEP_M))
-            });
+            let (count, high) = near
+                .fold((0, 0), |(n, h), (_, z)| (n + 1, h + usize::from(*z > 1.5 * Self::STEP_M)));
             (count, high)
         };
         let mut flying: Vec<bool> = (0..=pieces)
@@ -1004,8 +1161,10 @@ impl Air {
                 controls.push(Control::Fixed([0.0]));
             }
         }
-        let switch = |from: bool| (1..flying.len()).find(|i| flying[i - 1] == from && flying[*i] != from);
-        let (liftoff_s, touchdown_s) = (switch(false).map(|i| i as f64), switch(true).map(|i| i as f64));
+        let switch =
+            |from: bool| (1..flying.len()).find(|i| flying[i - 1] == from && flying[*i] != from);
+        let (liftoff_s, touchdown_s) =
+            (switch(false).map(|i| i as f64), switch(true).map(|i| i as f64));
         let none = Self { height: None, offset_m, liftoff_s, touchdown_s };
         let weight = 1.0 / (0.5 * Self::STEP_M * Self::STEP_M);
         let seen = |t: f64| flying[(t as usize).min(flying.len() - 1)];
@@ -1029,7 +1188,7 @@ impl Air {
         }
         let roughness = 1.0 / 0.02;
         let start = vec![[0.0]; pieces + 3];
-        let fit = Fit { controls, data, roughness, bounds };
+        let fit = Fit { controls, data, roughness, stiffness: Vec::new(), bounds };
         let height = fit.bounded(&start).and_then(|found| {
             let floor = found.into_iter().map(|[z]| [z.max(0.0)]).collect();
             Spline::new(0.0, 1.0, floor)

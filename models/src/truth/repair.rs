@@ -207,13 +207,15 @@ fn rough_track(fixes: &[Fix], weights: &[f64], sigma_m: f64) -> Option<Vec<Vecto
             });
             let sigma2 = sigma_m * sigma_m + speed * speed * LATENESS_S * LATENESS_S;
             let ratio2 = error * error / sigma2;
-            let robust = if round < 4 { 1.0 / (0.1 + ratio2).sqrt() } else { 1.0 / (1.0 + 0.25 * ratio2) };
+            let robust =
+                if round < 4 { 1.0 / (0.1 + ratio2).sqrt() } else { 1.0 / (1.0 + 0.25 * ratio2) };
             Datum { place: fix.t, value: fix.p.into(), weight: weight * robust / sigma2 }
         });
         let fit = Fit {
             controls: controls.clone(),
             data: data.collect(),
             roughness: 1.0 / JERK_DENSITY,
+            stiffness: Vec::new(),
             bounds: Vec::new(),
         };
         track = Some(fit.unbounded()?);
@@ -238,10 +240,8 @@ fn steadied(rough: &[Vector2<f64>], fixes: &[Fix], speeds_ms: &[f64]) -> Vec<Vec
         let half = half.min(i).min(rough.len() - 1 - i);
         let window = &rough[i - half..=i + half];
         let middle = |value: fn(&Vector2<f64>) -> f64| median(window.iter().map(value).collect());
-        let median_m = Vector2::new(
-            middle(|p| p.x).unwrap_or(here.x),
-            middle(|p| p.y).unwrap_or(here.y),
-        );
+        let median_m =
+            Vector2::new(middle(|p| p.x).unwrap_or(here.x), middle(|p| p.y).unwrap_or(here.y));
         steady.push(median_m);
     }
     steady
