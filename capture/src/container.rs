@@ -70,7 +70,7 @@ impl Container {
         };
         match found {
             Ok(item) => item,
-            Err(e) => Some(Err(Problem::Io { offset: source.offset, source: e })),
+            Err(e) => Some(Err(Problem::Io { offset: source.offset, cause: e })),
         }
     }
 }

@@ -6,12 +6,12 @@ use std::io;
 #[derive(Debug, thiserror::Error)]
 pub enum OpenError {
     /// The file system refused.
-    #[error("{path}: {source}")]
+    #[error("{path}: {cause}")]
     Io {
         /// The file as named by the caller.
         path: String,
         /// What the system said.
-        source: io::Error,
+        cause: io::Error,
     },
     /// The file is compressed.
     #[error("{path}: compressed with {with}; uncompress it first")]
@@ -79,12 +79,12 @@ pub enum Problem {
         fault: FrameFault,
     },
     /// The system could not read on.
-    #[error("offset {offset}: {source}")]
+    #[error("offset {offset}: {cause}")]
     Io {
         /// How far reading came.
         offset: u64,
         /// What the system said.
-        source: io::Error,
+        cause: io::Error,
     },
 }
 

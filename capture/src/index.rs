@@ -433,7 +433,7 @@ pub(crate) fn open(
     path: &Path,
     progress: &mut dyn FnMut(u64),
 ) -> Result<(File, Index, bool), OpenError> {
-    let named = |source| OpenError::Io { path: path.display().to_string(), source };
+    let named = |cause| OpenError::Io { path: path.display().to_string(), cause };
     let reader = Reader::open(path)?;
     let file = File::open(path).map_err(named)?;
     let identity = Identity::of(&file).map_err(named)?;

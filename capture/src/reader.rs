@@ -78,8 +78,7 @@ impl Reader<File> {
     pub fn open(path: impl AsRef<Path>) -> Result<Self, OpenError> {
         let path = path.as_ref();
         let name = path.display().to_string();
-        let file =
-            File::open(path).map_err(|source| OpenError::Io { path: name.clone(), source })?;
+        let file = File::open(path).map_err(|cause| OpenError::Io { path: name.clone(), cause })?;
         let bare = path
             .extension()
             .and_then(|e| e.to_str())
@@ -97,7 +96,7 @@ impl<R: Read + Seek> Reader<R> {
     pub fn new(inner: R, name: &str, bare: bool) -> Result<Self, OpenError> {
         let mut source = Source::new(inner);
         let path = || name.to_owned();
-        let start = source.peek().map_err(|source| OpenError::Io { path: path(), source })?;
+        let start = source.peek().map_err(|cause| OpenError::Io { path: path(), cause })?;
         let start = start[..start.len().min(24)].to_vec();
         let with = match start.as_slice() {
             [] => return Err(OpenError::Empty { path: path() }),

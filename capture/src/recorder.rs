@@ -37,7 +37,7 @@ pub enum RecordError {
     /// The system took no more. Said once; what cannot be written until it takes more is counted,
     /// and the place is marked in the file by a comment.
     #[error(
-        "recording {path}: {source}; recording stands still after {written} bytes, free some space and it goes on"
+        "recording {path}: {cause}; recording stands still after {written} bytes, free some space and it goes on"
     )]
     Write {
         /// The file as named by the caller.
@@ -45,7 +45,7 @@ pub enum RecordError {
         /// Octets that are safe in the file.
         written: u64,
         /// What the system said.
-        source: io::Error,
+        cause: io::Error,
     },
     /// More octets than a UDP datagram can have.
     #[error("recording: a payload of {0} bytes does not fit a UDP datagram ({MOST_PAYLOAD})")]
@@ -208,7 +208,7 @@ impl<W: Sink> Recorder<W> {
                 self.recorded += self.pending_datagrams;
                 self.standing = false;
             }
-            Err(source) => {
+            Err(cause) => {
                 // Half a block must not stay: what comes later would be taken for its end.
                 // Where even that is refused, the reader finds the next sound block.
                 let _ = self.sink.cut_to(self.written);
@@ -218,7 +218,7 @@ impl<W: Sink> Recorder<W> {
                     self.standing = true;
                     self.drop_pending();
                     let (path, written) = (self.path.clone(), self.written);
-                    return Err(RecordError::Write { path, written, source });
+                    return Err(RecordError::Write { path, written, cause });
                 }
             }
         }

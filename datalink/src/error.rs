@@ -57,25 +57,25 @@ pub enum LinkError {
     #[error("a PDU of {0} bytes does not fit a UDP datagram (65507)")]
     TooLong(usize),
     /// Anything else that the system refuses.
-    #[error("{doing} {address}: {source}")]
+    #[error("{doing} {address}: {cause}")]
     System {
         /// What was being done.
         doing: &'static str,
         /// Where.
         address: SocketAddr,
         /// What the system said.
-        source: io::Error,
+        cause: io::Error,
     },
 }
 
 impl LinkError {
-    pub(crate) fn system(doing: &'static str, address: SocketAddr, source: io::Error) -> Self {
-        match source.raw_os_error() {
+    pub(crate) fn system(doing: &'static str, address: SocketAddr, cause: io::Error) -> Self {
+        match cause.raw_os_error() {
             Some(e) if e == nix::libc::ENETUNREACH || e == nix::libc::EHOSTUNREACH => {
                 Self::NoRoute { to: address }
             }
             Some(e) if e == nix::libc::EACCES || e == nix::libc::EPERM => Self::Denied { address },
-            _ => Self::System { doing, address, source },
+            _ => Self::System { doing, address, cause },
         }
     }
 }

@@ -1,8 +1,12 @@
 //! `seeds`: starts federations, and carries every federate and tool as a subcommand.
 
+pub mod dis;
 pub mod federate_commands;
 pub mod in_process;
 pub mod launch;
+pub mod link_args;
+pub mod player;
+pub mod record;
 pub mod replay;
 pub mod run;
 pub mod verify;

@@ -130,7 +130,7 @@ fn places(
         if !ports.contain(recording.from_to(i).1.port()) {
             continue;
         }
-        recording.payload(i, &mut payload).map_err(|source| io_error(path, source))?;
+        recording.payload(i, &mut payload).map_err(|cause| io_error(path, cause))?;
         for frame in pdu::frames(&payload).map_while(Result::ok) {
             let header = &frame.header;
             let word = |at: usize| crate::bytes::be16(frame.octets, at).unwrap_or(0);
@@ -169,11 +169,11 @@ fn read(
     into: &mut Vec<u8>,
 ) -> Result<(), OpenError> {
     let pdu = AlivePdu { datagram: place.datagram as usize, offset: place.offset as usize };
-    recording.pdu(pdu, into).map_err(|source| io_error(path, source))
+    recording.pdu(pdu, into).map_err(|cause| io_error(path, cause))
 }
 
-fn io_error(path: &Path, source: std::io::Error) -> OpenError {
-    OpenError::Io { path: path.display().to_string(), source }
+fn io_error(path: &Path, cause: std::io::Error) -> OpenError {
+    OpenError::Io { path: path.display().to_string(), cause }
 }
 
 /// Field by field where both decode, else the first octet that differs.

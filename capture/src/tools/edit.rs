@@ -122,12 +122,12 @@ pub enum EditError {
     #[error(transparent)]
     Open(#[from] OpenError),
     /// The output.
-    #[error("{path}: {source}")]
+    #[error("{path}: {cause}")]
     Write {
         /// The output as named by the caller.
         path: String,
         /// What the system said.
-        source: io::Error,
+        cause: io::Error,
     },
     /// The output.
     #[error(transparent)]
@@ -168,7 +168,7 @@ pub fn edit(
         write_all(&mut heads, output, &part, selection, change, start_ns, &mut done, &mut tell);
     let renamed = result.and_then(|()| {
         std::fs::rename(&part, output)
-            .map_err(|source| EditError::Write { path: output.display().to_string(), source })
+            .map_err(|cause| EditError::Write { path: output.display().to_string(), cause })
     });
     if let Err(error) = renamed {
         let _ = std::fs::remove_file(&part);
@@ -188,7 +188,7 @@ fn write_all(
     done: &mut Edited,
     tell: &mut dyn FnMut(&Path, &Problem),
 ) -> Result<(), EditError> {
-    let failed = |source| EditError::Write { path: output.display().to_string(), source };
+    let failed = |cause| EditError::Write { path: output.display().to_string(), cause };
     let bare = output
         .extension()
         .and_then(|e| e.to_str())
