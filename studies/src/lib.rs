@@ -1,8 +1,13 @@
 //! Accuracy against time: every rung of every model ladder on the same draws.
 //!
-//! Each study fills [`Row`]s; [`Row`] is one line of the JSON, CSV and HTML reports. Nothing here
-//! enters a run; this crate reads the clock (to measure) and writes reports.
+//! [`run`] measures one or all groups ([`GROUPS`]) and gives a [`Report`] as a page (HTML), a table (CSV)
+//! and one line of JSON. Nothing here enters a run of the federation; this crate reads the clock, to
+//! measure. A new ladder is one function that fills [`Row`]s, and one line in [`GROUPS`].
 
+mod bounds;
+mod clock;
+pub mod filters;
+mod report;
 pub mod scenes;
 
 use serde::Serialize;
@@ -12,18 +17,25 @@ use serde::Serialize;
 pub struct Row {
     /// Ladder: "filters", "gates", "association", "sensors", "effects", ...
     pub group: String,
-    /// Scene: "landing", "landing_arc", "takeoff", ...
+    /// Scene: "landing", "landing_arc", "takeoff", ...; with "/level" for another noise level.
     pub scene: String,
     /// Rung: "abg", "ca3", "imm3", ...
     pub rung: String,
+    /// What this rung has that the others have not ("one second more", "a map", "all plots"); such rungs
+    /// stand outside the Pareto front of the others.
+    pub needs: Option<String>,
     /// Reduction of the position mean square error against the raw plots, %.
     pub mse_reduction_pct: Option<f64>,
+    /// Standard error of the reduction over the runs, percentage points.
+    pub reduction_se_pct: Option<f64>,
     /// Root mean square position error, m.
     pub rmse_m: Option<f64>,
     /// 95 % position error, m.
     pub p95_m: Option<f64>,
     /// Mean normalised estimation error squared of the position (2 is consistent).
     pub nees: Option<f64>,
+    /// Share of scans whose mean NEES over the runs lies within its 95 % bounds, %.
+    pub nees_in_bounds_pct: Option<f64>,
     /// Share of lost tracks, %.
     pub lost_pct: Option<f64>,
     /// Share of swapped tracks, %.
@@ -36,8 +48,159 @@ pub struct Row {
     pub ns_p99: Option<f64>,
     /// Failures with their reasons; empty if none.
     pub failed: Vec<String>,
-    /// Error against the most exact rung, in the ladder's own unit, for ladders that are not filters.
+    /// Error against the most exact rung, in the ladder's own unit.
     pub error: Option<f64>,
     /// Unit of `error`.
     pub error_unit: Option<String>,
+    /// Whether the requirement on this measure is met (position: 95 % within 7.5 m, EUROCAE ED-116).
+    pub required: Option<bool>,
+}
+
+impl Row {
+    /// The error that is drawn: the position error where there is one.
+    #[must_use]
+    pub fn shown_error(&self) -> Option<f64> {
+        self.rmse_m.or(self.gospa).or(self.error)
+    }
+}
+
+/// A line that no rung with the same knowledge can pass, or the raw plots.
+#[derive(Clone, Debug, Serialize)]
+pub struct Bound {
+    /// Ladder.
+    pub group: String,
+    /// Scene.
+    pub scene: String,
+    /// What is assumed.
+    pub label: String,
+    /// Error, in the unit of the ladder's drawn error.
+    pub error: f64,
+    /// The same as a reduction of the mean squared error, %.
+    pub mse_reduction_pct: Option<f64>,
+}
+
+/// A scene in words.
+#[derive(Clone, Debug)]
+pub struct SceneAbout {
+    /// Its name in the rows.
+    pub name: String,
+    /// One line.
+    pub about: String,
+}
+
+/// A ladder in words.
+#[derive(Clone, Debug)]
+pub struct Ladder {
+    /// Its name in the rows.
+    pub group: String,
+    /// Heading.
+    pub title: String,
+    /// How it was measured, and on what it was tuned.
+    pub about: String,
+    /// Axis of the drawn error, with unit.
+    pub error_label: String,
+    /// Its scenes, in order.
+    pub scenes: Vec<SceneAbout>,
+}
+
+/// What one group measured.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// In words.
+    pub ladder: Ladder,
+    /// Scene by scene, rung by rung from cheap to exact.
+    pub rows: Vec<Row>,
+    /// Lines to draw.
+    pub bounds: Vec<Bound>,
+}
+
+/// What to measure.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// Fewer runs and scenes: a minute instead of several.
+    pub quick: bool,
+    /// Seed of all draws.
+    pub seed: u64,
+    /// One group only.
+    pub only: Option<String>,
+    /// The machine, for the head of the report.
+    pub machine: String,
+    /// The commit, for the head of the report.
+    pub commit: String,
+}
+
+/// How far a group is.
+#[derive(Clone, Debug)]
+pub struct Progress {
+    /// The group.
+    pub group: &'static str,
+    /// What was measured last.
+    pub what: String,
+    /// Steps done.
+    pub done: usize,
+    /// Steps in all.
+    pub total: usize,
+}
+
+/// Measures one ladder.
+pub type Study = fn(&Options, &mut dyn FnMut(Progress)) -> Outcome;
+
+/// The ladders by name, in the order of the report.
+pub const GROUPS: &[(&str, Study)] = &[("filters", filters::run)];
+
+/// A refused study.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum StudyError {
+    /// No such group.
+    #[error("no group \"{asked}\"; there are: {known}")]
+    UnknownGroup {
+        /// What was asked for.
+        asked: String,
+        /// What there is.
+        known: String,
+    },
+}
+
+/// Everything that was measured.
+#[derive(Clone, Debug)]
+pub struct Report {
+    /// The machine.
+    pub machine: String,
+    /// The commit.
+    pub commit: String,
+    /// Seed of the draws.
+    pub seed: u64,
+    /// Fewer runs and scenes.
+    pub quick: bool,
+    /// Group by group.
+    pub outcomes: Vec<Outcome>,
+}
+
+/// Measures the groups that `options` asks for; `progress` is called after every step.
+///
+/// # Errors
+/// If there is no group of the name asked for.
+pub fn run(options: &Options, progress: &mut dyn FnMut(Progress)) -> Result<Report, StudyError> {
+    let asked = |name: &str| options.only.as_deref().is_none_or(|only| only == name);
+    let outcomes: Vec<Outcome> = GROUPS
+        .iter()
+        .filter(|(name, _)| asked(name))
+        .map(|(_, study)| study(options, progress))
+        .collect();
+    if outcomes.is_empty() {
+        let known: Vec<&str> = GROUPS.iter().map(|(name, _)| *name).collect();
+        return Err(StudyError::UnknownGroup {
+            asked: options.only.clone().unwrap_or_default(),
+            known: known.join(", "),
+        });
+    }
+    let Options { machine, commit, seed, quick, .. } = options.clone();
+    Ok(Report { machine, commit, seed, quick, outcomes })
+}
+
+impl Report {
+    /// All rows.
+    pub fn rows(&self) -> impl Iterator<Item = &Row> {
+        self.outcomes.iter().flat_map(|o| &o.rows)
+    }
 }

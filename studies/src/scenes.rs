@@ -1,6 +1,7 @@
 //! Single-target scenes: exact truth, and the plots of one radar.
 
 use models::draw::{DrawKey, Purpose};
+use models::filter::route::Route;
 use models::frames::{Azimuth, Vector2};
 use models::plot::{Plot, Polar, SensorId, SensorKind, polar_to_cartesian};
 use models::time::SimTime;
@@ -88,6 +89,29 @@ impl Scene {
         point
     }
 
+    /// The centreline that the target follows exactly.
+    #[must_use]
+    pub fn route(&self) -> Route {
+        let mut route = Route::from_course(Vector2::zeros(), 0.0);
+        let (mut before, mut time) = (self.at(0.0), 0.0);
+        let end = self.samples as f64 + 60.0;
+        for leg in &self.legs {
+            time += leg.duration_s.min(end - time);
+            let after = self.at(time);
+            let length = after.along_m - before.along_m;
+            before = after;
+            if length <= 0.0 {
+                continue;
+            }
+            route = if leg.curvature == 0.0 {
+                route.line(length, leg.corner_rad)
+            } else {
+                route.arc(length * leg.curvature, 1.0 / leg.curvature.abs())
+            };
+        }
+        route
+    }
+
     /// Times at which a leg ends, s.
     #[must_use]
     pub fn switches_s(&self) -> Vec<f64> {
@@ -160,6 +184,12 @@ impl Scene {
             legs: legs.collect(),
             samples: 150,
         }
+    }
+
+    /// The scenes of the report, in its order.
+    #[must_use]
+    pub fn reported() -> Vec<Self> {
+        vec![Self::landing(), Self::landing_arc(), Self::takeoff(), Self::queue()]
     }
 
     /// For tuning only, never reported: a high-speed exit, a taxiway with two turns, a stop.

@@ -33,10 +33,7 @@ pub fn gate_2d(probability: f64) -> f64 {
 pub fn position_nees(estimate: &Estimate, truth_m: Vector2<f64>) -> f64 {
     let s = estimate.state.position_cov();
     match super::gaussian::Factor::of(s) {
-        Ok(factor) => {
-            let y = factor.whiten(truth_m - estimate.position_m());
-            y[0] * y[0] + y[1] * y[1]
-        }
+        Ok(factor) => factor.independent(truth_m - estimate.position_m()).1,
         Err(_) => f64::INFINITY,
     }
 }

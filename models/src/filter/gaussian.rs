@@ -75,24 +75,40 @@ impl Measurement {
     ///
     /// # Errors
     /// If its position is not finite or a variance is negative or NaN.
-    #[inline]
+    #[inline(always)]
     pub fn of(plot: &Plot) -> Result<Self, UpdateError> {
         let (z, u) = (plot.position_m, plot.axis);
-        let sound = z.x.is_finite() && z.y.is_finite() && u.x.is_finite() && u.y.is_finite();
-        if !sound || !(plot.along_m2 >= 0.0 && plot.across_m2 >= 0.0) {
+        // Written so that NaN fails.
+        let unit = (u.x * u.x + u.y * u.y - 1.0).abs() < 1e-6;
+        let near = z.x.abs() < FARTHEST_M && z.y.abs() < FARTHEST_M;
+        let known = plot.along_m2 >= 0.0 && plot.along_m2 < LARGEST_M2;
+        if !(unit && near && known && plot.across_m2 >= 0.0) {
             return Err(UpdateError::UnsoundPlot);
         }
-        if plot.across_m2 == f64::INFINITY {
-            return Ok(Self::Line { z, axis: u, variance: plot.along_m2 });
+        let along = exact_if_tiny(plot.along_m2);
+        if plot.across_m2 >= LARGEST_M2 {
+            return Ok(Self::Line { z, axis: u, variance: along });
         }
-        let difference = plot.along_m2 - plot.across_m2;
+        let across = exact_if_tiny(plot.across_m2);
         let r = Sym2 {
-            xx: plot.along_m2 * u.x * u.x + plot.across_m2 * u.y * u.y,
-            xy: difference * u.x * u.y,
-            yy: plot.along_m2 * u.y * u.y + plot.across_m2 * u.x * u.x,
+            xx: along * u.x * u.x + across * u.y * u.y,
+            xy: (along - across) * u.x * u.y,
+            yy: along * u.y * u.y + across * u.x * u.x,
         };
         Ok(Self::Position { z, r })
     }
+}
+
+/// Beyond this no position is of this airport, m.
+const FARTHEST_M: f64 = 1e9;
+/// From this on a variance says that nothing was measured, m².
+const LARGEST_M2: f64 = 1e20;
+/// A variance below this is none: its square must not vanish in a double, m².
+const SMALLEST_M2: f64 = 1e-30;
+
+#[inline]
+fn exact_if_tiny(variance: f64) -> f64 {
+    if variance < SMALLEST_M2 { 0.0 } else { variance }
 }
 
 impl Measurement {
@@ -106,41 +122,54 @@ impl Measurement {
     }
 }
 
-/// The 2 × 2 Cholesky factor of an innovation covariance.
+/// An innovation covariance as L D Lᵀ: two divisions and no square root.
 #[derive(Clone, Copy, Debug)]
 pub struct Factor {
-    /// 1 / l₀₀.
-    inverse0: f64,
-    l10: f64,
-    /// 1 / l₁₁.
-    inverse1: f64,
+    /// L₁₀.
+    l: f64,
+    /// 1 / D₀ and 1 / D₁.
+    inverse: [f64; 2],
     /// det S.
     pub(super) det: f64,
 }
 
 impl Factor {
-    /// Factor of `s`.
+    /// Factors of `s`.
     ///
     /// # Errors
     /// Unless `s` is finite and positive definite.
     #[inline]
     pub fn of(s: Sym2) -> Result<Self, UpdateError> {
-        let det = s.xx * s.yy - s.xy * s.xy;
-        let inverse0 = 1.0 / s.xx.sqrt();
-        let l10 = s.xy * inverse0;
-        let rest = s.yy - l10 * l10;
+        let first = 1.0 / s.xx;
+        let l = s.xy * first;
+        let rest = s.yy - l * s.xy;
         if !(s.xx > 0.0 && rest > 0.0 && s.xx + s.yy < f64::INFINITY) {
-            return Err(BadInnovation(det));
+            return Err(BadInnovation(rest.min(s.xx)));
         }
-        Ok(Self { inverse0, l10, inverse1: 1.0 / rest.sqrt(), det: s.xx * rest })
+        Ok(Self { l, inverse: [first, 1.0 / rest], det: s.xx * rest })
     }
 
-    /// The innovation in units of its standard deviation, uncorrelated.
+    /// The innovation with its second number made independent of the first, and its squared
+    /// normalised length.
     #[inline]
     #[must_use]
-    pub fn whiten(&self, nu: Vector2<f64>) -> [f64; 2] {
-        let y0 = nu.x * self.inverse0;
-        [y0, (nu.y - self.l10 * y0) * self.inverse1]
+    pub fn independent(&self, nu: Vector2<f64>) -> ([f64; 2], f64) {
+        let y = [nu.x, nu.y - self.l * nu.x];
+        (y, y[0] * y[0] * self.inverse[0] + y[1] * y[1] * self.inverse[1])
+    }
+
+    /// The same for a covariance with the two measured numbers: a row of P Hᵀ L⁻ᵀ.
+    #[inline]
+    #[must_use]
+    pub fn row(&self, [a, b]: [f64; 2]) -> [f64; 2] {
+        [a, b - self.l * a]
+    }
+
+    /// The scalar product Σ aᵢ bᵢ / Dᵢ.
+    #[inline]
+    #[must_use]
+    pub fn dot(&self, a: [f64; 2], b: [f64; 2]) -> f64 {
+        a[0] * b[0] * self.inverse[0] + a[1] * b[1] * self.inverse[1]
     }
 
     /// ln det S.
@@ -150,7 +179,7 @@ impl Factor {
         if self.det > f64::MIN_POSITIVE && self.det < f64::INFINITY {
             return libm::log(self.det);
         }
-        -2.0 * (libm::log(self.inverse0) + libm::log(self.inverse1))
+        -libm::log(self.inverse[0]) - libm::log(self.inverse[1])
     }
 }
 
@@ -310,8 +339,7 @@ impl Gaussian {
             Measurement::Position { z, r } => {
                 let (nu, s) = (z - self.position(), self.position_cov() + r);
                 let f = Factor::of(s)?;
-                let y = f.whiten(nu);
-                Ok(Innovation { nu, s, d2: y[0] * y[0] + y[1] * y[1], ln_det: f.ln_det(), dof: 2 })
+                Ok(Innovation { nu, s, d2: f.independent(nu).1, ln_det: f.ln_det(), dof: 2 })
             }
             Measurement::Line { z, axis, variance } => {
                 let pp = self.position_cov();
@@ -337,7 +365,7 @@ impl Gaussian {
 
     /// Measurement update. On an error the state is left as it was.
     ///
-    /// With N = P⁻Hᵀ L⁻ᵀ and y = L⁻¹ν, L Lᵀ = S: `x ← x + N y`, `P ← P − N Nᵀ`; one row of H for a
+    /// With L D Lᵀ = S, N = P⁻Hᵀ L⁻ᵀ and y = L⁻¹ν: `x ← x + N D⁻¹ y`, `P ← P − N D⁻¹ Nᵀ`; one row of H for a
     /// plot along one direction.
     ///
     /// # Errors
@@ -347,10 +375,13 @@ impl Gaussian {
         match *m {
             Measurement::Position { z, r } => {
                 let factor = Factor::of(self.position_cov() + r)?;
-                let y = factor.whiten(z - self.position());
+                let (y, d2) = factor.independent(z - self.position());
+                if !d2.is_finite() {
+                    return Err(BadInnovation(d2));
+                }
                 let columns = self.position_columns();
                 self.condition(&columns, &factor, y);
-                Ok(Nis { d2: y[0] * y[0] + y[1] * y[1], det: factor.det, dof: 2 })
+                Ok(Nis { d2, det: factor.det, dof: 2 })
             }
             Measurement::Line { z, axis, variance } => {
                 let nu = (z - self.position()).dot(&axis);
@@ -358,18 +389,16 @@ impl Gaussian {
                 if !s.all_positive() {
                     return Err(BadInnovation(s));
                 }
-                let inverse = 1.0 / s.sqrt();
+                if !nu.is_finite() {
+                    return Err(BadInnovation(nu));
+                }
                 let [a, b] = self.position_columns();
-                let mut n = [Pair::default(); 3];
-                for i in 0..3 {
-                    n[i] = (a[i] * axis.x + b[i] * axis.y) * inverse;
+                let n: [Pair; 3] = std::array::from_fn(|i| a[i] * axis.x + b[i] * axis.y);
+                for (x, n) in self.x.iter_mut().zip(n) {
+                    *x = *x + n * (nu / s);
                 }
-                self.subtract(&n);
-                let y = nu * inverse;
-                for i in 0..3 {
-                    self.x[i] = self.x[i] + n[i] * y;
-                }
-                Ok(Nis { d2: y * y, det: s, dof: 1 })
+                self.add_outer(&n, -1.0 / s);
+                Ok(Nis { d2: nu * nu / s, det: s, dof: 1 })
             }
         }
     }
@@ -393,24 +422,18 @@ impl Gaussian {
         ]
     }
 
-    /// `x ← x + M L⁻ᵀ y`, `P ← P − M S⁻¹ Mᵀ` for the covariance columns M of this state with a
-    /// measured position whose innovation covariance is factored in `factor`.
+    /// `x ← x + M S⁻¹ ν`, `P ← P − M S⁻¹ Mᵀ` for the covariance columns M of this state with a measured
+    /// position whose innovation covariance is factored in `factor`; `y` is the independent innovation.
     #[inline]
     pub fn condition(&mut self, columns: &[[Pair; 3]; 2], factor: &Factor, y: [f64; 2]) {
-        let mut n = [[Pair::default(); 3]; 2];
-        for i in 0..3 {
-            n[0][i] = columns[0][i] * factor.inverse0;
-            n[1][i] = (columns[1][i] - n[0][i] * factor.l10) * factor.inverse1;
-            self.x[i] = self.x[i] + n[0][i] * y[0] + n[1][i] * y[1];
+        let [m0, m1] = columns;
+        let n1 = [m1[0] - m0[0] * factor.l, m1[1] - m0[1] * factor.l, m1[2] - m0[2] * factor.l];
+        let (g0, g1) = (y[0] * factor.inverse[0], y[1] * factor.inverse[1]);
+        for (x, (a, b)) in self.x.iter_mut().zip(m0.iter().zip(&n1)) {
+            *x = *x + (*a * g0 + *b * g1);
         }
-        self.subtract(&n[0]);
-        self.subtract(&n[1]);
-    }
-
-    /// P ← P − n nᵀ.
-    #[inline]
-    fn subtract(&mut self, n: &[Pair; 3]) {
-        self.add_outer(n, -1.0);
+        self.add_outer(m0, -factor.inverse[0]);
+        self.add_outer(&n1, -factor.inverse[1]);
     }
 
     /// P ← P + k n nᵀ.
@@ -470,8 +493,8 @@ impl Gaussian {
         match *m {
             Measurement::Position { z, r } => {
                 let factor = Factor::of(self.position_cov() + r)?;
-                let y = factor.whiten(z - self.position());
-                Ok(Nis { d2: y[0] * y[0] + y[1] * y[1], det: factor.det, dof: 2 })
+                let (_, d2) = factor.independent(z - self.position());
+                Ok(Nis { d2, det: factor.det, dof: 2 })
             }
             Measurement::Line { z, axis, variance } => {
                 let s = quadratic(self.position_cov(), axis) + variance;
@@ -610,7 +633,7 @@ impl Gaussian {
 }
 
 /// State and covariance of both axes over one step; the block between the axes is left to the caller.
-#[inline]
+#[inline(always)]
 pub(super) fn predict_axes(x: &[Pair; 3], p: &[Pair; 6], step: &Step) -> ([Pair; 3], [Pair; 6]) {
     let Step { t, f02, f12, f22, q } = *step;
     let [a, b, c, e, f, g] = *p;

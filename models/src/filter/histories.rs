@@ -96,7 +96,7 @@ impl<const N: usize, const L: usize> Histories<N, L> {
         let mut children =
             [Child { score: f64::NEG_INFINITY, parent: 0, mode: 0 }; MOST * MAX_MODES];
         let (mut count, mut best) = (0, f64::NEG_INFINITY);
-        let mut moments = PositionMoments::default();
+        let mut moments = PositionMoments::about(self.states[0].position());
         for parent in 0..self.len {
             let from = usize::from(self.last_mode[parent]);
             for (mode, step) in steps.iter().enumerate().take(modes) {
@@ -104,7 +104,7 @@ impl<const N: usize, const L: usize> Histories<N, L> {
                     continue;
                 }
                 let (at, cov) = self.states[parent].predicted_position(step);
-                moments.add(self.weights[parent] * p[from][mode], at - m.point(), cov);
+                moments.add(self.weights[parent] * p[from][mode], at, cov);
                 let likelihood = log_likelihood(at, cov, &m);
                 let score = self.log_weights[parent] + logs[from][mode] + likelihood;
                 if score.is_nan() {
@@ -227,7 +227,8 @@ fn smoothed(
     match *m {
         Measurement::Position { z, r } => {
             let factor = Factor::of(predicted.position_cov() + r)?;
-            state.condition(&columns, &factor, factor.whiten(z - predicted.position()));
+            let (y, _) = factor.independent(z - predicted.position());
+            state.condition(&columns, &factor, y);
         }
         Measurement::Line { z, axis, variance } => {
             let s = quadratic(predicted.position_cov(), axis) + variance;

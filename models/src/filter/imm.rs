@@ -48,23 +48,28 @@ impl<const M: usize> Imm<M> {
         self.weights
     }
 
-    /// Weights and mixed, predicted states of the modes after `t` seconds.
+    /// Weights of the modes after `t` seconds; their mixed, predicted states into `out`.
     #[inline]
-    fn mix(&self, t: f64, transition: &[[f64; MAX_MODES]; MAX_MODES]) -> ([f64; M], [Gaussian; M]) {
+    fn mix(
+        &self,
+        t: f64,
+        transition: &[[f64; MAX_MODES]; MAX_MODES],
+        out: &mut [Gaussian; M],
+    ) -> [f64; M] {
         let steps = self.modes.steps(t);
         let mut c = [0.0; M];
-        let mut states = self.states;
-        for j in 0..M {
+        for (j, out) in out.iter_mut().enumerate() {
             let share: [f64; M] = from_fn(|i| transition[i][j] * self.weights[i]);
             c[j] = share.iter().sum();
-            if c[j] > 0.0 {
-                let share = share.map(|w| w / c[j]);
-                states[j] = Gaussian::mixture(&share, &self.states).predicted(&steps[j]);
+            let mixed = if c[j] > 0.0 {
+                let scale = 1.0 / c[j];
+                Gaussian::mixture(&share.map(|w| w * scale), &self.states)
             } else {
-                states[j] = self.states[j].predicted(&steps[j]);
-            }
+                self.states[j]
+            };
+            *out = mixed.predicted(&steps[j]);
         }
-        (c, states)
+        c
     }
 
     fn take(
@@ -76,7 +81,8 @@ impl<const M: usize> Imm<M> {
         let m = Measurement::of(plot)?;
         let mut p = self.modes.transition(t);
         transition(&mut p);
-        let (c, mut states) = self.mix(t, &p);
+        let mut states = [Gaussian::default(); M];
+        let c = self.mix(t, &p, &mut states);
         let nis = mixed_nis(&c, &states, &m)?;
         // c/√det S · exp(−d²/2) with the smallest d² taken out: the logs that would cancel are not taken.
         let (mut d2, mut scale) = ([0.0; M], [0.0; M]);
@@ -120,24 +126,31 @@ fn floored<const M: usize>(weights: [f64; M]) -> Option<[f64; M]> {
 
 /// Innovation against the whole mixture: mean and covariance of its positions.
 fn mixed_nis(c: &[f64], states: &[Gaussian], m: &Measurement) -> Result<Nis, UpdateError> {
-    let mut moments = PositionMoments::default();
+    let mut moments = PositionMoments::about(states[0].position());
     for (w, s) in c.iter().zip(states) {
-        moments.add(*w, s.position() - m.point(), s.position_cov());
+        moments.add(*w, s.position(), s.position_cov());
     }
     moments.nis(m)
 }
 
-/// Mean and covariance of the positions of a mixture, gathered about the plot.
+/// Mean and covariance of the positions of a mixture, gathered about one of them.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct PositionMoments {
+    origin: crate::frames::Vector2<f64>,
     weight: f64,
     mean: [f64; 2],
     square: [f64; 3],
 }
 
 impl PositionMoments {
+    /// None yet.
+    pub(super) fn about(origin: crate::frames::Vector2<f64>) -> Self {
+        Self { origin, ..Self::default() }
+    }
+
     #[inline]
-    pub(super) fn add(&mut self, w: f64, offset: crate::frames::Vector2<f64>, p: super::Sym2) {
+    pub(super) fn add(&mut self, w: f64, at: crate::frames::Vector2<f64>, p: super::Sym2) {
+        let offset = at - self.origin;
         let (wx, wy) = (w * offset.x, w * offset.y);
         self.weight += w;
         self.mean = [self.mean[0] + wx, self.mean[1] + wy];
@@ -148,14 +161,23 @@ impl PositionMoments {
         ];
     }
 
-    pub(super) fn nis(&self, m: &Measurement) -> Result<Nis, UpdateError> {
+    /// Mean and covariance.
+    pub(super) fn moments(&self) -> (crate::frames::Vector2<f64>, super::Sym2) {
         let k = 1.0 / self.weight;
         let [x, y] = self.mean.map(|v| v * k);
+        let [xx, xy, yy] = self.square.map(|v| v * k);
+        (
+            self.origin + crate::frames::Vector2::new(x, y),
+            super::Sym2 { xx: xx - x * x, xy: xy - x * y, yy: yy - y * y },
+        )
+    }
+
+    pub(super) fn nis(&self, m: &Measurement) -> Result<Nis, UpdateError> {
+        let (z, cov) = self.moments();
         let mut at = Gaussian::default();
-        let z = m.point();
-        at.x[0] = super::lanes::Pair::new(z.x + x, z.y + y);
-        at.p[0] = super::lanes::Pair::new(self.square[0] * k - x * x, self.square[2] * k - y * y);
-        at.cross[0] = self.square[1] * k - x * y;
+        at.x[0] = super::lanes::Pair::new(z.x, z.y);
+        at.p[0] = super::lanes::Pair::new(cov.xx, cov.yy);
+        at.cross[0] = cov.xy;
         at.nis(m)
     }
 }
@@ -171,7 +193,8 @@ impl<const M: usize> StateEstimator for Imm<M> {
 
     fn predicted(&self, time: SimTime) -> Result<Estimate, UpdateError> {
         let t = interval(self.time, time)?;
-        let (c, states) = self.mix(t, &self.modes.transition(t));
+        let mut states = [Gaussian::default(); M];
+        let c = self.mix(t, &self.modes.transition(t), &mut states);
         Ok(Estimate::new(time, Gaussian::mixture(&c, &states)))
     }
 
@@ -187,7 +210,8 @@ impl<const M: usize> StateEstimator for Imm<M> {
     fn update_weighted(&mut self, plots: &[(&Plot, f64)]) -> Result<(), UpdateError> {
         let Some((first, _)) = plots.first() else { return Err(UpdateError::UnsoundPlot) };
         let t = interval(self.time, first.time)?;
-        let (c, mut states) = self.mix(t, &self.modes.transition(t));
+        let mut states = [Gaussian::default(); M];
+        let c = self.mix(t, &self.modes.transition(t), &mut states);
         let shares = association_shares(&c, &states, &measurements(plots)?)?;
         for (state, share) in states.iter_mut().zip(&shares) {
             state.update_weighted(&share.1)?;

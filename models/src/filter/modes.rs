@@ -128,7 +128,11 @@ impl Modes {
     #[inline]
     #[must_use]
     pub fn steps(&self, t: f64) -> [Step; MAX_MODES] {
-        self.motions.map(|m| m.step(t))
+        let mut steps = [Step::constant_velocity(0.0, t); MAX_MODES];
+        for (step, motion) in steps.iter_mut().zip(&self.motions[..self.count]) {
+            *step = motion.step(t);
+        }
+        steps
     }
 
     /// ln Π over `t` seconds: a mode is kept with Π_ii^t, and left to each other one in proportion to Π.

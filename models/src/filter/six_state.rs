@@ -39,6 +39,7 @@ impl StateEstimator for SixState {
         self.time
     }
 
+    #[inline]
     fn estimate(&self) -> Estimate {
         Estimate::new(self.time, self.state)
     }

@@ -7,6 +7,7 @@ use super::three_state::start_position;
 use super::{Estimate, Start, StateEstimator, UpdateError, UpdateError::BadInnovation, interval};
 use crate::plot::Plot;
 use crate::time::SimTime;
+use std::sync::Arc;
 
 /// Steady gains (α, β, γ) of the constant-acceleration filter with white jerk, Λ = qT⁵/R; the Kalman
 /// gain is (α, β/T, γ/T²).
@@ -100,12 +101,13 @@ pub struct SteadyGain {
     r: Pair,
     /// Updates since the start.
     count: usize,
-    table: std::sync::Arc<Table>,
+    table: Arc<Gains>,
     start: Start,
 }
 
-#[derive(Debug)]
-struct Table {
+/// The gains of every scan since a start: made once, shared by all tracks.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Gains {
     lambda: f64,
     interval_s: f64,
     scans: [Schedule; SCANS],
@@ -115,18 +117,12 @@ struct Table {
 const SCANS: usize = 24;
 
 impl SteadyGain {
-    /// One plot. `lambda` = qT⁵/R, `interval_s` the interval T between plots that the gains are made for.
+    /// One plot: position measured, velocity and acceleration unknown.
     ///
     /// # Errors
     /// If the plot is unsound or measures one direction only.
-    pub fn from_plot(
-        plot: &Plot,
-        lambda: f64,
-        interval_s: f64,
-        start: Start,
-    ) -> Result<Self, UpdateError> {
+    pub fn from_plot(plot: &Plot, table: Arc<Gains>, start: Start) -> Result<Self, UpdateError> {
         let (z, r) = start_position(plot)?;
-        let table = std::sync::Arc::new(Table::new(lambda, interval_s, start, 0.5 * (r.xx + r.yy)));
         let zero = Pair::default();
         let x = [Pair::new(z.x, z.y), zero, zero];
         Ok(Self { time: plot.time, x, r: Pair::new(r.xx, r.yy), count: 0, table, start })
@@ -150,8 +146,11 @@ impl SteadyGain {
     }
 }
 
-impl Table {
-    fn new(lambda: f64, interval_s: f64, start: Start, r_m2: f64) -> Self {
+impl Gains {
+    /// `lambda` = qT⁵/R, `interval_s` the interval T between plots, `r_m2` a typical plot variance (it
+    /// matters for the first few scans only).
+    #[must_use]
+    pub fn new(lambda: f64, interval_s: f64, start: Start, r_m2: f64) -> Self {
         // A scalar Kalman filter in units of the plot's deviation and of the interval.
         let (t, r) = (interval_s, if r_m2 > 0.0 { r_m2 } else { 1.0 });
         let (vv, aa) = (start.sigma_v_ms * start.sigma_v_ms, start.sigma_a_ms2 * start.sigma_a_ms2);
@@ -190,6 +189,7 @@ impl StateEstimator for SteadyGain {
         self.time
     }
 
+    #[inline]
     fn estimate(&self) -> Estimate {
         Estimate::new(self.time, Gaussian { x: self.x, p: self.covariance(), cross: [0.0; 9] })
     }
@@ -221,15 +221,25 @@ impl StateEstimator for SteadyGain {
             return Err(BadInnovation(r.east().min(r.north())));
         }
         let x = self.advance(t);
-        let count = (self.count + 1).min(SCANS - 1);
+        // After a gap the course is as unknown as at the start.
+        let gap = t > 5.0 * self.table.interval_s;
+        let count = if gap { 1 } else { (self.count + 1).min(SCANS - 1) };
         let [alpha, beta, gamma] = self.table.scans[count].gains;
         let nu = Pair::new(z.x, z.y) - x[0];
+        let s = r * (1.0 / (1.0 - alpha));
+        let d2 = (nu * nu * s.recip()).sum();
+        if !d2.is_finite() {
+            return Err(BadInnovation(d2));
+        }
         // Two plots at one time change the position only.
         let rate = if t > 0.0 { 1.0 / t } else { 0.0 };
-        self.x = [x[0] + nu * alpha, x[1] + nu * (beta * rate), x[2] + nu * (gamma * rate * rate)];
+        self.x = [
+            x[0] + nu * if gap { 1.0 } else { alpha },
+            x[1] + nu * (beta * rate),
+            x[2] + nu * (gamma * rate * rate),
+        ];
         (self.time, self.r, self.count) = (plot.time, r, count);
-        let s = r * (1.0 / (1.0 - alpha));
-        Ok(Nis { d2: (nu * nu * s.recip()).sum(), det: s.east() * s.north(), dof: 2 })
+        Ok(Nis { d2, det: s.east() * s.north(), dof: 2 })
     }
 
     fn update_manoeuvre(&mut self, plot: &Plot) -> Result<Nis, UpdateError> {

@@ -51,13 +51,13 @@ impl ThreeState {
     }
 
     /// Prediction over `t` seconds.
-    #[inline]
+    #[inline(always)]
     fn predict(&self, t: f64) -> ([Pair; 3], [Pair; 6]) {
         predict_axes(&self.x, &self.p, &Step::constant_acceleration(self.q, t))
     }
 
     /// One scalar update of each axis with its own variance `r`, `H = [1 0 0]`.
-    #[inline]
+    #[inline(always)]
     fn correct(
         x: [Pair; 3],
         p: [Pair; 6],
@@ -75,6 +75,9 @@ impl ThreeState {
         let w = r * i; // 1 − k₀ without the subtraction
         let next = [a * w, b * w, c * w, e - k1 * b, f - k1 * c, g - k2 * c];
         let nis = Nis { d2: (nu * nu * i).sum(), det: s.east() * s.north(), dof: 2 };
+        if !nis.d2.is_finite() {
+            return Err(BadInnovation(nis.d2));
+        }
         Ok(([x[0] + k0 * nu, x[1] + k1 * nu, x[2] + k2 * nu], next, nis))
     }
 }
@@ -84,6 +87,7 @@ impl StateEstimator for ThreeState {
         self.time
     }
 
+    #[inline]
     fn estimate(&self) -> Estimate {
         Estimate::new(self.time, Gaussian { x: self.x, p: self.p, cross: [0.0; 9] })
     }

@@ -174,7 +174,7 @@ impl ThreeStateUd {
 impl<L: Lane> Ud<3, L> {
     /// [`Self::predicted`] for constant acceleration with white jerk `q`, the ones and zeros of Φ, U
     /// and U_q left out.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn jerked(&self, q: f64, t: f64) -> Self {
         let (half, sixth, n) = super::motion::Step::white_jerk_ud(q, t);
@@ -201,7 +201,7 @@ impl<L: Lane> Ud<3, L> {
     }
 
     /// [`Self::update`] with h = (1, 0, 0).
-    #[inline]
+    #[inline(always)]
     pub fn update_first(&mut self, r: L) -> Gain<3, L> {
         let [d0, d1, d2] = self.d;
         let (u01, u02, u12) = (self.u[0][1], self.u[0][2], self.u[1][2]);
@@ -235,6 +235,7 @@ impl StateEstimator for ThreeStateUd {
         self.time
     }
 
+    #[inline]
     fn estimate(&self) -> Estimate {
         Estimate::new(self.time, gaussian(&self.x, &self.ud))
     }
@@ -255,6 +256,9 @@ impl StateEstimator for ThreeStateUd {
                 }
                 let nu = Pair::new(z.x, z.y) - x[0];
                 let y = nu * alpha.recip();
+                if !(nu * y).sum().is_finite() {
+                    return Err(BadInnovation((nu * y).sum()));
+                }
                 x = [x[0] + gain[0] * y, x[1] + gain[1] * y, x[2] + gain[2] * y];
                 Nis { d2: (nu * y).sum(), det: alpha.east() * alpha.north(), dof: 2 }
             }
@@ -336,6 +340,7 @@ impl StateEstimator for SixStateUd {
         self.time
     }
 
+    #[inline]
     fn estimate(&self) -> Estimate {
         Estimate::new(self.time, joint(&self.x, &self.ud))
     }
@@ -352,16 +357,16 @@ impl StateEstimator for SixStateUd {
         let across = (plot.across_axis(), plot.across_m2);
         let mut nis = Nis { d2: 0.0, det: 1.0, dof: 0 };
         for (axis, variance) in [along, across] {
-            if variance == f64::INFINITY {
-                continue;
+            if variance >= 1e20 {
+                continue; // says nothing, as in `Measurement::of`
             }
             let mut h = [0.0; 6];
             (h[0], h[3]) = (axis.x, axis.y);
             let Gain { gain, alpha } = ud.update(&h, variance);
-            if !alpha.all_positive() {
+            let nu = axis.dot(&plot.position_m) - axis.x * x[0] - axis.y * x[3];
+            if !alpha.all_positive() || !(nu * nu / alpha).is_finite() {
                 return Err(BadInnovation(alpha));
             }
-            let nu = axis.dot(&plot.position_m) - axis.x * x[0] - axis.y * x[3];
             x = from_fn(|i| x[i] + gain[i] * (nu / alpha));
             nis.d2 += nu * nu / alpha;
             nis.det *= alpha;
