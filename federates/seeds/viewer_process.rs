@@ -1,7 +1,6 @@
 //! The viewer-logger's process: sockets, files and the end of the run.
 
 use super::federate_commands::{PATIENCE, ViewerArgs, open_bus};
-use crate::runtime::bus::Bus;
 use crate::runtime::cli::{COMPLETE, DATA_LOST};
 use crate::runtime::clock::utc_ns;
 use crate::runtime::dis_socket::link_config;

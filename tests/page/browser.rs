@@ -11,19 +11,19 @@ use tungstenite::stream::MaybeTlsStream;
 use tungstenite::{Message, WebSocket};
 
 /// A browser with one page; ends with its value.
-pub struct Browser {
+pub(crate) struct Browser {
     process: Child,
     profile: PathBuf,
     socket: WebSocket<MaybeTlsStream<TcpStream>>,
     session: String,
     next_id: u64,
     /// Exceptions and refusals of the content policy that the page reported.
-    pub complaints: Vec<String>,
+    pub(crate) complaints: Vec<String>,
 }
 
 impl Browser {
     /// Opens `url` in a window of `size` pixels; none if Chromium is not installed.
-    pub fn open(url: &str, size: [u32; 2]) -> Option<Self> {
+    pub(crate) fn open(url: &str, size: [u32; 2]) -> Option<Self> {
         static NUMBER: AtomicU32 = AtomicU32::new(0);
         let number = NUMBER.fetch_add(1, Ordering::Relaxed);
         let name = format!("seeds-page-{}-{number}", std::process::id());
@@ -82,7 +82,7 @@ impl Browser {
     }
 
     /// Sets the size of the window.
-    pub fn resize(&mut self, [width, height]: [u32; 2]) {
+    pub(crate) fn resize(&mut self, [width, height]: [u32; 2]) {
         self.call(
             "Emulation.setDeviceMetricsOverride",
             json!({"width": width, "height": height, "deviceScaleFactor": 1, "mobile": false}),
@@ -90,7 +90,7 @@ impl Browser {
     }
 
     /// Value of a JavaScript expression; promises are awaited.
-    pub fn eval(&mut self, expression: &str) -> Value {
+    pub(crate) fn eval(&mut self, expression: &str) -> Value {
         let ask = json!({"expression": expression, "returnByValue": true, "awaitPromise": true});
         let answer = self.call("Runtime.evaluate", ask);
         assert!(
@@ -102,7 +102,7 @@ impl Browser {
     }
 
     /// Waits, inside the browser, until `condition` holds.
-    pub fn until(&mut self, condition: &str) {
+    pub(crate) fn until(&mut self, condition: &str) {
         let wait = format!(
             "new Promise((done) => {{ const end = performance.now() + 15000; const look = () => {{ \
              let holds = false; try {{ holds = Boolean({condition}); }} catch {{ }} \
@@ -112,7 +112,7 @@ impl Browser {
     }
 
     /// Presses and releases a key ("f", "Escape").
-    pub fn key(&mut self, key: &str) {
+    pub(crate) fn key(&mut self, key: &str) {
         let text = if key.chars().count() == 1 { key } else { "" };
         for kind in ["keyDown", "keyUp"] {
             let text = if kind == "keyDown" { text } else { "" };
@@ -121,7 +121,7 @@ impl Browser {
     }
 
     /// Clicks at a place of the window, CSS pixels.
-    pub fn click(&mut self, x: f64, y: f64) {
+    pub(crate) fn click(&mut self, x: f64, y: f64) {
         for kind in ["mouseMoved", "mousePressed", "mouseReleased"] {
             let count = u32::from(kind != "mouseMoved");
             let button = if kind == "mouseMoved" { "none" } else { "left" };
@@ -133,7 +133,7 @@ impl Browser {
     }
 
     /// Clicks in the middle of the first element that `selector` finds.
-    pub fn click_on(&mut self, selector: &str) {
+    pub(crate) fn click_on(&mut self, selector: &str) {
         let place = self.eval(&format!(
             "(() => {{ const e = document.querySelector({}); e.scrollIntoView({{block: 'nearest'}}); \
              const b = e.getBoundingClientRect(); return [b.x + b.width / 2, b.y + b.height / 2]; }})()",
@@ -143,7 +143,7 @@ impl Browser {
     }
 
     /// The window as PNG.
-    pub fn screenshot(&mut self) -> Vec<u8> {
+    pub(crate) fn screenshot(&mut self) -> Vec<u8> {
         let answer = self.call("Page.captureScreenshot", json!({"format": "png"}));
         base64(answer["data"].as_str().expect("a picture"))
     }

@@ -11,7 +11,7 @@ use scenarios::Scene;
 use std::path::Path;
 
 /// Movers with their recorded points: seconds since the start, m east and north.
-pub struct Demo {
+pub(crate) struct Demo {
     /// The scene of the map.
     pub scene: Scene,
     movers: Vec<Mover>,
@@ -29,13 +29,13 @@ struct Mover {
 
 impl Demo {
     /// Reads the scene and its recorded movements.
-    pub fn load() -> Self {
+    pub(crate) fn load() -> Self {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios");
         Self::at(&folder)
     }
 
     /// The same from another folder.
-    pub fn at(folder: &Path) -> Self {
+    pub(crate) fn at(folder: &Path) -> Self {
         let scene = scenarios::load(&folder.join("zurich.toml")).expect("the scene is sound");
         let flights = [
             ("EDW229", "A320", "arrival", "28/E_19", 0.0),
@@ -80,7 +80,7 @@ impl Demo {
     }
 
     /// Scan `n`: the truth at `n` seconds with noise that depends on `n` and the mover only.
-    pub fn scan(&self, n: u64) -> ScanReport {
+    pub(crate) fn scan(&self, n: u64) -> ScanReport {
         let time_ns = 1_000_000_000 * n as i64;
         let mut report = ScanReport {
             run: 1,
@@ -175,7 +175,7 @@ impl Demo {
     }
 
     /// Gives the viewer the scene and everything but scans.
-    pub fn begin(&self, viewer: &mut Viewer) {
+    pub(crate) fn begin(&self, viewer: &mut Viewer) {
         viewer.on_scene(&RunInfo::of(&self.scene, 1), &AirportMap::of(&self.scene));
         viewer.on_weather(&WeatherNotice {
             from_ns: 0,
@@ -229,7 +229,7 @@ impl Demo {
     }
 
     /// State of the run at a frame.
-    pub fn state(&self, phase: Phase, frame: u64) -> RunState {
+    pub(crate) fn state(&self, phase: Phase, frame: u64) -> RunState {
         RunState {
             scene: self.scene.name.clone(),
             run: 1,
