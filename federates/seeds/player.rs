@@ -88,6 +88,8 @@ enum Command {
     Step,
     Back,
     Quit,
+    /// No more commands will come.
+    NoMore,
 }
 
 impl std::str::FromStr for Command {
@@ -179,6 +181,7 @@ fn read_commands(commands: &Sender<Command>) {
             return;
         }
     }
+    let _ = commands.send(Command::NoMore);
 }
 
 /// Ends the listening thread when dropped.
@@ -288,6 +291,7 @@ impl<'a> Playing<'a> {
         loop {
             match self.next_command(commands) {
                 Some(Command::Quit) => return Ok(()),
+                Some(Command::NoMore) => self.answers = false,
                 Some(command) => self.obey(command)?,
                 None if self.player.phase() == Phase::Ended && !self.answers => return Ok(()),
                 None => self.send_due()?,
@@ -341,7 +345,7 @@ impl<'a> Playing<'a> {
                     self.send_states(time_ns)?;
                 }
             }
-            Command::Quit => {}
+            Command::Quit | Command::NoMore => {}
         }
         if self.answers {
             let line = json::Object::default()
