@@ -8,6 +8,7 @@ pub mod link_args;
 pub mod player;
 pub mod record;
 pub mod replay;
+pub mod report;
 pub mod run;
 pub mod verify;
 pub mod viewer_process;
@@ -27,6 +28,7 @@ struct Seeds {
 #[derive(Subcommand, Debug)]
 enum Command {
     Run(run::RunArgs),
+    Replay(replay::ReplayArgs),
     Verify(verify::VerifyArgs),
     TrafficGenerator(federate_commands::TrafficArgs),
     ExternalWorld(federate_commands::WorldArgs),
@@ -48,6 +50,7 @@ pub fn main() -> ExitCode {
     match seeds.command {
         None => run::run(&default_run()),
         Some(Command::Run(args)) => run::run(&args),
+        Some(Command::Replay(args)) => replay::run(&args),
         Some(Command::Verify(args)) => verify::run(&args),
         Some(Command::TrafficGenerator(args)) => federate_commands::traffic_generator(&args),
         Some(Command::ExternalWorld(args)) => federate_commands::external_world(&args),

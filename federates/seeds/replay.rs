@@ -5,6 +5,7 @@
 
 use crate::admin_station::summary::RunSummary;
 use crate::external_world::{flight_notice, weather_pdu::WORLD_APPLICATION};
+use crate::runtime::cli::{self, FAILED, fail, load_scene};
 use crate::runtime::conductor::ClosedRun;
 use crate::runtime::digest::{Digest, pdu_hash};
 use crate::runtime::federate::{Federate, FrameInputs, FrameOut, Octets};
@@ -12,12 +13,61 @@ use crate::runtime::frame_time::FrameTime;
 use crate::runtime::messages::{FinalReport, Frame, Notice, RunConfig};
 use crate::smdfm::Smdfm;
 use anyhow::Context;
+use clap::Args;
 use pdu::Body;
 use pdu::enumerations::StopReason;
 use scenarios::Scene;
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 use std::sync::Arc;
+
+/// Send a recording again, or run an SMDFM on it
+#[derive(Args, Clone, Debug)]
+pub struct ReplayArgs {
+    /// Recording: pcapng, pcap, or a file of bare PDUs
+    #[arg(value_name = "FILE")]
+    pub file: PathBuf,
+
+    /// Run an SMDFM on the recording, as fast as possible, instead of sending it
+    #[arg(long)]
+    pub with_smdfm: bool,
+
+    /// Scene of the recording (with --with-smdfm): a TOML file, or the name of a scene
+    #[arg(long, value_name = "SCENE", default_value = "zurich")]
+    pub scene: String,
+
+    /// DIS exercise identifier, 0 to 255 [default: the scene's]
+    #[arg(long, value_name = "N")]
+    pub exercise: Option<u8>,
+
+    /// Seed of the sensors' draws (with --with-smdfm) [default: the recorded run's, else the scene's]
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+}
+
+/// Replays.
+#[must_use]
+pub fn run(args: &ReplayArgs) -> ExitCode {
+    cli::log_to_stderr(cli::LogFormat::Text, "warn");
+    let scene = match load_scene(&args.scene) {
+        Ok(scene) => Arc::new(scene),
+        Err(code) => return code,
+    };
+    let exercise = args.exercise.unwrap_or(scene.run.exercise);
+    match with_smdfm(&args.file, &scene, exercise, args.seed, |_, _| {}) {
+        Ok(summary) => {
+            print_line(&summary.line());
+            ExitCode::SUCCESS
+        }
+        Err(e) => fail(FAILED, format!("{e:#}")),
+    }
+}
+
+#[expect(clippy::print_stdout, reason = "the result of the command")]
+fn print_line(line: &str) {
+    println!("{line}");
+}
 
 /// What a recording holds of a run.
 #[derive(Default)]
