@@ -376,9 +376,16 @@ impl Conductor {
         member.last_heard = now;
         match report {
             Report::Present { inc, hears, consumes } if inc == member.inc => {
-                let all = self.config.producers.iter().all(|p| p == from || hears.contains(p));
-                member.present = !consumes || all;
-                let here = |name: &String| self.members.contains_key(name);
+                // A consumer must hear the producers, an awaited spectator everybody.
+                let needed = match consumes {
+                    _ if self.config.await_spectators.iter().any(|s| s == from) => {
+                        &self.config.expected[..]
+                    }
+                    true => &self.config.producers[..],
+                    false => &[],
+                };
+                member.present = needed.iter().all(|p| p == from || hears.contains(p));
+                let here = |name: &String| self.members.get(name).is_some_and(|m| m.present);
                 let logged =
                     self.config.await_spectators.iter().all(here) || now > self.logger_deadline;
                 if self.run == 0 && self.awaited().is_empty() && self.deaf().is_empty() && logged {

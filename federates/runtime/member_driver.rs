@@ -154,7 +154,13 @@ pub fn run(context: MemberContext, federate: Box<dyn Federate>) -> Result<u8, Me
         for event in first.into_iter().chain(receive.try_iter().take(256)) {
             match event {
                 Event::Order(body) => match decode::<Order>(&body) {
-                    Ok(order) => member.order(order, &mut effects),
+                    Ok(order) => {
+                        // Spectators see by the status whom they hear.
+                        if order == Order::Muster {
+                            status.due_now();
+                        }
+                        member.order(order, &mut effects);
+                    }
                     Err(e) => tracing::warn!("an order was dropped: {e}"),
                 },
                 Event::Report(from, body) => match decode::<Report>(&body) {
@@ -322,6 +328,10 @@ impl StatusKeeper {
 
     fn due(&self) -> u64 {
         self.next
+    }
+
+    fn due_now(&mut self) {
+        self.next = 0;
     }
 
     fn dropped(&mut self, reason: &'static str, count: u64) {
