@@ -33,7 +33,7 @@ pub struct CommonArgs {
     pub exercise: Option<u8>,
 
     #[command(flatten)]
-    pub network: NetworkArgs,
+    pub(crate) network: NetworkArgs,
 
     /// Share of truth datagrams that this receiver drops on purpose, 0 to 1 (they are repaired by request)
     #[arg(long, value_name = "P", default_value_t = 0.0, value_parser = share)]

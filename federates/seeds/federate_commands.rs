@@ -55,7 +55,7 @@ pub struct SmdfmArgs {
 #[derive(Args, Clone, Debug)]
 pub struct ViewerArgs {
     #[command(flatten)]
-    pub common: CommonArgs,
+    pub(crate) common: CommonArgs,
 
     /// Address and port of the page
     #[arg(long, value_name = "ADDR:PORT", default_value = super::run::DEFAULT_PAGE)]

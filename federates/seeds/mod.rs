@@ -5,6 +5,7 @@ pub mod federate_commands;
 pub mod in_process;
 pub mod launch;
 pub mod link_args;
+pub mod plan;
 pub mod player;
 pub mod record;
 pub mod replay;
@@ -13,7 +14,7 @@ pub mod run;
 pub mod verify;
 pub mod viewer_process;
 
-use crate::runtime::cli::EXIT_CODES;
+use crate::runtime::cli::{EXIT_CODES, FAILED, fail};
 use clap::{CommandFactory, Parser, Subcommand};
 use std::process::ExitCode;
 
@@ -28,8 +29,11 @@ struct Seeds {
 #[derive(Subcommand, Debug)]
 enum Command {
     Run(run::RunArgs),
-    Replay(replay::ReplayArgs),
+    Replay(Box<replay::ReplayArgs>),
+    Plan(plan::PlanArgs),
     Verify(verify::VerifyArgs),
+    Record(record::RecordArgs),
+    Dis(dis::DisArgs),
     TrafficGenerator(federate_commands::TrafficArgs),
     ExternalWorld(federate_commands::WorldArgs),
     Smdfm(federate_commands::SmdfmArgs),
@@ -50,7 +54,10 @@ pub fn main() -> ExitCode {
     match seeds.command {
         None => run::run(&default_run()),
         Some(Command::Run(args)) => run::run(&args),
-        Some(Command::Replay(args)) => replay::run(&args),
+        Some(Command::Replay(args)) => replay::run(*args),
+        Some(Command::Plan(args)) => plan::run(&args),
+        Some(Command::Record(args)) => finished(record::run(args)),
+        Some(Command::Dis(args)) => finished(dis::run(args)),
         Some(Command::Verify(args)) => verify::run(&args),
         Some(Command::TrafficGenerator(args)) => federate_commands::traffic_generator(&args),
         Some(Command::ExternalWorld(args)) => federate_commands::external_world(&args),
@@ -63,6 +70,11 @@ pub fn main() -> ExitCode {
             ExitCode::SUCCESS
         }
     }
+}
+
+/// A tool's own exit code, or its error in one line.
+fn finished(outcome: anyhow::Result<ExitCode>) -> ExitCode {
+    outcome.unwrap_or_else(|e| fail(FAILED, format!("{e:#}")))
 }
 
 fn default_run() -> run::RunArgs {

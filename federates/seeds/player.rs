@@ -23,7 +23,7 @@ pub struct PlayerArgs {
     pub file: PathBuf,
 
     #[command(flatten)]
-    pub link: LinkArgs,
+    pub(crate) link: LinkArgs,
 
     /// Recorded seconds per second, 0.1 to 100
     #[arg(long, value_name = "X", default_value = "1", value_parser = pace)]
@@ -50,7 +50,7 @@ pub struct PlayerArgs {
     pub start_on_resume: bool,
 
     #[command(flatten)]
-    pub rewrite: RewriteArgs,
+    pub(crate) rewrite: RewriteArgs,
 
     /// Time stamps of the PDUs: as recorded, or of the moment they are sent
     #[arg(long, value_enum, default_value_t = Stamps::Keep)]

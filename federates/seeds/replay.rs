@@ -3,6 +3,7 @@
 //! The player makes the frame ends from the timestamps of the PDUs; the flight list comes from the
 //! scene. For a recording without loss the digests equal the run's.
 
+use super::player::{self, PlayerArgs};
 use crate::admin_station::summary::RunSummary;
 use crate::external_world::{flight_notice, weather_pdu::WORLD_APPLICATION};
 use crate::runtime::cli::{self, FAILED, fail, load_scene};
@@ -18,44 +19,46 @@ use pdu::Body;
 use pdu::enumerations::StopReason;
 use scenarios::Scene;
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::ExitCode;
 use std::sync::Arc;
 
 /// Send a recording again, or run an SMDFM on it
 #[derive(Args, Clone, Debug)]
 pub struct ReplayArgs {
-    /// Recording: pcapng, pcap, or a file of bare PDUs
-    #[arg(value_name = "FILE")]
-    pub file: PathBuf,
+    #[command(flatten)]
+    player: PlayerArgs,
 
     /// Run an SMDFM on the recording, as fast as possible, instead of sending it
     #[arg(long)]
-    pub with_smdfm: bool,
+    with_smdfm: bool,
 
     /// Scene of the recording (with --with-smdfm): a TOML file, or the name of a scene
-    #[arg(long, value_name = "SCENE", default_value = "zurich")]
-    pub scene: String,
+    #[arg(long, value_name = "SCENE", default_value = "zurich", requires = "with_smdfm")]
+    scene: String,
 
-    /// DIS exercise identifier, 0 to 255 [default: the scene's]
-    #[arg(long, value_name = "N")]
-    pub exercise: Option<u8>,
+    /// DIS exercise of the recording (with --with-smdfm), 0 to 255 [default: the scene's]
+    #[arg(long = "of-exercise", value_name = "N")]
+    of_exercise: Option<u8>,
 
     /// Seed of the sensors' draws (with --with-smdfm) [default: the recorded run's, else the scene's]
     #[arg(long, value_name = "N")]
-    pub seed: Option<u64>,
+    seed: Option<u64>,
 }
 
 /// Replays.
 #[must_use]
-pub fn run(args: &ReplayArgs) -> ExitCode {
+pub fn run(args: ReplayArgs) -> ExitCode {
+    if !args.with_smdfm {
+        return super::finished(player::run(args.player));
+    }
     cli::log_to_stderr(cli::LogFormat::Text, "warn");
     let scene = match load_scene(&args.scene) {
         Ok(scene) => Arc::new(scene),
         Err(code) => return code,
     };
-    let exercise = args.exercise.unwrap_or(scene.run.exercise);
-    match with_smdfm(&args.file, &scene, exercise, args.seed, |_, _| {}) {
+    let exercise = args.of_exercise.unwrap_or(scene.run.exercise);
+    match with_smdfm(&args.player.file, &scene, exercise, args.seed, |_, _| {}) {
         Ok(summary) => {
             print_line(&summary.line());
             ExitCode::SUCCESS

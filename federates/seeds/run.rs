@@ -71,7 +71,7 @@ pub struct RunArgs {
     pub exercise: Option<u8>,
 
     #[command(flatten)]
-    pub network: NetworkArgs,
+    pub(crate) network: NetworkArgs,
 
     /// Share of truth datagrams that the receivers drop on purpose, 0 to below 1
     #[arg(long, value_name = "P", default_value_t = 0.0)]

@@ -7,7 +7,7 @@
 pub mod evaluation;
 pub mod received_truth;
 pub mod report;
-mod setup;
+pub mod setup;
 
 use crate::external_world::{flight_list, weather_pdu};
 use crate::runtime::bus::Class;
@@ -57,7 +57,7 @@ impl Smdfm {
             weather: Vec::new(),
             flights: FlightList::default(),
             sensors: Vec::new(),
-            tracker: Tracker::new(setup::tracking_config(&scene)),
+            tracker: Tracker::new(scene.tracking_config()),
             evaluation: Evaluation::default(),
             plots_digest: Digest::default(),
             tracks_digest: Digest::default(),
@@ -123,7 +123,7 @@ impl Federate for Smdfm {
         self.weather.clear();
         self.flights = FlightList::default();
         self.sensors = setup::make_sensors(&self.scene)?;
-        self.tracker = Tracker::new(setup::tracking_config(&self.scene));
+        self.tracker = Tracker::new(self.scene.tracking_config());
         self.evaluation = Evaluation::default();
         self.plots_digest = Digest::default();
         self.tracks_digest = Digest::default();
@@ -164,6 +164,7 @@ impl Federate for Smdfm {
             outcomes: self.tracker.outcomes(),
             tracks: &tracks,
             evaluation: &self.evaluation,
+            plan: self.sensors.iter().flat_map(|s| s.plan()).collect(),
         });
         out.publish.push(Publication {
             key: "tracks/1/scan".into(),

@@ -5,6 +5,7 @@ use super::kind_word;
 use super::received_truth::View;
 use crate::external_world::{movement_word, wake_letter};
 use crate::runtime::messages::{PlotMessage, ScanReport, TrackMessage, TruthMessage};
+use models::effects::PlanRow;
 use models::fusion::Outcome;
 use models::plot::{Identity, Plot};
 use models::sensors::{PlotSink, ScanInterval, Truth};
@@ -82,6 +83,8 @@ pub struct ScanParts<'a> {
     pub tracks: &'a [SystemTrack],
     /// Measures.
     pub evaluation: &'a Evaluation,
+    /// The effect plans of the sensors.
+    pub plan: Vec<&'a PlanRow>,
 }
 
 /// The message of one scan.
@@ -141,7 +144,7 @@ pub fn scan_report(parts: &ScanParts<'_>) -> ScanReport {
         plots,
         truth,
         measures: parts.evaluation.values().into_iter().filter(|(_, v)| v.is_finite()).collect(),
-        plan: Vec::new(),
+        plan: parts.plan.iter().map(|row| plan_line(row)).collect(),
         took_us: 0,
     }
 }
@@ -200,4 +203,19 @@ pub fn track_message(track: &SystemTrack) -> TrackMessage {
         ctd_eta_ns: label.map(|l| l.ctd_eta.0),
         routing: label.map(|l| l.routing.clone()).unwrap_or_default(),
     }
+}
+
+/// A line of the plan: sensor, effect, called for by, bound, decision.
+#[must_use]
+pub fn plan_line(row: &PlanRow) -> [String; 5] {
+    let bound = match row.unit {
+        "" => "cannot be told".to_owned(),
+        unit => format!("{:.3} {unit}", row.bound),
+    };
+    let decision = if row.is_skipped() {
+        "skipped".to_owned()
+    } else {
+        format!("{:?}, {:.0} ns", row.level, row.cost_ns).to_lowercase()
+    };
+    [row.sensor.0.to_string(), row.effect.to_owned(), row.called_for.clone(), bound, decision]
 }
