@@ -13,6 +13,7 @@ pub mod history;
 pub mod keeper;
 pub mod log;
 pub mod picture;
+pub mod process;
 pub mod server;
 
 use crate::runtime::messages::{
