@@ -488,6 +488,48 @@ proptest::proptest! {
     }
 
     #[test]
+    fn any_frame_of_any_link_type_ends_without_a_panic(
+        frames in proptest::collection::vec(
+            (0usize..8, proptest::collection::vec((0usize..90, 0u8..), 0..6), 0usize..120), 1..12),
+        link in 0usize..9,
+    ) {
+        let payload = [7, 1, 1, 1, 0, 0, 0, 0, 0, 20, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8];
+        let v4 = ipv4(&udp(&payload), 1, 0);
+        let v6 = ipv6(&udp(&payload), 17);
+        let frame = |kind: usize| match kind {
+            0 => ethernet(&[], 0x0800, &v4),
+            1 => ethernet(&[0x81, 0x00, 0, 7], 0x86dd, &v6),
+            2 => ethernet(&[], 0x0800, &ipv4(&udp(&payload), 9, 0x2000)),
+            3 => ethernet(&[], 0x0800, &ipv4(&payload, 9, 3)),
+            4 => ethernet(&[], 0x86dd, &ipv6(&[17, 0, 1, 4, 0, 0, 0, 0], 0)),
+            5 => ethernet(&[], 0x86dd, &ipv6(&[17, 0, 0, 1, 0, 0, 0, 7, 1, 2, 3], 44)),
+            6 => v4.clone(),
+            _ => v6.clone(),
+        };
+        let frames: Vec<_> = frames
+            .into_iter()
+            .map(|(kind, hits, len)| {
+                let mut octets = frame(kind);
+                for (at, value) in hits {
+                    let len = octets.len();
+                    octets[at % len] = value;
+                }
+                octets.truncate(len);
+                (0, 0, octets)
+            })
+            .collect();
+        let link = [1, 1, 1, 113, 276, 101, 0, 108, 228][link];
+        let file = pcap(&[0xd4, 0xc3, 0xb2, 0xa1], false, link, &frames);
+        let (good, bad) = read_all(&file);
+        assert!(good.len() + bad.len() <= 2 * frames.len());
+        for d in good {
+            if let Some(place) = d.place {
+                assert_eq!(&file[place as usize..place as usize + d.payload.len()], d.payload);
+            }
+        }
+    }
+
+    #[test]
     fn any_damage_to_a_recording_ends_without_a_panic(hits in proptest::collection::vec((0usize..4000, 0u8..), 1..20)) {
         let mut file = recording(30);
         let len = file.len();
