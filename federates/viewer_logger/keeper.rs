@@ -224,15 +224,16 @@ impl Keeper {
 
     fn run_state(&mut self, state: RunState, utc_ns: i64) {
         let before = self.state.take();
-        let new_run = before.as_ref().is_some_and(|b| b.run < state.run);
+        // Run 0 is none yet: the federates are joining.
+        let new_run = before.as_ref().is_some_and(|b| 0 < b.run && b.run < state.run);
         if new_run {
             self.last_scan = None;
             self.close_log();
             self.open_log(state.run, state.seed);
-        } else if before.is_none() && state.seed != self.scene.run.seed {
-            self.fact("seed", &state.seed.to_string());
         }
-        if before.as_ref().is_none_or(|b| b.seed != state.seed) {
+        let seed = before.as_ref().map_or(self.scene.run.seed, |b| b.seed);
+        if seed != state.seed && state.run > 0 {
+            self.fact("seed", &state.seed.to_string());
             let info = RunInfo::of(&self.scene, state.seed);
             let map = self.map.clone();
             self.shown(|viewer| viewer.on_scene(&info, &map));
@@ -317,7 +318,8 @@ mod tests {
     }
 
     fn state(run: u32, phase: Phase) -> Heard {
-        Heard::State(RunState { run, phase, seed: 7, ..RunState::default() })
+        let seed = if run == 0 { 0 } else { 7 };
+        Heard::State(RunState { run, phase, seed, ..RunState::default() })
     }
 
     #[test]
@@ -329,6 +331,7 @@ mod tests {
         let page = Page::new(Viewer::new(1 << 20));
         let mut keeper = Keeper::open(scene(), Some(page.clone()), &files).expect("opened");
         let here = SocketAddr::from(([127, 0, 0, 1], 3000));
+        keeper.hear(state(0, Phase::Init), 1);
         keeper.hear(state(1, Phase::Running), 1);
         keeper.hear(state(1, Phase::Running), 2);
         keeper.hear(Heard::Weather(weather(10.0)), 2);
@@ -348,7 +351,7 @@ mod tests {
         assert!(!kept.complete());
         let second = first.with_file_name("run-2.sqlite");
         assert_eq!(rows(&first, "SELECT count(*) FROM scans"), 3);
-        assert_eq!(rows(&first, "SELECT count(*) FROM states"), 1, "only changes");
+        assert_eq!(rows(&first, "SELECT count(*) FROM states"), 2, "only changes");
         assert_eq!(rows(&first, "SELECT count(*) FROM run WHERE name = 'seed' AND value = '7'"), 1);
         assert_eq!(rows(&second, "SELECT count(*) FROM scans"), 1);
         let recorded = std::fs::metadata(files.recording.expect("a recording")).expect("a file");

@@ -244,7 +244,7 @@ function showState() {
   byId("rate").textContent = s.phase === "RUNNING" ? `${fixed(s.achieved_rate, s.achieved_rate < 10 ? 1 : 0)}\u00d7 of ${asked}` : asked;
   const can = {
     start: ["CONFIGURED", "FROZEN"], freeze: ["RUNNING"], step: ["CONFIGURED", "FROZEN"],
-    stop: ["CONFIGURED", "RUNNING", "FROZEN"], restart: ["STOPPED"],
+    stop: ["CONFIGURED", "RUNNING", "FROZEN"], restart: ["FROZEN", "STOPPED"],
   };
   for (const button of byId("controls").querySelectorAll("button")) {
     // A button that will be refused is dimmed, not dead: the reason why not is an answer, too.
