@@ -240,8 +240,9 @@ function showState() {
   const s = state.runState, pill = byId("phase");
   pill.textContent = s.phase;
   pill.dataset.phase = s.phase;
-  const asked = s.rate === null ? "fast" : `\u00d7${s.rate}`;
-  byId("rate").textContent = s.phase === "RUNNING" ? `${fixed(s.achieved_rate, s.achieved_rate < 10 ? 1 : 0)}\u00d7 of ${asked}` : asked;
+  const asked = s.rate === null ? "fast" : `${s.rate}\u00d7`;
+  const achieved = `${fixed(s.achieved_rate, s.achieved_rate < 10 ? 1 : 0)}\u00d7`;
+  byId("rate").textContent = s.phase !== "RUNNING" ? asked : s.rate === null ? `fast: ${achieved}` : `${achieved} of ${asked}`;
   const can = {
     start: ["CONFIGURED", "FROZEN"], freeze: ["RUNNING"], step: ["CONFIGURED", "FROZEN"],
     stop: ["CONFIGURED", "RUNNING", "FROZEN"], restart: ["FROZEN", "STOPPED"],

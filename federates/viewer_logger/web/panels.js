@@ -168,7 +168,7 @@ export function showFederates(box, federates, members) {
       ["Lost", String(f.lost ?? NONE), f.lost > 0 ? "warn" : ""],
       ["Repaired", String(f.repaired ?? NONE)],
       ["Refused", f.dropped ? String(dropped) : NONE, dropped ? "warn" : ""],
-      ["Latency", Number.isFinite(f.latency_us) ? `${fixed(f.latency_us / 1000, 2)} ms` : NONE],
+      ["Step", milliseconds(f.exec_us)], ["Longest", milliseconds(f.exec_max_us)], ["Latency", milliseconds(f.latency_us)],
       ["CPU", Number.isFinite(f.cpu_pct) ? `${fixed(f.cpu_pct, 0)} %` : NONE],
       ["Memory", bytes(f.rss_bytes)],
     ]);
@@ -200,7 +200,7 @@ export function showSensors(box, { scan, sensors, measures, plan, tookUs }) {
   ];
   if (measures?.length) {
     const list = element("dl", [], { class: "facts" });
-    facts(list, [...measures.map(([n, v]) => [n.replaceAll("_", " "), measure(n, v)]), ["scan took", Number.isFinite(tookUs) ? `${fixed(tookUs / 1000, 1)} ms` : NONE]]);
+    facts(list, [...measures.map(([n, v]) => [n.replaceAll("_", " "), measure(n, v)]), ["scan took", milliseconds(tookUs)]]);
     parts.push(element("h3", "Measures of the run"), list);
   }
   if (plan?.length) {
@@ -210,6 +210,11 @@ export function showSensors(box, { scan, sensors, measures, plan, tookUs }) {
     ], { class: "plan" }));
   }
   box.replaceChildren(...parts);
+}
+
+/** Microseconds as milliseconds; zero is not measured. */
+function milliseconds(us) {
+  return us > 0 ? `${fixed(us / 1000, us < 10000 ? 2 : 0)} ms` : NONE;
 }
 
 function measure(name, value) {
