@@ -138,6 +138,17 @@ fn codec(criterion: &mut Criterion) {
                 sum
             });
         });
+        group.bench_function("pdu, one type", |b| {
+            b.iter(|| {
+                let mut sum = 0.0;
+                for frame in frames(black_box(&octets)).flatten() {
+                    if let Some(Ok(state)) = frame.decode_as::<EntityState<'_>>() {
+                        sum += read(&state);
+                    }
+                }
+                sum
+            });
+        });
         group.bench_function("dis-rs", |b| {
             b.iter(|| {
                 let mut sum = 0.0;

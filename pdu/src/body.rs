@@ -4,8 +4,14 @@ use crate::enumerations::PduType;
 use crate::reader::{BodyError, Reader};
 use crate::writer::{EncodeError, Writer};
 
-/// A body that can be read.
-pub(crate) trait DecodeBody<'a>: Sized {
+/// A body that can be read: every PDU struct of this crate.
+pub trait DecodeBody<'a>: Sized {
+    /// The PDU's type.
+    const PDU_TYPE: PduType;
+    /// Reads the body.
+    ///
+    /// # Errors
+    /// If the PDU ends inside it or a length contradicts its content.
     fn decode_body(reader: &mut Reader<'a>) -> Result<Self, BodyError>;
 }
 

@@ -1,7 +1,7 @@
 //! From a datagram to its PDUs and back.
 
 use crate::DisTime;
-use crate::body::{Body, EncodeBody};
+use crate::body::{Body, DecodeBody, EncodeBody};
 use crate::enumerations::{PduType, ProtocolFamily, ProtocolVersion};
 use crate::header::{HEADER_LEN, Header, PduStatus, family_of};
 use crate::reader::{BodyError, DecodeError, Reader, Reason};
@@ -216,6 +216,32 @@ impl<'a> Frame<'a> {
             Ok(body) => Ok(Pdu { header: self.header, body }),
             Err(error) => Err(self.damaged(error)),
         }
+    }
+
+    /// Decodes the body as one type, without going through [`Body`]; `None` if the PDU is of another
+    /// type or of a version before 5 or after 7. For a receiver that wants few types this is the
+    /// quickest way:
+    ///
+    /// ```
+    /// use pdu::{EntityState, frames};
+    /// # let datagram = [0; 0];
+    /// for frame in frames(&datagram).flatten() {
+    ///     if let Some(Ok(state)) = frame.decode_as::<EntityState>() {
+    ///         println!("{}", state.entity_id);
+    ///     }
+    /// }
+    /// ```
+    #[inline]
+    #[must_use]
+    pub fn decode_as<T: DecodeBody<'a>>(&self) -> Option<Result<T, DecodeError>> {
+        let known = (5..=7).contains(&self.header.version.0);
+        if self.header.pdu_type != T::PDU_TYPE || !known {
+            return None;
+        }
+        let mut reader = Reader::new(self.octets, HEADER_LEN);
+        let body = T::decode_body(&mut reader);
+        let body = body.and_then(|body| reader.finish().map(|()| body));
+        Some(body.map_err(|error| self.damaged(error)))
     }
 
     #[cold]

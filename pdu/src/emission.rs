@@ -26,6 +26,7 @@ pub struct ElectromagneticEmission<'a> {
 }
 
 impl<'a> DecodeBody<'a> for ElectromagneticEmission<'a> {
+    const PDU_TYPE: PduType = PduType::ELECTROMAGNETIC_EMISSION;
     fn decode_body(reader: &mut Reader<'a>) -> Result<Self, BodyError> {
         let emitting_entity = reader.get("emitting_entity")?;
         let event_id = reader.get("event_id")?;

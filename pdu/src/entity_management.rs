@@ -142,6 +142,7 @@ pub struct AggregateState<'a> {
 }
 
 impl<'a> DecodeBody<'a> for AggregateState<'a> {
+    const PDU_TYPE: PduType = PduType::AGGREGATE_STATE;
     fn decode_body(reader: &mut Reader<'a>) -> Result<Self, BodyError> {
         let fixed: AggregateFixed = reader.record()?;
         let [aggregates, entities, silent_aggregates, silent_entities] =

@@ -49,6 +49,7 @@ macro_rules! entity_state {
         }
 
         impl<'a> DecodeBody<'a> for EntityState<'a> {
+            const PDU_TYPE: PduType = PduType::ENTITY_STATE;
             #[inline]
             fn decode_body(reader: &mut Reader<'a>) -> Result<Self, BodyError> {
                 let fixed: Fixed = reader.record()?;

@@ -181,6 +181,7 @@ impl<'a> Item<'a> for ContentOnlyRecord<'a> {
 }
 
 impl<'a> DecodeBody<'a> for EnvironmentalProcess<'a> {
+    const PDU_TYPE: PduType = PduType::ENVIRONMENTAL_PROCESS;
     fn decode_body(reader: &mut Reader<'a>) -> Result<Self, BodyError> {
         let fixed: ProcessFixed = reader.record()?;
         let count = usize::from(fixed.number_of_records);

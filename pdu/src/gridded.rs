@@ -272,6 +272,7 @@ impl<'a> Item<'a> for GridComponent<'a> {
 }
 
 impl<'a> DecodeBody<'a> for GriddedData<'a> {
+    const PDU_TYPE: PduType = PduType::GRIDDED_DATA;
     fn decode_body(reader: &mut Reader<'a>) -> Result<Self, BodyError> {
         let fixed: GriddedFixed = reader.record()?;
         let axes = List::decode(reader, fixed.number_of_axes.into(), "axes")?;

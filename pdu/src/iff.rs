@@ -81,6 +81,7 @@ impl Iff<'_> {
 }
 
 impl<'a> DecodeBody<'a> for Iff<'a> {
+    const PDU_TYPE: PduType = PduType::IFF;
     fn decode_body(reader: &mut Reader<'a>) -> Result<Self, BodyError> {
         let basic = reader.record()?;
         let layers = List::decode_rest(reader, "layers")?;

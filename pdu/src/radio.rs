@@ -146,6 +146,7 @@ impl Transmitter<'_> {
 }
 
 impl<'a> DecodeBody<'a> for Transmitter<'a> {
+    const PDU_TYPE: PduType = PduType::TRANSMITTER;
     fn decode_body(reader: &mut Reader<'a>) -> Result<Self, BodyError> {
         let version = reader.version();
         let fixed: TransmitterFixed = reader.record()?;
@@ -286,6 +287,7 @@ pub struct Signal<'a> {
 }
 
 impl<'a> DecodeBody<'a> for Signal<'a> {
+    const PDU_TYPE: PduType = PduType::SIGNAL;
     fn decode_body(reader: &mut Reader<'a>) -> Result<Self, BodyError> {
         let radio_entity = reader.get("radio_entity")?;
         let radio_number = reader.get("radio_number")?;

@@ -164,6 +164,7 @@ fn datums<'a>(reader: &mut Reader<'a>, long: bool) -> Result<Datums<'a>, BodyErr
 }
 
 impl<'a> DecodeBody<'a> for ActionRequestR<'a> {
+    const PDU_TYPE: PduType = PduType::ACTION_REQUEST_R;
     fn decode_body(reader: &mut Reader<'a>) -> Result<Self, BodyError> {
         let start: ActionRequestStart = reader.record()?;
         let read = datums(&mut reader.clone(), false);

@@ -163,6 +163,7 @@ macro_rules! body {
         pub struct $name<'a> { $($f)* }
 
         impl<'a> $crate::body::DecodeBody<'a> for $name<'a> {
+            const PDU_TYPE: $crate::enumerations::PduType = $crate::enumerations::PduType::$code;
             fn decode_body(
                 $r: &mut $crate::reader::Reader<'a>,
             ) -> Result<Self, $crate::reader::BodyError> {
@@ -195,6 +196,7 @@ macro_rules! body {
 macro_rules! fixed_body {
     ($name:ident = $code:ident) => {
         impl<'a> $crate::body::DecodeBody<'a> for $name {
+            const PDU_TYPE: $crate::enumerations::PduType = $crate::enumerations::PduType::$code;
             #[inline]
             fn decode_body(
                 reader: &mut $crate::reader::Reader<'a>,

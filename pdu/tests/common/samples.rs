@@ -164,7 +164,7 @@ pub(crate) fn bodies() -> Vec<Body<'static>> {
         system_specific: 6,
         status: 0x01,
         data_field_1: 7,
-        information_layers: 0b0001_1010,
+        information_layers: 0b0001_0110,
         data_field_2: 9,
         parameter_1: 0x2011,
         parameter_2: 0x2022,
