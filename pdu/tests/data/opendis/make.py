@@ -23,8 +23,9 @@ def header(pdu):
     pdu.padding = 0
 
 
-def write(name, pdu):
+def write(name, pdu, pdu_type, family):
     header(pdu)
+    pdu.pduType, pdu.protocolFamily = pdu_type, family
     body = io.BytesIO()
     pdu.serialize(DataOutputStream(body))
     pdu.length = len(body.getvalue())
@@ -54,47 +55,48 @@ espdu.entityAppearance = 0x00400000
 espdu.deadReckoningParameters.deadReckoningAlgorithm = 4
 espdu.deadReckoningParameters.entityLinearAcceleration.x = -0.5
 espdu.deadReckoningParameters.entityAngularVelocity.z = 0.25
+espdu.marking.characterSet = 1
 espdu.marking.setString("SWR 123")
 espdu.capabilities = 3
-write("entity_state", espdu)
+write("entity_state", espdu, 1, 1)
 
 pdu = ids(dis7.CreateEntityPdu())
 pdu.requestID = 99
-write("create_entity", pdu)
+write("create_entity", pdu, 11, 5)
 pdu = ids(dis7.RemoveEntityPdu())
 pdu.requestID = 98
-write("remove_entity", pdu)
+write("remove_entity", pdu, 12, 5)
 
 pdu = ids(dis7.StartResumePdu())
 pdu.requestID = 97
 pdu.realWorldTime.hour, pdu.realWorldTime.timePastHour = 494000, 1001
 pdu.simulationTime.hour, pdu.simulationTime.timePastHour = 494001, 1003
-write("start_resume", pdu)
+write("start_resume", pdu, 13, 5)
 
 pdu = ids(dis7.StopFreezePdu())
 pdu.requestID = 96
 pdu.realWorldTime.hour, pdu.realWorldTime.timePastHour = 494000, 1001
 pdu.reason, pdu.frozenBehavior = 2, 1
-write("stop_freeze", pdu)
+write("stop_freeze", pdu, 14, 5)
 
 pdu = ids(dis7.AcknowledgePdu())
 pdu.acknowledgeFlag, pdu.responseFlag, pdu.requestID = 3, 1, 95
-write("acknowledge", pdu)
+write("acknowledge", pdu, 15, 5)
 
 pdu = dis7.CollisionPdu()
 pdu.issuingEntityID, pdu.collidingEntityID = entity_id(1, 2, 3), entity_id(4, 5, 6)
 pdu.collisionType, pdu.mass = 1, 78000.0
 pdu.velocity.x, pdu.location.z = 1.5, -2.5
-write("collision", pdu)
+write("collision", pdu, 4, 1)
 
 pdu = dis7.DesignatorPdu()
 pdu.designatingEntityID, pdu.designatedEntityID = entity_id(1, 2, 3), entity_id(4, 5, 6)
 pdu.codeName, pdu.designatorCode, pdu.designatorPower, pdu.designatorWavelength = 1000, 1688, 50.0, 1.0625
 pdu.designatorSpotLocation.x = 4278001.25
-write("designator", pdu)
+write("designator", pdu, 24, 6)
 
 pdu = dis7.IsPartOfPdu()
 pdu.orginatingEntityID, pdu.receivingEntityID = entity_id(1, 2, 3), entity_id(4, 5, 6)
 pdu.partLocation.x = 1.5
 pdu.partEntityType.entityKind = 1
-write("is_part_of", pdu)
+write("is_part_of", pdu, 36, 7)
