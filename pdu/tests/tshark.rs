@@ -4,7 +4,7 @@
 mod common;
 
 use common::samples;
-use pdu::Body;
+use pdu::{Body, Envelope, Header, List, Pdu};
 use std::process::Command;
 
 /// A pcap file of Ethernet, IPv4, UDP port 3000, one datagram a PDU.
@@ -30,10 +30,6 @@ fn pcap(datagrams: &[Vec<u8>]) -> Vec<u8> {
     file
 }
 
-/// Types of which tshark 4.0 expects another layout than the standard has: it takes nothing amiss, it
-/// shows less. None is known.
-const NOT_UNDERSTOOD: [u8; 0] = [];
-
 #[test]
 fn nothing_that_we_write_is_malformed() {
     if Command::new("tshark").arg("--version").output().is_err() {
@@ -44,10 +40,23 @@ fn nothing_that_we_write_is_malformed() {
     let mut types = Vec::new();
     for pdu in samples::pdus() {
         let long = matches!(pdu.body(), Body::ActionRequestR(a) if a.unused.is_some());
-        if long || NOT_UNDERSTOOD.contains(&pdu.header().pdu_type.0) {
+        if long {
             continue; // The longer form is only read, for those who write it.
         }
-        types.push(pdu.header().pdu_type);
+        let header = *pdu.header();
+        let pdu = match pdu.into_body() {
+            // tshark 4.0 counts the silent types but does not walk over them.
+            Body::AggregateState(mut aggregate) => {
+                aggregate.silent_aggregates = List::default();
+                aggregate.silent_entities = List::default();
+                Pdu::new(Envelope::new(header.exercise_id, header.timestamp), aggregate)
+            }
+            body => {
+                let Header { version, exercise_id, timestamp, status, .. } = header;
+                Pdu::new(Envelope { version, exercise_id, timestamp, status }, body)
+            }
+        };
+        types.push(header.pdu_type);
         written.push(pdu.encode_to_vec().expect("a sample fits"));
     }
     let file = std::env::temp_dir().join(format!("pdu-tshark-{}.pcap", std::process::id()));
