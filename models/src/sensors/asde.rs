@@ -4,6 +4,7 @@
 //! in watts, with shadows; which echoes share a cell. Then every echo is detected and measured with
 //! the draws of its own target and scan.
 
+mod cells;
 mod explain;
 mod looks;
 
@@ -15,6 +16,7 @@ use super::ghost::{Facade, facades};
 use super::measurement::{quantised, to_cartesian};
 use super::radar_equation::{Air, Budget, BudgetLevels, Echo, Radar};
 use super::shadow::{Building, SightLine, Skyline, Traffic, aircraft_obstacles};
+use super::video::{CellRadar, CellWork};
 use super::{Cause, PlotSink, ScanInterval, Sensor, TargetClass, TargetState, Truth};
 use crate::draw::{DrawKey, Purpose, exponential, normal_pair, uniform};
 use crate::effects::radar::{
@@ -36,6 +38,7 @@ pub struct Asde {
     parameters: AsdeParameters,
     radar: Radar,
     detector: Detector,
+    grid: CellRadar,
     table: PdTable,
     /// Ratio at which a plot is declared (rule `threshold`).
     required: f64,
@@ -60,6 +63,7 @@ struct Work {
     returns: Vec<Return>,
     traffic: Traffic,
     order: Vec<u32>,
+    cells: CellWork,
 }
 
 /// One echo before detection.
@@ -100,6 +104,7 @@ impl Asde {
             radar: parameters.radar(),
             required: detector.required_snr(parameters.pd, parameters.swerling),
             least_ratio: detector.required_snr(0.1f64.max(2.0 * parameters.pfa), Swerling::Steady),
+            grid: CellRadar::of(&parameters),
             table: PdTable::new(&detector, parameters.swerling),
             detector,
             buildings: Arc::new([]),
@@ -259,7 +264,7 @@ impl Asde {
         azimuth_rad: f64,
         heading_rad: f64,
     ) -> Option<Centroid> {
-        if level == ExtentLevel::Centroid {
+        if level != ExtentLevel::Point {
             self.tally.count(RadarEffect::Extent);
         }
         extended::centroid(level, class, extended::view_rad(azimuth_rad, heading_rad))
@@ -732,7 +737,12 @@ impl Sensor for Asde {
             let mut key = self.key(interval, entity);
             key.sensor |= u32::from(r.look.number) << 16;
             let mut rng = key.rng(Purpose::RadarReturn);
-            if let Some((plot, draws)) = self.measure(&levels, r, &mut rng) {
+            let found = if levels.extent == ExtentLevel::Cells {
+                self.measure_cells(&levels, truth, &work.returns, i, key, &mut work.cells)
+            } else {
+                self.measure(&levels, r, &mut rng)
+            };
+            if let Some((plot, draws)) = found {
                 let effects = if out.explain {
                     self.explain(&air, &plan, truth.class(r.look.index), r, &draws, &plot)
                 } else {

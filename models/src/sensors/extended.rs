@@ -216,6 +216,9 @@ pub enum ExtentLevel {
     Point,
     /// Centroid and glint of its scatterers, closed form: the glint is 5 to 12 % high.
     Centroid,
+    /// Scatterers in radar cells, threshold per cell, centroid of the cluster; the closed form gives
+    /// the stated deviations.
+    Cells,
 }
 
 /// Centroid of `class` seen from `view_rad` at `level`; `None` if nothing returns an echo.
@@ -227,7 +230,7 @@ pub fn centroid(level: ExtentLevel, class: &TargetClass, view_rad: f64) -> Optio
         ExtentLevel::Point => {
             (class.rcs_m2 > 0.0).then(|| Centroid { rcs_m2: class.rcs_m2, ..Centroid::default() })
         }
-        ExtentLevel::Centroid => centroid_of(&echoes(class, view_rad)),
+        ExtentLevel::Centroid | ExtentLevel::Cells => centroid_of(&echoes(class, view_rad)),
     }
 }
 

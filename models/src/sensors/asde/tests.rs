@@ -311,3 +311,40 @@ fn an_echo_from_beyond_the_unambiguous_range_appears_nearer() {
     let range_m = out.plots[0].polar.expect("a radar's plot").range_m;
     assert!((range_m - (8500.0 - 7494.8)).abs() < 5.0, "{range_m}");
 }
+
+#[test]
+fn cells_and_closed_centroid_see_the_same_aircraft() {
+    let mut truth = Straight::new(&[
+        ((-1500.0, 900.0), (0.0, 0.0)),
+        ((900.0, 1800.0), (0.0, 0.0)),
+        ((1200.0, -1100.0), (0.0, 0.0)),
+    ]);
+    truth.class.aircraft = true;
+    (truth.class.length_m, truth.class.span_m, truth.class.height_m) = (37.6, 35.8, 5.0);
+    let run = |extent| {
+        let levels = RadarLevels { extent, ..RadarLevels::EXACT };
+        let mut radar = asde(|p| p.pfa = 1e-7).at_levels(levels);
+        let mut sink = PlotSink::default();
+        for scan in 1..=150 {
+            radar.scan(&interval(scan, 1.0), &truth, &Weather::default(), &mut sink);
+        }
+        // Mean place and plots of each target, errors along the line of sight.
+        let mut found = vec![(0.0, 0.0); 3];
+        for (plot, cause) in sink.plots.iter().zip(&sink.causes) {
+            if let (Some(key), Some(truth_m)) = (cause.key, cause.truth_m) {
+                let along = (plot.position_m - truth_m).dot(&truth_m.normalize());
+                let slot = &mut found[key as usize - 1];
+                *slot = (slot.0 + along, slot.1 + 1.0);
+            }
+        }
+        found.into_iter().map(|(sum, n)| (sum / n, n)).collect::<Vec<_>>()
+    };
+    let (closed, cells) = (run(ExtentLevel::Centroid), run(ExtentLevel::Cells));
+    for (closed, cells) in closed.into_iter().zip(cells) {
+        assert!(cells.1 > 120.0, "{closed:?} {cells:?}");
+        assert!(
+            (closed.0 - cells.0).abs() < 1.5,
+            "mean along the line of sight {closed:?} {cells:?}"
+        );
+    }
+}
