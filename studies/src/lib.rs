@@ -6,8 +6,9 @@
 
 mod bounds;
 mod clock;
-pub mod filters;
 mod report;
+pub mod association;
+pub mod filters;
 pub mod scenes;
 
 use serde::Serialize;

@@ -21,6 +21,10 @@ impl Tracker {
         work.positions.clear();
         work.positions.extend(work.candidates[from..to].iter().map(|c| c.plot.position_m));
         work.grid.fill(&work.positions, GRID_CELL_M);
+        let none = (SimTime(i64::MAX), SimTime(i64::MIN));
+        work.span = work.candidates[from..to]
+            .iter()
+            .fold(none, |span, c| (span.0.min(c.plot.time), span.1.max(c.plot.time)));
         work.track_used.clear();
         work.track_used.resize(self.tracks.len(), false);
         self.take_identified(from, to, &model, work);
@@ -108,7 +112,7 @@ impl Tracker {
     }
 
     /// Global nearest neighbour in clusters; with a `limit`, joint probabilistic association in
-    /// clusters of two or more tracks.
+    /// every cluster of more than one pair.
     fn take_by_cluster(
         &mut self,
         from: usize,
@@ -136,7 +140,7 @@ impl Tracker {
             }
             local.fill(cluster);
             match limit {
-                Some(limit) if local.tracks.len() > 1 => {
+                Some(limit) => {
                     self.take_jointly(from, limit, cluster, &weights, &mut local, model, work);
                 }
                 _ => self.take_globally(from, cluster, &weights, &local, model, work),
@@ -292,7 +296,7 @@ impl Tracker {
         let Ok(at) = predict(filter, plot.time, &self.config.life) else { return };
         let velocity = at.velocity_ms();
         let plots = (1..=columns)
-            .filter(|&c| beta[c] > HOPELESS)
+            .filter(|&c| c == best || beta[c] > HOPELESS)
             .map(|c| {
                 let mut moved = work.candidates[from + local.plots[c - 1] as usize].plot;
                 moved.position_m += velocity * plot.time.since_s(moved.time);
@@ -305,11 +309,9 @@ impl Tracker {
 
     /// All pairs of tracks of `stage` and free plots inside the covariance gate.
     fn gated_pairs(&mut self, from: usize, to: usize, stage: Stage, work: &mut Work) {
-        let Work { candidates, grid, pairs, track_used, .. } = work;
+        let Work { candidates, grid, pairs, track_used, span, .. } = work;
         let batch = &mut candidates[from..to];
-        let (begin, end) = batch.iter().fold((SimTime(i64::MAX), SimTime(i64::MIN)), |span, c| {
-            (span.0.min(c.plot.time), span.1.max(c.plot.time))
-        });
+        let (begin, end) = *span;
         let widest = batch.iter().fold(0.0f64, |w, c| w.max(search_variance(&c.plot)));
         pairs.clear();
         for (index, track) in self.tracks.iter().enumerate() {
@@ -459,7 +461,7 @@ impl Tracker {
         mut visit: impl FnMut(usize, &Plot, &'a TrackFilter),
     ) {
         let batch = &work.candidates[from..to];
-        let latest = batch.iter().fold(SimTime(i64::MIN), |t, c| t.max(c.plot.time));
+        let (_, latest) = work.span;
         let centre = track.filter().estimate().position_m();
         let way = latest.since_s(track.time()).max(0.0) + model.interval_s.min(1.0);
         let radius = track.limits.speed_ms * way + REACH_MARGIN_M;

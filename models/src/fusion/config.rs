@@ -12,7 +12,7 @@ pub enum AssociationMethod {
     Nearest,
     /// The cheapest set of pairs and misses, cluster by cluster.
     Global,
-    /// Exact joint probabilistic association in clusters of two or more tracks. A cluster of more
+    /// Exact joint probabilistic association in clusters of more than one pair. A cluster of more
     /// than `limit` states (`tracks · 2^plots`) is thinned by belief propagation, then, if still too
     /// large, done by [`Self::Global`] and counted.
     Joint {

@@ -138,6 +138,8 @@ pub(super) struct Work {
     pub(super) candidates: Vec<Candidate>,
     pub(super) batches: Vec<Batch>,
     pub(super) positions: Vec<Vector2<f64>>,
+    /// Earliest and latest time of the batch.
+    pub(super) span: (SimTime, SimTime),
     pub(super) grid: Grid,
     /// Labelled tracks, for other echoes of their bodies.
     pub(super) bodies: Grid,
