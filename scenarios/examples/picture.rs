@@ -12,10 +12,10 @@ fn recordings(
     scene_file: &std::path::Path,
     callsign: &str,
     scene: &scenarios::Scene,
-) -> Option<(PathBuf, Vec<models::truth::recorded::Record>)> {
+) -> Option<Vec<models::truth::recorded::Record>> {
     let file = scene_file.parent()?.join(format!("movements/{callsign}.csv"));
     let movement = scenarios::movements::read(&file, &scene.airport, 0.0, f64::INFINITY).ok()?;
-    Some((file, movement.records))
+    Some(movement.records)
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -54,8 +54,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     let colours = ["#c00", "#06c", "#080", "#a0a", "#e80", "#088", "#555", "#960"];
     for (index, entity) in scene.traffic.entities.iter().enumerate() {
-        for (file, records) in recordings(&scene_file, &entity.callsign.to_string(), &scene) {
-            let _ = file;
+        if let Some(records) = recordings(&scene_file, &entity.callsign.to_string(), &scene) {
             for record in records {
                 if let Some(p) = record.position_m {
                     writeln!(svg, "<circle cx='{:.1}' cy='{:.1}' r='2' fill='#000'/>", p.x, -p.y)?;

@@ -3,6 +3,7 @@
 use crate::airport::AirportScene;
 use crate::document::{Section, within};
 use crate::error::{Problem, ScenarioError};
+use crate::hash::Fnv;
 use crate::movements::{self, Movement};
 use crate::run::Run;
 use crate::types::{self, TypeRow, TypeTable};
@@ -12,8 +13,11 @@ use models::plot::Callsign;
 use models::sensors::TargetClass;
 use models::time::SimTime;
 use models::truth::recorded::{self, Report};
+use models::truth::route::{self, Halt};
 use models::truth::{Limits, Trajectory};
+use std::collections::BTreeMap;
 use std::path::PathBuf;
+use std::sync::Mutex;
 
 /// All movers of a scene.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,7 +58,7 @@ impl Entity {
 /// Partitions of the traffic: entities are dealt out to them in turn.
 pub const PARTITIONS: u16 = 16;
 
-const KEYS: [&str; 10] = [
+const KEYS: [&str; 12] = [
     "kind",
     "callsign",
     "type",
@@ -65,12 +69,15 @@ const KEYS: [&str; 10] = [
     "start_s",
     "cut_from_s",
     "cut_to_s",
+    "via",
+    "halts",
 ];
 
 #[derive(Clone, Copy)]
 enum Kind {
     Parked,
     Recorded,
+    Route,
 }
 
 /// Reads `[[traffic]]` and the files that it names, which are listed in the third value.
@@ -100,13 +107,15 @@ pub(crate) fn read(
             );
         }
         let row = type_row(section, &types)?;
-        let kinds = [("parked", Kind::Parked), ("recorded", Kind::Recorded)];
+        let kinds =
+            [("parked", Kind::Parked), ("recorded", Kind::Recorded), ("route", Kind::Route)];
         let kind = section.choice("kind", &kinds)?.ok_or_else(|| {
             section.missing("kind", "the kind of movement, like \"parked\"".into())
         })?;
         let mut address = section.integer("address", 1, 0xff_fffe)?.map(|a| a as u32);
         let (trajectory, report) = match kind {
             Kind::Parked => (parked(section, run, airport)?, None),
+            Kind::Route => (routed(section, run, airport, row)?, None),
             Kind::Recorded => {
                 let (movement, trajectory, report) = recorded(section, airport, row)?;
                 address = address.or(movement.address);
@@ -142,6 +151,27 @@ fn type_row<'a>(section: &Section, types: &'a TypeTable) -> Result<&'a TypeRow, 
     })
 }
 
+/// Imports of this process: a pure function of its records and type, worth keeping where several
+/// federates, or many tests, load the same scene.
+static IMPORTS: Mutex<BTreeMap<u64, (Trajectory, Report)>> = Mutex::new(BTreeMap::new());
+
+/// Hash of everything that an import depends on.
+fn import_key(movement: &Movement, row: &TypeRow) -> u64 {
+    let mut hash = Fnv::default();
+    let numbers = |hash: &mut Fnv, numbers: &[f64]| {
+        numbers.iter().for_each(|n| hash.tagged(1, &n.to_bits().to_le_bytes()));
+    };
+    for record in &movement.records {
+        hash.tagged(2, &(record.line as u64).to_le_bytes());
+        hash.tagged(3, &record.time_ms.unwrap_or(i64::MIN).to_le_bytes());
+        let [east, north] = record.position_m.map_or([f64::NAN; 2], Into::into);
+        numbers(&mut hash, &[east, north, record.altitude_m.unwrap_or(f64::NAN)]);
+        hash.tagged(4, &[record.on_ground.map_or(2, u8::from)]);
+    }
+    hash.tagged(5, format!("{:?} {}", row.kinematics, row.class.aircraft).as_bytes());
+    hash.value()
+}
+
 /// A recorded movement: `file`, put so that its first record used is at `start_s` of the run.
 fn recorded(
     section: &Section,
@@ -161,14 +191,80 @@ fn recorded(
     }
     let movement = movements::read(&file, airport, from_s, to_s)?;
     let limits = Limits::of(row.class.aircraft, &row.kinematics);
-    let (trajectory, report) =
-        recorded::import(&movement.records, &limits, SimTime::from_s(start_s)).map_err(
-            |refusal| {
+    let key = import_key(&movement, row);
+    let known = IMPORTS.lock().ok().and_then(|imports| imports.get(&key).cloned());
+    let (trajectory, report) = match known {
+        Some(import) => import,
+        None => {
+            let import = recorded::import(&movement.records, &limits, SimTime::ZERO);
+            let import = import.map_err(|refusal| {
                 let line = refusal.line();
                 ScenarioError::new(&file, line, "movement", Problem::Model(Box::new(refusal)))
-            },
-        )?;
+            })?;
+            if let Ok(mut imports) = IMPORTS.lock() {
+                imports.insert(key, import.clone());
+            }
+            import
+        }
+    };
+    let trajectory = trajectory.started_at(SimTime::from_s(start_s));
     Ok((movement, trajectory, report))
+}
+
+/// Along the ground network over the points named in `via`: it is there during the whole run, sets
+/// off at `start_s`, and halts where `halts` says.
+fn routed(
+    section: &Section,
+    run: &Run,
+    airport: &AirportScene,
+    row: &TypeRow,
+) -> Result<Trajectory, ScenarioError> {
+    let layout = &airport.layout;
+    let via = section.texts("via")?;
+    if via.len() < 2 {
+        let needed = "a list of two or more nodes or stands, in order".into();
+        return Err(section.missing("via", needed));
+    }
+    let start_s = section.need_number("start_s", within(0.0, 86_400.0, "s"))?;
+    let at_line = |line: usize, problem| {
+        ScenarioError::new(section.file(), line, format!("{}.via", section.path()), problem)
+    };
+    let mut nodes = Vec::with_capacity(via.len());
+    for (name, line) in &via {
+        nodes.push(layout.node(name).ok_or_else(|| {
+            let allowed = "a stand, or the number of a node, of the ground network".into();
+            at_line(*line, Problem::NotAllowed { found: name.clone(), allowed })
+        })?);
+    }
+    let mut points = vec![layout.nodes[nodes[0]].position_m];
+    let mut index_of = vec![0];
+    for (pair, named) in nodes.windows(2).zip(via.windows(2)) {
+        let way = route::shortest(layout, pair[0], pair[1]).ok_or_else(|| {
+            let (from, to) = (named[0].0.clone(), named[1].0.clone());
+            at_line(named[1].1, Problem::NoRoute { from, to })
+        })?;
+        points.extend(way.nodes.iter().skip(1).map(|n| layout.nodes[*n].position_m));
+        index_of.push(points.len() - 1);
+    }
+    let mut halts = Vec::new();
+    for halt in section.sections("halts", &["at", "duration_s"])? {
+        let at = halt.need_text("at", "one of the names in via")?;
+        let index = via.iter().position(|(name, _)| name == at).ok_or_else(|| {
+            let names: Vec<_> = via.iter().map(|(name, _)| format!("\"{name}\"")).collect();
+            halt.refuse("at", Problem::NotAllowed { found: at.into(), allowed: names.join(", ") })
+        })?;
+        let duration_s = halt.need_number("duration_s", within(0.0, 86_400.0, "s"))?;
+        halts.push(Halt { point: index_of[index], duration_s });
+    }
+    halts.sort_by_key(|h| h.point);
+    let limits = Limits::of(row.class.aircraft, &row.kinematics);
+    route::drive(&points, &halts, &limits, (SimTime::ZERO, run.duration), start_s).ok_or_else(
+        || {
+            let found = "a way of no length".into();
+            section
+                .refuse("via", Problem::WrongKind { found, needed: "at least 10 m of way".into() })
+        },
+    )
 }
 
 /// On a stand for the whole run.

