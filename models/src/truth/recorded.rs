@@ -253,15 +253,12 @@ pub fn import(
     let mut tally = Tally::default();
     let last_line = records.last().map_or(1, |r| r.line);
     let too_few = |left| Refusal::TooFew { line: last_line, left, records: records.len() };
-    let span_s = {
-        let times = || records.iter().filter_map(|r| r.time_ms);
-        let (low, high) = (times().min().unwrap_or(0), times().max().unwrap_or(0));
-        high.saturating_sub(low) as f64 * 1e-3
-    };
+    let clean = repair::clean(records, 2.0 * limits.takeoff_ms, LONGEST_S, &mut tally);
+    let clean = clean.ok_or(too_few(0))?;
+    let span_s = clean.fixes.last().map_or(0.0, |f| f.t);
     if span_s > LONGEST_S {
         return Err(Refusal::TooLong { line: last_line, span_s, limit_s: LONGEST_S });
     }
-    let clean = repair::clean(records, 2.0 * limits.takeoff_ms, &mut tally).ok_or(too_few(0))?;
     if clean.fixes.len() < 10 || clean.fixes.len() * 8 < records.len() {
         return Err(too_few(clean.fixes.len()));
     }

@@ -35,8 +35,13 @@ pub(super) const LATENESS_S: f64 = 0.7;
 const JERK_DENSITY: f64 = 0.05;
 
 /// Applies the rules; `None` if hardly anything is left.
-pub(super) fn clean(records: &[Record], fastest_ms: f64, tally: &mut Tally) -> Option<Clean> {
-    let ordered = in_order(records, tally);
+pub(super) fn clean(
+    records: &[Record],
+    fastest_ms: f64,
+    span_s: f64,
+    tally: &mut Tally,
+) -> Option<Clean> {
+    let ordered = in_order(records, span_s, tally);
     let t0 = ordered.first()?.0;
     let mut fixes: Vec<Fix> = Vec::with_capacity(ordered.len());
     for (time_ms, record) in &ordered {
@@ -76,13 +81,22 @@ pub(super) fn clean(records: &[Record], fastest_ms: f64, tally: &mut Tally) -> O
 /// No position of a surface movement is farther from the reference point, m.
 const REACH_M: f64 = 60_000.0;
 
-fn in_order<'a>(records: &'a [Record], tally: &mut Tally) -> Vec<(i64, &'a Record)> {
+/// Records in the order of time; those more than `span_s` from the median time are left out.
+fn in_order<'a>(records: &'a [Record], span_s: f64, tally: &mut Tally) -> Vec<(i64, &'a Record)> {
+    let mut times: Vec<i64> = records.iter().filter_map(|r| r.time_ms).collect();
+    times.sort_unstable();
+    let middle_ms = times.get(times.len() / 2).copied().unwrap_or(0);
+    let reach_ms = (span_s * 1e3) as u64;
     let mut ordered: Vec<(i64, &Record)> = Vec::with_capacity(records.len());
     for record in records {
         let Some(time_ms) = record.time_ms else {
             tally.add(Rule::NoTime, record.line);
             continue;
         };
+        if time_ms.abs_diff(middle_ms) > reach_ms {
+            tally.add(Rule::TimeOrder, record.line);
+            continue;
+        }
         // One clock that runs far ahead must not reject everything behind it.
         while ordered.last().is_some_and(|(last, _)| *last >= time_ms) {
             let behind = ordered.iter().rev().take_while(|(last, _)| *last >= time_ms).count();
