@@ -10,6 +10,7 @@ const DIRECTIONS = 16;
 const RINGS = [14, 30, 52, 82, 120];
 const GAP = 3;
 const ROUNDS = 3;
+const CROWD = 120, SWAPS = 60;
 
 /**
  * items: { id, x, y, priority, sizes: [{w, h}, …] } in pixels; sizes from full to short form.
@@ -26,11 +27,15 @@ export function place(items, { width, height, obstacles = [], before = new Map()
   for (const o of obstacles) dots.add(o, { x: o.x - o.r, y: o.y - o.r, w: 2 * o.r, h: 2 * o.r });
   const context = { width, height, dots, before, grid, blocked };
   for (const item of order) settle(item, placed, context);
-  for (let round = 0; round < ROUNDS; round++) {
+  // Work is bounded, so that a crowd costs no more than a flicker; what is left over is done in the next picture.
+  context.swaps = SWAPS;
+  const rounds = items.length > CROWD ? 0 : ROUNDS;
+  for (const item of rounds ? [] : order) makeRoom(item, placed, context);
+  for (let round = 0; round < rounds; round++) {
     let moved = false;
     for (const item of order) {
       const now = placed.get(item.id);
-      if (now && now.cost < CHEAP) continue;
+      if (now && (now.cost < CHEAP || stays(now, before))) continue;
       if (now) grid.remove(now);
       placed.delete(item.id);
       settle(item, placed, context);
@@ -44,16 +49,21 @@ export function place(items, { width, height, obstacles = [], before = new Map()
 }
 
 const CHEAP = 12;
+const STAY = 14;
 const BAD = 14, SHORT = 20, MISSING = 200; // costs that call for a neighbour to make room
 
 /** Lets a badly placed label take the place of a neighbour, if the two are better off together. */
 function makeRoom(item, placed, context) {
   const now = placed.get(item.id);
   const cost = (p) => (p ? p.cost + p.form * SHORT : MISSING);
-  if (cost(now) < BAD) return false;
+  if (cost(now) < BAD || (now && stays(now, context.before))) return false;
   const around = { x: item.x - 110, y: item.y - 70, w: 220, h: 140 };
-  for (const neighbour of [...context.grid.near(around, 0)]) {
+  const neighbours = [];
+  context.grid.some(around, 0, (n) => void neighbours.push(n));
+  for (const neighbour of neighbours) {
+    if (context.swaps <= 0) return false;
     if (neighbour.item === item || neighbour.item.priority >= item.priority + 900) continue;
+    context.swaps--;
     const other = neighbour.item, sum = cost(now) + cost(neighbour);
     const remove = (p) => {
       if (!p) return;
@@ -76,6 +86,12 @@ function makeRoom(item, placed, context) {
   return false;
 }
 
+/** Whether a label is in its old place and not much worse off there. */
+function stays(now, before) {
+  const last = before.get(now.item.id);
+  return last !== undefined && last.dx === now.dx && last.dy === now.dy && now.form === 0 && now.cost < 3 * BAD;
+}
+
 function settle(item, placed, context) {
   for (let form = 0; form < item.sizes.length; form++) {
     const best = cheapest(item, form, context);
@@ -96,7 +112,7 @@ function cheapest(item, form, context) {
     const cost = costOf(item, box, dx, dy, last, context) + bias;
     if (cost < (best?.cost ?? Infinity)) best = { ...box, form, dx, dy, cost, item };
   };
-  if (last) consider(last.dx, last.dy, -6); // staying is worth a little disorder
+  if (last) consider(last.dx, last.dy, -STAY); // staying is worth some disorder
   const own = Math.max(0, (item.reach ?? 8) - 8);
   for (const [ring, beyond] of RINGS.entries()) {
     const radius = beyond + own;
@@ -121,20 +137,18 @@ function boxAt(item, { w, h }, dx, dy) {
 
 function costOf(item, box, dx, dy, last, { grid, dots, width, height, blocked }) {
   if (box.x < 2 || box.y < 2 || box.x + box.w > width - 2 || box.y + box.h > height - 2) return Infinity;
-  for (const other of grid.near(box, GAP)) if (overlap(box, other, GAP)) return Infinity;
+  if (grid.some(box, GAP, (other) => overlap(box, other, GAP))) return Infinity;
   if (blocked.some((b) => overlap(box, b, GAP))) return Infinity;
   let cost = dx > 0 ? 0 : 1.5; // right of the target reads best
   if (dy > 0) cost += 1;
-  for (const dot of dots.near(box, GAP)) {
-    if (dot.id === item.id && dot.own) {
-      if (covers(box, dot)) cost += 40;
-    } else if (covers(box, dot)) cost += dot.weight ?? 14;
-  }
+  dots.some(box, GAP, (dot) => {
+    if (covers(box, dot)) cost += dot.own && dot.id === item.id ? 40 : dot.weight ?? 14;
+  });
   const leader = { x1: item.x, y1: item.y, x2: box.ax, y2: box.ay };
-  for (const other of grid.near(spanOf(leader), 0)) {
+  grid.some(spanOf(leader), 0, (other) => {
     if (cuts(leader, other)) cost += 25;
     else if (crosses(leader, { x1: other.item.x, y1: other.item.y, x2: other.ax, y2: other.ay })) cost += 15;
-  }
+  });
   if (last) {
     const turn = Math.abs(Math.atan2(dy * last.dx - dx * last.dy, dx * last.dx + dy * last.dy));
     cost += turn * 5;
@@ -171,28 +185,43 @@ function cuts(line, box) {
 class Grid {
   static CELL = 96;
   #cells = new Map();
-
-  *#keys(box, gap) {
-    const c = Grid.CELL;
-    for (let i = Math.floor((box.x - gap) / c); i <= Math.floor((box.x + box.w + gap) / c); i++) {
-      for (let j = Math.floor((box.y - gap) / c); j <= Math.floor((box.y + box.h + gap) / c); j++) yield i * 65536 + j;
-    }
-  }
+  #look = 0;
 
   add(thing, box) {
-    for (const key of this.#keys(box, 0)) {
-      if (!this.#cells.has(key)) this.#cells.set(key, new Set());
-      this.#cells.get(key).add(thing);
-    }
+    this.#cellsOf(box, 0, (key) => {
+      const cell = this.#cells.get(key);
+      if (cell) cell.push(thing);
+      else this.#cells.set(key, [thing]);
+    });
   }
 
   remove(thing) {
-    for (const key of this.#keys(thing, 0)) this.#cells.get(key)?.delete(thing);
+    this.#cellsOf(thing, 0, (key) => {
+      const cell = this.#cells.get(key), at = cell ? cell.indexOf(thing) : -1;
+      if (at >= 0) cell.splice(at, 1);
+    });
   }
 
-  near(box, gap) {
-    const found = new Set();
-    for (const key of this.#keys(box, gap)) for (const thing of this.#cells.get(key) ?? []) found.add(thing);
-    return found;
+  /** Calls `visit` once for each thing near the box, until it returns true; says whether it did. */
+  some(box, gap, visit) {
+    const look = ++this.#look;
+    return this.#cellsOf(box, gap, (key) => {
+      for (const thing of this.#cells.get(key) ?? NOTHING) {
+        if (thing.look === look) continue;
+        thing.look = look;
+        if (visit(thing)) return true;
+      }
+      return false;
+    });
+  }
+
+  #cellsOf(box, gap, visit) {
+    const c = Grid.CELL, last = Math.floor((box.x + box.w + gap) / c), low = Math.floor((box.y + box.h + gap) / c);
+    for (let i = Math.floor((box.x - gap) / c); i <= last; i++) {
+      for (let j = Math.floor((box.y - gap) / c); j <= low; j++) if (visit(i * 65536 + j)) return true;
+    }
+    return false;
   }
 }
+
+const NOTHING = [];
