@@ -371,7 +371,7 @@ mod tests {
         let corner = scene.switches_s()[0];
         assert!((corner - 31.944_444).abs() < 1e-5);
         let at = scene.at(corner);
-        assert!((at.along_m - 1641.589_5).abs() < 1e-3, "{}", at.along_m);
+        assert!((at.along_m - 1_641.589_5).abs() < 1e-3, "{}", at.along_m);
         let later = scene.at(corner + 10.0);
         let moved = later.position_m - at.position_m;
         assert!((moved.norm() - 194.444).abs() < 1e-2);

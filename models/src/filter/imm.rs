@@ -233,6 +233,9 @@ impl<const M: usize> StateEstimator for Imm<M> {
     }
 }
 
+/// ln of how much better a part explains the plots than the mixture, and the plots with their probabilities.
+pub(super) type Share = (f64, Vec<(Measurement, f64)>);
+
 /// For each part of a mixture: ln of how much better it explains the plots than the mixture does, and the
 /// plots with their association probabilities given this part.
 ///
@@ -241,9 +244,9 @@ pub(super) fn association_shares(
     c: &[f64],
     states: &[Gaussian],
     plots: &[(Measurement, f64)],
-) -> Result<Vec<(f64, Vec<(Measurement, f64)>)>, UpdateError> {
+) -> Result<Vec<Share>, UpdateError> {
     let missed = (1.0 - plots.iter().map(|p| p.1).sum::<f64>()).max(0.0);
-    let mut shares: Vec<(f64, Vec<(Measurement, f64)>)> =
+    let mut shares: Vec<Share> =
         states.iter().map(|_| (0.0, Vec::with_capacity(plots.len()))).collect();
     for (m, beta) in plots {
         let mut logs = Vec::with_capacity(states.len());

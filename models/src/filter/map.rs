@@ -53,7 +53,7 @@ impl MapKnowledge {
             return_per_s: 1e-2,
             off_prior: 0.05,
             along: Modes::new(
-                &[cv(0.01), ca(0.01), ca(1.0)],
+                &[cv(0.01), ca(0.003), ca(1.0)],
                 &[&[0.96, 0.03, 0.01], &[0.03, 0.96, 0.01], &[0.10, 0.10, 0.80]],
                 &[0.45, 0.45, 0.10],
             )
@@ -506,7 +506,7 @@ impl<const N: usize> StateEstimator for MapAided<N> {
     fn update_weighted(&mut self, plots: &[(&Plot, f64)]) -> Result<(), UpdateError> {
         let Some((first, _)) = plots.first() else { return Err(UpdateError::UnsoundPlot) };
         let sum: f64 = plots.iter().map(|p| p.1).sum();
-        if !(sum > 0.0) {
+        if sum.is_nan() || sum <= 0.0 {
             return Err(UpdateError::UnsoundPlot);
         }
         let mut all = super::imm::PositionMoments::about(first.position_m);

@@ -161,7 +161,7 @@ impl Estimate {
     pub fn heading_rad(&self) -> Option<(f64, f64)> {
         let (v, s) = (self.velocity_ms(), self.state_velocity_cov());
         let speed = libm::hypot(v.x, v.y);
-        if !(speed >= 1.0) {
+        if speed.is_nan() || speed < 1.0 {
             return None;
         }
         let across = Vector2::new(v.y, -v.x) / speed;

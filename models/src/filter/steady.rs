@@ -17,7 +17,7 @@ use std::sync::Arc;
 /// term γ²/120 of continuous white jerk.
 #[must_use]
 pub fn alpha_beta_gamma(lambda: f64) -> [f64; 3] {
-    if !(lambda > 0.0) {
+    if lambda.is_nan() || lambda <= 0.0 {
         return [0.0; 3];
     }
     // ln Λ(α) grows with α; bisect on a = ln(α/(1−α)), so that no end of (0, 1) is crowded.
@@ -60,7 +60,7 @@ fn beta_of(alpha: f64, rest: f64) -> f64 {
 /// gain is (α, β/T). `β² = Λ(1−α)`, `α² + αβ − 2β + β²/6 = 0`, by bisection on β.
 #[must_use]
 pub fn alpha_beta(lambda: f64) -> [f64; 2] {
-    if !(lambda > 0.0) {
+    if lambda.is_nan() || lambda <= 0.0 {
         return [0.0; 2];
     }
     let alpha_of = |beta: f64| {

@@ -31,6 +31,7 @@ pub struct Gain<const N: usize, L: Lane> {
     pub alpha: L,
 }
 
+#[expect(clippy::needless_range_loop, reason = "the indices are those of the published algorithm")]
 impl<const N: usize, L: Lane> Ud<N, L> {
     /// A diagonal covariance.
     #[must_use]
