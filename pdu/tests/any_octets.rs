@@ -169,8 +169,13 @@ fn unknown_types_and_versions_are_kept_raw() {
     }
 }
 
+/// How many cases of each law: 1000, or what the environment variable `PDU_CASES` says, for a long run.
+fn cases() -> u32 {
+    std::env::var("PDU_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(1000)
+}
+
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(1000))]
+    #![proptest_config(ProptestConfig::with_cases(cases()))]
 
     #[test]
     fn random_octets(octets in prop::collection::vec(any::<u8>(), 0..400)) {
