@@ -135,7 +135,7 @@ pub(crate) fn run(options: &Options, progress: &mut dyn FnMut(Progress)) -> Outc
         error_label: "position error, m (rms)".to_owned(),
         scenes: about,
     };
-    Outcome { ladder, rows, bounds: lines }
+    Outcome { ladder, rows, bounds: lines, pictures: Vec::new() }
 }
 
 fn scene_name(scene: &Scene, level: &NoiseLevel) -> String {

@@ -6,6 +6,9 @@
 
 mod bounds;
 mod clock;
+pub mod effects;
+pub mod figures;
+pub mod plot;
 mod report;
 pub mod association;
 pub mod filters;
@@ -113,6 +116,8 @@ pub struct Outcome {
     pub rows: Vec<Row>,
     /// Lines to draw.
     pub bounds: Vec<Bound>,
+    /// Pictures of its own (SVG), shown after the charts.
+    pub pictures: Vec<String>,
 }
 
 /// What to measure.
@@ -147,7 +152,8 @@ pub struct Progress {
 pub type Study = fn(&Options, &mut dyn FnMut(Progress)) -> Outcome;
 
 /// The ladders by name, in the order of the report.
-pub const GROUPS: &[(&str, Study)] = &[("filters", filters::run)];
+pub const GROUPS: &[(&str, Study)] =
+    &[("filters", filters::run), ("effects", effects::run), ("figures", figures::study)];
 
 /// A refused study.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

@@ -104,6 +104,9 @@ fn section(out: &mut String, outcome: &Outcome) {
             chart(&rows, &bounds, error_label),
         );
     }
+    for picture in &outcome.pictures {
+        let _ = write!(out, "<figure>{picture}</figure>");
+    }
     out.push_str("</div>");
     table(out, outcome);
     out.push_str("</section>");
@@ -555,7 +558,7 @@ mod tests {
             commit: "c".into(),
             seed: 1,
             quick: true,
-            outcomes: vec![Outcome { ladder, rows, bounds: vec![bound] }],
+            outcomes: vec![Outcome { ladder, rows, bounds: vec![bound], pictures: Vec::new() }],
         }
     }
 

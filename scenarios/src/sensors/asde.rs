@@ -5,10 +5,12 @@
 
 use crate::document::{Section, within};
 use crate::error::{Problem, ScenarioError};
+use crate::{Scene, SensorScene};
+use models::effects::Tolerance;
 use models::environment::fog::FogLaw;
 use models::environment::surface::{MATERIALS, Material};
-use models::frames::Vector3;
-use models::sensors::asde::{AsdeParameters, DetectionRule, Energy};
+use models::frames::{Vector2, Vector3};
+use models::sensors::asde::{Asde, AsdeParameters, DetectionRule, Energy};
 use models::sensors::config::ConfigError;
 use models::sensors::detection::Swerling;
 use models::sensors::radar_equation::Polarisation;
@@ -21,6 +23,34 @@ pub struct AsdeScene {
     pub parameters: AsdeParameters,
     /// What is usable but reaches beyond its source, one line each.
     pub warnings: Vec<String>,
+}
+
+impl AsdeScene {
+    /// The radar at its place among the scene's buildings, planned for the scene's accuracy.
+    ///
+    /// # Errors
+    /// A parameter outside its limits; a scene that was read has none.
+    pub fn radar(&self, scene: &Scene, sensor: &SensorScene) -> Result<Asde, ConfigError> {
+        let site_m = sensor.site_m.map_or_else(Vector2::zeros, |site| site.xy());
+        let tolerance = Tolerance {
+            position_m: scene.accuracy.position_m,
+            detection: scene.accuracy.detection,
+            sum_db: None,
+        };
+        let made = Asde::new(sensor.id, site_m, self.parameters.clone())?;
+        Ok(made.among(scene.buildings.clone().into()).tolerating(tolerance))
+    }
+}
+
+/// A parameter set that ships, by name.
+///
+/// # Errors
+/// If there is none of that name.
+pub fn shipped(name: &str) -> Result<AsdeParameters, ScenarioError> {
+    let here = Path::new(env!("CARGO_MANIFEST_DIR")).join("scene.toml");
+    let section = Section::parse(&here, &format!("parameters = \"{name}\""))?;
+    let (scene, _) = read(&section, &section.empty("overrides"), Vector3::zeros())?;
+    Ok(scene.parameters)
 }
 
 const KEYS: [&str; 38] = [

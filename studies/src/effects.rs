@@ -1,0 +1,403 @@
+//! The effect plan against everything exact: the same scenes, the same draws, what it loses and saves.
+
+use crate::Row;
+use models::draw::{DrawKey, Purpose, uniform};
+use models::effects::radar::{RadarEffect, RadarLevels};
+use models::effects::{PlanRow, Tolerance};
+use models::environment::surface::Material;
+use models::environment::{RainCell, Weather};
+use models::frames::{Vector2, Vector3};
+use models::plot::{Callsign, SensorId};
+use models::sensors::asde::{Asde, AsdeParameters};
+use models::sensors::shadow::Building;
+use models::sensors::{PlotSink, ScanInterval, Sensor, TargetClass, TargetState, Truth};
+use models::time::SimTime;
+use rand::rngs::ChaCha8Rng;
+use scenarios::ScenarioError;
+use scenarios::sensors::asde::shipped;
+use std::sync::Arc;
+
+/// One target: class, where at time zero, velocity, heading.
+type Target = (TargetClass, Vector3<f64>, Vector3<f64>, f64);
+
+/// Targets that move straight on.
+#[derive(Clone, Debug)]
+pub struct Straight(Vec<Target>);
+
+impl Truth for Straight {
+    fn len(&self) -> usize {
+        self.0.len()
+    }
+    fn key(&self, index: usize) -> u64 {
+        index as u64 + 1
+    }
+    fn class(&self, index: usize) -> &TargetClass {
+        &self.0[index].0
+    }
+    fn callsign(&self, _: usize) -> Callsign {
+        Callsign::default()
+    }
+    fn address(&self, _: usize) -> Option<u32> {
+        None
+    }
+    fn at(&self, index: usize, time: SimTime) -> Option<TargetState> {
+        let (_, start, velocity_ms, heading_rad) = &self.0[index];
+        let position_m = start + velocity_ms * time.s();
+        Some(TargetState { position_m, velocity_ms: *velocity_ms, heading_rad: *heading_rad })
+    }
+}
+
+/// A radar, its weather, traffic and buildings.
+#[derive(Clone, Debug)]
+pub struct RadarStudy {
+    name: String,
+    parameters: AsdeParameters,
+    weather: Weather,
+    truth: Straight,
+    buildings: Arc<[Building]>,
+}
+
+fn between(rng: &mut ChaCha8Rng, low: f64, high: f64) -> f64 {
+    low + (high - low) * uniform(rng)
+}
+
+fn pick<T: Copy>(rng: &mut ChaCha8Rng, from: &[T]) -> T {
+    from[((uniform(rng) * from.len() as f64) as usize).min(from.len() - 1)]
+}
+
+/// Vehicles, or vehicles and aircraft, within `reach_m` of the radar.
+fn traffic(rng: &mut ChaCha8Rng, count: usize, aircraft_share: f64, reach_m: f64) -> Straight {
+    let target = |rng: &mut ChaCha8Rng| {
+        let aircraft = uniform(rng) < aircraft_share;
+        let (long, high) = if aircraft { (30.0, 9.0) } else { (5.0, 2.2) };
+        let size = between(rng, 0.6, 2.2);
+        let class = TargetClass {
+            designator: "X".into(),
+            aircraft,
+            length_m: long * size,
+            span_m: if aircraft { 28.0 * size } else { 2.4 },
+            height_m: high * between(rng, 0.8, 1.5),
+            rcs_m2: if aircraft { 15.0 * size } else { between(rng, 1.0, 10.0) },
+        };
+        let azimuth = between(rng, -std::f64::consts::PI, std::f64::consts::PI);
+        let (sin, cos) = libm::sincos(azimuth);
+        let distance = between(rng, 300.0, reach_m);
+        let heading = between(rng, -std::f64::consts::PI, std::f64::consts::PI);
+        let (hs, hc) = libm::sincos(heading);
+        let speed = pick(rng, &[0.0, 8.0, 15.0]);
+        let place = Vector3::new(distance * sin, distance * cos, 0.0);
+        (class, place, Vector3::new(speed * hs, speed * hc, 0.0), heading)
+    };
+    Straight((0..count).map(|_| target(rng)).collect())
+}
+
+fn box_building(east: f64, north: f64, along: f64, across: f64, height_m: f64) -> Building {
+    let corner = Vector2::new(east, north);
+    Building {
+        name: "terminal".into(),
+        footprint_m: [(0.0, 0.0), (along, 0.0), (along, across), (0.0, across)]
+            .map(|(x, y)| corner + Vector2::new(x, y))
+            .to_vec(),
+        height_m,
+        facade: Material::named("metal").expect("metal is a material"),
+    }
+}
+
+/// The named scenes: from a dry apron to a storm over aircraft among buildings.
+///
+/// # Errors
+/// If a parameter set that ships is missing.
+pub fn named_scenes(seed: u64) -> Result<Vec<RadarStudy>, ScenarioError> {
+    let (ku, x) = (shipped("ku_asde3")?, shipped("x_smr25")?);
+    let dry = Weather::default();
+    let fog = Weather { visibility_m: 100.0, ..dry.clone() };
+    let drizzle = Weather { rain_mm_per_h: 1.0, film_mm: 0.1, ..dry.clone() };
+    let storm = Weather { rain_mm_per_h: 25.0, film_mm: 1.0, visibility_m: 800.0, ..dry.clone() };
+    let cell = |east: f64, north: f64| RainCell {
+        centre_m: Vector2::new(east, north),
+        radius_m: 700.0,
+        rain_mm_per_h: 30.0,
+    };
+    let cells = Weather { cells: vec![cell(800.0, 900.0), cell(-1500.0, 200.0)], ..dry.clone() };
+    let open: Arc<[Building]> = Arc::new([]);
+    let built: Arc<[Building]> = Arc::new([
+        box_building(400.0, 300.0, 200.0, 60.0, 22.0),
+        box_building(-900.0, -700.0, 120.0, 50.0, 18.0),
+    ]);
+    let mut number = 0;
+    let mut scene = |name: &str, p: &AsdeParameters, weather: &Weather, share, reach, buildings| {
+        number += 1;
+        let key = DrawKey { run_seed: seed, sensor: 1, entity: number, scan: 0 };
+        let truth = traffic(&mut key.rng(Purpose::Study), 60, share, reach);
+        let (parameters, weather) = (p.clone(), weather.clone());
+        RadarStudy { name: name.into(), parameters, weather, truth, buildings }
+    };
+    Ok(vec![
+        scene("dry, vehicles to 1.5 km, 16 GHz", &ku, &dry, 0.0, 1500.0, open.clone()),
+        scene("fog, vehicles to 3 km, 16 GHz", &ku, &fog, 0.0, 3000.0, open.clone()),
+        scene("drizzle, mixed to 3 km, 16 GHz", &ku, &drizzle, 0.5, 3000.0, open.clone()),
+        scene("storm, mixed to 5 km, 16 GHz", &ku, &storm, 0.5, 5000.0, open.clone()),
+        scene("storm, mixed to 5 km, 9 GHz", &x, &storm, 0.5, 5000.0, open.clone()),
+        scene("rain cells, mixed to 3 km, 16 GHz", &ku, &cells, 0.5, 3000.0, open),
+        scene("dry, mixed among buildings, 16 GHz", &ku, &dry, 0.5, 2000.0, built.clone()),
+        scene("storm, mixed among buildings, 9 GHz", &x, &storm, 0.5, 3000.0, built),
+    ])
+}
+
+/// Random scenes: weather, heights, targets, sensors and buildings.
+///
+/// # Errors
+/// If a parameter set that ships is missing.
+pub fn random_scenes(seed: u64, count: u64) -> Result<Vec<RadarStudy>, ScenarioError> {
+    let sets = [shipped("ku_asde3")?, shipped("x_paper")?, shipped("x_smr25")?];
+    let scene = |n: u64| {
+        let key = DrawKey { run_seed: seed, sensor: 2, entity: n, scan: 0 };
+        let rng = &mut key.rng(Purpose::Study);
+        let mut p = sets[(n % 3) as usize].clone();
+        p.antenna_height_m = between(rng, 20.0, 80.0);
+        p.tilt_deg += between(rng, -0.3, 0.3);
+        p.roughness_m = pick(rng, &[0.003, 0.02, 0.05]);
+        p.surface = Material::named(pick(rng, &["asphalt", "concrete", "medium_dry_ground"]))
+            .unwrap_or(p.surface);
+        let mut weather = Weather {
+            rain_mm_per_h: pick(rng, &[0.0, 0.0, 1.0, 10.0, 40.0]),
+            visibility_m: pick(rng, &[f64::INFINITY, 1000.0, 100.0]),
+            film_mm: pick(rng, &[0.0, 0.0, 0.5]),
+            vapour_g_per_m3: between(rng, 2.0, 18.0),
+            ..Weather::default()
+        };
+        for _ in 0..pick(rng, &[0, 0, 2]) {
+            weather.cells.push(RainCell {
+                centre_m: Vector2::new(between(rng, -3e3, 3e3), between(rng, -3e3, 3e3)),
+                radius_m: between(rng, 200.0, 1500.0),
+                rain_mm_per_h: pick(rng, &[12.0, 50.0]),
+            });
+        }
+        let share = pick(rng, &[0.0, 0.5, 1.0]);
+        let reach = pick(rng, &[800.0, 1500.0, 3000.0, 5000.0]);
+        let truth = traffic(rng, 25, share, reach);
+        let mut buildings = Vec::new();
+        for _ in 0..pick(rng, &[0, 0, 3]) {
+            let (east, north) = (between(rng, -1500.0, 1500.0), between(rng, -1500.0, 1500.0));
+            if libm::hypot(east, north) > 300.0 {
+                let (along, across) = (between(rng, 40.0, 150.0), between(rng, 20.0, 60.0));
+                buildings.push(box_building(east, north, along, across, between(rng, 6.0, 18.0)));
+            }
+        }
+        let buildings = buildings.into();
+        RadarStudy { name: format!("random {n}"), parameters: p, weather, truth, buildings }
+    };
+    Ok((0..count).map(scene).collect())
+}
+
+/// What a comparison found.
+#[derive(Clone, Debug, Default)]
+pub struct Comparison {
+    /// Looks at targets within the display range.
+    pub looks: u64,
+    /// Plots of the exact run.
+    pub exact_plots: u64,
+    /// Plots of one run only.
+    pub only_one: u64,
+    /// Largest distance between plots of the same look, m.
+    pub worst_m: f64,
+    /// Effects skipped, summed over scenes.
+    pub skipped: u64,
+    /// Evaluations of effects that the plan skips; has to be zero.
+    pub evaluated_though_skipped: u64,
+    /// Time of the planned scans, ns.
+    pub planned_ns: f64,
+    /// Time of the exact scans, ns.
+    pub exact_ns: f64,
+}
+
+impl Comparison {
+    fn add(&mut self, other: &Self) {
+        self.looks += other.looks;
+        self.exact_plots += other.exact_plots;
+        self.only_one += other.only_one;
+        self.worst_m = self.worst_m.max(other.worst_m);
+        self.skipped += other.skipped;
+        self.evaluated_though_skipped += other.evaluated_though_skipped;
+        self.planned_ns += other.planned_ns;
+        self.exact_ns += other.exact_ns;
+    }
+}
+
+impl RadarStudy {
+    fn radar(&self) -> Result<Asde, String> {
+        let made = Asde::new(SensorId(1), Vector2::zeros(), self.parameters.clone());
+        Ok(made.map_err(|e| format!("{}: {e}", self.name))?.among(self.buildings.clone()))
+    }
+
+    /// The plan of the scene's first scan.
+    ///
+    /// # Errors
+    /// If the scene's parameters are outside their limits.
+    pub fn plan(&self, tolerance: Tolerance) -> Result<Vec<PlanRow>, String> {
+        let radar = self.radar()?;
+        let air = radar.air(&self.weather);
+        let area = radar.area(&self.truth, &interval(1));
+        Ok(radar.plan_for(&air, &area, &tolerance).rows)
+    }
+
+    /// Plays the scene planned and with everything exact, on the same draws.
+    ///
+    /// # Errors
+    /// If the scene's parameters are outside their limits.
+    pub fn compare(&self, scans: u64, tolerance: Tolerance) -> Result<Comparison, String> {
+        let mut planned = self.radar()?.tolerating(tolerance);
+        let mut exact = self.radar()?.at_levels(RadarLevels::EXACT);
+        let mut found = Comparison::default();
+        for scan in 1..=scans {
+            let (mut a, mut b) = (PlotSink::default(), PlotSink::default());
+            let interval = interval(scan);
+            let planned_ns = crate::clock::time_ns(|| {
+                planned.scan(&interval, &self.truth, &self.weather, &mut a)
+            });
+            let exact_ns =
+                crate::clock::time_ns(|| exact.scan(&interval, &self.truth, &self.weather, &mut b));
+            // The first scan makes tables and the plan.
+            if scan > 1 {
+                found.planned_ns += planned_ns;
+                found.exact_ns += exact_ns;
+            }
+            found.looks += b.looks;
+            let (a, b) = (by_look(&a), by_look(&b));
+            found.exact_plots += b.len() as u64;
+            for (key, place) in &a {
+                match b.iter().find(|(other, _)| other == key) {
+                    Some((_, exact)) => found.worst_m = found.worst_m.max((place - exact).norm()),
+                    None => found.only_one += 1,
+                }
+            }
+            let missing = b.iter().filter(|(key, _)| !a.iter().any(|(other, _)| other == key));
+            found.only_one += missing.count() as u64;
+        }
+        for (row, &effect) in planned.plan().iter().zip(RadarEffect::ALL) {
+            if row.is_skipped() {
+                found.skipped += 1;
+                // A target in a shadow is simulated exactly whatever the plan skips.
+                if self.buildings.is_empty() && !self.truth.0.iter().any(|t| t.0.aircraft) {
+                    found.evaluated_though_skipped += planned.tally().of(effect);
+                }
+            }
+        }
+        Ok(found)
+    }
+}
+
+type Look = ((u64, SimTime), Vector2<f64>);
+
+fn by_look(sink: &PlotSink) -> Vec<Look> {
+    let pairs = sink.plots.iter().zip(&sink.causes);
+    pairs.filter_map(|(plot, cause)| Some(((cause.key?, plot.time), plot.position_m))).collect()
+}
+
+fn interval(scan: u64) -> ScanInterval {
+    let time = |n: u64| SimTime::from_s(n as f64);
+    ScanInterval { run_seed: 1, scan, from: time(scan - 1), to: time(scan) }
+}
+
+/// The report: named scenes one by one, random scenes together, each against everything exact.
+///
+/// # Errors
+/// If a parameter set that ships is missing.
+pub fn rows(quick: bool, seed: u64) -> Result<Vec<Row>, ScenarioError> {
+    let (scans, count) = if quick { (6, 60) } else { (30, 400) };
+    let tolerance = Tolerance::default();
+    let mut out = Vec::new();
+    for scene in named_scenes(seed)? {
+        report(&scene.name, scene.compare(scans, tolerance), tolerance, &mut out);
+    }
+    for tolerance in [tolerance, tolerance.times(0.1), tolerance.times(6.0)] {
+        let mut total = Ok(Comparison::default());
+        for scene in random_scenes(seed, count)? {
+            total = match (total, scene.compare(4, tolerance)) {
+                (Ok(mut sum), Ok(one)) => {
+                    sum.add(&one);
+                    Ok(sum)
+                }
+                (Err(e), _) | (_, Err(e)) => Err(e),
+            };
+        }
+        report(&format!("{count} random scenes"), total, tolerance, &mut out);
+    }
+    Ok(out)
+}
+
+fn report(
+    scene: &str,
+    found: Result<Comparison, String>,
+    tolerance: Tolerance,
+    out: &mut Vec<Row>,
+) {
+    let rung = format!("planned, {} m, {}", tolerance.position_m, tolerance.detection);
+    let row = |what: &str| Row {
+        group: "effects".into(),
+        scene: scene.into(),
+        rung: format!("{rung}: {what}"),
+        ..Row::default()
+    };
+    let found = match found {
+        Ok(found) => found,
+        Err(reason) => {
+            out.push(Row { failed: vec![reason], ..row("failed") });
+            return;
+        }
+    };
+    let per_look = |ns: f64| (found.looks > 0).then(|| ns / found.looks as f64);
+    let mut failed = Vec::new();
+    if found.worst_m > tolerance.position_m {
+        failed.push(format!("{} m apart", found.worst_m));
+    }
+    if found.evaluated_though_skipped > 0 {
+        failed.push(format!("{} evaluations of skipped effects", found.evaluated_though_skipped));
+    }
+    out.push(Row {
+        error: Some(found.worst_m),
+        error_unit: Some("m, largest difference of a plot".into()),
+        ns_per_update: per_look(found.planned_ns),
+        failed,
+        ..row("position")
+    });
+    let share = found.only_one as f64 / found.looks.max(1) as f64;
+    let mean = tolerance.detection * found.looks as f64;
+    let most = mean + 4.0 * mean.sqrt() + 1.0;
+    let over = found.only_one as f64 > most;
+    out.push(Row {
+        error: Some(share),
+        error_unit: Some("share of looks that only one run detects".into()),
+        failed: if over { vec![format!("{} of {}", found.only_one, found.looks)] } else { vec![] },
+        ..row("detection")
+    });
+    out.push(Row {
+        ns_per_update: per_look(found.exact_ns),
+        error: (found.exact_ns > 0.0).then(|| 100.0 * (1.0 - found.planned_ns / found.exact_ns)),
+        error_unit: Some("% of the exact run's time saved".into()),
+        rung: "everything exact".into(),
+        ..row("")
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_quick_report_has_no_failures() {
+        let rows = rows(true, 3).expect("sets ship");
+        assert!(rows.len() >= 30);
+        for row in &rows {
+            println!(
+                "{} | {} | {:?} {} | {:?} ns",
+                row.scene,
+                row.rung,
+                row.error,
+                row.error_unit.as_deref().unwrap_or(""),
+                row.ns_per_update
+            );
+            assert!(row.failed.is_empty(), "{row:?}");
+        }
+    }
+}
