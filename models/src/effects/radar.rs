@@ -599,11 +599,12 @@ impl HypotWith for f64 {
 struct Outcome<'a> {
     scene: &'a RadarScene<'a>,
     bins: [Bin; BINS],
-    /// Thermal standard deviation of the position at a ratio of 0 dB, m, per bin.
-    sigma_0_m: [f64; BINS],
+    /// Thermal standard deviation of the position at the worst ratio, m, per bin.
+    sigma_m: [f64; BINS],
+    /// The same at the least ratio of a detected echo: there are no larger ones.
+    sigma_most_m: [f64; BINS],
     /// A step of the extractor, m, per bin: the least shift may carry a plot into the next one.
     step_m: [f64; BINS],
-    least_ratio_db: f64,
     /// Largest slope of Pd, per dB.
     slope: f64,
 }
@@ -611,15 +612,18 @@ struct Outcome<'a> {
 impl<'a> Outcome<'a> {
     fn of(scene: &'a RadarScene<'a>, bounds: &Bounds) -> Self {
         let p = scene.parameters;
-        let (range, azimuth) = p.thermal_sigmas(1.0);
-        let sigma_0_m = bounds.bins.map(|bin| range.hypot_with(bin.far_m * azimuth));
+        let sigma = |ratio: f64, far_m: f64| {
+            let (range, azimuth) = p.thermal_sigmas(ratio);
+            range.hypot_with(far_m * azimuth)
+        };
+        let at_worst = |bin: Bin| sigma(from_db(bin.scnr_db), bin.far_m);
         let step = p.azimuth_step_deg.to_radians();
         Self {
             scene,
             bins: bounds.bins,
             step_m: bounds.bins.map(|bin| p.range_step_m.hypot_with(bin.far_m * step)),
-            sigma_0_m,
-            least_ratio_db: to_db(scene.least_ratio),
+            sigma_m: bounds.bins.map(at_worst),
+            sigma_most_m: bounds.bins.map(|bin| sigma(scene.least_ratio, bin.far_m)),
             slope: scene.table.steepest_per_db(),
         }
     }
@@ -636,10 +640,16 @@ impl<'a> Outcome<'a> {
         {
             return true;
         }
+        // Deviations go with the square root of the ratio.
+        let grown = from_db(0.5 * loss.lowers_db);
+        let shrunk = from_db(-0.5 * loss.raises_db);
         (0..BINS).all(|i| {
-            let bin = &self.bins[i];
-            let missed = self.missed(bin.scnr_db - loss.lowers_db, loss);
-            let moved = DRAWN_SIGMAS * self.sigma_change(bin.scnr_db, self.sigma_0_m[i], loss);
+            let missed = self.missed(self.bins[i].scnr_db - loss.lowers_db, loss);
+            let most = self.sigma_most_m[i];
+            let exact = self.sigma_m[i].min(most);
+            let too_low = (self.sigma_m[i] * grown).min(most) - exact;
+            let too_high = exact - (self.sigma_m[i] * shrunk).min(most);
+            let moved = DRAWN_SIGMAS * too_low.max(too_high);
             loss.probability + missed <= tolerance.detection
                 && loss.metres + moved + self.step_m[i] <= tolerance.position_m
         })
@@ -661,14 +671,6 @@ impl<'a> Outcome<'a> {
                 certain.min(self.slope * loss.db())
             }
         }
-    }
-
-    fn sigma_change(&self, scnr_db: f64, sigma_0_m: f64, loss: &Loss) -> f64 {
-        let at = |db: f64| sigma_0_m * from_db(-0.5 * db.max(self.least_ratio_db));
-        let exact = at(scnr_db);
-        let too_low = at(scnr_db - loss.lowers_db) - exact;
-        let too_high = exact - at(scnr_db + loss.raises_db);
-        too_low.max(too_high)
     }
 }
 
