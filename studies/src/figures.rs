@@ -2,8 +2,8 @@
 //!
 //! The original curves are not available; what the text says of them is tested as statements.
 
-use crate::Row;
 use crate::plot::{Chart, Line};
+use crate::{Ladder, Options, Outcome, Progress, Row, SceneAbout};
 use models::draw::{DrawKey, Purpose, uniform};
 use models::effects::radar::Tally;
 use models::environment::Weather;
@@ -97,6 +97,28 @@ impl Setting {
 
 fn weather(rain_mm_per_h: f64, visibility_m: f64) -> Weather {
     Weather { rain_mm_per_h, visibility_m, ..Weather::default() }
+}
+
+/// The group `figures`: the charts, and one row per statement.
+pub(crate) fn study(options: &Options, progress: &mut dyn FnMut(Progress)) -> Outcome {
+    let (rows, pictures) = match run(options.seed) {
+        Ok(figures) => (figures.rows(), figures.charts.iter().map(Chart::svg).collect()),
+        Err(error) => {
+            let failed = vec![error.to_string()];
+            (vec![Row { group: "figures".into(), failed, ..Row::default() }], Vec::new())
+        }
+    };
+    progress(Progress { group: "figures", what: "Figs. 3 to 5".into(), done: 1, total: 1 });
+    let ladder = Ladder {
+        group: "figures".into(),
+        title: "Figures 3 to 5 of the paper".into(),
+        about: "Single-pulse signal to clutter and noise ratio against range, at the parameters that the \
+                paper gives, and what its text says of the figures, tested: a row without a failure holds."
+            .into(),
+        error_label: String::new(),
+        scenes: Vec::<SceneAbout>::new(),
+    };
+    Outcome { ladder, rows, bounds: Vec::new(), pictures }
 }
 
 /// Computes the figures and tests the statements; `seed` moves the parameters of the last one.
@@ -348,6 +370,6 @@ mod tests {
         }
         let html = figures.html();
         assert_eq!(html.matches("<svg").count(), 3);
-        assert!(!html.contains("NaN") && !html.contains("http://") || html.contains("www.w3.org"));
+        assert!(!html.contains("NaN") && !html.contains("http"));
     }
 }
