@@ -1236,3 +1236,6 @@ fn flyable(altitudes: &[(usize, f64, f64)], offset_m: f64, tally: &mut Tally) ->
     }
     heights
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,203 @@
+use super::*;
+use crate::truth::route::{self, Halt};
+use crate::truth::{Kinematics, TruthState};
+use proptest::prelude::*;
+
+fn a320() -> Limits {
+    let kinematics = Kinematics {
+        liftoff_ms: Some(85.3),
+        takeoff_acc_ms2: Some(1.93),
+        touchdown_ms: Some(69.4),
+        braking_ms2: Some(1.22),
+        taxi_straight_ms: 15.4,
+        taxi_turn_ms: 5.1,
+        taxi_acc_ms2: 0.7,
+        taxi_dec_ms2: 0.7,
+    };
+    Limits::of(true, &kinematics)
+}
+
+/// Taxiing round two corners, with a halt of 40 s before the second.
+fn sound() -> Trajectory {
+    let line = [(0.0, 0.0), (600.0, 50.0), (650.0, -400.0), (1400.0, -450.0)];
+    let line = line.map(|(x, y)| Vector2::new(x, y));
+    let halts = [Halt { point: 2, duration_s: 40.0 }];
+    let span = (SimTime::ZERO, SimTime::from_s(330.0));
+    route::drive(&line, &halts, &a320(), span, 10.0).expect("a sound line")
+}
+
+/// Its positions once a second, with errors of up to a metre from `noise`.
+fn records(truth: &Trajectory, noise: &[(f64, f64)]) -> Vec<Record> {
+    (0..=320)
+        .map(|i| {
+            let state = truth.at(SimTime::from_s(i as f64)).expect("within");
+            let (east, north) = noise.get(i % noise.len().max(1)).copied().unwrap_or((0.0, 0.0));
+            Record {
+                line: i + 2,
+                time_ms: Some(1_500_000_000_000 + 1000 * i as i64),
+                position_m: Some(state.position_m.xy() + Vector2::new(east, north)),
+                altitude_m: None,
+                on_ground: Some(true),
+            }
+        })
+        .collect()
+}
+
+/// One kind of damage to one place of the records.
+#[derive(Clone, Debug)]
+enum Damage {
+    /// The position of record `at` is repeated for so many records.
+    Freeze { at: usize, count: usize },
+    /// A single position so far off.
+    Jump { at: usize, east_m: f64, north_m: f64 },
+    /// No position in so many records.
+    Missing { at: usize, count: usize },
+    /// A record swapped with its neighbour.
+    Swap { at: usize },
+    /// A clock that is wrong once.
+    Clock { at: usize, ms: i64 },
+    /// An altitude that cannot be.
+    Spike { at: usize },
+}
+
+fn damage() -> impl Strategy<Value = Damage> {
+    let at = 5usize..300;
+    let far = prop_oneof![-9000.0..-150.0, 150.0..9000.0];
+    prop_oneof![
+        (at.clone(), 2usize..25).prop_map(|(at, count)| Damage::Freeze { at, count }),
+        (at.clone(), far, -900.0..900.0).prop_map(|(at, east_m, north_m)| Damage::Jump {
+            at,
+            east_m,
+            north_m
+        }),
+        (at.clone(), 1usize..25).prop_map(|(at, count)| Damage::Missing { at, count }),
+        at.clone().prop_map(|at| Damage::Swap { at }),
+        (at.clone(), -100_000i64..100_000).prop_map(|(at, ms)| Damage::Clock { at, ms }),
+        at.prop_map(|at| Damage::Spike { at }),
+    ]
+}
+
+fn inflict(records: &mut [Record], damage: &Damage) {
+    let last = records.len();
+    match *damage {
+        Damage::Freeze { at, count } => {
+            let held = records[at].position_m;
+            records[at..(at + count).min(last)].iter_mut().for_each(|r| r.position_m = held);
+        }
+        Damage::Jump { at, east_m, north_m } => {
+            records[at].position_m =
+                records[at].position_m.map(|p| p + Vector2::new(east_m, north_m));
+        }
+        Damage::Missing { at, count } => {
+            records[at..(at + count).min(last)].iter_mut().for_each(|r| r.position_m = None);
+        }
+        Damage::Swap { at } => records.swap(at, at + 1),
+        Damage::Clock { at, ms } => {
+            records[at].time_ms = records[at].time_ms.map(|t| t + ms);
+        }
+        Damage::Spike { at } => records[at].altitude_m = Some(12_000.0),
+    }
+}
+
+fn within_limits(state: &TruthState, limits: &Limits) -> bool {
+    let nose = Vector2::new(libm::sin(state.heading_rad), libm::cos(state.heading_rad));
+    let along = state.acceleration_ms2.xy().dot(&nose).abs();
+    let across =
+        (state.acceleration_ms2.xy() - nose * state.acceleration_ms2.xy().dot(&nose)).norm();
+    state.velocity_ms.norm() <= limits.taxi_ms
+        && along <= 1.05 * limits.taxi_acc_ms2
+        && across <= 1.15 * limits.lateral_ms2
+        && state.position_m.z == 0.0
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 16, ..ProptestConfig::default() })]
+
+    /// Whatever is done to some records: the import keeps the limits and stays near the truth.
+    #[test]
+    fn damage_is_repaired_within_the_limits(
+        noise in prop::collection::vec((-1.0..1.0f64, -1.0..1.0f64), 200),
+        damages in prop::collection::vec(damage(), 0..7),
+    ) {
+        let truth = sound();
+        let limits = a320();
+        let mut records = records(&truth, &noise);
+        for damage in &damages {
+            inflict(&mut records, damage);
+        }
+        let start_ms = 1_500_000_000_000;
+        let first = records.iter().filter(|r| r.position_m.is_some()).find_map(|r| r.time_ms);
+        prop_assume!(first == Some(start_ms));
+        let (found, report) = import(&records, &limits, SimTime::ZERO)
+            .map_err(|refusal| TestCaseError::fail(format!("line {}: {refusal}", refusal.line())))?;
+        prop_assert_eq!(report.tally.count(Rule::AltitudeSpike) > 0,
+            damages.iter().any(|d| matches!(d, Damage::Spike { .. })));
+        let mut far = 0;
+        let mut count = 0;
+        let mut before: Option<TruthState> = None;
+        for i in 0..=(320 * 20) {
+            let time = SimTime(i * 50_000_000);
+            let (Some(state), Some(sound)) = (found.at(time), truth.at(time)) else { continue };
+            prop_assert!(within_limits(&state, &limits), "at {} s: {state:?}", time.s());
+            if let Some(last) = before {
+                prop_assert!((state.position_m - last.position_m).norm() < 0.9, "at {} s", time.s());
+            }
+            before = Some(state);
+            let off_m = (state.position_m - sound.position_m).norm();
+            // Freezes and gaps of 25 s hide what the speed did meanwhile.
+            prop_assert!(off_m < 130.0, "{off_m} m off at {} s", time.s());
+            count += 1;
+            far += usize::from(off_m > 25.0);
+        }
+        prop_assert!(count > 300 * 20, "only {count} frames");
+        prop_assert!(far * 5 < count, "more than 25 m off in {far} of {count} frames");
+    }
+
+    /// Nonsense is refused or gives something finite, never a panic.
+    #[test]
+    fn nonsense_does_no_harm(
+        rows in prop::collection::vec(
+            (prop::option::of(-100_000i64..100_000), prop::option::of((-1e5..1e5f64, -1e5..1e5f64))), 0..40),
+    ) {
+        let records: Vec<Record> = rows.iter().enumerate().map(|(i, (t, p))| Record {
+            line: i + 2,
+            time_ms: *t,
+            position_m: p.map(|(x, y)| Vector2::new(x, y)),
+            altitude_m: Some(1e5),
+            on_ground: None,
+        }).collect();
+        if let Ok((found, _)) = import(&records, &a320(), SimTime::ZERO) {
+            let state = found.at(found.start()).expect("its own begin");
+            prop_assert!(state.position_m.iter().chain(state.velocity_ms.iter()).all(|x| x.is_finite()));
+        }
+    }
+}
+
+#[test]
+fn a_clean_recording_is_followed_closely() {
+    let truth = sound();
+    let (found, report) = import(&records(&truth, &[]), &a320(), SimTime::ZERO).unwrap();
+    for i in 0..=3200 {
+        let time = SimTime(i * 100_000_000);
+        let (a, b) = (found.at(time).unwrap(), truth.at(time).unwrap());
+        let off_m = (a.position_m - b.position_m).norm();
+        assert!(off_m < 6.0, "{off_m} m at {} s", time.s());
+        let turned = crate::frames::wrap_pi(a.heading_rad - b.heading_rad).abs();
+        assert!(turned < 0.3, "{turned} rad at {} s", time.s());
+    }
+    assert_eq!(report.pushbacks, 0);
+    assert!(report.stands.1 > 30.0, "the halt is seen: {report}");
+}
+
+#[test]
+fn somebody_who_never_moves_stands_exactly_still() {
+    let mut records = records(&sound(), &[]);
+    records.iter_mut().for_each(|r| r.position_m = Some(Vector2::new(12.5, -7.25)));
+    let (found, _) = import(&records, &a320(), SimTime::ZERO).unwrap();
+    let first = found.at(SimTime::ZERO).unwrap();
+    assert!((first.position_m.xy() - Vector2::new(12.5, -7.25)).norm() < 3.0);
+    for i in 0..=320 {
+        let state = found.at(SimTime::from_s(f64::from(i))).unwrap();
+        assert!(state.is_still() && state.position_m == first.position_m);
+    }
+}
