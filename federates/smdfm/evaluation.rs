@@ -51,6 +51,7 @@ pub struct Evaluation {
     confirmed: u64,
     now_confirmed: u64,
     false_plots: u64,
+    outsiders_now: u64,
     /// Track number → key of the entity whose plots it takes.
     follows: BTreeMap<u16, u64>,
 }
@@ -97,6 +98,7 @@ impl Evaluation {
             }
         }
         self.now_confirmed = 0;
+        self.outsiders_now = (0..view.len()).filter(|i| !view.is_ours(*i)).count() as u64;
         for track in tracks {
             if track.first {
                 self.confirmed += 1;
@@ -137,6 +139,7 @@ impl Evaluation {
             ("straight_rmse_m".to_owned(), self.straight_tracked.root()),
             ("published_rmse_m".to_owned(), self.published.root()),
             ("false_plots".to_owned(), self.false_plots as f64),
+            ("outsiders_now".to_owned(), self.outsiders_now as f64),
         ];
         let other = |kind: SensorKind| {
             !matches!(kind, SensorKind::Asde | SensorKind::Gps | SensorKind::Dgps)

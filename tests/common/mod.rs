@@ -1,0 +1,161 @@
+//! What the integration tests share: starting the launcher on ports of its own, reading its summary.
+#![allow(dead_code, reason = "each test binary uses a part of this")]
+
+use serde_json::Value;
+use std::net::TcpListener;
+use std::process::{Child, Command, Output, Stdio};
+use std::sync::atomic::{AtomicU16, Ordering};
+use std::time::{Duration, Instant};
+
+/// Addresses that no other run on this host uses.
+pub struct Ports {
+    /// Synchronisation plane.
+    pub sync: String,
+    /// Data plane: broadcast that cannot leave the host.
+    pub dis: String,
+    /// Port of the data plane.
+    pub dis_port: u16,
+    /// Page.
+    pub page: String,
+}
+
+impl Ports {
+    pub fn new() -> Self {
+        static NEXT: AtomicU16 = AtomicU16::new(0);
+        let free = || {
+            let socket = TcpListener::bind("127.0.0.1:0").expect("a free port");
+            socket.local_addr().expect("its address").port()
+        };
+        let number = NEXT.fetch_add(1, Ordering::Relaxed);
+        let dis_port = 20_000 + (std::process::id() as u16 % 2_000) * 20 + number % 20;
+        Self {
+            sync: format!("tcp/127.0.0.1:{}", free()),
+            dis: format!("127.255.255.255:{dis_port}"),
+            dis_port,
+            page: format!("127.0.0.1:{}", free()),
+        }
+    }
+}
+
+pub fn seeds() -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_seeds"));
+    command.current_dir(env!("CARGO_MANIFEST_DIR")).stdin(Stdio::null());
+    command
+}
+
+/// `seeds run` on ports of its own.
+pub fn run(ports: &Ports, arguments: &[&str]) -> Command {
+    let mut command = seeds();
+    command.arg("run").args(arguments);
+    command.args(["--sync-listen", &ports.sync, "--dis", &ports.dis, "--page", &ports.page]);
+    command
+}
+
+/// Runs to the end; a run that takes longer than two minutes is killed.
+pub fn finish(mut command: Command) -> Output {
+    let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("it starts");
+    let pid = child.id();
+    let (done, wait) = std::sync::mpsc::channel::<()>();
+    let guard = std::thread::spawn(move || {
+        if wait.recv_timeout(Duration::from_secs(120)).is_err() {
+            let _ = Command::new("kill").args(["-9", &pid.to_string()]).status();
+        }
+    });
+    let output = child.wait_with_output().expect("it ends");
+    let _ = done.send(());
+    let _ = guard.join();
+    output
+}
+
+/// The last line on standard output as JSON.
+pub fn summary(output: &Output) -> Value {
+    let text = String::from_utf8_lossy(&output.stdout);
+    let line = text.lines().last().unwrap_or_else(|| {
+        panic!("no line on stdout; stderr: {}", String::from_utf8_lossy(&output.stderr))
+    });
+    serde_json::from_str(line).unwrap_or_else(|e| panic!("{e}: {line}"))
+}
+
+pub fn stderr(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// A run in the background that ends with the test.
+pub struct Background(pub Child);
+
+impl Background {
+    pub fn start(mut command: Command) -> Self {
+        Self(command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().expect("it starts"))
+    }
+
+    /// Ctrl-C, and the exit code.
+    pub fn interrupt(mut self) -> Option<i32> {
+        let _ = Command::new("kill").args(["-INT", &self.0.id().to_string()]).status();
+        let code = wait_for(Duration::from_secs(20), || self.0.try_wait().ok().flatten());
+        code.and_then(|status| status.code())
+    }
+
+    pub fn wait(&mut self, within: Duration) -> Option<i32> {
+        wait_for(within, || self.0.try_wait().ok().flatten()).and_then(|status| status.code())
+    }
+}
+
+impl Drop for Background {
+    fn drop(&mut self) {
+        let _ = Command::new("kill").args(["-TERM", &self.0.id().to_string()]).status();
+        let ended = wait_for(Duration::from_secs(5), || self.0.try_wait().ok().flatten());
+        if ended.is_none() {
+            let _ = self.0.kill();
+        }
+        let _ = self.0.wait();
+    }
+}
+
+/// Asks until there is an answer or time is up.
+pub fn wait_for<T>(within: Duration, mut ask: impl FnMut() -> Option<T>) -> Option<T> {
+    #[expect(clippy::disallowed_methods, reason = "a bound for waiting on other processes")]
+    let until = Instant::now() + within;
+    loop {
+        if let Some(answer) = ask() {
+            return Some(answer);
+        }
+        #[expect(clippy::disallowed_methods, reason = "a bound for waiting on other processes")]
+        let now = Instant::now();
+        if now >= until {
+            return None;
+        }
+        std::thread::sleep(Duration::from_millis(50));
+    }
+}
+
+/// A command to a run from a second terminal: success and its words.
+pub fn operate(ports: &Ports, arguments: &[&str]) -> (bool, String) {
+    let mut command = seeds();
+    command.arg("admin-station").args(arguments).args(["--at", &ports.sync]);
+    let output = finish(command);
+    let words = format!("{}{}", String::from_utf8_lossy(&output.stdout), stderr(&output));
+    (output.status.success(), words.trim().to_owned())
+}
+
+/// The run's statistics, once they can be had.
+pub fn status(ports: &Ports) -> Option<Value> {
+    let (ok, words) = operate(ports, &["status", "--json"]);
+    ok.then(|| serde_json::from_str(&words).expect("JSON"))
+}
+
+/// Processes whose command line holds `text`.
+pub fn processes(text: &str) -> Vec<i32> {
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir("/proc").expect("/proc").flatten() {
+        let Ok(pid) = entry.file_name().to_string_lossy().parse::<i32>() else { continue };
+        let line = std::fs::read(entry.path().join("cmdline")).unwrap_or_default();
+        if String::from_utf8_lossy(&line).replace('\0', " ").contains(text) {
+            found.push(pid);
+        }
+    }
+    found
+}
+
+pub fn kill(signal: &str, pid: i32) {
+    let _ = Command::new("kill").args([&format!("-{signal}"), &pid.to_string()]).status();
+}

@@ -1,0 +1,288 @@
+//! A run as an operator and an outsider meet it: real processes on loopback.
+
+mod common;
+
+use common::{Background, Ports, finish, operate, run, stderr, summary, wait_for};
+use pdu::enumerations::{ResponseFlag, StopReason};
+use pdu::management::{StartResume, StopFreeze};
+use pdu::records::{ClockTime, EntityId};
+use pdu::{Body, DisTime, Envelope};
+use std::time::Duration;
+
+const SOON: Duration = Duration::from_secs(20);
+
+fn phase(ports: &Ports) -> Option<String> {
+    common::status(ports)?["state"]["phase"].as_str().map(str::to_owned)
+}
+
+fn in_phase(ports: &Ports, wanted: &str) -> bool {
+    wait_for(SOON, || (phase(ports).as_deref() == Some(wanted)).then_some(())).is_some()
+}
+
+#[test]
+fn a_second_terminal_freezes_steps_resumes_stops_and_restarts() {
+    let ports = Ports::new();
+    let run = Background::start(run(&ports, &["--rate", "4", "--no-viewer"]));
+    assert!(in_phase(&ports, "RUNNING"), "it starts");
+
+    let (ok, words) = operate(&ports, &["freeze"]);
+    assert!(ok && words.starts_with("frozen at frame "), "{words}");
+    let frozen: u64 = words.rsplit(' ').next().and_then(|n| n.parse().ok()).expect("a frame");
+    let status = common::status(&ports).expect("statistics");
+    for member in status["state"]["members"].as_array().expect("members") {
+        assert_eq!(member["frame"], frozen, "all stand at one frame: {member}");
+    }
+
+    let (ok, words) = operate(&ports, &["freeze"]);
+    assert!(!ok && words.contains("possible now: start"), "{words}");
+    let (ok, words) = operate(&ports, &["step", "7"]);
+    assert!(ok && words == format!("frozen at frame {}", frozen + 7), "{words}");
+    let (ok, words) = operate(&ports, &["rate", "0"]);
+    assert!(!ok && words.contains("rate"), "{words}");
+    assert!(operate(&ports, &["rate", "2"]).0);
+    assert!(operate(&ports, &["resume"]).0);
+    assert!(in_phase(&ports, "RUNNING"));
+    let (ok, words) = operate(&ports, &["freeze"]);
+    assert!(ok, "{words}");
+    let (ok, words) = operate(&ports, &["restart"]);
+    assert!(ok && words.contains("configured"), "{words}");
+    assert!(operate(&ports, &["start"]).0);
+    assert_eq!(common::status(&ports).expect("statistics")["state"]["run"], 2);
+    assert_eq!(run.interrupt(), Some(0), "Ctrl-C ends clean");
+    assert!(common::processes(&ports.sync).is_empty(), "nobody is left behind");
+}
+
+#[test]
+fn dis_simulation_management_drives_the_run() {
+    let ports = Ports::new();
+    let _run = Background::start(run(&ports, &["--rate", "2", "--no-viewer", "--wait"]));
+    assert!(in_phase(&ports, "CONFIGURED"), "it waits");
+
+    let to = ports.dis.parse().expect("an address");
+    let config = datalink::LinkConfig {
+        to: datalink::Destinations::new(vec![datalink::Destination::of(to)]).expect("one"),
+        interface: Some([127, 0, 0, 1].into()),
+        ..datalink::LinkConfig::default()
+    };
+    let (mut sender, mut receiver) = datalink::Link::open(&config).expect("a link");
+    let me = EntityId::new(77, 1, 0);
+    let mut acknowledged = |octets: &[u8], request: u32| -> Option<ResponseFlag> {
+        sender.send(octets).expect("sent");
+        for _ in 0..2000 {
+            let mut answer = None;
+            receiver
+                .receive(Some(Duration::from_millis(10)), |arrival| {
+                    for received in pdu::pdus(arrival.payload).flatten() {
+                        if let Body::Acknowledge(a) = received.body()
+                            && a.receiving_id == me
+                            && a.request_id == request
+                        {
+                            answer = Some(a.response_flag);
+                        }
+                    }
+                })
+                .expect("received");
+            if answer.is_some() {
+                return answer;
+            }
+        }
+        None
+    };
+    let envelope = Envelope::new(1, DisTime::relative(0));
+    let start = |request_id| {
+        let mut octets = Vec::new();
+        let body = StartResume {
+            originating_id: me,
+            receiving_id: EntityId::ALL,
+            request_id,
+            ..StartResume::default()
+        };
+        envelope.append(&body, &mut octets).expect("encodes");
+        octets
+    };
+    let stop = |request_id, reason, frozen_behaviour| {
+        let mut octets = Vec::new();
+        let body = StopFreeze {
+            originating_id: me,
+            receiving_id: EntityId::ALL,
+            real_world_time: ClockTime::default(),
+            reason,
+            frozen_behaviour,
+            request_id,
+            ..StopFreeze::default()
+        };
+        envelope.append(&body, &mut octets).expect("encodes");
+        octets
+    };
+    assert_eq!(acknowledged(&start(1), 1), Some(ResponseFlag::ABLE_TO_COMPLY));
+    assert!(in_phase(&ports, "RUNNING"));
+    assert_eq!(acknowledged(&start(2), 2), Some(ResponseFlag::UNABLE_TO_COMPLY), "it runs already");
+    assert_eq!(
+        acknowledged(&start(1), 1),
+        Some(ResponseFlag::ABLE_TO_COMPLY),
+        "the same answer again"
+    );
+    let clock_goes_on = stop(3, StopReason::RECESS, 1);
+    assert_eq!(acknowledged(&clock_goes_on, 3), Some(ResponseFlag::UNABLE_TO_COMPLY));
+    assert_eq!(
+        acknowledged(&stop(4, StopReason::RECESS, 0), 4),
+        Some(ResponseFlag::ABLE_TO_COMPLY)
+    );
+    assert!(in_phase(&ports, "FROZEN"));
+}
+
+#[test]
+fn an_outsiders_entity_becomes_a_target_and_garbage_does_no_harm() {
+    use dis_rs::entity_state::builder::EntityStateBuilder;
+    use dis_rs::enumerations::{EntityKind, ForceId, PlatformDomain};
+    use dis_rs::model::{EntityId as Id, EntityType, Location, Pdu, PduHeader};
+
+    let ports = Ports::new();
+    let _run = Background::start(run(&ports, &["--rate", "4", "--no-viewer"]));
+    assert!(in_phase(&ports, "RUNNING"), "it starts");
+    let socket = std::net::UdpSocket::bind("127.0.0.1:0").expect("a socket");
+    socket.set_broadcast(true).expect("broadcast");
+
+    // Standing 400 m south of the tower of Zurich.
+    let place = geodesy::Geodetic::from_degrees(47.4502, 8.5569, 432.0).to_ecef();
+    let octets = |x: f64, entity: u16| -> Vec<u8> {
+        let body = EntityStateBuilder::new()
+            .with_entity_id(Id::new(900, 9, entity))
+            .with_force_id(ForceId::Neutral)
+            .with_entity_type(
+                EntityType::default()
+                    .with_kind(EntityKind::Platform)
+                    .with_domain(PlatformDomain::Land),
+            )
+            .with_entity_location(Location::new(x, place.y_m, place.z_m))
+            .build()
+            .into_pdu_body();
+        let pdu = Pdu::finalize_from_parts(
+            PduHeader::new_v7(1, dis_rs::enumerations::PduType::EntityState),
+            body,
+            0,
+        );
+        let mut buffer = bytes::BytesMut::new();
+        pdu.serialize(&mut buffer).expect("dis-rs encodes it");
+        buffer.to_vec()
+    };
+    let sound = octets(place.x_m, 1);
+    let not_a_number = octets(f64::NAN, 2);
+    let seen = wait_for(SOON, || {
+        socket.send_to(&sound, &ports.dis).expect("sent");
+        for bad in [&b"garbage"[..], &sound[..70], &not_a_number, &[0; 1400]] {
+            socket.send_to(bad, &ports.dis).expect("sent");
+        }
+        let status = common::status(&ports)?;
+        let smdfm = &status["federates"]["smdfm"];
+        let drops: Vec<String> = smdfm["dropped"]
+            .as_array()?
+            .iter()
+            .filter_map(|d| d[0].as_str().map(str::to_owned))
+            .collect();
+        let targets = status["measures"]["outsiders_now"].as_f64()?;
+        (targets >= 1.0
+            && drops.iter().any(|d| d.contains("sound PDU"))
+            && drops.iter().any(|d| d.contains("not a number")))
+        .then_some(drops)
+    });
+    assert!(seen.is_some(), "{:?}", common::status(&ports));
+    assert!(in_phase(&ports, "RUNNING"), "the run goes on");
+}
+
+#[test]
+fn a_dead_federate_freezes_the_run_in_real_time_and_ends_it_when_fast() {
+    let ports = Ports::new();
+    let _run = Background::start(run(&ports, &["--rate", "2"]));
+    assert!(in_phase(&ports, "RUNNING"));
+    let federate = common::processes(&ports.sync)
+        .into_iter()
+        .find(|pid| common::processes("seeds traffic-generator").contains(pid))
+        .expect("the traffic generator");
+    common::kill("KILL", federate);
+    assert!(in_phase(&ports, "FROZEN"));
+    let status = common::status(&ports).expect("statistics");
+    let reason = status["state"]["reasons"][0].as_str().expect("a reason").to_owned();
+    assert!(reason.contains("traffic-generator") && reason.contains("lost"), "{reason}");
+    let (ok, words) = operate(&ports, &["resume"]);
+    assert!(!ok && words.contains("traffic-generator"), "{words}");
+}
+
+#[test]
+fn bad_input_gives_one_line_and_the_right_code() {
+    let taken = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
+    let taken = taken.local_addr().expect("its address").to_string();
+    let taken_sync = format!("tcp/{taken}");
+    for (arguments, code, words) in [
+        (&["run", "nowhere.toml", "--fast"][..], 2, "nowhere.toml"),
+        (&["run", "--duration", "-5"], 2, "-5"),
+        (&["run", "--generators", "0"], 2, "1..=16"),
+        (&["run", "--inject-loss", "2", "--no-viewer", "--fast"], 2, "--inject-loss"),
+        (&["run", "--page", &taken], 1, "--page"),
+        (&["run", "--no-viewer", "--sync-listen", &taken_sync], 1, "--sync-listen"),
+        (&["smdfm", "--sync-connect", "tcp/127.0.0.1:9"], 1, "127.0.0.1:9"),
+        (&["smdfm", "--interface", "192.0.2.1"], 1, "192.0.2.1"),
+        (&["traffic-generator", "--share", "3/2"], 2, "3/2"),
+        (&["admin-station", "status", "--at", "tcp/127.0.0.1:9"], 1, "127.0.0.1:9"),
+        (&["replay", "/nowhere.pcapng", "--with-smdfm"], 1, "/nowhere.pcapng"),
+        (&["verify", "/nowhere"], 2, "/nowhere"),
+    ] {
+        let mut command = common::seeds();
+        command.args(arguments);
+        let output = finish(command);
+        let text = stderr(&output);
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {text}");
+        assert!(text.contains(words), "{arguments:?}: {text}");
+        assert!(!text.contains("panicked"), "{arguments:?}: {text}");
+        assert!(output.stdout.is_empty(), "{arguments:?}");
+    }
+}
+
+#[test]
+fn a_federate_started_twice_or_of_another_scene_is_refused() {
+    let ports = Ports::new();
+    let _run = Background::start(run(&ports, &["--no-viewer"]));
+    assert!(in_phase(&ports, "RUNNING"));
+    let mut twice = common::seeds();
+    twice.args(["external-world", "--sync-connect", &ports.sync, "--dis", &ports.dis]);
+    let output = finish(twice);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(stderr(&output).contains("already running"), "{}", stderr(&output));
+
+    let folder = std::env::temp_dir().join(format!("seeds-scene-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("a folder");
+    let copied = std::process::Command::new("cp")
+        .args(["-r", "scenarios", folder.to_str().expect("plain")])
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .status();
+    assert!(copied.expect("cp").success());
+    let other = folder.join("scenarios/other.toml");
+    let text = std::fs::read_to_string(folder.join("scenarios/zurich.toml")).expect("the scene");
+    std::fs::write(&other, text.replace("seed = 1", "seed = 2")).expect("written");
+    let mut stranger = common::seeds();
+    stranger
+        .args(["smdfm", "--sync-connect", &ports.sync, "--dis", &ports.dis, "--scene"])
+        .arg(&other);
+    let output = finish(stranger);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(stderr(&output).contains("another scene"), "{}", stderr(&output));
+    std::fs::remove_dir_all(&folder).expect("cleaned up");
+}
+
+#[test]
+fn a_fast_run_whose_federate_dies_ends_with_one() {
+    let ports = Ports::new();
+    let mut command = run(&ports, &["--rate", "1", "--no-viewer", "--wait"]);
+    command.arg("--duration").arg("600");
+    let mut background = Background::start(command);
+    assert!(in_phase(&ports, "CONFIGURED"));
+    let smdfm = common::processes(&ports.sync)
+        .into_iter()
+        .find(|pid| common::processes("seeds smdfm").contains(pid))
+        .expect("the SMDFM");
+    common::kill("KILL", smdfm);
+    assert_eq!(background.wait(SOON), Some(1));
+    // The summary of a complete run, for comparison, has no faults.
+    let output = finish(run(&Ports::new(), &["--fast", "--duration", "20", "--no-viewer"]));
+    assert_eq!(summary(&output)["faults"].as_array().map(Vec::len), Some(0));
+}

@@ -1,0 +1,134 @@
+//! Same scene and seed, same bits, however many processes share the work and whatever gets lost.
+
+mod common;
+
+use common::{Ports, finish, run, summary};
+use serde_json::Value;
+
+fn digest(arguments: &[&str]) -> (String, Value) {
+    let ports = Ports::new();
+    let fast = ["--fast", "--duration", "60", "--no-viewer"];
+    let output = finish(run(&ports, &[&fast[..], arguments].concat()));
+    let summary = summary(&output);
+    assert_eq!(output.status.code(), Some(0), "{arguments:?}: {}", common::stderr(&output));
+    assert_eq!(summary["frames"], 1200, "{arguments:?}");
+    (summary["digest"].as_str().expect("a digest").to_owned(), summary)
+}
+
+#[test]
+fn the_digest_depends_on_scene_and_seed_and_on_nothing_else() {
+    let (reference, summary) = digest(&[]);
+    assert!(summary["plots"]["asde"].as_u64() > Some(100), "{summary}");
+    assert!(summary["tracks"]["confirmed"].as_u64() >= Some(3), "{summary}");
+
+    for arguments in
+        [&[][..], &["--in-process"], &["--generators", "2"], &["--generators", "3", "--in-process"]]
+    {
+        let (other, _) = digest(arguments);
+        assert_eq!(other, reference, "{arguments:?}");
+    }
+
+    let (lossy, summary) = digest(&["--inject-loss", "0.05"]);
+    assert_eq!(lossy, reference, "with loss");
+    assert!(summary["truth"]["repaired"].as_u64() > Some(0), "{summary}");
+
+    let (other_seed, _) = digest(&["--seed", "7"]);
+    assert_ne!(other_seed, reference);
+}
+
+#[test]
+fn a_recording_replayed_gives_the_same_digest() {
+    let folder = std::env::temp_dir().join(format!("seeds-replay-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("a folder");
+    let file = folder.join("run.pcapng");
+    let path = file.to_str().expect("plain");
+    let ports = Ports::new();
+    let output = finish(run(
+        &ports,
+        &["--fast", "--duration", "60", "--seed", "5", "--no-viewer", "--record", path],
+    ));
+    let recorded = summary(&output);
+    assert_eq!(output.status.code(), Some(0), "{}", common::stderr(&output));
+
+    let mut replay = common::seeds();
+    replay.args(["replay", path, "--with-smdfm", "--scene", "zurich"]);
+    let output = finish(replay);
+    let replayed = summary(&output);
+    assert_eq!(replayed["digest"], recorded["digest"]);
+    assert_eq!(replayed["track_digest"], recorded["track_digest"]);
+    assert_eq!(replayed["seed"], 5, "the seed comes from the recording");
+
+    // The database beside it holds what a person asks for.
+    let database = rusqlite::Connection::open(folder.join("run.sqlite")).expect("a database");
+    let count = |table: &str| -> i64 {
+        let query = format!("SELECT COUNT(*) FROM {table}");
+        database.query_row(&query, [], |row| row.get(0)).expect(table)
+    };
+    assert_eq!(count("scans"), 60);
+    assert!(count("plots") > 100 && count("tracks") > 60 && count("truth") > 60);
+
+    // Wireshark's dissector reads every frame, where it is installed.
+    if let Ok(output) = std::process::Command::new("tshark")
+        .args([
+            "-r",
+            path,
+            "-d",
+            "udp.port==20000-65535,dis",
+            "-T",
+            "fields",
+            "-e",
+            "_ws.malformed",
+            "-e",
+            "dis.pdu_type",
+        ])
+        .output()
+    {
+        let text = String::from_utf8_lossy(&output.stdout);
+        assert!(!text.contains("alformed"), "tshark finds malformed PDUs");
+        assert!(text.lines().filter(|l| l.trim() == "1").count() > 50, "Entity State PDUs");
+    } else {
+        eprintln!("skipped: tshark is not installed");
+    }
+    std::fs::remove_dir_all(&folder).expect("cleaned up");
+}
+
+#[test]
+fn a_spectator_that_stops_or_dies_changes_nothing() {
+    let (reference, _) = digest(&[]);
+    let folder = std::env::temp_dir().join(format!("seeds-spectator-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("a folder");
+    for signal in ["STOP", "KILL"] {
+        let ports = Ports::new();
+        let file = folder.join(format!("{signal}.pcapng"));
+        let path = file.to_str().expect("plain").to_owned();
+        let watcher = std::thread::spawn(move || {
+            let viewer = common::wait_for(std::time::Duration::from_secs(20), || {
+                let found = common::processes(&format!("--record {path}"));
+                let viewers: Vec<i32> = found
+                    .into_iter()
+                    .filter(|pid| common::processes("viewer-logger").contains(pid))
+                    .collect();
+                viewers.first().copied()
+            });
+            // While it joins or while the run goes on: it must not matter when.
+            std::thread::sleep(std::time::Duration::from_millis(700));
+            if let Some(pid) = viewer {
+                common::kill(signal, pid);
+            }
+        });
+        let output = finish(run(
+            &ports,
+            &[
+                "--fast",
+                "--duration",
+                "60",
+                "--no-viewer",
+                "--record",
+                file.to_str().expect("plain"),
+            ],
+        ));
+        watcher.join().expect("the watcher ends");
+        assert_eq!(summary(&output)["digest"], reference, "{signal}");
+    }
+    std::fs::remove_dir_all(&folder).expect("cleaned up");
+}

@@ -1,0 +1,93 @@
+//! Who may not know whom: the table of `ARCHITECTURE.md`, held against the sources.
+
+use std::path::{Path, PathBuf};
+
+fn sources(folder: &str) -> Vec<(PathBuf, String)> {
+    fn walk(folder: &Path, found: &mut Vec<(PathBuf, String)>) {
+        for entry in std::fs::read_dir(folder).expect("a folder of sources").flatten() {
+            let path = entry.path();
+            if path.is_dir() {
+                walk(&path, found);
+            } else if path.extension().is_some_and(|e| e == "rs") {
+                let text = std::fs::read_to_string(&path).expect("text");
+                found.push((path, text));
+            }
+        }
+    }
+    let mut found = Vec::new();
+    walk(&Path::new(env!("CARGO_MANIFEST_DIR")).join(folder), &mut found);
+    assert!(!found.is_empty(), "{folder} has sources");
+    found
+}
+
+fn refuse(folder: &str, words: &[&str]) {
+    for (path, text) in sources(folder) {
+        for word in words {
+            assert!(!text.contains(word), "{}: '{word}' has no place in {folder}", path.display());
+        }
+    }
+}
+
+#[test]
+fn estimation_cannot_name_truth() {
+    for folder in ["models/src/filter", "models/src/association", "models/src/fusion"] {
+        for (path, text) in sources(folder) {
+            if path.components().any(|c| c.as_os_str() == "tests") || path.ends_with("tests.rs") {
+                continue; // tests hold tracks against a truth of their own
+            }
+            for word in ["crate::truth", "crate::sensors", "Cause", "PlotSink"] {
+                assert!(!text.contains(word), "{}: names '{word}'", path.display());
+            }
+        }
+    }
+}
+
+#[test]
+fn pure_crates_do_no_io_and_read_no_clock() {
+    let io =
+        ["std::net", "std::fs", "tokio", "socket2", "SystemTime", "Instant::now", "std::thread"];
+    for folder in ["pdu/src", "models/src", "geodesy/src"] {
+        refuse(folder, &io);
+    }
+    refuse("models/src", &["serde", "pdu::", "scenarios::", "HashMap"]);
+    refuse("pdu/src", &["nalgebra", "models::", "scenarios::"]);
+    refuse("scenarios/src", &["std::net::Udp", "tokio", "pdu::"]);
+}
+
+#[test]
+fn federates_know_neither_sockets_nor_clocks() {
+    let words = ["tokio", "socket2", "std::fs", "Instant::now", "SystemTime", "zenoh", "bincode"];
+    for folder in ["federates/traffic_generator", "federates/external_world", "federates/smdfm"] {
+        refuse(folder, &words);
+    }
+    for (path, text) in sources("federates") {
+        if !path.ends_with("codec.rs") {
+            assert!(!text.contains("bincode::"), "{}: bincode belongs in codec.rs", path.display());
+        }
+    }
+}
+
+#[test]
+fn manifests_keep_the_direction_of_knowledge() {
+    let manifest = |name: &str| {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(name).join("Cargo.toml");
+        let text = std::fs::read_to_string(path).expect("a manifest");
+        text.split("[dev-dependencies]").next().expect("a first part").to_owned()
+    };
+    for (name, forbidden) in [
+        ("geodesy", &["pdu", "models", "tokio", "nalgebra"][..]),
+        ("pdu", &["models", "tokio", "nalgebra", "serde", "socket2"]),
+        ("models", &["pdu", "scenarios", "tokio", "serde", "zenoh"]),
+        ("scenarios", &["pdu", "tokio", "zenoh", "datalink"]),
+        ("capture", &["tokio", "socket2", "models"]),
+        ("datalink", &["pdu", "tokio", "models"]),
+    ] {
+        let text = manifest(name);
+        for word in forbidden {
+            let depends = text.lines().any(|line| {
+                line.starts_with(&format!("{word}.")) || line.starts_with(&format!("{word} "))
+            });
+            assert!(!depends, "{name} must not depend on {word}");
+        }
+    }
+}

@@ -1,0 +1,165 @@
+//! Two hosts: traffic generator and external world on one, the rest on the other, joined by a bridge
+//! of network namespaces that the test makes itself. Needs root; skipped with a word otherwise.
+
+mod common;
+
+use common::{finish, summary};
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+struct Hosts {
+    names: [String; 2],
+    bridge: String,
+}
+
+fn ip(arguments: &[&str]) -> bool {
+    Command::new("ip")
+        .args(arguments)
+        .stderr(Stdio::null())
+        .stdout(Stdio::null())
+        .status()
+        .is_ok_and(|status| status.success())
+}
+
+impl Hosts {
+    /// A third namespace holds the bridge, so nothing of the real host is touched.
+    fn new() -> Option<Self> {
+        let tag = std::process::id() % 10_000;
+        let bridge = format!("sb{tag}");
+        let names = [format!("sa{tag}"), format!("sc{tag}")];
+        let made = ip(&["netns", "add", &bridge])
+            && ip(&["-n", &bridge, "link", "add", "br0", "type", "bridge"])
+            && ip(&["-n", &bridge, "link", "set", "br0", "up"]);
+        let hosts = Self { names, bridge };
+        if !made {
+            return None;
+        }
+        for (i, name) in hosts.names.iter().enumerate() {
+            let (inner, outer) = (format!("v{i}{tag}"), format!("w{i}{tag}"));
+            let address = format!("10.83.0.{}/24", i + 1);
+            let ok = ip(&["netns", "add", name])
+                && ip(&[
+                    "link",
+                    "add",
+                    &inner,
+                    "netns",
+                    name,
+                    "type",
+                    "veth",
+                    "peer",
+                    "name",
+                    &outer,
+                    "netns",
+                    &hosts.bridge,
+                ])
+                && ip(&["-n", &hosts.bridge, "link", "set", &outer, "master", "br0"])
+                && ip(&["-n", &hosts.bridge, "link", "set", &outer, "up"])
+                && ip(&["-n", name, "addr", "add", &address, "brd", "+", "dev", &inner])
+                && ip(&["-n", name, "link", "set", &inner, "up"])
+                && ip(&["-n", name, "link", "set", "lo", "up"]);
+            if !ok {
+                return None;
+            }
+        }
+        Some(hosts)
+    }
+
+    fn on(&self, host: usize, arguments: &[&str]) -> Command {
+        let mut command = Command::new("ip");
+        command
+            .args(["netns", "exec", &self.names[host], env!("CARGO_BIN_EXE_seeds")])
+            .args(arguments)
+            .current_dir(env!("CARGO_MANIFEST_DIR"))
+            .stdin(Stdio::null());
+        command
+    }
+}
+
+impl Drop for Hosts {
+    fn drop(&mut self) {
+        for name in self.names.iter().chain([&self.bridge]) {
+            ip(&["netns", "del", name]);
+        }
+    }
+}
+
+#[test]
+fn two_hosts_give_the_digest_of_one() {
+    let Some(hosts) = Hosts::new() else {
+        eprintln!("skipped: network namespaces cannot be made here (needs root and iproute2)");
+        return;
+    };
+    let alone =
+        finish(common::run(&common::Ports::new(), &["--fast", "--duration", "30", "--no-viewer"]));
+    let reference = summary(&alone)["digest"].clone();
+
+    for dis in ["10.83.0.255:3000", "239.83.0.1:3000", "10.83.0.1:3000,10.83.0.2:3000"] {
+        let network = |host: usize| {
+            let interface = ["10.83.0.1", "10.83.0.2"][host];
+            ["--dis", dis, "--interface", interface].map(str::to_owned)
+        };
+        let start = |host: usize, arguments: &[&str]| {
+            let mut command = hosts.on(host, arguments);
+            command.args(network(host)).stdout(Stdio::null()).stderr(Stdio::null());
+            common::Background(command.spawn().expect("it starts"))
+        };
+        let at = "tcp/10.83.0.2:7447";
+        let mut admin = hosts.on(
+            1,
+            &["admin-station", "--sync-listen", at, "--fast", "--duration", "30", "--batch"],
+        );
+        admin.args(network(1));
+        let admin = std::thread::spawn(move || finish(admin));
+        let _smdfm = start(1, &["smdfm", "--sync-connect", at]);
+        let _traffic = start(0, &["traffic-generator", "--sync-connect", at]);
+        let _world = start(0, &["external-world", "--sync-connect", at]);
+        let output = admin.join().expect("the administration station ends");
+        assert_eq!(output.status.code(), Some(0), "{dis}: {}", common::stderr(&output));
+        assert_eq!(summary(&output)["digest"], reference, "{dis}");
+    }
+}
+
+#[test]
+fn what_goes_wrong_between_hosts_is_named_within_ten_seconds() {
+    let Some(hosts) = Hosts::new() else {
+        eprintln!("skipped: network namespaces cannot be made here (needs root and iproute2)");
+        return;
+    };
+    for (arguments, words) in [
+        (
+            &[
+                "smdfm",
+                "--sync-connect",
+                "tcp/10.83.0.77:7447",
+                "--dis",
+                "10.83.0.255:3000",
+                "--interface",
+                "10.83.0.1",
+            ][..],
+            "10.83.0.77",
+        ),
+        (
+            &[
+                "smdfm",
+                "--sync-connect",
+                "tcp/10.83.0.2:7447",
+                "--dis",
+                "10.83.0.255:3000",
+                "--interface",
+                "10.99.0.1",
+            ],
+            "10.99.0.1",
+        ),
+    ] {
+        let mut command = hosts.on(0, arguments);
+        let child =
+            command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("it starts");
+        let mut background = common::Background(child);
+        let code = background.wait(Duration::from_secs(15));
+        assert_eq!(code, Some(1), "{arguments:?}");
+        let mut text = String::new();
+        use std::io::Read;
+        background.0.stderr.take().expect("piped").read_to_string(&mut text).expect("text");
+        assert!(text.contains(words), "{arguments:?}: {text}");
+    }
+}
