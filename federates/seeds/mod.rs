@@ -1,5 +1,6 @@
 //! `seeds`: starts federations, and carries every federate and tool as a subcommand.
 
+pub mod accuracy;
 pub mod dis;
 pub mod federate_commands;
 pub mod in_process;
@@ -31,6 +32,7 @@ enum Command {
     Run(run::RunArgs),
     Replay(Box<replay::ReplayArgs>),
     Plan(plan::PlanArgs),
+    Accuracy(accuracy::AccuracyArgs),
     Verify(verify::VerifyArgs),
     Record(record::RecordArgs),
     Dis(dis::DisArgs),
@@ -58,6 +60,7 @@ pub fn main() -> ExitCode {
         Some(Command::Plan(args)) => plan::run(&args),
         Some(Command::Record(args)) => finished(record::run(args)),
         Some(Command::Dis(args)) => finished(dis::run(args)),
+        Some(Command::Accuracy(args)) => accuracy::run(&args),
         Some(Command::Verify(args)) => verify::run(&args),
         Some(Command::TrafficGenerator(args)) => federate_commands::traffic_generator(&args),
         Some(Command::ExternalWorld(args)) => federate_commands::external_world(&args),

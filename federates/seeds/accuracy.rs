@@ -1,0 +1,119 @@
+//! `seeds accuracy`: error against time of every model ladder.
+
+use crate::runtime::cli::{BAD_INPUT, FAILED, fail};
+use anyhow::Context;
+use clap::Args;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// What accuracy costs in time: every rung of every model ladder on the same draws
+#[derive(Args, Clone, Debug)]
+pub struct AccuracyArgs {
+    /// Fewer runs and scenes: about a minute instead of several
+    #[arg(long)]
+    quick: bool,
+
+    /// Seed of all draws
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+
+    /// One group only (an unknown name lists what there is)
+    #[arg(long, value_name = "GROUP")]
+    only: Option<String>,
+
+    /// Folder for accuracy.html, accuracy.csv and accuracy.json
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+
+    /// One line of JSON on stdout: {"machine","commit","rows":[...]}
+    #[arg(long)]
+    json: bool,
+}
+
+/// Measures and reports.
+#[must_use]
+pub fn run(args: &AccuracyArgs) -> ExitCode {
+    let options = studies::Options {
+        quick: args.quick,
+        seed: args.seed,
+        only: args.only.clone(),
+        machine: machine(),
+        commit: commit(),
+    };
+    let mut shown = false;
+    let report = studies::run(&options, &mut |progress| {
+        shown = true;
+        show(&format!(
+            "{} {}/{}: {}",
+            progress.group, progress.done, progress.total, progress.what
+        ));
+    });
+    if shown {
+        end_of_progress();
+    }
+    match report {
+        Ok(report) => match write(args, &report) {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(e) => fail(FAILED, format!("{e:#}")),
+        },
+        Err(e) => fail(BAD_INPUT, e),
+    }
+}
+
+#[expect(clippy::print_stdout, reason = "the result of the command")]
+fn write(args: &AccuracyArgs, report: &studies::Report) -> anyhow::Result<()> {
+    if let Some(folder) = &args.out {
+        let doing = || format!("writing the report into {}", folder.display());
+        std::fs::create_dir_all(folder).with_context(doing)?;
+        for (name, text) in [
+            ("accuracy.html", report.to_html()),
+            ("accuracy.csv", report.to_csv()),
+            ("accuracy.json", report.to_json_line()),
+        ] {
+            std::fs::write(folder.join(name), text).with_context(doing)?;
+        }
+    }
+    if args.json {
+        println!("{}", report.to_json_line());
+    } else {
+        print!("{}", report.to_csv());
+    }
+    Ok(())
+}
+
+#[expect(clippy::print_stderr, reason = "progress for a person at a terminal")]
+fn show(text: &str) {
+    if std::io::IsTerminal::is_terminal(&std::io::stderr()) {
+        eprint!("\r\x1b[K{text}");
+    } else {
+        eprintln!("{text}");
+    }
+}
+
+#[expect(clippy::print_stderr, reason = "progress for a person at a terminal")]
+fn end_of_progress() {
+    eprintln!();
+}
+
+/// Processor and number of cores, for the head of a report.
+fn machine() -> String {
+    let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let model = info
+        .lines()
+        .find_map(|line| line.strip_prefix("model name")?.split_once(':'))
+        .map_or("unknown processor", |(_, name)| name.trim());
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    format!("{model}, {cores} cores")
+}
+
+/// The commit that is checked out where the command runs, if any.
+fn commit() -> String {
+    let output =
+        std::process::Command::new("git").args(["describe", "--always", "--dirty"]).output();
+    match output {
+        Ok(output) if output.status.success() => {
+            String::from_utf8_lossy(&output.stdout).trim().to_owned()
+        }
+        _ => format!("version {}", env!("CARGO_PKG_VERSION")),
+    }
+}
