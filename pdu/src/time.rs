@@ -15,7 +15,7 @@ pub const NANOS_PER_HOUR: u64 = 3_600_000_000_000;
 /// let t = DisTime::absolute(3_599_999_999_999); // the last nanosecond of an hour
 /// assert_eq!(t, DisTime::absolute(0)); // is the next hour
 /// let later = DisTime::absolute(10_000_000);
-/// assert_eq!(later.nanos_since(t), 9_999_110); // 1.68 µs are the finest step
+/// assert_eq!(later.nanos_since(t), 9_999_610); // 5965 whole units of 1.68 µs
 /// ```
 #[derive(Clone, Copy, Default, PartialEq, Eq, Hash)]
 pub struct DisTime(
