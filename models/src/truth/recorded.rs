@@ -294,6 +294,11 @@ pub fn import(
         from_m += end_m;
     }
     let progress = Spline::new(0.0, 1.0, controls).ok_or(too_few(clean.fixes.len()))?;
+    if residuals.rows.len() * 2 < clean.fixes.len() {
+        // Most positions lie beside every path that the type can take.
+        let off_m = residuals.rows.iter().map(|r| r.across_m).fold(0.0, f64::max);
+        return Err(Refusal::BeyondType { line: last_line, off_m });
+    }
     if let Some((off_m, line)) = residuals.beyond(FARTHEST_M) {
         return Err(Refusal::BeyondType { line, off_m });
     }

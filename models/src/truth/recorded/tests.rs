@@ -201,3 +201,33 @@ fn somebody_who_never_moves_stands_exactly_still() {
         assert!(state.is_still() && state.position_m == first.position_m);
     }
 }
+
+#[test]
+fn what_cannot_be_repaired_is_refused_with_its_line() {
+    let truth = sound();
+    let limits = a320();
+    let refused = |change: &dyn Fn(&mut Vec<Record>)| {
+        let mut records = records(&truth, &[]);
+        change(&mut records);
+        import(&records, &limits, SimTime::ZERO).expect_err("a refusal")
+    };
+    let few = refused(&|r| r.iter_mut().skip(5).for_each(|r| r.position_m = None));
+    assert!(matches!(few, Refusal::TooFew { line: 322, records: 321, .. }), "{few}");
+    let gap = refused(&|r| r[40..200].iter_mut().for_each(|r| r.position_m = None));
+    assert!(matches!(gap, Refusal::Gap { line: 202, .. }), "{gap}");
+    let long = refused(&|r| {
+        r.iter_mut().enumerate().for_each(|(i, r)| r.time_ms = Some(60_000 * i as i64))
+    });
+    assert!(matches!(long, Refusal::TooLong { .. }), "{long}");
+    let empty = import(&[], &limits, SimTime::ZERO).expect_err("nothing");
+    assert!(matches!(empty, Refusal::TooFew { line: 1, left: 0, records: 0 }), "{empty}");
+    // In circles, half as fast again as the type can taxi.
+    let fast = refused(&|r| {
+        for (i, record) in r.iter_mut().enumerate() {
+            let turn = i as f64 * 0.25;
+            record.position_m =
+                Some(Vector2::new(100.0 * libm::sin(turn), 100.0 * libm::cos(turn)));
+        }
+    });
+    assert!(matches!(fast, Refusal::BeyondType { .. }), "{fast}");
+}
