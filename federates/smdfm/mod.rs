@@ -95,11 +95,13 @@ impl Smdfm {
         }
     }
 
-    /// The weather of a scan: what was in force when it began.
+    /// The weather of a scan: what was in force when it began, its cells moved by the wind since.
     fn weather_at(&mut self, from: Frame) -> Weather {
         let current = self.weather.iter().rposition(|(frame, _)| *frame <= from).unwrap_or(0);
         self.weather.drain(..current);
-        self.weather.first().map_or_else(Weather::default, |(_, weather)| weather.clone())
+        self.weather.first().map_or_else(Weather::default, |(frame, weather)| {
+            weather.after(self.time.time(from).since_s(self.time.time(*frame)).max(0.0))
+        })
     }
 }
 

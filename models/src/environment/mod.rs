@@ -49,6 +49,33 @@ pub struct Weather {
     pub cells: Vec<RainCell>,
 }
 
+impl Weather {
+    /// The same weather `seconds` after its notice: cells have moved with the wind.
+    #[must_use]
+    pub fn after(&self, seconds: f64) -> Self {
+        let mut moved = self.clone();
+        for cell in &mut moved.cells {
+            cell.centre_m += self.wind_ms * seconds;
+        }
+        moved
+    }
+
+    /// Whether `other` is this weather with its cells elsewhere.
+    #[must_use]
+    pub fn is_moved(&self, other: &Self) -> bool {
+        let cells = |w: &Self| -> Vec<(f64, f64)> {
+            w.cells.iter().map(|c| (c.radius_m, c.rain_mm_per_h)).collect()
+        };
+        self.rain_mm_per_h == other.rain_mm_per_h
+            && self.visibility_m == other.visibility_m
+            && self.temperature_k == other.temperature_k
+            && self.pressure_hpa == other.pressure_hpa
+            && self.vapour_g_per_m3 == other.vapour_g_per_m3
+            && self.film_mm == other.film_mm
+            && cells(self) == cells(other)
+    }
+}
+
 impl Default for Weather {
     /// Clear, dry, 15 °C, 1013.25 hPa, 7.5 g/m³ of vapour (the mean of ITU-R P.835), no wind.
     fn default() -> Self {

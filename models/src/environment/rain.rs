@@ -277,6 +277,18 @@ mod tests {
     }
 
     #[test]
+    fn a_cell_drifts_with_the_wind_and_stays_the_same_weather() {
+        let mut weather = with_cell(1.0, (0.0, 0.0), 100.0, 16.0);
+        weather.wind_ms = Vector2::new(5.0, -2.0);
+        let later = weather.after(60.0);
+        assert_eq!(later.rain_at(Vector2::new(300.0, -120.0)), 16.0);
+        assert_eq!(later.rain_at(Vector2::zeros()), 1.0);
+        assert!(weather.is_moved(&later));
+        let heavier = Weather { rain_mm_per_h: 2.0, ..later };
+        assert!(!weather.is_moved(&heavier));
+    }
+
+    #[test]
     fn a_rotationally_perfect_antenna_still_sees_oblate_drops() {
         let fraction = circular_fraction(0.0, 16.0);
         assert!((10.0 * libm::log10(fraction) + drop_rejection_db(16.0)).abs() < 1e-12);

@@ -28,6 +28,7 @@ use crate::frames::{Azimuth, Vector2, wrap_pi};
 use crate::plot::{Plot, Polar, SensorId, SensorKind};
 use crate::time::SimTime;
 use looks::Look;
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 /// A surface movement radar at its place.
@@ -62,8 +63,16 @@ struct Work {
     looks: Vec<Look>,
     returns: Vec<Return>,
     traffic: Traffic,
-    order: Vec<u32>,
+    order: Vec<Place>,
     cells: CellWork,
+}
+
+/// Where an echo is, for finding those beside it.
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    sector: u32,
+    range_m: f64,
+    index: u32,
 }
 
 /// One echo before detection.
@@ -212,7 +221,7 @@ impl Asde {
         let state = &look.state;
         let offset = state.position_m.xy() - self.site_m;
         let ground_m = offset.norm();
-        let azimuth_rad = Azimuth::of(offset).rad();
+        let azimuth_rad = look.azimuth_rad;
         // The echo comes from the middle of the body; a body on the surface stands half its height above it.
         let height_m = state.position_m.z.max(0.5 * class.height_m);
         let down_m = self.radar.antenna_m - height_m;
@@ -348,29 +357,47 @@ impl Asde {
 
     /// Echoes in one range and azimuth cell become one: signals add, the centre is that of the power.
     /// The first by target key keeps the echo and its draws.
-    fn merge(&mut self, returns: &mut [Return], order: &mut Vec<u32>) {
-        order.clear();
-        order.extend(0..returns.len() as u32);
-        order.sort_by(|&a, &b| {
-            let (a, b) = (&returns[a as usize], &returns[b as usize]);
-            a.range_m.total_cmp(&b.range_m).then(a.look.index.cmp(&b.look.index))
-        });
+    fn merge(&mut self, returns: &mut [Return], order: &mut Vec<Place>) {
         for (i, r) in returns.iter_mut().enumerate() {
             r.cell = i as u32;
         }
         let (cell_m, beam) = (self.radar.cell_m, self.radar.pattern.azimuth_rad);
-        for (place, &first) in order.iter().enumerate() {
-            for &second in &order[place + 1..] {
-                let (a, b) = (&returns[first as usize], &returns[second as usize]);
-                if b.range_m - a.range_m >= cell_m {
-                    break;
-                }
+        // Sectors not narrower than the beam: echoes in one cell are in one sector or the next.
+        let sectors = ((TAU / beam).floor() as u32).max(1);
+        let sector = |azimuth_rad: f64| {
+            let turn = azimuth_rad / TAU;
+            (((turn - turn.floor()) * f64::from(sectors)) as u32).min(sectors - 1)
+        };
+        order.clear();
+        order.extend(returns.iter().enumerate().map(|(i, r)| Place {
+            sector: sector(r.azimuth_rad),
+            range_m: r.range_m,
+            index: i as u32,
+        }));
+        order.sort_by(|a, b| {
+            let by_range = a.range_m.total_cmp(&b.range_m);
+            a.sector.cmp(&b.sector).then(by_range).then(a.index.cmp(&b.index))
+        });
+        for place in 0..order.len() {
+            let first = order[place];
+            let same = order[place + 1..]
+                .iter()
+                .take_while(|b| b.sector == first.sector && b.range_m - first.range_m < cell_m);
+            let next = (first.sector + 1) % sectors;
+            let from = order.partition_point(|b| {
+                b.sector < next || (b.sector == next && b.range_m <= first.range_m - cell_m)
+            });
+            let beside = order[from..]
+                .iter()
+                .take_while(|b| b.sector == next && b.range_m - first.range_m < cell_m);
+            for second in same.chain(beside) {
+                let (a, b) = (&returns[first.index as usize], &returns[second.index as usize]);
                 self.tally.count(RadarEffect::Merging);
-                let same_turn =
-                    (a.look.time.since_s(b.look.time) * self.parameters.turns_per_s()).abs() < 0.5;
+                let turns = a.look.time.since_s(b.look.time) * self.parameters.turns_per_s();
                 let apart = wrap_pi(a.azimuth_rad - b.azimuth_rad).abs();
-                if same_turn && apart < beam && a.look.index != b.look.index {
-                    let (root_a, root_b) = (root(returns, first), root(returns, second));
+                if turns.abs() < 0.5 && apart < beam && a.look.index != b.look.index {
+                    let (root_a, root_b) =
+                        (root(returns, first.index), root(returns, second.index));
                     let (low, high) = (root_a.min(root_b), root_a.max(root_b));
                     returns[high as usize].cell = low;
                 }
@@ -702,6 +729,11 @@ impl Sensor for Asde {
     ) {
         let (air, new_air) = match self.air.take() {
             Some(air) if air.weather == *weather => (air, false),
+            // Bounds reckon with the heaviest rain everywhere: a plan holds while cells drift.
+            Some(mut air) if air.weather.is_moved(weather) => {
+                air.weather = weather.clone();
+                (air, false)
+            }
             _ => (self.radar.air(weather), true),
         };
         let mut work = std::mem::take(&mut self.work);

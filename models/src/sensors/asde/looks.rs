@@ -15,6 +15,8 @@ pub(super) struct Look {
     pub(super) time: SimTime,
     /// The target then.
     pub(super) state: TargetState,
+    /// Its azimuth from the radar, rad.
+    pub(super) azimuth_rad: f64,
 }
 
 impl Asde {
@@ -101,14 +103,16 @@ impl Asde {
             let mut time = within(interval.from.plus_s(fraction * duration_s));
             let Some(mut state) = truth.at(index, time) else { continue };
             // The azimuth moved meanwhile: once more with the target where it is then.
-            let miss = wrap_pi(self.azimuth_rad(&state) - self.beam_rad(time));
+            let mut azimuth_rad = self.azimuth_rad(&state);
+            let miss = wrap_pi(azimuth_rad - self.beam_rad(time));
             let correction_s = miss / advance * duration_s;
             if correction_s.abs() > 1e-6 {
                 time = within(time.plus_s(correction_s));
                 let Some(moved) = truth.at(index, time) else { continue };
                 state = moved;
+                azimuth_rad = self.azimuth_rad(&state);
             }
-            out.push(Look { index, number: k - 1, time, state });
+            out.push(Look { index, number: k - 1, time, state, azimuth_rad });
         }
         Some((end, azimuth_end))
     }

@@ -348,3 +348,22 @@ fn cells_and_closed_centroid_see_the_same_aircraft() {
         );
     }
 }
+
+#[test]
+fn echoes_in_one_cell_are_found_across_every_sector_border() {
+    // Pairs half a beam apart, all round (but not across the start of the scan): each must merge wherever the border between sectors falls.
+    let half = 0.125f64.to_radians() * 0.5;
+    let mut targets = Vec::new();
+    for i in 0..180 {
+        let azimuth = (f64::from(i) * 2.0 + 1.0).to_radians() + 0.001 * f64::from(i % 7);
+        for side in [-half, half] {
+            let (sin, cos) = libm::sincos(azimuth + side);
+            targets.push(((2000.0 * sin, 2000.0 * cos), (0.0, 0.0)));
+        }
+    }
+    let truth = Straight::new(&targets);
+    let mut radar = asde(|p| p.pfa = 1e-12);
+    let mut out = PlotSink::default();
+    radar.scan(&interval(1, 1.0), &truth, &Weather::default(), &mut out);
+    assert_eq!((out.looks, out.plots.len()), (360, 180));
+}
