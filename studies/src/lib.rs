@@ -12,6 +12,7 @@ pub mod plot;
 mod report;
 pub mod association;
 pub mod filters;
+mod gnss;
 pub mod scenes;
 
 use serde::Serialize;
@@ -153,7 +154,8 @@ pub type Study = fn(&Options, &mut dyn FnMut(Progress)) -> Outcome;
 
 /// The ladders by name, in the order of the report.
 pub const GROUPS: &[(&str, Study)] =
-    &[("filters", filters::run), ("effects", effects::run), ("figures", figures::study)];
+    &[("filters", filters::run),
+    ("positioning", gnss::run), ("effects", effects::run), ("figures", figures::study)];
 
 /// A refused study.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
