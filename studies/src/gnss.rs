@@ -184,3 +184,30 @@ pub(crate) fn run(options: &Options, progress: &mut dyn FnMut(Progress)) -> Outc
     };
     Outcome { ladder, rows, bounds: Vec::new() }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_rung_is_measured_and_states_its_own_error() {
+        let options = Options {
+            quick: true,
+            seed: 1,
+            only: None,
+            machine: String::new(),
+            commit: String::new(),
+        };
+        let outcome = run(&options, &mut |_| {});
+        let names: Vec<_> = outcome.rows.iter().map(|r| r.rung.as_str()).collect();
+        assert_eq!(names, RUNGS);
+        for row in &outcome.rows {
+            println!("{row:?}");
+            let (rmse, nees) = (row.rmse_m.expect("reports"), row.nees.expect("reports"));
+            // 30 hours of errors common to all receivers: 30 samples of the exact rung.
+            assert!(rmse > 2.0 && rmse < 9.0, "{}: {rmse} m", row.rung);
+            assert!(nees > 1.0 && nees < 3.5, "{}: {nees}", row.rung);
+        }
+        assert_eq!(outcome.rows[3].error, Some(0.0));
+    }
+}
