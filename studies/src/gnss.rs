@@ -182,7 +182,7 @@ pub(crate) fn run(options: &Options, progress: &mut dyn FnMut(Progress)) -> Outc
         error_label: "horizontal position error, m (root mean square)".into(),
         scenes: vec![SceneAbout { name: SCENE.into(), about: "receivers that stand".into() }],
     };
-    Outcome { ladder, rows, bounds: Vec::new() }
+    Outcome { ladder, rows, bounds: Vec::new(), pictures: Vec::new() }
 }
 
 #[cfg(test)]

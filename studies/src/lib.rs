@@ -4,15 +4,15 @@
 //! and one line of JSON. Nothing here enters a run of the federation; this crate reads the clock, to
 //! measure. A new ladder is one function that fills [`Row`]s, and one line in [`GROUPS`].
 
+pub mod association;
 mod bounds;
 mod clock;
 pub mod effects;
 pub mod figures;
-pub mod plot;
-mod report;
-pub mod association;
 pub mod filters;
 mod gnss;
+pub mod plot;
+mod report;
 pub mod scenes;
 
 use serde::Serialize;
@@ -153,9 +153,12 @@ pub struct Progress {
 pub type Study = fn(&Options, &mut dyn FnMut(Progress)) -> Outcome;
 
 /// The ladders by name, in the order of the report.
-pub const GROUPS: &[(&str, Study)] =
-    &[("filters", filters::run),
-    ("positioning", gnss::run), ("effects", effects::run), ("figures", figures::study)];
+pub const GROUPS: &[(&str, Study)] = &[
+    ("filters", filters::run),
+    ("positioning", gnss::run),
+    ("effects", effects::run),
+    ("figures", figures::study),
+];
 
 /// A refused study.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
