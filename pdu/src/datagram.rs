@@ -1,6 +1,5 @@
 //! From a datagram to its PDUs and back.
 
-use crate::DisTime;
 use crate::body::{Body, DecodeBody, EncodeBody};
 use crate::enumerations::{PduType, ProtocolFamily, ProtocolVersion};
 use crate::header::{HEADER_LEN, Header, PduStatus, family_of};
@@ -8,6 +7,7 @@ use crate::reader::{BodyError, DecodeError, Reader, Reason};
 use crate::records::SimulationAddress;
 use crate::wire::Wire;
 use crate::writer::{EncodeError, Writer};
+use crate::{DisTime, EntityState};
 
 /// A PDU: header and body.
 ///
@@ -208,8 +208,17 @@ impl<'a> Frame<'a> {
     ///
     /// # Errors
     /// If the body does not fit the length, with the offset and the field.
-    #[inline]
+    #[inline(always)]
     pub fn decode(&self) -> Result<Pdu<'a>, DecodeError> {
+        // Most of all traffic. Here the compiler knows the variant and need not copy a `Body`.
+        if let Some(state) = self.decode_as::<EntityState<'a>>() {
+            return state.map(|body| Pdu { header: self.header, body: Body::EntityState(body) });
+        }
+        self.decode_any()
+    }
+
+    #[inline(never)]
+    fn decode_any(&self) -> Result<Pdu<'a>, DecodeError> {
         let mut reader = Reader::new(self.octets, HEADER_LEN);
         let body = Body::decode(self.header.pdu_type, &mut reader);
         match body.and_then(|body| reader.finish().map(|()| body)) {
@@ -231,7 +240,7 @@ impl<'a> Frame<'a> {
     ///     }
     /// }
     /// ```
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn decode_as<T: DecodeBody<'a>>(&self) -> Option<Result<T, DecodeError>> {
         let known = (5..=7).contains(&self.header.version.0);

@@ -50,7 +50,7 @@ macro_rules! entity_state {
 
         impl<'a> DecodeBody<'a> for EntityState<'a> {
             const PDU_TYPE: PduType = PduType::ENTITY_STATE;
-            #[inline]
+            #[inline(always)]
             fn decode_body(reader: &mut Reader<'a>) -> Result<Self, BodyError> {
                 let fixed: Fixed = reader.record()?;
                 let count = usize::from(fixed.number_of_variable_parameters);
