@@ -154,13 +154,13 @@ fn an_outsiders_entity_becomes_a_target_and_garbage_does_no_harm() {
                     .with_kind(EntityKind::Platform)
                     .with_domain(PlatformDomain::Land),
             )
-            .with_entity_location(Location::new(x, place.y_m, place.z_m))
+            .with_location(Location::new(x, place.y_m, place.z_m))
             .build()
             .into_pdu_body();
         let pdu = Pdu::finalize_from_parts(
             PduHeader::new_v7(1, dis_rs::enumerations::PduType::EntityState),
             body,
-            0,
+            dis_rs::model::Timestamp::default(),
         );
         let mut buffer = bytes::BytesMut::new();
         pdu.serialize(&mut buffer).expect("dis-rs encodes it");
