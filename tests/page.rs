@@ -230,7 +230,7 @@ fn labels_never_overlap_and_keep_their_places() {
                 let Some(last) = before.get(id) else { continue };
                 let moved =
                     |k: usize| place[k].as_f64().expect("px") - last[k].as_f64().expect("px");
-                turned += u32::from(f64::hypot(moved(0), moved(1)) > 25.0);
+                turned += u32::from(libm::hypot(moved(0), moved(1)) > 25.0);
             }
         }
         before = Some(places);

@@ -133,6 +133,7 @@ fn dis_simulation_management_drives_the_run() {
 
 #[test]
 fn an_outsiders_entity_becomes_a_target_and_garbage_does_no_harm() {
+    use dis_rs::BodyRaw as _;
     use dis_rs::entity_state::builder::EntityStateBuilder;
     use dis_rs::enumerations::{EntityKind, ForceId, PlatformDomain};
     use dis_rs::model::{EntityId as Id, EntityType, Location, Pdu, PduHeader};

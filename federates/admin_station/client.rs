@@ -2,7 +2,7 @@
 
 use crate::runtime::bus::{Bus, BusError, ask};
 use crate::runtime::codec::{CodecError, decode, encode};
-use crate::runtime::messages::{Answer, Command};
+use crate::runtime::messages::{Answer, Command, OperatorCommand};
 use std::time::Duration;
 
 /// Why a command got no answer.
@@ -21,12 +21,19 @@ pub enum ClientError {
     Codec(#[from] CodecError),
 }
 
-/// Sends a command and waits until its state is reached.
+/// Sends a command and waits until its state is reached; `source` (`terminal`, `page`) goes into the
+/// log of operations.
 ///
 /// # Errors
 /// [`ClientError`], one sentence each.
-pub fn command(bus: &dyn Bus, endpoint: &str, command: &Command) -> Result<Answer, ClientError> {
-    let answer = ask(bus, "ctl/command", encode(command), Duration::from_secs(10))?;
+pub fn command(
+    bus: &dyn Bus,
+    endpoint: &str,
+    source: &str,
+    command: Command,
+) -> Result<Answer, ClientError> {
+    let order = OperatorCommand { source: source.to_owned(), command };
+    let answer = ask(bus, "ctl/command", encode(&order), Duration::from_secs(10))?;
     Ok(decode(&answer.ok_or_else(|| ClientError::Nobody(endpoint.to_owned()))?)?)
 }
 

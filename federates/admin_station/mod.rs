@@ -14,7 +14,8 @@ use crate::runtime::federate::Publication;
 use crate::runtime::life_cycle::Phase;
 use crate::runtime::member_driver::Retained;
 use crate::runtime::messages::{
-    Answer, Command, FederateStatus, Frame, Hello, Operation, Order, Report, RunState, ScanReport,
+    Answer, Command, FederateStatus, Frame, Hello, Operation, OperatorCommand, Order, Report,
+    RunState, ScanReport,
 };
 use crate::runtime::process::Usage;
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
@@ -40,6 +41,12 @@ pub enum Event {
     Stop,
 }
 
+/// Told of a phase reached: phase, frame, reason.
+pub type PhaseHook = Box<dyn FnMut(Phase, Frame, Option<&str>) + Send>;
+
+/// Answers somebody's question, once.
+type Answerer = Box<dyn FnOnce(Answering<'_>) + Send>;
+
 /// What the administration station needs.
 pub struct AdminContext {
     /// The synchronisation plane.
@@ -49,7 +56,7 @@ pub struct AdminContext {
     /// Events, also from simulation management and Ctrl-C.
     pub events: (Sender<Event>, Receiver<Event>),
     /// Told of every phase reached: phase, frame, reason.
-    pub reached: Box<dyn FnMut(Phase, Frame, Option<&str>) + Send>,
+    pub reached: PhaseHook,
     /// Told of every closed run.
     pub closed: Box<dyn FnMut(&ClosedRun) + Send>,
     /// Told of the lowest frame executed and the last frame, about once a second.
@@ -86,7 +93,7 @@ pub fn run(context: AdminContext) -> Result<u8, BusError> {
     serve(&*bus, &send, &statistics)?;
     bus.announce("alive/admin-station/1")?;
 
-    let mut asked: BTreeMap<Token, Box<dyn FnOnce(Answering<'_>) + Send>> = BTreeMap::new();
+    let mut asked: BTreeMap<Token, Answerer> = BTreeMap::new();
     let mut operations: BTreeMap<Token, Operation> = BTreeMap::new();
     let mut next_token: Token = 1;
     let mut effects = Vec::new();
@@ -122,9 +129,9 @@ pub fn run(context: AdminContext) -> Result<u8, BusError> {
                     Ok(report) => conductor.report(now, &from, report, &mut effects),
                     Err(e) => tracing::warn!("a report of {from} was dropped: {e}"),
                 },
-                Event::Command(request) => match decode::<Command>(&request.body) {
-                    Ok(command) => {
-                        operations.extend(operation(token, &command, "operator"));
+                Event::Command(request) => match decode::<OperatorCommand>(&request.body) {
+                    Ok(OperatorCommand { source, command }) => {
+                        operations.extend(operation(token, &command, &source));
                         asked.insert(token, Box::new(move |a| a.to(request)));
                         conductor.command(now, command, token, &mut effects);
                     }

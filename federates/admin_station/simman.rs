@@ -54,12 +54,15 @@ pub fn seed_of(comment: &Comment<'_>) -> Option<u64> {
     })
 }
 
+/// What was answered to whom; `None` while the answer is awaited.
+type Answered = Arc<Mutex<BTreeMap<(EntityId, u32), Option<ResponseFlag>>>>;
+
 struct Requests {
     events: Sender<Event>,
     sender: Arc<Mutex<datalink::Sender>>,
     envelope: Arc<dyn Fn(Frame) -> Envelope + Send + Sync>,
     id: EntityId,
-    answered: Arc<Mutex<BTreeMap<(EntityId, u32), Option<ResponseFlag>>>>,
+    answered: Answered,
 }
 
 impl Gateway {
@@ -94,7 +97,7 @@ impl Gateway {
 
     /// Tells the exercise of phases that were reached.
     #[must_use]
-    pub fn announcer(self) -> Box<dyn FnMut(Phase, Frame, Option<&str>) + Send> {
+    pub fn announcer(self) -> super::PhaseHook {
         let mut request_id = 0;
         Box::new(move |phase, frame, reason| {
             request_id += 1;

@@ -320,6 +320,15 @@ pub enum Command {
     Status,
 }
 
+/// A [`Command`] and where it came from, for the log of operations.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct OperatorCommand {
+    /// `terminal`, `page`, …
+    pub source: String,
+    /// What is asked.
+    pub command: Command,
+}
+
 /// The conductor's answer to a [`Command`], sent when the state is reached.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Answer {

@@ -421,7 +421,7 @@ fn operate_run(operate: &Operate) -> ExitCode {
         }
     };
     let answer = operator_bus(at).and_then(|bus| {
-        let answer = client::command(&bus, &at.endpoint, &command);
+        let answer = client::command(&bus, &at.endpoint, "terminal", command);
         bus.close();
         Ok(answer?)
     });

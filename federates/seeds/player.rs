@@ -9,7 +9,7 @@ use anyhow::Context;
 use capture::tools::json;
 use capture::{Pace, Phase, Player, Recording, Rewrite, When};
 use clap::{Args, ValueEnum};
-use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, TryRecvError, unbounded};
+use crossbeam_channel::{Receiver, Sender, unbounded};
 use pdu::{Body, DisTime};
 use std::io::{self, BufRead, IsTerminal, Write};
 use std::path::PathBuf;
@@ -308,15 +308,9 @@ impl<'a> Playing<'a> {
             None => PROGRESS_NS,
         };
         if wait_ns <= 0 {
-            return match commands.try_recv() {
-                Ok(command) => Some(command),
-                Err(TryRecvError::Empty | TryRecvError::Disconnected) => None,
-            };
+            return commands.try_recv().ok();
         }
-        match commands.recv_timeout(Duration::from_nanos(wait_ns.min(PROGRESS_NS) as u64)) {
-            Ok(command) => Some(command),
-            Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => None,
-        }
+        commands.recv_timeout(Duration::from_nanos(wait_ns.min(PROGRESS_NS) as u64)).ok()
     }
 
     fn obey(&mut self, command: Command) -> anyhow::Result<()> {

@@ -9,7 +9,7 @@ use std::path::Path;
 /// Rows of a query as JSON objects.
 fn rows(database: &Connection, query: &str) -> anyhow::Result<Vec<Map<String, Value>>> {
     let mut statement = database.prepare(query)?;
-    let names: Vec<String> = statement.column_names().into_iter().map(str::to_owned).collect();
+    let names: Vec<String> = statement.column_names().map(str::to_owned).collect();
     let mut found = statement.query([])?;
     let mut all = Vec::new();
     while let Some(row) = found.next()? {

@@ -6,13 +6,12 @@
 use super::Viewer;
 use super::keeper::{Files, Heard, Keeper, Kept};
 use super::server::{Operate, Page, Server, serve};
+use crate::admin_station::client;
 use crate::runtime::bus::{Bus, BusError, Class, ask};
 use crate::runtime::clock::{monotonic_ns, utc_ns};
 use crate::runtime::codec::{decode, encode};
 use crate::runtime::life_cycle::Phase;
-use crate::runtime::messages::{
-    Answer, Command, FederateStatus, Hello, Kind, Report, ScanReport, Welcome,
-};
+use crate::runtime::messages::{Command, FederateStatus, Hello, Kind, Report, ScanReport, Welcome};
 use crate::runtime::process::{Usage, host_name};
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, TrySendError, bounded};
 use scenarios::Scene;
@@ -146,18 +145,14 @@ fn open_page(
 ) -> anyhow::Result<Option<Server>> {
     let (Some(address), Some(page)) = (task.page, page) else { return Ok(None) };
     let (bus, endpoint) = (Arc::clone(bus), task.endpoint.clone());
-    let operate: Operate = Box::new(move |_, command| operate_run(&*bus, &endpoint, &command));
+    let operate: Operate = Box::new(move |_, order| operate_run(&*bus, &endpoint, order));
     Ok(Some(serve(address, Arc::clone(page), operate)?))
 }
 
 /// Asks the administration station and waits for the state reached.
-fn operate_run(bus: &dyn Bus, endpoint: &str, command: &Command) -> (bool, String) {
-    match ask(bus, "ctl/command", encode(command), Duration::from_secs(9)) {
-        Ok(Some(octets)) => match decode::<Answer>(&octets) {
-            Ok(answer) => (answer.ok, answer.text),
-            Err(error) => (false, error.to_string()),
-        },
-        Ok(None) => (false, format!("no administration station answered at {endpoint}")),
+fn operate_run(bus: &dyn Bus, endpoint: &str, order: Command) -> (bool, String) {
+    match client::command(bus, endpoint, "page", order) {
+        Ok(answer) => (answer.ok, answer.text),
         Err(error) => (false, error.to_string()),
     }
 }

@@ -2,7 +2,7 @@
 
 #![allow(missing_docs, reason = "criterion makes public functions")]
 
-use criterion::{Criterion, Throughput, black_box, criterion_group, criterion_main};
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use models::effects::Tolerance;
 use models::effects::radar::{RadarLevels, Tally};
 use models::environment::fog::FogLaw;
@@ -15,6 +15,7 @@ use models::sensors::detection::{Detector, PdTable, Swerling};
 use models::sensors::radar_equation::{BudgetLevels, Echo, Polarisation};
 use models::sensors::{PlotSink, ScanInterval, Sensor, TargetClass, TargetState, Truth};
 use models::time::SimTime;
+use std::hint::black_box;
 
 struct Field {
     class: TargetClass,

@@ -1,5 +1,5 @@
 //! What the integration tests share: starting the launcher on ports of its own, reading its summary.
-#![allow(dead_code, reason = "each test binary uses a part of this")]
+#![allow(dead_code, unreachable_pub, reason = "each test binary uses a part of this")]
 
 use serde_json::Value;
 use std::net::TcpListener;

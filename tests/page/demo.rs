@@ -107,8 +107,8 @@ impl Demo {
             let track_m = [at[0] + 1.6 * draw(1), at[1] + 1.6 * draw(2)];
             let plot_m = [at[0] + 3.2 * draw(3), at[1] + 4.4 * draw(4)];
             let missed = draw(5) > 1.9;
-            let heading_rad = f64::atan2(v[0], v[1]).rem_euclid(std::f64::consts::TAU);
-            let error_m = f64::hypot(track_m[0] - at[0], track_m[1] - at[1]);
+            let heading_rad = libm::atan2(v[0], v[1]).rem_euclid(std::f64::consts::TAU);
+            let error_m = libm::hypot(track_m[0] - at[0], track_m[1] - at[1]);
             let tracked = i != 4 || n > 6;
             report.truth.push(TruthMessage {
                 id: [1, 1, number],

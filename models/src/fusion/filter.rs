@@ -10,6 +10,7 @@ use crate::time::SimTime;
 
 /// See the module's text.
 #[derive(Clone, Debug)]
+#[expect(clippy::large_enum_variant, reason = "nearly every track is plain and lives in one arena")]
 pub(super) enum TrackFilter {
     /// Every error is white.
     Plain(Estimator),

@@ -740,10 +740,8 @@ impl Work<'_> {
         let mut next = 0;
         let mut fixed = begins_at;
         for (j, same) in joined.iter().enumerate() {
-            if j > 0 && !same {
-                if fixed.take().is_none() {
-                    next += 1;
-                }
+            if j > 0 && !same && fixed.take().is_none() {
+                next += 1;
             }
             controls.push(fixed.map_or(Control::Free(next), |m| Control::Fixed([m])));
         }

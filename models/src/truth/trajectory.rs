@@ -98,6 +98,7 @@ impl Trajectory {
 
     /// First moment.
     #[must_use]
+    #[expect(clippy::misnamed_getters, reason = "`first` cuts the run-in that `start` counts from")]
     pub fn start(&self) -> SimTime {
         self.first
     }

@@ -137,7 +137,10 @@ fn late_plots_give_the_tracks_of_plots_in_order() {
             // From scan 15 to 35 one plot in four comes one to three scans late.
             let mut now = Vec::new();
             for (index, p) in plots.iter().enumerate() {
-                if (15..35).contains(&k) && p.sequence < 1000 && (index as u32 + k) % 4 == 0 {
+                if (15..35).contains(&k)
+                    && p.sequence < 1000
+                    && (index as u32 + k).is_multiple_of(4)
+                {
                     held.push((k + 1 + (index as u32) % 3, *p));
                 } else {
                     now.push(*p);
@@ -191,7 +194,7 @@ fn clock_jumps_leave_sound_tracks() {
             t += jump;
             let tracks = tracker.scan(SimTime::from_s(t), &[], &FlightList::default());
             assert_sound(name, &tracks);
-            if jump > 60.0 || jump < 0.0 {
+            if !(0.0..=60.0).contains(&jump) {
                 let live = tracks.iter().filter(|k| k.status != TrackStatus::Last).count();
                 assert_eq!(live, 0, "{name}: nothing lives through it");
             }
