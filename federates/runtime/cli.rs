@@ -151,3 +151,12 @@ pub fn load_scene(typed: &str) -> Result<scenarios::Scene, ExitCode> {
     let path: PathBuf = scenarios::locate(typed);
     scenarios::load(&path).map_err(|e| fail(BAD_INPUT, e))
 }
+
+/// [`load_scene`] for those that do not play the truth: no movement is made of recordings and routes.
+///
+/// # Errors
+/// As [`load_scene`].
+pub fn load_scene_without_truth(typed: &str) -> Result<scenarios::Scene, ExitCode> {
+    let path: PathBuf = scenarios::locate(typed);
+    scenarios::load_without_truth(&path).map_err(|e| fail(BAD_INPUT, e))
+}

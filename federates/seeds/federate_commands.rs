@@ -6,6 +6,7 @@ use crate::federation::{RunOptions, conductor_config, generator_name};
 use crate::runtime::bus::Bus;
 use crate::runtime::cli::{
     self, BAD_INPUT, CommonArgs, DEFAULT_ENDPOINT, FAILED, NetworkArgs, fail, load_scene,
+    load_scene_without_truth,
 };
 use crate::runtime::dis_socket::{self, Receiving};
 use crate::runtime::federate::Federate;
@@ -203,7 +204,7 @@ fn share_of(text: &str) -> Result<(u32, u32), String> {
 #[must_use]
 pub fn traffic_generator(args: &TrafficArgs) -> ExitCode {
     let (share, of) = args.share;
-    member(&args.common, &generator_name(share, of), |scene, exercise| {
+    member(&args.common, &generator_name(share, of), load_scene, |scene, exercise| {
         Box::new(TrafficGenerator::new(scene, exercise, share, of))
     })
 }
@@ -211,7 +212,7 @@ pub fn traffic_generator(args: &TrafficArgs) -> ExitCode {
 /// The external world's process.
 #[must_use]
 pub fn external_world(args: &WorldArgs) -> ExitCode {
-    member(&args.common, "external-world", |scene, exercise| {
+    member(&args.common, "external-world", load_scene_without_truth, |scene, exercise| {
         Box::new(ExternalWorld::new(scene, exercise))
     })
 }
@@ -219,17 +220,20 @@ pub fn external_world(args: &WorldArgs) -> ExitCode {
 /// The sensor model and data fusion module's process.
 #[must_use]
 pub fn smdfm(args: &SmdfmArgs) -> ExitCode {
-    member(&args.common, "smdfm", |scene, exercise| Box::new(Smdfm::new(scene, exercise)))
+    member(&args.common, "smdfm", load_scene_without_truth, |scene, exercise| {
+        Box::new(Smdfm::new(scene, exercise))
+    })
 }
 
 fn member(
     args: &CommonArgs,
     name: &str,
+    load: impl FnOnce(&str) -> Result<Scene, ExitCode>,
     make: impl FnOnce(Arc<Scene>, u8) -> Box<dyn Federate>,
 ) -> ExitCode {
     crate::runtime::process::end_with_launcher();
     cli::log_to_stderr(args.log_format, "warn");
-    let scene = match load_scene(&args.scene) {
+    let scene = match load(&args.scene) {
         Ok(scene) => Arc::new(scene),
         Err(code) => return code,
     };
@@ -303,7 +307,7 @@ pub fn open_bus(
 pub fn viewer_logger(args: &ViewerArgs) -> ExitCode {
     crate::runtime::process::end_with_launcher();
     cli::log_to_stderr(args.common.log_format, "warn");
-    let scene = match load_scene(&args.common.scene) {
+    let scene = match load_scene_without_truth(&args.common.scene) {
         Ok(scene) => Arc::new(scene),
         Err(code) => return code,
     };
@@ -321,7 +325,7 @@ pub fn admin_station(args: &AdminArgs) -> ExitCode {
     }
     crate::runtime::process::end_with_launcher();
     cli::log_to_stderr(args.common.log_format, "info");
-    let scene = match load_scene(&args.common.scene) {
+    let scene = match load_scene_without_truth(&args.common.scene) {
         Ok(scene) => Arc::new(scene),
         Err(code) => return code,
     };

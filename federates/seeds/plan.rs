@@ -71,7 +71,9 @@ struct Traffic<'a> {
 
 impl<'a> Traffic<'a> {
     fn at(scene: &'a Scene, time: SimTime) -> Self {
-        let there = |i: &usize| scene.traffic.entities[*i].trajectory.at(time).is_some();
+        let there = |i: &usize| {
+            scene.traffic.entities[*i].trajectory.as_ref().is_some_and(|t| t.within(time))
+        };
         Self { scene, present: (0..scene.traffic.entities.len()).filter(there).collect() }
     }
 }
@@ -93,7 +95,8 @@ impl Truth for Traffic<'_> {
         self.scene.traffic.entities[self.present[index]].address
     }
     fn at(&self, index: usize, time: SimTime) -> Option<TargetState> {
-        let truth = self.scene.traffic.entities[self.present[index]].trajectory.at(time)?;
+        let truth =
+            self.scene.traffic.entities[self.present[index]].trajectory.as_ref()?.at(time)?;
         Some(TargetState {
             position_m: Vector3::new(truth.position_m.x, truth.position_m.y, truth.position_m.z),
             velocity_ms: truth.velocity_ms,

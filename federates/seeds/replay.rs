@@ -6,7 +6,7 @@
 use super::player::{self, PlayerArgs};
 use crate::admin_station::summary::RunSummary;
 use crate::external_world::{flight_notice, weather_pdu::WORLD_APPLICATION};
-use crate::runtime::cli::{self, FAILED, fail, load_scene};
+use crate::runtime::cli::{self, FAILED, fail, load_scene_without_truth};
 use crate::runtime::conductor::ClosedRun;
 use crate::runtime::digest::{Digest, pdu_hash};
 use crate::runtime::federate::{Federate, FrameInputs, FrameOut, Octets};
@@ -53,7 +53,7 @@ pub fn run(args: ReplayArgs) -> ExitCode {
         return super::finished(player::run(args.player));
     }
     cli::log_to_stderr(cli::LogFormat::Text, "warn");
-    let scene = match load_scene(&args.scene) {
+    let scene = match load_scene_without_truth(&args.scene) {
         Ok(scene) => Arc::new(scene),
         Err(code) => return code,
     };

@@ -52,7 +52,8 @@ impl TrafficGenerator {
         let envelope = Envelope::new(self.exercise, self.time.stamp(frame));
         for mover in &mut self.movers {
             let entity = &self.scene.traffic.entities[mover.entity];
-            let state = match (entity.trajectory.at(now), mover.sent.take()) {
+            let truth = entity.trajectory.as_ref().and_then(|t| t.at(now));
+            let state = match (truth, mover.sent.take()) {
                 (Some(truth), sent) => {
                     let still = truth.is_still();
                     let mut publisher = match sent {
@@ -104,7 +105,11 @@ impl Federate for TrafficGenerator {
                 self.share, self.of, config.generators, config.generators
             ));
         }
-        let count = self.scene.traffic.entities.len();
+        let entities = &self.scene.traffic.entities;
+        if entities.iter().any(|e| e.trajectory.is_none()) {
+            return Err("the scene was loaded without truth: there is nothing to generate".into());
+        }
+        let count = entities.len();
         let own = |entity: &usize| *entity as u32 % self.of == self.share - 1;
         self.movers = (0..count).filter(own).map(|entity| Mover { entity, sent: None }).collect();
         self.frame(0, out);

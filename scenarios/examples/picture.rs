@@ -65,14 +65,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         if let Some(report) = &entity.report {
             println!("{report}");
         }
-        let (start, end) = (entity.trajectory.start(), entity.trajectory.end());
+        let Some(trajectory) = &entity.trajectory else { continue };
+        let (start, end) = (trajectory.start(), trajectory.end());
         let mut points = Vec::new();
         let mut worst = (0.0, 0.0, 0.0, 0.0);
         let (mut fastest, mut acc, mut dec, mut lateral, mut turn, mut highest) =
             (0.0_f64, 0.0_f64, 0.0_f64, 0.0_f64, 0.0_f64, 0.0_f64);
         let mut time = start;
         while time <= end {
-            if let Some(state) = entity.trajectory.at(time) {
+            if let Some(state) = trajectory.at(time) {
                 let v = state.velocity_ms.xy();
                 let nose = Vector2::new(libm::sin(state.heading_rad), libm::cos(state.heading_rad));
                 let along = state.acceleration_ms2.xy().dot(&nose) * v.dot(&nose).signum();

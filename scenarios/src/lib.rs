@@ -81,11 +81,17 @@ const SECTIONS: [&str; 9] = [
 /// # Errors
 /// The first fault found, as one line: `file:line: key: what was found, what is allowed`.
 pub fn load(path: &Path) -> Result<Scene, ScenarioError> {
-    let text = std::fs::read_to_string(path).map_err(|error| {
-        let problem = Problem::File { path: path.to_path_buf(), reason: error.to_string() };
-        ScenarioError::new(path, 1, "scene", problem)
-    })?;
-    load_text(path, &text)
+    read(path, &text_of(path)?, true)
+}
+
+/// [`load`] without making movements: [`Entity::trajectory`] and [`Entity::report`] stay empty, all
+/// else is the same, the hash included. For everybody who does not play the truth; a recording that
+/// no truth can be made of is found by [`load`] only.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_without_truth(path: &Path) -> Result<Scene, ScenarioError> {
+    read(path, &text_of(path)?, false)
 }
 
 /// [`load`] for the text of a scene that would stand at `path`; files count from its folder.
@@ -93,6 +99,17 @@ pub fn load(path: &Path) -> Result<Scene, ScenarioError> {
 /// # Errors
 /// As [`load`].
 pub fn load_text(path: &Path, text: &str) -> Result<Scene, ScenarioError> {
+    read(path, text, true)
+}
+
+fn text_of(path: &Path) -> Result<String, ScenarioError> {
+    std::fs::read_to_string(path).map_err(|error| {
+        let problem = Problem::File { path: path.to_path_buf(), reason: error.to_string() };
+        ScenarioError::new(path, 1, "scene", problem)
+    })
+}
+
+fn read(path: &Path, text: &str, with_truth: bool) -> Result<Scene, ScenarioError> {
     let root = document::Section::parse(path, text)?;
     root.only(&SECTIONS)?;
     let run = run::read(&root)?;
@@ -101,7 +118,7 @@ pub fn load_text(path: &Path, text: &str) -> Result<Scene, ScenarioError> {
     let tracking = tracking::read(&root)?;
     let accuracy = tracking::read_accuracy(&root)?;
     let network = network::read(&root)?;
-    let (traffic, flight_list, traffic_files) = traffic::read(&root, &run, &airport)?;
+    let (traffic, flight_list, traffic_files) = traffic::read(&root, &run, &airport, with_truth)?;
     files.extend(traffic_files);
     let buildings = building::read(&root, &airport)?;
     let (sensors, sensor_files) = sensors::read(&root, &run, &airport, &traffic, &buildings)?;

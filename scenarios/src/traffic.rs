@@ -41,8 +41,8 @@ pub struct Entity {
     pub application: u16,
     /// DIS entity number.
     pub number: u16,
-    /// Its true movement; it does not exist outside.
-    pub trajectory: Trajectory,
+    /// Its true movement; it does not exist outside. `None` in a scene loaded without truth.
+    pub trajectory: Option<Trajectory>,
     /// What the import of its recording did, where it has one.
     pub report: Option<Report>,
 }
@@ -80,11 +80,13 @@ enum Kind {
     Route,
 }
 
-/// Reads `[[traffic]]` and the files that it names, which are listed in the third value.
+/// Reads `[[traffic]]` and the files that it names, which are listed in the third value; movements
+/// are made of them only `with_truth`.
 pub(crate) fn read(
     root: &Section,
     run: &Run,
     airport: &AirportScene,
+    with_truth: bool,
 ) -> Result<(Traffic, FlightList, Vec<PathBuf>), ScenarioError> {
     let folder = root.file().parent().unwrap_or(std::path::Path::new("")).to_path_buf();
     let mut files = vec![folder.join("types.csv"), folder.join("echo.csv")];
@@ -114,13 +116,14 @@ pub(crate) fn read(
         })?;
         let mut address = section.integer("address", 1, 0xff_fffe)?.map(|a| a as u32);
         let (trajectory, report) = match kind {
-            Kind::Parked => (parked(section, run, airport)?, None),
-            Kind::Route => (routed(section, run, airport, row)?, None),
+            Kind::Parked => (Some(parked(section, run, airport)?), None),
+            Kind::Route => (routed(section, run, airport, row, with_truth)?, None),
             Kind::Recorded => {
-                let (movement, trajectory, report) = recorded(section, airport, row)?;
-                address = address.or(movement.address);
-                files.push(movement.file);
-                (trajectory, Some(report))
+                let recording = Recording::read(section, airport)?;
+                address = address.or(recording.movement.address);
+                files.push(recording.movement.file.clone());
+                let import = with_truth.then(|| recording.import(row)).transpose()?;
+                import.map_or((None, None), |(trajectory, report)| (Some(trajectory), Some(report)))
             }
         };
         entries.extend(flight(section, airport, callsign, address, row)?);
@@ -172,43 +175,50 @@ fn import_key(movement: &Movement, row: &TypeRow) -> u64 {
     hash.value()
 }
 
-/// A recorded movement: `file`, put so that its first record used is at `start_s` of the run.
-fn recorded(
-    section: &Section,
-    airport: &AirportScene,
-    row: &TypeRow,
-) -> Result<(Movement, Trajectory, Report), ScenarioError> {
-    let file = section
-        .file_path("file")?
-        .ok_or_else(|| section.missing("file", "the name of a recorded movement (CSV)".into()))?;
-    let start_s = section.need_number("start_s", within(-86_400.0, 86_400.0, "s"))?;
-    let cut = within(0.0, 86_400.0, "s");
-    let from_s = section.number_or("cut_from_s", 0.0, cut)?;
-    let to_s = section.number_or("cut_to_s", f64::INFINITY, within(0.0, f64::INFINITY, "s"))?;
-    if to_s <= from_s {
-        let needed = "a time after cut_from_s";
-        return Err(section.refuse("cut_to_s", Problem::Order { found: to_s, needed }));
-    }
-    let movement = movements::read(&file, airport, from_s, to_s)?;
-    let limits = Limits::of(row.class.aircraft, &row.kinematics);
-    let key = import_key(&movement, row);
-    let known = IMPORTS.lock().ok().and_then(|imports| imports.get(&key).cloned());
-    let (trajectory, report) = match known {
-        Some(import) => import,
-        None => {
-            let import = recorded::import(&movement.records, &limits, SimTime::ZERO);
-            let import = import.map_err(|refusal| {
-                let line = refusal.line();
-                ScenarioError::new(&file, line, "movement", Problem::Model(Box::new(refusal)))
-            })?;
-            if let Ok(mut imports) = IMPORTS.lock() {
-                imports.insert(key, import.clone());
-            }
-            import
+/// A recorded movement: `file`, put so that its first record used is at `start` of the run.
+struct Recording {
+    movement: Movement,
+    start: SimTime,
+}
+
+impl Recording {
+    fn read(section: &Section, airport: &AirportScene) -> Result<Self, ScenarioError> {
+        let file = section.file_path("file")?.ok_or_else(|| {
+            section.missing("file", "the name of a recorded movement (CSV)".into())
+        })?;
+        let start_s = section.need_number("start_s", within(-86_400.0, 86_400.0, "s"))?;
+        let cut = within(0.0, 86_400.0, "s");
+        let from_s = section.number_or("cut_from_s", 0.0, cut)?;
+        let to_s = section.number_or("cut_to_s", f64::INFINITY, within(0.0, f64::INFINITY, "s"))?;
+        if to_s <= from_s {
+            let needed = "a time after cut_from_s";
+            return Err(section.refuse("cut_to_s", Problem::Order { found: to_s, needed }));
         }
-    };
-    let trajectory = trajectory.started_at(SimTime::from_s(start_s));
-    Ok((movement, trajectory, report))
+        let movement = movements::read(&file, airport, from_s, to_s)?;
+        Ok(Self { movement, start: SimTime::from_s(start_s) })
+    }
+
+    /// The truth that is made of it.
+    fn import(&self, row: &TypeRow) -> Result<(Trajectory, Report), ScenarioError> {
+        let key = import_key(&self.movement, row);
+        let known = IMPORTS.lock().ok().and_then(|imports| imports.get(&key).cloned());
+        let (trajectory, report) = match known {
+            Some(import) => import,
+            None => {
+                let limits = Limits::of(row.class.aircraft, &row.kinematics);
+                let import = recorded::import(&self.movement.records, &limits, SimTime::ZERO);
+                let import = import.map_err(|refusal| {
+                    let (file, line) = (&self.movement.file, refusal.line());
+                    ScenarioError::new(file, line, "movement", Problem::Model(Box::new(refusal)))
+                })?;
+                if let Ok(mut imports) = IMPORTS.lock() {
+                    imports.insert(key, import.clone());
+                }
+                import
+            }
+        };
+        Ok((trajectory.started_at(self.start), report))
+    }
 }
 
 /// Along the ground network over the points named in `via`: it is there during the whole run, sets
@@ -218,7 +228,8 @@ fn routed(
     run: &Run,
     airport: &AirportScene,
     row: &TypeRow,
-) -> Result<Trajectory, ScenarioError> {
+    with_truth: bool,
+) -> Result<Option<Trajectory>, ScenarioError> {
     let layout = &airport.layout;
     let via = section.texts("via")?;
     if via.len() < 2 {
@@ -257,14 +268,17 @@ fn routed(
         halts.push(Halt { point: index_of[index], duration_s });
     }
     halts.sort_by_key(|h| h.point);
+    if !with_truth {
+        return Ok(None);
+    }
     let limits = Limits::of(row.class.aircraft, &row.kinematics);
-    route::drive(&points, &halts, &limits, (SimTime::ZERO, run.duration), start_s).ok_or_else(
-        || {
-            let found = "a way of no length".into();
-            section
-                .refuse("via", Problem::WrongKind { found, needed: "at least 10 m of way".into() })
-        },
-    )
+    let trajectory = route::drive(&points, &halts, &limits, (SimTime::ZERO, run.duration), start_s);
+    if trajectory.is_none() {
+        let found = "a way of no length".into();
+        let needed = "at least 10 m of way".into();
+        return Err(section.refuse("via", Problem::WrongKind { found, needed }));
+    }
+    Ok(trajectory)
 }
 
 /// On a stand for the whole run.

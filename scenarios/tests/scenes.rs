@@ -1,6 +1,6 @@
 //! The scenes that ship are sound, and bad input gives exactly one line that says what to do.
 
-use scenarios::{load, load_text};
+use scenarios::{load, load_text, load_without_truth};
 use std::path::{Path, PathBuf};
 
 fn zurich() -> PathBuf {
@@ -128,4 +128,16 @@ fn bad_scenes_give_one_line() {
     ] {
         assert_eq!(error_with(from, to), expected, "{from:?} -> {to:?}");
     }
+}
+
+#[test]
+fn without_truth_all_else_is_the_same() {
+    let mut full = load(&zurich()).unwrap_or_else(|e| panic!("{e}"));
+    let outline = load_without_truth(&zurich()).unwrap_or_else(|e| panic!("{e}"));
+    assert!(full.traffic.entities.iter().all(|e| e.trajectory.is_some()));
+    for entity in &mut full.traffic.entities {
+        entity.trajectory = None;
+        entity.report = None;
+    }
+    assert_eq!(full, outline);
 }

@@ -30,6 +30,24 @@ impl Band {
         }
     }
 
+    /// The product with a vector.
+    pub(super) fn times(&self, x: &[f64]) -> Vec<f64> {
+        let (w, stride) = (self.width, self.width + 1);
+        let mut product = vec![0.0; self.size];
+        for i in 0..self.size {
+            let below = w.min(i);
+            let row = &self.rows[i * stride + w - below..i * stride + w];
+            let mut sum = self.rows[i * stride + w] * x[i];
+            let before = x[i - below..i].iter().zip(&mut product[i - below..i]);
+            for (entry, (left, product)) in row.iter().zip(before) {
+                sum += entry * left;
+                *product += entry * x[i];
+            }
+            product[i] += sum;
+        }
+        product
+    }
+
     /// Replaces the matrix by its Cholesky factor `L`, `A = L Lᵀ`; false if it is not positive definite.
     ///
     /// Source: Golub & Van Loan, Matrix Computations (2013), alg. 4.3.5.
@@ -37,21 +55,21 @@ impl Band {
     pub(super) fn factor(&mut self) -> bool {
         let (w, stride) = (self.width, self.width + 1);
         for i in 0..self.size {
-            let first = i.saturating_sub(w);
-            for j in first..=i {
-                let mut sum = self.rows[i * stride + w + j - i];
-                let shared = first.max(j.saturating_sub(w));
-                for k in shared..j {
-                    sum -= self.rows[i * stride + w + k - i] * self.rows[j * stride + w + k - j];
-                }
-                if j < i {
-                    self.rows[i * stride + w + j - i] = sum / self.rows[j * stride + w];
-                } else if sum > 0.0 && sum.is_finite() {
-                    self.rows[i * stride + w] = sum.sqrt();
-                } else {
-                    return false;
-                }
+            let (above, row) = self.rows.split_at_mut(i * stride);
+            for j in i.saturating_sub(w)..i {
+                // Entries of row i from `first` on, with those of row j above them.
+                let shared = (w + j - i).min(w.min(j));
+                let at = w + j - i;
+                let upper = &above[j * stride + w - shared..=j * stride + w];
+                let sum: f64 = row[at - shared..at].iter().zip(upper).map(|(a, b)| a * b).sum();
+                row[at] = (row[at] - sum) / upper[shared];
             }
+            let square: f64 = row[w - w.min(i)..w].iter().map(|a| a * a).sum();
+            let rest = row[w] - square;
+            if !(rest > 0.0 && rest.is_finite()) {
+                return false;
+            }
+            row[w] = rest.sqrt();
         }
         true
     }

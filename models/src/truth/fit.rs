@@ -1,14 +1,16 @@
 //! Spline through noisy data within hard limits on its derivatives.
 //!
 //! ```text
-//! minimise  ½ Σ wᵢ |B(xᵢ) c − zᵢ|²  +  ½ λ Σ |Δ³ c|²
+//! minimise  ½ Σ wᵢ |B(xᵢ) c − zᵢ|²  +  ½ Σ λⱼ |Δ³ c|²
 //! so that   |Δᵏ c − m| ≤ r          for every bound (k = 0 to 3)
 //! ```
 //!
 //! The differences `Δᵏ` of the controls bound the k-th derivative everywhere, so a solution keeps its
-//! limits at every time, not only at the knots. Solved by Newton steps on a logarithmic barrier
-//! (Boyd & Vandenberghe, Convex Optimization (2004), 11.3): every iterate is strictly inside the
-//! limits, all matrices are banded, and the number of steps hardly depends on the size.
+//! limits at every time, not only at the knots. In the plane the disc of a bound is replaced by the
+//! regular octagon in it (8 % smaller towards its sides), so the whole is a quadratic programme with
+//! banded matrices. Where the solution without limits keeps them it is taken; else a primal-dual
+//! interior-point method finds it in 10 to 20 factorisations, whatever the size (Mehrotra, SIAM J.
+//! Optim. 2 (1992) 575; Nocedal & Wright, Numerical Optimization (2006), alg. 16.4).
 
 use super::band::Band;
 
@@ -118,60 +120,26 @@ impl<const N: usize> Fit<N> {
 
     /// The controls of a solution without regard to the bounds, or `None` if the data do not fix it.
     pub(super) fn unbounded(&self) -> Option<Vec<[f64; N]>> {
-        let system = System::of(self);
-        let mut x = vec![[0.0; N]; self.variables()];
-        system.newton_step(&mut x, 0.0)?;
-        Some(self.expand(&x))
+        Some(self.expand(&Cost::of(self).least()?))
     }
 
-    /// The controls of the solution, from a start strictly within all bounds; `None` if it is not, or
-    /// the data do not fix the solution.
-    pub(super) fn bounded(&self, start: &[[f64; N]]) -> Option<Vec<[f64; N]>> {
-        let system = System::of(self);
-        let mut x = vec![[0.0; N]; self.variables()];
-        for (control, value) in self.controls.iter().zip(start) {
-            if let Control::Free(variable) = control {
-                x[*variable] = *value;
-            }
-        }
-        let mut value = system.cost(&x);
-        system.barrier(&x)?;
-        let count = system.bounds.len().max(1) as f64;
-        let mut weight = (value / count).max(1e-3);
-        loop {
-            for _ in 0..60 {
-                let decrement = system.newton_step(&mut x, weight)?;
-                if decrement < 1e-3 * weight * count.sqrt() {
-                    break;
-                }
-            }
-            if weight * count <= 0.2 {
-                break;
-            }
-            value = system.cost(&x);
-            debug_assert!(value.is_finite());
-            weight *= 0.15;
-        }
+    /// The controls of the solution within the bounds; `None` if there is none, or the data do not fix it.
+    pub(super) fn bounded(&self) -> Option<Vec<[f64; N]>> {
+        let cost = Cost::of(self);
+        let x = cost.least()?;
+        let sides = Sides::of(self);
+        let x = if sides.keeps(&x) { x } else { sides.least_within(&cost, x)? };
         Some(self.expand(&x))
     }
 
     /// Values of all controls from those of the variables.
-    fn expand(&self, x: &[[f64; N]]) -> Vec<[f64; N]> {
+    fn expand(&self, x: &[f64]) -> Vec<[f64; N]> {
         let value = |c: &Control<N>| match c {
-            Control::Free(variable) => x[*variable],
+            Control::Free(variable) => std::array::from_fn(|a| x[variable * N + a]),
             Control::Fixed(value) => *value,
         };
         self.controls.iter().map(value).collect()
     }
-}
-
-/// The problem in rows over its variables.
-struct System<const N: usize> {
-    data: Vec<(Row<N>, [f64; N], f64)>,
-    /// Third differences with their weights.
-    rough: Vec<(Row<N>, f64)>,
-    bounds: Vec<(Row<N>, [f64; N], f64)>,
-    variables: usize,
 }
 
 impl<const N: usize> Row<N> {
@@ -179,146 +147,291 @@ impl<const N: usize> Row<N> {
         &self.terms[..self.used]
     }
 
-    fn value(&self, x: &[[f64; N]]) -> [f64; N] {
-        let mut sum = self.constant;
-        for (variable, coefficient) in self.terms() {
-            sum.iter_mut().zip(&x[*variable]).for_each(|(s, v)| *s += coefficient * v);
-        }
-        sum
-    }
-
-    /// `value − target` and its square.
-    fn error(&self, x: &[[f64; N]], target: &[f64; N]) -> ([f64; N], f64) {
-        let mut error = self.value(x);
-        error.iter_mut().zip(target).for_each(|(e, t)| *e -= t);
-        let square = error.iter().map(|e| e * e).sum();
-        (error, square)
+    fn has_weight(&self) -> bool {
+        self.terms().iter().any(|t| t.1 != 0.0)
     }
 }
 
-impl<const N: usize> System<N> {
-    fn of(fit: &Fit<N>) -> Self {
-        let differences = |order: usize, first: usize| fit.row(first, DIFFERENCES[order]);
-        let bound = |b: &Bound<N>| (differences(b.order, b.first), b.centre, b.radius);
-        // A bound without variables cannot be met nor missed by a step.
-        let bounds = fit.bounds.iter().map(bound).filter(|(row, ..)| row.has_weight()).collect();
-        Self {
-            data: fit.data.iter().map(|d| (fit.datum_row(d), d.value, d.weight)).collect(),
-            rough: (0..fit.controls.len().saturating_sub(3))
-                .map(|j| {
-                    let factor = fit.stiffness.get(j).copied().unwrap_or(1.0);
-                    (differences(3, j), fit.roughness * factor)
-                })
-                .collect(),
-            bounds,
-            variables: fit.variables(),
+/// The quadratic function `½ xᵀ Q x + qᵀ x` over the components of all variables in one vector.
+struct Cost {
+    quadratic: Band,
+    linear: Vec<f64>,
+}
+
+impl Cost {
+    fn of<const N: usize>(fit: &Fit<N>) -> Self {
+        let size = fit.variables() * N;
+        let quadratic = Band::zeros(size, (4 * N - 1).min(size.saturating_sub(1)));
+        let mut cost = Self { quadratic, linear: vec![0.0; size] };
+        for datum in &fit.data {
+            cost.add(&fit.datum_row(datum), &datum.value, datum.weight);
         }
+        for first in 0..fit.controls.len().saturating_sub(3) {
+            let factor = fit.stiffness.get(first).copied().unwrap_or(1.0);
+            let row = fit.row(first, DIFFERENCES[3]);
+            cost.add(&row, &[0.0; N], fit.roughness * factor);
+        }
+        cost
     }
 
-    fn cost(&self, x: &[[f64; N]]) -> f64 {
-        let data: f64 = self.data.iter().map(|(row, z, w)| w * row.error(x, z).1).sum();
-        let rough: f64 = self.rough.iter().map(|(row, w)| w * row.error(x, &[0.0; N]).1).sum();
-        0.5 * (data + rough)
-    }
-
-    /// `−Σ ln(r² − |e|²)`, or `None` outside the bounds.
-    fn barrier(&self, x: &[[f64; N]]) -> Option<f64> {
-        let mut sum = 0.0;
-        for (row, centre, radius) in &self.bounds {
-            let room = radius * radius - row.error(x, centre).1;
-            if room.is_nan() || room <= 0.0 {
-                return None;
+    /// Adds `½ weight |row − target|²`.
+    fn add<const N: usize>(&mut self, row: &Row<N>, target: &[f64; N], weight: f64) {
+        for (index, (i, ci)) in row.terms().iter().enumerate() {
+            for a in 0..N {
+                self.linear[i * N + a] += weight * ci * (row.constant[a] - target[a]);
             }
-            sum -= libm::log(room);
+            for (j, cj) in &row.terms()[..=index] {
+                for a in 0..N {
+                    self.quadratic.add(i * N + a, j * N + a, weight * ci * cj);
+                }
+            }
         }
-        Some(sum)
     }
 
-    /// One damped Newton step on `cost + weight · barrier`; returns half the squared Newton decrement.
-    fn newton_step(&self, x: &mut Vec<[f64; N]>, weight: f64) -> Option<f64> {
-        let size = self.variables * N;
-        let mut hessian = Band::zeros(size, (4 * N - 1).min(size.saturating_sub(1)));
-        let mut gradient = vec![0.0; size];
-        let mut add = |row: &Row<N>, pull: &[f64; N], curvature: &[[f64; N]; N]| {
-            for (index, (i, ci)) in row.terms().iter().enumerate() {
+    /// Where it is least.
+    fn least(&self) -> Option<Vec<f64>> {
+        let mut factor = self.quadratic.clone();
+        factor.stiffen(1e-13, 1e-12);
+        let mut x: Vec<f64> = self.linear.iter().map(|q| -q).collect();
+        if !factor.factor() {
+            return None;
+        }
+        factor.solve(&mut x);
+        x.iter().all(|x| x.is_finite()).then_some(x)
+    }
+
+    /// Its gradient.
+    fn slope(&self, x: &[f64]) -> Vec<f64> {
+        let mut slope = self.quadratic.times(x);
+        slope.iter_mut().zip(&self.linear).for_each(|(s, q)| *s += q);
+        slope
+    }
+}
+
+/// `low ≤ ahead · row(x) ≤ high` with its slacks and multipliers.
+struct Side<const N: usize> {
+    row: Row<N>,
+    ahead: [f64; N],
+    low: f64,
+    high: f64,
+    /// Slacks and multipliers of the lower and the upper limit, all positive.
+    slack: [f64; 2],
+    pull: [f64; 2],
+}
+
+/// A step of one side.
+#[derive(Clone, Copy, Default)]
+struct SideStep {
+    slack: [f64; 2],
+    pull: [f64; 2],
+}
+
+impl<const N: usize> Side<N> {
+    fn value(&self, x: &[f64]) -> f64 {
+        let mut sum: f64 = self.ahead.iter().zip(&self.row.constant).map(|(d, c)| d * c).sum();
+        sum += self.slope_of(x);
+        sum
+    }
+
+    /// The same without the constant.
+    fn slope_of(&self, x: &[f64]) -> f64 {
+        let term = |(i, c): &(usize, f64)| {
+            let along: f64 = (0..N).map(|a| self.ahead[a] * x[i * N + a]).sum();
+            c * along
+        };
+        self.row.terms().iter().map(term).sum()
+    }
+
+    fn add_to(&self, vector: &mut [f64], amount: f64) {
+        for (i, c) in self.row.terms() {
+            for a in 0..N {
+                vector[i * N + a] += amount * c * self.ahead[a];
+            }
+        }
+    }
+
+    fn add_square(&self, matrix: &mut Band, weight: f64) {
+        for (index, (i, ci)) in self.row.terms().iter().enumerate() {
+            for (j, cj) in &self.row.terms()[..=index] {
                 for a in 0..N {
-                    gradient[i * N + a] += ci * pull[a];
-                }
-                for (j, cj) in &row.terms()[..=index] {
-                    for a in 0..N {
-                        for b in 0..N {
-                            // The lower half of a diagonal block only; `add` mirrors the rest.
-                            if i == j && b > a || curvature[a][b] == 0.0 {
-                                continue;
-                            }
-                            hessian.add(i * N + a, j * N + b, ci * cj * curvature[a][b]);
+                    for b in 0..N {
+                        // The lower half of a diagonal block only; `add` mirrors the rest.
+                        if i != j || b <= a {
+                            let square = self.ahead[a] * self.ahead[b];
+                            matrix.add(i * N + a, j * N + b, weight * ci * cj * square);
                         }
                     }
                 }
             }
-        };
-        let scaled_identity =
-            |w: f64| std::array::from_fn(|a| std::array::from_fn(|b| if a == b { w } else { 0.0 }));
-        for (row, z, w) in &self.data {
-            let (error, _) = row.error(x, z);
-            add(row, &error.map(|e| w * e), &scaled_identity(*w));
         }
-        for (row, w) in &self.rough {
-            let (error, _) = row.error(x, &[0.0; N]);
-            add(row, &error.map(|e| w * e), &scaled_identity(*w));
-        }
-        if weight > 0.0 {
-            for (row, centre, radius) in &self.bounds {
-                let (error, square) = row.error(x, centre);
-                let room = radius * radius - square;
-                let curvature = std::array::from_fn(|a| {
-                    std::array::from_fn(|b| {
-                        let own = if a == b { 2.0 / room } else { 0.0 };
-                        weight * (own + 4.0 * error[a] * error[b] / (room * room))
-                    })
-                });
-                add(row, &error.map(|e| weight * 2.0 * e / room), &curvature);
-            }
-        }
-        hessian.stiffen(1e-13, 1e-12);
-        if !hessian.factor() {
-            return None;
-        }
-        let mut step = gradient.clone();
-        hessian.solve(&mut step);
-        let decrement: f64 = step.iter().zip(&gradient).map(|(s, g)| s * g).sum();
-        if !decrement.is_finite() {
-            return None;
-        }
-        let moved = |share: f64| -> Vec<[f64; N]> {
-            let shift = |(i, v): (usize, &[f64; N])| {
-                std::array::from_fn(|a| v[a] - share * step[i * N + a])
-            };
-            x.iter().enumerate().map(shift).collect()
-        };
-        if weight <= 0.0 {
-            *x = moved(1.0);
-            return Some(0.5 * decrement);
-        }
-        let before = self.cost(x) + weight * self.barrier(x)?;
-        let mut share = 1.0;
-        for _ in 0..50 {
-            let candidate = moved(share);
-            if let Some(barrier) = self.barrier(&candidate) {
-                let after = self.cost(&candidate) + weight * barrier;
-                if after <= before - 0.1 * share * decrement + 1e-9 * before.abs() {
-                    *x = candidate;
-                    return Some(0.5 * decrement);
-                }
-            }
-            share *= 0.5;
-        }
-        Some(0.0) // no step within rounding: as good as it gets
+    }
+
+    /// What is missing between limits and slacks.
+    fn missing(&self, x: &[f64]) -> [f64; 2] {
+        let z = self.value(x);
+        [z - self.low - self.slack[0], self.high - z - self.slack[1]]
     }
 }
 
-impl<const N: usize> Row<N> {
-    fn has_weight(&self) -> bool {
-        self.terms().iter().any(|t| t.1 != 0.0)
+/// All limits as sides of boxes and octagons.
+struct Sides<const N: usize>(Vec<Side<N>>);
+
+impl<const N: usize> Sides<N> {
+    fn of(fit: &Fit<N>) -> Self {
+        // Half of the sides of a regular polygon; one pair for a number.
+        let directions: Vec<[f64; N]> = match N {
+            1 => vec![[1.0; N]],
+            _ => (0..4)
+                .map(|k| {
+                    let angle = (f64::from(k) + 0.5) * std::f64::consts::FRAC_PI_4;
+                    let (sin, cos) = libm::sincos(angle);
+                    std::array::from_fn(|a| [cos, sin].get(a).copied().unwrap_or(0.0))
+                })
+                .collect(),
+        };
+        let shrink = if N == 1 { 1.0 } else { libm::cos(std::f64::consts::FRAC_PI_8) };
+        let mut sides = Vec::with_capacity(fit.bounds.len() * directions.len());
+        for bound in &fit.bounds {
+            let row = fit.row(bound.first, DIFFERENCES[bound.order]);
+            // A bound without variables cannot be met nor missed by a step.
+            if !row.has_weight() {
+                continue;
+            }
+            for ahead in &directions {
+                let centre: f64 = ahead.iter().zip(&bound.centre).map(|(d, c)| d * c).sum();
+                let reach = bound.radius * shrink;
+                sides.push(Side {
+                    row,
+                    ahead: *ahead,
+                    low: centre - reach,
+                    high: centre + reach,
+                    slack: [0.0; 2],
+                    pull: [0.0; 2],
+                });
+            }
+        }
+        Self(sides)
+    }
+
+    fn keeps(&self, x: &[f64]) -> bool {
+        self.0.iter().all(|side| (side.low..=side.high).contains(&side.value(x)))
+    }
+
+    /// Where the cost is least within all sides, from the place where it is least without them.
+    fn least_within(mut self, cost: &Cost, mut x: Vec<f64>) -> Option<Vec<f64>> {
+        const ROUNDS: usize = 80;
+        // Costs are squares over variances: a millionth of one is nothing.
+        const NOTHING: f64 = 1e-6;
+        for side in &mut self.0 {
+            let z = side.value(&x);
+            let least = 0.05 * (side.high - side.low);
+            side.slack = [(z - side.low).max(least), (side.high - z).max(least)];
+            side.pull = side.slack.map(|s| 1.0 / s);
+        }
+        let count = 2.0 * self.0.len() as f64;
+        let scale = cost.linear.iter().map(|q| q.abs()).fold(1.0, f64::max);
+        for _ in 0..ROUNDS {
+            let missing: Vec<[f64; 2]> = self.0.iter().map(|side| side.missing(&x)).collect();
+            let mut slope = cost.slope(&x);
+            self.0.iter().for_each(|s| s.add_to(&mut slope, s.pull[1] - s.pull[0]));
+            let gap = self.gap(&[], 0.0) / count;
+            let farthest = missing.iter().flatten().map(|m| m.abs()).fold(0.0, f64::max);
+            let steepest = slope.iter().map(|s| s.abs()).fold(0.0, f64::max);
+            if gap <= NOTHING && farthest <= 1e-9 && steepest <= 1e-6 * scale {
+                return Some(x);
+            }
+            let mut factor = cost.quadratic.clone();
+            for side in &self.0 {
+                let weight = side.pull[0] / side.slack[0] + side.pull[1] / side.slack[1];
+                side.add_square(&mut factor, weight);
+            }
+            factor.stiffen(1e-13, 1e-12);
+            if !factor.factor() {
+                return None;
+            }
+            // Straight at the solution first; then with the centring that this one calls for.
+            let (_, ahead) = self.step(&factor, &slope, &missing, 0.0, &[]);
+            let reach = self.reach(&ahead);
+            let share = self.gap(&ahead, reach) / count / gap;
+            let target = gap * share * share * share;
+            let (step, sides) = self.step(&factor, &slope, &missing, target, &ahead);
+            let share = (0.995 * self.reach(&sides)).min(1.0);
+            x.iter_mut().zip(&step).for_each(|(x, s)| *x += share * s);
+            for (side, step) in self.0.iter_mut().zip(&sides) {
+                for k in 0..2 {
+                    side.slack[k] += share * step.slack[k];
+                    side.pull[k] += share * step.pull[k];
+                }
+            }
+            if !x.iter().all(|x| x.is_finite()) {
+                return None;
+            }
+        }
+        None
+    }
+
+    /// Sum of slack times multiplier after a share of a step.
+    fn gap(&self, steps: &[SideStep], share: f64) -> f64 {
+        let none = SideStep::default();
+        let steps = steps.iter().chain(std::iter::repeat(&none));
+        let pair = |(side, step): (&Side<N>, &SideStep)| -> f64 {
+            let at = |k: usize| {
+                (side.slack[k] + share * step.slack[k]) * (side.pull[k] + share * step.pull[k])
+            };
+            at(0) + at(1)
+        };
+        self.0.iter().zip(steps).map(pair).sum()
+    }
+
+    /// Largest share of a step, up to 1, that leaves slacks and multipliers positive.
+    fn reach(&self, steps: &[SideStep]) -> f64 {
+        let mut reach = 1.0_f64;
+        for (side, step) in self.0.iter().zip(steps) {
+            for k in 0..2 {
+                for (value, change) in
+                    [(side.slack[k], step.slack[k]), (side.pull[k], step.pull[k])]
+                {
+                    if change < 0.0 {
+                        reach = reach.min(-value / change);
+                    }
+                }
+            }
+        }
+        reach
+    }
+
+    /// A Newton step towards slack times multiplier = `target`, second order with the step `ahead`.
+    fn step(
+        &self,
+        factor: &Band,
+        slope: &[f64],
+        missing: &[[f64; 2]],
+        target: f64,
+        ahead: &[SideStep],
+    ) -> (Vec<f64>, Vec<SideStep>) {
+        let none = SideStep::default();
+        let excess = |side: &Side<N>, ahead: &SideStep| -> [f64; 2] {
+            std::array::from_fn(|k| {
+                side.slack[k] * side.pull[k] + ahead.slack[k] * ahead.pull[k] - target
+            })
+        };
+        let aheads = || ahead.iter().chain(std::iter::repeat(&none));
+        let mut step: Vec<f64> = slope.iter().map(|s| -s).collect();
+        for ((side, ahead), missing) in self.0.iter().zip(aheads()).zip(missing) {
+            let excess = excess(side, ahead);
+            let of = |k: usize| (excess[k] + side.pull[k] * missing[k]) / side.slack[k];
+            side.add_to(&mut step, of(1) - of(0));
+        }
+        factor.solve(&mut step);
+        let sides = self.0.iter().zip(aheads()).zip(missing).map(|((side, ahead), missing)| {
+            let excess = excess(side, ahead);
+            let along = side.slope_of(&step);
+            let slack = [along + missing[0], missing[1] - along];
+            let pull =
+                std::array::from_fn(|k| -(excess[k] + side.pull[k] * slack[k]) / side.slack[k]);
+            SideStep { slack, pull }
+        });
+        let sides = sides.collect();
+        (step, sides)
     }
 }

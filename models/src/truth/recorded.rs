@@ -687,17 +687,9 @@ impl Work<'_> {
                 .collect(),
             bounds: bounds.collect(),
         };
-        // A straight line is within the bounds.
-        let (here, ahead) = begin.unwrap_or_else(|| {
-            let across = points[points.len() - 1] - points[0];
-            let along = across.try_normalize(1e-9).unwrap_or(Vector2::new(0.0, 1.0));
-            (points[0], along)
-        });
-        let start: Vec<[f64; 2]> =
-            (0..pieces + 3).map(|j| (here + ahead * (h * (j as f64 - 1.0))).into()).collect();
         // The bound holds where the parameter is length. Where wander bunches it, stiffen the path.
         let mut fit = fit;
-        let mut path = Spline::new(0.0, h, fit.bounded(&start)?)?;
+        let mut path = Spline::new(0.0, h, fit.bounded()?)?;
         for _ in 0..6 {
             let bad = PathTable::of(&path).undrivable_m(self.limits.least_radius_m);
             if bad.is_empty() {
@@ -711,7 +703,7 @@ impl Work<'_> {
             }
             let factors = fit.stiffness.iter_mut().zip(stiffer);
             factors.filter(|(_, s)| *s).for_each(|(factor, _)| *factor *= 5.0);
-            path = Spline::new(0.0, h, fit.bounded(&start)?)?;
+            path = Spline::new(0.0, h, fit.bounded()?)?;
         }
         Some(path)
     }
@@ -780,15 +772,7 @@ impl Work<'_> {
                 stiffness: Vec::new(),
                 bounds,
             };
-            let begin_m = begins_at.unwrap_or(places[0]);
-            let start: Vec<[f64; 1]> = controls
-                .iter()
-                .map(|c| match c {
-                    Control::Free(v) => [begin_m + 1e-4 * (*v as f64 + 1.0)],
-                    Control::Fixed(m) => *m,
-                })
-                .collect();
-            let found = fit.bounded(&start)?;
+            let found = fit.bounded()?;
             solution = Spline::new(0.0, 1.0, found);
             solution.as_ref()?;
             if round >= 3 && self.lateral_excess(from, table, solution.as_ref()?) <= 1.0 {
@@ -1187,9 +1171,8 @@ impl Air {
             }
         }
         let roughness = 1.0 / 0.02;
-        let start = vec![[0.0]; pieces + 3];
         let fit = Fit { controls, data, roughness, stiffness: Vec::new(), bounds };
-        let height = fit.bounded(&start).and_then(|found| {
+        let height = fit.bounded().and_then(|found| {
             let floor = found.into_iter().map(|[z]| [z.max(0.0)]).collect();
             Spline::new(0.0, 1.0, floor)
         });

@@ -223,13 +223,6 @@ impl Plan<'_> {
                 Control::Free(next - 1)
             });
         }
-        let start: Vec<[f64; 1]> = controls
-            .iter()
-            .map(|c| match c {
-                Control::Free(v) => [self.begin_m + 1e-4 * (*v as f64 + 1.0)],
-                Control::Fixed(m) => *m,
-            })
-            .collect();
         let data: Vec<Datum<1>> = (0..=4 * pieces)
             .map(|k| 0.25 * k as f64)
             .map(|t| Datum { place: t, value: [at(t)], weight: 4.0 })
@@ -241,7 +234,7 @@ impl Plan<'_> {
             let bounds = self.bounds(count, place);
             let (controls, data) = (controls.clone(), data.clone());
             let fit = Fit { controls, data, roughness: 0.5, stiffness: Vec::new(), bounds };
-            let mut solution = fit.bounded(&start)?;
+            let mut solution = fit.bounded()?;
             for j in 1..solution.len() {
                 solution[j][0] = solution[j][0].max(solution[j - 1][0]);
             }
