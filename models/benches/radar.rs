@@ -2,7 +2,11 @@
 
 #![allow(missing_docs, reason = "criterion makes public functions")]
 
-use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+#[path = "common/cpu_time.rs"]
+mod cpu_time;
+
+use cpu_time::{CpuTime, targets};
+use criterion::{Criterion, criterion_group, criterion_main};
 use models::effects::Tolerance;
 use models::effects::radar::{RadarLevels, Tally};
 use models::environment::fog::FogLaw;
@@ -17,19 +21,32 @@ use models::sensors::{PlotSink, ScanInterval, Sensor, TargetClass, TargetState, 
 use models::time::SimTime;
 use std::hint::black_box;
 
+/// What a field is full of: reflectors without extent, vehicles, aircraft.
+#[derive(Clone, Copy, PartialEq)]
+enum Kind {
+    Point,
+    Vehicle,
+    Aircraft,
+}
+
 struct Field {
     class: TargetClass,
     places: Vec<Vector3<f64>>,
 }
 
 impl Field {
-    fn new(count: u32, aircraft: bool) -> Self {
+    fn new(count: u32, kind: Kind) -> Self {
+        let (length_m, span_m, height_m) = match kind {
+            Kind::Point => (0.2, 0.2, 2.5),
+            Kind::Vehicle => (4.8, 2.0, 2.5),
+            Kind::Aircraft => (37.6, 35.8, 11.8),
+        };
         let class = TargetClass {
             designator: "T".into(),
-            aircraft,
-            length_m: if aircraft { 37.6 } else { 0.6 },
-            span_m: if aircraft { 35.8 } else { 0.6 },
-            height_m: 3.0,
+            aircraft: kind == Kind::Aircraft,
+            length_m,
+            span_m,
+            height_m,
             rcs_m2: 10.0,
         };
         // A spiral that fills 300 to 3000 m evenly.
@@ -122,7 +139,7 @@ fn rain() -> Weather {
     Weather { rain_mm_per_h: 10.0, visibility_m: 400.0, film_mm: 0.5, ..Weather::default() }
 }
 
-fn budgets(c: &mut Criterion) {
+fn budgets(c: &mut Criterion<CpuTime>) {
     let radar = parameters().radar();
     let air = radar.air(&rain());
     let mut group = c.benchmark_group("budget");
@@ -141,7 +158,7 @@ fn budgets(c: &mut Criterion) {
     group.finish();
 }
 
-fn detection(c: &mut Criterion) {
+fn detection(c: &mut Criterion<CpuTime>) {
     let detector = Detector::new(14, 1e-6);
     let table = PdTable::new(&detector, Swerling::One);
     let mut group = c.benchmark_group("detection");
@@ -162,9 +179,9 @@ fn detection(c: &mut Criterion) {
     group.finish();
 }
 
-fn plans(c: &mut Criterion) {
+fn plans(c: &mut Criterion<CpuTime>) {
     let mut group = c.benchmark_group("plan");
-    let truth = Field::new(1000, true);
+    let truth = Field::new(1000, Kind::Aircraft);
     let radars: Vec<Asde> = (1..=20).map(radar).collect();
     let air = radars[0].air(&rain());
     group.bench_function("20 radars, 1000 targets", |b| {
@@ -178,13 +195,15 @@ fn plans(c: &mut Criterion) {
     group.finish();
 }
 
-fn scans(c: &mut Criterion) {
+fn scans(c: &mut Criterion<CpuTime>) {
     let mut group = c.benchmark_group("scan");
     group.sample_size(10);
     for count in [1000, 10_000] {
-        for (name, aircraft) in [("points", false), ("aircraft", true)] {
-            let truth = Field::new(count, aircraft);
-            group.throughput(Throughput::Elements(3 * u64::from(count)));
+        for (name, kind) in
+            [("points", Kind::Point), ("vehicles", Kind::Vehicle), ("aircraft", Kind::Aircraft)]
+        {
+            let truth = Field::new(count, kind);
+            group.throughput(targets(3 * u64::from(count)));
             for (how, exact) in [("planned", false), ("exact", true)] {
                 let mut radars: Vec<Asde> = (1..=3).map(radar).collect();
                 if exact {
@@ -211,11 +230,11 @@ fn scans(c: &mut Criterion) {
         rain_mm_per_h: 20.0,
     });
     let storm = Weather { cells: cells.collect(), ..rain() };
-    let truth = Field::new(1000, false);
+    let truth = Field::new(1000, Kind::Point);
     let mut one = radar(1);
     let mut out = PlotSink::default();
     let mut scan = 0;
-    group.throughput(Throughput::Elements(1000));
+    group.throughput(targets(1000));
     group.bench_function("planned points, five rain cells, 1 x 1000", |b| {
         b.iter(|| {
             scan += 1;
@@ -227,5 +246,9 @@ fn scans(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, budgets, detection, plans, scans);
+criterion_group!(
+    name = benches;
+    config = Criterion::default().with_measurement(CpuTime);
+    targets = budgets, detection, plans, scans
+);
 criterion_main!(benches);

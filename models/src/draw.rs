@@ -86,8 +86,15 @@ pub fn exponential(rng: &mut ChaCha8Rng) -> f64 {
 /// `rand_distr` calls the platform's logarithm, whose bits differ from host to host.
 #[must_use]
 pub fn normal_pair(rng: &mut ChaCha8Rng) -> (f64, f64) {
-    let radius = (2.0 * exponential(rng)).sqrt();
-    let (sin, cos) = libm::sincos(std::f64::consts::TAU * uniform(rng));
+    let (first, second) = (uniform(rng), uniform(rng));
+    normal_pair_of(first, second)
+}
+
+/// The pair that [`normal_pair`] makes of two uniform draws: for draws that may not be needed.
+#[must_use]
+pub fn normal_pair_of(first: f64, second: f64) -> (f64, f64) {
+    let radius = (-2.0 * libm::log1p(-first)).sqrt();
+    let (sin, cos) = libm::sincos(std::f64::consts::TAU * second);
     (radius * cos, radius * sin)
 }
 

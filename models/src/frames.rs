@@ -9,6 +9,9 @@ use std::f64::consts::{PI, TAU};
 /// `angle_rad` brought into [−π, π).
 #[must_use]
 pub fn wrap_pi(angle_rad: f64) -> f64 {
+    if (-PI..PI).contains(&angle_rad) {
+        return angle_rad;
+    }
     let wrapped = libm::remainder(angle_rad, TAU);
     if wrapped >= PI { wrapped - TAU } else { wrapped }
 }

@@ -12,7 +12,7 @@ use crate::sensors::radar_equation::{
     Air, BudgetLevels, GasLevel, Radar, RainEcho, RainPath, ReflectedPolarisation, Reflection,
 };
 use crate::sensors::shadow::Building;
-use crate::sensors::{ScanInterval, Truth};
+use crate::sensors::{ScanInterval, TargetClass, Truth};
 
 macro_rules! effects {
     ($($(#[$doc:meta])* $variant:ident = $name:literal,)+) => {
@@ -91,6 +91,11 @@ impl Tally {
     /// Counts one evaluation.
     pub fn count(&mut self, effect: RadarEffect) {
         self.0[effect as usize] += 1;
+    }
+
+    /// Counts several.
+    pub fn add(&mut self, effect: RadarEffect, times: u64) {
+        self.0[effect as usize] += times;
     }
 
     /// Evaluations of one effect.
@@ -310,35 +315,15 @@ impl TargetArea {
     /// The area of all targets at the end of an interval, seen from `site_m`.
     #[must_use]
     pub fn of(site_m: Vector2<f64>, truth: &dyn Truth, interval: &ScanInterval) -> Self {
-        let mut area = Self::EMPTY;
+        let mut sum = AreaSum::default();
         for index in 0..truth.len() {
             let state = truth.at(index, interval.to).or_else(|| truth.at(index, interval.from));
             if let Some(state) = state {
-                let ground_m = (state.position_m.xy() - site_m).norm();
-                area.add(truth.class(index), ground_m, state.position_m.z);
+                let ground_m2 = (state.position_m.xy() - site_m).norm_squared();
+                sum.add(truth.class(index), ground_m2, state.position_m.z);
             }
         }
-        area.rounded()
-    }
-
-    /// Adds one target.
-    pub fn add(&mut self, class: &crate::sensors::TargetClass, ground_m: f64, up_m: f64) {
-        self.several |= self.beyond_m > 0.0;
-        self.beyond_m = self.beyond_m.max(ground_m);
-        self.aircraft |= class.aircraft;
-        self.largest_rcs_m2 = self.largest_rcs_m2.max(class.rcs_m2);
-        if up_m > SURFACE_M {
-            return;
-        }
-        let middle_m = up_m.max(0.5 * class.height_m);
-        self.nearest_m = self.nearest_m.min(ground_m);
-        self.farthest_m = self.farthest_m.max(ground_m);
-        self.lowest_m = self.lowest_m.min(middle_m);
-        self.highest_m = self.highest_m.max(middle_m);
-        self.least_extent_m = self.least_extent_m.min(class.height_m);
-        let square = class.length_m * class.length_m + class.span_m * class.span_m;
-        self.half_extent_m = self.half_extent_m.max(0.5 * square.sqrt());
-        self.least_rcs_m2 = self.least_rcs_m2.min(class.rcs_m2);
+        sum.area()
     }
 
     /// Rounded outwards to 200 m of distance and 5 m of height.
@@ -363,6 +348,84 @@ impl TargetArea {
             && middle_m <= self.highest_m
             && rcs_m2 >= self.least_rcs_m2
             && extent_m >= self.least_extent_m
+    }
+}
+
+/// Gathers a [`TargetArea`] target by target: distances in squares, and a class like the last one's is
+/// not looked at again.
+#[derive(Clone, Debug)]
+pub struct AreaSum {
+    area: TargetArea,
+    count: usize,
+    nearest_m2: f64,
+    farthest_m2: f64,
+    beyond_m2: f64,
+    /// Diagonal of the largest target on the surface, m².
+    diagonal_m2: f64,
+    /// Height, length, span and cross section of the last class on the surface, and of any.
+    last: [f64; 4],
+    last_any: (bool, f64),
+}
+
+impl Default for AreaSum {
+    fn default() -> Self {
+        Self {
+            area: TargetArea::EMPTY,
+            count: 0,
+            nearest_m2: f64::INFINITY,
+            farthest_m2: 0.0,
+            beyond_m2: 0.0,
+            diagonal_m2: 0.0,
+            last: [f64::NAN; 4],
+            last_any: (false, f64::NAN),
+        }
+    }
+}
+
+impl AreaSum {
+    /// Adds one target, by the square of its ground distance.
+    pub fn add(&mut self, class: &TargetClass, ground_m2: f64, up_m: f64) {
+        // Plain comparisons: positions and classes are numbers.
+        let least = |a: f64, b: f64| if b < a { b } else { a };
+        let most = |a: f64, b: f64| if b > a { b } else { a };
+        self.count += 1;
+        self.beyond_m2 = most(self.beyond_m2, ground_m2);
+        let area = &mut self.area;
+        if self.last_any != (class.aircraft, class.rcs_m2) {
+            self.last_any = (class.aircraft, class.rcs_m2);
+            area.aircraft |= class.aircraft;
+            area.largest_rcs_m2 = most(area.largest_rcs_m2, class.rcs_m2);
+        }
+        if up_m > SURFACE_M {
+            return;
+        }
+        let middle_m = most(up_m, 0.5 * class.height_m);
+        self.nearest_m2 = least(self.nearest_m2, ground_m2);
+        self.farthest_m2 = most(self.farthest_m2, ground_m2);
+        area.lowest_m = least(area.lowest_m, middle_m);
+        area.highest_m = most(area.highest_m, middle_m);
+        let sizes = [class.height_m, class.length_m, class.span_m, class.rcs_m2];
+        if self.last != sizes {
+            self.last = sizes;
+            area.least_extent_m = least(area.least_extent_m, class.height_m);
+            let square = class.length_m * class.length_m + class.span_m * class.span_m;
+            self.diagonal_m2 = most(self.diagonal_m2, square);
+            area.least_rcs_m2 = least(area.least_rcs_m2, class.rcs_m2);
+        }
+    }
+
+    /// The area, rounded outwards.
+    #[must_use]
+    pub fn area(&self) -> TargetArea {
+        TargetArea {
+            several: self.count > 1,
+            nearest_m: self.nearest_m2.sqrt(),
+            farthest_m: self.farthest_m2.sqrt(),
+            beyond_m: self.beyond_m2.sqrt(),
+            half_extent_m: 0.5 * self.diagonal_m2.sqrt(),
+            ..self.area
+        }
+        .rounded()
     }
 }
 

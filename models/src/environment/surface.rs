@@ -75,13 +75,12 @@ impl Fresnel {
         let (s, cos) = libm::sincos(grazing_rad);
         let q = root(permittivity - cos * cos);
         let es = permittivity * s;
-        let (h, v) = (q + s, es + q);
-        let (one_h, one_v) = (Complex::new(2.0 * s, 0.0) / h, es * 2.0 / v);
+        let (horizontal, vertical) = half_space_pair(permittivity, s, cos);
         Self {
-            horizontal: (-q + s) / h,
-            vertical: (es - q) / v,
-            one_plus_horizontal: one_h,
-            one_plus_vertical: one_v,
+            horizontal,
+            vertical,
+            one_plus_horizontal: Complex::new(2.0 * s, 0.0) / (q + s),
+            one_plus_vertical: es * 2.0 / (es + q),
         }
     }
 
@@ -95,25 +94,28 @@ impl Fresnel {
         grazing_rad: f64,
     ) -> Self {
         let (s, cos) = libm::sincos(grazing_rad);
-        let (q1, q2) = (root(film - cos * cos), root(base - cos * cos));
-        // exp(−2j·k·t·q₁), written out to stay on libm.
-        let turn = q1 * (2.0 * 2.0 * PI / wavelength_m * thickness_m);
-        let (sin_re, cos_re) = libm::sincos(-turn.re);
-        let p = Complex::new(cos_re, sin_re) * libm::exp(turn.im);
-        let one = Complex::new(1.0, 0.0);
-        let airy = |g12: Complex<f64>, g23: Complex<f64>| (g12 + g23 * p) / (one + g12 * g23 * p);
+        let layers = Layers::new(film, base, thickness_m, wavelength_m, s, cos);
+        let (horizontal, vertical) = layers.pair();
         // 1 + Γ = (1 + Γ₁₂)(1 + Γ₂₃P)/(1 + Γ₁₂Γ₂₃P): no cancelling at small grazing angles.
-        let one_plus = |one12: Complex<f64>, g12: Complex<f64>, g23: Complex<f64>| {
-            one12 * (one + g23 * p) / (one + g12 * g23 * p)
+        let one = Complex::new(1.0, 0.0);
+        let one_plus = |top: Complex<f64>, (a, b): (Complex<f64>, Complex<f64>), g23| {
+            let g23p: Complex<f64> = g23;
+            top / b * (one + g23p) / (one + a / b * g23p)
         };
-        let (h12, h23) = ((-q1 + s) / (q1 + s), (q1 - q2) / (q1 + q2));
-        let (fs, bq, fq) = (film * s, base * q1, film * q2);
-        let (v12, v23) = ((fs - q1) / (fs + q1), (bq - fq) / (bq + fq));
+        let reflected = |(c, d): (Complex<f64>, Complex<f64>)| c / d * layers.turn;
         Self {
-            horizontal: airy(h12, h23),
-            vertical: airy(v12, v23),
-            one_plus_horizontal: one_plus(Complex::new(2.0 * s, 0.0) / (q1 + s), h12, h23),
-            one_plus_vertical: one_plus(fs * 2.0 / (fs + q1), v12, v23),
+            horizontal,
+            vertical,
+            one_plus_horizontal: one_plus(
+                Complex::new(2.0 * s, 0.0),
+                layers.horizontal[0],
+                reflected(layers.horizontal[1]),
+            ),
+            one_plus_vertical: one_plus(
+                film * s * 2.0,
+                layers.vertical[0],
+                reflected(layers.vertical[1]),
+            ),
         }
     }
 
@@ -130,9 +132,75 @@ impl Fresnel {
     }
 }
 
+/// Coefficients of both linear polarisations for a half space, from sine and cosine of the grazing
+/// angle: what a budget asks for.
+#[must_use]
+pub fn half_space_pair(
+    permittivity: Complex<f64>,
+    sin: f64,
+    cos: f64,
+) -> (Complex<f64>, Complex<f64>) {
+    let q = root(permittivity - cos * cos);
+    let es = permittivity * sin;
+    ((-q + sin) / (q + sin), (es - q) / (es + q))
+}
+
+/// The same for a film on a base.
+#[must_use]
+pub fn film_pair(
+    film: Complex<f64>,
+    base: Complex<f64>,
+    thickness_m: f64,
+    wavelength_m: f64,
+    sin: f64,
+    cos: f64,
+) -> (Complex<f64>, Complex<f64>) {
+    Layers::new(film, base, thickness_m, wavelength_m, sin, cos).pair()
+}
+
+type Fraction = (Complex<f64>, Complex<f64>);
+
+/// Reflections at the two faces of a film as fractions, and the way through it and back.
+struct Layers {
+    horizontal: [Fraction; 2],
+    vertical: [Fraction; 2],
+    turn: Complex<f64>,
+}
+
+impl Layers {
+    fn new(
+        film: Complex<f64>,
+        base: Complex<f64>,
+        thickness_m: f64,
+        wavelength_m: f64,
+        sin: f64,
+        cos: f64,
+    ) -> Self {
+        let (q1, q2) = (root(film - cos * cos), root(base - cos * cos));
+        // exp(−2j·k·t·q₁), written out to stay on libm.
+        let turn = q1 * (2.0 * 2.0 * PI / wavelength_m * thickness_m);
+        let (sin_re, cos_re) = libm::sincos(-turn.re);
+        let (fs, bq, fq) = (film * sin, base * q1, film * q2);
+        Self {
+            horizontal: [(-q1 + sin, q1 + sin), (q1 - q2, q1 + q2)],
+            vertical: [(fs - q1, fs + q1), (bq - fq, bq + fq)],
+            turn: Complex::new(cos_re, sin_re) * libm::exp(turn.im),
+        }
+    }
+
+    /// `(Γ₁₂ + Γ₂₃P)/(1 + Γ₁₂Γ₂₃P)` as one fraction.
+    fn pair(&self) -> (Complex<f64>, Complex<f64>) {
+        let airy = |[(a, b), (c, d)]: [Fraction; 2]| {
+            let turned = c * self.turn;
+            (a * d + b * turned) / (b * d + a * turned)
+        };
+        (airy(self.horizontal), airy(self.vertical))
+    }
+}
+
 /// Square root with a non-positive imaginary part and, for positive real numbers, a positive real part.
 fn root(z: Complex<f64>) -> Complex<f64> {
-    let modulus = libm::hypot(z.re, z.im);
+    let modulus = modulus(z);
     // The larger part from the sum, the smaller from the product: no cancelling on either axis.
     if z.re >= 0.0 {
         let re = (0.5 * (modulus + z.re)).sqrt();

@@ -55,6 +55,13 @@ impl Pattern {
         g.max(self.floor)
     }
 
+    /// The elevation pattern prepared for sines of the depression.
+    #[must_use]
+    pub fn by_sine(&self) -> SinePattern {
+        let edges = self.skirt().map(|(start, end)| (libm::sin(start), end, libm::sin(end)));
+        SinePattern { pattern: *self, edges }
+    }
+
     /// One-way power at an azimuth off the beam axis.
     #[must_use]
     pub fn azimuth(&self, off_axis_rad: f64) -> f64 {
@@ -116,6 +123,34 @@ impl Pattern {
     }
 }
 
+/// An elevation pattern by the sine of the depression: no angle is needed on the skirt.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SinePattern {
+    pattern: Pattern,
+    /// Of the skirt: sine of its start, its end in radians, sine of its end.
+    edges: Option<(f64, f64, f64)>,
+}
+
+impl SinePattern {
+    /// [`Pattern::elevation`] at the depression of this sine.
+    #[must_use]
+    pub fn elevation(&self, sin_depression: f64) -> f64 {
+        let pattern = &self.pattern;
+        let g = match self.edges {
+            Some((start, _, end)) if sin_depression > start && sin_depression <= end => {
+                let ratio = start / sin_depression;
+                0.5 * ratio * ratio
+            }
+            Some((start, end_rad, end)) if sin_depression > end => {
+                let ratio = start / end;
+                0.5 * ratio * ratio * pattern.beam(libm::asin(sin_depression) - end_rad)
+            }
+            _ => pattern.beam(libm::asin(sin_depression) - pattern.axis_rad),
+        };
+        g.max(pattern.floor)
+    }
+}
+
 fn simpson(from: f64, to: f64, steps: u32, f: impl Fn(f64) -> f64) -> f64 {
     if to <= from {
         return 0.0;
@@ -149,6 +184,19 @@ mod tests {
                 let edge = f64::to_radians(edge_deg);
                 let (a, b) = (pattern.elevation(edge - 1e-9), pattern.elevation(edge + 1e-9));
                 assert!((a - b).abs() < 1e-6 * a, "{edge_deg}: {a:e} {b:e}");
+            }
+        }
+    }
+
+    #[test]
+    fn by_the_sine_it_is_the_same_pattern() {
+        for pattern in [ku(), Pattern { skirt_end_rad: None, ..ku() }] {
+            let by_sine = pattern.by_sine();
+            for i in -900..=900 {
+                let depression = (f64::from(i) * 0.1 + 0.013).min(90.0).to_radians();
+                let (a, b) =
+                    (pattern.elevation(depression), by_sine.elevation(libm::sin(depression)));
+                assert!((a - b).abs() < 1e-11 * a, "{i}: {a} {b}");
             }
         }
     }

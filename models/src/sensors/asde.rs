@@ -18,7 +18,7 @@ use super::radar_equation::{Air, Budget, BudgetLevels, Echo, Radar};
 use super::shadow::{Building, SightLine, Skyline, Traffic, aircraft_obstacles};
 use super::video::{CellRadar, CellWork};
 use super::{Cause, PlotSink, ScanInterval, Sensor, TargetClass, TargetState, Truth};
-use crate::draw::{DrawKey, Purpose, exponential, normal_pair, uniform};
+use crate::draw::{DrawKey, Purpose, exponential, normal_pair, normal_pair_of, uniform};
 use crate::effects::radar::{
     PdLevel, RadarEffect, RadarLevels, RadarPlan, RadarScene, ShadowLevel, Tally, TargetArea, plan,
 };
@@ -27,7 +27,7 @@ use crate::environment::Weather;
 use crate::frames::{Azimuth, Vector2, wrap_pi};
 use crate::plot::{Plot, Polar, SensorId, SensorKind};
 use crate::time::SimTime;
-use looks::Look;
+use looks::{Look, NEXT};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
@@ -55,6 +55,19 @@ pub struct Asde {
     air: Option<Air>,
     tally: Tally,
     work: Work,
+    /// Factor on rain clutter in front of the detector.
+    rain_correlation: f64,
+    /// Echoes just behind the end of the last interval that its last plots have taken in.
+    taken: Taken,
+}
+
+/// Targets whose echo the beam had begun to paint when an interval ended.
+#[derive(Clone, Debug, Default)]
+struct Taken {
+    /// The end of that interval.
+    at: SimTime,
+    /// Their keys.
+    keys: Vec<u64>,
 }
 
 /// Space that is used again from scan to scan.
@@ -67,12 +80,33 @@ struct Work {
     cells: CellWork,
 }
 
-/// Where an echo is, for finding those beside it.
-#[derive(Clone, Copy, Debug)]
-struct Place {
-    sector: u32,
-    range_m: f64,
-    index: u32,
+/// Where an echo is, for finding those beside it: sector, range step and place in the list in one
+/// number that sorts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Place(u64);
+
+/// Length of a range step of [`Place`], m.
+const PLACE_STEP_M: f64 = 0.1;
+/// Range steps: to 1600 km.
+const PLACE_STEPS: u64 = 1 << 24;
+
+impl Place {
+    fn new(sector: u32, range_m: f64, index: u32) -> Self {
+        let step = ((range_m / PLACE_STEP_M).max(0.0) as u64).min(PLACE_STEPS - 1);
+        Self(u64::from(sector) << 48 | step << 24 | u64::from(index))
+    }
+
+    fn sector(self) -> u64 {
+        self.0 >> 48
+    }
+
+    fn step(self) -> u64 {
+        self.0 >> 24 & (PLACE_STEPS - 1)
+    }
+
+    fn index(self) -> u32 {
+        (self.0 & 0xff_ffff) as u32
+    }
 }
 
 /// One echo before detection.
@@ -125,6 +159,8 @@ impl Asde {
             air: None,
             tally: Tally::default(),
             work: Work::default(),
+            rain_correlation: parameters.rain_correlation(),
+            taken: Taken::default(),
             parameters,
         })
     }
@@ -369,40 +405,62 @@ impl Asde {
             (((turn - turn.floor()) * f64::from(sectors)) as u32).min(sectors - 1)
         };
         order.clear();
-        order.extend(returns.iter().enumerate().map(|(i, r)| Place {
-            sector: sector(r.azimuth_rad),
-            range_m: r.range_m,
-            index: i as u32,
-        }));
-        order.sort_by(|a, b| {
-            let by_range = a.range_m.total_cmp(&b.range_m);
-            a.sector.cmp(&b.sector).then(by_range).then(a.index.cmp(&b.index))
-        });
+        order.extend(
+            (0..).zip(&*returns).map(|(i, r)| Place::new(sector(r.azimuth_rad), r.range_m, i)),
+        );
+        order.sort_unstable();
+        // Echoes in one cell are at most so many range steps apart.
+        let reach = (cell_m / PLACE_STEP_M) as u64 + 1;
+        let turns_per_s = self.parameters.turns_per_s();
+        let mut tested = 0;
+        let mut test = |returns: &mut [Return], first: Place, second: Place| {
+            let (a, b) = (&returns[first.index() as usize], &returns[second.index() as usize]);
+            if (a.range_m - b.range_m).abs() >= cell_m {
+                return;
+            }
+            tested += 1;
+            let turns = a.look.time.since_s(b.look.time) * turns_per_s;
+            let apart = wrap_pi(a.azimuth_rad - b.azimuth_rad).abs();
+            if turns.abs() < 0.5 && apart < beam && a.look.index != b.look.index {
+                let (root_a, root_b) =
+                    (root(returns, first.index()), root(returns, second.index()));
+                // An echo of the next interval leads only among its like.
+                let rank = |i: u32| (returns[i as usize].look.number == NEXT, i);
+                let (low, high) =
+                    if rank(root_a) < rank(root_b) { (root_a, root_b) } else { (root_b, root_a) };
+                returns[high as usize].cell = low;
+            }
+        };
+        // The first echo of the next sector that may be near, moving on with the echoes of this one.
+        let mut from = 0;
+        let mut last_sector = u64::MAX;
         for place in 0..order.len() {
             let first = order[place];
-            let same = order[place + 1..]
-                .iter()
-                .take_while(|b| b.sector == first.sector && b.range_m - first.range_m < cell_m);
-            let next = (first.sector + 1) % sectors;
-            let from = order.partition_point(|b| {
-                b.sector < next || (b.sector == next && b.range_m <= first.range_m - cell_m)
-            });
-            let beside = order[from..]
-                .iter()
-                .take_while(|b| b.sector == next && b.range_m - first.range_m < cell_m);
-            for second in same.chain(beside) {
-                let (a, b) = (&returns[first.index as usize], &returns[second.index as usize]);
-                self.tally.count(RadarEffect::Merging);
-                let turns = a.look.time.since_s(b.look.time) * self.parameters.turns_per_s();
-                let apart = wrap_pi(a.azimuth_rad - b.azimuth_rad).abs();
-                if turns.abs() < 0.5 && apart < beam && a.look.index != b.look.index {
-                    let (root_a, root_b) =
-                        (root(returns, first.index), root(returns, second.index));
-                    let (low, high) = (root_a.min(root_b), root_a.max(root_b));
-                    returns[high as usize].cell = low;
+            for &second in &order[place + 1..] {
+                if second.sector() != first.sector() || second.step() > first.step() + reach {
+                    break;
                 }
+                test(returns, first, second);
+            }
+            let next = (first.sector() + 1) % u64::from(sectors);
+            if first.sector() != last_sector {
+                last_sector = first.sector();
+                from = order.partition_point(|p| p.sector() < next);
+            }
+            while from < order.len()
+                && order[from].sector() == next
+                && order[from].step() + reach < first.step()
+            {
+                from += 1;
+            }
+            for &second in &order[from..] {
+                if second.sector() != next || second.step() > first.step() + reach {
+                    break;
+                }
+                test(returns, first, second);
             }
         }
+        self.tally.add(RadarEffect::Merging, tested);
         for i in 0..returns.len() as u32 {
             let head = root(returns, i);
             returns[i as usize].cell = head;
@@ -420,11 +478,20 @@ impl Asde {
         }
     }
 
+    /// Echoes of the next interval that share a cell with echoes of this one.
+    fn take_next(&self, interval: &ScanInterval, truth: &dyn Truth, returns: &[Return]) -> Taken {
+        let next = returns
+            .iter()
+            .filter(|r| r.look.number == NEXT && returns[r.cell as usize].look.number != NEXT);
+        let mut keys: Vec<u64> = next.map(|r| truth.key(r.look.index)).collect();
+        keys.sort_unstable();
+        Taken { at: interval.to, keys }
+    }
+
     /// Whether an echo is detected.
     fn detected(&mut self, levels: &RadarLevels, budget: &Budget, chance: f64) -> bool {
-        let correlation = self.parameters.rain_correlation();
-        let ratio =
-            budget.signal_w / (budget.noise_w + budget.rain_w * correlation + budget.ground_w);
+        let rain_w = budget.rain_w * self.rain_correlation;
+        let ratio = budget.signal_w / (budget.noise_w + rain_w + budget.ground_w);
         self.tally.count(RadarEffect::Detection);
         match self.parameters.detection {
             DetectionRule::Threshold => ratio >= self.required,
@@ -498,13 +565,13 @@ impl Asde {
         r: &Return,
         rng: &mut rand::rngs::ChaCha8Rng,
     ) -> Option<(Plot, Draws)> {
-        let chance = uniform(rng);
-        let normal = normal_pair(rng);
+        let (chance, first, second) = (uniform(rng), uniform(rng), uniform(rng));
         if !self.detected(levels, &r.budget, chance) {
             // The glint's draws belong to the detected only: they are the last of a look, and a second
             // look within one scan has its own key.
             return None;
         }
+        let normal = normal_pair_of(first, second);
         let glint = if levels.glint && r.glint_along_m + r.glint_across_m > 0.0 {
             self.tally.count(RadarEffect::Glint);
             normal_pair(rng)
@@ -743,16 +810,31 @@ impl Sensor for Asde {
         work.traffic.finish();
         work.returns.clear();
         for look in &work.looks {
+            // Only merging asks for echoes of the next interval.
+            if look.number == NEXT && !levels.merging {
+                continue;
+            }
             if let Some(found) = self.echo(&air, &plan, truth, &work.traffic, look) {
+                out.looks += u64::from(look.number != NEXT);
                 work.returns.push(found);
             }
         }
-        out.looks += work.returns.len() as u64;
+        let before = std::mem::take(&mut self.taken);
+        if before.at == interval.from && !before.keys.is_empty() {
+            // Part of the last interval's last plots: seen, but reported already.
+            let taken = |r: &Return| {
+                r.look.number == 0
+                    && r.look.time.since_s(interval.from) * self.parameters.turns_per_s() < 0.25
+                    && before.keys.binary_search(&truth.key(r.look.index)).is_ok()
+            };
+            work.returns.retain(|r| !taken(r));
+        }
         if levels.merging {
             self.merge(&mut work.returns, &mut work.order);
         } else {
             (0..).zip(&mut work.returns).for_each(|(i, r)| r.cell = i);
         }
+        self.taken = self.take_next(interval, truth, &work.returns);
         let mut sequence = 0;
         let mut add = |out: &mut PlotSink, mut plot: Plot, cause: Cause| {
             plot.sequence = sequence;
@@ -761,7 +843,7 @@ impl Sensor for Asde {
             out.causes.push(cause);
         };
         for (i, r) in (0..).zip(&work.returns) {
-            if r.cell != i {
+            if r.cell != i || r.look.number == NEXT {
                 continue;
             }
             let entity = truth.key(r.look.index);

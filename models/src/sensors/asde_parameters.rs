@@ -263,19 +263,21 @@ impl AsdeParameters {
             pulse_s: self.pulse_s,
         };
         let circular = self.polarisation == Polarisation::Circular;
+        let pattern = Pattern {
+            azimuth_rad: self.azimuth_beamwidth_deg.to_radians(),
+            elevation_rad: self.elevation_beamwidth_deg.to_radians(),
+            axis_rad: self.tilt_deg.to_radians(),
+            skirt_end_rad: self.csc2_limit_deg.map(f64::to_radians),
+            floor: from_db(self.sidelobe_floor_db),
+        };
         Radar {
             carrier_ghz: self.carrier_ghz,
             wavelength_m: wavelength_m(self.carrier_ghz),
             constant: numbers.constant(),
             noise_w: numbers.noise_w(),
             cell_m: numbers.cell_m(),
-            pattern: Pattern {
-                azimuth_rad: self.azimuth_beamwidth_deg.to_radians(),
-                elevation_rad: self.elevation_beamwidth_deg.to_radians(),
-                axis_rad: self.tilt_deg.to_radians(),
-                skirt_end_rad: self.csc2_limit_deg.map(f64::to_radians),
-                floor: from_db(self.sidelobe_floor_db),
-            },
+            pattern,
+            by_sine: pattern.by_sine(),
             antenna_m: self.antenna_height_m,
             polarisation: self.polarisation,
             axial_ratio_db: self.axial_ratio_db,
@@ -286,6 +288,7 @@ impl AsdeParameters {
             rain_top_m: self.rain_top_m,
             fog_law: self.fog_law,
             beam: std::cell::OnceCell::new(),
+            drops: std::cell::OnceCell::new(),
             rain_law: RainLaw::new(self.carrier_ghz, 0.0, self.polarisation.tilt_rad()),
         }
     }

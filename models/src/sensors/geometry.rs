@@ -27,17 +27,57 @@ impl TwoPaths {
     #[must_use]
     pub fn flat(d_m: f64, antenna_m: f64, target_m: f64) -> Self {
         let (down, up) = (antenna_m - target_m, antenna_m + target_m);
-        let direct_m = libm::hypot(d_m, down);
-        let reflected_m = libm::hypot(d_m, up);
-        let sum = direct_m + reflected_m;
+        let lean = LeanPaths::flat(d_m, antenna_m, target_m);
         Self {
-            direct_m,
-            reflected_m,
-            difference_m: if sum > 0.0 { 4.0 * antenna_m * target_m / sum } else { 0.0 },
+            direct_m: lean.direct_m,
+            reflected_m: lean.reflected_m,
+            difference_m: lean.difference_m,
             grazing_rad: libm::atan2(up, d_m),
             depression_rad: libm::atan2(down, d_m),
             reflection_point_m: if up > 0.0 { d_m * antenna_m / up } else { 0.5 * d_m },
         }
+    }
+}
+
+/// `√(x² + y²)`: directly where no square can overflow or lose its digits, else with scaling.
+fn hypotenuse(x: f64, y: f64) -> f64 {
+    let square = x * x + y * y;
+    if square > 1e-200 && square < 1e200 { square.sqrt() } else { libm::hypot(x, y) }
+}
+
+/// The same paths as a budget asks for them: by the sines of the angles only.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LeanPaths {
+    /// Direct slant range, m.
+    pub direct_m: f64,
+    /// Length of the reflected leg, m.
+    pub reflected_m: f64,
+    /// Sine of the depression of the scatterer.
+    pub sin_depression: f64,
+    /// Reflected minus direct, m.
+    pub difference_m: f64,
+    /// Sine of the grazing angle.
+    pub sin_grazing: f64,
+    /// Its cosine.
+    pub cos_grazing: f64,
+}
+
+impl LeanPaths {
+    /// Paths over a flat plane at ground distance `d_m`; heights in metres, all zero or positive.
+    #[must_use]
+    pub fn flat(d_m: f64, antenna_m: f64, target_m: f64) -> Self {
+        let (down, up) = (antenna_m - target_m, antenna_m + target_m);
+        let direct_m = hypotenuse(d_m, down);
+        let reflected_m = hypotenuse(d_m, up);
+        let sum = direct_m + reflected_m;
+        // At the foot of the mast itself there is no direction: straight down.
+        let (sin_depression, sin_grazing, cos_grazing) = if direct_m > 0.0 && reflected_m > 0.0 {
+            (down / direct_m, up / reflected_m, d_m / reflected_m)
+        } else {
+            (1.0, 1.0, 0.0)
+        };
+        let difference_m = if sum > 0.0 { 4.0 * antenna_m * target_m / sum } else { 0.0 };
+        Self { direct_m, reflected_m, sin_depression, difference_m, sin_grazing, cos_grazing }
     }
 }
 
@@ -66,16 +106,39 @@ impl RoundEarth {
     /// heights are then zero and so is the divergence.
     #[must_use]
     pub fn new(d_m: f64, antenna_m: f64, target_m: f64) -> Self {
+        let tangent = Tangent::new(d_m, antenna_m, target_m);
+        let flat = TwoPaths::flat(d_m, tangent.antenna_m, tangent.target_m);
+        Self {
+            reflection_point_m: tangent.reflection_point_m.unwrap_or(flat.reflection_point_m),
+            antenna_m: tangent.antenna_m,
+            target_m: tangent.target_m,
+            difference_m: flat.difference_m,
+            grazing_rad: flat.grazing_rad,
+            divergence: tangent.divergence(d_m, libm::sin(flat.grazing_rad)),
+        }
+    }
+
+    /// The paths of a budget over a round earth, and the divergence.
+    #[must_use]
+    pub fn lean(d_m: f64, antenna_m: f64, target_m: f64) -> (LeanPaths, f64) {
+        let tangent = Tangent::new(d_m, antenna_m, target_m);
+        let flat = LeanPaths::flat(d_m, tangent.antenna_m, tangent.target_m);
+        (flat, tangent.divergence(d_m, flat.sin_grazing))
+    }
+}
+
+/// The plane that touches the earth at the reflection point, and the heights above it.
+struct Tangent {
+    /// `None` where the earth counts as flat.
+    reflection_point_m: Option<f64>,
+    antenna_m: f64,
+    target_m: f64,
+}
+
+impl Tangent {
+    fn new(d_m: f64, antenna_m: f64, target_m: f64) -> Self {
         if d_m < 10.0 {
-            let flat = TwoPaths::flat(d_m, antenna_m, target_m);
-            return Self {
-                reflection_point_m: flat.reflection_point_m,
-                antenna_m,
-                target_m,
-                difference_m: flat.difference_m,
-                grazing_rad: flat.grazing_rad,
-                divergence: 1.0,
-            };
+            return Self { reflection_point_m: None, antenna_m, target_m };
         }
         let a = EFFECTIVE_EARTH_RADIUS_M;
         let half = 0.5 * d_m;
@@ -83,19 +146,20 @@ impl RoundEarth {
         let sine = (2.0 * a * d_m * (target_m - antenna_m) / (p * p * p)).clamp(-1.0, 1.0);
         let d1 = half - p * libm::sin(libm::asin(sine) / 3.0);
         let d2 = d_m - d1;
-        let h1 = (antenna_m - d1 * d1 / (2.0 * a)).max(0.0);
-        let h2 = (target_m - d2 * d2 / (2.0 * a)).max(0.0);
-        let flat = TwoPaths::flat(d_m, h1, h2);
-        let sin = libm::sin(flat.grazing_rad);
-        let divergence =
-            if sin > 0.0 { 1.0 / (1.0 + 2.0 * d1 * d2 / (a * d_m * sin)).sqrt() } else { 0.0 };
         Self {
-            reflection_point_m: d1,
-            antenna_m: h1,
-            target_m: h2,
-            difference_m: flat.difference_m,
-            grazing_rad: flat.grazing_rad,
-            divergence,
+            reflection_point_m: Some(d1),
+            antenna_m: (antenna_m - d1 * d1 / (2.0 * a)).max(0.0),
+            target_m: (target_m - d2 * d2 / (2.0 * a)).max(0.0),
         }
+    }
+
+    /// `1/√(1 + 2·d₁·d₂/(a·d·sin ψ))`; 1 over a flat earth, 0 where no ray arrives.
+    fn divergence(&self, d_m: f64, sin_grazing: f64) -> f64 {
+        let Some(d1) = self.reflection_point_m else { return 1.0 };
+        if sin_grazing <= 0.0 {
+            return 0.0;
+        }
+        let along = 2.0 * d1 * (d_m - d1) / (EFFECTIVE_EARTH_RADIUS_M * d_m * sin_grazing);
+        1.0 / (1.0 + along).sqrt()
     }
 }

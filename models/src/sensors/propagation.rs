@@ -49,14 +49,28 @@ pub fn extended(q: f64, phase_rad: f64, spread_rad: f64) -> f64 {
     if spread_rad < 1e-4 {
         return coherent(q, phase_rad);
     }
+    extended_cos(q, libm::cos(phase_rad), spread_rad)
+}
+
+/// [`extended`] from the cosine of the phase.
+#[must_use]
+pub fn extended_cos(q: f64, cos: f64, spread_rad: f64) -> f64 {
     let q2 = q * q;
+    if spread_rad < 1e-4 {
+        let minus = 1.0 - q;
+        let one_way = minus * minus + 2.0 * q * (1.0 + cos);
+        return one_way * one_way;
+    }
     let one = 1.0 + q2;
-    let cos = libm::cos(phase_rad);
     let cos_twice = 2.0 * cos * cos - 1.0;
+    // sinc(2h) = sinc(h)·cos h
+    let half = 0.5 * spread_rad;
+    let (sin_half, cos_half) = libm::sincos(half);
+    let sinc_half = sin_half / half;
     let sum = one * one
         + 2.0 * q2
-        + 4.0 * q * one * cos * sinc(0.5 * spread_rad)
-        + 2.0 * q2 * cos_twice * sinc(spread_rad);
+        + 4.0 * q * one * cos * sinc_half
+        + 2.0 * q2 * cos_twice * sinc_half * cos_half;
     sum.max(0.0)
 }
 

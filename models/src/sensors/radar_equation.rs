@@ -1,14 +1,14 @@
 //! The single-pulse budget of a surface movement radar, in watts throughout.
 
-use super::antenna::Pattern;
+use super::antenna::{Pattern, SinePattern};
 use super::detection::from_db;
-use super::geometry::{RoundEarth, TwoPaths};
+use super::geometry::{LeanPaths, RoundEarth};
 use super::propagation;
 use crate::effects::radar::{RadarEffect, Tally};
 use crate::environment::fog::{self, FogLaw};
-use crate::environment::mie::MieRain;
+use crate::environment::mie::{MieDrops, MieRain};
 use crate::environment::rain::{self, RainLaw};
-use crate::environment::surface::{self, Fresnel, Material, Roughness};
+use crate::environment::surface::{self, Material, Roughness};
 use crate::environment::{SPEED_OF_LIGHT, Weather, gas, wavelength_m};
 use crate::frames::Vector2;
 use nalgebra::Complex;
@@ -188,8 +188,12 @@ pub struct Radar {
     pub fog_law: FogLaw,
     /// Rain attenuation at this carrier and polarisation.
     pub rain_law: RainLaw,
+    /// The elevation pattern by sines.
+    pub by_sine: SinePattern,
     /// Exact integral of the beam above ground, made when it is first asked for.
     pub beam: OnceCell<BeamTable>,
+    /// What drops of every size do at this carrier, made when it first rains.
+    pub drops: OnceCell<MieDrops>,
 }
 
 /// A function of the range on logarithmic steps, interpolated linearly: within 0.01 dB.
@@ -416,7 +420,8 @@ impl Budget {
 }
 
 impl Radar {
-    /// Everything of `weather` that is the same for all targets. Costs about 0.3 ms per rain rate.
+    /// Everything of `weather` that is the same for all targets. The first rain of a radar costs about
+    /// 0.2 ms (the drops' table), every further rain rate some microseconds.
     #[must_use]
     pub fn air(&self, weather: &Weather) -> Air {
         let (oxygen, vapour) = gas::specific_db_per_km(
@@ -449,7 +454,9 @@ impl Radar {
     }
 
     fn rain_air(&self, rain_mm_per_h: f64) -> RainAir {
-        let mie = MieRain::new(self.carrier_ghz, rain_mm_per_h);
+        let drops = || self.drops.get_or_init(|| MieDrops::new(self.carrier_ghz));
+        let mie =
+            if rain_mm_per_h > 0.0 { drops().rain(rain_mm_per_h) } else { MieRain::default() };
         let fraction = self.polarisation_fraction(rain_mm_per_h);
         let mie_fraction = match self.polarisation {
             Polarisation::Circular => {
@@ -485,9 +492,9 @@ impl Radar {
         target_m: Vector2<f64>,
         tally: &mut Tally,
     ) -> Budget {
-        let paths = TwoPaths::flat(echo.ground_m, self.antenna_m, echo.height_m);
+        let paths = LeanPaths::flat(echo.ground_m, self.antenna_m, echo.height_m);
         let range_m = paths.direct_m;
-        let elevation = self.pattern.elevation(paths.depression_rad);
+        let elevation = self.by_sine.elevation(paths.sin_depression);
         let (db_per_km, rain_here) = self.attenuation(air, levels, site_m, target_m, tally);
         let attenuation =
             if db_per_km == 0.0 { 1.0 } else { from_db(-2.0 * db_per_km * range_m / 1000.0) };
@@ -625,10 +632,14 @@ impl Radar {
     ///
     /// `sin ψ = h_a/R`, the angle at most 89.9°.
     fn ground_m2(&self, range_m: f64) -> f64 {
-        let sin = (self.antenna_m / range_m).min(1.0);
-        let grazing = libm::asin(sin).min(89.9f64.to_radians());
-        let (sin, cos) = libm::sincos(grazing);
-        let g = self.pattern.elevation(grazing);
+        let steep = STEEPEST_RAD;
+        let mut sin = self.antenna_m / range_m;
+        let mut cos2 = 1.0 - sin * sin;
+        if cos2 < steep * steep {
+            // cos 89.9° is the sine of a tenth of a degree, to 12 digits.
+            (sin, cos2) = (1.0 - 0.5 * steep * steep, steep * steep);
+        }
+        let (cos, g) = (cos2.sqrt(), self.by_sine.elevation(sin));
         self.ground_gamma
             * sin
             * range_m
@@ -644,7 +655,7 @@ impl Radar {
         air: &Air,
         levels: &BudgetLevels,
         echo: &Echo,
-        paths: &TwoPaths,
+        paths: &LeanPaths,
         elevation: f64,
         tally: &mut Tally,
     ) -> Reflected {
@@ -652,39 +663,38 @@ impl Radar {
             return Reflected { propagation: 1.0, strength: 0.0 };
         }
         tally.count(RadarEffect::SurfaceReflection);
-        let (mut grazing, mut difference, mut divergence) =
-            (paths.grazing_rad, paths.difference_m, 1.0);
-        if levels.round_earth {
+        let (paths, divergence) = if levels.round_earth {
             tally.count(RadarEffect::RoundEarth);
-            let round = RoundEarth::new(echo.ground_m, self.antenna_m, echo.height_m);
-            (grazing, difference, divergence) =
-                (round.grazing_rad, round.difference_m, round.divergence);
-        }
+            RoundEarth::lean(echo.ground_m, self.antenna_m, echo.height_m)
+        } else {
+            (*paths, 1.0)
+        };
         if levels.film && air.weather.film_mm > 0.0 {
             tally.count(RadarEffect::WaterFilm);
         }
         if levels.reflected == ReflectedPolarisation::Own {
             tally.count(RadarEffect::ReflectedPolarisation);
         }
-        let gamma = self.surface_coefficient(air, levels, grazing);
+        let gamma = self.surface_coefficient_at(air, levels, paths.sin_grazing, paths.cos_grazing);
         let rough = if self.roughness_m == 0.0 || levels.roughness == Roughness::Smooth {
             1.0
         } else {
             tally.count(RadarEffect::Roughness);
-            levels.roughness.factor(self.roughness_m, self.wavelength_m, grazing)
+            levels.roughness.factor_sin(self.roughness_m, self.wavelength_m, paths.sin_grazing)
         };
-        let gain = (self.pattern.elevation(grazing) / elevation).sqrt();
-        let strength = surface::modulus(gamma) * rough * divergence * gain;
+        let gain = (self.by_sine.elevation(paths.sin_grazing) / elevation).sqrt();
+        let modulus = surface::modulus(gamma);
+        let strength = modulus * rough * divergence * gain;
         if matches!(levels.reflection, Reflection::Coherent | Reflection::Extended) {
             tally.count(RadarEffect::Lobing);
         }
-        let phase = || {
-            surface::argument(gamma) - propagation::path_phase_rad(difference, self.wavelength_m)
-        };
+        let path = || propagation::path_phase_rad(paths.difference_m, self.wavelength_m);
         let propagation = match levels.reflection {
             Reflection::None => 1.0,
             Reflection::Incoherent => propagation::incoherent(strength),
-            Reflection::Coherent => propagation::coherent(strength, phase()),
+            Reflection::Coherent => {
+                propagation::coherent(strength, surface::argument(gamma) - path())
+            }
             Reflection::Extended => {
                 let spread = propagation::phase_spread_rad(
                     self.antenna_m,
@@ -692,7 +702,11 @@ impl Radar {
                     self.wavelength_m,
                     echo.ground_m,
                 );
-                propagation::extended(strength, phase(), spread)
+                // cos(arg Γ − x) without the argument.
+                let (sin, cos) = libm::sincos(path());
+                let turned = gamma.re * cos + gamma.im * sin;
+                let cos_phase = if modulus > 0.0 { turned / modulus } else { 1.0 };
+                propagation::extended_cos(strength, cos_phase.clamp(-1.0, 1.0), spread)
             }
         };
         Reflected { propagation, strength }
@@ -706,21 +720,33 @@ impl Radar {
         levels: &BudgetLevels,
         grazing_rad: f64,
     ) -> Complex<f64> {
-        let fresnel = if levels.film && air.weather.film_mm > 0.0 {
+        let (sin, cos) = libm::sincos(grazing_rad);
+        self.surface_coefficient_at(air, levels, sin, cos)
+    }
+
+    fn surface_coefficient_at(
+        &self,
+        air: &Air,
+        levels: &BudgetLevels,
+        sin: f64,
+        cos: f64,
+    ) -> Complex<f64> {
+        let (horizontal, vertical) = if levels.film && air.weather.film_mm > 0.0 {
             let thickness = air.weather.film_mm / 1000.0;
-            Fresnel::film(air.film, air.surface, thickness, self.wavelength_m, grazing_rad)
+            surface::film_pair(air.film, air.surface, thickness, self.wavelength_m, sin, cos)
         } else {
-            Fresnel::half_space(air.surface, grazing_rad)
+            surface::half_space_pair(air.surface, sin, cos)
         };
         match (levels.reflected, self.polarisation) {
-            (ReflectedPolarisation::Horizontal, _) | (_, Polarisation::Horizontal) => {
-                fresnel.horizontal
-            }
-            (_, Polarisation::Vertical) => fresnel.vertical,
-            (_, Polarisation::Circular) => fresnel.circular_same(),
+            (ReflectedPolarisation::Horizontal, _) | (_, Polarisation::Horizontal) => horizontal,
+            (_, Polarisation::Vertical) => vertical,
+            (_, Polarisation::Circular) => (horizontal + vertical) * 0.5,
         }
     }
 }
+
+/// How much the steepest grazing angle of ground clutter, 89.9°, is short of the vertical, rad.
+const STEEPEST_RAD: f64 = 0.1 * PI / 180.0;
 
 struct Reflected {
     propagation: f64,
