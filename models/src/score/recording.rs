@@ -1,0 +1,166 @@
+//! What was true and what was reported, as it stands in a recording.
+
+use crate::frames::Vector2;
+use crate::time::SimTime;
+
+/// True state of a target at one time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TruthPoint {
+    /// When.
+    pub time: SimTime,
+    /// Position, m east and north.
+    pub position_m: Vector2<f64>,
+    /// Velocity, m/s east and north.
+    pub velocity_ms: Vector2<f64>,
+    /// Height above the ground, m, where known.
+    pub height_m: Option<f64>,
+}
+
+/// A target with its whole path.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Target {
+    /// Call sign or any other name; what a label has to say to be right.
+    pub name: String,
+    /// Its states in the order of time.
+    pub path: Vec<TruthPoint>,
+}
+
+impl Target {
+    /// The state at `time`: cubic between the two neighbours, none outside the path or in a hole of
+    /// more than `hole_s`.
+    #[must_use]
+    pub fn at(&self, time: SimTime, hole_s: f64) -> Option<TruthPoint> {
+        let after = self.path.partition_point(|p| p.time < time);
+        let late = self.path.get(after)?;
+        if late.time == time {
+            return Some(*late);
+        }
+        let early = self.path.get(after.checked_sub(1)?)?;
+        let step = late.time.since_s(early.time);
+        if step > hole_s {
+            return None;
+        }
+        // Hermite: positions and velocities of both ends are kept.
+        let u = time.since_s(early.time) / step;
+        let (p0, p1) = (early.position_m, late.position_m);
+        let (v0, v1) = (early.velocity_ms * step, late.velocity_ms * step);
+        let (bend, twist) = (p1 - p0 - v0, v1 - v0);
+        let (c2, c3) = (3.0 * bend - twist, twist - 2.0 * bend);
+        let height_m = early.height_m.zip(late.height_m).map(|(a, b)| a + u * (b - a));
+        Some(TruthPoint {
+            time,
+            position_m: p0 + v0 * u + c2 * (u * u) + c3 * (u * u * u),
+            velocity_ms: (v0 + c2 * (2.0 * u) + c3 * (3.0 * u * u)) / step,
+            height_m,
+        })
+    }
+}
+
+/// One report of a track.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Report {
+    /// Number of the track.
+    pub track: u64,
+    /// Time of validity.
+    pub time: SimTime,
+    /// When it was published, where known.
+    pub published: Option<SimTime>,
+    /// Position, m east and north.
+    pub position_m: Vector2<f64>,
+    /// Velocity, m/s east and north, where the track has one.
+    pub velocity_ms: Option<Vector2<f64>>,
+    /// Its label; empty for none.
+    pub label: String,
+}
+
+/// Plots in sum, for the gain of tracking over them.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PlotSum {
+    /// Plots with a target.
+    pub count: u64,
+    /// Sum of their squared position errors, m².
+    pub squares_m2: f64,
+}
+
+/// A run: what was true, and what was reported of it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Recording {
+    /// The targets.
+    pub targets: Vec<Target>,
+    /// The reports, sorted by time, then track.
+    pub reports: Vec<Report>,
+    /// The radars' plots.
+    pub plots: PlotSum,
+}
+
+impl Recording {
+    /// Sorts paths and reports and leaves out what is not finite; gives how many were left out.
+    pub fn put_in_order(&mut self) -> usize {
+        let finite = |v: &Vector2<f64>| v.iter().all(|x| x.is_finite());
+        let mut left_out = 0;
+        for target in &mut self.targets {
+            let before = target.path.len();
+            target.path.retain(|p| finite(&p.position_m) && finite(&p.velocity_ms));
+            target.path.sort_by_key(|p| p.time);
+            left_out += before - target.path.len();
+            target.path.dedup_by_key(|p| p.time);
+        }
+        let before = self.reports.len();
+        self.reports.retain(|r| finite(&r.position_m));
+        for report in &mut self.reports {
+            report.velocity_ms = report.velocity_ms.filter(finite);
+        }
+        self.reports.sort_by_key(|r| (r.time, r.track));
+        left_out + before - self.reports.len()
+    }
+}
+
+/// Velocities by central differences, for paths that were recorded without.
+pub fn differentiate(path: &mut [TruthPoint]) {
+    let states: Vec<(SimTime, Vector2<f64>)> =
+        path.iter().map(|p| (p.time, p.position_m)).collect();
+    for (k, point) in path.iter_mut().enumerate() {
+        let (a, b) = (states[k.saturating_sub(1)], states[(k + 1).min(states.len() - 1)]);
+        let span = b.0.since_s(a.0);
+        point.velocity_ms = if span > 0.0 { (b.1 - a.1) / span } else { Vector2::zeros() };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parabola(s: f64) -> TruthPoint {
+        TruthPoint {
+            time: SimTime::from_s(s),
+            position_m: Vector2::new(s * s, 3.0 * s),
+            velocity_ms: Vector2::new(2.0 * s, 3.0),
+            height_m: Some(s),
+        }
+    }
+
+    #[test]
+    fn constant_acceleration_is_interpolated_exactly_and_holes_stay_holes() {
+        let target = Target { name: "A".into(), path: [0.0, 1.0, 2.0, 9.0].map(parabola).to_vec() };
+        let between = target.at(SimTime::from_s(1.25), 2.0).expect("inside");
+        let exact = parabola(1.25);
+        assert!((between.position_m - exact.position_m).norm() < 1e-12);
+        assert!((between.velocity_ms - exact.velocity_ms).norm() < 1e-12);
+        assert_eq!(between.height_m, Some(1.25));
+        assert_eq!(target.at(SimTime::from_s(2.0), 2.0), Some(parabola(2.0)));
+        for outside in [-0.1, 5.0, 9.1] {
+            assert_eq!(target.at(SimTime::from_s(outside), 2.0), None, "{outside}");
+        }
+        assert_eq!(Target::default().at(SimTime::ZERO, 2.0), None);
+    }
+
+    #[test]
+    fn differences_find_the_velocity() {
+        let mut path = [0.0, 1.0, 2.0, 3.0].map(parabola);
+        path.iter_mut().for_each(|p| p.velocity_ms = Vector2::zeros());
+        differentiate(&mut path);
+        assert!((path[1].velocity_ms - parabola(1.0).velocity_ms).norm() < 1e-12);
+        differentiate(&mut path[..1]);
+        assert_eq!(path[0].velocity_ms, Vector2::zeros());
+    }
+}
