@@ -1,7 +1,7 @@
 //! The effect plan against everything exact: the same scenes, the same draws, what it loses and saves.
 
 use crate::clock::thread_ns;
-use crate::{Ladder, Options, Outcome, Progress, Row, SceneAbout};
+use crate::{Draws, Ladder, Options, Outcome, Progress, Row, SceneAbout};
 use models::draw::{DrawKey, Purpose, uniform};
 use models::effects::radar::{RadarEffect, RadarLevels};
 use models::effects::{PlanRow, Tolerance};
@@ -51,10 +51,10 @@ impl Truth for Straight {
 /// A radar, its weather, traffic and buildings.
 #[derive(Clone, Debug)]
 pub struct RadarStudy {
-    name: String,
+    pub(crate) name: String,
     parameters: AsdeParameters,
-    weather: Weather,
-    truth: Straight,
+    pub(crate) weather: Weather,
+    pub(crate) truth: Straight,
     buildings: Arc<[Building]>,
 }
 
@@ -226,7 +226,7 @@ impl Comparison {
 }
 
 impl RadarStudy {
-    fn radar(&self) -> Result<Asde, String> {
+    pub(crate) fn radar(&self) -> Result<Asde, String> {
         let made = Asde::new(SensorId(1), Vector2::zeros(), self.parameters.clone());
         Ok(made.map_err(|e| format!("{}: {e}", self.name))?.among(self.buildings.clone()))
     }
@@ -296,7 +296,7 @@ fn by_look(sink: &PlotSink) -> Vec<Look> {
     pairs.filter_map(|(plot, cause)| Some(((cause.key?, plot.time), plot.position_m))).collect()
 }
 
-fn interval(scan: u64) -> ScanInterval {
+pub(crate) fn interval(scan: u64) -> ScanInterval {
     let time = |n: u64| SimTime::from_s(n as f64);
     ScanInterval { run_seed: 1, scan, from: time(scan - 1), to: time(scan) }
 }
@@ -327,9 +327,11 @@ pub(crate) fn run(options: &Options, progress: &mut dyn FnMut(Progress)) -> Outc
                 largest distance between two plots of the same look; the time is per look."
                 .into(),
         error_label: "largest difference of a plot, m".into(),
+        draws: Draws::Other,
         scenes,
+        ..Ladder::default()
     };
-    Outcome { ladder, rows, bounds: Vec::new(), pictures: Vec::new() }
+    Outcome { ladder, rows, ..Outcome::default() }
 }
 
 fn measure(

@@ -3,7 +3,7 @@
 //! The original curves are not available; what the text says of them is tested as statements.
 
 use crate::plot::{Chart, Line};
-use crate::{Ladder, Options, Outcome, Progress, Row, SceneAbout};
+use crate::{Ladder, Options, Outcome, Progress, Row};
 use models::draw::{DrawKey, Purpose, uniform};
 use models::effects::radar::Tally;
 use models::environment::Weather;
@@ -115,10 +115,9 @@ pub(crate) fn study(options: &Options, progress: &mut dyn FnMut(Progress)) -> Ou
         about: "Single-pulse signal to clutter and noise ratio against range, at the parameters that the \
                 paper gives, and what its text says of the figures, tested: a row without a failure holds."
             .into(),
-        error_label: String::new(),
-        scenes: Vec::<SceneAbout>::new(),
+        ..Ladder::default()
     };
-    Outcome { ladder, rows, bounds: Vec::new(), pictures }
+    Outcome { ladder, rows, pictures, ..Outcome::default() }
 }
 
 /// Computes the figures and tests the statements; `seed` moves the parameters of the last one.

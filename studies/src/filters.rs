@@ -4,16 +4,18 @@
 //! 50 m off are lost, have their own column and are left out of the others.
 
 use crate::bounds::{self, Bounds};
-use crate::clock;
-use crate::scenes::{Noise, NoiseLevel, Scene, plots};
-use crate::{Bound, Ladder, Options, Outcome, Progress, Row, SceneAbout};
+use crate::measure::{BLOCK, median_and_p99, quantile};
+use crate::scenes::{self, Noise, NoiseLevel, Scene};
+use crate::{Bound, Ladder, Options, Outcome, Progress, Row, SceneAbout, clock, zurich};
 use models::filter::consistency::{mean_bounds_95, position_nees};
 use models::filter::map::MapKnowledge;
 use models::filter::modes::ca;
 use models::filter::route::Network;
 use models::filter::smoother::smooth;
 use models::filter::{Estimate, Estimator, FilterConfig, Rung, Start, StateEstimator};
+use models::frames::Vector2;
 use models::plot::Plot;
+use models::time::SimTime;
 use std::hint::black_box;
 use std::sync::Arc;
 
@@ -21,8 +23,10 @@ use std::sync::Arc;
 const ACQUISITION: usize = 3;
 /// A track that ends farther off than this is lost, m.
 const LOST_M: f64 = 50.0;
-/// Updates in a timed block.
-const BLOCK: usize = 1000;
+/// Scans without a plot in the scene `outage`: first and last.
+const OUTAGE: (usize, usize) = (26, 33);
+/// Seconds of each stretch of the recorded movements.
+const STRETCH: usize = 60;
 /// Position error that 95 % of the reports of a surface movement radar must not exceed, m (EUROCAE ED-116).
 pub const REQUIRED_95_M: f64 = 7.5;
 /// Jerk density of the off-line smoother, m²/s⁵.
@@ -53,15 +57,15 @@ impl Method {
             Self::Filter(_) => None,
         }
     }
-    fn config(self, scene: &Scene) -> FilterConfig {
+    fn config(self, subject: &Subject) -> FilterConfig {
         let Self::Filter(rung) = self else { return FilterConfig::new(Rung::Ca6) };
         let mut config = FilterConfig::new(rung);
         if rung == Rung::Mh9Map {
-            config.map = Some(Arc::new(MapKnowledge::of(Network::single(scene.route()))));
+            config.map.clone_from(&subject.map);
         }
         config
     }
-    /// Estimates with the number of their scan.
+    /// Estimates with the number of their scan; scans without a plot are predicted, where a filter can.
     fn track(
         self,
         config: &FilterConfig,
@@ -70,21 +74,127 @@ impl Method {
         let said = |e: models::filter::UpdateError| e.to_string();
         if self == Self::Smoother {
             let states = smooth(plots, ca(SMOOTHER_Q), Start::default()).map_err(said)?;
-            return Ok(states.into_iter().enumerate().collect());
+            return Ok(states.into_iter().zip(plots).map(|(e, p)| (scan_of(p), e)).collect());
         }
         let mut filter = Estimator::from_plot(config, &plots[0]).map_err(said)?;
         let lagging = self == Self::Filter(Rung::Mh9Lag1);
         let mut track = Vec::with_capacity(plots.len());
-        for (k, plot) in plots.iter().enumerate().skip(1) {
+        let mut before = scan_of(&plots[0]);
+        for plot in &plots[1..] {
+            let now = scan_of(plot);
+            for k in before + 1..now {
+                let at = SimTime(k as i64 * SECOND_NS);
+                track.push((k, filter.predicted(at).map_err(said)?));
+            }
             filter.update(plot).map_err(said)?;
             if !lagging {
-                track.push((k, filter.estimate()));
-            } else if let Some(before) = filter.lagged() {
-                track.push((k - 1, before));
+                track.push((now, filter.estimate()));
+            } else if let Some(late) = filter.lagged() {
+                track.push((before, late));
             }
+            before = now;
         }
         Ok(track)
     }
+}
+
+const SECOND_NS: i64 = 1_000_000_000;
+
+/// Number of the scan of a plot: one a second.
+fn scan_of(plot: &Plot) -> usize {
+    (plot.time.0 / SECOND_NS) as usize
+}
+
+/// What is tracked: the same plots for every rung, and the truth.
+struct Subject {
+    name: String,
+    about: String,
+    /// Truth second by second; run k has path k modulo their number.
+    paths: Vec<Vec<Vector2<f64>>>,
+    draws: Vec<Vec<Plot>>,
+    map: Option<Arc<MapKnowledge>>,
+    bounds: Vec<Bound>,
+}
+
+impl Subject {
+    /// A scene of straight lines and arcs at one noise level.
+    fn of(scene: &Scene, level: &NoiseLevel, seed: u64, runs: u64) -> Self {
+        let name = scene_name(scene, level);
+        let truth = (0..scene.samples).map(|k| scene.at(k as f64).position_m).collect();
+        let draws: Vec<Vec<Plot>> =
+            (0..runs).map(|run| scenes::plots(scene, &level.noise, seed, run)).collect();
+        Self {
+            about: format!("{}; radar {}", scene.about, level.about),
+            paths: vec![truth],
+            bounds: bound_lines(scene, level, &name, &draws),
+            draws,
+            map: Some(Arc::new(MapKnowledge::of(Network::single(scene.route())))),
+            name,
+        }
+    }
+
+    /// A taxi movement through a turn of which eight seconds are not seen.
+    fn outage(level: &NoiseLevel, seed: u64, runs: u64) -> Self {
+        let scene = Scene::outage();
+        let mut subject = Self::of(&scene, level, seed, runs);
+        let seen = |plot: &Plot| !(OUTAGE.0..=OUTAGE.1).contains(&scan_of(plot));
+        subject.draws.iter_mut().for_each(|plots| plots.retain(seen));
+        // The bounds are of a scene that is seen throughout.
+        subject.bounds.retain(|b| b.label == "raw plots");
+        subject
+    }
+
+    /// Stretches of the recorded movements at Zurich, each once a turn, seen from the tower.
+    fn zurich(level: &NoiseLevel, seed: u64, runs: u64) -> Result<Self, String> {
+        let scene = zurich::scene().map_err(|e| e.to_string())?;
+        let site = scene.sensors.iter().find_map(|s| s.asde.as_ref().and(s.site_m));
+        let noise = match (level.noise, site) {
+            (Noise::Radar { range_m, azimuth_rad, .. }, Some(site)) => {
+                Noise::Radar { range_m, azimuth_rad, radar_m: site.xy() }
+            }
+            (noise, _) => noise,
+        };
+        let paths: Vec<_> =
+            zurich::stretches(&scene, STRETCH).into_iter().map(|(_, path)| path).collect();
+        if paths.is_empty() {
+            return Err("no recorded movement at Zurich".to_owned());
+        }
+        let draws: Vec<Vec<Plot>> = (0..runs)
+            .map(|run| scenes::plots_along(&paths[run as usize % paths.len()], &noise, seed, run))
+            .collect();
+        let name = "zurich".to_owned();
+        let raw = raw_mse(&draws, &paths);
+        let bounds = vec![Bound {
+            group: "filters".to_owned(),
+            scene: name.clone(),
+            label: "raw plots".to_owned(),
+            error: raw.sqrt(),
+            mse_reduction_pct: Some(0.0),
+        }];
+        let about = format!(
+            "{} stretches of a minute of recorded aircraft and driven vehicles at Zurich, radar on the tower",
+            paths.len()
+        );
+        Ok(Self { name, about, paths, draws, map: None, bounds })
+    }
+
+    /// The methods that it can be tracked with.
+    fn methods(&self) -> impl Iterator<Item = Method> {
+        let mapped = self.map.is_some();
+        Method::all().filter(move |m| mapped || *m != Method::Filter(Rung::Mh9Map))
+    }
+}
+
+/// Mean squared error of the plots from the third second on, m².
+fn raw_mse(draws: &[Vec<Plot>], paths: &[Vec<Vector2<f64>>]) -> f64 {
+    let (mut sum, mut n) = (0.0, 0usize);
+    for (run, plots) in draws.iter().enumerate() {
+        for plot in plots.iter().filter(|p| scan_of(p) >= ACQUISITION) {
+            sum += (plot.position_m - paths[run % paths.len()][scan_of(plot)]).norm_squared();
+            n += 1;
+        }
+    }
+    sum / n.max(1) as f64
 }
 
 /// Measures the ladder.
@@ -93,32 +203,37 @@ pub(crate) fn run(options: &Options, progress: &mut dyn FnMut(Progress)) -> Outc
     let noises = NoiseLevel::all();
     let levels = if options.quick { &noises[..1] } else { &noises[..] };
     let scenes = Scene::reported();
-    let total = levels.len() * scenes.len() * Method::all().count();
-    let (mut done, mut rows, mut lines, mut about) = (0, Vec::new(), Vec::new(), Vec::new());
+    let mut subjects: Vec<Result<Subject, String>> = Vec::new();
     for level in levels {
-        for scene in &scenes {
-            let name = scene_name(scene, level);
-            about.push(SceneAbout {
-                name: name.clone(),
-                about: format!("{}; radar {}", scene.about, level.about),
-            });
-            let draws: Vec<Vec<Plot>> =
-                (0..runs).map(|run| plots(scene, &level.noise, options.seed, run)).collect();
-            let reference = reference(scene, &draws);
-            lines.extend(bound_lines(scene, level, &name, &draws));
-            for method in Method::all() {
-                let mut row = errors(method, scene, &name, &draws, &reference);
-                let config = method.config(scene);
-                (row.ns_per_update, row.ns_p99) = timed(method, &config, &draws, blocks);
-                rows.push(row);
-                done += 1;
-                progress(Progress {
-                    group: "filters",
-                    what: format!("{name} {}", method.name()),
-                    done,
-                    total,
-                });
+        let of = |scene| Ok(Subject::of(scene, level, options.seed, runs));
+        subjects.extend(scenes.iter().map(of));
+        if level.name.is_empty() {
+            subjects.push(Ok(Subject::outage(level, options.seed, runs)));
+            subjects.push(Subject::zurich(level, options.seed, runs));
+        }
+    }
+    let total = subjects.len() * Method::all().count();
+    let (mut done, mut rows, mut lines, mut about) = (0, Vec::new(), Vec::new(), Vec::new());
+    for subject in subjects {
+        let subject = match subject {
+            Ok(subject) => subject,
+            Err(reason) => {
+                let (group, scene) = ("filters".to_owned(), "zurich".to_owned());
+                rows.push(Row { group, scene, failed: vec![reason], ..Row::default() });
+                continue;
             }
+        };
+        about.push(SceneAbout { name: subject.name.clone(), about: subject.about.clone() });
+        lines.extend(subject.bounds.iter().cloned());
+        let reference = reference(&subject);
+        for method in subject.methods() {
+            let mut row = errors(method, &subject, &reference);
+            (row.ns_per_update, row.ns_p99) =
+                timed(method, &method.config(&subject), &subject.draws, blocks);
+            rows.push(row);
+            done += 1;
+            let what = format!("{} {}", subject.name, method.name());
+            progress(Progress { group: "filters", what, done, total });
         }
     }
     let ladder = Ladder {
@@ -126,16 +241,19 @@ pub(crate) fn run(options: &Options, progress: &mut dyn FnMut(Progress)) -> Outc
         title: "Filters: one target, one radar".to_owned(),
         about: format!(
             "Root mean square position error of one track, {runs} runs a scene with the same plots for \
-             every rung, from the third second on. Time is one update of both axes with position and \
-             covariance read out, as processor time of the thread. Modes, noise densities and transition \
+             every rung, from the third second on. Time is one update of both axes with the position \
+             read out, as processor time of the thread, tracks side by side as in a tracker. Modes, noise densities and transition \
              probabilities were chosen on the first three scenes and on three more that are not reported \
-             (an exit, taxiing, a line-up), with other seeds; the queue and the other noise levels had no \
-             part in it. On the map rung the target keeps exactly to its centreline."
+             (an exit, taxiing, a line-up), with other seeds; the queue, the outage, the recorded movements and the \
+             other noise levels had no part in it. On the map rung the target keeps exactly to its centreline; \
+             the recorded movements have no exact centreline and no map rung. In the outage the errors of the \
+             predictions count too."
         ),
         error_label: "position error, m (rms)".to_owned(),
         scenes: about,
+        ..Ladder::default()
     };
-    Outcome { ladder, rows, bounds: lines, pictures: Vec::new() }
+    Outcome { ladder, rows, bounds: lines, ..Outcome::default() }
 }
 
 fn scene_name(scene: &Scene, level: &NoiseLevel) -> String {
@@ -146,27 +264,26 @@ fn scene_name(scene: &Scene, level: &NoiseLevel) -> String {
     }
 }
 
-/// The smoother's states: the most exact rung, which the others are held against too.
-fn reference(scene: &Scene, draws: &[Vec<Plot>]) -> Vec<Vec<Estimate>> {
-    let config = Method::Smoother.config(scene);
-    let tracks =
-        draws.iter().map(|plots| Method::Smoother.track(&config, plots).unwrap_or_default());
-    tracks.map(|track| track.into_iter().map(|(_, e)| e).collect()).collect()
+/// The smoother's states scan by scan: the most exact rung, which the others are held against too.
+fn reference(subject: &Subject) -> Vec<Vec<Option<Estimate>>> {
+    let config = Method::Smoother.config(subject);
+    let scans = subject.paths.iter().map(Vec::len).max().unwrap_or(0);
+    let of = |plots: &Vec<Plot>| {
+        let mut states = vec![None; scans];
+        for (k, state) in Method::Smoother.track(&config, plots).unwrap_or_default() {
+            states[k] = Some(state);
+        }
+        states
+    };
+    subject.draws.iter().map(of).collect()
 }
 
 /// Everything but the times.
-fn errors(
-    method: Method,
-    scene: &Scene,
-    scene_name: &str,
-    draws: &[Vec<Plot>],
-    reference: &[Vec<Estimate>],
-) -> Row {
-    let config = method.config(scene);
-    let truth: Vec<_> = (0..scene.samples).map(|k| scene.at(k as f64).position_m).collect();
+fn errors(method: Method, subject: &Subject, reference: &[Vec<Option<Estimate>>]) -> Row {
+    let config = method.config(subject);
     let mut row = Row {
         group: "filters".to_owned(),
-        scene: scene_name.to_owned(),
+        scene: subject.name.clone(),
         rung: method.name().to_owned(),
         needs: method.needs().map(str::to_owned),
         ..Row::default()
@@ -174,8 +291,9 @@ fn errors(
     let (mut lost, mut radii, mut to_reference) = (0usize, Vec::new(), (0.0, 0usize));
     let mut ratio = Vec::new();
     let (mut raw_sum, mut sum) = (0.0, 0.0);
-    let mut nees = vec![(0.0, 0usize); scene.samples];
-    for (plots, reference) in draws.iter().zip(reference) {
+    let mut nees = vec![(0.0, 0usize); subject.paths.iter().map(Vec::len).max().unwrap_or(0)];
+    for (run, (plots, reference)) in subject.draws.iter().zip(reference).enumerate() {
+        let truth = &subject.paths[run % subject.paths.len()];
         let track = match method.track(&config, plots) {
             Ok(track) => track,
             Err(reason) => {
@@ -191,15 +309,20 @@ fn errors(
             lost += 1;
             continue;
         }
+        let mut plot_of = vec![None; truth.len()];
+        plots.iter().for_each(|p| plot_of[scan_of(p)] = Some(p));
         let (mut raw, mut own) = (0.0, 0.0);
         for (k, estimate) in track.iter().filter(|(k, _)| *k >= ACQUISITION) {
             let error = (estimate.position_m() - truth[*k]).norm_squared();
-            own += error;
-            raw += (plots[*k].position_m - truth[*k]).norm_squared();
             radii.push(error.sqrt());
+            // The gain over plots can be told only where there are plots.
+            if let Some(plot) = plot_of[*k] {
+                own += error;
+                raw += (plot.position_m - truth[*k]).norm_squared();
+            }
             nees[*k].0 += position_nees(estimate, truth[*k]);
             nees[*k].1 += 1;
-            if let Some(reference) = reference.get(*k) {
+            if let Some(reference) = &reference[*k] {
                 to_reference.0 += (estimate.position_m() - reference.position_m()).norm_squared();
                 to_reference.1 += 1;
             }
@@ -208,15 +331,16 @@ fn errors(
         sum += own;
         ratio.push((own, raw));
     }
-    row.lost_pct = Some(100.0 * lost as f64 / draws.len() as f64);
+    row.lost_pct = Some(100.0 * lost as f64 / subject.draws.len() as f64);
     if radii.is_empty() {
         return row;
     }
     let reduction = 100.0 * (1.0 - sum / raw_sum);
     row.mse_reduction_pct = Some(reduction);
     row.reduction_se_pct = Some(standard_error(&ratio, sum / raw_sum));
-    row.rmse_m = Some((sum / radii.len() as f64).sqrt());
-    row.p95_m = Some(quantile(&mut radii, 0.95));
+    let squares: f64 = radii.iter().map(|r| r * r).sum();
+    row.rmse_m = Some((squares / radii.len() as f64).sqrt());
+    row.p95_m = quantile(&mut radii, 0.95);
     row.error = Some((to_reference.0 / to_reference.1.max(1) as f64).sqrt());
     row.error_unit = Some("m from rts".to_owned());
     let counted: Vec<_> = nees.iter().filter(|(_, n)| *n > 0).collect();
@@ -239,71 +363,53 @@ fn standard_error(ratio: &[(f64, f64)], mean: f64) -> f64 {
     100.0 * (residual / (n * (n - 1.0).max(1.0))).sqrt() / b
 }
 
-/// The value below which a share `p` lies (nearest rank).
-fn quantile(values: &mut [f64], p: f64) -> f64 {
-    values.sort_by(f64::total_cmp);
-    let rank = (p * values.len() as f64).ceil() as usize;
-    values[rank.clamp(1, values.len()) - 1]
-}
-
-/// Median and 99 % quantile of the time per update over blocks of 1000, ns.
+/// Median and 99 % quantile of the time per update over blocks of 1000, ns. A block is scan after scan of
+/// a few tracks side by side, as a tracker sees them.
 fn timed(
     method: Method,
     config: &FilterConfig,
     draws: &[Vec<Plot>],
     blocks: usize,
 ) -> (Option<f64>, Option<f64>) {
+    let scans = draws.iter().map(Vec::len).min().unwrap_or(0);
+    if scans < 2 {
+        return (None, None);
+    }
+    let tracks = &draws[..BLOCK.div_ceil(scans - 1).min(draws.len())];
+    let started: Result<Vec<_>, _> =
+        tracks.iter().map(|plots| Estimator::from_plot(config, &plots[0])).collect();
+    let Ok(started) = started else { return (None, None) };
     let mut times = Vec::with_capacity(blocks);
-    let mut next = draws.iter().cycle();
     // The first two blocks warm caches and branch predictors.
     for block in 0..blocks + 2 {
-        let mut chosen: Vec<&Vec<Plot>> = Vec::new();
-        let mut updates = 0;
-        while updates < BLOCK {
-            let Some(plots) = next.next() else { return (None, None) };
-            updates += plots.len() - 1;
-            chosen.push(plots);
-        }
-        let started: Result<Vec<_>, _> =
-            chosen.iter().map(|plots| Estimator::from_plot(config, &plots[0])).collect();
-        let Ok(mut started) = started else { return (None, None) };
-        let mut left = BLOCK;
-        let mut counted = 0;
+        let mut filters = started.clone();
         let begin = clock::thread_ns();
-        for (filter, plots) in started.iter_mut().zip(&chosen) {
-            let take = (plots.len() - 1).min(left);
-            left -= take;
-            counted += take;
+        for scan in 1..scans {
             if method == Method::Smoother {
-                let _ = black_box(smooth(&plots[..=take], ca(SMOOTHER_Q), Start::default()));
-                continue;
+                break;
             }
-            for plot in &plots[1..=take] {
-                let _ = black_box(filter.update(plot));
-                let estimate = filter.estimate();
-                black_box((estimate.position_m(), estimate.position_cov_m2()));
+            for (filter, plots) in filters.iter_mut().zip(tracks) {
+                let _ = black_box(filter.update(&plots[scan]));
+                black_box(filter.estimate().position_m());
             }
         }
-        let ns = (clock::thread_ns() - begin) as f64 / counted as f64;
+        if method == Method::Smoother {
+            for plots in tracks {
+                let _ = black_box(smooth(plots, ca(SMOOTHER_Q), Start::default()));
+            }
+        }
+        let updates = (scans - 1) * tracks.len();
         if block >= 2 {
-            times.push(ns);
+            times.push((clock::thread_ns() - begin) as f64 / updates as f64);
         }
     }
-    let median = quantile(&mut times, 0.5);
-    (Some(median), Some(quantile(&mut times, 0.99)))
+    median_and_p99(&mut times)
 }
 
 /// The lines that no filter with the same knowledge can pass, from the same scans.
 fn bound_lines(scene: &Scene, level: &NoiseLevel, name: &str, draws: &[Vec<Plot>]) -> Vec<Bound> {
     let truth: Vec<_> = (0..scene.samples).map(|k| scene.at(k as f64).position_m).collect();
-    let (mut sum, mut n) = (0.0, 0usize);
-    for plots in draws {
-        for (plot, truth) in plots.iter().zip(&truth).skip(ACQUISITION) {
-            sum += (plot.position_m - truth).norm_squared();
-            n += 1;
-        }
-    }
-    let raw = sum / n as f64;
+    let raw = raw_mse(draws, &[truth]);
     let Bounds { switches, legs, legs_lag, map, smoother } =
         bounds::of(scene, &level.noise, ACQUISITION);
     let line = |label: &str, mse: f64| Bound {
@@ -328,12 +434,14 @@ fn bound_lines(scene: &Scene, level: &NoiseLevel, name: &str, draws: &[Vec<Plot>
 pub fn error_table(seed: u64, runs: u64) -> String {
     let level: NoiseLevel = NoiseLevel::all()[0];
     let mut out = String::from("scene rung reduction_pct rmse_m p95_m nees lost_pct\n");
-    for scene in Scene::reported() {
-        let noise: Noise = level.noise;
-        let draws: Vec<Vec<Plot>> = (0..runs).map(|run| plots(&scene, &noise, seed, run)).collect();
-        let reference = reference(&scene, &draws);
-        for method in Method::all() {
-            let row = errors(method, &scene, scene.name, &draws, &reference);
+    let mut subjects: Vec<Subject> =
+        Scene::reported().iter().map(|scene| Subject::of(scene, &level, seed, runs)).collect();
+    subjects.push(Subject::outage(&level, seed, runs));
+    subjects.extend(Subject::zurich(&level, seed, runs));
+    for subject in &subjects {
+        let reference = reference(subject);
+        for method in subject.methods() {
+            let row = errors(method, subject, &reference);
             let number = |v: Option<f64>| v.map_or_else(|| "-".to_owned(), |v| format!("{v:.1}"));
             out += &format!(
                 "{} {} {} {} {} {} {}\n",
@@ -362,12 +470,10 @@ mod tests {
     #[test]
     fn every_step_up_is_better_on_the_scene_it_is_for() {
         let level = NoiseLevel::all()[0];
-        let scene = Scene::landing_arc();
-        let draws: Vec<Vec<Plot>> =
-            (0..60).map(|run| plots(&scene, &level.noise, 77, run)).collect();
-        let reference = reference(&scene, &draws);
+        let subject = Subject::of(&Scene::landing_arc(), &level, 77, 60);
+        let reference = reference(&subject);
         let mse = |rung| {
-            let row = errors(Method::Filter(rung), &scene, "arc", &draws, &reference);
+            let row = errors(Method::Filter(rung), &subject, &reference);
             assert_eq!(row.lost_pct, Some(0.0));
             row.mse_reduction_pct.unwrap()
         };

@@ -181,8 +181,9 @@ pub(crate) fn run(options: &Options, progress: &mut dyn FnMut(Progress)) -> Outc
         ),
         error_label: "horizontal position error, m (root mean square)".into(),
         scenes: vec![SceneAbout { name: SCENE.into(), about: "receivers that stand".into() }],
+        ..Ladder::default()
     };
-    Outcome { ladder, rows, bounds: Vec::new(), pictures: Vec::new() }
+    Outcome { ladder, rows, ..Outcome::default() }
 }
 
 #[cfg(test)]

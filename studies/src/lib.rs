@@ -4,16 +4,27 @@
 //! and one line of JSON. Nothing here enters a run of the federation; this crate reads the clock, to
 //! measure. A new ladder is one function that fills [`Row`]s, and one line in [`GROUPS`].
 
+mod arithmetic;
 pub mod association;
 mod bounds;
+mod chart;
 mod clock;
+mod dead_reckoning;
 pub mod effects;
 pub mod figures;
 pub mod filters;
+pub mod gates;
 mod gnss;
+mod measure;
 pub mod plot;
+pub mod profiles;
+pub mod radar;
 mod report;
+pub mod requirements;
 pub mod scenes;
+#[cfg(test)]
+mod tests;
+pub mod zurich;
 
 use serde::Serialize;
 
@@ -59,14 +70,10 @@ pub struct Row {
     pub error_unit: Option<String>,
     /// Whether the requirement on this measure is met (position: 95 % within 7.5 m, EUROCAE ED-116).
     pub required: Option<bool>,
-}
-
-impl Row {
-    /// The error that is drawn: the position error where there is one.
-    #[must_use]
-    pub fn shown_error(&self) -> Option<f64> {
-        self.rmse_m.or(self.gospa).or(self.error)
-    }
+    /// Cost that is not time (network load).
+    pub cost: Option<f64>,
+    /// Unit of `cost`.
+    pub cost_unit: Option<String>,
 }
 
 /// A line that no rung with the same knowledge can pass, or the raw plots.
@@ -93,8 +100,20 @@ pub struct SceneAbout {
     pub about: String,
 }
 
+/// Which error of the rows a ladder draws.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Draws {
+    /// Root mean square position error.
+    #[default]
+    Position,
+    /// GOSPA.
+    Gospa,
+    /// `Row::error`.
+    Other,
+}
+
 /// A ladder in words.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Ladder {
     /// Its name in the rows.
     pub group: String,
@@ -104,12 +123,36 @@ pub struct Ladder {
     pub about: String,
     /// Axis of the drawn error, with unit.
     pub error_label: String,
+    /// Which error is drawn.
+    pub draws: Draws,
+    /// Unit of the drawn error, for sentences; metres if empty.
+    pub unit: String,
+    /// Axis of the cost where it is not time.
+    pub cost_label: Option<String>,
     /// Its scenes, in order.
     pub scenes: Vec<SceneAbout>,
 }
 
+impl Ladder {
+    /// The drawn error of a row.
+    #[must_use]
+    pub fn error(&self, row: &Row) -> Option<f64> {
+        match self.draws {
+            Draws::Position => row.rmse_m,
+            Draws::Gospa => row.gospa,
+            Draws::Other => row.error,
+        }
+    }
+
+    /// The drawn cost of a row: its time, or what the ladder names.
+    #[must_use]
+    pub fn cost(&self, row: &Row) -> Option<f64> {
+        if self.cost_label.is_some() { row.cost } else { row.ns_per_update }
+    }
+}
+
 /// What one group measured.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Outcome {
     /// In words.
     pub ladder: Ladder,
@@ -119,6 +162,8 @@ pub struct Outcome {
     pub bounds: Vec<Bound>,
     /// Pictures of its own (SVG), shown after the charts.
     pub pictures: Vec<String>,
+    /// Requirements held against one run of each of these rungs.
+    pub verdicts: Vec<(String, Vec<models::score::requirements::Verdict>)>,
 }
 
 /// What to measure.
@@ -155,8 +200,16 @@ pub type Study = fn(&Options, &mut dyn FnMut(Progress)) -> Outcome;
 /// The ladders by name, in the order of the report.
 pub const GROUPS: &[(&str, Study)] = &[
     ("filters", filters::run),
+    ("gates", gates::run),
+    ("association", association::run),
+    ("profiles", profiles::run),
+    ("sensors", radar::run),
     ("positioning", gnss::run),
     ("effects", effects::run),
+    ("dead_reckoning", dead_reckoning::thresholds),
+    ("time_step", dead_reckoning::steps),
+    ("polar", arithmetic::polar),
+    ("precision", arithmetic::precision),
     ("figures", figures::study),
 ];
 

@@ -1,18 +1,66 @@
 //! The report: a page that explains itself, a table for programs, one line of JSON.
 
-use crate::{Bound, Ladder, Outcome, Report, Row};
+use crate::chart::{chart, duration, escaped, pareto, times};
+use crate::{Bound, Ladder, Outcome, Report, Row, requirements};
+use models::score::requirements::{Measure, Requirement, Verdict};
 use serde_json::json;
 use std::fmt::Write;
 
+/// Keys of a row in [`Report::to_json_line`].
+pub(crate) const LINE_KEYS: [&str; 13] = [
+    "group",
+    "scene",
+    "rung",
+    "mse_reduction_pct",
+    "rmse_m",
+    "p95_m",
+    "nees",
+    "lost_pct",
+    "swaps_pct",
+    "gospa",
+    "ns_per_update",
+    "ns_p99",
+    "failed",
+];
+
 impl Report {
-    /// `{"machine","commit","seed","quick","rows":[…],"bounds":[…]}` without a line break.
+    /// `{"machine","commit","rows":[…]}` without a line break; the rows have 13 keys, null
+    /// where a measure does not apply.
     #[must_use]
     pub fn to_json_line(&self) -> String {
+        let rows: Vec<serde_json::Value> = self
+            .rows()
+            .map(|row| {
+                let all = json!(row);
+                let of = |key: &&str| ((*key).to_owned(), all[*key].clone());
+                serde_json::Value::Object(LINE_KEYS.iter().map(of).collect())
+            })
+            .collect();
+        json!({ "machine": self.machine, "commit": self.commit, "rows": rows }).to_string()
+    }
+
+    /// Everything that was measured: also the bounds, other errors and costs, and the verdicts.
+    #[must_use]
+    pub fn to_json(&self) -> String {
         let rows: Vec<&Row> = self.rows().collect();
         let bounds: Vec<&Bound> = self.outcomes.iter().flat_map(|o| &o.bounds).collect();
+        let verdict = |run: &String, v: &Verdict| {
+            let r = &v.requirement;
+            json!({
+                "run": run, "standard": r.standard, "area": r.area, "name": r.name,
+                "probability": r.probability, "at_least": r.at_least, "threshold": r.threshold,
+                "found": v.found, "samples": v.samples, "met": v.met, "enough": v.enough,
+            })
+        };
+        let verdicts: Vec<serde_json::Value> = self
+            .outcomes
+            .iter()
+            .flat_map(|o| &o.verdicts)
+            .flat_map(|(run, list)| list.iter().map(move |v| verdict(run, v)))
+            .collect();
         json!({
             "machine": self.machine, "commit": self.commit, "seed": self.seed, "quick": self.quick,
-            "rows": rows, "bounds": bounds,
+            "rows": rows, "bounds": bounds, "requirements": verdicts,
         })
         .to_string()
     }
@@ -22,7 +70,7 @@ impl Report {
     pub fn to_csv(&self) -> String {
         let mut out = String::from(
             "group,scene,rung,needs,mse_reduction_pct,reduction_se_pct,rmse_m,p95_m,nees,nees_in_bounds_pct,\
-             lost_pct,swaps_pct,gospa,ns_per_update,ns_p99,error,error_unit,required,failed\n",
+             lost_pct,swaps_pct,gospa,ns_per_update,ns_p99,error,cost,cost_unit,error_unit,required,failed\n",
         );
         for r in self.rows() {
             let numbers = [
@@ -38,17 +86,19 @@ impl Report {
                 r.ns_per_update,
                 r.ns_p99,
                 r.error,
+                r.cost,
             ];
             let numbers: Vec<String> =
                 numbers.iter().map(|v| v.map_or_else(String::new, |v| v.to_string())).collect();
             let _ = writeln!(
                 out,
-                "{},{},{},{},{},{},{},{}",
+                "{},{},{},{},{},{},{},{},{}",
                 quoted(&r.group),
                 quoted(&r.scene),
                 quoted(&r.rung),
                 quoted(r.needs.as_deref().unwrap_or("")),
                 numbers.join(","),
+                quoted(r.cost_unit.as_deref().unwrap_or("")),
                 quoted(r.error_unit.as_deref().unwrap_or("")),
                 r.required.map_or("", |met| if met { "PASS" } else { "FAIL" }),
                 quoted(&r.failed.join("; ")),
@@ -57,24 +107,93 @@ impl Report {
         out
     }
 
+    /// One sentence per ladder: what the next step up costs and what it buys.
+    #[must_use]
+    pub fn closing(&self) -> String {
+        let lines = self.outcomes.iter().map(|o| format!("{}: {}\n", o.ladder.group, closing(o)));
+        lines.collect()
+    }
+
+    /// Tables for a terminal, then [`Self::closing`].
+    #[must_use]
+    pub fn to_text(&self) -> String {
+        let mut out = format!("{}; commit {}; seed {}\n", self.machine, self.commit, self.seed);
+        let head = ["reduction %", "rms m", "95 % m", "NEES", "lost %", "swaps %", "GOSPA"];
+        for outcome in &self.outcomes {
+            let wide = |get: fn(&Row) -> &str| {
+                outcome.rows.iter().map(|r| get(r).chars().count()).max().unwrap_or(0).max(5)
+            };
+            let (scene, rung) = (wide(|r| &r.scene), wide(|r| &r.rung));
+            let _ = write!(out, "\n{}\n{:scene$}  {:rung$}", outcome.ladder.title, "scene", "rung");
+            for name in head {
+                let _ = write!(out, " {name:>11}");
+            }
+            out.push_str("        time    99 % time  other\n");
+            for r in &outcome.rows {
+                let _ = write!(out, "{:scene$}  {:rung$}", r.scene, r.rung);
+                for value in [
+                    r.mse_reduction_pct,
+                    r.rmse_m,
+                    r.p95_m,
+                    r.nees,
+                    r.lost_pct,
+                    r.swaps_pct,
+                    r.gospa,
+                ] {
+                    let _ = write!(out, " {:>11}", value.map_or("-".into(), |v| format!("{v:.2}")));
+                }
+                let time = |ns: Option<f64>| ns.map_or("-".into(), duration);
+                let _ = write!(out, " {:>11}  {:>11} ", time(r.ns_per_update), time(r.ns_p99));
+                for (value, unit) in [(r.cost, &r.cost_unit), (r.error, &r.error_unit)] {
+                    if let (Some(value), Some(unit)) = (value, unit) {
+                        let _ = write!(out, " {value:.3} {unit};");
+                    }
+                }
+                for reason in &r.failed {
+                    let _ = write!(out, " FAILED: {reason};");
+                }
+                out.push('\n');
+            }
+        }
+        out.push('\n');
+        out.push_str(&self.closing());
+        out
+    }
+
     /// A page without scripts and without anything from elsewhere.
     #[must_use]
     pub fn to_html(&self) -> String {
+        let mut contents = String::new();
         let mut body = String::new();
         for outcome in &self.outcomes {
+            let _ = write!(
+                contents,
+                "<tr><td><a href=\"#{}\">{}</a></td><td>{}</td></tr>",
+                escaped(&outcome.ladder.group),
+                escaped(&outcome.ladder.title),
+                escaped(&closing(outcome)),
+            );
             section(&mut body, outcome);
+        }
+        let judged = self.outcomes.iter().any(|o| !o.verdicts.is_empty());
+        if judged {
+            contents.push_str(
+                "<tr><td><a href=\"#requirements\">Requirements</a></td><td>Requirement values of A-SMGCS \
+                 surveillance, PASS or FAIL.</td></tr>",
+            );
+            requirement_section(&mut body, &self.outcomes);
         }
         format!(
             "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\">\
              <meta name=\"viewport\" content=\"width=device-width\"><title>Accuracy against time</title>\
              <style>{STYLE}</style></head><body><header><h1>What accuracy costs in time</h1>\
-             <p>Every rung of every ladder on the same draws. In each picture a point is one rung: the \
-             farther left, the cheaper; the lower, the more exact. The stepped line joins the rungs that \
-             no other one beats in both (the Pareto front, filled points; half a percent of error does not \
-             count). Diamonds have something that the others have not: a second more time, a map, or all \
-             plots. Dashed lines are bounds: told what is written beside them, nothing can be below.</p>\
+             <p>Every rung of every ladder, measured on the same draws. Find the ladder, read its sentence, then \
+             its pictures: each point is one rung; <b>farther left is cheaper, lower is more exact</b>, both axes \
+             are logarithmic.</p><p class=\"key\">{KEY}</p>\
              <dl><dt>Machine</dt><dd>{}</dd><dt>Commit</dt><dd>{}</dd><dt>Seed</dt><dd>{}</dd>\
-             <dt>Extent</dt><dd>{}</dd></dl></header>{body}</body></html>\n",
+             <dt>Extent</dt><dd>{}</dd></dl></header>\
+             <h2>What the next step up costs, and what it buys</h2>\
+             <table class=\"contents\">{contents}</table>{body}</body></html>\n",
             escaped(&self.machine),
             escaped(&self.commit),
             self.seed,
@@ -83,16 +202,29 @@ impl Report {
     }
 }
 
+/// What the marks mean.
+const KEY: &str = "<svg viewBox=\"0 0 14 14\"><circle class=\"best\" cx=\"7\" cy=\"7\" r=\"5\"/></svg> on the Pareto \
+front: no other rung is both cheaper and more exact (the stepped line joins them; half a percent does not count) \
+<svg viewBox=\"0 0 14 14\"><circle class=\"other\" cx=\"7\" cy=\"7\" r=\"5\"/></svg> beaten by another rung \
+<svg viewBox=\"0 0 14 14\"><path class=\"other\" d=\"M7 1l6 6-6 6-6-6z\"/></svg> has what the others have not: a \
+second more time, a map, all plots \
+<svg viewBox=\"0 0 14 14\"><circle class=\"failed\" cx=\"7\" cy=\"7\" r=\"5\"/></svg> lost tracks or failed \
+<svg viewBox=\"0 0 30 14\"><line class=\"bound\" x1=\"0\" y1=\"7\" x2=\"30\" y2=\"7\"/></svg> bound: told what is \
+written beside it, nothing can be lower \
+<svg viewBox=\"0 0 30 14\"><line class=\"raw\" x1=\"0\" y1=\"7\" x2=\"30\" y2=\"7\"/></svg> raw plots";
+
 fn section(out: &mut String, outcome: &Outcome) {
-    let Ladder { group, title, about, error_label, scenes } = &outcome.ladder;
+    let Ladder { group, title, about, scenes, .. } = &outcome.ladder;
     let _ = write!(
         out,
-        "<section id=\"{}\"><h2>{}</h2><p>{}</p><p class=\"closing\">{}</p><div class=\"charts\">",
+        "<section id=\"{}\"><h2>{}</h2><p>{}</p><p class=\"closing\">{}</p>",
         escaped(group),
         escaped(title),
         escaped(about),
         escaped(&closing(outcome)),
     );
+    gains(out, outcome);
+    out.push_str("<div class=\"charts\">");
     for scene in scenes {
         let rows: Vec<&Row> = outcome.rows.iter().filter(|r| r.scene == scene.name).collect();
         let bounds: Vec<&Bound> = outcome.bounds.iter().filter(|b| b.scene == scene.name).collect();
@@ -101,324 +233,173 @@ fn section(out: &mut String, outcome: &Outcome) {
             "<figure><figcaption><b>{}</b>: {}</figcaption>{}</figure>",
             escaped(&scene.name),
             escaped(&scene.about),
-            chart(&rows, &bounds, error_label),
+            chart(&outcome.ladder, &rows, &bounds),
         );
     }
     for picture in &outcome.pictures {
         let _ = write!(out, "<figure>{picture}</figure>");
     }
     out.push_str("</div>");
+    let _ = write!(out, "<details><summary>All {} rows as a table</summary>", outcome.rows.len());
     table(out, outcome);
-    out.push_str("</section>");
+    out.push_str("</details></section>");
 }
 
-/// Which rows no other row beats in both error and time, cheapest first. A rung that needs more than the
-/// plots so far is not compared, and a gain of half a percent is none.
-fn pareto<'a>(rows: &[&'a Row]) -> Vec<&'a Row> {
-    let point = |r: &Row| Some((r.ns_per_update?, r.shown_error()?));
-    let mut sorted: Vec<&Row> = rows.iter().copied().filter(|r| point(r).is_some()).collect();
-    sorted.sort_by(|a, b| {
-        let (a, b) = (point(a).unwrap_or_default(), point(b).unwrap_or_default());
-        a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1))
-    });
-    let mut best = f64::INFINITY;
-    sorted.retain(|r| {
-        let error = r.shown_error().unwrap_or(f64::INFINITY);
-        let front = error < 0.995 * best && r.failed.is_empty() && r.needs.is_none();
-        best = if front { error } else { best };
-        front
-    });
-    sorted
+/// Reductions of the mean squared error, rung by scene, with the bounds below.
+fn gains(out: &mut String, outcome: &Outcome) {
+    let scenes: Vec<&str> = outcome
+        .ladder
+        .scenes
+        .iter()
+        .map(|s| s.name.as_str())
+        .filter(|s| outcome.rows.iter().any(|r| r.scene == *s && r.mse_reduction_pct.is_some()))
+        .collect();
+    if scenes.is_empty() {
+        return;
+    }
+    let mut rungs: Vec<&str> = Vec::new();
+    for row in outcome.rows.iter().filter(|r| r.mse_reduction_pct.is_some()) {
+        if !rungs.contains(&row.rung.as_str()) {
+            rungs.push(&row.rung);
+        }
+    }
+    let mut bounds: Vec<&str> = Vec::new();
+    for bound in outcome.bounds.iter().filter(|b| b.label.starts_with("bound")) {
+        if !bounds.contains(&bound.label.as_str()) {
+            bounds.push(&bound.label);
+        }
+    }
+    out.push_str("<div class=\"wide\"><table class=\"gains\"><caption>Reduction of the mean squared position \
+                  error against the raw plots, %; negative is worse than no filter</caption><thead><tr><th>rung</th>");
+    for scene in &scenes {
+        let _ = write!(out, "<th>{}</th>", escaped(scene));
+    }
+    out.push_str("<th>time</th></tr></thead><tbody>");
+    for rung in rungs {
+        let _ = write!(out, "<tr><td>{}</td>", escaped(rung));
+        let of = |scene: &str| outcome.rows.iter().find(|r| r.rung == rung && r.scene == scene);
+        for scene in &scenes {
+            let row = of(scene);
+            let lost = row.and_then(|r| r.lost_pct).filter(|l| *l > 0.0);
+            match (row.and_then(|r| r.mse_reduction_pct), lost) {
+                (Some(gain), None) => {
+                    let shade = (gain / 100.0).clamp(0.0, 1.0) * 0.55;
+                    let _ = write!(
+                        out,
+                        "<td style=\"background:rgba(42,120,184,{shade:.2})\">{gain:.0}</td>"
+                    );
+                }
+                (Some(gain), Some(lost)) => {
+                    let _ = write!(out, "<td class=\"fail\">{gain:.0} ({lost:.0} % lost)</td>");
+                }
+                (None, _) => out.push_str("<td>–</td>"),
+            }
+        }
+        let time = scenes.iter().find_map(|s| of(s)?.ns_per_update);
+        let _ = write!(out, "<td>{}</td></tr>", time.map_or("–".into(), duration));
+    }
+    for label in bounds {
+        let _ = write!(out, "<tr class=\"told\"><td>{}</td>", escaped(label));
+        for scene in &scenes {
+            let found = outcome.bounds.iter().find(|b| b.label == label && b.scene == *scene);
+            let text = found.and_then(|b| b.mse_reduction_pct);
+            let _ = write!(out, "<td>{}</td>", text.map_or("–".into(), |v| format!("{v:.0}")));
+        }
+        out.push_str("<td>–</td></tr>");
+    }
+    out.push_str("</tbody></table></div>");
 }
+
+/// Share of the error that a step has to buy to be named in the closing sentence.
+const WORTH_SAYING: f64 = 0.05;
 
 /// What the next step up costs and what it buys, in words, over the ladder's first scene.
 fn closing(outcome: &Outcome) -> String {
-    let Some(scene) = outcome.ladder.scenes.first() else { return String::new() };
+    let ladder = &outcome.ladder;
+    let failed: Vec<&Row> = outcome.rows.iter().filter(|r| !r.failed.is_empty()).collect();
+    let Some(scene) = ladder.scenes.first() else {
+        return match failed.len() {
+            0 => format!("All {} statements hold.", outcome.rows.len()),
+            n => format!("{n} of {} statements do not hold.", outcome.rows.len()),
+        };
+    };
     let rows: Vec<&Row> = outcome.rows.iter().filter(|r| r.scene == scene.name).collect();
-    let front = pareto(&rows);
+    let front = pareto(ladder, &rows, WORTH_SAYING);
     let Some(first) = front.first() else { return "No rung has both an error and a time.".into() };
-    let time = |r: &Row| r.ns_per_update.unwrap_or(0.0);
-    let error = |r: &Row| r.shown_error().unwrap_or(0.0);
+    let unit = if ladder.unit.is_empty() { "m" } else { &ladder.unit };
+    let cost = |r: &Row| ladder.cost(r).unwrap_or(0.0);
+    let error = |r: &Row| ladder.error(r).unwrap_or(0.0);
+    let said = |value: f64| match &ladder.cost_label {
+        Some(label) => format!("{value:.2} {label}"),
+        None => duration(value),
+    };
+    let off = |value: f64| match value {
+        v if v == 0.0 || v >= 0.095 => format!("{v:.2} {unit}"),
+        v => format!("{} {unit}", significant(v)),
+    };
+    let loses = rows.iter().any(|r| r.lost_pct.is_some_and(|l| l > 0.0));
     let mut text = format!(
-        "On {}: the cheapest rung, {}, needs {} an update and is {:.2} m off.",
+        "On {}, the cheapest rung{} is {} ({}, error {})",
         scene.name,
+        if loses { " that lost no track" } else { "" },
         first.rung,
-        duration(time(first)),
-        error(first),
+        said(cost(first)),
+        off(error(first)),
     );
-    for pair in front.windows(2) {
+    for (number, pair) in front.windows(2).enumerate() {
         let (a, b) = (pair[0], pair[1]);
         let _ = write!(
             text,
-            " The next step up, {}, costs {} more ({}) and buys {:.2} m: {:.0} % less error.",
+            "; {}{}, costs {} more ({}) and buys {} ({:.0} % less error)",
+            if number == 0 { "the next step up, " } else { "the next, " },
             b.rung,
-            duration(time(b) - time(a)),
-            times(time(b) / time(a)),
-            error(a) - error(b),
+            said(cost(b) - cost(a)),
+            times(cost(b) / cost(a)),
+            off(error(a) - error(b)),
             100.0 * (1.0 - error(b) / error(a)),
         );
+    }
+    if front.len() == 1 && rows.len() > 1 {
+        text += "; no other rung takes off another 5 %";
     }
     for row in rows.iter().filter(|r| r.failed.is_empty() && r.ns_per_update.is_some()) {
         if let (Some(needs), Some(last)) = (&row.needs, front.last()) {
             let _ = write!(
                 text,
-                " With {needs}, {} is {:.2} m off at {} an update ({:+.0} % against {}).",
+                "; with {needs}, {} is at {} for {} ({:+.0} % against {})",
                 row.rung,
-                error(row),
-                duration(time(row)),
+                off(error(row)),
+                said(cost(row)),
                 100.0 * (error(row) / error(last) - 1.0),
                 last.rung,
             );
         }
     }
-    let lost: Vec<&str> = rows
-        .iter()
-        .filter(|r| r.lost_pct.is_some_and(|l| l > 0.0) || !r.failed.is_empty())
-        .map(|r| r.rung.as_str())
-        .collect();
-    if lost.is_empty() {
-        text += " No rung lost a track.";
-    } else {
-        let _ = write!(text, " Tracks were lost or refused by: {}.", lost.join(", "));
+    text.push('.');
+    let mut lost: Vec<&str> = Vec::new();
+    for row in &outcome.rows {
+        let bad = row.lost_pct.is_some_and(|l| l > 0.0) || !row.failed.is_empty();
+        if bad && !lost.contains(&row.rung.as_str()) {
+            lost.push(&row.rung);
+        }
+    }
+    if !lost.is_empty() {
+        let _ = write!(
+            text,
+            " Tracks were lost or plots refused, on some scene, by: {}.",
+            lost.join(", ")
+        );
     }
     text
 }
 
-fn times(factor: f64) -> String {
-    if factor < 10.0 { format!("{factor:.1} times") } else { format!("{factor:.0} times") }
-}
-
-fn duration(ns: f64) -> String {
-    if ns < 1e3 {
-        format!("{ns:.0} ns")
-    } else if ns < 1e6 {
-        format!("{:.1} µs", ns / 1e3)
-    } else {
-        format!("{:.1} ms", ns / 1e6)
+/// Two digits that mean something.
+fn significant(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return format!("{value}");
     }
-}
-
-/// A logarithmic axis.
-#[derive(Clone, Copy)]
-struct Axis {
-    low: f64,
-    high: f64,
-    /// Pixel of `low` and of `high`.
-    pixels: (f64, f64),
-}
-
-impl Axis {
-    /// Room for all values, a little more on both ends.
-    fn around(values: impl Iterator<Item = f64>, pixels: (f64, f64), margin: f64) -> Option<Self> {
-        let (low, high) = values
-            .filter(|v| *v > 0.0 && v.is_finite())
-            .fold((f64::INFINITY, 0.0f64), |(low, high), v| (low.min(v), high.max(v)));
-        (high > 0.0).then(|| Self { low: low / margin, high: high * margin, pixels })
-    }
-    fn at(&self, value: f64) -> f64 {
-        let share = libm::log(value / self.low) / libm::log(self.high / self.low);
-        self.pixels.0 + share * (self.pixels.1 - self.pixels.0)
-    }
-    /// 1, 2, 5, 10, … within the range; every tenth part of small ranges.
-    fn ticks(&self) -> Vec<f64> {
-        let steps: &[f64] = if self.high / self.low > 300.0 {
-            &[1.0]
-        } else if self.high / self.low > 8.0 {
-            &[1.0, 2.0, 5.0]
-        } else {
-            &[1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0]
-        };
-        let mut ticks = Vec::new();
-        for decade in -12..=15 {
-            for step in steps {
-                let value = step * libm::pow(10.0, f64::from(decade));
-                if value >= self.low && value <= self.high {
-                    ticks.push(value);
-                }
-            }
-        }
-        ticks
-    }
-}
-
-const WIDTH: f64 = 620.0;
-const HEIGHT: f64 = 420.0;
-const LEFT: f64 = 52.0;
-const RIGHT: f64 = 600.0;
-const TOP: f64 = 14.0;
-const BOTTOM: f64 = 372.0;
-
-/// Error against time of one scene.
-fn chart(rows: &[&Row], bounds: &[&Bound], error_label: &str) -> String {
-    let points: Vec<(&Row, f64, f64)> = rows
-        .iter()
-        .filter_map(|r| Some((*r, r.ns_per_update?, r.shown_error()?)))
-        .filter(|(_, x, y)| *x > 0.0 && *y > 0.0)
-        .collect();
-    let xs = Axis::around(points.iter().map(|p| p.1), (LEFT, RIGHT), 2.2);
-    let errors = points.iter().map(|p| p.2).chain(bounds.iter().map(|b| b.error));
-    let (Some(x), Some(y)) = (xs, Axis::around(errors, (BOTTOM, TOP), 1.12)) else {
-        return "<p>Nothing to draw: no rung has both an error and a time.</p>".to_owned();
-    };
-    let mut svg = format!(
-        "<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"error against time\">"
-    );
-    for tick in x.ticks() {
-        let at = x.at(tick);
-        let _ = write!(
-            svg,
-            "<line class=\"grid\" x1=\"{at:.1}\" y1=\"{TOP}\" x2=\"{at:.1}\" y2=\"{BOTTOM}\"/>\
-             <text class=\"tick\" x=\"{at:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
-            BOTTOM + 16.0,
-            duration(tick).replace(".0 ", " "),
-        );
-    }
-    for tick in y.ticks() {
-        let at = y.at(tick);
-        let _ = write!(
-            svg,
-            "<line class=\"grid\" x1=\"{LEFT}\" y1=\"{at:.1}\" x2=\"{RIGHT}\" y2=\"{at:.1}\"/>\
-             <text class=\"tick\" x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>",
-            LEFT - 6.0,
-            at + 4.0,
-            short(tick),
-        );
-    }
-    let _ = write!(
-        svg,
-        "<text class=\"label\" x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">time per update (log)</text>\
-         <text class=\"label\" transform=\"translate(13 {:.1}) rotate(-90)\" text-anchor=\"middle\">{} (log)</text>",
-        0.5 * (LEFT + RIGHT),
-        HEIGHT - 12.0,
-        0.5 * (TOP + BOTTOM),
-        escaped(error_label),
-    );
-    let mut taken: Vec<[f64; 4]> = points
-        .iter()
-        .map(|(_, px, py)| {
-            let (cx, cy) = (x.at(*px), y.at(*py));
-            [cx - 6.0, cy - 6.0, cx + 6.0, cy + 6.0]
-        })
-        .collect();
-    bound_lines(&mut svg, bounds, y, &mut taken);
-    let front = pareto(rows);
-    let mut path = String::new();
-    for (number, row) in front.iter().enumerate() {
-        let (cx, cy) =
-            (x.at(row.ns_per_update.unwrap_or(1.0)), y.at(row.shown_error().unwrap_or(1.0)));
-        let _ = if number == 0 {
-            write!(path, "M{cx:.1} {TOP}V{cy:.1}")
-        } else {
-            write!(path, "H{cx:.1}V{cy:.1}")
-        };
-    }
-    if !path.is_empty() {
-        let _ = write!(svg, "<path class=\"front\" d=\"{path}H{RIGHT}\"/>");
-    }
-    for (row, px, py) in &points {
-        let (cx, cy) = (x.at(*px), y.at(*py));
-        let on_front = front.iter().any(|f| std::ptr::eq(*f, *row));
-        let failed = !row.failed.is_empty() || row.lost_pct.is_some_and(|l| l > 0.0);
-        let class = match (failed, on_front) {
-            (true, _) => "failed",
-            (false, true) => "best",
-            (false, false) => "other",
-        };
-        let title = format!("{}: {} per update, {py:.3}", escaped(&row.rung), duration(*px));
-        let _ = if row.needs.is_some() {
-            write!(
-                svg,
-                "<path class=\"{class}\" d=\"M{cx:.1} {:.1}l6 6-6 6-6-6z\"><title>{title}</title></path>",
-                cy - 6.0,
-            )
-        } else {
-            write!(
-                svg,
-                "<circle class=\"{class}\" cx=\"{cx:.1}\" cy=\"{cy:.1}\" r=\"5\"><title>{title}</title></circle>",
-            )
-        };
-        let (lx, ly, anchor) = place(&mut taken, cx, cy, row.rung.chars().count() as f64 * 7.4);
-        let weight = if on_front { " strong" } else { "" };
-        let _ = write!(
-            svg,
-            "<text class=\"name{weight}\" x=\"{lx:.1}\" y=\"{ly:.1}\" text-anchor=\"{anchor}\">{}</text>",
-            escaped(&row.rung),
-        );
-    }
-    svg.push_str("</svg>");
-    svg
-}
-
-/// Dashed lines with their labels, each label above or below its line where there is room.
-fn bound_lines(svg: &mut String, bounds: &[&Bound], y: Axis, taken: &mut Vec<[f64; 4]>) {
-    for bound in bounds {
-        let at = y.at(bound.error);
-        let raw = !bound.label.starts_with("bound");
-        let class = if raw { "raw" } else { "bound" };
-        let text = match bound.mse_reduction_pct {
-            Some(pct) if !raw => format!("{} (−{pct:.0} % MSE)", bound.label),
-            _ => bound.label.clone(),
-        };
-        let width = text.chars().count() as f64 * 5.6;
-        let spots = [LEFT + 6.0, RIGHT - width - 4.0, 0.5 * (LEFT + RIGHT - width)];
-        let free = |taken: &[[f64; 4]], left: f64, base: f64| {
-            let own = [left, base - 9.0, left + width, base + 2.0];
-            !taken.iter().any(|t| overlap(t, &own))
-        };
-        let candidates = spots.iter().flat_map(|left| [(*left, at - 3.0), (*left, at + 11.0)]);
-        let (left, base) = candidates
-            .clone()
-            .find(|(left, base)| *base > TOP + 8.0 && *base < BOTTOM && free(taken, *left, *base))
-            .unwrap_or((spots[0], at - 3.0));
-        taken.push([left, base - 9.0, left + width, base + 2.0]);
-        let _ = write!(
-            svg,
-            "<line class=\"{class}\" x1=\"{LEFT}\" y1=\"{at:.1}\" x2=\"{RIGHT}\" y2=\"{at:.1}\"/>\
-             <text class=\"{class}\" x=\"{left:.1}\" y=\"{base:.1}\">{}</text>",
-            escaped(&text),
-        );
-    }
-}
-
-fn overlap(a: &[f64; 4], b: &[f64; 4]) -> bool {
-    a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3]
-}
-
-/// A spot for a label of `width` pixels near a point, clear of points and labels so far.
-fn place(taken: &mut Vec<[f64; 4]>, cx: f64, cy: f64, width: f64) -> (f64, f64, &'static str) {
-    let mut fallback = None;
-    for distance in [0.0, 12.0, 24.0, 36.0] {
-        for (dx, dy, anchor) in [
-            (7.0, -6.0 - distance, "start"),
-            (7.0, 15.0 + distance, "start"),
-            (-7.0, -6.0 - distance, "end"),
-            (-7.0, 15.0 + distance, "end"),
-            (10.0, 4.0 - distance, "start"),
-        ] {
-            let (x, y) = (cx + dx, cy + dy);
-            let left = match anchor {
-                "start" => x,
-                "end" => x - width,
-                _ => x - 0.5 * width,
-            };
-            let own = [left, y - 10.0, left + width, y + 3.0];
-            let inside = own[0] > LEFT && own[2] < RIGHT + 10.0 && own[1] > 0.0 && own[3] < BOTTOM;
-            fallback = fallback.or(Some((x, y, anchor)));
-            if inside && !taken.iter().any(|t| overlap(t, &own)) {
-                taken.push(own);
-                return (x, y, anchor);
-            }
-        }
-    }
-    fallback.unwrap_or((cx, cy, "start"))
-}
-
-fn short(value: f64) -> String {
-    if value >= 100.0 || value == value.round() {
-        format!("{value:.0}")
-    } else {
-        format!("{value}")
-    }
+    let digits = (1.0 - libm::floor(libm::log10(value.abs()))).clamp(0.0, 12.0) as usize;
+    format!("{value:.digits$}")
 }
 
 fn table(out: &mut String, outcome: &Outcome) {
@@ -440,7 +421,10 @@ fn table(out: &mut String, outcome: &Outcome) {
             let _ = write!(out, "<th>{head}</th>");
         }
     }
-    out.push_str("<th>from the most exact</th><th>failures</th></tr></thead><tbody>");
+    if any(|r| r.cost.is_some()) {
+        out.push_str("<th>cost</th>");
+    }
+    out.push_str("<th>other error</th><th>failures</th></tr></thead><tbody>");
     for row in &outcome.rows {
         let cell = |v: Option<f64>, digits: usize| {
             v.map_or_else(|| "–".to_owned(), |v| format!("{v:.digits$}"))
@@ -479,19 +463,101 @@ fn table(out: &mut String, outcome: &Outcome) {
                 let _ = write!(out, "<td>{}</td>", cell(value, 2));
             }
         }
+        if let Some(cost) = row.cost {
+            let unit = escaped(row.cost_unit.as_deref().unwrap_or(""));
+            let _ = write!(out, "<td>{cost:.3} {unit}</td>");
+        }
         let unit = row.error_unit.as_deref().unwrap_or("");
         let _ = write!(
             out,
             "<td>{}</td><td>{}</td></tr>",
-            row.error.map_or_else(|| "–".to_owned(), |v| format!("{v:.2} {}", escaped(unit))),
+            row.error.map_or_else(
+                || "–".to_owned(),
+                |v| format!("{} {}", significant(v), escaped(unit))
+            ),
             if row.failed.is_empty() { "none".to_owned() } else { escaped(&row.failed.join("; ")) },
         );
     }
     out.push_str("</tbody></table></div>");
 }
 
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+/// The requirement table of the runs that were judged.
+fn requirement_section(out: &mut String, outcomes: &[Outcome]) {
+    let runs: Vec<&(String, Vec<Verdict>)> = outcomes.iter().flat_map(|o| &o.verdicts).collect();
+    let _ = write!(
+        out,
+        "<section id=\"requirements\"><h2>Requirements of A-SMGCS surveillance</h2><p>Published tracks of the \
+         runs named in the columns, held against the values of EUROCAE documents, each in its own area. Values: {}. \
+         A share that is met over too few reports to show it is marked so. Update intervals before a track is \
+         confirmed count as missed.</p>",
+        escaped(&requirements::source()),
+    );
+    let names: Vec<&str> = runs.iter().map(|r| r.0.as_str()).collect();
+    let lists: Vec<&[Verdict]> = runs.iter().map(|r| r.1.as_slice()).collect();
+    requirement_table(out, &names, &lists);
+    out.push_str("</section>");
+}
+
+/// Requirements by row, runs by column: what was found, PASS or FAIL.
+pub(crate) fn requirement_table(out: &mut String, names: &[&str], lists: &[&[Verdict]]) {
+    out.push_str("<div class=\"wide\"><table><thead><tr><th>standard</th><th>area</th><th>requirement</th><th>asks</th>");
+    for name in names {
+        let _ = write!(out, "<th>{}</th><th></th>", escaped(name));
+    }
+    out.push_str("</tr></thead><tbody>");
+    let Some(first) = lists.first() else { return };
+    for (number, verdict) in first.iter().enumerate() {
+        let r = &verdict.requirement;
+        let _ = write!(
+            out,
+            "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td>",
+            escaped(&r.standard),
+            escaped(&r.area),
+            escaped(&r.name),
+            escaped(&asks(r)),
+        );
+        for list in lists {
+            let Some(v) = list.get(number) else { continue };
+            let (class, word) = match v.met {
+                Some(true) => ("pass", "PASS"),
+                Some(false) => ("fail", "FAIL"),
+                None => ("none", "not measured"),
+            };
+            let found =
+                v.found.map_or("–".into(), |f| format!("{} of {}", percent(f), v.samples));
+            let few = if v.met == Some(true) && !v.enough { " (too few to show it)" } else { "" };
+            let _ = write!(out, "<td>{found}</td><td class=\"{class}\">{word}{few}</td>");
+        }
+        out.push_str("</tr>");
+    }
+    out.push_str("</tbody></table></div>");
+}
+
+/// What a requirement asks, in short.
+pub(crate) fn asks(r: &Requirement) -> String {
+    let bound = if r.at_least { "≥" } else { "≤" };
+    let share = format!("{bound} {}", percent(r.probability));
+    match r.measure {
+        Measure::Report => format!("{share} of intervals of {} s", r.interval_s),
+        Measure::Gaps => format!("gaps of {} s {share} of intervals", r.gap_s),
+        Measure::Position => format!("{share} within {} m", r.threshold),
+        Measure::FalseReports => format!("{share} beyond {} m", r.threshold),
+        Measure::Speed => format!("{share} within {} m/s or 10 %", r.threshold),
+        Measure::Course => format!("{share} within {}°", r.threshold),
+        Measure::Identified => format!("{share} right"),
+        Measure::Misidentified => format!("{share} wrong"),
+    }
+}
+
+pub(crate) fn percent(share: f64) -> String {
+    let pct = 100.0 * share;
+    if pct == 0.0 || (1.0..99.0).contains(&pct) {
+        format!("{pct:.1} %")
+    } else if pct >= 99.0 {
+        format!("{pct:.2} %").replace("100.00", "100")
+    } else {
+        format!("{} %", significant(pct))
+    }
 }
 
 fn quoted(text: &str) -> String {
@@ -502,23 +568,29 @@ fn quoted(text: &str) -> String {
     }
 }
 
-const STYLE: &str = "body{font:15px/1.5 system-ui,sans-serif;color:#1c2733;background:#fff;margin:0 auto;\
-max-width:1320px;padding:1.5rem}h1{font-size:1.7rem;margin:.2rem 0}h2{margin:2.2rem 0 .4rem;border-top:1px solid #d5dde5;\
-padding-top:1.2rem}p{max-width:62rem}dl{display:grid;grid-template-columns:max-content 1fr;gap:.1rem 1rem;\
+pub(crate) const STYLE: &str = "body{font:15px/1.5 system-ui,sans-serif;color:#1c2733;background:#fff;margin:0 auto;\
+max-width:1320px;padding:1.5rem}h1{font-size:1.7rem;margin:.2rem 0}h2{margin:2.4rem 0 .4rem;border-top:1px solid #d5dde5;\
+padding-top:1.2rem;font-size:1.3rem}p{max-width:64rem}dl{display:grid;grid-template-columns:max-content 1fr;gap:.1rem 1rem;\
 font-size:.9rem;color:#445}dd{margin:0}.closing{background:#eef5fb;border-left:4px solid #2a78b8;padding:.7rem 1rem}\
-.charts{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(560px,100%),1fr));gap:1.4rem}figure{margin:0}\
-figcaption{font-size:.9rem;min-height:3em}svg{width:100%;height:auto}.grid{stroke:#e6ebf0}.tick{font-size:11px;fill:#566}\
-.label{font-size:12px;fill:#334}.front{fill:none;stroke:#2a78b8;stroke-width:1.5}.best{fill:#2a78b8}\
+.key{font-size:.9rem;color:#334}.key svg{height:14px;width:auto;vertical-align:-2px;margin-left:.6rem}\
+.contents{white-space:normal}.contents td{text-align:left;vertical-align:top;padding:.35rem .8rem .35rem 0}\
+.contents td:first-child{white-space:nowrap}a{color:#1b5f96}\
+.charts{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(520px,100%),1fr));gap:1.6rem}figure{margin:0}\
+figcaption{font-size:.9rem;min-height:3em}figure svg{width:100%;height:auto}.grid{stroke:#e6ebf0;fill:none}.zero{stroke:#9fb1c1;stroke-dasharray:1 3}\
+.tick{font-size:11px;fill:#566}.label{font-size:12px;fill:#334}.front{fill:none;stroke:#2a78b8;stroke-width:1.5}.best{fill:#2a78b8}\
 .other{fill:#fff;stroke:#7a8a99;stroke-width:1.5}.failed{fill:#fff;stroke:#c0392b;stroke-width:2}\
 .name{font-size:12px;fill:#556}.strong{font-weight:600;fill:#123a5c}line.bound{stroke:#b26a00;stroke-dasharray:6 4}\
 text.bound{font-size:10px;fill:#8a5200}line.raw{stroke:#888;stroke-dasharray:2 3}text.raw{font-size:10px;fill:#666}\
 .wide{overflow-x:auto;margin-top:1rem}table{border-collapse:collapse;font-size:.85rem;white-space:nowrap}\
+caption{text-align:left;font-weight:600;padding:.3rem 0}details{margin-top:1rem}summary{cursor:pointer;color:#1b5f96}\
 th,td{padding:.2rem .6rem;text-align:right;border-bottom:1px solid #e6ebf0}th{text-align:right;vertical-align:bottom;\
-background:#f5f8fa}td:nth-child(-n+3),th:nth-child(-n+3){text-align:left}.pass{color:#17723b}.fail{color:#b3261e;font-weight:600}";
+background:#f5f8fa}td:nth-child(-n+3),th:nth-child(-n+3){text-align:left}.gains td:not(:first-child),.gains th:not(:first-child){text-align:right}\
+.told td{color:#8a5200;font-style:italic}.pass{color:#17723b}.fail{color:#b3261e;font-weight:600}.none{color:#889}";
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::chart::LEAST_GAIN;
 
     fn report() -> Report {
         let row = |rung: &str, ns: f64, rmse: f64| Row {
@@ -546,6 +618,7 @@ mod tests {
             about: "how".into(),
             error_label: "error, m".into(),
             scenes: vec![crate::SceneAbout { name: "a<b".into(), about: "one".into() }],
+            ..Ladder::default()
         };
         let rows = vec![
             row("cheap", 20.0, 2.5),
@@ -558,7 +631,7 @@ mod tests {
             commit: "c".into(),
             seed: 1,
             quick: true,
-            outcomes: vec![Outcome { ladder, rows, bounds: vec![bound], pictures: Vec::new() }],
+            outcomes: vec![Outcome { ladder, rows, bounds: vec![bound], ..Outcome::default() }],
         }
     }
 
@@ -568,6 +641,8 @@ mod tests {
         assert!(!line.contains('\n'));
         let value: serde_json::Value = serde_json::from_str(&line).unwrap();
         assert_eq!((&value["machine"], &value["commit"]), (&"m".into(), &"c".into()));
+        assert_eq!(value.as_object().unwrap().len(), 3);
+        assert_eq!(value["rows"][0].as_object().unwrap().len(), 13);
         for key in [
             "group",
             "scene",
@@ -601,11 +676,15 @@ mod tests {
     fn the_front_is_what_nothing_beats() {
         let report = report();
         let rows: Vec<&Row> = report.rows().collect();
-        let names: Vec<&str> = pareto(&rows).iter().map(|r| r.rung.as_str()).collect();
+        let names: Vec<&str> = pareto(&report.outcomes[0].ladder, &rows, LEAST_GAIN)
+            .iter()
+            .map(|r| r.rung.as_str())
+            .collect();
         assert_eq!(names, ["cheap", "exact"]);
         let text = closing(&report.outcomes[0]);
         assert!(text.contains("exact, costs 180 ns more (10 times) and buys 1.50 m"), "{text}");
-        assert!(text.contains("refused by: bad"), "{text}");
+        assert!(text.contains("on some scene, by: bad"), "{text}");
+        assert!(report.to_text().contains("FAILED: said"));
     }
 
     #[test]
@@ -613,7 +692,7 @@ mod tests {
         let html = report().to_html();
         assert!(html.starts_with("<!doctype html>") && html.ends_with("</html>\n"));
         assert!(html.contains("a&lt;b") && !html.contains("a<b"));
-        assert_eq!(html.matches("<circle").count(), 4);
+        assert_eq!(html.matches("<circle").count(), 3 + 4, "the key and four rungs");
         assert!(!html.contains("http") && !html.contains("<script"), "nothing from elsewhere");
     }
 }

@@ -186,6 +186,22 @@ impl Scene {
         }
     }
 
+    /// Taxiing at 10 m/s through a turn of 90° with 60 m.
+    #[must_use]
+    pub fn outage() -> Self {
+        Self {
+            name: "outage",
+            about: "taxiing at 10 m/s through a 90° turn with no plots from 26 s to 33 s",
+            speed_ms: 10.0,
+            legs: vec![
+                Leg::straight(22.0, 0.0),
+                Leg::turn(90f64.to_radians(), 60.0, 10.0),
+                Leg::straight(1e9, 0.0),
+            ],
+            samples: 60,
+        }
+    }
+
     /// The scenes of the report, in its order.
     #[must_use]
     pub fn reported() -> Vec<Self> {
@@ -316,12 +332,20 @@ impl NoiseLevel {
 /// The plots of one run, one a second.
 #[must_use]
 pub fn plots(scene: &Scene, noise: &Noise, seed: u64, run: u64) -> Vec<Plot> {
-    (0..scene.samples)
-        .map(|k| {
+    let path: Vec<_> = (0..scene.samples).map(|k| scene.at(k as f64).position_m).collect();
+    plots_along(&path, noise, seed, run)
+}
+
+/// The plots of one run over a path given second by second.
+#[must_use]
+pub fn plots_along(path: &[Vector2<f64>], noise: &Noise, seed: u64, run: u64) -> Vec<Plot> {
+    path.iter()
+        .enumerate()
+        .map(|(k, at)| {
             let key = DrawKey { run_seed: seed, sensor: 1, entity: run, scan: k as u64 };
             let mut rng = key.rng(Purpose::Study);
             let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
-            plot(scene.at(k as f64).position_m, noise, [normal(), normal()], k)
+            plot(*at, noise, [normal(), normal()], k)
         })
         .collect()
 }
