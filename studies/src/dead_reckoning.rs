@@ -79,7 +79,7 @@ fn send(scene: &Scene, sending: Sending, seconds: f64, listen: bool) -> Found {
     let frame = &scene.airport.frame;
     let mut found = Found::default();
     for (number, entity) in scene.traffic.entities.iter().enumerate() {
-        let trajectory = &entity.trajectory;
+        let Some(trajectory) = &entity.trajectory else { continue };
         let mut publisher = Publisher::new(Thresholds {
             distance_m: sending.threshold_m,
             angle_rad: scene.run.dead_reckoning.orientation_rad,

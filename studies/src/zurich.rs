@@ -37,7 +37,7 @@ impl Truth for Traffic<'_> {
         self.0.traffic.entities[index].address
     }
     fn at(&self, index: usize, time: SimTime) -> Option<TargetState> {
-        let truth = self.0.traffic.entities[index].trajectory.at(time)?;
+        let truth = self.0.traffic.entities[index].trajectory.as_ref()?.at(time)?;
         let p = truth.position_m;
         Some(TargetState {
             position_m: Vector3::new(p.x, p.y, p.z),
@@ -79,12 +79,13 @@ pub fn sensors(scene: &Scene) -> Result<Vec<Box<dyn Sensor>>, String> {
 pub fn stretches(scene: &Scene, samples: usize) -> Vec<(Callsign, Vec<Vector2<f64>>)> {
     let mut found = Vec::new();
     for entity in &scene.traffic.entities {
-        let (from, to) = (entity.trajectory.start().s().ceil(), entity.trajectory.end().s());
+        let Some(trajectory) = &entity.trajectory else { continue };
+        let (from, to) = (trajectory.start().s().ceil(), trajectory.end().s());
         let mut path: Vec<Vector2<f64>> = Vec::new();
         let mut moved = false;
         let mut second = from;
         while second <= to {
-            let state = entity.trajectory.at(SimTime::from_s(second));
+            let state = trajectory.at(SimTime::from_s(second));
             second += 1.0;
             let Some(state) = state.filter(|s| {
                 s.position_m.z < 30.0 && libm::hypot(s.position_m.x, s.position_m.y) < 5000.0
