@@ -9,7 +9,7 @@ use pdu::records::{ClockTime, EntityId};
 use pdu::{Body, DisTime, Envelope};
 use std::time::Duration;
 
-const SOON: Duration = Duration::from_secs(20);
+const SOON: Duration = Duration::from_secs(90);
 
 fn phase(ports: &Ports) -> Option<String> {
     common::status(ports)?["state"]["phase"].as_str().map(str::to_owned)

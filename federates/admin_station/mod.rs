@@ -240,7 +240,9 @@ pub fn run(context: AdminContext) -> Result<u8, BusError> {
         let waited = Duration::from_nanos(now - started);
         if conductor.phase() == Phase::Init && waited > patience.min(Duration::from_secs(10)) {
             let (awaited, deaf) = (conductor.awaited().join(", "), conductor.deaf().join(", "));
-            let text = if awaited.is_empty() {
+            let text = if awaited.is_empty() && deaf.is_empty() {
+                format!("after {} s still waiting for the viewer-logger", waited.as_secs())
+            } else if awaited.is_empty() {
                 format!(
                     "after {} s: {deaf} joined but does not hear all traffic generators and the external world on the synchronisation plane: check that every host can reach every other (--sync-listen with an address that the others reach)",
                     waited.as_secs()

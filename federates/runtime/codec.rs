@@ -64,7 +64,7 @@ mod tests {
     fn golden_octets() {
         let grant = Order::Grant { run: 2, upto: 300 };
         let octets = encode(&grant);
-        assert_eq!(octets, [1, 1, 0, 0, 0, 2, 0, 0, 0, 44, 1, 0, 0, 0, 0, 0, 0]);
+        assert_eq!(octets, [1, 2, 0, 0, 0, 2, 0, 0, 0, 44, 1, 0, 0, 0, 0, 0, 0]);
         assert_eq!(decode::<Order>(&octets).unwrap(), grant);
     }
 

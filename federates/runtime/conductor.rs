@@ -9,7 +9,7 @@ use super::messages::{
     Answer, Command, FinalReport, Frame, Hello, MemberState, Order, Report, RunConfig, RunState,
     Welcome,
 };
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 
 /// Names a question that waits for its answer.
 pub type Token = u64;
@@ -105,6 +105,8 @@ struct MemberEntry {
     executed: Option<Frame>,
     cut: Option<Frame>,
     last_heard: WallNs,
+    /// From a grant to the frame ends that answer it, smoothed, ns.
+    latency_ns: f64,
 }
 
 /// What happens when all members stand at the horizon.
@@ -140,7 +142,9 @@ pub struct Conductor {
     last_state: WallNs,
     last_muster: WallNs,
     logger_deadline: WallNs,
-    pace_samples: std::collections::VecDeque<(WallNs, Frame)>,
+    pace_samples: VecDeque<(WallNs, Frame)>,
+    /// The latest grants: when, and up to which frame.
+    grants: VecDeque<(WallNs, Frame)>,
     faulty: bool,
 }
 
@@ -151,6 +155,9 @@ struct Seal {
     deadline: WallNs,
 }
 
+/// Share of a new latency in the smoothed one: about a second of frames.
+const LATENCY_SMOOTHING: f64 = 0.05;
+const GRANTS_KEPT: usize = 64;
 const MUSTER_EVERY_NS: WallNs = 20_000_000;
 const STATE_EVERY_NS: WallNs = 200_000_000;
 const FINISH_WITHIN_NS: WallNs = 5_000_000_000;
@@ -181,7 +188,8 @@ impl Conductor {
             last_state: 0,
             last_muster: 0,
             logger_deadline: 0,
-            pace_samples: std::collections::VecDeque::new(),
+            pace_samples: VecDeque::new(),
+            grants: VecDeque::new(),
             faulty: false,
             config,
         }
@@ -273,6 +281,7 @@ impl Conductor {
                 executed: None,
                 cut: None,
                 last_heard: now,
+                latency_ns: 0.0,
             },
         );
         effects.push(Effect::Order(Order::Muster));
@@ -286,9 +295,22 @@ impl Conductor {
         self.config.expected.iter().filter(deaf).map(String::as_str).collect()
     }
 
+    /// Configures once everybody is there and hears everybody; a spectator is awaited for a while only.
+    fn try_configure(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
+        if self.run > 0 || self.members.is_empty() {
+            return;
+        }
+        let here = |name: &String| self.members.get(name).is_some_and(|m| m.present);
+        let logged = self.config.await_spectators.iter().all(here) || now > self.logger_deadline;
+        if logged && self.awaited().is_empty() && self.deaf().is_empty() {
+            self.configure(effects);
+        }
+    }
+
     fn configure(&mut self, effects: &mut Vec<Effect>) {
         self.run += 1;
         self.granted = 0;
+        self.grants.clear();
         self.goal = Goal::End;
         self.finals.clear();
         self.finish_deadline = None;
@@ -385,12 +407,7 @@ impl Conductor {
                     false => &[],
                 };
                 member.present = needed.iter().all(|p| p == from || hears.contains(p));
-                let here = |name: &String| self.members.get(name).is_some_and(|m| m.present);
-                let logged =
-                    self.config.await_spectators.iter().all(here) || now > self.logger_deadline;
-                if self.run == 0 && self.awaited().is_empty() && self.deaf().is_empty() && logged {
-                    self.configure(effects);
-                }
+                self.try_configure(now, effects);
             }
             Report::Ready { run, inc } if run == self.run && inc == member.inc => {
                 member.ready = Some(run);
@@ -399,7 +416,13 @@ impl Conductor {
             Report::Ends(ends)
                 if ends.run == self.run && ends.inc == member.inc && member.alive =>
             {
+                let answered = member.executed.map_or(0, |e| e + 1);
                 member.executed = Some(ends.last);
+                // The grant that allowed the first of these frames.
+                if let Some((at, _)) = self.grants.iter().find(|(_, upto)| *upto >= answered) {
+                    let took = now.saturating_sub(*at) as f64;
+                    member.latency_ns += (took - member.latency_ns) * LATENCY_SMOOTHING;
+                }
                 self.settle(now, effects);
                 self.extend(now, effects);
             }
@@ -516,9 +539,8 @@ impl Conductor {
                     self.running_since = Some(now);
                     let target = self.granted.saturating_add(n).min(self.config.last_frame);
                     self.goal = Goal::Freeze(target);
-                    self.granted = target;
                     self.pending.push((token, Transition::Freeze));
-                    effects.push(Effect::Order(Order::Grant { run: self.run, upto: target }));
+                    self.grant(now, target, effects);
                     self.settle(now, effects);
                 }
             }
@@ -713,9 +735,17 @@ impl Conductor {
             due.min(horizon)
         };
         if upto > self.granted {
-            self.granted = upto;
-            effects.push(Effect::Order(Order::Grant { run: self.run, upto }));
+            self.grant(now, upto, effects);
         }
+    }
+
+    fn grant(&mut self, now: WallNs, upto: Frame, effects: &mut Vec<Effect>) {
+        self.granted = upto;
+        if self.grants.len() == GRANTS_KEPT {
+            self.grants.pop_front();
+        }
+        self.grants.push_back((now, upto));
+        effects.push(Effect::Order(Order::Grant { run: self.run, upto }));
     }
 
     /// Frames that members may be behind before real time slips: a quarter of a second of wall time, at least 5.
@@ -728,6 +758,7 @@ impl Conductor {
         if self.run == 0 && !self.members.is_empty() && now >= self.last_muster + MUSTER_EVERY_NS {
             self.last_muster = now;
             effects.push(Effect::Order(Order::Muster));
+            self.try_configure(now, effects);
         }
         self.extend(now, effects);
         self.try_cut(now, effects);
@@ -849,6 +880,7 @@ impl Conductor {
                     essential: self.config.expected.contains(name),
                     alive: m.alive,
                     frame: m.executed.unwrap_or(0),
+                    latency_us: m.latency_ns * 1e-3,
                 })
                 .collect(),
         }

@@ -401,6 +401,8 @@ pub struct MemberState {
     pub alive: bool,
     /// Last frame executed (essential members).
     pub frame: Frame,
+    /// From a grant to the frame ends that answer it, smoothed over about a second, µs.
+    pub latency_us: f64,
 }
 
 /// Statistics of one federate, about once a second of wall time.
@@ -434,8 +436,6 @@ pub struct FederateStatus {
     pub exec_us: f64,
     /// Longest time to execute one, µs.
     pub exec_max_us: f64,
-    /// From grant to frame end, mean, µs.
-    pub latency_us: f64,
 }
 
 /// A track as published (`TrackInfo`); airport frame, SI units, radians.

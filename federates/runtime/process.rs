@@ -47,9 +47,15 @@ pub fn host_name() -> String {
 /// Environment variable that a launcher sets for the processes that it starts.
 pub const LAUNCHED: &str = "SEEDS_LAUNCHED";
 
+/// Whether a launcher of this host started this process and watches it.
+#[must_use]
+pub fn launched() -> bool {
+    std::env::var_os(LAUNCHED).is_some()
+}
+
 /// A federate that a launcher started ends when the launcher dies, however it dies.
 pub fn end_with_launcher() {
-    if std::env::var_os(LAUNCHED).is_some() {
+    if launched() {
         let _ = nix::sys::prctl::set_pdeathsig(nix::sys::signal::Signal::SIGTERM);
     }
 }

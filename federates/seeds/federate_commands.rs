@@ -24,8 +24,12 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// How long a federate looks for its federation before it says what is wrong.
-pub const PATIENCE: Duration = Duration::from_secs(9);
+/// How long a federate looks for its federation before it says what is wrong. A launcher watches the
+/// processes that it started; those may take their time on a loaded host.
+#[must_use]
+pub fn patience() -> Duration {
+    Duration::from_secs(if crate::runtime::process::launched() { 120 } else { 9 })
+}
 
 /// Traffic generator: ground truth as Entity State PDUs
 #[derive(Args, Clone, Debug)]
@@ -266,7 +270,7 @@ fn run_member(
         data,
         events,
         endpoint,
-        patience: PATIENCE,
+        patience: patience(),
     };
     Ok(member_driver::run(context, federate)?)
 }
@@ -297,7 +301,7 @@ pub fn open_bus(
         listen: vec![listen],
         connect: vec![connect.clone()],
         exercise,
-        connect_timeout: PATIENCE,
+        connect_timeout: patience(),
     };
     Ok((Arc::new(ZenohBus::open(&config)?), connect))
 }
@@ -363,7 +367,7 @@ fn run_admin(args: &AdminArgs, scene: &Arc<Scene>) -> anyhow::Result<u8> {
         listen: vec![listen],
         connect: vec![],
         exercise,
-        connect_timeout: PATIENCE,
+        connect_timeout: patience(),
     })?;
     let gateway = admin_station::simman::Gateway::open(
         network,
@@ -383,7 +387,7 @@ fn run_admin(args: &AdminArgs, scene: &Arc<Scene>) -> anyhow::Result<u8> {
             Box::new(|frame, last| print_line(&format!("progress frame {frame} of {last}")))
                 as Box<dyn FnMut(u64, u64) + Send>
         }),
-        patience: PATIENCE,
+        patience: patience(),
     })?)
 }
 

@@ -219,6 +219,10 @@ fn processes(args: &RunArgs) -> anyhow::Result<u8> {
                     }
                 } else if code.is_none() && ended_with != 0 {
                     tracing::warn!("{name} ended ({})", ending(ended_with));
+                    // The conductor says why and ends the run, unless that one had not joined yet.
+                    if args.options().batch {
+                        launched.end_after(Duration::from_secs(3));
+                    }
                 }
                 let needed = launched.running().iter().any(|n| n == "admin-station");
                 if !needed && code.is_none() {

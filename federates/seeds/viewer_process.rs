@@ -1,13 +1,91 @@
-//! The viewer-logger's process: to be wired.
+//! The viewer-logger's process: sockets, files and the end of the run.
 
-use super::federate_commands::ViewerArgs;
+use super::federate_commands::{ViewerArgs, open_bus, patience};
+use crate::runtime::cli::{COMPLETE, DATA_LOST};
+use crate::runtime::clock::utc_ns;
+use crate::runtime::dis_socket::link_config;
+use crate::viewer_logger::keeper::Files;
+use crate::viewer_logger::process::{self, Datagram, Inbox, Task};
 use scenarios::Scene;
+use std::path::Path;
 use std::sync::Arc;
 
-/// Runs the viewer-logger.
+/// Runs the viewer-logger; the address of the page goes to standard output, on a line of its own.
 ///
 /// # Errors
-/// If it fails.
-pub fn run(_args: &ViewerArgs, _scene: Arc<Scene>) -> anyhow::Result<u8> {
-    anyhow::bail!("the viewer-logger is not built into this executable")
+/// If the page, a file or a network plane cannot be opened: which, why, and what to do.
+pub fn run(args: &ViewerArgs, scene: Arc<Scene>) -> anyhow::Result<u8> {
+    let exercise = args.common.exercise.unwrap_or(scene.run.exercise);
+    let inbox = Inbox::default();
+    let stop = inbox.clone();
+    ctrlc::set_handler(move || stop.stop())?;
+    let files = match (&args.record, &args.report) {
+        (Some(file), _) => Files::beside(file),
+        (None, Some(folder)) => Files::beside(&folder.join("run.pcapng")),
+        (None, None) => Files::in_folder(Path::new("runs"), utc_ns()),
+    };
+    let database = files.database.clone();
+    // Listening before joining: the first datagram of the run is in the recording.
+    listen(args, &scene, &inbox)?;
+    let (bus, endpoint) = open_bus(&args.common.network, &scene.network, exercise)?;
+    let task = Task {
+        name: "viewer-logger".to_owned(),
+        page: (!args.no_page).then_some(args.page),
+        files,
+        patience: patience(),
+        endpoint,
+    };
+    let kept = process::run(&task, scene, Arc::clone(&bus), inbox, |address| {
+        print_line(&format!("page http://{address}/"));
+    });
+    bus.close();
+    let Some(kept) = kept? else { return Ok(COMPLETE) };
+    if let (Some(folder), Some(database)) = (&args.report, &database) {
+        super::report::write(folder, database)?;
+    }
+    if kept.complete() {
+        return Ok(COMPLETE);
+    }
+    tracing::error!(
+        scans = kept.scans_lost,
+        datagrams = kept.datagrams_lost,
+        "the log is not complete"
+    );
+    Ok(DATA_LOST)
+}
+
+fn listen(args: &ViewerArgs, scene: &Scene, inbox: &Inbox) -> anyhow::Result<()> {
+    let mut receiver =
+        datalink::Receiver::open(&link_config(&args.common.network, &scene.network)?)?;
+    for warning in receiver.warnings() {
+        tracing::warn!("{warning}");
+    }
+    let inbox = inbox.clone();
+    std::thread::spawn(move || {
+        let mut dropped = 0;
+        loop {
+            let mut datagrams = Vec::new();
+            let got = receiver.receive(None, |arrival| {
+                datagrams.push(Datagram {
+                    utc_ns: arrival.utc_ns,
+                    from: arrival.from,
+                    to: arrival.to,
+                    octets: arrival.payload.into(),
+                });
+            });
+            if let Err(error) = got {
+                tracing::error!("receiving DIS: {error}");
+                return;
+            }
+            inbox.dropped(dropped, receiver.dropped());
+            dropped = receiver.dropped();
+            inbox.datagrams(datagrams);
+        }
+    });
+    Ok(())
+}
+
+#[expect(clippy::print_stdout, reason = "the launcher and scripts read it")]
+fn print_line(line: &str) {
+    println!("{line}");
 }

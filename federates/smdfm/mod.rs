@@ -11,6 +11,7 @@ pub mod setup;
 
 use crate::external_world::{flight_list, weather_pdu};
 use crate::runtime::bus::Class;
+use crate::runtime::clock::monotonic_ns;
 use crate::runtime::codec::encode;
 use crate::runtime::digest::Digest;
 use crate::runtime::federate::{Federate, FrameInputs, FrameOut, Publication};
@@ -133,6 +134,7 @@ impl Federate for Smdfm {
     }
 
     fn step(&mut self, frame: Frame, inputs: &FrameInputs, out: &mut FrameOut) {
+        let began = monotonic_ns();
         self.take_in(inputs, frame);
         let from = frame - self.period();
         let interval = ScanInterval {
@@ -151,6 +153,7 @@ impl Federate for Smdfm {
             looks.push((sensor.kind(), sink.looks - before, sink.plots.len() - plots));
         }
         let tracks = self.tracker.scan(interval.to, &sink.plots, &self.flights);
+        let took_ns = monotonic_ns() - began;
         self.evaluation.scan(&view, interval.to, &sink, self.tracker.outcomes(), &tracks, &looks);
         for plot in &sink.plots {
             self.plots_digest.add(frame, &report::plot_octets(plot));
@@ -167,6 +170,7 @@ impl Federate for Smdfm {
             tracks: &tracks,
             evaluation: &self.evaluation,
             plan: self.sensors.iter().flat_map(|s| s.plan()).collect(),
+            took_us: took_ns / 1000,
         });
         out.publish.push(Publication {
             key: "tracks/1/scan".into(),

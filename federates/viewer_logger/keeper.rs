@@ -142,7 +142,10 @@ impl Keeper {
             Heard::Scan(scan) => self.scan(&scan),
             Heard::State(state) => self.run_state(state, utc_ns),
             Heard::Federate(status) => {
-                self.logged(|log| log.federate(&status, utc_ns));
+                let members = self.state.as_ref().map_or(&[][..], |s| &s.members);
+                let latency_us =
+                    members.iter().find(|m| m.name == status.name).map(|m| m.latency_us);
+                self.logged(|log| log.federate(&status, latency_us, utc_ns));
                 self.shown(|viewer| viewer.on_federate(status, utc_ns));
             }
             Heard::Weather(weather) => {

@@ -179,7 +179,12 @@ impl Log {
     ///
     /// # Errors
     /// As [`Self::scan`].
-    pub fn federate(&mut self, f: &FederateStatus, wall_utc_ns: i64) -> Result<(), LogError> {
+    pub fn federate(
+        &mut self,
+        f: &FederateStatus,
+        latency_us: Option<f64>,
+        wall_utc_ns: i64,
+    ) -> Result<(), LogError> {
         let dropped: u64 = f.dropped.iter().map(|d| d.1).sum();
         self.write(|t| {
             t.prepare_cached("INSERT INTO federates VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)")?
@@ -198,7 +203,7 @@ impl Log {
                     f.repaired as i64,
                     dropped as i64,
                     f.exec_us,
-                    f.latency_us
+                    latency_us
                 ])?;
             Ok(())
         })

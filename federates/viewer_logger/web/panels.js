@@ -168,7 +168,7 @@ export function showFederates(box, federates, members) {
       ["Lost", String(f.lost ?? NONE), f.lost > 0 ? "warn" : ""],
       ["Repaired", String(f.repaired ?? NONE)],
       ["Refused", f.dropped ? String(dropped) : NONE, dropped ? "warn" : ""],
-      ["Step", milliseconds(f.exec_us)], ["Longest", milliseconds(f.exec_max_us)], ["Latency", milliseconds(f.latency_us)],
+      ["Step", milliseconds(f.exec_us)], ["Longest", milliseconds(f.exec_max_us)], ["Latency", milliseconds(m?.latency_us)],
       ["CPU", Number.isFinite(f.cpu_pct) ? `${fixed(f.cpu_pct, 0)} %` : NONE],
       ["Memory", bytes(f.rss_bytes)],
     ]);
