@@ -163,7 +163,7 @@ fn an_outsiders_entity_becomes_a_target_and_garbage_does_no_harm() {
             body,
             dis_rs::model::Timestamp::default(),
         );
-        let mut buffer = bytes::BytesMut::new();
+        let mut buffer = bytes::BytesMut::with_capacity(1400);
         pdu.serialize(&mut buffer).expect("dis-rs encodes it");
         buffer.to_vec()
     };

@@ -5,6 +5,7 @@ mod common;
 
 use common::{finish, summary};
 use std::process::{Command, Stdio};
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
 
 struct Hosts {
@@ -24,7 +25,9 @@ fn ip(arguments: &[&str]) -> bool {
 impl Hosts {
     /// A third namespace holds the bridge, so nothing of the real host is touched.
     fn new() -> Option<Self> {
-        let tag = std::process::id() % 10_000;
+        // The tests of this file run side by side.
+        static NEXT: AtomicU32 = AtomicU32::new(0);
+        let tag = std::process::id() % 10_000 * 10 + NEXT.fetch_add(1, Ordering::Relaxed);
         let bridge = format!("sb{tag}");
         let names = [format!("sa{tag}"), format!("sc{tag}")];
         let made = ip(&["netns", "add", &bridge])
@@ -93,7 +96,9 @@ fn two_hosts_give_the_digest_of_one() {
         finish(common::run(&common::Ports::new(), &["--fast", "--duration", "30", "--no-viewer"]));
     let reference = summary(&alone)["digest"].clone();
 
-    for dis in ["10.83.0.255:3000", "239.83.0.1:3000", "10.83.0.1:3000,10.83.0.2:3000"] {
+    for dis in
+        ["10.83.0.255:3000", "239.83.0.1:3000", "10.83.0.1:3000,10.83.0.2:3000,10.83.0.2:3001"]
+    {
         let network = |host: usize| {
             let interface = ["10.83.0.1", "10.83.0.2"][host];
             ["--dis", dis, "--interface", interface].map(str::to_owned)

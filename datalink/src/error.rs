@@ -84,7 +84,7 @@ fn in_use_advice(shared: &bool) -> &'static str {
     if *shared {
         "a process that does not share it holds it (ss -ulpn names it); stop it or choose another port"
     } else {
-        "a unicast port belongs to one process (ss -ulpn names it); choose another port to listen on"
+        "a unicast port belongs to one process (ss -ulpn names it); choose another port to listen on, or name this host again in the list with a port for each of its processes"
     }
 }
 

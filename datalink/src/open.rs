@@ -127,10 +127,57 @@ fn scope(address: SocketAddr, index: u32) -> u32 {
 pub(crate) fn receiving_socket(config: &LinkConfig) -> Result<(Socket, SocketAddr), LinkError> {
     let index = interface_index(config)?;
     let groups = groups(config);
-    let address = listening_address(config, &groups, index);
-    let socket = new_socket(address)?;
     let shared = !groups.is_empty()
         || config.to.list().iter().any(|d| matches!(d, Destination::Broadcast(_)));
+    let mut address = listening_address(config, &groups, index);
+    let mut bound = bound_socket(config, address, shared);
+    if !shared && config.listen.is_none() {
+        // A list may name this host several times, with a port for each of its processes.
+        for other in config.to.list().iter().map(Destination::address) {
+            if matches!(bound, Err(LinkError::InUse { .. })) && is_ours(other, address) {
+                address = SocketAddr::new(address.ip(), other.port());
+                bound = bound_socket(config, address, shared);
+            }
+        }
+    }
+    let socket = bound?;
+    let failed = |e| LinkError::system("preparing to listen on", address, e);
+    for (joined, group) in groups.iter().enumerate() {
+        join(&socket, *group, config, index).map_err(|e| match e.raw_os_error() {
+            Some(nix::libc::ENODEV) => {
+                LinkError::NoRoute { to: SocketAddr::new(*group, address.port()) }
+            }
+            Some(nix::libc::ENOBUFS) => LinkError::TooManyGroups { group: *group, joined },
+            _ => LinkError::system("joining", SocketAddr::new(*group, address.port()), e),
+        })?;
+    }
+    socket.set_nonblocking(true).map_err(failed)?;
+    let to_us = match config.to.list() {
+        [one] if config.listen.is_none() && groups.len() < 2 => match one {
+            Destination::Host(_) => address,
+            other => other.address(),
+        },
+        _ => address,
+    };
+    Ok((socket, to_us))
+}
+
+/// Whether datagrams to an entry of the list arrive at this host, for a socket that listens at `address`.
+fn is_ours(entry: SocketAddr, address: SocketAddr) -> bool {
+    entry.port() != address.port()
+        && if address.ip().is_unspecified() {
+            local_addresses().iter().any(|(ip, _)| *ip == entry.ip())
+        } else {
+            entry.ip() == address.ip()
+        }
+}
+
+fn bound_socket(
+    config: &LinkConfig,
+    address: SocketAddr,
+    shared: bool,
+) -> Result<Socket, LinkError> {
+    let socket = new_socket(address)?;
     let failed = |e| LinkError::system("preparing to listen on", address, e);
     if shared {
         // Every process gets every broadcast and multicast datagram. A unicast port is not shared:
@@ -151,24 +198,7 @@ pub(crate) fn receiving_socket(config: &LinkConfig) -> Result<(Socket, SocketAdd
         },
         _ => LinkError::system("listening on", address, e),
     })?;
-    for (joined, group) in groups.iter().enumerate() {
-        join(&socket, *group, config, index).map_err(|e| match e.raw_os_error() {
-            Some(nix::libc::ENODEV) => {
-                LinkError::NoRoute { to: SocketAddr::new(*group, address.port()) }
-            }
-            Some(nix::libc::ENOBUFS) => LinkError::TooManyGroups { group: *group, joined },
-            _ => LinkError::system("joining", SocketAddr::new(*group, address.port()), e),
-        })?;
-    }
-    socket.set_nonblocking(true).map_err(failed)?;
-    let to_us = match config.to.list() {
-        [one] if config.listen.is_none() && groups.len() < 2 => match one {
-            Destination::Host(_) => address,
-            other => other.address(),
-        },
-        _ => address,
-    };
-    Ok((socket, to_us))
+    Ok(socket)
 }
 
 fn join(socket: &Socket, group: IpAddr, config: &LinkConfig, index: u32) -> io::Result<()> {

@@ -122,6 +122,20 @@ fn a_list_of_hosts_reaches_each_of_them() {
 }
 
 #[test]
+fn processes_of_one_host_share_a_list_that_has_a_port_for_each() {
+    let (one, two) = (free_port(), free_port());
+    let config = config(&format!("127.0.0.1:{one},127.0.0.1:{two}"));
+    let (mut sender, mut first) = Link::open(&config).unwrap();
+    let mut second = Receiver::open(&config).unwrap();
+    sender.send(&[7; 40]).unwrap();
+    for receiver in [&mut first, &mut second] {
+        assert_eq!(take(receiver, 1).len(), 1);
+    }
+    let error = Receiver::open(&config).unwrap_err().to_string();
+    assert!(error.contains("a port for each"), "{error}");
+}
+
+#[test]
 fn bundles_and_segments_carry_the_same_pdus() {
     let pdus: Vec<Vec<u8>> =
         (0..1000usize).map(|i| vec![i as u8; if i % 50 == 7 { 200 } else { 144 }]).collect();

@@ -238,7 +238,7 @@ pub fn run(context: AdminContext) -> Result<u8, BusError> {
             statistics.federates.insert(status.name.clone(), status);
         }
         let waited = Duration::from_nanos(now - started);
-        if conductor.phase() == Phase::Init && waited > patience.min(Duration::from_secs(10)) {
+        if conductor.phase() == Phase::Init && waited > patience.min(Duration::from_secs(9)) {
             let (awaited, deaf) = (conductor.awaited().join(", "), conductor.deaf().join(", "));
             let text = if awaited.is_empty() && deaf.is_empty() {
                 format!("after {} s still waiting for the viewer-logger", waited.as_secs())

@@ -5,6 +5,7 @@
 use super::digest::{Digest, pdu_hash};
 use super::federate::{Federate, FrameInputs, FrameOut, Octets, Publication};
 use super::messages::{FinalReport, Frame, FrameEnds, Order, Repair, Repaired, Report, RunConfig};
+use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 
@@ -349,7 +350,9 @@ impl Member {
                 }
                 continue;
             }
-            if self.waiting.insert(hash, (octets, self.arrivals)).is_none() {
+            // A copy of a PDU that waits adds nothing, and must not take its place in the order.
+            if let Entry::Vacant(free) = self.waiting.entry(hash) {
+                free.insert((octets, self.arrivals));
                 self.waiting_order.push_back((hash, self.arrivals, self.granted));
             }
             if self.waiting_order.len() > MAX_WAITING

@@ -375,7 +375,7 @@ proptest! {
     }
 
     #[test]
-    fn freeze_step_resume_and_restart_leave_no_trace(seed in 1u64.., at in 20u64..1500) {
+    fn freeze_step_resume_and_restart_leave_no_trace(seed in 1u64.., at in 20u64..1300) {
         let mut calm = Net::new(1, 0, f64::INFINITY, true);
         calm.run(MINUTE, vec![]);
         let mut net = Net::new(seed, 10, 2.0, false);

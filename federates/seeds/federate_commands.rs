@@ -387,7 +387,8 @@ fn run_admin(args: &AdminArgs, scene: &Arc<Scene>) -> anyhow::Result<u8> {
             Box::new(|frame, last| print_line(&format!("progress frame {frame} of {last}")))
                 as Box<dyn FnMut(u64, u64) + Send>
         }),
-        patience: patience(),
+        // It says after ten seconds whom it awaits, and gives them time to be started.
+        patience: Duration::from_secs(120),
     })?)
 }
 

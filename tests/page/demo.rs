@@ -220,7 +220,6 @@ impl Demo {
                     pdus_out: s * 20,
                     lost: if name == "smdfm" { 12 } else { 0 },
                     repaired: if name == "smdfm" { 12 } else { 0 },
-                    latency_us: 420.0,
                     ..FederateStatus::default()
                 };
                 viewer.on_federate(status, 1_000_000_000 * s as i64);
@@ -249,6 +248,7 @@ impl Demo {
                     alive: true,
                     essential: *name != "viewer-logger",
                     frame,
+                    latency_us: 420.0,
                     ..MemberState::default()
                 })
                 .collect(),

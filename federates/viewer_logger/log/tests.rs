@@ -54,7 +54,7 @@ fn what_is_written_can_be_asked_for_during_and_after_the_run() {
     log.operation(&freeze, 1).expect("written");
     let federate =
         FederateStatus { name: "smdfm".to_owned(), lost: 3, ..FederateStatus::default() };
-    log.federate(&federate, 1).expect("written");
+    log.federate(&federate, Some(420.0), 1).expect("written");
     log.state(&RunState { rate: f64::INFINITY, ..RunState::default() }, 1).expect("written");
     log.fact("digest", "00ff").expect("written");
 

@@ -101,7 +101,8 @@ fn cost(
 ) -> Option<f64> {
     let estimate = track.filter().estimate();
     match entry.movement {
-        MovementKind::Departure => departure_cost(track, &estimate, entry, rules, now),
+        MovementKind::Departure => departure_cost(track, &estimate, entry, rules, now)
+            .or_else(|| line_up_cost(&estimate, entry, flights, rules)),
         MovementKind::Arrival => arrival_cost(&estimate, entry, flights, rules),
         MovementKind::Vehicle => None,
     }
@@ -128,12 +129,39 @@ fn departure_cost(
     })
 }
 
-fn arrival_cost(
+/// A target that stands or rolls on the first half of its departure runway about its time of departure:
+/// it may have left its stand before the run began, or stand where the list knows no stand. Faster than
+/// an arrival on final it is not labelled any more: it could be one.
+fn line_up_cost(
     estimate: &Estimate,
     entry: &FlightEntry,
     flights: &FlightList,
     rules: &LabelRules,
 ) -> Option<f64> {
+    let on = on_runway(estimate, entry, flights)?;
+    let lined_up = (0.0..=0.5 * on.length).contains(&on.way)
+        && on.aside.abs() <= 0.5 * rules.arrival_lateral_m
+        && (1.0..rules.arrival_speed_ms).contains(&on.forward);
+    let deviation = estimate.time.since_s(entry.eta_ctd).abs();
+    (lined_up && deviation <= rules.arrival_window_s).then(|| {
+        square(3.0 * deviation / rules.arrival_window_s)
+            + square(1.5 * on.aside / rules.arrival_lateral_m)
+    })
+}
+
+/// Where a target is on the runway of an entry.
+struct OnRunway {
+    /// Length of the runway, m.
+    length: f64,
+    /// From its threshold along it, m.
+    way: f64,
+    /// Beside its centreline, m.
+    aside: f64,
+    /// Speed along it, m/s; 0 if the target moves another way.
+    forward: f64,
+}
+
+fn on_runway(estimate: &Estimate, entry: &FlightEntry, flights: &FlightList) -> Option<OnRunway> {
     let (_, [threshold, far_end]) =
         flights.runways.iter().find(|(name, _)| *name == entry.runway)?;
     let along = far_end - threshold;
@@ -143,23 +171,35 @@ fn arrival_cost(
     }
     let along = along / length;
     let velocity = estimate.velocity_ms();
-    let speed = velocity.norm();
+    let (speed, forward) = (velocity.norm(), velocity.dot(&along));
     let from_threshold = estimate.position_m() - threshold;
-    let way = from_threshold.dot(&along);
-    let aside = from_threshold.x * along.y - from_threshold.y * along.x;
-    let on_runway = way >= -rules.final_length_m
-        && way <= 0.5 * length
-        && aside.abs() <= rules.arrival_lateral_m
-        && speed > rules.arrival_speed_ms
-        && velocity.dot(&along) > 0.95 * speed;
-    if !on_runway {
+    Some(OnRunway {
+        length,
+        way: from_threshold.dot(&along),
+        aside: from_threshold.x * along.y - from_threshold.y * along.x,
+        forward: if forward > 0.95 * speed { forward } else { 0.0 },
+    })
+}
+
+fn arrival_cost(
+    estimate: &Estimate,
+    entry: &FlightEntry,
+    flights: &FlightList,
+    rules: &LabelRules,
+) -> Option<f64> {
+    let on = on_runway(estimate, entry, flights)?;
+    let landing = on.way >= -rules.final_length_m
+        && on.way <= 0.5 * on.length
+        && on.aside.abs() <= rules.arrival_lateral_m
+        && on.forward > rules.arrival_speed_ms;
+    if !landing {
         return None;
     }
-    let over_threshold = estimate.time.plus_s(-way / speed);
+    let over_threshold = estimate.time.plus_s(-on.way / on.forward);
     let deviation = over_threshold.since_s(entry.eta_ctd).abs();
     (deviation <= rules.arrival_window_s).then(|| {
         square(3.0 * deviation / rules.arrival_window_s)
-            + square(1.5 * aside / rules.arrival_lateral_m)
+            + square(1.5 * on.aside / rules.arrival_lateral_m)
     })
 }
 

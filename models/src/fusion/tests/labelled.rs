@@ -23,7 +23,8 @@ pub(super) fn entry(callsign: &str, designator: &str, movement: MovementKind) ->
 fn list(mut entries: Vec<FlightEntry>) -> FlightList {
     entries.sort_by_key(|e| e.callsign);
     let runway = [Vector2::new(-700.0, 300.0), Vector2::new(1800.0, 300.0)];
-    FlightList { entries, runways: vec![("28".to_owned(), runway)] }
+    let other = [Vector2::new(-1250.0, -205.0), Vector2::new(1600.0, -205.0)];
+    FlightList { entries, runways: vec![("28".to_owned(), runway), ("10".to_owned(), other)] }
 }
 
 fn label_at(tracks: &[SystemTrack], place: Vector2<f64>) -> Option<String> {
@@ -65,6 +66,17 @@ fn departures_are_known_by_their_stand_and_arrivals_by_their_runway() {
             eta_ctd: SimTime::from_s(900.0),
             ..entry("EDW230", "A320", MovementKind::Arrival)
         },
+        // Far from any stand of the list; rolls from 40 s on.
+        FlightEntry {
+            eta_ctd: SimTime::from_s(50.0),
+            runway: "10".to_owned(),
+            ..entry("SWR4", "A320", MovementKind::Departure)
+        },
+        FlightEntry {
+            eta_ctd: SimTime::from_s(400.0),
+            runway: "10".to_owned(),
+            ..entry("SWR5", "A320", MovementKind::Departure)
+        },
     ]);
     let radar = tower(4, 0.95, 2);
     let run = run(TrackingConfig::paper(), &radar, &traffic(), &flights, 60);
@@ -73,7 +85,9 @@ fn departures_are_known_by_their_stand_and_arrivals_by_their_runway() {
     assert_eq!(label_at(&run.last, Vector2::new(510.0, 310.0)), None);
     let landed = traffic()[0](60.0).expect("landed");
     assert_eq!(label_at(&run.last, landed).as_deref(), Some("EDW229"));
-    assert_eq!(run.last.iter().filter(|t| t.label.is_some()).count(), 3);
+    let taking_off = traffic()[1](60.0).expect("rolling");
+    assert_eq!(label_at(&run.last, taking_off).as_deref(), Some("SWR4"));
+    assert_eq!(run.last.iter().filter(|t| t.label.is_some()).count(), 4);
     let track = run.last.iter().find(|t| t.label.is_some()).expect("labelled");
     assert_eq!(track.track_type, TrackType::Aircraft);
     assert_eq!(track.label.as_ref().map(|l| l.runway_stand.as_str()), Some("28/E_19"));
