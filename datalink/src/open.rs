@@ -130,13 +130,13 @@ pub(crate) fn receiving_socket(config: &LinkConfig) -> Result<(Socket, SocketAdd
     let shared = !groups.is_empty()
         || config.to.list().iter().any(|d| matches!(d, Destination::Broadcast(_)));
     let mut address = listening_address(config, &groups, index);
-    let mut bound = bound_socket(config, address, shared);
+    let mut bound = bound_socket(address, shared);
     if !shared && config.listen.is_none() {
         // A list may name this host several times, with a port for each of its processes.
         for other in config.to.list().iter().map(Destination::address) {
             if matches!(bound, Err(LinkError::InUse { .. })) && is_ours(other, address) {
                 address = SocketAddr::new(address.ip(), other.port());
-                bound = bound_socket(config, address, shared);
+                bound = bound_socket(address, shared);
             }
         }
     }
@@ -172,11 +172,7 @@ fn is_ours(entry: SocketAddr, address: SocketAddr) -> bool {
         }
 }
 
-fn bound_socket(
-    config: &LinkConfig,
-    address: SocketAddr,
-    shared: bool,
-) -> Result<Socket, LinkError> {
+fn bound_socket(address: SocketAddr, shared: bool) -> Result<Socket, LinkError> {
     let socket = new_socket(address)?;
     let failed = |e| LinkError::system("preparing to listen on", address, e);
     if shared {
