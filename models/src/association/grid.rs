@@ -6,6 +6,7 @@ use crate::frames::Vector2;
 #[derive(Clone, Debug, Default)]
 pub struct Grid {
     origin: Vector2<f64>,
+    cell: f64,
     inverse_cell: f64,
     columns: usize,
     rows: usize,
@@ -36,7 +37,7 @@ impl Grid {
             cell *= 2.0;
         }
         self.origin = low;
-        self.inverse_cell = 1.0 / cell;
+        (self.cell, self.inverse_cell) = (cell, 1.0 / cell);
         self.columns = (extent.x * self.inverse_cell) as usize + 1;
         self.rows = (extent.y * self.inverse_cell) as usize + 1;
         self.starts.clear();
@@ -62,11 +63,24 @@ impl Grid {
         self.starts.push(positions_m.len() as u32);
     }
 
-    /// Calls `visit` with the index of every plot whose cell touches the box; the caller tests the
-    /// plot itself. Order: row by row, cell by cell, ascending within a cell.
-    pub fn visit(&self, low: Vector2<f64>, high: Vector2<f64>, mut visit: impl FnMut(usize)) {
+    /// The indices of the plots in the order of their cells; what is laid out in this order is read in one
+    /// sweep by [`Self::runs`].
+    #[must_use]
+    pub fn order(&self) -> &[u32] {
+        &self.entries
+    }
+
+    /// Calls `visit` with the runs of places in [`Self::order`] whose cells touch the box, row by row; the
+    /// caller tests the plots themselves.
+    #[inline]
+    pub fn runs(
+        &self,
+        low: Vector2<f64>,
+        high: Vector2<f64>,
+        mut visit: impl FnMut(std::ops::Range<usize>),
+    ) {
         let outside = |lo: f64, hi: f64, origin: f64, cells: usize| {
-            let end = origin + cells as f64 / self.inverse_cell;
+            let end = origin + cells as f64 * self.cell;
             !(hi >= origin && lo <= end) // also for NaN
         };
         if self.entries.is_empty()
@@ -79,10 +93,21 @@ impl Grid {
         for row in self.row(low.y)..=self.row(high.y) {
             let base = row * self.columns;
             let (from, to) = (self.starts[base + c0], self.starts[base + c1 + 1]);
-            for &entry in &self.entries[from as usize..to as usize] {
-                visit(entry as usize);
+            if from < to {
+                visit(from as usize..to as usize);
             }
         }
+    }
+
+    /// Calls `visit` with the index of every plot whose cell touches the box; the caller tests the
+    /// plot itself. Order: row by row, cell by cell, ascending within a cell.
+    #[inline]
+    pub fn visit(&self, low: Vector2<f64>, high: Vector2<f64>, mut visit: impl FnMut(usize)) {
+        self.runs(low, high, |run| {
+            for &entry in &self.entries[run] {
+                visit(entry as usize);
+            }
+        });
     }
 
     // `as usize` saturates: below the origin gives 0.

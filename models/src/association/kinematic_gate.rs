@@ -80,12 +80,13 @@ impl ReachableSet {
         // A target that is already faster than its class allows does not get faster still.
         let top = limits.speed_ms.max(speed_ms);
         let mut ends = [Vector2::zeros(); 9];
-        let mut count = 0;
-        for along in [-limits.braking_ms2, 0.0, limits.acceleration_ms2] {
-            for rate in [-turn, 0.0, turn] {
-                ends[count] = arc_end(speed_ms, along, rate, dt_s, top);
-                count += 1;
-            }
+        for (k, along) in
+            [-limits.braking_ms2, 0.0, limits.acceleration_ms2].into_iter().enumerate()
+        {
+            let left = arc_end(speed_ms, along, turn, dt_s, top);
+            ends[3 * k] = Vector2::new(left.x, -left.y);
+            ends[3 * k + 1] = arc_end(speed_ms, along, 0.0, dt_s, top);
+            ends[3 * k + 2] = left;
         }
         let (vertices, count) = convex_hull(ends);
         Self::Hull { vertices, count }
@@ -197,7 +198,8 @@ fn arc_end(speed: f64, a: f64, rate: f64, dt_s: f64, top: f64) -> Vector2<f64> {
             ((speed + a * piece[0]).clamp(0.0, top), a)
         };
         let [along, left] = arc_piece(start, a, rate * tau, tau);
-        let (sin, cos) = libm::sincos(rate * piece[0]);
+        let turned = rate * piece[0];
+        let (sin, cos) = if turned == 0.0 { (0.0, 1.0) } else { libm::sincos(turned) };
         end += Vector2::new(cos * along - sin * left, sin * along + cos * left);
     }
     end
@@ -207,18 +209,10 @@ fn arc_end(speed: f64, a: f64, rate: f64, dt_s: f64, top: f64) -> Vector2<f64> {
 /// with `X = ωτ`; series for |X| < 0.5, where the closed forms cancel.
 fn arc_piece(speed: f64, a: f64, x: f64, tau: f64) -> [f64; 2] {
     let x2 = x * x;
-    let c = if x.abs() < 0.5 {
-        let (mut c, mut power, mut factorial) = ([0.0; 4], 1.0, 1.0); // (−x²)^k, (2k)!
-        for k in 0..10 {
-            let two_k = f64::from(2 * k);
-            c[0] += power / (factorial * (two_k + 1.0));
-            c[1] += power / (factorial * (two_k + 2.0));
-            c[2] += power / (factorial * (two_k + 1.0) * (two_k + 2.0));
-            c[3] += power / (factorial * (two_k + 1.0) * (two_k + 3.0));
-            power *= -x2;
-            factorial *= (two_k + 1.0) * (two_k + 2.0);
-        }
-        c
+    let c = if x == 0.0 {
+        [1.0, 0.5, 0.5, 1.0 / 3.0]
+    } else if x.abs() < 0.5 {
+        SERIES.iter().rev().fold([0.0; 4], |c, term| [0, 1, 2, 3].map(|k| term[k] - x2 * c[k]))
     } else {
         let (sin, cos) = libm::sincos(x);
         [sin / x, (x * sin + cos - 1.0) / x2, (1.0 - cos) / x2, (sin - x * cos) / (x2 * x)]
@@ -226,6 +220,24 @@ fn arc_piece(speed: f64, a: f64, x: f64, tau: f64) -> [f64; 2] {
     let (straight, grown) = (speed * tau, a * tau * tau);
     [straight * c[0] + grown * c[1], x * (straight * c[2] + grown * c[3])]
 }
+
+/// 1/(2k+1)!, 1/((2k)!(2k+2)), 1/(2k+2)!, 1/((2k+1)!(2k+3)): nine terms reach 1e-20 at X = 0.5.
+const SERIES: [[f64; 4]; 9] = {
+    let mut terms = [[0.0; 4]; 9];
+    let (mut k, mut factorial) = (0, 1.0); // (2k)!
+    while k < terms.len() {
+        let n = (2 * k) as f64;
+        terms[k] = [
+            1.0 / (factorial * (n + 1.0)),
+            1.0 / (factorial * (n + 2.0)),
+            1.0 / (factorial * (n + 1.0) * (n + 2.0)),
+            1.0 / (factorial * (n + 1.0) * (n + 3.0)),
+        ];
+        factorial *= (n + 1.0) * (n + 2.0);
+        k += 1;
+    }
+    terms
+};
 
 fn cross(o: Vector2<f64>, a: Vector2<f64>, b: Vector2<f64>) -> f64 {
     (a.x - o.x) * (b.y - o.y) - (a.y - o.y) * (b.x - o.x)

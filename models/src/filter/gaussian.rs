@@ -172,6 +172,13 @@ impl Factor {
         a[0] * b[0] * self.inverse[0] + a[1] * b[1] * self.inverse[1]
     }
 
+    /// Squared normalised length of an innovation.
+    #[inline]
+    #[must_use]
+    pub fn d2(&self, nu: Vector2<f64>) -> f64 {
+        self.independent(nu).1
+    }
+
     /// ln det S.
     #[inline]
     #[must_use]
@@ -490,21 +497,7 @@ impl Gaussian {
     /// If its covariance is not positive definite and finite.
     #[inline]
     pub fn nis(&self, m: &Measurement) -> Result<Nis, UpdateError> {
-        match *m {
-            Measurement::Position { z, r } => {
-                let factor = Factor::of(self.position_cov() + r)?;
-                let (_, d2) = factor.independent(z - self.position());
-                Ok(Nis { d2, det: factor.det, dof: 2 })
-            }
-            Measurement::Line { z, axis, variance } => {
-                let s = quadratic(self.position_cov(), axis) + variance;
-                if !s.all_positive() {
-                    return Err(BadInnovation(s));
-                }
-                let nu = (z - self.position()).dot(&axis);
-                Ok(Nis { d2: nu * nu / s, det: s, dof: 1 })
-            }
-        }
+        nis_at(self.position(), self.position_cov(), m)
     }
 
     /// Several plots of which at most one is of this target (probabilistic data association).
@@ -587,8 +580,31 @@ impl Gaussian {
     /// True if every number is finite and the covariance positive semidefinite (to rounding).
     ///
     /// A covariance that is not must never be used: the caller reports it and starts the track again.
+    #[inline]
     #[must_use]
     pub fn is_sound(&self) -> bool {
+        self.is_clearly_sound() || self.is_sound_by_correlation()
+    }
+
+    /// Axes apart and both well inside: the pivots of L D Lᵀ of both 3 × 3 blocks are far above rounding.
+    /// What fails here is looked at again with care.
+    #[inline]
+    fn is_clearly_sound(&self) -> bool {
+        let [a, b, c, e, f, g] = self.p;
+        let i = a.recip();
+        let (l1, l2) = (b * i, c * i);
+        let (e1, f1, g1) = (e - l1 * b, f - l1 * c, g - l2 * c);
+        let g2 = g1 - f1 * (f1 * e1.recip());
+        let spare = 1e-9;
+        self.cross == [0.0; 9]
+            && a.all_positive()
+            && (e1 - e * spare).all_positive()
+            && (g2 - g * spare).all_positive()
+            && self.x.iter().all(|x| (*x * 0.0).sum() == 0.0)
+    }
+
+    #[inline(never)]
+    fn is_sound_by_correlation(&self) -> bool {
         let mut a = self.covariance();
         if !a.iter().all(|v| v.is_finite()) || !self.x.iter().all(|v| v.sum().is_finite()) {
             return false;
@@ -629,6 +645,28 @@ impl Gaussian {
             }
         }
         true
+    }
+}
+
+/// The normalised innovation of a measurement against a position (m) with its covariance (m²).
+///
+/// # Errors
+/// If the covariance of the innovation is not positive definite and finite.
+#[inline]
+pub fn nis_at(at: Vector2<f64>, cov: Sym2, m: &Measurement) -> Result<Nis, UpdateError> {
+    match *m {
+        Measurement::Position { z, r } => {
+            let factor = Factor::of(cov + r)?;
+            Ok(Nis { d2: factor.d2(z - at), det: factor.det, dof: 2 })
+        }
+        Measurement::Line { z, axis, variance } => {
+            let s = quadratic(cov, axis) + variance;
+            if !s.all_positive() {
+                return Err(BadInnovation(s));
+            }
+            let nu = (z - at).dot(&axis);
+            Ok(Nis { d2: nu * nu / s, det: s, dof: 1 })
+        }
     }
 }
 

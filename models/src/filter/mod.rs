@@ -42,7 +42,7 @@ pub mod weights;
 use crate::frames::{Matrix2, Vector2};
 use crate::plot::Plot;
 use crate::time::SimTime;
-pub use gaussian::{Gaussian, Innovation, Measurement, Nis, Sym2};
+pub use gaussian::{Gaussian, Innovation, Measurement, Nis, Sym2, nis_at};
 use histories::Histories;
 use imm::Imm;
 use map::{MapAided, MapKnowledge};
@@ -210,6 +210,23 @@ pub trait StateEstimator: Clone {
     /// # Errors
     /// If `time` is before the state's.
     fn predicted(&self, time: SimTime) -> Result<Estimate, UpdateError>;
+
+    /// Position (m) and its covariance (m²) at a later time: what a gate asks for, without the rest.
+    ///
+    /// # Errors
+    /// If `time` is before the state's.
+    #[inline]
+    fn position_at(&self, time: SimTime) -> Result<(Vector2<f64>, Sym2), UpdateError> {
+        let at = self.predicted(time)?.state;
+        Ok((at.position(), at.position_cov()))
+    }
+
+    /// Position (m) and velocity (m/s) at [`Self::time`].
+    #[inline]
+    fn motion(&self) -> (Vector2<f64>, Vector2<f64>) {
+        let now = self.estimate();
+        (now.position_m(), now.velocity_ms())
+    }
 
     /// Predicts to the plot's time and takes the plot.
     ///
@@ -391,7 +408,7 @@ pub enum Estimator {
     /// `ca3-ud`
     ThreeStateUd(ThreeStateUd),
     /// `ca6`
-    SixState(SixState),
+    SixState(Box<SixState>),
     /// `ca6-ud`
     SixStateUd(Box<SixStateUd>),
     /// `imm3`
@@ -422,11 +439,11 @@ impl Estimator {
             }
             Rung::Ca3 => Self::ThreeState(ThreeState::from_plot(plot, q, start)?),
             Rung::Ca3Ud => Self::ThreeStateUd(ThreeStateUd::from_plot(plot, q, start)?),
-            Rung::Ca6 => Self::SixState(SixState::from_plot(
+            Rung::Ca6 => Self::SixState(Box::new(SixState::from_plot(
                 plot,
                 Motion::ConstantAcceleration { q },
                 start,
-            )?),
+            )?)),
             Rung::Ca6Ud => Self::SixStateUd(Box::new(SixStateUd::from_plot(plot, q, start)?)),
             Rung::Imm3 => Self::Imm3(Box::new(Imm::from_plot(plot, modes(), start)?)),
             Rung::Mh3 => Self::Histories3(Box::new(Histories::from_plot(plot, modes(), start)?)),
@@ -477,6 +494,14 @@ impl StateEstimator for Estimator {
     #[inline]
     fn predicted(&self, time: SimTime) -> Result<Estimate, UpdateError> {
         on_each!(self, f => f.predicted(time))
+    }
+    #[inline]
+    fn position_at(&self, time: SimTime) -> Result<(Vector2<f64>, Sym2), UpdateError> {
+        on_each!(self, f => f.position_at(time))
+    }
+    #[inline]
+    fn motion(&self) -> (Vector2<f64>, Vector2<f64>) {
+        on_each!(self, f => f.motion())
     }
     #[inline]
     fn update(&mut self, plot: &Plot) -> Result<Nis, UpdateError> {

@@ -83,6 +83,7 @@ impl ThreeState {
 }
 
 impl StateEstimator for ThreeState {
+    #[inline]
     fn time(&self) -> SimTime {
         self.time
     }
@@ -92,9 +93,24 @@ impl StateEstimator for ThreeState {
         Estimate::new(self.time, Gaussian { x: self.x, p: self.p, cross: [0.0; 9] })
     }
 
+    #[inline]
     fn predicted(&self, time: SimTime) -> Result<Estimate, UpdateError> {
         let (x, p) = self.predict(interval(self.time, time)?);
         Ok(Estimate::new(time, Gaussian { x, p, cross: [0.0; 9] }))
+    }
+
+    #[inline]
+    fn position_at(&self, time: SimTime) -> Result<(Vector2<f64>, Sym2), UpdateError> {
+        // What is not asked for is not computed: the compiler sees through the call.
+        let (x, p) = self.predict(interval(self.time, time)?);
+        let at = Vector2::new(x[0].east(), x[0].north());
+        Ok((at, Sym2 { xx: p[0].east(), xy: 0.0, yy: p[0].north() }))
+    }
+
+    #[inline]
+    fn motion(&self) -> (Vector2<f64>, Vector2<f64>) {
+        let [p, v, _] = self.x.map(Pair::array);
+        (Vector2::new(p[0], p[1]), Vector2::new(v[0], v[1]))
     }
 
     #[inline]

@@ -148,9 +148,30 @@ impl<const N: usize, L: Lane> Ud<N, L> {
 pub struct ThreeStateUd {
     time: SimTime,
     x: [Pair; 3],
-    ud: Ud<3, Pair>,
+    factors: Packed,
     q: f64,
     start: Start,
+}
+
+/// The six factors of three components that are not 0 or 1: U₀₁, U₀₂, U₁₂ and D.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Packed {
+    u: [Pair; 3],
+    d: [Pair; 3],
+}
+
+impl Packed {
+    #[inline(always)]
+    fn of(ud: &Ud<3, Pair>) -> Self {
+        Self { u: [ud.u[0][1], ud.u[0][2], ud.u[1][2]], d: ud.d }
+    }
+
+    #[inline(always)]
+    fn ud(&self) -> Ud<3, Pair> {
+        let mut ud = Ud::diagonal(self.d);
+        [ud.u[0][1], ud.u[0][2], ud.u[1][2]] = self.u;
+        ud
+    }
 }
 
 impl ThreeStateUd {
@@ -161,14 +182,15 @@ impl ThreeStateUd {
     pub fn from_plot(plot: &Plot, q: f64, start: Start) -> Result<Self, UpdateError> {
         let (z, r) = start_position(plot)?;
         let g = Gaussian::at_position(z, r, start.sigma_v_ms, start.sigma_a_ms2);
-        Ok(Self { time: plot.time, x: g.x, ud: factors(&g.p), q, start })
+        let factors = Packed::of(&factors(&g.p));
+        Ok(Self { time: plot.time, x: g.x, factors, q, start })
     }
 
     #[inline]
     fn predict(&self, t: f64) -> ([Pair; 3], Ud<3, Pair>) {
         let x = &self.x;
         let h = 0.5 * t * t;
-        ([x[0] + x[1] * t + x[2] * h, x[1] + x[2] * t, x[2]], self.ud.jerked(self.q, t))
+        ([x[0] + x[1] * t + x[2] * h, x[1] + x[2] * t, x[2]], self.factors.ud().jerked(self.q, t))
     }
 }
 
@@ -238,7 +260,7 @@ impl StateEstimator for ThreeStateUd {
 
     #[inline]
     fn estimate(&self) -> Estimate {
-        Estimate::new(self.time, gaussian(&self.x, &self.ud))
+        Estimate::new(self.time, gaussian(&self.x, &self.factors.ud()))
     }
 
     fn predicted(&self, time: SimTime) -> Result<Estimate, UpdateError> {
@@ -270,12 +292,12 @@ impl StateEstimator for ThreeStateUd {
                 nis
             }
         };
-        (self.time, self.x, self.ud) = (plot.time, x, ud);
+        (self.time, self.x, self.factors) = (plot.time, x, Packed::of(&ud));
         Ok(nis)
     }
 
     fn replace(&mut self, time: SimTime, state: &Gaussian) {
-        (self.time, self.x, self.ud) = (time, state.x, factors(&state.p));
+        (self.time, self.x, self.factors) = (time, state.x, Packed::of(&factors(&state.p)));
     }
 
     fn start(&self) -> Start {

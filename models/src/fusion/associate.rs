@@ -4,11 +4,13 @@ use super::config::{AssociationMethod, SensorModel, TrackingConfig};
 use super::filter::TrackFilter;
 use super::life;
 use super::registration::Reference;
-use super::track_file::{Applied, Stage, Track, Update, predict};
-use super::tracker::{Candidate, Outcome, Tracker, Work};
+use super::track_file::{Applied, Stage, Track, Update, position_at, predict};
+use super::tracker::{Candidate, Look, Outcome, Tracker, Work};
+use crate::association::grid::Grid;
 use crate::association::kinematic_gate;
 use crate::association::nearest::{self, Pair};
 use crate::association::{jpda::JpdaError, lbp};
+use crate::filter::{Measurement, nis_at};
 use crate::frames::Vector2;
 use crate::plot::{Identity, Plot};
 use crate::time::SimTime;
@@ -18,9 +20,6 @@ impl Tracker {
     pub(super) fn associate_batch(&mut self, from: usize, to: usize, work: &mut Work) {
         let first = work.candidates[from].plot;
         let model = self.config.sensor(first.sensor, first.kind);
-        work.positions.clear();
-        work.positions.extend(work.candidates[from..to].iter().map(|c| c.plot.position_m));
-        work.grid.fill(&work.positions, GRID_CELL_M);
         let none = (SimTime(i64::MAX), SimTime(i64::MIN));
         work.span = work.candidates[from..to]
             .iter()
@@ -28,11 +27,16 @@ impl Tracker {
         work.track_used.clear();
         work.track_used.resize(self.tracks.len(), false);
         self.take_identified(from, to, &model, work);
+        lay_out(from, to, work);
         self.take_gated(from, to, Stage::Confirmed, &model, work);
-        if self.config.gates.kinematic {
-            self.take_manoeuvres(from, to, &model, work);
+        if work.used[from..to].iter().all(|used| *used) {
+            return;
         }
-        self.note_refused(from, to, &model, work);
+        lay_out_rest(from, to, work);
+        if self.config.gates.kinematic {
+            self.take_manoeuvres(&model, work);
+        }
+        self.note_refused(&model, work);
         self.take_gated(from, to, Stage::Tentative, &model, work);
         self.mark_other_echoes(from, to, work);
         self.start_tracks(from, to, &model, work);
@@ -43,33 +47,33 @@ impl Tracker {
         if work.candidates[from..to].iter().all(|c| c.plot.identity.is_none()) {
             return;
         }
-        work.names.clear();
+        work.identities.clear();
         for (index, track) in self.tracks.iter().enumerate() {
             if track.stage != Stage::Ended {
                 let callsign = track.callsign.map(Identity::Callsign);
                 let address = track.address.map(Identity::Address);
                 let names = callsign.into_iter().chain(address);
-                work.names.extend(names.map(|name| (name, index as u32)));
+                work.identities.extend(names.map(|name| (name, index as u32)));
             }
         }
-        work.names.sort_unstable();
+        work.identities.sort_unstable();
         for k in from..to {
-            let plot = work.candidates[k].plot;
+            let plot = &work.candidates[k].plot;
             let Some(identity) = plot.identity else { continue };
-            let first = work.names.partition_point(|(name, _)| *name < identity);
-            let Some(&(_, track)) = work.names.get(first).filter(|(name, _)| *name == identity)
-            else {
-                continue;
-            };
+            let first = work.identities.partition_point(|(name, _)| *name < identity);
+            let holder = work.identities.get(first).filter(|(name, _)| *name == identity);
+            let Some(&(_, track)) = holder else { continue };
             let track = track as usize;
             // Whoever holds the name: the plot starts no other track.
-            work.candidates[k].gated = true;
+            work.gated[k] = true;
             if work.track_used[track] {
                 continue;
             }
-            let gate = self.identified_gate;
-            if self.distance(track, &plot).is_some_and(|pair| pair.d2 <= gate) {
-                self.update(track, Update::Plot(plot), k, model, work);
+            let found = Measurement::of(plot)
+                .ok()
+                .and_then(|m| distance(&self.tracks[track], plot, &m, &self.config, false));
+            if found.is_some_and(|pair| pair.d2 <= self.identified_gate) {
+                self.update(track, How::Plot, k, model, work);
             }
         }
     }
@@ -83,12 +87,15 @@ impl Tracker {
         model: &SensorModel,
         work: &mut Work,
     ) {
-        self.gated_pairs(from, to, stage, work);
+        // Tracks on trial take what is nearest: they have no reliable density to weigh with.
+        let method = match stage {
+            Stage::Tentative => AssociationMethod::Nearest,
+            _ => self.config.association,
+        };
+        self.gated_pairs(from, stage, method != AssociationMethod::Nearest, work);
         work.plot_used.clear();
         work.plot_used.resize(to - from, false);
-        // Tracks on trial take what is nearest: they have no reliable density to weigh with.
-        match self.config.association {
-            _ if stage == Stage::Tentative => self.take_nearest(from, model, work),
+        match method {
             AssociationMethod::Nearest => self.take_nearest(from, model, work),
             AssociationMethod::Global => self.take_by_cluster(from, None, model, work),
             AssociationMethod::Joint { limit } => {
@@ -103,9 +110,7 @@ impl Tracker {
         taken.clear();
         nearest::greedy(&mut pairs, &mut work.track_used, &mut work.plot_used, |p| taken.push(p));
         for pair in &taken {
-            let k = from + pair.plot as usize;
-            let plot = work.candidates[k].plot;
-            self.update(pair.track as usize, Update::Plot(plot), k, model, work);
+            self.update(pair.track as usize, How::Plot, from + pair.plot as usize, model, work);
         }
         work.pairs = pairs;
         work.scratch = taken;
@@ -127,14 +132,13 @@ impl Tracker {
         pairs.sort_unstable_by_key(|p| (p.track, p.plot));
         let plots = work.plot_used.len();
         let borders = clusters.cut(self.tracks.len(), plots, &mut pairs, &mut scratch);
-        let mut local = Local::default();
+        let mut local = std::mem::take(&mut work.local);
         for border in borders.windows(2) {
             let cluster = &pairs[border[0] as usize..border[1] as usize];
             if let [pair] = cluster {
                 if weights.gain(pair) > 0.0 {
                     let k = from + pair.plot as usize;
-                    let plot = work.candidates[k].plot;
-                    self.update(pair.track as usize, Update::Plot(plot), k, model, work);
+                    self.update(pair.track as usize, How::Plot, k, model, work);
                 }
                 continue;
             }
@@ -143,9 +147,10 @@ impl Tracker {
                 Some(limit) => {
                     self.take_jointly(from, limit, cluster, &weights, &mut local, model, work);
                 }
-                _ => self.take_globally(from, cluster, &weights, &local, model, work),
+                _ => self.take_globally(from, cluster, &weights, &mut local, model, work),
             }
         }
+        work.local = local;
         work.pairs = pairs;
         work.scratch = scratch;
         work.clusters = clusters;
@@ -156,12 +161,14 @@ impl Tracker {
         from: usize,
         cluster: &[Pair],
         weights: &Weights,
-        local: &Local,
+        local: &mut Local,
         model: &SensorModel,
         work: &mut Work,
     ) {
         let columns = local.plots.len();
-        let mut costs = vec![None; local.tracks.len() * columns];
+        let mut costs = std::mem::take(&mut local.costs);
+        costs.clear();
+        costs.resize(local.tracks.len() * columns, None);
         for pair in cluster {
             let (row, column) = local.place(pair);
             costs[row * columns + column] = Some(-weights.gain(pair));
@@ -169,11 +176,11 @@ impl Tracker {
         let found = work.solver.pairs_and_misses(local.tracks.len(), columns, |row, column| {
             costs[row * columns + column]
         });
+        local.costs = costs;
         for (row, column) in found.into_iter().enumerate() {
             let Some(column) = column else { continue };
             let k = from + local.plots[column] as usize;
-            let plot = work.candidates[k].plot;
-            self.update(local.tracks[row] as usize, Update::Plot(plot), k, model, work);
+            self.update(local.tracks[row] as usize, How::Plot, k, model, work);
         }
     }
 
@@ -219,7 +226,7 @@ impl Tracker {
         for column in 0..columns {
             let claimed: f64 =
                 (0..rows).map(|row| local.beta[row * (columns + 1) + column + 1]).sum();
-            work.candidates[from + local.plots[column] as usize].used |= claimed > 0.5;
+            work.used[from + local.plots[column] as usize] |= claimed > 0.5;
         }
     }
 
@@ -259,7 +266,7 @@ impl Tracker {
             let piece = &kept[border[0] as usize..border[1] as usize];
             part.fill(piece);
             if part.tracks.len() << part.plots.len().min(40) > limit {
-                self.take_globally(from, piece, weights, &part, model, work);
+                self.take_globally(from, piece, weights, &mut part, model, work);
             } else {
                 self.take_jointly(from, limit, piece, weights, &mut part, model, work);
             }
@@ -286,99 +293,114 @@ impl Tracker {
             return;
         }
         let k = from + local.plots[best - 1] as usize;
-        let plot = work.candidates[k].plot;
         if beta[best] > 1.0 - HOPELESS {
-            self.update(index, Update::Plot(plot), k, model, work);
+            self.update(index, How::Plot, k, model, work);
             return;
         }
         // All at the time of the likeliest, moved by the predicted velocity.
-        let Some(filter) = self.tracks[index].filter_before(plot.time) else { return };
-        let Ok(at) = predict(filter, plot.time, &self.config.life) else { return };
+        let time = work.candidates[k].plot.time;
+        let Some(filter) = self.tracks[index].filter_before(time) else { return };
+        let Ok(at) = predict(filter, time, &self.config.life) else { return };
         let velocity = at.velocity_ms();
-        let plots = (1..=columns)
-            .filter(|&c| c == best || beta[c] > HOPELESS)
-            .map(|c| {
-                let mut moved = work.candidates[from + local.plots[c - 1] as usize].plot;
-                moved.position_m += velocity * plot.time.since_s(moved.time);
-                moved.time = plot.time;
-                (moved, beta[c])
-            })
-            .collect();
-        self.update(index, Update::Weighted { plots, hit: missed < 0.5 }, k, model, work);
+        let mut plots = std::mem::take(&mut work.weighted);
+        plots.clear();
+        for c in (1..=columns).filter(|&c| c == best || beta[c] > HOPELESS) {
+            let mut moved = work.candidates[from + local.plots[c - 1] as usize].plot;
+            moved.position_m += velocity * time.since_s(moved.time);
+            moved.time = time;
+            plots.push((moved, beta[c]));
+        }
+        let how = How::Weighted { plots: &plots, hit: missed < 0.5 };
+        self.update(index, how, k, model, work);
+        work.weighted = plots;
     }
 
-    /// All pairs of tracks of `stage` and free plots inside the covariance gate.
-    fn gated_pairs(&mut self, from: usize, to: usize, stage: Stage, work: &mut Work) {
-        let Work { candidates, grid, pairs, track_used, span, .. } = work;
-        let batch = &mut candidates[from..to];
+    /// All pairs of tracks of `stage` and free plots inside the covariance gate; `logs`: with ln det S.
+    fn gated_pairs(&self, from: usize, stage: Stage, logs: bool, work: &mut Work) {
+        let Work { candidates, used, gated, pairs, track_used, span, .. } = work;
+        let first_stage = stage == Stage::Confirmed;
+        let (indices, grid, looks) = if first_stage {
+            (&work.confirmed, &work.plots, &work.looks)
+        } else {
+            (&work.tentative, &work.rest, &work.rest_looks)
+        };
         let (begin, end) = *span;
-        let widest = batch.iter().fold(0.0f64, |w, c| w.max(search_variance(&c.plot)));
+        let widest = looks.iter().map(|l| search_variance(&candidates[l.k as usize].plot));
+        let widest = widest.fold(0.0f64, f64::max);
+        let margin = 3.0 * (2.0 * widest).sqrt();
+        let life = &self.config.life;
         pairs.clear();
-        for (index, track) in self.tracks.iter().enumerate() {
-            if track.stage != stage || track_used[index] {
+        for &index in indices {
+            if track_used[index as usize] {
                 continue;
             }
+            let track = &self.tracks[index as usize];
             let young = track.plots == 1;
+            let (mut first, mut reach) = (Vector2::zeros(), 0.0);
             let (low, high) = if young {
                 // As far as its class can go since its only plot.
-                let first = track.filter().estimate();
-                let dt_s = end.since_s(first.time).max(0.0);
-                let radius = track.limits.speed_ms * dt_s + 3.0 * (2.0 * widest).sqrt();
-                let around = Vector2::repeat(radius);
-                (first.position_m() - around, first.position_m() + around)
+                first = track.filter().motion().0;
+                let dt_s = end.since_s(track.time()).max(0.0);
+                reach = track.limits.speed_ms;
+                let around = Vector2::repeat(reach * dt_s + margin);
+                (first - around, first + around)
             } else {
                 // Where it may be at any time of the batch.
-                let Some(base) = track.filter_before(begin).or_else(|| track.filter_before(end))
-                else {
-                    continue;
-                };
-                let Ok(last) = predict(base, end, &self.config.life) else { continue };
-                let first = predict(base, begin.max(base.time()), &self.config.life)
-                    .map_or(last.position_m(), |e| e.position_m());
-                let s = last.position_cov_m2();
+                let base = track.filter_before(begin).or_else(|| track.filter_before(end));
+                let Some(base) = base else { continue };
+                let Ok((last, s)) = position_at(base, end, life) else { continue };
+                let first = position_at(base, begin.max(base.time()), life).map_or(last, |p| p.0);
                 let half = Vector2::new(
-                    (self.gate_1 * (s[(0, 0)] + widest)).sqrt(),
-                    (self.gate_1 * (s[(1, 1)] + widest)).sqrt(),
+                    (self.gate_1 * (s.xx + widest)).sqrt(),
+                    (self.gate_1 * (s.yy + widest)).sqrt(),
                 );
-                (first.inf(&last.position_m()) - half, first.sup(&last.position_m()) + half)
+                (first.inf(&last) - half, first.sup(&last) + half)
             };
-            grid.visit(low, high, |k| {
-                let c = &mut batch[k];
-                let p = c.plot.position_m;
-                let inside = p.x >= low.x && p.x <= high.x && p.y >= low.y && p.y <= high.y;
-                if c.used || !inside || !track.may_be(c.plot.identity) {
-                    return;
-                }
-                if young && !within_first_gate(track, &c.plot) {
-                    return;
-                }
-                let Some(found) = distance(track, &c.plot, &self.config) else { return };
-                let within =
-                    if young { within_first_gate(track, &c.plot) } else { found.d2 <= self.gate_1 };
-                if within {
-                    if stage == Stage::Confirmed {
-                        c.gated = true;
+            grid.runs(low, high, |run| {
+                for look in &looks[run] {
+                    let (p, k) = (look.position_m, look.k as usize);
+                    let inside = p.x >= low.x && p.x <= high.x && p.y >= low.y && p.y <= high.y;
+                    if !inside || used[k] {
+                        continue;
                     }
-                    pairs.push(Pair {
-                        track: index as u32,
-                        plot: k as u32,
-                        d2: found.d2,
-                        ln_det: found.ln_det,
-                    });
+                    let plot = &candidates[k].plot;
+                    let Some(m) = look.measured else { continue };
+                    if look.named && !track.may_be(plot.identity) {
+                        continue;
+                    }
+                    if young {
+                        let dt_s = look.time.since_s(track.time()).abs();
+                        if !((p - first).norm() <= reach * dt_s + 3.0 * trace(plot).sqrt()) {
+                            continue;
+                        }
+                    }
+                    let Some(found) = distance(track, plot, &m, &self.config, logs) else {
+                        continue;
+                    };
+                    if young || found.d2 <= self.gate_1 {
+                        gated[k] |= first_stage;
+                        let (plot, d2) = ((k - from) as u32, found.d2);
+                        pairs.push(Pair { track: index, plot, d2, ln_det: found.ln_det });
+                    }
                 }
             });
         }
     }
 
     /// Offers what the covariance gate left to the reachable sets of confirmed tracks without a plot.
-    fn take_manoeuvres(&mut self, from: usize, to: usize, model: &SensorModel, work: &mut Work) {
-        let mut offers: Vec<(f64, f64, usize, usize)> = Vec::new();
-        for (index, track) in self.tracks.iter().enumerate() {
-            if track.stage != Stage::Confirmed || work.track_used[index] {
+    fn take_manoeuvres(&mut self, model: &SensorModel, work: &mut Work) {
+        let mut offers: Vec<(f64, f64, u32, usize)> = Vec::new();
+        let limit = self.config.gates.kinematic_limit;
+        for &index in &work.confirmed {
+            let track = &self.tracks[index as usize];
+            if work.track_used[index as usize] {
                 continue;
             }
-            self.for_plots_in_reach(track, from, to, model, work, |k, plot, filter| {
+            self.for_plots_in_reach(track, model, work, |look, plot, filter| {
                 let dt_s = plot.time.since_s(filter.time());
+                if surely_out_of_reach(track, filter, plot, dt_s, limit) {
+                    return;
+                }
                 let target = Track::departure(filter);
                 let r = plot.covariance_m2();
                 let Some(reach) =
@@ -386,9 +408,11 @@ impl Tracker {
                 else {
                     return;
                 };
-                if reach.m <= self.config.gates.kinematic_limit {
-                    let d2 = distance(track, plot, &self.config).map_or(f64::MAX, |d| d.d2);
-                    offers.push((reach.m, d2, index, k));
+                if reach.m <= limit {
+                    let found = look.measured;
+                    let found = found.and_then(|m| distance(track, plot, &m, &self.config, false));
+                    let d2 = found.map_or(f64::MAX, |d| d.d2);
+                    offers.push((reach.m, d2, index, look.k as usize));
                 }
             });
         }
@@ -396,55 +420,53 @@ impl Tracker {
             a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)).then(a.3.cmp(&b.3))
         });
         for (_, _, track, k) in offers {
-            if !work.track_used[track] && !work.candidates[k].used {
-                let plot = work.candidates[k].plot;
-                self.update(track, Update::Manoeuvre(plot), k, model, work);
+            if !work.track_used[track as usize] && !work.used[k] {
+                self.update(track as usize, How::Manoeuvre, k, model, work);
             }
         }
     }
 
     /// Remembers the nearest plot that both gates refused; two in a row that fit together start the
     /// track's state anew.
-    fn note_refused(&mut self, from: usize, to: usize, model: &SensorModel, work: &mut Work) {
-        let mut refusals: Vec<(f64, usize, usize)> = Vec::new();
-        for (index, track) in self.tracks.iter().enumerate() {
-            if track.stage != Stage::Confirmed || work.track_used[index] || track.updated {
+    fn note_refused(&mut self, model: &SensorModel, work: &mut Work) {
+        let mut refusals: Vec<(f64, u32, usize)> = Vec::new();
+        for &index in &work.confirmed {
+            let track = &self.tracks[index as usize];
+            if work.track_used[index as usize] || track.updated {
                 continue;
             }
             let mut nearest: Option<(f64, usize)> = None;
-            self.for_plots_in_reach(track, from, to, model, work, |k, plot, filter| {
-                let Ok(at) = predict(filter, plot.time, &self.config.life) else { return };
-                let distance = (plot.position_m - at.position_m()).norm();
-                if nearest.is_none_or(|(best, _)| distance < best) {
+            self.for_plots_in_reach(track, model, work, |look, plot, filter| {
+                let Ok((at, _)) = position_at(filter, plot.time, &self.config.life) else { return };
+                let (distance, k) = ((plot.position_m - at).norm(), look.k as usize);
+                if nearest.is_none_or(|best| (distance, k) < best) {
                     nearest = Some((distance, k));
                 }
             });
-            if let Some((distance, k)) = nearest {
-                refusals.push((distance, index, k));
-            }
+            refusals.extend(nearest.map(|(distance, k)| (distance, index, k)));
         }
         refusals.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         for (_, index, k) in refusals {
-            if work.candidates[k].used {
+            if work.used[k] {
                 continue;
             }
             self.statistics.refused += 1;
-            let plot = work.candidates[k].plot;
-            let track = &self.tracks[index];
-            let before = track.refused.filter(|before| {
+            let plot = &work.candidates[k].plot;
+            let track = &mut self.tracks[index as usize];
+            let before = track.refused.take().filter(|before| {
                 let dt_s = plot.time.since_s(before.time);
                 before.sensor == plot.sensor
                     && dt_s > 0.0
                     && dt_s <= 2.5 * model.interval_s
                     && (plot.position_m - before.position_m).norm()
-                        <= track.limits.speed_ms * dt_s + 3.0 * trace(&plot).sqrt()
+                        <= track.limits.speed_ms * dt_s + 3.0 * trace(plot).sqrt()
             });
             match before {
                 Some(before) if self.config.gates.restart => {
                     self.statistics.restarts += 1;
-                    self.update(index, Update::Restart(before, plot), k, model, work);
+                    self.update(index as usize, How::Restart(&before), k, model, work);
                 }
-                _ => self.tracks[index].refused = Some(plot),
+                _ => track.refused = Some(Box::new(*plot)),
             }
         }
     }
@@ -454,34 +476,39 @@ impl Tracker {
     fn for_plots_in_reach<'a>(
         &self,
         track: &'a Track,
-        from: usize,
-        to: usize,
         model: &SensorModel,
         work: &Work,
-        mut visit: impl FnMut(usize, &Plot, &'a TrackFilter),
+        mut visit: impl FnMut(&Look, &Plot, &'a TrackFilter),
     ) {
-        let batch = &work.candidates[from..to];
         let (_, latest) = work.span;
-        let centre = track.filter().estimate().position_m();
+        let centre = track.filter().motion().0;
         let way = latest.since_s(track.time()).max(0.0) + model.interval_s.min(1.0);
         let radius = track.limits.speed_ms * way + REACH_MARGIN_M;
         let around = Vector2::repeat(radius);
-        work.grid.visit(centre - around, centre + around, |k| {
-            let c = &batch[k];
-            if c.used || c.gated || !track.may_be(c.plot.identity) {
-                return;
-            }
-            // Nobody else's name may be put on a track that has none by a manoeuvre.
-            if c.plot.identity.is_some() && track.callsign.is_none() && track.address.is_none() {
-                return;
-            }
-            if let Some(filter) = track.filter_before(c.plot.time) {
-                let dt_s = c.plot.time.since_s(filter.time());
-                let offset = c.plot.position_m - filter.estimate().position_m();
-                let uncertainty =
-                    3.0 * (trace(&c.plot) + filter.estimate().position_cov_m2().trace()).sqrt();
+        work.rest.runs(centre - around, centre + around, |run| {
+            for look in &work.rest_looks[run] {
+                let (k, p) = (look.k as usize, look.position_m);
+                if (p.x - centre.x).abs() > radius || (p.y - centre.y).abs() > radius {
+                    continue;
+                }
+                let plot = &work.candidates[k].plot;
+                if work.used[k]
+                    || work.gated[k]
+                    // Nobody else's name may be put on a track that has none by a manoeuvre.
+                    || (look.named
+                        && (!track.may_be(plot.identity)
+                            || (track.callsign.is_none() && track.address.is_none())))
+                {
+                    continue;
+                }
+                let Some(filter) = track.filter_before(plot.time) else { continue };
+                let state = filter.estimate().state;
+                let dt_s = plot.time.since_s(filter.time());
+                let cov = state.position_cov();
+                let uncertainty = 3.0 * (trace(plot) + (cov.xx + cov.yy)).sqrt();
+                let offset = plot.position_m - state.position();
                 if offset.norm() <= track.limits.speed_ms * dt_s + uncertainty {
-                    visit(from + k, &c.plot, filter);
+                    visit(look, plot, filter);
                 }
             }
         });
@@ -489,48 +516,44 @@ impl Tracker {
 
     /// Marks the free plots that lie on the body of a labelled target: other echoes of it.
     fn mark_other_echoes(&self, from: usize, to: usize, work: &mut Work) {
-        let Work { candidates, bodies, body_tracks, positions, .. } = work;
-        let batch = &mut candidates[from..to];
-        if batch.iter().all(|c| c.used || c.gated) {
+        let Work { candidates, used, gated, bodies, bodied, positions, .. } = work;
+        if bodied.is_empty() || (from..to).all(|k| used[k] || gated[k]) {
             return;
         }
-        body_tracks.clear();
         positions.clear();
         let mut longest = 0.0f64;
-        for (index, track) in self.tracks.iter().enumerate() {
-            if let (Stage::Confirmed, Some((length, span))) = (track.stage, track.size_m) {
-                body_tracks.push(index as u32);
-                positions.push(track.filter().estimate().position_m());
-                longest = longest.max(length.max(span));
-            }
-        }
-        if body_tracks.is_empty() {
-            return;
+        for &index in &*bodied {
+            let track = &self.tracks[index as usize];
+            positions.push(track.filter().motion().0);
+            longest = track.size_m.map_or(longest, |(l, s)| longest.max(l.max(s)));
         }
         bodies.fill(positions, longest + REACH_MARGIN_M);
         let around = Vector2::repeat(longest + REACH_MARGIN_M);
-        for c in batch.iter_mut().filter(|c| !c.used && !c.gated) {
-            let place = c.plot.position_m;
-            let mut on_body = false;
-            bodies.visit(place - around, place + around, |k| {
-                let track = &self.tracks[body_tracks[k] as usize];
-                let at = predict(track.filter(), c.plot.time.max(track.time()), &self.config.life);
-                on_body |= c.plot.identity.is_none()
-                    && at.is_ok_and(|at| life::on_body(track, at.position_m(), place, 0.0));
+        for k in (from..to).filter(|&k| !used[k]) {
+            let plot = &candidates[k].plot;
+            if gated[k] || plot.identity.is_some() {
+                continue;
+            }
+            let place = plot.position_m;
+            bodies.visit(place - around, place + around, |body| {
+                let track = &self.tracks[bodied[body] as usize];
+                let time = plot.time.max(track.time());
+                gated[k] |= track.size_m.is_some()
+                    && position_at(track.filter(), time, &self.config.life)
+                        .is_ok_and(|(at, _)| life::on_body(track, at, place, 0.0));
             });
-            c.gated |= on_body;
         }
     }
 
     /// A plot that no track used and that lies in no gate of a confirmed track begins a track.
     fn start_tracks(&mut self, from: usize, to: usize, model: &SensorModel, work: &mut Work) {
         for k in from..to {
-            let Candidate { plot, used, gated, index } = work.candidates[k];
-            if used {
+            if work.used[k] {
                 continue;
             }
+            let Candidate { plot, index } = &work.candidates[k];
             let one_line_only = !plot.across_m2.is_finite() || !plot.along_m2.is_finite();
-            if gated || one_line_only {
+            if work.gated[k] || one_line_only {
                 self.statistics.unused += 1;
                 continue;
             }
@@ -538,51 +561,48 @@ impl Tracker {
                 self.statistics.no_room += 1;
                 continue;
             }
-            let Ok(track) = Track::start(self.next_serial, &plot, &self.config, model.interval_s)
-            else {
+            let room = self.rooms.pop().unwrap_or_default();
+            let started =
+                Track::start(self.next_serial, plot, &self.config, model.interval_s, room);
+            let Ok(track) = started else {
                 self.statistics.unsound += 1;
-                self.outcomes[index] = Outcome::Unsound;
+                self.outcomes[*index] = Outcome::Unsound;
                 continue;
             };
-            self.outcomes[index] = Outcome::Used {
+            self.outcomes[*index] = Outcome::Used {
                 number: None,
                 serial: track.serial,
                 position_m: plot.position_m,
                 velocity_ms: Vector2::zeros(),
             };
-            work.candidates[k].used = true;
+            work.used[k] = true;
             self.next_serial += 1;
             self.statistics.started += 1;
+            work.tentative.push(self.tracks.len() as u32);
             self.tracks.push(track);
-            work.track_used.push(true);
         }
-    }
-
-    fn distance(&self, track: usize, plot: &Plot) -> Option<Distance> {
-        distance(&self.tracks[track], plot, &self.config)
     }
 
     /// Gives candidate `k` to a track.
     fn update(
         &mut self,
         index: usize,
-        update: Update,
+        how: How<'_>,
         k: usize,
         model: &SensorModel,
         work: &mut Work,
     ) {
-        let candidate = &mut work.candidates[k];
+        let Candidate { plot, index: place } = &work.candidates[k];
         let track = &mut self.tracks[index];
-        let manoeuvre = matches!(update, Update::Manoeuvre(_) | Update::Restart(..));
-        let by_gate_2 = matches!(update, Update::Manoeuvre(_));
-        let late = candidate.plot.time < track.time();
-        let (callsign, address) = (track.callsign, track.address);
-        let was_called = |name: Identity| match name {
-            Identity::Callsign(c) => callsign == Some(c),
-            Identity::Address(a) => address == Some(a),
+        let late = plot.time < track.time();
+        let (update, hit) = match how {
+            How::Plot => (Update::Plot(plot), true),
+            How::Manoeuvre => (Update::Manoeuvre(plot), true),
+            How::Restart(before) => (Update::Restart(before, plot), true),
+            How::Weighted { plots, hit } => (Update::Weighted(plots), hit),
         };
-        let hit = !matches!(update, Update::Weighted { hit: false, .. });
-        let applied = track.apply(update, candidate.plot.time, model.interval_s, &self.config);
+        let manoeuvre = matches!(how, How::Manoeuvre | How::Restart(_));
+        let applied = track.apply(update, &self.config, self.oldest);
         let (position_m, velocity_ms) = match applied {
             Applied::Taken { position_m, velocity_ms } => (position_m, velocity_ms),
             Applied::Reborn { position_m, velocity_ms } => {
@@ -594,16 +614,19 @@ impl Tracker {
                 return;
             }
         };
-        let new_name = candidate.plot.identity.filter(|name| !was_called(*name));
-        candidate.used |= hit;
+        let new_name = plot.identity.filter(|name| hit && !track.is(*name));
+        if hit {
+            track.note_hit(plot, model.interval_s);
+            work.used[k] = true;
+            work.track_used[index] = true;
+        }
         if hit && self.config.register_sites {
-            let plot = candidate.plot;
             if plot.polar.is_some() && !manoeuvre {
                 if let Some(reference) = &track.reference {
-                    self.registration.learn(&plot, reference, velocity_ms);
+                    self.registration.learn(plot, reference, velocity_ms);
                 }
             } else if plot.identity.is_some() && plot.along_m2.is_finite() {
-                track.reference = Some(Reference {
+                track.reference = Some(Box::new(Reference {
                     time: plot.time,
                     position_m: plot.position_m,
                     variance_m2: 0.5 * (plot.along_m2 + plot.across_m2),
@@ -612,21 +635,20 @@ impl Tracker {
                     } else {
                         1.0
                     },
-                });
+                }));
             }
         }
-        work.track_used[index] |= hit;
         track.manoeuvre |= manoeuvre;
         self.statistics.late += u64::from(late);
-        if by_gate_2 {
-            self.statistics.gate_2 += 1;
-        } else if !manoeuvre {
-            self.statistics.gate_1 += 1;
+        match how {
+            How::Manoeuvre => self.statistics.gate_2 += 1,
+            How::Restart(_) => {}
+            How::Plot | How::Weighted { .. } => self.statistics.gate_1 += 1,
         }
-        self.outcomes[candidate.index] =
+        self.outcomes[*place] =
             Outcome::Used { number: track.number, serial: track.serial, position_m, velocity_ms };
         // The name goes with the track that is nearer to the plot that carries it.
-        if let (true, Some(name)) = (hit, new_name) {
+        if let Some(name) = new_name {
             for (other, track) in self.tracks.iter_mut().enumerate() {
                 if other != index && track.is(name) {
                     track.forget_identity();
@@ -638,8 +660,85 @@ impl Tracker {
     }
 }
 
+/// How a plot is given to a track.
+#[derive(Clone, Copy, Debug)]
+enum How<'a> {
+    /// As an ordinary plot.
+    Plot,
+    /// As one that only the kinematic gate accepted.
+    Manoeuvre,
+    /// With an earlier one, as a new beginning.
+    Restart(&'a Plot),
+    /// With others and the probability of each; `hit`: one of them is likelier than none.
+    Weighted { plots: &'a [(Plot, f64)], hit: bool },
+}
+
+/// Lays all plots of a batch out by place.
+fn lay_out(from: usize, to: usize, work: &mut Work) {
+    work.ks.clear();
+    work.ks.extend(from as u32..to as u32);
+    let Work { ks, candidates, positions, plots, looks, .. } = work;
+    fill(ks, GRID_CELL_M, candidates, positions, plots, looks);
+}
+
+/// The same for what confirmed tracks have left over.
+fn lay_out_rest(from: usize, to: usize, work: &mut Work) {
+    work.ks.clear();
+    work.ks.extend((from..to).filter(|&k| !work.used[k]).map(|k| k as u32));
+    let Work { ks, candidates, positions, rest, rest_looks, .. } = work;
+    fill(ks, REST_CELL_M, candidates, positions, rest, rest_looks);
+}
+
+/// The plots `ks` into a grid, and what gates ask of them in the order of its cells.
+fn fill(
+    ks: &[u32],
+    cell_m: f64,
+    candidates: &[Candidate],
+    positions: &mut Vec<Vector2<f64>>,
+    grid: &mut Grid,
+    looks: &mut Vec<Look>,
+) {
+    positions.clear();
+    positions.extend(ks.iter().map(|&k| candidates[k as usize].plot.position_m));
+    grid.fill(positions, cell_m);
+    looks.clear();
+    looks.extend(grid.order().iter().map(|&place| {
+        let k = ks[place as usize];
+        let plot = &candidates[k as usize].plot;
+        Look {
+            time: plot.time,
+            measured: Measurement::of(plot).ok(),
+            position_m: plot.position_m,
+            k,
+            named: plot.identity.is_some(),
+        }
+    }));
+}
+
+/// Whether no reachable set can touch the plot: even straight ahead at full acceleration the way is too
+/// short by more than the gate times the trace of all that is uncertain.
+fn surely_out_of_reach(
+    track: &Track,
+    filter: &TrackFilter,
+    plot: &Plot,
+    dt_s: f64,
+    limit: f64,
+) -> bool {
+    let state = filter.estimate().state;
+    let (p, v) = (plot.position_m - state.position(), state.x[1]);
+    let speed = (v.east() * v.east() + v.north() * v.north()).sqrt();
+    let way = (speed + 0.5 * track.limits.acceleration_ms2.max(0.0) * dt_s) * dt_s;
+    let gap = p.norm() - way * (1.0 + 1e-9);
+    let [pp, pv, vv] = [0, 1, 3].map(|k| state.p[k].east() + state.p[k].north());
+    let spread = pp + dt_s * (2.0 * pv + dt_s * vv) + plot.along_m2 + plot.across_m2;
+    gap > 0.0 && gap * gap > limit * spread * (1.0 + 1e-9)
+}
+
 /// Cell of the search grid, m: about a search box of a taxiing target.
 const GRID_CELL_M: f64 = 25.0;
+
+/// The same for what is searched by reach, not by gate, m.
+const REST_CELL_M: f64 = 100.0;
 
 /// Added to the search circle of the kinematic gate, m; the exact test follows.
 const REACH_MARGIN_M: f64 = 50.0;
@@ -654,26 +753,28 @@ struct Distance {
     ln_det: f64,
 }
 
-/// Distance of a plot from a track predicted to the plot's own time.
-fn distance(track: &Track, plot: &Plot, config: &TrackingConfig) -> Option<Distance> {
+/// Distance of a plot (measuring `m`) from a track predicted to the plot's own time; ln det 2πS with `logs`
+/// only, else 0.
+#[inline]
+fn distance(
+    track: &Track,
+    plot: &Plot,
+    m: &Measurement,
+    config: &TrackingConfig,
+    logs: bool,
+) -> Option<Distance> {
     let filter = track.filter_before(plot.time)?;
-    let (d2, ln_det, dof) =
-        if plot.time.since_s(filter.time()) <= config.life.constant_velocity_after_s {
-            filter.innovation(plot, &config.sensor(plot.sensor, plot.kind)).ok()?
-        } else {
-            let found = predict(filter, plot.time, &config.life).ok()?.innovation(plot).ok()?;
-            (found.d2, found.ln_det, found.dof)
-        };
-    let ln_det = ln_det + f64::from(dof) * LN_TAU;
+    let soon = plot.time.since_s(filter.time()) <= config.life.constant_velocity_after_s;
+    let (d2, ln_det, dof) = match filter.considered(plot, config) {
+        Some(found) if soon => found.ok()?,
+        _ => {
+            let (at, cov) = position_at(filter, plot.time, &config.life).ok()?;
+            let found = nis_at(at, cov, m).ok()?;
+            (found.d2, if logs { found.ln_det() } else { 0.0 }, found.dof)
+        }
+    };
+    let ln_det = if logs { ln_det + f64::from(dof) * LN_TAU } else { 0.0 };
     (d2.is_finite() && ln_det.is_finite()).then_some(Distance { d2, ln_det })
-}
-
-/// First gate of a track with one plot: as far as its class can go.
-fn within_first_gate(track: &Track, plot: &Plot) -> bool {
-    let first = track.filter().estimate();
-    let dt_s = plot.time.since_s(first.time).abs();
-    let margin = 3.0 * trace(plot).sqrt();
-    (plot.position_m - first.position_m()).norm() <= track.limits.speed_ms * dt_s + margin
 }
 
 /// `tr R`, m²; a direction that is not measured counts 10 m.
@@ -722,12 +823,13 @@ impl Weights {
 
 /// Rows and columns of one cluster.
 #[derive(Clone, Debug, Default)]
-struct Local {
+pub(super) struct Local {
     tracks: Vec<u32>,
     plots: Vec<u32>,
     log_miss: Vec<f64>,
     log_like: Vec<f64>,
     beta: Vec<f64>,
+    costs: Vec<Option<f64>>,
 }
 
 impl Local {

@@ -1,16 +1,16 @@
 //! The filter of one track: a rung of the ladder, or the one that respects slow errors.
 
-use super::config::{SensorModel, TrackingConfig};
+use super::config::TrackingConfig;
 use super::consider::Consider;
 use crate::filter::{
-    Estimate, Estimator, FilterConfig, Gaussian, StateEstimator, UpdateError, two_plot_start,
+    Estimate, Estimator, FilterConfig, Gaussian, StateEstimator, Sym2, UpdateError, two_plot_start,
 };
+use crate::frames::Vector2;
 use crate::plot::Plot;
 use crate::time::SimTime;
 
 /// See the module's text.
 #[derive(Clone, Debug)]
-#[expect(clippy::large_enum_variant, reason = "nearly every track is plain and lives in one arena")]
 pub(super) enum TrackFilter {
     /// Every error is white.
     Plain(Estimator),
@@ -23,6 +23,7 @@ impl TrackFilter {
         Ok(Self::Plain(Estimator::from_plot(config, plot)?))
     }
 
+    #[inline]
     pub(super) fn time(&self) -> SimTime {
         match self {
             Self::Plain(f) => f.time(),
@@ -30,10 +31,38 @@ impl TrackFilter {
         }
     }
 
+    #[inline]
     pub(super) fn estimate(&self) -> Estimate {
         match self {
             Self::Plain(f) => f.estimate(),
             Self::Considering(f) => f.estimate(),
+        }
+    }
+
+    /// Position (m) and velocity (m/s) after the last plot.
+    #[inline]
+    pub(super) fn motion(&self) -> (Vector2<f64>, Vector2<f64>) {
+        match self {
+            Self::Plain(f) => f.motion(),
+            Self::Considering(f) => {
+                let now = f.estimate();
+                (now.position_m(), now.velocity_ms())
+            }
+        }
+    }
+
+    /// Position (m) and its covariance (m²) at a later time.
+    ///
+    /// # Errors
+    /// If `time` is before the filter's.
+    #[inline]
+    pub(super) fn position_at(&self, time: SimTime) -> Result<(Vector2<f64>, Sym2), UpdateError> {
+        match self {
+            Self::Plain(f) => f.position_at(time),
+            Self::Considering(f) => {
+                let at = f.predicted(time)?.estimate().state;
+                Ok((at.position(), at.position_cov()))
+            }
         }
     }
 
@@ -46,37 +75,39 @@ impl TrackFilter {
         }
     }
 
-    /// `d²`, ln det S and degrees of freedom of a plot whose time is within the filter's own model.
+    /// `d²`, ln det S and degrees of freedom of a plot against a filter that respects slow errors, if
+    /// it is one and the plot measures both directions.
     ///
     /// # Errors
     /// If the plot is earlier than the filter or unsound.
-    pub(super) fn innovation(
+    pub(super) fn considered(
         &self,
         plot: &Plot,
-        model: &SensorModel,
-    ) -> Result<(f64, f64, u8), UpdateError> {
-        match self {
-            Self::Considering(f) if plot.across_m2.is_finite() => {
-                let (d2, ln_det) = f.predicted(plot.time)?.innovation(plot, model)?;
-                Ok((d2, ln_det, 2))
-            }
-            _ => {
-                let found = self.predicted(plot.time)?.innovation(plot)?;
-                Ok((found.d2, found.ln_det, found.dof))
-            }
+        config: &TrackingConfig,
+    ) -> Option<Result<(f64, f64, u8), UpdateError>> {
+        let Self::Considering(f) = self else { return None };
+        if !plot.across_m2.is_finite() {
+            return None;
         }
+        let model = config.sensor(plot.sensor, plot.kind);
+        let look = || {
+            let (d2, ln_det) = f.predicted(plot.time)?.innovation(plot, &model)?;
+            Ok((d2, ln_det, 2))
+        };
+        Some(look())
     }
 
     /// # Errors
     /// As the filter's own update.
+    #[inline]
     pub(super) fn update(
         &mut self,
         plot: &Plot,
-        model: &SensorModel,
         config: &TrackingConfig,
     ) -> Result<(), UpdateError> {
-        let slow = config.consider_slow_errors && model.slow_share > 0.0;
-        if let (Self::Plain(f), true) = (&*self, slow) {
+        if let (Self::Plain(f), true) = (&*self, config.consider_slow_errors)
+            && config.sensor(plot.sensor, plot.kind).slow_share > 0.0
+        {
             *self = Self::Considering(Box::new(Consider::from_estimate(
                 &f.estimate(),
                 config.filter.q,
@@ -84,7 +115,9 @@ impl TrackFilter {
         }
         match self {
             Self::Plain(f) => f.update(plot).map(|_| ()),
-            Self::Considering(f) if plot.across_m2.is_finite() => f.update(plot, model),
+            Self::Considering(f) if plot.across_m2.is_finite() => {
+                f.update(plot, &config.sensor(plot.sensor, plot.kind))
+            }
             // One direction only: the plain form, then on from there.
             Self::Considering(f) => through_gaussian(f, plot, |g, m| g.update(m).map(|_| ())),
         }
@@ -108,9 +141,12 @@ impl TrackFilter {
 
     /// # Errors
     /// As the filter's own update.
-    pub(super) fn update_weighted(&mut self, plots: &[(&Plot, f64)]) -> Result<(), UpdateError> {
+    pub(super) fn update_weighted(&mut self, plots: &[(Plot, f64)]) -> Result<(), UpdateError> {
         match self {
-            Self::Plain(f) => f.update_weighted(plots),
+            Self::Plain(f) => {
+                let borrowed: Vec<_> = plots.iter().map(|(plot, beta)| (plot, *beta)).collect();
+                f.update_weighted(&borrowed)
+            }
             Self::Considering(f) => {
                 let Some((first, _)) = plots.first() else { return Err(UpdateError::UnsoundPlot) };
                 let measured: Result<Vec<_>, _> = plots

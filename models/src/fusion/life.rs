@@ -3,8 +3,8 @@
 use super::config::TrackingConfig;
 use super::numbers::Numbers;
 use super::track_file::{Stage, Track, predict};
-use super::tracker::Statistics;
-use crate::association::grid::Grid;
+use super::tracker::{Seen, Statistics, Work};
+use crate::filter::Estimate;
 use crate::flight_list::FlightList;
 use crate::frames::Vector2;
 use crate::time::SimTime;
@@ -17,8 +17,10 @@ pub(super) fn end_of_scan(
     flights: &FlightList,
     config: &TrackingConfig,
     statistics: &mut Statistics,
+    seen: &mut Vec<Seen>,
 ) {
-    for track in tracks {
+    seen.clear();
+    for (index, track) in tracks.iter_mut().enumerate() {
         if track.updated {
             look(track, true);
         } else {
@@ -31,12 +33,44 @@ pub(super) fn end_of_scan(
                 track.due = track.due.plus_s(track.interval_s.max(1e-3));
             }
         }
-        match track.stage {
-            Stage::Tentative => confirm_or_drop(track, numbers, now, config, statistics),
-            Stage::Confirmed => drop_if_lost(track, now, flights, config, statistics),
-            Stage::Ended => {}
+        let before = track.stage;
+        if before == Stage::Tentative {
+            confirm_or_drop(track, numbers, now, config, statistics);
         }
+        if track.stage != Stage::Confirmed {
+            continue;
+        }
+        let Some(at) = present(track, now, config, statistics) else { continue };
+        if before == Stage::Confirmed {
+            drop_if_lost(track, &at, flights, config, statistics);
+        }
+        seen.push(Seen { track: index as u32, at });
     }
+}
+
+/// The state at the end of the scan. One that may not be used is never used: it is counted, and the track
+/// begins again from its last plot; if that does not help either, it ends.
+fn present(
+    track: &mut Track,
+    now: SimTime,
+    config: &TrackingConfig,
+    statistics: &mut Statistics,
+) -> Option<Estimate> {
+    let sound = |track: &Track| {
+        let at = predict(track.filter(), now, &config.life).ok()?;
+        at.state.is_sound().then_some(at)
+    };
+    let at = sound(track);
+    if at.is_some() {
+        return at;
+    }
+    statistics.not_positive_definite += 1;
+    let again = if track.begin_again(config) { sound(track) } else { None };
+    if again.is_none() {
+        track.stage = Stage::Ended;
+        statistics.deleted += 1;
+    }
+    again
 }
 
 fn look(track: &mut Track, hit: bool) {
@@ -80,38 +114,43 @@ fn confirm_or_drop(
 
 fn drop_if_lost(
     track: &mut Track,
-    now: SimTime,
+    at: &Estimate,
     flights: &FlightList,
     config: &TrackingConfig,
     statistics: &mut Statistics,
 ) {
     let life = &config.life;
-    let gap = now.since_s(track.last_hit);
-    if gap <= life.delete_moving_s.min(life.delete_standing_s) && !widened(track, now, config) {
+    let gap = at.time.since_s(track.last_hit);
+    let widened = widened(at, life.delete_radius_m);
+    if gap <= life.delete_moving_s.min(life.delete_standing_s) && !widened {
         return;
     }
-    let estimate = track.filter().estimate();
+    let (position, velocity) = track.filter().motion();
     let at_stand = || {
         let radius = config.labels.stand_radius_m;
-        let near = |stand: Vector2<f64>| (stand - estimate.position_m()).norm() <= radius;
+        let near = |stand: Vector2<f64>| (stand - position).norm() <= radius;
         flights.entries.iter().filter_map(|e| e.stand_m).any(near)
     };
-    let standing = estimate.velocity_ms().norm() < 1.0 || at_stand();
+    let standing = velocity.norm() < 1.0 || at_stand();
     let limit = if standing { life.delete_standing_s } else { life.delete_moving_s };
     let limit = limit.max(life.delete_least_updates * track.interval_s);
-    if gap > limit || (widened(track, now, config) && !standing) {
+    if gap > limit || (widened && !standing) {
         track.stage = Stage::Ended;
         statistics.deleted += 1;
     }
 }
 
-/// Whether the 95 % radius of the position has grown beyond use.
-fn widened(track: &Track, now: SimTime, config: &TrackingConfig) -> bool {
-    let Ok(estimate) = predict(track.filter(), now, &config.life) else { return false };
-    let p = estimate.position_cov_m2();
-    let (half_sum, half_gap) = (0.5 * (p[(0, 0)] + p[(1, 1)]), 0.5 * (p[(0, 0)] - p[(1, 1)]));
-    let largest = half_sum + libm::hypot(half_gap, p[(0, 1)]);
-    !(2.45 * largest.max(0.0).sqrt() <= config.life.delete_radius_m)
+/// Whether the 95 % radius of the position has grown beyond `radius_m`.
+fn widened(at: &Estimate, radius_m: f64) -> bool {
+    let p = at.state.position_cov();
+    let (half_sum, half_gap) = (0.5 * (p.xx + p.yy), 0.5 * (p.xx - p.yy));
+    // The larger eigenvalue is not above this; mostly that is enough.
+    let bound = 2.45 * (half_sum + half_gap.abs() + p.xy.abs()).max(0.0).sqrt();
+    if bound <= 0.999 * radius_m {
+        return false;
+    }
+    let largest = half_sum + libm::hypot(half_gap, p.xy);
+    !(2.45 * largest.max(0.0).sqrt() <= radius_m)
 }
 
 /// Scans for which two tracks must look like one target before the younger ends.
@@ -121,24 +160,20 @@ const TWIN_SCANS: u32 = 3;
 /// a labelled aircraft, or nearer than any two targets stand, and moving alike.
 pub(super) fn merge_duplicates(
     tracks: &mut [Track],
-    now: SimTime,
     config: &TrackingConfig,
-    grid: &mut Grid,
+    work: &mut Work,
     statistics: &mut Statistics,
 ) {
-    let states: Vec<(Vector2<f64>, Vector2<f64>)> = tracks
-        .iter()
-        .map(|t| {
-            predict(t.filter(), now, &config.life)
-                .map_or((Vector2::zeros(), Vector2::zeros()), |e| (e.position_m(), e.velocity_ms()))
-        })
-        .collect();
-    let positions: Vec<_> = states.iter().map(|s| s.0).collect();
-    let longest = tracks.iter().filter_map(|t| t.size_m).map(|s| 0.5 * s.0.max(s.1));
-    let reach = longest.fold(config.duplicate_radius_m, f64::max);
-    grid.fill(&positions, reach);
-    for young in 0..tracks.len() {
-        let candidate = &tracks[young];
+    let Work { seen, positions, plots: grid, .. } = work;
+    positions.clear();
+    positions.extend(seen.iter().map(|s| s.at.position_m()));
+    let sizes = seen.iter().filter_map(|s| tracks[s.track as usize].size_m);
+    let reach = sizes.map(|(length, span)| libm::hypot(ALONG * length, ASIDE * span));
+    let reach = reach.fold(config.duplicate_radius_m, f64::max);
+    grid.fill(positions, reach);
+    let around = Vector2::repeat(reach);
+    for young in 0..seen.len() {
+        let candidate = &tracks[seen[young].track as usize];
         // A track with a name of its own is a target of its own.
         if candidate.stage != Stage::Confirmed
             || candidate.entry.is_some()
@@ -147,22 +182,24 @@ pub(super) fn merge_duplicates(
         {
             continue;
         }
-        let (position, velocity) = states[young];
-        let around = Vector2::repeat(reach);
+        let (position, velocity) = (positions[young], seen[young].at.velocity_ms());
+        let alike = 2.0 + 0.1 * velocity.norm();
         let mut twin: Option<u64> = None;
         grid.visit(position - around, position + around, |old| {
-            let other = &tracks[old];
-            let older = old != young
-                && other.stage == Stage::Confirmed
-                && (other.serial < candidate.serial || other.entry.is_some());
-            if older
-                && (states[old].1 - velocity).norm() < 2.0 + 0.1 * velocity.norm()
-                && on_body(other, states[old].0, position, config.duplicate_radius_m)
+            let offset = positions[old] - position;
+            if old == young || offset.x.abs() > reach || offset.y.abs() > reach {
+                return;
+            }
+            let other = &tracks[seen[old].track as usize];
+            if other.stage == Stage::Confirmed
+                && (other.serial < candidate.serial || other.entry.is_some())
+                && (seen[old].at.velocity_ms() - velocity).norm() < alike
+                && on_body(other, positions[old], position, config.duplicate_radius_m)
             {
                 twin = Some(twin.map_or(other.serial, |s| s.min(other.serial)));
             }
         });
-        let candidate = &mut tracks[young];
+        let candidate = &mut tracks[seen[young].track as usize];
         candidate.twin = twin.map(|serial| match candidate.twin {
             Some((before, scans)) if before == serial => (serial, scans + 1),
             _ => (serial, 1),
@@ -173,6 +210,11 @@ pub(super) fn merge_duplicates(
         }
     }
 }
+
+/// The track follows some part of the target, so another part is almost a length away.
+const ALONG: f64 = 0.9;
+/// The same across, of the span.
+const ASIDE: f64 = 0.6;
 
 /// Whether `point_m` lies on the body of `track` (its type known) or within `radius_m` of it.
 pub(super) fn on_body(
@@ -186,6 +228,5 @@ pub(super) fn on_body(
     let (sin, cos) = libm::sincos(track.heading_rad);
     let along = offset.x * sin + offset.y * cos;
     let aside = offset.x * cos - offset.y * sin;
-    // The track follows some part of the target, so another part is almost a length away.
-    along.abs() <= 0.9 * length && aside.abs() <= 0.6 * span
+    along.abs() <= ALONG * length && aside.abs() <= ASIDE * span
 }

@@ -4,9 +4,9 @@ use super::config::{Life, TrackingConfig};
 use super::filter::TrackFilter;
 use super::registration::Reference;
 use crate::association::kinematic_gate::{ClassLimits, Departure};
-use crate::filter::{Estimate, Gaussian, UpdateError};
+use crate::filter::{Estimate, Gaussian, Sym2, UpdateError};
 use crate::frames::Vector2;
-use crate::plot::{Callsign, Identity, Plot};
+use crate::plot::{Callsign, Identity, Plot, SensorId, SensorKind};
 use crate::time::SimTime;
 use nalgebra::Matrix4;
 use std::collections::VecDeque;
@@ -20,30 +20,71 @@ pub(super) enum Stage {
     Ended,
 }
 
-/// What an update does to the filter; kept so that it can be done again.
-#[derive(Clone, Debug)]
-pub(super) enum Update {
-    /// The first plot.
-    Start(Plot),
+/// What an update does to the filter.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Update<'a> {
     /// An ordinary plot.
-    Plot(Plot),
+    Plot(&'a Plot),
     /// A plot that only the kinematic gate accepted.
-    Manoeuvre(Plot),
+    Manoeuvre(&'a Plot),
     /// Begin again from these two.
-    Restart(Plot, Plot),
+    Restart(&'a Plot, &'a Plot),
     /// Several plots with the probability of each, moved to one time.
-    Weighted {
-        plots: Vec<(Plot, f64)>,
-        /// Whether one of them is likelier than none.
-        hit: bool,
-    },
+    Weighted(&'a [(Plot, f64)]),
 }
 
-/// One update and the filter after it.
+/// An update as it is kept, so that it can be done again.
 #[derive(Clone, Debug)]
-struct Entry {
-    update: Update,
-    after: TrackFilter,
+enum Record {
+    Plot(Taken),
+    Manoeuvre(Taken),
+    Restart(Box<[Taken; 2]>),
+    Weighted(Vec<(Plot, f64)>),
+}
+
+/// What a filter needs of a plot.
+#[derive(Clone, Copy, Debug)]
+struct Taken {
+    time: SimTime,
+    position_m: Vector2<f64>,
+    axis: Vector2<f64>,
+    along_m2: f64,
+    across_m2: f64,
+    sensor: SensorId,
+    kind: SensorKind,
+}
+
+impl Taken {
+    #[inline]
+    fn of(plot: &Plot) -> Self {
+        let &Plot { time, position_m, axis, along_m2, across_m2, sensor, kind, .. } = plot;
+        Self { time, position_m, axis, along_m2, across_m2, sensor, kind }
+    }
+
+    fn plot(&self) -> Plot {
+        let Self { time, position_m, axis, along_m2, across_m2, sensor, kind } = *self;
+        Plot {
+            sensor,
+            kind,
+            time,
+            sequence: 0,
+            position_m,
+            axis,
+            along_m2,
+            across_m2,
+            altitude_m: None,
+            polar: None,
+            identity: None,
+            scnr_db: None,
+        }
+    }
+}
+
+/// One update and the filter before it.
+#[derive(Clone, Debug)]
+pub(super) struct Entry {
+    before: TrackFilter,
+    update: Record,
 }
 
 /// How an update went.
@@ -64,8 +105,10 @@ pub(super) struct Track {
     /// Given at confirmation.
     pub(super) number: Option<u16>,
     pub(super) stage: Stage,
-    /// Never empty; the last entry is the present state.
-    ring: VecDeque<Entry>,
+    /// The filter after the last plot.
+    now: TrackFilter,
+    /// The updates of the last seconds, each with the filter before it.
+    past: VecDeque<Entry>,
     pub(super) born: SimTime,
     pub(super) plots: u32,
     /// Time of the last plot that was more likely of this target than not.
@@ -82,14 +125,14 @@ pub(super) struct Track {
     pub(super) manoeuvre: bool,
     pub(super) published: bool,
     /// Plot of the last scan that both gates refused.
-    pub(super) refused: Option<Plot>,
+    pub(super) refused: Option<Box<Plot>>,
     pub(super) heading_rad: f64,
     pub(super) altitude_m: Option<f64>,
     /// What its plots said it is.
     pub(super) callsign: Option<Callsign>,
     pub(super) address: Option<u32>,
     /// Its own last report of its position.
-    pub(super) reference: Option<Reference>,
+    pub(super) reference: Option<Box<Reference>>,
     /// Line of the flight list.
     pub(super) entry: Option<Callsign>,
     /// The flight list has answered for the present identity.
@@ -107,13 +150,16 @@ impl Track {
         plot: &Plot,
         config: &TrackingConfig,
         interval_s: f64,
+        past: VecDeque<Entry>,
     ) -> Result<Self, UpdateError> {
-        let after = TrackFilter::from_plot(&config.filter, plot)?;
+        let now = TrackFilter::from_plot(&config.filter, plot)?;
+        debug_assert!(past.is_empty());
         let mut track = Self {
             serial,
             number: None,
             stage: Stage::Tentative,
-            ring: VecDeque::from([Entry { update: Update::Start(*plot), after }]),
+            now,
+            past,
             born: plot.time,
             plots: 1,
             last_hit: plot.time,
@@ -142,26 +188,37 @@ impl Track {
 
     /// A confirmed track in this state, which is all it has.
     pub(super) fn take_over(&mut self, time: SimTime, state: &Gaussian, number: u16) {
-        if let Some(entry) = self.ring.back_mut() {
-            entry.after.replace(time, state);
-        }
+        self.now.replace(time, state);
         (self.number, self.stage) = (Some(number), Stage::Confirmed);
         (self.history, self.looks, self.plots) = (u32::MAX, u32::BITS, 2);
     }
 
     /// The filter after the last plot.
+    #[inline]
     pub(super) fn filter(&self) -> &TrackFilter {
-        &self.ring.back().expect("a track has at least one entry").after
+        &self.now
     }
 
     /// Time of the last plot.
+    #[inline]
     pub(super) fn time(&self) -> SimTime {
-        self.filter().time()
+        self.now.time()
     }
 
     /// The filter as it was at `time`: after the last update that is not later.
+    #[inline]
     pub(super) fn filter_before(&self, time: SimTime) -> Option<&TrackFilter> {
-        self.ring.iter().rev().map(|e| &e.after).find(|f| f.time() <= time)
+        if self.now.time() <= time {
+            return Some(&self.now);
+        }
+        self.past.iter().rev().map(|e| &e.before).find(|f| f.time() <= time)
+    }
+
+    /// Room for the updates of another track.
+    pub(super) fn take_room(&mut self) -> VecDeque<Entry> {
+        let mut room = std::mem::take(&mut self.past);
+        room.clear();
+        room
     }
 
     /// Whether `plot` may be of this track as far as names go.
@@ -214,57 +271,51 @@ impl Track {
     }
 
     /// Takes an update at its own time. A late one goes to its place, and all later ones are done
-    /// again: the result is that of processing in order.
+    /// again: the result is that of processing in order. What is older than `oldest` is forgotten.
     pub(super) fn apply(
         &mut self,
-        update: Update,
-        time: SimTime,
-        interval_s: f64,
+        update: Update<'_>,
         config: &TrackingConfig,
+        oldest: SimTime,
     ) -> Applied {
-        let place = self.ring.iter().rposition(|e| e.after.time() <= time).map_or(0, |k| k + 1);
-        if place == 0 && !matches!(update, Update::Restart(..)) {
-            return Applied::Refused; // before the oldest state that is kept
-        }
-        let mut filter = self.ring[place.max(1) - 1].after.clone();
-        let plot = *update.plot();
-        let mut reborn = false;
-        let hit = !matches!(update, Update::Weighted { hit: false, .. });
-        match run(&mut filter, &update, config) {
-            Ok(()) => {}
-            Err(UpdateError::BadInnovation(_) | UpdateError::BadCovariance) => {
-                match TrackFilter::from_plot(&config.filter, &plot) {
-                    Ok(fresh) => filter = fresh,
-                    Err(_) => return Applied::Refused,
+        let plot = update.plot();
+        let in_order = self.now.time() <= plot.time;
+        // The state that the update starts from: `past[place].before`, or the present one.
+        let place = if in_order {
+            self.past.len()
+        } else {
+            match self.past.iter().rposition(|e| e.before.time() <= plot.time) {
+                Some(place) => place,
+                None if matches!(update, Update::Restart(..)) => 0,
+                None => return Applied::Refused, // before the oldest state that is kept
+            }
+        };
+        let before = self.past.get(place).map_or(&self.now, |e| &e.before);
+        let mut filter = before.clone();
+        let mut after = match step(&mut filter, update, config) {
+            Ok(done) => done,
+            Err(_) => return Applied::Refused,
+        };
+        let record = if after.reborn { Record::Plot(Taken::of(plot)) } else { update.record() };
+        if in_order {
+            let before = std::mem::replace(&mut self.now, filter);
+            self.past.push_back(Entry { before, update: record });
+        } else {
+            let before = before.clone();
+            self.past.insert(place, Entry { before, update: record });
+            for later in place + 1..self.past.len() {
+                let entry = &mut self.past[later];
+                entry.before = filter.clone();
+                // What cannot be done again leaves the state of the update before it.
+                match again(&mut filter, &entry.update, config) {
+                    Ok(done) => after.reborn |= done.reborn,
+                    Err(_) => filter.clone_from(&entry.before),
                 }
-                reborn = true;
             }
-            Err(UpdateError::BackInTime(_) | UpdateError::UnsoundPlot) => return Applied::Refused,
+            self.now = filter;
         }
-        let estimate = filter.estimate();
-        let (position_m, velocity_ms) = (estimate.position_m(), estimate.velocity_ms());
-        if !(position_m.norm_squared() + velocity_ms.norm_squared()).is_finite() {
-            return Applied::Refused;
-        }
-        let update = if reborn { Update::Start(plot) } else { update };
-        self.ring.insert(place, Entry { update, after: filter.clone() });
-        for entry in self.ring.range_mut(place + 1..) {
-            // What cannot be done again leaves the state of the update before it.
-            if run(&mut filter, &entry.update, config).is_err() {
-                continue;
-            }
-            entry.after = filter.clone();
-        }
-        if hit {
-            self.plots += 1;
-            self.updated = true;
-            self.due = self.due.max(plot.time.plus_s(interval_s));
-            self.interval_s = interval_s;
-            self.last_hit = self.last_hit.max(plot.time);
-            self.altitude_m = plot.altitude_m.or(self.altitude_m);
-            self.refused = None;
-            self.learn_identity(plot.identity);
-        }
+        self.forget_before(oldest);
+        let After { position_m, velocity_ms, reborn } = after;
         if reborn {
             Applied::Reborn { position_m, velocity_ms }
         } else {
@@ -272,30 +323,114 @@ impl Track {
         }
     }
 
-    /// Forgets updates older than `oldest`, all but the last.
-    pub(super) fn forget_before(&mut self, oldest: SimTime) {
-        while self.ring.len() > 1 && self.ring[1].after.time() < oldest {
-            self.ring.pop_front();
+    /// Begins again from the last plot; false if there is none that can begin a track.
+    pub(super) fn begin_again(&mut self, config: &TrackingConfig) -> bool {
+        let plot = match self.past.back().map(|entry| &entry.update) {
+            Some(Record::Plot(taken) | Record::Manoeuvre(taken)) => taken.plot(),
+            Some(Record::Restart(both)) => both[1].plot(),
+            Some(Record::Weighted(plots)) => *likeliest(plots),
+            None => return false,
+        };
+        let Ok(fresh) = TrackFilter::from_plot(&config.filter, &plot) else { return false };
+        self.now = fresh;
+        true
+    }
+
+    /// A plot that was more likely of this target than not has been taken.
+    pub(super) fn note_hit(&mut self, plot: &Plot, interval_s: f64) {
+        self.plots += 1;
+        self.updated = true;
+        self.due = self.due.max(plot.time.plus_s(interval_s));
+        self.interval_s = interval_s;
+        self.last_hit = self.last_hit.max(plot.time);
+        self.altitude_m = plot.altitude_m.or(self.altitude_m);
+        self.refused = None;
+        self.learn_identity(plot.identity);
+    }
+
+    /// Forgets updates that no plot may come before any more, all but the last.
+    fn forget_before(&mut self, oldest: SimTime) {
+        while self.past.len() > 1 && self.past[1].before.time() < oldest {
+            self.past.pop_front();
         }
     }
 }
 
-impl Update {
+impl<'a> Update<'a> {
     /// The plot that names the update (of several, the likeliest).
-    fn plot(&self) -> &Plot {
-        match self {
-            Self::Start(p) | Self::Plot(p) | Self::Manoeuvre(p) | Self::Restart(_, p) => p,
-            Self::Weighted { plots, .. } => {
-                let likeliest = plots.iter().max_by(|a, b| a.1.total_cmp(&b.1));
-                &likeliest.expect("a weighted update has a plot").0
-            }
+    #[inline]
+    fn plot(&self) -> &'a Plot {
+        match *self {
+            Self::Plot(p) | Self::Manoeuvre(p) | Self::Restart(_, p) => p,
+            Self::Weighted(plots) => likeliest(plots),
+        }
+    }
+
+    fn record(&self) -> Record {
+        match *self {
+            Self::Plot(p) => Record::Plot(Taken::of(p)),
+            Self::Manoeuvre(p) => Record::Manoeuvre(Taken::of(p)),
+            Self::Restart(a, b) => Record::Restart(Box::new([Taken::of(a), Taken::of(b)])),
+            Self::Weighted(plots) => Record::Weighted(plots.to_vec()),
         }
     }
 }
 
+fn likeliest(plots: &[(Plot, f64)]) -> &Plot {
+    let likeliest = plots.iter().max_by(|a, b| a.1.total_cmp(&b.1));
+    &likeliest.expect("a weighted update has a plot").0
+}
+
+/// What an update led to.
+#[derive(Clone, Copy, Debug)]
+struct After {
+    position_m: Vector2<f64>,
+    velocity_ms: Vector2<f64>,
+    /// The filter began again.
+    reborn: bool,
+}
+
+impl After {
+    #[inline]
+    fn of(estimate: &Estimate, reborn: bool) -> Self {
+        let (position_m, velocity_ms) = (estimate.position_m(), estimate.velocity_ms());
+        Self { position_m, velocity_ms, reborn }
+    }
+}
+
+/// Does an update. A filter that could not go on, or whose state would be none that may be used, begins
+/// again from the plot.
+///
+/// # Errors
+/// If the plot cannot be taken at all.
+#[inline]
+fn step(
+    filter: &mut TrackFilter,
+    update: Update<'_>,
+    config: &TrackingConfig,
+) -> Result<After, UpdateError> {
+    let done = run(filter, update, config);
+    let after = filter.estimate();
+    match done {
+        Ok(()) if after.state.is_sound() => {
+            return Ok(After::of(&after, false));
+        }
+        Err(e @ (UpdateError::BackInTime(_) | UpdateError::UnsoundPlot)) => return Err(e),
+        Ok(()) | Err(UpdateError::BadInnovation(_) | UpdateError::BadCovariance) => {}
+    }
+    *filter = TrackFilter::from_plot(&config.filter, update.plot())?;
+    let after = filter.estimate();
+    if after.state.is_sound() {
+        Ok(After::of(&after, true))
+    } else {
+        Err(UpdateError::BadCovariance)
+    }
+}
+
+#[inline]
 fn run(
     filter: &mut TrackFilter,
-    update: &Update,
+    update: Update<'_>,
     config: &TrackingConfig,
 ) -> Result<(), UpdateError> {
     let (time, life) = (update.plot().time, &config.life);
@@ -305,16 +440,45 @@ fn run(
         filter.replace(time, &carried.state);
     }
     match update {
-        Update::Start(plot) | Update::Plot(plot) => {
-            filter.update(plot, &config.sensor(plot.sensor, plot.kind), config)
-        }
+        Update::Plot(plot) => filter.update(plot, config),
         Update::Manoeuvre(plot) => filter.update_manoeuvre(plot),
         Update::Restart(first, last) => filter.restart(first, last, &config.filter),
-        Update::Weighted { plots, .. } => {
-            let borrowed: Vec<_> = plots.iter().map(|(plot, beta)| (plot, *beta)).collect();
-            filter.update_weighted(&borrowed)
-        }
+        Update::Weighted(plots) => filter.update_weighted(plots),
     }
+}
+
+/// The same for an update that was done before.
+fn again(
+    filter: &mut TrackFilter,
+    update: &Record,
+    config: &TrackingConfig,
+) -> Result<After, UpdateError> {
+    match update {
+        Record::Plot(taken) => step(filter, Update::Plot(&taken.plot()), config),
+        Record::Manoeuvre(taken) => step(filter, Update::Manoeuvre(&taken.plot()), config),
+        Record::Restart(both) => {
+            let [first, last] = both.map(|taken| taken.plot());
+            step(filter, Update::Restart(&first, &last), config)
+        }
+        Record::Weighted(plots) => step(filter, Update::Weighted(plots), config),
+    }
+}
+
+/// Position (m) with its covariance (m²) at `time`, as [`predict`].
+///
+/// # Errors
+/// If `time` is before the filter's.
+#[inline]
+pub(super) fn position_at(
+    filter: &TrackFilter,
+    time: SimTime,
+    life: &Life,
+) -> Result<(Vector2<f64>, Sym2), UpdateError> {
+    if time.since_s(filter.time()) <= life.constant_velocity_after_s {
+        return filter.position_at(time);
+    }
+    let at = predict(filter, time, life)?.state;
+    Ok((at.position(), at.position_cov()))
 }
 
 /// The state at `time` without further plots: by the filter's own model for a while, then at constant

@@ -5,14 +5,14 @@ use super::labels;
 use super::life;
 use super::numbers::Numbers;
 use super::registration::{Registration, SiteBias};
-use super::track_file::{Stage, Track, predict};
+use super::track_file::{Entry, Stage, Track};
 use crate::association::assignment::Solver;
 use crate::association::cluster::Clusters;
 use crate::association::gate::chi_square_quantile;
 use crate::association::grid::Grid;
 use crate::association::jpda::Jpda;
 use crate::association::nearest::Pair;
-use crate::filter::{Gaussian, Measurement};
+use crate::filter::{Estimate, Gaussian, Measurement};
 use crate::flight_list::FlightList;
 use crate::frames::Vector2;
 use crate::plot::{Identity, Plot, SensorId, SensorKind};
@@ -102,9 +102,26 @@ pub(super) struct Candidate {
     pub(super) plot: Plot,
     /// Its place in the caller's list.
     pub(super) index: usize,
-    pub(super) used: bool,
-    /// Inside the covariance gate of a confirmed track.
-    pub(super) gated: bool,
+}
+
+/// What gates ask of a plot; laid out in the order of a grid's cells.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Look {
+    pub(super) time: SimTime,
+    /// Nothing that can be measured with.
+    pub(super) measured: Option<Measurement>,
+    pub(super) position_m: Vector2<f64>,
+    /// Its place among the candidates.
+    pub(super) k: u32,
+    /// It carries an identity.
+    pub(super) named: bool,
+}
+
+/// A confirmed track at the end of the scan.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Seen {
+    pub(super) track: u32,
+    pub(super) at: Estimate,
 }
 
 /// Plots of one sensor and interval: `candidates[from..to]`.
@@ -123,36 +140,60 @@ pub struct Tracker {
     pub(super) registration: Registration,
     pub(super) next_serial: u64,
     last_scan: Option<SimTime>,
-    /// (time, sensor, sequence) of the plots of the last scans, sorted scan by scan.
-    seen: VecDeque<Vec<(SimTime, SensorId, u32)>>,
+    /// Names of the plots of the last scans (see [`name_of`]), sorted scan by scan, and the latest time of each.
+    seen: VecDeque<(SimTime, Vec<u128>)>,
     pub(super) statistics: Statistics,
     pub(super) outcomes: Vec<Outcome>,
     pub(super) gate_1: f64,
     pub(super) identified_gate: f64,
+    /// What is older than this in the scan in hand is forgotten.
+    pub(super) oldest: SimTime,
+    /// Room for the updates of tracks to come.
+    pub(super) rooms: Vec<VecDeque<Entry>>,
     work: Work,
 }
 
 /// Buffers kept from scan to scan.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Work {
+    names: Vec<(u128, u32)>,
     pub(super) candidates: Vec<Candidate>,
+    /// Of each candidate: a track has it.
+    pub(super) used: Vec<bool>,
+    /// Of each candidate: inside the covariance gate of a confirmed track.
+    pub(super) gated: Vec<bool>,
     pub(super) batches: Vec<Batch>,
+    /// Tracks by stage at the start of the scan; the tentative ones grow.
+    pub(super) confirmed: Vec<u32>,
+    pub(super) tentative: Vec<u32>,
+    /// Tracks on whose body other echoes may lie.
+    pub(super) bodied: Vec<u32>,
+    /// Chosen candidates and their places.
+    pub(super) ks: Vec<u32>,
     pub(super) positions: Vec<Vector2<f64>>,
     /// Earliest and latest time of the batch.
     pub(super) span: (SimTime, SimTime),
-    pub(super) grid: Grid,
+    /// All plots of the batch.
+    pub(super) plots: Grid,
+    pub(super) looks: Vec<Look>,
+    /// What confirmed tracks have left over.
+    pub(super) rest: Grid,
+    pub(super) rest_looks: Vec<Look>,
     /// Labelled tracks, for other echoes of their bodies.
     pub(super) bodies: Grid,
-    pub(super) body_tracks: Vec<u32>,
     pub(super) pairs: Vec<Pair>,
     pub(super) scratch: Vec<Pair>,
     pub(super) clusters: Clusters,
+    pub(super) local: super::associate::Local,
+    pub(super) weighted: Vec<(Plot, f64)>,
     pub(super) solver: Solver,
     pub(super) jpda: Jpda,
     pub(super) track_used: Vec<bool>,
     pub(super) plot_used: Vec<bool>,
     /// Identities of the tracks with their indices, sorted.
-    pub(super) names: Vec<(Identity, u32)>,
+    pub(super) identities: Vec<(Identity, u32)>,
+    pub(super) seen: Vec<Seen>,
+    numbers: Vec<(u16, u32)>,
 }
 
 impl Tracker {
@@ -174,6 +215,8 @@ impl Tracker {
             outcomes: Vec::new(),
             gate_1,
             identified_gate,
+            oldest: SimTime(i64::MIN),
+            rooms: Vec::new(),
             work: Work::default(),
         }
     }
@@ -224,10 +267,11 @@ impl Tracker {
                 identity: None,
                 scnr_db: None,
             };
-            if !sound(&plot) {
+            if !sound(&plot) || !state.is_sound() {
                 continue;
             }
-            let track = Track::start(self.next_serial, &plot, &self.config, model.interval_s);
+            let room = VecDeque::new();
+            let track = Track::start(self.next_serial, &plot, &self.config, model.interval_s, room);
             let Ok(mut track) = track else { continue };
             let Some(number) = self.numbers.take(time) else { break };
             track.take_over(time, state, number);
@@ -260,8 +304,9 @@ impl Tracker {
             &sorted
         };
         self.begin(t_out);
-        self.take_in(t_out, plots);
         let mut work = std::mem::take(&mut self.work);
+        self.take_in(t_out, plots, &mut work);
+        self.sort_tracks(&mut work);
         for batch in 0..work.batches.len() {
             let Batch { from, to } = work.batches[batch];
             self.associate_batch(from, to, &mut work);
@@ -273,18 +318,14 @@ impl Tracker {
             flights,
             &self.config,
             &mut self.statistics,
+            &mut work.seen,
         );
         self.statistics.identity_conflicts +=
             labels::assign(&mut self.tracks, flights, &self.config, t_out, &mut work.solver);
-        life::merge_duplicates(
-            &mut self.tracks,
-            t_out,
-            &self.config,
-            &mut work.grid,
-            &mut self.statistics,
-        );
+        life::merge_duplicates(&mut self.tracks, &self.config, &mut work, &mut self.statistics);
+        let out = self.publish(t_out, flights, &mut work);
         self.work = work;
-        self.publish(t_out, flights)
+        out
     }
 
     fn begin(&mut self, t_out: SimTime) {
@@ -296,98 +337,128 @@ impl Tracker {
             self.numbers = Numbers::new(self.config.life.numbers, self.config.life.number_rest_s);
             self.last_scan = None;
         }
-        let oldest = t_out.plus_s(-self.config.ring_s);
-        for track in &mut self.tracks {
-            track.updated = false;
-            track.manoeuvre = false;
-            track.forget_before(oldest);
-        }
-        while self.seen.front().is_some_and(|scan| scan.last().is_none_or(|key| key.0 < oldest)) {
+        self.oldest = t_out.plus_s(-self.config.ring_s);
+        while self.seen.front().is_some_and(|(latest, _)| *latest < self.oldest) {
             self.seen.pop_front();
         }
     }
 
-    /// Sorts the plots by (time, sensor, sequence), refuses what cannot be taken, and cuts batches.
-    fn take_in(&mut self, t_out: SimTime, plots: &[Plot]) {
+    /// Sorts the plots by (sensor, time, sequence), refuses what cannot be taken, and cuts batches.
+    fn take_in(&mut self, t_out: SimTime, plots: &[Plot], work: &mut Work) {
         self.outcomes.clear();
         self.outcomes.resize(plots.len(), Outcome::Unused);
         self.statistics.plots += plots.len() as u64;
-        let oldest = t_out.plus_s(-self.config.ring_s);
-        let candidates = &mut self.work.candidates;
-        candidates.clear();
+        work.names.clear();
         for (index, plot) in plots.iter().enumerate() {
             if !sound(plot) || plot.time > t_out {
                 self.outcomes[index] = Outcome::Unsound;
                 self.statistics.unsound += 1;
-            } else if plot.time < oldest {
+            } else if plot.time < self.oldest {
                 self.outcomes[index] = Outcome::TooLate;
                 self.statistics.too_late += 1;
             } else {
-                candidates.push(Candidate { plot: *plot, index, used: false, gated: false });
+                work.names.push((name_of(plot), index as u32));
             }
         }
-        let key = |c: &Candidate| (c.plot.time, c.plot.sensor, c.plot.sequence);
-        candidates.sort_unstable_by(|a, b| {
-            key(a)
-                .cmp(&key(b))
-                .then(a.plot.position_m.x.total_cmp(&b.plot.position_m.x))
-                .then(a.plot.position_m.y.total_cmp(&b.plot.position_m.y))
-                .then(a.index.cmp(&b.index))
+        work.names.sort_unstable_by(|a, b| {
+            a.0.cmp(&b.0).then_with(|| {
+                let (p, q) = (&plots[a.1 as usize].position_m, &plots[b.1 as usize].position_m);
+                p.x.total_cmp(&q.x).then(p.y.total_cmp(&q.y)).then(a.1.cmp(&b.1))
+            })
         });
         let last_scan = self.last_scan;
         let mut before = None;
-        candidates.retain(|c| {
-            let this = key(c);
-            let seen_before = last_scan.is_some_and(|last| c.plot.time <= last)
-                && self.seen.iter().any(|scan| scan.binary_search(&this).is_ok());
-            let copy = seen_before || before == Some(this);
-            before = Some(this);
+        work.names.retain(|&(name, index)| {
+            let seen_before = last_scan.is_some_and(|last| plots[index as usize].time <= last)
+                && self.seen.iter().any(|(_, scan)| scan.binary_search(&name).is_ok());
+            let copy = seen_before || before == Some(name);
+            before = Some(name);
             if copy {
-                self.outcomes[c.index] = Outcome::Duplicate;
+                self.outcomes[index as usize] = Outcome::Duplicate;
                 self.statistics.duplicates += 1;
             }
             !copy
         });
-        self.seen.push_back(candidates.iter().map(key).collect());
-        let first = candidates.first().map_or(t_out, |c| c.plot.time);
-        let start = last_scan.unwrap_or(SimTime(first.0 - 1));
+        work.candidates.clear();
+        work.batches.clear();
+        let times = || work.names.iter().map(|n| plots[n.1 as usize].time);
+        let latest = times().max().unwrap_or(SimTime(i64::MIN));
+        self.seen.push_back((latest, work.names.iter().map(|n| n.0).collect()));
+        let start = last_scan.unwrap_or_else(|| SimTime(times().min().unwrap_or(t_out).0 - 1));
         self.last_scan = Some(t_out);
         // Batches: one sensor, one of its intervals, counted from the end of the last scan.
-        let config = &self.config;
-        let interval_number = |c: &Candidate| {
-            let model = config.sensor(c.plot.sensor, c.plot.kind);
-            let interval = SimTime::from_s(model.interval_s.clamp(1e-3, 1e6)).0;
-            (c.plot.time.0 - start.0 - 1).div_euclid(interval)
-        };
-        candidates.sort_by_key(|c| (c.plot.sensor, interval_number(c)));
-        let batches = &mut self.work.batches;
-        batches.clear();
-        let mut from = 0;
-        for to in 1..=candidates.len() {
-            let name = |c: &Candidate| (c.plot.sensor, interval_number(c));
-            if to == candidates.len() || name(&candidates[to]) != name(&candidates[from]) {
-                batches.push(Batch { from, to });
-                from = to;
+        let (mut sensor, mut end, mut interval, mut extra_m2) = (None, i64::MIN, 1, 0.0);
+        for &(_, index) in &work.names {
+            let plot = &plots[index as usize];
+            let k = work.candidates.len();
+            let same = sensor == Some((plot.sensor, plot.kind));
+            if !same {
+                let model = self.config.sensor(plot.sensor, plot.kind);
+                interval = SimTime::from_s(model.interval_s.clamp(1e-3, 1e6)).0;
+                extra_m2 = model.extra_sigma_m * model.extra_sigma_m;
+            }
+            let other = sensor.is_none_or(|(id, _)| id != plot.sensor);
+            if other || plot.time.0 >= end {
+                let number = (plot.time.0 - start.0 - 1).div_euclid(interval);
+                end = start.0 + 1 + (number + 1) * interval;
+                work.batches.push(Batch { from: k, to: k });
+            }
+            sensor = Some((plot.sensor, plot.kind));
+            let mut plot = *plot;
+            if self.config.register_sites {
+                self.registration.correct(&mut plot);
+            }
+            // What the sensor's model adds to the stated variance.
+            plot.along_m2 += extra_m2;
+            plot.across_m2 += extra_m2;
+            work.candidates.push(Candidate { plot, index: index as usize });
+            if let Some(batch) = work.batches.last_mut() {
+                batch.to = k + 1;
             }
         }
-        batches.sort_by_key(|b| (candidates[b.from].plot.time, candidates[b.from].plot.sensor));
-        // What the sensor's model adds to the stated variance.
-        for c in candidates.iter_mut() {
-            if config.register_sites {
-                self.registration.correct(&mut c.plot);
+        let candidates = &work.candidates;
+        work.batches
+            .sort_by_key(|b| (candidates[b.from].plot.time, candidates[b.from].plot.sensor));
+        for flags in [&mut work.used, &mut work.gated] {
+            flags.clear();
+            flags.resize(candidates.len(), false);
+        }
+    }
+
+    /// Lists of the tracks by what may happen to them in this scan.
+    fn sort_tracks(&mut self, work: &mut Work) {
+        work.confirmed.clear();
+        work.tentative.clear();
+        work.bodied.clear();
+        for (index, track) in self.tracks.iter().enumerate() {
+            match track.stage {
+                Stage::Confirmed => work.confirmed.push(index as u32),
+                Stage::Tentative => work.tentative.push(index as u32),
+                Stage::Ended => {}
             }
-            let extra = config.sensor(c.plot.sensor, c.plot.kind).extra_sigma_m;
-            c.plot.along_m2 += extra * extra;
-            c.plot.across_m2 += extra * extra;
+            if track.stage == Stage::Confirmed && track.size_m.is_some() {
+                work.bodied.push(index as u32);
+            }
         }
     }
 
     /// A predicted copy of each confirmed track, by number; ended tracks leave.
-    fn publish(&mut self, t_out: SimTime, flights: &FlightList) -> Vec<SystemTrack> {
-        let mut out: Vec<SystemTrack> = Vec::with_capacity(self.tracks.len());
-        for track in &mut self.tracks {
-            let Some(number) = track.number else { continue };
-            let Ok(at) = predict(track.filter(), t_out, &self.config.life) else { continue };
+    fn publish(
+        &mut self,
+        t_out: SimTime,
+        flights: &FlightList,
+        work: &mut Work,
+    ) -> Vec<SystemTrack> {
+        work.numbers.clear();
+        for (place, seen) in work.seen.iter().enumerate() {
+            let number = self.tracks[seen.track as usize].number;
+            work.numbers.extend(number.map(|number| (number, place as u32)));
+        }
+        work.numbers.sort_unstable();
+        let mut out: Vec<SystemTrack> = Vec::with_capacity(work.numbers.len());
+        for &(number, place) in &work.numbers {
+            let Seen { track, at } = &work.seen[place as usize];
+            let track = &mut self.tracks[*track as usize];
             if let Some((heading, _)) = at.heading_rad() {
                 track.heading_rad = heading;
             }
@@ -416,16 +487,26 @@ impl Tracker {
             });
             track.published = true;
         }
-        let numbers = &mut self.numbers;
-        self.tracks.retain(|track| {
-            if let (Stage::Ended, Some(number)) = (track.stage, track.number) {
+        let (numbers, rooms) = (&mut self.numbers, &mut self.rooms);
+        self.tracks.retain_mut(|track| {
+            (track.updated, track.manoeuvre) = (false, false);
+            if track.stage != Stage::Ended {
+                return true;
+            }
+            if let Some(number) = track.number {
                 numbers.give_back(number, t_out);
             }
-            track.stage != Stage::Ended
+            rooms.push(track.take_room());
+            false
         });
-        out.sort_by_key(|track| track.number);
         out
     }
+}
+
+/// The name of a plot, in the order in which plots are taken: sensor, time, number within the scan.
+fn name_of(plot: &Plot) -> u128 {
+    let time = plot.time.0.cast_unsigned() ^ (1 << 63);
+    (u128::from(plot.sensor.0) << 96) | (u128::from(time) << 32) | u128::from(plot.sequence)
 }
 
 fn sound(plot: &Plot) -> bool {

@@ -367,6 +367,59 @@ fn one_long_aircraft_with_two_echoes_is_one_track() {
     assert_eq!(most, 1, "{last:#?}");
 }
 
+#[test]
+fn a_state_that_is_no_covariance_is_counted_and_begun_again_and_never_used() {
+    use crate::filter::lanes::{Lane, Pair};
+    type Spoil = fn(&mut crate::filter::Gaussian);
+    let spoil: [(&str, Spoil); 4] = [
+        ("negative", |g| g.p = g.p.map(|p| p * -1e6)),
+        ("indefinite", |g| g.p[1] = Pair::splat(1e3) + g.p[0]),
+        ("infinite", |g| g.p[0] = Pair::splat(f64::INFINITY)),
+        ("NaN", |g| g.p[0] = Pair::splat(f64::NAN)),
+    ];
+    for (rung, rung_name) in crate::filter::Rung::ALL {
+        for (name, spoil) in spoil {
+            // Gains computed once use no covariance, and state that of the last plot: nothing to spoil.
+            if rung == crate::filter::Rung::Abg {
+                continue;
+            }
+            for with_plot in [true, false] {
+                let case = format!("{rung_name}, {name}, {with_plot}");
+                let mut config = TrackingConfig::paper();
+                config.filter = crate::filter::FilterConfig::new(rung);
+                let mut tracker = Tracker::new(config);
+                let at = |k: u32| plot(f64::from(k) - 0.5, 0, 10.0 * f64::from(k), 0.0);
+                for k in 1..=8 {
+                    tracker.scan(SimTime::from_s(k.into()), &[at(k)], &FlightList::default());
+                }
+                let track = &mut tracker.tracks[0];
+                let time = track.time();
+                let number = track.number.expect("confirmed");
+                let mut state = track.filter().estimate().state;
+                spoil(&mut state);
+                assert!(!state.is_sound(), "{case}");
+                track.take_over(time, &state, number);
+                for k in 9..=14 {
+                    let plots = [at(k)];
+                    let plots = if with_plot || k > 10 { &plots[..] } else { &[] };
+                    let tracks =
+                        tracker.scan(SimTime::from_s(k.into()), plots, &FlightList::default());
+                    assert_sound(&case, &tracks);
+                    assert_eq!(tracks.len(), 1, "{case} {k}");
+                    assert_eq!(tracks[0].number, number, "{case} {k}");
+                    let off = tracks[0].position_m - Vector2::new(10.0 * f64::from(k) + 5.0, 0.0);
+                    assert!(off.norm() < 60.0, "{case} {k}: {off}");
+                }
+                assert_eq!(tracker.statistics().not_positive_definite, 1, "{case}");
+            }
+        }
+    }
+    let mut tracker = Tracker::new(TrackingConfig::paper());
+    let r = crate::filter::Sym2 { xx: 1.0, xy: 2.0, yy: 1.0 };
+    let state = crate::filter::Gaussian::at_position(Vector2::zeros(), r, 50.0, 3.0);
+    assert_eq!(tracker.adopt(SimTime::ZERO, &[state]), 0, "none of that kind is taken over");
+}
+
 fn any_plot() -> impl Strategy<Value = Plot> {
     let odd = prop_oneof![
         8 => -2000.0..2000.0f64,
