@@ -7,8 +7,8 @@ mod cpu_time;
 
 use cpu_time::{CpuTime, targets};
 use criterion::{Criterion, criterion_group, criterion_main};
-use models::effects::Tolerance;
-use models::effects::radar::{RadarLevels, Tally};
+use models::effects::radar::{RadarEffect, RadarLevels, Tally};
+use models::effects::{Level, Tolerance};
 use models::environment::fog::FogLaw;
 use models::environment::surface::Material;
 use models::environment::{RainCell, Weather};
@@ -192,6 +192,18 @@ fn plans(c: &mut Criterion<CpuTime>) {
             }
         });
     });
+    let (wet, dry) = (rain(), Weather::default());
+    let mut wetter = false;
+    group.bench_function("20 radars, 1000 targets, new weather", |b| {
+        b.iter(|| {
+            wetter = !wetter;
+            for radar in &radars {
+                let air = radar.air(if wetter { &wet } else { &dry });
+                let area = radar.area(&truth, &interval(1));
+                black_box(radar.plan_for(&air, &area, &Tolerance::default()));
+            }
+        });
+    });
     group.finish();
 }
 
@@ -204,11 +216,23 @@ fn scans(c: &mut Criterion<CpuTime>) {
         {
             let truth = Field::new(count, kind);
             group.throughput(targets(3 * u64::from(count)));
-            for (how, exact) in [("planned", false), ("exact", true)] {
-                let mut radars: Vec<Asde> = (1..=3).map(radar).collect();
-                if exact {
-                    radars = radars.into_iter().map(|r| r.at_levels(RadarLevels::EXACT)).collect();
-                }
+            for how in ["planned", "planned without extent", "exact"] {
+                let levels = |radar: &Asde| match how {
+                    "planned" => None,
+                    "exact" => Some(RadarLevels::EXACT),
+                    _ => {
+                        let area = radar.area(&truth, &interval(1));
+                        let plan =
+                            radar.plan_for(&radar.air(&rain()), &area, &Tolerance::default());
+                        let point = plan.levels.with(RadarEffect::Extent, Level::Skipped);
+                        Some(point.with(RadarEffect::Glint, Level::Skipped))
+                    }
+                };
+                let made = (1..=3).map(radar).map(|radar| match levels(&radar) {
+                    Some(levels) => radar.at_levels(levels),
+                    None => radar,
+                });
+                let mut radars: Vec<Asde> = made.collect();
                 let mut out = PlotSink::default();
                 let mut scan = 0;
                 group.bench_function(format!("{how} {name}, rain, 3 x {count}"), |b| {

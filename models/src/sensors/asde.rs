@@ -15,7 +15,7 @@ use super::extended::{self, Centroid, ExtentLevel};
 use super::ghost::{Facade, facades};
 use super::measurement::{quantised, to_cartesian};
 use super::radar_equation::{Air, Budget, BudgetLevels, Echo, Radar};
-use super::shadow::{Building, SightLine, Skyline, Traffic, aircraft_obstacles};
+use super::shadow::{Building, SightLine, Skyline, Traffic, aircraft_obstacles, edge_reach_m};
 use super::video::{CellRadar, CellWork};
 use super::{Cause, PlotSink, ScanInterval, Sensor, TargetClass, TargetState, Truth};
 use crate::draw::{DrawKey, Purpose, exponential, normal_pair, normal_pair_of, uniform};
@@ -371,6 +371,13 @@ impl Asde {
                 let before = (place_m - self.site_m).norm();
                 if before + 0.5 * class.length_m >= ground_m || state.position_m.z > class.height_m
                 {
+                    continue;
+                }
+                let along = line.target_m - self.site_m;
+                let aside_m = (along.perp(&(place_m - self.site_m)) / ground_m).abs();
+                let reach_m = edge_reach_m(self.radar.wavelength_m, ground_m);
+                // Half the diagonal of the fuselage.
+                if aside_m > 0.503 * class.length_m + reach_m {
                     continue;
                 }
                 self.tally.count(RadarEffect::AircraftShadow);

@@ -1,7 +1,7 @@
 //! What stands between radar and target: knife-edge diffraction, buildings, other aircraft.
 
 use crate::environment::surface::Material;
-use crate::frames::Vector2;
+use crate::frames::{Vector2, wrap_pi};
 use crate::special::fresnel_tail;
 
 /// Parameter of a knife edge: `ν = h·√(2(d₁+d₂)/(λ·d₁·d₂))`.
@@ -41,6 +41,14 @@ pub fn knife_edge_exact_db(v: f64) -> f64 {
 pub fn transition_width_m(d1_m: f64, d2_m: f64, wavelength_m: f64) -> f64 {
     let (d1, d2) = (d1_m.max(wavelength_m), d2_m.max(wavelength_m));
     (wavelength_m * d1 * d2 / (d1 + d2)).sqrt()
+}
+
+/// How far beside an obstacle a wave over `range_m` is still weakened at most, m: beyond, ν of any
+/// edge is below −0.78.
+#[must_use]
+pub fn edge_reach_m(wavelength_m: f64, range_m: f64) -> f64 {
+    // 0.78/√2 of the zone's width, which is largest half way.
+    0.276 * (wavelength_m * range_m).sqrt()
 }
 
 /// Something that stands on the airport: a footprint with vertical walls.
@@ -254,10 +262,19 @@ impl Skyline {
     }
 }
 
+/// An aircraft as seen from the radar, rounded outwards.
+#[derive(Clone, Copy, Debug)]
+struct Occluder {
+    ground_m: f64,
+    azimuth_rad: f64,
+    half_rad: f64,
+    index: u32,
+}
+
 /// Aircraft that may shadow others in one scan, found by sector and distance.
 #[derive(Clone, Debug, Default)]
 pub struct Traffic {
-    sectors: Vec<Vec<(f64, u32)>>,
+    sectors: Vec<Vec<Occluder>>,
     highest_m: f64,
     longest_m: f64,
 }
@@ -270,11 +287,18 @@ impl Traffic {
         (self.highest_m, self.longest_m) = (0.0, 0.0);
     }
 
-    /// Adds an aircraft by azimuth and distance; `reach_m` covers its size and its way within the scan.
+    /// Adds an aircraft by azimuth and distance; `reach_m` covers its size, its way within the scan and
+    /// what its edges weaken beside it.
     pub fn add(&mut self, index: usize, azimuth_rad: f64, ground_m: f64, top_m: f64, reach_m: f64) {
-        let half = libm::atan2(reach_m, ground_m.max(reach_m));
+        let half =
+            if reach_m < ground_m { libm::asin(reach_m / ground_m) } else { std::f64::consts::PI };
         for s in sectors_around(azimuth_rad, half) {
-            self.sectors[s].push((ground_m, index as u32));
+            self.sectors[s].push(Occluder {
+                ground_m,
+                azimuth_rad,
+                half_rad: half,
+                index: index as u32,
+            });
         }
         self.highest_m = self.highest_m.max(top_m);
         self.longest_m = self.longest_m.max(reach_m);
@@ -282,11 +306,13 @@ impl Traffic {
 
     /// Sorts by distance; to be called after the last [`Self::add`].
     pub fn finish(&mut self) {
-        let order = |a: &(f64, u32), b: &(f64, u32)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
-        self.sectors.iter_mut().for_each(|list| list.sort_by(order));
+        let order = |a: &Occluder, b: &Occluder| {
+            a.ground_m.total_cmp(&b.ground_m).then(a.index.cmp(&b.index))
+        };
+        self.sectors.iter_mut().for_each(|list| list.sort_unstable_by(order));
     }
 
-    /// Aircraft near enough before a target to reach up into its sight line.
+    /// Aircraft near enough before and beside a target to reach into its sight line.
     pub fn before(
         &self,
         line: &SightLine,
@@ -300,9 +326,12 @@ impl Traffic {
         } else {
             0.0
         };
-        let from = list.partition_point(|entry| entry.0 < nearest_m);
-        let to = list.partition_point(|entry| entry.0 < ground_m + self.longest_m);
-        list[from.min(to)..to].iter().map(|entry| entry.1 as usize)
+        let from = list.partition_point(|entry| entry.ground_m < nearest_m);
+        let to = list.partition_point(|entry| entry.ground_m < ground_m + self.longest_m);
+        let beside = move |entry: &&Occluder| {
+            wrap_pi(entry.azimuth_rad - azimuth_rad).abs() <= entry.half_rad
+        };
+        list[from.min(to)..to].iter().filter(beside).map(|entry| entry.index as usize)
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::{Asde, Azimuth, ScanInterval, SimTime, TargetState, Traffic, Truth, wrap_pi};
 use crate::effects::radar::{AreaSum, TargetArea};
+use crate::sensors::shadow::edge_reach_m;
 use std::f64::consts::TAU;
 
 /// One look of the beam at one target.
@@ -74,6 +75,7 @@ impl Asde {
         traffic.clear();
         let mut area = AreaSum::default();
         let sweep = self.sweep(interval);
+        let edge_m = edge_reach_m(self.radar.wavelength_m, self.parameters.range_max_m);
         for index in 0..truth.len() {
             let Some((state, azimuth_rad)) = self.looks(interval, &sweep, truth, index, looks)
             else {
@@ -84,7 +86,8 @@ impl Asde {
             area.add(class, ground_m2, state.position_m.z);
             if class.aircraft && state.position_m.z <= class.height_m {
                 let ground_m = ground_m2.sqrt();
-                let reach_m = 0.5 * class.length_m + state.velocity_ms.norm() * sweep.duration_s;
+                let way_m = state.velocity_ms.norm() * sweep.duration_s;
+                let reach_m = 0.51 * class.length_m + way_m + edge_m;
                 traffic.add(index, azimuth_rad, ground_m, class.height_m, reach_m);
             }
         }
