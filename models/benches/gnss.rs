@@ -197,7 +197,14 @@ fn cells(c: &mut Criterion) {
             b.iter(|| {
                 scan += 1;
                 let key = DrawKey { run_seed: 1, sensor: 1, entity: 0, scan };
-                black_box(radar.video(&targets, |_| 1.5, Fading::Independent, threshold, key))
+                black_box(radar.video(
+                    &targets,
+                    &[],
+                    |_, row| row.fill(1.5),
+                    Fading::Independent,
+                    threshold,
+                    key,
+                ))
             });
         });
     }

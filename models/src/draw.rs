@@ -30,6 +30,8 @@ pub enum Purpose {
     Cells = 4,
     /// Reflections of a target at facades, one stream for all facades.
     Ghosts = 5,
+    /// Texture of the ground's echo in a video, the same in every scan.
+    GroundTexture = 6,
     /// White part of a satellite positioning error.
     GnssWhite = 10,
     /// Driving noise of a correlated positioning error.

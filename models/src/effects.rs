@@ -7,6 +7,7 @@
 //!
 //! Planning is pure and reads extents and sectors only; pairs of targets are tested in the scan.
 
+pub mod costs;
 pub mod radar;
 
 use crate::plot::SensorId;
@@ -174,7 +175,7 @@ pub struct Rung {
     pub level: Level,
     /// Against the exact level.
     pub loss: Loss,
-    /// Time per target and scan, ns, as measured by the crate's benches.
+    /// Time per target and scan, ns, as measured (see [`costs`]).
     pub cost_ns: f64,
 }
 

@@ -1,6 +1,6 @@
 //! The plan of a surface movement radar: bounds from extents of the traffic, weather and buildings.
 
-use super::{Ladder, Level, Loss, PlanRow, Rung, Tolerance, choose};
+use super::{Ladder, Level, Loss, PlanRow, Rung, Tolerance, choose, costs};
 use crate::environment::surface::{self, Fresnel, Roughness};
 use crate::frames::Vector2;
 use crate::plot::SensorId;
@@ -737,8 +737,15 @@ impl<'a> Outcome<'a> {
     }
 }
 
-const fn rung(level: Level, loss: Loss, cost_ns: f64) -> Rung {
-    Rung { level, loss, cost_ns }
+/// A rung whose cost is filled in with its ladder's effect.
+const fn rung(level: Level, loss: Loss) -> Rung {
+    Rung { level, loss, cost_ns: 0.0 }
+}
+
+/// Every effect of a scene with all its levels, in the order of [`RadarEffect::ALL`].
+#[must_use]
+pub fn all_ladders(scene: &RadarScene<'_>) -> Vec<Ladder> {
+    ladders(scene, &Bounds::of(scene))
 }
 
 /// The ladder of each effect, in the order of [`RadarEffect::ALL`].
@@ -753,8 +760,8 @@ fn above_db(share: f64) -> f64 {
 
 fn ladder(effect: RadarEffect, scene: &RadarScene<'_>, bounds: &Bounds) -> Ladder {
     use RadarEffect as E;
-    let exact = |cost_ns| rung(Level::Exact, Loss::NONE, cost_ns);
-    let skip = |loss| rung(Level::Skipped, loss, 0.0);
+    let exact = || rung(Level::Exact, Loss::NONE);
+    let skip = |loss| rung(Level::Skipped, loss);
     let (air, p, area) = (scene.air, scene.parameters, scene.area);
     let weather = &air.weather;
     let km2 = 2.0 * bounds.far_m / 1000.0;
@@ -762,13 +769,13 @@ fn ladder(effect: RadarEffect, scene: &RadarScene<'_>, bounds: &Bounds) -> Ladde
         E::RainAttenuation => rain_attenuation(air, km2),
         E::Fog => (
             format!("visibility {} m", weather.visibility_m),
-            vec![skip(Loss::raises(air.fog_db_per_km * km2)), exact(2.0)],
+            vec![skip(Loss::raises(air.fog_db_per_km * km2)), exact()],
         ),
         E::Gases => {
             let off = (air.gas_constant_db_per_km - air.gas_db_per_km).abs() * km2;
-            let cheap = rung(Level::Cheap, Loss::either_way(off), 1.0);
+            let cheap = rung(Level::Cheap, Loss::either_way(off));
             let called = format!("{:.1} g/m³ of vapour", weather.vapour_g_per_m3);
-            (called, vec![skip(Loss::raises(air.gas_db_per_km * km2)), cheap, exact(1.0)])
+            (called, vec![skip(Loss::raises(air.gas_db_per_km * km2)), cheap, exact()])
         }
         E::RainClutter => rain_clutter(scene, bounds),
         E::GroundClutter => {
@@ -776,7 +783,7 @@ fn ladder(effect: RadarEffect, scene: &RadarScene<'_>, bounds: &Bounds) -> Ladde
             let power = scene.radar.constant / (r * r * r * r) * scene.radar.ground_m2_bound(r);
             let share = power / scene.radar.noise_w;
             let called = format!("γ {} dB", p.ground_gamma_db);
-            (called, vec![skip(Loss::raises(above_db(share))), exact(60.0)])
+            (called, vec![skip(Loss::raises(above_db(share))), exact()])
         }
         E::SurfaceReflection
         | E::Lobing
@@ -794,9 +801,9 @@ fn ladder(effect: RadarEffect, scene: &RadarScene<'_>, bounds: &Bounds) -> Ladde
             let called = format!("Swerling {:?}, {} pulses", p.swerling, p.pulses_summed());
             let rungs = vec![
                 skip(Loss::odds(f64::INFINITY)),
-                rung(Level::Cheap, Loss::odds(albersheim), 16.0),
-                rung(Level::Middle, Loss::odds(table), 15.0),
-                exact(250.0),
+                rung(Level::Cheap, Loss::odds(albersheim)),
+                rung(Level::Middle, Loss::odds(table)),
+                exact(),
             ];
             (called, rungs)
         }
@@ -807,37 +814,34 @@ fn ladder(effect: RadarEffect, scene: &RadarScene<'_>, bounds: &Bounds) -> Ladde
             } else if area.farthest_m > 0.0 {
                 (loss.raises_db, loss.lowers_db) = (0.1, 0.1);
             }
-            (
-                format!("targets up to {:.0} m", 2.0 * area.half_extent_m),
-                vec![skip(loss), exact(600.0)],
-            )
+            (format!("targets up to {:.0} m", 2.0 * area.half_extent_m), vec![skip(loss), exact()])
         }
         E::Glint => (
             format!("targets up to {:.0} m", 2.0 * area.half_extent_m),
-            vec![skip(Loss::moves(DRAWN_SIGMAS * area.half_extent_m)), exact(60.0)],
+            vec![skip(Loss::moves(DRAWN_SIGMAS * area.half_extent_m)), exact()],
         ),
         E::ThermalRange => {
             let sigma = p.thermal_sigmas(scene.least_ratio).0;
             (
                 format!("σ up to {sigma:.2} m"),
-                vec![skip(Loss::moves(DRAWN_SIGMAS * sigma)), exact(5.0)],
+                vec![skip(Loss::moves(DRAWN_SIGMAS * sigma)), exact()],
             )
         }
         E::ThermalAzimuth => {
             let sigma = p.thermal_sigmas(scene.least_ratio).1 * bounds.far_m;
             (
                 format!("σ up to {sigma:.2} m"),
-                vec![skip(Loss::moves(DRAWN_SIGMAS * sigma)), exact(5.0)],
+                vec![skip(Loss::moves(DRAWN_SIGMAS * sigma)), exact()],
             )
         }
         E::Quantisation => {
             let steps = p.range_step_m + bounds.far_m * p.azimuth_step_deg.to_radians();
             let called = format!("steps {} m, {:.3}°", p.range_step_m, p.azimuth_step_deg);
-            (called, vec![skip(Loss::moves(0.5 * steps)), exact(5.0)])
+            (called, vec![skip(Loss::moves(0.5 * steps)), exact()])
         }
         E::FalseAlarms => {
             let mean = p.false_alarms_per_s() / p.turns_per_s();
-            (format!("Pfa {:e}", p.pfa), vec![skip(Loss::odds(mean)), exact(1.0)])
+            (format!("Pfa {:e}", p.pfa), vec![skip(Loss::odds(mean)), exact()])
         }
         E::BuildingShadow => {
             let reach = area.beyond_m;
@@ -845,29 +849,33 @@ fn ladder(effect: RadarEffect, scene: &RadarScene<'_>, bounds: &Bounds) -> Ladde
             let count = scene.buildings.iter().filter(near).count();
             let odds = if count > 0 { 1.0 } else { 0.0 };
             let called = format!("{count} buildings in reach");
-            let binary = rung(Level::Cheap, Loss::odds(odds), 20.0);
-            (called, vec![skip(Loss::odds(odds)), binary, exact(30.0)])
+            let binary = rung(Level::Cheap, Loss::odds(odds));
+            (called, vec![skip(Loss::odds(odds)), binary, exact()])
         }
         E::AircraftShadow => {
             let odds = if area.aircraft && area.several { 1.0 } else { 0.0 };
             let called = if odds > 0.0 { "aircraft among several targets" } else { "no pair" };
-            let binary = rung(Level::Cheap, Loss::odds(odds), 60.0);
-            (called.to_owned(), vec![skip(Loss::odds(odds)), binary, exact(80.0)])
+            let binary = rung(Level::Cheap, Loss::odds(odds));
+            (called.to_owned(), vec![skip(Loss::odds(odds)), binary, exact()])
         }
         E::Ghosts => ghosts(scene, bounds),
         E::Merging => {
             let odds = if area.several { 1.0 } else { 0.0 };
             let called = if area.several { "several targets" } else { "at most one target" };
-            (called.to_owned(), vec![skip(Loss::odds(odds)), exact(20.0)])
+            (called.to_owned(), vec![skip(Loss::odds(odds)), exact()])
         }
         E::SecondTrace => {
             let unambiguous = p.unambiguous_m();
             let odds = if area.beyond_m > unambiguous { 1.0 } else { 0.0 };
             let called = format!("targets to {:.0} m of {unambiguous:.0} m", area.beyond_m);
-            (called, vec![skip(Loss::odds(odds)), exact(2.0)])
+            (called, vec![skip(Loss::odds(odds)), exact()])
         }
     };
-    Ladder { effect: effect.name(), called_for, rungs }
+    let mut ladder = Ladder { effect: effect.name(), called_for, rungs };
+    for rung in &mut ladder.rungs {
+        rung.cost_ns = costs::of(effect, rung.level);
+    }
+    ladder
 }
 
 fn rain_attenuation(air: &Air, km2: f64) -> (String, Vec<Rung>) {
@@ -884,10 +892,10 @@ fn rain_attenuation(air: &Air, km2: f64) -> (String, Vec<Rung>) {
     };
     let middle = Loss::either_way(air.mie_difference_db_per_km() * km2);
     let rungs = vec![
-        rung(Level::Skipped, Loss::raises(worst), 0.0),
-        rung(Level::Cheap, cheap, 3.0),
-        rung(Level::Middle, middle, 5.0),
-        rung(Level::Exact, Loss::NONE, 5.0),
+        rung(Level::Skipped, Loss::raises(worst)),
+        rung(Level::Cheap, cheap),
+        rung(Level::Middle, middle),
+        rung(Level::Exact, Loss::NONE),
     ];
     (called, rungs)
 }
@@ -913,10 +921,10 @@ fn rain_clutter(scene: &RadarScene<'_>, bounds: &Bounds) -> (String, Vec<Rung>) 
     let full = Loss { raises_db: (up + form).min(worst), lowers_db: worst, ..Loss::NONE };
     let called = format!("rain up to {} mm/h", air.heaviest().rain_mm_per_h);
     let rungs = vec![
-        rung(Level::Skipped, Loss::raises(worst), 0.0),
-        rung(Level::Cheap, full, 5.0),
-        rung(Level::Middle, middle, 110.0),
-        rung(Level::Exact, Loss::NONE, 25.0),
+        rung(Level::Skipped, Loss::raises(worst)),
+        rung(Level::Cheap, full),
+        rung(Level::Middle, middle),
+        rung(Level::Exact, Loss::NONE),
     ];
     (called, rungs)
 }
@@ -939,8 +947,8 @@ fn reflection(effect: RadarEffect, scene: &RadarScene<'_>, bounds: &Bounds) -> (
         }
     };
     let ratio_db = |a: f64, b: f64| 10.0 * libm::log10(inc(a) / inc(b)).abs();
-    let exact = |cost_ns| rung(Level::Exact, Loss::NONE, cost_ns);
-    let skip = |loss| rung(Level::Skipped, loss, 0.0);
+    let exact = || rung(Level::Exact, Loss::NONE);
+    let skip = |loss| rung(Level::Skipped, loss);
     let rough = |r: Roughness| r.factor(radar.roughness_m, radar.wavelength_m, bounds.grazing_max);
     let gain = bounds.gain;
     match effect {
@@ -952,12 +960,12 @@ fn reflection(effect: RadarEffect, scene: &RadarScene<'_>, bounds: &Bounds) -> (
                 raises_db: if least > 0.0 { -10.0 * libm::log10(least) } else { f64::INFINITY },
                 ..Loss::NONE
             };
-            (format!("{} surface", radar.surface.name), vec![skip(loss), exact(120.0)])
+            (format!("{} surface", radar.surface.name), vec![skip(loss), exact()])
         }
         E::Lobing => {
             let loss = Loss::either_way(bounds.lobing_db);
             let called = format!("targets of {:.1} m height", scene.area.least_extent_m);
-            (called, vec![skip(loss), exact(70.0)])
+            (called, vec![skip(loss), exact()])
         }
         E::Roughness => {
             let smooth = deep(ratio_db(gain, gain * rough(Roughness::Ament)));
@@ -969,11 +977,8 @@ fn reflection(effect: RadarEffect, scene: &RadarScene<'_>, bounds: &Bounds) -> (
                 / radar.wavelength_m;
             // The two forms part most near u = 0.7; beyond, the difference to smooth bounds it.
             let ament = if u < 0.6 { ament } else { smooth };
-            let rungs = vec![
-                skip(Loss::raises(smooth)),
-                rung(Level::Cheap, Loss::lowers(ament), 25.0),
-                exact(35.0),
-            ];
+            let rungs =
+                vec![skip(Loss::raises(smooth)), rung(Level::Cheap, Loss::lowers(ament)), exact()];
             (format!("{} mm rms", radar.roughness_m * 1000.0), rungs)
         }
         E::WaterFilm => {
@@ -996,7 +1001,7 @@ fn reflection(effect: RadarEffect, scene: &RadarScene<'_>, bounds: &Bounds) -> (
             } else {
                 Loss::NONE
             };
-            (format!("film of {film_mm} mm"), vec![skip(loss), exact(60.0)])
+            (format!("film of {film_mm} mm"), vec![skip(loss), exact()])
         }
         E::ReflectedPolarisation => {
             let fresnel = Fresnel::half_space(air.surface, bounds.grazing_max);
@@ -1009,7 +1014,7 @@ fn reflection(effect: RadarEffect, scene: &RadarScene<'_>, bounds: &Bounds) -> (
                 gain * surface::modulus(fresnel.horizontal),
                 gain * own,
             )));
-            (format!("{:?}", radar.polarisation), vec![rung(Level::Cheap, loss, 1.0), exact(1.0)])
+            (format!("{:?}", radar.polarisation), vec![rung(Level::Cheap, loss), exact()])
         }
         _ => {
             let far = bounds.far_m;
@@ -1026,7 +1031,7 @@ fn reflection(effect: RadarEffect, scene: &RadarScene<'_>, bounds: &Bounds) -> (
                 * (flat.difference_m - round.difference_m))
                 .abs();
             let loss = Loss::either_way(deep(2.0 * change + bounds.lobing_db * turn.min(2.0)));
-            (format!("to {far:.0} m"), vec![skip(loss), exact(90.0)])
+            (format!("to {far:.0} m"), vec![skip(loss), exact()])
         }
     }
 }
@@ -1044,8 +1049,5 @@ fn ghosts(scene: &RadarScene<'_>, bounds: &Bounds) -> (String, Vec<Rung>) {
     let count = visible.count();
     let odds = if count > 0 { 1.0 } else { 0.0 };
     let called = format!("{count} reflecting buildings in reach");
-    (
-        called,
-        vec![rung(Level::Skipped, Loss::odds(odds), 0.0), rung(Level::Exact, Loss::NONE, 50.0)],
-    )
+    (called, vec![rung(Level::Skipped, Loss::odds(odds)), rung(Level::Exact, Loss::NONE)])
 }

@@ -15,18 +15,22 @@ pub fn specific_db_per_km(
     let e = vapour_g_per_m3 * temperature_k / 216.7;
     let theta = 300.0 / temperature_k;
     let theta_08 = libm::pow(theta, 0.8);
+    let ln_theta = libm::log(theta);
+    let power = |exponent: f64| libm::exp(exponent * ln_theta);
     let mut oxygen = dry_continuum(f, p, e, theta, theta_08);
     for [f0, a1, a2, a3, a4, a5, a6] in OXYGEN {
         let strength = a1 * 1e-7 * p * theta * theta * theta * libm::exp(a2 * (1.0 - theta));
-        let width = a3 * 1e-4 * (p * libm::pow(theta, 0.8 - a4) + 1.1 * e * theta);
+        let width =
+            a3 * 1e-4 * (p * if a4 == 0.0 { theta_08 } else { power(0.8 - a4) } + 1.1 * e * theta);
         let width = (width * width + 2.25e-6).sqrt();
         let overlap = (a5 + a6 * theta) * 1e-4 * (p + e) * theta_08;
         oxygen += strength * shape(f, f0, width, overlap);
     }
     let mut water = 0.0;
+    let density = 0.1 * e * power(3.5);
     for [f0, b1, b2, b3, b4, b5, b6] in WATER {
-        let strength = b1 * 0.1 * e * libm::pow(theta, 3.5) * libm::exp(b2 * (1.0 - theta));
-        let width = b3 * 1e-4 * (p * libm::pow(theta, b4) + b5 * e * libm::pow(theta, b6));
+        let strength = b1 * density * libm::exp(b2 * (1.0 - theta));
+        let width = b3 * 1e-4 * (p * power(b4) + b5 * e * power(b6));
         let doppler = 2.1316e-12 * f0 * f0 / theta;
         let width = 0.535 * width + (0.217 * width * width + doppler).sqrt();
         water += strength * shape(f, f0, width, 0.0);

@@ -7,6 +7,7 @@
 mod cells;
 mod explain;
 mod looks;
+pub mod picture;
 
 pub use super::asde_parameters::{AsdeParameters, DetectionRule, Energy, ParameterWarning};
 use super::config::ConfigError;
@@ -22,7 +23,7 @@ use crate::draw::{DrawKey, Purpose, exponential, normal_pair, normal_pair_of, un
 use crate::effects::radar::{
     PdLevel, RadarEffect, RadarLevels, RadarPlan, RadarScene, ShadowLevel, Tally, TargetArea, plan,
 };
-use crate::effects::{PlanRow, Tolerance};
+use crate::effects::{Ladder, PlanRow, Tolerance};
 use crate::environment::Weather;
 use crate::frames::{Azimuth, Vector2, wrap_pi};
 use crate::plot::{Plot, Polar, SensorId, SensorKind};
@@ -224,7 +225,21 @@ impl Asde {
     /// The plan for targets within `area`, in `air`, at a tolerance.
     #[must_use]
     pub fn plan_for(&self, air: &Air, area: &TargetArea, tolerance: &Tolerance) -> RadarPlan {
-        let scene = RadarScene {
+        let mut plan = plan(&self.radar_scene(air, area), tolerance);
+        if let Some(levels) = self.fixed {
+            plan.levels = levels;
+        }
+        plan
+    }
+
+    /// Every effect with all its levels, what each may lose and what it costs.
+    #[must_use]
+    pub fn ladders_for(&self, air: &Air, area: &TargetArea) -> Vec<Ladder> {
+        crate::effects::radar::all_ladders(&self.radar_scene(air, area))
+    }
+
+    fn radar_scene<'a>(&'a self, air: &'a Air, area: &'a TargetArea) -> RadarScene<'a> {
+        RadarScene {
             sensor: self.id,
             site_m: self.site_m,
             parameters: &self.parameters,
@@ -235,12 +250,7 @@ impl Asde {
             air,
             buildings: &self.buildings,
             area,
-        };
-        let mut plan = plan(&scene, tolerance);
-        if let Some(levels) = self.fixed {
-            plan.levels = levels;
         }
-        plan
     }
 
     /// The budget of one look at one target, with shadows, and where its echo is centred. `None`

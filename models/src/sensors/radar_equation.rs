@@ -315,7 +315,7 @@ impl Air {
     }
 
     /// A rain rate of this weather.
-    fn rain(&self, rain_mm_per_h: f64) -> &RainAir {
+    pub(super) fn rain(&self, rain_mm_per_h: f64) -> &RainAir {
         let same = |r: &&RainAir| r.rain_mm_per_h == rain_mm_per_h;
         self.rains.iter().find(same).unwrap_or(&self.rains[0])
     }
@@ -599,6 +599,12 @@ impl Radar {
         echo * self.cell_m * range_m * range_m * self.pattern.two_way_azimuth_rad() * integral
     }
 
+    /// Volume of rain that a cell at `range_m` returns, weighted by the two-way beam: m³ on the beam axis.
+    pub(super) fn rain_volume_m3(&self, range_m: f64) -> f64 {
+        let width = self.pattern.two_way_azimuth_rad();
+        self.cell_m * range_m * range_m * width * self.exact_rain_integral(range_m)
+    }
+
     /// The exact integral of the beam above ground, from the table where the radar has one.
     fn exact_rain_integral(&self, range_m: f64) -> f64 {
         let quadrature =
@@ -631,7 +637,7 @@ impl Radar {
     /// Cross section of the ground in one cell, m²: `σ⁰ = γ·sin ψ` over the patch.
     ///
     /// `sin ψ = h_a/R`, the angle at most 89.9°.
-    fn ground_m2(&self, range_m: f64) -> f64 {
+    pub(super) fn ground_m2(&self, range_m: f64) -> f64 {
         let steep = STEEPEST_RAD;
         let mut sin = self.antenna_m / range_m;
         let mut cos2 = 1.0 - sin * sin;

@@ -18,6 +18,8 @@
 //! CFAR processors", IEEE Trans. AES-24 (1988); the non-central form is the definition of the
 //! non-central χ² distribution with 2n degrees of freedom.
 
+pub mod ppi;
+
 use rand::Rng;
 use rand::rngs::ChaCha8Rng;
 use std::f64::consts::{LN_2, PI, TAU};
@@ -218,7 +220,9 @@ impl CellRadar {
         ((range_m - self.range_min_m) / self.cell_m).floor() as i64
     }
 
-    fn cell_centre_m(&self, cell: i64) -> f64 {
+    /// Slant range of the middle of a cell, m.
+    #[must_use]
+    pub fn cell_centre_m(&self, cell: i64) -> f64 {
         self.range_min_m + (cell as f64 + 0.5) * self.cell_m
     }
 
@@ -323,14 +327,16 @@ impl CellRadar {
         blobs
     }
 
-    /// All cells of one scan: picture and clusters. `targets` gives the scatterers by target key;
-    /// `background` noise and clutter over noise at a range in m, at least 1. A cell's draw is named
-    /// by beam and scan, so a target more changes no other cell.
+    /// All cells of one scan: picture and clusters. `targets` gives the scatterers by target key,
+    /// `still` echoes that do not fade; `background` fills in noise and clutter over noise, at least 1,
+    /// for the cells of a beam. A cell's draw is named by beam and scan, so a target more changes no
+    /// other beam.
     #[must_use]
     pub fn video(
         &self,
         targets: &[(u64, Vec<PointEcho>)],
-        background: impl Fn(f64) -> f64,
+        still: &[PointEcho],
+        mut background: impl FnMut(usize, &mut [f64]),
         fading: Fading,
         threshold: Threshold,
         key: DrawKey,
@@ -339,25 +345,25 @@ impl CellRadar {
         let mut signal = vec![0.0; self.beams * self.cells];
         let turn = self.beams as i64;
         let reach = (1.5 * self.width_rad / self.beam_step_rad()).ceil() as i64 + 1;
-        for (entity, echoes) in targets {
+        let moving = targets.iter().flat_map(|(entity, echoes)| {
             let mut faded = echoes.clone();
             Self::fade(&mut faded, fading, DrawKey { entity: *entity, ..key });
-            for mut e in faded {
-                e.azimuth_rad = e.azimuth_rad.rem_euclid(TAU);
-                let beam = self.beam_of(e.azimuth_rad);
+            faded
+        });
+        for mut e in moving.chain(still.iter().copied()) {
+            e.azimuth_rad = e.azimuth_rad.rem_euclid(TAU);
+            let beam = self.beam_of(e.azimuth_rad);
+            self.add(&e, (0, 0), size, &mut signal);
+            // The other side of the seam.
+            if beam < reach {
+                e.azimuth_rad += TAU;
                 self.add(&e, (0, 0), size, &mut signal);
-                // The other side of the seam.
-                if beam < reach {
-                    e.azimuth_rad += TAU;
-                    self.add(&e, (0, 0), size, &mut signal);
-                } else if beam >= turn - reach {
-                    e.azimuth_rad -= TAU;
-                    self.add(&e, (0, 0), size, &mut signal);
-                }
+            } else if beam >= turn - reach {
+                e.azimuth_rad -= TAU;
+                self.add(&e, (0, 0), size, &mut signal);
             }
         }
-        let level: Vec<f64> =
-            (0..self.cells).map(|c| background(self.cell_centre_m(c as i64)).max(1.0)).collect();
+        let mut level = vec![1.0; self.cells];
         let factor = match threshold {
             Threshold::Known => self.threshold,
             Threshold::CellAveraging { reference, .. } => {
@@ -370,6 +376,9 @@ impl CellRadar {
         let (mut row, mut sums) = (vec![0.0; self.cells], vec![0.0; self.cells + 1]);
         for beam in 0..self.beams {
             let mut rng = DrawKey { entity: beam as u64, ..key }.rng(Purpose::Cells);
+            level.fill(1.0);
+            background(beam, &mut level);
+            level.iter_mut().for_each(|l| *l = l.max(1.0));
             for (cell, value) in row.iter_mut().enumerate() {
                 *value = self.draw(signal[beam * self.cells + cell], level[cell], &mut rng);
                 sums[cell + 1] = sums[cell] + *value;

@@ -83,7 +83,18 @@ fn cfar_keeps_its_false_alarms() {
     let radar = CellRadar { pfa: 1e-3, threshold: detector.threshold, beams: 720, ..radar() };
     for threshold in [Threshold::Known, Threshold::CellAveraging { guard: 2, reference: 16 }] {
         // Clutter that falls with range: known exactly, or nearly constant over the reference cells.
-        let video = radar.video(&[], |r| 1.0 + 1e5 / (r * r), Fading::Steady, threshold, key(1));
+        let video = radar.video(
+            &[],
+            &[],
+            |_, row| {
+                for (c, level) in (0..).zip(row) {
+                    *level = 1.0 + 1e5 / radar.cell_centre_m(c).powi(2);
+                }
+            },
+            Fading::Steady,
+            threshold,
+            key(1),
+        );
         let hits: u32 = video.blobs.iter().map(|b| b.cells).sum();
         let expected = 1e-3 * (radar.beams * radar.cells) as f64;
         assert!(
@@ -128,7 +139,7 @@ fn two_targets_in_neighbouring_cells_are_one_plot_and_apart_two() {
         let blobs = radar.window(&pair, 1.0, Fading::Steady, key(5), &mut work);
         assert_eq!(blobs.len(), plots, "{apart_m} m apart");
         let targets: Vec<_> = pair.iter().zip(0..).map(|(e, k)| (k, vec![*e])).collect();
-        let video = radar.video(&targets, |_| 1.0, Fading::Steady, Threshold::Known, key(5));
+        let video = radar.video(&targets, &[], |_, _| (), Fading::Steady, Threshold::Known, key(5));
         let near = video.blobs.iter().filter(|b| b.excess > 100.0).count();
         assert_eq!(near, plots, "{apart_m} m apart in the picture");
     }
@@ -177,7 +188,7 @@ fn a_target_more_changes_no_other_cell() {
     let radar = CellRadar { beams: 360, width_rad: 1_f64.to_radians(), ..radar() };
     let echo = PointEcho { range_m: 1200.0, azimuth_rad: -0.001, snr: 50.0 };
     let video = |targets: &[(u64, Vec<PointEcho>)]| {
-        radar.video(targets, |_| 1.0, Fading::Independent, Threshold::Known, key(2))
+        radar.video(targets, &[], |_, _| (), Fading::Independent, Threshold::Known, key(2))
     };
     let (empty, one) = (video(&[]), video(&[(9, vec![echo])]));
     let changed = empty.power.iter().zip(&one.power).filter(|(a, b)| a != b).count();

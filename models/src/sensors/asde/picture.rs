@@ -1,0 +1,328 @@
+//! The whole video of one turn: every cell of the radar with noise, rain, ground, buildings and targets.
+
+use super::looks::NEXT;
+use super::{Asde, ScanInterval, Traffic, Truth};
+use crate::draw::{DrawKey, Purpose, exponential};
+use crate::effects::Tolerance;
+use crate::effects::radar::{RadarLevels, RadarPlan, Tally};
+use crate::environment::Weather;
+use crate::frames::{Azimuth, Vector2};
+use crate::sensors::detection::{Swerling, from_db};
+use crate::sensors::extended;
+use crate::sensors::radar_equation::{Air, BudgetLevels, Echo};
+use crate::sensors::shadow::{SightLine, aircraft_obstacles};
+use crate::sensors::video::{Fading, PointEcho, Threshold, Video, point_echoes};
+
+/// What the ground around the radar returns.
+pub trait Ground {
+    /// Factor on the ground's reflectivity at a place, 1 for what the radar's γ stands for.
+    fn factor(&self, place_m: Vector2<f64>) -> f64;
+}
+
+/// The same ground everywhere.
+#[derive(Clone, Copy, Debug)]
+pub struct EvenGround;
+
+impl Ground for EvenGround {
+    fn factor(&self, _: Vector2<f64>) -> f64 {
+        1.0
+    }
+}
+
+/// What a video shows beside targets, noise and rain.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VideoScene {
+    /// How the threshold of a cell is set.
+    pub threshold: Threshold,
+    /// Whether the ground's echo differs from cell to cell (exponentially in power, the same in every
+    /// scan) or has its mean everywhere, as plot level reckons.
+    pub ground_texture: bool,
+    /// Whether walls that face the radar return an echo.
+    pub walls: bool,
+}
+
+impl VideoScene {
+    /// What plot level simulates, cell by cell.
+    pub const PLAIN: Self =
+        Self { threshold: Threshold::Known, ground_texture: false, walls: false };
+    /// What an operator sees.
+    pub const PICTURE: Self = Self {
+        threshold: Threshold::CellAveraging { guard: 8, reference: 16 },
+        ground_texture: true,
+        walls: true,
+    };
+}
+
+impl Asde {
+    /// The video of one turn: all cells, with every effect at its exact level; the most expensive
+    /// form of this radar.
+    ///
+    /// The interval should be one turn; of several looks at a target the first counts. Targets are
+    /// their scatterers, weakened by what stands before them; they fade from scan to scan unless the
+    /// radar's targets are steady. Rain and ground are noise of their mean power (the ground with a
+    /// texture where `scene` says so), each cell with the attenuation of the way to it and the ground
+    /// with the shadows of buildings and aircraft. Walls reflect diffusely (Lambert): 4·|Γ|²·cos²i per
+    /// area. Ghosts and second-trace echoes are left to plot level.
+    #[must_use]
+    pub fn video(
+        &mut self,
+        interval: &ScanInterval,
+        truth: &dyn Truth,
+        weather: &Weather,
+        ground: &dyn Ground,
+        scene: &VideoScene,
+    ) -> Video {
+        let air = self.radar.air(weather);
+        let (mut looks, mut traffic) = (Vec::new(), Traffic::default());
+        let area = self.find_looks(interval, truth, &mut looks, &mut traffic);
+        traffic.finish();
+        let mut plan = self.plan_for(&air, &area, &Tolerance::EXACT);
+        plan.levels = RadarLevels::EXACT;
+        let mut targets = Vec::new();
+        let mut aircraft = Vec::new();
+        for look in looks.iter().filter(|look| look.number == 0 || look.number == NEXT) {
+            let class = truth.class(look.index);
+            let key = truth.key(look.index);
+            if look.number == NEXT && targets.iter().any(|(seen, _)| *seen == key) {
+                continue;
+            }
+            if class.aircraft && look.state.position_m.z <= class.height_m {
+                let place_m = look.state.position_m.xy();
+                let heading_rad = look.state.heading_rad;
+                let parts =
+                    aircraft_obstacles(place_m, heading_rad, class.length_m, class.height_m);
+                aircraft.push(Obstacle {
+                    azimuth: Azimuth::of(place_m - self.site_m),
+                    ground_m: (place_m - self.site_m).norm(),
+                    half_m: 0.5 * class.length_m + 3.0,
+                    top_m: class.height_m,
+                    parts: parts.map(|(corners, top_m)| (corners.to_vec(), top_m)).to_vec(),
+                });
+            }
+            if let Some(echoes) = self.target_echoes(&air, &plan, truth, &traffic, look) {
+                targets.push((key, echoes));
+            }
+        }
+        targets.sort_by_key(|(key, _)| *key);
+        targets.dedup_by_key(|(key, _)| *key);
+        let still = if scene.walls { self.walls(&air) } else { Vec::new() };
+        let clutter = Clutter::new(self, &air, ground, scene.ground_texture, aircraft);
+        let fading = match self.parameters.swerling {
+            Swerling::Steady => Fading::Steady,
+            _ => Fading::Independent,
+        };
+        let key = self.key(interval, 0);
+        let grid = self.grid;
+        grid.video(
+            &targets,
+            &still,
+            |beam, row| clutter.fill(beam, row),
+            fading,
+            scene.threshold,
+            key,
+        )
+    }
+
+    /// The scatterers of one target with their ratios, `None` where it is out of sight or range.
+    pub(super) fn target_echoes(
+        &mut self,
+        air: &Air,
+        plan: &RadarPlan,
+        truth: &dyn Truth,
+        traffic: &Traffic,
+        look: &super::Look,
+    ) -> Option<Vec<PointEcho>> {
+        let r = self.echo(air, plan, truth, traffic, look)?;
+        let offset = look.state.position_m.xy() - self.site_m;
+        let azimuth_rad = Azimuth::of(offset).rad();
+        let view = extended::view_rad(azimuth_rad, look.state.heading_rad);
+        let scatterers = extended::echoes(truth.class(look.index), view);
+        let snr = r.budget.signal_w / r.budget.noise_w;
+        let range_m = r.budget.range_m;
+        let shift_m = range_m - self.apparent_m(&plan.levels, range_m)?;
+        let mut echoes: Vec<_> =
+            point_echoes(&scatterers, range_m, azimuth_rad, offset.norm(), snr).collect();
+        echoes.iter_mut().for_each(|e| e.range_m -= shift_m);
+        Some(echoes)
+    }
+
+    /// Echoes of the walls that face the radar and are not hidden by other buildings.
+    fn walls(&mut self, air: &Air) -> Vec<PointEcho> {
+        let mut out = Vec::new();
+        let step_m = 0.5 * self.radar.cell_m;
+        let buildings = self.buildings.clone();
+        let mut unused = Tally::default();
+        for (own, building) in buildings.iter().enumerate() {
+            let turning: f64 = building.walls().map(|(a, b)| a.perp(&b)).sum();
+            let gamma =
+                crate::sensors::ghost::facade_reflection(building.facade, self.radar.carrier_ghz);
+            for (from_m, to_m) in building.walls() {
+                let along = to_m - from_m;
+                let length_m = along.norm();
+                if length_m < 0.1 {
+                    continue;
+                }
+                let outward = Vector2::new(along.y, -along.x) / length_m * turning.signum();
+                let count = (length_m / step_m).ceil();
+                for i in 0..count as u32 {
+                    let place_m = from_m + along * ((f64::from(i) + 0.5) / count);
+                    let to_radar = self.site_m - place_m;
+                    let ground_m = to_radar.norm().max(1.0);
+                    let cos = outward.dot(&to_radar) / ground_m;
+                    if cos <= 0.0 {
+                        continue;
+                    }
+                    let line = SightLine {
+                        site_m: self.site_m,
+                        antenna_m: self.radar.antenna_m,
+                        target_m: place_m + outward,
+                        height_m: building.height_m,
+                        wavelength_m: self.radar.wavelength_m,
+                    };
+                    let azimuth_rad = Azimuth::of(-to_radar).rad();
+                    let hidden = self.skyline.before(azimuth_rad, ground_m).any(|other| {
+                        let b = &buildings[other];
+                        other != own && line.behind(&b.footprint_m, b.height_m).blocked
+                    });
+                    if hidden {
+                        continue;
+                    }
+                    let area_m2 = length_m / count * building.height_m;
+                    let echo = Echo {
+                        ground_m,
+                        height_m: 0.5 * building.height_m,
+                        extent_m: building.height_m,
+                        rcs_m2: 4.0 * gamma * gamma * area_m2 * cos * cos,
+                    };
+                    let levels = BudgetLevels::EXACT;
+                    let budget =
+                        self.radar.budget(air, &levels, &echo, self.site_m, place_m, &mut unused);
+                    out.push(PointEcho { range_m: budget.range_m, azimuth_rad, snr: budget.snr() });
+                }
+            }
+        }
+        out
+    }
+}
+
+/// An aircraft that throws a shadow on the ground.
+struct Obstacle {
+    azimuth: Azimuth,
+    ground_m: f64,
+    half_m: f64,
+    top_m: f64,
+    parts: Vec<(Vec<Vector2<f64>>, f64)>,
+}
+
+/// Rain and ground of every cell, prepared by range.
+struct Clutter<'a> {
+    radar: &'a Asde,
+    air: &'a Air,
+    ground: &'a dyn Ground,
+    texture: bool,
+    aircraft: Vec<Obstacle>,
+    /// By cell: ground distance (none above the antenna's foot), `K/(R⁴·N)`, the ground's cross
+    /// section, the rain's for unit reflectivity.
+    cells: Vec<(Option<f64>, f64, f64, f64)>,
+}
+
+impl<'a> Clutter<'a> {
+    fn new(
+        asde: &'a Asde,
+        air: &'a Air,
+        ground: &'a dyn Ground,
+        texture: bool,
+        aircraft: Vec<Obstacle>,
+    ) -> Self {
+        let radar = &asde.radar;
+        let correlation = asde.rain_correlation;
+        let cell = |c: usize| {
+            let range_m = asde.grid.cell_centre_m(c as i64);
+            let below = range_m * range_m - radar.antenna_m * radar.antenna_m;
+            let ground_m = (below > 0.0).then(|| below.sqrt());
+            let spread = radar.constant / range_m.powi(4) / radar.noise_w;
+            let ground_m2 = if below > 0.0 { radar.ground_m2(range_m) } else { 0.0 };
+            (ground_m, spread, ground_m2, radar.rain_volume_m3(range_m) * correlation)
+        };
+        let cells = (0..asde.grid.cells).map(cell).collect();
+        Self { radar: asde, air, ground, texture, aircraft, cells }
+    }
+
+    /// Noise and clutter over noise of the cells of one beam.
+    fn fill(&self, beam: usize, row: &mut [f64]) {
+        let asde = self.radar;
+        let azimuth_rad = (beam as f64 + 0.5) * asde.grid.beam_step_rad();
+        let azimuth = Azimuth::from_rad(azimuth_rad);
+        let unit = azimuth.unit();
+        let weather = &self.air.weather;
+        let uniform_db = self.air.fog_db_per_km + self.air.gas_db_per_km;
+        let cell_km = asde.grid.cell_m / 1000.0;
+        let in_beam = self.in_beam(azimuth);
+        let key =
+            DrawKey { run_seed: 0, sensor: u32::from(asde.id.0), entity: beam as u64, scan: 0 };
+        let mut rng = key.rng(Purpose::GroundTexture);
+        // The way to the first cell.
+        let mut rain = *self.air.uniform();
+        let first_km = asde.grid.range_min_m / 1000.0;
+        let mut two_way_db = 2.0 * first_km * (uniform_db + rain.mie_db_per_km);
+        for (value, &(ground_m, spread, ground_m2, volume)) in row.iter_mut().zip(&self.cells) {
+            let place_m = asde.site_m + unit * ground_m.unwrap_or(0.0);
+            if !weather.cells.is_empty() {
+                rain = *self.air.rain(weather.rain_at(place_m));
+            }
+            let half_db = cell_km * (uniform_db + rain.mie_db_per_km);
+            let attenuation = from_db(-(two_way_db + half_db));
+            two_way_db += 2.0 * half_db;
+            let texture = if self.texture { exponential(&mut rng) } else { 1.0 };
+            let mut patch_m2 = 0.0;
+            if let Some(ground_m) = ground_m {
+                patch_m2 = ground_m2 * texture * self.ground.factor(place_m);
+                let loss_db = self.shadow_db(&in_beam, azimuth_rad, place_m, ground_m);
+                if loss_db > 0.0 {
+                    patch_m2 *= from_db(-2.0 * loss_db);
+                }
+            }
+            *value = 1.0 + spread * attenuation * (rain.mie_echo * volume + patch_m2);
+        }
+    }
+
+    /// Aircraft that this beam may meet.
+    fn in_beam(&self, azimuth: Azimuth) -> Vec<&Obstacle> {
+        let near = |o: &&Obstacle| azimuth.minus(o.azimuth).abs() * o.ground_m < o.half_m;
+        self.aircraft.iter().filter(near).collect()
+    }
+
+    /// One-way loss to a patch of ground by buildings and aircraft before it.
+    fn shadow_db(
+        &self,
+        aircraft: &[&Obstacle],
+        azimuth_rad: f64,
+        place_m: Vector2<f64>,
+        ground_m: f64,
+    ) -> f64 {
+        let asde = self.radar;
+        let line = SightLine {
+            site_m: asde.site_m,
+            antenna_m: asde.radar.antenna_m,
+            target_m: place_m,
+            height_m: 0.0,
+            wavelength_m: asde.radar.wavelength_m,
+        };
+        let mut loss_db = 0.0;
+        for index in asde.skyline.before(Azimuth::from_rad(azimuth_rad).rad(), ground_m) {
+            let building = &asde.buildings[index];
+            loss_db += line.behind(&building.footprint_m, building.height_m).loss_db;
+        }
+        for obstacle in aircraft {
+            let fall = asde.radar.antenna_m - obstacle.top_m;
+            let reach = if fall > 0.0 { asde.radar.antenna_m / fall } else { f64::INFINITY };
+            let end_m = (obstacle.ground_m + obstacle.half_m) * reach;
+            if ground_m > obstacle.ground_m - obstacle.half_m && ground_m < end_m {
+                let parts = obstacle.parts.iter();
+                let most = parts.map(|(corners, top_m)| line.behind(corners, *top_m).loss_db);
+                loss_db += most.fold(0.0, f64::max);
+            }
+        }
+        loss_db
+    }
+}
