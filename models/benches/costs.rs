@@ -1,6 +1,6 @@
 //! Measures what every level of every effect adds to a scan, and writes or checks the planner's table.
 
-#![allow(missing_docs, reason = "a program")]
+#![allow(missing_docs, clippy::print_stdout, reason = "a program")]
 
 use models::effects::Level;
 use models::effects::costs::{COSTS_NS, MEASURED, of};

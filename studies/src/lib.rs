@@ -16,6 +16,7 @@ pub mod filters;
 pub mod gates;
 mod gnss;
 mod measure;
+pub mod picture;
 pub mod plot;
 pub mod profiles;
 pub mod radar;

@@ -23,9 +23,12 @@ pub struct Ppi {
     pub ring_m: f64,
     /// Height of the antenna, m: the picture shows ground distance.
     pub antenna_m: f64,
-    /// Power over thermal noise that is black, dB.
+    /// Sensitivity time control: share of the mean level of each range (its median over all azimuths, in
+    /// decibels) that is taken away, so that near clutter does not drown what is in it.
+    pub stc: f64,
+    /// Level that is black, dB over thermal noise after the sensitivity time control.
     pub black_db: f64,
-    /// Power over thermal noise that is brightest, dB.
+    /// Level that is brightest, dB likewise.
     pub white_db: f64,
 }
 
@@ -34,6 +37,7 @@ impl Ppi {
     #[must_use]
     pub fn draw(&self, radar: &CellRadar, video: &Video) -> Picture {
         let n = self.size;
+        let gain = self.gain_by_range(video);
         let mut rgb = vec![0u8; 3 * n * n];
         let scale_m = 2.0 * self.rim_m / n as f64;
         let middle = 0.5 * n as f64;
@@ -45,7 +49,7 @@ impl Ppi {
                 for (dx, dy) in [(0.25, 0.25), (0.75, 0.25), (0.25, 0.75), (0.75, 0.75)] {
                     let east_m = (x as f64 + dx - middle) * scale_m;
                     let north_m = (middle - y as f64 - dy) * scale_m;
-                    if let Some(p) = self.power(radar, video, east_m, north_m) {
+                    if let Some(p) = self.power(radar, video, &gain, east_m, north_m) {
                         power += p;
                         inside += 1;
                     }
@@ -64,7 +68,14 @@ impl Ppi {
     }
 
     /// The power of the cell at a place; `None` outside what the radar displays.
-    fn power(&self, radar: &CellRadar, video: &Video, east_m: f64, north_m: f64) -> Option<f64> {
+    fn power(
+        &self,
+        radar: &CellRadar,
+        video: &Video,
+        gain: &[f64],
+        east_m: f64,
+        north_m: f64,
+    ) -> Option<f64> {
         let ground2 = east_m * east_m + north_m * north_m;
         if ground2 > self.rim_m * self.rim_m {
             return None;
@@ -76,7 +87,23 @@ impl Ppi {
         }
         let turn = libm::atan2(east_m, north_m) / TAU;
         let beam = ((turn - turn.floor()) * video.beams as f64) as usize;
-        Some(f64::from(video.power[beam.min(video.beams - 1) * video.cells + cell as usize]))
+        let cell = cell as usize;
+        let power = video.power[beam.min(video.beams - 1) * video.cells + cell];
+        Some(f64::from(power) * gain[cell])
+    }
+
+    /// What the sensitivity time control leaves of each range, a power factor.
+    fn gain_by_range(&self, video: &Video) -> Vec<f64> {
+        let mut column = vec![0.0f32; video.beams];
+        let gain = |cell: usize| {
+            for (beam, slot) in column.iter_mut().enumerate() {
+                *slot = video.power[beam * video.cells + cell];
+            }
+            column.sort_unstable_by(f32::total_cmp);
+            let median = f64::from(column[video.beams / 2]).max(1.0);
+            libm::pow(median, -self.stc)
+        };
+        (0..video.cells).map(gain).collect()
     }
 
     /// Black over deep green to a pale yellow, by decibels over noise.
