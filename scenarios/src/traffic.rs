@@ -7,6 +7,7 @@ use crate::hash::Fnv;
 use crate::movements::{self, Movement};
 use crate::run::Run;
 use crate::types::{self, TypeRow, TypeTable};
+use models::airport::Runway;
 use models::flight_list::{FlightEntry, FlightList, MovementKind};
 use models::frames::Vector2;
 use models::plot::Callsign;
@@ -120,9 +121,10 @@ pub(crate) fn read(
             Kind::Route => (routed(section, run, airport, row, with_truth)?, None),
             Kind::Recorded => {
                 let recording = Recording::read(section, airport)?;
+                let runways = &airport.layout.runways;
                 address = address.or(recording.movement.address);
                 files.push(recording.movement.file.clone());
-                let import = with_truth.then(|| recording.import(row)).transpose()?;
+                let import = with_truth.then(|| recording.import(row, runways)).transpose()?;
                 import.map_or((None, None), |(trajectory, report)| (Some(trajectory), Some(report)))
             }
         };
@@ -159,7 +161,7 @@ fn type_row<'a>(section: &Section, types: &'a TypeTable) -> Result<&'a TypeRow, 
 static IMPORTS: Mutex<BTreeMap<u64, (Trajectory, Report)>> = Mutex::new(BTreeMap::new());
 
 /// Hash of everything that an import depends on.
-fn import_key(movement: &Movement, row: &TypeRow) -> u64 {
+fn import_key(movement: &Movement, row: &TypeRow, runways: &[Runway]) -> u64 {
     let mut hash = Fnv::default();
     let numbers = |hash: &mut Fnv, numbers: &[f64]| {
         numbers.iter().for_each(|n| hash.tagged(1, &n.to_bits().to_le_bytes()));
@@ -170,6 +172,11 @@ fn import_key(movement: &Movement, row: &TypeRow) -> u64 {
         let [east, north] = record.position_m.map_or([f64::NAN; 2], Into::into);
         numbers(&mut hash, &[east, north, record.altitude_m.unwrap_or(f64::NAN)]);
         hash.tagged(4, &[record.on_ground.map_or(2, u8::from)]);
+    }
+    for runway in runways {
+        for end in runway.ends_m {
+            numbers(&mut hash, &[end.x, end.y, runway.width_m]);
+        }
     }
     hash.tagged(5, format!("{:?} {}", row.kinematics, row.class.aircraft).as_bytes());
     hash.value()
@@ -199,14 +206,19 @@ impl Recording {
     }
 
     /// The truth that is made of it.
-    fn import(&self, row: &TypeRow) -> Result<(Trajectory, Report), ScenarioError> {
-        let key = import_key(&self.movement, row);
+    fn import(
+        &self,
+        row: &TypeRow,
+        runways: &[Runway],
+    ) -> Result<(Trajectory, Report), ScenarioError> {
+        let key = import_key(&self.movement, row, runways);
         let known = IMPORTS.lock().ok().and_then(|imports| imports.get(&key).cloned());
         let (trajectory, report) = match known {
             Some(import) => import,
             None => {
                 let limits = Limits::of(row.class.aircraft, &row.kinematics);
-                let import = recorded::import(&self.movement.records, &limits, SimTime::ZERO);
+                let records = &self.movement.records;
+                let import = recorded::import(records, &limits, runways, SimTime::ZERO);
                 let import = import.map_err(|refusal| {
                     let (file, line) = (&self.movement.file, refusal.line());
                     ScenarioError::new(file, line, "movement", Problem::Model(Box::new(refusal)))

@@ -33,19 +33,30 @@ pub(super) struct Datum<const N: usize> {
     pub(super) weight: f64,
 }
 
-/// `|Δ^order c − centre| ≤ radius`, the difference beginning at control `first`.
+/// `|Δ^order c − centre| ≤ radius`, the difference beginning at control `first`. With `lean` (order 1
+/// only) of the difference less `lean` times the mean of its two controls: a limit of the slope that
+/// changes with the value.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bound<const N: usize> {
     pub(super) order: usize,
     pub(super) first: usize,
+    pub(super) lean: f64,
     pub(super) centre: [f64; N],
     pub(super) radius: f64,
 }
 
 impl Bound<1> {
+    /// The first difference at `first` is at most `most` where the value is `at`, and changes with it by `lean`.
+    pub(super) fn leaning(first: usize, most: f64, at: f64, lean: f64) -> Self {
+        let high = most - lean * at;
+        let low = high - 1e4;
+        Self { lean, ..Self::between(1, first, low, high) }
+    }
+
     /// `low ≤ Δ^order c ≤ high`.
     pub(super) fn between(order: usize, first: usize, low: f64, high: f64) -> Self {
-        Self { order, first, centre: [0.5 * (low + high)], radius: 0.5 * (high - low) }
+        let (centre, radius) = ([0.5 * (low + high)], 0.5 * (high - low));
+        Self { order, first, lean: 0.0, centre, radius }
     }
 }
 
@@ -292,7 +303,10 @@ impl<const N: usize> Sides<N> {
         let shrink = if N == 1 { 1.0 } else { libm::cos(std::f64::consts::FRAC_PI_8) };
         let mut sides = Vec::with_capacity(fit.bounds.len() * directions.len());
         for bound in &fit.bounds {
-            let row = fit.row(bound.first, DIFFERENCES[bound.order]);
+            let row = match bound.lean {
+                0.0 => fit.row(bound.first, DIFFERENCES[bound.order]),
+                lean => fit.row(bound.first, &[-1.0 - 0.5 * lean, 1.0 - 0.5 * lean]),
+            };
             // A bound without variables cannot be met nor missed by a step.
             if !row.has_weight() {
                 continue;

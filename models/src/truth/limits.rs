@@ -30,10 +30,9 @@ pub struct Limits {
     pub taxi_acc_ms2: f64,
     /// The same for braking, positive.
     pub taxi_dec_ms2: f64,
-    /// Largest speed in a take-off run and in the climb, unless the recording is steadily faster; on
-    /// vehicles the taxi speed.
+    /// Largest speed on the ground in a take-off run: that of lift-off; on vehicles the driving speed.
     pub takeoff_ms: f64,
-    /// The same in the approach and the landing run.
+    /// Largest speed on the ground in a landing run: that of touchdown; on vehicles the driving speed.
     pub landing_ms: f64,
     /// Speed below which it does not fly; infinite for vehicles.
     pub least_air_ms: f64,
@@ -62,12 +61,12 @@ impl Limits {
     /// | speed on taxiways | `taxi_straight_max_ms` |
     /// | acceleration, braking on taxiways | `taxi_acc_ms2`, `taxi_dec_ms2` |
     /// | lateral acceleration on the ground | `taxi_turn90_max_ms`² / 15 m (aircraft) or 12 m (vehicles) |
-    /// | acceleration and braking on the runway and in the air | 1.5 × the larger of `takeoff_acc_ms2` and `braking_acc_ms2` |
-    /// | speed in take-off and climb, in approach and landing | 1.1 × `liftoff_ms`, 1.1 × `touchdown_ms` |
+    /// | acceleration, braking on the runway and in the air | `takeoff_acc_ms2`, `braking_acc_ms2` |
+    /// | speed on the ground in take-off, in landing | `liftoff_ms`, `touchdown_ms` |
     ///
-    /// The table gives usual values, averaged over a whole run; single movements exceed them (a light
-    /// A320 accelerates with 2.5 m/s² for 20 s), hence the factors, which are assumed. A type without
-    /// figures for the runway gets those of an A320.
+    /// The table gives usual values, averaged over a whole run; single recorded movements exceed them
+    /// (a light A320 accelerates with 2.5 m/s² for 20 s). They are held to the table all the same, and
+    /// the report of the import says where. A type without figures for the runway gets those of an A320.
     #[must_use]
     pub fn of(aircraft: bool, kinematics: &Kinematics) -> Self {
         let k = kinematics;
@@ -91,14 +90,12 @@ impl Limits {
             return ground;
         }
         let touchdown_ms = k.touchdown_ms.unwrap_or(69.4);
-        let usual_ms2 = k.takeoff_acc_ms2.unwrap_or(1.93).max(k.braking_ms2.unwrap_or(1.22));
-        let roll_ms2 = 1.5 * usual_ms2;
         Self {
-            takeoff_ms: 1.1 * liftoff_ms,
-            landing_ms: 1.1 * touchdown_ms,
+            takeoff_ms: liftoff_ms,
+            landing_ms: touchdown_ms,
             least_air_ms: 0.8 * touchdown_ms.min(liftoff_ms),
-            roll_acc_ms2: roll_ms2.max(k.taxi_acc_ms2),
-            roll_dec_ms2: roll_ms2.max(k.taxi_dec_ms2),
+            roll_acc_ms2: k.takeoff_acc_ms2.unwrap_or(1.93).max(k.taxi_acc_ms2),
+            roll_dec_ms2: k.braking_ms2.unwrap_or(1.22).max(k.taxi_dec_ms2),
             roll_jerk_ms3: 2.0,
             ..ground
         }

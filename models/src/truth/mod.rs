@@ -1,7 +1,7 @@
 //! Ground truth: movements as smooth functions of time, from recordings or along routes.
 //!
 //! ```text
-//! recorded positions ─► repair (what cannot be true is rejected) ─┐
+//! recorded positions ─► reject (what cannot be true) ─────────────┐
 //!                                                                 ├─► path + progress ─► Trajectory
 //! route over the ground network ─► rounded corners ───────────────┘
 //! ```
@@ -15,7 +15,6 @@ mod dubins;
 mod fit;
 pub mod limits;
 pub mod recorded;
-mod repair;
 pub mod route;
 pub mod spline;
 pub mod trajectory;

@@ -269,7 +269,8 @@ impl Plan<'_> {
                 bounds.push(Bound::between(1, j, 0.0, self.fastest(low, high).max(0.5)));
             }
             if j + 2 < count {
-                bounds.push(Bound::between(2, j, -0.98 * l.taxi_dec_ms2, 0.98 * l.taxi_acc_ms2));
+                // The parameter of the path is length within some percent: keep clear.
+                bounds.push(Bound::between(2, j, -0.96 * l.taxi_dec_ms2, 0.96 * l.taxi_acc_ms2));
             }
             if j + 3 < count {
                 bounds.push(Bound::between(3, j, -l.jerk_ms3, l.jerk_ms3));

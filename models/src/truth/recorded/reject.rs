@@ -4,8 +4,8 @@
 //! decoded wrongly. The rules here look at positions and times only; ground speed and track are not
 //! used, because they may be held at their last airborne value.
 
-use super::fit::{Control, Datum, Fit};
-use super::recorded::{Record, Rule, Tally};
+use super::super::fit::{Control, Datum, Fit};
+use super::{Record, Rule, Tally};
 use crate::frames::Vector2;
 
 /// Positions that are left, with times in seconds since the first of them.
@@ -20,6 +20,24 @@ pub(super) struct Clean {
     pub(super) rough: Vec<Vector2<f64>>,
     /// Typical speed around each fix, m/s.
     pub(super) speeds_ms: Vec<f64>,
+}
+
+impl Clean {
+    /// Last whole second of the track.
+    pub(super) fn last_s(&self) -> usize {
+        self.rough.len() - 1
+    }
+
+    /// Velocity of the smoothed track over 4 s around `t`, m/s.
+    pub(super) fn velocity(&self, t: f64) -> Vector2<f64> {
+        let (a, b) = ((t - 2.0).max(0.0), (t + 2.0).min(self.last_s() as f64));
+        (on_track(&self.rough, b) - on_track(&self.rough, a)) / (b - a).max(1.0)
+    }
+
+    /// Its amount.
+    pub(super) fn speed(&self, t: f64) -> f64 {
+        self.velocity(t).norm()
+    }
 }
 
 #[derive(Clone, Copy, Debug)]
