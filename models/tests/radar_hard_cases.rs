@@ -10,10 +10,13 @@ use models::environment::rain::{RainLaw, path_mean};
 use models::environment::surface::{Fresnel, MATERIALS, Roughness};
 use models::frames::Vector2;
 use models::sensors::antenna::Pattern;
-use models::sensors::detection::{Detector, Swerling, from_db, marcum_q, to_db};
-use models::sensors::geometry::{RoundEarth, TwoPaths};
+use models::sensors::constellation::Dop;
+use models::sensors::detection::{Detector, Swerling, from_db, ln_ratio, marcum_q, to_db};
+use models::sensors::gauss_markov::{Gm1Step, Gm2Step};
+use models::sensors::geometry::{LeanPaths, RoundEarth, TwoPaths};
 use models::sensors::propagation;
 use models::sensors::shadow::{knife_edge_db, knife_edge_parameter};
+use models::special::i0e;
 use std::f64::consts::PI;
 use std::hint::black_box;
 
@@ -264,6 +267,83 @@ const CASES: &[Case] = &[
         },
     },
     Case {
+        name: "three satellites, and four in one place",
+        law: "no fix instead of a division by zero",
+        holds: || {
+            let three = [[0.0, 0.9, 0.4], [0.8, -0.4, 0.4], [-0.8, -0.4, 0.4]];
+            Dop::of(&three, &[1.0; 3]).is_none()
+                && Dop::of(&[[0.0, 0.6, 0.8]; 4], &[1.0; 4]).is_none()
+        },
+        naive_breaks: || {
+            // The determinant of four equal rows.
+            let determinant = black_box(0.6f64 * 0.8) - 0.8 * 0.6;
+            (1.0 / determinant).is_infinite()
+        },
+    },
+    Case {
+        name: "Gauss-Markov step of 1e-10 time constants",
+        law: "driving variance 2Δ/τ to 1e-9",
+        holds: || (Gm1Step::new(1.0, 1.0, 1e-10).q / 2e-10 - 1.0).abs() < 1e-9,
+        naive_breaks: || {
+            let naive = 1.0 - black_box(-2e-10f64).exp();
+            (naive / 2e-10 - 1.0).abs() > 1e-9
+        },
+    },
+    Case {
+        name: "Gauss-Markov step of 1e18 time constants",
+        law: "the stationary variance, nothing left of the state",
+        holds: || {
+            let (one, two) = (Gm1Step::new(3.0, 1e-9, 1e9), Gm2Step::new(3.0, 1e-9, 1e9));
+            one.phi == 0.0 && one.q == 9.0 && (two.q11 - 9.0).abs() < 1e-12 && two.q22.is_finite()
+        },
+        naive_breaks: || {
+            // The textbook's (1 + βΔ)·e^(−βΔ) as a ratio of the two.
+            let x = black_box(1e18f64);
+            ((1.0 + x) / x.exp() * x.exp()).is_nan()
+        },
+    },
+    Case {
+        name: "second-order step of 3e-9 time constants",
+        law: "Q₁₁ = (4/3)σ²x³ and a positive determinant",
+        holds: || {
+            let step = Gm2Step::new(1.0, 1.0, 3e-9);
+            let leading = 4.0 / 3.0 * 3e-9f64.powi(3);
+            (step.q11 / leading - 1.0).abs() < 1e-6 && step.q11 * step.q22 > step.q12 * step.q12
+        },
+        naive_breaks: || {
+            let x = black_box(3e-9f64);
+            let naive = 1.0 - (-2.0 * x).exp() * (1.0 + 2.0 * x + 2.0 * x * x);
+            (naive / (4.0 / 3.0 * x.powi(3)) - 1.0).abs() > 0.5
+        },
+    },
+    Case {
+        name: "Bessel function of 40 600",
+        law: "e^(−x)·I₀(x) is 1/√(2πx)·(1 + 1/(8x))",
+        holds: || {
+            let x = 40_600.0f64;
+            let asymptote = (1.0 + 1.0 / (8.0 * x)) / (2.0 * PI * x).sqrt();
+            (i0e(x) / asymptote - 1.0).abs() < 1e-9
+        },
+        naive_breaks: || (black_box(-40_600f64).exp() * black_box(40_600f64).exp()).is_nan(),
+    },
+    Case {
+        name: "logarithm of a power that underflows",
+        law: "−4000 dB keeps its logarithm, the power is 0",
+        holds: || {
+            from_db(-4000.0) == 0.0 && (ln_ratio(-4000.0) + 921.034_037_197_618_3).abs() < 1e-9
+        },
+        naive_breaks: || 10f64.powf(black_box(-400.0)).ln() == f64::NEG_INFINITY,
+    },
+    Case {
+        name: "antenna at the foot of its own mast, target at the antenna's height",
+        law: "finite paths by sines and by angles",
+        holds: || {
+            let lean = LeanPaths::flat(0.0, 60.0, 60.0);
+            lean.direct_m == 0.0 && lean.sin_depression.is_finite() && lean.sin_grazing == 1.0
+        },
+        naive_breaks: || (black_box(0.0f64) / black_box(0.0)).is_nan(),
+    },
+    Case {
         name: "rain cell at the radar, path of no length",
         law: "the rain over it",
         holds: || {
@@ -288,5 +368,5 @@ fn every_hard_case_obeys_its_law_and_its_naive_form_does_not() {
         }
     }
     assert!(failed.is_empty(), "{failed:#?}");
-    assert!(CASES.len() >= 20);
+    assert!(CASES.len() >= 28);
 }

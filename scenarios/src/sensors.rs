@@ -124,7 +124,7 @@ pub(crate) fn read(
         }
         let id = SensorId(index as u16 + 1);
         let equipped = equipped(section, traffic)?;
-        let place = reported::Place { run, airport, id, site_m, equipped: &equipped };
+        let place = reported::Place { run, airport, id, site_m, equipped: &equipped, buildings };
         let reported = reported::read(kind, section, &overrides, &place)?;
         sensors.push(SensorScene {
             id,

@@ -125,3 +125,70 @@ fn buildings_are_read_and_checked() {
     let inside = line(with("ku_asde3", "", &building(around, "80")));
     assert!(inside.contains("an antenna at 60 m inside \"hangar\""), "{inside}");
 }
+
+#[test]
+fn what_no_model_covers_is_refused_with_key_value_and_limits() {
+    let original = std::fs::read_to_string(zurich()).expect("zurich.toml");
+    let changed = |from: &str, to: &str| {
+        assert!(original.contains(from), "{from}");
+        line(load_text(&zurich(), &original.replacen(from, to, 1)))
+    };
+    let rain = "{ at_s = 400, rain_mm_per_h = 16 }";
+    let cell = "{ at_s = 400, cells = [{ east_m = 0, north_m = 0, radius_m = 500, rain_mm_per_h = 1001 }] }";
+    for (name, found, parts) in [
+        (
+            "rain",
+            changed(rain, "{ at_s = 400, rain_mm_per_h = 1001 }"),
+            ["weather.timeline[3].rain_mm_per_h", "1001", "0 to 1000 mm/h"],
+        ),
+        (
+            "less than no rain",
+            changed(rain, "{ at_s = 400, rain_mm_per_h = -1 }"),
+            ["weather.timeline[3].rain_mm_per_h", "-1", "0 to 1000 mm/h"],
+        ),
+        (
+            "rain of a cell",
+            changed(rain, cell),
+            ["weather.timeline[3].cells[1].rain_mm_per_h", "1001", "0 to 1000 mm/h"],
+        ),
+        (
+            "tower below ground",
+            changed("height_m = 60 }", "height_m = -5 }"),
+            ["sensor[1].site.height_m", "-5", "0 to 500 m"],
+        ),
+        (
+            "tower of no height",
+            changed("height_m = 60 }", "height_m = 0 }"),
+            ["height_m", "= 0", "1 ..= 500"],
+        ),
+        (
+            "ghosts are those of the facades, not a number",
+            line(with("ku_asde3", "ghosts = 12", "")),
+            ["sensor[1].overrides.ghosts", "unknown key", "allowed here"],
+        ),
+        (
+            "a facade of what has no permittivity",
+            line(with(
+                "ku_asde3",
+                "",
+                "[[building]]\nname = \"b\"\nheight_m = 9\nfacade = \"glass\"\nfootprint = [{ east_m = 0, north_m = 0 }, { east_m = 80, north_m = 0 }, { east_m = 80, north_m = 40 }]\n",
+            )),
+            ["building[1].facade", "\"glass\"", "\"metal\""],
+        ),
+        (
+            "more than a beam's pulses",
+            line(with("ku_asde3", "rotation_rpm = 0", "")),
+            ["rotation_rpm", "= 0", "1 ..= 600"],
+        ),
+        (
+            "a number that is none",
+            line(with("ku_asde3", "peak_power_w = nan", "")),
+            ["peak_power_w", "", ""],
+        ),
+    ] {
+        assert_eq!(found.lines().count(), 1, "{name}: {found}");
+        for part in parts {
+            assert!(found.contains(part), "{name}: {part} in\n{found}");
+        }
+    }
+}

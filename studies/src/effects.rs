@@ -9,8 +9,10 @@ use models::environment::surface::Material;
 use models::environment::{RainCell, Weather};
 use models::frames::{Vector2, Vector3};
 use models::plot::{Callsign, SensorId};
+use models::sensors::asde::picture::{EvenGround, VideoScene};
 use models::sensors::asde::{Asde, AsdeParameters};
 use models::sensors::shadow::Building;
+use models::sensors::video::Blob;
 use models::sensors::{PlotSink, ScanInterval, Sensor, TargetClass, TargetState, Truth};
 use models::time::SimTime;
 use rand::rngs::ChaCha8Rng;
@@ -289,6 +291,116 @@ impl RadarStudy {
     }
 }
 
+/// What a comparison in cells found.
+#[derive(Clone, Debug, Default)]
+struct InCells {
+    /// Looks of the exact run, or its clusters.
+    looks: u64,
+    /// Plots of both runs.
+    both: u64,
+    /// Plots of one run only.
+    only_one: u64,
+    /// Sum of the squares of their distances, m².
+    squares_m2: f64,
+    /// The largest distance, m.
+    worst_m: f64,
+    /// Time of the planned run, ns.
+    planned_ns: f64,
+    /// Time of the exact run, ns.
+    exact_ns: f64,
+}
+
+impl InCells {
+    fn pair(&mut self, apart_m: f64) {
+        self.both += 1;
+        self.squares_m2 += apart_m * apart_m;
+        self.worst_m = self.worst_m.max(apart_m);
+    }
+
+    fn rms_m(&self) -> f64 {
+        (self.squares_m2 / self.both.max(1) as f64).sqrt()
+    }
+}
+
+impl RadarStudy {
+    /// Plays the scene planned and exact with every echo in its window of cells, on the same draws.
+    fn compare_cells(&self, scans: u64, tolerance: Tolerance) -> Result<InCells, String> {
+        let mut planned = self.radar()?.tolerating(tolerance).in_cells();
+        let mut exact = self.radar()?.at_levels(RadarLevels::EXACT).in_cells();
+        let mut found = InCells::default();
+        for scan in 1..=scans {
+            let (mut a, mut b) = (PlotSink::default(), PlotSink::default());
+            let interval = interval(scan);
+            let start = thread_ns();
+            planned.scan(&interval, &self.truth, &self.weather, &mut a);
+            let between = thread_ns();
+            exact.scan(&interval, &self.truth, &self.weather, &mut b);
+            if scan > 1 {
+                found.planned_ns += (between - start) as f64;
+                found.exact_ns += (thread_ns() - between) as f64;
+            }
+            found.looks += b.looks;
+            let (a, b) = (by_look(&a), by_look(&b));
+            for (key, place) in &a {
+                match b.iter().find(|(other, _)| other == key) {
+                    Some((_, exact)) => found.pair((place - exact).norm()),
+                    None => found.only_one += 1,
+                }
+            }
+            let missing = b.iter().filter(|(key, _)| !a.iter().any(|(other, _)| other == key));
+            found.only_one += missing.count() as u64;
+        }
+        Ok(found)
+    }
+
+    /// The same with the video of whole turns: clusters of both videos, the nearest belong together.
+    fn compare_video(&self, scans: u64, tolerance: Tolerance) -> Result<InCells, String> {
+        let mut planned = self.radar()?.tolerating(tolerance);
+        let mut exact = self.radar()?.at_levels(RadarLevels::EXACT);
+        let mut found = InCells::default();
+        for scan in 1..=scans {
+            let interval = interval(scan);
+            let video = |radar: &mut Asde| {
+                let start = thread_ns();
+                let video = radar.video(
+                    &interval,
+                    &self.truth,
+                    &self.weather,
+                    &EvenGround,
+                    &VideoScene::PLAIN,
+                );
+                let place = |blob: &Blob| {
+                    let (sin, cos) = libm::sincos(blob.azimuth_rad);
+                    Vector2::new(sin, cos) * blob.range_m
+                };
+                let places: Vec<_> = video.blobs.iter().map(place).collect();
+                (places, (thread_ns() - start) as f64)
+            };
+            let ((a, planned_ns), (b, exact_ns)) = (video(&mut planned), video(&mut exact));
+            found.planned_ns += planned_ns;
+            found.exact_ns += exact_ns;
+            found.looks += b.len() as u64;
+            let nearest = |place: &Vector2<f64>, others: &[Vector2<f64>]| {
+                others.iter().map(|o| (place - o).norm()).fold(f64::INFINITY, f64::min)
+            };
+            for place in &a {
+                let apart_m = nearest(place, &b);
+                if apart_m < SAME_CLUSTER_M {
+                    found.pair(apart_m);
+                } else {
+                    found.only_one += 1;
+                }
+            }
+            let alone = b.iter().filter(|place| nearest(place, &a) >= SAME_CLUSTER_M);
+            found.only_one += alone.count() as u64;
+        }
+        Ok(found)
+    }
+}
+
+/// Clusters of two videos nearer than this are of the same target, m.
+const SAME_CLUSTER_M: f64 = 15.0;
+
 type Look = ((u64, SimTime), Vector2<f64>);
 
 fn by_look(sink: &PlotSink) -> Vec<Look> {
@@ -343,7 +455,7 @@ fn measure(
     let (scans, count) = if quick { (6, 60) } else { (30, 400) };
     let tolerance = Tolerance::default();
     let named = named_scenes(seed)?;
-    let total = named.len() + 3;
+    let total = named.len() + 3 + named.len().div_ceil(2);
     let mut done = 0;
     let mut step = |what: &str| {
         done += 1;
@@ -367,6 +479,16 @@ fn measure(
         let name = format!("{count} random scenes, {} m", tolerance.position_m);
         report(&name, sum, tolerance, out);
         step(&name);
+    }
+    // A handful of scenes at the levels that are too expensive for hundreds.
+    let tolerance = Tolerance::default();
+    for mut scene in named_scenes(seed)?.into_iter().step_by(2) {
+        let cells = scene.compare_cells(if quick { 20 } else { 100 }, tolerance);
+        report_cells(&scene.name, "windows of cells", cells, tolerance, out);
+        scene.parameters.range_max_m = 2000.0;
+        let video = scene.compare_video(if quick { 2 } else { 10 }, tolerance);
+        report_cells(&scene.name, "video", video, tolerance, out);
+        step(&scene.name);
     }
     Ok(())
 }
@@ -423,6 +545,53 @@ fn report(
         error_unit: Some("m, largest difference of a plot".into()),
         rung: format!("everything exact (the plan saves {saved:.0} % of its time)"),
         ..row("")
+    });
+}
+
+/// Rows of a comparison in cells: where single cells cross the threshold in one run and not in the
+/// other, a centroid jumps; so its root mean square counts, and the share of plots of one run only.
+fn report_cells(
+    scene: &str,
+    how: &str,
+    found: Result<InCells, String>,
+    tolerance: Tolerance,
+    out: &mut Vec<Row>,
+) {
+    let row = |what: String| Row {
+        group: "effects".into(),
+        scene: scene.into(),
+        rung: format!("{how}, planned, {} m: {what}", tolerance.position_m),
+        ..Row::default()
+    };
+    let found = match found {
+        Ok(found) => found,
+        Err(reason) => {
+            out.push(Row { failed: vec![reason], ..row("failed".into()) });
+            return;
+        }
+    };
+    let per_look = |ns: f64| (found.looks > 0).then(|| ns / found.looks as f64);
+    let mut failed = Vec::new();
+    if found.rms_m() > tolerance.position_m || found.both == 0 {
+        failed.push(format!("{} m apart, {} plots", found.rms_m(), found.both));
+    }
+    out.push(Row {
+        error: Some(found.rms_m()),
+        error_unit: Some("m, root mean square difference of a plot".into()),
+        ns_per_update: per_look(found.planned_ns),
+        failed,
+        ..row(format!("position (largest difference {:.2} m)", found.worst_m))
+    });
+    let mean = tolerance.detection * found.looks as f64;
+    let over = found.only_one as f64 > mean + 4.0 * mean.sqrt() + 1.0;
+    let what = format!("{} of {}", found.only_one, found.looks);
+    let saved = 100.0 * (1.0 - found.planned_ns / found.exact_ns.max(1.0));
+    out.push(Row {
+        error: Some(found.only_one as f64 / found.looks.max(1) as f64),
+        error_unit: Some("share of looks that only one run detects".into()),
+        ns_per_update: per_look(found.exact_ns),
+        failed: if over { vec![what] } else { vec![] },
+        ..row(format!("detection (the plan saves {saved:.0} % of the time of everything exact)"))
     });
 }
 

@@ -2,6 +2,7 @@
 
 use crate::zurich::Traffic;
 use models::airport::{Airport, distance_to_segment_m};
+use models::effects::radar::RadarLevels;
 use models::environment::Weather;
 use models::frames::Vector2;
 use models::sensors::ScanInterval;
@@ -129,7 +130,8 @@ pub fn video_png(
     let site_m = sensor.site_m.map_or_else(Vector2::zeros, |s| s.xy());
     let mut radar = Asde::new(sensor.id, site_m, parameters.clone())
         .map_err(|e| e.to_string())?
-        .among(Arc::from(scene.buildings.clone()));
+        .among(Arc::from(scene.buildings.clone()))
+        .at_levels(RadarLevels::EXACT);
     let notice = scene.weather.iter().rev().find(|n| n.time <= at);
     let weather = notice.map_or_else(Weather::default, |n| n.weather.after(at.since_s(n.time)));
     let turn_s = 1.0 / parameters.turns_per_s();

@@ -381,3 +381,23 @@ fn the_cheapest_level_that_fits_is_taken() {
         assert_eq!(chosen, [expected], "limit {limit}");
     }
 }
+
+#[test]
+fn every_level_has_its_measured_cost() {
+    let scene = random_scene(3);
+    let radar = Asde::new(SensorId(1), Vector2::zeros(), scene.parameters.clone())
+        .expect("sound parameters");
+    let air = radar.air(&scene.weather);
+    let ladders = radar.ladders_for(&air, &radar.area(&scene.truth, &interval(1)));
+    for (ladder, &effect) in ladders.iter().zip(RadarEffect::ALL) {
+        assert!(ladder.rungs.last().is_some_and(|r| r.level == Level::Exact), "{}", ladder.effect);
+        for rung in &ladder.rungs {
+            let row = |row: &&(RadarEffect, Level, u32)| (row.0, row.1) == (effect, rung.level);
+            let measured = super::costs::COSTS_NS.iter().filter(row).count();
+            let wanted = usize::from(rung.level != Level::Skipped);
+            assert_eq!(measured, wanted, "{} {}", ladder.effect, rung.level.name());
+            assert_eq!(rung.cost_ns, super::costs::of(effect, rung.level));
+        }
+    }
+    assert!(super::costs::MEASURED.starts_with("20"), "a date");
+}

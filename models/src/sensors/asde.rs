@@ -52,6 +52,8 @@ pub struct Asde {
     tolerance: Tolerance,
     /// Levels that no plan changes, for comparisons.
     fixed: Option<RadarLevels>,
+    /// Whether echoes are detected and measured in windows of cells.
+    in_cells: bool,
     plan: Option<RadarPlan>,
     air: Option<Air>,
     tally: Tally,
@@ -156,6 +158,7 @@ impl Asde {
             facades: Vec::new(),
             tolerance: Tolerance::default(),
             fixed: None,
+            in_cells: false,
             plan: None,
             air: None,
             tally: Tally::default(),
@@ -188,6 +191,15 @@ impl Asde {
     #[must_use]
     pub fn at_levels(mut self, levels: RadarLevels) -> Self {
         self.fixed = Some(levels);
+        self.plan = None;
+        self
+    }
+
+    /// The same radar with every echo detected and measured in a window of cells, whatever the plan
+    /// says of the target's extent.
+    #[must_use]
+    pub fn in_cells(mut self) -> Self {
+        self.in_cells = true;
         self.plan = None;
         self
     }
@@ -228,6 +240,9 @@ impl Asde {
         let mut plan = plan(&self.radar_scene(air, area), tolerance);
         if let Some(levels) = self.fixed {
             plan.levels = levels;
+        }
+        if self.in_cells {
+            plan.levels.extent = ExtentLevel::Cells;
         }
         plan
     }

@@ -8,13 +8,15 @@
 //! systems", IEEE Trans. AES-20 (1984). Timing errors and multipath are assumptions.
 
 use crate::draw::{Purpose, exponential, normal_pair, uniform};
-use crate::environment::Weather;
+use crate::environment::{Weather, wavelength_m};
 use crate::frames::{Azimuth, Vector2};
 use crate::plot::{SensorId, SensorKind};
 use crate::sensors::config::{ConfigError, count, number};
 use crate::sensors::cooperative::{Equipage, Fix, Fleet, Reporting, Reports};
 use crate::sensors::ranging::ellipse;
+use crate::sensors::shadow::{Building, SightLine};
 use crate::sensors::{PlotSink, ScanInterval, Sensor, Truth};
+use std::sync::Arc;
 
 /// Speed of light, m/s.
 const C: f64 = 299_792_458.0;
@@ -111,6 +113,8 @@ pub struct BlindSector {
 pub struct Station {
     /// Where it stands, airport frame, m.
     pub position_m: Vector2<f64>,
+    /// Height of its antenna above the surface, m.
+    pub height_m: f64,
     /// How far it hears, m.
     pub range_m: f64,
     /// Where it does not.
@@ -118,7 +122,20 @@ pub struct Station {
 }
 
 impl Station {
-    /// Whether a target at `target_m` is in sight.
+    /// Whether no building cuts the straight line to a transponder `height_m` above the surface.
+    #[must_use]
+    pub fn sees(&self, buildings: &[Building], target_m: Vector2<f64>, height_m: f64) -> bool {
+        let line = SightLine {
+            site_m: self.position_m,
+            antenna_m: self.height_m,
+            target_m,
+            height_m,
+            wavelength_m: wavelength_m(TRANSPONDER_GHZ),
+        };
+        !buildings.iter().any(|b| line.behind(&b.footprint_m, b.height_m).blocked)
+    }
+
+    /// Whether a target at `target_m` is within reach and in no blind sector.
     #[must_use]
     pub fn hears(&self, target_m: Vector2<f64>) -> bool {
         let d = target_m - self.position_m;
@@ -154,14 +171,17 @@ pub struct MlatConfig {
     pub reception: f64,
     /// Largest horizontal dilution of a position that is reported.
     pub max_dilution: f64,
+    /// What stands between stations and targets.
+    pub buildings: Arc<[Building]>,
 }
 
 impl MlatConfig {
-    /// Stations at these places that hear 10 km, with 5 ns of timing error.
+    /// Stations 15 m high at these places that hear 10 km, with 5 ns of timing error, in the open.
     #[must_use]
     pub fn with_stations(id: SensorId, stations_m: &[Vector2<f64>]) -> Self {
         let station = |&position_m: &Vector2<f64>| Station {
             position_m,
+            height_m: 15.0,
             range_m: 10_000.0,
             blind: Vec::new(),
         };
@@ -175,6 +195,7 @@ impl MlatConfig {
             multipath_m: 10.0,
             reception: 0.97,
             max_dilution: 10.0,
+            buildings: Arc::new([]),
         }
     }
 
@@ -188,6 +209,7 @@ impl MlatConfig {
         for station in &self.stations {
             number("station_east_m", station.position_m.x, -1e6, 1e6)?;
             number("station_north_m", station.position_m.y, -1e6, 1e6)?;
+            number("station_height_m", station.height_m, 0.0, 500.0)?;
             number("station_range_m", station.range_m, 1.0, 1e6)?;
             for sector in &station.blind {
                 number("blind_from_deg", sector.from_deg, -360.0, 360.0)?;
@@ -211,6 +233,9 @@ impl MlatConfig {
         }
     }
 }
+
+/// Carrier of a transponder's replies, GHz.
+const TRANSPONDER_GHZ: f64 = 1.09;
 
 /// Most stations of one system.
 const MAX_STATIONS: usize = 64;
@@ -265,12 +290,18 @@ impl Sensor for Mlat {
                 let mut rng = reporting.key(interval, due).rng(Purpose::Mlat);
                 heard.clear();
                 errors_m.clear();
-                for station in config.stations.iter().filter(|s| s.hears(target_m)) {
-                    // The same draws whether it is decoded or late.
+                // A transponder's antenna is on top or below: the middle of the body.
+                let class = truth.class(due.index);
+                let height_m = due.state.position_m.z.max(0.5 * class.height_m);
+                for station in &config.stations {
+                    // The same draws whether it is in sight, decoded or late.
                     let (decoded, late) = (uniform(&mut rng), uniform(&mut rng));
                     let (noise, _) = normal_pair(&mut rng);
                     let delay_m = config.multipath_m * exponential(&mut rng);
-                    if decoded < config.reception {
+                    if decoded < config.reception
+                        && station.hears(target_m)
+                        && station.sees(&config.buildings, target_m, height_m)
+                    {
                         heard.push(station.position_m);
                         let detour_m = if late < config.multipath { delay_m } else { 0.0 };
                         errors_m.push((C * config.sigma_t_s * noise, detour_m));
@@ -400,8 +431,12 @@ mod tests {
     #[test]
     fn a_blind_sector_hides_what_is_behind_it() {
         let sector = BlindSector { from_deg: 350.0, to_deg: 10.0, beyond_m: 100.0 };
-        let station =
-            Station { position_m: Vector2::zeros(), range_m: 1000.0, blind: vec![sector] };
+        let station = Station {
+            position_m: Vector2::zeros(),
+            height_m: 15.0,
+            range_m: 1000.0,
+            blind: vec![sector],
+        };
         for (name, x, y, heard) in [
             ("behind", 0.0, 200.0, false),
             ("before", 0.0, 90.0, true),
@@ -411,7 +446,42 @@ mod tests {
         ] {
             assert_eq!(station.hears(Vector2::new(x, y)), heard, "{name}");
         }
+        let c = Vector2::new;
+        let hangar = Building {
+            name: "hangar".into(),
+            footprint_m: vec![c(-40.0, 100.0), c(40.0, 100.0), c(40.0, 140.0), c(-40.0, 140.0)],
+            height_m: 20.0,
+            facade: crate::environment::surface::Material::named("metal").expect("known"),
+        };
+        for (name, x, y, height_m, seen) in [
+            ("behind the hangar", 0.0, 300.0, 3.0, false),
+            ("high above it", 0.0, 300.0, 60.0, true),
+            ("before it", 0.0, 90.0, 3.0, true),
+            ("beside it", 200.0, 300.0, 3.0, true),
+        ] {
+            let hangars = std::slice::from_ref(&hangar);
+            assert_eq!(station.sees(hangars, Vector2::new(x, y), height_m), seen, "{name}");
+        }
         let mut config = MlatConfig::with_stations(SensorId(1), &square());
+        // Walls all round the parked target: nobody sees it.
+        let truth = Parked::aircraft(&[3]);
+        let place = truth.at(0, SimTime::ZERO).expect("parked").position_m.xy();
+        let wall = |low: Vector2<f64>, high: Vector2<f64>| Building {
+            footprint_m: vec![low, c(high.x, low.y), high, c(low.x, high.y)],
+            height_m: 100.0,
+            ..hangar.clone()
+        };
+        let ring = [
+            (-60.0, -60.0, 60.0, -50.0),
+            (-60.0, 50.0, 60.0, 60.0),
+            (-60.0, -60.0, -50.0, 60.0),
+            (50.0, -60.0, 60.0, 60.0),
+        ];
+        assert_eq!(scan(&config, &truth).plots.len(), 1, "in the open");
+        config.buildings =
+            ring.map(|(a, b, x, y)| wall(place + c(a, b), place + c(x, y))).to_vec().into();
+        assert_eq!(scan(&config, &truth).plots.len(), 0, "behind walls");
+        config.buildings = Arc::new([]);
         for station in &mut config.stations {
             station.range_m = 10.0;
         }

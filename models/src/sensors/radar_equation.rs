@@ -320,6 +320,36 @@ impl Air {
         self.rains.iter().find(same).unwrap_or(&self.rains[0])
     }
 
+    /// Attenuation of a rain at a level, dB/km one way.
+    pub(super) fn rain_db_per_km(&self, level: RainPath, rain: &RainAir) -> f64 {
+        match level {
+            RainPath::None => 0.0,
+            RainPath::Linear => self.linear_db_per_km,
+            RainPath::Cells => rain.db_per_km,
+            RainPath::Mie => rain.mie_db_per_km,
+        }
+    }
+
+    /// Attenuation of fog and gases at the levels, dB/km one way.
+    pub(super) fn without_rain_db_per_km(&self, levels: &BudgetLevels) -> f64 {
+        let gas = match levels.gas {
+            GasLevel::None => 0.0,
+            GasLevel::Constant => self.gas_constant_db_per_km,
+            GasLevel::Lines => self.gas_db_per_km,
+        };
+        gas + if levels.fog { self.fog_db_per_km } else { 0.0 }
+    }
+
+    /// Reflectivity of a rain at a level, polarisation included, m²/m³.
+    pub(super) fn rain_echo(&self, level: RainEcho, rain: &RainAir) -> f64 {
+        match level {
+            RainEcho::None => 0.0,
+            RainEcho::FullBeam => self.heaviest().echo,
+            RainEcho::Closed => rain.echo,
+            RainEcho::Mie => rain.mie_echo,
+        }
+    }
+
     /// Attenuation of the heaviest rain by the straight line of the cheap level, dB/km.
     #[must_use]
     pub fn linear_db_per_km(&self) -> f64 {
@@ -600,9 +630,16 @@ impl Radar {
     }
 
     /// Volume of rain that a cell at `range_m` returns, weighted by the two-way beam: m³ on the beam axis.
-    pub(super) fn rain_volume_m3(&self, range_m: f64) -> f64 {
-        let width = self.pattern.two_way_azimuth_rad();
-        self.cell_m * range_m * range_m * width * self.exact_rain_integral(range_m)
+    pub(super) fn rain_volume_m3(&self, level: RainEcho, range_m: f64) -> f64 {
+        let integral = match level {
+            RainEcho::None => return 0.0,
+            RainEcho::FullBeam => self.pattern.rain_integral_bound(),
+            RainEcho::Closed => {
+                self.pattern.rain_integral(range_m, self.antenna_m, self.rain_top_m)
+            }
+            RainEcho::Mie => self.exact_rain_integral(range_m),
+        };
+        self.cell_m * range_m * range_m * self.pattern.two_way_azimuth_rad() * integral
     }
 
     /// The exact integral of the beam above ground, from the table where the radar has one.

@@ -115,7 +115,8 @@ pub(super) fn read(
     let layers = Layers { set: &set, overrides };
     let mut parameters = layers.parameters()?;
     // A site with a height says where the antenna is; one without leaves it to the set.
-    let from_site = site_m.z > 0.0 && !overrides.has("antenna_height_m");
+    let has_height = section.any_section("site")?.is_some_and(|site| site.has("height_m"));
+    let from_site = has_height && !overrides.has("antenna_height_m");
     if from_site {
         parameters.antenna_height_m = site_m.z;
     }

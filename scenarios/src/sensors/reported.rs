@@ -25,6 +25,7 @@ use models::sensors::induction_loop::{InductionLoop, LoopConfig};
 use models::sensors::mlat::{BlindSector, Mlat, MlatConfig, Station};
 use models::sensors::ranging::{RangeBudget, RangeCorrections, RangingConfig};
 use models::sensors::service::{Alternating, Service};
+use models::sensors::shadow::Building;
 use std::cell::RefCell;
 
 use super::Equipped;
@@ -81,6 +82,7 @@ pub(super) struct Place<'a> {
     pub(super) id: SensorId,
     pub(super) site_m: Option<Vector3<f64>>,
     pub(super) equipped: &'a Equipped,
+    pub(super) buildings: &'a [Building],
 }
 
 /// Reads one sensor; `None` for kinds that are not of this module.
@@ -402,12 +404,16 @@ fn mlat(
                 beyond_m,
             });
         }
+        let site_m = place.airport.site(&station.without(&["range_m", "blind"]))?;
+        let height_m = if station.has("height_m") { site_m.z } else { 15.0 };
         config.stations.push(Station {
-            position_m: place.airport.site(&station.without(&["range_m", "blind"]))?.xy(),
+            position_m: site_m.xy(),
+            height_m,
             range_m: station.number_or("range_m", 10_000.0, within(1.0, 1e6, "m"))?,
             blind,
         });
     }
+    config.buildings = place.buildings.into();
     if config.stations.is_empty() {
         let needed = "a list of at least three places [{ lat_deg = …, lon_deg = … }, …]".into();
         return Err(keys.overrides.missing("stations", needed));

@@ -3,13 +3,12 @@
 use super::looks::NEXT;
 use super::{Asde, ScanInterval, Traffic, Truth};
 use crate::draw::{DrawKey, Purpose, exponential};
-use crate::effects::Tolerance;
-use crate::effects::radar::{RadarLevels, RadarPlan, Tally};
+use crate::effects::radar::{RadarPlan, Tally};
 use crate::environment::Weather;
 use crate::frames::{Azimuth, Vector2};
 use crate::sensors::detection::{Swerling, from_db};
 use crate::sensors::extended;
-use crate::sensors::radar_equation::{Air, BudgetLevels, Echo};
+use crate::sensors::radar_equation::{Air, BudgetLevels, Echo, RainAir};
 use crate::sensors::shadow::{SightLine, aircraft_obstacles};
 use crate::sensors::video::{Fading, PointEcho, Threshold, Video, point_echoes};
 
@@ -54,8 +53,8 @@ impl VideoScene {
 }
 
 impl Asde {
-    /// The video of one turn: all cells, with every effect at its exact level; the most expensive
-    /// form of this radar.
+    /// The video of one turn: all cells, with every effect at the level of the radar's plan (or those
+    /// that it was given); the most expensive form of this radar.
     ///
     /// The interval should be one turn; of several looks at a target the first counts. Targets are
     /// their scatterers, weakened by what stands before them; they fade from scan to scan unless the
@@ -76,8 +75,7 @@ impl Asde {
         let (mut looks, mut traffic) = (Vec::new(), Traffic::default());
         let area = self.find_looks(interval, truth, &mut looks, &mut traffic);
         traffic.finish();
-        let mut plan = self.plan_for(&air, &area, &Tolerance::EXACT);
-        plan.levels = RadarLevels::EXACT;
+        let plan = self.plan_for(&air, &area, &self.tolerance);
         let mut targets = Vec::new();
         let mut aircraft = Vec::new();
         for look in looks.iter().filter(|look| look.number == 0 || look.number == NEXT) {
@@ -106,7 +104,8 @@ impl Asde {
         targets.sort_by_key(|(key, _)| *key);
         targets.dedup_by_key(|(key, _)| *key);
         let still = if scene.walls { self.walls(&air) } else { Vec::new() };
-        let clutter = Clutter::new(self, &air, ground, scene.ground_texture, aircraft);
+        let clutter =
+            Clutter::new(self, &air, plan.levels.budget, ground, scene.ground_texture, aircraft);
         let fading = match self.parameters.swerling {
             Swerling::Steady => Fading::Steady,
             _ => Fading::Independent,
@@ -218,6 +217,7 @@ struct Obstacle {
 struct Clutter<'a> {
     radar: &'a Asde,
     air: &'a Air,
+    levels: BudgetLevels,
     ground: &'a dyn Ground,
     texture: bool,
     aircraft: Vec<Obstacle>,
@@ -230,6 +230,7 @@ impl<'a> Clutter<'a> {
     fn new(
         asde: &'a Asde,
         air: &'a Air,
+        levels: BudgetLevels,
         ground: &'a dyn Ground,
         texture: bool,
         aircraft: Vec<Obstacle>,
@@ -241,11 +242,13 @@ impl<'a> Clutter<'a> {
             let below = range_m * range_m - radar.antenna_m * radar.antenna_m;
             let ground_m = (below > 0.0).then(|| below.sqrt());
             let spread = radar.constant / range_m.powi(4) / radar.noise_w;
-            let ground_m2 = if below > 0.0 { radar.ground_m2(range_m) } else { 0.0 };
-            (ground_m, spread, ground_m2, radar.rain_volume_m3(range_m) * correlation)
+            let has_ground = below > 0.0 && levels.ground_echo;
+            let ground_m2 = if has_ground { radar.ground_m2(range_m) } else { 0.0 };
+            let volume_m3 = radar.rain_volume_m3(levels.rain_echo, range_m) * correlation;
+            (ground_m, spread, ground_m2, volume_m3)
         };
         let cells = (0..asde.grid.cells).map(cell).collect();
-        Self { radar: asde, air, ground, texture, aircraft, cells }
+        Self { radar: asde, air, levels, ground, texture, aircraft, cells }
     }
 
     /// Noise and clutter over noise of the cells of one beam.
@@ -255,7 +258,8 @@ impl<'a> Clutter<'a> {
         let azimuth = Azimuth::from_rad(azimuth_rad);
         let unit = azimuth.unit();
         let weather = &self.air.weather;
-        let uniform_db = self.air.fog_db_per_km + self.air.gas_db_per_km;
+        let uniform_db = self.air.without_rain_db_per_km(&self.levels);
+        let rain_db = |rain: &RainAir| self.air.rain_db_per_km(self.levels.rain, rain);
         let cell_km = asde.grid.cell_m / 1000.0;
         let in_beam = self.in_beam(azimuth);
         let key =
@@ -264,25 +268,28 @@ impl<'a> Clutter<'a> {
         // The way to the first cell.
         let mut rain = *self.air.uniform();
         let first_km = asde.grid.range_min_m / 1000.0;
-        let mut two_way_db = 2.0 * first_km * (uniform_db + rain.mie_db_per_km);
+        let mut two_way_db = 2.0 * first_km * (uniform_db + rain_db(&rain));
         for (value, &(ground_m, spread, ground_m2, volume)) in row.iter_mut().zip(&self.cells) {
             let place_m = asde.site_m + unit * ground_m.unwrap_or(0.0);
             if !weather.cells.is_empty() {
                 rain = *self.air.rain(weather.rain_at(place_m));
             }
-            let half_db = cell_km * (uniform_db + rain.mie_db_per_km);
+            let half_db = cell_km * (uniform_db + rain_db(&rain));
             let attenuation = from_db(-(two_way_db + half_db));
             two_way_db += 2.0 * half_db;
             let texture = if self.texture { exponential(&mut rng) } else { 1.0 };
             let mut patch_m2 = 0.0;
-            if let Some(ground_m) = ground_m {
+            if let Some(ground_m) = ground_m.filter(|_| ground_m2 > 0.0) {
                 patch_m2 = ground_m2 * texture * self.ground.factor(place_m);
                 let loss_db = self.shadow_db(&in_beam, azimuth_rad, place_m, ground_m);
                 if loss_db > 0.0 {
                     patch_m2 *= from_db(-2.0 * loss_db);
                 }
             }
-            *value = 1.0 + spread * attenuation * (rain.mie_echo * volume + patch_m2);
+            *value = 1.0
+                + spread
+                    * attenuation
+                    * (self.air.rain_echo(self.levels.rain_echo, &rain) * volume + patch_m2);
         }
     }
 
