@@ -14,6 +14,7 @@ use models::environment::surface::Material;
 use models::environment::{RainCell, Weather};
 use models::frames::{Vector2, Vector3};
 use models::plot::{Callsign, SensorId};
+use models::sensors::asde::picture::{EvenGround, VideoScene};
 use models::sensors::asde::{Asde, AsdeParameters, DetectionRule, Energy};
 use models::sensors::detection::{Detector, PdTable, Swerling};
 use models::sensors::radar_equation::{BudgetLevels, Echo, Polarisation};
@@ -270,9 +271,42 @@ fn scans(c: &mut Criterion<CpuTime>) {
     group.finish();
 }
 
+fn cells(c: &mut Criterion<CpuTime>) {
+    let mut group = c.benchmark_group("cells");
+    group.sample_size(10);
+    for (name, kind) in [("vehicles", Kind::Vehicle), ("aircraft", Kind::Aircraft)] {
+        let truth = Field::new(1000, kind);
+        let mut one = radar(1).in_cells();
+        let mut out = PlotSink::default();
+        let mut scan = 0;
+        group.throughput(targets(1000));
+        group.bench_function(format!("windows of 1000 {name}, rain"), |b| {
+            b.iter(|| {
+                scan += 1;
+                out.plots.clear();
+                out.causes.clear();
+                one.scan(&interval(scan), &truth, &rain(), &mut out);
+            });
+        });
+    }
+    let truth = Field::new(100, Kind::Aircraft);
+    let mut one = radar(1).at_levels(RadarLevels::EXACT);
+    let mut scan = 0;
+    group.throughput(targets(1));
+    for (name, scene) in [("plain", VideoScene::PLAIN), ("picture", VideoScene::PICTURE)] {
+        group.bench_function(format!("video of a turn with 100 aircraft, rain, {name}"), |b| {
+            b.iter(|| {
+                scan += 1;
+                black_box(one.video(&interval(scan), &truth, &rain(), &EvenGround, &scene))
+            });
+        });
+    }
+    group.finish();
+}
+
 criterion_group!(
     name = benches;
     config = Criterion::default().with_measurement(CpuTime);
-    targets = budgets, detection, plans, scans
+    targets = budgets, detection, plans, scans, cells
 );
 criterion_main!(benches);
