@@ -68,7 +68,8 @@ impl Scene {
     /// What the tracker is told: `[tracking]` with the scene's sensors and types.
     #[must_use]
     pub fn tracking_config(&self) -> models::fusion::TrackingConfig {
-        tracking::complete(&self.tracking, &self.sensors, &self.traffic.types)
+        let airport = &self.airport.layout;
+        tracking::complete(&self.tracking, &self.sensors, &self.traffic.types, airport)
     }
 }
 

@@ -4,9 +4,13 @@ use crate::document::{Section, within};
 use crate::error::ScenarioError;
 use crate::sensors::SensorScene;
 use crate::types::TypeTable;
+use models::airport::Airport;
+use models::filter::map::MapKnowledge;
+use models::filter::route::Network;
 use models::filter::{FilterConfig, Rung};
 use models::fusion::TrackingConfig;
 use models::fusion::config::{AssociationMethod, SensorModel, TypeSize};
+use std::sync::Arc;
 
 /// `[tracking]` of a scene.
 #[derive(Clone, Debug, PartialEq)]
@@ -148,12 +152,17 @@ pub(crate) fn read(root: &Section) -> Result<Tracking, ScenarioError> {
 }
 
 /// The configuration with the scene's sensors and the sizes of all types.
+/// What asks for a map gets the airport's.
 pub(crate) fn complete(
     tracking: &Tracking,
     sensors: &[SensorScene],
     types: &TypeTable,
+    airport: &Airport,
 ) -> TrackingConfig {
     let mut config = tracking.config.clone();
+    if config.filter.rung == Rung::Mh9Map {
+        config.filter.map = Some(Arc::new(MapKnowledge::of(Network::of_airport(airport))));
+    }
     config.sensors = sensors.iter().map(|s| SensorModel::default_of(s.id, s.kind)).collect();
     config.sizes = types
         .designators()
@@ -182,6 +191,9 @@ pub(crate) fn read_accuracy(root: &Section) -> Result<Accuracy, ScenarioError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use models::frames::Vector2;
+    use models::plot::{Plot, SensorId, SensorKind};
+    use models::time::SimTime;
     use std::path::Path;
 
     fn tracking(text: &str) -> Result<Tracking, ScenarioError> {
@@ -223,5 +235,81 @@ mod tests {
             let error = tracking(text).expect_err(text).to_string();
             assert!(error.starts_with("scene.toml:2:") && error.contains(needle), "{error}");
         }
+    }
+
+    /// Mean squared error of the positions of all movers of a scene on the ground, of plots of 3 m per axis
+    /// once a second and of the filter on them, m².
+    fn errors(scene: &crate::Scene, filter: &FilterConfig) -> (f64, f64) {
+        use models::draw::{DrawKey, Purpose, normal_pair};
+        use models::filter::{Estimator, StateEstimator};
+        let (mut raw, mut filtered, mut count) = (0.0, 0.0, 0.0);
+        for (n, entity) in scene.traffic.entities.iter().enumerate() {
+            let Some(trajectory) = &entity.trajectory else { continue };
+            let mut track: Option<(Estimator, u32)> = None;
+            for k in 0..600u32 {
+                let time = SimTime::from_s(f64::from(k));
+                let Some(truth) = trajectory.at(time).filter(|t| t.position_m.z < 5.0) else {
+                    track = None;
+                    continue;
+                };
+                let truth = truth.position_m.xy();
+                let key = DrawKey { run_seed: 3, sensor: 1, entity: n as u64, scan: k.into() };
+                let (a, b) = normal_pair(&mut key.rng(Purpose::Study));
+                let plot = plot(time, truth + Vector2::new(3.0 * a, 3.0 * b));
+                match &mut track {
+                    None => track = Some((Estimator::from_plot(filter, &plot).expect("sound"), k)),
+                    Some((filter, since)) => {
+                        filter.update(&plot).expect("sound");
+                        assert!(filter.estimate().state.is_sound());
+                        if k > *since + 5 {
+                            raw += (plot.position_m - truth).norm_squared();
+                            filtered += (filter.estimate().position_m() - truth).norm_squared();
+                            count += 1.0;
+                        }
+                    }
+                }
+            }
+        }
+        (raw / count, filtered / count)
+    }
+
+    fn plot(time: SimTime, position_m: Vector2<f64>) -> Plot {
+        Plot {
+            sensor: SensorId(1),
+            kind: SensorKind::Asde,
+            time,
+            sequence: 0,
+            position_m,
+            axis: Vector2::new(1.0, 0.0),
+            along_m2: 9.0,
+            across_m2: 9.0,
+            altitude_m: None,
+            polar: None,
+            identity: None,
+            scnr_db: None,
+        }
+    }
+
+    #[test]
+    fn a_scene_that_asks_for_the_map_gets_its_airports_and_a_smaller_error() {
+        let scene = crate::load(&crate::locate("zurich")).expect("sound");
+        let free =
+            complete(&scene.tracking, &scene.sensors, &scene.traffic.types, &scene.airport.layout);
+        assert_eq!(free.filter.map, None, "not asked for");
+        let mut asked = scene.tracking.clone();
+        asked.config.filter = FilterConfig::new(Rung::Mh9Map);
+        let config = complete(&asked, &scene.sensors, &scene.traffic.types, &scene.airport.layout);
+        let map = config.filter.map.as_ref().expect("the airport's");
+        let edges = &map.network.edges;
+        assert!(edges.len() > 100 && edges.len() <= 2 * scene.airport.layout.edges.len() + 6);
+        for edge in edges {
+            let sum: f64 = edge.next.iter().map(|way| way.1).sum();
+            assert!(edge.next.is_empty() || (sum - 1.0).abs() < 1e-12);
+            assert!(edge.width_m > 0.0 && edge.route.length_m() > 0.0);
+        }
+        let (raw, with_map) = errors(&scene, &config.filter);
+        let (_, without) = errors(&scene, &FilterConfig::new(Rung::Imm3));
+        println!("plots {raw:.2} m², imm3 {without:.2}, mh9-map {with_map:.2}");
+        assert!(with_map < 0.9 * without && without < raw);
     }
 }

@@ -27,8 +27,11 @@ use std::sync::Arc;
 pub struct MapKnowledge {
     /// The ways.
     pub network: Network,
-    /// Standard deviation of the lateral deviation, m; 0 for a target that is exactly on it.
+    /// Standard deviation of the lateral deviation, m, where an edge states no width; 0 for a target that is
+    /// exactly on its centreline.
     pub lateral_sigma_m: f64,
+    /// The same as a share of the width, where an edge states one (assumed: 1.5 m on a taxiway of 23 m).
+    pub lateral_share: f64,
     /// Time over which the deviation persists, s.
     pub lateral_time_s: f64,
     /// Probability per second of leaving the map.
@@ -48,6 +51,7 @@ impl MapKnowledge {
         Self {
             network,
             lateral_sigma_m: 0.0,
+            lateral_share: 1.0 / 15.0,
             lateral_time_s: 30.0,
             leave_per_s: 1e-3,
             return_per_s: 1e-2,
@@ -59,6 +63,14 @@ impl MapKnowledge {
             )
             .expect("rows sum to 1"),
         }
+    }
+}
+
+impl MapKnowledge {
+    /// Standard deviation of the lateral deviation on an edge, m.
+    fn lateral_m(&self, edge: usize) -> f64 {
+        let width = self.network.edges[edge].width_m;
+        if width > 0.0 { width * self.lateral_share } else { self.lateral_sigma_m }
     }
 }
 
@@ -92,6 +104,8 @@ pub struct MapAided<const N: usize> {
 const CHILDREN: usize = 128;
 /// Least lateral standard deviation stated in the output, m: painted lines are not better known.
 const PAINT_M: f64 = 0.05;
+/// ln of how much less likely it is that a target moves against the direction of a way.
+const BACKWARDS: f64 = -2.0;
 /// Below this probability of being on the map the histories are found anew from the free filter.
 const LOST: f64 = 1e-6;
 
@@ -133,11 +147,18 @@ impl<const N: usize> MapAided<N> {
         self.len = 0;
         let prior = self.map.along.prior();
         let at = state.position();
+        let spread = state.position_cov();
+        let mut found: Vec<(f64, Along)> = Vec::new();
         for (number, edge) in self.map.network.edges.iter().enumerate() {
+            let sigma = self.map.lateral_m(number);
+            let farthest = GATE_1D * (spread.xx.max(0.0) + spread.yy.max(0.0) + sigma * sigma);
+            if edge.route.is_beyond(at, farthest.sqrt()) {
+                continue;
+            }
             let (s, distance) = edge.route.nearest(at);
             let point = edge.route.at(s);
-            let cov = turned(state.position_cov(), point.along);
-            let lateral = cov.yy + self.map.lateral_sigma_m * self.map.lateral_sigma_m;
+            let cov = turned(spread, point.along);
+            let lateral = cov.yy + sigma * sigma;
             let (v, across) = rates(state, point.along, 1);
             let (a, _) = rates(state, point.along, 2);
             let fits = distance * distance <= GATE_1D * lateral
@@ -149,18 +170,25 @@ impl<const N: usize> MapAided<N> {
                 x: [s, v.0, a.0, 0.0],
                 p: [1e6, 0.0, 0.0, v.1, 0.0, a.1],
                 pd: [0.0; 3],
-                dd: self.map.lateral_sigma_m * self.map.lateral_sigma_m,
+                dd: sigma * sigma,
                 edge: number as u16,
                 mode: 0,
                 log_weight: 0.0,
             };
-            if x.update(&self.map, at, state.position_cov()).is_err() {
-                continue;
+            if let Ok(log) = x.update(&self.map, at, spread) {
+                // Where the velocity is known, a way across it is no way.
+                let course = -0.5 * across.0 * across.0 / (across.1 + 0.01 * v.0 * v.0 + 0.25);
+                let backwards = if v.0 < 0.0 { BACKWARDS } else { 0.0 };
+                found.push((log + course + backwards, x));
             }
+        }
+        // The best ways; there is room for all modes of each.
+        found.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.edge.cmp(&b.1.edge)));
+        for (log, x) in found {
             for (mode, prior) in prior.iter().enumerate().take(self.map.along.count()) {
                 if self.len < N && *prior > 0.0 {
-                    self.kept[self.len] =
-                        Along { mode: mode as u8, log_weight: libm::log(*prior), ..x };
+                    let log_weight = log + libm::log(*prior);
+                    self.kept[self.len] = Along { mode: mode as u8, log_weight, ..x };
                     self.len += 1;
                 }
             }
@@ -192,9 +220,10 @@ impl<const N: usize> MapAided<N> {
     fn children(&self, t: f64, out: &mut [Along; CHILDREN]) -> usize {
         let (steps, logs) = (self.map.along.steps(t), self.map.along.log_transition(t));
         let keep = libm::exp(-t / self.map.lateral_time_s);
-        let fresh = self.map.lateral_sigma_m * self.map.lateral_sigma_m * (1.0 - keep * keep);
         let mut count = 0;
         for kept in &self.kept[..self.len] {
+            let sigma = self.map.lateral_m(usize::from(kept.edge));
+            let fresh = sigma * sigma * (1.0 - keep * keep);
             for mode in 0..self.map.along.count() {
                 let log = logs[usize::from(kept.mode)][mode];
                 if log == f64::NEG_INFINITY {
@@ -436,7 +465,7 @@ impl Along {
             [0.0, 0.0, 0.0, rest.max(PAINT_M)],
         ];
         // Across: a target that drifts within its deviation, and the side force of a turn.
-        let drift = if map.lateral_sigma_m > 0.0 { 0.05 * v } else { 0.0 };
+        let drift = if map.lateral_m(usize::from(self.edge)) > 0.0 { 0.05 * v } else { 0.0 };
         for [ds, dv, da, dd] in columns {
             let g = [
                 vector(u * ds + n * dd),
@@ -602,9 +631,9 @@ mod tests {
         // The clearance says straight ahead; the target turns left.
         let network = Network {
             edges: vec![
-                Edge { route: stem, next: vec![(1, 0.9), (2, 0.1)] },
-                Edge { route: ahead, next: vec![] },
-                Edge { route: left.clone(), next: vec![] },
+                Edge { route: stem, next: vec![(1, 0.9), (2, 0.1)], width_m: 0.0 },
+                Edge { route: ahead, next: vec![], width_m: 0.0 },
+                Edge { route: left.clone(), next: vec![], width_m: 0.0 },
             ],
         };
         let mut filter = on(MapKnowledge::of(network), &plot_at(0.0, 0.0, 0.0, 4.0));

@@ -1,5 +1,6 @@
 //! Centrelines of taxiways and runways as a filter uses them: paths by length, and where they branch.
 
+use crate::airport::Airport;
 use crate::frames::Vector2;
 use std::f64::consts::PI;
 
@@ -22,6 +23,8 @@ struct Piece {
 pub struct Route {
     pieces: Vec<Piece>,
     length: f64,
+    /// A box that holds it.
+    bounds: [Vector2<f64>; 2],
 }
 
 /// A point of a route.
@@ -50,7 +53,7 @@ impl Route {
     #[must_use]
     pub fn from_course(from: Vector2<f64>, course_rad: f64) -> Self {
         let piece = Piece { from, course: course_rad, start: 0.0, length: 0.0, curvature: 0.0 };
-        Self { pieces: vec![piece], length: 0.0 }
+        Self { pieces: vec![piece], length: 0.0, bounds: [from; 2] }
     }
 
     /// Straight lines through points; points nearer than 1 mm to the one before are left out.
@@ -82,6 +85,19 @@ impl Route {
         }
         self.pieces.push(Piece { from: end, course, start: self.length, length, curvature });
         self.length += length;
+        // An arc is nowhere farther from its start than it is long.
+        let around = Vector2::repeat(if curvature == 0.0 { 0.0 } else { length });
+        let last = self.at(self.length).position;
+        let [low, high] = self.bounds;
+        self.bounds = [low.inf(&(end - around)).inf(&last), high.sup(&(end + around)).sup(&last)];
+    }
+
+    /// Whether `z` is surely farther away than `distance_m` (not counting what lies beyond the ends).
+    #[must_use]
+    pub fn is_beyond(&self, z: Vector2<f64>, distance_m: f64) -> bool {
+        let [low, high] = self.bounds;
+        let gap = (low - z).sup(&(z - high)).sup(&Vector2::zeros());
+        gap.norm_squared() > distance_m * distance_m
     }
 
     /// Course at the end, radians from east to the left.
@@ -171,6 +187,8 @@ pub struct Edge {
     pub route: Route,
     /// Edges that begin where this one ends, with the probability of each; they sum to 1 or are empty.
     pub next: Vec<(usize, f64)>,
+    /// Width of the pavement, m; 0 where it says nothing of how far from the centreline targets keep.
+    pub width_m: f64,
 }
 
 /// The ways that a target may take: stretches joined at junctions, each way out with a probability
@@ -185,9 +203,117 @@ impl Network {
     /// A single way.
     #[must_use]
     pub fn single(route: Route) -> Self {
-        Self { edges: vec![Edge { route, next: Vec::new() }] }
+        Self { edges: vec![Edge { route, next: Vec::new(), width_m: 0.0 }] }
+    }
+
+    /// The ways over an airport: its taxiways and runways in every direction in which they may be driven,
+    /// stretches without a junction in one piece. At a junction every way on is as likely as the next, but
+    /// none that turns by more than 120°. A runway of which the ground network knows nothing is a stretch
+    /// of its own.
+    #[must_use]
+    pub fn of_airport(airport: &Airport) -> Self {
+        let place = |node: usize| airport.nodes[node].position_m;
+        let mut arcs: Vec<Arc> = Vec::new();
+        for edge in &airport.edges {
+            let sound = edge.from < airport.nodes.len() && edge.to < airport.nodes.len();
+            if !sound || !((place(edge.to) - place(edge.from)).norm() >= SHORTEST_M) {
+                continue;
+            }
+            let arc = Arc { from: edge.from, to: edge.to, width_m: edge.width_m };
+            arcs.push(arc);
+            if edge.two_way {
+                arcs.push(Arc { from: edge.to, to: edge.from, ..arc });
+            }
+        }
+        arcs.sort_by(|a, b| (a.from, a.to).cmp(&(b.from, b.to)));
+        arcs.dedup_by_key(|a| (a.from, a.to));
+        let arcs = &arcs;
+        let leaving = |node: usize| {
+            let first = arcs.partition_point(|a| a.from < node);
+            let last = arcs.partition_point(|a| a.from <= node);
+            first..last
+        };
+        let onward = |arc: usize| {
+            let Arc { from, to, .. } = arcs[arc];
+            let course = (place(to) - place(from)).normalize();
+            leaving(to).filter(move |&next| {
+                let turned = (place(arcs[next].to) - place(to)).normalize();
+                arcs[next].to != from && turned.dot(&course) >= SHARPEST_COSINE
+            })
+        };
+        let mut ways_in = vec![0; arcs.len()];
+        (0..arcs.len()).for_each(|arc| onward(arc).for_each(|next| ways_in[next] += 1));
+        // The only way on from its predecessor, and nobody else's: part of the same stretch.
+        let follower = |arc: usize| {
+            let mut ways = onward(arc);
+            match (ways.next(), ways.next()) {
+                (Some(next), None) if ways_in[next] == 1 => Some(next),
+                _ => None,
+            }
+        };
+        let mut inner = vec![false; arcs.len()];
+        (0..arcs.len()).filter_map(follower).for_each(|next| inner[next] = true);
+        let (mut edges, mut ends) = (Vec::new(), Vec::new());
+        let mut first_of = vec![None; arcs.len()];
+        let mut done = vec![false; arcs.len()];
+        // Rings have no first arc; they are opened where they are met.
+        let starts = (0..arcs.len()).filter(|&a| !inner[a]).chain(0..arcs.len());
+        for start in starts {
+            if done[start] {
+                continue;
+            }
+            let (mut arc, mut points, mut length) = (start, vec![place(arcs[start].from)], 0.0);
+            let mut width = 0.0;
+            loop {
+                done[arc] = true;
+                let to = place(arcs[arc].to);
+                let leg = (to - points[points.len() - 1]).norm();
+                (width, length) = (width + arcs[arc].width_m * leg, length + leg);
+                points.push(to);
+                match follower(arc) {
+                    Some(next) if !done[next] => arc = next,
+                    _ => break,
+                }
+            }
+            let Some(route) = Route::through(&points) else { continue };
+            first_of[start] = Some(edges.len());
+            edges.push(Edge { route, next: Vec::new(), width_m: width / length });
+            ends.push(arc);
+        }
+        for (edge, end) in ends.into_iter().enumerate() {
+            let ways: Vec<usize> = onward(end).filter_map(|next| first_of[next]).collect();
+            let share = 1.0 / ways.len().max(1) as f64;
+            edges[edge].next = ways.into_iter().map(|way| (way, share)).collect();
+        }
+        for runway in &airport.runways {
+            let known = airport.edges.iter().any(|e| {
+                let middle = 0.5 * (place(e.from) + place(e.to));
+                e.runway && runway.distance_m(middle) < 0.5 * runway.width_m
+            });
+            let [a, b] = runway.ends_m;
+            for ends in [[a, b], [b, a]].iter().filter(|_| !known) {
+                if let Some(route) = Route::through(ends) {
+                    edges.push(Edge { route, next: Vec::new(), width_m: runway.width_m });
+                }
+            }
+        }
+        Self { edges }
     }
 }
+
+/// One direction of an arc of the ground network.
+#[derive(Clone, Copy, Debug)]
+struct Arc {
+    from: usize,
+    to: usize,
+    width_m: f64,
+}
+
+/// Arcs shorter than this have no direction, m.
+const SHORTEST_M: f64 = 0.01;
+
+/// Cosine of the sharpest turn that is taken without stopping, 120°.
+const SHARPEST_COSINE: f64 = -0.5;
 
 #[cfg(test)]
 mod tests {
@@ -227,5 +353,63 @@ mod tests {
         let route =
             Route::through(&[a, a, Vector2::new(1.0, 5.0), Vector2::new(4.0, 5.0)]).unwrap();
         assert_eq!(route.length_m(), 6.0);
+    }
+
+    #[test]
+    fn an_airport_becomes_stretches_between_its_junctions() {
+        use crate::airport::{self, Hold, Node, Runway};
+        let node = |x: f64, y: f64| Node {
+            name: format!("{x} {y}"),
+            position_m: Vector2::new(x, y),
+            hold: Hold::None,
+        };
+        let arc = |from, to, two_way| airport::Edge {
+            from,
+            to,
+            two_way,
+            runway: false,
+            name: String::new(),
+            width_m: 20.0,
+        };
+        // 0 – 1 – 2 both ways, then straight on to 3 or left to 4, one way only; 5 – 5 is none.
+        let airport = Airport {
+            nodes: vec![
+                node(0.0, 0.0),
+                node(100.0, 0.0),
+                node(200.0, 10.0),
+                node(300.0, 10.0),
+                node(200.0, 110.0),
+                node(9.0, 9.0),
+            ],
+            edges: vec![
+                arc(0, 1, true),
+                arc(2, 1, true),
+                arc(2, 3, false),
+                arc(2, 4, false),
+                arc(5, 5, true),
+            ],
+            runways: vec![Runway {
+                names: ["09".to_owned(), "27".to_owned()],
+                ends_m: [Vector2::new(0.0, 500.0), Vector2::new(2000.0, 500.0)],
+                thresholds_m: [Vector2::new(0.0, 500.0), Vector2::new(2000.0, 500.0)],
+                width_m: 45.0,
+            }],
+            ..Airport::default()
+        };
+        let network = Network::of_airport(&airport);
+        let lengths: Vec<f64> = network.edges.iter().map(|e| e.route.length_m().round()).collect();
+        let mut sorted = lengths.clone();
+        sorted.sort_by(f64::total_cmp);
+        assert_eq!(sorted, [100.0, 100.0, 200.0, 200.0, 2000.0, 2000.0]);
+        let stem = network.edges.iter().find(|e| e.next.len() == 2).expect("forks at node 2");
+        assert!((stem.route.length_m() - 200.5).abs() < 0.1 && stem.width_m == 20.0);
+        for (way, share) in &stem.next {
+            assert_eq!(*share, 0.5);
+            let begin = network.edges[*way].route.at(0.0).position;
+            assert!((begin - Vector2::new(200.0, 10.0)).norm() < 1e-9);
+        }
+        assert!(stem.route.is_beyond(Vector2::new(100.0, 30.0), 19.0));
+        assert!(!stem.route.is_beyond(Vector2::new(100.0, 30.0), 21.0));
+        assert_eq!(Network::of_airport(&Airport::default()).edges, []);
     }
 }

@@ -15,11 +15,13 @@ mod labels;
 mod life;
 mod numbers;
 mod registration;
+pub mod shadow;
 mod track_file;
 mod tracker;
 
 pub use config::TrackingConfig;
 pub use registration::SiteBias;
+pub use shadow::{Shadow, Shadows};
 pub use tracker::{Outcome, Statistics, Tracker};
 
 #[cfg(test)]

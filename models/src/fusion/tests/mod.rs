@@ -11,6 +11,7 @@ use crate::track::{SystemTrack, TrackStatus};
 mod hard_cases;
 mod labelled;
 mod several;
+mod shadows;
 
 type Path = dyn Fn(f64) -> Option<Vector2<f64>>;
 /// A plot with the index and the true position of what caused it.
