@@ -1,11 +1,17 @@
 //! Time of association and update: kernels, one radar with crossing pairs, and the whole scan of ten
 //! thousand targets under three radars. `cargo bench -p models --bench association`.
+//!
+//! "Association and update": tracks that are there already (pairs that cross at right angles on a 150 m grid, 95 %
+//! detected, half as many false plots as targets), no new ones; one call of `Tracker::scan`, so sorting the plots,
+//! gates, association, updates, coasting and publication. "Whole scan": starts, confirmation and deletion too.
+//! A running tracker is measured, scan after scan, not one that was copied just before.
 
-use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use models::association::assignment::Solver;
 use models::association::jpda::Jpda;
 use models::draw::{DrawKey, Purpose, normal_pair, uniform};
-use models::filter::{FilterConfig, Rung};
+use models::filter::lanes::Pair;
+use models::filter::{FilterConfig, Gaussian, Rung, Sym2};
 use models::flight_list::FlightList;
 use models::frames::Vector2;
 use models::fusion::config::{AssociationMethod, SensorModel};
@@ -13,105 +19,157 @@ use models::fusion::{Tracker, TrackingConfig};
 use models::plot::{Plot, SensorId, SensorKind};
 use models::time::SimTime;
 use std::hint::black_box;
+use std::time::{Duration, Instant};
 
-/// Plots of scan `k` of `radars` radars that see `targets` targets in pairs on a 150 m grid, with half as
-/// many false plots.
-fn scan(targets: usize, radars: u16, k: u32) -> Vec<Plot> {
-    let columns = ((targets / 2) as f64).sqrt().ceil() as usize;
-    let mut plots = Vec::new();
-    for radar in 1..=radars {
-        let mut rng = DrawKey { run_seed: 1, sensor: radar.into(), entity: 0, scan: k.into() }
-            .rng(Purpose::Study);
-        let side = 150.0 * columns as f64;
-        for n in 0..targets + targets / 2 {
-            let (a, b) = normal_pair(&mut rng);
-            let (u, v) = (uniform(&mut rng), uniform(&mut rng));
-            let t = f64::from(k) - 1.0 + 0.001 + 0.998 * u;
-            let position_m = if n < targets {
-                if uniform(&mut rng) > 0.95 {
-                    continue;
-                }
-                let pair = n / 2;
-                let centre =
-                    Vector2::new(150.0 * (pair % columns) as f64, 150.0 * (pair / columns) as f64);
-                let way = 11.0 * (t - 6.0);
-                let along =
-                    if n % 2 == 0 { Vector2::new(way, 0.0) } else { Vector2::new(0.0, way) };
-                centre + along + Vector2::new(3.064 * a, 3.064 * b)
-            } else {
-                Vector2::new(side * v, side * uniform(&mut rng))
-            };
-            plots.push(Plot {
-                sensor: SensorId(radar),
-                kind: SensorKind::Asde,
-                time: SimTime::from_s(t),
-                sequence: n as u32,
-                position_m,
-                axis: Vector2::new(1.0, 0.0),
-                along_m2: 3.064 * 3.064,
-                across_m2: 3.064 * 3.064,
-                altitude_m: None,
-                polar: None,
-                identity: None,
-                scnr_db: None,
-            });
+/// Standard deviation of a plot per axis, m: 7.5 m at 95 %.
+const SIGMA_M: f64 = 3.064;
+
+/// Targets in pairs on a 150 m grid, one east, one north, at the crossing at 6 s.
+struct Crossings {
+    targets: usize,
+    /// False plots of a radar in one scan.
+    false_plots: usize,
+}
+
+impl Crossings {
+    fn columns(&self) -> usize {
+        ((self.targets / 2) as f64).sqrt().ceil() as usize
+    }
+
+    /// Position (m) and velocity (m/s) of target `n` at `t` seconds.
+    fn truth(&self, n: usize, t: f64) -> (Vector2<f64>, Vector2<f64>) {
+        let (pair, columns) = (n / 2, self.columns());
+        let centre = Vector2::new(150.0 * (pair % columns) as f64, 150.0 * (pair / columns) as f64);
+        let velocity = if n % 2 == 0 { Vector2::new(11.0, 0.0) } else { Vector2::new(0.0, 11.0) };
+        (centre + velocity * (t - 6.0), velocity)
+    }
+
+    /// Plots of the scan (k − 1, k] of `radars` radars.
+    fn scan(&self, radars: u16, k: u32) -> Vec<Plot> {
+        let mut plots = Vec::new();
+        let side = 150.0 * self.columns() as f64;
+        for radar in 1..=radars {
+            let key = DrawKey { run_seed: 1, sensor: radar.into(), entity: 0, scan: k.into() };
+            let mut rng = key.rng(Purpose::Study);
+            for n in 0..self.targets + self.false_plots {
+                let (a, b) = normal_pair(&mut rng);
+                let (u, v, w) = (uniform(&mut rng), uniform(&mut rng), uniform(&mut rng));
+                let t = f64::from(k) - 1.0 + 0.001 + 0.998 * u;
+                let position_m = if n < self.targets {
+                    if w > 0.95 {
+                        continue;
+                    }
+                    self.truth(n, t).0 + Vector2::new(SIGMA_M * a, SIGMA_M * b)
+                } else {
+                    Vector2::new(side * v, side * w)
+                };
+                plots.push(Plot {
+                    sensor: SensorId(radar),
+                    kind: SensorKind::Asde,
+                    time: SimTime::from_s(t),
+                    sequence: n as u32,
+                    position_m,
+                    axis: Vector2::new(1.0, 0.0),
+                    along_m2: SIGMA_M * SIGMA_M,
+                    across_m2: SIGMA_M * SIGMA_M,
+                    altitude_m: None,
+                    polar: None,
+                    identity: None,
+                    scnr_db: None,
+                });
+            }
+        }
+        plots
+    }
+
+    fn config(&self, method: AssociationMethod) -> TrackingConfig {
+        let mut config = TrackingConfig::bulk();
+        config.association = method;
+        config.filter = FilterConfig::new(Rung::Ca3);
+        let area_m2 = (150.0 * self.columns() as f64).powi(2);
+        for radar in 1..=3 {
+            let mut sensor = SensorModel::default_of(SensorId(radar), SensorKind::Asde);
+            sensor.false_density_m2 = self.false_plots as f64 / area_m2;
+            (sensor.detection, sensor.extra_sigma_m) = (0.95, 0.0);
+            config.sensors.push(sensor);
+        }
+        config
+    }
+
+    /// A tracker with a track of every target at time 0 and room for no other one.
+    fn adopted(&self, method: AssociationMethod) -> Tracker {
+        let mut config = self.config(method);
+        config.life.most_tracks = self.targets;
+        let mut tracker = Tracker::new(config);
+        let r = Sym2 { xx: SIGMA_M * SIGMA_M, xy: 0.0, yy: SIGMA_M * SIGMA_M };
+        let states: Vec<Gaussian> = (0..self.targets)
+            .map(|n| {
+                let (position, velocity) = self.truth(n, 0.0);
+                let mut state = Gaussian::at_position(position, r, 1.0, 0.1);
+                state.x[1] = Pair::new(velocity.x, velocity.y);
+                state
+            })
+            .collect();
+        assert_eq!(tracker.adopt(SimTime::ZERO, &states), self.targets);
+        tracker
+    }
+}
+
+/// Mean time of the scans from `first` on, `times` runs of a tracker that begins with scan 1.
+fn per_scan(
+    mut tracker: impl FnMut() -> Tracker,
+    scans: &[Vec<Plot>],
+    first: usize,
+    times: u64,
+) -> Duration {
+    let flights = FlightList::default();
+    let mut total = Duration::ZERO;
+    for _ in 0..times {
+        let mut tracker = tracker();
+        for (k, plots) in scans.iter().enumerate() {
+            let t = SimTime::from_s((k + 1) as f64);
+            #[expect(clippy::disallowed_methods, reason = "a bench measures time")]
+            let begin = Instant::now();
+            black_box(tracker.scan(t, plots, &flights));
+            if k >= first {
+                total += begin.elapsed();
+            }
         }
     }
-    plots
-}
-
-fn config(method: AssociationMethod, rung: Rung) -> TrackingConfig {
-    let mut config = TrackingConfig::bulk();
-    config.association = method;
-    config.filter = FilterConfig::new(rung);
-    for radar in 1..=3 {
-        let mut sensor = SensorModel::default_of(SensorId(radar), SensorKind::Asde);
-        (sensor.false_density_m2, sensor.extra_sigma_m) = (2.2e-5, 0.0);
-        config.sensors.push(sensor);
-    }
-    config
-}
-
-/// A tracker that has followed the first five scans, and the sixth.
-fn warm(config: TrackingConfig, targets: usize, radars: u16) -> (Tracker, Vec<Plot>) {
-    let mut tracker = Tracker::new(config);
-    for k in 1..=5 {
-        let plots = scan(targets, radars, k);
-        tracker.scan(SimTime::from_s(f64::from(k)), &plots, &FlightList::default());
-    }
-    (tracker, scan(targets, radars, 6))
+    total / (scans.len() - first) as u32
 }
 
 fn scans(c: &mut Criterion) {
-    let flights = FlightList::default();
-    let t = SimTime::from_s(6.0);
     let joint = AssociationMethod::Joint { limit: 100_000 };
-    for (name, method) in [
-        ("nearest", AssociationMethod::Nearest),
-        ("global", AssociationMethod::Global),
-        ("joint", joint),
+    for (name, method, sizes) in [
+        ("nearest", AssociationMethod::Nearest, &[100, 300, 1000, 3000][..]),
+        ("global", AssociationMethod::Global, &[100, 1000]),
+        ("joint", joint, &[100, 1000]),
     ] {
-        for targets in [100, 1000] {
-            let (tracker, plots) = warm(config(method, Rung::Ca3), targets, 1);
-            c.bench_function(&format!("scan of {targets} targets, {name}"), |b| {
-                b.iter_batched_ref(
-                    || tracker.clone(),
-                    |tracker| black_box(tracker.scan(t, &plots, &flights)),
-                    BatchSize::LargeInput,
-                );
+        let mut group = c.benchmark_group(format!("association and update, {name}"));
+        group.sample_size(20);
+        for &targets in sizes {
+            let scene = Crossings { targets, false_plots: targets / 2 };
+            let scans: Vec<_> = (1..=12).map(|k| scene.scan(1, k)).collect();
+            group.throughput(Throughput::Elements(targets as u64));
+            group.bench_function(BenchmarkId::from_parameter(targets), |b| {
+                b.iter_custom(|times| per_scan(|| scene.adopted(method), &scans, 2, times));
             });
         }
+        group.finish();
     }
-    let mut group = c.benchmark_group("whole scan");
+    let mut group = c.benchmark_group("whole scan of 10 000 targets under 3 radars");
     group.sample_size(10);
-    let (tracker, plots) = warm(config(AssociationMethod::Nearest, Rung::Ca3), 10_000, 3);
-    group.bench_function("10 000 targets under 3 radars with clutter", |b| {
-        b.iter_batched_ref(
-            || tracker.clone(),
-            |tracker| black_box(tracker.scan(t, &plots, &flights)),
-            BatchSize::PerIteration,
-        );
-    });
+    for (name, false_plots) in [("500 false plots each", 500), ("5000 false plots each", 5000)] {
+        let scene = Crossings { targets: 10_000, false_plots };
+        let scans: Vec<_> = (1..=10).map(|k| scene.scan(3, k)).collect();
+        group.bench_function(name, |b| {
+            b.iter_custom(|times| {
+                let tracker = || Tracker::new(scene.config(AssociationMethod::Nearest));
+                per_scan(tracker, &scans, 4, times)
+            });
+        });
+    }
     group.finish();
 }
 

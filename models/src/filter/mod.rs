@@ -160,8 +160,9 @@ impl Estimate {
     #[must_use]
     pub fn heading_rad(&self) -> Option<(f64, f64)> {
         let (v, s) = (self.velocity_ms(), self.state_velocity_cov());
-        let speed = libm::hypot(v.x, v.y);
-        if speed.is_nan() || speed < 1.0 {
+        // No hypot: what is that fast or slow that a square leaves the range has no course anyhow.
+        let speed = (v.x * v.x + v.y * v.y).sqrt();
+        if !(1.0..f64::INFINITY).contains(&speed) {
             return None;
         }
         let across = Vector2::new(v.y, -v.x) / speed;

@@ -33,6 +33,7 @@ impl Tracker {
             return;
         }
         lay_out_rest(from, to, work);
+        self.reachable_pairs(&model, work);
         if self.config.gates.kinematic {
             self.take_manoeuvres(&model, work);
         }
@@ -136,8 +137,16 @@ impl Tracker {
         for border in borders.windows(2) {
             let cluster = &pairs[border[0] as usize..border[1] as usize];
             if let [pair] = cluster {
-                if weights.gain(pair) > 0.0 {
-                    let k = from + pair.plot as usize;
+                let gain = weights.gain(pair);
+                let k = from + pair.plot as usize;
+                if limit.is_some() && gain.abs() < CERTAIN {
+                    let mut plots = std::mem::take(&mut work.weighted);
+                    plots.clear();
+                    plots.push((work.candidates[k].plot, 1.0 / (1.0 + libm::exp(-gain))));
+                    let how = How::Weighted { plots: &plots, hit: gain > 0.0 };
+                    self.update(pair.track as usize, how, k, model, work);
+                    work.weighted = plots;
+                } else if gain > 0.0 {
                     self.update(pair.track as usize, How::Plot, k, model, work);
                 }
                 continue;
@@ -387,34 +396,82 @@ impl Tracker {
         }
     }
 
+    /// All pairs of confirmed tracks without a plot and free plots that the fastest target of the track's class
+    /// could have reached.
+    fn reachable_pairs(&self, model: &SensorModel, work: &mut Work) {
+        let Work { candidates, used, gated, confirmed, track_used, span, reaches, .. } = work;
+        let (rest, looks) = (&work.rest, &work.rest_looks);
+        let limit = self.config.gates.kinematic_limit;
+        reaches.clear();
+        for &index in &*confirmed {
+            let track = &self.tracks[index as usize];
+            if track_used[index as usize] || (track.updated && !self.config.gates.kinematic) {
+                continue;
+            }
+            let now = Departed::of(track.filter());
+            let way = span.1.since_s(now.time).max(0.0) + model.interval_s.min(1.0);
+            let radius = track.limits.speed_ms * way + REACH_MARGIN_M;
+            let around = Vector2::repeat(radius);
+            rest.runs(now.position_m - around, now.position_m + around, |run| {
+                for look in &looks[run] {
+                    let offset = look.position_m - now.position_m;
+                    if offset.x.abs() > radius || offset.y.abs() > radius {
+                        continue;
+                    }
+                    let k = look.k as usize;
+                    if used[k] || gated[k] {
+                        continue;
+                    }
+                    let plot = &candidates[k].plot;
+                    // Nobody else's name may be put on a track that has none by a manoeuvre.
+                    if look.named
+                        && (!track.may_be(plot.identity)
+                            || (track.callsign.is_none() && track.address.is_none()))
+                    {
+                        continue;
+                    }
+                    let from = if now.time <= look.time {
+                        now
+                    } else {
+                        match track.filter_before(look.time) {
+                            Some(filter) => Departed::of(filter),
+                            None => continue,
+                        }
+                    };
+                    let dt_s = look.time.since_s(from.time);
+                    let distance = (look.position_m - from.position_m).norm();
+                    let uncertainty = 3.0 * (trace(plot) + from.pp).sqrt();
+                    if distance <= track.limits.speed_ms * dt_s + uncertainty {
+                        let hopeless = from.surely_out_of_reach(
+                            distance,
+                            track.limits.acceleration_ms2,
+                            dt_s,
+                            plot.along_m2 + plot.across_m2,
+                            limit,
+                        );
+                        reaches.push(Reachable { track: index, k: look.k, hopeless });
+                    }
+                }
+            });
+        }
+    }
+
     /// Offers what the covariance gate left to the reachable sets of confirmed tracks without a plot.
     fn take_manoeuvres(&mut self, model: &SensorModel, work: &mut Work) {
         let mut offers: Vec<(f64, f64, u32, usize)> = Vec::new();
         let limit = self.config.gates.kinematic_limit;
-        for &index in &work.confirmed {
-            let track = &self.tracks[index as usize];
-            if work.track_used[index as usize] {
-                continue;
-            }
-            self.for_plots_in_reach(track, model, work, |look, plot, filter| {
-                let dt_s = plot.time.since_s(filter.time());
-                if surely_out_of_reach(track, filter, plot, dt_s, limit) {
-                    return;
-                }
-                let target = Track::departure(filter);
-                let r = plot.covariance_m2();
-                let Some(reach) =
-                    kinematic_gate::reach(&track.limits, &target, dt_s, plot.position_m, r)
-                else {
-                    return;
-                };
-                if reach.m <= limit {
-                    let found = look.measured;
-                    let found = found.and_then(|m| distance(track, plot, &m, &self.config, false));
-                    let d2 = found.map_or(f64::MAX, |d| d.d2);
-                    offers.push((reach.m, d2, index, look.k as usize));
-                }
-            });
+        for pair in work.reaches.iter().filter(|pair| !pair.hopeless) {
+            let track = &self.tracks[pair.track as usize];
+            let k = pair.k as usize;
+            let plot = &work.candidates[k].plot;
+            let Some(filter) = track.filter_before(plot.time) else { continue };
+            let dt_s = plot.time.since_s(filter.time());
+            let (target, r) = (Track::departure(filter), plot.covariance_m2());
+            let reach = kinematic_gate::reach(&track.limits, &target, dt_s, plot.position_m, r);
+            let Some(reach) = reach.filter(|reach| reach.m <= limit) else { continue };
+            let measured = Measurement::of(plot).ok();
+            let found = measured.and_then(|m| distance(track, plot, &m, &self.config, false));
+            offers.push((reach.m, found.map_or(f64::MAX, |d| d.d2), pair.track, k));
         }
         offers.sort_unstable_by(|a, b| {
             a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)).then(a.3.cmp(&b.3))
@@ -427,22 +484,28 @@ impl Tracker {
     }
 
     /// Remembers the nearest plot that both gates refused; two in a row that fit together start the
-    /// track's state anew.
+    /// track's state anew. Once: before the next new beginning a plot must have fitted the last one, or clutter
+    /// would keep a track alive for ever.
     fn note_refused(&mut self, model: &SensorModel, work: &mut Work) {
         let mut refusals: Vec<(f64, u32, usize)> = Vec::new();
-        for &index in &work.confirmed {
+        for pairs in work.reaches.chunk_by(|a, b| a.track == b.track) {
+            let index = pairs[0].track;
             let track = &self.tracks[index as usize];
             if work.track_used[index as usize] || track.updated {
                 continue;
             }
             let mut nearest: Option<(f64, usize)> = None;
-            self.for_plots_in_reach(track, model, work, |look, plot, filter| {
-                let Ok((at, _)) = position_at(filter, plot.time, &self.config.life) else { return };
-                let (distance, k) = ((plot.position_m - at).norm(), look.k as usize);
+            for k in pairs.iter().map(|pair| pair.k as usize).filter(|&k| !work.used[k]) {
+                let plot = &work.candidates[k].plot;
+                let Some(filter) = track.filter_before(plot.time) else { continue };
+                let Ok((at, _)) = position_at(filter, plot.time, &self.config.life) else {
+                    continue;
+                };
+                let distance = (plot.position_m - at).norm();
                 if nearest.is_none_or(|best| (distance, k) < best) {
                     nearest = Some((distance, k));
                 }
-            });
+            }
             refusals.extend(nearest.map(|(distance, k)| (distance, index, k)));
         }
         refusals.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
@@ -462,56 +525,13 @@ impl Tracker {
                         <= track.limits.speed_ms * dt_s + 3.0 * trace(plot).sqrt()
             });
             match before {
-                Some(before) if self.config.gates.restart => {
+                Some(before) if self.config.gates.restart && !track.restarted => {
                     self.statistics.restarts += 1;
                     self.update(index as usize, How::Restart(&before), k, model, work);
                 }
                 _ => track.refused = Some(Box::new(*plot)),
             }
         }
-    }
-
-    /// Calls `visit` for every free plot of the batch that the fastest target of the track's class could
-    /// have reached, with the filter as it was before that plot.
-    fn for_plots_in_reach<'a>(
-        &self,
-        track: &'a Track,
-        model: &SensorModel,
-        work: &Work,
-        mut visit: impl FnMut(&Look, &Plot, &'a TrackFilter),
-    ) {
-        let (_, latest) = work.span;
-        let centre = track.filter().motion().0;
-        let way = latest.since_s(track.time()).max(0.0) + model.interval_s.min(1.0);
-        let radius = track.limits.speed_ms * way + REACH_MARGIN_M;
-        let around = Vector2::repeat(radius);
-        work.rest.runs(centre - around, centre + around, |run| {
-            for look in &work.rest_looks[run] {
-                let (k, p) = (look.k as usize, look.position_m);
-                if (p.x - centre.x).abs() > radius || (p.y - centre.y).abs() > radius {
-                    continue;
-                }
-                let plot = &work.candidates[k].plot;
-                if work.used[k]
-                    || work.gated[k]
-                    // Nobody else's name may be put on a track that has none by a manoeuvre.
-                    || (look.named
-                        && (!track.may_be(plot.identity)
-                            || (track.callsign.is_none() && track.address.is_none())))
-                {
-                    continue;
-                }
-                let Some(filter) = track.filter_before(plot.time) else { continue };
-                let state = filter.estimate().state;
-                let dt_s = plot.time.since_s(filter.time());
-                let cov = state.position_cov();
-                let uncertainty = 3.0 * (trace(plot) + (cov.xx + cov.yy)).sqrt();
-                let offset = plot.position_m - state.position();
-                if offset.norm() <= track.limits.speed_ms * dt_s + uncertainty {
-                    visit(look, plot, filter);
-                }
-            }
-        });
     }
 
     /// Marks the free plots that lie on the body of a labelled target: other echoes of it.
@@ -638,6 +658,9 @@ impl Tracker {
                 }));
             }
         }
+        if hit {
+            track.restarted = matches!(how, How::Restart(_));
+        }
         track.manoeuvre |= manoeuvre;
         self.statistics.late += u64::from(late);
         match how {
@@ -715,23 +738,60 @@ fn fill(
     }));
 }
 
-/// Whether no reachable set can touch the plot: even straight ahead at full acceleration the way is too
-/// short by more than the gate times the trace of all that is uncertain.
-fn surely_out_of_reach(
-    track: &Track,
-    filter: &TrackFilter,
-    plot: &Plot,
-    dt_s: f64,
-    limit: f64,
-) -> bool {
-    let state = filter.estimate().state;
-    let (p, v) = (plot.position_m - state.position(), state.x[1]);
-    let speed = (v.east() * v.east() + v.north() * v.north()).sqrt();
-    let way = (speed + 0.5 * track.limits.acceleration_ms2.max(0.0) * dt_s) * dt_s;
-    let gap = p.norm() - way * (1.0 + 1e-9);
-    let [pp, pv, vv] = [0, 1, 3].map(|k| state.p[k].east() + state.p[k].north());
-    let spread = pp + dt_s * (2.0 * pv + dt_s * vv) + plot.along_m2 + plot.across_m2;
-    gap > 0.0 && gap * gap > limit * spread * (1.0 + 1e-9)
+/// A pair that a target of the track's class could just have made.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Reachable {
+    track: u32,
+    k: u32,
+    /// The kinematic gate need not be asked.
+    hopeless: bool,
+}
+
+/// A target at its last update, as much as a first look needs.
+#[derive(Clone, Copy, Debug)]
+struct Departed {
+    time: SimTime,
+    position_m: Vector2<f64>,
+    speed_ms: f64,
+    /// Traces of the covariances of position, position with velocity, and velocity.
+    pp: f64,
+    pv: f64,
+    vv: f64,
+}
+
+impl Departed {
+    #[inline]
+    fn of(filter: &TrackFilter) -> Self {
+        let state = filter.estimate().state;
+        let [vx, vy] = state.x[1].array();
+        let [pp, pv, vv] = [0, 1, 3].map(|k| state.p[k].east() + state.p[k].north());
+        Self {
+            time: filter.time(),
+            position_m: state.position(),
+            speed_ms: (vx * vx + vy * vy).sqrt(),
+            pp,
+            pv,
+            vv,
+        }
+    }
+
+    /// Whether no reachable set can touch a plot that is `distance` away, trace of its covariance `r`: even
+    /// straight on at full acceleration the way is too short by more than the gate times the trace of all that is
+    /// uncertain.
+    #[inline]
+    fn surely_out_of_reach(
+        &self,
+        distance: f64,
+        acceleration: f64,
+        dt_s: f64,
+        r: f64,
+        limit: f64,
+    ) -> bool {
+        let way = (self.speed_ms + 0.5 * acceleration.max(0.0) * dt_s) * dt_s;
+        let gap = distance - way * (1.0 + 1e-9);
+        let spread = self.pp + dt_s * (2.0 * self.pv + dt_s * self.vv) + r;
+        gap > 0.0 && gap * gap > limit * spread * (1.0 + 1e-9)
+    }
 }
 
 /// Cell of the search grid, m: about a search box of a taxiing target.
@@ -787,6 +847,9 @@ fn search_variance(plot: &Plot) -> f64 {
     let bounded = |v: f64| if v.is_finite() { v } else { 400.0 };
     bounded(plot.along_m2).max(bounded(plot.across_m2))
 }
+
+/// ln of the odds from which on a single plot is taken for certain, or not at all.
+const CERTAIN: f64 = 4.0;
 
 /// Marginals below this are left out of an update.
 const HOPELESS: f64 = 1e-3;

@@ -18,6 +18,9 @@ pub(super) enum TrackFilter {
     Considering(Box<Consider>),
 }
 
+/// Plots of one weighted update that are handed on without asking for memory.
+const FEW: usize = 6;
+
 impl TrackFilter {
     pub(super) fn from_plot(config: &FilterConfig, plot: &Plot) -> Result<Self, UpdateError> {
         Ok(Self::Plain(Estimator::from_plot(config, plot)?))
@@ -144,8 +147,16 @@ impl TrackFilter {
     pub(super) fn update_weighted(&mut self, plots: &[(Plot, f64)]) -> Result<(), UpdateError> {
         match self {
             Self::Plain(f) => {
-                let borrowed: Vec<_> = plots.iter().map(|(plot, beta)| (plot, *beta)).collect();
-                f.update_weighted(&borrowed)
+                let Some((first, _)) = plots.first() else { return Err(UpdateError::UnsoundPlot) };
+                if plots.len() <= FEW {
+                    let mut few = [(first, 0.0); FEW];
+                    for (slot, (plot, beta)) in few.iter_mut().zip(plots) {
+                        *slot = (plot, *beta);
+                    }
+                    return f.update_weighted(&few[..plots.len()]);
+                }
+                let many: Vec<_> = plots.iter().map(|(plot, beta)| (plot, *beta)).collect();
+                f.update_weighted(&many)
             }
             Self::Considering(f) => {
                 let Some((first, _)) = plots.first() else { return Err(UpdateError::UnsoundPlot) };

@@ -170,6 +170,9 @@ pub(super) fn merge_duplicates(
     let sizes = seen.iter().filter_map(|s| tracks[s.track as usize].size_m);
     let reach = sizes.map(|(length, span)| libm::hypot(ALONG * length, ASIDE * span));
     let reach = reach.fold(config.duplicate_radius_m, f64::max);
+    if !(reach > 0.0) {
+        return;
+    }
     grid.fill(positions, reach);
     let around = Vector2::repeat(reach);
     for young in 0..seen.len() {

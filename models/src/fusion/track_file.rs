@@ -87,6 +87,15 @@ pub(super) struct Entry {
     update: Record,
 }
 
+impl Entry {
+    /// An update that became a beginning is one when it is done again.
+    fn note_beginning(&mut self, after: After, update: Update<'_>) {
+        if after.reborn {
+            self.update = Record::Plot(Taken::of(update.plot()));
+        }
+    }
+}
+
 /// How an update went.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Applied {
@@ -126,6 +135,8 @@ pub(super) struct Track {
     pub(super) published: bool,
     /// Plot of the last scan that both gates refused.
     pub(super) refused: Option<Box<Plot>>,
+    /// Its last plot made it begin anew; none has fitted since.
+    pub(super) restarted: bool,
     pub(super) heading_rad: f64,
     pub(super) altitude_m: Option<f64>,
     /// What its plots said it is.
@@ -171,6 +182,7 @@ impl Track {
             manoeuvre: false,
             published: false,
             refused: None,
+            restarted: false,
             heading_rad: 0.0,
             altitude_m: plot.altitude_m,
             callsign: None,
@@ -278,42 +290,45 @@ impl Track {
         config: &TrackingConfig,
         oldest: SimTime,
     ) -> Applied {
-        let plot = update.plot();
-        let in_order = self.now.time() <= plot.time;
-        // The state that the update starts from: `past[place].before`, or the present one.
-        let place = if in_order {
-            self.past.len()
-        } else {
-            match self.past.iter().rposition(|e| e.before.time() <= plot.time) {
-                Some(place) => place,
-                None if matches!(update, Update::Restart(..)) => 0,
-                None => return Applied::Refused, // before the oldest state that is kept
+        let time = update.plot().time;
+        let after = if self.now.time() <= time {
+            self.past.push_back(Entry { before: self.now.clone(), update: update.record() });
+            let Some(entry) = self.past.back_mut() else { return Applied::Refused };
+            match step(&mut self.now, update, config) {
+                Ok(after) => {
+                    entry.note_beginning(after, update);
+                    after
+                }
+                Err(_) => {
+                    std::mem::swap(&mut self.now, &mut entry.before);
+                    self.past.pop_back();
+                    return Applied::Refused;
+                }
             }
-        };
-        let before = self.past.get(place).map_or(&self.now, |e| &e.before);
-        let mut filter = before.clone();
-        let mut after = match step(&mut filter, update, config) {
-            Ok(done) => done,
-            Err(_) => return Applied::Refused,
-        };
-        let record = if after.reborn { Record::Plot(Taken::of(plot)) } else { update.record() };
-        if in_order {
-            let before = std::mem::replace(&mut self.now, filter);
-            self.past.push_back(Entry { before, update: record });
         } else {
-            let before = before.clone();
-            self.past.insert(place, Entry { before, update: record });
-            for later in place + 1..self.past.len() {
-                let entry = &mut self.past[later];
-                entry.before = filter.clone();
+            // The state that the update starts from: `past[place].before`.
+            let place = match self.past.iter().rposition(|e| e.before.time() <= time) {
+                Some(place) => place,
+                None if matches!(update, Update::Restart(..)) && !self.past.is_empty() => 0,
+                None => return Applied::Refused, // before the oldest state that is kept
+            };
+            let mut filter = self.past[place].before.clone();
+            let Ok(mut after) = step(&mut filter, update, config) else { return Applied::Refused };
+            let mut entry =
+                Entry { before: self.past[place].before.clone(), update: update.record() };
+            entry.note_beginning(after, update);
+            self.past.insert(place, entry);
+            for later in self.past.range_mut(place + 1..) {
+                later.before.clone_from(&filter);
                 // What cannot be done again leaves the state of the update before it.
-                match again(&mut filter, &entry.update, config) {
+                match again(&mut filter, &later.update, config) {
                     Ok(done) => after.reborn |= done.reborn,
-                    Err(_) => filter.clone_from(&entry.before),
+                    Err(_) => filter.clone_from(&later.before),
                 }
             }
             self.now = filter;
-        }
+            after
+        };
         self.forget_before(oldest);
         let After { position_m, velocity_ms, reborn } = after;
         if reborn {

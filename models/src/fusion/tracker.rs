@@ -181,6 +181,7 @@ pub(super) struct Work {
     pub(super) rest_looks: Vec<Look>,
     /// Labelled tracks, for other echoes of their bodies.
     pub(super) bodies: Grid,
+    pub(super) reaches: Vec<super::associate::Reachable>,
     pub(super) pairs: Vec<Pair>,
     pub(super) scratch: Vec<Pair>,
     pub(super) clusters: Clusters,
