@@ -40,7 +40,8 @@ impl Crossings {
     fn truth(&self, n: usize, t: f64) -> (Vector2<f64>, Vector2<f64>) {
         let (pair, columns) = (n / 2, self.columns());
         let centre = Vector2::new(150.0 * (pair % columns) as f64, 150.0 * (pair / columns) as f64);
-        let velocity = if n % 2 == 0 { Vector2::new(11.0, 0.0) } else { Vector2::new(0.0, 11.0) };
+        let velocity =
+            if n.is_multiple_of(2) { Vector2::new(11.0, 0.0) } else { Vector2::new(0.0, 11.0) };
         (centre + velocity * (t - 6.0), velocity)
     }
 

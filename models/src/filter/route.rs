@@ -225,7 +225,7 @@ impl Network {
                 arcs.push(Arc { from: edge.to, to: edge.from, ..arc });
             }
         }
-        arcs.sort_by(|a, b| (a.from, a.to).cmp(&(b.from, b.to)));
+        arcs.sort_by_key(|a| (a.from, a.to));
         arcs.dedup_by_key(|a| (a.from, a.to));
         let arcs = &arcs;
         let leaving = |node: usize| {
