@@ -68,17 +68,23 @@ fn write(args: &AccuracyArgs, report: &studies::Report) -> anyhow::Result<()> {
         for (name, text) in [
             ("accuracy.html", report.to_html()),
             ("accuracy.csv", report.to_csv()),
-            ("accuracy.json", report.to_json_line()),
+            ("accuracy.json", report.to_json()),
         ] {
             std::fs::write(folder.join(name), text).with_context(doing)?;
         }
     }
     if args.json {
+        show_closing(&report.closing());
         println!("{}", report.to_json_line());
     } else {
-        print!("{}", report.to_csv());
+        print!("{}", report.to_text());
     }
     Ok(())
+}
+
+#[expect(clippy::print_stderr, reason = "sentences for people beside a line for programs")]
+fn show_closing(text: &str) {
+    eprint!("{text}");
 }
 
 #[expect(clippy::print_stderr, reason = "progress for a person at a terminal")]

@@ -3,6 +3,7 @@
 pub mod accuracy;
 pub mod dis;
 pub mod federate_commands;
+pub mod fit;
 pub mod in_process;
 pub mod launch;
 pub mod link_args;
@@ -12,6 +13,7 @@ pub mod record;
 pub mod replay;
 pub mod report;
 pub mod run;
+pub mod score;
 pub mod verify;
 pub mod viewer_process;
 
@@ -33,6 +35,8 @@ enum Command {
     Replay(Box<replay::ReplayArgs>),
     Plan(plan::PlanArgs),
     Accuracy(accuracy::AccuracyArgs),
+    Fit(fit::FitArgs),
+    Score(score::ScoreArgs),
     Verify(verify::VerifyArgs),
     Record(record::RecordArgs),
     Dis(dis::DisArgs),
@@ -61,6 +65,8 @@ pub fn main() -> ExitCode {
         Some(Command::Record(args)) => finished(record::run(args)),
         Some(Command::Dis(args)) => finished(dis::run(args)),
         Some(Command::Accuracy(args)) => accuracy::run(&args),
+        Some(Command::Fit(args)) => fit::run(&args),
+        Some(Command::Score(args)) => score::run(&args),
         Some(Command::Verify(args)) => verify::run(&args),
         Some(Command::TrafficGenerator(args)) => federate_commands::traffic_generator(&args),
         Some(Command::ExternalWorld(args)) => federate_commands::external_world(&args),

@@ -16,6 +16,7 @@ pub mod filters;
 pub mod gates;
 mod gnss;
 mod measure;
+pub mod offline;
 pub mod picture;
 pub mod plot;
 pub mod profiles;
@@ -23,6 +24,8 @@ pub mod radar;
 mod report;
 pub mod requirements;
 pub mod scenes;
+pub mod score;
+pub mod score_files;
 #[cfg(test)]
 mod tests;
 pub mod zurich;

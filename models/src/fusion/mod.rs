@@ -14,6 +14,7 @@ mod filter;
 mod labels;
 mod life;
 mod numbers;
+pub mod offline;
 mod registration;
 pub mod shadow;
 mod track_file;

@@ -128,6 +128,20 @@ impl AreaScore {
         (!self.position_m.is_empty()).then(|| (sum / self.position_m.len() as f64).sqrt())
     }
 
+    /// Joins what another run found in the same area.
+    pub fn join(&mut self, other: &Self) {
+        self.position_m.extend(&other.position_m);
+        self.speed.extend(&other.speed);
+        self.course_rad.extend(&other.course_rad);
+        self.nearest_target_m.extend(&other.nearest_target_m);
+        self.behind_s.extend(&other.behind_s);
+        self.labels_due += other.labels_due;
+        self.right_labels += other.right_labels;
+        self.wrong_labels += other.wrong_labels;
+        self.stays.extend(other.stays.iter().cloned());
+        self.finish();
+    }
+
     fn finish(&mut self) {
         for errors in [&mut self.position_m, &mut self.course_rad, &mut self.nearest_target_m] {
             errors.sort_by(f64::total_cmp);

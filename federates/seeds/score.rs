@@ -1,0 +1,227 @@
+//! `seeds score --truth FILE --tracks FILE`: a recorded run held against its truth.
+
+use crate::runtime::cli::{BAD_INPUT, FAILED, fail};
+use anyhow::{Context, bail};
+use clap::Args;
+use models::frames::Vector2;
+use models::score::areas::{AreaMap, AreaRules};
+use models::score::recording::{PlotSum, Recording, Report, Target, TruthPoint};
+use models::score::run::Rules;
+use models::time::SimTime;
+use rusqlite::{Connection, OpenFlags};
+use scenarios::Scene;
+use std::collections::BTreeMap;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use studies::score::ScoreReport;
+use studies::score_files;
+
+/// How good recorded tracks are, held against the truth: errors by area, gaps, labels, requirements
+#[derive(Args, Clone, Debug)]
+pub struct ScoreArgs {
+    /// True states: the database of a run, or CSV (time_s, target, x_m, y_m or lat_deg, lon_deg; vx_ms, vy_ms, altitude_m)
+    #[arg(long, value_name = "FILE")]
+    truth: PathBuf,
+
+    /// Tracks: the database of a run, or CSV (time_s, track, x_m, y_m or lat_deg, lon_deg; vx_ms, vy_ms, label, published_s)
+    #[arg(long, value_name = "FILE")]
+    tracks: PathBuf,
+
+    /// Scene whose airport says what is runway, taxiway, apron and stand [default: the one that the database names]
+    #[arg(long, value_name = "SCENE")]
+    scene: Option<String>,
+
+    /// Time between two scans, s [default: the database's, else 1]
+    #[arg(long, value_name = "S")]
+    scan: Option<f64>,
+
+    /// Writes the report as a page
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+
+    /// One JSON object on stdout
+    #[arg(long)]
+    json: bool,
+}
+
+/// Scores and reports.
+#[must_use]
+pub fn run(args: &ScoreArgs) -> ExitCode {
+    if args.scan.is_some_and(|s| !(0.01..=60.0).contains(&s)) {
+        return fail(BAD_INPUT, "--scan: a scan lasts 0.01 to 60 s");
+    }
+    let report = match scored(args) {
+        Ok(report) => report,
+        Err(e) => return fail(BAD_INPUT, format!("{e:#}")),
+    };
+    match write(args, &report) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(e) => fail(FAILED, format!("{e:#}")),
+    }
+}
+
+#[expect(clippy::print_stdout, reason = "the result of the command")]
+fn write(args: &ScoreArgs, report: &ScoreReport) -> anyhow::Result<()> {
+    if let Some(path) = &args.out {
+        let doing = || format!("writing {}", path.display());
+        std::fs::write(path, report.to_html()).with_context(doing)?;
+    }
+    if args.json {
+        println!("{}", report.to_json());
+    } else {
+        print!("{}", report.to_text());
+    }
+    Ok(())
+}
+
+fn scored(args: &ScoreArgs) -> anyhow::Result<ScoreReport> {
+    let truth = Source::open(&args.truth)?;
+    let tracks = Source::open(&args.tracks)?;
+    let mut notes = Vec::new();
+    let named = [&truth, &tracks].into_iter().find_map(|s| s.fact("scene"));
+    let scene = scene(args.scene.as_deref(), named.as_deref(), &mut notes)?;
+    let place = scene.as_ref().map(|s| |lat: f64, lon: f64| s.airport.local_m(lat, lon));
+    let place: score_files::Place<'_> =
+        place.as_ref().map(|p| p as &dyn Fn(f64, f64) -> Vector2<f64>);
+    let targets = truth.targets(place).with_context(|| args.truth.display().to_string())?;
+    let reports = tracks.reports(place).with_context(|| args.tracks.display().to_string())?;
+    let plots = tracks.plots()?;
+    let mut recording = Recording { targets, reports, plots };
+    let left_out = recording.put_in_order();
+    if left_out > 0 {
+        notes.push(format!("{left_out} rows with numbers that are not finite were left out."));
+    }
+    if recording.reports.is_empty() {
+        bail!("{}: no track", args.tracks.display());
+    }
+    if plots.count > 0 {
+        notes.push(
+            "The reduction holds published tracks, predicted to the end of the scan, against plots at their own \
+             time: it is less than the filter's own gain."
+                .into(),
+        );
+    }
+    let scan_s = args.scan.or_else(|| tracks.fact("scan_s")?.parse().ok()).unwrap_or(1.0);
+    let rules = Rules { scan_s, hole_s: (2.5 * scan_s).max(2.5), ..Rules::default() };
+    let areas = scene.as_ref().map_or_else(
+        || AreaMap::open(AreaRules::default()),
+        |s| AreaMap::of(&s.airport.layout, AreaRules::default()),
+    );
+    let title = format!("{} against {}", args.tracks.display(), args.truth.display());
+    Ok(ScoreReport::of(title, notes, &recording, &areas, &rules))
+}
+
+/// The scene that says what is where: the one asked for has to be there, the database's may be gone.
+fn scene(
+    asked: Option<&str>,
+    named: Option<&str>,
+    notes: &mut Vec<String>,
+) -> anyhow::Result<Option<Scene>> {
+    let load = |name: &str| scenarios::load_without_truth(&scenarios::locate(name));
+    if let Some(asked) = asked {
+        return Ok(Some(load(asked)?));
+    }
+    let found = named.and_then(|name| load(name).ok());
+    notes.push(match (&found, named) {
+        (Some(s), _) => format!("Areas are those of scene {} ({}).", s.name, s.airport.layout.icao),
+        (None, Some(name)) => {
+            format!("Scene {name} is not here: areas are unknown; name one with --scene.")
+        }
+        (None, None) => "Areas are unknown: name the scene of the airport with --scene.".into(),
+    });
+    Ok(found)
+}
+
+/// A file with truth or tracks.
+enum Source {
+    Database(Connection),
+    Text(String),
+}
+
+impl Source {
+    fn open(path: &Path) -> anyhow::Result<Self> {
+        let doing = || path.display().to_string();
+        let mut head = [0; 15];
+        let mut file = std::fs::File::open(path).with_context(doing)?;
+        let length = file.read(&mut head).with_context(doing)?;
+        if &head[..length] == b"SQLite format 3" {
+            let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
+            return Ok(Self::Database(
+                Connection::open_with_flags(path, flags).with_context(doing)?,
+            ));
+        }
+        let text = std::fs::read(path).with_context(doing)?;
+        match String::from_utf8(text) {
+            Ok(text) => Ok(Self::Text(text)),
+            Err(_) => bail!("{}: neither the database of a run nor text", path.display()),
+        }
+    }
+
+    /// A figure of the run.
+    fn fact(&self, name: &str) -> Option<String> {
+        let Self::Database(database) = self else { return None };
+        database.query_row("SELECT value FROM run WHERE name = ?", [name], |r| r.get(0)).ok()
+    }
+
+    fn targets(&self, place: score_files::Place<'_>) -> anyhow::Result<Vec<Target>> {
+        let database = match self {
+            Self::Text(text) => return Ok(score_files::truth(text, place)?),
+            Self::Database(database) => database,
+        };
+        let mut query = database.prepare(
+            "SELECT entity, callsign, time_ns, x_m, y_m, vx_ms, vy_ms, altitude_m \
+             FROM truth JOIN scans USING (scan)",
+        )?;
+        let mut rows = query.query([])?;
+        let mut targets: BTreeMap<i64, Target> = BTreeMap::new();
+        while let Some(row) = rows.next()? {
+            let target = targets.entry(row.get(0)?).or_default();
+            target.name = row.get::<_, Option<String>>(1)?.unwrap_or_default();
+            target.path.push(TruthPoint {
+                time: SimTime(row.get(2)?),
+                position_m: Vector2::new(row.get(3)?, row.get(4)?),
+                velocity_ms: Vector2::new(row.get(5)?, row.get(6)?),
+                height_m: row.get(7)?,
+            });
+        }
+        Ok(targets.into_values().collect())
+    }
+
+    /// Reports; of our own runs the publication is late by what the scan took.
+    fn reports(&self, place: score_files::Place<'_>) -> anyhow::Result<Vec<Report>> {
+        let database = match self {
+            Self::Text(text) => return Ok(score_files::tracks(text, place)?),
+            Self::Database(database) => database,
+        };
+        let mut query = database.prepare(
+            "SELECT track, time_ns, took_us, x_m, y_m, vx_ms, vy_ms, callsign \
+             FROM tracks JOIN scans USING (scan) WHERE status NOT IN ('last', 'tentative')",
+        )?;
+        let reports = query.query_map([], |row| {
+            let time: i64 = row.get(1)?;
+            let took_us: Option<i64> = row.get(2)?;
+            Ok(Report {
+                track: row.get::<_, i64>(0)?.unsigned_abs(),
+                time: SimTime(time),
+                published: took_us.map(|us| SimTime(time + us * 1000)),
+                position_m: Vector2::new(row.get(3)?, row.get(4)?),
+                velocity_ms: Some(Vector2::new(row.get(5)?, row.get(6)?)),
+                label: row.get::<_, Option<String>>(7)?.unwrap_or_default(),
+            })
+        })?;
+        Ok(reports.collect::<Result<_, _>>()?)
+    }
+
+    /// The radars' plots of targets.
+    fn plots(&self) -> anyhow::Result<PlotSum> {
+        let Self::Database(database) = self else { return Ok(PlotSum::default()) };
+        let (count, sum) = database.query_row(
+            "SELECT count(error_m), total(error_m * error_m) FROM plots \
+             WHERE kind = 'asde' AND cause IS NOT NULL",
+            [],
+            |row| Ok((row.get::<_, i64>(0)?, row.get::<_, f64>(1)?)),
+        )?;
+        Ok(PlotSum { count: count.unsigned_abs(), squares_m2: sum })
+    }
+}
