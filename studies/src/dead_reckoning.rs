@@ -186,8 +186,8 @@ pub(crate) fn thresholds(options: &Options, progress: &mut dyn FnMut(Progress)) 
         title: "Dead reckoning: error of what receivers believe against network load".into(),
         about: "Entity State PDUs are sent when the receivers' extrapolation is off by more than the \
                 threshold (or 0.5°), and every 5 s. FPW extrapolates at constant velocity, FVW at constant \
-                acceleration, RVW turns too (IEEE 1278.1-2012, annex E). Steps of 50 ms: the threshold is \
-                looked at that often, so the largest error is a little above it. Time is one mover for one \
+                acceleration, RVW turns too (IEEE 1278.1-2012, annex E): in a turn the first two send for the \
+                angle, not the position. Steps of 50 ms: the threshold is looked at that often, so the largest error is a little above it. Time is one mover for one \
                 simulated second."
             .into(),
         error_label: "error of the extrapolated position, m (rms)".into(),

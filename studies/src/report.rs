@@ -313,6 +313,9 @@ fn gains(out: &mut String, outcome: &Outcome) {
 /// Share of the error that a step has to buy to be named in the closing sentence.
 const WORTH_SAYING: f64 = 0.05;
 
+/// Steps that a closing sentence names one by one.
+const MOST_STEPS: usize = 3;
+
 /// What the next step up costs and what it buys, in words, over the ladder's first scene.
 fn closing(outcome: &Outcome) -> String {
     let ladder = &outcome.ladder;
@@ -346,7 +349,7 @@ fn closing(outcome: &Outcome) -> String {
         said(cost(first)),
         off(error(first)),
     );
-    for (number, pair) in front.windows(2).enumerate() {
+    for (number, pair) in front.windows(2).enumerate().take(MOST_STEPS) {
         let (a, b) = (pair[0], pair[1]);
         let _ = write!(
             text,
@@ -357,6 +360,15 @@ fn closing(outcome: &Outcome) -> String {
             times(cost(b) / cost(a)),
             off(error(a) - error(b)),
             100.0 * (1.0 - error(b) / error(a)),
+        );
+    }
+    if let Some(last) = front.last().filter(|_| front.len() > MOST_STEPS + 1) {
+        let _ = write!(
+            text,
+            "; so it goes on to {} ({}, error {})",
+            last.rung,
+            said(cost(last)),
+            off(error(last))
         );
     }
     if front.len() == 1 && rows.len() > 1 {
@@ -376,6 +388,11 @@ fn closing(outcome: &Outcome) -> String {
         }
     }
     text.push('.');
+    let lossy = rows.iter().filter_map(|r| Some((r, r.lost_pct.filter(|l| *l > 0.0)?)));
+    let lossy: Vec<String> = lossy.map(|(r, l)| format!("{} {l:.0} %", r.rung)).collect();
+    if !lossy.is_empty() {
+        let _ = write!(text, " Tracks lost there: {}.", lossy.join(", "));
+    }
     let mut lost: Vec<&str> = Vec::new();
     for row in &outcome.rows {
         let bad = row.lost_pct.is_some_and(|l| l > 0.0) || !row.failed.is_empty();
@@ -575,7 +592,7 @@ font-size:.9rem;color:#445}dd{margin:0}.closing{background:#eef5fb;border-left:4
 .key{font-size:.9rem;color:#334}.key svg{height:14px;width:auto;vertical-align:-2px;margin-left:.6rem}\
 .contents{white-space:normal}.contents td{text-align:left;vertical-align:top;padding:.35rem .8rem .35rem 0}\
 .contents td:first-child{white-space:nowrap}a{color:#1b5f96}\
-.charts{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(520px,100%),1fr));gap:1.6rem}figure{margin:0}\
+.charts{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(520px,100%),1fr));gap:1.6rem}figure{margin:0;max-width:680px}\
 figcaption{font-size:.9rem;min-height:3em}figure svg{width:100%;height:auto}.grid{stroke:#e6ebf0;fill:none}.zero{stroke:#9fb1c1;stroke-dasharray:1 3}\
 .tick{font-size:11px;fill:#566}.label{font-size:12px;fill:#334}.front{fill:none;stroke:#2a78b8;stroke-width:1.5}.best{fill:#2a78b8}\
 .other{fill:#fff;stroke:#7a8a99;stroke-width:1.5}.failed{fill:#fff;stroke:#c0392b;stroke-width:2}\
