@@ -54,6 +54,10 @@ pub struct WorldArgs {
 pub struct SmdfmArgs {
     #[command(flatten)]
     common: CommonArgs,
+
+    /// Say of every plot what each simulated effect did to it, on the page and in the database
+    #[arg(long)]
+    explain: bool,
 }
 
 /// Viewer and logger: the page, the recording, the database
@@ -225,7 +229,7 @@ pub fn external_world(args: &WorldArgs) -> ExitCode {
 #[must_use]
 pub fn smdfm(args: &SmdfmArgs) -> ExitCode {
     member(&args.common, "smdfm", load_scene_without_truth, |scene, exercise| {
-        Box::new(Smdfm::new(scene, exercise))
+        Box::new(Smdfm::new(scene, exercise).explaining(args.explain))
     })
 }
 

@@ -283,7 +283,11 @@ fn start_all(args: &RunArgs, endpoint: &str, launched: &mut Launched) -> anyhow:
     }
     launched.start("external-world", &with("external-world", &[]))?;
     let loss = ["--inject-loss".to_owned(), args.inject_loss.to_string()];
-    launched.start("smdfm", &with("smdfm", &loss))?;
+    let mut smdfm = loss.to_vec();
+    if args.with_logger() {
+        smdfm.push("--explain".to_owned());
+    }
+    launched.start("smdfm", &with("smdfm", &smdfm))?;
     if args.with_logger() {
         launched.start("viewer-logger", &with("viewer-logger", &viewer_arguments(args)))?;
     }

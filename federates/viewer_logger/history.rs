@@ -4,6 +4,7 @@ use super::frame::{self, Trail};
 use crate::runtime::messages::ScanReport;
 use models::time::SimTime;
 use serde::Serialize;
+use serde_json::json;
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
@@ -15,6 +16,15 @@ struct Kept {
     octets: Arc<[u8]>,
     tracks: Vec<KeptTrack>,
     plot_errors: Vec<(u64, String, f32)>, // entity, kind of sensor, error in m
+    explained: Vec<Explained>,
+}
+
+/// What every simulated effect did to a plot.
+#[derive(Debug)]
+struct Explained {
+    track: Option<u16>,
+    entity: Option<u64>,
+    text: Box<str>, // JSON
 }
 
 #[derive(Debug)]
@@ -84,12 +94,22 @@ impl History {
             let entity = key_of.get(p.cause.as_str())?;
             Some((*entity, p.kind.clone(), frame::plot_error_m(p)? as f32))
         });
+        let explained = scan.plots.iter().filter(|p| !p.effects.is_empty()).map(|p| {
+            let plot = json!({
+                "sensor": p.sensor, "kind": p.kind, "time_s": SimTime(p.time_ns).s(),
+                "scnr_db": p.scnr_db, "error_m": frame::plot_error_m(p), "track": p.track,
+                "effects": p.effects,
+            });
+            let entity = key_of.get(p.cause.as_str()).copied();
+            Explained { track: p.track, entity, text: plot.to_string().into() }
+        });
         let kept = Kept {
             scan: scan.scan,
             time,
             octets: frame::encode(scan).into(),
             tracks: tracks.collect(),
             plot_errors: plot_errors.collect(),
+            explained: explained.collect(),
         };
         self.octets += kept.cost();
         self.kept.push_back(kept);
@@ -171,6 +191,17 @@ impl History {
         points.collect()
     }
 
+    /// What every simulated effect did to the plots of the track `number`, or of the target that it
+    /// follows, in the scan nearest to `scan`: JSON objects, none where the SMDFM was not asked to explain.
+    #[must_use]
+    pub fn effects(&self, number: u16, scan: u64) -> Vec<&str> {
+        let Some(kept) = self.index_at(scan).map(|i| &self.kept[i]) else { return Vec::new() };
+        let entity = kept.tracks.iter().find(|t| t.number == number).and_then(|t| t.entity);
+        let of_it =
+            |e: &&Explained| e.track == Some(number) || (entity.is_some() && e.entity == entity);
+        kept.explained.iter().filter(of_it).map(|e| &*e.text).collect()
+    }
+
     fn index_at(&self, scan: u64) -> Option<usize> {
         if self.kept.is_empty() {
             return None;
@@ -198,5 +229,6 @@ impl Kept {
             + self.octets.len()
             + self.tracks.len() * size_of::<KeptTrack>()
             + self.plot_errors.len() * size_of::<(u64, String, f32)>()
+            + self.explained.iter().map(|e| size_of::<Explained>() + e.text.len()).sum::<usize>()
     }
 }

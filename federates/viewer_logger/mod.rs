@@ -182,6 +182,7 @@ pub struct Session {
     shown: Option<u64>, // a scan of the past; none is the newest
     selected: Option<u16>,
     sent_scan: Option<u64>,
+    explained: Option<(u64, u16)>, // scan and track
     curve_from: u64,
 }
 
@@ -225,6 +226,16 @@ impl Session {
         {
             self.sent_scan = Some(scan);
             out.push(Outgoing::Binary(message));
+        }
+        if let (Some(number), Some(scan)) = (self.selected, self.sent_scan)
+            && self.explained != Some((scan, number))
+        {
+            self.explained = Some((scan, number));
+            let plots = viewer.history.effects(number, scan).join(",");
+            out.push(Outgoing::Text(
+                format!(r#"{{"type":"effects","scan":{scan},"track":{number},"plots":[{plots}]}}"#)
+                    .into(),
+            ));
         }
         if let (Some(number), Some(newest)) = (self.selected, newest)
             && self.curve_from <= newest

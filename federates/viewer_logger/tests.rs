@@ -193,6 +193,28 @@ fn a_curve_follows_the_entity_and_arrives_without_gaps() {
 }
 
 #[test]
+fn the_plots_of_the_selected_target_say_what_every_effect_did() {
+    let mut viewer = Viewer::new(1 << 20);
+    let mut session = Session::default();
+    (1..=4).for_each(|n| viewer.on_scan(&scan(n)));
+    let explained = |session: &mut Session| {
+        let out = texts(&session.poll(&viewer));
+        out.into_iter().find(|m| m["type"] == "effects")
+    };
+    assert_eq!(explained(&mut session), None, "nothing is selected");
+    session.on_message(r#"{"type":"select","track":4}"#);
+    let now = explained(&mut session).expect("explained");
+    assert_eq!((now["scan"].as_u64(), now["track"].as_u64()), (Some(4), Some(4)));
+    assert_eq!(now["plots"][0]["effects"][0], json!(["rain attenuation", -3.1, "dB"]));
+    assert_eq!(now["plots"][0]["error_m"].as_f64(), Some(3.0));
+    assert_eq!(explained(&mut session), None, "once");
+    session.on_message(r#"{"type":"show","scan":2}"#);
+    assert_eq!(explained(&mut session).expect("explained")["scan"], 2);
+    session.on_message(r#"{"type":"select","track":5}"#);
+    assert_eq!(explained(&mut session).expect("answered")["plots"], json!([]));
+}
+
+#[test]
 fn a_session_is_sent_each_last_value_once() {
     let mut viewer = Viewer::new(1 << 20);
     viewer.on_weather(&weather(0.0));

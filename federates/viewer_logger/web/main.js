@@ -5,7 +5,7 @@ import { decode } from "./frame.js";
 import { Link } from "./link.js";
 import { closeUp, LAYERS, MapView, plotMark } from "./map.js";
 import {
-  facts, flightColumns, showFederates, showOperations, showSensors, Table, targetFacts, TRACK_COLUMNS,
+  facts, flightColumns, showEffects, showFederates, showOperations, showSensors, Table, targetFacts, TRACK_COLUMNS,
 } from "./panels.js";
 import { element, elapsed, fixed, utc, visibility, wind } from "./text.js";
 
@@ -92,6 +92,11 @@ function onText(message) {
       state.plan = message.rows;
       showPanel("sensors");
       break;
+    case "effects":
+      if (message.track !== selectedNumber()) break;
+      state.effects = message;
+      showPanel("effects");
+      break;
     case "curve":
       if (message.track === selectedNumber()) curve.add(message);
       break;
@@ -146,6 +151,8 @@ function select(id) {
   map.selected = id;
   if (id === null) map.follow = false;
   curve.clear();
+  state.effects = null;
+  showPanel("effects");
   link.send({ type: "select", track: selectedNumber() });
   tracks.select(id);
   if (state.callsign) flights.select(state.callsign);
@@ -330,6 +337,9 @@ function showTarget() {
 
 function showPanel(name) {
   if (byId(`panel-${name}`).hidden) return;
+  if (name === "effects") {
+    showEffects(byId("effects"), { of: state.selected && (state.callsign || state.selected.replace(/^t/, "Track ")), message: state.effects, sensors: state.airport?.sensors ?? [] });
+  }
   if (name === "federates") showFederates(byId("federates"), state.federates, state.runState?.members ?? []);
   if (name === "sensors") {
     showSensors(byId("sensors"), {
@@ -410,7 +420,7 @@ function drawMark(canvas) {
   g.stroke();
 }
 
-const TABS = [["tracks", "Targets"], ["flights", "Flights"], ["federates", "Federates"], ["sensors", "Sensors"], ["log", "Log"]];
+const TABS = [["tracks", "Targets"], ["effects", "Effects"], ["flights", "Flights"], ["federates", "Federates"], ["sensors", "Sensors"], ["log", "Log"]];
 
 function makeTabs() {
   for (const [key, title] of TABS) {

@@ -212,6 +212,31 @@ export function showSensors(box, { scan, sensors, measures, plan, tookUs }) {
   box.replaceChildren(...parts);
 }
 
+/** What every simulated effect did to the plots of the selected target in the scan shown. */
+export function showEffects(box, { of, message, sensors }) {
+  const say = (text) => box.replaceChildren(element("p", text, { class: "empty" }));
+  if (!of) return say("Select a target to see what each simulated effect did to its plots.");
+  if (!message?.plots.length) return say(`${of} has no plot in this scan, or the SMDFM runs without --explain.`);
+  box.replaceChildren(...message.plots.map((plot) => {
+    const site = sensors.find((s) => s.id === plot.sensor);
+    const about = [elapsed(plot.time_s), Number.isFinite(plot.scnr_db) ? `SCNR ${fixed(plot.scnr_db, 1)} dB` : "",
+      Number.isFinite(plot.error_m) ? `error ${fixed(plot.error_m, 2)} m` : "", plot.track === null ? "not used by a track" : ""];
+    const row = ([name, value, unit]) => element("tr", [element("td", name), element("td", signed(value, unit), { class: "number" }), element("td", unit)]);
+    return element("article", [
+      element("h3", [site?.name || `sensor ${plot.sensor}`, element("small", plot.kind)]),
+      element("p", about.filter(Boolean).join(" \u2013 "), { class: "where" }),
+      element("table", [element("thead", element("tr", ["Effect", "Did", ""].map((t, i) => element("th", t, { class: i === 1 ? "number" : null })))), element("tbody", plot.effects.map(row))]),
+    ], { class: "card" });
+  }));
+}
+
+/** A change with its sign; a factor or a count without. */
+function signed(value, unit) {
+  if (!Number.isFinite(value)) return NONE;
+  const text = fixed(value, Math.abs(value) < 10 ? 2 : 1);
+  return value > 0 && (unit === "dB" || unit === "m") ? `+${text}` : text;
+}
+
 /** Microseconds as milliseconds; zero is not measured. */
 function milliseconds(us) {
   return us > 0 ? `${fixed(us / 1000, us < 10000 ? 2 : 0)} ms` : NONE;
