@@ -197,6 +197,10 @@ pub fn run(context: MemberContext, federate: Box<dyn Federate>) -> Result<u8, Me
                     if let Report::Failed { reason } = &report {
                         tracing::error!("{name}: {reason}");
                     }
+                    // The figures of the whole run are known now.
+                    if matches!(report, Report::Final(_)) {
+                        status.due_now();
+                    }
                     bus.publish(&format!("fed/{name}"), Class::Must, encode(&report))?;
                 }
                 Effect::Repair { name: producer, repair } => {

@@ -1,4 +1,4 @@
-//! The report of a run: HTML, CSV and JSON made from its database.
+//! The report of a run, made from its database: a page to look at, every table as CSV and JSON.
 
 use anyhow::Context;
 use rusqlite::{Connection, OpenFlags, types::ValueRef};
@@ -6,85 +6,258 @@ use serde_json::{Map, Value, json};
 use std::fmt::Write as _;
 use std::path::Path;
 
-/// Rows of a query as JSON objects.
-fn rows(database: &Connection, query: &str) -> anyhow::Result<Vec<Map<String, Value>>> {
-    let mut statement = database.prepare(query)?;
-    let names: Vec<String> = statement.column_names().map(str::to_owned).collect();
-    let mut found = statement.query([])?;
-    let mut all = Vec::new();
-    while let Some(row) = found.next()? {
-        let mut object = Map::new();
-        for (i, name) in names.iter().enumerate() {
-            let value = match row.get_ref(i)? {
-                ValueRef::Null | ValueRef::Blob(_) => Value::Null,
-                ValueRef::Integer(n) => json!(n),
-                ValueRef::Real(x) => json!(x),
-                ValueRef::Text(text) => json!(String::from_utf8_lossy(text)),
-            };
-            object.insert(name.clone(), value);
-        }
-        all.push(object);
-    }
-    Ok(all)
+/// Result of a query, columns in the order of the query.
+struct Table {
+    names: Vec<String>,
+    rows: Vec<Vec<Value>>,
 }
 
-fn cell(value: &Value) -> String {
-    match value {
-        Value::Null => String::new(),
-        Value::String(text) => text.clone(),
-        Value::Number(n) => {
-            n.as_f64().filter(|_| !n.is_i64()).map_or_else(|| n.to_string(), |x| format!("{x:.3}"))
+impl Table {
+    fn of(database: &Connection, query: &str) -> anyhow::Result<Self> {
+        let mut statement = database.prepare(query)?;
+        let names: Vec<String> = statement.column_names().map(str::to_owned).collect();
+        let mut found = statement.query([])?;
+        let mut rows = Vec::new();
+        while let Some(row) = found.next()? {
+            let value = |i: usize| {
+                Ok(match row.get_ref(i)? {
+                    ValueRef::Null | ValueRef::Blob(_) => Value::Null,
+                    ValueRef::Integer(n) => json!(n),
+                    ValueRef::Real(x) => json!(x),
+                    ValueRef::Text(text) => json!(String::from_utf8_lossy(text)),
+                })
+            };
+            rows.push((0..names.len()).map(value).collect::<rusqlite::Result<_>>()?);
         }
+        Ok(Self { names, rows })
+    }
+
+    fn json(&self) -> Value {
+        let object = |row: &Vec<Value>| -> Map<String, Value> {
+            self.names.iter().cloned().zip(row.iter().cloned()).collect()
+        };
+        self.rows.iter().map(object).map(Value::Object).collect()
+    }
+
+    fn csv(&self) -> String {
+        let quoted = |text: &str| {
+            if text.contains([',', '"', '\n']) {
+                format!("\"{}\"", text.replace('"', "\"\""))
+            } else {
+                text.to_owned()
+            }
+        };
+        let cell = |value: &Value| match value {
+            Value::Null => String::new(),
+            Value::String(text) => quoted(text),
+            other => other.to_string(),
+        };
+        let mut out = self.names.iter().map(|n| quoted(n)).collect::<Vec<_>>().join(",") + "\n";
+        for row in &self.rows {
+            out += &(row.iter().map(cell).collect::<Vec<_>>().join(",") + "\n");
+        }
+        out
+    }
+
+    fn html(&self) -> String {
+        if self.rows.is_empty() {
+            return "<p>none</p>".to_owned();
+        }
+        let mut out = "<table><thead><tr>".to_owned();
+        for name in &self.names {
+            let _ = write!(out, "<th>{}</th>", escaped(&name.replace('_', " ")));
+        }
+        out += "</tr></thead><tbody>";
+        for row in &self.rows {
+            out += "<tr>";
+            for value in row {
+                let _ = write!(out, "<td>{}</td>", escaped(&shown(value)));
+            }
+            out += "</tr>";
+        }
+        out + "</tbody></table>"
+    }
+
+    /// The figures of a column; NaN where there is none.
+    fn column(&self, name: &str) -> Vec<f64> {
+        let Some(at) = self.names.iter().position(|n| n == name) else { return Vec::new() };
+        self.rows.iter().map(|row| row[at].as_f64().unwrap_or(f64::NAN)).collect()
+    }
+}
+
+/// A figure as people read it.
+fn shown(value: &Value) -> String {
+    match value {
+        Value::Null => "–".to_owned(),
+        Value::String(text) => text.clone(),
+        Value::Number(n) if n.is_i64() => n.to_string(),
+        Value::Number(n) => format!("{:.2}", n.as_f64().unwrap_or(f64::NAN)),
         other => other.to_string(),
     }
-}
-
-fn csv(rows: &[Map<String, Value>]) -> String {
-    let Some(first) = rows.first() else { return String::new() };
-    let quoted = |text: &str| {
-        if text.contains([',', '"', '\n']) {
-            format!("\"{}\"", text.replace('"', "\"\""))
-        } else {
-            text.to_owned()
-        }
-    };
-    let mut out = first.keys().map(|k| quoted(k)).collect::<Vec<_>>().join(",") + "\n";
-    for row in rows {
-        let line: Vec<_> = row
-            .values()
-            .map(|v| match v {
-                Value::Number(n) => n.to_string(),
-                other => quoted(&cell(other)),
-            })
-            .collect();
-        out += &(line.join(",") + "\n");
-    }
-    out
 }
 
 fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
-fn table(title: &str, rows: &[Map<String, Value>]) -> String {
-    let mut out = format!("<h2>{}</h2>", escaped(title));
-    let Some(first) = rows.first() else { return out + "<p>none</p>" };
-    out += "<table><thead><tr>";
-    for key in first.keys() {
-        let _ = write!(out, "<th>{}</th>", escaped(key));
-    }
-    out += "</tr></thead><tbody>";
-    for row in rows.iter().take(500) {
-        out += "<tr>";
-        for value in row.values() {
-            let _ = write!(out, "<td>{}</td>", escaped(&cell(value)));
-        }
-        out += "</tr>";
-    }
-    out + "</tbody></table>"
+/// Straight axes of a picture: figures to pixels.
+struct Axes {
+    from: [f64; 2],
+    to: [f64; 2],
+    size: [f64; 2],
 }
 
-/// Every table and view of the database as CSV and JSON, the small ones on one page.
+const MARGIN: f64 = 46.0;
+
+impl Axes {
+    fn at(&self, x: f64, y: f64) -> (f64, f64) {
+        let part = |k: usize, v: f64| (v - self.from[k]) / (self.to[k] - self.from[k]);
+        (
+            MARGIN + part(0, x) * (self.size[0] - 2.0 * MARGIN),
+            self.size[1] - MARGIN - part(1, y) * (self.size[1] - 2.0 * MARGIN),
+        )
+    }
+
+    /// A line through the points; a gap where a figure is missing.
+    fn line(&self, class: &str, points: impl Iterator<Item = (f64, f64)>) -> String {
+        let mut path = String::new();
+        let mut down = false;
+        for (x, y) in points {
+            if !(x.is_finite() && y.is_finite()) {
+                down = false;
+                continue;
+            }
+            let (px, py) = self.at(x, y);
+            let _ = write!(path, "{}{px:.1} {py:.1}", if down { "L" } else { "M" });
+            down = true;
+        }
+        format!("<path class=\"{class}\" d=\"{path}\"/>")
+    }
+
+    fn frame(&self, x_title: &str, y_title: &str) -> String {
+        let mut out = String::new();
+        for k in 0..2 {
+            for value in ticks(self.from[k], self.to[k]) {
+                let (a, b) = if k == 0 {
+                    (self.at(value, self.from[1]), self.at(value, self.to[1]))
+                } else {
+                    (self.at(self.from[0], value), self.at(self.to[0], value))
+                };
+                let (x, y, anchor) = if k == 0 {
+                    (a.0, a.1 + 15.0, "middle")
+                } else {
+                    (a.0 - 6.0, a.1 + 4.0, "end")
+                };
+                let _ = write!(
+                    out,
+                    "<path class=\"grid\" d=\"M{:.1} {:.1}L{:.1} {:.1}\"/><text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\">{value}</text>",
+                    a.0, a.1, b.0, b.1
+                );
+            }
+        }
+        let (middle, bottom) = (self.size[0] / 2.0, self.size[1] - 10.0);
+        let _ = write!(
+            out,
+            "<text x=\"{middle}\" y=\"{bottom}\" text-anchor=\"middle\">{x_title}</text><text x=\"10\" y=\"22\">{y_title}</text>"
+        );
+        out
+    }
+
+    fn svg(&self, inside: &str) -> String {
+        format!(
+            "<svg viewBox=\"0 0 {} {}\" role=\"img\">{inside}</svg>",
+            self.size[0], self.size[1]
+        )
+    }
+}
+
+/// Round figures between two bounds, about six.
+fn ticks(from: f64, to: f64) -> Vec<f64> {
+    let rough = (to - from) / 6.0;
+    if !(rough.is_finite() && rough > 0.0) {
+        return Vec::new();
+    }
+    let power = libm::pow(10.0, libm::floor(libm::log10(rough)));
+    let step = [1.0, 2.0, 5.0, 10.0].map(|m| m * power).into_iter().find(|s| *s >= rough);
+    let step = step.unwrap_or(10.0 * power);
+    let first = (from / step).ceil() as i64;
+    let last = (to / step).floor() as i64;
+    (first..=last).map(|n| n as f64 * step).map(|x| (x * 1e6).round() / 1e6).collect()
+}
+
+/// Errors of tracks and plots over time, with the changes of the weather.
+fn error_picture(database: &Connection) -> anyhow::Result<String> {
+    let errors = Table::of(database, "SELECT * FROM error_over_time ORDER BY scan")?;
+    let time = errors.column("time_s");
+    let (tracks, plots) = (errors.column("track_rmse_m"), errors.column("plot_rmse_m"));
+    let top = tracks.iter().chain(&plots).copied().filter(|e| e.is_finite()).fold(1.0, f64::max);
+    let end = time.last().copied().unwrap_or(1.0).max(1.0);
+    let axes = Axes { from: [0.0, 0.0], to: [end, 1.05 * top], size: [1160.0, 300.0] };
+    let mut inside = axes.frame("time, s", "root mean square error over all targets, m");
+    let weather = Table::of(
+        database,
+        "SELECT min(time_ns) / 1e9 AS s, rain_mm_per_h AS rain, visibility_m AS seen FROM weather GROUP BY rain_mm_per_h, visibility_m ORDER BY 1",
+    )?;
+    for row in &weather.rows {
+        let at = row[0].as_f64().unwrap_or(0.0).max(0.0);
+        let rain = row[1].as_f64().unwrap_or(0.0);
+        let seen = row[2].as_f64().map_or_else(String::new, |m| format!(", visibility {m:.0} m"));
+        let says = if rain > 0.0 { format!("rain {rain} mm/h") } else { "dry".to_owned() };
+        let ((x, y), (_, up)) = (axes.at(at, 0.0), axes.at(at, 1.05 * top));
+        let _ = write!(
+            inside,
+            "<path class=\"weather\" d=\"M{x:.1} {y:.1}V{up:.1}\"/><text class=\"weather\" x=\"{:.1}\" y=\"{:.1}\">{says}{seen}</text>",
+            x + 4.0,
+            up + 10.0
+        );
+    }
+    inside += &axes.line("plots", time.iter().copied().zip(plots));
+    inside += &axes.line("tracks", time.iter().copied().zip(tracks));
+    Ok(axes.svg(&inside)
+        + "<p class=\"key\"><i class=\"tracks\"></i> system tracks, at publication <i class=\"plots\"></i> plots, at their own time</p>")
+}
+
+/// Where everybody went: truth, tracks, false alarms.
+fn map_picture(database: &Connection) -> anyhow::Result<String> {
+    let truth = Table::of(database, "SELECT entity, x_m, y_m FROM truth ORDER BY entity, scan")?;
+    let tracks = Table::of(database, "SELECT track, x_m, y_m FROM tracks ORDER BY track, scan")?;
+    let alarms = Table::of(database, "SELECT x_m, y_m FROM plots WHERE cause IS NULL LIMIT 5000")?;
+    let (xs, ys) = (truth.column("x_m"), truth.column("y_m"));
+    let bounds = |values: &[f64]| {
+        let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        if low <= high { (low - 150.0, high + 150.0) } else { (-1000.0, 1000.0) }
+    };
+    let ((west, east), (south, north)) = (bounds(&xs), bounds(&ys));
+    let width = 1160.0;
+    let height =
+        (2.0 * MARGIN + (width - 2.0 * MARGIN) * (north - south) / (east - west)).min(1600.0);
+    let axes = Axes { from: [west, south], to: [east, north], size: [width, height] };
+    let mut inside = axes.frame("east, m", "north, m");
+    for (x, y) in alarms.column("x_m").into_iter().zip(alarms.column("y_m")) {
+        if (west..east).contains(&x) && (south..north).contains(&y) {
+            let (px, py) = axes.at(x, y);
+            let _ =
+                write!(inside, "<circle class=\"alarm\" cx=\"{px:.1}\" cy=\"{py:.1}\" r=\"1.3\"/>");
+        }
+    }
+    for (class, table, key) in [("truth", &truth, "entity"), ("tracks", &tracks, "track")] {
+        let (keys, xs, ys) = (table.column(key), table.column("x_m"), table.column("y_m"));
+        // A new key, or a jump (a number used again), begins a new line.
+        let points = (0..keys.len()).flat_map(|i| {
+            let anew = i > 0
+                && (keys[i] != keys[i - 1]
+                    || libm::hypot(xs[i] - xs[i - 1], ys[i] - ys[i - 1]) > 300.0);
+            let gap = anew.then_some((f64::NAN, f64::NAN));
+            gap.into_iter().chain([(xs[i], ys[i])]).collect::<Vec<_>>()
+        });
+        inside += &axes.line(class, points);
+    }
+    Ok(axes.svg(&inside)
+        + "<p class=\"key\"><i class=\"truth\"></i> truth <i class=\"tracks\"></i> system tracks <i class=\"alarm\"></i> false alarms</p>")
+}
+
+/// Writes `report.html` (what happened, with pictures), `report.json` and one CSV for each table and view.
 ///
 /// # Errors
 /// If the database cannot be read or a file not written.
@@ -93,37 +266,107 @@ pub fn write(folder: &Path, database: &Path) -> anyhow::Result<()> {
     std::fs::create_dir_all(folder).with_context(doing)?;
     let connection = Connection::open_with_flags(database, OpenFlags::SQLITE_OPEN_READ_ONLY)
         .with_context(|| format!("reading {}", database.display()))?;
-    let names = rows(
+    let names = Table::of(
         &connection,
-        "SELECT name, type FROM sqlite_master WHERE type IN ('table', 'view') AND name NOT LIKE 'sqlite_%' ORDER BY type DESC, name",
+        "SELECT name FROM sqlite_master WHERE type IN ('table', 'view') AND name NOT LIKE 'sqlite_%' ORDER BY type DESC, name",
     )?;
-    let mut page = String::new();
     let mut everything = Map::new();
-    for entry in names {
-        let name = cell(&entry["name"]);
-        let found = rows(&connection, &format!("SELECT * FROM \"{}\"", name.replace('"', "")))?;
-        std::fs::write(folder.join(format!("{name}.csv")), csv(&found)).with_context(doing)?;
-        if found.len() <= 500 {
-            page += &table(&name, &found);
-            everything.insert(name, json!(found));
-        } else {
-            let _ = write!(
-                page,
-                "<h2>{}</h2><p>{} rows: see <a href=\"{name}.csv\">{name}.csv</a></p>",
-                escaped(&name),
-                found.len()
-            );
+    let mut files = String::new();
+    for row in names.rows {
+        let name = shown(&row[0]);
+        let found = Table::of(&connection, &format!("SELECT * FROM \"{name}\""))?;
+        std::fs::write(folder.join(format!("{name}.csv")), found.csv()).with_context(doing)?;
+        let _ = write!(
+            files,
+            "<li><a href=\"{name}.csv\">{name}.csv</a> {} rows</li>",
+            found.rows.len()
+        );
+        if found.rows.len() <= IN_JSON {
+            everything.insert(name, found.json());
         }
     }
-    let html = format!(
-        "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><title>SEEDS run</title><style>{STYLE}</style><h1>SEEDS run</h1>{page}</html>"
-    );
-    std::fs::write(folder.join("report.html"), html).with_context(doing)?;
     let text = serde_json::to_string_pretty(&everything)?;
-    std::fs::write(folder.join("report.json"), text).with_context(doing)
+    std::fs::write(folder.join("report.json"), text).with_context(doing)?;
+    std::fs::write(folder.join("report.html"), page(&connection, &files)?).with_context(doing)
 }
 
-const STYLE: &str = "body{font:14px system-ui,sans-serif;margin:2rem;max-width:1200px;color:#1b2430}\
-h1,h2{font-weight:600}table{border-collapse:collapse;font-size:12px;margin:.5rem 0 1.5rem;display:block;overflow:auto}\
-th,td{padding:3px 8px;border-bottom:1px solid #d5dbe3;text-align:right;white-space:nowrap}\
-th{background:#eef2f6;position:sticky;top:0}td:first-child,th:first-child{text-align:left}";
+/// Larger tables are in their CSV files only.
+const IN_JSON: usize = 5000;
+
+fn page(database: &Connection, files: &str) -> anyhow::Result<String> {
+    let facts = Table::of(database, "SELECT name, value FROM run ORDER BY name")?;
+    let fact = |wanted: &str| {
+        facts.rows.iter().find(|r| r[0] == wanted).map_or_else(String::new, |r| shown(&r[1]))
+    };
+    let title = Some(fact("title")).filter(|t| !t.is_empty()).unwrap_or_else(|| fact("scene"));
+    let measures = Table::of(
+        database,
+        "SELECT replace(name, '_', ' ') AS measure, value FROM statistics WHERE scan = (SELECT max(scan) FROM statistics) ORDER BY name",
+    )?;
+    let mut body = format!("<h1>{}</h1>", escaped(&title));
+    for (heading, inside) in [
+        ("Errors over time", error_picture(database)?),
+        ("Where everybody went", map_picture(database)?),
+        ("Targets", Table::of(database, "SELECT * FROM target_accuracy")?.html()),
+        ("Sensors", Table::of(database, "SELECT * FROM sensor_accuracy")?.html()),
+        ("Measures of the run", measures.html()),
+        ("Effects, largest first", {
+            Table::of(database, "SELECT * FROM effect_sizes ORDER BY abs(mean) DESC")?.html()
+        }),
+        ("Tracks that followed nothing", Table::of(database, "SELECT * FROM false_tracks")?.html()),
+        ("Network and load", Table::of(database, "SELECT * FROM network_losses")?.html()),
+        ("Operator actions", {
+            Table::of(
+                database,
+                "SELECT time_ns / 1e9 AS time_s, source, command, answer FROM operations ORDER BY wall_utc_ns",
+            )?
+            .html()
+        }),
+        ("About the run", facts.html()),
+        ("All tables", format!("<ul>{files}</ul>")),
+    ] {
+        let _ = write!(body, "<section><h2>{heading}</h2>{inside}</section>");
+    }
+    Ok(format!(
+        "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><title>{} – SEEDS</title><style>{STYLE}</style><main>{body}</main></html>",
+        escaped(&title)
+    ))
+}
+
+const STYLE: &str = "body{font:14px/1.45 system-ui,sans-serif;margin:0;background:#f4f6f9;color:#1b2430}\
+main{max-width:1200px;margin:0 auto;padding:1.5rem}h1{font-size:1.6rem;margin:.2rem 0 1rem}h2{font-size:1.05rem;margin:0 0 .6rem}\
+section{background:#fff;border:1px solid #dde3ea;border-radius:6px;padding:1rem 1.2rem;margin-bottom:1rem;overflow:auto}\
+table{border-collapse:collapse;font-size:13px;font-variant-numeric:tabular-nums}\
+th,td{padding:3px 12px 3px 0;border-bottom:1px solid #e6ebf1;text-align:right;white-space:nowrap}\
+th{color:#5a6877;font-weight:600}td:first-child,th:first-child{text-align:left}\
+svg{width:100%;height:auto;font:11px system-ui,sans-serif;fill:#5a6877}\
+path{fill:none;stroke-width:1.4}path.grid{stroke:#e6ebf1;stroke-width:1}\
+path.tracks{stroke:#1f6fd1}path.plots{stroke:#e0a23a;stroke-width:1}path.truth{stroke:#8a97a6;stroke-width:3.5;opacity:.55}\
+path.weather{stroke:#3c9d84;stroke-dasharray:4 3}text.weather{fill:#2c7a66}circle.alarm{fill:#c3423f;opacity:.5}\
+.key i{display:inline-block;width:22px;height:4px;margin:0 .3rem 0 1rem;vertical-align:middle}\
+i.tracks{background:#1f6fd1}i.plots{background:#e0a23a}i.truth{background:#8a97a6}i.alarm{background:#c3423f}\
+ul{columns:3;padding-left:1.1rem}";
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tables_keep_their_columns_and_quote_what_needs_it() {
+        let database = Connection::open_in_memory().expect("a database");
+        let table = Table::of(&database, "SELECT 2 AS z, 'a,\"b\"' AS a, NULL AS m, 0.5 AS x");
+        let table = table.expect("a row");
+        assert_eq!(table.csv(), "z,a,m,x\n2,\"a,\"\"b\"\"\",,0.5\n");
+        assert_eq!(table.json()[0]["x"], 0.5);
+        assert!(table.html().contains("<td>–</td>"));
+        let none = Table::of(&database, "SELECT 1 AS only WHERE 0").expect("no row");
+        assert_eq!(none.csv(), "only\n", "an empty table still says what it would hold");
+    }
+
+    #[test]
+    fn axes_have_round_figures() {
+        assert_eq!(ticks(0.0, 600.0), [0.0, 100.0, 200.0, 300.0, 400.0, 500.0, 600.0]);
+        assert_eq!(ticks(-0.3, 0.31), [-0.2, 0.0, 0.2]);
+        assert!(ticks(f64::NAN, 1.0).is_empty() && ticks(1.0, 1.0).is_empty());
+    }
+}
