@@ -492,8 +492,12 @@ pub struct PlotMessage {
     pub position_m: [f64; 2],
     /// Covariance, m²: ee, en, nn.
     pub cov_m2: [f64; 3],
-    /// Slant range m and azimuth rad, radars only.
-    pub polar: Option<[f64; 2]>,
+    /// First direction of the error ellipse (unit vector, east and north), variance along and across it, m².
+    pub ellipse: [f64; 4],
+    /// Height above the aerodrome reference, m, where the sensor reports it.
+    pub altitude_m: Option<f64>,
+    /// Slant range m, azimuth rad, and the standard deviations of both, radars only.
+    pub polar: Option<[f64; 4]>,
     /// SCNR, dB, radars only.
     pub scnr_db: Option<f64>,
     /// Identity as reported; empty if none.

@@ -124,7 +124,11 @@ pub fn scan_report(parts: &ScanParts<'_>) -> ScanReport {
                 time_ns: plot.time.0,
                 position_m: [plot.position_m.x, plot.position_m.y],
                 cov_m2: [cov.m11, cov.m12, cov.m22],
-                polar: plot.polar.map(|p| [p.range_m, p.azimuth_rad]),
+                ellipse: [plot.axis.x, plot.axis.y, plot.along_m2, plot.across_m2],
+                altitude_m: plot.altitude_m,
+                polar: plot
+                    .polar
+                    .map(|p| [p.range_m, p.azimuth_rad, p.sigma_range_m, p.sigma_azimuth_rad]),
                 scnr_db: plot.scnr_db,
                 identity: identity(plot),
                 cause: entity.map_or_else(String::new, |i| view.callsign(i).as_str().to_owned()),

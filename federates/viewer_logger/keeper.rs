@@ -4,13 +4,16 @@
 //! the run. What could not be kept is counted and told at the end.
 
 use super::Viewer;
+use super::beside::Beside;
 use super::log::{Log, LogError};
 use super::picture::{AirportMap, RunInfo};
 use super::server::Page;
+use crate::external_world::flight_list;
 use crate::runtime::messages::{
     FederateStatus, FlightNotice, Operation, RunState, ScanReport, WeatherNotice,
 };
 use capture::Recorder;
+use models::flight_list::FlightList;
 use scenarios::Scene;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
@@ -92,6 +95,8 @@ pub struct Keeper {
     state: Option<RunState>,
     last_scan: Option<u64>,
     kept: Kept,
+    flights: FlightList,
+    beside: Option<Beside>,
 }
 
 impl Keeper {
@@ -133,6 +138,8 @@ impl Keeper {
             state: None,
             last_scan: None,
             kept: Kept::default(),
+            flights: FlightList::default(),
+            beside: None,
         })
     }
 
@@ -153,6 +160,7 @@ impl Keeper {
                 self.shown(|viewer| viewer.on_weather(&weather));
             }
             Heard::Flights(entries) => {
+                self.flights = flight_list(&entries, self.scene.flight_list.runways.clone());
                 self.logged(|log| log.flights(&entries));
                 self.shown(|viewer| viewer.on_flights(&entries));
             }
@@ -223,6 +231,21 @@ impl Keeper {
         self.last_scan = Some(scan.scan);
         self.logged(|log| log.scan(scan));
         self.shown(|viewer| viewer.on_scan(scan));
+        self.compare(scan);
+    }
+
+    /// Runs the neighbouring rungs on the scan while a browser asks for them.
+    fn compare(&mut self, scan: &ScanReport) {
+        let asked = self.page.as_ref().is_some_and(|page| page.viewer().comparing());
+        if !asked {
+            self.beside = None;
+            return;
+        }
+        let scene = &self.scene;
+        let beside = self.beside.get_or_insert_with(|| Beside::new(&scene.tracking_config()));
+        beside.scan(scan, &self.flights);
+        let rows = beside.rows();
+        self.shown(|viewer| viewer.on_rungs(&rows));
     }
 
     fn run_state(&mut self, state: RunState, utc_ns: i64) {
@@ -231,6 +254,7 @@ impl Keeper {
         let new_run = before.as_ref().is_some_and(|b| 0 < b.run && b.run < state.run);
         if new_run {
             self.last_scan = None;
+            self.beside = None;
             self.close_log();
             self.open_log(state.run, state.seed);
         }

@@ -8,6 +8,7 @@
 //! [`Viewer`] and [`Session`] are state machines without I/O; [`server`] carries them over HTTP, [`log`] is the
 //! database. Nobody in the federation waits for any of this.
 
+pub mod beside;
 pub mod frame;
 pub mod history;
 pub mod keeper;
@@ -37,6 +38,7 @@ pub struct Viewer {
     plan: Vec<[String; 5]>,
     weather: Vec<WeatherNotice>,
     federates: BTreeMap<String, Load>,
+    comparing: bool,
 }
 
 /// Last status of a federate and what it did a second since the one before.
@@ -61,7 +63,26 @@ impl Viewer {
             plan: Vec::new(),
             weather: Vec::new(),
             federates: BTreeMap::new(),
+            comparing: false,
         }
+    }
+
+    /// Whether a browser asked for what the neighbouring rungs would give.
+    #[must_use]
+    pub fn comparing(&self) -> bool {
+        self.comparing
+    }
+
+    /// A browser asks for the neighbouring rungs, or has seen enough.
+    pub fn compare(&mut self, on: bool) {
+        self.comparing = on;
+        self.on_rungs(&[]);
+    }
+
+    /// What the rungs have given so far; none while nobody asks.
+    pub fn on_rungs(&mut self, rows: &[beside::RungRow]) {
+        let message = json!({"type": "rungs", "comparing": self.comparing, "rows": rows});
+        self.set("rungs", message);
     }
 
     /// The scene: once, or again when another run begins.
@@ -202,6 +223,8 @@ pub enum Asked {
     Nothing,
     /// A command to the run, with its number and words; answer with [`reply`].
     Command(f64, String, Command),
+    /// What the neighbouring rungs would give, from now on or no more: [`Viewer::compare`].
+    Compare(bool),
     /// The message was not understood; send this.
     Refused(Outgoing),
 }
@@ -269,6 +292,7 @@ impl Session {
                 self.curve_from = 0;
                 Asked::Nothing
             }
+            FromPage::Compare { on } => Asked::Compare(on),
             FromPage::Command { id, command, frames, rate } => {
                 match command_of(&command, frames, rate) {
                     Ok((words, order)) => Asked::Command(id, words, order),
@@ -300,6 +324,9 @@ enum FromPage {
     },
     Select {
         track: Option<u16>,
+    },
+    Compare {
+        on: bool,
     },
     Command {
         id: f64,

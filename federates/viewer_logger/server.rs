@@ -225,6 +225,10 @@ async fn browser(mut socket: WebSocket, shared: &Arc<Shared>) {
                 Some(Ok(Message::Text(text))) => match session.on_message(&text) {
                     Asked::Nothing => session.poll(&shared.page.viewer()),
                     Asked::Refused(answer) => vec![answer],
+                    Asked::Compare(on) => {
+                        shared.page.update(|viewer| viewer.compare(on));
+                        Vec::new()
+                    }
                     Asked::Command(id, words, command) => {
                         vec![carry_out(shared.clone(), id, words, command).await]
                     }

@@ -129,6 +129,8 @@ impl Demo {
                     time_ns: time_ns - 200_000_000,
                     position_m,
                     cov_m2,
+                    ellipse: [0.0, 1.0, cov_m2[2], cov_m2[0]],
+                    altitude_m: None,
                     polar: None,
                     scnr_db: Some(14.0 + 3.0 * draw(6)),
                     identity: String::new(),

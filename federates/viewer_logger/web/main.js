@@ -5,7 +5,7 @@ import { decode } from "./frame.js";
 import { Link } from "./link.js";
 import { closeUp, LAYERS, MapView, plotMark } from "./map.js";
 import {
-  facts, flightColumns, showEffects, showFederates, showOperations, showSensors, Table, targetFacts, TRACK_COLUMNS,
+  facts, flightColumns, showEffects, showFederates, showOperations, showRungs, showSensors, Table, targetFacts, TRACK_COLUMNS,
 } from "./panels.js";
 import { element, elapsed, fixed, utc, visibility, wind } from "./text.js";
 
@@ -91,6 +91,12 @@ function onText(message) {
     case "plan":
       state.plan = message.rows;
       showPanel("sensors");
+      break;
+    case "rungs":
+      state.rungs = message;
+      byId("compare").setAttribute("aria-pressed", String(message.comparing));
+      byId("compare").textContent = message.comparing ? "Stop comparing" : "Compare with the neighbouring rungs";
+      showPanel("filter");
       break;
     case "effects":
       if (message.track !== selectedNumber()) break;
@@ -340,6 +346,9 @@ function showPanel(name) {
   if (name === "effects") {
     showEffects(byId("effects"), { of: state.selected && (state.callsign || state.selected.replace(/^t/, "Track ")), message: state.effects, sensors: state.airport?.sensors ?? [] });
   }
+  if (name === "filter") {
+    showRungs(byId("filter"), { rungs: state.rungs, measures: state.timeline?.measures, tookUs: state.timeline?.took_us });
+  }
   if (name === "federates") showFederates(byId("federates"), state.federates, state.runState?.members ?? []);
   if (name === "sensors") {
     showSensors(byId("sensors"), {
@@ -420,7 +429,7 @@ function drawMark(canvas) {
   g.stroke();
 }
 
-const TABS = [["tracks", "Targets"], ["effects", "Effects"], ["flights", "Flights"], ["federates", "Federates"], ["sensors", "Sensors"], ["log", "Log"]];
+const TABS = [["tracks", "Targets"], ["effects", "Effects"], ["filter", "Filter"], ["flights", "Flights"], ["federates", "Federates"], ["sensors", "Sensors"], ["log", "Log"]];
 
 function makeTabs() {
   for (const [key, title] of TABS) {
@@ -429,6 +438,7 @@ function makeTabs() {
     byId("tabs").append(tab);
   }
   showTab("tracks");
+  byId("compare").addEventListener("click", () => link.send({ type: "compare", on: !state.rungs?.comparing }));
 }
 
 function showTab(key) {

@@ -237,6 +237,29 @@ function signed(value, unit) {
   return value > 0 && (unit === "dB" || unit === "m") ? `+${text}` : text;
 }
 
+/** The filter of the run, its error and its time, and what the neighbouring rungs would give on the same plots. */
+export function showRungs(box, { rungs, measures, tookUs }) {
+  const read = (name) => measures?.find(([n]) => n === name)?.[1];
+  const list = element("dl", [], { class: "facts" });
+  facts(list, [["Error of the tracks", `${fixed(read("rmse_m"), 2)} m`], ["of the plots", `${fixed(read("raw_rmse_m"), 2)} m`], ["scan took", milliseconds(tookUs)]]);
+  const on = rungs?.comparing ?? false;
+  const parts = [element("h3", "The run"), list];
+  if (on && !rungs.rows.length) parts.push(element("p", "The first scan is awaited.", { class: "empty" }));
+  if (rungs?.rows.length) {
+    const chosen = rungs.rows.find((r) => r.chosen);
+    const change = (value, of) => (Number.isFinite(value) && of > 0 && value !== of ? `${value > of ? "+" : "\u2212"}${fixed(Math.abs(100 * (value / of - 1)), 0)} %` : "");
+    const row = (r) => element("tr", [
+      element("td", r.chosen ? `${r.rung} (chosen)` : r.rung), element("td", fixed(r.rmse_m, 2), { class: "number" }), element("td", change(r.rmse_m, chosen?.rmse_m), { class: "number" }),
+      element("td", fixed(r.scan_us, 1), { class: "number" }), element("td", change(r.scan_us, chosen?.scan_us), { class: "number" }), element("td", String(r.tracks), { class: "number" }),
+    ], { "aria-selected": String(r.chosen) });
+    const head = ["Filter", "RMS m", "", "\u00b5s a scan", "", "Tracks"].map((t, i) => element("th", t, { class: i ? "number" : null }));
+    parts.push(element("h3", "The same plots through each rung"),
+      element("table", [element("thead", element("tr", head)), element("tbody", rungs.rows.map(row))], { id: "rungs" }),
+      element("p", `Since ${elapsed(chosen?.since_s)}; all rungs began then. Radar plots of moving targets have ${fixed(chosen?.raw_rmse_m, 2)} m; a scan is gates, association, update and life of tracks, on this host.`, { class: "where" }));
+  }
+  box.replaceChildren(...parts);
+}
+
 /** Microseconds as milliseconds; zero is not measured. */
 function milliseconds(us) {
   return us > 0 ? `${fixed(us / 1000, us < 10000 ? 2 : 0)} ms` : NONE;
