@@ -7,11 +7,11 @@
 use crate::runtime::clock::monotonic_ns;
 use crate::runtime::messages::{PlotMessage, ScanReport};
 use models::flight_list::FlightList;
+use models::frames::Vector2;
 use models::fusion::{Outcome, Shadows, Tracker, TrackingConfig};
 use models::plot::{Callsign, Identity, Plot, Polar, SensorId, SensorKind};
 use models::time::SimTime;
 use models::track::TrackStatus;
-use models::frames::Vector2;
 use serde::Serialize;
 use std::collections::BTreeMap;
 

@@ -1,5 +1,8 @@
+use super::beside::{Beside, RungRow};
 use super::*;
 use crate::runtime::messages::{PlotMessage, TrackMessage, TruthMessage};
+use models::flight_list::FlightList;
+use models::fusion::TrackingConfig;
 
 /// Scan `n` at `n` seconds: one entity at 10 n metres, its track 0.1 n metres off, its plot 3 m off.
 pub(super) fn scan(n: u64) -> ScanReport {
@@ -214,6 +217,30 @@ fn the_plots_of_the_selected_target_say_what_every_effect_did() {
     assert_eq!(explained(&mut session).expect("explained")["scan"], 2);
     session.on_message(r#"{"type":"select","track":5}"#);
     assert_eq!(explained(&mut session).expect("answered")["plots"], json!([]));
+}
+
+#[test]
+fn neighbouring_rungs_see_the_plots_of_the_run_and_only_when_asked() {
+    let mut beside = Beside::new(&TrackingConfig::paper());
+    let names = |rows: &[RungRow]| rows.iter().map(|r| r.rung.clone()).collect::<Vec<_>>();
+    let rows = beside.rows();
+    assert_eq!(names(&rows), ["abg", "ca3", "ca3-ud"]);
+    assert_eq!(rows.iter().map(|r| r.chosen).collect::<Vec<_>>(), [false, true, false]);
+    assert_eq!(rows[0].rmse_m, None, "nothing was seen yet");
+    (1..=12).for_each(|n| beside.scan(&scan(n), &FlightList::default()));
+    for row in beside.rows() {
+        assert_eq!((row.tracks, row.raw_rmse_m), (1, Some(3.0)), "{row:?}");
+        assert!(row.rmse_m.is_some_and(|e| e < 6.0), "{row:?}");
+    }
+    let mut viewer = Viewer::new(1 << 20);
+    let mut session = Session::default();
+    assert_eq!(session.on_message(r#"{"type":"compare","on":true}"#), Asked::Compare(true));
+    viewer.compare(true);
+    viewer.on_rungs(&beside.rows());
+    let sent = texts(&session.poll(&viewer));
+    assert_eq!(sent[0]["rows"][1]["chosen"], true);
+    viewer.compare(false);
+    assert_eq!(texts(&session.poll(&viewer))[0]["rows"], json!([]));
 }
 
 #[test]

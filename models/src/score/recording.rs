@@ -94,9 +94,10 @@ pub struct Recording {
 }
 
 impl Recording {
-    /// Sorts paths and reports and leaves out what is not finite; gives how many were left out.
+    /// Sorts paths and reports and leaves out what is no place or velocity on earth (not finite, or beyond
+    /// 10⁸ m or m/s, whose squares and differences would not be finite); gives how many were left out.
     pub fn put_in_order(&mut self) -> usize {
-        let finite = |v: &Vector2<f64>| v.iter().all(|x| x.is_finite());
+        let finite = |v: &Vector2<f64>| v.iter().all(|x| x.abs() < 1e8);
         let mut left_out = 0;
         for target in &mut self.targets {
             let before = target.path.len();
