@@ -1,6 +1,7 @@
 //! `seeds`: starts federations, and carries every federate and tool as a subcommand.
 
 pub mod accuracy;
+pub mod airport;
 pub mod dis;
 pub mod federate_commands;
 pub mod fit;
@@ -40,6 +41,8 @@ enum Command {
     Verify(verify::VerifyArgs),
     Record(record::RecordArgs),
     Dis(dis::DisArgs),
+    Airport(airport::AirportArgs),
+    Traffic(airport::TrafficArgs),
     TrafficGenerator(federate_commands::TrafficArgs),
     ExternalWorld(federate_commands::WorldArgs),
     Smdfm(federate_commands::SmdfmArgs),
@@ -64,6 +67,8 @@ pub fn main() -> ExitCode {
         Some(Command::Plan(args)) => plan::run(&args),
         Some(Command::Record(args)) => finished(record::run(args)),
         Some(Command::Dis(args)) => finished(dis::run(args)),
+        Some(Command::Airport(args)) => airport::run(&args),
+        Some(Command::Traffic(args)) => airport::traffic(&args),
         Some(Command::Accuracy(args)) => accuracy::run(&args),
         Some(Command::Fit(args)) => fit::run(&args),
         Some(Command::Score(args)) => score::run(&args),

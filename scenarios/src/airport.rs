@@ -8,6 +8,7 @@ use models::frames::{Vector2, Vector3};
 use std::path::{Path, PathBuf};
 
 mod apt_dat;
+mod findings;
 mod groundnet;
 
 /// The airport of a scene with its place on the earth.
@@ -28,8 +29,10 @@ pub struct AirportScene {
 /// What the reading of layout files found, for people: one line each.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LayoutReport {
-    /// Lines of text.
+    /// Lines of text: what was read, mended, left out and assumed.
     pub lines: Vec<String>,
+    /// What [`check`] found in the layout as a whole.
+    pub findings: Vec<String>,
 }
 
 const KEYS: [&str; 6] =
@@ -44,7 +47,7 @@ pub(crate) fn read(root: &Section) -> Result<(AirportScene, Vec<PathBuf>), Scena
         .file_path("layout")?
         .ok_or_else(|| section.missing("layout", "the name of an apt.dat file".into()))?;
     let network_file = section.file_path("ground_network")?;
-    let width_m = section.number_or("taxiway_width_m", 23.0, within(5.0, 100.0, "m"))?;
+    let width_m = section.number_or("taxiway_width_m", ASSUMED_WIDTH_M, within(5.0, 100.0, "m"))?;
     let raw = apt_dat::read(&layout_file)?;
     if let Some(icao) = section.text("icao")?
         && icao != raw.icao
@@ -63,34 +66,43 @@ pub(crate) fn read(root: &Section) -> Result<(AirportScene, Vec<PathBuf>), Scena
     };
     let frame = LocalFrame::at(reference);
     let mut report = LayoutReport::default();
-    let mut layout = raw.into_airport(&frame, width_m, &mut report)?;
+    let mut layout = raw.into_airport(&frame, width_m, &mut report);
     if let Some(file) = &network_file {
-        groundnet::read(file)?.into_airport(&frame, width_m, &mut layout, &mut report)?;
+        groundnet::read(file)?.into_airport(&frame, width_m, &mut layout, &mut report);
     }
     let radius_m = section.number_or("radius_m", 10_000.0, within(500.0, 50_000.0, "m"))?;
     let files = std::iter::once(layout_file).chain(network_file).collect();
     Ok((AirportScene { layout, reference, frame, radius_m, report }, files))
 }
 
-/// Reads one layout file (apt.dat or a ground network) and says what is in it.
+/// Reads one layout file (apt.dat or, if its name ends in `.xml`, a ground network) and says what is
+/// in it; coordinates count from the middle of its runways, or of its network.
 ///
 /// # Errors
 /// If the file cannot be read or is damaged; the error names the line.
 pub fn check(path: &Path) -> Result<(Airport, LayoutReport), ScenarioError> {
     let mut report = LayoutReport::default();
-    let is_xml = path.extension().is_some_and(|e| e == "xml");
+    let is_xml = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("xml"));
+    let mut layout = Airport::default();
     if is_xml {
         let raw = groundnet::read(path)?;
         let frame = LocalFrame::at(raw.reference());
-        let mut layout = Airport::default();
-        raw.into_airport(&frame, 23.0, &mut layout, &mut report)?;
-        return Ok((layout, report));
+        raw.into_airport(&frame, ASSUMED_WIDTH_M, &mut layout, &mut report);
+    } else {
+        let raw = apt_dat::read(path)?;
+        let frame = LocalFrame::at(raw.reference());
+        layout = raw.into_airport(&frame, ASSUMED_WIDTH_M, &mut report);
     }
-    let raw = apt_dat::read(path)?;
-    let frame = LocalFrame::at(raw.reference());
-    let layout = raw.into_airport(&frame, 23.0, &mut report)?;
+    if !layout.edges.is_empty() {
+        let width = format!("width of every taxiway: {ASSUMED_WIDTH_M} m (assumed)");
+        report.lines.push(width);
+    }
+    report.findings = findings::of(&layout);
     Ok((layout, report))
 }
+
+/// Width of taxiways where the scene does not say it, m: that of code letter D and E.
+const ASSUMED_WIDTH_M: f64 = 23.0;
 
 impl AirportScene {
     /// East and north of a place at field elevation, m.
@@ -143,12 +155,22 @@ fn local_m(frame: &LocalFrame, lat_deg: f64, lon_deg: f64) -> Vector2<f64> {
     Vector2::new(enu.east_m, enu.north_m)
 }
 
-/// Reads a whole file as text.
+/// Largest layout file, octets: a world of airports is larger, one airport is not.
+const LARGEST: u64 = 64 << 20;
+
+/// Reads a whole file as text. Names in old files are not always UTF-8: such letters are replaced.
 fn text_of(path: &Path) -> Result<String, ScenarioError> {
-    std::fs::read_to_string(path).map_err(|error| {
-        let problem = Problem::File { path: path.to_path_buf(), reason: error.to_string() };
+    let refused = |reason: String| {
+        let problem = Problem::File { path: path.to_path_buf(), reason };
         ScenarioError::new(path, 1, "file", problem)
-    })
+    };
+    let size = std::fs::metadata(path).map_err(|error| refused(error.to_string()))?.len();
+    if size > LARGEST {
+        return Err(refused(format!("{size} octets, allowed is one airport of up to {LARGEST}")));
+    }
+    let octets = std::fs::read(path).map_err(|error| refused(error.to_string()))?;
+    let text = String::from_utf8_lossy(&octets);
+    Ok(text.strip_prefix('\u{feff}').unwrap_or(&text).to_owned())
 }
 
 const LATITUDE: crate::document::Limits = within(-90.0, 90.0, "deg");

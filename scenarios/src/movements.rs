@@ -22,6 +22,8 @@ pub struct Movement {
 }
 
 const FOOT_M: f64 = 0.3048;
+/// Most records of one movement: 4 h at 10 a second.
+const MOST_RECORDS: usize = 144_000;
 
 /// Reads the records of a file from `from_s` to `to_s` seconds after its first time.
 ///
@@ -70,7 +72,8 @@ pub fn read(
             (Some(ms), Some(first)) => ms.saturating_sub(first) as f64 * 1e-3,
             _ => from_s,
         };
-        if since_s < from_s || since_s > to_s {
+        // Without a cut at the begin a record before the first one is for the import to reject.
+        if (from_s > 0.0 && since_s < from_s) || since_s > to_s {
             continue;
         }
         if movement.address.is_none() {
@@ -82,6 +85,11 @@ pub fn read(
         }
         let place = number(lat).zip(number(lon));
         let sound = place.filter(|(lat, lon)| lat.abs() <= 90.0 && lon.abs() <= 180.0);
+        if movement.records.len() == MOST_RECORDS {
+            let line = row.position().map_or(1, |p| p.line() as usize);
+            let found = format!("more than {MOST_RECORDS} records");
+            return Err(error(line, Problem::Line { found, needed: "one movement, up to 4 h" }));
+        }
         movement.records.push(Record {
             line: row.position().map_or(0, |p| p.line() as usize),
             time_ms,

@@ -37,6 +37,16 @@ impl TypeTable {
     }
 }
 
+/// The types that come with SEEDS: the table beside its scenes.
+///
+/// # Errors
+/// If the table cannot be found or is damaged.
+pub fn shipped() -> Result<TypeTable, ScenarioError> {
+    let scene = crate::locate("zurich");
+    let folder = scene.parent().unwrap_or(Path::new(""));
+    read(&folder.join("types.csv"), &folder.join("echo.csv"))
+}
+
 /// Reads `types.csv` and `echo.csv`.
 pub(crate) fn read(types: &Path, echo: &Path) -> Result<TypeTable, ScenarioError> {
     let mut echoes = BTreeMap::new();

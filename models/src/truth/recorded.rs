@@ -51,6 +51,8 @@ pub struct Record {
 
 /// Longest movement, s.
 const LONGEST_S: f64 = 4.0 * 3600.0;
+/// Longest way, m.
+const LONGEST_M: f64 = 100_000.0;
 /// Largest distance along the path that smoothing may leave (95 % of positions), m; in runs the way
 /// that the type cannot follow comes on top.
 const FARTHEST_M: f64 = 150.0;
@@ -66,17 +68,25 @@ pub fn import(
 ) -> Result<(Trajectory, Report), Refusal> {
     let mut tally = Tally::default();
     let last_line = records.last().map_or(1, |r| r.line);
-    let too_few = |left| Refusal::TooFew { line: last_line, left, records: records.len() };
+    let refused = |left, why: String| {
+        let records = records.len();
+        Refusal::TooFew { line: last_line, left, records, why }
+    };
     let clean = reject::clean(records, 2.2 * limits.takeoff_ms, LONGEST_S, &mut tally);
-    let mut clean = clean.ok_or(too_few(0))?;
+    let mut clean = clean.ok_or_else(|| refused(0, tally.most()))?;
     let positions = clean.fixes.len();
     let span_s = clean.fixes.last().map_or(0.0, |f| f.t);
     if span_s > LONGEST_S {
         return Err(Refusal::TooLong { line: last_line, span_s, limit_s: LONGEST_S });
     }
-    if positions < 10 || positions * 8 < records.len() {
-        return Err(too_few(positions));
+    if positions < 10 || positions * 8 < records.len() - tally.count(Rule::TooOften) {
+        return Err(refused(positions, tally.most()));
     }
+    let way_m = clean.rough.windows(2).map(|w| (w[1] - w[0]).norm()).sum();
+    if way_m > LONGEST_M {
+        return Err(Refusal::TooFar { line: last_line, way_m, limit_m: LONGEST_M });
+    }
+    let too_few = |left| refused(left, String::new());
     let gaps = phases::gaps(&clean)?;
     let stands = phases::stands(&clean);
     let rolls = phases::rolls(&clean, limits);
@@ -109,7 +119,7 @@ pub fn import(
         legs.push(Leg { from_m, path, backward });
         from_m += end_m;
     }
-    let progress = Spline::new(0.0, 1.0, controls).ok_or(too_few(positions))?;
+    let progress = Spline::new(0.0, 1.0, controls).ok_or_else(|| too_few(positions))?;
     if residuals.rows.len() * 2 < positions {
         // Most positions lie beside every path that the type can take.
         let off_m = residuals.rows.iter().map(|r| r.across_m).fold(0.0, f64::max);
@@ -139,7 +149,7 @@ pub fn import(
     };
     let height = work.air.height();
     let trajectory = Trajectory::new(start, end, legs, progress, height);
-    Ok((trajectory.ok_or(too_few(positions))?, report))
+    Ok((trajectory.ok_or_else(|| too_few(positions))?, report))
 }
 
 /// Motion along a path, SI units.

@@ -2,7 +2,9 @@
 //!
 //! Source: X-Plane "apt.dat" file format specification, version 1000. Row codes used: 1 airport,
 //! 10 older pavement (a rectangle), 14 viewpoint, 100 runway, 110 pavement with its nodes 111 to 116,
-//! 1201 node and 1202 edge of the taxi network, 1300 stand. All others are passed over.
+//! 1201 node and 1202 edge of the taxi network, 1300 stand, 15 start position (a stand where the file
+//! has no rows 1300). All others are passed over and counted. Mended and reported: edges that name a
+//! node that is not there or lead from a node to itself, nodes numbered twice, runways of no length.
 
 use super::{LayoutReport, local_m, text_of};
 use crate::error::{Problem, ScenarioError};
@@ -31,6 +33,10 @@ pub(super) struct AptDat {
     nodes: Vec<(String, f64, f64)>,
     edges: Vec<EdgeRow>,
     stands: Vec<StandRow>,
+    /// Rows 15.
+    starts: Vec<StandRow>,
+    /// What was left out while reading.
+    mended: Vec<String>,
     passed_over: BTreeMap<String, usize>,
 }
 
@@ -126,6 +132,7 @@ pub(super) fn read(file: &Path) -> Result<AptDat, ScenarioError> {
     let text = text_of(file)?;
     let mut apt = AptDat { file: file.to_path_buf(), ..AptDat::default() };
     let mut outline: Option<(usize, Vec<OutlineNode>)> = None;
+    let mut numbers = BTreeSet::new();
     for (index, text_line) in text.lines().enumerate() {
         let row = Row { file, line: index + 1, words: text_line.split_whitespace().collect() };
         // The first two lines are the header: "I" or "A", then the version of the format.
@@ -140,7 +147,16 @@ pub(super) fn read(file: &Path) -> Result<AptDat, ScenarioError> {
                 apt.icao = row.word(4, "ICAO code")?.into();
                 apt.name = row.rest(5);
             }
-            "100" => apt.runways.push(runway(&row)?),
+            "100" => {
+                let found = runway(&row)?;
+                let [a, b] = &found.ends;
+                if (a.1, a.2) == (b.1, b.2) {
+                    let (line, name) = (index + 1, format!("{}/{}", a.0, b.0));
+                    apt.mended.push(format!("line {line}: runway {name} of no length: left out"));
+                } else {
+                    apt.runways.push(found);
+                }
+            }
             "10" => apt.rectangles.push(rectangle(&row)?),
             "14" => {
                 let height_m = row.number(3, "height", 0.0, 2000.0)? * FOOT_M;
@@ -169,7 +185,13 @@ pub(super) fn read(file: &Path) -> Result<AptDat, ScenarioError> {
             "120" | "130" => outline = None,
             "1201" => {
                 let id = row.word(4, "node number")?.to_owned();
-                apt.nodes.push((id, row.latitude(1)?, row.longitude(2)?));
+                let (lat_deg, lon_deg) = (row.latitude(1)?, row.longitude(2)?);
+                if numbers.insert(id.clone()) {
+                    apt.nodes.push((id, lat_deg, lon_deg));
+                } else {
+                    let line = index + 1;
+                    apt.mended.push(format!("line {line}: node {id} a second time: left out"));
+                }
             }
             "1202" => apt.edges.push(edge(&row)?),
             "1300" => apt.stands.push(StandRow {
@@ -177,6 +199,12 @@ pub(super) fn read(file: &Path) -> Result<AptDat, ScenarioError> {
                 lon_deg: row.longitude(2)?,
                 heading_deg: row.number(3, "heading", -360.0, 360.0)?,
                 name: row.rest(6),
+            }),
+            "15" => apt.starts.push(StandRow {
+                lat_deg: row.latitude(1)?,
+                lon_deg: row.longitude(2)?,
+                heading_deg: row.number(3, "heading", -360.0, 360.0)?,
+                name: row.rest(4),
             }),
             "99" => break,
             other => *apt.passed_over.entry(other.into()).or_default() += 1,
@@ -246,15 +274,12 @@ impl AptDat {
     }
 
     /// The layout in local metres.
-    ///
-    /// # Errors
-    /// If an edge names a node that is not there.
     pub(super) fn into_airport(
         self,
         frame: &LocalFrame,
         taxiway_width_m: f64,
         report: &mut LayoutReport,
-    ) -> Result<Airport, ScenarioError> {
+    ) -> Airport {
         let local = |(lat_deg, lon_deg): (f64, f64)| local_m(frame, lat_deg, lon_deg);
         let mut airport =
             Airport { icao: self.icao.clone(), name: self.name.clone(), ..Airport::default() };
@@ -275,17 +300,23 @@ impl AptDat {
         let runway_width_m = self.runways.iter().map(|r| r.width_m).fold(taxiway_width_m, f64::max);
         let index: BTreeMap<&str, usize> =
             self.nodes.iter().enumerate().map(|(i, n)| (n.0.as_str(), i)).collect();
+        report.lines.extend(self.mended.iter().cloned());
         for row in &self.edges {
-            let find = |id: &str| {
-                index.get(id).copied().ok_or_else(|| {
-                    let needed = "the number of a node (row 1201)";
-                    let problem = Problem::Line { found: id.into(), needed };
-                    ScenarioError::new(&self.file, row.line, "edge", problem)
-                })
+            let (from, to) = (index.get(row.from.as_str()), index.get(row.to.as_str()));
+            let (Some(from), Some(to)) = (from.copied(), to.copied()) else {
+                let missing = if from.is_none() { &row.from } else { &row.to };
+                let line = row.line;
+                report.lines.push(format!("line {line}: edge to no node {missing}: left out"));
+                continue;
             };
+            if from == to {
+                let (line, name) = (row.line, &row.from);
+                report.lines.push(format!("line {line}: edge from {name} to itself: left out"));
+                continue;
+            }
             airport.edges.push(Edge {
-                from: find(&row.from)?,
-                to: find(&row.to)?,
+                from,
+                to,
                 two_way: row.two_way,
                 runway: row.runway,
                 name: row.name.clone(),
@@ -297,14 +328,14 @@ impl AptDat {
             "{}: {} ({}), {} runways, {} pavement outlines ({} holes left out), {} nodes, {} edges ({} one-way), {} stands",
             self.file.display(), airport.icao, airport.name, airport.runways.len(), airport.pavement.len(),
             self.holes, self.nodes.len(), self.edges.len(),
-            self.edges.iter().filter(|e| !e.two_way).count(), airport.stands.len(),
+            airport.edges.iter().filter(|e| !e.two_way).count(), airport.stands.len(),
         ));
         let rows: Vec<_> =
             self.passed_over.iter().map(|(code, n)| format!("{code} ({n})")).collect();
         if !rows.is_empty() {
             report.lines.push(format!("rows passed over: {}", rows.join(", ")));
         }
-        Ok(airport)
+        airport
     }
 
     /// Stands are not part of the network of these files: each is joined to its nearest node.
@@ -317,7 +348,14 @@ impl AptDat {
     ) {
         let mut names = BTreeSet::new();
         let network_nodes = airport.nodes.len();
-        for row in &self.stands {
+        let stands = if self.stands.is_empty() && !self.starts.is_empty() {
+            let count = self.starts.len();
+            report.lines.push(format!("no rows 1300: {count} rows 15 taken for stands (assumed)"));
+            &self.starts
+        } else {
+            &self.stands
+        };
+        for row in stands {
             let position_m = local((row.lat_deg, row.lon_deg));
             let mut name = row.name.replace(' ', "_");
             let mut copy = 2;

@@ -1,7 +1,8 @@
 //! Stands and taxi network from a FlightGear `groundnet.xml` file.
 //!
 //! Stands (`Parking`) and nodes share one space of indices; arcs are directed, so a two-way edge is
-//! there twice. Mended and reported: duplicate arcs, arcs from a node to itself, nodes without arcs.
+//! there twice. Mended and reported: duplicate arcs, arcs from a node to itself or to none, nodes without
+//! arcs, indices that are there twice.
 
 use super::{LayoutReport, local_m, text_of};
 use crate::error::{Problem, ScenarioError};
@@ -105,6 +106,7 @@ impl Element<'_> {
         };
         let mut parts = rest.split_whitespace();
         let degrees: f64 = parts.next().and_then(|p| p.parse().ok()).ok_or_else(damaged)?;
+        let (sign, degrees) = if degrees < 0.0 { (-sign, -degrees) } else { (sign, degrees) };
         let minutes: f64 = parts.next().map_or(Ok(0.0), |p| p.parse().map_err(|_| damaged()))?;
         let value = sign * (degrees + minutes / 60.0);
         let sound =
@@ -160,27 +162,23 @@ impl GroundNet {
     }
 
     /// Replaces the network and the stands of `airport`.
-    ///
-    /// # Errors
-    /// If an index is there twice, or an arc names one that is not there.
     pub(super) fn into_airport(
         self,
         frame: &LocalFrame,
         width_m: f64,
         airport: &mut Airport,
         report: &mut LayoutReport,
-    ) -> Result<(), ScenarioError> {
-        let damaged = |line, key: &str, found: String, needed| {
-            ScenarioError::new(&self.file, line, key, Problem::Line { found, needed })
-        };
+    ) {
         let mut by_index = BTreeMap::new();
         for point in &self.points {
-            if by_index.insert(point.index, point).is_some() {
-                let found = point.index.to_string();
-                return Err(damaged(point.line, "index", found, "an index that is not taken"));
+            if by_index.contains_key(&point.index) {
+                let (line, index) = (point.line, point.index);
+                report.lines.push(format!("line {line}: index {index} a second time: left out"));
+            } else {
+                by_index.insert(point.index, point);
             }
         }
-        let arcs = self.merged_arcs(&by_index, report)?;
+        let arcs = self.merged_arcs(&by_index, report);
         let used: BTreeSet<usize> = arcs.keys().flat_map(|(a, b)| [*a, *b]).collect();
         let isolated = by_index.keys().filter(|index| !used.contains(index));
         for index in isolated {
@@ -239,7 +237,6 @@ impl GroundNet {
             self.arcs.len(),
             airport.edges.iter().filter(|e| !e.two_way).count(),
         ));
-        Ok(())
     }
 
     /// One entry for each pair of points, by the smaller index first.
@@ -247,15 +244,14 @@ impl GroundNet {
         &self,
         by_index: &BTreeMap<usize, &Point>,
         report: &mut LayoutReport,
-    ) -> Result<BTreeMap<(usize, usize), MergedArc>, ScenarioError> {
+    ) -> BTreeMap<(usize, usize), MergedArc> {
         let mut merged: BTreeMap<(usize, usize), MergedArc> = BTreeMap::new();
         for arc in &self.arcs {
-            for (key, index) in [("arc.begin", arc.begin), ("arc.end", arc.end)] {
-                if !by_index.contains_key(&index) {
-                    let needed = "the index of a Parking or node";
-                    let problem = Problem::Line { found: index.to_string(), needed };
-                    return Err(ScenarioError::new(&self.file, arc.line, key, problem));
-                }
+            let missing = [arc.begin, arc.end].into_iter().find(|i| !by_index.contains_key(i));
+            if let Some(index) = missing {
+                let line = arc.line;
+                report.lines.push(format!("line {line}: arc to no node {index}: left out"));
+                continue;
             }
             if arc.begin == arc.end {
                 report
@@ -278,7 +274,7 @@ impl GroundNet {
                 entry.name.clone_from(&arc.name);
             }
         }
-        Ok(merged)
+        merged
     }
 }
 

@@ -65,7 +65,13 @@ pub(super) fn clean(
     for (time_ms, record) in &ordered {
         let t = (time_ms - t0) as f64 * 1e-3;
         match record.position_m {
-            Some(p) if p.norm() <= REACH_M => fixes.push(Fix { line: record.line, t, p }),
+            Some(p) if p.norm() <= REACH_M => {
+                if fixes.last().is_some_and(|last| t - last.t < OFTEN_S) {
+                    tally.add(Rule::TooOften, record.line);
+                } else {
+                    fixes.push(Fix { line: record.line, t, p });
+                }
+            }
             Some(_) => tally.add(Rule::OutOfReach, record.line),
             None => tally.add(Rule::NoPosition, record.line),
         }
@@ -96,6 +102,8 @@ pub(super) fn clean(
     Some(Clean { speeds_ms, fixes, t0_ms, sigma_m, rough })
 }
 
+/// Positions nearer to each other in time say nothing more, s.
+const OFTEN_S: f64 = 0.199;
 /// No position of a surface movement is farther from the reference point, m.
 const REACH_M: f64 = 60_000.0;
 

@@ -13,6 +13,8 @@ pub enum Rule {
     NoPosition,
     /// More than 60 km from the airport.
     OutOfReach,
+    /// Sooner after the one before than anything needs.
+    TooOften,
     /// Cannot be reached from its neighbours.
     Jump,
     /// A position repeated although the mover went on.
@@ -38,6 +40,7 @@ impl Rule {
             Self::TimeOrder => "rejected: time not after the record before",
             Self::NoPosition => "filled: position missing or not a number",
             Self::OutOfReach => "rejected: position more than 60 km away",
+            Self::TooOften => "left out: position less than 0.2 s after the one before",
             Self::Jump => "rejected: position cannot be reached from its neighbours",
             Self::NotRenewed => "rejected: position repeated, not renewed, while moving",
             Self::BesidePath => "rejected: position beside the path by more than 6 sigma + 5 m",
@@ -66,6 +69,13 @@ impl Tally {
     #[must_use]
     pub fn count(&self, rule: Rule) -> usize {
         self.0.get(&rule).map_or(0, |e| e.0)
+    }
+
+    /// The rule applied most often, as the end of a sentence.
+    pub(super) fn most(&self) -> String {
+        let most = self.rows().max_by_key(|(rule, count, _)| (*count, std::cmp::Reverse(*rule)));
+        let text = |(rule, count, _): (Rule, usize, usize)| format!(" ({count} {})", rule.text());
+        most.map_or(String::new(), text)
     }
 
     /// Rules with count and first line.
@@ -215,7 +225,9 @@ impl std::fmt::Display for Report {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Refusal {
     /// Hardly any sound positions.
-    #[error("only {left} of {records} positions are sound, needed are 10 and an eighth of all")]
+    #[error(
+        "only {left} of {records} positions are sound, needed are 10 and an eighth of all{why}"
+    )]
     TooFew {
         /// Line to look at.
         line: usize,
@@ -223,6 +235,8 @@ pub enum Refusal {
         left: usize,
         /// Records.
         records: usize,
+        /// The rule that most records fell to, for people; empty if none did.
+        why: String,
     },
     /// Too long without a position while the mover went on.
     #[error(
@@ -248,6 +262,16 @@ pub enum Refusal {
         /// Limit.
         limit_s: f64,
     },
+    /// Farther than anything on the surface.
+    #[error("goes {way_m:.0} m, allowed is {limit_m:.0} m")]
+    TooFar {
+        /// Last line.
+        line: usize,
+        /// Length of the way.
+        way_m: f64,
+        /// Limit.
+        limit_m: f64,
+    },
     /// The limits of the type do not allow anything near the positions.
     #[error(
         "the type cannot move like this: {off_m:.0} m off the recorded positions within its speeds and accelerations"
@@ -268,6 +292,7 @@ impl Refusal {
             Self::TooFew { line, .. }
             | Self::Gap { line, .. }
             | Self::TooLong { line, .. }
+            | Self::TooFar { line, .. }
             | Self::BeyondType { line, .. } => *line,
         }
     }

@@ -1,0 +1,311 @@
+//! `seeds airport` and `seeds traffic`: what was read, mended and assumed of layouts and recordings.
+
+use crate::runtime::cli::{self, BAD_INPUT, FAILED, fail, load_scene};
+use clap::{Args, Subcommand};
+use models::airport::Airport;
+use models::time::SimTime;
+use models::truth::recorded::Report;
+use models::truth::{Limits, Trajectory, route};
+use scenarios::Entity;
+use scenarios::airport::check;
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// Look into airport layouts: apt.dat (X-Plane, one airport) and ground networks (FlightGear, .xml)
+#[derive(Args, Clone, Debug)]
+pub struct AirportArgs {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand, Clone, Debug)]
+enum Command {
+    /// What is in a layout, what was mended and assumed, and what is wrong with it
+    Check {
+        /// Layouts
+        #[arg(value_name = "FILE", required = true)]
+        files: Vec<PathBuf>,
+        /// JSON: one object a file
+        #[arg(long)]
+        json: bool,
+    },
+    /// The shortest way along the ground network, and how long a mover takes for it
+    Route {
+        /// Layout
+        #[arg(value_name = "FILE")]
+        file: PathBuf,
+        /// Node or stand to begin at
+        #[arg(value_name = "FROM")]
+        from: String,
+        /// Node or stand to end at
+        #[arg(value_name = "TO")]
+        to: String,
+        /// Type that drives: a designator of types.csv
+        #[arg(long = "type", value_name = "TYPE", default_value = "FOLLOWME")]
+        designator: String,
+        /// JSON: one object
+        #[arg(long)]
+        json: bool,
+    },
+}
+
+/// What was done to the recorded movements of a scene, by rule and number, and what its movers do
+#[derive(Args, Clone, Debug)]
+pub struct TrafficArgs {
+    /// Scene: a TOML file, or the name of a scene that comes with SEEDS
+    #[arg(value_name = "SCENE", default_value = "zurich")]
+    scene: String,
+    /// JSON: one object a mover
+    #[arg(long)]
+    json: bool,
+}
+
+/// `seeds airport …`.
+#[must_use]
+pub fn run(args: &AirportArgs) -> ExitCode {
+    cli::log_to_stderr(cli::LogFormat::Text, "warn");
+    match &args.command {
+        Command::Check { files, json } => check_all(files, *json),
+        Command::Route { file, from, to, designator, json } => {
+            route_preview(file, [from, to], designator, *json)
+        }
+    }
+}
+
+fn check_all(files: &[PathBuf], json: bool) -> ExitCode {
+    let mut worst = ExitCode::SUCCESS;
+    for file in files {
+        match check(file) {
+            Ok((layout, report)) if json => {
+                let mut object = described(&layout);
+                object["file"] = json!(file.display().to_string());
+                object["report"] = json!(report.lines);
+                object["findings"] = json!(report.findings);
+                print_line(&object.to_string());
+            }
+            Ok((_, report)) => {
+                report.lines.iter().for_each(|line| print_line(line));
+                report.findings.iter().for_each(|line| print_line(&format!("found: {line}")));
+            }
+            Err(e) => worst = fail(BAD_INPUT, e),
+        }
+    }
+    worst
+}
+
+fn described(layout: &Airport) -> Value {
+    let runways = layout.runways.iter().map(|runway| {
+        let length_m = (runway.ends_m[1] - runway.ends_m[0]).norm();
+        json!({ "names": runway.names, "length_m": tenths(length_m), "width_m": runway.width_m })
+    });
+    let network_m: f64 = layout
+        .edges
+        .iter()
+        .map(|e| (layout.nodes[e.to].position_m - layout.nodes[e.from].position_m).norm())
+        .sum();
+    json!({
+        "icao": layout.icao,
+        "name": layout.name,
+        "runways": runways.collect::<Vec<_>>(),
+        "nodes": layout.nodes.len(),
+        "edges": layout.edges.len(),
+        "one_way": layout.edges.iter().filter(|e| !e.two_way).count(),
+        "network_m": tenths(network_m),
+        "stands": layout.stands.len(),
+        "stands_on_network": layout.stands.iter().filter(|s| s.node.is_some()).count(),
+        "pavement": layout.pavement.len(),
+    })
+}
+
+fn route_preview(file: &Path, names: [&String; 2], designator: &str, json: bool) -> ExitCode {
+    let (layout, _) = match check(file) {
+        Ok(found) => found,
+        Err(e) => return fail(BAD_INPUT, e),
+    };
+    let limits = match scenarios::types::shipped() {
+        Ok(types) => types.get(designator).map(|t| Limits::of(t.class.aircraft, &t.kinematics)),
+        Err(e) => return fail(BAD_INPUT, e),
+    };
+    let Some(limits) = limits else {
+        return fail(BAD_INPUT, format!("--type {designator}: no designator of types.csv"));
+    };
+    let mut ends = [0; 2];
+    for (end, name) in ends.iter_mut().zip(names) {
+        match layout.node(name) {
+            Some(node) => *end = node,
+            None => {
+                let error = format!(
+                    "{}: {name}: no node or stand of its network ({} nodes, {} stands)",
+                    file.display(),
+                    layout.nodes.len(),
+                    layout.stands.len()
+                );
+                return fail(BAD_INPUT, error);
+            }
+        }
+    }
+    let [from, to] = names;
+    let Some(way) = route::shortest(&layout, ends[0], ends[1]) else {
+        return fail(FAILED, format!("{}: no way from {from} to {to}", file.display()));
+    };
+    let points: Vec<_> = way.nodes.iter().map(|n| layout.nodes[*n].position_m).collect();
+    // Far longer than anything takes: at 1 m/s.
+    let span = (SimTime::ZERO, SimTime::from_s(60.0 + way.length_m));
+    let drive_s = route::drive(&points, &[], &limits, span, 0.0).map(|t| driving_s(&t));
+    let nodes: Vec<&str> = way.nodes.iter().map(|n| layout.nodes[*n].name.as_str()).collect();
+    if json {
+        let object = json!({
+            "from": from, "to": to, "length_m": tenths(way.length_m), "nodes": nodes,
+            "taxiways": way.names, "type": designator, "drive_s": drive_s.map(tenths),
+            "points_m": points.iter().map(|p| [tenths(p.x), tenths(p.y)]).collect::<Vec<_>>(),
+        });
+        print_line(&object.to_string());
+        return ExitCode::SUCCESS;
+    }
+    let along = if way.names.is_empty() { "(no names)".into() } else { way.names.join(", ") };
+    let time = drive_s.map_or("too short to drive".into(), |s| format!("{s:.0} s"));
+    print_line(&format!("{from} to {to}: {:.0} m, {designator} {time}", way.length_m));
+    print_line(&format!("over {along}"));
+    print_line(&format!("nodes {}", nodes.join(" ")));
+    ExitCode::SUCCESS
+}
+
+/// From the first to the last moment of motion, s.
+fn driving_s(trajectory: &Trajectory) -> f64 {
+    const STEP: i64 = 100_000_000;
+    let steps = (trajectory.start().0 / STEP)..=(trajectory.end().0 / STEP);
+    let moving = steps
+        .filter(|k| trajectory.at(SimTime(k * STEP)).is_some_and(|s| s.velocity_ms.norm() > 0.05));
+    let (mut first, mut last) = (None, 0);
+    for k in moving {
+        first.get_or_insert(k);
+        last = k;
+    }
+    first.map_or(0.0, |first| (last - first) as f64 * 0.1)
+}
+
+/// `seeds traffic SCENE`.
+#[must_use]
+pub fn traffic(args: &TrafficArgs) -> ExitCode {
+    cli::log_to_stderr(cli::LogFormat::Text, "warn");
+    let scene = match load_scene(&args.scene) {
+        Ok(scene) => scene,
+        Err(code) => return code,
+    };
+    for entity in &scene.traffic.entities {
+        let Some(trajectory) = &entity.trajectory else { continue };
+        let most = Most::of(trajectory);
+        if args.json {
+            print_line(&mover(entity, trajectory, &most).to_string());
+            continue;
+        }
+        let kind = if entity.report.is_some() { "recorded" } else { "made" };
+        print_line(&format!(
+            "{} ({}, {kind}): {:.1} s to {:.1} s; fastest {:.1} m/s, acceleration {:.2}, braking {:.2}, lateral {:.2} m/s2, highest {:.0} m",
+            entity.callsign,
+            entity.class.designator,
+            trajectory.start().s(),
+            trajectory.end().s(),
+            most.speed_ms,
+            most.acceleration_ms2,
+            most.braking_ms2,
+            most.lateral_ms2,
+            most.height_m
+        ));
+        if let Some(report) = &entity.report {
+            print_line(&report.to_string());
+        }
+    }
+    ExitCode::SUCCESS
+}
+
+/// Extremes of a movement, looked at every 50 ms.
+#[derive(Default)]
+struct Most {
+    speed_ms: f64,
+    acceleration_ms2: f64,
+    braking_ms2: f64,
+    lateral_ms2: f64,
+    height_m: f64,
+}
+
+impl Most {
+    fn of(trajectory: &Trajectory) -> Self {
+        const STEP: i64 = 50_000_000;
+        let mut most = Self::default();
+        let mut time = trajectory.start();
+        while let Some(state) = trajectory.at(time) {
+            let v = state.velocity_ms.xy();
+            let (a, speed) = (state.acceleration_ms2.xy(), v.norm());
+            if let Some(ahead) = v.try_normalize(1e-6) {
+                let along = a.dot(&ahead);
+                most.acceleration_ms2 = most.acceleration_ms2.max(along);
+                most.braking_ms2 = most.braking_ms2.max(-along);
+                most.lateral_ms2 = most.lateral_ms2.max((a - ahead * along).norm());
+            }
+            most.speed_ms = most.speed_ms.max(speed);
+            most.height_m = most.height_m.max(state.position_m.z);
+            time = SimTime(time.0 + STEP);
+        }
+        most
+    }
+}
+
+fn mover(entity: &Entity, trajectory: &Trajectory, most: &Most) -> Value {
+    json!({
+        "callsign": entity.callsign.as_str(),
+        "type": entity.class.designator,
+        "from_s": trajectory.start().s(),
+        "to_s": trajectory.end().s(),
+        "fastest_ms": most.speed_ms,
+        "acceleration_ms2": most.acceleration_ms2,
+        "braking_ms2": most.braking_ms2,
+        "lateral_ms2": most.lateral_ms2,
+        "highest_m": most.height_m,
+        "import": entity.report.as_ref().map(import),
+    })
+}
+
+fn import(report: &Report) -> Value {
+    let rules = report.tally.rows().map(|(rule, count, line)| {
+        json!({ "rule": format!("{rule:?}"), "text": rule.text(), "count": count, "first_line": line })
+    });
+    let held = report.held.iter().map(|held| {
+        let (column, unit) = held.limit.column();
+        json!({
+            "column": column, "unit": unit, "value": held.value, "duration_s": held.duration_s,
+            "recorded": held.recorded, "along_m": held.along_m,
+        })
+    });
+    json!({
+        "records": report.records,
+        "used": report.used,
+        "rules": rules.collect::<Vec<_>>(),
+        "held": held.collect::<Vec<_>>(),
+        "gaps": report.gaps,
+        "longest_gap_s": report.longest_gap.0,
+        "longest_gap_to_line": report.longest_gap.1,
+        "standstills": report.stands.0,
+        "standing_s": report.stands.1,
+        "backward_legs": report.pushbacks,
+        "sigma_m": report.sigma_m,
+        "across_rms_m": report.across_m.0,
+        "across_max_m": report.across_m.1,
+        "along_rms_m": report.along_m.0,
+        "along_max_m": report.along_m.1,
+        "centred_max_m": report.centred_m,
+        "altitude_offset_m": report.altitude_offset_m,
+        "liftoff_s": report.liftoff_s,
+        "touchdown_s": report.touchdown_s,
+    })
+}
+
+fn tenths(value: f64) -> f64 {
+    (value * 10.0).round() / 10.0
+}
+
+#[expect(clippy::print_stdout, reason = "the result of the command")]
+fn print_line(line: &str) {
+    println!("{line}");
+}

@@ -1,0 +1,186 @@
+//! Airport layouts: what is in them is found, damage is mended or refused with its line; never a panic.
+
+use models::airport::Airport;
+use scenarios::airport::{LayoutReport, check};
+use std::path::{Path, PathBuf};
+
+fn shipped(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("airports").join(name)
+}
+
+fn check_text(name: &str, text: &[u8]) -> Result<(Airport, LayoutReport), String> {
+    let folder = std::env::temp_dir().join(format!("seeds-airports-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("a folder");
+    let file = folder.join(name);
+    std::fs::write(&file, text).expect("a file");
+    let result = check(&file);
+    let _ = std::fs::remove_file(&file);
+    result.map_err(|e| e.to_string().replace(&format!("{}/", folder.display()), ""))
+}
+
+#[test]
+fn shipped_layouts_are_read_whole() {
+    for (name, runways, nodes, edges, stands, finding) in [
+        ("LSZH.apt.dat", 3, 0, 0, 3, "runways 16/34 and 10/28 cross"),
+        ("LSZH.groundnet.xml", 0, 325, 380, 35, "no runways in this file"),
+        ("LZIB.apt.dat", 2, 181, 209, 33, "runways 13/31 and 04/22 cross"),
+    ] {
+        let (layout, report) = check(&shipped(name)).unwrap_or_else(|e| panic!("{e}"));
+        let found =
+            (layout.runways.len(), layout.nodes.len(), layout.edges.len(), layout.stands.len());
+        println!("{name}: {found:?}\n{}\n{}", report.lines.join("\n"), report.findings.join("\n"));
+        assert_eq!(found.0, runways, "{name}: runways");
+        assert_eq!(found.3, stands, "{name}: stands");
+        assert!(found.1 >= nodes && found.2 >= edges * 9 / 10, "{name}: {found:?}");
+        assert!(report.findings.iter().any(|f| f == finding), "{name}: {:?}", report.findings);
+    }
+}
+
+const NEW_ROWS: &str = "I
+1200 Version - data cycle 2024.01
+
+1 433 1 0 XXYY Somewhere \u{fc}ber
+1302 city Somewhere
+1302 datum_lat 48.1
+100 45.00 1 0 0.25 0 2 1 09 48.10000000 011.70000000 0.00 0.00 3 0 0 1 27 48.10000000 011.75000000 300.00 0.00 3 0 0 1
+100 45.00 1 0 0.25 0 2 1 18 48.20000000 011.70000000 0.00 0.00 3 0 0 1 36 48.20000000 011.70000000 0.00 0.00 3 0 0 1
+110 1 0.25 0.00 apron
+111 48.0990 011.7000
+112 48.0990 011.7100 48.0992 011.7110
+111 48.0980 011.7100
+114 48.0980 011.7000 48.0979 011.6990
+111 48.0985 011.7050
+111 48.0985 011.7060
+113 48.0984 011.7060
+120 line
+111 48.0990 011.7000 51 102
+112 48.0991 011.7001 48.0992 011.7002
+115 48.0980 011.7100
+120 ring
+111 48.0990 011.7000
+116 48.0980 011.7100 48.0981 011.7101
+130 boundary
+111 48.0 011.6
+111 48.0 011.8
+113 48.2 011.8
+1300 48.0985 011.7050 90.0 gate jets|props Gate 1
+1301 C airline dlh
+1300 48.0984 011.7060 -90.0 tie_down all Gate 1
+1200
+1201 48.0990 011.7000 both 0 A_start
+1201 48.0990 011.7050 both 1
+1201 48.0990 011.7100 both 2 A_end
+1201 48.0990 011.7100 both 2 twice
+1201 48.1500 011.7100 both 3 alone
+1201 48.1500 011.7110 both 4 alone
+1202 0 1 twoway taxiway_E A
+1204 departure 09,27
+1202 1 2 oneway taxiway_C .
+1202 3 4 twoway taxiway
+1202 2 9 twoway taxiway B
+1202 2 2 twoway taxiway B
+1206 0 1 twoway
+1400 48.0985 011.7050 90 baggage_train 3 truck
+99
+";
+
+#[test]
+fn rows_of_newer_versions_are_read() {
+    let (layout, report) = check_text("new.apt.dat", NEW_ROWS.as_bytes()).expect("sound");
+    assert_eq!(layout.icao, "XXYY");
+    assert_eq!(layout.runways.len(), 1);
+    assert_eq!(layout.pavement.len(), 1, "the hole, lines and the boundary are none");
+    assert_eq!(layout.stands.len(), 2);
+    assert_eq!(layout.stands[1].name, "Gate_1_2");
+    assert_eq!(layout.edges.iter().filter(|e| !e.two_way).count(), 1);
+    let all = [report.lines.join("\n"), report.findings.join("\n")].join("\n");
+    for expected in [
+        "runway 18/36 of no length: left out",
+        "node 2 a second time: left out",
+        "edge to no node 9: left out",
+        "edge from 2 to itself: left out",
+        "1206 (1)",
+        "2 parts of the network without connection",
+        "because of one-way edges",
+    ] {
+        assert!(all.contains(expected), "{expected:?} is not in\n{all}");
+    }
+}
+
+#[test]
+fn other_line_ends_and_letters_are_read() {
+    let crlf = NEW_ROWS.replace('\n', "\r\n");
+    assert_eq!(check_text("crlf.apt.dat", crlf.as_bytes()).expect("sound").0.runways.len(), 1);
+    let latin: Vec<u8> = NEW_ROWS.chars().map(|c| c as u8).collect();
+    assert_eq!(check_text("latin.apt.dat", &latin).expect("sound").0.runways.len(), 1);
+    let marked = format!("\u{feff}{NEW_ROWS}");
+    assert_eq!(check_text("marked.apt.dat", marked.as_bytes()).expect("sound").0.runways.len(), 1);
+}
+
+#[test]
+fn damaged_layouts_are_refused_with_line_and_reason() {
+    for (name, from, to, expected) in [
+        (
+            "a.apt.dat",
+            "1 433",
+            "1 high",
+            "a.apt.dat:4: elevation: found \"high\", needed is a number",
+        ),
+        (
+            "b.apt.dat",
+            "1201 48.0990 011.7050 both 1",
+            "1201 98.0 011.7 both 1",
+            "b.apt.dat:33: latitude: found 98",
+        ),
+        (
+            "c.apt.dat",
+            "oneway taxiway_C",
+            "someway taxiway_C",
+            "c.apt.dat:40: direction: found \"someway\"",
+        ),
+        (
+            "d.apt.dat",
+            "100 45.00 1 0 0.25 0 2 1 09",
+            "100 NaN 1 0 0.25 0 2 1 09",
+            "d.apt.dat:7: width: found NaN",
+        ),
+        ("e.apt.dat", "1 433 1 0 XXYY", "17 433 1 0 XXYY", "e.apt.dat:"),
+        ("f.xml", "I", "<groundnet><parkingList/></groundnet>", "f.xml:1: groundnet"),
+    ] {
+        assert!(NEW_ROWS.contains(from), "{from}");
+        let text =
+            if name.ends_with("xml") { to.to_owned() } else { NEW_ROWS.replacen(from, to, 1) };
+        let error = check_text(name, text.as_bytes()).expect_err(name);
+        let (file, reason) = expected.split_once(": ").unwrap_or((expected, ""));
+        assert!(error.starts_with(file) && error.contains(reason), "{error}\n{expected}");
+    }
+    assert!(check_text("empty.apt.dat", b"").is_err());
+    assert!(check_text("empty.xml", b"").is_err());
+    assert!(check(Path::new("no/such.apt.dat")).is_err());
+}
+
+/// One line in every so many is struck out, cut short, doubled, or gets a number that cannot be.
+#[test]
+fn any_line_may_be_damaged() {
+    for (name, stride) in [("LZIB.apt.dat", 199), ("LSZH.apt.dat", 59), ("LSZH.groundnet.xml", 101)]
+    {
+        let text = std::fs::read_to_string(shipped(name)).expect("a layout");
+        let lines: Vec<&str> = text.lines().collect();
+        for at in (2..lines.len()).step_by(stride) {
+            for kind in 0..5 {
+                let mut changed: Vec<String> = lines.iter().map(|l| (*l).to_owned()).collect();
+                let line = &lines[at];
+                changed[at] = match kind {
+                    0 => String::new(),
+                    1 => line.get(..line.len() / 2).unwrap_or("").into(),
+                    2 => format!("{line}\n{line}"),
+                    3 => line.replacen(|c: char| c.is_ascii_digit(), "1e309", 1),
+                    _ => line.replace(|c: char| c.is_ascii_digit(), "0"),
+                };
+                if let Err(error) = check_text(name, changed.join("\n").as_bytes()) {
+                    assert!(error.starts_with(&format!("{name}:")), "{error}");
+                }
+            }
+        }
+    }
+}
