@@ -9,6 +9,7 @@ use crate::error::{Problem, ScenarioError};
 use geodesy::{Geodetic, LocalFrame};
 use models::airport::{Airport, Edge, Hold, Node, Stand};
 use models::frames::Azimuth;
+use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
@@ -171,11 +172,11 @@ impl GroundNet {
     ) {
         let mut by_index = BTreeMap::new();
         for point in &self.points {
-            if by_index.contains_key(&point.index) {
+            if let Entry::Vacant(free) = by_index.entry(point.index) {
+                free.insert(point);
+            } else {
                 let (line, index) = (point.line, point.index);
                 report.lines.push(format!("line {line}: index {index} a second time: left out"));
-            } else {
-                by_index.insert(point.index, point);
             }
         }
         let arcs = self.merged_arcs(&by_index, report);
