@@ -1,8 +1,8 @@
 //! Fusion: plots of all sensors of one scan in, system tracks out.
 //!
 //! One update cycle ([`Tracker::scan`]): plots by (time, sensor, sequence) ─► batches of one sensor
-//! ([`tracker`]) ─► gates and association ([`associate`], [`crate::association`]) ─► each plot updates its track at the
-//! plot's own time ([`track_file`]) ─► starts ─► confirm, coast, delete ([`life`]) ─► labels ([`labels`])
+//! (`tracker`) ─► gates and association (`associate`, [`crate::association`]) ─► each plot updates its track at the
+//! plot's own time (`track_file`) ─► starts ─► confirm, coast, delete (`life`) ─► labels (`labels`)
 //! ─► a predicted copy of each track is published.
 //!
 //! Nothing depends on the order in which plots arrived, and nothing here knows the truth.
