@@ -52,6 +52,6 @@ pub fn tolerance(scene: &Scene) -> Tolerance {
     Tolerance {
         position_m: scene.accuracy.position_m,
         detection: scene.accuracy.detection,
-        ..Tolerance::default()
+        sum_db: scene.accuracy.sum_db,
     }
 }

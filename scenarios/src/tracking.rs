@@ -52,6 +52,9 @@ pub struct Accuracy {
     pub position_m: f64,
     /// Probability of detection.
     pub detection: f64,
+    /// Sum of the decibel bounds of skipped effects up to which they are skipped whatever comes of it;
+    /// only the outcome counts where it is not given.
+    pub sum_db: Option<f64>,
     /// Processor time for one scan of the whole sensor and fusion stage, µs, where it is limited.
     pub time_budget_us: Option<f64>,
 }
@@ -179,11 +182,12 @@ pub(crate) fn complete(
 /// Reads `[accuracy]`.
 pub(crate) fn read_accuracy(root: &Section) -> Result<Accuracy, ScenarioError> {
     let section = root
-        .section("accuracy", &["position_m", "detection", "time_budget_us"])?
+        .section("accuracy", &["position_m", "detection", "sum_db", "time_budget_us"])?
         .unwrap_or_else(|| root.empty("accuracy"));
     Ok(Accuracy {
         position_m: section.number_or("position_m", 0.5, within(0.0, 1000.0, "m"))?,
         detection: section.number_or("detection", 0.01, within(0.0, 1.0, ""))?,
+        sum_db: section.number("sum_db", within(0.0, 100.0, "dB"))?,
         time_budget_us: section.number("time_budget_us", within(1.0, 1e9, "µs"))?,
     })
 }

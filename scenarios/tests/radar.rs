@@ -176,7 +176,12 @@ fn what_no_model_covers_is_refused_with_key_value_and_limits() {
             ["building[1].facade", "\"glass\"", "\"metal\""],
         ),
         (
-            "more than a beam's pulses",
+            "a sum of decibels below zero",
+            changed("detection = 0.01", "detection = 0.01\nsum_db = -0.5"),
+            ["accuracy.sum_db", "-0.5", "0 to 100 dB"],
+        ),
+        (
+            "no rotation",
             line(with("ku_asde3", "rotation_rpm = 0", "")),
             ["rotation_rpm", "= 0", "1 ..= 600"],
         ),

@@ -3,7 +3,7 @@
 use crate::clock::thread_ns;
 use crate::{Draws, Ladder, Options, Outcome, Progress, Row, SceneAbout};
 use models::draw::{DrawKey, Purpose, uniform};
-use models::effects::radar::{RadarEffect, RadarLevels};
+use models::effects::radar::{RadarEffect, RadarLevels, Tally};
 use models::effects::{PlanRow, Tolerance};
 use models::environment::surface::Material;
 use models::environment::{RainCell, Weather};
@@ -244,6 +244,17 @@ impl RadarStudy {
         Ok(radar.plan_for(&air, &area, &tolerance).rows)
     }
 
+    /// Evaluations, since `before`, of effects that the plan in force skips.
+    fn evaluated_though_skipped(&self, radar: &Asde, before: &Tally) -> u64 {
+        // A target in a shadow is simulated exactly whatever the plan skips.
+        if !self.buildings.is_empty() || self.truth.0.iter().any(|t| t.0.aircraft) {
+            return 0;
+        }
+        let rows = radar.plan().iter().zip(RadarEffect::ALL);
+        let skipped = rows.filter(|(row, _)| row.is_skipped());
+        skipped.map(|(_, &effect)| radar.tally().of(effect) - before.of(effect)).sum()
+    }
+
     /// Plays the scene planned and with everything exact, on the same draws.
     ///
     /// # Errors
@@ -255,9 +266,11 @@ impl RadarStudy {
         for scan in 1..=scans {
             let (mut a, mut b) = (PlotSink::default(), PlotSink::default());
             let interval = interval(scan);
+            let before = planned.tally().clone();
             let start = thread_ns();
             planned.scan(&interval, &self.truth, &self.weather, &mut a);
             let between = thread_ns();
+            found.evaluated_though_skipped += self.evaluated_though_skipped(&planned, &before);
             exact.scan(&interval, &self.truth, &self.weather, &mut b);
             let planned_ns = (between - start) as f64;
             let exact_ns = (thread_ns() - between) as f64;
@@ -278,15 +291,7 @@ impl RadarStudy {
             let missing = b.iter().filter(|(key, _)| !a.iter().any(|(other, _)| other == key));
             found.only_one += missing.count() as u64;
         }
-        for (row, &effect) in planned.plan().iter().zip(RadarEffect::ALL) {
-            if row.is_skipped() {
-                found.skipped += 1;
-                // A target in a shadow is simulated exactly whatever the plan skips.
-                if self.buildings.is_empty() && !self.truth.0.iter().any(|t| t.0.aircraft) {
-                    found.evaluated_though_skipped += planned.tally().of(effect);
-                }
-            }
-        }
+        found.skipped = planned.plan().iter().filter(|row| row.is_skipped()).count() as u64;
         Ok(found)
     }
 }

@@ -326,12 +326,14 @@ impl TargetArea {
         sum.area()
     }
 
-    /// Rounded outwards to 200 m of distance and 5 m of height.
+    /// Rounded outwards to 200 m of distance (40 m at least) and 5 m of height.
     #[must_use]
     pub fn rounded(mut self) -> Self {
         if self.farthest_m > 0.0 {
-            self.nearest_m = ((self.nearest_m / 200.0).floor() * 200.0).max(20.0);
-            self.farthest_m = ((self.farthest_m + 40.0) / 200.0).ceil() * 200.0;
+            // Targets are planned for where they are at the end of a scan and seen up to a turn earlier.
+            let margin_m = 40.0;
+            self.nearest_m = (((self.nearest_m - margin_m) / 200.0).floor() * 200.0).max(20.0);
+            self.farthest_m = ((self.farthest_m + margin_m) / 200.0).ceil() * 200.0;
             self.lowest_m = self.lowest_m.min(self.lowest_m.floor());
             self.highest_m = (self.highest_m / 5.0).ceil() * 5.0;
         }
