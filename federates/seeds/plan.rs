@@ -7,6 +7,7 @@ use crate::runtime::federate::{Federate, FrameInputs, FrameOut};
 use crate::runtime::messages::{Notice, RunConfig, ScanReport};
 use crate::smdfm::{Smdfm, setup};
 use crate::traffic_generator::TrafficGenerator;
+use anyhow::Context;
 use clap::Args;
 use models::effects::{PlanRow, Tolerance, changes};
 use models::environment::Weather;
@@ -16,6 +17,7 @@ use models::sensors::{PlotSink, ScanInterval, Sensor, TargetClass, TargetState, 
 use models::time::SimTime;
 use scenarios::Scene;
 use serde_json::json;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 
@@ -33,6 +35,18 @@ pub struct PlanArgs {
     /// What every simulated effect did to the plots of this target at the time of --at
     #[arg(long, value_name = "CALLSIGN", requires = "at")]
     explain: Option<String>,
+
+    /// Write what the first radar of the scene shows of the turn after --at, cell by cell, as a PNG
+    #[arg(long, value_name = "FILE", requires = "at", conflicts_with = "explain")]
+    video: Option<PathBuf>,
+
+    /// Ground distance at the rim of that picture, m [default: the radar's display range]
+    #[arg(long, value_name = "M", requires = "video")]
+    rim: Option<f64>,
+
+    /// Width of that picture, pixels, 64 to 8192
+    #[arg(long, value_name = "N", requires = "video", default_value_t = 1600)]
+    size: usize,
 
     /// JSON: one object a line of the plan
     #[arg(long)]
@@ -53,14 +67,22 @@ pub fn run(args: &PlanArgs) -> ExitCode {
         let end = scene.run.duration.s();
         return fail(cli::BAD_INPUT, format!("--at {at}: the scene lasts from 0 to {end} s"));
     }
-    let outcome = match (&args.explain, args.at) {
-        (Some(callsign), Some(at)) => explain(&scene, callsign, at, args.json),
+    let outcome = match (&args.explain, &args.video, args.at) {
+        (Some(callsign), _, Some(at)) => explain(&scene, callsign, at, args.json),
+        (_, Some(file), Some(at)) => video(&scene, file, at, args),
         _ => plan(&scene, args.at, args.json),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(e) => fail(FAILED, format!("{e:#}")),
     }
+}
+
+/// The picture of a whole turn.
+fn video(scene: &Scene, file: &Path, at: f64, args: &PlanArgs) -> anyhow::Result<()> {
+    let png = studies::picture::video_png(scene, SimTime::from_s(at), args.size, args.rim)
+        .map_err(anyhow::Error::msg)?;
+    std::fs::write(file, png).with_context(|| format!("writing {}", file.display()))
 }
 
 /// The traffic of a scene at one time, exact, as the planner looks at it.
