@@ -160,3 +160,12 @@ pub fn load_scene_without_truth(typed: &str) -> Result<scenarios::Scene, ExitCod
     let path: PathBuf = scenarios::locate(typed);
     scenarios::load_without_truth(&path).map_err(|e| fail(BAD_INPUT, e))
 }
+
+/// A line on standard output, as `println!`; a reader who has seen enough (`| head`) is no fault.
+macro_rules! out {
+    ($($text:tt)*) => {{
+        use std::io::Write as _;
+        let _ = writeln!(std::io::stdout(), $($text)*);
+    }};
+}
+pub(crate) use out;

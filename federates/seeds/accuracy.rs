@@ -1,5 +1,6 @@
 //! `seeds accuracy`: error against time of every model ladder.
 
+use crate::runtime::cli::out;
 use crate::runtime::cli::{BAD_INPUT, FAILED, fail};
 use anyhow::Context;
 use clap::Args;
@@ -60,7 +61,6 @@ pub fn run(args: &AccuracyArgs) -> ExitCode {
     }
 }
 
-#[expect(clippy::print_stdout, reason = "the result of the command")]
 fn write(args: &AccuracyArgs, report: &studies::Report) -> anyhow::Result<()> {
     if let Some(folder) = &args.out {
         let doing = || format!("writing the report into {}", folder.display());
@@ -75,9 +75,9 @@ fn write(args: &AccuracyArgs, report: &studies::Report) -> anyhow::Result<()> {
     }
     if args.json {
         show_closing(&report.closing());
-        println!("{}", report.to_json_line());
+        out!("{}", report.to_json_line());
     } else {
-        print!("{}", report.to_text());
+        out!("{}", report.to_text().trim_end());
     }
     Ok(())
 }

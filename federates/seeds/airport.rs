@@ -1,5 +1,6 @@
 //! `seeds airport` and `seeds traffic`: what was read, mended and assumed of layouts and recordings.
 
+use crate::runtime::cli::out;
 use crate::runtime::cli::{self, BAD_INPUT, FAILED, fail, load_scene};
 use clap::{Args, Subcommand};
 use models::airport::Airport;
@@ -9,7 +10,6 @@ use models::truth::{Limits, Trajectory, route};
 use scenarios::Entity;
 use scenarios::airport::check;
 use serde_json::{Value, json};
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -308,5 +308,5 @@ fn tenths(value: f64) -> f64 {
 
 /// One line of the result; a reader who has seen enough (`| head`) is no fault.
 fn print_line(line: &str) {
-    let _ = writeln!(std::io::stdout(), "{line}");
+    out!("{line}");
 }

@@ -4,6 +4,7 @@ use crate::admin_station::{self, AdminContext, client, summary::RunSummary};
 use crate::external_world::ExternalWorld;
 use crate::federation::{RunOptions, conductor_config, generator_name};
 use crate::runtime::bus::Bus;
+use crate::runtime::cli::out;
 use crate::runtime::cli::{
     self, BAD_INPUT, CommonArgs, DEFAULT_ENDPOINT, FAILED, NetworkArgs, fail, load_scene,
     load_scene_without_truth,
@@ -396,9 +397,8 @@ fn run_admin(args: &AdminArgs, scene: &Arc<Scene>) -> anyhow::Result<u8> {
     })?)
 }
 
-#[expect(clippy::print_stdout, reason = "the result of the command")]
 fn print_line(line: &str) {
-    println!("{line}");
+    out!("{line}");
 }
 
 fn operate_run(operate: &Operate) -> ExitCode {

@@ -1,5 +1,6 @@
 //! `seeds fit SCENE`: the off-line approach, figures fitted from a scene's own sensors and tracker.
 
+use crate::runtime::cli::out;
 use crate::runtime::cli::{BAD_INPUT, FAILED, fail, load_scene};
 use crate::smdfm::setup;
 use anyhow::Context;
@@ -66,7 +67,6 @@ fn show(what: &str) {
     eprintln!("{what}");
 }
 
-#[expect(clippy::print_stdout, reason = "the result of the command")]
 fn write(args: &FitArgs, report: &FitReport) -> anyhow::Result<()> {
     if let Some(path) = &args.out {
         let page = path.extension().is_some_and(|e| e == "html");
@@ -74,9 +74,9 @@ fn write(args: &FitArgs, report: &FitReport) -> anyhow::Result<()> {
         std::fs::write(path, text).with_context(|| format!("writing {}", path.display()))?;
     }
     if args.json {
-        println!("{}", report.to_json());
+        out!("{}", report.to_json());
     } else {
-        print!("{}", report.to_text());
+        out!("{}", report.to_text().trim_end());
     }
     Ok(())
 }

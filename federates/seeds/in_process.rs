@@ -4,6 +4,7 @@ use super::run::RunArgs;
 use crate::admin_station::{self, AdminContext, summary::RunSummary};
 use crate::external_world::ExternalWorld;
 use crate::federation::{conductor_config, generator_name};
+use crate::runtime::cli::out;
 use crate::runtime::data_plane::LocalEther;
 use crate::runtime::dis_socket::{Receiving, Sorter};
 use crate::runtime::federate::Federate;
@@ -33,9 +34,8 @@ pub fn run(args: &RunArgs, scene: &Scene) -> anyhow::Result<u8> {
     Ok(code)
 }
 
-#[expect(clippy::print_stdout, reason = "the result of the command")]
 fn print_line(line: &str) {
-    println!("{line}");
+    out!("{line}");
 }
 
 /// Runs a federation on threads of this process and hands over the summary of each closed run.

@@ -2,6 +2,7 @@
 
 use crate::external_world::{ExternalWorld, flight_notice};
 use crate::federation::{RunOptions, conductor_config};
+use crate::runtime::cli::out;
 use crate::runtime::cli::{self, FAILED, fail, load_scene};
 use crate::runtime::federate::{Federate, FrameInputs, FrameOut};
 use crate::runtime::messages::{Notice, RunConfig, ScanReport};
@@ -149,7 +150,6 @@ fn rows(scene: &Scene, time: SimTime, tolerance: Tolerance) -> anyhow::Result<Ve
     Ok(rows)
 }
 
-#[expect(clippy::print_stdout, reason = "the result of the command")]
 fn plan(scene: &Scene, at: Option<f64>, json: bool) -> anyhow::Result<()> {
     let times: Vec<SimTime> = match at {
         Some(at) => vec![SimTime::from_s(at)],
@@ -167,26 +167,30 @@ fn plan(scene: &Scene, at: Option<f64>, json: bool) -> anyhow::Result<()> {
                     "skipped": row.is_skipped(), "level": format!("{:?}", row.level).to_lowercase(),
                     "cost_ns": row.cost_ns,
                 });
-                println!("{line}");
+                out!("{line}");
             }
             continue;
         }
-        println!(
+        out!(
             "{} at {:.0} s, tolerance {} m and {} of detection",
             scene.name,
             time.s(),
             tolerance.position_m,
             tolerance.detection
         );
-        println!(
+        out!(
             "  {:<12}{:<28}{:>16}  {:<10}{:>9}  called for by",
-            "sensor", "effect", "bound", "decision", "ns/target"
+            "sensor",
+            "effect",
+            "bound",
+            "decision",
+            "ns/target"
         );
         for row in &rows {
             let name = scene.sensors.iter().find(|s| s.id == row.sensor).map_or("", |s| &s.name);
             let [_, effect, called_for, bound, _] = crate::smdfm::report::plan_line(row);
             let level = format!("{:?}", row.level).to_lowercase();
-            println!(
+            out!(
                 "  {name:<12}{effect:<28}{bound:>16}  {level:<10}{:>9.0}  {called_for}",
                 row.cost_ns
             );
@@ -199,19 +203,18 @@ fn plan(scene: &Scene, at: Option<f64>, json: bool) -> anyhow::Result<()> {
                 .collect();
             let text =
                 if changed.is_empty() { "nothing changes".to_owned() } else { changed.join(", ") };
-            println!("  with {word} of the tolerance: {text}");
+            out!("  with {word} of the tolerance: {text}");
         }
         let others = scene.sensors.iter().filter(|s| s.asde.is_none());
         for sensor in others {
-            println!("  {:<12}its own statistical model, no effects to choose among", sensor.name);
+            out!("  {:<12}its own statistical model, no effects to choose among", sensor.name);
         }
-        println!();
+        out!();
     }
     Ok(())
 }
 
 /// Runs the scene up to a time, without network or clock, and shows a target's plots of that scan.
-#[expect(clippy::print_stdout, reason = "the result of the command")]
 fn explain(scene: &Arc<Scene>, callsign: &str, at: f64, json: bool) -> anyhow::Result<()> {
     let report = scan_at(scene, at)?;
     let plots: Vec<_> = report.plots.iter().filter(|p| p.cause == callsign).collect();
@@ -225,24 +228,20 @@ fn explain(scene: &Arc<Scene>, callsign: &str, at: f64, json: bool) -> anyhow::R
     }
     for plot in plots {
         if json {
-            println!("{}", serde_json::to_string(plot)?);
+            out!("{}", serde_json::to_string(plot)?);
             continue;
         }
         let [east, north] = plot.position_m;
-        println!(
+        out!(
             "{} plot of {callsign} at {:.3} s: east {east:.2} m, north {north:.2} m",
             plot.kind,
             plot.time_ns as f64 * 1e-9
         );
         if let Some([truth_east, truth_north]) = plot.truth_m {
-            println!(
-                "  error east {:+.2} m, north {:+.2} m",
-                east - truth_east,
-                north - truth_north
-            );
+            out!("  error east {:+.2} m, north {:+.2} m", east - truth_east, north - truth_north);
         }
         for (effect, value, unit) in &plot.effects {
-            println!("  {effect:<32}{value:>12.4} {unit}");
+            out!("  {effect:<32}{value:>12.4} {unit}");
         }
     }
     Ok(())

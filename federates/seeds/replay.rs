@@ -6,6 +6,7 @@
 use super::player::{self, PlayerArgs};
 use crate::admin_station::summary::RunSummary;
 use crate::external_world::{flight_notice, weather_pdu::WORLD_APPLICATION};
+use crate::runtime::cli::out;
 use crate::runtime::cli::{self, FAILED, fail, load_scene_without_truth};
 use crate::runtime::conductor::ClosedRun;
 use crate::runtime::digest::{Digest, pdu_hash};
@@ -67,9 +68,8 @@ pub fn run(args: ReplayArgs) -> ExitCode {
     }
 }
 
-#[expect(clippy::print_stdout, reason = "the result of the command")]
 fn print_line(line: &str) {
-    println!("{line}");
+    out!("{line}");
 }
 
 /// What a recording holds of a run.

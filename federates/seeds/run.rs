@@ -2,6 +2,7 @@
 
 use super::launch::{Launched, News, common_arguments};
 use crate::federation::{RunOptions, generator_name};
+use crate::runtime::cli::out;
 use crate::runtime::cli::{
     self, BAD_INPUT, COMPLETE, CommonArgs, DATA_LOST, DEFAULT_ENDPOINT, FAILED, LogFormat,
     NetworkArgs, fail, load_scene,
@@ -320,7 +321,6 @@ fn show_progress(done: &str) {
     eprint!("\r{done}   ");
 }
 
-#[expect(clippy::print_stdout, reason = "the result of the command")]
 fn print_line(line: &str) {
-    println!("{line}");
+    out!("{line}");
 }

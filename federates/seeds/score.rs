@@ -1,5 +1,6 @@
 //! `seeds score --truth FILE --tracks FILE`: a recorded run held against its truth.
 
+use crate::runtime::cli::out;
 use crate::runtime::cli::{BAD_INPUT, FAILED, fail};
 use anyhow::{Context, bail};
 use clap::Args;
@@ -61,16 +62,15 @@ pub fn run(args: &ScoreArgs) -> ExitCode {
     }
 }
 
-#[expect(clippy::print_stdout, reason = "the result of the command")]
 fn write(args: &ScoreArgs, report: &ScoreReport) -> anyhow::Result<()> {
     if let Some(path) = &args.out {
         let doing = || format!("writing {}", path.display());
         std::fs::write(path, report.to_html()).with_context(doing)?;
     }
     if args.json {
-        println!("{}", report.to_json());
+        out!("{}", report.to_json());
     } else {
-        print!("{}", report.to_text());
+        out!("{}", report.to_text().trim_end());
     }
     Ok(())
 }

@@ -1,5 +1,6 @@
 //! `seeds verify DIR`: reference vectors through the product's own functions.
 
+use crate::runtime::cli::out;
 use crate::runtime::cli::{BAD_INPUT, FAILED, fail};
 use clap::Args;
 use serde_json::json;
@@ -20,7 +21,6 @@ pub struct VerifyArgs {
 
 /// Prints a line a file and the sum; 1 if any case failed.
 #[must_use]
-#[expect(clippy::print_stdout, reason = "the result of the command")]
 pub fn run(args: &VerifyArgs) -> ExitCode {
     let reports = match verify::run(&args.dir) {
         Ok(reports) => reports,
@@ -42,25 +42,25 @@ pub fn run(args: &VerifyArgs) -> ExitCode {
                 "failed": report.failed(), "worst_error_over_tolerance": ratio,
                 "worst_case": worst.map(|w| &w.name), "worst_detail": worst.map(|w| &w.detail),
             });
-            println!("{line}");
+            out!("{line}");
         } else if report.covered {
             let (ratio, name, detail) =
                 worst.map_or((0.0, "", ""), |w| (w.worst, w.name.as_str(), w.detail.as_str()));
             let shown =
                 if report.failed() > 0 { format!("  {name}: {detail}") } else { String::new() };
-            println!(
+            out!(
                 "{file}: {} passed, {} failed, worst error {ratio:.2e} of tolerance{shown}",
                 report.passed(),
                 report.failed()
             );
         } else {
-            println!("{file}: not covered");
+            out!("{file}: not covered");
         }
     }
     if args.json {
-        println!("{}", json!({"passed": passed, "failed": failed, "not_covered": not_covered}));
+        out!("{}", json!({"passed": passed, "failed": failed, "not_covered": not_covered}));
     } else {
-        println!("{passed} passed, {failed} failed, {} files not covered", not_covered.len());
+        out!("{passed} passed, {failed} failed, {} files not covered", not_covered.len());
     }
     if failed > 0 { ExitCode::from(FAILED) } else { ExitCode::SUCCESS }
 }

@@ -1,6 +1,7 @@
 //! The viewer-logger's process: sockets, files and the end of the run.
 
 use super::federate_commands::{ViewerArgs, open_bus, patience};
+use crate::runtime::cli::out;
 use crate::runtime::cli::{COMPLETE, DATA_LOST};
 use crate::runtime::clock::utc_ns;
 use crate::runtime::dis_socket::link_config;
@@ -85,7 +86,6 @@ fn listen(args: &ViewerArgs, scene: &Scene, inbox: &Inbox) -> anyhow::Result<()>
     Ok(())
 }
 
-#[expect(clippy::print_stdout, reason = "the launcher and scripts read it")]
 fn print_line(line: &str) {
-    println!("{line}");
+    out!("{line}");
 }
