@@ -75,7 +75,7 @@ pub struct ViewerArgs {
     #[arg(long, conflicts_with = "page")]
     pub no_page: bool,
 
-    /// Record every datagram into this pcapng file, with the database (.sqlite) beside it [default: runs/<start time>/run.pcapng]
+    /// Record every datagram into this pcapng file, with the database (.sqlite) beside it [default: runs/START/run.pcapng, named by the time of the start]
     #[arg(long, value_name = "FILE")]
     pub record: Option<PathBuf>,
 
