@@ -78,7 +78,7 @@ pub struct Polar {
 
 /// One report of one sensor.
 ///
-/// The covariance is kept as two orthonormal directions with a variance each (`tracking.md` 1.3): a
+/// The covariance is kept as two orthonormal directions with a variance each: a
 /// sequential filter takes two scalar updates, and `R = Σ variance · axis axisᵀ`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plot {
