@@ -282,8 +282,12 @@ impl<'a> Playing<'a> {
     /// Until the end, `quit`, or Ctrl-C.
     fn play(&mut self, commands: &Receiver<Command>) -> anyhow::Result<()> {
         if self.player.phase() == Phase::Ended {
-            let _ = writeln!(io::stderr(), "{}: nothing between --from and --to", self.name);
-            return Ok(());
+            let last = self.recording.len().saturating_sub(1);
+            let lasts_s = (self.recording.time_ns(last) - self.start_ns) as f64 * 1e-9;
+            anyhow::bail!(
+                "{}: nothing between --from and --to; its datagrams arrived from 0 to {lasts_s:.3} s (a run as fast as possible is recorded in less time than it simulated)",
+                self.name
+            );
         }
         if self.player.window().start > 0 && self.player.phase() == Phase::Playing {
             self.send_states(self.player.position_ns(now_ns()))?;
