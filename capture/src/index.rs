@@ -4,7 +4,7 @@ use crate::error::{OpenError, Problem};
 use crate::reader::{Datagram, Reader};
 use pdu::enumerations::PduType;
 use pdu::records::EntityId;
-use pdu::{Body, Frame};
+use pdu::{Body, DisTime, Frame};
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{Read, Seek, Write};
@@ -21,12 +21,21 @@ pub(crate) struct Entry {
     pub(crate) len: u32,
     /// Sender and receiver, a place in `pairs`.
     pub(crate) pair: u32,
+    /// The timestamp of its first PDU as on the wire, or [`NO_STAMP`].
+    pub(crate) stamp: u32,
 }
+
+/// Not a timestamp: its units would be a whole hour.
+pub(crate) const NO_STAMP: u32 = u32::MAX;
 
 /// Marks a payload that was put together from fragments and stands in the index.
 pub(crate) const IN_BLOB: u64 = 1 << 63;
 /// Remarks kept in words; the others are counted.
 const MOST_REMARKS: usize = 100;
+/// A timestamp so far behind the latest, or so far ahead of it, is of another clock, or of a clock that
+/// was set: what it stamps is due at once.
+const LEAP_BACK_NS: i64 = 30_000_000_000;
+const LEAP_AHEAD_NS: i64 = 120_000_000_000;
 
 /// Whose state a PDU tells: exercise, type, entity, and the number of a radio or the like.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -91,8 +100,12 @@ impl Index {
             // A clock that was set back must not make the schedule go backwards.
             latest = latest.max(datagram.utc_ns);
             let len = datagram.payload.len() as u32;
-            index.entries.push(Entry { utc_ns: latest, place, len, pair });
+            let stamp = NO_STAMP;
+            index.entries.push(Entry { utc_ns: latest, place, len, pair, stamp });
             for frame in pdu::frames(&datagram.payload).map_while(Result::ok) {
+                if frame.offset == 0 {
+                    index.entries[number as usize].stamp = frame.header.timestamp.0;
+                }
                 index.note(number, &frame);
             }
         }
@@ -155,6 +168,34 @@ impl Index {
         let key = StateKey { exercise, pdu_type, id, part };
         let offset = if gone { GONE } else { frame.offset as u32 };
         self.states.entry(key).or_default().push(State { datagram, offset });
+    }
+
+    /// When each datagram is due by the clocks of its senders; see [`Recording::by_stamps`].
+    ///
+    /// [`Recording::by_stamps`]: crate::Recording::by_stamps
+    pub(crate) fn times_by_stamps(&self) -> Vec<i64> {
+        let Some(first) = self.entries.first() else { return Vec::new() };
+        // What is added to the clock of a sender; none to that of the first one.
+        let mut ahead_ns: BTreeMap<SocketAddr, i64> = BTreeMap::new();
+        let mut latest_ns: Option<i64> = None;
+        let by_clock = |e: &Entry| {
+            if e.stamp == NO_STAMP {
+                return latest_ns.unwrap_or(0);
+            }
+            let stamp = DisTime(e.stamp);
+            let latest = *latest_ns.get_or_insert_with(|| stamp.near(0));
+            let ahead = ahead_ns.entry(self.pairs[e.pair as usize].0).or_default();
+            let mut due = stamp.near(latest - *ahead) + *ahead;
+            if !(-LEAP_BACK_NS..=LEAP_AHEAD_NS).contains(&(due - latest)) {
+                *ahead += latest - due;
+                due = latest;
+            }
+            let latest = latest.max(due);
+            latest_ns = Some(latest);
+            latest
+        };
+        let clock: Vec<i64> = self.entries.iter().map(by_clock).collect();
+        clock.iter().map(|ns| first.utc_ns + (ns - clock[0]).max(0)).collect()
     }
 
     /// Number of the first datagram at or after `utc_ns`.
@@ -250,7 +291,7 @@ impl Checksum {
 }
 
 /// First octets of a sidecar; the last one is the version.
-const MAGIC: [u8; 8] = *b"DISIDX\0\x01";
+const MAGIC: [u8; 8] = *b"DISIDX\0\x02";
 
 impl Index {
     /// Writes the index into the sidecar of `recording`: whole or not at all.
@@ -287,6 +328,7 @@ impl Index {
             put(&e.place.to_le_bytes());
             put(&e.len.to_le_bytes());
             put(&e.pair.to_le_bytes());
+            put(&e.stamp.to_le_bytes());
         }
         put(&(self.pairs.len() as u64).to_le_bytes());
         for (from, to) in &self.pairs {
@@ -343,15 +385,16 @@ impl Index {
             return None;
         }
         let mut index = Self::default();
-        let count = cursor.count(24)?;
+        let count = cursor.count(28)?;
         index.entries.reserve(count);
         for _ in 0..count {
-            let raw: [u8; 24] = cursor.array()?;
+            let raw: [u8; 28] = cursor.array()?;
             index.entries.push(Entry {
                 utc_ns: i64::from_le_bytes(crate::bytes::array(&raw, 0)?),
                 place: u64::from_le_bytes(crate::bytes::array(&raw, 8)?),
                 len: u32::from_le_bytes(crate::bytes::array(&raw, 16)?),
                 pair: u32::from_le_bytes(crate::bytes::array(&raw, 20)?),
+                stamp: u32::from_le_bytes(crate::bytes::array(&raw, 24)?),
             });
         }
         for _ in 0..cursor.count(38)? {

@@ -81,6 +81,33 @@ impl Recording {
         self.index.entries[i].utc_ns
     }
 
+    /// The same recording on the schedule of its PDUs' timestamps instead of that of its arrivals: what
+    /// was recorded from a run as fast as possible plays in the time that it simulated. The first
+    /// datagram stays where it is. The clocks of several senders may differ: a sender's stamp more than
+    /// 30 s behind the latest one or 120 s ahead of it tells no time but starts that sender's clock at
+    /// the latest one. A stamp behind the latest one, and a datagram without, is due with the latest.
+    #[must_use]
+    pub fn by_stamps(mut self) -> Self {
+        let times = self.index.times_by_stamps();
+        for (entry, due_ns) in self.index.entries.iter_mut().zip(times) {
+            entry.utc_ns = due_ns;
+        }
+        self
+    }
+
+    /// How long it lasts, ns: from the first datagram to the last, as they arrived and (as after
+    /// [`Recording::by_stamps`]) by the PDUs' timestamps.
+    #[must_use]
+    pub fn lasts_ns(&self) -> (i64, i64) {
+        let span = |first: Option<i64>, last: Option<i64>| last.unwrap_or(0) - first.unwrap_or(0);
+        let entries = &self.index.entries;
+        let times = self.index.times_by_stamps();
+        (
+            span(entries.first().map(|e| e.utc_ns), entries.last().map(|e| e.utc_ns)),
+            span(times.first().copied(), times.last().copied()),
+        )
+    }
+
     /// Sender and receiver of datagram `i`.
     #[must_use]
     pub fn from_to(&self, i: usize) -> (SocketAddr, SocketAddr) {

@@ -177,3 +177,60 @@ fn a_clock_set_back_does_not_turn_the_schedule() {
     let times: Vec<i64> = (0..4).map(|i| recording.time_ns(i)).collect();
     assert_eq!(times, [10, 20, 20, 30]);
 }
+
+/// Writes datagrams that arrive 1 ms apart: (port of the sender, timestamp in seconds past some hour).
+fn write_stamped(path: &Path, datagrams: &[(u16, f64)]) {
+    let mut recorder = Recorder::create(path).unwrap();
+    let to: SocketAddr = "239.1.2.3:3000".parse().unwrap();
+    for (i, (port, stamp_s)) in (0..).zip(datagrams) {
+        let from = SocketAddr::from(([10, 0, 0, 7], *port));
+        let stamp = DisTime::absolute((stamp_s.rem_euclid(3600.0) * 1e9) as u64);
+        let mut payload = Vec::new();
+        Envelope::new(1, stamp).append(&state(1, 0), &mut payload).unwrap();
+        recorder.record(START + i * MS, from, to, &payload).unwrap();
+    }
+    recorder.close(0).unwrap();
+}
+
+fn due_s(path: &Path) -> Vec<f64> {
+    let recording = Recording::open(path).unwrap().by_stamps();
+    let first = recording.time_ns(0);
+    assert_eq!(first, START, "the first datagram stays where it is");
+    (0..recording.len())
+        .map(|i| ((recording.time_ns(i) - first) as f64 * 1e-6).round() * 1e-3)
+        .collect()
+}
+
+#[test]
+fn a_schedule_by_time_stamps_follows_the_senders_clocks() {
+    let folder = Folder::new("stamps");
+    let path = folder.file("a.pcapng");
+
+    // Over the full hour; what comes late is due at once.
+    write_stamped(&path, &[(1, 3598.0), (1, 3599.5), (2, 3599.0), (1, 1.0), (2, 2.5)]);
+    assert_eq!(due_s(&path), [0.0, 1.5, 1.5, 3.0, 4.5]);
+    let (arrival_ns, stamps_ns) = Recording::open(&path).unwrap().lasts_ns();
+    assert_eq!(arrival_ns, 4 * MS);
+    assert!((stamps_ns - 4_500 * MS).abs() < 2_000, "{stamps_ns}");
+
+    // The second sender lives in another time; both go on with what they measure.
+    write_stamped(&path, &[(1, 0.0), (2, 2000.0), (1, 1.0), (2, 2001.5), (1, 2.0)]);
+    assert_eq!(due_s(&path), [0.0, 0.0, 1.0, 1.5, 2.0]);
+
+    // Run again from the beginning: the second run follows on the first.
+    write_stamped(&path, &[(1, 0.0), (1, 60.0), (1, 100.0), (1, 0.0), (1, 5.0)]);
+    assert_eq!(due_s(&path), [0.0, 60.0, 100.0, 100.0, 105.0]);
+}
+
+#[test]
+fn what_has_no_time_stamp_is_due_with_what_came_before() {
+    let folder = Folder::new("unstamped");
+    let path = folder.file("a.pcapng");
+    let mut recorder = Recorder::create(&path).unwrap();
+    let here: SocketAddr = "10.0.0.7:4001".parse().unwrap();
+    for late in [0, 20, 5, 30] {
+        recorder.record(START + late, here, here, b"not a PDU").unwrap();
+    }
+    recorder.close(0).unwrap();
+    assert_eq!(due_s(&path), [0.0; 4]);
+}

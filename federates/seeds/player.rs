@@ -33,6 +33,10 @@ pub struct PlayerArgs {
     #[arg(long, conflicts_with = "rate")]
     pub fast: bool,
 
+    /// What the schedule follows; --from, --to and `seek` count by it
+    #[arg(long, value_enum, default_value_t = Schedule::Auto)]
+    pub schedule: Schedule,
+
     /// Start here, with the states of all entities alive then: seconds from the start, or UTC (2026-11-20T23:30:00Z) [default: the start]
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     pub from: Option<When>,
@@ -67,6 +71,17 @@ pub struct PlayerArgs {
     /// No progress on stderr
     #[arg(long)]
     pub quiet: bool,
+}
+
+/// When a datagram is due.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Schedule {
+    /// As it arrived; by the PDUs' time stamps if these tell of more than twice the time (a run as fast as possible)
+    Auto,
+    /// As it arrived
+    Arrival,
+    /// By the time stamps of the PDUs
+    Stamps,
 }
 
 /// What becomes of time stamps.
@@ -165,8 +180,35 @@ fn open(args: &PlayerArgs) -> anyhow::Result<Recording> {
     for remark in recording.problems().0 {
         let _ = writeln!(io::stderr(), "{}: {remark}", args.file.display());
     }
-    Ok(recording)
+    Ok(scheduled(recording, args))
 }
+
+/// The recording on the schedule that was asked for.
+fn scheduled(recording: Recording, args: &PlayerArgs) -> Recording {
+    match args.schedule {
+        Schedule::Arrival => recording,
+        Schedule::Stamps => recording.by_stamps(),
+        Schedule::Auto => {
+            let (arrival_ns, stamps_ns) = recording.lasts_ns();
+            if stamps_ns / 2 <= arrival_ns.max(NOT_WORTH_A_SCHEDULE_NS) {
+                return recording;
+            }
+            if !args.quiet {
+                let _ = writeln!(
+                    io::stderr(),
+                    "{}: {} s by its PDUs' time stamps arrived within {} s: played by the stamps (--schedule arrival: as it arrived)",
+                    args.file.display(),
+                    seconds(stamps_ns),
+                    seconds(arrival_ns)
+                );
+            }
+            recording.by_stamps()
+        }
+    }
+}
+
+/// A recording this short is played as it arrived.
+const NOT_WORTH_A_SCHEDULE_NS: i64 = 1_000_000_000;
 
 fn read_commands(commands: &Sender<Command>) {
     for line in io::stdin().lock().lines().map_while(Result::ok) {
@@ -285,7 +327,7 @@ impl<'a> Playing<'a> {
             let last = self.recording.len().saturating_sub(1);
             let lasts_s = (self.recording.time_ns(last) - self.start_ns) as f64 * 1e-9;
             anyhow::bail!(
-                "{}: nothing between --from and --to; its datagrams arrived from 0 to {lasts_s:.3} s (a run as fast as possible is recorded in less time than it simulated)",
+                "{}: nothing between --from and --to; its datagrams are from 0 to {lasts_s:.3} s",
                 self.name
             );
         }

@@ -2,7 +2,13 @@ use super::*;
 use proptest::prelude::*;
 
 fn small() -> Index {
-    let entry = |n: u64| Entry { utc_ns: n as i64 * 10, place: n * 100, len: 12, pair: 0 };
+    let entry = |n: u64| Entry {
+        utc_ns: n as i64 * 10,
+        place: n * 100,
+        len: 12,
+        pair: 0,
+        stamp: 2 * n as u32,
+    };
     let here: SocketAddr = "10.0.0.1:3000".parse().unwrap();
     let there: SocketAddr = "[ff02::1]:3000".parse().unwrap();
     let key = |entity| StateKey {
@@ -15,7 +21,7 @@ fn small() -> Index {
     Index {
         entries: (0..100)
             .map(entry)
-            .chain([Entry { utc_ns: 990, place: IN_BLOB | 4, len: 8, pair: 0 }])
+            .chain([Entry { utc_ns: 990, place: IN_BLOB | 4, len: 8, pair: 0, stamp: NO_STAMP }])
             .collect(),
         pairs: vec![(here, there)],
         blob: (0..12).collect(),
