@@ -91,3 +91,27 @@ fn manifests_keep_the_direction_of_knowledge() {
         }
     }
 }
+
+#[test]
+fn tests_need_no_second_build_of_what_runs() {
+    let packages = |of: &[&str]| {
+        let mut command = std::process::Command::new(env!("CARGO"));
+        command.current_dir(env!("CARGO_MANIFEST_DIR"));
+        command.args(["tree", "--offline", "--locked", "--prefix", "none", "-f", "{p} {f}"]);
+        let output = command.args(of).output().expect("cargo tree");
+        let words = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.success(), "{words}");
+        let text = String::from_utf8(output.stdout).expect("text");
+        let line = |l: &str| l.trim_end_matches(" (*)").to_owned();
+        text.lines().map(line).collect::<std::collections::BTreeSet<_>>()
+    };
+    let run = packages(&["-p", "seeds", "-e", "normal,build"]);
+    let all = packages(&["--workspace", "-e", "normal,build,dev"]);
+    assert!(run.iter().any(|p| p.starts_with("zenoh v")));
+    let twice: Vec<&String> = run.difference(&all).collect();
+    assert!(
+        twice.is_empty(),
+        "a dev-dependency gives these more features, so that they and all above them are built \
+         twice: ask for the same features in [dependencies] of the root manifest: {twice:?}"
+    );
+}

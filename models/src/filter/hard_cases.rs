@@ -534,6 +534,27 @@ fn hostile(range: std::ops::Range<f64>) -> impl Strategy<Value = f64> {
     prop_oneof![8 => range, 1 => any::<f64>()]
 }
 
+#[test]
+fn an_exact_line_a_hair_off_an_axis_is_taken_or_refused_but_never_half_taken() {
+    for (rung, name) in Rung::ALL {
+        for angle in [-5.8e-162, 5e-324, 1e-200, 1e-155, 1e-80, 1e-9] {
+            for (along, across) in [(3.2, 0.0), (0.0, 3.2), (3.2, 5e-324), (0.0, 0.0)] {
+                let mut filter = started(rung, &plot_at(0.0, 0.0, 0.0, 4.0));
+                let before = filter.estimate();
+                let plot = any_plot(0.0, 0.0, 0.0, angle, along, across);
+                // The naive factored form divides by a variance of 6e-323: infinite factors, NaN next.
+                let taken = filter.update(&plot).is_ok();
+                let after = filter.estimate();
+                assert!(taken || after == before, "{name}: angle {angle:e}");
+                assert!(
+                    after.state.covariance().iter().all(|v| v.is_finite()),
+                    "{name}: {angle:e}"
+                );
+            }
+        }
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 

@@ -167,6 +167,13 @@ impl Packed {
     }
 
     #[inline(always)]
+    fn is_finite(&self) -> bool {
+        // One sum says it of all; what is near the end of the range is refused with it.
+        let [u, d] = [&self.u, &self.d].map(|f| f[0] * f[0] + f[1] * f[1] + f[2] * f[2]);
+        (u + d).sum().is_finite()
+    }
+
+    #[inline(always)]
     fn ud(&self) -> Ud<3, Pair> {
         let mut ud = Ud::diagonal(self.d);
         [ud.u[0][1], ud.u[0][2], ud.u[1][2]] = self.u;
@@ -292,7 +299,11 @@ impl StateEstimator for ThreeStateUd {
                 nis
             }
         };
-        (self.time, self.x, self.factors) = (plot.time, x, Packed::of(&ud));
+        let factors = Packed::of(&ud);
+        if !factors.is_finite() {
+            return Err(UpdateError::BadCovariance);
+        }
+        (self.time, self.x, self.factors) = (plot.time, x, factors);
         Ok(nis)
     }
 
@@ -394,6 +405,12 @@ impl StateEstimator for SixStateUd {
             nis.d2 += nu * nu / alpha;
             nis.det *= alpha;
             nis.dof += 1;
+        }
+        // Two directions known exactly and almost the same: the factors may leave the range of f64.
+        let finite =
+            x.iter().all(|x| x.is_finite()) && (0..6).all(|i| ud.covariance(i, i).is_finite());
+        if !finite {
+            return Err(UpdateError::BadCovariance);
         }
         (self.time, self.x, self.ud) = (plot.time, x, ud);
         Ok(nis)
