@@ -119,7 +119,7 @@ fn units_nearest(nanos: u64) -> u32 {
 
 impl std::fmt::Debug for DisTime {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "DisTime({self})")
+        write!(f, "DisTime({self} ({}))", self.0)
     }
 }
 

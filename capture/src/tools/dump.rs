@@ -6,7 +6,7 @@ use crate::error::{OpenError, Problem};
 use crate::reader::Datagram;
 use crate::tools::edit::Selection;
 use crate::utc::Utc;
-use pdu::{Body, DecodeError, Received};
+use pdu::{Body, DecodeError, DisTime, Received};
 use std::fmt;
 use std::path::Path;
 
@@ -101,7 +101,8 @@ impl Item<'_> {
                     .raw("offset", pdu.offset)
                     .raw("length", pdu.octets.len())
                     .raw("type", header.pdu_type.0)
-                    .text("name", type_name(header.pdu_type));
+                    .text("name", type_name(header.pdu_type))
+                    .raw("timestamp_s", seconds_past_hour(header.timestamp));
                 match self.fields() {
                     Some(Value::Record(fields)) => fields
                         .iter()
@@ -118,6 +119,12 @@ impl Item<'_> {
             Self::File(problem) => json::Object::default().text("problem", problem).end(),
         }
     }
+}
+
+/// To the nanosecond, below 3600.
+fn seconds_past_hour(stamp: DisTime) -> String {
+    let nanos = stamp.nanos_past_hour();
+    format!("{}.{:09}", nanos / 1_000_000_000, nanos % 1_000_000_000)
 }
 
 impl fmt::Display for Item<'_> {

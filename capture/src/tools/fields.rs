@@ -346,7 +346,9 @@ mod tests {
         );
         assert!(lines.contains(&("fixed_datums[1].value".to_owned(), "[1 2 3 4]".to_owned())));
         let time = Value::of(&(DisTime::relative(61_500_000_000),));
-        assert_eq!(time.lines()[0].1, "01:01.500000 relative");
+        let raw = DisTime::relative(61_500_000_000).0;
+        assert_eq!(time.lines()[0].1, format!("01:01.500000 relative ({raw})"));
+        assert_eq!(time.json(), raw.to_string());
     }
 
     proptest::proptest! {
