@@ -166,6 +166,25 @@ pub fn locate(typed: &str) -> PathBuf {
     candidates.into_iter().flatten().find(|p| p.is_file()).unwrap_or(as_path)
 }
 
+/// Where data are looked for that a scene names without a path, in this order: beside the scene, beside
+/// the executable, and as they ship.
+pub(crate) fn data_folders(scene: &Path) -> Vec<PathBuf> {
+    let executable = std::env::current_exe().ok();
+    let folders = [
+        Some(scene.parent().unwrap_or(Path::new("")).to_path_buf()),
+        executable.as_deref().and_then(Path::parent).map(|folder| folder.join("scenarios")),
+        Some(PathBuf::from(env!("CARGO_MANIFEST_DIR"))),
+    ];
+    folders.into_iter().flatten().collect()
+}
+
+/// A data file of the product: the first one there is in [`data_folders`].
+pub(crate) fn data_file(scene: &Path, name: &str) -> PathBuf {
+    let candidates = data_folders(scene).into_iter().map(|folder| folder.join(name));
+    let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join(name);
+    candidates.into_iter().find(|path| path.is_file()).unwrap_or(shipped)
+}
+
 /// Hash of the values of the scene (without `[network]`) and of its data files by name and content.
 fn scene_hash(root: &document::Section, files: &[PathBuf]) -> Result<u64, ScenarioError> {
     let mut hash = hash::Fnv::default();

@@ -1,6 +1,7 @@
 //! `[[traffic]]`: who moves how, and what the flight list says of it.
 
 use crate::airport::AirportScene;
+use crate::data_file;
 use crate::document::{Section, within};
 use crate::error::{Problem, ScenarioError};
 use crate::hash::Fnv;
@@ -89,8 +90,7 @@ pub(crate) fn read(
     airport: &AirportScene,
     with_truth: bool,
 ) -> Result<(Traffic, FlightList, Vec<PathBuf>), ScenarioError> {
-    let folder = root.file().parent().unwrap_or(std::path::Path::new("")).to_path_buf();
-    let mut files = vec![folder.join("types.csv"), folder.join("echo.csv")];
+    let mut files = ["types.csv", "echo.csv"].map(|name| data_file(root.file(), name)).to_vec();
     let types = types::read(&files[0], &files[1])?;
     let mut entities: Vec<Entity> = Vec::new();
     let mut entries = Vec::new();

@@ -43,8 +43,7 @@ impl TypeTable {
 /// If the table cannot be found or is damaged.
 pub fn shipped() -> Result<TypeTable, ScenarioError> {
     let scene = crate::locate("zurich");
-    let folder = scene.parent().unwrap_or(Path::new(""));
-    read(&folder.join("types.csv"), &folder.join("echo.csv"))
+    read(&crate::data_file(&scene, "types.csv"), &crate::data_file(&scene, "echo.csv"))
 }
 
 /// Reads `types.csv` and `echo.csv`.

@@ -141,3 +141,45 @@ fn without_truth_all_else_is_the_same() {
     }
     assert_eq!(full, outline);
 }
+
+#[test]
+fn a_scene_anywhere_finds_the_types_and_parameter_sets_that_ship() {
+    let shipped = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    let folder = std::env::temp_dir().join(format!("scenarios-elsewhere-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("a folder");
+    let layout = shipped.join("airports/LSZH.apt.dat");
+    let text = format!(
+        r#"
+        [run]
+        title = "elsewhere"
+        start = 2026-01-01T00:00:00Z
+        duration_s = 10
+        [airport]
+        icao = "LSZH"
+        layout = "{}"
+        [[traffic]]
+        kind = "parked"
+        callsign = "ABC1"
+        type = "A320"
+        stand = "General_Aviation"
+        [[sensor]]
+        kind = "asde"
+        name = "radar"
+        parameters = "x_smr25"
+        site = {{ lat_deg = 47.453819, lon_deg = 8.556911, height_m = 60 }}
+        "#,
+        layout.display()
+    );
+    let path = folder.join("elsewhere.toml");
+    std::fs::write(&path, &text).expect("written");
+    let found = scenarios::load(&path);
+    // Its own table, once there is one.
+    let own = folder.join("types.csv");
+    let table = std::fs::read_to_string(shipped.join("types.csv")).expect("the table");
+    std::fs::write(&own, table.replace("A320,", "A999,")).expect("written");
+    let refused = scenarios::load(&path);
+    std::fs::remove_dir_all(&folder).expect("removed");
+    assert!(found.is_ok(), "{:?}", found.err().map(|e| e.to_string()));
+    let words = refused.map(|_| ()).expect_err("no such type").to_string();
+    assert!(words.contains("A320") && words.contains("A999"), "{words}");
+}

@@ -143,17 +143,10 @@ fn path(section: &Section) -> &str {
 /// The file of a parameter set: beside the scene, beside the executable, or as it ships.
 fn locate(section: &Section, name: &str) -> Result<PathBuf, ScenarioError> {
     let plain = name.chars().all(|c| c.is_ascii_alphanumeric() || "_-".contains(c));
-    let scene_folder = section.file().parent().unwrap_or_else(|| Path::new("."));
-    let executable = std::env::current_exe().ok();
-    let folders = [
-        Some(scene_folder.join("parameter-sets")),
-        executable
-            .as_deref()
-            .and_then(Path::parent)
-            .map(|folder| folder.join("scenarios/parameter-sets")),
-        Some(Path::new(env!("CARGO_MANIFEST_DIR")).join("parameter-sets")),
-    ];
-    let folders: Vec<PathBuf> = folders.into_iter().flatten().collect();
+    let folders: Vec<PathBuf> = crate::data_folders(section.file())
+        .into_iter()
+        .map(|folder| folder.join("parameter-sets"))
+        .collect();
     let file = format!("{name}.toml");
     let found = folders.iter().map(|folder| folder.join(&file)).find(|path| path.is_file());
     if let (true, Some(path)) = (plain, found) {
