@@ -104,7 +104,7 @@ impl RunSummary {
         let tracks = digest("smdfm", "tracks");
         let (truth, weather) =
             (digest("traffic-generator", "pdus"), digest("external-world", "pdus"));
-        let sim_s = run.frame as f64 * step_ns as f64 * 1e-9;
+        let sim_s = (run.frame as f64 * step_ns as f64) / 1e9;
         let wall_s = run.wall_ns as f64 * 1e-9;
         Self {
             scene: scene.to_owned(),
