@@ -1,11 +1,8 @@
 //! From a scene to its sensors.
 
 use models::effects::Tolerance;
-use models::frames::Vector2;
 use models::sensors::Sensor;
-use models::sensors::asde::Asde;
 use scenarios::{Scene, SensorScene};
-use std::sync::Arc;
 
 /// The sensors of a scene, in its order, planned for the tolerance of the scene.
 ///
@@ -34,11 +31,7 @@ fn make_sensor(
     let failed = |e: &dyn std::fmt::Display| format!("sensor '{}': {e}", sensor.name);
     match (&sensor.asde, &sensor.reported) {
         (Some(radar), _) => {
-            let site_m = sensor.site_m.map_or_else(Vector2::zeros, |s| s.xy());
-            let asde = Asde::new(sensor.id, site_m, radar.parameters.clone())
-                .map_err(|e| failed(&e))?
-                .among(Arc::from(scene.buildings.clone()))
-                .tolerating(tolerance);
+            let asde = radar.radar_for(scene, sensor, tolerance).map_err(|e| failed(&e))?;
             Ok(Box::new(asde))
         }
         (None, Some(reported)) => reported.sensor().map_err(|e| failed(&e)),

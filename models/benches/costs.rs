@@ -194,7 +194,7 @@ fn ground_of(effect: RadarEffect) -> RadarLevels {
         E::Lobing | E::Roughness | E::WaterFilm | E::ReflectedPolarisation | E::RoundEarth => {
             levels.budget.reflection = Reflection::Incoherent;
         }
-        E::Glint => levels = levels.with(E::Extent, Level::Exact),
+        E::Glint | E::Processing => levels = levels.with(E::Extent, Level::Exact),
         _ => {}
     }
     levels
@@ -239,7 +239,8 @@ fn main() -> ExitCode {
         let (levels, rule) = with(effect, level);
         let mut on = Run::new(levels, rule);
         let mut off = Run::new(ground_of(effect), DetectionRule::Threshold);
-        for scan in 1..=SCANS {
+        let video = effect == RadarEffect::Processing && level == Level::Exact;
+        for scan in 1..=if video { 8 } else { SCANS } {
             on.scan(scan, &truth, &weather, &mut out);
             off.scan(scan, &truth, &weather, &mut out);
         }

@@ -153,6 +153,7 @@ fn cells(c: &mut Criterion) {
         pulses: 14,
         pfa: 1e-6,
         threshold: 51.85,
+        recovered: 1.0,
     };
     let class = class();
     let mut view = 0.0;
@@ -172,19 +173,20 @@ fn cells(c: &mut Criterion) {
             b.iter(|| {
                 (view, scan) = (view + 0.01, scan + 1);
                 let scatterers = echoes(&class, view);
-                let points: Vec<_> =
+                let mut points: Vec<_> =
                     point_echoes(&scatterers, ground_m, 0.7, ground_m, 100.0).collect();
                 let key = DrawKey { run_seed: 1, sensor: 1, entity: 1, scan };
-                radar.window(&points, 1.5, Fading::Independent, key, &mut work)
+                Fading::Gamma(1).fade(&mut points, key);
+                radar.window(&mut points, |_| 1.5, key, &mut work)
             });
         });
     }
     group.finish();
     let targets: Vec<_> = (0..50_u32)
-        .map(|k| {
+        .flat_map(|k| {
             let azimuth_rad = f64::from(k) * 0.125;
             let scatterers = echoes(&class, f64::from(k));
-            (u64::from(k), point_echoes(&scatterers, 2000.0, azimuth_rad, 2000.0, 100.0).collect())
+            point_echoes(&scatterers, 2000.0, azimuth_rad, 2000.0, 100.0).collect::<Vec<_>>()
         })
         .collect();
     let mut group = c.benchmark_group("video of one scan");
@@ -197,14 +199,11 @@ fn cells(c: &mut Criterion) {
             b.iter(|| {
                 scan += 1;
                 let key = DrawKey { run_seed: 1, sensor: 1, entity: 0, scan };
-                black_box(radar.video(
-                    &targets,
-                    &[],
-                    |_, row| row.fill(1.5),
-                    Fading::Independent,
-                    threshold,
-                    key,
-                ))
+                let fill = |_, row: &mut [f64]| {
+                    row.fill(1.5);
+                    true
+                };
+                black_box(radar.video(targets.iter().copied(), fill, threshold, key))
             });
         });
     }

@@ -7,7 +7,7 @@ mod cpu_time;
 
 use cpu_time::{CpuTime, targets};
 use criterion::{Criterion, criterion_group, criterion_main};
-use models::effects::radar::{RadarEffect, RadarLevels, Tally};
+use models::effects::radar::{Processing, RadarEffect, RadarLevels, Tally};
 use models::effects::{Level, Tolerance};
 use models::environment::fog::FogLaw;
 use models::environment::surface::Material;
@@ -276,7 +276,7 @@ fn cells(c: &mut Criterion<CpuTime>) {
     group.sample_size(10);
     for (name, kind) in [("vehicles", Kind::Vehicle), ("aircraft", Kind::Aircraft)] {
         let truth = Field::new(1000, kind);
-        let mut one = radar(1).in_cells();
+        let mut one = radar(1).processing(Processing::Cells);
         let mut out = PlotSink::default();
         let mut scan = 0;
         group.throughput(targets(1000));

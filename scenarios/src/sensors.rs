@@ -12,6 +12,7 @@ use crate::error::{Problem, ScenarioError};
 use crate::hash::Fnv;
 use crate::run::Run;
 use crate::traffic::Traffic;
+use models::effects::radar::Processing;
 use models::frames::{Vector2, Vector3};
 use models::plot::{Callsign, SensorId, SensorKind};
 use models::sensors::shadow::Building;
@@ -74,7 +75,8 @@ impl SensorScene {
     }
 }
 
-const KEYS: [&str; 6] = ["kind", "name", "site", "parameters", "overrides", "equipped"];
+const KEYS: [&str; 7] =
+    ["kind", "name", "site", "parameters", "overrides", "equipped", "processing"];
 
 const KINDS: [(&str, SensorKind); 7] = [
     ("asde", SensorKind::Asde),
@@ -113,12 +115,18 @@ pub(crate) fn read(
             return Err(section.missing("site", needed));
         }
         let site_m = site.as_ref().map(|place| airport.site(place)).transpose()?;
+        if kind != SensorKind::Asde && section.has("processing") {
+            let found = "a key of radars".into();
+            let needed = "kind = \"asde\", or no such key".into();
+            return Err(section.refuse("processing", Problem::WrongKind { found, needed }));
+        }
         let overrides =
             section.any_section("overrides")?.unwrap_or_else(|| section.empty("overrides"));
         let mut asde = None;
         if let (SensorKind::Asde, Some(site_m)) = (kind, site_m) {
             let (radar, file) = asde::read(section, &overrides, site_m)?;
             clear_of_buildings(section, &radar, site_m.xy(), buildings)?;
+            one_turn_a_scan(section, &radar, run)?;
             files.push(file);
             asde = Some(radar);
         }
@@ -139,6 +147,17 @@ pub(crate) fn read(
         });
     }
     Ok((sensors, files))
+}
+
+/// Refuses the whole video where a scan lasts longer than a turn: a cell would be painted twice.
+fn one_turn_a_scan(section: &Section, radar: &AsdeScene, run: &Run) -> Result<(), ScenarioError> {
+    let (scan_s, turns_per_s) = (run.scan().s(), radar.parameters.turns_per_s());
+    if radar.processing != Some(Processing::Video) || scan_s * turns_per_s <= 1.0 + 1e-9 {
+        return Ok(());
+    }
+    let found = format!("\"video\" with scans of {scan_s} s and turns of {} s", 1.0 / turns_per_s);
+    let needed = "a run.scan_s of at most one turn, or another processing".into();
+    Err(section.refuse("processing", Problem::WrongKind { found, needed }))
 }
 
 /// Refuses an antenna inside a building.

@@ -197,3 +197,51 @@ fn what_no_model_covers_is_refused_with_key_value_and_limits() {
         }
     }
 }
+
+#[test]
+fn a_scene_says_how_echoes_become_plots() {
+    use models::effects::radar::Processing;
+    let text = std::fs::read_to_string(zurich()).expect("zurich.toml");
+    let from = "parameters = \"ku_asde3\"\n";
+    let with = |more: &str, scan: &str| {
+        let text = text.replacen(from, &format!("{from}{more}\n"), 1);
+        load_text(&zurich(), &text.replacen("[run]\n", &format!("[run]\n{scan}\n"), 1))
+    };
+    for (word, expected) in [
+        ("", None),
+        ("processing = \"auto\"", None),
+        ("processing = \"plot\"", Some(Processing::Plot)),
+        ("processing = \"cells\"", Some(Processing::Cells)),
+        ("processing = \"video\"", Some(Processing::Video)),
+    ] {
+        let scene = with(word, "").unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(scene.sensors[0].asde.as_ref().expect("a radar").processing, expected);
+    }
+    for (name, found, parts) in [
+        (
+            "a level that there is not",
+            line(with("processing = \"pixels\"", "")),
+            ["sensor[1].processing", "\"pixels\"", "\"auto\", \"plot\", \"cells\", \"video\""],
+        ),
+        (
+            "a video of more than a turn",
+            line(with("processing = \"video\"\noverrides = { rotation_rpm = 90 }", "")),
+            ["sensor[1].processing", "scans of 1 s", "at most one turn"],
+        ),
+        (
+            "cells of what has none",
+            line(load_text(
+                &zurich(),
+                &format!(
+                    "{text}\n[[sensor]]\nkind = \"adsb\"\nname = \"x\"\nprocessing = \"cells\"\n"
+                ),
+            )),
+            ["processing", "a key of radars", "kind = \"asde\""],
+        ),
+    ] {
+        assert_eq!(found.lines().count(), 1, "{name}: {found}");
+        for part in parts {
+            assert!(found.contains(part), "{name}: {part} in\n{found}");
+        }
+    }
+}

@@ -3,7 +3,7 @@
 use crate::clock::thread_ns;
 use crate::{Draws, Ladder, Options, Outcome, Progress, Row, SceneAbout};
 use models::draw::{DrawKey, Purpose, uniform};
-use models::effects::radar::{RadarEffect, RadarLevels, Tally};
+use models::effects::radar::{Processing, RadarEffect, RadarLevels, Tally};
 use models::effects::{PlanRow, Tolerance};
 use models::environment::surface::Material;
 use models::environment::{RainCell, Weather};
@@ -260,7 +260,7 @@ impl RadarStudy {
     /// # Errors
     /// If the scene's parameters are outside their limits.
     pub fn compare(&self, scans: u64, tolerance: Tolerance) -> Result<Comparison, String> {
-        let mut planned = self.radar()?.tolerating(tolerance);
+        let mut planned = self.radar()?.tolerating(tolerance).processing(Processing::Plot);
         let mut exact = self.radar()?.at_levels(RadarLevels::EXACT);
         let mut found = Comparison::default();
         for scan in 1..=scans {
@@ -330,8 +330,8 @@ impl InCells {
 impl RadarStudy {
     /// Plays the scene planned and exact with every echo in its window of cells, on the same draws.
     fn compare_cells(&self, scans: u64, tolerance: Tolerance) -> Result<InCells, String> {
-        let mut planned = self.radar()?.tolerating(tolerance).in_cells();
-        let mut exact = self.radar()?.at_levels(RadarLevels::EXACT).in_cells();
+        let mut planned = self.radar()?.tolerating(tolerance).processing(Processing::Cells);
+        let mut exact = self.radar()?.at_levels(RadarLevels::EXACT).processing(Processing::Cells);
         let mut found = InCells::default();
         for scan in 1..=scans {
             let (mut a, mut b) = (PlotSink::default(), PlotSink::default());

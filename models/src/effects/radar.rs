@@ -81,6 +81,8 @@ effects! {
     Merging = "merging",
     /// Echoes from beyond the unambiguous range.
     SecondTrace = "second trace",
+    /// What is simulated between the echo and the plot: closed forms, windows of cells, all cells.
+    Processing = "signal processing",
 }
 
 /// How often each effect was evaluated.
@@ -127,6 +129,39 @@ pub enum PdLevel {
     Exact,
 }
 
+/// What a radar simulates between the echoes of its targets and its plots.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Processing {
+    /// Each echo at once: probability of detection, closed centroid, formulas of the errors.
+    Plot,
+    /// The cells around each target: scatterers, noise, threshold, clusters.
+    Cells,
+    /// Every cell that the beam passes; noise makes the false alarms.
+    Video,
+}
+
+impl Processing {
+    /// Its name in scenes and plans.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Plot => "plot",
+            Self::Cells => "cells",
+            Self::Video => "video",
+        }
+    }
+
+    /// Its place among the levels of [`RadarEffect::Processing`].
+    #[must_use]
+    pub fn level(self) -> Level {
+        match self {
+            Self::Plot => Level::Cheap,
+            Self::Cells => Level::Middle,
+            Self::Video => Level::Exact,
+        }
+    }
+}
+
 /// Level of every effect of a radar.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RadarLevels {
@@ -156,10 +191,12 @@ pub struct RadarLevels {
     pub merging: bool,
     /// Echoes from beyond the unambiguous range.
     pub second_trace: bool,
+    /// How echoes become plots.
+    pub processing: Processing,
 }
 
 impl RadarLevels {
-    /// The most exact level of everything.
+    /// The most exact level of every effect, at plot level.
     pub const EXACT: Self = Self {
         budget: BudgetLevels::EXACT,
         pd: PdLevel::Exact,
@@ -174,6 +211,7 @@ impl RadarLevels {
         ghosts: true,
         merging: true,
         second_trace: true,
+        processing: Processing::Plot,
     };
 
     /// These levels with one effect at another level.
@@ -252,6 +290,13 @@ impl RadarLevels {
             E::Ghosts => self.ghosts = on,
             E::Merging => self.merging = on,
             E::SecondTrace => self.second_trace = on,
+            E::Processing => {
+                self.processing = match level {
+                    Level::Skipped | Level::Cheap => Processing::Plot,
+                    Level::Middle => Processing::Cells,
+                    Level::Exact => Processing::Video,
+                }
+            }
         }
         self
     }
@@ -454,6 +499,8 @@ pub struct RadarScene<'a> {
     pub buildings: &'a [Building],
     /// Where the traffic is.
     pub area: &'a TargetArea,
+    /// How echoes become plots; `None` where the plan chooses.
+    pub processing: Option<Processing>,
 }
 
 /// The plan of one radar.
@@ -484,7 +531,16 @@ pub fn plan(scene: &RadarScene<'_>, tolerance: &Tolerance) -> RadarPlan {
     let bounds = Bounds::of(scene);
     let ladders = ladders(scene, &bounds);
     let outcome = Outcome::of(scene, &bounds);
-    let (chosen, total) = choose(&ladders, tolerance, |loss| outcome.allows(loss, tolerance));
+    // The signal processing comes last and is no part of the sum.
+    // The signal processing comes last and is no part of the sum.
+    let (effects, of_cells) = ladders.split_at(ladders.len() - 1);
+    let (mut chosen, total) = choose(effects, tolerance, |loss| outcome.allows(loss, tolerance));
+    let plot_fits = of_cells[0].rungs[0].loss.metres <= tolerance.position_m;
+    let processing = scene.processing.unwrap_or(match plot_fits {
+        true => Processing::Plot,
+        false => Processing::Cells,
+    });
+    chosen.push(processing as usize);
     let mut levels = RadarLevels::EXACT;
     let mut rows = Vec::with_capacity(ladders.len());
     for ((ladder, &rung), &effect) in ladders.iter().zip(&chosen).zip(RadarEffect::ALL) {
@@ -501,17 +557,21 @@ pub fn plan(scene: &RadarScene<'_>, tolerance: &Tolerance) -> RadarPlan {
         if reflected && levels.budget.reflection == Reflection::None {
             level = Level::Skipped;
         }
+        let free = in_cells(effect, processing);
+        if free {
+            level = Level::Exact;
+        }
         levels = levels.with(effect, level);
         let (bound, unit) = skipped.loss.shown();
         rows.push(PlanRow {
             sensor: scene.sensor,
             effect: ladder.effect,
-            called_for: ladder.called_for.clone(),
+            called_for: if free { "shown by the cells".into() } else { ladder.called_for.clone() },
             bound,
             unit,
             level,
-            loss: chosen.loss,
-            cost_ns: if level == Level::Skipped { 0.0 } else { chosen.cost_ns },
+            loss: if free { Loss::NONE } else { chosen.loss },
+            cost_ns: if free || level == Level::Skipped { 0.0 } else { chosen.cost_ns },
         });
     }
     RadarPlan { levels, area: *scene.area, rows, total }
@@ -872,12 +932,47 @@ fn ladder(effect: RadarEffect, scene: &RadarScene<'_>, bounds: &Bounds) -> Ladde
             let called = format!("targets to {:.0} m of {unambiguous:.0} m", area.beyond_m);
             (called, vec![skip(Loss::odds(odds)), exact()])
         }
+        E::Processing => processing(scene),
     };
     let mut ladder = Ladder { effect: effect.name(), called_for, rungs };
     for rung in &mut ladder.rungs {
         rung.cost_ns = costs::of(effect, rung.level);
     }
     ladder
+}
+
+/// By how much the root mean square error of a plot, per axis, differs at plot level from that in cells:
+/// the larger of a share of the range cell (the grid, for small targets) and of the target's half
+/// diagonal (its centroid). An envelope of what
+/// `plot_level_errs_like_the_cells_within_what_the_plan_says` measures.
+const PLOT_LEVEL_ERROR: (f64, f64) = (0.065, 0.0078);
+
+/// The levels of the signal processing. Not chosen with the effects: what two of them make of one echo
+/// are different draws, so their difference is one of statistics and not of single plots.
+fn processing(scene: &RadarScene<'_>) -> (String, Vec<Rung>) {
+    let half_m = scene.area.half_extent_m;
+    let called = match scene.processing {
+        Some(asked) => format!("the scene asks for \"{}\"", asked.name()),
+        None => {
+            format!("cells of {:.1} m, targets up to {:.0} m", scene.radar.cell_m, 2.0 * half_m)
+        }
+    };
+    let plot = (PLOT_LEVEL_ERROR.0 * scene.radar.cell_m).max(PLOT_LEVEL_ERROR.1 * half_m);
+    let plot = if half_m > 0.0 { Loss::moves(plot) } else { Loss::NONE };
+    let none = |level| rung(level, Loss::NONE);
+    (called, vec![rung(Level::Cheap, plot), none(Level::Middle), none(Level::Exact)])
+}
+
+/// Whether cells show an effect by themselves: nothing is computed for it, and it is exact.
+fn in_cells(effect: RadarEffect, processing: Processing) -> bool {
+    use RadarEffect as E;
+    match effect {
+        E::Detection | E::Glint | E::ThermalRange | E::ThermalAzimuth => {
+            processing != Processing::Plot
+        }
+        E::Merging | E::FalseAlarms => processing == Processing::Video,
+        _ => false,
+    }
 }
 
 fn rain_attenuation(air: &Air, km2: f64) -> (String, Vec<Rung>) {

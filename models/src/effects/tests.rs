@@ -1,6 +1,6 @@
 //! The plan is honest: what it skips could not have mattered, on the same draws.
 
-use super::radar::{RadarEffect, RadarLevels};
+use super::radar::{Processing, RadarEffect, RadarLevels};
 use super::{Ladder, Level, Loss, PlanRow, Rung, Tolerance, changes, choose};
 use crate::draw::{DrawKey, Purpose, uniform};
 use crate::environment::{RainCell, Weather, surface::Material};
@@ -162,7 +162,7 @@ fn compare(scene: &RandomScene, n: u64, scans: u64, tolerance: Tolerance, found:
             .expect("sound parameters")
             .among(scene.buildings.clone())
     };
-    let mut planned = radar().tolerating(tolerance);
+    let mut planned = radar().tolerating(tolerance).processing(Processing::Plot);
     let mut exact = radar().at_levels(RadarLevels::EXACT);
     for scan in 1..=scans {
         let (mut a, mut b) = (PlotSink::default(), PlotSink::default());

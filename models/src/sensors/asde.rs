@@ -17,17 +17,19 @@ use super::ghost::{Facade, facades};
 use super::measurement::{quantised, to_cartesian};
 use super::radar_equation::{Air, Budget, BudgetLevels, Echo, Radar};
 use super::shadow::{Building, SightLine, Skyline, Traffic, aircraft_obstacles, edge_reach_m};
-use super::video::{CellRadar, CellWork};
+use super::video::CellRadar;
 use super::{Cause, PlotSink, ScanInterval, Sensor, TargetClass, TargetState, Truth};
 use crate::draw::{DrawKey, Purpose, exponential, normal_pair, normal_pair_of, uniform};
 use crate::effects::radar::{
-    PdLevel, RadarEffect, RadarLevels, RadarPlan, RadarScene, ShadowLevel, Tally, TargetArea, plan,
+    PdLevel, Processing, RadarEffect, RadarLevels, RadarPlan, RadarScene, ShadowLevel, Tally,
+    TargetArea, plan,
 };
 use crate::effects::{Ladder, PlanRow, Tolerance};
 use crate::environment::Weather;
 use crate::frames::{Azimuth, Vector2, wrap_pi};
 use crate::plot::{Plot, Polar, SensorId, SensorKind};
 use crate::time::SimTime;
+use cells::WindowWork;
 use looks::{Look, NEXT};
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -52,8 +54,8 @@ pub struct Asde {
     tolerance: Tolerance,
     /// Levels that no plan changes, for comparisons.
     fixed: Option<RadarLevels>,
-    /// Whether echoes are detected and measured in windows of cells.
-    in_cells: bool,
+    /// How echoes become plots; `None` where the plan chooses.
+    processing: Option<Processing>,
     plan: Option<RadarPlan>,
     air: Option<Air>,
     tally: Tally,
@@ -73,6 +75,14 @@ struct Taken {
     keys: Vec<u64>,
 }
 
+/// A plot and what caused it.
+struct Seen {
+    plot: Plot,
+    /// Place of the echo among the returns; `None` where noise alone crossed the threshold.
+    cause: Option<usize>,
+    draws: Draws,
+}
+
 /// Space that is used again from scan to scan.
 #[derive(Clone, Debug, Default)]
 struct Work {
@@ -80,7 +90,7 @@ struct Work {
     returns: Vec<Return>,
     traffic: Traffic,
     order: Vec<Place>,
-    cells: CellWork,
+    windows: WindowWork,
 }
 
 /// Where an echo is, for finding those beside it: sector, range step and place in the list in one
@@ -158,7 +168,7 @@ impl Asde {
             facades: Vec::new(),
             tolerance: Tolerance::default(),
             fixed: None,
-            in_cells: false,
+            processing: None,
             plan: None,
             air: None,
             tally: Tally::default(),
@@ -195,11 +205,13 @@ impl Asde {
         self
     }
 
-    /// The same radar with every echo detected and measured in a window of cells, whatever the plan
-    /// says of the target's extent.
+    /// The same radar with its signal processing given, whatever the plan would choose.
+    ///
+    /// At video level a scan interval is a turn or a part of one; of a longer one only the first look
+    /// at each target counts.
     #[must_use]
-    pub fn in_cells(mut self) -> Self {
-        self.in_cells = true;
+    pub fn processing(mut self, processing: Processing) -> Self {
+        self.processing = Some(processing);
         self.plan = None;
         self
     }
@@ -239,10 +251,8 @@ impl Asde {
     pub fn plan_for(&self, air: &Air, area: &TargetArea, tolerance: &Tolerance) -> RadarPlan {
         let mut plan = plan(&self.radar_scene(air, area), tolerance);
         if let Some(levels) = self.fixed {
-            plan.levels = levels;
-        }
-        if self.in_cells {
-            plan.levels.extent = ExtentLevel::Cells;
+            let processing = self.processing.unwrap_or(levels.processing);
+            plan.levels = RadarLevels { processing, ..levels };
         }
         plan
     }
@@ -265,6 +275,7 @@ impl Asde {
             air,
             buildings: &self.buildings,
             area,
+            processing: self.processing,
         }
     }
 
@@ -510,14 +521,26 @@ impl Asde {
         }
     }
 
-    /// Echoes of the next interval that share a cell with echoes of this one.
-    fn take_next(&self, interval: &ScanInterval, truth: &dyn Truth, returns: &[Return]) -> Taken {
-        let next = returns
-            .iter()
-            .filter(|r| r.look.number == NEXT && returns[r.cell as usize].look.number != NEXT);
-        let mut keys: Vec<u64> = next.map(|r| truth.key(r.look.index)).collect();
-        keys.sort_unstable();
-        Taken { at: interval.to, keys }
+    /// Detects and measures each group of echoes in one cell by its first.
+    fn measure_returns(
+        &mut self,
+        levels: &RadarLevels,
+        truth: &dyn Truth,
+        interval: &ScanInterval,
+        returns: &[Return],
+    ) -> Vec<Seen> {
+        let mut seen = Vec::with_capacity(returns.len());
+        for (i, r) in (0..).zip(returns) {
+            if r.cell != i || r.look.number == NEXT {
+                continue;
+            }
+            // One stream per target and scan; a second look within the scan is keyed by its number.
+            let mut key = self.key(interval, truth.key(r.look.index));
+            key.sensor |= u32::from(r.look.number) << 16;
+            let found = self.measure(levels, r, &mut key.rng(Purpose::RadarReturn));
+            seen.extend(found.map(|(plot, draws)| Seen { plot, cause: Some(i as usize), draws }));
+        }
+        seen
     }
 
     /// Whether an echo is detected.
@@ -787,7 +810,7 @@ impl Asde {
 }
 
 /// What was drawn for one plot.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Draws {
     range_m: f64,
     azimuth_rad: f64,
@@ -861,12 +884,31 @@ impl Sensor for Asde {
             };
             work.returns.retain(|r| !taken(r));
         }
-        if levels.merging {
-            self.merge(&mut work.returns, &mut work.order);
-        } else {
-            (0..).zip(&mut work.returns).for_each(|(i, r)| r.cell = i);
-        }
-        self.taken = self.take_next(interval, truth, &work.returns);
+        let returns = &mut work.returns;
+        let (seen, next) = match levels.processing {
+            Processing::Plot => {
+                if levels.merging {
+                    self.merge(returns, &mut work.order);
+                } else {
+                    (0..).zip(&mut *returns).for_each(|(i, r)| r.cell = i);
+                }
+                let next = (0..returns.len()).filter(|i| {
+                    let head = returns[*i].cell as usize;
+                    returns[*i].look.number == NEXT && returns[head].look.number != NEXT
+                });
+                let next = next.collect();
+                (self.measure_returns(&levels, truth, interval, returns), next)
+            }
+            Processing::Cells => {
+                self.measure_windows(&levels, truth, interval, returns, &mut work.windows)
+            }
+            Processing::Video => {
+                self.measure_video(&air, &levels, truth, interval, returns, &mut work.windows)
+            }
+        };
+        let mut keys: Vec<u64> = next.iter().map(|i| truth.key(returns[*i].look.index)).collect();
+        keys.sort_unstable();
+        self.taken = Taken { at: interval.to, keys };
         let mut sequence = 0;
         let mut add = |out: &mut PlotSink, mut plot: Plot, cause: Cause| {
             plot.sequence = sequence;
@@ -874,29 +916,20 @@ impl Sensor for Asde {
             out.plots.push(plot);
             out.causes.push(cause);
         };
-        for (i, r) in (0..).zip(&work.returns) {
-            if r.cell != i || r.look.number == NEXT {
+        for Seen { plot, cause, draws } in seen {
+            let Some(cause) = cause else {
+                add(out, plot, Cause::default());
                 continue;
-            }
-            let entity = truth.key(r.look.index);
-            // One stream per target and scan; a second look within the scan is keyed by its number.
-            let mut key = self.key(interval, entity);
-            key.sensor |= u32::from(r.look.number) << 16;
-            let mut rng = key.rng(Purpose::RadarReturn);
-            let found = if levels.extent == ExtentLevel::Cells {
-                self.measure_cells(&levels, truth, &work.returns, i, key, &mut work.cells)
-            } else {
-                self.measure(&levels, r, &mut rng)
             };
-            if let Some((plot, draws)) = found {
-                let effects = if out.explain {
-                    self.explain(&air, &plan, truth.class(r.look.index), r, &draws, &plot)
-                } else {
-                    Vec::new()
-                };
-                let truth_m = Some(r.look.state.position_m.xy());
-                add(out, plot, Cause { key: Some(entity), truth_m, effects });
-            }
+            let r = &work.returns[cause];
+            let effects = if out.explain {
+                self.explain(&air, &plan, truth.class(r.look.index), r, &draws, &plot)
+            } else {
+                Vec::new()
+            };
+            let truth_m = Some(r.look.state.position_m.xy());
+            let key = Some(truth.key(r.look.index));
+            add(out, plot, Cause { key, truth_m, effects });
         }
         if levels.ghosts && !self.facades.is_empty() {
             let mut found = Vec::new();
@@ -911,7 +944,7 @@ impl Sensor for Asde {
                 );
             }
         }
-        if levels.false_alarms {
+        if levels.false_alarms && levels.processing != Processing::Video {
             let mut alarms = Vec::new();
             self.false_alarms(&levels, interval, &mut alarms);
             for plot in alarms {

@@ -5,7 +5,7 @@
 //! aircraft and of a box on wheels, free to be replaced per type ([`scatterers_of`]).
 //!
 //! Levels: `Point` (the reference point, nothing else) and `Centroid` (closed form of bias and
-//! glint); cells and video are in [`crate::sensors::video`].
+//! glint). In cells and video ([`crate::sensors::video`]) the scatterers themselves are simulated.
 //!
 //! Frame: `along` the line of sight, away from the radar; `across` it, clockwise in azimuth.
 //!
@@ -216,9 +216,6 @@ pub enum ExtentLevel {
     Point,
     /// Centroid and glint of its scatterers, closed form: the glint is 5 to 12 % high.
     Centroid,
-    /// Scatterers in radar cells, threshold per cell, centroid of the cluster; the closed form gives
-    /// the stated deviations.
-    Cells,
 }
 
 /// Centroid of `class` seen from `view_rad` at `level`; `None` if nothing returns an echo.
@@ -230,7 +227,7 @@ pub fn centroid(level: ExtentLevel, class: &TargetClass, view_rad: f64) -> Optio
         ExtentLevel::Point => {
             (class.rcs_m2 > 0.0).then(|| Centroid { rcs_m2: class.rcs_m2, ..Centroid::default() })
         }
-        ExtentLevel::Centroid | ExtentLevel::Cells => centroid_of(&echoes(class, view_rad)),
+        ExtentLevel::Centroid => centroid_of(&echoes(class, view_rad)),
     }
 }
 

@@ -2,17 +2,23 @@
 //!
 //! Each beam position sums n square-law pulses per range cell. A scatterer spreads over range cells
 //! by the matched filter of a rectangular pulse and over beams by the two-way pattern, averaged over
-//! the dwell; scatterers fade independently from scan to scan and add in power. One draw per
+//! the dwell. What the beam's shape and the straddling of cells take is part of the budget's system
+//! losses; the cells show it themselves, so an echo enters them without that part. One draw per
 //! *integrated* cell keeps the statistics: noise alone is a gamma variate of order n, with a steady
 //! signal S per pulse it is ½[(z₁ + √(2nS))² + z₂²] plus a gamma variate of order n − 1.
 //!
+//! The echo of a target fluctuates from scan to scan as its Swerling case says; its scatterers fade
+//! independently within that total, which makes the centre of the echo wander, and add in power.
+//!
 //! Thresholds: known background, or cell-averaging CFAR along range. Cells above it are joined to
-//! clusters; a plot is the power centroid of a cluster. Two targets in neighbouring cells become one
-//! plot by themselves.
+//! clusters; a plot is the centroid of a cluster, weighted with the power above the threshold, so that
+//! a cell which just passes it moves nothing. Two targets in neighbouring cells become one plot by
+//! themselves.
 //!
 //! Levels: [`CellRadar::window`] computes only the cells within the extent of a target (or of a group
 //! of targets that may merge) plus a margin; [`CellRadar::video`] computes all cells of a scan and
-//! keeps the picture. Not modelled: range side lobes, azimuth side lobes, phase between scatterers.
+//! keeps the picture. A cell has the same draw in both, named by beam, cell and scan. Not modelled:
+//! range side lobes, azimuth side lobes, phase between scatterers.
 //!
 //! Source: Skolnik, *Introduction to Radar Systems*, ch. 2 and 7; CFAR: Gandhi & Kassam, "Analysis of
 //! CFAR processors", IEEE Trans. AES-24 (1988); the non-central form is the definition of the
@@ -24,10 +30,10 @@ use rand::Rng;
 use rand::rngs::ChaCha8Rng;
 use std::f64::consts::{LN_2, PI, TAU};
 
-use crate::draw::{DrawKey, Purpose, exponential, normal_pair};
+use crate::draw::{DrawKey, Purpose, exponential};
 use crate::frames::wrap_pi;
 use crate::sensors::asde::AsdeParameters;
-use crate::sensors::detection::Detector;
+use crate::sensors::detection::{Detector, Swerling};
 use crate::sensors::extended::Echo;
 
 /// One point echo in radar coordinates.
@@ -60,13 +66,48 @@ pub fn point_echoes<'a>(
     })
 }
 
-/// How scatterers fade from scan to scan.
+/// How the whole echo of a target fluctuates from scan to scan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fading {
     /// Not at all.
     Steady,
-    /// Each by itself, exponentially in power, constant within a scan.
-    Independent,
+    /// As a gamma variate of this order with mean 1: 1, n, 2 and 2n for Swerling's cases 1 to 4 of n
+    /// pulses. Cases 2 and 4 change from pulse to pulse, but only the energy of the dwell counts.
+    Gamma(u32),
+}
+
+impl Fading {
+    /// The fluctuation of a Swerling case over `pulses` summed pulses.
+    #[must_use]
+    pub fn of(swerling: Swerling, pulses: u32) -> Self {
+        match swerling {
+            Swerling::Steady => Self::Steady,
+            Swerling::One => Self::Gamma(1),
+            Swerling::Two => Self::Gamma(pulses),
+            Swerling::Three => Self::Gamma(2),
+            Swerling::Four => Self::Gamma(2 * pulses),
+        }
+    }
+
+    /// Fades the scatterers of one target for one scan; `key` names the target and the scan. The total
+    /// is drawn first, then, where there are several, each one's share of it.
+    pub fn fade(self, echoes: &mut [PointEcho], key: DrawKey) {
+        let mut rng = key.rng(Purpose::Fluctuation);
+        let mut factor = match self {
+            Self::Steady => 1.0,
+            Self::Gamma(order) => gamma_order(order, &mut rng) / f64::from(order),
+        };
+        if echoes.len() > 1 {
+            let mean: f64 = echoes.iter().map(|e| e.snr).sum();
+            let mut drawn = 0.0;
+            for echo in echoes.iter_mut() {
+                echo.snr *= exponential(&mut rng);
+                drawn += echo.snr;
+            }
+            factor *= if drawn > 0.0 { mean / drawn } else { 0.0 };
+        }
+        echoes.iter_mut().for_each(|e| e.snr *= factor);
+    }
 }
 
 /// How the threshold of a cell is set.
@@ -102,6 +143,8 @@ pub struct CellRadar {
     pub pfa: f64,
     /// Threshold on the sum, in units of the background of one pulse.
     pub threshold: f64,
+    /// Factor on every echo: what the budget's losses count for beam shape and straddling.
+    pub recovered: f64,
 }
 
 /// A cluster of cells above the threshold.
@@ -117,6 +160,19 @@ pub struct Blob {
     pub peak: f64,
     /// Power above the background, summed, in units of the background of one pulse.
     pub excess: f64,
+    /// Power above the threshold, which weighs the cells of the centroid, in units of the thermal noise.
+    pub weight: f64,
+    /// The cells that it lies in.
+    pub span: CellBox,
+}
+
+/// Beam positions and range cells, first and last; beams may be beyond the turn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CellBox {
+    /// Beam positions.
+    pub beams: (i64, i64),
+    /// Range cells.
+    pub cells: (i64, i64),
 }
 
 /// Space used again from window to window.
@@ -124,7 +180,7 @@ pub struct Blob {
 pub struct CellWork {
     signal: Vec<f64>,
     hits: Vec<Hit>,
-    echoes: Vec<PointEcho>,
+    level: Vec<f64>,
 }
 
 /// A cell above its threshold; beams may be beyond the turn in a window across north.
@@ -133,6 +189,8 @@ struct Hit {
     beam: i64,
     cell: i64,
     excess: f64,
+    /// Power above the threshold.
+    weight: f64,
     peak: f64,
     cluster: u32,
 }
@@ -155,6 +213,21 @@ const MARGIN: i64 = 3;
 /// Cells of one cluster are at most this many range cells apart.
 const JOIN: i64 = 2;
 
+impl Blob {
+    /// Takes in another cluster of the same target.
+    pub fn join(&mut self, other: &Self) {
+        let total = self.weight + other.weight;
+        let share = if total > 0.0 { other.weight / total } else { 0.5 };
+        self.range_m += share * (other.range_m - self.range_m);
+        let turn = wrap_pi(other.azimuth_rad - self.azimuth_rad);
+        self.azimuth_rad = wrap_pi(self.azimuth_rad + share * turn);
+        self.cells += other.cells;
+        self.peak = self.peak.max(other.peak);
+        self.excess += other.excess;
+        self.weight = total;
+    }
+}
+
 impl CellRadar {
     /// The cells of a radar with these parameters.
     #[must_use]
@@ -162,7 +235,7 @@ impl CellRadar {
         let width_rad = parameters.azimuth_beamwidth_deg.to_radians();
         let cell_m = parameters.radar().cell_m;
         let pulses = parameters.pulses_summed();
-        Self {
+        let bare = Self {
             cell_m,
             range_min_m: parameters.range_min_m,
             cells: ((parameters.range_max_m - parameters.range_min_m) / cell_m).ceil() as usize,
@@ -171,7 +244,9 @@ impl CellRadar {
             pulses,
             pfa: parameters.pfa,
             threshold: Detector::new(pulses, parameters.pfa).threshold,
-        }
+            recovered: 1.0,
+        };
+        Self { recovered: 1.0 / bare.straddling_share(), ..bare }
     }
 
     /// Angle from one beam position to the next, rad.
@@ -226,16 +301,6 @@ impl CellRadar {
         self.range_min_m + (cell as f64 + 0.5) * self.cell_m
     }
 
-    /// Fades `echoes` for one scan: the same scatterers fade alike in a window and in the picture.
-    fn fade(echoes: &mut [PointEcho], fading: Fading, key: DrawKey) {
-        if fading == Fading::Independent {
-            let mut rng = key.rng(Purpose::Fluctuation);
-            for echo in echoes {
-                echo.snr *= exponential(&mut rng);
-            }
-        }
-    }
-
     /// Adds an echo to a grid of mean signal; azimuths count from `azimuth_rad` 0 without wrapping.
     fn add(&self, echo: &PointEcho, first: (i64, i64), size: (usize, usize), signal: &mut [f64]) {
         let step = self.beam_step_rad();
@@ -246,7 +311,9 @@ impl CellRadar {
             if row < 0 || row >= size.0 as i64 {
                 continue;
             }
-            let share = echo.snr * self.beam_share((b as f64 + 0.5) * step - echo.azimuth_rad);
+            let share = echo.snr
+                * self.recovered
+                * self.beam_share((b as f64 + 0.5) * step - echo.azimuth_rad);
             for c in cell - 1..=cell + 1 {
                 let column = c - first.1;
                 if column >= 0 && column < size.1 as i64 {
@@ -258,40 +325,88 @@ impl CellRadar {
     }
 
     /// The sum of the pulses of one cell in units of the thermal noise of one pulse.
+    ///
+    /// The exponential part of the noise is ½(z₁² + z₂²) of the form with a signal, so the sum goes to
+    /// that of noise alone as the signal goes to 0, with the same draws.
     fn draw(&self, signal: f64, background: f64, rng: &mut ChaCha8Rng) -> f64 {
-        let n = self.pulses;
+        let bits = rng.next_u64();
+        let first = (f64::from(bits as u32) + 0.5) * STEP;
+        let waited = gamma_with(first, self.pulses - 1, rng);
         if signal <= 0.0 {
-            return background * gamma_order(n, rng);
+            return background * waited;
         }
-        let (z1, z2) = normal_pair(rng);
-        let shifted = z1 + (2.0 * f64::from(n) * signal / background).sqrt();
-        background * (0.5 * (shifted * shifted + z2 * z2) + gamma_order(n - 1, rng))
+        let shift = (2.0 * f64::from(self.pulses) * signal / background).sqrt();
+        let turn = (f64::from((bits >> 32) as u32) + 0.5) * STEP;
+        let along = (-2.0 * libm::log(first)).sqrt() * libm::cos(TAU * turn);
+        background * (waited + shift * (along + 0.5 * shift)).max(0.0)
     }
 
-    /// Clusters in the cells around `echoes`, the scatterers of one target or of targets that may
-    /// merge; the strongest first. `background` is noise and clutter over noise, at least 1.
+    /// Words of a beam's stream that one cell takes.
+    fn words(&self) -> u64 {
+        2 + gamma_words(self.pulses - 1)
+    }
+
+    /// The draws of a beam from a cell on; `key` names sensor and scan.
+    fn beam_rng(&self, beam: i64, cell: i64, key: DrawKey) -> ChaCha8Rng {
+        let entity = beam.rem_euclid(self.beams as i64) as u64;
+        let mut rng = DrawKey { entity, ..key }.rng(Purpose::Cells);
+        rng.set_word_pos(u128::from(self.words()) * cell.max(0) as u128);
+        rng
+    }
+
+    /// Whether an echo lies in the box of a cluster, or beside it.
+    #[must_use]
+    pub fn covers(&self, blob: &Blob, echo: &PointEcho) -> bool {
+        let turn = self.beams as i64;
+        let (first, last) = (blob.span.beams.0 - 1, blob.span.beams.1 + 1);
+        let beam = (self.beam_of(echo.azimuth_rad) - first).rem_euclid(turn);
+        let cell = self.cell_of(echo.range_m);
+        beam <= last - first && blob.span.cells.0 - 1 <= cell && cell <= blob.span.cells.1 + 1
+    }
+
+    /// The cells that scatterers of one target light, and where clusters reach them; beams from 0 to
+    /// beyond the turn.
+    #[must_use]
+    pub fn around(&self, echoes: &[PointEcho]) -> CellBox {
+        let origin = echoes.first().map_or(0.0, |e| e.azimuth_rad);
+        let (mut beams, mut cells) = ((i64::MAX, i64::MIN), (i64::MAX, i64::MIN));
+        for e in echoes {
+            let (b, c) =
+                (self.beam_of(origin + wrap_pi(e.azimuth_rad - origin)), self.cell_of(e.range_m));
+            beams = (beams.0.min(b), beams.1.max(b));
+            cells = (cells.0.min(c), cells.1.max(c));
+        }
+        if echoes.is_empty() {
+            return CellBox { beams: (0, -1), cells: (0, -1) };
+        }
+        let turn = self.beams as i64;
+        let shift = (beams.0 - MARGIN).div_euclid(turn) * turn;
+        CellBox {
+            beams: (beams.0 - MARGIN - shift, beams.1 + MARGIN - shift),
+            cells: (cells.0 - JOIN, cells.1 + JOIN),
+        }
+    }
+
+    /// Clusters in the cells around `echoes`, the faded scatterers of one target or of targets that may
+    /// merge; the strongest first. `background` is noise and clutter over noise, at least 1, of a cell.
     ///
-    /// `key` names the draws: the target (the first of a group) and the scan.
+    /// `key` names the sensor and the scan; its entity is not used.
     #[must_use]
     pub fn window(
         &self,
-        echoes: &[PointEcho],
-        background: f64,
-        fading: Fading,
+        echoes: &mut [PointEcho],
+        background: impl Fn(i64) -> f64,
         key: DrawKey,
         work: &mut CellWork,
     ) -> Vec<Blob> {
-        let Some(origin) = echoes.first() else { return Vec::new() };
-        let CellWork { signal, hits, echoes: faded } = work;
+        let Some(origin) = echoes.first().copied() else { return Vec::new() };
+        let CellWork { signal, hits, level } = work;
         // Azimuths on one side of the circle's seam.
-        faded.clear();
-        faded.extend(echoes.iter().map(|e| PointEcho {
-            azimuth_rad: origin.azimuth_rad + wrap_pi(e.azimuth_rad - origin.azimuth_rad),
-            ..*e
-        }));
-        Self::fade(faded, fading, key);
+        for e in echoes.iter_mut() {
+            e.azimuth_rad = origin.azimuth_rad + wrap_pi(e.azimuth_rad - origin.azimuth_rad);
+        }
         let (mut low, mut high) = ((i64::MAX, i64::MAX), (i64::MIN, i64::MIN));
-        for e in faded.iter() {
+        for e in echoes.iter() {
             let (b, c) = (self.beam_of(e.azimuth_rad), self.cell_of(e.range_m));
             low = (low.0.min(b), low.1.min(c));
             high = (high.0.max(b), high.1.max(c));
@@ -304,22 +419,27 @@ impl CellRadar {
         let size = ((last.0 - first.0 + 1) as usize, (last.1 - first.1 + 1) as usize);
         signal.clear();
         signal.resize(size.0 * size.1, 0.0);
-        for e in faded.iter() {
+        for e in echoes.iter() {
             self.add(e, first, size, signal);
         }
-        let mut rng = key.rng(Purpose::Cells);
         hits.clear();
-        let (limit, mean) = (self.threshold * background, f64::from(self.pulses) * background);
-        for (i, s) in signal.iter().enumerate() {
-            let sum = self.draw(*s, background, &mut rng);
-            if sum >= limit {
-                hits.push(Hit {
-                    beam: first.0 + (i / size.1) as i64,
-                    cell: first.1 + (i % size.1) as i64,
-                    excess: ((sum - mean) / background).max(0.0),
-                    peak: sum / limit,
-                    cluster: 0,
-                });
+        level.clear();
+        level.extend((first.1..=last.1).map(|cell| background(cell).max(1.0)));
+        let n = f64::from(self.pulses);
+        for (row, beam) in signal.chunks_exact(size.1).zip(first.0..) {
+            let mut rng = self.beam_rng(beam, first.1, key);
+            for ((s, level), cell) in row.iter().zip(&*level).zip(first.1..) {
+                let (sum, limit) = (self.draw(*s, *level, &mut rng), self.threshold * level);
+                if sum >= limit {
+                    hits.push(Hit {
+                        beam,
+                        cell,
+                        excess: (sum / level - n).max(0.0),
+                        weight: sum - limit,
+                        peak: sum / limit,
+                        cluster: 0,
+                    });
+                }
             }
         }
         let mut blobs = self.clusters(hits, false);
@@ -327,17 +447,14 @@ impl CellRadar {
         blobs
     }
 
-    /// All cells of one scan: picture and clusters. `targets` gives the scatterers by target key,
-    /// `still` echoes that do not fade; `background` fills in noise and clutter over noise, at least 1,
-    /// for the cells of a beam. A cell's draw is named by beam and scan, so a target more changes no
-    /// other beam.
+    /// All cells of one scan: picture and clusters. `echoes` are faded; `background` fills in noise and
+    /// clutter over noise, at least 1, for the cells of a beam, and says whether the beam is computed at
+    /// all. A cell's draw is named by beam, cell and scan, so an echo more changes no other cell.
     #[must_use]
     pub fn video(
         &self,
-        targets: &[(u64, Vec<PointEcho>)],
-        still: &[PointEcho],
-        mut background: impl FnMut(usize, &mut [f64]),
-        fading: Fading,
+        echoes: impl IntoIterator<Item = PointEcho>,
+        mut background: impl FnMut(usize, &mut [f64]) -> bool,
         threshold: Threshold,
         key: DrawKey,
     ) -> Video {
@@ -345,12 +462,7 @@ impl CellRadar {
         let mut signal = vec![0.0; self.beams * self.cells];
         let turn = self.beams as i64;
         let reach = (1.5 * self.width_rad / self.beam_step_rad()).ceil() as i64 + 1;
-        let moving = targets.iter().flat_map(|(entity, echoes)| {
-            let mut faded = echoes.clone();
-            Self::fade(&mut faded, fading, DrawKey { entity: *entity, ..key });
-            faded
-        });
-        for mut e in moving.chain(still.iter().copied()) {
+        for mut e in echoes {
             e.azimuth_rad = e.azimuth_rad.rem_euclid(TAU);
             let beam = self.beam_of(e.azimuth_rad);
             self.add(&e, (0, 0), size, &mut signal);
@@ -375,9 +487,12 @@ impl CellRadar {
         let mut hits = Vec::new();
         let (mut row, mut sums) = (vec![0.0; self.cells], vec![0.0; self.cells + 1]);
         for beam in 0..self.beams {
-            let mut rng = DrawKey { entity: beam as u64, ..key }.rng(Purpose::Cells);
             level.fill(1.0);
-            background(beam, &mut level);
+            if !background(beam, &mut level) {
+                power.resize(power.len() + self.cells, 0.0);
+                continue;
+            }
+            let mut rng = self.beam_rng(beam as i64, 0, key);
             level.iter_mut().for_each(|l| *l = l.max(1.0));
             for (cell, value) in row.iter_mut().enumerate() {
                 *value = self.draw(signal[beam * self.cells + cell], level[cell], &mut rng);
@@ -398,6 +513,7 @@ impl CellRadar {
                         beam: beam as i64,
                         cell: cell as i64,
                         excess: (value / mean - n).max(0.0),
+                        weight: value - limit,
                         peak: value / limit,
                         cluster: 0,
                     });
@@ -445,33 +561,52 @@ impl CellRadar {
         order
             .chunk_by(|&a, &b| hits[a as usize].cluster == hits[b as usize].cluster)
             .map(|members| {
-                let first = hits[members[0] as usize].beam;
-                let mut blob =
-                    Blob { range_m: 0.0, azimuth_rad: 0.0, cells: 0, peak: 0.0, excess: 0.0 };
-                let (mut beam, mut cell) = (0.0, 0.0);
+                let first = hits[members[0] as usize];
+                let mut blob = Blob {
+                    range_m: 0.0,
+                    azimuth_rad: 0.0,
+                    cells: 0,
+                    peak: 0.0,
+                    excess: 0.0,
+                    weight: 0.0,
+                    span: CellBox {
+                        beams: (first.beam, first.beam),
+                        cells: (first.cell, first.cell),
+                    },
+                };
+                // Sums of weight, beam and cell; of beam and cell without weights.
+                let (mut weighted, mut plain) = ([0.0; 3], [0.0; 2]);
                 for &m in members {
                     let hit = hits[m as usize];
                     // Beams of a cluster across the seam count from its first one.
-                    let mut off = hit.beam - first;
+                    let mut off = hit.beam - first.beam;
                     if round && off > turn / 2 {
                         off -= turn;
                     }
+                    let CellBox { beams, cells } = &mut blob.span;
+                    *beams = (beams.0.min(first.beam + off), beams.1.max(first.beam + off));
+                    *cells = (cells.0.min(hit.cell), cells.1.max(hit.cell));
                     blob.cells += 1;
                     blob.peak = blob.peak.max(hit.peak);
                     blob.excess += hit.excess;
-                    beam += hit.excess * off as f64;
-                    cell += hit.excess * hit.cell as f64;
+                    let (off, cell) = (off as f64, hit.cell as f64);
+                    weighted[0] += hit.weight;
+                    weighted[1] += hit.weight * off;
+                    weighted[2] += hit.weight * cell;
+                    plain[0] += off;
+                    plain[1] += cell;
                 }
-                // A threshold below the mean (a large Pfa) may leave no excess at all.
-                let weight = if blob.excess > 0.0 { blob.excess } else { 1.0 };
-                let centre = first as f64 + 0.5 + beam / weight;
-                blob.azimuth_rad = wrap_pi(centre * self.beam_step_rad());
-                let mean_cell = if blob.excess > 0.0 {
-                    cell / weight
+                let count = members.len() as f64;
+                // All exactly at the threshold: each counts the same.
+                let [beam, cell] = if weighted[0] > 0.0 {
+                    [weighted[1] / weighted[0], weighted[2] / weighted[0]]
                 } else {
-                    hits[members[0] as usize].cell as f64
+                    plain.map(|sum| sum / count)
                 };
-                blob.range_m = self.range_min_m + (mean_cell + 0.5) * self.cell_m;
+                let centre = first.beam as f64 + 0.5 + beam;
+                blob.weight = weighted[0];
+                blob.azimuth_rad = wrap_pi(centre * self.beam_step_rad());
+                blob.range_m = self.range_min_m + (cell + 0.5) * self.cell_m;
                 blob
             })
             .collect()
@@ -536,27 +671,37 @@ pub fn cfar_factor(pulses: u32, cells: u32, pfa: f64) -> f64 {
 /// 2⁻³².
 const STEP: f64 = 1.0 / 4_294_967_296.0;
 
-/// A gamma variate of whole order: minus the logarithm of a product of uniforms, one logarithm for up
-/// to sixteen of them; 0 for order 0. Uniforms are the middles of 2⁻³² steps, never 0.
+/// Words that [`gamma_order`] takes from its stream.
+fn gamma_words(order: u32) -> u64 {
+    u64::from(order.div_ceil(2)) * 2
+}
+
+/// A gamma variate of whole order; 0 for order 0.
 fn gamma_order(order: u32, rng: &mut ChaCha8Rng) -> f64 {
-    let (mut left, mut sum) = (order, 0.0);
-    while left > 0 {
+    gamma_with(1.0, order, rng)
+}
+
+/// −ln `first` and a gamma variate of whole order: minus the logarithm of a product of uniforms, one
+/// logarithm for up to sixteen of them. Uniforms are the middles of 2⁻³² steps, never 0.
+fn gamma_with(first: f64, order: u32, rng: &mut ChaCha8Rng) -> f64 {
+    let (mut left, mut sum, mut product) = (order, 0.0, first);
+    loop {
         let now = left.min(16);
-        let mut product = 1.0;
-        let mut i = 0;
-        while i + 1 < now {
+        for _ in 0..now / 2 {
             let bits = rng.next_u64();
             product *= (f64::from(bits as u32) + 0.5) * (f64::from((bits >> 32) as u32) + 0.5);
             product *= STEP * STEP;
-            i += 2;
         }
-        if i < now {
-            product *= (f64::from(rng.next_u32()) + 0.5) * STEP;
+        if now % 2 == 1 {
+            product *= (f64::from(rng.next_u64() as u32) + 0.5) * STEP;
         }
         sum -= libm::log(product);
         left -= now;
+        if left == 0 {
+            return sum;
+        }
+        product = 1.0;
     }
-    sum
 }
 
 #[cfg(test)]

@@ -7,6 +7,7 @@ use crate::document::{Section, within};
 use crate::error::{Problem, ScenarioError};
 use crate::{Scene, SensorScene};
 use models::effects::Tolerance;
+use models::effects::radar::Processing;
 use models::environment::fog::FogLaw;
 use models::environment::surface::{MATERIALS, Material};
 use models::frames::{Vector2, Vector3};
@@ -21,6 +22,9 @@ use std::path::{Path, PathBuf};
 pub struct AsdeScene {
     /// Its parameters, with the antenna height of the site.
     pub parameters: AsdeParameters,
+    /// How its echoes become plots: `processing = "plot"`, `"cells"` or `"video"`; `None` for
+    /// `"auto"`, where the effect plan chooses.
+    pub processing: Option<Processing>,
     /// What is usable but reaches beyond its source, one line each.
     pub warnings: Vec<String>,
 }
@@ -31,14 +35,32 @@ impl AsdeScene {
     /// # Errors
     /// A parameter outside its limits; a scene that was read has none.
     pub fn radar(&self, scene: &Scene, sensor: &SensorScene) -> Result<Asde, ConfigError> {
-        let site_m = sensor.site_m.map_or_else(Vector2::zeros, |site| site.xy());
         let tolerance = Tolerance {
             position_m: scene.accuracy.position_m,
             detection: scene.accuracy.detection,
-            sum_db: None,
+            sum_db: scene.accuracy.sum_db,
         };
-        let made = Asde::new(sensor.id, site_m, self.parameters.clone())?;
-        Ok(made.among(scene.buildings.clone().into()).tolerating(tolerance))
+        self.radar_for(scene, sensor, tolerance)
+    }
+
+    /// The same, planned for another tolerance.
+    ///
+    /// # Errors
+    /// As [`Self::radar`].
+    pub fn radar_for(
+        &self,
+        scene: &Scene,
+        sensor: &SensorScene,
+        tolerance: Tolerance,
+    ) -> Result<Asde, ConfigError> {
+        let site_m = sensor.site_m.map_or_else(Vector2::zeros, |site| site.xy());
+        let made = Asde::new(sensor.id, site_m, self.parameters.clone())?
+            .among(scene.buildings.clone().into())
+            .tolerating(tolerance);
+        Ok(match self.processing {
+            Some(processing) => made.processing(processing),
+            None => made,
+        })
     }
 }
 
@@ -95,6 +117,13 @@ const KEYS: [&str; 38] = [
 ];
 const FOG_LAW: &str = "fog_law";
 
+const PROCESSING: [(&str, Option<Processing>); 4] = [
+    ("auto", None),
+    ("plot", Some(Processing::Plot)),
+    ("cells", Some(Processing::Cells)),
+    ("video", Some(Processing::Video)),
+];
+
 /// Reads the parameters of one radar. `name` is the set's, from the key `parameters` of `section`.
 /// The second value is the set's file.
 pub(super) fn read(
@@ -112,6 +141,7 @@ pub(super) fn read(
     let allowed: Vec<&str> = KEYS.iter().copied().chain([FOG_LAW]).collect();
     set.only(&allowed)?;
     overrides.only(&allowed)?;
+    let processing = section.choice("processing", &PROCESSING)?.flatten();
     let layers = Layers { set: &set, overrides };
     let mut parameters = layers.parameters()?;
     // A site with a height says where the antenna is; one without leaves it to the set.
@@ -130,7 +160,7 @@ pub(super) fn read(
                     format!("{}:{line}: {}: {}", place.file().display(), path(place), w.0)
                 })
                 .collect();
-            Ok((AsdeScene { parameters, warnings }, file))
+            Ok((AsdeScene { parameters, processing, warnings }, file))
         }
         Err(error) => Err(layers.refuse(section, from_site, error)),
     }

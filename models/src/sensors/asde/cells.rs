@@ -1,70 +1,376 @@
-//! One look at the level of radar cells: scatterers in a window of cells instead of a closed centroid.
+//! Echoes in radar cells: scatterers, noise, threshold and clusters instead of closed forms; in windows
+//! around each target, or in all cells that the beam passes.
 
-use super::{Asde, Draws, Return};
+use super::looks::NEXT;
+use super::picture::{Clutter, EvenGround, Obstacle};
+use super::{Asde, Draws, Return, ScanInterval, Seen};
 use crate::draw::DrawKey;
 use crate::effects::radar::{RadarEffect, RadarLevels};
 use crate::frames::{Azimuth, wrap_pi};
-use crate::plot::{Plot, Polar};
+use crate::plot::Polar;
 use crate::sensors::Truth;
-use crate::sensors::detection::{Swerling, to_db};
-use crate::sensors::extended;
-use crate::sensors::video::{CellWork, Fading, PointEcho, point_echoes};
+use crate::sensors::detection::to_db;
+use crate::sensors::extended::{self, ExtentLevel};
+use crate::sensors::radar_equation::Air;
+use crate::sensors::video::{Blob, CellBox, CellWork, Fading, PointEcho, Threshold, point_echoes};
+
+/// Part of a range cell, and of a beam position, that the centre of a cluster is off on average over the
+/// places of a point in its cell, however strong it is.
+const CELL_SIGMA: f64 = 0.12;
+
+/// Echoes of returns, one list after the other.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Lists {
+    echoes: Vec<PointEcho>,
+    /// Place among the returns, and of the first and behind the last echo.
+    of: Vec<(usize, usize, usize)>,
+}
+
+impl Lists {
+    fn each(&self) -> impl Iterator<Item = (usize, &[PointEcho])> {
+        self.of.iter().map(|&(i, from, to)| (i, &self.echoes[from..to]))
+    }
+}
+
+/// Space used again from scan to scan.
+#[derive(Clone, Debug, Default)]
+pub(super) struct WindowWork {
+    lists: Lists,
+    boxes: Vec<(CellBox, u32)>,
+    group_of: Vec<u32>,
+    order: Vec<u32>,
+    echoes: Vec<PointEcho>,
+    cells: CellWork,
+}
 
 impl Asde {
-    /// Detects and measures the echoes that share a cell with the `index`-th, in their cells: the
-    /// strongest cluster is the plot. Fading, noise, threshold and centroid are those of the cells;
-    /// only the stated deviations are the plot level's.
-    pub(super) fn measure_cells(
+    /// Appends the scatterers of one return, faded, with the ratio of the whole; nothing where its range
+    /// is not displayed. `key` names sensor and scan.
+    pub(super) fn add_scatterers(
+        &self,
+        levels: &RadarLevels,
+        truth: &dyn Truth,
+        r: &Return,
+        key: DrawKey,
+        out: &mut Vec<PointEcho>,
+    ) {
+        let offset = r.look.state.position_m.xy() - self.site_m;
+        let (azimuth_rad, range_m) = (Azimuth::of(offset).rad(), r.budget.range_m);
+        // Beyond the unambiguous range the echo appears nearer, with all its scatterers.
+        let Some(apparent_m) = self.apparent_m(levels, range_m) else { return };
+        let (first, snr) = (out.len(), r.budget.snr());
+        match levels.extent {
+            ExtentLevel::Point => out.push(PointEcho { range_m, azimuth_rad, snr }),
+            ExtentLevel::Centroid => {
+                let view = extended::view_rad(azimuth_rad, r.look.state.heading_rad);
+                let scatterers = extended::echoes(truth.class(r.look.index), view);
+                out.extend(point_echoes(&scatterers, range_m, azimuth_rad, offset.norm(), snr));
+            }
+        }
+        let own = &mut out[first..];
+        own.iter_mut().for_each(|e| e.range_m -= range_m - apparent_m);
+        let key = DrawKey { entity: truth.key(r.look.index), ..key };
+        Fading::of(self.parameters.swerling, self.grid.pulses).fade(own, key);
+    }
+
+    fn lists(
+        &self,
+        levels: &RadarLevels,
+        truth: &dyn Truth,
+        interval: &ScanInterval,
+        returns: &[Return],
+        lists: &mut Lists,
+    ) {
+        lists.echoes.clear();
+        lists.of.clear();
+        for (i, r) in returns.iter().enumerate() {
+            let from = lists.echoes.len();
+            let mut key = self.key(interval, 0);
+            // A second look within the scan is keyed by its number; that of the next one is the first.
+            let number = if r.look.number == NEXT { 0 } else { r.look.number };
+            key.sensor |= u32::from(number) << 16;
+            self.add_scatterers(levels, truth, r, key, &mut lists.echoes);
+            if lists.echoes.len() > from {
+                lists.of.push((i, from, lists.echoes.len()));
+            }
+        }
+    }
+
+    /// Detects and measures every return in the window of cells around it, together with those whose
+    /// windows touch. A cluster belongs to the return that puts most power into it; the clusters of one
+    /// return are one plot, as of an extractor that knows the extent of its targets.
+    ///
+    /// The second value: the returns of the next interval that reported clusters have taken in.
+    pub(super) fn measure_windows(
         &mut self,
         levels: &RadarLevels,
         truth: &dyn Truth,
+        interval: &ScanInterval,
         returns: &[Return],
-        index: u32,
-        key: DrawKey,
-        work: &mut CellWork,
-    ) -> Option<(Plot, Draws)> {
-        self.tally.count(RadarEffect::Detection);
-        let head = &returns[index as usize];
-        let members = || returns.iter().enumerate().filter(|(_, r)| r.cell == index);
-        // Merging has added the others' signals to the first one's.
-        let others: f64 =
-            members().filter(|(i, _)| *i as u32 != index).map(|(_, r)| r.budget.signal_w).sum();
-        let mut echoes: Vec<PointEcho> = Vec::with_capacity(extended::MAX_ECHOES);
-        for (i, r) in members() {
-            let own_w = r.budget.signal_w - if i as u32 == index { others } else { 0.0 };
-            let offset = r.look.state.position_m.xy() - self.site_m;
-            let azimuth_rad = Azimuth::of(offset).rad();
-            let view = extended::view_rad(azimuth_rad, r.look.state.heading_rad);
-            let scatterers = extended::echoes(truth.class(r.look.index), view);
-            let snr = own_w.max(0.0) / r.budget.noise_w;
-            let ground_m = offset.norm();
-            echoes.extend(point_echoes(&scatterers, r.budget.range_m, azimuth_rad, ground_m, snr));
+        work: &mut WindowWork,
+    ) -> (Vec<Seen>, Vec<usize>) {
+        self.lists(levels, truth, interval, returns, &mut work.lists);
+        self.group(levels, returns, work);
+        let WindowWork { lists, group_of, order, echoes, cells, .. } = work;
+        let (mut seen, mut taken) = (Vec::with_capacity(returns.len()), Vec::new());
+        order.clear();
+        order.extend(0..lists.of.len() as u32);
+        order.sort_unstable_by_key(|&l| (group_of[l as usize], l));
+        let same = |a: &u32, b: &u32| group_of[*a as usize] == group_of[*b as usize];
+        for members in order.chunk_by(same) {
+            let head = &returns[lists.of[group_of[members[0] as usize] as usize].0];
+            if head.look.number == NEXT {
+                continue;
+            }
+            self.tally.count(RadarEffect::Detection);
+            self.tally.count(RadarEffect::Processing);
+            let list = |l: &u32| {
+                let (i, from, to) = lists.of[*l as usize];
+                (i, &lists.echoes[from..to])
+            };
+            echoes.clear();
+            members.iter().for_each(|l| echoes.extend_from_slice(list(l).1));
+            let mut key = self.key(interval, 0);
+            key.sensor |= u32::from(head.look.number) << 16;
+            let mut found = Vec::new();
+            for blob in self.grid.window(echoes, |c| self.background(head, c), key, cells) {
+                let inside = self.inside(&blob, members.iter().map(list));
+                if let Some(cause) = strongest(returns, &inside) {
+                    taken.extend(later(returns, &inside));
+                    found.push((cause, blob));
+                }
+            }
+            let plots = joined(found).into_iter();
+            seen.extend(plots.filter_map(|(i, b)| self.cluster(levels, &returns[i], i, &b)));
         }
-        // Beyond the unambiguous range the echo appears nearer, with all its scatterers.
-        let shift_m = head.budget.range_m - self.apparent_m(levels, head.budget.range_m)?;
-        echoes.iter_mut().for_each(|e| e.range_m -= shift_m);
-        let budget = &head.budget;
-        let clutter_w = budget.rain_w * self.parameters.rain_correlation() + budget.ground_w;
-        let background = 1.0 + clutter_w / budget.noise_w;
-        let fading = match self.parameters.swerling {
-            Swerling::Steady => Fading::Steady,
-            _ => Fading::Independent,
-        };
-        let blob = *self.grid.window(&echoes, background, fading, key, work).first()?;
-        let (thermal_range_m, thermal_azimuth_rad) = self.sigmas(budget.scnr(), budget.reflected);
-        let ground_m = budget.range_m.max(1.0);
+        (seen, taken)
+    }
+
+    /// Noise and clutter over noise in a cell near a return, with the weather at the return.
+    fn background(&self, r: &Return, cell: i64) -> f64 {
+        let b = &r.budget;
+        let range_m = self.grid.cell_centre_m(cell).max(1.0);
+        let nearer = b.range_m / range_m;
+        let spread = nearer * nearer;
+        let mut clutter_w = b.rain_w * self.rain_correlation * spread;
+        if b.ground_m2 > 0.0 {
+            let patch = self.radar.ground_m2(range_m) / b.ground_m2;
+            clutter_w += b.ground_w * patch * spread * spread;
+        }
+        1.0 + clutter_w / b.noise_w
+    }
+
+    /// Groups of lists whose windows touch: the place of the first list of each one's group.
+    fn group(&mut self, levels: &RadarLevels, returns: &[Return], work: &mut WindowWork) {
+        let WindowWork { lists, boxes, group_of, .. } = work;
+        group_of.clear();
+        group_of.extend(0..lists.of.len() as u32);
+        if !levels.merging {
+            return;
+        }
+        boxes.clear();
+        boxes.extend((0..).zip(lists.each()).map(|(l, (_, own))| (self.grid.around(own), l)));
+        // Boxes that begin just behind the seam stand once more a turn later.
+        let turn = self.grid.beams as i64;
+        let widest = boxes.iter().map(|(b, _)| b.beams.1 - b.beams.0).max().unwrap_or(0);
+        for n in 0..boxes.len() {
+            let (mut again, l) = boxes[n];
+            if again.beams.0 <= widest {
+                again.beams = (again.beams.0 + turn, again.beams.1 + turn);
+                boxes.push((again, l));
+            }
+        }
+        boxes.sort_unstable_by_key(|(b, l)| (b.beams, *l));
+        let turns_per_s = self.parameters.turns_per_s();
+        let mut tested = 0;
+        for (n, (a, first)) in boxes.iter().enumerate() {
+            for (b, second) in &boxes[n + 1..] {
+                if b.beams.0 > a.beams.1 {
+                    break;
+                }
+                tested += 1;
+                let of = |l: u32| &returns[lists.of[l as usize].0].look;
+                let turns = of(*first).time.since_s(of(*second).time) * turns_per_s;
+                let apart = a.cells.1 < b.cells.0 || b.cells.1 < a.cells.0;
+                if apart || turns.abs() >= 0.5 || of(*first).index == of(*second).index {
+                    continue;
+                }
+                let (x, y) = (group_root(group_of, *first), group_root(group_of, *second));
+                // An echo of the next interval leads only among its like.
+                let rank = |l: u32| (of(l).number == NEXT, l);
+                let (low, high) = if rank(x) < rank(y) { (x, y) } else { (y, x) };
+                group_of[high as usize] = low;
+            }
+        }
+        self.tally.add(RadarEffect::Merging, tested);
+        for l in 0..group_of.len() as u32 {
+            group_of[l as usize] = group_root(group_of, l);
+        }
+    }
+
+    /// The plot of a cluster that a return caused.
+    fn cluster(
+        &mut self,
+        levels: &RadarLevels,
+        r: &Return,
+        cause: usize,
+        blob: &Blob,
+    ) -> Option<Seen> {
+        let ground_m = r.budget.range_m.max(1.0);
+        let shift_m = r.budget.range_m - self.apparent_m(levels, r.budget.range_m)?;
         let draws = Draws {
             range_m: 0.0,
             azimuth_rad: 0.0,
-            glint_along_m: blob.range_m + shift_m - head.range_m,
-            glint_across_m: wrap_pi(blob.azimuth_rad - head.azimuth_rad) * ground_m,
+            glint_along_m: blob.range_m + shift_m - r.range_m,
+            glint_across_m: wrap_pi(blob.azimuth_rad - r.azimuth_rad) * ground_m,
         };
+        let scnr = r.budget.scnr();
+        let own = self.sigmas(scnr, r.budget.reflected);
+        let (sigma_range_m, sigma_azimuth_rad) = self.cell_sigmas(own);
         let measured = Polar {
             range_m: blob.range_m,
             azimuth_rad: blob.azimuth_rad,
-            sigma_range_m: libm::hypot(thermal_range_m, head.glint_along_m),
-            sigma_azimuth_rad: libm::hypot(thermal_azimuth_rad, head.glint_across_m / ground_m),
+            sigma_range_m: libm::hypot(sigma_range_m, r.glint_along_m),
+            sigma_azimuth_rad: libm::hypot(sigma_azimuth_rad, r.glint_across_m / ground_m),
         };
-        Some((self.plot(levels, head.look.time, measured, to_db(budget.scnr())), draws))
+        let plot = self.plot(levels, r.look.time, measured, to_db(scnr));
+        Some(Seen { plot, cause: Some(cause), draws })
     }
+
+    /// Deviations of range and azimuth with what the steps of the cells add.
+    fn cell_sigmas(&self, (range_m, azimuth_rad): (f64, f64)) -> (f64, f64) {
+        (
+            libm::hypot(range_m, CELL_SIGMA * self.grid.cell_m),
+            libm::hypot(azimuth_rad, CELL_SIGMA * self.grid.beam_step_rad()),
+        )
+    }
+
+    /// Power that each list puts into a cluster, with its return; only those that put any.
+    fn inside<'a>(
+        &self,
+        blob: &Blob,
+        lists: impl Iterator<Item = (usize, &'a [PointEcho])>,
+    ) -> Vec<(f64, usize)> {
+        let power = |own: &[PointEcho]| -> f64 {
+            own.iter().filter(|e| self.grid.covers(blob, e)).map(|e| e.snr).sum()
+        };
+        lists.map(|(i, own)| (power(own), i)).filter(|(power, _)| *power > 0.0).collect()
+    }
+
+    /// The same with all cells that the beam passes in an interval: those that noise alone lifts over the
+    /// threshold are the false alarms.
+    ///
+    /// The second value as of [`Self::measure_windows`].
+    pub(super) fn measure_video(
+        &mut self,
+        air: &Air,
+        levels: &RadarLevels,
+        truth: &dyn Truth,
+        interval: &ScanInterval,
+        returns: &[Return],
+        work: &mut WindowWork,
+    ) -> (Vec<Seen>, Vec<usize>) {
+        let lists = &mut work.lists;
+        self.lists(levels, truth, interval, returns, lists);
+        let mut last = None;
+        lists.of.retain(|(i, ..)| {
+            let index = returns[*i].look.index;
+            last.replace(index) != Some(index)
+        });
+        self.tally.add(RadarEffect::Detection, lists.of.len() as u64);
+        self.tally.add(RadarEffect::Processing, self.grid.beams as u64);
+        let video = self.painted(air, levels, truth, interval, returns, lists);
+        let (mut found, mut taken, mut alarms) = (Vec::new(), Vec::new(), Vec::new());
+        for blob in &video {
+            let inside = self.inside(blob, lists.each());
+            if let Some(cause) = strongest(returns, &inside) {
+                taken.extend(later(returns, &inside));
+                found.push((cause, *blob));
+            } else if inside.is_empty()
+                && levels.false_alarms
+                && let Some(time) = self.pass(interval, blob.azimuth_rad)
+            {
+                self.tally.count(RadarEffect::FalseAlarms);
+                let sigmas = self.cell_sigmas(self.sigmas(self.required, 0.0));
+                let measured = Polar {
+                    range_m: blob.range_m,
+                    azimuth_rad: blob.azimuth_rad,
+                    sigma_range_m: sigmas.0,
+                    sigma_azimuth_rad: sigmas.1,
+                };
+                let plot = self.plot(levels, time, measured, to_db(self.required));
+                alarms.push(Seen { plot, cause: None, draws: Draws::default() });
+            }
+        }
+        let plots = joined(found).into_iter();
+        let plots = plots.filter_map(|(i, b)| self.cluster(levels, &returns[i], i, &b));
+        let mut seen: Vec<Seen> = plots.collect();
+        seen.extend(alarms);
+        (seen, taken)
+    }
+
+    /// Clusters of the cells that the beam passes.
+    fn painted(
+        &self,
+        air: &Air,
+        levels: &RadarLevels,
+        truth: &dyn Truth,
+        interval: &ScanInterval,
+        returns: &[Return],
+        lists: &Lists,
+    ) -> Vec<Blob> {
+        let obstacle =
+            |r: &Return| Obstacle::of(truth.class(r.look.index), &r.look.state, self.site_m);
+        let aircraft: Vec<Obstacle> = returns.iter().filter_map(obstacle).collect();
+        let clutter = Clutter::new(self, air, levels.budget, &EvenGround, false, aircraft);
+        let (sweep, step) = (self.sweep(interval), self.grid.beam_step_rad());
+        // Targets at the edge of the sector reach beyond it, and their clusters need neighbours.
+        let reach = lists.each().flat_map(|(i, own)| {
+            own.iter().map(move |e| wrap_pi(e.azimuth_rad - returns[i].look.azimuth_rad).abs())
+        });
+        let margin_rad = reach.fold(0.0, f64::max) + 4.0 * self.grid.width_rad;
+        let fill = |beam: usize, row: &mut [f64]| {
+            let painted = sweep.passes((beam as f64 + 0.5) * step, margin_rad);
+            if painted {
+                clutter.fill(beam, row);
+            }
+            painted
+        };
+        let echoes = lists.each().flat_map(|(_, own)| own.iter().copied());
+        self.grid.video(echoes, fill, Threshold::Known, self.key(interval, 0)).blobs
+    }
+}
+
+/// The clusters of each return as one, by return.
+fn joined(mut found: Vec<(usize, Blob)>) -> Vec<(usize, Blob)> {
+    found.sort_by_key(|(i, _)| *i);
+    found.dedup_by(|(later, other), (first, blob)| {
+        let same = later == first;
+        if same {
+            blob.join(other);
+        }
+        same
+    });
+    found
+}
+
+/// The return of this interval that puts most power into a cluster.
+fn strongest(returns: &[Return], inside: &[(f64, usize)]) -> Option<usize> {
+    let of = inside.iter().filter(|(_, i)| returns[*i].look.number != NEXT);
+    of.max_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1))).map(|(_, i)| *i)
+}
+
+/// The returns of the next interval in a cluster.
+fn later<'a>(
+    returns: &'a [Return],
+    inside: &'a [(f64, usize)],
+) -> impl Iterator<Item = usize> + 'a {
+    inside.iter().map(|(_, i)| *i).filter(|i| returns[*i].look.number == NEXT)
+}
+
+fn group_root(group_of: &[u32], mut l: u32) -> u32 {
+    while group_of[l as usize] != l {
+        l = group_of[l as usize];
+    }
+    l
 }

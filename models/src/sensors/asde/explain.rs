@@ -2,7 +2,7 @@
 
 use super::{Asde, Draws, Plot, Return, TargetClass, to_db};
 use crate::effects::Level;
-use crate::effects::radar::{RadarEffect, RadarLevels, RadarPlan, Tally};
+use crate::effects::radar::{Processing, RadarEffect, RadarLevels, RadarPlan, Tally};
 use crate::sensors::Contribution;
 use crate::sensors::radar_equation::{Air, Budget, BudgetLevels, Echo, Reflection};
 
@@ -45,13 +45,17 @@ impl Asde {
         if r.bias_along_m != 0.0 || r.bias_across_m != 0.0 {
             add(RadarEffect::Extent, libm::hypot(r.bias_along_m, r.bias_across_m), "m");
         }
-        if draws.glint_along_m != 0.0 || draws.glint_across_m != 0.0 {
+        let in_cells = levels.processing != Processing::Plot;
+        if in_cells {
+            let moved = libm::hypot(draws.glint_along_m, draws.glint_across_m);
+            add(RadarEffect::Processing, moved, "m");
+        } else if draws.glint_along_m != 0.0 || draws.glint_across_m != 0.0 {
             add(RadarEffect::Glint, libm::hypot(draws.glint_along_m, draws.glint_across_m), "m");
         }
-        if levels.thermal_range {
+        if levels.thermal_range && !in_cells {
             add(RadarEffect::ThermalRange, draws.range_m, "m");
         }
-        if levels.thermal_azimuth {
+        if levels.thermal_azimuth && !in_cells {
             add(RadarEffect::ThermalAzimuth, draws.azimuth_rad * ground_m, "m");
         }
         if levels.quantisation

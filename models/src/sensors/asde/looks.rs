@@ -34,6 +34,15 @@ pub(super) struct Sweep {
     swept_rad: f64,
 }
 
+impl Sweep {
+    /// Whether the beam passes a direction, or comes within `margin_rad` of it.
+    pub(super) fn passes(&self, azimuth_rad: f64, margin_rad: f64) -> bool {
+        let mut ahead = azimuth_rad + margin_rad - self.begin_rad;
+        ahead -= (ahead / TAU).floor() * TAU;
+        ahead <= self.swept_rad + 2.0 * margin_rad
+    }
+}
+
 impl Asde {
     /// Where the beam points at `time`, radians clockwise from north, in [0, 2π).
     pub(super) fn beam_rad(&self, time: SimTime) -> f64 {

@@ -1,16 +1,15 @@
 //! The whole video of one turn: every cell of the radar with noise, rain, ground, buildings and targets.
 
 use super::looks::NEXT;
-use super::{Asde, ScanInterval, Traffic, Truth};
+use super::{Asde, ScanInterval, TargetClass, TargetState, Traffic, Truth};
 use crate::draw::{DrawKey, Purpose, exponential};
-use crate::effects::radar::{RadarPlan, Tally};
+use crate::effects::radar::Tally;
 use crate::environment::Weather;
 use crate::frames::{Azimuth, Vector2};
-use crate::sensors::detection::{Swerling, from_db};
-use crate::sensors::extended;
+use crate::sensors::detection::from_db;
 use crate::sensors::radar_equation::{Air, BudgetLevels, Echo, RainAir};
 use crate::sensors::shadow::{SightLine, aircraft_obstacles};
-use crate::sensors::video::{Fading, PointEcho, Threshold, Video, point_echoes};
+use crate::sensors::video::{PointEcho, Threshold, Video};
 
 /// What the ground around the radar returns.
 pub trait Ground {
@@ -76,73 +75,29 @@ impl Asde {
         let area = self.find_looks(interval, truth, &mut looks, &mut traffic);
         traffic.finish();
         let plan = self.plan_for(&air, &area, &self.tolerance);
-        let mut targets = Vec::new();
+        let key = self.key(interval, 0);
+        let mut echoes = Vec::new();
         let mut aircraft = Vec::new();
+        let mut last = None;
         for look in looks.iter().filter(|look| look.number == 0 || look.number == NEXT) {
-            let class = truth.class(look.index);
-            let key = truth.key(look.index);
-            if look.number == NEXT && targets.iter().any(|(seen, _)| *seen == key) {
+            if last.replace(look.index) == Some(look.index) {
                 continue;
             }
-            if class.aircraft && look.state.position_m.z <= class.height_m {
-                let place_m = look.state.position_m.xy();
-                let heading_rad = look.state.heading_rad;
-                let parts =
-                    aircraft_obstacles(place_m, heading_rad, class.length_m, class.height_m);
-                aircraft.push(Obstacle {
-                    azimuth: Azimuth::of(place_m - self.site_m),
-                    ground_m: (place_m - self.site_m).norm(),
-                    half_m: 0.5 * class.length_m + 3.0,
-                    top_m: class.height_m,
-                    parts: parts.map(|(corners, top_m)| (corners.to_vec(), top_m)).to_vec(),
-                });
-            }
-            if let Some(echoes) = self.target_echoes(&air, &plan, truth, &traffic, look) {
-                targets.push((key, echoes));
+            aircraft.extend(Obstacle::of(truth.class(look.index), &look.state, self.site_m));
+            if let Some(r) = self.echo(&air, &plan, truth, &traffic, look) {
+                self.add_scatterers(&plan.levels, truth, &r, key, &mut echoes);
             }
         }
-        targets.sort_by_key(|(key, _)| *key);
-        targets.dedup_by_key(|(key, _)| *key);
-        let still = if scene.walls { self.walls(&air) } else { Vec::new() };
+        if scene.walls {
+            echoes.extend(self.walls(&air));
+        }
         let clutter =
             Clutter::new(self, &air, plan.levels.budget, ground, scene.ground_texture, aircraft);
-        let fading = match self.parameters.swerling {
-            Swerling::Steady => Fading::Steady,
-            _ => Fading::Independent,
+        let fill = |beam: usize, row: &mut [f64]| {
+            clutter.fill(beam, row);
+            true
         };
-        let key = self.key(interval, 0);
-        let grid = self.grid;
-        grid.video(
-            &targets,
-            &still,
-            |beam, row| clutter.fill(beam, row),
-            fading,
-            scene.threshold,
-            key,
-        )
-    }
-
-    /// The scatterers of one target with their ratios, `None` where it is out of sight or range.
-    pub(super) fn target_echoes(
-        &mut self,
-        air: &Air,
-        plan: &RadarPlan,
-        truth: &dyn Truth,
-        traffic: &Traffic,
-        look: &super::Look,
-    ) -> Option<Vec<PointEcho>> {
-        let r = self.echo(air, plan, truth, traffic, look)?;
-        let offset = look.state.position_m.xy() - self.site_m;
-        let azimuth_rad = Azimuth::of(offset).rad();
-        let view = extended::view_rad(azimuth_rad, look.state.heading_rad);
-        let scatterers = extended::echoes(truth.class(look.index), view);
-        let snr = r.budget.signal_w / r.budget.noise_w;
-        let range_m = r.budget.range_m;
-        let shift_m = range_m - self.apparent_m(&plan.levels, range_m)?;
-        let mut echoes: Vec<_> =
-            point_echoes(&scatterers, range_m, azimuth_rad, offset.norm(), snr).collect();
-        echoes.iter_mut().for_each(|e| e.range_m -= shift_m);
-        Some(echoes)
+        self.grid.video(echoes, fill, scene.threshold, key)
     }
 
     /// Echoes of the walls that face the radar and are not hidden by other buildings.
@@ -205,7 +160,7 @@ impl Asde {
 }
 
 /// An aircraft that throws a shadow on the ground.
-struct Obstacle {
+pub(super) struct Obstacle {
     azimuth: Azimuth,
     ground_m: f64,
     half_m: f64,
@@ -213,8 +168,30 @@ struct Obstacle {
     parts: Vec<(Vec<Vector2<f64>>, f64)>,
 }
 
+impl Obstacle {
+    /// What an aircraft on the surface puts into the way; `None` for all others.
+    pub(super) fn of(
+        class: &TargetClass,
+        state: &TargetState,
+        site_m: Vector2<f64>,
+    ) -> Option<Self> {
+        if !class.aircraft || state.position_m.z > class.height_m {
+            return None;
+        }
+        let place_m = state.position_m.xy();
+        let parts = aircraft_obstacles(place_m, state.heading_rad, class.length_m, class.height_m);
+        Some(Self {
+            azimuth: Azimuth::of(place_m - site_m),
+            ground_m: (place_m - site_m).norm(),
+            half_m: 0.5 * class.length_m + 3.0,
+            top_m: class.height_m,
+            parts: parts.map(|(corners, top_m)| (corners.to_vec(), top_m)).to_vec(),
+        })
+    }
+}
+
 /// Rain and ground of every cell, prepared by range.
-struct Clutter<'a> {
+pub(super) struct Clutter<'a> {
     radar: &'a Asde,
     air: &'a Air,
     levels: BudgetLevels,
@@ -227,7 +204,7 @@ struct Clutter<'a> {
 }
 
 impl<'a> Clutter<'a> {
-    fn new(
+    pub(super) fn new(
         asde: &'a Asde,
         air: &'a Air,
         levels: BudgetLevels,
@@ -252,7 +229,7 @@ impl<'a> Clutter<'a> {
     }
 
     /// Noise and clutter over noise of the cells of one beam.
-    fn fill(&self, beam: usize, row: &mut [f64]) {
+    pub(super) fn fill(&self, beam: usize, row: &mut [f64]) {
         let asde = self.radar;
         let azimuth_rad = (beam as f64 + 0.5) * asde.grid.beam_step_rad();
         let azimuth = Azimuth::from_rad(azimuth_rad);
