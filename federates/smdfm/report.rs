@@ -53,8 +53,8 @@ pub fn track_octets(track: &SystemTrack) -> Vec<u8> {
     append(&mut octets, track.position_cov_m2.as_slice());
     append(&mut octets, track.velocity_cov_m2s2.as_slice());
     append(&mut octets, &[track.altitude_m.unwrap_or(f64::NAN), track.heading_rad]);
-    if let Some(label) = &track.label {
-        octets.extend_from_slice(label.callsign.as_str().as_bytes());
+    if let Some(callsign) = track.callsign() {
+        octets.extend_from_slice(callsign.as_str().as_bytes());
     }
     octets
 }
@@ -201,7 +201,7 @@ pub fn track_message(track: &SystemTrack) -> TrackMessage {
         altitude_m: track.altitude_m,
         heading_rad: track.heading_rad,
         manoeuvre: track.manoeuvre,
-        callsign: text(|l| l.callsign.as_str().to_owned()),
+        callsign: track.callsign().map_or_else(String::new, |c| c.as_str().to_owned()),
         type_designator: text(|l| l.type_designator.clone()),
         wake: text(|l| wake_letter(l.wake).to_owned()),
         movement: text(|l| movement_word(l.movement).to_owned()),

@@ -82,9 +82,17 @@ pub struct SystemTrack {
     pub manoeuvre: bool,
     /// Label from the flight list.
     pub label: Option<Label>,
+    /// The name that the target itself reports (ADS-B, DGPS), in the flight list or not.
+    pub reported: Option<Callsign>,
 }
 
 impl SystemTrack {
+    /// What the target is called: by its label, else by itself.
+    #[must_use]
+    pub fn callsign(&self) -> Option<Callsign> {
+        self.label.as_ref().map(|label| label.callsign).or(self.reported)
+    }
+
     /// Ground speed, m/s.
     #[must_use]
     pub fn speed_ms(&self) -> f64 {

@@ -209,7 +209,7 @@ pub fn report_of(track: &SystemTrack, published: SimTime) -> Option<Report> {
         published: Some(published),
         position_m: track.position_m,
         velocity_ms: Some(track.velocity_ms),
-        label: track.label.as_ref().map_or_else(String::new, |l| l.callsign.as_str().to_owned()),
+        label: track.callsign().map_or_else(String::new, |c| c.as_str().to_owned()),
     })
 }
 

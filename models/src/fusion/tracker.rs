@@ -485,6 +485,7 @@ impl Tracker {
                 heading_rad: track.heading_rad,
                 manoeuvre: track.manoeuvre,
                 label,
+                reported: track.callsign,
             });
             track.published = true;
         }

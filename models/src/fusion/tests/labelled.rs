@@ -116,21 +116,41 @@ fn an_identity_labels_its_track_and_moves_with_the_nearer_one() {
         wake: None,
         ..entry("FOLLOW1", "FOLLOWME", MovementKind::Vehicle)
     }]);
-    let path = drive(Vector2::new(0.0, 500.0), 1.0, 10.0, &[(100.0, 0.0, 0.02)]);
+    let paths = [drive(Vector2::new(0.0, 500.0), 1.0, 10.0, &[(100.0, 0.0, 0.02)])];
+    let last = followed(&paths, &flights);
+    assert_eq!(last.len(), 1, "one target, one track");
+    assert_eq!(last[0].track_type, TrackType::Vehicle);
+    assert_eq!(last[0].altitude_m, Some(3.0));
+    assert_eq!(last[0].label.as_ref().map(|l| l.runway_stand.as_str()), Some(""));
+    assert_eq!(last[0].callsign(), Some(Callsign::new("FOLLOW1")));
+    let truth = paths[0](30.0).expect("moves");
+    assert!((last[0].position_m - truth).norm() < 2.0);
+}
+
+#[test]
+fn a_target_that_tells_its_name_is_called_by_it_without_a_flight_list() {
+    let paths = [drive(Vector2::new(0.0, 500.0), 1.0, 10.0, &[(100.0, 0.0, 0.02)])];
+    let last = followed(&paths, &FlightList::default());
+    assert_eq!(last.len(), 1);
+    assert_eq!((last[0].track_type, &last[0].label), (TrackType::NotAssociated, &None));
+    assert_eq!(last[0].callsign(), Some(Callsign::new("FOLLOW1")));
+}
+
+/// The tracks after 30 scans of a radar and of reports of the target's own, with its name.
+fn followed(paths: &[Box<Path>; 1], flights: &FlightList) -> Vec<SystemTrack> {
     let mut tracker = Tracker::new(TrackingConfig::paper());
+    let radar = tower(8, 0.95, 0);
     let mut last = Vec::new();
     for k in 1..=30 {
         let t = f64::from(k);
-        let radar = tower(8, 0.95, 0);
-        let paths = [path(t - 0.1).expect("moves")];
-        let mut plots: Vec<Plot> =
-            radar.scan(k, std::slice::from_ref(&path)).into_iter().map(|l| l.0).collect();
+        let looked = radar.scan(k, paths);
+        let mut plots: Vec<Plot> = looked.into_iter().map(|l| l.0).collect();
         plots.push(Plot {
             sensor: SensorId(3),
             kind: SensorKind::Dgps,
             time: SimTime::from_s(t - 0.1),
             sequence: 0,
-            position_m: paths[0],
+            position_m: paths[0](t - 0.1).expect("moves"),
             axis: Vector2::new(0.0, 1.0),
             along_m2: 0.5,
             across_m2: 0.5,
@@ -139,12 +159,7 @@ fn an_identity_labels_its_track_and_moves_with_the_nearer_one() {
             identity: Some(Identity::Callsign(Callsign::new("Follow1"))),
             scnr_db: None,
         });
-        last = tracker.scan(SimTime::from_s(t), &plots, &flights);
+        last = tracker.scan(SimTime::from_s(t), &plots, flights);
     }
-    assert_eq!(last.len(), 1, "one target, one track");
-    assert_eq!(last[0].track_type, TrackType::Vehicle);
-    assert_eq!(last[0].altitude_m, Some(3.0));
-    assert_eq!(last[0].label.as_ref().map(|l| l.runway_stand.as_str()), Some(""));
-    let truth = path(30.0).expect("moves");
-    assert!((last[0].position_m - truth).norm() < 2.0);
+    last
 }
