@@ -379,23 +379,26 @@ fn timed(
     let started: Result<Vec<_>, _> =
         tracks.iter().map(|plots| Estimator::from_plot(config, &plots[0])).collect();
     let Ok(started) = started else { return (None, None) };
+    // Scan after scan, as a tracker is given them.
+    let by_scan: Vec<Plot> =
+        (1..scans).flat_map(|scan| tracks.iter().map(move |plots| plots[scan])).collect();
     let mut times = Vec::with_capacity(blocks);
     // The first two blocks warm caches and branch predictors.
     for block in 0..blocks + 2 {
         let mut filters = started.clone();
         let begin = clock::thread_ns();
-        for scan in 1..scans {
-            if method == Method::Smoother {
-                break;
-            }
-            for (filter, plots) in filters.iter_mut().zip(tracks) {
-                let _ = black_box(filter.update(&plots[scan]));
-                black_box(filter.estimate().position_m());
-            }
-        }
         if method == Method::Smoother {
             for plots in tracks {
                 let _ = black_box(smooth(plots, ca(SMOOTHER_Q), Start::default()));
+            }
+        } else {
+            for plots in by_scan.chunks_exact(tracks.len()) {
+                let (mut taken, mut sum) = (0, Vector2::zeros());
+                for (filter, plot) in filters.iter_mut().zip(plots) {
+                    taken += u32::from(filter.update(plot).is_ok());
+                    sum += filter.motion().0;
+                }
+                black_box((taken, sum));
             }
         }
         let updates = (scans - 1) * tracks.len();

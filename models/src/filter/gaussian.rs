@@ -78,24 +78,44 @@ impl Measurement {
     #[inline(always)]
     pub fn of(plot: &Plot) -> Result<Self, UpdateError> {
         let (z, u) = (plot.position_m, plot.axis);
+        let axis = Pair::new(u.x, u.y);
+        let squares = axis * axis;
+        let length = squares + squares.swapped();
+        let variances = Pair::new(plot.along_m2, plot.across_m2);
+        // Everything is in order: one look at all of it.
+        let far = Pair::new(z.x, z.y).abs().not_below(Pair::splat(FARTHEST_M));
+        let negative = Pair::splat(-f64::MIN_POSITIVE).not_below(variances);
+        let unlimited = variances.not_below(Pair::splat(LARGEST_M2));
+        let other = (length - Pair::splat(1.0)).abs().not_below(Pair::splat(1e-6));
+        if ((far | negative) | (unlimited | other)).anywhere() {
+            return Self::of_one_line(plot);
+        }
+        // A variance whose square would vanish in a double is none.
+        let variances = variances.only(variances.not_below(Pair::splat(SMALLEST_M2)));
+        let [along, across] = variances.array();
+        let diagonal = axis * along * axis + (axis * across * axis).swapped();
+        let r = Sym2 {
+            xx: diagonal.east(),
+            xy: (along - across) * u.x * u.y,
+            yy: diagonal.north(),
+        };
+        Ok(Self::Position { z, r })
+    }
+
+    /// The rest: a plot that says nothing across its axis, or one that is unsound.
+    #[cold]
+    #[inline(never)]
+    fn of_one_line(plot: &Plot) -> Result<Self, UpdateError> {
+        let (z, u) = (plot.position_m, plot.axis);
         // Written so that NaN fails.
         let unit = (u.x * u.x + u.y * u.y - 1.0).abs() < 1e-6;
         let near = z.x.abs() < FARTHEST_M && z.y.abs() < FARTHEST_M;
         let known = plot.along_m2 >= 0.0 && plot.along_m2 < LARGEST_M2;
-        if !(unit && near && known && plot.across_m2 >= 0.0) {
+        if !(unit && near && known && plot.across_m2 >= LARGEST_M2) {
             return Err(UpdateError::UnsoundPlot);
         }
-        let along = exact_if_tiny(plot.along_m2);
-        if plot.across_m2 >= LARGEST_M2 {
-            return Ok(Self::Line { z, axis: u, variance: along });
-        }
-        let across = exact_if_tiny(plot.across_m2);
-        let r = Sym2 {
-            xx: along * u.x * u.x + across * u.y * u.y,
-            xy: (along - across) * u.x * u.y,
-            yy: along * u.y * u.y + across * u.x * u.x,
-        };
-        Ok(Self::Position { z, r })
+        let variance = if plot.along_m2 < SMALLEST_M2 { 0.0 } else { plot.along_m2 };
+        Ok(Self::Line { z, axis: u, variance })
     }
 }
 
@@ -105,11 +125,6 @@ const FARTHEST_M: f64 = 1e9;
 const LARGEST_M2: f64 = 1e20;
 /// A variance below this is none: its square must not vanish in a double, m².
 const SMALLEST_M2: f64 = 1e-30;
-
-#[inline]
-fn exact_if_tiny(variance: f64) -> f64 {
-    if variance < SMALLEST_M2 { 0.0 } else { variance }
-}
 
 impl Measurement {
     /// The measured point; of a line any point on it.
@@ -305,6 +320,29 @@ impl Gaussian {
         Self { x, p, cross }
     }
 
+    /// [`Self::predicted`] by a step of constant velocity: whatever is said of the acceleration, it is
+    /// nothing afterwards.
+    #[inline]
+    #[must_use]
+    pub fn predicted_steady(&self, step: &Step) -> Self {
+        let (t, [x0, x1, _], [a, b, _, e, _, _]) = (step.t, self.x, self.p);
+        let zero = Pair::default();
+        let b0 = b + e * t;
+        let p = [
+            a + b * t + b0 * t + Pair::splat(step.q[0]),
+            b0 + Pair::splat(step.q[1]),
+            zero,
+            e + Pair::splat(step.q[3]),
+            zero,
+            zero,
+        ];
+        let c = &self.cross;
+        let (r0, r1) = (Pair::new(c[0], c[1]), Pair::new(c[3], c[4]));
+        let (c01, c34) = ((r0 + r1 * t).array(), r1.array());
+        let cross = [c01[0] + c01[1] * t, c01[1], 0.0, c34[0] + c34[1] * t, c34[1], 0.0, 0.0, 0.0, 0.0];
+        Self { x: [x0 + x1 * t, x1, zero], p, cross }
+    }
+
     /// Predicted position and its covariance alone: a third of the work of [`Self::predicted`].
     #[inline]
     #[must_use]
@@ -443,6 +481,34 @@ impl Gaussian {
         self.add_outer(&n1, -factor.inverse[1]);
     }
 
+    /// [`Self::update`] of a state without acceleration, as [`Self::predicted_steady`] leaves it.
+    ///
+    /// # Errors
+    /// As [`Self::update`].
+    #[inline]
+    pub fn update_steady(&mut self, m: &Measurement) -> Result<Nis, UpdateError> {
+        let Measurement::Position { z, r } = *m else { return self.update(m) };
+        let factor = Factor::of(self.position_cov() + r)?;
+        let (y, d2) = factor.independent(z - self.position());
+        if !d2.is_finite() {
+            return Err(BadInnovation(d2));
+        }
+        let mut state = Steady::of(self);
+        let c = &self.cross;
+        let m0 = [Pair::new(self.p[0].east(), c[0]), Pair::new(self.p[1].east(), c[1])];
+        let m1 = [Pair::new(c[0], self.p[0].north()), Pair::new(c[3], self.p[1].north())];
+        let n1 = [m1[0] - m0[0] * factor.l, m1[1] - m0[1] * factor.l];
+        let (g0, g1) = (y[0] * factor.inverse[0], y[1] * factor.inverse[1]);
+        state.x = [
+            state.x[0] + (m0[0] * g0 + n1[0] * g1),
+            state.x[1] + (m0[1] * g0 + n1[1] * g1),
+        ];
+        state.add_outer(&m0, -factor.inverse[0]);
+        state.add_outer(&n1, -factor.inverse[1]);
+        *self = state.gaussian();
+        Ok(Nis { d2, det: factor.det, dof: 2 })
+    }
+
     /// P ← P + k n nᵀ.
     #[inline]
     pub fn add_outer(&mut self, n: &[Pair; 3], k: f64) {
@@ -489,6 +555,44 @@ impl Gaussian {
             sum.add_outer(&d, *w);
         }
         sum
+    }
+
+    /// [`Self::mixture`] of positions and velocities alone; nothing is said of the acceleration.
+    #[inline]
+    #[must_use]
+    pub fn mixture_steady<const N: usize>(weights: &[f64; N], parts: &[Self; N]) -> Self {
+        let mut sum = Steady::default();
+        for (part, w) in parts.iter().zip(weights) {
+            let part = Steady::of(part);
+            sum.x = [sum.x[0] + part.x[0] * *w, sum.x[1] + part.x[1] * *w];
+            for (sum, p) in sum.p.iter_mut().zip(part.p) {
+                *sum = *sum + p * *w;
+            }
+        }
+        for (part, w) in parts.iter().zip(weights) {
+            sum.add_outer(&[part.x[0] - sum.x[0], part.x[1] - sum.x[1]], *w);
+        }
+        sum.gaussian()
+    }
+
+    /// Mean of a mixture with weights that sum to 1: position (m) and velocity (m/s).
+    #[inline]
+    #[must_use]
+    pub fn mean_motion(weights: &[f64], parts: &[Self]) -> (Vector2<f64>, Vector2<f64>) {
+        let mut sum = [Pair::default(); 2];
+        for (part, w) in parts.iter().zip(weights) {
+            sum = [sum[0] + part.x[0] * *w, sum[1] + part.x[1] * *w];
+        }
+        let [p, v] = sum.map(Pair::array);
+        (Vector2::new(p[0], p[1]), Vector2::new(v[0], v[1]))
+    }
+
+    /// Position (m) and velocity (m/s).
+    #[inline]
+    #[must_use]
+    pub fn motion(&self) -> (Vector2<f64>, Vector2<f64>) {
+        let [p, v, _] = self.x.map(Pair::array);
+        (Vector2::new(p[0], p[1]), Vector2::new(v[0], v[1]))
     }
 
     /// The normalised innovation of a measurement at the time of this state.
@@ -645,6 +749,49 @@ impl Gaussian {
             }
         }
         true
+    }
+}
+
+/// Position and velocity of both axes, without an acceleration.
+#[derive(Clone, Copy, Debug, Default)]
+struct Steady {
+    /// Position and velocity, east and north.
+    x: [Pair; 2],
+    /// Covariance: pp, pv, vv of each axis; of the east position, then velocity, with north position and
+    /// velocity.
+    p: [Pair; 5],
+}
+
+impl Steady {
+    #[inline(always)]
+    fn of(g: &Gaussian) -> Self {
+        let c = &g.cross;
+        let p = [g.p[0], g.p[1], g.p[3], Pair::new(c[0], c[1]), Pair::new(c[3], c[4])];
+        Self { x: [g.x[0], g.x[1]], p }
+    }
+
+    #[inline(always)]
+    fn gaussian(&self) -> Gaussian {
+        let zero = Pair::default();
+        let [a, b, e, c0, c1] = self.p;
+        let ([c00, c01], [c10, c11]) = (c0.array(), c1.array());
+        Gaussian {
+            x: [self.x[0], self.x[1], zero],
+            p: [a, b, zero, e, zero, zero],
+            cross: [c00, c01, 0.0, c10, c11, 0.0, 0.0, 0.0, 0.0],
+        }
+    }
+
+    /// P ← P + k n nᵀ.
+    #[inline(always)]
+    fn add_outer(&mut self, n: &[Pair; 2], k: f64) {
+        let s = [n[0] * k, n[1] * k];
+        let north = Pair::new(n[0].north(), n[1].north());
+        self.p[0] = self.p[0] + s[0] * n[0];
+        self.p[1] = self.p[1] + s[0] * n[1];
+        self.p[2] = self.p[2] + s[1] * n[1];
+        self.p[3] = self.p[3] + north * s[0].east();
+        self.p[4] = self.p[4] + north * s[1].east();
     }
 }
 

@@ -253,6 +253,11 @@ impl<const N: usize, const L: usize> StateEstimator for Histories<N, L> {
         Estimate::new(self.time, self.mixed(&self.states))
     }
 
+    #[inline]
+    fn motion(&self) -> (Vector2<f64>, Vector2<f64>) {
+        Gaussian::mean_motion(&self.weights[..self.len], &self.states[..self.len])
+    }
+
     fn predicted(&self, time: SimTime) -> Result<Estimate, UpdateError> {
         let t = interval(self.time, time)?;
         let (p, steps) = (self.modes.transition(t), self.modes.steps(t));

@@ -8,6 +8,7 @@ use super::gaussian::{Gaussian, Measurement, Nis};
 use super::modes::{MAX_MODES, Modes};
 use super::three_state::start_position;
 use super::{Estimate, Start, StateEstimator, UpdateError, interval, measurements, weights};
+use crate::frames::Vector2;
 use crate::plot::Plot;
 use crate::time::SimTime;
 use std::array::from_fn;
@@ -61,13 +62,17 @@ impl<const M: usize> Imm<M> {
         for (j, out) in out.iter_mut().enumerate() {
             let share: [f64; M] = from_fn(|i| transition[i][j] * self.weights[i]);
             c[j] = share.iter().sum();
-            let mixed = if c[j] > 0.0 {
+            let steady = self.modes.is_steady(j);
+            *out = if !(c[j] > 0.0) {
+                self.states[j].predicted(&steps[j])
+            } else if steady {
                 let scale = 1.0 / c[j];
-                Gaussian::mixture(&share.map(|w| w * scale), &self.states)
+                Gaussian::mixture_steady(&share.map(|w| w * scale), &self.states)
+                    .predicted_steady(&steps[j])
             } else {
-                self.states[j]
+                let scale = 1.0 / c[j];
+                Gaussian::mixture(&share.map(|w| w * scale), &self.states).predicted(&steps[j])
             };
-            *out = mixed.predicted(&steps[j]);
         }
         c
     }
@@ -87,7 +92,8 @@ impl<const M: usize> Imm<M> {
         // c/√det S · exp(−d²/2) with the smallest d² taken out: the logs that would cancel are not taken.
         let (mut d2, mut scale) = ([0.0; M], [0.0; M]);
         for j in 0..M {
-            let found = states[j].update(&m)?;
+            let steady = self.modes.is_steady(j);
+            let found = if steady { states[j].update_steady(&m) } else { states[j].update(&m) }?;
             (d2[j], scale[j]) = (found.d2, c[j] / found.det.sqrt());
         }
         let least = d2.iter().copied().fold(f64::INFINITY, f64::min);
@@ -136,7 +142,7 @@ fn mixed_nis(c: &[f64], states: &[Gaussian], m: &Measurement) -> Result<Nis, Upd
 /// Mean and covariance of the positions of a mixture, gathered about one of them.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct PositionMoments {
-    origin: crate::frames::Vector2<f64>,
+    origin: Vector2<f64>,
     weight: f64,
     mean: [f64; 2],
     square: [f64; 3],
@@ -144,12 +150,12 @@ pub(super) struct PositionMoments {
 
 impl PositionMoments {
     /// None yet.
-    pub(super) fn about(origin: crate::frames::Vector2<f64>) -> Self {
+    pub(super) fn about(origin: Vector2<f64>) -> Self {
         Self { origin, ..Self::default() }
     }
 
     #[inline]
-    pub(super) fn add(&mut self, w: f64, at: crate::frames::Vector2<f64>, p: super::Sym2) {
+    pub(super) fn add(&mut self, w: f64, at: Vector2<f64>, p: super::Sym2) {
         let offset = at - self.origin;
         let (wx, wy) = (w * offset.x, w * offset.y);
         self.weight += w;
@@ -162,12 +168,12 @@ impl PositionMoments {
     }
 
     /// Mean and covariance.
-    pub(super) fn moments(&self) -> (crate::frames::Vector2<f64>, super::Sym2) {
+    pub(super) fn moments(&self) -> (Vector2<f64>, super::Sym2) {
         let k = 1.0 / self.weight;
         let [x, y] = self.mean.map(|v| v * k);
         let [xx, xy, yy] = self.square.map(|v| v * k);
         (
-            self.origin + crate::frames::Vector2::new(x, y),
+            self.origin + Vector2::new(x, y),
             super::Sym2 { xx: xx - x * x, xy: xy - x * y, yy: yy - y * y },
         )
     }
@@ -189,6 +195,11 @@ impl<const M: usize> StateEstimator for Imm<M> {
 
     fn estimate(&self) -> Estimate {
         Estimate::new(self.time, Gaussian::mixture(&self.weights, &self.states))
+    }
+
+    #[inline]
+    fn motion(&self) -> (Vector2<f64>, Vector2<f64>) {
+        Gaussian::mean_motion(&self.weights, &self.states)
     }
 
     fn predicted(&self, time: SimTime) -> Result<Estimate, UpdateError> {

@@ -67,6 +67,36 @@ impl Pair {
     pub fn north(self) -> f64 {
         self.array()[1]
     }
+    /// Magnitudes.
+    #[inline]
+    #[must_use]
+    pub(super) fn abs(self) -> Self {
+        Self(self.0.abs())
+    }
+    /// The lanes swapped.
+    #[inline]
+    #[must_use]
+    pub(super) fn swapped(self) -> Self {
+        let [east, north] = self.array();
+        Self::new(north, east)
+    }
+    /// Where `self < limit` is not so, as where one of them is NaN.
+    #[inline]
+    pub(super) fn not_below(self, limit: Self) -> Where {
+        Where(!self.0.simd_lt(limit.0))
+    }
+    /// Where it is not finite and greater than zero.
+    #[inline]
+    pub(super) fn not_positive(self) -> Where {
+        let (zero, infinity) = (Self(f64x2::ZERO), Self(f64x2::splat(f64::INFINITY)));
+        zero.not_below(self) | self.not_below(infinity)
+    }
+    /// Itself where `which` holds, else zero.
+    #[inline]
+    #[must_use]
+    pub(super) fn only(self, which: Where) -> Self {
+        Self(which.0 & self.0)
+    }
     /// `1 / self`, lane by lane.
     #[inline]
     #[must_use]
@@ -87,12 +117,31 @@ impl Lane for Pair {
     }
     #[inline]
     fn all_positive(self) -> bool {
-        let above = self.0.simd_gt(f64x2::ZERO);
-        (above & f64x2::splat(f64::INFINITY).simd_gt(self.0)).all()
+        !self.not_positive().anywhere()
     }
     #[inline]
     fn sum(self) -> f64 {
         self.0.reduce_add()
+    }
+}
+
+/// In which lanes something holds.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Where(f64x2);
+
+impl Where {
+    /// True if it holds in one of them.
+    #[inline]
+    pub(super) fn anywhere(self) -> bool {
+        self.0.any()
+    }
+}
+
+impl std::ops::BitOr for Where {
+    type Output = Self;
+    #[inline]
+    fn bitor(self, o: Self) -> Self {
+        Self(self.0 | o.0)
     }
 }
 

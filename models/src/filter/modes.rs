@@ -118,6 +118,13 @@ impl Modes {
         self.jump
     }
 
+    /// Whether a mode has no acceleration: constant velocity.
+    #[inline]
+    #[must_use]
+    pub fn is_steady(&self, mode: usize) -> bool {
+        matches!(self.motions[mode], Motion::ConstantVelocity { .. })
+    }
+
     /// Probability of each mode for a new track.
     #[must_use]
     pub fn prior(&self) -> [f64; MAX_MODES] {

@@ -4,6 +4,7 @@ use super::gaussian::{Gaussian, Measurement, Nis};
 use super::motion::Motion;
 use super::three_state::start_position;
 use super::{Estimate, Start, StateEstimator, UpdateError, interval};
+use crate::frames::Vector2;
 use crate::plot::Plot;
 use crate::time::SimTime;
 
@@ -42,6 +43,11 @@ impl StateEstimator for SixState {
     #[inline]
     fn estimate(&self) -> Estimate {
         Estimate::new(self.time, self.state)
+    }
+
+    #[inline]
+    fn motion(&self) -> (Vector2<f64>, Vector2<f64>) {
+        self.state.motion()
     }
 
     fn predicted(&self, time: SimTime) -> Result<Estimate, UpdateError> {

@@ -5,6 +5,7 @@ use super::lanes::{Lane, Pair};
 use super::motion::Motion;
 use super::three_state::start_position;
 use super::{Estimate, Start, StateEstimator, UpdateError, UpdateError::BadInnovation, interval};
+use crate::frames::Vector2;
 use crate::plot::Plot;
 use crate::time::SimTime;
 use std::sync::Arc;
@@ -192,6 +193,12 @@ impl StateEstimator for SteadyGain {
     #[inline]
     fn estimate(&self) -> Estimate {
         Estimate::new(self.time, Gaussian { x: self.x, p: self.covariance(), cross: [0.0; 9] })
+    }
+
+    #[inline]
+    fn motion(&self) -> (Vector2<f64>, Vector2<f64>) {
+        let [p, v, _] = self.x.map(Pair::array);
+        (Vector2::new(p[0], p[1]), Vector2::new(v[0], v[1]))
     }
 
     fn predicted(&self, time: SimTime) -> Result<Estimate, UpdateError> {

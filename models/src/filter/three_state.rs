@@ -1,8 +1,7 @@
 //! Constant acceleration per axis: the paper's Kalman filter, both axes in one pass.
 
-use super::gaussian::{Gaussian, Measurement, Nis, Sym2, predict_axes};
+use super::gaussian::{Gaussian, Measurement, Nis, Sym2};
 use super::lanes::{Lane, Pair};
-use super::motion::Step;
 use super::{Estimate, Start, StateEstimator, UpdateError, UpdateError::BadInnovation, interval};
 use crate::frames::Vector2;
 use crate::plot::Plot;
@@ -17,15 +16,19 @@ pub struct ThreeState {
     time: SimTime,
     x: [Pair; 3],
     p: [Pair; 6],
-    q: f64,
+    /// Density of the jerk, m²/s⁵, in both lanes.
+    q: Pair,
     start: Start,
 }
+
+/// An innovation squared beyond this is none.
+const LARGEST_D2: f64 = 1e300;
 
 impl ThreeState {
     /// A filter with this state and covariance (pp, pv, pa, vv, va, aa) at `time`; `q` in m²/s⁵.
     #[must_use]
     pub fn new(time: SimTime, x: [Pair; 3], p: [Pair; 6], q: f64, start: Start) -> Self {
-        Self { time, x, p, q, start }
+        Self { time, x, p, q: Pair::splat(q), start }
     }
 
     /// One plot: position measured, velocity and acceleration unknown.
@@ -35,7 +38,7 @@ impl ThreeState {
     pub fn from_plot(plot: &Plot, q: f64, start: Start) -> Result<Self, UpdateError> {
         let (z, r) = start_position(plot)?;
         let g = Gaussian::at_position(z, r, start.sigma_v_ms, start.sigma_a_ms2);
-        Ok(Self { time: plot.time, x: g.x, p: g.p, q, start })
+        Ok(Self::new(plot.time, g.x, g.p, q, start))
     }
 
     /// State per axis: position, velocity, acceleration.
@@ -50,10 +53,37 @@ impl ThreeState {
         self.p
     }
 
-    /// Prediction over `t` seconds.
+    /// Prediction over `t` seconds: `Φ P Φᵀ + Q` multiplied out in powers of `t`, so that no sum waits long for
+    /// another (the update's division waits for the first of them).
     #[inline(always)]
     fn predict(&self, t: f64) -> ([Pair; 3], [Pair; 6]) {
-        predict_axes(&self.x, &self.p, &Step::constant_acceleration(self.q, t))
+        let [a, b, c, e, f, g] = self.p;
+        let t = Pair::splat(t);
+        let (ec, t2) = (e + c, t * t);
+        let (t3, t4) = (t2 * t, t2 * t2);
+        // What the jerk adds beside the acceleration's own variance.
+        let jerk = self.q * t;
+        let of = |k: f64, noise: f64| g * k + jerk * noise;
+        let p = [
+            ((a + (b + b) * t) + (ec * t2 + f * t3)) + t4 * of(1.0 / 4.0, 1.0 / 20.0),
+            ((b + ec * t) + f * 1.5 * t2) + t3 * of(1.0 / 2.0, 1.0 / 8.0),
+            (c + f * t) + t2 * of(1.0 / 2.0, 1.0 / 6.0),
+            (e + (f + f) * t) + t2 * of(1.0, 1.0 / 3.0),
+            f + t * of(1.0, 1.0 / 2.0),
+            g + jerk,
+        ];
+        let x = &self.x;
+        ([x[0] + (x[1] * t + x[2] * 0.5 * t2), x[1] + x[2] * t, x[2]], p)
+    }
+
+    /// A plot along one direction: the joint update, of which the axes keep their own parts.
+    #[cold]
+    #[inline(never)]
+    fn update_along(&mut self, plot: &Plot, line: &Measurement) -> Result<Nis, UpdateError> {
+        let (x, p) = self.predict(interval(self.time, plot.time)?);
+        let (x, p, nis) = along_a_line(x, p, line)?;
+        (self.time, self.x, self.p) = (plot.time, x, p);
+        Ok(nis)
     }
 
     /// One scalar update of each axis with its own variance `r`, `H = [1 0 0]`.
@@ -66,19 +96,20 @@ impl ThreeState {
     ) -> Result<([Pair; 3], [Pair; 6], Nis), UpdateError> {
         let [a, b, c, e, f, g] = p;
         let s = a + r;
-        if !s.all_positive() {
-            return Err(BadInnovation(s.east().min(s.north())));
-        }
+        // The squares do not wait for the division.
+        let (bb, bc, cc) = (b * b, b * c, c * c);
         let i = s.recip();
         let nu = z - x[0];
-        let (k0, k1, k2) = (a * i, b * i, c * i);
-        let w = r * i; // 1 − k₀ without the subtraction
-        let next = [a * w, b * w, c * w, e - k1 * b, f - k1 * c, g - k2 * c];
-        let nis = Nis { d2: (nu * nu * i).sum(), det: s.east() * s.north(), dof: 2 };
-        if !nis.d2.is_finite() {
-            return Err(BadInnovation(nis.d2));
+        let y = nu * i;
+        let d2 = nu * y;
+        // The inverse of what is not finite and positive is neither.
+        if (i.not_positive() | d2.not_below(Pair::splat(LARGEST_D2))).anywhere() {
+            return Err(BadInnovation(s.east().min(s.north())));
         }
-        Ok(([x[0] + k0 * nu, x[1] + k1 * nu, x[2] + k2 * nu], next, nis))
+        let w = r * i; // 1 − k₀ without the subtraction
+        let next = [a * w, b * w, c * w, e - bb * i, f - bc * i, g - cc * i];
+        let nis = Nis { d2: d2.sum(), det: s.east() * s.north(), dof: 2 };
+        Ok(([x[0] + a * y, x[1] + b * y, x[2] + c * y], next, nis))
     }
 }
 
@@ -115,14 +146,12 @@ impl StateEstimator for ThreeState {
 
     #[inline]
     fn update(&mut self, plot: &Plot) -> Result<Nis, UpdateError> {
-        let t = interval(self.time, plot.time)?;
-        let (x, p) = self.predict(t);
-        let (x, p, nis) = match Measurement::of(plot)? {
-            Measurement::Position { z, r } => {
-                Self::correct(x, p, Pair::new(z.x, z.y), Pair::new(r.xx, r.yy))?
-            }
-            line @ Measurement::Line { .. } => along_a_line(x, p, &line)?,
+        let (z, r) = match Measurement::of(plot)? {
+            Measurement::Position { z, r } => (Pair::new(z.x, z.y), Pair::new(r.xx, r.yy)),
+            line @ Measurement::Line { .. } => return self.update_along(plot, &line),
         };
+        let (x, p) = self.predict(interval(self.time, plot.time)?);
+        let (x, p, nis) = Self::correct(x, p, z, r)?;
         (self.time, self.x, self.p) = (plot.time, x, p);
         Ok(nis)
     }
@@ -137,8 +166,6 @@ impl StateEstimator for ThreeState {
 }
 
 /// A plot along one direction: the joint update, of which the axes keep their own parts.
-#[cold]
-#[inline(never)]
 pub(super) fn along_a_line(
     x: [Pair; 3],
     p: [Pair; 6],

@@ -9,6 +9,7 @@ use super::lanes::{Lane, Pair};
 use super::motion::Motion;
 use super::three_state::{along_a_line, start_position};
 use super::{Estimate, Start, StateEstimator, UpdateError, UpdateError::BadInnovation, interval};
+use crate::frames::Vector2;
 use crate::plot::Plot;
 use crate::time::SimTime;
 use std::array::from_fn;
@@ -270,6 +271,12 @@ impl StateEstimator for ThreeStateUd {
         Estimate::new(self.time, gaussian(&self.x, &self.factors.ud()))
     }
 
+    #[inline]
+    fn motion(&self) -> (Vector2<f64>, Vector2<f64>) {
+        let [p, v, _] = self.x.map(Pair::array);
+        (Vector2::new(p[0], p[1]), Vector2::new(v[0], v[1]))
+    }
+
     fn predicted(&self, time: SimTime) -> Result<Estimate, UpdateError> {
         let (x, ud) = self.predict(interval(self.time, time)?);
         Ok(Estimate::new(time, gaussian(&x, &ud)))
@@ -377,6 +384,12 @@ impl StateEstimator for SixStateUd {
     #[inline]
     fn estimate(&self) -> Estimate {
         Estimate::new(self.time, joint(&self.x, &self.ud))
+    }
+
+    #[inline]
+    fn motion(&self) -> (Vector2<f64>, Vector2<f64>) {
+        let x = &self.x;
+        (Vector2::new(x[0], x[3]), Vector2::new(x[1], x[4]))
     }
 
     fn predicted(&self, time: SimTime) -> Result<Estimate, UpdateError> {
