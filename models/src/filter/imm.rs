@@ -4,7 +4,7 @@
 //! fifty sigma off makes every likelihood zero in floating point, and a filter that floors them then
 //! returns its prior where the right weights are 2e-32 to 1.
 
-use super::gaussian::{Gaussian, Measurement, Nis};
+use super::gaussian::{Gaussian, Measurement, Nis, nis_at};
 use super::modes::{MAX_MODES, Modes};
 use super::three_state::start_position;
 use super::{Estimate, Start, StateEstimator, UpdateError, interval, measurements, weights};
@@ -49,6 +49,33 @@ impl<const M: usize> Imm<M> {
         self.weights
     }
 
+    /// Weights of the modes under `transition`, and the shares of the old ones in each.
+    #[inline(always)]
+    fn shares(&self, transition: &[[f64; MAX_MODES]; MAX_MODES]) -> ([f64; M], [[f64; M]; M]) {
+        let mut c = [0.0; M];
+        let mut shares = [[0.0; M]; M];
+        for j in 0..M {
+            let share: [f64; M] = from_fn(|i| transition[i][j] * self.weights[i]);
+            c[j] = share.iter().sum();
+            let scale = 1.0 / c[j];
+            shares[j] = share.map(|w| w * scale);
+        }
+        (c, shares)
+    }
+
+    /// The states mixed for mode `j` and carried on for `t` seconds.
+    #[inline(always)]
+    fn mixed(&self, j: usize, share: &[f64; M], possible: bool, t: f64) -> Gaussian {
+        let step = self.modes.step(j, t);
+        if !possible {
+            self.states[j].predicted(&step)
+        } else if self.modes.is_steady(j) {
+            Gaussian::mixture_steady(share, &self.states).predicted_steady(&step)
+        } else {
+            Gaussian::mixture(share, &self.states).predicted(&step)
+        }
+    }
+
     /// Weights of the modes after `t` seconds; their mixed, predicted states into `out`.
     #[inline]
     fn mix(
@@ -57,22 +84,9 @@ impl<const M: usize> Imm<M> {
         transition: &[[f64; MAX_MODES]; MAX_MODES],
         out: &mut [Gaussian; M],
     ) -> [f64; M] {
-        let steps = self.modes.steps(t);
-        let mut c = [0.0; M];
+        let (c, shares) = self.shares(transition);
         for (j, out) in out.iter_mut().enumerate() {
-            let share: [f64; M] = from_fn(|i| transition[i][j] * self.weights[i]);
-            c[j] = share.iter().sum();
-            let steady = self.modes.is_steady(j);
-            *out = if !(c[j] > 0.0) {
-                self.states[j].predicted(&steps[j])
-            } else if steady {
-                let scale = 1.0 / c[j];
-                Gaussian::mixture_steady(&share.map(|w| w * scale), &self.states)
-                    .predicted_steady(&steps[j])
-            } else {
-                let scale = 1.0 / c[j];
-                Gaussian::mixture(&share.map(|w| w * scale), &self.states).predicted(&steps[j])
-            };
+            *out = self.mixed(j, &shares[j], c[j] > 0.0, t);
         }
         c
     }
@@ -80,22 +94,24 @@ impl<const M: usize> Imm<M> {
     fn take(
         &mut self,
         plot: &Plot,
-        transition: impl Fn(&mut [[f64; MAX_MODES]; MAX_MODES]),
+        transition: &[[f64; MAX_MODES]; MAX_MODES],
     ) -> Result<Nis, UpdateError> {
         let t = interval(self.time, plot.time)?;
         let m = Measurement::of(plot)?;
-        let mut p = self.modes.transition(t);
-        transition(&mut p);
+        let (c, shares) = self.shares(transition);
+        let mut moments = PositionMoments::about(self.states[0].position());
         let mut states = [Gaussian::default(); M];
-        let c = self.mix(t, &p, &mut states);
-        let nis = mixed_nis(&c, &states, &m)?;
-        // c/√det S · exp(−d²/2) with the smallest d² taken out: the logs that would cancel are not taken.
         let (mut d2, mut scale) = ([0.0; M], [0.0; M]);
         for j in 0..M {
+            let mut state = self.mixed(j, &shares[j], c[j] > 0.0, t);
+            moments.add(c[j], state.position(), state.position_cov());
             let steady = self.modes.is_steady(j);
-            let found = if steady { states[j].update_steady(&m) } else { states[j].update(&m) }?;
+            let found = if steady { state.update_steady(&m) } else { state.update(&m) }?;
+            states[j] = state;
+            // c/√det S · exp(−d²/2) with the smallest d² taken out: the logs that would cancel are not taken.
             (d2[j], scale[j]) = (found.d2, c[j] / found.det.sqrt());
         }
+        let nis = moments.nis(&m)?;
         let least = d2.iter().copied().fold(f64::INFINITY, f64::min);
         if !least.is_finite() {
             return Err(UpdateError::BadInnovation(least));
@@ -128,15 +144,6 @@ fn floored<const M: usize>(weights: [f64; M]) -> Option<[f64; M]> {
     let weights = weights.map(|w| (w / sum).max(LEAST_WEIGHT));
     let sum: f64 = weights.iter().sum();
     Some(weights.map(|w| w / sum))
-}
-
-/// Innovation against the whole mixture: mean and covariance of its positions.
-fn mixed_nis(c: &[f64], states: &[Gaussian], m: &Measurement) -> Result<Nis, UpdateError> {
-    let mut moments = PositionMoments::about(states[0].position());
-    for (w, s) in c.iter().zip(states) {
-        moments.add(*w, s.position(), s.position_cov());
-    }
-    moments.nis(m)
 }
 
 /// Mean and covariance of the positions of a mixture, gathered about one of them.
@@ -179,12 +186,8 @@ impl PositionMoments {
     }
 
     pub(super) fn nis(&self, m: &Measurement) -> Result<Nis, UpdateError> {
-        let (z, cov) = self.moments();
-        let mut at = Gaussian::default();
-        at.x[0] = super::lanes::Pair::new(z.x, z.y);
-        at.p[0] = super::lanes::Pair::new(cov.xx, cov.yy);
-        at.cross[0] = cov.xy;
-        at.nis(m)
+        let (at, cov) = self.moments();
+        nis_at(at, cov, m)
     }
 }
 
@@ -210,12 +213,14 @@ impl<const M: usize> StateEstimator for Imm<M> {
     }
 
     fn update(&mut self, plot: &Plot) -> Result<Nis, UpdateError> {
-        self.take(plot, |_| ())
+        let transition = self.modes.transition(interval(self.time, plot.time)?);
+        self.take(plot, &transition)
     }
 
     fn update_manoeuvre(&mut self, plot: &Plot) -> Result<Nis, UpdateError> {
-        let modes = Arc::clone(&self.modes);
-        self.take(plot, |p| modes.expect_jump(p))
+        let mut transition = self.modes.transition(interval(self.time, plot.time)?);
+        self.modes.expect_jump(&mut transition);
+        self.take(plot, &transition)
     }
 
     fn update_weighted(&mut self, plots: &[(&Plot, f64)]) -> Result<(), UpdateError> {

@@ -390,6 +390,7 @@ impl FilterConfig {
     pub fn new(rung: Rung) -> Self {
         let modes = Arc::new(match rung {
             Rung::Mh27 | Rung::Mh9Lag1 => Modes::four(),
+            Rung::Imm3 => Modes::mixed(),
             _ => Modes::three(),
         });
         let start = Start::default();

@@ -83,8 +83,20 @@ impl Modes {
     #[must_use]
     pub fn three() -> Self {
         Self::new(
-            &[cv(0.01), ca(0.01), cv(100.0)],
-            &[&[0.95, 0.03, 0.02], &[0.03, 0.95, 0.02], &[0.15, 0.15, 0.70]],
+            &[cv(0.01), ca(0.005), cv(15.0)],
+            &[&[0.94, 0.02, 0.04], &[0.02, 0.97, 0.01], &[0.12, 0.02, 0.86]],
+            &[0.45, 0.45, 0.1],
+        )
+        .expect("rows sum to 1")
+    }
+
+    /// The same three for a filter that mixes them: what is mixed at every plot is smeared, so they change
+    /// more rarely, and the third has to cover more.
+    #[must_use]
+    pub fn mixed() -> Self {
+        Self::new(
+            &[cv(0.01), ca(0.02), cv(50.0)],
+            &[&[0.98, 0.01, 0.01], &[0.01, 0.98, 0.01], &[0.05, 0.02, 0.93]],
             &[0.45, 0.45, 0.1],
         )
         .expect("rows sum to 1")
@@ -140,6 +152,13 @@ impl Modes {
             *step = motion.step(t);
         }
         steps
+    }
+
+    /// Transition and noise of one mode over `t` seconds.
+    #[inline]
+    #[must_use]
+    pub fn step(&self, mode: usize, t: f64) -> Step {
+        self.motions[mode].step(t)
     }
 
     /// ln Π over `t` seconds: a mode is kept with Π_ii^t, and left to each other one in proportion to Π.
@@ -217,7 +236,7 @@ mod tests {
 
     #[test]
     fn transition_matrices_are_probabilities_for_every_interval() {
-        for modes in [Modes::three(), Modes::four()] {
+        for modes in [Modes::three(), Modes::mixed(), Modes::four()] {
             for t in [0.0, 1e-9, 0.1, 1.0, 7.0, 3600.0] {
                 let (p, logs) = (modes.transition(t), modes.log_transition(t));
                 for i in 0..modes.count() {
