@@ -68,7 +68,9 @@ impl Jpda {
         }
         let logs = self.weights.len();
         self.weights.extend_from_within(..);
-        self.weights[..logs].iter_mut().for_each(|w| *w = libm::exp(*w));
+        // The best of each track has weight 1.
+        let weight = |log: f64| if log == 0.0 { 1.0 } else { libm::exp(log) };
+        self.weights[..logs].iter_mut().for_each(|w| *w = weight(*w));
         beta.clear();
         beta.resize(tracks * width, 0.0);
         let (linear, logs) = self.weights.split_at(logs);

@@ -94,11 +94,8 @@ impl Measurement {
         let variances = variances.only(variances.not_below(Pair::splat(SMALLEST_M2)));
         let [along, across] = variances.array();
         let diagonal = axis * along * axis + (axis * across * axis).swapped();
-        let r = Sym2 {
-            xx: diagonal.east(),
-            xy: (along - across) * u.x * u.y,
-            yy: diagonal.north(),
-        };
+        let r =
+            Sym2 { xx: diagonal.east(), xy: (along - across) * u.x * u.y, yy: diagonal.north() };
         Ok(Self::Position { z, r })
     }
 
@@ -339,7 +336,8 @@ impl Gaussian {
         let c = &self.cross;
         let (r0, r1) = (Pair::new(c[0], c[1]), Pair::new(c[3], c[4]));
         let (c01, c34) = ((r0 + r1 * t).array(), r1.array());
-        let cross = [c01[0] + c01[1] * t, c01[1], 0.0, c34[0] + c34[1] * t, c34[1], 0.0, 0.0, 0.0, 0.0];
+        let cross =
+            [c01[0] + c01[1] * t, c01[1], 0.0, c34[0] + c34[1] * t, c34[1], 0.0, 0.0, 0.0, 0.0];
         Self { x: [x0 + x1 * t, x1, zero], p, cross }
     }
 
@@ -499,10 +497,7 @@ impl Gaussian {
         let m1 = [Pair::new(c[0], self.p[0].north()), Pair::new(c[3], self.p[1].north())];
         let n1 = [m1[0] - m0[0] * factor.l, m1[1] - m0[1] * factor.l];
         let (g0, g1) = (y[0] * factor.inverse[0], y[1] * factor.inverse[1]);
-        state.x = [
-            state.x[0] + (m0[0] * g0 + n1[0] * g1),
-            state.x[1] + (m0[1] * g0 + n1[1] * g1),
-        ];
+        state.x = [state.x[0] + (m0[0] * g0 + n1[0] * g1), state.x[1] + (m0[1] * g0 + n1[1] * g1)];
         state.add_outer(&m0, -factor.inverse[0]);
         state.add_outer(&n1, -factor.inverse[1]);
         *self = state.gaussian();

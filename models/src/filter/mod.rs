@@ -222,6 +222,15 @@ pub trait StateEstimator: Clone {
         Ok((at.position(), at.position_cov()))
     }
 
+    /// Position (m) at a later time.
+    ///
+    /// # Errors
+    /// If `time` is before the state's.
+    #[inline]
+    fn place_at(&self, time: SimTime) -> Result<Vector2<f64>, UpdateError> {
+        Ok(self.position_at(time)?.0)
+    }
+
     /// Position (m) and velocity (m/s) at [`Self::time`].
     #[inline]
     fn motion(&self) -> (Vector2<f64>, Vector2<f64>) {
@@ -390,7 +399,7 @@ impl FilterConfig {
     pub fn new(rung: Rung) -> Self {
         let modes = Arc::new(match rung {
             Rung::Mh27 | Rung::Mh9Lag1 => Modes::four(),
-            Rung::Imm3 => Modes::mixed(),
+            Rung::Imm3 | Rung::Mh9Map => Modes::mixed(),
             _ => Modes::three(),
         });
         let start = Start::default();
@@ -500,6 +509,10 @@ impl StateEstimator for Estimator {
     #[inline]
     fn position_at(&self, time: SimTime) -> Result<(Vector2<f64>, Sym2), UpdateError> {
         on_each!(self, f => f.position_at(time))
+    }
+    #[inline]
+    fn place_at(&self, time: SimTime) -> Result<Vector2<f64>, UpdateError> {
+        on_each!(self, f => f.place_at(time))
     }
     #[inline]
     fn motion(&self) -> (Vector2<f64>, Vector2<f64>) {

@@ -2,7 +2,10 @@
 
 use super::gaussian::{Gaussian, Measurement, Nis, Sym2};
 use super::lanes::{Lane, Pair};
-use super::{Estimate, Start, StateEstimator, UpdateError, UpdateError::BadInnovation, interval};
+use super::{
+    Estimate, Start, StateEstimator, UpdateError, UpdateError::BadInnovation, interval,
+    measurements,
+};
 use crate::frames::Vector2;
 use crate::plot::Plot;
 use crate::time::SimTime;
@@ -23,6 +26,8 @@ pub struct ThreeState {
 
 /// An innovation squared beyond this is none.
 const LARGEST_D2: f64 = 1e300;
+/// Plots of one weighted update whose states are kept side by side.
+const FEW: usize = 6;
 
 impl ThreeState {
     /// A filter with this state and covariance (pp, pv, pa, vv, va, aa) at `time`; `q` in m²/s⁵.
@@ -86,6 +91,21 @@ impl ThreeState {
         Ok(nis)
     }
 
+    /// Several plots of which one measures along one direction only, or more than a few.
+    #[cold]
+    #[inline(never)]
+    fn update_weighted_jointly(
+        &mut self,
+        x: [Pair; 3],
+        p: [Pair; 6],
+        plots: &[(&Plot, f64)],
+    ) -> Result<(), UpdateError> {
+        let mut joint = Gaussian { x, p, cross: [0.0; 9] };
+        joint.update_weighted(&measurements(plots)?)?;
+        (self.time, self.x, self.p) = (plots[0].0.time, joint.x, joint.p);
+        Ok(())
+    }
+
     /// One scalar update of each axis with its own variance `r`, `H = [1 0 0]`.
     #[inline(always)]
     fn correct(
@@ -139,6 +159,14 @@ impl StateEstimator for ThreeState {
     }
 
     #[inline]
+    fn place_at(&self, time: SimTime) -> Result<Vector2<f64>, UpdateError> {
+        let t = interval(self.time, time)?;
+        let x = &self.x;
+        let at = x[0] + (x[1] * t + x[2] * 0.5 * (t * t));
+        Ok(Vector2::new(at.east(), at.north()))
+    }
+
+    #[inline]
     fn motion(&self) -> (Vector2<f64>, Vector2<f64>) {
         let [p, v, _] = self.x.map(Pair::array);
         (Vector2::new(p[0], p[1]), Vector2::new(v[0], v[1]))
@@ -154,6 +182,35 @@ impl StateEstimator for ThreeState {
         let (x, p, nis) = Self::correct(x, p, z, r)?;
         (self.time, self.x, self.p) = (plot.time, x, p);
         Ok(nis)
+    }
+
+    fn update_weighted(&mut self, plots: &[(&Plot, f64)]) -> Result<(), UpdateError> {
+        let Some((first, _)) = plots.first() else { return Err(UpdateError::UnsoundPlot) };
+        let (x, p) = self.predict(interval(self.time, first.time)?);
+        let mut means = [x; FEW];
+        let missed = (1.0 - plots.iter().map(|plot| plot.1).sum::<f64>()).max(0.0);
+        let (mut mean, mut sum) = (x.map(|x| x * missed), p.map(|p| p * missed));
+        for (k, (plot, beta)) in plots.iter().enumerate() {
+            let measured = Measurement::of(plot)?;
+            let (Measurement::Position { z, r }, true) = (measured, plots.len() <= FEW) else {
+                return self.update_weighted_jointly(x, p, plots);
+            };
+            let (z, r) = (Pair::new(z.x, z.y), Pair::new(r.xx, r.yy));
+            let (own, cov, _) = Self::correct(x, p, z, r)?;
+            mean.iter_mut().zip(own).for_each(|(mean, own)| *mean = *mean + own * *beta);
+            sum.iter_mut().zip(cov).for_each(|(sum, cov)| *sum = *sum + cov * *beta);
+            means[k] = own;
+        }
+        let parts = means.iter().zip(plots.iter().map(|plot| plot.1));
+        for (own, weight) in parts.chain([(&x, missed)]) {
+            let d: [Pair; 3] = std::array::from_fn(|i| own[i] - mean[i]);
+            let s = d.map(|d| d * weight);
+            let outer =
+                [s[0] * d[0], s[0] * d[1], s[0] * d[2], s[1] * d[1], s[1] * d[2], s[2] * d[2]];
+            sum.iter_mut().zip(outer).for_each(|(sum, outer)| *sum = *sum + outer);
+        }
+        (self.time, self.x, self.p) = (first.time, mean, sum);
+        Ok(())
     }
 
     fn replace(&mut self, time: SimTime, state: &Gaussian) {

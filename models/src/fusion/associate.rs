@@ -4,7 +4,7 @@ use super::config::{AssociationMethod, SensorModel, TrackingConfig};
 use super::filter::TrackFilter;
 use super::life;
 use super::registration::Reference;
-use super::track_file::{Applied, Stage, Track, Update, position_at, predict};
+use super::track_file::{Applied, Stage, Track, Update, place_at, position_at, predict};
 use super::tracker::{Candidate, Look, Outcome, Tracker, Work};
 use crate::association::grid::Grid;
 use crate::association::kinematic_gate;
@@ -109,6 +109,11 @@ impl Tracker {
         let mut pairs = std::mem::take(&mut work.pairs);
         let mut taken = std::mem::take(&mut work.scratch);
         taken.clear();
+        part_undisputed(&mut pairs, work.plot_used.len(), &mut work.ks, &mut taken);
+        for pair in &taken {
+            work.track_used[pair.track as usize] = true;
+            work.plot_used[pair.plot as usize] = true;
+        }
         nearest::greedy(&mut pairs, &mut work.track_used, &mut work.plot_used, |p| taken.push(p));
         for pair in &taken {
             self.update(pair.track as usize, How::Plot, from + pair.plot as usize, model, work);
@@ -130,27 +135,33 @@ impl Tracker {
         let mut scratch = std::mem::take(&mut work.scratch);
         let mut clusters = std::mem::take(&mut work.clusters);
         let weights = Weights::new(model, self.config.gates.probability);
-        pairs.sort_unstable_by_key(|p| (p.track, p.plot));
         let plots = work.plot_used.len();
-        let borders = clusters.cut(self.tracks.len(), plots, &mut pairs, &mut scratch);
+        let mut single = std::mem::take(&mut work.single);
+        single.clear();
+        part_undisputed(&mut pairs, plots, &mut work.ks, &mut single);
+        for pair in &single {
+            let gain = weights.gain(pair);
+            let k = from + pair.plot as usize;
+            if limit.is_some() && gain.abs() < CERTAIN {
+                let mut plots = std::mem::take(&mut work.weighted);
+                plots.clear();
+                plots.push((work.candidates[k].plot, 1.0 / (1.0 + libm::exp(-gain))));
+                let how = How::Weighted { plots: &plots, hit: gain > 0.0 };
+                self.update(pair.track as usize, how, k, model, work);
+                work.weighted = plots;
+            } else if gain > 0.0 {
+                self.update(pair.track as usize, How::Plot, k, model, work);
+            }
+        }
+        work.single = single;
+        let borders: &[u32] = if pairs.is_empty() {
+            &[]
+        } else {
+            clusters.cut(self.tracks.len(), plots, &mut pairs, &mut scratch)
+        };
         let mut local = std::mem::take(&mut work.local);
         for border in borders.windows(2) {
             let cluster = &pairs[border[0] as usize..border[1] as usize];
-            if let [pair] = cluster {
-                let gain = weights.gain(pair);
-                let k = from + pair.plot as usize;
-                if limit.is_some() && gain.abs() < CERTAIN {
-                    let mut plots = std::mem::take(&mut work.weighted);
-                    plots.clear();
-                    plots.push((work.candidates[k].plot, 1.0 / (1.0 + libm::exp(-gain))));
-                    let how = How::Weighted { plots: &plots, hit: gain > 0.0 };
-                    self.update(pair.track as usize, how, k, model, work);
-                    work.weighted = plots;
-                } else if gain > 0.0 {
-                    self.update(pair.track as usize, How::Plot, k, model, work);
-                }
-                continue;
-            }
             local.fill(cluster);
             match limit {
                 Some(limit) => {
@@ -324,7 +335,8 @@ impl Tracker {
         work.weighted = plots;
     }
 
-    /// All pairs of tracks of `stage` and free plots inside the covariance gate; `logs`: with ln det S.
+    /// All pairs of tracks of `stage` and free plots inside the covariance gate, by track and plot; `logs`: with
+    /// ln det S.
     fn gated_pairs(&self, from: usize, stage: Stage, logs: bool, work: &mut Work) {
         let Work { candidates, used, gated, pairs, track_used, span, .. } = work;
         let first_stage = stage == Stage::Confirmed;
@@ -358,13 +370,14 @@ impl Tracker {
                 let base = track.filter_before(begin).or_else(|| track.filter_before(end));
                 let Some(base) = base else { continue };
                 let Ok((last, s)) = position_at(base, end, life) else { continue };
-                let first = position_at(base, begin.max(base.time()), life).map_or(last, |p| p.0);
+                let first = place_at(base, begin.max(base.time()), life).unwrap_or(last);
                 let half = Vector2::new(
                     (self.gate_1 * (s.xx + widest)).sqrt(),
                     (self.gate_1 * (s.yy + widest)).sqrt(),
                 );
                 (first.inf(&last) - half, first.sup(&last) + half)
             };
+            let own = pairs.len();
             grid.runs(low, high, |run| {
                 for look in &looks[run] {
                     let (p, k) = (look.position_m, look.k as usize);
@@ -393,6 +406,7 @@ impl Tracker {
                     }
                 }
             });
+            pairs[own..].sort_unstable_by_key(|p| p.plot);
         }
     }
 
@@ -681,6 +695,33 @@ impl Tracker {
             }
         }
     }
+}
+
+/// Moves the pairs that nobody disputes (the only plot of a track, in no other gate) from `pairs`, sorted by
+/// track, to `single`.
+fn part_undisputed(
+    pairs: &mut Vec<Pair>,
+    plots: usize,
+    claims: &mut Vec<u32>,
+    single: &mut Vec<Pair>,
+) {
+    claims.clear();
+    claims.resize(plots, 0);
+    pairs.iter().for_each(|pair| claims[pair.plot as usize] += 1);
+    let (mut kept, mut before) = (0, u32::MAX);
+    for k in 0..pairs.len() {
+        let pair = pairs[k];
+        let alone =
+            pair.track != before && pairs.get(k + 1).is_none_or(|next| next.track != pair.track);
+        before = pair.track;
+        if alone && claims[pair.plot as usize] == 1 {
+            single.push(pair);
+        } else {
+            pairs[kept] = pair;
+            kept += 1;
+        }
+    }
+    pairs.truncate(kept);
 }
 
 /// How a plot is given to a track.

@@ -69,6 +69,18 @@ impl TrackFilter {
         }
     }
 
+    /// Position (m) at a later time.
+    ///
+    /// # Errors
+    /// If `time` is before the filter's.
+    #[inline]
+    pub(super) fn place_at(&self, time: SimTime) -> Result<Vector2<f64>, UpdateError> {
+        match self {
+            Self::Plain(f) => f.place_at(time),
+            Self::Considering(_) => Ok(self.position_at(time)?.0),
+        }
+    }
+
     /// # Errors
     /// If `time` is before the filter's.
     pub(super) fn predicted(&self, time: SimTime) -> Result<Estimate, UpdateError> {

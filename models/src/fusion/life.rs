@@ -176,6 +176,18 @@ pub(super) fn merge_duplicates(
     grid.fill(positions, reach);
     let around = Vector2::repeat(reach);
     for young in 0..seen.len() {
+        let position = positions[young];
+        // Mostly nobody else is there.
+        let mut near = false;
+        grid.visit(position - around, position + around, |old| {
+            let offset = positions[old] - position;
+            near |= old != young && offset.x.abs() <= reach && offset.y.abs() <= reach;
+        });
+        let candidate = &mut tracks[seen[young].track as usize];
+        if !near {
+            candidate.twin = None;
+            continue;
+        }
         let candidate = &tracks[seen[young].track as usize];
         // A track with a name of its own is a target of its own.
         if candidate.stage != Stage::Confirmed
@@ -185,7 +197,7 @@ pub(super) fn merge_duplicates(
         {
             continue;
         }
-        let (position, velocity) = (positions[young], seen[young].at.velocity_ms());
+        let velocity = seen[young].at.velocity_ms();
         let alike = 2.0 + 0.1 * velocity.norm();
         let mut twin: Option<u64> = None;
         grid.visit(position - around, position + around, |old| {

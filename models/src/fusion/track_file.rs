@@ -496,6 +496,22 @@ pub(super) fn position_at(
     Ok((at.position(), at.position_cov()))
 }
 
+/// Position (m) at `time`, as [`predict`].
+///
+/// # Errors
+/// If `time` is before the filter's.
+#[inline]
+pub(super) fn place_at(
+    filter: &TrackFilter,
+    time: SimTime,
+    life: &Life,
+) -> Result<Vector2<f64>, UpdateError> {
+    if time.since_s(filter.time()) <= life.constant_velocity_after_s {
+        return filter.place_at(time);
+    }
+    Ok(predict(filter, time, life)?.position_m())
+}
+
 /// The state at `time` without further plots: by the filter's own model for a while, then at constant
 /// velocity.
 ///

@@ -157,6 +157,8 @@ pub struct Tracker {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Work {
     names: Vec<(u128, u32)>,
+    unsorted: Vec<(u128, u32)>,
+    keys: Vec<u64>,
     pub(super) candidates: Vec<Candidate>,
     /// Of each candidate: a track has it.
     pub(super) used: Vec<bool>,
@@ -184,6 +186,7 @@ pub(super) struct Work {
     pub(super) reaches: Vec<super::associate::Reachable>,
     pub(super) pairs: Vec<Pair>,
     pub(super) scratch: Vec<Pair>,
+    pub(super) single: Vec<Pair>,
     pub(super) clusters: Clusters,
     pub(super) local: super::associate::Local,
     pub(super) weighted: Vec<(Plot, f64)>,
@@ -361,12 +364,7 @@ impl Tracker {
                 work.names.push((name_of(plot), index as u32));
             }
         }
-        work.names.sort_unstable_by(|a, b| {
-            a.0.cmp(&b.0).then_with(|| {
-                let (p, q) = (&plots[a.1 as usize].position_m, &plots[b.1 as usize].position_m);
-                p.x.total_cmp(&q.x).then(p.y.total_cmp(&q.y)).then(a.1.cmp(&b.1))
-            })
-        });
+        sort_names(work, plots, self.oldest);
         let last_scan = self.last_scan;
         let mut before = None;
         work.names.retain(|&(name, index)| {
@@ -502,6 +500,41 @@ impl Tracker {
             false
         });
         out
+    }
+}
+
+/// Sorts the names (and for equal ones the positions) of the plots in hand, none earlier than `oldest`: by one
+/// short key each, sensor before coarse time before place, and with care where two keys differ in the place alone.
+fn sort_names(work: &mut Work, plots: &[Plot], oldest: SimTime) {
+    let Work { names, unsorted, keys, .. } = work;
+    let span = names.iter().map(|n| plots[n.1 as usize].time.0.saturating_sub(oldest.0));
+    let span = span.max().unwrap_or(0).cast_unsigned();
+    let place_bits = usize::BITS - names.len().leading_zeros();
+    let time_bits = 48 - place_bits.min(32);
+    let shift = (u64::BITS - span.leading_zeros()).saturating_sub(time_bits);
+    keys.clear();
+    keys.extend(names.iter().zip(0u64..).map(|(&(_, index), place)| {
+        let plot = &plots[index as usize];
+        let time = plot.time.0.saturating_sub(oldest.0).cast_unsigned() >> shift;
+        (((u64::from(plot.sensor.0) << time_bits) | time) << place_bits) | place
+    }));
+    keys.sort_unstable();
+    std::mem::swap(names, unsorted);
+    names.clear();
+    let place = (1 << place_bits) - 1;
+    names.extend(keys.iter().map(|key| unsorted[(key & place) as usize]));
+    let mut begin = 0;
+    for alike in keys.chunk_by(|a, b| a >> place_bits == b >> place_bits) {
+        let end = begin + alike.len();
+        if alike.len() > 1 {
+            names[begin..end].sort_unstable_by(|a, b| {
+                a.0.cmp(&b.0).then_with(|| {
+                    let (p, q) = (&plots[a.1 as usize].position_m, &plots[b.1 as usize].position_m);
+                    p.x.total_cmp(&q.x).then(p.y.total_cmp(&q.y)).then(a.1.cmp(&b.1))
+                })
+            });
+        }
+        begin = end;
     }
 }
 
