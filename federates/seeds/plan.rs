@@ -186,8 +186,9 @@ fn plan(scene: &Scene, at: Option<f64>, json: bool) -> anyhow::Result<()> {
             "decision",
             "ns/target"
         );
+        let name_of = |id| scene.sensors.iter().find(|s| s.id == id).map_or("", |s| &*s.name);
         for row in &rows {
-            let name = scene.sensors.iter().find(|s| s.id == row.sensor).map_or("", |s| &s.name);
+            let name = name_of(row.sensor);
             let [_, effect, called_for, bound, _] = crate::smdfm::report::plan_line(row);
             let level = format!("{:?}", row.level).to_lowercase();
             out!(
@@ -199,15 +200,14 @@ fn plan(scene: &Scene, at: Option<f64>, json: bool) -> anyhow::Result<()> {
             let other = self::rows(scene, time, tolerance.times(factor))?;
             let changed: Vec<String> = changes(&rows, &other)
                 .iter()
-                .map(|c| format!("{} {:?} instead of {:?}", c.effect, c.to, c.from).to_lowercase())
+                .map(|c| {
+                    let levels = format!("{:?} instead of {:?}", c.to, c.from).to_lowercase();
+                    format!("{}: {} {levels}", name_of(c.sensor), c.effect)
+                })
                 .collect();
             let text =
                 if changed.is_empty() { "nothing changes".to_owned() } else { changed.join(", ") };
             out!("  with {word} of the tolerance: {text}");
-        }
-        let others = scene.sensors.iter().filter(|s| s.asde.is_none());
-        for sensor in others {
-            out!("  {:<12}its own statistical model, no effects to choose among", sensor.name);
         }
         out!();
     }

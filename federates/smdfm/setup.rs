@@ -34,7 +34,9 @@ fn make_sensor(
             let asde = radar.radar_for(scene, sensor, tolerance).map_err(|e| failed(&e))?;
             Ok(Box::new(asde))
         }
-        (None, Some(reported)) => reported.sensor().map_err(|e| failed(&e)),
+        (None, Some(reported)) => {
+            reported.sensor(tolerance, scene.run.duration.s()).map_err(|e| failed(&e))
+        }
         (None, None) => Err(failed(&"the scene gives it no parameters")),
     }
 }

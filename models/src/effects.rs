@@ -8,6 +8,7 @@
 //! Planning is pure and reads extents and sectors only; pairs of targets are tested in the scan.
 
 pub mod costs;
+pub mod positioning;
 pub mod radar;
 
 use crate::plot::SensorId;

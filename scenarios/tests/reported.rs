@@ -37,7 +37,8 @@ fn every_kind_and_level_becomes_a_sensor() {
         let scene = with(&format!("[[sensor]]\nkind = \"{kind}\"\nname = \"new\"\n{more}"))
             .unwrap_or_else(|e| panic!("{kind} {more}: {e}"));
         let last = scene.sensors.last().expect("a sensor");
-        let sensor = last.reported.as_ref().expect(kind).sensor().expect(kind);
+        let sensor = last.reported.as_ref().expect(kind);
+        let sensor = sensor.sensor(models::effects::Tolerance::EXACT, 600.0).expect(kind);
         assert_eq!((sensor.id(), sensor.kind()), (last.id, last.kind));
     }
     let scene = with("").expect("sound");

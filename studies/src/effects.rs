@@ -3,6 +3,7 @@
 use crate::clock::thread_ns;
 use crate::{Draws, Ladder, Options, Outcome, Progress, Row, SceneAbout};
 use models::draw::{DrawKey, Purpose, uniform};
+use models::effects::positioning::PositioningModel;
 use models::effects::radar::{Processing, RadarEffect, RadarLevels, Tally};
 use models::effects::{PlanRow, Tolerance};
 use models::environment::surface::Material;
@@ -431,7 +432,7 @@ pub(crate) fn run(options: &Options, progress: &mut dyn FnMut(Progress)) -> Outc
     let mut scenes: Vec<SceneAbout> = Vec::new();
     for row in &rows {
         if !scenes.iter().any(|s| s.name == row.scene) {
-            let about = "radar plots, planned against everything exact".into();
+            let about = "planned against everything exact, on the same draws".into();
             scenes.push(SceneAbout { name: row.scene.clone(), about });
         }
     }
@@ -439,9 +440,10 @@ pub(crate) fn run(options: &Options, progress: &mut dyn FnMut(Progress)) -> Outc
         group: "effects".into(),
         title: "Which effects a scene calls for".into(),
         about:
-            "A surface movement radar played twice on the same draws: planned for the tolerance \
-                named in the rung, and with every effect at its most exact level. The error is the \
-                largest distance between two plots of the same look; the time is per look."
+            "A sensor played twice on the same draws: planned for the tolerance named in the rung, \
+                and with every effect at its most exact level: surface movement radars, then every \
+                model of the sensors that targets carry. The error is the largest distance between \
+                two plots of the same look; the time is per look."
                 .into(),
         error_label: "largest difference of a plot, m".into(),
         draws: Draws::Other,
@@ -460,7 +462,8 @@ fn measure(
     let (scans, count) = if quick { (6, 60) } else { (30, 400) };
     let tolerance = Tolerance::default();
     let named = named_scenes(seed)?;
-    let total = named.len() + 3 + named.len().div_ceil(2);
+    let models = PositioningModel::ALL.len();
+    let total = named.len() + 3 + models + named.len().div_ceil(2);
     let mut done = 0;
     let mut step = |what: &str| {
         done += 1;
@@ -485,6 +488,8 @@ fn measure(
         report(&name, sum, tolerance, out);
         step(&name);
     }
+    let count = if quick { 60 } else { 400 };
+    crate::effects_positioning::measure(count, seed, tolerance, out, &mut step);
     // A handful of scenes at the levels that are too expensive for hundreds.
     let tolerance = Tolerance::default();
     for mut scene in named_scenes(seed)?.into_iter().step_by(2) {

@@ -11,6 +11,7 @@ mod chart;
 mod clock;
 mod dead_reckoning;
 pub mod effects;
+mod effects_positioning;
 pub mod figures;
 pub mod filters;
 pub mod gates;

@@ -66,7 +66,9 @@ pub fn sensors(scene: &Scene) -> Result<Vec<Box<dyn Sensor>>, String> {
                 let asde = asde.map_err(|e| failed(&e))?;
                 Ok(Box::new(asde.among(Arc::from(scene.buildings.clone())).tolerating(tolerance)))
             }
-            (None, Some(reported)) => reported.sensor().map_err(|e| failed(&e)),
+            (None, Some(reported)) => {
+                reported.sensor(tolerance, scene.run.duration.s()).map_err(|e| failed(&e))
+            }
             (None, None) => Err(failed(&"the scene gives it no parameters")),
         }
     };

@@ -9,11 +9,15 @@
 use std::f64::consts::PI;
 
 use crate::draw::{DrawKey, Purpose, uniform};
+use crate::effects::positioning::{
+    Planning, PositioningEffect as E, PositioningLevels, PositioningModel, bounds,
+};
+use crate::effects::{Level, PlanRow, Tolerance};
 use crate::environment::Weather;
 use crate::frames::Vector2;
 use crate::plot::{SensorId, SensorKind};
 use crate::sensors::config::{ConfigError, number};
-use crate::sensors::cooperative::{Equipage, Fix, Fleet, Reporting, Reports};
+use crate::sensors::cooperative::{Equipage, Fix, Fleet, Reporting, Reports, shown};
 use crate::sensors::gps::Wander;
 use crate::sensors::{PlotSink, ScanInterval, Sensor, Truth};
 
@@ -163,12 +167,14 @@ pub struct Adsb {
     /// Steps east and north, even and odd.
     steps_m: [Vector2<f64>; 2],
     fleet: Fleet<Transponder>,
+    planning: Planning,
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 struct Transponder {
     wander: Wander,
-    latency_s: f64,
+    /// Its own, drawn when it is first wanted.
+    latency_s: Option<f64>,
 }
 
 impl Adsb {
@@ -190,9 +196,30 @@ impl Adsb {
             sigma_m: sigma_of_radius_95(uncertainty_m),
             steps_m: [steps(false), steps(true)],
             reporting: config.reporting(),
+            planning: Planning::new(config.id, PositioningModel::Adsb),
             config,
             fleet: Fleet::default(),
         })
+    }
+
+    /// The same sensor planned for a tolerance and a run of `horizon_s`.
+    #[must_use]
+    pub fn tolerating(mut self, tolerance: Tolerance, horizon_s: f64) -> Self {
+        self.planning.tolerate(tolerance, horizon_s);
+        self
+    }
+
+    /// The same sensor with the level of every effect given and nothing planned.
+    #[must_use]
+    pub fn at_levels(mut self, levels: PositioningLevels) -> Self {
+        self.planning.fix(levels);
+        self
+    }
+
+    /// Its planning: the plan in force and the counters.
+    #[must_use]
+    pub fn planning(&self) -> &Planning {
+        &self.planning
     }
 }
 
@@ -205,6 +232,14 @@ impl Sensor for Adsb {
         SensorKind::Adsb
     }
 
+    fn plan(&self) -> &[PlanRow] {
+        self.planning.rows()
+    }
+
+    fn evaluations(&self) -> Vec<(&'static str, u64)> {
+        self.planning.evaluations()
+    }
+
     fn scan(
         &mut self,
         interval: &ScanInterval,
@@ -213,23 +248,21 @@ impl Sensor for Adsb {
         out: &mut PlotSink,
     ) {
         let (config, reporting) = (&self.config, &self.reporting);
+        let planning = &mut self.planning;
         let mut reports = Reports::new(reporting, truth, out);
         let parked_every = (config.parked_s / config.moving_s).round().max(1.0) as u64;
         let (sigma_m, steps_m) = (self.sigma_m, self.steps_m);
-        let sensor_key = |key: DrawKey, scan: u64| DrawKey { scan, ..key };
+        if planning.wants_survey(truth.len()) {
+            self.fleet.survey(reporting, interval, truth, |s| planning.see(s, 0.0));
+        }
+        let step_m = steps_m[0].norm().max(steps_m[1].norm());
+        planning.prepare(|scene| bounds::adsb(config, sigma_m, step_m, scene));
+        let span_s = config.latency_max_s - config.latency_min_s;
         self.fleet.for_each_due(
             reporting,
             interval,
             truth,
-            |due| {
-                let key = reporting.key(interval, due);
-                let draw = uniform(&mut sensor_key(key, u64::MAX).rng(Purpose::Adsb));
-                let span_s = config.latency_max_s - config.latency_min_s;
-                Transponder {
-                    wander: Wander::start(key, due.time),
-                    latency_s: config.latency_min_s + draw * span_s,
-                }
-            },
+            |_| Transponder::default(),
             |transponder, due| {
                 let velocity_ms = due.state.velocity_ms.xy();
                 let parked = velocity_ms.norm() < config.parked_below_ms;
@@ -238,22 +271,41 @@ impl Sensor for Adsb {
                 }
                 reports.expected();
                 let key = reporting.key(interval, due);
-                if uniform(&mut key.rng(Purpose::Adsb)) >= config.reception {
-                    return;
+                let levels = planning.levels_for(&due.state, || 0.0);
+                // The error goes on whether the report is received or not.
+                let share = (config.correlated_share, config.tau_s);
+                let parts = transponder.wander.parts(share, key, due.time, &levels, planning);
+                if levels.on(E::Reception) {
+                    planning.count(E::Reception);
+                    if uniform(&mut key.rng(Purpose::Adsb)) >= config.reception {
+                        return;
+                    }
                 }
-                let error_m = sigma_m
-                    * transponder.wander.unit_error(
-                        config.correlated_share,
-                        config.tau_s,
-                        key,
-                        due.time,
-                    );
-                let behind_m = velocity_ms * transponder.latency_s;
+                let error_m = sigma_m * parts.total();
+                let latency_s = match levels.of(E::Latency) {
+                    Level::Skipped => 0.0,
+                    Level::Cheap => config.latency_min_s + 0.5 * span_s,
+                    Level::Middle | Level::Exact => {
+                        *transponder.latency_s.get_or_insert_with(|| {
+                            let own = DrawKey { scan: u64::MAX, ..key };
+                            config.latency_min_s + uniform(&mut own.rng(Purpose::Adsb)) * span_s
+                        })
+                    }
+                };
+                let mut behind_m = Vector2::zeros();
+                if levels.on(E::Latency) {
+                    planning.count(E::Latency);
+                    behind_m = velocity_ms * latency_s;
+                }
                 let measured_m = due.state.position_m.xy() + error_m - behind_m;
                 let step_m = steps_m[usize::from(due.number % 2 == 1)];
-                let position_m = measured_m.zip_map(&step_m, |x, step| {
-                    if step > 0.0 { (x / step).round() * step } else { x }
-                });
+                let mut position_m = measured_m;
+                if levels.on(E::Rounding) {
+                    planning.count(E::Rounding);
+                    position_m = measured_m.zip_map(&step_m, |x, step| {
+                        if step > 0.0 { (x / step).round() * step } else { x }
+                    });
+                }
                 let variance =
                     |step: f64| sigma_m * sigma_m + rounding_sigma(step) * rounding_sigma(step);
                 reports.push(
@@ -266,11 +318,15 @@ impl Sensor for Adsb {
                         altitude_m: None,
                     },
                     true,
-                    &[
-                        ("positioning error", error_m.norm(), "m"),
-                        ("latency", behind_m.norm(), "m"),
-                        ("rounding", (position_m - measured_m).norm(), "m"),
-                    ],
+                    || {
+                        let rounded_m = (position_m - measured_m).norm();
+                        [
+                            shown(&levels, E::Latency, behind_m.norm(), "m"),
+                            shown(&levels, E::Rounding, rounded_m, "m"),
+                            shown(&levels, E::Correlation, sigma_m * parts.lasting().norm(), "m"),
+                            shown(&levels, E::White, sigma_m * parts.fresh().norm(), "m"),
+                        ]
+                    },
                 );
             },
         );
@@ -315,6 +371,11 @@ mod tests {
         assert!(longitude_step_m(90.0, true).abs() < 1e-9, "at the pole longitude is nothing");
     }
 
+    /// What the latency did to a report; `None` where it was left out.
+    fn lag(cause: &crate::sensors::Cause) -> Option<f64> {
+        cause.effects.iter().find(|e| e.effect == "latency").map(|e| e.value)
+    }
+
     #[test]
     fn standing_targets_report_seldom_and_lag_nothing() {
         let config = AdsbConfig { reception: 1.0, ..AdsbConfig::surface(SensorId(1), 47.45) };
@@ -323,11 +384,12 @@ mod tests {
         let parked = scan(config.clone(), &truth, 20);
         assert_eq!(parked.plots.len() as u64, parked.looks);
         assert_eq!(parked.plots.len(), 200 * 4);
-        assert!(parked.causes.iter().all(|c| c.effects[1].value == 0.0));
+        assert!(parked.causes.iter().all(|c| lag(c).is_none()));
         truth.velocity_ms = Vector3::new(0.0, 70.0, 0.0);
         let moving = scan(config, &truth, 20);
         assert_eq!(moving.plots.len(), 200 * 40);
-        let lags: Vec<f64> = moving.causes.iter().map(|c| c.effects[1].value).collect();
+        let lags: Vec<f64> = moving.causes.iter().filter_map(lag).collect();
+        assert_eq!(lags.len(), moving.causes.len());
         assert!(lags.iter().all(|l| (7.0..=42.0).contains(l)), "0.1 to 0.6 s at 70 m/s");
         let mean = lags.iter().sum::<f64>() / lags.len() as f64;
         assert!((mean - 24.5).abs() < 2.0, "{mean}");

@@ -553,6 +553,9 @@ pub struct Sky {
     frame: LocalFrame,
     health: Vec<Health>,
     epochs: Vec<SkyEpoch>,
+    /// Whether hard and soft failures are simulated, and how often they were looked at.
+    simulated: [bool; 2],
+    looked: [u64; 2],
 }
 
 impl Sky {
@@ -564,7 +567,42 @@ impl Sky {
     pub fn new(config: SkyConfig) -> Result<Self, ConfigError> {
         config.validate()?;
         let frame = LocalFrame::at(config.site);
-        Ok(Self { config, frame, health: Vec::new(), epochs: Vec::new() })
+        Ok(Self {
+            config,
+            frame,
+            health: Vec::new(),
+            epochs: Vec::new(),
+            simulated: [true; 2],
+            looked: [0; 2],
+        })
+    }
+
+    /// Whether satellites fail hard, and softly, from the next epoch on. What they do is the same
+    /// whether it was followed meanwhile or not.
+    pub(crate) fn simulate(&mut self, hard: bool, soft: bool) {
+        self.simulated = [hard, soft];
+    }
+
+    /// How often satellites were asked for hard and soft failures since the last call.
+    pub(crate) fn take_looked(&mut self) -> [u64; 2] {
+        std::mem::take(&mut self.looked)
+    }
+
+    /// Horizontal dilution at `time` with every satellite in order; 0 where there is no fix.
+    pub(crate) fn nominal_dilution(&self, time: SimTime) -> f64 {
+        let config = &self.config;
+        let t_s = config.epoch_s + time.s();
+        let mask_rad = config.mask_deg.to_radians();
+        let views = in_view(&config.constellation, &self.frame, t_s, mask_rad, |_| false);
+        let units: Vec<_> = views.iter().map(|v| v.look.unit).collect();
+        let dop = Dop::of(&units, &[]).filter(|d| d.position() <= config.pdop_limit);
+        dop.map_or(0.0, |d| d.horizontal())
+    }
+
+    /// Largest horizontal dilution of the epochs kept.
+    pub(crate) fn largest_dilution(&self) -> f64 {
+        let dilutions = self.epochs.iter().filter_map(|e| e.dop).map(|d| d.horizontal());
+        dilutions.fold(0.0, f64::max)
     }
 
     /// Computes the epochs that reports in (`from`, `to`] need; keeps those of the last `keep_s`.
@@ -606,24 +644,36 @@ impl Sky {
     fn epoch(&mut self, run_seed: u64, time: SimTime) -> SkyEpoch {
         let config = &self.config;
         let key = |slot: usize| DrawKey { run_seed, sensor: 0, entity: slot as u64, scan: 0 };
-        if self.health.is_empty() {
+        let [hard, soft] = self.simulated;
+        let fails = hard || soft;
+        if self.health.is_empty() && fails {
             let slots = 0..config.constellation.slots.len();
             self.health =
                 slots.map(|slot| Health::start(&config.failures, key(slot), SKY_BEGINS)).collect();
         }
-        for (slot, health) in self.health.iter_mut().enumerate() {
-            health.advance(&config.failures, key(slot), time);
+        if fails {
+            for (slot, health) in self.health.iter_mut().enumerate() {
+                health.advance(&config.failures, key(slot), time);
+            }
         }
-        let health = &self.health;
+        let (health, looked) = (&self.health, &mut self.looked);
         let satellites: Vec<_> = in_view(
             &config.constellation,
             &self.frame,
             config.epoch_s + time.s(),
             config.mask_deg.to_radians(),
-            |slot| !health[slot].usable(&config.failures),
+            |slot| {
+                looked[0] += u64::from(hard);
+                hard && !health[slot].usable(&config.failures)
+            },
         )
         .into_iter()
-        .map(|view| (view, health[view.slot].range_error_m(&config.failures, time)))
+        .map(|view| {
+            looked[1] += u64::from(soft);
+            let false_m =
+                if soft { health[view.slot].range_error_m(&config.failures, time) } else { 0.0 };
+            (view, false_m)
+        })
         .collect();
         let units: Vec<_> = satellites.iter().map(|s| s.0.look.unit).collect();
         let dop = Dop::of(&units, &[]).filter(|d| d.position() <= config.pdop_limit);

@@ -7,6 +7,7 @@
 use std::collections::BTreeSet;
 
 use crate::draw::{DrawKey, Purpose, uniform};
+use crate::effects::positioning::{PositioningEffect, PositioningLevels};
 use crate::frames::Vector2;
 use crate::plot::{Callsign, Identity, Plot, SensorId, SensorKind};
 use crate::sensors::config::{ConfigError, number};
@@ -150,13 +151,7 @@ impl<S> Fleet<S> {
         let mut at = 0;
         for index in 0..truth.len() {
             let key = truth.key(index);
-            while self.members.get(at).is_some_and(|m| m.key < key) {
-                at += 1;
-            }
-            if self.members.get(at).is_none_or(|m| m.key != key) {
-                let member = Self::welcome(reporting, interval.run_seed, truth, index, period_ns);
-                self.members.insert(at, member);
-            }
+            self.find(reporting, interval, truth, index, &mut at);
             let member = &mut self.members[at];
             if !member.equipped {
                 continue;
@@ -173,6 +168,46 @@ impl<S> Fleet<S> {
                 }
                 number += 1;
             }
+        }
+    }
+
+    /// Calls `visit` for every equipped target that exists at the end or the beginning of `interval`.
+    pub(crate) fn survey(
+        &mut self,
+        reporting: &Reporting,
+        interval: &ScanInterval,
+        truth: &dyn Truth,
+        mut visit: impl FnMut(&TargetState),
+    ) {
+        let mut at = 0;
+        for index in 0..truth.len() {
+            self.find(reporting, interval, truth, index, &mut at);
+            if self.members[at].equipped {
+                let state = truth.at(index, interval.to).or_else(|| truth.at(index, interval.from));
+                if let Some(state) = state {
+                    visit(&state);
+                }
+            }
+        }
+    }
+
+    /// Moves `at` on to the member of target `index`, who is welcomed if new.
+    fn find(
+        &mut self,
+        reporting: &Reporting,
+        interval: &ScanInterval,
+        truth: &dyn Truth,
+        index: usize,
+        at: &mut usize,
+    ) {
+        let key = truth.key(index);
+        while self.members.get(*at).is_some_and(|m| m.key < key) {
+            *at += 1;
+        }
+        if self.members.get(*at).is_none_or(|m| m.key != key) {
+            let period_ns = SimTime::from_s(reporting.period_s).0;
+            let member = Self::welcome(reporting, interval.run_seed, truth, index, period_ns);
+            self.members.insert(*at, member);
         }
     }
 
@@ -230,6 +265,19 @@ impl Fix {
     }
 }
 
+/// What an effect did: its name, value and unit; `None` where it was not simulated.
+pub(crate) type Shown = Option<(&'static str, f64, &'static str)>;
+
+/// What `effect` did, where `levels` simulate it.
+pub(crate) fn shown(
+    levels: &PositioningLevels,
+    effect: PositioningEffect,
+    value: f64,
+    unit: &'static str,
+) -> Shown {
+    levels.on(effect).then_some((effect.name(), value, unit))
+}
+
 /// Appends plots and causes of one sensor and scan, numbering them.
 pub(crate) struct Reports<'a> {
     sensor: SensorId,
@@ -244,18 +292,23 @@ impl<'a> Reports<'a> {
         Self { sensor: reporting.id, kind: reporting.kind, sequence: 0, truth, out }
     }
 
+    /// Whether effects are to be told.
+    pub(crate) fn explains(&self) -> bool {
+        self.out.explain
+    }
+
     /// Counts a report that was expected, whether it comes or not.
     pub(crate) fn expected(&mut self) {
         self.out.looks += 1;
     }
 
-    /// Appends one report; `effects` as (name, value, unit), kept only where asked for.
-    pub(crate) fn push(
+    /// Appends one report; what each effect did to it is worked out only where asked for.
+    pub(crate) fn push<const N: usize>(
         &mut self,
         due: &Due,
         fix: Fix,
         identified: bool,
-        effects: &[(&'static str, f64, &'static str)],
+        effects: impl FnOnce() -> [Shown; N],
     ) {
         self.out.plots.push(Plot {
             sensor: self.sensor,
@@ -278,9 +331,9 @@ impl<'a> Reports<'a> {
             ..Cause::default()
         };
         if self.out.explain {
-            cause.effects = effects
-                .iter()
-                .map(|&(effect, value, unit)| super::Contribution { effect, value, unit })
+            let shown = effects().into_iter().flatten();
+            cause.effects = shown
+                .map(|(effect, value, unit)| super::Contribution { effect, value, unit })
                 .collect();
         }
         self.out.causes.push(cause);

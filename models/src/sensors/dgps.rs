@@ -6,17 +6,21 @@
 //! Hwang, McGraw & Bader (1999), where the smoothing time counts twice.
 
 use crate::draw::DrawKey;
+use crate::effects::positioning::{
+    Planning, PositioningEffect as E, PositioningLevels, PositioningModel, bounds,
+};
+use crate::effects::{PlanRow, Tolerance};
 use crate::environment::Weather;
 use crate::frames::Vector2;
 use crate::plot::{SensorId, SensorKind};
 use crate::sensors::config::{ConfigError, count, number};
-use crate::sensors::cooperative::{Due, Equipage, Fix, Fleet, Reporting, Reports};
+use crate::sensors::cooperative::{Equipage, Fix, Fleet, Reporting, Reports, shown};
 use crate::sensors::gps::{
     NorthEast, Quality, Receiver, SoftFailure, Statistical, validate_process, validate_service,
 };
-use crate::sensors::ranging::{Ranging, RangingConfig, RangingReceiver};
+use crate::sensors::ranging::{RangeCorrections, Ranging, RangingConfig, RangingReceiver, Want};
 use crate::sensors::service::{Alternating, Service, ServiceState};
-use crate::sensors::{PlotSink, ScanInterval, Sensor, Truth};
+use crate::sensors::{PlotSink, ScanInterval, Sensor, TargetState, Truth};
 use crate::time::SimTime;
 
 /// Error budget of one differential range or position component.
@@ -248,6 +252,9 @@ pub struct Dgps {
     engine: Engine,
     /// The station at the end of the last scan; its outages are everybody's.
     reference: Option<ServiceState>,
+    /// Beginning of the first scan.
+    begins: Option<SimTime>,
+    planning: Planning,
 }
 
 #[derive(Clone, Debug)]
@@ -271,7 +278,32 @@ impl Dgps {
                 fleet: Fleet::default(),
             },
         };
-        Ok(Self { config, reporting, engine, reference: None })
+        let planned = match &engine {
+            Engine::Budget { .. } => PositioningModel::DgpsBudget,
+            Engine::PerSatellite { .. } => PositioningModel::DgpsPerSatellite,
+        };
+        let planning = Planning::new(config.id, planned);
+        Ok(Self { config, reporting, engine, reference: None, begins: None, planning })
+    }
+
+    /// The same sensor planned for a tolerance and a run of `horizon_s`.
+    #[must_use]
+    pub fn tolerating(mut self, tolerance: Tolerance, horizon_s: f64) -> Self {
+        self.planning.tolerate(tolerance, horizon_s);
+        self
+    }
+
+    /// The same sensor with the level of every effect given and nothing planned.
+    #[must_use]
+    pub fn at_levels(mut self, levels: PositioningLevels) -> Self {
+        self.planning.fix(levels);
+        self
+    }
+
+    /// Its planning: the plan in force and the counters.
+    #[must_use]
+    pub fn planning(&self) -> &Planning {
+        &self.planning
     }
 }
 
@@ -284,6 +316,14 @@ impl Sensor for Dgps {
         SensorKind::Dgps
     }
 
+    fn plan(&self) -> &[PlanRow] {
+        self.planning.rows()
+    }
+
+    fn evaluations(&self) -> Vec<(&'static str, u64)> {
+        self.planning.evaluations()
+    }
+
     fn scan(
         &mut self,
         interval: &ScanInterval,
@@ -292,65 +332,104 @@ impl Sensor for Dgps {
         out: &mut PlotSink,
     ) {
         let (config, reporting) = (&self.config, &self.reporting);
+        let planning = &mut self.planning;
         let mut reports = Reports::new(reporting, truth, out);
-        let station = DrawKey {
-            run_seed: interval.run_seed,
-            sensor: u32::from(config.id.0) | STATION,
-            entity: 0,
-            scan: 0,
+        let mut station = Station {
+            process: &config.reference,
+            key: DrawKey {
+                run_seed: interval.run_seed,
+                sensor: u32::from(config.id.0) | STATION,
+                entity: 0,
+                scan: 0,
+            },
+            begins: *self.begins.get_or_insert(interval.from),
+            state: &mut self.reference,
         };
-        let reference = self
-            .reference
-            .get_or_insert_with(|| ServiceState::start(&config.reference, station, interval.from));
-        // Reports come by target, not by time: each looks at the station from the scan's beginning.
-        let before = *reference;
-        let corrected = |due: &Due| before.clone().advance(&config.reference, station, due.time);
-        let distance_m = |due: &Due| (due.state.position_m.xy() - config.reference_m).norm();
-        let speed_ms = |due: &Due| due.state.velocity_ms.xy().norm();
+        let distance_m = |state: &TargetState| (state.position_m.xy() - config.reference_m).norm();
+        let speed_ms = |state: &TargetState| state.velocity_ms.xy().norm();
+        let survey = planning.wants_survey(truth.len());
         match &mut self.engine {
-            Engine::Budget { model, fleet } => fleet.for_each_due(
-                reporting,
-                interval,
-                truth,
-                |due| Receiver::start(&model.service, reporting.key(interval, due), due.time),
-                |receiver, due| {
-                    reports.expected();
-                    let draw = reporting.key(interval, due);
-                    let quality = receiver.service(&model.service, draw, due.time);
-                    let error = match (quality, corrected(due), &config.on_reference_loss) {
-                        (Quality::NoPosition, _, _) | (_, false, ReferenceLoss::NoReport) => return,
-                        (_, false, ReferenceLoss::StandAlone(error)) => *error,
-                        (_, true, _) => model.error(model.budget.sigma_m(
-                            distance_m(due),
-                            speed_ms(due),
-                            model.correction_age_s(due.time),
-                        )),
-                    };
-                    let parts = receiver.error(&error, draw, due.time);
-                    let soft_m = receiver.soft_shift(&model.soft, draw, quality);
-                    reports.push(
-                        due,
-                        Fix {
-                            time: due.time,
-                            position_m: due.state.position_m.xy() + parts.total_m() + soft_m,
-                            axis: Vector2::new(0.0, 1.0),
-                            variance_m2: [
-                                error.sigma_north_m * error.sigma_north_m,
-                                error.sigma_east_m * error.sigma_east_m,
-                            ],
-                            altitude_m: None,
-                        },
-                        true,
-                        &[
-                            ("correlated error", parts.correlated_m.norm(), "m"),
-                            ("white error", parts.white_m.norm(), "m"),
-                            ("soft failure", soft_m.norm(), "m"),
-                        ],
-                    );
-                },
-            ),
+            Engine::Budget { model, fleet } => {
+                if survey {
+                    let see = |s: &TargetState| planning.see(s, distance_m(s));
+                    fleet.survey(reporting, interval, truth, see);
+                }
+                planning.prepare(|scene| bounds::dgps_budget(config, model, scene));
+                fleet.for_each_due(
+                    reporting,
+                    interval,
+                    truth,
+                    |due| Receiver::start(due.time),
+                    |receiver, due| {
+                        reports.expected();
+                        let draw = reporting.key(interval, due);
+                        let levels = planning.levels_for(&due.state, || distance_m(&due.state));
+                        let corrected = station.up_at(due.time, &levels, planning);
+                        let quality =
+                            receiver.service(&model.service, draw, due.time, &levels, planning);
+                        let (mut far_m, mut fast_ms, mut age_s) = (0.0, 0.0, 0.0);
+                        if levels.on(E::CorrectionDistance) {
+                            planning.count(E::CorrectionDistance);
+                            (far_m, fast_ms) = (distance_m(&due.state), speed_ms(&due.state));
+                        }
+                        if levels.on(E::CorrectionAge) {
+                            planning.count(E::CorrectionAge);
+                            age_s = model.correction_age_s(due.time);
+                        }
+                        let budget = &model.budget;
+                        let error = match config.on_reference_loss {
+                            ReferenceLoss::StandAlone(error) if !corrected => error,
+                            _ => model.error(budget.sigma_m(far_m, fast_ms, age_s)),
+                        };
+                        // The error goes on through an outage.
+                        let parts = receiver.error(&error, draw, due.time, &levels, planning);
+                        let silent =
+                            !corrected && config.on_reference_loss == ReferenceLoss::NoReport;
+                        if silent || quality == Quality::NoPosition {
+                            return;
+                        }
+                        let soft_m = model.soft.shift_of(draw, quality);
+                        reports.push(
+                            due,
+                            Fix {
+                                time: due.time,
+                                position_m: due.state.position_m.xy() + parts.total_m() + soft_m,
+                                axis: Vector2::new(0.0, 1.0),
+                                variance_m2: [
+                                    error.sigma_north_m * error.sigma_north_m,
+                                    error.sigma_east_m * error.sigma_east_m,
+                                ],
+                                altitude_m: None,
+                            },
+                            true,
+                            || {
+                                // What distance and age add to the deviation of each axis.
+                                let least = budget.sigma_m(0.0, 0.0, 0.0);
+                                let far = budget.sigma_m(far_m, fast_ms, 0.0) - least;
+                                let old = budget.sigma_m(0.0, 0.0, age_s) - least;
+                                let [soft, lasting, fresh] = parts.shown(&levels, soft_m);
+                                [
+                                    soft,
+                                    shown(&levels, E::CorrectionDistance, far, "m of σ"),
+                                    shown(&levels, E::CorrectionAge, old, "m of σ"),
+                                    lasting,
+                                    fresh,
+                                ]
+                            },
+                        );
+                    },
+                );
+            }
             Engine::PerSatellite { ranging, fleet } => {
-                ranging.prepare(interval.run_seed, interval.from, interval.to);
+                if survey {
+                    let see = |s: &TargetState| planning.see(s, distance_m(s));
+                    fleet.survey(reporting, interval, truth, see);
+                }
+                ranging.prepare(interval, planning, |ranging, scene| {
+                    let none = RangeCorrections::on_airport();
+                    let corrections = ranging.corrections.as_ref().unwrap_or(&none);
+                    bounds::dgps_per_satellite(config, ranging, corrections, scene)
+                });
                 fleet.for_each_due(
                     reporting,
                     interval,
@@ -358,27 +437,60 @@ impl Sensor for Dgps {
                     |_| ranging.receiver(),
                     |receiver, due| {
                         reports.expected();
-                        if !corrected(due) {
+                        let levels = planning.levels_for(&due.state, || distance_m(&due.state));
+                        if !station.up_at(due.time, &levels, planning) {
                             return;
                         }
                         let key = reporting.key(interval, due);
-                        let (far_m, fast_ms) = (distance_m(due), speed_ms(due));
-                        if let Some(fix) = ranging.fix(receiver, key, due.time, far_m, fast_ms) {
-                            reports.push(
-                                due,
-                                Fix::of_ranges(due, &fix),
-                                true,
-                                &[
-                                    ("range errors", fix.error_m.norm(), "m"),
-                                    ("satellites", fix.satellites as f64, ""),
-                                ],
-                            );
+                        let want = Want {
+                            distance_m: distance_m(&due.state),
+                            speed_ms: speed_ms(&due.state),
+                            explain: reports.explains(),
+                        };
+                        let fix = ranging.fix(receiver, key, due.time, &want, &levels, planning);
+                        if let Some(fix) = fix {
+                            let shown = || fix.shown(&levels);
+                            reports.push(due, Fix::of_ranges(due, &fix), true, shown);
                         }
                     },
                 );
             }
         }
-        reference.advance(&config.reference, station, interval.to);
+        station.end(interval.to);
+    }
+}
+
+/// The reference station during one scan.
+struct Station<'a> {
+    process: &'a Alternating,
+    key: DrawKey,
+    /// Beginning of the sensor's first scan.
+    begins: SimTime,
+    /// Its state at the end of the last scan; made when it is first asked.
+    state: &'a mut Option<ServiceState>,
+}
+
+impl Station<'_> {
+    /// Whether it works at `time`. Reports come by target, not by time: each looks from the beginning
+    /// of the scan.
+    fn up_at(
+        &mut self,
+        time: SimTime,
+        levels: &PositioningLevels,
+        planning: &mut Planning,
+    ) -> bool {
+        if !levels.on(E::ReferenceOutage) {
+            return true;
+        }
+        planning.count(E::ReferenceOutage);
+        let start = || ServiceState::start(self.process, self.key, self.begins);
+        self.state.get_or_insert_with(start).clone().advance(self.process, self.key, time)
+    }
+
+    fn end(&mut self, to: SimTime) {
+        if let Some(state) = &mut self.state {
+            state.advance(self.process, self.key, to);
+        }
     }
 }
 

@@ -9,12 +9,16 @@
 
 use nalgebra::{Matrix4, Vector4};
 
-use crate::draw::{DrawKey, Purpose, normal_pair};
+use crate::draw::{DrawKey, Purpose, normal_pair, normal_pair_of, uniform};
+use crate::effects::positioning::{
+    Planning, PositioningEffect as E, PositioningLevels, PositioningModel, bounds,
+};
+use crate::effects::{PlanRow, Tolerance};
 use crate::environment::Weather;
-use crate::frames::{Azimuth, Vector2};
+use crate::frames::Vector2;
 use crate::plot::{SensorId, SensorKind};
 use crate::sensors::config::{ConfigError, count, number};
-use crate::sensors::cooperative::{Equipage, Fix, Fleet, Reporting, Reports};
+use crate::sensors::cooperative::{Equipage, Fix, Fleet, Reporting, Reports, shown};
 use crate::sensors::ranging::ellipse;
 use crate::sensors::{PlotSink, ScanInterval, Sensor, Truth};
 use crate::time::SimTime;
@@ -91,10 +95,13 @@ impl DynamicConfig {
     }
 }
 
-/// Drift of one target: errors east and north (m), of scale, and of heading (rad), with covariance.
+/// Drift of one target, with its covariance.
 #[derive(Clone, Debug)]
 struct Drift {
-    error: Vector4<f64>,
+    /// Errors east and north (m) from the start, from the scale, and from the heading.
+    parts_m: [Vector2<f64>; 3],
+    /// Errors of the scale and of the heading (rad).
+    rates: [f64; 2],
     covariance: Matrix4<f64>,
     last: (SimTime, Vector2<f64>),
 }
@@ -111,7 +118,8 @@ impl Drift {
             config.sigma_heading_deg.to_radians(),
         );
         Self {
-            error: Vector4::new(a, b, c, d).component_mul(&sigma),
+            parts_m: [Vector2::new(sigma[0] * a, sigma[1] * b), Vector2::zeros(), Vector2::zeros()],
+            rates: [sigma[2] * c, sigma[3] * d],
             covariance: Matrix4::from_diagonal(&sigma.component_mul(&sigma)),
             last: (now, position_m),
         }
@@ -124,6 +132,7 @@ impl Drift {
         normal: f64,
         now: SimTime,
         position_m: Vector2<f64>,
+        levels: &PositioningLevels,
     ) {
         let (then, there_m) = self.last;
         let way_m = position_m - there_m;
@@ -134,18 +143,29 @@ impl Drift {
         let mut f = Matrix4::identity();
         (f[(0, 2)], f[(1, 2)]) = (way_m.x, way_m.y);
         (f[(0, 3)], f[(1, 3)]) = (right_m.x, right_m.y);
-        self.error = f * self.error;
-        self.error[3] += q.sqrt() * normal;
+        if levels.on(E::Scale) {
+            self.parts_m[1] += way_m * self.rates[0];
+        }
+        if levels.on(E::Heading) {
+            self.parts_m[2] += right_m * self.rates[1];
+        }
+        self.rates[1] += q.sqrt() * normal;
         let moved = f * self.covariance * f.transpose();
         self.covariance = 0.5 * (moved + moved.transpose());
         self.covariance[(3, 3)] += q;
         self.last = (now, position_m);
     }
 
+    /// The error of the position, m.
+    fn error_m(&self, levels: &PositioningLevels) -> Vector2<f64> {
+        let start_m = if levels.on(E::Start) { self.parts_m[0] } else { Vector2::zeros() };
+        start_m + self.parts_m[1] + self.parts_m[2]
+    }
+
     /// The position becomes known: its error is drawn anew, scale and heading stay as they are.
     fn reset(&mut self, config: &DynamicConfig, (east, north): (f64, f64)) {
-        (self.error[0], self.error[1]) =
-            (config.sigma_start_m * east, config.sigma_start_m * north);
+        self.parts_m = [Vector2::zeros(); 3];
+        self.parts_m[0] = config.sigma_start_m * Vector2::new(east, north);
         for i in 0..2 {
             for j in 0..4 {
                 self.covariance[(i, j)] = 0.0;
@@ -162,6 +182,7 @@ pub struct Dynamic {
     config: DynamicConfig,
     reporting: Reporting,
     fleet: Fleet<Drift>,
+    planning: Planning,
 }
 
 impl Dynamic {
@@ -172,7 +193,28 @@ impl Dynamic {
     pub fn new(config: DynamicConfig) -> Result<Self, ConfigError> {
         config.validate()?;
         let reporting = config.reporting();
-        Ok(Self { config, reporting, fleet: Fleet::default() })
+        let planning = Planning::new(config.id, PositioningModel::Dynamic);
+        Ok(Self { config, reporting, fleet: Fleet::default(), planning })
+    }
+
+    /// The same sensor planned for a tolerance and a run of `horizon_s`.
+    #[must_use]
+    pub fn tolerating(mut self, tolerance: Tolerance, horizon_s: f64) -> Self {
+        self.planning.tolerate(tolerance, horizon_s);
+        self
+    }
+
+    /// The same sensor with the level of every effect given and nothing planned.
+    #[must_use]
+    pub fn at_levels(mut self, levels: PositioningLevels) -> Self {
+        self.planning.fix(levels);
+        self
+    }
+
+    /// Its planning: the plan in force and the counters.
+    #[must_use]
+    pub fn planning(&self) -> &Planning {
+        &self.planning
     }
 }
 
@@ -185,6 +227,14 @@ impl Sensor for Dynamic {
         SensorKind::Dynamic
     }
 
+    fn plan(&self) -> &[PlanRow] {
+        self.planning.rows()
+    }
+
+    fn evaluations(&self) -> Vec<(&'static str, u64)> {
+        self.planning.evaluations()
+    }
+
     fn scan(
         &mut self,
         interval: &ScanInterval,
@@ -193,7 +243,12 @@ impl Sensor for Dynamic {
         out: &mut PlotSink,
     ) {
         let (config, reporting) = (&self.config, &self.reporting);
+        let planning = &mut self.planning;
         let mut reports = Reports::new(reporting, truth, out);
+        if planning.wants_survey(truth.len()) {
+            self.fleet.survey(reporting, interval, truth, |s| planning.see(s, 0.0));
+        }
+        planning.prepare(|scene| bounds::dynamic(config, scene));
         self.fleet.for_each_due(
             reporting,
             interval,
@@ -205,14 +260,25 @@ impl Sensor for Dynamic {
             |drift, due| {
                 reports.expected();
                 let position_m = due.state.position_m.xy();
-                let mut rng = reporting.key(interval, due).rng(Purpose::Dynamic);
-                let (walk, _) = normal_pair(&mut rng);
-                let (white, fresh) = (normal_pair(&mut rng), normal_pair(&mut rng));
-                drift.advance(config, walk, due.time, position_m);
+                let levels = planning.levels_for(&due.state, || 0.0);
                 let known = config
                     .resets_m
                     .iter()
                     .any(|place| (place - position_m).norm() <= config.reset_radius_m);
+                // One stream for all: what is left out takes its draws with it.
+                let (walks, whites) = (levels.on(E::Heading), levels.on(E::White));
+                let mut rng = (walks || whites || known)
+                    .then(|| reporting.key(interval, due).rng(Purpose::Dynamic));
+                let mut pair = |used: bool| {
+                    let mut draw = || rng.as_mut().map_or(0.0, uniform);
+                    let (first, second) = (draw(), draw());
+                    if used { normal_pair_of(first, second) } else { (0.0, 0.0) }
+                };
+                let (walk, white, fresh) = (pair(walks).0, pair(whites), pair(known));
+                for effect in [E::Scale, E::Heading, E::Start, E::White] {
+                    planning.add(effect, u64::from(levels.on(effect)));
+                }
+                drift.advance(config, walk, due.time, position_m, &levels);
                 if known {
                     drift.reset(config, fresh);
                 }
@@ -220,9 +286,12 @@ impl Sensor for Dynamic {
                 let white_m2 = config.sigma_white_m * config.sigma_white_m;
                 let (axis, variance_m2) =
                     ellipse([p[(0, 0)] + white_m2, p[(0, 1)], p[(1, 1)] + white_m2]);
-                let drift_m = Vector2::new(drift.error[0], drift.error[1]);
-                let white_m = config.sigma_white_m * Vector2::new(white.0, white.1);
-                let heading = Azimuth::from_rad(due.state.heading_rad).unit();
+                let drift_m = drift.error_m(&levels);
+                let white_m = if levels.on(E::White) {
+                    config.sigma_white_m * Vector2::new(white.0, white.1)
+                } else {
+                    Vector2::zeros()
+                };
                 reports.push(
                     due,
                     Fix {
@@ -233,11 +302,15 @@ impl Sensor for Dynamic {
                         altitude_m: None,
                     },
                     true,
-                    &[
-                        ("drift along", drift_m.dot(&heading), "m"),
-                        ("drift", drift_m.norm(), "m"),
-                        ("white error", white_m.norm(), "m"),
-                    ],
+                    || {
+                        let [start, scale, heading] = drift.parts_m.map(|part| part.norm());
+                        [
+                            shown(&levels, E::Scale, scale, "m"),
+                            shown(&levels, E::Heading, heading, "m"),
+                            shown(&levels, E::Start, start, "m"),
+                            shown(&levels, E::White, white_m.norm(), "m"),
+                        ]
+                    },
                 );
             },
         );

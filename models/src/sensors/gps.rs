@@ -6,19 +6,26 @@
 //! | constellation | dilution of 24 slots | satellites fail and are repaired | range deviation × dilution |
 //! | per satellite | the same | the same | ranges by source, least squares |
 //!
+//! Which effects of a level are simulated is planned ([`crate::effects::positioning`]).
+//!
 //! Source of the statistical level: prior probability model P = P_c · P_sa · P_sr of satellite
 //! services with independent Gaussian errors in north and east. Figures of the presets: GPS SPS
 //! Signal Specification (1995), SPS Performance Standard (2001, 2020).
 
 use crate::draw::{DrawKey, Purpose, normal_pair, uniform};
+use crate::effects::positioning::{
+    Ladders, Planning, PositioningEffect as E, PositioningLevels, PositioningModel,
+    PositioningScene, bounds,
+};
+use crate::effects::{PlanRow, Tolerance};
 use crate::environment::Weather;
 use crate::frames::{Matrix2, Vector2};
 use crate::plot::{SensorId, SensorKind};
 use crate::sensors::config::{ConfigError, number};
 use crate::sensors::constellation::{Dop, Sky, SkyConfig, SkyEpoch};
-use crate::sensors::cooperative::{Equipage, Fix, Fleet, Reporting, Reports};
+use crate::sensors::cooperative::{Equipage, Fix, Fleet, Reporting, Reports, Shown, shown};
 use crate::sensors::gauss_markov::Gm1Pair;
-use crate::sensors::ranging::{Ranging, RangingConfig, RangingReceiver, ellipse};
+use crate::sensors::ranging::{Ranging, RangingConfig, RangingReceiver, Want, ellipse};
 use crate::sensors::service::{Alternating, Service, ServiceState};
 use crate::sensors::{PlotSink, ScanInterval, Sensor, Truth};
 use crate::time::SimTime;
@@ -75,6 +82,18 @@ impl SoftFailure {
         number("soft_step_m", self.step_m, 0.0, 1e6)?;
         number("soft_ramp_m_per_s", self.ramp_m_per_s, 0.0, 1e4)?;
         number("soft_limit_m", self.limit_m, self.step_m, 1e6)
+    }
+
+    /// Shift of a soft failure, m east and north: its direction belongs to the event. `key` is that of a
+    /// report of the receiver.
+    pub(crate) fn shift_of(&self, key: DrawKey, quality: Quality) -> Vector2<f64> {
+        let Quality::SoftFailure { age_s, number } = quality else {
+            return Vector2::zeros();
+        };
+        let event = DrawKey { scan: number, ..process_key(key, 4) };
+        let turn = uniform(&mut event.rng(Purpose::GnssService));
+        let (sin, cos) = libm::sincos(std::f64::consts::TAU * turn);
+        Vector2::new(sin, cos) * self.shift_m(age_s)
     }
 
     /// Size of the shift `age_s` after the onset, m.
@@ -275,6 +294,7 @@ pub(crate) fn validate_process(
 pub struct Gps {
     reporting: Reporting,
     engine: Engine,
+    planning: Planning,
 }
 
 #[derive(Clone, Debug)]
@@ -292,6 +312,11 @@ impl Gps {
     pub fn new(config: GpsConfig) -> Result<Self, ConfigError> {
         config.validate()?;
         let reporting = config.reporting();
+        let planned = match &config.model {
+            GpsModel::Statistical(_) => PositioningModel::GpsStatistical,
+            GpsModel::Constellation(_) => PositioningModel::GpsConstellation,
+            GpsModel::PerSatellite(_) => PositioningModel::GpsPerSatellite,
+        };
         let engine = match config.model {
             GpsModel::Statistical(model) => Engine::Statistical { model, fleet: Fleet::default() },
             GpsModel::Constellation(model) => {
@@ -303,8 +328,55 @@ impl Gps {
                 fleet: Fleet::default(),
             },
         };
-        Ok(Self { reporting, engine })
+        Ok(Self { planning: Planning::new(reporting.id, planned), reporting, engine })
     }
+
+    /// The same sensor planned for a tolerance and a run of `horizon_s`.
+    #[must_use]
+    pub fn tolerating(mut self, tolerance: Tolerance, horizon_s: f64) -> Self {
+        self.planning.tolerate(tolerance, horizon_s);
+        self
+    }
+
+    /// The same sensor with the level of every effect given and nothing planned.
+    #[must_use]
+    pub fn at_levels(mut self, levels: PositioningLevels) -> Self {
+        self.planning.fix(levels);
+        self
+    }
+
+    /// Its planning: the plan in force and the counters.
+    #[must_use]
+    pub fn planning(&self) -> &Planning {
+        &self.planning
+    }
+}
+
+/// Plans, follows the satellites with what is simulated of their failures, and plans for the geometry
+/// that they leave. With nobody to see them, no satellite is followed.
+pub(crate) fn prepare_sky(
+    sky: &mut Sky,
+    planning: &mut Planning,
+    interval: &ScanInterval,
+    ladders: impl Fn(&PositioningScene) -> Ladders,
+    step: impl FnOnce(&mut Sky),
+) {
+    if !planning.anybody() {
+        planning.prepare(ladders);
+        return;
+    }
+    if sky.epochs().is_empty() {
+        planning.see_dilution(sky.nominal_dilution(interval.from));
+    }
+    planning.prepare(&ladders);
+    let levels = planning.levels();
+    sky.simulate(levels.on(E::HardFailures), levels.on(E::SoftFailures));
+    step(sky);
+    let [hard, soft] = sky.take_looked();
+    planning.add(E::HardFailures, hard);
+    planning.add(E::SoftFailures, soft);
+    planning.see_dilution(sky.largest_dilution());
+    planning.prepare(ladders);
 }
 
 impl Sensor for Gps {
@@ -316,6 +388,14 @@ impl Sensor for Gps {
         SensorKind::Gps
     }
 
+    fn plan(&self) -> &[PlanRow] {
+        self.planning.rows()
+    }
+
+    fn evaluations(&self) -> Vec<(&'static str, u64)> {
+        self.planning.evaluations()
+    }
+
     fn scan(
         &mut self,
         interval: &ScanInterval,
@@ -323,18 +403,39 @@ impl Sensor for Gps {
         _weather: &Weather,
         out: &mut PlotSink,
     ) {
-        let reporting = &self.reporting;
+        let (reporting, planning) = (&self.reporting, &mut self.planning);
         let mut reports = Reports::new(reporting, truth, out);
+        let survey = planning.wants_survey(truth.len());
         match &mut self.engine {
             Engine::Statistical { model, fleet } => {
-                statistical(model, fleet, reporting, interval, truth, &mut reports);
+                if survey {
+                    fleet.survey(reporting, interval, truth, |s| planning.see(s, 0.0));
+                }
+                planning.prepare(|scene| bounds::gps_statistical(model, scene));
+                statistical(model, fleet, reporting, planning, interval, truth, &mut reports);
             }
             Engine::Constellation { model, sky, fleet } => {
-                sky.prepare(interval.run_seed, interval.from, interval.to, 0.0);
-                diluted(model, sky, fleet, reporting, interval, truth, &mut reports);
+                if survey {
+                    fleet.survey(reporting, interval, truth, |s| planning.see(s, 0.0));
+                }
+                prepare_sky(
+                    sky,
+                    planning,
+                    interval,
+                    |scene| bounds::gps_constellation(model, scene),
+                    |sky| {
+                        sky.prepare(interval.run_seed, interval.from, interval.to, 0.0);
+                    },
+                );
+                diluted(model, sky, fleet, reporting, planning, interval, truth, &mut reports);
             }
             Engine::PerSatellite { ranging, fleet } => {
-                ranging.prepare(interval.run_seed, interval.from, interval.to);
+                if survey {
+                    fleet.survey(reporting, interval, truth, |s| planning.see(s, 0.0));
+                }
+                ranging.prepare(interval, planning, |config, scene| {
+                    bounds::gps_per_satellite(config, scene)
+                });
                 fleet.for_each_due(
                     reporting,
                     interval,
@@ -343,16 +444,12 @@ impl Sensor for Gps {
                     |receiver, due| {
                         reports.expected();
                         let key = reporting.key(interval, due);
-                        if let Some(fix) = ranging.fix(receiver, key, due.time, 0.0, 0.0) {
-                            reports.push(
-                                due,
-                                Fix::of_ranges(due, &fix),
-                                true,
-                                &[
-                                    ("range errors", fix.error_m.norm(), "m"),
-                                    ("satellites", fix.satellites as f64, ""),
-                                ],
-                            );
+                        let levels = planning.levels_for(&due.state, || 0.0);
+                        let want = Want { explain: reports.explains(), ..Want::default() };
+                        let fix = ranging.fix(receiver, key, due.time, &want, &levels, planning);
+                        if let Some(fix) = fix {
+                            let shown = || fix.shown(&levels);
+                            reports.push(due, Fix::of_ranges(due, &fix), true, shown);
                         }
                     },
                 );
@@ -365,6 +462,7 @@ fn statistical(
     model: &Statistical,
     fleet: &mut Fleet<Receiver>,
     reporting: &Reporting,
+    planning: &mut Planning,
     interval: &ScanInterval,
     truth: &dyn Truth,
     reports: &mut Reports<'_>,
@@ -373,16 +471,18 @@ fn statistical(
         reporting,
         interval,
         truth,
-        |due| Receiver::start(&model.service, reporting.key(interval, due), due.time),
+        |due| Receiver::start(due.time),
         |receiver, due| {
             reports.expected();
             let draw = reporting.key(interval, due);
-            let quality = receiver.service(&model.service, draw, due.time);
+            let levels = planning.levels_for(&due.state, || 0.0);
+            let quality = receiver.service(&model.service, draw, due.time, &levels, planning);
+            // The error goes on through an outage: later reports do not depend on who saw this one.
+            let error = receiver.error(&model.error, draw, due.time, &levels, planning);
             if quality == Quality::NoPosition {
                 return;
             }
-            let error = receiver.error(&model.error, draw, due.time);
-            let soft_m = receiver.soft_shift(&model.soft, draw, quality);
+            let soft_m = model.soft.shift_of(draw, quality);
             reports.push(
                 due,
                 Fix {
@@ -396,21 +496,19 @@ fn statistical(
                     altitude_m: None,
                 },
                 true,
-                &[
-                    ("correlated error", error.correlated_m.norm(), "m"),
-                    ("white error", error.white_m.norm(), "m"),
-                    ("soft failure", soft_m.norm(), "m"),
-                ],
+                || error.shown(&levels, soft_m),
             );
         },
     );
 }
 
+#[expect(clippy::too_many_arguments, reason = "the parts of one sensor and one scan")]
 fn diluted(
     model: &Diluted,
     sky: &Sky,
     fleet: &mut Fleet<Wander>,
     reporting: &Reporting,
+    planning: &mut Planning,
     interval: &ScanInterval,
     truth: &dyn Truth,
     reports: &mut Reports<'_>,
@@ -422,15 +520,24 @@ fn diluted(
         reporting,
         interval,
         truth,
-        |due| Wander::start(reporting.key(interval, due), due.time),
+        |_| Wander::default(),
         |wander, due| {
             reports.expected();
+            let key = reporting.key(interval, due);
+            let levels = planning.levels_for(&due.state, || 0.0);
+            let unit = wander.parts(
+                (model.correlated_share, model.tau_s),
+                key,
+                due.time,
+                &levels,
+                planning,
+            );
+            // The error goes on while there is no fix.
             let Some(spread) = sky.at(due.time).and_then(|i| epochs[i].as_ref()) else {
                 return;
             };
-            let key = reporting.key(interval, due);
-            let unit = wander.unit_error(model.correlated_share, model.tau_s, key, due.time);
-            let error_m = spread.root * unit;
+            planning.count(E::Geometry);
+            let error_m = spread.root * unit.total();
             reports.push(
                 due,
                 Fix {
@@ -441,11 +548,15 @@ fn diluted(
                     altitude_m: None,
                 },
                 true,
-                &[
-                    ("diluted error", error_m.norm(), "m"),
-                    ("horizontal dilution", spread.hdop, ""),
-                    ("soft failure", spread.soft_m.norm(), "m"),
-                ],
+                || {
+                    let norm = |unit: Vector2<f64>| (spread.root * unit).norm();
+                    [
+                        shown(&levels, E::Geometry, spread.hdop, "of dilution"),
+                        shown(&levels, E::SoftFailures, spread.soft_m.norm(), "m"),
+                        shown(&levels, E::Correlation, norm(unit.lasting()), "m"),
+                        shown(&levels, E::White, norm(unit.fresh()), "m"),
+                    ]
+                },
             );
         },
     );
@@ -480,43 +591,77 @@ impl Spread {
 }
 
 /// A horizontal error of unit deviation that wanders: correlated and white part.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Wander {
-    correlated: Gm1Pair,
-    advanced: SimTime,
+    /// The correlated part and when it was advanced last; made when it is first wanted.
+    correlated: Option<(Gm1Pair, SimTime)>,
 }
 
 impl Wander {
-    pub(crate) fn start(key: DrawKey, now: SimTime) -> Self {
-        let mut rng = DrawKey { scan: u64::MAX, ..key }.rng(Purpose::GnssMarkov);
-        Self { correlated: Gm1Pair::stationary(&mut rng), advanced: now }
-    }
-
-    /// Correlated and white part at `now`, each of unit deviation east and north; the correlated one
-    /// is advanced exactly from the last report.
-    pub(crate) fn advance(
+    /// Correlated and white part at `now` of an error of unit deviation, of whose variance `share` is
+    /// correlated over `tau_s`; the correlated part is advanced exactly from the last report. Where it
+    /// is left out, the white part has the whole variance.
+    pub(crate) fn parts(
         &mut self,
-        tau_s: f64,
+        (share, tau_s): (f64, f64),
         key: DrawKey,
         now: SimTime,
-    ) -> (Vector2<f64>, Vector2<f64>) {
+        levels: &PositioningLevels,
+        planning: &mut Planning,
+    ) -> Parts {
+        let (lasting, fresh) = (levels.on(E::Correlation), levels.on(E::White));
+        let mut parts = Parts::default();
+        if !lasting && !fresh {
+            return parts;
+        }
         let mut rng = key.rng(Purpose::GnssMarkov);
-        self.correlated.advance(tau_s, now.since_s(self.advanced), &mut rng);
-        self.advanced = now;
-        let (east, north) = normal_pair(&mut rng);
-        (Vector2::from(self.correlated.error(1.0, 1.0)), Vector2::new(east, north))
+        if lasting {
+            planning.count(E::Correlation);
+            let (state, advanced) = self.correlated.get_or_insert_with(|| {
+                let start = DrawKey { scan: u64::MAX, ..key };
+                (Gm1Pair::stationary(&mut start.rng(Purpose::GnssMarkov)), now)
+            });
+            state.advance(tau_s, now.since_s(*advanced), &mut rng);
+            *advanced = now;
+            parts.correlated = Vector2::from(state.error(1.0, 1.0));
+            parts.roots[0] = share.sqrt();
+        } else {
+            // The draws of the part that is left out.
+            let _ = (uniform(&mut rng), uniform(&mut rng));
+        }
+        if fresh {
+            planning.count(E::White);
+            let (east, north) = normal_pair(&mut rng);
+            let variance = if lasting { 1.0 - share } else { 1.0 };
+            parts.white = Vector2::new(east, north);
+            parts.roots[1] = variance.sqrt();
+        }
+        parts
+    }
+}
+
+/// An error of unit deviation in its parts, each of unit deviation with the root of its share.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Parts {
+    pub(crate) correlated: Vector2<f64>,
+    pub(crate) white: Vector2<f64>,
+    pub(crate) roots: [f64; 2],
+}
+
+impl Parts {
+    /// The correlated part.
+    pub(crate) fn lasting(&self) -> Vector2<f64> {
+        self.correlated * self.roots[0]
     }
 
-    /// The whole error of unit deviation.
-    pub(crate) fn unit_error(
-        &mut self,
-        correlated_share: f64,
-        tau_s: f64,
-        key: DrawKey,
-        now: SimTime,
-    ) -> Vector2<f64> {
-        let (correlated, white) = self.advance(tau_s, key, now);
-        correlated * correlated_share.sqrt() + white * (1.0 - correlated_share).sqrt()
+    /// The white part.
+    pub(crate) fn fresh(&self) -> Vector2<f64> {
+        self.white * self.roots[1]
+    }
+
+    /// The whole error.
+    pub(crate) fn total(&self) -> Vector2<f64> {
+        self.lasting() + self.fresh()
     }
 }
 
@@ -532,6 +677,15 @@ impl ErrorParts {
     pub(crate) fn total_m(&self) -> Vector2<f64> {
         self.mean_m + self.correlated_m + self.white_m
     }
+
+    /// What was simulated of them, and of a soft failure.
+    pub(crate) fn shown(&self, levels: &PositioningLevels, soft_m: Vector2<f64>) -> [Shown; 3] {
+        [
+            shown(levels, E::SoftFailures, soft_m.norm(), "m"),
+            shown(levels, E::Correlation, self.correlated_m.norm(), "m"),
+            shown(levels, E::White, self.white_m.norm(), "m"),
+        ]
+    }
 }
 
 /// What the services of one receiver give.
@@ -541,16 +695,18 @@ pub(crate) enum Quality {
     NoPosition,
     /// A measurement within its statistics.
     Good,
-    /// A measurement that has been off for so long.
-    SoftFailure { age_s: f64 },
+    /// A measurement that has been off for so long, since this change of the service.
+    SoftFailure { age_s: f64, number: u64 },
 }
 
 /// What is remembered of one receiver.
 #[derive(Clone, Debug)]
 pub(crate) struct Receiver {
-    coverage: ServiceState,
-    availability: ServiceState,
-    reliability: ServiceState,
+    /// Its first report, when its services begin.
+    begins: SimTime,
+    coverage: Option<ServiceState>,
+    availability: Option<ServiceState>,
+    reliability: Option<ServiceState>,
     wander: Wander,
 }
 
@@ -561,52 +717,67 @@ fn process_key(key: DrawKey, process: u32) -> DrawKey {
 }
 
 impl Receiver {
-    pub(crate) fn start(service: &Service, key: DrawKey, now: SimTime) -> Self {
+    pub(crate) fn start(now: SimTime) -> Self {
         Self {
-            coverage: ServiceState::start(&service.coverage, process_key(key, 1), now),
-            availability: ServiceState::start(&service.availability, process_key(key, 2), now),
-            reliability: ServiceState::start(&service.reliability, process_key(key, 3), now),
-            wander: Wander::start(key, now),
+            begins: now,
+            coverage: None,
+            availability: None,
+            reliability: None,
+            wander: Wander::default(),
         }
     }
 
-    /// What the services give at `now`.
-    pub(crate) fn service(&mut self, service: &Service, key: DrawKey, now: SimTime) -> Quality {
-        let covered = self.coverage.advance(&service.coverage, process_key(key, 1), now);
-        let available = self.availability.advance(&service.availability, process_key(key, 2), now);
-        let reliable = self.reliability.advance(&service.reliability, process_key(key, 3), now);
-        match (covered && available, reliable) {
-            (false, _) => Quality::NoPosition,
-            (true, true) => Quality::Good,
-            (true, false) => Quality::SoftFailure { age_s: self.reliability.age_s(now) },
+    /// What the services give at `now`. Each is followed from the receiver's beginning, whenever it is
+    /// first asked: what it does is the same.
+    pub(crate) fn service(
+        &mut self,
+        service: &Service,
+        key: DrawKey,
+        now: SimTime,
+        levels: &PositioningLevels,
+        planning: &mut Planning,
+    ) -> Quality {
+        let begins = self.begins;
+        let up = |state: &mut Option<ServiceState>, process: &Alternating, number: u32| {
+            let key = process_key(key, number);
+            let state = state.get_or_insert_with(|| ServiceState::start(process, key, begins));
+            (state.advance(process, key, now), *state)
+        };
+        if levels.on(E::HardFailures) {
+            planning.count(E::HardFailures);
+            let (covered, _) = up(&mut self.coverage, &service.coverage, 1);
+            let (available, _) = up(&mut self.availability, &service.availability, 2);
+            if !(covered && available) {
+                return Quality::NoPosition;
+            }
         }
+        if levels.on(E::SoftFailures) {
+            planning.count(E::SoftFailures);
+            let (reliable, state) = up(&mut self.reliability, &service.reliability, 3);
+            if !reliable {
+                return Quality::SoftFailure { age_s: state.age_s(now), number: state.sojourn() };
+            }
+        }
+        Quality::Good
     }
 
     /// The error at `now`; the correlated part is advanced exactly from the last report.
-    pub(crate) fn error(&mut self, of: &NorthEast, key: DrawKey, now: SimTime) -> ErrorParts {
-        let (correlated, white) = self.wander.advance(of.tau_s, key, now);
+    pub(crate) fn error(
+        &mut self,
+        of: &NorthEast,
+        key: DrawKey,
+        now: SimTime,
+        levels: &PositioningLevels,
+        planning: &mut Planning,
+    ) -> ErrorParts {
+        let lasting = (of.correlated_share, of.tau_s);
+        let parts = self.wander.parts(lasting, key, now, levels, planning);
         let sigma_m = Vector2::new(of.sigma_east_m, of.sigma_north_m);
         ErrorParts {
             mean_m: Vector2::new(of.mean_east_m, of.mean_north_m),
-            correlated_m: correlated.component_mul(&sigma_m) * of.correlated_share.sqrt(),
-            white_m: white.component_mul(&sigma_m) * (1.0 - of.correlated_share).sqrt(),
+            correlated_m: parts.correlated.component_mul(&sigma_m) * parts.roots[0],
+            white_m: parts.white.component_mul(&sigma_m) * parts.roots[1],
         }
-    }
-
-    /// Shift of a soft failure, m east and north: its direction belongs to the event.
-    pub(crate) fn soft_shift(
-        &self,
-        soft: &SoftFailure,
-        key: DrawKey,
-        quality: Quality,
-    ) -> Vector2<f64> {
-        let Quality::SoftFailure { age_s } = quality else {
-            return Vector2::zeros();
-        };
-        let event = DrawKey { scan: self.reliability.sojourn(), ..process_key(key, 4) };
-        let turn = uniform(&mut event.rng(Purpose::GnssService));
-        let (sin, cos) = libm::sincos(std::f64::consts::TAU * turn);
-        Vector2::new(sin, cos) * soft.shift_m(age_s)
     }
 }
 

@@ -8,10 +8,15 @@
 //! Detector Handbook*, FHWA 2006); delays, detection and false rates are assumptions.
 
 use crate::draw::{DrawKey, Purpose, exponential, normal_pair, uniform};
+use crate::effects::positioning::{
+    Planning, PositioningEffect as E, PositioningLevels, PositioningModel, bounds,
+};
+use crate::effects::{PlanRow, Tolerance};
 use crate::environment::Weather;
 use crate::frames::{Azimuth, Vector2};
 use crate::plot::{Plot, SensorId, SensorKind};
 use crate::sensors::config::{ConfigError, number};
+use crate::sensors::cooperative::shown;
 use crate::sensors::{Cause, Contribution, PlotSink, ScanInterval, Sensor, Truth};
 use crate::time::SimTime;
 
@@ -143,6 +148,9 @@ pub struct InductionLoop {
     passages: Vec<Passage>,
     /// Number and time of the next false passage.
     next_false: Option<(u64, SimTime)>,
+    /// Beginning of the first scan, from which false passages come.
+    begins: Option<SimTime>,
+    planning: Planning,
 }
 
 /// A target over the loops.
@@ -168,7 +176,28 @@ impl InductionLoop {
     pub fn new(config: LoopConfig) -> Result<Self, ConfigError> {
         config.validate()?;
         let along = Azimuth::from_rad(config.direction_deg.to_radians()).unit();
-        Ok(Self { config, along, passages: Vec::new(), next_false: None })
+        let planning = Planning::new(config.id, PositioningModel::Loop).always();
+        Ok(Self { config, along, passages: Vec::new(), next_false: None, begins: None, planning })
+    }
+
+    /// The same sensor planned for a tolerance and a run of `horizon_s`.
+    #[must_use]
+    pub fn tolerating(mut self, tolerance: Tolerance, horizon_s: f64) -> Self {
+        self.planning.tolerate(tolerance, horizon_s);
+        self
+    }
+
+    /// The same sensor with the level of every effect given and nothing planned.
+    #[must_use]
+    pub fn at_levels(mut self, levels: PositioningLevels) -> Self {
+        self.planning.fix(levels);
+        self
+    }
+
+    /// Its planning: the plan in force and the counters.
+    #[must_use]
+    pub fn planning(&self) -> &Planning {
+        &self.planning
     }
 
     /// Which loops a target covers at `time`; `None` while it does not exist.
@@ -286,9 +315,18 @@ impl InductionLoop {
         };
         let mut rng = draw.rng(Purpose::Loop);
         let detected = uniform(&mut rng) < self.config.pd;
-        let delays = [uniform(&mut rng), uniform(&mut rng), uniform(&mut rng)]
+        let mut delays = [uniform(&mut rng), uniform(&mut rng), uniform(&mut rng)]
             .map(|u| u * self.config.delay_s);
-        let (edge, spacing) = normal_pair(&mut rng);
+        let (mut edge, mut spacing) = normal_pair(&mut rng);
+        let levels = self.planning.levels_for(&state, || 0.0);
+        let [reception, delay, at_edge, apart] =
+            [E::Reception, E::Delay, E::Edge, E::Spacing].map(|e| levels.on(e));
+        let detected = detected || !reception;
+        if !delay {
+            delays = [0.0; 3];
+        }
+        edge = if at_edge { edge } else { 0.0 };
+        spacing = if apart { spacing } else { 0.0 };
         let forward = state.velocity_ms.xy().dot(&self.along) >= 0.0;
         let report = match (self.config.pair, occupied) {
             (None, true) => Some(self.single(forward, edge, delays[0], instant)),
@@ -308,14 +346,29 @@ impl InductionLoop {
             _ => None,
         };
         let Some((time, along_m, variance_m2)) = report else { return 0 };
+        let pair = self.config.pair;
+        for (on, effect) in [
+            (reception, E::Reception),
+            (delay, E::Delay),
+            (at_edge, E::Edge),
+            (apart && pair.is_some(), E::Spacing),
+        ] {
+            self.planning.add(effect, u64::from(on));
+        }
         if !occupied {
             self.passages[at].on = [None; 2];
         }
         if detected {
             let position_m = self.config.site_m + self.along * along_m;
             let truth_m = truth.at(index, time).unwrap_or(state).position_m.xy();
-            let effects =
-                vec![Contribution { effect: "delay", value: time.since_s(instant), unit: "s" }];
+            let spacing_m = pair.map_or(0.0, |p| p.sigma_spacing_m * spacing);
+            let shown = [
+                shown(&levels, E::Delay, time.since_s(instant), "s"),
+                shown(&levels, E::Edge, self.config.sigma_edge_m * edge, "m"),
+                pair.and_then(|_| shown(&levels, E::Spacing, spacing_m, "m")),
+            ];
+            let of = |(effect, value, unit)| Contribution { effect, value, unit };
+            let effects = shown.into_iter().flatten().map(of).collect();
             let cause = Cause { key: Some(passage.key), truth_m: Some(truth_m), effects };
             found.push((self.plot(time, position_m, variance_m2), cause));
         }
@@ -383,9 +436,11 @@ impl InductionLoop {
 
     /// False passages until the end of the interval: a Poisson process drawn event by event.
     fn false_passages(&mut self, interval: &ScanInterval, found: &mut Vec<(Plot, Cause)>) {
-        if self.config.false_per_h <= 0.0 {
+        let begins = *self.begins.get_or_insert(interval.from);
+        if self.config.false_per_h <= 0.0 || !self.planning.levels().on(E::FalsePassages) {
             return;
         }
+        self.planning.count(E::FalsePassages);
         let gap_s = 3600.0 / self.config.false_per_h;
         let sensor = u32::from(self.config.id.0);
         let draw = |number| DrawKey {
@@ -402,8 +457,12 @@ impl InductionLoop {
                 SimTime(i64::MAX)
             }
         };
-        let (mut number, mut time) =
-            self.next_false.unwrap_or_else(|| (0, after(0, interval.from)));
+        let (mut number, mut time) = self.next_false.unwrap_or_else(|| (0, after(0, begins)));
+        while time <= interval.from {
+            // From a time in which they were left out.
+            number += 1;
+            time = after(number, time);
+        }
         while time <= interval.to {
             let sigma_m = libm::hypot(self.config.sigma_edge_m, self.config.sigma_half_length_m);
             found.push((self.plot(time, self.config.site_m, sigma_m * sigma_m), Cause::default()));
@@ -423,6 +482,14 @@ impl Sensor for InductionLoop {
         SensorKind::Loop
     }
 
+    fn plan(&self) -> &[PlanRow] {
+        self.planning.rows()
+    }
+
+    fn evaluations(&self) -> Vec<(&'static str, u64)> {
+        self.planning.evaluations()
+    }
+
     fn scan(
         &mut self,
         interval: &ScanInterval,
@@ -431,6 +498,15 @@ impl Sensor for InductionLoop {
         out: &mut PlotSink,
     ) {
         let mut found = Vec::new();
+        if self.planning.wants_survey(truth.len()) {
+            for index in 0..truth.len() {
+                let state = truth.at(index, interval.to).or_else(|| truth.at(index, interval.from));
+                if let Some(state) = state {
+                    self.planning.see(&state, 0.0);
+                }
+            }
+        }
+        self.planning.prepare(|scene| bounds::induction_loop(&self.config, scene));
         for index in 0..truth.len() {
             out.looks += self.follow(interval, truth, index, &mut found);
         }

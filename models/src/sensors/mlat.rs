@@ -7,15 +7,19 @@
 //! Source: least squares of pseudoranges, as in Torrieri, "Statistical theory of passive location
 //! systems", IEEE Trans. AES-20 (1984). Timing errors and multipath are assumptions.
 
-use crate::draw::{Purpose, exponential, normal_pair, uniform};
+use crate::draw::{Purpose, normal_pair_of, uniform};
+use crate::effects::positioning::{
+    Planning, PositioningEffect as E, PositioningLevels, PositioningModel, bounds,
+};
+use crate::effects::{PlanRow, Tolerance};
 use crate::environment::{Weather, wavelength_m};
 use crate::frames::{Azimuth, Vector2};
 use crate::plot::{SensorId, SensorKind};
 use crate::sensors::config::{ConfigError, count, number};
-use crate::sensors::cooperative::{Equipage, Fix, Fleet, Reporting, Reports};
+use crate::sensors::cooperative::{Equipage, Fix, Fleet, Reporting, Reports, shown};
 use crate::sensors::ranging::ellipse;
 use crate::sensors::shadow::{Building, SightLine};
-use crate::sensors::{PlotSink, ScanInterval, Sensor, Truth};
+use crate::sensors::{PlotSink, ScanInterval, Sensor, TargetState, Truth};
 use std::sync::Arc;
 
 /// Speed of light, m/s.
@@ -224,6 +228,13 @@ impl MlatConfig {
         number("max_dilution", self.max_dilution, 0.5, 1e4)
     }
 
+    /// The middle of the stations, m.
+    #[must_use]
+    pub fn middle_m(&self) -> Vector2<f64> {
+        let sum = self.stations.iter().fold(Vector2::zeros(), |sum, s| sum + s.position_m);
+        sum / self.stations.len().max(1) as f64
+    }
+
     fn reporting(&self) -> Reporting {
         Reporting {
             id: self.id,
@@ -246,6 +257,7 @@ pub struct Mlat {
     config: MlatConfig,
     reporting: Reporting,
     fleet: Fleet<()>,
+    planning: Planning,
 }
 
 impl Mlat {
@@ -256,7 +268,28 @@ impl Mlat {
     pub fn new(config: MlatConfig) -> Result<Self, ConfigError> {
         config.validate()?;
         let reporting = config.reporting();
-        Ok(Self { config, reporting, fleet: Fleet::default() })
+        let planning = Planning::new(config.id, PositioningModel::Mlat);
+        Ok(Self { config, reporting, fleet: Fleet::default(), planning })
+    }
+
+    /// The same sensor planned for a tolerance and a run of `horizon_s`.
+    #[must_use]
+    pub fn tolerating(mut self, tolerance: Tolerance, horizon_s: f64) -> Self {
+        self.planning.tolerate(tolerance, horizon_s);
+        self
+    }
+
+    /// The same sensor with the level of every effect given and nothing planned.
+    #[must_use]
+    pub fn at_levels(mut self, levels: PositioningLevels) -> Self {
+        self.planning.fix(levels);
+        self
+    }
+
+    /// Its planning: the plan in force and the counters.
+    #[must_use]
+    pub fn planning(&self) -> &Planning {
+        &self.planning
     }
 }
 
@@ -269,6 +302,14 @@ impl Sensor for Mlat {
         SensorKind::Mlat
     }
 
+    fn plan(&self) -> &[PlanRow] {
+        self.planning.rows()
+    }
+
+    fn evaluations(&self) -> Vec<(&'static str, u64)> {
+        self.planning.evaluations()
+    }
+
     fn scan(
         &mut self,
         interval: &ScanInterval,
@@ -277,6 +318,14 @@ impl Sensor for Mlat {
         out: &mut PlotSink,
     ) {
         let (config, reporting) = (&self.config, &self.reporting);
+        let planning = &mut self.planning;
+        let middle_m = config.middle_m();
+        let distance_m = |s: &TargetState| (s.position_m.xy() - middle_m).norm();
+        if planning.wants_survey(truth.len()) {
+            let see = |s: &TargetState| planning.see(s, distance_m(s));
+            self.fleet.survey(reporting, interval, truth, see);
+        }
+        planning.prepare(|scene| bounds::mlat(config, scene));
         let mut reports = Reports::new(reporting, truth, out);
         let (mut heard, mut errors_m) = (Vec::new(), Vec::new());
         self.fleet.for_each_due(
@@ -287,6 +336,10 @@ impl Sensor for Mlat {
             |(), due| {
                 reports.expected();
                 let target_m = due.state.position_m.xy();
+                let levels = planning.levels_for(&due.state, || distance_m(&due.state));
+                let [reception, range, sight, timing, multipath] =
+                    [E::Reception, E::StationRange, E::Sight, E::Timing, E::Multipath]
+                        .map(|e| levels.on(e));
                 let mut rng = reporting.key(interval, due).rng(Purpose::Mlat);
                 heard.clear();
                 errors_m.clear();
@@ -295,18 +348,41 @@ impl Sensor for Mlat {
                 let height_m = due.state.position_m.z.max(0.5 * class.height_m);
                 for station in &config.stations {
                     // The same draws whether it is in sight, decoded or late.
-                    let (decoded, late) = (uniform(&mut rng), uniform(&mut rng));
-                    let (noise, _) = normal_pair(&mut rng);
-                    let delay_m = config.multipath_m * exponential(&mut rng);
-                    if decoded < config.reception
-                        && station.hears(target_m)
-                        && station.sees(&config.buildings, target_m, height_m)
-                    {
-                        heard.push(station.position_m);
-                        let detour_m = if late < config.multipath { delay_m } else { 0.0 };
-                        errors_m.push((C * config.sigma_t_s * noise, detour_m));
+                    let [decoded, late, first, second, delay] =
+                        std::array::from_fn(|_| uniform(&mut rng));
+                    if reception {
+                        planning.count(E::Reception);
+                        if decoded >= config.reception {
+                            continue;
+                        }
                     }
+                    if range {
+                        planning.count(E::StationRange);
+                        if !station.hears(target_m) {
+                            continue;
+                        }
+                    }
+                    if sight {
+                        planning.count(E::Sight);
+                        if !station.sees(&config.buildings, target_m, height_m) {
+                            continue;
+                        }
+                    }
+                    heard.push(station.position_m);
+                    let (mut noise_m, mut detour_m) = (0.0, 0.0);
+                    if timing {
+                        planning.count(E::Timing);
+                        noise_m = C * config.sigma_t_s * normal_pair_of(first, second).0;
+                    }
+                    if multipath {
+                        planning.count(E::Multipath);
+                        if late < config.multipath {
+                            detour_m = config.multipath_m * -libm::log1p(-delay);
+                        }
+                    }
+                    errors_m.push((noise_m, detour_m));
                 }
+                planning.count(E::Geometry);
                 let Some(geometry) = ArrivalGeometry::of(&heard, target_m)
                     .filter(|g| g.horizontal() <= config.max_dilution)
                 else {
@@ -329,12 +405,14 @@ impl Sensor for Mlat {
                         altitude_m: None,
                     },
                     true,
-                    &[
-                        ("timing error", timing_m.norm(), "m"),
-                        ("multipath", multipath_m.norm(), "m"),
-                        ("stations", heard.len() as f64, ""),
-                        ("horizontal dilution", geometry.horizontal(), ""),
-                    ],
+                    || {
+                        [
+                            shown(&levels, E::Geometry, geometry.horizontal(), "of dilution"),
+                            shown(&levels, E::Reception, heard.len() as f64, "stations"),
+                            shown(&levels, E::Timing, timing_m.norm(), "m"),
+                            shown(&levels, E::Multipath, multipath_m.norm(), "m"),
+                        ]
+                    },
                 );
             },
         );

@@ -13,11 +13,15 @@
 //! Processes* (1965), ch. 3, for the chain.
 
 use crate::draw::{DrawKey, Purpose, uniform};
+use crate::effects::positioning::{
+    Planning, PositioningEffect as E, PositioningLevels, PositioningModel, bounds,
+};
+use crate::effects::{PlanRow, Tolerance};
 use crate::environment::Weather;
 use crate::frames::{Azimuth, Vector2};
 use crate::plot::{SensorId, SensorKind};
 use crate::sensors::config::{ConfigError, number};
-use crate::sensors::cooperative::{Equipage, Fix, Fleet, Reporting, Reports};
+use crate::sensors::cooperative::{Equipage, Fix, Fleet, Reporting, Reports, shown};
 use crate::sensors::gps::Wander;
 use crate::sensors::{PlotSink, ScanInterval, Sensor, Truth};
 use crate::time::SimTime;
@@ -326,12 +330,14 @@ pub struct Offline {
     reporting: Reporting,
     chain: (f64, f64),
     fleet: Fleet<State>,
+    planning: Planning,
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 struct State {
     wander: Wander,
-    up: bool,
+    /// Whether the last report came; drawn when it is first wanted.
+    up: Option<bool>,
 }
 
 impl Offline {
@@ -342,7 +348,28 @@ impl Offline {
     pub fn new(config: OfflineConfig) -> Result<Self, ConfigError> {
         config.validate()?;
         let (reporting, chain) = (config.reporting(), config.chain());
-        Ok(Self { config, reporting, chain, fleet: Fleet::default() })
+        let planning = Planning::new(config.id, PositioningModel::Offline);
+        Ok(Self { config, reporting, chain, fleet: Fleet::default(), planning })
+    }
+
+    /// The same sensor planned for a tolerance and a run of `horizon_s`.
+    #[must_use]
+    pub fn tolerating(mut self, tolerance: Tolerance, horizon_s: f64) -> Self {
+        self.planning.tolerate(tolerance, horizon_s);
+        self
+    }
+
+    /// The same sensor with the level of every effect given and nothing planned.
+    #[must_use]
+    pub fn at_levels(mut self, levels: PositioningLevels) -> Self {
+        self.planning.fix(levels);
+        self
+    }
+
+    /// Its planning: the plan in force and the counters.
+    #[must_use]
+    pub fn planning(&self) -> &Planning {
+        &self.planning
     }
 }
 
@@ -355,6 +382,14 @@ impl Sensor for Offline {
         self.config.kind
     }
 
+    fn plan(&self) -> &[PlanRow] {
+        self.planning.rows()
+    }
+
+    fn evaluations(&self) -> Vec<(&'static str, u64)> {
+        self.planning.evaluations()
+    }
+
     fn scan(
         &mut self,
         interval: &ScanInterval,
@@ -365,26 +400,38 @@ impl Sensor for Offline {
         let (config, reporting, chain) = (&self.config, &self.reporting, self.chain);
         let figures = &config.figures;
         let [first, second] = figures.axes;
+        let planning = &mut self.planning;
         let mut reports = Reports::new(reporting, truth, out);
+        if planning.wants_survey(truth.len()) {
+            self.fleet.survey(reporting, interval, truth, |s| planning.see(s, 0.0));
+        }
+        planning.prepare(|_| bounds::offline(config));
         self.fleet.for_each_due(
             reporting,
             interval,
             truth,
-            |due| {
-                let key = reporting.key(interval, due);
-                let mut rng = DrawKey { scan: u64::MAX, ..key }.rng(Purpose::Offline);
-                State { wander: Wander::start(key, due.time), up: uniform(&mut rng) < figures.pd }
-            },
+            |_| State::default(),
             |state, due| {
                 reports.expected();
                 let key = reporting.key(interval, due);
-                let comes = if state.up { chain.0 } else { chain.1 };
-                state.up = uniform(&mut key.rng(Purpose::Offline)) < comes;
-                if !state.up {
-                    return;
+                let levels = planning.levels_for(&due.state, || 0.0);
+                // The error goes on whether the report comes or not.
+                let share = (figures.correlated_share, figures.tau_s);
+                let parts = state.wander.parts(share, key, due.time, &levels, planning);
+                if levels.on(E::HardFailures) {
+                    planning.count(E::HardFailures);
+                    let before = state.up.unwrap_or_else(|| {
+                        let start = DrawKey { scan: u64::MAX, ..key };
+                        uniform(&mut start.rng(Purpose::Offline)) < figures.pd
+                    });
+                    let comes = if before { chain.0 } else { chain.1 };
+                    let up = uniform(&mut key.rng(Purpose::Offline)) < comes;
+                    state.up = Some(up);
+                    if !up {
+                        return;
+                    }
                 }
-                let (share, tau_s) = (figures.correlated_share, figures.tau_s);
-                let unit = state.wander.unit_error(share, tau_s, key, due.time);
+                let unit = parts.total();
                 let position_m = due.state.position_m.xy();
                 let axis = config.axes.at(position_m);
                 let across = Vector2::new(axis.y, -axis.x);
@@ -403,7 +450,15 @@ impl Sensor for Offline {
                         altitude_m: None,
                     },
                     config.identified,
-                    &[("fitted error", error_m.norm(), "m")],
+                    || {
+                        let norm = |u: Vector2<f64>| {
+                            Vector2::new(first.sigma_m * u.x, second.sigma_m * u.y).norm()
+                        };
+                        [
+                            shown(&levels, E::Correlation, norm(parts.lasting()), "m"),
+                            shown(&levels, E::White, norm(parts.fresh()), "m"),
+                        ]
+                    },
                 );
             },
         );

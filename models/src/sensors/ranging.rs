@@ -10,11 +10,17 @@
 //! function of the wide-area augmentation standard (RTCA DO-229). Deviations and times of the presets
 //! are usual values, to be configured.
 
-use crate::draw::{DrawKey, Purpose, normal_pair};
+use crate::draw::{DrawKey, Purpose, normal_pair, normal_pair_of, uniform};
+use crate::effects::positioning::{
+    Ladders, Planning, PositioningEffect as E, PositioningLevels, PositioningScene,
+};
 use crate::frames::Vector2;
+use crate::sensors::ScanInterval;
 use crate::sensors::config::{ConfigError, number};
 use crate::sensors::constellation::{Dop, Sky, SkyConfig};
+use crate::sensors::cooperative::{Shown, shown};
 use crate::sensors::gauss_markov::{Gm1Step, Gm2Step};
+use crate::sensors::gps::prepare_sky;
 use crate::time::SimTime;
 
 /// Deviation and correlation time of one source.
@@ -222,23 +228,30 @@ struct Common {
     reference: f64,
     gradient: f64,
     space: f64,
+    /// Which of them have begun: those of the sky, of the reference station, of the distance.
+    begun: [bool; 3],
 }
 
 /// One satellite of an epoch as a receiver uses it.
 #[derive(Clone, Copy, Debug)]
 struct Range {
     slot: usize,
-    elevation_rad: f64,
     /// Shift of the fix east, north, up per metre on this range.
     shift: [f64; 3],
     /// Errors of satellite and atmosphere, m.
     common_m: f64,
+    /// Error of a soft failure, m.
+    soft_m: f64,
     /// Station's error on this range, m, and unit decorrelation states.
     reference_m: f64,
     gradient: f64,
     space: f64,
     /// Growth of multipath.
     multipath: f64,
+    /// Variance of the whole range and of the receiver's own part, m², and slant over vertical path.
+    variance_m2: f64,
+    own_variance_m2: f64,
+    obliquity: f64,
 }
 
 /// What all receivers of the airport share at one instant.
@@ -255,6 +268,8 @@ pub struct Ranging {
     config: RangingConfig,
     sky: Sky,
     common: Vec<Common>,
+    /// Number of the next step of the errors of the sky, of the reference station, of the distance.
+    next: Option<[i64; 3]>,
     epochs: Vec<RangeEpoch>,
 }
 
@@ -262,6 +277,17 @@ pub struct Ranging {
 #[derive(Clone, Debug)]
 pub struct RangingReceiver {
     multipath: Vec<Option<(f64, SimTime)>>,
+}
+
+/// What a fix is made for.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Want {
+    /// Distance from the reference station, m.
+    pub(crate) distance_m: f64,
+    /// Speed over ground, m/s.
+    pub(crate) speed_ms: f64,
+    /// Whether the error is wanted by its sources.
+    pub(crate) explain: bool,
 }
 
 /// A fix.
@@ -275,6 +301,41 @@ pub struct RangeFix {
     pub covariance_m2: [f64; 3],
     /// Satellites used.
     pub satellites: usize,
+    /// The error by its sources.
+    parts: RangeParts,
+}
+
+/// Shares of the sources in the error of a fix, m east and north.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct RangeParts([Vector2<f64>; 7]);
+
+const AGED: usize = 0;
+const STATION: usize = 1;
+const FAR: usize = 2;
+const COMMON: usize = 3;
+const SOFT: usize = 4;
+const OWN: usize = 5;
+const NOISE: usize = 6;
+
+impl RangeFix {
+    /// What each effect did to the fix.
+    pub(crate) fn shown(&self, levels: &PositioningLevels) -> [Shown; 8] {
+        let of = |effect: E, part: usize| {
+            let metres = self.parts.0[part].norm();
+            // Without corrections there are none of the station, and the other way round.
+            if metres == 0.0 { None } else { shown(levels, effect, metres, "m") }
+        };
+        [
+            shown(levels, E::Geometry, self.satellites as f64, "satellites"),
+            of(E::SoftFailures, SOFT),
+            of(E::RangeErrors, COMMON),
+            of(E::CorrectionDistance, FAR),
+            of(E::CorrectionAge, AGED),
+            of(E::ReferenceErrors, STATION),
+            of(E::Multipath, OWN),
+            of(E::White, NOISE),
+        ]
+    }
 }
 
 impl Ranging {
@@ -285,8 +346,7 @@ impl Ranging {
     pub fn new(config: RangingConfig) -> Result<Self, ConfigError> {
         config.validate()?;
         let sky = Sky::new(config.sky.clone())?;
-        let common = Vec::new();
-        Ok(Self { config, sky, common, epochs: Vec::new() })
+        Ok(Self { config, sky, common: Vec::new(), next: None, epochs: Vec::new() })
     }
 
     /// Its parameters.
@@ -302,50 +362,122 @@ impl Ranging {
     }
 
     /// Computes what reports in (`from`, `to`] need.
-    pub fn prepare(&mut self, run_seed: u64, from: SimTime, to: SimTime) {
-        let added = self.sky.prepare(run_seed, from, to, self.config.keep_s());
+    pub(crate) fn prepare(
+        &mut self,
+        interval: &ScanInterval,
+        planning: &mut Planning,
+        ladders: impl Fn(&RangingConfig, &PositioningScene) -> Ladders,
+    ) {
+        let (run_seed, keep_s) = (interval.run_seed, self.config.keep_s());
+        let step_ns = SimTime::from_s(self.config.sky.step_s).0;
+        // Whoever comes later, the errors of the sky begin with the sensor.
+        let begins = (interval.from.0 - SimTime::from_s(keep_s).0).div_euclid(step_ns);
+        self.next.get_or_insert([begins; 3]);
+        let mut added = 0;
+        let config = &self.config;
+        let step = |sky: &mut Sky| {
+            added = sky.prepare(run_seed, interval.from, interval.to, keep_s);
+        };
+        prepare_sky(&mut self.sky, planning, interval, |scene| ladders(config, scene), step);
+        let levels = planning.levels();
         let all = self.sky.epochs().len();
         self.epochs.retain(|e| self.sky.epochs().first().is_some_and(|s| e.time >= s.time));
         for number in all - added..all {
-            self.advance_common(run_seed, self.sky.epochs()[number].time);
+            self.advance_common(run_seed, self.sky.epochs()[number].time, &levels);
             let epoch = self.epoch(number);
+            for effect in [E::RangeErrors, E::ReferenceErrors, E::CorrectionDistance] {
+                if self.wants(&levels, effect) {
+                    planning.add(effect, epoch.ranges.len() as u64);
+                }
+            }
             self.epochs.push(epoch);
         }
     }
 
-    fn advance_common(&mut self, run_seed: u64, time: SimTime) {
+    /// Whether the states behind an effect are followed.
+    fn wants(&self, levels: &PositioningLevels, effect: E) -> bool {
+        match (&self.config.corrections, effect) {
+            (None, E::RangeErrors) => levels.on(E::RangeErrors),
+            // Corrected, they matter by what they change while a correction ages.
+            (Some(_), E::RangeErrors) => levels.on(E::CorrectionAge),
+            (Some(_), effect) => levels.on(effect),
+            (None, _) => false,
+        }
+    }
+
+    fn advance_common(&mut self, run_seed: u64, time: SimTime, levels: &PositioningLevels) {
+        let wanted = [E::RangeErrors, E::ReferenceErrors, E::CorrectionDistance]
+            .map(|effect| self.wants(levels, effect));
+        if wanted == [false; 3] {
+            return;
+        }
         let step_s = self.config.sky.step_s;
-        let number = time.0.div_euclid(SimTime::from_s(step_s).0) as u64;
+        let number = time.0.div_euclid(SimTime::from_s(step_s).0);
+        let Some(mut next) = self.next else { return };
+        // What was left out until now is followed from its beginning: the same draws, the same errors.
+        let missed = next.iter().zip(wanted).filter(|(_, wanted)| *wanted).map(|(next, _)| *next);
+        for number in missed.min().unwrap_or(number)..=number {
+            let mut due = wanted;
+            for (due, next) in due.iter_mut().zip(&mut next) {
+                *due = *due && *next <= number;
+                *next = if *due { number + 1 } else { *next };
+            }
+            self.step_common(run_seed, number as u64, due);
+        }
+        self.next = Some(next);
+    }
+
+    /// One step of the errors of the sky, of the reference station, of the distance.
+    fn step_common(&mut self, run_seed: u64, number: u64, wanted: [bool; 3]) {
+        let step_s = self.config.sky.step_s;
         let budget = &self.config.budget;
         let reference_tau_s = self.config.corrections.map_or(1.0, |c| c.reference.tau_s);
-        let first = self.common.is_empty();
         self.common.resize(self.config.sky.constellation.slots.len(), Common::default());
         let selective = Gm2Step::new(1.0, budget.selective_availability.tau_s, step_s);
-        let unit = |tau_s: f64| {
-            if first { Gm1Step { phi: 0.0, q: 1.0 } } else { Gm1Step::new(1.0, tau_s, step_s) }
-        };
+        let unit = |tau_s: f64| Gm1Step::new(1.0, tau_s, step_s);
         let clock = unit(budget.clock_ephemeris.tau_s);
         let (ionosphere, troposphere) =
             (unit(budget.ionosphere.tau_s), unit(budget.troposphere.tau_s));
         let reference = unit(reference_tau_s);
+        // The stationary distribution, at the first step of a state.
+        let fresh = Gm1Step { phi: 0.0, q: 1.0 };
+        let [sky, station, far] = wanted;
         for (slot, c) in self.common.iter_mut().enumerate() {
             let key = DrawKey { run_seed, sensor: SKY_ERRORS, entity: slot as u64, scan: number };
             let mut rng = key.rng(Purpose::GnssMarkov);
-            let pair = normal_pair(&mut rng);
-            c.selective = if first {
-                [pair.0, pair.1 / budget.selective_availability.tau_s]
-            } else {
-                selective.advance(c.selective, pair)
+            // One stream for all: what is left out takes its draws with it.
+            let mut pair = |used: bool| {
+                let (first, second) = (uniform(&mut rng), uniform(&mut rng));
+                if used { normal_pair_of(first, second) } else { (0.0, 0.0) }
             };
-            let (a, b) = normal_pair(&mut rng);
-            c.clock = clock.advance(c.clock, a);
-            c.ionosphere = ionosphere.advance(c.ionosphere, b);
-            let (a, b) = normal_pair(&mut rng);
-            c.troposphere = troposphere.advance(c.troposphere, a);
-            c.reference = reference.advance(c.reference, b);
-            let (a, b) = normal_pair(&mut rng);
-            c.gradient = ionosphere.advance(c.gradient, a);
-            c.space = troposphere.advance(c.space, b);
+            let [old_sky, old_station, old_far] = c.begun;
+            let next = |begun: bool, step: Gm1Step| if begun { step } else { fresh };
+            let ab = pair(sky);
+            if sky {
+                c.selective = if old_sky {
+                    selective.advance(c.selective, ab)
+                } else {
+                    [ab.0, ab.1 / budget.selective_availability.tau_s]
+                };
+            }
+            let (a, b) = pair(sky);
+            if sky {
+                c.clock = next(old_sky, clock).advance(c.clock, a);
+                c.ionosphere = next(old_sky, ionosphere).advance(c.ionosphere, b);
+            }
+            let (a, b) = pair(sky || station);
+            if sky {
+                c.troposphere = next(old_sky, troposphere).advance(c.troposphere, a);
+            }
+            if station {
+                c.reference = next(old_station, reference).advance(c.reference, b);
+            }
+            let (a, b) = pair(far);
+            if far {
+                c.gradient = next(old_far, ionosphere).advance(c.gradient, a);
+                c.space = next(old_far, troposphere).advance(c.space, b);
+            }
+            c.begun = [old_sky || sky, old_station || station, old_far || far];
         }
     }
 
@@ -365,22 +497,25 @@ impl Ranging {
             false => Some(equal),
         });
         let ranges = sky.satellites.iter().zip(&weights).map(|((view, soft_m), w)| {
-            let (state, el) = (&self.common[view.slot], view.look.elevation_rad);
+            let el = view.look.elevation_rad;
+            let state = self.common.get(view.slot).copied().unwrap_or_default();
             let multipath = multipath_growth(el);
             Range {
                 slot: view.slot,
-                elevation_rad: el,
                 shift: dop.map_or([0.0; 3], |d| d.shift_per_metre(view.look.unit, *w)),
                 common_m: budget.selective_availability.sigma_m * state.selective[0]
                     + budget.clock_ephemeris.sigma_m * state.clock
                     + budget.ionosphere.sigma_m * obliquity(el) * state.ionosphere
-                    + budget.troposphere.sigma_m * tropospheric_mapping(el) * state.troposphere
-                    + soft_m,
+                    + budget.troposphere.sigma_m * tropospheric_mapping(el) * state.troposphere,
+                soft_m: *soft_m,
                 reference_m: self.config.corrections.map_or(0.0, |c| c.reference.sigma_m)
                     * state.reference,
                 gradient: obliquity(el) * state.gradient,
                 space: state.space,
                 multipath,
+                variance_m2: budget.variance_m2(el),
+                own_variance_m2: budget.own_variance_m2(el),
+                obliquity: obliquity(el),
             }
         });
         RangeEpoch { time: sky.time, ranges: ranges.collect(), fix: dop.is_some() }
@@ -390,63 +525,94 @@ impl Ranging {
         self.epochs.partition_point(|e| e.time <= time).checked_sub(1).map(|i| &self.epochs[i])
     }
 
-    /// The fix of `receiver` at `now`, `distance_m` from the reference station at `speed_ms`; `None`
-    /// without enough satellites. `key` is that of the report.
+    /// The fix of `receiver` at `now`; `None` without enough satellites. `key` is that of the report.
     #[must_use]
-    pub fn fix(
+    pub(crate) fn fix(
         &self,
         receiver: &mut RangingReceiver,
         key: DrawKey,
         now: SimTime,
-        distance_m: f64,
-        speed_ms: f64,
+        want: &Want,
+        levels: &PositioningLevels,
+        planning: &mut Planning,
     ) -> Option<RangeFix> {
+        let &Want { distance_m, speed_ms, explain } = want;
         let epoch = self.at(now).filter(|e| e.fix)?;
+        planning.count(E::Geometry);
         let budget = &self.config.budget;
         let corrected = match &self.config.corrections {
             Some(c) => Some((c, self.at(c.made_at(now))?)),
             None => None,
         };
-        let mut rng = key.rng(Purpose::GnssMarkov);
+        let [multipath, noise] = [E::Multipath, E::White].map(|e| levels.on(e));
+        let [aged, far] = [E::CorrectionAge, E::CorrectionDistance].map(|e| levels.on(e));
+        let [common, station] = [E::RangeErrors, E::ReferenceErrors].map(|e| levels.on(e));
+        let ranges = epoch.ranges.len() as u64;
+        for (on, effect) in [(multipath, E::Multipath), (noise, E::White)] {
+            planning.add(effect, if on { ranges } else { 0 });
+        }
+        planning.add(E::CorrectionAge, if aged && corrected.is_some() { ranges } else { 0 });
+        let mut rng = (multipath || noise).then(|| key.rng(Purpose::GnssMarkov));
         let mut shift = [0.0; 3];
         let mut cov = [0.0; 3];
+        let mut parts = RangeParts::default();
         let mut step = (f64::NAN, Gm1Step { phi: 0.0, q: 1.0 });
         for range in &epoch.ranges {
-            let (innovation, white) = normal_pair(&mut rng);
-            let state = match receiver.multipath[range.slot] {
-                None => innovation,
-                Some((state, then)) => {
-                    let dt_s = now.since_s(then);
-                    if dt_s != step.0 {
-                        step = (dt_s, Gm1Step::new(1.0, budget.multipath.tau_s, dt_s));
+            let (innovation, white) = rng.as_mut().map_or((0.0, 0.0), normal_pair);
+            let mut own_m = 0.0;
+            if multipath {
+                let state = match receiver.multipath[range.slot] {
+                    None => innovation,
+                    Some((state, then)) => {
+                        let dt_s = now.since_s(then);
+                        if dt_s != step.0 {
+                            step = (dt_s, Gm1Step::new(1.0, budget.multipath.tau_s, dt_s));
+                        }
+                        step.1.advance(state, innovation)
                     }
-                    step.1.advance(state, innovation)
+                };
+                receiver.multipath[range.slot] = Some((state, now));
+                own_m = budget.multipath.sigma_m * range.multipath * state;
+            }
+            let noise_m = if noise { budget.noise_m * white } else { 0.0 };
+            let mut error_m = own_m + noise_m;
+            let mut variance_m2 = range.own_variance_m2;
+            let [east, north, up] = range.shift;
+            let mut part = |which: usize, error_m: f64| {
+                if explain {
+                    parts.0[which] += Vector2::new(east, north) * error_m;
                 }
             };
-            receiver.multipath[range.slot] = Some((state, now));
-            let mut error_m =
-                budget.multipath.sigma_m * range.multipath * state + budget.noise_m * white;
-            let mut variance_m2 = budget.own_variance_m2(range.elevation_rad);
             if let Some((c, then)) = corrected {
-                let Some(old) = then.ranges.iter().find(|r| r.slot == range.slot) else {
-                    // Risen since the correction was made: no corrected range, so none at all; the
-                    // geometry is that of the others for at most one correction period.
-                    continue;
-                };
+                let mut aged_m = 0.0;
+                if aged {
+                    let Some(old) = then.ranges.iter().find(|r| r.slot == range.slot) else {
+                        // Risen since the correction was made: no corrected range, so none at all;
+                        // the geometry is that of the others for at most one correction period.
+                        continue;
+                    };
+                    aged_m = range.common_m + range.soft_m - (old.common_m + old.soft_m);
+                }
                 let iono = c.iono_gradient * (distance_m + 2.0 * c.smoothing_s * speed_ms);
                 let space = c.space_decorrelation * distance_m;
-                error_m += range.common_m - old.common_m
-                    + range.reference_m * range.multipath
-                    + iono * range.gradient
-                    + space * range.space;
+                let station_m = if station { range.reference_m * range.multipath } else { 0.0 };
+                let far_m = if far { iono * range.gradient + space * range.space } else { 0.0 };
+                error_m += aged_m + station_m + far_m;
+                part(AGED, aged_m);
+                part(STATION, station_m);
+                part(FAR, far_m);
                 let reference = c.reference.sigma_m * range.multipath;
-                let slant = iono * obliquity(range.elevation_rad);
+                let slant = iono * range.obliquity;
                 variance_m2 += reference * reference + slant * slant + space * space;
             } else {
-                error_m += range.common_m;
-                variance_m2 = budget.variance_m2(range.elevation_rad);
+                let common_m = if common { range.common_m } else { 0.0 };
+                error_m += common_m + range.soft_m;
+                part(COMMON, common_m);
+                part(SOFT, range.soft_m);
+                variance_m2 = range.variance_m2;
             }
-            let [east, north, up] = range.shift;
+            part(OWN, own_m);
+            part(NOISE, noise_m);
             shift[0] += east * error_m;
             shift[1] += north * error_m;
             shift[2] += up * error_m;
@@ -459,6 +625,7 @@ impl Ranging {
             error_up_m: shift[2],
             covariance_m2: cov,
             satellites: epoch.ranges.len(),
+            parts,
         })
     }
 }
@@ -484,6 +651,7 @@ pub fn ellipse([east, cross, north]: [f64; 3]) -> (Vector2<f64>, [f64; 2]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::effects::positioning::{PositioningModel, bounds};
     use geodesy::Geodetic;
     use proptest::prelude::*;
 
@@ -494,16 +662,45 @@ mod tests {
         RangingConfig { sky, budget, weighted: false, corrections }
     }
 
+    /// Follows the sky over an interval with everything simulated.
+    fn prepare(ranging: &mut Ranging, run_seed: u64, from_s: f64, to_s: f64) {
+        let interval = ScanInterval {
+            run_seed,
+            scan: 1,
+            from: SimTime::from_s(from_s),
+            to: SimTime::from_s(to_s),
+        };
+        ranging.prepare(&interval, &mut planning(), bounds::gps_per_satellite);
+    }
+
+    fn planning() -> Planning {
+        Planning::new(crate::plot::SensorId(1), PositioningModel::GpsPerSatellite).always()
+    }
+
+    fn fix(
+        ranging: &Ranging,
+        receiver: &mut RangingReceiver,
+        key: DrawKey,
+        now_s: f64,
+        distance_m: f64,
+    ) -> RangeFix {
+        let want = Want { distance_m, explain: true, ..Want::default() };
+        let (now, levels) = (SimTime::from_s(now_s), PositioningLevels::EXACT);
+        let fix = ranging.fix(receiver, key, now, &want, &levels, &mut planning()).expect("a fix");
+        let parts = fix.parts.0.iter().fold(Vector2::zeros(), |sum, part| sum + part);
+        assert!((parts - fix.error_m).norm() < 1e-9, "the error is the sum of its sources");
+        fix
+    }
+
     /// Mean squares of the error over the trace of its stated covariance, and mean square error.
     fn run(config: RangingConfig, runs: u64, distance_m: f64) -> (f64, f64) {
         let (mut ratio, mut square, mut n) = (0.0, 0.0, 0.0);
         for run_seed in 0..runs {
             let mut ranging = Ranging::new(config.clone()).expect("sound");
             let mut receiver = ranging.receiver();
-            let now = SimTime::from_s(100.25);
-            ranging.prepare(run_seed, SimTime::from_s(99.0), SimTime::from_s(101.0));
+            prepare(&mut ranging, run_seed, 99.0, 101.0);
             let key = DrawKey { run_seed, sensor: 1, entity: 4, scan: 100 };
-            let fix = ranging.fix(&mut receiver, key, now, distance_m, 0.0).expect("a fix");
+            let fix = fix(&ranging, &mut receiver, key, 100.25, distance_m);
             let [east, cross, north] = fix.covariance_m2;
             assert!(east * north > cross * cross);
             ratio += fix.error_m.norm_squared() / (east + north);
@@ -561,16 +758,12 @@ mod tests {
         let mut ranging = Ranging::new(config(None, RangeBudget::modern())).expect("sound");
         let (mut difference, mut square) = (0.0, 0.0);
         for run_seed in 0..500 {
-            ranging.prepare(run_seed, SimTime::ZERO, SimTime::from_s(1.0));
-            let fix = |entity| {
+            prepare(&mut ranging, run_seed, 0.0, 1.0);
+            let error_m = |entity| {
                 let key = DrawKey { run_seed, sensor: 1, entity, scan: 1 };
-                let mut receiver = ranging.receiver();
-                ranging
-                    .fix(&mut receiver, key, SimTime::from_s(0.5), 0.0, 0.0)
-                    .expect("a fix")
-                    .error_m
+                fix(&ranging, &mut ranging.receiver(), key, 0.5, 0.0).error_m
             };
-            let (a, b) = (fix(1), fix(2));
+            let (a, b) = (error_m(1), error_m(2));
             difference += (a - b).norm_squared();
             square += 0.5 * (a.norm_squared() + b.norm_squared());
             ranging = Ranging::new(config(None, RangeBudget::modern())).expect("sound");

@@ -7,6 +7,7 @@ use crate::airport::AirportScene;
 use crate::document::{Section, within};
 use crate::error::{Problem, ScenarioError};
 use crate::run::Run;
+use models::effects::Tolerance;
 use models::frames::{Vector2, Vector3};
 use models::plot::{SensorId, SensorKind};
 use models::sensors::Sensor;
@@ -48,18 +49,18 @@ pub enum Reported {
 }
 
 impl Reported {
-    /// The sensor, which knows no target yet.
+    /// The sensor, which knows no target yet, planned for a tolerance and a run of `run_s`.
     ///
     /// # Errors
     /// If the model refuses a parameter; a scene that was read holds none such.
-    pub fn sensor(&self) -> Result<Box<dyn Sensor>, ConfigError> {
+    pub fn sensor(&self, plan: Tolerance, run_s: f64) -> Result<Box<dyn Sensor>, ConfigError> {
         Ok(match self.clone() {
-            Self::Gps(config) => Box::new(Gps::new(config)?),
-            Self::Dgps(config) => Box::new(Dgps::new(config)?),
-            Self::Adsb(config) => Box::new(Adsb::new(config)?),
-            Self::Mlat(config) => Box::new(Mlat::new(config)?),
-            Self::Loop(config) => Box::new(InductionLoop::new(config)?),
-            Self::Dynamic(config) => Box::new(Dynamic::new(config)?),
+            Self::Gps(config) => Box::new(Gps::new(config)?.tolerating(plan, run_s)),
+            Self::Dgps(config) => Box::new(Dgps::new(config)?.tolerating(plan, run_s)),
+            Self::Adsb(config) => Box::new(Adsb::new(config)?.tolerating(plan, run_s)),
+            Self::Mlat(config) => Box::new(Mlat::new(config)?.tolerating(plan, run_s)),
+            Self::Loop(config) => Box::new(InductionLoop::new(config)?.tolerating(plan, run_s)),
+            Self::Dynamic(config) => Box::new(Dynamic::new(config)?.tolerating(plan, run_s)),
         })
     }
 
