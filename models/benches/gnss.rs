@@ -92,6 +92,7 @@ fn sensors(c: &mut Criterion) {
         equipped: Equipage::all(),
         identified: true,
         axes: OfflineAxes::NorthEast,
+        reach: None,
         figures,
     };
     let list: Vec<(&str, Box<dyn Sensor>)> = vec![

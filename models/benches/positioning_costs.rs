@@ -99,7 +99,15 @@ fn figures() -> OfflineConfig {
         samples: 1000,
     };
     let (kind, axes) = (SensorKind::Gps, OfflineAxes::NorthEast);
-    OfflineConfig { id: ID, kind, equipped: Equipage::all(), identified: true, axes, figures }
+    OfflineConfig {
+        id: ID,
+        kind,
+        equipped: Equipage::all(),
+        identified: true,
+        axes,
+        reach: None,
+        figures,
+    }
 }
 
 /// Loops across all lanes.

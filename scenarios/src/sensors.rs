@@ -1,6 +1,7 @@
 //! `[[sensor]]`: kind, place, parameters, and who carries it.
 
 pub mod asde;
+mod offline;
 pub mod reported;
 
 pub use asde::AsdeScene;
@@ -23,7 +24,7 @@ use std::path::PathBuf;
 pub struct SensorScene {
     /// Number: its place in the file, from 1.
     pub id: SensorId,
-    /// What kind of sensor.
+    /// What kind of sensor; of an off-line one, the kind that its figures are of.
     pub kind: SensorKind,
     /// Name for people, unique in the scene.
     pub name: String,
@@ -75,8 +76,8 @@ impl SensorScene {
     }
 }
 
-const KEYS: [&str; 7] =
-    ["kind", "name", "site", "parameters", "overrides", "equipped", "processing"];
+const KEYS: [&str; 9] =
+    ["kind", "name", "site", "parameters", "overrides", "equipped", "processing", "figures", "of"];
 
 const KINDS: [(&str, SensorKind); 7] = [
     ("asde", SensorKind::Asde),
@@ -100,8 +101,11 @@ pub(crate) fn read(
     let mut sensors: Vec<SensorScene> = Vec::new();
     let sections = root.sections("sensor", &KEYS)?;
     for (index, section) in sections.iter().enumerate() {
+        // `None`: off-line, of the kind that its figures are of.
+        let mut kinds = KINDS.map(|(word, kind)| (word, Some(kind))).to_vec();
+        kinds.push(("offline", None));
         let kind = section
-            .choice("kind", &KINDS)?
+            .choice("kind", &kinds)?
             .ok_or_else(|| section.missing("kind", "the kind of sensor, like \"asde\"".into()))?;
         let name = section.need_text("name", "a name for people")?.to_owned();
         if let Some(first) = sensors.iter().position(|s| s.name == name) {
@@ -109,13 +113,13 @@ pub(crate) fn read(
             return Err(section.refuse("name", Problem::Duplicate { found: name, first_line }));
         }
         let site = section.any_section("site")?;
-        let needs_site = matches!(kind, SensorKind::Asde | SensorKind::Loop);
+        let needs_site = matches!(kind, Some(SensorKind::Asde | SensorKind::Loop));
         if needs_site && site.is_none() {
             let needed = "a place: { lat_deg = …, lon_deg = …, height_m = … }".into();
             return Err(section.missing("site", needed));
         }
         let site_m = site.as_ref().map(|place| airport.site(place)).transpose()?;
-        if kind != SensorKind::Asde && section.has("processing") {
+        if kind != Some(SensorKind::Asde) && section.has("processing") {
             let found = "a key of radars".into();
             let needed = "kind = \"asde\", or no such key".into();
             return Err(section.refuse("processing", Problem::WrongKind { found, needed }));
@@ -123,7 +127,7 @@ pub(crate) fn read(
         let overrides =
             section.any_section("overrides")?.unwrap_or_else(|| section.empty("overrides"));
         let mut asde = None;
-        if let (SensorKind::Asde, Some(site_m)) = (kind, site_m) {
+        if let (Some(SensorKind::Asde), Some(site_m)) = (kind, site_m) {
             let (radar, file) = asde::read(section, &overrides, site_m)?;
             clear_of_buildings(section, &radar, site_m.xy(), buildings)?;
             one_turn_a_scan(section, &radar, run)?;
@@ -133,7 +137,23 @@ pub(crate) fn read(
         let id = SensorId(index as u16 + 1);
         let equipped = equipped(section, traffic)?;
         let place = reported::Place { run, airport, id, site_m, equipped: &equipped, buildings };
-        let reported = reported::read(kind, section, &overrides, &place)?;
+        let (kind, reported) = match kind {
+            Some(kind) => {
+                for key in ["figures", "of"] {
+                    if section.has(key) {
+                        let found = key.into();
+                        let allowed = "for kind = \"offline\" only".into();
+                        return Err(section.refuse(key, Problem::NotAllowed { found, allowed }));
+                    }
+                }
+                (kind, reported::read(kind, section, &overrides, &place)?)
+            }
+            None => {
+                let (figures, file) = offline::read(section, &place)?;
+                files.push(file);
+                (figures.kind, Some(Reported::Offline(figures)))
+            }
+        };
         sensors.push(SensorScene {
             id,
             kind,

@@ -384,6 +384,7 @@ impl PositioningStudy {
                     equipped,
                     identified: true,
                     axes,
+                    reach: None,
                     figures,
                 })
             }

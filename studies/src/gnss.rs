@@ -95,7 +95,15 @@ impl Exact {
             "offline" => {
                 let (kind, equipped) = (SensorKind::Gps, Equipage::all());
                 let (axes, figures) = (OfflineAxes::NorthEast, self.figures?);
-                let config = OfflineConfig { id, kind, equipped, identified: true, axes, figures };
+                let config = OfflineConfig {
+                    id,
+                    kind,
+                    equipped,
+                    identified: true,
+                    axes,
+                    reach: None,
+                    figures,
+                };
                 return Some(Box::new(Offline::new(config).ok()?));
             }
             "statistical" => GpsModel::Statistical(Statistical {

@@ -17,7 +17,7 @@ use models::sensors::cooperative::{Equipage, Equipped};
 use models::sensors::offline::{
     Observation, Offline, OfflineAxes, OfflineConfig, OfflineFit, Sample, fit,
 };
-use models::sensors::{PlotSink, ScanInterval, Sensor, TargetClass, TargetState, Truth};
+use models::sensors::{PlotSink, ScanInterval, Sensor, Truth};
 use models::time::SimTime;
 use scenarios::{Scene, SensorScene};
 use serde_json::{Value, json};
@@ -217,60 +217,6 @@ fn period_s(seen: &Observation) -> f64 {
     ((middle * 1000.0).round() / 1000.0).max(0.05)
 }
 
-/// A sensor by its figures that sees no farther than the one that they were taken from.
-struct Within {
-    sensor: Offline,
-    site_m: models::frames::Vector2<f64>,
-    reach_m: f64,
-}
-
-struct Near<'a> {
-    truth: &'a dyn Truth,
-    site_m: models::frames::Vector2<f64>,
-    reach_m: f64,
-}
-
-impl Truth for Near<'_> {
-    fn len(&self) -> usize {
-        self.truth.len()
-    }
-    fn key(&self, index: usize) -> u64 {
-        self.truth.key(index)
-    }
-    fn class(&self, index: usize) -> &TargetClass {
-        self.truth.class(index)
-    }
-    fn callsign(&self, index: usize) -> Callsign {
-        self.truth.callsign(index)
-    }
-    fn address(&self, index: usize) -> Option<u32> {
-        self.truth.address(index)
-    }
-    fn at(&self, index: usize, time: SimTime) -> Option<TargetState> {
-        let state = self.truth.at(index, time)?;
-        ((state.position_m.xy() - self.site_m).norm() <= self.reach_m).then_some(state)
-    }
-}
-
-impl Sensor for Within {
-    fn id(&self) -> models::plot::SensorId {
-        self.sensor.id()
-    }
-    fn kind(&self) -> SensorKind {
-        self.sensor.kind()
-    }
-    fn scan(
-        &mut self,
-        interval: &ScanInterval,
-        truth: &dyn Truth,
-        weather: &Weather,
-        out: &mut PlotSink,
-    ) {
-        let near = Near { truth, site_m: self.site_m, reach_m: self.reach_m };
-        self.sensor.scan(interval, &near, weather, out);
-    }
-}
-
 /// The sensors of the scene by their figures; those without figures are left out.
 fn substitutes(scene: &Scene, fits: &[SensorFit]) -> Vec<Box<dyn Sensor>> {
     let make = |(about, fit): (&SensorScene, &SensorFit)| -> Option<Box<dyn Sensor>> {
@@ -285,11 +231,10 @@ fn substitutes(scene: &Scene, fits: &[SensorFit]) -> Vec<Box<dyn Sensor>> {
                 SensorKind::Asde | SensorKind::Loop | SensorKind::Dynamic
             ),
             axes: axes_of(about),
+            reach: about.site_m.map(|s| (s.xy(), fit.reach_m)).filter(|r| r.1.is_finite()),
             figures,
         };
-        let sensor = Offline::new(config).ok()?;
-        let site_m = about.site_m.map(|s| s.xy()).unwrap_or_default();
-        Some(Box::new(Within { sensor, site_m, reach_m: fit.reach_m }))
+        Some(Box::new(Offline::new(config).ok()?))
     };
     scene.sensors.iter().zip(fits).filter_map(make).collect()
 }

@@ -502,7 +502,7 @@ mod tests {
     use super::*;
     use crate::sensors::constellation::{SatelliteFailures, SkyConfig};
     use crate::sensors::ranging::{RangeBudget, RangeCorrections};
-    use crate::sensors::testing::Parked;
+    use crate::sensors::testing::{Parked, outages, seen_mean_s};
     use std::collections::BTreeSet;
 
     fn run(config: &DgpsConfig, keys: &[u64], scans: u64) -> PlotSink {
@@ -544,6 +544,22 @@ mod tests {
         let late = run(&config, &[7], 20_000);
         let times: BTreeSet<_> = sink.plots.iter().map(|p| p.time).collect();
         assert!(late.plots.iter().all(|p| times.contains(&p.time)));
+    }
+
+    #[test]
+    fn a_planned_station_is_out_as_long_as_configured_at_10_hz_and_at_1_hz() {
+        let seconds = 100_000;
+        for report_s in [1.0, 0.1] {
+            let reference = Alternating::from_share(0.9, 30.0);
+            let dgps = Dgps::new(DgpsConfig { reference, report_s, ..sound() }).expect("sound");
+            let mut dgps = dgps.tolerating(Tolerance::default(), seconds as f64);
+            let found = outages(&mut dgps, &Parked::aircraft(&[4]), report_s, seconds);
+            let n = found.number;
+            assert!(n > 250.0, "{n} outages");
+            assert!((found.share - 0.9).abs() < 4.0 * (2.0 / n).sqrt() * 0.09, "{}", found.share);
+            let ratio = found.mean_s / seen_mean_s(30.0, report_s);
+            assert!((ratio - 1.0).abs() < 4.0 / n.sqrt(), "{report_s}: {}", found.mean_s);
+        }
     }
 
     #[test]

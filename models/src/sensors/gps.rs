@@ -785,7 +785,7 @@ impl Receiver {
 mod tests {
     use super::*;
     use crate::sensors::ranging::RangeBudget;
-    use crate::sensors::testing::Parked;
+    use crate::sensors::testing::{Parked, outages, seen_mean_s};
 
     /// Errors (east, north) by target, and reports expected, over `scans` scans of `scan_s`.
     fn run(
@@ -989,6 +989,49 @@ mod tests {
         assert!(far.iter().all(|e| *e > 480.0 && *e < 545.0), "step, ramp and limit");
         let good = (errors.len() - far.len()) as f64 / looks as f64;
         assert!((good - probability).abs() < 0.01);
+    }
+
+    #[test]
+    fn planned_services_last_as_configured_at_10_hz_and_at_1_hz() {
+        let model = Statistical {
+            service: Service {
+                coverage: Alternating::from_share(0.9, 60.0),
+                availability: Alternating::NEVER_FAILS,
+                reliability: Alternating::from_share(0.8, 40.0),
+            },
+            soft: SoftFailure { step_m: 500.0, ramp_m_per_s: 0.0, limit_m: 500.0 },
+            ..Statistical::sps_2020()
+        };
+        let (seconds, keys) = (8_000, (0..40).collect::<Vec<_>>());
+        for report_s in [1.0, 0.1] {
+            let config = GpsConfig {
+                report_s,
+                ..GpsConfig::of(SensorId(7), GpsModel::Statistical(model.clone()))
+            };
+            let gps = Gps::new(config).expect("sound");
+            let mut gps = gps.tolerating(Tolerance::default(), seconds as f64);
+            let found = outages(&mut gps, &Parked::aircraft(&keys), report_s, seconds);
+            // Renewal theory: var(share) = 2 P²(1−P)² per outage; outages are exponential.
+            let n = found.number;
+            assert!(n > 450.0, "{n} outages");
+            assert!((found.share - 0.9).abs() < 4.0 * (2.0 / n).sqrt() * 0.09, "{}", found.share);
+            let ratio = found.mean_s / seen_mean_s(60.0, report_s);
+            assert!((ratio - 1.0).abs() < 4.0 / n.sqrt(), "{report_s}: {}", found.mean_s);
+            // Soft failures, among the reports that came.
+            let (mut far, mut events, mut before) = (0.0, 0.0, None);
+            for (key, _, error_m) in &found.errors_m {
+                let off = error_m.norm() > 250.0;
+                far += f64::from(u8::from(off));
+                events += f64::from(u8::from(off && before == Some((*key, false))));
+                before = Some((*key, off));
+            }
+            let share = far / found.errors_m.len() as f64;
+            let tolerance = 4.0 * (2.0_f64 / events).sqrt() * 0.16;
+            assert!((share - 0.2).abs() < tolerance && events > 1000.0, "{share} of {events}");
+            let mean_s = far * report_s / events;
+            // Outages of coverage hide the beginning or the end of some: they look shorter.
+            assert!(mean_s > 30.0 && mean_s < 42.0, "{report_s}: {mean_s}");
+        }
     }
 
     #[test]

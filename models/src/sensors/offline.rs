@@ -283,6 +283,8 @@ pub struct OfflineConfig {
     pub identified: bool,
     /// Axes of the figures.
     pub axes: OfflineAxes,
+    /// A place (east, north, m) and the distance from it beyond which nothing is seen, m.
+    pub reach: Option<(Vector2<f64>, f64)>,
     /// The figures.
     pub figures: OfflineFit,
 }
@@ -297,6 +299,9 @@ impl OfflineConfig {
         for axis in &self.figures.axes {
             number("mean_m", axis.mean_m, -1e6, 1e6)?;
             number("sigma_m", axis.sigma_m, 1e-6, 1e6)?;
+        }
+        if let Some((_, reach_m)) = self.reach {
+            number("reach_m", reach_m, 0.0, 1e6)?;
         }
         number("correlated_share", self.figures.correlated_share, 0.0, 1.0)?;
         number("tau_s", self.figures.tau_s, 1e-3, 1e6)?;
@@ -412,6 +417,12 @@ impl Sensor for Offline {
             truth,
             |_| State::default(),
             |state, due| {
+                let beyond = |&(site_m, reach_m): &(Vector2<f64>, f64)| {
+                    (due.state.position_m.xy() - site_m).norm() > reach_m
+                };
+                if config.reach.as_ref().is_some_and(beyond) {
+                    return;
+                }
                 reports.expected();
                 let key = reporting.key(interval, due);
                 let levels = planning.levels_for(&due.state, || 0.0);
@@ -518,6 +529,7 @@ mod tests {
             equipped: Equipage::all(),
             identified: true,
             axes: OfflineAxes::NorthEast,
+            reach: None,
             figures: online,
         };
         let again = fitted(&mut Offline::new(config).expect("sound"));
@@ -556,6 +568,7 @@ mod tests {
                 equipped: Equipage::all(),
                 identified: false,
                 axes: OfflineAxes::Radial(Vector2::zeros()),
+                reach: None,
                 figures,
             };
             assert!(config.validate().is_ok(), "{name}: {figures:?}");

@@ -1,9 +1,62 @@
 //! Truth for the tests of sensors: targets that stand, or roll straight on.
 
-use crate::frames::Vector3;
+use crate::environment::Weather;
+use crate::frames::{Vector2, Vector3};
 use crate::plot::Callsign;
-use crate::sensors::{TargetClass, TargetState, Truth};
+use crate::sensors::{PlotSink, ScanInterval, Sensor, TargetClass, TargetState, Truth};
 use crate::time::SimTime;
+
+/// Outages of the reports of all targets, as a sensor with a report every `period_s` shows them.
+#[derive(Debug)]
+pub(crate) struct Outages {
+    /// Share of expected reports that come.
+    pub(crate) share: f64,
+    /// Mean length of a gap between two reports of a target, s.
+    pub(crate) mean_s: f64,
+    /// Number of gaps.
+    pub(crate) number: f64,
+    /// Errors of the reports (east, north), m, by target and time.
+    pub(crate) errors_m: Vec<(u64, SimTime, Vector2<f64>)>,
+}
+
+/// Plays `seconds` in scans of 1 s.
+pub(crate) fn outages(
+    sensor: &mut dyn Sensor,
+    truth: &Parked,
+    period_s: f64,
+    seconds: u64,
+) -> Outages {
+    let (mut looks, mut errors_m) = (0, Vec::new());
+    let mut sink = PlotSink::default();
+    for scan in 1..=seconds {
+        let at = |scan: u64| SimTime(scan as i64 * 1_000_000_000);
+        let interval = ScanInterval { run_seed: 12, scan, from: at(scan - 1), to: at(scan) };
+        (sink.looks, _) = (0, (sink.plots.clear(), sink.causes.clear()));
+        sensor.scan(&interval, truth, &Weather::default(), &mut sink);
+        looks += sink.looks;
+        for (plot, cause) in sink.plots.iter().zip(&sink.causes) {
+            let truth_m = cause.truth_m.expect("a report has a target");
+            let key = cause.key.expect("a report has a target");
+            errors_m.push((key, plot.time, plot.position_m - truth_m));
+        }
+    }
+    errors_m.sort_by_key(|e| (e.0, e.1));
+    let (mut missing, mut number) = (0.0, 0.0);
+    for target in errors_m.chunk_by(|a, b| a.0 == b.0) {
+        for pair in target.windows(2) {
+            let lost = (pair[1].1.since_s(pair[0].1) / period_s).round() - 1.0;
+            missing += lost;
+            number += f64::from(u8::from(lost > 0.0));
+        }
+    }
+    let share = errors_m.len() as f64 / looks as f64;
+    Outages { share, mean_s: missing * period_s / number, number, errors_m }
+}
+
+/// What outages of mean `mean_s` show as, looked at every `period_s`: those that are seen at all.
+pub(crate) fn seen_mean_s(mean_s: f64, period_s: f64) -> f64 {
+    period_s / -libm::expm1(-period_s / mean_s)
+}
 
 /// Targets on a line, 100 m apart, all with the same velocity.
 #[derive(Clone, Debug)]

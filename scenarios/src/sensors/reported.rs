@@ -24,6 +24,7 @@ use models::sensors::gps::{
 };
 use models::sensors::induction_loop::{InductionLoop, LoopConfig};
 use models::sensors::mlat::{BlindSector, Mlat, MlatConfig, Station};
+use models::sensors::offline::{Offline, OfflineConfig};
 use models::sensors::ranging::{RangeBudget, RangeCorrections, RangingConfig};
 use models::sensors::service::{Alternating, Service};
 use models::sensors::shadow::Building;
@@ -46,6 +47,8 @@ pub enum Reported {
     Loop(LoopConfig),
     /// On-board dead reckoning.
     Dynamic(DynamicConfig),
+    /// Fitted figures in place of any model.
+    Offline(OfflineConfig),
 }
 
 impl Reported {
@@ -61,6 +64,7 @@ impl Reported {
             Self::Mlat(config) => Box::new(Mlat::new(config)?.tolerating(plan, run_s)),
             Self::Loop(config) => Box::new(InductionLoop::new(config)?.tolerating(plan, run_s)),
             Self::Dynamic(config) => Box::new(Dynamic::new(config)?.tolerating(plan, run_s)),
+            Self::Offline(config) => Box::new(Offline::new(config)?.tolerating(plan, run_s)),
         })
     }
 
@@ -72,6 +76,7 @@ impl Reported {
             Self::Mlat(config) => config.validate(),
             Self::Loop(config) => config.validate(),
             Self::Dynamic(config) => config.validate(),
+            Self::Offline(config) => config.validate(),
         }
     }
 }
@@ -199,12 +204,7 @@ impl Keys<'_> {
     }
 
     fn equipage(&self, equipped: &Equipped) -> Result<Equipage, ScenarioError> {
-        let who = match equipped {
-            Equipped::All => Carriers::All,
-            Equipped::Share(share) => Carriers::Share(*share),
-            Equipped::Callsigns(names) => Carriers::Callsigns(names.iter().copied().collect()),
-        };
-        let mut equipage = Equipage { who, ..Equipage::all() };
+        let mut equipage = equipage(equipped);
         self.flag("aircraft", &mut equipage.aircraft)?;
         self.flag("vehicles", &mut equipage.vehicles)?;
         Ok(equipage)
@@ -242,6 +242,16 @@ impl Keys<'_> {
         self.flag("weighted", &mut weighted)?;
         Ok(RangingConfig { sky: self.sky(place, 1.0)?, budget: b, weighted, corrections: None })
     }
+}
+
+/// Aircraft and vehicles, those of them that the scene says.
+pub(super) fn equipage(equipped: &Equipped) -> Equipage {
+    let who = match equipped {
+        Equipped::All => Carriers::All,
+        Equipped::Share(share) => Carriers::Share(*share),
+        Equipped::Callsigns(names) => Carriers::Callsigns(names.iter().copied().collect()),
+    };
+    Equipage { who, ..Equipage::all() }
 }
 
 /// 1993-07-01T00:00:00Z, the epoch of the reference constellation.
