@@ -159,10 +159,10 @@ impl Loss {
         if !self.is_known() {
             return (f64::INFINITY, "");
         }
-        if self.probability > 0.0 {
-            (self.probability, "probability")
-        } else if self.metres > 0.0 {
+        if self.metres > 0.0 {
             (self.metres, "m")
+        } else if self.probability > 0.0 {
+            (self.probability, "probability")
         } else {
             (self.db(), "dB")
         }

@@ -518,6 +518,8 @@ pub struct RadarPlan {
 
 /// Standard deviations that a drawn error may reach: beyond 5 once in two million draws.
 const DRAWN_SIGMAS: f64 = 5.0;
+/// Part of a range cell by which a target's echo may be off without a word on which echoes share a cell.
+const SHARED_CELL: f64 = 0.1;
 /// Ranges at which the outcome is tested.
 const BINS: usize = 16;
 /// Share of the median cross section that an aircraft keeps at its weakest aspect, and what it gains at
@@ -543,8 +545,8 @@ pub fn plan(scene: &RadarScene<'_>, tolerance: &Tolerance) -> RadarPlan {
     chosen.push(processing as usize);
     let mut levels = RadarLevels::EXACT;
     let mut rows = Vec::with_capacity(ladders.len());
-    for ((ladder, &rung), &effect) in ladders.iter().zip(&chosen).zip(RadarEffect::ALL) {
-        let (chosen, skipped) = (&ladder.rungs[rung], &ladder.rungs[0]);
+    for ((ladder, &rung), &effect) in ladders.into_iter().zip(&chosen).zip(RadarEffect::ALL) {
+        let (chosen, skipped) = (ladder.rungs[rung], ladder.rungs[0]);
         let mut level = chosen.level;
         let reflected = matches!(
             effect,
@@ -566,7 +568,7 @@ pub fn plan(scene: &RadarScene<'_>, tolerance: &Tolerance) -> RadarPlan {
         rows.push(PlanRow {
             sensor: scene.sensor,
             effect: ladder.effect,
-            called_for: if free { "shown by the cells".into() } else { ladder.called_for.clone() },
+            called_for: if free { "shown by the cells".into() } else { ladder.called_for },
             bound,
             unit,
             level,
@@ -589,12 +591,16 @@ struct Bounds {
     /// Largest share by which lobes move the propagation factor off its mean.
     lobing_share: f64,
     lobing_db: f64,
+    /// Sine of the depression of the beam's axis.
+    sin_axis: f64,
 }
 
 /// A piece of the target area: least signal, most noise and clutter.
 #[derive(Clone, Copy, Debug, Default)]
 struct Bin {
     far_m: f64,
+    /// Ground distance by slant range, at most.
+    slope: f64,
     /// Least ratio with everything on, dB.
     scnr_db: f64,
     /// Largest signal over thermal noise, dB.
@@ -640,6 +646,7 @@ impl Bounds {
             gain: 0.0,
             lobing_share,
             lobing_db,
+            sin_axis: libm::sin(radar.pattern.axis_rad),
         };
         // Logarithmic steps of ground distance.
         let ratio = (farthest / nearest.max(1.0)).max(1.0);
@@ -659,35 +666,42 @@ impl Bounds {
         let far_m = to.hypot_with(down.max(high));
         let near_m = from.hypot_with((down - high).max(0.0)).max(scene.parameters.range_min_m);
         // The pattern has one hump: its least value over an interval is at an end.
-        let depression_low = libm::atan2(down - high, to);
-        let depression_high = libm::atan2(down - low, from);
-        let ends = [depression_low, depression_high].map(|e| radar.pattern.elevation(e));
-        let g_min = ends[0].min(ends[1]);
-        let axis = radar.pattern.axis_rad;
-        let g_max = if depression_low <= axis && axis <= depression_high {
-            1.0
-        } else {
-            ends[0].max(ends[1])
+        let axis = self.sin_axis;
+        let gains = |least_rise: f64, most_rise: f64| {
+            // What lies above the antenna is seen steepest from near.
+            let (least_at, most_at) =
+                (if least_rise < 0.0 { from } else { to }, if most_rise < 0.0 { to } else { from });
+            let sines = [
+                least_rise / least_at.hypot_with(least_rise),
+                most_rise / most_at.hypot_with(most_rise),
+            ];
+            let ends = sines.map(|sin| radar.by_sine.elevation(sin));
+            let on_axis = sines[0] <= axis && axis <= sines[1];
+            (ends[0].min(ends[1]), if on_axis { 1.0 } else { ends[0].max(ends[1]) })
         };
-        let (graze_low, graze_high) = (libm::atan2(down + low, to), libm::atan2(down + high, from));
-        let graze = [graze_low, graze_high].map(|e| radar.pattern.elevation(e));
-        let graze_max =
-            if graze_low <= axis && axis <= graze_high { 1.0 } else { graze[0].max(graze[1]) };
+        let (g_min, g_max) = gains(down - high, down - low);
+        let (_, graze_max) = gains(down + low, down + high);
         self.gain = self.gain.max((graze_max / g_min).sqrt());
-        let db_per_km = air.worst_rain_db_per_km() + air.fog_db_per_km + air.gas_db_per_km;
-        let attenuation = from_db(-2.0 * db_per_km * far_m / 1000.0);
+        let clear_db_per_km = air.fog_db_per_km + air.gas_db_per_km;
+        let worst_db = air.most_rain_db(far_m, near_m / from) + clear_db_per_km * far_m / 1000.0;
+        let least_db_per_km = air.least_rain_db_per_km() + clear_db_per_km;
+        let signal_left = from_db(-2.0 * worst_db);
+        let clutter_left = from_db(-2.0 * least_db_per_km * near_m / 1000.0);
         let spread = |r: f64| radar.constant / (r * r * r * r);
         let area = scene.area;
         let aspect = if area.aircraft { from_db(-ASPECT_DB.0) } else { 0.98 };
         let least_rcs = if area.least_rcs_m2.is_finite() { area.least_rcs_m2 } else { 1.0 };
-        let least_lobe = (1.0 - self.lobing_share).max(0.0);
+        let extent = if area.farthest_m == 0.0 { 1.0 } else { area.least_extent_m };
+        let turns =
+            propagation::phase_spread_rad(radar.antenna_m, extent, radar.wavelength_m, to.max(1.0));
+        let least_lobe = (1.0 - propagation::lobing_share(1.0, turns)).max(0.0);
         let signal = spread(far_m)
             * least_rcs
             * aspect
             * radar.circular_factor
             * g_min
             * g_min
-            * attenuation
+            * signal_left
             * least_lobe;
         // Clutter falls with range: the near edge has the most.
         let rain = spread(near_m)
@@ -696,18 +710,35 @@ impl Bounds {
             * near_m
             * near_m
             * radar.pattern.two_way_azimuth_rad()
-            * radar.rain_integral_bound()
+            * radar.rain_integral_bound_from(near_m)
             * scene.parameters.rain_correlation();
         let ground = spread(near_m) * radar.ground_m2_bound(near_m);
-        let noise = radar.noise_w + rain + ground;
+        let noise = radar.noise_w + (rain + ground) * clutter_left;
         let most = spread(near_m)
             * area.largest_rcs_m2
             * from_db(ASPECT_DB.1 + 12.04)
             * radar.circular_factor
             * g_max
             * g_max;
-        Bin { far_m, scnr_db: to_db(signal / noise), snr_max_db: to_db(most / radar.noise_w) }
+        Bin {
+            far_m,
+            slope: near_m / from,
+            scnr_db: to_db(signal / noise),
+            snr_max_db: to_db(most / radar.noise_w),
+        }
     }
+}
+
+/// Least ratio that the plan of a scene reckons with at a ground distance, dB.
+#[cfg(test)]
+pub(crate) fn least_scnr_db(scene: &RadarScene<'_>, ground_m: f64) -> f64 {
+    let bounds = Bounds::of(scene);
+    let edge = |i: usize| {
+        let (near, far) = (scene.area.nearest_m.max(1.0), scene.area.farthest_m);
+        near * libm::pow(far / near, i as f64 / BINS as f64)
+    };
+    let bin = (0..BINS).find(|i| ground_m <= edge(i + 1)).unwrap_or(BINS - 1);
+    bounds.bins[bin].scnr_db
 }
 
 trait HypotWith {
@@ -720,36 +751,40 @@ impl HypotWith for f64 {
     }
 }
 
+/// Range and azimuth parts of a place on the ground, m.
+#[derive(Clone, Copy, Debug, Default)]
+struct Axes {
+    range_m: f64,
+    azimuth_m: f64,
+}
+
 /// The outcome test: what a sum of losses does to Pd and position at the worst ratio of each bin.
 struct Outcome<'a> {
     scene: &'a RadarScene<'a>,
     bins: [Bin; BINS],
-    /// Thermal standard deviation of the position at the worst ratio, m, per bin.
-    sigma_m: [f64; BINS],
+    /// Thermal standard deviations at the worst ratio, per bin.
+    sigma: [Axes; BINS],
     /// The same at the least ratio of a detected echo: there are no larger ones.
-    sigma_most_m: [f64; BINS],
-    /// A step of the extractor, m, per bin: the least shift may carry a plot into the next one.
-    step_m: [f64; BINS],
-    /// Largest slope of Pd, per dB.
-    slope: f64,
+    sigma_most: [Axes; BINS],
+    /// A step of the extractor, per bin: the least shift may carry a plot into the next one.
+    step: [Axes; BINS],
 }
 
 impl<'a> Outcome<'a> {
     fn of(scene: &'a RadarScene<'a>, bounds: &Bounds) -> Self {
         let p = scene.parameters;
-        let sigma = |ratio: f64, far_m: f64| {
-            let (range, azimuth) = p.thermal_sigmas(ratio);
-            range.hypot_with(far_m * azimuth)
+        let on_ground = |bin: &Bin, (range_m, azimuth_rad): (f64, f64)| Axes {
+            range_m: range_m * bin.slope,
+            azimuth_m: azimuth_rad * bin.far_m,
         };
-        let at_worst = |bin: Bin| sigma(from_db(bin.scnr_db), bin.far_m);
-        let step = p.azimuth_step_deg.to_radians();
+        let sigma = |bin: Bin, ratio: f64| on_ground(&bin, p.thermal_sigmas(ratio));
+        let step = (p.range_step_m, p.azimuth_step_deg.to_radians());
         Self {
             scene,
             bins: bounds.bins,
-            step_m: bounds.bins.map(|bin| p.range_step_m.hypot_with(bin.far_m * step)),
-            sigma_m: bounds.bins.map(at_worst),
-            sigma_most_m: bounds.bins.map(|bin| sigma(scene.least_ratio, bin.far_m)),
-            slope: scene.table.steepest_per_db(),
+            step: bounds.bins.map(|bin| on_ground(&bin, step)),
+            sigma: bounds.bins.map(|bin| sigma(bin, from_db(bin.scnr_db))),
+            sigma_most: bounds.bins.map(|bin| sigma(bin, scene.least_ratio)),
         }
     }
 
@@ -768,15 +803,27 @@ impl<'a> Outcome<'a> {
         // Deviations go with the square root of the ratio.
         let grown = from_db(0.5 * loss.lowers_db);
         let shrunk = from_db(-0.5 * loss.raises_db);
-        (0..BINS).all(|i| {
+        // Far bins first: where one fails, it is most often the last.
+        (0..BINS).rev().all(|i| {
             let missed = self.missed(self.bins[i].scnr_db - loss.lowers_db, loss);
-            let most = self.sigma_most_m[i];
-            let exact = self.sigma_m[i].min(most);
-            let too_low = (self.sigma_m[i] * grown).min(most) - exact;
-            let too_high = exact - (self.sigma_m[i] * shrunk).min(most);
-            let moved = DRAWN_SIGMAS * too_low.max(too_high);
+            let (sigma, most) = (self.sigma[i], self.sigma_most[i]);
+            // Of all ratios from the worst one up, the change is largest at the worst that is detected.
+            let moved = |sigma_m: f64, most_m: f64| {
+                let worst_m = sigma_m.min(most_m);
+                let too_high = worst_m * (1.0 - shrunk);
+                let too_low = worst_m.min(most_m / grown) * (grown - 1.0);
+                DRAWN_SIGMAS * too_high.max(too_low)
+            };
+            let range_m = moved(sigma.range_m, most.range_m);
+            let azimuth_m = moved(sigma.azimuth_m, most.azimuth_m);
+            let step = self.step[i];
+            let moved_m = range_m.hypot_with(azimuth_m);
+            // Either the shift and a step beside it, or whole steps of each axis.
+            let beside = loss.metres + moved_m + step.range_m.hypot_with(step.azimuth_m);
+            let whole = whole_steps(range_m + loss.metres, step.range_m)
+                .hypot_with(whole_steps(azimuth_m + loss.metres, step.azimuth_m));
             loss.probability + missed <= tolerance.detection
-                && loss.metres + moved + self.step_m[i] <= tolerance.position_m
+                && beside.min(whole) <= tolerance.position_m
         })
     }
 
@@ -792,11 +839,19 @@ impl<'a> Outcome<'a> {
             }
             DetectionRule::Bernoulli if loss.db() <= 0.0 => 0.0,
             DetectionRule::Bernoulli => {
-                let certain = 1.0 - self.scene.table.at_db(low_db);
-                certain.min(self.slope * loss.db())
+                let (pd, slope) = self.scene.table.from_db_up(low_db);
+                (1.0 - pd).min(slope * loss.db())
             }
         }
     }
+}
+
+/// The most that a shift moves what is rounded to steps.
+fn whole_steps(shift_m: f64, step_m: f64) -> f64 {
+    if shift_m == 0.0 || step_m == 0.0 {
+        return shift_m;
+    }
+    step_m * ((shift_m / step_m).floor() + 1.0)
 }
 
 /// A rung whose cost is filled in with its ladder's effect.
@@ -875,6 +930,10 @@ fn ladder(effect: RadarEffect, scene: &RadarScene<'_>, bounds: &Bounds) -> Ladde
                 (loss.raises_db, loss.lowers_db) = (ASPECT_DB.0, ASPECT_DB.1);
             } else if area.farthest_m > 0.0 {
                 (loss.raises_db, loss.lowers_db) = (0.1, 0.1);
+            }
+            // Where the centres of two echoes are decides whether they share a cell.
+            if area.several && area.half_extent_m > SHARED_CELL * scene.radar.cell_m {
+                loss.probability = 1.0;
             }
             (format!("targets up to {:.0} m", 2.0 * area.half_extent_m), vec![skip(loss), exact()])
         }

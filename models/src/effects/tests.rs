@@ -1,14 +1,15 @@
 //! The plan is honest: what it skips could not have mattered, on the same draws.
 
-use super::radar::{Processing, RadarEffect, RadarLevels};
+use super::radar::{Processing, RadarEffect, RadarLevels, Tally};
 use super::{Ladder, Level, Loss, PlanRow, Rung, Tolerance, changes, choose};
 use crate::draw::{DrawKey, Purpose, uniform};
 use crate::environment::{RainCell, Weather, surface::Material};
-use crate::frames::{Vector2, Vector3};
+use crate::frames::{Azimuth, Vector2, Vector3};
 use crate::plot::{Callsign, SensorId};
 use crate::sensors::asde::{Asde, AsdeParameters, Energy};
-use crate::sensors::detection::Swerling;
-use crate::sensors::radar_equation::Polarisation;
+use crate::sensors::detection::{Swerling, to_db};
+use crate::sensors::extended;
+use crate::sensors::radar_equation::{BudgetLevels, Echo, Polarisation};
 use crate::sensors::shadow::Building;
 use crate::sensors::{PlotSink, ScanInterval, Sensor, TargetClass, TargetState, Truth};
 use crate::time::SimTime;
@@ -400,4 +401,52 @@ fn every_level_has_its_measured_cost() {
         }
     }
     assert!(super::costs::MEASURED.starts_with("20"), "a date");
+}
+
+#[test]
+fn no_echo_is_weaker_than_the_plan_reckons_with() {
+    let (mut tested, mut closest) = (0, f64::INFINITY);
+    for n in 0..300 {
+        let mut scene = random_scene(n);
+        if n % 5 == 0 {
+            // Targets above the antenna.
+            scene.parameters.antenna_height_m = 6.0;
+            scene.parameters.assumed_height_m = 1.5;
+        }
+        let radar = Asde::new(SensorId(1), Vector2::zeros(), scene.parameters.clone())
+            .expect("sound parameters");
+        let air = radar.air(&scene.weather);
+        let area = radar.area(&scene.truth, &interval(1));
+        let planned = radar.radar_scene(&air, &area);
+        let budgets = scene.parameters.radar();
+        for index in 0..scene.truth.len() {
+            let state = scene.truth.at(index, SimTime::from_s(0.7)).expect("there");
+            let class = scene.truth.class(index);
+            let ground_m = state.position_m.xy().norm();
+            let far = ground_m > scene.parameters.range_max_m;
+            if state.position_m.z > super::radar::SURFACE_M || far {
+                continue;
+            }
+            let view =
+                extended::view_rad(Azimuth::of(state.position_m.xy()).rad(), state.heading_rad);
+            let seen = extended::centroid(extended::ExtentLevel::Centroid, class, view);
+            let echo = Echo {
+                ground_m,
+                height_m: state.position_m.z.max(0.5 * class.height_m),
+                extent_m: class.height_m,
+                rcs_m2: seen.expect("an echo").rcs_m2,
+            };
+            let (site_m, place_m) = (Vector2::zeros(), state.position_m.xy());
+            let levels = BudgetLevels::EXACT;
+            let b = budgets.budget(&air, &levels, &echo, site_m, place_m, &mut Tally::default());
+            let rain_w = b.rain_w * scene.parameters.rain_correlation();
+            let scnr_db = to_db(b.signal_w / (b.noise_w + rain_w + b.ground_w));
+            let least_db = super::radar::least_scnr_db(&planned, ground_m);
+            assert!(scnr_db >= least_db, "scene {n} target {index}: {scnr_db} below {least_db} dB");
+            closest = closest.min(scnr_db - least_db);
+            tested += 1;
+        }
+    }
+    println!("{tested} echoes, {closest:.2} dB above the bound at least");
+    assert!(tested > 2500 && closest < 6.0);
 }

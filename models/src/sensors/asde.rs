@@ -263,7 +263,7 @@ impl Asde {
         crate::effects::radar::all_ladders(&self.radar_scene(air, area))
     }
 
-    fn radar_scene<'a>(&'a self, air: &'a Air, area: &'a TargetArea) -> RadarScene<'a> {
+    pub(crate) fn radar_scene<'a>(&'a self, air: &'a Air, area: &'a TargetArea) -> RadarScene<'a> {
         RadarScene {
             sensor: self.id,
             site_m: self.site_m,

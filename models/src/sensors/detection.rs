@@ -233,7 +233,8 @@ impl Detector {
 #[derive(Clone, Debug, PartialEq)]
 pub struct PdTable {
     pd: Vec<f64>,
-    steepest_per_db: f64,
+    /// Largest slope from here up, per dB.
+    steepest: Vec<f64>,
 }
 
 /// First entry, dB.
@@ -253,8 +254,12 @@ impl PdTable {
         let db = |i: usize| TABLE_FROM_DB + i as f64 / TABLE_PER_DB;
         let pd: Vec<f64> =
             (0..TABLE_LEN).map(|i| detector.probability(from_db(db(i)), swerling)).collect();
-        let steepest = pd.windows(2).fold(0.0, |m, w| f64::max(m, (w[1] - w[0]).abs()));
-        Self { pd, steepest_per_db: 1.02 * steepest * TABLE_PER_DB }
+        let mut steepest = vec![0.0; TABLE_LEN];
+        for i in (0..TABLE_LEN - 1).rev() {
+            let slope = 1.02 * (pd[i + 1] - pd[i]).abs() * TABLE_PER_DB;
+            steepest[i] = f64::max(steepest[i + 1], slope);
+        }
+        Self { pd, steepest }
     }
 
     /// Probability at a ratio.
@@ -272,10 +277,15 @@ impl PdTable {
         self.pd[index] + share * (self.pd[index + 1] - self.pd[index])
     }
 
-    /// Upper bound of the slope, per dB.
+    /// Probability at a ratio in dB, and an upper bound of its slope per dB there and above.
     #[must_use]
-    pub fn steepest_per_db(&self) -> f64 {
-        self.steepest_per_db
+    pub fn from_db_up(&self, db: f64) -> (f64, f64) {
+        let place = ((db - TABLE_FROM_DB) * TABLE_PER_DB).clamp(0.0, (TABLE_LEN - 1) as f64);
+        let index = (place as usize).min(TABLE_LEN - 2);
+        let share = place - index as f64;
+        let pd = self.pd[index] + share * (self.pd[index + 1] - self.pd[index]);
+        // One entry before: the slope changes within an entry.
+        (pd, self.steepest[index.saturating_sub(1)])
     }
 }
 

@@ -369,6 +369,20 @@ impl Air {
         self.rains.iter().fold(f64::INFINITY, least)
     }
 
+    /// Most that rain attenuates one way over `way_m`, by any form, wherever its cells are, dB: a cell
+    /// counts with its diameter at most. `slope` is the way over its ground distance.
+    #[must_use]
+    pub fn most_rain_db(&self, way_m: f64, slope: f64) -> f64 {
+        let most = |r: &RainAir| r.db_per_km.max(r.mie_db_per_km);
+        let uniform = most(self.uniform());
+        let cells = self.weather.cells.iter().map(|cell| {
+            let through_m = (2.0 * cell.radius_m * slope).min(way_m);
+            (most(self.rain(cell.rain_mm_per_h)) - uniform).max(0.0) * through_m
+        });
+        let sum = (uniform * way_m + cells.sum::<f64>()) / 1000.0;
+        sum.min(self.worst_rain_db_per_km() * way_m / 1000.0)
+    }
+
     /// Largest difference between the two forms, dB/km.
     #[must_use]
     pub fn mie_difference_db_per_km(&self) -> f64 {
@@ -653,6 +667,15 @@ impl Radar {
     #[must_use]
     pub fn rain_integral_bound(&self) -> f64 {
         self.pattern.rain_integral_bound() * 1.01 + self.pattern.floor * self.pattern.floor * PI
+    }
+
+    /// Upper bound of the beam's integral at `near_m` and beyond, side lobes included, rad: the ground and
+    /// the top of the rain cut more of the beam the farther it goes.
+    #[must_use]
+    pub fn rain_integral_bound_from(&self, near_m: f64) -> f64 {
+        let here = self.pattern.rain_integral(near_m, self.antenna_m, self.rain_top_m);
+        let floor = self.pattern.floor * self.pattern.floor * PI;
+        (here * 1.01 + floor).min(self.rain_integral_bound())
     }
 
     /// What the side lobes add to the rain's echo at most, up to `far_m`, dB.

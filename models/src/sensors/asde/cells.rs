@@ -322,7 +322,7 @@ impl Asde {
         let obstacle =
             |r: &Return| Obstacle::of(truth.class(r.look.index), &r.look.state, self.site_m);
         let aircraft: Vec<Obstacle> = returns.iter().filter_map(obstacle).collect();
-        let clutter = Clutter::new(self, air, levels.budget, &EvenGround, false, aircraft);
+        let clutter = Clutter::new(self, air, levels, &EvenGround, false, aircraft);
         let (sweep, step) = (self.sweep(interval), self.grid.beam_step_rad());
         // Targets at the edge of the sector reach beyond it, and their clusters need neighbours.
         let reach = lists.each().flat_map(|(i, own)| {

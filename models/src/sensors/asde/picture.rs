@@ -3,11 +3,11 @@
 use super::looks::NEXT;
 use super::{Asde, ScanInterval, TargetClass, TargetState, Traffic, Truth};
 use crate::draw::{DrawKey, Purpose, exponential};
-use crate::effects::radar::Tally;
+use crate::effects::radar::{RadarLevels, ShadowLevel, Tally};
 use crate::environment::Weather;
 use crate::frames::{Azimuth, Vector2};
 use crate::sensors::detection::from_db;
-use crate::sensors::radar_equation::{Air, BudgetLevels, Echo, RainAir};
+use crate::sensors::radar_equation::{Air, BudgetLevels, Echo, RainAir, RainEcho, RainPath};
 use crate::sensors::shadow::{SightLine, aircraft_obstacles};
 use crate::sensors::video::{PointEcho, Threshold, Video};
 
@@ -92,7 +92,7 @@ impl Asde {
             echoes.extend(self.walls(&air));
         }
         let clutter =
-            Clutter::new(self, &air, plan.levels.budget, ground, scene.ground_texture, aircraft);
+            Clutter::new(self, &air, &plan.levels, ground, scene.ground_texture, aircraft);
         let fill = |beam: usize, row: &mut [f64]| {
             clutter.fill(beam, row);
             true
@@ -195,6 +195,8 @@ pub(super) struct Clutter<'a> {
     radar: &'a Asde,
     air: &'a Air,
     levels: BudgetLevels,
+    /// Whether buildings shadow the ground.
+    shadows: bool,
     ground: &'a dyn Ground,
     texture: bool,
     aircraft: Vec<Obstacle>,
@@ -207,11 +209,16 @@ impl<'a> Clutter<'a> {
     pub(super) fn new(
         asde: &'a Asde,
         air: &'a Air,
-        levels: BudgetLevels,
+        levels: &RadarLevels,
         ground: &'a dyn Ground,
         texture: bool,
-        aircraft: Vec<Obstacle>,
+        mut aircraft: Vec<Obstacle>,
     ) -> Self {
+        let shadows = levels.buildings != ShadowLevel::None;
+        if levels.aircraft == ShadowLevel::None {
+            aircraft.clear();
+        }
+        let levels = levels.budget;
         let radar = &asde.radar;
         let correlation = asde.rain_correlation;
         let cell = |c: usize| {
@@ -225,7 +232,7 @@ impl<'a> Clutter<'a> {
             (ground_m, spread, ground_m2, volume_m3)
         };
         let cells = (0..asde.grid.cells).map(cell).collect();
-        Self { radar: asde, air, levels, ground, texture, aircraft, cells }
+        Self { radar: asde, air, levels, shadows, ground, texture, aircraft, cells }
     }
 
     /// Noise and clutter over noise of the cells of one beam.
@@ -239,6 +246,8 @@ impl<'a> Clutter<'a> {
         let rain_db = |rain: &RainAir| self.air.rain_db_per_km(self.levels.rain, rain);
         let cell_km = asde.grid.cell_m / 1000.0;
         let in_beam = self.in_beam(azimuth);
+        let rainy = !weather.cells.is_empty()
+            && (self.levels.rain != RainPath::None || self.levels.rain_echo != RainEcho::None);
         let key =
             DrawKey { run_seed: 0, sensor: u32::from(asde.id.0), entity: beam as u64, scan: 0 };
         let mut rng = key.rng(Purpose::GroundTexture);
@@ -248,7 +257,7 @@ impl<'a> Clutter<'a> {
         let mut two_way_db = 2.0 * first_km * (uniform_db + rain_db(&rain));
         for (value, &(ground_m, spread, ground_m2, volume)) in row.iter_mut().zip(&self.cells) {
             let place_m = asde.site_m + unit * ground_m.unwrap_or(0.0);
-            if !weather.cells.is_empty() {
+            if rainy {
                 rain = *self.air.rain(weather.rain_at(place_m));
             }
             let half_db = cell_km * (uniform_db + rain_db(&rain));
@@ -293,9 +302,11 @@ impl<'a> Clutter<'a> {
             wavelength_m: asde.radar.wavelength_m,
         };
         let mut loss_db = 0.0;
-        for index in asde.skyline.before(Azimuth::from_rad(azimuth_rad).rad(), ground_m) {
-            let building = &asde.buildings[index];
-            loss_db += line.behind(&building.footprint_m, building.height_m).loss_db;
+        if self.shadows {
+            for index in asde.skyline.before(Azimuth::from_rad(azimuth_rad).rad(), ground_m) {
+                let building = &asde.buildings[index];
+                loss_db += line.behind(&building.footprint_m, building.height_m).loss_db;
+            }
         }
         for obstacle in aircraft {
             let fall = asde.radar.antenna_m - obstacle.top_m;
