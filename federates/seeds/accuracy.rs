@@ -112,10 +112,11 @@ fn machine() -> String {
     format!("{model}, {cores} cores")
 }
 
-/// The commit that is checked out where the command runs, if any.
+/// The commit that is checked out where this was built, if that is still there.
 fn commit() -> String {
-    let output =
-        std::process::Command::new("git").args(["describe", "--always", "--dirty"]).output();
+    let output = std::process::Command::new("git")
+        .args(["-C", env!("CARGO_MANIFEST_DIR"), "describe", "--always", "--dirty"])
+        .output();
     match output {
         Ok(output) if output.status.success() => {
             String::from_utf8_lossy(&output.stdout).trim().to_owned()
