@@ -166,7 +166,7 @@ pub(crate) fn complete(
     if config.filter.rung == Rung::Mh9Map {
         config.filter.map = Some(Arc::new(MapKnowledge::of(Network::of_airport(airport))));
     }
-    config.sensors = sensors.iter().map(|s| SensorModel::default_of(s.id, s.kind)).collect();
+    config.sensors = sensors.iter().map(model_of).collect();
     config.sizes = types
         .designators()
         .filter_map(|designator| types.get(designator))
@@ -177,6 +177,17 @@ pub(crate) fn complete(
         })
         .collect();
     config
+}
+
+/// What the tracker knows of a sensor: how often it looks, and its nominal delay.
+fn model_of(sensor: &SensorScene) -> SensorModel {
+    let model = SensorModel::default_of(sensor.id, sensor.kind);
+    let (interval_s, latency_s) = match (&sensor.asde, &sensor.reported) {
+        (Some(radar), _) => (60.0 / radar.parameters.rotation_rpm, 0.0),
+        (None, Some(reported)) => reported.timing_s(),
+        (None, None) => return model,
+    };
+    SensorModel { interval_s, latency_s, ..model }
 }
 
 /// Reads `[accuracy]`.

@@ -65,8 +65,12 @@ impl Tracker {
             let holder = work.identities.get(first).filter(|(name, _)| *name == identity);
             let Some(&(_, track)) = holder else { continue };
             let track = track as usize;
-            // Whoever holds the name: the plot starts no other track.
+            // Whoever holds the name: the plot starts no other track, nor is it taken for one on trial
+            // while the holder is still called so.
             work.gated[k] = true;
+            let holder = &self.tracks[track];
+            work.held[k] = holder.stage == Stage::Confirmed
+                && plot.time.since_s(holder.named_at) <= NAME_HOLDS_S;
             if work.track_used[track] {
                 continue;
             }
@@ -338,7 +342,7 @@ impl Tracker {
     /// All pairs of tracks of `stage` and free plots inside the covariance gate, by track and plot; `logs`: with
     /// ln det S.
     fn gated_pairs(&self, from: usize, stage: Stage, logs: bool, work: &mut Work) {
-        let Work { candidates, used, gated, pairs, track_used, span, .. } = work;
+        let Work { candidates, used, gated, held, pairs, track_used, span, .. } = work;
         let first_stage = stage == Stage::Confirmed;
         let (indices, grid, looks) = if first_stage {
             (&work.confirmed, &work.plots, &work.looks)
@@ -387,7 +391,7 @@ impl Tracker {
                     }
                     let plot = &candidates[k].plot;
                     let Some(m) = look.measured else { continue };
-                    if look.named && !track.may_be(plot.identity) {
+                    if look.named && (!track.may_be(plot.identity) || (!first_stage && held[k])) {
                         continue;
                     }
                     if young {
@@ -581,11 +585,15 @@ impl Tracker {
 
     /// A plot that no track used and that lies in no gate of a confirmed track begins a track.
     fn start_tracks(&mut self, from: usize, to: usize, model: &SensorModel, work: &mut Work) {
+        let before = self.tracks.len();
         for k in from..to {
             if work.used[k] {
                 continue;
             }
             let Candidate { plot, index } = &work.candidates[k];
+            // One name, one track: another plot of it waits for the next look.
+            let started = |name| self.tracks[before..].iter().any(|track| track.is(name));
+            work.gated[k] |= plot.identity.is_some_and(started);
             let one_line_only = !plot.across_m2.is_finite() || !plot.along_m2.is_finite();
             if work.gated[k] || one_line_only {
                 self.statistics.unused += 1;
@@ -682,6 +690,8 @@ impl Tracker {
             How::Restart(_) => {}
             How::Plot | How::Weighted { .. } => self.statistics.gate_1 += 1,
         }
+        // At the time that the plot itself says.
+        let position_m = position_m + velocity_ms * model.latency_s;
         self.outcomes[*place] =
             Outcome::Used { number: track.number, serial: track.serial, position_m, velocity_ms };
         // The name goes with the track that is nearer to the plot that carries it.
@@ -834,6 +844,9 @@ impl Departed {
         gap > 0.0 && gap * gap > limit * spread * (1.0 + 1e-9)
     }
 }
+
+/// For so long after the last plot with its name that a track took, the name is its own, s.
+const NAME_HOLDS_S: f64 = 3.0;
 
 /// Cell of the search grid, m: about a search box of a taxiing target.
 const GRID_CELL_M: f64 = 25.0;

@@ -132,6 +132,8 @@ pub struct SensorModel {
     pub slow_share: f64,
     /// Correlation time of that share, s.
     pub slow_tau_s: f64,
+    /// Nominal delay between measuring and the plot's stamp, taken off, s.
+    pub latency_s: f64,
 }
 
 impl SensorModel {
@@ -147,16 +149,21 @@ impl SensorModel {
             extra_sigma_m: 0.0,
             slow_share: 0.0,
             slow_tau_s: 1.0,
+            latency_s: 0.0,
         };
         match kind {
             SensorKind::Asde => {
                 Self { detection: 0.9, false_density_m2: 2e-8, extra_sigma_m: 1.0, ..base }
             }
-            SensorKind::Gps | SensorKind::Adsb => {
-                Self { slow_share: 0.95, slow_tau_s: 300.0, ..base }
+            SensorKind::Gps => Self { slow_share: 0.95, slow_tau_s: 300.0, ..base },
+            // What its delay is off the nominal one, at taxi speeds.
+            SensorKind::Adsb => {
+                Self { slow_share: 0.95, slow_tau_s: 300.0, extra_sigma_m: 3.0, ..base }
             }
             SensorKind::Dgps => Self { slow_share: 0.9, slow_tau_s: 100.0, ..base },
-            SensorKind::Mlat | SensorKind::Loop | SensorKind::Dynamic => base,
+            // Ways round corners, which its own figures do not know of.
+            SensorKind::Mlat => Self { extra_sigma_m: 2.0, ..base },
+            SensorKind::Loop | SensorKind::Dynamic => base,
         }
     }
 }

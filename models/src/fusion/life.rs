@@ -169,7 +169,10 @@ pub(super) fn merge_duplicates(
     positions.extend(seen.iter().map(|s| s.at.position_m()));
     let sizes = seen.iter().filter_map(|s| tracks[s.track as usize].size_m);
     let reach = sizes.map(|(length, span)| libm::hypot(ALONG * length, ASIDE * span));
-    let reach = reach.fold(config.duplicate_radius_m, f64::max);
+    let named = |track: &Track| track.callsign.is_some() || track.address.is_some();
+    let namesakes = seen.iter().any(|s| named(&tracks[s.track as usize]));
+    let least = if namesakes { NAMESAKES_M } else { 0.0 };
+    let reach = reach.fold(config.duplicate_radius_m.max(least), f64::max);
     if !(reach > 0.0) {
         return;
     }
@@ -189,14 +192,10 @@ pub(super) fn merge_duplicates(
             continue;
         }
         let candidate = &tracks[seen[young].track as usize];
-        // A track with a name of its own is a target of its own.
-        if candidate.stage != Stage::Confirmed
-            || candidate.entry.is_some()
-            || candidate.callsign.is_some()
-            || candidate.address.is_some()
-        {
+        if candidate.stage != Stage::Confirmed {
             continue;
         }
+        let nameless = candidate.entry.is_none() && !named(candidate);
         let velocity = seen[young].at.velocity_ms();
         let alike = 2.0 + 0.1 * velocity.norm();
         let mut twin: Option<u64> = None;
@@ -206,11 +205,17 @@ pub(super) fn merge_duplicates(
                 return;
             }
             let other = &tracks[seen[old].track as usize];
-            if other.stage == Stage::Confirmed
-                && (other.serial < candidate.serial || other.entry.is_some())
-                && (seen[old].at.velocity_ms() - velocity).norm() < alike
-                && on_body(other, positions[old], position, config.duplicate_radius_m)
-            {
+            // A track with a name of its own is a target of its own.
+            let double = if nameless {
+                (other.serial < candidate.serial || other.entry.is_some())
+                    && (seen[old].at.velocity_ms() - velocity).norm() < alike
+                    && on_body(other, positions[old], position, config.duplicate_radius_m)
+            } else {
+                other.serial < candidate.serial
+                    && same_name(candidate, other)
+                    && (positions[old] - position).norm() <= NAMESAKES_M
+            };
+            if other.stage == Stage::Confirmed && double {
                 twin = Some(twin.map_or(other.serial, |s| s.min(other.serial)));
             }
         });
@@ -224,6 +229,15 @@ pub(super) fn merge_duplicates(
             statistics.merged += 1;
         }
     }
+}
+
+/// Two tracks of one name this near are one target, m.
+const NAMESAKES_M: f64 = 60.0;
+
+/// Whether both were called the same by their plots.
+fn same_name(a: &Track, b: &Track) -> bool {
+    (a.callsign.is_some() && a.callsign == b.callsign)
+        || (a.address.is_some() && a.address == b.address)
 }
 
 /// The track follows some part of the target, so another part is almost a length away.

@@ -142,6 +142,8 @@ pub(super) struct Track {
     /// What its plots said it is.
     pub(super) callsign: Option<Callsign>,
     pub(super) address: Option<u32>,
+    /// Time of the last plot that said so.
+    pub(super) named_at: SimTime,
     /// Its own last report of its position.
     pub(super) reference: Option<Box<Reference>>,
     /// Line of the flight list.
@@ -187,6 +189,7 @@ impl Track {
             altitude_m: plot.altitude_m,
             callsign: None,
             address: None,
+            named_at: plot.time,
             reference: None,
             entry: None,
             name_settled: false,
@@ -361,6 +364,9 @@ impl Track {
         self.altitude_m = plot.altitude_m.or(self.altitude_m);
         self.refused = None;
         self.learn_identity(plot.identity);
+        if plot.identity.is_some() {
+            self.named_at = self.named_at.max(plot.time);
+        }
     }
 
     /// Forgets updates that no plot may come before any more, all but the last.

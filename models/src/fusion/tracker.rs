@@ -164,6 +164,8 @@ pub(super) struct Work {
     pub(super) used: Vec<bool>,
     /// Of each candidate: inside the covariance gate of a confirmed track.
     pub(super) gated: Vec<bool>,
+    /// Of each candidate: it carries the name of a confirmed track that other plots still call so.
+    pub(super) held: Vec<bool>,
     pub(super) batches: Vec<Batch>,
     /// Tracks by stage at the start of the scan; the tentative ones grow.
     pub(super) confirmed: Vec<u32>,
@@ -386,7 +388,8 @@ impl Tracker {
         let start = last_scan.unwrap_or_else(|| SimTime(times().min().unwrap_or(t_out).0 - 1));
         self.last_scan = Some(t_out);
         // Batches: one sensor, one of its intervals, counted from the end of the last scan.
-        let (mut sensor, mut end, mut interval, mut extra_m2) = (None, i64::MIN, 1, 0.0);
+        let (mut sensor, mut end, mut interval) = (None, i64::MIN, 1);
+        let (mut extra_m2, mut latency_ns) = (0.0, 0);
         for &(_, index) in &work.names {
             let plot = &plots[index as usize];
             let k = work.candidates.len();
@@ -395,6 +398,7 @@ impl Tracker {
                 let model = self.config.sensor(plot.sensor, plot.kind);
                 interval = SimTime::from_s(model.interval_s.clamp(1e-3, 1e6)).0;
                 extra_m2 = model.extra_sigma_m * model.extra_sigma_m;
+                latency_ns = SimTime::from_s(model.latency_s.clamp(0.0, 60.0)).0;
             }
             let other = sensor.is_none_or(|(id, _)| id != plot.sensor);
             if other || plot.time.0 >= end {
@@ -407,6 +411,7 @@ impl Tracker {
             if self.config.register_sites {
                 self.registration.correct(&mut plot);
             }
+            plot.time = SimTime(plot.time.0.saturating_sub(latency_ns));
             // What the sensor's model adds to the stated variance.
             plot.along_m2 += extra_m2;
             plot.across_m2 += extra_m2;
@@ -418,7 +423,7 @@ impl Tracker {
         let candidates = &work.candidates;
         work.batches
             .sort_by_key(|b| (candidates[b.from].plot.time, candidates[b.from].plot.sensor));
-        for flags in [&mut work.used, &mut work.gated] {
+        for flags in [&mut work.used, &mut work.gated, &mut work.held] {
             flags.clear();
             flags.resize(candidates.len(), false);
         }

@@ -52,6 +52,21 @@ pub enum Reported {
 }
 
 impl Reported {
+    /// Seconds between two reports of a mover, and the nominal delay of a report's position.
+    #[must_use]
+    pub fn timing_s(&self) -> (f64, f64) {
+        match self {
+            Self::Gps(config) => (config.report_s, 0.0),
+            Self::Dgps(config) => (config.report_s, 0.0),
+            Self::Adsb(config) => {
+                (config.moving_s, 0.5 * (config.latency_min_s + config.latency_max_s))
+            }
+            Self::Mlat(config) => (config.report_s, 0.0),
+            Self::Loop(_) => (1.0, 0.0),
+            Self::Dynamic(config) => (config.report_s, 0.0),
+        }
+    }
+
     /// The sensor, which knows no target yet, planned for a tolerance and a run of `run_s`.
     ///
     /// # Errors

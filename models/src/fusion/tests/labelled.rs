@@ -1,6 +1,7 @@
 //! Labels from the flight list.
 
 use super::*;
+use crate::fusion::config::SensorModel;
 use crate::plot::{Callsign, Identity};
 use crate::track::TrackType;
 
@@ -162,4 +163,76 @@ fn followed(paths: &[Box<Path>; 1], flights: &FlightList) -> Vec<SystemTrack> {
         last = tracker.scan(SimTime::from_s(t), &plots, flights);
     }
     last
+}
+
+/// A report of FOLLOW1's own.
+fn report(sensor: u16, kind: SensorKind, t: f64, sequence: u32, position_m: Vector2<f64>) -> Plot {
+    Plot {
+        sensor: SensorId(sensor),
+        kind,
+        time: SimTime::from_s(t),
+        sequence,
+        position_m,
+        axis: Vector2::new(0.0, 1.0),
+        along_m2: 4.0,
+        across_m2: 4.0,
+        altitude_m: None,
+        polar: None,
+        identity: Some(Identity::Callsign(Callsign::new("FOLLOW1"))),
+        scnr_db: None,
+    }
+}
+
+#[test]
+fn one_name_is_one_track_whatever_its_reports_are_worth() {
+    let path = drive(Vector2::new(0.0, 500.0), 1.0, 10.0, &[(200.0, 0.0, 0.02)]);
+    let paths = [path];
+    for config in [TrackingConfig::paper(), TrackingConfig::accurate()] {
+        let mut tracker = Tracker::new(config);
+        let radar = tower(8, 0.95, 0);
+        let mut most = 0;
+        for k in 1..=120 {
+            let t = f64::from(k);
+            let at = |t: f64| paths[0](t).expect("moves");
+            let mut plots: Vec<Plot> =
+                radar.scan(k, &paths).into_iter().map(|looked| looked.0).collect();
+            // Two in one interval from the first scan on; every seventh one far off, beside a false plot.
+            let off = if k % 7 == 0 { Vector2::new(120.0, -60.0) } else { Vector2::zeros() };
+            plots.push(report(5, SensorKind::Adsb, t - 0.8, 1, at(t - 0.8)));
+            plots.push(report(5, SensorKind::Adsb, t - 0.3, 2, at(t - 0.3) + off));
+            plots.push(report(6, SensorKind::Mlat, t - 0.5, 3, at(t - 0.5) + off * 0.9));
+            if k % 7 >= 5 {
+                let place = at(t) + Vector2::new(90.0, -40.0);
+                plots.push(Plot { identity: None, ..report(7, SensorKind::Mlat, t, 4, place) });
+            }
+            let tracks = tracker.scan(SimTime::from_s(t), &plots, &FlightList::default());
+            let named = tracks.iter().filter(|t| t.callsign() == Some(Callsign::new("FOLLOW1")));
+            most = most.max(named.count());
+            if k > 5 {
+                let nearest = tracks.iter().map(|track| (track.position_m - at(t)).norm());
+                assert!(nearest.fold(f64::INFINITY, f64::min) < 10.0, "scan {k}");
+            }
+        }
+        assert_eq!(most, 1, "tracks of one name at a time");
+    }
+}
+
+#[test]
+fn a_nominal_delay_is_taken_off_the_reports_that_have_it() {
+    let run = |known_s: f64| {
+        let mut config = TrackingConfig::accurate();
+        let model = SensorModel::default_of(SensorId(5), SensorKind::Adsb);
+        config.sensors.push(SensorModel { latency_s: known_s, ..model });
+        let mut tracker = Tracker::new(config);
+        let at = |t: f64| Vector2::new(40.0 * t, 0.0);
+        let mut last = Vec::new();
+        for k in 1..=60 {
+            let t = f64::from(k);
+            let plots = [report(5, SensorKind::Adsb, t - 0.2, 0, at(t - 0.2 - 0.4))];
+            last = tracker.scan(SimTime::from_s(t), &plots, &FlightList::default());
+        }
+        at(60.0).x - last[0].position_m.x
+    };
+    assert!((run(0.0) - 16.0).abs() < 0.5, "0.4 s behind at 40 m/s: {}", run(0.0));
+    assert!(run(0.4).abs() < 0.5, "{}", run(0.4));
 }

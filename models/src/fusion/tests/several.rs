@@ -160,6 +160,10 @@ fn two_equal_radars_at_one_time_are_one_radar_with_half_the_variance() {
     let filter = |sensors: &[u16], variance: f64| {
         let mut config = TrackingConfig::paper();
         config.consider_slow_errors = false;
+        for &id in sensors {
+            let model = SensorModel::default_of(SensorId(id), SensorKind::Mlat);
+            config.sensors.push(SensorModel { extra_sigma_m: 0.0, ..model });
+        }
         let mut tracker = Tracker::new(config);
         let mut last = Vec::new();
         for k in 1..=20 {
