@@ -64,6 +64,7 @@ impl Reported {
             Self::Mlat(config) => (config.report_s, 0.0),
             Self::Loop(_) => (1.0, 0.0),
             Self::Dynamic(config) => (config.report_s, 0.0),
+            Self::Offline(config) => (config.figures.period_s, 0.0),
         }
     }
 
