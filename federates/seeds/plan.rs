@@ -178,8 +178,9 @@ fn plan(scene: &Scene, at: Option<f64>, json: bool) -> anyhow::Result<()> {
             tolerance.position_m,
             tolerance.detection
         );
+        let wide = scene.sensors.iter().map(|s| s.name.chars().count()).max().unwrap_or(0).max(10);
         out!(
-            "  {:<12}{:<28}{:>16}  {:<10}{:>9}  called for by",
+            "  {:<wide$}  {:<32}{:>16}  {:<10}{:>9}  called for by",
             "sensor",
             "effect",
             "bound",
@@ -192,7 +193,7 @@ fn plan(scene: &Scene, at: Option<f64>, json: bool) -> anyhow::Result<()> {
             let [_, effect, called_for, bound, _] = crate::smdfm::report::plan_line(row);
             let level = format!("{:?}", row.level).to_lowercase();
             out!(
-                "  {name:<12}{effect:<28}{bound:>16}  {level:<10}{:>9.0}  {called_for}",
+                "  {name:<wide$}  {effect:<32}{bound:>16}  {level:<10}{:>9.0}  {called_for}",
                 row.cost_ns
             );
         }

@@ -216,6 +216,7 @@ pub fn track_message(track: &SystemTrack) -> TrackMessage {
 pub fn plan_line(row: &PlanRow) -> [String; 5] {
     let bound = match row.unit {
         "" => "cannot be told".to_owned(),
+        unit if row.bound != 0.0 && row.bound < 1e-3 => format!("{:.1e} {unit}", row.bound),
         unit => format!("{:.3} {unit}", row.bound),
     };
     let decision = if row.is_skipped() {

@@ -113,7 +113,8 @@ fn unreliable(service: &Service, soft: &SoftFailure, scene: &PositioningScene) -
 fn noise(sigma_m: f64, share: f64, tau_s: f64) -> [PlannedEffect; 2] {
     let correlated = SIGMAS * sigma_m * (2.0 * share).sqrt();
     let white = SIGMAS * sigma_m * (1.0 - share).sqrt();
-    let called = format!("{} of the variance over {tau_s} s, σ to {sigma_m:.2} m", percent(share));
+    let (share, tau_s) = (100.0 * share, (10.0 * tau_s).round() / 10.0);
+    let called = format!("{share:.0} % of the variance over {tau_s} s, σ to {sigma_m:.2} m");
     [
         two(E::Correlation, called, Loss::moves(correlated)),
         two(E::White, format!("σ to {:.2} m", white / SIGMAS), Loss::moves(white)),
