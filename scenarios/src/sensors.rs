@@ -17,6 +17,7 @@ use models::effects::radar::Processing;
 use models::frames::{Vector2, Vector3};
 use models::plot::{Callsign, SensorId, SensorKind};
 use models::sensors::shadow::Building;
+use models::sensors::video::{CellRadar, MOST_CELLS};
 use std::path::PathBuf;
 
 /// One `[[sensor]]` of a scene.
@@ -130,7 +131,7 @@ pub(crate) fn read(
         if let (Some(SensorKind::Asde), Some(site_m)) = (kind, site_m) {
             let (radar, file) = asde::read(section, &overrides, site_m)?;
             clear_of_buildings(section, &radar, site_m.xy(), buildings)?;
-            one_turn_a_scan(section, &radar, run)?;
+            can_paint(section, &radar, run)?;
             files.push(file);
             asde = Some(radar);
         }
@@ -169,10 +170,21 @@ pub(crate) fn read(
     Ok((sensors, files))
 }
 
-/// Refuses the whole video where a scan lasts longer than a turn: a cell would be painted twice.
-fn one_turn_a_scan(section: &Section, radar: &AsdeScene, run: &Run) -> Result<(), ScenarioError> {
+/// Refuses the whole video where a scan lasts longer than a turn (a cell would be painted twice), and
+/// where there are too many cells to keep.
+fn can_paint(section: &Section, radar: &AsdeScene, run: &Run) -> Result<(), ScenarioError> {
+    if radar.processing != Some(Processing::Video) {
+        return Ok(());
+    }
+    let cells = CellRadar::of(&radar.parameters).turn_cells();
+    if cells > MOST_CELLS {
+        let found = format!("\"video\" with {cells} cells a turn");
+        let needed =
+            format!("at most {MOST_CELLS} (beamwidth, pulse, display range), or \"cells\"");
+        return Err(section.refuse("processing", Problem::WrongKind { found, needed }));
+    }
     let (scan_s, turns_per_s) = (run.scan().s(), radar.parameters.turns_per_s());
-    if radar.processing != Some(Processing::Video) || scan_s * turns_per_s <= 1.0 + 1e-9 {
+    if scan_s * turns_per_s <= 1.0 + 1e-9 {
         return Ok(());
     }
     let found = format!("\"video\" with scans of {scan_s} s and turns of {} s", 1.0 / turns_per_s);

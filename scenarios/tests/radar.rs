@@ -229,6 +229,14 @@ fn a_scene_says_how_echoes_become_plots() {
             ["sensor[1].processing", "scans of 1 s", "at most one turn"],
         ),
         (
+            "a video of too many cells",
+            line(with(
+                "processing = \"video\"\noverrides = { azimuth_beamwidth_deg = 0.02, pulse_s = 4e-9 }",
+                "",
+            )),
+            ["sensor[1].processing", "cells a turn", "at most 20000000"],
+        ),
+        (
             "cells of what has none",
             line(load_text(
                 &zurich(),

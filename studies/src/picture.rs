@@ -8,8 +8,8 @@ use models::frames::Vector2;
 use models::sensors::ScanInterval;
 use models::sensors::asde::Asde;
 use models::sensors::asde::picture::{Ground, VideoScene};
-use models::sensors::video::CellRadar;
 use models::sensors::video::ppi::{Picture, Ppi};
+use models::sensors::video::{CellRadar, MOST_CELLS};
 use models::time::SimTime;
 use scenarios::Scene;
 use std::sync::Arc;
@@ -127,6 +127,10 @@ pub fn video_png(
     let found = scene.sensors.iter().find_map(|s| Some((s, s.asde.as_ref()?)));
     let (sensor, scene_radar) = found.ok_or("the scene has no radar")?;
     let parameters = scene_radar.parameters.clone();
+    let cells = CellRadar::of(&parameters).turn_cells();
+    if cells > MOST_CELLS {
+        return Err(format!("{cells} cells a turn: at most {MOST_CELLS} are possible"));
+    }
     let site_m = sensor.site_m.map_or_else(Vector2::zeros, |s| s.xy());
     let mut radar = Asde::new(sensor.id, site_m, parameters.clone())
         .map_err(|e| e.to_string())?

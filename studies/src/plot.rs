@@ -25,6 +25,8 @@ pub struct Chart {
 }
 
 const WIDTH: f64 = 760.0;
+/// Width of a letter of 12 px sans-serif, generously.
+const LETTER: f64 = 7.5;
 const HEIGHT: f64 = 420.0;
 const LEFT: f64 = 60.0;
 const TOP: f64 = 36.0;
@@ -49,8 +51,11 @@ impl Chart {
         let (y0, y1) = (y_ticks[0], y_ticks[y_ticks.len() - 1]);
         let px = |x: f64| LEFT + (x - x0) / (x1 - x0) * PLOT_WIDTH;
         let py = |y: f64| TOP + PLOT_HEIGHT - (y - y0) / (y1 - y0) * PLOT_HEIGHT;
+        // As wide as the longest name in the legend.
+        let longest = self.lines.iter().map(|l| l.name.chars().count()).max().unwrap_or(0);
+        let width = (LEFT + PLOT_WIDTH + 46.0 + LETTER * longest as f64).max(WIDTH);
         let mut out = format!(
-            "<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" width=\"{WIDTH}\" height=\"{HEIGHT}\" role=\"img\">\n\
+            "<svg viewBox=\"0 0 {width} {HEIGHT}\" width=\"{width}\" height=\"{HEIGHT}\" role=\"img\">\n\
              <title>{t}</title>\n<text x=\"{LEFT}\" y=\"20\" font-weight=\"bold\">{t}</text>\n",
             t = escape(&self.title)
         );

@@ -76,6 +76,7 @@ struct Taken {
 }
 
 /// A plot and what caused it.
+#[derive(Clone, Copy, Debug)]
 struct Seen {
     plot: Plot,
     /// Place of the echo among the returns; `None` where noise alone crossed the threshold.
@@ -90,6 +91,7 @@ struct Work {
     returns: Vec<Return>,
     traffic: Traffic,
     order: Vec<Place>,
+    seen: Vec<Seen>,
     windows: WindowWork,
 }
 
@@ -528,8 +530,9 @@ impl Asde {
         truth: &dyn Truth,
         interval: &ScanInterval,
         returns: &[Return],
+        mut seen: Vec<Seen>,
     ) -> Vec<Seen> {
-        let mut seen = Vec::with_capacity(returns.len());
+        seen.clear();
         for (i, r) in (0..).zip(returns) {
             if r.cell != i || r.look.number == NEXT {
                 continue;
@@ -897,7 +900,8 @@ impl Sensor for Asde {
                     returns[*i].look.number == NEXT && returns[head].look.number != NEXT
                 });
                 let next = next.collect();
-                (self.measure_returns(&levels, truth, interval, returns), next)
+                let seen = std::mem::take(&mut work.seen);
+                (self.measure_returns(&levels, truth, interval, returns, seen), next)
             }
             Processing::Cells => {
                 self.measure_windows(&levels, truth, interval, returns, &mut work.windows)
@@ -916,7 +920,7 @@ impl Sensor for Asde {
             out.plots.push(plot);
             out.causes.push(cause);
         };
-        for Seen { plot, cause, draws } in seen {
+        for &Seen { plot, cause, draws } in &seen {
             let Some(cause) = cause else {
                 add(out, plot, Cause::default());
                 continue;
@@ -951,6 +955,7 @@ impl Sensor for Asde {
                 add(out, plot, Cause::default());
             }
         }
+        work.seen = seen;
         self.work = work;
         self.plan = Some(plan);
         self.air = Some(air);

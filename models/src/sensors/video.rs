@@ -208,6 +208,8 @@ pub struct Video {
     pub blobs: Vec<Blob>,
 }
 
+/// Cells of a whole video at most: about 240 MB of them.
+pub const MOST_CELLS: usize = 20_000_000;
 /// Cells around a target that are computed beyond its scatterers, and beams.
 const MARGIN: i64 = 3;
 /// Cells of one cluster are at most this many range cells apart.
@@ -247,6 +249,12 @@ impl CellRadar {
             recovered: 1.0,
         };
         Self { recovered: 1.0 / bare.straddling_share(), ..bare }
+    }
+
+    /// Cells of a whole turn.
+    #[must_use]
+    pub fn turn_cells(&self) -> usize {
+        self.beams.saturating_mul(self.cells)
     }
 
     /// Angle from one beam position to the next, rad.
