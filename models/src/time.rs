@@ -21,15 +21,17 @@ impl SimTime {
         self.0 as f64 * 1e-9
     }
 
-    /// Seconds from `earlier` to `self`: the integers are subtracted, then converted once.
+    /// Seconds from `earlier` to `self`: the integers are subtracted, then converted once. Two times that
+    /// are farther apart than 292 years are 292 years apart.
     #[must_use]
+    #[inline]
     pub fn since_s(self, earlier: Self) -> f64 {
-        (self.0 - earlier.0) as f64 * 1e-9
+        self.0.saturating_sub(earlier.0) as f64 * 1e-9
     }
 
-    /// `self` moved by `s` seconds, nearest nanosecond.
+    /// `self` moved by `s` seconds, nearest nanosecond; not beyond 292 years from frame 0.
     #[must_use]
     pub fn plus_s(self, s: f64) -> Self {
-        Self(self.0 + Self::from_s(s).0)
+        Self(self.0.saturating_add(Self::from_s(s).0))
     }
 }

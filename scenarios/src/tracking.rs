@@ -59,7 +59,7 @@ pub struct Accuracy {
     pub time_budget_us: Option<f64>,
 }
 
-const KEYS: [&str; 27] = [
+const KEYS: [&str; 29] = [
     "profile",
     "filter",
     "q",
@@ -85,6 +85,8 @@ const KEYS: [&str; 27] = [
     "register_sites",
     "duplicate_radius_m",
     "stand_radius_m",
+    "push_back_ms",
+    "push_back_reach_m",
     "off_block_window_s",
     "arrival_window_s",
 ];
@@ -149,6 +151,8 @@ pub(crate) fn read(root: &Section) -> Result<Tracking, ScenarioError> {
     flag(&mut config.register_sites, "register_sites")?;
     let labels = &mut config.labels;
     set(&mut labels.stand_radius_m, "stand_radius_m", 1.0, 500.0, "m")?;
+    set(&mut labels.push_back_ms, "push_back_ms", 0.0, 20.0, "m/s")?;
+    set(&mut labels.push_back_reach_m, "push_back_reach_m", 0.0, 1000.0, "m")?;
     set(&mut labels.off_block_window_s, "off_block_window_s", 1.0, 86_400.0, "s")?;
     set(&mut labels.arrival_window_s, "arrival_window_s", 1.0, 86_400.0, "s")?;
     Ok(Tracking { profile, config })

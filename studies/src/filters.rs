@@ -175,7 +175,15 @@ impl Subject {
             "{} stretches of a minute of recorded aircraft and driven vehicles at Zurich, radar on the tower",
             paths.len()
         );
-        Ok(Self { name, about, paths, draws, map: None, bounds })
+        let network = Network::of_airport(&scene.airport.layout);
+        Ok(Self {
+            name,
+            about,
+            paths,
+            draws,
+            map: Some(Arc::new(MapKnowledge::of(network))),
+            bounds,
+        })
     }
 
     /// The methods that it can be tracked with.
@@ -246,7 +254,8 @@ pub(crate) fn run(options: &Options, progress: &mut dyn FnMut(Progress)) -> Outc
              probabilities were chosen on the first three scenes and on three more that are not reported \
              (an exit, taxiing, a line-up), with other seeds; the queue, the outage, the recorded movements and the \
              other noise levels had no part in it. On the map rung the target keeps exactly to its centreline; \
-             the recorded movements have no exact centreline and no map rung. In the outage the errors of the \
+             the recorded movements keep to the airport's published taxiways, which is all that the rung knows of \
+             them, as aircraft do. In the outage the errors of the \
              predictions count too."
         ),
         error_label: "position error, m (rms)".to_owned(),

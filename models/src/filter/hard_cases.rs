@@ -529,6 +529,11 @@ fn any_plot(t: f64, x: f64, y: f64, angle: f64, along: f64, across: f64) -> Plot
     }
 }
 
+/// The same a second before.
+fn before_plot(plot: &Plot) -> Plot {
+    Plot { time: plot.time.plus_s(-1.0), ..*plot }
+}
+
 /// Any f64 now and then, an ordinary one mostly.
 fn hostile(range: std::ops::Range<f64>) -> impl Strategy<Value = f64> {
     prop_oneof![8 => range, 1 => any::<f64>()]
@@ -594,6 +599,70 @@ proptest! {
                 let finite = e.state.x.iter().all(|v| v.sum().is_finite())
                     && e.state.covariance().iter().all(|v| v.is_finite());
                 prop_assert!(finite, "{}: {:?} after {:?}", name, e, plot);
+            }
+        }
+    }
+
+    #[test]
+    fn any_model_and_any_order_of_operations_leave_a_state_of_numbers(
+        noise in (1e-12..1e6f64, 1e-12..1e6f64, 1e-12..1e6f64),
+        switch in proptest::collection::vec(prop_oneof![3 => 1e-9..0.3f64, 1 => Just(0.0)], 6),
+        start in (1e-3..1e4f64, 1e-3..1e3f64),
+        q in prop_oneof![1e-12..1e6f64, Just(0.0)],
+        steps in proptest::collection::vec(
+            (0usize..5, prop_oneof![6 => 0.0..3.0f64, 1 => Just(0.0), 1 => 0.0..1e5f64, 1 => -1e4..0.0f64],
+             (-1e5..1e5f64, -1e5..1e5f64, 0.0..1.0f64),
+             (0.0..7.0f64, prop_oneof![3 => 0.0..100.0f64, 1 => Just(0.0)],
+              prop_oneof![4 => 0.0..100.0f64, 1 => Just(f64::INFINITY), 1 => Just(1e12)])), 1..25),
+    ) {
+        let row = |i: usize| {
+            let (a, b) = (switch[2 * i], switch[2 * i + 1]);
+            let stay = 1.0 - a - b;
+            [[stay, a, b], [a, stay, b], [a, b, stay]][i]
+        };
+        let rows = [row(0), row(1), row(2)];
+        let motions = [
+            Motion::ConstantVelocity { q: noise.0 },
+            Motion::ConstantAcceleration { q: noise.1 },
+            Motion::Singer { rate: 0.1 + switch[0], q: noise.2 },
+        ];
+        let modes = Modes::new(&motions, &rows.each_ref().map(|r| &r[..]), &[0.5, 0.3, 0.2]);
+        let modes = Arc::new(modes.expect("rows sum to 1"));
+        for (rung, name) in Rung::ALL {
+            let mut config = config(rung);
+            config.q = q;
+            config.modes = Arc::clone(&modes);
+            config.start = Start { sigma_v_ms: start.0, sigma_a_ms2: start.1 };
+            let mut filter = Estimator::from_plot(&config, &plot_at(0.0, 0.0, 0.0, 4.0)).unwrap();
+            let mut t: f64 = 0.0;
+            for (operation, dt, (x, y, beta), (angle, along, across)) in &steps {
+                t = if *dt < 0.0 { t } else { t + dt };
+                let plot = any_plot(t + dt.min(0.0), *x, *y, *angle, *along, *across);
+                let near = plot_at(t, x + 3.0, y - 2.0, 1.0 + along);
+                let before = filter.estimate();
+                let done = match operation {
+                    0 | 1 => filter.update(&plot).map(|_| ()),
+                    2 => filter.update_manoeuvre(&plot).map(|_| ()),
+                    3 => filter.update_weighted(&[(&near, 0.5 * beta), (&plot, 0.4 * beta)]),
+                    _ => filter.restart(&before_plot(&plot), &plot),
+                };
+                if done.is_err() {
+                    prop_assert_eq!(filter.estimate(), before, "{}", name);
+                }
+                for at in [Ok(filter.estimate()), filter.predicted(filter.time().plus_s(1.5))] {
+                    let Ok(e) = at else { continue };
+                    let finite = e.state.x.iter().all(|v| v.sum().is_finite())
+                        && e.state.covariance().iter().all(|v| v.is_finite());
+                    prop_assert!(finite, "{}: {:?} after {} of {:?}", name, e, operation, plot);
+                }
+                let (place, velocity) = filter.motion();
+                let e = filter.estimate();
+                let off = (place - e.position_m()).norm() + (velocity - e.velocity_ms()).norm();
+                prop_assert!(off <= 1e-6 * (1.0 + place.norm() + velocity.norm()), "{}: {}", name, off);
+                let later = filter.time().plus_s(0.7);
+                if let (Ok(a), Ok((b, _))) = (filter.place_at(later), filter.position_at(later)) {
+                    prop_assert!((a - b).norm() <= 1e-6 * (1.0 + a.norm()), "{}: {} {}", name, a, b);
+                }
             }
         }
     }

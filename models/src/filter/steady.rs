@@ -251,8 +251,13 @@ impl StateEstimator for SteadyGain {
 
     fn update_manoeuvre(&mut self, plot: &Plot) -> Result<Nis, UpdateError> {
         // Gains cannot be widened: take the plot and look for the new course with fresh ones.
-        self.count = self.count.min(2);
-        self.update(plot)
+        let count = self.count;
+        self.count = count.min(2);
+        let found = self.update(plot);
+        if found.is_err() {
+            self.count = count;
+        }
+        found
     }
 
     fn replace(&mut self, time: SimTime, state: &Gaussian) {

@@ -72,6 +72,10 @@ pub struct Life {
 pub struct LabelRules {
     /// A departure starts this near to its stand, m.
     pub stand_radius_m: f64,
+    /// How fast an aircraft may have left its stand before it was first seen, m/s (assumed: pushed back).
+    pub push_back_ms: f64,
+    /// How far at most, m (assumed).
+    pub push_back_reach_m: f64,
     /// Within this time of its off-block time, s.
     pub off_block_window_s: f64,
     /// An arrival starts on final or on the landing half of its runway within this time of its
@@ -230,6 +234,8 @@ impl TrackingConfig {
             },
             labels: LabelRules {
                 stand_radius_m: 40.0,
+                push_back_ms: 2.5,
+                push_back_reach_m: 120.0,
                 off_block_window_s: 600.0,
                 arrival_window_s: 120.0,
                 arrival_speed_ms: 40.0,

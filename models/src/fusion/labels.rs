@@ -116,18 +116,27 @@ fn departure_cost(
     now: SimTime,
 ) -> Option<f64> {
     let distance = (estimate.position_m() - entry.stand_m?).norm();
-    // It is at its stand now; it may have been there for hours before its off-block time.
-    if distance > rules.stand_radius_m {
-        return None;
-    }
     let off_block = entry.off_block.unwrap_or(entry.eta_ctd);
     let late = track.born.since_s(off_block).max(0.0);
+    // It is at its stand now (it may have been there for hours before its off-block time), or it is seen for
+    // the first time and was pushed back since.
+    let radius = if now.since_s(track.born) <= FIRST_SEEN_S {
+        let pushed = rules.stand_radius_m + rules.push_back_ms * late;
+        pushed.min(rules.push_back_reach_m.max(rules.stand_radius_m))
+    } else {
+        rules.stand_radius_m
+    };
+    if distance > radius {
+        return None;
+    }
     let early = off_block.since_s(now).max(0.0);
     let deviation = late.max(early);
-    (deviation <= rules.off_block_window_s).then(|| {
-        square(3.0 * distance / rules.stand_radius_m) + square(deviation / rules.off_block_window_s)
-    })
+    (deviation <= rules.off_block_window_s)
+        .then(|| square(3.0 * distance / radius) + square(deviation / rules.off_block_window_s))
 }
+
+/// How long a track has been seen for the first time, s.
+const FIRST_SEEN_S: f64 = 15.0;
 
 /// A target that stands or rolls on the first half of its departure runway about its time of departure:
 /// it may have left its stand before the run began, or stand where the list knows no stand. Faster than

@@ -385,7 +385,8 @@ impl Tracker {
         let times = || work.names.iter().map(|n| plots[n.1 as usize].time);
         let latest = times().max().unwrap_or(SimTime(i64::MIN));
         self.seen.push_back((latest, work.names.iter().map(|n| n.0).collect()));
-        let start = last_scan.unwrap_or_else(|| SimTime(times().min().unwrap_or(t_out).0 - 1));
+        let start = last_scan
+            .unwrap_or_else(|| SimTime(times().min().unwrap_or(t_out).0.saturating_sub(1)));
         self.last_scan = Some(t_out);
         // Batches: one sensor, one of its intervals, counted from the end of the last scan.
         let (mut sensor, mut end, mut interval) = (None, i64::MIN, 1);
@@ -402,8 +403,10 @@ impl Tracker {
             }
             let other = sensor.is_none_or(|(id, _)| id != plot.sensor);
             if other || plot.time.0 >= end {
-                let number = (plot.time.0 - start.0 - 1).div_euclid(interval);
-                end = start.0 + 1 + (number + 1) * interval;
+                let since = plot.time.0.saturating_sub(start.0).saturating_sub(1);
+                let number = since.div_euclid(interval);
+                let length = interval.saturating_mul(number.saturating_add(1));
+                end = start.0.saturating_add(1).saturating_add(length);
                 work.batches.push(Batch { from: k, to: k });
             }
             sensor = Some((plot.sensor, plot.kind));

@@ -432,10 +432,10 @@ fn any_plot() -> impl Strategy<Value = Plot> {
     let time = prop_oneof![8 => -3.0..1.0f64, 1 => -100.0..100.0f64, 1 => Just(0.0)];
     (
         (odd.clone(), odd.clone(), time, variance.clone(), variance, 0.0..7.0f64),
-        (0u16..4, 0u32..5, proptest::option::of(0u32..4), proptest::option::of(odd)),
+        (0u16..4, 0u32..5, proptest::option::of(0u32..4), proptest::option::of(odd), any::<bool>()),
     )
-        .prop_map(|((x, y, t, along, across, angle), (sensor, sequence, name, altitude_m))| {
-            Plot {
+        .prop_map(
+            |((x, y, t, along, across, angle), (sensor, sequence, name, altitude_m, polar))| Plot {
                 sensor: SensorId(sensor),
                 kind: [SensorKind::Asde, SensorKind::Gps, SensorKind::Loop, SensorKind::Adsb]
                     [sensor as usize],
@@ -446,7 +446,12 @@ fn any_plot() -> impl Strategy<Value = Plot> {
                 along_m2: along,
                 across_m2: across,
                 altitude_m,
-                polar: None,
+                polar: polar.then_some(Polar {
+                    range_m: x,
+                    azimuth_rad: angle,
+                    sigma_range_m: along,
+                    sigma_azimuth_rad: across,
+                }),
                 identity: name.map(|n| {
                     if n < 2 {
                         Identity::Address(n)
@@ -455,30 +460,39 @@ fn any_plot() -> impl Strategy<Value = Plot> {
                     }
                 }),
                 scnr_db: None,
-            }
-        })
+            },
+        )
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(96))]
+    #![proptest_config(ProptestConfig::with_cases(128))]
     #[test]
     fn hostile_plots_never_panic_and_never_give_nan(
         scans in proptest::collection::vec(
             (proptest::collection::vec(any_plot(), 0..12), -2.0..4.0f64), 1..14),
-        method in 0usize..3,
+        method in 0usize..4,
+        jump in prop_oneof![6 => Just(0.0), 1 => -1e12..1e12f64, 1 => -1e4..1e4f64],
         rung in 0usize..crate::filter::Rung::ALL.len(),
     ) {
-        let mut config = methods()[method].clone();
+        let mut config = methods().get(method).cloned().unwrap_or_else(TrackingConfig::accurate);
         config.filter = crate::filter::FilterConfig::new(crate::filter::Rung::ALL[rung].0);
         // Everything is confirmed at once, so that everything is published.
         (config.life.confirm_hits, config.life.confirm_of) = (1, 2);
         let mut tracker = Tracker::new(config);
+        let flights = FlightList {
+            entries: ["ABC", "ABD"].map(|name| FlightEntry {
+                stand_m: Some(Vector2::new(100.0, 100.0)),
+                off_block: Some(SimTime::from_s(2.0)),
+                ..super::labelled::entry(name, "A320", MovementKind::Departure)
+            }).to_vec(),
+            runways: vec![("28".to_owned(), [Vector2::zeros(), Vector2::new(0.0, 1000.0)])],
+        };
         let mut t = 0.0;
-        for (plots, step) in scans {
-            t += step;
+        for (k, (plots, step)) in scans.into_iter().enumerate() {
+            t += if k == 6 { jump } else { step };
             let shifted: Vec<Plot> =
                 plots.iter().map(|p| Plot { time: SimTime::from_s(t + p.time.s()), ..*p }).collect();
-            let tracks = tracker.scan(SimTime::from_s(t), &shifted, &FlightList::default());
+            let tracks = tracker.scan(SimTime::from_s(t), &shifted, &flights);
             for track in &tracks {
                 let vectors = [track.position_m, track.velocity_ms, track.acceleration_ms2];
                 prop_assert!(vectors.iter().all(|v| v.iter().all(|x| x.is_finite())), "{:?}", track);

@@ -95,6 +95,34 @@ fn departures_are_known_by_their_stand_and_arrivals_by_their_runway() {
 }
 
 #[test]
+fn a_departure_first_seen_while_it_is_pushed_back_is_known_by_its_stand() {
+    let flights = list(vec![FlightEntry {
+        stand_m: Some(Vector2::new(420.0, 310.0)),
+        off_block: Some(SimTime::from_s(11.0)),
+        ..entry("AEE5ZH", "A320", MovementKind::Departure)
+    }]);
+    let radar = tower(4, 0.95, 0);
+    // Seen from `from` seconds on, this far from the stand.
+    for (name, from, away, known) in [
+        ("85 m off after half a minute", 45.0, 85.0, true),
+        ("85 m off as its time comes", 11.0, 85.0, false),
+        ("farther than anything is pushed", 100.0, 150.0, false),
+        ("another one that comes by later", 1.0, 85.0, false),
+    ] {
+        let appears = move |t: f64| (t >= from).then(|| Vector2::new(420.0 + away, 310.0));
+        let paths: Vec<Box<Path>> = vec![Box::new(appears)];
+        let mut tracker = Tracker::new(TrackingConfig::paper());
+        let mut last = Vec::new();
+        for k in 1..=from as u32 + 20 {
+            let plots: Vec<Plot> = radar.scan(k, &paths).into_iter().map(|l| l.0).collect();
+            last = tracker.scan(SimTime::from_s(f64::from(k)), &plots, &flights);
+        }
+        assert_eq!(last.len(), 1, "{name}");
+        assert_eq!(last[0].label.is_some(), known, "{name}");
+    }
+}
+
+#[test]
 fn two_entries_that_fit_equally_well_give_no_label() {
     let at = |name: &str| FlightEntry {
         stand_m: Some(Vector2::new(420.0, 312.0)),
