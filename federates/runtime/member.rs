@@ -457,7 +457,8 @@ impl Member {
         let missing =
             self.incomplete.keys().next().map_or(Frame::MAX, |(f, _)| f.saturating_sub(1));
         let ended = self.producers.values().map(|p| match (p.ended, p.cut) {
-            (Some(ended), Some(cut)) if ended >= cut => Frame::MAX,
+            // Lost before its frame 0 came here counts as frame 0.
+            (ended, Some(cut)) if ended.unwrap_or(0) >= cut => Frame::MAX,
             (ended, _) => ended.unwrap_or(0),
         });
         ended.fold(missing, Frame::min)

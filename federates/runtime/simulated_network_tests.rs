@@ -356,7 +356,7 @@ impl Net {
 const MINUTE: u64 = 60_000 * MS;
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(24))]
+    #![proptest_config(ProptestConfig::with_cases(200))]
 
     #[test]
     fn what_the_consumer_eats_does_not_depend_on_loss_order_or_pace(
@@ -375,7 +375,7 @@ proptest! {
     }
 
     #[test]
-    fn freeze_step_resume_and_restart_leave_no_trace(seed in 1u64.., at in 20u64..1300) {
+    fn freeze_step_resume_and_restart_leave_no_trace(seed in 1u64.., at in 300u64..1300) {
         let mut calm = Net::new(1, 0, f64::INFINITY, true);
         calm.run(MINUTE, vec![]);
         let mut net = Net::new(seed, 10, 2.0, false);
@@ -424,4 +424,14 @@ fn a_command_at_the_wrong_time_is_refused_with_what_is_possible() {
     assert_eq!(net.answers.len(), 3);
     assert!(net.answers.iter().all(|(ok, _)| !ok), "{:?}", net.answers);
     assert!(net.answers[0].1.contains("freeze, stop"), "{:?}", net.answers);
+}
+
+#[test]
+fn a_producer_lost_before_its_first_frame_holds_nobody_up() {
+    let lost = "traffic-generator";
+    let mut net = Net::new(13_406_712_465_736_579_652, 10, f64::INFINITY, true);
+    net.run(MINUTE, vec![(7_300_000, Act::Kill(lost))]);
+    assert_eq!(net.exit, Some(1));
+    let reasons = &net.conductor.state().reasons;
+    assert!(reasons.len() == 1 && reasons[0].contains(lost), "{reasons:?}");
 }
