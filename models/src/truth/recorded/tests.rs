@@ -111,7 +111,7 @@ fn within_limits(state: &TruthState, limits: &Limits) -> bool {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 16, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 64, ..ProptestConfig::default() })]
 
     /// Whatever is done to some records: the import keeps the limits and stays near the truth.
     #[test]
@@ -132,8 +132,8 @@ proptest! {
             .map_err(|refusal| TestCaseError::fail(format!("line {}: {refusal}", refusal.line())))?;
         prop_assert_eq!(report.tally.count(Rule::AltitudeSpike) > 0,
             damages.iter().any(|d| matches!(d, Damage::Spike { .. })));
-        let mut far = 0;
-        let mut count = 0;
+        let mut far = 0_i64;
+        let mut count = 0_i64;
         let mut before: Option<TruthState> = None;
         for i in 0..=(320 * 20) {
             let time = SimTime(i * 50_000_000);
@@ -147,9 +147,11 @@ proptest! {
             // Freezes and gaps of 25 s hide what the speed did meanwhile.
             prop_assert!(off_m < 130.0, "{off_m} m off at {} s", time.s());
             count += 1;
-            far += usize::from(off_m > 25.0);
+            far += i64::from(off_m > 25.0);
         }
-        prop_assert!(count > 300 * 20, "only {count} frames");
+        // Each may hide 25 s at an end.
+        let least = (300 - 25 * damages.len() as i64) * 20;
+        prop_assert!(count > least, "only {count} frames of {least}");
         prop_assert!(far * 5 < count, "more than 25 m off in {far} of {count} frames");
     }
 
