@@ -98,10 +98,16 @@ mod tests {
             let (mut exact, mut found) = (Vec::new(), Vec::new());
             Jpda::default().marginals(&miss, &like, 100_000, &mut exact).expect("small");
             marginals(&miss, &like, &mut found);
-            // Where misses are hardly possible it tends to the best assignment alone, and the marginals
-            // of two assignments that are almost as good are off by up to one half.
+            // Where two tracks can hardly miss, it tends to one assignment of them alone: two that are
+            // almost as good are then off by up to one half. The steepest climb found 0.344 where at
+            // most one track prefers a plot to its miss by more than 5, and 0.477 up to 12.
+            let prefers = |track: usize| {
+                let best = like[track * plots..][..plots].iter().copied().fold(f64::MIN, f64::max);
+                best - miss[track] > 5.0
+            };
+            let most = if (0..tracks).filter(|&t| prefers(t)).count() < 2 { 0.35 } else { 0.5 };
             for (f, e) in found.iter().zip(&exact) {
-                prop_assert!(f.is_finite() && (f - e).abs() <= 0.5, "{f} for {e}");
+                prop_assert!(f.is_finite() && (f - e).abs() <= most, "{f} for {e}, at most {most}");
             }
             for row in found.chunks(plots + 1) {
                 prop_assert!((row.iter().sum::<f64>() - 1.0).abs() < 1e-9, "{row:?}");
