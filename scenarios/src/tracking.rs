@@ -329,6 +329,9 @@ mod tests {
         let (raw, with_map) = errors(&scene, &config.filter);
         let (_, without) = errors(&scene, &FilterConfig::new(Rung::Imm3));
         println!("plots {raw:.2} m², imm3 {without:.2}, mh9-map {with_map:.2}");
+        // A better mixing filter leaves the map less to gain, so the map's error is held by itself too:
+        // nine tenths of the 8.86 m² that mixing once had on these plots of 18.28 m².
+        assert!(with_map < 0.436 * raw, "{with_map:.2} m² of {raw:.2}");
         assert!(with_map < 0.95 * without && without < raw);
     }
 }
