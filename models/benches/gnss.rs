@@ -10,13 +10,12 @@ use models::frames::{Vector2, Vector3};
 use models::plot::{Callsign, SensorId, SensorKind};
 use models::sensors::adsb::{Adsb, AdsbConfig};
 use models::sensors::constellation::{Constellation, Dop, SkyConfig, in_view};
-use models::sensors::cooperative::Equipage;
 use models::sensors::dgps::{Dgps, DgpsConfig};
 use models::sensors::dynamic::{Dynamic, DynamicConfig};
 use models::sensors::extended::{ExtentLevel, centroid, echoes};
 use models::sensors::gps::{Diluted, Gps, GpsConfig, GpsModel, Statistical};
 use models::sensors::mlat::{Mlat, MlatConfig};
-use models::sensors::offline::{AxisFigures, Offline, OfflineAxes, OfflineConfig, OfflineFit};
+use models::sensors::offline::{Offline, OfflineConfig, OfflineFit};
 use models::sensors::ranging::{RangeBudget, RangingConfig};
 use models::sensors::video::{CellRadar, CellWork, Fading, Threshold, point_echoes};
 use models::sensors::{PlotSink, ScanInterval, Sensor, TargetClass, TargetState, Truth};
@@ -77,24 +76,13 @@ fn sensors(c: &mut Criterion) {
     let stations = [(0.0, 0.0), (4000.0, 0.0), (4000.0, 2500.0), (0.0, 2500.0), (2000.0, -500.0)]
         .map(|(x, y)| Vector2::new(x, y));
     let figures = OfflineFit {
-        axes: [AxisFigures { mean_m: 0.0, sigma_m: 3.0 }; 2],
         correlated_share: 0.8,
         tau_s: 100.0,
         pd: 0.95,
         outage_reports: 5.0,
-        period_s: 1.0,
-        far_share: 0.0,
-        samples: 1000,
+        ..OfflineFit::white(3.0, 1.0)
     };
-    let offline = OfflineConfig {
-        id,
-        kind: SensorKind::Gps,
-        equipped: Equipage::all(),
-        identified: true,
-        axes: OfflineAxes::NorthEast,
-        reach: None,
-        figures,
-    };
+    let offline = OfflineConfig::of(id, SensorKind::Gps, figures);
     let list: Vec<(&str, Box<dyn Sensor>)> = vec![
         ("gps statistical", Box::new(gps(GpsModel::Statistical(Statistical::sps_2020())))),
         ("gps constellation", Box::new(gps(GpsModel::Constellation(Diluted::reference(sky))))),

@@ -5,22 +5,22 @@
 
 use models::effects::positioning::costs::{COSTS_NS, MEASURED, of};
 use models::effects::positioning::{
-    Conditions, PositioningEffect, PositioningLevels, PositioningModel, PositioningScene, bounds,
-    plan,
+    Conditions, Planned, PositioningEffect, PositioningLevels, PositioningModel, PositioningScene,
+    bounds, plan,
 };
 use models::effects::{Level, Loss, Tolerance};
 use models::environment::Weather;
 use models::frames::{Vector2, Vector3};
 use models::plot::{Callsign, SensorId, SensorKind};
 use models::sensors::adsb::{Adsb, AdsbConfig};
+use models::sensors::config::ConfigError;
 use models::sensors::constellation::SkyConfig;
-use models::sensors::cooperative::Equipage;
 use models::sensors::dgps::{Budgeted, Dgps, DgpsConfig, DgpsModel};
 use models::sensors::dynamic::{Dynamic, DynamicConfig};
 use models::sensors::gps::{Diluted, Gps, GpsConfig, GpsModel, Statistical};
 use models::sensors::induction_loop::{InductionLoop, LoopConfig};
 use models::sensors::mlat::{Mlat, MlatConfig};
-use models::sensors::offline::{AxisFigures, Offline, OfflineAxes, OfflineConfig, OfflineFit};
+use models::sensors::offline::{Offline, OfflineConfig, OfflineFit};
 use models::sensors::ranging::{RangeBudget, RangeCorrections, RangingConfig};
 use models::sensors::shadow::Building;
 use models::sensors::{PlotSink, ScanInterval, Sensor, TargetClass, TargetState, Truth};
@@ -92,25 +92,13 @@ fn stations() -> MlatConfig {
 
 fn figures() -> OfflineConfig {
     let figures = OfflineFit {
-        axes: [AxisFigures { mean_m: 0.0, sigma_m: 3.0 }; 2],
         correlated_share: 0.8,
         tau_s: 100.0,
         pd: 0.95,
         outage_reports: 5.0,
-        period_s: 1.0,
-        far_share: 0.0,
-        samples: 1000,
+        ..OfflineFit::white(3.0, 1.0)
     };
-    let (kind, axes) = (SensorKind::Gps, OfflineAxes::NorthEast);
-    OfflineConfig {
-        id: ID,
-        kind,
-        equipped: Equipage::all(),
-        identified: true,
-        axes,
-        reach: None,
-        figures,
-    }
+    OfflineConfig::of(ID, SensorKind::Gps, figures)
 }
 
 /// Loops across all lanes.
@@ -119,36 +107,29 @@ fn across() -> LoopConfig {
     LoopConfig { half_width_m: 100.0, false_per_h: 1.0, ..LoopConfig::pair_at(ID, site_m, 90.0) }
 }
 
-/// A sensor with its levels fixed, or planned with nothing to lose where there are none.
-fn sensor(model: PositioningModel, levels: Option<PositioningLevels>) -> Box<dyn Sensor> {
+/// A sensor that is planned with nothing to lose.
+fn sensor(model: PositioningModel) -> Result<Box<dyn Planned>, ConfigError> {
     use PositioningModel as M;
-    macro_rules! fixed {
-        ($kind:ident, $config:expr) => {{
-            let made = $kind::new($config).expect("sound parameters");
-            let made = match levels {
-                Some(levels) => made.at_levels(levels),
-                None => made.tolerating(Tolerance::EXACT, f64::INFINITY),
-            };
-            Box::new(made) as Box<dyn Sensor>
-        }};
-    }
     let on_airport = DgpsConfig::on_airport(ID, Vector2::zeros());
-    let gps = |model| fixed!(Gps, GpsConfig::of(ID, model));
-    match model {
-        M::GpsStatistical => gps(GpsModel::Statistical(Statistical::sps_2020())),
-        M::GpsConstellation => gps(GpsModel::Constellation(Diluted::reference(ranges(None).sky))),
-        M::GpsPerSatellite => gps(GpsModel::PerSatellite(ranges(None))),
-        M::DgpsBudget => fixed!(Dgps, on_airport),
+    let gps = |model| Gps::new(GpsConfig::of(ID, model));
+    let constellation = || Diluted::reference(ranges(None).sky);
+    Ok(match model {
+        M::GpsStatistical => Box::new(gps(GpsModel::Statistical(Statistical::sps_2020()))?),
+        M::GpsConstellation => Box::new(gps(GpsModel::Constellation(constellation()))?),
+        M::GpsPerSatellite => Box::new(gps(GpsModel::PerSatellite(ranges(None)))?),
+        M::DgpsBudget => Box::new(Dgps::new(on_airport)?),
         M::DgpsPerSatellite => {
             let model = DgpsModel::PerSatellite(ranges(Some(RangeCorrections::on_airport())));
-            fixed!(Dgps, DgpsConfig { model, ..on_airport })
+            Box::new(Dgps::new(DgpsConfig { model, ..on_airport })?)
         }
-        M::Adsb => fixed!(Adsb, AdsbConfig { moving_s: 1.0, ..AdsbConfig::surface(ID, 47.45) }),
-        M::Mlat => fixed!(Mlat, stations()),
-        M::Loop => fixed!(InductionLoop, across()),
-        M::Dynamic => fixed!(Dynamic, DynamicConfig::odometer(ID)),
-        M::Offline => fixed!(Offline, figures()),
-    }
+        M::Adsb => {
+            Box::new(Adsb::new(AdsbConfig { moving_s: 1.0, ..AdsbConfig::surface(ID, 47.45) })?)
+        }
+        M::Mlat => Box::new(Mlat::new(stations())?),
+        M::Loop => Box::new(InductionLoop::new(across())?),
+        M::Dynamic => Box::new(Dynamic::new(DynamicConfig::odometer(ID))?),
+        M::Offline => Box::new(Offline::new(figures())?),
+    })
 }
 
 fn now() -> Duration {
@@ -163,7 +144,9 @@ struct Run {
 
 impl Run {
     fn new(model: PositioningModel, levels: PositioningLevels) -> Self {
-        Self { sensor: sensor(model, Some(levels)), least_ns: f64::INFINITY }
+        let mut sensor = sensor(model).expect("sound parameters");
+        sensor.planning_mut().fix(levels);
+        Self { sensor, least_ns: f64::INFINITY }
     }
 
     fn scan(&mut self, scan: u64, truth: &Field, out: &mut PlotSink) {
@@ -183,7 +166,7 @@ impl Run {
 
 /// Every effect of a model with the levels that it comes in.
 fn rows(model: PositioningModel) -> Vec<(PositioningEffect, Level)> {
-    let mut sensor = sensor(model, None);
+    let mut sensor = sensor(model).expect("sound parameters");
     let interval =
         ScanInterval { run_seed: 1, scan: 1, from: SimTime::ZERO, to: SimTime::from_s(1.0) };
     let truth = Field(class());

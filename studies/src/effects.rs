@@ -59,11 +59,11 @@ pub struct RadarStudy {
     buildings: Arc<[Building]>,
 }
 
-fn between(rng: &mut ChaCha8Rng, low: f64, high: f64) -> f64 {
+pub(crate) fn between(rng: &mut ChaCha8Rng, low: f64, high: f64) -> f64 {
     low + (high - low) * uniform(rng)
 }
 
-fn pick<T: Copy>(rng: &mut ChaCha8Rng, from: &[T]) -> T {
+pub(crate) fn pick<T: Copy>(rng: &mut ChaCha8Rng, from: &[T]) -> T {
     from[((uniform(rng) * from.len() as f64) as usize).min(from.len() - 1)]
 }
 
@@ -93,7 +93,14 @@ fn traffic(rng: &mut ChaCha8Rng, count: usize, aircraft_share: f64, reach_m: f64
     Straight((0..count).map(|_| target(rng)).collect())
 }
 
-fn box_building(east: f64, north: f64, along: f64, across: f64, height_m: f64) -> Building {
+/// A building of metal whose south-west corner is at (`east`, `north`).
+pub(crate) fn box_building(
+    east: f64,
+    north: f64,
+    along: f64,
+    across: f64,
+    height_m: f64,
+) -> Building {
     let corner = Vector2::new(east, north);
     Building {
         name: "terminal".into(),
@@ -197,14 +204,18 @@ pub fn random_scenes(seed: u64, count: u64) -> Result<Vec<RadarStudy>, ScenarioE
 pub struct Comparison {
     /// Looks at targets within the display range.
     pub looks: u64,
-    /// Plots of the exact run.
-    pub exact_plots: u64,
+    /// Plots of both runs.
+    pub both: u64,
     /// Plots of one run only.
     pub only_one: u64,
-    /// Largest distance between plots of the same look, m.
+    /// Sum of the squares of the distances between plots of the same look, m².
+    pub squares_m2: f64,
+    /// The largest of these distances, m.
     pub worst_m: f64,
     /// Effects skipped, summed over scenes.
     pub skipped: u64,
+    /// Effects at a level below exact but not skipped, summed over scenes.
+    pub below: u64,
     /// Evaluations of effects that the plan skips; has to be zero.
     pub evaluated_though_skipped: u64,
     /// Time of the planned scans, ns.
@@ -216,13 +227,38 @@ pub struct Comparison {
 impl Comparison {
     fn add(&mut self, other: &Self) {
         self.looks += other.looks;
-        self.exact_plots += other.exact_plots;
+        self.both += other.both;
         self.only_one += other.only_one;
+        self.squares_m2 += other.squares_m2;
         self.worst_m = self.worst_m.max(other.worst_m);
         self.skipped += other.skipped;
+        self.below += other.below;
         self.evaluated_though_skipped += other.evaluated_though_skipped;
         self.planned_ns += other.planned_ns;
         self.exact_ns += other.exact_ns;
+    }
+
+    fn pair(&mut self, apart_m: f64) {
+        self.both += 1;
+        self.squares_m2 += apart_m * apart_m;
+        self.worst_m = self.worst_m.max(apart_m);
+    }
+
+    fn rms_m(&self) -> f64 {
+        (self.squares_m2 / self.both.max(1) as f64).sqrt()
+    }
+
+    fn per_look(&self, ns: f64) -> Option<f64> {
+        (self.looks > 0).then(|| ns / self.looks as f64)
+    }
+
+    /// Share of looks that only one run detects, and what is said where these are more than a tolerance
+    /// and chance explain.
+    fn only_one_share(&self, tolerance: Tolerance) -> (f64, Vec<String>) {
+        let mean = tolerance.detection * self.looks as f64;
+        let over = self.only_one as f64 > mean + 4.0 * mean.sqrt() + 1.0;
+        let failed = over.then(|| format!("{} of {}", self.only_one, self.looks));
+        (self.only_one as f64 / self.looks.max(1) as f64, failed.into_iter().collect())
     }
 }
 
@@ -254,13 +290,19 @@ impl RadarStudy {
         skipped.map(|(_, &effect)| radar.tally().of(effect) - before.of(effect)).sum()
     }
 
-    /// Plays the scene planned and with everything exact, on the same draws.
+    /// Plays the scene planned and with everything exact, at a level of the signal processing, on the
+    /// same draws.
     ///
     /// # Errors
     /// If the scene's parameters are outside their limits.
-    pub fn compare(&self, scans: u64, tolerance: Tolerance) -> Result<Comparison, String> {
-        let mut planned = self.radar()?.tolerating(tolerance).processing(Processing::Plot);
-        let mut exact = self.radar()?.at_levels(RadarLevels::EXACT);
+    pub fn compare(
+        &self,
+        processing: Processing,
+        scans: u64,
+        tolerance: Tolerance,
+    ) -> Result<Comparison, String> {
+        let mut planned = self.radar()?.tolerating(tolerance).processing(processing);
+        let mut exact = self.radar()?.at_levels(RadarLevels::EXACT).processing(processing);
         let mut found = Comparison::default();
         for scan in 1..=scans {
             let (mut a, mut b) = (PlotSink::default(), PlotSink::default());
@@ -280,17 +322,18 @@ impl RadarStudy {
             }
             found.looks += b.looks;
             let (a, b) = (by_look(&a), by_look(&b));
-            found.exact_plots += b.len() as u64;
             for (key, place) in &a {
                 match b.iter().find(|(other, _)| other == key) {
-                    Some((_, exact)) => found.worst_m = found.worst_m.max((place - exact).norm()),
+                    Some((_, exact)) => found.pair((place - exact).norm()),
                     None => found.only_one += 1,
                 }
             }
             let missing = b.iter().filter(|(key, _)| !a.iter().any(|(other, _)| other == key));
             found.only_one += missing.count() as u64;
         }
-        found.skipped = planned.plan().iter().filter(|row| row.is_skipped()).count() as u64;
+        let rows = || planned.plan().iter();
+        found.skipped = rows().filter(|row| row.is_skipped()).count() as u64;
+        found.below = rows().filter(|row| row.level < Level::Exact).count() as u64 - found.skipped;
         Ok(found)
     }
 }
@@ -395,81 +438,6 @@ fn cell_scenes(seed: u64) -> Result<Vec<(RadarStudy, Tolerance)>, ScenarioError>
     ])
 }
 
-/// What a comparison in cells found.
-#[derive(Clone, Debug, Default)]
-struct InCells {
-    /// Looks of the exact run.
-    looks: u64,
-    /// Plots of both runs.
-    both: u64,
-    /// Plots of one run only.
-    only_one: u64,
-    /// Sum of the squares of their distances, m².
-    squares_m2: f64,
-    /// The largest distance, m.
-    worst_m: f64,
-    /// Effects left out by the plan, and at a level below exact.
-    skipped: usize,
-    below: usize,
-    /// Time of the planned run, ns.
-    planned_ns: f64,
-    /// Time of the exact run, ns.
-    exact_ns: f64,
-}
-
-impl InCells {
-    fn pair(&mut self, apart_m: f64) {
-        self.both += 1;
-        self.squares_m2 += apart_m * apart_m;
-        self.worst_m = self.worst_m.max(apart_m);
-    }
-
-    fn rms_m(&self) -> f64 {
-        (self.squares_m2 / self.both.max(1) as f64).sqrt()
-    }
-}
-
-impl RadarStudy {
-    /// Plays the scene planned and exact at a level of the signal processing, on the same draws.
-    fn compare_in(
-        &self,
-        processing: Processing,
-        scans: u64,
-        tolerance: Tolerance,
-    ) -> Result<InCells, String> {
-        let mut planned = self.radar()?.tolerating(tolerance).processing(processing);
-        let mut exact = self.radar()?.at_levels(RadarLevels::EXACT).processing(processing);
-        let mut found = InCells::default();
-        for scan in 1..=scans {
-            let (mut a, mut b) = (PlotSink::default(), PlotSink::default());
-            let interval = interval(scan);
-            let start = thread_ns();
-            planned.scan(&interval, &self.truth, &self.weather, &mut a);
-            let between = thread_ns();
-            exact.scan(&interval, &self.truth, &self.weather, &mut b);
-            // The first scan makes tables and the plan.
-            if scan > 1 {
-                found.planned_ns += (between - start) as f64;
-                found.exact_ns += (thread_ns() - between) as f64;
-            }
-            found.looks += b.looks;
-            let (a, b) = (by_look(&a), by_look(&b));
-            for (key, place) in &a {
-                match b.iter().find(|(other, _)| other == key) {
-                    Some((_, exact)) => found.pair((place - exact).norm()),
-                    None => found.only_one += 1,
-                }
-            }
-            let missing = b.iter().filter(|(key, _)| !a.iter().any(|(other, _)| other == key));
-            found.only_one += missing.count() as u64;
-        }
-        found.skipped = planned.plan().iter().filter(|row| row.is_skipped()).count();
-        let below = planned.plan().iter().filter(|row| row.level < Level::Exact).count();
-        found.below = below - found.skipped;
-        Ok(found)
-    }
-}
-
 type Look = ((u64, SimTime), Vector2<f64>);
 
 fn by_look(sink: &PlotSink) -> Vec<Look> {
@@ -534,13 +502,13 @@ fn measure(
         progress(Progress { group: "effects", what: what.into(), done, total });
     };
     for scene in named {
-        report(&scene.name, scene.compare(scans, tolerance), tolerance, out);
+        report(&scene.name, scene.compare(Processing::Plot, scans, tolerance), tolerance, out);
         step(&scene.name);
     }
     for tolerance in [tolerance, tolerance.times(0.1), tolerance.times(6.0)] {
         let mut sum = Ok(Comparison::default());
         for scene in random_scenes(seed, count)? {
-            sum = match (sum, scene.compare(4, tolerance)) {
+            sum = match (sum, scene.compare(Processing::Plot, 4, tolerance)) {
                 (Ok(mut sum), Ok(one)) => {
                     sum.add(&one);
                     Ok(sum)
@@ -560,12 +528,24 @@ fn measure(
             ("windows of cells", Processing::Cells, if quick { 20 } else { 100 }),
             ("video", Processing::Video, if quick { 3 } else { 12 }),
         ] {
-            let found = scene.compare_in(processing, scans, tolerance);
+            let found = scene.compare(processing, scans, tolerance);
             report_cells(&scene.name, how, found, tolerance, out);
         }
         step(&scene.name);
     }
     Ok(())
+}
+
+/// A row of this group.
+pub(crate) fn row(scene: &str, rung: String) -> Row {
+    Row { group: "effects".into(), scene: scene.into(), rung, ..Row::default() }
+}
+
+/// The row that the planned ones are measured against; the plan takes `share` of its time.
+pub(crate) fn exact_row(scene: &str, ns_per_look: Option<f64>, share: f64) -> Row {
+    let saved = 100.0 * (1.0 - share);
+    let rung = format!("everything exact (the plan saves {saved:.0} % of its time)");
+    Row { error: Some(0.0), ns_per_update: ns_per_look, ..row(scene, rung) }
 }
 
 fn report(
@@ -575,12 +555,7 @@ fn report(
     out: &mut Vec<Row>,
 ) {
     let rung = format!("planned, {} m, {}", tolerance.position_m, tolerance.detection);
-    let row = |what: &str| Row {
-        group: "effects".into(),
-        scene: scene.into(),
-        rung: format!("{rung}: {what}"),
-        ..Row::default()
-    };
+    let row = |what: &str| row(scene, format!("{rung}: {what}"));
     let found = match found {
         Ok(found) => found,
         Err(reason) => {
@@ -588,38 +563,34 @@ fn report(
             return;
         }
     };
-    let per_look = |ns: f64| (found.looks > 0).then(|| ns / found.looks as f64);
     let mut failed = Vec::new();
-    if found.worst_m > tolerance.position_m {
-        failed.push(format!("{} m apart", found.worst_m));
+    if found.worst_m > tolerance.position_m || found.both == 0 {
+        failed.push(format!("{} m apart, {} plots", found.worst_m, found.both));
     }
     if found.evaluated_though_skipped > 0 {
         failed.push(format!("{} evaluations of skipped effects", found.evaluated_though_skipped));
     }
     out.push(Row {
         error: Some(found.worst_m),
-        error_unit: Some("m, largest difference of a plot".into()),
-        ns_per_update: per_look(found.planned_ns),
+        error_unit: Some(LARGEST.into()),
+        ns_per_update: found.per_look(found.planned_ns),
         failed,
         ..row("position")
     });
-    let share = found.only_one as f64 / found.looks.max(1) as f64;
-    let mean = tolerance.detection * found.looks as f64;
-    let most = mean + 4.0 * mean.sqrt() + 1.0;
-    let over = found.only_one as f64 > most;
+    let (share, failed) = found.only_one_share(tolerance);
     out.push(Row {
         error: Some(share),
-        error_unit: Some("share of looks that only one run detects".into()),
-        failed: if over { vec![format!("{} of {}", found.only_one, found.looks)] } else { vec![] },
+        error_unit: Some(ONLY_ONE.into()),
+        failed,
         ..row("detection")
     });
-    let saved = 100.0 * (1.0 - found.planned_ns / found.exact_ns.max(1.0));
     out.push(Row {
-        ns_per_update: per_look(found.exact_ns),
-        error: Some(0.0),
-        error_unit: Some("m, largest difference of a plot".into()),
-        rung: format!("everything exact (the plan saves {saved:.0} % of its time)"),
-        ..row("")
+        error_unit: Some(LARGEST.into()),
+        ..exact_row(
+            scene,
+            found.per_look(found.exact_ns),
+            found.planned_ns / found.exact_ns.max(1.0),
+        )
     });
 }
 
@@ -627,24 +598,19 @@ fn report(
 fn report_cells(
     scene: &str,
     how: &str,
-    found: Result<InCells, String>,
+    found: Result<Comparison, String>,
     tolerance: Tolerance,
     out: &mut Vec<Row>,
 ) {
-    let row = |what: String| Row {
-        group: "effects".into(),
-        scene: scene.into(),
-        rung: format!("{how}, planned, {} m: {what}", tolerance.position_m),
-        ..Row::default()
-    };
+    let row =
+        |what: &str| row(scene, format!("{how}, planned, {} m: {what}", tolerance.position_m));
     let found = match found {
         Ok(found) => found,
         Err(reason) => {
-            out.push(Row { failed: vec![reason], ..row("failed".into()) });
+            out.push(Row { failed: vec![reason], ..row("failed") });
             return;
         }
     };
-    let per_look = |ns: f64| (found.looks > 0).then(|| ns / found.looks as f64);
     let mut failed = Vec::new();
     if found.worst_m > tolerance.position_m || found.both == 0 {
         failed.push(format!("{} m apart, {} plots", found.worst_m, found.both));
@@ -655,25 +621,26 @@ fn report_cells(
     let (skipped, below, rms_m) = (found.skipped, found.below, found.rms_m());
     out.push(Row {
         error: Some(found.worst_m),
-        error_unit: Some("m, largest difference of a plot".into()),
-        ns_per_update: per_look(found.planned_ns),
+        error_unit: Some(LARGEST.into()),
+        ns_per_update: found.per_look(found.planned_ns),
         failed,
-        ..row(format!(
+        ..row(&format!(
             "position ({skipped} effects skipped, {below} below exact; {rms_m:.3} m rms)"
         ))
     });
-    let mean = tolerance.detection * found.looks as f64;
-    let over = found.only_one as f64 > mean + 4.0 * mean.sqrt() + 1.0;
-    let what = format!("{} of {}", found.only_one, found.looks);
+    let (share, failed) = found.only_one_share(tolerance);
     let saved = 100.0 * (1.0 - found.planned_ns / found.exact_ns.max(1.0));
     out.push(Row {
-        error: Some(found.only_one as f64 / found.looks.max(1) as f64),
-        error_unit: Some("share of looks that only one run detects".into()),
-        ns_per_update: per_look(found.exact_ns),
-        failed: if over { vec![what] } else { vec![] },
-        ..row(format!("detection (the plan saves {saved:.0} % of the time of everything exact)"))
+        error: Some(share),
+        error_unit: Some(ONLY_ONE.into()),
+        ns_per_update: found.per_look(found.exact_ns),
+        failed,
+        ..row(&format!("detection (the plan saves {saved:.0} % of the time of everything exact)"))
     });
 }
+
+const LARGEST: &str = "m, largest difference of a plot";
+const ONLY_ONE: &str = "share of looks that only one run detects";
 
 #[cfg(test)]
 mod tests {

@@ -3,44 +3,37 @@
 
 use crate::Row;
 use crate::clock::thread_ns;
+use crate::effects::{between, box_building, exact_row, pick, row};
 use geodesy::Geodetic;
 use models::draw::{DrawKey, Purpose, uniform};
 use models::effects::Tolerance;
 use models::effects::positioning::{PositioningEffect, PositioningLevels, PositioningModel};
 use models::environment::Weather;
-use models::environment::surface::Material;
 use models::frames::{Vector2, Vector3};
 use models::plot::{Callsign, SensorId, SensorKind};
-use models::sensors::adsb::{Adsb, AdsbConfig};
+use models::sensors::adsb::AdsbConfig;
+use models::sensors::config::ConfigError;
 use models::sensors::constellation::{SatelliteFailures, SkyConfig};
 use models::sensors::cooperative::{Equipage, Equipped};
-use models::sensors::dgps::{Budgeted, Dgps, DgpsConfig, DgpsModel, ReferenceLoss};
-use models::sensors::dynamic::{Dynamic, DynamicConfig};
-use models::sensors::gps::{Diluted, Gps, GpsConfig, GpsModel, NorthEast, Statistical};
-use models::sensors::induction_loop::{InductionLoop, LoopConfig};
-use models::sensors::mlat::{Mlat, MlatConfig};
-use models::sensors::offline::{AxisFigures, Offline, OfflineAxes, OfflineConfig, OfflineFit};
+use models::sensors::dgps::{Budgeted, DgpsConfig, DgpsModel, ReferenceLoss};
+use models::sensors::dynamic::DynamicConfig;
+use models::sensors::gps::{Diluted, GpsConfig, GpsModel, NorthEast, Statistical};
+use models::sensors::induction_loop::LoopConfig;
+use models::sensors::mlat::MlatConfig;
+use models::sensors::offline::{AxisFigures, OfflineConfig, OfflineFit};
 use models::sensors::ranging::{RangeBudget, RangeCorrections, RangingConfig};
 use models::sensors::service::Alternating;
-use models::sensors::shadow::Building;
-use models::sensors::{PlotSink, ScanInterval, Sensor, TargetClass, TargetState, Truth};
+use models::sensors::{PlotSink, ScanInterval, TargetClass, TargetState, Truth};
 use models::time::SimTime;
 use rand::rngs::ChaCha8Rng;
+use scenarios::sensors::reported::Reported;
 use std::sync::Arc;
 
 const ID: SensorId = SensorId(1);
 
-fn between(rng: &mut ChaCha8Rng, low: f64, high: f64) -> f64 {
-    low + (high - low) * uniform(rng)
-}
-
 /// Between `low` and `high`, as often in each decade.
 fn decades(rng: &mut ChaCha8Rng, low: f64, high: f64) -> f64 {
     low * libm::pow(high / low, uniform(rng))
-}
-
-fn pick<T: Copy>(rng: &mut ChaCha8Rng, from: &[T]) -> T {
-    from[((uniform(rng) * from.len() as f64) as usize).min(from.len() - 1)]
 }
 
 /// Targets that move straight on, or stand; some of them appear later.
@@ -117,55 +110,10 @@ impl Truth for Traffic {
     }
 }
 
-/// Parameters of one sensor.
-#[derive(Clone, Debug)]
-enum Config {
-    Gps(GpsConfig),
-    Dgps(DgpsConfig),
-    Adsb(AdsbConfig),
-    Mlat(MlatConfig),
-    Loop(LoopConfig),
-    Dynamic(DynamicConfig),
-    Offline(OfflineConfig),
-}
-
-/// How the effects of a sensor are chosen.
-#[derive(Clone, Copy)]
-enum Mode {
-    Planned(Tolerance, f64),
-    Exact,
-}
-
-impl Config {
-    fn sensor(&self, mode: Mode) -> Result<Box<dyn Sensor>, String> {
-        macro_rules! make {
-            ($kind:ident, $config:expr) => {{
-                let sensor = $kind::new($config.clone()).map_err(|e| e.to_string())?;
-                let sensor: Box<dyn Sensor> = match mode {
-                    Mode::Planned(tolerance, run_s) => {
-                        Box::new(sensor.tolerating(tolerance, run_s))
-                    }
-                    Mode::Exact => Box::new(sensor.at_levels(PositioningLevels::EXACT)),
-                };
-                Ok(sensor)
-            }};
-        }
-        match self {
-            Self::Gps(config) => make!(Gps, config),
-            Self::Dgps(config) => make!(Dgps, config),
-            Self::Adsb(config) => make!(Adsb, config),
-            Self::Mlat(config) => make!(Mlat, config),
-            Self::Loop(config) => make!(InductionLoop, config),
-            Self::Dynamic(config) => make!(Dynamic, config),
-            Self::Offline(config) => make!(Offline, config),
-        }
-    }
-}
-
 /// One scene: a sensor, its targets and the length of the run.
 #[derive(Clone, Debug)]
 struct PositioningStudy {
-    config: Config,
+    config: Reported,
     truth: Traffic,
     scans: u64,
 }
@@ -255,10 +203,10 @@ impl PositioningStudy {
         rng: &mut ChaCha8Rng,
         equipped: Equipage,
         report_s: f64,
-    ) -> Config {
+    ) -> Reported {
         use PositioningModel as M;
         let gps = |equipped, model| {
-            Config::Gps(GpsConfig { equipped, report_s, ..GpsConfig::of(ID, model) })
+            Reported::Gps(GpsConfig { equipped, report_s, ..GpsConfig::of(ID, model) })
         };
         match model {
             M::GpsStatistical => gps(equipped, GpsModel::Statistical(statistical(rng))),
@@ -292,7 +240,7 @@ impl PositioningStudy {
                 let alone = Statistical::sps_2001().error;
                 let on_reference_loss =
                     pick(rng, &[ReferenceLoss::NoReport, ReferenceLoss::StandAlone(alone)]);
-                Config::Dgps(DgpsConfig {
+                Reported::Dgps(DgpsConfig {
                     equipped,
                     report_s,
                     reference: service(rng),
@@ -301,7 +249,7 @@ impl PositioningStudy {
                     ..DgpsConfig::on_airport(ID, Vector2::new(far_m, 0.0))
                 })
             }
-            M::Adsb => Config::Adsb(AdsbConfig {
+            M::Adsb => Reported::Adsb(AdsbConfig {
                 equipped,
                 nacp: pick(rng, &[9, 10, 11]),
                 moving_s: report_s,
@@ -327,19 +275,11 @@ impl PositioningStudy {
                 };
                 let range_m = pick(rng, &[6000.0, 50_000.0]);
                 config.stations.iter_mut().for_each(|s| s.range_m = range_m);
-                if let (true, Ok(facade)) = (uniform(rng) < 0.4, Material::named("metal").ok_or(()))
-                {
-                    let (x, y) = (between(rng, -1e3, 1e3), between(rng, -1e3, 1e3));
-                    let corner = |(dx, dy)| Vector2::new(x + dx, y + dy);
-                    let outline = [(0.0, 0.0), (200.0, 0.0), (200.0, 60.0), (0.0, 60.0)];
-                    config.buildings = Arc::new([Building {
-                        name: "terminal".into(),
-                        footprint_m: outline.map(corner).to_vec(),
-                        height_m: 25.0,
-                        facade,
-                    }]);
+                if uniform(rng) < 0.4 {
+                    let (east, north) = (between(rng, -1e3, 1e3), between(rng, -1e3, 1e3));
+                    config.buildings = Arc::new([box_building(east, north, 200.0, 60.0, 25.0)]);
                 }
-                Config::Mlat(config)
+                Reported::Mlat(config)
             }
             M::Loop => {
                 let mut config = LoopConfig::pair_at(ID, Vector2::zeros(), 90.0);
@@ -350,7 +290,7 @@ impl PositioningStudy {
                 config.pd = pick(rng, &[0.9, 0.998, 1.0]);
                 config.sigma_edge_m = decades(rng, 1e-3, 1.0);
                 config.false_per_h = pick(rng, &[0.0, 1e-3, 100.0]);
-                Config::Loop(config)
+                Reported::Loop(config)
             }
             M::Dynamic => {
                 let mut config =
@@ -362,7 +302,7 @@ impl PositioningStudy {
                 config.sigma_white_m = decades(rng, 1e-3, 1.0);
                 config.resets_m = vec![Vector2::zeros()];
                 config.reset_radius_m = 50.0;
-                Config::Dynamic(config)
+                Reported::Dynamic(config)
             }
             M::Offline => {
                 let error = statistical(rng).error;
@@ -373,20 +313,10 @@ impl PositioningStudy {
                     tau_s: error.tau_s,
                     pd: pick(rng, &[0.8, 0.995, 0.9999, 1.0]),
                     outage_reports: pick(rng, &[1.0, 10.0]),
-                    period_s: report_s,
-                    far_share: 0.0,
-                    samples: 1000,
+                    ..OfflineFit::white(error.sigma_north_m, report_s)
                 };
-                let (kind, axes) = (SensorKind::Gps, OfflineAxes::NorthEast);
-                Config::Offline(OfflineConfig {
-                    id: ID,
-                    kind,
-                    equipped,
-                    identified: true,
-                    axes,
-                    reach: None,
-                    figures,
-                })
+                let config = OfflineConfig::of(ID, SensorKind::Gps, figures);
+                Reported::Offline(OfflineConfig { equipped, ..config })
             }
         }
     }
@@ -450,16 +380,16 @@ const RARE: [PositioningEffect; 7] = [
 
 impl PositioningStudy {
     /// Plays the scene planned and with everything exact, on the same draws.
-    fn compare(&self, tolerance: Tolerance) -> Result<Compared, String> {
-        let run_s = self.scans as f64;
-        let mut planned = self.config.sensor(Mode::Planned(tolerance, run_s))?;
-        let mut exact = self.config.sensor(Mode::Exact)?;
+    fn compare(&self, tolerance: Tolerance) -> Result<Compared, ConfigError> {
+        let mut planned = self.config.sensor(tolerance, self.scans as f64)?;
+        let mut exact = self.config.model()?;
+        exact.planning_mut().fix(PositioningLevels::EXACT);
         let mut found = Compared::default();
         let mut counted: Vec<(&'static str, u64)> = Vec::new();
         let (mut planned_for, mut pending) = (Vec::new(), 0);
         // A delay that is left out puts the report of a loop earlier.
         let slack_ns = match &self.config {
-            Config::Loop(config) => SimTime::from_s(config.delay_s).0,
+            Reported::Loop(config) => SimTime::from_s(config.delay_s).0,
             _ => 0,
         };
         for scan in 1..=self.scans {
@@ -540,7 +470,7 @@ pub(crate) fn measure(
         for n in 0..scenes {
             match PositioningStudy::random(model, seed, n).compare(tolerance) {
                 Ok(one) => sum.add(one),
-                Err(reason) => failed.push(reason),
+                Err(reason) => failed.push(reason.to_string()),
             }
         }
         failed.append(&mut sum.broken.split_off(0));
@@ -557,12 +487,7 @@ fn report(
     out: &mut Vec<Row>,
 ) {
     let rung = format!("planned, {} m, {}", tolerance.position_m, tolerance.detection);
-    let row = |what: &str| Row {
-        group: "effects".into(),
-        scene: scene.into(),
-        rung: format!("{rung}: {what}"),
-        ..Row::default()
-    };
+    let row = |what: &str| row(scene, format!("{rung}: {what}"));
     if found.evaluated_though_skipped > 0 {
         failed.push(format!("{} evaluations of skipped effects", found.evaluated_though_skipped));
     }
@@ -586,13 +511,9 @@ fn report(
         failed: if over { vec![format!("{} of {}", found.differ, found.looks)] } else { vec![] },
         ..row("availability")
     });
-    let saved = 100.0 * (1.0 - found.planned_ns / found.exact_ns.max(1.0));
     out.push(Row {
-        ns_per_update: per_look(found.exact_ns),
-        error: Some(0.0),
         error_unit: Some("m, largest difference of a report".into()),
-        rung: format!("everything exact (the plan saves {saved:.0} % of its time)"),
-        ..row("")
+        ..exact_row(scene, per_look(found.exact_ns), found.planned_ns / found.exact_ns.max(1.0))
     });
 }
 

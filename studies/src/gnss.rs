@@ -7,7 +7,6 @@ use models::environment::Weather;
 use models::frames::Vector3;
 use models::plot::{Callsign, SensorId, SensorKind};
 use models::sensors::constellation::{SatelliteFailures, SkyConfig};
-use models::sensors::cooperative::Equipage;
 use models::sensors::gps::{Diluted, Gps, GpsConfig, GpsModel, Statistical};
 use models::sensors::offline::{
     Observation, Offline, OfflineAxes, OfflineConfig, OfflineFit, fit, observe,
@@ -93,17 +92,7 @@ impl Exact {
         let id = SensorId(1);
         let model = match rung {
             "offline" => {
-                let (kind, equipped) = (SensorKind::Gps, Equipage::all());
-                let (axes, figures) = (OfflineAxes::NorthEast, self.figures?);
-                let config = OfflineConfig {
-                    id,
-                    kind,
-                    equipped,
-                    identified: true,
-                    axes,
-                    reach: None,
-                    figures,
-                };
+                let config = OfflineConfig::of(id, SensorKind::Gps, self.figures?);
                 return Some(Box::new(Offline::new(config).ok()?));
             }
             "statistical" => GpsModel::Statistical(Statistical {

@@ -14,9 +14,7 @@ use models::score::areas::{AreaMap, AreaRules};
 use models::score::recording::{Recording, Report, Target};
 use models::score::run::{Rules, Score, quantile, score};
 use models::sensors::cooperative::{Equipage, Equipped};
-use models::sensors::offline::{
-    Observation, Offline, OfflineAxes, OfflineConfig, OfflineFit, Sample, fit,
-};
+use models::sensors::offline::{Observation, Offline, OfflineAxes, OfflineConfig, OfflineFit, fit};
 use models::sensors::{PlotSink, ScanInterval, Sensor, Truth};
 use models::time::SimTime;
 use scenarios::{Scene, SensorScene};
@@ -151,7 +149,7 @@ fn sensor_fit(
     let site = about.site_m.map(|s| s.xy());
     let scan_ns = scene.run.scan().0;
     let scans = (seconds * 1e9) as i64 / scan_ns;
-    let mut seen = Observation { samples: Vec::new(), looks: 0, false_plots: 0, duration_s: 0.0 };
+    let mut seen = Observation::default();
     let (mut names, mut reach_m) = (BTreeSet::new(), 0.0f64);
     for (run, &run_seed) in seeds.iter().enumerate() {
         let mut all = make()?;
@@ -167,28 +165,12 @@ fn sensor_fit(
             let interval = ScanInterval { run_seed, scan: scan as u64, from, to };
             let mut sink = PlotSink::default();
             sensor.scan(&interval, &truth, &weather, &mut sink);
-            seen.looks += sink.looks;
-            for (plot, cause) in sink.plots.iter().zip(&sink.causes) {
-                let (Some(key), Some(truth_m)) = (cause.key, cause.truth_m) else {
-                    seen.false_plots += 1;
-                    continue;
-                };
+            // Another run is another target.
+            seen.add(&sink, axes, |key| key + 1_000_000 * run as u64);
+            for cause in &sink.causes {
+                let (Some(key), Some(truth_m)) = (cause.key, cause.truth_m) else { continue };
                 names.insert(truth.callsign(key as usize));
                 reach_m = site.map_or(f64::INFINITY, |s| reach_m.max((truth_m - s).norm()));
-                let error = plot.position_m - truth_m;
-                let first = match axes {
-                    OfflineAxes::NorthEast => models::frames::Vector2::new(0.0, 1.0),
-                    OfflineAxes::Radial(site_m) => {
-                        models::frames::Azimuth::of(truth_m - site_m).unit()
-                    }
-                };
-                let second = models::frames::Vector2::new(first.y, -first.x);
-                let error_m = [error.dot(&first), error.dot(&second)];
-                if error_m.iter().all(|e| e.is_finite()) {
-                    // Another run is another target.
-                    let key = key + 1_000_000 * run as u64;
-                    seen.samples.push(Sample { key, time: plot.time, error_m });
-                }
             }
         }
         seen.duration_s += seconds;
@@ -223,16 +205,10 @@ fn substitutes(scene: &Scene, fits: &[SensorFit]) -> Vec<Box<dyn Sensor>> {
         let figures = *fit.figures.as_ref().ok()?;
         let who = Equipped::Callsigns(fit.seen.clone());
         let config = OfflineConfig {
-            id: about.id,
-            kind: about.kind,
-            equipped: Equipage { aircraft: true, vehicles: true, who },
-            identified: !matches!(
-                about.kind,
-                SensorKind::Asde | SensorKind::Loop | SensorKind::Dynamic
-            ),
+            equipped: Equipage { who, ..Equipage::all() },
             axes: axes_of(about),
             reach: about.site_m.map(|s| (s.xy(), fit.reach_m)).filter(|r| r.1.is_finite()),
-            figures,
+            ..OfflineConfig::of(about.id, about.kind, figures)
         };
         Some(Box::new(Offline::new(config).ok()?))
     };

@@ -10,9 +10,9 @@ use std::f64::consts::PI;
 
 use crate::draw::{DrawKey, Purpose, uniform};
 use crate::effects::positioning::{
-    Planning, PositioningEffect as E, PositioningLevels, PositioningModel, bounds,
+    Planned, Planning, PositioningEffect as E, PositioningModel, bounds,
 };
-use crate::effects::{Level, PlanRow, Tolerance};
+use crate::effects::{Level, PlanRow};
 use crate::environment::Weather;
 use crate::frames::Vector2;
 use crate::plot::{SensorId, SensorKind};
@@ -201,25 +201,15 @@ impl Adsb {
             fleet: Fleet::default(),
         })
     }
+}
 
-    /// The same sensor planned for a tolerance and a run of `horizon_s`.
-    #[must_use]
-    pub fn tolerating(mut self, tolerance: Tolerance, horizon_s: f64) -> Self {
-        self.planning.tolerate(tolerance, horizon_s);
-        self
-    }
-
-    /// The same sensor with the level of every effect given and nothing planned.
-    #[must_use]
-    pub fn at_levels(mut self, levels: PositioningLevels) -> Self {
-        self.planning.fix(levels);
-        self
-    }
-
-    /// Its planning: the plan in force and the counters.
-    #[must_use]
-    pub fn planning(&self) -> &Planning {
+impl Planned for Adsb {
+    fn planning(&self) -> &Planning {
         &self.planning
+    }
+
+    fn planning_mut(&mut self) -> &mut Planning {
+        &mut self.planning
     }
 }
 

@@ -6,10 +6,10 @@
 //! Hwang, McGraw & Bader (1999), where the smoothing time counts twice.
 
 use crate::draw::DrawKey;
+use crate::effects::PlanRow;
 use crate::effects::positioning::{
-    Planning, PositioningEffect as E, PositioningLevels, PositioningModel, bounds,
+    Planned, Planning, PositioningEffect as E, PositioningLevels, PositioningModel, bounds,
 };
-use crate::effects::{PlanRow, Tolerance};
 use crate::environment::Weather;
 use crate::frames::Vector2;
 use crate::plot::{SensorId, SensorKind};
@@ -285,25 +285,15 @@ impl Dgps {
         let planning = Planning::new(config.id, planned);
         Ok(Self { config, reporting, engine, reference: None, begins: None, planning })
     }
+}
 
-    /// The same sensor planned for a tolerance and a run of `horizon_s`.
-    #[must_use]
-    pub fn tolerating(mut self, tolerance: Tolerance, horizon_s: f64) -> Self {
-        self.planning.tolerate(tolerance, horizon_s);
-        self
-    }
-
-    /// The same sensor with the level of every effect given and nothing planned.
-    #[must_use]
-    pub fn at_levels(mut self, levels: PositioningLevels) -> Self {
-        self.planning.fix(levels);
-        self
-    }
-
-    /// Its planning: the plan in force and the counters.
-    #[must_use]
-    pub fn planning(&self) -> &Planning {
+impl Planned for Dgps {
+    fn planning(&self) -> &Planning {
         &self.planning
+    }
+
+    fn planning_mut(&mut self) -> &mut Planning {
+        &mut self.planning
     }
 }
 
@@ -500,6 +490,7 @@ const STATION: u32 = 5 << 16;
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::effects::Tolerance;
     use crate::sensors::constellation::{SatelliteFailures, SkyConfig};
     use crate::sensors::ranging::{RangeBudget, RangeCorrections};
     use crate::sensors::testing::{Parked, outages, seen_mean_s};

@@ -10,10 +10,10 @@
 use nalgebra::{Matrix4, Vector4};
 
 use crate::draw::{DrawKey, Purpose, normal_pair, normal_pair_of, uniform};
+use crate::effects::PlanRow;
 use crate::effects::positioning::{
-    Planning, PositioningEffect as E, PositioningLevels, PositioningModel, bounds,
+    Planned, Planning, PositioningEffect as E, PositioningLevels, PositioningModel, bounds,
 };
-use crate::effects::{PlanRow, Tolerance};
 use crate::environment::Weather;
 use crate::frames::Vector2;
 use crate::plot::{SensorId, SensorKind};
@@ -196,25 +196,15 @@ impl Dynamic {
         let planning = Planning::new(config.id, PositioningModel::Dynamic);
         Ok(Self { config, reporting, fleet: Fleet::default(), planning })
     }
+}
 
-    /// The same sensor planned for a tolerance and a run of `horizon_s`.
-    #[must_use]
-    pub fn tolerating(mut self, tolerance: Tolerance, horizon_s: f64) -> Self {
-        self.planning.tolerate(tolerance, horizon_s);
-        self
-    }
-
-    /// The same sensor with the level of every effect given and nothing planned.
-    #[must_use]
-    pub fn at_levels(mut self, levels: PositioningLevels) -> Self {
-        self.planning.fix(levels);
-        self
-    }
-
-    /// Its planning: the plan in force and the counters.
-    #[must_use]
-    pub fn planning(&self) -> &Planning {
+impl Planned for Dynamic {
+    fn planning(&self) -> &Planning {
         &self.planning
+    }
+
+    fn planning_mut(&mut self) -> &mut Planning {
+        &mut self.planning
     }
 }
 

@@ -13,11 +13,11 @@
 //! Signal Specification (1995), SPS Performance Standard (2001, 2020).
 
 use crate::draw::{DrawKey, Purpose, normal_pair, uniform};
+use crate::effects::PlanRow;
 use crate::effects::positioning::{
-    Ladders, Planning, PositioningEffect as E, PositioningLevels, PositioningModel,
+    Ladders, Planned, Planning, PositioningEffect as E, PositioningLevels, PositioningModel,
     PositioningScene, bounds,
 };
-use crate::effects::{PlanRow, Tolerance};
 use crate::environment::Weather;
 use crate::frames::{Matrix2, Vector2};
 use crate::plot::{SensorId, SensorKind};
@@ -330,26 +330,6 @@ impl Gps {
         };
         Ok(Self { planning: Planning::new(reporting.id, planned), reporting, engine })
     }
-
-    /// The same sensor planned for a tolerance and a run of `horizon_s`.
-    #[must_use]
-    pub fn tolerating(mut self, tolerance: Tolerance, horizon_s: f64) -> Self {
-        self.planning.tolerate(tolerance, horizon_s);
-        self
-    }
-
-    /// The same sensor with the level of every effect given and nothing planned.
-    #[must_use]
-    pub fn at_levels(mut self, levels: PositioningLevels) -> Self {
-        self.planning.fix(levels);
-        self
-    }
-
-    /// Its planning: the plan in force and the counters.
-    #[must_use]
-    pub fn planning(&self) -> &Planning {
-        &self.planning
-    }
 }
 
 /// Plans, follows the satellites with what is simulated of their failures, and plans for the geometry
@@ -377,6 +357,16 @@ pub(crate) fn prepare_sky(
     planning.add(E::SoftFailures, soft);
     planning.see_dilution(sky.largest_dilution());
     planning.prepare(ladders);
+}
+
+impl Planned for Gps {
+    fn planning(&self) -> &Planning {
+        &self.planning
+    }
+
+    fn planning_mut(&mut self) -> &mut Planning {
+        &mut self.planning
+    }
 }
 
 impl Sensor for Gps {
@@ -784,6 +774,7 @@ impl Receiver {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::effects::Tolerance;
     use crate::sensors::ranging::RangeBudget;
     use crate::sensors::testing::{Parked, outages, seen_mean_s};
 

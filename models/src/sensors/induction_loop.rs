@@ -8,10 +8,10 @@
 //! Detector Handbook*, FHWA 2006); delays, detection and false rates are assumptions.
 
 use crate::draw::{DrawKey, Purpose, exponential, normal_pair, uniform};
+use crate::effects::PlanRow;
 use crate::effects::positioning::{
-    Planning, PositioningEffect as E, PositioningLevels, PositioningModel, bounds,
+    Planned, Planning, PositioningEffect as E, PositioningModel, bounds,
 };
-use crate::effects::{PlanRow, Tolerance};
 use crate::environment::Weather;
 use crate::frames::{Azimuth, Vector2};
 use crate::plot::{Plot, SensorId, SensorKind};
@@ -178,26 +178,6 @@ impl InductionLoop {
         let along = Azimuth::from_rad(config.direction_deg.to_radians()).unit();
         let planning = Planning::new(config.id, PositioningModel::Loop).always();
         Ok(Self { config, along, passages: Vec::new(), next_false: None, begins: None, planning })
-    }
-
-    /// The same sensor planned for a tolerance and a run of `horizon_s`.
-    #[must_use]
-    pub fn tolerating(mut self, tolerance: Tolerance, horizon_s: f64) -> Self {
-        self.planning.tolerate(tolerance, horizon_s);
-        self
-    }
-
-    /// The same sensor with the level of every effect given and nothing planned.
-    #[must_use]
-    pub fn at_levels(mut self, levels: PositioningLevels) -> Self {
-        self.planning.fix(levels);
-        self
-    }
-
-    /// Its planning: the plan in force and the counters.
-    #[must_use]
-    pub fn planning(&self) -> &Planning {
-        &self.planning
     }
 
     /// Which loops a target covers at `time`; `None` while it does not exist.
@@ -470,6 +450,16 @@ impl InductionLoop {
             time = after(number, time);
         }
         self.next_false = Some((number, time));
+    }
+}
+
+impl Planned for InductionLoop {
+    fn planning(&self) -> &Planning {
+        &self.planning
+    }
+
+    fn planning_mut(&mut self) -> &mut Planning {
+        &mut self.planning
     }
 }
 

@@ -13,10 +13,10 @@
 //! Processes* (1965), ch. 3, for the chain.
 
 use crate::draw::{DrawKey, Purpose, uniform};
+use crate::effects::PlanRow;
 use crate::effects::positioning::{
-    Planning, PositioningEffect as E, PositioningLevels, PositioningModel, bounds,
+    Planned, Planning, PositioningEffect as E, PositioningModel, bounds,
 };
-use crate::effects::{PlanRow, Tolerance};
 use crate::environment::Weather;
 use crate::frames::{Azimuth, Vector2};
 use crate::plot::{SensorId, SensorKind};
@@ -43,6 +43,12 @@ impl OfflineAxes {
             Self::Radial(site_m) => Azimuth::of(position_m - site_m).unit(),
         }
     }
+
+    /// An error at a place along the first and the second axis.
+    fn parts(self, position_m: Vector2<f64>, error_m: Vector2<f64>) -> [f64; 2] {
+        let first = self.at(position_m);
+        [error_m.dot(&first), error_m.dot(&Vector2::new(first.y, -first.x))]
+    }
 }
 
 /// Error of one report, or none, of one target.
@@ -57,7 +63,7 @@ pub struct Sample {
 }
 
 /// What a run of an on-line sensor showed.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Observation {
     /// Reports, sorted by target, then time.
     pub samples: Vec<Sample>,
@@ -67,6 +73,23 @@ pub struct Observation {
     pub false_plots: u64,
     /// Simulated time, s.
     pub duration_s: f64,
+}
+
+impl Observation {
+    /// Adds the plots of one scan, with the errors that are numbers; `target` gives a target its key.
+    pub fn add(&mut self, sink: &PlotSink, axes: OfflineAxes, target: impl Fn(u64) -> u64) {
+        self.looks += sink.looks;
+        for (plot, cause) in sink.plots.iter().zip(&sink.causes) {
+            let (Some(key), Some(truth_m)) = (cause.key, cause.truth_m) else {
+                self.false_plots += 1;
+                continue;
+            };
+            let error_m = axes.parts(truth_m, plot.position_m - truth_m);
+            if error_m.iter().all(|e| e.is_finite()) {
+                self.samples.push(Sample { key: target(key), time: plot.time, error_m });
+            }
+        }
+    }
 }
 
 /// Runs `sensor` over `scans` intervals of `scan_s` from time 0 and collects its errors.
@@ -79,31 +102,13 @@ pub fn observe(
     scan_s: f64,
     scans: u64,
 ) -> Observation {
-    let mut seen = Observation {
-        samples: Vec::new(),
-        looks: 0,
-        false_plots: 0,
-        duration_s: scan_s * scans as f64,
-    };
+    let mut seen = Observation { duration_s: scan_s * scans as f64, ..Observation::default() };
     let at = |scan: u64| SimTime(SimTime::from_s(scan_s).0 * scan as i64);
     for scan in 1..=scans {
         let mut sink = PlotSink::default();
         let interval = ScanInterval { run_seed, scan, from: at(scan - 1), to: at(scan) };
         sensor.scan(&interval, truth, weather, &mut sink);
-        seen.looks += sink.looks;
-        for (plot, cause) in sink.plots.iter().zip(&sink.causes) {
-            let (Some(key), Some(truth_m)) = (cause.key, cause.truth_m) else {
-                seen.false_plots += 1;
-                continue;
-            };
-            let error = plot.position_m - truth_m;
-            let first = axes.at(truth_m);
-            let second = Vector2::new(first.y, -first.x);
-            let error_m = [error.dot(&first), error.dot(&second)];
-            if error_m.iter().all(|e| e.is_finite()) {
-                seen.samples.push(Sample { key, time: plot.time, error_m });
-            }
-        }
+        seen.add(&sink, axes, |key| key);
     }
     seen.samples.sort_by_key(|s| (s.key, s.time));
     seen
@@ -137,6 +142,24 @@ pub struct OfflineFit {
     pub far_share: f64,
     /// Reports that the figures rest on.
     pub samples: usize,
+}
+
+impl OfflineFit {
+    /// Figures that rest on nothing: every report comes, with an error of `sigma_m` along either axis
+    /// that is new in each.
+    #[must_use]
+    pub fn white(sigma_m: f64, period_s: f64) -> Self {
+        Self {
+            axes: [AxisFigures { mean_m: 0.0, sigma_m }; 2],
+            correlated_share: 0.0,
+            tau_s: period_s,
+            pd: 1.0,
+            outage_reports: 1.0,
+            period_s,
+            far_share: 0.0,
+            samples: 0,
+        }
+    }
 }
 
 /// Why no figures could be made.
@@ -290,6 +313,21 @@ pub struct OfflineConfig {
 }
 
 impl OfflineConfig {
+    /// In place of a sensor of this kind: everybody, everywhere, errors north and east, and identities
+    /// where the kind reports them.
+    #[must_use]
+    pub fn of(id: SensorId, kind: SensorKind, figures: OfflineFit) -> Self {
+        Self {
+            id,
+            kind,
+            equipped: Equipage::all(),
+            identified: !matches!(kind, SensorKind::Asde | SensorKind::Loop | SensorKind::Dynamic),
+            axes: OfflineAxes::NorthEast,
+            reach: None,
+            figures,
+        }
+    }
+
     /// Refuses what is outside the limits.
     ///
     /// # Errors
@@ -356,25 +394,15 @@ impl Offline {
         let planning = Planning::new(config.id, PositioningModel::Offline);
         Ok(Self { config, reporting, chain, fleet: Fleet::default(), planning })
     }
+}
 
-    /// The same sensor planned for a tolerance and a run of `horizon_s`.
-    #[must_use]
-    pub fn tolerating(mut self, tolerance: Tolerance, horizon_s: f64) -> Self {
-        self.planning.tolerate(tolerance, horizon_s);
-        self
-    }
-
-    /// The same sensor with the level of every effect given and nothing planned.
-    #[must_use]
-    pub fn at_levels(mut self, levels: PositioningLevels) -> Self {
-        self.planning.fix(levels);
-        self
-    }
-
-    /// Its planning: the plan in force and the counters.
-    #[must_use]
-    pub fn planning(&self) -> &Planning {
+impl Planned for Offline {
+    fn planning(&self) -> &Planning {
         &self.planning
+    }
+
+    fn planning_mut(&mut self) -> &mut Planning {
+        &mut self.planning
     }
 }
 
@@ -523,15 +551,7 @@ mod tests {
         close("obtained", online.pd, 0.9, 0.01);
         close("outage", online.outage_reports, 20.0, 2.0);
         close("far", online.far_share, 0.02, 0.006);
-        let config = OfflineConfig {
-            id: SensorId(1),
-            kind: SensorKind::Gps,
-            equipped: Equipage::all(),
-            identified: true,
-            axes: OfflineAxes::NorthEast,
-            reach: None,
-            figures: online,
-        };
+        let config = OfflineConfig::of(SensorId(1), SensorKind::Gps, online);
         let again = fitted(&mut Offline::new(config).expect("sound"));
         close("north again", again.axes[0].sigma_m, online.axes[0].sigma_m, 0.15);
         close("east again", again.axes[1].sigma_m, online.axes[1].sigma_m, 0.15);
@@ -563,13 +583,8 @@ mod tests {
         ] {
             let figures = fit(&seen(samples), 1.0).expect(name);
             let config = OfflineConfig {
-                id: SensorId(1),
-                kind: SensorKind::Gps,
-                equipped: Equipage::all(),
-                identified: false,
                 axes: OfflineAxes::Radial(Vector2::zeros()),
-                reach: None,
-                figures,
+                ..OfflineConfig::of(SensorId(1), SensorKind::Asde, figures)
             };
             assert!(config.validate().is_ok(), "{name}: {figures:?}");
         }

@@ -86,23 +86,21 @@ pub(super) fn read(
         _ => OfflineAxes::NorthEast,
     };
     let axis = |i: usize| AxisFigures { mean_m: doc.mean_m[i], sigma_m: doc.sigma_m[i] };
+    let figures = OfflineFit {
+        axes: [axis(0), axis(1)],
+        correlated_share: doc.correlated_share,
+        tau_s: doc.tau_s,
+        pd: doc.pd,
+        outage_reports: doc.outage_reports,
+        period_s: doc.period_s,
+        far_share: doc.far_share,
+        samples: doc.samples,
+    };
     let config = OfflineConfig {
-        id: place.id,
-        kind,
         equipped: equipage(place.equipped),
-        identified: !matches!(kind, SensorKind::Asde | SensorKind::Loop | SensorKind::Dynamic),
         axes,
         reach: site_m.zip(doc.reach_m),
-        figures: OfflineFit {
-            axes: [axis(0), axis(1)],
-            correlated_share: doc.correlated_share,
-            tau_s: doc.tau_s,
-            pd: doc.pd,
-            outage_reports: doc.outage_reports,
-            period_s: doc.period_s,
-            far_share: doc.far_share,
-            samples: doc.samples,
-        },
+        ..OfflineConfig::of(place.id, kind, figures)
     };
     match config.validate() {
         Ok(()) => Ok((config, path)),

@@ -8,6 +8,7 @@ use crate::document::{Section, within};
 use crate::error::{Problem, ScenarioError};
 use crate::run::Run;
 use models::effects::Tolerance;
+use models::effects::positioning::Planned;
 use models::frames::{Vector2, Vector3};
 use models::plot::{SensorId, SensorKind};
 use models::sensors::Sensor;
@@ -73,14 +74,24 @@ impl Reported {
     /// # Errors
     /// If the model refuses a parameter; a scene that was read holds none such.
     pub fn sensor(&self, plan: Tolerance, run_s: f64) -> Result<Box<dyn Sensor>, ConfigError> {
+        let mut sensor = self.model()?;
+        sensor.planning_mut().tolerate(plan, run_s);
+        Ok(sensor)
+    }
+
+    /// The sensor, which knows no target yet, planned with nothing to lose.
+    ///
+    /// # Errors
+    /// If the model refuses a parameter; a scene that was read holds none such.
+    pub fn model(&self) -> Result<Box<dyn Planned>, ConfigError> {
         Ok(match self.clone() {
-            Self::Gps(config) => Box::new(Gps::new(config)?.tolerating(plan, run_s)),
-            Self::Dgps(config) => Box::new(Dgps::new(config)?.tolerating(plan, run_s)),
-            Self::Adsb(config) => Box::new(Adsb::new(config)?.tolerating(plan, run_s)),
-            Self::Mlat(config) => Box::new(Mlat::new(config)?.tolerating(plan, run_s)),
-            Self::Loop(config) => Box::new(InductionLoop::new(config)?.tolerating(plan, run_s)),
-            Self::Dynamic(config) => Box::new(Dynamic::new(config)?.tolerating(plan, run_s)),
-            Self::Offline(config) => Box::new(Offline::new(config)?.tolerating(plan, run_s)),
+            Self::Gps(config) => Box::new(Gps::new(config)?),
+            Self::Dgps(config) => Box::new(Dgps::new(config)?),
+            Self::Adsb(config) => Box::new(Adsb::new(config)?),
+            Self::Mlat(config) => Box::new(Mlat::new(config)?),
+            Self::Loop(config) => Box::new(InductionLoop::new(config)?),
+            Self::Dynamic(config) => Box::new(Dynamic::new(config)?),
+            Self::Offline(config) => Box::new(Offline::new(config)?),
         })
     }
 

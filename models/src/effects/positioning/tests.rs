@@ -1,12 +1,13 @@
 //! What is planned of the sensors that are no radars, sensor by sensor. Random scenes are played in
 //! `studies`, planned against everything exact.
 
-use super::{PositioningEffect as E, PositioningLevels, PositioningModel, costs};
+use super::{Planned, PositioningEffect as E, PositioningLevels, PositioningModel, costs};
 use crate::effects::{Level, PlanRow, Tolerance};
 use crate::environment::Weather;
 use crate::frames::{Vector2, Vector3};
 use crate::plot::{SensorId, SensorKind};
 use crate::sensors::adsb::{Adsb, AdsbConfig};
+use crate::sensors::config::ConfigError;
 use crate::sensors::constellation::{SatelliteFailures, SkyConfig};
 use crate::sensors::cooperative::{Equipage, Equipped};
 use crate::sensors::dgps::{Budgeted, Dgps, DgpsConfig, DgpsModel};
@@ -14,7 +15,7 @@ use crate::sensors::dynamic::{Dynamic, DynamicConfig};
 use crate::sensors::gps::{Diluted, Gps, GpsConfig, GpsModel, Statistical};
 use crate::sensors::induction_loop::{InductionLoop, LoopConfig};
 use crate::sensors::mlat::{Mlat, MlatConfig};
-use crate::sensors::offline::{AxisFigures, Offline, OfflineAxes, OfflineConfig, OfflineFit};
+use crate::sensors::offline::{Offline, OfflineConfig, OfflineFit};
 use crate::sensors::ranging::{RangeBudget, RangeCorrections, RangingConfig};
 use crate::sensors::service::{Alternating, Service};
 use crate::sensors::testing::Parked;
@@ -30,18 +31,6 @@ enum Mode {
     Fixed(PositioningLevels),
 }
 
-/// `new(config)` as its own kind of sensor, with its effects chosen.
-macro_rules! make {
-    ($kind:ident, $config:expr, $mode:expr) => {{
-        let sensor = $kind::new($config).expect("sound");
-        let sensor: Box<dyn Sensor> = match $mode {
-            Mode::Planned(tolerance, run_s) => Box::new(sensor.tolerating(tolerance, run_s)),
-            Mode::Fixed(levels) => Box::new(sensor.at_levels(levels)),
-        };
-        sensor
-    }};
-}
-
 fn ranges(corrections: Option<RangeCorrections>) -> RangingConfig {
     let site = geodesy::Geodetic::from_degrees(47.45, 8.55, 432.0);
     let mut sky = SkyConfig::reference(site, 8.3e8);
@@ -51,25 +40,13 @@ fn ranges(corrections: Option<RangeCorrections>) -> RangingConfig {
 
 fn figures() -> OfflineConfig {
     let figures = OfflineFit {
-        axes: [AxisFigures { mean_m: 0.0, sigma_m: 3.0 }; 2],
         correlated_share: 0.8,
         tau_s: 100.0,
         pd: 0.95,
         outage_reports: 5.0,
-        period_s: 1.0,
-        far_share: 0.0,
-        samples: 1000,
+        ..OfflineFit::white(3.0, 1.0)
     };
-    let (kind, axes) = (SensorKind::Gps, OfflineAxes::NorthEast);
-    OfflineConfig {
-        id: ID,
-        kind,
-        equipped: Equipage::all(),
-        identified: true,
-        axes,
-        reach: None,
-        figures,
-    }
+    OfflineConfig::of(ID, SensorKind::Gps, figures)
 }
 
 fn stations() -> Vec<Vector2<f64>> {
@@ -84,24 +61,34 @@ fn on_the_way() -> LoopConfig {
 }
 
 fn sensor(model: PositioningModel, mode: Mode) -> Box<dyn Sensor> {
+    let mut sensor = exact(model).expect("sound");
+    match mode {
+        Mode::Planned(tolerance, run_s) => sensor.planning_mut().tolerate(tolerance, run_s),
+        Mode::Fixed(levels) => sensor.planning_mut().fix(levels),
+    }
+    sensor
+}
+
+fn exact(model: PositioningModel) -> Result<Box<dyn Planned>, ConfigError> {
     use PositioningModel as M;
-    let gps = |model| make!(Gps, GpsConfig::of(ID, model), mode);
+    let gps = |model| Gps::new(GpsConfig::of(ID, model));
     let on_airport = DgpsConfig::on_airport(ID, Vector2::zeros());
-    match model {
-        M::GpsStatistical => gps(GpsModel::Statistical(Statistical::sps_2020())),
-        M::GpsConstellation => gps(GpsModel::Constellation(Diluted::reference(ranges(None).sky))),
-        M::GpsPerSatellite => gps(GpsModel::PerSatellite(ranges(None))),
-        M::DgpsBudget => make!(Dgps, on_airport, mode),
+    let constellation = || Diluted::reference(ranges(None).sky);
+    Ok(match model {
+        M::GpsStatistical => Box::new(gps(GpsModel::Statistical(Statistical::sps_2020()))?),
+        M::GpsConstellation => Box::new(gps(GpsModel::Constellation(constellation()))?),
+        M::GpsPerSatellite => Box::new(gps(GpsModel::PerSatellite(ranges(None)))?),
+        M::DgpsBudget => Box::new(Dgps::new(on_airport)?),
         M::DgpsPerSatellite => {
             let model = DgpsModel::PerSatellite(ranges(Some(RangeCorrections::on_airport())));
-            make!(Dgps, DgpsConfig { model, ..on_airport }, mode)
+            Box::new(Dgps::new(DgpsConfig { model, ..on_airport })?)
         }
-        M::Adsb => make!(Adsb, AdsbConfig::surface(ID, 47.45), mode),
-        M::Mlat => make!(Mlat, MlatConfig::with_stations(ID, &stations()), mode),
-        M::Loop => make!(InductionLoop, on_the_way(), mode),
-        M::Dynamic => make!(Dynamic, DynamicConfig::odometer(ID), mode),
-        M::Offline => make!(Offline, figures(), mode),
-    }
+        M::Adsb => Box::new(Adsb::new(AdsbConfig::surface(ID, 47.45))?),
+        M::Mlat => Box::new(Mlat::new(MlatConfig::with_stations(ID, &stations()))?),
+        M::Loop => Box::new(InductionLoop::new(on_the_way())?),
+        M::Dynamic => Box::new(Dynamic::new(DynamicConfig::odometer(ID))?),
+        M::Offline => Box::new(Offline::new(figures())?),
+    })
 }
 
 fn rolling(keys: &[u64], speed_ms: f64) -> Parked {
@@ -162,12 +149,12 @@ fn nothing_is_simulated_for_nobody_and_a_target_switches_it_on() {
         equipped: nobody,
         ..GpsConfig::of(ID, GpsModel::Statistical(Statistical::sps_2020()))
     };
-    let mode = Mode::Planned(Tolerance::default(), 600.0);
-    let mut gps = make!(Gps, config, mode);
-    play(gps.as_mut(), &rolling(&[1, 2], 5.0), 1..4);
+    let mut gps = Gps::new(config).expect("sound").tolerating(Tolerance::default(), 600.0);
+    play(&mut gps, &rolling(&[1, 2], 5.0), 1..4);
     assert!(gps.plan().iter().all(|row| row.is_skipped() && row.bound == 0.0));
     assert!(gps.plan().iter().all(|row| row.called_for == "no equipped target"));
     assert!(gps.evaluations().iter().all(|e| e.1 == 0));
+    let mode = Mode::Planned(Tolerance::default(), 600.0);
     let mut gps = sensor(PositioningModel::GpsStatistical, mode);
     play(gps.as_mut(), &rolling(&[], 5.0), 1..3);
     assert_eq!(skipped(gps.as_ref()), gps.plan().len());
@@ -185,8 +172,8 @@ fn an_outage_is_simulated_where_the_run_can_meet_it() {
         let service = Service { coverage: process, ..Service::PERFECT };
         let model = Statistical { service, ..Statistical::sps_2020() };
         let config = GpsConfig::of(ID, GpsModel::Statistical(model));
-        let mut gps = make!(Gps, config, Mode::Planned(Tolerance::default(), horizon_s));
-        play(gps.as_mut(), &rolling(&[1], 5.0), 1..2);
+        let mut gps = Gps::new(config).expect("sound").tolerating(Tolerance::default(), horizon_s);
+        play(&mut gps, &rolling(&[1], 5.0), 1..2);
         (level(gps.plan(), E::HardFailures), level(gps.plan(), E::SoftFailures))
     };
     let (skip, on) = (Level::Skipped, Level::Exact);
@@ -202,18 +189,18 @@ fn an_outage_is_simulated_where_the_run_can_meet_it() {
     let station = |mtbf_s: f64| {
         let reference = Alternating::from_mtbf(mtbf_s, 60.0);
         let config = DgpsConfig { reference, ..DgpsConfig::on_airport(ID, Vector2::zeros()) };
-        let mut dgps = make!(Dgps, config, Mode::Planned(Tolerance::default(), 600.0));
-        play(dgps.as_mut(), &rolling(&[1], 5.0), 1..2);
+        let mut dgps = Dgps::new(config).expect("sound").tolerating(Tolerance::default(), 600.0);
+        play(&mut dgps, &rolling(&[1], 5.0), 1..2);
         level(dgps.plan(), E::ReferenceOutage)
     };
     assert_eq!((station(3.6e6), station(7200.0)), (skip, on), "MTBF of 1000 h and of 2 h");
     let mut never = ranges(None);
     never.sky.failures = SatelliteFailures::never();
-    let mode = Mode::Planned(Tolerance::default(), f64::INFINITY);
-    let model = |ranges| GpsConfig::of(ID, GpsModel::PerSatellite(ranges));
     for (ranges, expected) in [(never, skip), (ranges(None), on)] {
-        let mut gps = make!(Gps, model(ranges), mode);
-        play(gps.as_mut(), &rolling(&[1], 5.0), 1..2);
+        let config = GpsConfig::of(ID, GpsModel::PerSatellite(ranges));
+        let gps = Gps::new(config).expect("sound");
+        let mut gps = gps.tolerating(Tolerance::default(), f64::INFINITY);
+        play(&mut gps, &rolling(&[1], 5.0), 1..2);
         assert_eq!(level(gps.plan(), E::HardFailures), expected);
         assert_eq!(level(gps.plan(), E::SoftFailures), expected);
     }
@@ -229,8 +216,8 @@ fn distance_speed_and_age_call_for_what_they_need() {
             model: DgpsModel::Budget(model),
             ..DgpsConfig::on_airport(ID, reference_m)
         };
-        let mut dgps = make!(Dgps, config, Mode::Planned(Tolerance::default(), 60.0));
-        play(dgps.as_mut(), &rolling(&[1], speed_ms), 1..3);
+        let mut dgps = Dgps::new(config).expect("sound").tolerating(Tolerance::default(), 60.0);
+        play(&mut dgps, &rolling(&[1], speed_ms), 1..3);
         let rows = dgps.plan();
         (level(rows, E::CorrectionDistance), level(rows, E::CorrectionAge))
     };
