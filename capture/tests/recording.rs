@@ -2,32 +2,15 @@
 
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
+mod common;
+
 use capture::{AlivePdu, Recorder, Recording};
+use common::Folder;
 use pdu::records::EntityId;
 use pdu::{Body, DisTime, EntityState, Envelope, management};
 use std::collections::BTreeMap;
 use std::net::SocketAddr;
-use std::path::{Path, PathBuf};
-
-/// A folder of this test's own, removed at the end.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("capture-{name}-{}", std::process::id()));
-        std::fs::create_dir_all(&path).unwrap();
-        Self(path)
-    }
-    fn file(&self, name: &str) -> PathBuf {
-        self.0.join(name)
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
-}
+use std::path::Path;
 
 const MS: i64 = 1_000_000;
 const START: i64 = 1_700_000_000_000 * MS;

@@ -2,6 +2,8 @@
 
 #![expect(clippy::unwrap_used, reason = "a test panics where it fails")]
 
+mod common;
+
 use capture::tools::check::{Check, Finding, check};
 use capture::tools::diff::{Difference, diff};
 use capture::tools::dump::dump;
@@ -9,6 +11,7 @@ use capture::tools::edit::{Change, EditError, Selection, edit};
 use capture::tools::lint::{Limits, Rule, lint};
 use capture::tools::stat::stat;
 use capture::{OpenError, Reader, Recorder, Rewrite};
+use common::Folder;
 use pdu::enumerations::{DeadReckoningAlgorithm, ForceId, PduType};
 use pdu::records::{EntityId, EntityType, Location, Marking};
 use pdu::{DisTime, EncodeBody, EntityState, Envelope, management};
@@ -17,26 +20,6 @@ use std::path::{Path, PathBuf};
 
 fn data(name: &str) -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/data/dis").join(name)
-}
-
-/// A folder of this test's own, removed at the end.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("tools-{name}-{}", std::process::id()));
-        std::fs::create_dir_all(&path).unwrap();
-        Self(path)
-    }
-    fn file(&self, name: &str) -> PathBuf {
-        self.0.join(name)
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
 }
 
 const S: i64 = 1_000_000_000;
