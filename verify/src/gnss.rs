@@ -292,41 +292,25 @@ fn loops(input: &Value) -> Option<Found> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::run;
     use serde_json::json;
-    use std::path::Path;
 
     /// Files of this module with the cases that the repository's copies have.
     const FILES: [(&str, usize); 10] = [
-        ("adsb", 4),
-        ("availability", 3),
-        ("constellation", 15),
-        ("dgps", 3),
-        ("dop", 48),
-        ("gauss_markov", 6),
-        ("loops", 2),
-        ("mlat", 2),
-        ("radial_quantiles", 15),
-        ("service_chain", 3),
+        ("gnss/adsb", 4),
+        ("gnss/availability", 3),
+        ("gnss/constellation", 15),
+        ("gnss/dgps", 3),
+        ("gnss/dop", 48),
+        ("gnss/gauss_markov", 6),
+        ("gnss/loops", 2),
+        ("gnss/mlat", 2),
+        ("gnss/radial_quantiles", 15),
+        ("gnss/service_chain", 3),
     ];
 
     #[test]
     fn every_gnss_vector_passes() {
-        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/vectors/gnss");
-        let mut failed = 0;
-        for (file, cases) in FILES {
-            let report = run(&root.join(format!("{file}.json"))).expect(file).pop().expect(file);
-            let worst = report.worst().expect(file);
-            println!(
-                "{file}: {} cases, worst {:.3}: {}",
-                report.cases.len(),
-                worst.worst,
-                worst.detail
-            );
-            assert!(report.covered && report.cases.len() == cases, "{file}");
-            failed += report.failed();
-        }
-        assert_eq!(failed, 0);
+        crate::assert_all_pass(&FILES);
     }
 
     #[test]

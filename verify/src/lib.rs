@@ -152,6 +152,21 @@ fn collect(path: &Path, files: &mut Vec<PathBuf>) -> Result<(), VerifyError> {
     Ok(())
 }
 
+/// Every case of the repository's copies passes; each file has the number of cases named with it.
+#[cfg(test)]
+pub(crate) fn assert_all_pass(files: &[(&str, usize)]) {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/vectors");
+    for &(file, cases) in files {
+        let reports = run(&root.join(format!("{file}.json"))).expect(file);
+        let [report] = &reports[..] else { panic!("{file}: one report") };
+        let worst = report.worst().expect(file);
+        let (ratio, name, detail) = (worst.worst, &worst.name, &worst.detail);
+        println!("{file}: {} cases, worst {ratio:.3} of {name}: {detail}", report.cases.len());
+        assert_eq!((report.covered, report.cases.len()), (true, cases), "{file}");
+        assert_eq!(report.failed(), 0, "{file}: {:#?}", report.cases);
+    }
+}
+
 /// Gathers the worst ratio of error to tolerance over the quantities of a case.
 #[derive(Debug)]
 pub struct Judge {

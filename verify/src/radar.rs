@@ -504,7 +504,6 @@ fn rain_path(c: &Case<'_>, judge: &mut Judge) -> Option<()> {
 
 #[cfg(test)]
 mod tests {
-    use crate::run;
     use std::path::Path;
 
     /// Files of this module with the cases that the repository's copies have.
@@ -537,25 +536,7 @@ mod tests {
 
     #[test]
     fn every_radar_vector_passes() {
-        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/vectors");
-        let mut failed = 0;
-        for (file, cases) in FILES {
-            let path = root.join(format!("{file}.json"));
-            let report = run(&path).expect(file).pop().expect(file);
-            let worst = report.worst().expect(file);
-            println!(
-                "{file}: {} cases, worst {:.3}: {}",
-                report.cases.len(),
-                worst.worst,
-                worst.detail
-            );
-            assert_eq!(report.cases.len(), cases, "{file}");
-            failed += report.failed();
-            for bad in report.cases.iter().filter(|c| c.worst > 1.0).take(5) {
-                println!("  FAILED {}: {:e} {}", bad.name, bad.worst, bad.detail);
-            }
-        }
-        assert_eq!(failed, 0);
+        crate::assert_all_pass(&FILES);
     }
 
     #[test]

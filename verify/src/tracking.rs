@@ -331,28 +331,16 @@ mod tests {
 
     #[test]
     fn every_vector_passes() {
-        for (stem, cases) in [
-            ("kalman_cov", 10),
-            ("kalman_irregular", 4),
-            ("steady_gains", 12),
-            ("long_run", 3),
-            ("filter_golden", 2),
-            ("polar_unbiased", 9),
-            ("angle_wrap", 8),
-            ("log_weights", 6),
-        ] {
-            let found = check_for(stem).unwrap()(&file(stem));
-            let worst = found.iter().max_by(|a, b| a.worst.total_cmp(&b.worst)).unwrap();
-            println!(
-                "{stem}: {} cases, worst {:.3} of {}: {}",
-                found.len(),
-                worst.worst,
-                worst.name,
-                worst.detail
-            );
-            assert_eq!(found.len(), cases, "{stem}");
-            assert!(worst.worst <= 1.0, "{stem}: {worst:?}");
-        }
+        crate::assert_all_pass(&[
+            ("tracking/kalman_cov", 10),
+            ("tracking/kalman_irregular", 4),
+            ("tracking/steady_gains", 12),
+            ("tracking/long_run", 3),
+            ("tracking/filter_golden", 2),
+            ("tracking/polar_unbiased", 9),
+            ("tracking/angle_wrap", 8),
+            ("tracking/log_weights", 6),
+        ]);
     }
 
     #[test]

@@ -205,20 +205,15 @@ fn as_set(hull: &[Vector2<f64>]) -> Option<ReachableSet> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::path::Path;
 
     #[test]
     fn every_case_of_the_set_vectors_passes() {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/vectors/tracking");
-        for (file, least) in
-            [("jpda_marginals", 6), ("assignment", 8), ("gospa_ospa", 6), ("kinematic_gate", 24)]
-        {
-            let reports = crate::run(&folder.join(format!("{file}.json"))).expect("readable");
-            let [report] = &reports[..] else { panic!("{file}: one report") };
-            println!("{file}: {} cases, worst {:?}", report.cases.len(), report.worst());
-            assert!(report.covered && report.cases.len() >= least, "{file}");
-            assert_eq!(report.failed(), 0, "{file}: {:?}", report.worst());
-        }
+        crate::assert_all_pass(&[
+            ("tracking/jpda_marginals", 6),
+            ("tracking/assignment", 8),
+            ("tracking/gospa_ospa", 6),
+            ("tracking/kinematic_gate", 24),
+        ]);
     }
 
     #[test]

@@ -195,23 +195,13 @@ mod tests {
 
     #[test]
     fn every_wire_vector_passes() {
-        let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/data/vectors/tracking/");
-        for (stem, expected_cases) in [
-            ("geodetic", 12),
-            ("ecef_enu", 4),
-            ("euler", 7),
-            ("dead_reckoning", 10),
-            ("dis_timestamp", 14),
-        ] {
-            let text = std::fs::read_to_string(format!("{root}{stem}.json")).expect(stem);
-            let file: Value = serde_json::from_str(&text).expect(stem);
-            let cases = check_for(stem).expect(stem)(&file);
-            assert_eq!(cases.len(), expected_cases, "{stem}");
-            let worst = cases.iter().max_by(|a, b| a.worst.total_cmp(&b.worst)).expect(stem);
-            println!("{stem}: worst {:.3} ({}: {})", worst.worst, worst.name, worst.detail);
-            let failed: Vec<_> = cases.iter().filter(|c| c.worst > 1.0).collect();
-            assert!(failed.is_empty(), "{stem}: {failed:#?}");
-        }
+        crate::assert_all_pass(&[
+            ("tracking/geodetic", 12),
+            ("tracking/ecef_enu", 4),
+            ("tracking/euler", 7),
+            ("tracking/dead_reckoning", 10),
+            ("tracking/dis_timestamp", 14),
+        ]);
     }
 
     #[test]
