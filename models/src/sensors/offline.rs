@@ -321,7 +321,7 @@ impl OfflineConfig {
             id,
             kind,
             equipped: Equipage::all(),
-            identified: !matches!(kind, SensorKind::Asde | SensorKind::Loop | SensorKind::Dynamic),
+            identified: !matches!(kind, SensorKind::Asde | SensorKind::Loop),
             axes: OfflineAxes::NorthEast,
             reach: None,
             figures,
@@ -559,6 +559,38 @@ mod tests {
         close("obtained again", again.pd, online.pd, 0.01);
         close("outage again", again.outage_reports, online.outage_reports, 2.0);
         assert_eq!(again.far_share, 0.0);
+    }
+
+    #[test]
+    fn figures_name_targets_where_their_kind_does() {
+        use crate::sensors::adsb::{Adsb, AdsbConfig};
+        use crate::sensors::dgps::{Dgps, DgpsConfig};
+        use crate::sensors::dynamic::{Dynamic, DynamicConfig};
+        use crate::sensors::mlat::{Mlat, MlatConfig};
+        let (id, here) = (SensorId(1), Vector2::zeros());
+        let stations = [(-500.0, -500.0), (4000.0, 0.0), (4000.0, 2500.0), (0.0, 2500.0)]
+            .map(|(x, y)| Vector2::new(x, y));
+        let online: [Box<dyn Sensor>; 5] = [
+            Box::new(Gps::new(gps()).expect("sound")),
+            Box::new(Dgps::new(DgpsConfig::on_airport(id, here)).expect("sound")),
+            Box::new(Adsb::new(AdsbConfig::surface(id, 47.45)).expect("sound")),
+            Box::new(Mlat::new(MlatConfig::with_stations(id, &stations)).expect("sound")),
+            Box::new(Dynamic::new(DynamicConfig::odometer(id)).expect("sound")),
+        ];
+        let truth = Parked::aircraft(&[1, 2, 3]);
+        let interval =
+            ScanInterval { run_seed: 1, scan: 1, from: SimTime::ZERO, to: SimTime::from_s(10.0) };
+        for mut online in online {
+            let config = OfflineConfig::of(id, online.kind(), OfflineFit::white(1.0, 1.0));
+            let mut offline = Offline::new(config).expect("sound");
+            let [real, figures] = [online.as_mut(), &mut offline].map(|sensor| {
+                let mut sink = PlotSink::default();
+                sensor.scan(&interval, &truth, &Weather::default(), &mut sink);
+                assert!(!sink.plots.is_empty(), "{:?}", sensor.kind());
+                sink.plots.iter().all(|plot| plot.identity.is_some())
+            });
+            assert_eq!(real, figures, "{:?}", online.kind());
+        }
     }
 
     #[test]
