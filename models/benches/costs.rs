@@ -5,14 +5,13 @@
 use models::effects::Level;
 use models::effects::costs::{COSTS_NS, MEASURED, of};
 use models::effects::radar::{RadarEffect, RadarLevels};
-use models::environment::fog::FogLaw;
 use models::environment::surface::Material;
 use models::environment::{RainCell, Weather};
 use models::frames::{Vector2, Vector3};
 use models::plot::{Callsign, SensorId};
-use models::sensors::asde::{Asde, AsdeParameters, DetectionRule, Energy};
+use models::sensors::asde::{Asde, AsdeParameters, DetectionRule};
 use models::sensors::detection::Swerling;
-use models::sensors::radar_equation::{Polarisation, Reflection};
+use models::sensors::radar_equation::Reflection;
 use models::sensors::shadow::Building;
 use models::sensors::{PlotSink, ScanInterval, Sensor, TargetClass, TargetState, Truth};
 use models::time::SimTime;
@@ -73,44 +72,11 @@ impl Truth for Field {
 
 fn parameters(detection: DetectionRule) -> AsdeParameters {
     AsdeParameters {
-        carrier_ghz: 16.0,
-        peak_power_w: 3000.0,
-        pulse_s: 36e-9,
-        bandwidth_hz: 1.0 / 36e-9,
-        noise_figure_db: 5.0,
-        system_loss_db: 6.0,
-        azimuth_beamwidth_deg: 0.25,
-        elevation_beamwidth_deg: 1.6,
-        tilt_deg: 1.0,
-        csc2_limit_deg: Some(31.0),
-        gain_dbi: 44.0,
-        antenna_height_m: 60.0,
-        prf_hz: 20_000.0,
-        rotation_rpm: 60.0,
-        start_azimuth_deg: 0.0,
-        polarisation: Polarisation::Circular,
-        axial_ratio_db: 1.0,
-        circular_target_loss_db: 3.0,
-        sidelobe_floor_db: -30.0,
-        recovery_s: 100e-9,
-        range_min_m: 100.0,
-        range_max_m: 5500.0,
-        pfa: 1e-6,
-        pd: 0.9,
         detection,
         swerling: Swerling::One,
-        energy: Energy::SinglePulse,
         range_step_m: 0.17,
         azimuth_step_deg: 0.0055,
-        assumed_height_m: 1.5,
-        frequency_agile: true,
-        rain_spread_ms: 1.5,
-        reflection_coupling: 0.0,
-        ground_gamma_db: -30.0,
-        surface: Material::named("asphalt").expect("known"),
-        roughness_m: 0.003,
-        rain_top_m: 3000.0,
-        fog_law: FogLaw::TwoPoint,
+        ..AsdeParameters::ku_band()
     }
 }
 

@@ -9,15 +9,13 @@ use cpu_time::{CpuTime, targets};
 use criterion::{Criterion, criterion_group, criterion_main};
 use models::effects::radar::{Processing, RadarEffect, RadarLevels, Tally};
 use models::effects::{Level, Tolerance};
-use models::environment::fog::FogLaw;
-use models::environment::surface::Material;
 use models::environment::{RainCell, Weather};
 use models::frames::{Vector2, Vector3};
 use models::plot::{Callsign, SensorId};
 use models::sensors::asde::picture::{EvenGround, VideoScene};
-use models::sensors::asde::{Asde, AsdeParameters, DetectionRule, Energy};
+use models::sensors::asde::{Asde, AsdeParameters};
 use models::sensors::detection::{Detector, PdTable, Swerling};
-use models::sensors::radar_equation::{BudgetLevels, Echo, Polarisation};
+use models::sensors::radar_equation::{BudgetLevels, Echo};
 use models::sensors::{PlotSink, ScanInterval, Sensor, TargetClass, TargetState, Truth};
 use models::time::SimTime;
 use std::hint::black_box;
@@ -86,44 +84,10 @@ impl Truth for Field {
 
 fn parameters() -> AsdeParameters {
     AsdeParameters {
-        carrier_ghz: 16.0,
-        peak_power_w: 3000.0,
-        pulse_s: 36e-9,
-        bandwidth_hz: 1.0 / 36e-9,
-        noise_figure_db: 5.0,
-        system_loss_db: 6.0,
-        azimuth_beamwidth_deg: 0.25,
-        elevation_beamwidth_deg: 1.6,
-        tilt_deg: 1.0,
-        csc2_limit_deg: Some(31.0),
-        gain_dbi: 44.0,
-        antenna_height_m: 60.0,
-        prf_hz: 20_000.0,
-        rotation_rpm: 60.0,
-        start_azimuth_deg: 0.0,
-        polarisation: Polarisation::Circular,
-        axial_ratio_db: 1.0,
-        circular_target_loss_db: 3.0,
-        sidelobe_floor_db: -30.0,
-        recovery_s: 100e-9,
-        range_min_m: 100.0,
-        range_max_m: 5500.0,
-        pfa: 1e-6,
-        pd: 0.9,
-        detection: DetectionRule::Bernoulli,
         swerling: Swerling::One,
-        energy: Energy::SinglePulse,
         range_step_m: 0.17,
         azimuth_step_deg: 0.0055,
-        assumed_height_m: 1.5,
-        frequency_agile: true,
-        rain_spread_ms: 1.5,
-        reflection_coupling: 0.0,
-        ground_gamma_db: -30.0,
-        surface: Material::named("asphalt").expect("known"),
-        roughness_m: 0.003,
-        rain_top_m: 3000.0,
-        fog_law: FogLaw::TwoPoint,
+        ..AsdeParameters::ku_band()
     }
 }
 

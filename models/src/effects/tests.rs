@@ -66,7 +66,7 @@ struct RandomScene {
 fn random_scene(n: u64) -> RandomScene {
     let key = DrawKey { run_seed: 4711, sensor: 0, entity: n, scan: 0 };
     let rng = &mut key.rng(Purpose::Study);
-    let mut p = AsdeParameters::for_tests();
+    let mut p = AsdeParameters::ku_band();
     if uniform(rng) < 0.5 {
         p.carrier_ghz = 9.0;
         p.azimuth_beamwidth_deg = 0.4;
@@ -268,7 +268,7 @@ fn a_dry_empty_flat_scene_costs_almost_nothing_and_a_cloud_switches_on_what_it_n
     };
     let one =
         Random { targets: vec![(class, Vector3::new(900.0, 300.0, 0.0), Vector3::zeros(), 0.0)] };
-    let mut radar = Asde::new(SensorId(1), Vector2::zeros(), AsdeParameters::for_tests())
+    let mut radar = Asde::new(SensorId(1), Vector2::zeros(), AsdeParameters::ku_band())
         .expect("sound parameters");
     let dry = plan_of(&mut radar, &one, &Weather::default(), 1);
     for effect in [

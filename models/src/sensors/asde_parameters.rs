@@ -293,9 +293,9 @@ impl AsdeParameters {
         }
     }
 
-    /// Parameters for tests: a Ku band radar in clear numbers. Scenes bring their own.
-    #[cfg(test)]
-    pub(crate) fn for_tests() -> Self {
+    /// A Ku band radar in clear numbers, to which tests and benches compare. Scenes bring their own.
+    #[must_use]
+    pub fn ku_band() -> Self {
         Self {
             carrier_ghz: 16.0,
             peak_power_w: 3000.0,

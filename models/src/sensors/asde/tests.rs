@@ -56,7 +56,7 @@ pub(crate) fn interval(scan: u64, scan_s: f64) -> ScanInterval {
 }
 
 fn asde(change: impl FnOnce(&mut AsdeParameters)) -> Asde {
-    let mut parameters = AsdeParameters::for_tests();
+    let mut parameters = AsdeParameters::ku_band();
     change(&mut parameters);
     Asde::new(SensorId(1), Vector2::zeros(), parameters).expect("sound parameters")
 }
@@ -154,7 +154,7 @@ fn outside_its_limits_a_parameter_is_refused_with_key_value_and_limits() {
         ("pulses on target (prf, beamwidth, rotation)", |p| p.azimuth_beamwidth_deg = 20.0),
     ];
     for (key, change) in cases {
-        let mut parameters = AsdeParameters::for_tests();
+        let mut parameters = AsdeParameters::ku_band();
         change(&mut parameters);
         let error = parameters.validate().expect_err(key);
         assert!(error.to_string().starts_with(key), "{key}: {error}");
