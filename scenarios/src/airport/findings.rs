@@ -129,16 +129,14 @@ fn connections(airport: &Airport, lines: &mut Vec<String>) {
             into[edge.from].push(edge.to);
         }
     }
-    let mut part_of = vec![usize::MAX; count];
+    let mut placed = vec![false; count];
     let mut parts: Vec<Vec<usize>> = Vec::new();
     for start in 0..count {
-        if part_of[start] != usize::MAX {
+        if placed[start] {
             continue;
         }
         let found = reached(start, |i| out[i].iter().chain(&into[i]).copied().collect(), count);
-        for i in &found {
-            part_of[*i] = parts.len();
-        }
+        found.iter().for_each(|i| placed[*i] = true);
         parts.push(found);
     }
     parts.sort_by_key(|part| (std::cmp::Reverse(part.len()), part[0]));
@@ -153,7 +151,7 @@ fn connections(airport: &Airport, lines: &mut Vec<String>) {
             named(&others)
         ));
     }
-    // From the node of the main part that reaches most, on a sample: the middle of the airport.
+    // From the node of the main part with the most edges: the middle of the airport.
     let Some(hub) = parts[0].iter().max_by_key(|i| (out[**i].len() + into[**i].len(), **i)) else {
         return;
     };
