@@ -8,27 +8,24 @@ pub struct Grid {
     origin: Vector2<f64>,
     cell: f64,
     inverse_cell: f64,
-    columns: usize,
-    rows: usize,
+    last_column: u32,
+    last_row: u32,
     /// First entry of each cell, and one more.
     starts: Vec<u32>,
     /// Plot indices, cell after cell, ascending within a cell.
     entries: Vec<u32>,
-    cell_of: Vec<u32>,
+    cell_of: Vec<usize>,
 }
 
 impl Grid {
     /// Fills the grid. `cell_m` is the wished cell size (about the size of a search box); it grows
     /// where the extent would need more than four cells a plot. Positions must be finite.
     pub fn fill(&mut self, positions_m: &[Vector2<f64>], cell_m: f64) {
-        let mut low = Vector2::repeat(f64::INFINITY);
-        let mut high = Vector2::repeat(f64::NEG_INFINITY);
+        let first = positions_m.first().copied().unwrap_or_default();
+        let (mut low, mut high) = (first, first);
         for p in positions_m {
-            low = low.inf(p);
-            high = high.sup(p);
-        }
-        if positions_m.is_empty() {
-            (low, high) = (Vector2::zeros(), Vector2::zeros());
+            low = Vector2::new(smaller(p.x, low.x), smaller(p.y, low.y));
+            high = Vector2::new(larger(p.x, high.x), larger(p.y, high.y));
         }
         let extent = high - low;
         let limit = (4 * positions_m.len() + 16) as f64;
@@ -38,29 +35,33 @@ impl Grid {
         }
         self.origin = low;
         (self.cell, self.inverse_cell) = (cell, 1.0 / cell);
-        self.columns = (extent.x * self.inverse_cell) as usize + 1;
-        self.rows = (extent.y * self.inverse_cell) as usize + 1;
+        self.last_column = (extent.x * self.inverse_cell) as u32;
+        self.last_row = (extent.y * self.inverse_cell) as u32;
+        let cells = self.columns() * (self.last_row as usize + 1);
+        let mut cell_of = std::mem::take(&mut self.cell_of);
+        cell_of.clear();
+        cell_of.extend(
+            positions_m.iter().map(|p| self.column(p.x) + self.row(p.y) * self.columns()),
+        );
+        // One place ahead of its own, so that filling the cells moves every start where it belongs.
         self.starts.clear();
-        self.starts.resize(self.columns * self.rows + 1, 0);
-        self.cell_of.clear();
-        for p in positions_m {
-            let c = self.column(p.x) + self.row(p.y) * self.columns;
-            self.cell_of.push(c as u32);
-            self.starts[c + 1] += 1;
+        self.starts.resize(cells + 2, 0);
+        for &cell in &cell_of {
+            self.starts[cell + 2] += 1;
         }
-        for c in 1..self.starts.len() {
-            self.starts[c] += self.starts[c - 1];
+        let mut before = 0;
+        for start in &mut self.starts {
+            before += *start;
+            *start = before;
         }
         self.entries.clear();
         self.entries.resize(positions_m.len(), 0);
-        // From the back, so that indices ascend within a cell and `starts` ends as it began.
-        for (index, &c) in self.cell_of.iter().enumerate().rev() {
-            let slot = &mut self.starts[c as usize + 1];
-            *slot -= 1;
+        for (index, &cell) in cell_of.iter().enumerate() {
+            let slot = &mut self.starts[cell + 1];
             self.entries[*slot as usize] = index as u32;
+            *slot += 1;
         }
-        self.starts.remove(0);
-        self.starts.push(positions_m.len() as u32);
+        self.cell_of = cell_of;
     }
 
     /// The indices of the plots in the order of their cells; what is laid out in this order is read in one
@@ -79,19 +80,19 @@ impl Grid {
         high: Vector2<f64>,
         mut visit: impl FnMut(std::ops::Range<usize>),
     ) {
-        let outside = |lo: f64, hi: f64, origin: f64, cells: usize| {
-            let end = origin + cells as f64 * self.cell;
+        let outside = |lo: f64, hi: f64, origin: f64, last: u32| {
+            let end = origin + f64::from(last + 1) * self.cell;
             !(hi >= origin && lo <= end) // also for NaN
         };
         if self.entries.is_empty()
-            || outside(low.x, high.x, self.origin.x, self.columns)
-            || outside(low.y, high.y, self.origin.y, self.rows)
+            || outside(low.x, high.x, self.origin.x, self.last_column)
+            || outside(low.y, high.y, self.origin.y, self.last_row)
         {
             return;
         }
         let (c0, c1) = (self.column(low.x), self.column(high.x));
         for row in self.row(low.y)..=self.row(high.y) {
-            let base = row * self.columns;
+            let base = row * self.columns();
             let (from, to) = (self.starts[base + c0], self.starts[base + c1 + 1]);
             if from < to {
                 visit(from as usize..to as usize);
@@ -110,14 +111,32 @@ impl Grid {
         });
     }
 
-    // `as usize` saturates: below the origin gives 0.
-    fn column(&self, x: f64) -> usize {
-        (((x - self.origin.x) * self.inverse_cell) as usize).min(self.columns - 1)
+    #[inline]
+    fn columns(&self) -> usize {
+        self.last_column as usize + 1
     }
 
-    fn row(&self, y: f64) -> usize {
-        (((y - self.origin.y) * self.inverse_cell) as usize).min(self.rows - 1)
+    // `as u32` saturates: below the origin gives 0.
+    #[inline]
+    fn column(&self, x: f64) -> usize {
+        (((x - self.origin.x) * self.inverse_cell) as u32).min(self.last_column) as usize
     }
+
+    #[inline]
+    fn row(&self, y: f64) -> usize {
+        (((y - self.origin.y) * self.inverse_cell) as u32).min(self.last_row) as usize
+    }
+}
+
+// One instruction each: nobody asks for the order of a NaN here.
+#[inline]
+fn smaller(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
+#[inline]
+fn larger(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
 }
 
 #[cfg(test)]

@@ -694,12 +694,16 @@ impl Gaussian {
         let (l1, l2) = (b * i, c * i);
         let (e1, f1, g1) = (e - l1 * b, f - l1 * c, g - l2 * c);
         let g2 = g1 - f1 * (f1 * e1.recip());
-        let spare = 1e-9;
-        self.cross == [0.0; 9]
-            && a.all_positive()
-            && (e1 - e * spare).all_positive()
-            && (g2 - g * spare).all_positive()
-            && self.x.iter().all(|x| (*x * 0.0).sum() == 0.0)
+        // What is not finite leaves no number; the pivots subtract what is not finite from itself.
+        let nothing = (a + self.x[0]) * 0.0 + (self.x[1] + self.x[2]) * 0.0;
+        let (spare, zero) = (1e-9, Pair::default());
+        let bad = zero.not_below(a)
+            | zero.not_below(e1 - e * spare)
+            | zero.not_below(g2 - g * spare)
+            | nothing.not_below(Pair::splat(1.0));
+        // Of a zero only the sign may be set.
+        let joined = self.cross.iter().fold(0, |bits, c| bits | c.to_bits() << 1);
+        !bad.anywhere() && joined == 0
     }
 
     #[inline(never)]

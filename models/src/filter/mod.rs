@@ -238,6 +238,13 @@ pub trait StateEstimator: Clone {
         (now.position_m(), now.velocity_ms())
     }
 
+    /// The same if the state may be used, see [`Gaussian::is_sound`].
+    #[inline]
+    fn sound_motion(&self) -> Option<(Vector2<f64>, Vector2<f64>)> {
+        let state = self.estimate().state;
+        state.is_sound().then(|| state.motion())
+    }
+
     /// Predicts to the plot's time and takes the plot.
     ///
     /// # Errors
@@ -517,6 +524,10 @@ impl StateEstimator for Estimator {
     #[inline]
     fn motion(&self) -> (Vector2<f64>, Vector2<f64>) {
         on_each!(self, f => f.motion())
+    }
+    #[inline]
+    fn sound_motion(&self) -> Option<(Vector2<f64>, Vector2<f64>)> {
+        on_each!(self, f => f.sound_motion())
     }
     #[inline]
     fn update(&mut self, plot: &Plot) -> Result<Nis, UpdateError> {

@@ -54,6 +54,18 @@ impl TrackFilter {
         }
     }
 
+    /// The same if the state may be used.
+    #[inline]
+    pub(super) fn sound_motion(&self) -> Option<(Vector2<f64>, Vector2<f64>)> {
+        match self {
+            Self::Plain(f) => f.sound_motion(),
+            Self::Considering(f) => {
+                let state = f.estimate().state;
+                state.is_sound().then(|| state.motion())
+            }
+        }
+    }
+
     /// Position (m) and its covariance (m²) at a later time.
     ///
     /// # Errors

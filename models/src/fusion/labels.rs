@@ -18,6 +18,9 @@ pub(super) fn assign(
     now: SimTime,
     solver: &mut Solver,
 ) -> u64 {
+    if flights.entries.is_empty() {
+        return 0;
+    }
     let mut conflicts = 0;
     // By identity; asked again only while there is no answer or the plots said something new.
     let named: Vec<(usize, Callsign)> = (0..tracks.len())

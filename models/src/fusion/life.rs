@@ -167,12 +167,16 @@ pub(super) fn merge_duplicates(
     let Work { seen, positions, plots: grid, .. } = work;
     positions.clear();
     positions.extend(seen.iter().map(|s| s.at.position_m()));
-    let sizes = seen.iter().filter_map(|s| tracks[s.track as usize].size_m);
-    let reach = sizes.map(|(length, span)| libm::hypot(ALONG * length, ASIDE * span));
     let named = |track: &Track| track.callsign.is_some() || track.address.is_some();
-    let namesakes = seen.iter().any(|s| named(&tracks[s.track as usize]));
-    let least = if namesakes { NAMESAKES_M } else { 0.0 };
-    let reach = reach.fold(config.duplicate_radius_m.max(least), f64::max);
+    let mut reach = config.duplicate_radius_m;
+    for track in seen.iter().map(|s| &tracks[s.track as usize]) {
+        if let Some((length, span)) = track.size_m {
+            reach = reach.max(libm::hypot(ALONG * length, ASIDE * span));
+        }
+        if named(track) {
+            reach = reach.max(NAMESAKES_M);
+        }
+    }
     if !(reach > 0.0) {
         return;
     }
@@ -180,14 +184,14 @@ pub(super) fn merge_duplicates(
     let around = Vector2::repeat(reach);
     for young in 0..seen.len() {
         let position = positions[young];
-        // Mostly nobody else is there.
-        let mut near = false;
+        // Mostly nobody else is there: it finds only itself.
+        let mut there = 0;
         grid.visit(position - around, position + around, |old| {
             let offset = positions[old] - position;
-            near |= old != young && offset.x.abs() <= reach && offset.y.abs() <= reach;
+            there += u32::from(offset.x.abs() <= reach) & u32::from(offset.y.abs() <= reach);
         });
         let candidate = &mut tracks[seen[young].track as usize];
-        if !near {
+        if there <= 1 {
             candidate.twin = None;
             continue;
         }

@@ -295,6 +295,7 @@ impl Track {
     ) -> Applied {
         let time = update.plot().time;
         let after = if self.now.time() <= time {
+            self.forget_before(oldest); // room first
             self.past.push_back(Entry { before: self.now.clone(), update: update.record() });
             let Some(entry) = self.past.back_mut() else { return Applied::Refused };
             match step(&mut self.now, update, config) {
@@ -411,14 +412,6 @@ struct After {
     reborn: bool,
 }
 
-impl After {
-    #[inline]
-    fn of(estimate: &Estimate, reborn: bool) -> Self {
-        let (position_m, velocity_ms) = (estimate.position_m(), estimate.velocity_ms());
-        Self { position_m, velocity_ms, reborn }
-    }
-}
-
 /// Does an update. A filter that could not go on, or whose state would be none that may be used, begins
 /// again from the plot.
 ///
@@ -430,22 +423,18 @@ fn step(
     update: Update<'_>,
     config: &TrackingConfig,
 ) -> Result<After, UpdateError> {
-    let done = run(filter, update, config);
-    let after = filter.estimate();
-    match done {
-        Ok(()) if after.state.is_sound() => {
-            return Ok(After::of(&after, false));
+    match run(filter, update, config) {
+        Ok(()) => {
+            if let Some((position_m, velocity_ms)) = filter.sound_motion() {
+                return Ok(After { position_m, velocity_ms, reborn: false });
+            }
         }
         Err(e @ (UpdateError::BackInTime(_) | UpdateError::UnsoundPlot)) => return Err(e),
-        Ok(()) | Err(UpdateError::BadInnovation(_) | UpdateError::BadCovariance) => {}
+        Err(UpdateError::BadInnovation(_) | UpdateError::BadCovariance) => {}
     }
     *filter = TrackFilter::from_plot(&config.filter, update.plot())?;
-    let after = filter.estimate();
-    if after.state.is_sound() {
-        Ok(After::of(&after, true))
-    } else {
-        Err(UpdateError::BadCovariance)
-    }
+    let (position_m, velocity_ms) = filter.sound_motion().ok_or(UpdateError::BadCovariance)?;
+    Ok(After { position_m, velocity_ms, reborn: true })
 }
 
 #[inline]
