@@ -47,6 +47,7 @@ pub struct Solver {
     way: Vec<usize>,
     least: Vec<Cost>,
     done: Vec<bool>,
+    found: Vec<Option<usize>>,
 }
 
 const NONE: usize = usize::MAX;
@@ -167,11 +168,57 @@ impl Solver {
         tracks: usize,
         plots: usize,
         pair: impl Fn(usize, usize) -> Option<f64>,
-    ) -> Vec<Option<usize>> {
-        let found = self.solve(tracks, plots + tracks, |track, column| {
-            if column >= plots { Some(0.0) } else { pair(track, column).filter(|&c| c < 0.0) }
+    ) -> &[Option<usize>] {
+        let gain = |track, plot| pair(track, plot).filter(|&c| c < 0.0 && c.is_finite());
+        if tracks == 2 {
+            let both = [0, 1].map(|track| BestTwo::of(plots, |plot| gain(track, plot)));
+            self.found.clear();
+            self.found.extend(BestTwo::together(both));
+            return &self.found;
+        }
+        let solved = self.solve(tracks, plots + tracks, |track, column| {
+            if column >= plots { Some(0.0) } else { gain(track, column) }
         });
-        found.column_of_row.into_iter().map(|c| c.filter(|&c| c < plots)).collect()
+        self.found = solved.column_of_row;
+        for column in &mut self.found {
+            *column = column.filter(|&c| c < plots);
+        }
+        &self.found
+    }
+}
+
+/// What one of two tracks likes best and what it takes if the other one has that.
+#[derive(Clone, Copy, Debug)]
+struct BestTwo {
+    first: (f64, Option<usize>),
+    second: (f64, Option<usize>),
+}
+
+impl BestTwo {
+    fn of(plots: usize, cost: impl Fn(usize) -> Option<f64>) -> Self {
+        let miss = (0.0, None);
+        let mut best = Self { first: miss, second: miss };
+        for plot in 0..plots {
+            let Some(cost) = cost(plot) else { continue };
+            if cost < best.first.0 {
+                best = Self { first: (cost, Some(plot)), second: best.first };
+            } else if cost < best.second.0 {
+                best.second = (cost, Some(plot));
+            }
+        }
+        best
+    }
+
+    /// The cheapest pair of choices; on a tie the first track has its way.
+    fn together([a, b]: [Self; 2]) -> [Option<usize>; 2] {
+        if a.first.1.is_none() || a.first.1 != b.first.1 {
+            return [a.first.1, b.first.1];
+        }
+        if a.first.0 + b.second.0 <= a.second.0 + b.first.0 {
+            [a.first.1, b.second.1]
+        } else {
+            [a.second.1, b.first.1]
+        }
     }
 }
 
@@ -256,7 +303,7 @@ mod tests {
     #[test]
     fn a_miss_is_cheaper_than_a_bad_pair() {
         let cost = [[Some(-3.0), Some(2.0)], [Some(-4.0), None]];
-        let found = Solver::default().pairs_and_misses(2, 2, |t, p| cost[t][p]);
-        assert_eq!(found, vec![None, Some(0)]);
+        let mut solver = Solver::default();
+        assert_eq!(solver.pairs_and_misses(2, 2, |t, p| cost[t][p]), [None, Some(0)]);
     }
 }

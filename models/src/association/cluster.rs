@@ -71,10 +71,11 @@ impl Clusters {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::filter::Nis;
 
     #[test]
     fn components_are_contiguous_and_complete() {
-        let pair = |track, plot| Pair { track, plot, d2: 0.0, ln_det: 0.0 };
+        let pair = |track, plot| Pair { track, plot, nis: Nis { d2: 0.0, det: 1.0, dof: 2 } };
         let mut pairs =
             vec![pair(0, 3), pair(1, 0), pair(2, 3), pair(3, 1), pair(3, 0), pair(5, 4)];
         let mut clusters = Clusters::default();

@@ -1,5 +1,7 @@
 //! Nearest neighbour, greedy: the paper's "sub-optimal nearest neighbour".
 
+use crate::filter::Nis;
+
 /// One gated pair.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pair {
@@ -7,10 +9,8 @@ pub struct Pair {
     pub track: u32,
     /// Index of the plot.
     pub plot: u32,
-    /// Normalised innovation squared.
-    pub d2: f64,
-    /// `ln det S`.
-    pub ln_det: f64,
+    /// Normalised innovation squared, with the determinant of its covariance.
+    pub nis: Nis,
 }
 
 /// Takes the pairs by increasing `d²`, each track and each plot at most once, calling `take` for
@@ -23,7 +23,7 @@ pub fn greedy(
     mut take: impl FnMut(Pair),
 ) {
     pairs.sort_unstable_by(|a, b| {
-        a.d2.total_cmp(&b.d2).then(a.track.cmp(&b.track)).then(a.plot.cmp(&b.plot))
+        a.nis.d2.total_cmp(&b.nis.d2).then(a.track.cmp(&b.track)).then(a.plot.cmp(&b.plot))
     });
     for &pair in pairs.iter() {
         let (t, p) = (pair.track as usize, pair.plot as usize);
@@ -41,7 +41,7 @@ mod tests {
 
     #[test]
     fn nearest_first_and_each_once() {
-        let pair = |track, plot, d2| Pair { track, plot, d2, ln_det: 0.0 };
+        let pair = |track, plot, d2| Pair { track, plot, nis: Nis { d2, det: 1.0, dof: 2 } };
         let mut pairs = [pair(0, 0, 2.0), pair(1, 0, 1.0), pair(1, 1, 1.0), pair(0, 1, 5.0)];
         let mut taken = Vec::new();
         greedy(&mut pairs, &mut [false; 2], &mut [false; 2], |p| taken.push((p.track, p.plot)));

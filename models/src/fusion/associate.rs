@@ -10,7 +10,7 @@ use crate::association::grid::Grid;
 use crate::association::kinematic_gate;
 use crate::association::nearest::{self, Pair};
 use crate::association::{jpda::JpdaError, lbp};
-use crate::filter::{Measurement, nis_at};
+use crate::filter::{Measurement, Nis, nis_at};
 use crate::frames::Vector2;
 use crate::plot::{Identity, Plot};
 use crate::time::SimTime;
@@ -76,7 +76,7 @@ impl Tracker {
             }
             let found = Measurement::of(plot)
                 .ok()
-                .and_then(|m| distance(&self.tracks[track], plot, &m, &self.config, false));
+                .and_then(|m| distance(&self.tracks[track], plot, &m, &self.config));
             if found.is_some_and(|pair| pair.d2 <= self.identified_gate) {
                 self.update(track, How::Plot, k, model, work);
             }
@@ -97,7 +97,7 @@ impl Tracker {
             Stage::Tentative => AssociationMethod::Nearest,
             _ => self.config.association,
         };
-        self.gated_pairs(from, stage, method != AssociationMethod::Nearest, work);
+        self.gated_pairs(from, stage, work);
         work.plot_used.clear();
         work.plot_used.resize(to - from, false);
         match method {
@@ -144,8 +144,13 @@ impl Tracker {
         single.clear();
         part_undisputed(&mut pairs, plots, &mut work.ks, &mut single);
         for pair in &single {
-            let gain = weights.gain(pair);
             let k = from + pair.plot as usize;
+            let certain = if limit.is_some() { CERTAIN } else { 0.0 };
+            if weights.surely_above(&pair.nis, certain) {
+                self.update(pair.track as usize, How::Plot, k, model, work);
+                continue;
+            }
+            let gain = weights.gain(&pair.nis);
             if limit.is_some() && gain.abs() < CERTAIN {
                 let mut plots = std::mem::take(&mut work.weighted);
                 plots.clear();
@@ -195,17 +200,19 @@ impl Tracker {
         costs.resize(local.tracks.len() * columns, None);
         for pair in cluster {
             let (row, column) = local.place(pair);
-            costs[row * columns + column] = Some(-weights.gain(pair));
+            costs[row * columns + column] = Some(-weights.gain(&pair.nis));
         }
-        let found = work.solver.pairs_and_misses(local.tracks.len(), columns, |row, column| {
+        let mut solver = std::mem::take(&mut work.solver);
+        let found = solver.pairs_and_misses(local.tracks.len(), columns, |row, column| {
             costs[row * columns + column]
         });
-        local.costs = costs;
-        for (row, column) in found.into_iter().enumerate() {
-            let Some(column) = column else { continue };
+        for (row, column) in found.iter().enumerate() {
+            let Some(column) = *column else { continue };
             let k = from + local.plots[column] as usize;
             self.update(local.tracks[row] as usize, How::Plot, k, model, work);
         }
+        local.costs = costs;
+        work.solver = solver;
     }
 
     #[expect(clippy::too_many_arguments, reason = "one step of the batch, with its buffers")]
@@ -224,7 +231,7 @@ impl Tracker {
         local.log_like.resize(rows * columns, f64::NEG_INFINITY);
         for pair in cluster {
             let (row, column) = local.place(pair);
-            local.log_like[row * columns + column] = weights.log_like(pair);
+            local.log_like[row * columns + column] = weights.log_like(&pair.nis);
         }
         local.log_miss.clear();
         local.log_miss.resize(rows, weights.log_miss);
@@ -339,9 +346,8 @@ impl Tracker {
         work.weighted = plots;
     }
 
-    /// All pairs of tracks of `stage` and free plots inside the covariance gate, by track and plot; `logs`: with
-    /// ln det S.
-    fn gated_pairs(&self, from: usize, stage: Stage, logs: bool, work: &mut Work) {
+    /// All pairs of tracks of `stage` and free plots inside the covariance gate, by track and plot.
+    fn gated_pairs(&self, from: usize, stage: Stage, work: &mut Work) {
         let Work { candidates, used, gated, held, pairs, track_used, span, .. } = work;
         let first_stage = stage == Stage::Confirmed;
         let (indices, grid, looks) = if first_stage {
@@ -400,13 +406,12 @@ impl Tracker {
                             continue;
                         }
                     }
-                    let Some(found) = distance(track, plot, &m, &self.config, logs) else {
+                    let Some(nis) = distance(track, plot, &m, &self.config) else {
                         continue;
                     };
-                    if young || found.d2 <= self.gate_1 {
+                    if young || nis.d2 <= self.gate_1 {
                         gated[k] |= first_stage;
-                        let (plot, d2) = ((k - from) as u32, found.d2);
-                        pairs.push(Pair { track: index, plot, d2, ln_det: found.ln_det });
+                        pairs.push(Pair { track: index, plot: (k - from) as u32, nis });
                     }
                 }
             });
@@ -488,7 +493,7 @@ impl Tracker {
             let reach = kinematic_gate::reach(&track.limits, &target, dt_s, plot.position_m, r);
             let Some(reach) = reach.filter(|reach| reach.m <= limit) else { continue };
             let measured = Measurement::of(plot).ok();
-            let found = measured.and_then(|m| distance(track, plot, &m, &self.config, false));
+            let found = measured.and_then(|m| distance(track, plot, &m, &self.config));
             offers.push((reach.m, found.map_or(f64::MAX, |d| d.d2), pair.track, k));
         }
         offers.sort_unstable_by(|a, b| {
@@ -860,35 +865,19 @@ const REACH_MARGIN_M: f64 = 50.0;
 /// ln 2π.
 const LN_TAU: f64 = 1.837_877_066_409_345_3;
 
-/// Innovation squared and its ln det 2πS.
-#[derive(Clone, Copy, Debug)]
-struct Distance {
-    d2: f64,
-    ln_det: f64,
-}
-
-/// Distance of a plot (measuring `m`) from a track predicted to the plot's own time; ln det 2πS with `logs`
-/// only, else 0.
+/// Distance of a plot (measuring `m`) from a track predicted to the plot's own time.
 #[inline]
-fn distance(
-    track: &Track,
-    plot: &Plot,
-    m: &Measurement,
-    config: &TrackingConfig,
-    logs: bool,
-) -> Option<Distance> {
+fn distance(track: &Track, plot: &Plot, m: &Measurement, config: &TrackingConfig) -> Option<Nis> {
     let filter = track.filter_before(plot.time)?;
     let soon = plot.time.since_s(filter.time()) <= config.life.constant_velocity_after_s;
-    let (d2, ln_det, dof) = match filter.considered(plot, config) {
+    let nis = match filter.considered(plot, config) {
         Some(found) if soon => found.ok()?,
         _ => {
             let (at, cov) = position_at(filter, plot.time, &config.life).ok()?;
-            let found = nis_at(at, cov, m).ok()?;
-            (found.d2, if logs { found.ln_det() } else { 0.0 }, found.dof)
+            nis_at(at, cov, m).ok()?
         }
     };
-    let ln_det = if logs { ln_det + f64::from(dof) * LN_TAU } else { 0.0 };
-    (d2.is_finite() && ln_det.is_finite()).then_some(Distance { d2, ln_det })
+    (nis.d2.is_finite() && nis.det > 0.0 && nis.det < f64::INFINITY).then_some(nis)
 }
 
 /// `tr R`, m²; a direction that is not measured counts 10 m.
@@ -928,13 +917,21 @@ impl Weights {
     }
 
     /// `ln P_D − ½(d² + ln det 2πS) − ln λ`
-    fn log_like(&self, pair: &Pair) -> f64 {
-        self.log_hit - 0.5 * (pair.d2 + pair.ln_det)
+    fn log_like(&self, nis: &Nis) -> f64 {
+        let ln_det = nis.ln_det() + f64::from(nis.dof) * LN_TAU;
+        self.log_hit - 0.5 * (nis.d2 + ln_det)
     }
 
     /// How much better than a miss the pair is.
-    fn gain(&self, pair: &Pair) -> f64 {
-        self.log_like(pair) - self.log_miss
+    fn gain(&self, nis: &Nis) -> f64 {
+        self.log_like(nis) - self.log_miss
+    }
+
+    /// True only if [`Self::gain`] is above `least`: a determinant is below the next power of two.
+    fn surely_above(&self, nis: &Nis, least: f64) -> bool {
+        let exponent = (nis.det.to_bits() >> 52) as i32 - 1022;
+        let most = f64::from(exponent) * std::f64::consts::LN_2 + f64::from(nis.dof) * LN_TAU;
+        self.log_hit - 0.5 * (nis.d2 + most) - self.log_miss > least + 1e-9
     }
 }
 

@@ -8,7 +8,7 @@
 use super::config::SensorModel;
 use crate::filter::lanes::Pair;
 use crate::filter::motion::{Motion, Step};
-use crate::filter::{Estimate, Gaussian, Measurement, UpdateError};
+use crate::filter::{Estimate, Gaussian, Measurement, Nis, UpdateError};
 use crate::frames::{Matrix2, Vector2};
 use crate::plot::{Plot, SensorId};
 use crate::time::SimTime;
@@ -119,14 +119,14 @@ impl Consider {
         Ok(next)
     }
 
-    /// Squared normalised innovation and ln det S of a plot at this state's time.
+    /// The normalised innovation of a plot at this state's time.
     ///
     /// # Errors
     /// If the plot is unsound or the innovation covariance not positive definite.
-    pub fn innovation(&self, plot: &Plot, model: &SensorModel) -> Result<(f64, f64), UpdateError> {
+    pub fn nis(&self, plot: &Plot, model: &SensorModel) -> Result<Nis, UpdateError> {
         let look = self.look(plot, model)?;
         let d2 = look.nu.dot(&(look.inverse * look.nu));
-        Ok((d2, libm::log(look.s.determinant())))
+        Ok(Nis { d2, det: look.s.determinant(), dof: 2 })
     }
 
     /// Predicts to the plot's time and takes it.

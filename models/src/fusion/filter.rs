@@ -3,7 +3,8 @@
 use super::config::TrackingConfig;
 use super::consider::Consider;
 use crate::filter::{
-    Estimate, Estimator, FilterConfig, Gaussian, StateEstimator, Sym2, UpdateError, two_plot_start,
+    Estimate, Estimator, FilterConfig, Gaussian, Nis, StateEstimator, Sym2, UpdateError,
+    two_plot_start,
 };
 use crate::frames::Vector2;
 use crate::plot::Plot;
@@ -102,8 +103,8 @@ impl TrackFilter {
         }
     }
 
-    /// `d²`, ln det S and degrees of freedom of a plot against a filter that respects slow errors, if
-    /// it is one and the plot measures both directions.
+    /// The normalised innovation of a plot against a filter that respects slow errors, if it is one and the plot
+    /// measures both directions.
     ///
     /// # Errors
     /// If the plot is earlier than the filter or unsound.
@@ -111,17 +112,13 @@ impl TrackFilter {
         &self,
         plot: &Plot,
         config: &TrackingConfig,
-    ) -> Option<Result<(f64, f64, u8), UpdateError>> {
+    ) -> Option<Result<Nis, UpdateError>> {
         let Self::Considering(f) = self else { return None };
         if !plot.across_m2.is_finite() {
             return None;
         }
         let model = config.sensor(plot.sensor, plot.kind);
-        let look = || {
-            let (d2, ln_det) = f.predicted(plot.time)?.innovation(plot, &model)?;
-            Ok((d2, ln_det, 2))
-        };
-        Some(look())
+        Some(f.predicted(plot.time).and_then(|at| at.nis(plot, &model)))
     }
 
     /// # Errors

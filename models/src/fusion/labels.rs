@@ -67,7 +67,7 @@ pub(super) fn assign(
     let found = solver.pairs_and_misses(candidates.len(), free.len(), |row, column| {
         at(row, column).map(|c| c - limit)
     });
-    for (row, column) in found.into_iter().enumerate() {
+    for (row, &column) in found.iter().enumerate() {
         let Some(column) = column else { continue };
         let Some(best) = at(row, column) else { continue };
         let clear = best + config.labels.clearer_by;

@@ -4,6 +4,7 @@ use crate::association::assignment::Solver;
 use crate::association::cluster::Clusters;
 use crate::association::grid::Grid;
 use crate::association::nearest::Pair;
+use crate::filter::Nis;
 use crate::frames::Vector2;
 
 /// GOSPA with α = 2, and its parts.
@@ -80,7 +81,8 @@ fn best_pairs(
         grid.visit(truth - around, truth + around, |k| {
             let d = distance(truth, positions[k]);
             if d < cut_off_m {
-                pairs.push(Pair { track: t as u32, plot: finite[k] as u32, d2: d, ln_det: 0.0 });
+                let nis = Nis { d2: d, det: 1.0, dof: 2 };
+                pairs.push(Pair { track: t as u32, plot: finite[k] as u32, nis });
             }
         });
         pairs[first..].sort_unstable_by_key(|pair| pair.plot);
@@ -101,11 +103,11 @@ fn best_pairs(
         for pair in cluster {
             let row = rows.partition_point(|&r| r < pair.track);
             let column = columns.partition_point(|&c| c < pair.plot);
-            cost[row * columns.len() + column] = Some(power(pair.d2, p) - most);
+            cost[row * columns.len() + column] = Some(power(pair.nis.d2, p) - most);
         }
         let chosen =
             solver.pairs_and_misses(rows.len(), columns.len(), |r, c| cost[r * columns.len() + c]);
-        for (row, column) in chosen.into_iter().enumerate() {
+        for (row, &column) in chosen.iter().enumerate() {
             if let Some(column) = column {
                 found.push((rows[row] as usize, columns[column] as usize));
             }
