@@ -31,6 +31,7 @@ impl SimTime {
 
     /// `self` moved by `s` seconds, nearest nanosecond; not beyond 292 years from frame 0.
     #[must_use]
+    #[inline]
     pub fn plus_s(self, s: f64) -> Self {
         Self(self.0.saturating_add(Self::from_s(s).0))
     }

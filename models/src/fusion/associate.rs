@@ -415,7 +415,9 @@ impl Tracker {
                     }
                 }
             });
-            pairs[own..].sort_unstable_by_key(|p| p.plot);
+            if pairs.len() > own + 1 {
+                pairs[own..].sort_unstable_by_key(|p| p.plot);
+            }
         }
     }
 

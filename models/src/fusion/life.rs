@@ -40,37 +40,37 @@ pub(super) fn end_of_scan(
         if track.stage != Stage::Confirmed {
             continue;
         }
-        let Some(at) = present(track, now, config, statistics) else { continue };
-        if before == Stage::Confirmed {
-            drop_if_lost(track, &at, flights, config, statistics);
+        if !present(index, track, now, config, seen) {
+            statistics.not_positive_definite += 1;
+            if !(track.begin_again(config) && present(index, track, now, config, seen)) {
+                track.stage = Stage::Ended;
+                statistics.deleted += 1;
+                continue;
+            }
         }
-        seen.push(Seen { track: index as u32, at });
+        if let (Stage::Confirmed, Some(Seen { at, .. })) = (before, seen.last()) {
+            drop_if_lost(track, at, flights, config, statistics);
+        }
     }
 }
 
-/// The state at the end of the scan. One that may not be used is never used: it is counted, and the track
-/// begins again from its last plot; if that does not help either, it ends.
+/// Notes the state at the end of the scan, if it may be used. One that may not is never used: it is counted, and
+/// the track begins again from its last plot; if that does not help either, it ends.
+#[inline]
 fn present(
-    track: &mut Track,
+    index: usize,
+    track: &Track,
     now: SimTime,
     config: &TrackingConfig,
-    statistics: &mut Statistics,
-) -> Option<Estimate> {
-    let sound = |track: &Track| {
-        let at = predict(track.filter(), now, &config.life).ok()?;
-        at.state.is_sound().then_some(at)
-    };
-    let at = sound(track);
-    if at.is_some() {
-        return at;
+    seen: &mut Vec<Seen>,
+) -> bool {
+    let Ok(at) = predict(track.filter(), now, &config.life) else { return false };
+    seen.push(Seen { track: index as u32, at });
+    let sound = seen.last().is_some_and(|seen| seen.at.state.is_sound());
+    if !sound {
+        seen.pop();
     }
-    statistics.not_positive_definite += 1;
-    let again = if track.begin_again(config) { sound(track) } else { None };
-    if again.is_none() {
-        track.stage = Stage::Ended;
-        statistics.deleted += 1;
-    }
-    again
+    sound
 }
 
 fn look(track: &mut Track, hit: bool) {
@@ -145,8 +145,8 @@ fn widened(at: &Estimate, radius_m: f64) -> bool {
     let p = at.state.position_cov();
     let (half_sum, half_gap) = (0.5 * (p.xx + p.yy), 0.5 * (p.xx - p.yy));
     // The larger eigenvalue is not above this; mostly that is enough.
-    let bound = 2.45 * (half_sum + half_gap.abs() + p.xy.abs()).max(0.0).sqrt();
-    if bound <= 0.999 * radius_m {
+    let bound = 2.45 * 2.45 * (half_sum + half_gap.abs() + p.xy.abs());
+    if bound <= 0.998 * radius_m * radius_m {
         return false;
     }
     let largest = half_sum + libm::hypot(half_gap, p.xy);

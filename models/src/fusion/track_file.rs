@@ -295,7 +295,6 @@ impl Track {
     ) -> Applied {
         let time = update.plot().time;
         let after = if self.now.time() <= time {
-            self.forget_before(oldest); // room first
             self.past.push_back(Entry { before: self.now.clone(), update: update.record() });
             let Some(entry) = self.past.back_mut() else { return Applied::Refused };
             match step(&mut self.now, update, config) {

@@ -410,20 +410,22 @@ impl Tracker {
                 work.batches.push(Batch { from: k, to: k });
             }
             sensor = Some((plot.sensor, plot.kind));
-            let mut plot = *plot;
+            work.candidates.push(Candidate { plot: *plot, index: index as usize });
+            let plot = &mut work.candidates[k].plot;
             if self.config.register_sites {
-                self.registration.correct(&mut plot);
+                self.registration.correct(plot);
             }
             plot.time = SimTime(plot.time.0.saturating_sub(latency_ns));
             // What the sensor's model adds to the stated variance.
             plot.along_m2 += extra_m2;
             plot.across_m2 += extra_m2;
-            work.candidates.push(Candidate { plot, index: index as usize });
-            if let Some(batch) = work.batches.last_mut() {
-                batch.to = k + 1;
-            }
         }
         let candidates = &work.candidates;
+        let mut to = candidates.len();
+        for batch in work.batches.iter_mut().rev() {
+            batch.to = to;
+            to = batch.from;
+        }
         work.batches
             .sort_by_key(|b| (candidates[b.from].plot.time, candidates[b.from].plot.sensor));
         for flags in [&mut work.used, &mut work.gated, &mut work.held] {
@@ -496,8 +498,15 @@ impl Tracker {
             track.published = true;
         }
         let (numbers, rooms) = (&mut self.numbers, &mut self.rooms);
-        self.tracks.retain_mut(|track| {
+        let mut ended = false;
+        for track in &mut self.tracks {
             (track.updated, track.manoeuvre) = (false, false);
+            ended |= track.stage == Stage::Ended;
+        }
+        if !ended {
+            return out;
+        }
+        self.tracks.retain_mut(|track| {
             if track.stage != Stage::Ended {
                 return true;
             }
@@ -553,8 +562,6 @@ fn name_of(plot: &Plot) -> u128 {
 }
 
 fn sound(plot: &Plot) -> bool {
-    let finite = plot.position_m.iter().all(|x| x.abs() <= FARTHEST_M);
-    let axis = (plot.axis.norm_squared() - 1.0).abs() < 1e-6;
-    let altitude = plot.altitude_m.is_none_or(f64::is_finite);
-    finite && axis && altitude && Measurement::of(plot).is_ok() && plot.along_m2.is_finite()
+    let near = plot.position_m.x.abs() <= FARTHEST_M && plot.position_m.y.abs() <= FARTHEST_M;
+    near && plot.altitude_m.is_none_or(f64::is_finite) && Measurement::of(plot).is_ok()
 }
