@@ -6,7 +6,6 @@ use super::life;
 use super::registration::Reference;
 use super::track_file::{Applied, Stage, Track, Update, place_at, position_at, predict};
 use super::tracker::{Candidate, Look, Outcome, Tracker, Work};
-use crate::association::grid::Grid;
 use crate::association::kinematic_gate;
 use crate::association::nearest::{self, Pair};
 use crate::association::{jpda::JpdaError, lbp};
@@ -32,7 +31,6 @@ impl Tracker {
         if work.used[from..to].iter().all(|used| *used) {
             return;
         }
-        lay_out_rest(from, to, work);
         self.reachable_pairs(&model, work);
         if self.config.gates.kinematic {
             self.take_manoeuvres(&model, work);
@@ -113,7 +111,7 @@ impl Tracker {
         let mut pairs = std::mem::take(&mut work.pairs);
         let mut taken = std::mem::take(&mut work.scratch);
         taken.clear();
-        part_undisputed(&mut pairs, work.plot_used.len(), &mut work.ks, &mut taken);
+        part_undisputed(&mut pairs, work.plot_used.len(), &mut work.claims, &mut taken);
         for pair in &taken {
             work.track_used[pair.track as usize] = true;
             work.plot_used[pair.plot as usize] = true;
@@ -142,7 +140,7 @@ impl Tracker {
         let plots = work.plot_used.len();
         let mut single = std::mem::take(&mut work.single);
         single.clear();
-        part_undisputed(&mut pairs, plots, &mut work.ks, &mut single);
+        part_undisputed(&mut pairs, plots, &mut work.claims, &mut single);
         for pair in &single {
             let k = from + pair.plot as usize;
             let certain = if limit.is_some() { CERTAIN } else { 0.0 };
@@ -350,14 +348,9 @@ impl Tracker {
     fn gated_pairs(&self, from: usize, stage: Stage, work: &mut Work) {
         let Work { candidates, used, gated, held, pairs, track_used, span, .. } = work;
         let first_stage = stage == Stage::Confirmed;
-        let (indices, grid, looks) = if first_stage {
-            (&work.confirmed, &work.plots, &work.looks)
-        } else {
-            (&work.tentative, &work.rest, &work.rest_looks)
-        };
+        let indices = if first_stage { &work.confirmed } else { &work.tentative };
+        let (grid, looks, widest) = (&work.plots, &work.looks, work.widest_m2);
         let (begin, end) = *span;
-        let widest = looks.iter().map(|l| search_variance(&candidates[l.k as usize].plot));
-        let widest = widest.fold(0.0f64, f64::max);
         let margin = 3.0 * (2.0 * widest).sqrt();
         let life = &self.config.life;
         pairs.clear();
@@ -425,7 +418,7 @@ impl Tracker {
     /// could have reached.
     fn reachable_pairs(&self, model: &SensorModel, work: &mut Work) {
         let Work { candidates, used, gated, confirmed, track_used, span, reaches, .. } = work;
-        let (rest, looks) = (&work.rest, &work.rest_looks);
+        let (plots, looks) = (&work.plots, &work.looks);
         let limit = self.config.gates.kinematic_limit;
         reaches.clear();
         for &index in &*confirmed {
@@ -437,7 +430,7 @@ impl Tracker {
             let way = span.1.since_s(now.time).max(0.0) + model.interval_s.min(1.0);
             let radius = track.limits.speed_ms * way + REACH_MARGIN_M;
             let around = Vector2::repeat(radius);
-            rest.runs(now.position_m - around, now.position_m + around, |run| {
+            plots.runs(now.position_m - around, now.position_m + around, |run| {
                 for look in &looks[run] {
                     let offset = look.position_m - now.position_m;
                     if offset.x.abs() > radius || offset.y.abs() > radius {
@@ -754,46 +747,25 @@ enum How<'a> {
     Weighted { plots: &'a [(Plot, f64)], hit: bool },
 }
 
-/// Lays all plots of a batch out by place.
+/// Lays the plots `candidates[from..to]` out by place, with what gates ask of them in the order of the grid's cells.
 fn lay_out(from: usize, to: usize, work: &mut Work) {
-    work.ks.clear();
-    work.ks.extend(from as u32..to as u32);
-    let Work { ks, candidates, positions, plots, looks, .. } = work;
-    fill(ks, GRID_CELL_M, candidates, positions, plots, looks);
-}
-
-/// The same for what confirmed tracks have left over.
-fn lay_out_rest(from: usize, to: usize, work: &mut Work) {
-    work.ks.clear();
-    work.ks.extend((from..to).filter(|&k| !work.used[k]).map(|k| k as u32));
-    let Work { ks, candidates, positions, rest, rest_looks, .. } = work;
-    fill(ks, REST_CELL_M, candidates, positions, rest, rest_looks);
-}
-
-/// The plots `ks` into a grid, and what gates ask of them in the order of its cells.
-fn fill(
-    ks: &[u32],
-    cell_m: f64,
-    candidates: &[Candidate],
-    positions: &mut Vec<Vector2<f64>>,
-    grid: &mut Grid,
-    looks: &mut Vec<Look>,
-) {
+    let Work { candidates, positions, plots, looks, widest_m2, .. } = work;
+    let batch = &candidates[from..to];
     positions.clear();
-    positions.extend(ks.iter().map(|&k| candidates[k as usize].plot.position_m));
-    grid.fill(positions, cell_m);
+    positions.extend(batch.iter().map(|c| c.plot.position_m));
+    plots.fill(positions, GRID_CELL_M);
     looks.clear();
-    looks.extend(grid.order().iter().map(|&place| {
-        let k = ks[place as usize];
-        let plot = &candidates[k as usize].plot;
+    looks.extend(plots.order().iter().map(|&place| {
+        let plot = &batch[place as usize].plot;
         Look {
             time: plot.time,
             measured: Measurement::of(plot).ok(),
             position_m: plot.position_m,
-            k,
+            k: from as u32 + place,
             named: plot.identity.is_some(),
         }
     }));
+    *widest_m2 = batch.iter().map(|c| search_variance(&c.plot)).fold(0.0, f64::max);
 }
 
 /// A pair that a target of the track's class could just have made.
@@ -857,9 +829,6 @@ const NAME_HOLDS_S: f64 = 3.0;
 
 /// Cell of the search grid, m: about a search box of a taxiing target.
 const GRID_CELL_M: f64 = 25.0;
-
-/// The same for what is searched by reach, not by gate, m.
-const REST_CELL_M: f64 = 100.0;
 
 /// Added to the search circle of the kinematic gate, m; the exact test follows.
 const REACH_MARGIN_M: f64 = 50.0;

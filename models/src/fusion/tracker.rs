@@ -172,17 +172,15 @@ pub(super) struct Work {
     pub(super) tentative: Vec<u32>,
     /// Tracks on whose body other echoes may lie.
     pub(super) bodied: Vec<u32>,
-    /// Chosen candidates and their places.
-    pub(super) ks: Vec<u32>,
+    /// How many pairs want each plot.
+    pub(super) claims: Vec<u32>,
     pub(super) positions: Vec<Vector2<f64>>,
     /// Earliest and latest time of the batch.
     pub(super) span: (SimTime, SimTime),
-    /// All plots of the batch.
+    /// All plots of the batch, and the largest of their variances, m².
     pub(super) plots: Grid,
     pub(super) looks: Vec<Look>,
-    /// What confirmed tracks have left over.
-    pub(super) rest: Grid,
-    pub(super) rest_looks: Vec<Look>,
+    pub(super) widest_m2: f64,
     /// Labelled tracks, for other echoes of their bodies.
     pub(super) bodies: Grid,
     pub(super) reaches: Vec<super::associate::Reachable>,
