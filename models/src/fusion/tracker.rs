@@ -156,8 +156,6 @@ pub struct Tracker {
 /// Buffers kept from scan to scan.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Work {
-    names: Vec<(u128, u32)>,
-    unsorted: Vec<(u128, u32)>,
     keys: Vec<u64>,
     pub(super) candidates: Vec<Candidate>,
     /// Of each candidate: a track has it.
@@ -352,7 +350,8 @@ impl Tracker {
         self.outcomes.clear();
         self.outcomes.resize(plots.len(), Outcome::Unused);
         self.statistics.plots += plots.len() as u64;
-        work.names.clear();
+        let order = Order::new(self.oldest, t_out, plots.len());
+        work.keys.clear();
         for (index, plot) in plots.iter().enumerate() {
             if !sound(plot) || plot.time > t_out {
                 self.outcomes[index] = Outcome::Unsound;
@@ -361,36 +360,38 @@ impl Tracker {
                 self.outcomes[index] = Outcome::TooLate;
                 self.statistics.too_late += 1;
             } else {
-                work.names.push((name_of(plot), index as u32));
+                work.keys.push(order.key(plot, index));
             }
         }
-        sort_names(work, plots, self.oldest);
-        let last_scan = self.last_scan;
-        let mut before = None;
-        work.names.retain(|&(name, index)| {
-            let seen_before = last_scan.is_some_and(|last| plots[index as usize].time <= last)
-                && self.seen.iter().any(|(_, scan)| scan.binary_search(&name).is_ok());
-            let copy = seen_before || before == Some(name);
-            before = Some(name);
-            if copy {
-                self.outcomes[index as usize] = Outcome::Duplicate;
-                self.statistics.duplicates += 1;
-            }
-            !copy
-        });
+        order.sort(&mut work.keys, plots);
         work.candidates.clear();
         work.batches.clear();
-        let times = || work.names.iter().map(|n| plots[n.1 as usize].time);
-        let latest = times().max().unwrap_or(SimTime(i64::MIN));
-        self.seen.push_back((latest, work.names.iter().map(|n| n.0).collect()));
-        let start = last_scan
-            .unwrap_or_else(|| SimTime(times().min().unwrap_or(t_out).0.saturating_sub(1)));
+        let last_scan = self.last_scan;
+        let start = last_scan.unwrap_or_else(|| {
+            let times = work.keys.iter().map(|&key| plots[order.place(key)].time);
+            SimTime(times.min().unwrap_or(t_out).0.saturating_sub(1))
+        });
         self.last_scan = Some(t_out);
+        let mut names: Vec<u128> = Vec::with_capacity(work.keys.len());
+        let mut latest = SimTime(i64::MIN);
         // Batches: one sensor, one of its intervals, counted from the end of the last scan.
         let (mut sensor, mut end, mut interval) = (None, i64::MIN, 1);
         let (mut extra_m2, mut latency_ns) = (0.0, 0);
-        for &(_, index) in &work.names {
-            let plot = &plots[index as usize];
+        for &key in &work.keys {
+            let index = order.place(key);
+            let plot = &plots[index];
+            let name = name_of(plot);
+            let before = |scan: &Vec<u128>| scan.binary_search(&name).is_ok();
+            if names.last() == Some(&name)
+                || (last_scan.is_some_and(|last| plot.time <= last)
+                    && self.seen.iter().any(|(_, scan)| before(scan)))
+            {
+                self.outcomes[index] = Outcome::Duplicate;
+                self.statistics.duplicates += 1;
+                continue;
+            }
+            names.push(name);
+            latest = latest.max(plot.time);
             let k = work.candidates.len();
             let same = sensor == Some((plot.sensor, plot.kind));
             if !same {
@@ -408,7 +409,7 @@ impl Tracker {
                 work.batches.push(Batch { from: k, to: k });
             }
             sensor = Some((plot.sensor, plot.kind));
-            work.candidates.push(Candidate { plot: *plot, index: index as usize });
+            work.candidates.push(Candidate { plot: *plot, index });
             let plot = &mut work.candidates[k].plot;
             if self.config.register_sites {
                 self.registration.correct(plot);
@@ -418,6 +419,7 @@ impl Tracker {
             plot.along_m2 += extra_m2;
             plot.across_m2 += extra_m2;
         }
+        self.seen.push_back((latest, names));
         let candidates = &work.candidates;
         let mut to = candidates.len();
         for batch in work.batches.iter_mut().rev() {
@@ -518,38 +520,52 @@ impl Tracker {
     }
 }
 
-/// Sorts the names (and for equal ones the positions) of the plots in hand, none earlier than `oldest`: by one
-/// short key each, sensor before coarse time before place, and with care where two keys differ in the place alone.
-fn sort_names(work: &mut Work, plots: &[Plot], oldest: SimTime) {
-    let Work { names, unsorted, keys, .. } = work;
-    let span = names.iter().map(|n| plots[n.1 as usize].time.0.saturating_sub(oldest.0));
-    let span = span.max().unwrap_or(0).cast_unsigned();
-    let place_bits = usize::BITS - names.len().leading_zeros();
-    let time_bits = 48 - place_bits.min(32);
-    let shift = (u64::BITS - span.leading_zeros()).saturating_sub(time_bits);
-    keys.clear();
-    keys.extend(names.iter().zip(0u64..).map(|(&(_, index), place)| {
-        let plot = &plots[index as usize];
-        let time = plot.time.0.saturating_sub(oldest.0).cast_unsigned() >> shift;
-        (((u64::from(plot.sensor.0) << time_bits) | time) << place_bits) | place
-    }));
-    keys.sort_unstable();
-    std::mem::swap(names, unsorted);
-    names.clear();
-    let place = (1 << place_bits) - 1;
-    names.extend(keys.iter().map(|key| unsorted[(key & place) as usize]));
-    let mut begin = 0;
-    for alike in keys.chunk_by(|a, b| a >> place_bits == b >> place_bits) {
-        let end = begin + alike.len();
-        if alike.len() > 1 {
-            names[begin..end].sort_unstable_by(|a, b| {
-                a.0.cmp(&b.0).then_with(|| {
-                    let (p, q) = (&plots[a.1 as usize].position_m, &plots[b.1 as usize].position_m);
-                    p.x.total_cmp(&q.x).then(p.y.total_cmp(&q.y)).then(a.1.cmp(&b.1))
-                })
-            });
+/// The order in which plots are taken: by their names, and of one name by position. One short key each, sensor
+/// before coarse time before place in the caller's list; with care where two keys differ in the place alone.
+#[derive(Clone, Copy, Debug)]
+struct Order {
+    oldest: SimTime,
+    time_bits: u32,
+    place_bits: u32,
+    shift: u32,
+}
+
+impl Order {
+    /// For up to `plots` plots of times from `oldest` to `t_out`.
+    fn new(oldest: SimTime, t_out: SimTime, plots: usize) -> Self {
+        let span = t_out.0.saturating_sub(oldest.0).max(0).cast_unsigned();
+        let place_bits = usize::BITS - plots.leading_zeros();
+        let time_bits = 48 - place_bits.min(32);
+        let shift = (u64::BITS - span.leading_zeros()).saturating_sub(time_bits);
+        Self { oldest, time_bits, place_bits, shift }
+    }
+
+    #[inline]
+    fn key(&self, plot: &Plot, place: usize) -> u64 {
+        let time = plot.time.0.saturating_sub(self.oldest.0).cast_unsigned() >> self.shift;
+        let coarse = (u64::from(plot.sensor.0) << self.time_bits) | time;
+        (coarse << self.place_bits) | place as u64
+    }
+
+    #[inline]
+    fn place(&self, key: u64) -> usize {
+        (key & ((1 << self.place_bits) - 1)) as usize
+    }
+
+    fn sort(&self, keys: &mut [u64], plots: &[Plot]) {
+        keys.sort_unstable();
+        for alike in keys.chunk_by_mut(|a, b| a >> self.place_bits == b >> self.place_bits) {
+            if alike.len() > 1 {
+                alike.sort_unstable_by(|&a, &b| {
+                    let [p, q] = [a, b].map(|key| &plots[self.place(key)]);
+                    let place = |p: &Plot, q: &Plot| {
+                        let (p, q) = (p.position_m, q.position_m);
+                        p.x.total_cmp(&q.x).then(p.y.total_cmp(&q.y))
+                    };
+                    name_of(p).cmp(&name_of(q)).then_with(|| place(p, q)).then(a.cmp(&b))
+                });
+            }
         }
-        begin = end;
     }
 }
 
