@@ -10,9 +10,14 @@ impl SimTime {
 
     /// Nearest nanosecond to `s` seconds; `s` must be finite and within ±292 years.
     #[must_use]
+    #[inline]
     pub fn from_s(s: f64) -> Self {
         debug_assert!(s.is_finite());
-        Self((s * 1e9).round() as i64)
+        // `round`, half away from zero, without a call: the difference from the whole number is exact.
+        let ns = s * 1e9;
+        let whole = ns as i64;
+        let rest = ns - whole as f64;
+        Self(whole.saturating_add(i64::from(rest >= 0.5) - i64::from(rest <= -0.5)))
     }
 
     /// Seconds since the start of the run, for formulas and display.
@@ -34,5 +39,23 @@ impl SimTime {
     #[inline]
     pub fn plus_s(self, s: f64) -> Self {
         Self(self.0.saturating_add(Self::from_s(s).0))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn seconds_become_the_nearest_nanosecond(
+            s in prop_oneof![-1e10..1e10f64, -1e-6..1e-6f64, -1e300..1e300f64],
+            halves in -1_000_000i64..1_000_000,
+        ) {
+            prop_assert_eq!(SimTime::from_s(s).0, (s * 1e9).round() as i64);
+            let half = halves as f64 / 2e9;
+            prop_assert_eq!(SimTime::from_s(half).0, (half * 1e9).round() as i64);
+        }
     }
 }
