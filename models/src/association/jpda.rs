@@ -74,7 +74,11 @@ impl Jpda {
         beta.clear();
         beta.resize(tracks * width, 0.0);
         let (linear, logs) = self.weights.split_at(logs);
-        let total = recurse::<Linear>(&mut self.forward, &mut self.backward, linear, width, beta);
+        let total = if tracks == 2 {
+            two_tracks(linear, width, beta)
+        } else {
+            recurse::<Linear>(&mut self.forward, &mut self.backward, linear, width, beta)
+        };
         if !(total > SMALLEST_LINEAR_TOTAL) {
             let total = recurse::<Log>(&mut self.forward, &mut self.backward, logs, width, beta);
             if !total.is_finite() {
@@ -136,6 +140,37 @@ impl Field for Log {
 pub fn log_add(a: f64, b: f64) -> f64 {
     let (low, high) = if a < b { (a, b) } else { (b, a) };
     if low == f64::NEG_INFINITY { high } else { high + libm::log1p(libm::exp(low - high)) }
+}
+
+/// The same for two tracks `a` and `b`, in closed form: `β_aj = a_j (Σ_{k≠j} b_k) / total`, a miss excluding
+/// nothing. The sums without one term are added up from both ends: a subtraction would cancel.
+fn two_tracks(weights: &[f64], width: usize, beta: &mut [f64]) -> f64 {
+    let (a, b) = weights.split_at(width);
+    let (for_a, for_b) = beta.split_at_mut(width);
+    without_own(b, for_a);
+    without_own(a, for_b);
+    let total: f64 = a.iter().zip(&*for_a).map(|(a, b)| a * b).sum();
+    for (own, others) in [(a, for_a), (b, for_b)] {
+        for (own, others) in own.iter().zip(others) {
+            *others = own * *others / total;
+        }
+    }
+    total
+}
+
+/// The sum of all, then for each further term the sum of all but that one.
+fn without_own(terms: &[f64], sums: &mut [f64]) {
+    let mut head = terms[0];
+    for (term, sum) in terms.iter().zip(&mut *sums).skip(1) {
+        *sum = head;
+        head += term;
+    }
+    sums[0] = head;
+    let mut tail = 0.0;
+    for (term, sum) in terms.iter().zip(sums).skip(1).rev() {
+        *sum += tail;
+        tail += term;
+    }
 }
 
 /// Forward sums `F_i(s)` over the first `i` tracks with plots `s` used, backward sums `B_i(s)` over

@@ -39,7 +39,7 @@ enum Record {
     Plot(Taken),
     Manoeuvre(Taken),
     Restart(Box<[Taken; 2]>),
-    Weighted(Vec<(Plot, f64)>),
+    Weighted(Box<[(Taken, f64)]>),
 }
 
 /// What a filter needs of a plot.
@@ -346,7 +346,7 @@ impl Track {
         let plot = match self.past.back().map(|entry| &entry.update) {
             Some(Record::Plot(taken) | Record::Manoeuvre(taken)) => taken.plot(),
             Some(Record::Restart(both)) => both[1].plot(),
-            Some(Record::Weighted(plots)) => *likeliest(plots),
+            Some(Record::Weighted(plots)) => *likeliest(&whole(plots)),
             None => return false,
         };
         let Ok(fresh) = TrackFilter::from_plot(&config.filter, &plot) else { return false };
@@ -392,9 +392,15 @@ impl<'a> Update<'a> {
             Self::Plot(p) => Record::Plot(Taken::of(p)),
             Self::Manoeuvre(p) => Record::Manoeuvre(Taken::of(p)),
             Self::Restart(a, b) => Record::Restart(Box::new([Taken::of(a), Taken::of(b)])),
-            Self::Weighted(plots) => Record::Weighted(plots.to_vec()),
+            Self::Weighted(plots) => {
+                Record::Weighted(plots.iter().map(|(plot, beta)| (Taken::of(plot), *beta)).collect())
+            }
         }
     }
+}
+
+fn whole(plots: &[(Taken, f64)]) -> Vec<(Plot, f64)> {
+    plots.iter().map(|(taken, beta)| (taken.plot(), *beta)).collect()
 }
 
 fn likeliest(plots: &[(Plot, f64)]) -> &Plot {
@@ -469,7 +475,7 @@ fn again(
             let [first, last] = both.map(|taken| taken.plot());
             step(filter, Update::Restart(&first, &last), config)
         }
-        Record::Weighted(plots) => step(filter, Update::Weighted(plots), config),
+        Record::Weighted(plots) => step(filter, Update::Weighted(&whole(plots)), config),
     }
 }
 
