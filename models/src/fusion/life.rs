@@ -3,13 +3,15 @@
 use super::config::TrackingConfig;
 use super::numbers::Numbers;
 use super::track_file::{Stage, Track, predict};
-use super::tracker::{Seen, Statistics, Work};
+use super::tracker::{Statistics, Work};
 use crate::filter::Estimate;
 use crate::flight_list::FlightList;
 use crate::frames::Vector2;
 use crate::time::SimTime;
+use crate::track::{SystemTrack, TrackStatus, TrackType};
 
-/// End of the scan for every track: count the look, confirm or end it.
+/// End of the scan for every track: count the look, confirm or end it. Gives the confirmed tracks as they are now,
+/// without a label, and puts their indices into `seen`.
 pub(super) fn end_of_scan(
     tracks: &mut [Track],
     numbers: &mut Numbers,
@@ -17,9 +19,10 @@ pub(super) fn end_of_scan(
     flights: &FlightList,
     config: &TrackingConfig,
     statistics: &mut Statistics,
-    seen: &mut Vec<Seen>,
-) {
+    seen: &mut Vec<u32>,
+) -> Vec<SystemTrack> {
     seen.clear();
+    let mut out = Vec::with_capacity(tracks.len());
     for (index, track) in tracks.iter_mut().enumerate() {
         if track.updated {
             look(track, true);
@@ -37,40 +40,62 @@ pub(super) fn end_of_scan(
         if before == Stage::Tentative {
             confirm_or_drop(track, numbers, now, config, statistics);
         }
-        if track.stage != Stage::Confirmed {
-            continue;
+        let (Stage::Confirmed, Some(number)) = (track.stage, track.number) else { continue };
+        let Some(at) = present(track, now, config, statistics) else { continue };
+        if before == Stage::Confirmed {
+            drop_if_lost(track, &at, flights, config, statistics);
         }
-        if !present(index, track, now, config, seen) {
-            statistics.not_positive_definite += 1;
-            if !(track.begin_again(config) && present(index, track, now, config, seen)) {
-                track.stage = Stage::Ended;
-                statistics.deleted += 1;
-                continue;
-            }
-        }
-        if let (Stage::Confirmed, Some(Seen { at, .. })) = (before, seen.last()) {
-            drop_if_lost(track, at, flights, config, statistics);
-        }
+        seen.push(index as u32);
+        out.push(published(track, number, &at));
     }
+    out
 }
 
-/// Notes the state at the end of the scan, if it may be used. One that may not is never used: it is counted, and
-/// the track begins again from its last plot; if that does not help either, it ends.
-#[inline]
+/// The state at the end of the scan. One that may not be used is never used: it is counted, and the track
+/// begins again from its last plot; if that does not help either, it ends.
 fn present(
-    index: usize,
-    track: &Track,
+    track: &mut Track,
     now: SimTime,
     config: &TrackingConfig,
-    seen: &mut Vec<Seen>,
-) -> bool {
-    let Ok(at) = predict(track.filter(), now, &config.life) else { return false };
-    seen.push(Seen { track: index as u32, at });
-    let sound = seen.last().is_some_and(|seen| seen.at.state.is_sound());
-    if !sound {
-        seen.pop();
+    statistics: &mut Statistics,
+) -> Option<Estimate> {
+    let sound = |track: &Track| {
+        let at = predict(track.filter(), now, &config.life).ok()?;
+        at.state.is_sound().then_some(at)
+    };
+    let at = sound(track);
+    if at.is_some() {
+        return at;
     }
-    sound
+    statistics.not_positive_definite += 1;
+    let again = if track.begin_again(config) { sound(track) } else { None };
+    if again.is_none() {
+        track.stage = Stage::Ended;
+        statistics.deleted += 1;
+    }
+    again
+}
+
+/// A track in this state as it is published, but for its label and status.
+fn published(track: &Track, number: u16, at: &Estimate) -> SystemTrack {
+    SystemTrack {
+        number,
+        track_type: TrackType::NotAssociated,
+        status: TrackStatus::Confirmed,
+        first: !track.published,
+        time: at.time,
+        last_plot: track.last_hit,
+        position_m: at.position_m(),
+        velocity_ms: at.velocity_ms(),
+        acceleration_ms2: at.acceleration_ms2(),
+        position_cov_m2: at.position_cov_m2(),
+        velocity_cov_m2s2: at.velocity_cov_m2s2(),
+        altitude_m: track.altitude_m,
+        heading_rad: at.heading_rad().map_or(track.heading_rad, |(heading, _)| heading),
+        manoeuvre: track.manoeuvre,
+        label: None,
+        reported: track.callsign,
+    }
 }
 
 fn look(track: &mut Track, hit: bool) {
@@ -160,16 +185,17 @@ const TWIN_SCANS: u32 = 3;
 /// a labelled aircraft, or nearer than any two targets stand, and moving alike.
 pub(super) fn merge_duplicates(
     tracks: &mut [Track],
+    shown: &[SystemTrack],
     config: &TrackingConfig,
     work: &mut Work,
     statistics: &mut Statistics,
 ) {
     let Work { seen, positions, plots: grid, .. } = work;
     positions.clear();
-    positions.extend(seen.iter().map(|s| s.at.position_m()));
+    positions.extend(shown.iter().map(|s| s.position_m));
     let named = |track: &Track| track.callsign.is_some() || track.address.is_some();
     let mut reach = config.duplicate_radius_m;
-    for track in seen.iter().map(|s| &tracks[s.track as usize]) {
+    for track in seen.iter().map(|&s| &tracks[s as usize]) {
         if let Some((length, span)) = track.size_m {
             reach = reach.max(libm::hypot(ALONG * length, ASIDE * span));
         }
@@ -190,17 +216,17 @@ pub(super) fn merge_duplicates(
             let offset = positions[old] - position;
             there += u32::from(offset.x.abs() <= reach) & u32::from(offset.y.abs() <= reach);
         });
-        let candidate = &mut tracks[seen[young].track as usize];
+        let candidate = &mut tracks[seen[young] as usize];
         if there <= 1 {
             candidate.twin = None;
             continue;
         }
-        let candidate = &tracks[seen[young].track as usize];
+        let candidate = &tracks[seen[young] as usize];
         if candidate.stage != Stage::Confirmed {
             continue;
         }
         let nameless = candidate.entry.is_none() && !named(candidate);
-        let velocity = seen[young].at.velocity_ms();
+        let velocity = shown[young].velocity_ms;
         let alike = 2.0 + 0.1 * velocity.norm();
         let mut twin: Option<u64> = None;
         grid.visit(position - around, position + around, |old| {
@@ -208,11 +234,11 @@ pub(super) fn merge_duplicates(
             if old == young || offset.x.abs() > reach || offset.y.abs() > reach {
                 return;
             }
-            let other = &tracks[seen[old].track as usize];
+            let other = &tracks[seen[old] as usize];
             // A track with a name of its own is a target of its own.
             let double = if nameless {
                 (other.serial < candidate.serial || other.entry.is_some())
-                    && (seen[old].at.velocity_ms() - velocity).norm() < alike
+                    && (shown[old].velocity_ms - velocity).norm() < alike
                     && on_body(other, positions[old], position, config.duplicate_radius_m)
             } else {
                 other.serial < candidate.serial
@@ -223,7 +249,7 @@ pub(super) fn merge_duplicates(
                 twin = Some(twin.map_or(other.serial, |s| s.min(other.serial)));
             }
         });
-        let candidate = &mut tracks[seen[young].track as usize];
+        let candidate = &mut tracks[seen[young] as usize];
         candidate.twin = twin.map(|serial| match candidate.twin {
             Some((before, scans)) if before == serial => (serial, scans + 1),
             _ => (serial, 1),

@@ -12,7 +12,7 @@ use crate::association::gate::chi_square_quantile;
 use crate::association::grid::Grid;
 use crate::association::jpda::Jpda;
 use crate::association::nearest::Pair;
-use crate::filter::{Estimate, Gaussian, Measurement};
+use crate::filter::{Gaussian, Measurement};
 use crate::flight_list::FlightList;
 use crate::frames::Vector2;
 use crate::plot::{Identity, Plot, SensorId, SensorKind};
@@ -117,13 +117,6 @@ pub(super) struct Look {
     pub(super) named: bool,
 }
 
-/// A confirmed track at the end of the scan.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Seen {
-    pub(super) track: u32,
-    pub(super) at: Estimate,
-}
-
 /// Plots of one sensor and interval: `candidates[from..to]`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Batch {
@@ -194,8 +187,8 @@ pub(super) struct Work {
     pub(super) plot_used: Vec<bool>,
     /// Identities of the tracks with their indices, sorted.
     pub(super) identities: Vec<(Identity, u32)>,
-    pub(super) seen: Vec<Seen>,
-    numbers: Vec<(u16, u32)>,
+    /// Tracks that are published.
+    pub(super) seen: Vec<u32>,
 }
 
 impl Tracker {
@@ -313,7 +306,7 @@ impl Tracker {
             let Batch { from, to } = work.batches[batch];
             self.associate_batch(from, to, &mut work);
         }
-        life::end_of_scan(
+        let mut out = life::end_of_scan(
             &mut self.tracks,
             &mut self.numbers,
             t_out,
@@ -324,8 +317,9 @@ impl Tracker {
         );
         self.statistics.identity_conflicts +=
             labels::assign(&mut self.tracks, flights, &self.config, t_out, &mut work.solver);
-        life::merge_duplicates(&mut self.tracks, &self.config, &mut work, &mut self.statistics);
-        let out = self.publish(t_out, flights, &mut work);
+        let (tracks, statistics) = (&mut self.tracks, &mut self.statistics);
+        life::merge_duplicates(tracks, &out, &self.config, &mut work, statistics);
+        self.publish(t_out, flights, &work.seen, &mut out);
         self.work = work;
         out
     }
@@ -451,61 +445,36 @@ impl Tracker {
         }
     }
 
-    /// A predicted copy of each confirmed track, by number; ended tracks leave.
+    /// What is left to be said of each confirmed track, by number; ended tracks leave.
     fn publish(
         &mut self,
         t_out: SimTime,
         flights: &FlightList,
-        work: &mut Work,
-    ) -> Vec<SystemTrack> {
-        work.numbers.clear();
-        for (place, seen) in work.seen.iter().enumerate() {
-            let number = self.tracks[seen.track as usize].number;
-            work.numbers.extend(number.map(|number| (number, place as u32)));
-        }
-        work.numbers.sort_unstable();
-        let mut out: Vec<SystemTrack> = Vec::with_capacity(work.numbers.len());
-        for &(number, place) in &work.numbers {
-            let Seen { track, at } = &work.seen[place as usize];
-            let track = &mut self.tracks[*track as usize];
-            if let Some((heading, _)) = at.heading_rad() {
-                track.heading_rad = heading;
-            }
-            let (track_type, label) = labels::label(track.entry, flights);
-            let status = match track.stage {
+        seen: &[u32],
+        out: &mut [SystemTrack],
+    ) {
+        for (&index, shown) in seen.iter().zip(&mut *out) {
+            let track = &mut self.tracks[index as usize];
+            (shown.track_type, shown.label) = labels::label(track.entry, flights);
+            shown.status = match track.stage {
                 Stage::Ended => TrackStatus::Last,
                 _ if !track.updated && track.history & 1 == 0 => TrackStatus::Coasting,
                 _ => TrackStatus::Confirmed,
             };
-            out.push(SystemTrack {
-                number,
-                track_type,
-                status,
-                first: !track.published,
-                time: t_out,
-                last_plot: track.last_hit,
-                position_m: at.position_m(),
-                velocity_ms: at.velocity_ms(),
-                acceleration_ms2: at.acceleration_ms2(),
-                position_cov_m2: at.position_cov_m2(),
-                velocity_cov_m2s2: at.velocity_cov_m2s2(),
-                altitude_m: track.altitude_m,
-                heading_rad: track.heading_rad,
-                manoeuvre: track.manoeuvre,
-                label,
-                reported: track.callsign,
-            });
-            track.published = true;
+            (track.heading_rad, track.published) = (shown.heading_rad, true);
         }
-        let (numbers, rooms) = (&mut self.numbers, &mut self.rooms);
+        if !out.is_sorted_by_key(|track| track.number) {
+            out.sort_by_cached_key(|track| track.number);
+        }
         let mut ended = false;
         for track in &mut self.tracks {
             (track.updated, track.manoeuvre) = (false, false);
             ended |= track.stage == Stage::Ended;
         }
         if !ended {
-            return out;
+            return;
         }
+        let (numbers, rooms) = (&mut self.numbers, &mut self.rooms);
         self.tracks.retain_mut(|track| {
             if track.stage != Stage::Ended {
                 return true;
@@ -516,7 +485,6 @@ impl Tracker {
             rooms.push(track.take_room());
             false
         });
-        out
     }
 }
 
