@@ -1,37 +1,5 @@
 //! The covariance gate: a chi-square quantile for the innovation's degrees of freedom.
 
-use crate::frames::{Matrix2, Vector2};
-
-/// A passed look at one innovation.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Distance {
-    /// Normalised innovation squared `νᵀ S⁻¹ ν`.
-    pub d2: f64,
-    /// `ln det S`.
-    pub ln_det: f64,
-}
-
-/// `νᵀS⁻¹ν` and `ln det S` through the Cholesky factor of `S` (its upper triangle is read).
-///
-/// `None` unless `S` is positive definite and everything is finite: such a pair is no candidate, and
-/// NaN goes no further.
-#[must_use]
-pub fn distance(innovation_m: Vector2<f64>, s_m2: Matrix2<f64>) -> Option<Distance> {
-    let (s00, s01, s11) = (s_m2[(0, 0)], s_m2[(0, 1)], s_m2[(1, 1)]);
-    if !(s00 > 0.0 && s00.is_finite()) {
-        return None;
-    }
-    let l = s01 / s00;
-    let rest = s11 - l * s01;
-    if !(rest > 0.0 && rest.is_finite()) {
-        return None;
-    }
-    let across = innovation_m.y - l * innovation_m.x;
-    let d2 = innovation_m.x * innovation_m.x / s00 + across * across / rest;
-    let ln_det = libm::log(s00) + libm::log(rest);
-    (d2.is_finite() && ln_det.is_finite()).then_some(Distance { d2, ln_det })
-}
-
 /// Quantile `x` of the chi-square distribution: `P(χ²_dof ≤ x) = probability`.
 ///
 /// Two degrees: `−2 ln(1 − p)`. Otherwise bisection on the survival function
@@ -88,6 +56,8 @@ pub fn chi_square_survival(dof: u32, x: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::filter::{Measurement, Sym2, nis_at};
+    use crate::frames::{Matrix2, Vector2};
 
     #[test]
     fn quantiles_are_the_tables() {
@@ -110,31 +80,34 @@ mod tests {
 
     #[test]
     fn hard_cases_of_the_gate() {
+        let look = |nu: Vector2<f64>, s: Sym2| {
+            let r = Sym2 { xx: 0.0, xy: 0.0, yy: 0.0 };
+            nis_at(Vector2::zeros(), s, &Measurement::Position { z: nu, r })
+        };
         let nu = Vector2::new(1.0, 2.0);
-        for (name, s) in [
-            ("zero", Matrix2::zeros()),
-            ("negative", Matrix2::new(-1.0, 0.0, 0.0, 1.0)),
-            ("indefinite", Matrix2::new(1.0, 2.0, 2.0, 1.0)),
-            ("singular", Matrix2::new(1.0, 1.0, 1.0, 1.0)),
-            ("NaN", Matrix2::new(f64::NAN, 0.0, 0.0, 1.0)),
-            ("infinite", Matrix2::new(f64::INFINITY, 0.0, 0.0, 1.0)),
-            ("NaN beside", Matrix2::new(1.0, f64::NAN, 0.0, 1.0)),
+        for (name, xx, xy, yy) in [
+            ("zero", 0.0, 0.0, 0.0),
+            ("negative", -1.0, 0.0, 1.0),
+            ("indefinite", 1.0, 2.0, 1.0),
+            ("singular", 1.0, 1.0, 1.0),
+            ("NaN", f64::NAN, 0.0, 0.0),
+            ("infinite", f64::INFINITY, 0.0, 0.0),
+            ("NaN beside", 1.0, f64::NAN, 1.0),
         ] {
-            assert!(distance(nu, s).is_none(), "{name}");
+            assert!(look(nu, Sym2 { xx, xy, yy }).is_err(), "{name}");
         }
-        assert!(distance(Vector2::new(f64::NAN, 0.0), Matrix2::identity()).is_none());
+        let unit = Sym2 { xx: 1.0, xy: 0.0, yy: 1.0 };
+        let nowhere = look(Vector2::new(f64::NAN, 0.0), unit).expect("a sound covariance");
+        assert!(!(nowhere.d2 <= f64::INFINITY), "no gate opens");
         assert_eq!(chi_square_quantile(2, 1.0), f64::INFINITY);
         assert_eq!(chi_square_quantile(2, 0.0), 0.0);
         assert_eq!(chi_square_quantile(3, f64::NAN), f64::INFINITY);
-    }
-
-    #[test]
-    fn distance_is_the_inverse_form() {
-        let s = Matrix2::new(4.0, 1.5, 1.5, 9.0);
+        // The factored form is the inverse one.
         let nu = Vector2::new(-3.0, 2.0);
-        let found = distance(nu, s).expect("positive definite");
+        let found = look(nu, Sym2 { xx: 4.0, xy: 1.5, yy: 9.0 }).expect("positive definite");
+        let s = Matrix2::new(4.0, 1.5, 1.5, 9.0);
         let inverse = s.try_inverse().expect("regular");
         assert!((found.d2 - (nu.transpose() * inverse * nu)[0]).abs() < 1e-12);
-        assert!((found.ln_det - libm::log(s.determinant())).abs() < 1e-12);
+        assert!((found.ln_det() - libm::log(s.determinant())).abs() < 1e-12);
     }
 }

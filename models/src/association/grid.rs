@@ -40,9 +40,8 @@ impl Grid {
         let cells = self.columns() * (self.last_row as usize + 1);
         let mut cell_of = std::mem::take(&mut self.cell_of);
         cell_of.clear();
-        cell_of.extend(
-            positions_m.iter().map(|p| self.column(p.x) + self.row(p.y) * self.columns()),
-        );
+        cell_of
+            .extend(positions_m.iter().map(|p| self.column(p.x) + self.row(p.y) * self.columns()));
         // One place ahead of its own, so that filling the cells moves every start where it belongs.
         self.starts.clear();
         self.starts.resize(cells + 2, 0);

@@ -392,9 +392,9 @@ impl<'a> Update<'a> {
             Self::Plot(p) => Record::Plot(Taken::of(p)),
             Self::Manoeuvre(p) => Record::Manoeuvre(Taken::of(p)),
             Self::Restart(a, b) => Record::Restart(Box::new([Taken::of(a), Taken::of(b)])),
-            Self::Weighted(plots) => {
-                Record::Weighted(plots.iter().map(|(plot, beta)| (Taken::of(plot), *beta)).collect())
-            }
+            Self::Weighted(plots) => Record::Weighted(
+                plots.iter().map(|(plot, beta)| (Taken::of(plot), *beta)).collect(),
+            ),
         }
     }
 }
