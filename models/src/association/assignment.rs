@@ -280,6 +280,25 @@ mod tests {
             prop_assert_eq!(found.forbidden_used, forbidden);
             prop_assert!((found.total - total).abs() < 1e-9);
         }
+
+        #[test]
+        fn two_tracks_are_paired_as_well_as_any_number(
+            plots in 0usize..5,
+            cells in proptest::collection::vec(proptest::option::of(-9i32..3), 10),
+        ) {
+            let cost = |track: usize, plot: usize| cells[5 * track + plot].map(f64::from);
+            let mut solver = Solver::default();
+            let best = solver.solve(2, plots + 2, |track, column| {
+                if column >= plots { Some(0.0) } else { cost(track, column) }
+            });
+            let found = solver.pairs_and_misses(2, plots, cost).to_vec();
+            prop_assert!(found[0].is_none() || found[0] != found[1], "{found:?}");
+            let own = |track: usize| {
+                let Some(plot) = found[track] else { return Ok(0.0) };
+                cost(track, plot).ok_or("outside the gate")
+            };
+            prop_assert_eq!(own(0).and_then(|a| Ok(a + own(1)?)), Ok(best.total), "{:?}", found);
+        }
     }
 
     #[test]
