@@ -116,6 +116,18 @@ fn dis_simulation_management_drives_the_run() {
     };
     assert_eq!(acknowledged(&start(1), 1), Some(ResponseFlag::ABLE_TO_COMPLY));
     assert!(in_phase(&ports, "RUNNING"));
+    let mut announced = Vec::new();
+    let of_another_run = StopFreeze {
+        originating_id: EntityId::new(9, 65_000, 0),
+        receiving_id: EntityId::ALL,
+        reason: StopReason::TERMINATION,
+        request_id: 77,
+        ..StopFreeze::default()
+    };
+    envelope.append(&of_another_run, &mut announced).expect("encodes");
+    let neighbour = std::net::UdpSocket::bind("127.0.0.1:0").expect("a socket");
+    neighbour.set_broadcast(true).expect("broadcast");
+    neighbour.send_to(&announced, &ports.dis).expect("sent");
     assert_eq!(acknowledged(&start(2), 2), Some(ResponseFlag::UNABLE_TO_COMPLY), "it runs already");
     assert_eq!(
         acknowledged(&start(1), 1),
@@ -213,20 +225,39 @@ fn a_dead_federate_freezes_the_run_in_real_time_and_ends_it_when_fast() {
 fn bad_input_gives_one_line_and_the_right_code() {
     let taken = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
     let taken = taken.local_addr().expect("its address").to_string();
+    let free_sync = Ports::new().sync;
     let taken_sync = format!("tcp/{taken}");
     for (arguments, code, words) in [
         (&["run", "nowhere.toml", "--fast"][..], 2, "nowhere.toml"),
         (&["run", "--duration", "-5"], 2, "-5"),
         (&["run", "--generators", "0"], 2, "1..=16"),
         (&["run", "--inject-loss", "2", "--no-viewer", "--fast"], 2, "--inject-loss"),
+        (&["run", "--rate", "-1"], 2, "is not a rate"),
+        (&["run", "--rate", "1e-300"], 2, "is not a rate"),
+        (&["run", "--dis", "here", "--no-viewer"], 2, "--dis here"),
+        (&["run", "--interface", "192.0.2.77", "--no-viewer"], 2, "192.0.2.77"),
+        (&["run", "--sync-listen", "here"], 2, "is not an endpoint"),
+        (&["run", "--sync-connect", "tcp/127.0.0.1:9"], 2, "--sync-listen"),
         (&["run", "--page", &taken], 1, "--page"),
+        (
+            &["run", "--no-viewer", "--fast", "--record", "/tmp", "--sync-listen", &free_sync],
+            1,
+            "/tmp",
+        ),
         (&["run", "--no-viewer", "--sync-listen", &taken_sync], 1, "--sync-listen"),
         (&["smdfm", "--sync-connect", "tcp/127.0.0.1:9"], 1, "127.0.0.1:9"),
         (&["smdfm", "--interface", "192.0.2.1"], 1, "192.0.2.1"),
         (&["traffic-generator", "--share", "3/2"], 2, "3/2"),
         (&["admin-station", "status", "--at", "tcp/127.0.0.1:9"], 1, "127.0.0.1:9"),
-        (&["replay", "/nowhere.pcapng", "--with-smdfm"], 1, "/nowhere.pcapng"),
+        (&["replay", "/nowhere.pcapng", "--with-smdfm"], 2, "/nowhere.pcapng"),
         (&["verify", "/nowhere"], 2, "/nowhere"),
+        (&["dis", "check", "/nowhere.pcap"], 2, "/nowhere.pcap"),
+        (&["plan", "/dev/zero"], 2, "longer than"),
+        (&["plan", "--explain", "NOBODY", "--at", "10"], 2, "--explain NOBODY"),
+        (&["plan", "--video", "/dev/null", "--at", "10", "--rim", "nan"], 2, "is not a distance"),
+        (&["airport", "check", "/dev/zero"], 2, "longer than"),
+        (&["fit", "--out", "/nowhere/figures.json"], 1, "/nowhere/figures.json"),
+        (&["accuracy", "--out", "/dev/null"], 1, "/dev/null"),
     ] {
         let mut command = common::seeds();
         command.args(arguments);

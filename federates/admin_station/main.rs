@@ -1,7 +1,7 @@
 //! The executable `admin-station`: the same as `seeds admin-station`, for hosts that need just one federate.
 
 use clap::Parser;
-use federates::runtime::cli::EXIT_CODES;
+use federates::runtime::cli::{self, EXIT_CODES};
 use federates::seeds::federate_commands::{self, AdminArgs};
 use std::process::ExitCode;
 
@@ -14,5 +14,5 @@ struct Args {
 }
 
 fn main() -> ExitCode {
-    federate_commands::admin_station(&Args::parse().args)
+    federate_commands::admin_station(&cli::parse::<Args>().args)
 }

@@ -18,7 +18,7 @@ use pdu::management::{Acknowledge, Comment, StartResume, StopFreeze};
 use pdu::records::{ClockTime, EntityId, VariableDatum};
 use pdu::{Body, Envelope};
 use scenarios::Scene;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
@@ -63,6 +63,8 @@ struct Requests {
     envelope: Arc<dyn Fn(Frame) -> Envelope + Send + Sync>,
     id: EntityId,
     answered: Answered,
+    /// Sites of other runs in this exercise that were told of.
+    neighbours: Arc<Mutex<BTreeSet<u16>>>,
 }
 
 impl Gateway {
@@ -90,6 +92,7 @@ impl Gateway {
             envelope: Arc::clone(&envelope),
             id,
             answered: Arc::default(),
+            neighbours: Arc::default(),
         };
         std::thread::spawn(move || listen(receiver, exercise, &requests));
         Ok(Self { sender, envelope, id, time, scene: Arc::clone(scene), seed })
@@ -219,6 +222,16 @@ impl Requests {
         if from == self.id || !to.addresses(self.id) {
             return;
         }
+        // A station tells all what its own run has reached; that is no order to another run.
+        if from.application == WORLD_APPLICATION && from.entity == 0 {
+            if self.neighbours.lock().unwrap_or_else(PoisonError::into_inner).insert(from.site) {
+                tracing::warn!(
+                    "a run of site {} is in the same DIS exercise: its entities are targets here too; --exercise N keeps runs apart",
+                    from.site
+                );
+            }
+            return;
+        }
         let key = (from, request_id);
         {
             let mut answered = self.answered.lock().unwrap_or_else(PoisonError::into_inner);
@@ -245,6 +258,7 @@ impl Requests {
             envelope: Arc::clone(&self.envelope),
             id: self.id,
             answered: Arc::clone(&self.answered),
+            neighbours: Arc::clone(&self.neighbours),
         };
         std::thread::spawn(move || {
             let (response, frame) = match wanted {
@@ -272,6 +286,7 @@ impl Requests {
         let source = format!("DIS {from}");
         let mut last = None;
         for command in commands {
+            tracing::info!("{source} asks: {}", format!("{command:?}").to_lowercase());
             last = local(&self.events, command, &source, REACH_WITHIN);
         }
         match last {

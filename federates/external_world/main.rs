@@ -1,7 +1,7 @@
 //! The executable `external-world`: the same as `seeds external-world`, for hosts that need just one federate.
 
 use clap::Parser;
-use federates::runtime::cli::EXIT_CODES;
+use federates::runtime::cli::{self, EXIT_CODES};
 use federates::seeds::federate_commands::{self, WorldArgs};
 use std::process::ExitCode;
 
@@ -14,5 +14,5 @@ struct Args {
 }
 
 fn main() -> ExitCode {
-    federate_commands::external_world(&Args::parse().args)
+    federate_commands::external_world(&cli::parse::<Args>().args)
 }

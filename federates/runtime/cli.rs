@@ -35,7 +35,7 @@ pub struct CommonArgs {
     #[command(flatten)]
     pub(crate) network: NetworkArgs,
 
-    /// Share of truth datagrams that this receiver drops on purpose, 0 to 1 (they are repaired by request)
+    /// Share of truth datagrams that this receiver drops on purpose, 0 to below 1 (they are repaired by request)
     #[arg(long, value_name = "P", default_value_t = 0.0, value_parser = share)]
     pub inject_loss: f64,
 
@@ -60,11 +60,11 @@ pub struct NetworkArgs {
     pub ttl: Option<u8>,
 
     /// Endpoint of the synchronisation plane to listen on, like tcp/10.0.0.1:7447 [default: administration station tcp/127.0.0.1:7447, others any free port]
-    #[arg(long, value_name = "ENDPOINT")]
+    #[arg(long, value_name = "ENDPOINT", value_parser = endpoint)]
     pub sync_listen: Option<String>,
 
     /// Endpoint of the administration station to connect to [default: tcp/127.0.0.1:7447]
-    #[arg(long, value_name = "ENDPOINT")]
+    #[arg(long, value_name = "ENDPOINT", value_parser = endpoint)]
     pub sync_connect: Option<String>,
 }
 
@@ -89,26 +89,63 @@ impl LogFormat {
     }
 }
 
-/// A probability.
-fn share(text: &str) -> Result<f64, String> {
+/// A share of what there is, as `--inject-loss` takes it.
+///
+/// # Errors
+/// If it is not from 0 to below 1.
+pub fn share(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if (0.0..1.0).contains(&value) => Ok(value),
         _ => Err(format!("'{text}' is not a share from 0 to below 1")),
     }
 }
 
-/// A factor of real time.
+/// The command line of this process. `--rate -1` is a value that the flag refuses, not an unknown flag `-1`.
+#[must_use]
+pub fn parse<P: clap::Parser>() -> P {
+    let matches = with_negative_numbers(P::command()).get_matches();
+    P::from_arg_matches(&matches).unwrap_or_else(|e| e.format(&mut P::command()).exit())
+}
+
+fn with_negative_numbers(command: clap::Command) -> clap::Command {
+    command
+        .mut_args(|arg| {
+            let valued = !arg.is_positional() && arg.get_action().takes_values();
+            if valued { arg.allow_negative_numbers(true) } else { arg }
+        })
+        .mut_subcommands(with_negative_numbers)
+}
+
+/// A factor of real time. Slower than a thousandth, a frame would take minutes and nobody could tell the run from a hung one.
 ///
 /// # Errors
-/// If it is not above 0 and at most 1000.
+/// If it is not from 0.001 to 1000.
 pub fn rate(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
-        Ok(value) if value > 0.0 && value <= 1000.0 => Ok(value),
-        _ => Err(format!(
-            "'{text}' is not a rate above 0 and up to 1000 (as fast as possible: --fast)"
-        )),
+        Ok(value) if (0.001..=1000.0).contains(&value) => Ok(value),
+        _ => Err(format!("'{text}' is not a rate from 0.001 to 1000")),
     }
 }
+
+/// An endpoint of the synchronisation plane: `tcp/ADDRESS:PORT`, or another transport in the same form.
+///
+/// # Errors
+/// If it has no transport, address or port.
+pub fn endpoint(text: &str) -> Result<String, String> {
+    let place = text.split_once('/').filter(|(transport, _)| TRANSPORTS.contains(transport));
+    let sound = place.is_some_and(|(_, place)| {
+        place.rsplit_once(':').is_some_and(|(host, port)| {
+            !host.is_empty() && !host.contains(char::is_whitespace) && port.parse::<u16>().is_ok()
+        })
+    });
+    if sound {
+        return Ok(text.to_owned());
+    }
+    Err(format!("'{text}' is not an endpoint like tcp/127.0.0.1:7447 (TRANSPORT/ADDRESS:PORT)"))
+}
+
+/// What may stand before the slash of an endpoint.
+const TRANSPORTS: [&str; 2] = ["tcp", "udp"];
 
 /// A duration in seconds.
 ///
@@ -124,9 +161,9 @@ pub fn seconds(text: &str) -> Result<f64, String> {
 /// Log lines to stderr, at `level` ("info") unless `RUST_LOG` says otherwise.
 pub fn log_to_stderr(format: LogFormat, level: &str) {
     use tracing_subscriber::{EnvFilter, fmt};
-    let ours = format!(
-        "{level},zenoh=error,zenoh_transport=error,zenoh_link=error,zenoh_util=error,zenoh_config=error,zenoh_keyexpr=error,zenoh_runtime=error"
-    );
+    // What the synchronisation library logs names its own insides, and can be provoked by anybody who
+    // connects; what goes wrong there for the run is said by the runtime.
+    let ours = format!("{level},zenoh=off");
     let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new(ours));
     let builder = fmt().with_env_filter(filter).with_writer(std::io::stderr).with_target(false);
     // A second call (tests, one process for all) leaves the first in place.
@@ -134,6 +171,24 @@ pub fn log_to_stderr(format: LogFormat, level: &str) {
         LogFormat::Text => builder.compact().with_ansi(false).try_init(),
         LogFormat::Json => builder.json().try_init(),
     };
+}
+
+/// Whether `file` can be written, before the work that it is to hold is done. Leaves nothing behind.
+///
+/// # Errors
+/// What the system says, with the file.
+pub fn writable(file: &std::path::Path) -> anyhow::Result<()> {
+    use anyhow::Context;
+    let there = file.exists();
+    std::fs::OpenOptions::new()
+        .append(true)
+        .create(true)
+        .open(file)
+        .with_context(|| format!("writing {}", file.display()))?;
+    if !there {
+        let _ = std::fs::remove_file(file);
+    }
+    Ok(())
 }
 
 /// Prints one line for a person and gives the exit code.

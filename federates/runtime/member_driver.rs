@@ -181,7 +181,7 @@ pub fn run(context: MemberContext, federate: Box<dyn Federate>) -> Result<u8, Me
                     conductor_lost_at = (!alive).then_some(now);
                     if !alive {
                         tracing::warn!(
-                            "the administration station is gone; standing at frame {}",
+                            "{name}: the administration station is gone; standing at frame {}",
                             member.executed()
                         );
                     }

@@ -65,9 +65,13 @@ impl ZenohBus {
         ] {
             zenoh
                 .insert_json5(key, value)
-                .map_err(|e| open(format!("setting {key} to {value}: {e}")))?;
+                .map_err(|e| open(plain(&format!("setting {key} to {value}: {e}"))))?;
         }
-        let session = zenoh::open(zenoh).wait().map_err(|e| open(e.to_string()))?;
+        let session = zenoh::open(zenoh).wait().map_err(|e| {
+            let reason = plain(&e.to_string());
+            let nobody = !config.connect.is_empty() && reason.starts_with("Unable to connect");
+            open(if nobody { nobody_there(config.connect_timeout) } else { reason })
+        })?;
         Ok(Self {
             session,
             prefix: format!("seeds/{}/", config.exercise),
@@ -78,6 +82,28 @@ impl ZenohBus {
     fn key(&self, key: &str) -> String {
         format!("{}{key}", self.prefix)
     }
+}
+
+/// What to do where nobody answers.
+fn nobody_there(within: Duration) -> String {
+    format!(
+        "nobody answers there ({} s tried): start the run or its administration station first, or name its endpoint with --sync-connect",
+        within.as_secs()
+    )
+}
+
+/// An error of the library without the place in its source where it was made.
+fn plain(error: &str) -> String {
+    let mut words = Vec::new();
+    let mut rest = error.split(' ').peekable();
+    while let Some(word) = rest.next() {
+        let place = |w: &&str| w.contains(".rs:");
+        if word == "at" && rest.next_if(place).is_some() {
+            continue;
+        }
+        words.push(word);
+    }
+    words.join(" ").trim_end_matches('.').to_owned()
 }
 
 fn failed(doing: &'static str, key: &str) -> impl FnOnce(zenoh::Error) -> BusError {
@@ -209,5 +235,17 @@ impl End {
 impl Drop for End {
     fn drop(&mut self) {
         self.tell(None);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::plain;
+
+    #[test]
+    fn places_in_the_librarys_source_are_not_told() {
+        let told = "setting \"foo\": not <protocol>/<address>: foo at /home/a/endpoint.rs:615. at /b/config.rs:86.";
+        assert_eq!(plain(told), "setting \"foo\": not <protocol>/<address>: foo");
+        assert_eq!(plain("cannot listen at tcp/1.2.3.4:5"), "cannot listen at tcp/1.2.3.4:5");
     }
 }

@@ -1,10 +1,10 @@
 //! `seeds accuracy`: error against time of every model ladder.
 
 use crate::runtime::cli::out;
-use crate::runtime::cli::{BAD_INPUT, FAILED, fail};
+use crate::runtime::cli::{self, BAD_INPUT, FAILED, fail};
 use anyhow::Context;
 use clap::Args;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// What accuracy costs in time: every rung of every model ladder on the same draws
@@ -41,6 +41,9 @@ pub fn run(args: &AccuracyArgs) -> ExitCode {
         machine: machine(),
         commit: commit(),
     };
+    if let Some(Err(e)) = args.out.as_deref().map(prepared) {
+        return fail(FAILED, format!("{e:#}"));
+    }
     let mut shown = false;
     let report = studies::run(&options, &mut |progress| {
         shown = true;
@@ -59,6 +62,13 @@ pub fn run(args: &AccuracyArgs) -> ExitCode {
         },
         Err(e) => fail(BAD_INPUT, e),
     }
+}
+
+/// The folder of the report is there and takes files: found out before minutes of measuring.
+fn prepared(folder: &Path) -> anyhow::Result<()> {
+    let doing = || format!("writing the report into {}", folder.display());
+    std::fs::create_dir_all(folder).with_context(doing)?;
+    cli::writable(&folder.join("accuracy.html"))
 }
 
 fn write(args: &AccuracyArgs, report: &studies::Report) -> anyhow::Result<()> {

@@ -370,7 +370,7 @@ fn edit_files(
     Ok(lost_if(done.problems > 0))
 }
 
-fn positive(text: &str) -> Result<f64, String> {
+pub(super) fn positive(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(v) if v > 0.0 && v < 1e9 => Ok(v),
         _ => Err("a number of seconds above 0 is needed".to_owned()),

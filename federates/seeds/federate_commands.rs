@@ -94,7 +94,7 @@ pub struct AdminArgs {
     #[command(subcommand)]
     operate: Option<Operate>,
 
-    /// Simulated seconds per wall second, above 0 to 1000
+    /// Simulated seconds per wall second, 0.001 to 1000
     #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = cli::rate, conflicts_with = "fast")]
     rate: f64,
 
@@ -160,7 +160,7 @@ enum Operate {
     /// Execute some frames, then freeze again
     Step {
         /// Frames
-        #[arg(value_name = "FRAMES", default_value_t = 1)]
+        #[arg(value_name = "FRAMES", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
         n: u64,
         #[command(flatten)]
         at: AtArgs,
@@ -177,7 +177,7 @@ enum Operate {
     },
     /// Simulated seconds per wall second
     Rate {
-        /// Factor above 0, or "fast"
+        /// Factor, 0.001 to 1000, or "fast"
         #[arg(value_name = "X")]
         rate: String,
         #[command(flatten)]
@@ -194,7 +194,7 @@ enum Operate {
 #[derive(Args, Clone, Debug)]
 struct AtArgs {
     /// Endpoint of the run's administration station
-    #[arg(long = "at", visible_alias = "sync-connect", id = "at-endpoint", value_name = "ENDPOINT", default_value = DEFAULT_ENDPOINT)]
+    #[arg(long = "at", visible_alias = "sync-connect", id = "at-endpoint", value_name = "ENDPOINT", default_value = DEFAULT_ENDPOINT, value_parser = cli::endpoint)]
     endpoint: String,
     /// DIS exercise identifier of the run, 0 to 255
     #[arg(long = "exercise", id = "at-exercise", value_name = "N", default_value_t = 1)]
@@ -429,7 +429,7 @@ fn operate_run(operate: &Operate) -> ExitCode {
             let rate = if rate == "fast" { Ok(f64::INFINITY) } else { cli::rate(rate) };
             match rate {
                 Ok(rate) => (Command::Rate { rate }, at),
-                Err(e) => return fail(BAD_INPUT, e),
+                Err(e) => return fail(BAD_INPUT, format!("{e}, nor \"fast\"")),
             }
         }
     };

@@ -1,7 +1,7 @@
 //! `seeds fit SCENE`: the off-line approach, figures fitted from a scene's own sensors and tracker.
 
 use crate::runtime::cli::out;
-use crate::runtime::cli::{BAD_INPUT, FAILED, fail, load_scene};
+use crate::runtime::cli::{self, BAD_INPUT, FAILED, fail, load_scene};
 use crate::smdfm::setup;
 use anyhow::Context;
 use clap::Args;
@@ -48,6 +48,9 @@ pub fn run(args: &FitArgs) -> ExitCode {
     let seconds = args.seconds.unwrap_or(whole);
     if !(1.0..=whole).contains(&seconds) {
         return fail(BAD_INPUT, format!("--seconds {seconds}: the scene lasts 1 to {whole} s"));
+    }
+    if let Some(Err(e)) = args.out.as_deref().map(cli::writable) {
+        return fail(FAILED, format!("{e:#}"));
     }
     let make = || setup::make_sensors(&scene);
     let seeds = (args.seed, args.runs);

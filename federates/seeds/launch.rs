@@ -73,6 +73,13 @@ impl Launched {
         self.signal(name, Signal::SIGTERM);
     }
 
+    /// Asks all that still run to end in order.
+    pub fn interrupt_all(&self) {
+        for name in self.running() {
+            self.interrupt(&name);
+        }
+    }
+
     fn signal(&self, name: &str, signal: Signal) {
         for (called, pid) in &self.children {
             if called == name {
@@ -105,9 +112,7 @@ impl Launched {
 
     /// Asks all that still run to end, waits a little, and kills what is left.
     pub fn end_all(&mut self, within: Duration) {
-        for name in self.running() {
-            self.signal(&name, Signal::SIGTERM);
-        }
+        self.interrupt_all();
         let deadline = crate::runtime::clock::monotonic_ns() + within.as_nanos() as u64;
         while !self.children.is_empty() {
             let left = deadline.saturating_sub(crate::runtime::clock::monotonic_ns());

@@ -18,7 +18,7 @@ pub mod score;
 pub mod verify;
 pub mod viewer_process;
 
-use crate::runtime::cli::{EXIT_CODES, FAILED, fail};
+use crate::runtime::cli::{self, BAD_INPUT, EXIT_CODES, FAILED, fail};
 use clap::{CommandFactory, Parser, Subcommand};
 use std::process::ExitCode;
 
@@ -59,7 +59,7 @@ enum Command {
 #[must_use]
 pub fn main() -> ExitCode {
     crate::runtime::process::end_with_launcher();
-    let seeds = Seeds::parse();
+    let seeds = cli::parse::<Seeds>();
     match seeds.command {
         None => run::run(&default_run()),
         Some(Command::Run(args)) => run::run(&args),
@@ -88,7 +88,14 @@ pub fn main() -> ExitCode {
 
 /// A tool's own exit code, or its error in one line.
 fn finished(outcome: anyhow::Result<ExitCode>) -> ExitCode {
-    outcome.unwrap_or_else(|e| fail(FAILED, format!("{e:#}")))
+    outcome.unwrap_or_else(|e| {
+        // A capture that is not there, or is none, is a wrong argument; `dis diff` says 1 for "they differ".
+        let unreadable = e.chain().any(|cause| {
+            cause.is::<capture::OpenError>()
+                || matches!(cause.downcast_ref(), Some(capture::tools::edit::EditError::Open(_)))
+        });
+        fail(if unreadable { BAD_INPUT } else { FAILED }, format!("{e:#}"))
+    })
 }
 
 fn default_run() -> run::RunArgs {

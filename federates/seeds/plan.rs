@@ -41,17 +41,24 @@ pub struct PlanArgs {
     #[arg(long, value_name = "FILE", requires = "at", conflicts_with = "explain")]
     video: Option<PathBuf>,
 
-    /// Ground distance at the rim of that picture, m [default: the radar's display range]
-    #[arg(long, value_name = "M", requires = "video")]
+    /// Ground distance at the rim of that picture, m, 100 to 100000 [default: the radar's display range]
+    #[arg(long, value_name = "M", requires = "video", value_parser = rim)]
     rim: Option<f64>,
 
     /// Width of that picture, pixels, 64 to 8192
-    #[arg(long, value_name = "N", requires = "video", default_value_t = 1600)]
-    size: usize,
+    #[arg(long, value_name = "N", requires = "video", default_value_t = 1600, value_parser = clap::value_parser!(u16).range(64..=8192))]
+    size: u16,
 
     /// JSON: one object a line of the plan
     #[arg(long)]
     json: bool,
+}
+
+fn rim(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(metres) if (100.0..=100_000.0).contains(&metres) => Ok(metres),
+        _ => Err(format!("'{text}' is not a distance from 100 to 100000 m")),
+    }
 }
 
 /// Prints the plan.
@@ -68,6 +75,14 @@ pub fn run(args: &PlanArgs) -> ExitCode {
         let end = scene.run.duration.s();
         return fail(cli::BAD_INPUT, format!("--at {at}: the scene lasts from 0 to {end} s"));
     }
+    let movers = &scene.traffic.entities;
+    if let Some(asked) = &args.explain
+        && !movers.iter().any(|e| e.callsign.as_str() == asked)
+    {
+        let known: Vec<_> = movers.iter().map(|e| e.callsign.as_str()).collect();
+        let known = known.join(", ");
+        return fail(cli::BAD_INPUT, format!("--explain {asked}: the scene has {known}"));
+    }
     let outcome = match (&args.explain, &args.video, args.at) {
         (Some(callsign), _, Some(at)) => explain(&scene, callsign, at, args.json),
         (_, Some(file), Some(at)) => video(&scene, file, at, args),
@@ -81,8 +96,9 @@ pub fn run(args: &PlanArgs) -> ExitCode {
 
 /// The picture of a whole turn.
 fn video(scene: &Scene, file: &Path, at: f64, args: &PlanArgs) -> anyhow::Result<()> {
-    let png = studies::picture::video_png(scene, SimTime::from_s(at), args.size, args.rim)
-        .map_err(anyhow::Error::msg)?;
+    let png =
+        studies::picture::video_png(scene, SimTime::from_s(at), usize::from(args.size), args.rim)
+            .map_err(anyhow::Error::msg)?;
     std::fs::write(file, png).with_context(|| format!("writing {}", file.display()))
 }
 

@@ -61,7 +61,7 @@ pub struct PlayerArgs {
     pub stamps: Stamps,
 
     /// A state that was not told for so long is not sent again when seeking
-    #[arg(long, value_name = "S", default_value_t = 12.0)]
+    #[arg(long, value_name = "S", default_value_t = 12.0, value_parser = super::dis::positive)]
     pub lasting: f64,
 
     /// Take commands from stdin, one a line: pause, resume, seek TIME, rate X, fast, step, back, quit
@@ -159,7 +159,9 @@ pub fn run(args: PlayerArgs) -> anyhow::Result<ExitCode> {
     let mut playing = Playing::new(&args, &recording, sender);
     let result = playing.play(&commands);
     drop(listening);
-    playing.end_line()?;
+    if result.is_ok() || playing.datagrams > 0 {
+        playing.end_line()?;
+    }
     result?;
     let damaged = recording.problems().1 > 0;
     Ok(if damaged { ExitCode::from(3) } else { ExitCode::SUCCESS })

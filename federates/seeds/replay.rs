@@ -7,7 +7,7 @@ use super::player::{self, PlayerArgs};
 use crate::admin_station::summary::RunSummary;
 use crate::external_world::{flight_notice, weather_pdu::WORLD_APPLICATION};
 use crate::runtime::cli::out;
-use crate::runtime::cli::{self, FAILED, fail, load_scene_without_truth};
+use crate::runtime::cli::{self, COMPLETE, DATA_LOST, load_scene_without_truth};
 use crate::runtime::conductor::ClosedRun;
 use crate::runtime::digest::{Digest, pdu_hash};
 use crate::runtime::federate::{Federate, FrameInputs, FrameOut, Octets};
@@ -60,11 +60,11 @@ pub fn run(args: ReplayArgs) -> ExitCode {
     };
     let exercise = args.of_exercise.unwrap_or(scene.run.exercise);
     match with_smdfm(&args.player.file, &scene, exercise, args.seed, |_, _| {}) {
-        Ok(summary) => {
-            print_line(&summary.line());
-            ExitCode::SUCCESS
+        Ok(replayed) => {
+            print_line(&replayed.summary.line());
+            ExitCode::from(if replayed.damaged > 0 { DATA_LOST } else { COMPLETE })
         }
-        Err(e) => fail(FAILED, format!("{e:#}")),
+        Err(e) => super::finished(Err(e)),
     }
 }
 
@@ -82,6 +82,7 @@ struct Recorded {
     end: Option<Frame>,
     seed: Option<u64>,
     unsound: u64,
+    damaged: u64,
 }
 
 /// Runs an SMDFM on a recording; the summary has the same keys as that of a run.
@@ -94,7 +95,7 @@ pub fn with_smdfm(
     exercise: u8,
     seed: Option<u64>,
     mut progress: impl FnMut(Frame, Frame),
-) -> anyhow::Result<RunSummary> {
+) -> anyhow::Result<Replayed> {
     let recorded = read(file, scene, exercise)?;
     anyhow::ensure!(
         !recorded.frames.is_empty(),
@@ -173,7 +174,16 @@ pub fn with_smdfm(
     let mut summary = RunSummary::of(&run, &scene.name, scene.run.frame.0);
     summary.federates = vec!["replay".into(), "smdfm".into()];
     summary.truth.lost = recorded.unsound;
-    Ok(summary)
+    Ok(Replayed { summary, damaged: recorded.damaged })
+}
+
+/// What an SMDFM made of a recording.
+#[derive(Debug)]
+pub struct Replayed {
+    /// As of a run.
+    pub summary: RunSummary,
+    /// Places of the file that could not be read: datagrams may be missing.
+    pub damaged: u64,
 }
 
 fn is_weather(octets: &[u8]) -> bool {
@@ -188,6 +198,7 @@ fn read(file: &Path, scene: &Scene, exercise: u8) -> anyhow::Result<Recorded> {
     let mut recorded = Recorded::default();
     while let Some(read) = reader.read(&mut datagram) {
         if let Err(problem) = read {
+            recorded.damaged += 1;
             recorded.unsound += 1;
             tracing::warn!("{}: {problem}", file.display());
             continue;

@@ -7,7 +7,9 @@ use crate::runtime::cli::{
     self, BAD_INPUT, COMPLETE, CommonArgs, DATA_LOST, DEFAULT_ENDPOINT, FAILED, LogFormat,
     NetworkArgs, fail, load_scene,
 };
+use crate::runtime::dis_socket::link_config;
 use clap::Args;
+use std::io::ErrorKind;
 use std::net::{SocketAddr, TcpListener};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -23,7 +25,7 @@ pub struct RunArgs {
     #[arg(value_name = "SCENE", default_value = "zurich")]
     pub scene: String,
 
-    /// Simulated seconds per wall second, above 0 to 1000
+    /// Simulated seconds per wall second, 0.001 to 1000
     #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = cli::rate, conflicts_with = "fast")]
     pub rate: f64,
 
@@ -75,7 +77,7 @@ pub struct RunArgs {
     pub(crate) network: NetworkArgs,
 
     /// Share of truth datagrams that the receivers drop on purpose, 0 to below 1
-    #[arg(long, value_name = "P", default_value_t = 0.0)]
+    #[arg(long, value_name = "P", default_value_t = 0.0, value_parser = cli::share)]
     pub inject_loss: f64,
 
     /// Log lines on stderr: text for people, json for programs
@@ -122,12 +124,6 @@ pub fn run(args: &RunArgs) -> ExitCode {
         Ok(scene) => scene,
         Err(code) => return code,
     };
-    if !(0.0..1.0).contains(&args.inject_loss) {
-        return fail(
-            BAD_INPUT,
-            format!("--inject-loss {}: a share from 0 to below 1", args.inject_loss),
-        );
-    }
     if args.generators as usize > scene.traffic.entities.len().max(1) {
         return fail(
             BAD_INPUT,
@@ -138,11 +134,21 @@ pub fn run(args: &RunArgs) -> ExitCode {
             ),
         );
     }
+    if args.network.sync_connect.is_some() {
+        let help = "a run listens for its federates: --sync-listen ENDPOINT";
+        return fail(BAD_INPUT, format!("--sync-connect: {help}"));
+    }
     if args.in_process {
         return match super::in_process::run(args, &scene) {
             Ok(code) => ExitCode::from(code),
             Err(e) => fail(FAILED, format!("{e:#}")),
         };
+    }
+    // Said once and before anything is started, not by every federate for itself.
+    let link = link_config(&args.network, &scene.network)
+        .and_then(|link| Ok(datalink::Sender::open(&link).map(drop)?));
+    if let Err(e) = link {
+        return fail(BAD_INPUT, format!("{e:#}"));
     }
     match processes(args) {
         Ok(code) => ExitCode::from(code),
@@ -153,9 +159,12 @@ pub fn run(args: &RunArgs) -> ExitCode {
 /// A taken port is better said once, before anything is started.
 fn port_is_free(address: SocketAddr, what: &str, flag: &str) -> anyhow::Result<()> {
     TcpListener::bind(address).map(drop).map_err(|e| {
-        anyhow::anyhow!(
-            "{what} at {address}: {e}: end the program that uses it, or choose another with {flag}"
-        )
+        let help = match e.kind() {
+            ErrorKind::AddrNotAvailable => "this host has no such address; choose one with",
+            ErrorKind::PermissionDenied => "choose a port above 1023 with",
+            _ => "end the program that uses it, or choose another with",
+        };
+        anyhow::anyhow!("{what} at {address}: {e}: {help} {flag}")
     })
 }
 
@@ -177,6 +186,7 @@ fn processes(args: &RunArgs) -> anyhow::Result<u8> {
     let mut summary = None;
     let mut code = None;
     let mut interrupts = 0;
+    let (mut logging, mut lost) = (false, false);
     let progress = args.fast && std::io::IsTerminal::is_terminal(&std::io::stderr());
     while !launched.running().is_empty() {
         let Ok(news) = launched.news().recv_timeout(Duration::from_secs(3600)) else { continue };
@@ -184,6 +194,8 @@ fn processes(args: &RunArgs) -> anyhow::Result<u8> {
             News::Line(line) => {
                 if let Some(page) = line.strip_prefix("page ") {
                     say(&format!("SEEDS: page at {page}  (Ctrl-C ends)"));
+                } else if line == LOGGING {
+                    logging = true;
                 } else if let Some(done) = line.strip_prefix("progress ") {
                     if progress {
                         show_progress(done);
@@ -206,18 +218,30 @@ fn processes(args: &RunArgs) -> anyhow::Result<u8> {
                 launched.ended(&name);
                 if name == "admin-station" {
                     code = Some(ended_with);
-                    // Spectators close their files and leave on the conductor's order.
+                    if ended_with < 0 {
+                        say(&format!(
+                            "admin-station ended ({}); without it the run is over",
+                            ending(ended_with)
+                        ));
+                    }
+                    // Spectators close their files and leave on the conductor's order, or on this one.
                     launched.end_after(Duration::from_secs(10));
-                } else if name == "viewer-logger" && ended_with != 0 {
-                    if ended_with == i32::from(DATA_LOST) {
-                        code.get_or_insert(0);
-                        code = code.map(|c| if c == 0 { i32::from(DATA_LOST) } else { c });
-                    } else if code.is_none() {
+                    if ended_with < 0 {
+                        launched.interrupt_all();
+                    }
+                } else if name == "viewer-logger" && !logging && ended_with > 0 {
+                    // It has said why. What was asked for is not to be had: better to know it now.
+                    launched.end_all(Duration::from_secs(2));
+                    return Ok(u8::try_from(ended_with).unwrap_or(FAILED));
+                } else if name == "viewer-logger" {
+                    if code.is_none() && interrupts == 0 {
                         say(&format!(
                             "the viewer-logger ended ({}); the run goes on without it",
                             ending(ended_with)
                         ));
                     }
+                    lost |= ended_with != 0 && (args.record.is_some() || args.report.is_some())
+                        || ended_with == i32::from(DATA_LOST);
                 } else if code.is_none() && ended_with != 0 {
                     tracing::warn!("{name} ended ({})", ending(ended_with));
                     // The conductor says why and ends the run, unless that one had not joined yet.
@@ -237,11 +261,15 @@ fn processes(args: &RunArgs) -> anyhow::Result<u8> {
         return Ok(FAILED);
     }
     Ok(match code {
+        0 if lost => DATA_LOST,
         0 => COMPLETE,
         c if c > 0 && c < 256 => c as u8,
         _ => FAILED,
     })
 }
+
+/// What a launched viewer-logger says when it has made its files and joined.
+pub const LOGGING: &str = "logging";
 
 fn ending(code: i32) -> String {
     if code < 0 { format!("killed by signal {}", -code) } else { format!("exit code {code}") }

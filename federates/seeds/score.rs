@@ -1,7 +1,7 @@
 //! `seeds score --truth FILE --tracks FILE`: a recorded run held against its truth.
 
 use crate::runtime::cli::out;
-use crate::runtime::cli::{BAD_INPUT, FAILED, fail};
+use crate::runtime::cli::{self, BAD_INPUT, FAILED, fail};
 use anyhow::{Context, bail};
 use clap::Args;
 use models::frames::Vector2;
@@ -52,6 +52,9 @@ pub fn run(args: &ScoreArgs) -> ExitCode {
     if args.scan.is_some_and(|s| !(0.01..=60.0).contains(&s)) {
         return fail(BAD_INPUT, "--scan: a scan lasts 0.01 to 60 s");
     }
+    if let Some(Err(e)) = args.out.as_deref().map(cli::writable) {
+        return fail(FAILED, format!("{e:#}"));
+    }
     let report = match scored(args) {
         Ok(report) => report,
         Err(e) => return fail(BAD_INPUT, format!("{e:#}")),
@@ -95,6 +98,12 @@ fn scored(args: &ScoreArgs) -> anyhow::Result<ScoreReport> {
     if recording.reports.is_empty() {
         bail!("{}: no track", args.tracks.display());
     }
+    let spans_s = spans_s(&recording);
+    if spans_s > MOST_SPAN_S {
+        bail!(
+            "truth and tracks span {spans_s:.0} s, at most {MOST_SPAN_S:.0} s (a week) can be scored: do both count from the same time?"
+        );
+    }
     if plots.count > 0 {
         notes.push(
             "The reduction holds published tracks, predicted to the end of the scan, against plots at their own \
@@ -110,6 +119,16 @@ fn scored(args: &ScoreArgs) -> anyhow::Result<ScoreReport> {
     );
     let title = format!("{} against {}", args.tracks.display(), args.truth.display());
     Ok(ScoreReport::of(title, notes, &recording, &areas, &rules))
+}
+
+/// Longest recording that is scored, s.
+const MOST_SPAN_S: f64 = 7.0 * 86_400.0;
+
+/// From the first time to the last one, of truth and tracks together, s.
+fn spans_s(recording: &Recording) -> f64 {
+    let truth = recording.targets.iter().flat_map(|t| &t.path).map(|p| p.time.s());
+    let times = || truth.clone().chain(recording.reports.iter().map(|r| r.time.s()));
+    times().fold(f64::MIN, f64::max) - times().fold(f64::MAX, f64::min)
 }
 
 /// The scene that says what is where: the one asked for has to be there, the database's may be gone.
@@ -133,6 +152,9 @@ fn scene(
     Ok(found)
 }
 
+/// Octets of the largest text that is read.
+const LARGEST_TEXT: u64 = 1 << 30;
+
 /// A file with truth or tracks.
 enum Source {
     Database(Connection),
@@ -151,7 +173,12 @@ impl Source {
                 Connection::open_with_flags(path, flags).with_context(doing)?,
             ));
         }
-        let text = std::fs::read(path).with_context(doing)?;
+        let mut text = head[..length].to_vec();
+        // Read on from where it is (a pipe has no second beginning); a device may never end.
+        file.take(LARGEST_TEXT).read_to_end(&mut text).with_context(doing)?;
+        if text.len() as u64 > LARGEST_TEXT {
+            bail!("{}: longer than {} MiB", path.display(), LARGEST_TEXT >> 20);
+        }
         match String::from_utf8(text) {
             Ok(text) => Ok(Self::Text(text)),
             Err(_) => bail!("{}: neither the database of a run nor text", path.display()),

@@ -1,10 +1,12 @@
 //! The viewer-logger's process: sockets, files and the end of the run.
 
 use super::federate_commands::{ViewerArgs, open_bus, patience};
+use super::run::LOGGING;
 use crate::runtime::cli::out;
 use crate::runtime::cli::{COMPLETE, DATA_LOST};
 use crate::runtime::clock::utc_ns;
 use crate::runtime::dis_socket::link_config;
+use crate::runtime::process::launched;
 use crate::viewer_logger::keeper::Files;
 use crate::viewer_logger::process::{self, Datagram, Inbox, Task};
 use scenarios::Scene;
@@ -37,7 +39,12 @@ pub fn run(args: &ViewerArgs, scene: Arc<Scene>) -> anyhow::Result<u8> {
         endpoint,
     };
     let kept = process::run(&task, scene, Arc::clone(&bus), inbox, |address| {
-        print_line(&format!("page http://{address}/"));
+        if let Some(address) = address {
+            print_line(&format!("page http://{address}/"));
+        }
+        if launched() {
+            print_line(LOGGING);
+        }
     });
     bus.close();
     let Some(kept) = kept? else { return Ok(COMPLETE) };

@@ -1,7 +1,7 @@
 //! The executable `smdfm`: the same as `seeds smdfm`, for hosts that need just one federate.
 
 use clap::Parser;
-use federates::runtime::cli::EXIT_CODES;
+use federates::runtime::cli::{self, EXIT_CODES};
 use federates::seeds::federate_commands::{self, SmdfmArgs};
 use std::process::ExitCode;
 
@@ -14,5 +14,5 @@ struct Args {
 }
 
 fn main() -> ExitCode {
-    federate_commands::smdfm(&Args::parse().args)
+    federate_commands::smdfm(&cli::parse::<Args>().args)
 }

@@ -1,7 +1,7 @@
 //! The executable `traffic-generator`: the same as `seeds traffic-generator`, for hosts that need just one federate.
 
 use clap::Parser;
-use federates::runtime::cli::EXIT_CODES;
+use federates::runtime::cli::{self, EXIT_CODES};
 use federates::seeds::federate_commands::{self, TrafficArgs};
 use std::process::ExitCode;
 
@@ -14,5 +14,5 @@ struct Args {
 }
 
 fn main() -> ExitCode {
-    federate_commands::traffic_generator(&Args::parse().args)
+    federate_commands::traffic_generator(&cli::parse::<Args>().args)
 }

@@ -1,7 +1,7 @@
 //! The executable `viewer-logger`: the same as `seeds viewer-logger`, for hosts that need just one federate.
 
 use clap::Parser;
-use federates::runtime::cli::EXIT_CODES;
+use federates::runtime::cli::{self, EXIT_CODES};
 use federates::seeds::federate_commands::{self, ViewerArgs};
 use std::process::ExitCode;
 
@@ -14,5 +14,5 @@ struct Args {
 }
 
 fn main() -> ExitCode {
-    federate_commands::viewer_logger(&Args::parse().args)
+    federate_commands::viewer_logger(&cli::parse::<Args>().args)
 }

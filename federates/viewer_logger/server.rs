@@ -9,7 +9,7 @@ use crate::runtime::messages::Command;
 use axum::body::Body;
 use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
 use axum::extract::{DefaultBodyLimit, Request, State};
-use axum::http::{HeaderMap, StatusCode, header};
+use axum::http::{HeaderMap, Method, StatusCode, header};
 use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
@@ -188,6 +188,10 @@ fn same_origin(headers: &HeaderMap) -> Result<(), &'static str> {
 }
 
 async fn file(request: Request) -> Response {
+    if ![Method::GET, Method::HEAD].contains(request.method()) {
+        let allowed = [(header::ALLOW, "GET, HEAD")];
+        return (StatusCode::METHOD_NOT_ALLOWED, allowed, "read only\n").into_response();
+    }
     let path = match request.uri().path() {
         "/" => "/index.html",
         path => path,

@@ -160,15 +160,12 @@ const LARGEST: u64 = 64 << 20;
 
 /// Reads a whole file as text. Names in old files are not always UTF-8: such letters are replaced.
 fn text_of(path: &Path) -> Result<String, ScenarioError> {
-    let refused = |reason: String| {
-        let problem = Problem::File { path: path.to_path_buf(), reason };
-        ScenarioError::new(path, 1, "file", problem)
-    };
-    let size = std::fs::metadata(path).map_err(|error| refused(error.to_string()))?.len();
-    if size > LARGEST {
-        return Err(refused(format!("{size} octets, allowed is one airport of up to {LARGEST}")));
-    }
-    let octets = std::fs::read(path).map_err(|error| refused(error.to_string()))?;
+    let refused =
+        |reason: String| ScenarioError::new(path, 1, "file", Problem::Unreadable { reason });
+    let octets = crate::read_up_to(path, LARGEST).map_err(|error| match error.kind() {
+        std::io::ErrorKind::FileTooLarge => refused(format!("{error}; needed is one airport")),
+        _ => refused(error.to_string()),
+    })?;
     let text = String::from_utf8_lossy(&octets);
     Ok(text.strip_prefix('\u{feff}').unwrap_or(&text).to_owned())
 }

@@ -48,7 +48,7 @@ pub enum Problem {
         needed: String,
     },
     /// A value of the wrong kind (also: a number with its unit in a text).
-    #[error("found {found}, needed is {needed}")]
+    #[error("found {}, needed is {needed}", brief(found))]
     WrongKind {
         /// The value as read.
         found: String,
@@ -68,7 +68,7 @@ pub enum Problem {
         unit: &'static str,
     },
     /// A word that is none of the allowed ones.
-    #[error("found \"{found}\", allowed is {allowed}")]
+    #[error("found \"{}\", allowed is {}", brief(found), if allowed.is_empty() { "nothing here" } else { allowed })]
     NotAllowed {
         /// The word.
         found: String,
@@ -88,6 +88,12 @@ pub enum Problem {
     File {
         /// The file as looked for.
         path: PathBuf,
+        /// Why not.
+        reason: String,
+    },
+    /// The file itself cannot be read, or is no text.
+    #[error("{reason}")]
+    Unreadable {
         /// Why not.
         reason: String,
     },
@@ -118,7 +124,7 @@ pub enum Problem {
         to: String,
     },
     /// A data file with a damaged line.
-    #[error("found \"{found}\", needed is {needed}")]
+    #[error("found \"{}\", needed is {needed}", brief(found))]
     Line {
         /// What is there.
         found: String,
@@ -128,4 +134,11 @@ pub enum Problem {
     /// A model refused the value.
     #[error("{0}")]
     Model(Box<dyn std::error::Error + Send + Sync>),
+}
+
+/// What fits into one line of a message: a damaged file may have a megabyte in place of a word.
+fn brief(found: &str) -> String {
+    const MOST: usize = 80;
+    let Some((cut, _)) = found.char_indices().nth(MOST) else { return found.to_owned() };
+    format!("{}… ({} octets)", &found[..cut], found.len())
 }

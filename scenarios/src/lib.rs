@@ -103,11 +103,59 @@ pub fn load_text(path: &Path, text: &str) -> Result<Scene, ScenarioError> {
     read(path, text, true)
 }
 
+/// Octets of the largest scene: ten thousand movers with everything that they can have.
+const LARGEST_SCENE: u64 = 16 << 20;
+
 fn text_of(path: &Path) -> Result<String, ScenarioError> {
-    std::fs::read_to_string(path).map_err(|error| {
-        let problem = Problem::File { path: path.to_path_buf(), reason: error.to_string() };
-        ScenarioError::new(path, 1, "scene", problem)
+    let refuse = |line, reason: String| {
+        let problem = Problem::Unreadable { reason };
+        ScenarioError::new(path, line, "scene", problem)
+    };
+    let octets = read_up_to(path, LARGEST_SCENE).map_err(|error| {
+        let no_path = path.components().count() == 1 && path.extension().is_none();
+        let unknown = error.kind() == std::io::ErrorKind::NotFound && no_path;
+        let known = if unknown { shipped_scenes() } else { String::new() };
+        refuse(
+            1,
+            if known.is_empty() {
+                error.to_string()
+            } else {
+                format!("{error}; scenes that come with SEEDS: {known}")
+            },
+        )
+    })?;
+    String::from_utf8(octets).map_err(|error| {
+        let at = error.utf8_error().valid_up_to();
+        let line = 1 + error.as_bytes()[..at].iter().filter(|o| **o == b'\n').count();
+        refuse(line, "not UTF-8 text".to_owned())
     })
+}
+
+/// A whole file of at most `limit` octets; a device or a pipe may never end.
+pub(crate) fn read_up_to(path: &Path, limit: u64) -> std::io::Result<Vec<u8>> {
+    use std::io::Read;
+    let mut octets = Vec::new();
+    std::fs::File::open(path)?.take(limit + 1).read_to_end(&mut octets)?;
+    if octets.len() as u64 > limit {
+        let reason = format!("longer than {} MiB", limit >> 20);
+        return Err(std::io::Error::new(std::io::ErrorKind::FileTooLarge, reason));
+    }
+    Ok(octets)
+}
+
+/// Names of the scenes where [`locate`] looks.
+fn shipped_scenes() -> String {
+    let mut names: Vec<String> = data_folders(Path::new("scenarios/scene"))
+        .iter()
+        .filter_map(|folder| std::fs::read_dir(folder).ok())
+        .flat_map(|entries| entries.flatten().map(|e| e.path()))
+        .filter(|path| path.extension().is_some_and(|e| e == "toml"))
+        .filter_map(|path| Some(path.file_stem()?.to_str()?.to_owned()))
+        .filter(|name| name != "Cargo")
+        .collect();
+    names.sort();
+    names.dedup();
+    names.join(", ")
 }
 
 fn read(path: &Path, text: &str, with_truth: bool) -> Result<Scene, ScenarioError> {

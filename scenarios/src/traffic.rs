@@ -94,6 +94,7 @@ pub(crate) fn read(
     let types = types::read(&files[0], &files[1])?;
     let mut entities: Vec<Entity> = Vec::new();
     let mut entries = Vec::new();
+    let mut addresses = BTreeMap::new();
     let sections = root.sections("traffic", &KEYS)?;
     for (index, section) in sections.iter().enumerate() {
         let text = section.need_text("callsign", "a call sign or vehicle name")?;
@@ -116,6 +117,13 @@ pub(crate) fn read(
             section.missing("kind", "the kind of movement, like \"parked\"".into())
         })?;
         let mut address = section.integer("address", 1, 0xff_fffe)?.map(|a| a as u32);
+        if let Some(address) = address {
+            // What a recording says of itself may come twice: one aircraft on two days.
+            if let Some(first_line) = addresses.insert(address, section.line_of("address")) {
+                let found = address.to_string();
+                return Err(section.refuse("address", Problem::Duplicate { found, first_line }));
+            }
+        }
         let (trajectory, report) = match kind {
             Kind::Parked => (Some(parked(section, run, airport)?), None),
             Kind::Route => (routed(section, run, airport, row, with_truth)?, None),

@@ -31,6 +31,14 @@ pub enum FileError {
         /// What stands there.
         found: String,
     },
+    /// A time that no clock shows.
+    #[error("line {line}: time_s: '{found}' is more than 4000000000 s")]
+    Time {
+        /// Line of the text, from 1.
+        line: usize,
+        /// What stands there.
+        found: String,
+    },
     /// Positions in degrees without an airport to place them.
     #[error("line 1: positions are in degrees; name the scene of the airport with --scene")]
     NoAirport,
@@ -98,6 +106,18 @@ fn needed(
     })
 }
 
+/// Seconds of a run, of a day, or since 1970; what is beyond is no time.
+fn instant(line: usize, fields: &[&str], column: usize) -> Result<SimTime, FileError> {
+    let seconds = needed(line, fields, column, "time_s")?;
+    if seconds.abs() > MOST_TIME_S {
+        return Err(FileError::Time { line, found: fields[column].to_owned() });
+    }
+    Ok(SimTime::from_s(seconds))
+}
+
+/// Largest time, s: the year 2096 counted from 1970.
+const MOST_TIME_S: f64 = 4e9;
+
 /// The two columns of a position and whether they are degrees.
 fn position_columns(
     table: &Table<'_>,
@@ -139,7 +159,7 @@ pub fn truth(text: &str, place: Place<'_>) -> Result<Vec<Target>, FileError> {
     for (line, fields) in &table.lines {
         let velocity = number(*line, fields, vx, "vx_ms")?.zip(number(*line, fields, vy, "vy_ms")?);
         paths.entry(field(fields, Some(name)).unwrap_or("")).or_default().push(TruthPoint {
-            time: SimTime::from_s(needed(*line, fields, time, "time_s")?),
+            time: instant(*line, fields, time)?,
             position_m: position(*line, fields, at, place)?,
             velocity_ms: velocity.map_or_else(Vector2::zeros, |(x, y)| Vector2::new(x, y)),
             height_m: number(*line, fields, height, "altitude_m")?,
@@ -179,7 +199,7 @@ pub fn tracks(text: &str, place: Place<'_>) -> Result<Vec<Report>, FileError> {
         let velocity = number(*line, fields, vx, "vx_ms")?.zip(number(*line, fields, vy, "vy_ms")?);
         reports.push(Report {
             track: needed(*line, fields, track, "track")? as u64,
-            time: SimTime::from_s(needed(*line, fields, time, "time_s")?),
+            time: instant(*line, fields, time)?,
             published: number(*line, fields, published, "published_s")?.map(SimTime::from_s),
             position_m: position(*line, fields, at, place)?,
             velocity_ms: velocity.map(|(x, y)| Vector2::new(x, y)),
@@ -215,6 +235,7 @@ mod tests {
         assert_eq!(said("time_s,track,x_m,y_m\n0,1,east,0"), "line 2: x_m: 'east' is not a number");
         assert!(said("time_s,track,x_m,y_m\n0,1,nan,0").contains("is not a number"));
         assert!(said("time_s,track,x_m,y_m\n0,1,3").contains("line 2: y_m"));
+        assert!(said("time_s,track,x_m,y_m\n1e15,1,3,4").contains("line 2: time_s: '1e15'"));
         assert!(said("time_s,track,lat_deg,lon_deg\n0,1,47,8").contains("--scene"));
         let place = |lat: f64, lon: f64| Vector2::new(lon * 10.0, lat * 10.0);
         let found = tracks("time_s,track,lat_deg,lon_deg\n0,1,47,8", Some(&place)).expect("sound");

@@ -161,13 +161,19 @@ pub fn edit(
         heads.push(head);
     }
     let start_ns = heads.iter().filter(|h| h.open).map(|h| h.datagram.utc_ns).min().unwrap_or(0);
-    let mut part = output.as_os_str().to_owned();
+    // A link stays a link; a device or a pipe is written to, never replaced by a file.
+    let place = std::fs::canonicalize(output).unwrap_or_else(|_| output.to_path_buf());
+    if std::fs::metadata(&place).is_ok_and(|m| !m.is_file() && !m.is_dir()) {
+        write_all(&mut heads, output, &place, selection, change, start_ns, &mut done, &mut tell)?;
+        return Ok(done);
+    }
+    let mut part = place.clone().into_os_string();
     part.push(".part");
     let part = PathBuf::from(part);
     let result =
         write_all(&mut heads, output, &part, selection, change, start_ns, &mut done, &mut tell);
     let renamed = result.and_then(|()| {
-        std::fs::rename(&part, output)
+        std::fs::rename(&part, &place)
             .map_err(|cause| EditError::Write { path: output.display().to_string(), cause })
     });
     if let Err(error) = renamed {
