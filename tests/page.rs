@@ -399,6 +399,18 @@ fn what_goes_wrong_is_shown_and_does_no_harm() {
     assert_eq!(knock(&own, &format!("http://{own}")), 101);
     assert_eq!(knock(&own, "http://evil.example"), 403);
     assert_eq!(knock("evil.example", "http://evil.example"), 403);
+    let ask = |method: &str| {
+        use std::io::{Read, Write};
+        let mut stream = std::net::TcpStream::connect(address).expect("connected");
+        write!(stream, "{method} / HTTP/1.1\r\nHost: {own}\r\nConnection: close\r\n\r\n")
+            .expect("sent");
+        let mut answer = String::new();
+        stream.read_to_string(&mut answer).expect("an answer");
+        answer.split(' ').nth(1).map(str::to_owned)
+    };
+    for (method, status) in [("GET", "200"), ("HEAD", "200"), ("POST", "405"), ("DELETE", "405")] {
+        assert_eq!(ask(method).as_deref(), Some(status), "{method}");
+    }
 
     // A lost connection is shown, the last picture stays, and the page comes back by itself.
     let Watched { page, server, commands, browser, .. } = &mut w;

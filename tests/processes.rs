@@ -204,6 +204,23 @@ fn an_outsiders_entity_becomes_a_target_and_garbage_does_no_harm() {
 }
 
 #[test]
+fn a_recording_that_lost_its_logger_is_not_called_complete() {
+    let ports = Ports::new();
+    let file = std::env::temp_dir().join(format!("seeds-lost-{}.pcapng", std::process::id()));
+    let record = file.to_str().expect("plain");
+    let mut run =
+        Background::start(run(&ports, &["--rate", "4", "--duration", "30", "--record", record]));
+    assert!(in_phase(&ports, "RUNNING"));
+    let mut with_it = common::processes(&ports.sync).into_iter();
+    let logger = with_it.find(|pid| common::processes("seeds viewer-logger").contains(pid));
+    common::kill("KILL", logger.expect("the viewer-logger"));
+    assert_eq!(run.wait(SOON), Some(3), "complete, but data lost");
+    for end in ["pcapng", "sqlite", "sqlite-wal", "sqlite-shm"] {
+        let _ = std::fs::remove_file(file.with_extension(end));
+    }
+}
+
+#[test]
 fn a_dead_federate_freezes_the_run_in_real_time_and_ends_it_when_fast() {
     let ports = Ports::new();
     let _run = Background::start(run(&ports, &["--rate", "2"]));

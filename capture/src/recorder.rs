@@ -78,11 +78,16 @@ impl Recorder<File> {
     /// datagram.
     ///
     /// # Errors
-    /// As the system says: no such folder, no permission, disk full.
+    /// As the system says: no such folder, no permission, disk full. A file that was not there is not there then.
     pub fn create(path: impl AsRef<Path>) -> io::Result<Self> {
         let path = path.as_ref();
+        let new = !path.exists();
         let file = File::create(path)?;
-        Self::new(file, &path.display().to_string())
+        let recorder = Self::new(file, &path.display().to_string());
+        if recorder.is_err() && new {
+            let _ = std::fs::remove_file(path);
+        }
+        recorder
     }
 }
 

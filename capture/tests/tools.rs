@@ -413,3 +413,26 @@ fn findings_are_one_json_object_a_line() {
     assert_eq!(lines.len(), 1);
     assert!(lines[0].starts_with(r#"{"finding":"damaged","frame":2,"pdu":0,"#), "{lines:?}");
 }
+
+#[test]
+fn what_is_no_plain_file_is_written_to_and_never_replaced() {
+    use capture::tools::edit::{Change, edit};
+    use std::os::unix::fs::FileTypeExt;
+    let folder = Folder::new("devices");
+    let source = folder.file("source.pcapng");
+    write(&source, &[(0.0, 3000, octets(0.0, &[&state(1)]))]);
+    let to = |output: &Path| {
+        let (all, same) = (Selection::default(), Change::default());
+        edit(std::slice::from_ref(&source), output, &[], &all, &same, |_, p| panic!("{p}"))
+    };
+    let full = to(Path::new("/dev/full")).expect_err("no room").to_string();
+    assert_eq!(full, "/dev/full: No space left on device (os error 28)");
+    let device = std::fs::metadata("/dev/full").expect("there").file_type();
+    assert!(device.is_char_device(), "still a device");
+    let (kept, link) = (folder.file("kept.pcapng"), folder.file("link.pcapng"));
+    std::fs::write(&kept, "before").expect("written");
+    std::os::unix::fs::symlink(&kept, &link).expect("a link");
+    to(&link).expect("whole");
+    assert!(link.is_symlink(), "a link stays a link");
+    assert_eq!(checked(&kept).0.pdus, 1);
+}

@@ -14,5 +14,5 @@ struct Args {
 }
 
 fn main() -> ExitCode {
-    federate_commands::admin_station(&cli::parse::<Args>().args)
+    cli::ended(federate_commands::admin_station(&cli::parse::<Args>().args))
 }

@@ -2,8 +2,9 @@
 
 use clap::{Args, ValueEnum};
 use std::net::IpAddr;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Shown at the end of every `--help`.
 pub const EXIT_CODES: &str =
@@ -177,7 +178,7 @@ pub fn log_to_stderr(format: LogFormat, level: &str) {
 ///
 /// # Errors
 /// What the system says, with the file.
-pub fn writable(file: &std::path::Path) -> anyhow::Result<()> {
+pub fn writable(file: &Path) -> anyhow::Result<()> {
     use anyhow::Context;
     let there = file.exists();
     std::fs::OpenOptions::new()
@@ -189,6 +190,28 @@ pub fn writable(file: &std::path::Path) -> anyhow::Result<()> {
         let _ = std::fs::remove_file(file);
     }
     Ok(())
+}
+
+/// Writes a file: whole, or not at all; what was there before stays until then. A device or a pipe is
+/// written to, never replaced.
+///
+/// # Errors
+/// What the system says, with the file.
+pub fn save(file: &Path, octets: impl AsRef<[u8]>) -> anyhow::Result<()> {
+    use anyhow::Context;
+    let doing = || format!("writing {}", file.display());
+    let place = std::fs::canonicalize(file).unwrap_or_else(|_| file.to_path_buf());
+    if std::fs::metadata(&place).is_ok_and(|m| !m.is_file()) {
+        return std::fs::write(&place, octets).with_context(doing);
+    }
+    let mut part = place.clone().into_os_string();
+    part.push(".part");
+    let part = PathBuf::from(part);
+    let written = std::fs::write(&part, octets).and_then(|()| std::fs::rename(&part, &place));
+    if written.is_err() {
+        let _ = std::fs::remove_file(&part);
+    }
+    written.with_context(doing)
 }
 
 /// Prints one line for a person and gives the exit code.
@@ -216,11 +239,76 @@ pub fn load_scene_without_truth(typed: &str) -> Result<scenarios::Scene, ExitCod
     scenarios::load_without_truth(&path).map_err(|e| fail(BAD_INPUT, e))
 }
 
-/// A line on standard output, as `println!`; a reader who has seen enough (`| head`) is no fault.
+/// Whether a line of results was lost, because standard output took no more.
+static RESULTS_LOST: AtomicBool = AtomicBool::new(false);
+
+/// Writes a line of results. A reader who has seen enough (`| head`) is no fault; a full disk is one.
+pub fn print_result(text: std::fmt::Arguments<'_>) {
+    use std::io::Write as _;
+    let written = writeln!(std::io::stdout(), "{text}");
+    if written.is_err_and(|e| e.kind() != std::io::ErrorKind::BrokenPipe) {
+        RESULTS_LOST.store(true, Ordering::Relaxed);
+    }
+}
+
+/// The exit code of a process that ends with `code`, unless its results were lost.
+#[must_use]
+pub fn ended(code: ExitCode) -> ExitCode {
+    if !RESULTS_LOST.load(Ordering::Relaxed) {
+        return code;
+    }
+    fail(FAILED, "standard output took no more: results are missing")
+}
+
+/// A line on standard output, as `println!`, that may fail.
 macro_rules! out {
-    ($($text:tt)*) => {{
-        use std::io::Write as _;
-        let _ = writeln!(std::io::stdout(), $($text)*);
-    }};
+    () => { $crate::runtime::cli::print_result(format_args!("")) };
+    ($($text:tt)*) => { $crate::runtime::cli::print_result(format_args!($($text)*)) };
 }
 pub(crate) use out;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_endpoint_has_a_transport_an_address_and_a_port() {
+        for sound in ["tcp/127.0.0.1:7447", "tcp/[::1]:0", "udp/host.example:7447"] {
+            assert_eq!(endpoint(sound).as_deref(), Ok(sound));
+        }
+        for wrong in
+            ["", "foo", "tcp/1.2.3.4", "tcp/1.2.3.4:99999", "tcp/:1", "127.0.0.1:1", "ftp/h:1"]
+        {
+            assert!(endpoint(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn a_rate_that_nobody_lives_to_see_is_refused() {
+        for wrong in ["0", "-1", "1e-300", "nan", "inf", "1001", ""] {
+            assert!(rate(wrong).is_err(), "{wrong}");
+        }
+        assert_eq!((rate("0.001"), rate("1000")), (Ok(0.001), Ok(1000.0)));
+    }
+
+    #[test]
+    fn a_file_is_saved_whole_or_not_at_all() {
+        let folder = std::env::temp_dir().join(format!("seeds-save-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).expect("a folder");
+        let file = folder.join("report.html");
+        save(&file, "before").expect("written");
+        // A folder where the part would stand: nothing can be written.
+        std::fs::create_dir(folder.join("report.html.part")).expect("a folder");
+        assert!(save(&file, "after").is_err());
+        assert_eq!(std::fs::read(&file).expect("still there"), b"before");
+        std::fs::remove_dir(folder.join("report.html.part")).expect("removed");
+        let link = folder.join("link.html");
+        std::os::unix::fs::symlink(&file, &link).expect("a link");
+        save(&link, "after").expect("written");
+        assert_eq!(std::fs::read(&file).expect("there"), b"after");
+        assert!(link.is_symlink(), "a link stays a link");
+        save(Path::new("/dev/null"), "gone").expect("written");
+        assert!(!Path::new("/dev/null").is_file(), "a device stays a device");
+        std::fs::remove_dir_all(&folder).expect("cleaned up");
+    }
+}

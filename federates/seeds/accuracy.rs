@@ -80,7 +80,7 @@ fn write(args: &AccuracyArgs, report: &studies::Report) -> anyhow::Result<()> {
             ("accuracy.csv", report.to_csv()),
             ("accuracy.json", report.to_json()),
         ] {
-            std::fs::write(folder.join(name), text).with_context(doing)?;
+            cli::save(&folder.join(name), text)?;
         }
     }
     if args.json {

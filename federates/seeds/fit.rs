@@ -3,7 +3,6 @@
 use crate::runtime::cli::out;
 use crate::runtime::cli::{self, BAD_INPUT, FAILED, fail, load_scene};
 use crate::smdfm::setup;
-use anyhow::Context;
 use clap::Args;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -74,7 +73,7 @@ fn write(args: &FitArgs, report: &FitReport) -> anyhow::Result<()> {
     if let Some(path) = &args.out {
         let page = path.extension().is_some_and(|e| e == "html");
         let text = if page { report.to_html() } else { report.to_json().to_string() };
-        std::fs::write(path, text).with_context(|| format!("writing {}", path.display()))?;
+        cli::save(path, text)?;
     }
     if args.json {
         out!("{}", report.to_json());

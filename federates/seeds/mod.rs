@@ -60,7 +60,7 @@ enum Command {
 pub fn main() -> ExitCode {
     crate::runtime::process::end_with_launcher();
     let seeds = cli::parse::<Seeds>();
-    match seeds.command {
+    cli::ended(match seeds.command {
         None => run::run(&default_run()),
         Some(Command::Run(args)) => run::run(&args),
         Some(Command::Replay(args)) => replay::run(*args),
@@ -83,7 +83,7 @@ pub fn main() -> ExitCode {
             clap_complete::generate(shell, &mut command, "seeds", &mut std::io::stdout());
             ExitCode::SUCCESS
         }
-    }
+    })
 }
 
 /// A tool's own exit code, or its error in one line.

@@ -8,7 +8,6 @@ use crate::runtime::federate::{Federate, FrameInputs, FrameOut};
 use crate::runtime::messages::{Notice, RunConfig, ScanReport};
 use crate::smdfm::{Smdfm, setup};
 use crate::traffic_generator::TrafficGenerator;
-use anyhow::Context;
 use clap::Args;
 use models::effects::{PlanRow, Tolerance, changes};
 use models::environment::Weather;
@@ -99,7 +98,7 @@ fn video(scene: &Scene, file: &Path, at: f64, args: &PlanArgs) -> anyhow::Result
     let png =
         studies::picture::video_png(scene, SimTime::from_s(at), usize::from(args.size), args.rim)
             .map_err(anyhow::Error::msg)?;
-    std::fs::write(file, png).with_context(|| format!("writing {}", file.display()))
+    cli::save(file, png)
 }
 
 /// The traffic of a scene at one time, exact, as the planner looks at it.

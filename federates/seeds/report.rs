@@ -1,5 +1,6 @@
 //! The report of a run, made from its database: a page to look at, every table as CSV and JSON.
 
+use crate::runtime::cli;
 use anyhow::Context;
 use rusqlite::{Connection, OpenFlags, types::ValueRef};
 use serde_json::{Map, Value, json};
@@ -275,7 +276,7 @@ pub fn write(folder: &Path, database: &Path) -> anyhow::Result<()> {
     for row in names.rows {
         let name = shown(&row[0]);
         let found = Table::of(&connection, &format!("SELECT * FROM \"{name}\""))?;
-        std::fs::write(folder.join(format!("{name}.csv")), found.csv()).with_context(doing)?;
+        cli::save(&folder.join(format!("{name}.csv")), found.csv())?;
         let _ = write!(
             files,
             "<li><a href=\"{name}.csv\">{name}.csv</a> {} rows</li>",
@@ -286,8 +287,8 @@ pub fn write(folder: &Path, database: &Path) -> anyhow::Result<()> {
         }
     }
     let text = serde_json::to_string_pretty(&everything)?;
-    std::fs::write(folder.join("report.json"), text).with_context(doing)?;
-    std::fs::write(folder.join("report.html"), page(&connection, &files)?).with_context(doing)
+    cli::save(&folder.join("report.json"), text)?;
+    cli::save(&folder.join("report.html"), page(&connection, &files)?)
 }
 
 /// Larger tables are in their CSV files only.

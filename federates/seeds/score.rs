@@ -67,8 +67,7 @@ pub fn run(args: &ScoreArgs) -> ExitCode {
 
 fn write(args: &ScoreArgs, report: &ScoreReport) -> anyhow::Result<()> {
     if let Some(path) = &args.out {
-        let doing = || format!("writing {}", path.display());
-        std::fs::write(path, report.to_html()).with_context(doing)?;
+        cli::save(path, report.to_html())?;
     }
     if args.json {
         out!("{}", report.to_json());

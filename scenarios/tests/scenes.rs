@@ -101,6 +101,11 @@ fn bad_scenes_give_one_line() {
             "zurich.toml:101: traffic[8].callsign: \"FOLLOW1\" is there a second time; first in line 91; names must differ",
         ),
         (
+            "address = 4960258",
+            "address = 4960257",
+            "zurich.toml:103: traffic[8].address: \"4960257\" is there a second time; first in line 93; names must differ",
+        ),
+        (
             "type = \"FIRE\"",
             "type = \"FIRE\"\nspeed_kt = 20",
             "zurich.toml:103: traffic[8].speed_kt: unknown key; allowed here: kind, callsign, type, address, flight, stand, file, start_s, cut_from_s, cut_to_s, via, halts",
@@ -182,4 +187,18 @@ fn a_scene_anywhere_finds_the_types_and_parameter_sets_that_ship() {
     assert!(found.is_ok(), "{:?}", found.err().map(|e| e.to_string()));
     let words = refused.map(|_| ()).expect_err("no such type").to_string();
     assert!(words.contains("A320") && words.contains("A999"), "{words}");
+}
+
+#[test]
+fn a_file_that_is_no_scene_is_refused_without_being_read_to_its_end() {
+    let said = |path: &str| load(Path::new(path)).expect_err("no scene").to_string();
+    assert_eq!(said("/dev/zero"), "/dev/zero:1: scene: longer than 16 MiB");
+    assert!(said("nosuch").contains("scenes that come with SEEDS: zurich"), "{}", said("nosuch"));
+    let file = std::env::temp_dir().join(format!("seeds-latin-{}.toml", std::process::id()));
+    std::fs::write(&file, b"[run]\ntitle = \"Z\xfcrich\"\n").expect("written");
+    let line = load(&file).expect_err("not UTF-8").to_string();
+    std::fs::remove_file(&file).expect("removed");
+    assert!(line.ends_with(":2: scene: not UTF-8 text"), "{line}");
+    let long = "x".repeat(1_000_000);
+    assert!(error_with("EDW229", &long).len() < 400, "a megabyte does not come back in a message");
 }

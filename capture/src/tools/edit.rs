@@ -195,6 +195,11 @@ fn write_all(
     tell: &mut dyn FnMut(&Path, &Problem),
 ) -> Result<(), EditError> {
     let failed = |cause| EditError::Write { path: output.display().to_string(), cause };
+    // A tool that ends at the first fault does not stand still and wait for room, as a recording does.
+    let of_record = |error| match error {
+        RecordError::Write { cause, .. } => failed(cause),
+        other => EditError::Record(other),
+    };
     let bare = output
         .extension()
         .and_then(|e| e.to_str())
@@ -219,13 +224,9 @@ fn write_all(
             let to = change.to.unwrap_or(datagram.to);
             match &mut writer {
                 Writer::Bare(file) => file.write_all(&payload).map_err(failed)?,
-                Writer::Recording(recorder) => recorder.record_with(
-                    datagram.utc_ns,
-                    from,
-                    to,
-                    &payload,
-                    datagram.comment.as_deref(),
-                )?,
+                Writer::Recording(recorder) => recorder
+                    .record_with(datagram.utc_ns, from, to, &payload, datagram.comment.as_deref())
+                    .map_err(of_record)?,
             }
             done.written += 1;
         }
@@ -233,7 +234,7 @@ fn write_all(
     }
     match writer {
         Writer::Bare(mut file) => file.flush().map_err(failed),
-        Writer::Recording(recorder) => Ok(recorder.close(0)?),
+        Writer::Recording(recorder) => recorder.close(0).map(drop).map_err(of_record),
     }
 }
 

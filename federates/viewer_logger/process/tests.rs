@@ -58,7 +58,8 @@ fn a_spectator_keeps_the_run_shows_it_and_leaves_with_it() {
     let viewer = thread::spawn(move || {
         run(&task_of, scene, bus, sent, |address| told.send(address).expect("told"))
     });
-    let address = page.recv_timeout(Duration::from_secs(20)).expect("the page's address");
+    let told = page.recv_timeout(Duration::from_secs(20)).expect("it joins");
+    let address = told.expect("the page's address");
     let send = |key: &str, body: Vec<u8>| admin.publish(key, Class::Lossy, body).expect("sent");
     send("obs/state", state(Phase::Running));
     for n in 1..=3 {

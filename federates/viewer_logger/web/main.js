@@ -95,7 +95,7 @@ function onText(message) {
     case "rungs":
       state.rungs = message;
       byId("compare").setAttribute("aria-pressed", String(message.comparing));
-      byId("compare").textContent = message.comparing ? "Stop comparing" : "Compare with the neighbouring rungs";
+      byId("compare").textContent = message.comparing ? "Stop comparing" : "Compare with a cheaper and a more exact filter";
       showPanel("filter");
       break;
     case "effects":

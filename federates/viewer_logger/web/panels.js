@@ -124,11 +124,12 @@ export function flightColumns(startNs) {
 export function facts(list, pairs) {
   while (list.children.length > pairs.length * 2) list.lastChild.remove();
   while (list.children.length < pairs.length * 2) list.append(element("dt", ""), element("dd", ""));
-  pairs.forEach(([name, value, mark], i) => {
+  pairs.forEach(([name, value, mark, hint], i) => {
     const [dt, dd] = [list.children[2 * i], list.children[2 * i + 1]];
     if (dt.textContent !== name) dt.textContent = name;
     if (dd.textContent !== value) dd.textContent = value;
     dd.dataset.mark = mark ?? "";
+    dt.title = hint ?? "";
   });
 }
 
@@ -183,6 +184,30 @@ export function showFederates(box, federates, members) {
   }));
 }
 
+/** What the measures of a run are called for a reader: words, and what they mean where the words do not say it. */
+const MEASURES = new Map([
+  ["tracks_confirmed", ["Tracks so far", "Tracks that were confirmed since the run began"]],
+  ["tracks_now", ["Tracks now", "Confirmed tracks in this scan"]],
+  ["rmse_m", ["Error of the tracks", "Root mean square of the filtered positions against truth, moving targets that the radar sees"]],
+  ["raw_rmse_m", ["Error of their plots", "Root mean square of the same targets' plots, before the filter"]],
+  ["straight_rmse_m", ["Tracks, straight legs", "Error of the tracks where the target goes straight"]],
+  ["straight_raw_rmse_m", ["Plots, straight legs", "Error of the plots where the target goes straight"]],
+  ["published_rmse_m", ["Error as published", "Error of the tracks as they are published: predicted to the end of the scan"]],
+  ["false_plots", ["False plots", "Plots that no target caused, since the run began"]],
+  ["outsiders_now", ["Outsiders now", "Entities of other simulators that the sensors see"]],
+]);
+
+/** Words for a measure, and a hint. */
+function measureName(name) {
+  const known = MEASURES.get(name);
+  if (known) return known;
+  const [what, ...rest] = name.split("_");
+  const sensor = rest.join(" ").toUpperCase();
+  if (what === "pd") return [`Detected by ${sensor}`, "Looks at a target that gave a plot, of all looks"];
+  if (what === "plots") return [sensor === "OTHER" ? "Plots of other kinds" : `Plots of ${sensor}`, ""];
+  return [name.replaceAll("_", " "), ""];
+}
+
 /** Plots of each sensor in the scan shown, measures and the effect plan. */
 export function showSensors(box, { scan, sensors, measures, plan, tookUs }) {
   const ids = [...new Set([...sensors.map((s) => s.id), ...(scan?.plots ?? []).map((p) => p.sensor)])].sort((a, b) => a - b);
@@ -196,18 +221,22 @@ export function showSensors(box, { scan, sensors, measures, plan, tookUs }) {
   });
   const parts = [
     element("h3", "Plots of this scan"),
-    element("table", [element("thead", row(["Sensor", "Kind", "Plots", "False", "RMS m"], "th")), element("tbody", rows)]),
+    element("table", [element("thead", row(["Sensor", "Kind", "Plots", "False", "Error m"], "th")), element("tbody", rows)]),
   ];
   if (measures?.length) {
     const list = element("dl", [], { class: "facts" });
-    facts(list, [...measures.map(([n, v]) => [n.replaceAll("_", " "), measure(n, v)]), ["scan took", milliseconds(tookUs)]]);
+    facts(list, [...measures.map(([n, v]) => [measureName(n)[0], measure(n, v), "", measureName(n)[1]]), ["Scan took", milliseconds(tookUs)]]);
     parts.push(element("h3", "Measures of the run"), list);
   }
   if (plan?.length) {
-    parts.push(element("h3", "Effects"), element("table", [
-      element("thead", element("tr", ["Sensor", "Effect", "Called for by", "Bound", "Decision"].map((t) => element("th", t)))),
-      element("tbody", plan.map((r) => element("tr", r.map((t) => element("td", t))))),
-    ], { class: "plan" }));
+    const nameOf = (id) => sensors.find((s) => String(s.id) === id)?.name || `sensor ${id}`;
+    parts.push(
+      element("h3", "Effects that the scene calls for"),
+      element("table", [
+        element("thead", element("tr", ["Sensor", "Effect", "Called for by", "At most", "Simulated"].map((t) => element("th", t)))),
+        element("tbody", plan.map(([id, ...r]) => element("tr", [nameOf(id), ...r].map((t) => element("td", t))))),
+      ], { class: "plan" }),
+      element("p", "At most: what leaving the effect out could change. Simulated: the level chosen, and its time for one target.", { class: "where" }));
   }
   box.replaceChildren(...parts);
 }
@@ -237,25 +266,44 @@ function signed(value, unit) {
   return value > 0 && (unit === "dB" || unit === "m") ? `+${text}` : text;
 }
 
+/** The filters from cheap to exact, in words. */
+const FILTERS = new Map([
+  ["abg", "fixed gains"],
+  ["ca3", "Kalman filter, one axis at a time"],
+  ["ca3-ud", "the same, factored covariance"],
+  ["ca6", "Kalman filter, both axes together"],
+  ["ca6-ud", "the same, factored covariance"],
+  ["imm3", "three kinds of motion, weighted"],
+  ["mh3", "3 histories of motion"],
+  ["mh9", "9 histories of motion"],
+  ["mh27", "27 histories of motion"],
+  ["mh9-lag1", "9 histories, told a second later"],
+  ["mh9-map", "9 histories and the taxiways"],
+]);
+
 /** The filter of the run, its error and its time, and what the neighbouring rungs would give on the same plots. */
 export function showRungs(box, { rungs, measures, tookUs }) {
   const read = (name) => measures?.find(([n]) => n === name)?.[1];
   const list = element("dl", [], { class: "facts" });
-  facts(list, [["Error of the tracks", `${fixed(read("rmse_m"), 2)} m`], ["of the plots", `${fixed(read("raw_rmse_m"), 2)} m`], ["scan took", milliseconds(tookUs)]]);
+  facts(list, [["Error of the tracks", `${fixed(read("rmse_m"), 2)} m`], ["of the plots", `${fixed(read("raw_rmse_m"), 2)} m`], ["Scan took", milliseconds(tookUs)]]);
   const on = rungs?.comparing ?? false;
   const parts = [element("h3", "The run"), list];
   if (on && !rungs.rows.length) parts.push(element("p", "The first scan is awaited.", { class: "empty" }));
   if (rungs?.rows.length) {
     const chosen = rungs.rows.find((r) => r.chosen);
-    const change = (value, of) => (Number.isFinite(value) && of > 0 && value !== of ? `${value > of ? "+" : "\u2212"}${fixed(Math.abs(100 * (value / of - 1)), 0)} %` : "");
+    const change = (value, of) => {
+      if (!Number.isFinite(value) || !(of > 0) || value === of) return "";
+      const percent = Math.round(100 * (value / of - 1));
+      return percent === 0 ? "same" : `${percent > 0 ? "+" : "\u2212"}${Math.abs(percent)} %`;
+    };
     const row = (r) => element("tr", [
-      element("td", r.chosen ? `${r.rung} (chosen)` : r.rung), element("td", fixed(r.rmse_m, 2), { class: "number" }), element("td", change(r.rmse_m, chosen?.rmse_m), { class: "number" }),
+      element("td", [r.chosen ? `${r.rung} (chosen)` : r.rung, element("small", FILTERS.get(r.rung) ?? "")]), element("td", fixed(r.rmse_m, 2), { class: "number" }), element("td", change(r.rmse_m, chosen?.rmse_m), { class: "number" }),
       element("td", fixed(r.scan_us, 1), { class: "number" }), element("td", change(r.scan_us, chosen?.scan_us), { class: "number" }), element("td", String(r.tracks), { class: "number" }),
     ], { "aria-selected": String(r.chosen) });
-    const head = ["Filter", "RMS m", "", "\u00b5s a scan", "", "Tracks"].map((t, i) => element("th", t, { class: i ? "number" : null }));
-    parts.push(element("h3", "The same plots through each rung"),
+    const head = ["Filter", "Error m", "change", "\u00b5s a scan", "change", "Tracks"].map((t, i) => element("th", t, { class: i ? "number" : null }));
+    parts.push(element("h3", "The same plots through each filter"),
       element("table", [element("thead", element("tr", head)), element("tbody", rungs.rows.map(row))], { id: "rungs" }),
-      element("p", `Since ${elapsed(chosen?.since_s)}; all rungs began then. Radar plots of moving targets have ${fixed(chosen?.raw_rmse_m, 2)} m; a scan is gates, association, update and life of tracks, on this host.`, { class: "where" }));
+      element("p", `Since ${elapsed(chosen?.since_s)}; all filters began then. Error: root mean square against truth of moving targets; their radar plots have ${fixed(chosen?.raw_rmse_m, 2)} m. A scan: plots to tracks, on this host.`, { class: "where" }));
   }
   box.replaceChildren(...parts);
 }
