@@ -66,7 +66,7 @@ impl Table {
         }
         let mut out = "<table><thead><tr>".to_owned();
         for name in &self.names {
-            let _ = write!(out, "<th>{}</th>", escaped(&name.replace('_', " ")));
+            let _ = write!(out, "<th>{}</th>", escaped(&heading(name)));
         }
         out += "</tr></thead><tbody>";
         for row in &self.rows {
@@ -86,12 +86,36 @@ impl Table {
     }
 }
 
+/// The name of a column as people read it, with its unit.
+fn heading(name: &str) -> String {
+    let units = [
+        ("_percent", ", %"),
+        ("_m", ", m"),
+        ("_s", ", s"),
+        ("_us", ", µs"),
+        ("_db", ", dB"),
+        ("_ns", ", ns"),
+        ("_bytes", ", bytes"),
+    ];
+    let unit = units.iter().find_map(|(end, unit)| Some((name.strip_suffix(end)?, *unit)));
+    let (words, unit) = unit.unwrap_or((name, ""));
+    let words = match words.strip_prefix("pd_") {
+        Some(sensor) => format!("share of looks detected by {sensor}"),
+        None => words.replace('_', " "),
+    };
+    words.replace("rmse", "error (rms)").replace("scnr", "signal to clutter and noise") + unit
+}
+
 /// A figure as people read it.
 fn shown(value: &Value) -> String {
     match value {
         Value::Null => "–".to_owned(),
         Value::String(text) => text.clone(),
         Value::Number(n) if n.is_i64() => n.to_string(),
+        // Counts that stand in a column of figures.
+        Value::Number(n) if n.as_f64().is_some_and(|x| x.fract() == 0.0 && x.abs() < 1e15) => {
+            format!("{:.0}", n.as_f64().unwrap_or(f64::NAN))
+        }
         Value::Number(n) => format!("{:.2}", n.as_f64().unwrap_or(f64::NAN)),
         other => other.to_string(),
     }
@@ -300,10 +324,13 @@ fn page(database: &Connection, files: &str) -> anyhow::Result<String> {
         facts.rows.iter().find(|r| r[0] == wanted).map_or_else(String::new, |r| shown(&r[1]))
     };
     let title = Some(fact("title")).filter(|t| !t.is_empty()).unwrap_or_else(|| fact("scene"));
-    let measures = Table::of(
+    let mut measures = Table::of(
         database,
-        "SELECT replace(name, '_', ' ') AS measure, value FROM statistics WHERE scan = (SELECT max(scan) FROM statistics) ORDER BY name",
+        "SELECT name AS measure, value FROM statistics WHERE scan = (SELECT max(scan) FROM statistics) ORDER BY name",
     )?;
+    for row in &mut measures.rows {
+        row[0] = json!(heading(&shown(&row[0])));
+    }
     let mut body = format!("<h1>{}</h1>", escaped(&title));
     for (heading, inside) in [
         ("Errors over time", error_picture(database)?),
@@ -362,6 +389,15 @@ mod tests {
         assert!(table.html().contains("<td>–</td>"));
         let none = Table::of(&database, "SELECT 1 AS only WHERE 0").expect("no row");
         assert_eq!(none.csv(), "only\n", "an empty table still says what it would hold");
+    }
+
+    #[test]
+    fn headings_have_words_and_units() {
+        assert_eq!(heading("straight_raw_rmse_m"), "straight raw error (rms), m");
+        assert_eq!(heading("tracked_percent"), "tracked, %");
+        assert_eq!(heading("pd_asde"), "share of looks detected by asde");
+        assert_eq!(heading("callsign"), "callsign");
+        assert_eq!((shown(&json!(834.0)), shown(&json!(0.961))), ("834".into(), "0.96".into()));
     }
 
     #[test]

@@ -256,7 +256,9 @@ pub(crate) fn run(options: &Options, progress: &mut dyn FnMut(Progress)) -> Outc
              other noise levels had no part in it. On the map rung the target keeps exactly to its centreline; \
              the recorded movements keep to the airport's published taxiways, which is all that the rung knows of \
              them, as aircraft do. In the outage the errors of the \
-             predictions count too."
+             predictions count too. Rungs: abg, fixed gains; ca3, a Kalman filter for one axis at a time; ca6, for both \
+             together; -ud, the same with a factored covariance; imm3, three kinds of motion weighted; mh3 to mh27, so many \
+             histories of motion kept; -lag1, told a second later; -map, with the taxiways known; rts, smoothed over all plots."
         ),
         error_label: "position error, m (rms)".to_owned(),
         scenes: about,

@@ -187,7 +187,8 @@ impl Report {
             "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\">\
              <meta name=\"viewport\" content=\"width=device-width\"><title>Accuracy against time</title>\
              <style>{STYLE}</style></head><body><header><h1>What accuracy costs in time</h1>\
-             <p>Every rung of every ladder, measured on the same draws. Find the ladder, read its sentence, then \
+             <p>A ladder is one task done in several ways, from cheap to exact; each way is a rung. All rungs of a ladder are \
+             measured on the same draws. Find the ladder, read its sentence, then \
              its pictures: each point is one rung; <b>farther left is cheaper, lower is more exact</b>, both axes \
              are logarithmic.</p><p class=\"key\">{KEY}</p>\
              <dl><dt>Machine</dt><dd>{}</dd><dt>Commit</dt><dd>{}</dd><dt>Seed</dt><dd>{}</dd>\

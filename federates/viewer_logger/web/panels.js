@@ -189,7 +189,7 @@ const MEASURES = new Map([
   ["tracks_confirmed", ["Tracks so far", "Tracks that were confirmed since the run began"]],
   ["tracks_now", ["Tracks now", "Confirmed tracks in this scan"]],
   ["rmse_m", ["Error of the tracks", "Root mean square of the filtered positions against truth, moving targets that the radar sees"]],
-  ["raw_rmse_m", ["Error of their plots", "Root mean square of the same targets' plots, before the filter"]],
+  ["raw_rmse_m", ["Error of the plots", "Root mean square of the same targets' plots, before the filter"]],
   ["straight_rmse_m", ["Tracks, straight legs", "Error of the tracks where the target goes straight"]],
   ["straight_raw_rmse_m", ["Plots, straight legs", "Error of the plots where the target goes straight"]],
   ["published_rmse_m", ["Error as published", "Error of the tracks as they are published: predicted to the end of the scan"]],
