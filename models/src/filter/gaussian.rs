@@ -118,6 +118,8 @@ impl Measurement {
 
 /// Beyond this no position is of this airport, m.
 const FARTHEST_M: f64 = 1e9;
+/// Harder than anything on or near a runway accelerates, brakes or turns: two g, m/s² (assumed).
+const HARDEST_MS2: f64 = 20.0;
 /// From this on a variance says that nothing was measured, m².
 const LARGEST_M2: f64 = 1e20;
 /// A variance below this is none: its square must not vanish in a double, m².
@@ -640,6 +642,9 @@ impl Gaussian {
 
     /// P⁻ += c·b bᵀ per axis, b = (1, 2/t, 0): room for an acceleration that no model foresaw, with
     /// the smallest c ≥ 0 for which νᵀ(S + cI)⁻¹ν is at most `target`. Returns c, m².
+    ///
+    /// Nothing that moves changes its speed by more than [`HARDEST_MS2`] allows in `t`: what two sensors disagree
+    /// on within milliseconds is their error and no manoeuvre.
     pub fn inflate(&mut self, innovation: &Innovation, t: f64, target: f64) -> f64 {
         if innovation.d2.is_nan() || innovation.d2 <= target {
             return 0.0;
@@ -657,7 +662,7 @@ impl Gaussian {
             let middle = 0.5 * (low + high);
             if d2(middle) > target { low = middle } else { high = middle }
         }
-        let rate = if t > 0.0 { 2.0 / t } else { 0.0 };
+        let rate = if t > 0.0 { (2.0 / t).min(HARDEST_MS2 * t / high.sqrt()) } else { 0.0 };
         self.p[0] = self.p[0] + Pair::splat(high);
         self.p[1] = self.p[1] + Pair::splat(high * rate);
         self.p[3] = self.p[3] + Pair::splat(high * rate * rate);

@@ -499,6 +499,23 @@ fn a_manoeuvre_is_followed_where_a_plain_update_lags() {
     }
 }
 
+/// A manoeuvre is a shift of ½at² and a change of speed of at, so 2/t of the shift: over milliseconds any shift would
+/// be hundreds of metres per second.
+#[test]
+fn two_sensors_that_disagree_within_milliseconds_are_no_manoeuvre() {
+    for rung in [Rung::Ca3, Rung::Ca6] {
+        let mut filter = started(rung, &plot_at(0.0, 0.0, 0.0, 1.0));
+        for k in 1..=20 {
+            let t = f64::from(k);
+            filter.update(&plot_at(t, 10.0 * t, 0.0, 1.0)).expect("sound");
+        }
+        let (before, off) = (filter.motion().1, plot_at(20.03, 200.3, 12.0, 1.0));
+        filter.update_manoeuvre(&off).expect("sound");
+        let change = (filter.motion().1 - before).norm();
+        assert!(change < 2.0, "{rung:?}: {change:.1} m/s in 30 ms");
+    }
+}
+
 #[test]
 fn one_certain_plot_among_several_is_an_ordinary_update() {
     for (rung, name) in Rung::ALL {

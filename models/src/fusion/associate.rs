@@ -437,10 +437,13 @@ impl Tracker {
                         continue;
                     }
                     let k = look.k as usize;
-                    if used[k] || gated[k] {
+                    let plot = &candidates[k].plot;
+                    // A plot with the track's own name that the covariance gate refused is a manoeuvre, or says that
+                    // the track is wrong: it is kept from all other tracks only.
+                    let own = || look.named && plot.identity.is_some_and(|name| track.is(name));
+                    if used[k] || (gated[k] && !own()) {
                         continue;
                     }
-                    let plot = &candidates[k].plot;
                     // Nobody else's name may be put on a track that has none by a manoeuvre.
                     if look.named
                         && (!track.may_be(plot.identity)

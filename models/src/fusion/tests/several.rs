@@ -193,3 +193,31 @@ fn two_equal_radars_at_one_time_are_one_radar_with_half_the_variance() {
     let (two, one) = (filter(&[1, 2], 4.0), filter(&[1], 2.0));
     assert!((two - one).abs() < 2e-3 * one, "{two} {one}");
 }
+
+#[test]
+fn a_vehicle_that_names_itself_is_not_lost_where_it_brakes_harder_than_its_filter_foresees() {
+    // 15 m/s, from 20 s on 7 m/s² until it stands.
+    let way = |t: f64| {
+        let braking = (t - 20.0).clamp(0.0, 15.0 / 7.0);
+        Vector2::new(15.0 * t.min(20.0) + (15.0 - 3.5 * braking) * braking, 40.0)
+    };
+    let mut tracker = Tracker::new(TrackingConfig::paper());
+    let site = Site { id: 1, place: Vector2::zeros(), range_bias: 0.0, azimuth_bias: 0.0 };
+    for k in 1..=40 {
+        let t = f64::from(k);
+        let mut plot = look(&site, 1, 0, k, t - 0.4, way(t - 0.4));
+        (plot.sensor, plot.kind, plot.polar) = (SensorId(9), SensorKind::Dgps, None);
+        plot.position_m = way(t - 0.4);
+        (plot.along_m2, plot.across_m2) = (0.01, 0.01);
+        plot.identity = Some(Identity::Callsign(Callsign::new("CAR1")));
+        let tracks = tracker.scan(SimTime::from_s(t), &[plot], &FlightList::default());
+        if k > 3 {
+            assert_eq!(tracks.len(), 1, "{k} s");
+            let error = (tracks[0].position_m - way(t)).norm();
+            assert!(error < 12.0, "{error:.1} m at {k} s");
+        }
+    }
+    let found = tracker.statistics();
+    assert!(found.gate_2 + found.restarts >= 1, "the covariance gate alone refuses it: {found:?}");
+    assert_eq!((found.confirmed, found.deleted, found.identity_conflicts), (1, 0, 0));
+}
