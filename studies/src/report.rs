@@ -544,7 +544,10 @@ pub(crate) fn requirement_table(out: &mut String, names: &[&str], lists: &[&[Ver
             let found =
                 v.found.map_or("–".into(), |f| format!("{} of {}", percent(f), v.samples));
             let few = if v.met == Some(true) && !v.enough { " (too few to show it)" } else { "" };
-            let _ = write!(out, "<td>{found}</td><td class=\"{class}\">{word}{few}</td>");
+            let remark = v.remark.as_deref().map_or_else(String::new, |words| {
+                format!("<small class=\"remark\">{}</small>", escaped(words))
+            });
+            let _ = write!(out, "<td>{found}</td><td class=\"{class}\">{word}{few}{remark}</td>");
         }
         out.push_str("</tr>");
     }
@@ -603,7 +606,8 @@ text.bound{font-size:10px;fill:#8a5200}line.raw{stroke:#888;stroke-dasharray:2 3
 caption{text-align:left;font-weight:600;padding:.3rem 0}details{margin-top:1rem}summary{cursor:pointer;color:#1b5f96}\
 th,td{padding:.2rem .6rem;text-align:right;border-bottom:1px solid #e6ebf0}th{text-align:right;vertical-align:bottom;\
 background:#f5f8fa}td:nth-child(-n+3),th:nth-child(-n+3){text-align:left}.gains td:not(:first-child),.gains th:not(:first-child){text-align:right}\
-.told td{color:#8a5200;font-style:italic}.pass{color:#17723b}.fail{color:#b3261e;font-weight:600}.none{color:#889}";
+.told td{color:#8a5200;font-style:italic}.pass{color:#17723b}.fail{color:#b3261e;font-weight:600}.none{color:#889}.remark{display:block;\
+font-weight:400;color:#445;max-width:26rem;white-space:normal;text-align:left}";
 
 #[cfg(test)]
 mod tests {

@@ -190,6 +190,9 @@ impl ScoreReport {
                 found,
                 word(v),
             );
+            if let Some(words) = &v.remark {
+                let _ = writeln!(out, "{:8} {words}", "");
+            }
         }
         out
     }
@@ -245,7 +248,7 @@ impl ScoreReport {
                 json!({
                     "standard": r.standard, "area": r.area, "name": r.name, "asks": asks(r),
                     "probability": r.probability, "at_least": r.at_least, "found": v.found,
-                    "samples": v.samples, "met": v.met, "enough": v.enough,
+                    "samples": v.samples, "met": v.met, "enough": v.enough, "remark": v.remark,
                 })
             })
             .collect();

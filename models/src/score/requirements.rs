@@ -1,7 +1,7 @@
 //! Requirements of standards, and whether a score meets them.
 
 use super::areas::Area;
-use super::run::{AreaScore, Score};
+use super::run::{AreaScore, Score, quantile};
 
 /// What a requirement measures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,6 +60,8 @@ pub struct Verdict {
     pub met: Option<bool>,
     /// Whether that many samples can show such a probability at all.
     pub enough: bool,
+    /// Of one that is not met: what it fails on, and what would be needed.
+    pub remark: Option<String>,
 }
 
 /// The areas that a standard's name stands for; none for parts of the air.
@@ -101,7 +103,70 @@ impl Requirement {
             .map(|f| if self.at_least { f >= self.probability } else { f <= self.probability });
         let rare = self.probability.min(1.0 - self.probability);
         let enough = samples as f64 * rare >= 1.0;
-        Verdict { requirement: self.clone(), found, samples, met, enough }
+        let remark = (met == Some(false)).then(|| self.remark(&areas));
+        Verdict { requirement: self.clone(), found, samples, met, enough, remark }
+    }
+
+    /// Why it is not met, in numbers of the run, and what would be needed.
+    fn remark(&self, areas: &[&AreaScore]) -> String {
+        let sum = |of: fn(&AreaScore) -> u64| areas.iter().map(|a| of(a)).sum::<u64>();
+        match self.measure {
+            Measure::Report | Measure::Gaps => {
+                let (missing, before) = (sum(|a| a.unreported), sum(|a| a.before_first));
+                let where_ = format!(
+                    "{before} of {missing} scans without a report lie before the first report of their target"
+                );
+                if 2 * before >= missing {
+                    format!(
+                        "{where_}: no sensor sees it there yet, or not often enough to confirm a track. Needed: a \
+                         sensor that does (a further radar site, ADS-B or multilateration)"
+                    )
+                } else {
+                    format!(
+                        "{where_}; the rest are holes in a track. Needed: more plots per target (a second radar, \
+                         ADS-B or multilateration beside one radar)"
+                    )
+                }
+            }
+            Measure::Position => {
+                let mut errors: Vec<f64> =
+                    areas.iter().flat_map(|a| a.position_m.iter().copied()).collect();
+                errors.sort_by(f64::total_cmp);
+                let reached = quantile(&errors, self.probability).unwrap_or(f64::NAN);
+                format!(
+                    "{:.0} % of the errors are below {reached:.1} m. Needed: plots with less error (one radar sees the \
+                     near side of an aircraft, not its middle), or a second sensor",
+                    100.0 * self.probability
+                )
+            }
+            Measure::FalseReports => "reports of tracks without a target, or that have left theirs. Needed: fewer \
+                                      false plots, or a second sensor that confirms"
+                .to_owned(),
+            Measure::Speed => "Needed: plots with less error or more often than now; the speed is a difference of \
+                               positions where no sensor measures it"
+                .to_owned(),
+            Measure::Course => {
+                let slowest = 3.0 * libm::tan(self.threshold.to_radians());
+                format!(
+                    "at 3 m/s {}° are {slowest:.1} m/s across the course, less than plots of some metres once a second \
+                     tell. Needed: plots with less error or more often, or targets that report their course",
+                    self.threshold
+                )
+            }
+            Measure::Identified => {
+                let (due, right) = (sum(|a| a.labels_due), sum(|a| a.right_labels));
+                let wrong = sum(|a| a.wrong_labels);
+                format!(
+                    "{wrong} labels are wrong, {} reports have none: nothing tells the names of these targets, and by \
+                     place and time several flights may be meant. Needed: a sensor that identifies every target \
+                     (ADS-B, multilateration)",
+                    due - right - wrong
+                )
+            }
+            Measure::Misidentified => "labels given by place and time, or by a name that went over to another track. \
+                                       Needed: a sensor that identifies every target (ADS-B, multilateration)"
+                .to_owned(),
+        }
     }
 
     /// How often what is measured happened, of how many.
@@ -160,6 +225,17 @@ mod tests {
     }
 
     #[test]
+    fn what_fails_says_what_it_fails_on() {
+        let mut found = AreaScore::of(Area::Taxiway);
+        (found.labels_due, found.right_labels, found.wrong_labels) = (100, 60, 1);
+        let score = Score { areas: vec![found], ..Score::default() };
+        let verdict = requirement(Measure::Identified, 0.97, true).judge(&score);
+        let words = verdict.remark.expect("not met");
+        assert!(words.contains("1 labels are wrong, 39 reports have none"), "{words}");
+        assert_eq!(requirement(Measure::Identified, 0.6, true).judge(&score).remark, None);
+    }
+
+    #[test]
     fn verdicts_count_over_the_areas_and_say_when_they_rest_on_too_little() {
         let mut score = Score::default();
         for (area, errors) in [(Area::Runway, vec![1.0, 2.0, 13.0]), (Area::Taxiway, vec![5.0; 17])]
@@ -173,6 +249,8 @@ mod tests {
         assert_eq!((verdict.met, verdict.enough), (Some(true), true));
         let verdict = requirement(Measure::Position, 0.99, true).judge(&score);
         assert_eq!((verdict.met, verdict.enough), (Some(false), false));
+        // What it fails on is counted in the run: 99 % of these errors are below 13 m.
+        assert!(verdict.remark.is_some_and(|words| words.contains("below 13.0 m")));
         let verdict = requirement(Measure::Identified, 0.99, true).judge(&score);
         assert_eq!((verdict.met, verdict.found), (None, None));
     }

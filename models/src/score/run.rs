@@ -25,12 +25,23 @@ pub struct Rules {
     pub course_from_ms: f64,
     /// Truth is interpolated over holes of at most this, s.
     pub hole_s: f64,
+    /// For so long after the truth of its target has ended, a report is no false one, s: a track coasts, as
+    /// continuity asks, and cannot know that the recording of its target is over.
+    pub after_end_s: f64,
 }
 
 impl Default for Rules {
-    /// One scan a second, 20 m, 60 m (beyond which ED-117A calls a report false), 3 m/s, 2.5 s.
+    /// One scan a second, 20 m, 60 m (beyond which ED-117A calls a report false), 3 m/s, 2.5 s, 15 s (the
+    /// longest gap that ED-117A speaks of).
     fn default() -> Self {
-        Self { scan_s: 1.0, cut_off_m: 20.0, pair_m: 60.0, course_from_ms: 3.0, hole_s: 2.5 }
+        Self {
+            scan_s: 1.0,
+            cut_off_m: 20.0,
+            pair_m: 60.0,
+            course_from_ms: 3.0,
+            hole_s: 2.5,
+            after_end_s: 15.0,
+        }
     }
 }
 
@@ -53,8 +64,13 @@ pub struct AreaScore {
     pub speed: Vec<(f64, f64)>,
     /// Course errors, rad, sorted.
     pub course_rad: Vec<f64>,
-    /// Distances of all reports to the nearest target, m, sorted.
+    /// Distances of all reports to the nearest target, m, sorted; without those of tracks whose target has
+    /// just ended.
     pub nearest_target_m: Vec<f64>,
+    /// Scans of targets before their first report anywhere.
+    pub before_first: u64,
+    /// Scans of targets without a report.
+    pub unreported: u64,
     /// How far reports are behind along the path, s, each.
     pub behind_s: Vec<f64>,
     /// Paired reports of targets with a name.
@@ -77,6 +93,8 @@ impl AreaScore {
             speed: Vec::new(),
             course_rad: Vec::new(),
             nearest_target_m: Vec::new(),
+            before_first: 0,
+            unreported: 0,
             behind_s: Vec::new(),
             labels_due: 0,
             right_labels: 0,
@@ -135,6 +153,8 @@ impl AreaScore {
         self.course_rad.extend(&other.course_rad);
         self.nearest_target_m.extend(&other.nearest_target_m);
         self.behind_s.extend(&other.behind_s);
+        self.before_first += other.before_first;
+        self.unreported += other.unreported;
         self.labels_due += other.labels_due;
         self.right_labels += other.right_labels;
         self.wrong_labels += other.wrong_labels;
@@ -355,6 +375,9 @@ impl<'a> Run<'a> {
             self.target(*index, point, report.map(|r| &reports[r]), at);
         }
         for (report, place) in reports.iter().zip(&moved) {
+            if self.has_just_ended(report.track, at) {
+                continue;
+            }
             let distances = places.iter().map(|p| distance(*p, *place));
             let (nearest, near) =
                 distances.enumerate().fold((f64::INFINITY, None), |best, (k, d)| {
@@ -365,6 +388,14 @@ impl<'a> Run<'a> {
             let area = self.map.at(report.position_m, height.and_then(|k| truth[k].1.height_m));
             self.area(area).nearest_target_m.push(nearest);
         }
+    }
+
+    /// Whether the target that a track followed last has ended so lately that the track may still coast.
+    fn has_just_ended(&self, track: u64, at: SimTime) -> bool {
+        let target = self.owners.get(&track).copied().flatten();
+        let end = target.and_then(|index| self.recording.targets[index].path.last());
+        end.map(|last| at.since_s(last.time))
+            .is_some_and(|s| s > 0.0 && s <= self.rules.after_end_s + 1e-9)
     }
 
     fn add_gospa(&mut self, found: &Gospa, targets: usize) {
@@ -425,6 +456,10 @@ impl<'a> Run<'a> {
         let Some(report) = report else {
             follow.hole += 1;
             follow.track = None;
+            let never = follow.found.delay_s.is_none();
+            let found = self.area(area);
+            found.unreported += 1;
+            found.before_first += u64::from(never);
             return;
         };
         if follow.hole > 0 {
@@ -634,6 +669,18 @@ mod tests {
         assert_eq!((area.nearest_target_m.len(), area.reports_due(1.0)), (7, (0, 10)));
         assert!(area.nearest_target_m[0] > 4900.0);
         assert_eq!(scored(Vec::new(), Vec::new()), Score::default());
+    }
+
+    #[test]
+    fn a_track_that_coasts_when_its_target_has_ended_is_false_only_if_it_stays() {
+        // The target ends at 9 s, another one is far away; the track goes on to 39 s.
+        let reports = (0..40).map(|k| report(7, k, 10.0 * f64::from(k), 0.0, "A")).collect();
+        let targets =
+            vec![line("A", (0.0, 0.0), (10.0, 0.0), 10), line("B", (0.0, 9000.0), (0.0, 0.0), 40)];
+        let found = scored(targets, reports);
+        let far = found.areas[0].nearest_target_m.iter().filter(|d| **d > 1000.0).count();
+        assert_eq!((far, found.areas[0].nearest_target_m.len()), (15, 25), "from 25 s on");
+        assert_eq!((found.areas[0].unreported, found.areas[0].before_first), (40, 40), "B");
     }
 
     proptest! {
