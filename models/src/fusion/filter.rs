@@ -7,7 +7,7 @@ use crate::filter::{
     two_plot_start,
 };
 use crate::frames::Vector2;
-use crate::plot::Plot;
+use crate::plot::{Plot, SensorKind};
 use crate::time::SimTime;
 
 /// See the module's text.
@@ -130,6 +130,7 @@ impl TrackFilter {
         config: &TrackingConfig,
     ) -> Result<(), UpdateError> {
         if let (Self::Plain(f), true) = (&*self, config.consider_slow_errors)
+            && plot.kind != SensorKind::Asde
             && config.sensor(plot.sensor, plot.kind).slow_share > 0.0
         {
             *self = Self::Considering(Box::new(Consider::from_estimate(
