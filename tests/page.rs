@@ -12,6 +12,7 @@ use demo::Demo;
 use federates::runtime::life_cycle::Phase;
 use federates::runtime::messages::{Command, Operation, ScanReport};
 use federates::viewer_logger::Viewer;
+use federates::viewer_logger::beside::RungRow;
 use federates::viewer_logger::server::{Operate, Page, Server, serve};
 use serde_json::{Value, json};
 use std::net::SocketAddr;
@@ -256,12 +257,7 @@ fn labels_never_overlap_and_keep_their_places() {
 fn the_run_is_operated_and_looked_back_on_from_the_page() {
     let Some(mut w) = watch(40) else { return };
     // Select on the map: the table and the curve follow.
-    let at = w.browser.eval(
-        "(() => { const t = __viewer.tracks.find((t) => t.number === 2), b = document.getElementById('map').getBoundingClientRect(); \
-         return [t.screen.x + b.x, t.screen.y + b.y]; })()",
-    );
-    w.browser.click(at[0].as_f64().expect("x"), at[1].as_f64().expect("y"));
-    w.browser.until("__viewer.selected === 't2' && __viewer.curve.length > 0");
+    pick(&mut w, 2);
     let row = w
         .browser
         .eval("document.querySelector('#tracks tr[aria-selected=true]').cells[0].textContent");
@@ -339,6 +335,79 @@ fn the_run_is_operated_and_looked_back_on_from_the_page() {
     w.assert_no_complaint();
 }
 
+/// Selects a target by a click on its symbol.
+fn pick(w: &mut Watched, number: u16) {
+    let at = w.browser.eval(&format!(
+        "(() => {{ const t = __viewer.tracks.find((t) => t.number === {number}), b = document.getElementById('map').getBoundingClientRect(); \
+         return [t.screen.x + b.x, t.screen.y + b.y]; }})()",
+    ));
+    w.browser.click(at[0].as_f64().expect("x"), at[1].as_f64().expect("y"));
+    w.browser.until(&format!("__viewer.selected === 't{number}' && __viewer.curve.length > 0"));
+}
+
+#[test]
+fn every_list_is_filled_for_the_target_clicked_and_fits_its_box() {
+    let Some(mut w) = watch(40) else { return };
+    pick(&mut w, 2);
+    let legend = w.browser.eval("document.querySelector('figcaption').textContent");
+    for word in ["truth", "track", "95 %", "plots"] {
+        assert!(
+            legend.as_str().expect("words").contains(word),
+            "the close-up does not explain {word}"
+        );
+    }
+    // Something is drawn in the close-up besides its background and the scale.
+    let colours = w.browser.eval(
+        "(() => { const c = document.getElementById('close-up'), d = c.getContext('2d').getImageData(0, 0, c.width, c.height - 30).data; \
+         const seen = new Set(); for (let i = 0; i < d.length; i += 4) seen.add(d[i] << 16 | d[i + 1] << 8 | d[i + 2]); return seen.size; })()",
+    );
+    assert!(colours.as_u64() > Some(20), "the close-up has {colours} colours");
+
+    w.browser.click_on("#tab-effects");
+    w.browser.until("document.querySelectorAll('#effects .told tbody tr').length > 0");
+    let rows = w.browser.eval(
+        "[...document.querySelectorAll('#effects .told tbody tr')].map((r) => [...r.cells].map((c) => c.textContent))",
+    );
+    let glint = rows.as_array().expect("rows").iter().find(|r| r[1] == "+3.76").expect("glint");
+    assert!(glint[0].as_str().expect("words").contains("wanders"), "{glint} is not explained");
+    assert_eq!(glint[2], "m");
+    let units = w.browser.eval("document.getElementById('effects').textContent.includes('dB: ')");
+    assert_eq!(units, true, "the units are explained");
+
+    w.browser.click_on("#tab-filter");
+    w.browser.click_on("#compare");
+    w.browser.until("document.getElementById('compare').getAttribute('aria-pressed') === 'true'");
+    w.page.update(|viewer| assert!(viewer.comparing(), "the viewer was asked"));
+    let rung = |rung: &str, chosen: bool, rmse_m: f64| RungRow {
+        rung: rung.to_owned(),
+        chosen,
+        rmse_m: Some(rmse_m),
+        raw_rmse_m: Some(5.0),
+        scan_us: 40.0,
+        tracks: 8,
+        since_s: 12.0,
+    };
+    let rungs = [rung("abg", false, 5.0), rung("ca3", true, 4.0), rung("imm3", false, 3.0)];
+    w.page.update(|viewer| viewer.on_rungs(&rungs));
+    w.browser.until("document.querySelectorAll('#rungs tbody tr').length === 3");
+    let change = w.browser.eval(
+        "[...document.querySelectorAll('#rungs tbody tr')].map((r) => r.cells[2].textContent)",
+    );
+    assert_eq!(change, json!(["+25 %", "", "\u{2212}25 %"]));
+    w.browser.click_on("#compare");
+    w.browser.until("document.getElementById('compare').getAttribute('aria-pressed') === 'false'");
+
+    for tab in ["tracks", "effects", "filter", "flights", "federates", "sensors", "log"] {
+        w.browser.click_on(&format!("#tab-{tab}"));
+        w.drawn();
+        let panel = w.browser.eval(&format!(
+            "(() => {{ const p = document.getElementById('panel-{tab}'); return [p.innerText.trim().length > 10, p.scrollWidth - p.clientWidth]; }})()"
+        ));
+        assert_eq!(panel, json!([true, 0]), "{tab}: filled, and not wider than its box");
+    }
+    w.assert_no_complaint();
+}
+
 #[test]
 fn what_goes_wrong_is_shown_and_does_no_harm() {
     let Some(mut w) = watch(5) else { return };
@@ -367,7 +436,7 @@ fn what_goes_wrong_is_shown_and_does_no_harm() {
             "version 9",
         ),
         (
-            "(() => { const a = new Uint8Array(40); a.set([83, 69, 69, 68, 1]); a[24] = 200; return a; })()",
+            "(() => { const a = new Uint8Array(40); a.set([83, 69, 69, 68, 2]); a[24] = 200; return a; })()",
             "cut short",
         ),
     ] {

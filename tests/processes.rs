@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Background, Ports, finish, operate, run, stderr, summary, wait_for};
+use common::{Background, Folder, Ports, finish, operate, run, stderr, summary, wait_for};
 use pdu::enumerations::{ResponseFlag, StopReason};
 use pdu::management::{StartResume, StopFreeze};
 use pdu::records::{ClockTime, EntityId};
@@ -206,8 +206,8 @@ fn an_outsiders_entity_becomes_a_target_and_garbage_does_no_harm() {
 #[test]
 fn a_recording_that_lost_its_logger_is_not_called_complete() {
     let ports = Ports::new();
-    let file = std::env::temp_dir().join(format!("seeds-lost-{}.pcapng", std::process::id()));
-    let record = file.to_str().expect("plain");
+    let folder = Folder::new("lost");
+    let record = &folder.file("run.pcapng");
     let mut run =
         Background::start(run(&ports, &["--rate", "4", "--duration", "30", "--record", record]));
     assert!(in_phase(&ports, "RUNNING"));
@@ -215,9 +215,6 @@ fn a_recording_that_lost_its_logger_is_not_called_complete() {
     let logger = with_it.find(|pid| common::processes("seeds viewer-logger").contains(pid));
     common::kill("KILL", logger.expect("the viewer-logger"));
     assert_eq!(run.wait(SOON), Some(3), "complete, but data lost");
-    for end in ["pcapng", "sqlite", "sqlite-wal", "sqlite-shm"] {
-        let _ = std::fs::remove_file(file.with_extension(end));
-    }
 }
 
 #[test]
@@ -238,6 +235,30 @@ fn a_dead_federate_freezes_the_run_in_real_time_and_ends_it_when_fast() {
     assert!(!ok && words.contains("traffic-generator"), "{words}");
 }
 
+/// Every federate ends with a launcher that is killed: at any moment of its start, and while the run goes on.
+#[test]
+fn no_federate_outlives_a_killed_launcher() {
+    for (after_ms, arguments) in [
+        (0, &["--no-viewer"][..]),
+        (5, &[]),
+        (20, &[]),
+        (60, &["--wait"]),
+        (200, &["--fast", "--duration", "80000"]),
+        (3000, &[]),
+    ] {
+        let ports = Ports::new();
+        let mut launcher = Background::start(run(&ports, arguments));
+        std::thread::sleep(Duration::from_millis(after_ms));
+        launcher.0.kill().expect("it can be killed");
+        launcher.0.wait().expect("it has ended");
+        let gone = common::wait_for(Duration::from_secs(5), || {
+            common::processes(&ports.sync).is_empty().then_some(())
+        });
+        let left = common::processes(&ports.sync);
+        assert!(gone.is_some(), "killed after {after_ms} ms with {arguments:?}: {left:?} are left");
+    }
+}
+
 #[test]
 fn bad_input_gives_one_line_and_the_right_code() {
     let taken = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
@@ -255,6 +276,16 @@ fn bad_input_gives_one_line_and_the_right_code() {
         (&["run", "--interface", "192.0.2.77", "--no-viewer"], 2, "192.0.2.77"),
         (&["run", "--sync-listen", "here"], 2, "is not an endpoint"),
         (&["run", "--sync-connect", "tcp/127.0.0.1:9"], 2, "--sync-listen"),
+        (&["run", "--sync-listen", "tcp/127.0.0.1:0"], 2, "--sync-listen"),
+        (&["smdfm", "--sync-connect", "tcp/127.0.0.1:0"], 2, "port 0"),
+        (&["run", "--dis", "127.255.255.255:0"], 2, "port 0"),
+        (&["replay", "x.pcapng", "--with-smdfm", "--rate", "2"], 2, "--rate"),
+        (&["replay", "x.pcapng", "--with-smdfm", "--from", "5"], 2, "--from"),
+        (&["replay", "x.pcapng", "--with-smdfm", "--to", "5"], 2, "--to"),
+        (&["replay", "x.pcapng", "--with-smdfm", "--loop"], 2, "--loop"),
+        (&["replay", "x.pcapng", "--with-smdfm", "--dis", "127.255.255.255:9"], 2, "--dis"),
+        (&["replay", "x.pcapng", "--with-smdfm", "--set-site", "7"], 2, "--set-site"),
+        (&["replay", "x.pcapng", "--seed", "7"], 2, "--with-smdfm"),
         (&["run", "--page", &taken], 1, "--page"),
         (
             &["run", "--no-viewer", "--fast", "--record", "/tmp", "--sync-listen", &free_sync],
@@ -298,15 +329,14 @@ fn a_federate_started_twice_or_of_another_scene_is_refused() {
     assert_eq!(output.status.code(), Some(1));
     assert!(stderr(&output).contains("already running"), "{}", stderr(&output));
 
-    let folder = std::env::temp_dir().join(format!("seeds-scene-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).expect("a folder");
+    let folder = Folder::new("scene");
     let copied = std::process::Command::new("cp")
-        .args(["-r", "scenarios", folder.to_str().expect("plain")])
+        .args(["-r", "scenarios", &folder.file("")])
         .current_dir(env!("CARGO_MANIFEST_DIR"))
         .status();
     assert!(copied.expect("cp").success());
-    let other = folder.join("scenarios/other.toml");
-    let text = std::fs::read_to_string(folder.join("scenarios/zurich.toml")).expect("the scene");
+    let other = folder.file("scenarios/other.toml");
+    let text = std::fs::read_to_string(folder.file("scenarios/zurich.toml")).expect("the scene");
     std::fs::write(&other, text.replace("seed = 1", "seed = 2")).expect("written");
     let mut stranger = common::seeds();
     stranger
@@ -315,7 +345,6 @@ fn a_federate_started_twice_or_of_another_scene_is_refused() {
     let output = finish(stranger);
     assert_eq!(output.status.code(), Some(1));
     assert!(stderr(&output).contains("another scene"), "{}", stderr(&output));
-    std::fs::remove_dir_all(&folder).expect("cleaned up");
 }
 
 #[test]

@@ -3,7 +3,7 @@
 mod common;
 
 use capture::Recorder;
-use common::{Background, Ports, finish, run, seeds, stderr, summary, wait_for};
+use common::{Background, Folder, Ports, finish, run, seeds, stderr, summary, wait_for};
 use pdu::enumerations::StopReason;
 use pdu::management::{StartResume, StopFreeze};
 use pdu::records::{ClockTime, EntityId};
@@ -12,31 +12,11 @@ use serde_json::Value;
 use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader, Write};
 use std::net::SocketAddr;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
 const SOON: Duration = Duration::from_secs(30);
-
-/// A folder of this test's own, removed at the end.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("seeds-{name}-{}", std::process::id()));
-        std::fs::create_dir_all(&path).expect("a folder");
-        Self(path)
-    }
-    fn file(&self, name: &str) -> String {
-        self.0.join(name).display().to_string()
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
-}
 
 /// Three entities, each told once a second for a minute, in datagrams a third of a second apart; the
 /// number of the datagram stands in `capabilities`.

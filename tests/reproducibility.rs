@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Ports, finish, run, summary};
+use common::{Folder, Ports, finish, run, summary};
 use serde_json::Value;
 
 fn digest(arguments: &[&str]) -> (String, Value) {
@@ -38,10 +38,8 @@ fn the_digest_depends_on_scene_and_seed_and_on_nothing_else() {
 
 #[test]
 fn a_recording_replayed_gives_the_same_digest() {
-    let folder = std::env::temp_dir().join(format!("seeds-replay-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).expect("a folder");
-    let file = folder.join("run.pcapng");
-    let path = file.to_str().expect("plain");
+    let folder = Folder::new("replay");
+    let path = &folder.file("run.pcapng");
     let ports = Ports::new();
     let output = finish(run(
         &ports,
@@ -59,7 +57,7 @@ fn a_recording_replayed_gives_the_same_digest() {
     assert_eq!(replayed["seed"], 5, "the seed comes from the recording");
 
     // The database beside it holds what a person asks for.
-    let database = rusqlite::Connection::open(folder.join("run.sqlite")).expect("a database");
+    let database = rusqlite::Connection::open(folder.file("run.sqlite")).expect("a database");
     let count = |table: &str| -> i64 {
         let query = format!("SELECT COUNT(*) FROM {table}");
         database.query_row(&query, [], |row| row.get(0)).expect(table)
@@ -89,18 +87,16 @@ fn a_recording_replayed_gives_the_same_digest() {
     } else {
         eprintln!("skipped: tshark is not installed");
     }
-    std::fs::remove_dir_all(&folder).expect("cleaned up");
 }
 
 #[test]
 fn a_spectator_that_stops_or_dies_changes_nothing() {
     let (reference, _) = digest(&[]);
-    let folder = std::env::temp_dir().join(format!("seeds-spectator-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).expect("a folder");
+    let folder = Folder::new("spectator");
     for signal in ["STOP", "KILL"] {
         let ports = Ports::new();
-        let file = folder.join(format!("{signal}.pcapng"));
-        let path = file.to_str().expect("plain").to_owned();
+        let file = folder.file(&format!("{signal}.pcapng"));
+        let path = file.clone();
         let watcher = std::thread::spawn(move || {
             let viewer = common::wait_for(std::time::Duration::from_secs(20), || {
                 let found = common::processes(&format!("--record {path}"));
@@ -116,19 +112,9 @@ fn a_spectator_that_stops_or_dies_changes_nothing() {
                 common::kill(signal, pid);
             }
         });
-        let output = finish(run(
-            &ports,
-            &[
-                "--fast",
-                "--duration",
-                "60",
-                "--no-viewer",
-                "--record",
-                file.to_str().expect("plain"),
-            ],
-        ));
+        let output =
+            finish(run(&ports, &["--fast", "--duration", "60", "--no-viewer", "--record", &file]));
         watcher.join().expect("the watcher ends");
         assert_eq!(summary(&output)["digest"], reference, "{signal}");
     }
-    std::fs::remove_dir_all(&folder).expect("cleaned up");
 }

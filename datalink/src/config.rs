@@ -16,7 +16,7 @@ pub struct LinkConfig {
     pub groups: Vec<IpAddr>,
     /// Address of the network interface to use; by default the system's choice.
     pub interface: Option<IpAddr>,
-    /// Routers that multicast and broadcast may pass, plus one. Unicast keeps the system's value.
+    /// Routers that multicast and broadcast may pass, plus one; 0 keeps multicast on this host. Unicast keeps the system's value.
     pub ttl: u8,
     /// Octets of receive buffer asked for.
     pub receive_buffer: usize,

@@ -56,7 +56,7 @@ pub struct NetworkArgs {
     #[arg(long, value_name = "IP")]
     pub interface: Option<IpAddr>,
 
-    /// Time to live of DIS datagrams, router hops [default: the scene's, else 1]
+    /// Time to live of DIS datagrams: routers that they may pass, plus one; 0 keeps multicast on this host [default: the scene's, else 1]
     #[arg(long, value_name = "N")]
     pub ttl: Option<u8>,
 
@@ -65,7 +65,7 @@ pub struct NetworkArgs {
     pub sync_listen: Option<String>,
 
     /// Endpoint of the administration station to connect to [default: tcp/127.0.0.1:7447]
-    #[arg(long, value_name = "ENDPOINT", value_parser = endpoint)]
+    #[arg(long, value_name = "ENDPOINT", value_parser = endpoint_of_another)]
     pub sync_connect: Option<String>,
 }
 
@@ -143,6 +143,18 @@ pub fn endpoint(text: &str) -> Result<String, String> {
         return Ok(text.to_owned());
     }
     Err(format!("'{text}' is not an endpoint like tcp/127.0.0.1:7447 (TRANSPORT/ADDRESS:PORT)"))
+}
+
+/// An endpoint that can be connected to.
+///
+/// # Errors
+/// If it is none, or its port is 0.
+pub fn endpoint_of_another(text: &str) -> Result<String, String> {
+    let endpoint = endpoint(text)?;
+    if endpoint.ends_with(":0") {
+        return Err(format!("port 0 cannot be connected to: '{text}'"));
+    }
+    Ok(endpoint)
 }
 
 /// What may stand before the slash of an endpoint.

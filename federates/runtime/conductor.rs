@@ -379,6 +379,9 @@ impl Conductor {
                 self.fail_pending(effects);
                 if self.config.batch {
                     effects.push(Effect::Exit(1));
+                } else {
+                    // Its final report will not come: a run that waits for it alone is closed.
+                    self.try_close(now, effects);
                 }
             }
         }

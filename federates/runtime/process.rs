@@ -44,7 +44,7 @@ pub fn host_name() -> String {
         .unwrap_or_else(|_| "unknown host".to_owned())
 }
 
-/// Environment variable that a launcher sets for the processes that it starts.
+/// Environment variable that a launcher sets, to its process identifier, for the processes that it starts.
 pub const LAUNCHED: &str = "SEEDS_LAUNCHED";
 
 /// Whether a launcher of this host started this process and watches it.
@@ -53,9 +53,12 @@ pub fn launched() -> bool {
     std::env::var_os(LAUNCHED).is_some()
 }
 
-/// A federate that a launcher started ends when the launcher dies, however it dies.
+/// A federate that a launcher started ends when the launcher dies, however it dies and however early.
 pub fn end_with_launcher() {
-    if launched() {
-        let _ = nix::sys::prctl::set_pdeathsig(nix::sys::signal::Signal::SIGTERM);
+    let Some(launcher) = std::env::var_os(LAUNCHED) else { return };
+    let _ = nix::sys::prctl::set_pdeathsig(nix::sys::signal::Signal::SIGTERM);
+    // It may have died before the kernel was asked to tell.
+    if launcher != *nix::unistd::getppid().to_string() {
+        let _ = nix::sys::signal::raise(nix::sys::signal::Signal::SIGTERM);
     }
 }

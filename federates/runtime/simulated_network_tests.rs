@@ -466,3 +466,18 @@ fn a_producer_lost_before_its_first_frame_holds_nobody_up() {
     let reasons = &net.conductor.state().reasons;
     assert!(reasons.len() == 1 && reasons[0].contains(lost), "{reasons:?}");
 }
+
+#[test]
+fn a_stopped_run_does_not_wait_for_the_reports_of_the_dead() {
+    let mut net = Net::new(3, 0, 1.0, false);
+    net.run_until_running();
+    let at = net.now;
+    net.run(at + 1, vec![(at, Act::Command(Command::Stop))]);
+    net.run_until(|net| net.conductor.phase() == Phase::Stopped);
+    assert!(net.closed.is_empty(), "the reports are still on their way");
+    let at = net.now;
+    let dead = ["external-world", "smdfm", "traffic-generator"];
+    net.run(at + MS, dead.map(|name| (at, Act::Kill(name))).to_vec());
+    assert_eq!(net.closed.len(), 1, "closed at once, not after the patience for reports");
+    assert_eq!(net.closed[0].reasons.len(), 3, "{:?}", net.closed[0].reasons);
+}

@@ -67,7 +67,7 @@ pub struct ViewerArgs {
     #[command(flatten)]
     pub(crate) common: CommonArgs,
 
-    /// Address and port of the page
+    /// Address and port of the page; port 0: any free one
     #[arg(long, value_name = "ADDR:PORT", default_value = super::run::DEFAULT_PAGE)]
     pub page: SocketAddr,
 

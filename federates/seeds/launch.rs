@@ -54,7 +54,7 @@ impl Launched {
         let executable = std::env::current_exe().context("finding this executable")?;
         let mut child = Command::new(&executable)
             .args(arguments)
-            .env(LAUNCHED, "1")
+            .env(LAUNCHED, std::process::id().to_string())
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
             // A group of its own: Ctrl-C on the terminal reaches the launcher, which ends the run in order.

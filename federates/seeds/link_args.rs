@@ -16,11 +16,11 @@ pub struct LinkArgs {
     #[arg(long, value_name = "IP")]
     pub interface: Option<IpAddr>,
 
-    /// Routers that multicast and broadcast may pass, plus one
+    /// Routers that multicast and broadcast may pass, plus one; 0 keeps multicast on this host
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub ttl: u8,
 
-    /// Listen here instead [default: what suits --dis]
+    /// Listen here instead; port 0: any free one [default: what suits --dis]
     #[arg(long, value_name = "ADDR:PORT")]
     pub listen: Option<SocketAddr>,
 

@@ -30,8 +30,8 @@ pub struct ReplayArgs {
     #[command(flatten)]
     player: PlayerArgs,
 
-    /// Run an SMDFM on the recording, as fast as possible, instead of sending it
-    #[arg(long)]
+    /// Run an SMDFM on the whole recording, as fast as possible; nothing is sent, so every option of sending (--rate, --from, --to, --loop, --dis …) is refused
+    #[arg(long, conflicts_with_all = OF_SENDING)]
     with_smdfm: bool,
 
     /// Scene of the recording (with --with-smdfm): a TOML file, or the name of a scene
@@ -39,13 +39,29 @@ pub struct ReplayArgs {
     scene: String,
 
     /// DIS exercise of the recording (with --with-smdfm), 0 to 255 [default: the scene's]
-    #[arg(long = "of-exercise", value_name = "N")]
+    #[arg(long = "of-exercise", value_name = "N", requires = "with_smdfm")]
     of_exercise: Option<u8>,
 
     /// Seed of the sensors' draws (with --with-smdfm) [default: the recorded run's, else the scene's]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", requires = "with_smdfm")]
     seed: Option<u64>,
 }
+
+/// Options (and groups of them) that say how a recording is sent.
+const OF_SENDING: [&str; 12] = [
+    "rate",
+    "fast",
+    "schedule",
+    "from",
+    "to",
+    "looping",
+    "start_on_resume",
+    "stamps",
+    "lasting",
+    "control",
+    "LinkArgs",
+    "RewriteArgs",
+];
 
 /// Replays.
 #[must_use]
@@ -99,7 +115,7 @@ pub fn with_smdfm(
     let recorded = read(file, scene, exercise)?;
     anyhow::ensure!(
         !recorded.frames.is_empty(),
-        "{}: no PDU of scene '{}' (site {}, exercise {exercise}) in this recording: check --scene and --exercise",
+        "{}: no PDU of scene '{}' (site {}, exercise {exercise}) in this recording: check --scene and --of-exercise",
         file.display(),
         scene.name,
         scene.run.site

@@ -356,13 +356,13 @@ fn page(database: &Connection, files: &str) -> anyhow::Result<String> {
         let _ = write!(body, "<section><h2>{heading}</h2>{inside}</section>");
     }
     Ok(format!(
-        "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><title>{} – SEEDS</title><style>{STYLE}</style><main>{body}</main></html>",
+        "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width\"><title>{} – SEEDS</title><style>{STYLE}</style><main>{body}</main></html>",
         escaped(&title)
     ))
 }
 
 const STYLE: &str = "body{font:14px/1.45 system-ui,sans-serif;margin:0;background:#f4f6f9;color:#1b2430}\
-main{max-width:1200px;margin:0 auto;padding:1.5rem}h1{font-size:1.6rem;margin:.2rem 0 1rem}h2{font-size:1.05rem;margin:0 0 .6rem}\
+main{max-width:1200px;margin:0 auto;padding:min(1.5rem,2vw)}h1{font-size:1.6rem;margin:.2rem 0 1rem}h2{font-size:1.05rem;margin:0 0 .6rem}\
 section{background:#fff;border:1px solid #dde3ea;border-radius:6px;padding:1rem 1.2rem;margin-bottom:1rem;overflow:auto}\
 table{border-collapse:collapse;font-size:13px;font-variant-numeric:tabular-nums}\
 th,td{padding:3px 12px 3px 0;border-bottom:1px solid #e6ebf1;text-align:right;white-space:nowrap}\
@@ -373,7 +373,7 @@ path.tracks{stroke:#1f6fd1}path.plots{stroke:#e0a23a;stroke-width:1}path.truth{s
 path.weather{stroke:#3c9d84;stroke-dasharray:4 3}text.weather{fill:#2c7a66}circle.alarm{fill:#c3423f;opacity:.5}\
 .key i{display:inline-block;width:22px;height:4px;margin:0 .3rem 0 1rem;vertical-align:middle}\
 i.tracks{background:#1f6fd1}i.plots{background:#e0a23a}i.truth{background:#8a97a6}i.alarm{background:#c3423f}\
-ul{columns:3;padding-left:1.1rem}";
+ul{columns:3 18em;padding-left:1.1rem}";
 
 #[cfg(test)]
 mod tests {

@@ -41,7 +41,7 @@ pub struct RunArgs {
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
 
-    /// Address and port of the page
+    /// Address and port of the page; port 0: any free one
     #[arg(long, value_name = "ADDR:PORT", default_value = DEFAULT_PAGE)]
     pub page: SocketAddr,
 
@@ -137,6 +137,10 @@ pub fn run(args: &RunArgs) -> ExitCode {
     if args.network.sync_connect.is_some() {
         let help = "a run listens for its federates: --sync-listen ENDPOINT";
         return fail(BAD_INPUT, format!("--sync-connect: {help}"));
+    }
+    if args.network.sync_listen.as_ref().is_some_and(|e| e.ends_with(":0")) {
+        let help = "the federates of a run must know its port: choose one, not 0";
+        return fail(BAD_INPUT, format!("--sync-listen: {help}"));
     }
     if args.in_process {
         return match super::in_process::run(args, &scene) {

@@ -6,10 +6,11 @@
 
 use crate::runtime::clock::monotonic_ns;
 use crate::runtime::messages::{PlotMessage, ScanReport};
+use crate::smdfm::kind_of;
 use models::flight_list::FlightList;
 use models::frames::Vector2;
 use models::fusion::{Outcome, Shadows, Tracker, TrackingConfig};
-use models::plot::{Callsign, Identity, Plot, Polar, SensorId, SensorKind};
+use models::plot::{Callsign, Identity, Plot, Polar, SensorId};
 use models::time::SimTime;
 use models::track::TrackStatus;
 use serde::Serialize;
@@ -101,14 +102,21 @@ impl Beside {
         let confirmed = |tracks: &[models::track::SystemTrack]| {
             tracks.iter().filter(|t| t.status == TrackStatus::Confirmed).count()
         };
-        let (chosen, others) = self.scores.split_first_mut().expect("one for the chosen rung");
-        let began = monotonic_ns();
-        let tracks = self.chosen.1.scan(to, &plots, flights);
-        judge(chosen, monotonic_ns() - began, confirmed(&tracks), self.chosen.1.outcomes());
-        for (shadow, score) in self.shadows.rungs().iter_mut().zip(others) {
+        // Who comes first brings the plots into the caches: each rung in its turn, so that none pays for all.
+        let rungs = self.scores.len();
+        let first = self.scores[0].scans as usize;
+        for turn in 0..rungs {
+            let which = (first + turn) % rungs;
             let began = monotonic_ns();
-            let tracks = shadow.scan(to, &plots, flights);
-            judge(score, monotonic_ns() - began, confirmed(&tracks), shadow.outcomes());
+            let (tracks, outcomes) = match which.checked_sub(1) {
+                None => (self.chosen.1.scan(to, &plots, flights), self.chosen.1.outcomes()),
+                Some(at) => {
+                    let shadow = &mut self.shadows.rungs()[at];
+                    (shadow.scan(to, &plots, flights), shadow.outcomes())
+                }
+            };
+            let took_ns = monotonic_ns() - began;
+            judge(&mut self.scores[which], took_ns, confirmed(&tracks), outcomes);
         }
     }
 
@@ -142,16 +150,7 @@ impl Beside {
 
 /// The plot as the tracker had it.
 fn plot_of(message: &PlotMessage) -> Option<Plot> {
-    let kind = match message.kind.as_str() {
-        "asde" => SensorKind::Asde,
-        "gps" => SensorKind::Gps,
-        "dgps" => SensorKind::Dgps,
-        "adsb" => SensorKind::Adsb,
-        "mlat" => SensorKind::Mlat,
-        "loop" => SensorKind::Loop,
-        "dynamic" => SensorKind::Dynamic,
-        _ => return None,
-    };
+    let kind = kind_of(&message.kind)?;
     let identity = match message.identity.as_str() {
         "" => None,
         // Only who has no call sign reports an address.

@@ -11,11 +11,11 @@ use std::collections::BTreeMap;
 /// First octets of every message.
 pub const MAGIC: [u8; 4] = *b"SEED";
 /// Version of the layout; the page refuses another one.
-pub const VERSION: u8 = 1;
+pub const VERSION: u8 = 2;
 /// Octets of the header.
 pub const HEADER: usize = 40;
 /// Octets of a track record.
-pub const TRACK: usize = 104;
+pub const TRACK: usize = 112;
 /// Octets of a truth record.
 pub const TRUTH: usize = 80;
 /// Octets of a plot record.
@@ -96,7 +96,7 @@ fn track(out: &mut Vec<u8>, t: &TrackMessage, truth_index: i32, error_m: f64) {
     out.extend(truth_index.to_le_bytes());
     text(out, &t.callsign, 12);
     text(out, &t.type_designator, 8);
-    text(out, &t.runway_stand, 16);
+    text(out, &t.runway_stand, 24);
     f64s(out, &t.position_m);
     f32s(out, &t.velocity_ms);
     f32s(out, &t.cov_m2);

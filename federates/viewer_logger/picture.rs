@@ -3,8 +3,8 @@
 //! Positions are metres east and north of the aerodrome reference point. Fields that go to the browser as
 //! JSON carry their unit in the name.
 
+use crate::smdfm::kind_word;
 use models::frames::Vector2;
-use models::plot::SensorKind;
 use scenarios::Scene;
 use serde::{Deserialize, Serialize};
 
@@ -149,7 +149,7 @@ impl AirportMap {
         let sensor = |s: &scenarios::SensorScene| SensorSite {
             id: s.id.0,
             name: s.name.clone(),
-            kind: kind_name(s.kind).to_owned(),
+            kind: kind_word(s.kind).to_owned(),
             position_m: s.site_m.map(|p| metres(p.xy())),
             range_m: None,
         };
@@ -169,20 +169,6 @@ impl AirportMap {
             buildings: layout.buildings.iter().map(area).collect(),
             sensors: scene.sensors.iter().map(sensor).collect(),
         }
-    }
-}
-
-/// Word for a kind of sensor, as scenes and plots write it.
-#[must_use]
-pub fn kind_name(kind: SensorKind) -> &'static str {
-    match kind {
-        SensorKind::Asde => "asde",
-        SensorKind::Gps => "gps",
-        SensorKind::Dgps => "dgps",
-        SensorKind::Adsb => "adsb",
-        SensorKind::Mlat => "mlat",
-        SensorKind::Loop => "loop",
-        SensorKind::Dynamic => "dynamic",
     }
 }
 

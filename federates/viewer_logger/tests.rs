@@ -111,12 +111,12 @@ fn binary(out: &[Outgoing]) -> Option<&[u8]> {
 #[test]
 fn a_scan_is_laid_out_as_the_page_reads_it() {
     let octets = frame::with_trails(&frame::encode(&scan(3)), true, &[(4, vec![[20.0, 50.0]])]);
-    assert_eq!(&octets[..6], b"SEED\x01\x01");
+    assert_eq!(&octets[..6], b"SEED\x02\x01");
     assert_eq!([8, 24, 28, 32, 36].map(|at| u32_at(&octets, at)), [3, 1, 1, 1, 1]);
     assert_eq!(&octets[16..24], 3_000_000_000_i64.to_le_bytes());
     let track = &octets[frame::HEADER..];
     assert_eq!(u32_at(track, 8), 0, "index of its truth");
-    assert_eq!([f64_at(track, 48), f64_at(track, 56)], [30.0, 50.0]);
+    assert_eq!([f64_at(track, 56), f64_at(track, 64)], [30.0, 50.0]);
     let truth = &track[frame::TRACK..];
     assert_eq!(&truth[8..13], b"SWR1\0");
     assert_eq!(f64_at(truth, 32), 30.0);

@@ -607,7 +607,9 @@ caption{text-align:left;font-weight:600;padding:.3rem 0}details{margin-top:1rem}
 th,td{padding:.2rem .6rem;text-align:right;border-bottom:1px solid #e6ebf0}th{text-align:right;vertical-align:bottom;\
 background:#f5f8fa}td:nth-child(-n+3),th:nth-child(-n+3){text-align:left}.gains td:not(:first-child),.gains th:not(:first-child){text-align:right}\
 .told td{color:#8a5200;font-style:italic}.pass{color:#17723b}.fail{color:#b3261e;font-weight:600}.none{color:#889}.remark{display:block;\
-font-weight:400;color:#445;max-width:26rem;white-space:normal;text-align:left}";
+font-weight:400;color:#445;max-width:26rem;white-space:normal;text-align:left}\
+@media(max-width:760px){body{padding:.8rem}dl{grid-template-columns:minmax(0,auto) minmax(0,1fr)}dd,p{overflow-wrap:anywhere}\
+table{display:block;overflow-x:auto}.contents td:first-child{white-space:normal}}";
 
 #[cfg(test)]
 mod tests {

@@ -138,7 +138,7 @@ impl Demo {
                     truth_m: Some(at),
                     sequence: i as u32,
                     track: tracked.then_some(number),
-                    effects: Vec::new(),
+                    effects: if kind == "asde" { effects() } else { Vec::new() },
                 });
             };
             if !missed {
@@ -301,4 +301,11 @@ fn noise(a: u64, b: u64) -> f64 {
         sum += (x >> 11) as f64 / (1_u64 << 53) as f64 - 0.5;
     }
     sum * 1.7
+}
+
+/// What two effects did to a radar plot: effect, change, unit.
+fn effects() -> Vec<(String, f64, String)> {
+    [("ground clutter", -5.26, "dB"), ("glint", 3.76, "m")]
+        .map(|(name, value, unit)| (name.to_owned(), value, unit.to_owned()))
+        .to_vec()
 }

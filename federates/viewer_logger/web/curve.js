@@ -72,7 +72,7 @@ export class Curve {
     const clock = (s) => `${Math.floor(s / 60)}:${String(Math.floor(s % 60)).padStart(2, "0")}`;
     return {
       ...this.#measure(),
-      padding: [8, 8, 0, 0],
+      padding: [8, 16, 0, 0],
       cursor: { y: false, points: { size: 5 } },
       legend: { live: true },
       scales: { x: { time: false }, y: { range: (_, low, high) => [0, Math.max(1, (high ?? 1) * 1.1)] } },
@@ -82,10 +82,10 @@ export class Curve {
       ],
       series: [
         { label: "time", value: (_, v) => (v === null || v === undefined ? "" : clock(v)) },
-        { label: "track m", stroke: c("error"), width: 1.6, value, points: { show: false } },
-        { label: "claimed \u03c3 m", stroke: c("text"), width: 1, dash: [4, 4], value, points: { show: false } },
+        { label: "track", stroke: c("error"), width: 1.6, value, points: { show: false } },
+        { label: "claimed \u03c3", stroke: c("text"), width: 1, dash: [4, 4], value, points: { show: false } },
         ...kinds.map((kind) => ({
-          label: `${kind} m`, stroke: c(`plot-${kind}`), paths: () => null, value,
+          label: `${kind} plots`, stroke: c(`plot-${kind}`), paths: () => null, value,
           points: { show: true, size: 3, fill: c(`plot-${kind}`), width: 0 },
         })),
       ],

@@ -1,7 +1,7 @@
 // Reads the binary form of a scan; federates/viewer_logger/frame.rs writes it and says how it is laid out.
 
-const VERSION = 1;
-const HEADER = 40, TRACK = 104, TRUTH = 80, PLOT = 56;
+const VERSION = 2;
+const HEADER = 40, TRACK = 112, TRUTH = 80, PLOT = 56;
 const TRACK_TYPES = ["none", "aircraft", "vehicle"];
 const STATUSES = ["tentative", "confirmed", "coasting", "last"];
 const MOVEMENTS = ["", "arrival", "departure", "vehicle"];
@@ -59,14 +59,14 @@ function readTrack(view, at) {
     truthIndex: view.getInt32(at + 8, true),
     callsign: text(view, at + 12, 12),
     designator: text(view, at + 24, 8),
-    runwayStand: text(view, at + 32, 16),
-    x: view.getFloat64(at + 48, true),
-    y: view.getFloat64(at + 56, true),
-    vx: f32(64), vy: f32(68),
-    cov: [f32(72), f32(76), f32(80)],
-    errorM: known(f32(84)),
-    heading: f32(92),
-    altitudeM: known(f32(96)),
+    runwayStand: text(view, at + 32, 24),
+    x: view.getFloat64(at + 56, true),
+    y: view.getFloat64(at + 64, true),
+    vx: f32(72), vy: f32(76),
+    cov: [f32(80), f32(84), f32(88)],
+    errorM: known(f32(92)),
+    heading: f32(100),
+    altitudeM: known(f32(104)),
   };
 }
 

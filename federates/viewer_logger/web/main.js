@@ -7,7 +7,7 @@ import { closeUp, LAYERS, MapView, plotMark } from "./map.js";
 import {
   facts, flightColumns, showEffects, showFederates, showOperations, showRungs, showSensors, Table, targetFacts, TRACK_COLUMNS,
 } from "./panels.js";
-import { element, elapsed, fixed, utc, visibility, wind } from "./text.js";
+import { element, elapsed, fixed, place, utc, visibility, wind } from "./text.js";
 
 const byId = (id) => document.getElementById(id);
 
@@ -21,7 +21,7 @@ const state = {
 const map = new MapView(byId("map"), () => showFollow());
 map.onPick = (id) => select(id);
 map.onPointer = (p) => {
-  byId("pointer").textContent = p ? `${p[0].toFixed(0)} E  ${p[1].toFixed(0)} N m` : "";
+  byId("pointer").textContent = p ? place(...p) : "";
 };
 
 const curve = new Curve(byId("curve"), (scan) => showScan(scan));
@@ -90,7 +90,7 @@ function onText(message) {
       break;
     case "plan":
       state.plan = message.rows;
-      showPanel("sensors");
+      showPanel("effects");
       break;
     case "rungs":
       state.rungs = message;
@@ -344,7 +344,7 @@ function showTarget() {
 function showPanel(name) {
   if (byId(`panel-${name}`).hidden) return;
   if (name === "effects") {
-    showEffects(byId("effects"), { of: state.selected && (state.callsign || state.selected.replace(/^t/, "Track ")), message: state.effects, sensors: state.airport?.sensors ?? [] });
+    showEffects(byId("effects"), { of: state.selected && (state.callsign || state.selected.replace(/^t/, "Track ")), message: state.effects, sensors: state.airport?.sensors ?? [], plan: state.plan });
   }
   if (name === "filter") {
     showRungs(byId("filter"), { rungs: state.rungs, measures: state.timeline?.measures, tookUs: state.timeline?.took_us });
@@ -352,7 +352,7 @@ function showPanel(name) {
   if (name === "federates") showFederates(byId("federates"), state.federates, state.runState?.members ?? []);
   if (name === "sensors") {
     showSensors(byId("sensors"), {
-      scan: state.scan, sensors: state.airport?.sensors ?? [], measures: state.timeline?.measures, plan: state.plan, tookUs: state.timeline?.took_us,
+      scan: state.scan, sensors: state.airport?.sensors ?? [], measures: state.timeline?.measures, tookUs: state.timeline?.took_us,
     });
   }
   if (name === "log") showOperations(byId("operations"), state.operations);
@@ -535,7 +535,8 @@ function makeHelp() {
   byId("keys").append(...KEYS.filter((k) => k[0]).map((k) => element("tr", [element("th", k[0], { scope: "row" }), element("td", k[1])])));
   byId("symbols").append(...[
     "Filled circle: track of an aircraft; square: of a vehicle; diamond: not identified; hollow: coasting.",
-    "Outline: truth, to scale once it is large enough; dashed: an outsider's entity.",
+    "Outline and small cross: truth, to scale once it is large enough; dashed: an outsider's entity.",
+    "Small open marks: plots, one mark and colour a sensor as in the list of layers; a plot far from any target is a false one.",
     "Red line: error, from track to truth. Ellipse: where the track claims to be with 95 % probability.",
     "Line ahead: where the target will be in 15 s. Dots: where the track was.",
     "Amber arrival, blue departure, green vehicle, grey unknown.",

@@ -1,6 +1,6 @@
 // The lists beside the map: targets, flights, federates, sensors, operator actions.
 
-import { bytes, element, elapsed, fixed, NONE, utc } from "./text.js";
+import { bytes, element, elapsed, fixed, NONE, place, utc } from "./text.js";
 
 const KNOT = 1.943844;
 
@@ -115,7 +115,7 @@ export function flightColumns(startNs) {
     { key: "movement", title: "Mov", hint: "Arrival, departure, vehicle", read: (f) => f.movement, show: (f) => ({ arrival: "ARR", departure: "DEP", vehicle: "VEH" })[f.movement] ?? f.movement },
     { key: "runway", title: "Rwy", read: (f) => f.runway, show: (f) => f.runway || NONE },
     { key: "stand", title: "Stand", read: (f) => f.stand, show: (f) => f.stand.replaceAll("_", " ") || NONE },
-    { key: "time", title: "ETA/CTD", hint: "Estimated arrival or calculated departure, UTC", read: (f) => f.eta_ctd_ns, show: (f) => (f.movement === "vehicle" ? NONE : at(f.eta_ctd_ns / 1e9)), number: true },
+    { key: "time", title: "Time", hint: "Estimated arrival or calculated departure, UTC", read: (f) => f.eta_ctd_ns, show: (f) => (f.movement === "vehicle" ? NONE : at(f.eta_ctd_ns / 1e9)), number: true },
     { key: "routing", title: "Routing", read: (f) => (f.routing ?? []).join(" "), show: (f) => (f.routing ?? []).join(" ") || NONE },
   ];
 }
@@ -137,15 +137,15 @@ export function targetFacts(t) {
   if (!t) return [];
   const rows = [];
   if (t.number !== undefined) {
-    rows.push(["Track", `${t.number} ${t.status}`], ["Type", [t.designator, t.wake].filter(Boolean).join("/") || NONE]);
+    rows.push(["Track", `${t.number} ${t.status}`], ["Type", [t.designator, t.wake].filter(Boolean).join("/") || (t.callsign ? NONE : "not identified yet")]);
     rows.push(["Movement", [t.movement, t.runwayStand.replaceAll("_", " ")].filter(Boolean).join(" ") || NONE]);
   } else rows.push(["Track", "none", "missing"], ["Type", t.designator || NONE]);
   rows.push(["Speed", `${fixed(speedKt(t), 0)} kt`], ["Course", Number.isFinite(t.heading) ? `${fixed(headingDeg(t), 0)}\u00b0` : NONE]);
-  rows.push(["Position", `${fixed(t.x, 0)} E  ${fixed(t.y, 0)} N m`]);
+  rows.push(["Position", place(t.x, t.y), "", "From the airport's reference point"]);
   if (t.number !== undefined) {
-    rows.push(["Error", t.errorM === null ? "no truth" : `${fixed(t.errorM, 2)} m`, t.errorM === null ? "missing" : "error"]);
+    rows.push(["Error", t.errorM === null ? "no truth" : `${fixed(t.errorM, 2)} m`, t.errorM === null ? "missing" : "error", "Distance of the track from truth"]);
     const sigma = Math.sqrt(t.cov[0] + t.cov[2]);
-    rows.push(["Claimed \u03c3", Number.isFinite(sigma) ? `${fixed(sigma, 2)} m` : NONE]);
+    rows.push(["Claimed \u03c3", Number.isFinite(sigma) ? `${fixed(sigma, 2)} m` : NONE, "", "The error that the track itself expects: its standard deviation"]);
   }
   return rows;
 }
@@ -169,11 +169,12 @@ export function showFederates(box, federates, members) {
       ["Lost", String(f.lost ?? NONE), f.lost > 0 ? "warn" : ""],
       ["Repaired", String(f.repaired ?? NONE)],
       ["Refused", f.dropped ? String(dropped) : NONE, dropped ? "warn" : ""],
-      ["Step", milliseconds(f.exec_us)], ["Longest", milliseconds(f.exec_max_us)], ["Latency", milliseconds(m?.latency_us)],
+      ["Step", duration(f.exec_us), "", "Computing one frame, mean"], ["Longest", duration(f.exec_max_us), "", "The longest frame so far"],
+      ["Latency", duration(m?.latency_us), "", "From the conductor's order for a frame to this federate's answer"],
       ["CPU", Number.isFinite(f.cpu_pct) ? `${fixed(f.cpu_pct, 0)} %` : NONE],
       ["Memory", bytes(f.rss_bytes)],
     ]);
-    const where = [f.host || m?.host, f.pid || m?.pid].filter(Boolean).join(" / ");
+    const where = [(f.host || m?.host) && `host ${f.host || m?.host}`, (f.pid || m?.pid) && `process ${f.pid || m?.pid}`].filter(Boolean).join(", ");
     const reasons = (f.dropped ?? []).map(([why, n]) => `${n} \u00d7 ${why}`).join("; ");
     return element("article", [
       element("h3", [element("i", "", { class: "dot", "data-mark": alive ? "good" : "bad" }), name,
@@ -208,8 +209,8 @@ function measureName(name) {
   return [name.replaceAll("_", " "), ""];
 }
 
-/** Plots of each sensor in the scan shown, measures and the effect plan. */
-export function showSensors(box, { scan, sensors, measures, plan, tookUs }) {
+/** Plots of each sensor in the scan shown, and the measures of the run. */
+export function showSensors(box, { scan, sensors, measures, tookUs }) {
   const ids = [...new Set([...sensors.map((s) => s.id), ...(scan?.plots ?? []).map((p) => p.sensor)])].sort((a, b) => a - b);
   const row = (cells, tag = "td") => element("tr", cells.map((c, i) => element(tag, c, { class: i > 1 ? "number" : null })));
   const rows = ids.map((id) => {
@@ -225,44 +226,80 @@ export function showSensors(box, { scan, sensors, measures, plan, tookUs }) {
   ];
   if (measures?.length) {
     const list = element("dl", [], { class: "facts" });
-    facts(list, [...measures.map(([n, v]) => [measureName(n)[0], measure(n, v), "", measureName(n)[1]]), ["Scan took", milliseconds(tookUs)]]);
+    facts(list, [...measures.map(([n, v]) => [measureName(n)[0], measure(n, v), "", measureName(n)[1]]), ["Scan took", duration(tookUs)]]);
     parts.push(element("h3", "Measures of the run"), list);
-  }
-  if (plan?.length) {
-    const nameOf = (id) => sensors.find((s) => String(s.id) === id)?.name || `sensor ${id}`;
-    parts.push(
-      element("h3", "Effects that the scene calls for"),
-      element("table", [
-        element("thead", element("tr", ["Sensor", "Effect", "Called for by", "At most", "Simulated"].map((t) => element("th", t)))),
-        element("tbody", plan.map(([id, ...r]) => element("tr", [nameOf(id), ...r].map((t) => element("td", t))))),
-      ], { class: "plan" }),
-      element("p", "At most: what leaving the effect out could change. Simulated: the level chosen, and its time for one target.", { class: "where" }));
   }
   box.replaceChildren(...parts);
 }
 
-/** What every simulated effect did to the plots of the selected target in the scan shown. */
-export function showEffects(box, { of, message, sensors }) {
-  const say = (text) => box.replaceChildren(element("p", text, { class: "empty" }));
-  if (!of) return say("Select a target to see what each simulated effect did to its plots.");
-  if (!message?.plots.length) return say(`${of} has no plot in this scan, or the SMDFM runs without --explain.`);
-  box.replaceChildren(...message.plots.map((plot) => {
-    const site = sensors.find((s) => s.id === plot.sensor);
-    const about = [elapsed(plot.time_s), Number.isFinite(plot.scnr_db) ? `SCNR ${fixed(plot.scnr_db, 1)} dB` : "",
-      Number.isFinite(plot.error_m) ? `error ${fixed(plot.error_m, 2)} m` : "", plot.track === null ? "not used by a track" : ""];
-    const row = ([name, value, unit]) => element("tr", [element("td", name), element("td", signed(value, unit), { class: "number" }), element("td", unit)]);
-    return element("article", [
-      element("h3", [site?.name || `sensor ${plot.sensor}`, element("small", plot.kind)]),
-      element("p", about.filter(Boolean).join(" \u2013 "), { class: "where" }),
-      element("table", [element("thead", element("tr", ["Effect", "Did", ""].map((t, i) => element("th", t, { class: i === 1 ? "number" : null })))), element("tbody", plot.effects.map(row))]),
-    ], { class: "card" });
-  }));
+/** What the effects are, for a reader who has not met them. */
+const EFFECTS = new Map([
+  ["rain attenuation", "rain on the way absorbs and scatters"], ["fog", "droplets on the way absorb"], ["gases", "oxygen and water vapour absorb"],
+  ["rain clutter", "echo of the rain around the target"], ["ground clutter", "echo of the ground around the target"],
+  ["surface reflection", "a second path by the surface"], ["lobing", "that path in phase or against it"],
+  ["roughness", "a rough surface reflects less"], ["water film", "a wet surface reflects otherwise"],
+  ["reflected polarisation", "reflection turns the polarisation"], ["earth curvature", "in the reflection at the surface"],
+  ["detection probability", "whether an echo is seen at all"], ["target extent", "echo centre off the middle of the body"],
+  ["glint", "the echo's centre wanders"], ["thermal range error", "noise of the receiver, along the beam"],
+  ["thermal azimuth error", "noise of the receiver, across the beam"], ["quantisation", "steps of the extractor"],
+  ["building shadow", "a building hides the target in part"], ["aircraft shadow", "an aircraft hides the target in part"],
+  ["facade ghosts", "mirror image in a facade"], ["multipath", "signals by way of walls and ground"],
+  ["geometry", "where the satellites stand"], ["correlated error", "satellites and air: changes slowly"], ["white error", "noise, new with every fix"],
+  ["correction age", "the correction is already old"], ["correction distance", "it was made somewhere else"],
+  ["latency", "the report is of an earlier moment"], ["position rounding", "digits of the report"],
+]);
+
+/** What every simulated effect did to the plots of the selected target in the scan shown, and what the scene calls for. */
+export function showEffects(box, { of, message, sensors, plan }) {
+  const say = (text) => element("p", text, { class: "empty" });
+  const parts = [];
+  if (!of) parts.push(say("Select a target to see what each simulated effect did to its plots."));
+  else if (!message?.plots.length) parts.push(say(`${of} has no plot in this scan, or the SMDFM runs without --explain.`));
+  else parts.push(...message.plots.map((plot) => effectCard(plot, sensors)));
+  if (message?.plots.length) {
+    parts.push(element("p", "dB: change of the echo or of what disturbs it; m: shift of the plot. SCNR: echo above clutter and noise.", { class: "where" }));
+  }
+  parts.push(...planTables(plan ?? [], sensors));
+  box.replaceChildren(...parts);
+}
+
+function effectCard(plot, sensors) {
+  const site = sensors.find((s) => s.id === plot.sensor);
+  const about = [elapsed(plot.time_s), Number.isFinite(plot.scnr_db) ? `SCNR ${fixed(plot.scnr_db, 1)} dB` : "",
+    Number.isFinite(plot.error_m) ? `error ${fixed(plot.error_m, 2)} m` : "", plot.track === null ? "not used by a track" : ""];
+  const row = ([name, value, unit]) => element("tr", [
+    element("td", [name, element("small", EFFECTS.get(name) ?? "")]), element("td", signed(value, unit), { class: "number" }), element("td", unit),
+  ]);
+  const head = ["Effect", "Change", ""].map((t, i) => element("th", t, { class: i === 1 ? "number" : null }));
+  return element("article", [
+    element("h3", [site?.name || `sensor ${plot.sensor}`, element("small", plot.kind)]),
+    element("p", about.filter(Boolean).join(" \u2013 "), { class: "where" }),
+    element("table", [element("thead", element("tr", head)), element("tbody", plot.effects.map(row))], { class: "told" }),
+  ], { class: "card" });
+}
+
+/** Which effects the scene calls for, a table for each sensor: the simulated ones first. */
+function planTables(plan, sensors) {
+  if (!plan.length) return [];
+  const parts = [element("h3", "Effects that the scene calls for")];
+  for (const id of new Set(plan.map((row) => row[0]))) {
+    const rows = plan.filter((row) => row[0] === id).map((row) => row.slice(1));
+    rows.sort((a, b) => Number(a[3] === "skipped") - Number(b[3] === "skipped"));
+    parts.push(element("table", [
+      element("caption", sensors.find((s) => String(s.id) === id)?.name || `sensor ${id}`),
+      element("thead", element("tr", ["Effect", "Called for by", "At most", "Simulated"].map((t) => element("th", t)))),
+      element("tbody", rows.map((row) => element("tr", row.map((t) => element("td", t)), { "data-mark": row[3] === "skipped" ? "skipped" : "" }))),
+    ], { class: "plan" }));
+  }
+  parts.push(element("p", "At most: what leaving the effect out could change. Simulated: the level chosen, and its time for one target.", { class: "where" }));
+  return parts;
 }
 
 /** A change with its sign; a factor or a count without. */
 function signed(value, unit) {
   if (!Number.isFinite(value)) return NONE;
   const text = fixed(value, Math.abs(value) < 10 ? 2 : 1);
+  if (Number(text) === 0) return "0.00";
   return value > 0 && (unit === "dB" || unit === "m") ? `+${text}` : text;
 }
 
@@ -285,7 +322,7 @@ const FILTERS = new Map([
 export function showRungs(box, { rungs, measures, tookUs }) {
   const read = (name) => measures?.find(([n]) => n === name)?.[1];
   const list = element("dl", [], { class: "facts" });
-  facts(list, [["Error of the tracks", `${fixed(read("rmse_m"), 2)} m`], ["of the plots", `${fixed(read("raw_rmse_m"), 2)} m`], ["Scan took", milliseconds(tookUs)]]);
+  facts(list, [["Error of the tracks", `${fixed(read("rmse_m"), 2)} m`], ["of the plots", `${fixed(read("raw_rmse_m"), 2)} m`], ["Scan took", duration(tookUs)]]);
   const on = rungs?.comparing ?? false;
   const parts = [element("h3", "The run"), list];
   if (on && !rungs.rows.length) parts.push(element("p", "The first scan is awaited.", { class: "empty" }));
@@ -308,9 +345,10 @@ export function showRungs(box, { rungs, measures, tookUs }) {
   box.replaceChildren(...parts);
 }
 
-/** Microseconds as milliseconds; zero is not measured. */
-function milliseconds(us) {
-  return us > 0 ? `${fixed(us / 1000, us < 10000 ? 2 : 0)} ms` : NONE;
+/** A time in the unit that suits it; zero is not measured. */
+function duration(us) {
+  if (!(us > 0)) return NONE;
+  return us < 10 ? `${fixed(us, 0)} \u00b5s` : `${fixed(us / 1000, us < 10000 ? 2 : 0)} ms`;
 }
 
 function measure(name, value) {

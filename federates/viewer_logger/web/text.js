@@ -29,6 +29,12 @@ export function bytes(n) {
   return n < 1e6 ? `${(n / 1e3).toFixed(0)} kB` : `${(n / 1e6).toFixed(0)} MB`;
 }
 
+/** A point of the map, metres from the airport's reference point. */
+export function place(east, north) {
+  const metres = (value, to, from) => `${fixed(Math.abs(value), 0)} m ${value < 0 ? from : to}`;
+  return Number.isFinite(east + north) ? `${metres(east, "E", "W")}  ${metres(north, "N", "S")}` : NONE;
+}
+
 export function visibility(m) {
   if (!Number.isFinite(m) || m === null || m >= 10000) return "clear";
   return m >= 5000 ? `${(m / 1000).toFixed(0)} km` : `${m.toFixed(0)} m`;
