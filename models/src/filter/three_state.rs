@@ -19,8 +19,8 @@ pub struct ThreeState {
     time: SimTime,
     x: [Pair; 3],
     p: [Pair; 6],
-    /// Density of the jerk, m²/s⁵, in both lanes.
-    q: Pair,
+    /// Density of the jerk, m²/s⁵.
+    q: f64,
     start: Start,
 }
 
@@ -33,7 +33,7 @@ impl ThreeState {
     /// A filter with this state and covariance (pp, pv, pa, vv, va, aa) at `time`; `q` in m²/s⁵.
     #[must_use]
     pub fn new(time: SimTime, x: [Pair; 3], p: [Pair; 6], q: f64, start: Start) -> Self {
-        Self { time, x, p, q: Pair::splat(q), start }
+        Self { time, x, p, q, start }
     }
 
     /// One plot: position measured, velocity and acceleration unknown.
@@ -67,7 +67,7 @@ impl ThreeState {
         let (ec, t2) = (e + c, t * t);
         let (t3, t4) = (t2 * t, t2 * t2);
         // What the jerk adds beside the acceleration's own variance.
-        let jerk = self.q * t;
+        let jerk = t * self.q;
         let of = |k: f64, noise: f64| g * k + jerk * noise;
         let p = [
             ((a + (b + b) * t) + (ec * t2 + f * t3)) + t4 * of(1.0 / 4.0, 1.0 / 20.0),
