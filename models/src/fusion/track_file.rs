@@ -36,8 +36,8 @@ pub(super) enum Update<'a> {
 /// An update as it is kept, so that it can be done again.
 #[derive(Clone, Debug)]
 enum Record {
+    /// An ordinary one or a manoeuvre.
     Plot(Taken),
-    Manoeuvre(Taken),
     Restart(Box<[Taken; 2]>),
     Weighted(Box<[(Taken, f64)]>),
 }
@@ -52,17 +52,19 @@ struct Taken {
     across_m2: f64,
     sensor: SensorId,
     kind: SensorKind,
+    /// Only the kinematic gate accepted it. Kept here, a record is one cache line.
+    manoeuvre: bool,
 }
 
 impl Taken {
     #[inline]
     fn of(plot: &Plot) -> Self {
         let &Plot { time, position_m, axis, along_m2, across_m2, sensor, kind, .. } = plot;
-        Self { time, position_m, axis, along_m2, across_m2, sensor, kind }
+        Self { time, position_m, axis, along_m2, across_m2, sensor, kind, manoeuvre: false }
     }
 
     fn plot(&self) -> Plot {
-        let Self { time, position_m, axis, along_m2, across_m2, sensor, kind } = *self;
+        let Self { time, position_m, axis, along_m2, across_m2, sensor, kind, .. } = *self;
         Plot {
             sensor,
             kind,
@@ -344,7 +346,7 @@ impl Track {
     /// Begins again from the last plot; false if there is none that can begin a track.
     pub(super) fn begin_again(&mut self, config: &TrackingConfig) -> bool {
         let plot = match self.past.back().map(|entry| &entry.update) {
-            Some(Record::Plot(taken) | Record::Manoeuvre(taken)) => taken.plot(),
+            Some(Record::Plot(taken)) => taken.plot(),
             Some(Record::Restart(both)) => both[1].plot(),
             Some(Record::Weighted(plots)) => *likeliest(&whole(plots)),
             None => return false,
@@ -390,7 +392,7 @@ impl<'a> Update<'a> {
     fn record(&self) -> Record {
         match *self {
             Self::Plot(p) => Record::Plot(Taken::of(p)),
-            Self::Manoeuvre(p) => Record::Manoeuvre(Taken::of(p)),
+            Self::Manoeuvre(p) => Record::Plot(Taken { manoeuvre: true, ..Taken::of(p) }),
             Self::Restart(a, b) => Record::Restart(Box::new([Taken::of(a), Taken::of(b)])),
             Self::Weighted(plots) => Record::Weighted(
                 plots.iter().map(|(plot, beta)| (Taken::of(plot), *beta)).collect(),
@@ -469,8 +471,10 @@ fn again(
     config: &TrackingConfig,
 ) -> Result<After, UpdateError> {
     match update {
+        Record::Plot(taken) if taken.manoeuvre => {
+            step(filter, Update::Manoeuvre(&taken.plot()), config)
+        }
         Record::Plot(taken) => step(filter, Update::Plot(&taken.plot()), config),
-        Record::Manoeuvre(taken) => step(filter, Update::Manoeuvre(&taken.plot()), config),
         Record::Restart(both) => {
             let [first, last] = both.map(|taken| taken.plot());
             step(filter, Update::Restart(&first, &last), config)
