@@ -8,8 +8,6 @@ use crate::measure::{median_and_p99, quantile, round_plot};
 use crate::{Draws, Ladder, Options, Outcome, Progress, Row, SceneAbout};
 use models::draw::{DrawKey, Purpose, normal_pair, uniform};
 use models::filter::gaussian::Sym2;
-use models::filter::modes::Modes;
-use models::filter::motion::Motion;
 use models::filter::{FilterConfig, Gaussian, Rung};
 use models::flight_list::FlightList;
 use models::frames::Vector2;
@@ -19,7 +17,6 @@ use models::plot::{Plot, SensorId, SensorKind};
 use models::score::gospa;
 use models::time::SimTime;
 use rand::rngs::ChaCha8Rng;
-use std::sync::Arc;
 
 /// Standard deviation of a plot per axis, m: 7.5 m at 95 %.
 const SIGMA_M: f64 = 3.064;
@@ -181,12 +178,8 @@ pub fn methods() -> [(&'static str, AssociationMethod); 3] {
 fn config(scene: &Crossing, method: AssociationMethod) -> TrackingConfig {
     let mut config = TrackingConfig::paper();
     config.association = method;
-    // Constant velocity, q = 0.5 m²/s³: one mode, so one history.
-    config.filter = FilterConfig::new(Rung::Mh3);
-    let constant = Motion::ConstantVelocity { q: 0.5 };
-    if let Ok(modes) = Modes::new(&[constant], &[&[1.0]], &[1.0]) {
-        config.filter.modes = Arc::new(modes);
-    }
+    // Constant velocity, q = 0.5 m²/s³.
+    config.filter = FilterConfig { q: 0.5, rolling: true, ..FilterConfig::new(Rung::Ca3) };
     // The tracks given at the start are to live through the run, whatever happens to them.
     (config.life.delete_moving_s, config.life.delete_standing_s) = (60.0, 60.0);
     config.gates.probability = 0.9999;

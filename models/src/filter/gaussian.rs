@@ -44,6 +44,7 @@ impl Sym2 {
 
 impl std::ops::Add for Sym2 {
     type Output = Self;
+    #[inline]
     fn add(self, o: Self) -> Self {
         Self { xx: self.xx + o.xx, xy: self.xy + o.xy, yy: self.yy + o.yy }
     }
@@ -704,11 +705,13 @@ impl Gaussian {
         let (spare, zero) = (1e-9, Pair::default());
         let bad = zero.not_below(a)
             | zero.not_below(e1 - e * spare)
-            | zero.not_below(g2 - g * spare)
             | nothing.not_below(Pair::splat(1.0));
+        let bad_acceleration = zero.not_below(g2 - g * spare);
+        // A filter without an acceleration has none of its covariances.
+        let bad = bad.anywhere() || bad_acceleration.anywhere() && [c, f, g] != [zero; 3];
         // Of a zero only the sign may be set.
         let joined = self.cross.iter().fold(0, |bits, c| bits | c.to_bits() << 1);
-        !bad.anywhere() && joined == 0
+        !bad && joined == 0
     }
 
     #[inline(never)]

@@ -51,7 +51,7 @@ use motion::Motion;
 use six_state::SixState;
 use std::sync::Arc;
 use steady::{Gains, SteadyGain};
-use three_state::ThreeState;
+use three_state::{ThreeState, TwoState};
 use ud::{SixStateUd, ThreeStateUd};
 
 /// Why a filter refused a plot. The filter is left as it was; the caller counts the plot and drops it.
@@ -390,6 +390,8 @@ pub struct FilterConfig {
     pub rung: Rung,
     /// Spectral density of the jerk for the single-model rungs, m²/s⁵.
     pub q: f64,
+    /// `ca3` for targets that only roll on: constant velocity, and `q` the density of the acceleration, m²/s³.
+    pub rolling: bool,
     /// Gains of the alpha-beta-gamma filter.
     pub gains: Arc<Gains>,
     /// What is assumed of a new target.
@@ -412,7 +414,7 @@ impl FilterConfig {
         let start = Start::default();
         // Λ = 0.05 at one plot a second: 30 % less variance on a target that follows the model.
         let gains = Arc::new(Gains::new(0.05, 1.0, start, 3.0));
-        Self { rung, q: 0.3, gains, start, modes, map: None }
+        Self { rung, q: 0.3, rolling: false, gains, start, modes, map: None }
     }
 }
 
@@ -423,6 +425,8 @@ pub enum Estimator {
     SteadyGain(SteadyGain),
     /// `ca3`
     ThreeState(ThreeState),
+    /// `ca3` of a target that only rolls on
+    TwoState(TwoState),
     /// `ca3-ud`
     ThreeStateUd(ThreeStateUd),
     /// `ca6`
@@ -455,6 +459,7 @@ impl Estimator {
             Rung::Abg => {
                 Self::SteadyGain(SteadyGain::from_plot(plot, Arc::clone(&config.gains), start)?)
             }
+            Rung::Ca3 if config.rolling => Self::TwoState(TwoState::from_plot(plot, q, start)?),
             Rung::Ca3 => Self::ThreeState(ThreeState::from_plot(plot, q, start)?),
             Rung::Ca3Ud => Self::ThreeStateUd(ThreeStateUd::from_plot(plot, q, start)?),
             Rung::Ca6 => Self::SixState(Box::new(SixState::from_plot(
@@ -487,6 +492,7 @@ macro_rules! on_each {
         match $self {
             Estimator::SteadyGain($filter) => $body,
             Estimator::ThreeState($filter) => $body,
+            Estimator::TwoState($filter) => $body,
             Estimator::ThreeStateUd($filter) => $body,
             Estimator::SixState($filter) => $body,
             Estimator::SixStateUd($filter) => $body,

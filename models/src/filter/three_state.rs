@@ -1,4 +1,5 @@
-//! Constant acceleration per axis: the paper's Kalman filter, both axes in one pass.
+//! Kalman filters of each axis by itself, both axes in one pass: constant acceleration (the paper's), and constant
+//! velocity.
 
 use super::gaussian::{Gaussian, Measurement, Nis, Sym2};
 use super::lanes::{Lane, Pair};
@@ -9,19 +10,99 @@ use super::{
 use crate::frames::Vector2;
 use crate::plot::Plot;
 use crate::time::SimTime;
+use std::marker::PhantomData;
+
+/// How a target moves between plots, axis by axis.
+pub trait AxisMotion: Copy + std::fmt::Debug + PartialEq {
+    /// State (position, velocity, acceleration) and covariance (pp, pv, pa, vv, va, aa) after `t` seconds, `q` the
+    /// density of the noise.
+    fn predict(x: &[Pair; 3], p: &[Pair; 6], q: f64, t: f64) -> ([Pair; 3], [Pair; 6]);
+
+    /// As much of a state as this motion knows.
+    #[must_use]
+    fn known(x: [Pair; 3], p: [Pair; 6]) -> ([Pair; 3], [Pair; 6]);
+}
+
+/// Constant acceleration with white jerk, `q` in m²/s⁵.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Accelerating;
+
+/// Constant velocity with white acceleration, `q` in m²/s³; the acceleration and its covariances are zero.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rolling;
+
+/// The paper's filter: position, velocity and acceleration.
+pub type ThreeState = PerAxis<Accelerating>;
+
+/// Position and velocity.
+pub type TwoState = PerAxis<Rolling>;
+
+impl AxisMotion for Accelerating {
+    /// `Φ P Φᵀ + Q` multiplied out in powers of `t`, so that no sum waits long for another (the update's division
+    /// waits for the first of them).
+    #[inline(always)]
+    fn predict(x: &[Pair; 3], p: &[Pair; 6], q: f64, t: f64) -> ([Pair; 3], [Pair; 6]) {
+        let [a, b, c, e, f, g] = *p;
+        let t = Pair::splat(t);
+        let (ec, t2) = (e + c, t * t);
+        let (t3, t4) = (t2 * t, t2 * t2);
+        // What the jerk adds beside the acceleration's own variance.
+        let jerk = t * q;
+        let of = |k: f64, noise: f64| g * k + jerk * noise;
+        let p = [
+            ((a + (b + b) * t) + (ec * t2 + f * t3)) + t4 * of(1.0 / 4.0, 1.0 / 20.0),
+            ((b + ec * t) + f * 1.5 * t2) + t3 * of(1.0 / 2.0, 1.0 / 8.0),
+            (c + f * t) + t2 * of(1.0 / 2.0, 1.0 / 6.0),
+            (e + (f + f) * t) + t2 * of(1.0, 1.0 / 3.0),
+            f + t * of(1.0, 1.0 / 2.0),
+            g + jerk,
+        ];
+        ([x[0] + (x[1] * t + x[2] * 0.5 * t2), x[1] + x[2] * t, x[2]], p)
+    }
+
+    #[inline(always)]
+    fn known(x: [Pair; 3], p: [Pair; 6]) -> ([Pair; 3], [Pair; 6]) {
+        (x, p)
+    }
+}
+
+impl AxisMotion for Rolling {
+    #[inline(always)]
+    fn predict(x: &[Pair; 3], p: &[Pair; 6], q: f64, t: f64) -> ([Pair; 3], [Pair; 6]) {
+        let [a, b, _, e, ..] = *p;
+        let (t, zero) = (Pair::splat(t), Pair::default());
+        let (t2, noise) = (t * t, t * q);
+        let p = [
+            (a + (b + b) * t) + (e + noise * (1.0 / 3.0)) * t2,
+            (b + e * t) + noise * 0.5 * t,
+            zero,
+            e + noise,
+            zero,
+            zero,
+        ];
+        ([x[0] + x[1] * t, x[1], zero], p)
+    }
+
+    #[inline(always)]
+    fn known(x: [Pair; 3], p: [Pair; 6]) -> ([Pair; 3], [Pair; 6]) {
+        let zero = Pair::default();
+        ([x[0], x[1], zero], [p[0], p[1], zero, p[3], zero, zero])
+    }
+}
 
 /// Position, velocity and acceleration per axis, axes independent: only R_xx and R_yy are used.
 ///
 /// Source: the paper, sec. 3.1 (n = 3, H = [1 0 0], Φ = [1 T T²/2; 0 1 T; 0 0 1]); process noise of
 /// white jerk. The covariance is symmetric by storage.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ThreeState {
+pub struct PerAxis<M> {
     time: SimTime,
     x: [Pair; 3],
     p: [Pair; 6],
-    /// Density of the jerk, m²/s⁵.
+    /// Density of the noise.
     q: f64,
     start: Start,
+    motion: PhantomData<M>,
 }
 
 /// An innovation squared beyond this is none.
@@ -29,11 +110,12 @@ const LARGEST_D2: f64 = 1e300;
 /// Plots of one weighted update whose states are kept side by side.
 const FEW: usize = 6;
 
-impl ThreeState {
-    /// A filter with this state and covariance (pp, pv, pa, vv, va, aa) at `time`; `q` in m²/s⁵.
+impl<M: AxisMotion> PerAxis<M> {
+    /// A filter with this state and covariance (pp, pv, pa, vv, va, aa) at `time`; `q` as its motion takes it.
     #[must_use]
     pub fn new(time: SimTime, x: [Pair; 3], p: [Pair; 6], q: f64, start: Start) -> Self {
-        Self { time, x, p, q, start }
+        let (x, p) = M::known(x, p);
+        Self { time, x, p, q, start, motion: PhantomData }
     }
 
     /// One plot: position measured, velocity and acceleration unknown.
@@ -58,27 +140,10 @@ impl ThreeState {
         self.p
     }
 
-    /// Prediction over `t` seconds: `Φ P Φᵀ + Q` multiplied out in powers of `t`, so that no sum waits long for
-    /// another (the update's division waits for the first of them).
+    /// Prediction over `t` seconds.
     #[inline(always)]
     fn predict(&self, t: f64) -> ([Pair; 3], [Pair; 6]) {
-        let [a, b, c, e, f, g] = self.p;
-        let t = Pair::splat(t);
-        let (ec, t2) = (e + c, t * t);
-        let (t3, t4) = (t2 * t, t2 * t2);
-        // What the jerk adds beside the acceleration's own variance.
-        let jerk = t * self.q;
-        let of = |k: f64, noise: f64| g * k + jerk * noise;
-        let p = [
-            ((a + (b + b) * t) + (ec * t2 + f * t3)) + t4 * of(1.0 / 4.0, 1.0 / 20.0),
-            ((b + ec * t) + f * 1.5 * t2) + t3 * of(1.0 / 2.0, 1.0 / 8.0),
-            (c + f * t) + t2 * of(1.0 / 2.0, 1.0 / 6.0),
-            (e + (f + f) * t) + t2 * of(1.0, 1.0 / 3.0),
-            f + t * of(1.0, 1.0 / 2.0),
-            g + jerk,
-        ];
-        let x = &self.x;
-        ([x[0] + (x[1] * t + x[2] * 0.5 * t2), x[1] + x[2] * t, x[2]], p)
+        M::predict(&self.x, &self.p, self.q, t)
     }
 
     /// A plot along one direction: the joint update, of which the axes keep their own parts.
@@ -133,7 +198,7 @@ impl ThreeState {
     }
 }
 
-impl StateEstimator for ThreeState {
+impl<M: AxisMotion> StateEstimator for PerAxis<M> {
     #[inline]
     fn time(&self) -> SimTime {
         self.time
@@ -214,7 +279,8 @@ impl StateEstimator for ThreeState {
     }
 
     fn replace(&mut self, time: SimTime, state: &Gaussian) {
-        (self.time, self.x, self.p) = (time, state.x, state.p);
+        self.time = time;
+        (self.x, self.p) = M::known(state.x, state.p);
     }
 
     fn start(&self) -> Start {
@@ -238,5 +304,56 @@ pub(super) fn start_position(plot: &Plot) -> Result<(Vector2<f64>, Sym2), Update
     match Measurement::of(plot)? {
         Measurement::Position { z, r } if r.xx.is_finite() && r.yy.is_finite() => Ok((z, r)),
         _ => Err(UpdateError::UnsoundPlot),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::filter::motion::Motion;
+    use crate::filter::six_state::SixState;
+    use crate::filter::testing::random_plots;
+
+    #[test]
+    fn constant_velocity_is_the_joint_filter_of_that_motion() {
+        let mut plots = random_plots(300, 5);
+        for plot in &mut plots {
+            plot.across_m2 = plot.along_m2;
+        }
+        let (start, q) = (Start::default(), 0.5);
+        let motion = Motion::ConstantVelocity { q };
+        let mut joint = SixState::from_plot(&plots[0], motion, start).expect("a sound plot");
+        let mut alone = TwoState::from_plot(&plots[0], q, start).expect("a sound plot");
+        for (k, plots) in plots[1..].windows(2).enumerate() {
+            // From the same state: several plots at once tie the axes of the joint one together.
+            joint.replace(alone.time(), &alone.estimate().state);
+            if k % 3 == 0 {
+                let other = Plot { time: plots[0].time, ..plots[1] };
+                let both = [(&plots[0], 0.6), (&other, 0.3)];
+                joint.update_weighted(&both).expect("sound plots");
+                alone.update_weighted(&both).expect("sound plots");
+            } else {
+                joint.update(&plots[0]).expect("a sound plot");
+                alone.update(&plots[0]).expect("a sound plot");
+            }
+            assert!(alone.sound_motion().is_some());
+            let later = plots[0].time.plus_s(0.7);
+            for (a, b) in [
+                (alone.estimate(), joint.estimate()),
+                (alone.predicted(later).expect("later"), joint.predicted(later).expect("later")),
+            ] {
+                let near = |a: f64, b: f64| (a - b).abs() <= 1e-9 * (1.0 + b.abs());
+                let (a, b) = (a.state, b.state);
+                for i in 0..2 {
+                    assert!(near(a.x[i].east(), b.x[i].east()), "{a:?} for {b:?}");
+                    assert!(near(a.x[i].north(), b.x[i].north()), "{a:?} for {b:?}");
+                }
+                for i in [0, 1, 3] {
+                    assert!(near(a.p[i].east(), b.p[i].east()), "{a:?} for {b:?}");
+                    assert!(near(a.p[i].north(), b.p[i].north()), "{a:?} for {b:?}");
+                }
+                assert_eq!([a.x[2], a.p[2], a.p[4], a.p[5]], [Pair::default(); 4]);
+            }
+        }
     }
 }
