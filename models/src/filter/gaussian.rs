@@ -644,7 +644,7 @@ impl Gaussian {
     /// P⁻ += c·b bᵀ per axis, b = (1, 2/t, 0): room for an acceleration that no model foresaw, with
     /// the smallest c ≥ 0 for which νᵀ(S + cI)⁻¹ν is at most `target`. Returns c, m².
     ///
-    /// Nothing that moves changes its speed by more than [`HARDEST_MS2`] allows in `t`: what two sensors disagree
+    /// Nothing that moves changes its speed by more than two g allow in `t`: what two sensors disagree
     /// on within milliseconds is their error and no manoeuvre.
     pub fn inflate(&mut self, innovation: &Innovation, t: f64, target: f64) -> f64 {
         if innovation.d2.is_nan() || innovation.d2 <= target {
