@@ -174,7 +174,7 @@ fn consistent(fixes: &[Fix], fastest_ms: f64, tally: &mut Tally) -> Vec<Fix> {
     fixes.iter().zip(&keep).filter(|(_, keep)| **keep).map(|(fix, _)| *fix).collect()
 }
 
-/// Speed between the median positions of the 20 s before and the 20 s after each fix.
+/// Speed between the median positions of the 20 s before and the 20 s after each fix, m/s.
 fn typical_speeds(fixes: &[Fix]) -> Vec<f64> {
     const SPAN_S: f64 = 20.0;
     let median_of = |part: &[Fix]| -> Option<(f64, Vector2<f64>)> {
@@ -192,7 +192,11 @@ fn typical_speeds(fixes: &[Fix]) -> Vec<f64> {
         }
         let speed = match (median_of(&fixes[from..=i]), median_of(&fixes[i..to])) {
             (Some((ta, a)), Some((tb, b))) if tb > ta => (b - a).norm() / (tb - ta),
-            _ => f64::INFINITY,
+            // Alone between two long gaps, or at an end behind one: what its neighbours say.
+            _ => {
+                let (a, b) = (fixes[i.saturating_sub(1)], fixes[(i + 1).min(fixes.len() - 1)]);
+                if b.t > a.t { (b.p - a.p).norm() / (b.t - a.t) } else { f64::INFINITY }
+            }
         };
         speeds.push(speed);
     }
