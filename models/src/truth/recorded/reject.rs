@@ -207,21 +207,23 @@ fn typical_speeds(fixes: &[Fix]) -> Vec<f64> {
 ///
 /// A run of equal positions is a true standstill only if the next other position can be reached from
 /// rest in the step that leads to it (4 sigma + 2 m + ½ · 0.7 m/s² · step²); else only its first
-/// report is kept. A run at the end of the file is kept if the mover was slow before it.
+/// report is kept. A run at the end of the file is kept if the mover was slow before it, or had the time to brake in a gap.
 fn renewed(fixes: &[Fix], sigma_m: f64, tally: &mut Tally) -> Vec<Fix> {
     let mut kept: Vec<Fix> = Vec::with_capacity(fixes.len());
     let mut i = 0;
     while i < fixes.len() {
         let same = fixes[i..].iter().take_while(|f| f.p == fixes[i].p).count();
         let last = fixes[i + same - 1];
+        // As far as the mover goes from rest, or to rest, in `step`.
+        let reach_m = |step: f64| 4.0 * sigma_m + 2.0 + 0.35 * step * step;
         let stands = match fixes.get(i + same) {
-            Some(next) => {
-                let step = next.t - last.t;
-                (next.p - last.p).norm() <= 4.0 * sigma_m + 2.0 + 0.35 * step * step
-            }
+            Some(next) => (next.p - last.p).norm() <= reach_m(next.t - last.t),
             None => {
                 let before = kept.iter().rev().find(|f| f.t <= fixes[i].t - 5.0);
-                before.is_none_or(|b| (fixes[i].p - b.p).norm() / (fixes[i].t - b.t) < 4.0)
+                before.is_none_or(|b| {
+                    let (way_m, step) = ((fixes[i].p - b.p).norm(), fixes[i].t - b.t);
+                    way_m < 4.0 * step || way_m <= reach_m(step)
+                })
             }
         };
         kept.push(fixes[i]);

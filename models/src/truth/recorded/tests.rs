@@ -240,6 +240,19 @@ fn what_cannot_be_repaired_is_refused_with_its_line() {
     assert!(matches!(fast, Refusal::BeyondType { .. }), "{fast}");
 }
 
+/// It stops while nobody sees it, and is seen standing to the end: the end is kept.
+#[test]
+fn a_stop_within_a_gap_is_a_stop() {
+    let truth = sound();
+    let mut records = records(&truth, &[]);
+    inflict(&mut records, &Damage::Missing { at: 250, count: 25 });
+    let (found, report) = import(&records, &a320(), &[], SimTime::ZERO).unwrap();
+    assert_eq!(report.tally.count(Rule::NotRenewed), 0, "{report}");
+    let last = found.at(SimTime::from_s(320.0)).expect("to the last record");
+    let off_m = (last.position_m - truth.at(SimTime::from_s(320.0)).unwrap().position_m).norm();
+    assert!(off_m < 6.0 && last.velocity_ms.norm() < 0.1, "{off_m} m, {last:?}");
+}
+
 /// Its last position comes alone, long after the others: the halt before it is a halt, not a loop of the path.
 #[test]
 fn a_last_position_behind_a_long_gap_makes_no_hook() {
