@@ -4,6 +4,7 @@ use super::config::{AssociationMethod, SensorModel, TrackingConfig};
 use super::filter::TrackFilter;
 use super::life;
 use super::registration::Reference;
+use super::ring::Ring;
 use super::track_file::{Applied, Stage, Track, Update, place_at, position_at, predict};
 use super::tracker::{Candidate, Look, Outcome, Tracker, Work};
 use crate::association::kinematic_gate;
@@ -28,7 +29,8 @@ impl Tracker {
         self.take_identified(from, to, &model, work);
         lay_out(from, to, work);
         self.take_gated(from, to, Stage::Confirmed, &model, work);
-        if work.used[from..to].iter().all(|used| *used) {
+        lay_out(from, to, work);
+        if work.free.is_empty() {
             return;
         }
         self.reachable_pairs(&model, work);
@@ -72,9 +74,9 @@ impl Tracker {
             if work.track_used[track] {
                 continue;
             }
-            let found = Measurement::of(plot)
-                .ok()
-                .and_then(|m| distance(&self.tracks[track], plot, &m, &self.config));
+            let found = Measurement::of(plot).ok().and_then(|m| {
+                distance(&self.tracks[track], plot.time, plot, &m, &self.config, &self.ring)
+            });
             if found.is_some_and(|pair| pair.d2 <= self.identified_gate) {
                 self.update(track, How::Plot, k, model, work);
             }
@@ -112,13 +114,22 @@ impl Tracker {
         let mut taken = std::mem::take(&mut work.scratch);
         taken.clear();
         part_undisputed(&mut pairs, work.plot_used.len(), &mut work.claims, &mut taken);
+        // The updates come in the order in which the tracks lie in memory.
+        work.chosen.clear();
+        work.chosen.resize(self.tracks.len(), NONE);
         for pair in &taken {
+            work.chosen[pair.track as usize] = pair.plot;
             work.track_used[pair.track as usize] = true;
-            work.plot_used[pair.plot as usize] = true;
         }
-        nearest::greedy(&mut pairs, &mut work.track_used, &mut work.plot_used, |p| taken.push(p));
-        for pair in &taken {
-            self.update(pair.track as usize, How::Plot, from + pair.plot as usize, model, work);
+        let Work { order, chosen, track_used, plot_used, .. } = work;
+        nearest::greedy(&pairs, order, track_used, plot_used, |pair| {
+            chosen[pair.track as usize] = pair.plot;
+        });
+        for track in 0..work.chosen.len() {
+            let plot = work.chosen[track];
+            if plot != NONE {
+                self.update(track, How::Plot, from + plot as usize, model, work);
+            }
         }
         work.pairs = pairs;
         work.scratch = taken;
@@ -328,7 +339,7 @@ impl Tracker {
         }
         // All at the time of the likeliest, moved by the predicted velocity.
         let time = work.candidates[k].plot.time;
-        let Some(filter) = self.tracks[index].filter_before(time) else { return };
+        let Some(filter) = self.tracks[index].filter_before(time, &self.ring) else { return };
         let Ok(at) = predict(filter, time, &self.config.life) else { return };
         let velocity = at.velocity_ms();
         let mut plots = std::mem::take(&mut work.weighted);
@@ -370,7 +381,9 @@ impl Tracker {
                 (first - around, first + around)
             } else {
                 // Where it may be at any time of the batch.
-                let base = track.filter_before(begin).or_else(|| track.filter_before(end));
+                let base = track
+                    .filter_before(begin, &self.ring)
+                    .or_else(|| track.filter_before(end, &self.ring));
                 let Some(base) = base else { continue };
                 let Ok((last, s)) = position_at(base, end, life) else { continue };
                 let first = place_at(base, begin.max(base.time()), life).unwrap_or(last);
@@ -399,7 +412,8 @@ impl Tracker {
                             continue;
                         }
                     }
-                    let Some(nis) = distance(track, plot, &m, &self.config) else {
+                    let found = distance(track, look.time, plot, &m, &self.config, &self.ring);
+                    let Some(nis) = found else {
                         continue;
                     };
                     if young || nis.d2 <= self.gate_1 {
@@ -454,7 +468,7 @@ impl Tracker {
                     let from = if now.time <= look.time {
                         now
                     } else {
-                        match track.filter_before(look.time) {
+                        match track.filter_before(look.time, &self.ring) {
                             Some(filter) => Departed::of(filter),
                             None => continue,
                         }
@@ -485,13 +499,14 @@ impl Tracker {
             let track = &self.tracks[pair.track as usize];
             let k = pair.k as usize;
             let plot = &work.candidates[k].plot;
-            let Some(filter) = track.filter_before(plot.time) else { continue };
+            let Some(filter) = track.filter_before(plot.time, &self.ring) else { continue };
             let dt_s = plot.time.since_s(filter.time());
             let (target, r) = (Track::departure(filter), plot.covariance_m2());
             let reach = kinematic_gate::reach(&track.limits, &target, dt_s, plot.position_m, r);
             let Some(reach) = reach.filter(|reach| reach.m <= limit) else { continue };
             let measured = Measurement::of(plot).ok();
-            let found = measured.and_then(|m| distance(track, plot, &m, &self.config));
+            let found = measured
+                .and_then(|m| distance(track, plot.time, plot, &m, &self.config, &self.ring));
             offers.push((reach.m, found.map_or(f64::MAX, |d| d.d2), pair.track, k));
         }
         offers.sort_unstable_by(|a, b| {
@@ -518,7 +533,7 @@ impl Tracker {
             let mut nearest: Option<(f64, usize)> = None;
             for k in pairs.iter().map(|pair| pair.k as usize).filter(|&k| !work.used[k]) {
                 let plot = &work.candidates[k].plot;
-                let Some(filter) = track.filter_before(plot.time) else { continue };
+                let Some(filter) = track.filter_before(plot.time, &self.ring) else { continue };
                 let Ok((at, _)) = position_at(filter, plot.time, &self.config.life) else {
                     continue;
                 };
@@ -606,9 +621,7 @@ impl Tracker {
                 self.statistics.no_room += 1;
                 continue;
             }
-            let room = self.rooms.pop().unwrap_or_default();
-            let started =
-                Track::start(self.next_serial, plot, &self.config, model.interval_s, room);
+            let started = Track::start(self.next_serial, plot, &self.config, model.interval_s);
             let Ok(track) = started else {
                 self.statistics.unsound += 1;
                 self.outcomes[*index] = Outcome::Unsound;
@@ -647,7 +660,7 @@ impl Tracker {
             How::Weighted { plots, hit } => (Update::Weighted(plots), hit),
         };
         let manoeuvre = matches!(how, How::Manoeuvre | How::Restart(_));
-        let applied = track.apply(update, &self.config, self.oldest);
+        let applied = track.apply(update, &self.config, self.oldest, &mut self.ring);
         let (position_m, velocity_ms) = match applied {
             Applied::Taken { position_m, velocity_ms } => (position_m, velocity_ms),
             Applied::Reborn { position_m, velocity_ms } => {
@@ -750,25 +763,29 @@ enum How<'a> {
     Weighted { plots: &'a [(Plot, f64)], hit: bool },
 }
 
-/// Lays the plots `candidates[from..to]` out by place, with what gates ask of them in the order of the grid's cells.
+/// Lays those of the plots `candidates[from..to]` that no track has out by place, with what gates ask of them in the
+/// order of the grid's cells.
 fn lay_out(from: usize, to: usize, work: &mut Work) {
-    let Work { candidates, positions, plots, looks, widest_m2, .. } = work;
-    let batch = &candidates[from..to];
+    let Work { candidates, used, free, positions, plots, looks, widest_m2, .. } = work;
+    free.clear();
+    free.extend((from..to).filter(|&k| !used[k]).map(|k| k as u32));
     positions.clear();
-    positions.extend(batch.iter().map(|c| c.plot.position_m));
+    positions.extend(free.iter().map(|&k| candidates[k as usize].plot.position_m));
     plots.fill(positions, GRID_CELL_M);
     looks.clear();
     looks.extend(plots.order().iter().map(|&place| {
-        let plot = &batch[place as usize].plot;
+        let k = free[place as usize];
+        let plot = &candidates[k as usize].plot;
         Look {
             time: plot.time,
             measured: Measurement::of(plot).ok(),
             position_m: plot.position_m,
-            k: from as u32 + place,
+            k,
             named: plot.identity.is_some(),
         }
     }));
-    *widest_m2 = batch.iter().map(|c| search_variance(&c.plot)).fold(0.0, f64::max);
+    let variances = free.iter().map(|&k| search_variance(&candidates[k as usize].plot));
+    *widest_m2 = variances.fold(0.0, f64::max);
 }
 
 /// A pair that a target of the track's class could just have made.
@@ -830,6 +847,9 @@ impl Departed {
 /// For so long after the last plot with its name that a track took, the name is its own, s.
 const NAME_HOLDS_S: f64 = 3.0;
 
+/// No plot.
+const NONE: u32 = u32::MAX;
+
 /// Cell of the search grid, m: about a search box of a taxiing target.
 const GRID_CELL_M: f64 = 25.0;
 
@@ -841,13 +861,20 @@ const LN_TAU: f64 = 1.837_877_066_409_345_3;
 
 /// Distance of a plot (measuring `m`) from a track predicted to the plot's own time.
 #[inline]
-fn distance(track: &Track, plot: &Plot, m: &Measurement, config: &TrackingConfig) -> Option<Nis> {
-    let filter = track.filter_before(plot.time)?;
-    let soon = plot.time.since_s(filter.time()) <= config.life.constant_velocity_after_s;
+fn distance(
+    track: &Track,
+    time: SimTime,
+    plot: &Plot,
+    m: &Measurement,
+    config: &TrackingConfig,
+    ring: &Ring,
+) -> Option<Nis> {
+    let filter = track.filter_before(time, ring)?;
+    let soon = time.since_s(filter.time()) <= config.life.constant_velocity_after_s;
     let nis = match filter.considered(plot, config) {
         Some(found) if soon => found.ok()?,
         _ => {
-            let (at, cov) = position_at(filter, plot.time, &config.life).ok()?;
+            let (at, cov) = position_at(filter, time, &config.life).ok()?;
             nis_at(at, cov, m).ok()?
         }
     };

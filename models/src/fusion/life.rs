@@ -2,59 +2,61 @@
 
 use super::config::TrackingConfig;
 use super::numbers::Numbers;
+use super::ring::Ring;
 use super::track_file::{Stage, Track, predict};
-use super::tracker::{Statistics, Work};
+use super::tracker::{Statistics, Tracker, Work};
 use crate::filter::Estimate;
 use crate::flight_list::FlightList;
 use crate::frames::Vector2;
 use crate::time::SimTime;
 use crate::track::{SystemTrack, TrackStatus, TrackType};
 
-/// End of the scan for every track: count the look, confirm or end it. Gives the confirmed tracks as they are now,
-/// without a label, and puts their indices into `seen`.
-pub(super) fn end_of_scan(
-    tracks: &mut [Track],
-    numbers: &mut Numbers,
-    now: SimTime,
-    flights: &FlightList,
-    config: &TrackingConfig,
-    statistics: &mut Statistics,
-    seen: &mut Vec<u32>,
-) -> Vec<SystemTrack> {
-    seen.clear();
-    let mut out = Vec::with_capacity(tracks.len());
-    for (index, track) in tracks.iter_mut().enumerate() {
-        if track.updated {
-            look(track, true);
-        } else {
-            // As many expected updates as have passed; more than the window holds say no more.
-            for _ in 0..u32::BITS {
-                if now < track.due {
-                    break;
+impl Tracker {
+    /// End of the scan for every track: count the look, confirm or end it. Gives the confirmed tracks as they are now,
+    /// without a label, and puts their indices into `seen`.
+    pub(super) fn end_of_scan(
+        &mut self,
+        now: SimTime,
+        flights: &FlightList,
+        seen: &mut Vec<u32>,
+    ) -> Vec<SystemTrack> {
+        let Self { tracks, ring, numbers, config, statistics, .. } = self;
+        seen.clear();
+        let mut out = Vec::with_capacity(tracks.len());
+        for (index, track) in tracks.iter_mut().enumerate() {
+            if track.updated {
+                look(track, true);
+            } else {
+                // As many expected updates as have passed; more than the window holds say no more.
+                for _ in 0..u32::BITS {
+                    if now < track.due {
+                        break;
+                    }
+                    look(track, false);
+                    track.due = track.due.plus_s(track.interval_s.max(1e-3));
                 }
-                look(track, false);
-                track.due = track.due.plus_s(track.interval_s.max(1e-3));
             }
+            let before = track.stage;
+            if before == Stage::Tentative {
+                confirm_or_drop(track, numbers, now, config, statistics);
+            }
+            let (Stage::Confirmed, Some(number)) = (track.stage, track.number) else { continue };
+            let Some(at) = present(track, ring, now, config, statistics) else { continue };
+            if before == Stage::Confirmed {
+                drop_if_lost(track, &at, flights, config, statistics);
+            }
+            seen.push(index as u32);
+            out.push(published(track, number, &at));
         }
-        let before = track.stage;
-        if before == Stage::Tentative {
-            confirm_or_drop(track, numbers, now, config, statistics);
-        }
-        let (Stage::Confirmed, Some(number)) = (track.stage, track.number) else { continue };
-        let Some(at) = present(track, now, config, statistics) else { continue };
-        if before == Stage::Confirmed {
-            drop_if_lost(track, &at, flights, config, statistics);
-        }
-        seen.push(index as u32);
-        out.push(published(track, number, &at));
+        out
     }
-    out
 }
 
 /// The state at the end of the scan. One that may not be used is never used: it is counted, and the track
 /// begins again from its last plot; if that does not help either, it ends.
 fn present(
     track: &mut Track,
+    ring: &Ring,
     now: SimTime,
     config: &TrackingConfig,
     statistics: &mut Statistics,
@@ -68,7 +70,7 @@ fn present(
         return at;
     }
     statistics.not_positive_definite += 1;
-    let again = if track.begin_again(config) { sound(track) } else { None };
+    let again = if track.begin_again(config, ring) { sound(track) } else { None };
     if again.is_none() {
         track.stage = Stage::Ended;
         statistics.deleted += 1;

@@ -16,6 +16,7 @@ mod life;
 mod numbers;
 pub mod offline;
 mod registration;
+mod ring;
 pub mod shadow;
 mod track_file;
 mod tracker;

@@ -3,13 +3,13 @@
 use super::config::{Life, TrackingConfig};
 use super::filter::TrackFilter;
 use super::registration::Reference;
+use super::ring::{Past, Ring, Slotted};
 use crate::association::kinematic_gate::{ClassLimits, Departure};
 use crate::filter::{Estimate, Gaussian, Sym2, UpdateError};
 use crate::frames::Vector2;
 use crate::plot::{Callsign, Identity, Plot, SensorId, SensorKind};
 use crate::time::SimTime;
 use nalgebra::Matrix4;
-use std::collections::VecDeque;
 
 /// Stage of a track's life.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -118,8 +118,8 @@ pub(super) struct Track {
     pub(super) stage: Stage,
     /// The filter after the last plot.
     now: TrackFilter,
-    /// The updates of the last seconds, each with the filter before it.
-    past: VecDeque<Entry>,
+    /// Where the updates of the last seconds are, each with the filter before it.
+    past: Past,
     pub(super) born: SimTime,
     pub(super) plots: u32,
     /// Time of the last plot that was more likely of this target than not.
@@ -165,16 +165,14 @@ impl Track {
         plot: &Plot,
         config: &TrackingConfig,
         interval_s: f64,
-        past: VecDeque<Entry>,
     ) -> Result<Self, UpdateError> {
         let now = TrackFilter::from_plot(&config.filter, plot)?;
-        debug_assert!(past.is_empty());
         let mut track = Self {
             serial,
             number: None,
             stage: Stage::Tentative,
             now,
-            past,
+            past: Past::default(),
             born: plot.time,
             plots: 1,
             last_hit: plot.time,
@@ -224,18 +222,21 @@ impl Track {
 
     /// The filter as it was at `time`: after the last update that is not later.
     #[inline]
-    pub(super) fn filter_before(&self, time: SimTime) -> Option<&TrackFilter> {
+    pub(super) fn filter_before<'a>(
+        &'a self,
+        time: SimTime,
+        ring: &'a Ring,
+    ) -> Option<&'a TrackFilter> {
         if self.now.time() <= time {
             return Some(&self.now);
         }
-        self.past.iter().rev().map(|e| &e.before).find(|f| f.time() <= time)
+        let place = self.past.place_at(time)?;
+        Some(&ring[self.past[place].slot].before)
     }
 
-    /// Room for the updates of another track.
-    pub(super) fn take_room(&mut self) -> VecDeque<Entry> {
-        let mut room = std::mem::take(&mut self.past);
-        room.clear();
-        room
+    /// Gives back what the ring holds for the track, which has ended.
+    pub(super) fn leave(&mut self, ring: &mut Ring) {
+        self.past.drain(..).for_each(|at| ring.free(at.slot));
     }
 
     /// Whether `plot` may be of this track as far as names go.
@@ -294,37 +295,42 @@ impl Track {
         update: Update<'_>,
         config: &TrackingConfig,
         oldest: SimTime,
+        ring: &mut Ring,
     ) -> Applied {
         let time = update.plot().time;
         let after = if self.now.time() <= time {
-            self.past.push_back(Entry { before: self.now.clone(), update: update.record() });
-            let Some(entry) = self.past.back_mut() else { return Applied::Refused };
+            let before = self.now.time();
+            let slot = ring.put(Entry { before: self.now.clone(), update: update.record() });
             match step(&mut self.now, update, config) {
                 Ok(after) => {
-                    entry.note_beginning(after, update);
+                    ring[slot].note_beginning(after, update);
+                    self.past.push(Slotted { before, slot });
                     after
                 }
                 Err(_) => {
-                    std::mem::swap(&mut self.now, &mut entry.before);
-                    self.past.pop_back();
+                    std::mem::swap(&mut self.now, &mut ring[slot].before);
+                    ring.free(slot);
                     return Applied::Refused;
                 }
             }
         } else {
-            // The state that the update starts from: `past[place].before`.
-            let place = match self.past.iter().rposition(|e| e.before.time() <= time) {
+            // The state that the update starts from: `before` of the entry at `place`.
+            let place = match self.past.place_at(time) {
                 Some(place) => place,
                 None if matches!(update, Update::Restart(..)) && !self.past.is_empty() => 0,
                 None => return Applied::Refused, // before the oldest state that is kept
             };
-            let mut filter = self.past[place].before.clone();
+            let before = ring[self.past[place].slot].before.clone();
+            let mut filter = before.clone();
             let Ok(mut after) = step(&mut filter, update, config) else { return Applied::Refused };
-            let mut entry =
-                Entry { before: self.past[place].before.clone(), update: update.record() };
+            let mut entry = Entry { before, update: update.record() };
             entry.note_beginning(after, update);
-            self.past.insert(place, entry);
-            for later in self.past.range_mut(place + 1..) {
+            let at = Slotted { slot: ring.put(entry), ..self.past[place] };
+            self.past.insert(place, at);
+            for at in &mut self.past[place + 1..] {
+                let later = &mut ring[at.slot];
                 later.before.clone_from(&filter);
+                at.before = filter.time();
                 // What cannot be done again leaves the state of the update before it.
                 match again(&mut filter, &later.update, config) {
                     Ok(done) => after.reborn |= done.reborn,
@@ -334,7 +340,7 @@ impl Track {
             self.now = filter;
             after
         };
-        self.forget_before(oldest);
+        self.forget_before(oldest, ring);
         let After { position_m, velocity_ms, reborn } = after;
         if reborn {
             Applied::Reborn { position_m, velocity_ms }
@@ -344,8 +350,8 @@ impl Track {
     }
 
     /// Begins again from the last plot; false if there is none that can begin a track.
-    pub(super) fn begin_again(&mut self, config: &TrackingConfig) -> bool {
-        let plot = match self.past.back().map(|entry| &entry.update) {
+    pub(super) fn begin_again(&mut self, config: &TrackingConfig, ring: &Ring) -> bool {
+        let plot = match self.past.last().map(|at| &ring[at.slot].update) {
             Some(Record::Plot(taken)) => taken.plot(),
             Some(Record::Restart(both)) => both[1].plot(),
             Some(Record::Weighted(plots)) => *likeliest(&whole(plots)),
@@ -372,10 +378,9 @@ impl Track {
     }
 
     /// Forgets updates that no plot may come before any more, all but the last.
-    fn forget_before(&mut self, oldest: SimTime) {
-        while self.past.len() > 1 && self.past[1].before.time() < oldest {
-            self.past.pop_front();
-        }
+    fn forget_before(&mut self, oldest: SimTime, ring: &mut Ring) {
+        let kept = self.past.iter().skip(1).take_while(|at| at.before < oldest).count();
+        self.past.drain(..kept).for_each(|at| ring.free(at.slot));
     }
 }
 

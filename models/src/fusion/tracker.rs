@@ -5,7 +5,8 @@ use super::labels;
 use super::life;
 use super::numbers::Numbers;
 use super::registration::{Registration, SiteBias};
-use super::track_file::{Entry, Stage, Track};
+use super::ring::Ring;
+use super::track_file::{Stage, Track};
 use crate::association::assignment::Solver;
 use crate::association::cluster::Clusters;
 use crate::association::gate::chi_square_quantile;
@@ -129,7 +130,7 @@ pub(super) struct Batch {
 pub struct Tracker {
     pub(super) config: TrackingConfig,
     pub(super) tracks: Vec<Track>,
-    numbers: Numbers,
+    pub(super) numbers: Numbers,
     pub(super) registration: Registration,
     pub(super) next_serial: u64,
     last_scan: Option<SimTime>,
@@ -141,8 +142,7 @@ pub struct Tracker {
     pub(super) identified_gate: f64,
     /// What is older than this in the scan in hand is forgotten.
     pub(super) oldest: SimTime,
-    /// Room for the updates of tracks to come.
-    pub(super) rooms: Vec<VecDeque<Entry>>,
+    pub(super) ring: Ring,
     work: Work,
 }
 
@@ -168,7 +168,9 @@ pub(super) struct Work {
     pub(super) positions: Vec<Vector2<f64>>,
     /// Earliest and latest time of the batch.
     pub(super) span: (SimTime, SimTime),
-    /// All plots of the batch, and the largest of their variances, m².
+    /// Candidates of the batch that no track had when they were laid out.
+    pub(super) free: Vec<u32>,
+    /// Those, and the largest of their variances, m².
     pub(super) plots: Grid,
     pub(super) looks: Vec<Look>,
     pub(super) widest_m2: f64,
@@ -183,7 +185,10 @@ pub(super) struct Work {
     pub(super) weighted: Vec<(Plot, f64)>,
     pub(super) solver: Solver,
     pub(super) jpda: Jpda,
+    pub(super) order: Vec<u128>,
     pub(super) track_used: Vec<bool>,
+    /// Of each track: the plot of the batch that it takes.
+    pub(super) chosen: Vec<u32>,
     pub(super) plot_used: Vec<bool>,
     /// Identities of the tracks with their indices, sorted.
     pub(super) identities: Vec<(Identity, u32)>,
@@ -211,7 +216,7 @@ impl Tracker {
             gate_1,
             identified_gate,
             oldest: SimTime(i64::MIN),
-            rooms: Vec::new(),
+            ring: Ring::default(),
             work: Work::default(),
         }
     }
@@ -265,8 +270,7 @@ impl Tracker {
             if !sound(&plot) || !state.is_sound() {
                 continue;
             }
-            let room = VecDeque::new();
-            let track = Track::start(self.next_serial, &plot, &self.config, model.interval_s, room);
+            let track = Track::start(self.next_serial, &plot, &self.config, model.interval_s);
             let Ok(mut track) = track else { continue };
             let Some(number) = self.numbers.take(time) else { break };
             track.take_over(time, state, number);
@@ -306,15 +310,7 @@ impl Tracker {
             let Batch { from, to } = work.batches[batch];
             self.associate_batch(from, to, &mut work);
         }
-        let mut out = life::end_of_scan(
-            &mut self.tracks,
-            &mut self.numbers,
-            t_out,
-            flights,
-            &self.config,
-            &mut self.statistics,
-            &mut work.seen,
-        );
+        let mut out = self.end_of_scan(t_out, flights, &mut work.seen);
         self.statistics.identity_conflicts +=
             labels::assign(&mut self.tracks, flights, &self.config, t_out, &mut work.solver);
         let (tracks, statistics) = (&mut self.tracks, &mut self.statistics);
@@ -329,6 +325,7 @@ impl Tracker {
         if self.last_scan.is_some_and(|last| t_out < last) {
             self.statistics.clock_resets += 1;
             self.tracks.clear();
+            self.ring.clear();
             self.seen.clear();
             self.numbers = Numbers::new(self.config.life.numbers, self.config.life.number_rest_s);
             self.last_scan = None;
@@ -474,7 +471,7 @@ impl Tracker {
         if !ended {
             return;
         }
-        let (numbers, rooms) = (&mut self.numbers, &mut self.rooms);
+        let (numbers, ring) = (&mut self.numbers, &mut self.ring);
         self.tracks.retain_mut(|track| {
             if track.stage != Stage::Ended {
                 return true;
@@ -482,7 +479,7 @@ impl Tracker {
             if let Some(number) = track.number {
                 numbers.give_back(number, t_out);
             }
-            rooms.push(track.take_room());
+            track.leave(ring);
             false
         });
     }
