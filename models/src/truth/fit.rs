@@ -47,9 +47,11 @@ pub(super) struct Bound<const N: usize> {
 
 impl Bound<1> {
     /// The first difference at `first` is at most `most` where the value is `at`, and changes with it by `lean`.
+    /// No limit on the other side: `most` is cut at half the width of the bound, far above any slope.
     pub(super) fn leaning(first: usize, most: f64, at: f64, lean: f64) -> Self {
-        let high = most - lean * at;
-        let low = high - 1e4;
+        const WIDTH: f64 = 1e4;
+        let high = most.min(0.5 * WIDTH) - lean * at;
+        let low = high - WIDTH;
         Self { lean, ..Self::between(1, first, low, high) }
     }
 
@@ -447,5 +449,36 @@ impl<const N: usize> Sides<N> {
         });
         let sides = sides.collect();
         (step, sides)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// On a straight line a turn allows any speed: that is no demand for a speed.
+    #[test]
+    fn a_limit_far_above_every_slope_does_not_push() {
+        let datum = |place: f64| Datum { place, value: [2.0 * place], weight: 1.0 };
+        let bounds = |most: f64| {
+            let slopes = (0..12).flat_map(|first| {
+                [Bound::between(1, first, 0.0, 1.5), Bound::leaning(first, most, 5.0, 0.0)]
+            });
+            slopes.collect::<Vec<_>>()
+        };
+        for most in [1e2, 5e3, 4e4, 1e9] {
+            let fit = Fit {
+                controls: (0..13).map(Control::Free).collect(),
+                data: (0..=10).map(|i| datum(f64::from(i))).collect(),
+                roughness: 1.0,
+                stiffness: Vec::new(),
+                bounds: bounds(most),
+            };
+            let found = fit.bounded().expect("the slope 1.5 is within all bounds");
+            for pair in found.windows(2) {
+                let slope = pair[1][0] - pair[0][0];
+                assert!((slope - 1.5).abs() < 1e-3, "{slope} at most {most}");
+            }
+        }
     }
 }

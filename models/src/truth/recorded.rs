@@ -86,7 +86,8 @@ pub fn import(
     if way_m > LONGEST_M {
         return Err(Refusal::TooFar { line: last_line, way_m, limit_m: LONGEST_M });
     }
-    let too_few = |left| refused(left, String::new());
+    let first_line = clean.fixes[0].line;
+    let no_fit = |what| Refusal::NoFit { line: last_line, from: first_line, what };
     let gaps = phases::gaps(&clean)?;
     let stands = phases::stands(&clean);
     let rolls = phases::rolls(&clean, limits);
@@ -110,8 +111,7 @@ pub fn import(
             (Vector2::from(end.value), tangent)
         });
         let last = index + 2 == bounds.len();
-        let (path, progress) =
-            work.leg(span[0], span[1], begin, last, &mut residuals).ok_or(too_few(positions))?;
+        let (path, progress) = work.leg(span[0], span[1], begin, last, &mut residuals)?;
         let end_m = progress[progress.len() - 1][0];
         controls.truncate(span[0]);
         controls.extend(progress.iter().map(|c| [c[0] + from_m]));
@@ -119,7 +119,7 @@ pub fn import(
         legs.push(Leg { from_m, path, backward });
         from_m += end_m;
     }
-    let progress = Spline::new(0.0, 1.0, controls).ok_or_else(|| too_few(positions))?;
+    let progress = Spline::new(0.0, 1.0, controls).ok_or(no_fit("progress"))?;
     if residuals.rows.len() * 2 < positions {
         // Most positions lie beside every path that the type can take.
         let off_m = residuals.rows.iter().map(|r| r.across_m).fold(0.0, f64::max);
@@ -149,7 +149,7 @@ pub fn import(
     };
     let height = work.air.height();
     let trajectory = Trajectory::new(start, end, legs, progress, height);
-    Ok((trajectory.ok_or_else(|| too_few(positions))?, report))
+    Ok((trajectory.ok_or(no_fit("path"))?, report))
 }
 
 /// Motion along a path, SI units.
@@ -222,8 +222,14 @@ impl Work<'_> {
         begin: Option<(Vector2<f64>, Vector2<f64>)>,
         last: bool,
         residuals: &mut Residuals,
-    ) -> Option<(Spline<2>, Vec<[f64; 1]>)> {
-        let path = self.path(from, to, begin)?;
+    ) -> Result<(Spline<2>, Vec<[f64; 1]>), Refusal> {
+        let no_fit = |what| {
+            let within = self.clean.fixes.iter().filter(|f| (from..=to).contains(&(f.t as usize)));
+            let mut lines = within.map(|f| f.line);
+            let first = lines.next().unwrap_or(self.clean.fixes[0].line);
+            Refusal::NoFit { line: lines.next_back().unwrap_or(first), from: first, what }
+        };
+        let path = self.path(from, to, begin).ok_or_else(|| no_fit("path"))?;
         let table = PathTable::of(&path);
         let (low, high) = (from as f64, to as f64);
         let fixes: Vec<Fix> = self
@@ -260,8 +266,9 @@ impl Work<'_> {
             places: &places,
             fixes: &seen,
             begins_at: begin.map(|_| 0.0),
-        })?;
-        let spline = Spline::new(low, 1.0, progress.clone())?;
+        });
+        let spline = progress.and_then(|controls| Spline::new(low, 1.0, controls));
+        let spline = spline.ok_or_else(|| no_fit("progress"))?;
         for (fix, place, across_m) in seen {
             let at = spline.at(fix.t);
             let sigma_m = self.sigma_along_m(fix.t, at.first[0]);
@@ -272,7 +279,7 @@ impl Work<'_> {
             let room_m = FARTHEST_M + self.roll(fix.t as usize).map_or(0.0, |r| r.mismatch_m);
             residuals.rows.push(Residual { line: fix.line, t: fix.t, across_m, along_m, room_m });
         }
-        Some((path, progress))
+        Ok((path, spline.controls().to_vec()))
     }
 
     /// Error of a position along the path, m; in a run the way that the type cannot follow, too.

@@ -282,6 +282,16 @@ pub enum Refusal {
         /// Distance.
         off_m: f64,
     },
+    /// Positions are sound, but no curve within the limits was found near them.
+    #[error("no {what} within the limits of the type was found for the positions from line {from}")]
+    NoFit {
+        /// Last line of them.
+        line: usize,
+        /// First line of them.
+        from: usize,
+        /// What was not found: path or progress.
+        what: &'static str,
+    },
 }
 
 impl Refusal {
@@ -293,7 +303,8 @@ impl Refusal {
             | Self::Gap { line, .. }
             | Self::TooLong { line, .. }
             | Self::TooFar { line, .. }
-            | Self::BeyondType { line, .. } => *line,
+            | Self::BeyondType { line, .. }
+            | Self::NoFit { line, .. } => *line,
         }
     }
 }
