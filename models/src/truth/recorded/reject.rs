@@ -98,6 +98,7 @@ pub(super) fn clean(
     let rough = rough_track(&fixes, &even, sigma_m)?;
     let sigma_m = cross_error_m(&fixes, &rough).max(grid_m / 12f64.sqrt());
     let speeds_ms = typical_speeds(&fixes);
+    let rough = held_in_gaps(rough, &fixes, sigma_m);
     let rough = steadied(&rough, &fixes, &speeds_ms);
     Some(Clean { speeds_ms, fixes, t0_ms, sigma_m, rough })
 }
@@ -268,6 +269,41 @@ fn rough_track(fixes: &[Fix], weights: &[f64], sigma_m: f64) -> Option<Vec<Vecto
     }
     let controls = track?;
     Some((0..=pieces).map(|i| value_at(&controls, i as f64).0).collect())
+}
+
+/// The rough track without the swings that the spline makes in gaps between rest and speed.
+///
+/// Where it goes back behind the begin of a gap, or beyond its end and back, although the positions on
+/// that side do not go that way, it stands at that begin or end.
+fn held_in_gaps(mut rough: Vec<Vector2<f64>>, fixes: &[Fix], sigma_m: f64) -> Vec<Vector2<f64>> {
+    const LEAST_GAP_S: f64 = 10.0;
+    const ASIDE_S: f64 = 5.0;
+    let noise_m = 4.0 * sigma_m + 2.0;
+    for i in 1..fixes.len() {
+        let (a, b) = (fixes[i - 1], fixes[i]);
+        if b.t - a.t < LEAST_GAP_S {
+            continue;
+        }
+        let came = fixes[..i].iter().rev().find(|f| f.t <= a.t - ASIDE_S).unwrap_or(&a);
+        let goes = fixes[i..].iter().find(|f| f.t >= b.t + ASIDE_S).unwrap_or(&b);
+        let (begin, end) = (on_track(&rough, a.t), on_track(&rough, b.t));
+        // A gap without a way lies on the way of the positions around it.
+        let ways = [end - begin, goes.p - came.p];
+        let Some(way) = ways.iter().find(|way| way.norm() > noise_m) else { continue };
+        let ahead = way.normalize();
+        let way_m = (end - begin).dot(&ahead).max(0.0);
+        let backs_in = (a.p - came.p).dot(&ahead) < -noise_m;
+        let backs_out = (goes.p - b.p).dot(&ahead) < -noise_m;
+        for place in &mut rough[a.t as usize + 1..b.t.ceil() as usize] {
+            let along_m = (*place - begin).dot(&ahead);
+            if along_m < 0.0 && !backs_in {
+                *place = begin;
+            } else if along_m > way_m && !backs_out {
+                *place = end;
+            }
+        }
+    }
+    rough
 }
 
 /// The rough track with the wander of slow phases taken out: a running median over up to ±10 s where

@@ -43,6 +43,12 @@ fn records(truth: &Trajectory, noise: &[(f64, f64)]) -> Vec<Record> {
         .collect()
 }
 
+/// Errors of the positions that are the same every time.
+fn noise(draw: i32) -> Vec<(f64, f64)> {
+    let error = |i: i32| (libm::sin(1.7 * f64::from(i)), libm::cos(2.3 * f64::from(i)));
+    (0..321).map(|i| error(i + 331 * draw)).collect()
+}
+
 /// One kind of damage to one place of the records.
 #[derive(Clone, Debug)]
 enum Damage {
@@ -140,6 +146,7 @@ proptest! {
         let inflicted = damages.iter().any(|d| matches!(d, Damage::Spike { .. }));
         prop_assert!(!told || inflicted, "told of a spike that nobody inflicted");
         prop_assert!(told || !spikes.any(within), "a spike was not told of");
+        prop_assert_eq!(report.pushbacks, 0, "nose first all the way");
         let mut far = 0;
         let mut count = 0;
         let mut before: Option<TruthState> = None;
@@ -253,14 +260,78 @@ fn a_stop_within_a_gap_is_a_stop() {
     assert!(off_m < 6.0 && last.velocity_ms.norm() < 0.1, "{off_m} m, {last:?}");
 }
 
+/// It brakes and stops while nobody sees it: the smoothed track overshoots and comes back, the mover does not.
+#[test]
+fn a_stop_within_a_long_gap_is_no_pushback() {
+    let truth = sound();
+    for draw in 0..20 {
+        let mut records = records(&truth, &noise(draw));
+        inflict(&mut records, &Damage::Missing { at: 257, count: 39 });
+        let (found, report) = import(&records, &a320(), &[], SimTime::ZERO).unwrap();
+        assert_eq!(report.pushbacks, 0, "draw {draw}\n{report}");
+        for i in 0..=640 {
+            let time = SimTime(i * 500_000_000);
+            let off_m = found.at(time).unwrap().position_m - truth.at(time).unwrap().position_m;
+            assert!(off_m.norm() < 12.0, "{off_m} m at {} s of draw {draw}\n{report}", time.s());
+        }
+    }
+}
+
+/// It stands, and is seen again at speed: meanwhile the smoothed track swings back, the mover does not.
+#[test]
+fn a_start_within_a_long_gap_is_no_pushback() {
+    let truth = sound();
+    for draw in 0..20 {
+        let mut records = records(&truth, &noise(draw));
+        inflict(&mut records, &Damage::Missing { at: 152, count: 36 });
+        let (found, report) = import(&records, &a320(), &[], SimTime::ZERO).unwrap();
+        assert_eq!(report.pushbacks, 0, "draw {draw}\n{report}");
+        for i in 0..=640 {
+            let time = SimTime(i * 500_000_000);
+            let off_m = found.at(time).unwrap().position_m - truth.at(time).unwrap().position_m;
+            assert!(off_m.norm() < 12.0, "{off_m} m at {} s of draw {draw}\n{report}", time.s());
+        }
+    }
+}
+
+/// The same, and the first position after the gap is that of the halt once more.
+#[test]
+fn a_stale_position_at_a_start_is_no_pushback() {
+    let truth = sound();
+    for draw in 0..20 {
+        let mut records = records(&truth, &noise(draw));
+        inflict(&mut records, &Damage::Freeze { at: 181, count: 9 });
+        inflict(&mut records, &Damage::Missing { at: 156, count: 30 });
+        let (_, report) = import(&records, &a320(), &[], SimTime::ZERO).unwrap();
+        assert_eq!(report.pushbacks, 0, "draw {draw}\n{report}");
+    }
+}
+
+/// Pushed back, it turns on its track while nobody sees it: the positions on both sides tell.
+#[test]
+fn a_pushback_that_ends_within_a_gap_is_one() {
+    let line = [(0.0, 0.0), (0.0, 120.0)].map(|(x, y)| Vector2::new(x, y));
+    let span = (SimTime::ZERO, SimTime::from_s(330.0));
+    let out = route::drive(&line, &[], &a320(), span, 10.0).expect("a sound line");
+    let mut records = records(&out, &noise(0));
+    // Out in 25 s, and at 60 s back again.
+    for i in 0..records.len() {
+        let ago = if i > 60 { 120_usize.saturating_sub(i) } else { i };
+        let there = out.at(SimTime::from_s(ago as f64)).unwrap().position_m.xy();
+        let (east, north) = noise(0)[i % 200];
+        records[i].position_m = Some(there + Vector2::new(east, north));
+    }
+    inflict(&mut records, &Damage::Missing { at: 36, count: 49 });
+    let (_, report) = import(&records, &a320(), &[], SimTime::ZERO).unwrap();
+    assert_eq!(report.pushbacks, 1, "{report}");
+}
+
 /// Its last position comes alone, long after the others: the halt before it is a halt, not a loop of the path.
 #[test]
 fn a_last_position_behind_a_long_gap_makes_no_hook() {
     let truth = sound();
     for draw in 0..20 {
-        let error = |i: i32| (libm::sin(1.7 * f64::from(i)), libm::cos(2.3 * f64::from(i)));
-        let noise: Vec<(f64, f64)> = (0..321).map(|i| error(i + 331 * draw)).collect();
-        let mut records = records(&truth, &noise);
+        let mut records = records(&truth, &noise(draw));
         inflict(&mut records, &Damage::Missing { at: 299, count: 21 });
         let (found, report) = import(&records, &a320(), &[], SimTime::ZERO).unwrap();
         for i in 0..=640 {
