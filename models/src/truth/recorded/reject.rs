@@ -49,6 +49,8 @@ pub(super) struct Fix {
 
 /// Positions are late by up to about this, s: an error along the track that grows with speed.
 pub(super) const LATENESS_S: f64 = 0.7;
+/// In so short a time errors of positions make a speed, s.
+const SHORT_S: f64 = 5.0;
 /// Smoothing of the rough track: spectral density of the jerk, m²/s⁵.
 const JERK_DENSITY: f64 = 0.05;
 
@@ -97,7 +99,7 @@ pub(super) fn clean(
     let even = vec![1.0; fixes.len()];
     let rough = rough_track(&fixes, &even, sigma_m)?;
     let sigma_m = cross_error_m(&fixes, &rough).max(grid_m / 12f64.sqrt());
-    let speeds_ms = typical_speeds(&fixes);
+    let speeds_ms = typical_speeds(&fixes, SHORT_S);
     let rough = held_in_gaps(rough, &fixes, sigma_m);
     let rough = steadied(&rough, &fixes, &speeds_ms);
     Some(Clean { speeds_ms, fixes, t0_ms, sigma_m, rough })
@@ -149,7 +151,7 @@ fn in_order<'a>(records: &'a [Record], span_s: f64, tally: &mut Tally) -> Vec<(i
 fn consistent(fixes: &[Fix], fastest_ms: f64, tally: &mut Tally) -> Vec<Fix> {
     const LOOK_BACK: usize = 180;
     let speeds: Vec<f64> =
-        typical_speeds(fixes).into_iter().map(|v| (2.0 * v + 20.0).min(fastest_ms)).collect();
+        typical_speeds(fixes, 0.0).into_iter().map(|v| (2.0 * v + 20.0).min(fastest_ms)).collect();
     let mut best: Vec<(usize, Option<usize>)> = Vec::with_capacity(fixes.len());
     for (j, b) in fixes.iter().enumerate() {
         let mut link = (1, None);
@@ -176,7 +178,10 @@ fn consistent(fixes: &[Fix], fastest_ms: f64, tally: &mut Tally) -> Vec<Fix> {
 }
 
 /// Speed between the median positions of the 20 s before and the 20 s after each fix, m/s.
-fn typical_speeds(fixes: &[Fix]) -> Vec<f64> {
+///
+/// Few fixes between two long gaps, or at an end behind one, say little: where the medians lie no more than
+/// `short_s` apart, what is beyond the gaps counts as well, and the lower speed holds.
+fn typical_speeds(fixes: &[Fix], short_s: f64) -> Vec<f64> {
     const SPAN_S: f64 = 20.0;
     let median_of = |part: &[Fix]| -> Option<(f64, Vector2<f64>)> {
         let middle = |value: fn(&Fix) -> f64| median(part.iter().map(value).collect());
@@ -191,14 +196,19 @@ fn typical_speeds(fixes: &[Fix]) -> Vec<f64> {
         while to < fixes.len() && fixes[to].t <= fix.t + SPAN_S {
             to += 1;
         }
-        let speed = match (median_of(&fixes[from..=i]), median_of(&fixes[i..to])) {
-            (Some((ta, a)), Some((tb, b))) if tb > ta => (b - a).norm() / (tb - ta),
-            // Alone between two long gaps, or at an end behind one: what its neighbours say.
-            _ => {
-                let (a, b) = (fixes[i.saturating_sub(1)], fixes[(i + 1).min(fixes.len() - 1)]);
-                if b.t > a.t { (b.p - a.p).norm() / (b.t - a.t) } else { f64::INFINITY }
-            }
+        let between = |from: usize, to: usize| {
+            let (ta, a) = median_of(&fixes[from..=i])?;
+            let (tb, b) = median_of(&fixes[i..to])?;
+            (tb > ta).then(|| (tb - ta, (b - a).norm() / (tb - ta)))
         };
+        let (step_s, mut speed) = between(from, to).unwrap_or((0.0, f64::INFINITY));
+        if step_s <= short_s {
+            let earliest_s = fixes[from.saturating_sub(1)].t - SPAN_S;
+            let latest_s = fixes[to.min(fixes.len() - 1)].t + SPAN_S;
+            let wider = fixes.partition_point(|f| f.t < earliest_s);
+            let wide = between(wider, fixes.partition_point(|f| f.t <= latest_s));
+            speed = speed.min(wide.map_or(f64::INFINITY, |w| w.1));
+        }
         speeds.push(speed);
     }
     speeds

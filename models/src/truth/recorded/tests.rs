@@ -307,6 +307,27 @@ fn a_stale_position_at_a_start_is_no_pushback() {
     }
 }
 
+/// Three positions behind a long gap: their errors within two seconds are no speed.
+#[test]
+fn last_positions_behind_a_long_gap_make_no_loop() {
+    let truth = sound();
+    for draw in 0..20 {
+        let mut records = records(&truth, &noise(draw));
+        inflict(&mut records, &Damage::Missing { at: 295, count: 23 });
+        let errors = [(-1.0, -0.9), (0.9, 0.9), (0.9, 0.8)];
+        for (i, (east, north)) in (318..).zip(errors) {
+            let there = truth.at(SimTime::from_s(f64::from(i))).unwrap().position_m.xy();
+            records[i as usize].position_m = Some(there + Vector2::new(east, north));
+        }
+        let (found, report) = import(&records, &a320(), &[], SimTime::ZERO).unwrap();
+        for i in 0..=640 {
+            let time = SimTime(i * 500_000_000);
+            let off_m = found.at(time).unwrap().position_m - truth.at(time).unwrap().position_m;
+            assert!(off_m.norm() < 6.0, "{off_m} m at {} s of draw {draw}\n{report}", time.s());
+        }
+    }
+}
+
 /// Pushed back, it turns on its track while nobody sees it: the positions on both sides tell.
 #[test]
 fn a_pushback_that_ends_within_a_gap_is_one() {
