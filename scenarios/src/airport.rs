@@ -155,17 +155,15 @@ fn local_m(frame: &LocalFrame, lat_deg: f64, lon_deg: f64) -> Vector2<f64> {
     Vector2::new(enu.east_m, enu.north_m)
 }
 
-/// Largest layout file, octets: a world of airports is larger, one airport is not.
-const LARGEST: u64 = 64 << 20;
-
 /// Reads a whole file as text. Names in old files are not always UTF-8: such letters are replaced.
 fn text_of(path: &Path) -> Result<String, ScenarioError> {
     let refused =
         |reason: String| ScenarioError::new(path, 1, "file", Problem::Unreadable { reason });
-    let octets = crate::read_up_to(path, LARGEST).map_err(|error| match error.kind() {
-        std::io::ErrorKind::FileTooLarge => refused(format!("{error}; needed is one airport")),
-        _ => refused(error.to_string()),
-    })?;
+    let octets =
+        crate::files::read(path, crate::LARGEST_DATA).map_err(|error| match error.kind() {
+            std::io::ErrorKind::FileTooLarge => refused(format!("{error}; needed is one airport")),
+            _ => refused(error.to_string()),
+        })?;
     let text = String::from_utf8_lossy(&octets);
     Ok(text.strip_prefix('\u{feff}').unwrap_or(&text).to_owned())
 }

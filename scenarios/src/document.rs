@@ -367,8 +367,9 @@ impl Section {
     pub fn file_path(&self, key: &str) -> Result<Option<PathBuf>, ScenarioError> {
         let Some(name) = self.text(key)? else { return Ok(None) };
         let path = self.file.parent().unwrap_or(Path::new("")).join(name);
-        if path.is_file() {
-            return Ok(Some(path));
+        let found = crate::data_file(&self.file, name);
+        if crate::files::is_file(&found) {
+            return Ok(Some(found));
         }
         let reason =
             if path.exists() { "is not a file".into() } else { String::from("does not exist") };

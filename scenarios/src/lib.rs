@@ -9,6 +9,7 @@ pub mod airport;
 pub mod building;
 pub mod document;
 pub mod error;
+pub mod files;
 mod hash;
 pub mod movements;
 pub mod network;
@@ -103,6 +104,9 @@ pub fn load_text(path: &Path, text: &str) -> Result<Scene, ScenarioError> {
     read(path, text, true)
 }
 
+/// Octets of the largest file that a scene names: a world of airports is larger, one airport is not.
+pub(crate) const LARGEST_DATA: u64 = 64 << 20;
+
 /// Octets of the largest scene: ten thousand movers with everything that they can have.
 const LARGEST_SCENE: u64 = 16 << 20;
 
@@ -111,7 +115,7 @@ fn text_of(path: &Path) -> Result<String, ScenarioError> {
         let problem = Problem::Unreadable { reason };
         ScenarioError::new(path, line, "scene", problem)
     };
-    let octets = read_up_to(path, LARGEST_SCENE).map_err(|error| {
+    let octets = files::read(path, LARGEST_SCENE).map_err(|error| {
         let no_path = path.components().count() == 1 && path.extension().is_none();
         let unknown = error.kind() == std::io::ErrorKind::NotFound && no_path;
         let known = if unknown { shipped_scenes() } else { String::new() };
@@ -124,35 +128,17 @@ fn text_of(path: &Path) -> Result<String, ScenarioError> {
             },
         )
     })?;
-    String::from_utf8(octets).map_err(|error| {
+    String::from_utf8(octets.into_owned()).map_err(|error| {
         let at = error.utf8_error().valid_up_to();
         let line = 1 + error.as_bytes()[..at].iter().filter(|o| **o == b'\n').count();
         refuse(line, "not UTF-8 text".to_owned())
     })
 }
 
-/// A whole file of at most `limit` octets; a device or a pipe may never end.
-pub(crate) fn read_up_to(path: &Path, limit: u64) -> std::io::Result<Vec<u8>> {
-    use std::io::Read;
-    let mut octets = Vec::new();
-    std::fs::File::open(path)?.take(limit + 1).read_to_end(&mut octets)?;
-    if octets.len() as u64 > limit {
-        let reason = format!("longer than {} MiB", limit >> 20);
-        return Err(std::io::Error::new(std::io::ErrorKind::FileTooLarge, reason));
-    }
-    Ok(octets)
-}
-
 /// Names of the scenes where [`locate`] looks.
 fn shipped_scenes() -> String {
-    let mut names: Vec<String> = data_folders(Path::new("scenarios/scene"))
-        .iter()
-        .filter_map(|folder| std::fs::read_dir(folder).ok())
-        .flat_map(|entries| entries.flatten().map(|e| e.path()))
-        .filter(|path| path.extension().is_some_and(|e| e == "toml"))
-        .filter_map(|path| Some(path.file_stem()?.to_str()?.to_owned()))
-        .filter(|name| name != "Cargo")
-        .collect();
+    let folders = data_folders(Path::new("scenarios/scene"));
+    let mut names: Vec<String> = folders.iter().flat_map(|f| files::toml_names(f)).collect();
     names.sort();
     names.dedup();
     names.join(", ")
@@ -194,8 +180,8 @@ fn read(path: &Path, text: &str, with_truth: bool) -> Result<Scene, ScenarioErro
 
 /// The scene file for what a user typed: a path, or the bare name of a scene (`zurich`).
 ///
-/// Looked for in this order: as a path; in `./scenarios`; beside the executable in `scenarios`; in
-/// the source tree that the executable was built from.
+/// Looked for in this order: as a path; in `./scenarios`; beside the executable in `scenarios`; inside
+/// the executable.
 #[must_use]
 pub fn locate(typed: &str) -> PathBuf {
     let as_path = PathBuf::from(typed);
@@ -206,22 +192,19 @@ pub fn locate(typed: &str) -> PathBuf {
     let beside_executable = std::env::current_exe()
         .ok()
         .and_then(|exe| exe.parent().map(|folder| folder.join("scenarios").join(&file)));
-    let candidates = [
-        Some(Path::new("scenarios").join(&file)),
-        beside_executable,
-        Some(Path::new(env!("CARGO_MANIFEST_DIR")).join(&file)),
-    ];
-    candidates.into_iter().flatten().find(|p| p.is_file()).unwrap_or(as_path)
+    let candidates =
+        [Some(Path::new("scenarios").join(&file)), beside_executable, Some(files::shipped(&file))];
+    candidates.into_iter().flatten().find(|p| files::is_file(p)).unwrap_or(as_path)
 }
 
-/// Where data are looked for that a scene names without a path, in this order: beside the scene, beside
-/// the executable, and as they ship.
+/// Where data are looked for that a scene names, in this order: beside the scene, beside the
+/// executable, and inside it.
 pub(crate) fn data_folders(scene: &Path) -> Vec<PathBuf> {
     let executable = std::env::current_exe().ok();
     let folders = [
         Some(scene.parent().unwrap_or(Path::new("")).to_path_buf()),
         executable.as_deref().and_then(Path::parent).map(|folder| folder.join("scenarios")),
-        Some(PathBuf::from(env!("CARGO_MANIFEST_DIR"))),
+        Some(PathBuf::from(files::SHIPPED)),
     ];
     folders.into_iter().flatten().collect()
 }
@@ -229,8 +212,7 @@ pub(crate) fn data_folders(scene: &Path) -> Vec<PathBuf> {
 /// A data file of the product: the first one there is in [`data_folders`].
 pub(crate) fn data_file(scene: &Path, name: &str) -> PathBuf {
     let candidates = data_folders(scene).into_iter().map(|folder| folder.join(name));
-    let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join(name);
-    candidates.into_iter().find(|path| path.is_file()).unwrap_or(shipped)
+    candidates.into_iter().find(|path| files::is_file(path)).unwrap_or(files::shipped(name))
 }
 
 /// Hash of the values of the scene (without `[network]`) and of its data files by name and content.
@@ -244,7 +226,7 @@ fn scene_hash(root: &document::Section, files: &[PathBuf]) -> Result<u64, Scenar
     sorted.sort_by_key(|p| p.file_name().map(ToOwned::to_owned));
     sorted.dedup();
     for file in sorted {
-        let octets = std::fs::read(file).map_err(|error| {
+        let octets = files::read(file, LARGEST_DATA).map_err(|error| {
             let problem = Problem::File { path: file.clone(), reason: error.to_string() };
             ScenarioError::new(file, 1, "file", problem)
         })?;

@@ -40,8 +40,9 @@ pub fn read(
         let line = e.position().map_or(1, |p| p.line() as usize);
         error(line, Problem::File { path: file.to_path_buf(), reason: e.to_string() })
     };
-    let mut reader =
-        csv::ReaderBuilder::new().flexible(true).from_path(file).map_err(unreadable)?;
+    let octets = crate::files::read(file, crate::LARGEST_DATA)
+        .map_err(|e| error(1, Problem::File { path: file.to_path_buf(), reason: e.to_string() }))?;
+    let mut reader = csv::ReaderBuilder::new().flexible(true).from_reader(octets.as_ref());
     let header = reader.byte_headers().map_err(unreadable)?.clone();
     let column = |name: &str| header.iter().position(|cell| cell.trim_ascii() == name.as_bytes());
     let needed = |name: &'static str| {

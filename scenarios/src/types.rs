@@ -37,13 +37,13 @@ impl TypeTable {
     }
 }
 
-/// The types that come with SEEDS: the table beside its scenes.
+/// The types that come with SEEDS: the table inside the executable.
 ///
 /// # Errors
 /// If the table cannot be found or is damaged.
 pub fn shipped() -> Result<TypeTable, ScenarioError> {
-    let scene = crate::locate("zurich");
-    read(&crate::data_file(&scene, "types.csv"), &crate::data_file(&scene, "echo.csv"))
+    use crate::files::shipped;
+    read(&shipped("types.csv"), &shipped("echo.csv"))
 }
 
 /// Reads `types.csv` and `echo.csv`.
@@ -114,10 +114,9 @@ impl Rows {
             let problem = Problem::Line { found, needed: "a comma-separated table with a header" };
             ScenarioError::new(file, line, "table", problem)
         };
-        let mut reader = csv::ReaderBuilder::new()
-            .comment(Some(b'#'))
-            .from_path(file)
+        let octets = crate::files::read(file, crate::LARGEST_DATA)
             .map_err(|error| damaged(1, error.to_string()))?;
+        let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(octets.as_ref());
         let header = reader.headers().map_err(|error| damaged(1, error.to_string()))?.clone();
         let mut rows = Vec::new();
         for record in reader.records() {

@@ -133,7 +133,7 @@ pub(super) fn read(
 ) -> Result<(AsdeScene, PathBuf), ScenarioError> {
     let name = section.need_text("parameters", "the name of a parameter set, like \"ku_asde3\"")?;
     let file = locate(section, name)?;
-    let text = std::fs::read_to_string(&file).map_err(|error| {
+    let text = crate::files::read_text(&file, crate::LARGEST_DATA).map_err(|error| {
         let problem = Problem::File { path: file.clone(), reason: error.to_string() };
         section.refuse("parameters", problem)
     })?;
@@ -170,7 +170,7 @@ fn path(section: &Section) -> &str {
     if section.path().is_empty() { "parameter set" } else { section.path() }
 }
 
-/// The file of a parameter set: beside the scene, beside the executable, or as it ships.
+/// The file of a parameter set: beside the scene, beside the executable, or inside it.
 fn locate(section: &Section, name: &str) -> Result<PathBuf, ScenarioError> {
     let plain = name.chars().all(|c| c.is_ascii_alphanumeric() || "_-".contains(c));
     let folders: Vec<PathBuf> = crate::data_folders(section.file())
@@ -178,16 +178,13 @@ fn locate(section: &Section, name: &str) -> Result<PathBuf, ScenarioError> {
         .map(|folder| folder.join("parameter-sets"))
         .collect();
     let file = format!("{name}.toml");
-    let found = folders.iter().map(|folder| folder.join(&file)).find(|path| path.is_file());
+    let found =
+        folders.iter().map(|folder| folder.join(&file)).find(|path| crate::files::is_file(path));
     if let (true, Some(path)) = (plain, found) {
         return Ok(path);
     }
-    let mut names: Vec<String> = folders
-        .iter()
-        .filter_map(|folder| std::fs::read_dir(folder).ok())
-        .flat_map(|entries| entries.flatten())
-        .filter_map(|entry| Some(entry.path().file_stem()?.to_str()?.to_owned()))
-        .collect();
+    let mut names: Vec<String> =
+        folders.iter().flat_map(|folder| crate::files::toml_names(folder)).collect();
     names.sort();
     names.dedup();
     let allowed: Vec<_> = names.iter().map(|n| format!("\"{n}\"")).collect();

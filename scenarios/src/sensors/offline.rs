@@ -43,7 +43,8 @@ pub(super) fn read(
     })?;
     let unsound =
         |reason: String| section.refuse("figures", Problem::File { path: path.clone(), reason });
-    let text = std::fs::read_to_string(&path).map_err(|e| unsound(e.to_string()))?;
+    let text =
+        crate::files::read_text(&path, crate::LARGEST_DATA).map_err(|e| unsound(e.to_string()))?;
     let file: Value =
         serde_json::from_str(&text).map_err(|e| unsound(format!("is not JSON: {e}")))?;
     let Some(sensors) = file.get("sensors").and_then(Value::as_array) else {

@@ -1,0 +1,46 @@
+//! Lists the files that ship with SEEDS, so that an executable carries them wherever it is copied:
+//! scenes, airports, movements, parameter sets, types and echoes (`files.rs` reads the list).
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+/// What of this folder is program and not data.
+const PROGRAM: [&str; 6] = ["src", "tests", "examples", "benches", "Cargo.toml", "build.rs"];
+
+fn main() {
+    let root = PathBuf::from(std::env::var("CARGO_MANIFEST_DIR").expect("set by cargo"));
+    let mut files = Vec::new();
+    for entry in entries(&root) {
+        let name = entry.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+        if !PROGRAM.contains(&name.as_str()) && !name.starts_with('.') {
+            walk(&entry, &mut files);
+        }
+    }
+    files.sort();
+    println!("cargo:rerun-if-changed=.");
+    let mut list = String::from("&[\n");
+    for file in &files {
+        let name = file.strip_prefix(&root).expect("below the root").to_string_lossy().into_owned();
+        writeln!(list, "    ({name:?}, include_bytes!({:?})),", file.to_string_lossy())
+            .expect("a string takes everything");
+    }
+    list.push_str("]\n");
+    let out = PathBuf::from(std::env::var("OUT_DIR").expect("set by cargo")).join("shipped.rs");
+    std::fs::write(&out, list).expect("the build folder can be written");
+}
+
+fn entries(folder: &Path) -> Vec<PathBuf> {
+    std::fs::read_dir(folder)
+        .map(|list| list.flatten().map(|e| e.path()).collect())
+        .unwrap_or_default()
+}
+
+fn walk(path: &Path, files: &mut Vec<PathBuf>) {
+    if path.is_dir() {
+        for entry in entries(path) {
+            walk(&entry, files);
+        }
+    } else {
+        files.push(path.to_path_buf());
+    }
+}

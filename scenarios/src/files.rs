@@ -1,0 +1,125 @@
+//! Where the files of a scene are: on disk, or inside the executable.
+//!
+//! What ships with SEEDS is compiled in, so that an executable copied anywhere runs its scenes. Such a
+//! file has a path that begins with [`SHIPPED`], like `shipped:/airports/LSZH.apt.dat`; everything
+//! that reads a scene reads both kinds through [`read`].
+
+use std::borrow::Cow;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// First part of the path of a file that is inside the executable.
+pub const SHIPPED: &str = "shipped:";
+
+/// Name below `scenarios/` and content of every file that ships, sorted by name.
+const FILES: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/shipped.rs"));
+
+/// The path of a shipped file, by its name below `scenarios/`.
+#[must_use]
+pub fn shipped(name: &str) -> PathBuf {
+    Path::new(SHIPPED).join(name)
+}
+
+/// Name below `scenarios/`, where `path` is inside the executable. A scene may say `../x`: so does the name, and nothing is found.
+fn inside(path: &Path) -> Option<&Path> {
+    path.strip_prefix(SHIPPED).ok()
+}
+
+fn content(name: &Path) -> Option<&'static [u8]> {
+    let name = name.to_str()?;
+    let at = FILES.binary_search_by(|(known, _)| (*known).cmp(name)).ok()?;
+    Some(FILES[at].1)
+}
+
+/// A whole file of at most `limit` octets; a device or a pipe may never end.
+///
+/// # Errors
+/// What the system says; for a shipped file that it does not exist.
+pub fn read(path: &Path, limit: u64) -> io::Result<Cow<'static, [u8]>> {
+    use io::Read;
+    if let Some(name) = inside(path) {
+        let missing = || io::Error::new(io::ErrorKind::NotFound, "does not come with SEEDS");
+        return content(name).map(Cow::Borrowed).ok_or_else(missing);
+    }
+    let mut octets = Vec::new();
+    std::fs::File::open(path)?.take(limit + 1).read_to_end(&mut octets)?;
+    if octets.len() as u64 > limit {
+        let reason = format!("longer than {} MiB", limit >> 20);
+        return Err(io::Error::new(io::ErrorKind::FileTooLarge, reason));
+    }
+    Ok(Cow::Owned(octets))
+}
+
+/// [`read`] as UTF-8 text.
+///
+/// # Errors
+/// As [`read`], or if it is not UTF-8.
+pub fn read_text(path: &Path, limit: u64) -> io::Result<String> {
+    String::from_utf8(read(path, limit)?.into_owned())
+        .map_err(|_| io::Error::new(io::ErrorKind::InvalidData, "not UTF-8 text"))
+}
+
+/// Whether `path` is a file, on disk or inside the executable.
+#[must_use]
+pub fn is_file(path: &Path) -> bool {
+    inside(path).map_or_else(|| path.is_file(), |name| content(name).is_some())
+}
+
+/// Names without their ending of the files `*.toml` directly in `folder`, on disk or inside the executable.
+#[must_use]
+pub fn toml_names(folder: &Path) -> Vec<String> {
+    let files: Vec<PathBuf> = match inside(folder) {
+        Some(inside) => FILES
+            .iter()
+            .map(|(name, _)| PathBuf::from(name))
+            .filter(|name| name.parent() == Some(inside))
+            .collect(),
+        None => std::fs::read_dir(folder)
+            .map(|entries| entries.flatten().map(|e| e.path()).collect())
+            .unwrap_or_default(),
+    };
+    files
+        .iter()
+        .filter(|path| path.extension().is_some_and(|e| e == "toml"))
+        .filter_map(|path| Some(path.file_stem()?.to_str()?.to_owned()))
+        .filter(|name| name != "Cargo")
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_shipped_file_is_inside_and_the_same() {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+        assert!(FILES.len() >= 15, "{}", FILES.len());
+        assert!(FILES.is_sorted_by_key(|f| f.0), "names are searched by halves");
+        for (name, octets) in FILES {
+            assert_eq!(&std::fs::read(root.join(name)).expect(name), octets, "{name}");
+            assert!(is_file(&shipped(name)), "{name}");
+        }
+        for needed in ["zurich.toml", "types.csv", "echo.csv", "airports/LSZH.apt.dat"] {
+            assert!(is_file(&shipped(needed)), "{needed}");
+        }
+        assert!(!FILES.iter().any(|(name, _)| name.ends_with(".rs") || *name == "Cargo.toml"));
+    }
+
+    #[test]
+    fn what_does_not_ship_is_said_to_be_missing() {
+        for wrong in ["paris.toml", "../Cargo.toml", "", "airports"] {
+            let error = read(&shipped(wrong), 1 << 20).expect_err(wrong);
+            assert_eq!(error.kind(), io::ErrorKind::NotFound, "{wrong}");
+        }
+        assert_eq!(
+            read(Path::new("/dev/zero"), 10).expect_err("endless").kind(),
+            io::ErrorKind::FileTooLarge
+        );
+    }
+
+    #[test]
+    fn the_shipped_scenes_are_listed() {
+        assert!(toml_names(Path::new(SHIPPED)).contains(&"zurich".to_owned()));
+        assert!(toml_names(&shipped("parameter-sets")).contains(&"ku_asde3".to_owned()));
+    }
+}
