@@ -64,7 +64,7 @@ pub fn conductor_config(scene: &Scene, options: &RunOptions) -> ConductorConfig 
     ConductorConfig {
         scene: scene.name.clone(),
         scene_hash: scene.hash,
-        version: env!("CARGO_PKG_VERSION").to_owned(),
+        version: crate::runtime::build::IDENTITY.to_owned(),
         expected,
         producers,
         generators: options.generators,

@@ -7,7 +7,7 @@ use std::process::ExitCode;
 
 /// Administration station: configure, start, freeze, step, stop, restart, measure
 #[derive(Parser)]
-#[command(name = "admin-station", version, after_help = EXIT_CODES)]
+#[command(name = "admin-station", version = federates::runtime::build::VERSION, after_help = EXIT_CODES)]
 struct Args {
     #[command(flatten)]
     args: AdminArgs,

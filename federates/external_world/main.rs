@@ -7,7 +7,7 @@ use std::process::ExitCode;
 
 /// External world: weather and flight data
 #[derive(Parser)]
-#[command(name = "external-world", version, after_help = EXIT_CODES)]
+#[command(name = "external-world", version = federates::runtime::build::VERSION, after_help = EXIT_CODES)]
 struct Args {
     #[command(flatten)]
     args: WorldArgs,

@@ -248,7 +248,7 @@ fn join(
         kind,
         pid: std::process::id(),
         host: super::process::host_name(),
-        version: env!("CARGO_PKG_VERSION").to_owned(),
+        version: crate::runtime::build::IDENTITY.to_owned(),
         scene_hash,
     });
     let started = monotonic_ns();

@@ -2,6 +2,7 @@
 //!
 //! Only here: sockets, zenoh, bincode and the wall clock. What any one federate does is not known here.
 
+pub mod build;
 pub mod bus;
 pub mod cli;
 pub mod clock;

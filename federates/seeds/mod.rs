@@ -24,7 +24,7 @@ use std::process::ExitCode;
 
 /// Distributed simulator of airport surface traffic and of the surveillance that watches it
 #[derive(Parser, Debug)]
-#[command(name = "seeds", version, after_help = EXIT_CODES)]
+#[command(name = "seeds", version = crate::runtime::build::VERSION, after_help = EXIT_CODES)]
 struct Seeds {
     #[command(subcommand)]
     command: Option<Command>,

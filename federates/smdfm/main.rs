@@ -7,7 +7,7 @@ use std::process::ExitCode;
 
 /// Sensor model and data fusion: truth and weather in, plots and system tracks out, once a second
 #[derive(Parser)]
-#[command(name = "smdfm", version, after_help = EXIT_CODES)]
+#[command(name = "smdfm", version = federates::runtime::build::VERSION, after_help = EXIT_CODES)]
 struct Args {
     #[command(flatten)]
     args: SmdfmArgs,

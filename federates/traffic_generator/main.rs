@@ -7,7 +7,7 @@ use std::process::ExitCode;
 
 /// Traffic generator: ground truth as Entity State PDUs
 #[derive(Parser)]
-#[command(name = "traffic-generator", version, after_help = EXIT_CODES)]
+#[command(name = "traffic-generator", version = federates::runtime::build::VERSION, after_help = EXIT_CODES)]
 struct Args {
     #[command(flatten)]
     args: TrafficArgs,

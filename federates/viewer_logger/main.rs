@@ -7,7 +7,7 @@ use std::process::ExitCode;
 
 /// Viewer and logger: the page, the recording, the database
 #[derive(Parser)]
-#[command(name = "viewer-logger", version, after_help = EXIT_CODES)]
+#[command(name = "viewer-logger", version = federates::runtime::build::VERSION, after_help = EXIT_CODES)]
 struct Args {
     #[command(flatten)]
     args: ViewerArgs,

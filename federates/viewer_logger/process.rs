@@ -205,7 +205,7 @@ fn join(task: &Task, scene: &Scene, bus: &dyn Bus, inbox: &Inbox) -> anyhow::Res
         kind: Kind::ViewerLogger,
         pid: std::process::id(),
         host: host_name(),
-        version: env!("CARGO_PKG_VERSION").to_owned(),
+        version: crate::runtime::build::IDENTITY.to_owned(),
         scene_hash: scene.hash,
     });
     let started = monotonic_ns();

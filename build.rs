@@ -1,0 +1,78 @@
+//! What an executable says of its own making: the commit, and a hash over the sources that decide results.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// What decides the bits of a run: two builds with equal hashes here give equal digests.
+const DECIDING: [&str; 9] = [
+    "Cargo.lock",
+    "geodesy/src",
+    "pdu/src",
+    "models/src",
+    "scenarios/src",
+    "federates/runtime",
+    "federates/traffic_generator",
+    "federates/external_world",
+    "federates/smdfm",
+];
+
+fn main() {
+    let root = PathBuf::from(std::env::var("CARGO_MANIFEST_DIR").expect("set by cargo"));
+    let mut hash = Fnv(0xcbf2_9ce4_8422_2325);
+    for place in DECIDING {
+        println!("cargo:rerun-if-changed={place}");
+        feed(&root, &root.join(place), &mut hash);
+    }
+    println!("cargo:rustc-env=SEEDS_SOURCES={:016x}", hash.0);
+    println!(
+        "cargo:rustc-env=SEEDS_COMMIT={}",
+        commit(&root).unwrap_or_else(|| "unknown".to_owned())
+    );
+}
+
+/// The commit that is checked out, and word to cargo to look again after the next one.
+fn commit(root: &Path) -> Option<String> {
+    let git = |args: &[&str]| {
+        let output = Command::new("git").current_dir(root).args(args).output().ok()?;
+        let text = String::from_utf8(output.stdout).ok()?;
+        output.status.success().then(|| text.trim().to_owned())
+    };
+    // A package unpacked inside another repository is not of that repository.
+    let top = PathBuf::from(git(&["rev-parse", "--show-toplevel"])?);
+    if top.canonicalize().ok()? != root.canonicalize().ok()? {
+        return None;
+    }
+    let log = root.join(git(&["rev-parse", "--git-path", "logs/HEAD"])?);
+    if log.exists() {
+        println!("cargo:rerun-if-changed={}", log.display());
+    }
+    git(&["rev-parse", "--short=10", "HEAD"])
+}
+
+fn feed(root: &Path, path: &Path, hash: &mut Fnv) {
+    if path.is_dir() {
+        let entries = std::fs::read_dir(path).expect("a folder of sources");
+        let mut inside: Vec<PathBuf> = entries.flatten().map(|e| e.path()).collect();
+        inside.sort();
+        for path in inside {
+            feed(root, &path, hash);
+        }
+    } else if let Ok(octets) = std::fs::read(path) {
+        let name = path.strip_prefix(root).unwrap_or(path).to_string_lossy().into_owned();
+        for part in [name.as_bytes(), &octets] {
+            hash.write(&(part.len() as u64).to_le_bytes());
+            hash.write(part);
+        }
+    }
+}
+
+/// FNV-1a, 64 bits.
+struct Fnv(u64);
+
+impl Fnv {
+    fn write(&mut self, octets: &[u8]) {
+        for octet in octets {
+            self.0 = (self.0 ^ u64::from(*octet)).wrapping_mul(0x0100_0000_01b3);
+        }
+    }
+}
