@@ -115,3 +115,50 @@ fn tests_need_no_second_build_of_what_runs() {
          twice: ask for the same features in [dependencies] of the root manifest: {twice:?}"
     );
 }
+
+#[test]
+fn every_dependency_has_its_reason() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let text = |name: &str| std::fs::read_to_string(root.join(name)).expect(name);
+    let doc = text("docs/dependencies.md");
+    let table = doc.split("Our own").next().expect("a first part");
+    let mut explained: Vec<&str> = table
+        .lines()
+        .filter_map(|line| line.strip_prefix("| `"))
+        .flat_map(|line| line.split('|').next().unwrap_or_default().split('`'))
+        .filter(|word| word.starts_with(|c: char| c.is_ascii_lowercase()))
+        .collect();
+    let workspace = text("Cargo.toml");
+    let members = workspace.split("members = [").nth(1).and_then(|t| t.split(']').next());
+    let own: Vec<&str> =
+        members.expect("a list of members").split('"').filter(|m| m.len() > 2).collect();
+    let mut used = std::collections::BTreeSet::new();
+    for folder in std::iter::once(".").chain(own.iter().copied()) {
+        let manifest = text(&format!("{folder}/Cargo.toml"));
+        let mut inside = false;
+        for line in manifest.lines() {
+            if line.starts_with('[') {
+                inside = line.ends_with("dependencies]");
+            } else if inside
+                && let Some((name, _)) = line.split_once(['.', ' ', '='])
+                && name.starts_with(|c: char| c.is_ascii_lowercase())
+                && !own.contains(&name)
+            {
+                used.insert(name.to_owned());
+            }
+        }
+    }
+    explained.sort_unstable();
+    let used: Vec<&str> = used.iter().map(String::as_str).collect();
+    assert_eq!(explained, used, "docs/dependencies.md against the manifests");
+}
+
+#[test]
+fn the_pages_of_decisions_are_all_listed() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/decisions");
+    let index = std::fs::read_to_string(folder.join("README.md")).expect("an index");
+    for entry in std::fs::read_dir(&folder).expect("a folder").flatten() {
+        let name = entry.file_name().into_string().expect("a name");
+        assert!(name == "README.md" || index.contains(&format!("({name})")), "{name}");
+    }
+}
