@@ -116,6 +116,23 @@ fn dis_simulation_management_drives_the_run() {
     };
     assert_eq!(acknowledged(&start(1), 1), Some(ResponseFlag::ABLE_TO_COMPLY));
     assert!(in_phase(&ports, "RUNNING"));
+    // Times that no clock has: the listener outlives them, whomever they are for.
+    for (request_id, (hour, for_us)) in
+        [(i32::MAX, true), (i32::MIN, true), (i32::MAX, false)].into_iter().enumerate()
+    {
+        let mut octets = Vec::new();
+        let body = StartResume {
+            originating_id: EntityId::new(9, 9, 0),
+            receiving_id: if for_us { EntityId::ALL } else { EntityId::new(3, 3, 3) },
+            real_world_time: ClockTime { hour, ..ClockTime::default() },
+            request_id: 900 + request_id as u32,
+            ..StartResume::default()
+        };
+        envelope.append(&body, &mut octets).expect("encodes");
+        let sender = std::net::UdpSocket::bind("127.0.0.1:0").expect("a socket");
+        sender.set_broadcast(true).expect("broadcast");
+        sender.send_to(&octets, &ports.dis).expect("sent");
+    }
     let mut announced = Vec::new();
     let of_another_run = StopFreeze {
         originating_id: EntityId::new(9, 65_000, 0),

@@ -37,6 +37,8 @@ pub enum Event {
     Local(Command, String, Sender<Answer>),
     /// A member's liveliness changed: name, incarnation.
     Alive(String, u64, bool),
+    /// A part of this process cannot go on: a fault of the run, which itself goes on.
+    Broken(String),
     /// The operator of this process wants the run to end.
     Stop,
 }
@@ -100,6 +102,7 @@ pub fn run(context: AdminContext) -> Result<u8, BusError> {
     let mut usage = Usage::default();
     let mut next_status = 0;
     let mut stopping: Option<u64> = None;
+    let mut broken: Vec<String> = Vec::new();
     let started = monotonic_ns();
     let mut said_awaiting = false;
     let code = 'run: loop {
@@ -151,6 +154,10 @@ pub fn run(context: AdminContext) -> Result<u8, BusError> {
                 }
                 Event::Alive(name, inc, alive) => {
                     conductor.alive(now, &name, inc, alive, &mut effects);
+                }
+                Event::Broken(why) => {
+                    tracing::error!("{why}");
+                    broken.push(why);
                 }
                 Event::Stop => {
                     if conductor.phase() == Phase::Stopped || conductor.phase() == Phase::Init {
@@ -206,7 +213,8 @@ pub fn run(context: AdminContext) -> Result<u8, BusError> {
                     }
                     reached(phase, frame, reason.as_deref());
                 }
-                Effect::Closed(run) => {
+                Effect::Closed(mut run) => {
+                    run.reasons.extend(broken.iter().cloned());
                     closed(&run);
                     if stopping.is_some() {
                         exit = Some(u8::from(!run.reasons.is_empty()));
@@ -266,6 +274,7 @@ pub fn run(context: AdminContext) -> Result<u8, BusError> {
             exit.get_or_insert(1);
         }
         if let Some(code) = exit {
+            let code = if broken.is_empty() { code } else { code.max(1) };
             bus.publish("ctl/order", Class::Must, encode(&Order::Exit { code }))?;
             break 'run code;
         }

@@ -11,6 +11,7 @@ use crate::runtime::dis_socket;
 use crate::runtime::frame_time::FrameTime;
 use crate::runtime::life_cycle::Phase;
 use crate::runtime::messages::{Command, Frame};
+use crate::runtime::threads::spawn_watched;
 use crossbeam_channel::Sender;
 use pdu::enumerations::DatumId;
 use pdu::enumerations::{AcknowledgeFlag, ResponseFlag, StopReason};
@@ -94,7 +95,12 @@ impl Gateway {
             answered: Arc::default(),
             neighbours: Arc::default(),
         };
-        std::thread::spawn(move || listen(receiver, exercise, &requests));
+        let died = requests.events.clone();
+        spawn_watched(
+            "the listener for DIS simulation management",
+            move |why| drop(died.send(Event::Broken(why))),
+            move || listen(receiver, exercise, &requests),
+        )?;
         Ok(Self { sender, envelope, id, time, scene: Arc::clone(scene), seed })
     }
 
@@ -175,7 +181,8 @@ fn listen(mut receiver: datalink::Receiver, exercise: u8, requests: &Requests) {
             }
         });
         if let Err(e) = received {
-            tracing::warn!("simulation management stopped listening: {e}");
+            let why = format!("DIS simulation management is no longer heard: {e}");
+            let _ = requests.events.send(Event::Broken(why));
             return;
         }
     }
@@ -279,7 +286,7 @@ impl Requests {
         from: EntityId,
     ) -> (ResponseFlag, Frame) {
         // A real-world time in the near future is honoured.
-        let ahead_ns = at_utc_ns - crate::runtime::clock::utc_ns();
+        let ahead_ns = at_utc_ns.saturating_sub(crate::runtime::clock::utc_ns());
         if (1..60_000_000_000).contains(&ahead_ns) {
             std::thread::sleep(Duration::from_nanos(ahead_ns as u64));
         }

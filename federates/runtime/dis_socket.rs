@@ -5,6 +5,7 @@ use super::data_plane::DataPlane;
 use super::digest::pdu_hash;
 use super::federate::Octets;
 use super::member_driver::Event;
+use super::threads::spawn_watched;
 use crossbeam_channel::Sender;
 use datalink::{Destination, Destinations, LinkConfig};
 use pdu::enumerations::PduType;
@@ -62,14 +63,16 @@ pub fn open(
             tracing::warn!("{warning}");
         }
         let told = Arc::clone(&drops);
-        std::thread::spawn(move || {
+        let dead = events.clone();
+        let failed = move |why| drop(dead.send(Event::Failed(why)));
+        spawn_watched("the receiver of DIS", failed, move || {
             let mut sorter = Sorter::new(receiving);
             loop {
                 let mut pdus = Vec::new();
                 let got = receiver.receive(None, |arrival| sorter.sort(arrival.payload, &mut pdus));
                 told.store(receiver.dropped(), Ordering::Relaxed);
                 if let Err(e) = got {
-                    tracing::error!("receiving DIS: {e}");
+                    let _ = events.send(Event::Failed(format!("receiving DIS: {e}")));
                     return;
                 }
                 let sent = pdus.is_empty() || events.send(Event::Pdus(pdus)).is_ok();
@@ -79,7 +82,7 @@ pub fn open(
                     return;
                 }
             }
-        });
+        })?;
         sender
     } else {
         datalink::Sender::open(&config)?

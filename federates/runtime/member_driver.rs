@@ -29,6 +29,8 @@ pub enum Event {
     RepairWanted(Request),
     /// The conductor came or went.
     ConductorAlive(bool),
+    /// A part of this process cannot go on, and why: the run must hear of it.
+    Failed(String),
     /// The operator of this process wants it to end.
     Stop,
 }
@@ -185,6 +187,9 @@ pub fn run(context: MemberContext, federate: Box<dyn Federate>) -> Result<u8, Me
                             member.executed()
                         );
                     }
+                }
+                Event::Failed(reason) => {
+                    effects.push(Effect::Report(Report::Failed { reason }));
                 }
                 Event::Stop => break 'run 0,
             }

@@ -19,6 +19,7 @@ pub mod member;
 pub mod member_driver;
 pub mod messages;
 pub mod process;
+pub mod threads;
 pub mod zenoh_bus;
 
 #[cfg(test)]

@@ -307,11 +307,13 @@ impl ClockTime {
         Self { hour: (nanos.div_euclid(hour_ns) + carry) as i32, past_hour }
     }
 
-    /// Nanoseconds since 1 January 1970 UTC.
+    /// Nanoseconds since 1 January 1970 UTC. The field reaches ±245 000 years, 64 bits of nanoseconds
+    /// 292: what lies beyond is the first or last moment that they can say.
     #[must_use]
     pub fn unix_nanos(self) -> i64 {
-        i64::from(self.hour) * crate::time::NANOS_PER_HOUR as i64
-            + self.past_hour.nanos_past_hour() as i64
+        i64::from(self.hour)
+            .saturating_mul(crate::time::NANOS_PER_HOUR as i64)
+            .saturating_add(self.past_hour.nanos_past_hour() as i64)
     }
 }
 
@@ -607,5 +609,19 @@ impl<'a, const ALIGN: usize> Item<'a> for TypedRecord<'a, ALIGN> {
         writer.octets(self.content);
         writer.zeros(self.item_len() - TYPED_RECORD_HEADER - self.content.len());
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn any_hour_of_the_wire_has_a_time() {
+        let at = |hour| ClockTime { hour, past_hour: crate::DisTime(1) }.unix_nanos();
+        assert_eq!((at(i32::MIN), at(i32::MAX)), (i64::MIN, i64::MAX));
+        // The last whole hour of 64 bits, and the next.
+        assert_eq!(at(2_562_047), 2_562_047 * 3_600_000_000_000);
+        assert_eq!(at(2_562_048), i64::MAX);
     }
 }
