@@ -62,8 +62,9 @@
 //! ```
 //!
 //! [`publishing`] decides when a state is due again, [`dead_reckoning`] says where an entity is in
-//! between, [`smoothing`] shows it without jumps. `examples/send_aircraft.rs` and `examples/listen.rs`
-//! put the two sides together over UDP.
+//! between, [`smoothing`] shows it without jumps. [`exercise`] puts all of it together: datagrams of
+//! everybody in, entities at any time out, and own entities to PDUs. `examples/send_aircraft.rs` and
+//! `examples/listen.rs` do it over UDP.
 //!
 //! # What is kept
 //!
@@ -95,6 +96,7 @@ pub mod enumerations;
 pub mod records;
 
 pub mod dead_reckoning;
+pub mod exercise;
 pub mod publishing;
 pub mod smoothing;
 

@@ -2,7 +2,7 @@
 //!
 //! Pure decisions on whole nanoseconds of simulated time; nothing here reads a clock or sends.
 
-use crate::dead_reckoning::Motion;
+use crate::dead_reckoning::{Estimate, Motion};
 use crate::records::EntityId;
 use geodesy::{Ecef, Euler};
 
@@ -101,6 +101,13 @@ impl Publisher {
             return Some(Due::Angle);
         }
         (silent_ns >= last.heartbeat_ns).then_some(Due::Heartbeat)
+    }
+
+    /// What receivers believe of the entity at `now_ns`; `None` before the first [`Self::sent`].
+    #[must_use]
+    pub fn believed(&self, now_ns: i64) -> Option<Estimate> {
+        let last = self.last.as_ref()?;
+        Some(last.motion.after(now_ns.saturating_sub(last.at_ns) as f64 * 1e-9))
     }
 
     /// Something that dead reckoning does not see has changed: the next PDU is due at once.

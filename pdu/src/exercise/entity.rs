@@ -1,0 +1,212 @@
+//! One entity of others: its states in the receiver's time.
+
+use super::clock::Validity;
+use super::{Arrival, Limits, Transponder};
+use crate::dead_reckoning::{Estimate, Motion};
+use crate::enumerations::{AirAppearance, DeadReckoningAlgorithm};
+use crate::records::{EntityId, EntityType};
+use crate::{EntityState, EntityStateUpdate};
+
+/// An entity as its sender describes it.
+#[derive(Clone, Debug)]
+pub struct Entity {
+    /// The last Entity State, without its variable parameters.
+    last: EntityState<'static>,
+    /// By time of validity, ascending.
+    states: Vec<State>,
+    heard: Arrival,
+    silence_s: f64,
+    /// Exercise time from which on it is gone.
+    left_ns: Option<i64>,
+    pub(super) transponder: Option<Transponder>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct State {
+    valid: Validity,
+    motion: Motion,
+    frozen: bool,
+}
+
+/// Where an entity is believed to be at some time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Placed {
+    /// Place, velocity (per second of the sender) and attitude.
+    pub estimate: Estimate,
+    /// Seconds of the sender in one second of the exercise: what is seen moves at
+    /// `estimate.velocity_mps` times this.
+    pub pace: f64,
+    /// Age of the state by the sender's clock, s.
+    pub age_s: f64,
+    /// The sender has stopped its time.
+    pub frozen: bool,
+}
+
+/// Whether every coordinate is a number.
+pub(super) fn is_finite(state: &EntityState<'_>) -> bool {
+    let l = state.location;
+    let o = state.orientation;
+    let numbers =
+        [l.x_m, l.y_m, l.z_m].into_iter().chain([o.psi_rad, o.theta_rad, o.phi_rad].map(f64::from));
+    let vectors =
+        [state.linear_velocity_mps, state.linear_acceleration_mps2, state.angular_velocity_rad_s];
+    numbers.chain(vectors.iter().flat_map(|v| v.to_f64())).all(f64::is_finite)
+}
+
+impl Entity {
+    pub(super) fn new(state: &EntityState<'_>, arrival: &Arrival) -> Self {
+        Self {
+            last: without_parameters(state),
+            states: Vec::new(),
+            heard: *arrival,
+            silence_s: Limits::default().silence_s,
+            left_ns: None,
+            transponder: None,
+        }
+    }
+
+    /// Identifier.
+    #[must_use]
+    pub fn id(&self) -> EntityId {
+        self.last.entity_id
+    }
+
+    /// Type.
+    #[must_use]
+    pub fn entity_type(&self) -> EntityType {
+        self.last.entity_type
+    }
+
+    /// Marking, for instance a call sign.
+    #[must_use]
+    pub fn marking(&self) -> String {
+        self.last.marking.text()
+    }
+
+    /// The last Entity State, brought up to date by updates; without variable parameters.
+    #[must_use]
+    pub fn state(&self) -> &EntityState<'static> {
+        &self.last
+    }
+
+    /// What its transponder says, while it is on.
+    #[must_use]
+    pub fn transponder(&self) -> Option<&Transponder> {
+        self.transponder.as_ref()
+    }
+
+    /// Arrival of its last PDU.
+    #[must_use]
+    pub fn heard(&self) -> Arrival {
+        self.heard
+    }
+
+    /// Whether it has left at `time_ns`.
+    #[must_use]
+    pub fn has_left(&self, time_ns: i64) -> bool {
+        self.left_ns.is_some_and(|left| left <= time_ns)
+    }
+
+    /// Where it is believed to be at `time_ns` of the exercise; `None` before its first state, after
+    /// it left, and when it has been silent too long.
+    #[must_use]
+    pub fn at(&self, time_ns: i64) -> Option<Placed> {
+        if self.has_left(time_ns) {
+            return None;
+        }
+        let at = self.states.partition_point(|s| s.valid.time_ns <= time_ns).checked_sub(1)?;
+        let State { valid, motion, frozen } = &self.states[at];
+        let age_s = time_ns.saturating_sub(valid.time_ns) as f64 * 1e-9 * valid.pace;
+        if age_s > self.silence_s {
+            return None;
+        }
+        Some(Placed { estimate: motion.after(age_s), pace: valid.pace, age_s, frozen: *frozen })
+    }
+
+    pub(super) fn stated(
+        &mut self,
+        arrival: &Arrival,
+        valid: Validity,
+        state: &EntityState<'_>,
+        limits: &Limits,
+    ) {
+        self.silence_s = limits.silence_s;
+        self.heard = *arrival;
+        let appearance = AirAppearance(state.appearance);
+        let newest = self.states.last().is_none_or(|last| last.valid.time_ns <= valid.time_ns);
+        if appearance.deactivated() {
+            self.leave(valid.time_ns);
+            return;
+        }
+        // A state from before it left was overtaken on its way.
+        if self.left_ns.is_some_and(|left| valid.time_ns > left) {
+            self.left_ns = None;
+        }
+        if newest {
+            self.last = without_parameters(state);
+        }
+        let mut motion = Motion::from(state);
+        let frozen = appearance.frozen();
+        if frozen {
+            motion.algorithm = DeadReckoningAlgorithm::STATIC;
+        }
+        let place = self.states.partition_point(|s| s.valid.time_ns <= valid.time_ns);
+        if place == self.states.len() || self.states.len() < limits.states {
+            self.states.insert(place, State { valid, motion, frozen });
+        }
+        if self.states.len() > limits.states.max(1) {
+            self.states.remove(0);
+        }
+    }
+
+    /// The last Entity State with what an update says.
+    pub(super) fn updated(&self, update: &EntityStateUpdate<'_>) -> EntityState<'static> {
+        EntityState {
+            linear_velocity_mps: update.linear_velocity_mps,
+            location: update.location,
+            orientation: update.orientation,
+            appearance: update.appearance,
+            ..self.last.clone()
+        }
+    }
+
+    #[cfg(test)]
+    pub(super) fn states(&self) -> usize {
+        self.states.len()
+    }
+
+    pub(super) fn leave(&mut self, time_ns: i64) {
+        self.left_ns = Some(self.left_ns.map_or(time_ns, |left| left.min(time_ns)));
+    }
+
+    /// False if nothing of it can be asked for any more.
+    pub(super) fn forget_before(&mut self, time_ns: i64, limits: &Limits) -> bool {
+        let current = self.states.partition_point(|s| s.valid.time_ns <= time_ns).saturating_sub(1);
+        self.states.drain(..current);
+        let silent = self.states.last().is_none_or(|last| {
+            time_ns.saturating_sub(last.valid.time_ns) as f64 * 1e-9 * last.valid.pace
+                > limits.silence_s
+        });
+        !silent && !self.has_left(time_ns)
+    }
+}
+
+fn without_parameters(state: &EntityState<'_>) -> EntityState<'static> {
+    EntityState {
+        entity_id: state.entity_id,
+        force_id: state.force_id,
+        entity_type: state.entity_type,
+        alternative_entity_type: state.alternative_entity_type,
+        linear_velocity_mps: state.linear_velocity_mps,
+        location: state.location,
+        orientation: state.orientation,
+        appearance: state.appearance,
+        dead_reckoning_algorithm: state.dead_reckoning_algorithm,
+        dead_reckoning_parameters: state.dead_reckoning_parameters,
+        linear_acceleration_mps2: state.linear_acceleration_mps2,
+        angular_velocity_rad_s: state.angular_velocity_rad_s,
+        marking: state.marking,
+        capabilities: state.capabilities,
+        ..EntityState::default()
+    }
+}
