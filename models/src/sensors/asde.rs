@@ -84,6 +84,19 @@ struct Seen {
     draws: Draws,
 }
 
+/// Two-way losses on one sight line, dB, by what stands in it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Shadows {
+    buildings_db: f64,
+    aircraft_db: f64,
+}
+
+impl Shadows {
+    fn db(&self) -> f64 {
+        self.buildings_db + self.aircraft_db
+    }
+}
+
 /// Space that is used again from scan to scan.
 #[derive(Clone, Debug, Default)]
 struct Work {
@@ -137,8 +150,8 @@ struct Return {
     bias_across_m: f64,
     glint_along_m: f64,
     glint_across_m: f64,
-    /// Two-way loss by shadows, dB.
-    shadow_db: f64,
+    /// Two-way loss by shadows.
+    shadow: Shadows,
     /// First of the echoes in the same cell, by place in the list; itself if it stands alone.
     cell: u32,
 }
@@ -302,11 +315,11 @@ impl Asde {
         let slant_m = (ground_m * ground_m + down_m * down_m).sqrt();
         self.apparent_m(&plan.levels, slant_m)?;
         let levels = &plan.levels;
-        let shadow_db =
-            self.shadow_db(levels, truth, traffic, look, azimuth_rad, ground_m, height_m)?;
+        let shadow =
+            self.shadows(levels, truth, traffic, look, azimuth_rad, ground_m, height_m)?;
         let covered = plan.area.covers(ground_m, height_m, class.rcs_m2, class.height_m);
         let fixed = self.fixed.is_some();
-        let budget_levels = if fixed || (covered && shadow_db == 0.0) {
+        let budget_levels = if fixed || (covered && shadow.db() == 0.0) {
             levels.budget
         } else {
             BudgetLevels::EXACT
@@ -321,8 +334,8 @@ impl Asde {
             state.position_m.xy(),
             &mut self.tally,
         );
-        if shadow_db > 0.0 {
-            budget.signal_w *= from_db(-shadow_db);
+        if shadow.db() > 0.0 {
+            budget.signal_w *= from_db(-shadow.db());
         }
         // Along and across are on the ground; the range grows by the projection.
         let slope = ground_m / budget.range_m;
@@ -335,7 +348,7 @@ impl Asde {
             bias_across_m: centroid.bias_across_m,
             glint_along_m: centroid.glint_along_m * slope,
             glint_across_m: centroid.glint_across_m,
-            shadow_db,
+            shadow,
             cell: 0,
         })
     }
@@ -367,7 +380,7 @@ impl Asde {
     /// Two-way loss by buildings and aircraft on the sight line; `None` where it is cut and the level
     /// knows only in sight or not.
     #[expect(clippy::too_many_arguments, reason = "all parts of one look, already computed")]
-    fn shadow_db(
+    fn shadows(
         &mut self,
         levels: &RadarLevels,
         truth: &dyn Truth,
@@ -376,7 +389,7 @@ impl Asde {
         azimuth_rad: f64,
         ground_m: f64,
         height_m: f64,
-    ) -> Option<f64> {
+    ) -> Option<Shadows> {
         let line = SightLine {
             site_m: self.site_m,
             antenna_m: self.radar.antenna_m,
@@ -384,7 +397,7 @@ impl Asde {
             height_m,
             wavelength_m: self.radar.wavelength_m,
         };
-        let mut loss_db = 0.0;
+        let mut found_db = Shadows::default();
         if levels.buildings != ShadowLevel::None {
             for index in self.skyline.before(azimuth_rad, ground_m) {
                 self.tally.count(RadarEffect::BuildingShadow);
@@ -392,7 +405,7 @@ impl Asde {
                 let found = line.behind(&building.footprint_m, building.height_m);
                 match levels.buildings {
                     ShadowLevel::Binary if found.blocked => return None,
-                    ShadowLevel::KnifeEdge => loss_db += found.loss_db,
+                    ShadowLevel::KnifeEdge => found_db.buildings_db += 2.0 * found.loss_db,
                     _ => {}
                 }
             }
@@ -430,10 +443,10 @@ impl Asde {
                         _ => {}
                     }
                 }
-                loss_db += least;
+                found_db.aircraft_db += 2.0 * least;
             }
         }
-        Some(2.0 * loss_db)
+        Some(found_db)
     }
 
     /// Echoes in one range and azimuth cell become one: signals add, the centre is that of the power.

@@ -39,8 +39,13 @@ impl Asde {
             }
             add(effect, to_db(all.scnr()) - to_db(budget(&without).scnr()), "dB");
         }
-        if r.shadow_db > 0.0 {
-            add(RadarEffect::BuildingShadow, -r.shadow_db, "dB");
+        for (effect, db) in [
+            (RadarEffect::BuildingShadow, r.shadow.buildings_db),
+            (RadarEffect::AircraftShadow, r.shadow.aircraft_db),
+        ] {
+            if db > 0.0 {
+                add(effect, -db, "dB");
+            }
         }
         if r.bias_along_m != 0.0 || r.bias_across_m != 0.0 {
             add(RadarEffect::Extent, libm::hypot(r.bias_along_m, r.bias_across_m), "m");

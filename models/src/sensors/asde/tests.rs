@@ -592,3 +592,30 @@ fn the_plan_takes_cells_where_the_tolerance_asks_for_them() {
     let video = row(Tolerance::default(), Some(Processing::Video));
     assert_eq!(video, (Level::Exact, "the scene asks for \"video\"".into()));
 }
+
+#[test]
+fn a_shadow_is_named_for_what_casts_it() {
+    let mut truth = Straight::new(&[((0.9, 1000.0), (0.0, 0.0)), ((0.0, 1200.0), (0.0, 0.0))]);
+    truth.class.aircraft = true;
+    (truth.class.length_m, truth.class.span_m, truth.class.height_m) = (37.6, 35.8, 11.8);
+    let corner = |x: f64, y: f64| Vector2::new(x, y);
+    let hangar = Building {
+        name: "hangar".into(),
+        footprint_m: vec![corner(-9.0, 600.0), corner(9.0, 600.0), corner(9.0, 620.0)],
+        height_m: 11.0,
+        facade: &crate::environment::surface::MATERIALS[5],
+    };
+    let shadows_of_last = |buildings: Vec<Building>| -> Vec<&'static str> {
+        let low = |p: &mut AsdeParameters| {
+            (p.antenna_height_m, p.peak_power_w) = (15.0, 1e8);
+        };
+        let mut radar = asde(low).among(buildings.into());
+        let mut out = PlotSink { explain: true, ..PlotSink::default() };
+        radar.scan(&interval(1, 1.0), &truth, &Weather::default(), &mut out);
+        let last = out.causes.iter().find(|c| c.key == Some(2)).expect("the one behind is seen");
+        let shadows = last.effects.iter().filter(|e| e.effect.ends_with("shadow"));
+        shadows.inspect(|e| assert!(e.value < 0.0, "{e:?}")).map(|e| e.effect).collect()
+    };
+    assert_eq!(shadows_of_last(vec![]), ["aircraft shadow"]);
+    assert_eq!(shadows_of_last(vec![hangar]), ["building shadow", "aircraft shadow"]);
+}
