@@ -239,7 +239,17 @@ pub fn fail(code: u8, error: impl std::fmt::Display) -> ExitCode {
 /// The exit code, after the error was printed.
 pub fn load_scene(typed: &str) -> Result<scenarios::Scene, ExitCode> {
     let path: PathBuf = scenarios::locate(typed);
-    scenarios::load(&path).map_err(|e| fail(BAD_INPUT, e))
+    let scene = scenarios::load(&path).map_err(|e| fail(BAD_INPUT, e))?;
+    warn_of(&scene);
+    Ok(scene)
+}
+
+/// Shows what a scene says to no effect; only who plays or plans it says so, not every federate again.
+#[expect(clippy::print_stderr, reason = "a warning for the author of the scene")]
+fn warn_of(scene: &scenarios::Scene) {
+    for warning in &scene.warnings {
+        eprintln!("warning: {warning}");
+    }
 }
 
 /// [`load_scene`] for those that do not play the truth: no movement is made of recordings and routes.

@@ -28,6 +28,10 @@ pub(crate) fn read(root: &Section, airport: &AirportScene) -> Result<Vec<Buildin
                 .iter()
                 .map(|corner| airport.site(corner).map(|place| place.xy()))
                 .collect::<Result<_, _>>()?;
+            if let Some((a, b)) = crossing(&footprint_m) {
+                let problem = Problem::Crossing { first: a + 1, second: b + 1 };
+                return Err(section.refuse("footprint", problem));
+            }
             let building = Building {
                 name,
                 footprint_m,
@@ -45,4 +49,17 @@ pub(crate) fn read(root: &Section, airport: &AirportScene) -> Result<Vec<Buildin
             Ok(building)
         })
         .collect()
+}
+
+/// Two walls of a footprint that cross, by the places of their first corners.
+fn crossing(corners: &[Vector2<f64>]) -> Option<(usize, usize)> {
+    let n = corners.len();
+    let wall = |i: usize| (corners[i], corners[(i + 1) % n]);
+    let side = |(a, b): (Vector2<f64>, Vector2<f64>), p: Vector2<f64>| (b - a).perp(&(p - a));
+    let cross = |i: usize, j: usize| {
+        let (first, second) = (wall(i), wall(j));
+        side(first, second.0) * side(first, second.1) < 0.0
+            && side(second, first.0) * side(second, first.1) < 0.0
+    };
+    (0..n).find_map(|i| (i + 1..n).find(|&j| cross(i, j)).map(|j| (i, j)))
 }

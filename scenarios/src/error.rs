@@ -24,6 +24,17 @@ impl ScenarioError {
     }
 }
 
+/// The sentence of [`Problem::OutOfRange`]: limits that are none are not named.
+fn out_of_range(found: f64, low: f64, high: f64, unit: &str) -> String {
+    let allowed = match (low.is_finite(), high.is_finite()) {
+        (true, true) => format!("{low} to {high} {unit}"),
+        (true, false) => format!("{low} {unit} or more"),
+        (false, true) => format!("{high} {unit} or less"),
+        (false, false) => format!("a number {unit}"),
+    };
+    format!("found {found}, allowed is {}", allowed.trim_end())
+}
+
 /// What is wrong with a value, and what is allowed in its place.
 #[derive(Debug, thiserror::Error)]
 pub enum Problem {
@@ -56,7 +67,7 @@ pub enum Problem {
         needed: String,
     },
     /// A number outside its limits.
-    #[error("found {found}, allowed is {low} to {high} {unit}")]
+    #[error("{}", out_of_range(*found, *low, *high, unit))]
     OutOfRange {
         /// The value.
         found: f64,
@@ -74,6 +85,17 @@ pub enum Problem {
         found: String,
         /// The allowed words.
         allowed: String,
+    },
+    /// A footprint whose walls cross.
+    #[error(
+        "the wall from corner {first} crosses the one from corner {second}; needed are corners in \
+         order round the building"
+    )]
+    Crossing {
+        /// First corner of one wall, from 1.
+        first: usize,
+        /// First corner of the other.
+        second: usize,
     },
     /// A name that has to be unique, a second time.
     #[error("\"{found}\" is there a second time; first in line {first_line}; names must differ")]

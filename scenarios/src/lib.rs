@@ -63,6 +63,8 @@ pub struct Scene {
     pub accuracy: Accuracy,
     /// `[network]`: defaults for what the command line may say.
     pub network: Network,
+    /// What is read and kept, but says less than its author may think: a line each, with file and line.
+    pub warnings: Vec<String>,
 }
 
 impl Scene {
@@ -149,7 +151,7 @@ fn read(path: &Path, text: &str, with_truth: bool) -> Result<Scene, ScenarioErro
     root.only(&SECTIONS)?;
     let run = run::read(&root)?;
     let (airport, mut files) = airport::read(&root)?;
-    let weather = weather::read(&root, &run)?;
+    let (weather, mut warnings) = weather::read(&root, &run)?;
     let tracking = tracking::read(&root)?;
     let accuracy = tracking::read_accuracy(&root)?;
     let network = network::read(&root)?;
@@ -158,6 +160,8 @@ fn read(path: &Path, text: &str, with_truth: bool) -> Result<Scene, ScenarioErro
     let buildings = building::read(&root, &airport)?;
     let (sensors, sensor_files) = sensors::read(&root, &run, &airport, &traffic, &buildings)?;
     files.extend(sensor_files);
+    let radars = sensors.iter().filter_map(|s| s.asde.as_ref());
+    warnings.extend(radars.flat_map(|radar| radar.warnings.iter().cloned()));
     let hash = scene_hash(&root, &files)?;
     let name = path.file_stem().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
     let path = path.to_path_buf();
@@ -175,6 +179,7 @@ fn read(path: &Path, text: &str, with_truth: bool) -> Result<Scene, ScenarioErro
         tracking,
         accuracy,
         network,
+        warnings,
     })
 }
 

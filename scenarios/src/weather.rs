@@ -30,10 +30,18 @@ const KEYS: [&str; 10] = [
 ];
 
 /// Reads `[weather]`; without it the weather is clear and dry.
-pub(crate) fn read(root: &Section, run: &Run) -> Result<Vec<WeatherNotice>, ScenarioError> {
+///
+/// The second value warns of cells that are drier than what surrounds them: the heavier rain counts.
+pub(crate) fn read(
+    root: &Section,
+    run: &Run,
+) -> Result<(Vec<WeatherNotice>, Vec<String>), ScenarioError> {
+    let mut warnings = Vec::new();
     let clear = WeatherNotice { time: SimTime::ZERO, weather: Weather::default() };
     let mut notices = vec![clear];
-    let Some(section) = root.section("weather", &["timeline"])? else { return Ok(notices) };
+    let Some(section) = root.section("weather", &["timeline"])? else {
+        return Ok((notices, warnings));
+    };
     let mut previous: Option<SimTime> = None;
     for entry in section.sections("timeline", &KEYS)? {
         let time = SimTime::from_s(entry.need_number("at_s", within(0.0, 86_400.0, "s"))?);
@@ -50,9 +58,21 @@ pub(crate) fn read(root: &Section, run: &Run) -> Result<Vec<WeatherNotice>, Scen
         if time == SimTime::ZERO {
             notices.clear();
         }
+        let around = weather.rain_mm_per_h;
+        for cell in weather.cells.iter().filter(|c| c.rain_mm_per_h < around) {
+            let key = if entry.has("cells") { "cells" } else { "rain_mm_per_h" };
+            warnings.push(format!(
+                "{}:{}: {}.{key}: a cell of {} mm/h in rain of {around} mm/h changes nothing: the \
+                 heavier rain counts",
+                entry.file().display(),
+                entry.line_of(key),
+                entry.path(),
+                cell.rain_mm_per_h
+            ));
+        }
         notices.push(WeatherNotice { time, weather });
     }
-    Ok(notices)
+    Ok((notices, warnings))
 }
 
 fn notice(entry: &Section, mut weather: Weather) -> Result<Weather, ScenarioError> {

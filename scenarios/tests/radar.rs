@@ -52,6 +52,61 @@ fn a_soil_beyond_its_published_range_is_a_warning() {
 }
 
 #[test]
+fn what_says_less_than_it_seems_is_a_warning_with_its_place() {
+    for (name, overrides, more, parts) in [
+        (
+            "more gain than its beams have",
+            "gain_dbi = 70",
+            "",
+            ["OVERRIDES: sensor[1].overrides: gain_dbi = 70", "at most 48"],
+        ),
+        (
+            "a skirt that would begin below its end",
+            "csc2_limit_deg = 0.5",
+            "",
+            ["OVERRIDES: sensor[1].overrides: csc2_limit_deg = 0.5", "1.80 degrees"],
+        ),
+        (
+            "a soil beyond its published range",
+            "surface = \"wet_ground\"",
+            "",
+            ["OVERRIDES: sensor[1].overrides: surface", "extrapolated"],
+        ),
+    ] {
+        let scene = with("ku_asde3", overrides, more).unwrap_or_else(|e| panic!("{name}: {e}"));
+        assert_eq!(scene.warnings.len(), 1, "{name}: {:?}", scene.warnings);
+        for part in parts {
+            assert!(scene.warnings[0].contains(&placed(part)), "{name}: {:?}", scene.warnings);
+        }
+    }
+    let text = std::fs::read_to_string(zurich()).expect("zurich.toml");
+    let rain =
+        text.lines().position(|l| l.contains("rain_mm_per_h = 16")).expect("rain of 16 mm/h");
+    let cell = "cells = [{ east_m = 0, north_m = 0, radius_m = 500, rain_mm_per_h = 2 }], ";
+    let drier = text.replacen("rain_mm_per_h = 16", &format!("{cell}rain_mm_per_h = 16"), 1);
+    let scene = load_text(&zurich(), &drier).unwrap_or_else(|e| panic!("{e}"));
+    let place = format!("zurich.toml:{}: weather.timeline[", rain + 1);
+    assert!(scene.warnings[0].contains(&place), "{:?}", scene.warnings);
+    assert!(scene.warnings[0].contains("2 mm/h in rain of 16 mm/h"), "{:?}", scene.warnings);
+}
+
+#[test]
+fn a_footprint_whose_walls_cross_is_refused_and_one_with_an_inner_corner_is_not() {
+    let building = |corners: &str| {
+        let more = format!("[[building]]\nname = \"b\"\nheight_m = 9\nfootprint = [{corners}]\n");
+        with("ku_asde3", "", &more)
+    };
+    let corner = |(x, y)| format!("{{ east_m = {x}, north_m = {y} }}");
+    let list =
+        |corners: &[(i32, i32)]| corners.iter().map(|c| corner(*c)).collect::<Vec<_>>().join(", ");
+    let crossing = line(building(&list(&[(0, 0), (80, 40), (80, 0), (0, 60)])));
+    assert!(crossing.contains("building[1].footprint"), "{crossing}");
+    assert!(crossing.contains("corner 1 crosses the one from corner 3"), "{crossing}");
+    let inner = building(&list(&[(0, 0), (80, 0), (80, 40), (40, 10), (0, 40)]));
+    assert!(inner.is_ok(), "{:?}", inner.err());
+}
+
+#[test]
 fn wrong_parameters_give_one_line() {
     for (set, overrides, expected) in [
         (
@@ -188,7 +243,7 @@ fn what_no_model_covers_is_refused_with_key_value_and_limits() {
         (
             "a number that is none",
             line(with("ku_asde3", "peak_power_w = nan", "")),
-            ["peak_power_w", "", ""],
+            ["peak_power_w", "found NaN", "allowed is a number"],
         ),
     ] {
         assert_eq!(found.lines().count(), 1, "{name}: {found}");

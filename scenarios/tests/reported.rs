@@ -63,6 +63,17 @@ fn what_the_model_refuses_is_said_with_its_line() {
             "kind = \"mlat\"\noverrides = { stations = [{ lat_deg = 47.4581, lon_deg = 8.5481 }] }",
             "stations has 1 entries",
         ),
+        (
+            "kind = \"mlat\"\noverrides = { stations = [{ lat_deg = 47.4581, lon_deg = 8.5481 }, \
+             { lat_deg = 47.4581, lon_deg = 8.5481 }, { lat_deg = 47.4581, lon_deg = 8.5481 }] }",
+            "stations: all of them in one place or on one line (0.000 m)",
+        ),
+        (
+            "kind = \"mlat\"\noverrides = { stations = [{ lat_deg = 47.4581, lon_deg = 8.5481 }, \
+             { lat_deg = 47.4581, lon_deg = 8.5581 }, { lat_deg = 47.4581, lon_deg = 8.5681 }, \
+             { lat_deg = 47.4581, lon_deg = 8.5781 }] }",
+            "needed is a station at least 10 m off the line",
+        ),
         (&format!("kind = \"loop\"\n{site}"), "overrides.direction_deg: missing"),
         (&format!("kind = \"loop\"\n{site}\nequipped = 0.5"), "].equipped"),
         ("kind = \"dgps\"\noverrides = { report_s = 0 }", "report_s = 0 is outside"),

@@ -32,6 +32,29 @@ impl Pattern {
         (start >= 0.05f64.to_radians() && end > start).then_some((start, end))
     }
 
+    /// Whether there is a cosecant-squared coverage below the beam.
+    #[must_use]
+    pub fn has_skirt(&self) -> bool {
+        self.skirt().is_some()
+    }
+
+    /// Gain of an antenna of this pattern without losses, `4π/∬ g dΩ`, side lobes left out: no real one
+    /// has more.
+    #[must_use]
+    pub fn directivity(&self) -> f64 {
+        let clear = Self { floor: 0.0, ..*self };
+        let (down, up) = (0.5 * PI, -0.5 * PI);
+        let mut cuts = vec![up, down, self.axis_rad - 3.0 * self.elevation_rad, self.axis_rad];
+        cuts.push(self.axis_rad + 3.0 * self.elevation_rad);
+        cuts.extend(self.skirt().map_or(vec![], |(start, end)| vec![start, end]));
+        cuts.iter_mut().for_each(|cut| *cut = cut.clamp(up, down));
+        cuts.sort_by(f64::total_cmp);
+        let f = |e: f64| clear.elevation(e) * libm::cos(e);
+        let elevation: f64 = cuts.windows(2).map(|w| simpson(w[0], w[1], 64, f)).sum();
+        let azimuth = (self.azimuth_rad * (PI / (4.0 * LN_2)).sqrt()).min(2.0 * PI);
+        4.0 * PI / (elevation * azimuth)
+    }
+
     fn beam(&self, off_axis_rad: f64) -> f64 {
         let x = off_axis_rad / self.elevation_rad;
         libm::exp(-4.0 * LN_2 * x * x)

@@ -315,8 +315,7 @@ impl Asde {
         let slant_m = (ground_m * ground_m + down_m * down_m).sqrt();
         self.apparent_m(&plan.levels, slant_m)?;
         let levels = &plan.levels;
-        let shadow =
-            self.shadows(levels, truth, traffic, look, azimuth_rad, ground_m, height_m)?;
+        let shadow = self.shadows(levels, truth, traffic, look, azimuth_rad, ground_m, height_m)?;
         let covered = plan.area.covers(ground_m, height_m, class.rcs_m2, class.height_m);
         let fixed = self.fixed.is_some();
         let budget_levels = if fixed || (covered && shadow.db() == 0.0) {

@@ -115,9 +115,14 @@ pub struct AsdeParameters {
     pub fog_law: FogLaw,
 }
 
-/// The parameters are usable, but one reaches beyond what its source covers.
+/// The parameters are usable, but one reaches beyond what its source covers, or says nothing.
 #[derive(Clone, Debug, PartialEq)]
-pub struct ParameterWarning(pub String);
+pub struct ParameterWarning {
+    /// Which parameter.
+    pub key: &'static str,
+    /// What about it, as a sentence that begins with the key.
+    pub text: String,
+}
 
 impl AsdeParameters {
     /// Checks every parameter against its limits.
@@ -169,11 +174,34 @@ impl AsdeParameters {
         number("carrier_ghz (for this surface)", self.carrier_ghz, low, limit)?;
         let mut warnings = Vec::new();
         if self.carrier_ghz > high {
-            warnings.push(ParameterWarning(format!(
+            let text = format!(
                 "surface = \"{}\": permittivity is published for {low} to {high} GHz and \
                  extrapolated to {} GHz",
                 self.surface.name, self.carrier_ghz
-            )));
+            );
+            warnings.push(ParameterWarning { key: "surface", text });
+        }
+        let pattern = self.radar().pattern;
+        let most_dbi = 10.0 * libm::log10(pattern.directivity());
+        if self.gain_dbi > most_dbi {
+            let text = format!(
+                "gain_dbi = {}: beams of {} by {} degrees{} have at most {most_dbi:.1} dBi",
+                self.gain_dbi,
+                self.azimuth_beamwidth_deg,
+                self.elevation_beamwidth_deg,
+                if self.csc2_limit_deg.is_some() { " and what is below them" } else { "" },
+            );
+            warnings.push(ParameterWarning { key: "gain_dbi", text });
+        }
+        let start_deg = pattern.skirt_start_rad().to_degrees();
+        if let Some(limit) = self.csc2_limit_deg
+            && !pattern.has_skirt()
+        {
+            let text = format!(
+                "csc2_limit_deg = {limit}: the beam has half its power at {start_deg:.2} degrees of \
+                 depression, so no cosecant-squared coverage begins above the limit, or below the horizon"
+            );
+            warnings.push(ParameterWarning { key: "csc2_limit_deg", text });
         }
         Ok(warnings)
     }

@@ -27,6 +27,18 @@ pub enum ConfigError {
         /// Most allowed.
         max: usize,
     },
+    /// A list whose entries do not make what is needed.
+    #[error("{key}: {found} ({value:.3} m), needed is {needed}")]
+    Shape {
+        /// Name of the parameter.
+        key: &'static str,
+        /// What was found.
+        found: &'static str,
+        /// Its measure, m.
+        value: f64,
+        /// What would be right.
+        needed: &'static str,
+    },
     /// Two parameters that contradict each other.
     #[error("{key} = {value} does not go with {other} = {other_value}")]
     Conflict {

@@ -221,6 +221,15 @@ impl MlatConfig {
                 number("blind_beyond_m", sector.beyond_m, 0.0, 1e6)?;
             }
         }
+        let off_line_m = off_line_m(&self.stations);
+        if off_line_m < LEAST_OFF_LINE_M {
+            return Err(ConfigError::Shape {
+                key: "stations",
+                found: "all of them in one place or on one line",
+                value: off_line_m,
+                needed: "a station at least 10 m off the line through the others",
+            });
+        }
         number("sigma_t_s", self.sigma_t_s, 1e-12, 1e-5)?;
         number("multipath", self.multipath, 0.0, 1.0)?;
         number("multipath_m", self.multipath_m, 0.0, 1e4)?;
@@ -243,6 +252,22 @@ impl MlatConfig {
             period_s: self.report_s,
         }
     }
+}
+
+/// Stations nearer than this to one line give no position across it: both sides of the line fit alike.
+const LEAST_OFF_LINE_M: f64 = 10.0;
+
+/// How far the stations reach off the line that fits them best, m: the deviation across it times √n.
+fn off_line_m(stations: &[Station]) -> f64 {
+    let n = stations.len().max(1) as f64;
+    let middle = stations.iter().fold(Vector2::zeros(), |sum, s| sum + s.position_m) / n;
+    let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
+    for station in stations {
+        let d = station.position_m - middle;
+        (xx, xy, yy) = (xx + d.x * d.x, xy + d.x * d.y, yy + d.y * d.y);
+    }
+    let (half, turn) = (0.5 * (xx + yy), libm::hypot(0.5 * (xx - yy), xy));
+    (half - turn).max(0.0).sqrt()
 }
 
 /// Carrier of a transponder's replies, GHz.

@@ -155,9 +155,9 @@ pub(super) fn read(
             let warnings = warnings
                 .into_iter()
                 .map(|w| {
-                    let place = layers.of("surface");
-                    let line = place.line_of("surface");
-                    format!("{}:{line}: {}: {}", place.file().display(), path(place), w.0)
+                    let place = layers.of(w.key);
+                    let line = place.line_of(w.key);
+                    format!("{}:{line}: {}: {}", place.file().display(), path(place), w.text)
                 })
                 .collect();
             Ok((AsdeScene { parameters, processing, warnings }, file))
@@ -222,6 +222,7 @@ impl Layers<'_> {
     fn refuse(&self, section: &Section, from_site: bool, error: ConfigError) -> ScenarioError {
         let (ConfigError::Number { key, .. }
         | ConfigError::Count { key, .. }
+        | ConfigError::Shape { key, .. }
         | ConfigError::Conflict { key, .. }) = error;
         if key == "antenna_height_m" && from_site {
             return section.refused_by_model("site", error);

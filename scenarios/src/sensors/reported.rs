@@ -146,6 +146,7 @@ pub(super) fn read(
 fn refuse(section: &Section, overrides: &Section, error: ConfigError) -> ScenarioError {
     let (ConfigError::Number { key, .. }
     | ConfigError::Count { key, .. }
+    | ConfigError::Shape { key, .. }
     | ConfigError::Conflict { key, .. }) = error;
     if overrides.has(key) {
         overrides.refused_by_model(key, error)
