@@ -35,8 +35,12 @@ fn a_second_terminal_freezes_steps_resumes_stops_and_restarts() {
 
     let (ok, words) = operate(&ports, &["freeze"]);
     assert!(!ok && words.contains("possible now: start"), "{words}");
+    // Longer than the patience with a federate that stalls.
+    std::thread::sleep(Duration::from_millis(2500));
     let (ok, words) = operate(&ports, &["step", "7"]);
     assert!(ok && words == format!("frozen at frame {}", frozen + 7), "{words}");
+    std::thread::sleep(Duration::from_millis(500));
+    assert!(in_phase(&ports, "FROZEN"), "nobody was given up");
     let (ok, words) = operate(&ports, &["rate", "0"]);
     assert!(!ok && words.contains("rate"), "{words}");
     assert!(operate(&ports, &["rate", "2"]).0);

@@ -104,7 +104,10 @@ struct MemberEntry {
     present: bool,
     executed: Option<Frame>,
     cut: Option<Frame>,
-    last_heard: WallNs,
+    /// Whether it needs the frames of the producers before it can go on.
+    consumes: bool,
+    /// Since when it could go on and has not; none while it is not due.
+    due_since: Option<WallNs>,
     /// From a grant to the frame ends that answer it, smoothed, ns.
     latency_ns: f64,
 }
@@ -280,7 +283,8 @@ impl Conductor {
                 present: false,
                 executed: None,
                 cut: None,
-                last_heard: now,
+                consumes: false,
+                due_since: None,
                 latency_ns: 0.0,
             },
         );
@@ -398,7 +402,6 @@ impl Conductor {
     /// A report of a member.
     pub fn report(&mut self, now: WallNs, from: &str, report: Report, effects: &mut Vec<Effect>) {
         let Some(member) = self.members.get_mut(from) else { return };
-        member.last_heard = now;
         match report {
             Report::Present { inc, hears, consumes } if inc == member.inc => {
                 // A consumer must hear the producers, an awaited spectator everybody.
@@ -410,6 +413,7 @@ impl Conductor {
                     false => &[],
                 };
                 member.present = needed.iter().all(|p| p == from || hears.contains(p));
+                member.consumes = consumes;
                 self.try_configure(now, effects);
             }
             Report::Ready { run, inc } if run == self.run && inc == member.inc => {
@@ -421,6 +425,7 @@ impl Conductor {
             {
                 let answered = member.executed.map_or(0, |e| e + 1);
                 member.executed = Some(ends.last);
+                member.due_since = None;
                 // The grant that allowed the first of these frames.
                 if let Some((at, _)) = self.grants.iter().find(|(_, upto)| *upto >= answered) {
                     let took = now.saturating_sub(*at) as f64;
@@ -774,32 +779,34 @@ impl Conductor {
         self.check_stall(now, effects);
     }
 
-    /// Gives up a member that alone holds the others up for longer than the stall budget.
+    /// Whether a member could execute a frame that it has not: granted, and of a consumer every input is made.
+    fn is_due(&self, name: &str, member: &MemberEntry) -> bool {
+        let executed = member.executed.unwrap_or(0);
+        let made = |producer: &String| {
+            producer == name
+                || self.members.get(producer).is_none_or(|p| !p.alive || p.executed > Some(executed))
+        };
+        self.phase == Phase::Running
+            && member.alive
+            && self.config.expected.iter().any(|n| n == name)
+            && executed < self.granted
+            && (!member.consumes || self.config.producers.iter().all(made))
+    }
+
+    /// Gives up a member that could have gone on for longer than the stall budget. The clock of a member
+    /// starts when it becomes due: time spent frozen, or waiting for others, is not its own.
     fn check_stall(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
-        if self.phase != Phase::Running || self.seal.is_some() {
-            return;
-        }
-        let slowest = self.frame();
-        if slowest >= self.granted {
-            for member in self.members.values_mut() {
-                member.last_heard = now;
+        let due: Vec<bool> = self.members.iter().map(|(n, m)| self.is_due(n, m)).collect();
+        let mut stuck = Vec::new();
+        for ((name, member), due) in self.members.iter_mut().zip(due) {
+            let since = *member.due_since.get_or_insert(now);
+            if !due || self.seal.is_some() {
+                member.due_since = None;
+            } else if now.saturating_sub(since) > self.config.stall_ns {
+                stuck.push(name.clone());
             }
-            return;
         }
-        let stuck: Vec<String> = self
-            .members
-            .iter()
-            .filter(|(n, m)| {
-                m.alive
-                    && self.config.expected.contains(n)
-                    && m.executed.unwrap_or(0) == slowest
-                    && now.saturating_sub(m.last_heard) > self.config.stall_ns
-            })
-            .map(|(n, _)| n.clone())
-            .collect();
-        // A consumer that waits for a stuck producer is not at fault: name the producers first.
-        let producer = stuck.iter().find(|n| self.config.producers.contains(n));
-        if let Some(name) = producer.or(stuck.first()).cloned() {
+        for name in stuck {
             let seconds = self.config.stall_ns as f64 * 1e-9;
             self.lose(now, name, &format!("no frame end for {seconds} s"), effects);
         }

@@ -112,8 +112,18 @@ struct Net {
 
 impl Net {
     fn new(seed: u64, loss_pct: u64, rate: f64, batch: bool) -> Self {
+        Self::with(seed, loss_pct, rate, batch, |_| {})
+    }
+
+    fn with(
+        seed: u64,
+        loss_pct: u64,
+        rate: f64,
+        batch: bool,
+        change: impl FnOnce(&mut ConductorConfig),
+    ) -> Self {
         let names = ["external-world", "traffic-generator"];
-        let config = ConductorConfig {
+        let mut config = ConductorConfig {
             scene: "toy".into(),
             scene_hash: 1,
             version: "v".into(),
@@ -132,6 +142,7 @@ impl Net {
             // A request for repair is sent again every 0.2 s: of a hundred one gets through.
             stall_ns: 20_000 * MS,
         };
+        change(&mut config);
         let mut net = Self {
             now: 1,
             random: seed | 1,
@@ -315,8 +326,14 @@ impl Net {
 
     /// Runs, event by event, until `done`.
     fn run_until(&mut self, done: impl Fn(&Self) -> bool) {
+        self.run_for_until(MINUTE, done);
+    }
+
+    /// Runs, event by event and for at most `within`, until `done`.
+    fn run_for_until(&mut self, within: u64, done: impl Fn(&Self) -> bool) {
+        let until = self.now + within;
         while !done(self) {
-            assert!(self.now < MINUTE, "never: {:?} {:?}", self.reached, self.answers);
+            assert!(self.now < until, "never: {:?} {:?}", self.reached, self.answers);
             self.run(self.now + 1, vec![]);
         }
     }
@@ -455,6 +472,25 @@ fn a_command_at_the_wrong_time_is_refused_with_what_is_possible() {
     assert!(net.answers[0].1.contains("not possible while INIT"), "{:?}", net.answers);
     assert!(net.answers[1].1.contains("freeze, stop"), "{:?}", net.answers);
     assert_eq!(net.conductor.phase(), Phase::Running, "what was refused changed nothing");
+}
+
+/// As a script: nobody dies, everybody works, and the run is frozen for longer than any patience.
+#[test]
+fn a_run_frozen_for_an_hour_steps_and_goes_on() {
+    for stall_ms in [50, 2_000] {
+        let mut net = Net::with(5, 0, 1.0, false, |config| config.stall_ns = stall_ms * MS);
+        net.run_until_running();
+        net.run(net.now + 300 * MS, vec![]);
+        net.obey(Command::Freeze);
+        let frozen = net.conductor.frame();
+        net.run(net.now + 60 * MINUTE, vec![]);
+        net.obey(Command::Step { n: 20 });
+        assert_eq!(net.answers.last().map(|a| a.1.clone()), Some(format!("frozen at frame {}", frozen + 20)));
+        net.run(net.now + 60 * MINUTE, vec![]);
+        net.obey(Command::Start);
+        net.run_for_until(10 * MINUTE, |net| net.closed.len() == 1);
+        assert!(net.closed[0].reasons.is_empty(), "{:?}", net.closed[0].reasons);
+    }
 }
 
 #[test]
