@@ -9,6 +9,7 @@ use super::messages::{
     Answer, Command, FinalReport, Frame, Hello, MemberState, Order, Report, RunConfig, RunState,
     Welcome,
 };
+use super::views::Views;
 use std::collections::{BTreeMap, VecDeque};
 
 /// Names a question that waits for its answer.
@@ -103,7 +104,6 @@ struct MemberEntry {
     /// Consumers: whether they hear all producers. Others: true once they answered.
     present: bool,
     executed: Option<Frame>,
-    cut: Option<Frame>,
     /// Whether it needs the frames of the producers before it can go on.
     consumes: bool,
     /// Since when it could go on and has not; none while it is not due.
@@ -141,7 +141,7 @@ pub struct Conductor {
     finish_deadline: Option<WallNs>,
     restart_after: bool,
     reasons: Vec<String>,
-    seal: Option<Seal>,
+    views: Views,
     last_state: WallNs,
     last_muster: WallNs,
     logger_deadline: WallNs,
@@ -151,13 +151,6 @@ pub struct Conductor {
     faulty: bool,
 }
 
-#[derive(Debug)]
-struct Seal {
-    name: String,
-    asked: BTreeMap<String, Option<Option<Frame>>>,
-    deadline: WallNs,
-}
-
 /// Share of a new latency in the smoothed one: about a second of frames.
 const LATENCY_SMOOTHING: f64 = 0.05;
 const GRANTS_KEPT: usize = 64;
@@ -165,7 +158,6 @@ const MUSTER_EVERY_NS: WallNs = 20_000_000;
 const STATE_EVERY_NS: WallNs = 200_000_000;
 const FINISH_WITHIN_NS: WallNs = 5_000_000_000;
 const LOGGER_WITHIN_NS: WallNs = 10_000_000_000;
-const SEAL_WITHIN_NS: WallNs = 500_000_000;
 
 impl Conductor {
     /// A conductor in phase INIT.
@@ -187,7 +179,7 @@ impl Conductor {
             finish_deadline: None,
             restart_after: false,
             reasons: Vec::new(),
-            seal: None,
+            views: Views::default(),
             last_state: 0,
             last_muster: 0,
             logger_deadline: 0,
@@ -215,17 +207,25 @@ impl Conductor {
             .collect()
     }
 
-    /// Lowest frame that every essential member has executed.
+    /// Lowest frame that every essential member has executed; of a lost one, its last that counts.
     #[must_use]
     pub fn frame(&self) -> Frame {
         self.config
             .expected
             .iter()
-            .filter_map(|name| self.members.get(name))
-            .filter(|m| m.alive)
-            .map(|m| m.executed.unwrap_or(0))
+            .filter_map(|name| {
+                let executed = self.members.get(name)?.executed;
+                Some(self.views.cut(name).unwrap_or(executed).unwrap_or(0))
+            })
             .min()
             .unwrap_or(self.granted)
+    }
+
+    /// Where consumers stand while frames of lost members are awaited.
+    #[must_use]
+    pub fn stand(&self) -> Frame {
+        let cuts = self.config.producers.iter().filter_map(|name| self.views.cut(name));
+        cuts.map(|cut| cut.unwrap_or(0)).fold(self.granted, Frame::min)
     }
 
     /// A federate asks to join.
@@ -282,7 +282,6 @@ impl Conductor {
                 ready: None,
                 present: false,
                 executed: None,
-                cut: None,
                 consumes: false,
                 due_since: None,
                 latency_ns: 0.0,
@@ -322,6 +321,7 @@ impl Conductor {
         self.ran_ns = 0;
         self.running_since = None;
         self.pace_samples.clear();
+        self.views.reset(self.run);
         for member in self.members.values_mut() {
             member.ready = None;
             member.executed = None;
@@ -352,7 +352,7 @@ impl Conductor {
     }
 
     fn lose(&mut self, now: WallNs, name: String, why: &str, effects: &mut Vec<Effect>) {
-        let Some(member) = self.members.get_mut(&name) else { return };
+        let Some(member) = self.members.get_mut(&name).filter(|m| m.alive) else { return };
         member.alive = false;
         let (inc, host, pid) = (member.inc, member.hello.host.clone(), member.hello.pid);
         if !self.config.expected.contains(&name) {
@@ -366,18 +366,12 @@ impl Conductor {
         self.reasons.push(reason);
         self.faulty = true;
         match self.phase {
-            Phase::Running => {
-                // Seal, then cut: all survivors count the same frames of the lost member.
-                let asked = self
-                    .members
-                    .iter()
-                    .filter(|(n, m)| m.alive && self.config.expected.contains(n))
-                    .map(|(n, _)| (n.clone(), None))
-                    .collect();
-                effects.push(Effect::Order(Order::Seal { run: self.run, name: name.clone(), inc }));
-                self.seal = Some(Seal { name, asked, deadline: now + SEAL_WITHIN_NS });
-                self.goal = Goal::Freeze(self.granted);
-                self.settle(now, effects);
+            Phase::Running | Phase::Frozen => {
+                let alive = |n: &&String| self.members.get(*n).is_some_and(|m| m.alive);
+                let survivors: Vec<_> = self.config.expected.iter().filter(alive).cloned().collect();
+                let order = self.views.lose(now, &name, inc, false, &survivors);
+                effects.push(Effect::Order(order));
+                self.settle_views(now, effects);
             }
             _ => {
                 self.fail_pending(effects);
@@ -434,13 +428,13 @@ impl Conductor {
                 self.settle(now, effects);
                 self.extend(now, effects);
             }
-            Report::Sealed { run, name, complete } if run == self.run => {
-                if let Some(seal) = self.seal.as_mut().filter(|s| s.name == name)
-                    && let Some(slot) = seal.asked.get_mut(from)
-                {
-                    *slot = Some(complete);
-                    self.try_cut(now, effects);
-                }
+            Report::Sealed { run, view, holds } if run == self.run => {
+                self.views.sealed(from, view, holds);
+                self.settle_views(now, effects);
+            }
+            Report::Held { run, view } if run == self.run => {
+                self.views.held(from, view);
+                self.settle_views(now, effects);
             }
             Report::Final(report) if report.run == self.run => {
                 self.finals.insert(from.to_owned(), *report);
@@ -661,15 +655,27 @@ impl Conductor {
 
     /// Whether all members stand at the goal, and what follows.
     fn settle(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
-        if self.phase != Phase::Running || self.seal.is_some() {
+        if self.phase != Phase::Running || self.views.is_open() {
             return;
         }
         let frame = self.frame();
+        if self.views.waits() {
+            // What a lost producer has not made is not left out: consumers stand before it.
+            let stand = self.stand();
+            let mut consumers = self.members.values().filter(|m| m.alive && m.consumes);
+            if consumers.all(|m| m.executed.unwrap_or(0) >= stand) {
+                match self.goal {
+                    Goal::Stop(_) => self.finish(now, effects),
+                    _ => self.freeze_by_fault(now, effects),
+                }
+            }
+            return;
+        }
         match self.goal {
             Goal::End if frame >= self.config.last_frame => self.finish(now, effects),
             Goal::Stop(at) if frame >= at => self.finish(now, effects),
             Goal::Freeze(at) if frame >= at => {
-                if at >= self.config.last_frame && !self.faulty {
+                if at >= self.config.last_frame {
                     let text = "the run is over at its last frame";
                     self.answer_pending(Transition::Freeze, text, effects);
                     self.finish(now, effects);
@@ -677,35 +683,40 @@ impl Conductor {
                 }
                 self.pause_clock(now);
                 self.phase = Phase::Frozen;
-                let reason = self.reasons.last().cloned();
-                effects.push(Effect::Reached { phase: self.phase, frame, reason });
-                self.answer_pending(
-                    Transition::Freeze,
-                    &format!("frozen at frame {frame}"),
-                    effects,
-                );
-                if self.faulty && self.config.batch {
-                    self.finish(now, effects);
-                }
+                effects.push(Effect::Reached { phase: self.phase, frame, reason: None });
+                let text = format!("frozen at frame {frame}");
+                self.answer_pending(Transition::Freeze, &text, effects);
                 self.push_state(now, effects);
             }
             _ => {}
         }
     }
 
-    fn try_cut(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
-        let Some(seal) = &self.seal else { return };
-        if now < seal.deadline && seal.asked.values().any(Option::is_none) {
+    fn freeze_by_fault(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
+        self.pause_clock(now);
+        self.phase = Phase::Frozen;
+        let reason = Some(self.reasons.join("; "));
+        effects.push(Effect::Reached { phase: self.phase, frame: self.frame(), reason });
+        self.fail_pending(effects);
+        if self.config.batch {
+            self.finish(now, effects);
+        }
+        self.push_state(now, effects);
+    }
+
+    /// Goes on with the view of lost members as far as the answers allow.
+    fn settle_views(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
+        let known = |name: &str| self.members.get(name).and_then(|m| m.executed);
+        while let Some(order) = self.views.next_order(now, known) {
+            effects.push(Effect::Order(order));
+        }
+        if self.phase == Phase::Frozen && self.views.waits() && !self.views.is_open() {
+            // Lost while frozen by command: nothing moves, but a batch does not wait.
+            if self.config.batch {
+                self.finish(now, effects);
+            }
             return;
         }
-        let own = self.members.get(&seal.name).and_then(|m| m.executed).unwrap_or(0);
-        let cut = seal.asked.values().filter_map(|c| c.flatten()).max().unwrap_or(own);
-        let name = seal.name.clone();
-        if let Some(member) = self.members.get_mut(&name) {
-            member.cut = Some(cut);
-        }
-        self.seal = None;
-        effects.push(Effect::Order(Order::Cut { run: self.run, name, cut }));
         self.settle(now, effects);
     }
 
@@ -722,7 +733,8 @@ impl Conductor {
 
     /// Moves the horizon as far as the pace allows.
     fn extend(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
-        if self.phase != Phase::Running || self.goal != Goal::End {
+        let stands = self.views.is_open() || self.views.waits();
+        if self.phase != Phase::Running || self.goal != Goal::End || stands {
             return;
         }
         let slowest = self.frame();
@@ -769,7 +781,12 @@ impl Conductor {
             self.try_configure(now, effects);
         }
         self.extend(now, effects);
-        self.try_cut(now, effects);
+        let (asked_at, silent) = self.views.awaited();
+        if now.saturating_sub(asked_at) > self.config.stall_ns {
+            for name in silent {
+                self.lose(now, name, "it does not answer", effects);
+            }
+        }
         if self.finish_deadline.is_some_and(|d| now >= d) {
             self.try_close(now, effects);
         }
@@ -783,8 +800,9 @@ impl Conductor {
     fn is_due(&self, name: &str, member: &MemberEntry) -> bool {
         let executed = member.executed.unwrap_or(0);
         let made = |producer: &String| {
-            producer == name
-                || self.members.get(producer).is_none_or(|p| !p.alive || p.executed > Some(executed))
+            let Some(made) = self.members.get(producer) else { return true };
+            let counts = self.views.cut(producer).unwrap_or(made.executed);
+            producer == name || counts > Some(executed)
         };
         self.phase == Phase::Running
             && member.alive
@@ -800,7 +818,7 @@ impl Conductor {
         let mut stuck = Vec::new();
         for ((name, member), due) in self.members.iter_mut().zip(due) {
             let since = *member.due_since.get_or_insert(now);
-            if !due || self.seal.is_some() {
+            if !due || self.views.is_open() {
                 member.due_since = None;
             } else if now.saturating_sub(since) > self.config.stall_ns {
                 stuck.push(name.clone());
@@ -823,9 +841,6 @@ impl Conductor {
         }
         if self.run == 0 {
             next = next.min(self.last_muster + MUSTER_EVERY_NS);
-        }
-        if let Some(seal) = &self.seal {
-            next = next.min(seal.deadline);
         }
         next.max(now + 100_000)
     }

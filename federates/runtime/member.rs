@@ -64,10 +64,14 @@ pub struct LinkCounters {
 struct Producer {
     /// Frame ends seen without a gap up to here; `None` before the first.
     ended: Option<Frame>,
-    /// Frames after this count as absent.
-    cut: Option<Frame>,
-    /// Incarnations whose messages no longer count.
+    /// The incarnation whose messages no longer count.
     sealed_inc: Option<u64>,
+    /// While its loss is being settled: how far this member said that it holds its frames. It uses no more.
+    bound: Option<Option<Frame>>,
+    /// Frames that have not ended count as absent.
+    absent: bool,
+    /// Frames that have not ended are awaited from a successor.
+    awaited: bool,
 }
 
 /// One frame's PDUs that are named but not all here.
@@ -98,7 +102,12 @@ pub struct Member {
     waiting: BTreeMap<u64, (Octets, u64)>,
     waiting_order: VecDeque<(u64, u64, Frame)>,
     arrivals: u64,
-    ready: BTreeMap<Frame, FrameInputs>,
+    /// Inputs by frame and producer.
+    ready: BTreeMap<(Frame, String), FrameInputs>,
+    /// The view whose cuts are to be held: number, last frame of each lost member.
+    holding: Option<(u32, Vec<(String, Option<Frame>)>)>,
+    /// The federation goes on without this incarnation.
+    outcast: bool,
     own: VecDeque<(Frame, Vec<(u64, Octets)>)>,
     closed: bool,
     /// What frame 0 consists of, until time is granted.
@@ -154,6 +163,8 @@ impl Member {
             waiting_order: VecDeque::new(),
             arrivals: 0,
             ready: BTreeMap::new(),
+            holding: None,
+            outcast: false,
             own: VecDeque::new(),
             closed: false,
             zero: None,
@@ -208,18 +219,16 @@ impl Member {
                 }
                 self.advance(effects);
             }
-            Order::Seal { run: of, name, inc } if of == run => {
-                let complete = self.federate.consumes().then(|| self.complete_of(&name));
-                if let Some(producer) = self.producers.get_mut(&name) {
-                    producer.sealed_inc = Some(inc);
-                }
-                effects.push(Effect::Report(Report::Sealed { run, name, complete }));
+            Order::Seal { run: of, view, lost } if of == run => self.seal(view, &lost, effects),
+            Order::Cut { run: of, view, cuts } if of == run => {
+                self.holding = Some((view, cuts));
+                self.hold(effects);
             }
-            Order::Cut { run: of, name, cut } if of == run => {
-                if let Some(producer) = self.producers.get_mut(&name) {
-                    producer.cut = Some(cut);
-                    self.incomplete.retain(|(frame, of), _| *of != name || *frame <= cut);
-                    self.advance(effects);
+            Order::View { run: of, cuts, absent, .. } if of == run => {
+                self.view(&cuts, &absent);
+                self.advance(effects);
+                if self.reported.is_some_and(|reported| self.executed > reported) {
+                    self.report_ends(effects);
                 }
             }
             Order::Finish { run: of, frame } if of == run && !self.closed => {
@@ -244,6 +253,53 @@ impl Member {
         }
     }
 
+    /// Accepts nothing more of the lost, and says how far it holds their frames.
+    fn seal(&mut self, view: u32, lost: &[(String, u64)], effects: &mut Vec<Effect>) {
+        self.holding = None;
+        let run = self.config.as_ref().map_or(0, |c| c.run);
+        let mut holds = Vec::new();
+        for (name, inc) in lost {
+            self.outcast |= *name == self.name && *inc == self.inc;
+            if !self.federate.consumes() {
+                continue;
+            }
+            // No further than granted: what nobody may use yet, nobody has used.
+            let complete = self.complete_of(name).map(|c| c.min(self.granted));
+            if let Some(producer) = self.producers.get_mut(name) {
+                producer.sealed_inc = Some(*inc);
+                producer.bound = Some(complete);
+                holds.push((name.clone(), complete));
+            }
+        }
+        effects.push(Effect::Report(Report::Sealed { run, view, holds }));
+    }
+
+    /// Says that every frame up to the cuts is here, once it is.
+    fn hold(&mut self, effects: &mut Vec<Effect>) {
+        let Some((view, cuts)) = &self.holding else { return };
+        let lacks = |(name, cut): &(String, Option<Frame>)| {
+            self.producers.contains_key(name) && self.complete_of(name) < *cut
+        };
+        if !self.federate.consumes() || !cuts.iter().any(lacks) {
+            let run = self.config.as_ref().map_or(0, |c| c.run);
+            effects.push(Effect::Report(Report::Held { run, view: *view }));
+            self.holding = None;
+        }
+    }
+
+    /// Frames up to the cuts count for everybody, later ones of the lost for nobody.
+    fn view(&mut self, cuts: &[(String, Option<Frame>)], absent: &[String]) {
+        for (name, cut) in cuts {
+            let Some(producer) = self.producers.get_mut(name) else { continue };
+            producer.ended = producer.ended.min(*cut);
+            producer.bound = None;
+            producer.absent = absent.contains(name);
+            producer.awaited = !producer.absent;
+            self.ready.retain(|(frame, of), _| of != name || Some(*frame) <= *cut);
+            self.incomplete.retain(|(frame, of), _| of != name || Some(*frame) <= *cut);
+        }
+    }
+
     fn configure(&mut self, config: RunConfig, effects: &mut Vec<Effect>) {
         let mut out = FrameOut::default();
         let run = config.run;
@@ -256,6 +312,7 @@ impl Member {
         self.made = Digest::default();
         self.incomplete.clear();
         self.ready.clear();
+        self.holding = None;
         self.own.clear();
         self.counters = LinkCounters::default();
         if self.config.is_some() {
@@ -302,7 +359,8 @@ impl Member {
         }
         producer.ended = Some(ends.last);
         for (frame, notice) in ends.notices {
-            self.ready.entry(frame).or_default().notices.push((frame, notice));
+            let ready = self.ready.entry((frame, from.to_owned())).or_default();
+            ready.notices.push((frame, notice));
         }
         for (frame, hashes) in ends.pdus {
             let mut missing = Vec::new();
@@ -310,7 +368,8 @@ impl Member {
                 match self.waiting.remove(&hash) {
                     Some((octets, _)) => {
                         self.counters.received += 1;
-                        self.ready.entry(frame).or_default().pdus.push((frame, octets));
+                        let ready = self.ready.entry((frame, from.to_owned())).or_default();
+                        ready.pdus.push((frame, octets));
                     }
                     None => missing.push(hash),
                 }
@@ -343,7 +402,7 @@ impl Member {
             });
             if let Some((key, complete)) = named {
                 self.counters.received += 1;
-                self.ready.entry(key.0).or_default().pdus.push((key.0, octets));
+                self.ready.entry(key.clone()).or_default().pdus.push((key.0, octets));
                 if complete {
                     self.incomplete.remove(&key);
                     completed = true;
@@ -362,6 +421,7 @@ impl Member {
             }
         }
         if completed {
+            self.hold(effects);
             self.advance(effects);
         }
     }
@@ -383,12 +443,13 @@ impl Member {
             incomplete.missing.retain(|&m| m != hash);
             self.counters.lost += 1;
             self.counters.repaired += 1;
-            self.ready.entry(frame).or_default().pdus.push((frame, Arc::from(octets)));
-            if incomplete.missing.is_empty() {
-                let key = key.clone();
+            let (key, complete) = (key.clone(), incomplete.missing.is_empty());
+            self.ready.entry(key.clone()).or_default().pdus.push((frame, Arc::from(octets)));
+            if complete {
                 self.incomplete.remove(&key);
             }
         }
+        self.hold(effects);
         self.advance(effects);
     }
 
@@ -439,42 +500,38 @@ impl Member {
             .min()
     }
 
-    /// Highest frame of producer `name` that is complete here without a gap.
-    fn complete_of(&self, name: &str) -> Frame {
-        let Some(ended) = self.producers.get(name).and_then(|p| p.ended) else { return 0 };
-        self.incomplete
-            .keys()
-            .filter(|(_, of)| of == name)
-            .map(|(frame, _)| frame.saturating_sub(1))
-            .fold(ended, Frame::min)
+    /// Highest frame of producer `name` up to which all is complete here; none if not even frame 0 is.
+    fn complete_of(&self, name: &str) -> Option<Frame> {
+        let ended = self.producers.get(name)?.ended?;
+        let missing = self.incomplete.keys().filter(|(_, of)| of == name).map(|(frame, _)| *frame);
+        match missing.min() {
+            Some(frame) => frame.checked_sub(1).map(|before| before.min(ended)),
+            None => Some(ended),
+        }
     }
 
-    /// Last frame whose inputs are complete.
-    fn complete(&self) -> Frame {
+    /// Last frame whose inputs are complete; none if not even those of frame 0 are.
+    fn complete(&self) -> Option<Frame> {
         if !self.federate.consumes() {
-            return Frame::MAX;
+            return Some(Frame::MAX);
         }
-        let missing =
-            self.incomplete.keys().next().map_or(Frame::MAX, |(f, _)| f.saturating_sub(1));
-        let ended = self.producers.values().map(|p| match (p.ended, p.cut) {
-            // Lost before its frame 0 came here counts as frame 0.
-            (ended, Some(cut)) if ended.unwrap_or(0) >= cut => Frame::MAX,
-            (ended, _) => ended.unwrap_or(0),
-        });
-        ended.fold(missing, Frame::min)
+        let of = |(name, producer): (&String, &Producer)| {
+            if producer.absent {
+                return Some(Frame::MAX);
+            }
+            let complete = self.complete_of(name);
+            producer.bound.map_or(complete, |bound| complete.min(bound))
+        };
+        self.producers.iter().map(of).min().unwrap_or(Some(Frame::MAX))
     }
 
     fn advance(&mut self, effects: &mut Vec<Effect>) {
-        if self.config.is_none() || self.closed {
+        if self.config.is_none() || self.closed || self.outcast {
             return;
         }
         // Frame 0 of every producer must have been seen before frame 1 is due.
-        if self.federate.consumes()
-            && self.producers.values().any(|p| p.ended.is_none() && p.cut.is_none())
-        {
-            return;
-        }
-        let upto = self.granted.min(self.complete());
+        let Some(complete) = self.complete() else { return };
+        let upto = self.granted.min(complete);
         let period = self.federate.period();
         let before = self.executed;
         while self.executed < upto {
@@ -494,16 +551,15 @@ impl Member {
         }
         let reported = self.reported.unwrap_or(0);
         // Report at the horizon and often enough before it that the conductor can move it.
-        if self.executed > before
-            && (self.executed == self.granted || self.executed - reported >= self.window)
-        {
+        let stands = self.executed == self.granted || self.producers.values().any(|p| p.awaited);
+        if self.executed > before && (stands || self.executed - reported >= self.window) {
             self.report_ends(effects);
         }
     }
 
     fn inputs_up_to(&mut self, frame: Frame) -> FrameInputs {
         let mut inputs = FrameInputs::default();
-        let later = self.ready.split_off(&(frame + 1));
+        let later = self.ready.split_off(&(frame + 1, String::new()));
         for (_, mut ready) in std::mem::replace(&mut self.ready, later) {
             ready.pdus.sort_by(|a, b| a.1.cmp(&b.1));
             inputs.pdus.append(&mut ready.pdus);

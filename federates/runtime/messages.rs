@@ -101,23 +101,34 @@ pub enum Order {
         /// Last frame that may be executed.
         upto: Frame,
     },
-    /// Stop accepting messages of a lost member; answer with [`Report::Sealed`].
+    /// Accept nothing more of these incarnations; answer with [`Report::Sealed`].
     Seal {
         /// Number of the run.
         run: u32,
-        /// The member.
-        name: String,
-        /// Its incarnation.
-        inc: u64,
+        /// Number of the view that is being settled.
+        view: u32,
+        /// The lost members and their incarnations.
+        lost: Vec<(String, u64)>,
     },
-    /// Frames of `name` after `cut` count as absent for everybody.
+    /// Fetch what is lacking up to these frames of the lost members; answer with [`Report::Held`].
     Cut {
         /// Number of the run.
         run: u32,
-        /// The member.
-        name: String,
-        /// Its last frame that counts.
-        cut: Frame,
+        /// Number of the view.
+        view: u32,
+        /// Last frame of each that counts; none if not even frame 0 does. Nobody acts on it before the view.
+        cuts: Vec<(String, Option<Frame>)>,
+    },
+    /// All survivors hold every frame up to the cuts: from now on they count.
+    View {
+        /// Number of the run.
+        run: u32,
+        /// Number of the view.
+        view: u32,
+        /// Last frame of each lost member that counts.
+        cuts: Vec<(String, Option<Frame>)>,
+        /// Those whose frames after the cut count as absent. Those of the others are awaited.
+        absent: Vec<String>,
     },
     /// The run is closed at this frame; answer with [`Report::Final`].
     Finish {
@@ -169,14 +180,22 @@ pub enum Report {
     },
     /// Frames executed.
     Ends(FrameEnds),
-    /// Answer to [`Order::Seal`]: highest frame of the lost member that is complete here.
+    /// Answer to [`Order::Seal`].
     Sealed {
         /// Number of the run.
         run: u32,
-        /// The lost member.
-        name: String,
-        /// Highest contiguous complete frame; `None` if this member does not consume it.
-        complete: Option<Frame>,
+        /// Number of the view.
+        view: u32,
+        /// Of each lost member that this one consumes: the highest frame up to which all is complete here
+        /// and granted; none if not even frame 0 is.
+        holds: Vec<(String, Option<Frame>)>,
+    },
+    /// Answer to [`Order::Cut`], once every frame up to the cuts is complete here.
+    Held {
+        /// Number of the run.
+        run: u32,
+        /// Number of the view.
+        view: u32,
     },
     /// Counters and digests at the end of the run.
     Final(Box<FinalReport>),

@@ -20,6 +20,7 @@ pub mod member_driver;
 pub mod messages;
 pub mod process;
 pub mod threads;
+pub mod views;
 pub mod zenoh_bus;
 
 #[cfg(test)]

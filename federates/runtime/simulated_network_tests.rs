@@ -62,6 +62,9 @@ impl Federate for Consumer {
     }
     fn step(&mut self, frame: Frame, inputs: &FrameInputs, _: &mut FrameOut) {
         assert!(inputs.pdus.iter().all(|(f, _)| *f <= frame && *f + 5 > frame));
+        // Nothing is left out, whatever happens: every producer makes f % 3 PDUs in frame f.
+        let made: u64 = (frame - 4..=frame).map(|f| 2 * (f % 3)).sum();
+        assert_eq!(inputs.pdus.len() as u64, made, "inputs of frame {frame}");
         self.steps.push(frame);
         self.eaten.extend(inputs.pdus.iter().cloned());
         self.outsiders += inputs.outsiders.len();
@@ -91,7 +94,10 @@ enum Parcel {
 #[derive(Clone, Debug)]
 enum Act {
     Command(Command),
+    /// Its process dies, and its connection with it.
     Kill(&'static str),
+    /// It is not heard of any more, and nobody is told.
+    Vanish(&'static str),
 }
 
 struct Net {
@@ -143,6 +149,7 @@ impl Net {
             stall_ns: 20_000 * MS,
         };
         change(&mut config);
+        let expected = config.expected.clone();
         let mut net = Self {
             now: 1,
             random: seed | 1,
@@ -157,10 +164,12 @@ impl Net {
             answers: Vec::new(),
             exit: None,
         };
-        for name in names.into_iter().chain(["smdfm"]) {
+        for name in expected {
+            let producer = names.into_iter().find(|n| *n == name);
+            let kind = if producer.is_some() { Kind::TrafficGenerator } else { Kind::Smdfm };
             let hello = Hello {
-                name: name.into(),
-                kind: if name == "smdfm" { Kind::Smdfm } else { Kind::TrafficGenerator },
+                name: name.clone(),
+                kind,
                 pid: 1,
                 host: "h".into(),
                 version: "v".into(),
@@ -175,12 +184,11 @@ impl Net {
                     _ => None,
                 })
                 .expect("accepted");
-            let federate: Box<dyn Federate> = if name == "smdfm" {
-                Box::new(Consumer::default())
-            } else {
-                Box::new(Producer { name })
+            let federate: Box<dyn Federate> = match producer {
+                Some(name) => Box::new(Producer { name }),
+                None => Box::new(Consumer::default()),
             };
-            net.members.insert(name.into(), Member::new(federate, name, inc, || 0));
+            net.members.insert(name.clone(), Member::new(federate, &name, inc, || 0));
             net.decide(decisions);
         }
         net
@@ -216,12 +224,15 @@ impl Net {
                     }
                 }
                 Decision::Closed(run) => self.closed.push(*run),
-                Decision::Reached { phase, frame, .. } => {
+                Decision::Reached { phase, frame, reason } => {
                     self.reached.push((phase, frame));
                     if phase == Phase::Frozen {
-                        // I4: frozen means that all stand at exactly this frame.
+                        // I4: by command all stand at exactly this frame, by a fault all consumers.
+                        let stand = if reason.is_none() { frame } else { self.conductor.stand() };
                         for (name, member) in &self.members {
-                            assert_eq!(member.executed(), frame, "{name} at freeze");
+                            if reason.is_none() || member.federate().consumes() {
+                                assert_eq!(member.executed(), stand, "{name} at freeze");
+                            }
                         }
                     }
                 }
@@ -232,19 +243,22 @@ impl Net {
         }
     }
 
+    fn consumers(&self) -> Vec<String> {
+        let consumers = self.members.iter().filter(|(_, m)| m.federate().consumes());
+        consumers.map(|(name, _)| name.clone()).collect()
+    }
+
     fn act(&mut self, name: &str, effects: Vec<Effect>) {
         for effect in effects {
             match effect {
                 Effect::Send(pdus) => {
                     for octets in pdus {
-                        for _ in 0..1 + self.draw(2) {
-                            if self.draw(100) >= self.loss_pct {
-                                self.post(
-                                    name,
-                                    "smdfm",
-                                    Parcel::Pdus(vec![Arc::clone(&octets)]),
-                                    false,
-                                );
+                        for to in self.consumers() {
+                            for _ in 0..1 + self.draw(2) {
+                                if self.draw(100) >= self.loss_pct {
+                                    let pdus = Parcel::Pdus(vec![Arc::clone(&octets)]);
+                                    self.post(name, &to, pdus, false);
+                                }
                             }
                         }
                     }
@@ -252,8 +266,8 @@ impl Net {
                 Effect::Report(report) => {
                     let parcel = |r: &Report| Parcel::Report(name.to_owned(), r.clone());
                     self.post(name, "conductor", parcel(&report), true);
-                    if name != "smdfm" {
-                        self.post(name, "smdfm", parcel(&report), true);
+                    for to in self.consumers().into_iter().filter(|to| to != name) {
+                        self.post(name, &to, parcel(&report), true);
                     }
                 }
                 Effect::Repair { name: producer, repair } => {
@@ -292,10 +306,11 @@ impl Net {
                         let inc =
                             self.conductor.state().members.iter().position(|m| m.name == name);
                         assert!(inc.is_some());
-                        for inc in 1..=3 {
+                        for inc in 1..=4 {
                             self.conductor.alive(self.now, name, inc, false, &mut decisions);
                         }
                     }
+                    Act::Vanish(name) => drop(self.members.remove(name)),
                 }
                 self.decide(decisions);
             }
@@ -450,6 +465,45 @@ proptest! {
         let mut batch = Net::new(seed, 10, f64::INFINITY, true);
         batch.run(MINUTE, vec![(3 * MS + at * 10_000, Act::Kill(name))]);
         prop_assert_eq!(batch.exit, Some(1));
+    }
+}
+
+const ALL: [&str; 3] = ["external-world", "smdfm", "traffic-generator"];
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+
+    #[test]
+    fn any_pair_lost_together_is_named_and_nobody_else(
+        seed in 1u64..,
+        at_ms in 5u64..1500,
+        gap_us in prop_oneof![0u64..3_000, 0u64..600_000],
+        first in 0usize..3,
+        second in 1usize..3,
+        told in any::<bool>(),
+    ) {
+        let pair = [ALL[first], ALL[(first + second) % 3]];
+        let mut net = Net::with(seed, 10, 1.0, false, |config| {
+            config.stall_ns = 2_000 * MS;
+        });
+        net.run_until_running();
+        let act = |told, name| if told { Act::Kill(name) } else { Act::Vanish(name) };
+        let at = net.now + at_ms * MS;
+        net.run(
+            at + 10_000 * MS,
+            vec![(at, act(told, pair[0])), (at + gap_us * 1000, Act::Kill(pair[1]))],
+        );
+        prop_assert_eq!(net.conductor.phase(), Phase::Frozen, "{:?}", net.reached);
+        let reasons = net.conductor.state().reasons;
+        prop_assert_eq!(reasons.len(), 2, "{:?}", reasons);
+        for name in pair {
+            prop_assert!(reasons.iter().any(|r| r.starts_with(name)), "{:?}", reasons);
+        }
+        for (name, member) in net.members.iter().filter(|(_, m)| m.federate().consumes()) {
+            prop_assert_eq!(member.executed(), net.conductor.stand(), "{}", name);
+        }
+        net.obey(Command::Stop);
+        prop_assert_eq!(net.closed.len(), 1);
     }
 }
 
