@@ -67,6 +67,7 @@ pub fn conductor_config(scene: &Scene, options: &RunOptions) -> ConductorConfig 
         version: crate::runtime::build::IDENTITY.to_owned(),
         expected,
         producers,
+        optional: vec![Kind::Visitors.name().to_owned()],
         generators: options.generators,
         seed: options.seed.unwrap_or(scene.run.seed),
         step_ns: scene.run.frame.0,

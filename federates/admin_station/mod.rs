@@ -217,7 +217,7 @@ pub fn run(context: AdminContext) -> Result<u8, BusError> {
                     run.reasons.extend(broken.iter().cloned());
                     closed(&run);
                     if stopping.is_some() {
-                        exit = Some(u8::from(!run.reasons.is_empty()));
+                        exit = Some(u8::from(run.failed));
                     }
                 }
                 Effect::Exit(code) => exit = Some(code),

@@ -56,6 +56,8 @@ pub struct ClosedRun {
     pub reports: Vec<FinalReport>,
     /// Faults; empty when all went well.
     pub reasons: Vec<String>,
+    /// An essential member was lost and the run did not go on to its end.
+    pub failed: bool,
 }
 
 /// What the conductor is told at the start.
@@ -71,6 +73,8 @@ pub struct ConductorConfig {
     pub expected: Vec<String>,
     /// Members that make PDUs, sorted.
     pub producers: Vec<String>,
+    /// Producers without which the run begins and goes on (visitors), sorted: their loss degrades it.
+    pub optional: Vec<String>,
     /// Number of traffic generators.
     pub generators: u32,
     /// Seed.
@@ -141,7 +145,11 @@ pub struct Conductor {
     finish_deadline: Option<WallNs>,
     restart_after: bool,
     reasons: Vec<String>,
+    /// What the run goes on without, and since when.
+    degraded: Vec<String>,
     views: Views,
+    /// Members of this run: the essential ones and the optional ones that were there, sorted.
+    roster: Vec<String>,
     last_state: WallNs,
     last_muster: WallNs,
     logger_deadline: WallNs,
@@ -179,7 +187,9 @@ impl Conductor {
             finish_deadline: None,
             restart_after: false,
             reasons: Vec::new(),
+            degraded: Vec::new(),
             views: Views::default(),
+            roster: config.expected.clone(),
             last_state: 0,
             last_muster: 0,
             logger_deadline: 0,
@@ -210,9 +220,9 @@ impl Conductor {
     /// Lowest frame that every essential member has executed; of a lost one, its last that counts.
     #[must_use]
     pub fn frame(&self) -> Frame {
-        self.config
-            .expected
+        self.roster
             .iter()
+            .filter(|name| !self.views.is_absent(name))
             .filter_map(|name| {
                 let executed = self.members.get(name)?.executed;
                 Some(self.views.cut(name).unwrap_or(executed).unwrap_or(0))
@@ -221,10 +231,19 @@ impl Conductor {
             .unwrap_or(self.granted)
     }
 
+    /// Producers of this run, sorted.
+    fn producers(&self) -> Vec<String> {
+        let produces =
+            |n: &&String| self.config.producers.contains(n) || self.config.optional.contains(n);
+        self.roster.iter().filter(produces).cloned().collect()
+    }
+
     /// Where consumers stand while frames of lost members are awaited.
     #[must_use]
     pub fn stand(&self) -> Frame {
-        let cuts = self.config.producers.iter().filter_map(|name| self.views.cut(name));
+        let producers = self.producers();
+        let awaited = producers.iter().filter(|name| !self.views.is_absent(name));
+        let cuts = awaited.filter_map(|name| self.views.cut(name));
         cuts.map(|cut| cut.unwrap_or(0)).fold(self.granted, Frame::min)
     }
 
@@ -298,6 +317,13 @@ impl Conductor {
         self.config.expected.iter().filter(deaf).map(String::as_str).collect()
     }
 
+    /// Producers that a consumer must hear: the essential ones and the optional ones that joined.
+    fn heard_producers(&self) -> Vec<String> {
+        let joined = |n: &&String| self.members.get(*n).is_some_and(|m| m.alive);
+        let optional = self.config.optional.iter().filter(joined);
+        self.config.producers.iter().chain(optional).cloned().collect()
+    }
+
     /// Configures once everybody is there and hears everybody; a spectator is awaited for a while only.
     fn try_configure(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
         if self.run > 0 || self.members.is_empty() {
@@ -322,6 +348,11 @@ impl Conductor {
         self.running_since = None;
         self.pace_samples.clear();
         self.views.reset(self.run);
+        self.degraded.clear();
+        let joined = |n: &&String| self.members.get(*n).is_some_and(|m| m.alive);
+        self.roster = self.config.expected.clone();
+        self.roster.extend(self.config.optional.iter().filter(joined).cloned());
+        self.roster.sort();
         for member in self.members.values_mut() {
             member.ready = None;
             member.executed = None;
@@ -329,7 +360,7 @@ impl Conductor {
         effects.push(Effect::Order(Order::Configure(RunConfig {
             run: self.run,
             seed: self.config.seed,
-            producers: self.config.producers.clone(),
+            producers: self.producers(),
             generators: self.config.generators,
             last_frame: self.config.last_frame,
         })));
@@ -355,7 +386,7 @@ impl Conductor {
         let Some(member) = self.members.get_mut(&name).filter(|m| m.alive) else { return };
         member.alive = false;
         let (inc, host, pid) = (member.inc, member.hello.host.clone(), member.hello.pid);
-        if !self.config.expected.contains(&name) {
+        if !self.roster.contains(&name) {
             self.push_state(now, effects);
             return;
         }
@@ -363,16 +394,22 @@ impl Conductor {
             return;
         }
         let reason = format!("{name} (process {pid} on {host}) is lost: {why}");
-        self.reasons.push(reason);
-        self.faulty = true;
+        let optional = self.config.optional.contains(&name);
+        if optional {
+            self.degraded.push(format!("degraded since frame {}: {reason}", self.frame()));
+        } else {
+            self.reasons.push(reason);
+            self.faulty = true;
+        }
         match self.phase {
             Phase::Running | Phase::Frozen => {
                 let alive = |n: &&String| self.members.get(*n).is_some_and(|m| m.alive);
-                let survivors: Vec<_> = self.config.expected.iter().filter(alive).cloned().collect();
-                let order = self.views.lose(now, &name, inc, false, &survivors);
+                let survivors: Vec<_> = self.roster.iter().filter(alive).cloned().collect();
+                let order = self.views.lose(now, &name, inc, optional, &survivors);
                 effects.push(Effect::Order(order));
                 self.settle_views(now, effects);
             }
+            _ if optional => self.try_close(now, effects),
             _ => {
                 self.fail_pending(effects);
                 if self.config.batch {
@@ -399,11 +436,14 @@ impl Conductor {
         match report {
             Report::Present { inc, hears, consumes } if inc == member.inc => {
                 // A consumer must hear the producers, an awaited spectator everybody.
+                let producers = self.heard_producers();
+                let Some(member) = self.members.get_mut(from) else { return };
                 let needed = match consumes {
+                    _ if self.config.optional.iter().any(|o| o == from) => &[],
                     _ if self.config.await_spectators.iter().any(|s| s == from) => {
                         &self.config.expected[..]
                     }
-                    true => &self.config.producers[..],
+                    true => &producers[..],
                     false => &[],
                 };
                 member.present = needed.iter().all(|p| p == from || hears.contains(p));
@@ -440,6 +480,9 @@ impl Conductor {
                 self.finals.insert(from.to_owned(), *report);
                 self.try_close(now, effects);
             }
+            Report::Failed { reason } if self.config.optional.iter().any(|o| o == from) => {
+                self.lose(now, from.to_owned(), &format!("it cannot go on: {reason}"), effects);
+            }
             Report::Failed { reason } => {
                 let reason = format!("{from} cannot go on: {reason}");
                 self.reasons.push(reason);
@@ -452,11 +495,9 @@ impl Conductor {
     }
 
     fn all_ready(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
-        let ready = self
-            .config
-            .expected
-            .iter()
-            .all(|n| self.members.get(n).is_some_and(|m| m.ready == Some(self.run)));
+        let is_ready =
+            |n: &String| self.members.get(n).is_some_and(|m| !m.alive || m.ready == Some(self.run));
+        let ready = self.awaited().is_empty() && self.roster.iter().all(is_ready);
         if !ready || self.finish_deadline.is_some() {
             return;
         }
@@ -628,10 +669,10 @@ impl Conductor {
 
     fn try_close(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
         let Some(deadline) = self.finish_deadline else { return };
-        let outstanding =
-            self.config.expected.iter().any(|n| {
-                self.members.get(n).is_some_and(|m| m.alive) && !self.finals.contains_key(n)
-            });
+        let outstanding = self
+            .roster
+            .iter()
+            .any(|n| self.members.get(n).is_some_and(|m| m.alive) && !self.finals.contains_key(n));
         if outstanding && now < deadline {
             return;
         }
@@ -642,7 +683,8 @@ impl Conductor {
             frame: self.frame(),
             wall_ns: self.ran_ns,
             reports: self.finals.values().cloned().collect(),
-            reasons: self.reasons.clone(),
+            reasons: self.reasons.iter().chain(&self.degraded).cloned().collect(),
+            failed: self.faulty,
         })));
         self.answer_pending(Transition::Stop, "stopped", effects);
         if self.restart_after {
@@ -802,13 +844,13 @@ impl Conductor {
         let made = |producer: &String| {
             let Some(made) = self.members.get(producer) else { return true };
             let counts = self.views.cut(producer).unwrap_or(made.executed);
-            producer == name || counts > Some(executed)
+            producer == name || self.views.is_absent(producer) || counts > Some(executed)
         };
         self.phase == Phase::Running
             && member.alive
-            && self.config.expected.iter().any(|n| n == name)
+            && self.roster.iter().any(|n| n == name)
             && executed < self.granted
-            && (!member.consumes || self.config.producers.iter().all(made))
+            && (!member.consumes || self.producers().iter().all(made))
     }
 
     /// Gives up a member that could have gone on for longer than the stall budget. The clock of a member
@@ -894,7 +936,7 @@ impl Conductor {
             seed: self.config.seed,
             rate: self.rate,
             achieved_rate,
-            reasons: self.reasons.clone(),
+            reasons: self.reasons.iter().chain(&self.degraded).cloned().collect(),
             members: self
                 .members
                 .iter()

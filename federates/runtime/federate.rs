@@ -14,7 +14,7 @@ pub struct FrameInputs {
     pub pdus: Vec<(Frame, Octets)>,
     /// PDUs of outsiders, in order of arrival, with the frame at which they arrived.
     pub outsiders: Vec<(Frame, Octets)>,
-    /// Notices since the last step: (frame, notice).
+    /// Notices that take effect since the last step: (frame, notice), by frame, then by member.
     pub notices: Vec<(Frame, Notice)>,
 }
 
@@ -23,8 +23,10 @@ pub struct FrameInputs {
 pub struct FrameOut {
     /// PDUs for everybody, made at the frame's time.
     pub pdus: Vec<Octets>,
-    /// Notices for the federation.
+    /// Notices for the federation, in effect from this frame on.
     pub notices: Vec<Notice>,
+    /// Notices that take effect in a later frame: (frame, notice).
+    pub later: Vec<(Frame, Notice)>,
     /// Messages for spectators and requests served from the last value: (key, class, body, retained).
     pub publish: Vec<Publication>,
 }

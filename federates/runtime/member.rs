@@ -4,7 +4,9 @@
 
 use super::digest::{Digest, pdu_hash};
 use super::federate::{Federate, FrameInputs, FrameOut, Octets, Publication};
-use super::messages::{FinalReport, Frame, FrameEnds, Order, Repair, Repaired, Report, RunConfig};
+use super::messages::{
+    Cuts, FinalReport, Frame, FrameEnds, Notice, Order, Repair, Repaired, Report, RunConfig,
+};
 use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
@@ -103,9 +105,11 @@ pub struct Member {
     waiting_order: VecDeque<(u64, u64, Frame)>,
     arrivals: u64,
     /// Inputs by frame and producer.
-    ready: BTreeMap<(Frame, String), FrameInputs>,
+    ready: BTreeMap<(Frame, String), Vec<Octets>>,
+    /// Notices by the frame of their effect and producer, each with the frame in which it was made.
+    notices: BTreeMap<(Frame, String), Vec<(Frame, Notice)>>,
     /// The view whose cuts are to be held: number, last frame of each lost member.
-    holding: Option<(u32, Vec<(String, Option<Frame>)>)>,
+    holding: Option<(u32, Cuts)>,
     /// The federation goes on without this incarnation.
     outcast: bool,
     own: VecDeque<(Frame, Vec<(u64, Octets)>)>,
@@ -163,6 +167,7 @@ impl Member {
             waiting_order: VecDeque::new(),
             arrivals: 0,
             ready: BTreeMap::new(),
+            notices: BTreeMap::new(),
             holding: None,
             outcast: false,
             own: VecDeque::new(),
@@ -296,6 +301,11 @@ impl Member {
             producer.absent = absent.contains(name);
             producer.awaited = !producer.absent;
             self.ready.retain(|(frame, of), _| of != name || Some(*frame) <= *cut);
+            for ((_, of), notices) in &mut self.notices {
+                if of == name {
+                    notices.retain(|(made, _)| Some(*made) <= *cut);
+                }
+            }
             self.incomplete.retain(|(frame, of), _| of != name || Some(*frame) <= *cut);
         }
     }
@@ -312,6 +322,7 @@ impl Member {
         self.made = Digest::default();
         self.incomplete.clear();
         self.ready.clear();
+        self.notices.clear();
         self.holding = None;
         self.own.clear();
         self.counters = LinkCounters::default();
@@ -358,9 +369,9 @@ impl Member {
             return;
         }
         producer.ended = Some(ends.last);
-        for (frame, notice) in ends.notices {
-            let ready = self.ready.entry((frame, from.to_owned())).or_default();
-            ready.notices.push((frame, notice));
+        for (made, effect, notice) in ends.notices {
+            let notices = self.notices.entry((effect.max(made), from.to_owned())).or_default();
+            notices.push((made, notice));
         }
         for (frame, hashes) in ends.pdus {
             let mut missing = Vec::new();
@@ -368,8 +379,7 @@ impl Member {
                 match self.waiting.remove(&hash) {
                     Some((octets, _)) => {
                         self.counters.received += 1;
-                        let ready = self.ready.entry((frame, from.to_owned())).or_default();
-                        ready.pdus.push((frame, octets));
+                        self.ready.entry((frame, from.to_owned())).or_default().push(octets);
                     }
                     None => missing.push(hash),
                 }
@@ -402,7 +412,7 @@ impl Member {
             });
             if let Some((key, complete)) = named {
                 self.counters.received += 1;
-                self.ready.entry(key.clone()).or_default().pdus.push((key.0, octets));
+                self.ready.entry(key.clone()).or_default().push(octets);
                 if complete {
                     self.incomplete.remove(&key);
                     completed = true;
@@ -444,7 +454,7 @@ impl Member {
             self.counters.lost += 1;
             self.counters.repaired += 1;
             let (key, complete) = (key.clone(), incomplete.missing.is_empty());
-            self.ready.entry(key.clone()).or_default().pdus.push((frame, Arc::from(octets)));
+            self.ready.entry(key.clone()).or_default().push(Arc::from(octets));
             if complete {
                 self.incomplete.remove(&key);
             }
@@ -559,11 +569,15 @@ impl Member {
 
     fn inputs_up_to(&mut self, frame: Frame) -> FrameInputs {
         let mut inputs = FrameInputs::default();
-        let later = self.ready.split_off(&(frame + 1, String::new()));
-        for (_, mut ready) in std::mem::replace(&mut self.ready, later) {
-            ready.pdus.sort_by(|a, b| a.1.cmp(&b.1));
-            inputs.pdus.append(&mut ready.pdus);
-            inputs.notices.append(&mut ready.notices);
+        let next = (frame + 1, String::new());
+        let later = self.ready.split_off(&next);
+        for ((frame, _), pdus) in std::mem::replace(&mut self.ready, later) {
+            inputs.pdus.extend(pdus.into_iter().map(|octets| (frame, octets)));
+        }
+        inputs.pdus.sort();
+        let later = self.notices.split_off(&next);
+        for ((effect, _), notices) in std::mem::replace(&mut self.notices, later) {
+            inputs.notices.extend(notices.into_iter().map(|(_, notice)| (effect, notice)));
         }
         // What no frame end has named although every frame up to its arrival is complete is not ours.
         while let Some(&(hash, number, granted)) = self.waiting_order.front() {
@@ -596,7 +610,9 @@ impl Member {
             self.counters.sent += out.pdus.len() as u64;
             effects.push(Effect::Send(out.pdus));
         }
-        self.unreported.notices.extend(out.notices.into_iter().map(|notice| (frame, notice)));
+        let now = out.notices.into_iter().map(|notice| (frame, notice));
+        let stamped = now.chain(out.later).map(|(effect, n)| (frame, effect.max(frame), n));
+        self.unreported.notices.extend(stamped);
         effects.extend(out.publish.into_iter().map(Effect::Publish));
     }
 

@@ -19,9 +19,13 @@
 
 use super::life_cycle::Phase;
 use serde::{Deserialize, Serialize};
+use std::net::SocketAddr;
 
 /// Number of a frame; frame 0 is the initial state, frame k ends at k · step.
 pub type Frame = u64;
+
+/// Members by name, each with its last frame that counts or is held; none if not even frame 0.
+pub type Cuts = Vec<(String, Option<Frame>)>;
 
 /// What kind of federate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -33,6 +37,8 @@ pub enum Kind {
     ExternalWorld,
     /// Sensors and data fusion.
     Smdfm,
+    /// What outsiders send, let in by one member; the run goes on without it.
+    Visitors,
     /// Page and log; a spectator.
     ViewerLogger,
     /// The conductor's own process.
@@ -47,6 +53,7 @@ impl Kind {
             Self::TrafficGenerator => "traffic-generator",
             Self::ExternalWorld => "external-world",
             Self::Smdfm => "smdfm",
+            Self::Visitors => "visitors",
             Self::ViewerLogger => "viewer-logger",
             Self::AdminStation => "admin-station",
         }
@@ -117,7 +124,7 @@ pub enum Order {
         /// Number of the view.
         view: u32,
         /// Last frame of each that counts; none if not even frame 0 does. Nobody acts on it before the view.
-        cuts: Vec<(String, Option<Frame>)>,
+        cuts: Cuts,
     },
     /// All survivors hold every frame up to the cuts: from now on they count.
     View {
@@ -126,7 +133,7 @@ pub enum Order {
         /// Number of the view.
         view: u32,
         /// Last frame of each lost member that counts.
-        cuts: Vec<(String, Option<Frame>)>,
+        cuts: Cuts,
         /// Those whose frames after the cut count as absent. Those of the others are awaited.
         absent: Vec<String>,
     },
@@ -188,7 +195,7 @@ pub enum Report {
         view: u32,
         /// Of each lost member that this one consumes: the highest frame up to which all is complete here
         /// and granted; none if not even frame 0 is.
-        holds: Vec<(String, Option<Frame>)>,
+        holds: Cuts,
     },
     /// Answer to [`Order::Cut`], once every frame up to the cuts is complete here.
     Held {
@@ -219,15 +226,24 @@ pub struct FrameEnds {
     pub last: Frame,
     /// Hashes of the PDUs of each frame that has any: (frame, hashes in ascending order).
     pub pdus: Vec<(Frame, Vec<u64>)>,
-    /// Notices of a frame: (frame, notice).
-    pub notices: Vec<(Frame, Notice)>,
+    /// Notices: in which frame each was made, in which it takes effect (that one or later), and the notice.
+    pub notices: Vec<(Frame, Frame, Notice)>,
 }
 
-/// What the external world tells the federation beside its PDUs.
+/// What a member tells the federation beside its PDUs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Notice {
     /// The whole flight data list.
     Flights(Vec<FlightNotice>),
+    /// A PDU of an outsider, let in with the frame that carries it.
+    Outsider {
+        /// UTC of its arrival, ns since 1970.
+        received_ns: i64,
+        /// Who sent it.
+        from: SocketAddr,
+        /// One sound PDU.
+        octets: Vec<u8>,
+    },
 }
 
 /// One line of the flight data list.

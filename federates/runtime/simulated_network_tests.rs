@@ -38,10 +38,33 @@ impl Federate for Producer {
     fn finish(&mut self, _: &mut FinalReport) {}
 }
 
+/// A member that lets an outsider in, in every frame, and another one three frames later.
+struct Visitors;
+
+fn outsider(received_ns: i64) -> Notice {
+    let from = std::net::SocketAddr::from(([127, 0, 0, 1], 9));
+    Notice::Outsider { received_ns, from, octets: vec![1] }
+}
+
+impl Federate for Visitors {
+    fn kind(&self) -> Kind {
+        Kind::Visitors
+    }
+    fn configure(&mut self, _: &RunConfig, _: &mut FrameOut) -> Result<(), String> {
+        Ok(())
+    }
+    fn step(&mut self, frame: Frame, _: &FrameInputs, out: &mut FrameOut) {
+        out.notices.push(outsider(frame as i64));
+        out.later.push((frame + 3, outsider(frame as i64 + 3)));
+    }
+    fn finish(&mut self, _: &mut FinalReport) {}
+}
+
 /// A consumer that remembers everything it was given.
 #[derive(Default)]
 struct Consumer {
     eaten: Vec<(Frame, Octets)>,
+    visits: u64,
     steps: Vec<Frame>,
     outsiders: usize,
 }
@@ -65,6 +88,14 @@ impl Federate for Consumer {
         // Nothing is left out, whatever happens: every producer makes f % 3 PDUs in frame f.
         let made: u64 = (frame - 4..=frame).map(|f| 2 * (f % 3)).sum();
         assert_eq!(inputs.pdus.len() as u64, made, "inputs of frame {frame}");
+        let visits = inputs.notices.iter().filter(|(effect, notice)| match notice {
+            Notice::Outsider { received_ns, .. } => {
+                assert!(*received_ns == *effect as i64 && *effect <= frame && *effect + 5 > frame);
+                true
+            }
+            Notice::Flights(_) => false,
+        });
+        self.visits += visits.count() as u64;
         self.steps.push(frame);
         self.eaten.extend(inputs.pdus.iter().cloned());
         self.outsiders += inputs.outsiders.len();
@@ -79,6 +110,7 @@ impl Federate for Consumer {
         report.values.push(("steps".into(), self.steps.len() as f64));
         report.values.push(("eaten".into(), self.eaten.len() as f64));
         report.values.push(("foreign".into(), self.outsiders as f64));
+        report.values.push(("visits".into(), self.visits as f64));
     }
 }
 
@@ -135,6 +167,7 @@ impl Net {
             version: "v".into(),
             expected: vec!["external-world".into(), "smdfm".into(), "traffic-generator".into()],
             producers: names.iter().map(|n| (*n).to_owned()).collect(),
+            optional: Vec::new(),
             generators: 1,
             seed: 7,
             step_ns: 50 * MS as i64,
@@ -149,7 +182,8 @@ impl Net {
             stall_ns: 20_000 * MS,
         };
         change(&mut config);
-        let expected = config.expected.clone();
+        let mut expected = config.expected.clone();
+        expected.extend(config.optional.clone());
         let mut net = Self {
             now: 1,
             random: seed | 1,
@@ -166,7 +200,11 @@ impl Net {
         };
         for name in expected {
             let producer = names.into_iter().find(|n| *n == name);
-            let kind = if producer.is_some() { Kind::TrafficGenerator } else { Kind::Smdfm };
+            let kind = match (producer, &*name) {
+                (Some(_), _) => Kind::TrafficGenerator,
+                (None, "visitors") => Kind::Visitors,
+                (None, _) => Kind::Smdfm,
+            };
             let hello = Hello {
                 name: name.clone(),
                 kind,
@@ -186,6 +224,7 @@ impl Net {
                 .expect("accepted");
             let federate: Box<dyn Federate> = match producer {
                 Some(name) => Box::new(Producer { name }),
+                None if kind == Kind::Visitors => Box::new(Visitors),
                 None => Box::new(Consumer::default()),
             };
             net.members.insert(name.clone(), Member::new(federate, &name, inc, || 0));
@@ -507,6 +546,35 @@ proptest! {
     }
 }
 
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(100))]
+
+    #[test]
+    fn a_run_goes_on_without_its_visitors_and_says_since_when(seed in 1u64.., at_ms in 5u64..1500) {
+        let mut calm = Net::new(1, 0, f64::INFINITY, true);
+        calm.run(MINUTE, vec![]);
+        let with_visitors = |seed| {
+            Net::with(seed, 10, 2.0, true, |config| config.optional = vec!["visitors".into()])
+        };
+        let mut whole = with_visitors(seed);
+        whole.run(MINUTE, vec![]);
+        prop_assert_eq!((whole.exit, whole.value(0, "visits")), (Some(0), (2 * LAST - 3) as f64));
+        let mut net = with_visitors(seed);
+        net.run_until_running();
+        let at = net.now + at_ms * MS;
+        net.run(MINUTE, vec![(at, Act::Kill("visitors"))]);
+        prop_assert_eq!(net.exit, Some(0));
+        prop_assert!(net.reached.iter().all(|r| r.0 != Phase::Frozen), "{:?}", net.reached);
+        let said = &net.closed[0].reasons;
+        prop_assert!(said.len() == 1 && said[0].starts_with("degraded since frame "), "{:?}", said);
+        let visits = net.value(0, "visits");
+        prop_assert!(visits < (2 * LAST - 3) as f64 && visits as u64 + 24 > at_ms / 25 * 2, "{}", visits);
+        for net in [&whole, &net] {
+            prop_assert_eq!(net.eaten_digest(0), calm.eaten_digest(0));
+        }
+    }
+}
+
 #[test]
 fn a_command_at_the_wrong_time_is_refused_with_what_is_possible() {
     let mut net = Net::new(3, 0, 1.0, false);
@@ -539,7 +607,10 @@ fn a_run_frozen_for_an_hour_steps_and_goes_on() {
         let frozen = net.conductor.frame();
         net.run(net.now + 60 * MINUTE, vec![]);
         net.obey(Command::Step { n: 20 });
-        assert_eq!(net.answers.last().map(|a| a.1.clone()), Some(format!("frozen at frame {}", frozen + 20)));
+        assert_eq!(
+            net.answers.last().map(|a| a.1.clone()),
+            Some(format!("frozen at frame {}", frozen + 20))
+        );
         net.run(net.now + 60 * MINUTE, vec![]);
         net.obey(Command::Start);
         net.run_for_until(10 * MINUTE, |net| net.closed.len() == 1);

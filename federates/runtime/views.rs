@@ -7,7 +7,7 @@
 //! again with the larger set, so any number of members may be lost together or one after the other.
 
 use super::member::WallNs;
-use super::messages::{Frame, Order};
+use super::messages::{Cuts, Frame, Order};
 use std::collections::BTreeMap;
 
 /// A member that is not there.
@@ -24,9 +24,9 @@ pub struct Removed {
 #[derive(Debug)]
 enum Stage {
     /// Who was asked, and what each holds of the lost members that it consumes.
-    Sealing(BTreeMap<String, Option<Vec<(String, Option<Frame>)>>>),
+    Sealing(BTreeMap<String, Option<Cuts>>),
     /// The cuts, and who was asked to hold all up to them.
-    Holding(Vec<(String, Option<Frame>)>, BTreeMap<String, bool>),
+    Holding(Cuts, BTreeMap<String, bool>),
 }
 
 #[derive(Debug)]
@@ -91,7 +91,7 @@ impl Views {
     }
 
     /// A survivor's answer to the seal of `view`: what it holds of each lost member that it consumes.
-    pub fn sealed(&mut self, from: &str, view: u32, holds: Vec<(String, Option<Frame>)>) {
+    pub fn sealed(&mut self, from: &str, view: u32, holds: Cuts) {
         if view == self.number
             && let Some(Open { stage: Stage::Sealing(answers), .. }) = &mut self.open
             && let Some(answer) = answers.get_mut(from)
@@ -172,6 +172,12 @@ impl Views {
     #[must_use]
     pub fn cut(&self, name: &str) -> Option<Option<Frame>> {
         self.removed.get(name)?.cut
+    }
+
+    /// Whether `name` is lost and the run goes on without it.
+    #[must_use]
+    pub fn is_absent(&self, name: &str) -> bool {
+        self.removed.get(name).is_some_and(|r| r.absent)
     }
 
     /// Whether frames of lost members are awaited from successors: time stands until then.

@@ -185,6 +185,7 @@ pub fn with_smdfm(
             report,
             producer("traffic-generator", truth, vec![("entities".into(), entities)]),
         ],
+        failed: false,
         reasons: Vec::new(),
     };
     let mut summary = RunSummary::of(&run, &scene.name, scene.run.frame.0);

@@ -91,8 +91,12 @@ impl Smdfm {
             }
         }
         for (_, notice) in &inputs.notices {
-            let Notice::Flights(flights) = notice;
-            self.flights = flight_list(flights, self.scene.flight_list.runways.clone());
+            match notice {
+                Notice::Flights(flights) => {
+                    self.flights = flight_list(flights, self.scene.flight_list.runways.clone());
+                }
+                Notice::Outsider { .. } => {}
+            }
         }
     }
 
