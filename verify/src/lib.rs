@@ -1,12 +1,13 @@
-//! Reference vectors (`*.json` with `cases`) run through the functions that the federates call.
+//! Reference vectors (`*.json` with `cases`, or `vectors`) run through the functions that the federates call.
 //!
 //! A file is known by its name; each known name has one check in [`radar`], [`gnss`], [`tracking`],
-//! [`tracking_sets`] or [`wire`]. A file without `cases` is input of other files and is passed over. `seeds verify DIR`
+//! [`tracking_sets`], [`wire`] or [`datagrams`]. A file without either is input of other files and is passed over. `seeds verify DIR`
 //! and the tests of this crate are the same code.
 
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
+pub mod datagrams;
 pub mod gnss;
 pub mod radar;
 pub mod tracking;
@@ -37,6 +38,7 @@ pub fn check_for(file_name: &str) -> Option<Check> {
         .or_else(|| tracking::check_for(stem))
         .or_else(|| tracking_sets::check_for(stem))
         .or_else(|| wire::check_for(stem))
+        .or_else(|| datagrams::check_for(stem))
 }
 
 /// What one file gave.
@@ -95,7 +97,7 @@ pub enum VerifyError {
     },
 }
 
-/// Runs every `*.json` with `cases` below `dir` (or the one file `dir`), sorted by path.
+/// Runs every `*.json` with `cases` or `vectors` below `dir` (or the one file `dir`), sorted by path.
 ///
 /// # Errors
 /// If the folder or a file cannot be read, is not JSON, or if there is no vector file at all.
@@ -110,7 +112,8 @@ pub fn run(dir: &Path) -> Result<Vec<FileReport>, VerifyError> {
         let mut document: Value = serde_json::from_str(&text)
             .map_err(|source| VerifyError::Json { path: path.clone(), source })?;
         add_parameter_sets(&path, &mut document);
-        if document.get("cases").and_then(Value::as_array).is_none() {
+        let list = |key| document.get(key).is_some_and(Value::is_array);
+        if !list("cases") && !list("vectors") {
             continue;
         }
         let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
