@@ -5,10 +5,13 @@ use crate::runtime::cli::{self, BAD_INPUT, FAILED, fail, load_scene};
 use clap::{Args, Subcommand};
 use models::airport::Airport;
 use models::time::SimTime;
+use models::traffic::network::Network;
+use models::traffic::ways::{Graph, TurnTime};
 use models::truth::recorded::Report;
 use models::truth::{Limits, Trajectory, route};
 use scenarios::Entity;
-use scenarios::airport::check;
+use scenarios::ScenarioError;
+use scenarios::airport::{LayoutReport, check, check_files};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -27,24 +30,42 @@ enum Command {
         /// Layouts
         #[arg(value_name = "FILE", required = true)]
         files: Vec<PathBuf>,
+        /// Files that complete the first one, like its ground network
+        #[arg(long, value_name = "FILE")]
+        with: Vec<PathBuf>,
         /// JSON: one object a file
         #[arg(long)]
         json: bool,
     },
-    /// The shortest way along the ground network, and how long a mover takes for it
+    /// Names of everything a way may begin or end at: stands, nodes, holding positions, runway ends, exits
+    Nodes {
+        /// Layout
+        #[arg(value_name = "FILE")]
+        file: PathBuf,
+        /// Files that complete it, like its ground network
+        #[arg(long, value_name = "FILE")]
+        with: Vec<PathBuf>,
+        /// JSON: one object
+        #[arg(long)]
+        json: bool,
+    },
+    /// The shortest way along the ground network, and how long a mover takes for it (never over a stand)
     Route {
         /// Layout
         #[arg(value_name = "FILE")]
         file: PathBuf,
-        /// Node or stand to begin at
+        /// Node or stand to begin at: a name, or #INDEX of the file
         #[arg(value_name = "FROM")]
         from: String,
-        /// Node or stand to end at
+        /// Node or stand to end at: a name, or #INDEX of the file
         #[arg(value_name = "TO")]
         to: String,
         /// Type that drives: a designator of types.csv
         #[arg(long = "type", value_name = "TYPE", default_value = "FOLLOWME")]
         designator: String,
+        /// So many of the next shortest ways too
+        #[arg(long, value_name = "NUMBER", default_value_t = 1)]
+        ways: usize,
         /// JSON: one object
         #[arg(long)]
         json: bool,
@@ -67,32 +88,125 @@ pub struct TrafficArgs {
 pub fn run(args: &AirportArgs) -> ExitCode {
     cli::log_to_stderr(cli::LogFormat::Text, "warn");
     match &args.command {
-        Command::Check { files, json } => check_all(files, *json),
-        Command::Route { file, from, to, designator, json } => {
-            route_preview(file, [from, to], designator, *json)
+        Command::Check { files, with, json } => check_all(files, with, *json),
+        Command::Nodes { file, with, json } => nodes(file, with, *json),
+        Command::Route { file, from, to, designator, ways, json } => {
+            route_preview(file, [from, to], designator, (*ways).clamp(1, 20), *json)
         }
     }
 }
 
-fn check_all(files: &[PathBuf], json: bool) -> ExitCode {
+/// A layout with the files that complete it.
+fn read(file: &Path, with: &[PathBuf]) -> Result<(Airport, LayoutReport), ScenarioError> {
+    let files: Vec<PathBuf> =
+        std::iter::once(file.to_path_buf()).chain(with.iter().cloned()).collect();
+    check_files(&files, None)
+}
+
+fn check_all(files: &[PathBuf], with: &[PathBuf], json: bool) -> ExitCode {
     let mut worst = ExitCode::SUCCESS;
     for file in files {
-        match check(file) {
-            Ok((layout, report)) if json => {
-                let mut object = described(&layout);
-                object["file"] = json!(file.display().to_string());
-                object["report"] = json!(report.lines);
-                object["findings"] = json!(report.findings);
-                print_line(&object.to_string());
-            }
-            Ok((_, report)) => {
+        match read(file, with) {
+            Ok((layout, report)) => {
+                let network = Network::of(&layout);
+                if json {
+                    let mut object = described(&layout);
+                    object["file"] = json!(file.display().to_string());
+                    object["report"] = json!(report.lines);
+                    object["findings"] = json!(report.findings);
+                    object["repairs"] = json!(network.report);
+                    object["network_findings"] = json!(network.findings);
+                    object["holding_positions"] =
+                        json!(network.nodes.iter().filter(|n| n.hold_for.is_some()).count());
+                    print_line(&object.to_string());
+                    continue;
+                }
                 report.lines.iter().for_each(|line| print_line(line));
-                report.findings.iter().for_each(|line| print_line(&format!("found: {line}")));
+                network.report.iter().for_each(|line| print_line(line));
+                let findings = report.findings.iter().chain(&network.findings);
+                findings.for_each(|line| print_line(&format!("found: {line}")));
             }
             Err(e) => worst = fail(BAD_INPUT, e),
         }
     }
     worst
+}
+
+/// Everything that has a name, one line each: kind, name, place, and what belongs to it.
+fn nodes(file: &Path, with: &[PathBuf], json: bool) -> ExitCode {
+    let (layout, _) = match read(file, with) {
+        Ok(found) => found,
+        Err(e) => return fail(BAD_INPUT, e),
+    };
+    let network = Network::of(&layout);
+    let mut rows: Vec<Value> = Vec::new();
+    let place = |p: models::frames::Vector2<f64>| [tenths(p.x), tenths(p.y)];
+    let runway_name = |r: usize| network.runways[r].names.join("/");
+    for (index, stand) in layout.stands.iter().enumerate() {
+        let number = stand.node.and_then(|n| layout.details.numbers.get(n));
+        let way = network.stands[index].node.is_some_and(|n| network.nodes[n].used);
+        let letter = char::from(b'A' + network.stands[index].code);
+        rows.push(json!({
+            "kind": "stand", "name": stand.name, "index": number, "at_m": place(stand.position_m),
+            "heading_deg": tenths(stand.heading_rad.to_degrees().rem_euclid(360.0)),
+            "code": letter.to_string(), "way": way,
+        }));
+    }
+    for (index, node) in layout.nodes.iter().enumerate() {
+        if layout.stands.iter().any(|s| s.node == Some(index)) {
+            continue;
+        }
+        let number = layout.details.numbers.get(index);
+        let (name, at_m) = (&node.name, place(node.position_m));
+        rows.push(json!({ "kind": "node", "name": name, "index": number, "at_m": at_m }));
+    }
+    for node in &network.nodes {
+        let Some(runway) = node.hold_for else { continue };
+        let (name, at_m) = (&node.name, place(node.at_m));
+        let runway = runway_name(runway);
+        rows.push(
+            json!({ "kind": "holding position", "name": name, "runway": runway, "at_m": at_m }),
+        );
+    }
+    for (r, runway) in network.runways.iter().enumerate() {
+        for end in 0..2 {
+            let (name, at_m) = (&runway.names[end], place(runway.ends_m[end]));
+            let length_m = tenths(runway.length_m);
+            rows.push(
+                json!({ "kind": "runway end", "name": name, "at_m": at_m, "length_m": length_m }),
+            );
+        }
+        for (along_m, node) in &runway.spine {
+            let exits = network
+                .edges
+                .iter()
+                .filter(|e| e.nodes.contains(node) && e.strip == Some(r) && e.runway.is_none());
+            if exits.count() > 0 {
+                let (name, along_m) = (&network.nodes[*node].name, tenths(*along_m));
+                let runway = runway_name(r);
+                rows.push(
+                    json!({ "kind": "exit", "name": name, "runway": runway, "along_m": along_m }),
+                );
+            }
+        }
+    }
+    if json {
+        print_line(&json!({ "icao": layout.icao, "nodes": rows }).to_string());
+        return ExitCode::SUCCESS;
+    }
+    for row in &rows {
+        let text = |key: &str| row[key].as_str().map(str::to_owned);
+        let index = text("index").map(|i| format!(" #{i}")).unwrap_or_default();
+        let at =
+            row["at_m"].as_array().map(|p| format!(" at {} {}", p[0], p[1])).unwrap_or_default();
+        let runway = text("runway").map(|r| format!(" of {r}")).unwrap_or_default();
+        let along = row["along_m"].as_f64().map(|m| format!(" {m:.0} m along")).unwrap_or_default();
+        let code = text("code").map(|c| format!(" code {c}")).unwrap_or_default();
+        let off = if row["way"] == json!(false) { " (no way)" } else { "" };
+        let (kind, name) = (text("kind").unwrap_or_default(), text("name").unwrap_or_default());
+        print_line(&format!("{kind} {name}{index}{runway}{along}{at}{code}{off}"));
+    }
+    ExitCode::SUCCESS
 }
 
 fn described(layout: &Airport) -> Value {
@@ -119,7 +233,13 @@ fn described(layout: &Airport) -> Value {
     })
 }
 
-fn route_preview(file: &Path, names: [&String; 2], designator: &str, json: bool) -> ExitCode {
+fn route_preview(
+    file: &Path,
+    names: [&String; 2],
+    designator: &str,
+    ways: usize,
+    json: bool,
+) -> ExitCode {
     let (layout, _) = match check(file) {
         Ok(found) => found,
         Err(e) => return fail(BAD_INPUT, e),
@@ -154,11 +274,16 @@ fn route_preview(file: &Path, names: [&String; 2], designator: &str, json: bool)
     // Far longer than anything takes: at 1 m/s.
     let span = (SimTime::ZERO, SimTime::from_s(60.0 + way.length_m));
     let drive_s = route::drive(&points, &[], &limits, span, 0.0).map(|t| driving_s(&t));
+    let graph = Graph::of(&layout);
+    let turning = graph.quickest(ends[0], ends[1], &TurnTime::default()).map(|w| w.cost);
+    let others: Vec<f64> =
+        graph.shortest_ways(ends[0], ends[1], ways).iter().map(|w| tenths(w.cost)).collect();
     let nodes: Vec<&str> = way.nodes.iter().map(|n| layout.nodes[*n].name.as_str()).collect();
     if json {
         let object = json!({
             "from": from, "to": to, "length_m": tenths(way.length_m), "nodes": nodes,
             "taxiways": way.names, "type": designator, "drive_s": drive_s.map(tenths),
+            "turn_time_s": turning.map(tenths), "shortest_m": others,
             "points_m": points.iter().map(|p| [tenths(p.x), tenths(p.y)]).collect::<Vec<_>>(),
         });
         print_line(&object.to_string());
@@ -168,6 +293,13 @@ fn route_preview(file: &Path, names: [&String; 2], designator: &str, json: bool)
     let time = drive_s.map_or("too short to drive".into(), |s| format!("{s:.0} s"));
     print_line(&format!("{from} to {to}: {:.0} m, {designator} {time}", way.length_m));
     print_line(&format!("over {along}"));
+    let turning =
+        turning.map_or("no way without turns above 120 deg".into(), |s| format!("{s:.0} s"));
+    print_line(&format!("by turn time (10 m/s, 4 s a quarter turn): {turning}"));
+    if ways > 1 {
+        let lengths: Vec<String> = others.iter().map(|m| format!("{m:.0} m")).collect();
+        print_line(&format!("shortest ways: {}", lengths.join(", ")));
+    }
     print_line(&format!("nodes {}", nodes.join(" ")));
     ExitCode::SUCCESS
 }

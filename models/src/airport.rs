@@ -86,6 +86,47 @@ pub struct Stand {
     pub node: Option<usize>,
 }
 
+/// What an edge of a file carries beside its line.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct EdgeDetail {
+    /// Largest aerodrome reference code letter, `A` to `F`, where given.
+    pub code: Option<char>,
+    /// Designators of runways whose active zone it lies in (departure, arrival or ILS).
+    pub zones: Vec<String>,
+}
+
+/// What a stand of a file carries beside its place.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct StandDetail {
+    /// Largest code letter, `A` to `F`, where given.
+    pub code: Option<char>,
+    /// Half the largest span, m, where given.
+    pub radius_m: Option<f64>,
+    /// Node at which a pushback ends.
+    pub push_back: Option<usize>,
+    /// Word of the file for its kind ("gate", "tie_down", "cargo").
+    pub kind: String,
+}
+
+/// Details by index; shorter lists than those they belong to say nothing of the rest.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Details {
+    /// By index in [`Airport::edges`].
+    pub edges: Vec<EdgeDetail>,
+    /// By index in [`Airport::stands`].
+    pub stands: Vec<StandDetail>,
+    /// Edges that the import guessed: from a stand to its nearest node.
+    pub joined: Vec<usize>,
+    /// Numbers of the nodes in their file, by index in [`Airport::nodes`].
+    pub numbers: Vec<String>,
+    /// Nodes that hold at CAT II/III.
+    pub cat3_holds: Vec<usize>,
+    /// Service roads for vehicles: begin and end, m, and whether both ways.
+    pub roads: Vec<([Vector2<f64>; 2], bool)>,
+    /// Stands and destinations of vehicles: place, m, and its word ("fuel_jets", "crew_car").
+    pub vehicle_places: Vec<(Vector2<f64>, String)>,
+}
+
 /// Everything of one airport.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Airport {
@@ -105,6 +146,8 @@ pub struct Airport {
     pub pavement: Vec<Vec<Vector2<f64>>>,
     /// Outlines of buildings, where known.
     pub buildings: Vec<Vec<Vector2<f64>>>,
+    /// What some files say beyond that; empty where a file says nothing.
+    pub details: Details,
     /// Control tower, m east and north, and height of its viewpoint over ground, m.
     pub tower: Option<(Vector2<f64>, f64)>,
 }
@@ -122,11 +165,17 @@ impl Airport {
         self.stands.iter().find(|s| s.name == name)
     }
 
-    /// Index of the node called `name`, or of the node of the stand called so.
+    /// Index of the node called `name`, of the node of the stand called so, or, for `#12`, of the node (or
+    /// stand) with number 12 in its file.
     #[must_use]
     pub fn node(&self, name: &str) -> Option<usize> {
+        if let Some(number) = name.strip_prefix('#') {
+            let numbered = self.details.numbers.iter().position(|n| n == number);
+            return numbered.or_else(|| self.nodes.iter().position(|n| n.name == number));
+        }
         let stand = || self.stand(name).and_then(|s| s.node);
-        self.nodes.iter().position(|n| n.name == name).or_else(stand)
+        let numbered = || self.details.numbers.iter().position(|n| n == name);
+        self.nodes.iter().position(|n| n.name == name).or_else(stand).or_else(numbered)
     }
 }
 

@@ -18,6 +18,7 @@ pub mod frames;
 pub mod special;
 pub mod time;
 
+pub mod traffic;
 pub mod truth;
 
 pub mod environment;

@@ -10,6 +10,8 @@ use std::path::{Path, PathBuf};
 mod apt_dat;
 mod findings;
 mod groundnet;
+mod network_csv;
+mod osm;
 
 /// The airport of a scene with its place on the earth.
 #[derive(Clone, Debug, PartialEq)]
@@ -48,12 +50,13 @@ pub(crate) fn read(root: &Section) -> Result<(AirportScene, Vec<PathBuf>), Scena
         .ok_or_else(|| section.missing("layout", "the name of an apt.dat file".into()))?;
     let network_file = section.file_path("ground_network")?;
     let width_m = section.number_or("taxiway_width_m", ASSUMED_WIDTH_M, within(5.0, 100.0, "m"))?;
-    let raw = apt_dat::read(&layout_file)?;
+    let raw = Layout::read(&layout_file)?;
     if let Some(icao) = section.text("icao")?
-        && icao != raw.icao
+        && !raw.icao().is_empty()
+        && icao != raw.icao()
     {
         let problem =
-            Problem::NotAllowed { found: icao.into(), allowed: format!("\"{}\"", raw.icao) };
+            Problem::NotAllowed { found: icao.into(), allowed: format!("\"{}\"", raw.icao()) };
         return Err(section.refuse("icao", problem));
     }
     let reference = match section.section("reference", &["lat_deg", "lon_deg", "height_m"])? {
@@ -66,32 +69,105 @@ pub(crate) fn read(root: &Section) -> Result<(AirportScene, Vec<PathBuf>), Scena
     };
     let frame = LocalFrame::at(reference);
     let mut report = LayoutReport::default();
-    let mut layout = raw.into_airport(&frame, width_m, &mut report);
+    let mut files = raw.files(&layout_file);
+    let mut layout = Airport::default();
+    raw.into_airport(&frame, width_m, &mut layout, &mut report);
     if let Some(file) = &network_file {
-        groundnet::read(file)?.into_airport(&frame, width_m, &mut layout, &mut report);
+        let network = Layout::read(file)?;
+        files.extend(network.files(file));
+        network.into_airport(&frame, width_m, &mut layout, &mut report);
     }
     let radius_m = section.number_or("radius_m", 10_000.0, within(500.0, 50_000.0, "m"))?;
-    let files = std::iter::once(layout_file).chain(network_file).collect();
     Ok((AirportScene { layout, reference, frame, radius_m, report }, files))
 }
 
-/// Reads one layout file (apt.dat or, if its name ends in `.xml`, a ground network) and says what is
-/// in it; coordinates count from the middle of its runways, or of its network.
+/// A layout file of any known kind, told by its name.
+#[derive(Debug)]
+enum Layout {
+    AptDat(Box<apt_dat::AptDat>),
+    GroundNet(groundnet::GroundNet),
+    Tables(network_csv::Tables),
+    Osm(osm::Osm),
+}
+
+impl Layout {
+    fn read(path: &Path) -> Result<Self, ScenarioError> {
+        let is_xml = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("xml"));
+        if is_xml {
+            groundnet::read(path).map(Self::GroundNet)
+        } else if network_csv::is_nodes_table(path) {
+            network_csv::read(path).map(Self::Tables)
+        } else if osm::is_osm(path) {
+            osm::read(path).map(Self::Osm)
+        } else {
+            apt_dat::read(path).map(|raw| Self::AptDat(Box::new(raw)))
+        }
+    }
+
+    /// The location indicator that it states, if it does.
+    fn icao(&self) -> &str {
+        if let Self::AptDat(raw) = self { &raw.icao } else { "" }
+    }
+
+    fn reference(&self) -> Geodetic {
+        match self {
+            Self::AptDat(raw) => raw.reference(),
+            Self::GroundNet(raw) => raw.reference(),
+            Self::Tables(raw) => raw.reference(),
+            Self::Osm(raw) => raw.reference(),
+        }
+    }
+
+    /// The file and those that belong to it.
+    fn files(&self, path: &Path) -> Vec<PathBuf> {
+        let mut files = vec![path.to_path_buf()];
+        if let Self::Tables(raw) = self {
+            files.push(raw.edges_file().to_path_buf());
+        }
+        files
+    }
+
+    /// Puts what it has into `airport`; a network replaces the one that is there.
+    fn into_airport(
+        self,
+        frame: &LocalFrame,
+        width_m: f64,
+        airport: &mut Airport,
+        report: &mut LayoutReport,
+    ) {
+        match self {
+            Self::AptDat(raw) => *airport = raw.into_airport(frame, width_m, report),
+            Self::GroundNet(raw) => raw.into_airport(frame, width_m, airport, report),
+            Self::Tables(raw) => raw.into_airport(frame, width_m, airport, report),
+            Self::Osm(raw) => raw.into_airport(frame, width_m, airport, report),
+        }
+    }
+}
+
+/// Reads one layout file (apt.dat; `.xml`: ground network; `nodes.csv` with its `edges.csv`; `.json` or
+/// `.geojson`: OpenStreetMap) and says what is in it; coordinates count from the middle of its runways, or
+/// of its network.
 ///
 /// # Errors
 /// If the file cannot be read or is damaged; the error names the line.
 pub fn check(path: &Path) -> Result<(Airport, LayoutReport), ScenarioError> {
-    let mut report = LayoutReport::default();
-    let is_xml = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("xml"));
-    let mut layout = Airport::default();
-    if is_xml {
-        let raw = groundnet::read(path)?;
-        let frame = LocalFrame::at(raw.reference());
-        raw.into_airport(&frame, ASSUMED_WIDTH_M, &mut layout, &mut report);
-    } else {
-        let raw = apt_dat::read(path)?;
-        let frame = LocalFrame::at(raw.reference());
-        layout = raw.into_airport(&frame, ASSUMED_WIDTH_M, &mut report);
+    check_files(&[path.to_path_buf()], None)
+}
+
+/// [`check`] for a layout and the files that complete it (a network), around `reference` if given.
+///
+/// # Errors
+/// As [`check`].
+pub fn check_files(
+    paths: &[PathBuf],
+    reference: Option<Geodetic>,
+) -> Result<(Airport, LayoutReport), ScenarioError> {
+    let (mut report, mut layout) = (LayoutReport::default(), Airport::default());
+    let mut frame = reference.map(LocalFrame::at);
+    for path in paths {
+        let raw = Layout::read(path)?;
+        let frame = frame.get_or_insert_with(|| LocalFrame::at(raw.reference()));
+        raw.into_airport(frame, ASSUMED_WIDTH_M, &mut layout, &mut report);
     }
     if !layout.edges.is_empty() {
         let width = format!("width of every taxiway: {ASSUMED_WIDTH_M} m (assumed)");

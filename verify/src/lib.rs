@@ -1,7 +1,7 @@
 //! Reference vectors (`*.json` with `cases`, or `vectors`) run through the functions that the federates call.
 //!
 //! A file is known by its name; each known name has one check in [`radar`], [`gnss`], [`tracking`],
-//! [`tracking_sets`], [`wire`] or [`datagrams`]. A file without either is input of other files and is passed over. `seeds verify DIR`
+//! [`tracking_sets`], [`traffic`], [`wire`] or [`datagrams`]. A file without either is input of other files and is passed over. `seeds verify DIR`
 //! and the tests of this crate are the same code.
 
 use serde_json::Value;
@@ -12,6 +12,7 @@ pub mod gnss;
 pub mod radar;
 pub mod tracking;
 pub mod tracking_sets;
+pub mod traffic;
 pub mod wire;
 
 /// One case of one file.
@@ -37,6 +38,7 @@ pub fn check_for(file_name: &str) -> Option<Check> {
         .or_else(|| gnss::check_for(stem))
         .or_else(|| tracking::check_for(stem))
         .or_else(|| tracking_sets::check_for(stem))
+        .or_else(|| traffic::check_for(stem))
         .or_else(|| wire::check_for(stem))
         .or_else(|| datagrams::check_for(stem))
 }
@@ -112,6 +114,10 @@ pub fn run(dir: &Path) -> Result<Vec<FileReport>, VerifyError> {
         let mut document: Value = serde_json::from_str(&text)
             .map_err(|source| VerifyError::Json { path: path.clone(), source })?;
         add_parameter_sets(&path, &mut document);
+        // Vectors of ways name an airport whose layout is looked for from here.
+        if let Some(object) = document.as_object_mut() {
+            object.entry("path").or_insert_with(|| path.to_string_lossy().into());
+        }
         let list = |key| document.get(key).is_some_and(Value::is_array);
         if !list("cases") && !list("vectors") {
             continue;

@@ -7,6 +7,7 @@ use super::trajectory::{Leg, Trajectory};
 use crate::airport::Airport;
 use crate::frames::Vector2;
 use crate::time::SimTime;
+use crate::traffic::ways::Graph;
 
 /// A way along the network.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,60 +24,20 @@ pub struct Route {
 ///
 /// Source: Dijkstra, Numer. Math. 1 (1959) 269. Of equally long ways the one over nodes with smaller
 /// indices is taken, so the result does not depend on the order of the edges. Runways are avoided:
-/// their length counts four times.
+/// their length counts four times. A stand is only ever the begin or the end of a way.
 #[must_use]
 pub fn shortest(airport: &Airport, from: usize, to: usize) -> Option<Route> {
-    const RUNWAY_COST: f64 = 4.0;
-    let count = airport.nodes.len();
-    let mut neighbours: Vec<Vec<(usize, f64, usize)>> = vec![Vec::new(); count];
-    for (index, edge) in airport.edges.iter().enumerate() {
-        let way = airport.nodes.get(edge.to)?.position_m - airport.nodes.get(edge.from)?.position_m;
-        let cost = way.norm() * if edge.runway { RUNWAY_COST } else { 1.0 };
-        neighbours[edge.from].push((edge.to, cost, index));
-        if edge.two_way {
-            neighbours[edge.to].push((edge.from, cost, index));
-        }
-    }
-    let mut cost = vec![f64::INFINITY; count];
-    let mut before: Vec<Option<(usize, usize)>> = vec![None; count];
-    let mut open = std::collections::BTreeSet::new();
-    *cost.get_mut(from)? = 0.0;
-    // Costs are not negative, so their bits are in the order of their values.
-    open.insert((0_u64, from));
-    while let Some((bits, node)) = open.pop_first() {
-        if node == to {
-            break;
-        }
-        let here = f64::from_bits(bits);
-        for (next, step, edge) in &neighbours[node] {
-            let there = here + step;
-            if there < cost[*next] {
-                open.remove(&(cost[*next].to_bits(), *next));
-                cost[*next] = there;
-                before[*next] = Some((node, *edge));
-                open.insert((there.to_bits(), *next));
-            }
-        }
-    }
-    if !cost.get(to)?.is_finite() {
-        return None;
-    }
-    let mut nodes = vec![to];
+    let graph = Graph::of(airport);
+    let way = graph.cheapest(from, to, Graph::runway_cost)?;
     let mut names: Vec<String> = Vec::new();
-    let mut length_m = 0.0;
-    let mut at = to;
-    while let Some((previous, edge)) = before[at] {
-        length_m += (airport.nodes[at].position_m - airport.nodes[previous].position_m).norm();
-        let name = &airport.edges[edge].name;
+    for arc in &way.arcs {
+        let name = &airport.edges[graph.arcs()[*arc].edge].name;
         if !name.is_empty() && names.last() != Some(name) {
             names.push(name.clone());
         }
-        nodes.push(previous);
-        at = previous;
     }
-    nodes.reverse();
-    names.reverse();
-    Some(Route { nodes, length_m, names })
+    let length_m = way.arcs.iter().rev().map(|a| graph.arcs()[*a].length_m).sum();
+    Some(Route { nodes: way.nodes, length_m, names })
 }
 
 /// A halt on a route.

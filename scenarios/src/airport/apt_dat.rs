@@ -2,14 +2,15 @@
 //!
 //! Source: X-Plane "apt.dat" file format specification, version 1000. Row codes used: 1 airport,
 //! 10 older pavement (a rectangle), 14 viewpoint, 100 runway, 110 pavement with its nodes 111 to 116,
-//! 1201 node and 1202 edge of the taxi network, 1300 stand, 15 start position (a stand where the file
-//! has no rows 1300). All others are passed over and counted. Mended and reported: edges that name a
+//! 1201 node and 1202 edge of the taxi network, 1204 active zone of the edge before it, 1206 road, 1300 stand
+//! with 1301 its code letter, 1400/1401 places of vehicles, 15 start position (a stand where the file has no
+//! rows 1300). All others are passed over and counted. Mended and reported: edges that name a
 //! node that is not there or lead from a node to itself, nodes numbered twice, runways of no length.
 
 use super::{LayoutReport, local_m, text_of};
 use crate::error::{Problem, ScenarioError};
 use geodesy::{Geodetic, LocalFrame};
-use models::airport::{Airport, Edge, Hold, Node, Runway, Stand};
+use models::airport::{Airport, Edge, EdgeDetail, Hold, Node, Runway, Stand, StandDetail};
 use models::frames::{Azimuth, Vector2};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -32,6 +33,10 @@ pub(super) struct AptDat {
     tower: Option<(f64, f64, f64)>,
     nodes: Vec<(String, f64, f64)>,
     edges: Vec<EdgeRow>,
+    /// Rows 1206.
+    roads: Vec<EdgeRow>,
+    /// Rows 1400 and 1401: place and what stands or is there.
+    vehicle_places: Vec<(f64, f64, String)>,
     stands: Vec<StandRow>,
     /// Rows 15.
     starts: Vec<StandRow>,
@@ -71,6 +76,7 @@ struct EdgeRow {
     two_way: bool,
     runway: bool,
     name: String,
+    detail: EdgeDetail,
 }
 
 #[derive(Debug)]
@@ -79,6 +85,7 @@ struct StandRow {
     lon_deg: f64,
     heading_deg: f64,
     name: String,
+    detail: StandDetail,
 }
 
 /// One row with what is needed to say where it is wrong.
@@ -133,6 +140,7 @@ pub(super) fn read(file: &Path) -> Result<AptDat, ScenarioError> {
     let mut apt = AptDat { file: file.to_path_buf(), ..AptDat::default() };
     let mut outline: Option<(usize, Vec<OutlineNode>)> = None;
     let mut numbers = BTreeSet::new();
+    let mut edge_before = EdgeBefore::None;
     for (index, text_line) in text.lines().enumerate() {
         let row = Row { file, line: index + 1, words: text_line.split_whitespace().collect() };
         // The first two lines are the header: "I" or "A", then the version of the format.
@@ -193,18 +201,54 @@ pub(super) fn read(file: &Path) -> Result<AptDat, ScenarioError> {
                     apt.mended.push(format!("line {line}: node {id} a second time: left out"));
                 }
             }
-            "1202" => apt.edges.push(edge(&row)?),
+            "1202" => {
+                apt.edges.push(edge(&row)?);
+                edge_before = EdgeBefore::Taxiway;
+            }
+            "1204" => match (edge_before, apt.edges.last_mut()) {
+                (EdgeBefore::Taxiway, Some(edge)) => {
+                    let runways = row.rest(2);
+                    let names = runways.split([',', ' ']).filter(|n| !n.is_empty());
+                    edge.detail.zones.extend(names.map(str::to_owned));
+                }
+                _ => {
+                    let line = index + 1;
+                    apt.mended.push(format!("line {line}: active zone of no taxiway: left out"));
+                }
+            },
+            "1206" => {
+                let word = row.word(3, "direction")?;
+                let two_way = word != "oneway";
+                let (from, to) =
+                    (row.word(1, "first node")?.into(), row.word(2, "second node")?.into());
+                let (line, name, detail) = (row.line, row.rest(4), EdgeDetail::default());
+                apt.roads.push(EdgeRow { line, from, to, two_way, runway: false, name, detail });
+                edge_before = EdgeBefore::Road;
+            }
+            "1301" => match apt.stands.last_mut() {
+                Some(stand) => stand.detail.code = row.words.get(1).and_then(|w| code_letter(w)),
+                None => {
+                    let line = index + 1;
+                    apt.mended.push(format!("line {line}: size of no stand: left out"));
+                }
+            },
+            "1400" | "1401" => {
+                let place = (row.latitude(1)?, row.longitude(2)?, row.rest(4));
+                apt.vehicle_places.push(place);
+            }
             "1300" => apt.stands.push(StandRow {
                 lat_deg: row.latitude(1)?,
                 lon_deg: row.longitude(2)?,
                 heading_deg: row.number(3, "heading", -360.0, 360.0)?,
                 name: row.rest(6),
+                detail: stand_detail(&row),
             }),
             "15" => apt.starts.push(StandRow {
                 lat_deg: row.latitude(1)?,
                 lon_deg: row.longitude(2)?,
                 heading_deg: row.number(3, "heading", -360.0, 360.0)?,
                 name: row.rest(4),
+                detail: StandDetail::default(),
             }),
             "99" => break,
             other => *apt.passed_over.entry(other.into()).or_default() += 1,
@@ -258,7 +302,39 @@ fn edge(row: &Row<'_>) -> Result<EdgeRow, ScenarioError> {
         two_way,
         runway: row.word(4, "kind")? == "runway",
         name: if name == "." { String::new() } else { name },
+        detail: EdgeDetail {
+            code: row.words.get(4).and_then(|w| code_letter(w.strip_prefix("taxiway_")?)),
+            zones: Vec::new(),
+        },
     })
+}
+
+/// The row of the network that a row 1204 would belong to.
+#[derive(Clone, Copy)]
+enum EdgeBefore {
+    None,
+    Taxiway,
+    Road,
+}
+
+fn code_letter(word: &str) -> Option<char> {
+    word.chars().next().filter(|c| word.len() == 1 && ('A'..='F').contains(c))
+}
+
+/// Words of a row 1300: kind, then the aircraft it is for; heavy ones need code E, jets C.
+fn stand_detail(row: &Row<'_>) -> StandDetail {
+    let word = |index: usize| row.words.get(index).copied().unwrap_or("");
+    let fits = |wanted: &str| word(5).split('|').any(|w| w == wanted);
+    let code = if fits("heavy") {
+        Some('E')
+    } else if fits("jets") || fits("turboprops") {
+        Some('C')
+    } else if fits("props") || fits("helos") {
+        Some('A')
+    } else {
+        None
+    };
+    StandDetail { code, kind: word(4).to_owned(), ..StandDetail::default() }
 }
 
 impl AptDat {
@@ -322,7 +398,26 @@ impl AptDat {
                 name: row.name.clone(),
                 width_m: if row.runway { runway_width_m } else { taxiway_width_m },
             });
+            airport.details.edges.push(row.detail.clone());
         }
+        let mut lost_roads = 0;
+        for row in &self.roads {
+            match (index.get(row.from.as_str()), index.get(row.to.as_str())) {
+                (Some(from), Some(to)) if from != to => {
+                    let ends = [*from, *to].map(|n| airport.nodes[n].position_m);
+                    airport.details.roads.push((ends, row.two_way));
+                }
+                _ => lost_roads += 1,
+            }
+        }
+        if lost_roads > 0 {
+            report
+                .lines
+                .push(format!("{lost_roads} rows 1206 to no node or to themselves: left out"));
+        }
+        let places = self.vehicle_places.iter();
+        airport.details.vehicle_places =
+            places.map(|(lat, lon, word)| (local((*lat, *lon)), word.clone())).collect();
         self.add_stands(&local, &mut airport, taxiway_width_m, report);
         report.lines.push(format!(
             "{}: {} ({}), {} runways, {} pavement outlines ({} holes left out), {} nodes, {} edges ({} one-way), {} stands",
@@ -374,6 +469,7 @@ impl AptDat {
                 let from = airport.nodes.len() - 1;
                 let edge =
                     Edge { from, to, two_way: true, runway: false, name: String::new(), width_m };
+                airport.details.joined.push(airport.edges.len());
                 airport.edges.push(edge);
                 report.lines.push(format!(
                     "stand {name}: joined to node {} at {distance_m:.0} m (assumed)",
@@ -383,6 +479,7 @@ impl AptDat {
             });
             let heading_rad = Azimuth::from_rad(row.heading_deg.to_radians()).rad();
             airport.stands.push(Stand { name, position_m, heading_rad, node });
+            airport.details.stands.push(row.detail.clone());
         }
     }
 }

@@ -7,7 +7,7 @@
 use super::{LayoutReport, local_m, text_of};
 use crate::error::{Problem, ScenarioError};
 use geodesy::{Geodetic, LocalFrame};
-use models::airport::{Airport, Edge, Hold, Node, Stand};
+use models::airport::{Airport, Edge, Hold, Node, Stand, StandDetail};
 use models::frames::Azimuth;
 use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
@@ -31,6 +31,11 @@ struct Point {
     hold: Hold,
     /// Name and heading of a stand.
     stand: Option<(String, f64)>,
+    /// Index of the point where its pushback ends.
+    push_back: Option<usize>,
+    radius_m: Option<f64>,
+    kind: String,
+    cat3: bool,
 }
 
 #[derive(Debug)]
@@ -134,6 +139,10 @@ fn parking(element: &Element<'_>) -> Result<Point, ScenarioError> {
         on_runway: false,
         hold: Hold::None,
         stand: Some((name, element.number("heading")?)),
+        push_back: element.node.attribute("pushBackRoute").and_then(|t| t.trim().parse().ok()),
+        radius_m: element.node.attribute("radius").and_then(|t| t.trim().parse().ok()),
+        kind: element.node.attribute("type").unwrap_or("").trim().into(),
+        cat3: false,
     })
 }
 
@@ -151,6 +160,10 @@ fn taxi_node(element: &Element<'_>) -> Result<Point, ScenarioError> {
         on_runway: element.node.attribute("isOnRunway") == Some("1"),
         hold,
         stand: None,
+        push_back: None,
+        radius_m: None,
+        kind: String::new(),
+        cat3: element.node.attribute("holdPointType").is_some_and(|t| t.contains("III")),
     })
 }
 
@@ -191,6 +204,7 @@ impl GroundNet {
             ));
         }
         let (mut nodes, mut stands) = (Vec::new(), Vec::new());
+        let mut details = Vec::new();
         let mut node_of = BTreeMap::new();
         let mut names = BTreeSet::new();
         for (index, point) in &by_index {
@@ -216,6 +230,7 @@ impl GroundNet {
                 }
                 let heading_rad = Azimuth::from_rad(heading_deg.to_radians()).rad();
                 stands.push(Stand { name, position_m, heading_rad, node });
+                details.push((point.radius_m, point.push_back, point.kind.clone()));
             }
         }
         let edges = arcs.iter().map(|((a, b), arc)| Edge {
@@ -227,6 +242,18 @@ impl GroundNet {
             width_m,
         });
         airport.edges = edges.collect();
+        airport.details = models::airport::Details::default();
+        let stand_details = details.into_iter().map(|(radius_m, push_back, kind)| StandDetail {
+            code: None,
+            radius_m,
+            push_back: push_back.and_then(|i| node_of.get(&i).copied()),
+            kind,
+        });
+        airport.details.stands = stand_details.collect();
+        airport.details.numbers =
+            by_index.keys().filter(|i| used.contains(i)).map(ToString::to_string).collect();
+        let cat3 = by_index.values().filter(|p| p.cat3);
+        airport.details.cat3_holds = cat3.filter_map(|p| node_of.get(&p.index).copied()).collect();
         airport.nodes = nodes;
         airport.stands = stands;
         report.lines.push(format!(

@@ -1,0 +1,388 @@
+//! The way of one mover: its nodes, the line over them, the pieces along it and how fast it may be driven.
+
+use super::network::Network;
+use super::path::{Corner, Path};
+use super::pieces::{Class, Pieces, wanted_radius_m};
+use super::ways::SHARPEST_TURN_DEG;
+use crate::frames::{Azimuth, Vector2, wrap_pi};
+use std::collections::BTreeSet;
+use std::ops::Range;
+
+/// Directed edges of a network, for searches: arc `2 e` runs from the first node of edge `e` to the second,
+/// `2 e + 1` back.
+#[derive(Clone, Debug, Default)]
+pub struct Arcs {
+    out: Vec<Vec<usize>>,
+    heading_rad: Vec<f64>,
+    length_m: Vec<f64>,
+}
+
+/// A search's result: arcs in order and its time, s.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Found {
+    /// Arcs.
+    pub arcs: Vec<usize>,
+    /// Time by speeds and turns, s.
+    pub time_s: f64,
+}
+
+const STRAIGHT_MPS: f64 = 10.0;
+const QUARTER_TURN_S: f64 = 4.0;
+const RUNWAY_FACTOR: f64 = 4.0;
+
+impl Arcs {
+    /// All arcs of the part of the network that is in use.
+    #[must_use]
+    pub fn of(net: &Network) -> Self {
+        let mut arcs = Self { out: vec![Vec::new(); net.nodes.len()], ..Self::default() };
+        for (index, edge) in net.edges.iter().enumerate() {
+            let [a, b] = edge.nodes;
+            let way = net.nodes[b].at_m - net.nodes[a].at_m;
+            let heading = Azimuth::of(way).rad();
+            arcs.heading_rad.extend([heading, wrap_pi(heading + std::f64::consts::PI)]);
+            arcs.length_m.extend([way.norm(); 2]);
+            if net.nodes[a].used && net.nodes[b].used {
+                arcs.out[a].push(2 * index);
+                if edge.two_way {
+                    arcs.out[b].push(2 * index + 1);
+                }
+            }
+        }
+        arcs
+    }
+
+    /// Node that an arc reaches.
+    #[must_use]
+    pub fn to(net: &Network, arc: usize) -> usize {
+        net.edges[arc / 2].nodes[1 - arc % 2]
+    }
+
+    /// Node that an arc leaves.
+    #[must_use]
+    pub fn from(net: &Network, arc: usize) -> usize {
+        net.edges[arc / 2].nodes[arc % 2]
+    }
+
+    /// Arcs that leave a node.
+    #[must_use]
+    pub fn leaving(&self, node: usize) -> &[usize] {
+        &self.out[node]
+    }
+
+    /// Direction of an arc, rad clockwise from north.
+    #[must_use]
+    pub fn heading_rad(&self, arc: usize) -> f64 {
+        self.heading_rad[arc]
+    }
+
+    /// Length of an arc, m.
+    #[must_use]
+    pub fn length_m(&self, arc: usize) -> f64 {
+        self.length_m[arc]
+    }
+
+    /// Turn from one arc to the next, rad, not negative.
+    #[must_use]
+    pub fn turn_rad(&self, first: usize, next: usize) -> f64 {
+        wrap_pi(self.heading_rad[next] - self.heading_rad[first]).abs()
+    }
+
+    /// The quickest way that begins with one of `starts` (arc, time before it) and ends with an arc that is a
+    /// `goal`; edges with `closed` are not used. Equal times: smaller arc numbers.
+    #[must_use]
+    pub fn quickest(
+        &self,
+        net: &Network,
+        starts: &[(usize, f64)],
+        goal: impl Fn(usize) -> bool,
+        closed: impl Fn(usize) -> bool,
+    ) -> Option<Found> {
+        let mut least = vec![f64::INFINITY; self.length_m.len()];
+        let mut before = vec![usize::MAX; self.length_m.len()];
+        let mut open = BTreeSet::new();
+        let cost = |arc: usize| {
+            let runway = net.edges[arc / 2].runway.is_some();
+            self.length_m[arc] / STRAIGHT_MPS * if runway { RUNWAY_FACTOR } else { 1.0 }
+        };
+        for (arc, time_s) in starts {
+            if !closed(arc / 2) && *time_s + cost(*arc) < least[*arc] {
+                least[*arc] = *time_s + cost(*arc);
+                open.insert((least[*arc].to_bits(), *arc));
+            }
+        }
+        while let Some((bits, arc)) = open.pop_first() {
+            if goal(arc) {
+                let mut arcs = vec![arc];
+                let mut at = arc;
+                while before[at] != usize::MAX {
+                    at = before[at];
+                    arcs.push(at);
+                }
+                arcs.reverse();
+                return Some(Found { arcs, time_s: f64::from_bits(bits) });
+            }
+            let node = Self::to(net, arc);
+            if net.nodes[node].stand.is_some() {
+                continue;
+            }
+            for next in &self.out[node] {
+                let turn = self.turn_rad(arc, *next);
+                if next / 2 == arc / 2 || turn > SHARPEST_TURN_DEG.to_radians() || closed(next / 2)
+                {
+                    continue;
+                }
+                let slow = if turn > 0.35 {
+                    turn / std::f64::consts::FRAC_PI_2 * QUARTER_TURN_S
+                } else {
+                    0.0
+                };
+                let there = f64::from_bits(bits) + cost(*next) + slow;
+                if there < least[*next] {
+                    open.remove(&(least[*next].to_bits(), *next));
+                    least[*next] = there;
+                    before[*next] = arc;
+                    open.insert((there.to_bits(), *next));
+                }
+            }
+        }
+        None
+    }
+}
+
+/// How a mover drives, for the speeds along its way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Driving {
+    /// Speed on straights, m/s.
+    pub straight_mps: f64,
+    /// Speed in a quarter turn.
+    pub turn_mps: f64,
+    /// Acceleration, braking (positive), m/s²; jerk, m/s³.
+    pub acc_mps2: f64,
+    /// Braking.
+    pub dec_mps2: f64,
+    /// Jerk.
+    pub jerk_mps3: f64,
+    /// Lateral acceleration in turns, m/s².
+    pub lateral_mps2: f64,
+}
+
+/// The way of a mover.
+#[derive(Clone, Debug, Default)]
+pub struct Way {
+    /// The line of the guided point.
+    pub path: Path,
+    /// Pieces in order.
+    pub pieces: Vec<u32>,
+    /// Where each piece ends on the path, m.
+    pub ends_m: Vec<f64>,
+    /// By index: the last piece that has to be taken together with it.
+    pub group_last: Vec<usize>,
+    /// Indices that are taken as a roll (the strip beside them has to be empty).
+    pub roll: Range<usize>,
+    /// Index of the first piece of each runway crossing, and the runway.
+    pub crossings: Vec<(usize, usize)>,
+    /// Where the guided point stops at last, m.
+    pub stop_m: f64,
+    /// Greatest speed every two metres.
+    envelope_mps: Vec<f64>,
+}
+
+/// Spacing of the envelope, m.
+const STEP_M: f64 = 2.0;
+/// Speed on lead-ins and on lanes beside stands, m/s.
+const LEAD_IN_MPS: f64 = 2.6;
+const LANE_MPS: f64 = 10.0;
+/// Nobody is slower than this in a turn, m/s.
+const LEAST_MPS: f64 = 1.0;
+
+impl Way {
+    /// The way over arcs, with a straight continuation of `before_m` and `beyond_m` at its ends; the guided
+    /// point stops `stop_beyond_m` behind the last node.
+    #[must_use]
+    pub fn over(
+        net: &Network,
+        pieces: &Pieces,
+        arcs: &[usize],
+        class: Class,
+        (before_m, beyond_m): (f64, f64),
+        stop_beyond_m: f64,
+    ) -> Self {
+        let Some(first) = arcs.first() else { return Self::default() };
+        let mut points: Vec<Vector2<f64>> = Vec::with_capacity(arcs.len() + 3);
+        points.push(net.nodes[Arcs::from(net, *first)].at_m);
+        points.extend(arcs.iter().map(|a| net.nodes[Arcs::to(net, *a)].at_m));
+        let shift = usize::from(before_m > 0.0);
+        if shift == 1 {
+            let back = (points[0] - points[1]).normalize();
+            points.insert(0, points[0] + back * before_m);
+        }
+        let last = points.len() - 1;
+        if beyond_m > 0.0 {
+            let ahead = (points[last] - points[last - 1]).normalize();
+            points.push(points[last] + ahead * beyond_m);
+        }
+        let radius = |i: usize, turn: f64| {
+            let k = i - shift;
+            if k == 0 || k >= arcs.len() {
+                0.0
+            } else {
+                wanted_radius_m(net, arcs[k - 1] / 2, arcs[k] / 2, turn, class)
+            }
+        };
+        let (path, corners) = Path::over(&points, radius);
+        let mut way = Self { path, ..Self::default() };
+        for (k, arc) in arcs.iter().enumerate() {
+            let (from, to): (&Corner, &Corner) = (&corners[k + shift], &corners[k + shift + 1]);
+            let edge = arc / 2;
+            let (start, count) = pieces.of_edge[edge];
+            let length = net.length_m(edge);
+            for i in 0..count {
+                let z = if arc % 2 == 0 { start + i } else { start + count - 1 - i };
+                let piece = &pieces.list[z];
+                let off = if arc % 2 == 0 { piece.to_m } else { length - piece.from_m };
+                let end = if i + 1 == count {
+                    to.place_m
+                } else if off < 0.5 * length {
+                    (from.place_m + from.beside_m(off)).min(to.place_m)
+                } else {
+                    (to.place_m - to.beside_m(length - off)).max(from.place_m)
+                };
+                way.pieces.push(z as u32);
+                way.ends_m.push(end.max(way.ends_m.last().copied().unwrap_or(0.0)));
+            }
+        }
+        way.stop_m = corners[last].place_m + stop_beyond_m;
+        way.group_last = (0..way.pieces.len()).collect();
+        way
+    }
+
+    /// Makes one group of each crossing of a runway strip: with everything that the body covers beyond it.
+    /// Indices of `without` (a roll) are left alone.
+    pub fn group_crossings(&mut self, pieces: &Pieces, clear_m: f64, without: Range<usize>) {
+        let strip = |z: u32| pieces.list[z as usize].strip;
+        let mut i = 0;
+        while i < self.pieces.len() {
+            let Some(runway) = strip(self.pieces[i]).filter(|_| !without.contains(&i)) else {
+                i += 1;
+                continue;
+            };
+            let mut last = i;
+            while last + 1 < self.pieces.len()
+                && strip(self.pieces[last + 1]).is_some()
+                && !without.contains(&(last + 1))
+            {
+                last += 1;
+            }
+            let clear = self.ends_m[last] + clear_m;
+            let mut end = last;
+            while end + 1 < self.pieces.len()
+                && self.ends_m[end] < clear
+                && !without.contains(&(end + 1))
+            {
+                end += 1;
+            }
+            self.crossings.push((i, runway));
+            for k in i..=end {
+                self.group_last[k] = self.group_last[k].max(end);
+            }
+            i = last + 1;
+        }
+        // What lies in a group ends with the group that reaches farthest.
+        for k in 0..self.group_last.len() {
+            let end = self.group_last[k];
+            let farther = self.group_last[k..=end].iter().copied().max().unwrap_or(end);
+            self.group_last[k] = farther;
+        }
+    }
+
+    /// One group from `first` to `last`, taken as a roll where `roll`.
+    pub fn group(&mut self, first: usize, last: usize) {
+        for k in first..=last.min(self.pieces.len().saturating_sub(1)) {
+            self.group_last[k] = last;
+        }
+    }
+
+    /// Fills the envelope: the highest speed from which every limit ahead can be met. `free_to_m`: up to
+    /// there (a landing roll) only the braking `roll_dec_mps2` counts.
+    pub fn limit(
+        &mut self,
+        net: &Network,
+        pieces: &Pieces,
+        d: &Driving,
+        free_to_m: f64,
+        roll_dec_mps2: f64,
+    ) {
+        let count = (self.stop_m.max(self.path.length_m()) / STEP_M).ceil() as usize + 2;
+        let mut limits = vec![d.straight_mps; count];
+        let cells = |from: f64, to: f64| {
+            let low = (from / STEP_M).floor().max(0.0) as usize;
+            low..((to / STEP_M).ceil() as usize + 1).min(count)
+        };
+        let mut from = 0.0;
+        for (z, end) in self.pieces.iter().zip(&self.ends_m) {
+            let piece = &pieces.list[*z as usize];
+            let edge = &net.edges[piece.edge];
+            let at_stand =
+                |e: &super::network::NetEdge| e.nodes.iter().any(|n| net.nodes[*n].stand.is_some());
+            let most = if at_stand(edge) {
+                LEAD_IN_MPS
+            } else if net.is_lane(piece.edge) {
+                LANE_MPS
+            } else {
+                f64::INFINITY
+            };
+            limits[cells(from, *end)].iter_mut().for_each(|l| *l = l.min(most));
+            from = *end;
+        }
+        if let Some(last) = self.ends_m.last() {
+            let stand = self.pieces.last().is_some_and(|z| {
+                net.edges[pieces.list[*z as usize].edge]
+                    .nodes
+                    .iter()
+                    .any(|n| net.nodes[*n].stand.is_some())
+            });
+            if stand && self.stop_m > *last {
+                limits[cells(*last, self.stop_m)].iter_mut().for_each(|l| *l = l.min(LEAD_IN_MPS));
+            }
+        }
+        limits[..((free_to_m / STEP_M).max(0.0) as usize).min(count)].fill(f64::INFINITY);
+        for (from, to, curvature) in self.path.arcs() {
+            let turn = (to - from) * curvature.abs();
+            let lateral = (d.lateral_mps2 / curvature.abs()).sqrt();
+            let most = if turn > 0.8 { lateral.min(d.turn_mps) } else { lateral };
+            limits[cells(from - 1.0, to + 1.0)]
+                .iter_mut()
+                .for_each(|l| *l = l.min(most.max(LEAST_MPS)));
+        }
+        for i in (0..count - 1).rev() {
+            let rolling = (i as f64) * STEP_M < free_to_m;
+            let dec = if rolling { roll_dec_mps2 } else { 0.7 * d.dec_mps2 };
+            limits[i] = limits[i].min((limits[i + 1] * limits[i + 1] + 2.0 * dec * STEP_M).sqrt());
+        }
+        self.envelope_mps = limits;
+    }
+
+    /// Highest speed at a place, m/s.
+    #[must_use]
+    pub fn most_mps(&self, place_m: f64) -> f64 {
+        let index = (place_m / STEP_M).max(0.0) as usize;
+        let at = |i: usize| self.envelope_mps.get(i).copied().unwrap_or(f64::INFINITY);
+        at(index)
+            .min(at(index + 1))
+            .min(self.envelope_mps.last().copied().unwrap_or(f64::INFINITY).max(at(index)))
+    }
+
+    /// Time to drive the way alone from `from_m` to its stop, s, by the envelope and the acceleration.
+    #[must_use]
+    pub fn unhindered_s(&self, from_m: f64, to_m: f64, d: &Driving) -> f64 {
+        let (mut place, mut v, mut time) = (from_m, 0.3_f64, 0.0);
+        while place < to_m {
+            let stop = (2.0 * 0.7 * d.dec_mps2 * (to_m - place)).sqrt().max(0.3);
+            let wish = self.most_mps(place).min(stop);
+            v = (v * v + 2.0 * d.acc_mps2 * STEP_M).sqrt().min(wish).max(0.3);
+            time += STEP_M / v;
+            place += STEP_M;
+        }
+        time
+    }
+}
