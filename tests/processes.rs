@@ -318,6 +318,8 @@ fn bad_input_gives_one_line_and_the_right_code() {
         (&["smdfm", "--interface", "192.0.2.1"], 1, "192.0.2.1"),
         (&["traffic-generator", "--share", "3/2"], 2, "3/2"),
         (&["admin-station", "status", "--at", "tcp/127.0.0.1:9"], 1, "127.0.0.1:9"),
+        (&["admin-station", "--sync-connect", "tcp/127.0.0.1:9", "freeze"], 1, "127.0.0.1:9"),
+        (&["admin-station", "--rate", "2", "freeze"], 2, "--rate is for starting"),
         (&["replay", "/nowhere.pcapng", "--with-smdfm"], 2, "/nowhere.pcapng"),
         (&["verify", "/nowhere"], 2, "/nowhere"),
         (&["dis", "check", "/nowhere.pcap"], 2, "/nowhere.pcap"),

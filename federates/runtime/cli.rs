@@ -22,11 +22,14 @@ pub const DATA_LOST: u8 = 3;
 /// Default endpoint of the administration station.
 pub const DEFAULT_ENDPOINT: &str = "tcp/127.0.0.1:7447";
 
+/// The scene that is played when none is named.
+pub const DEFAULT_SCENE: &str = "zurich";
+
 /// Arguments of every federate.
 #[derive(Args, Clone, Debug)]
 pub struct CommonArgs {
     /// Scene: a TOML file, or the name of a scene that comes with SEEDS
-    #[arg(long, value_name = "FILE", default_value = "zurich")]
+    #[arg(long, value_name = "FILE", default_value = DEFAULT_SCENE)]
     pub scene: String,
 
     /// DIS exercise identifier, 0 to 255; separates federations on one network [default: the scene's]

@@ -94,9 +94,9 @@ pub struct AdminArgs {
     #[command(subcommand)]
     operate: Option<Operate>,
 
-    /// Simulated seconds per wall second, 0.001 to 1000
-    #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = cli::rate, conflicts_with = "fast")]
-    rate: f64,
+    /// Simulated seconds per wall second, 0.001 to 1000 [default: 1]
+    #[arg(long, value_name = "X", value_parser = cli::rate, conflicts_with = "fast")]
+    rate: Option<f64>,
 
     /// As fast as the slowest federate
     #[arg(long)]
@@ -110,9 +110,9 @@ pub struct AdminArgs {
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
 
-    /// Traffic generators that share the truth, 1 to 16
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=16))]
-    generators: u32,
+    /// Traffic generators that share the truth, 1 to 16 [default: 1]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=16))]
+    generators: Option<u32>,
 
     /// End the federation with the run
     #[arg(long)]
@@ -193,12 +193,83 @@ enum Operate {
 /// Which run to operate.
 #[derive(Args, Clone, Debug)]
 struct AtArgs {
-    /// Endpoint of the run's administration station
-    #[arg(long = "at", visible_alias = "sync-connect", id = "at-endpoint", value_name = "ENDPOINT", default_value = DEFAULT_ENDPOINT, value_parser = cli::endpoint)]
+    /// Endpoint of the run's administration station [default: tcp/127.0.0.1:7447]
+    #[arg(long = "at", visible_alias = "sync-connect", id = "at-endpoint", value_name = "ENDPOINT", value_parser = cli::endpoint_of_another)]
+    endpoint: Option<String>,
+    /// DIS exercise identifier of the run, 0 to 255 [default: 1]
+    #[arg(long = "exercise", id = "at-exercise", value_name = "N")]
+    exercise: Option<u8>,
+}
+
+/// The run that a command goes to.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Place {
     endpoint: String,
-    /// DIS exercise identifier of the run, 0 to 255
-    #[arg(long = "exercise", id = "at-exercise", value_name = "N", default_value_t = 1)]
     exercise: u8,
+}
+
+impl Place {
+    /// What stands before and after the command's word: either names the run, both must name the same one.
+    fn of(args: &AdminArgs, at: &AtArgs) -> Result<Self, String> {
+        if let Some(flag) = args.of_a_station() {
+            return Err(format!(
+                "{flag} is for starting an administration station; a command to one takes --at ENDPOINT and --exercise N"
+            ));
+        }
+        let before = &args.common.network.sync_connect;
+        Ok(Self {
+            endpoint: one_of("--sync-connect", before.as_ref(), "--at", at.endpoint.as_ref())?
+                .cloned()
+                .unwrap_or_else(|| DEFAULT_ENDPOINT.to_owned()),
+            exercise: *one_of(
+                "--exercise",
+                args.common.exercise.as_ref(),
+                "--exercise",
+                at.exercise.as_ref(),
+            )?
+            .unwrap_or(&1),
+        })
+    }
+}
+
+/// What was given before or after the command's word.
+fn one_of<'a, T: PartialEq + std::fmt::Display>(
+    first_flag: &str,
+    first: Option<&'a T>,
+    second_flag: &str,
+    second: Option<&'a T>,
+) -> Result<Option<&'a T>, String> {
+    match (first, second) {
+        (Some(a), Some(b)) if a != b => {
+            Err(format!("{first_flag} {a} and {second_flag} {b} name different runs: give one"))
+        }
+        (a, b) => Ok(b.or(a)),
+    }
+}
+
+impl AdminArgs {
+    /// A flag that was given and has no meaning for a command to a run that is going on.
+    fn of_a_station(&self) -> Option<&'static str> {
+        let (common, network) = (&self.common, &self.common.network);
+        [
+            (common.scene != cli::DEFAULT_SCENE, "--scene"),
+            (common.inject_loss != 0.0, "--inject-loss"),
+            (network.dis.is_some(), "--dis"),
+            (network.interface.is_some(), "--interface"),
+            (network.ttl.is_some(), "--ttl"),
+            (network.sync_listen.is_some(), "--sync-listen"),
+            (self.rate.is_some(), "--rate"),
+            (self.fast, "--fast"),
+            (self.duration.is_some(), "--duration"),
+            (self.seed.is_some(), "--seed"),
+            (self.generators.is_some(), "--generators"),
+            (self.batch, "--batch"),
+            (self.wait, "--wait"),
+            (self.expect_logger, "--expect-logger"),
+        ]
+        .into_iter()
+        .find_map(|(given, flag)| given.then_some(flag))
+    }
 }
 
 fn share_of(text: &str) -> Result<(u32, u32), String> {
@@ -330,7 +401,7 @@ pub fn viewer_logger(args: &ViewerArgs) -> ExitCode {
 #[must_use]
 pub fn admin_station(args: &AdminArgs) -> ExitCode {
     if let Some(operate) = &args.operate {
-        return operate_run(operate);
+        return operate_run(args, operate);
     }
     crate::runtime::process::end_with_launcher();
     cli::log_to_stderr(args.common.log_format, "info");
@@ -349,8 +420,8 @@ fn run_admin(args: &AdminArgs, scene: &Arc<Scene>) -> anyhow::Result<u8> {
     let options = RunOptions {
         seed: args.seed,
         duration_s: args.duration,
-        rate: if args.fast { f64::INFINITY } else { args.rate },
-        generators: args.generators,
+        rate: if args.fast { f64::INFINITY } else { args.rate.unwrap_or(1.0) },
+        generators: args.generators.unwrap_or(1),
         autostart: !args.wait,
         batch: args.batch,
     };
@@ -401,7 +472,7 @@ fn print_line(line: &str) {
     out!("{line}");
 }
 
-fn operate_run(operate: &Operate) -> ExitCode {
+fn operate_run(args: &AdminArgs, operate: &Operate) -> ExitCode {
     let (command, at) = match operate {
         Operate::Completions { shell } => {
             use clap::CommandFactory;
@@ -419,7 +490,12 @@ fn operate_run(operate: &Operate) -> ExitCode {
             );
             return ExitCode::SUCCESS;
         }
-        Operate::Status { at, json } => return status(at, *json),
+        Operate::Status { at, json } => {
+            return match Place::of(args, at) {
+                Ok(place) => status(&place, *json),
+                Err(e) => fail(BAD_INPUT, e),
+            };
+        }
         Operate::Start { at } | Operate::Resume { at } => (Command::Start, at),
         Operate::Freeze { at } => (Command::Freeze, at),
         Operate::Step { n, at } => (Command::Step { n: *n }, at),
@@ -433,8 +509,12 @@ fn operate_run(operate: &Operate) -> ExitCode {
             }
         }
     };
-    let answer = operator_bus(at).and_then(|bus| {
-        let answer = client::command(&bus, &at.endpoint, "terminal", command);
+    let place = match Place::of(args, at) {
+        Ok(place) => place,
+        Err(e) => return fail(BAD_INPUT, e),
+    };
+    let answer = operator_bus(&place).and_then(|bus| {
+        let answer = client::command(&bus, &place.endpoint, "terminal", command);
         bus.close();
         Ok(answer?)
     });
@@ -448,7 +528,7 @@ fn operate_run(operate: &Operate) -> ExitCode {
     }
 }
 
-fn operator_bus(at: &AtArgs) -> anyhow::Result<ZenohBus> {
+fn operator_bus(at: &Place) -> anyhow::Result<ZenohBus> {
     Ok(ZenohBus::open(&ZenohConfig {
         listen: vec![],
         connect: vec![at.endpoint.clone()],
@@ -457,7 +537,7 @@ fn operator_bus(at: &AtArgs) -> anyhow::Result<ZenohBus> {
     })?)
 }
 
-fn status(at: &AtArgs, json: bool) -> ExitCode {
+fn status(at: &Place, json: bool) -> ExitCode {
     let statistics = operator_bus(at).and_then(|bus| {
         let statistics = client::statistics(&bus, &at.endpoint);
         bus.close();
@@ -469,4 +549,55 @@ fn status(at: &AtArgs, json: bool) -> ExitCode {
         Err(e) => return fail(FAILED, format!("{e:#}")),
     }
     ExitCode::SUCCESS
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    #[derive(Parser)]
+    struct Admin {
+        #[command(flatten)]
+        args: AdminArgs,
+    }
+
+    fn place(line: &str) -> Result<Place, String> {
+        let words = ["admin-station"].into_iter().chain(line.split_whitespace());
+        let args = Admin::try_parse_from(words).map_err(|e| e.to_string())?.args;
+        match args.operate.as_ref().expect("a command") {
+            Operate::Freeze { at } | Operate::Status { at, .. } => Place::of(&args, at),
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn a_command_goes_to_the_run_that_was_named_wherever_it_was_named() {
+        let at = |endpoint: &str, exercise| Place { endpoint: endpoint.into(), exercise };
+        for (line, endpoint, exercise) in [
+            ("freeze", DEFAULT_ENDPOINT, 1),
+            ("--sync-connect tcp/10.0.0.1:9 freeze", "tcp/10.0.0.1:9", 1),
+            ("freeze --at tcp/10.0.0.1:9", "tcp/10.0.0.1:9", 1),
+            ("freeze --sync-connect tcp/10.0.0.1:9 --exercise 4", "tcp/10.0.0.1:9", 4),
+            ("--exercise 4 status --at tcp/10.0.0.1:9", "tcp/10.0.0.1:9", 4),
+            ("--sync-connect tcp/10.0.0.1:9 freeze --at tcp/10.0.0.1:9", "tcp/10.0.0.1:9", 1),
+        ] {
+            assert_eq!(place(line), Ok(at(endpoint, exercise)), "{line}");
+        }
+    }
+
+    #[test]
+    fn two_runs_or_a_flag_without_meaning_are_refused() {
+        for (line, words) in [
+            ("--sync-connect tcp/10.0.0.1:9 freeze --at tcp/10.0.0.1:8", "name different runs"),
+            ("--exercise 3 freeze --exercise 4", "name different runs"),
+            ("--rate 2 freeze", "--rate is for starting"),
+            ("--sync-listen tcp/127.0.0.1:9 freeze", "--sync-listen is for starting"),
+            ("--scene x.toml --fast status", "--scene is for starting"),
+            ("freeze --at tcp/127.0.0.1:0", "port 0"),
+        ] {
+            let refused = place(line).expect_err(line);
+            assert!(refused.contains(words), "{line}: {refused}");
+        }
+    }
 }
