@@ -2,6 +2,7 @@
 //!
 //! It owns the [`Conductor`] and is the only process that paces time.
 
+mod asked;
 pub mod client;
 pub mod simman;
 pub mod summary;
@@ -18,7 +19,7 @@ use crate::runtime::messages::{
     RunState, ScanReport,
 };
 use crate::runtime::process::Usage;
-use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
+use crossbeam_channel::{Receiver, RecvTimeoutError, Sender};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -382,15 +383,21 @@ fn serve(
     )
 }
 
-/// A command from inside the process, answered when its state is reached.
-#[must_use]
-pub fn local(
-    send: &Sender<Event>,
-    command: Command,
-    source: &str,
-    within: Duration,
-) -> Option<Answer> {
-    let (answer, wait) = bounded(1);
-    send.send(Event::Local(command, source.to_owned(), answer)).ok()?;
-    wait.recv_timeout(within).ok()
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::runtime::messages::MemberState;
+
+    #[test]
+    fn two_hundred_thousand_names_that_never_joined_are_not_kept() {
+        let member = MemberState { name: "smdfm".to_owned(), ..MemberState::default() };
+        let state = RunState { members: vec![member], ..RunState::default() };
+        let mut statistics = Statistics { state, ..Statistics::default() };
+        for n in 0..200_000 {
+            let name = format!("forged-{n}");
+            statistics.hear(FederateStatus { name, ..FederateStatus::default() });
+        }
+        statistics.hear(FederateStatus { name: "smdfm".to_owned(), ..FederateStatus::default() });
+        assert_eq!(statistics.federates.keys().collect::<Vec<_>>(), ["smdfm"]);
+    }
 }

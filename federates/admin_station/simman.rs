@@ -4,7 +4,8 @@
 //! state is *reached*, and a repeated request gets the same answer. The station announces its own
 //! transitions with the same PDUs, so that outsiders and recordings know when a run began and ended.
 
-use super::{Event, local};
+use super::Event;
+use super::asked::{Answered, Asked, Reply, RequestId, Taken, operator};
 use crate::external_world::weather_pdu::WORLD_APPLICATION;
 use crate::runtime::cli::NetworkArgs;
 use crate::runtime::dis_socket;
@@ -19,15 +20,8 @@ use pdu::management::{Acknowledge, Comment, StartResume, StopFreeze};
 use pdu::records::{ClockTime, EntityId, VariableDatum};
 use pdu::{Body, Envelope};
 use scenarios::Scene;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Duration;
-
-/// How long a state may take to be reached before the requester is told "unable".
-const REACH_WITHIN: Duration = Duration::from_secs(10);
-
-/// Answers remembered for repeated requests.
-const REMEMBERED: usize = 256;
 
 /// The gateway between the conductor and simulation management PDUs.
 pub struct Gateway {
@@ -55,17 +49,14 @@ pub fn seed_of(comment: &Comment<'_>) -> Option<u64> {
     })
 }
 
-/// What was answered to whom; `None` while the answer is awaited.
-type Answered = Arc<Mutex<BTreeMap<(EntityId, u32), Option<ResponseFlag>>>>;
-
 struct Requests {
-    events: Sender<Event>,
     sender: Arc<Mutex<datalink::Sender>>,
     envelope: Arc<dyn Fn(Frame) -> Envelope + Send + Sync>,
     id: EntityId,
+    operator: Sender<Asked>,
     answered: Answered,
     /// Sites of other runs in this exercise that were told of.
-    neighbours: Arc<Mutex<BTreeSet<u16>>>,
+    neighbours: BTreeSet<u16>,
 }
 
 impl Gateway {
@@ -87,19 +78,20 @@ impl Gateway {
         let time = FrameTime::of(&scene.run);
         let envelope: Arc<dyn Fn(Frame) -> Envelope + Send + Sync> =
             Arc::new(move |frame| Envelope::new(exercise, time.stamp(frame)));
-        let requests = Requests {
-            events,
+        let answered = Answered::default();
+        let mut requests = Requests {
             sender: Arc::clone(&sender),
             envelope: Arc::clone(&envelope),
             id,
-            answered: Arc::default(),
-            neighbours: Arc::default(),
+            operator: operator(events.clone(), answered.clone(), replies(&sender, &envelope, id))?,
+            answered,
+            neighbours: BTreeSet::new(),
         };
-        let died = requests.events.clone();
+        let died = events.clone();
         spawn_watched(
             "the listener for DIS simulation management",
             move |why| drop(died.send(Event::Broken(why))),
-            move || listen(receiver, exercise, &requests),
+            move || listen(receiver, exercise, &mut requests, &events),
         )?;
         Ok(Self { sender, envelope, id, time, scene: Arc::clone(scene), seed })
     }
@@ -167,7 +159,12 @@ fn send(sender: &Mutex<datalink::Sender>, octets: &[u8]) {
     }
 }
 
-fn listen(mut receiver: datalink::Receiver, exercise: u8, requests: &Requests) {
+fn listen(
+    mut receiver: datalink::Receiver,
+    exercise: u8,
+    requests: &mut Requests,
+    events: &Sender<Event>,
+) {
     loop {
         let received = receiver.receive(None, |arrival| {
             // DIS has no authentication: only this host commands.
@@ -182,25 +179,20 @@ fn listen(mut receiver: datalink::Receiver, exercise: u8, requests: &Requests) {
         });
         if let Err(e) = received {
             let why = format!("DIS simulation management is no longer heard: {e}");
-            let _ = requests.events.send(Event::Broken(why));
+            let _ = events.send(Event::Broken(why));
             return;
         }
     }
 }
 
 impl Requests {
-    fn consider(&self, body: &Body<'_>) {
+    fn consider(&mut self, body: &Body<'_>) {
         let (from, to, request_id, flag, wanted) = match body {
             Body::StartResume(s) => {
                 let at = s.real_world_time.unix_nanos();
-                let wanted = Ok((vec![Command::Start], at));
-                (
-                    s.originating_id,
-                    s.receiving_id,
-                    s.request_id,
-                    AcknowledgeFlag::START_RESUME,
-                    wanted,
-                )
+                let wanted = Some((vec![Command::Start], at));
+                let flag = AcknowledgeFlag::START_RESUME;
+                (s.originating_id, s.receiving_id, s.request_id, flag, wanted)
             }
             Body::StopFreeze(s) => {
                 let commands = match s.reason {
@@ -211,18 +203,10 @@ impl Requests {
                     _ => vec![Command::Freeze],
                 };
                 // Bit 0 of the frozen behaviour: go on with the clock. This federation cannot.
-                let wanted = if s.frozen_behaviour & 1 == 1 {
-                    Err(())
-                } else {
-                    Ok((commands, s.real_world_time.unix_nanos()))
-                };
-                (
-                    s.originating_id,
-                    s.receiving_id,
-                    s.request_id,
-                    AcknowledgeFlag::STOP_FREEZE,
-                    wanted,
-                )
+                let goes_on = s.frozen_behaviour & 1 == 1;
+                let wanted = (!goes_on).then(|| (commands, s.real_world_time.unix_nanos()));
+                let flag = AcknowledgeFlag::STOP_FREEZE;
+                (s.originating_id, s.receiving_id, s.request_id, flag, wanted)
             }
             _ => return,
         };
@@ -231,7 +215,7 @@ impl Requests {
         }
         // A station tells all what its own run has reached; that is no order to another run.
         if from.application == WORLD_APPLICATION && from.entity == 0 {
-            if self.neighbours.lock().unwrap_or_else(PoisonError::into_inner).insert(from.site) {
+            if self.neighbours.insert(from.site) {
                 tracing::warn!(
                     "a run of site {} is in the same DIS exercise: its entities are targets here too; --exercise N keeps runs apart",
                     from.site
@@ -239,89 +223,58 @@ impl Requests {
             }
             return;
         }
-        let key = (from, request_id);
-        {
-            let mut answered = self.answered.lock().unwrap_or_else(PoisonError::into_inner);
-            match answered.get(&key) {
-                // Under way, or asked again: the same answer.
-                Some(None) => return,
-                Some(Some(response)) => {
-                    let response = *response;
-                    drop(answered);
-                    self.acknowledge(from, request_id, flag, response, 0);
-                    return;
-                }
+        let request = RequestId { from, request_id, flag };
+        let unable = ResponseFlag::UNABLE_TO_COMPLY;
+        let answer = match self.answered.take(request) {
+            Taken::Again(response) => response,
+            Taken::UnderWay => return,
+            Taken::Busy => Some(unable),
+            Taken::New => match wanted {
                 None => {
-                    if answered.len() >= REMEMBERED {
-                        answered.pop_first();
-                    }
-                    answered.insert(key, None);
+                    self.answered.settle(request, unable);
+                    Some(unable)
                 }
-            }
-        }
-        let this = Self {
-            events: self.events.clone(),
-            sender: Arc::clone(&self.sender),
-            envelope: Arc::clone(&self.envelope),
-            id: self.id,
-            answered: Arc::clone(&self.answered),
-            neighbours: Arc::clone(&self.neighbours),
+                Some((commands, at_utc_ns)) => {
+                    let asked = Asked::new(request, commands, at_utc_ns);
+                    let sent = self.operator.send(asked).is_ok();
+                    (!sent).then_some(unable)
+                }
+            },
         };
-        std::thread::spawn(move || {
-            let (response, frame) = match wanted {
-                Err(()) => (ResponseFlag::UNABLE_TO_COMPLY, 0),
-                Ok((commands, at_utc_ns)) => this.carry_out(commands, at_utc_ns, from),
-            };
-            let mut answered = this.answered.lock().unwrap_or_else(PoisonError::into_inner);
-            answered.insert(key, Some(response));
-            drop(answered);
-            this.acknowledge(from, request_id, flag, response, frame);
-        });
+        if let Some(response) = answer {
+            let octets = acknowledge(&*self.envelope, self.id, request, response, 0);
+            send(&self.sender, &octets);
+        }
     }
+}
 
-    fn carry_out(
-        &self,
-        commands: Vec<Command>,
-        at_utc_ns: i64,
-        from: EntityId,
-    ) -> (ResponseFlag, Frame) {
-        // A real-world time in the near future is honoured.
-        let ahead_ns = at_utc_ns.saturating_sub(crate::runtime::clock::utc_ns());
-        if (1..60_000_000_000).contains(&ahead_ns) {
-            std::thread::sleep(Duration::from_nanos(ahead_ns as u64));
-        }
-        let source = format!("DIS {from}");
-        let mut last = None;
-        for command in commands {
-            tracing::info!("{source} asks: {}", format!("{command:?}").to_lowercase());
-            last = local(&self.events, command, &source, REACH_WITHIN);
-        }
-        match last {
-            Some(answer) if answer.ok => (ResponseFlag::ABLE_TO_COMPLY, answer.state.frame),
-            Some(answer) => (ResponseFlag::UNABLE_TO_COMPLY, answer.state.frame),
-            None => (ResponseFlag::UNABLE_TO_COMPLY, 0),
-        }
-    }
+/// Sends the answer to a request.
+fn replies(
+    sender: &Arc<Mutex<datalink::Sender>>,
+    envelope: &Arc<dyn Fn(Frame) -> Envelope + Send + Sync>,
+    id: EntityId,
+) -> Reply {
+    let (sender, envelope) = (Arc::clone(sender), Arc::clone(envelope));
+    Box::new(move |request, response, frame| {
+        send(&sender, &acknowledge(&*envelope, id, request, response, frame));
+    })
+}
 
-    fn acknowledge(
-        &self,
-        to: EntityId,
-        request_id: u32,
-        acknowledge_flag: AcknowledgeFlag,
-        response_flag: ResponseFlag,
-        frame: Frame,
-    ) {
-        let acknowledge = Acknowledge {
-            originating_id: self.id,
-            receiving_id: to,
-            acknowledge_flag,
-            response_flag,
-            request_id,
-        };
-        let mut octets = Vec::new();
-        (self.envelope)(frame)
-            .append(&acknowledge, &mut octets)
-            .expect("an Acknowledge is of fixed size");
-        send(&self.sender, &octets);
-    }
+fn acknowledge(
+    envelope: &(dyn Fn(Frame) -> Envelope + Send + Sync),
+    id: EntityId,
+    request: RequestId,
+    response_flag: ResponseFlag,
+    frame: Frame,
+) -> Vec<u8> {
+    let acknowledge = Acknowledge {
+        originating_id: id,
+        receiving_id: request.from,
+        acknowledge_flag: request.flag,
+        response_flag,
+        request_id: request.request_id,
+    };
+    let mut octets = Vec::new();
+    envelope(frame).append(&acknowledge, &mut octets).expect("an Acknowledge is of fixed size");
+    octets
 }
