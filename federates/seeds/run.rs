@@ -198,6 +198,8 @@ fn processes(args: &RunArgs) -> anyhow::Result<u8> {
             News::Line(line) => {
                 if let Some(page) = line.strip_prefix("page ") {
                     say(&format!("SEEDS: page at {page}  (Ctrl-C ends)"));
+                } else if let Some(page) = line.strip_prefix("page-to-look ") {
+                    say(&format!("SEEDS: for those who may look and not command: {page}"));
                 } else if line == LOGGING {
                     logging = true;
                 } else if let Some(done) = line.strip_prefix("progress ") {

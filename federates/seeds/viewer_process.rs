@@ -9,6 +9,7 @@ use crate::runtime::dis_socket::link_config;
 use crate::runtime::process::launched;
 use crate::viewer_logger::keeper::Files;
 use crate::viewer_logger::process::{self, Datagram, Inbox, Task};
+use crate::viewer_logger::server::Server;
 use scenarios::Scene;
 use std::path::Path;
 use std::sync::Arc;
@@ -38,9 +39,12 @@ pub fn run(args: &ViewerArgs, scene: Arc<Scene>) -> anyhow::Result<u8> {
         patience: patience(),
         endpoint,
     };
-    let kept = process::run(&task, scene, Arc::clone(&bus), inbox, |address| {
-        if let Some(address) = address {
-            print_line(&format!("page http://{address}/"));
+    let kept = process::run(&task, scene, Arc::clone(&bus), inbox, |server| {
+        if let Some(access) = server.map(Server::access) {
+            print_line(&format!("page {}", access.url()));
+            if let Some(url) = access.url_to_look() {
+                print_line(&format!("page-to-look {url}"));
+            }
         }
         if launched() {
             print_line(LOGGING);

@@ -8,6 +8,7 @@
 //! [`Viewer`] and [`Session`] are state machines without I/O; [`server`] carries them over HTTP, [`log`] is the
 //! database. Nobody in the federation waits for any of this.
 
+pub mod access;
 pub mod beside;
 pub mod frame;
 pub mod history;
@@ -295,6 +296,7 @@ impl Session {
             FromPage::Compare { on } => Asked::Compare(on),
             FromPage::Command { id, command, frames, rate } => {
                 match command_of(&command, frames, rate) {
+            FromPage::Token { .. } => Asked::Nothing,
                     Ok((words, order)) => Asked::Command(id, words, order),
                     Err(reason) => Asked::Refused(reply(id, &command, false, &reason)),
                 }
@@ -331,6 +333,11 @@ enum FromPage {
     Command {
         id: f64,
         command: String,
+    /// Shown where none is needed; looked at before the session begins where one is.
+    Token {
+        #[serde(rename = "token")]
+        _token: String,
+    },
         #[serde(default)]
         frames: Option<u64>,
         #[serde(default)]

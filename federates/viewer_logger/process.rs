@@ -107,7 +107,7 @@ pub fn run(
     scene: Arc<Scene>,
     bus: Arc<dyn Bus>,
     inbox: Inbox,
-    told: impl FnOnce(Option<SocketAddr>),
+    told: impl FnOnce(Option<&Server>),
 ) -> anyhow::Result<Option<Kept>> {
     let page = task.page.map(|_| Page::new(Viewer::new(HISTORY)));
     let server = open_page(task, page.as_ref(), &bus)?;
@@ -126,8 +126,8 @@ pub fn run(
         }),
     )?;
     last_values(&*bus, &inbox)?;
-    told(server.as_ref().map(Server::address));
-    let mut listening = Listening::new(task, inc);
+    told(server.as_ref());
+    let mut listening = Listening::new(&name, inc);
     listening.until_the_end(&mut keeper, &*bus, &inbox);
     let kept = keeper.close(inbox.lost.load(Ordering::Relaxed));
     if let Some(server) = server {

@@ -1,20 +1,20 @@
 //! The page's server: static files out of the executable and one WebSocket a browser, on a thread of its own.
 //!
-//! It answers only browsers that were sent here by this very page: a request must name this host by address or
-//! as `localhost` (no name that somebody else's DNS could point here), and a WebSocket must come from a page
-//! of the same origin. Any other web page that is open beside it cannot command the run or read it.
+//! Who may do what stands in [`super::access`], how many connections there are in [`super::connections`].
 
-use super::{Asked, Outgoing, Session, Viewer, reply};
+use super::access::{Access, Rights, Ticket, same_origin};
+use super::connections::{self, Peer};
+use super::{Asked, Outgoing, Session, Viewer, refused, reply};
 use crate::runtime::messages::Command;
 use axum::body::Body;
 use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
-use axum::extract::{DefaultBodyLimit, Request, State};
+use axum::extract::{DefaultBodyLimit, Extension, Request, State};
 use axum::http::{HeaderMap, Method, StatusCode, header};
 use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
+use std::collections::BTreeMap;
 use std::net::{IpAddr, SocketAddr};
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Duration;
@@ -79,6 +79,7 @@ impl Page {
 /// A running server; dropping it without [`Server::stop`] leaves it running until the process ends.
 pub struct Server {
     address: SocketAddr,
+    access: Arc<Access>,
     stop: oneshot::Sender<()>,
     thread: JoinHandle<()>,
 }
@@ -88,6 +89,12 @@ impl Server {
     #[must_use]
     pub fn address(&self) -> SocketAddr {
         self.address
+    }
+
+    /// What a browser must show to be let in.
+    #[must_use]
+    pub fn access(&self) -> &Access {
+        &self.access
     }
 
     /// Closes all connections and waits for the thread.
@@ -112,12 +119,17 @@ pub fn serve(listen: SocketAddr, page: Arc<Page>, operate: Operate) -> Result<Se
         .build()
         .map_err(PageError::Start)?;
     let (stop, stopped) = oneshot::channel();
-    let state = Arc::new(Shared { page, operate, browsers: AtomicUsize::new(0) });
+    let access = Arc::new(Access::at(address).map_err(PageError::Start)?);
+    let state =
+        Arc::new(Shared { page, operate, access: Arc::clone(&access), browsers: Mutex::default() });
     let body = move || {
         runtime.block_on(async {
             let accept = async {
                 match tokio::net::TcpListener::from_std(socket) {
-                    Ok(listener) => axum::serve(listener, router(state)).await.err(),
+                    Ok(listener) => {
+                        connections::serve(&listener, &router(state)).await;
+                        None
+                    }
                     Err(error) => Some(error),
                 }
             };
@@ -132,13 +144,54 @@ pub fn serve(listen: SocketAddr, page: Arc<Page>, operate: Operate) -> Result<Se
         .name("page".to_owned())
         .spawn(body)
         .map_err(PageError::Start)?;
-    Ok(Server { address, stop, thread })
+    Ok(Server { address, access, stop, thread })
 }
 
 struct Shared {
     page: Arc<Page>,
     operate: Operate,
-    browsers: AtomicUsize,
+    access: Arc<Access>,
+    /// WebSockets by client.
+    browsers: Mutex<BTreeMap<IpAddr, usize>>,
+}
+
+impl Shared {
+    fn browsers(&self) -> MutexGuard<'_, BTreeMap<IpAddr, usize>> {
+        self.browsers.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// One of the places for browsers, free again when dropped.
+struct Seat(Arc<Shared>, IpAddr);
+
+impl Seat {
+    /// # Errors
+    /// All places, or all of this client, are taken: what to say.
+    fn take(shared: &Arc<Shared>, client: IpAddr) -> Result<Self, String> {
+        let mut browsers = shared.browsers();
+        let own = browsers.get(&client).copied().unwrap_or(0);
+        if browsers.values().sum::<usize>() >= MAX_BROWSERS {
+            return Err(format!("{MAX_BROWSERS} browsers watch already; close one\n"));
+        }
+        if !client.is_loopback() && own >= MAX_OF_ONE_CLIENT {
+            return Err(format!("{own} browsers of {client} watch already; close one\n"));
+        }
+        browsers.insert(client, own + 1);
+        drop(browsers);
+        Ok(Self(Arc::clone(shared), client))
+    }
+}
+
+impl Drop for Seat {
+    fn drop(&mut self) {
+        let mut browsers = self.0.browsers();
+        if let Some(own) = browsers.get_mut(&self.1) {
+            *own -= 1;
+            if *own == 0 {
+                browsers.remove(&self.1);
+            }
+        }
+    }
 }
 
 fn router(state: Arc<Shared>) -> axum::Router {
@@ -168,25 +221,6 @@ async fn guard(request: Request, next: Next) -> Response {
     response
 }
 
-/// The request names this host by address or as `localhost`, and comes from no other page.
-fn same_origin(headers: &HeaderMap) -> Result<(), &'static str> {
-    let text = |name| headers.get(name).map(|v: &header::HeaderValue| v.to_str().unwrap_or("?"));
-    let host = text(header::HOST).ok_or("this page needs a Host header")?;
-    let name = host.parse::<SocketAddr>().map(|a| a.ip().to_string()).unwrap_or_else(|_| {
-        let name = host.rsplit_once(':').map_or(host, |(name, _)| name);
-        name.trim_matches(['[', ']']).to_owned()
-    });
-    if !name.eq_ignore_ascii_case("localhost") && name.parse::<IpAddr>().is_err() {
-        return Err("this page answers to an address or to localhost, not to a name");
-    }
-    match text(header::ORIGIN) {
-        Some(origin) if !origin.eq_ignore_ascii_case(&format!("http://{host}")) => {
-            Err("another page may not use this one")
-        }
-        _ => Ok(()), // programs that are no browsers send none
-    }
-}
-
 async fn file(request: Request) -> Response {
     if ![Method::GET, Method::HEAD].contains(request.method()) {
         let allowed = [(header::ALLOW, "GET, HEAD")];
@@ -204,20 +238,50 @@ async fn file(request: Request) -> Response {
     }
 }
 
-async fn upgrade(socket: WebSocketUpgrade, State(shared): State<Arc<Shared>>) -> Response {
-    if shared.browsers.fetch_add(1, Ordering::Relaxed) >= MAX_BROWSERS {
-        shared.browsers.fetch_sub(1, Ordering::Relaxed);
-        let text = format!("{MAX_BROWSERS} browsers watch already; close one\n");
-        return (StatusCode::SERVICE_UNAVAILABLE, text).into_response();
+async fn upgrade(
+    socket: WebSocketUpgrade,
+    headers: HeaderMap,
+    Extension(Peer(peer)): Extension<Peer>,
+    State(shared): State<Arc<Shared>>,
+) -> Response {
+    let ticket = match shared.access.ticket(&headers) {
+        Ok(ticket) => ticket,
+        Err(reason) => return (StatusCode::FORBIDDEN, format!("{reason}\n")).into_response(),
+    };
+    let seat = match Seat::take(&shared, peer.ip()) {
+        Ok(seat) => seat,
+        Err(reason) => return (StatusCode::SERVICE_UNAVAILABLE, reason).into_response(),
+    };
+    socket.max_message_size(MAX_MESSAGE).max_frame_size(MAX_MESSAGE).on_upgrade(
+        async move |mut socket| {
+            let rights = match ticket {
+                Ticket::Let(rights) => rights,
+                Ticket::AskToken => match first_word(&mut socket, &shared.access).await {
+                    Some(rights) => rights,
+                    None => return,
+                },
+            };
+            browser(socket, &shared, rights).await;
+            drop(seat);
+        },
+    )
+}
+
+/// The rights of a browser whose first message is a token; anybody else hears why not.
+async fn first_word(socket: &mut WebSocket, access: &Access) -> Option<Rights> {
+    let first = timeout(FIRST_WORD, socket.recv()).await;
+    if let Ok(Some(Ok(Message::Text(text)))) = first
+        && let Some(rights) = access.rights_of_message(&text)
+    {
+        return Some(rights);
     }
-    socket.max_message_size(MAX_MESSAGE).on_upgrade(async move |socket| {
-        browser(socket, &shared).await;
-        shared.browsers.fetch_sub(1, Ordering::Relaxed);
-    })
+    let Outgoing::Text(why) = refused(access.needed()) else { return None };
+    let _ = timeout(FIRST_WORD, socket.send(Message::Text((&*why).into()))).await;
+    None
 }
 
 /// One browser until it leaves. A slow one gets fewer scans, never an ever longer queue.
-async fn browser(mut socket: WebSocket, shared: &Arc<Shared>) {
+async fn browser(mut socket: WebSocket, shared: &Arc<Shared>, rights: Rights) {
     let mut session = Session::default();
     let mut version = shared.page.version.subscribe();
     version.mark_changed();
@@ -229,9 +293,13 @@ async fn browser(mut socket: WebSocket, shared: &Arc<Shared>) {
                 Some(Ok(Message::Text(text))) => match session.on_message(&text) {
                     Asked::Nothing => session.poll(&shared.page.viewer()),
                     Asked::Refused(answer) => vec![answer],
+                    Asked::Compare(_) if rights == Rights::Look => vec![refused(LOOK_ONLY)],
                     Asked::Compare(on) => {
                         shared.page.update(|viewer| viewer.compare(on));
                         Vec::new()
+                    }
+                    Asked::Command(id, words, _) if rights == Rights::Look => {
+                        vec![reply(id, &words, false, LOOK_ONLY)]
                     }
                     Asked::Command(id, words, command) => {
                         vec![carry_out(shared.clone(), id, words, command).await]
@@ -290,6 +358,11 @@ fn listen_reason(error: &std::io::Error) -> String {
 const POLICY: &str =
     "default-src 'self'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'";
 const MAX_BROWSERS: usize = 32;
+/// Of these, for one address beyond this host.
+const MAX_OF_ONE_CLIENT: usize = 8;
+/// How long a browser that needs a token may take to say it.
+const FIRST_WORD: Duration = Duration::from_secs(5);
+const LOOK_ONLY: &str = "this address of the page is for looking; the other one that was printed at the start may command";
 /// Longest message of a browser, octets.
 const MAX_MESSAGE: usize = 4096;
 /// At most this often a new picture.
@@ -334,35 +407,6 @@ const FILES: &[(&str, &str, &[u8])] = files! {
 mod tests {
     use super::*;
 
-    fn headers(host: &str, origin: Option<&str>) -> HeaderMap {
-        let mut headers = HeaderMap::new();
-        headers.insert(header::HOST, host.parse().expect("host"));
-        if let Some(origin) = origin {
-            headers.insert(header::ORIGIN, origin.parse().expect("origin"));
-        }
-        headers
-    }
-
-    #[test]
-    fn only_this_page_may_use_the_server() {
-        for (host, origin, allowed) in [
-            ("127.0.0.1:8600", None, true),
-            ("127.0.0.1:8600", Some("http://127.0.0.1:8600"), true),
-            ("localhost:8600", Some("http://localhost:8600"), true),
-            ("[::1]:8600", Some("http://[::1]:8600"), true),
-            ("192.0.2.7", None, true),
-            ("127.0.0.1:8600", Some("http://evil.example"), false),
-            ("127.0.0.1:8600", Some("http://127.0.0.1:8601"), false),
-            ("127.0.0.1:8600", Some("https://127.0.0.1:8600"), false),
-            ("127.0.0.1:8600", Some("null"), false),
-            ("evil.example:8600", None, false),
-            ("evil.example:8600", Some("http://evil.example:8600"), false),
-        ] {
-            let answer = same_origin(&headers(host, origin));
-            assert_eq!(answer.is_ok(), allowed, "{host} from {origin:?}: {answer:?}");
-        }
-    }
-
     #[test]
     fn a_taken_port_is_named_with_the_flag_that_helps() {
         let taken = std::net::TcpListener::bind("127.0.0.1:0").expect("a free port");
@@ -375,5 +419,93 @@ mod tests {
             assert!(text.contains(part), "{text}");
         }
         assert!(!text.contains('\n'));
+    }
+
+    /// The first JSON answer of type `reply` or `refused` to a freeze, by somebody who shows `token` or comes from the page.
+    fn freeze(server: &Server, origin: bool, token: Option<&str>) -> Result<String, String> {
+        let address = format!("127.0.0.1:{}", server.address().port());
+        let uri = format!("ws://{address}/socket").parse().expect("a URI");
+        let mut request = tungstenite::ClientRequestBuilder::new(uri);
+        if origin {
+            request = request.with_header("Origin", format!("http://{address}"));
+        }
+        let mut socket = tungstenite::connect(request).map_err(|e| e.to_string())?.0;
+        if let Some(token) = token {
+            let first = format!(r#"{{"type":"token","token":"{token}"}}"#);
+            socket.send(tungstenite::Message::text(first)).map_err(|e| e.to_string())?;
+        }
+        let freeze = r#"{"type":"command","id":1,"command":"freeze"}"#;
+        socket.send(tungstenite::Message::text(freeze)).map_err(|e| e.to_string())?;
+        loop {
+            let message = socket.read().map_err(|e| e.to_string())?;
+            if let Ok(text) = message.to_text()
+                && [r#""type":"reply""#, r#""type":"refused""#].iter().any(|t| text.contains(t))
+            {
+                return Ok(text.to_owned());
+            }
+        }
+    }
+
+    #[test]
+    fn a_run_is_commanded_only_by_who_may() {
+        let commands = Arc::new(Mutex::new(0));
+        for (listen, url_to_look) in [("127.0.0.1:0", false), ("0.0.0.0:0", true)] {
+            let counted = Arc::clone(&commands);
+            *commands.lock().expect("sound") = 0;
+            let operate: Operate = Box::new(move |_, _| {
+                *counted.lock().expect("sound") += 1;
+                (true, "FROZEN".to_owned())
+            });
+            let page = Page::new(Viewer::new(1 << 16));
+            let server = serve(listen.parse().expect("address"), page, operate).expect("served");
+            let access = server.access();
+            let told = |what: &str| *commands.lock().expect("sound") == usize::from(what == "yes");
+            assert!(freeze(&server, false, None).map_or(true, |t| t.contains("token")), "{listen}");
+            assert!(told("no"), "{listen}: without origin and token");
+            assert_eq!(access.url_to_look().is_some(), url_to_look, "{listen}");
+            if let Some(url) = access.url_to_look() {
+                let look = url.split_once("#t=").expect("a token").1;
+                let command = access.url().split_once("#t=").expect("a token").1.to_owned();
+                for (token, words) in
+                    [(None, "token"), (Some("00"), "token"), (Some(look), "looking")]
+                {
+                    let answer = freeze(&server, true, token).expect("an answer");
+                    assert!(answer.contains(words), "{token:?}: {answer}");
+                }
+                assert!(told("no"), "wrong tokens and the one to look command nothing");
+                let answer = freeze(&server, true, Some(&command)).expect("an answer");
+                assert!(answer.contains("FROZEN"), "{answer}");
+            } else {
+                assert!(freeze(&server, true, None).expect("an answer").contains("FROZEN"));
+            }
+            assert!(told("yes"), "{listen}: who may, may");
+            server.stop();
+        }
+    }
+
+    #[test]
+    fn browsers_have_places_and_one_client_a_share() {
+        let operate: Operate = Box::new(|_, _| (true, String::new()));
+        let here = "127.0.0.1:0".parse().expect("an address");
+        let shared = Arc::new(Shared {
+            page: Page::new(Viewer::new(1 << 16)),
+            operate,
+            access: Arc::new(Access::at(here).expect("random numbers")),
+            browsers: Mutex::default(),
+        });
+        let far = |n: u8| IpAddr::from([192, 0, 2, n]);
+        let mut seats: Vec<_> = (0..40).map_while(|_| Seat::take(&shared, far(1)).ok()).collect();
+        assert_eq!(seats.len(), MAX_OF_ONE_CLIENT);
+        for n in 2..=3 {
+            seats.extend((0..MAX_OF_ONE_CLIENT).map(|_| Seat::take(&shared, far(n)).expect("one")));
+        }
+        let here = IpAddr::from([127, 0, 0, 1]);
+        seats.extend((0..40).map_while(|_| Seat::take(&shared, here).ok()));
+        assert_eq!(seats.len(), MAX_BROWSERS);
+        assert!(Seat::take(&shared, far(9)).is_err());
+        seats.pop();
+        assert!(Seat::take(&shared, far(9)).is_ok());
+        drop(seats);
+        assert!(shared.browsers().is_empty());
     }
 }

@@ -56,7 +56,9 @@ fn a_spectator_keeps_the_run_shows_it_and_leaves_with_it() {
     let (told, page) = bounded(1);
     let (sent, task_of) = (inbox.clone(), task(files.clone(), true));
     let viewer = thread::spawn(move || {
-        run(&task_of, scene, bus, sent, |address| told.send(address).expect("told"))
+        run(&task_of, scene, bus, sent, |server| {
+            told.send(server.map(Server::address)).expect("told");
+        })
     });
     let told = page.recv_timeout(Duration::from_secs(20)).expect("it joins");
     let address = told.expect("the page's address");
@@ -75,7 +77,10 @@ fn a_spectator_keeps_the_run_shows_it_and_leaves_with_it() {
     inbox.datagrams(vec![datagram.clone(), datagram]);
 
     // A command from the page reaches the conductor and comes back with its answer.
-    let mut socket = tungstenite::connect(format!("ws://{address}/socket")).expect("open").0;
+    let uri = format!("ws://{address}/socket").parse().expect("a URI");
+    let from_page = tungstenite::ClientRequestBuilder::new(uri)
+        .with_header("Origin", format!("http://{address}"));
+    let mut socket = tungstenite::connect(from_page).expect("open").0;
     let freeze = r#"{"type":"command","id":1,"command":"freeze"}"#;
     socket.send(tungstenite::Message::text(freeze)).expect("sent");
     let answer = loop {

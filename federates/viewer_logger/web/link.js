@@ -3,6 +3,16 @@
 const SILENT_MS = 3500; // the server says something at least once a second
 const RETRY_MS = [300, 600, 1200, 2500, 5000];
 
+/** The token of the address (…/#t=…), where the page is reached from another host: kept for this tab, off the address bar. */
+function token() {
+  const shown = new URLSearchParams(location.hash.slice(1)).get("t");
+  if (shown) {
+    sessionStorage.setItem("token", shown);
+    history.replaceState(null, "", location.pathname);
+  }
+  return shown ?? sessionStorage.getItem("token");
+}
+
 export class Link {
   #socket = null;
   #retries = 0;
@@ -10,11 +20,13 @@ export class Link {
   #ids = 0;
   #waiting = new Map();
   #hello = () => [];
+  #token = null;
 
   /** `on` has `text(message)`, `scan(buffer)`, `state(word)`; word is connecting, open, silent or lost. */
   constructor(on, hello) {
     this.on = on;
     this.#hello = hello;
+    this.#token = token();
     this.state = "connecting";
     setInterval(() => this.#watch(), 500);
     this.#open();
@@ -46,6 +58,7 @@ export class Link {
       this.#retries = 0;
       this.#heard = performance.now();
       this.#become("open");
+      if (this.#token) this.send({ type: "token", token: this.#token });
       for (const message of this.#hello()) this.send(message);
     };
     socket.onmessage = (event) => {
