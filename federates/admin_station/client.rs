@@ -100,6 +100,9 @@ pub fn table(statistics: &serde_json::Value) -> String {
             f["repaired"].to_string(),
             number(&f["exec_us"]),
         );
+        for alarm in f["alarms"].as_array().into_iter().flatten() {
+            let _ = writeln!(out, "! {name} {}", text(alarm));
+        }
         for drop in f["dropped"].as_array().into_iter().flatten() {
             let _ = writeln!(out, "  dropped {}: {}", drop[1], text(&drop[0]));
         }

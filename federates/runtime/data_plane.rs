@@ -1,6 +1,7 @@
 //! The data plane as federates see it: PDUs out to everybody, PDUs in from everybody.
 
 use super::federate::Octets;
+use super::hearing::Plane;
 use std::net::SocketAddr;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -28,6 +29,12 @@ pub trait DataPlane: Send {
     fn kernel_drops(&self) -> u64 {
         0
     }
+    /// What it is called, where it can fail without the synchronisation plane failing.
+    fn plane(&self) -> Option<Plane> {
+        None
+    }
+    /// Sends a probe of the federate called `name`, so that others hear it before there is anything to send.
+    fn probe(&mut self, _name: &str) {}
 }
 
 /// The data plane inside one process: every datagram goes to every sink, the sender's own too.

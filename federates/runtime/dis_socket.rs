@@ -4,12 +4,16 @@ use super::cli::NetworkArgs;
 use super::data_plane::DataPlane;
 use super::digest::pdu_hash;
 use super::federate::Octets;
+use super::hearing::Plane;
 use super::member_driver::Event;
 use super::threads::spawn_watched;
 use crossbeam_channel::Sender;
 use datalink::{Destination, Destinations, LinkConfig};
-use pdu::enumerations::PduType;
-use std::collections::BTreeMap;
+use pdu::enumerations::{DatumId, PduType};
+use pdu::management::EventReport;
+use pdu::records::{EntityId, VariableDatum};
+use pdu::{Body, DisTime, Envelope};
+use std::collections::{BTreeMap, BTreeSet};
 use std::net::IpAddr;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -19,6 +23,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 pub struct Receiving {
     /// DIS exercise.
     pub exercise: u8,
+    /// DIS site of the federation.
+    pub site: u16,
     /// Whether it reads PDUs at all; producers do not.
     pub consumes: bool,
     /// Share of truth datagrams dropped on purpose.
@@ -78,7 +84,8 @@ pub fn open(
                 let sent = pdus.is_empty() || events.send(Event::Pdus(pdus)).is_ok();
                 let told =
                     sorter.take_drops().all(|(r, n)| events.send(Event::Dropped(r, n)).is_ok());
-                if !sent || !told {
+                let probed = sorter.take_probes().all(|p| events.send(Event::Probe(p)).is_ok());
+                if !sent || !told || !probed {
                     return;
                 }
             }
@@ -87,7 +94,13 @@ pub fn open(
     } else {
         datalink::Sender::open(&config)?
     };
-    Ok(Box::new(UdpPlane { sender, refused: 0, drops }))
+    let interface = config.interface.map(|i| i.to_string());
+    let plane = Plane {
+        group: config.to.to_string(),
+        interface: interface.unwrap_or_else(|| "the interface that the system chose".to_owned()),
+        loss: receiving.loss,
+    };
+    Ok(Box::new(UdpPlane { sender, refused: 0, drops, receiving, plane }))
 }
 
 /// Sorts datagrams: sound truth and weather of the exercise, anything else, unsound ones.
@@ -95,13 +108,14 @@ pub struct Sorter {
     receiving: Receiving,
     arrived: u64,
     drops: BTreeMap<&'static str, u64>,
+    probes: BTreeSet<String>,
 }
 
 impl Sorter {
     /// A sorter.
     #[must_use]
     pub fn new(receiving: Receiving) -> Self {
-        Self { receiving, arrived: 0, drops: BTreeMap::new() }
+        Self { receiving, arrived: 0, drops: BTreeMap::new(), probes: BTreeSet::new() }
     }
 
     /// Appends the PDUs of a datagram that the federate reads.
@@ -132,7 +146,15 @@ impl Sorter {
             if pdu_type == PduType::ENTITY_STATE || pdu_type == PduType::ENVIRONMENTAL_PROCESS {
                 pdus.push(Arc::from(received.octets));
             }
+            if pdu_type == PduType::EVENT_REPORT && self.probes.len() < PROBES {
+                self.probes.extend(probe_of(&received, self.receiving.site));
+            }
         }
+    }
+
+    /// Producers whose probes came since the last call.
+    pub fn take_probes(&mut self) -> impl Iterator<Item = String> + use<> {
+        std::mem::take(&mut self.probes).into_iter()
     }
 
     /// Loss on purpose: by a hash of the PDU and its number, so that it needs no generator.
@@ -150,10 +172,44 @@ impl Sorter {
     }
 }
 
+/// Names kept from one arrival to the next, at most: anybody may send probes.
+const PROBES: usize = 32;
+
+/// DIS application of a probe: neither traffic nor world.
+const PROBE_APPLICATION: u16 = 65_001;
+
+/// A probe: an Event Report PDU that names its federate.
+fn probe(receiving: Receiving, name: &str) -> Option<Octets> {
+    let text = format!("SEEDS probe {name}");
+    let report = EventReport {
+        originating_id: EntityId::new(receiving.site, PROBE_APPLICATION, 0),
+        receiving_id: EntityId::ALL,
+        // SISO-REF-010: datum identifiers of free text are the user's own; 0 says nothing.
+        variable_datums: vec![VariableDatum::new(DatumId(0), text.as_bytes())].into(),
+        ..EventReport::default()
+    };
+    let mut octets = Vec::new();
+    Envelope::new(receiving.exercise, DisTime::relative(0)).append(&report, &mut octets).ok()?;
+    Some(octets.into())
+}
+
+/// The name in a probe.
+fn probe_of(received: &pdu::Received<'_>, site: u16) -> Option<String> {
+    let Body::EventReport(report) = received.body() else { return None };
+    if report.originating_id != EntityId::new(site, PROBE_APPLICATION, 0) {
+        return None;
+    }
+    let text = std::str::from_utf8(report.variable_datums.iter().next()?.value).ok()?;
+    let name = text.strip_prefix("SEEDS probe ")?.trim_end_matches('\0');
+    (name.len() <= 64).then(|| name.to_owned())
+}
+
 struct UdpPlane {
     sender: datalink::Sender,
     refused: u64,
     drops: Arc<AtomicU64>,
+    receiving: Receiving,
+    plane: Plane,
 }
 
 impl DataPlane for UdpPlane {
@@ -170,5 +226,53 @@ impl DataPlane for UdpPlane {
     }
     fn kernel_drops(&self) -> u64 {
         self.drops.load(Ordering::Relaxed)
+    }
+    fn plane(&self) -> Option<Plane> {
+        Some(self.plane.clone())
+    }
+    fn probe(&mut self, name: &str) {
+        if let Some(octets) = probe(self.receiving, name) {
+            self.send(&[octets]);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_probe_is_heard_by_its_own_federation_only() {
+        let receiving = Receiving { exercise: 3, site: 9, consumes: true, loss: 0.5 };
+        let octets = probe(receiving, "traffic-generator-2").expect("it encodes");
+        for (other, heard) in [
+            (receiving, true),
+            (Receiving { exercise: 4, ..receiving }, false),
+            (Receiving { site: 8, ..receiving }, false),
+        ] {
+            let (mut sorter, mut pdus) = (Sorter::new(other), Vec::new());
+            for _ in 0..1000 {
+                sorter.sort(&octets, &mut pdus);
+            }
+            let probes: Vec<_> = sorter.take_probes().collect();
+            assert_eq!(
+                probes.as_slice() == ["traffic-generator-2"],
+                heard,
+                "{other:?}: {probes:?}"
+            );
+            assert!(pdus.is_empty(), "a probe is no truth");
+        }
+    }
+
+    #[test]
+    fn forged_probes_fill_no_memory() {
+        let receiving = Receiving { exercise: 3, site: 9, consumes: true, loss: 0.0 };
+        let (mut sorter, mut pdus) = (Sorter::new(receiving), Vec::new());
+        for n in 0..1000 {
+            let octets = probe(receiving, &format!("forged-{n}")).expect("it encodes");
+            sorter.sort(&octets, &mut pdus);
+        }
+        assert_eq!(sorter.take_probes().count(), PROBES);
+        assert_eq!(sorter.take_probes().count(), 0);
     }
 }

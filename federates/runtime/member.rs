@@ -4,6 +4,7 @@
 
 use super::digest::{Digest, pdu_hash};
 use super::federate::{Federate, FrameInputs, FrameOut, Octets, Publication};
+use super::hearing::Hearing;
 use super::messages::{
     Cuts, FinalReport, Frame, FrameEnds, Notice, Order, Repair, Repaired, Report, RunConfig,
 };
@@ -121,6 +122,7 @@ pub struct Member {
     window: Frame,
     microseconds: fn() -> u64,
     exec: ExecTimes,
+    hearing: Hearing,
 }
 
 /// Execution times of steps, µs.
@@ -178,7 +180,13 @@ impl Member {
             window: 10,
             microseconds,
             exec: ExecTimes::default(),
+            hearing: Hearing::default(),
         }
+    }
+
+    /// What it hears of its producers on the data plane.
+    pub fn hearing(&mut self) -> &mut Hearing {
+        &mut self.hearing
     }
 
     /// Frame executed.
@@ -321,6 +329,7 @@ impl Member {
         self.closed = false;
         self.made = Digest::default();
         self.incomplete.clear();
+        self.hearing.configure();
         self.ready.clear();
         self.notices.clear();
         self.holding = None;
@@ -357,6 +366,10 @@ impl Member {
                 self.heard.insert(from.to_owned());
                 return;
             }
+            Report::Ready { .. } if self.producers.contains_key(from) => {
+                self.hearing.ready(now, from);
+                return;
+            }
             _ => return,
         };
         let run = self.config.as_ref().map_or(0, |c| c.run);
@@ -374,7 +387,7 @@ impl Member {
             notices.push((made, notice));
         }
         for (frame, hashes) in ends.pdus {
-            let mut missing = Vec::new();
+            let (named, mut missing) = (hashes.len(), Vec::new());
             for hash in hashes {
                 match self.waiting.remove(&hash) {
                     Some((octets, _)) => {
@@ -384,6 +397,7 @@ impl Member {
                     None => missing.push(hash),
                 }
             }
+            self.hearing.named(now, from, named as u64, (named - missing.len()) as u64);
             if !missing.is_empty() {
                 let producer = from.to_owned();
                 self.incomplete.insert(
@@ -412,6 +426,7 @@ impl Member {
             });
             if let Some((key, complete)) = named {
                 self.counters.received += 1;
+                self.hearing.came(&key.1, 1);
                 self.ready.entry(key.clone()).or_default().push(octets);
                 if complete {
                     self.incomplete.remove(&key);
@@ -454,6 +469,7 @@ impl Member {
             self.counters.lost += 1;
             self.counters.repaired += 1;
             let (key, complete) = (key.clone(), incomplete.missing.is_empty());
+            self.hearing.repaired(&key.1, 1);
             self.ready.entry(key.clone()).or_default().push(Arc::from(octets));
             if complete {
                 self.incomplete.remove(&key);

@@ -5,6 +5,7 @@ use super::clock::{monotonic_ns, monotonic_us};
 use super::codec::{decode, encode};
 use super::data_plane::DataPlane;
 use super::federate::{Federate, Octets, Publication};
+use super::hearing::LOOK_NS;
 use super::member::{Effect, Member};
 use super::messages::{FederateStatus, Hello, Kind, Order, Report, Welcome};
 use super::process::Usage;
@@ -23,6 +24,8 @@ pub enum Event {
     Pdus(Vec<Octets>),
     /// A datagram or PDU was dropped, and why.
     Dropped(&'static str, u64),
+    /// The producer of this name was heard on the data plane.
+    Probe(String),
     /// A repair was answered.
     Repaired(Vec<u8>),
     /// A consumer misses PDUs.
@@ -88,6 +91,9 @@ pub enum MemberError {
 
 const STATUS_EVERY_NS: u64 = 1_000_000_000;
 const CONDUCTOR_GRACE_NS: u64 = 10_000_000_000;
+const PROBE_EVERY_NS: u64 = 300_000_000;
+/// Probes of a run, at least: one that is lost is no word.
+const PROBES: u32 = 3;
 
 /// Joins, executes what is granted, and returns the exit code that the conductor gave.
 ///
@@ -139,13 +145,18 @@ pub fn run(context: MemberContext, federate: Box<dyn Federate>) -> Result<u8, Me
     )?;
 
     let mut member = Member::new(federate, &name, inc, monotonic_us);
+    if let Some(plane) = data.plane() {
+        member.hearing().on(plane);
+    }
+    let mut probing = Probing::default();
     let retained = Retained::default();
     let mut status = StatusKeeper::new(&name);
     let mut conductor_lost_at: Option<u64> = None;
     let mut effects = Vec::new();
     let code = 'run: loop {
         let now = monotonic_ns();
-        let next = member.deadline().unwrap_or(u64::MAX).min(status.due());
+        let look = if consumes { now + LOOK_NS } else { probing.due() };
+        let next = member.deadline().unwrap_or(u64::MAX).min(status.due()).min(look);
         let wait = Duration::from_nanos(next.saturating_sub(now));
         let first = match receive.recv_timeout(wait) {
             Ok(event) => Some(event),
@@ -161,6 +172,12 @@ pub fn run(context: MemberContext, federate: Box<dyn Federate>) -> Result<u8, Me
                         if order == Order::Muster {
                             status.due_now();
                         }
+                        if !consumes {
+                            probing.order(&order, now);
+                        }
+                        if consumes && matches!(order, Order::Finish { .. }) {
+                            told(&name, member.hearing().finish());
+                        }
                         member.order(order, &mut effects);
                     }
                     Err(e) => tracing::warn!("an order was dropped: {e}"),
@@ -171,6 +188,7 @@ pub fn run(context: MemberContext, federate: Box<dyn Federate>) -> Result<u8, Me
                 },
                 Event::Pdus(pdus) => member.pdus(pdus, &mut effects),
                 Event::Dropped(reason, count) => status.dropped(reason, count),
+                Event::Probe(producer) => member.hearing().came(&producer, 1),
                 Event::Repaired(body) => match decode(&body) {
                     Ok(repaired) => member.repaired(repaired, &mut effects),
                     Err(e) => tracing::warn!("a repair was dropped: {e}"),
@@ -195,6 +213,11 @@ pub fn run(context: MemberContext, federate: Box<dyn Federate>) -> Result<u8, Me
             }
         }
         member.tick(now, &mut effects);
+        told(&name, member.hearing().tick(now));
+        if now >= probing.due() {
+            probing.sent(now);
+            data.probe(&name);
+        }
         for effect in effects.drain(..) {
             match effect {
                 Effect::Send(pdus) => data.send(&pdus),
@@ -238,6 +261,42 @@ pub fn run(context: MemberContext, federate: Box<dyn Federate>) -> Result<u8, Me
     Ok(code)
 }
 
+/// What a consumer does not hear is said where it runs; the administration station tells of it as well.
+fn told(name: &str, words: Vec<String>) {
+    for text in words {
+        tracing::warn!("{name} {text}");
+    }
+}
+
+/// When a producer probes the data plane: from its configuration on until the run has begun.
+#[derive(Default)]
+struct Probing {
+    next: Option<u64>,
+    sent: u32,
+    begun: bool,
+}
+
+impl Probing {
+    fn order(&mut self, order: &Order, now: u64) {
+        match order {
+            Order::Configure(_) => *self = Self { next: Some(now), ..Self::default() },
+            Order::Grant { .. } => self.begun = true,
+            Order::Finish { .. } => self.next = None,
+            _ => {}
+        }
+    }
+
+    fn due(&self) -> u64 {
+        self.next.unwrap_or(u64::MAX)
+    }
+
+    fn sent(&mut self, now: u64) {
+        self.sent += 1;
+        let over = self.begun && self.sent >= PROBES;
+        self.next = (!over).then_some(now + PROBE_EVERY_NS);
+    }
+}
+
 /// Asks until accepted, refused, out of patience, or stopped (`None`).
 fn join(
     bus: &dyn Bus,
@@ -263,6 +322,9 @@ fn join(
         match answer.as_deref().map(decode::<Welcome>) {
             Some(Ok(Welcome::Accepted { inc })) => return Ok(Some(inc)),
             Some(Ok(Welcome::Refused(why))) => return Err(MemberError::Refused(why)),
+            Some(Ok(Welcome::NameTaken)) => {
+                return Err(MemberError::Refused(format!("the name '{name}' is taken")));
+            }
             Some(Err(e)) => return Err(MemberError::Refused(e.to_string())),
             None => {}
         }
@@ -373,6 +435,7 @@ impl StatusKeeper {
             status.dropped.push(("receive buffer full".into(), data.kernel_drops()));
         }
         member.federate().status(&mut status);
+        status.alarms = member.hearing().alarms().map(str::to_owned).collect();
         status
     }
 }

@@ -473,6 +473,8 @@ pub struct FederateStatus {
     pub exec_max_us: f64,
 }
 
+    /// What a person should look after, in sentences; empty when all is well.
+    pub alarms: Vec<String>,
 /// A track as published (`TrackInfo`); airport frame, SI units, radians.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TrackMessage {

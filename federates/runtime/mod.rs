@@ -13,6 +13,7 @@ pub mod digest;
 pub mod dis_socket;
 pub mod federate;
 pub mod frame_time;
+pub mod hearing;
 pub mod life_cycle;
 pub mod local_bus;
 pub mod member;

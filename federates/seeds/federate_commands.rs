@@ -336,7 +336,12 @@ fn run_member(
         let _ = stop.send(Event::Stop);
     })?;
     let federate = make(Arc::clone(&scene), exercise);
-    let receiving = Receiving { exercise, consumes: federate.consumes(), loss: args.inject_loss };
+    let receiving = Receiving {
+        exercise,
+        site: scene.run.site,
+        consumes: federate.consumes(),
+        loss: args.inject_loss,
+    };
     let data = dis_socket::open(&args.network, &scene.network, receiving, events.0.clone())?;
     let (bus, endpoint) = open_bus(&args.network, &scene.network, exercise)?;
     let context = MemberContext {

@@ -73,8 +73,12 @@ pub fn federation(
         let events = unbounded();
         if federate.consumes() {
             let to = events.0.clone();
-            let mut sorter =
-                Sorter::new(Receiving { exercise, consumes: true, loss: args.inject_loss });
+            let mut sorter = Sorter::new(Receiving {
+                exercise,
+                site: scene.run.site,
+                consumes: true,
+                loss: args.inject_loss,
+            });
             ether.listen(Box::new(move |arrivals| {
                 let mut pdus = Vec::new();
                 arrivals.iter().for_each(|a| sorter.sort(&a.octets, &mut pdus));
