@@ -292,6 +292,15 @@ macro_rules! out {
 }
 pub(crate) use out;
 
+/// [`load_scene`] with the movements of one share of the traffic only.
+///
+/// # Errors
+/// As [`load_scene`].
+pub fn load_scene_share(typed: &str, share: u32, of: u32) -> Result<scenarios::Scene, ExitCode> {
+    let path: PathBuf = scenarios::locate(typed);
+    scenarios::load_share(&path, share, of).map_err(|e| fail(BAD_INPUT, e))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

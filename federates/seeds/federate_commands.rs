@@ -6,7 +6,7 @@ use crate::federation::{RunOptions, conductor_config, generator_name};
 use crate::runtime::bus::Bus;
 use crate::runtime::cli::out;
 use crate::runtime::cli::{
-    self, BAD_INPUT, CommonArgs, DEFAULT_ENDPOINT, FAILED, NetworkArgs, fail, load_scene,
+    self, BAD_INPUT, CommonArgs, DEFAULT_ENDPOINT, FAILED, NetworkArgs, fail,
     load_scene_without_truth,
 };
 use crate::runtime::dis_socket::{self, Receiving};
@@ -284,7 +284,8 @@ fn share_of(text: &str) -> Result<(u32, u32), String> {
 #[must_use]
 pub fn traffic_generator(args: &TrafficArgs) -> ExitCode {
     let (share, of) = args.share;
-    member(&args.common, &generator_name(share, of), load_scene, |scene, exercise| {
+    let load = |typed: &str| cli::load_scene_share(typed, share, of);
+    member(&args.common, &generator_name(share, of), load, |scene, exercise| {
         Box::new(TrafficGenerator::new(scene, exercise, share, of))
     })
 }

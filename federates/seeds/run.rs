@@ -5,7 +5,7 @@ use crate::federation::{RunOptions, generator_name};
 use crate::runtime::cli::out;
 use crate::runtime::cli::{
     self, BAD_INPUT, COMPLETE, CommonArgs, DATA_LOST, DEFAULT_ENDPOINT, FAILED, LogFormat,
-    NetworkArgs, fail, load_scene,
+    NetworkArgs, fail, load_scene, load_scene_without_truth,
 };
 use crate::runtime::dis_socket::link_config;
 use clap::Args;
@@ -120,7 +120,12 @@ impl RunArgs {
 #[must_use]
 pub fn run(args: &RunArgs) -> ExitCode {
     cli::log_to_stderr(args.log_format, "warn");
-    let scene = match load_scene(&args.scene) {
+    if let Err(e) = crate::runtime::process::enough_files() {
+        return fail(FAILED, e);
+    }
+    // Processes make the movements of their shares themselves; this one only looks at what there is.
+    let load = if args.in_process { load_scene } else { load_scene_without_truth };
+    let scene = match load(&args.scene) {
         Ok(scene) => scene,
         Err(code) => return code,
     };
@@ -258,6 +263,10 @@ fn processes(args: &RunArgs) -> anyhow::Result<u8> {
                 let needed = launched.running().iter().any(|n| n == "admin-station");
                 if !needed && code.is_none() {
                     code = Some(i32::from(FAILED));
+                } else if code.is_none() && ended_with == i32::from(BAD_INPUT) {
+                    // A movement that none can be made of: it has said which.
+                    launched.end_all(Duration::from_secs(2));
+                    return Ok(BAD_INPUT);
                 }
             }
         }

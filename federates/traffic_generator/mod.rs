@@ -106,12 +106,12 @@ impl Federate for TrafficGenerator {
             ));
         }
         let entities = &self.scene.traffic.entities;
-        if entities.iter().any(|e| e.trajectory.is_none()) {
-            return Err("the scene was loaded without truth: there is nothing to generate".into());
+        let own = |entity: &usize| scenarios::in_share(*entity, self.share, self.of);
+        let own: Vec<usize> = (0..entities.len()).filter(own).collect();
+        if own.iter().any(|entity| entities[*entity].trajectory.is_none()) {
+            return Err("the scene was loaded without this share of its truth".into());
         }
-        let count = entities.len();
-        let own = |entity: &usize| *entity as u32 % self.of == self.share - 1;
-        self.movers = (0..count).filter(own).map(|entity| Mover { entity, sent: None }).collect();
+        self.movers = own.into_iter().map(|entity| Mover { entity, sent: None }).collect();
         self.frame(0, out);
         Ok(())
     }

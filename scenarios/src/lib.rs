@@ -85,7 +85,7 @@ const SECTIONS: [&str; 9] = [
 /// # Errors
 /// The first fault found, as one line: `file:line: key: what was found, what is allowed`.
 pub fn load(path: &Path) -> Result<Scene, ScenarioError> {
-    read(path, &text_of(path)?, true)
+    read(path, &text_of(path)?, TruthOf::All)
 }
 
 /// [`load`] without making movements: [`Entity::trajectory`] and [`Entity::report`] stay empty, all
@@ -95,7 +95,40 @@ pub fn load(path: &Path) -> Result<Scene, ScenarioError> {
 /// # Errors
 /// As [`load`].
 pub fn load_without_truth(path: &Path) -> Result<Scene, ScenarioError> {
-    read(path, &text_of(path)?, false)
+    read(path, &text_of(path)?, TruthOf::Nobody)
+}
+
+/// [`load`] with the movements of share `share` (from 1) of `of` only, as [`in_share`] deals them out.
+///
+/// # Errors
+/// As [`load`], faults of other shares' movements excepted.
+pub fn load_share(path: &Path, share: u32, of: u32) -> Result<Scene, ScenarioError> {
+    read(path, &text_of(path)?, TruthOf::Share(share, of))
+}
+
+/// Whether the mover that stands at `index` of the scene belongs to share `share` (from 1) of `of`.
+#[must_use]
+pub fn in_share(index: usize, share: u32, of: u32) -> bool {
+    index as u32 % of == share - 1
+}
+
+/// Whose movements are made when a scene is read.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum TruthOf {
+    All,
+    Nobody,
+    Share(u32, u32),
+}
+
+impl TruthOf {
+    /// Whether the mover at `index` is among them.
+    fn has(self, index: usize) -> bool {
+        match self {
+            Self::All => true,
+            Self::Nobody => false,
+            Self::Share(share, of) => in_share(index, share, of),
+        }
+    }
 }
 
 /// [`load`] for the text of a scene that would stand at `path`; files count from its folder.
@@ -103,7 +136,7 @@ pub fn load_without_truth(path: &Path) -> Result<Scene, ScenarioError> {
 /// # Errors
 /// As [`load`].
 pub fn load_text(path: &Path, text: &str) -> Result<Scene, ScenarioError> {
-    read(path, text, true)
+    read(path, text, TruthOf::All)
 }
 
 /// Octets of the largest file that a scene names: a world of airports is larger, one airport is not.
@@ -146,7 +179,7 @@ fn shipped_scenes() -> String {
     names.join(", ")
 }
 
-fn read(path: &Path, text: &str, with_truth: bool) -> Result<Scene, ScenarioError> {
+fn read(path: &Path, text: &str, truth_of: TruthOf) -> Result<Scene, ScenarioError> {
     let root = document::Section::parse(path, text)?;
     root.only(&SECTIONS)?;
     let run = run::read(&root)?;
@@ -155,7 +188,7 @@ fn read(path: &Path, text: &str, with_truth: bool) -> Result<Scene, ScenarioErro
     let tracking = tracking::read(&root)?;
     let accuracy = tracking::read_accuracy(&root)?;
     let network = network::read(&root)?;
-    let (traffic, flight_list, traffic_files) = traffic::read(&root, &run, &airport, with_truth)?;
+    let (traffic, flight_list, traffic_files) = traffic::read(&root, &run, &airport, truth_of)?;
     files.extend(traffic_files);
     let buildings = building::read(&root, &airport)?;
     let (sensors, sensor_files) = sensors::read(&root, &run, &airport, &traffic, &buildings)?;

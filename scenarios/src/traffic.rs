@@ -1,13 +1,13 @@
 //! `[[traffic]]`: who moves how, and what the flight list says of it.
 
 use crate::airport::AirportScene;
-use crate::data_file;
 use crate::document::{Section, within};
 use crate::error::{Problem, ScenarioError};
 use crate::hash::Fnv;
 use crate::movements::{self, Movement};
 use crate::run::Run;
 use crate::types::{self, TypeRow, TypeTable};
+use crate::{TruthOf, data_file};
 use models::airport::Runway;
 use models::flight_list::{FlightEntry, FlightList, MovementKind};
 use models::frames::Vector2;
@@ -43,7 +43,7 @@ pub struct Entity {
     pub application: u16,
     /// DIS entity number.
     pub number: u16,
-    /// Its true movement; it does not exist outside. `None` in a scene loaded without truth.
+    /// Its true movement; it does not exist outside. `None` in a scene loaded without its truth.
     pub trajectory: Option<Trajectory>,
     /// What the import of its recording did, where it has one.
     pub report: Option<Report>,
@@ -83,12 +83,12 @@ enum Kind {
 }
 
 /// Reads `[[traffic]]` and the files that it names, which are listed in the third value; movements
-/// are made of them only `with_truth`.
+/// are made of them only for `truth_of`.
 pub(crate) fn read(
     root: &Section,
     run: &Run,
     airport: &AirportScene,
-    with_truth: bool,
+    truth_of: TruthOf,
 ) -> Result<(Traffic, FlightList, Vec<PathBuf>), ScenarioError> {
     let mut files = ["types.csv", "echo.csv"].map(|name| data_file(root.file(), name)).to_vec();
     let types = types::read(&files[0], &files[1])?;
@@ -124,6 +124,7 @@ pub(crate) fn read(
                 return Err(section.refuse("address", Problem::Duplicate { found, first_line }));
             }
         }
+        let with_truth = truth_of.has(index);
         let (trajectory, report) = match kind {
             Kind::Parked => (Some(parked(section, run, airport)?), None),
             Kind::Route => (routed(section, run, airport, row, with_truth)?, None),

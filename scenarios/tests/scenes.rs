@@ -1,6 +1,6 @@
 //! The scenes that ship are sound, and bad input gives exactly one line that says what to do.
 
-use scenarios::{load, load_text, load_without_truth};
+use scenarios::{in_share, load, load_share, load_text, load_without_truth};
 use std::path::{Path, PathBuf};
 
 fn zurich() -> PathBuf {
@@ -145,6 +145,31 @@ fn without_truth_all_else_is_the_same() {
         entity.report = None;
     }
     assert_eq!(full, outline);
+}
+
+#[test]
+fn shares_make_each_movement_once_and_all_else_is_the_same() {
+    let full = load(&zurich()).unwrap_or_else(|e| panic!("{e}"));
+    let outline = load_without_truth(&zurich()).unwrap_or_else(|e| panic!("{e}"));
+    // Parked movers cost nothing and are there in every share.
+    let parked: Vec<bool> =
+        outline.traffic.entities.iter().map(|e| e.trajectory.is_some()).collect();
+    let mut made = vec![0; full.traffic.entities.len()];
+    for share in 1..=3 {
+        let part = load_share(&zurich(), share, 3).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!((part.hash, &part.weather), (full.hash, &full.weather));
+        for (index, (own, whole)) in
+            part.traffic.entities.iter().zip(&full.traffic.entities).enumerate()
+        {
+            if in_share(index, share, 3) {
+                assert_eq!(own, whole, "share {share}");
+                made[index] += 1;
+            } else {
+                assert_eq!(own.trajectory.is_some(), parked[index], "share {share}: {index}");
+            }
+        }
+    }
+    assert!(made.iter().all(|n| *n == 1), "{made:?}");
 }
 
 #[test]
