@@ -77,6 +77,7 @@ pub fn conductor_config(scene: &Scene, options: &RunOptions) -> ConductorConfig 
         autostart: options.autostart,
         batch: options.batch,
         await_spectators: Vec::new(),
+        await_spectators_ns: 2_000_000_000,
         window: WINDOW_SCANS * u64::from(scene.run.frames_per_scan),
         stall_ns: 2_000_000_000,
     }

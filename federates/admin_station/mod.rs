@@ -40,6 +40,8 @@ pub enum Event {
     Alive(String, u64, bool),
     /// A part of this process cannot go on: a fault of the run, which itself goes on.
     Broken(String),
+    /// The spectators that the run waits for will not come.
+    NoSpectators,
     /// The operator of this process wants the run to end.
     Stop,
 }
@@ -77,6 +79,22 @@ pub struct Statistics {
     pub measures: BTreeMap<String, f64>,
     /// System statistics of each federate.
     pub federates: BTreeMap<String, FederateStatus>,
+}
+
+impl Statistics {
+    /// Takes what a federate says of itself. Anybody on the bus may say a name: only those that have joined are kept.
+    fn hear(&mut self, status: FederateStatus) {
+        if self.state.members.iter().any(|m| m.name == status.name) {
+            let before = self.federates.get(&status.name).map_or(&[][..], |s| &s.alarms);
+            for alarm in status.alarms.iter().filter(|a| !before.contains(a)) {
+                // A federate of this host has said it to the same terminal.
+                if status.host != crate::runtime::process::host_name() {
+                    tracing::warn!("{} on {} {alarm}", status.name, status.host);
+                }
+            }
+            self.federates.insert(status.name.clone(), status);
+        }
+    }
 }
 
 /// Runs the federation until it is over; returns the exit code.
@@ -160,6 +178,7 @@ pub fn run(context: AdminContext) -> Result<u8, BusError> {
                     tracing::error!("{why}");
                     broken.push(why);
                 }
+                Event::NoSpectators => conductor.await_no_spectators(now, &mut effects),
                 Event::Stop => {
                     if conductor.phase() == Phase::Stopped || conductor.phase() == Phase::Init {
                         effects.push(Effect::Exit(0));
@@ -358,7 +377,7 @@ fn serve(
         Box::new(move |_, body| {
             if let Ok(status) = decode::<FederateStatus>(body) {
                 let mut kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
-                kept.federates.insert(status.name.clone(), status);
+                kept.hear(status);
             }
         }),
     )?;

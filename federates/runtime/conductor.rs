@@ -3,7 +3,7 @@
 //! Pace, single step, freeze and "as fast as possible" are all ways in which the grant horizon moves.
 //! The core reads no clock; the driver passes wall nanoseconds in.
 
-use super::life_cycle::{Phase, Refused, Transition};
+use super::life_cycle::{Phase, Refused, Transition, possible, steps};
 use super::member::WallNs;
 use super::messages::{
     Answer, Command, FinalReport, Frame, Hello, MemberState, Order, Report, RunConfig, RunState,
@@ -91,8 +91,10 @@ pub struct ConductorConfig {
     pub autostart: bool,
     /// End the federation when the run is over or faulty (batch), else wait for an operator.
     pub batch: bool,
-    /// Spectators to wait for (up to 10 s) before the first run, so that a log is complete.
+    /// Spectators to wait for before the first run, so that a log is complete.
     pub await_spectators: Vec<String>,
+    /// How long they are waited for once all others are ready, ns of wall time.
+    pub await_spectators_ns: WallNs,
     /// Frames that may be granted ahead of the slowest member when as fast as possible.
     pub window: Frame,
     /// A member that holds everybody up for this long is given up, ns of wall time.
@@ -152,7 +154,8 @@ pub struct Conductor {
     roster: Vec<String>,
     last_state: WallNs,
     last_muster: WallNs,
-    logger_deadline: WallNs,
+    /// Until when spectators are waited for; set when all others are ready.
+    logger_deadline: Option<WallNs>,
     pace_samples: VecDeque<(WallNs, Frame)>,
     /// The latest grants: when, and up to which frame.
     grants: VecDeque<(WallNs, Frame)>,
@@ -162,10 +165,11 @@ pub struct Conductor {
 /// Share of a new latency in the smoothed one: about a second of frames.
 const LATENCY_SMOOTHING: f64 = 0.05;
 const GRANTS_KEPT: usize = 64;
+/// Federates and spectators that are remembered, at most.
+const MOST_MEMBERS: usize = 1024;
 const MUSTER_EVERY_NS: WallNs = 20_000_000;
 const STATE_EVERY_NS: WallNs = 200_000_000;
 const FINISH_WITHIN_NS: WallNs = 5_000_000_000;
-const LOGGER_WITHIN_NS: WallNs = 10_000_000_000;
 
 impl Conductor {
     /// A conductor in phase INIT.
@@ -192,7 +196,7 @@ impl Conductor {
             roster: config.expected.clone(),
             last_state: 0,
             last_muster: 0,
-            logger_deadline: 0,
+            logger_deadline: None,
             pace_samples: VecDeque::new(),
             grants: VecDeque::new(),
             faulty: false,
@@ -265,6 +269,21 @@ impl Conductor {
             )));
             return;
         }
+        if !hello.kind.essential() && !self.config.optional.contains(&name) {
+            if self.members.get(&name).is_some_and(|m| m.alive) {
+                effects.push(Effect::Welcome(token, Welcome::NameTaken));
+                return;
+            }
+            if self.members.len() >= MOST_MEMBERS {
+                self.members.retain(|_, m| m.alive || m.hello.kind.essential());
+            }
+            if self.members.len() >= MOST_MEMBERS {
+                effects.push(refuse(format!(
+                    "{MOST_MEMBERS} federates and spectators are here already"
+                )));
+                return;
+            }
+        }
         if let Some(present) = self.members.get(&name).filter(|m| m.alive) {
             effects.push(refuse(format!(
                 "'{name}' is already running (process {} on {}): stop that one first or choose another --exercise",
@@ -285,9 +304,6 @@ impl Conductor {
                 self.phase
             )));
             return;
-        }
-        if self.members.is_empty() {
-            self.logger_deadline = now + LOGGER_WITHIN_NS;
         }
         let inc = self.next_inc;
         self.next_inc += 1;
@@ -329,11 +345,22 @@ impl Conductor {
         if self.run > 0 || self.members.is_empty() {
             return;
         }
-        let here = |name: &String| self.members.get(name).is_some_and(|m| m.present);
-        let logged = self.config.await_spectators.iter().all(here) || now > self.logger_deadline;
-        if logged && self.awaited().is_empty() && self.deaf().is_empty() {
+        if !self.awaited().is_empty() || !self.deaf().is_empty() {
+            return;
+        }
+        let within = self.config.await_spectators_ns;
+        let deadline = *self.logger_deadline.get_or_insert(now + within);
+        // One that has come and gone again is not waited for.
+        let settled = |name: &String| self.members.get(name).is_some_and(|m| m.present || !m.alive);
+        if self.config.await_spectators.iter().all(settled) || now >= deadline {
             self.configure(effects);
         }
+    }
+
+    /// The spectators that were to be waited for will not come.
+    pub fn await_no_spectators(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
+        self.config.await_spectators.clear();
+        self.try_configure(now, effects);
     }
 
     fn configure(&mut self, effects: &mut Vec<Effect>) {
@@ -564,7 +591,7 @@ impl Conductor {
                 Err(e) => effects.push(refused(self, e)),
             },
             Command::Step { n } => {
-                let can = matches!(self.phase, Phase::Frozen | Phase::Configured);
+                let can = steps(self.phase);
                 if let Some(why) = self.fault_blocks() {
                     effects.push(Effect::Answer(token, self.answer(false, &why)));
                 } else if !can || n == 0 {
@@ -572,8 +599,9 @@ impl Conductor {
                         "a step is at least one frame".to_owned()
                     } else {
                         format!(
-                            "'step' is possible while FROZEN or CONFIGURED, not while {}",
-                            self.phase
+                            "'step' is not possible while {}; possible now: {}",
+                            self.phase,
+                            possible(self.phase)
                         )
                     };
                     effects.push(Effect::Answer(token, self.answer(false, &text)));

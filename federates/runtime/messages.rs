@@ -92,6 +92,8 @@ pub enum Welcome {
     },
     /// Not joined; the reason says what to do.
     Refused(String),
+    /// Another spectator has this name: ask again with another one.
+    NameTaken,
 }
 
 /// What the conductor tells all members, in order.
@@ -471,10 +473,10 @@ pub struct FederateStatus {
     pub exec_us: f64,
     /// Longest time to execute one, µs.
     pub exec_max_us: f64,
-}
-
     /// What a person should look after, in sentences; empty when all is well.
     pub alarms: Vec<String>,
+}
+
 /// A track as published (`TrackInfo`); airport frame, SI units, radians.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TrackMessage {

@@ -26,3 +26,5 @@ pub mod zenoh_bus;
 
 #[cfg(test)]
 mod simulated_network_tests;
+#[cfg(test)]
+mod spectator_tests;

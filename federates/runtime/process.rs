@@ -44,6 +44,56 @@ pub fn host_name() -> String {
         .unwrap_or_else(|_| "unknown host".to_owned())
 }
 
+/// Whether somebody has stopped the process `pid` (SIGSTOP). False where the system does not tell.
+#[must_use]
+pub fn is_stopped(pid: u32) -> bool {
+    stat(pid).is_some_and(|fields| fields.first().is_some_and(|state| state == "T"))
+}
+
+/// What the process `pid` has done since its start, as a number that grows while it computes or writes.
+#[must_use]
+pub fn work_of(pid: u32) -> u64 {
+    let number = |text: &str| text.parse::<u64>().unwrap_or(0);
+    // Fields 14 and 15 of stat, counted from the state as the third: ticks in user and system mode.
+    let ticks = stat(pid).map_or(0, |f| {
+        f.iter().skip(11).take(2).map(|text| number(text)).fold(0, u64::wrapping_add)
+    });
+    let io = std::fs::read_to_string(format!("/proc/{pid}/io")).unwrap_or_default();
+    let written = io.lines().find_map(|line| line.strip_prefix("wchar: ")).map_or(0, number);
+    ticks.wrapping_add(written)
+}
+
+/// The fields of `/proc/PID/stat` from the state on; the name before it may hold anything.
+fn stat(pid: u32) -> Option<Vec<String>> {
+    let text = std::fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
+    let (_, fields) = text.rsplit_once(") ")?;
+    Some(fields.split_whitespace().map(str::to_owned).collect())
+}
+
+/// Files that a federate may need at once: sockets of both planes, a page with its browsers, a database.
+const FILES: u64 = 1024;
+/// Below this not even a federate without a page starts.
+const FILES_NEEDED: u64 = 64;
+
+/// Makes sure that this process may open the files that a federate needs.
+///
+/// # Errors
+/// If the system allows too few: how many, and what to do.
+pub fn enough_files() -> Result<(), String> {
+    use nix::sys::resource::{Resource, getrlimit, setrlimit};
+    let Ok((soft, hard)) = getrlimit(Resource::RLIMIT_NOFILE) else { return Ok(()) };
+    if soft < FILES {
+        let _ = setrlimit(Resource::RLIMIT_NOFILE, hard.min(FILES), hard);
+    }
+    let allowed = getrlimit(Resource::RLIMIT_NOFILE).map_or(soft, |limits| limits.0);
+    if allowed >= FILES_NEEDED {
+        return Ok(());
+    }
+    Err(format!(
+        "this process may open {allowed} files only; it needs {FILES_NEEDED}, with a page {FILES}: raise the limit first (ulimit -n {FILES})"
+    ))
+}
+
 /// Environment variable that a launcher sets, to its process identifier, for the processes that it starts.
 pub const LAUNCHED: &str = "SEEDS_LAUNCHED";
 
@@ -60,5 +110,35 @@ pub fn end_with_launcher() {
     // It may have died before the kernel was asked to tell.
     if launcher != *nix::unistd::getppid().to_string() {
         let _ = nix::sys::signal::raise(nix::sys::signal::Signal::SIGTERM);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_stopped_process_is_seen_and_one_that_works_makes_progress() {
+        let mut child = std::process::Command::new("sleep").arg("60").spawn().expect("it starts");
+        let pid = child.id();
+        let signal = |s| nix::sys::signal::kill(nix::unistd::Pid::from_raw(pid as i32), s);
+        let becomes = |stopped| {
+            (0..1000).any(|_| {
+                std::thread::sleep(std::time::Duration::from_millis(5));
+                is_stopped(pid) == stopped
+            })
+        };
+        assert!(!is_stopped(pid));
+        signal(nix::sys::signal::Signal::SIGSTOP).expect("stopped");
+        assert!(becomes(true));
+        signal(nix::sys::signal::Signal::SIGCONT).expect("continued");
+        assert!(becomes(false));
+        child.kill().expect("killed");
+        child.wait().expect("ended");
+        assert!(!is_stopped(pid) && work_of(pid) == 0, "one that is gone");
+        let own = std::process::id();
+        let before = work_of(own);
+        std::fs::write("/dev/null", [0; 4096]).expect("written");
+        assert!(work_of(own) > before);
     }
 }

@@ -177,6 +177,7 @@ impl Net {
             autostart: true,
             batch,
             await_spectators: Vec::new(),
+            await_spectators_ns: 0,
             window: 8,
             // A request for repair is sent again every 0.2 s: of a hundred one gets through.
             stall_ns: 20_000 * MS,

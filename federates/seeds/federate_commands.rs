@@ -17,7 +17,7 @@ use crate::runtime::zenoh_bus::{ZenohBus, ZenohConfig};
 use crate::smdfm::Smdfm;
 use crate::traffic_generator::TrafficGenerator;
 use clap::{Args, Subcommand};
-use crossbeam_channel::unbounded;
+use crossbeam_channel::{Sender, unbounded};
 use scenarios::Scene;
 use std::net::SocketAddr;
 use std::path::PathBuf;
@@ -122,9 +122,9 @@ pub struct AdminArgs {
     #[arg(long)]
     wait: bool,
 
-    /// Wait up to 10 s for a viewer-logger before the run begins, so that its log is complete
-    #[arg(long)]
-    expect_logger: bool,
+    /// Wait up to S seconds for a viewer-logger when all others are ready, so that its log is complete
+    #[arg(long, value_name = "S", num_args = 0..=1, require_equals = true, default_missing_value = "2", value_parser = cli::seconds)]
+    expect_logger: Option<f64>,
 
     /// Write "progress FRAME/LAST" lines to stdout
     #[arg(long, hide = true)]
@@ -265,7 +265,7 @@ impl AdminArgs {
             (self.generators.is_some(), "--generators"),
             (self.batch, "--batch"),
             (self.wait, "--wait"),
-            (self.expect_logger, "--expect-logger"),
+            (self.expect_logger.is_some(), "--expect-logger"),
         ]
         .into_iter()
         .find_map(|(given, flag)| given.then_some(flag))
@@ -430,9 +430,27 @@ fn run_admin(args: &AdminArgs, scene: &Arc<Scene>) -> anyhow::Result<u8> {
         generators: args.generators.unwrap_or(1),
         autostart: !args.wait,
         batch: args.batch,
+/// A launcher says on standard input when the viewer-logger that it started will not come.
+fn listen_to_launcher(events: Sender<admin_station::Event>) {
+    if !crate::runtime::process::launched() {
+        return;
+    }
+    std::thread::spawn(move || {
+        for line in std::io::stdin().lines().map_while(Result::ok) {
+            if line == NO_LOGGER {
+                let _ = events.send(admin_station::Event::NoSpectators);
+            }
+        }
+    });
+}
+
+/// What a launcher tells the administration station on its standard input.
+pub const NO_LOGGER: &str = "no viewer-logger";
+
     };
     let mut config = conductor_config(scene, &options);
-    if args.expect_logger {
+    let events = unbounded();
+    if let Some(within_s) = args.expect_logger {
         config.await_spectators = vec!["viewer-logger".to_owned()];
     }
     let events = unbounded();

@@ -1,14 +1,15 @@
 //! Starts federates as processes of this host, relays the summary, and ends them all.
 
 use crate::runtime::cli::{CommonArgs, FAILED};
-use crate::runtime::process::LAUNCHED;
+use crate::runtime::clock::monotonic_ns;
+use crate::runtime::process::{self, LAUNCHED};
 use anyhow::Context;
 use crossbeam_channel::{Receiver, Sender, unbounded};
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Write};
 use std::os::unix::process::CommandExt;
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, ChildStdin, Command, Stdio};
 use std::time::Duration;
 
 /// What a launched process tells the launcher.
@@ -23,8 +24,44 @@ pub enum News {
 
 /// The processes of one federation on this host.
 pub struct Launched {
-    children: Vec<(String, u32)>,
+    children: Vec<Started>,
     news: (Sender<News>, Receiver<News>),
+}
+
+struct Started {
+    name: String,
+    pid: u32,
+    /// Its standard input, where it listens to its launcher.
+    input: Option<ChildStdin>,
+    progress: Progress,
+}
+
+/// What a process that is to end has done lately.
+#[derive(Default)]
+struct Progress {
+    work: u64,
+    at_ns: u64,
+    /// Since when somebody has stopped it (SIGSTOP).
+    stopped_ns: Option<u64>,
+}
+
+/// A process that stands stopped for so long is not waited for.
+const STOPPED_NS: u64 = 1_000_000_000;
+/// Nor one that neither computes nor writes for so long.
+const IDLE_NS: u64 = 10_000_000_000;
+
+impl Progress {
+    /// Whether the process `pid` is worth waiting for.
+    fn goes_on(&mut self, pid: u32, now_ns: u64) -> bool {
+        let stopped = process::is_stopped(pid);
+        self.stopped_ns = stopped.then(|| self.stopped_ns.unwrap_or(now_ns));
+        let work = process::work_of(pid);
+        if work != self.work || self.at_ns == 0 {
+            (self.work, self.at_ns) = (work, now_ns);
+        }
+        let stands = self.stopped_ns.is_some_and(|since| now_ns - since >= STOPPED_NS);
+        !stands && now_ns - self.at_ns < IDLE_NS
+    }
 }
 
 impl Default for Launched {
@@ -51,21 +88,56 @@ impl Launched {
     /// # Errors
     /// If the process cannot be started.
     pub fn start(&mut self, name: &str, arguments: &[String]) -> anyhow::Result<()> {
+        let listens = name == "admin-station";
         let executable = std::env::current_exe().context("finding this executable")?;
         let mut child = Command::new(&executable)
             .args(arguments)
             .env(LAUNCHED, std::process::id().to_string())
-            .stdin(Stdio::null())
+            .stdin(if listens { Stdio::piped() } else { Stdio::null() })
             .stdout(Stdio::piped())
             // A group of its own: Ctrl-C on the terminal reaches the launcher, which ends the run in order.
             .process_group(0)
             .spawn()
             .with_context(|| format!("starting {name} ({})", executable.display()))?;
         let lines = child.stdout.take();
-        self.children.push((name.to_owned(), child.id()));
+        self.children.push(Started {
+            name: name.to_owned(),
+            pid: child.id(),
+            input: child.stdin.take(),
+            progress: Progress::default(),
+        });
         let (tell, called) = (self.news.0.clone(), name.to_owned());
         std::thread::spawn(move || watch(child, lines, &called, &tell));
         Ok(())
+    }
+
+    /// Says a line to the process called `name`, where it listens.
+    pub fn tell(&mut self, name: &str, line: &str) {
+        let started = self.children.iter_mut().find(|child| child.name == name);
+        if let Some(input) = started.and_then(|child| child.input.as_mut()) {
+            let _ = writeln!(input, "{line}");
+        }
+    }
+
+    /// Whether the process called `name` was stopped (SIGSTOP) and stands so since a second.
+    pub fn stands(&mut self, name: &str) -> bool {
+        let now = monotonic_ns();
+        let child = self.children.iter_mut().find(|child| child.name == name);
+        child.is_some_and(|child| {
+            child.progress.goes_on(child.pid, now);
+            child.progress.stopped_ns.is_some_and(|since| now - since >= STOPPED_NS)
+        })
+    }
+
+    /// Kills the process called `name` if it stands stopped, or neither computes nor writes any more. To be called
+    /// twice a second when the run is over: one that still writes is waited for.
+    pub fn end_if_idle(&mut self, name: &str) {
+        let now = monotonic_ns();
+        for child in self.children.iter_mut().filter(|child| child.name == name) {
+            if !child.progress.goes_on(child.pid, now) {
+                let _ = kill(Pid::from_raw(child.pid as i32), Signal::SIGKILL);
+            }
+        }
     }
 
     /// Asks the process called `name` to end in order.
@@ -81,16 +153,15 @@ impl Launched {
     }
 
     fn signal(&self, name: &str, signal: Signal) {
-        for (called, pid) in &self.children {
-            if called == name {
-                let _ = kill(Pid::from_raw(*pid as i32), signal);
-            }
+        for child in self.children.iter().filter(|child| child.name == name) {
+            let _ = kill(Pid::from_raw(child.pid as i32), signal);
         }
     }
 
-    /// Kills what still runs after `within`; to be called when the run is over.
-    pub fn end_after(&self, within: Duration) {
-        let pids: Vec<u32> = self.children.iter().map(|(_, pid)| *pid).collect();
+    /// Kills what still runs after `within`, except the process called `except`; to be called when the run is over.
+    pub fn end_after(&self, within: Duration, except: &str) {
+        let others = self.children.iter().filter(|child| child.name != except);
+        let pids: Vec<u32> = others.map(|child| child.pid).collect();
         std::thread::spawn(move || {
             std::thread::sleep(within);
             for pid in pids {
@@ -102,20 +173,20 @@ impl Launched {
     /// Names of the processes still running.
     #[must_use]
     pub fn running(&self) -> Vec<String> {
-        self.children.iter().map(|(name, _)| name.clone()).collect()
+        self.children.iter().map(|child| child.name.clone()).collect()
     }
 
     /// Takes a process off the list.
     pub fn ended(&mut self, name: &str) {
-        self.children.retain(|(called, _)| called != name);
+        self.children.retain(|child| child.name != name);
     }
 
     /// Asks all that still run to end, waits a little, and kills what is left.
     pub fn end_all(&mut self, within: Duration) {
         self.interrupt_all();
-        let deadline = crate::runtime::clock::monotonic_ns() + within.as_nanos() as u64;
+        let deadline = monotonic_ns() + within.as_nanos() as u64;
         while !self.children.is_empty() {
-            let left = deadline.saturating_sub(crate::runtime::clock::monotonic_ns());
+            let left = deadline.saturating_sub(monotonic_ns());
             match self.news.1.recv_timeout(Duration::from_nanos(left)) {
                 Ok(News::Ended(name, _)) => self.ended(&name),
                 Ok(_) => {}

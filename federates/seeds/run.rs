@@ -1,5 +1,6 @@
 //! `seeds run`: a whole federation on this host, one process a federate, or all in one.
 
+use super::federate_commands::NO_LOGGER;
 use super::launch::{Launched, News, common_arguments};
 use crate::federation::{RunOptions, generator_name};
 use crate::runtime::cli::out;
@@ -195,10 +196,17 @@ fn processes(args: &RunArgs) -> anyhow::Result<u8> {
     let mut summary = None;
     let mut code = None;
     let mut interrupts = 0;
-    let (mut logging, mut lost) = (false, false);
+    let (mut logging, mut lost, mut told) = (false, false, false);
     let progress = args.fast && std::io::IsTerminal::is_terminal(&std::io::stderr());
     while !launched.running().is_empty() {
-        let Ok(news) = launched.news().recv_timeout(Duration::from_secs(3600)) else { continue };
+        let news = launched.news().recv_timeout(Duration::from_millis(500));
+        if code.is_some() {
+            launched.end_if_idle(LOGGER);
+        } else if !logging && args.with_logger() && !told && launched.stands(LOGGER) {
+            told = true;
+            launched.tell("admin-station", NO_LOGGER);
+        }
+        let Ok(news) = news else { continue };
         match news {
             News::Line(line) => {
                 if let Some(page) = line.strip_prefix("page ") {
@@ -236,37 +244,39 @@ fn processes(args: &RunArgs) -> anyhow::Result<u8> {
                         ));
                     }
                     // Spectators close their files and leave on the conductor's order, or on this one.
-                    launched.end_after(Duration::from_secs(10));
+                    launched.end_after(Duration::from_secs(10), LOGGER);
                     if ended_with < 0 {
                         launched.interrupt_all();
                     }
-                } else if name == "viewer-logger" && !logging && ended_with > 0 {
+                } else if name == LOGGER && !logging && ended_with > 0 {
                     // It has said why. What was asked for is not to be had: better to know it now.
                     launched.end_all(Duration::from_secs(2));
                     return Ok(u8::try_from(ended_with).unwrap_or(FAILED));
-                } else if name == "viewer-logger" {
+                } else if name == LOGGER {
+                    launched.tell("admin-station", NO_LOGGER);
                     if code.is_none() && interrupts == 0 {
                         say(&format!(
-                            "the viewer-logger ended ({}); the run goes on without it",
-                            ending(ended_with)
+                            "the viewer-logger ended ({}); the run goes on without it. Another one: {}",
+                            ending(ended_with),
+                            another_logger(args, &endpoint)
                         ));
                     }
                     lost |= ended_with != 0 && (args.record.is_some() || args.report.is_some())
                         || ended_with == i32::from(DATA_LOST);
+                } else if code.is_none() && ended_with == i32::from(BAD_INPUT) {
+                    // A movement that none can be made of: it has said which.
+                    launched.end_all(Duration::from_secs(2));
+                    return Ok(BAD_INPUT);
                 } else if code.is_none() && ended_with != 0 {
                     tracing::warn!("{name} ended ({})", ending(ended_with));
                     // The conductor says why and ends the run, unless that one had not joined yet.
                     if args.options().batch {
-                        launched.end_after(Duration::from_secs(3));
+                        launched.end_after(Duration::from_secs(3), "");
                     }
                 }
                 let needed = launched.running().iter().any(|n| n == "admin-station");
                 if !needed && code.is_none() {
                     code = Some(i32::from(FAILED));
-                } else if code.is_none() && ended_with == i32::from(BAD_INPUT) {
-                    // A movement that none can be made of: it has said which.
-                    launched.end_all(Duration::from_secs(2));
-                    return Ok(BAD_INPUT);
                 }
             }
         }
@@ -285,6 +295,17 @@ fn processes(args: &RunArgs) -> anyhow::Result<u8> {
 
 /// What a launched viewer-logger says when it has made its files and joined.
 pub const LOGGING: &str = "logging";
+
+/// The viewer-logger that this launcher starts.
+const LOGGER: &str = "viewer-logger";
+
+/// The command that starts another viewer-logger beside a run.
+fn another_logger(args: &RunArgs, endpoint: &str) -> String {
+    let mut words = vec!["seeds".to_owned(), LOGGER.to_owned()];
+    words.extend(common_arguments(&args.common(), endpoint));
+    words.extend(viewer_arguments(args).into_iter().take_while(|word| word != "--record"));
+    words.join(" ")
+}
 
 fn ending(code: i32) -> String {
     if code < 0 { format!("killed by signal {}", -code) } else { format!("exit code {code}") }
@@ -317,7 +338,9 @@ fn start_all(args: &RunArgs, endpoint: &str, launched: &mut Launched) -> anyhow:
     }
     admin.extend(["--generators".to_owned(), args.generators.to_string()]);
     if args.with_logger() {
-        admin.extend(["--expect-logger".to_owned()]);
+        // A log that was asked for is worth a longer wait on a busy host.
+        let asked = args.record.is_some() || args.report.is_some();
+        admin.push(format!("--expect-logger={}", if asked { 10 } else { 2 }));
     }
     launched.start("admin-station", &with("admin-station", &admin))?;
     for share in 1..=args.generators {

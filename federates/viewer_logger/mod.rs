@@ -10,6 +10,7 @@
 
 pub mod access;
 pub mod beside;
+mod connections;
 pub mod frame;
 pub mod history;
 pub mod keeper;
@@ -149,7 +150,9 @@ impl Viewer {
             status,
             wall_ns,
         };
-        self.federates.insert(load.status.name.clone(), load);
+        if self.federates.len() < FEDERATES || self.federates.contains_key(&load.status.name) {
+            self.federates.insert(load.status.name.clone(), load);
+        }
         let rows: Vec<Value> = self.federates.values().map(Load::row).collect();
         self.set("federates", json!({"type": "federates", "federates": rows}));
     }
@@ -293,10 +296,10 @@ impl Session {
                 self.curve_from = 0;
                 Asked::Nothing
             }
+            FromPage::Token { .. } => Asked::Nothing,
             FromPage::Compare { on } => Asked::Compare(on),
             FromPage::Command { id, command, frames, rate } => {
                 match command_of(&command, frames, rate) {
-            FromPage::Token { .. } => Asked::Nothing,
                     Ok((words, order)) => Asked::Command(id, words, order),
                     Err(reason) => Asked::Refused(reply(id, &command, false, &reason)),
                 }
@@ -330,14 +333,14 @@ enum FromPage {
     Compare {
         on: bool,
     },
-    Command {
-        id: f64,
-        command: String,
     /// Shown where none is needed; looked at before the session begins where one is.
     Token {
         #[serde(rename = "token")]
         _token: String,
     },
+    Command {
+        id: f64,
+        command: String,
         #[serde(default)]
         frames: Option<u64>,
         #[serde(default)]
@@ -373,6 +376,8 @@ fn command_of(
     Ok((word.to_owned(), command))
 }
 
+/// Federates whose figures are kept, at most: anybody on the bus may say a name.
+const FEDERATES: usize = 1024;
 /// Operator actions kept for the page; all of them are in the database.
 const OPERATIONS: usize = 200;
 /// Weather notices kept for the page; all of them are in the database.

@@ -113,11 +113,11 @@ pub fn run(
     let server = open_page(task, page.as_ref(), &bus)?;
     let mut keeper = Keeper::open(Arc::clone(&scene), page, &task.files)?;
     subscribe(&*bus, &inbox)?;
-    let Some(inc) = join(task, &scene, &*bus, &inbox)? else {
+    let Some((name, inc)) = join(task, &scene, &*bus, &inbox)? else {
         keeper.close(0);
         return Ok(None);
     };
-    bus.announce(&format!("alive/{}/{inc}", task.name))?;
+    bus.announce(&format!("alive/{name}/{inc}"))?;
     let alive = inbox.clone();
     bus.watch(
         "alive/admin-station/*",
@@ -199,20 +199,35 @@ fn last<T: DeserializeOwned>(
     Ok(())
 }
 
-fn join(task: &Task, scene: &Scene, bus: &dyn Bus, inbox: &Inbox) -> anyhow::Result<Option<u64>> {
-    let hello = encode(&Hello {
+/// Joins under its name, or under that name with a number if another one of its kind has it: name and incarnation.
+fn join(
+    task: &Task,
+    scene: &Scene,
+    bus: &dyn Bus,
+    inbox: &Inbox,
+) -> anyhow::Result<Option<(String, u64)>> {
+    let mut hello = Hello {
         name: task.name.clone(),
         kind: Kind::ViewerLogger,
         pid: std::process::id(),
         host: host_name(),
         version: crate::runtime::build::IDENTITY.to_owned(),
         scene_hash: scene.hash,
-    });
+    };
     let started = monotonic_ns();
+    let mut instance = 1;
     loop {
-        let answer = ask(bus, "ctl/join", hello.clone(), Duration::from_millis(500))?;
+        let answer = ask(bus, "ctl/join", encode(&hello), Duration::from_millis(500))?;
         match answer.as_deref().map(decode::<Welcome>) {
-            Some(Ok(Welcome::Accepted { inc })) => return Ok(Some(inc)),
+            Some(Ok(Welcome::Accepted { inc })) => return Ok(Some((hello.name, inc))),
+            Some(Ok(Welcome::NameTaken)) if instance < INSTANCES => {
+                instance += 1;
+                hello.name = format!("{}-{instance}", task.name);
+                continue;
+            }
+            Some(Ok(Welcome::NameTaken)) => {
+                anyhow::bail!("{INSTANCES} viewer-loggers are in this federation already: end one")
+            }
             Some(Ok(Welcome::Refused(why))) => {
                 anyhow::bail!("the administration station refused: {why}")
             }
@@ -249,9 +264,9 @@ struct Listening {
 }
 
 impl Listening {
-    fn new(task: &Task, inc: u64) -> Self {
+    fn new(name: &str, inc: u64) -> Self {
         Self {
-            name: task.name.clone(),
+            name: name.to_owned(),
             inc,
             hears: BTreeSet::new(),
             usage: Usage::default(),
@@ -311,7 +326,7 @@ impl Listening {
     /// Says whom this process hears, whenever that changes.
     fn present(&mut self, heard: &Heard, bus: &dyn Bus) {
         let Heard::Federate(status) = heard else { return };
-        if self.hears.insert(status.name.clone()) {
+        if self.hears.len() < HEARD && self.hears.insert(status.name.clone()) {
             let hears = self.hears.iter().cloned().collect();
             let present = Report::Present { inc: self.inc, hears, consumes: false };
             bus.publish(&format!("fed/{}", self.name), Class::Must, encode(&present)).ok();
@@ -363,6 +378,10 @@ impl Listening {
 const WAITING: usize = 65_536;
 /// Scans kept for looking back, octets.
 const HISTORY: usize = 256 << 20;
+/// Viewer-loggers of one federation, at most.
+const INSTANCES: u32 = 64;
+/// Federates whose names are kept, at most: anybody on the bus may say one.
+const HEARD: usize = 1024;
 const STATUS_NS: u64 = 1_000_000_000;
 /// How long a run may be without its administration station.
 const GRACE_NS: u64 = 10_000_000_000;
