@@ -1,7 +1,7 @@
 //! What every executable takes on its command line, logging, exit codes.
 
 use clap::{Args, ValueEnum};
-use std::net::IpAddr;
+use std::net::{IpAddr, SocketAddr};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -163,6 +163,43 @@ pub fn endpoint_of_another(text: &str) -> Result<String, String> {
 /// What may stand before the slash of an endpoint.
 const TRANSPORTS: [&str; 2] = ["tcp", "udp"];
 
+/// The address of a page: `ADDRESS:PORT`, or `localhost:PORT`.
+///
+/// # Errors
+/// If it is neither.
+pub fn page(text: &str) -> Result<SocketAddr, String> {
+    let numeric = match text.rsplit_once(':') {
+        Some((name, port)) if name.eq_ignore_ascii_case("localhost") => format!("127.0.0.1:{port}"),
+        _ => text.to_owned(),
+    };
+    numeric.parse().map_err(|_| {
+        format!("'{text}' is not ADDRESS:PORT like 127.0.0.1:8600, [::1]:8600 or localhost:8600")
+    })
+}
+
+/// The seed of a run.
+///
+/// # Errors
+/// If it is not a whole number from 0 to 2⁶⁴ − 1.
+pub fn seed(text: &str) -> Result<u64, String> {
+    text.parse()
+        .map_err(|_| format!("'{text}' is not a seed: a whole number from 0 to {}", u64::MAX))
+}
+
+/// Where a report goes: a folder, there already or yet to be made.
+///
+/// # Errors
+/// If something else stands there.
+pub fn report_folder(text: &str) -> Result<PathBuf, String> {
+    let folder = PathBuf::from(text);
+    match std::fs::metadata(&folder) {
+        Ok(there) if !there.is_dir() => {
+            Err(format!("'{text}' is a file: a report needs a folder of its own"))
+        }
+        _ => Ok(folder),
+    }
+}
+
 /// A duration in seconds.
 ///
 /// # Errors
@@ -255,6 +292,15 @@ fn warn_of(scene: &scenarios::Scene) {
     }
 }
 
+/// [`load_scene`] with the movements of one share of the traffic only.
+///
+/// # Errors
+/// As [`load_scene`].
+pub fn load_scene_share(typed: &str, share: u32, of: u32) -> Result<scenarios::Scene, ExitCode> {
+    let path: PathBuf = scenarios::locate(typed);
+    scenarios::load_share(&path, share, of).map_err(|e| fail(BAD_INPUT, e))
+}
+
 /// [`load_scene`] for those that do not play the truth: no movement is made of recordings and routes.
 ///
 /// # Errors
@@ -292,15 +338,6 @@ macro_rules! out {
 }
 pub(crate) use out;
 
-/// [`load_scene`] with the movements of one share of the traffic only.
-///
-/// # Errors
-/// As [`load_scene`].
-pub fn load_scene_share(typed: &str, share: u32, of: u32) -> Result<scenarios::Scene, ExitCode> {
-    let path: PathBuf = scenarios::locate(typed);
-    scenarios::load_share(&path, share, of).map_err(|e| fail(BAD_INPUT, e))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -323,6 +360,30 @@ mod tests {
             assert!(rate(wrong).is_err(), "{wrong}");
         }
         assert_eq!((rate("0.001"), rate("1000")), (Ok(0.001), Ok(1000.0)));
+    }
+
+    #[test]
+    fn a_page_stands_at_an_address_or_at_localhost() {
+        for (text, address) in [
+            ("localhost:8600", "127.0.0.1:8600"),
+            ("LocalHost:0", "127.0.0.1:0"),
+            ("[::1]:8600", "[::1]:8600"),
+            ("0.0.0.0:80", "0.0.0.0:80"),
+        ] {
+            assert_eq!(page(text).map(|a| a.to_string()).as_deref(), Ok(address), "{text}");
+        }
+        for wrong in ["", "8600", "localhost", "localhost:99999", "example.org:8600", "1.2.3.4"] {
+            let said = page(wrong).expect_err(wrong);
+            assert!(said.contains("localhost:8600"), "{said}");
+        }
+    }
+
+    #[test]
+    fn a_seed_that_is_none_is_told_what_one_is() {
+        assert_eq!(seed("18446744073709551615"), Ok(u64::MAX));
+        for wrong in ["-1", "1.5", "18446744073709551616", "x", ""] {
+            assert!(seed(wrong).expect_err(wrong).contains("a whole number from 0 to"), "{wrong}");
+        }
     }
 
     #[test]

@@ -88,23 +88,37 @@ impl Phase {
     }
 }
 
-const ALL: [Transition; 5] = [
-    Transition::Configure,
-    Transition::Start,
-    Transition::Freeze,
-    Transition::Stop,
-    Transition::Restart,
-];
+/// What an operator may ask in `phase`, in one list that every refusal gives.
+#[must_use]
+pub fn possible(phase: Phase) -> String {
+    let transitions =
+        [Transition::Start, Transition::Freeze, Transition::Stop, Transition::Restart];
+    let mut names: Vec<_> =
+        transitions.iter().filter(|&&t| phase.after(t).is_ok()).map(ToString::to_string).collect();
+    if steps(phase) {
+        names.insert(1, "step".to_owned());
+    }
+    names.push("rate".to_owned());
+    names.join(", ")
+}
 
-fn possible(phase: Phase) -> String {
-    let names: Vec<_> =
-        ALL.iter().filter(|&&t| phase.after(t).is_ok()).map(ToString::to_string).collect();
-    if names.is_empty() { "nothing".into() } else { names.join(", ") }
+/// Whether single frames may be executed in `phase`.
+#[must_use]
+pub fn steps(phase: Phase) -> bool {
+    phase.after(Transition::Start).is_ok()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    const ALL: [Transition; 5] = [
+        Transition::Configure,
+        Transition::Start,
+        Transition::Freeze,
+        Transition::Stop,
+        Transition::Restart,
+    ];
 
     #[test]
     fn every_pair_is_decided_by_the_table() {

@@ -15,7 +15,7 @@ pub struct AccuracyArgs {
     quick: bool,
 
     /// Seed of all draws
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = cli::seed)]
     seed: u64,
 
     /// One group only (an unknown name lists what there is)

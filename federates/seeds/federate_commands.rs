@@ -68,7 +68,7 @@ pub struct ViewerArgs {
     pub(crate) common: CommonArgs,
 
     /// Address and port of the page; port 0: any free one
-    #[arg(long, value_name = "ADDR:PORT", default_value = super::run::DEFAULT_PAGE)]
+    #[arg(long, value_name = "ADDR:PORT", default_value = super::run::DEFAULT_PAGE, value_parser = cli::page)]
     pub page: SocketAddr,
 
     /// Log only, no page
@@ -80,7 +80,7 @@ pub struct ViewerArgs {
     pub record: Option<PathBuf>,
 
     /// Write a report of the run (HTML, CSV, JSON) into this folder
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", value_parser = cli::report_folder)]
     pub report: Option<PathBuf>,
 }
 
@@ -107,7 +107,7 @@ pub struct AdminArgs {
     duration: Option<f64>,
 
     /// Seed of all random draws [default: the scene's]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = cli::seed)]
     seed: Option<u64>,
 
     /// Traffic generators that share the truth, 1 to 16 [default: 1]

@@ -16,7 +16,7 @@ pub struct FitArgs {
     scene: String,
 
     /// First seed; the figures are fitted on as many seeds from here as --runs, compared on the next ones
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = cli::seed)]
     seed: u64,
 
     /// Runs to fit on, and as many to compare on

@@ -4,6 +4,7 @@
 
 use super::dis::RewriteArgs;
 use super::link_args::LinkArgs;
+use crate::runtime::cli::{BAD_INPUT, fail};
 use crate::runtime::clock::{monotonic_ns, utc_ns};
 use anyhow::Context;
 use capture::tools::json;
@@ -142,6 +143,19 @@ const BATCH: usize = 64;
 pub fn run(args: PlayerArgs) -> anyhow::Result<ExitCode> {
     let recording = open(&args)?;
     anyhow::ensure!(!recording.is_empty(), "{}: no datagram in it", args.file.display());
+    let (from, to) = span(&args, recording.time_ns(0));
+    let last = recording.time_ns(recording.len() - 1);
+    if from > to {
+        return Ok(fail(BAD_INPUT, "--from is after --to: nothing lies between them"));
+    }
+    if from > last || to < recording.time_ns(0) {
+        let lasts_s = (last - recording.time_ns(0)) as f64 * 1e-9;
+        let name = args.file.display();
+        let words = format!(
+            "{name}: nothing between --from and --to; its datagrams are from 0 to {lasts_s:.3} s"
+        );
+        return Ok(fail(BAD_INPUT, words));
+    }
     let config = args.link.config()?;
     let sender = datalink::Sender::open(&config)?;
     let (commands_in, commands) = unbounded();
@@ -295,11 +309,16 @@ struct Playing<'a> {
     began: i64,
 }
 
+/// UTC of `--from` and `--to`, ns.
+fn span(args: &PlayerArgs, start_ns: i64) -> (i64, i64) {
+    let time = |when: Option<When>, default| when.map_or(default, |w| w.utc_ns(start_ns));
+    (time(args.from, i64::MIN), time(args.to, i64::MAX))
+}
+
 impl<'a> Playing<'a> {
     fn new(args: &PlayerArgs, recording: &'a Recording, sender: datalink::Sender) -> Self {
         let start_ns = recording.time_ns(0);
-        let time = |when: Option<When>, default| when.map_or(default, |w| w.utc_ns(start_ns));
-        let (from, to) = (time(args.from, i64::MIN), time(args.to, i64::MAX));
+        let (from, to) = span(args, start_ns);
         let pace = if args.fast { Pace::AsFastAsPossible } else { args.rate };
         let now = now_ns();
         let (looping, wait) = (args.looping, args.start_on_resume);

@@ -43,7 +43,7 @@ pub struct ReplayArgs {
     of_exercise: Option<u8>,
 
     /// Seed of the sensors' draws (with --with-smdfm) [default: the recorded run's, else the scene's]
-    #[arg(long, value_name = "N", requires = "with_smdfm")]
+    #[arg(long, value_name = "N", requires = "with_smdfm", value_parser = cli::seed)]
     seed: Option<u64>,
 }
 

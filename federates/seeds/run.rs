@@ -39,11 +39,11 @@ pub struct RunArgs {
     pub duration: Option<f64>,
 
     /// Seed of all random draws [default: the scene's]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = cli::seed)]
     pub seed: Option<u64>,
 
     /// Address and port of the page; port 0: any free one
-    #[arg(long, value_name = "ADDR:PORT", default_value = DEFAULT_PAGE)]
+    #[arg(long, value_name = "ADDR:PORT", default_value = DEFAULT_PAGE, value_parser = cli::page)]
     pub page: SocketAddr,
 
     /// Without the page (and without the logger, unless --record or --report)
@@ -55,7 +55,7 @@ pub struct RunArgs {
     pub record: Option<PathBuf>,
 
     /// Write a report of the run (HTML, CSV, JSON) into this folder
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", value_parser = cli::report_folder)]
     pub report: Option<PathBuf>,
 
     /// All federates in this process, over a bus in memory

@@ -327,7 +327,7 @@ fn write_scan(t: &Transaction<'_>, scan: &ScanReport) -> rusqlite::Result<()> {
             x.position_m[2],
             x.velocity_ms[0],
             x.velocity_ms[1],
-            x.heading_rad.to_degrees(),
+            x.heading_rad.to_degrees().rem_euclid(360.0),
             x.track.map(|p| p.0),
             x.track.map(|p| p.1)
         ])?;
@@ -349,7 +349,7 @@ fn write_scan(t: &Transaction<'_>, scan: &ScanReport) -> rusqlite::Result<()> {
             x.velocity_ms[0],
             x.velocity_ms[1],
             libm::hypot(x.velocity_ms[0], x.velocity_ms[1]),
-            x.heading_rad.to_degrees(),
+            x.heading_rad.to_degrees().rem_euclid(360.0),
             x.altitude_m,
             x.cov_m2[0],
             x.cov_m2[1],

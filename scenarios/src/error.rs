@@ -1,19 +1,27 @@
-//! Errors of scene and data files: always one line, `file:line: key: what was found, what is allowed`.
+//! Errors of scene and data files: always one line, `file:line: key: what was found, what is allowed`; a file that is
+//! not there has no lines.
 
 use std::path::{Path, PathBuf};
 
 /// Why a scene, or a data file that it names, was refused.
 #[derive(Debug, thiserror::Error)]
-#[error("{file}:{line}: {key}: {problem}", file = file.display())]
+#[error("{}{problem}", place(file, *line, key))]
 pub struct ScenarioError {
     /// The file with the fault.
     pub file: PathBuf,
-    /// Line of the fault, from 1.
+    /// Line of the fault, from 1; 0 for the file as a whole.
     pub line: usize,
     /// Where in the document: `sensor[2].site.height_m`, or the column of a table.
     pub key: String,
     /// What is wrong, and what would be right.
     pub problem: Box<Problem>,
+}
+
+fn place(file: &Path, line: usize, key: &str) -> String {
+    match line {
+        0 => format!("{key} {}: ", file.display()),
+        line => format!("{}:{line}: {key}: ", file.display()),
+    }
 }
 
 impl ScenarioError {
@@ -163,4 +171,16 @@ fn brief(found: &str) -> String {
     const MOST: usize = 80;
     let Some((cut, _)) = found.char_indices().nth(MOST) else { return found.to_owned() };
     format!("{}… ({} octets)", &found[..cut], found.len())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_that_is_not_there_has_no_line() {
+        let missing = crate::load(Path::new("paris")).expect_err("there is none").to_string();
+        assert!(missing.starts_with("scene paris: No such file"), "{missing}");
+        assert!(missing.contains("zurich"), "{missing}");
+    }
 }

@@ -217,7 +217,7 @@ fn a_scene_anywhere_finds_the_types_and_parameter_sets_that_ship() {
 #[test]
 fn a_file_that_is_no_scene_is_refused_without_being_read_to_its_end() {
     let said = |path: &str| load(Path::new(path)).expect_err("no scene").to_string();
-    assert_eq!(said("/dev/zero"), "/dev/zero:1: scene: longer than 16 MiB");
+    assert_eq!(said("/dev/zero"), "scene /dev/zero: longer than 16 MiB");
     assert!(said("nosuch").contains("scenes that come with SEEDS: zurich"), "{}", said("nosuch"));
     let file = std::env::temp_dir().join(format!("seeds-latin-{}.toml", std::process::id()));
     std::fs::write(&file, b"[run]\ntitle = \"Z\xfcrich\"\n").expect("written");

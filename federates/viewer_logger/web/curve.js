@@ -78,7 +78,7 @@ export class Curve {
       scales: { x: { time: false }, y: { range: (_, low, high) => [0, Math.max(1, (high ?? 1) * 1.1)] } },
       axes: [
         { ...axis, size: 24, values: (_, ticks) => ticks.map(clock) },
-        { ...axis, size: 34, values: (_, ticks) => ticks.map((t) => `${t}`) },
+        { ...axis, size: 34, values: (_, ticks) => ticks.map((t) => `${Number(t.toPrecision(6))}`) },
       ],
       series: [
         { label: "time", value: (_, v) => (v === null || v === undefined ? "" : clock(v)) },
