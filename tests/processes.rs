@@ -9,6 +9,7 @@ use pdu::records::{ClockTime, EntityId};
 use pdu::{Body, DisTime, Envelope};
 use std::time::Duration;
 
+const CAPTURE: &str = "capture/tests/data/dis/kdis-log1.pcap";
 const SOON: Duration = Duration::from_secs(90);
 
 fn phase(ports: &Ports) -> Option<String> {
@@ -280,6 +281,109 @@ fn no_federate_outlives_a_killed_launcher() {
     }
 }
 
+/// The process of this run whose command is `seeds name`, as soon as there is one.
+fn federate(ports: &Ports, name: &str) -> i32 {
+    let found = wait_for(SOON, || {
+        let called = common::processes(&format!("seeds {name}"));
+        common::processes(&ports.sync).into_iter().find(|pid| called.contains(pid))
+    });
+    found.unwrap_or_else(|| panic!("{name} does not start"))
+}
+
+/// Seconds from `SIGNAL` to the viewer-logger, as it starts or when all run, to the end of a short run.
+fn lasts_with_viewer(signal: Option<&str>, at_start: bool) -> (f64, Option<i32>) {
+    let ports = Ports::new();
+    let mut run = Background::start(run(&ports, &["--fast", "--duration", "20"]));
+    let viewer = federate(&ports, "viewer-logger");
+    if !at_start {
+        in_phase(&ports, "RUNNING");
+    }
+    if let Some(signal) = signal {
+        common::kill(signal, viewer);
+    }
+    #[expect(clippy::disallowed_methods, reason = "how long other processes take")]
+    let began = std::time::Instant::now();
+    let code = run.wait(SOON);
+    (began.elapsed().as_secs_f64(), code)
+}
+
+#[test]
+fn a_viewer_stopped_or_killed_at_the_start_delays_nothing() {
+    let (alone_s, code) = lasts_with_viewer(None, true);
+    assert_eq!(code, Some(0));
+    for signal in ["STOP", "KILL"] {
+        let (lasts_s, code) = lasts_with_viewer(Some(signal), true);
+        // 2 s each at start and end where nothing else runs; before, 12 to 23 s. Patience for a busy machine.
+        assert!(lasts_s < 2.0 * alone_s + 9.0, "{signal}: {lasts_s:.1} s, alone {alone_s:.1} s");
+        assert_eq!(code, Some(0), "{signal}: the run is complete without it");
+    }
+}
+
+#[test]
+fn a_second_viewer_takes_part_under_a_name_of_its_own() {
+    let ports = Ports::new();
+    let _run = Background::start(run(&ports, &["--rate", "2"]));
+    assert!(in_phase(&ports, "RUNNING"));
+    let folder = Folder::new("second-viewer");
+    let mut second = common::seeds();
+    second.args(["viewer-logger", "--sync-connect", &ports.sync, "--dis", &ports.dis]);
+    second.args(["--page", "localhost:0", "--record", &folder.file("second.pcapng")]);
+    let _second = Background::start(second);
+    let names = wait_for(SOON, || {
+        let status = common::status(&ports)?;
+        let members = status["state"]["members"].as_array()?.clone();
+        let names: Vec<_> = members.iter().filter_map(|m| m["name"].as_str()).collect();
+        names.contains(&"viewer-logger-2").then(|| names.contains(&"viewer-logger"))
+    });
+    assert_eq!(names, Some(true));
+}
+
+#[test]
+fn too_few_files_are_told_and_nobody_panics() {
+    let ports = Ports::new();
+    for files in ["24", "40"] {
+        let mut command = std::process::Command::new("sh");
+        let line = format!(
+            "ulimit -n {files}; exec {} run --fast --duration 5 --no-viewer --sync-listen {} --dis {}",
+            env!("CARGO_BIN_EXE_seeds"),
+            ports.sync,
+            ports.dis
+        );
+        command.args(["-c", &line]).current_dir(env!("CARGO_MANIFEST_DIR"));
+        let output = finish(command);
+        let text = stderr(&output);
+        assert_eq!(output.status.code(), Some(1), "{files}: {text}");
+        assert!(text.contains("ulimit -n") && !text.contains("panicked"), "{files}: {text}");
+    }
+}
+
+#[test]
+fn a_movement_that_nothing_can_be_made_of_ends_the_launcher_with_its_words() {
+    let folder = Folder::new("no-way");
+    let copied = std::process::Command::new("cp")
+        .args(["-r", "scenarios", &folder.file("")])
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .status();
+    assert!(copied.expect("cp").success());
+    let scene = folder.file("scenarios/bad.toml");
+    let text = std::fs::read_to_string(folder.file("scenarios/zurich.toml")).expect("the scene");
+    let via = text.lines().find(|line| line.starts_with("via = ")).expect("a route");
+    // The node where it halts: from there to itself.
+    let halt = via.split('"').nth(3).expect("a node");
+    std::fs::write(&scene, text.replace(via, &format!("via = [\"{halt}\", \"{halt}\"]")))
+        .expect("written");
+    for generators in ["1", "3"] {
+        let ports = Ports::new();
+        let mut command = run(&ports, &["--fast", "--no-viewer", "--generators", generators]);
+        command.args([&scene]);
+        let output = finish(command);
+        let words = stderr(&output);
+        assert_eq!(output.status.code(), Some(2), "{words}");
+        assert!(words.contains("bad.toml:") && words.contains("at least 10 m of way"), "{words}");
+        assert_eq!(words.lines().filter(|l| l.contains("bad.toml")).count(), 1, "{words}");
+    }
+}
+
 #[test]
 fn bad_input_gives_one_line_and_the_right_code() {
     let taken = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
@@ -287,7 +391,11 @@ fn bad_input_gives_one_line_and_the_right_code() {
     let free_sync = Ports::new().sync;
     let taken_sync = format!("tcp/{taken}");
     for (arguments, code, words) in [
-        (&["run", "nowhere.toml", "--fast"][..], 2, "nowhere.toml"),
+        (&["run", "nowhere.toml", "--fast"][..], 2, "scene nowhere.toml: No such file"),
+        (&["run", "--seed", "-1"], 2, "a whole number from 0 to"),
+        (&["run", "--page", "example.org:8600"], 2, "localhost:8600"),
+        (&["run", "--report", "Cargo.toml"], 2, "'Cargo.toml' is a file"),
+        (&["viewer-logger", "--report", "Cargo.toml"], 2, "'Cargo.toml' is a file"),
         (&["run", "--duration", "-5"], 2, "-5"),
         (&["run", "--generators", "0"], 2, "1..=16"),
         (&["run", "--inject-loss", "2", "--no-viewer", "--fast"], 2, "--inject-loss"),
@@ -321,6 +429,8 @@ fn bad_input_gives_one_line_and_the_right_code() {
         (&["admin-station", "--sync-connect", "tcp/127.0.0.1:9", "freeze"], 1, "127.0.0.1:9"),
         (&["admin-station", "--rate", "2", "freeze"], 2, "--rate is for starting"),
         (&["replay", "/nowhere.pcapng", "--with-smdfm"], 2, "/nowhere.pcapng"),
+        (&["replay", CAPTURE, "--from", "5", "--to", "2"], 2, "--from is after --to"),
+        (&["replay", CAPTURE, "--from", "80000"], 2, "nothing between --from and --to"),
         (&["verify", "/nowhere"], 2, "/nowhere"),
         (&["dis", "check", "/nowhere.pcap"], 2, "/nowhere.pcap"),
         (&["plan", "/dev/zero"], 2, "longer than"),

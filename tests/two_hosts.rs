@@ -124,6 +124,47 @@ fn two_hosts_give_the_digest_of_one() {
     }
 }
 
+/// An SMDFM that listens in another group hears no truth: the run is exact by repair, and both hosts are told.
+#[test]
+fn an_smdfm_in_the_wrong_group_is_told_of_and_the_run_is_exact() {
+    let Some(hosts) = Hosts::new() else {
+        eprintln!("skipped: network namespaces cannot be made here (needs root and iproute2)");
+        return;
+    };
+    let alone =
+        finish(common::run(&common::Ports::new(), &["--fast", "--duration", "30", "--no-viewer"]));
+    let at = "tcp/10.83.0.2:7447";
+    let start = |host: usize, group: &str, arguments: &[&str]| {
+        let mut command = hosts.on(host, arguments);
+        let interface = ["10.83.0.1", "10.83.0.2"][host];
+        command.args(["--dis", group, "--interface", interface]);
+        command.stdout(Stdio::null()).stderr(Stdio::piped());
+        common::Background(command.spawn().expect("it starts"))
+    };
+    let (right, wrong) = ("239.83.0.1:3000", "239.83.0.2:3000");
+    let mut admin = hosts.on(
+        1,
+        &["admin-station", "--sync-listen", at, "--rate", "8", "--duration", "30", "--batch"],
+    );
+    admin.args(["--dis", right, "--interface", "10.83.0.2"]);
+    let admin = std::thread::spawn(move || finish(admin));
+    let mut smdfm = start(0, wrong, &["smdfm", "--sync-connect", at]);
+    let _traffic = start(1, right, &["traffic-generator", "--sync-connect", at]);
+    let _world = start(1, right, &["external-world", "--sync-connect", at]);
+    let output = admin.join().expect("the administration station ends");
+    assert_eq!(output.status.code(), Some(0), "{}", common::stderr(&output));
+    assert_eq!(summary(&output)["digest"], summary(&alone)["digest"], "exact by repair");
+    smdfm.wait(Duration::from_secs(20));
+    let mut said = String::new();
+    use std::io::Read;
+    smdfm.0.stderr.take().expect("piped").read_to_string(&mut said).expect("text");
+    for producer in ["traffic-generator", "external-world"] {
+        let words = format!("smdfm hears none of {producer}'s PDUs on {wrong} via 10.83.0.1");
+        assert!(said.contains(&words), "{said}");
+    }
+    assert!(said.contains("wrong group, interface or firewall"), "{said}");
+}
+
 #[test]
 fn what_goes_wrong_between_hosts_is_named_within_ten_seconds() {
     let Some(hosts) = Hosts::new() else {

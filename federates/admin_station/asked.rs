@@ -212,7 +212,8 @@ mod tests {
         let (events, _conductor) = unbounded();
         let answered = Answered::default();
         let before = threads();
-        let operator = operator(events, answered.clone(), Box::new(|_, _, _| {})).expect("a thread");
+        let operator =
+            operator(events, answered.clone(), Box::new(|_, _, _| {})).expect("a thread");
         let soon = utc_ns() + 50_000_000_000;
         let mut refused = 0;
         for number in 0..20_000 {

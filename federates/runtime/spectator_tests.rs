@@ -12,6 +12,7 @@ fn conductor() -> Conductor {
         version: "v".into(),
         expected: vec!["external-world".into()],
         producers: vec!["external-world".into()],
+        optional: Vec::new(),
         generators: 1,
         seed: 7,
         step_ns: 50_000_000,

@@ -314,6 +314,9 @@ fn member(
 ) -> ExitCode {
     crate::runtime::process::end_with_launcher();
     cli::log_to_stderr(args.log_format, "warn");
+    if let Err(e) = crate::runtime::process::enough_files() {
+        return fail(FAILED, e);
+    }
     let scene = match load(&args.scene) {
         Ok(scene) => Arc::new(scene),
         Err(code) => return code,
@@ -393,6 +396,9 @@ pub fn open_bus(
 pub fn viewer_logger(args: &ViewerArgs) -> ExitCode {
     crate::runtime::process::end_with_launcher();
     cli::log_to_stderr(args.common.log_format, "warn");
+    if let Err(e) = crate::runtime::process::enough_files() {
+        return fail(FAILED, e);
+    }
     let scene = match load_scene_without_truth(&args.common.scene) {
         Ok(scene) => Arc::new(scene),
         Err(code) => return code,
@@ -411,6 +417,9 @@ pub fn admin_station(args: &AdminArgs) -> ExitCode {
     }
     crate::runtime::process::end_with_launcher();
     cli::log_to_stderr(args.common.log_format, "info");
+    if let Err(e) = crate::runtime::process::enough_files() {
+        return fail(FAILED, e);
+    }
     let scene = match load_scene_without_truth(&args.common.scene) {
         Ok(scene) => Arc::new(scene),
         Err(code) => return code,
@@ -421,15 +430,6 @@ pub fn admin_station(args: &AdminArgs) -> ExitCode {
     }
 }
 
-fn run_admin(args: &AdminArgs, scene: &Arc<Scene>) -> anyhow::Result<u8> {
-    let exercise = args.common.exercise.unwrap_or(scene.run.exercise);
-    let options = RunOptions {
-        seed: args.seed,
-        duration_s: args.duration,
-        rate: if args.fast { f64::INFINITY } else { args.rate.unwrap_or(1.0) },
-        generators: args.generators.unwrap_or(1),
-        autostart: !args.wait,
-        batch: args.batch,
 /// A launcher says on standard input when the viewer-logger that it started will not come.
 fn listen_to_launcher(events: Sender<admin_station::Event>) {
     if !crate::runtime::process::launched() {
@@ -447,13 +447,23 @@ fn listen_to_launcher(events: Sender<admin_station::Event>) {
 /// What a launcher tells the administration station on its standard input.
 pub const NO_LOGGER: &str = "no viewer-logger";
 
+fn run_admin(args: &AdminArgs, scene: &Arc<Scene>) -> anyhow::Result<u8> {
+    let exercise = args.common.exercise.unwrap_or(scene.run.exercise);
+    let options = RunOptions {
+        seed: args.seed,
+        duration_s: args.duration,
+        rate: if args.fast { f64::INFINITY } else { args.rate.unwrap_or(1.0) },
+        generators: args.generators.unwrap_or(1),
+        autostart: !args.wait,
+        batch: args.batch,
     };
     let mut config = conductor_config(scene, &options);
     let events = unbounded();
     if let Some(within_s) = args.expect_logger {
         config.await_spectators = vec!["viewer-logger".to_owned()];
+        config.await_spectators_ns = (within_s * 1e9) as u64;
+        listen_to_launcher(events.0.clone());
     }
-    let events = unbounded();
     let stop = events.0.clone();
     ctrlc::set_handler(move || {
         let _ = stop.send(admin_station::Event::Stop);
