@@ -392,6 +392,32 @@ fn cut_and_merge_by_time_entity_type_and_exercise() {
         .unwrap();
     assert_eq!(checked(&bare).0.pdus, 5);
 
+    // Datagrams that end in garbage, or are nothing else: in bare PDUs nothing behind would be found.
+    let noisy = folder.file("noisy.pcapng");
+    let datagrams: Vec<_> = (0..2092)
+        .map(|i| {
+            let t = f64::from(i) * 0.01;
+            let mut payload = octets(t, &[&state(1 + (i % 9) as u16)]);
+            match i % 67 {
+                66 => payload.extend([1, 2, 3]),
+                33 => payload = vec![0xff; 40],
+                44 => payload.truncate(70),
+                55 => payload[9] = 0,
+                _ => {}
+            }
+            (t, 3000, payload)
+        })
+        .collect();
+    write(&noisy, &datagrams);
+    let done =
+        edit(&[noisy], &bare, &[], &Selection::default(), &Change::default(), |_, p| panic!("{p}"))
+            .unwrap();
+    // 31 of each kind; those with garbage behind their PDU keep the PDU.
+    assert_eq!((done.read, done.written), (2092, 2092 - 93), "{done:?}");
+    assert_eq!(done.damaged_left_out, 124, "{done:?}");
+    let (found, _) = checked(&bare);
+    assert_eq!(found.pdus, done.written, "everything written is read back");
+
     // What cannot be read leaves no output, what cannot be written no half of one.
     let none = folder.file("none.pcapng");
     let missing = [a.clone(), folder.file("missing.pcapng")];

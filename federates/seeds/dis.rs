@@ -367,7 +367,8 @@ fn edit_files(
             writeln!(out, "{} damaged PDUs left out", done.damaged_left_out)?;
         }
     }
-    Ok(lost_if(done.problems > 0))
+    let bare = done.damaged_left_out > 0 && !args.selection.selection().looks_inside();
+    Ok(lost_if(done.problems > 0 || bare))
 }
 
 pub(super) fn positive(text: &str) -> Result<f64, String> {

@@ -84,7 +84,8 @@ impl Selection {
     }
 
     /// True if PDUs are chosen by more than their time.
-    fn looks_inside(&self) -> bool {
+    #[must_use]
+    pub fn looks_inside(&self) -> bool {
         !(self.exercises.is_empty() && self.types.is_empty() && self.entities.is_empty())
     }
 }
@@ -109,7 +110,8 @@ pub struct Edited {
     pub written: u64,
     /// PDUs written.
     pub pdus: u64,
-    /// Damaged PDUs left out because the selection looks inside PDUs.
+    /// Damaged PDUs left out: because the selection looks inside PDUs, or because in a file of bare PDUs
+    /// nothing behind them could be found again.
     pub damaged_left_out: u64,
     /// Damaged places of the files.
     pub problems: u64,
@@ -223,7 +225,15 @@ fn write_all(
             let from = change.from.unwrap_or(datagram.from);
             let to = change.to.unwrap_or(datagram.to);
             match &mut writer {
-                Writer::Bare(file) => file.write_all(&payload).map_err(failed)?,
+                Writer::Bare(file) => {
+                    let sound = keep_sound(&mut payload);
+                    done.damaged_left_out += sound.left_out;
+                    if sound.pdus == 0 {
+                        heads[i].advance(done, tell);
+                        continue;
+                    }
+                    file.write_all(&payload).map_err(failed)?;
+                }
                 Writer::Recording(recorder) => recorder
                     .record_with(datagram.utc_ns, from, to, &payload, datagram.comment.as_deref())
                     .map_err(of_record)?,
@@ -267,6 +277,35 @@ impl Head<'_> {
             }
         }
     }
+}
+
+/// What of a payload can stand in a file of bare PDUs.
+struct Sound {
+    pdus: u64,
+    left_out: u64,
+}
+
+/// Leaves what a reader of bare PDUs finds its way through: it has nothing but the lengths in the headers,
+/// where a datagram has an end of its own.
+fn keep_sound(payload: &mut Vec<u8>) -> Sound {
+    let mut kept = Vec::with_capacity(payload.len());
+    let mut sound = Sound { pdus: 0, left_out: 0 };
+    let mut frames = pdu::frames(payload);
+    for frame in frames.by_ref() {
+        match frame {
+            Ok(frame) => {
+                kept.extend_from_slice(frame.octets);
+                sound.pdus += 1;
+            }
+            Err(_) => sound.left_out += 1,
+        }
+    }
+    // Octets behind the last PDU.
+    if sound.left_out == 0 && !frames.rest().is_empty() {
+        sound.left_out = 1;
+    }
+    *payload = kept;
+    sound
 }
 
 /// What is wanted of a datagram, into `payload`; false if nothing is. A datagram of which everything
