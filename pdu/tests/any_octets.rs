@@ -34,6 +34,22 @@ fn every_typed_type_has_a_sample_and_comes_back() {
 }
 
 #[test]
+fn the_fuzz_targets_that_the_guide_names_exist() {
+    let here = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    let guide = std::fs::read_to_string(here.join("../CONTRIBUTING.md")).expect("the guide");
+    let line =
+        guide.lines().find(|line| line.contains("cargo fuzz run")).expect("a line on fuzzing");
+    let named = line.split("--sanitizer none ").nth(1).expect("a target").split(['`', ' ']);
+    let others = line.split("(or `").nth(1).into_iter().flat_map(|rest| rest.split('`').take(1));
+    for target in named.take(1).chain(others) {
+        let file = here.join(format!("fuzz/fuzz_targets/{target}.rs"));
+        assert!(file.exists(), "{target}");
+        let body = std::fs::read_to_string(file).expect("readable");
+        assert!(body.contains("check_any_bytes"), "{target} runs the shared body");
+    }
+}
+
+#[test]
 fn every_pdu_cut_at_every_length() {
     for whole in octets() {
         for cut in 0..whole.len() {

@@ -43,7 +43,8 @@ pub struct Placed {
 }
 
 /// Whether every coordinate is a number.
-pub(super) fn is_finite(state: &EntityState<'_>) -> bool {
+#[must_use]
+pub fn is_finite(state: &EntityState<'_>) -> bool {
     let l = state.location;
     let o = state.orientation;
     let numbers =
@@ -160,7 +161,8 @@ impl Entity {
     }
 
     /// The last Entity State with what an update says.
-    pub(super) fn updated(&self, update: &EntityStateUpdate<'_>) -> EntityState<'static> {
+    #[must_use]
+    pub fn updated(&self, update: &EntityStateUpdate<'_>) -> EntityState<'static> {
         EntityState {
             linear_velocity_mps: update.linear_velocity_mps,
             location: update.location,

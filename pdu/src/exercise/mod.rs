@@ -37,7 +37,7 @@ mod entity;
 mod transponder;
 
 pub use announce::Announcer;
-pub use entity::{Entity, Placed};
+pub use entity::{Entity, Placed, is_finite};
 pub use transponder::Transponder;
 
 use crate::datagram::{Pdu, pdus};
@@ -86,25 +86,35 @@ impl Default for Limits {
 
 /// Why a PDU had no effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, thiserror::Error)]
+#[error("{}", self.text())]
 pub enum Refusal {
     /// The octets are not a PDU.
-    #[error("not a sound PDU")]
     Damaged,
     /// It belongs to others.
-    #[error("PDU of another exercise")]
     OtherExercise,
     /// NaN or infinity.
-    #[error("Entity State with a coordinate that is not a number")]
     NotFinite,
     /// No room.
-    #[error("more entities than are kept")]
     TooMany,
     /// An update of an entity of which no Entity State was heard.
-    #[error("update of an entity that was never stated")]
     Unknown,
     /// Nothing that an exercise is made of here.
-    #[error("PDU of a type without effect")]
     Indifferent,
+}
+
+impl Refusal {
+    /// The reason in words.
+    #[must_use]
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::Damaged => "not a sound PDU",
+            Self::OtherExercise => "PDU of another exercise",
+            Self::NotFinite => "Entity State with a coordinate that is not a number",
+            Self::TooMany => "more entities than are kept",
+            Self::Unknown => "update of an entity that was never stated",
+            Self::Indifferent => "PDU of a type without effect",
+        }
+    }
 }
 
 /// What a PDU did.
