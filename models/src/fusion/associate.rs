@@ -622,11 +622,12 @@ impl Tracker {
                 continue;
             }
             let started = Track::start(self.next_serial, plot, &self.config, model.interval_s);
-            let Ok(track) = started else {
+            let Ok(mut track) = started else {
                 self.statistics.unsound += 1;
                 self.outcomes[*index] = Outcome::Unsound;
                 continue;
             };
+            track.outside = self.is_outside(*index);
             self.outcomes[*index] = Outcome::Used {
                 number: None,
                 serial: track.serial,
@@ -651,6 +652,7 @@ impl Tracker {
         work: &mut Work,
     ) {
         let Candidate { plot, index: place } = &work.candidates[k];
+        let outside = self.is_outside(*place) || self.tracks[index].outside;
         let track = &mut self.tracks[index];
         let late = plot.time < track.time();
         let (update, hit) = match how {
@@ -678,7 +680,7 @@ impl Tracker {
             work.used[k] = true;
             work.track_used[index] = true;
         }
-        if hit && self.config.register_sites {
+        if hit && self.config.register_sites && !outside {
             if plot.polar.is_some() && !manoeuvre {
                 if let Some(reference) = &track.reference {
                     self.registration.learn(plot, reference, velocity_ms);

@@ -42,6 +42,7 @@ pub(super) fn assign(
     taken.sort_unstable();
     let candidates: Vec<usize> = (0..tracks.len())
         .filter(|&t| tracks[t].stage == Stage::Confirmed && tracks[t].entry.is_none())
+        .filter(|&t| !tracks[t].outside)
         .filter(|&t| tracks[t].callsign.is_none() && tracks[t].address.is_none())
         .collect();
     if candidates.is_empty() {

@@ -125,7 +125,7 @@ fn confirm_or_drop(
     let hits = (track.history & mask).count_ones();
     let misses = track.looks.min(n) - hits;
     if hits >= m {
-        if let Some(number) = numbers.take(now) {
+        if let Some(number) = numbers.take(now, track.outside) {
             track.number = Some(number);
             track.stage = Stage::Confirmed;
             statistics.confirmed += 1;

@@ -113,6 +113,8 @@ pub(super) enum Applied {
 pub(super) struct Track {
     /// Order of birth: the key of all ties.
     pub(super) serial: u64,
+    /// The plot of an outsider began it.
+    pub(super) outside: bool,
     /// Given at confirmation.
     pub(super) number: Option<u16>,
     pub(super) stage: Stage,
@@ -169,6 +171,7 @@ impl Track {
         let now = TrackFilter::from_plot(&config.filter, plot)?;
         let mut track = Self {
             serial,
+            outside: false,
             number: None,
             stage: Stage::Tentative,
             now,

@@ -143,6 +143,8 @@ pub struct Tracker {
     /// What is older than this in the scan in hand is forgotten.
     pub(super) oldest: SimTime,
     pub(super) ring: Ring,
+    /// Of each plot of the next scan: it came in from outside the federation.
+    outside: Vec<bool>,
     work: Work,
 }
 
@@ -217,6 +219,7 @@ impl Tracker {
             identified_gate,
             oldest: SimTime(i64::MIN),
             ring: Ring::default(),
+            outside: Vec::new(),
             work: Work::default(),
         }
     }
@@ -272,7 +275,7 @@ impl Tracker {
             }
             let track = Track::start(self.next_serial, &plot, &self.config, model.interval_s);
             let Ok(mut track) = track else { continue };
-            let Some(number) = self.numbers.take(time) else { break };
+            let Some(number) = self.numbers.take(time, false) else { break };
             track.take_over(time, state, number);
             self.next_serial += 1;
             self.statistics.started += 1;
@@ -281,6 +284,23 @@ impl Tracker {
         }
         self.last_scan = self.last_scan.max(Some(time));
         self.tracks.len() - before
+    }
+
+    /// Says which plots of the next [`Self::scan`] came in from outside the federation, index by index.
+    /// Tracks that they begin take their numbers behind all others and no label by place, and they do
+    /// not register radars; else they are plots as any.
+    pub fn mark_outside(&mut self, outside: Vec<bool>) {
+        self.outside = outside;
+    }
+
+    /// Whether the plot at this place of the caller's list came from outside.
+    pub(super) fn is_outside(&self, place: usize) -> bool {
+        self.outside.get(place).copied().unwrap_or(false)
+    }
+
+    /// Numbers and serials (order of birth) of the tracks that have a number.
+    pub fn serials(&self) -> impl Iterator<Item = (u16, u64)> {
+        self.tracks.iter().filter_map(|track| Some((track.number?, track.serial)))
     }
 
     /// One update cycle: all plots up to `t_out` that have not been given before, in any order.
@@ -317,6 +337,7 @@ impl Tracker {
         life::merge_duplicates(tracks, &out, &self.config, &mut work, statistics);
         self.publish(t_out, flights, &work.seen, &mut out);
         self.work = work;
+        self.outside.clear();
         out
     }
 
