@@ -8,7 +8,8 @@ FROM debian:bookworm-slim
 WORKDIR /seeds
 COPY --from=build /src/target/release/seeds /src/target/release/traffic-generator \
      /src/target/release/external-world /src/target/release/smdfm \
-     /src/target/release/viewer-logger /src/target/release/admin-station /usr/local/bin/
+     /src/target/release/viewer-logger /src/target/release/admin-station \
+     /src/target/release/visitors /usr/local/bin/
 COPY scenarios ./scenarios
 USER nobody
 ENTRYPOINT ["seeds"]

@@ -19,6 +19,8 @@ pub struct RunOptions {
     pub autostart: bool,
     /// End with the run.
     pub batch: bool,
+    /// Whether the member `visitors` takes part.
+    pub visitors: bool,
 }
 
 impl Default for RunOptions {
@@ -30,6 +32,7 @@ impl Default for RunOptions {
             generators: 1,
             autostart: true,
             batch: true,
+            visitors: false,
         }
     }
 }
@@ -76,8 +79,12 @@ pub fn conductor_config(scene: &Scene, options: &RunOptions) -> ConductorConfig 
         rate: options.rate,
         autostart: options.autostart,
         batch: options.batch,
-        await_spectators: Vec::new(),
-        await_spectators_ns: 2_000_000_000,
+        await_spectators: match options.visitors {
+            true => vec![Kind::Visitors.name().to_owned()],
+            false => Vec::new(),
+        },
+        // The door of visitors is a process that a loaded host may be slow to start.
+        await_spectators_ns: if options.visitors { 15_000_000_000 } else { 2_000_000_000 },
         window: WINDOW_SCANS * u64::from(scene.run.frames_per_scan),
         stall_ns: 2_000_000_000,
     }

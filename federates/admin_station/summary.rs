@@ -33,6 +33,18 @@ pub struct RunSummary {
     pub track_digest: String,
     /// Faults; empty when all went well.
     pub faults: Vec<String>,
+    /// True if a datagram from outside the federation took effect; absent if none did, as what follows.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub external: bool,
+    /// Entities of outsiders that were let in.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub visitors: Option<u64>,
+    /// Tracks that took plots of ours and of visitors.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub touched: Option<u64>,
+    /// Digest of visitors' plots and of tracks from the scan on in which they took one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub foreign: Option<String>,
 }
 
 /// Ground truth of a run.
@@ -92,6 +104,11 @@ impl RunSummary {
             let mut values = run.reports.iter().flat_map(|r| &r.values);
             values.find(|(k, _)| k == key).map(|(_, v)| *v).filter(|v| v.is_finite())
         };
+        let of_members = |key: &str| -> u64 {
+            let members = run.reports.iter().filter(|r| r.name != "visitors");
+            let values = members.flat_map(|r| &r.values).filter(|(k, _)| k == key);
+            values.map(|(_, v)| *v).sum::<f64>() as u64
+        };
         let digest = |name_starts: &str, key: &str| -> u64 {
             run.reports
                 .iter()
@@ -100,6 +117,12 @@ impl RunSummary {
                 .filter(|(k, _)| k == key)
                 .fold(0, |sum, (_, d)| sum.wrapping_add(*d))
         };
+        let foreign = run
+            .reports
+            .iter()
+            .flat_map(|r| &r.digests)
+            .find(|(key, _)| key == "foreign")
+            .map(|(_, digest)| *digest);
         let plots = digest("smdfm", "plots");
         let tracks = digest("smdfm", "tracks");
         let (truth, weather) =
@@ -116,7 +139,7 @@ impl RunSummary {
             federates: run.reports.iter().map(|r| r.name.clone()).collect(),
             truth: TruthSummary {
                 entities: sum("entities") as u64,
-                pdus_sent: sum("pdus_sent") as u64,
+                pdus_sent: of_members("pdus_sent"),
                 pdus_received: sum("pdus_received") as u64,
                 lost: sum("pdus_lost") as u64,
                 repaired: sum("pdus_repaired") as u64,
@@ -138,6 +161,10 @@ impl RunSummary {
             digest: format!("{:016x}", combine(&[truth, weather, plots, tracks])),
             track_digest: format!("{:016x}", combine(&[plots, tracks])),
             faults: run.reasons.clone(),
+            external: foreign.is_some(),
+            visitors: foreign.map(|_| sum("visitors") as u64),
+            touched: foreign.map(|_| sum("touched") as u64),
+            foreign: foreign.map(|digest| format!("{digest:016x}")),
         }
     }
 

@@ -359,7 +359,9 @@ impl Conductor {
 
     /// The spectators that were to be waited for will not come.
     pub fn await_no_spectators(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
-        self.config.await_spectators.clear();
+        // A member that is optional is no spectator.
+        let optional = &self.config.optional;
+        self.config.await_spectators.retain(|name| optional.contains(name));
         self.try_configure(now, effects);
     }
 

@@ -7,6 +7,7 @@ use super::federate::Octets;
 use super::hearing::Plane;
 use super::member_driver::Event;
 use super::threads::spawn_watched;
+use crate::visitors::stamp::is_stamped;
 use crossbeam_channel::Sender;
 use datalink::{Destination, Destinations, LinkConfig};
 use pdu::enumerations::{DatumId, PduType};
@@ -103,6 +104,28 @@ pub fn open(
     Ok(Box::new(UdpPlane { sender, refused: 0, drops, receiving, plane }))
 }
 
+/// Hears everything on the data plane, on a thread of its own, until the process ends.
+///
+/// # Errors
+/// What is wrong with address, interface or port, in one sentence.
+pub fn listen(
+    args: &NetworkArgs,
+    scene: &scenarios::Network,
+    failed: impl Fn(String) + Clone + Send + 'static,
+    mut heard: impl FnMut(&datalink::Arrival<'_>) + Send + 'static,
+) -> anyhow::Result<()> {
+    let mut receiver = datalink::Receiver::open(&link_config(args, scene)?)?;
+    let died = failed.clone();
+    spawn_watched("the receiver of DIS", died, move || {
+        loop {
+            if let Err(e) = receiver.receive(None, |arrival| heard(&arrival)) {
+                return failed(format!("receiving DIS: {e}"));
+            }
+        }
+    })?;
+    Ok(())
+}
+
 /// Sorts datagrams: sound truth and weather of the exercise, anything else, unsound ones.
 pub struct Sorter {
     receiving: Receiving,
@@ -143,7 +166,8 @@ impl Sorter {
             if pdu_type == PduType::ENTITY_STATE && self.lose(received.octets) {
                 continue;
             }
-            if pdu_type == PduType::ENTITY_STATE || pdu_type == PduType::ENVIRONMENTAL_PROCESS {
+            let read = [PduType::ENTITY_STATE, PduType::ENVIRONMENTAL_PROCESS, PduType::IFF];
+            if read.contains(&pdu_type) || is_stamped(received.octets) {
                 pdus.push(Arc::from(received.octets));
             }
             if pdu_type == PduType::EVENT_REPORT && self.probes.len() < PROBES {

@@ -16,8 +16,9 @@ use crate::runtime::messages::Command;
 use crate::runtime::zenoh_bus::{ZenohBus, ZenohConfig};
 use crate::smdfm::Smdfm;
 use crate::traffic_generator::TrafficGenerator;
+use crate::visitors::Visitors;
 use clap::{Args, Subcommand};
-use crossbeam_channel::{Sender, unbounded};
+use crossbeam_channel::{Receiver, Sender, unbounded};
 use scenarios::Scene;
 use std::net::SocketAddr;
 use std::path::PathBuf;
@@ -46,6 +47,13 @@ pub struct TrafficArgs {
 /// External world: weather and flight data
 #[derive(Args, Clone, Debug)]
 pub struct WorldArgs {
+    #[command(flatten)]
+    common: CommonArgs,
+}
+
+/// Visitors: lets the entities of other simulators in, stamped into frames
+#[derive(Args, Clone, Debug)]
+pub struct VisitorsArgs {
     #[command(flatten)]
     common: CommonArgs,
 }
@@ -125,6 +133,10 @@ pub struct AdminArgs {
     /// Wait up to S seconds for a viewer-logger when all others are ready, so that its log is complete
     #[arg(long, value_name = "S", num_args = 0..=1, require_equals = true, default_missing_value = "2", value_parser = cli::seconds)]
     expect_logger: Option<f64>,
+
+    /// Let outsiders' entities in: the federation has a member `visitors`
+    #[arg(long)]
+    visitors: bool,
 
     /// Write "progress FRAME/LAST" lines to stdout
     #[arg(long, hide = true)]
@@ -306,6 +318,33 @@ pub fn smdfm(args: &SmdfmArgs) -> ExitCode {
     })
 }
 
+/// The process of the member `visitors`.
+#[must_use]
+pub fn visitors(args: &VisitorsArgs) -> ExitCode {
+    let args = &args.common;
+    crate::runtime::process::end_with_launcher();
+    cli::log_to_stderr(args.log_format, "warn");
+    let scene = match load_scene_without_truth(&args.scene) {
+        Ok(scene) => Arc::new(scene),
+        Err(code) => return code,
+    };
+    let exercise = args.exercise.unwrap_or(scene.run.exercise);
+    let visitors = Visitors::new(Arc::clone(&scene), exercise);
+    let events = unbounded();
+    let (door, failed) = (visitors.door(), events.0.clone());
+    let ended = dis_socket::listen(
+        &args.network,
+        &scene.network,
+        move |why| drop(failed.send(Event::Failed(why))),
+        move |arrival| door.lock().knock(arrival.utc_ns, arrival.from, arrival.payload),
+    )
+    .and_then(|()| run_federate(args, "visitors", &scene, Box::new(visitors), events));
+    match ended {
+        Ok(code) => ExitCode::from(code),
+        Err(e) => fail(FAILED, format!("{e:#}")),
+    }
+}
+
 fn member(
     args: &CommonArgs,
     name: &str,
@@ -334,12 +373,22 @@ fn run_member(
     make: impl FnOnce(Arc<Scene>, u8) -> Box<dyn Federate>,
 ) -> anyhow::Result<u8> {
     let exercise = args.exercise.unwrap_or(scene.run.exercise);
-    let events = unbounded();
+    let federate = make(Arc::clone(&scene), exercise);
+    run_federate(args, name, &scene, federate, unbounded())
+}
+
+fn run_federate(
+    args: &CommonArgs,
+    name: &str,
+    scene: &Scene,
+    federate: Box<dyn Federate>,
+    events: (Sender<Event>, Receiver<Event>),
+) -> anyhow::Result<u8> {
+    let exercise = args.exercise.unwrap_or(scene.run.exercise);
     let stop = events.0.clone();
     ctrlc::set_handler(move || {
         let _ = stop.send(Event::Stop);
     })?;
-    let federate = make(Arc::clone(&scene), exercise);
     let receiving = Receiving {
         exercise,
         site: scene.run.site,
@@ -456,12 +505,17 @@ fn run_admin(args: &AdminArgs, scene: &Arc<Scene>) -> anyhow::Result<u8> {
         generators: args.generators.unwrap_or(1),
         autostart: !args.wait,
         batch: args.batch,
+        visitors: args.visitors,
     };
     let mut config = conductor_config(scene, &options);
     let events = unbounded();
     if let Some(within_s) = args.expect_logger {
-        config.await_spectators = vec!["viewer-logger".to_owned()];
-        config.await_spectators_ns = (within_s * 1e9) as u64;
+        config.await_spectators.push("viewer-logger".to_owned());
+        let within_ns = (within_s * 1e9) as u64;
+        config.await_spectators_ns = match args.visitors {
+            true => config.await_spectators_ns.max(within_ns),
+            false => within_ns,
+        };
         listen_to_launcher(events.0.clone());
     }
     let stop = events.0.clone();

@@ -46,6 +46,7 @@ enum Command {
     TrafficGenerator(federate_commands::TrafficArgs),
     ExternalWorld(federate_commands::WorldArgs),
     Smdfm(federate_commands::SmdfmArgs),
+    Visitors(federate_commands::VisitorsArgs),
     ViewerLogger(federate_commands::ViewerArgs),
     AdminStation(federate_commands::AdminArgs),
     /// Print a completion script for a shell
@@ -76,6 +77,7 @@ pub fn main() -> ExitCode {
         Some(Command::TrafficGenerator(args)) => federate_commands::traffic_generator(&args),
         Some(Command::ExternalWorld(args)) => federate_commands::external_world(&args),
         Some(Command::Smdfm(args)) => federate_commands::smdfm(&args),
+        Some(Command::Visitors(args)) => federate_commands::visitors(&args),
         Some(Command::ViewerLogger(args)) => federate_commands::viewer_logger(&args),
         Some(Command::AdminStation(args)) => federate_commands::admin_station(&args),
         Some(Command::Completions { shell }) => {

@@ -14,6 +14,7 @@ use crate::runtime::federate::{Federate, FrameInputs, FrameOut, Octets};
 use crate::runtime::frame_time::FrameTime;
 use crate::runtime::messages::{FinalReport, Frame, Notice, RunConfig};
 use crate::smdfm::Smdfm;
+use crate::visitors::stamp;
 use anyhow::Context;
 use clap::Args;
 use pdu::Body;
@@ -92,7 +93,8 @@ fn print_line(line: &str) {
 #[derive(Default)]
 struct Recorded {
     frames: BTreeMap<Frame, Vec<Octets>>,
-    outsiders: BTreeMap<Frame, Vec<Octets>>,
+    /// PDUs of outsiders that no frame let in.
+    outsiders: u64,
     seen: BTreeSet<(Frame, u64)>,
     last: Frame,
     end: Option<Frame>,
@@ -120,6 +122,14 @@ pub fn with_smdfm(
         scene.name,
         scene.run.site
     );
+    let stamped = |pdus: &Vec<Octets>| pdus.iter().any(|octets| stamp::is_stamped(octets));
+    if recorded.outsiders > 0 && !recorded.frames.values().any(stamped) {
+        tracing::warn!(
+            "{}: {} PDUs of outsiders without a frame are left out: no member 'visitors' took part in that run",
+            file.display(),
+            recorded.outsiders
+        );
+    }
     let started = crate::runtime::clock::monotonic_ns();
     let mut smdfm = Smdfm::new(Arc::clone(scene), exercise);
     let period = smdfm.period();
@@ -142,14 +152,14 @@ pub fn with_smdfm(
             let mut pdus = pdus.clone();
             pdus.sort();
             for octets in pdus {
-                let digest = if is_weather(&octets) { &mut weather } else { &mut truth };
-                digest.add(*of, &octets);
+                match maker(&octets) {
+                    Maker::World => weather.add(*of, &octets),
+                    Maker::Traffic => truth.add(*of, &octets),
+                    Maker::Visitors => {}
+                }
                 received += 1;
                 inputs.pdus.push((*of, octets));
             }
-        }
-        for (of, pdus) in recorded.outsiders.range(next..=frame) {
-            inputs.outsiders.extend(pdus.iter().map(|octets| (*of, Arc::clone(octets))));
         }
         next = frame + 1;
         smdfm.step(frame, &inputs, &mut FrameOut::default());
@@ -158,8 +168,11 @@ pub fn with_smdfm(
     // PDUs after the last whole scan belong to the run, though no scan needs them.
     for (of, pdus) in recorded.frames.range(next..=last_frame.max(next)) {
         for octets in pdus {
-            let digest = if is_weather(octets) { &mut weather } else { &mut truth };
-            digest.add(*of, octets);
+            match maker(octets) {
+                Maker::World => weather.add(*of, octets),
+                Maker::Traffic => truth.add(*of, octets),
+                Maker::Visitors => {}
+            }
             received += 1;
         }
     }
@@ -203,8 +216,20 @@ pub struct Replayed {
     pub damaged: u64,
 }
 
-fn is_weather(octets: &[u8]) -> bool {
-    octets.get(2) == Some(&pdu::enumerations::PduType::ENVIRONMENTAL_PROCESS.0)
+/// Which member made a PDU of the federation.
+enum Maker {
+    Traffic,
+    World,
+    Visitors,
+}
+
+fn maker(octets: &[u8]) -> Maker {
+    use pdu::enumerations::PduType;
+    match octets.get(2) {
+        Some(&t) if t == PduType::ENVIRONMENTAL_PROCESS.0 => Maker::World,
+        Some(&t) if t == PduType::EVENT_REPORT.0 => Maker::Visitors,
+        _ => Maker::Traffic,
+    }
 }
 
 fn read(file: &Path, scene: &Scene, exercise: u8) -> anyhow::Result<Recorded> {
@@ -221,10 +246,8 @@ fn read(file: &Path, scene: &Scene, exercise: u8) -> anyhow::Result<Recorded> {
             continue;
         }
         for received in pdu::pdus(&datagram.payload) {
-            let Ok(received) = received else {
-                recorded.unsound += 1;
-                continue;
-            };
+            // Others may send what they like: that is no loss of ours.
+            let Ok(received) = received else { continue };
             if received.header().exercise_id == exercise {
                 recorded.take(&received, scene, time);
             }
@@ -239,12 +262,21 @@ impl Recorded {
         let station =
             |id: pdu::records::EntityId| id.site == site && id.application == WORLD_APPLICATION;
         let frame = time.frame_of(received.header().timestamp, self.last);
+        let of_scene = |id: pdu::records::EntityId| {
+            let known = |e: &scenarios::Entity| (e.application, e.number);
+            let named = (id.application, id.entity);
+            id.site == site && scene.traffic.entities.iter().any(|e| known(e) == named)
+        };
         let ours = match received.body() {
-            Body::EntityState(state) => scene.traffic.entities.iter().any(|e| {
-                let id = state.entity_id;
-                (site, e.application, e.number) == (id.site, id.application, id.entity)
-            }),
+            Body::EntityState(state) => of_scene(state.entity_id),
+            Body::Iff(iff) => of_scene(iff.basic.emitting_entity),
             Body::EnvironmentalProcess(process) => station(process.process_id),
+            Body::EventReport(report) => {
+                if stamp::decode(report, site).is_none() {
+                    return;
+                }
+                true
+            }
             Body::Comment(comment) if station(comment.originating_id) => {
                 self.seed = self.seed.or(crate::admin_station::simman::seed_of(comment));
                 return;
@@ -269,7 +301,7 @@ impl Recorded {
                     self.last = self.last.max(frame);
                 }
             }
-            _ if !ours => self.outsiders.entry(self.last).or_default().push(octets),
+            _ if !ours => self.outsiders += 1,
             _ => self.unsound += 1,
         }
     }

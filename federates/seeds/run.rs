@@ -70,6 +70,14 @@ pub struct RunArgs {
     #[arg(long)]
     pub wait: bool,
 
+    /// Let outsiders' entities in also when as fast as possible; in real time they are, unless --no-visitors says otherwise
+    #[arg(long, conflicts_with_all = ["no_visitors", "in_process"])]
+    pub visitors: bool,
+
+    /// Nobody from outside is let in
+    #[arg(long)]
+    pub no_visitors: bool,
+
     /// DIS exercise identifier, 0 to 255 [default: the scene's]
     #[arg(long, value_name = "N")]
     pub exercise: Option<u8>,
@@ -97,6 +105,7 @@ impl RunArgs {
             generators: self.generators,
             autostart: !self.wait,
             batch: self.fast || self.no_viewer || self.duration.is_some(),
+            visitors: self.with_visitors(),
         }
     }
 
@@ -108,6 +117,12 @@ impl RunArgs {
             inject_loss: self.inject_loss,
             log_format: self.log_format,
         }
+    }
+
+    /// Whether the member `visitors` takes part.
+    #[must_use]
+    pub fn with_visitors(&self) -> bool {
+        !self.in_process && !self.no_visitors && (self.visitors || !self.fast)
     }
 
     /// Whether a viewer-logger takes part.
@@ -337,6 +352,9 @@ fn start_all(args: &RunArgs, endpoint: &str, launched: &mut Launched) -> anyhow:
         admin.push("--wait".into());
     }
     admin.extend(["--generators".to_owned(), args.generators.to_string()]);
+    if options.visitors {
+        admin.push("--visitors".to_owned());
+    }
     if args.with_logger() {
         // A log that was asked for is worth a longer wait on a busy host.
         let asked = args.record.is_some() || args.report.is_some();
@@ -349,6 +367,9 @@ fn start_all(args: &RunArgs, endpoint: &str, launched: &mut Launched) -> anyhow:
             .start(&generator_name(share, args.generators), &with("traffic-generator", &more))?;
     }
     launched.start("external-world", &with("external-world", &[]))?;
+    if options.visitors {
+        launched.start("visitors", &with("visitors", &[]))?;
+    }
     let loss = ["--inject-loss".to_owned(), args.inject_loss.to_string()];
     let mut smdfm = loss.to_vec();
     if args.with_logger() {

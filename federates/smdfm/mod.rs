@@ -5,19 +5,24 @@
 //! against the truth that the sensors received. The tracker never sees that truth.
 
 pub mod evaluation;
+pub mod foreign;
 pub mod received_truth;
 pub mod report;
 pub mod setup;
+
+#[cfg(test)]
+mod visitor_tests;
 
 use crate::external_world::{flight_list, weather_pdu};
 use crate::runtime::bus::Class;
 use crate::runtime::clock::monotonic_ns;
 use crate::runtime::codec::encode;
-use crate::runtime::digest::Digest;
 use crate::runtime::federate::{Federate, FrameInputs, FrameOut, Publication};
 use crate::runtime::frame_time::FrameTime;
 use crate::runtime::messages::{FederateStatus, FinalReport, Frame, Kind, Notice, RunConfig};
+use crate::visitors::stamp;
 use evaluation::Evaluation;
+use foreign::Digests;
 use models::environment::Weather;
 use models::flight_list::FlightList;
 use models::fusion::Tracker;
@@ -27,6 +32,9 @@ use pdu::Body;
 use received_truth::ReceivedTruth;
 use scenarios::Scene;
 use std::sync::Arc;
+
+/// Figures on the clocks of visitors' senders in a report, at most.
+const MOST_CLOCKS: usize = 64;
 
 /// The federate's logic.
 pub struct Smdfm {
@@ -40,28 +48,31 @@ pub struct Smdfm {
     sensors: Vec<Box<dyn Sensor>>,
     tracker: Tracker,
     evaluation: Evaluation,
-    plots_digest: Digest,
-    tracks_digest: Digest,
+    digests: Digests,
+    exercise: u8,
+    /// PDUs that no frame end named and that did not come through the member `visitors`.
+    unstamped: u64,
     explain: bool,
 }
 
 impl Smdfm {
     /// The SMDFM of a scene.
     #[must_use]
-    pub fn new(scene: Arc<Scene>, _exercise: u8) -> Self {
+    pub fn new(scene: Arc<Scene>, exercise: u8) -> Self {
         let time = FrameTime::of(&scene.run);
         Self {
             time,
             seed: scene.run.seed,
             run: 0,
-            truth: ReceivedTruth::new(Arc::clone(&scene)),
+            truth: ReceivedTruth::new(Arc::clone(&scene), exercise),
             weather: Vec::new(),
             flights: FlightList::default(),
             sensors: Vec::new(),
             tracker: Tracker::new(scene.tracking_config()),
             evaluation: Evaluation::default(),
-            plots_digest: Digest::default(),
-            tracks_digest: Digest::default(),
+            digests: Digests::default(),
+            exercise,
+            unstamped: 0,
             explain: false,
             scene,
         }
@@ -75,19 +86,32 @@ impl Smdfm {
     }
 
     fn take_in(&mut self, inputs: &FrameInputs, now: Frame) {
-        let ours = inputs.pdus.iter().map(|(frame, octets)| (*frame, octets, true));
-        let others = inputs.outsiders.iter().map(|(frame, octets)| (*frame, octets, false));
-        for (frame, octets, ours) in ours.chain(others) {
+        self.unstamped += inputs.outsiders.len() as u64;
+        let mut stamped = Vec::new();
+        for (frame, octets) in &inputs.pdus {
+            let frame = *frame;
             // The runtime has checked that these octets are one sound PDU.
             let Some(Ok(received)) = pdu::pdus(octets).next() else { continue };
             match received.body() {
-                Body::EntityState(state) => self.truth.take(frame, now, state, ours),
-                Body::EnvironmentalProcess(process) if ours => {
+                Body::EntityState(state) => self.truth.take(frame, now, state),
+                Body::EnvironmentalProcess(process) => {
                     if let Some(weather) = weather_pdu::decode(process) {
                         self.weather.push((frame, weather));
                     }
                 }
+                Body::EventReport(report) => {
+                    stamped.extend(stamp::decode(report, self.scene.run.site).map(|s| (frame, s)));
+                }
                 _ => {}
+            }
+        }
+        stamped.sort_by(|(f, a), (g, b)| {
+            let key = |s: &stamp::Stamped| (s.arrival.utc_ns, s.from.ip(), s.from.port());
+            f.cmp(g).then(key(a).cmp(&key(b))).then_with(|| a.octets.cmp(&b.octets))
+        });
+        for (_, stamped) in &stamped {
+            if self.truth.take_visitor(stamped) {
+                self.digests.external();
             }
         }
         for (_, notice) in &inputs.notices {
@@ -126,14 +150,14 @@ impl Federate for Smdfm {
     fn configure(&mut self, config: &RunConfig, _out: &mut FrameOut) -> Result<(), String> {
         self.seed = config.seed;
         self.run = config.run;
-        self.truth = ReceivedTruth::new(Arc::clone(&self.scene));
+        self.truth = ReceivedTruth::new(Arc::clone(&self.scene), self.exercise);
         self.weather.clear();
         self.flights = FlightList::default();
         self.sensors = setup::make_sensors(&self.scene)?;
         self.tracker = Tracker::new(self.scene.tracking_config());
         self.evaluation = Evaluation::default();
-        self.plots_digest = Digest::default();
-        self.tracks_digest = Digest::default();
+        self.digests = Digests::default();
+        self.unstamped = 0;
         Ok(())
     }
 
@@ -156,16 +180,15 @@ impl Federate for Smdfm {
             sensor.scan(&interval, &view, &weather, &mut sink);
             looks.push((sensor.kind(), sink.looks - before, sink.plots.len() - plots));
         }
+        let outside = foreign::of_visitors(&view, &sink);
+        if outside.contains(&true) {
+            self.tracker.mark_outside(outside.clone());
+        }
         let tracks = self.tracker.scan(interval.to, &sink.plots, &self.flights);
         let took_ns = monotonic_ns() - began;
         self.evaluation.scan(&view, interval.to, &sink, self.tracker.outcomes(), &tracks, &looks);
-        for plot in &sink.plots {
-            self.plots_digest.add(frame, &report::plot_octets(plot));
-        }
-        for track in &tracks {
-            self.tracks_digest.add(frame, &report::track_octets(track));
-        }
-        let report = report::scan_report(&report::ScanParts {
+        self.digests.scan(frame, &sink, &outside, &self.tracker, &tracks);
+        let mut report = report::scan_report(&report::ScanParts {
             run: self.run,
             interval: &interval,
             view: &view,
@@ -176,6 +199,7 @@ impl Federate for Smdfm {
             plan: self.sensors.iter().flat_map(|s| s.plan()).collect(),
             took_us: took_ns / 1000,
         });
+        report.measures.extend(self.truth.clocks().take(MOST_CLOCKS));
         out.publish.push(Publication {
             key: "tracks/1/scan".into(),
             class: Class::Lossy,
@@ -186,13 +210,16 @@ impl Federate for Smdfm {
     }
 
     fn finish(&mut self, report: &mut FinalReport) {
-        report.digests.push(("plots".into(), self.plots_digest.0));
-        report.digests.push(("tracks".into(), self.tracks_digest.0));
+        self.digests.finish(self.truth.visitors_ever(), report);
         report.values.extend(self.evaluation.values());
     }
 
     fn status(&self, status: &mut FederateStatus) {
         status.dropped.extend(self.truth.refused());
+        if self.unstamped > 0 {
+            let reason = "PDU of an outsider, not let in by the member visitors";
+            status.dropped.push((reason.into(), self.unstamped));
+        }
     }
 }
 

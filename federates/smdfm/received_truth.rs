@@ -1,41 +1,54 @@
 //! The truth as it arrived: entities from their PDUs, dead-reckoned to any time of the scan.
+//!
+//! Entities of the scene come by their frames. Visitors come stamped by the member `visitors`, and are
+//! taken at their word by [`Exercise`]: the sender's time, frozen, removed and updated entities,
+//! transponders.
 
 use crate::runtime::frame_time::FrameTime;
 use crate::runtime::messages::Frame;
-use crate::traffic_generator::entity_state::{Reckoned, is_deactivated};
+use crate::traffic_generator::dis_types;
+use crate::traffic_generator::entity_state::{Reckoned, is_deactivated, target_state};
+use crate::visitors::stamp::Stamped;
 use geodesy::LocalFrame;
+use models::frames::Vector3;
 use models::plot::Callsign;
 use models::sensors::{TargetClass, TargetState, Truth};
 use models::time::SimTime;
-use pdu::EntityState;
-use pdu::records::EntityId;
+use pdu::exercise::{Change, Entity, Exercise, Limits};
+use pdu::records::{EntityId, EntityType};
+use pdu::{Body, EntityState};
 use scenarios::Scene;
-use std::collections::BTreeMap;
+use scenarios::types::TypeTable;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 /// Entities farther from the airport than this are none of its surveillance, m.
 const INTEREST_M: f64 = 100_000.0;
 
-/// An outsider that is silent this long is gone, s (2.4 heartbeats of 5 s, as IEEE 1278.1 has it).
-const OUTSIDER_TIMEOUT_S: f64 = 12.0;
-
 /// Fastest thing that an airport's surveillance expects, m/s: a jump beyond is a fault of the sender.
 const FASTEST_MS: f64 = 1000.0;
 
-/// Most outsiders kept; more than any airport has, and a bound for what a hostile sender can cost.
-const MAX_OUTSIDERS: usize = 20_000;
+/// Most visitors kept.
+const MAX_VISITORS: usize = 4096;
 
 /// All entities heard of.
 pub struct ReceivedTruth {
     scene: Arc<Scene>,
     time: FrameTime,
+    /// (application, number) → index of the scene's entity.
+    known: BTreeMap<(u16, u16), usize>,
     entities: BTreeMap<u64, Heard>,
+    visitors: Exercise,
+    /// Of visitors: entity type and the class that it stands for.
+    classes: BTreeMap<u64, (EntityType, TargetClass)>,
+    types: TypeTable,
+    /// Visitors that ever came in.
+    ever: BTreeSet<u64>,
     refused: BTreeMap<&'static str, u64>,
 }
 
 struct Heard {
     id: EntityId,
-    ours: bool,
     callsign: Callsign,
     address: Option<u32>,
     class: TargetClass,
@@ -53,18 +66,51 @@ pub fn key_of(id: EntityId) -> u64 {
 }
 
 impl ReceivedTruth {
-    /// Nothing heard yet.
+    /// Nothing heard yet of the exercise `exercise`.
     #[must_use]
-    pub fn new(scene: Arc<Scene>) -> Self {
+    pub fn new(scene: Arc<Scene>, exercise: u8) -> Self {
         let time = FrameTime::of(&scene.run);
-        Self { scene, time, entities: BTreeMap::new(), refused: BTreeMap::new() }
+        let entities = scene.traffic.entities.iter().enumerate();
+        let known = entities.map(|(i, e)| ((e.application, e.number), i)).collect();
+        let limits = Limits { entities: MAX_VISITORS, ..Limits::default() };
+        Self {
+            time,
+            known,
+            entities: BTreeMap::new(),
+            visitors: Exercise::with_limits(exercise, limits),
+            classes: BTreeMap::new(),
+            types: scenarios::types::shipped().unwrap_or_default(),
+            ever: BTreeSet::new(),
+            refused: BTreeMap::new(),
+            scene,
+        }
     }
 
-    /// Takes an Entity State that belongs to `frame` (or arrived then) while `now` is being executed.
-    pub fn take(&mut self, frame: Frame, now: Frame, state: &EntityState<'_>, ours: bool) {
-        if let Err(reason) = self.try_take(frame, now, state, ours) {
+    /// Takes an Entity State of the federation that belongs to `frame` while `now` is being executed.
+    pub fn take(&mut self, frame: Frame, now: Frame, state: &EntityState<'_>) {
+        if let Err(reason) = self.try_take(frame, now, state) {
             *self.refused.entry(reason).or_default() += 1;
         }
+    }
+
+    /// Takes a PDU of a visitor as it was let in; says whether it had an effect.
+    pub fn take_visitor(&mut self, stamped: &Stamped) -> bool {
+        let mut effect = false;
+        for received in pdu::pdus(&stamped.octets) {
+            let taken = match received {
+                Ok(received) => self.try_take_visitor(stamped, &received),
+                Err(_) => Err("not a sound PDU"),
+            };
+            match taken {
+                Ok(()) => effect = true,
+                Err(reason) => *self.refused.entry(reason).or_default() += 1,
+            }
+        }
+        effect
+    }
+
+    fn is_of_scene(&self, id: EntityId) -> bool {
+        id.site == self.scene.run.site && self.known.contains_key(&(id.application, id.entity))
     }
 
     fn try_take(
@@ -72,98 +118,127 @@ impl ReceivedTruth {
         frame: Frame,
         now: Frame,
         state: &EntityState<'_>,
-        ours: bool,
     ) -> Result<(), &'static str> {
         let id = state.entity_id;
-        let key = key_of(id);
         let time = self.time.time(frame.min(now));
-        let known = self.scene.traffic.entities.iter().find(|e| {
-            (self.scene.run.site, e.application, e.number) == (id.site, id.application, id.entity)
-        });
-        if !ours && known.is_some() {
-            return Err("an outsider used the identifier of an entity of the scene");
-        }
-        let numbers = [
-            state.location.x_m,
-            state.location.y_m,
-            state.location.z_m,
-            f64::from(state.orientation.psi_rad),
-            f64::from(state.orientation.theta_rad),
-            f64::from(state.orientation.phi_rad),
-        ];
-        let vectors = [
-            state.linear_velocity_mps,
-            state.linear_acceleration_mps2,
-            state.angular_velocity_rad_s,
-        ];
-        let finite = numbers.iter().all(|n| n.is_finite())
-            && vectors.iter().all(|v| v.to_f64().iter().all(|n| n.is_finite()));
-        if !finite {
-            return Err("Entity State with a coordinate that is not a number");
-        }
-        let frame = &self.scene.airport.frame;
+        let known = self
+            .known
+            .get(&(id.application, id.entity))
+            .filter(|_| id.site == self.scene.run.site)
+            .map(|&index| &self.scene.traffic.entities[index]);
         let reckoned = Reckoned::new(state);
-        let at = reckoned.at(0.0, frame);
-        if at.position_m.norm() > INTEREST_M {
-            return Err("entity farther than 100 km from the airport");
-        }
-        if at.velocity_ms.norm() > FASTEST_MS {
-            return Err("entity faster than 1000 m/s");
-        }
-        if let Some(heard) = self.entities.get(&key)
-            && let Some((before, last)) = heard.states.last()
-            && !ours
-        {
-            let elapsed_s = time.since_s(*before).max(0.05);
-            let jump_m = (last.at(0.0, frame).position_m - at.position_m).norm();
-            // One jump is a fault; an entity that stays where it jumped to is heard again after the time-out.
-            if jump_m > FASTEST_MS * elapsed_s + 100.0 {
-                return Err("entity jumped farther than it can move");
-            }
-        }
-        if !self.entities.contains_key(&key) {
-            if !ours && self.entities.values().filter(|e| !e.ours).count() >= MAX_OUTSIDERS {
-                return Err("more than 20 000 entities of outsiders");
-            }
-            let run = &self.scene.run;
-            let heard = Heard {
-                id,
-                ours,
-                callsign: known
-                    .map_or_else(|| Callsign::new(&state.marking.text()), |e| e.callsign),
-                address: known.and_then(|e| e.address),
-                class: known.map_or_else(|| class_of(state), |e| e.class.clone()),
-                states: Vec::new(),
-                ended: None,
-                timeout_s: if ours {
-                    2.4 * run.heartbeat_parked.s().max(run.heartbeat_moving.s())
-                } else {
-                    OUTSIDER_TIMEOUT_S
-                },
-            };
-            self.entities.insert(key, heard);
-        }
-        let heard = self.entities.get_mut(&key).expect("it was inserted above");
+        self.sane(state)?;
+        let run = &self.scene.run;
+        let heard = self.entities.entry(key_of(id)).or_insert_with(|| Heard {
+            id,
+            callsign: known.map_or_else(|| Callsign::new(&state.marking.text()), |e| e.callsign),
+            address: known.and_then(|e| e.address),
+            class: known.map_or_else(
+                || dis_types::class_of(state.entity_type, &self.types),
+                |e| e.class.clone(),
+            ),
+            states: Vec::new(),
+            ended: None,
+            timeout_s: 2.4 * run.heartbeat_parked.s().max(run.heartbeat_moving.s()),
+        });
         heard.ended = is_deactivated(state).then_some(time);
         let place = heard.states.partition_point(|(t, _)| *t <= time);
         heard.states.insert(place, (time, reckoned));
         Ok(())
     }
 
+    /// Whether an airport can believe a state.
+    fn sane(&self, state: &EntityState<'_>) -> Result<TargetState, &'static str> {
+        if !pdu::exercise::is_finite(state) {
+            return Err("Entity State with a coordinate that is not a number");
+        }
+        let at = Reckoned::new(state).at(0.0, &self.scene.airport.frame);
+        if at.position_m.norm() > INTEREST_M {
+            return Err("entity farther than 100 km from the airport");
+        }
+        if at.velocity_ms.norm() > FASTEST_MS {
+            return Err("entity faster than 1000 m/s");
+        }
+        Ok(at)
+    }
+
+    fn try_take_visitor(
+        &mut self,
+        stamped: &Stamped,
+        received: &pdu::Received<'_>,
+    ) -> Result<(), &'static str> {
+        let arrival = &stamped.arrival;
+        let updated;
+        let state = match received.body() {
+            Body::EntityState(state) => Some(state),
+            Body::EntityStateUpdate(update) => {
+                updated = self.visitors.entity(update.entity_id).map(|e| e.updated(update));
+                updated.as_ref()
+            }
+            _ => None,
+        };
+        if let Some(state) = state {
+            let id = state.entity_id;
+            if self.is_of_scene(id) {
+                return Err("an outsider used the identifier of an entity of the scene");
+            }
+            let at = self.sane(state)?;
+            if let Some(placed) = self.visitors.entity(id).and_then(|e| e.at(arrival.time_ns)) {
+                let before = target_state(&placed.estimate, &self.scene.airport.frame);
+                let jump_m = (before.position_m - at.position_m).norm();
+                let elapsed_s = placed.age_s.max(0.05);
+                // One jump is a fault; an entity that stays where it jumped to is heard again after
+                // the time-out.
+                if jump_m > FASTEST_MS * elapsed_s + 100.0 {
+                    return Err("entity jumped farther than it can move");
+                }
+            }
+            let key = key_of(id);
+            if self.classes.get(&key).is_none_or(|(of, _)| *of != state.entity_type) {
+                if self.classes.len() >= 2 * MAX_VISITORS {
+                    let visitors = &self.visitors;
+                    self.classes.retain(|key, _| visitors.entity(id_of(*key)).is_some());
+                }
+                let class = dis_types::class_of(state.entity_type, &self.types);
+                self.classes.insert(key, (state.entity_type, class));
+            }
+        }
+        match self.visitors.take(arrival, received) {
+            Ok(Change::Appeared(id)) => {
+                if self.ever.len() < crate::visitors::door::EVER {
+                    self.ever.insert(key_of(id));
+                }
+                Ok(())
+            }
+            Ok(_) => Ok(()),
+            Err(refusal) => Err(refusal.text()),
+        }
+    }
+
     /// What the sensors may look at from `from` to `to`.
     #[must_use]
     pub fn view(&self, from: SimTime, to: SimTime) -> View<'_> {
-        let entities = self
-            .entities
-            .iter()
-            .filter(|(_, heard)| {
-                let Some((last, _)) = heard.states.last() else { return false };
-                heard.ended.is_none_or(|ended| ended > from)
-                    && from.since_s(*last) < heard.timeout_s
-            })
-            .map(|(key, heard)| (*key, heard))
-            .collect();
-        View { entities, frame: &self.scene.airport.frame, to }
+        let start_ns = self.time.start_utc_ns;
+        let ours = self.entities.iter().filter(|(_, heard)| {
+            let Some((last, _)) = heard.states.last() else { return false };
+            heard.ended.is_none_or(|ended| ended > from) && from.since_s(*last) < heard.timeout_s
+        });
+        let mut targets: Vec<(u64, Target<'_>)> =
+            ours.map(|(key, heard)| (*key, Target::Ours(heard))).collect();
+        let own = targets.len();
+        for entity in self.visitors.entities() {
+            let key = key_of(entity.id());
+            let Some((_, class)) = self.classes.get(&key) else { continue };
+            let ends = [from, to].map(|t| entity.at(start_ns.saturating_add(t.0)).is_some());
+            if ends != [false, false] {
+                targets
+                    .push((key, Target::Visitor(Box::new(Visitor::new(entity, class, start_ns)))));
+            }
+        }
+        if targets.len() > own {
+            targets.sort_by_key(|(key, _)| *key);
+        }
+        View { targets, frame: &self.scene.airport.frame, to }
     }
 
     /// Drops PDUs that no later scan can need, and entities that are gone.
@@ -175,29 +250,66 @@ impl ReceivedTruth {
                 heard.states.last().is_some_and(|(t, _)| time.since_s(*t) >= heard.timeout_s);
             !silent && heard.ended.is_none_or(|ended| ended > time)
         });
+        self.visitors.forget_before(self.time.start_utc_ns.saturating_add(time.0));
     }
 
-    /// Entity States refused, by reason.
+    /// Visitors that ever came in.
+    #[must_use]
+    pub fn visitors_ever(&self) -> usize {
+        self.ever.len()
+    }
+
+    /// Senders of visitors: site, application, our clock minus theirs, delay of their PDUs (s).
+    pub fn clocks(&self) -> impl Iterator<Item = (String, f64)> {
+        self.visitors.senders().flat_map(|((site, application), clock)| {
+            [
+                (format!("clock_offset_s {site}:{application}"), clock.offset_s),
+                (format!("delay_s {site}:{application}"), clock.delay_s),
+            ]
+        })
+    }
+
+    /// PDUs refused, by reason.
     #[must_use]
     pub fn refused(&self) -> Vec<(String, u64)> {
         self.refused.iter().map(|(reason, count)| ((*reason).to_owned(), *count)).collect()
     }
 }
 
-/// Size and echo of an entity that the scene does not know, by its entity type.
-fn class_of(state: &EntityState<'_>) -> TargetClass {
-    let air = state.entity_type.kind.0 == 1 && state.entity_type.domain == 2;
-    let (designator, length_m, span_m, height_m, rcs_m2) = match (air, state.entity_type.category) {
-        (true, 84 | 85) => ("light aircraft", 9.0, 11.0, 3.0, 3.0),
-        (true, _) => ("aircraft", 38.0, 35.0, 12.0, 20.0),
-        (false, _) => ("vehicle", 6.0, 2.2, 2.0, 5.0),
-    };
-    TargetClass { designator: designator.into(), aircraft: air, length_m, span_m, height_m, rcs_m2 }
+fn id_of(key: u64) -> EntityId {
+    EntityId::new((key >> 32) as u16, (key >> 16) as u16, key as u16)
+}
+
+enum Target<'a> {
+    Ours(&'a Heard),
+    Visitor(Box<Visitor<'a>>),
+}
+
+struct Visitor<'a> {
+    entity: &'a Entity,
+    class: &'a TargetClass,
+    callsign: Callsign,
+    address: Option<u32>,
+    start_ns: i64,
+}
+
+impl<'a> Visitor<'a> {
+    fn new(entity: &'a Entity, class: &'a TargetClass, start_ns: i64) -> Self {
+        let transponder = entity.transponder();
+        let named = transponder.and_then(|t| t.identification_text());
+        Self {
+            entity,
+            class,
+            callsign: Callsign::new(&named.unwrap_or_else(|| entity.marking())),
+            address: transponder.and_then(|t| t.address),
+            start_ns,
+        }
+    }
 }
 
 /// The entities of one scan, sorted by key.
 pub struct View<'a> {
-    entities: Vec<(u64, &'a Heard)>,
+    targets: Vec<(u64, Target<'a>)>,
     frame: &'a LocalFrame,
     to: SimTime,
 }
@@ -206,19 +318,22 @@ impl View<'_> {
     /// DIS identifier.
     #[must_use]
     pub fn id(&self, index: usize) -> EntityId {
-        self.entities[index].1.id
+        match &self.targets[index].1 {
+            Target::Ours(heard) => heard.id,
+            Target::Visitor(visitor) => visitor.entity.id(),
+        }
     }
 
     /// Whether it belongs to the federation.
     #[must_use]
     pub fn is_ours(&self, index: usize) -> bool {
-        self.entities[index].1.ours
+        matches!(self.targets[index].1, Target::Ours(_))
     }
 
     /// Index of the entity with this key.
     #[must_use]
     pub fn index_of(&self, key: u64) -> Option<usize> {
-        self.entities.binary_search_by_key(&key, |(k, _)| *k).ok()
+        self.targets.binary_search_by_key(&key, |(k, _)| *k).ok()
     }
 
     /// End of the scan.
@@ -230,27 +345,46 @@ impl View<'_> {
 
 impl Truth for View<'_> {
     fn len(&self) -> usize {
-        self.entities.len()
+        self.targets.len()
     }
     fn key(&self, index: usize) -> u64 {
-        self.entities[index].0
+        self.targets[index].0
     }
     fn class(&self, index: usize) -> &TargetClass {
-        &self.entities[index].1.class
+        match &self.targets[index].1 {
+            Target::Ours(heard) => &heard.class,
+            Target::Visitor(visitor) => visitor.class,
+        }
     }
     fn callsign(&self, index: usize) -> Callsign {
-        self.entities[index].1.callsign
+        match &self.targets[index].1 {
+            Target::Ours(heard) => heard.callsign,
+            Target::Visitor(visitor) => visitor.callsign,
+        }
     }
     fn address(&self, index: usize) -> Option<u32> {
-        self.entities[index].1.address
+        match &self.targets[index].1 {
+            Target::Ours(heard) => heard.address,
+            Target::Visitor(visitor) => visitor.address,
+        }
     }
     fn at(&self, index: usize, time: SimTime) -> Option<TargetState> {
-        let heard = self.entities[index].1;
-        if heard.ended.is_some_and(|ended| time >= ended) {
-            return None;
+        match &self.targets[index].1 {
+            Target::Ours(heard) => {
+                if heard.ended.is_some_and(|ended| time >= ended) {
+                    return None;
+                }
+                let at = heard.states.partition_point(|(t, _)| *t <= time).checked_sub(1)?;
+                let (since, reckoned) = &heard.states[at];
+                Some(reckoned.at(time.since_s(*since), self.frame))
+            }
+            Target::Visitor(visitor) => {
+                let placed = visitor.entity.at(visitor.start_ns.saturating_add(time.0))?;
+                let state = target_state(&placed.estimate, self.frame);
+                // What the sensors see moves by the exercise's seconds.
+                let velocity_ms: Vector3<f64> = state.velocity_ms * placed.pace;
+                Some(TargetState { velocity_ms, ..state })
+            }
         }
-        let at = heard.states.partition_point(|(t, _)| *t <= time).checked_sub(1)?;
-        let (since, reckoned) = &heard.states[at];
-        Some(reckoned.at(time.since_s(*since), self.frame))
     }
 }

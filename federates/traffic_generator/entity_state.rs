@@ -1,17 +1,22 @@
 //! Between truth in the airport frame and Entity State PDUs in world coordinates.
 
+use super::dis_types;
 use geodesy::{Attitude, Ecef, Enu, Euler, LocalFrame};
 use models::frames::Vector3;
 use models::sensors::TargetState;
 use models::truth::TruthState;
 use pdu::EntityState;
-use pdu::dead_reckoning::Motion;
+use pdu::dead_reckoning::{Estimate, Motion};
 use pdu::enumerations::{DeadReckoningAlgorithm, ForceId};
-use pdu::records::{EntityId, EntityType, Marking, Vector32};
+use pdu::exercise::Transponder;
+use pdu::records::{EntityId, Marking, Vector32};
 use scenarios::{Entity, Scene};
 
 /// Appearance bit of a platform that leaves the exercise (bit 23, "state": deactivated).
 const DEACTIVATED: u32 = 1 << 23;
+
+/// A target lower than this has its weight on its wheels, m above the aerodrome reference.
+const ON_GROUND_BELOW_M: f64 = 15.0;
 
 /// The PDU's body for a mover.
 #[must_use]
@@ -29,7 +34,7 @@ pub fn state_pdu(
     EntityState {
         entity_id: EntityId::new(scene.run.site, entity.application, entity.number),
         force_id: ForceId(0),
-        entity_type: entity_type(entity),
+        entity_type: dis_types::of_class(&entity.class),
         linear_velocity_mps: Vector32::from_f64(world(truth.velocity_ms)),
         location: at.into(),
         orientation: orientation.into(),
@@ -40,6 +45,18 @@ pub fn state_pdu(
             .expect("the scene accepts call signs of at most 11 ASCII characters"),
         ..EntityState::default()
     }
+}
+
+/// What the transponder of a mover says, where it has an address: Mode S with the call sign.
+#[must_use]
+pub fn transponder(entity: &Entity, truth: &TruthState) -> Option<Transponder> {
+    Some(Transponder {
+        on: true,
+        address: Some(entity.address?),
+        identification: Some(Transponder::identification_of(entity.callsign.as_str())),
+        on_ground: Some(truth.position_m.z < ON_GROUND_BELOW_M),
+        ..Transponder::default()
+    })
 }
 
 /// Location and orientation in world axes. Headings of the truth count from the airport's north.
@@ -71,31 +88,6 @@ pub fn is_deactivated(state: &EntityState<'_>) -> bool {
     state.appearance & DEACTIVATED != 0
 }
 
-/// Platform types by size: civil fixed-wing aircraft by weight class, land vehicles as utility trucks.
-fn entity_type(entity: &Entity) -> EntityType {
-    const PLATFORM: u8 = 1;
-    const LAND: u8 = 1;
-    const AIR: u8 = 2;
-    let class = &entity.class;
-    if !class.aircraft {
-        let category = match class.designator.as_str() {
-            "FOLLOWME" => 81, // single unit car
-            "BUS" => 85,
-            "FIRE" | "SNOW" => 83, // single unit utility or emergency truck
-            _ => 82,               // single unit cargo truck
-        };
-        return EntityType::new(PLATFORM, LAND, 0, category, 0, 0, 0);
-    }
-    // Light below 20 m of span, then medium, large and heavy fixed wing.
-    let category = match class.span_m {
-        s if s < 20.0 => 85,
-        s if s < 29.0 => 86,
-        s if s < 52.0 => 87,
-        _ => 88,
-    };
-    EntityType::new(PLATFORM, AIR, 0, category, 0, 0, 0)
-}
-
 /// What receivers believe of an entity from one PDU, by dead reckoning.
 #[derive(Clone, Debug)]
 pub struct Reckoned {
@@ -112,13 +104,18 @@ impl Reckoned {
     /// State in the airport frame, `elapsed_s` after the PDU's time.
     #[must_use]
     pub fn at(&self, elapsed_s: f64, frame: &LocalFrame) -> TargetState {
-        let estimate = self.motion.after(elapsed_s);
-        let enu = frame.to_enu(estimate.location);
-        let velocity = frame.vector_to_enu(estimate.velocity_mps);
-        TargetState {
-            position_m: Vector3::new(enu.east_m, enu.north_m, enu.up_m),
-            velocity_ms: Vector3::from(velocity),
-            heading_rad: frame.attitude(estimate.orientation()).heading_rad,
-        }
+        target_state(&self.motion.after(elapsed_s), frame)
+    }
+}
+
+/// A dead-reckoned state in the airport frame.
+#[must_use]
+pub fn target_state(estimate: &Estimate, frame: &LocalFrame) -> TargetState {
+    let enu = frame.to_enu(estimate.location);
+    let velocity = frame.vector_to_enu(estimate.velocity_mps);
+    TargetState {
+        position_m: Vector3::new(enu.east_m, enu.north_m, enu.up_m),
+        velocity_ms: Vector3::from(velocity),
+        heading_rad: frame.attitude(estimate.orientation()).heading_rad,
     }
 }

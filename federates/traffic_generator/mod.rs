@@ -3,14 +3,16 @@
 //! A PDU is due when the receivers' dead reckoning would be off by more than the scene's thresholds,
 //! when a mover starts or stops, and at the heartbeat. A parked aircraft costs one PDU a minute.
 
+pub mod dis_types;
 pub mod entity_state;
 
 use crate::runtime::federate::{Federate, FrameInputs, FrameOut};
 use crate::runtime::frame_time::FrameTime;
 use crate::runtime::messages::{FinalReport, Frame, Kind, RunConfig};
-use entity_state::{deactivated, state_pdu, world_pose};
+use entity_state::{deactivated, state_pdu, transponder, world_pose};
+use pdu::exercise::Transponder;
 use pdu::publishing::{Publisher, Thresholds};
-use pdu::{EntityState, Envelope};
+use pdu::{EncodeBody, EntityState, Envelope};
 use scenarios::Scene;
 use std::sync::Arc;
 
@@ -36,7 +38,12 @@ struct Sent {
     still: bool,
     publisher: Publisher,
     state: EntityState<'static>,
+    /// What its transponder said last, and when; none before that.
+    answered: Option<(Transponder, i64)>,
 }
+
+/// Longest time between two IFF PDUs of a moving target, ns; parked ones: their heartbeat.
+const IFF_EVERY_NS: i64 = 10_000_000_000;
 
 impl TrafficGenerator {
     /// Share `share` (from 1) of `of` of the scene's traffic.
@@ -53,44 +60,64 @@ impl TrafficGenerator {
         for mover in &mut self.movers {
             let entity = &self.scene.traffic.entities[mover.entity];
             let truth = entity.trajectory.as_ref().and_then(|t| t.at(now));
-            let state = match (truth, mover.sent.take()) {
-                (Some(truth), sent) => {
-                    let still = truth.is_still();
-                    let mut publisher = match sent {
-                        Some(sent) if sent.still == still => {
-                            let (location, orientation) =
-                                world_pose(&truth, &self.scene.airport.frame);
-                            if sent.publisher.due(now.0, location, orientation).is_none() {
-                                mover.sent = Some(sent);
-                                continue;
-                            }
-                            sent.publisher
-                        }
-                        // New, or it starts or stops: the heartbeat changes too.
-                        _ => Publisher::new(Thresholds {
-                            distance_m: run.dead_reckoning.position_m,
-                            angle_rad: run.dead_reckoning.orientation_rad,
-                            heartbeat_ns: match still {
-                                true => run.heartbeat_parked.0,
-                                false => run.heartbeat_moving.0,
-                            },
-                            jitter: 0.1,
-                        }),
-                    };
+            let Some(truth) = truth else {
+                // Gone: one last PDU says so.
+                if let Some(sent) = mover.sent.take() {
+                    send(&envelope, &deactivated(sent.state), out);
+                }
+                continue;
+            };
+            let still = truth.is_still();
+            // New, or it starts or stops: the heartbeat changes too.
+            let (mut publisher, last, answered) = match mover.sent.take() {
+                Some(sent) if sent.still == still => {
+                    (sent.publisher, Some(sent.state), sent.answered)
+                }
+                sent => (publisher(run, still), None, sent.and_then(|s| s.answered)),
+            };
+            let (location, orientation) = world_pose(&truth, &self.scene.airport.frame);
+            let state = match last {
+                Some(last) if publisher.due(now.0, location, orientation).is_none() => last,
+                _ => {
                     let state = state_pdu(entity, &truth, still, &self.scene);
                     publisher.sent(now.0, &state);
-                    mover.sent = Some(Sent { still, publisher, state: state.clone() });
+                    send(&envelope, &state, out);
                     state
                 }
-                // Gone: one last PDU says so.
-                (None, Some(sent)) => deactivated(sent.state),
-                (None, None) => continue,
             };
-            let mut octets = Vec::with_capacity(144);
-            envelope.append(&state, &mut octets).expect("an Entity State without parameters fits");
-            out.pdus.push(octets.into());
+            let answered = transponder(entity, &truth).map(|says| {
+                let every_ns = if still { run.heartbeat_parked.0 } else { IFF_EVERY_NS };
+                match answered {
+                    Some((said, at)) if said == says && now.0 - at < every_ns => (said, at),
+                    _ => {
+                        send(&envelope, &says.iff(state.entity_id), out);
+                        (says, now.0)
+                    }
+                }
+            });
+            mover.sent = Some(Sent { still, publisher, state, answered });
         }
     }
+}
+
+fn publisher(run: &scenarios::Run, still: bool) -> Publisher {
+    Publisher::new(Thresholds {
+        distance_m: run.dead_reckoning.position_m,
+        angle_rad: run.dead_reckoning.orientation_rad,
+        heartbeat_ns: match still {
+            true => run.heartbeat_parked.0,
+            false => run.heartbeat_moving.0,
+        },
+        jitter: 0.1,
+    })
+}
+
+fn send(envelope: &Envelope, body: &impl EncodeBody, out: &mut FrameOut) {
+    let mut octets = Vec::with_capacity(144);
+    envelope
+        .append(body, &mut octets)
+        .expect("a state without parameters and an IFF of two layers fit");
+    out.pdus.push(octets.into());
 }
 
 impl Federate for TrafficGenerator {

@@ -311,9 +311,9 @@ impl ClockTime {
     /// 292: what lies beyond is the first or last moment that they can say.
     #[must_use]
     pub fn unix_nanos(self) -> i64 {
-        i64::from(self.hour)
-            .saturating_mul(crate::time::NANOS_PER_HOUR as i64)
-            .saturating_add(self.past_hour.nanos_past_hour() as i64)
+        let hours = i128::from(self.hour) * i128::from(crate::time::NANOS_PER_HOUR);
+        let nanos = hours + i128::from(self.past_hour.nanos_past_hour());
+        nanos.clamp(i64::MIN.into(), i64::MAX.into()) as i64
     }
 }
 

@@ -298,9 +298,9 @@ impl Tracker {
         self.outside.get(place).copied().unwrap_or(false)
     }
 
-    /// Numbers and serials (order of birth) of the tracks that have a number.
-    pub fn serials(&self) -> impl Iterator<Item = (u16, u64)> {
-        self.tracks.iter().filter_map(|track| Some((track.number?, track.serial)))
+    /// Serials (order of birth) of all tracks, with their numbers once they are confirmed.
+    pub fn serials(&self) -> impl Iterator<Item = (u64, Option<u16>)> {
+        self.tracks.iter().map(|track| (track.serial, track.number))
     }
 
     /// One update cycle: all plots up to `t_out` that have not been given before, in any order.

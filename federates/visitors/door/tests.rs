@@ -1,0 +1,90 @@
+use super::*;
+use pdu::{DisTime, EntityState, Envelope};
+
+const UTC_NS: i64 = 1_700_000_000_000_000_000;
+const FRAME_NS: i64 = 50_000_000;
+
+fn state(id: EntityId) -> Vec<u8> {
+    let mut octets = Vec::new();
+    let body = EntityState { entity_id: id, ..EntityState::default() };
+    Envelope::new(1, DisTime(1)).append(&body, &mut octets).expect("fits");
+    octets
+}
+
+fn source(n: u8) -> SocketAddr {
+    SocketAddr::from(([10, 0, 0, n], 3000))
+}
+
+fn door() -> Door {
+    Door::new(1, 417, BTreeSet::from([(1, 1), (2, 2)]))
+}
+
+#[test]
+fn own_entities_are_not_visitors_and_others_of_the_site_are() {
+    let mut door = door();
+    for (application, number) in [(1, 1), (2, 2), (1, 2)] {
+        door.knock(UTC_NS, source(1), &state(EntityId::new(417, application, number)));
+    }
+    let admitted = door.admit(UTC_NS);
+    assert_eq!(admitted.iter().map(|w| w.about.entity).collect::<Vec<_>>(), [2]);
+    assert_eq!((door.heard(), door.refused().len()), (1, 0));
+}
+
+#[test]
+fn a_flood_does_not_push_out_who_is_inside() {
+    let mut door = door();
+    let guest = EntityId::new(9, 9, 9);
+    door.knock(UTC_NS, source(2), &state(guest));
+    assert_eq!(door.admit(UTC_NS).len(), 1);
+    let mut seen = 0;
+    for frame in 1..200_i64 {
+        let utc_ns = UTC_NS + frame * FRAME_NS;
+        // 100 000 PDUs a second from one address, of ever new entities.
+        for n in 0..5000 {
+            let id = EntityId::new(frame as u16, (n >> 8) as u16, n as u16);
+            door.knock(utc_ns, source(1), &state(id));
+        }
+        door.knock(utc_ns, source(2), &state(guest));
+        let admitted = door.admit(utc_ns);
+        assert!(admitted.len() <= PDUS_A_FRAME);
+        assert!(admitted.iter().map(|w| w.octets.len()).sum::<usize>() <= OCTETS_A_FRAME);
+        assert!(admitted.iter().filter(|w| w.from == source(1)).count() <= PDUS_A_FRAME / 2);
+        seen += admitted.iter().filter(|w| w.about == guest).count();
+        assert!(door.inside() <= ENTITIES && door.waiting_count <= WAITING);
+    }
+    assert_eq!(seen, 199, "the guest of before is heard in every frame");
+    assert!(door.refused()["over the budget of its sender"] > 900_000);
+}
+
+#[test]
+fn every_map_has_its_bound() {
+    let mut door = door();
+    for frame in 0..600_i64 {
+        let utc_ns = UTC_NS + frame * FRAME_NS;
+        for n in 0..300_i64 {
+            let number = frame * 300 + n;
+            let id = EntityId::new((number >> 16) as u16, 7, number as u16);
+            let from = SocketAddr::from(([10, 1, (number % 7) as u8, (number % 251) as u8], 1));
+            door.knock(utc_ns, from, &state(id));
+        }
+        door.admit(utc_ns);
+    }
+    assert!(door.waiting.len() <= SOURCES && door.inside.len() <= ENTITIES);
+    assert!(door.ever.len() <= EVER);
+    assert!(door.refused().contains_key("more than 4096 entities"));
+}
+
+#[test]
+fn garbage_is_refused_and_counted() {
+    let mut door = door();
+    let sound = state(EntityId::new(9, 9, 9));
+    for bad in [&b"garbage of some length"[..], &sound[..70], &[0; 1400]] {
+        door.knock(UTC_NS, source(1), bad);
+    }
+    let mut other = sound.clone();
+    other[1] = 2;
+    door.knock(UTC_NS, source(1), &other);
+    assert!(door.admit(UTC_NS).is_empty());
+    assert!(door.refused()["not a sound PDU"] >= 2);
+    assert_eq!(door.refused()["PDU of another exercise"], 1);
+}

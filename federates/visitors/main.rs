@@ -1,0 +1,18 @@
+//! The executable `visitors`: the same as `seeds visitors`, for hosts that need just one federate.
+
+use clap::Parser;
+use federates::runtime::cli::{self, EXIT_CODES};
+use federates::seeds::federate_commands::{self, VisitorsArgs};
+use std::process::ExitCode;
+
+/// Visitors: lets the entities of other simulators in, stamped into frames
+#[derive(Parser)]
+#[command(name = "visitors", version, after_help = EXIT_CODES)]
+struct Args {
+    #[command(flatten)]
+    args: VisitorsArgs,
+}
+
+fn main() -> ExitCode {
+    federate_commands::visitors(&cli::parse::<Args>().args)
+}

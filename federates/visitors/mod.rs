@@ -1,0 +1,170 @@
+//! The member `visitors`: lets outsiders in, each PDU stamped into a frame.
+//!
+//! It hears the UDP of everybody; what is not of the federation and about an entity of others waits at
+//! the [`door`] for the next frame, and goes into it as an Event Report ([`stamp`]) with the time of
+//! its arrival ([`pace`]). Consumers take outsiders from there and nowhere else: equal stamps give
+//! equal runs, and a recording of them is the run.
+
+pub mod door;
+pub mod pace;
+pub mod stamp;
+
+use crate::runtime::clock::utc_ns;
+use crate::runtime::federate::{Federate, FrameInputs, FrameOut};
+use crate::runtime::frame_time::FrameTime;
+use crate::runtime::messages::{FederateStatus, FinalReport, Frame, Kind, RunConfig};
+use door::Door;
+use pace::Pace;
+use pdu::Envelope;
+use pdu::exercise::Arrival;
+use scenarios::Scene;
+use stamp::Stamped;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// The federate's logic.
+pub struct Visitors {
+    scene: Arc<Scene>,
+    exercise: u8,
+    time: FrameTime,
+    door: SharedDoor,
+    pace: Pace,
+    admitted: u64,
+    /// UTC and what was refused when it was last said.
+    said: (i64, u64),
+}
+
+/// The door as the thread of the socket and the federate share it.
+#[derive(Clone)]
+pub struct SharedDoor(Arc<Mutex<Door>>);
+
+impl SharedDoor {
+    /// The door, to knock at it.
+    pub fn lock(&self) -> MutexGuard<'_, Door> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Visitors {
+    /// The member of a scene.
+    #[must_use]
+    pub fn new(scene: Arc<Scene>, exercise: u8) -> Self {
+        let own = scene.traffic.entities.iter().map(|e| (e.application, e.number)).collect();
+        let door = Door::new(exercise, scene.run.site, own);
+        Self {
+            time: FrameTime::of(&scene.run),
+            exercise,
+            door: SharedDoor(Arc::new(Mutex::new(door))),
+            pace: Pace::default(),
+            admitted: 0,
+            said: (0, 0),
+            scene,
+        }
+    }
+
+    /// Where datagrams are handed in.
+    #[must_use]
+    pub fn door(&self) -> SharedDoor {
+        self.door.clone()
+    }
+
+    fn frame(&mut self, frame: Frame, now_utc_ns: i64, out: &mut FrameOut) {
+        let time_ns = self.time.start_utc_ns.saturating_add(self.time.time(frame).0);
+        self.pace.executed(time_ns, now_utc_ns);
+        let (admitted, refused) = {
+            let mut door = self.door.lock();
+            (door.admit(now_utc_ns), door.refused().values().sum::<u64>())
+        };
+        let envelope = Envelope::new(self.exercise, self.time.stamp(frame));
+        for waiting in admitted {
+            let (time_ns, rate) = self.pace.at(waiting.utc_ns).unwrap_or((time_ns, 1.0));
+            let arrival = Arrival { time_ns, utc_ns: waiting.utc_ns, rate };
+            let stamped = Stamped { arrival, from: waiting.from, octets: waiting.octets };
+            // The door lets nothing in that would not fit.
+            if let Ok(octets) = stamp::encode(self.scene.run.site, &envelope, &stamped) {
+                self.admitted += 1;
+                out.pdus.push(octets.into());
+            }
+        }
+        // A flood's own PDUs are a reason to speak; noise of every network is not.
+        if refused > self.said.1 + 1000 && now_utc_ns > self.said.0 + 10_000_000_000 {
+            let reasons = self.reasons();
+            tracing::warn!("visitors: {} PDUs of outsiders refused so far: {reasons}", refused);
+            self.said = (now_utc_ns, refused);
+        }
+    }
+
+    fn reasons(&self) -> String {
+        let door = self.door.lock();
+        let words = door.refused().iter().map(|(reason, count)| format!("{count} {reason}"));
+        words.collect::<Vec<_>>().join(", ")
+    }
+}
+
+impl Federate for Visitors {
+    fn kind(&self) -> Kind {
+        Kind::Visitors
+    }
+
+    fn configure(&mut self, _config: &RunConfig, _out: &mut FrameOut) -> Result<(), String> {
+        self.door.lock().clear();
+        self.pace = Pace::default();
+        self.admitted = 0;
+        self.said = (0, 0);
+        Ok(())
+    }
+
+    fn step(&mut self, frame: Frame, _inputs: &FrameInputs, out: &mut FrameOut) {
+        self.frame(frame, utc_ns(), out);
+    }
+
+    fn finish(&mut self, report: &mut FinalReport) {
+        let door = self.door.lock();
+        report.values.push(("visitor_pdus_heard".into(), door.heard() as f64));
+        report.values.push(("visitor_pdus_admitted".into(), self.admitted as f64));
+    }
+
+    fn status(&self, status: &mut FederateStatus) {
+        let door = self.door.lock();
+        status.pdus_in = door.heard();
+        let refused = door.refused().iter();
+        status.dropped.extend(refused.map(|(reason, count)| ((*reason).to_owned(), *count)));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pdu::records::EntityId;
+    use pdu::{Body, DisTime, EntityState};
+
+    #[test]
+    fn what_arrives_is_in_the_next_frame_with_its_time() {
+        let scene =
+            Arc::new(scenarios::load_without_truth(&scenarios::locate("zurich")).expect("zurich"));
+        let mut visitors = Visitors::new(Arc::clone(&scene), 1);
+        let start = scene.run.start_utc_ns;
+        let utc = |frame: i64| 1_700_000_000_000_000_000 + frame * 12_500_000;
+        let mut octets = Vec::new();
+        let guest = EntityState { entity_id: EntityId::new(9, 9, 9), ..EntityState::default() };
+        Envelope::new(1, DisTime(1)).append(&guest, &mut octets).expect("fits");
+        for frame in 1..200 {
+            let mut out = FrameOut::default();
+            if frame == 150 {
+                let from = "10.0.0.1:3000".parse().expect("an address");
+                visitors.door().lock().knock(utc(149) + 5_000_000, from, &octets);
+            }
+            visitors.frame(frame as Frame, utc(frame), &mut out);
+            assert_eq!(out.pdus.len(), usize::from(frame == 150));
+            for report in out.pdus {
+                let received = pdu::pdus(&report).next().expect("one").expect("sound");
+                let Body::EventReport(body) = received.body() else { panic!("a report") };
+                let stamped = stamp::decode(body, scene.run.site).expect("stamped");
+                assert_eq!(stamped.octets, octets);
+                // Rate 4: 5 ms after frame 149 are 20 ms of the exercise.
+                let expected = start + 149 * scene.run.frame.0 + 20_000_000;
+                assert!((stamped.arrival.time_ns - expected).abs() < 100_000);
+                assert!((stamped.arrival.rate - 4.0).abs() < 1e-3);
+            }
+        }
+    }
+}

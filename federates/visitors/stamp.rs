@@ -1,0 +1,122 @@
+//! An outsider's PDU as it is let into a frame: an Event Report of the member `visitors`.
+//!
+//! It travels as every PDU of the federation does: named in a frame end, repaired by request, recorded
+//! by anybody who listens. So a recording carries the stamps, and a replay of it is the run.
+//!
+//! The report comes from `site:65000:2`, goes to all, and has one variable datum, [`STAMPED`]:
+//! exercise time and host's UTC of the arrival (signed 64 bits, ns since 1970), exercise seconds in a
+//! second of UTC (64-bit float), sender's address (IPv6, 16 octets; IPv4 mapped) and port (16 bits),
+//! then the PDU as it came; all big-endian.
+
+use crate::external_world::weather_pdu::WORLD_APPLICATION;
+use pdu::enumerations::DatumId;
+use pdu::exercise::Arrival;
+use pdu::management::EventReport;
+use pdu::records::{EntityId, VariableDatum};
+use pdu::{EncodeError, Envelope};
+use std::net::{IpAddr, Ipv6Addr, SocketAddr};
+
+/// Identifier of the datum: "SEEV".
+pub const STAMPED: u32 = 0x5345_4556;
+
+/// Entity number of the member at application 65000.
+const NUMBER: u16 = 2;
+
+/// Octets before the PDU.
+const HEAD: usize = 8 + 8 + 8 + 16 + 2;
+
+/// A PDU of an outsider with the time of its arrival.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stamped {
+    /// When it arrived.
+    pub arrival: Arrival,
+    /// Who sent it.
+    pub from: SocketAddr,
+    /// The PDU.
+    pub octets: Vec<u8>,
+}
+
+/// DIS identifier of the member.
+#[must_use]
+pub fn member_id(site: u16) -> EntityId {
+    EntityId::new(site, WORLD_APPLICATION, NUMBER)
+}
+
+/// Whether these octets of a PDU are such a report, by their header and first datum alone.
+#[must_use]
+pub fn is_stamped(pdu: &[u8]) -> bool {
+    const DATUM_AT: usize = 40;
+    pdu.get(2) == Some(&pdu::enumerations::PduType::EVENT_REPORT.0)
+        && pdu.get(DATUM_AT..DATUM_AT + 4) == Some(&STAMPED.to_be_bytes()[..])
+}
+
+/// The report.
+///
+/// # Errors
+/// If the PDU is too long for it.
+pub fn encode(site: u16, envelope: &Envelope, stamped: &Stamped) -> Result<Vec<u8>, EncodeError> {
+    let ip = match stamped.from.ip() {
+        IpAddr::V4(ip) => ip.to_ipv6_mapped(),
+        IpAddr::V6(ip) => ip,
+    };
+    let mut value = Vec::with_capacity(HEAD + stamped.octets.len());
+    value.extend_from_slice(&stamped.arrival.time_ns.to_be_bytes());
+    value.extend_from_slice(&stamped.arrival.utc_ns.to_be_bytes());
+    value.extend_from_slice(&stamped.arrival.rate.to_be_bytes());
+    value.extend_from_slice(&ip.octets());
+    value.extend_from_slice(&stamped.from.port().to_be_bytes());
+    value.extend_from_slice(&stamped.octets);
+    let report = EventReport {
+        originating_id: member_id(site),
+        receiving_id: EntityId::ALL,
+        variable_datums: vec![VariableDatum::new(DatumId(STAMPED), &value)].into(),
+        ..EventReport::default()
+    };
+    let mut octets = Vec::with_capacity(64 + value.len());
+    envelope.append(&report, &mut octets)?;
+    Ok(octets)
+}
+
+/// What such a report carries; `None` if it is something else.
+#[must_use]
+pub fn decode(report: &EventReport<'_>, site: u16) -> Option<Stamped> {
+    if report.originating_id != member_id(site) {
+        return None;
+    }
+    let datum = report.variable_datums.iter().find(|d| d.id.0 == STAMPED)?;
+    let (head, octets) = datum.value.split_at_checked(HEAD)?;
+    let eight = |at: usize| -> Option<[u8; 8]> { head.get(at..at + 8)?.try_into().ok() };
+    let ip: [u8; 16] = head.get(24..40)?.try_into().ok()?;
+    let port = u16::from_be_bytes(head.get(40..42)?.try_into().ok()?);
+    Some(Stamped {
+        arrival: Arrival {
+            time_ns: i64::from_be_bytes(eight(0)?),
+            utc_ns: i64::from_be_bytes(eight(8)?),
+            rate: f64::from_be_bytes(eight(16)?),
+        },
+        from: SocketAddr::new(Ipv6Addr::from(ip).to_canonical(), port),
+        octets: octets.to_vec(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pdu::{Body, DisTime};
+
+    #[test]
+    fn what_is_stamped_comes_back_and_nothing_else_is_taken_for_it() {
+        let stamped = Stamped {
+            arrival: Arrival { time_ns: -5, utc_ns: 1_700_000_000_123_456_789, rate: 4.0 },
+            from: "10.1.2.3:3000".parse().expect("an address"),
+            octets: (0..=200).collect(),
+        };
+        let octets = encode(417, &Envelope::new(1, DisTime(1)), &stamped).expect("fits");
+        assert!(is_stamped(&octets) && !is_stamped(&octets[..43]) && !is_stamped(&[]));
+        let received = pdu::pdus(&octets).next().expect("one").expect("sound");
+        let Body::EventReport(report) = received.body() else { panic!("an Event Report") };
+        assert_eq!(decode(report, 417), Some(stamped));
+        assert_eq!(decode(report, 418), None, "of another federation");
+        assert_eq!(decode(&EventReport::default(), 0), None);
+    }
+}
