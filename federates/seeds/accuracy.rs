@@ -22,6 +22,10 @@ pub struct AccuracyArgs {
     #[arg(long, value_name = "GROUP")]
     only: Option<String>,
 
+    /// Random scenes of the group effects, each judged target by target [default: 400, 20 with --quick]
+    #[arg(long, value_name = "N")]
+    scenes: Option<u64>,
+
     /// Folder for accuracy.html, accuracy.csv and accuracy.json
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -38,6 +42,7 @@ pub fn run(args: &AccuracyArgs) -> ExitCode {
         quick: args.quick,
         seed: args.seed,
         only: args.only.clone(),
+        scenes: args.scenes,
         machine: machine(),
         commit: commit(),
     };

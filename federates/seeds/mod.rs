@@ -9,6 +9,7 @@ pub mod in_process;
 pub mod launch;
 pub mod link_args;
 pub mod plan;
+mod plan_report;
 pub mod player;
 pub mod record;
 pub mod replay;

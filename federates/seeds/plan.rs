@@ -1,5 +1,6 @@
 //! `seeds plan SCENE`: which physical effects a scene calls for, without running it.
 
+use super::plan_report::{self, SensorPlan};
 use crate::external_world::{ExternalWorld, flight_notice};
 use crate::federation::{RunOptions, conductor_config};
 use crate::runtime::cli::out;
@@ -9,19 +10,18 @@ use crate::runtime::messages::{Notice, RunConfig, ScanReport};
 use crate::smdfm::{Smdfm, setup};
 use crate::traffic_generator::TrafficGenerator;
 use clap::Args;
-use models::effects::{PlanRow, Tolerance, changes};
+use models::effects::{Change, PlanRow, Tolerance, changes};
 use models::environment::Weather;
 use models::frames::Vector3;
 use models::plot::Callsign;
 use models::sensors::{PlotSink, ScanInterval, Sensor, TargetClass, TargetState, Truth};
 use models::time::SimTime;
 use scenarios::Scene;
-use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 
-/// Which effects a scene calls for: bound, decision, level and cost of each
+/// Which effects a scene calls for: what is simulated, what is left out with its bound, and what that saves
 #[derive(Args, Clone, Debug)]
 pub struct PlanArgs {
     /// Scene: a TOML file, or the name of a scene that comes with SEEDS
@@ -48,7 +48,11 @@ pub struct PlanArgs {
     #[arg(long, value_name = "N", requires = "video", default_value_t = 1600, value_parser = clap::value_parser!(u16).range(64..=8192))]
     size: u16,
 
-    /// JSON: one object a line of the plan
+    /// Every row of every sensor, also those of what is not there
+    #[arg(long)]
+    all: bool,
+
+    /// JSON: one object for each time, sensor and effect, then the totals of each radar
     #[arg(long)]
     json: bool,
 }
@@ -85,7 +89,7 @@ pub fn run(args: &PlanArgs) -> ExitCode {
     let outcome = match (&args.explain, &args.video, args.at) {
         (Some(callsign), _, Some(at)) => explain(&scene, callsign, at, args.json),
         (_, Some(file), Some(at)) => video(&scene, file, at, args),
-        _ => plan(&scene, args.at, args.json),
+        _ => plan(&scene, args),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
@@ -143,12 +147,14 @@ impl Truth for Traffic<'_> {
     }
 }
 
-/// The rows of all sensors at a time, at a tolerance.
-fn rows(scene: &Scene, time: SimTime, tolerance: Tolerance) -> anyhow::Result<Vec<PlanRow>> {
+/// Scans of the same second until no box waits for its plan.
+const SCANS: usize = 200;
+
+/// The plans of all sensors at a time, at a tolerance.
+fn plans(scene: &Scene, time: SimTime, tolerance: Tolerance) -> anyhow::Result<Vec<SensorPlan>> {
     let mut sensors: Vec<Box<dyn Sensor>> =
         setup::make_sensors_for(scene, tolerance).map_err(|e| anyhow::anyhow!(e))?;
-    let notice = scene.weather.iter().rev().find(|n| n.time <= time);
-    let weather = notice.map_or_else(Weather::default, |n| n.weather.clone());
+    let weather = weather_at(scene, time);
     let truth = Traffic::at(scene, time);
     let scan = scene.run.scan();
     let interval = ScanInterval {
@@ -157,75 +163,74 @@ fn rows(scene: &Scene, time: SimTime, tolerance: Tolerance) -> anyhow::Result<Ve
         from: time,
         to: SimTime(time.0 + scan.0),
     };
-    let mut rows = Vec::new();
-    for sensor in &mut sensors {
-        sensor.scan(&interval, &truth, &weather, &mut PlotSink::default());
-        rows.extend(sensor.plan().iter().cloned());
+    let names = |index: usize| truth.callsign(index).as_str().to_owned();
+    let mut found = Vec::new();
+    for (sensor, own) in sensors.iter_mut().zip(&scene.sensors) {
+        let mut planned = usize::MAX;
+        for _ in 0..SCANS {
+            sensor.scan(&interval, &truth, &weather, &mut PlotSink::default());
+            let now = sensor.boxes().len();
+            if std::mem::replace(&mut planned, now) == now {
+                break;
+            }
+        }
+        found.push(SensorPlan::of(&own.name, sensor.as_ref(), &names));
     }
-    Ok(rows)
+    Ok(found)
 }
 
-fn plan(scene: &Scene, at: Option<f64>, json: bool) -> anyhow::Result<()> {
-    let times: Vec<SimTime> = match at {
+fn weather_at(scene: &Scene, time: SimTime) -> Weather {
+    let notice = scene.weather.iter().rev().find(|n| n.time <= time);
+    notice.map_or_else(Weather::default, |n| n.weather.clone())
+}
+
+fn plan(scene: &Scene, args: &PlanArgs) -> anyhow::Result<()> {
+    let times: Vec<SimTime> = match args.at {
         Some(at) => vec![SimTime::from_s(at)],
         None => scene.weather.iter().map(|n| n.time).collect(),
     };
     let tolerance = setup::tolerance(scene);
+    let mut before: Option<Vec<PlanRow>> = None;
     for time in times {
-        let rows = rows(scene, time, tolerance)?;
-        if json {
-            for row in &rows {
-                let line = json!({
-                    "at_s": time.s(), "sensor": row.sensor.0, "effect": row.effect,
-                    "called_for": row.called_for,
-                    "bound": Some(row.bound).filter(|b| b.is_finite()), "unit": row.unit,
-                    "skipped": row.is_skipped(), "level": format!("{:?}", row.level).to_lowercase(),
-                    "cost_ns": row.cost_ns,
-                });
-                out!("{line}");
-            }
+        let found = plans(scene, time, tolerance)?;
+        if args.json {
+            let mut lines = Vec::new();
+            found.iter().for_each(|sensor| sensor.json(time.s(), &mut lines));
+            lines.iter().for_each(|line| out!("{line}"));
             continue;
         }
+        let mut text = String::new();
+        found.iter().for_each(|sensor| sensor.text(args.all, &mut text));
         out!(
-            "{} at {:.0} s, tolerance {} m and {} of detection",
-            scene.name,
-            time.s(),
-            tolerance.position_m,
-            tolerance.detection
+            "{}",
+            plan_report::heading(&scene.name, time.s(), &weather_at(scene, time), &tolerance)
         );
-        let wide = scene.sensors.iter().map(|s| s.name.chars().count()).max().unwrap_or(0).max(10);
-        out!(
-            "  {:<wide$}  {:<32}{:>16}  {:<10}{:>9}  called for by",
-            "sensor",
-            "effect",
-            "bound",
-            "decision",
-            "ns/target"
-        );
+        out!("{}", text.trim_end());
+        let rows: Vec<PlanRow> = found.iter().flat_map(|sensor| sensor.rows.clone()).collect();
         let name_of = |id| scene.sensors.iter().find(|s| s.id == id).map_or("", |s| &*s.name);
-        for row in &rows {
-            let name = name_of(row.sensor);
-            let [_, effect, called_for, bound, _] = crate::smdfm::report::plan_line(row);
-            let level = format!("{:?}", row.level).to_lowercase();
-            out!(
-                "  {name:<wide$}  {effect:<32}{bound:>16}  {level:<10}{:>9.0}  {called_for}",
-                row.cost_ns
-            );
+        let say = |changed: &[Change]| -> Vec<String> {
+            let one = |c: &Change| {
+                let sign = if c.to > c.from { '+' } else { '-' };
+                format!("{sign} {} of {}", c.effect, name_of(c.sensor))
+            };
+            changed.iter().map(one).collect()
+        };
+        if let Some(before) = &before {
+            let changed = say(&changes(before, &rows));
+            if !changed.is_empty() {
+                out!("  against the notice before: {}", changed.join(", "));
+            }
         }
         for (word, factor) in [("a tenth", 0.1), ("ten times", 10.0)] {
-            let other = self::rows(scene, time, tolerance.times(factor))?;
-            let changed: Vec<String> = changes(&rows, &other)
-                .iter()
-                .map(|c| {
-                    let levels = format!("{:?} instead of {:?}", c.to, c.from).to_lowercase();
-                    format!("{}: {} {levels}", name_of(c.sensor), c.effect)
-                })
-                .collect();
+            let other = plans(scene, time, tolerance.times(factor))?;
+            let other: Vec<PlanRow> = other.iter().flat_map(|sensor| sensor.rows.clone()).collect();
+            let changed = say(&changes(&rows, &other));
             let text =
                 if changed.is_empty() { "nothing changes".to_owned() } else { changed.join(", ") };
             out!("  with {word} of the tolerance: {text}");
         }
         out!();
+        before = Some(rows);
     }
     Ok(())
 }

@@ -44,9 +44,5 @@ fn make_sensor(
 /// What the scene tolerates against everything simulated exactly.
 #[must_use]
 pub fn tolerance(scene: &Scene) -> Tolerance {
-    Tolerance {
-        position_m: scene.accuracy.position_m,
-        detection: scene.accuracy.detection,
-        sum_db: scene.accuracy.sum_db,
-    }
+    scene.tolerance()
 }

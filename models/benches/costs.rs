@@ -3,15 +3,15 @@
 #![allow(missing_docs, clippy::print_stdout, reason = "a program")]
 
 use models::effects::Level;
-use models::effects::costs::{COSTS_NS, MEASURED, of};
-use models::effects::radar::{RadarEffect, RadarLevels};
 use models::environment::surface::Material;
 use models::environment::{RainCell, Weather};
 use models::frames::{Vector2, Vector3};
 use models::plot::{Callsign, SensorId};
 use models::sensors::asde::{Asde, AsdeParameters, DetectionRule};
 use models::sensors::detection::Swerling;
+use models::sensors::radar_costs::{COSTS_NS, MEASURED, of};
 use models::sensors::radar_equation::Reflection;
+use models::sensors::radar_levels::{RadarEffect, RadarLevels};
 use models::sensors::shadow::Building;
 use models::sensors::{PlotSink, ScanInterval, Sensor, TargetClass, TargetState, Truth};
 use models::time::SimTime;
@@ -179,17 +179,12 @@ fn with(effect: RadarEffect, level: Level) -> (RadarLevels, DetectionRule) {
 
 /// Every effect with the levels that it comes in.
 fn rows() -> Vec<(RadarEffect, Level)> {
-    let radar = Asde::new(SensorId(1), Vector2::zeros(), parameters(DetectionRule::Bernoulli));
-    let radar = radar.expect("sound parameters").among(buildings());
-    let time = SimTime::from_s(1.0);
-    let interval = ScanInterval { run_seed: 1, scan: 1, from: SimTime(0), to: time };
-    let area = radar.area(&Field::new(), &interval);
-    let ladders = radar.ladders_for(&radar.air(&weather()), &area);
-    let levels = ladders
-        .iter()
-        .zip(RadarEffect::ALL)
-        .flat_map(|(ladder, &effect)| ladder.rungs.iter().map(move |rung| (effect, rung.level)));
-    levels.filter(|(_, level)| *level != Level::Skipped).collect()
+    let all = [Level::Cheap, Level::Middle, Level::Exact];
+    let measured = |&(effect, level): &(RadarEffect, Level)| {
+        COSTS_NS.iter().any(|row| (row.0, row.1) == (effect, level))
+    };
+    let levels = RadarEffect::ALL.iter().flat_map(|&e| all.into_iter().map(move |l| (e, l)));
+    levels.filter(measured).collect()
 }
 
 fn main() -> ExitCode {

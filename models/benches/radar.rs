@@ -7,8 +7,7 @@ mod cpu_time;
 
 use cpu_time::{CpuTime, targets};
 use criterion::{Criterion, criterion_group, criterion_main};
-use models::effects::radar::{Processing, RadarEffect, RadarLevels, Tally};
-use models::effects::{Level, Tolerance};
+use models::effects::Level;
 use models::environment::{RainCell, Weather};
 use models::frames::{Vector2, Vector3};
 use models::plot::{Callsign, SensorId};
@@ -16,6 +15,7 @@ use models::sensors::asde::picture::{EvenGround, VideoScene};
 use models::sensors::asde::{Asde, AsdeParameters};
 use models::sensors::detection::{Detector, PdTable, Swerling};
 use models::sensors::radar_equation::{BudgetLevels, Echo};
+use models::sensors::radar_levels::{Processing, RadarEffect, RadarLevels};
 use models::sensors::{PlotSink, ScanInterval, Sensor, TargetClass, TargetState, Truth};
 use models::time::SimTime;
 use std::hint::black_box;
@@ -109,14 +109,13 @@ fn budgets(c: &mut Criterion<CpuTime>) {
     let air = radar.air(&rain());
     let mut group = c.benchmark_group("budget");
     for (name, levels) in [("middle", BudgetLevels::MIDDLE), ("exact", BudgetLevels::EXACT)] {
-        let mut tally = Tally::default();
         let mut ground_m = 500.0;
         group.bench_function(name, |b| {
             b.iter(|| {
                 ground_m = if ground_m > 3000.0 { 500.0 } else { ground_m + 1.7 };
                 let echo = Echo { ground_m, height_m: 1.5, extent_m: 3.0, rcs_m2: 10.0 };
                 let to = Vector2::new(0.0, ground_m);
-                radar.budget(&air, &levels, black_box(&echo), Vector2::zeros(), to, &mut tally)
+                radar.budget(&air, &levels, black_box(&echo), Vector2::zeros(), to)
             });
         });
     }
@@ -147,26 +146,24 @@ fn detection(c: &mut Criterion<CpuTime>) {
 fn plans(c: &mut Criterion<CpuTime>) {
     let mut group = c.benchmark_group("plan");
     let truth = Field::new(1000, Kind::Aircraft);
-    let radars: Vec<Asde> = (1..=20).map(radar).collect();
-    let air = radars[0].air(&rain());
-    group.bench_function("20 radars, 1000 targets", |b| {
-        b.iter(|| {
-            for radar in &radars {
-                let area = radar.area(&truth, &interval(1));
-                black_box(radar.plan_for(&air, &area, &Tolerance::default()));
-            }
-        });
-    });
+    // What planning costs is what a planned scan takes beyond one at the same levels: the steady state.
+    let mut radars: Vec<Asde> = (1..=20).map(radar).collect();
     let (wet, dry) = (rain(), Weather::default());
+    let (mut out, mut scan) = (PlotSink::default(), 0);
+    let mut run = |radars: &mut Vec<Asde>, weather: &Weather| {
+        scan += 1;
+        out.plots.clear();
+        out.causes.clear();
+        for radar in radars.iter_mut() {
+            radar.scan(&interval(scan), &truth, weather, &mut out);
+        }
+    };
+    group.bench_function("20 radars, 1000 targets", |b| b.iter(|| run(&mut radars, &wet)));
     let mut wetter = false;
     group.bench_function("20 radars, 1000 targets, new weather", |b| {
         b.iter(|| {
             wetter = !wetter;
-            for radar in &radars {
-                let air = radar.air(if wetter { &wet } else { &dry });
-                let area = radar.area(&truth, &interval(1));
-                black_box(radar.plan_for(&air, &area, &Tolerance::default()));
-            }
+            run(&mut radars, if wetter { &wet } else { &dry });
         });
     });
     group.finish();
@@ -181,19 +178,17 @@ fn scans(c: &mut Criterion<CpuTime>) {
         {
             let truth = Field::new(count, kind);
             group.throughput(targets(3 * u64::from(count)));
-            for how in ["planned", "planned without extent", "exact"] {
-                let levels = |radar: &Asde| match how {
+            for how in ["planned", "exact without extent", "exact"] {
+                let levels = match how {
                     "planned" => None,
                     "exact" => Some(RadarLevels::EXACT),
-                    _ => {
-                        let area = radar.area(&truth, &interval(1));
-                        let plan =
-                            radar.plan_for(&radar.air(&rain()), &area, &Tolerance::default());
-                        let point = plan.levels.with(RadarEffect::Extent, Level::Skipped);
-                        Some(point.with(RadarEffect::Glint, Level::Skipped))
-                    }
+                    _ => Some(
+                        RadarLevels::EXACT
+                            .with(RadarEffect::Extent, Level::Skipped)
+                            .with(RadarEffect::Glint, Level::Skipped),
+                    ),
                 };
-                let made = (1..=3).map(radar).map(|radar| match levels(&radar) {
+                let made = (1..=3).map(radar).map(|radar| match levels {
                     Some(levels) => radar.at_levels(levels),
                     None => radar,
                 });

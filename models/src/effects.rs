@@ -1,46 +1,73 @@
 //! The effect plan: which physical effects a scene calls for, and at which level each is simulated.
 //!
-//! Every effect has an upper bound of what leaving it out, or taking a cheaper level, can change: in
-//! decibels of signal to clutter and noise, in metres of a plot, in probability of detection. The
-//! planner takes the cheapest set whose *sum* of bounds keeps the outcome within the tolerance. A
-//! bound of NaN or infinity means "cannot tell" and is always simulated.
-//!
-//! Planning is pure and reads extents and sectors only; pairs of targets are tested in the scan.
+//! An effect stands beside its physics: what calls for it, its levels, and what each may lose as a
+//! vector ([`Loss`]). Here is what all of them share: the tolerance, the outcome of a sum of losses
+//! ([`outcome`]) and the choice of the cheapest set that is tolerated ([`choice`]). A loss of NaN or
+//! infinity means "cannot tell" and is always simulated.
 
-pub mod costs;
+pub mod choice;
+pub mod outcome;
 pub mod positioning;
-pub mod radar;
 
 use crate::plot::SensorId;
 
-/// What a user tolerates against everything simulated exactly, on the same draws.
+/// What a user tolerates against everything simulated exactly, on the same draws, for every target
+/// while it is in one box of the plan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tolerance {
-    /// Position of a plot that both runs have, m.
+    /// Rms distance of plots that both runs have, m.
     pub position_m: f64,
-    /// Probability of detection of a target in a scan.
+    /// Share of these that may be farther apart than five times that.
+    pub tail: f64,
+    /// Share of scans in which only one run has the plot.
     pub detection: f64,
-    /// Where given: effects are also left out while the sum of their decibel bounds stays within this.
-    pub sum_db: Option<f64>,
+    /// Expected number, per scan and radar, of false plots and ghosts that only one run has.
+    pub false_plots: f64,
+    /// Rms shift of the published position of a steady filter, m, where asked for.
+    pub track_m: Option<f64>,
+    /// White jerk of that filter, m²/s⁵.
+    pub jerk_m2_s5: f64,
+    /// Time of a scan and radar by the table of costs, µs: then the tolerances are the unit of a factor
+    /// and no limit.
+    pub time_budget_us: Option<f64>,
 }
 
 impl Default for Tolerance {
     fn default() -> Self {
-        Self { position_m: 0.5, detection: 0.01, sum_db: None }
+        Self {
+            position_m: 0.1,
+            tail: 0.001,
+            detection: 0.01,
+            false_plots: 0.01,
+            track_m: None,
+            jerk_m2_s5: 0.3,
+            time_budget_us: None,
+        }
     }
 }
 
 impl Tolerance {
     /// Nothing may be lost: every effect at its exact level.
-    pub const EXACT: Self = Self { position_m: 0.0, detection: 0.0, sum_db: None };
+    pub const EXACT: Self = Self {
+        position_m: 0.0,
+        tail: 0.0,
+        detection: 0.0,
+        false_plots: 0.0,
+        track_m: None,
+        jerk_m2_s5: 0.3,
+        time_budget_us: None,
+    };
 
     /// All tolerances times `factor`: to ask what a stricter or looser one would change.
     #[must_use]
     pub fn times(self, factor: f64) -> Self {
         Self {
             position_m: self.position_m * factor,
+            tail: (self.tail * factor).min(1.0),
             detection: (self.detection * factor).min(1.0),
-            sum_db: self.sum_db.map(|db| db * factor),
+            false_plots: self.false_plots * factor,
+            track_m: self.track_m.map(|metres| metres * factor),
+            ..self
         }
     }
 }
@@ -71,22 +98,37 @@ impl Level {
     }
 }
 
-/// What a level may change against the exact level, at most.
+/// What a level may change against the exact level, at most. No part is negative; NaN or infinity means
+/// that it cannot be told.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Loss {
     /// By how much it may show the signal to clutter and noise ratio too high, dB.
     pub raises_db: f64,
     /// By how much it may show it too low, dB.
     pub lowers_db: f64,
-    /// Position of a plot, m.
-    pub metres: f64,
-    /// Probability of detection, or of a false plot.
-    pub probability: f64,
+    /// A systematic move of a plot, the same from scan to scan, m.
+    pub fixed_m: f64,
+    /// Mean square of a move by draws of its own, m².
+    pub own_m2: f64,
+    /// Change of the azimuth's deviation by the coupling of the reflection, rad.
+    pub coupled_rad: f64,
+    /// Probability, per scan, that a plot is in one run only.
+    pub odds: f64,
+    /// Expected number of false plots, per scan.
+    pub false_plots: f64,
 }
 
 impl Loss {
     /// Nothing.
-    pub const NONE: Self = Self { raises_db: 0.0, lowers_db: 0.0, metres: 0.0, probability: 0.0 };
+    pub const NONE: Self = Self {
+        raises_db: 0.0,
+        lowers_db: 0.0,
+        fixed_m: 0.0,
+        own_m2: 0.0,
+        coupled_rad: 0.0,
+        odds: 0.0,
+        false_plots: 0.0,
+    };
 
     /// Too high by at most `db`.
     #[must_use]
@@ -109,30 +151,26 @@ impl Loss {
     /// A plot moved by at most this.
     #[must_use]
     pub fn moves(metres: f64) -> Self {
-        Self { metres, ..Self::NONE }
+        Self { fixed_m: metres, ..Self::NONE }
     }
 
     /// A plot lost or added with at most this probability.
     #[must_use]
     pub fn odds(probability: f64) -> Self {
-        Self { probability, ..Self::NONE }
+        Self { odds: probability, ..Self::NONE }
     }
 
-    fn plus(self, other: Self) -> Self {
+    /// Both together.
+    #[must_use]
+    pub fn plus(self, other: Self) -> Self {
         Self {
             raises_db: self.raises_db + other.raises_db,
             lowers_db: self.lowers_db + other.lowers_db,
-            metres: self.metres + other.metres,
-            probability: self.probability + other.probability,
-        }
-    }
-
-    fn minus(self, other: Self) -> Self {
-        Self {
-            raises_db: self.raises_db - other.raises_db,
-            lowers_db: self.lowers_db - other.lowers_db,
-            metres: self.metres - other.metres,
-            probability: self.probability - other.probability,
+            fixed_m: self.fixed_m + other.fixed_m,
+            own_m2: self.own_m2 + other.own_m2,
+            coupled_rad: self.coupled_rad + other.coupled_rad,
+            odds: self.odds + other.odds,
+            false_plots: self.false_plots + other.false_plots,
         }
     }
 
@@ -147,10 +185,18 @@ impl Loss {
         }
     }
 
-    fn is_known(&self) -> bool {
-        [self.raises_db, self.lowers_db, self.metres, self.probability]
-            .iter()
-            .all(|x| x.is_finite())
+    /// Whether every part can be told.
+    #[must_use]
+    pub fn is_known(&self) -> bool {
+        // A sum of parts that are not negative is finite only if all of them are.
+        (self.raises_db
+            + self.lowers_db
+            + self.fixed_m
+            + self.own_m2
+            + self.coupled_rad
+            + self.odds
+            + self.false_plots)
+            .is_finite()
     }
 
     /// The bound in the unit in which it says most, for people.
@@ -159,13 +205,25 @@ impl Loss {
         if !self.is_known() {
             return (f64::INFINITY, "");
         }
-        if self.metres > 0.0 {
-            (self.metres, "m")
-        } else if self.probability > 0.0 {
-            (self.probability, "probability")
+        if self.fixed_m > 0.0 {
+            (self.fixed_m, "m")
+        } else if self.odds > 0.0 {
+            (self.odds, "probability")
         } else {
             (self.db(), "dB")
         }
+    }
+}
+
+impl choice::Sum for Loss {
+    const NONE: Self = Self::NONE;
+
+    fn is_none(&self) -> bool {
+        *self == Self::NONE
+    }
+
+    fn plus(&self, other: &Self) -> Self {
+        Self::plus(*self, *other)
     }
 }
 
@@ -176,7 +234,7 @@ pub struct Rung {
     pub level: Level,
     /// Against the exact level.
     pub loss: Loss,
-    /// Time per target and scan, ns, as measured (see [`costs`]).
+    /// Time per target and scan, ns, as measured.
     pub cost_ns: f64,
 }
 
@@ -246,49 +304,6 @@ pub fn changes(from: &[PlanRow], to: &[PlanRow]) -> Vec<Change> {
         })
     });
     pairs.collect()
-}
-
-/// Chooses a rung for each ladder: starting from everything exact, the changes with the smallest
-/// bounds first, each kept only while `within` accepts the sum of all losses.
-///
-/// Returns the index of the rung of each ladder and the sum.
-pub fn choose(
-    ladders: &[Ladder],
-    tolerance: &Tolerance,
-    within: impl Fn(&Loss) -> bool,
-) -> (Vec<usize>, Loss) {
-    let mut chosen: Vec<usize> = ladders.iter().map(|l| l.rungs.len() - 1).collect();
-    let mut candidates: Vec<(f64, usize, usize)> = Vec::with_capacity(3 * ladders.len());
-    for (l, ladder) in ladders.iter().enumerate() {
-        for (r, rung) in ladder.rungs.iter().enumerate().take(ladder.rungs.len() - 1) {
-            if rung.loss.is_known() {
-                candidates.push((size(&rung.loss, tolerance), l, r));
-            }
-        }
-    }
-    candidates.sort_by(|a, b| a.0.total_cmp(&b.0).then(b.2.cmp(&a.2)).then(a.1.cmp(&b.1)));
-    let mut total = Loss::NONE;
-    for (_, l, r) in candidates {
-        let (now, next) = (&ladders[l].rungs[chosen[l]], &ladders[l].rungs[r]);
-        if next.cost_ns > now.cost_ns {
-            continue;
-        }
-        let sum = total.minus(now.loss).plus(next.loss);
-        if within(&sum) {
-            total = sum;
-            chosen[l] = r;
-        }
-    }
-    (chosen, total)
-}
-
-/// One number to sort losses by: the share of the tolerance that each part takes.
-fn size(loss: &Loss, tolerance: &Tolerance) -> f64 {
-    let share = |value: f64, limit: f64| if value == 0.0 { 0.0 } else { value / limit };
-    share(loss.metres, tolerance.position_m)
-        + share(loss.probability, tolerance.detection)
-        + loss.raises_db
-        + loss.lowers_db
 }
 
 #[cfg(test)]

@@ -94,6 +94,12 @@ pub enum Problem {
         /// The allowed words.
         allowed: String,
     },
+    /// A key that was read once.
+    #[error("is no longer read; {instead}")]
+    Replaced {
+        /// What takes its place.
+        instead: &'static str,
+    },
     /// A footprint whose walls cross.
     #[error(
         "the wall from corner {first} crosses the one from corner {second}; needed are corners in \

@@ -68,6 +68,12 @@ pub struct Scene {
 }
 
 impl Scene {
+    /// What the scene tolerates against everything simulated exactly.
+    #[must_use]
+    pub fn tolerance(&self) -> models::effects::Tolerance {
+        self.accuracy.tolerance(self.tracking.config.filter.q)
+    }
+
     /// What the tracker is told: `[tracking]` with the scene's sensors and types.
     #[must_use]
     pub fn tracking_config(&self) -> models::fusion::TrackingConfig {

@@ -1,10 +1,11 @@
 //! `[tracking]` and `[accuracy]`: which rung of each ladder, and what error a user tolerates.
 
 use crate::document::{Section, within};
-use crate::error::ScenarioError;
+use crate::error::{Problem, ScenarioError};
 use crate::sensors::SensorScene;
 use crate::types::TypeTable;
 use models::airport::Airport;
+use models::effects::Tolerance;
 use models::filter::map::MapKnowledge;
 use models::filter::route::Network;
 use models::filter::{FilterConfig, Rung};
@@ -45,18 +46,38 @@ impl Profile {
     }
 }
 
-/// `[accuracy]` of a scene: what may be lost against everything simulated exactly.
+/// `[accuracy]` of a scene: what may be lost against everything simulated exactly, on the same draws.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Accuracy {
-    /// Position of a plot, m.
+    /// Rms distance of plots that both runs have, m.
     pub position_m: f64,
-    /// Probability of detection.
+    /// Share of them that may be farther apart than five times that.
+    pub tail: f64,
+    /// Share of scans in which only one run has the plot.
     pub detection: f64,
-    /// Sum of the decibel bounds of skipped effects up to which they are skipped whatever comes of it;
-    /// only the outcome counts where it is not given.
-    pub sum_db: Option<f64>,
-    /// Processor time for one scan of the whole sensor and fusion stage, µs, where it is limited.
+    /// Expected number of false plots and ghosts of one run only, per scan and radar.
+    pub false_plots: f64,
+    /// Rms shift of the published position of a steady filter, m, where asked for.
+    pub track_m: Option<f64>,
+    /// Time of a scan and radar by the table of costs, µs, where it is limited: the other keys are then
+    /// the unit of a factor.
     pub time_budget_us: Option<f64>,
+}
+
+impl Accuracy {
+    /// The tolerance that the effects are planned for, with the jerk of the scene's filter.
+    #[must_use]
+    pub fn tolerance(&self, jerk_m2_s5: f64) -> Tolerance {
+        Tolerance {
+            position_m: self.position_m,
+            tail: self.tail,
+            detection: self.detection,
+            false_plots: self.false_plots,
+            track_m: self.track_m,
+            jerk_m2_s5,
+            time_budget_us: self.time_budget_us,
+        }
+    }
 }
 
 const KEYS: [&str; 29] = [
@@ -196,16 +217,29 @@ fn model_of(sensor: &SensorScene) -> SensorModel {
 
 /// Reads `[accuracy]`.
 pub(crate) fn read_accuracy(root: &Section) -> Result<Accuracy, ScenarioError> {
-    let section = root
-        .section("accuracy", &["position_m", "detection", "sum_db", "time_budget_us"])?
-        .unwrap_or_else(|| root.empty("accuracy"));
+    let section = root.section("accuracy", &ACCURACY)?.unwrap_or_else(|| root.empty("accuracy"));
+    if section.has("sum_db") {
+        let instead = "position_m, tail, detection, false_plots and track_m say what may change";
+        return Err(section.refuse("sum_db", Problem::Replaced { instead }));
+    }
+    let default = Tolerance::default();
     Ok(Accuracy {
-        position_m: section.number_or("position_m", 0.5, within(0.0, 1000.0, "m"))?,
-        detection: section.number_or("detection", 0.01, within(0.0, 1.0, ""))?,
-        sum_db: section.number("sum_db", within(0.0, 100.0, "dB"))?,
+        position_m: section.number_or(
+            "position_m",
+            default.position_m,
+            within(0.0, 1000.0, "m"),
+        )?,
+        tail: section.number_or("tail", default.tail, within(0.0, 1.0, ""))?,
+        detection: section.number_or("detection", default.detection, within(0.0, 1.0, ""))?,
+        false_plots: section.number_or("false_plots", default.false_plots, within(0.0, 1e6, ""))?,
+        track_m: section.number("track_m", within(0.0, 1000.0, "m"))?,
         time_budget_us: section.number("time_budget_us", within(1.0, 1e9, "µs"))?,
     })
 }
+
+/// Keys of `[accuracy]`; `sum_db` was one.
+const ACCURACY: [&str; 7] =
+    ["position_m", "tail", "detection", "false_plots", "track_m", "time_budget_us", "sum_db"];
 
 #[cfg(test)]
 mod tests {

@@ -231,9 +231,14 @@ fn what_no_model_covers_is_refused_with_key_value_and_limits() {
             ["building[1].facade", "\"glass\"", "\"metal\""],
         ),
         (
-            "a sum of decibels below zero",
-            changed("detection = 0.01", "detection = 0.01\nsum_db = -0.5"),
-            ["accuracy.sum_db", "-0.5", "0 to 100 dB"],
+            "a sum of decibels, which promised nothing",
+            changed("detection = 0.01", "detection = 0.01\nsum_db = 0.5"),
+            ["accuracy.sum_db", "no longer read", "position_m, tail, detection, false_plots"],
+        ),
+        (
+            "a share of plots above one",
+            changed("detection = 0.01", "detection = 0.01\ntail = 1.5"),
+            ["accuracy.tail", "1.5", "0 to 1"],
         ),
         (
             "no rotation",
@@ -255,7 +260,7 @@ fn what_no_model_covers_is_refused_with_key_value_and_limits() {
 
 #[test]
 fn a_scene_says_how_echoes_become_plots() {
-    use models::effects::radar::Processing;
+    use models::sensors::radar_levels::Processing;
     let text = std::fs::read_to_string(zurich()).expect("zurich.toml");
     let from = "parameters = \"ku_asde3\"\n";
     let with = |more: &str, scan: &str| {

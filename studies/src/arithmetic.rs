@@ -222,7 +222,7 @@ mod tests {
     use crate::Progress;
 
     fn quick() -> Options {
-        Options { quick: true, seed: 5, only: None, machine: String::new(), commit: String::new() }
+        Options { quick: true, seed: 5, ..Options::default() }
     }
 
     #[test]

@@ -1,18 +1,17 @@
 //! The effect plan against everything exact: the same scenes, the same draws, what it loses and saves.
 
-use crate::clock::thread_ns;
+use crate::effects_proof::{Near, ProofScene, SceneResult, proof_scene};
 use crate::{Draws, Ladder, Options, Outcome, Progress, Row, SceneAbout};
 use models::draw::{DrawKey, Purpose, uniform};
+use models::effects::Tolerance;
 use models::effects::positioning::PositioningModel;
-use models::effects::radar::{Processing, RadarEffect, RadarLevels, Tally};
-use models::effects::{Level, PlanRow, Tolerance};
 use models::environment::surface::Material;
 use models::environment::{RainCell, Weather};
 use models::frames::{Vector2, Vector3};
 use models::plot::{Callsign, SensorId};
 use models::sensors::asde::{Asde, AsdeParameters};
 use models::sensors::shadow::Building;
-use models::sensors::{PlotSink, ScanInterval, Sensor, TargetClass, TargetState, Truth};
+use models::sensors::{ScanInterval, TargetClass, TargetState, Truth};
 use models::time::SimTime;
 use rand::rngs::ChaCha8Rng;
 use scenarios::ScenarioError;
@@ -153,296 +152,23 @@ pub fn named_scenes(seed: u64) -> Result<Vec<RadarStudy>, ScenarioError> {
     ])
 }
 
-/// Random scenes: weather, heights, targets, sensors and buildings.
-///
-/// # Errors
-/// If a parameter set that ships is missing.
-pub fn random_scenes(seed: u64, count: u64) -> Result<Vec<RadarStudy>, ScenarioError> {
-    let sets = [shipped("ku_asde3")?, shipped("x_paper")?, shipped("x_smr25")?];
-    let scene = |n: u64| {
-        let key = DrawKey { run_seed: seed, sensor: 2, entity: n, scan: 0 };
-        let rng = &mut key.rng(Purpose::Study);
-        let mut p = sets[(n % 3) as usize].clone();
-        p.antenna_height_m = between(rng, 20.0, 80.0);
-        p.tilt_deg += between(rng, -0.3, 0.3);
-        p.roughness_m = pick(rng, &[0.003, 0.02, 0.05]);
-        p.surface = Material::named(pick(rng, &["asphalt", "concrete", "medium_dry_ground"]))
-            .unwrap_or(p.surface);
-        let mut weather = Weather {
-            rain_mm_per_h: pick(rng, &[0.0, 0.0, 1.0, 10.0, 40.0]),
-            visibility_m: pick(rng, &[f64::INFINITY, 1000.0, 100.0]),
-            film_mm: pick(rng, &[0.0, 0.0, 0.5]),
-            vapour_g_per_m3: between(rng, 2.0, 18.0),
-            ..Weather::default()
-        };
-        for _ in 0..pick(rng, &[0, 0, 2]) {
-            weather.cells.push(RainCell {
-                centre_m: Vector2::new(between(rng, -3e3, 3e3), between(rng, -3e3, 3e3)),
-                radius_m: between(rng, 200.0, 1500.0),
-                rain_mm_per_h: pick(rng, &[12.0, 50.0]),
-            });
-        }
-        let share = pick(rng, &[0.0, 0.5, 1.0]);
-        let reach = pick(rng, &[800.0, 1500.0, 3000.0, 5000.0]);
-        let truth = traffic(rng, 25, share, reach);
-        let mut buildings = Vec::new();
-        for _ in 0..pick(rng, &[0, 0, 3]) {
-            let (east, north) = (between(rng, -1500.0, 1500.0), between(rng, -1500.0, 1500.0));
-            if libm::hypot(east, north) > 300.0 {
-                let (along, across) = (between(rng, 40.0, 150.0), between(rng, 20.0, 60.0));
-                buildings.push(box_building(east, north, along, across, between(rng, 6.0, 18.0)));
-            }
-        }
-        let buildings = buildings.into();
-        RadarStudy { name: format!("random {n}"), parameters: p, weather, truth, buildings }
-    };
-    Ok((0..count).map(scene).collect())
-}
-
-/// What a comparison found.
-#[derive(Clone, Debug, Default)]
-pub struct Comparison {
-    /// Looks at targets within the display range.
-    pub looks: u64,
-    /// Plots of both runs.
-    pub both: u64,
-    /// Plots of one run only.
-    pub only_one: u64,
-    /// Sum of the squares of the distances between plots of the same look, m².
-    pub squares_m2: f64,
-    /// The largest of these distances, m.
-    pub worst_m: f64,
-    /// Effects skipped, summed over scenes.
-    pub skipped: u64,
-    /// Effects at a level below exact but not skipped, summed over scenes.
-    pub below: u64,
-    /// Evaluations of effects that the plan skips; has to be zero.
-    pub evaluated_though_skipped: u64,
-    /// Time of the planned scans, ns.
-    pub planned_ns: f64,
-    /// Time of the exact scans, ns.
-    pub exact_ns: f64,
-}
-
-impl Comparison {
-    fn add(&mut self, other: &Self) {
-        self.looks += other.looks;
-        self.both += other.both;
-        self.only_one += other.only_one;
-        self.squares_m2 += other.squares_m2;
-        self.worst_m = self.worst_m.max(other.worst_m);
-        self.skipped += other.skipped;
-        self.below += other.below;
-        self.evaluated_though_skipped += other.evaluated_though_skipped;
-        self.planned_ns += other.planned_ns;
-        self.exact_ns += other.exact_ns;
-    }
-
-    fn pair(&mut self, apart_m: f64) {
-        self.both += 1;
-        self.squares_m2 += apart_m * apart_m;
-        self.worst_m = self.worst_m.max(apart_m);
-    }
-
-    fn rms_m(&self) -> f64 {
-        (self.squares_m2 / self.both.max(1) as f64).sqrt()
-    }
-
-    fn per_look(&self, ns: f64) -> Option<f64> {
-        (self.looks > 0).then(|| ns / self.looks as f64)
-    }
-
-    /// Share of looks that only one run detects, and what is said where these are more than a tolerance
-    /// and chance explain.
-    fn only_one_share(&self, tolerance: Tolerance) -> (f64, Vec<String>) {
-        let mean = tolerance.detection * self.looks as f64;
-        let over = self.only_one as f64 > mean + 4.0 * mean.sqrt() + 1.0;
-        let failed = over.then(|| format!("{} of {}", self.only_one, self.looks));
-        (self.only_one as f64 / self.looks.max(1) as f64, failed.into_iter().collect())
-    }
-}
-
 impl RadarStudy {
     pub(crate) fn radar(&self) -> Result<Asde, String> {
         let made = Asde::new(SensorId(1), Vector2::zeros(), self.parameters.clone());
         Ok(made.map_err(|e| format!("{}: {e}", self.name))?.among(self.buildings.clone()))
     }
 
-    /// The plan of the scene's first scan.
-    ///
-    /// # Errors
-    /// If the scene's parameters are outside their limits.
-    pub fn plan(&self, tolerance: Tolerance) -> Result<Vec<PlanRow>, String> {
-        let radar = self.radar()?;
-        let air = radar.air(&self.weather);
-        let area = radar.area(&self.truth, &interval(1));
-        Ok(radar.plan_for(&air, &area, &tolerance).rows)
-    }
-
-    /// Evaluations, since `before`, of effects that the plan in force skips.
-    fn evaluated_though_skipped(&self, radar: &Asde, before: &Tally) -> u64 {
-        // A target in a shadow is simulated exactly whatever the plan skips.
-        if !self.buildings.is_empty() || self.truth.0.iter().any(|t| t.0.aircraft) {
-            return 0;
+    /// The scene with its targets near where they are, for the comparison target by target.
+    fn standing(&self) -> ProofScene {
+        ProofScene {
+            name: self.name.clone(),
+            parameters: self.parameters.clone(),
+            weather: self.weather.clone(),
+            truth: Near(self.truth.0.clone()),
+            buildings: self.buildings.clone(),
+            tolerance: Tolerance::default(),
         }
-        let rows = radar.plan().iter().zip(RadarEffect::ALL);
-        let skipped = rows.filter(|(row, _)| row.is_skipped());
-        skipped.map(|(_, &effect)| radar.tally().of(effect) - before.of(effect)).sum()
     }
-
-    /// Plays the scene planned and with everything exact, at a level of the signal processing, on the
-    /// same draws.
-    ///
-    /// # Errors
-    /// If the scene's parameters are outside their limits.
-    pub fn compare(
-        &self,
-        processing: Processing,
-        scans: u64,
-        tolerance: Tolerance,
-    ) -> Result<Comparison, String> {
-        let mut planned = self.radar()?.tolerating(tolerance).processing(processing);
-        let mut exact = self.radar()?.at_levels(RadarLevels::EXACT).processing(processing);
-        let mut found = Comparison::default();
-        for scan in 1..=scans {
-            let (mut a, mut b) = (PlotSink::default(), PlotSink::default());
-            let interval = interval(scan);
-            let before = planned.tally().clone();
-            let start = thread_ns();
-            planned.scan(&interval, &self.truth, &self.weather, &mut a);
-            let between = thread_ns();
-            found.evaluated_though_skipped += self.evaluated_though_skipped(&planned, &before);
-            exact.scan(&interval, &self.truth, &self.weather, &mut b);
-            let planned_ns = (between - start) as f64;
-            let exact_ns = (thread_ns() - between) as f64;
-            // The first scan makes tables and the plan.
-            if scan > 1 {
-                found.planned_ns += planned_ns;
-                found.exact_ns += exact_ns;
-            }
-            found.looks += b.looks;
-            let (a, b) = (by_look(&a), by_look(&b));
-            for (key, place) in &a {
-                match b.iter().find(|(other, _)| other == key) {
-                    Some((_, exact)) => found.pair((place - exact).norm()),
-                    None => found.only_one += 1,
-                }
-            }
-            let missing = b.iter().filter(|(key, _)| !a.iter().any(|(other, _)| other == key));
-            found.only_one += missing.count() as u64;
-        }
-        let rows = || planned.plan().iter();
-        found.skipped = rows().filter(|row| row.is_skipped()).count() as u64;
-        found.below = rows().filter(|row| row.level < Level::Exact).count() as u64 - found.skipped;
-        Ok(found)
-    }
-}
-
-/// Scenes for the levels that are too expensive for hundreds of them, each with a tolerance at which the
-/// plan leaves something out and simulates something: rain, extent, targets close to each other, buildings.
-fn cell_scenes(seed: u64) -> Result<Vec<(RadarStudy, Tolerance)>, ScenarioError> {
-    let (mut ku, mut x) = (shipped("ku_asde3")?, shipped("x_smr25")?);
-    (ku.range_max_m, x.range_max_m) = (1600.0, 1600.0);
-    let class = |aircraft: bool, length_m: f64, span_m: f64, height_m: f64, rcs_m2: f64| {
-        let designator = "X".into();
-        TargetClass { designator, aircraft, length_m, span_m, height_m, rcs_m2 }
-    };
-    let reflector = class(false, 0.5, 0.5, 2.5, 10.0);
-    let car = class(false, 4.8, 2.0, 2.2, 5.0);
-    let jet = class(true, 37.6, 35.8, 11.8, 20.0);
-    // Every second target 7 m behind the one before it, on a slow way outwards.
-    let spread =
-        |number: u64, count: u64, near: f64, far: f64, class: &dyn Fn(u64) -> TargetClass| {
-            let key = DrawKey { run_seed: seed, sensor: 3, entity: number, scan: 0 };
-            let rng = &mut key.rng(Purpose::Study);
-            let mut last = (0.0, 0.0);
-            let target = |i: u64| {
-                last = if i.is_multiple_of(2) {
-                    let azimuth = between(rng, -std::f64::consts::PI, std::f64::consts::PI);
-                    (azimuth, between(rng, near, far - 60.0))
-                } else {
-                    (last.0, last.1 + 7.0)
-                };
-                let (sin, cos) = libm::sincos(last.0);
-                let out = Vector3::new(sin, cos, 0.0);
-                (class(i), out * last.1, out * 2.0, last.0)
-            };
-            Straight((0..count).map(target).collect())
-        };
-    let dry = Weather::default();
-    let drizzle = Weather { rain_mm_per_h: 1.0, film_mm: 0.1, visibility_m: 3000.0, ..dry.clone() };
-    let rain = Weather { rain_mm_per_h: 10.0, film_mm: 0.5, ..dry.clone() };
-    let cloud =
-        RainCell { centre_m: Vector2::new(500.0, 500.0), radius_m: 500.0, rain_mm_per_h: 25.0 };
-    let cloudy = Weather { cells: vec![cloud], ..dry.clone() };
-    let open: Arc<[Building]> = Arc::new([]);
-    // A row of buildings all round, and one before some of the targets.
-    let beyond: Arc<[Building]> = (0..24)
-        .map(|i| {
-            let (sin, cos) = libm::sincos(f64::from(i) * std::f64::consts::TAU / 24.0);
-            box_building(1250.0 * sin - 60.0, 1250.0 * cos - 30.0, 120.0, 60.0, 18.0)
-        })
-        .collect();
-    let before: Arc<[Building]> = Arc::new([box_building(200.0, 350.0, 200.0, 60.0, 12.0)]);
-    let tolerance = |position_m: f64| Tolerance { position_m, ..Tolerance::default() };
-    let scene = |name: &str,
-                 p: &AsdeParameters,
-                 weather: &Weather,
-                 truth,
-                 buildings: &Arc<[Building]>| {
-        let (parameters, weather) = (p.clone(), weather.clone());
-        RadarStudy { name: name.into(), parameters, weather, truth, buildings: buildings.clone() }
-    };
-    let mixed = |i: u64| if i % 4 < 2 { jet.clone() } else { car.clone() };
-    Ok(vec![
-        (
-            scene(
-                "drizzle, reflectors before a ring of buildings, 16 GHz",
-                &ku,
-                &drizzle,
-                spread(1, 40, 300.0, 900.0, &|_| reflector.clone()),
-                &beyond,
-            ),
-            tolerance(1.0),
-        ),
-        (
-            scene(
-                "rain, pairs of cars, 16 GHz",
-                &ku,
-                &rain,
-                spread(2, 40, 300.0, 1400.0, &|_| car.clone()),
-                &open,
-            ),
-            tolerance(4.0),
-        ),
-        (
-            scene(
-                "cloud over cars before a ring of buildings, 9 GHz",
-                &x,
-                &cloudy,
-                spread(3, 40, 300.0, 900.0, &|_| car.clone()),
-                &beyond,
-            ),
-            tolerance(4.0),
-        ),
-        (
-            scene(
-                "rain, aircraft and cars behind a building, 16 GHz",
-                &ku,
-                &rain,
-                spread(4, 40, 300.0, 1400.0, &mixed),
-                &before,
-            ),
-            tolerance(1.0),
-        ),
-    ])
-}
-
-type Look = ((u64, SimTime), Vector2<f64>);
-
-fn by_look(sink: &PlotSink) -> Vec<Look> {
-    let pairs = sink.plots.iter().zip(&sink.causes);
-    pairs.filter_map(|(plot, cause)| Some(((cause.key?, plot.time), plot.position_m))).collect()
 }
 
 pub(crate) fn interval(scan: u64) -> ScanInterval {
@@ -453,7 +179,7 @@ pub(crate) fn interval(scan: u64) -> ScanInterval {
 /// The group `effects`: named scenes one by one, random scenes together, each against everything exact.
 pub(crate) fn run(options: &Options, progress: &mut dyn FnMut(Progress)) -> Outcome {
     let mut rows = Vec::new();
-    if let Err(error) = measure(options.quick, options.seed, &mut rows, progress) {
+    if let Err(error) = measure(options, &mut rows, progress) {
         rows.push(Row {
             group: "effects".into(),
             failed: vec![error.to_string()],
@@ -471,10 +197,10 @@ pub(crate) fn run(options: &Options, progress: &mut dyn FnMut(Progress)) -> Outc
         group: "effects".into(),
         title: "Which effects a scene calls for".into(),
         about:
-            "A sensor played twice on the same draws: planned for the tolerance named in the rung, \
-                and with every effect at its most exact level: surface movement radars, then every \
-                model of the sensors that targets carry. The error is the largest distance between \
-                two plots of the same look; the time is per look."
+            "A sensor played twice on the same draws: planned for its tolerance, and with every effect \
+                at its most exact level: surface movement radars, then every model of the sensors that \
+                targets carry. For radars the number is the largest share of a tolerance that any target \
+                takes, and the time a sum of the table of costs, per target."
                 .into(),
         error_label: "largest difference of a plot, m".into(),
         draws: Draws::Other,
@@ -485,54 +211,59 @@ pub(crate) fn run(options: &Options, progress: &mut dyn FnMut(Progress)) -> Outc
 }
 
 fn measure(
-    quick: bool,
-    seed: u64,
+    options: &Options,
     out: &mut Vec<Row>,
     progress: &mut dyn FnMut(Progress),
 ) -> Result<(), ScenarioError> {
-    let (scans, count) = if quick { (6, 60) } else { (30, 400) };
-    let tolerance = Tolerance::default();
-    let named = named_scenes(seed)?;
-    let cells = cell_scenes(seed)?;
+    let (scans, count) = if options.quick { (200, 20) } else { (400, 400) };
+    let count = options.scenes.unwrap_or(count);
+    let named = named_scenes(options.seed)?;
     let models = PositioningModel::ALL.len();
-    let total = named.len() + 3 + models + cells.len();
+    let total = named.len() + 1 + models;
     let mut done = 0;
     let mut step = |what: &str| {
         done += 1;
         progress(Progress { group: "effects", what: what.into(), done, total });
     };
     for scene in named {
-        report(&scene.name, scene.compare(Processing::Plot, scans, tolerance), tolerance, out);
+        report(&scene.standing(), options.seed, scans, out);
         step(&scene.name);
     }
-    for tolerance in [tolerance, tolerance.times(0.1), tolerance.times(6.0)] {
-        let mut sum = Ok(Comparison::default());
-        for scene in random_scenes(seed, count)? {
-            sum = match (sum, scene.compare(Processing::Plot, 4, tolerance)) {
-                (Ok(mut sum), Ok(one)) => {
-                    sum.add(&one);
-                    Ok(sum)
-                }
-                (Err(e), _) | (_, Err(e)) => Err(e),
-            };
+    prove(options.seed, count, scans, out, &mut step)?;
+    let count = if options.quick { 60 } else { 400 };
+    let tolerance = Tolerance::default();
+    crate::effects_positioning::measure(count, options.seed, tolerance, out, &mut step);
+    Ok(())
+}
+
+/// Scenes of the whole space, each judged by itself: a row for all, and one for each that fails.
+fn prove(
+    seed: u64,
+    count: u64,
+    scans: u64,
+    out: &mut Vec<Row>,
+    step: &mut dyn FnMut(&str),
+) -> Result<(), ScenarioError> {
+    let name = format!("{count} scenes of the whole space, {scans} scans each");
+    let mut found = Proof::default();
+    for n in 0..count {
+        let scene = proof_scene(seed, n, &[])?;
+        found.add(&scene, scene.judge(seed + n, scans, &|radar| radar));
+        if n % 1000 == 999 {
+            step(&format!("{} scenes, {} beyond", n + 1, found.violations.len()));
         }
-        let name = format!("{count} random scenes, {} m", tolerance.position_m);
-        report(&name, sum, tolerance, out);
-        step(&name);
     }
-    let count = if quick { 60 } else { 400 };
-    crate::effects_positioning::measure(count, seed, tolerance, out, &mut step);
-    // A handful of scenes at the levels that are too expensive for hundreds.
-    for (scene, tolerance) in cells {
-        for (how, processing, scans) in [
-            ("windows of cells", Processing::Cells, if quick { 20 } else { 100 }),
-            ("video", Processing::Video, if quick { 3 } else { 12 }),
-        ] {
-            let found = scene.compare(processing, scans, tolerance);
-            report_cells(&scene.name, how, found, tolerance, out);
-        }
-        step(&scene.name);
+    let saved = 100.0 * (1.0 - found.cost_ns.2 / found.cost_ns.1.max(1.0));
+    for (what, largest) in ["rms shift", "detection", "false plots"].iter().zip(found.largest) {
+        let failed = if *what == "rms shift" { found.violations.clone() } else { Vec::new() };
+        out.push(Row {
+            error: Some(largest),
+            error_unit: Some(SHARE.into()),
+            failed,
+            ..row(&name, format!("{what}, {} targets ({saved:.0} % left out)", found.targets))
+        });
     }
+    step(&name);
     Ok(())
 }
 
@@ -548,99 +279,60 @@ pub(crate) fn exact_row(scene: &str, ns_per_look: Option<f64>, share: f64) -> Ro
     Row { error: Some(0.0), ns_per_update: ns_per_look, ..row(scene, rung) }
 }
 
-fn report(
-    scene: &str,
-    found: Result<Comparison, String>,
-    tolerance: Tolerance,
-    out: &mut Vec<Row>,
-) {
-    let rung = format!("planned, {} m, {}", tolerance.position_m, tolerance.detection);
-    let row = |what: &str| row(scene, format!("{rung}: {what}"));
-    let found = match found {
-        Ok(found) => found,
-        Err(reason) => {
-            out.push(Row { failed: vec![reason], ..row("failed") });
-            return;
-        }
-    };
-    let mut failed = Vec::new();
-    if found.worst_m > tolerance.position_m || found.both == 0 {
-        failed.push(format!("{} m apart, {} plots", found.worst_m, found.both));
+fn report(scene: &ProofScene, seed: u64, scans: u64, out: &mut Vec<Row>) {
+    let mut found = Proof::default();
+    found.add(scene, scene.judge(seed, scans, &|radar| radar));
+    let (all, there, planned) = found.cost_ns;
+    for (what, largest) in ["rms shift", "detection", "false plots"].iter().zip(found.largest) {
+        let failed = if *what == "rms shift" { found.violations.clone() } else { Vec::new() };
+        out.push(Row {
+            error: Some(largest),
+            error_unit: Some(SHARE.into()),
+            ns_per_update: Some(planned),
+            failed,
+            ..row(&scene.name, format!("planned: {what}"))
+        });
     }
-    if found.evaluated_though_skipped > 0 {
-        failed.push(format!("{} evaluations of skipped effects", found.evaluated_though_skipped));
-    }
+    let saved = 100.0 * (1.0 - planned / there.max(1.0));
+    let rung =
+        format!("everything exact ({saved:.0} % of what is there beyond tables is left out)");
     out.push(Row {
-        error: Some(found.worst_m),
-        error_unit: Some(LARGEST.into()),
-        ns_per_update: found.per_look(found.planned_ns),
-        failed,
-        ..row("position")
-    });
-    let (share, failed) = found.only_one_share(tolerance);
-    out.push(Row {
-        error: Some(share),
-        error_unit: Some(ONLY_ONE.into()),
-        failed,
-        ..row("detection")
-    });
-    out.push(Row {
-        error_unit: Some(LARGEST.into()),
-        ..exact_row(
-            scene,
-            found.per_look(found.exact_ns),
-            found.planned_ns / found.exact_ns.max(1.0),
-        )
+        error: Some(0.0),
+        error_unit: Some(SHARE.into()),
+        ns_per_update: Some(all),
+        ..row(&scene.name, rung)
     });
 }
 
-/// Rows of a comparison in cells: the largest difference of a plot, and the share of plots of one run only.
-fn report_cells(
-    scene: &str,
-    how: &str,
-    found: Result<Comparison, String>,
-    tolerance: Tolerance,
-    out: &mut Vec<Row>,
-) {
-    let row =
-        |what: &str| row(scene, format!("{how}, planned, {} m: {what}", tolerance.position_m));
-    let found = match found {
-        Ok(found) => found,
-        Err(reason) => {
-            out.push(Row { failed: vec![reason], ..row("failed") });
-            return;
-        }
-    };
-    let mut failed = Vec::new();
-    if found.worst_m > tolerance.position_m || found.both == 0 {
-        failed.push(format!("{} m apart, {} plots", found.worst_m, found.both));
-    }
-    if found.skipped == 0 {
-        failed.push("nothing skipped".into());
-    }
-    let (skipped, below, rms_m) = (found.skipped, found.below, found.rms_m());
-    out.push(Row {
-        error: Some(found.worst_m),
-        error_unit: Some(LARGEST.into()),
-        ns_per_update: found.per_look(found.planned_ns),
-        failed,
-        ..row(&format!(
-            "position ({skipped} effects skipped, {below} below exact; {rms_m:.3} m rms)"
-        ))
-    });
-    let (share, failed) = found.only_one_share(tolerance);
-    let saved = 100.0 * (1.0 - found.planned_ns / found.exact_ns.max(1.0));
-    out.push(Row {
-        error: Some(share),
-        error_unit: Some(ONLY_ONE.into()),
-        ns_per_update: found.per_look(found.exact_ns),
-        failed,
-        ..row(&format!("detection (the plan saves {saved:.0} % of the time of everything exact)"))
-    });
+const SHARE: &str = "of what is tolerated, the worst target";
+
+/// What a number of scenes showed.
+#[derive(Debug, Default)]
+struct Proof {
+    targets: usize,
+    violations: Vec<String>,
+    largest: [f64; 3],
+    cost_ns: (f64, f64, f64),
 }
 
-const LARGEST: &str = "m, largest difference of a plot";
-const ONLY_ONE: &str = "share of looks that only one run detects";
+impl Proof {
+    fn add(&mut self, scene: &ProofScene, judged: Result<(SceneResult, Vec<String>), String>) {
+        match judged {
+            Err(error) => self.violations.push(error),
+            Ok((result, violations)) => {
+                self.targets += result.targets.len();
+                self.violations.extend(violations);
+                let largest = result.largest(&scene.tolerance);
+                for (most, one) in self.largest.iter_mut().zip(largest) {
+                    *most = most.max(one);
+                }
+                let (a, b, c) = result.cost_ns;
+                let sum = self.cost_ns;
+                self.cost_ns = (sum.0 + a, sum.1 + b, sum.2 + c);
+            }
+        }
+    }
+}
 
 #[cfg(test)]
 mod tests {
@@ -649,18 +341,27 @@ mod tests {
     #[test]
     fn the_quick_report_has_no_failures() {
         let mut rows = Vec::new();
-        measure(true, 3, &mut rows, &mut |_| ()).expect("sets ship");
+        let options = Options { quick: true, seed: 3, scenes: Some(4), ..Options::default() };
+        measure(&options, &mut rows, &mut |_| ()).expect("sets ship");
         assert!(rows.len() >= 30);
         for row in &rows {
+            let unit = row.error_unit.as_deref().unwrap_or("");
             println!(
-                "{} | {} | {:?} {} | {:?} ns",
-                row.scene,
-                row.rung,
-                row.error,
-                row.error_unit.as_deref().unwrap_or(""),
-                row.ns_per_update
+                "{} | {} | {:?} {unit} | {:?} ns",
+                row.scene, row.rung, row.error, row.ns_per_update
             );
             assert!(row.failed.is_empty(), "{row:?}");
         }
+    }
+
+    #[test]
+    fn no_target_of_a_hundred_scenes_is_beyond_the_tolerance() {
+        let mut rows = Vec::new();
+        prove(1, 100, 200, &mut rows, &mut |_| ()).expect("sets ship");
+        for row in &rows {
+            println!("{} | {} | {:?}", row.scene, row.rung, row.error);
+        }
+        assert!(rows[0].failed.is_empty(), "{:#?}", rows[0].failed);
+        assert!(rows[0].error.is_some_and(|e| e > 0.3), "the tolerance is used");
     }
 }

@@ -408,7 +408,7 @@ impl PositioningStudy {
             found.looks += b.looks;
             let rare = planned.plan().iter().any(|row| {
                 row.is_skipped()
-                    && row.loss.probability > 0.0
+                    && row.loss.odds > 0.0
                     && RARE.iter().any(|e| e.name() == row.effect)
             });
             let (a, mut b) = (seen(&a), seen(&b));
@@ -525,8 +525,8 @@ mod tests {
     fn planned_and_exact_reports_agree_within_the_tolerance() {
         for tolerance in [
             Tolerance::default(),
-            Tolerance { position_m: 5.0, detection: 0.05, sum_db: None },
-            Tolerance { position_m: 0.05, detection: 0.001, sum_db: None },
+            Tolerance { position_m: 5.0, detection: 0.05, ..Tolerance::default() },
+            Tolerance { position_m: 0.05, detection: 0.001, ..Tolerance::default() },
         ] {
             let mut rows = Vec::new();
             measure(120, 5, tolerance, &mut rows, &mut |_| ());

@@ -5,7 +5,6 @@
 use crate::plot::{Chart, Line};
 use crate::{Ladder, Options, Outcome, Progress, Row};
 use models::draw::{DrawKey, Purpose, uniform};
-use models::effects::radar::Tally;
 use models::environment::Weather;
 use models::environment::surface::Material;
 use models::frames::Vector2;
@@ -88,8 +87,7 @@ impl Setting {
             let echo =
                 Echo { ground_m, height_m: HEIGHT_M, extent_m: HEIGHT_M, rcs_m2: self.rcs_m2 };
             let to = Vector2::new(0.0, ground_m);
-            let mut tally = Tally::default();
-            to_db(radar.budget(&air, &levels, &echo, Vector2::zeros(), to, &mut tally).scnr())
+            to_db(radar.budget(&air, &levels, &echo, Vector2::zeros(), to).scnr())
         };
         ranges.iter().map(at).collect()
     }

@@ -189,13 +189,7 @@ mod tests {
 
     #[test]
     fn every_rung_is_measured_and_states_its_own_error() {
-        let options = Options {
-            quick: true,
-            seed: 1,
-            only: None,
-            machine: String::new(),
-            commit: String::new(),
-        };
+        let options = Options { quick: true, seed: 1, ..Options::default() };
         let outcome = run(&options, &mut |_| {});
         let names: Vec<_> = outcome.rows.iter().map(|r| r.rung.as_str()).collect();
         assert_eq!(names, RUNGS);

@@ -12,6 +12,7 @@ mod clock;
 mod dead_reckoning;
 pub mod effects;
 mod effects_positioning;
+pub mod effects_proof;
 pub mod figures;
 pub mod filters;
 pub mod gates;
@@ -172,7 +173,7 @@ pub struct Outcome {
 }
 
 /// What to measure.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Options {
     /// Fewer runs and scenes: a minute instead of several.
     pub quick: bool,
@@ -180,6 +181,8 @@ pub struct Options {
     pub seed: u64,
     /// One group only.
     pub only: Option<String>,
+    /// Random scenes of the group `effects`, where another number is asked for.
+    pub scenes: Option<u64>,
     /// The machine, for the head of the report.
     pub machine: String,
     /// The commit, for the head of the report.

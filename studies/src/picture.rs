@@ -2,12 +2,12 @@
 
 use crate::zurich::Traffic;
 use models::airport::{Airport, distance_to_segment_m};
-use models::effects::radar::RadarLevels;
 use models::environment::Weather;
 use models::frames::Vector2;
 use models::sensors::ScanInterval;
 use models::sensors::asde::Asde;
 use models::sensors::asde::picture::{Ground, VideoScene};
+use models::sensors::radar_levels::RadarLevels;
 use models::sensors::video::ppi::{Picture, Ppi};
 use models::sensors::video::{CellRadar, MOST_CELLS};
 use models::time::SimTime;

@@ -28,9 +28,11 @@ const WIDTH: f64 = 760.0;
 /// Width of a letter of 12 px sans-serif, generously.
 const LETTER: f64 = 7.5;
 const HEIGHT: f64 = 420.0;
+/// Height of a line of the legend.
+const LEGEND_STEP: f64 = 18.0;
 const LEFT: f64 = 60.0;
 const TOP: f64 = 36.0;
-const PLOT_WIDTH: f64 = 480.0;
+const PLOT_WIDTH: f64 = 660.0;
 const PLOT_HEIGHT: f64 = 330.0;
 const COLOURS: [&str; 8] =
     ["#0b62a4", "#c23b22", "#2e7d32", "#8e24aa", "#ef6c00", "#00838f", "#5d4037", "#455a64"];
@@ -51,11 +53,12 @@ impl Chart {
         let (y0, y1) = (y_ticks[0], y_ticks[y_ticks.len() - 1]);
         let px = |x: f64| LEFT + (x - x0) / (x1 - x0) * PLOT_WIDTH;
         let py = |y: f64| TOP + PLOT_HEIGHT - (y - y0) / (y1 - y0) * PLOT_HEIGHT;
-        // As wide as the longest name in the legend.
+        // The legend stands below the plot, a line for each curve, as wide as the longest name.
         let longest = self.lines.iter().map(|l| l.name.chars().count()).max().unwrap_or(0);
-        let width = (LEFT + PLOT_WIDTH + 46.0 + LETTER * longest as f64).max(WIDTH);
+        let width = (LEFT + 46.0 + LETTER * longest as f64).max(WIDTH);
+        let height = HEIGHT + LEGEND_STEP * self.lines.len() as f64;
         let mut out = format!(
-            "<svg viewBox=\"0 0 {width} {HEIGHT}\" width=\"{width}\" height=\"{HEIGHT}\" role=\"img\">\n\
+            "<svg viewBox=\"0 0 {width} {height}\" width=\"{width}\" height=\"{height}\" role=\"img\">\n\
              <title>{t}</title>\n<text x=\"{LEFT}\" y=\"20\" font-weight=\"bold\">{t}</text>\n",
             t = escape(&self.title)
         );
@@ -85,7 +88,7 @@ impl Chart {
                 .filter(sound)
                 .map(|p| format!("{:.1},{:.1}", px(p.0), py(p.1)))
                 .collect();
-            let (x, y) = (LEFT + PLOT_WIDTH + 14.0, TOP + 14.0 + 18.0 * i as f64);
+            let (x, y) = (LEFT, HEIGHT + LEGEND_STEP * i as f64);
             out.push_str(&format!(
                 "<polyline points=\"{}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"2\"{dash}/>\n\
                  <path d=\"M{x} {y}h22\" stroke=\"{colour}\" stroke-width=\"2\"{dash}/>\
@@ -145,6 +148,26 @@ mod tests {
         assert_eq!(ticks((1500.0, 5500.0)), [1000.0, 2000.0, 3000.0, 4000.0, 5000.0, 6000.0]);
         let t = ticks((0.03, 0.11));
         assert!(t[0] <= 0.03 && t[t.len() - 1] >= 0.11 && t.len() < 10, "{t:?}");
+    }
+
+    #[test]
+    fn every_name_of_the_legend_is_inside_the_picture() {
+        let line = |name: &str| Line { name: name.into(), points: vec![(0.0, 1.0)], dashed: false };
+        let long = "a name that is as long as a sentence about what was simulated and what was left out, \
+                    and a little longer than that";
+        let (title, x_name, y_name) = ("t".into(), "x".into(), "y".into());
+        let lines = (0..12).map(|_| line(long)).collect();
+        let svg = Chart { title, x_name, y_name, lines }.svg();
+        let of = |text: &str, key: &str| -> f64 {
+            let from = text.find(&format!(" {key}=\"")).expect(key) + key.len() + 3;
+            let rest = &text[from..];
+            rest[..rest.find('"').expect("a quote")].parse().expect("a number")
+        };
+        let (width, height) = (of(&svg, "width"), of(&svg, "height"));
+        for entry in svg.split("<text").filter(|t| t.contains(long)) {
+            assert!(of(entry, "x") + LETTER * long.len() as f64 <= width, "{entry}");
+            assert!(of(entry, "y") < height && of(entry, "y") > HEIGHT - 20.0, "{entry}");
+        }
     }
 
     #[test]

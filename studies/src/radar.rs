@@ -4,9 +4,9 @@ use crate::clock::thread_ns;
 use crate::effects::{RadarStudy, named_scenes};
 use crate::measure::{Errors, median_and_p99};
 use crate::{Draws, Ladder, Options, Outcome, Progress, Row, SceneAbout};
-use models::effects::radar::{RadarEffect, RadarLevels};
 use models::effects::{Level, Tolerance};
 use models::sensors::asde::Asde;
+use models::sensors::radar_levels::{RadarEffect, RadarLevels};
 use models::sensors::{PlotSink, Sensor};
 
 /// A whole radar: its levels, or none for planned ones.
@@ -158,7 +158,7 @@ pub(crate) fn run(options: &Options, progress: &mut dyn FnMut(Progress)) -> Outc
         title: "The surveillance radar: every effect at every level".into(),
         about: "The same looks at the same targets with the same draws; the error is the distance of a plot \
                 from that of the radar with every effect at its most exact level. \"Planned\" lets the scene \
-                choose (0.5 m, 1 % of detection). After the scenes the table takes one effect at a time to \
+                choose (0.1 m rms, 1 % of detection). After the scenes the table takes one effect at a time to \
                 each of its levels, everything else exact, in the first scene shown. Detection differs too: that \
                 share stands in the last column. Time is one look of the whole radar."
             .into(),

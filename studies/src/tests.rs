@@ -3,7 +3,7 @@
 use crate::{GROUPS, Options, Outcome};
 
 fn quick(seed: u64) -> Options {
-    Options { quick: true, seed, only: None, machine: String::new(), commit: String::new() }
+    Options { quick: true, seed, ..Options::default() }
 }
 
 /// Everything but the times, with as many digits as mean something.

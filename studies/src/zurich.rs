@@ -1,6 +1,5 @@
 //! The movements at Zurich, as they come with the scenarios: truth, and the scene's sensors.
 
-use models::effects::Tolerance;
 use models::frames::{Vector2, Vector3};
 use models::plot::Callsign;
 use models::sensors::asde::Asde;
@@ -52,11 +51,7 @@ impl Truth for Traffic<'_> {
 /// # Errors
 /// One sentence if a sensor cannot be made.
 pub fn sensors(scene: &Scene) -> Result<Vec<Box<dyn Sensor>>, String> {
-    let tolerance = Tolerance {
-        position_m: scene.accuracy.position_m,
-        detection: scene.accuracy.detection,
-        ..Tolerance::default()
-    };
+    let tolerance = scene.tolerance();
     let make = |sensor: &scenarios::SensorScene| -> Result<Box<dyn Sensor>, String> {
         let failed = |e: &dyn std::fmt::Display| format!("sensor '{}': {e}", sensor.name);
         match (&sensor.asde, &sensor.reported) {

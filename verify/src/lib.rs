@@ -1,6 +1,6 @@
 //! Reference vectors (`*.json` with `cases`, or `vectors`) run through the functions that the federates call.
 //!
-//! A file is known by its name; each known name has one check in [`radar`], [`gnss`], [`tracking`],
+//! A file is known by its name; each known name has one check in [`radar`], [`effects`], [`gnss`], [`tracking`],
 //! [`tracking_sets`], [`traffic`], [`wire`] or [`datagrams`]. A file without either is input of other files and is passed over. `seeds verify DIR`
 //! and the tests of this crate are the same code.
 
@@ -8,6 +8,7 @@ use serde_json::Value;
 use std::path::{Path, PathBuf};
 
 pub mod datagrams;
+pub mod effects;
 pub mod gnss;
 pub mod radar;
 pub mod tracking;
@@ -35,6 +36,7 @@ pub type Check = fn(&Value) -> Vec<CaseResult>;
 pub fn check_for(file_name: &str) -> Option<Check> {
     let stem = file_name.strip_suffix(".json")?;
     radar::check_for(stem)
+        .or_else(|| effects::check_for(stem))
         .or_else(|| gnss::check_for(stem))
         .or_else(|| tracking::check_for(stem))
         .or_else(|| tracking_sets::check_for(stem))

@@ -1,7 +1,6 @@
 //! Checks of the radar vectors, and of those tracking vectors that are about waves.
 
 use crate::{CaseResult, Check, Judge};
-use models::effects::radar::Tally;
 use models::environment::fog::{self, FogLaw};
 use models::environment::mie::MieRain;
 use models::environment::rain::{self, RainLaw};
@@ -420,7 +419,7 @@ fn scene(c: &Case<'_>, judge: &mut Judge) -> Option<()> {
         Echo { ground_m, height_m: c.number("ht")?, extent_m: 0.0, rcs_m2: c.number("rcs")? };
     let target_m = Vector2::new(0.0, ground_m);
     let (air, site_m) = (radar.air(&weather), Vector2::zeros());
-    let budget = radar.budget(&air, &levels, &echo, site_m, target_m, &mut Tally::default());
+    let budget = radar.budget(&air, &levels, &echo, site_m, target_m);
     for (quantity, found) in [
         ("R", budget.range_m),
         ("gamma_total", budget.db_per_km),

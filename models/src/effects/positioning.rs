@@ -8,7 +8,8 @@
 pub mod bounds;
 pub mod costs;
 
-use super::{Ladder, Level, Loss, PlanRow, Rung, Tolerance, choose};
+use super::choice::{Candidate, cheapest};
+use super::{Ladder, Level, Loss, PlanRow, Rung, Tolerance};
 use crate::plot::SensorId;
 use crate::sensors::{Sensor, TargetState};
 
@@ -320,8 +321,8 @@ pub fn plan(
         ladders.effects.iter().filter(|p| !p.given).map(|p| p.ladder.clone()).collect();
     let (chosen, total) = choose(&free, tolerance, |loss| {
         let loss = loss.plus(spent);
-        let moved_m = if loss.metres > 0.0 { loss.metres + ladders.step_m } else { 0.0 };
-        loss.probability <= tolerance.detection && moved_m <= tolerance.position_m
+        let moved_m = if loss.fixed_m > 0.0 { loss.fixed_m + ladders.step_m } else { 0.0 };
+        loss.odds <= tolerance.detection && moved_m <= tolerance.position_m
     });
     let mut chosen = chosen.into_iter();
     let mut levels = PositioningLevels::EXACT;
@@ -353,6 +354,26 @@ pub fn plan(
         rows,
         effects: ladders.effects.iter().map(|p| p.effect).collect(),
         total: total.plus(spent),
+    }
+}
+
+/// The cheapest rung of each ladder such that `within` accepts the sum of all losses, and that sum.
+fn choose(
+    ladders: &[Ladder],
+    tolerance: &Tolerance,
+    within: impl Fn(&Loss) -> bool,
+) -> (Vec<usize>, Loss) {
+    let candidate = |r: &Rung| Candidate { cost_ns: r.cost_ns.max(0.0) as u32, loss: r.loss };
+    let candidates: Vec<Vec<Candidate<Loss>>> =
+        ladders.iter().map(|l| l.rungs.iter().map(candidate).collect()).collect();
+    let part = |value: f64, limit: f64| if value == 0.0 { 0.0 } else { value / limit };
+    let share = |loss: &Loss| {
+        part(loss.fixed_m, tolerance.position_m).max(part(loss.odds, tolerance.detection))
+    };
+    match cheapest(&candidates, |loss| loss.is_known() && within(loss), share) {
+        Some(choice) => (choice.chosen, choice.loss),
+        // Not even nothing more is tolerated: what was left out before has used it up.
+        None => (ladders.iter().map(|l| l.rungs.len() - 1).collect(), Loss::NONE),
     }
 }
 

@@ -4,33 +4,35 @@
 //! in watts, with shadows; which echoes share a cell. Then every echo is detected and measured with
 //! the draws of its own target and scan.
 
+mod assign;
 mod cells;
 mod explain;
 mod looks;
 pub mod picture;
+pub mod plan;
 
 pub use super::asde_parameters::{AsdeParameters, DetectionRule, Energy, ParameterWarning};
 use super::config::ConfigError;
 use super::detection::{Detector, PdTable, Swerling, from_db, to_db};
 use super::extended::{self, Centroid, ExtentLevel};
-use super::ghost::{Facade, facades};
+use super::ghost::{Facade, facades, ghost_power};
 use super::measurement::{quantised, to_cartesian};
-use super::radar_equation::{Air, Budget, BudgetLevels, Echo, Radar};
+use super::radar_equation::{Air, Budget, Echo, Radar};
+use super::radar_levels::{PdLevel, Processing, RadarEffect, RadarLevels, ShadowLevel, Tally};
 use super::shadow::{Building, SightLine, Skyline, Traffic, aircraft_obstacles, edge_reach_m};
 use super::video::CellRadar;
 use super::{Cause, PlotSink, ScanInterval, Sensor, TargetClass, TargetState, Truth};
 use crate::draw::{DrawKey, Purpose, exponential, normal_pair, normal_pair_of, uniform};
-use crate::effects::radar::{
-    PdLevel, Processing, RadarEffect, RadarLevels, RadarPlan, RadarScene, ShadowLevel, Tally,
-    TargetArea, plan,
-};
-use crate::effects::{Ladder, PlanRow, Tolerance};
+use crate::effects::{PlanRow, Tolerance};
 use crate::environment::Weather;
 use crate::frames::{Azimuth, Vector2, wrap_pi};
 use crate::plot::{Plot, Polar, SensorId, SensorKind};
 use crate::time::SimTime;
+pub use assign::Placed;
+use assign::{Assignment, Mirrored};
 use cells::WindowWork;
-use looks::{Look, NEXT};
+use looks::{Look, NEXT, Occluding};
+use plan::Planner;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
@@ -46,17 +48,25 @@ pub struct Asde {
     table: PdTable,
     /// Ratio at which a plot is declared (rule `threshold`).
     required: f64,
+    /// Largest thermal deviation of a range, m.
+    most_sigma_m: f64,
     /// Least ratio in the accuracy formulas: a detected echo has at least this.
     least_ratio: f64,
     buildings: Arc<[Building]>,
     skyline: Skyline,
     facades: Vec<Facade>,
     tolerance: Tolerance,
+    /// A fault planted in its plan.
+    fault: Option<plan::Fault>,
     /// Levels that no plan changes, for comparisons.
     fixed: Option<RadarLevels>,
     /// How echoes become plots; `None` where the plan chooses.
     processing: Option<Processing>,
-    plan: Option<RadarPlan>,
+    planner: Planner,
+    /// The plan for people, and what it shows: version of the planner, processing, facts of the scan.
+    rows: (Option<(u64, Processing, ScanFacts)>, Vec<PlanRow>),
+    /// Which rings and sectors the facades may mirror.
+    mirrored: Mirrored,
     air: Option<Air>,
     tally: Tally,
     work: Work,
@@ -97,6 +107,19 @@ impl Shadows {
     }
 }
 
+/// What a scan found that concerns the plan as a whole.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct ScanFacts {
+    /// Whether some target was simulated exactly because it is in no planned box.
+    exactly: bool,
+    /// Whether some may share a cell.
+    pairs: bool,
+    /// Whether an aircraft stands before another target.
+    shadows: bool,
+    /// Whether a target is beyond the unambiguous range.
+    beyond: bool,
+}
+
 /// Space that is used again from scan to scan.
 #[derive(Clone, Debug, Default)]
 struct Work {
@@ -106,6 +129,8 @@ struct Work {
     order: Vec<Place>,
     seen: Vec<Seen>,
     windows: WindowWork,
+    occluding: Occluding,
+    assignment: Assignment,
 }
 
 /// Where an echo is, for finding those beside it: sector, range step and place in the list in one
@@ -141,6 +166,8 @@ impl Place {
 #[derive(Clone, Copy, Debug)]
 struct Return {
     look: Look,
+    /// At which levels it is simulated.
+    levels: RadarLevels,
     budget: Budget,
     /// Slant range and azimuth of the centre of the echo.
     range_m: f64,
@@ -169,12 +196,14 @@ impl Asde {
     ) -> Result<Self, ConfigError> {
         parameters.validate()?;
         let detector = Detector::new(parameters.pulses_summed(), parameters.pfa);
+        let least_ratio = detector.required_snr(0.1f64.max(2.0 * parameters.pfa), Swerling::Steady);
         Ok(Self {
             id,
             site_m,
             radar: parameters.radar(),
             required: detector.required_snr(parameters.pd, parameters.swerling),
-            least_ratio: detector.required_snr(0.1f64.max(2.0 * parameters.pfa), Swerling::Steady),
+            most_sigma_m: parameters.thermal_sigmas(least_ratio).0,
+            least_ratio,
             grid: CellRadar::of(&parameters),
             table: PdTable::new(&detector, parameters.swerling),
             detector,
@@ -182,9 +211,12 @@ impl Asde {
             skyline: Skyline::default(),
             facades: Vec::new(),
             tolerance: Tolerance::default(),
+            fault: None,
             fixed: None,
             processing: None,
-            plan: None,
+            planner: Planner::default(),
+            rows: (None, Vec::new()),
+            mirrored: Mirrored::default(),
             air: None,
             tally: Tally::default(),
             work: Work::default(),
@@ -200,7 +232,8 @@ impl Asde {
         self.skyline = Skyline::new(&buildings, self.site_m);
         self.facades = facades(&buildings, self.site_m, self.radar.carrier_ghz);
         self.buildings = buildings;
-        self.plan = None;
+        self.mirrored = Mirrored::of(&self);
+        self.planner.clear();
         self
     }
 
@@ -208,7 +241,15 @@ impl Asde {
     #[must_use]
     pub fn tolerating(mut self, tolerance: Tolerance) -> Self {
         self.tolerance = tolerance;
-        self.plan = None;
+        self.planner.clear();
+        self
+    }
+
+    /// The same radar with a fault planted in its plan: for proofs of the proof.
+    #[must_use]
+    pub fn planting(mut self, fault: plan::Fault) -> Self {
+        self.fault = Some(fault);
+        self.planner.clear();
         self
     }
 
@@ -216,7 +257,6 @@ impl Asde {
     #[must_use]
     pub fn at_levels(mut self, levels: RadarLevels) -> Self {
         self.fixed = Some(levels);
-        self.plan = None;
         self
     }
 
@@ -227,7 +267,6 @@ impl Asde {
     #[must_use]
     pub fn processing(mut self, processing: Processing) -> Self {
         self.processing = Some(processing);
-        self.plan = None;
         self
     }
 
@@ -243,10 +282,16 @@ impl Asde {
         &self.tally
     }
 
-    /// The plan in force; `None` before the first scan.
+    /// Its planner: the boxes met since the last weather notice, and their plans.
     #[must_use]
-    pub fn radar_plan(&self) -> Option<&RadarPlan> {
-        self.plan.as_ref()
+    pub fn planner(&self) -> &Planner {
+        &self.planner
+    }
+
+    /// The tolerance that it is planned for.
+    #[must_use]
+    pub fn tolerance(&self) -> &Tolerance {
+        &self.tolerance
     }
 
     /// Everything of the weather that a plan and a scan read.
@@ -255,51 +300,12 @@ impl Asde {
         self.radar.air(weather)
     }
 
-    /// Where the targets are, as this radar's plan would reckon with.
-    #[must_use]
-    pub fn area(&self, truth: &dyn Truth, interval: &ScanInterval) -> TargetArea {
-        TargetArea::of(self.site_m, truth, interval)
-    }
-
-    /// The plan for targets within `area`, in `air`, at a tolerance.
-    #[must_use]
-    pub fn plan_for(&self, air: &Air, area: &TargetArea, tolerance: &Tolerance) -> RadarPlan {
-        let mut plan = plan(&self.radar_scene(air, area), tolerance);
-        if let Some(levels) = self.fixed {
-            let processing = self.processing.unwrap_or(levels.processing);
-            plan.levels = RadarLevels { processing, ..levels };
-        }
-        plan
-    }
-
-    /// Every effect with all its levels, what each may lose and what it costs.
-    #[must_use]
-    pub fn ladders_for(&self, air: &Air, area: &TargetArea) -> Vec<Ladder> {
-        crate::effects::radar::all_ladders(&self.radar_scene(air, area))
-    }
-
-    pub(crate) fn radar_scene<'a>(&'a self, air: &'a Air, area: &'a TargetArea) -> RadarScene<'a> {
-        RadarScene {
-            sensor: self.id,
-            site_m: self.site_m,
-            parameters: &self.parameters,
-            radar: &self.radar,
-            table: &self.table,
-            required: self.required,
-            least_ratio: self.least_ratio,
-            air,
-            buildings: &self.buildings,
-            area,
-            processing: self.processing,
-        }
-    }
-
     /// The budget of one look at one target, with shadows, and where its echo is centred. `None`
     /// outside the display range, and where nothing of the target returns an echo.
     fn echo(
         &mut self,
         air: &Air,
-        plan: &RadarPlan,
+        levels: &RadarLevels,
         truth: &dyn Truth,
         traffic: &Traffic,
         look: &Look,
@@ -313,26 +319,16 @@ impl Asde {
         let height_m = state.position_m.z.max(0.5 * class.height_m);
         let down_m = self.radar.antenna_m - height_m;
         let slant_m = (ground_m * ground_m + down_m * down_m).sqrt();
-        self.apparent_m(&plan.levels, slant_m)?;
-        let levels = &plan.levels;
+        self.apparent_m(levels, slant_m)?;
         let shadow = self.shadows(levels, truth, traffic, look, azimuth_rad, ground_m, height_m)?;
-        let covered = plan.area.covers(ground_m, height_m, class.rcs_m2, class.height_m);
-        let fixed = self.fixed.is_some();
-        let budget_levels = if fixed || (covered && shadow.db() == 0.0) {
-            levels.budget
-        } else {
-            BudgetLevels::EXACT
-        };
+        // In a shadow the ratio is none that the plan reckons with: everything exact.
+        let exact = self.base_levels();
+        let levels = if shadow.db() > 0.0 && self.fixed.is_none() { &exact } else { levels };
         let centroid = self.centroid(levels.extent, class, azimuth_rad, state.heading_rad)?;
         let echo = Echo { ground_m, height_m, extent_m: class.height_m, rcs_m2: centroid.rcs_m2 };
-        let mut budget = self.radar.budget(
-            air,
-            &budget_levels,
-            &echo,
-            self.site_m,
-            state.position_m.xy(),
-            &mut self.tally,
-        );
+        let mut budget =
+            self.radar.budget(air, &levels.budget, &echo, self.site_m, state.position_m.xy());
+        self.tally.note(budget.evaluated);
         if shadow.db() > 0.0 {
             budget.signal_w *= from_db(-shadow.db());
         }
@@ -340,6 +336,7 @@ impl Asde {
         let slope = ground_m / budget.range_m;
         Some(Return {
             look: *look,
+            levels: *levels,
             range_m: budget.range_m + centroid.bias_along_m * slope,
             azimuth_rad: azimuth_rad + centroid.bias_across_m / ground_m.max(1.0),
             budget,
@@ -463,7 +460,10 @@ impl Asde {
         };
         order.clear();
         order.extend(
-            (0..).zip(&*returns).map(|(i, r)| Place::new(sector(r.azimuth_rad), r.range_m, i)),
+            (0..)
+                .zip(&*returns)
+                .filter(|(_, r)| r.levels.merging)
+                .map(|(i, r)| Place::new(sector(r.azimuth_rad), r.range_m, i)),
         );
         order.sort_unstable();
         // Echoes in one cell are at most so many range steps apart.
@@ -538,7 +538,6 @@ impl Asde {
     /// Detects and measures each group of echoes in one cell by its first.
     fn measure_returns(
         &mut self,
-        levels: &RadarLevels,
         truth: &dyn Truth,
         interval: &ScanInterval,
         returns: &[Return],
@@ -552,7 +551,7 @@ impl Asde {
             // One stream per target and scan; a second look within the scan is keyed by its number.
             let mut key = self.key(interval, truth.key(r.look.index));
             key.sensor |= u32::from(r.look.number) << 16;
-            let found = self.measure(levels, r, &mut key.rng(Purpose::RadarReturn));
+            let found = self.measure(r, &mut key.rng(Purpose::RadarReturn));
             seen.extend(found.map(|(plot, draws)| Seen { plot, cause: Some(i as usize), draws }));
         }
         seen
@@ -629,12 +628,8 @@ impl Asde {
     }
 
     /// Detects and measures one echo; all draws in a fixed order, whatever is switched on.
-    fn measure(
-        &mut self,
-        levels: &RadarLevels,
-        r: &Return,
-        rng: &mut rand::rngs::ChaCha8Rng,
-    ) -> Option<(Plot, Draws)> {
+    fn measure(&mut self, r: &Return, rng: &mut rand::rngs::ChaCha8Rng) -> Option<(Plot, Draws)> {
+        let levels = &r.levels;
         let (chance, first, second) = (uniform(rng), uniform(rng), uniform(rng));
         if !self.detected(levels, &r.budget, chance) {
             // The glint's draws belong to the detected only: they are the last of a look, and a second
@@ -758,11 +753,8 @@ impl Asde {
                 let direct_m = libm::hypot(offset.norm(), down_m);
                 let apart = Azimuth::of(offset).minus(Azimuth::of(ghost.point_m - self.site_m));
                 let off_beam = self.radar.pattern.azimuth(apart);
-                // Amplitude² of one reflection, and of the other way being longer.
-                let once = ghost.reflection * ghost.reflection;
-                let spread = (direct_m / ghost.path_m) * (direct_m / ghost.path_m);
-                // Both orders of the mixed path arrive together: amplitudes add.
-                let mixed = 4.0 * once * spread * off_beam;
+                let (mixed, double) =
+                    ghost_power(ghost.reflection, direct_m, ghost.path_m, off_beam);
                 let beam = if direct {
                     Azimuth::of(offset)
                 } else {
@@ -770,7 +762,7 @@ impl Asde {
                 };
                 let mut ways = vec![(0.5 * (direct_m + ghost.path_m), mixed)];
                 if !direct {
-                    ways.push((ghost.path_m, once * once * spread * spread));
+                    ways.push((ghost.path_m, double));
                 }
                 for (range_m, power) in ways {
                     let chance = uniform(rng);
@@ -785,8 +777,8 @@ impl Asde {
                     };
                     let place_m = self.site_m + beam.unit() * ground_m;
                     let b = levels.budget;
-                    let mut budget =
-                        self.radar.budget(air, &b, &echo, self.site_m, place_m, &mut self.tally);
+                    let mut budget = self.radar.budget(air, &b, &echo, self.site_m, place_m);
+                    self.tally.note(budget.evaluated);
                     // The budget at the ghost's range already has its spreading loss.
                     let again = range_m / direct_m;
                     budget.signal_w *= power * again * again * again * again;
@@ -804,22 +796,6 @@ impl Asde {
                     out.push((self.plot(levels, time, measured, to_db(scnr)), to_db(power)));
                 }
             }
-        }
-    }
-
-    /// The plan in force for this scan: a new one where the weather or the traffic's area changed.
-    fn replan(
-        &mut self,
-        air: &Air,
-        new_air: bool,
-        truth: &dyn Truth,
-        interval: &ScanInterval,
-        area: Option<TargetArea>,
-    ) -> RadarPlan {
-        let area = area.unwrap_or_else(|| TargetArea::of(self.site_m, truth, interval));
-        match self.plan.take() {
-            Some(plan) if !new_air && plan.area == area => plan,
-            _ => self.plan_for(air, &area, &self.tolerance),
         }
     }
 }
@@ -850,7 +826,15 @@ impl Sensor for Asde {
     }
 
     fn plan(&self) -> &[PlanRow] {
-        self.plan.as_ref().map_or(&[], |plan| &plan.rows)
+        &self.rows.1
+    }
+
+    fn boxes(&self) -> &[plan::PlannedBox] {
+        self.planner.boxes()
+    }
+
+    fn placed(&self) -> &[Placed] {
+        &self.work.assignment.placed
     }
 
     fn evaluations(&self) -> Vec<(&'static str, u64)> {
@@ -873,18 +857,60 @@ impl Sensor for Asde {
             }
             _ => (self.radar.air(weather), true),
         };
+        if new_air {
+            self.planner.clear();
+        }
         let mut work = std::mem::take(&mut self.work);
-        let area = self.find_looks(interval, truth, &mut work.looks, &mut work.traffic);
-        let plan = self.replan(&air, new_air, truth, interval, Some(area));
-        let levels = plan.levels;
-        work.traffic.finish();
+        self.find_looks(interval, truth, &mut work.looks, &mut work.occluding);
+        let processing = self.processing.or(self.fixed.map(|f| f.processing));
+        let processing = processing.unwrap_or(Processing::Plot);
+        // In cells everything is exact: what could be left out is nothing beside them.
+        let planned = self.fixed.is_none() && processing == Processing::Plot;
+        let levels = RadarLevels { processing, ..self.fixed.unwrap_or(self.base_levels()) };
+        if planned {
+            self.assign(&air, truth, interval, &work.looks, &mut work.assignment);
+        }
+        let shadows = levels.aircraft != ShadowLevel::None
+            && work.looks.iter().any(|look| work.occluding.may_shadow(look, self.site_m));
+        if shadows {
+            work.traffic.clear();
+            work.occluding.fill(&mut work.traffic);
+            work.traffic.finish();
+        }
+        let far_m = self.parameters.unambiguous_m();
+        let firsts = work.looks.iter().filter(|look| look.number == 0);
+        for (placed, look) in work.assignment.placed.iter_mut().zip(firsts) {
+            placed.shadowed = shadows && work.occluding.may_shadow(look, self.site_m);
+        }
+        let facts = ScanFacts {
+            exactly: planned && work.assignment.exactly,
+            pairs: planned && work.assignment.any_pair || !planned && work.looks.len() > 1,
+            shadows,
+            beyond: work
+                .looks
+                .iter()
+                .any(|l| (l.state.position_m.xy() - self.site_m).norm() > far_m),
+        };
+        let shown = Some((self.planner.version(), processing, facts));
+        if self.rows.0 != shown {
+            self.rows = (shown, plan::rows(self, &air, processing, facts));
+        }
         work.returns.clear();
-        for look in &work.looks {
+        for (i, look) in work.looks.iter().enumerate() {
+            let paired = !planned || work.assignment.paired[i];
             // Only merging asks for echoes of the next interval.
-            if look.number == NEXT && !levels.merging {
+            if look.number == NEXT && !(levels.merging && paired) {
                 continue;
             }
-            if let Some(found) = self.echo(&air, &plan, truth, &work.traffic, look) {
+            let mut own = if planned { work.assignment.levels[i] } else { levels };
+            if planned {
+                own.merging = paired;
+                own.processing = processing;
+            }
+            if !work.occluding.may_shadow(look, self.site_m) {
+                own.aircraft = ShadowLevel::None;
+            }
+            if let Some(found) = self.echo(&air, &own, truth, &work.traffic, look) {
                 out.looks += u64::from(look.number != NEXT);
                 work.returns.push(found);
             }
@@ -902,7 +928,7 @@ impl Sensor for Asde {
         let returns = &mut work.returns;
         let (seen, next) = match levels.processing {
             Processing::Plot => {
-                if levels.merging {
+                if levels.merging && (!planned || work.assignment.any_pair) {
                     self.merge(returns, &mut work.order);
                 } else {
                     (0..).zip(&mut *returns).for_each(|(i, r)| r.cell = i);
@@ -913,7 +939,7 @@ impl Sensor for Asde {
                 });
                 let next = next.collect();
                 let seen = std::mem::take(&mut work.seen);
-                (self.measure_returns(&levels, truth, interval, returns, seen), next)
+                (self.measure_returns(truth, interval, returns, seen), next)
             }
             Processing::Cells => {
                 self.measure_windows(&levels, truth, interval, returns, &mut work.windows)
@@ -939,7 +965,7 @@ impl Sensor for Asde {
             };
             let r = &work.returns[cause];
             let effects = if out.explain {
-                self.explain(&air, &plan, truth.class(r.look.index), r, &draws, &plot)
+                self.explain(&air, truth.class(r.look.index), r, &draws, &plot)
             } else {
                 Vec::new()
             };
@@ -950,7 +976,9 @@ impl Sensor for Asde {
         if levels.ghosts && !self.facades.is_empty() {
             let mut found = Vec::new();
             for index in 0..truth.len() {
-                self.ghosts(&air, &levels, interval, truth, index, &mut found);
+                if !planned || work.assignment.ghosts[index] {
+                    self.ghosts(&air, &levels, interval, truth, index, &mut found);
+                }
             }
             for (plot, power_db) in found {
                 add(
@@ -969,7 +997,6 @@ impl Sensor for Asde {
         }
         work.seen = seen;
         self.work = work;
-        self.plan = Some(plan);
         self.air = Some(air);
     }
 }

@@ -235,6 +235,7 @@ pub struct PdTable {
     pd: Vec<f64>,
     /// Largest slope from here up, per dB.
     steepest: Vec<f64>,
+    window_db: (f64, f64),
 }
 
 /// First entry, dB.
@@ -259,7 +260,16 @@ impl PdTable {
             let slope = 1.02 * (pd[i + 1] - pd[i]).abs() * TABLE_PER_DB;
             steepest[i] = f64::max(steepest[i + 1], slope);
         }
-        Self { pd, steepest }
+        let from = pd.partition_point(|p| *p < pd[0] + 1e-7).saturating_sub(1);
+        let to = pd.partition_point(|p| *p < 1.0 - 1e-7).min(TABLE_LEN - 1);
+        let window_db = (db(from), db(to));
+        Self { pd, steepest, window_db }
+    }
+
+    /// Ratios between which the probability is more than 1e-7 from both its ends, dB.
+    #[must_use]
+    pub fn window_db(&self) -> (f64, f64) {
+        self.window_db
     }
 
     /// Probability at a ratio.

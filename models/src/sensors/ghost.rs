@@ -25,6 +25,20 @@ pub struct Facade {
     reflection: f64,
 }
 
+/// Power of the ghosts of a target in a facade against its direct echo: by the mixed path and by the
+/// double bounce.
+///
+/// `reflection` is the facade's amplitude, `direct_m` and `image_m` the direct way and that by the facade,
+/// `beside` the beam's one-way gain between the directions of target and facade.
+#[must_use]
+pub fn ghost_power(reflection: f64, direct_m: f64, image_m: f64, beside: f64) -> (f64, f64) {
+    // Amplitude² of one reflection, and of the other way being longer.
+    let once = reflection * reflection;
+    let spread = (direct_m / image_m) * (direct_m / image_m);
+    // Both orders of the mixed path arrive together: amplitudes add.
+    (4.0 * once * spread * beside, once * once * spread * spread)
+}
+
 /// One reflection of a target at a facade.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ghost {
@@ -64,6 +78,33 @@ pub fn facades(buildings: &[Building], site_m: Vector2<f64>, carrier_ghz: f64) -
 }
 
 impl Facade {
+    /// Amplitude that it reflects.
+    #[must_use]
+    pub fn reflection(&self) -> f64 {
+        self.reflection
+    }
+
+    /// Whether a target within `radius_m` of a place may be mirrored: whether that circle touches the
+    /// wedge before the wall that is seen from the radar's image through it. `margin_m` is by how much the
+    /// specular point may lie beside the wall.
+    #[must_use]
+    pub fn may_mirror(&self, place_m: Vector2<f64>, radius_m: f64, margin_m: f64) -> bool {
+        let along = (self.to_m - self.from_m).normalize();
+        let (from_m, to_m) = (self.from_m - along * margin_m, self.to_m + along * margin_m);
+        let offset = place_m - self.image_m;
+        if (place_m - self.from_m).dot(&self.outward) < -radius_m {
+            return false;
+        }
+        // Signed distances from the two rays of the wedge, positive inside.
+        let inside = |edge: Vector2<f64>, middle: Vector2<f64>| {
+            let ray = (edge - self.image_m).normalize();
+            let side = ray.perp(&(middle - self.image_m)).signum();
+            side * ray.perp(&offset)
+        };
+        let middle = (from_m + to_m) * 0.5;
+        inside(from_m, middle) >= -radius_m && inside(to_m, middle) >= -radius_m
+    }
+
     /// The ghost of a target in this facade, if the specular point lies on it, within the Fresnel zone
     /// `√(λs/2)` of its ends, and below its roof.
     #[must_use]

@@ -20,7 +20,9 @@ pub mod measurement;
 pub mod mlat;
 pub mod offline;
 pub mod propagation;
+pub mod radar_costs;
 pub mod radar_equation;
+pub mod radar_levels;
 pub mod radial;
 pub mod ranging;
 pub mod service;
@@ -142,6 +144,14 @@ pub trait Sensor: Send {
     fn kind(&self) -> crate::plot::SensorKind;
     /// Its effect plan, for sensors that have one; empty before the first scan.
     fn plan(&self) -> &[crate::effects::PlanRow] {
+        &[]
+    }
+    /// Of a radar: the boxes of its plan met since the last weather notice.
+    fn boxes(&self) -> &[asde::plan::PlannedBox] {
+        &[]
+    }
+    /// Of a radar: where the targets of the last scan were.
+    fn placed(&self) -> &[asde::Placed] {
         &[]
     }
     /// How often each effect was evaluated so far, in the order of the plan.

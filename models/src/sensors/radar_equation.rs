@@ -4,7 +4,7 @@ use super::antenna::{Pattern, SinePattern};
 use super::detection::from_db;
 use super::geometry::{LeanPaths, RoundEarth};
 use super::propagation;
-use crate::effects::radar::{RadarEffect, Tally};
+use super::radar_levels::{Evaluated, RadarEffect};
 use crate::environment::fog::{self, FogLaw};
 use crate::environment::mie::{MieDrops, MieRain};
 use crate::environment::rain::{self, RainLaw};
@@ -447,6 +447,8 @@ pub struct Budget {
     pub rain_w: f64,
     /// Ground clutter.
     pub ground_w: f64,
+    /// The effects that were evaluated for it.
+    pub evaluated: Evaluated,
 }
 
 impl Budget {
@@ -534,15 +536,17 @@ impl Radar {
         echo: &Echo,
         site_m: Vector2<f64>,
         target_m: Vector2<f64>,
-        tally: &mut Tally,
     ) -> Budget {
+        let mut evaluated = Evaluated::default();
+
         let paths = LeanPaths::flat(echo.ground_m, self.antenna_m, echo.height_m);
         let range_m = paths.direct_m;
         let elevation = self.by_sine.elevation(paths.sin_depression);
-        let (db_per_km, rain_here) = self.attenuation(air, levels, site_m, target_m, tally);
+        let (db_per_km, rain_here) =
+            self.attenuation(air, levels, site_m, target_m, &mut evaluated);
         let attenuation =
             if db_per_km == 0.0 { 1.0 } else { from_db(-2.0 * db_per_km * range_m / 1000.0) };
-        let reflection = self.reflection(air, levels, echo, &paths, elevation, tally);
+        let reflection = self.reflection(air, levels, echo, &paths, elevation, &mut evaluated);
         let spread = self.constant * attenuation / (range_m * range_m * range_m * range_m);
         let signal_w = spread
             * echo.rcs_m2
@@ -550,9 +554,9 @@ impl Radar {
             * elevation
             * elevation
             * reflection.propagation;
-        let rain_m2 = self.rain_m2(levels, &rain_here, air, range_m, tally);
+        let rain_m2 = self.rain_m2(levels, &rain_here, air, range_m, &mut evaluated);
         let ground_m2 = if levels.ground_echo {
-            tally.count(RadarEffect::GroundClutter);
+            evaluated.add(RadarEffect::GroundClutter);
             self.ground_m2(range_m)
         } else {
             0.0
@@ -570,6 +574,7 @@ impl Radar {
             ground_m2,
             rain_w: spread * rain_m2,
             ground_w: spread * ground_m2,
+            evaluated,
         }
     }
 
@@ -580,7 +585,7 @@ impl Radar {
         levels: &BudgetLevels,
         site_m: Vector2<f64>,
         target_m: Vector2<f64>,
-        tally: &mut Tally,
+        evaluated: &mut Evaluated,
     ) -> (f64, RainAir) {
         let cells = !air.weather.cells.is_empty();
         let rain_here = if cells && levels.rain_echo != RainEcho::None {
@@ -589,7 +594,7 @@ impl Radar {
             *air.uniform()
         };
         if levels.rain != RainPath::None {
-            tally.count(RadarEffect::RainAttenuation);
+            evaluated.add(RadarEffect::RainAttenuation);
         }
         let rain = match levels.rain {
             RainPath::None => 0.0,
@@ -604,13 +609,13 @@ impl Radar {
             }
         };
         let fog = if levels.fog {
-            tally.count(RadarEffect::Fog);
+            evaluated.add(RadarEffect::Fog);
             air.fog_db_per_km
         } else {
             0.0
         };
         if levels.gas != GasLevel::None {
-            tally.count(RadarEffect::Gases);
+            evaluated.add(RadarEffect::Gases);
         }
         let gas = match levels.gas {
             GasLevel::None => 0.0,
@@ -626,12 +631,12 @@ impl Radar {
         rain: &RainAir,
         air: &Air,
         range_m: f64,
-        tally: &mut Tally,
+        evaluated: &mut Evaluated,
     ) -> f64 {
         if levels.rain_echo == RainEcho::None {
             return 0.0;
         }
-        tally.count(RadarEffect::RainClutter);
+        evaluated.add(RadarEffect::RainClutter);
         let (echo, integral) = match levels.rain_echo {
             RainEcho::FullBeam => (air.heaviest().echo, self.pattern.rain_integral_bound()),
             _ if rain.rain_mm_per_h == 0.0 => return 0.0,
@@ -723,36 +728,36 @@ impl Radar {
         echo: &Echo,
         paths: &LeanPaths,
         elevation: f64,
-        tally: &mut Tally,
+        evaluated: &mut Evaluated,
     ) -> Reflected {
         if levels.reflection == Reflection::None {
             return Reflected { propagation: 1.0, strength: 0.0 };
         }
-        tally.count(RadarEffect::SurfaceReflection);
+        evaluated.add(RadarEffect::SurfaceReflection);
         let (paths, divergence) = if levels.round_earth {
-            tally.count(RadarEffect::RoundEarth);
+            evaluated.add(RadarEffect::RoundEarth);
             RoundEarth::lean(echo.ground_m, self.antenna_m, echo.height_m)
         } else {
             (*paths, 1.0)
         };
         if levels.film && air.weather.film_mm > 0.0 {
-            tally.count(RadarEffect::WaterFilm);
+            evaluated.add(RadarEffect::WaterFilm);
         }
         if levels.reflected == ReflectedPolarisation::Own {
-            tally.count(RadarEffect::ReflectedPolarisation);
+            evaluated.add(RadarEffect::ReflectedPolarisation);
         }
         let gamma = self.surface_coefficient_at(air, levels, paths.sin_grazing, paths.cos_grazing);
         let rough = if self.roughness_m == 0.0 || levels.roughness == Roughness::Smooth {
             1.0
         } else {
-            tally.count(RadarEffect::Roughness);
+            evaluated.add(RadarEffect::Roughness);
             levels.roughness.factor_sin(self.roughness_m, self.wavelength_m, paths.sin_grazing)
         };
         let gain = (self.by_sine.elevation(paths.sin_grazing) / elevation).sqrt();
         let modulus = surface::modulus(gamma);
         let strength = modulus * rough * divergence * gain;
         if matches!(levels.reflection, Reflection::Coherent | Reflection::Extended) {
-            tally.count(RadarEffect::Lobing);
+            evaluated.add(RadarEffect::Lobing);
         }
         let path = || propagation::path_phase_rad(paths.difference_m, self.wavelength_m);
         let propagation = match levels.reflection {
@@ -790,7 +795,7 @@ impl Radar {
         self.surface_coefficient_at(air, levels, sin, cos)
     }
 
-    fn surface_coefficient_at(
+    pub(super) fn surface_coefficient_at(
         &self,
         air: &Air,
         levels: &BudgetLevels,

@@ -7,7 +7,6 @@ use crate::document::{Section, within};
 use crate::error::{Problem, ScenarioError};
 use crate::{Scene, SensorScene};
 use models::effects::Tolerance;
-use models::effects::radar::Processing;
 use models::environment::fog::FogLaw;
 use models::environment::surface::{MATERIALS, Material};
 use models::frames::{Vector2, Vector3};
@@ -15,6 +14,7 @@ use models::sensors::asde::{Asde, AsdeParameters, DetectionRule, Energy};
 use models::sensors::config::ConfigError;
 use models::sensors::detection::Swerling;
 use models::sensors::radar_equation::Polarisation;
+use models::sensors::radar_levels::Processing;
 use std::path::{Path, PathBuf};
 
 /// A surface movement radar of a scene, checked.
@@ -35,12 +35,7 @@ impl AsdeScene {
     /// # Errors
     /// A parameter outside its limits; a scene that was read has none.
     pub fn radar(&self, scene: &Scene, sensor: &SensorScene) -> Result<Asde, ConfigError> {
-        let tolerance = Tolerance {
-            position_m: scene.accuracy.position_m,
-            detection: scene.accuracy.detection,
-            sum_db: scene.accuracy.sum_db,
-        };
-        self.radar_for(scene, sensor, tolerance)
+        self.radar_for(scene, sensor, scene.tolerance())
     }
 
     /// The same, planned for another tolerance.

@@ -320,7 +320,7 @@ pub fn dgps_budget(config: &DgpsConfig, model: &Budgeted, scene: &PositioningSce
         // While the station is out, errors are the larger ones of stand-alone positions.
         let [other, new] = noise(larger(alone), alone.correlated_share, alone.tau_s);
         for (mine, other) in [(&mut correlated, other), (&mut white, new)] {
-            if other.ladder.rungs[0].loss.metres > mine.ladder.rungs[0].loss.metres {
+            if other.ladder.rungs[0].loss.fixed_m > mine.ladder.rungs[0].loss.fixed_m {
                 *mine = other;
             }
         }
@@ -375,8 +375,7 @@ pub fn dgps_per_satellite(
     let [hard, soft] = satellites(&ranging.sky, scene);
     let [multipath, white] = receiver(ranging, scene);
     let called = "least squares, fixed by the scene (level per_satellite)".into();
-    let old =
-        Loss { probability: (risen + false_ranges).min(1.0), ..Loss::moves(per_range * aged_m) };
+    let old = Loss { odds: (risen + false_ranges).min(1.0), ..Loss::moves(per_range * aged_m) };
     Ladders {
         model: PositioningModel::DgpsPerSatellite,
         effects: vec![

@@ -5,13 +5,13 @@ use super::looks::NEXT;
 use super::picture::{Clutter, EvenGround, Obstacle};
 use super::{Asde, Draws, Return, ScanInterval, Seen};
 use crate::draw::DrawKey;
-use crate::effects::radar::{RadarEffect, RadarLevels};
 use crate::frames::{Azimuth, wrap_pi};
 use crate::plot::Polar;
 use crate::sensors::Truth;
 use crate::sensors::detection::to_db;
 use crate::sensors::extended::{self, ExtentLevel};
 use crate::sensors::radar_equation::Air;
+use crate::sensors::radar_levels::{RadarEffect, RadarLevels};
 use crate::sensors::video::{Blob, CellBox, CellWork, Fading, PointEcho, Threshold, point_echoes};
 
 /// Part of a range cell, and of a beam position, that the centre of a cluster is off on average over the

@@ -2,9 +2,9 @@
 
 use super::{Asde, Draws, Plot, Return, TargetClass, to_db};
 use crate::effects::Level;
-use crate::effects::radar::{Processing, RadarEffect, RadarLevels, RadarPlan, Tally};
 use crate::sensors::Contribution;
 use crate::sensors::radar_equation::{Air, Budget, BudgetLevels, Echo, Reflection};
+use crate::sensors::radar_levels::{Processing, RadarEffect, RadarLevels};
 
 impl Asde {
     /// Contributions to one plot: for effects in decibels, the ratio with everything simulated
@@ -12,20 +12,18 @@ impl Asde {
     pub(super) fn explain(
         &self,
         air: &Air,
-        plan: &RadarPlan,
         class: &TargetClass,
         r: &Return,
         draws: &Draws,
         plot: &Plot,
     ) -> Vec<Contribution> {
-        let levels = plan.levels;
+        let levels = r.levels;
         let target_m = r.look.state.position_m.xy();
         let ground_m = (target_m - self.site_m).norm();
         let height_m = r.look.state.position_m.z.max(0.5 * class.height_m);
         let echo = Echo { ground_m, height_m, extent_m: class.height_m, rcs_m2: class.rcs_m2 };
         let budget = |levels: &BudgetLevels| -> Budget {
-            let mut unused = Tally::default();
-            self.radar.budget(air, levels, &echo, self.site_m, target_m, &mut unused)
+            self.radar.budget(air, levels, &echo, self.site_m, target_m)
         };
         let all = budget(&levels.budget);
         let mut out = Vec::new();

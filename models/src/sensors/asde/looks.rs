@@ -1,7 +1,6 @@
 //! When the beam points at which target.
 
-use super::{Asde, Azimuth, ScanInterval, SimTime, TargetState, Traffic, Truth, wrap_pi};
-use crate::effects::radar::{AreaSum, TargetArea};
+use super::{Asde, Azimuth, ScanInterval, SimTime, TargetState, Traffic, Truth, Vector2, wrap_pi};
 use crate::sensors::shadow::edge_reach_m;
 use std::f64::consts::TAU;
 
@@ -72,17 +71,16 @@ impl Asde {
         Azimuth::of(state.position_m.xy() - self.site_m).rad()
     }
 
-    /// All looks of the interval by target, the aircraft that may shadow others, and the area of the targets.
+    /// All looks of the interval by target, and the aircraft that may shadow others.
     pub(super) fn find_looks(
         &self,
         interval: &ScanInterval,
         truth: &dyn Truth,
         looks: &mut Vec<Look>,
-        traffic: &mut Traffic,
-    ) -> TargetArea {
+        occluding: &mut Occluding,
+    ) {
         looks.clear();
-        traffic.clear();
-        let mut area = AreaSum::default();
+        occluding.clear();
         let sweep = self.sweep(interval);
         let edge_m = edge_reach_m(self.radar.wavelength_m, self.parameters.range_max_m);
         for index in 0..truth.len() {
@@ -91,16 +89,14 @@ impl Asde {
                 continue;
             };
             let class = truth.class(index);
-            let ground_m2 = (state.position_m.xy() - self.site_m).norm_squared();
-            area.add(class, ground_m2, state.position_m.z);
             if class.aircraft && state.position_m.z <= class.height_m {
-                let ground_m = ground_m2.sqrt();
+                let ground_m = (state.position_m.xy() - self.site_m).norm();
                 let way_m = state.velocity_ms.norm() * sweep.duration_s;
                 let reach_m = 0.51 * class.length_m + way_m + edge_m;
-                traffic.add(index, azimuth_rad, ground_m, class.height_m, reach_m);
+                let top_m = class.height_m;
+                occluding.add(Aircraft { index, azimuth_rad, ground_m, top_m, reach_m });
             }
         }
-        area.area()
     }
 
     /// The looks at one target during the interval, in time order, appended to `out`; its state and
@@ -161,4 +157,70 @@ fn passed_rad(beam_rad: f64, azimuth_rad: f64) -> f64 {
         passed += TAU;
     }
     if passed >= TAU { passed - TAU } else { passed }
+}
+
+/// An aircraft on the ground, with how far it reaches within a scan.
+#[derive(Clone, Copy, Debug)]
+struct Aircraft {
+    index: usize,
+    azimuth_rad: f64,
+    ground_m: f64,
+    top_m: f64,
+    reach_m: f64,
+}
+
+/// Aircraft that may shadow others: the nearest by sector, so that most targets need no further look.
+#[derive(Clone, Debug)]
+pub(super) struct Occluding {
+    list: Vec<Aircraft>,
+    nearest_m: [f64; OCCLUDED],
+}
+
+/// Sectors of the table.
+const OCCLUDED: usize = 64;
+
+impl Default for Occluding {
+    fn default() -> Self {
+        Self { list: Vec::new(), nearest_m: [f64::INFINITY; OCCLUDED] }
+    }
+}
+
+impl Occluding {
+    fn clear(&mut self) {
+        self.list.clear();
+        self.nearest_m = [f64::INFINITY; OCCLUDED];
+    }
+
+    fn add(&mut self, aircraft: Aircraft) {
+        let Aircraft { azimuth_rad, ground_m, reach_m, .. } = aircraft;
+        self.list.push(aircraft);
+        let half = if reach_m < ground_m { libm::asin(reach_m / ground_m) } else { TAU };
+        let width = TAU / OCCLUDED as f64;
+        let reach = ((half / width).ceil() as usize).min(OCCLUDED / 2);
+        let middle = Self::sector(azimuth_rad);
+        for i in 0..(2 * reach + 1).min(OCCLUDED) {
+            let nearest = &mut self.nearest_m[(middle + OCCLUDED - reach + i) % OCCLUDED];
+            *nearest = nearest.min(ground_m - reach_m);
+        }
+    }
+
+    fn sector(azimuth_rad: f64) -> usize {
+        let turn = azimuth_rad / TAU;
+        (((turn - turn.floor()) * OCCLUDED as f64) as usize).min(OCCLUDED - 1)
+    }
+
+    /// Whether one may stand before the target of a look.
+    pub(super) fn may_shadow(&self, look: &Look, site_m: Vector2<f64>) -> bool {
+        let nearest_m = self.nearest_m[Self::sector(look.azimuth_rad)];
+        let others =
+            self.list.len() > 1 || self.list.first().is_some_and(|a| a.index != look.index);
+        others && nearest_m < (look.state.position_m.xy() - site_m).norm()
+    }
+
+    /// All of them, for the scan's own search.
+    pub(super) fn fill(&self, traffic: &mut Traffic) {
+        for a in &self.list {
+            traffic.add(a.index, a.azimuth_rad, a.ground_m, a.top_m, a.reach_m);
+        }
+    }
 }

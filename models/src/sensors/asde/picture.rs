@@ -1,13 +1,13 @@
 //! The whole video of one turn: every cell of the radar with noise, rain, ground, buildings and targets.
 
-use super::looks::NEXT;
+use super::looks::{NEXT, Occluding};
 use super::{Asde, ScanInterval, TargetClass, TargetState, Traffic, Truth};
 use crate::draw::{DrawKey, Purpose, exponential};
-use crate::effects::radar::{RadarLevels, ShadowLevel, Tally};
 use crate::environment::Weather;
 use crate::frames::{Azimuth, Vector2};
 use crate::sensors::detection::from_db;
 use crate::sensors::radar_equation::{Air, BudgetLevels, Echo, RainAir, RainEcho, RainPath};
+use crate::sensors::radar_levels::{RadarLevels, ShadowLevel};
 use crate::sensors::shadow::{SightLine, aircraft_obstacles};
 use crate::sensors::video::{PointEcho, Threshold, Video};
 
@@ -52,8 +52,8 @@ impl VideoScene {
 }
 
 impl Asde {
-    /// The video of one turn: all cells, with every effect at the level of the radar's plan (or those
-    /// that it was given); the most expensive form of this radar.
+    /// The video of one turn: all cells, with every effect at its exact level (or those that the
+    /// radar was given); the most expensive form of this radar.
     ///
     /// The interval should be one turn; of several looks at a target the first counts. Targets are
     /// their scatterers, weakened by what stands before them; they fade from scan to scan unless the
@@ -71,10 +71,13 @@ impl Asde {
         scene: &VideoScene,
     ) -> Video {
         let air = self.radar.air(weather);
-        let (mut looks, mut traffic) = (Vec::new(), Traffic::default());
-        let area = self.find_looks(interval, truth, &mut looks, &mut traffic);
+        let (mut looks, mut occluding) = (Vec::new(), Occluding::default());
+        self.find_looks(interval, truth, &mut looks, &mut occluding);
+        let mut traffic = Traffic::default();
+        traffic.clear();
+        occluding.fill(&mut traffic);
         traffic.finish();
-        let plan = self.plan_for(&air, &area, &self.tolerance);
+        let levels = self.fixed.unwrap_or(self.base_levels());
         let key = self.key(interval, 0);
         let mut echoes = Vec::new();
         let mut aircraft = Vec::new();
@@ -84,15 +87,14 @@ impl Asde {
                 continue;
             }
             aircraft.extend(Obstacle::of(truth.class(look.index), &look.state, self.site_m));
-            if let Some(r) = self.echo(&air, &plan, truth, &traffic, look) {
-                self.add_scatterers(&plan.levels, truth, &r, key, &mut echoes);
+            if let Some(r) = self.echo(&air, &levels, truth, &traffic, look) {
+                self.add_scatterers(&levels, truth, &r, key, &mut echoes);
             }
         }
         if scene.walls {
             echoes.extend(self.walls(&air));
         }
-        let clutter =
-            Clutter::new(self, &air, &plan.levels, ground, scene.ground_texture, aircraft);
+        let clutter = Clutter::new(self, &air, &levels, ground, scene.ground_texture, aircraft);
         let fill = |beam: usize, row: &mut [f64]| {
             clutter.fill(beam, row);
             true
@@ -105,7 +107,6 @@ impl Asde {
         let mut out = Vec::new();
         let step_m = 0.5 * self.radar.cell_m;
         let buildings = self.buildings.clone();
-        let mut unused = Tally::default();
         for (own, building) in buildings.iter().enumerate() {
             let turning: f64 = building.walls().map(|(a, b)| a.perp(&b)).sum();
             let gamma =
@@ -149,8 +150,7 @@ impl Asde {
                         rcs_m2: 4.0 * gamma * gamma * area_m2 * cos * cos,
                     };
                     let levels = BudgetLevels::EXACT;
-                    let budget =
-                        self.radar.budget(air, &levels, &echo, self.site_m, place_m, &mut unused);
+                    let budget = self.radar.budget(air, &levels, &echo, self.site_m, place_m);
                     out.push(PointEcho { range_m: budget.range_m, azimuth_rad, snr: budget.snr() });
                 }
             }

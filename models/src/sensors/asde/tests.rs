@@ -2,6 +2,7 @@ use super::*;
 use crate::effects::Level;
 use crate::frames::Vector3;
 use crate::plot::Callsign;
+use crate::sensors::radar_equation::{BudgetLevels, Echo, Polarisation};
 
 type Pair = (f64, f64);
 
@@ -224,13 +225,11 @@ fn targets_are_detected_as_often_as_the_formula_says_at_any_scan_length() {
             for scan in 1..=((100.0 / scan_s) as u64) {
                 radar.scan(&interval(scan, scan_s), &truth, &Weather::default(), &mut out);
             }
-            let mut unused = Tally::default();
             let air = radar.air(&Weather::default());
             let echo = Echo { ground_m: 2000.0, height_m: 1.5, extent_m: 3.0, rcs_m2 };
             let to = Vector2::new(0.0, 2000.0);
             let levels = BudgetLevels::EXACT;
-            let budget =
-                radar.radar.budget(&air, &levels, &echo, Vector2::zeros(), to, &mut unused);
+            let budget = radar.radar.budget(&air, &levels, &echo, Vector2::zeros(), to);
             let pd = radar.detector.probability(budget.scnr(), swerling);
             assert!(pd > 0.1 && pd < 0.95, "{swerling:?}: {pd}");
             let n = out.looks as f64;
@@ -261,7 +260,8 @@ fn a_target_behind_a_hangar_is_lost_and_its_ghost_is_found() {
         p.pfa = 1e-9;
         p.antenna_height_m = 30.0;
     })
-    .among(Arc::new([hangar]));
+    .among(Arc::new([hangar]))
+    .tolerating(Tolerance::EXACT);
     let mut out = PlotSink { explain: true, ..PlotSink::default() };
     for scan in 1..=20 {
         radar.scan(&interval(scan, 1.0), &truth, &Weather::default(), &mut out);
@@ -572,7 +572,7 @@ fn the_video_makes_its_false_alarms_of_noise() {
 }
 
 #[test]
-fn the_plan_takes_cells_where_the_tolerance_asks_for_them() {
+fn only_the_scene_asks_for_cells() {
     let truth = Straight::new(&[((1500.0, 0.0), (0.0, 0.0))]);
     let row = |tolerance: Tolerance, asked: Option<Processing>| {
         let mut radar = asde(|_| ()).tolerating(tolerance);
@@ -585,12 +585,87 @@ fn the_plan_takes_cells_where_the_tolerance_asks_for_them() {
         assert_eq!(counted, row.level > Level::Cheap);
         (row.level, row.called_for)
     };
+    // Two processings draw differently: no tolerance on plots of the same draws can choose between them.
     assert_eq!(row(Tolerance::default(), None).0, Level::Cheap);
-    assert_eq!(row(Tolerance::default().times(0.1), None).0, Level::Middle);
-    assert_eq!(row(Tolerance::EXACT, None).0, Level::Middle);
-    assert_eq!(row(Tolerance::EXACT, Some(Processing::Plot)).0, Level::Cheap);
+    assert_eq!(row(Tolerance::EXACT, None).0, Level::Cheap);
+    let cells = row(Tolerance::default(), Some(Processing::Cells));
+    assert_eq!(cells, (Level::Middle, "the scene asks for \"cells\"".into()));
     let video = row(Tolerance::default(), Some(Processing::Video));
     assert_eq!(video, (Level::Exact, "the scene asks for \"video\"".into()));
+}
+
+/// The levels at which the target of a key was simulated.
+fn levels_of(radar: &Asde, truth: &Straight, key: u64) -> Option<RadarLevels> {
+    let index = (0..truth.len()).find(|i| truth.key(*i) == key)?;
+    let placed = radar.placed().iter().find(|p| p.index == index)?;
+    placed.place.map(|p| radar.boxes()[p as usize].plan.levels)
+}
+
+#[test]
+fn a_target_at_the_towers_foot_changes_nothing_for_one_far_away() {
+    let far = ((900.0, 900.0), (0.0, 0.0));
+    let alone = Straight::new(&[far]);
+    let mut radar = asde(|_| ());
+    let scan = |radar: &mut Asde, truth: &Straight| {
+        radar.scan(&interval(1, 1.0), truth, &Weather::default(), &mut PlotSink::default());
+    };
+    scan(&mut radar, &alone);
+    let before = levels_of(&radar, &alone, 1).expect("planned");
+    assert!(before != radar.base_levels(), "something is left out");
+    for near in [30.0, 70.0, 130.0, 250.0] {
+        let both = Straight::new(&[far, ((near, 0.0), (0.0, 0.0))]);
+        let mut radar = asde(|_| ());
+        scan(&mut radar, &both);
+        assert_eq!(levels_of(&radar, &both, 1), Some(before), "the other at {near} m");
+    }
+}
+
+#[test]
+fn a_plan_is_the_same_for_targets_in_any_order_and_planned_in_parts() {
+    let spiral = |i: usize| {
+        let (sin, cos) = libm::sincos(i as f64 * 2.4);
+        let r = 150.0 * libm::exp(i as f64 * 0.08);
+        ((r * sin, r * cos), (0.0, 0.0))
+    };
+    let all: Vec<(Pair, Pair)> = (0..40).map(spiral).collect();
+    let plans = |order: &[usize]| -> Vec<Option<RadarLevels>> {
+        let truth = Straight::new(&order.iter().map(|i| all[*i]).collect::<Vec<_>>());
+        let mut radar = asde(|p| p.polarisation = Polarisation::Vertical);
+        let mut planned = 0;
+        for _ in 0..5 {
+            radar.scan(&interval(1, 1.0), &truth, &Weather::default(), &mut PlotSink::default());
+            let now = radar.boxes().len();
+            assert!(now - planned <= plan::planner::MOST_NEW, "{now} after {planned}");
+            planned = now;
+        }
+        let place = |i: usize| order.iter().position(|o| *o == i).expect("in the order") as u64;
+        (0..all.len()).map(|i| levels_of(&radar, &truth, place(i) + 1)).collect()
+    };
+    let forward: Vec<usize> = (0..all.len()).collect();
+    let backward: Vec<usize> = forward.iter().rev().copied().collect();
+    let found = plans(&forward);
+    assert!(found.iter().filter(|f| f.is_some()).count() > 30, "{found:?}");
+    assert_eq!(found, plans(&backward));
+}
+
+#[test]
+fn what_the_plan_of_a_box_leaves_out_is_not_evaluated() {
+    let mut left_out = 0;
+    for (n, tolerance) in [0.1, 0.5, 3.0].into_iter().enumerate() {
+        let truth = Straight::new(&[((300.0 * (n + 1) as f64, 500.0), (0.0, 0.0))]);
+        let tolerance = Tolerance { position_m: tolerance, ..Tolerance::default() };
+        // Without false alarms, which are always quantised.
+        let mut radar = asde(|p| p.pfa = 1e-12).tolerating(tolerance);
+        radar.scan(&interval(1, 1.0), &truth, &Weather::default(), &mut PlotSink::default());
+        let tally = radar.tally().clone();
+        for effect in &radar.boxes()[0].plan.effects {
+            if effect.level == Level::Skipped {
+                left_out += 1;
+                assert_eq!(tally.of(effect.effect), 0, "{}", effect.effect.name());
+            }
+        }
+    }
+    assert!(left_out > 15, "{left_out}");
 }
 
 #[test]

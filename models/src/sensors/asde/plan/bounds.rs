@@ -1,0 +1,319 @@
+//! Bounds of every effect over one box, for the effect left out while all others are at any level.
+//!
+//! A box is cut into pieces of equal ratio of distance. Over a piece, smooth quantities are enclosed by
+//! their values at its corners and a quarter of their difference there ([`Enclosed`]); what grows or falls
+//! with distance or height alone is taken at the end where it is worst. A test holds the bounds against
+//! random places of random boxes.
+
+use super::class::ClassFacts;
+use super::reflection::{Column, ReflectionBounds};
+use crate::sensors::detection::{from_db, to_db};
+use crate::sensors::radar_equation::{Air, Radar, RainEcho};
+
+/// Least and largest value.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Span {
+    /// Least.
+    pub low: f64,
+    /// Largest.
+    pub high: f64,
+}
+
+impl Span {
+    /// Of some values; not-a-number makes both ends not a number.
+    #[must_use]
+    pub fn around(values: impl Iterator<Item = f64>) -> Self {
+        let none = Self { low: f64::INFINITY, high: f64::NEG_INFINITY };
+        values.fold(none, |span, value| {
+            if value.is_nan() {
+                Self { low: f64::NAN, high: f64::NAN }
+            } else {
+                Self { low: span.low.min(value), high: span.high.max(value) }
+            }
+        })
+    }
+
+    /// Both together.
+    #[must_use]
+    pub fn and(self, other: Self) -> Self {
+        Self { low: self.low.min(other.low), high: self.high.max(other.high) }
+    }
+}
+
+/// A smooth quantity over a piece, from its values at the corners.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Enclosed {
+    /// The corners and a quarter of their difference either way.
+    pub span: Span,
+}
+
+impl Enclosed {
+    /// From the corners.
+    #[must_use]
+    pub fn of(corners: impl Iterator<Item = f64>) -> Self {
+        let Span { low, high } = Span::around(corners);
+        let beside = 0.25 * (high - low);
+        Self { span: Span { low: low - beside, high: high + beside } }
+    }
+}
+
+/// What a box is, for its bounds.
+#[derive(Clone, Copy, Debug)]
+pub struct Place {
+    /// Nearest and farthest ground distance, m.
+    pub ground_m: (f64, f64),
+    /// Lowest and highest middle of the echo above the surface, m.
+    pub height_m: (f64, f64),
+    /// Whether rain cells touch the way.
+    pub rain_on_way: bool,
+    /// Whether rain cells touch the box.
+    pub rain_here: bool,
+}
+
+/// The bounds of one box. Decibels are of the ratio of signal to clutter and noise.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BoxBounds {
+    /// Slant range, m.
+    pub range_m: Span,
+    /// Ratio of everything exact, all aspects and phases of the reflection.
+    pub ratio: Span,
+    /// Rain attenuation left out: too high, dB.
+    pub rain_db: f64,
+    /// Rain attenuation by the straight line: too high, too low, dB.
+    pub linear_db: (f64, f64),
+    /// Fog left out, dB.
+    pub fog_db: f64,
+    /// Gases left out, dB.
+    pub gas_db: f64,
+    /// Ground clutter left out beside that of the rain, dB.
+    pub ground_db: f64,
+    /// Rain clutter left out beside that of the ground, dB.
+    pub rain_clutter_db: f64,
+    /// Both left out, dB.
+    pub clutter_db: f64,
+    /// The reflection.
+    pub reflection: ReflectionBounds,
+    /// Largest clutter over noise of ground and rain, for people.
+    pub clutter: (f64, f64),
+}
+
+/// Pieces of a box in distance.
+const PIECES: usize = 6;
+
+/// A box with the reflection at its grid: what its bounds are made from.
+#[derive(Debug)]
+pub struct BoxGrid<'a> {
+    radar: &'a Radar,
+    air: &'a Air,
+    correlation: f64,
+    facts: &'a ClassFacts,
+    place: Place,
+    columns: Vec<Column>,
+}
+
+impl<'a> BoxGrid<'a> {
+    /// The grid of a class in a box. `correlation` is the factor on rain clutter before the detector.
+    #[must_use]
+    pub fn new(
+        radar: &'a Radar,
+        air: &'a Air,
+        correlation: f64,
+        facts: &'a ClassFacts,
+        place: Place,
+    ) -> Self {
+        let (near, far) = place.ground_m;
+        let (low, high) = place.height_m;
+        let heights: Vec<f64> =
+            if high > low * (1.0 + 1e-9) { vec![low, 0.5 * (low + high), high] } else { vec![low] };
+        let ratio = libm::log(far / near) / PIECES as f64;
+        let at = |piece: usize| match piece {
+            PIECES => far,
+            _ => near * libm::exp(ratio * piece as f64),
+        };
+        let columns = (0..=PIECES).map(|i| Column::new(radar, air, at(i), &heights)).collect();
+        Self { radar, air, correlation, facts, place, columns }
+    }
+
+    /// The bounds, while any of the refinements in `open` may be left out.
+    #[must_use]
+    pub fn bounds(&self, open: usize) -> BoxBounds {
+        let &Self { radar, air, correlation, facts, ref place, .. } = self;
+        let piece = Piece { radar, air, correlation, facts, place, open };
+        let pieces = self.columns.windows(2).map(|ends| piece.bounds(&ends[0], &ends[1]));
+        pieces.reduce(|sum, one| sum.and(&one)).unwrap_or_default()
+    }
+}
+
+impl BoxBounds {
+    /// The worse of everything.
+    fn and(&self, other: &Self) -> Self {
+        Self {
+            range_m: self.range_m.and(other.range_m),
+            ratio: self.ratio.and(other.ratio),
+            rain_db: self.rain_db.max(other.rain_db),
+            linear_db: (
+                self.linear_db.0.max(other.linear_db.0),
+                self.linear_db.1.max(other.linear_db.1),
+            ),
+            fog_db: self.fog_db.max(other.fog_db),
+            gas_db: self.gas_db.max(other.gas_db),
+            ground_db: self.ground_db.max(other.ground_db),
+            rain_clutter_db: self.rain_clutter_db.max(other.rain_clutter_db),
+            clutter_db: self.clutter_db.max(other.clutter_db),
+            reflection: self.reflection.and(&other.reflection),
+            clutter: (self.clutter.0.max(other.clutter.0), self.clutter.1.max(other.clutter.1)),
+        }
+    }
+}
+
+/// Attenuation of `two_way_db` left out where clutter of `clutter` over noise, before attenuation, stays,
+/// and everything together attenuates by `all_db`: too high by at most so much, dB.
+#[must_use]
+pub fn attenuation_raises_db(two_way_db: f64, all_db: f64, clutter: f64) -> f64 {
+    two_way_db / (1.0 + clutter * from_db(-all_db))
+}
+
+/// Clutter of `skipped` over noise left out beside `kept`: too high by so much, dB.
+#[must_use]
+pub fn clutter_raises_db(skipped: f64, kept: f64) -> f64 {
+    to_db(1.0 + skipped / (1.0 + kept))
+}
+
+/// Steps of the enclosure of a product of rounded factors.
+const ROUNDING: f64 = 1e-9;
+
+struct Piece<'a> {
+    radar: &'a Radar,
+    air: &'a Air,
+    correlation: f64,
+    facts: &'a ClassFacts,
+    place: &'a Place,
+    open: usize,
+}
+
+impl Piece<'_> {
+    fn bounds(&self, near: &Column, far: &Column) -> BoxBounds {
+        let (radar, air, place) = (self.radar, self.air, self.place);
+        let antenna_m = radar.antenna_m;
+        let (low, high) = place.height_m;
+        // The line of sight falls least to the highest, most to the lowest.
+        let (least_down, most_down) = (antenna_m - high, antenna_m - low);
+        let down_near = if least_down <= 0.0 && most_down >= 0.0 {
+            0.0
+        } else {
+            least_down.abs().min(most_down.abs())
+        };
+        let down_far = least_down.abs().max(most_down.abs());
+        let range_m = Span { low: slant(near.d_m, down_near), high: slant(far.d_m, down_far) };
+        let (r_near, r_far) = (range_m.low.max(1.0), range_m.high);
+        let gain = self.gain(near, far);
+        let reflection =
+            ReflectionBounds::between(radar, near, far, self.facts.class.height_m, self.open);
+
+        // Attenuation, two-way, dB.
+        let km2 = 2.0 * r_far / 1000.0;
+        let uniform = air.uniform();
+        let cells = place.rain_on_way && !air.weather.cells.is_empty();
+        let (rain_db, least_rain) = if cells {
+            let most = 2.0 * air.most_rain_db(r_far, r_near / near.d_m.max(1.0));
+            (most, uniform.mie_db_per_km.min(air.least_rain_db_per_km()))
+        } else {
+            (uniform.mie_db_per_km * km2, uniform.mie_db_per_km)
+        };
+        let line_db = air.linear_db_per_km() * km2;
+        let (fog_db, gas_db) = (air.fog_db_per_km * km2, air.gas_db_per_km * km2);
+        let all_db = rain_db.max(line_db) + fog_db + gas_db;
+        let least_db = (least_rain + air.fog_db_per_km + air.gas_db_per_km) * 2.0 * r_near / 1000.0;
+
+        // Clutter over noise before attenuation: without the correlation in the errors, with it in detection.
+        let ground = self.ground(r_near, r_far);
+        let rain = self.rain(r_near, r_far);
+        let rain_most = rain.high * self.correlation.max(1.0);
+        let kept = from_db(-all_db);
+        let least_clutter = ground.low + rain.low;
+        let without = |db: f64| attenuation_raises_db(db, all_db, least_clutter);
+
+        let k = radar.constant * radar.circular_factor * self.facts.class.rcs_m2 / radar.noise_w;
+        let fourth = |r: f64| (r * r) * (r * r);
+        let (aspect_low, aspect_high) = self.facts.aspect;
+        let least = k * aspect_low * gain.low * gain.low * reflection.factor.low * kept
+            / fourth(r_far)
+            / (1.0 + (ground.high + rain_most) * from_db(-least_db));
+        let most =
+            k * aspect_high * gain.high * gain.high * reflection.factor.high * from_db(-least_db)
+                / fourth(r_near)
+                / (1.0 + least_clutter * kept);
+        BoxBounds {
+            range_m,
+            ratio: Span { low: least * (1.0 - ROUNDING), high: most * (1.0 + ROUNDING) },
+            rain_db: without(rain_db),
+            linear_db: ((rain_db - line_db).max(0.0), (line_db - least_rain * km2).max(0.0)),
+            fog_db: without(fog_db),
+            gas_db: without(gas_db),
+            ground_db: clutter_raises_db(ground.high, rain.low * kept),
+            rain_clutter_db: clutter_raises_db(rain_most, ground.low * kept),
+            clutter_db: to_db(1.0 + ground.high + rain_most),
+            reflection,
+            clutter: (ground.high, rain_most),
+        }
+    }
+
+    /// One-way elevation gain towards the targets: one hump on the beam's axis.
+    fn gain(&self, near: &Column, far: &Column) -> Span {
+        let ends = near.gain().and(far.gain());
+        let (low, high) = self.place.height_m;
+        let sin = |d: f64, h: f64| {
+            let down = self.radar.antenna_m - h;
+            down / slant(d, down).max(1e-9)
+        };
+        let corners = [(near.d_m, low), (near.d_m, high), (far.d_m, low), (far.d_m, high)];
+        let seen = Span::around(corners.iter().map(|&(d, h)| sin(d, h)));
+        let axis = libm::sin(self.radar.pattern.axis_rad);
+        let over_axis = seen.low <= axis && axis <= seen.high;
+        Span { low: ends.low, high: if over_axis { 1.0 } else { ends.high } }
+    }
+
+    /// Ground clutter over noise, before attenuation.
+    fn ground(&self, near_m: f64, far_m: f64) -> Span {
+        let radar = self.radar;
+        let at = |r: f64| radar.constant * radar.ground_m2(r) / (r * r * r * r) / radar.noise_w;
+        let ends = Span::around([near_m, far_m].into_iter().map(at));
+        // The gain has one hump, on the axis; the rest of it falls with the range.
+        let sin_axis = libm::sin(radar.pattern.axis_rad);
+        let on_axis = radar.antenna_m / sin_axis;
+        if sin_axis > 0.0 && on_axis > near_m && on_axis < far_m {
+            let nearer = on_axis / near_m;
+            let peak = at(on_axis) * (nearer * nearer) * (nearer * nearer);
+            return Span { low: ends.low, high: ends.high.max(peak) };
+        }
+        // The gain may grow with the range while the rest falls: at most by both ends' best.
+        Enclosed::of([ends.low, ends.high].into_iter()).span.and(ends).positive()
+    }
+
+    /// Rain clutter over noise, before attenuation, without correlation.
+    fn rain(&self, near_m: f64, far_m: f64) -> Span {
+        let (radar, air, place) = (self.radar, self.air, self.place);
+        let least = air.uniform().mie_echo;
+        let most = if place.rain_here { air.worst_rain_echo() } else { least };
+        if most == 0.0 {
+            return Span::default();
+        }
+        let at = |r: f64| {
+            radar.constant * radar.rain_volume_m3(RainEcho::Mie, r)
+                / (r * r * r * r)
+                / radar.noise_w
+        };
+        // Falls with the range; the table of the beam holds a hundredth of a decibel.
+        Span { low: at(far_m) * least * 0.99, high: at(near_m) * most * 1.01 }
+    }
+}
+
+impl Span {
+    fn positive(self) -> Self {
+        Self { low: self.low.max(0.0), high: self.high }
+    }
+}
+
+fn slant(ground_m: f64, down_m: f64) -> f64 {
+    (ground_m * ground_m + down_m * down_m).sqrt()
+}

@@ -1,0 +1,112 @@
+//! Where a target is, as the plan counts: class, ring of distance, band of height, and which sets of its
+//! sector touch it. Boxes are cells of a fixed lattice.
+
+use std::f64::consts::TAU;
+
+/// Sectors of azimuth, 22.5° each, from north clockwise.
+pub const SECTORS: u8 = 16;
+
+/// The ring of a ground distance by its square: edges at 100·2^(k/2) m, −1 inside 100 m.
+#[must_use]
+pub fn ring(ground_m2: f64) -> i8 {
+    let ratio = ground_m2 * 1e-4;
+    if ratio >= 1.0 {
+        // The exponent of the number itself.
+        ((ratio.to_bits() >> 52 & 0x7ff) as i32 - 1023).min(100) as i8
+    } else {
+        -1
+    }
+}
+
+/// Nearest and farthest ground distance of a ring, m.
+#[must_use]
+pub fn ring_m(ring: i8) -> (f64, f64) {
+    let edge = |k: i8| 100.0 * libm::exp2(0.5 * f64::from(k));
+    if ring < 0 { (0.0, 100.0) } else { (edge(ring), edge(ring + 1)) }
+}
+
+/// The sector of an azimuth.
+#[must_use]
+pub fn sector(azimuth_rad: f64) -> u8 {
+    let turn = azimuth_rad / TAU;
+    (((turn - turn.floor()) * f64::from(SECTORS)) as u8).min(SECTORS - 1)
+}
+
+/// Height below which a target is on the ground, m.
+const GROUND_M: f64 = 0.5;
+
+/// The band of a height: 0 on the ground; steps of 5 m to 30 m; of 20 m to 300 m; then doubling.
+#[must_use]
+pub fn band(up_m: f64) -> u8 {
+    if up_m < GROUND_M {
+        0
+    } else if up_m < 30.0 {
+        1 + (up_m / 5.0) as u8
+    } else if up_m < 310.0 {
+        7 + ((up_m - 30.0) / 20.0) as u8
+    } else {
+        let doublings = libm::log2(up_m / 310.0).floor();
+        21 + doublings.min(30.0) as u8
+    }
+}
+
+/// Lowest and highest place of a band, m; the ground itself has no depth.
+#[must_use]
+pub fn band_m(band: u8) -> (f64, f64) {
+    let of = f64::from(band);
+    match band {
+        0 => (0.0, GROUND_M),
+        1..=6 => ((5.0 * (of - 1.0)).max(GROUND_M), 5.0 * of),
+        7..=20 => (30.0 + 20.0 * (of - 7.0), 50.0 + 20.0 * (of - 7.0)),
+        _ => (310.0 * libm::exp2(of - 21.0), 310.0 * libm::exp2(of - 20.0)),
+    }
+}
+
+/// The number of a box: what its plan depends on, beside the weather notice.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Key {
+    /// Class, by its place among those that the radar has met.
+    pub class: u16,
+    /// Ring of distance.
+    pub ring: i8,
+    /// Band of height.
+    pub band: u8,
+    /// Whether a rain cell touches the way to the box.
+    pub rain_on_way: bool,
+    /// Whether a rain cell touches the box itself.
+    pub rain_here: bool,
+    /// Facades that may mirror it: their sector from 1 and the size of the share of false plots; 0 without.
+    pub mirrored: (u8, u8),
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn rings_and_bands_meet_without_gap_and_hold_their_edges() {
+        for k in 0..24 {
+            let (from, to) = ring_m(k);
+            assert_eq!(ring_m(k + 1).0, to);
+            // The exponent changes where the square does: a rounding of the edge is the lattice's own.
+            assert_eq!(ring(from * from * (1.0 + 1e-12)), k);
+            assert_eq!(ring(to * to * (1.0 - 1e-12)), k);
+        }
+        assert_eq!(ring(0.0), -1);
+        for b in 1..40 {
+            assert_eq!(band_m(b - 1).1, band_m(b).0, "{b}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn every_place_is_in_its_box(d in 0.0..60_000.0f64, up in -5.0..20_000.0f64, azimuth in -10.0..10.0f64) {
+            let (from, to) = ring_m(ring(d * d));
+            prop_assert!(d >= from * (1.0 - 1e-12) && d <= to * (1.0 + 1e-12));
+            let (low, high) = band_m(band(up));
+            prop_assert!(up <= high && (up >= low || band(up) == 0), "{up} in {low} to {high}");
+            prop_assert!(sector(azimuth) < SECTORS);
+        }
+    }
+}

@@ -1,0 +1,77 @@
+//! What the plan knows of a kind of target: the extremes of its echo over all aspects.
+
+use crate::sensors::TargetClass;
+use crate::sensors::extended::{ExtentLevel, centroid};
+
+/// Extremes of one class over all aspects.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ClassFacts {
+    /// The class.
+    pub class: TargetClass,
+    /// Least and largest mean cross section over its median.
+    pub aspect: (f64, f64),
+    /// Farthest that the centre of the echo lies from the reference point, m.
+    pub bias_m: f64,
+    /// Least and largest wander of the centre along the line of sight, m.
+    pub along_m: (f64, f64),
+    /// The same across it.
+    pub across_m: (f64, f64),
+}
+
+/// Steps of aspect over half a turn: the other half is the mirror image.
+const STEPS: u32 = 180;
+/// Steps between the ends of the flash, three of its widths either side of broadside.
+const FLASH_STEPS: u32 = 96;
+
+impl ClassFacts {
+    /// The extremes, from centroids at 1° steps and in the flash at a fifth of that, with what may lie
+    /// between: scatterers appear behind the fuselage from one aspect to the next.
+    #[must_use]
+    pub fn of(class: &TargetClass) -> Self {
+        let whole = (0..=STEPS).map(|i| f64::from(i) / f64::from(STEPS) * 180.0);
+        let flash = (0..=FLASH_STEPS).map(|i| 80.5 + 19.0 * f64::from(i) / f64::from(FLASH_STEPS));
+        let mut facts = Self {
+            class: class.clone(),
+            aspect: (f64::INFINITY, 0.0),
+            bias_m: 0.0,
+            along_m: (f64::INFINITY, 0.0),
+            across_m: (f64::INFINITY, 0.0),
+        };
+        let wider = |range: &mut (f64, f64), value: f64| {
+            (range.0, range.1) = (range.0.min(value), range.1.max(value));
+        };
+        for degrees in whole.chain(flash) {
+            let view = degrees.to_radians();
+            let Some(c) = centroid(ExtentLevel::Centroid, class, view) else { continue };
+            wider(&mut facts.aspect, c.rcs_m2 / class.rcs_m2);
+            facts.bias_m = facts.bias_m.max(libm::hypot(c.bias_along_m, c.bias_across_m));
+            wider(&mut facts.along_m, c.glint_along_m);
+            wider(&mut facts.across_m, c.glint_across_m);
+        }
+        let margin = |range: &mut (f64, f64), share: f64| {
+            *range = (range.0 * (1.0 - share), range.1 * (1.0 + share));
+        };
+        margin(&mut facts.aspect, 0.03);
+        margin(&mut facts.along_m, 0.05);
+        margin(&mut facts.across_m, 0.05);
+        facts.bias_m *= 1.05;
+        facts
+    }
+
+    /// Whether these are the facts of a class: its name does not matter.
+    #[must_use]
+    pub fn is_of(&self, class: &TargetClass) -> bool {
+        let own = &self.class;
+        own.length_m == class.length_m
+            && own.rcs_m2 == class.rcs_m2
+            && own.span_m == class.span_m
+            && own.height_m == class.height_m
+            && own.aircraft == class.aircraft
+    }
+
+    /// Half the diagonal, m.
+    #[must_use]
+    pub fn half_m(&self) -> f64 {
+        0.5 * libm::hypot(self.class.length_m, self.class.span_m)
+    }
+}

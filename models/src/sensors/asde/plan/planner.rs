@@ -1,0 +1,341 @@
+//! The planner of one radar: boxes met since the last weather notice, their plans, and what waits.
+//!
+//! A plan is a function of its box and the weather notice (with a time budget, also of one factor for
+//! the whole radar). At most [`MOST_NEW`] boxes are planned in a scan, in the order of their numbers;
+//! what waits is simulated exactly.
+
+use super::bounds::{BoxBounds, BoxGrid, Place};
+use super::boxes::{Key, band_m, ring_m};
+use super::class::ClassFacts;
+use super::fault::Fault;
+use super::outcome::{BoxLoss, BoxOutcome, Detection};
+use super::planned::{BoxPlan, Called, Prepared};
+use super::reflection::Refinement;
+use crate::effects::outcome::StepTable;
+use crate::effects::{Loss, Tolerance};
+use crate::sensors::TargetClass;
+use crate::sensors::radar_equation::{Air, Radar};
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::OnceLock;
+
+/// Boxes planned in one scan: a count and not a time, so that every run does the same.
+pub const MOST_NEW: usize = 16;
+/// Classes whose extremes are kept; a target of a further one is simulated exactly.
+const MOST_CLASSES: usize = 1000;
+/// Boxes kept: a target in a further one is simulated exactly.
+const MOST_BOXES: usize = 20_000;
+
+/// Factors on the tolerance that a time budget chooses from: four a doubling, from 1/32 to about 100.
+const FACTORS: u32 = 48;
+
+fn factor(step: u32) -> f64 {
+    libm::exp2((f64::from(step) - 20.0) / 4.0)
+}
+
+/// What the planner reads of a radar and the weather.
+#[derive(Clone, Copy, Debug)]
+pub struct PlannerScene<'a> {
+    /// The budget's constants.
+    pub radar: &'a Radar,
+    /// Its detection.
+    pub detection: Detection<'a>,
+    /// Factor on rain clutter before the detector.
+    pub correlation: f64,
+    /// The weather.
+    pub air: &'a Air,
+    /// What is tolerated.
+    pub tolerance: &'a Tolerance,
+    /// A fault planted on purpose.
+    pub fault: Option<Fault>,
+}
+
+/// Boxes of one radar with their plans.
+#[derive(Clone, Debug, Default)]
+pub struct Planner {
+    classes: Vec<ClassFacts>,
+    /// Place of each box among `plans`.
+    known: BTreeMap<Key, u32>,
+    plans: Vec<PlannedBox>,
+    waiting: BTreeSet<Key>,
+    /// Plans at factors of a time budget: by box and step.
+    at_factor: BTreeMap<(u32, u32), BoxPlan>,
+    /// Step of the factor in force; `None` without a budget.
+    step: Option<u32>,
+    /// Grows whenever the plans change.
+    version: u64,
+    generation: u64,
+}
+
+/// A box with its plan.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlannedBox {
+    /// Which box.
+    pub key: Key,
+    /// Type designator of the first target of its class.
+    pub class: String,
+    /// Its plan.
+    pub plan: BoxPlan,
+    /// Targets in it in the last scan.
+    pub targets: u32,
+}
+
+/// Factors of the steps, shared by all radars.
+fn step_table() -> &'static StepTable {
+    static TABLE: OnceLock<StepTable> = OnceLock::new();
+    TABLE.get_or_init(StepTable::default)
+}
+
+impl Planner {
+    /// Factors of the steps of an extractor.
+    #[must_use]
+    pub fn steps() -> &'static StepTable {
+        step_table()
+    }
+
+    /// Forgets all boxes: the weather, the tolerance or the surroundings are others.
+    pub fn clear(&mut self) {
+        self.known.clear();
+        self.plans.clear();
+        self.waiting.clear();
+        self.at_factor.clear();
+        self.version += 1;
+        self.generation += 1;
+    }
+
+    /// Grows whenever all boxes are forgotten.
+    #[must_use]
+    pub fn generation(&self) -> u64 {
+        self.generation
+    }
+
+    /// The boxes planned since the weather notice.
+    #[must_use]
+    pub fn boxes(&self) -> &[PlannedBox] {
+        &self.plans
+    }
+
+    /// Boxes that wait for their plan.
+    #[must_use]
+    pub fn waiting(&self) -> usize {
+        self.waiting.len()
+    }
+
+    /// Grows whenever the plans change.
+    #[must_use]
+    pub fn version(&self) -> u64 {
+        self.version
+    }
+
+    /// The factor on the tolerance that a time budget takes; 1 without a budget.
+    #[must_use]
+    pub fn factor(&self) -> f64 {
+        self.step.map_or(1.0, factor)
+    }
+
+    /// Half the diagonal of the largest class met, m.
+    #[must_use]
+    pub fn half_m(&self) -> f64 {
+        self.classes.iter().fold(0.0, |m, facts| f64::max(m, facts.half_m()))
+    }
+
+    /// Length or span of the largest class met, m.
+    #[must_use]
+    pub fn longest_m(&self) -> f64 {
+        self.classes.iter().fold(0.0, |m, f| f64::max(m, f.class.length_m.max(f.class.span_m)))
+    }
+
+    /// The facts of a class that was met.
+    #[must_use]
+    pub fn facts(&self, class: u16) -> &ClassFacts {
+        &self.classes[usize::from(class)]
+    }
+
+    /// The place of a class among those met, `guess` first; made where it is new. `None` where there
+    /// are too many.
+    pub fn class(&mut self, class: &TargetClass, guess: u16) -> Option<u16> {
+        if self.classes.get(usize::from(guess)).is_some_and(|facts| facts.is_of(class)) {
+            return Some(guess);
+        }
+        if let Some(place) = self.classes.iter().position(|facts| facts.is_of(class)) {
+            return Some(place as u16);
+        }
+        if self.classes.len() >= MOST_CLASSES {
+            return None;
+        }
+        self.classes.push(ClassFacts::of(class));
+        Some((self.classes.len() - 1) as u16)
+    }
+
+    /// Forgets which targets were where.
+    pub fn begin(&mut self) {
+        self.plans.iter_mut().for_each(|planned| planned.targets = 0);
+    }
+
+    /// The place of a box among [`Self::boxes`]; `None` where it is new, and then it waits.
+    pub fn find(&mut self, key: Key) -> Option<u32> {
+        let found = self.known.get(&key).copied();
+        if found.is_none() && self.known.len() + self.waiting.len() < MOST_BOXES {
+            self.waiting.insert(key);
+        }
+        found
+    }
+
+    /// The place of a box among [`Self::boxes`].
+    #[must_use]
+    pub fn place(&self, key: &Key) -> Option<u32> {
+        self.known.get(key).copied()
+    }
+
+    /// Counts a target in a box.
+    pub fn count(&mut self, place: u32) {
+        self.plans[place as usize].targets += 1;
+    }
+
+    /// Plans boxes that wait, at most `most` of them. `ghosts` gives the expected ghosts of a target of
+    /// a class in a box.
+    pub fn plan_waiting(
+        &mut self,
+        scene: &PlannerScene<'_>,
+        most: usize,
+        ghosts: impl Fn(&Key, &ClassFacts) -> (f64, f64),
+    ) {
+        for _ in 0..most {
+            let Some(key) = self.waiting.pop_first() else { return };
+            let facts = &self.classes[usize::from(key.class)];
+            let prepared = prepare(scene, &key, facts, ghosts(&key, facts));
+            let plan = match (&prepared, scene.tolerance.time_budget_us) {
+                (Some(prepared), None) => Some(prepared.choose(1.0)),
+                (Some(prepared), Some(_)) => {
+                    // All of its front at once: afterwards only the factor changes.
+                    let place = self.plans.len() as u32;
+                    for step in 0..FACTORS {
+                        self.at_factor.insert((place, step), prepared.choose(factor(step)));
+                    }
+                    Some(prepared.choose(0.0))
+                }
+                (None, _) => None,
+            };
+            if let Some(plan) = plan {
+                self.known.insert(key, self.plans.len() as u32);
+                let class = facts.class.designator.clone();
+                self.plans.push(PlannedBox { key, class, plan, targets: 0 });
+                self.version += 1;
+            }
+        }
+    }
+
+    /// With a time budget: takes the least factor at which the targets of this scan cost no more.
+    pub fn fit(&mut self, budget_us: f64) {
+        let cost = |step: u32| -> f64 {
+            let boxes = (0..).zip(&self.plans).filter(|(_, b)| b.targets > 0);
+            boxes
+                .map(|(place, b)| {
+                    let plan = self.at_factor.get(&(place, step)).unwrap_or(&b.plan);
+                    plan.cost_ns().0 as f64 * f64::from(b.targets)
+                })
+                .sum()
+        };
+        let (mut low, mut high) = (0, FACTORS - 1);
+        while low < high {
+            let middle = (low + high) / 2;
+            if cost(middle) <= budget_us * 1000.0 {
+                high = middle;
+            } else {
+                low = middle + 1;
+            }
+        }
+        if self.step != Some(low) {
+            self.step = Some(low);
+            self.version += 1;
+        }
+        for (place, planned) in (0..).zip(&mut self.plans) {
+            if let Some(plan) = self.at_factor.get(&(place, low))
+                && planned.plan != *plan
+            {
+                planned.plan = plan.clone();
+            }
+        }
+    }
+}
+
+/// The place that a box takes in the physics, cut to what the radar displays; `None` where it displays
+/// nothing of it.
+fn place_of(scene: &PlannerScene<'_>, key: &Key, facts: &ClassFacts) -> Option<Place> {
+    let p = scene.detection.parameters;
+    let (low, high) = band_m(key.band);
+    let half_m = 0.5 * facts.class.height_m;
+    let height_m = (low.max(half_m), high.max(half_m));
+    let height_m = if key.band == 0 { (half_m, high.max(half_m)) } else { height_m };
+    let (near, far) = ring_m(key.ring);
+    let down =
+        (scene.radar.antenna_m - height_m.0).abs().max((scene.radar.antenna_m - height_m.1).abs());
+    let shown = (p.range_min_m * p.range_min_m - down * down).max(0.0).sqrt();
+    let (near, far) = (near.max(shown), far.min(p.range_max_m));
+    // Echoes from beyond the unambiguous range are seen nearer than they are.
+    let near = near.min(far);
+    let (rain_on_way, rain_here) = (key.rain_on_way, key.rain_here);
+    (near > 0.0 && far >= near).then_some(Place {
+        ground_m: (near, far),
+        height_m,
+        rain_on_way,
+        rain_here,
+    })
+}
+
+/// The ladders of a box; `None` where everything is exact.
+pub fn prepare<'a>(
+    scene: &PlannerScene<'a>,
+    key: &Key,
+    facts: &ClassFacts,
+    (ghosts, false_plots): (f64, f64),
+) -> Option<Prepared<'a>> {
+    let place = place_of(scene, key, facts)?;
+    let mut facts = facts.clone();
+    match scene.fault {
+        Some(Fault::NoExtent) => {
+            (facts.bias_m, facts.aspect) = (0.0, (1.0, 1.0));
+            (facts.along_m, facts.across_m) = ((0.0, 0.0), (0.0, 0.0));
+        }
+        Some(Fault::LeastGlint) => {
+            (facts.along_m.1, facts.across_m.1) = (facts.along_m.0, facts.across_m.0);
+        }
+        _ => (),
+    }
+    let facts = &facts;
+    let grid = BoxGrid::new(scene.radar, scene.air, scene.correlation, facts, place);
+    let mut bounds = grid.bounds(Refinement::ANY);
+    let test = |bounds: &BoxBounds| {
+        BoxOutcome::new(&scene.detection, facts, bounds, place.ground_m.0, scene.tolerance)
+    };
+    let mut outcome = test(&bounds);
+    if scene.tolerance.time_budget_us.is_none() {
+        // What cannot be left out even alone is exact, and the others need not reckon with it.
+        let fits = |r: &Refinement| {
+            let db = bounds.reflection.refined_db[*r as usize];
+            let loss = Loss { raises_db: db, lowers_db: db, ..Loss::NONE };
+            let effect =
+                outcome.effect(&BoxLoss { loss, ..BoxLoss::default() }, scene.tolerance, false);
+            effect.share(scene.tolerance, false_plots) <= 1.0
+        };
+        let open = Refinement::ALL.iter().filter(|r| fits(r)).fold(0, |m, r| m | 1 << *r as usize);
+        if open != Refinement::ANY {
+            bounds = grid.bounds(open);
+            outcome = test(&bounds);
+        }
+    }
+    match scene.fault {
+        Some(Fault::PolarisationAtOneEnd) => {
+            bounds.reflection.refined_db[Refinement::Polarisation as usize] *= 0.1;
+        }
+        Some(Fault::NoFlips) => outcome.without_flips(),
+        _ => (),
+    }
+    let called = Called {
+        parameters: scene.detection.parameters,
+        air: scene.air,
+        facts,
+        ghosts,
+        false_plots,
+    };
+    Some(Prepared::new(&called, bounds, outcome, scene.tolerance))
+}
