@@ -2,6 +2,9 @@
 //!
 //! A PDU is due when the receivers' dead reckoning would be off by more than the scene's thresholds,
 //! when a mover starts or stops, and at the heartbeat. A parked aircraft costs one PDU a minute.
+//!
+//! Flights that behave read each other, so every generator steps the whole core of them, which gives the
+//! same bits everywhere, and publishes its share.
 
 pub mod dis_types;
 pub mod entity_state;
@@ -10,6 +13,7 @@ use crate::runtime::federate::{Federate, FrameInputs, FrameOut};
 use crate::runtime::frame_time::FrameTime;
 use crate::runtime::messages::{FinalReport, Frame, Kind, RunConfig};
 use entity_state::{deactivated, state_pdu, transponder, world_pose};
+use models::traffic::core::Core;
 use pdu::exercise::Transponder;
 use pdu::publishing::{Publisher, Thresholds};
 use pdu::{EncodeBody, EntityState, Envelope};
@@ -24,6 +28,8 @@ pub struct TrafficGenerator {
     share: u32,
     of: u32,
     movers: Vec<Mover>,
+    /// Flights that behave, and the frame that their core has executed.
+    core: Option<(Core, Frame)>,
 }
 
 /// One mover of this share.
@@ -50,16 +56,28 @@ impl TrafficGenerator {
     #[must_use]
     pub fn new(scene: Arc<Scene>, exercise: u8, share: u32, of: u32) -> Self {
         let time = FrameTime::of(&scene.run);
-        Self { scene, exercise, time, share, of, movers: Vec::new() }
+        Self { scene, exercise, time, share, of, movers: Vec::new(), core: None }
     }
 
     fn frame(&mut self, frame: Frame, out: &mut FrameOut) {
         let now = self.time.time(frame);
+        if let Some((core, executed)) = &mut self.core {
+            // Whoever joins late simulates itself to the present.
+            while *executed < frame {
+                *executed += 1;
+                core.step(*executed as i64);
+            }
+        }
+        let first = self.scene.traffic.behaving.as_ref().map_or(usize::MAX, |b| b.first_entity);
         let run = &self.scene.run;
         let envelope = Envelope::new(self.exercise, self.time.stamp(frame));
         for mover in &mut self.movers {
             let entity = &self.scene.traffic.entities[mover.entity];
-            let truth = entity.trajectory.as_ref().and_then(|t| t.at(now));
+            let behaves = || self.core.as_ref()?.0.state(mover.entity.checked_sub(first)?);
+            let truth = match &entity.trajectory {
+                Some(trajectory) => trajectory.at(now),
+                None => behaves(),
+            };
             let Some(truth) = truth else {
                 // Gone: one last PDU says so.
                 if let Some(sent) = mover.sent.take() {
@@ -133,9 +151,13 @@ impl Federate for TrafficGenerator {
             ));
         }
         let entities = &self.scene.traffic.entities;
+        let behaving = self.scene.traffic.behaving.as_ref();
+        self.core =
+            behaving.and_then(|b| b.core(&self.scene.run, config.seed)).map(|core| (core, 0));
+        let first = behaving.filter(|_| self.core.is_some()).map_or(usize::MAX, |b| b.first_entity);
         let own = |entity: &usize| scenarios::in_share(*entity, self.share, self.of);
         let own: Vec<usize> = (0..entities.len()).filter(own).collect();
-        if own.iter().any(|entity| entities[*entity].trajectory.is_none()) {
+        if own.iter().any(|e| *e < first && entities[*e].trajectory.is_none()) {
             return Err("the scene was loaded without this share of its truth".into());
         }
         self.movers = own.into_iter().map(|entity| Mover { entity, sent: None }).collect();
@@ -149,5 +171,11 @@ impl Federate for TrafficGenerator {
 
     fn finish(&mut self, report: &mut FinalReport) {
         report.values.push(("entities".into(), self.movers.len() as f64));
+        if let Some((core, _)) = &self.core {
+            // Equal in every generator: the halves of the digest, because values are numbers.
+            let digest = core.digest();
+            report.values.push(("core_digest_high".into(), (digest >> 32) as f64));
+            report.values.push(("core_digest_low".into(), (digest & 0xffff_ffff) as f64));
+        }
     }
 }

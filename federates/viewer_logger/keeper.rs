@@ -6,6 +6,7 @@
 use super::Viewer;
 use super::beside::Beside;
 use super::log::{Log, LogError};
+use super::log_traffic::core_after;
 use super::picture::{AirportMap, RunInfo};
 use super::server::Page;
 use crate::external_world::flight_list;
@@ -285,7 +286,13 @@ impl Keeper {
     }
 
     fn close_log(&mut self) {
-        let Some(log) = self.log.take() else { return };
+        let Some(mut log) = self.log.take() else { return };
+        if let Some(state) = &self.state
+            && let Some(core) = core_after(&self.scene, state.seed, state.frame)
+            && let Err(error) = log.traffic(&self.scene, &core)
+        {
+            tracing::error!("{error}");
+        }
         let (written, lost) = log.scans();
         self.kept.scans += written;
         self.kept.scans_lost += lost;

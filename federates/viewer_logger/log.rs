@@ -242,7 +242,7 @@ impl Log {
         fold(&database).map_err(|source| LogError::Database { path: self.path.clone(), source })
     }
 
-    fn write(
+    pub(super) fn write(
         &mut self,
         change: impl FnOnce(&Transaction<'_>) -> rusqlite::Result<()>,
     ) -> Result<(), LogError> {

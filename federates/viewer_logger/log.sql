@@ -68,6 +68,24 @@ CREATE TABLE flights (
   eta_ctd_s REAL, off_block_s REAL, routing TEXT
 );
 
+-- Clearances of traffic that behaves, also those of the plan (seat "plan"); until_ns NULL: it stands.
+CREATE TABLE clearances (
+  time_ns INTEGER, callsign TEXT, kind TEXT, runway TEXT, until_ns INTEGER, route TEXT, seat TEXT
+);
+
+-- One row a flight that behaves: actual off-block, take-off, landing and in-block times.
+CREATE TABLE movements (
+  callsign TEXT, kind TEXT, aobt_ns INTEGER, atot_ns INTEGER, aldt_ns INTEGER, aibt_ns INTEGER,
+  runway TEXT, stand TEXT, stops INTEGER, taxi_s REAL,
+  additional_s REAL,  -- taxi time less that of the same way driven alone
+  fuel_kg REAL        -- of all engines at idle, on the ground
+);
+
+CREATE TABLE measures (source TEXT, name TEXT, value REAL, unit TEXT);  -- source: truth or tracks
+
+-- What the traffic core found worth a line: stands not free, no way, deadlock.
+CREATE TABLE remarks (time_ns INTEGER, text TEXT);
+
 -- Every operator action and its answer.
 CREATE TABLE operations (
   wall_utc_ns INTEGER, time_ns INTEGER, frame INTEGER, source TEXT, command TEXT, done INTEGER, answer TEXT

@@ -15,6 +15,7 @@ pub mod frame;
 pub mod history;
 pub mod keeper;
 pub mod log;
+pub mod log_traffic;
 pub mod picture;
 pub mod process;
 pub mod server;

@@ -457,6 +457,12 @@ fn of_unit(limits: Limits) -> String {
     if limits.unit.is_empty() { String::new() } else { format!(" in {} (no unit)", limits.unit) }
 }
 
+/// The allowed word that is nearest to a wrong one.
+pub(crate) fn nearest_of(word: &str, allowed: &[&str]) -> Option<String> {
+    let near = allowed.iter().map(|a| (edit_distance(word, a), *a)).min()?;
+    Some(format!("nearest is \"{}\"", near.1))
+}
+
 /// The allowed key with the smallest edit distance, if it is close, or one that differs in its unit only.
 fn nearest(key: &str, allowed: &[&str]) -> Option<String> {
     let stem = |k: &str| k.split('_').next().unwrap_or("").to_owned();
@@ -543,7 +549,7 @@ fn utc_ns(time: &toml::value::Datetime) -> Option<i64> {
 }
 
 /// Days from 1970-01-01 of a date of the Gregorian calendar (years counted from March).
-fn days_from_civil(year: i64, month: i64, day: i64) -> i64 {
+pub(crate) fn days_from_civil(year: i64, month: i64, day: i64) -> i64 {
     let y = if month <= 2 { year - 1 } else { year };
     let era = y.div_euclid(400);
     let year_of_era = y.rem_euclid(400);

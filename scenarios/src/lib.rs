@@ -14,6 +14,7 @@ mod hash;
 pub mod movements;
 pub mod network;
 pub mod run;
+pub mod schedule;
 pub mod sensors;
 pub mod tracking;
 pub mod traffic;
@@ -82,8 +83,9 @@ impl Scene {
     }
 }
 
-const SECTIONS: [&str; 9] = [
-    "run", "airport", "traffic", "weather", "building", "sensor", "tracking", "accuracy", "network",
+const SECTIONS: [&str; 10] = [
+    "run", "airport", "traffic", "weather", "building", "sensor", "tracking", "accuracy",
+    "network", "control",
 ];
 
 /// Reads a scene and every file that it names.
@@ -262,7 +264,9 @@ pub(crate) fn data_file(scene: &Path, name: &str) -> PathBuf {
 /// Hash of the values of the scene (without `[network]`) and of its data files by name and content.
 fn scene_hash(root: &document::Section, files: &[PathBuf]) -> Result<u64, ScenarioError> {
     let mut hash = hash::Fnv::default();
-    for key in SECTIONS.iter().filter(|key| **key != "network") {
+    for key in
+        SECTIONS.iter().filter(|key| **key != "network" && (**key != "control" || root.has(key)))
+    {
         hash.tagged(10, key.as_bytes());
         root.feed_key(key, &mut hash);
     }

@@ -87,9 +87,12 @@ pub(crate) fn read(root: &Section) -> Result<Run, ScenarioError> {
     Ok(Run {
         title: section.need_text("title", "one line for people")?.into(),
         seed: section.integer("seed", 0, i64::MAX)?.unwrap_or(1) as u64,
-        start_utc_ns: section.time_utc_ns("start")?.ok_or_else(|| {
-            section.missing("start", "a UTC time like 2019-11-24T09:00:00Z".into())
-        })?,
+        start_utc_ns: match section.time_utc_ns("start")? {
+            Some(start) => start,
+            None => crate::schedule::start_utc_ns(root)?.ok_or_else(|| {
+                section.missing("start", "a UTC time like 2019-11-24T09:00:00Z".into())
+            })?,
+        },
         duration,
         exercise: section.integer("exercise", 0, 255)?.unwrap_or(1) as u8,
         site: section.integer("site", 1, 65_534)?.unwrap_or(1) as u16,

@@ -6,6 +6,7 @@ use crate::error::{Problem, ScenarioError};
 use crate::hash::Fnv;
 use crate::movements::{self, Movement};
 use crate::run::Run;
+use crate::schedule::{self, Behaving};
 use crate::types::{self, TypeRow, TypeTable};
 use crate::{TruthOf, data_file};
 use models::airport::Runway;
@@ -19,7 +20,7 @@ use models::truth::route::{self, Halt};
 use models::truth::{Limits, Trajectory};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex};
 
 /// All movers of a scene.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,6 +29,8 @@ pub struct Traffic {
     pub entities: Vec<Entity>,
     /// The types that the scene knows.
     pub types: TypeTable,
+    /// Flights that behave; their entities are among `entities`, without a trajectory.
+    pub behaving: Option<Arc<Behaving>>,
 }
 
 /// One mover.
@@ -75,6 +78,41 @@ const KEYS: [&str; 12] = [
     "halts",
 ];
 
+/// Keys of every kind, those of schedules included.
+pub(crate) const ALL_KEYS: [&str; 19] = [
+    "kind",
+    "callsign",
+    "type",
+    "address",
+    "flight",
+    "stand",
+    "file",
+    "start_s",
+    "cut_from_s",
+    "cut_to_s",
+    "via",
+    "halts",
+    "arrivals_per_h",
+    "departures_per_h",
+    "mix",
+    "profile",
+    "seed",
+    "arrival_runways",
+    "departure_runways",
+];
+/// Keys of `kind = "schedule"` and `kind = "generated"`.
+const SCHEDULE_KEYS: [&str; 2] = ["kind", "file"];
+const GENERATED_KEYS: [&str; 8] = [
+    "kind",
+    "arrivals_per_h",
+    "departures_per_h",
+    "mix",
+    "profile",
+    "seed",
+    "arrival_runways",
+    "departure_runways",
+];
+
 #[derive(Clone, Copy)]
 enum Kind {
     Parked,
@@ -95,7 +133,24 @@ pub(crate) fn read(
     let mut entities: Vec<Entity> = Vec::new();
     let mut entries = Vec::new();
     let mut addresses = BTreeMap::new();
-    let sections = root.sections("traffic", &KEYS)?;
+    let all = root.sections("traffic", &ALL_KEYS)?;
+    let (mut sections, mut schedules) = (Vec::new(), Vec::new());
+    for section in &all {
+        match section.text("kind")? {
+            Some("schedule") => {
+                section.only(&SCHEDULE_KEYS)?;
+                schedules.push(section);
+            }
+            Some("generated") => {
+                section.only(&GENERATED_KEYS)?;
+                schedules.push(section);
+            }
+            _ => {
+                section.only(&KEYS)?;
+                sections.push(section);
+            }
+        }
+    }
     for (index, section) in sections.iter().enumerate() {
         let text = section.need_text("callsign", "a call sign or vehicle name")?;
         let callsign = Callsign::new(text);
@@ -148,13 +203,27 @@ pub(crate) fn read(
             report,
         });
     }
+    let first = entities.len();
+    let with_truth = !matches!(truth_of, crate::TruthOf::Nobody);
+    let (behaving, added) =
+        schedule::read(root, &schedules, run, airport, &types, first, with_truth)?;
+    if let Some(both) =
+        added.entities.iter().find(|a| entities.iter().any(|e| e.callsign == a.callsign))
+    {
+        let problem = Problem::Duplicate { found: both.callsign.to_string(), first_line: 1 };
+        return Err(root.refuse("traffic", problem));
+    }
+    entities.extend(added.entities);
+    entries.extend(added.entries);
+    files.extend(added.files);
+    let behaving = behaving.map(Arc::new);
     entries.sort_by_key(|e: &FlightEntry| e.callsign);
     let ends = airport.layout.runways.iter().flat_map(|runway| {
         let [a, b] = runway.thresholds_m;
         [(runway.names[0].clone(), [a, b]), (runway.names[1].clone(), [b, a])]
     });
     let flight_list = FlightList { entries, runways: ends.collect() };
-    Ok((Traffic { entities, types }, flight_list, files))
+    Ok((Traffic { entities, types, behaving }, flight_list, files))
 }
 
 fn type_row<'a>(section: &Section, types: &'a TypeTable) -> Result<&'a TypeRow, ScenarioError> {

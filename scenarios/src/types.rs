@@ -16,6 +16,8 @@ pub struct TypeRow {
     pub name: String,
     /// Wake turbulence category; none for vehicles.
     pub wake: Option<WakeCategory>,
+    /// Take-off run, m, where the table has it.
+    pub takeoff_dist_m: Option<f64>,
     /// Speeds and accelerations.
     pub kinematics: Kinematics,
 }
@@ -92,7 +94,8 @@ pub(crate) fn read(types: &Path, echo: &Path) -> Result<TypeTable, ScenarioError
             taxi_dec_ms2: row.need("taxi_dec_ms2")?,
         };
         let name = row.text("name")?.to_owned();
-        table.0.insert(designator, TypeRow { class, name, wake, kinematics });
+        let takeoff_dist_m = row.number("takeoff_dist_m")?.filter(|m| *m > 0.0);
+        table.0.insert(designator, TypeRow { class, name, wake, takeoff_dist_m, kinematics });
     }
     Ok(table)
 }

@@ -5,6 +5,7 @@
 //!                       schedule ─► movers ─────┴─► Core: plan, tokens, steps ─► states of a frame
 //! ```
 
+pub mod core;
 pub mod network;
 pub mod ordered;
 pub mod outline;

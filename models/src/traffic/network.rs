@@ -65,6 +65,8 @@ pub struct NetStand {
     pub heading_rad: f64,
     /// Largest code letter, 0 (A) to 5 (F).
     pub code: u8,
+    /// Whether the file says it; else E is assumed.
+    pub code_known: bool,
 }
 
 /// A runway as movers use it.
@@ -165,6 +167,7 @@ impl Network {
         net.parts();
         net.report.push("R8: widths by code letter, else as the layout says".into());
         net.report.push("R9: fillets of 30 m (C), 45 m (D, E), 60 m (F), 25 m to stands, less where edges are short".into());
+        net.clear_lanes();
         net.mark_lanes();
         net.find();
         net
@@ -215,6 +218,7 @@ impl Network {
                 at_m: stand.position_m,
                 heading_rad: stand.heading_rad,
                 code: letter.or(by_radius).unwrap_or(4),
+                code_known: letter.or(by_radius).is_some(),
             });
         }
         for runway in &airport.runways {
@@ -716,6 +720,47 @@ impl Network {
                 named(&off)
             ));
         }
+    }
+
+    /// A stand nearer to its lane than its largest aircraft needs goes on along its lead-in, until the tail is
+    /// clear of the lane: files place stands at the nose, the middle or the jetty.
+    fn clear_lanes(&mut self) {
+        // Half a typical length and half the span on the lane, m, by code letter (assumed), and 9 m of margins.
+        const NEEDED_M: [f64; 6] = [22.0, 36.0, 47.0, 60.0, 78.0, 88.0];
+        let (mut moved, mut farthest) = (0, 0.0_f64);
+        for s in 0..self.stands.len() {
+            let Some(node) = self.stands[s].node else { continue };
+            let on = |n: usize| -> Vec<usize> {
+                (0..self.edges.len()).filter(|e| self.edges[*e].nodes.contains(&n)).collect()
+            };
+            let leads = on(node);
+            let [mut edge] = leads[..] else { continue };
+            let (mut at, mut length, mut next_to) = (node, 0.0, None);
+            loop {
+                let [a, b] = self.edges[edge].nodes;
+                let other = if a == at { b } else { a };
+                length += self.length_m(edge);
+                next_to.get_or_insert(other);
+                let beyond: Vec<usize> = on(other).into_iter().filter(|e| *e != edge).collect();
+                if beyond.len() != 1 || length > 100.0 {
+                    break;
+                }
+                (edge, at) = (beyond[0], other);
+            }
+            let code = if self.stands[s].code_known { self.stands[s].code.min(5) } else { 2 };
+            let short = NEEDED_M[usize::from(code)] - length;
+            let Some(from) = next_to.filter(|_| short > 0.5) else { continue };
+            let ahead = self.nodes[node].at_m - self.nodes[from].at_m;
+            if ahead.norm() < 0.1 {
+                continue;
+            }
+            self.nodes[node].at_m += ahead / ahead.norm() * short;
+            moved += 1;
+            farthest = farthest.max(short);
+        }
+        self.report.push(format!(
+            "R5: {moved} stands moved along their lead-in, up to {farthest:.0} m, so that tails are clear of the lane (assumed)"
+        ));
     }
 
     /// R7: what can be reached from the busiest node and left to it, stands aside.

@@ -79,7 +79,7 @@ struct HalfFillet {
 }
 
 /// All pieces of a network.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Pieces {
     /// The pieces.
     pub list: Vec<Piece>,
@@ -248,7 +248,7 @@ impl Pieces {
                     ]);
                 }
                 // The gear is still inside for a while before (when driven the other way: after) the arc.
-                let reach = -tangent - 0.5 * size.length_m;
+                let reach = -tangent - 0.25 * size.length_m;
                 let (strip_low, strip_high) = (low.max(reach), high.min(-tangent));
                 if strip_high > strip_low && f.cut_in_m > 0.1 {
                     let y = |off: f64| f.side * off;

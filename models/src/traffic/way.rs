@@ -29,6 +29,8 @@ pub struct Found {
 const STRAIGHT_MPS: f64 = 10.0;
 const QUARTER_TURN_S: f64 = 4.0;
 const RUNWAY_FACTOR: f64 = 4.0;
+/// Where others come the other way.
+const OPPOSED_FACTOR: f64 = 3.0;
 
 impl Arcs {
     /// All arcs of the part of the network that is in use.
@@ -88,7 +90,8 @@ impl Arcs {
     }
 
     /// The quickest way that begins with one of `starts` (arc, time before it) and ends with an arc that is a
-    /// `goal`; edges with `closed` are not used. Equal times: smaller arc numbers.
+    /// `goal`; edges with `closed` are not used, arcs with `slow` cost three times. Equal times: smaller arc
+    /// numbers.
     #[must_use]
     pub fn quickest(
         &self,
@@ -96,13 +99,16 @@ impl Arcs {
         starts: &[(usize, f64)],
         goal: impl Fn(usize) -> bool,
         closed: impl Fn(usize) -> bool,
+        slow: impl Fn(usize) -> bool,
     ) -> Option<Found> {
         let mut least = vec![f64::INFINITY; self.length_m.len()];
         let mut before = vec![usize::MAX; self.length_m.len()];
         let mut open = BTreeSet::new();
         let cost = |arc: usize| {
             let runway = net.edges[arc / 2].runway.is_some();
-            self.length_m[arc] / STRAIGHT_MPS * if runway { RUNWAY_FACTOR } else { 1.0 }
+            let factor = if runway { RUNWAY_FACTOR } else { 1.0 };
+            let factor = if slow(arc) { factor * OPPOSED_FACTOR } else { factor };
+            self.length_m[arc] / STRAIGHT_MPS * factor
         };
         for (arc, time_s) in starts {
             if !closed(arc / 2) && *time_s + cost(*arc) < least[*arc] {
@@ -171,6 +177,8 @@ pub struct Driving {
 pub struct Way {
     /// The line of the guided point.
     pub path: Path,
+    /// Arcs in order.
+    pub arcs: Vec<usize>,
     /// Pieces in order.
     pub pieces: Vec<u32>,
     /// Where each piece ends on the path, m.
@@ -230,7 +238,7 @@ impl Way {
             }
         };
         let (path, corners) = Path::over(&points, radius);
-        let mut way = Self { path, ..Self::default() };
+        let mut way = Self { path, arcs: arcs.to_vec(), ..Self::default() };
         for (k, arc) in arcs.iter().enumerate() {
             let (from, to): (&Corner, &Corner) = (&corners[k + shift], &corners[k + shift + 1]);
             let edge = arc / 2;
@@ -254,6 +262,12 @@ impl Way {
         way.stop_m = corners[last].place_m + stop_beyond_m;
         way.group_last = (0..way.pieces.len()).collect();
         way
+    }
+
+    /// A way over no edge, for somebody in the air (its one piece is held by nobody).
+    #[must_use]
+    pub fn straight(path: Path) -> Self {
+        Self { path, pieces: vec![0], ends_m: vec![0.0], group_last: vec![0], ..Self::default() }
     }
 
     /// Makes one group of each crossing of a runway strip: with everything that the body covers beyond it.
