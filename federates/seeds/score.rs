@@ -103,6 +103,16 @@ fn scored(args: &ScoreArgs) -> anyhow::Result<ScoreReport> {
             "truth and tracks span {spans_s:.0} s, at most {MOST_SPAN_S:.0} s (a week) can be scored: do both count from the same time?"
         );
     }
+    if plots.left_out > 0 {
+        notes.push(format!(
+            "{} of {} radar plots lie more than {:.0} m (up to {:.0} m) from the target that caused them, as echoes of a \
+             pulse before the last do: they are left out of the plots' error, and so of the reduction.",
+            plots.left_out,
+            plots.left_out + plots.count,
+            plots.limit_m,
+            plots.farthest_m,
+        ));
+    }
     if plots.count > 0 {
         notes.push(
             "The reduction holds published tracks, predicted to the end of the scan, against plots at their own \
@@ -242,12 +252,11 @@ impl Source {
     /// The radars' plots of targets.
     fn plots(&self) -> anyhow::Result<PlotSum> {
         let Self::Database(database) = self else { return Ok(PlotSum::default()) };
-        let (count, sum) = database.query_row(
-            "SELECT count(error_m), total(error_m * error_m) FROM plots \
-             WHERE kind = 'asde' AND cause IS NOT NULL",
-            [],
-            |row| Ok((row.get::<_, i64>(0)?, row.get::<_, f64>(1)?)),
+        let mut query = database.prepare(
+            "SELECT error_m FROM plots \
+             WHERE kind = 'asde' AND cause IS NOT NULL AND error_m IS NOT NULL",
         )?;
-        Ok(PlotSum { count: count.unsigned_abs(), squares_m2: sum })
+        let errors_m = query.query_map([], |row| row.get(0))?;
+        Ok(PlotSum::of(errors_m.collect::<Result<_, _>>()?))
     }
 }

@@ -145,7 +145,7 @@ pub fn see_with(
     seconds: f64,
 ) -> Seen {
     let truth = zurich::Traffic(scene);
-    let mut seen = Seen::default();
+    let (mut seen, mut errors_m) = (Seen::default(), Vec::new());
     let scan_ns = scene.run.scan().0;
     let last = (seconds * 1e9) as i64 / scan_ns;
     for scan in 1..=last {
@@ -170,11 +170,11 @@ pub fn see_with(
             let Some(truth_m) = cause.truth_m.filter(|_| plot.kind == SensorKind::Asde) else {
                 continue;
             };
-            seen.radar.count += 1;
-            seen.radar.squares_m2 += (plot.position_m - truth_m).norm_squared();
+            errors_m.push((plot.position_m - truth_m).norm());
         }
         seen.scans.push((interval.to, sink.plots));
     }
+    seen.radar = PlotSum::of(errors_m);
     seen
 }
 

@@ -26,11 +26,11 @@ pub struct ScoreReport {
 /// One line of the table of areas.
 struct Line {
     name: &'static str,
-    values: [Option<f64>; 12],
+    values: [Option<f64>; 13],
 }
 
 /// Heads of the table of areas: name, unit, digits.
-const COLUMNS: [(&str, &str, usize); 12] = [
+const COLUMNS: [(&str, &str, usize); 13] = [
     ("target scans", "", 0),
     ("reports", "", 0),
     ("position rms", "m", 2),
@@ -41,6 +41,7 @@ const COLUMNS: [(&str, &str, usize); 12] = [
     ("behind, mean", "s", 3),
     ("reported", "%", 2),
     ("false beyond 60 m", "%", 3),
+    ("without coasting", "%", 3),
     ("label right", "%", 2),
     ("label wrong", "%", 2),
 ];
@@ -50,7 +51,8 @@ fn line(area: &AreaScore) -> Line {
     let speeds: Vec<f64> = area.speed.iter().map(|s| s.0).collect();
     let behind = area.behind_s.iter().sum::<f64>() / area.behind_s.len().max(1) as f64;
     let (reported, due) = area.reports_due(1.0);
-    let far = area.nearest_target_m.len() - area.nearest_target_m.partition_point(|d| *d <= 60.0);
+    let (far, without_coasting) = area.false_reports(60.0);
+    let reports = area.nearest_target_m.len() as u64;
     Line {
         name: area.area.name(),
         values: [
@@ -63,7 +65,8 @@ fn line(area: &AreaScore) -> Line {
             quantile(&area.course_rad, 0.9).map(f64::to_degrees),
             (!area.behind_s.is_empty()).then_some(behind),
             share(reported, due),
-            share(far as u64, area.nearest_target_m.len() as u64),
+            share(far, reports),
+            share(without_coasting, reports),
             share(area.right_labels, area.labels_due),
             share(area.wrong_labels, area.labels_due),
         ],
@@ -286,7 +289,9 @@ impl ScoreReport {
         out.push_str(
             "<p>Errors of reports that follow a target, each against the truth of its own time. \"Behind\" is the \
              error along the path over the speed, of targets faster than 3 m/s. \"Reported\" counts every scan of \
-             every target from its first moment, so the time until a track is confirmed counts as missed.</p>\
+             every target from its first moment, so the time until a track is confirmed counts as missed. \"False\" are reports far from every target; \"without \
+             coasting\" leaves out those of tracks whose target ended less than 15 s before. No requirement is judged by \
+             the latter.</p>\
              <div class=\"wide\"><table class=\"gains\"><thead><tr><th>area</th>",
         );
         for (name, unit, _) in COLUMNS {

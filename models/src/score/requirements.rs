@@ -170,7 +170,7 @@ impl Requirement {
     }
 
     /// How often what is measured happened, of how many.
-    fn count(&self, area: &AreaScore) -> (u64, u64) {
+    pub(super) fn count(&self, area: &AreaScore) -> (u64, u64) {
         let within = |errors: &[f64], limit: f64| {
             (errors.partition_point(|e| *e <= limit) as u64, errors.len() as u64)
         };
@@ -179,9 +179,8 @@ impl Requirement {
             Measure::Gaps => area.gaps(self.gap_s, self.interval_s),
             Measure::Position => within(&area.position_m, self.threshold),
             Measure::FalseReports => {
-                let from = area.nearest_target_m.partition_point(|d| *d <= self.threshold);
-                let all = area.nearest_target_m.len();
-                ((all - from) as u64, all as u64)
+                // A track whose target has just ended is as false as any other.
+                (area.false_reports(self.threshold).0, area.nearest_target_m.len() as u64)
             }
             Measure::Speed => {
                 let good = area

@@ -25,8 +25,8 @@ pub struct Rules {
     pub course_from_ms: f64,
     /// Truth is interpolated over holes of at most this, s.
     pub hole_s: f64,
-    /// For so long after the truth of its target has ended, a report is no false one, s: a track coasts, as
-    /// continuity asks, and cannot know that the recording of its target is over.
+    /// For so long after the truth of its target has ended a report is counted by itself as well, s: a track coasts, as
+    /// continuity asks, and cannot know that the recording of its target is over. No requirement is judged by that.
     pub after_end_s: f64,
 }
 
@@ -64,9 +64,10 @@ pub struct AreaScore {
     pub speed: Vec<(f64, f64)>,
     /// Course errors, rad, sorted.
     pub course_rad: Vec<f64>,
-    /// Distances of all reports to the nearest target, m, sorted; without those of tracks whose target has
-    /// just ended.
+    /// Distances of all reports to the nearest target, m, sorted.
     pub nearest_target_m: Vec<f64>,
+    /// Of these those of tracks whose target has just ended (see [`Rules::after_end_s`]), m, sorted.
+    pub after_end_m: Vec<f64>,
     /// Scans of targets before their first report anywhere.
     pub before_first: u64,
     /// Scans of targets without a report.
@@ -93,6 +94,7 @@ impl AreaScore {
             speed: Vec::new(),
             course_rad: Vec::new(),
             nearest_target_m: Vec::new(),
+            after_end_m: Vec::new(),
             before_first: 0,
             unreported: 0,
             behind_s: Vec::new(),
@@ -146,12 +148,23 @@ impl AreaScore {
         (!self.position_m.is_empty()).then(|| (sum / self.position_m.len() as f64).sqrt())
     }
 
+    /// Reports farther than `limit_m` from every target: all of them, and without those of tracks whose target has
+    /// just ended.
+    #[must_use]
+    pub fn false_reports(&self, limit_m: f64) -> (u64, u64) {
+        let far =
+            |sorted: &[f64]| (sorted.len() - sorted.partition_point(|d| *d <= limit_m)) as u64;
+        let all = far(&self.nearest_target_m);
+        (all, all - far(&self.after_end_m))
+    }
+
     /// Joins what another run found in the same area.
     pub fn join(&mut self, other: &Self) {
         self.position_m.extend(&other.position_m);
         self.speed.extend(&other.speed);
         self.course_rad.extend(&other.course_rad);
         self.nearest_target_m.extend(&other.nearest_target_m);
+        self.after_end_m.extend(&other.after_end_m);
         self.behind_s.extend(&other.behind_s);
         self.before_first += other.before_first;
         self.unreported += other.unreported;
@@ -163,7 +176,12 @@ impl AreaScore {
     }
 
     fn finish(&mut self) {
-        for errors in [&mut self.position_m, &mut self.course_rad, &mut self.nearest_target_m] {
+        for errors in [
+            &mut self.position_m,
+            &mut self.course_rad,
+            &mut self.nearest_target_m,
+            &mut self.after_end_m,
+        ] {
             errors.sort_by(f64::total_cmp);
         }
         self.speed.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -230,7 +248,7 @@ pub struct Score {
     pub false_tracks: u64,
     /// Mean time from validity to publication, s.
     pub latency_s: Option<f64>,
-    /// Root mean square error of the plots, m.
+    /// Root mean square error of the plots, m; without those far off (see [`super::recording::PlotSum::of`]).
     pub plot_rmse_m: Option<f64>,
 }
 
@@ -375,9 +393,7 @@ impl<'a> Run<'a> {
             self.target(*index, point, report.map(|r| &reports[r]), at);
         }
         for (report, place) in reports.iter().zip(&moved) {
-            if self.has_just_ended(report.track, at) {
-                continue;
-            }
+            let ended = self.has_just_ended(report.track, at);
             let distances = places.iter().map(|p| distance(*p, *place));
             let (nearest, near) =
                 distances.enumerate().fold((f64::INFINITY, None), |best, (k, d)| {
@@ -386,7 +402,11 @@ impl<'a> Run<'a> {
             // A report has no height of its own: beside a target it is where the target is.
             let height = near.filter(|_| nearest <= self.rules.pair_m);
             let area = self.map.at(report.position_m, height.and_then(|k| truth[k].1.height_m));
-            self.area(area).nearest_target_m.push(nearest);
+            let found = self.area(area);
+            found.nearest_target_m.push(nearest);
+            if ended {
+                found.after_end_m.push(nearest);
+            }
         }
     }
 
@@ -531,9 +551,7 @@ impl<'a> Run<'a> {
         score.tracks = self.owners.len() as u64;
         score.false_tracks = self.owners.values().filter(|o| o.is_none()).count() as u64;
         score.latency_s = (self.latency.1 > 0).then(|| self.latency.0 / self.latency.1 as f64);
-        let plots = self.recording.plots;
-        score.plot_rmse_m =
-            (plots.count > 0).then(|| (plots.squares_m2 / plots.count as f64).sqrt());
+        score.plot_rmse_m = self.recording.plots.rmse_m();
         let scans = score.scans.max(1) as f64;
         let g = &mut score.gospa;
         for part in [
@@ -567,6 +585,7 @@ fn distance(a: Vector2<f64>, b: Vector2<f64>) -> f64 {
 mod tests {
     use super::super::areas::AreaRules;
     use super::super::recording::Target;
+    use super::super::requirements::{Measure, Requirement};
     use super::*;
     use proptest::prelude::*;
 
@@ -672,14 +691,30 @@ mod tests {
     }
 
     #[test]
-    fn a_track_that_coasts_when_its_target_has_ended_is_false_only_if_it_stays() {
+    fn a_track_that_coasts_when_its_target_has_ended_is_false_and_counted_by_itself_too() {
         // The target ends at 9 s, another one is far away; the track goes on to 39 s.
         let reports = (0..40).map(|k| report(7, k, 10.0 * f64::from(k), 0.0, "A")).collect();
         let targets =
             vec![line("A", (0.0, 0.0), (10.0, 0.0), 10), line("B", (0.0, 9000.0), (0.0, 0.0), 40)];
         let found = scored(targets, reports);
-        let far = found.areas[0].nearest_target_m.iter().filter(|d| **d > 1000.0).count();
-        assert_eq!((far, found.areas[0].nearest_target_m.len()), (15, 25), "from 25 s on");
+        // 30 reports of a target that is not there; 15 of them within the 15 s after its end.
+        assert_eq!(found.areas[0].false_reports(1000.0), (30, 15));
+        assert_eq!(
+            (found.areas[0].nearest_target_m.len(), found.areas[0].after_end_m.len()),
+            (40, 15)
+        );
+        let judged = Requirement {
+            standard: String::new(),
+            area: String::new(),
+            name: String::new(),
+            measure: Measure::FalseReports,
+            probability: 0.5,
+            at_least: false,
+            threshold: 1000.0,
+            interval_s: 1.0,
+            gap_s: 0.0,
+        };
+        assert_eq!(judged.count(&found.areas[0]), (30, 40), "the verdict knows of no grace");
         assert_eq!((found.areas[0].unreported, found.areas[0].before_first), (40, 40), "B");
     }
 
