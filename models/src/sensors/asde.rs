@@ -11,7 +11,9 @@ mod looks;
 pub mod picture;
 pub mod plan;
 
-pub use super::asde_parameters::{AsdeParameters, DetectionRule, Energy, ParameterWarning};
+pub use super::asde_parameters::{
+    AsdeParameters, DetectionRule, Energy, GLINT_SIGMA_M, ParameterWarning,
+};
 use super::config::ConfigError;
 use super::detection::{Detector, PdTable, Swerling, from_db, to_db};
 use super::extended::{self, Centroid, ExtentLevel};
@@ -557,22 +559,38 @@ impl Asde {
         seen
     }
 
-    /// Whether an echo is detected.
-    fn detected(&mut self, levels: &RadarLevels, budget: &Budget, chance: f64) -> bool {
+    /// Whether an echo is detected, and if so how strong this one look at it is: what the radar measures of it, per
+    /// pulse. The same draw says both: an echo that is just detected just crosses the threshold.
+    fn detected(&mut self, levels: &RadarLevels, budget: &Budget, chance: f64) -> Option<f64> {
         let rain_w = budget.rain_w * self.rain_correlation;
-        let ratio = budget.signal_w / (budget.noise_w + rain_w + budget.ground_w);
+        let background_w = budget.noise_w + rain_w + budget.ground_w;
+        let ratio = budget.signal_w / background_w;
         self.tally.count(RadarEffect::Detection);
         match self.parameters.detection {
-            DetectionRule::Threshold => ratio >= self.required,
+            // The rule of the paper knows of no fluctuation.
+            DetectionRule::Threshold => (ratio >= self.required).then(|| budget.scnr()),
             DetectionRule::Bernoulli => {
+                let swerling = self.parameters.swerling;
                 let pd = match levels.pd {
-                    PdLevel::Exact => self.detector.probability(ratio, self.parameters.swerling),
+                    PdLevel::Exact => self.detector.probability(ratio, swerling),
                     PdLevel::Table => self.table.at(ratio),
                     PdLevel::Albersheim => self.detector.albersheim(ratio),
                 };
-                chance < pd
+                (chance < pd).then(|| {
+                    // Clutter that the detector averages away still stands in the echo.
+                    let whole = budget.signal_w / budget.scnr();
+                    let share = (chance / pd).max(f64::MIN_POSITIVE);
+                    let clutter = if whole > 0.0 { background_w / whole } else { 1.0 };
+                    clutter * self.detector.measured_snr(ratio, swerling, share)
+                })
             }
         }
+    }
+
+    /// Glint that is stated of every echo, m per axis; 0 where no target has an extent.
+    fn stated_glint_m(&self, levels: &RadarLevels) -> f64 {
+        let extended = levels.glint && levels.extent != ExtentLevel::Point;
+        if extended { self.parameters.glint_sigma_m } else { 0.0 }
     }
 
     /// Thermal standard deviations of range (m) and azimuth (rad).
@@ -631,11 +649,9 @@ impl Asde {
     fn measure(&mut self, r: &Return, rng: &mut rand::rngs::ChaCha8Rng) -> Option<(Plot, Draws)> {
         let levels = &r.levels;
         let (chance, first, second) = (uniform(rng), uniform(rng), uniform(rng));
-        if !self.detected(levels, &r.budget, chance) {
-            // The glint's draws belong to the detected only: they are the last of a look, and a second
-            // look within one scan has its own key.
-            return None;
-        }
+        // The glint's draws belong to the detected only: they are the last of a look, and a second look within
+        // one scan has its own key.
+        let strength = self.detected(levels, &r.budget, chance)?;
         let normal = normal_pair_of(first, second);
         let glint = if levels.glint && r.glint_along_m + r.glint_across_m > 0.0 {
             self.tally.count(RadarEffect::Glint);
@@ -661,16 +677,16 @@ impl Asde {
         }
         let slant_m = r.range_m + draws.range_m + draws.glint_along_m;
         let ground_m = r.budget.range_m.max(1.0);
-        let with_glint = |thermal: f64, glint: f64| {
-            if levels.glint { (thermal * thermal + glint * glint).sqrt() } else { thermal }
-        };
+        // What is stated follows from what was measured: the strength of this look, and a glint for all alike.
+        let (stated_range_m, stated_azimuth_rad) = self.sigmas(strength, r.budget.reflected);
+        let glint_m = self.stated_glint_m(levels);
         let measured = Polar {
             range_m: self.apparent_m(levels, slant_m)?,
             azimuth_rad: r.azimuth_rad + draws.azimuth_rad + draws.glint_across_m / ground_m,
-            sigma_range_m: with_glint(thermal_range_m, r.glint_along_m),
-            sigma_azimuth_rad: with_glint(thermal_azimuth_rad, r.glint_across_m / ground_m),
+            sigma_range_m: libm::hypot(stated_range_m, glint_m),
+            sigma_azimuth_rad: libm::hypot(stated_azimuth_rad, glint_m / ground_m),
         };
-        Some((self.plot(levels, r.look.time, measured, to_db(scnr)), draws))
+        Some((self.plot(levels, r.look.time, measured, to_db(strength)), draws))
     }
 
     /// Expected false alarms of an interval: cells within the display range times their probability.
@@ -682,8 +698,7 @@ impl Asde {
     fn false_alarms(&mut self, levels: &RadarLevels, interval: &ScanInterval, out: &mut Vec<Plot>) {
         let mut rng = self.key(interval, 0).rng(Purpose::FalseAlarms);
         let duration_s = interval.to.since_s(interval.from);
-        let ratio = self.required;
-        let (sigma_range_m, sigma_azimuth_rad) = self.sigmas(ratio, 0.0);
+        let glint_m = self.stated_glint_m(levels);
         // A Poisson process: gaps are exponential, so the alarms come in time order.
         let rate = self.false_alarms_per(1.0);
         let mut late_s = 0.0;
@@ -694,16 +709,19 @@ impl Asde {
                 return;
             }
             let along = uniform(&mut rng);
+            let strength = self.detector.noise_snr(1.0 - uniform(&mut rng));
+            let (sigma_range_m, sigma_azimuth_rad) = self.sigmas(strength, 0.0);
             let time =
                 interval.from.plus_s(late_s).clamp(SimTime(interval.from.0 + 1), interval.to);
             let (near, far) = (self.parameters.range_min_m, self.parameters.range_max_m);
+            let range_m = near + along * (far - near);
             let measured = Polar {
-                range_m: near + along * (far - near),
+                range_m,
                 azimuth_rad: self.beam_rad(time),
-                sigma_range_m,
-                sigma_azimuth_rad,
+                sigma_range_m: libm::hypot(sigma_range_m, glint_m),
+                sigma_azimuth_rad: libm::hypot(sigma_azimuth_rad, glint_m / range_m),
             };
-            out.push(self.plot(levels, time, measured, to_db(ratio)));
+            out.push(self.plot(levels, time, measured, to_db(strength)));
         }
     }
 
@@ -782,18 +800,18 @@ impl Asde {
                     // The budget at the ghost's range already has its spreading loss.
                     let again = range_m / direct_m;
                     budget.signal_w *= power * again * again * again * again;
-                    if !self.detected(levels, &budget, chance) {
-                        continue;
-                    }
-                    let scnr = budget.scnr();
-                    let (sigma_range_m, sigma_azimuth_rad) = self.sigmas(scnr, budget.reflected);
+                    let Some(strength) = self.detected(levels, &budget, chance) else { continue };
+                    let (range_sigma_m, azimuth_sigma_rad) =
+                        self.sigmas(budget.scnr(), budget.reflected);
+                    let stated = self.sigmas(strength, budget.reflected);
+                    let glint_m = self.stated_glint_m(levels);
                     let measured = Polar {
-                        range_m: range_m + sigma_range_m * normal.0,
-                        azimuth_rad: beam.rad() + sigma_azimuth_rad * normal.1,
-                        sigma_range_m,
-                        sigma_azimuth_rad,
+                        range_m: range_m + range_sigma_m * normal.0,
+                        azimuth_rad: beam.rad() + azimuth_sigma_rad * normal.1,
+                        sigma_range_m: libm::hypot(stated.0, glint_m),
+                        sigma_azimuth_rad: libm::hypot(stated.1, glint_m / ground_m),
                     };
-                    out.push((self.plot(levels, time, measured, to_db(scnr)), to_db(power)));
+                    out.push((self.plot(levels, time, measured, to_db(strength)), to_db(power)));
                 }
             }
         }

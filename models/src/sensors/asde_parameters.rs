@@ -20,6 +20,9 @@ pub enum DetectionRule {
     Bernoulli,
 }
 
+/// Glint that an extractor states if nobody says more, m per axis (assumed: that of a medium jet).
+pub const GLINT_SIGMA_M: f64 = 2.5;
+
 /// Which energy the accuracy formulas use.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub enum Energy {
@@ -101,6 +104,9 @@ pub struct AsdeParameters {
     pub frequency_agile: bool,
     /// Velocity spread of the rain, m/s (decorrelation without hopping).
     pub rain_spread_ms: f64,
+    /// White error of an echo's centre that the extractor states for every target alike, standard deviation per axis, m:
+    /// one plot does not tell how its target glints. In cells the extent of the echo itself says it.
+    pub glint_sigma_m: f64,
     /// Coupling of the surface reflection into the azimuth error (κ).
     pub reflection_coupling: f64,
     /// Ground clutter: γ of the constant-γ model, dB.
@@ -163,6 +169,7 @@ impl AsdeParameters {
         number("azimuth_step_deg", self.azimuth_step_deg, 0.0, 5.0)?;
         number("assumed_height_m", self.assumed_height_m, 0.0, self.antenna_height_m)?;
         number("rain_spread_ms", self.rain_spread_ms, 0.01, 20.0)?;
+        number("glint_sigma_m", self.glint_sigma_m, 0.0, 100.0)?;
         number("reflection_coupling", self.reflection_coupling, 0.0, 10.0)?;
         number("ground_gamma_db", self.ground_gamma_db, -60.0, 10.0)?;
         number("roughness_m", self.roughness_m, 0.0, 10.0)?;
@@ -357,6 +364,7 @@ impl AsdeParameters {
             assumed_height_m: 1.5,
             frequency_agile: true,
             rain_spread_ms: 1.5,
+            glint_sigma_m: GLINT_SIGMA_M,
             reflection_coupling: 0.0,
             ground_gamma_db: -30.0,
             surface: &crate::environment::surface::MATERIALS[1],

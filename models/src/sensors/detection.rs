@@ -45,6 +45,29 @@ impl Swerling {
     }
 }
 
+/// The value that a gamma variate of order `order` exceeds with `ln_share` of the probability with which it exceeds
+/// `from`: Newton steps on the logarithm.
+fn above(order: f64, from: f64, ln_share: f64) -> f64 {
+    let at = ln_gamma_q(order, from);
+    let slope = |y: f64, ln_q: f64| {
+        // −d ln Q/dy = y^(k−1)·e^(−y)/(Γ(k)·Q), which is at most 1 in the tail.
+        libm::exp((order - 1.0) * libm::log(y) - y - libm::lgamma(order) - ln_q)
+    };
+    // ln Q is concave: from here on every step but the first comes from the right.
+    let mut y = from.max(order);
+    let mut ln_q = ln_gamma_q(order, y);
+    for _ in 0..60 {
+        let rest = ln_q - at - ln_share;
+        let step = rest / slope(y, ln_q).max(1e-12);
+        y = (y + step).max(from);
+        if step.abs() <= 1e-12 * y || !step.is_finite() {
+            break;
+        }
+        ln_q = ln_gamma_q(order, y);
+    }
+    y
+}
+
 /// A square-law detector that sums `n` pulses and compares with a threshold in units of noise power.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Detector {
@@ -209,6 +232,37 @@ impl Detector {
     #[must_use]
     pub fn miss(&self, snr: f64, swerling: Swerling) -> f64 {
         libm::exp(self.ln_miss(snr, swerling))
+    }
+
+    /// Strength of one detected look at a target of mean ratio `snr` per pulse, as the radar measures it: the sum of the
+    /// pulses over the noise, less the noise's own share, per pulse. `share` in (0, 1] is the probability with which a
+    /// detected look is stronger.
+    ///
+    /// `χ̂ = y/n − 1`, `P(Y > y | Y > T) = share`. Case 1: `y = T − (1 + nχ)·ln share`, exact for one pulse and in the
+    /// tail (Swerling 1960, the upper tail is exponential); other cases: `Y` as a gamma variate of its mean
+    /// `n(1 + χ)` and variance `n + 2nχ + (nχ)²/K`. A steady echo has its mean, but no less than the threshold.
+    #[must_use]
+    pub fn measured_snr(&self, snr: f64, swerling: Swerling, share: f64) -> f64 {
+        let (n, t) = (f64::from(self.n), self.threshold);
+        let ln_share = libm::log(share.clamp(1e-300, 1.0));
+        let s = n * snr;
+        let sum = match swerling {
+            _ if !(s > 0.0 && s < f64::INFINITY) => above(n, t, ln_share),
+            Swerling::Steady => (n + s).max(t),
+            Swerling::One => t - (1.0 + s) * ln_share,
+            _ => {
+                let (mean, variance) = (n + s, n + 2.0 * s + s * s / swerling.order(self.n));
+                let scale = variance / mean;
+                scale * above(mean / scale, t / scale, ln_share)
+            }
+        };
+        (sum / n - 1.0).max(t / n - 1.0)
+    }
+
+    /// The same for noise alone that has crossed the threshold: the tail of a gamma variate of order n.
+    #[must_use]
+    pub fn noise_snr(&self, share: f64) -> f64 {
+        self.measured_snr(0.0, Swerling::Steady, share)
     }
 
     /// Signal-to-noise ratio per pulse, as a power ratio, at which `probability` reaches `pd`: bisection

@@ -162,6 +162,9 @@ pub struct Blob {
     pub excess: f64,
     /// Power above the threshold, which weighs the cells of the centroid, in units of the thermal noise.
     pub weight: f64,
+    /// Mean squares of the distances of its cells from the centroid, weighed as that is: in beam positions and in range
+    /// cells. What the echo itself shows of the target's extent.
+    pub spread: [f64; 2],
     /// The cells that it lies in.
     pub span: CellBox,
 }
@@ -216,12 +219,17 @@ const MARGIN: i64 = 3;
 const JOIN: i64 = 2;
 
 impl Blob {
-    /// Takes in another cluster of the same target.
-    pub fn join(&mut self, other: &Self) {
+    /// Takes in another cluster of the same target, in cells of this size.
+    pub fn join(&mut self, other: &Self, beam_step_rad: f64, cell_m: f64) {
         let total = self.weight + other.weight;
         let share = if total > 0.0 { other.weight / total } else { 0.5 };
-        self.range_m += share * (other.range_m - self.range_m);
         let turn = wrap_pi(other.azimuth_rad - self.azimuth_rad);
+        let apart = [turn / beam_step_rad, (other.range_m - self.range_m) / cell_m];
+        for (k, apart) in apart.into_iter().enumerate() {
+            let (own, its) = (self.spread[k], other.spread[k]);
+            self.spread[k] = own + share * (its - own) + share * (1.0 - share) * apart * apart;
+        }
+        self.range_m += share * (other.range_m - self.range_m);
         self.azimuth_rad = wrap_pi(self.azimuth_rad + share * turn);
         self.cells += other.cells;
         self.peak = self.peak.max(other.peak);
@@ -577,6 +585,7 @@ impl CellRadar {
                     peak: 0.0,
                     excess: 0.0,
                     weight: 0.0,
+                    spread: [0.0; 2],
                     span: CellBox {
                         beams: (first.beam, first.beam),
                         cells: (first.cell, first.cell),
@@ -584,6 +593,7 @@ impl CellRadar {
                 };
                 // Sums of weight, beam and cell; of beam and cell without weights.
                 let (mut weighted, mut plain) = ([0.0; 3], [0.0; 2]);
+                let mut squares = [0.0; 2];
                 for &m in members {
                     let hit = hits[m as usize];
                     // Beams of a cluster across the seam count from its first one.
@@ -601,6 +611,9 @@ impl CellRadar {
                     weighted[0] += hit.weight;
                     weighted[1] += hit.weight * off;
                     weighted[2] += hit.weight * cell;
+                    let from_first = cell - first.cell as f64;
+                    squares[0] += hit.weight * off * off;
+                    squares[1] += hit.weight * from_first * from_first;
                     plain[0] += off;
                     plain[1] += cell;
                 }
@@ -611,6 +624,11 @@ impl CellRadar {
                 } else {
                     plain.map(|sum| sum / count)
                 };
+                if weighted[0] > 0.0 {
+                    let means = [beam, cell - first.cell as f64];
+                    blob.spread =
+                        [0, 1].map(|k| (squares[k] / weighted[0] - means[k] * means[k]).max(0.0));
+                }
                 let centre = first.beam as f64 + 0.5 + beam;
                 blob.weight = weighted[0];
                 blob.azimuth_rad = wrap_pi(centre * self.beam_step_rad());

@@ -10,7 +10,7 @@ use models::effects::Tolerance;
 use models::environment::fog::FogLaw;
 use models::environment::surface::{MATERIALS, Material};
 use models::frames::{Vector2, Vector3};
-use models::sensors::asde::{Asde, AsdeParameters, DetectionRule, Energy};
+use models::sensors::asde::{Asde, AsdeParameters, DetectionRule, Energy, GLINT_SIGMA_M};
 use models::sensors::config::ConfigError;
 use models::sensors::detection::Swerling;
 use models::sensors::radar_equation::Polarisation;
@@ -70,7 +70,7 @@ pub fn shipped(name: &str) -> Result<AsdeParameters, ScenarioError> {
     Ok(scene.parameters)
 }
 
-const KEYS: [&str; 38] = [
+const KEYS: [&str; 39] = [
     "carrier_ghz",
     "peak_power_w",
     "pulse_s",
@@ -104,6 +104,7 @@ const KEYS: [&str; 38] = [
     "assumed_height_m",
     "frequency_agile",
     "rain_spread_ms",
+    "glint_sigma_m",
     "reflection_coupling",
     "ground_gamma_db",
     "surface",
@@ -288,6 +289,7 @@ impl Layers<'_> {
                 .flag("frequency_agile")?
                 .ok_or_else(|| self.set.missing("frequency_agile", "true or false".into()))?,
             rain_spread_ms: self.number("rain_spread_ms")?,
+            glint_sigma_m: self.optional("glint_sigma_m")?.unwrap_or(GLINT_SIGMA_M),
             reflection_coupling: self.number("reflection_coupling")?,
             ground_gamma_db: self.number("ground_gamma_db")?,
             surface: self.choice("surface", &surfaces)?,

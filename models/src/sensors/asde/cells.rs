@@ -8,7 +8,7 @@ use crate::draw::DrawKey;
 use crate::frames::{Azimuth, wrap_pi};
 use crate::plot::Polar;
 use crate::sensors::Truth;
-use crate::sensors::detection::to_db;
+use crate::sensors::detection::{Detector, to_db};
 use crate::sensors::extended::{self, ExtentLevel};
 use crate::sensors::radar_equation::Air;
 use crate::sensors::radar_levels::{RadarEffect, RadarLevels};
@@ -17,6 +17,12 @@ use crate::sensors::video::{Blob, CellBox, CellWork, Fading, PointEcho, Threshol
 /// Part of a range cell, and of a beam position, that the centre of a cluster is off on average over the
 /// places of a point in its cell, however strong it is.
 const CELL_SIGMA: f64 = 0.12;
+
+/// Deviation of an echo's centre over that of its extent (assumed; between 0.1 and 0.3 for the lists of scatterers).
+const GLINT_OF_EXTENT: f64 = 0.2;
+/// Mean square of what a point leaves in the cells, in beam positions² and range cells² (measured over its places).
+const POINT_BEAMS2: f64 = 0.29;
+const POINT_CELLS2: f64 = 0.29;
 
 /// Echoes of returns, one list after the other.
 #[derive(Clone, Debug, Default)]
@@ -140,7 +146,7 @@ impl Asde {
                     found.push((cause, blob));
                 }
             }
-            let plots = joined(found).into_iter();
+            let plots = self.joined(found).into_iter();
             seen.extend(plots.filter_map(|(i, b)| self.cluster(levels, &returns[i], i, &b)));
         }
         (seen, taken)
@@ -224,17 +230,47 @@ impl Asde {
             glint_along_m: blob.range_m + shift_m - r.range_m,
             glint_across_m: wrap_pi(blob.azimuth_rad - r.azimuth_rad) * ground_m,
         };
-        let scnr = r.budget.scnr();
-        let own = self.sigmas(scnr, r.budget.reflected);
-        let (sigma_range_m, sigma_azimuth_rad) = self.cell_sigmas(own);
+        let (measured, strength) = self.stated(blob, r.budget.reflected);
+        let plot = self.plot(levels, r.look.time, measured, to_db(strength));
+        Some(Seen { plot, cause: Some(cause), draws })
+    }
+
+    /// What the radar can say of a cluster: its place, its strength (the strongest sum of pulses over the noise, per
+    /// pulse), and deviations by that strength and by the extent that the echo itself shows.
+    fn stated(&self, blob: &Blob, reflected: f64) -> (Polar, f64) {
+        let Detector { n, threshold, .. } = self.detector;
+        let strength = (blob.peak * threshold / f64::from(n) - 1.0).max(0.0);
+        let (range_m, azimuth_rad) = self.cell_sigmas(self.sigmas(strength, reflected));
+        // What a point leaves of itself in the cells is no extent.
+        let glint = |spread: f64, point: f64, step: f64| {
+            GLINT_OF_EXTENT * (spread - point).max(0.0).sqrt() * step
+        };
         let measured = Polar {
             range_m: blob.range_m,
             azimuth_rad: blob.azimuth_rad,
-            sigma_range_m: libm::hypot(sigma_range_m, r.glint_along_m),
-            sigma_azimuth_rad: libm::hypot(sigma_azimuth_rad, r.glint_across_m / ground_m),
+            sigma_range_m: libm::hypot(
+                range_m,
+                glint(blob.spread[1], POINT_CELLS2, self.grid.cell_m),
+            ),
+            sigma_azimuth_rad: libm::hypot(
+                azimuth_rad,
+                glint(blob.spread[0], POINT_BEAMS2, self.grid.beam_step_rad()),
+            ),
         };
-        let plot = self.plot(levels, r.look.time, measured, to_db(scnr));
-        Some(Seen { plot, cause: Some(cause), draws })
+        (measured, strength)
+    }
+
+    /// The clusters of each return as one, by return.
+    fn joined(&self, mut found: Vec<(usize, Blob)>) -> Vec<(usize, Blob)> {
+        found.sort_by_key(|(i, _)| *i);
+        found.dedup_by(|(later, other), (first, blob)| {
+            let same = later == first;
+            if same {
+                blob.join(other, self.grid.beam_step_rad(), self.grid.cell_m);
+            }
+            same
+        });
+        found
     }
 
     /// Deviations of range and azimuth with what the steps of the cells add.
@@ -291,18 +327,12 @@ impl Asde {
                 && let Some(time) = self.pass(interval, blob.azimuth_rad)
             {
                 self.tally.count(RadarEffect::FalseAlarms);
-                let sigmas = self.cell_sigmas(self.sigmas(self.required, 0.0));
-                let measured = Polar {
-                    range_m: blob.range_m,
-                    azimuth_rad: blob.azimuth_rad,
-                    sigma_range_m: sigmas.0,
-                    sigma_azimuth_rad: sigmas.1,
-                };
-                let plot = self.plot(levels, time, measured, to_db(self.required));
+                let (measured, strength) = self.stated(blob, 0.0);
+                let plot = self.plot(levels, time, measured, to_db(strength));
                 alarms.push(Seen { plot, cause: None, draws: Draws::default() });
             }
         }
-        let plots = joined(found).into_iter();
+        let plots = self.joined(found).into_iter();
         let plots = plots.filter_map(|(i, b)| self.cluster(levels, &returns[i], i, &b));
         let mut seen: Vec<Seen> = plots.collect();
         seen.extend(alarms);
@@ -339,19 +369,6 @@ impl Asde {
         let echoes = lists.each().flat_map(|(_, own)| own.iter().copied());
         self.grid.video(echoes, fill, Threshold::Known, self.key(interval, 0)).blobs
     }
-}
-
-/// The clusters of each return as one, by return.
-fn joined(mut found: Vec<(usize, Blob)>) -> Vec<(usize, Blob)> {
-    found.sort_by_key(|(i, _)| *i);
-    found.dedup_by(|(later, other), (first, blob)| {
-        let same = later == first;
-        if same {
-            blob.join(other);
-        }
-        same
-    });
-    found
 }
 
 /// The return of this interval that puts most power into a cluster.

@@ -4,6 +4,8 @@ use crate::frames::Vector3;
 use crate::plot::Callsign;
 use crate::sensors::radar_equation::{BudgetLevels, Echo, Polarisation};
 
+mod stated;
+
 type Pair = (f64, f64);
 
 /// Targets that move straight from where they are at time zero.
