@@ -86,6 +86,10 @@ pub struct TrackSummary {
     pub raw_rmse_m: Option<f64>,
     /// Error of the published (predicted) tracks at publication time, m.
     pub published_rmse_m: Option<f64>,
+    /// The same without the first three reports and the last of each stretch of one track on one target, m.
+    pub settled_rmse_m: Option<f64>,
+    /// Squared errors of these reports over the covariance that they state, mean; 2 where it is right.
+    pub settled_nees: Option<f64>,
     /// The two first figures on straight legs only, m.
     pub straight_rmse_m: Option<f64>,
     /// Raw plots on straight legs, m.
@@ -155,6 +159,8 @@ impl RunSummary {
                 rmse_m: one("rmse_m"),
                 raw_rmse_m: one("raw_rmse_m"),
                 published_rmse_m: one("published_rmse_m"),
+                settled_rmse_m: one("settled_rmse_m"),
+                settled_nees: one("settled_nees"),
                 straight_rmse_m: one("straight_rmse_m"),
                 straight_raw_rmse_m: one("straight_raw_rmse_m"),
             },

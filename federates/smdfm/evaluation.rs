@@ -2,11 +2,13 @@
 //!
 //! `raw_rmse_m`: ASDE plots of moving targets, at the plot's own time, that updated a confirmed track;
 //! `rmse_m`: that track's state just after the update, same plots; `published_rmse_m`: the published
-//! (predicted) tracks at publication time against the entity that most of their plots came from.
+//! (predicted) tracks at publication time against the entity that most of their plots came from;
+//! `settled_rmse_m`: the same without the first three reports of each stretch of one track on one entity, and the last;
+//! `settled_nees`: squared error over the covariance stated, two degrees of freedom, same reports.
 
 use super::kind_word;
 use super::received_truth::View;
-use models::frames::wrap_pi;
+use models::frames::{Vector2, wrap_pi};
 use models::fusion::Outcome;
 use models::plot::SensorKind;
 use models::sensors::{PlotSink, Truth};
@@ -33,9 +35,24 @@ impl MeanSquare {
         self.sum += squared;
         self.count += 1;
     }
+    fn mean(&self) -> f64 {
+        if self.count == 0 { f64::NAN } else { self.sum / self.count as f64 }
+    }
     fn root(&self) -> f64 {
         if self.count == 0 { f64::NAN } else { (self.sum / self.count as f64).sqrt() }
     }
+}
+
+/// Reports at the beginning of a stretch that are not settled yet.
+const ACQUISITION: u32 = 3;
+
+/// Reports of one track on one entity, without a gap.
+#[derive(Clone, Copy, Debug)]
+struct Stretch {
+    key: u64,
+    reports: u32,
+    /// Squared error, m², and normalised, of the latest report: it counts if another one follows.
+    latest: (f64, f64),
 }
 
 /// Running measures of a run.
@@ -46,6 +63,10 @@ pub struct Evaluation {
     straight_raw: MeanSquare,
     straight_tracked: MeanSquare,
     published: MeanSquare,
+    settled: MeanSquare,
+    settled_nees: MeanSquare,
+    /// Stretches that are going on, by track number.
+    stretches: BTreeMap<u16, Stretch>,
     looks: BTreeMap<SensorKind, (u64, u64)>,
     plots: BTreeMap<SensorKind, u64>,
     confirmed: u64,
@@ -105,13 +126,36 @@ impl Evaluation {
             }
             if track.status == TrackStatus::Last {
                 self.follows.remove(&track.number);
+                self.stretches.remove(&track.number);
                 continue;
             }
             self.now_confirmed += 1;
-            if let Some((_, distance_m)) = self.truth_of(view, track, to) {
-                self.published.add(distance_m * distance_m);
+            let Some((index, distance_m)) = self.truth_of(view, track, to) else {
+                self.stretches.remove(&track.number);
+                continue;
+            };
+            self.published.add(distance_m * distance_m);
+            if let Some(truth) = view.at(index, to) {
+                self.settle(view.key(index), track, track.position_m - truth.position_m.xy());
             }
         }
+    }
+
+    /// One more report of a track on the entity of this key, with its error.
+    fn settle(&mut self, key: u64, track: &SystemTrack, error_m: Vector2<f64>) {
+        let p = track.position_cov_m2;
+        let det = p[(0, 0)] * p[(1, 1)] - p[(0, 1)] * p[(1, 0)];
+        let nees = (p[(1, 1)] * error_m.x * error_m.x + p[(0, 0)] * error_m.y * error_m.y
+            - (p[(0, 1)] + p[(1, 0)]) * error_m.x * error_m.y)
+            / det;
+        let latest = (error_m.norm_squared(), nees);
+        let before = self.stretches.get(&track.number).filter(|s| s.key == key).copied();
+        if let Some(before) = before.filter(|s| s.reports > ACQUISITION) {
+            self.settled.add(before.latest.0);
+            self.settled_nees.add(before.latest.1);
+        }
+        let reports = before.map_or(1, |s| s.reports + 1);
+        self.stretches.insert(track.number, Stretch { key, reports, latest });
     }
 
     /// Index of the entity that a track follows, and its distance to it at `to`, m.
@@ -138,6 +182,8 @@ impl Evaluation {
             ("straight_raw_rmse_m".to_owned(), self.straight_raw.root()),
             ("straight_rmse_m".to_owned(), self.straight_tracked.root()),
             ("published_rmse_m".to_owned(), self.published.root()),
+            ("settled_rmse_m".to_owned(), self.settled.root()),
+            ("settled_nees".to_owned(), self.settled_nees.mean()),
             ("false_plots".to_owned(), self.false_plots as f64),
             ("outsiders_now".to_owned(), self.outsiders_now as f64),
         ];

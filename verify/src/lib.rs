@@ -1,7 +1,7 @@
 //! Reference vectors (`*.json` with `cases`, or `vectors`) run through the functions that the federates call.
 //!
 //! A file is known by its name; each known name has one check in [`radar`], [`effects`], [`gnss`], [`tracking`],
-//! [`tracking_sets`], [`traffic`], [`wire`] or [`datagrams`]. A file without either is input of other files and is passed over. `seeds verify DIR`
+//! [`tracking_sets`], [`tracking_estimates`], [`traffic`], [`wire`] or [`datagrams`]. A file without either is input of other files and is passed over. `seeds verify DIR`
 //! and the tests of this crate are the same code.
 
 use serde_json::Value;
@@ -12,6 +12,7 @@ pub mod effects;
 pub mod gnss;
 pub mod radar;
 pub mod tracking;
+pub mod tracking_estimates;
 pub mod tracking_sets;
 pub mod traffic;
 pub mod wire;
@@ -41,6 +42,7 @@ pub fn check_for(file_name: &str) -> Option<Check> {
         .or_else(|| tracking::check_for(stem))
         .or_else(|| tracking_sets::check_for(stem))
         .or_else(|| traffic::check_for(stem))
+        .or_else(|| tracking_estimates::check_for(stem))
         .or_else(|| wire::check_for(stem))
         .or_else(|| datagrams::check_for(stem))
 }

@@ -34,14 +34,17 @@ pub fn check_for(stem: &str) -> Option<Check> {
 }
 
 /// Input, expectation and tolerance of one case.
-struct Case<'a> {
-    input: &'a Value,
-    expected: &'a Value,
-    tol: f64,
+pub(crate) struct Case<'a> {
+    pub(crate) input: &'a Value,
+    pub(crate) expected: &'a Value,
+    pub(crate) tol: f64,
 }
 
 /// Runs every case; what is missing or malformed fails its case.
-fn each_case(file: &Value, check: fn(&Case<'_>, &mut Judge) -> Option<()>) -> Vec<CaseResult> {
+pub(crate) fn each_case(
+    file: &Value,
+    check: fn(&Case<'_>, &mut Judge) -> Option<()>,
+) -> Vec<CaseResult> {
     let cases = file["cases"].as_array().map_or(&[][..], Vec::as_slice);
     let judged = cases.iter().enumerate().map(|(number, case)| {
         let name = case["name"].as_str().map_or_else(|| number.to_string(), str::to_owned);
@@ -58,19 +61,19 @@ fn each_case(file: &Value, check: fn(&Case<'_>, &mut Judge) -> Option<()>) -> Ve
 }
 
 impl Case<'_> {
-    fn number(&self, key: &str) -> Option<f64> {
+    pub(crate) fn number(&self, key: &str) -> Option<f64> {
         self.input[key].as_f64()
     }
-    fn list(&self, key: &str) -> Option<Vec<f64>> {
+    pub(crate) fn list(&self, key: &str) -> Option<Vec<f64>> {
         numbers(&self.input[key])
     }
 }
 
-fn numbers(value: &Value) -> Option<Vec<f64>> {
+pub(crate) fn numbers(value: &Value) -> Option<Vec<f64>> {
     value.as_array()?.iter().map(Value::as_f64).collect()
 }
 
-fn rows(value: &Value) -> Option<Vec<Vec<f64>>> {
+pub(crate) fn rows(value: &Value) -> Option<Vec<Vec<f64>>> {
     value.as_array()?.iter().map(numbers).collect()
 }
 

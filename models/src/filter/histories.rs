@@ -207,6 +207,14 @@ fn most_likely<const N: usize>(children: &mut [Child], best: f64) -> &[Child] {
     children
 }
 
+/// Places of the `most` largest weights (logs), the largest first; equal ones in their order.
+pub(crate) fn ranked(weights: &[f64], most: usize) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..weights.len()).collect();
+    order.sort_by(|&a, &b| weights[b].total_cmp(&weights[a]).then(a.cmp(&b)));
+    order.truncate(most);
+    order
+}
+
 /// What the plot says of the scan before, given the mode of the step in between.
 fn smoothed(
     parent: &Gaussian,
@@ -307,9 +315,8 @@ impl<const N: usize, const L: usize> StateEstimator for Histories<N, L> {
         }
         let shares = association_shares(&c, &states, &measurements(plots)?)?;
         let score = |k: usize| libm::log(c[k]) + shares[k].0;
-        let mut order: Vec<usize> = (0..children.len()).collect();
-        order.sort_by(|a, b| score(*b).total_cmp(&score(*a)).then(a.cmp(b)));
-        order.truncate(N);
+        let scores: Vec<f64> = (0..children.len()).map(score).collect();
+        let order = ranked(&scores, N);
         let best = order.first().map_or(f64::NEG_INFINITY, |k| score(*k));
         if !best.is_finite() {
             return Err(UpdateError::BadInnovation(best));

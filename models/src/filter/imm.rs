@@ -22,6 +22,8 @@ pub struct Imm<const M: usize> {
     weights: [f64; M],
     modes: Arc<Modes>,
     start: Start,
+    /// ln of the density that the last plot was given.
+    log_density: f64,
 }
 
 /// Least weight of a mode: it must be able to come back.
@@ -40,7 +42,15 @@ impl<const M: usize> Imm<M> {
         let (z, r) = start_position(plot)?;
         let state = Gaussian::at_position(z, r, start.sigma_v_ms, start.sigma_a_ms2);
         let weights = prior(&modes);
-        Ok(Self { time: plot.time, states: [state; M], weights, modes, start })
+        let log_density = f64::NAN;
+        Ok(Self { time: plot.time, states: [state; M], weights, modes, start, log_density })
+    }
+
+    /// ln of the density (1/m², or 1/m of a plot along one direction) that the last plot was given before it was taken;
+    /// NaN if there was none, or several of which one was meant.
+    #[must_use]
+    pub fn log_density(&self) -> f64 {
+        self.log_density
     }
 
     /// Probability of each mode.
@@ -117,6 +127,9 @@ impl<const M: usize> Imm<M> {
             return Err(UpdateError::BadInnovation(least));
         }
         let weights = from_fn(|j| scale[j] * likelihood(d2[j] - least));
+        let sum: f64 = weights.iter().sum();
+        self.log_density =
+            libm::log(sum) - 0.5 * (least + f64::from(nis.dof) * libm::log(std::f64::consts::TAU));
         self.weights = floored(weights).unwrap_or(c);
         (self.time, self.states) = (plot.time, states);
         Ok(nis)
@@ -236,12 +249,14 @@ impl<const M: usize> StateEstimator for Imm<M> {
         let sound = weights::normalise(&mut log_weights).is_some();
         self.weights = sound.then(|| floored(log_weights)).flatten().unwrap_or(c);
         (self.time, self.states) = (first.time, states);
+        self.log_density = f64::NAN;
         Ok(())
     }
 
     fn replace(&mut self, time: SimTime, state: &Gaussian) {
         (self.time, self.states) = (time, [*state; M]);
         self.weights = prior(&self.modes);
+        self.log_density = f64::NAN;
     }
 
     fn start(&self) -> Start {

@@ -10,6 +10,8 @@
 //! | `imm3` | three modes, mixed | [`imm`] |
 //! | `mh3`, `mh9`, `mh27` | the 3, 9, 27 most likely histories of modes | [`histories`] |
 //! | `mh9-lag1` | the same, published one scan later with what that scan says | [`histories`] |
+//! | `events9`, `events27` | histories of accelerations that begin, change and end | [`events`] |
+//! | `pair` | `imm3` and `events27`, averaged by the likelihood of the plots | [`events`] |
 //! | `mh9-map` | histories along a known centreline, and a free filter beside | [`map`], [`route`] |
 //! | `rts` | off-line: every state from all plots | [`smoother`] |
 //!
@@ -19,7 +21,9 @@
 //! the tracker goes back to a saved copy (every filter is cheap to clone).
 
 pub mod bulk;
+pub mod choice;
 pub mod consistency;
+pub mod events;
 pub mod gaussian;
 #[cfg(test)]
 mod hard_cases;
@@ -42,6 +46,7 @@ pub mod weights;
 use crate::frames::{Matrix2, Vector2};
 use crate::plot::Plot;
 use crate::time::SimTime;
+use events::{Averaged, EventModel, Events};
 pub use gaussian::{Gaussian, Innovation, Measurement, Nis, Sym2, nis_at};
 use histories::Histories;
 use imm::Imm;
@@ -352,11 +357,17 @@ pub enum Rung {
     Mh9Lag1,
     /// Nine histories along known centrelines; the configuration needs a map.
     Mh9Map,
+    /// Nine histories of events.
+    Events9,
+    /// Twenty-seven histories of events.
+    Events27,
+    /// Three modes mixed and twenty-seven histories of events, averaged by likelihood.
+    Pair,
 }
 
 impl Rung {
     /// All rungs with their names, from cheap to exact.
-    pub const ALL: [(Self, &'static str); 11] = [
+    pub const ALL: [(Self, &'static str); 14] = [
         (Self::Abg, "abg"),
         (Self::Ca3, "ca3"),
         (Self::Ca3Ud, "ca3-ud"),
@@ -368,6 +379,9 @@ impl Rung {
         (Self::Mh27, "mh27"),
         (Self::Mh9Lag1, "mh9-lag1"),
         (Self::Mh9Map, "mh9-map"),
+        (Self::Events9, "events9"),
+        (Self::Events27, "events27"),
+        (Self::Pair, "pair"),
     ];
 
     /// The rung of this name.
@@ -408,13 +422,24 @@ impl FilterConfig {
     pub fn new(rung: Rung) -> Self {
         let modes = Arc::new(match rung {
             Rung::Mh27 | Rung::Mh9Lag1 => Modes::four(),
-            Rung::Imm3 | Rung::Mh9Map => Modes::mixed(),
+            Rung::Imm3 | Rung::Mh9Map | Rung::Pair => Modes::mixed(),
             _ => Modes::three(),
         });
         let start = Start::default();
         // Λ = 0.05 at one plot a second: 30 % less variance on a target that follows the model.
         let gains = Arc::new(Gains::new(0.05, 1.0, start, 3.0));
         Self { rung, q: 0.3, rolling: false, gains, start, modes, map: None }
+    }
+}
+
+impl FilterConfig {
+    /// How many modes the rung switches between; 1 for those that know one motion only.
+    #[must_use]
+    pub fn modes_of_rung(&self) -> usize {
+        match self.rung {
+            Rung::Abg | Rung::Ca3 | Rung::Ca3Ud | Rung::Ca6 | Rung::Ca6Ud => 1,
+            _ => self.modes.count(),
+        }
     }
 }
 
@@ -445,6 +470,12 @@ pub enum Estimator {
     Histories9Lag(Box<Histories<9, 9>>),
     /// `mh9-map`
     Map9(Box<MapAided<9>>),
+    /// `events9`
+    Events9(Box<Events<9>>),
+    /// `events27`
+    Events27(Box<Events<27>>),
+    /// `pair`
+    Pair(Box<Averaged>),
 }
 
 impl Estimator {
@@ -475,6 +506,13 @@ impl Estimator {
             Rung::Mh9Lag1 => {
                 Self::Histories9Lag(Box::new(Histories::from_plot(plot, modes(), start)?))
             }
+            Rung::Events9 => {
+                Self::Events9(Box::new(Events::from_plot(plot, EventModel::default(), start)?))
+            }
+            Rung::Events27 => {
+                Self::Events27(Box::new(Events::from_plot(plot, EventModel::default(), start)?))
+            }
+            Rung::Pair => Self::Pair(Box::new(Averaged::from_plot(plot, modes(), start)?)),
             Rung::Mh9Map => match &config.map {
                 Some(map) => {
                     let map = Arc::clone(map);
@@ -502,6 +540,9 @@ macro_rules! on_each {
             Estimator::Histories27($filter) => $body,
             Estimator::Histories9Lag($filter) => $body,
             Estimator::Map9($filter) => $body,
+            Estimator::Events9($filter) => $body,
+            Estimator::Events27($filter) => $body,
+            Estimator::Pair($filter) => $body,
         }
     };
 }

@@ -1,10 +1,9 @@
 //! Association of one batch (plots of one sensor and one of its intervals) with the tracks.
 
-use super::config::{AssociationMethod, SensorModel, TrackingConfig};
+use super::config::{AssociationMethod, SensorModel};
 use super::filter::TrackFilter;
 use super::life;
 use super::registration::Reference;
-use super::ring::Ring;
 use super::track_file::{Applied, Stage, Track, Update, place_at, position_at, predict};
 use super::tracker::{Candidate, Look, Outcome, Tracker, Work};
 use crate::association::kinematic_gate;
@@ -74,9 +73,9 @@ impl Tracker {
             if work.track_used[track] {
                 continue;
             }
-            let found = Measurement::of(plot).ok().and_then(|m| {
-                distance(&self.tracks[track], plot.time, plot, &m, &self.config, &self.ring)
-            });
+            let found = Measurement::of(plot)
+                .ok()
+                .and_then(|m| self.distance(&self.tracks[track], plot.time, plot, &m));
             if found.is_some_and(|pair| pair.d2 <= self.identified_gate) {
                 self.update(track, How::Plot, k, model, work);
             }
@@ -412,7 +411,7 @@ impl Tracker {
                             continue;
                         }
                     }
-                    let found = distance(track, look.time, plot, &m, &self.config, &self.ring);
+                    let found = self.distance(track, look.time, plot, &m);
                     let Some(nis) = found else {
                         continue;
                     };
@@ -505,8 +504,7 @@ impl Tracker {
             let reach = kinematic_gate::reach(&track.limits, &target, dt_s, plot.position_m, r);
             let Some(reach) = reach.filter(|reach| reach.m <= limit) else { continue };
             let measured = Measurement::of(plot).ok();
-            let found = measured
-                .and_then(|m| distance(track, plot.time, plot, &m, &self.config, &self.ring));
+            let found = measured.and_then(|m| self.distance(track, plot.time, plot, &m));
             offers.push((reach.m, found.map_or(f64::MAX, |d| d.d2), pair.track, k));
         }
         offers.sort_unstable_by(|a, b| {
@@ -653,6 +651,21 @@ impl Tracker {
     ) {
         let Candidate { plot, index: place } = &work.candidates[k];
         let outside = self.is_outside(*place) || self.tracks[index].outside;
+        // The plot as the track knows its target: offset of its echo, and how that wanders.
+        let stated = *plot;
+        let known = self.tracks[index].as_known(plot, &self.registration);
+        let plot = &known;
+        let several: Vec<(Plot, f64)>;
+        let how = match how {
+            How::Weighted { plots, hit } if self.config.register_echo => {
+                several = {
+                    let (track, sites) = (&self.tracks[index], &self.registration);
+                    plots.iter().map(|(p, beta)| (track.as_known(p, sites), *beta)).collect()
+                };
+                How::Weighted { plots: &several, hit }
+            }
+            other => other,
+        };
         let track = &mut self.tracks[index];
         let late = plot.time < track.time();
         let (update, hit) = match how {
@@ -680,10 +693,28 @@ impl Tracker {
             work.used[k] = true;
             work.track_used[index] = true;
         }
+        if hit {
+            track.note_course(velocity_ms);
+        }
+        if hit && !manoeuvre && self.config.register_echo && stated.polar.is_some() {
+            track.spread.learn(&stated, model.interval_s);
+            track.note_echo(&stated, self.registration.law());
+        }
         if hit && self.config.register_sites && !outside {
             if plot.polar.is_some() && !manoeuvre {
                 if let Some(reference) = &track.reference {
-                    self.registration.learn(plot, reference, velocity_ms);
+                    let (body, course) = (track.body(), track.course);
+                    let taken_off = self.registration.correction_m(&stated)
+                        - stated.axis * self.registration.law().unknown_m.0;
+                    self.registration.learn(
+                        &stated,
+                        taken_off,
+                        reference,
+                        velocity_ms,
+                        body.as_ref(),
+                        course,
+                        model.interval_s,
+                    );
                 }
             } else if plot.identity.is_some() && plot.along_m2.is_finite() {
                 track.reference = Some(Box::new(Reference {
@@ -861,26 +892,24 @@ const REACH_MARGIN_M: f64 = 50.0;
 /// ln 2π.
 const LN_TAU: f64 = 1.837_877_066_409_345_3;
 
-/// Distance of a plot (measuring `m`) from a track predicted to the plot's own time.
-#[inline]
-fn distance(
-    track: &Track,
-    time: SimTime,
-    plot: &Plot,
-    m: &Measurement,
-    config: &TrackingConfig,
-    ring: &Ring,
-) -> Option<Nis> {
-    let filter = track.filter_before(time, ring)?;
-    let soon = time.since_s(filter.time()) <= config.life.constant_velocity_after_s;
-    let nis = match filter.considered(plot, config) {
-        Some(found) if soon => found.ok()?,
-        _ => {
-            let (at, cov) = position_at(filter, time, &config.life).ok()?;
-            nis_at(at, cov, m).ok()?
-        }
-    };
-    (nis.d2.is_finite() && nis.det > 0.0 && nis.det < f64::INFINITY).then_some(nis)
+impl Tracker {
+    /// Distance of a plot (measuring `m`) from a track predicted to the plot's own time.
+    #[inline]
+    fn distance(&self, track: &Track, time: SimTime, plot: &Plot, m: &Measurement) -> Option<Nis> {
+        let config = &self.config;
+        let filter = track.filter_before(time, &self.ring)?;
+        let soon = time.since_s(filter.time()) <= config.life.constant_velocity_after_s;
+        let known = self.registration.knows(plot).then(|| track.as_known(plot, &self.registration));
+        let nis = match filter.considered(known.as_ref().unwrap_or(plot), config) {
+            Some(found) if soon => found.ok()?,
+            _ => {
+                let (at, cov) = position_at(filter, time, &config.life).ok()?;
+                let m = known.map_or(Ok(*m), |plot| Measurement::of(&plot)).ok()?;
+                nis_at(at, cov, &m).ok()?
+            }
+        };
+        (nis.d2.is_finite() && nis.det > 0.0 && nis.det < f64::INFINITY).then_some(nis)
+    }
 }
 
 /// `tr R`, m²; a direction that is not measured counts 10 m.

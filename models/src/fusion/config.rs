@@ -1,5 +1,6 @@
 //! What the tracker is told: every number here is a choice of the scene, with a default.
 
+use super::near_side::EchoLaw;
 use crate::association::kinematic_gate::ClassLimits;
 use crate::filter::{FilterConfig, Rung};
 use crate::flight_list::{FlightEntry, MovementKind, WakeCategory};
@@ -132,8 +133,8 @@ pub struct SensorModel {
     pub false_density_m2: f64,
     /// White error beyond what the plot states (glint of an extended target), standard deviation, m.
     pub extra_sigma_m: f64,
-    /// Share of the plot's variance that varies slowly instead of from plot to plot, 0 to 1. Of a radar it is
-    /// respected beside another sensor with such a share only: alone it would shift every plot alike.
+    /// Share of the plot's variance that varies slowly instead of from plot to plot, 0 to 1 (not of a radar: see
+    /// [`super::near_side`]).
     pub slow_share: f64,
     /// Correlation time of that share, s.
     pub slow_tau_s: f64,
@@ -158,16 +159,16 @@ impl SensorModel {
         };
         match kind {
             SensorKind::Asde => {
-                // The echo of a large target lies on its near side, and moves as its aspect does.
-                let echo = Self { slow_share: 0.5, slow_tau_s: 60.0, extra_sigma_m: 1.0, ..base };
-                Self { detection: 0.9, false_density_m2: 2e-8, ..echo }
+                // The tail of glint; where the echo lies is the law of echoes' affair.
+                Self { detection: 0.9, false_density_m2: 2e-8, extra_sigma_m: 1.0, ..base }
             }
             SensorKind::Gps => Self { slow_share: 0.95, slow_tau_s: 300.0, ..base },
             // What its delay is off the nominal one, at taxi speeds.
             SensorKind::Adsb => {
                 Self { slow_share: 0.95, slow_tau_s: 300.0, extra_sigma_m: 3.0, ..base }
             }
-            SensorKind::Dgps => Self { slow_share: 0.9, slow_tau_s: 100.0, ..base },
+            // Noise is a third; multipath of a vehicle that moves, and corrections, change within half a minute.
+            SensorKind::Dgps => Self { slow_share: 0.65, slow_tau_s: 30.0, ..base },
             // Ways round corners, which its own figures do not know of.
             SensorKind::Mlat => Self { extra_sigma_m: 2.0, ..base },
             SensorKind::Loop | SensorKind::Dynamic => base,
@@ -199,9 +200,13 @@ pub struct TrackingConfig {
     /// Whether slow errors of sensors are respected ([`super::consider`]) or taken for white. A track that
     /// such a sensor updates leaves the configured filter for a six-state one.
     pub consider_slow_errors: bool,
-    /// Whether constant errors of radar sites are estimated from targets that report their position,
-    /// and taken off.
+    /// Whether constant errors of radar sites (and what is known of echoes) are estimated from targets that report their
+    /// position, and taken off.
     pub register_sites: bool,
+    /// Whether the near side of echoes is taken off, and what is left of it respected ([`super::near_side`]).
+    pub register_echo: bool,
+    /// What is assumed of echoes.
+    pub echo: EchoLaw,
     /// Two tracks that stay this near and move alike are one target, m (beside the body of a labelled one).
     pub duplicate_radius_m: f64,
 }
@@ -253,18 +258,22 @@ impl TrackingConfig {
             ring_s: 5.0,
             consider_slow_errors: false,
             register_sites: false,
+            register_echo: false,
+            echo: EchoLaw::default(),
             duplicate_radius_m: 12.0,
         }
     }
 
-    /// Smallest error: twenty-seven histories of four modes, joint probabilistic association in clusters.
+    /// Smallest published error on recorded traffic: three modes mixed, slow errors of receivers and echoes as states, joint
+    /// probabilistic association in clusters. (More histories win on point targets that move as drawn, not here.)
     #[must_use]
     pub fn accurate() -> Self {
         let mut config = Self::paper();
-        config.filter = FilterConfig::new(Rung::Mh27);
+        config.filter = FilterConfig::new(Rung::Imm3);
         config.association = AssociationMethod::Joint { limit: 100_000 };
         config.consider_slow_errors = true;
         config.register_sites = true;
+        config.register_echo = true;
         config
     }
 
@@ -298,6 +307,12 @@ impl TrackingConfig {
             (None, MovementKind::Vehicle) => (6.0, 2.5),
             (None, _) => (35.0, 35.0),
         }
+    }
+
+    /// The law of echoes in force.
+    #[must_use]
+    pub(super) fn echo_law(&self) -> EchoLaw {
+        if self.register_echo { self.echo } else { EchoLaw::POINT }
     }
 
     /// The model of a sensor.

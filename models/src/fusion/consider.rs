@@ -1,62 +1,124 @@
 //! Slow errors respected: a filter that knows that part of a sensor's error stays from plot to plot.
 //!
-//! `z = Hx + Jb + v` with `b` a Gauss–Markov process of unit variance (ρ = e^{−T/τ}) for each sensor. `b`
-//! is not estimated, but its covariance with the state, `C = cov(x, b)`, is carried along, so that the
-//! filter neither averages a slow error away on paper nor throws away what its differences tell of
-//! the velocity. Source: S. F. Schmidt 1966; Bar-Shalom, Li, Kirubarajan 2001, ch. 11.
+//! `z = Hx + Jb + v` with `b` a Gauss–Markov process of unit variance (ρ = e^{−T/τ}) for each sensor: both directions of a
+//! receiver's error, the way along the line of sight that a radar's echo lies off. `b` stands in the state beside the
+//! motion of the target, so that the filter neither averages a slow error away on paper nor throws away what its differences
+//! tell of the velocity, and learns it where another sensor shows it. The modes of the rung act on the motion; the slow
+//! errors are the same whatever the mode. Source: Bar-Shalom, Li, Kirubarajan 2001, ch. 11; modes as in [`crate::filter::imm`] and
+//! [`crate::filter::histories`].
 
-use super::config::SensorModel;
+use crate::filter::histories::ranked;
 use crate::filter::lanes::Pair;
-use crate::filter::motion::{Motion, Step};
-use crate::filter::{Estimate, Gaussian, Measurement, Nis, UpdateError};
-use crate::frames::{Matrix2, Vector2};
+use crate::filter::modes::{MAX_MODES, Modes, ca, cv};
+use crate::filter::motion::Step;
+use crate::filter::{
+    Estimate, FilterConfig, Gaussian, Measurement, Nis, Rung, UpdateError, weights,
+};
+use crate::frames::Vector2;
 use crate::plot::{Plot, SensorId};
 use crate::time::SimTime;
-use nalgebra::{Matrix6, Matrix6x2, Vector6};
+use std::sync::Arc;
 
-/// Constant acceleration on both axes with the slow errors of the sensors that have updated it.
+/// How part of a sensor's error stays from plot to plot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SlowError {
+    /// Every error is white.
+    White,
+    /// This share of the variance that a plot states, in both directions; correlation time, s.
+    Share(f64, f64),
+    /// Beside what a plot states, this deviation (m) along the line of sight; correlation time, s.
+    Along(f64, f64),
+}
+
+/// A rung of the ladder with the slow errors of the sensors that have updated it.
 #[derive(Clone, Debug)]
 pub struct Consider {
     time: SimTime,
-    x: Vector6<f64>,
-    p: Matrix6<f64>,
-    /// One entry for each sensor with a slow error, in the order of first use.
+    modes: Arc<Modes>,
+    /// Histories kept; 0 where the modes are mixed.
+    keep: usize,
     slow: Vec<Slow>,
-    q: f64,
+    parts: Vec<Part>,
 }
 
+/// The slow error of one sensor: rows of the state from `at`.
 #[derive(Clone, Copy, Debug)]
 struct Slow {
     sensor: SensorId,
     tau_s: f64,
-    /// cov(x, b), b of unit variance along the plot's two axes.
-    c: Matrix6x2<f64>,
+    at: usize,
+    directions: usize,
 }
 
-/// One plot against the state predicted to its time.
+/// One mode, or one history of modes: motion (x, vx, ax, y, vy, ay), then slow errors.
+#[derive(Clone, Debug)]
+struct Part {
+    weight: f64,
+    mode: usize,
+    x: Vec<f64>,
+    /// Symmetric, row by row.
+    p: Vec<f64>,
+}
+
+/// Numbers of the motion.
+const MOTION: usize = 6;
+/// Most numbers of slow errors; what more sensors say is taken for white.
+const MOST_SLOW: usize = 12;
+/// Some white error is always assumed, or repeated reports would make the position exact on paper.
+const LEAST_WHITE_SHARE: f64 = 1e-3;
+/// Least weight of a mode that is mixed: it must be able to come back.
+const LEAST_WEIGHT: f64 = 1e-30;
+
+/// One measured number: `z = u·position + slope · b + v`.
+#[derive(Clone, Copy, Debug)]
+struct Row {
+    u: Vector2<f64>,
+    z: f64,
+    variance: f64,
+    /// Place of `b` in the state and its factor; a factor of 0 where it has none.
+    slow: (usize, f64),
+}
+
+/// One or two rows of one plot.
+#[derive(Clone, Copy, Debug)]
+struct Rows {
+    rows: [Row; 2],
+    count: usize,
+}
+
+/// The innovation of a plot against one part.
+#[derive(Clone, Debug)]
 struct Look {
-    nu: Vector2<f64>,
-    s: Matrix2<f64>,
-    inverse: Matrix2<f64>,
-    /// `P Hᵀ + C Jᵀ`
-    m: Matrix6x2<f64>,
-    j: Matrix2<f64>,
+    nu: [f64; 2],
+    s: [f64; 3],
+    /// `P Hᵀ`
+    ph: [Vec<f64>; 2],
+    d2: f64,
+    ln_det: f64,
 }
 
 impl Consider {
-    /// Goes on from a state that knows nothing of slow errors.
+    /// Goes on from a state that knows nothing of slow errors, with the modes of the configured rung.
     #[must_use]
-    pub fn from_estimate(estimate: &Estimate, q: f64) -> Self {
-        let g = &estimate.state;
-        let x = Vector6::new(
-            g.x[0].east(),
-            g.x[1].east(),
-            g.x[2].east(),
-            g.x[0].north(),
-            g.x[1].north(),
-            g.x[2].north(),
-        );
-        Self { time: estimate.time, x, p: g.covariance(), slow: Vec::new(), q }
+    pub fn from_estimate(estimate: &Estimate, config: &FilterConfig) -> Self {
+        let one = || {
+            let motion = if config.rolling { cv(config.q) } else { ca(config.q) };
+            Arc::new(Modes::new(&[motion], &[&[1.0]], &[1.0]).expect("one mode that stays"))
+        };
+        let (modes, keep) = match config.rung {
+            // Of the pair the modes go on: events know no slow errors.
+            Rung::Imm3 | Rung::Mh9Map | Rung::Pair | Rung::Events9 | Rung::Events27 => {
+                (Arc::clone(&config.modes), 0)
+            }
+            Rung::Mh3 => (Arc::clone(&config.modes), 3),
+            Rung::Mh9 | Rung::Mh9Lag1 => (Arc::clone(&config.modes), 9),
+            Rung::Mh27 => (Arc::clone(&config.modes), 27),
+            Rung::Abg | Rung::Ca3 | Rung::Ca3Ud | Rung::Ca6 | Rung::Ca6Ud => (one(), 0),
+        };
+        let mut filter =
+            Self { time: estimate.time, modes, keep, slow: Vec::new(), parts: Vec::new() };
+        filter.replace(estimate.time, &estimate.state);
+        filter
     }
 
     /// Time of the state.
@@ -68,141 +130,495 @@ impl Consider {
     /// The state with its covariance, slow errors included.
     #[must_use]
     pub fn estimate(&self) -> Estimate {
-        let (x, p) = (&self.x, &self.p);
-        let pair = |i: usize, j: usize| Pair::new(p[(i, j)], p[(3 + i, 3 + j)]);
-        let mut cross = [0.0; 9];
-        for (k, slot) in cross.iter_mut().enumerate() {
-            *slot = p[(k / 3, 3 + k % 3)];
-        }
-        let state = Gaussian {
-            x: [Pair::new(x[0], x[3]), Pair::new(x[1], x[4]), Pair::new(x[2], x[5])],
-            p: [pair(0, 0), pair(0, 1), pair(0, 2), pair(1, 1), pair(1, 2), pair(2, 2)],
-            cross,
-        };
-        Estimate::new(self.time, state)
+        Estimate::new(self.time, mixture(&self.parts))
     }
 
-    /// Forgets what tied it to slow errors and takes this state.
+    /// Takes this state: modes and what tied it to slow errors are forgotten, the slow errors are not.
     pub fn replace(&mut self, time: SimTime, state: &Gaussian) {
-        *self = Self::from_estimate(&Estimate::new(time, *state), self.q);
+        let n = self.size();
+        let (mut x, mut p) = (vec![0.0; n], vec![0.0; n * n]);
+        let full = state.covariance();
+        let best = self.parts.iter().max_by(|a, b| a.weight.total_cmp(&b.weight));
+        for i in 0..n {
+            x[i] = match (i < MOTION, best) {
+                (true, _) => state.x[i % 3].array()[i / 3],
+                (false, Some(best)) => best.x[i],
+                (false, None) => 0.0,
+            };
+            for j in 0..n {
+                p[n * i + j] = match (i < MOTION && j < MOTION, i < MOTION || j < MOTION, best) {
+                    (true, ..) => full[(i, j)],
+                    (_, true, _) => 0.0,
+                    (_, _, Some(best)) => best.p[n * i + j],
+                    (_, _, None) => f64::from(u8::from(i == j)),
+                };
+            }
+        }
+        let prior = self.modes.prior();
+        self.parts = (0..self.modes.count())
+            .map(|mode| Part { weight: prior[mode], mode, x: x.clone(), p: p.clone() })
+            .collect();
+        self.time = time;
     }
 
-    /// The state at `time`, not before the present one.
+    /// The state at `time`, not before the present one; nothing is stored.
     ///
     /// # Errors
     /// If `time` is before the state's.
-    pub fn predicted(&self, time: SimTime) -> Result<Self, UpdateError> {
-        let t = time.since_s(self.time);
-        if t < 0.0 {
-            return Err(UpdateError::BackInTime(-t));
-        }
-        let Step { f02, f12, f22, q, .. } = Motion::ConstantAcceleration { q: self.q }.step(t);
-        let mut phi = Matrix6::identity();
-        let mut noise = Matrix6::zeros();
-        for b in [0, 3] {
-            (phi[(b, b + 1)], phi[(b, b + 2)], phi[(b + 1, b + 2)]) = (t, f02, f12);
-            phi[(b + 2, b + 2)] = f22;
-            for (k, (i, j)) in
-                [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].into_iter().enumerate()
-            {
-                noise[(b + i, b + j)] = q[k];
-                noise[(b + j, b + i)] = q[k];
-            }
-        }
-        let mut next = self.clone();
-        next.time = time;
-        next.x = phi * self.x;
-        next.p = symmetric(phi * self.p * phi.transpose() + noise);
-        for slow in &mut next.slow {
-            slow.c = phi * slow.c * libm::exp(-t / slow.tau_s);
-        }
-        Ok(next)
+    pub fn predicted(&self, time: SimTime) -> Result<Estimate, UpdateError> {
+        Ok(Estimate::new(time, mixture(&self.branches(time, false)?)))
     }
 
-    /// The normalised innovation of a plot at this state's time.
+    /// The normalised innovation of a plot against the state predicted to its time.
     ///
     /// # Errors
-    /// If the plot is unsound or the innovation covariance not positive definite.
-    pub fn nis(&self, plot: &Plot, model: &SensorModel) -> Result<Nis, UpdateError> {
-        let look = self.look(plot, model)?;
-        let d2 = look.nu.dot(&(look.inverse * look.nu));
-        Ok(Nis { d2, det: look.s.determinant(), dof: 2 })
+    /// If the plot is late or unsound or the innovation covariance not positive definite.
+    pub fn nis(&self, plot: &Plot, slow: SlowError) -> Result<Nis, UpdateError> {
+        let mut at = self.clone();
+        let rows = at.rows(plot, slow)?;
+        let parts = at.branches(plot.time, false)?;
+        let (mut mean, mut s) = ([0.0; 2], [0.0; 3]);
+        for part in &parts {
+            let look = part.look(&rows)?;
+            let [a, b] = look.nu;
+            mean = [mean[0] + part.weight * a, mean[1] + part.weight * b];
+            let square = [a * a, a * b, b * b];
+            (0..3).for_each(|k| s[k] += part.weight * (look.s[k] + square[k]));
+        }
+        let [a, b] = mean;
+        let s = [s[0] - a * a, s[1] - a * b, s[2] - b * b];
+        let (d2, det) = solved(mean, s, rows.count)?;
+        Ok(Nis { d2, det, dof: rows.count as u8 })
     }
 
-    /// Predicts to the plot's time and takes it.
+    /// Predicts to the plot's time and takes it; `jump`: a manoeuvre that no mode foresaw.
     ///
-    /// `S = HPHᵀ + HCJᵀ + JCᵀHᵀ + JJᵀ + R`, `K = (PHᵀ + CJᵀ)S⁻¹`, `P ← P − KSKᵀ`, `C ← C − K(HC + J)`;
-    /// the slow errors of other sensors: `C ← C − KHC`.
+    /// `S = HPHᵀ + R`, `K = PHᵀS⁻¹` with the slow error's column in H, for each mode.
     ///
     /// # Errors
     /// If the plot is late or unsound or a covariance not positive definite; nothing is changed then.
-    pub fn update(&mut self, plot: &Plot, model: &SensorModel) -> Result<(), UpdateError> {
-        let mut next = self.predicted(plot.time)?;
-        let look = next.look(plot, model)?;
-        let k = look.m * look.inverse;
-        next.x += k * look.nu;
-        next.p = symmetric(next.p - k * look.s * k.transpose());
-        if model.slow_share > 0.0 && !next.slow.iter().any(|s| s.sensor == plot.sensor) {
-            let c = Matrix6x2::zeros();
-            next.slow.push(Slow { sensor: plot.sensor, tau_s: model.slow_tau_s.max(1e-3), c });
+    pub fn update(&mut self, plot: &Plot, slow: SlowError, jump: bool) -> Result<(), UpdateError> {
+        self.take(&[(plot, 1.0)], slow, jump)
+    }
+
+    /// Takes several plots of one sensor and time of which at most one is of this target, with the probability of each.
+    ///
+    /// # Errors
+    /// As [`Self::update`]; also for an empty list.
+    pub fn update_weighted(
+        &mut self,
+        plots: &[(Plot, f64)],
+        slow: SlowError,
+    ) -> Result<(), UpdateError> {
+        let plots: Vec<(&Plot, f64)> = plots.iter().map(|(plot, beta)| (plot, *beta)).collect();
+        self.take(&plots, slow, false)
+    }
+
+    fn take(
+        &mut self,
+        plots: &[(&Plot, f64)],
+        slow: SlowError,
+        jump: bool,
+    ) -> Result<(), UpdateError> {
+        let Some((first, _)) = plots.first() else { return Err(UpdateError::UnsoundPlot) };
+        let mut next = self.clone();
+        let rows = next.rows(first, slow)?;
+        let mut points = Vec::with_capacity(plots.len());
+        for (plot, beta) in plots {
+            points.push((Measurement::of(plot)?.point(), *beta));
         }
-        for slow in &mut next.slow {
-            let mut hc = rows_03(&slow.c);
-            if slow.sensor == plot.sensor {
-                hc += look.j;
-            }
-            slow.c -= k * hc;
+        let mut parts = next.branches(first.time, jump)?;
+        let mut looks = Vec::with_capacity(parts.len());
+        for part in &parts {
+            looks.push(part.look(&rows)?);
         }
-        let sound = next.x.iter().all(|v| v.is_finite())
-            && next.p.iter().all(|v| v.is_finite())
-            && (0..6).all(|i| next.p[(i, i)] >= 0.0)
-            && next.p[(0, 0)] > 0.0
-            && next.p[(3, 3)] > 0.0;
-        if !sound {
+        let (shares, mut logs) = next.explained(&parts, &looks, &rows, &points)?;
+        if weights::normalise(&mut logs).is_none() {
+            logs = parts.iter().map(|part| part.weight).collect();
+        }
+        // What is hopeless is not worth an update.
+        let order =
+            if next.keep == 0 { (0..parts.len()).collect() } else { ranked(&logs, next.keep) };
+        next.parts.clear();
+        for k in order {
+            let mut part = std::mem::take(&mut parts[k]);
+            part.condition(&looks[k], &rows, &shares[k]);
+            part.weight = logs[k].max(LEAST_WEIGHT);
+            next.parts.push(part);
+        }
+        let sum: f64 = next.parts.iter().map(|part| part.weight).sum();
+        next.parts.iter_mut().for_each(|part| part.weight /= sum);
+        if !next.parts.iter().all(Part::is_sound) {
             return Err(UpdateError::BadCovariance);
         }
+        next.time = first.time;
         *self = next;
         Ok(())
     }
 
-    fn look(&self, plot: &Plot, model: &SensorModel) -> Result<Look, UpdateError> {
-        let Measurement::Position { z, .. } = Measurement::of(plot)? else {
-            return Err(UpdateError::UnsoundPlot);
+    /// For each part: the innovations of the plots with their probabilities given this part, and ln of its weight with how
+    /// well it explains them. A plot of probability β for the whole has β·L_part/L_whole for the part.
+    #[expect(clippy::type_complexity, reason = "two lists, one entry a part")]
+    fn explained(
+        &self,
+        parts: &[Part],
+        looks: &[Look],
+        rows: &Rows,
+        points: &[(Vector2<f64>, f64)],
+    ) -> Result<(Vec<Vec<([f64; 2], f64)>>, Vec<f64>), UpdateError> {
+        let innovations = |k: usize, point: Vector2<f64>| -> [f64; 2] {
+            std::array::from_fn(|r| {
+                if r >= rows.count {
+                    return 0.0;
+                }
+                // The first plot's own innovation, moved to this plot's place.
+                looks[k].nu[r] + rows.rows[r].u.dot(&point) - rows.rows[r].z
+            })
         };
-        let share = model.slow_share.clamp(0.0, 1.0);
-        let across = plot.across_axis();
-        let white = (1.0 - share).max(LEAST_WHITE_SHARE);
-        let r = (plot.axis * plot.axis.transpose() * plot.along_m2
-            + across * across.transpose() * plot.across_m2)
-            * white;
-        let j = Matrix2::from_columns(&[
-            plot.axis * (share * plot.along_m2).sqrt(),
-            across * (share * plot.across_m2).sqrt(),
-        ]);
-        let c = self.slow.iter().find(|s| s.sensor == plot.sensor).map(|s| s.c);
-        let c = c.unwrap_or_else(Matrix6x2::zeros);
-        let ph = Matrix6x2::from_columns(&[self.p.column(0), self.p.column(3)]);
-        let m = ph + c * j.transpose();
-        let hcj = rows_03(&c) * j.transpose();
-        let s = rows_03(&ph) + hcj + hcj.transpose() + j * j.transpose() + r;
-        let det = s[(0, 0)] * s[(1, 1)] - s[(0, 1)] * s[(1, 0)];
-        if !(s[(0, 0)] > 0.0 && det > 0.0 && det.is_finite()) {
-            return Err(UpdateError::BadInnovation(det));
+        if let [(point, beta)] = points
+            && *beta >= 1.0
+        {
+            let shares = (0..parts.len()).map(|k| vec![(innovations(k, *point), 1.0)]).collect();
+            let log = |(part, look): (&Part, &Look)| {
+                libm::log(part.weight) - 0.5 * (look.d2 + look.ln_det)
+            };
+            return Ok((shares, parts.iter().zip(looks).map(log).collect()));
         }
-        let inverse = Matrix2::new(s[(1, 1)], -s[(0, 1)], -s[(1, 0)], s[(0, 0)]) / det;
-        Ok(Look { nu: z - Vector2::new(self.x[0], self.x[3]), s, inverse, m, j })
+        let missed = (1.0 - points.iter().map(|p| p.1).sum::<f64>()).max(0.0);
+        let mut shares = vec![Vec::with_capacity(points.len()); parts.len()];
+        for (point, beta) in points {
+            let mut log = Vec::with_capacity(parts.len());
+            for (k, look) in looks.iter().enumerate() {
+                let nu = innovations(k, *point);
+                let (d2, _) = solved(nu, look.s, rows.count)?;
+                log.push(-0.5 * (d2 + look.ln_det));
+                shares[k].push((nu, *beta));
+            }
+            let mut joint: Vec<f64> =
+                log.iter().zip(parts).map(|(l, part)| l + libm::log(part.weight)).collect();
+            let all = weights::normalise(&mut joint);
+            for (share, log) in shares.iter_mut().zip(&log) {
+                let ratio = all.map_or(1.0, |all| libm::exp((log - all).min(600.0)));
+                share.last_mut().expect("just put there").1 *= ratio;
+            }
+        }
+        let mut logs = Vec::with_capacity(parts.len());
+        for (share, part) in shares.iter_mut().zip(parts) {
+            let sum = missed + share.iter().map(|s| s.1).sum::<f64>();
+            logs.push(libm::log(part.weight * sum));
+            if sum > 0.0 {
+                share.iter_mut().for_each(|s| s.1 /= sum);
+            }
+        }
+        Ok((shares, logs))
+    }
+
+    fn size(&self) -> usize {
+        MOTION + self.slow.iter().map(|s| s.directions).sum::<usize>()
+    }
+
+    /// The rows of a plot; a sensor that is new gets its place in the state.
+    fn rows(&mut self, plot: &Plot, slow: SlowError) -> Result<Rows, UpdateError> {
+        let m = Measurement::of(plot)?;
+        let z = m.point();
+        let across = plot.across_axis();
+        let (share, along, tau_s, directions) = match slow {
+            SlowError::White => (0.0, 0.0, 1.0, 0),
+            SlowError::Share(share, tau_s) => (share.clamp(0.0, 1.0), 0.0, tau_s, 2),
+            SlowError::Along(sigma_m, tau_s) => (0.0, sigma_m.max(0.0), tau_s, 1),
+        };
+        let place = if share > 0.0 || along > 0.0 {
+            self.place(plot.sensor, tau_s, directions)
+        } else {
+            None
+        };
+        let row = |k: usize, u: Vector2<f64>, variance: f64| {
+            let (white, slow) = match place {
+                Some(at) if share > 0.0 => {
+                    let white = (1.0 - share).max(LEAST_WHITE_SHARE);
+                    (white * variance, (at + k, (share * variance).sqrt()))
+                }
+                Some(at) if k == 0 => (variance, (at, along)),
+                _ => (variance, (0, 0.0)),
+            };
+            Row { u, z: u.dot(&z), variance: white, slow }
+        };
+        let count = if matches!(m, Measurement::Position { .. }) { 2 } else { 1 };
+        let second = if count == 2 { plot.across_m2 } else { 0.0 };
+        Ok(Rows { rows: [row(0, plot.axis, plot.along_m2), row(1, across, second)], count })
+    }
+
+    /// Where the slow error of a sensor stands; a new one is put behind the others while there is room.
+    fn place(&mut self, sensor: SensorId, tau_s: f64, directions: usize) -> Option<usize> {
+        if let Some(found) = self.slow.iter().find(|s| s.sensor == sensor) {
+            return (found.directions == directions).then_some(found.at);
+        }
+        let n = self.size();
+        if n + directions > MOTION + MOST_SLOW {
+            return None;
+        }
+        let m = n + directions;
+        for part in &mut self.parts {
+            let mut p = vec![0.0; m * m];
+            for i in 0..n {
+                p[m * i..m * i + n].copy_from_slice(&part.p[n * i..n * (i + 1)]);
+            }
+            (n..m).for_each(|k| p[m * k + k] = 1.0);
+            part.p = p;
+            part.x.resize(m, 0.0);
+        }
+        self.slow.push(Slow { sensor, tau_s: tau_s.max(1e-3), at: n, directions });
+        Some(n)
+    }
+
+    /// The parts carried on to `time`: mixed, one for each mode; or each history with every mode.
+    fn branches(&self, time: SimTime, jump: bool) -> Result<Vec<Part>, UpdateError> {
+        let t = time.since_s(self.time);
+        if t < 0.0 {
+            return Err(UpdateError::BackInTime(-t));
+        }
+        let mut p = self.modes.transition(t);
+        if jump {
+            self.modes.expect_jump(&mut p);
+        }
+        let fade: Vec<f64> = self
+            .slow
+            .iter()
+            .flat_map(|s| std::iter::repeat_n(libm::exp(-t / s.tau_s), s.directions))
+            .collect();
+        let mut out = Vec::new();
+        if self.keep == 0 {
+            let mut weights = [0.0; MAX_MODES];
+            for (mode, weight) in weights.iter_mut().enumerate().take(self.modes.count()) {
+                let share: Vec<f64> =
+                    self.parts.iter().map(|part| part.weight * p[part.mode][mode]).collect();
+                *weight = share.iter().sum();
+                let mut part = if *weight > 0.0 {
+                    let share: Vec<f64> = share.iter().map(|w| w / *weight).collect();
+                    Part::mixed(&self.parts, &share)
+                } else {
+                    self.parts[mode].clone()
+                };
+                part.predict(&self.modes.step(mode, t), &fade);
+                (part.weight, part.mode) = (*weight, mode);
+                out.push(part);
+            }
+            return Ok(out);
+        }
+        for parent in &self.parts {
+            for (mode, chance) in p[parent.mode].iter().enumerate().take(self.modes.count()) {
+                if *chance > 0.0 && parent.weight * chance > 1e-16 {
+                    let mut part = parent.clone();
+                    part.predict(&self.modes.step(mode, t), &fade);
+                    (part.weight, part.mode) = (parent.weight * chance, mode);
+                    out.push(part);
+                }
+            }
+        }
+        Ok(out)
     }
 }
 
-/// Some white error is always assumed, or repeated reports would make the position exact on paper.
-const LEAST_WHITE_SHARE: f64 = 1e-3;
-
-fn rows_03(m: &Matrix6x2<f64>) -> Matrix2<f64> {
-    Matrix2::new(m[(0, 0)], m[(0, 1)], m[(3, 0)], m[(3, 1)])
+impl Default for Part {
+    fn default() -> Self {
+        Self { weight: 0.0, mode: 0, x: Vec::new(), p: Vec::new() }
+    }
 }
 
-fn symmetric(m: Matrix6<f64>) -> Matrix6<f64> {
-    (m + m.transpose()) * 0.5
+impl Part {
+    fn mixed(parts: &[Self], share: &[f64]) -> Self {
+        let n = parts[0].x.len();
+        let (mut x, mut p) = (vec![0.0; n], vec![0.0; n * n]);
+        for (part, w) in parts.iter().zip(share) {
+            x.iter_mut().zip(&part.x).for_each(|(x, own)| *x += w * own);
+        }
+        let mut off = vec![0.0; n];
+        for (part, w) in parts.iter().zip(share) {
+            (0..n).for_each(|i| off[i] = part.x[i] - x[i]);
+            for i in 0..n {
+                for j in i..n {
+                    p[n * i + j] += w * (part.p[n * i + j] + off[i] * off[j]);
+                }
+            }
+        }
+        mirror(&mut p, n);
+        Self { weight: 0.0, mode: 0, x, p }
+    }
+
+    /// `x ← Φx`, `P ← ΦPΦᵀ + Q`; the slow errors fade by `fade` and are driven so that their variance stays 1.
+    fn predict(&mut self, step: &Step, fade: &[f64]) {
+        let n = self.x.len();
+        let Step { t, f02, f12, f22, q } = *step;
+        let carry = |v: &mut [f64; 3]| {
+            *v = [v[0] + t * v[1] + f02 * v[2], v[1] + f12 * v[2], f22 * v[2]];
+        };
+        for b in [0, 3] {
+            let mut v = [self.x[b], self.x[b + 1], self.x[b + 2]];
+            carry(&mut v);
+            self.x[b..b + 3].copy_from_slice(&v);
+        }
+        fade.iter().enumerate().for_each(|(k, f)| self.x[MOTION + k] *= f);
+        for j in 0..n {
+            for b in [0, 3] {
+                let mut v = [0, 1, 2].map(|k| self.p[n * (b + k) + j]);
+                carry(&mut v);
+                (0..3).for_each(|k| self.p[n * (b + k) + j] = v[k]);
+            }
+        }
+        for i in 0..n {
+            for b in [0, 3] {
+                let mut v = [0, 1, 2].map(|k| self.p[n * i + b + k]);
+                carry(&mut v);
+                (0..3).for_each(|k| self.p[n * i + b + k] = v[k]);
+            }
+        }
+        for (k, f) in fade.iter().enumerate() {
+            for j in 0..n {
+                self.p[n * (MOTION + k) + j] *= f;
+                self.p[n * j + MOTION + k] *= f;
+            }
+            self.p[(n + 1) * (MOTION + k)] += 1.0 - f * f;
+        }
+        for b in [0, 3] {
+            for (k, (i, j)) in
+                [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)].into_iter().enumerate()
+            {
+                self.p[n * (b + i) + b + j] += q[k];
+            }
+        }
+        mirror(&mut self.p, n);
+    }
+
+    fn look(&self, rows: &Rows) -> Result<Look, UpdateError> {
+        let n = self.x.len();
+        let column = |row: &Row| -> Vec<f64> {
+            let (at, slope) = row.slow;
+            (0..n)
+                .map(|i| {
+                    let p = &self.p[n * i..n * (i + 1)];
+                    let slow = if slope == 0.0 { 0.0 } else { slope * p[at] };
+                    row.u.x * p[0] + row.u.y * p[3] + slow
+                })
+                .collect()
+        };
+        let apply = |row: &Row, v: &[f64]| {
+            let (at, slope) = row.slow;
+            row.u.x * v[0] + row.u.y * v[3] + if slope == 0.0 { 0.0 } else { slope * v[at] }
+        };
+        let [first, second] = &rows.rows;
+        let mut look = Look {
+            nu: [first.z - apply(first, &self.x), 0.0],
+            s: [0.0, 0.0, 1.0],
+            ph: [column(first), Vec::new()],
+            d2: 0.0,
+            ln_det: 0.0,
+        };
+        look.s[0] = apply(first, &look.ph[0]) + first.variance;
+        if rows.count == 2 {
+            look.nu[1] = second.z - apply(second, &self.x);
+            look.ph[1] = column(second);
+            look.s[1] = apply(first, &look.ph[1]);
+            look.s[2] = apply(second, &look.ph[1]) + second.variance;
+        }
+        let (d2, det) = solved(look.nu, look.s, rows.count)?;
+        (look.d2, look.ln_det) = (d2, libm::log(det));
+        Ok(look)
+    }
+
+    /// The measurement update by innovations with their probabilities; the rest of 1 is "none of them".
+    fn condition(&mut self, look: &Look, rows: &Rows, shares: &[([f64; 2], f64)]) {
+        let n = self.x.len();
+        let [a, b, c] = look.s;
+        let det = a * c - b * b;
+        // Rows of K.
+        let gain: Vec<[f64; 2]> = (0..n)
+            .map(|i| {
+                let first = look.ph[0][i];
+                if rows.count == 1 {
+                    return [first / a, 0.0];
+                }
+                let second = look.ph[1][i];
+                [(first * c - second * b) / det, (second * a - first * b) / det]
+            })
+            .collect();
+        let (mut mean, mut square, mut taken) = ([0.0; 2], [0.0; 3], 0.0);
+        for ([x, y], beta) in shares {
+            mean = [mean[0] + beta * x, mean[1] + beta * y];
+            square = [square[0] + beta * x * x, square[1] + beta * x * y, square[2] + beta * y * y];
+            taken += beta;
+        }
+        // What is left open between the plots, less what the update takes away.
+        let left = [
+            square[0] - mean[0] * mean[0] - taken * a,
+            square[1] - mean[0] * mean[1] - taken * b,
+            square[2] - mean[1] * mean[1] - taken * c,
+        ];
+        for i in 0..n {
+            let [k0, k1] = gain[i];
+            self.x[i] += k0 * mean[0] + k1 * mean[1];
+            let (l0, l1) = (k0 * left[0] + k1 * left[1], k0 * left[1] + k1 * left[2]);
+            for j in i..n {
+                self.p[n * i + j] += l0 * gain[j][0] + l1 * gain[j][1];
+            }
+        }
+        mirror(&mut self.p, n);
+    }
+
+    fn is_sound(&self) -> bool {
+        let n = self.x.len();
+        let finite = self.x.iter().chain(&self.p).all(|v| v.is_finite());
+        finite
+            && (0..n).all(|i| self.p[n * i + i] >= 0.0)
+            && self.p[0] > 0.0
+            && self.p[3 * n + 3] > 0.0
+    }
+}
+
+/// `νᵀS⁻¹ν` and det S; `s` is (00, 01, 11).
+///
+/// # Errors
+/// Unless S is finite and positive definite.
+fn solved(nu: [f64; 2], [a, b, c]: [f64; 3], count: usize) -> Result<(f64, f64), UpdateError> {
+    let det = if count == 1 { a } else { a * c - b * b };
+    if !(a > 0.0 && det > 0.0 && det < f64::INFINITY) {
+        return Err(UpdateError::BadInnovation(det));
+    }
+    let d2 = if count == 1 {
+        nu[0] * nu[0] / a
+    } else {
+        (c * nu[0] * nu[0] - 2.0 * b * nu[0] * nu[1] + a * nu[1] * nu[1]) / det
+    };
+    Ok((d2, det))
+}
+
+/// Copies the upper triangle to the lower one.
+fn mirror(p: &mut [f64], n: usize) {
+    for i in 1..n {
+        for j in 0..i {
+            p[n * i + j] = p[n * j + i];
+        }
+    }
+}
+
+/// The motion of all parts together.
+fn mixture(parts: &[Part]) -> Gaussian {
+    let states: Vec<Gaussian> = parts.iter().map(motion).collect();
+    let weights: Vec<f64> = parts.iter().map(|part| part.weight).collect();
+    Gaussian::mixture(&weights, &states)
+}
+
+fn motion(part: &Part) -> Gaussian {
+    let (x, p, n) = (&part.x, &part.p, part.x.len());
+    let pair = |i: usize, j: usize| Pair::new(p[n * i + j], p[n * (3 + i) + 3 + j]);
+    let mut cross = [0.0; 9];
+    for (k, slot) in cross.iter_mut().enumerate() {
+        *slot = p[n * (k / 3) + 3 + k % 3];
+    }
+    Gaussian {
+        x: [Pair::new(x[0], x[3]), Pair::new(x[1], x[4]), Pair::new(x[2], x[5])],
+        p: [pair(0, 0), pair(0, 1), pair(0, 2), pair(1, 1), pair(1, 2), pair(2, 2)],
+        cross,
+    }
 }
 
 #[cfg(test)]
@@ -210,6 +626,7 @@ mod tests {
     use super::*;
     use crate::draw::{DrawKey, Purpose, normal_pair};
     use crate::filter::consistency::position_nees;
+    use crate::filter::motion::Motion;
     use crate::plot::SensorKind;
 
     fn report(t_s: f64, position_m: Vector2<f64>, variance: f64) -> Plot {
@@ -229,9 +646,12 @@ mod tests {
         }
     }
 
-    fn model(share: f64) -> SensorModel {
-        let base = SensorModel::default_of(SensorId(2), SensorKind::Gps);
-        SensorModel { slow_share: share, slow_tau_s: 300.0, ..base }
+    fn model(share: f64) -> SlowError {
+        if share > 0.0 { SlowError::Share(share, 300.0) } else { SlowError::White }
+    }
+
+    fn one_mode(q: f64) -> FilterConfig {
+        FilterConfig { q, ..FilterConfig::new(Rung::Ca6) }
     }
 
     /// Jerk density of the target, m²/s⁵.
@@ -258,7 +678,8 @@ mod tests {
             let mut slow = draw(&mut rng);
             let mut truth = Vector2::zeros();
             let (mut velocity, mut acceleration) = (Vector2::new(5.0, 0.0), Vector2::zeros());
-            let mut filter = Consider::from_estimate(&Estimate::new(SimTime::ZERO, start(1e6)), Q);
+            let mut filter =
+                Consider::from_estimate(&Estimate::new(SimTime::ZERO, start(1e6)), &one_mode(Q));
             for k in 1..=200 {
                 slow = slow * rho + draw(&mut rng) * (1.0 - rho * rho).sqrt();
                 // White jerk of the density that the filter assumes, in ten steps a second.
@@ -269,7 +690,7 @@ mod tests {
                 }
                 let error = slow * share.sqrt() + draw(&mut rng) * (1.0 - share).sqrt();
                 filter
-                    .update(&report(f64::from(k), truth + error, 1.0), &model(share_assumed))
+                    .update(&report(f64::from(k), truth + error, 1.0), model(share_assumed), false)
                     .expect("sound");
             }
             let estimate = filter.estimate();
@@ -298,7 +719,8 @@ mod tests {
 
     #[test]
     fn without_a_slow_share_it_is_the_six_state_filter() {
-        let mut consider = Consider::from_estimate(&Estimate::new(SimTime::ZERO, start(4.0)), 0.3);
+        let mut consider =
+            Consider::from_estimate(&Estimate::new(SimTime::ZERO, start(4.0)), &one_mode(0.3));
         let mut plain = start(4.0);
         let mut before = SimTime::ZERO;
         for k in 1..=50 {
@@ -307,7 +729,7 @@ mod tests {
             let mut plot = report(t, z, 2.0);
             plot.axis = Vector2::new(0.6, 0.8);
             plot.across_m2 = 7.0;
-            consider.update(&plot, &model(0.0)).expect("sound");
+            consider.update(&plot, model(0.0), false).expect("sound");
             let step = Motion::ConstantAcceleration { q: 0.3 }.step(plot.time.since_s(before));
             plain = plain.predicted(&step);
             plain.update(&Measurement::of(&plot).expect("sound")).expect("sound");

@@ -1,10 +1,10 @@
 //! The filter of one track: a rung of the ladder, or the one that respects slow errors.
 
 use super::config::TrackingConfig;
-use super::consider::Consider;
+use super::consider::{Consider, SlowError};
 use crate::filter::{
-    Estimate, Estimator, FilterConfig, Gaussian, Nis, StateEstimator, Sym2, UpdateError,
-    two_plot_start,
+    Estimate, Estimator, FilterConfig, Gaussian, Measurement, Nis, StateEstimator, Sym2,
+    UpdateError, two_plot_start,
 };
 use crate::frames::Vector2;
 use crate::plot::{Plot, SensorKind};
@@ -76,7 +76,7 @@ impl TrackFilter {
         match self {
             Self::Plain(f) => f.position_at(time),
             Self::Considering(f) => {
-                let at = f.predicted(time)?.estimate().state;
+                let at = f.predicted(time)?.state;
                 Ok((at.position(), at.position_cov()))
             }
         }
@@ -99,7 +99,7 @@ impl TrackFilter {
     pub(super) fn predicted(&self, time: SimTime) -> Result<Estimate, UpdateError> {
         match self {
             Self::Plain(f) => f.predicted(time),
-            Self::Considering(f) => Ok(f.predicted(time)?.estimate()),
+            Self::Considering(f) => f.predicted(time),
         }
     }
 
@@ -117,8 +117,7 @@ impl TrackFilter {
         if !plot.across_m2.is_finite() {
             return None;
         }
-        let model = config.sensor(plot.sensor, plot.kind);
-        Some(f.predicted(plot.time).and_then(|at| at.nis(plot, &model)))
+        Some(f.nis(plot, slow_error(plot, config)))
     }
 
     /// # Errors
@@ -133,40 +132,51 @@ impl TrackFilter {
             && plot.kind != SensorKind::Asde
             && config.sensor(plot.sensor, plot.kind).slow_share > 0.0
         {
-            *self = Self::Considering(Box::new(Consider::from_estimate(
-                &f.estimate(),
-                config.filter.q,
-            )));
+            *self =
+                Self::Considering(Box::new(Consider::from_estimate(&f.estimate(), &config.filter)));
         }
         match self {
             Self::Plain(f) => f.update(plot).map(|_| ()),
-            Self::Considering(f) if plot.across_m2.is_finite() => {
-                f.update(plot, &config.sensor(plot.sensor, plot.kind))
-            }
-            // One direction only: the plain form, then on from there.
-            Self::Considering(f) => through_gaussian(f, plot, |g, m| g.update(m).map(|_| ())),
+            Self::Considering(f) => f.update(plot, slow_error(plot, config), false),
         }
     }
 
     /// # Errors
     /// As the filter's own update.
-    pub(super) fn update_manoeuvre(&mut self, plot: &Plot) -> Result<(), UpdateError> {
+    pub(super) fn update_manoeuvre(
+        &mut self,
+        plot: &Plot,
+        config: &TrackingConfig,
+    ) -> Result<(), UpdateError> {
         match self {
             Self::Plain(f) => f.update_manoeuvre(plot).map(|_| ()),
+            // Modes that foresee a jump take it; a single one is widened first.
+            Self::Considering(f) if config.filter.modes_of_rung() > 1 => {
+                f.update(plot, slow_error(plot, config), true)
+            }
             Self::Considering(f) => {
                 let t = plot.time.since_s(f.time());
-                through_gaussian(f, plot, |g, m| {
-                    let innovation = g.innovation(m)?;
-                    g.inflate(&innovation, t, crate::filter::MANOEUVRE_D2);
-                    g.update(m).map(|_| ())
-                })
+                let mut state = f.predicted(plot.time)?.state;
+                let innovation = state.innovation(&Measurement::of(plot)?)?;
+                state.inflate(&innovation, t, crate::filter::MANOEUVRE_D2);
+                let before = f.clone();
+                f.replace(plot.time, &state);
+                let done = f.update(plot, slow_error(plot, config), false);
+                if done.is_err() {
+                    *f = before;
+                }
+                done
             }
         }
     }
 
     /// # Errors
     /// As the filter's own update.
-    pub(super) fn update_weighted(&mut self, plots: &[(Plot, f64)]) -> Result<(), UpdateError> {
+    pub(super) fn update_weighted(
+        &mut self,
+        plots: &[(Plot, f64)],
+        config: &TrackingConfig,
+    ) -> Result<(), UpdateError> {
         match self {
             Self::Plain(f) => {
                 let Some((first, _)) = plots.first() else { return Err(UpdateError::UnsoundPlot) };
@@ -182,12 +192,7 @@ impl TrackFilter {
             }
             Self::Considering(f) => {
                 let Some((first, _)) = plots.first() else { return Err(UpdateError::UnsoundPlot) };
-                let measured: Result<Vec<_>, _> = plots
-                    .iter()
-                    .map(|(p, b)| Ok((crate::filter::Measurement::of(p)?, *b)))
-                    .collect();
-                let measured = measured?;
-                through_gaussian(f, first, |g, _| g.update_weighted(&measured))
+                f.update_weighted(plots, slow_error(first, config))
             }
         }
     }
@@ -218,15 +223,20 @@ impl TrackFilter {
     }
 }
 
-/// An update that knows nothing of slow errors; what tied the state to them is forgotten.
-fn through_gaussian(
-    filter: &mut Consider,
-    plot: &Plot,
-    update: impl FnOnce(&mut Gaussian, &crate::filter::Measurement) -> Result<(), UpdateError>,
-) -> Result<(), UpdateError> {
-    let measured = crate::filter::Measurement::of(plot)?;
-    let mut state = filter.predicted(plot.time)?.estimate().state;
-    update(&mut state, &measured)?;
-    filter.replace(plot.time, &state);
-    Ok(())
+/// How the error of a plot stays from one to the next.
+fn slow_error(plot: &Plot, config: &TrackingConfig) -> SlowError {
+    if plot.kind == SensorKind::Asde {
+        let law = config.echo_law();
+        return if law.residual_m > 0.0 && plot.across_m2.is_finite() {
+            SlowError::Along(law.residual_m, law.residual_tau_s)
+        } else {
+            SlowError::White
+        };
+    }
+    let model = config.sensor(plot.sensor, plot.kind);
+    if model.slow_share > 0.0 && plot.across_m2.is_finite() {
+        SlowError::Share(model.slow_share, model.slow_tau_s)
+    } else {
+        SlowError::White
+    }
 }

@@ -92,6 +92,7 @@ fn give(track: &mut Track, entry: Option<&FlightEntry>, config: &TrackingConfig)
     track.entry = entry.map(|e| e.callsign);
     track.limits = config.limits_of(entry);
     track.size_m = entry.map(|e| config.size_of(e));
+    track.vehicle = entry.is_some_and(|e| e.movement == MovementKind::Vehicle);
 }
 
 /// Cost of this label for this track: squared deviations of time and place, each in its own sigma (a

@@ -90,7 +90,7 @@ fn published(track: &Track, number: u16, at: &Estimate) -> SystemTrack {
         position_m: at.position_m(),
         velocity_ms: at.velocity_ms(),
         acceleration_ms2: at.acceleration_ms2(),
-        position_cov_m2: at.position_cov_m2(),
+        position_cov_m2: at.position_cov_m2() + track.echo_left_m2,
         velocity_cov_m2s2: at.velocity_cov_m2s2(),
         altitude_m: track.altitude_m,
         heading_rad: at.heading_rad().map_or(track.heading_rad, |(heading, _)| heading),

@@ -13,11 +13,13 @@ pub mod consider;
 mod filter;
 mod labels;
 mod life;
+pub mod near_side;
 mod numbers;
 pub mod offline;
-mod registration;
+pub mod registration;
 mod ring;
 pub mod shadow;
+mod spread;
 mod track_file;
 mod tracker;
 

@@ -1,23 +1,283 @@
-//! Constant errors of a radar's site, estimated from targets that report their own position.
+//! Errors of radar sites and of echoes, estimated together from targets that report their own position.
 //!
-//! `δ = J b + v`, `J = (e_r, d e_c)`, `b` = (range, azimuth) bias; `b̂ = (Σ JᵀWJ + B₀⁻¹)⁻¹ Σ JᵀWδ`, `W⁻¹` the sum
-//! of both covariances. The reporting target's own error is slow, so its pairs are not independent: about
-//! one counts in 2τ/T.
+//! `δ = J θ + v`, `θ` = (range bias, azimuth bias, time offset) of each site and (κ of aircraft, κ of vehicles) of all,
+//! `J = (e_r, d e_c, −velocity, −h e_r)` (see [`super::near_side`]): `Λ += JᵀJ/r`, `y += Jᵀδ/r`, along and across the line of
+//! sight, `θ̂ = Λ⁻¹y`. A reporting target's own error is slow, so its pairs are not independent: about one counts in
+//! 2τ/T. What is known ages, so that a site may be moved.
+//!
+//! The near side of an echo is not an error of the site: one vehicle's 0.9 m and a heavy jet's 4 m, taken for a bias of the
+//! range, would be taken off everything else.
 
-use crate::frames::{Matrix2, Vector2};
+use super::near_side::{self, Body, EchoLaw};
+use crate::frames::Vector2;
 use crate::plot::{Plot, SensorId};
 use crate::time::SimTime;
 
-/// What is known of the errors of all radars.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Registration {
-    sites: Vec<(SensorId, Site)>,
+/// Parameters of one site: range (m), azimuth (rad), time (s).
+const OF_SITE: usize = 3;
+/// Parameters of all sites: κ of aircraft, of vehicles.
+const OF_ECHO: usize = 2;
+
+/// Most radars whose errors are estimated.
+const MOST_SITES: usize = 16;
+
+/// What is assumed of a site and of echoes before anything is seen, standard deviations (assumed).
+const PRIOR_SITE: [f64; OF_SITE] = [3.0, 2e-3, 0.2];
+const PRIOR_ECHO: [f64; OF_ECHO] = [0.02, 0.1];
+
+/// What is known is half forgotten after 1250 s: Λ is drawn back to the prior with this time constant, s.
+const AGEING_S: f64 = 1800.0;
+
+/// A report may be this old when a radar plot is held against it, s.
+const OLDEST_REFERENCE_S: f64 = 1.5;
+
+/// A pair more than so many standard deviations off (with the prior's uncertainty) is of something else.
+const FARTHEST_SIGMA: f64 = 4.0;
+
+/// A parameter is applied once its deviation has come below this share of the prior's.
+const KNOWN_SHARE: f64 = 0.5;
+
+/// What was found is applied less so many of its own variances over its square.
+const STANDS_OUT: f64 = 2.0;
+
+/// One pair as the law of the estimate sees it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pair {
+    /// Unit vector of the line of sight.
+    pub axis: Vector2<f64>,
+    /// Ground distance, m.
+    pub ground_m: f64,
+    /// Velocity of the target, m/s.
+    pub velocity_ms: Vector2<f64>,
+    /// The target is a vehicle.
+    pub vehicle: bool,
+    /// Half extent that is seen, see [`near_side::Kappa::joint_half_extent_m`], m; 0 where it is not known.
+    pub half_extent_m: f64,
+    /// Variances of the difference along and across, m².
+    pub variance_m2: [f64; 2],
+    /// Plot less reference, m.
+    pub delta_m: Vector2<f64>,
 }
 
-#[derive(Clone, Copy, Debug)]
-struct Site {
-    information: Matrix2<f64>,
-    vector: Vector2<f64>,
+/// Joint estimate of the parameters of all sites, in units of the prior's deviations.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Joint {
+    mean: Vec<f64>,
+    scale: Vec<f64>,
+    information: Vec<f64>,
+    vector: Vec<f64>,
+    /// θ̂ less the prior's mean, and its covariance; both of the time of [`Self::solve`].
+    estimate: Vec<f64>,
+    covariance: Vec<f64>,
+}
+
+impl Joint {
+    /// Nothing seen yet: `sites` times (range, azimuth, time), then κ of aircraft and of vehicles.
+    #[must_use]
+    pub fn new(mean: &[f64], sigma: &[f64]) -> Self {
+        let n = mean.len();
+        let mut joint = Self {
+            mean: mean.to_vec(),
+            scale: sigma.to_vec(),
+            information: identity(n),
+            vector: vec![0.0; n],
+            estimate: vec![0.0; n],
+            covariance: identity(n),
+        };
+        joint.solve();
+        joint
+    }
+
+    fn count(&self) -> usize {
+        self.mean.len()
+    }
+
+    /// The two rows of J of a pair seen by `site`, in units of the prior.
+    fn rows(&self, site: usize, pair: &Pair) -> [Vec<f64>; 2] {
+        let n = self.count();
+        let [range, azimuth, time, length, _] = near_side::derivatives(
+            pair.axis,
+            pair.ground_m,
+            pair.velocity_ms,
+            (pair.half_extent_m, 0.0),
+        );
+        let across = Vector2::new(pair.axis.y, -pair.axis.x);
+        [pair.axis, across].map(|u| {
+            let mut row = vec![0.0; n];
+            for (k, column) in [range, azimuth, time].iter().enumerate() {
+                row[OF_SITE * site + k] = u.dot(column);
+            }
+            row[n - OF_ECHO + usize::from(pair.vehicle)] = u.dot(&length);
+            row.iter_mut().zip(&self.scale).for_each(|(j, s)| *j *= s);
+            row
+        })
+    }
+
+    /// Whether a pair of `site` may be what it seems: within four deviations of what the prior foresees.
+    #[must_use]
+    pub fn fits(&self, site: usize, pair: &Pair) -> bool {
+        let rows = self.rows(site, pair);
+        let found = self.news(&rows, pair);
+        (0..2).all(|k| {
+            let spread = rows[k].iter().map(|j| j * j).sum::<f64>() + pair.variance_m2[k];
+            found[k] * found[k] <= FARTHEST_SIGMA * FARTHEST_SIGMA * spread
+        })
+    }
+
+    /// Takes a pair of `site`; [`Self::solve`] shows it.
+    pub fn learn(&mut self, site: usize, pair: &Pair) {
+        let rows = self.rows(site, pair);
+        let found = self.news(&rows, pair);
+        self.add(&rows, found, pair.variance_m2);
+    }
+
+    /// What a pair says beyond what the prior's mean foresees, along and across, m.
+    fn news(&self, rows: &[Vec<f64>; 2], pair: &Pair) -> [f64; 2] {
+        let across = Vector2::new(pair.axis.y, -pair.axis.x);
+        let axes = [pair.axis, across];
+        [0, 1].map(|k| {
+            let foreseen: f64 =
+                rows[k].iter().zip(&self.mean).zip(&self.scale).map(|((j, m), s)| j * m / s).sum();
+            axes[k].dot(&pair.delta_m) - foreseen
+        })
+    }
+
+    fn add(&mut self, rows: &[Vec<f64>; 2], found: [f64; 2], variance_m2: [f64; 2]) {
+        let n = self.count();
+        for k in 0..2 {
+            let weight = 1.0 / variance_m2[k];
+            if !(weight > 0.0 && weight.is_finite()) {
+                continue;
+            }
+            for i in 0..n {
+                self.vector[i] += weight * rows[k][i] * found[k];
+                for j in 0..n {
+                    self.information[n * i + j] += weight * rows[k][i] * rows[k][j];
+                }
+            }
+        }
+    }
+
+    /// Draws what is known back to the prior.
+    fn age(&mut self, seconds: f64) {
+        let (n, kept) = (self.count(), libm::exp(-seconds.max(0.0) / AGEING_S));
+        for i in 0..n {
+            self.vector[i] *= kept;
+            for j in 0..n {
+                let prior = if i == j { 1.0 - kept } else { 0.0 };
+                self.information[n * i + j] = kept * self.information[n * i + j] + prior;
+            }
+        }
+    }
+
+    /// `θ̂ = Λ⁻¹ y` and Λ⁻¹, by L D Lᵀ.
+    pub fn solve(&mut self) {
+        let n = self.count();
+        let (mut l, mut d) = (self.information.clone(), vec![0.0; n]);
+        for j in 0..n {
+            let mut pivot = l[n * j + j];
+            for k in 0..j {
+                pivot -= l[n * j + k] * l[n * j + k] * d[k];
+            }
+            d[j] = pivot;
+            for i in j + 1..n {
+                let mut sum = l[n * i + j];
+                for k in 0..j {
+                    sum -= l[n * i + k] * l[n * j + k] * d[k];
+                }
+                l[n * i + j] = sum / pivot;
+            }
+        }
+        let solve = |b: &[f64]| {
+            let mut x = b.to_vec();
+            for i in 0..n {
+                for k in 0..i {
+                    x[i] -= l[n * i + k] * x[k];
+                }
+            }
+            for i in 0..n {
+                x[i] /= d[i];
+            }
+            for i in (0..n).rev() {
+                for k in i + 1..n {
+                    x[i] -= l[n * k + i] * x[k];
+                }
+            }
+            x
+        };
+        self.estimate = solve(&self.vector);
+        let unit = identity(n);
+        for j in 0..n {
+            let column = solve(&unit[n * j..n * (j + 1)]);
+            (0..n).for_each(|i| self.covariance[n * i + j] = column[i]);
+        }
+    }
+
+    /// Estimate and standard deviation of a parameter.
+    #[must_use]
+    pub fn parameter(&self, k: usize) -> (f64, f64) {
+        let n = self.count();
+        let sigma = self.scale[k] * self.covariance[n * k + k].max(0.0).sqrt();
+        (self.mean[k] + self.scale[k] * self.estimate[k], sigma)
+    }
+
+    /// Correlation of the errors of two parameters.
+    #[must_use]
+    pub fn correlation(&self, i: usize, j: usize) -> f64 {
+        let n = self.count();
+        let at = |i: usize, j: usize| self.covariance[n * i + j];
+        at(i, j) / (at(i, i) * at(j, j)).sqrt()
+    }
+
+    /// The estimate as it is applied: the prior's mean until it is known, and no more of what was found than stands out of
+    /// its own uncertainty. Sites are surveyed: most have no error that could be found, and half a milliradian of noise,
+    /// taken off every plot, is 1.5 m at 3 km.
+    fn applied(&self, k: usize) -> f64 {
+        let n = self.count();
+        let (found, variance) = (self.estimate[k], self.covariance[n * k + k].max(0.0));
+        if variance.sqrt() >= KNOWN_SHARE || found == 0.0 {
+            return self.mean[k];
+        }
+        let kept = (1.0 - STANDS_OUT * variance / (found * found)).max(0.0);
+        self.mean[k] + self.scale[k] * kept * found
+    }
+
+    /// One site more, before the echo's parameters.
+    fn with_site(&self) -> Self {
+        let (n, at) = (self.count(), self.count() - OF_ECHO);
+        let place = |i: usize| if i < at { i } else { i + OF_SITE };
+        let m = n + OF_SITE;
+        let mut wide = Self::new(&vec![0.0; m], &vec![1.0; m]);
+        for k in 0..OF_SITE {
+            wide.scale[at + k] = PRIOR_SITE[k];
+        }
+        for i in 0..n {
+            wide.mean[place(i)] = self.mean[i];
+            wide.scale[place(i)] = self.scale[i];
+            wide.vector[place(i)] = self.vector[i];
+            for j in 0..n {
+                wide.information[m * place(i) + place(j)] = self.information[n * i + j];
+            }
+        }
+        wide.solve();
+        wide
+    }
+}
+
+fn identity(n: usize) -> Vec<f64> {
+    let mut unit = vec![0.0; n * n];
+    (0..n).for_each(|k| unit[n * k + k] = 1.0);
+    unit
+}
+
+/// What is known of the errors of all radars and echoes.
+#[derive(Clone, Debug)]
+pub(super) struct Registration {
+    sites: Vec<SensorId>,
+    law: EchoLaw,
+    joint: Joint,
+    aged: Option<SimTime>,
+    changed: bool,
 }
 
 /// A target's own report, kept to compare radar plots with.
@@ -44,89 +304,146 @@ pub struct SiteBias {
     pub azimuth_rad: f64,
     /// Its standard deviation, rad.
     pub sigma_azimuth_rad: f64,
+    /// Stamp minus true time, s.
+    pub time_s: f64,
+    /// Its standard deviation, s.
+    pub sigma_time_s: f64,
 }
 
-/// A site is assumed to be set up this well, standard deviations (assumed).
-const PRIOR_RANGE_M: f64 = 10.0;
-const PRIOR_AZIMUTH_RAD: f64 = 5e-3;
-
-/// A report may be this old when a radar plot is held against it, s.
-const OLDEST_REFERENCE_S: f64 = 1.5;
-
 impl Registration {
-    /// Takes one pair: a radar plot and the target's own report, moved to the plot's time by `velocity_ms`.
-    pub(super) fn learn(&mut self, plot: &Plot, reference: &Reference, velocity_ms: Vector2<f64>) {
+    pub(super) fn new(law: EchoLaw) -> Self {
+        let mean = [law.aircraft.length, law.vehicle.length];
+        let joint = Joint::new(&mean, &PRIOR_ECHO);
+        Self { sites: Vec::new(), law, joint, aged: None, changed: false }
+    }
+
+    /// What is known up to now holds for the scan that begins.
+    pub(super) fn begin(&mut self, now: SimTime) {
+        if let Some(before) = self.aged
+            && !self.sites.is_empty()
+        {
+            self.joint.age(now.since_s(before));
+        }
+        self.aged = Some(now);
+        if std::mem::take(&mut self.changed) {
+            self.joint.solve();
+            self.law.aircraft = self.kappa(0, self.law.aircraft);
+            self.law.vehicle = self.kappa(1, self.law.vehicle);
+        }
+    }
+
+    /// The numbers of a kind of body as they are known now, in the ratio that is assumed.
+    fn kappa(&self, kind: usize, before: near_side::Kappa) -> near_side::Kappa {
+        let length = self.joint.applied(self.joint.count() - OF_ECHO + kind).max(0.0);
+        let ratio = if before.length > 0.0 { before.span / before.length } else { 0.0 };
+        near_side::Kappa { length, span: ratio * length }
+    }
+
+    /// The law of echoes with what was learnt.
+    pub(super) fn law(&self) -> &EchoLaw {
+        &self.law
+    }
+
+    /// Takes one pair: a radar plot as it was measured, but for `taken_off_m`, and the target's own report, moved to the
+    /// plot's time by `velocity_ms`. `body` and `course` of the target where they are known; `interval_s` of the radar.
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "two things that are compared, and what is known of the target"
+    )]
+    pub(super) fn learn(
+        &mut self,
+        plot: &Plot,
+        taken_off_m: Vector2<f64>,
+        reference: &Reference,
+        velocity_ms: Vector2<f64>,
+        body: Option<&Body>,
+        course: Option<Vector2<f64>>,
+        interval_s: f64,
+    ) {
         let Some(polar) = plot.polar else { return };
         let dt_s = plot.time.since_s(reference.time);
         if !(dt_s.abs() <= OLDEST_REFERENCE_S && polar.range_m > 1.0) {
             return;
         }
-        // What was taken off already is part of the bias.
-        let taken_off = self.correction_m(plot);
         let expected = reference.position_m + velocity_ms * dt_s;
-        let delta = plot.position_m + taken_off - expected;
-        let (radial, across) = (plot.axis, plot.across_axis());
         // Velocity over the gap is uncertain by about 1 m/s.
         let report = reference.variance_m2 + dt_s * dt_s;
-        let weights = [
-            1.0 / ((plot.along_m2 + report) * reference.repeats),
-            1.0 / ((plot.across_m2 + report) * reference.repeats),
-        ];
-        let errors = [radial.dot(&delta), across.dot(&delta)];
-        // A plot of another target, or a report gone wrong, teaches nothing.
-        let limits = [PRIOR_RANGE_M, PRIOR_AZIMUTH_RAD * polar.range_m];
-        let sigma = [plot.along_m2 + report, plot.across_m2 + report].map(f64::sqrt);
-        if (0..2).any(|k| !(errors[k].abs() <= 3.0 * limits[k] + 4.0 * sigma[k])) {
-            return;
+        let (mut delta_m, mut along) = (plot.position_m + taken_off_m - expected, plot.along_m2);
+        let mut half_extent_m = 0.0;
+        match (body, course) {
+            (Some(body), Some(course)) => {
+                let seen = near_side::half_extents_m(body, plot.axis, course);
+                half_extent_m = self.law.of(body).joint_half_extent_m(seen);
+            }
+            // The mean offset is taken off: what it may be wrong by tells nothing of κ.
+            _ => delta_m += plot.axis * self.law.offset_m(body, course, plot.axis).0,
         }
-        let site = self.site(plot.sensor);
-        site.information[(0, 0)] += weights[0];
-        site.information[(1, 1)] += polar.range_m * polar.range_m * weights[1];
-        site.vector[0] += weights[0] * errors[0];
-        site.vector[1] += polar.range_m * weights[1] * errors[1];
-    }
-
-    /// Takes the known errors off a radar plot.
-    pub(super) fn correct(&self, plot: &mut Plot) {
-        plot.position_m -= self.correction_m(plot);
-    }
-
-    fn correction_m(&self, plot: &Plot) -> Vector2<f64> {
-        let (Some(polar), Some(bias)) = (plot.polar, self.bias(plot.sensor)) else {
-            return Vector2::zeros();
+        // What the law leaves is slow, as the error of the report is.
+        let (_, left) = self.law.offset_m(body, course, plot.axis);
+        along += left * left * (2.0 * self.law.residual_tau_s / interval_s.max(1e-3)).max(1.0);
+        let pair = Pair {
+            axis: plot.axis,
+            ground_m: polar.range_m,
+            velocity_ms,
+            vehicle: body.is_some_and(|b| b.vehicle),
+            half_extent_m,
+            variance_m2: [along, plot.across_m2].map(|r| r + report * reference.repeats),
+            delta_m,
         };
-        plot.axis * bias.range_m + plot.across_axis() * (polar.range_m * bias.azimuth_rad)
+        let Some(site) = self.site(plot.sensor) else { return };
+        if self.joint.fits(site, &pair) {
+            self.joint.learn(site, &pair);
+            self.changed = true;
+        }
+    }
+
+    /// What is taken off every plot of a radar before anything is known of its target, m: the site's errors.
+    pub(super) fn correction_m(&self, plot: &Plot) -> Vector2<f64> {
+        let site = self.sites.iter().position(|id| *id == plot.sensor);
+        let (Some(polar), Some(site)) = (plot.polar, site) else { return Vector2::zeros() };
+        let [range, azimuth] = [0, 1].map(|k| self.joint.applied(OF_SITE * site + k));
+        plot.axis * range + plot.across_axis() * (polar.range_m * azimuth)
+    }
+
+    /// Whether a plot is of a radar of which anything is known or assumed.
+    #[inline]
+    pub(super) fn knows(&self, plot: &Plot) -> bool {
+        plot.polar.is_some() && (self.law.wanders || self.sites.contains(&plot.sensor))
+    }
+
+    /// How late a radar's stamps are, s.
+    pub(super) fn late_s(&self, sensor: SensorId) -> f64 {
+        let site = self.sites.iter().position(|id| *id == sensor);
+        site.map_or(0.0, |site| self.joint.applied(OF_SITE * site + 2))
     }
 
     /// The estimate for one radar, if any pair was seen.
     pub(super) fn bias(&self, sensor: SensorId) -> Option<SiteBias> {
-        let (_, site) = self.sites.iter().find(|(id, _)| *id == sensor)?;
-        let i = &site.information;
+        let site = self.sites.iter().position(|id| *id == sensor)?;
+        let [range, azimuth, time] = [0, 1, 2].map(|k| self.joint.parameter(OF_SITE * site + k));
         Some(SiteBias {
             sensor,
-            range_m: site.vector[0] / i[(0, 0)],
-            sigma_range_m: (1.0 / i[(0, 0)]).sqrt(),
-            azimuth_rad: site.vector[1] / i[(1, 1)],
-            sigma_azimuth_rad: (1.0 / i[(1, 1)]).sqrt(),
+            range_m: range.0,
+            sigma_range_m: range.1,
+            azimuth_rad: azimuth.0,
+            sigma_azimuth_rad: azimuth.1,
+            time_s: time.0,
+            sigma_time_s: time.1,
         })
     }
 
     /// All estimates.
     pub(super) fn biases(&self) -> Vec<SiteBias> {
-        self.sites.iter().filter_map(|(id, _)| self.bias(*id)).collect()
+        self.sites.iter().filter_map(|id| self.bias(*id)).collect()
     }
 
-    fn site(&mut self, sensor: SensorId) -> &mut Site {
-        let index = self.sites.iter().position(|(id, _)| *id == sensor).unwrap_or_else(|| {
-            let prior = Matrix2::new(
-                1.0 / (PRIOR_RANGE_M * PRIOR_RANGE_M),
-                0.0,
-                0.0,
-                1.0 / (PRIOR_AZIMUTH_RAD * PRIOR_AZIMUTH_RAD),
-            );
-            self.sites.push((sensor, Site { information: prior, vector: Vector2::zeros() }));
-            self.sites.len() - 1
-        });
-        &mut self.sites[index].1
+    fn site(&mut self, sensor: SensorId) -> Option<usize> {
+        let found = self.sites.iter().position(|id| *id == sensor);
+        if found.is_none() && self.sites.len() < MOST_SITES {
+            self.sites.push(sensor);
+            self.joint = self.joint.with_site();
+            return Some(self.sites.len() - 1);
+        }
+        found
     }
 }

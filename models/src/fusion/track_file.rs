@@ -2,11 +2,13 @@
 
 use super::config::{Life, TrackingConfig};
 use super::filter::TrackFilter;
-use super::registration::Reference;
+use super::near_side::{Body, EchoLaw};
+use super::registration::{Reference, Registration};
 use super::ring::{Past, Ring, Slotted};
+use super::spread::Spread;
 use crate::association::kinematic_gate::{ClassLimits, Departure};
 use crate::filter::{Estimate, Gaussian, Sym2, UpdateError};
-use crate::frames::Vector2;
+use crate::frames::{Matrix2, Vector2};
 use crate::plot::{Callsign, Identity, Plot, SensorId, SensorKind};
 use crate::time::SimTime;
 use nalgebra::Matrix4;
@@ -32,6 +34,9 @@ pub(super) enum Update<'a> {
     /// Several plots with the probability of each, moved to one time.
     Weighted(&'a [(Plot, f64)]),
 }
+
+/// Slower targets show no course, m/s.
+const COURSE_FROM_MS: f64 = 2.0;
 
 /// An update as it is kept, so that it can be done again.
 #[derive(Clone, Debug)]
@@ -157,6 +162,14 @@ pub(super) struct Track {
     pub(super) limits: ClassLimits,
     /// Length and span where the type is known, m.
     pub(super) size_m: Option<(f64, f64)>,
+    /// Of a type that is a ground vehicle.
+    pub(super) vehicle: bool,
+    /// Where the nose points, as far as its motion has shown it: a unit vector.
+    pub(super) course: Option<Vector2<f64>>,
+    /// What the law of echoes leaves open of where the target is, m²: 0 where the filter holds it itself.
+    pub(super) echo_left_m2: Matrix2<f64>,
+    /// How its echoes wander.
+    pub(super) spread: Spread,
     /// Serial of the track that this one seems to double, and for how many scans.
     pub(super) twin: Option<(u64, u32)>,
 }
@@ -198,6 +211,10 @@ impl Track {
             name_settled: false,
             limits: config.limits_of(None),
             size_m: None,
+            vehicle: false,
+            course: None,
+            echo_left_m2: Matrix2::zeros(),
+            spread: Spread::default(),
             twin: None,
         };
         track.learn_identity(plot.identity);
@@ -209,6 +226,61 @@ impl Track {
         self.now.replace(time, state);
         (self.number, self.stage) = (Some(number), Stage::Confirmed);
         (self.history, self.looks, self.plots) = (u32::MAX, u32::BITS, 2);
+    }
+
+    /// Its body, where the type is known.
+    pub(super) fn body(&self) -> Option<Body> {
+        let (length_m, span_m) = self.size_m?;
+        Some(Body { vehicle: self.vehicle, length_m, span_m })
+    }
+
+    /// A radar's plot as this track takes it: where its target is by what is known of its size and course, when by what
+    /// is known of the radar's clock, and as uncertain as this target's echoes have been. Other plots as they are.
+    pub(super) fn as_known(&self, plot: &Plot, registration: &Registration) -> Plot {
+        let mut plot = *plot;
+        if !registration.knows(&plot) {
+            return plot;
+        }
+        let law = registration.law();
+        let late_s = registration.late_s(plot.sensor);
+        if late_s != 0.0 {
+            plot.position_m += self.filter().motion().1 * late_s;
+        }
+        if law.wanders {
+            let (offset_m, _) = self.offset_m(law, plot.axis);
+            plot.position_m += plot.axis * (offset_m - law.unknown_m.0);
+            let [along, across] = self.spread.factors(&plot);
+            plot.along_m2 *= along;
+            plot.across_m2 *= across;
+        }
+        plot
+    }
+
+    /// How far its echo lies towards the radar, and the standard deviation of that, m: by its type, else by how its echoes
+    /// wander.
+    pub(super) fn offset_m(&self, law: &EchoLaw, axis: Vector2<f64>) -> (f64, f64) {
+        match (self.body(), self.spread.variance_m2()) {
+            (None, Some((variance_m2, triples))) => {
+                law.offset_of_unknown_m(variance_m2, triples, self.course, axis)
+            }
+            (body, _) => law.offset_m(body.as_ref(), self.course, axis),
+        }
+    }
+
+    /// A radar's plot has updated the track: what is left open of its echo.
+    pub(super) fn note_echo(&mut self, plot: &Plot, law: &EchoLaw) {
+        let (_, sigma) = self.offset_m(law, plot.axis);
+        let known = matches!(self.now, TrackFilter::Considering(_));
+        let left = if known { 0.0 } else { sigma * sigma };
+        self.echo_left_m2 = plot.axis * plot.axis.transpose() * left;
+    }
+
+    /// What an update says of where the nose points: a track of two plots has no velocity to speak of.
+    pub(super) fn note_course(&mut self, velocity_ms: Vector2<f64>) {
+        let speed = velocity_ms.norm();
+        if self.plots >= 3 && speed > COURSE_FROM_MS && speed.is_finite() {
+            self.course = Some(velocity_ms / speed);
+        }
     }
 
     /// The filter after the last plot.
@@ -466,9 +538,9 @@ fn run(
     }
     match update {
         Update::Plot(plot) => filter.update(plot, config),
-        Update::Manoeuvre(plot) => filter.update_manoeuvre(plot),
+        Update::Manoeuvre(plot) => filter.update_manoeuvre(plot, config),
         Update::Restart(first, last) => filter.restart(first, last, &config.filter),
-        Update::Weighted(plots) => filter.update_weighted(plots),
+        Update::Weighted(plots) => filter.update_weighted(plots, config),
     }
 }
 

@@ -203,13 +203,14 @@ impl Tracker {
     #[must_use]
     pub fn new(config: TrackingConfig) -> Self {
         let numbers = Numbers::new(config.life.numbers, config.life.number_rest_s);
+        let registration = Registration::new(config.echo_law());
         let gate_1 = chi_square_quantile(2, config.gates.probability);
         let identified_gate = chi_square_quantile(2, config.gates.identified_probability);
         Self {
             config,
             tracks: Vec::new(),
             numbers,
-            registration: Registration::default(),
+            registration,
             next_serial: 0,
             last_scan: None,
             seen: VecDeque::new(),
@@ -351,6 +352,9 @@ impl Tracker {
             self.numbers = Numbers::new(self.config.life.numbers, self.config.life.number_rest_s);
             self.last_scan = None;
         }
+        if self.config.register_sites {
+            self.registration.begin(t_out);
+        }
         self.oldest = t_out.plus_s(-self.config.ring_s);
         while self.seen.front().is_some_and(|(latest, _)| *latest < self.oldest) {
             self.seen.pop_front();
@@ -423,8 +427,10 @@ impl Tracker {
             sensor = Some((plot.sensor, plot.kind));
             work.candidates.push(Candidate { plot: *plot, index });
             let plot = &mut work.candidates[k].plot;
-            if self.config.register_sites {
-                self.registration.correct(plot);
+            if plot.polar.is_some() {
+                // The site's errors, and the near side of a target of which nothing is known; its track knows more.
+                plot.position_m -= self.registration.correction_m(plot);
+                plot.position_m += plot.axis * self.registration.law().unknown_m.0;
             }
             plot.time = SimTime(plot.time.0.saturating_sub(latency_ns));
             // What the sensor's model adds to the stated variance.

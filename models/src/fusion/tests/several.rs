@@ -101,6 +101,8 @@ fn watch(
 
 fn config(base: TrackingConfig) -> TrackingConfig {
     let mut config = base;
+    // The targets here are points.
+    config.register_echo = false;
     for id in [1, 2] {
         let mut sensor = SensorModel::default_of(SensorId(id), SensorKind::Asde);
         sensor.extra_sigma_m = 0.0;

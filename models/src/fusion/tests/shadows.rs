@@ -9,7 +9,7 @@ fn who_watches_beside_changes_no_bit_and_sees_what_that_choice_gives() {
         (Rung::Abg, &[Rung::Ca3][..]),
         (Rung::Ca3, &[Rung::Abg, Rung::Ca3Ud]),
         (Rung::Mh9, &[Rung::Mh3, Rung::Mh27]),
-        (Rung::Mh9Lag1, &[Rung::Mh27]),
+        (Rung::Mh9Lag1, &[Rung::Mh27, Rung::Events9]),
     ] {
         let mut config = TrackingConfig::paper();
         config.filter = FilterConfig::new(rung);

@@ -1,0 +1,586 @@
+//! Motion as events: an acceleration begins, changes or ends at a moment nobody is told.
+//!
+//! A set of modes with noise of a fixed density is right for one sensor: it calls quiet what is below that sensor's errors.
+//! Accelerations of machines are the same whatever looks at them. Each history is steady or accelerating; in an interval
+//! nothing happens, or one event at a moment that is uniform in it:
+//!
+//! | event | of | what follows |
+//! |---|---|---|
+//! | begin, change | steady; accelerating | a new acceleration, N(0, σ_a²) per axis |
+//! | end | accelerating | none |
+//! | jump | both | velocity += N(0, σ_v²) per axis, no acceleration: what no machine does |
+//!
+//! With the old acceleration a₀: mean added to (p + vT, v, a): (a₀T²/3, a₀T/2, 0); `Q = σ_a² E + a₀² (E − m mᵀ)`,
+//! `E = [T⁴/20 T³/8 T²/6; · T²/3 T/2; · · 1]`, `m = (T²/6, T/2, 1)`. An acceleration that stays keeps its angle to the
+//! course: it turns with `ω = (v × a)/|v|²`, shrunk by how well it is known.
+//!
+//! The N most likely histories are kept; two that say the same are one.
+
+use super::gaussian::{Gaussian, Measurement, Nis};
+use super::histories::ranked;
+use super::imm::{PositionMoments, association_shares};
+use super::lanes::{Lane, Pair};
+use super::motion::Step;
+use super::three_state::start_position;
+use super::{Estimate, Start, StateEstimator, UpdateError, interval, measurements};
+use crate::frames::Vector2;
+use crate::plot::Plot;
+use crate::time::SimTime;
+
+/// How often what happens. Nothing of it refers to a sensor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EventModel {
+    /// Accelerations begin, 1/s; an acceleration changes half as often.
+    pub begin_per_s: f64,
+    /// Accelerations end, 1/s.
+    pub end_per_s: f64,
+    /// Jumps of the velocity, 1/s.
+    pub jump_per_s: f64,
+    /// A new acceleration, standard deviation per axis, m/s².
+    pub sigma_a_ms2: f64,
+    /// A jump, standard deviation per axis, m/s.
+    pub sigma_v_ms: f64,
+    /// Noise of a steady target: density of the acceleration, m²/s³.
+    pub q_steady: f64,
+    /// Noise of an accelerating one: density of the jerk, m²/s⁵.
+    pub q_accelerating: f64,
+}
+
+impl Default for EventModel {
+    /// Assumed, chosen on landings, a take-off, a rapid exit, taxi turns and a vehicle.
+    fn default() -> Self {
+        Self {
+            begin_per_s: 0.05,
+            end_per_s: 0.07,
+            jump_per_s: 0.003,
+            sigma_a_ms2: 2.5,
+            sigma_v_ms: 12.0,
+            q_steady: 1e-4,
+            q_accelerating: 1e-4,
+        }
+    }
+}
+
+/// What an acceleration that changes at a moment uniform in an interval does to one axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ChangeMoments {
+    /// Added by the old acceleration to p + vT, v and the new acceleration: mean.
+    pub mean: [f64; 3],
+    t: f64,
+    before2: f64,
+}
+
+/// Moments for an interval of `t` seconds and an old acceleration `before`, m/s².
+#[must_use]
+pub fn change_moments(t: f64, before: f64) -> ChangeMoments {
+    let mean = [before * t * t / 3.0, before * t / 2.0, 0.0];
+    ChangeMoments { mean, t, before2: before * before }
+}
+
+impl ChangeMoments {
+    /// Covariance of (p, v, a), upper triangle, for a new acceleration N(0, `sigma`²); 0: none.
+    #[must_use]
+    pub fn noise(&self, sigma: f64) -> [f64; 6] {
+        let (t, s2, b2) = (self.t, sigma * sigma, self.before2);
+        let t2 = t * t;
+        [
+            t2 * t2 * (s2 / 20.0 + b2 / 45.0),
+            t2 * t * (s2 / 8.0 + b2 / 24.0),
+            t2 * s2 / 6.0,
+            t2 * (s2 / 3.0 + b2 / 12.0),
+            t * s2 / 2.0,
+            s2,
+        ]
+    }
+}
+
+/// One history.
+#[derive(Clone, Copy, Debug)]
+struct History {
+    state: Gaussian,
+    accelerating: bool,
+    weight: f64,
+    log_weight: f64,
+}
+
+/// The filter with at most N histories.
+#[derive(Clone, Debug)]
+pub struct Events<const N: usize> {
+    time: SimTime,
+    kept: Vec<History>,
+    model: EventModel,
+    start: Start,
+    /// ln of the density that the last plot was given.
+    log_density: f64,
+}
+
+/// A history is dropped below this share of the best one's weight: e⁻¹⁶.
+const NEGLIGIBLE: f64 = 16.0;
+/// Two histories are one whose means are this near (squares over variances) …
+const SAME_MEANS: f64 = 0.1;
+/// … and whose variances differ by less than this share.
+const SAME_SPREAD: f64 = 0.3;
+/// Share of histories of a new track that accelerate.
+const ACCELERATING: f64 = 0.3;
+/// An acceleration does not turn faster, rad/s, nor that of a target slower than [`TURNS_FROM_MS`].
+const FASTEST_TURN: f64 = 0.6;
+const TURNS_FROM_MS: f64 = 3.0;
+/// Prior of a jump once a plot was accepted by the kinematic gate alone.
+const JUMP_PRIOR: f64 = 0.5;
+
+impl<const N: usize> Events<N> {
+    /// One plot: position measured, velocity and acceleration unknown.
+    ///
+    /// # Errors
+    /// If the plot is unsound or measures one direction only.
+    pub fn from_plot(plot: &Plot, model: EventModel, start: Start) -> Result<Self, UpdateError> {
+        let (z, r) = start_position(plot)?;
+        let state = Gaussian::at_position(z, r, start.sigma_v_ms, start.sigma_a_ms2);
+        let kept = Vec::with_capacity(N);
+        let mut filter = Self { time: plot.time, kept, model, start, log_density: 0.0 };
+        filter.replace(plot.time, &state);
+        Ok(filter)
+    }
+
+    /// ln of the density (1/m², or 1/m of a plot along one direction) that the last plot was given before it was taken.
+    #[must_use]
+    pub fn log_density(&self) -> f64 {
+        self.log_density
+    }
+
+    /// Histories kept now.
+    #[must_use]
+    pub fn kept(&self) -> usize {
+        self.kept.len()
+    }
+
+    /// What may become of one state within `t` seconds: probability, whether it accelerates then, state.
+    fn branches(
+        &self,
+        state: &Gaussian,
+        accelerating: bool,
+        t: f64,
+        jump: f64,
+        mut each: impl FnMut(f64, bool, Gaussian),
+    ) {
+        let m = &self.model;
+        let within = |rate: f64| -libm::expm1(-rate * t);
+        let changing = if accelerating { 0.5 * m.begin_per_s } else { m.begin_per_s };
+        let (change, end) =
+            (within(changing), if accelerating { within(m.end_per_s) } else { 0.0 });
+        let jump = jump.max(within(m.jump_per_s));
+        let nothing = (1.0 - change - end).max(0.0) * (1.0 - jump);
+        let rest = (1.0 - nothing - jump).max(0.0);
+        let of_rest = if change + end > 0.0 { rest / (change + end) } else { 0.0 };
+        if nothing > 0.0 {
+            let next = if accelerating {
+                turned(state, t).plus(Step::constant_acceleration(m.q_accelerating, t).q)
+            } else {
+                state.predicted_steady(&Step::constant_velocity(m.q_steady, t))
+            };
+            each(nothing, accelerating, next);
+        }
+        // The old acceleration for a time that is uniform in the interval, then a new one or none.
+        let old = Step { t, f02: t * t / 3.0, f12: t / 2.0, f22: 0.0, q: [0.0; 6] };
+        let [east, north] = state.x[2].array().map(|a| change_moments(t, a));
+        for (chance, sigma) in [(change, m.sigma_a_ms2), (end, 0.0)] {
+            if chance > 0.0 {
+                let next = state.predicted(&old).plus_pairs(east.noise(sigma), north.noise(sigma));
+                each(chance * of_rest, sigma > 0.0, next);
+            }
+        }
+        if jump > 0.0 {
+            let s2 = m.sigma_v_ms * m.sigma_v_ms;
+            let q = [s2 * t * t / 3.0, s2 * t / 2.0, 0.0, s2, 0.0, 0.0];
+            each(
+                jump,
+                false,
+                state.predicted_steady(&Step { q, ..Step::constant_velocity(0.0, t) }),
+            );
+        }
+    }
+
+    /// All histories one interval on: log of prior weight, flag, state.
+    fn children(&self, t: f64, jump: f64) -> Vec<(f64, bool, Gaussian)> {
+        let mut children = Vec::with_capacity(4 * self.kept.len());
+        for parent in &self.kept {
+            self.branches(&parent.state, parent.accelerating, t, jump, |chance, flag, state| {
+                children.push((parent.weight * chance, flag, state));
+            });
+        }
+        children
+    }
+
+    fn take(&mut self, plot: &Plot, jump: f64) -> Result<Nis, UpdateError> {
+        let t = interval(self.time, plot.time)?;
+        let m = Measurement::of(plot)?;
+        let children = self.children(t, jump);
+        let mut moments = PositionMoments::about(self.kept[0].state.position());
+        let mut scores = Vec::with_capacity(children.len());
+        let mut dof = 2;
+        for (weight, _, state) in &children {
+            moments.add(*weight, state.position(), state.position_cov());
+            scores.push(match state.innovation(&m) {
+                Ok(i) => {
+                    dof = i.dof;
+                    libm::log(*weight) - 0.5 * (i.d2 + i.ln_det)
+                }
+                Err(_) => f64::NEG_INFINITY,
+            });
+        }
+        let nis = moments.nis(&m)?;
+        let best = scores.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        if !best.is_finite() {
+            return Err(UpdateError::BadInnovation(best));
+        }
+        let sum: f64 = scores.iter().map(|s| libm::exp(s - best)).sum();
+        let mut kept: Vec<History> = Vec::with_capacity(N);
+        for k in ranked(&scores, scores.len()) {
+            if scores[k] < best - NEGLIGIBLE {
+                break;
+            }
+            let (_, accelerating, mut state) = children[k];
+            if state.update(&m).is_err() {
+                continue; // a child that rounding has broken
+            }
+            let log_weight = scores[k] - best;
+            let one = History { state, accelerating, weight: libm::exp(log_weight), log_weight };
+            match kept.iter().position(|other| other.says_the_same(&one)) {
+                Some(same) => kept[same].join(&one),
+                None if kept.len() < N => kept.push(one),
+                None => break,
+            }
+        }
+        self.settle(kept)?;
+        self.time = plot.time;
+        self.log_density =
+            best + libm::log(sum) - 0.5 * f64::from(dof) * libm::log(std::f64::consts::TAU);
+        Ok(nis)
+    }
+
+    fn settle(&mut self, kept: Vec<History>) -> Result<(), UpdateError> {
+        let sum: f64 = kept.iter().map(|h| h.weight).sum();
+        if kept.is_empty() || !(sum > 0.0 && sum.is_finite()) {
+            return Err(UpdateError::BadCovariance);
+        }
+        self.kept = kept;
+        self.kept.iter_mut().for_each(|h| h.weight /= sum);
+        Ok(())
+    }
+
+    fn mixed(&self) -> Gaussian {
+        mixture(self.kept.iter().map(|h| (h.weight, &h.state)))
+    }
+}
+
+fn mixture<'a>(parts: impl Iterator<Item = (f64, &'a Gaussian)>) -> Gaussian {
+    let (weights, states): (Vec<f64>, Vec<Gaussian>) = parts.map(|(w, s)| (w, *s)).unzip();
+    Gaussian::mixture(&weights, &states)
+}
+
+impl History {
+    fn says_the_same(&self, other: &Self) -> bool {
+        if self.accelerating != other.accelerating {
+            return false;
+        }
+        let (a, b) = (&self.state, &other.state);
+        let last = if self.accelerating { 3 } else { 2 };
+        let (mut apart, mut traces) = (0.0, [0.0; 2]);
+        for (k, place) in [0, 3, 5].into_iter().enumerate().take(last) {
+            let (x, y) = (a.x[k].array(), b.x[k].array());
+            let (p, q) = (a.p[place].array(), b.p[place].array());
+            for axis in 0..2 {
+                let d = x[axis] - y[axis];
+                apart += if p[axis] > 0.0 { d * d / p[axis] } else { 0.0 };
+            }
+            traces[0] += p[0] + p[1];
+            traces[1] += q[0] + q[1];
+        }
+        apart < SAME_MEANS
+            && (traces[0] - traces[1]).abs() <= SAME_SPREAD * traces[0].max(traces[1])
+    }
+
+    fn join(&mut self, other: &Self) {
+        let sum = self.weight + other.weight;
+        let share = [self.weight / sum, other.weight / sum];
+        self.state = Gaussian::mixture(&share, &[self.state, other.state]);
+        self.weight = sum;
+        self.log_weight = libm::log(sum);
+    }
+}
+
+impl Gaussian {
+    /// More noise of the same kind on both axes.
+    fn plus(self, q: [f64; 6]) -> Self {
+        self.plus_pairs(q, q)
+    }
+
+    fn plus_pairs(mut self, east: [f64; 6], north: [f64; 6]) -> Self {
+        for k in 0..6 {
+            self.p[k] = self.p[k] + Pair::new(east[k], north[k]);
+        }
+        self
+    }
+}
+
+/// A state carried on for `t` seconds with an acceleration that keeps its angle to the course.
+fn turned(state: &Gaussian, t: f64) -> Gaussian {
+    let ([vx, vy], [ax, ay]) = (state.x[1].array(), state.x[2].array());
+    let speed2 = vx * vx + vy * vy;
+    let mut rate = 0.0;
+    if speed2 > TURNS_FROM_MS * TURNS_FROM_MS && speed2.is_finite() {
+        let found = (vx * ay - vy * ax) / speed2;
+        let (gx, gy) = (-vy / speed2, vx / speed2);
+        let [paa, pbb] = state.p[5].array();
+        let spread = gx * gx * paa + 2.0 * gx * gy * state.cross[8] + gy * gy * pbb;
+        let square = found * found;
+        if square > 0.0 {
+            rate = (found * square / (square + spread.max(0.0))).clamp(-FASTEST_TURN, FASTEST_TURN);
+        }
+    }
+    let x = rate * t;
+    if x.abs() < 1e-9 {
+        return state.predicted(&Step::constant_acceleration(0.0, t));
+    }
+    let (sin, cos) = libm::sincos(x);
+    // sin x/ω, (1 − cos x)/ω, (1 − cos x)/ω², (x − sin x)/ω²
+    let (s1, c1, c2, s2) = if x.abs() < 1e-3 {
+        let (x2, t2) = (x * x, t * t);
+        (t * (1.0 - x2 / 6.0), t * x / 2.0, t2 / 2.0 * (1.0 - x2 / 12.0), t2 * x / 6.0)
+    } else {
+        let r2 = rate * rate;
+        (sin / rate, (1.0 - cos) / rate, (1.0 - cos) / r2, (x - sin) / r2)
+    };
+    // Rows of Φ on (x, vx, ax, y, vy, ay): each has its own axis, and the other one's acceleration.
+    let own = [[1.0, t, c2], [0.0, 1.0, s1], [0.0, 0.0, cos]];
+    let other = [s2, c1, sin];
+    let apply = |v: &[f64; 6]| -> [f64; 6] {
+        std::array::from_fn(|row| {
+            let (axis, k) = (row / 3, row % 3);
+            let sign = if axis == 0 { -1.0 } else { 1.0 };
+            (0..3).map(|j| own[k][j] * v[3 * axis + j]).sum::<f64>()
+                + sign * other[k] * v[3 * (1 - axis) + 2]
+        })
+    };
+    let mean: [f64; 6] = std::array::from_fn(|i| state.x[i % 3].array()[i / 3]);
+    let full = state.covariance();
+    let mut half = [[0.0; 6]; 6]; // columns of ΦP, then rows of ΦPΦᵀ
+    for (j, column) in half.iter_mut().enumerate() {
+        *column = apply(&std::array::from_fn(|i| full[(i, j)]));
+    }
+    let rows: [[f64; 6]; 6] = std::array::from_fn(|i| apply(&std::array::from_fn(|j| half[j][i])));
+    let mean = apply(&mean);
+    let pair = |i: usize, j: usize| Pair::new(rows[i][j], rows[3 + i][3 + j]);
+    let mut cross = [0.0; 9];
+    for (k, slot) in cross.iter_mut().enumerate() {
+        *slot = rows[k / 3][3 + k % 3];
+    }
+    Gaussian {
+        x: [0, 1, 2].map(|k| Pair::new(mean[k], mean[3 + k])),
+        p: [pair(0, 0), pair(0, 1), pair(0, 2), pair(1, 1), pair(1, 2), pair(2, 2)],
+        cross,
+    }
+}
+
+impl<const N: usize> StateEstimator for Events<N> {
+    fn time(&self) -> SimTime {
+        self.time
+    }
+
+    fn estimate(&self) -> Estimate {
+        Estimate::new(self.time, self.mixed())
+    }
+
+    fn motion(&self) -> (Vector2<f64>, Vector2<f64>) {
+        self.mixed().motion()
+    }
+
+    fn predicted(&self, time: SimTime) -> Result<Estimate, UpdateError> {
+        let t = interval(self.time, time)?;
+        // All histories of one kind together: a prediction takes no likelihood that would tell them apart.
+        let mut parts = Vec::with_capacity(8);
+        for kind in [false, true] {
+            let own = || self.kept.iter().filter(|h| h.accelerating == kind);
+            let sum: f64 = own().map(|h| h.weight).sum();
+            if sum > 0.0 {
+                let state = mixture(own().map(|h| (h.weight / sum, &h.state)));
+                self.branches(&state, kind, t, 0.0, |chance, _, next| {
+                    parts.push((sum * chance, next));
+                });
+            }
+        }
+        Ok(Estimate::new(time, mixture(parts.iter().map(|(w, s)| (*w, s)))))
+    }
+
+    fn update(&mut self, plot: &Plot) -> Result<Nis, UpdateError> {
+        self.take(plot, 0.0)
+    }
+
+    fn update_manoeuvre(&mut self, plot: &Plot) -> Result<Nis, UpdateError> {
+        self.take(plot, JUMP_PRIOR)
+    }
+
+    fn update_weighted(&mut self, plots: &[(&Plot, f64)]) -> Result<(), UpdateError> {
+        let Some((first, _)) = plots.first() else { return Err(UpdateError::UnsoundPlot) };
+        // One that is certain is an ordinary update.
+        if let Some((certain, _)) = plots.iter().find(|(_, beta)| *beta >= 1.0) {
+            return self.take(certain, 0.0).map(|_| ());
+        }
+        let children = self.children(interval(self.time, first.time)?, 0.0);
+        let c: Vec<f64> = children.iter().map(|child| child.0).collect();
+        let states: Vec<Gaussian> = children.iter().map(|child| child.2).collect();
+        let shares = association_shares(&c, &states, &measurements(plots)?)?;
+        let scores: Vec<f64> =
+            c.iter().zip(&shares).map(|(c, share)| libm::log(*c) + share.0).collect();
+        let order = ranked(&scores, N);
+        let best = order.first().map_or(f64::NEG_INFINITY, |k| scores[*k]);
+        if !best.is_finite() {
+            return Err(UpdateError::BadInnovation(best));
+        }
+        let mut kept = Vec::with_capacity(N);
+        for k in order {
+            let mut state = states[k];
+            state.update_weighted(&shares[k].1)?;
+            let log_weight = scores[k] - best;
+            let weight = libm::exp(log_weight);
+            kept.push(History { state, accelerating: children[k].1, weight, log_weight });
+        }
+        self.settle(kept)?;
+        // Which plot it was is not known: it says nothing of the rung.
+        (self.time, self.log_density) = (first.time, f64::NAN);
+        Ok(())
+    }
+
+    fn replace(&mut self, time: SimTime, state: &Gaussian) {
+        let mut moving = *state;
+        if state.p[5].array().iter().any(|v| *v <= 0.0) {
+            let s2 = self.start.sigma_a_ms2 * self.start.sigma_a_ms2;
+            moving.p[5] = Pair::splat(s2);
+        }
+        self.kept.clear();
+        for (accelerating, weight, state) in [
+            (false, 1.0 - ACCELERATING, state.without_acceleration()),
+            (true, ACCELERATING, moving),
+        ] {
+            self.kept.push(History { state, accelerating, weight, log_weight: libm::log(weight) });
+        }
+        (self.time, self.log_density) = (time, f64::NAN);
+    }
+
+    fn start(&self) -> Start {
+        self.start
+    }
+}
+
+/// Two rungs side by side, averaged by the discounted likelihood of their plots: modes that are mixed, and events.
+#[derive(Clone, Debug)]
+pub struct Averaged {
+    modes: super::imm::Imm<3>,
+    events: Events<27>,
+    choice: super::choice::Choice,
+}
+
+/// A rung that weighs less is left out.
+const LEAST_SHARE: f64 = 1e-9;
+
+/// What a plot said counts so much a second later.
+const KEPT_PER_S: f64 = 0.9;
+
+impl Averaged {
+    /// Both from one plot.
+    ///
+    /// # Errors
+    /// If the plot is unsound or measures one direction only.
+    pub fn from_plot(
+        plot: &Plot,
+        modes: std::sync::Arc<super::modes::Modes>,
+        start: Start,
+    ) -> Result<Self, UpdateError> {
+        Ok(Self {
+            modes: super::imm::Imm::from_plot(plot, modes, start)?,
+            events: Events::from_plot(plot, EventModel::default(), start)?,
+            choice: super::choice::Choice::new(2),
+        })
+    }
+
+    /// Weight of the modes and of the events.
+    #[must_use]
+    pub fn weights(&self) -> [f64; 2] {
+        let weights = self.choice.weights();
+        [weights[0], weights[1]]
+    }
+
+    fn both(&self, modes: &Gaussian, events: &Gaussian) -> Gaussian {
+        let [of_modes, of_events] = self.weights();
+        // What weighs nothing leaves no trace of rounding either.
+        if of_events < LEAST_SHARE {
+            return *modes;
+        }
+        if of_modes < LEAST_SHARE {
+            return *events;
+        }
+        Gaussian::mixture(&[of_modes, of_events], &[*modes, *events])
+    }
+
+    fn take(
+        &mut self,
+        plot: &Plot,
+        modes: impl FnOnce(&mut super::imm::Imm<3>) -> Result<Nis, UpdateError>,
+        events: impl FnOnce(&mut Events<27>) -> Result<Nis, UpdateError>,
+    ) -> Result<Nis, UpdateError> {
+        let t = interval(self.time(), plot.time)?;
+        let mut next = self.clone();
+        let found = modes(&mut next.modes)?;
+        let log = match events(&mut next.events) {
+            Ok(_) => next.events.log_density(),
+            // It begins again from what the other one knows.
+            Err(_) => {
+                next.events.replace(plot.time, &next.modes.estimate().state);
+                f64::NEG_INFINITY
+            }
+        };
+        next.choice.add(libm::pow(KEPT_PER_S, t), &[next.modes.log_density(), log]);
+        *self = next;
+        Ok(found)
+    }
+}
+
+impl StateEstimator for Averaged {
+    fn time(&self) -> SimTime {
+        self.modes.time()
+    }
+    fn estimate(&self) -> Estimate {
+        let state = self.both(&self.modes.estimate().state, &self.events.estimate().state);
+        Estimate::new(self.time(), state)
+    }
+    fn predicted(&self, time: SimTime) -> Result<Estimate, UpdateError> {
+        let (modes, events) = (self.modes.predicted(time)?, self.events.predicted(time)?);
+        Ok(Estimate::new(time, self.both(&modes.state, &events.state)))
+    }
+    fn update(&mut self, plot: &Plot) -> Result<Nis, UpdateError> {
+        self.take(plot, |f| f.update(plot), |f| f.update(plot))
+    }
+    fn update_manoeuvre(&mut self, plot: &Plot) -> Result<Nis, UpdateError> {
+        self.take(plot, |f| f.update_manoeuvre(plot), |f| f.update_manoeuvre(plot))
+    }
+    fn update_weighted(&mut self, plots: &[(&Plot, f64)]) -> Result<(), UpdateError> {
+        if let Some((certain, _)) = plots.iter().find(|(_, beta)| *beta >= 1.0) {
+            return self.update(certain).map(|_| ());
+        }
+        let mut next = self.clone();
+        next.modes.update_weighted(plots)?;
+        if next.events.update_weighted(plots).is_err() {
+            next.events.replace(next.modes.time(), &next.modes.estimate().state);
+        }
+        *self = next;
+        Ok(())
+    }
+    fn replace(&mut self, time: SimTime, state: &Gaussian) {
+        self.modes.replace(time, state);
+        self.events.replace(time, state);
+        self.choice = super::choice::Choice::new(2);
+    }
+    fn start(&self) -> Start {
+        self.modes.start()
+    }
+}
