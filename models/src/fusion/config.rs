@@ -277,11 +277,12 @@ impl TrackingConfig {
         config
     }
 
-    /// Most targets: the per-axis filter, nearest neighbour, a short ring, and more track numbers than
-    /// twelve bits hold.
+    /// Most targets: constant velocity per axis (two states in place of three), nearest neighbour, a short ring, and more
+    /// track numbers than twelve bits hold.
     #[must_use]
     pub fn bulk() -> Self {
         let mut config = Self::paper();
+        config.filter = FilterConfig { rolling: true, q: 1.0, ..FilterConfig::new(Rung::Ca3) };
         config.ring_s = 1.5;
         config.life.numbers = 65_536;
         config

@@ -13,7 +13,7 @@ use crate::association::gate::chi_square_quantile;
 use crate::association::grid::Grid;
 use crate::association::jpda::Jpda;
 use crate::association::nearest::Pair;
-use crate::filter::{Gaussian, Measurement};
+use crate::filter::{Gaussian, Measurement, Rung};
 use crate::flight_list::FlightList;
 use crate::frames::Vector2;
 use crate::plot::{Identity, Plot, SensorId, SensorKind};
@@ -199,9 +199,13 @@ pub(super) struct Work {
 }
 
 impl Tracker {
-    /// A tracker without tracks.
+    /// A tracker without tracks. Its [`Self::config`] names what is done: `imm3` where `mh9-map` was asked for without a map.
     #[must_use]
-    pub fn new(config: TrackingConfig) -> Self {
+    pub fn new(mut config: TrackingConfig) -> Self {
+        // A rung that has nothing to go by is not called by its name.
+        if config.filter.rung == Rung::Mh9Map && config.filter.map.is_none() {
+            config.filter.rung = Rung::Imm3;
+        }
         let numbers = Numbers::new(config.life.numbers, config.life.number_rest_s);
         let registration = Registration::new(config.echo_law());
         let gate_1 = chi_square_quantile(2, config.gates.probability);

@@ -8,6 +8,7 @@ use crate::plot::{Plot, Polar, SensorId, SensorKind};
 use crate::time::SimTime;
 use crate::track::{SystemTrack, TrackStatus};
 
+mod echo;
 mod hard_cases;
 mod labelled;
 mod several;
