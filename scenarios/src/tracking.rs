@@ -80,7 +80,7 @@ impl Accuracy {
     }
 }
 
-const KEYS: [&str; 29] = [
+const KEYS: [&str; 30] = [
     "profile",
     "filter",
     "q",
@@ -104,6 +104,7 @@ const KEYS: [&str; 29] = [
     "late_s",
     "consider_slow_errors",
     "register_sites",
+    "register_echo",
     "duplicate_radius_m",
     "stand_radius_m",
     "push_back_ms",
@@ -170,6 +171,7 @@ pub(crate) fn read(root: &Section) -> Result<Tracking, ScenarioError> {
     };
     flag(&mut config.consider_slow_errors, "consider_slow_errors")?;
     flag(&mut config.register_sites, "register_sites")?;
+    flag(&mut config.register_echo, "register_echo")?;
     let labels = &mut config.labels;
     set(&mut labels.stand_radius_m, "stand_radius_m", 1.0, 500.0, "m")?;
     set(&mut labels.push_back_ms, "push_back_ms", 0.0, 20.0, "m/s")?;

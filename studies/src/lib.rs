@@ -30,6 +30,7 @@ pub mod score;
 pub mod score_files;
 #[cfg(test)]
 mod tests;
+pub mod unseen;
 pub mod zurich;
 
 use serde::Serialize;

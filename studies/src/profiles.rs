@@ -64,7 +64,8 @@ fn single(chain: Chain, scene: &Path, draws: &[Vec<Plot>]) -> Row {
         config.filter = FilterConfig::new(Rung::Mh9Map);
         config.filter.map = Some(Arc::new(MapKnowledge::of(Network::single(scene.route()))));
     }
-    // The target of these scenes is a point: its echo does not wander.
+    // The target of these scenes is a point: its echo does not wander, nor lie beside it.
+    config.register_echo = false;
     let sensor = SensorModel::default_of(SensorId(1), SensorKind::Asde);
     config.sensors.push(SensorModel { extra_sigma_m: 0.0, ..sensor });
     let flights = FlightList::default();
@@ -245,6 +246,7 @@ fn whole(chain: Chain, scene: &Scene, runs: &[Seen], targets: &[Target]) -> (Row
     config.ring_s = base.ring_s;
     config.consider_slow_errors = base.consider_slow_errors;
     config.register_sites = base.register_sites;
+    config.register_echo = base.register_echo;
     let areas = AreaMap::of(&scene.airport.layout, AreaRules::default());
     let (mut found, mut times) = (Score::default(), Vec::new());
     let (mut errors, mut raw, mut n) = (Errors::default(), 0.0, 0u64);

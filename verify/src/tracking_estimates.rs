@@ -7,7 +7,6 @@ use models::filter::events::change_moments;
 use models::frames::Vector2;
 use models::fusion::near_side::{Body, EchoLaw, Kappa, derivatives, half_extents_m};
 use models::fusion::registration::{Joint, Pair};
-use serde_json::Value;
 
 /// The check for a file's stem.
 #[must_use]

@@ -86,6 +86,9 @@ struct Rows {
     count: usize,
 }
 
+/// Innovations of plots with the probability of each.
+type Shares = Vec<([f64; 2], f64)>;
+
 /// The innovation of a plot against one part.
 #[derive(Clone, Debug)]
 struct Look {
@@ -258,14 +261,13 @@ impl Consider {
 
     /// For each part: the innovations of the plots with their probabilities given this part, and ln of its weight with how
     /// well it explains them. A plot of probability β for the whole has β·L_part/L_whole for the part.
-    #[expect(clippy::type_complexity, reason = "two lists, one entry a part")]
     fn explained(
         &self,
         parts: &[Part],
         looks: &[Look],
         rows: &Rows,
         points: &[(Vector2<f64>, f64)],
-    ) -> Result<(Vec<Vec<([f64; 2], f64)>>, Vec<f64>), UpdateError> {
+    ) -> Result<(Vec<Shares>, Vec<f64>), UpdateError> {
         let innovations = |k: usize, point: Vector2<f64>| -> [f64; 2] {
             std::array::from_fn(|r| {
                 if r >= rows.count {
@@ -285,7 +287,7 @@ impl Consider {
             return Ok((shares, parts.iter().zip(looks).map(log).collect()));
         }
         let missed = (1.0 - points.iter().map(|p| p.1).sum::<f64>()).max(0.0);
-        let mut shares = vec![Vec::with_capacity(points.len()); parts.len()];
+        let mut shares: Vec<Shares> = vec![Vec::with_capacity(points.len()); parts.len()];
         for (point, beta) in points {
             let mut log = Vec::with_capacity(parts.len());
             for (k, look) in looks.iter().enumerate() {

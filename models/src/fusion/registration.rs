@@ -248,9 +248,7 @@ impl Joint {
         let place = |i: usize| if i < at { i } else { i + OF_SITE };
         let m = n + OF_SITE;
         let mut wide = Self::new(&vec![0.0; m], &vec![1.0; m]);
-        for k in 0..OF_SITE {
-            wide.scale[at + k] = PRIOR_SITE[k];
-        }
+        wide.scale[at..at + OF_SITE].copy_from_slice(&PRIOR_SITE);
         for i in 0..n {
             wide.mean[place(i)] = self.mean[i];
             wide.scale[place(i)] = self.scale[i];

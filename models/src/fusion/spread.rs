@@ -16,11 +16,14 @@ const KEPT: f64 = 0.98;
 const LEAST: f64 = 0.12;
 const MOST: f64 = 3.0;
 
+/// A plot's time and place.
+type At = (SimTime, Vector2<f64>);
+
 /// Ratio of the variances seen to the variances stated.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Spread {
-    last: Option<(SensorId, [(SimTime, Vector2<f64>); 2])>,
-    one: Option<(SensorId, SimTime, Vector2<f64>)>,
+    last: Option<(SensorId, [At; 2])>,
+    one: Option<(SensorId, At)>,
     seen: [f64; 2],
     triples: f64,
     stated: [f64; 2],
@@ -66,11 +69,11 @@ impl Spread {
             }
         }
         self.last = match self.one {
-            Some((sensor, time, place)) if sensor == plot.sensor && near(time, here.0) => {
-                Some((sensor, [(time, place), here]))
+            Some((sensor, before)) if sensor == plot.sensor && near(before.0, here.0) => {
+                Some((sensor, [before, here]))
             }
             _ => None,
         };
-        self.one = Some((plot.sensor, here.0, here.1));
+        self.one = Some((plot.sensor, here));
     }
 }
