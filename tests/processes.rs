@@ -384,6 +384,56 @@ fn a_movement_that_nothing_can_be_made_of_ends_the_launcher_with_its_words() {
     }
 }
 
+/// The same run, every link under mutual TLS and every message by the access list.
+#[test]
+fn a_run_with_certificates_gives_the_same_digest_and_is_closed_to_others() {
+    let folder = Folder::new("certs");
+    let made = finish({
+        let mut command = common::seeds();
+        command.args(["certs", &folder.file("c"), "--generators", "2"]);
+        command
+    });
+    assert_eq!(made.status.code(), Some(0), "{}", stderr(&made));
+    let certs = folder.file("c");
+    let mut check = common::seeds();
+    check.args(["certs", "check", &certs, "--endpoint", "tls/127.0.0.1:7447"]);
+    assert_eq!(finish(check).status.code(), Some(0));
+
+    let plain = finish(run(&Ports::new(), &["--fast", "--duration", "20", "--no-viewer"]));
+    let mut ports = Ports::new();
+    ports.sync = ports.sync.replace("tcp/", "tls/");
+    let arguments = ["--fast", "--duration", "20", "--certs", &certs, "--generators", "2"];
+    let record = folder.file("run.pcapng");
+    let mut command = run(&ports, &arguments);
+    command.args(["--record", &record]);
+    let output = finish(command);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert_eq!(summary(&output)["digest"], summary(&plain)["digest"]);
+
+    let mut ports = Ports::new();
+    ports.sync = ports.sync.replace("tcp/", "tls/");
+    let _run = Background::start(run(&ports, &["--rate", "2", "--certs", &certs, "--no-viewer"]));
+    let ask = |more: &[&str]| {
+        let mut command = common::seeds();
+        command.args(["admin-station", "status", "--json", "--at", &ports.sync]).args(more);
+        finish(command)
+    };
+    let running = wait_for(SOON, || {
+        let output = ask(&["--certs", &certs]);
+        let text = String::from_utf8_lossy(&output.stdout).into_owned();
+        (text.contains("RUNNING") && text.contains("\"smdfm\"")).then_some(())
+    });
+    assert!(running.is_some(), "an operator with a certificate is let in");
+    // Another authority's operator.
+    let other = folder.file("other");
+    let mut command = common::seeds();
+    command.args(["certs", &other]);
+    assert_eq!(finish(command).status.code(), Some(0));
+    let refused = ask(&["--certs", &other]);
+    assert_eq!(refused.status.code(), Some(1));
+    assert!(stderr(&refused).contains("seeds certs check"), "{}", stderr(&refused));
+}
+
 #[test]
 fn bad_input_gives_one_line_and_the_right_code() {
     let taken = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
@@ -424,6 +474,16 @@ fn bad_input_gives_one_line_and_the_right_code() {
         (&["run", "--no-viewer", "--sync-listen", &taken_sync], 1, "--sync-listen"),
         (&["smdfm", "--sync-connect", "tcp/127.0.0.1:9"], 1, "127.0.0.1:9"),
         (&["smdfm", "--interface", "192.0.2.1"], 1, "192.0.2.1"),
+        (
+            &["run", "--sync-listen", "udp/127.0.0.1:7447"],
+            2,
+            "tcp/ADDRESS:PORT or tls/ADDRESS:PORT",
+        ),
+        (&["run", "--sync-listen", "tcp/0.0.0.0:7447"], 2, "could command this run"),
+        (&["run", "--sync-listen", "tls/127.0.0.1:7447"], 2, "needs certificates"),
+        (&["run", "--certs", "/nowhere"], 2, "seeds certs /nowhere"),
+        (&["certs"], 2, "<DIR>"),
+        (&["certs", "check", "/nowhere"], 2, "/nowhere/authority.pem"),
         (&["traffic-generator", "--share", "3/2"], 2, "3/2"),
         (&["admin-station", "status", "--at", "tcp/127.0.0.1:9"], 1, "127.0.0.1:9"),
         (&["admin-station", "--sync-connect", "tcp/127.0.0.1:9", "freeze"], 1, "127.0.0.1:9"),

@@ -111,13 +111,22 @@ fn two_hosts_give_the_digest_of_one() {
         let at = "tcp/10.83.0.2:7447";
         let mut admin = hosts.on(
             1,
-            &["admin-station", "--sync-listen", at, "--fast", "--duration", "30", "--batch"],
+            &[
+                "admin-station",
+                "--open",
+                "--sync-listen",
+                at,
+                "--fast",
+                "--duration",
+                "30",
+                "--batch",
+            ],
         );
         admin.args(network(1));
         let admin = std::thread::spawn(move || finish(admin));
-        let _smdfm = start(1, &["smdfm", "--sync-connect", at]);
-        let _traffic = start(0, &["traffic-generator", "--sync-connect", at]);
-        let _world = start(0, &["external-world", "--sync-connect", at]);
+        let _smdfm = start(1, &["smdfm", "--open", "--sync-connect", at]);
+        let _traffic = start(0, &["traffic-generator", "--open", "--sync-connect", at]);
+        let _world = start(0, &["external-world", "--open", "--sync-connect", at]);
         let output = admin.join().expect("the administration station ends");
         assert_eq!(output.status.code(), Some(0), "{dis}: {}", common::stderr(&output));
         assert_eq!(summary(&output)["digest"], reference, "{dis}");
@@ -144,13 +153,23 @@ fn an_smdfm_in_the_wrong_group_is_told_of_and_the_run_is_exact() {
     let (right, wrong) = ("239.83.0.1:3000", "239.83.0.2:3000");
     let mut admin = hosts.on(
         1,
-        &["admin-station", "--sync-listen", at, "--rate", "8", "--duration", "30", "--batch"],
+        &[
+            "admin-station",
+            "--open",
+            "--sync-listen",
+            at,
+            "--rate",
+            "8",
+            "--duration",
+            "30",
+            "--batch",
+        ],
     );
     admin.args(["--dis", right, "--interface", "10.83.0.2"]);
     let admin = std::thread::spawn(move || finish(admin));
-    let mut smdfm = start(0, wrong, &["smdfm", "--sync-connect", at]);
-    let _traffic = start(1, right, &["traffic-generator", "--sync-connect", at]);
-    let _world = start(1, right, &["external-world", "--sync-connect", at]);
+    let mut smdfm = start(0, wrong, &["smdfm", "--open", "--sync-connect", at]);
+    let _traffic = start(1, right, &["traffic-generator", "--open", "--sync-connect", at]);
+    let _world = start(1, right, &["external-world", "--open", "--sync-connect", at]);
     let output = admin.join().expect("the administration station ends");
     assert_eq!(output.status.code(), Some(0), "{}", common::stderr(&output));
     assert_eq!(summary(&output)["digest"], summary(&alone)["digest"], "exact by repair");
@@ -175,6 +194,7 @@ fn what_goes_wrong_between_hosts_is_named_within_ten_seconds() {
         (
             &[
                 "smdfm",
+                "--open",
                 "--sync-connect",
                 "tcp/10.83.0.77:7447",
                 "--dis",
@@ -187,6 +207,7 @@ fn what_goes_wrong_between_hosts_is_named_within_ten_seconds() {
         (
             &[
                 "smdfm",
+                "--open",
                 "--sync-connect",
                 "tcp/10.83.0.2:7447",
                 "--dis",

@@ -1,5 +1,6 @@
 //! What every executable takes on its command line, logging, exit codes.
 
+use super::certs::Certs;
 use clap::{Args, ValueEnum};
 use std::net::{IpAddr, SocketAddr};
 use std::path::{Path, PathBuf};
@@ -70,6 +71,55 @@ pub struct NetworkArgs {
     /// Endpoint of the administration station to connect to [default: tcp/127.0.0.1:7447]
     #[arg(long, value_name = "ENDPOINT", value_parser = endpoint_of_another)]
     pub sync_connect: Option<String>,
+
+    /// Folder with the certificates of the federation, made by `seeds certs`; endpoints are tls/ADDRESS:PORT then
+    #[arg(long, value_name = "DIR")]
+    pub certs: Option<PathBuf>,
+
+    /// Listen beyond this host without certificates: everybody who reaches the endpoint can command the run
+    #[arg(long, conflicts_with = "certs")]
+    pub open: bool,
+}
+
+impl NetworkArgs {
+    /// The default endpoint of an administration station.
+    #[must_use]
+    pub fn default_endpoint(&self) -> String {
+        default_endpoint(self.certs.is_some())
+    }
+
+    /// The files that prove that this process is federate `name`; none where nothing is to be proved.
+    ///
+    /// # Errors
+    /// If one of them is not there.
+    pub fn certs_of(&self, name: &str) -> anyhow::Result<Option<Certs>> {
+        let certs = self.certs.as_deref().map(|folder| Certs::of(folder, name));
+        certs.transpose().map_err(|e| anyhow::anyhow!(e))
+    }
+
+    /// Checks endpoints that this process is to listen on.
+    ///
+    /// # Errors
+    /// If one does not fit the certificates, or could be reached by everybody and that was not said.
+    pub fn check_listening(&self, endpoint: &str) -> anyhow::Result<()> {
+        let checked = super::certs::allowed(endpoint, self.certs.is_some(), self.open);
+        checked.map_err(|e| anyhow::anyhow!(e))
+    }
+
+    /// Checks an endpoint that this process is to connect to.
+    ///
+    /// # Errors
+    /// If it does not fit the certificates.
+    pub fn check_connecting(&self, endpoint: &str) -> anyhow::Result<()> {
+        let checked = super::certs::allowed(endpoint, self.certs.is_some(), true);
+        checked.map_err(|e| anyhow::anyhow!(e))
+    }
+}
+
+/// The default endpoint of an administration station, with certificates or without.
+#[must_use]
+pub fn default_endpoint(certs: bool) -> String {
+    if certs { DEFAULT_ENDPOINT.replacen("tcp/", "tls/", 1) } else { DEFAULT_ENDPOINT.to_owned() }
 }
 
 /// How log lines look.
@@ -131,11 +181,16 @@ pub fn rate(text: &str) -> Result<f64, String> {
     }
 }
 
-/// An endpoint of the synchronisation plane: `tcp/ADDRESS:PORT`, or another transport in the same form.
+/// An endpoint of the synchronisation plane: `tcp/ADDRESS:PORT` or `tls/ADDRESS:PORT`.
 ///
 /// # Errors
 /// If it has no transport, address or port.
 pub fn endpoint(text: &str) -> Result<String, String> {
+    if let Some(("udp" | "quic" | "ws", _)) = text.split_once('/') {
+        return Err(format!(
+            "'{text}': the synchronisation plane goes over tcp/ADDRESS:PORT or tls/ADDRESS:PORT only"
+        ));
+    }
     let place = text.split_once('/').filter(|(transport, _)| TRANSPORTS.contains(transport));
     let sound = place.is_some_and(|(_, place)| {
         place.rsplit_once(':').is_some_and(|(host, port)| {
@@ -145,7 +200,9 @@ pub fn endpoint(text: &str) -> Result<String, String> {
     if sound {
         return Ok(text.to_owned());
     }
-    Err(format!("'{text}' is not an endpoint like tcp/127.0.0.1:7447 (TRANSPORT/ADDRESS:PORT)"))
+    Err(format!(
+        "'{text}' is not an endpoint like tcp/127.0.0.1:7447 or tls/10.0.0.1:7447 (TRANSPORT/ADDRESS:PORT)"
+    ))
 }
 
 /// An endpoint that can be connected to.
@@ -161,7 +218,7 @@ pub fn endpoint_of_another(text: &str) -> Result<String, String> {
 }
 
 /// What may stand before the slash of an endpoint.
-const TRANSPORTS: [&str; 2] = ["tcp", "udp"];
+const TRANSPORTS: [&str; 2] = ["tcp", "tls"];
 
 /// The address of a page: `ADDRESS:PORT`, or `localhost:PORT`.
 ///
@@ -344,9 +401,11 @@ mod tests {
 
     #[test]
     fn an_endpoint_has_a_transport_an_address_and_a_port() {
-        for sound in ["tcp/127.0.0.1:7447", "tcp/[::1]:0", "udp/host.example:7447"] {
+        for sound in ["tcp/127.0.0.1:7447", "tcp/[::1]:0", "tls/host.example:7447"] {
             assert_eq!(endpoint(sound).as_deref(), Ok(sound));
         }
+        let udp = endpoint("udp/127.0.0.1:7447").expect_err("not any more");
+        assert!(udp.contains("tcp/ADDRESS:PORT or tls/ADDRESS:PORT only"), "{udp}");
         for wrong in
             ["", "foo", "tcp/1.2.3.4", "tcp/1.2.3.4:99999", "tcp/:1", "127.0.0.1:1", "ftp/h:1"]
         {

@@ -2,8 +2,10 @@
 //!
 //! Only here: sockets, zenoh, bincode and the wall clock. What any one federate does is not known here.
 
+pub mod access_list;
 pub mod build;
 pub mod bus;
+pub mod certs;
 pub mod cli;
 pub mod clock;
 pub mod codec;
@@ -24,6 +26,8 @@ pub mod threads;
 pub mod views;
 pub mod zenoh_bus;
 
+#[cfg(test)]
+mod intruder_tests;
 #[cfg(test)]
 mod simulated_network_tests;
 #[cfg(test)]

@@ -1,9 +1,14 @@
 //! The bus over Eclipse Zenoh: peer mode, explicit endpoints, gossip on, no server.
 //!
+//! With certificates, every link is mutual TLS and [`super::access_list`] is enforced at both of its ends. Messages are
+//! bounded either way: `max_message_size` of the library is no exact bound, its low-pass filter is.
+//!
 //! One endpoint is enough to know of: the administration station listens, everybody connects to it,
 //! and gossip makes the peers connect directly to each other. Scouting by multicast is off.
 
 use super::bus::{AliveSink, Bus, BusError, Class, Replies, Request, Sink};
+use super::certs::Certs;
+use serde_json::{Value, json};
 use std::sync::Mutex;
 use std::time::Duration;
 use zenoh::qos::CongestionControl;
@@ -21,6 +26,8 @@ pub struct ZenohConfig {
     pub exercise: u8,
     /// How long to try to connect.
     pub connect_timeout: Duration,
+    /// What proves who this is; without it anybody who connects is believed.
+    pub certs: Option<Certs>,
 }
 
 /// A session of the federation.
@@ -67,10 +74,20 @@ impl ZenohBus {
                 .insert_json5(key, value)
                 .map_err(|e| open(plain(&format!("setting {key} to {value}: {e}"))))?;
         }
+        for (key, value) in protection(config) {
+            zenoh
+                .insert_json5(key, &value.to_string())
+                .map_err(|e| open(plain(&format!("setting {key}: {e}"))))?;
+        }
         let session = zenoh::open(zenoh).wait().map_err(|e| {
             let reason = plain(&e.to_string());
             let nobody = !config.connect.is_empty() && reason.starts_with("Unable to connect");
-            open(if nobody { nobody_there(config.connect_timeout) } else { reason })
+            let mut why =
+                if nobody { nobody_there(config.connect_timeout) } else { reason };
+            if nobody && config.certs.is_some() {
+                why += ", or one of the two certificates is not of this federation: `seeds certs check DIR`";
+            }
+            open(why)
         })?;
         Ok(Self {
             session,
@@ -82,6 +99,47 @@ impl ZenohBus {
     fn key(&self, key: &str) -> String {
         format!("{}{key}", self.prefix)
     }
+}
+
+/// Octets of the largest order, question or command. What is longer is not one of ours.
+const SHORT: u64 = 64 << 10;
+
+/// TLS, access list and bounds.
+fn protection(config: &ZenohConfig) -> Vec<(&'static str, Value)> {
+    let exercise = config.exercise;
+    let keys = |keys: &[&str]| -> Vec<String> {
+        keys.iter().map(|key| format!("seeds/{exercise}/{key}")).collect()
+    };
+    let bound = |id: &str, messages: &[&str], keys: Vec<String>, octets: u64| {
+        json!({
+            "id": id, "flows": ["ingress"], "messages": messages, "key_exprs": keys,
+            "size_limit": octets,
+        })
+    };
+    let short = keys(&["ctl/order", "ctl/beat", "ctl/join", "ctl/command", "ctl/statistics"]);
+    let long = keys(&["fed/*", "frames/**", "log/**", "obs/**", "tracks/**", "control/**"]);
+    let data = ["put", "delete", "query", "reply"];
+    let bounds = json!([
+        bound("orders and questions", &["put", "delete", "query"], short, SHORT),
+        bound("reports", &data, long, super::codec::LIMIT + 1),
+    ]);
+    let mut settings = vec![("low_pass_filter", bounds)];
+    if let Some(certs) = &config.certs {
+        let (certificate, key) = (&certs.certificate, &certs.key);
+        let tls = json!({
+            "root_ca_certificate": certs.authority,
+            "enable_mtls": true,
+            "verify_name_on_connect": true,
+            "close_link_on_expiration": true,
+            "listen_certificate": certificate,
+            "listen_private_key": key,
+            "connect_certificate": certificate,
+            "connect_private_key": key,
+        });
+        settings.push(("transport/link/tls", tls));
+        settings.push(("access_control", super::access_list::access_control(exercise)));
+    }
+    settings
 }
 
 /// What to do where nobody answers.

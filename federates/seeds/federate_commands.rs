@@ -4,10 +4,10 @@ use crate::admin_station::{self, AdminContext, client, summary::RunSummary};
 use crate::external_world::ExternalWorld;
 use crate::federation::{RunOptions, conductor_config, generator_name};
 use crate::runtime::bus::Bus;
+use crate::runtime::certs::is_loopback;
 use crate::runtime::cli::out;
 use crate::runtime::cli::{
-    self, BAD_INPUT, CommonArgs, DEFAULT_ENDPOINT, FAILED, NetworkArgs, fail,
-    load_scene_without_truth,
+    self, BAD_INPUT, CommonArgs, FAILED, NetworkArgs, fail, load_scene_without_truth,
 };
 use crate::runtime::dis_socket::{self, Receiving};
 use crate::runtime::federate::Federate;
@@ -211,13 +211,18 @@ struct AtArgs {
     /// DIS exercise identifier of the run, 0 to 255 [default: 1]
     #[arg(long = "exercise", id = "at-exercise", value_name = "N")]
     exercise: Option<u8>,
+    /// Folder with the certificates of the federation
+    #[arg(long = "certs", id = "at-certs", value_name = "DIR")]
+    certs: Option<PathBuf>,
 }
 
 /// The run that a command goes to.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug)]
 struct Place {
     endpoint: String,
     exercise: u8,
+    /// Certificates only.
+    network: NetworkArgs,
 }
 
 impl Place {
@@ -228,11 +233,16 @@ impl Place {
                 "{flag} is for starting an administration station; a command to one takes --at ENDPOINT and --exercise N"
             ));
         }
-        let before = &args.common.network.sync_connect;
+        let before = &args.common.network;
+        let certs = at.certs.clone().or_else(|| before.certs.clone());
+        let network = NetworkArgs { certs, ..NetworkArgs::default() };
+        let named =
+            one_of("--sync-connect", before.sync_connect.as_ref(), "--at", at.endpoint.as_ref())?;
+        let endpoint = named.cloned().unwrap_or_else(|| network.default_endpoint());
+        network.check_connecting(&endpoint).map_err(|e| e.to_string())?;
         Ok(Self {
-            endpoint: one_of("--sync-connect", before.as_ref(), "--at", at.endpoint.as_ref())?
-                .cloned()
-                .unwrap_or_else(|| DEFAULT_ENDPOINT.to_owned()),
+            endpoint,
+            network,
             exercise: *one_of(
                 "--exercise",
                 args.common.exercise.as_ref(),
@@ -396,7 +406,7 @@ fn run_federate(
         loss: args.inject_loss,
     };
     let data = dis_socket::open(&args.network, &scene.network, receiving, events.0.clone())?;
-    let (bus, endpoint) = open_bus(&args.network, &scene.network, exercise)?;
+    let (bus, endpoint) = open_bus(&args.network, &scene.network, exercise, name)?;
     let context = MemberContext {
         name: name.to_owned(),
         scene_hash: scene.hash,
@@ -417,25 +427,29 @@ pub fn open_bus(
     args: &NetworkArgs,
     scene: &scenarios::Network,
     exercise: u8,
+    name: &str,
 ) -> anyhow::Result<(Arc<dyn Bus>, String)> {
     let connect = match (&args.sync_connect, scene.sync_connect.first()) {
         (Some(endpoint), _) | (None, Some(endpoint)) => endpoint.clone(),
-        (None, None) => DEFAULT_ENDPOINT.to_owned(),
+        (None, None) => args.default_endpoint(),
     };
-    let on_this_host = connect.contains("127.0.0.1") || connect.contains("localhost");
-    let listen = match (&args.sync_listen, on_this_host) {
+    args.check_connecting(&connect)?;
+    let transport = if args.certs.is_some() { "tls" } else { "tcp" };
+    let listen = match (&args.sync_listen, is_loopback(&connect)) {
         (Some(endpoint), _) => endpoint.clone(),
-        (None, true) => "tcp/127.0.0.1:0".to_owned(),
+        (None, true) => format!("{transport}/127.0.0.1:0"),
         (None, false) => match args.interface {
-            Some(ip) => format!("tcp/{}", SocketAddr::new(ip, 0)),
-            None => "tcp/0.0.0.0:0".to_owned(),
+            Some(ip) => format!("{transport}/{}", SocketAddr::new(ip, 0)),
+            None => format!("{transport}/0.0.0.0:0"),
         },
     };
+    args.check_listening(&listen)?;
     let config = ZenohConfig {
         listen: vec![listen],
         connect: vec![connect.clone()],
         exercise,
         connect_timeout: patience(),
+        certs: args.certs_of(name)?,
     };
     Ok((Arc::new(ZenohBus::open(&config)?), connect))
 }
@@ -525,13 +539,18 @@ fn run_admin(args: &AdminArgs, scene: &Arc<Scene>) -> anyhow::Result<u8> {
     let network = &args.common.network;
     let listen = match (&network.sync_listen, scene.network.sync_listen.first()) {
         (Some(endpoint), _) | (None, Some(endpoint)) => endpoint.clone(),
-        (None, None) => DEFAULT_ENDPOINT.to_owned(),
+        (None, None) => network.default_endpoint(),
     };
+    network.check_listening(&listen)?;
+    if network.open && !is_loopback(&listen) {
+        tracing::warn!("{listen} is open: everybody who reaches it can command this run");
+    }
     let bus = ZenohBus::open(&ZenohConfig {
         listen: vec![listen],
         connect: vec![],
         exercise,
         connect_timeout: patience(),
+        certs: network.certs_of("admin-station")?,
     })?;
     let gateway = admin_station::simman::Gateway::open(
         network,
@@ -622,6 +641,7 @@ fn operator_bus(at: &Place) -> anyhow::Result<ZenohBus> {
         connect: vec![at.endpoint.clone()],
         exercise: at.exercise,
         connect_timeout: Duration::from_secs(3),
+        certs: at.network.certs_of("operator")?,
     })?)
 }
 
@@ -661,16 +681,18 @@ mod tests {
 
     #[test]
     fn a_command_goes_to_the_run_that_was_named_wherever_it_was_named() {
-        let at = |endpoint: &str, exercise| Place { endpoint: endpoint.into(), exercise };
         for (line, endpoint, exercise) in [
-            ("freeze", DEFAULT_ENDPOINT, 1),
+            ("freeze", "tcp/127.0.0.1:7447", 1),
+            ("--certs /c freeze", "tls/127.0.0.1:7447", 1),
+            ("freeze --at tls/10.0.0.1:9 --certs /c", "tls/10.0.0.1:9", 1),
             ("--sync-connect tcp/10.0.0.1:9 freeze", "tcp/10.0.0.1:9", 1),
             ("freeze --at tcp/10.0.0.1:9", "tcp/10.0.0.1:9", 1),
             ("freeze --sync-connect tcp/10.0.0.1:9 --exercise 4", "tcp/10.0.0.1:9", 4),
             ("--exercise 4 status --at tcp/10.0.0.1:9", "tcp/10.0.0.1:9", 4),
             ("--sync-connect tcp/10.0.0.1:9 freeze --at tcp/10.0.0.1:9", "tcp/10.0.0.1:9", 1),
         ] {
-            assert_eq!(place(line), Ok(at(endpoint, exercise)), "{line}");
+            let place = place(line).unwrap_or_else(|e| panic!("{line}: {e}"));
+            assert_eq!((&place.endpoint[..], place.exercise), (endpoint, exercise), "{line}");
         }
     }
 
@@ -683,6 +705,9 @@ mod tests {
             ("--sync-listen tcp/127.0.0.1:9 freeze", "--sync-listen is for starting"),
             ("--scene x.toml --fast status", "--scene is for starting"),
             ("freeze --at tcp/127.0.0.1:0", "port 0"),
+            ("freeze --at tls/127.0.0.1:9", "needs certificates"),
+            ("freeze --at tcp/127.0.0.1:9 --certs /c", "the endpoint is tls/127.0.0.1:9"),
+            ("freeze --at udp/127.0.0.1:9", "tls/ADDRESS:PORT only"),
         ] {
             let refused = place(line).expect_err(line);
             assert!(refused.contains(words), "{line}: {refused}");

@@ -242,6 +242,10 @@ pub fn common_arguments(args: &CommonArgs, endpoint: &str) -> Vec<String> {
     option("--interface", args.network.interface.map(|i| i.to_string()));
     option("--ttl", args.network.ttl.map(|t| t.to_string()));
     option("--sync-connect", Some(endpoint.to_owned()));
+    option("--certs", args.network.certs.as_ref().map(|folder| folder.display().to_string()));
     option("--log-format", Some(args.log_format.word().to_owned()));
+    if args.network.open {
+        line.push("--open".to_owned());
+    }
     line
 }

@@ -2,6 +2,7 @@
 
 pub mod accuracy;
 pub mod airport;
+pub mod certs;
 pub mod dis;
 pub mod federate_commands;
 pub mod fit;
@@ -41,6 +42,7 @@ enum Command {
     Score(score::ScoreArgs),
     Verify(verify::VerifyArgs),
     Record(record::RecordArgs),
+    Certs(certs::CertsArgs),
     Dis(dis::DisArgs),
     Airport(airport::AirportArgs),
     Traffic(airport::TrafficArgs),
@@ -69,6 +71,7 @@ pub fn main() -> ExitCode {
         Some(Command::Plan(args)) => plan::run(&args),
         Some(Command::Record(args)) => finished(record::run(args)),
         Some(Command::Dis(args)) => finished(dis::run(args)),
+        Some(Command::Certs(args)) => certs::run(&args),
         Some(Command::Airport(args)) => airport::run(&args),
         Some(Command::Traffic(args)) => airport::traffic(&args),
         Some(Command::Accuracy(args)) => accuracy::run(&args),

@@ -5,8 +5,8 @@ use super::launch::{Launched, News, common_arguments};
 use crate::federation::{RunOptions, generator_name};
 use crate::runtime::cli::out;
 use crate::runtime::cli::{
-    self, BAD_INPUT, COMPLETE, CommonArgs, DATA_LOST, DEFAULT_ENDPOINT, FAILED, LogFormat,
-    NetworkArgs, fail, load_scene, load_scene_without_truth,
+    self, BAD_INPUT, COMPLETE, CommonArgs, DATA_LOST, FAILED, LogFormat, NetworkArgs, fail,
+    load_scene, load_scene_without_truth,
 };
 use crate::runtime::dis_socket::link_config;
 use clap::Args;
@@ -125,6 +125,14 @@ impl RunArgs {
         !self.in_process && !self.no_visitors && (self.visitors || !self.fast)
     }
 
+    /// Checks what protects the synchronisation plane, before anything is started.
+    fn protection(&self) -> anyhow::Result<()> {
+        if let Some(endpoint) = &self.network.sync_listen {
+            self.network.check_listening(endpoint)?;
+        }
+        self.network.certs_of("admin-station").map(drop)
+    }
+
     /// Whether a viewer-logger takes part.
     #[must_use]
     pub fn with_logger(&self) -> bool {
@@ -163,6 +171,9 @@ pub fn run(args: &RunArgs) -> ExitCode {
         let help = "the federates of a run must know its port: choose one, not 0";
         return fail(BAD_INPUT, format!("--sync-listen: {help}"));
     }
+    if let Err(e) = args.protection() {
+        return fail(BAD_INPUT, format!("{e:#}"));
+    }
     if args.in_process {
         return match super::in_process::run(args, &scene) {
             Ok(code) => ExitCode::from(code),
@@ -194,8 +205,10 @@ fn port_is_free(address: SocketAddr, what: &str, flag: &str) -> anyhow::Result<(
 }
 
 fn processes(args: &RunArgs) -> anyhow::Result<u8> {
-    let endpoint = args.network.sync_listen.clone().unwrap_or_else(|| DEFAULT_ENDPOINT.into());
-    if let Some(address) = endpoint.strip_prefix("tcp/").and_then(|a| a.parse().ok()) {
+    let endpoint =
+        args.network.sync_listen.clone().unwrap_or_else(|| args.network.default_endpoint());
+    let place = endpoint.split_once('/').map(|(_, place)| place);
+    if let Some(address) = place.and_then(|a| a.parse().ok()) {
         port_is_free(address, "synchronisation plane", "--sync-listen tcp/127.0.0.1:PORT")?;
     }
     if !args.no_viewer {

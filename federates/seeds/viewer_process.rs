@@ -31,7 +31,8 @@ pub fn run(args: &ViewerArgs, scene: Arc<Scene>) -> anyhow::Result<u8> {
     let database = files.database.clone();
     // Listening before joining: the first datagram of the run is in the recording.
     listen(args, &scene, &inbox)?;
-    let (bus, endpoint) = open_bus(&args.common.network, &scene.network, exercise)?;
+    let (bus, endpoint) =
+        open_bus(&args.common.network, &scene.network, exercise, "viewer-logger")?;
     let task = Task {
         name: "viewer-logger".to_owned(),
         page: (!args.no_page).then_some(args.page),

@@ -108,6 +108,19 @@ impl Access {
         }
     }
 
+    /// Whether a request without a WebSocket may read the run.
+    ///
+    /// # Errors
+    /// Why it is refused.
+    pub(super) fn may_read(&self, headers: &HeaderMap) -> Result<(), &'static str> {
+        let shown = headers.get(header::AUTHORIZATION).and_then(|v| v.to_str().ok());
+        match shown.and_then(|text| text.strip_prefix("Bearer ")) {
+            Some(token) => self.rights(token).map(drop).ok_or(self.needed()),
+            None if self.needs_token() => Err(self.needed()),
+            None => Ok(()),
+        }
+    }
+
     /// What a browser's first message gives it.
     pub(super) fn rights_of_message(&self, text: &str) -> Option<Rights> {
         #[derive(Deserialize)]

@@ -16,6 +16,7 @@ pub mod history;
 pub mod keeper;
 pub mod log;
 pub mod log_traffic;
+pub mod metrics;
 pub mod picture;
 pub mod process;
 pub mod server;
@@ -41,6 +42,8 @@ pub struct Viewer {
     plan: Vec<[String; 5]>,
     weather: Vec<WeatherNotice>,
     federates: BTreeMap<String, Load>,
+    state: Option<RunState>,
+    measures: BTreeMap<String, f64>,
     comparing: bool,
 }
 
@@ -66,6 +69,8 @@ impl Viewer {
             plan: Vec::new(),
             weather: Vec::new(),
             federates: BTreeMap::new(),
+            state: None,
+            measures: BTreeMap::new(),
             comparing: false,
         }
     }
@@ -98,6 +103,7 @@ impl Viewer {
         if self.history.push(scan) {
             self.generation += 1;
         }
+        self.measures = scan.measures.iter().cloned().collect();
         if let (Some((first, last)), Some((from, to))) =
             (self.history.range(), self.history.times())
         {
@@ -132,6 +138,7 @@ impl Viewer {
 
     /// State of the run. An infinite rate becomes null: as fast as possible.
     pub fn on_state(&mut self, state: &RunState) {
+        self.state = Some(state.clone());
         let mut message = json!({"type": "state", "state": state});
         message["state"]["seed"] = state.seed.to_string().into(); // more than a browser's number holds
         self.set("state", message);
@@ -165,6 +172,13 @@ impl Viewer {
             self.operations.pop_front();
         }
         self.set("operations", json!({"type": "operations", "operations": self.operations}));
+    }
+
+    /// The run as Prometheus text.
+    #[must_use]
+    pub fn metrics(&self) -> String {
+        let federates = self.federates.values().map(|load| &load.status);
+        metrics::text(self.state.as_ref(), federates, &self.measures)
     }
 
     /// Counts up with every change: what a server watches.

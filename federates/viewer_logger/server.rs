@@ -197,6 +197,7 @@ impl Drop for Seat {
 fn router(state: Arc<Shared>) -> axum::Router {
     axum::Router::new()
         .route("/socket", get(upgrade))
+        .route("/metrics", get(figures))
         .fallback(file)
         .layer(middleware::from_fn(guard))
         .layer(DefaultBodyLimit::max(1024))
@@ -236,6 +237,15 @@ async fn file(request: Request) -> Response {
         }
         None => (StatusCode::NOT_FOUND, "no such file\n").into_response(),
     }
+}
+
+/// The run as Prometheus text; beyond loopback for whoever shows a token (`Authorization: Bearer`).
+async fn figures(headers: HeaderMap, State(shared): State<Arc<Shared>>) -> Response {
+    if let Err(reason) = shared.access.may_read(&headers) {
+        return (StatusCode::FORBIDDEN, format!("{reason}\n")).into_response();
+    }
+    let text = shared.page.viewer().metrics();
+    ([(header::CONTENT_TYPE, super::metrics::CONTENT_TYPE)], text).into_response()
 }
 
 async fn upgrade(
@@ -479,6 +489,39 @@ mod tests {
                 assert!(freeze(&server, true, None).expect("an answer").contains("FROZEN"));
             }
             assert!(told("yes"), "{listen}: who may, may");
+            server.stop();
+        }
+    }
+
+    #[test]
+    fn figures_are_for_who_may_look() {
+        use std::io::{Read, Write};
+        let get = |server: &Server, token: Option<&str>| {
+            let to = (IpAddr::from([127, 0, 0, 1]), server.address().port());
+            let mut stream = std::net::TcpStream::connect(to).expect("connected");
+            let bearer =
+                token.map(|t| format!("Authorization: Bearer {t}\r\n")).unwrap_or_default();
+            let head = "Host: 127.0.0.1\r\nConnection: close\r\n";
+            write!(stream, "GET /metrics HTTP/1.1\r\n{head}{bearer}\r\n").expect("sent");
+            let mut answer = String::new();
+            stream.read_to_string(&mut answer).expect("an answer");
+            answer
+        };
+        for listen in ["127.0.0.1:0", "0.0.0.0:0"] {
+            let page = Page::new(Viewer::new(1 << 16));
+            page.update(|viewer| viewer.on_state(&crate::runtime::messages::RunState::default()));
+            let operate: Operate = Box::new(|_, _| (true, String::new()));
+            let server = serve(listen.parse().expect("address"), page, operate).expect("served");
+            let good = |answer: &str| answer.contains("200 OK") && answer.contains("seeds_frame 0");
+            match server.access().url_to_look() {
+                None => assert!(good(&get(&server, None))),
+                Some(url) => {
+                    let token = url.split_once("#t=").expect("a token").1;
+                    assert!(good(&get(&server, Some(token))));
+                    assert!(get(&server, None).starts_with("HTTP/1.1 403"));
+                    assert!(get(&server, Some("00")).starts_with("HTTP/1.1 403"));
+                }
+            }
             server.stop();
         }
     }
