@@ -1,6 +1,6 @@
 //! Which federates a scene needs, how they are called, and how the conductor is set up for them.
 
-use crate::runtime::conductor::ConductorConfig;
+use crate::runtime::conductor::{ConductorConfig, OnLoss};
 use crate::runtime::messages::Kind;
 use scenarios::Scene;
 
@@ -86,6 +86,11 @@ pub fn conductor_config(scene: &Scene, options: &RunOptions) -> ConductorConfig 
         // The door of visitors is a process that a loaded host may be slow to start.
         await_spectators_ns: if options.visitors { 15_000_000_000 } else { 2_000_000_000 },
         window: WINDOW_SCANS * u64::from(scene.run.frames_per_scan),
+        fed: crate::runtime::process::random_id(),
         stall_ns: 2_000_000_000,
+        hang_ns: 60_000_000_000,
+        on_loss: OnLoss::Freeze,
+        // A batch ends where nobody would start what is lost again.
+        return_ns: options.batch.then_some(0),
     }
 }

@@ -257,6 +257,50 @@ fn a_dead_federate_freezes_the_run_in_real_time_and_ends_it_when_fast() {
     assert!(!ok && words.contains("traffic-generator"), "{words}");
 }
 
+fn federate_of(ports: &Ports, name: &str) -> i32 {
+    let mut with_it = common::processes(&ports.sync).into_iter();
+    let command = format!("seeds {name}");
+    with_it.find(|pid| common::processes(&command).contains(pid)).expect("it runs")
+}
+
+/// A process that stood still, and one that died and is started again: the run goes on by itself, and its
+/// digest is that of a run where nothing happened.
+#[test]
+fn a_paused_and_a_killed_federate_come_back_and_nothing_is_missing() {
+    let undisturbed = finish({
+        let mut command = common::seeds();
+        command.args(["run", "--in-process", "--fast"]);
+        command
+    });
+    let ports = Ports::new();
+    let mut background = Background::start(run(&ports, &["--rate", "4"]));
+    assert!(in_phase(&ports, "RUNNING"));
+    let paused = federate_of(&ports, "traffic-generator");
+    common::kill("STOP", paused);
+    assert!(in_phase(&ports, "FROZEN"), "it is missed");
+    std::thread::sleep(Duration::from_secs(2));
+    common::kill("CONT", paused);
+    assert!(in_phase(&ports, "RUNNING"), "it is back: {:?}", common::status(&ports));
+    let killed = federate_of(&ports, "smdfm");
+    common::kill("KILL", killed);
+    assert!(in_phase(&ports, "FROZEN"));
+    let (ok, words) = operate(&ports, &["resume"]);
+    assert!(!ok && words.contains("start smdfm again"), "{words}");
+    let mut again = common::seeds();
+    again.args(["smdfm", "--sync-connect", &ports.sync, "--dis", &ports.dis]);
+    let _again = Background::start(again);
+    assert!(in_phase(&ports, "RUNNING"), "another process goes on: {:?}", common::status(&ports));
+    assert!(operate(&ports, &["rate", "fast"]).0);
+    assert!(in_phase(&ports, "STOPPED"), "{:?}", common::status(&ports));
+    let stdout = background.0.stdout.take().expect("piped");
+    assert_eq!(background.interrupt(), Some(0), "made good: no failure");
+    let text = std::io::read_to_string(stdout).expect("its words");
+    let line = text.lines().find(|l| l.starts_with('{')).expect("a summary");
+    let summed: serde_json::Value = serde_json::from_str(line).expect("JSON");
+    assert_eq!(summed["digest"], summary(&undisturbed)["digest"], "{line}");
+    assert_eq!(summed["faults"].as_array().map(Vec::len), Some(2), "both are told: {line}");
+}
+
 /// Every federate ends with a launcher that is killed: at any moment of its start, and while the run goes on.
 #[test]
 fn no_federate_outlives_a_killed_launcher() {

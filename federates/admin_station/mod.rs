@@ -13,10 +13,11 @@ use crate::runtime::codec::{decode, encode};
 use crate::runtime::conductor::{ClosedRun, Conductor, ConductorConfig, Effect, Token};
 use crate::runtime::federate::Publication;
 use crate::runtime::life_cycle::Phase;
+use crate::runtime::member::CONDUCTOR;
 use crate::runtime::member_driver::Retained;
 use crate::runtime::messages::{
-    Answer, Command, FederateStatus, Frame, Hello, Operation, OperatorCommand, Order, Report,
-    RunState, ScanReport,
+    Answer, Beat, Command, FederateStatus, FetchOf, Frame, Hello, Numbered, Operation,
+    OperatorCommand, Report, RunState, ScanReport,
 };
 use crate::runtime::process::Usage;
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender};
@@ -31,6 +32,12 @@ pub enum Event {
     Join(Request),
     /// A report of a member.
     Report(String, Vec<u8>),
+    /// A beat of a member.
+    Beat(String, Vec<u8>),
+    /// A member lacks orders, or reports of another one.
+    Fetch(Request),
+    /// Lost reports were told again.
+    Fetched(Vec<u8>),
     /// A command from a second terminal or the page.
     Command(Request),
     /// A command from inside this process (DIS simulation management), with where it came from and
@@ -120,13 +127,15 @@ pub fn run(context: AdminContext) -> Result<u8, BusError> {
     let mut effects = Vec::new();
     let mut usage = Usage::default();
     let mut next_status = 0;
+    let mut next_beat = 0;
     let mut stopping: Option<u64> = None;
     let mut broken: Vec<String> = Vec::new();
     let started = monotonic_ns();
     let mut said_awaiting = false;
     let code = 'run: loop {
         let now = monotonic_ns();
-        let wait = Duration::from_nanos(conductor.deadline(now).saturating_sub(now));
+        let next = conductor.deadline(now).min(next_beat);
+        let wait = Duration::from_nanos(next.saturating_sub(now));
         let first = match receive.recv_timeout(wait) {
             Ok(event) => Some(event),
             Err(RecvTimeoutError::Timeout) => None,
@@ -147,7 +156,22 @@ pub fn run(context: AdminContext) -> Result<u8, BusError> {
                         request.answer(encode(&why));
                     }
                 },
-                Event::Report(from, body) => match decode::<Report>(&body) {
+                Event::Beat(from, body) => match decode::<Beat>(&body) {
+                    Ok(beat) => conductor.beat(now, &from, &beat),
+                    Err(e) => tracing::warn!("a beat of {from} was dropped: {e}"),
+                },
+                Event::Fetch(request) => match decode::<FetchOf>(&request.body) {
+                    Ok(ask) if ask.of == CONDUCTOR => {
+                        request.answer(encode(&conductor.fetch_orders(&ask)));
+                    }
+                    Ok(ask) => request.answer(encode(&conductor.fetch_reports(&ask))),
+                    Err(e) => tracing::warn!("a question for messages was dropped: {e}"),
+                },
+                Event::Fetched(body) => match decode(&body) {
+                    Ok(fetched) => conductor.fetched(now, fetched, &mut effects),
+                    Err(e) => tracing::warn!("reports told again were dropped: {e}"),
+                },
+                Event::Report(from, body) => match decode::<Numbered<Report>>(&body) {
                     Ok(report) => conductor.report(now, &from, report, &mut effects),
                     Err(e) => tracing::warn!("a report of {from} was dropped: {e}"),
                 },
@@ -181,7 +205,7 @@ pub fn run(context: AdminContext) -> Result<u8, BusError> {
                 Event::NoSpectators => conductor.await_no_spectators(now, &mut effects),
                 Event::Stop => {
                     if conductor.phase() == Phase::Stopped || conductor.phase() == Phase::Init {
-                        effects.push(Effect::Exit(0));
+                        effects.push(Effect::Exit(conductor.exit_code()));
                     } else if stopping.is_none() {
                         conductor.command(now, Command::Stop, 0, &mut effects);
                     }
@@ -213,6 +237,19 @@ pub fn run(context: AdminContext) -> Result<u8, BusError> {
                 Effect::Order(order) => {
                     bus.publish("ctl/order", Class::Must, encode(&order))?;
                 }
+                Effect::Fetch { holder, ask } => {
+                    let replies = send.clone();
+                    bus.request(
+                        &format!("log/{holder}"),
+                        encode(&ask),
+                        Duration::from_millis(500),
+                        Box::new(move |reply| {
+                            if let Some(body) = reply {
+                                let _ = replies.send(Event::Fetched(body));
+                            }
+                        }),
+                    )?;
+                }
                 Effect::State(state) => {
                     let body = encode(&state);
                     statistics.lock().unwrap_or_else(PoisonError::into_inner).state = state;
@@ -242,6 +279,10 @@ pub fn run(context: AdminContext) -> Result<u8, BusError> {
                 }
                 Effect::Exit(code) => exit = Some(code),
             }
+        }
+        if now >= next_beat {
+            next_beat = now + 100_000_000;
+            bus.publish("ctl/beat", Class::Lossy, encode(&conductor.own_beat()))?;
         }
         if now >= next_status {
             next_status = now + 1_000_000_000;
@@ -295,7 +336,7 @@ pub fn run(context: AdminContext) -> Result<u8, BusError> {
         }
         if let Some(code) = exit {
             let code = if broken.is_empty() { code } else { code.max(1) };
-            bus.publish("ctl/order", Class::Must, encode(&Order::Exit { code }))?;
+            bus.publish("ctl/order", Class::Must, encode(&conductor.leave(code)))?;
             break 'run code;
         }
     };
@@ -359,6 +400,21 @@ fn serve(
         Box::new(move |key, body| {
             let from = key.strip_prefix("fed/").unwrap_or(key);
             let _ = to.send(Event::Report(from.to_owned(), body.to_vec()));
+        }),
+    )?;
+    let to = send.clone();
+    bus.subscribe(
+        "beat/*",
+        Box::new(move |key, body| {
+            let from = key.strip_prefix("beat/").unwrap_or(key);
+            let _ = to.send(Event::Beat(from.to_owned(), body.to_vec()));
+        }),
+    )?;
+    let to = send.clone();
+    bus.serve(
+        "log/conductor",
+        Box::new(move |request| {
+            let _ = to.send(Event::Fetch(request));
         }),
     )?;
     let to = send.clone();

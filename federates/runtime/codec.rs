@@ -7,7 +7,7 @@ use bincode::Options;
 use serde::{Serialize, de::DeserializeOwned};
 
 /// Raised with every incompatible change of [`super::messages`].
-pub const VERSION: u8 = 1;
+pub const VERSION: u8 = 2;
 
 /// Largest message, octets.
 pub const LIMIT: u64 = 8 << 20;
@@ -21,6 +21,12 @@ pub enum CodecError {
     /// Another version of the protocol.
     #[error("protocol version {0}, this build speaks {VERSION}: use the same build on all hosts")]
     Version(u8),
+    /// Larger than the bound.
+    #[error("a message of {octets} octets, where {LIMIT} are the most")]
+    TooLarge {
+        /// Its length.
+        octets: u64,
+    },
     /// Damaged or hostile.
     #[error("not a message: {0}")]
     Body(#[from] bincode::Error),
@@ -34,12 +40,29 @@ fn options() -> impl Options {
         .reject_trailing_bytes()
 }
 
-/// The octets of a message. Messages are ours and far below the limit.
+/// The octets of a message.
+///
+/// # Errors
+/// [`CodecError::TooLarge`] beyond the bound.
+pub fn try_encode<T: Serialize>(message: &T) -> Result<Vec<u8>, CodecError> {
+    let size = bincode::DefaultOptions::new().with_fixint_encoding().serialized_size(message)?;
+    if size > LIMIT {
+        return Err(CodecError::TooLarge { octets: size });
+    }
+    let mut octets = Vec::with_capacity(size as usize + 1);
+    octets.push(VERSION);
+    options().serialize_into(&mut octets, message)?;
+    Ok(octets)
+}
+
+/// The octets of a message that is bounded by its kind. What is too large all the same is told, and arrives as
+/// an empty message, which its receiver drops: nothing ends by it.
 #[must_use]
 pub fn encode<T: Serialize>(message: &T) -> Vec<u8> {
-    let mut octets = vec![VERSION];
-    options().serialize_into(&mut octets, message).expect("our own messages serialise to memory");
-    octets
+    try_encode(message).unwrap_or_else(|e| {
+        tracing::error!("{} was not sent: {e}", std::any::type_name::<T>());
+        Vec::new()
+    })
 }
 
 /// The message in `octets`.
@@ -64,23 +87,24 @@ mod tests {
     fn golden_octets() {
         let grant = Order::Grant { run: 2, upto: 300 };
         let octets = encode(&grant);
-        assert_eq!(octets, [1, 2, 0, 0, 0, 2, 0, 0, 0, 44, 1, 0, 0, 0, 0, 0, 0]);
+        assert_eq!(octets, [2, 2, 0, 0, 0, 2, 0, 0, 0, 44, 1, 0, 0, 0, 0, 0, 0]);
         assert_eq!(decode::<Order>(&octets).unwrap(), grant);
     }
 
     #[test]
     fn a_length_that_lies_allocates_nothing() {
-        let mut octets = encode(&Report::Ends(FrameEnds {
-            run: 1,
-            inc: 1,
-            first: 1,
-            last: 1,
-            pdus: vec![],
-            notices: vec![],
-        }));
-        let at = octets.len() - 16;
+        let mut octets = encode(&Report::Ends(FrameEnds::default()));
+        // Two lists of no element, and no digest of a state.
+        let at = octets.len() - 17;
         octets[at..at + 8].copy_from_slice(&u64::MAX.to_le_bytes());
         assert!(decode::<Report>(&octets).is_err());
+    }
+
+    #[test]
+    fn a_message_beyond_the_bound_is_an_error_and_no_panic() {
+        let large = vec![0_u8; LIMIT as usize + 1];
+        assert!(matches!(try_encode(&large), Err(CodecError::TooLarge { .. })));
+        assert!(encode(&large).is_empty());
     }
 
     proptest! {

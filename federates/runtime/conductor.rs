@@ -3,12 +3,17 @@
 //! Pace, single step, freeze and "as fast as possible" are all ways in which the grant horizon moves.
 //! The core reads no clock; the driver passes wall nanoseconds in.
 
-use super::life_cycle::{Phase, Refused, Transition, possible, steps};
-use super::member::WallNs;
+mod commands;
+mod losses;
+
+use super::digest::content;
+use super::life_cycle::{Phase, Refused, Transition};
+use super::member::{CONDUCTOR, WallNs};
 use super::messages::{
-    Answer, Command, FinalReport, Frame, Hello, MemberState, Order, Report, RunConfig, RunState,
-    Welcome,
+    Accepted, Answer, Beat, FetchOf, Fetched, FinalReport, Frame, FrameEnds, Hello, MemberState,
+    Numbered, Order, Report, RunConfig, RunState, Welcome,
 };
+use super::stream::{Inbox, Outbox};
 use super::views::Views;
 use std::collections::{BTreeMap, VecDeque};
 
@@ -21,7 +26,14 @@ pub enum Effect {
     /// Answer a [`Hello`].
     Welcome(Token, Welcome),
     /// Tell all members.
-    Order(Order),
+    Order(Numbered<Order>),
+    /// Ask a member for reports that did not arrive.
+    Fetch {
+        /// Whom.
+        holder: String,
+        /// What is missing.
+        ask: FetchOf,
+    },
     /// Answer a [`Command`].
     Answer(Token, Answer),
     /// Tell spectators how the run stands.
@@ -58,6 +70,18 @@ pub struct ClosedRun {
     pub reasons: Vec<String>,
     /// An essential member was lost and the run did not go on to its end.
     pub failed: bool,
+}
+
+/// What becomes of a run that an essential member is lost of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum OnLoss {
+    /// Time stands until the member is back; nothing is left out.
+    #[default]
+    Freeze,
+    /// It goes on without the member, and says since when.
+    Degrade,
+    /// It is closed at the frame where it stands.
+    Abort,
 }
 
 /// What the conductor is told at the start.
@@ -97,15 +121,27 @@ pub struct ConductorConfig {
     pub await_spectators_ns: WallNs,
     /// Frames that may be granted ahead of the slowest member when as fast as possible.
     pub window: Frame,
-    /// A member that holds everybody up for this long is given up, ns of wall time.
+    /// Drawn at the start; messages of another federation have no effect.
+    pub fed: u128,
+    /// A member of which nothing is heard for this long is given up, ns of wall time.
     pub stall_ns: WallNs,
+    /// A member that is heard of but does not go on for this long is given up, ns of wall time.
+    pub hang_ns: WallNs,
+    /// What becomes of the run then.
+    pub on_loss: OnLoss,
+    /// How long a run waits frozen for a lost member before it is closed; without end if none.
+    pub return_ns: Option<WallNs>,
 }
 
 #[derive(Debug)]
 struct MemberEntry {
     hello: Hello,
     inc: u64,
+    accepted: Accepted,
     alive: bool,
+    /// Accepted in the place of a lost one, not admitted yet.
+    returning: bool,
+    token_gone: bool,
     ready: Option<u32>,
     /// Consumers: whether they hear all producers. Others: true once they answered.
     present: bool,
@@ -114,8 +150,82 @@ struct MemberEntry {
     consumes: bool,
     /// Since when it could go on and has not; none while it is not due.
     due_since: Option<WallNs>,
+    /// When the last message or beat of it came.
+    heard_at: WallNs,
+    /// The frame that it says it is executing.
+    working: Option<Frame>,
+    stream: Inbox<Report>,
+    log: MemberLog,
     /// From a grant to the frame ends that answer it, smoothed, ns.
     latency_ns: f64,
+}
+
+/// What a member made, as its reports say.
+#[derive(Clone, Debug, Default)]
+struct MemberLog {
+    /// Digest of all that it made, by frame.
+    made: VecDeque<(Frame, u64)>,
+    content: u64,
+    /// Digests of its state at the ends of reports.
+    states: VecDeque<(Frame, u64)>,
+    /// Numbers of the reports of its frame ends, each with its last frame.
+    reports: VecDeque<(u64, Frame)>,
+    /// Frames up to here were made by an incarnation before.
+    before: Option<Frame>,
+}
+
+impl MemberEntry {
+    fn new(fed: u128, hello: Hello, accepted: Accepted, now: WallNs) -> Self {
+        let inc = accepted.inc;
+        Self {
+            hello,
+            inc,
+            accepted,
+            alive: true,
+            returning: false,
+            token_gone: false,
+            ready: None,
+            present: false,
+            executed: None,
+            consumes: false,
+            due_since: None,
+            heard_at: now,
+            working: None,
+            stream: Inbox::new(fed, inc, 1),
+            log: MemberLog::default(),
+            latency_ns: 0.0,
+        }
+    }
+}
+
+impl MemberLog {
+    fn take(&mut self, seq: u64, ends: &FrameEnds) {
+        for frame in ends.first..=ends.last {
+            let hashes = ends.pdus.iter().filter(|(f, _)| *f == frame).flat_map(|(_, h)| h);
+            let notices = ends.notices.iter().filter(|(made, ..)| *made == frame);
+            self.content = self.content.wrapping_add(content(
+                frame,
+                hashes.copied(),
+                notices.map(|(_, effect, notice)| (*effect, notice)),
+            ));
+            self.made.push_back((frame, self.content));
+        }
+        self.states.extend(ends.state.map(|state| (ends.last, state)));
+        self.reports.push_back((seq, ends.last));
+        self.made.drain(..self.made.len().saturating_sub(LOGGED));
+        self.states.drain(..self.states.len().saturating_sub(LOGGED));
+        self.reports.drain(..self.reports.len().saturating_sub(LOGGED));
+    }
+}
+
+/// A loss of an essential member.
+#[derive(Debug)]
+struct Fault {
+    name: String,
+    text: String,
+    since: WallNs,
+    /// The last frame of the lost one, once a successor went on from there.
+    back: Option<Option<Frame>>,
 }
 
 /// What happens when all members stand at the horizon.
@@ -146,7 +256,9 @@ pub struct Conductor {
     finals: BTreeMap<String, FinalReport>,
     finish_deadline: Option<WallNs>,
     restart_after: bool,
-    reasons: Vec<String>,
+    faults: Vec<Fault>,
+    /// What is worth a word and no fault of the run.
+    notes: Vec<String>,
     /// What the run goes on without, and since when.
     degraded: Vec<String>,
     views: Views,
@@ -159,7 +271,17 @@ pub struct Conductor {
     pace_samples: VecDeque<(WallNs, Frame)>,
     /// The latest grants: when, and up to which frame.
     grants: VecDeque<(WallNs, Frame)>,
-    faulty: bool,
+    outbox: Outbox<Order>,
+    /// Members are awaited, and configured when all are there.
+    mustering: bool,
+    /// A run begins by itself.
+    autostart: bool,
+    /// Frozen because a member is lost, not by command.
+    frozen_by_fault: bool,
+    return_deadline: Option<WallNs>,
+    /// A run of this federation ended by a fault.
+    failed: bool,
+    last_tick: WallNs,
 }
 
 /// Share of a new latency in the smoothed one: about a second of frames.
@@ -167,7 +289,13 @@ const LATENCY_SMOOTHING: f64 = 0.05;
 const GRANTS_KEPT: usize = 64;
 /// Federates and spectators that are remembered, at most.
 const MOST_MEMBERS: usize = 1024;
+/// Frames and reports of each member that are remembered: more than any grant horizon.
+const LOGGED: usize = 4096;
 const MUSTER_EVERY_NS: WallNs = 20_000_000;
+/// A frame that is due for so long is not granted by the pace any more.
+const LATE_NS: WallNs = 5_000_000;
+/// Clocks are looked at as often.
+const CLOCKS_EVERY_NS: WallNs = 50_000_000;
 const STATE_EVERY_NS: WallNs = 200_000_000;
 const FINISH_WITHIN_NS: WallNs = 5_000_000_000;
 
@@ -190,7 +318,8 @@ impl Conductor {
             finals: BTreeMap::new(),
             finish_deadline: None,
             restart_after: false,
-            reasons: Vec::new(),
+            faults: Vec::new(),
+            notes: Vec::new(),
             degraded: Vec::new(),
             views: Views::default(),
             roster: config.expected.clone(),
@@ -199,7 +328,13 @@ impl Conductor {
             logger_deadline: None,
             pace_samples: VecDeque::new(),
             grants: VecDeque::new(),
-            faulty: false,
+            outbox: Outbox::new(config.fed, 0),
+            mustering: true,
+            autostart: config.autostart,
+            frozen_by_fault: false,
+            return_deadline: None,
+            failed: false,
+            last_tick: 0,
             config,
         }
     }
@@ -208,6 +343,12 @@ impl Conductor {
     #[must_use]
     pub fn phase(&self) -> Phase {
         self.phase
+    }
+
+    /// The last frame that may be executed.
+    #[must_use]
+    pub fn granted(&self) -> Frame {
+        self.granted
     }
 
     /// Expected members that have not joined.
@@ -270,7 +411,8 @@ impl Conductor {
             return;
         }
         if !hello.kind.essential() && !self.config.optional.contains(&name) {
-            if self.members.get(&name).is_some_and(|m| m.alive) {
+            let other = |m: &MemberEntry| m.alive && m.hello.instance != hello.instance;
+            if self.members.get(&name).is_some_and(other) {
                 effects.push(Effect::Welcome(token, Welcome::NameTaken));
                 return;
             }
@@ -284,12 +426,25 @@ impl Conductor {
                 return;
             }
         }
-        if let Some(present) = self.members.get(&name).filter(|m| m.alive) {
-            effects.push(refuse(format!(
-                "'{name}' is already running (process {} on {}): stop that one first or choose another --exercise",
-                present.hello.pid, present.hello.host
-            )));
-            return;
+        if let Some(present) = self.members.get(&name) {
+            let same = present.hello.instance == hello.instance;
+            let outcast = hello.was.is_some_and(|was| was.inc == present.inc);
+            let taken = present.returning && now < present.heard_at + self.config.stall_ns;
+            if same && !outcast && (present.alive || present.returning) {
+                // Asked again: the answer was late, or lost.
+                let accepted = Box::new(present.accepted.clone());
+                effects.push(Effect::Welcome(token, Welcome::Accepted(accepted)));
+                return;
+            }
+            if same && present.alive && self.roster.contains(&name) {
+                self.lose(now, name.clone(), "it missed what nobody remembers", effects);
+            } else if present.alive || taken {
+                effects.push(refuse(format!(
+                    "'{name}' is already running (process {} on {}): stop that one first or choose another --exercise",
+                    present.hello.pid, present.hello.host
+                )));
+                return;
+            }
         }
         if hello.kind.essential() && !self.config.expected.contains(&name) {
             effects.push(refuse(format!(
@@ -298,31 +453,24 @@ impl Conductor {
             )));
             return;
         }
-        if hello.kind.essential() && !matches!(self.phase, Phase::Init) {
-            effects.push(refuse(format!(
-                "'{name}' cannot join a run that is {}: joining a run under way is not supported; start the federation anew",
-                self.phase
-            )));
+        if let Some(answer) = self.welcome_back(now, &hello, token) {
+            effects.push(answer);
+            return;
+        }
+        if hello.kind.beats() && matches!(self.phase, Phase::Running | Phase::Frozen) {
+            let text =
+                format!("'{name}' can join when a run begins, not one that is {}", self.phase);
+            effects.push(refuse(text));
             return;
         }
         let inc = self.next_inc;
         self.next_inc += 1;
-        effects.push(Effect::Welcome(token, Welcome::Accepted { inc }));
-        self.members.insert(
-            name,
-            MemberEntry {
-                hello,
-                inc,
-                alive: true,
-                ready: None,
-                present: false,
-                executed: None,
-                consumes: false,
-                due_since: None,
-                latency_ns: 0.0,
-            },
-        );
-        effects.push(Effect::Order(Order::Muster));
+        let (fed, orders) = (self.config.fed, self.outbox.last());
+        let accepted = Accepted { fed, inc, orders, enter: None };
+        let welcome = Welcome::Accepted(Box::new(accepted.clone()));
+        effects.push(Effect::Welcome(token, welcome));
+        self.members.insert(name, MemberEntry::new(fed, hello, accepted, now));
+        self.say(Order::Muster, effects);
         self.push_state(now, effects);
     }
 
@@ -342,7 +490,7 @@ impl Conductor {
 
     /// Configures once everybody is there and hears everybody; a spectator is awaited for a while only.
     fn try_configure(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
-        if self.run > 0 || self.members.is_empty() {
+        if !self.mustering || self.members.is_empty() {
             return;
         }
         if !self.awaited().is_empty() || !self.deaf().is_empty() {
@@ -386,84 +534,183 @@ impl Conductor {
             member.ready = None;
             member.executed = None;
         }
-        effects.push(Effect::Order(Order::Configure(RunConfig {
+        self.mustering = false;
+        self.frozen_by_fault = false;
+        self.return_deadline = None;
+        self.faults.clear();
+        self.notes.clear();
+        for member in self.members.values_mut() {
+            member.log = MemberLog::default();
+            member.due_since = None;
+            member.returning = false;
+        }
+        let config = self.run_config();
+        self.say(Order::Configure(config), effects);
+    }
+
+    fn run_config(&self) -> RunConfig {
+        let inc = |n: &String| self.members.get(n).map(|m| (n.clone(), m.inc));
+        let consumes = |n: &&String| self.members.get(*n).is_some_and(|m| m.consumes);
+        RunConfig {
             run: self.run,
             seed: self.config.seed,
             producers: self.producers(),
+            consumers: self.roster.iter().filter(consumes).cloned().collect(),
+            incs: self.roster.iter().filter_map(inc).collect(),
             generators: self.config.generators,
             last_frame: self.config.last_frame,
-        })));
+        }
     }
 
-    /// A member's process or session is gone, or back.
-    pub fn alive(
-        &mut self,
-        now: WallNs,
-        name: &str,
-        inc: u64,
-        alive: bool,
-        effects: &mut Vec<Effect>,
-    ) {
-        let Some(member) = self.members.get(name) else { return };
-        if alive || member.inc != inc || !member.alive {
-            return;
+    /// Begins a run, or waits for whom it needs and says so.
+    fn begin_again(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
+        if self.awaited().is_empty() {
+            return self.configure(effects);
         }
-        self.lose(now, name.to_owned(), "its process or connection is gone", effects);
-    }
-
-    fn lose(&mut self, now: WallNs, name: String, why: &str, effects: &mut Vec<Effect>) {
-        let Some(member) = self.members.get_mut(&name).filter(|m| m.alive) else { return };
-        member.alive = false;
-        let (inc, host, pid) = (member.inc, member.hello.host.clone(), member.hello.pid);
-        if !self.roster.contains(&name) {
-            self.push_state(now, effects);
-            return;
-        }
-        if self.phase == Phase::Stopped && self.finish_deadline.is_none() {
-            return;
-        }
-        let reason = format!("{name} (process {pid} on {host}) is lost: {why}");
-        let optional = self.config.optional.contains(&name);
-        if optional {
-            self.degraded.push(format!("degraded since frame {}: {reason}", self.frame()));
-        } else {
-            self.reasons.push(reason);
-            self.faulty = true;
-        }
-        match self.phase {
-            Phase::Running | Phase::Frozen => {
-                let alive = |n: &&String| self.members.get(*n).is_some_and(|m| m.alive);
-                let survivors: Vec<_> = self.roster.iter().filter(alive).cloned().collect();
-                let order = self.views.lose(now, &name, inc, optional, &survivors);
-                effects.push(Effect::Order(order));
-                self.settle_views(now, effects);
-            }
-            _ if optional => self.try_close(now, effects),
-            _ => {
-                self.fail_pending(effects);
-                if self.config.batch {
-                    effects.push(Effect::Exit(1));
-                } else {
-                    // Its final report will not come: a run that waits for it alone is closed.
-                    self.try_close(now, effects);
-                }
-            }
-        }
+        self.muster_again(effects);
+        let text = format!("{}: start what is missing, or stop", self.standing());
+        self.answer_pending(Transition::Restart, &text, effects);
         self.push_state(now, effects);
     }
 
+    fn muster_again(&mut self, effects: &mut Vec<Effect>) {
+        self.mustering = true;
+        self.last_muster = 0;
+        self.faults.clear();
+        for member in self.members.values_mut() {
+            member.ready = None;
+        }
+        if self.phase != Phase::Init {
+            self.phase = Phase::Init;
+            effects.push(Effect::Reached { phase: self.phase, frame: 0, reason: None });
+        }
+    }
+
+    /// Numbers an order; a muster is repeated anyway.
+    fn say(&mut self, order: Order, effects: &mut Vec<Effect>) {
+        effects.push(Effect::Order(match order {
+            Order::Muster => self.outbox.loose(order),
+            order => self.outbox.push(order),
+        }));
+    }
+
     fn fail_pending(&mut self, effects: &mut Vec<Effect>) {
-        let text = self.reasons.last().cloned().unwrap_or_default();
+        let text = self.open_faults().join("; ");
         for (token, _) in std::mem::take(&mut self.pending) {
             effects.push(Effect::Answer(token, self.answer(false, &text)));
         }
     }
 
     /// A report of a member.
-    pub fn report(&mut self, now: WallNs, from: &str, report: Report, effects: &mut Vec<Effect>) {
+    pub fn report(
+        &mut self,
+        now: WallNs,
+        from: &str,
+        report: Numbered<Report>,
+        effects: &mut Vec<Effect>,
+    ) {
+        if !self.hear(now, from, report.fed, report.inc) {
+            return;
+        }
+        let Some(member) = self.members.get_mut(from) else { return };
+        if report.seq == 0 {
+            if matches!(report.body, Report::Present { .. }) {
+                self.take_report(now, from, 0, report.body, effects);
+            }
+            return;
+        }
+        let next = member.stream.seen() + 1;
+        for (seq, report) in (next..).zip(member.stream.take(now, report)) {
+            self.take_report(now, from, seq, report, effects);
+        }
+    }
+
+    /// Notes that a member lives; whether it is one.
+    fn hear(&mut self, now: WallNs, from: &str, fed: u128, inc: u64) -> bool {
+        let known = self.members.get_mut(from).filter(|m| m.inc == inc && fed == self.config.fed);
+        let Some(member) = known else { return false };
+        member.heard_at = now;
+        // Silent while nothing was being made: nobody went on without it.
+        if !member.alive && !member.returning && !self.views.removed().contains_key(from) {
+            member.alive = true;
+        }
+        true
+    }
+
+    /// A beat of a member.
+    pub fn beat(&mut self, now: WallNs, from: &str, beat: &Beat) {
+        if !self.hear(now, from, beat.fed, beat.inc) {
+            return;
+        }
+        let Some(member) = self.members.get_mut(from) else { return };
+        member.stream.told(now, beat.last_seq);
+        let working = beat.working.map(|(frame, _)| frame);
+        if beat.run == self.run && working.is_some() && working != member.working {
+            member.due_since = None;
+        }
+        member.working = working;
+        for (_, _, seq) in beat.seen.iter().filter(|(of, inc, _)| of == CONDUCTOR && *inc == 0) {
+            self.outbox.confirm(from, *seq);
+        }
+    }
+
+    /// The conductor's own beat.
+    #[must_use]
+    pub fn own_beat(&self) -> Beat {
+        let seen = self.members.iter().map(|(n, m)| (n.clone(), m.inc, m.stream.seen()));
+        Beat {
+            fed: self.config.fed,
+            run: self.run,
+            inc: 0,
+            last_seq: self.outbox.last(),
+            executed: self.granted,
+            working: None,
+            seen: seen.collect(),
+        }
+    }
+
+    /// Answers a member that lacks orders.
+    #[must_use]
+    pub fn fetch_orders(&self, ask: &FetchOf) -> Fetched<Order> {
+        if ask.fetch.fed != self.config.fed || ask.fetch.inc != 0 {
+            return Fetched { of: ask.of.clone(), items: Vec::new(), gone_before: 0 };
+        }
+        self.outbox.fetch(&ask.of, &ask.fetch)
+    }
+
+    /// Answers a member that lacks reports of another one.
+    #[must_use]
+    pub fn fetch_reports(&self, ask: &FetchOf) -> Fetched<Report> {
+        let nothing = Fetched { of: ask.of.clone(), items: Vec::new(), gone_before: 0 };
+        let stream = self.members.get(&ask.of).map(|m| &m.stream);
+        let asked =
+            |s: &&Inbox<Report>| s.inc() == ask.fetch.inc && ask.fetch.fed == self.config.fed;
+        stream.filter(asked).map_or(nothing, |stream| stream.relay(&ask.of, &ask.fetch))
+    }
+
+    /// Reports that were lost on their way.
+    pub fn fetched(&mut self, now: WallNs, fetched: Fetched<Report>, effects: &mut Vec<Effect>) {
+        let Some(member) = self.members.get(&fetched.of) else { return };
+        if fetched.gone_before > member.stream.seen() + 1 {
+            self.lose(now, fetched.of, "its reports were lost and are not remembered", effects);
+            return;
+        }
+        for report in fetched.items {
+            self.report(now, &fetched.of, report, effects);
+        }
+    }
+
+    fn take_report(
+        &mut self,
+        now: WallNs,
+        from: &str,
+        seq: u64,
+        report: Report,
+        effects: &mut Vec<Effect>,
+    ) {
         let Some(member) = self.members.get_mut(from) else { return };
         match report {
-            Report::Present { inc, hears, consumes } if inc == member.inc => {
+            Report::Present { hears, consumes } => {
                 // A consumer must hear the producers, an awaited spectator everybody.
                 let producers = self.heard_producers();
                 let Some(member) = self.members.get_mut(from) else { return };
@@ -479,18 +726,23 @@ impl Conductor {
                 member.consumes = consumes;
                 self.try_configure(now, effects);
             }
-            Report::Ready { run, inc } if run == self.run && inc == member.inc => {
-                member.ready = Some(run);
-                self.all_ready(now, effects);
-            }
-            Report::Ends(ends)
-                if ends.run == self.run && ends.inc == member.inc && member.alive =>
-            {
-                let answered = member.executed.map_or(0, |e| e + 1);
+            Report::Ready { run, at } if run == self.run => match at {
+                None => {
+                    member.ready = Some(run);
+                    self.all_ready(now, effects);
+                }
+                Some(at) => self.returned(now, from, at, effects),
+            },
+            Report::Ends(ends) if ends.run == self.run && member.alive => {
+                let next = member.executed.map_or(0, |e| e + 1);
+                if ends.first != next || ends.last < next || ends.last > self.granted {
+                    return;
+                }
+                member.log.take(seq, &ends);
                 member.executed = Some(ends.last);
                 member.due_since = None;
                 // The grant that allowed the first of these frames.
-                if let Some((at, _)) = self.grants.iter().find(|(_, upto)| *upto >= answered) {
+                if let Some((at, _)) = self.grants.iter().find(|(_, upto)| *upto >= next) {
                     let took = now.saturating_sub(*at) as f64;
                     member.latency_ns += (took - member.latency_ns) * LATENCY_SMOOTHING;
                 }
@@ -512,10 +764,16 @@ impl Conductor {
             Report::Failed { reason } if self.config.optional.iter().any(|o| o == from) => {
                 self.lose(now, from.to_owned(), &format!("it cannot go on: {reason}"), effects);
             }
+            Report::Failed { reason } if member.returning => {
+                member.returning = false;
+                let (name, inc) = (from.to_owned(), member.inc);
+                self.notes.push(format!("{from} did not come back: {reason}"));
+                self.say(Order::Dismiss { name, inc, reason }, effects);
+            }
             Report::Failed { reason } => {
-                let reason = format!("{from} cannot go on: {reason}");
-                self.reasons.push(reason);
-                self.faulty = true;
+                let text = format!("{from} cannot go on: {reason}");
+                self.faults.push(Fault { name: from.to_owned(), text, since: now, back: None });
+                self.failed = true;
                 self.fail_pending(effects);
                 effects.push(Effect::Exit(1));
             }
@@ -536,7 +794,7 @@ impl Conductor {
             effects.push(Effect::Reached { phase: self.phase, frame: 0, reason: None });
         }
         self.answer_pending(Transition::Restart, "configured; waiting for start", effects);
-        if self.config.autostart && self.run == 1 {
+        if std::mem::take(&mut self.autostart) {
             let _ = self.start(now, effects);
         }
         self.push_state(now, effects);
@@ -553,125 +811,6 @@ impl Conductor {
         Ok(())
     }
 
-    /// A command of an operator; its answer comes when the state is reached.
-    pub fn command(
-        &mut self,
-        now: WallNs,
-        command: Command,
-        token: Token,
-        effects: &mut Vec<Effect>,
-    ) {
-        let refused = |this: &Self, refused: Refused| {
-            Effect::Answer(token, this.answer(false, &refused.to_string()))
-        };
-        match command {
-            Command::Status => {
-                let text = self.standing();
-                effects.push(Effect::Answer(token, self.answer(true, &text)));
-            }
-            Command::Start => {
-                if let Some(why) = self.fault_blocks() {
-                    effects.push(Effect::Answer(token, self.answer(false, &why)));
-                    return;
-                }
-                match self.start(now, effects) {
-                    Ok(()) => {
-                        let text = format!("running from frame {}", self.anchor.1);
-                        effects.push(Effect::Answer(token, self.answer(true, &text)));
-                    }
-                    Err(e) => effects.push(refused(self, e)),
-                }
-            }
-            Command::Freeze => match self.phase.after(Transition::Freeze) {
-                Ok(_) => {
-                    self.pending.push((token, Transition::Freeze));
-                    if self.goal == Goal::End {
-                        self.goal = Goal::Freeze(self.granted);
-                    }
-                    self.settle(now, effects);
-                }
-                Err(e) => effects.push(refused(self, e)),
-            },
-            Command::Step { n } => {
-                let can = steps(self.phase);
-                if let Some(why) = self.fault_blocks() {
-                    effects.push(Effect::Answer(token, self.answer(false, &why)));
-                } else if !can || n == 0 {
-                    let text = if n == 0 {
-                        "a step is at least one frame".to_owned()
-                    } else {
-                        format!(
-                            "'step' is not possible while {}; possible now: {}",
-                            self.phase,
-                            possible(self.phase)
-                        )
-                    };
-                    effects.push(Effect::Answer(token, self.answer(false, &text)));
-                } else {
-                    self.phase = Phase::Running;
-                    self.running_since = Some(now);
-                    let target = self.granted.saturating_add(n).min(self.config.last_frame);
-                    self.goal = Goal::Freeze(target);
-                    self.pending.push((token, Transition::Freeze));
-                    self.grant(now, target, effects);
-                    self.settle(now, effects);
-                }
-            }
-            Command::Stop => match self.phase.after(Transition::Stop) {
-                Ok(_) => {
-                    self.pending.push((token, Transition::Stop));
-                    self.stop(now, effects);
-                }
-                Err(e) => effects.push(refused(self, e)),
-            },
-            Command::Restart => {
-                if let Some(why) = self.fault_blocks() {
-                    effects.push(Effect::Answer(token, self.answer(false, &why)));
-                    return;
-                }
-                match self.phase.after(Transition::Restart) {
-                    Ok(_) => {
-                        self.pending.push((token, Transition::Restart));
-                        if self.phase == Phase::Frozen {
-                            self.restart_after = true;
-                            self.stop(now, effects);
-                        } else {
-                            self.configure(effects);
-                        }
-                    }
-                    Err(e) => effects.push(refused(self, e)),
-                }
-            }
-            Command::Rate { rate } => {
-                let text = if rate > 0.0 && !rate.is_nan() {
-                    self.rate = rate;
-                    self.anchor = (now, self.granted);
-                    self.pace_samples.clear();
-                    if rate.is_infinite() {
-                        "rate: as fast as possible".to_owned()
-                    } else {
-                        format!("rate: {rate} simulated seconds per second")
-                    }
-                } else {
-                    format!("rate {rate} is not above 0")
-                };
-                let ok = rate > 0.0;
-                effects.push(Effect::Answer(token, self.answer(ok, &text)));
-                self.extend(now, effects);
-            }
-        }
-        self.push_state(now, effects);
-    }
-
-    fn fault_blocks(&self) -> Option<String> {
-        self.faulty.then(|| {
-            format!(
-                "an essential federate is lost ({}); possible now: stop",
-                self.reasons.last().map_or("", String::as_str)
-            )
-        })
-    }
-
     fn stop(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
         if self.phase == Phase::Running {
             self.goal = Goal::Stop(self.granted);
@@ -686,7 +825,8 @@ impl Conductor {
         self.phase = Phase::Stopped;
         self.finish_deadline = Some(now + FINISH_WITHIN_NS);
         let frame = self.frame();
-        effects.push(Effect::Order(Order::Finish { run: self.run, frame }));
+        self.return_deadline = None;
+        self.say(Order::Finish { run: self.run, frame }, effects);
         effects.push(Effect::Reached { phase: self.phase, frame, reason: None });
         self.try_close(now, effects);
     }
@@ -713,14 +853,15 @@ impl Conductor {
             frame: self.frame(),
             wall_ns: self.ran_ns,
             reports: self.finals.values().cloned().collect(),
-            reasons: self.reasons.iter().chain(&self.degraded).cloned().collect(),
-            failed: self.faulty,
+            reasons: self.faults.iter().map(|f| &f.text).chain(&self.degraded).cloned().collect(),
+            failed: !self.lost_names().is_empty(),
         })));
+        self.failed |= !self.lost_names().is_empty();
         self.answer_pending(Transition::Stop, "stopped", effects);
-        if self.restart_after {
-            self.configure(effects);
+        if std::mem::take(&mut self.restart_after) {
+            self.begin_again(now, effects);
         } else if self.config.batch {
-            effects.push(Effect::Exit(u8::from(self.faulty)));
+            effects.push(Effect::Exit(self.exit_code()));
         }
         self.push_state(now, effects);
     }
@@ -767,29 +908,22 @@ impl Conductor {
     fn freeze_by_fault(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
         self.pause_clock(now);
         self.phase = Phase::Frozen;
-        let reason = Some(self.reasons.join("; "));
+        self.frozen_by_fault = true;
+        let reason = Some(self.open_faults().join("; "));
         effects.push(Effect::Reached { phase: self.phase, frame: self.frame(), reason });
-        self.fail_pending(effects);
-        if self.config.batch {
-            self.finish(now, effects);
-        }
-        self.push_state(now, effects);
+        self.faulty_freeze(now, effects);
     }
 
-    /// Goes on with the view of lost members as far as the answers allow.
-    fn settle_views(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
-        let known = |name: &str| self.members.get(name).and_then(|m| m.executed);
-        while let Some(order) = self.views.next_order(now, known) {
-            effects.push(Effect::Order(order));
-        }
-        if self.phase == Phase::Frozen && self.views.waits() && !self.views.is_open() {
-            // Lost while frozen by command: nothing moves, but a batch does not wait.
-            if self.config.batch {
-                self.finish(now, effects);
-            }
-            return;
-        }
-        self.settle(now, effects);
+    /// The last order of the federation: outside the stream, since nobody is left to ask for what came before.
+    #[must_use]
+    pub fn leave(&self, code: u8) -> Numbered<Order> {
+        self.outbox.loose(Order::Exit { code })
+    }
+
+    /// With what the process of the administration station ends.
+    #[must_use]
+    pub fn exit_code(&self) -> u8 {
+        u8::from(self.failed || !self.lost_names().is_empty())
     }
 
     fn answer_pending(&mut self, what: Transition, text: &str, effects: &mut Vec<Effect>) {
@@ -837,7 +971,7 @@ impl Conductor {
             self.grants.pop_front();
         }
         self.grants.push_back((now, upto));
-        effects.push(Effect::Order(Order::Grant { run: self.run, upto }));
+        self.say(Order::Grant { run: self.run, upto }, effects);
     }
 
     /// Frames that members may be behind before real time slips: a quarter of a second of wall time, at least 5.
@@ -847,17 +981,20 @@ impl Conductor {
 
     /// Time passed.
     pub fn tick(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
-        if self.run == 0 && !self.members.is_empty() && now >= self.last_muster + MUSTER_EVERY_NS {
+        if self.mustering && !self.members.is_empty() && now >= self.last_muster + MUSTER_EVERY_NS {
             self.last_muster = now;
-            effects.push(Effect::Order(Order::Muster));
+            self.say(Order::Muster, effects);
             self.try_configure(now, effects);
         }
         self.extend(now, effects);
-        let (asked_at, silent) = self.views.awaited();
-        if now.saturating_sub(asked_at) > self.config.stall_ns {
-            for name in silent {
-                self.lose(now, name, "it does not answer", effects);
+        for (name, member) in &mut self.members {
+            if let Some((fetch, _)) = member.stream.due(now) {
+                let ask = FetchOf { of: name.clone(), fetch };
+                effects.push(Effect::Fetch { holder: name.clone(), ask });
             }
+        }
+        if self.return_deadline.is_some_and(|d| now >= d) {
+            self.finish(now, effects);
         }
         if self.finish_deadline.is_some_and(|d| now >= d) {
             self.try_close(now, effects);
@@ -865,53 +1002,23 @@ impl Conductor {
         if now >= self.last_state + STATE_EVERY_NS {
             self.push_state(now, effects);
         }
-        self.check_stall(now, effects);
-    }
-
-    /// Whether a member could execute a frame that it has not: granted, and of a consumer every input is made.
-    fn is_due(&self, name: &str, member: &MemberEntry) -> bool {
-        let executed = member.executed.unwrap_or(0);
-        let made = |producer: &String| {
-            let Some(made) = self.members.get(producer) else { return true };
-            let counts = self.views.cut(producer).unwrap_or(made.executed);
-            producer == name || self.views.is_absent(producer) || counts > Some(executed)
-        };
-        self.phase == Phase::Running
-            && member.alive
-            && self.roster.iter().any(|n| n == name)
-            && executed < self.granted
-            && (!member.consumes || self.producers().iter().all(made))
-    }
-
-    /// Gives up a member that could have gone on for longer than the stall budget. The clock of a member
-    /// starts when it becomes due: time spent frozen, or waiting for others, is not its own.
-    fn check_stall(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
-        let due: Vec<bool> = self.members.iter().map(|(n, m)| self.is_due(n, m)).collect();
-        let mut stuck = Vec::new();
-        for ((name, member), due) in self.members.iter_mut().zip(due) {
-            let since = *member.due_since.get_or_insert(now);
-            if !due || self.views.is_open() {
-                member.due_since = None;
-            } else if now.saturating_sub(since) > self.config.stall_ns {
-                stuck.push(name.clone());
-            }
-        }
-        for name in stuck {
-            let seconds = self.config.stall_ns as f64 * 1e-9;
-            self.lose(now, name, &format!("no frame end for {seconds} s"), effects);
-        }
+        self.check_clocks(now, effects);
     }
 
     /// When [`Conductor::tick`] is due next.
     #[must_use]
     pub fn deadline(&self, now: WallNs) -> WallNs {
-        let mut next = self.last_state + STATE_EVERY_NS;
+        let streams = self.members.values().filter_map(|m| m.stream.deadline());
+        let clocks = [self.last_state + STATE_EVERY_NS, self.last_tick + CLOCKS_EVERY_NS];
+        let mut next = streams.chain(clocks).chain(self.return_deadline).min().unwrap_or(now);
         if self.phase == Phase::Running && self.rate.is_finite() && self.goal == Goal::End {
             let step = self.config.step_ns as f64 / self.rate;
             let frames = (self.granted + 1).saturating_sub(self.anchor.1) as f64;
-            next = next.min(self.anchor.0 + (frames * step) as WallNs);
+            let at = self.anchor.0 + (frames * step) as WallNs;
+            // Where members are late, their frame ends move time, not this clock.
+            next = next.min(if at + LATE_NS < now { now + LATE_NS } else { at });
         }
-        if self.run == 0 {
+        if self.mustering {
             next = next.min(self.last_muster + MUSTER_EVERY_NS);
         }
         next.max(now + 100_000)
@@ -928,7 +1035,7 @@ impl Conductor {
         if self.phase == Phase::Init && !awaited.is_empty() {
             text += &format!(", waiting for {}", awaited.join(", "));
         }
-        for reason in &self.reasons {
+        for reason in self.open_faults().iter().chain(&self.degraded) {
             text += &format!("; {reason}");
         }
         text
@@ -943,7 +1050,9 @@ impl Conductor {
             }
         }
         self.last_state = now;
-        effects.push(Effect::State(self.state()));
+        let mut state = self.state();
+        state.reasons.extend(self.slow(now));
+        effects.push(Effect::State(state));
     }
 
     /// How the run stands.
@@ -966,7 +1075,7 @@ impl Conductor {
             seed: self.config.seed,
             rate: self.rate,
             achieved_rate,
-            reasons: self.reasons.iter().chain(&self.degraded).cloned().collect(),
+            reasons: [self.open_faults(), self.degraded.clone(), self.notes.clone()].concat(),
             members: self
                 .members
                 .iter()

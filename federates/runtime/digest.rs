@@ -1,6 +1,7 @@
 //! Digests that do not depend on who did the work: sums of hashes.
 
-use super::messages::Frame;
+use super::codec::encode;
+use super::messages::{Frame, Notice};
 use xxhash_rust::xxh3::xxh3_64_with_seed;
 
 /// A sum of hashes, one per (frame, octets): the same for any order and any division of the work.
@@ -18,6 +19,22 @@ impl Digest {
 #[must_use]
 pub fn pdu_hash(octets: &[u8]) -> u64 {
     xxh3_64_with_seed(octets, 0)
+}
+
+/// What a frame adds to the digest of all that its maker made: hashes of PDUs, notices with their effect frames.
+/// A frame without any adds nothing.
+#[must_use]
+pub fn content<'a>(
+    frame: Frame,
+    hashes: impl Iterator<Item = u64>,
+    notices: impl Iterator<Item = (Frame, &'a Notice)>,
+) -> u64 {
+    let mut octets: Vec<u8> = hashes.flat_map(u64::to_le_bytes).collect();
+    for (effect, notice) in notices {
+        octets.extend(effect.to_le_bytes());
+        octets.extend(encode(notice));
+    }
+    if octets.is_empty() { 0 } else { xxh3_64_with_seed(&octets, frame) }
 }
 
 /// One number for a run from the digests of its parts, in the order given.

@@ -63,6 +63,11 @@ pub trait Federate: Send {
     fn configure(&mut self, config: &RunConfig, out: &mut FrameOut) -> Result<(), String>;
     /// Executes frame `k`.
     fn step(&mut self, k: Frame, inputs: &FrameInputs, out: &mut FrameOut);
+    /// Digest of the state after the last step, as far as it is not told by what was made: the same in every
+    /// process that executed the same frames.
+    fn state(&self) -> u64 {
+        0
+    }
     /// Fills digests and counters at the end of a run.
     fn finish(&mut self, report: &mut FinalReport);
     /// Adds what it knows itself to its status (drops by reason).

@@ -1,27 +1,32 @@
-//! A member of the federation as a state machine: orders, reports and datagrams in; reports,
-//! datagrams, repairs and publications out. It executes frame k when k is granted and every input of k
+//! A member of the federation as a state machine: orders, reports, beats and datagrams in; reports,
+//! datagrams, requests and publications out. It executes frame k when k is granted and every input of k
 //! is complete, never because a timer fired.
 
-use super::digest::{Digest, pdu_hash};
-use super::federate::{Federate, FrameInputs, FrameOut, Octets, Publication};
+mod inputs;
+mod returning;
+
+use super::digest::{Digest, content, pdu_hash};
+use super::federate::{Federate, FrameOut, Octets, Publication};
 use super::hearing::Hearing;
 use super::messages::{
-    Cuts, FinalReport, Frame, FrameEnds, Notice, Order, Repair, Repaired, Report, RunConfig,
+    Accepted, Beat, Cuts, FetchOf, Fetched, FinalReport, Frame, FrameEnds, Notice, Numbered, Order,
+    Repair, Report, RunConfig, Was,
 };
-use std::collections::btree_map::Entry;
+use super::stream::{Inbox, Outbox};
+use inputs::{Incomplete, Producer};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+pub use returning::{Makers, Remake};
 
 /// Nanoseconds of wall time since any fixed point; the core only compares them.
 pub type WallNs = u64;
 
-/// How long an incomplete frame waits for the network before it is repaired by request.
-pub const REPAIR_AFTER_NS: WallNs = 2_000_000;
+/// How the conductor is called where messages of streams are asked for.
+pub const CONDUCTOR: &str = "conductor";
 
-/// How long a repair may take before it is asked for again.
-const REPAIR_AGAIN_NS: WallNs = 200_000_000;
-
-/// Frames of own PDUs kept for repair: far more than any grant horizon.
+/// Frames of own PDUs kept for repair and return: far more than any grant horizon.
 const KEPT_FRAMES: usize = 512;
 
 /// PDUs waiting for the frame end that names them, at most; beyond, the oldest go.
@@ -33,16 +38,27 @@ pub enum Effect {
     /// Send PDUs to the data plane.
     Send(Vec<Octets>),
     /// Tell conductor and consumers.
-    Report(Report),
-    /// Ask a producer for PDUs.
+    Report(Numbered<Report>),
+    /// Ask somebody who may have them for PDUs.
     Repair {
-        /// Producer.
+        /// Whom.
         name: String,
         /// What is missing.
         repair: Repair,
     },
+    /// Ask somebody who may have them for messages of a stream.
+    Fetch {
+        /// Whom.
+        holder: String,
+        /// What is missing.
+        ask: FetchOf,
+    },
     /// Publish on the bus.
     Publish(Publication),
+    /// The federation goes on without this incarnation: join again.
+    Rejoin(Was),
+    /// The federation does not take this process back.
+    Dismissed(String),
     /// Leave with this exit code.
     Exit(u8),
 }
@@ -62,35 +78,51 @@ pub struct LinkCounters {
     pub outsiders: u64,
 }
 
-/// What this member knows of one producer.
+/// What is being executed, for the thread that says so while the federate is at it.
 #[derive(Debug, Default)]
-struct Producer {
-    /// Frame ends seen without a gap up to here; `None` before the first.
-    ended: Option<Frame>,
-    /// The incarnation whose messages no longer count.
-    sealed_inc: Option<u64>,
-    /// While its loss is being settled: how far this member said that it holds its frames. It uses no more.
-    bound: Option<Option<Frame>>,
-    /// Frames that have not ended count as absent.
-    absent: bool,
-    /// Frames that have not ended are awaited from a successor.
-    awaited: bool,
+pub struct Pulse {
+    /// Frame + 1; 0 while nothing is executed.
+    frame: AtomicU64,
+    since_us: AtomicU64,
 }
 
-/// One frame's PDUs that are named but not all here.
+impl Pulse {
+    fn begin(&self, frame: Frame, now_us: u64) {
+        self.since_us.store(now_us, Ordering::Relaxed);
+        self.frame.store(frame + 1, Ordering::Relaxed);
+    }
+
+    fn end(&self) {
+        self.frame.store(0, Ordering::Relaxed);
+    }
+
+    /// The frame that is being executed, and for how long, ms.
+    #[must_use]
+    pub fn working(&self, now_us: u64) -> Option<(Frame, u64)> {
+        let frame = self.frame.load(Ordering::Relaxed).checked_sub(1)?;
+        Some((frame, now_us.saturating_sub(self.since_us.load(Ordering::Relaxed)) / 1000))
+    }
+}
+
+/// What this member made in a frame.
 #[derive(Debug)]
-struct Incomplete {
-    missing: Vec<u64>,
-    since: WallNs,
-    asked: Option<WallNs>,
-    producer: String,
+struct Own {
+    frame: Frame,
+    pdus: Vec<(u64, Octets)>,
+    notices: Vec<(Frame, Notice)>,
+    /// Digest of all that it made up to and in this frame.
+    made: u64,
 }
 
 /// The state machine around a [`Federate`].
 pub struct Member {
     federate: Box<dyn Federate>,
     name: String,
+    fed: u128,
     inc: u64,
+    orders: Inbox<Order>,
+    outbox: Outbox<Report>,
+    peers: BTreeMap<String, Inbox<Report>>,
     config: Option<RunConfig>,
     heard: BTreeSet<String>,
     granted: Frame,
@@ -100,6 +132,8 @@ pub struct Member {
     reported: Option<Frame>,
     unreported: FrameEnds,
     producers: BTreeMap<String, Producer>,
+    /// Frame ends that may not be used yet: of an incarnation that is not admitted, or that is being sealed.
+    early: BTreeMap<String, Vec<(u64, FrameEnds)>>,
     incomplete: BTreeMap<(Frame, String), Incomplete>,
     /// Arrived PDUs that no frame end has named yet: hash → (octets, arrival number).
     waiting: BTreeMap<u64, (Octets, u64)>,
@@ -109,11 +143,17 @@ pub struct Member {
     ready: BTreeMap<(Frame, String), Vec<Octets>>,
     /// Notices by the frame of their effect and producer, each with the frame in which it was made.
     notices: BTreeMap<(Frame, String), Vec<(Frame, Notice)>>,
+    /// Inputs of the latest frames executed, for other consumers that lack them.
+    eaten: VecDeque<(Frame, Vec<Octets>)>,
     /// The view whose cuts are to be held: number, last frame of each lost member.
     holding: Option<(u32, Cuts)>,
     /// The federation goes on without this incarnation.
     outcast: bool,
-    own: VecDeque<(Frame, Vec<(u64, Octets)>)>,
+    own: VecDeque<Own>,
+    /// Digests of the federate's state at the ends of the latest reports.
+    states: VecDeque<(Frame, u64)>,
+    /// Digest of all that was made.
+    content: u64,
     closed: bool,
     /// What frame 0 consists of, until time is granted.
     zero: Option<FrameOut>,
@@ -122,6 +162,7 @@ pub struct Member {
     window: Frame,
     microseconds: fn() -> u64,
     exec: ExecTimes,
+    pulse: Arc<Pulse>,
     hearing: Hearing,
 }
 
@@ -137,42 +178,44 @@ pub struct ExecTimes {
 }
 
 impl Member {
-    /// A member called `name` with the incarnation that the conductor gave it. `microseconds` reads a
-    /// monotonic clock for statistics only; tests pass `|| 0`.
+    /// A member called `name`, as the conductor accepted it. `microseconds` reads a monotonic clock for
+    /// statistics and beats only; tests pass `|| 0`.
     #[must_use]
     pub fn new(
         federate: Box<dyn Federate>,
         name: &str,
-        inc: u64,
+        accepted: &Accepted,
         microseconds: fn() -> u64,
     ) -> Self {
+        let Accepted { fed, inc, orders, .. } = *accepted;
         Self {
             federate,
             name: name.to_owned(),
+            fed,
             inc,
+            orders: Inbox::new(fed, 0, orders + 1),
+            outbox: Outbox::new(fed, inc),
+            peers: BTreeMap::new(),
             config: None,
             heard: BTreeSet::new(),
             granted: 0,
             executed: 0,
             reported: None,
-            unreported: FrameEnds {
-                run: 0,
-                inc,
-                first: 0,
-                last: 0,
-                pdus: Vec::new(),
-                notices: Vec::new(),
-            },
+            unreported: FrameEnds::default(),
             producers: BTreeMap::new(),
+            early: BTreeMap::new(),
             incomplete: BTreeMap::new(),
             waiting: BTreeMap::new(),
             waiting_order: VecDeque::new(),
             arrivals: 0,
             ready: BTreeMap::new(),
             notices: BTreeMap::new(),
+            eaten: VecDeque::new(),
             holding: None,
             outcast: false,
             own: VecDeque::new(),
+            states: VecDeque::new(),
+            content: 0,
             closed: false,
             zero: None,
             made: Digest::default(),
@@ -180,6 +223,7 @@ impl Member {
             window: 10,
             microseconds,
             exec: ExecTimes::default(),
+            pulse: Arc::default(),
             hearing: Hearing::default(),
         }
     }
@@ -193,6 +237,12 @@ impl Member {
     #[must_use]
     pub fn executed(&self) -> Frame {
         self.executed
+    }
+
+    /// Incarnation.
+    #[must_use]
+    pub fn inc(&self) -> u64 {
+        self.inc
     }
 
     /// Counters of the data plane.
@@ -212,14 +262,45 @@ impl Member {
         &*self.federate
     }
 
+    /// What is being executed.
+    #[must_use]
+    pub fn pulse(&self) -> Arc<Pulse> {
+        Arc::clone(&self.pulse)
+    }
+
+    fn run(&self) -> u32 {
+        self.config.as_ref().map_or(0, |c| c.run)
+    }
+
+    /// A part of this process cannot go on.
+    pub fn fail(&mut self, reason: String, effects: &mut Vec<Effect>) {
+        self.tell(Report::Failed { reason }, effects);
+    }
+
+    fn tell(&mut self, report: Report, effects: &mut Vec<Effect>) {
+        effects.push(Effect::Report(self.outbox.push(report)));
+    }
+
     /// An order of the conductor.
-    pub fn order(&mut self, order: Order, effects: &mut Vec<Effect>) {
-        let run = self.config.as_ref().map_or(0, |c| c.run);
+    pub fn order(&mut self, now: WallNs, order: Numbered<Order>, effects: &mut Vec<Effect>) {
+        if order.fed != self.fed || order.inc != 0 {
+            return;
+        }
+        if order.seq == 0 {
+            return self.carry_out(now, order.body, effects);
+        }
+        for order in self.orders.take(now, order) {
+            self.carry_out(now, order, effects);
+        }
+    }
+
+    fn carry_out(&mut self, now: WallNs, order: Order, effects: &mut Vec<Effect>) {
+        let run = self.run();
         match order {
             Order::Muster => {
                 let hears = self.heard.iter().cloned().collect();
                 let consumes = self.federate.consumes();
-                let present = Report::Present { inc: self.inc, hears, consumes };
+                let present = self.outbox.loose(Report::Present { hears, consumes });
                 effects.push(Effect::Report(present));
             }
             Order::Configure(config) => self.configure(config, effects),
@@ -235,13 +316,22 @@ impl Member {
             Order::Seal { run: of, view, lost } if of == run => self.seal(view, &lost, effects),
             Order::Cut { run: of, view, cuts } if of == run => {
                 self.holding = Some((view, cuts));
-                self.hold(effects);
+                self.take_early(now);
+                self.hold(now, effects);
             }
             Order::View { run: of, cuts, absent, .. } if of == run => {
                 self.view(&cuts, &absent);
                 self.advance(effects);
                 if self.reported.is_some_and(|reported| self.executed > reported) {
                     self.report_ends(effects);
+                }
+            }
+            Order::Admit { run: of, name, inc, from } if of == run => {
+                if name == self.name {
+                    self.report_again(from, effects);
+                } else {
+                    self.admit(now, &name, inc, from);
+                    self.advance(effects);
                 }
             }
             Order::Finish { run: of, frame } if of == run && !self.closed => {
@@ -258,7 +348,10 @@ impl Member {
                 ];
                 report.digests.push(("pdus".into(), self.made.0));
                 self.federate.finish(&mut report);
-                effects.push(Effect::Report(Report::Final(Box::new(report))));
+                self.tell(Report::Final(Box::new(report)), effects);
+            }
+            Order::Dismiss { name, inc, reason } if name == self.name && inc == self.inc => {
+                effects.push(Effect::Dismissed(reason));
             }
             Order::Exit { code } => effects.push(Effect::Exit(code)),
             // Orders of another run: the federation went on without them.
@@ -269,286 +362,124 @@ impl Member {
     /// Accepts nothing more of the lost, and says how far it holds their frames.
     fn seal(&mut self, view: u32, lost: &[(String, u64)], effects: &mut Vec<Effect>) {
         self.holding = None;
-        let run = self.config.as_ref().map_or(0, |c| c.run);
         let mut holds = Vec::new();
         for (name, inc) in lost {
-            self.outcast |= *name == self.name && *inc == self.inc;
+            self.outbox.forget(name);
+            if *name == self.name && *inc == self.inc {
+                return self.cast_out(effects);
+            }
             if !self.federate.consumes() {
                 continue;
             }
             // No further than granted: what nobody may use yet, nobody has used.
             let complete = self.complete_of(name).map(|c| c.min(self.granted));
             if let Some(producer) = self.producers.get_mut(name) {
-                producer.sealed_inc = Some(*inc);
                 producer.bound = Some(complete);
                 holds.push((name.clone(), complete));
             }
         }
-        effects.push(Effect::Report(Report::Sealed { run, view, holds }));
+        let run = self.run();
+        self.tell(Report::Sealed { run, view, holds }, effects);
     }
 
-    /// Says that every frame up to the cuts is here, once it is.
-    fn hold(&mut self, effects: &mut Vec<Effect>) {
-        let Some((view, cuts)) = &self.holding else { return };
-        let lacks = |(name, cut): &(String, Option<Frame>)| {
-            self.producers.contains_key(name) && self.complete_of(name) < *cut
-        };
-        if !self.federate.consumes() || !cuts.iter().any(lacks) {
-            let run = self.config.as_ref().map_or(0, |c| c.run);
-            effects.push(Effect::Report(Report::Held { run, view: *view }));
-            self.holding = None;
+    /// The others go on without this incarnation: it stops, and joins again.
+    fn cast_out(&mut self, effects: &mut Vec<Effect>) {
+        if !self.outcast {
+            self.outcast = true;
+            let run = self.run();
+            effects.push(Effect::Rejoin(Was { fed: self.fed, inc: self.inc, run }));
+        }
+    }
+
+    /// Says that every frame up to the cuts is here, once it is; asks others for what the lost no longer give.
+    fn hold(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
+        let Some((view, cuts)) = self.holding.take() else { return };
+        let mut lacks = false;
+        for (name, cut) in &cuts {
+            let consumed = self.federate.consumes() && self.producers.contains_key(name);
+            if consumed && self.complete_of(name) < *cut {
+                lacks = true;
+                if self.producers.get(name).is_some_and(|p| p.ended < *cut)
+                    && let Some(inbox) = self.peers.get_mut(name)
+                {
+                    inbox.told(now, inbox.seen() + 1);
+                }
+            }
+        }
+        if lacks {
+            self.holding = Some((view, cuts));
+        } else {
+            let run = self.run();
+            self.tell(Report::Held { run, view }, effects);
         }
     }
 
     /// Frames up to the cuts count for everybody, later ones of the lost for nobody.
     fn view(&mut self, cuts: &[(String, Option<Frame>)], absent: &[String]) {
+        self.holding = None;
+        if !self.federate.consumes() {
+            return;
+        }
         for (name, cut) in cuts {
             let Some(producer) = self.producers.get_mut(name) else { continue };
             producer.ended = producer.ended.min(*cut);
             producer.bound = None;
+            producer.inc = None;
             producer.absent = absent.contains(name);
             producer.awaited = !producer.absent;
-            self.ready.retain(|(frame, of), _| of != name || Some(*frame) <= *cut);
+            let counts = |frame: Frame| Some(frame) <= *cut;
+            self.ready.retain(|(frame, of), _| of != name || counts(*frame));
             for ((_, of), notices) in &mut self.notices {
                 if of == name {
-                    notices.retain(|(made, _)| Some(*made) <= *cut);
+                    notices.retain(|(made, _)| counts(*made));
                 }
             }
-            self.incomplete.retain(|(frame, of), _| of != name || Some(*frame) <= *cut);
+            self.incomplete.retain(|(frame, of), _| of != name || counts(*frame));
         }
     }
 
     fn configure(&mut self, config: RunConfig, effects: &mut Vec<Effect>) {
+        match self.begin(config) {
+            Ok(out) => {
+                self.zero = Some(out);
+                let run = self.run();
+                self.tell(Report::Ready { run, at: None }, effects);
+            }
+            Err(reason) => self.tell(Report::Failed { reason }, effects),
+        }
+    }
+
+    /// Back to frame 0 of a run.
+    fn begin(&mut self, config: RunConfig) -> Result<FrameOut, String> {
         let mut out = FrameOut::default();
-        let run = config.run;
-        self.producers =
-            config.producers.iter().map(|name| (name.clone(), Producer::default())).collect();
+        let inc = |name: &String| config.incs.iter().find(|(n, _)| n == name).map(|(_, inc)| *inc);
+        let producer = |name: &String| Producer { inc: inc(name), ..Producer::default() };
+        self.producers = config.producers.iter().map(|n| (n.clone(), producer(n))).collect();
         self.granted = 0;
         self.executed = 0;
         self.reported = None;
         self.closed = false;
         self.made = Digest::default();
+        self.content = 0;
+        self.early.clear();
         self.incomplete.clear();
         self.hearing.configure();
         self.ready.clear();
         self.notices.clear();
+        self.eaten.clear();
         self.holding = None;
         self.own.clear();
+        self.states.clear();
+        self.zero = None;
         self.counters = LinkCounters::default();
         if self.config.is_some() {
             self.waiting.clear();
             self.waiting_order.clear();
         }
+        self.unreported = FrameEnds { run: config.run, ..FrameEnds::default() };
         let configured = self.federate.configure(&config, &mut out);
         self.config = Some(config);
-        match configured {
-            Ok(()) => {
-                self.unreported = FrameEnds {
-                    run,
-                    inc: self.inc,
-                    first: 0,
-                    last: 0,
-                    pdus: Vec::new(),
-                    notices: Vec::new(),
-                };
-                self.zero = Some(out);
-                effects.push(Effect::Report(Report::Ready { run, inc: self.inc }));
-            }
-            Err(reason) => effects.push(Effect::Report(Report::Failed { reason })),
-        }
-    }
-
-    /// A report of another member.
-    pub fn report(&mut self, now: WallNs, from: &str, report: Report, effects: &mut Vec<Effect>) {
-        let ends = match report {
-            Report::Ends(ends) => ends,
-            Report::Present { .. } => {
-                self.heard.insert(from.to_owned());
-                return;
-            }
-            Report::Ready { .. } if self.producers.contains_key(from) => {
-                self.hearing.ready(now, from);
-                return;
-            }
-            _ => return,
-        };
-        let run = self.config.as_ref().map_or(0, |c| c.run);
-        if ends.run != run || !self.federate.consumes() || self.closed {
-            return;
-        }
-        let Some(producer) = self.producers.get_mut(from) else { return };
-        let expected = producer.ended.map_or(0, |e| e + 1);
-        if producer.sealed_inc == Some(ends.inc) || ends.first != expected {
-            return;
-        }
-        producer.ended = Some(ends.last);
-        for (made, effect, notice) in ends.notices {
-            let notices = self.notices.entry((effect.max(made), from.to_owned())).or_default();
-            notices.push((made, notice));
-        }
-        for (frame, hashes) in ends.pdus {
-            let (named, mut missing) = (hashes.len(), Vec::new());
-            for hash in hashes {
-                match self.waiting.remove(&hash) {
-                    Some((octets, _)) => {
-                        self.counters.received += 1;
-                        self.ready.entry((frame, from.to_owned())).or_default().push(octets);
-                    }
-                    None => missing.push(hash),
-                }
-            }
-            self.hearing.named(now, from, named as u64, (named - missing.len()) as u64);
-            if !missing.is_empty() {
-                let producer = from.to_owned();
-                self.incomplete.insert(
-                    (frame, producer.clone()),
-                    Incomplete { missing, since: now, asked: None, producer },
-                );
-            }
-        }
-        self.advance(effects);
-    }
-
-    /// PDUs from the data plane, each with the frame that its timestamp names (the frame now granted
-    /// for outsiders without a usable one).
-    pub fn pdus(&mut self, pdus: impl IntoIterator<Item = Octets>, effects: &mut Vec<Effect>) {
-        if !self.federate.consumes() {
-            return;
-        }
-        let mut completed = false;
-        for octets in pdus {
-            let hash = pdu_hash(&octets);
-            self.arrivals += 1;
-            let named = self.incomplete.iter_mut().find_map(|(key, i)| {
-                let at = i.missing.iter().position(|&m| m == hash)?;
-                i.missing.swap_remove(at);
-                Some((key.clone(), i.missing.is_empty()))
-            });
-            if let Some((key, complete)) = named {
-                self.counters.received += 1;
-                self.hearing.came(&key.1, 1);
-                self.ready.entry(key.clone()).or_default().push(octets);
-                if complete {
-                    self.incomplete.remove(&key);
-                    completed = true;
-                }
-                continue;
-            }
-            // A copy of a PDU that waits adds nothing, and must not take its place in the order.
-            if let Entry::Vacant(free) = self.waiting.entry(hash) {
-                free.insert((octets, self.arrivals));
-                self.waiting_order.push_back((hash, self.arrivals, self.granted));
-            }
-            if self.waiting_order.len() > MAX_WAITING
-                && let Some((hash, _, _)) = self.waiting_order.pop_front()
-            {
-                self.waiting.remove(&hash);
-            }
-        }
-        if completed {
-            self.hold(effects);
-            self.advance(effects);
-        }
-    }
-
-    /// PDUs that a producer sent again.
-    pub fn repaired(&mut self, repaired: Repaired, effects: &mut Vec<Effect>) {
-        if Some(repaired.run) != self.config.as_ref().map(|c| c.run) {
-            return;
-        }
-        for (frame, octets) in repaired.pdus {
-            let hash = pdu_hash(&octets);
-            let Some((key, incomplete)) = self
-                .incomplete
-                .iter_mut()
-                .find(|((f, _), i)| *f == frame && i.missing.contains(&hash))
-            else {
-                continue;
-            };
-            incomplete.missing.retain(|&m| m != hash);
-            self.counters.lost += 1;
-            self.counters.repaired += 1;
-            let (key, complete) = (key.clone(), incomplete.missing.is_empty());
-            self.hearing.repaired(&key.1, 1);
-            self.ready.entry(key.clone()).or_default().push(Arc::from(octets));
-            if complete {
-                self.incomplete.remove(&key);
-            }
-        }
-        self.hold(effects);
-        self.advance(effects);
-    }
-
-    /// Answers a consumer that missed PDUs.
-    #[must_use]
-    pub fn repair(&self, repair: &Repair) -> Repaired {
-        let run = self.config.as_ref().map_or(0, |c| c.run);
-        let mut pdus = Vec::new();
-        if repair.run == run {
-            for (frame, hashes) in &repair.wanted {
-                let Some((_, made)) = self.own.iter().find(|(f, _)| f == frame) else { continue };
-                pdus.extend(
-                    made.iter()
-                        .filter(|(hash, _)| hashes.contains(hash))
-                        .map(|(_, octets)| (*frame, octets.to_vec())),
-                );
-            }
-        }
-        Repaired { run, pdus }
-    }
-
-    /// Time passed: asks for what is missing too long.
-    pub fn tick(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
-        let mut asks: BTreeMap<String, Vec<(Frame, Vec<u64>)>> = BTreeMap::new();
-        for ((frame, _), incomplete) in &mut self.incomplete {
-            let due = incomplete
-                .asked
-                .map_or(incomplete.since + REPAIR_AFTER_NS, |asked| asked + REPAIR_AGAIN_NS);
-            if now >= due {
-                incomplete.asked = Some(now);
-                asks.entry(incomplete.producer.clone())
-                    .or_default()
-                    .push((*frame, incomplete.missing.clone()));
-            }
-        }
-        let run = self.config.as_ref().map_or(0, |c| c.run);
-        for (name, wanted) in asks {
-            effects.push(Effect::Repair { name, repair: Repair { run, wanted } });
-        }
-    }
-
-    /// When [`Member::tick`] has something to do.
-    #[must_use]
-    pub fn deadline(&self) -> Option<WallNs> {
-        self.incomplete
-            .values()
-            .map(|i| i.asked.map_or(i.since + REPAIR_AFTER_NS, |asked| asked + REPAIR_AGAIN_NS))
-            .min()
-    }
-
-    /// Highest frame of producer `name` up to which all is complete here; none if not even frame 0 is.
-    fn complete_of(&self, name: &str) -> Option<Frame> {
-        let ended = self.producers.get(name)?.ended?;
-        let missing = self.incomplete.keys().filter(|(_, of)| of == name).map(|(frame, _)| *frame);
-        match missing.min() {
-            Some(frame) => frame.checked_sub(1).map(|before| before.min(ended)),
-            None => Some(ended),
-        }
-    }
-
-    /// Last frame whose inputs are complete; none if not even those of frame 0 are.
-    fn complete(&self) -> Option<Frame> {
-        if !self.federate.consumes() {
-            return Some(Frame::MAX);
-        }
-        let of = |(name, producer): (&String, &Producer)| {
-            if producer.absent {
-                return Some(Frame::MAX);
-            }
-            let complete = self.complete_of(name);
-            producer.bound.map_or(complete, |bound| complete.min(bound))
-        };
-        self.producers.iter().map(of).min().unwrap_or(Some(Frame::MAX))
+        configured.map(|()| out)
     }
 
     fn advance(&mut self, effects: &mut Vec<Effect>) {
@@ -558,21 +489,10 @@ impl Member {
         // Frame 0 of every producer must have been seen before frame 1 is due.
         let Some(complete) = self.complete() else { return };
         let upto = self.granted.min(complete);
-        let period = self.federate.period();
         let before = self.executed;
         while self.executed < upto {
             let frame = self.executed + 1;
-            self.executed = frame;
-            let mut out = FrameOut::default();
-            if frame.is_multiple_of(period) {
-                let inputs = self.inputs_up_to(frame);
-                let started = (self.microseconds)();
-                self.federate.step(frame, &inputs, &mut out);
-                let took = (self.microseconds)().saturating_sub(started);
-                self.exec.steps += 1;
-                self.exec.sum_us += took;
-                self.exec.max_us = self.exec.max_us.max(took);
-            }
+            let out = self.execute(frame);
             self.emit(frame, out, effects);
         }
         let reported = self.reported.unwrap_or(0);
@@ -583,66 +503,197 @@ impl Member {
         }
     }
 
-    fn inputs_up_to(&mut self, frame: Frame) -> FrameInputs {
-        let mut inputs = FrameInputs::default();
-        let next = (frame + 1, String::new());
-        let later = self.ready.split_off(&next);
-        for ((frame, _), pdus) in std::mem::replace(&mut self.ready, later) {
-            inputs.pdus.extend(pdus.into_iter().map(|octets| (frame, octets)));
+    fn execute(&mut self, frame: Frame) -> FrameOut {
+        self.executed = frame;
+        let mut out = FrameOut::default();
+        if frame.is_multiple_of(self.federate.period()) {
+            let inputs = self.inputs_up_to(frame);
+            let started = (self.microseconds)();
+            self.pulse.begin(frame, started);
+            self.federate.step(frame, &inputs, &mut out);
+            self.pulse.end();
+            let took = (self.microseconds)().saturating_sub(started);
+            self.exec.steps += 1;
+            self.exec.sum_us += took;
+            self.exec.max_us = self.exec.max_us.max(took);
         }
-        inputs.pdus.sort();
-        let later = self.notices.split_off(&next);
-        for ((effect, _), notices) in std::mem::replace(&mut self.notices, later) {
-            inputs.notices.extend(notices.into_iter().map(|(_, notice)| (effect, notice)));
-        }
-        // What no frame end has named although every frame up to its arrival is complete is not ours.
-        while let Some(&(hash, number, granted)) = self.waiting_order.front() {
-            if granted >= frame {
-                break;
-            }
-            self.waiting_order.pop_front();
-            if self.waiting.get(&hash).is_some_and(|(_, n)| *n == number)
-                && let Some((octets, _)) = self.waiting.remove(&hash)
-            {
-                self.counters.outsiders += 1;
-                inputs.outsiders.push((granted, octets));
-            }
-        }
-        inputs
+        out
     }
 
-    fn emit(&mut self, frame: Frame, out: FrameOut, effects: &mut Vec<Effect>) {
+    /// Keeps what a frame consists of.
+    fn keep(&mut self, frame: Frame, out: &mut FrameOut) {
+        let mut pdus: Vec<_> = out.pdus.iter().map(|o| (pdu_hash(o), o.clone())).collect();
+        pdus.sort_by_key(|(hash, _)| *hash);
+        let now = out.notices.drain(..).map(|notice| (frame, notice));
+        let later = out.later.drain(..).map(|(effect, notice)| (effect.max(frame), notice));
+        let notices: Vec<_> = now.chain(later).collect();
+        out.pdus.iter().for_each(|octets| self.made.add(frame, octets));
+        self.counters.sent += out.pdus.len() as u64;
+        self.content = self.content.wrapping_add(content(
+            frame,
+            pdus.iter().map(|(hash, _)| *hash),
+            notices.iter().map(|(effect, notice)| (*effect, notice)),
+        ));
+        self.own.push_back(Own { frame, pdus, notices, made: self.content });
+        while self.own.len() > KEPT_FRAMES {
+            self.own.pop_front();
+        }
+    }
+
+    fn emit(&mut self, frame: Frame, mut out: FrameOut, effects: &mut Vec<Effect>) {
+        self.keep(frame, &mut out);
         self.unreported.last = frame;
+        if let Some(own) = self.own.back() {
+            name_frame(own, &mut self.unreported);
+        }
         if !out.pdus.is_empty() {
-            let mut made: Vec<_> =
-                out.pdus.iter().map(|octets| (pdu_hash(octets), octets.clone())).collect();
-            made.sort_by_key(|(hash, _)| *hash);
-            self.unreported.pdus.push((frame, made.iter().map(|(hash, _)| *hash).collect()));
-            self.own.push_back((frame, made));
-            while self.own.len() > KEPT_FRAMES {
-                self.own.pop_front();
-            }
-            out.pdus.iter().for_each(|octets| self.made.add(frame, octets));
-            self.counters.sent += out.pdus.len() as u64;
             effects.push(Effect::Send(out.pdus));
         }
-        let now = out.notices.into_iter().map(|notice| (frame, notice));
-        let stamped = now.chain(out.later).map(|(effect, n)| (frame, effect.max(frame), n));
-        self.unreported.notices.extend(stamped);
         effects.extend(out.publish.into_iter().map(Effect::Publish));
     }
 
     fn report_ends(&mut self, effects: &mut Vec<Effect>) {
-        let next = FrameEnds {
-            run: self.unreported.run,
-            inc: self.inc,
-            first: self.executed + 1,
-            last: self.executed + 1,
-            pdus: Vec::new(),
-            notices: Vec::new(),
-        };
-        let ends = std::mem::replace(&mut self.unreported, next);
+        let next = self.executed + 1;
+        let run = self.unreported.run;
+        let empty = FrameEnds { run, first: next, last: next, ..FrameEnds::default() };
+        let mut ends = std::mem::replace(&mut self.unreported, empty);
         self.reported = Some(ends.last);
-        effects.push(Effect::Report(Report::Ends(ends)));
+        let state = self.federate.state();
+        ends.state = Some(state);
+        self.states.push_back((ends.last, state));
+        while self.states.len() > KEPT_FRAMES {
+            self.states.pop_front();
+        }
+        for part in ends.parts() {
+            self.tell(Report::Ends(part), effects);
+        }
     }
+
+    /// A beat of another member or of the conductor.
+    pub fn hear_beat(&mut self, now: WallNs, from: &str, beat: &Beat) {
+        if beat.fed != self.fed {
+            return;
+        }
+        if from == CONDUCTOR {
+            if beat.inc == 0 {
+                self.orders.told(now, beat.last_seq);
+            }
+        } else if let Some(inbox) = self.peers.get_mut(from).filter(|i| i.inc() == beat.inc) {
+            inbox.told(now, beat.last_seq);
+        } else if self.producers.contains_key(from) && self.federate.consumes() {
+            let known = self.peers.get(from).map_or(0, Inbox::inc);
+            if beat.inc > known {
+                let mut inbox = Inbox::new(self.fed, beat.inc, 1);
+                inbox.told(now, beat.last_seq);
+                self.peers.insert(from.to_owned(), inbox);
+            }
+        }
+        for (_, _, seq) in
+            beat.seen.iter().filter(|(of, inc, _)| *of == self.name && *inc == self.inc)
+        {
+            self.outbox.confirm(from, *seq);
+        }
+    }
+
+    /// This member's own beat, but for what it is working on.
+    #[must_use]
+    pub fn beat(&self) -> Beat {
+        let mut seen = vec![(CONDUCTOR.to_owned(), 0, self.orders.seen())];
+        seen.extend(self.peers.iter().map(|(name, i)| (name.clone(), i.inc(), i.seen())));
+        Beat {
+            fed: self.fed,
+            run: self.run(),
+            inc: self.inc,
+            last_seq: self.outbox.last(),
+            executed: self.executed,
+            working: None,
+            seen,
+        }
+    }
+
+    /// Answers somebody who lacks messages.
+    #[must_use]
+    pub fn fetch(&self, ask: &FetchOf) -> Fetched<Report> {
+        let nothing = Fetched { of: ask.of.clone(), items: Vec::new(), gone_before: 0 };
+        if ask.fetch.fed != self.fed {
+            nothing
+        } else if ask.of == self.name && ask.fetch.inc == self.inc {
+            self.outbox.fetch(&ask.of, &ask.fetch)
+        } else {
+            let inbox = self.peers.get(&ask.of).filter(|i| i.inc() == ask.fetch.inc);
+            inbox.map_or(nothing, |inbox| inbox.relay(&ask.of, &ask.fetch))
+        }
+    }
+
+    /// Orders that were lost.
+    pub fn fetched_orders(
+        &mut self,
+        now: WallNs,
+        fetched: Fetched<Order>,
+        effects: &mut Vec<Effect>,
+    ) {
+        if fetched.gone_before > self.orders.seen() + 1 {
+            return self.cast_out(effects);
+        }
+        for order in fetched.items {
+            self.order(now, order, effects);
+        }
+    }
+
+    /// Reports of another member that were lost.
+    pub fn fetched(&mut self, now: WallNs, fetched: Fetched<Report>, effects: &mut Vec<Effect>) {
+        let Some(inbox) = self.peers.get(&fetched.of) else { return };
+        let forgotten = fetched.gone_before > inbox.seen() + 1;
+        if forgotten && fetched.items.first().is_none_or(|i| i.inc == inbox.inc()) {
+            return self.cast_out(effects);
+        }
+        for report in fetched.items {
+            self.report(now, &fetched.of, report, effects);
+        }
+    }
+
+    /// Time passed: asks for what is missing too long.
+    pub fn tick(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
+        self.ask_for_pdus(now, effects);
+        if let Some((fetch, _)) = self.orders.due(now) {
+            let ask = FetchOf { of: CONDUCTOR.to_owned(), fetch };
+            effects.push(Effect::Fetch { holder: CONDUCTOR.to_owned(), ask });
+        }
+        let others = self.other_consumers();
+        for (name, inbox) in &mut self.peers {
+            let Some((fetch, tries)) = inbox.due(now) else { continue };
+            let holder = holder(name, tries, true, &others);
+            effects.push(Effect::Fetch { holder, ask: FetchOf { of: name.clone(), fetch } });
+        }
+    }
+
+    fn other_consumers(&self) -> Vec<String> {
+        let consumers = self.config.iter().flat_map(|c| &c.consumers);
+        consumers.filter(|name| **name != self.name).cloned().collect()
+    }
+
+    /// When [`Member::tick`] has something to do.
+    #[must_use]
+    pub fn deadline(&self) -> Option<WallNs> {
+        let streams = self.peers.values().filter_map(Inbox::deadline);
+        let pdus = self.incomplete.values().map(Incomplete::due);
+        streams.chain(self.orders.deadline()).chain(pdus).min()
+    }
+}
+
+/// Adds a frame to a report.
+fn name_frame(own: &Own, ends: &mut FrameEnds) {
+    if !own.pdus.is_empty() {
+        ends.pdus.push((own.frame, own.pdus.iter().map(|(hash, _)| *hash).collect()));
+    }
+    ends.notices.extend(own.notices.iter().map(|(effect, n)| (own.frame, *effect, n.clone())));
+}
+
+/// Whom to ask for what `name` made: itself twice, then in turn all who may hold it.
+fn holder(name: &str, tries: u32, conductor: bool, consumers: &[String]) -> String {
+    let conductor = conductor.then_some(CONDUCTOR);
+    let all: Vec<&str> =
+        [name].into_iter().chain(conductor).chain(consumers.iter().map(String::as_str)).collect();
+    let turn = (tries as usize).saturating_sub(1) % all.len();
+    all[turn].to_owned()
 }

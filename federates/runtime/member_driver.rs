@@ -6,11 +6,14 @@ use super::codec::{decode, encode};
 use super::data_plane::DataPlane;
 use super::federate::{Federate, Octets, Publication};
 use super::hearing::LOOK_NS;
-use super::member::{Effect, Member};
-use super::messages::{FederateStatus, Hello, Kind, Order, Report, Welcome};
+use super::member::{CONDUCTOR, Effect, Member, Pulse, Remake};
+use super::messages::{
+    Accepted, Beat, FederateStatus, FetchOf, Hello, Numbered, Order, Report, Welcome,
+};
 use super::process::Usage;
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender};
 use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
@@ -22,6 +25,14 @@ pub enum Event {
     Report(String, Vec<u8>),
     /// Sound PDUs of this exercise.
     Pdus(Vec<Octets>),
+    /// A beat of another member or of the conductor.
+    Beat(String, Vec<u8>),
+    /// Lost orders were told again.
+    Orders(Vec<u8>),
+    /// Lost reports were told again.
+    Reports(Vec<u8>),
+    /// Somebody lacks reports.
+    FetchWanted(Request),
     /// A datagram or PDU was dropped, and why.
     Dropped(&'static str, u64),
     /// The producer of this name was heard on the data plane.
@@ -54,6 +65,8 @@ pub struct MemberContext {
     pub endpoint: String,
     /// How long to wait for a conductor.
     pub patience: Duration,
+    /// Makes the producers in this process, should the run have to be made again; only a consumer needs it.
+    pub remake: Option<Remake>,
 }
 
 /// Why a federate ended badly.
@@ -79,28 +92,42 @@ pub enum MemberError {
     Refused(String),
     /// The conductor is gone for good.
     #[error(
-        "{name}: the administration station is gone; this federate stands at frame {frame} and ends"
+        "{name}: nothing was heard of the administration station for {seconds} s; this federate stands at frame {frame} and ends"
     )]
     ConductorLost {
         /// This federate.
         name: String,
         /// Frame executed.
         frame: u64,
+        /// How long it was waited for.
+        seconds: u64,
+    },
+    /// The federation goes on with another one.
+    #[error("{name} is not taken back: {reason}")]
+    Dismissed {
+        /// This federate.
+        name: String,
+        /// Why.
+        reason: String,
     },
 }
 
 const STATUS_EVERY_NS: u64 = 1_000_000_000;
-const CONDUCTOR_GRACE_NS: u64 = 10_000_000_000;
+const CONDUCTOR_GRACE_NS: u64 = 120_000_000_000;
+const BEAT_EVERY: Duration = Duration::from_millis(100);
 const PROBE_EVERY_NS: u64 = 300_000_000;
 /// Probes of a run, at least: one that is lost is no word.
 const PROBES: u32 = 3;
+/// How old what a beat says may be.
+const BEAT_FRESH_NS: u64 = 20_000_000;
 
 /// Joins, executes what is granted, and returns the exit code that the conductor gave.
 ///
 /// # Errors
 /// [`MemberError`], one sentence each.
 pub fn run(context: MemberContext, federate: Box<dyn Federate>) -> Result<u8, MemberError> {
-    let MemberContext { name, scene_hash, bus, mut data, events, endpoint, patience } = context;
+    let MemberContext { name, scene_hash, bus, mut data, events, endpoint, patience, remake } =
+        context;
     let (send, receive) = events;
     let kind = federate.kind();
     let consumes = federate.consumes();
@@ -125,6 +152,26 @@ pub fn run(context: MemberContext, federate: Box<dyn Federate>) -> Result<u8, Me
             }),
         )?;
     }
+    for pattern in ["ctl/beat", "beat/*"] {
+        let beats = send.clone();
+        let own = name.clone();
+        bus.subscribe(
+            pattern,
+            Box::new(move |key, body| {
+                let from = key.strip_prefix("beat/").unwrap_or(CONDUCTOR);
+                if from != own {
+                    let _ = beats.send(Event::Beat(from.to_owned(), body.to_vec()));
+                }
+            }),
+        )?;
+    }
+    let wanted = send.clone();
+    bus.serve(
+        &format!("log/{name}"),
+        Box::new(move |request| {
+            let _ = wanted.send(Event::FetchWanted(request));
+        }),
+    )?;
     let wanted = send.clone();
     bus.serve(
         &format!("frames/{name}"),
@@ -133,9 +180,22 @@ pub fn run(context: MemberContext, federate: Box<dyn Federate>) -> Result<u8, Me
         }),
     )?;
 
-    let inc = join(&*bus, &name, kind, scene_hash, &endpoint, patience, &receive)?;
-    let Some(inc) = inc else { return Ok(0) };
-    bus.announce(&format!("alive/{name}/{inc}"))?;
+    let mut joining = Joining {
+        hello: Hello {
+            name: name.clone(),
+            kind,
+            pid: std::process::id(),
+            host: super::process::host_name(),
+            version: crate::runtime::build::IDENTITY.to_owned(),
+            scene_hash,
+            instance: super::process::random_id(),
+            was: None,
+        },
+        endpoint: &endpoint,
+        patience,
+    };
+    let Some(accepted) = joining.join(&*bus, &receive)? else { return Ok(0) };
+    bus.announce(&format!("alive/{name}/{}", accepted.inc))?;
     let alive = send.clone();
     bus.watch(
         "alive/admin-station/*",
@@ -144,15 +204,19 @@ pub fn run(context: MemberContext, federate: Box<dyn Federate>) -> Result<u8, Me
         }),
     )?;
 
-    let mut member = Member::new(federate, &name, inc, monotonic_us);
+    let mut member = Member::new(federate, &name, &accepted, monotonic_us);
     if let Some(plane) = data.plane() {
         member.hearing().on(plane);
     }
     let mut probing = Probing::default();
+    let beating = Beating::start(Arc::clone(&bus), &name, member.pulse(), member.beat());
     let retained = Retained::default();
     let mut status = StatusKeeper::new(&name);
     let mut conductor_lost_at: Option<u64> = None;
     let mut effects = Vec::new();
+    if accepted.enter.is_some() {
+        member.enter(&accepted, remake.as_ref(), &mut effects);
+    }
     let code = 'run: loop {
         let now = monotonic_ns();
         let look = if consumes { now + LOOK_NS } else { probing.due() };
@@ -166,31 +230,53 @@ pub fn run(context: MemberContext, federate: Box<dyn Federate>) -> Result<u8, Me
         let now = monotonic_ns();
         for event in first.into_iter().chain(receive.try_iter().take(256)) {
             match event {
-                Event::Order(body) => match decode::<Order>(&body) {
+                Event::Order(body) => match decode::<Numbered<Order>>(&body) {
                     Ok(order) => {
                         // Spectators see by the status whom they hear.
-                        if order == Order::Muster {
+                        if order.body == Order::Muster {
                             status.due_now();
                         }
+                        conductor_lost_at = None;
                         if !consumes {
-                            probing.order(&order, now);
+                            probing.order(&order.body, now);
                         }
-                        if consumes && matches!(order, Order::Finish { .. }) {
+                        if consumes && matches!(order.body, Order::Finish { .. }) {
                             told(&name, member.hearing().finish());
                         }
-                        member.order(order, &mut effects);
+                        member.order(now, order, &mut effects);
                     }
                     Err(e) => tracing::warn!("an order was dropped: {e}"),
                 },
-                Event::Report(from, body) => match decode::<Report>(&body) {
+                Event::Beat(from, body) => match decode::<Beat>(&body) {
+                    Ok(beat) => {
+                        if from == CONDUCTOR {
+                            conductor_lost_at = None;
+                        }
+                        member.hear_beat(now, &from, &beat);
+                    }
+                    Err(e) => tracing::warn!("a beat of {from} was dropped: {e}"),
+                },
+                Event::Orders(body) => match decode(&body) {
+                    Ok(fetched) => member.fetched_orders(now, fetched, &mut effects),
+                    Err(e) => tracing::warn!("orders told again were dropped: {e}"),
+                },
+                Event::Reports(body) => match decode(&body) {
+                    Ok(fetched) => member.fetched(now, fetched, &mut effects),
+                    Err(e) => tracing::warn!("reports told again were dropped: {e}"),
+                },
+                Event::FetchWanted(request) => match decode::<FetchOf>(&request.body) {
+                    Ok(ask) => request.answer(encode(&member.fetch(&ask))),
+                    Err(e) => tracing::warn!("a question for reports was dropped: {e}"),
+                },
+                Event::Report(from, body) => match decode::<Numbered<Report>>(&body) {
                     Ok(report) => member.report(now, &from, report, &mut effects),
                     Err(e) => tracing::warn!("a report of {from} was dropped: {e}"),
                 },
-                Event::Pdus(pdus) => member.pdus(pdus, &mut effects),
+                Event::Pdus(pdus) => member.pdus(now, pdus, &mut effects),
                 Event::Dropped(reason, count) => status.dropped(reason, count),
                 Event::Probe(producer) => member.hearing().came(&producer, 1),
                 Event::Repaired(body) => match decode(&body) {
-                    Ok(repaired) => member.repaired(repaired, &mut effects),
+                    Ok(repaired) => member.repaired(now, repaired, &mut effects),
                     Err(e) => tracing::warn!("a repair was dropped: {e}"),
                 },
                 Event::RepairWanted(request) => match decode(&request.body) {
@@ -201,13 +287,13 @@ pub fn run(context: MemberContext, federate: Box<dyn Federate>) -> Result<u8, Me
                     conductor_lost_at = (!alive).then_some(now);
                     if !alive {
                         tracing::warn!(
-                            "{name}: the administration station is gone; standing at frame {}",
+                            "{name}: no connection to the administration station; standing at frame {}",
                             member.executed()
                         );
                     }
                 }
                 Event::Failed(reason) => {
-                    effects.push(Effect::Report(Report::Failed { reason }));
+                    member.fail(reason, &mut effects);
                 }
                 Event::Stop => break 'run 0,
             }
@@ -218,15 +304,17 @@ pub fn run(context: MemberContext, federate: Box<dyn Federate>) -> Result<u8, Me
             probing.sent(now);
             data.probe(&name);
         }
+        beating.refresh(now, || member.beat());
+        let mut outcast = None;
         for effect in effects.drain(..) {
             match effect {
                 Effect::Send(pdus) => data.send(&pdus),
                 Effect::Report(report) => {
-                    if let Report::Failed { reason } = &report {
+                    if let Report::Failed { reason } = &report.body {
                         tracing::error!("{name}: {reason}");
                     }
                     // The figures of the whole run are known now.
-                    if matches!(report, Report::Final(_)) {
+                    if matches!(report.body, Report::Final(_)) {
                         status.due_now();
                     }
                     bus.publish(&format!("fed/{name}"), Class::Must, encode(&report))?;
@@ -244,9 +332,42 @@ pub fn run(context: MemberContext, federate: Box<dyn Federate>) -> Result<u8, Me
                         }),
                     )?;
                 }
+                Effect::Fetch { holder, ask } => {
+                    let replies = send.clone();
+                    let orders = ask.of == CONDUCTOR;
+                    bus.request(
+                        &format!("log/{holder}"),
+                        encode(&ask),
+                        Duration::from_millis(500),
+                        Box::new(move |reply| {
+                            if let Some(body) = reply {
+                                let event = if orders { Event::Orders } else { Event::Reports };
+                                let _ = replies.send(event(body));
+                            }
+                        }),
+                    )?;
+                }
+                Effect::Rejoin(was) => outcast = Some(was),
+                Effect::Dismissed(reason) => {
+                    bus.close();
+                    return Err(MemberError::Dismissed { name, reason });
+                }
                 Effect::Publish(publication) => retained.publish(&*bus, publication)?,
                 Effect::Exit(code) => break 'run code,
             }
+        }
+        if let Some(was) = outcast {
+            tracing::warn!(
+                "{name}: the federation went on without this process, which stands at frame {}; joining again",
+                member.executed()
+            );
+            joining.hello.was = Some(was);
+            joining.patience = Duration::from_nanos(CONDUCTOR_GRACE_NS);
+            let Some(accepted) = joining.join(&*bus, &receive)? else { break 'run 0 };
+            bus.announce(&format!("alive/{name}/{}", accepted.inc))?;
+            member.enter(&accepted, remake.as_ref(), &mut effects);
+            beating.refresh(u64::MAX, || member.beat());
+            conductor_lost_at = None;
         }
         if now >= status.due() {
             let report = status.take(now, &mut member, &*data);
@@ -254,7 +375,11 @@ pub fn run(context: MemberContext, federate: Box<dyn Federate>) -> Result<u8, Me
         }
         if conductor_lost_at.is_some_and(|at| now > at + CONDUCTOR_GRACE_NS) {
             bus.close();
-            return Err(MemberError::ConductorLost { name, frame: member.executed() });
+            return Err(MemberError::ConductorLost {
+                name,
+                frame: member.executed(),
+                seconds: CONDUCTOR_GRACE_NS / 1_000_000_000,
+            });
         }
     };
     bus.close();
@@ -297,50 +422,88 @@ impl Probing {
     }
 }
 
-/// Asks until accepted, refused, out of patience, or stopped (`None`).
-fn join(
-    bus: &dyn Bus,
-    name: &str,
-    kind: Kind,
-    scene_hash: u64,
-    endpoint: &str,
+/// How this process asks to take part.
+struct Joining<'a> {
+    hello: Hello,
+    endpoint: &'a str,
     patience: Duration,
-    events: &Receiver<Event>,
-) -> Result<Option<u64>, MemberError> {
-    let hello = encode(&Hello {
-        name: name.to_owned(),
-        kind,
-        pid: std::process::id(),
-        host: super::process::host_name(),
-        version: crate::runtime::build::IDENTITY.to_owned(),
-        scene_hash,
-    });
-    let started = monotonic_ns();
-    let mut put_back = Vec::new();
-    loop {
-        let answer = ask(bus, "ctl/join", hello.clone(), Duration::from_millis(500))?;
-        match answer.as_deref().map(decode::<Welcome>) {
-            Some(Ok(Welcome::Accepted { inc })) => return Ok(Some(inc)),
-            Some(Ok(Welcome::Refused(why))) => return Err(MemberError::Refused(why)),
-            Some(Ok(Welcome::NameTaken)) => {
-                return Err(MemberError::Refused(format!("the name '{name}' is taken")));
+}
+
+impl Joining<'_> {
+    /// Asks until accepted, refused, out of patience, or stopped (`None`). The same question gets the same
+    /// answer, however late it comes.
+    fn join(
+        &self,
+        bus: &dyn Bus,
+        events: &Receiver<Event>,
+    ) -> Result<Option<Accepted>, MemberError> {
+        let hello = encode(&self.hello);
+        let started = monotonic_ns();
+        loop {
+            let answer = ask(bus, "ctl/join", hello.clone(), Duration::from_millis(500))?;
+            match answer.as_deref().map(decode::<Welcome>) {
+                Some(Ok(Welcome::Accepted(accepted))) => return Ok(Some(*accepted)),
+                Some(Ok(Welcome::Refused(why))) => return Err(MemberError::Refused(why)),
+                Some(Ok(Welcome::NameTaken)) => {
+                    let name = &self.hello.name;
+                    return Err(MemberError::Refused(format!("the name '{name}' is taken")));
+                }
+                Some(Err(e)) => return Err(MemberError::Refused(e.to_string())),
+                Some(Ok(Welcome::Later(_))) | None => {}
             }
-            Some(Err(e)) => return Err(MemberError::Refused(e.to_string())),
-            None => {}
+            // What arrives before is told again: orders and reports are numbered, PDUs are repaired.
+            if events.try_iter().any(|e| matches!(e, Event::Stop)) {
+                return Ok(None);
+            }
+            if monotonic_ns() - started > self.patience.as_nanos() as u64 {
+                return Err(MemberError::NoConductor {
+                    name: self.hello.name.clone(),
+                    endpoint: self.endpoint.to_owned(),
+                    seconds: self.patience.as_secs(),
+                });
+            }
+            std::thread::sleep(Duration::from_millis(20));
         }
-        put_back.clear();
-        put_back.extend(events.try_iter());
-        if put_back.iter().any(|e| matches!(e, Event::Stop)) {
-            return Ok(None);
+    }
+}
+
+/// Says ten times a second that this process lives, also while the federate is at a heavy frame.
+struct Beating {
+    beat: Arc<Mutex<(u64, Beat)>>,
+    ended: Arc<AtomicBool>,
+}
+
+impl Beating {
+    fn start(bus: Arc<dyn Bus>, name: &str, pulse: Arc<Pulse>, first: Beat) -> Self {
+        let beat = Arc::new(Mutex::new((0, first)));
+        let ended = Arc::new(AtomicBool::new(false));
+        let (of, end, key) = (Arc::clone(&beat), Arc::clone(&ended), format!("beat/{name}"));
+        std::thread::spawn(move || {
+            while !end.load(Ordering::Relaxed) {
+                let mut beat = of.lock().unwrap_or_else(PoisonError::into_inner).1.clone();
+                beat.working = pulse.working(monotonic_us());
+                if bus.publish(&key, Class::Lossy, encode(&beat)).is_err() {
+                    return;
+                }
+                std::thread::sleep(BEAT_EVERY);
+            }
+        });
+        Self { beat, ended }
+    }
+
+    /// Renews what the next beat says, unless that is fresh.
+    fn refresh(&self, now: u64, beat: impl FnOnce() -> Beat) {
+        let mut kept = self.beat.lock().unwrap_or_else(PoisonError::into_inner);
+        if now >= kept.0.saturating_add(BEAT_FRESH_NS) {
+            let at = if now == u64::MAX { kept.0 } else { now };
+            *kept = (at, beat());
         }
-        if monotonic_ns() - started > patience.as_nanos() as u64 {
-            return Err(MemberError::NoConductor {
-                name: name.to_owned(),
-                endpoint: endpoint.to_owned(),
-                seconds: patience.as_secs(),
-            });
-        }
-        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+impl Drop for Beating {
+    fn drop(&mut self) {
+        self.ended.store(true, Ordering::Relaxed);
     }
 }
 

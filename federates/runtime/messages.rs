@@ -5,10 +5,12 @@
 //! | key | class | body |
 //! |---|---|---|
 //! | `ctl/join` | request | [`Hello`] → [`Welcome`] |
-//! | `ctl/order` | must arrive | [`Order`], conductor to members |
+//! | `ctl/order` | must arrive | [`Numbered`] [`Order`], conductor to members |
+//! | `ctl/beat`, `beat/{name}` | may be lost | [`Beat`], ten times a second |
+//! | `log/conductor`, `log/{name}` | request | [`Fetch`] → [`Fetched`]: messages that were lost |
 //! | `ctl/command` | request | [`Command`] → [`Answer`], operator to conductor |
-//! | `fed/{name}` | must arrive | [`Report`], member to conductor and consumers |
-//! | `frames/{name}` | request | [`Repair`] → [`Repaired`] |
+//! | `fed/{name}` | must arrive | [`Numbered`] [`Report`], member to conductor and consumers |
+//! | `frames/{name}` | request | [`Repair`] → [`Repaired`], by the producer and by every consumer |
 //! | `alive/{name}/{inc}` | liveliness | a hint only |
 //! | `obs/state` | may be lost, last value served | [`RunState`] |
 //! | `obs/fed/{name}` | may be lost | [`FederateStatus`] |
@@ -18,6 +20,7 @@
 //! | `tracks/1/list` | request (`getTracksList`) | empty → [`ScanReport`] |
 
 use super::life_cycle::Phase;
+use super::stream::Weight;
 use serde::{Deserialize, Serialize};
 use std::net::SocketAddr;
 
@@ -58,6 +61,11 @@ impl Kind {
             Self::AdminStation => "admin-station",
         }
     }
+    /// Whether it says ten times a second that it lives: members do, spectators do not.
+    #[must_use]
+    pub fn beats(self) -> bool {
+        self.essential() || self == Self::Visitors
+    }
     /// Whether the run waits for it.
     #[must_use]
     pub fn essential(self) -> bool {
@@ -80,20 +88,140 @@ pub struct Hello {
     pub version: String,
     /// Hash of the scene and its data.
     pub scene_hash: u64,
+    /// Drawn when the process starts: a question that is asked again gets the same answer.
+    pub instance: u128,
+    /// What this process was before the federation went on without it.
+    pub was: Option<Was>,
+}
+
+/// A lost incarnation whose process is still there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Was {
+    /// Federation.
+    pub fed: u128,
+    /// Incarnation.
+    pub inc: u64,
+    /// Run.
+    pub run: u32,
 }
 
 /// The conductor's answer to [`Hello`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Welcome {
-    /// Joined with this incarnation.
-    Accepted {
-        /// Incarnation; every message of the member carries it.
-        inc: u64,
-    },
+    /// Joined.
+    Accepted(Box<Accepted>),
+    /// Not yet: ask again.
+    Later(String),
     /// Not joined; the reason says what to do.
     Refused(String),
     /// Another spectator has this name: ask again with another one.
     NameTaken,
+}
+
+/// What a member begins with.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Accepted {
+    /// The federation, drawn by the conductor at its start; messages of another have no effect.
+    pub fed: u128,
+    /// Incarnation; every message of the member carries it.
+    pub inc: u64,
+    /// Number of the last order so far.
+    pub orders: u64,
+    /// A run that is under way, which the member is to reach by itself.
+    pub enter: Option<Return>,
+}
+
+/// Where a run stands that a lost member returns to.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Return {
+    /// The run.
+    pub config: RunConfig,
+    /// The frame to reach; none: not even frame 0 was made. The next one is the first that is awaited.
+    pub upto: Option<Frame>,
+    /// The process may keep its state and go back to that frame; otherwise it begins again at frame 0.
+    pub keep: bool,
+    /// The producers, for a consumer.
+    pub producers: Vec<ProducerAt>,
+}
+
+/// Where a producer's frames come from for a consumer that returns.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ProducerAt {
+    /// Name.
+    pub name: String,
+    /// Frames up to here the consumer makes itself.
+    pub made: Option<Frame>,
+    /// Incarnation whose reports hold the next frames, and the number of the first such report; none while it is lost.
+    pub stream: Option<(u64, u64)>,
+    /// Frames after `made` count as absent.
+    pub absent: bool,
+    /// It has made nothing so far: no PDU, no notice.
+    pub empty: bool,
+}
+
+/// A message of a stream: numbers count up by one, so a receiver knows what it lacks.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Numbered<T> {
+    /// Federation.
+    pub fed: u128,
+    /// Incarnation of the sender; 0 for the conductor.
+    pub inc: u64,
+    /// Number, from 1 for each incarnation; 0 outside the stream, for what is repeated anyway.
+    pub seq: u64,
+    /// The message.
+    pub body: T,
+}
+
+/// Says that its sender lives, what it last said, and what it has heard.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Beat {
+    /// Federation.
+    pub fed: u128,
+    /// Number of the run.
+    pub run: u32,
+    /// Incarnation; 0 for the conductor.
+    pub inc: u64,
+    /// Number of the last message of its stream.
+    pub last_seq: u64,
+    /// Frame executed (conductor: granted).
+    pub executed: Frame,
+    /// The frame that is being executed, and for how long, ms.
+    pub working: Option<(Frame, u64)>,
+    /// Of each stream that it reads: sender, incarnation, and the number up to which it has all.
+    pub seen: Vec<(String, u64, u64)>,
+}
+
+/// Ask for messages of a stream that did not arrive.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Fetch {
+    /// Federation.
+    pub fed: u128,
+    /// Incarnation of the sender.
+    pub inc: u64,
+    /// First number wanted.
+    pub from: u64,
+    /// Last number wanted.
+    pub to: u64,
+}
+
+/// A question for messages of `of`, whoever is asked.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct FetchOf {
+    /// Sender of the stream; the conductor is `conductor`.
+    pub of: String,
+    /// What is wanted.
+    pub fetch: Fetch,
+}
+
+/// The messages asked for, as far as they are remembered and fit one answer.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Fetched<T> {
+    /// Sender of the stream.
+    pub of: String,
+    /// Messages, ascending.
+    pub items: Vec<Numbered<T>>,
+    /// What came before this number is forgotten.
+    pub gone_before: u64,
 }
 
 /// What the conductor tells all members, in order.
@@ -139,6 +267,26 @@ pub enum Order {
         /// Those whose frames after the cut count as absent. Those of the others are awaited.
         absent: Vec<String>,
     },
+    /// A lost member is back: its frames from this one on are those of the new incarnation.
+    Admit {
+        /// Number of the run.
+        run: u32,
+        /// The member.
+        name: String,
+        /// Its new incarnation.
+        inc: u64,
+        /// The first frame that it makes.
+        from: Frame,
+    },
+    /// This incarnation cannot be a member: its process ends.
+    Dismiss {
+        /// The member.
+        name: String,
+        /// Its incarnation.
+        inc: u64,
+        /// Why, for a person.
+        reason: String,
+    },
     /// The run is closed at this frame; answer with [`Report::Final`].
     Finish {
         /// Number of the run.
@@ -154,7 +302,7 @@ pub enum Order {
 }
 
 /// What all federates of a run agree on.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RunConfig {
     /// Number of the run, from 1; a restart counts it up.
     pub run: u32,
@@ -162,6 +310,10 @@ pub struct RunConfig {
     pub seed: u64,
     /// Members that make PDUs, sorted by name.
     pub producers: Vec<String>,
+    /// Members that read them, sorted by name.
+    pub consumers: Vec<String>,
+    /// Incarnation of each member.
+    pub incs: Vec<(String, u64)>,
     /// Number of traffic generators.
     pub generators: u32,
     /// Last frame of the run.
@@ -173,19 +325,17 @@ pub struct RunConfig {
 pub enum Report {
     /// Answer to [`Order::Muster`].
     Present {
-        /// Incarnation of the sender.
-        inc: u64,
         /// Members whose answers the sender has heard itself, sorted; only consumers listen.
         hears: Vec<String>,
         /// Whether the sender needs to hear all producers.
         consumes: bool,
     },
-    /// Configured for this run.
+    /// Configured for this run, or back in it.
     Ready {
         /// Number of the run.
         run: u32,
-        /// Incarnation of the sender.
-        inc: u64,
+        /// Of a member that returns: how it stands at the frame that it was told to reach.
+        at: Option<Standing>,
     },
     /// Frames executed.
     Ends(FrameEnds),
@@ -215,13 +365,22 @@ pub enum Report {
     },
 }
 
+/// How a member stands at a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Standing {
+    /// The frame; none before frame 0.
+    pub frame: Option<Frame>,
+    /// Digest of all that it made up to this frame.
+    pub made: u64,
+    /// Digest of its state; none if it is not known at this frame any more.
+    pub state: Option<u64>,
+}
+
 /// All frames from `first` to `last` have been executed by the sender.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FrameEnds {
     /// Number of the run.
     pub run: u32,
-    /// Incarnation of the sender.
-    pub inc: u64,
     /// First frame of this message.
     pub first: Frame,
     /// Last frame of this message.
@@ -230,6 +389,29 @@ pub struct FrameEnds {
     pub pdus: Vec<(Frame, Vec<u64>)>,
     /// Notices: in which frame each was made, in which it takes effect (that one or later), and the notice.
     pub notices: Vec<(Frame, Frame, Notice)>,
+    /// Digest of the sender's state at `last`; none in a part that others follow.
+    pub state: Option<u64>,
+}
+
+/// Octets of one report, roughly: a longer one is told in parts.
+const REPORT_OCTETS: usize = 192 << 10;
+
+impl FrameEnds {
+    /// The same in reports of bounded length, cut between frames.
+    #[must_use]
+    pub fn parts(self) -> Vec<Self> {
+        if Report::Ends(self.clone()).octets() <= REPORT_OCTETS || self.first >= self.last {
+            return vec![self];
+        }
+        let middle = self.first + (self.last - self.first) / 2;
+        let Self { run, first, last, pdus, notices, state } = self;
+        let (pdus, later_pdus) = pdus.into_iter().partition(|(frame, _)| *frame <= middle);
+        let (notices, later_notices) = notices.into_iter().partition(|(made, ..)| *made <= middle);
+        let head = Self { run, first, last: middle, pdus, notices, state: None };
+        let (pdus, notices) = (later_pdus, later_notices);
+        let tail = Self { run, first: middle + 1, last, pdus, notices, state };
+        [head.parts(), tail.parts()].concat()
+    }
 }
 
 /// What a member tells the federation beside its PDUs.
@@ -314,6 +496,27 @@ pub struct Repaired {
     pub run: u32,
     /// (frame, PDU octets).
     pub pdus: Vec<(Frame, Vec<u8>)>,
+}
+
+impl Weight for Order {
+    fn octets(&self) -> usize {
+        match self {
+            Self::Configure(config) => 1024 + 64 * config.incs.len(),
+            _ => 256,
+        }
+    }
+}
+
+impl Weight for Report {
+    fn octets(&self) -> usize {
+        let Self::Ends(ends) = self else { return 1024 };
+        let hashes: usize = ends.pdus.iter().map(|(_, hashes)| 16 + 8 * hashes.len()).sum();
+        let notices = ends.notices.iter().map(|(_, _, notice)| match notice {
+            Notice::Flights(flights) => 64 + 256 * flights.len(),
+            Notice::Outsider { octets, .. } => 64 + octets.len(),
+        });
+        128 + hashes + notices.sum::<usize>()
+    }
 }
 
 /// Counters of a member at the end of a run; each kind fills what it has.

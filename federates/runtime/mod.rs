@@ -22,6 +22,8 @@ pub mod member;
 pub mod member_driver;
 pub mod messages;
 pub mod process;
+pub mod simulation;
+pub mod stream;
 pub mod threads;
 pub mod views;
 pub mod zenoh_bus;

@@ -44,6 +44,19 @@ pub fn host_name() -> String {
         .unwrap_or_else(|_| "unknown host".to_owned())
 }
 
+/// A number that nobody else draws.
+#[must_use]
+pub fn random_id() -> u128 {
+    use std::io::Read as _;
+    let mut octets = [0; 16];
+    let drawn = std::fs::File::open("/dev/urandom").and_then(|mut f| f.read_exact(&mut octets));
+    if drawn.is_err() {
+        let now = super::clock::utc_ns() as u128;
+        return now << 32 | u128::from(std::process::id());
+    }
+    u128::from_le_bytes(octets)
+}
+
 /// Whether somebody has stopped the process `pid` (SIGSTOP). False where the system does not tell.
 #[must_use]
 pub fn is_stopped(pid: u32) -> bool {

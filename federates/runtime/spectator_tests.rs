@@ -1,7 +1,7 @@
 //! Spectators hold nobody up: how long a run waits for one, what they are called, how many there may be.
 
-use super::conductor::{Conductor, ConductorConfig, Effect};
-use super::messages::{Hello, Kind, Order, Report, Welcome};
+use super::conductor::{Conductor, ConductorConfig, Effect, OnLoss};
+use super::messages::{Hello, Kind, Numbered, Order, Report, Welcome};
 
 const S: u64 = 1_000_000_000;
 
@@ -24,12 +24,25 @@ fn conductor() -> Conductor {
         await_spectators: vec!["viewer-logger".into()],
         await_spectators_ns: 2 * S,
         window: 8,
+        fed: 7,
         stall_ns: 2 * S,
+        hang_ns: 60 * S,
+        on_loss: OnLoss::Freeze,
+        return_ns: None,
     })
 }
 
 fn hello(name: &str, kind: Kind, pid: u32) -> Hello {
-    Hello { name: name.into(), kind, pid, host: "here".into(), version: "v".into(), scene_hash: 1 }
+    Hello {
+        name: name.into(),
+        kind,
+        pid,
+        host: "here".into(),
+        version: "v".into(),
+        scene_hash: 1,
+        instance: u128::from(pid),
+        was: None,
+    }
 }
 
 /// What a federate that asks to join is told.
@@ -45,7 +58,7 @@ fn join(conductor: &mut Conductor, now: u64, hello: Hello) -> Welcome {
 
 fn inc(welcome: Welcome) -> u64 {
     match welcome {
-        Welcome::Accepted { inc } => inc,
+        Welcome::Accepted(accepted) => accepted.inc,
         other => panic!("{other:?}"),
     }
 }
@@ -54,7 +67,8 @@ fn inc(welcome: Welcome) -> u64 {
 fn with_member(now: u64) -> Conductor {
     let mut conductor = conductor();
     let inc = inc(join(&mut conductor, now, hello("external-world", Kind::ExternalWorld, 1)));
-    let present = Report::Present { inc, hears: vec![], consumes: false };
+    let present =
+        Numbered { fed: 7, inc, seq: 0, body: Report::Present { hears: vec![], consumes: false } };
     conductor.report(now, "external-world", present, &mut Vec::new());
     conductor
 }
@@ -64,7 +78,9 @@ fn configured_at(conductor: &mut Conductor, from: u64) -> Option<u64> {
     let mut effects = Vec::new();
     (0..2_000).map(|n| from + n * S / 100).find(|now| {
         conductor.tick(*now, &mut effects);
-        effects.iter().any(|e| matches!(e, Effect::Order(Order::Configure(_))))
+        effects
+            .iter()
+            .any(|e| matches!(e, Effect::Order(Numbered { body: Order::Configure(_), .. })))
     })
 }
 
@@ -86,7 +102,11 @@ fn a_spectator_that_is_gone_or_will_not_come_is_not_waited_for() {
     let mut conductor = with_member(S);
     let mut effects = Vec::new();
     conductor.await_no_spectators(S, &mut effects);
-    assert!(effects.iter().any(|e| matches!(e, Effect::Order(Order::Configure(_)))));
+    assert!(
+        effects
+            .iter()
+            .any(|e| matches!(e, Effect::Order(Numbered { body: Order::Configure(_), .. })))
+    );
 }
 
 #[test]
@@ -111,8 +131,8 @@ fn spectators_without_end_are_refused_and_those_gone_make_room() {
     let mut incs = Vec::new();
     for n in 0..5_000 {
         let spectator = hello(&format!("forged-{n}"), Kind::ViewerLogger, n);
-        if let Welcome::Accepted { inc } = join(&mut conductor, S, spectator) {
-            incs.push((n, inc));
+        if let Welcome::Accepted(accepted) = join(&mut conductor, S, spectator) {
+            incs.push((n, accepted.inc));
         }
     }
     assert_eq!(incs.len(), 1023, "1024 with the member");

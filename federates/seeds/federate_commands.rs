@@ -11,8 +11,9 @@ use crate::runtime::cli::{
 };
 use crate::runtime::dis_socket::{self, Receiving};
 use crate::runtime::federate::Federate;
+use crate::runtime::member::{Makers, Remake};
 use crate::runtime::member_driver::{self, Event, MemberContext};
-use crate::runtime::messages::Command;
+use crate::runtime::messages::{Command, RunConfig};
 use crate::runtime::zenoh_bus::{ZenohBus, ZenohConfig};
 use crate::smdfm::Smdfm;
 use crate::traffic_generator::TrafficGenerator;
@@ -307,7 +308,7 @@ fn share_of(text: &str) -> Result<(u32, u32), String> {
 pub fn traffic_generator(args: &TrafficArgs) -> ExitCode {
     let (share, of) = args.share;
     let load = |typed: &str| cli::load_scene_share(typed, share, of);
-    member(&args.common, &generator_name(share, of), load, |scene, exercise| {
+    member(&args.common, &generator_name(share, of), load, None, |scene, exercise| {
         Box::new(TrafficGenerator::new(scene, exercise, share, of))
     })
 }
@@ -315,7 +316,7 @@ pub fn traffic_generator(args: &TrafficArgs) -> ExitCode {
 /// The external world's process.
 #[must_use]
 pub fn external_world(args: &WorldArgs) -> ExitCode {
-    member(&args.common, "external-world", load_scene_without_truth, |scene, exercise| {
+    member(&args.common, "external-world", load_scene_without_truth, None, |scene, exercise| {
         Box::new(ExternalWorld::new(scene, exercise))
     })
 }
@@ -323,7 +324,9 @@ pub fn external_world(args: &WorldArgs) -> ExitCode {
 /// The sensor model and data fusion module's process.
 #[must_use]
 pub fn smdfm(args: &SmdfmArgs) -> ExitCode {
-    member(&args.common, "smdfm", load_scene_without_truth, |scene, exercise| {
+    let (typed, exercise) = (args.common.scene.clone(), args.common.exercise);
+    let remake: Remake = Box::new(move |config| make_producers(&typed, exercise, config));
+    member(&args.common, "smdfm", load_scene_without_truth, Some(remake), |scene, exercise| {
         Box::new(Smdfm::new(scene, exercise).explaining(args.explain))
     })
 }
@@ -348,17 +351,32 @@ pub fn visitors(args: &VisitorsArgs) -> ExitCode {
         move |why| drop(failed.send(Event::Failed(why))),
         move |arrival| door.lock().knock(arrival.utc_ns, arrival.from, arrival.payload),
     )
-    .and_then(|()| run_federate(args, "visitors", &scene, Box::new(visitors), events));
+    .and_then(|()| run_federate(args, "visitors", &scene, Box::new(visitors), events, None));
     match ended {
         Ok(code) => ExitCode::from(code),
         Err(e) => fail(FAILED, format!("{e:#}")),
     }
 }
 
+/// The producers of a run, made in this process: an SMDFM that returns makes its inputs again.
+fn make_producers(scene: &str, exercise: Option<u8>, config: &RunConfig) -> Result<Makers, String> {
+    let scene = scenarios::load(&scenarios::locate(scene)).map_err(|e| e.to_string())?;
+    let (scene, of) = (Arc::new(scene), config.generators);
+    let exercise = exercise.unwrap_or(scene.run.exercise);
+    let mut makers = Makers::new();
+    for share in 1..=of {
+        let generator = TrafficGenerator::new(Arc::clone(&scene), exercise, share, of);
+        makers.insert(generator_name(share, of), Box::new(generator));
+    }
+    makers.insert("external-world".into(), Box::new(ExternalWorld::new(scene, exercise)));
+    Ok(makers)
+}
+
 fn member(
     args: &CommonArgs,
     name: &str,
     load: impl FnOnce(&str) -> Result<Scene, ExitCode>,
+    remake: Option<Remake>,
     make: impl FnOnce(Arc<Scene>, u8) -> Box<dyn Federate>,
 ) -> ExitCode {
     crate::runtime::process::end_with_launcher();
@@ -370,7 +388,7 @@ fn member(
         Ok(scene) => Arc::new(scene),
         Err(code) => return code,
     };
-    match run_member(args, name, scene, make) {
+    match run_member(args, name, scene, remake, make) {
         Ok(code) => ExitCode::from(code),
         Err(e) => fail(FAILED, format!("{e:#}")),
     }
@@ -380,11 +398,12 @@ fn run_member(
     args: &CommonArgs,
     name: &str,
     scene: Arc<Scene>,
+    remake: Option<Remake>,
     make: impl FnOnce(Arc<Scene>, u8) -> Box<dyn Federate>,
 ) -> anyhow::Result<u8> {
     let exercise = args.exercise.unwrap_or(scene.run.exercise);
     let federate = make(Arc::clone(&scene), exercise);
-    run_federate(args, name, &scene, federate, unbounded())
+    run_federate(args, name, &scene, federate, unbounded(), remake)
 }
 
 fn run_federate(
@@ -393,6 +412,7 @@ fn run_federate(
     scene: &Scene,
     federate: Box<dyn Federate>,
     events: (Sender<Event>, Receiver<Event>),
+    remake: Option<Remake>,
 ) -> anyhow::Result<u8> {
     let exercise = args.exercise.unwrap_or(scene.run.exercise);
     let stop = events.0.clone();
@@ -415,6 +435,7 @@ fn run_federate(
         events,
         endpoint,
         patience: patience(),
+        remake,
     };
     Ok(member_driver::run(context, federate)?)
 }

@@ -96,6 +96,8 @@ pub fn federation(
             events,
             endpoint: "this process".into(),
             patience: Duration::from_secs(5),
+            // Threads of one process are lost together or not at all.
+            remake: None,
         };
         let thread = std::thread::Builder::new().name(name);
         threads.push(thread.spawn(move || member_driver::run(context, federate))?);

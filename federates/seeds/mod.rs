@@ -17,6 +17,7 @@ pub mod replay;
 pub mod report;
 pub mod run;
 pub mod score;
+pub mod sim;
 pub mod verify;
 pub mod viewer_process;
 
@@ -40,6 +41,7 @@ enum Command {
     Accuracy(accuracy::AccuracyArgs),
     Fit(fit::FitArgs),
     Score(score::ScoreArgs),
+    Sim(sim::SimArgs),
     Verify(verify::VerifyArgs),
     Record(record::RecordArgs),
     Certs(certs::CertsArgs),
@@ -77,6 +79,7 @@ pub fn main() -> ExitCode {
         Some(Command::Accuracy(args)) => accuracy::run(&args),
         Some(Command::Fit(args)) => fit::run(&args),
         Some(Command::Score(args)) => score::run(&args),
+        Some(Command::Sim(args)) => sim::run(&args),
         Some(Command::Verify(args)) => verify::run(&args),
         Some(Command::TrafficGenerator(args)) => federate_commands::traffic_generator(&args),
         Some(Command::ExternalWorld(args)) => federate_commands::external_world(&args),

@@ -278,6 +278,7 @@ fn scan_at(scene: &Arc<Scene>, at: f64) -> anyhow::Result<ScanReport> {
         producers: config.producers,
         generators: 1,
         last_frame: config.last_frame,
+        ..RunConfig::default()
     };
     let mut traffic = TrafficGenerator::new(Arc::clone(scene), exercise, 1, 1);
     let mut world = ExternalWorld::new(Arc::clone(scene), exercise);

@@ -136,7 +136,7 @@ pub fn with_smdfm(
     // Without the run's own end mark: the last whole scan that has a PDU.
     let last_frame = recorded.end.unwrap_or(recorded.last.next_multiple_of(period));
     let seed = seed.or(recorded.seed).unwrap_or(scene.run.seed);
-    let config = RunConfig { run: 1, seed, producers: Vec::new(), generators: 1, last_frame };
+    let config = RunConfig { run: 1, seed, generators: 1, last_frame, ..RunConfig::default() };
     let mut out = FrameOut::default();
     smdfm.configure(&config, &mut out).map_err(|e| anyhow::anyhow!(e))?;
 

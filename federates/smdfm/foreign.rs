@@ -7,7 +7,7 @@
 
 use super::received_truth::View;
 use super::report::{plot_octets, track_octets};
-use crate::runtime::digest::Digest;
+use crate::runtime::digest::{Digest, combine};
 use crate::runtime::messages::{FinalReport, Frame};
 use models::fusion::{Outcome, Tracker};
 use models::plot::{Plot, SensorId};
@@ -44,6 +44,12 @@ pub fn of_visitors(view: &View<'_>, sink: &PlotSink) -> Vec<bool> {
 }
 
 impl Digests {
+    /// All of them in one number.
+    #[must_use]
+    pub fn state(&self) -> u64 {
+        combine(&[self.plots.0, self.tracks.0, self.foreign.0])
+    }
+
     /// A PDU of an outsider took effect.
     pub fn external(&mut self) {
         self.external = true;

@@ -209,6 +209,10 @@ impl Federate for Smdfm {
         self.truth.forget_before(interval.to);
     }
 
+    fn state(&self) -> u64 {
+        self.digests.state()
+    }
+
     fn finish(&mut self, report: &mut FinalReport) {
         self.digests.finish(self.truth.visitors_ever(), report);
         report.values.extend(self.evaluation.values());

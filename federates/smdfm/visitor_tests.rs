@@ -85,6 +85,7 @@ fn run(
         producers: Vec::new(),
         generators: 1,
         last_frame: seconds * period,
+        ..RunConfig::default()
     };
     let time = FrameTime::of(&scene.run);
     let mut inputs = FrameInputs::default();

@@ -11,8 +11,10 @@ use crate::runtime::bus::{Bus, BusError, Class, ask};
 use crate::runtime::clock::{monotonic_ns, utc_ns};
 use crate::runtime::codec::{decode, encode};
 use crate::runtime::life_cycle::Phase;
-use crate::runtime::messages::{Command, FederateStatus, Hello, Kind, Report, ScanReport, Welcome};
-use crate::runtime::process::{Usage, host_name};
+use crate::runtime::messages::{
+    Command, FederateStatus, Hello, Kind, Numbered, Report, ScanReport, Welcome,
+};
+use crate::runtime::process::{Usage, host_name, random_id};
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, TrySendError, bounded};
 use scenarios::Scene;
 use serde::de::DeserializeOwned;
@@ -113,7 +115,7 @@ pub fn run(
     let server = open_page(task, page.as_ref(), &bus)?;
     let mut keeper = Keeper::open(Arc::clone(&scene), page, &task.files)?;
     subscribe(&*bus, &inbox)?;
-    let Some((name, inc)) = join(task, &scene, &*bus, &inbox)? else {
+    let Some((name, fed, inc)) = join(task, &scene, &*bus, &inbox)? else {
         keeper.close(0);
         return Ok(None);
     };
@@ -127,7 +129,7 @@ pub fn run(
     )?;
     last_values(&*bus, &inbox)?;
     told(server.as_ref());
-    let mut listening = Listening::new(&name, inc);
+    let mut listening = Listening::new(&name, fed, inc);
     listening.until_the_end(&mut keeper, &*bus, &inbox);
     let kept = keeper.close(inbox.lost.load(Ordering::Relaxed));
     if let Some(server) = server {
@@ -199,13 +201,14 @@ fn last<T: DeserializeOwned>(
     Ok(())
 }
 
-/// Joins under its name, or under that name with a number if another one of its kind has it: name and incarnation.
+/// Joins under its name, or under that name with a number if another one of its kind has it: name, federation and
+/// incarnation.
 fn join(
     task: &Task,
     scene: &Scene,
     bus: &dyn Bus,
     inbox: &Inbox,
-) -> anyhow::Result<Option<(String, u64)>> {
+) -> anyhow::Result<Option<(String, u128, u64)>> {
     let mut hello = Hello {
         name: task.name.clone(),
         kind: Kind::ViewerLogger,
@@ -213,13 +216,17 @@ fn join(
         host: host_name(),
         version: crate::runtime::build::IDENTITY.to_owned(),
         scene_hash: scene.hash,
+        instance: random_id(),
+        was: None,
     };
     let started = monotonic_ns();
     let mut instance = 1;
     loop {
         let answer = ask(bus, "ctl/join", encode(&hello), Duration::from_millis(500))?;
         match answer.as_deref().map(decode::<Welcome>) {
-            Some(Ok(Welcome::Accepted { inc })) => return Ok(Some((hello.name, inc))),
+            Some(Ok(Welcome::Accepted(accepted))) => {
+                return Ok(Some((hello.name, accepted.fed, accepted.inc)));
+            }
             Some(Ok(Welcome::NameTaken)) if instance < INSTANCES => {
                 instance += 1;
                 hello.name = format!("{}-{instance}", task.name);
@@ -232,7 +239,7 @@ fn join(
                 anyhow::bail!("the administration station refused: {why}")
             }
             Some(Err(error)) => anyhow::bail!("the administration station refused: {error}"),
-            None => {}
+            Some(Ok(Welcome::Later(_))) | None => {}
         }
         anyhow::ensure!(
             monotonic_ns() - started < task.patience.as_nanos() as u64,
@@ -251,6 +258,7 @@ fn join(
 /// The loop and its counters.
 struct Listening {
     name: String,
+    fed: u128,
     inc: u64,
     /// Federates that this process hears; told to the conductor, which waits for a complete log.
     hears: BTreeSet<String>,
@@ -264,9 +272,10 @@ struct Listening {
 }
 
 impl Listening {
-    fn new(name: &str, inc: u64) -> Self {
+    fn new(name: &str, fed: u128, inc: u64) -> Self {
         Self {
             name: name.to_owned(),
+            fed,
             inc,
             hears: BTreeSet::new(),
             usage: Usage::default(),
@@ -328,7 +337,8 @@ impl Listening {
         let Heard::Federate(status) = heard else { return };
         if self.hears.len() < HEARD && self.hears.insert(status.name.clone()) {
             let hears = self.hears.iter().cloned().collect();
-            let present = Report::Present { inc: self.inc, hears, consumes: false };
+            let body = Report::Present { hears, consumes: false };
+            let present = Numbered { fed: self.fed, inc: self.inc, seq: 0, body };
             bus.publish(&format!("fed/{}", self.name), Class::Must, encode(&present)).ok();
         }
     }

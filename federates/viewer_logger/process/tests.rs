@@ -1,7 +1,7 @@
 use super::*;
 use crate::runtime::bus::Request;
 use crate::runtime::local_bus::LocalHub;
-use crate::runtime::messages::{Answer, Operation, RunState};
+use crate::runtime::messages::{Accepted, Answer, Operation, RunState};
 use crate::viewer_logger::log::tests::Folder;
 use crate::viewer_logger::tests::{scan, weather};
 use std::path::Path;
@@ -51,7 +51,10 @@ fn rows(file: &Path, question: &str) -> i64 {
 fn a_spectator_keeps_the_run_shows_it_and_leaves_with_it() {
     let (folder, hub) = (Folder::new(), LocalHub::default());
     let files = Files::beside(&folder.0.join("x.pcapng"));
-    let admin = conductor(&hub, Welcome::Accepted { inc: 3 });
+    let admin = conductor(
+        &hub,
+        Welcome::Accepted(Box::new(Accepted { fed: 1, inc: 3, orders: 0, enter: None })),
+    );
     let (bus, inbox, scene) = (Arc::new(hub.join()), Inbox::default(), scene());
     let (told, page) = bounded(1);
     let (sent, task_of) = (inbox.clone(), task(files.clone(), true));

@@ -1,0 +1,355 @@
+//! Who is lost, why, and how a lost member comes back.
+
+use super::{Conductor, Effect, Fault, MemberEntry, MemberLog, OnLoss, Token};
+use crate::runtime::life_cycle::Phase;
+use crate::runtime::member::WallNs;
+use crate::runtime::messages::{
+    Accepted, Frame, Hello, Order, ProducerAt, Return, Standing, Welcome,
+};
+
+/// Silence of a member whose connection is gone, before it is given up: three beats.
+const SILENT_NS: WallNs = 300_000_000;
+
+/// A pause of the conductor itself: what was not heard meanwhile says nothing about members.
+const OWN_PAUSE_NS: WallNs = 300_000_000;
+
+/// A frame that takes longer is spoken of.
+const SLOW_NS: WallNs = 2_000_000_000;
+
+/// At most so many returns of one member in a run end at the same frame.
+const DEATHS_AT_ONE_FRAME: usize = 3;
+
+impl Conductor {
+    /// A member's process or session is gone, or back: a hint, until it is silent too.
+    pub fn alive(
+        &mut self,
+        now: WallNs,
+        name: &str,
+        inc: u64,
+        alive: bool,
+        effects: &mut Vec<Effect>,
+    ) {
+        let Some(member) = self.members.get_mut(name).filter(|m| m.inc == inc) else { return };
+        member.token_gone = !alive;
+        if !alive && member.alive && !member.hello.kind.beats() {
+            self.lose(now, name.to_owned(), "its process or connection is gone", effects);
+        }
+    }
+
+    /// Whether a member could execute a frame that it has not: granted, and of a consumer every input made.
+    fn is_due(&self, name: &str, member: &MemberEntry) -> bool {
+        let executed = member.executed.unwrap_or(0);
+        let made = |producer: &String| {
+            let Some(made) = self.members.get(producer) else { return true };
+            let counts = self.views.cut(producer).unwrap_or(made.executed);
+            producer == name || self.views.is_absent(producer) || counts > Some(executed)
+        };
+        self.phase == Phase::Running
+            && member.alive
+            && self.roster.iter().any(|n| n == name)
+            && executed < self.granted
+            && (!member.consumes || self.producers().iter().all(made))
+    }
+
+    /// Two clocks: nothing heard of a member, and heard of but not going on. The second starts when a member
+    /// becomes due: time spent frozen, or waiting for others, is not its own.
+    pub(super) fn check_clocks(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
+        let paused = now.saturating_sub(self.last_tick);
+        self.last_tick = now;
+        let due: Vec<bool> = self.members.iter().map(|(n, m)| self.is_due(n, m)).collect();
+        let settling = self.views.is_open();
+        let (asked_at, silent) = self.views.awaited();
+        let (stall_ns, hang_ns) = (self.config.stall_ns, self.config.hang_ns);
+        let mut lost = Vec::new();
+        for ((name, member), due) in self.members.iter_mut().zip(due) {
+            if paused > OWN_PAUSE_NS {
+                member.heard_at += paused;
+            }
+            let since = *member.due_since.get_or_insert(now);
+            if !due || settling {
+                member.due_since = None;
+            }
+            // Who was accepted and has not answered yet may not know it.
+            let unanswered = self.phase == Phase::Init && !member.present;
+            if !member.alive || !member.hello.kind.beats() || unanswered && !member.token_gone {
+                continue;
+            }
+            let heard_ago = now.saturating_sub(member.heard_at);
+            let owes = settling && silent.contains(name) && now.saturating_sub(asked_at) > hang_ns;
+            if member.token_gone && heard_ago > SILENT_NS {
+                lost.push((
+                    member.heard_at,
+                    name.clone(),
+                    "its process or connection is gone".into(),
+                ));
+            } else if heard_ago > stall_ns {
+                let text = format!("nothing was heard of it for {} s", stall_ns as f64 / 1e9);
+                lost.push((member.heard_at, name.clone(), text));
+            } else if member.due_since.is_some() && now.saturating_sub(since) > hang_ns {
+                let frame = member.executed.map_or(0, |e| e + 1);
+                let text = format!("its frame {frame} hangs for {} s", hang_ns as f64 / 1e9);
+                lost.push((since, name.clone(), text));
+            } else if owes {
+                lost.push((asked_at, name.clone(), "it does not answer".to_owned()));
+            }
+        }
+        lost.sort();
+        for (_, name, why) in lost {
+            self.lose(now, name, &why, effects);
+        }
+    }
+
+    /// What takes long, for people.
+    pub(super) fn slow(&self, now: WallNs) -> Vec<String> {
+        let slow = |(name, m): (&String, &MemberEntry)| {
+            let for_ns = now.saturating_sub(m.due_since?);
+            let frame = m.working.unwrap_or(m.executed.map_or(0, |e| e + 1));
+            (for_ns > SLOW_NS).then(|| {
+                format!("{name} is working on frame {frame} for {:.0} s", for_ns as f64 * 1e-9)
+            })
+        };
+        self.members.iter().filter_map(slow).collect()
+    }
+
+    /// Gives a member up.
+    pub(super) fn lose(&mut self, now: WallNs, name: String, why: &str, effects: &mut Vec<Effect>) {
+        let Some(member) = self.members.get_mut(&name).filter(|m| m.alive) else { return };
+        member.alive = false;
+        member.due_since = None;
+        let (inc, host, pid) = (member.inc, member.hello.host.clone(), member.hello.pid);
+        let consumes_or_made = member.executed;
+        self.outbox.forget(&name);
+        if !self.roster.contains(&name)
+            || self.phase == Phase::Stopped && self.finish_deadline.is_none()
+        {
+            return self.push_state(now, effects);
+        }
+        let reason = format!("{name} (process {pid} on {host}) is lost: {why}");
+        let optional = self.config.optional.contains(&name);
+        let absent = optional || self.config.on_loss == OnLoss::Degrade;
+        if absent && matches!(self.phase, Phase::Running | Phase::Frozen) {
+            let frame = consumes_or_made.unwrap_or(0);
+            self.degraded.push(format!("degraded since frame {frame}: {reason}"));
+        } else if !optional {
+            self.faults.push(Fault { name: name.clone(), text: reason, since: now, back: None });
+        }
+        match self.phase {
+            Phase::Running | Phase::Frozen => {
+                let alive = |n: &&String| self.members.get(*n).is_some_and(|m| m.alive);
+                let survivors: Vec<_> = self.roster.iter().filter(alive).cloned().collect();
+                let order = self.views.lose(now, &name, inc, absent, &survivors);
+                self.say(order, effects);
+                self.fail_pending(effects);
+                self.settle_views(now, effects);
+            }
+            _ if optional => self.try_close(now, effects),
+            Phase::Stopped => self.try_close(now, effects),
+            Phase::Init | Phase::Configured if self.config.batch => {
+                self.fail_pending(effects);
+                effects.push(Effect::Exit(1));
+            }
+            Phase::Init | Phase::Configured => {
+                // Nothing has been made: it is waited for, and the run is configured when it is there.
+                self.fail_pending(effects);
+                self.muster_again(effects);
+            }
+        }
+        self.push_state(now, effects);
+    }
+
+    /// Goes on with the view of lost members as far as the answers allow.
+    pub(super) fn settle_views(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
+        loop {
+            let known = |name: &str| self.members.get(name).and_then(|m| m.executed);
+            let Some(order) = self.views.next_order(now, known) else { break };
+            self.say(order, effects);
+        }
+        if self.phase == Phase::Frozen && self.views.waits() && !self.views.is_open() {
+            self.faulty_freeze(now, effects);
+            return;
+        }
+        self.settle(now, effects);
+    }
+
+    /// Frozen with a member lost: what the policy says.
+    pub(super) fn faulty_freeze(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
+        self.fail_pending(effects);
+        let within = self.config.return_ns;
+        self.return_deadline = within.map(|within| now + within);
+        if within == Some(0) || self.config.on_loss == OnLoss::Abort {
+            self.finish(now, effects);
+        }
+        self.push_state(now, effects);
+    }
+
+    /// Answers a process that was a member of this run, or is to take a lost one's place; none if it is neither.
+    pub(super) fn welcome_back(
+        &mut self,
+        now: WallNs,
+        hello: &Hello,
+        token: Token,
+    ) -> Option<Effect> {
+        let name = &hello.name;
+        if !matches!(self.phase, Phase::Running | Phase::Frozen) || !self.roster.contains(name) {
+            return None;
+        }
+        let later = |why: &str| Some(Effect::Welcome(token, Welcome::Later(why.to_owned())));
+        let Some(cut) = self.views.cut(name) else {
+            return later("its loss is being settled");
+        };
+        if self.views.is_absent(name) {
+            let text =
+                format!("the run goes on without '{name}': it takes part again after a restart");
+            return Some(Effect::Welcome(token, Welcome::Refused(text)));
+        }
+        if self.views.is_open() {
+            return later("a loss is being settled");
+        }
+        let old = self.members.get(name)?;
+        let at_cut = |fault: &&Fault| fault.name == *name && fault.back == Some(cut);
+        if self.faults.iter().filter(at_cut).count() >= DEATHS_AT_ONE_FRAME {
+            let text =
+                format!("'{name}' dies at frame {} again and again", cut.map_or(0, |c| c + 1));
+            return Some(Effect::Welcome(token, Welcome::Refused(text)));
+        }
+        let removed_inc = self.views.removed().get(name).map(|r| r.inc);
+        let was = hello.was.filter(|w| w.fed == self.config.fed && w.run == self.run);
+        let keep = hello.instance == old.hello.instance && was.map(|w| w.inc) == removed_inc;
+        let producers = match old.consumes {
+            true => self.producers().iter().map(|n| self.producer_at(n, cut)).collect(),
+            false => Vec::new(),
+        };
+        let (consumes, present) = (old.consumes, old.present);
+        let mut log = old.log.clone();
+        log.cut(cut);
+        let enter = Return { config: self.run_config(), upto: cut, keep, producers };
+        let inc = self.next_inc;
+        self.next_inc += 1;
+        let accepted =
+            Accepted { fed: self.config.fed, inc, orders: self.outbox.last(), enter: Some(enter) };
+        let mut entry = MemberEntry::new(self.config.fed, hello.clone(), accepted.clone(), now);
+        entry.alive = false;
+        entry.returning = true;
+        (entry.consumes, entry.present) = (consumes, present);
+        entry.executed = cut;
+        entry.log = log;
+        self.members.insert(name.clone(), entry);
+        Some(Effect::Welcome(token, Welcome::Accepted(Box::new(accepted))))
+    }
+
+    /// Where the frames of a producer come from, for a consumer that has those up to `upto`.
+    fn producer_at(&self, name: &str, upto: Option<Frame>) -> ProducerAt {
+        let absent = self.views.is_absent(name);
+        let empty = self.members.get(name).is_some_and(|m| m.log.content == 0);
+        let name = name.to_owned();
+        if let Some(cut) = self.views.cut(&name) {
+            // The lost consumer may have been ahead of the survivors: what it used is made again too.
+            return ProducerAt { name, made: cut.max(upto), stream: None, absent, empty };
+        }
+        let member = self.members.get(&name);
+        // What an incarnation before made is not in this one's stream.
+        let made = upto.max(member.and_then(|m| m.log.before));
+        let stream = member.map(|m| {
+            let later = m.log.reports.iter().find(|(_, last)| Some(*last) > made);
+            (m.inc, later.map_or(m.stream.seen() + 1, |(seq, _)| *seq))
+        });
+        ProducerAt { name, made, stream, absent, empty }
+    }
+
+    /// A member that returns says how it stands; if that is how the lost one stood, the run goes on with it.
+    pub(super) fn returned(
+        &mut self,
+        now: WallNs,
+        name: &str,
+        at: Standing,
+        effects: &mut Vec<Effect>,
+    ) {
+        let Some(member) = self.members.get_mut(name).filter(|m| m.returning) else { return };
+        let upto = member.executed;
+        let (made, state) = (member.log.made_at(upto), member.log.state_at(upto));
+        let differs = |own: Option<u64>, told: Option<u64>| matches!((own, told), (Some(own), Some(told)) if own != told);
+        let unknown = member.consumes && upto.is_some() && (state.is_none() || at.state.is_none());
+        if at.frame != upto || differs(made, Some(at.made)) || differs(state, at.state) || unknown {
+            let frame = upto.unwrap_or(0);
+            let text = format!(
+                "the run as {name} made it again differs at frame {frame} or before: it is another build, scene or input than the one that was lost"
+            );
+            let inc = member.inc;
+            member.returning = false;
+            self.notes.push(text.clone());
+            self.say(Order::Dismiss { name: name.to_owned(), inc, reason: text }, effects);
+            return self.push_state(now, effects);
+        }
+        member.returning = false;
+        member.alive = true;
+        member.heard_at = now;
+        let inc = member.inc;
+        self.views.returned(name);
+        for fault in self.faults.iter_mut().filter(|f| f.name == name && f.back.is_none()) {
+            fault.back = Some(upto);
+            let after_s = now.saturating_sub(fault.since) as f64 * 1e-9;
+            fault.text += &format!("; back after {after_s:.1} s, from frame {}", upto.unwrap_or(0));
+        }
+        let from = upto.map_or(0, |u| u + 1);
+        self.say(Order::Admit { run: self.run, name: name.to_owned(), inc, from }, effects);
+        if self.granted > 0 {
+            self.say(Order::Grant { run: self.run, upto: self.granted }, effects);
+        }
+        if !self.views.waits() && !self.views.is_open() {
+            self.go_on(now, effects);
+        }
+        self.push_state(now, effects);
+    }
+
+    /// All are back: the run goes on as it went.
+    fn go_on(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
+        self.return_deadline = None;
+        self.anchor = (now, self.granted);
+        self.pace_samples.clear();
+        if self.frozen_by_fault {
+            self.frozen_by_fault = false;
+            self.phase = Phase::Running;
+            self.running_since = Some(now);
+            let frame = self.frame();
+            effects.push(Effect::Reached { phase: self.phase, frame, reason: None });
+        }
+        self.settle(now, effects);
+        self.extend(now, effects);
+    }
+
+    /// Names of essential members that are lost.
+    pub(super) fn lost_names(&self) -> Vec<String> {
+        let open = self.faults.iter().filter(|f| f.back.is_none());
+        let mut names: Vec<_> = open.map(|f| f.name.clone()).collect();
+        names.sort();
+        names.dedup();
+        names
+    }
+
+    /// Losses that nobody has made good.
+    pub(super) fn open_faults(&self) -> Vec<String> {
+        self.faults.iter().filter(|f| f.back.is_none()).map(|f| f.text.clone()).collect()
+    }
+}
+
+impl MemberLog {
+    /// Digest of all that was made up to `frame`, where it is remembered.
+    fn made_at(&self, frame: Option<Frame>) -> Option<u64> {
+        let Some(frame) = frame else { return Some(0) };
+        self.made.iter().find(|(f, _)| *f == frame).map(|(_, made)| *made)
+    }
+
+    fn state_at(&self, frame: Option<Frame>) -> Option<u64> {
+        let Some(frame) = frame else { return Some(0) };
+        self.states.iter().find(|(f, _)| *f == frame).map(|(_, state)| *state)
+    }
+
+    /// Forgets what was made after `frame`.
+    fn cut(&mut self, frame: Option<Frame>) {
+        self.made.retain(|(f, _)| Some(*f) <= frame);
+        self.states.retain(|(f, _)| Some(*f) <= frame);
+        self.reports.clear();
+        self.before = frame;
+        self.content = self.made.back().map_or(0, |(_, made)| *made);
+    }
+}

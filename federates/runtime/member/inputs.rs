@@ -1,0 +1,370 @@
+//! Inputs of a consumer: frame ends name PDUs, datagrams bring them, what is missing is asked for.
+
+use super::{Effect, MAX_WAITING, Member, WallNs, holder};
+use crate::runtime::digest::pdu_hash;
+use crate::runtime::federate::{FrameInputs, Octets};
+use crate::runtime::messages::{Frame, FrameEnds, Numbered, Repair, Repaired, Report};
+use crate::runtime::stream::Inbox;
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
+use std::sync::Arc;
+
+/// How long an incomplete frame waits for the network before it is repaired by request.
+const REPAIR_AFTER_NS: WallNs = 2_000_000;
+
+/// How long a repair may take before it is asked for again.
+const REPAIR_AGAIN_NS: WallNs = 200_000_000;
+
+/// Executed frames whose inputs are kept for other consumers: more than any grant horizon.
+const EATEN_FRAMES: usize = 64;
+
+/// Frame ends of one producer that may not be used yet, at most.
+const EARLY: usize = 256;
+
+/// What this member knows of one producer.
+#[derive(Debug, Default)]
+pub(super) struct Producer {
+    /// The incarnation whose frames count; none while it is lost.
+    pub(super) inc: Option<u64>,
+    /// Frame ends seen without a gap up to here; `None` before the first.
+    pub(super) ended: Option<Frame>,
+    /// While its loss is being settled: how far this member said that it holds its frames. It uses no more.
+    pub(super) bound: Option<Option<Frame>>,
+    /// Frames that have not ended count as absent.
+    pub(super) absent: bool,
+    /// Frames that have not ended are awaited from a successor.
+    pub(super) awaited: bool,
+}
+
+/// One frame's PDUs that are named but not all here.
+#[derive(Debug)]
+pub(super) struct Incomplete {
+    missing: Vec<u64>,
+    since: WallNs,
+    asked: Option<WallNs>,
+    tries: u32,
+    producer: String,
+}
+
+impl Incomplete {
+    pub(super) fn due(&self) -> WallNs {
+        self.asked.map_or(self.since + REPAIR_AFTER_NS, |asked| asked + REPAIR_AGAIN_NS)
+    }
+}
+
+impl Member {
+    /// A report of another member.
+    pub fn report(
+        &mut self,
+        now: WallNs,
+        from: &str,
+        report: Numbered<Report>,
+        effects: &mut Vec<Effect>,
+    ) {
+        if report.fed != self.fed || from == self.name || !self.federate.consumes() {
+            return;
+        }
+        if report.seq == 0 {
+            if matches!(report.body, Report::Present { .. }) {
+                self.heard.insert(from.to_owned());
+            }
+            return;
+        }
+        let known = self.peers.get(from).map_or(0, Inbox::inc);
+        if report.inc > known {
+            // Of a producer of this run nothing is skipped; others are heard from where they are.
+            self.peers.insert(from.to_owned(), Inbox::new(self.fed, report.inc, 1));
+        }
+        let Some(inbox) = self.peers.get_mut(from) else { return };
+        let inc = inbox.inc();
+        let reports = inbox.take(now, report);
+        let mut ended = false;
+        for report in reports {
+            if let Report::Ready { .. } = report
+                && self.producers.contains_key(from)
+            {
+                self.hearing.ready(now, from);
+            }
+            if let Report::Ends(ends) = report {
+                ended = true;
+                let early = self.early.entry(from.to_owned()).or_default();
+                if early.len() < EARLY {
+                    early.push((inc, ends));
+                }
+            }
+        }
+        if ended {
+            self.take_early(now);
+            self.hold(now, effects);
+            self.advance(effects);
+        }
+    }
+
+    /// A lost producer is back: its frames from `from` on are those of incarnation `inc`.
+    pub(super) fn admit(&mut self, now: WallNs, name: &str, inc: u64, from: Frame) {
+        let Some(producer) = self.producers.get_mut(name) else { return };
+        // Frames up to there are held, or count as absent; anything else is no continuation.
+        let next = producer.ended.map_or(0, |e| e + 1);
+        if producer.absent {
+            producer.ended = producer.ended.max(from.checked_sub(1));
+        } else if next < from {
+            return;
+        }
+        producer.inc = Some(inc);
+        producer.bound = None;
+        producer.absent = false;
+        producer.awaited = false;
+        self.take_early(now);
+    }
+
+    /// Uses the frame ends that may be used by now.
+    pub(super) fn take_early(&mut self, now: WallNs) {
+        if self.closed || self.outcast {
+            return;
+        }
+        let run = self.run();
+        for (name, early) in std::mem::take(&mut self.early) {
+            let mut kept = Vec::new();
+            for (inc, ends) in early {
+                let Some(producer) = self.producers.get(&name).filter(|_| ends.run == run) else {
+                    continue;
+                };
+                let current = producer.inc.is_some_and(|of| of == inc);
+                // While its loss is settled, up to the cut; nothing before that is known.
+                let limit = match (producer.bound, &self.holding) {
+                    (None, _) => Some(Frame::MAX),
+                    (Some(_), None) => None,
+                    (Some(_), Some((_, cuts))) => {
+                        cuts.iter().find(|(n, _)| *n == name).and_then(|(_, cut)| *cut)
+                    }
+                };
+                match limit.filter(|limit| current && ends.first <= *limit) {
+                    Some(limit) => {
+                        let beyond = ends.last > limit;
+                        if beyond {
+                            kept.push((inc, ends.clone()));
+                        }
+                        self.take_ends(now, &name, ends, limit);
+                    }
+                    // Of an incarnation that is not admitted yet, or beyond what is settled.
+                    None if current || producer.inc.is_none_or(|of| of < inc) => {
+                        kept.push((inc, ends));
+                    }
+                    None => {}
+                }
+            }
+            if !kept.is_empty() {
+                self.early.insert(name, kept);
+            }
+        }
+    }
+
+    fn take_ends(&mut self, now: WallNs, from: &str, ends: FrameEnds, limit: Frame) {
+        let Some(producer) = self.producers.get_mut(from) else { return };
+        let next = producer.ended.map_or(0, |e| e + 1);
+        let last = ends.last.min(limit);
+        // What is known is not taken twice; a hole within a stream is a fault of its sender.
+        if ends.first > next || last < next {
+            return;
+        }
+        producer.ended = Some(last);
+        for (made, effect, notice) in ends.notices {
+            if (next..=last).contains(&made) {
+                let notices = self.notices.entry((effect.max(made), from.to_owned())).or_default();
+                notices.push((made, notice));
+            }
+        }
+        for (frame, hashes) in ends.pdus {
+            if !(next..=last).contains(&frame) {
+                continue;
+            }
+            let (named, mut missing) = (hashes.len(), Vec::new());
+            for hash in hashes {
+                match self.waiting.remove(&hash) {
+                    Some((octets, _)) => {
+                        self.counters.received += 1;
+                        self.ready.entry((frame, from.to_owned())).or_default().push(octets);
+                    }
+                    None => missing.push(hash),
+                }
+            }
+            self.hearing.named(now, from, named as u64, (named - missing.len()) as u64);
+            if !missing.is_empty() {
+                let producer = from.to_owned();
+                let incomplete =
+                    Incomplete { missing, since: now, asked: None, tries: 0, producer };
+                self.incomplete.insert((frame, from.to_owned()), incomplete);
+            }
+        }
+    }
+
+    /// PDUs from the data plane, each with the frame that its timestamp names (the frame now granted
+    /// for outsiders without a usable one).
+    pub fn pdus(
+        &mut self,
+        now: WallNs,
+        pdus: impl IntoIterator<Item = Octets>,
+        effects: &mut Vec<Effect>,
+    ) {
+        if !self.federate.consumes() {
+            return;
+        }
+        let mut completed = false;
+        for octets in pdus {
+            let hash = pdu_hash(&octets);
+            self.arrivals += 1;
+            let named = self.incomplete.iter_mut().find_map(|(key, i)| {
+                let at = i.missing.iter().position(|&m| m == hash)?;
+                i.missing.swap_remove(at);
+                Some((key.clone(), i.missing.is_empty()))
+            });
+            if let Some((key, complete)) = named {
+                self.counters.received += 1;
+                self.hearing.came(&key.1, 1);
+                self.ready.entry(key.clone()).or_default().push(octets);
+                if complete {
+                    self.incomplete.remove(&key);
+                    completed = true;
+                }
+                continue;
+            }
+            // A copy of a PDU that waits adds nothing, and must not take its place in the order.
+            if let Entry::Vacant(free) = self.waiting.entry(hash) {
+                free.insert((octets, self.arrivals));
+                self.waiting_order.push_back((hash, self.arrivals, self.granted));
+            }
+            if self.waiting_order.len() > MAX_WAITING
+                && let Some((hash, _, _)) = self.waiting_order.pop_front()
+            {
+                self.waiting.remove(&hash);
+            }
+        }
+        if completed {
+            self.hold(now, effects);
+            self.advance(effects);
+        }
+    }
+
+    /// PDUs that somebody sent again.
+    pub fn repaired(&mut self, now: WallNs, repaired: Repaired, effects: &mut Vec<Effect>) {
+        if Some(repaired.run) != self.config.as_ref().map(|c| c.run) {
+            return;
+        }
+        for (frame, octets) in repaired.pdus {
+            let hash = pdu_hash(&octets);
+            let Some((key, incomplete)) = self
+                .incomplete
+                .iter_mut()
+                .find(|((f, _), i)| *f == frame && i.missing.contains(&hash))
+            else {
+                continue;
+            };
+            incomplete.missing.retain(|&m| m != hash);
+            self.counters.lost += 1;
+            self.counters.repaired += 1;
+            let (key, complete) = (key.clone(), incomplete.missing.is_empty());
+            self.hearing.repaired(&key.1, 1);
+            self.ready.entry(key.clone()).or_default().push(Arc::from(octets));
+            if complete {
+                self.incomplete.remove(&key);
+            }
+        }
+        self.hold(now, effects);
+        self.advance(effects);
+    }
+
+    /// Answers a consumer that missed PDUs, from what this member made or was given.
+    #[must_use]
+    pub fn repair(&self, repair: &Repair) -> Repaired {
+        let run = self.run();
+        let mut pdus = Vec::new();
+        if repair.run == run {
+            for (frame, hashes) in &repair.wanted {
+                let own = self.own.iter().filter(|own| own.frame == *frame);
+                let made = own.flat_map(|own| own.pdus.iter().map(|(_, octets)| octets));
+                let ready = self.ready.range((*frame, String::new())..(*frame + 1, String::new()));
+                let given = ready.flat_map(|(_, pdus)| pdus);
+                let eaten = self.eaten.iter().filter(|(of, _)| of == frame).flat_map(|(_, p)| p);
+                let all = made.chain(given).chain(eaten);
+                let wanted = all.filter(|octets| hashes.contains(&pdu_hash(octets)));
+                pdus.extend(wanted.map(|octets| (*frame, octets.to_vec())));
+            }
+        }
+        Repaired { run, pdus }
+    }
+
+    /// Asks for PDUs that are missing too long.
+    pub(super) fn ask_for_pdus(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
+        let others = self.other_consumers();
+        let mut asks: BTreeMap<String, Vec<(Frame, Vec<u64>)>> = BTreeMap::new();
+        for ((frame, _), incomplete) in &mut self.incomplete {
+            if now >= incomplete.due() {
+                incomplete.asked = Some(now);
+                let name = holder(&incomplete.producer, incomplete.tries, false, &others);
+                incomplete.tries += 1;
+                asks.entry(name).or_default().push((*frame, incomplete.missing.clone()));
+            }
+        }
+        let run = self.run();
+        for (name, wanted) in asks {
+            effects.push(Effect::Repair { name, repair: Repair { run, wanted } });
+        }
+    }
+
+    /// Highest frame of producer `name` up to which all is complete here; none if not even frame 0 is.
+    pub(super) fn complete_of(&self, name: &str) -> Option<Frame> {
+        let ended = self.producers.get(name)?.ended?;
+        let missing = self.incomplete.keys().filter(|(_, of)| of == name).map(|(frame, _)| *frame);
+        match missing.min() {
+            Some(frame) => frame.checked_sub(1).map(|before| before.min(ended)),
+            None => Some(ended),
+        }
+    }
+
+    /// Last frame whose inputs are complete; none if not even those of frame 0 are.
+    pub(super) fn complete(&self) -> Option<Frame> {
+        if !self.federate.consumes() {
+            return Some(Frame::MAX);
+        }
+        let of = |(name, producer): (&String, &Producer)| {
+            if producer.absent {
+                return Some(Frame::MAX);
+            }
+            let complete = self.complete_of(name);
+            producer.bound.map_or(complete, |bound| complete.min(bound))
+        };
+        self.producers.iter().map(of).min().unwrap_or(Some(Frame::MAX))
+    }
+
+    pub(super) fn inputs_up_to(&mut self, frame: Frame) -> FrameInputs {
+        let mut inputs = FrameInputs::default();
+        let next = (frame + 1, String::new());
+        let later = self.ready.split_off(&next);
+        for ((frame, _), pdus) in std::mem::replace(&mut self.ready, later) {
+            inputs.pdus.extend(pdus.iter().map(|octets| (frame, octets.clone())));
+            self.eaten.push_back((frame, pdus));
+        }
+        while self.eaten.front().is_some_and(|(f, _)| f + (EATEN_FRAMES as Frame) < frame) {
+            self.eaten.pop_front();
+        }
+        inputs.pdus.sort();
+        let later = self.notices.split_off(&next);
+        for ((effect, _), notices) in std::mem::replace(&mut self.notices, later) {
+            inputs.notices.extend(notices.into_iter().map(|(_, notice)| (effect, notice)));
+        }
+        // What no frame end has named although every frame up to its arrival is complete is not ours.
+        while let Some(&(hash, number, granted)) = self.waiting_order.front() {
+            if granted >= frame {
+                break;
+            }
+            self.waiting_order.pop_front();
+            if self.waiting.get(&hash).is_some_and(|(_, n)| *n == number)
+                && let Some((octets, _)) = self.waiting.remove(&hash)
+            {
+                self.counters.outsiders += 1;
+                inputs.outsiders.push((granted, octets));
+            }
+        }
+        inputs
+    }
+}

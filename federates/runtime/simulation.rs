@@ -1,0 +1,638 @@
+//! A whole federation in one thread over a simulated clock, bus and ether: the real [`Conductor`], the real
+//! [`Member`]s and whatever federates are put in. Everything follows from one seed and a list of faults.
+
+use super::conductor::{ClosedRun, Conductor, ConductorConfig, Effect as Decision};
+use super::federate::{Federate, Octets};
+use super::life_cycle::Phase;
+use super::member::{CONDUCTOR, Effect, Member, Remake};
+use super::messages::{
+    Accepted, Beat, Command, FetchOf, Fetched, Frame, Hello, Kind, Numbered, Order, Repair,
+    Repaired, Report, Was, Welcome,
+};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// A millisecond in the simulated clock's nanoseconds.
+pub const MS: u64 = 1_000_000;
+
+/// How long a connection lives without a word, as the bus has it.
+const LEASE_NS: u64 = 2_000 * MS;
+const BEAT_NS: u64 = 100 * MS;
+const HELLO_AGAIN_NS: u64 = 500 * MS;
+
+/// Makes the federate of a name.
+pub type Make = Arc<dyn Fn(&str) -> Box<dyn Federate> + Send + Sync>;
+
+/// What happens to a federation.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum What {
+    /// Its process dies, and its connection with it.
+    Kill,
+    /// It is not heard of any more, and nobody is told.
+    Vanish,
+    /// A new process of that name is started.
+    Start,
+    /// The process stands still for so long, ns.
+    Pause(u64),
+    /// Nothing passes to or from it for so long, ns.
+    Cut(u64),
+    /// Nothing passes to it for so long, ns.
+    Deaf(u64),
+    /// Nothing passes from it for so long, ns.
+    Mute(u64),
+    /// Its next frame takes so long, ns; it says so meanwhile.
+    Slow(u64),
+    /// An operator's command.
+    Command(Command),
+}
+
+/// A fault at a time.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Fault {
+    /// Simulated wall time, ns.
+    pub at_ns: u64,
+    /// Whom it befalls; empty for a command.
+    pub who: String,
+    /// What it is.
+    pub what: What,
+}
+
+/// How the network behaves.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Network {
+    /// Longest delay of a message, ns; each one draws its own, so order is not kept.
+    pub delay_ns: u64,
+    /// Messages of the synchronisation plane that are lost, of a thousand.
+    pub bus_loss: u64,
+    /// PDUs that are lost, of a thousand.
+    pub udp_loss: u64,
+    /// Messages and PDUs that arrive twice, of a thousand.
+    pub twice: u64,
+}
+
+enum Parcel {
+    Order(Numbered<Order>),
+    Report(String, Numbered<Report>),
+    Beat(String, Beat),
+    Pdus(Vec<Octets>),
+    Repair(String, Repair),
+    Repaired(Repaired),
+    Fetch(String, FetchOf),
+    Orders(Fetched<Order>),
+    Reports(Fetched<Report>),
+    Alive(String, u64, bool),
+}
+
+struct Node {
+    kind: Kind,
+    instance: u128,
+    member: Option<Member>,
+    dead: bool,
+    paused_until: u64,
+    deaf_until: u64,
+    mute_until: u64,
+    busy_until: u64,
+    busy_since: u64,
+    next_beat: u64,
+    hello_at: Option<u64>,
+    was: Option<Was>,
+}
+
+/// The federation, its network and what became of it.
+pub struct Simulation {
+    /// Simulated wall time, ns.
+    pub now: u64,
+    /// The conductor.
+    pub conductor: Conductor,
+    /// Closed runs.
+    pub closed: Vec<ClosedRun>,
+    /// Phases reached: phase, frame, whether by a fault.
+    pub reached: Vec<(Phase, Frame, bool)>,
+    /// Answers to commands.
+    pub answers: Vec<(bool, String)>,
+    /// Exit code, once the federation is over.
+    pub exit: Option<u8>,
+    /// Invariants that did not hold.
+    pub broken: Vec<String>,
+    /// How often what happened.
+    pub seen: BTreeMap<&'static str, u64>,
+    network: Network,
+    random: u64,
+    parcels: BTreeMap<(u64, u64), (String, Parcel)>,
+    posted: u64,
+    nodes: BTreeMap<String, Node>,
+    conductor_beat: u64,
+    make: Make,
+    producers: Vec<String>,
+    scene_hash: u64,
+    version: String,
+}
+
+impl Simulation {
+    /// A federation whose members all start at time 1; `kinds` says what each member is.
+    #[must_use]
+    pub fn new(
+        seed: u64,
+        config: ConductorConfig,
+        kinds: &[(String, Kind)],
+        make: Make,
+        network: Network,
+    ) -> Self {
+        let producers = config.producers.clone();
+        let (scene_hash, version) = (config.scene_hash, config.version.clone());
+        let mut simulation = Self {
+            now: 1,
+            conductor: Conductor::new(config),
+            closed: Vec::new(),
+            reached: Vec::new(),
+            answers: Vec::new(),
+            exit: None,
+            broken: Vec::new(),
+            seen: BTreeMap::new(),
+            network,
+            random: seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1,
+            parcels: BTreeMap::new(),
+            posted: 0,
+            nodes: BTreeMap::new(),
+            conductor_beat: 0,
+            make,
+            producers,
+            scene_hash,
+            version,
+        };
+        for (name, kind) in kinds {
+            simulation.start(name, *kind);
+        }
+        simulation
+    }
+
+    fn start(&mut self, name: &str, kind: Kind) {
+        let node = Node {
+            kind,
+            instance: u128::from(self.draw(u64::MAX)) + 1,
+            member: None,
+            dead: false,
+            paused_until: 0,
+            deaf_until: 0,
+            mute_until: 0,
+            busy_until: 0,
+            busy_since: 0,
+            next_beat: self.now,
+            hello_at: Some(self.now),
+            was: None,
+        };
+        self.nodes.insert(name.to_owned(), node);
+    }
+
+    /// The member of a name, if its process lives and has joined.
+    #[must_use]
+    pub fn member(&self, name: &str) -> Option<&Member> {
+        self.nodes.get(name).filter(|n| !n.dead).and_then(|n| n.member.as_ref())
+    }
+
+    fn draw(&mut self, below: u64) -> u64 {
+        self.random ^= self.random << 13;
+        self.random ^= self.random >> 7;
+        self.random ^= self.random << 17;
+        (self.random >> 11) % below
+    }
+
+    fn chance(&mut self, of_thousand: u64) -> bool {
+        self.draw(1000) < of_thousand
+    }
+
+    fn note(&mut self, what: &'static str) {
+        *self.seen.entry(what).or_default() += 1;
+    }
+
+    /// Puts a message on its way, if it gets on it.
+    fn post(&mut self, from: &str, to: &str, make: impl Fn() -> Parcel, loss: u64) {
+        if self.nodes.get(from).is_some_and(|n| n.dead || n.mute_until > self.now) {
+            return;
+        }
+        for _ in 0..1 + u64::from(self.chance(self.network.twice)) {
+            if self.chance(loss) {
+                self.note("messages lost");
+            } else {
+                let at = self.now + 10_000 + self.draw(self.network.delay_ns.max(1));
+                self.put(at, to, make());
+            }
+        }
+    }
+
+    fn put(&mut self, at: u64, to: &str, parcel: Parcel) {
+        self.posted += 1;
+        self.parcels.insert((at, self.posted), (to.to_owned(), parcel));
+    }
+
+    fn consumers(&self) -> Vec<String> {
+        let consumes = |n: &Node| n.member.as_ref().is_some_and(|m| m.federate().consumes());
+        self.nodes.iter().filter(|(_, n)| consumes(n)).map(|(name, _)| name.clone()).collect()
+    }
+
+    fn decide(&mut self, decisions: Vec<Decision>) {
+        let loss = self.network.bus_loss;
+        for decision in decisions {
+            match decision {
+                Decision::Order(order) => {
+                    self.note(match &order.body {
+                        Order::Seal { .. } => "seal",
+                        Order::Cut { .. } => "cut",
+                        Order::View { absent, .. } if absent.is_empty() => "view that waits",
+                        Order::View { .. } => "view that goes on",
+                        Order::Admit { .. } => "admit",
+                        Order::Dismiss { .. } => "dismiss",
+                        _ => "other orders",
+                    });
+                    let names: Vec<String> = self.nodes.keys().cloned().collect();
+                    for name in names {
+                        self.post("", &name, || Parcel::Order(order.clone()), loss);
+                    }
+                }
+                Decision::Fetch { holder, ask } => {
+                    self.note("reports asked for");
+                    let parcel = || Parcel::Fetch(CONDUCTOR.to_owned(), ask.clone());
+                    self.post("", &holder, parcel, loss);
+                }
+                Decision::Closed(run) => self.closed.push(*run),
+                Decision::Reached { phase, frame, reason } => {
+                    self.reached.push((phase, frame, reason.is_some()));
+                    if phase == Phase::Frozen {
+                        self.check_frozen(frame, reason.is_some());
+                    }
+                }
+                Decision::Answer(_, answer) => self.answers.push((answer.ok, answer.text)),
+                Decision::Exit(code) => self.exit = Some(code),
+                Decision::Welcome(..) | Decision::State(_) => {}
+            }
+        }
+    }
+
+    /// By command all stand at exactly this frame, by a fault all consumers where nothing is left out.
+    fn check_frozen(&mut self, frame: Frame, by_fault: bool) {
+        let stand = if by_fault { self.conductor.stand() } else { frame };
+        let state = self.conductor.state();
+        for (name, node) in &self.nodes {
+            let Some(member) = node.member.as_ref().filter(|_| !node.dead) else { continue };
+            let alive = state.members.iter().any(|m| m.name == *name && m.alive);
+            let counts = alive && (!by_fault || member.federate().consumes());
+            if counts && member.executed() != stand {
+                let at = member.executed();
+                self.broken.push(format!("FROZEN at {frame}: {name} stands at {at}, not {stand}"));
+            }
+        }
+        self.note(if by_fault { "frozen by a fault" } else { "frozen by command" });
+    }
+
+    fn act(&mut self, name: &str, effects: Vec<Effect>) {
+        let (loss, udp) = (self.network.bus_loss, self.network.udp_loss);
+        for effect in effects {
+            match effect {
+                Effect::Send(pdus) => {
+                    for octets in pdus {
+                        for to in self.consumers() {
+                            self.post(name, &to, || Parcel::Pdus(vec![Arc::clone(&octets)]), udp);
+                        }
+                    }
+                }
+                Effect::Report(report) => {
+                    let parcel = || Parcel::Report(name.to_owned(), report.clone());
+                    self.post(name, CONDUCTOR, parcel, loss);
+                    for to in self.consumers().into_iter().filter(|to| to != name) {
+                        self.post(name, &to, parcel, loss);
+                    }
+                }
+                Effect::Repair { name: holder, repair } => {
+                    self.note("PDUs asked for");
+                    self.post(name, &holder, || Parcel::Repair(name.into(), repair.clone()), loss);
+                }
+                Effect::Fetch { holder, ask } => {
+                    self.note("messages asked for");
+                    self.post(name, &holder, || Parcel::Fetch(name.into(), ask.clone()), loss);
+                }
+                Effect::Rejoin(was) => {
+                    self.note("outcast");
+                    let now = self.now;
+                    if let Some(node) = self.nodes.get_mut(name) {
+                        node.was = Some(was);
+                        node.hello_at = Some(now);
+                    }
+                }
+                Effect::Dismissed(reason) => {
+                    self.broken.push(format!("{name} was dismissed: {reason}"));
+                }
+                Effect::Publish(_) | Effect::Exit(_) => {}
+            }
+        }
+    }
+
+    fn ask_to_join(&mut self, name: &str) {
+        let now = self.now;
+        let Some(node) = self.nodes.get_mut(name) else { return };
+        node.hello_at = Some(now + HELLO_AGAIN_NS);
+        let (muted, deaf) = (node.mute_until > now, node.deaf_until > now);
+        let hello = Hello {
+            name: name.to_owned(),
+            kind: node.kind,
+            pid: 1,
+            host: "h".into(),
+            version: self.version.clone(),
+            scene_hash: self.scene_hash,
+            instance: node.instance,
+            was: node.was,
+        };
+        if muted {
+            return;
+        }
+        let mut decisions = Vec::new();
+        self.conductor.hello(now, hello, 0, &mut decisions);
+        let welcome = decisions.iter().find_map(|d| match d {
+            Decision::Welcome(_, welcome) => Some(welcome.clone()),
+            _ => None,
+        });
+        self.decide(decisions);
+        if deaf || self.chance(self.network.bus_loss) {
+            return self.note("answers to a hello lost");
+        }
+        match welcome {
+            Some(Welcome::Accepted(accepted)) => self.accepted(name, &accepted),
+            Some(Welcome::Later(_)) | None => {
+                if let Some(node) = self.nodes.get_mut(name) {
+                    node.hello_at = Some(now + HELLO_AGAIN_NS / 5);
+                }
+            }
+            Some(Welcome::NameTaken) => self.note("refused"),
+            Some(Welcome::Refused(why)) => {
+                // Another process of that name lives, as far as the conductor knows: later perhaps not.
+                self.note("refused");
+                if !why.contains("already running") {
+                    self.broken.push(format!("{name} was refused: {why}"));
+                }
+            }
+        }
+    }
+
+    fn accepted(&mut self, name: &str, accepted: &Accepted) {
+        let make = Arc::clone(&self.make);
+        let (made, producers) = (Arc::clone(&make), self.producers.clone());
+        let remake: Remake =
+            Box::new(move |_| Ok(producers.iter().map(|n| (n.clone(), made(n))).collect()));
+        let Some(node) = self.nodes.get_mut(name) else { return };
+        node.hello_at = None;
+        node.was = None;
+        let mut effects = Vec::new();
+        let again = node.member.is_some();
+        let member =
+            node.member.get_or_insert_with(|| Member::new(make(name), name, accepted, || 0));
+        if again || accepted.enter.is_some() {
+            member.enter(accepted, Some(&remake), &mut effects);
+        }
+        self.note(match accepted.enter.as_ref().map(|e| e.keep) {
+            Some(true) => "return that may keep its state",
+            Some(false) => "return that makes the run again",
+            None => "join",
+        });
+        self.act(name, effects);
+    }
+
+    fn befall(&mut self, fault: &Fault) {
+        let (now, who) = (self.now, fault.who.clone());
+        if let What::Command(command) = &fault.what {
+            let mut decisions = Vec::new();
+            self.conductor.command(now, command.clone(), 9, &mut decisions);
+            return self.decide(decisions);
+        }
+        let Some(node) = self.nodes.get_mut(&who) else { return };
+        let (inc, kind) = (node.member.as_ref().map(Member::inc), node.kind);
+        let mut gone = None;
+        match fault.what {
+            What::Kill => {
+                node.dead = true;
+                gone = Some((now + 8 * MS, None));
+            }
+            What::Vanish => node.dead = true,
+            What::Start if node.dead => self.start(&who, kind),
+            What::Start | What::Command(_) => {}
+            What::Pause(ns) => {
+                node.paused_until = node.paused_until.max(now + ns);
+                gone = Some((now + LEASE_NS, Some(now + ns)));
+            }
+            What::Cut(ns) => {
+                node.deaf_until = node.deaf_until.max(now + ns);
+                node.mute_until = node.mute_until.max(now + ns);
+                gone = Some((now + LEASE_NS, Some(now + ns)));
+            }
+            What::Deaf(ns) => node.deaf_until = node.deaf_until.max(now + ns),
+            What::Mute(ns) => node.mute_until = node.mute_until.max(now + ns),
+            What::Slow(ns) => {
+                node.busy_since = now;
+                node.busy_until = node.busy_until.max(now + ns);
+            }
+        }
+        if let (Some((at, back)), Some(inc)) = (gone, inc)
+            && back.is_none_or(|back| back > at)
+        {
+            self.put(at, CONDUCTOR, Parcel::Alive(who.clone(), inc, false));
+            if let Some(back) = back {
+                self.put(back, CONDUCTOR, Parcel::Alive(who, inc, true));
+            }
+        }
+    }
+
+    fn deliver(&mut self, to: &str, parcel: Parcel) {
+        let now = self.now;
+        if to == CONDUCTOR {
+            return self.deliver_to_conductor(parcel);
+        }
+        let Some(node) = self.nodes.get_mut(to).filter(|n| !n.dead && n.deaf_until <= now) else {
+            return;
+        };
+        let rests_until = node.paused_until.max(node.busy_until);
+        if rests_until > now {
+            // What waits for a process that stands still for long is lost with its connection.
+            if node.paused_until <= now + LEASE_NS {
+                self.put(rests_until, to, parcel);
+            }
+            return;
+        }
+        let Some(member) = &mut node.member else { return };
+        let mut effects = Vec::new();
+        let mut answer = None;
+        match parcel {
+            Parcel::Order(order) => member.order(now, order, &mut effects),
+            Parcel::Report(from, report) => member.report(now, &from, report, &mut effects),
+            Parcel::Beat(from, beat) => member.hear_beat(now, &from, &beat),
+            Parcel::Pdus(pdus) => member.pdus(now, pdus, &mut effects),
+            Parcel::Repaired(repaired) => member.repaired(now, repaired, &mut effects),
+            Parcel::Orders(fetched) => member.fetched_orders(now, fetched, &mut effects),
+            Parcel::Reports(fetched) => member.fetched(now, fetched, &mut effects),
+            Parcel::Repair(from, repair) => {
+                answer = Some((from, Parcel::Repaired(member.repair(&repair))));
+            }
+            Parcel::Fetch(from, ask) => answer = Some((from, Parcel::Reports(member.fetch(&ask)))),
+            Parcel::Alive(..) => {}
+        }
+        let executed = member.executed();
+        if executed > self.conductor.granted() && self.conductor.phase() == Phase::Running {
+            self.broken.push(format!("{to} executed frame {executed}, which was not granted"));
+        }
+        self.act(to, effects);
+        if let Some((from, parcel)) = answer {
+            self.reply(to, &from, parcel);
+        }
+    }
+
+    /// An answer, which is lost as any message is.
+    fn reply(&mut self, from: &str, to: &str, parcel: Parcel) {
+        let muted = self.nodes.get(from).is_some_and(|n| n.dead || n.mute_until > self.now);
+        if !muted && !self.chance(self.network.bus_loss) {
+            let at = self.now + 10_000 + self.draw(self.network.delay_ns.max(1));
+            self.put(at, to, parcel);
+        }
+    }
+
+    fn deliver_to_conductor(&mut self, parcel: Parcel) {
+        let mut decisions = Vec::new();
+        match parcel {
+            Parcel::Report(from, report) => {
+                self.conductor.report(self.now, &from, report, &mut decisions);
+            }
+            Parcel::Beat(from, beat) => self.conductor.beat(self.now, &from, &beat),
+            Parcel::Reports(fetched) => {
+                self.conductor.fetched(self.now, fetched, &mut decisions);
+            }
+            Parcel::Fetch(from, ask) if ask.of == CONDUCTOR => {
+                let fetched = self.conductor.fetch_orders(&ask);
+                self.reply("", &from, Parcel::Orders(fetched));
+            }
+            Parcel::Fetch(from, ask) => {
+                let fetched = self.conductor.fetch_reports(&ask);
+                self.reply("", &from, Parcel::Reports(fetched));
+            }
+            Parcel::Alive(name, inc, alive) => {
+                self.conductor.alive(self.now, &name, inc, alive, &mut decisions);
+            }
+            _ => {}
+        }
+        self.decide(decisions);
+    }
+
+    /// When the next thing happens.
+    fn next(&self) -> u64 {
+        let parcels = self.parcels.keys().next().map(|(at, _)| *at);
+        let nodes = self.nodes.values().filter(|n| !n.dead).flat_map(|n| {
+            let rests = n.paused_until.max(n.busy_until);
+            let deadline = n.member.as_ref().and_then(Member::deadline);
+            let wakes = [deadline, n.hello_at].into_iter().flatten().map(move |at| at.max(rests));
+            wakes.chain([n.next_beat.max(n.paused_until)])
+        });
+        let conductor = [self.conductor.deadline(self.now), self.conductor_beat];
+        nodes.chain(parcels).chain(conductor).min().unwrap_or(self.now)
+    }
+
+    /// Runs until a run is closed, the federation is over or `until`, with `faults` at their times.
+    pub fn run_to_close(&mut self, until: u64, faults: &[Fault]) {
+        self.run_while(until, faults, |simulation| simulation.closed.is_empty());
+    }
+
+    /// Runs until the federation is over or `until`, with `faults` at their times.
+    pub fn run(&mut self, until: u64, faults: &[Fault]) {
+        self.run_while(until, faults, |_| true);
+    }
+
+    fn run_while(&mut self, until: u64, faults: &[Fault], goes_on: impl Fn(&Self) -> bool) {
+        let mut faults: Vec<&Fault> = faults.iter().collect();
+        faults.sort_by_key(|f| std::cmp::Reverse(f.at_ns));
+        while self.now < until && self.exit.is_none() && goes_on(self) {
+            let next_fault = faults.last().map_or(u64::MAX, |f| f.at_ns);
+            self.now = self.next().min(next_fault).max(self.now + 1);
+            while faults.last().is_some_and(|f| f.at_ns <= self.now) {
+                if let Some(fault) = faults.pop() {
+                    self.befall(fault);
+                }
+            }
+            self.pass();
+        }
+    }
+
+    /// Everything that is due now.
+    fn pass(&mut self) {
+        let now = self.now;
+        while let Some(entry) = self.parcels.first_entry() {
+            if entry.key().0 > now {
+                break;
+            }
+            let (to, parcel) = entry.remove();
+            self.deliver(&to, parcel);
+        }
+        let names: Vec<String> = self.nodes.keys().cloned().collect();
+        for name in &names {
+            self.pass_node(name);
+        }
+        if now >= self.conductor_beat {
+            self.conductor_beat = now + BEAT_NS;
+            let beat = self.conductor.own_beat();
+            for name in &names {
+                let parcel = || Parcel::Beat(CONDUCTOR.to_owned(), beat.clone());
+                self.post("", name, parcel, self.network.bus_loss);
+            }
+        }
+        let mut decisions = Vec::new();
+        self.conductor.tick(now, &mut decisions);
+        self.decide(decisions);
+    }
+
+    fn pass_node(&mut self, name: &str) {
+        let now = self.now;
+        let Some(node) = self.nodes.get_mut(name).filter(|n| !n.dead && n.paused_until <= now)
+        else {
+            return;
+        };
+        let busy = node.busy_until > now;
+        if now >= node.next_beat {
+            node.next_beat = now + BEAT_NS;
+            if let Some(member) = &node.member {
+                let mut beat = member.beat();
+                if busy {
+                    beat.working = Some((member.executed() + 1, (now - node.busy_since) / MS));
+                }
+                let loss = self.network.bus_loss;
+                let mut others: Vec<String> = self.nodes.keys().cloned().collect();
+                others.retain(|n| n != name);
+                for to in others.iter().map(String::as_str).chain([CONDUCTOR]) {
+                    self.post(name, to, || Parcel::Beat(name.to_owned(), beat.clone()), loss);
+                }
+            }
+        }
+        if busy {
+            return;
+        }
+        let Some(node) = self.nodes.get_mut(name) else { return };
+        if node.hello_at.is_some_and(|at| now >= at) {
+            return self.ask_to_join(name);
+        }
+        let mut effects = Vec::new();
+        if let Some(member) = &mut node.member {
+            member.tick(now, &mut effects);
+        }
+        self.act(name, effects);
+    }
+
+    /// The sum of a figure over the reports of a closed run.
+    #[must_use]
+    pub fn value(&self, run: usize, key: &str) -> f64 {
+        let values = self.closed[run].reports.iter().flat_map(|r| &r.values);
+        values.filter(|(k, _)| k == key).map(|(_, v)| v).sum()
+    }
+
+    /// The digests of a closed run, by member and name.
+    #[must_use]
+    pub fn digests(&self, run: usize) -> Vec<(String, String, u64)> {
+        let reports = self.closed[run].reports.iter();
+        reports
+            .flat_map(|r| r.digests.iter().map(|(k, d)| (r.name.clone(), k.clone(), *d)))
+            .collect()
+    }
+}
