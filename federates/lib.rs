@@ -16,6 +16,8 @@ pub mod viewer_logger;
 
 pub mod admin_station;
 
+pub mod gateway;
+
 pub mod federation;
 pub mod runtime;
 pub mod seeds;

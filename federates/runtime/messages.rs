@@ -46,6 +46,8 @@ pub enum Kind {
     ViewerLogger,
     /// The conductor's own process.
     AdminStation,
+    /// What others read in their own formats; a spectator.
+    Gateway,
 }
 
 impl Kind {
@@ -59,6 +61,7 @@ impl Kind {
             Self::Visitors => "visitors",
             Self::ViewerLogger => "viewer-logger",
             Self::AdminStation => "admin-station",
+            Self::Gateway => "gateway",
         }
     }
     /// Whether it says ten times a second that it lives: members do, spectators do not.
@@ -699,6 +702,10 @@ pub struct TrackMessage {
     pub velocity_ms: [f64; 2],
     /// Covariance of the position, m²: ee, en, nn.
     pub cov_m2: [f64; 3],
+    /// Acceleration, m/s² east and north.
+    pub acceleration_ms2: [f64; 2],
+    /// Covariance of the velocity, m²/s²: ee, en, nn.
+    pub velocity_cov_m2s2: [f64; 3],
     /// Height above the aerodrome reference, m.
     pub altitude_m: Option<f64>,
     /// Course over ground, rad clockwise from north in [0, 2π).

@@ -139,6 +139,10 @@ pub struct AdminArgs {
     #[arg(long)]
     visitors: bool,
 
+    /// Wait up to 10 s for a gateway before the run begins, so that what it sends is complete
+    #[arg(long)]
+    expect_gateway: bool,
+
     /// Write "progress FRAME/LAST" lines to stdout
     #[arg(long, hide = true)]
     progress: bool,
@@ -289,6 +293,7 @@ impl AdminArgs {
             (self.batch, "--batch"),
             (self.wait, "--wait"),
             (self.expect_logger.is_some(), "--expect-logger"),
+            (self.expect_gateway, "--expect-gateway"),
         ]
         .into_iter()
         .find_map(|(given, flag)| given.then_some(flag))
@@ -552,6 +557,10 @@ fn run_admin(args: &AdminArgs, scene: &Arc<Scene>) -> anyhow::Result<u8> {
             false => within_ns,
         };
         listen_to_launcher(events.0.clone());
+    }
+    if args.expect_gateway {
+        config.await_spectators.push(crate::gateway::process::NAME.to_owned());
+        config.await_spectators_ns = config.await_spectators_ns.max(10_000_000_000);
     }
     let stop = events.0.clone();
     ctrlc::set_handler(move || {

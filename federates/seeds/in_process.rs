@@ -26,6 +26,10 @@ pub fn run(args: &RunArgs, scene: &Scene) -> anyhow::Result<u8> {
         args.record.is_none() && args.report.is_none(),
         "--in-process has no data plane that could be recorded: leave out --record and --report, or --in-process"
     );
+    anyhow::ensure!(
+        !args.asterix.asked(),
+        "--in-process has no gateway: leave out --asterix and --asterix-record, or --in-process"
+    );
     let mut line = None;
     let code = federation(args, scene, |summary| line = Some(summary.line()))?;
     if let Some(line) = line {

@@ -2,10 +2,13 @@
 
 pub mod accuracy;
 pub mod airport;
+pub mod asterix;
+pub mod asterix_file;
 pub mod certs;
 pub mod dis;
 pub mod federate_commands;
 pub mod fit;
+pub mod gateway;
 pub mod in_process;
 pub mod launch;
 pub mod link_args;
@@ -17,6 +20,7 @@ pub mod replay;
 pub mod report;
 pub mod run;
 pub mod score;
+pub mod score_asterix;
 pub mod sim;
 pub mod verify;
 pub mod viewer_process;
@@ -46,12 +50,14 @@ enum Command {
     Record(record::RecordArgs),
     Certs(certs::CertsArgs),
     Dis(dis::DisArgs),
+    Asterix(asterix::AsterixToolArgs),
     Airport(airport::AirportArgs),
     Traffic(airport::TrafficArgs),
     TrafficGenerator(federate_commands::TrafficArgs),
     ExternalWorld(federate_commands::WorldArgs),
     Smdfm(federate_commands::SmdfmArgs),
     Visitors(federate_commands::VisitorsArgs),
+    Gateway(Box<gateway::GatewayArgs>),
     ViewerLogger(federate_commands::ViewerArgs),
     AdminStation(federate_commands::AdminArgs),
     /// Print a completion script for a shell
@@ -74,6 +80,8 @@ pub fn main() -> ExitCode {
         Some(Command::Record(args)) => finished(record::run(args)),
         Some(Command::Dis(args)) => finished(dis::run(args)),
         Some(Command::Certs(args)) => certs::run(&args),
+        Some(Command::Asterix(args)) => asterix::run(&args),
+        Some(Command::Gateway(args)) => gateway::run(&args),
         Some(Command::Airport(args)) => airport::run(&args),
         Some(Command::Traffic(args)) => airport::traffic(&args),
         Some(Command::Accuracy(args)) => accuracy::run(&args),

@@ -23,6 +23,10 @@ pub struct RecordArgs {
     #[command(flatten)]
     link: LinkArgs,
 
+    /// Record what arrives here instead of DIS: ASTERIX to this host, group or broadcast address
+    #[arg(long, value_name = "ADDR:PORT", conflicts_with = "dis")]
+    asterix: Option<datalink::Destinations>,
+
     /// End after so many seconds [default: at Ctrl-C]
     #[arg(long, value_name = "S", value_parser = seconds)]
     duration: Option<f64>,
@@ -41,7 +45,14 @@ const PROGRESS_NS: u64 = 1_000_000_000;
 /// # Errors
 /// If the file cannot be made or the link not be opened.
 pub fn run(args: RecordArgs) -> anyhow::Result<ExitCode> {
-    let mut receiver = Receiver::open(&args.link.config()?)?;
+    let mut link = args.link.config()?;
+    if let Some(asterix) = &args.asterix {
+        link.to = asterix.clone();
+        // One host is listened for at its own address and port.
+        let own = asterix.first();
+        link.listen = link.listen.or((own.is_ipv4() && !leaves(own)).then_some(own));
+    }
+    let mut receiver = Receiver::open(&link)?;
     let name = args.file.display().to_string();
     let mut recorder =
         Recorder::create(&args.file).with_context(|| format!("making the recording {name}"))?;
@@ -115,6 +126,11 @@ pub fn run(args: RecordArgs) -> anyhow::Result<ExitCode> {
     }
     let complete = closed.is_ok() && lost == 0 && dropped == 0;
     Ok(if complete { ExitCode::SUCCESS } else { ExitCode::from(3) })
+}
+
+/// Whether an address is a group or a broadcast address.
+fn leaves(address: std::net::SocketAddr) -> bool {
+    !matches!(datalink::Destination::of(address), datalink::Destination::Host(_))
 }
 
 /// A line for people.

@@ -1,6 +1,7 @@
 //! `seeds run`: a whole federation on this host, one process a federate, or all in one.
 
 use super::federate_commands::NO_LOGGER;
+use super::gateway::AsterixArgs;
 use super::launch::{Launched, News, common_arguments};
 use crate::federation::{RunOptions, generator_name};
 use crate::runtime::cli::out;
@@ -81,6 +82,9 @@ pub struct RunArgs {
     /// DIS exercise identifier, 0 to 255 [default: the scene's]
     #[arg(long, value_name = "N")]
     pub exercise: Option<u8>,
+
+    #[command(flatten)]
+    pub(crate) asterix: AsterixArgs,
 
     #[command(flatten)]
     pub(crate) network: NetworkArgs,
@@ -170,6 +174,9 @@ pub fn run(args: &RunArgs) -> ExitCode {
     if args.network.sync_listen.as_ref().is_some_and(|e| e.ends_with(":0")) {
         let help = "the federates of a run must know its port: choose one, not 0";
         return fail(BAD_INPUT, format!("--sync-listen: {help}"));
+    }
+    if let Err(e) = args.asterix.check(&args.network, args.options().rate) {
+        return fail(BAD_INPUT, format!("{e:#}"));
     }
     if let Err(e) = args.protection() {
         return fail(BAD_INPUT, format!("{e:#}"));
@@ -291,6 +298,14 @@ fn processes(args: &RunArgs) -> anyhow::Result<u8> {
                     }
                     lost |= ended_with != 0 && (args.record.is_some() || args.report.is_some())
                         || ended_with == i32::from(DATA_LOST);
+                } else if name == GATEWAY {
+                    if code.is_none() && interrupts == 0 {
+                        say(&format!(
+                            "the gateway ended ({}); the run goes on without it",
+                            ending(ended_with)
+                        ));
+                    }
+                    lost |= ended_with != 0;
                 } else if code.is_none() && ended_with == i32::from(BAD_INPUT) {
                     // A movement that none can be made of: it has said which.
                     launched.end_all(Duration::from_secs(2));
@@ -320,6 +335,8 @@ fn processes(args: &RunArgs) -> anyhow::Result<u8> {
         _ => FAILED,
     })
 }
+
+use crate::gateway::process::NAME as GATEWAY;
 
 /// What a launched viewer-logger says when it has made its files and joined.
 pub const LOGGING: &str = "logging";
@@ -373,7 +390,13 @@ fn start_all(args: &RunArgs, endpoint: &str, launched: &mut Launched) -> anyhow:
         let asked = args.record.is_some() || args.report.is_some();
         admin.push(format!("--expect-logger={}", if asked { 10 } else { 2 }));
     }
+    if args.asterix.asked() {
+        admin.push("--expect-gateway".to_owned());
+    }
     launched.start("admin-station", &with("admin-station", &admin))?;
+    if args.asterix.asked() {
+        launched.start(GATEWAY, &with(GATEWAY, &args.asterix.arguments()))?;
+    }
     for share in 1..=args.generators {
         let more = ["--share".to_owned(), format!("{share}/{}", args.generators)];
         launched

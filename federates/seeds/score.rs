@@ -1,5 +1,6 @@
 //! `seeds score --truth FILE --tracks FILE`: a recorded run held against its truth.
 
+use super::score_asterix::{self, Which};
 use crate::runtime::cli::out;
 use crate::runtime::cli::{self, BAD_INPUT, FAILED, fail};
 use anyhow::{Context, bail};
@@ -25,9 +26,21 @@ pub struct ScoreArgs {
     #[arg(long, value_name = "FILE")]
     truth: PathBuf,
 
-    /// Tracks: the database of a run, or CSV (time_s, track, x_m, y_m or lat_deg, lon_deg; vx_ms, vy_ms, label, published_s)
+    /// Tracks: the database of a run, CSV (time_s, track, x_m, y_m or lat_deg, lon_deg; vx_ms, vy_ms, label, published_s), or a recording of ASTERIX (pcap, pcapng, .ast, .ff, .rff)
     #[arg(long, value_name = "FILE")]
     tracks: PathBuf,
+
+    /// Of a recording only the tracks of this sender
+    #[arg(long, value_name = "SAC/SIC", value_parser = score_asterix::source_of)]
+    source: Option<(u8, u8)>,
+
+    /// Of a recording only the tracks in this category: 10, 11, 20, 21 or 62
+    #[arg(long, value_name = "N")]
+    category: Option<u8>,
+
+    /// Seconds that --asterix-time wall added to the times of day (the gateway says them); tells the latency too
+    #[arg(long, value_name = "S")]
+    shift: Option<f64>,
 
     /// Scene whose airport says what is runway, taxiway, apron and stand [default: the one that the database names]
     #[arg(long, value_name = "SCENE")]
@@ -79,7 +92,8 @@ fn write(args: &ScoreArgs, report: &ScoreReport) -> anyhow::Result<()> {
 
 fn scored(args: &ScoreArgs) -> anyhow::Result<ScoreReport> {
     let truth = Source::open(&args.truth)?;
-    let tracks = Source::open(&args.tracks)?;
+    let recording = score_asterix::is_recording(&args.tracks)?;
+    let tracks = if recording { Source::Recording } else { Source::open(&args.tracks)? };
     let mut notes = Vec::new();
     let named = [&truth, &tracks].into_iter().find_map(|s| s.fact("scene"));
     let scene = scene(args.scene.as_deref(), named.as_deref(), &mut notes)?;
@@ -87,7 +101,21 @@ fn scored(args: &ScoreArgs) -> anyhow::Result<ScoreReport> {
     let place: score_files::Place<'_> =
         place.as_ref().map(|p| p as &dyn Fn(f64, f64) -> Vector2<f64>);
     let targets = truth.targets(place).with_context(|| args.truth.display().to_string())?;
-    let reports = tracks.reports(place).with_context(|| args.tracks.display().to_string())?;
+    let reports = if recording {
+        let start = truth.fact("start_utc_ns").and_then(|ns| ns.parse().ok());
+        let which = Which {
+            category: args.category,
+            source: args.source,
+            start_utc_ns: start.or_else(|| scene.as_ref().map(|s| s.run.start_utc_ns)),
+            shift_s: args.shift,
+        };
+        let (reports, remarks) = score_asterix::reports(&args.tracks, &which, place)
+            .with_context(|| args.tracks.display().to_string())?;
+        notes.extend(remarks);
+        reports
+    } else {
+        tracks.reports(place).with_context(|| args.tracks.display().to_string())?
+    };
     let plots = tracks.plots()?;
     let mut recording = Recording { targets, reports, plots };
     let left_out = recording.put_in_order();
@@ -168,6 +196,8 @@ const LARGEST_TEXT: u64 = 1 << 30;
 enum Source {
     Database(Connection),
     Text(String),
+    /// A recording of ASTERIX, which is read by [`score_asterix`].
+    Recording,
 }
 
 impl Source {
@@ -204,6 +234,7 @@ impl Source {
         let database = match self {
             Self::Text(text) => return Ok(score_files::truth(text, place)?),
             Self::Database(database) => database,
+            Self::Recording => return Ok(Vec::new()),
         };
         let mut query = database.prepare(
             "SELECT entity, callsign, time_ns, x_m, y_m, vx_ms, vy_ms, altitude_m \
@@ -229,6 +260,7 @@ impl Source {
         let database = match self {
             Self::Text(text) => return Ok(score_files::tracks(text, place)?),
             Self::Database(database) => database,
+            Self::Recording => return Ok(Vec::new()),
         };
         let mut query = database.prepare(
             "SELECT track, time_ns, took_us, x_m, y_m, vx_ms, vy_ms, callsign \

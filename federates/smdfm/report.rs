@@ -177,7 +177,7 @@ fn truth_message(view: &View<'_>, index: usize, track: Option<(u16, f64)>) -> Op
 pub fn track_message(track: &SystemTrack) -> TrackMessage {
     let label = track.label.as_ref();
     let text = |get: fn(&models::track::Label) -> String| label.map(get).unwrap_or_default();
-    let cov = &track.position_cov_m2;
+    let (cov, velocity_cov) = (&track.position_cov_m2, &track.velocity_cov_m2s2);
     TrackMessage {
         number: track.number,
         track_type: match track.track_type {
@@ -198,6 +198,8 @@ pub fn track_message(track: &SystemTrack) -> TrackMessage {
         position_m: track.position_m.into(),
         velocity_ms: track.velocity_ms.into(),
         cov_m2: [cov.m11, cov.m12, cov.m22],
+        acceleration_ms2: track.acceleration_ms2.into(),
+        velocity_cov_m2s2: [velocity_cov.m11, velocity_cov.m12, velocity_cov.m22],
         altitude_m: track.altitude_m,
         heading_rad: track.heading_rad,
         manoeuvre: track.manoeuvre,

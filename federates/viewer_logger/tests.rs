@@ -46,6 +46,8 @@ pub(super) fn scan(n: u64) -> ScanReport {
         position_m: [x_m, 50.0],
         velocity_ms: [10.0, 0.0],
         cov_m2: [4.0, 0.0, 5.0],
+        acceleration_ms2: [0.0; 2],
+        velocity_cov_m2s2: [1.0, 0.0, 1.0],
         altitude_m: None,
         heading_rad: 0.5,
         manoeuvre: false,

@@ -160,6 +160,8 @@ impl Demo {
                     position_m: track_m,
                     velocity_ms: v,
                     cov_m2: [2.6, 0.5, 3.4],
+                    acceleration_ms2: [0.0; 2],
+                    velocity_cov_m2s2: [1.0, 0.0, 1.0],
                     altitude_m: None,
                     heading_rad,
                     manoeuvre: n % 40 < 3 && i == 1,

@@ -1,0 +1,231 @@
+//! Tracks of others: what a record of category 010, 011, 020, 021 or 062 says of a track.
+
+use asterix::table::Item;
+use asterix::{Record, Value, View, cat010, cat011, cat020, cat021, cat062};
+
+/// One report of a track.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ForeignTrack {
+    /// System area code and identification code of who sent it.
+    pub source: (u8, u8),
+    /// Category of the record.
+    pub category: u8,
+    /// Track number.
+    pub number: u32,
+    /// Time of day, s.
+    pub of_day_s: f64,
+    /// Where it is.
+    pub place: ForeignPlace,
+    /// East and north, m/s, where it is said.
+    pub velocity_mps: Option<[f64; 2]>,
+    /// Call sign; empty for none.
+    pub label: String,
+    /// Not confirmed.
+    pub tentative: bool,
+    /// Without a recent plot.
+    pub coasting: bool,
+    /// Last message of the track.
+    pub last: bool,
+}
+
+/// How a position was said.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ForeignPlace {
+    /// Latitude and longitude, degrees.
+    Degrees([f64; 2]),
+    /// East and north of the sender's reference point, m.
+    Local([f64; 2]),
+}
+
+/// Who sent a record.
+#[must_use]
+pub fn source(record: &Record<'_>) -> Option<(u8, u8)> {
+    let mut values = record.find("010")?.values();
+    let mut next = || values.next().and_then(|(_, v)| v.number()).map(|n| n as u8);
+    Some((next()?, next()?))
+}
+
+/// The first time of day in a record, s.
+#[must_use]
+pub fn of_day_s(record: &Record<'_>) -> Option<f64> {
+    let values = record.items().flat_map(|view| view.values());
+    let mut times = values.filter(|(field, _)| field.kind == asterix::table::Kind::TimeOfDay);
+    times.next()?.1.number()
+}
+
+/// Where a category keeps what a track is made of.
+struct Rows {
+    number: &'static Item,
+    times: &'static [&'static Item],
+    degrees: &'static [&'static Item],
+    local: Option<&'static Item>,
+    velocity: Option<&'static Item>,
+    status: Option<&'static Item>,
+    last: &'static str,
+}
+
+static ROWS: &[(u8, Rows)] = &[
+    (
+        10,
+        Rows {
+            number: &cat010::I161,
+            times: &[&cat010::I140],
+            degrees: &[&cat010::I041],
+            local: Some(&cat010::I042),
+            velocity: Some(&cat010::I202),
+            status: Some(&cat010::I170),
+            last: "TRE",
+        },
+    ),
+    (
+        11,
+        Rows {
+            number: &cat011::I161,
+            times: &[&cat011::I140],
+            degrees: &[&cat011::I041],
+            local: Some(&cat011::I042),
+            velocity: Some(&cat011::I202),
+            status: Some(&cat011::I170),
+            last: "TSE",
+        },
+    ),
+    (
+        20,
+        Rows {
+            number: &cat020::I161,
+            times: &[&cat020::I140],
+            degrees: &[&cat020::I041],
+            local: Some(&cat020::I042),
+            velocity: Some(&cat020::I202),
+            status: Some(&cat020::I170),
+            last: "TRE",
+        },
+    ),
+    (
+        21,
+        Rows {
+            number: &cat021::I161,
+            times: &[&cat021::I071, &cat021::I073, &cat021::I077],
+            degrees: &[&cat021::I131, &cat021::I130],
+            local: None,
+            velocity: None,
+            status: None,
+            last: "",
+        },
+    ),
+    (
+        62,
+        Rows {
+            number: &cat062::I040,
+            times: &[&cat062::I070],
+            degrees: &[&cat062::I105],
+            local: Some(&cat062::I100),
+            velocity: Some(&cat062::I185),
+            status: Some(&cat062::I080),
+            last: "TSE",
+        },
+    ),
+];
+
+/// The report of a track that a record makes; `None` where it is not one (a plot, a status) or lacks
+/// number, time or position.
+#[must_use]
+pub fn track(record: &Record<'_>) -> Option<ForeignTrack> {
+    let category = record.category.number;
+    let rows = ROWS.iter().find(|(number, _)| *number == category).map(|(_, rows)| rows)?;
+    let degrees = rows.degrees.iter().find_map(|item| record.numbers(item));
+    let local = || record.numbers(rows.local?);
+    let status = rows.status.and_then(|item| record.get(item));
+    let set = |name: &str| {
+        let value = status.and_then(|view| view.value(name));
+        value.is_some_and(|v| v != Value::Integer(0))
+    };
+    Some(ForeignTrack {
+        source: source(record)?,
+        category,
+        number: record.number(rows.number)? as u32,
+        of_day_s: rows.times.iter().find_map(|item| record.number(item))?,
+        place: match degrees {
+            Some(place) => ForeignPlace::Degrees(place),
+            None => ForeignPlace::Local(local()?),
+        },
+        velocity_mps: match rows.velocity {
+            Some(item) => record.numbers(item),
+            None => ground_vector(record),
+        },
+        label: label(record),
+        tentative: set("CNF"),
+        coasting: set("CST"),
+        last: set(rows.last),
+    })
+}
+
+/// Surface or airborne ground vector of category 021, m/s.
+fn ground_vector(record: &Record<'_>) -> Option<[f64; 2]> {
+    const KNOT_MPS: f64 = 1852.0 / 3600.0;
+    let surface = || {
+        let field = record.get(&cat021::RE)?;
+        let vector = field.sub(&cat021::RE_SGV)?;
+        let number = |name| vector.value(name)?.number();
+        Some([number("GSS")? * KNOT_MPS, number("HGT")?])
+    };
+    let airborne = || {
+        let [_, nm_per_s, degrees] = record.numbers(&cat021::I160)?;
+        Some([nm_per_s * 1852.0, degrees])
+    };
+    let [speed_mps, degrees] = surface().or_else(airborne)?;
+    let (sin, cos) = libm::sincos(degrees.to_radians());
+    Some([speed_mps * sin, speed_mps * cos])
+}
+
+fn label(record: &Record<'_>) -> String {
+    let of = |item: &'static Item, sub: Option<&'static Item>| -> Option<String> {
+        let view: View<'_> = record.get(item)?;
+        let text = match sub {
+            Some(sub) => view.sub(sub)?.text()?,
+            None => view.text()?,
+        };
+        Some(text.as_str().trim().to_owned()).filter(|t| !t.is_empty())
+    };
+    let found = match record.category.number {
+        10 => of(&cat010::I245, None),
+        11 => of(&cat011::I390, Some(&cat011::I390_CSN)).or_else(|| of(&cat011::I245, None)),
+        20 => of(&cat020::I245, None),
+        21 => of(&cat021::I170, None),
+        62 => of(&cat062::I390, Some(&cat062::I390_CS))
+            .or_else(|| of(&cat062::I380, Some(&cat062::I380_ID))),
+        _ => None,
+    };
+    found.unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_track_of_each_category_is_read() {
+        let read = |hex: &str| {
+            let datagram = asterix::json::octets(hex).expect("digits");
+            let block = asterix::blocks(&datagram).next().expect("a block").expect("sound");
+            let record = block.records().next().expect("a record").expect("sound");
+            track(&record)
+        };
+        let mlat = read("140037ffcd0c0008bf144650800081cac10018cff8fffe0b000708014102029c001bfffc3c65868005a071cb3d2040000a000d000001b1").expect("a track");
+        assert_eq!((mlat.source, mlat.number, mlat.label.as_str()), ((0, 8), 321, "AZA1234"));
+        assert_eq!(mlat.velocity_mps, Some([6.75, -1.0]));
+        let adsb = read("150036eb193103c1410400030960001f3f480010df69ff030ade394b18053f482051f314123f48284d74b1cf7220030140050860f3c2").expect("a track");
+        let [east, north] = adsb.velocity_mps.expect("a ground vector");
+        // 15.125 kt on 272.8125°.
+        assert!((east + 7.7717).abs() < 1e-3 && (north - 0.3818).abs() < 1e-3, "{east} {north}");
+        assert_eq!(adsb.of_day_s, 32_400.0);
+        let system = read("3e006bbfdfa3840014014651000081cac10018cff8fffe0b0007080021fff202ff029cc03c658605a071cb3d200141019101010110c120c8040210001e4fcc415a4131323334413332304d4c494d434548414d33355201100a0c1e4231322020204d514484000400050203").expect("a track");
+        assert_eq!((system.category, system.label.as_str()), (62, "AZA1234"));
+        assert!(!system.tentative && !system.coasting && !system.last);
+        assert_eq!(
+            read("0a001ff70109a0000701618046504005dc60000425fbdb4d41440a0cfffbb4"),
+            None,
+            "a plot"
+        );
+    }
+}

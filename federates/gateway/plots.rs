@@ -1,0 +1,206 @@
+//! A plot as the report of its sensor: categories 010, 020 and 021.
+
+use super::items::{FOOT_M, emitter, fleet, ident, nac_p};
+use super::{Gateway, Source};
+use crate::runtime::messages::{FlightNotice, PlotMessage, ScanReport};
+use asterix::{EncodeError, Packer, cat010, cat020, cat021};
+
+/// Height above the reference below which a target that reports itself counts as on the ground, m.
+pub(crate) const ON_GROUND_M: f64 = 15.0;
+
+/// Adds the record of a plot.
+///
+/// # Errors
+/// If a value does not fit its field; nothing is added then.
+pub fn record(
+    packer: &mut Packer,
+    gateway: &Gateway,
+    source: &Source,
+    category: u8,
+    plot: &PlotMessage,
+    scan: &ScanReport,
+) -> Result<(), EncodeError> {
+    let flight = gateway.flight(&plot.identity);
+    let report = Report { gateway, source, plot, flight };
+    match category {
+        20 => report.record_020(packer),
+        21 => report.record_021(packer, scan.time_ns),
+        _ => report.record_010(packer),
+    }
+}
+
+struct Report<'a> {
+    gateway: &'a Gateway,
+    source: &'a Source,
+    plot: &'a PlotMessage,
+    flight: Option<&'a FlightNotice>,
+}
+
+impl Report<'_> {
+    fn cooperative(&self) -> bool {
+        matches!(self.source.kind.as_str(), "adsb" | "mlat" | "gps" | "dgps")
+    }
+
+    fn on_ground(&self) -> u8 {
+        let low = self.plot.altitude_m.is_none_or(|height_m| height_m < ON_GROUND_M);
+        u8::from(self.cooperative() && low)
+    }
+
+    /// 1 aircraft, 2 vehicle, 0 unknown.
+    fn target(&self) -> u8 {
+        match self.flight.map(|f| f.movement.as_str()) {
+            None => 0,
+            Some("vehicle") => 2,
+            Some(_) => 1,
+        }
+    }
+
+    fn address(&self) -> Option<u32> {
+        let of_identity = || {
+            let text = &self.plot.identity;
+            let digits = text.len() == 6 && text.bytes().all(|b| b.is_ascii_hexdigit());
+            digits.then(|| u32::from_str_radix(text, 16).ok()).flatten()
+        };
+        match self.flight {
+            Some(flight) => flight.address,
+            None => of_identity(),
+        }
+    }
+
+    /// The call sign that was reported (an address is not one).
+    fn callsign(&self) -> Option<String> {
+        let name = match self.flight {
+            Some(flight) => flight.callsign.as_str(),
+            None if self.address().is_some() => "",
+            None => self.plot.identity.as_str(),
+        };
+        Some(ident(name)).filter(|name| !name.is_empty())
+    }
+
+    fn fleet(&self) -> Option<u8> {
+        self.flight.filter(|f| f.movement == "vehicle").map(|f| fleet(&f.type_designator))
+    }
+
+    fn time_s(&self) -> f64 {
+        self.gateway.of_day_s(self.plot.time_ns)
+    }
+
+    fn record_010(&self, packer: &mut Packer) -> Result<(), EncodeError> {
+        let plot = self.plot;
+        let (kind, corrected) = match self.source.kind.as_str() {
+            "asde" => (3, 0),
+            "mlat" => (1, 0),
+            "dgps" => (2, 1),
+            "gps" | "adsb" => (2, 0),
+            "loop" => (4, 0),
+            _ => (7, 0),
+        };
+        let [ee_m2, en_m2, nn_m2] = plot.cov_m2;
+        packer.record(&cat010::CATEGORY, |items| {
+            items.put(&cat010::I010, &[0, self.source.sic])?;
+            items.put(&cat010::I000, &[1])?;
+            let loop_passed = u8::from(kind == 4);
+            let descriptor =
+                [kind, corrected, 0, self.on_ground(), 0, 1, 0, 0, loop_passed, self.target()];
+            items.put(&cat010::I020, &descriptor)?;
+            items.put(&cat010::I140, &[self.time_s()])?;
+            items.put(&cat010::I041, &self.gateway.place(plot.position_m))?;
+            if let Some([range_m, azimuth_rad, ..]) = plot.polar {
+                items.put(&cat010::I040, &[range_m, azimuth_rad.to_degrees()])?;
+            }
+            items.put(&cat010::I042, &plot.position_m)?;
+            if let Some(address) = self.address() {
+                items.put(&cat010::I220, &[address])?;
+            }
+            if let Some(callsign) = self.callsign() {
+                items.put(&cat010::I245, &[Mixed::Code(0), Mixed::Text(&callsign)])?;
+            }
+            if let Some(fleet) = self.fleet() {
+                items.put(&cat010::I300, &[fleet])?;
+            }
+            if let Some(height_m) = plot.altitude_m {
+                items.put(&cat010::I091, &[height_m / FOOT_M])?;
+            }
+            items.put(&cat010::I500, &[ee_m2.max(0.0).sqrt(), nn_m2.max(0.0).sqrt(), en_m2])?;
+            if let Some(scnr_db) = plot.scnr_db.filter(|s| s.is_finite()) {
+                items.put(&cat010::I131, &[(2.0 * scnr_db).round().clamp(0.0, 255.0)])?;
+            }
+            Ok(())
+        })
+    }
+
+    fn record_020(&self, packer: &mut Packer) -> Result<(), EncodeError> {
+        let plot = self.plot;
+        let [ee_m2, en_m2, nn_m2] = plot.cov_m2;
+        let (east_m, north_m) = (ee_m2.max(0.0).sqrt(), nn_m2.max(0.0).sqrt());
+        packer.record(&cat020::CATEGORY, |items| {
+            items.put(&cat020::I010, &[0, self.source.sic])?;
+            // The first seven bits are inverted: Mode S was used.
+            items.put(&cat020::I020, &[1, 0, 1, 1, 1, 1, 1, 0, 0, 0, self.on_ground(), 0, 1, 0])?;
+            items.put(&cat020::I140, &[self.time_s()])?;
+            items.put(&cat020::I041, &self.gateway.place(plot.position_m))?;
+            items.put(&cat020::I042, &plot.position_m)?;
+            if let Some(address) = self.address() {
+                items.put(&cat020::I220, &[address])?;
+            }
+            if let Some(callsign) = self.callsign() {
+                items.put(&cat020::I245, &[Mixed::Code(2), Mixed::Text(&callsign)])?;
+            }
+            if let Some(height_m) = plot.altitude_m {
+                items.put(&cat020::I105, &[(height_m + self.gateway.elevation_m) / FOOT_M])?;
+            }
+            if let Some(fleet) = self.fleet() {
+                items.put(&cat020::I300, &[fleet])?;
+            }
+            items.compound(&cat020::I500, |sub| {
+                let correlation = en_m2 / (east_m * north_m);
+                let correlation = if correlation.is_finite() { correlation } else { 0.0 };
+                sub.put(&cat020::I500_SDP, &[east_m, north_m, correlation])
+            })
+        })
+    }
+
+    fn record_021(&self, packer: &mut Packer, scan_end_ns: i64) -> Result<(), EncodeError> {
+        let plot = self.plot;
+        let vehicle = u8::from(self.target() == 2);
+        packer.record(&cat021::CATEGORY, |items| {
+            items.put(&cat021::I010, &[0, self.source.sic])?;
+            let descriptor = [2 * vehicle, 0, 0, 0, 0, self.on_ground(), 1];
+            items.put(&cat021::I040, &descriptor)?;
+            items.put(&cat021::I071, &[self.time_s()])?;
+            items.put(&cat021::I131, &self.gateway.place(plot.position_m))?;
+            items.put(&cat021::I080, &[self.address().unwrap_or(0)])?;
+            if let Some(height_m) = plot.altitude_m {
+                items.put(&cat021::I140, &[(height_m + self.gateway.elevation_m) / FOOT_M])?;
+            }
+            items.put(&cat021::I090, &[0, 0, 0, 0, nac_p(plot.cov_m2)])?;
+            items.put(&cat021::I210, &[0, 2, 2])?;
+            items.put(&cat021::I077, &[self.gateway.of_day_s(scan_end_ns)])?;
+            if let Some(callsign) = self.callsign() {
+                items.put(&cat021::I170, &[callsign.as_str()])?;
+            }
+            if let Some(flight) = self.flight {
+                let aircraft = vehicle == 0;
+                let category = emitter(aircraft, &flight.wake, &flight.type_designator);
+                items.put(&cat021::I020, &[category])?;
+            }
+            Ok(())
+        })
+    }
+}
+
+/// A code or a text, for items that have both.
+#[derive(Clone, Copy)]
+pub(crate) enum Mixed<'a> {
+    Code(u32),
+    Text(&'a str),
+}
+
+impl asterix::FieldValue for Mixed<'_> {
+    fn raw(self, field: &asterix::table::Field) -> Result<u64, asterix::ValueError> {
+        match self {
+            Self::Code(code) => code.raw(field),
+            Self::Text(text) => text.raw(field),
+        }
+    }
+}

@@ -1,0 +1,148 @@
+//! What goes out of a scan that is made by hand.
+
+use super::*;
+use crate::runtime::messages::PlotMessage;
+use asterix::{Record, blocks, cat011, cat062};
+
+fn scene() -> Scene {
+    scenarios::load_without_truth(&scenarios::locate("zurich")).expect("the scene")
+}
+
+fn track(number: u16, time_ns: i64) -> TrackMessage {
+    TrackMessage {
+        number,
+        track_type: "aircraft".into(),
+        status: "confirmed".into(),
+        first: false,
+        time_ns,
+        position_m: [1200.25, -3400.5],
+        velocity_ms: [10.0, -3.25],
+        cov_m2: [4.0, -1.0, 9.0],
+        acceleration_ms2: [0.5, 0.0],
+        velocity_cov_m2s2: [1.0, 0.0, 0.25],
+        altitude_m: Some(120.0),
+        heading_rad: 0.5,
+        manoeuvre: false,
+        callsign: "swr_137h".into(),
+        type_designator: "A320".into(),
+        wake: "M".into(),
+        movement: "arrival".into(),
+        runway_stand: "28/E_19".into(),
+        ctd_eta_ns: Some(time_ns + 4_000_000_000),
+        routing: Vec::new(),
+    }
+}
+
+fn plot(sensor: u16, time_ns: i64) -> PlotMessage {
+    PlotMessage {
+        sensor,
+        kind: "asde".into(),
+        time_ns,
+        position_m: [1200.0, -3400.0],
+        cov_m2: [4.0, 0.0, 4.0],
+        ellipse: [1.0, 0.0, 4.0, 4.0],
+        altitude_m: None,
+        polar: Some([3605.0, 2.8, 2.0, 0.001]),
+        scnr_db: Some(20.0),
+        identity: String::new(),
+        cause: "SWR137H".into(),
+        truth_m: Some([1201.0, -3401.0]),
+        sequence: 0,
+        track: Some(7),
+        effects: Vec::new(),
+    }
+}
+
+fn report(scan: u64, tracks: Vec<TrackMessage>, plots: Vec<PlotMessage>) -> ScanReport {
+    let time_ns = scan as i64 * 1_000_000_000;
+    ScanReport { run: 1, scan, time_ns, tracks, plots, ..ScanReport::default() }
+}
+
+/// Every record with its category, read while the datagrams live.
+fn read<T>(datagrams: &[Vec<u8>], get: impl Fn(&Record<'_>) -> Option<T>) -> Vec<T> {
+    let blocks = datagrams.iter().flat_map(|d| blocks(d)).map(|b| b.expect("sound"));
+    blocks.flat_map(|b| b.records()).filter_map(|r| get(&r.expect("sound"))).collect()
+}
+
+#[test]
+fn the_time_of_day_goes_on_at_midnight() {
+    let mut scene = scene();
+    scene.run.start_utc_ns = 1_574_640_000_000_000_000 - 2_000_000_000; // 23:59:58
+    let mut gateway = Gateway::new(&scene, Choice::default());
+    let times: Vec<f64> = (1..=4)
+        .flat_map(|scan| {
+            let sent =
+                gateway.on_scan(&report(scan, vec![track(7, scan as i64 * 1_000_000_000)], vec![]));
+            read(&sent, |r| r.number(&cat062::I070))
+        })
+        .collect();
+    assert_eq!(times, [86_399.0, 0.0, 1.0, 2.0]);
+    // The landing of 4 s later is tomorrow before midnight, today after it.
+    let days: Vec<Option<f64>> = [1, 3]
+        .map(|scan| {
+            let mut gateway = Gateway::new(&scene, Choice::default());
+            let sent =
+                gateway.on_scan(&report(scan, vec![track(7, scan as i64 * 1_000_000_000)], vec![]));
+            let day = |r: &Record<'_>| {
+                let label = r.get(&cat011::I390)?;
+                label.sub(&cat011::I390_TOD)?.value("DAY")?.number()
+            };
+            read(&sent, day).first().copied()
+        })
+        .to_vec();
+    assert_eq!(days, [Some(2.0), Some(0.0)]);
+}
+
+#[test]
+fn a_track_says_what_its_message_says_and_nothing_of_the_truth() {
+    let mut gateway = Gateway::new(&scene(), Choice::default());
+    let number = gateway.sources.iter().find(|s| s.kind == "asde").expect("a radar").sic;
+    let scan = report(1, vec![track(7, 1_000_000_000)], vec![plot(number.into(), 750_000_000)]);
+    let sent = gateway.on_scan(&scan);
+    let text: Vec<String> = read(&sent, |r| Some(asterix::json::record(r).to_string()));
+    let system = text.iter().find(|t| t.contains("\"080\"")).expect("a system track");
+    for words in [
+        r#""CS":"swr_137""#,
+        r#""ID":"SWR137H""#,
+        r#""RDS":"28""#,
+        r#""AST":"E19""#,
+        r#""MON":1"#,
+        r#""PSR":0.25"#,
+        r#""COV":-1.0"#,
+        r#""ATV":{"X":1.0,"Y":0.5}"#,
+        r#""210":{"AX":0.5,"AY":0.0}"#,
+        r#""SFC":0"#,
+    ] {
+        assert!(system.contains(words), "{words} in {system}");
+    }
+    // The call sign of the cause is in no report of a sensor.
+    let plots: Vec<&String> = text.iter().filter(|t| t.contains("\"131\"")).collect();
+    assert_eq!(plots.len(), 1);
+    assert!(!plots[0].contains("SWR137H") && plots[0].contains(r#""131":40"#), "{}", plots[0]);
+    assert!(gateway.refused().is_empty(), "{:?}", gateway.refused());
+}
+
+#[test]
+fn a_lost_scan_is_counted_and_a_restart_is_not_one() {
+    let mut gateway = Gateway::new(&scene(), Choice::default());
+    for (run, scan) in [(1, 1), (1, 2), (1, 5), (2, 1), (2, 2)] {
+        gateway.on_scan(&ScanReport { run, ..report(scan, vec![], vec![]) });
+    }
+    assert_eq!(gateway.scans_lost(), 2);
+}
+
+#[test]
+fn only_what_is_chosen_goes_out() {
+    let number = |r: &Record<'_>| Some(r.category.number);
+    let sensor = Gateway::new(&scene(), Choice::default()).sources[0].sic;
+    for (choice, expected) in [
+        (Choice { tracks: false, status: false, ..Choice::default() }, vec![10, 19, 20, 21, 247]),
+        (Choice { sensors: false, status: false, ..Choice::default() }, vec![11, 62, 65, 247]),
+        (Choice { categories: Some([62].into()), ..Choice::default() }, vec![62]),
+    ] {
+        let mut gateway = Gateway::new(&scene(), choice);
+        let scan = report(1, vec![track(7, 1_000_000_000)], vec![plot(sensor.into(), 500_000_000)]);
+        let found: BTreeSet<u8> = read(&gateway.on_scan(&scan), number).into_iter().collect();
+        assert!(!found.is_empty() && found.iter().all(|n| expected.contains(n)), "{found:?}");
+    }
+}

@@ -1,0 +1,217 @@
+//! `seeds gateway`, and the flags of `seeds run` that start one.
+
+use super::federate_commands::{open_bus, patience};
+use crate::gateway::process::{Inbox, NAME, Task, run as run_gateway};
+use crate::gateway::{CATEGORIES, Choice};
+use crate::runtime::cli::out;
+use crate::runtime::cli::{
+    self, BAD_INPUT, COMPLETE, CommonArgs, DATA_LOST, FAILED, NetworkArgs, fail,
+    load_scene_without_truth,
+};
+use crate::runtime::process::launched;
+use anyhow::{Context, ensure};
+use clap::{Args, ValueEnum};
+use datalink::{Destinations, LinkConfig};
+use scenarios::Scene;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Gateway: plots and tracks in ASTERIX for other people's trackers, safety nets and displays
+#[derive(Args, Clone, Debug)]
+pub struct GatewayArgs {
+    #[command(flatten)]
+    common: CommonArgs,
+
+    #[command(flatten)]
+    asterix: AsterixArgs,
+}
+
+/// What is sent in ASTERIX, and where
+#[derive(Args, Clone, Debug, Default)]
+pub struct AsterixArgs {
+    /// Send what sensors and data fusion find, in ASTERIX: host, multicast group or broadcast address; may be said several times
+    #[arg(long = "asterix", value_name = "ADDR:PORT")]
+    asterix: Vec<Destinations>,
+
+    /// What to send, with commas between: plots and starts of cycle, system tracks, periodic status [default: all]
+    #[arg(
+        long = "asterix-send",
+        value_name = "WHAT",
+        value_enum,
+        value_delimiter = ',',
+        requires = "asterix"
+    )]
+    asterix_send: Vec<What>,
+
+    /// Only these categories, with commas between, of 10, 11, 19, 20, 21, 62, 65, 247; ADS-B goes out in 10 where 21 is not among them
+    #[arg(long = "asterix-cat", value_name = "N", value_delimiter = ',', value_parser = category)]
+    asterix_cat: Vec<u8>,
+
+    /// Time of day: that of the scene, or shifted once so that the first message carries now
+    #[arg(long = "asterix-time", value_name = "CLOCK", value_enum, default_value_t = Clock::Scene, requires = "asterix")]
+    asterix_time: Clock,
+
+    /// Record every datagram sent into this pcapng file
+    #[arg(long = "asterix-record", value_name = "FILE")]
+    asterix_record: Option<PathBuf>,
+}
+
+/// What can be sent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum What {
+    /// Plots and starts of cycle (010, 019, 020, 021)
+    Sensors,
+    /// System tracks and ends of batch (062, 011, 065)
+    Tracks,
+    /// Periodic status (010, 019, 065)
+    Status,
+}
+
+/// Which clock the time of day is of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Clock {
+    /// UTC of the scene
+    #[default]
+    Scene,
+    /// The first message carries the host's time, the others follow
+    Wall,
+}
+
+fn category(text: &str) -> Result<u8, String> {
+    let number = text.parse().ok().filter(|number| CATEGORIES.contains(number));
+    number.ok_or_else(|| {
+        format!("category {text} is not written; there are {CATEGORIES:?}").replace(['[', ']'], "")
+    })
+}
+
+impl AsterixArgs {
+    /// Whether a gateway is asked for.
+    #[must_use]
+    pub fn asked(&self) -> bool {
+        !self.asterix.is_empty() || self.asterix_record.is_some()
+    }
+
+    /// Looks at what can be told before anything is started.
+    ///
+    /// # Errors
+    /// If a port cannot be opened, or the wall clock is asked for at another rate than 1.
+    pub fn check(&self, network: &NetworkArgs, rate: f64) -> anyhow::Result<()> {
+        ensure!(
+            self.asterix_time == Clock::Scene || rate == 1.0,
+            "--asterix-time wall: times of day follow the wall clock at rate 1 only; leave out --rate and --fast, or take --asterix-time scene"
+        );
+        for link in self.links(network) {
+            datalink::Sender::open(&link)
+                .with_context(|| format!("--asterix {}", link.to.first()))?;
+        }
+        if let Some(file) = &self.asterix_record {
+            cli::writable(file).context("--asterix-record")?;
+        }
+        Ok(())
+    }
+
+    fn links(&self, network: &NetworkArgs) -> Vec<LinkConfig> {
+        let link = |to: &Destinations| LinkConfig {
+            to: to.clone(),
+            interface: network.interface,
+            ttl: network.ttl.unwrap_or(1),
+            ..LinkConfig::default()
+        };
+        self.asterix.iter().map(link).collect()
+    }
+
+    fn choice(&self) -> Choice {
+        let has = |what| self.asterix_send.is_empty() || self.asterix_send.contains(&what);
+        let categories = self.asterix_cat.iter().copied().collect();
+        Choice {
+            sensors: has(What::Sensors),
+            tracks: has(What::Tracks),
+            status: has(What::Status),
+            categories: (!self.asterix_cat.is_empty()).then_some(categories),
+        }
+    }
+
+    /// The same flags as a command line, for the process that `seeds run` starts.
+    #[must_use]
+    pub fn arguments(&self) -> Vec<String> {
+        let mut line = Vec::new();
+        for to in &self.asterix {
+            let list: Vec<String> = to.list().iter().map(|d| d.address().to_string()).collect();
+            line.extend(["--asterix".to_owned(), list.join(",")]);
+        }
+        for what in &self.asterix_send {
+            let word = what.to_possible_value().map_or_else(String::new, |v| v.get_name().into());
+            line.extend(["--asterix-send".to_owned(), word]);
+        }
+        for number in &self.asterix_cat {
+            line.extend(["--asterix-cat".to_owned(), number.to_string()]);
+        }
+        if self.asterix_time == Clock::Wall {
+            line.extend(["--asterix-time".to_owned(), "wall".to_owned()]);
+        }
+        if let Some(file) = &self.asterix_record {
+            line.extend(["--asterix-record".to_owned(), file.display().to_string()]);
+        }
+        line
+    }
+}
+
+/// The gateway's process.
+#[must_use]
+pub fn run(args: &GatewayArgs) -> ExitCode {
+    crate::runtime::process::end_with_launcher();
+    cli::log_to_stderr(args.common.log_format, "warn");
+    if !args.asterix.asked() {
+        return fail(BAD_INPUT, "nothing to do: say where to send, --asterix ADDR:PORT");
+    }
+    let scene = match load_scene_without_truth(&args.common.scene) {
+        Ok(scene) => scene,
+        Err(code) => return code,
+    };
+    if let Err(e) = args.asterix.check(&args.common.network, 1.0) {
+        return fail(BAD_INPUT, format!("{e:#}"));
+    }
+    match process(args, &scene) {
+        Ok(code) => ExitCode::from(code),
+        Err(e) => fail(FAILED, format!("{e:#}")),
+    }
+}
+
+fn process(args: &GatewayArgs, scene: &Scene) -> anyhow::Result<u8> {
+    let exercise = args.common.exercise.unwrap_or(scene.run.exercise);
+    let inbox = Inbox::default();
+    let stop = inbox.clone();
+    ctrlc::set_handler(move || stop.stop())?;
+    let (bus, endpoint) = open_bus(&args.common.network, &scene.network, exercise, NAME)?;
+    let task = Task {
+        to: args.asterix.links(&args.common.network),
+        choice: args.asterix.choice(),
+        wall: args.asterix.asterix_time == Clock::Wall,
+        recording: args.asterix.asterix_record.clone(),
+        patience: patience(),
+        endpoint,
+    };
+    let sent = run_gateway(&task, scene, &*bus, &inbox);
+    bus.close();
+    let Some(sent) = sent? else { return Ok(COMPLETE) };
+    let line = serde_json::json!({
+        "federate": NAME, "scans": sent.scans, "scans_lost": sent.scans_lost, "datagrams": sent.datagrams,
+        "datagrams_lost": sent.datagrams_lost, "records_refused": sent.records_refused,
+        "asterix_shift_ns": sent.shift_ns,
+    });
+    // A launcher takes what its federates print for the summary of the run.
+    if launched() {
+        tracing::info!("{line}");
+    } else {
+        print_line(&line.to_string());
+    }
+    if sent.complete() {
+        return Ok(COMPLETE);
+    }
+    tracing::error!("what was sent is not complete: {line}");
+    Ok(DATA_LOST)
+}
+
+fn print_line(line: &str) {
+    out!("{line}");
+}
