@@ -114,6 +114,9 @@ pub struct Gains {
     scans: [Schedule; SCANS],
 }
 
+/// Share of the interval below which two plots are taken as of one time.
+const AT_ONCE: f64 = 0.1;
+
 /// Scans until the steady state is taken for granted.
 const SCANS: usize = 24;
 
@@ -231,15 +234,21 @@ impl StateEstimator for SteadyGain {
         // After a gap the course is as unknown as at the start.
         let gap = t > 5.0 * self.table.interval_s;
         let count = if gap { 1 } else { (self.count + 1).min(SCANS - 1) };
-        let [alpha, beta, gamma] = self.table.scans[count].gains;
+        let [mut alpha, beta, gamma] = self.table.scans[count].gains;
+        // What two plots closer than this say of the speed is noise over a small number: the second one is taken as
+        // another look at the same place, P/(P + R) with P = αR.
+        let at_once = t < AT_ONCE * self.table.interval_s;
+        if at_once {
+            alpha /= 1.0 + alpha;
+        }
         let nu = Pair::new(z.x, z.y) - x[0];
         let s = r * (1.0 / (1.0 - alpha));
         let d2 = (nu * nu * s.recip()).sum();
         if !d2.is_finite() {
             return Err(BadInnovation(d2));
         }
-        // Two plots at one time change the position only.
-        let rate = if t > 0.0 { 1.0 / t } else { 0.0 };
+        // Gains belong to the interval of the table; a shorter one makes them no larger.
+        let rate = if at_once { 0.0 } else { 1.0 / t.max(self.table.interval_s) };
         self.x = [
             x[0] + nu * if gap { 1.0 } else { alpha },
             x[1] + nu * (beta * rate),
