@@ -90,6 +90,8 @@ pub struct TrackSummary {
     pub settled_rmse_m: Option<f64>,
     /// Squared errors of these reports over the covariance that they state, mean; 2 where it is right.
     pub settled_nees: Option<f64>,
+    /// Error of the same tracks one scan earlier, as the next scan's plots revise them, m.
+    pub second_ago_rmse_m: Option<f64>,
     /// The two first figures on straight legs only, m.
     pub straight_rmse_m: Option<f64>,
     /// Raw plots on straight legs, m.
@@ -161,6 +163,7 @@ impl RunSummary {
                 published_rmse_m: one("published_rmse_m"),
                 settled_rmse_m: one("settled_rmse_m"),
                 settled_nees: one("settled_nees"),
+                second_ago_rmse_m: one("second_ago_rmse_m"),
                 straight_rmse_m: one("straight_rmse_m"),
                 straight_raw_rmse_m: one("straight_raw_rmse_m"),
             },

@@ -726,6 +726,27 @@ pub struct TrackMessage {
     pub ctd_eta_ns: Option<i64>,
     /// Taxiways of the clearance.
     pub routing: Vec<String>,
+    /// Call sign that it more likely has than not, where that is too unsure for a label; empty if none.
+    pub assumed: String,
+    /// Probability of the label, or of what is assumed.
+    pub label_p: Option<f64>,
+    /// The publication before, revised by the plots of one more scan; absent in a track's first report.
+    pub lag: Option<LagMessage>,
+}
+
+/// A track one scan ago, as it is known now; airport frame, SI units.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LagMessage {
+    /// Time of validity, ns of simulated time.
+    pub time_ns: i64,
+    /// Position, m east and north.
+    pub position_m: [f64; 2],
+    /// Its covariance, m²: ee, en, nn.
+    pub cov_m2: [f64; 3],
+    /// No plot came between: it is what was published then.
+    pub coasted: bool,
+    /// Distance from the entity that the track follows, m, where it follows one.
+    pub error_m: Option<f64>,
 }
 
 /// A plot as the evaluation sees it: with its cause.

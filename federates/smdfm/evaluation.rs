@@ -5,6 +5,7 @@
 //! (predicted) tracks at publication time against the entity that most of their plots came from;
 //! `settled_rmse_m`: the same without the first three reports of each stretch of one track on one entity, and the last;
 //! `settled_nees`: squared error over the covariance stated, two degrees of freedom, same reports.
+//! `second_ago_rmse_m`: the same tracks one scan earlier, as the next scan's plots revise them.
 
 use super::kind_word;
 use super::received_truth::View;
@@ -67,6 +68,7 @@ pub struct Evaluation {
     settled_nees: MeanSquare,
     /// Stretches that are going on, by track number.
     stretches: BTreeMap<u16, Stretch>,
+    second_ago: MeanSquare,
     looks: BTreeMap<SensorKind, (u64, u64)>,
     plots: BTreeMap<SensorKind, u64>,
     confirmed: u64,
@@ -138,6 +140,9 @@ impl Evaluation {
             if let Some(truth) = view.at(index, to) {
                 self.settle(view.key(index), track, track.position_m - truth.position_m.xy());
             }
+            if let Some(error_m) = self.lag_error_m(view, track) {
+                self.second_ago.add(error_m * error_m);
+            }
         }
     }
 
@@ -171,6 +176,15 @@ impl Evaluation {
         Some((index, (track.position_m - truth.position_m.xy()).norm()))
     }
 
+    /// Distance of a track one scan ago, as it is known now, from the entity that it follows, m.
+    #[must_use]
+    pub fn lag_error_m(&self, view: &View<'_>, track: &SystemTrack) -> Option<f64> {
+        let lag = track.second_ago.as_ref()?;
+        let index = view.index_of(*self.follows.get(&track.number)?)?;
+        let truth = view.at(index, lag.time)?;
+        Some((lag.position_m - truth.position_m.xy()).norm())
+    }
+
     /// Named measures: "rmse_m", "pd_asde", "plots_gps", …; NaN where there is nothing to measure.
     #[must_use]
     pub fn values(&self) -> Vec<(String, f64)> {
@@ -184,6 +198,7 @@ impl Evaluation {
             ("published_rmse_m".to_owned(), self.published.root()),
             ("settled_rmse_m".to_owned(), self.settled.root()),
             ("settled_nees".to_owned(), self.settled_nees.mean()),
+            ("second_ago_rmse_m".to_owned(), self.second_ago.root()),
             ("false_plots".to_owned(), self.false_plots as f64),
             ("outsiders_now".to_owned(), self.outsiders_now as f64),
         ];

@@ -154,7 +154,9 @@ impl Federate for Smdfm {
         self.weather.clear();
         self.flights = FlightList::default();
         self.sensors = setup::make_sensors(&self.scene)?;
-        self.tracker = Tracker::new(self.scene.tracking_config());
+        let tracking = self.scene.tracking_config();
+        tracking.check().map_err(|e| format!("tracking: {e}"))?;
+        self.tracker = Tracker::new(tracking);
         self.evaluation = Evaluation::default();
         self.digests = Digests::default();
         self.unstamped = 0;

@@ -4,7 +4,7 @@ use super::evaluation::Evaluation;
 use super::kind_word;
 use super::received_truth::View;
 use crate::external_world::{movement_word, wake_letter};
-use crate::runtime::messages::{PlotMessage, ScanReport, TrackMessage, TruthMessage};
+use crate::runtime::messages::{LagMessage, PlotMessage, ScanReport, TrackMessage, TruthMessage};
 use models::effects::PlanRow;
 use models::fusion::Outcome;
 use models::plot::{Identity, Plot};
@@ -53,6 +53,11 @@ pub fn track_octets(track: &SystemTrack) -> Vec<u8> {
     append(&mut octets, track.position_cov_m2.as_slice());
     append(&mut octets, track.velocity_cov_m2s2.as_slice());
     append(&mut octets, &[track.altitude_m.unwrap_or(f64::NAN), track.heading_rad]);
+    if let Some(lag) = &track.second_ago {
+        octets.extend_from_slice(&lag.time.0.to_le_bytes());
+        append(&mut octets, lag.position_m.as_slice());
+        append(&mut octets, lag.cov_m2.as_slice());
+    }
     if let Some(callsign) = track.callsign() {
         octets.extend_from_slice(callsign.as_str().as_bytes());
     }
@@ -146,7 +151,11 @@ pub fn scan_report(parts: &ScanParts<'_>) -> ScanReport {
         run: parts.run,
         scan: parts.interval.scan,
         time_ns: parts.interval.to.0,
-        tracks: parts.tracks.iter().map(track_message).collect(),
+        tracks: parts
+            .tracks
+            .iter()
+            .map(|track| track_message(track, parts.evaluation.lag_error_m(view, track)))
+            .collect(),
         plots,
         truth,
         measures: parts.evaluation.values().into_iter().filter(|(_, v)| v.is_finite()).collect(),
@@ -174,7 +183,7 @@ fn truth_message(view: &View<'_>, index: usize, track: Option<(u16, f64)>) -> Op
 
 /// A track as the paper's `TrackInfo`.
 #[must_use]
-pub fn track_message(track: &SystemTrack) -> TrackMessage {
+pub fn track_message(track: &SystemTrack, lag_error_m: Option<f64>) -> TrackMessage {
     let label = track.label.as_ref();
     let text = |get: fn(&models::track::Label) -> String| label.map(get).unwrap_or_default();
     let (cov, velocity_cov) = (&track.position_cov_m2, &track.velocity_cov_m2s2);
@@ -210,6 +219,15 @@ pub fn track_message(track: &SystemTrack) -> TrackMessage {
         runway_stand: text(|l| l.runway_stand.clone()),
         ctd_eta_ns: label.map(|l| l.ctd_eta.0),
         routing: label.map(|l| l.routing.clone()).unwrap_or_default(),
+        assumed: track.assumed.map_or_else(String::new, |c| c.as_str().to_owned()),
+        label_p: track.label_p,
+        lag: track.second_ago.map(|lag| LagMessage {
+            time_ns: lag.time.0,
+            position_m: lag.position_m.into(),
+            cov_m2: [lag.cov_m2.m11, lag.cov_m2.m12, lag.cov_m2.m22],
+            coasted: lag.coasted,
+            error_m: lag_error_m,
+        }),
     }
 }
 

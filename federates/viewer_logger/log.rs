@@ -334,10 +334,13 @@ fn write_scan(t: &Transaction<'_>, scan: &ScanReport) -> rusqlite::Result<()> {
     }
     write_plots(t, scan)?;
     let pairs = super::frame::pairs(scan);
-    let mut insert =
-        t.prepare_cached("INSERT INTO tracks VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)")?;
+    let mut insert = t.prepare_cached(concat!(
+        "INSERT INTO tracks VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,",
+        "?,?,?,?,?,?,?,?,?,?)"
+    ))?;
     for x in &scan.tracks {
         let pair = pairs.get(&x.number);
+        let lag = x.lag.as_ref();
         insert.execute(params![
             number,
             x.number,
@@ -356,7 +359,17 @@ fn write_scan(t: &Transaction<'_>, scan: &ScanReport) -> rusqlite::Result<()> {
             x.cov_m2[2],
             x.manoeuvre,
             pair.map(|p| scan.truth[p.0].callsign.as_str()),
-            pair.map(|p| p.1)
+            pair.map(|p| p.1),
+            lag.map(|l| l.time_ns),
+            lag.map(|l| l.position_m[0]),
+            lag.map(|l| l.position_m[1]),
+            lag.map(|l| l.cov_m2[0]),
+            lag.map(|l| l.cov_m2[1]),
+            lag.map(|l| l.cov_m2[2]),
+            lag.map(|l| l.coasted),
+            lag.and_then(|l| l.error_m),
+            (!x.assumed.is_empty()).then_some(&x.assumed),
+            x.label_p
         ])?;
     }
     let mut insert = t.prepare_cached("INSERT INTO statistics VALUES (?,?,?)")?;

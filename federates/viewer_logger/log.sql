@@ -44,6 +44,11 @@ CREATE TABLE tracks (
   x_m REAL, y_m REAL, vx_ms REAL, vy_ms REAL, speed_ms REAL, heading_deg REAL, altitude_m REAL,
   var_ee_m2 REAL, var_en_m2 REAL, var_nn_m2 REAL, manoeuvre INTEGER,
   entity TEXT, error_m REAL,  -- the entity that it follows (call sign) and the distance to it; NULL: false track
+  -- The publication before, revised by the plots of this scan; lag_coasted: there were none.
+  lag_time_ns INTEGER, lag_x_m REAL, lag_y_m REAL, lag_var_ee_m2 REAL, lag_var_en_m2 REAL, lag_var_nn_m2 REAL,
+  lag_coasted INTEGER, lag_error_m REAL,
+  -- A call sign that is likely, but too unsure for a label; the probability of either.
+  assumed TEXT, label_p REAL,
   PRIMARY KEY (scan, track)
 ) WITHOUT ROWID;
 

@@ -1,6 +1,6 @@
 use super::beside::{Beside, RungRow};
 use super::*;
-use crate::runtime::messages::{PlotMessage, TrackMessage, TruthMessage};
+use crate::runtime::messages::{LagMessage, PlotMessage, TrackMessage, TruthMessage};
 use models::flight_list::FlightList;
 use models::fusion::TrackingConfig;
 
@@ -58,6 +58,15 @@ pub(super) fn scan(n: u64) -> ScanReport {
         runway_stand: "28/E_19".to_owned(),
         ctd_eta_ns: None,
         routing: Vec::new(),
+        assumed: String::new(),
+        label_p: None,
+        lag: Some(LagMessage {
+            time_ns: time_ns - 1_000_000_000,
+            position_m: [7.0, 8.0],
+            cov_m2: [1.0, 0.1, 2.0],
+            coasted: false,
+            error_m: Some(1.5),
+        }),
     };
     ScanReport {
         run: 1,

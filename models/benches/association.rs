@@ -181,6 +181,73 @@ fn scans(c: &mut Criterion) {
     group.finish();
 }
 
+/// Plots of scan `k` of targets at `truth(n, t)` with errors of `sigma_m` per axis, seen by one radar.
+fn seen(k: u32, n: usize, sigma_m: f64, truth: impl Fn(usize, f64) -> Vector2<f64>) -> Vec<Plot> {
+    let mut rng = DrawKey { run_seed: 7, sensor: 1, entity: 0, scan: k.into() }.rng(Purpose::Study);
+    let plot = |i: usize| {
+        let t = f64::from(k) - 1.0 + (i + 1) as f64 / (n + 1) as f64;
+        let (a, b) = normal_pair(&mut rng);
+        Plot {
+            sensor: SensorId(1),
+            kind: SensorKind::Asde,
+            time: SimTime::from_s(t),
+            sequence: i as u32,
+            position_m: truth(i, t) + Vector2::new(a, b) * sigma_m,
+            axis: Vector2::new(1.0, 0.0),
+            along_m2: sigma_m * sigma_m,
+            across_m2: sigma_m * sigma_m,
+            altitude_m: None,
+            polar: None,
+            identity: None,
+            scnr_db: None,
+        }
+    };
+    (0..n).map(plot).collect()
+}
+
+/// Scans of any density: the mean of the scans from the third on, births and confirmations among them.
+fn crowds(c: &mut Criterion) {
+    let point = |_: usize, _: f64| Vector2::new(10.0, 20.0);
+    let grid = |i: usize, _: f64| Vector2::new((i % 32) as f64, (i / 32) as f64) * 12.0;
+    let airport = |i: usize, t: f64| {
+        let angle = i as f64 * 2.4;
+        Vector2::new((i % 100) as f64, (i / 100) as f64) * 200.0
+            + Vector2::new(libm::cos(angle), libm::sin(angle)) * 10.0 * t
+    };
+    let mut group = c.benchmark_group("a scan of any density");
+    group.sample_size(10);
+    for (profile, config) in
+        [("paper", TrackingConfig::paper()), ("accurate", TrackingConfig::accurate())]
+    {
+        let mut config = config;
+        config.life.numbers = 65_536;
+        for (name, n, plots) in [
+            ("1000 on a metre", 1_000, (1..=6).map(|k| seen(k, 1_000, 1.0, point)).collect()),
+            ("1024 on a 12 m grid", 1_024, (1..=6).map(|k| seen(k, 1_024, 3.0, grid)).collect()),
+            ("the same, 25 m errors", 1_024, (1..=6).map(|k| seen(k, 1_024, 25.0, grid)).collect()),
+            ("100 at airport density", 100, (1..=6).map(|k| seen(k, 100, 3.0, airport)).collect()),
+            (
+                "1000 at airport density",
+                1_000,
+                (1..=6).map(|k| seen(k, 1_000, 3.0, airport)).collect(),
+            ),
+            (
+                "10 000 at airport density",
+                10_000,
+                (1..=6).map(|k| seen(k, 10_000, 3.0, airport)).collect(),
+            ),
+            ("10 000 on a metre", 10_000, (1..=6).map(|k| seen(k, 10_000, 1.0, point)).collect()),
+        ] {
+            let scans: Vec<Vec<Plot>> = plots;
+            group.throughput(Throughput::Elements(n));
+            group.bench_function(BenchmarkId::new(profile, name), |b| {
+                b.iter_custom(|times| per_scan(|| Tracker::new(config.clone()), &scans, 2, times));
+            });
+        }
+    }
+    group.finish();
+}
+
 fn kernels(c: &mut Criterion) {
     let mut rng = DrawKey { run_seed: 2, sensor: 0, entity: 0, scan: 0 }.rng(Purpose::Study);
     let cost: Vec<f64> = (0..100 * 100).map(|_| uniform(&mut rng)).collect();
@@ -199,5 +266,5 @@ fn kernels(c: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, kernels, scans);
+criterion_group!(benches, kernels, scans, crowds);
 criterion_main!(benches);

@@ -80,10 +80,29 @@ pub struct SystemTrack {
     pub heading_rad: f64,
     /// A manoeuvre was marked in this scan.
     pub manoeuvre: bool,
-    /// Label from the flight list.
+    /// Label from the flight list: given by the target's own name, or at least nine in ten sure.
     pub label: Option<Label>,
     /// The name that the target itself reports (ADS-B, DGPS), in the flight list or not.
     pub reported: Option<Callsign>,
+    /// The line of the flight list that it more likely is than not, where that is too unsure for a label.
+    pub assumed: Option<Callsign>,
+    /// Probability of the label, or of what is assumed.
+    pub label_p: Option<f64>,
+    /// Where it was at the publication before, by the plots that came since; absent in its first report.
+    pub second_ago: Option<SecondAgo>,
+}
+
+/// A track at the publication before, revised by the plots of one more scan: for a consumer that can wait.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SecondAgo {
+    /// Time of validity: the end of the scan before.
+    pub time: SimTime,
+    /// Position, m east and north.
+    pub position_m: Vector2<f64>,
+    /// Its covariance, m².
+    pub cov_m2: Matrix2<f64>,
+    /// No plot came between: it is what was published then.
+    pub coasted: bool,
 }
 
 impl SystemTrack {

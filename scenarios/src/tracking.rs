@@ -80,7 +80,7 @@ impl Accuracy {
     }
 }
 
-const KEYS: [&str; 30] = [
+const KEYS: [&str; 29] = [
     "profile",
     "filter",
     "q",
@@ -106,11 +106,10 @@ const KEYS: [&str; 30] = [
     "register_sites",
     "register_echo",
     "duplicate_radius_m",
+    "second_ago",
+    "scan_budget_ms",
     "stand_radius_m",
-    "push_back_ms",
-    "push_back_reach_m",
-    "off_block_window_s",
-    "arrival_window_s",
+    "list_sigma_s",
 ];
 
 /// Reads `[tracking]`.
@@ -165,6 +164,7 @@ pub(crate) fn read(root: &Section) -> Result<Tracking, ScenarioError> {
     set(&mut life.number_rest_s, "number_rest_s", 0.0, 3600.0, "s")?;
     set(&mut config.ring_s, "late_s", 0.0, 60.0, "s")?;
     set(&mut config.duplicate_radius_m, "duplicate_radius_m", 0.0, 100.0, "m")?;
+    set(&mut config.scan_budget_ms, "scan_budget_ms", 1.0, 1e6, "ms")?;
     let flag = |slot: &mut bool, key: &str| {
         *slot = section.flag(key)?.unwrap_or(*slot);
         Ok(())
@@ -172,12 +172,10 @@ pub(crate) fn read(root: &Section) -> Result<Tracking, ScenarioError> {
     flag(&mut config.consider_slow_errors, "consider_slow_errors")?;
     flag(&mut config.register_sites, "register_sites")?;
     flag(&mut config.register_echo, "register_echo")?;
+    flag(&mut config.second_ago, "second_ago")?;
     let labels = &mut config.labels;
     set(&mut labels.stand_radius_m, "stand_radius_m", 1.0, 500.0, "m")?;
-    set(&mut labels.push_back_ms, "push_back_ms", 0.0, 20.0, "m/s")?;
-    set(&mut labels.push_back_reach_m, "push_back_reach_m", 0.0, 1000.0, "m")?;
-    set(&mut labels.off_block_window_s, "off_block_window_s", 1.0, 86_400.0, "s")?;
-    set(&mut labels.arrival_window_s, "arrival_window_s", 1.0, 86_400.0, "s")?;
+    set(&mut labels.list_sigma_s, "list_sigma_s", 1.0, 86_400.0, "s")?;
     Ok(Tracking { profile, config })
 }
 

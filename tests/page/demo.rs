@@ -172,6 +172,9 @@ impl Demo {
                     runway_stand: mover.runway_stand.to_owned(),
                     ctd_eta_ns: None,
                     routing: Vec::new(),
+                    assumed: String::new(),
+                    label_p: None,
+                    lag: None,
                 });
             }
         }

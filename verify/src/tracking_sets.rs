@@ -4,6 +4,8 @@ use crate::{CaseResult, Check, Judge};
 use models::association::assignment::Solver;
 use models::association::jpda::Jpda;
 use models::association::kinematic_gate::{ClassLimits, Departure, ReachableSet, reach};
+use models::association::lbp::{Belief, Edge};
+use models::association::sparse::Sparse;
 use models::frames::{Matrix2, Matrix4, Vector2};
 use models::score;
 
@@ -15,6 +17,9 @@ pub fn check_for(stem: &str) -> Option<Check> {
     Some(match stem {
         "jpda_marginals" => |file| each(file, jpda_marginals),
         "assignment" => |file| each(file, assignment),
+        "bounded_marginals" => |file| each(file, bounded_marginals),
+        "sparse_assignment" => |file| each(file, sparse_assignment),
+        "identity" => |file| each(file, identity),
         "gospa_ospa" => |file| each(file, gospa_ospa),
         "kinematic_gate" => |file| each(file, kinematic_gate),
         _ => return None,
@@ -87,6 +92,101 @@ fn jpda_marginals(input: &Value, expected: &Value, tol: f64, judge: &mut Judge) 
         for (k, (found, wanted)) in beta.iter().zip(expected.concat()).enumerate() {
             judge.number(&format!("marginal {}, {}", k / width, k % width), *found, wanted, tol);
         }
+    }
+    Some(())
+}
+
+/// Pairs of a matrix of gains; −∞ is no pair.
+fn edges(gains: &[Vec<f64>]) -> Vec<Edge> {
+    let row = |(row, gains): (usize, &Vec<f64>)| {
+        let edge = |(column, &gain): (usize, &f64)| {
+            let (row, column) = (row as u32, column as u32);
+            (gain > f64::NEG_INFINITY).then_some(Edge { row, column, gain })
+        };
+        gains.iter().enumerate().filter_map(edge).collect::<Vec<_>>()
+    };
+    gains.iter().enumerate().flat_map(row).collect()
+}
+
+/// Marginals by belief propagation, column 0 a miss.
+fn believed(gains: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let columns = gains.first().map_or(0, Vec::len);
+    let (edges, mut belief) = (edges(gains), Belief::default());
+    belief.run(gains.len(), columns, &edges, 20_000, 1e-14);
+    let row = |row: usize| {
+        let mut beta = vec![0.0; columns + 1];
+        beta[0] = belief.miss(row);
+        belief
+            .edges_of(row)
+            .for_each(|e| beta[edges[e].column as usize + 1] = belief.share(row, e));
+        beta
+    };
+    (0..gains.len()).map(row).collect()
+}
+
+/// Exact marginals of the same.
+fn exact(gains: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
+    let mut beta = Vec::new();
+    let miss = vec![0.0; gains.len()];
+    Jpda::default().marginals(&miss, &gains.concat(), LARGEST_CLUSTER, &mut beta).ok()?;
+    let width = gains.first().map_or(0, Vec::len) + 1;
+    Some(beta.chunks(width).map(<[f64]>::to_vec).collect())
+}
+
+fn compare(what: &str, found: &[Vec<f64>], wanted: &[Vec<f64>], tol: f64, judge: &mut Judge) {
+    judge.holds("as many rows", found.len() == wanted.len());
+    for (row, (found, wanted)) in found.iter().zip(wanted).enumerate() {
+        for (column, (found, wanted)) in found.iter().zip(wanted).enumerate() {
+            judge.number(&format!("{what} {row}, {column}"), *found, *wanted, tol);
+        }
+    }
+}
+
+fn bounded_marginals(input: &Value, expected: &Value, tol: f64, judge: &mut Judge) -> Option<()> {
+    let psi = matrix(input.get("psi")?)?;
+    let gains: Vec<Vec<f64>> =
+        psi.iter().map(|row| row.iter().map(|psi| libm::log(*psi)).collect()).collect();
+    compare("exact", &exact(&gains)?, &matrix(expected.get("exact")?)?, tol, judge);
+    compare("belief", &believed(&gains), &matrix(expected.get("belief")?)?, 1e-9, judge);
+    Some(())
+}
+
+fn sparse_assignment(input: &Value, expected: &Value, tol: f64, judge: &mut Judge) -> Option<()> {
+    let tracks = input.get("tracks")?.as_u64()? as usize;
+    let plots = input.get("plots")?.as_u64()? as usize;
+    let miss = number(input.get("miss_cost")?)?;
+    let listed = matrix(input.get("edges")?)?;
+    let mut edges: Vec<Edge> = listed
+        .iter()
+        .map(|e| Edge { row: e[0] as u32, column: e[1] as u32, gain: miss - e[2] })
+        .collect();
+    edges.sort_by_key(|e| (e.row, e.column));
+    let (mut sparse, mut budget) = (Sparse::default(), u64::MAX);
+    let found: Vec<_> = sparse.pairs(tracks, plots, &edges, &mut budget).collect();
+    let cost = |(row, column): (usize, &Option<u32>)| {
+        let of = |e: &&Edge| e.row as usize == row && Some(e.column) == *column;
+        edges.iter().find(of).map_or(miss, |e| miss - e.gain)
+    };
+    let total: f64 = found.iter().enumerate().map(cost).sum();
+    let wanted = number(expected.get("total")?)?;
+    judge.number("total", total, wanted, tol * wanted.abs().max(1.0));
+    let pairs = found.iter().flatten().count() as f64;
+    judge.number("pairs", pairs, number(expected.get("pairs")?)?, 0.0);
+    Some(())
+}
+
+fn identity(input: &Value, expected: &Value, tol: f64, judge: &mut Judge) -> Option<()> {
+    const BELIEF: f64 = 0.03;
+    let gains = matrix(input.get("log_odds")?)?;
+    let threshold = number(input.get("threshold")?)?;
+    let wanted = matrix(expected.get("probability")?)?;
+    compare("exact", &exact(&gains)?, &wanted, tol, judge);
+    let found = believed(&gains);
+    compare("belief", &found, &wanted, BELIEF, judge);
+    let published = expected.get("published")?.as_array()?;
+    for (row, (beta, wanted)) in found.iter().zip(published).enumerate() {
+        let best = (1..beta.len()).find(|&c| beta[c] >= threshold).map(|c| c as u64 - 1);
+        judge.holds(&format!("what row {row} is called"), best == wanted.as_u64());
     }
     Some(())
 }

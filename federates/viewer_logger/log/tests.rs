@@ -62,6 +62,8 @@ fn what_is_written_can_be_asked_for_during_and_after_the_run() {
     for (question, answer) in [
         ("SELECT count(*) FROM scans", 4.0),
         ("SELECT x_m FROM tracks WHERE scan = 3", 30.0),
+        ("SELECT lag_y_m FROM tracks WHERE scan = 3", 8.0),
+        ("SELECT lag_error_m FROM tracks WHERE scan = 3", 1.5),
         ("SELECT error_m FROM plots WHERE scan = 3", 3.0),
         ("SELECT value FROM plot_effects WHERE scan = 3 AND effect = 'rain attenuation'", -3.1),
         ("SELECT value FROM statistics WHERE scan = 2 AND name = 'pd_asde'", 0.98),

@@ -194,6 +194,7 @@ const MEASURES = new Map([
   ["straight_rmse_m", ["Tracks, straight legs", "Error of the tracks where the target goes straight"]],
   ["straight_raw_rmse_m", ["Plots, straight legs", "Error of the plots where the target goes straight"]],
   ["published_rmse_m", ["Error as published", "Error of the tracks as they are published: predicted to the end of the scan"]],
+  ["second_ago_rmse_m", ["Error one second ago", "Error of the same tracks one scan earlier, as the next scan's plots revise them"]],
   ["false_plots", ["False plots", "Plots that no target caused, since the run began"]],
   ["outsiders_now", ["Outsiders now", "Entities of other simulators that the sensors see"]],
 ]);

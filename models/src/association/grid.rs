@@ -15,6 +15,8 @@ pub struct Grid {
     /// Plot indices, cell after cell, ascending within a cell.
     entries: Vec<u32>,
     cell_of: Vec<usize>,
+    /// Plots in the fullest cell.
+    fullest: u32,
 }
 
 impl Grid {
@@ -49,7 +51,9 @@ impl Grid {
             self.starts[cell + 2] += 1;
         }
         let mut before = 0;
+        self.fullest = 0;
         for start in &mut self.starts {
+            self.fullest = self.fullest.max(*start);
             before += *start;
             *start = before;
         }
@@ -79,14 +83,7 @@ impl Grid {
         high: Vector2<f64>,
         mut visit: impl FnMut(std::ops::Range<usize>),
     ) {
-        let outside = |lo: f64, hi: f64, origin: f64, last: u32| {
-            let end = origin + f64::from(last + 1) * self.cell;
-            !(hi >= origin && lo <= end) // also for NaN
-        };
-        if self.entries.is_empty()
-            || outside(low.x, high.x, self.origin.x, self.last_column)
-            || outside(low.y, high.y, self.origin.y, self.last_row)
-        {
+        if self.misses(low, high) {
             return;
         }
         let (c0, c1) = (self.column(low.x), self.column(high.x));
@@ -97,6 +94,113 @@ impl Grid {
                 visit(from as usize..to as usize);
             }
         }
+    }
+
+    /// No cell touches the box.
+    #[inline]
+    fn misses(&self, low: Vector2<f64>, high: Vector2<f64>) -> bool {
+        let outside = |lo: f64, hi: f64, origin: f64, last: u32| {
+            let end = origin + f64::from(last + 1) * self.cell;
+            !(hi >= origin && lo <= end) // also for NaN
+        };
+        self.entries.is_empty()
+            || outside(low.x, high.x, self.origin.x, self.last_column)
+            || outside(low.y, high.y, self.origin.y, self.last_row)
+    }
+
+    /// Cells (columns, rows) that touch a box that does not miss the grid.
+    #[inline]
+    fn cells(&self, low: Vector2<f64>, high: Vector2<f64>) -> [usize; 2] {
+        let columns = self.column(high.x).saturating_sub(self.column(low.x)) + 1;
+        [columns, self.row(high.y).saturating_sub(self.row(low.y)) + 1]
+    }
+
+    /// No more plots than this lie in the cells that touch the box.
+    #[inline]
+    #[must_use]
+    pub fn at_most(&self, low: Vector2<f64>, high: Vector2<f64>) -> usize {
+        if self.misses(low, high) {
+            return 0;
+        }
+        let [columns, rows] = self.cells(low, high);
+        columns.saturating_mul(rows).saturating_mul(self.fullest as usize)
+    }
+
+    /// The runs of places (see [`Self::runs`]) of a box that is made smaller about its middle until about `most`
+    /// plots, or the plots of a few cells, are left. True if it was made smaller.
+    pub fn runs_near(
+        &self,
+        low: Vector2<f64>,
+        high: Vector2<f64>,
+        most: usize,
+        runs: &mut Vec<std::ops::Range<usize>>,
+    ) -> bool {
+        runs.clear();
+        if self.misses(low, high) {
+            return false;
+        }
+        let middle = (low + high) * 0.5;
+        let mut half = (high - low) * 0.5;
+        let mut smaller = false;
+        let density = self.entries.len() as f64 / (self.starts.len() as f64 - 1.0).max(1.0);
+        for tries in 0..HALVINGS {
+            let (low, high) = (middle - half, middle + half);
+            let [columns, rows] = self.cells(low, high);
+            let expected = density * columns as f64 * rows as f64;
+            let last = tries + 1 == HALVINGS || columns * rows <= 4;
+            if last || (rows <= most && expected <= 2.0 * most as f64) {
+                runs.clear();
+                let mut found = 0;
+                self.runs(low, high, |run| {
+                    found += run.len();
+                    runs.push(run);
+                });
+                if last || found <= most {
+                    break;
+                }
+            }
+            (half, smaller) = (half * 0.5, true);
+        }
+        smaller
+    }
+
+    /// [`Self::visit`] with about `most` indices at most: of a box that holds more, those near its middle, and of those
+    /// every so many. `runs` is scratch.
+    pub fn visit_near(
+        &self,
+        low: Vector2<f64>,
+        high: Vector2<f64>,
+        most: usize,
+        runs: &mut Vec<std::ops::Range<usize>>,
+        mut visit: impl FnMut(usize),
+    ) {
+        if self.at_most(low, high) <= most {
+            return self.visit(low, high, visit);
+        }
+        self.runs_near(low, high, most, runs);
+        let places: usize = runs.iter().map(std::ops::Range::len).sum();
+        let stride = places.div_ceil(most.max(1)).max(1);
+        for place in every(runs, stride, 0) {
+            visit(self.entries[place] as usize);
+        }
+    }
+
+    /// The cell of a position and an order of the positions within it (along a curve that keeps what is near
+    /// together).
+    #[must_use]
+    pub fn cell_at(&self, position_m: Vector2<f64>) -> (usize, u64) {
+        let (column, row) = (self.column(position_m.x), self.row(position_m.y));
+        // `as u32` saturates: beyond the cell's edge gives the edge.
+        let part = |x: f64, origin: f64, index: usize| {
+            (((x - origin) * self.inverse_cell - index as f64) * 65_536.0) as u32 & 0xFFFF
+        };
+        let x = part(position_m.x, self.origin.x, column);
+        let y = part(position_m.y, self.origin.y, row);
+        let woven = (0..16).fold(0, |code, bit| {
+            code | (u64::from(x >> bit & 1) << (2 * bit))
+                | (u64::from(y >> bit & 1) << (2 * bit + 1))
+        });
+        (column + row * self.columns(), woven)
     }
 
     /// Calls `visit` with the index of every plot whose cell touches the box; the caller tests the
@@ -126,6 +230,24 @@ impl Grid {
         (((y - self.origin.y) * self.inverse_cell) as u32).min(self.last_row) as usize
     }
 }
+
+/// Every so many of the places of `runs`, beginning with number `first`; what lies between costs nothing.
+pub fn every(
+    runs: &[std::ops::Range<usize>],
+    stride: usize,
+    first: usize,
+) -> impl Iterator<Item = usize> + '_ {
+    let mut skip = first;
+    runs.iter().flat_map(move |run| {
+        let from = run.start + skip.min(run.len());
+        let taken = (run.end - from).div_ceil(stride.max(1));
+        skip = if from < run.end { taken * stride - (run.end - from) } else { skip - run.len() };
+        (from..run.end).step_by(stride.max(1))
+    })
+}
+
+/// Times that a box is halved: from the whole earth to a metre.
+const HALVINGS: usize = 26;
 
 // One instruction each: nobody asks for the order of a NaN here.
 #[inline]
@@ -169,6 +291,33 @@ mod tests {
             seen.dedup();
             prop_assert!(seen.len() <= points.len());
         }
+    }
+
+    #[test]
+    fn a_crowded_box_shrinks_about_its_middle_and_a_crowded_cell_is_given_whole() {
+        let mut grid = Grid::default();
+        let spread: Vec<_> =
+            (0..10_000).map(|k| Vector2::new(f64::from(k % 100), f64::from(k / 100))).collect();
+        grid.fill(&spread, 1.0);
+        let (low, high) = (Vector2::repeat(-1e6), Vector2::repeat(1e6));
+        let mut runs = Vec::new();
+        // About a middle that lies in the scene.
+        let middle = Vector2::new(50.0, 50.0);
+        assert!(grid.runs_near(low + middle, high + middle, 500, &mut runs));
+        let found: usize = runs.iter().map(|r| r.len()).sum();
+        assert!((100..=500).contains(&found), "{found}");
+        let place = runs[0].start;
+        assert!((spread[grid.order()[place] as usize] - middle).norm() < 30.0);
+        assert!(grid.at_most(low, high) >= 10_000);
+        assert!(!grid.runs_near(middle, middle, 500, &mut runs));
+        // All in one cell: no box is small enough.
+        grid.fill(&vec![Vector2::new(3.0, 4.0); 5_000], 25.0);
+        grid.runs_near(low, high, 500, &mut runs);
+        assert_eq!(runs.iter().map(|r| r.len()).sum::<usize>(), 5_000);
+        let whole: Vec<usize> = every(&[3..7, 7..7, 9..20], 3, 2).collect();
+        assert_eq!(whole, [5, 10, 13, 16, 19]);
+        grid.runs_near(Vector2::repeat(f64::NAN), high, 500, &mut runs);
+        assert!(runs.is_empty());
     }
 
     #[test]

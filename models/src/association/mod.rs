@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! plots of one sensor and interval ─► grid (candidates) ─► gate (chi-square) ─► cluster
-//!      ─► nearest | assignment (global nearest) | jpda (exact) | lbp (screen) ─► pairs
+//!      ─► nearest | assignment, sparse (global nearest) | jpda (exact) | lbp (large clusters) ─► pairs
 //!      ─► kinematic_gate, for the plots that the first gate refused
 //! ```
 //!
@@ -17,3 +17,4 @@ pub mod jpda;
 pub mod kinematic_gate;
 pub mod lbp;
 pub mod nearest;
+pub mod sparse;

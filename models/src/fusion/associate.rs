@@ -1,18 +1,20 @@
 //! Association of one batch (plots of one sensor and one of its intervals) with the tracks.
 
 use super::config::{AssociationMethod, SensorModel};
-use super::filter::TrackFilter;
+use super::gate::{KEPT, REACH_MARGIN_M, lay_out, trace};
 use super::life;
 use super::registration::Reference;
-use super::track_file::{Applied, Stage, Track, Update, place_at, position_at, predict};
-use super::tracker::{Candidate, Look, Outcome, Tracker, Work};
+use super::track_file::{Applied, Stage, Track, Update, position_at, predict};
+use super::tracker::{Candidate, Outcome, Tracker, Work};
+use crate::association::jpda::JpdaError;
 use crate::association::kinematic_gate;
+use crate::association::lbp::{self, Edge};
 use crate::association::nearest::{self, Pair};
-use crate::association::{jpda::JpdaError, lbp};
-use crate::filter::{Measurement, Nis, nis_at};
+use crate::filter::{Measurement, Nis};
 use crate::frames::Vector2;
 use crate::plot::{Identity, Plot};
 use crate::time::SimTime;
+use std::collections::BTreeSet;
 
 impl Tracker {
     /// Gives the plots `candidates[from..to]` (one sensor, one interval) to tracks; starts new ones.
@@ -48,6 +50,7 @@ impl Tracker {
             return;
         }
         work.identities.clear();
+        work.renamed.clear();
         for (index, track) in self.tracks.iter().enumerate() {
             if track.stage != Stage::Ended {
                 let callsign = track.callsign.map(Identity::Callsign);
@@ -78,6 +81,8 @@ impl Tracker {
                 .and_then(|m| self.distance(&self.tracks[track], plot.time, plot, &m));
             if found.is_some_and(|pair| pair.d2 <= self.identified_gate) {
                 self.update(track, How::Plot, k, model, work);
+            } else {
+                self.tracks[track].name_refused += 1;
             }
         }
     }
@@ -99,13 +104,19 @@ impl Tracker {
         self.gated_pairs(from, stage, work);
         work.plot_used.clear();
         work.plot_used.resize(to - from, false);
+        for &index in &work.crowd.tracks {
+            self.tracks[index as usize].unresolved = true;
+        }
+        self.statistics.crowded += work.crowd.tracks.len() as u64;
         match method {
             AssociationMethod::Nearest => self.take_nearest(from, model, work),
             AssociationMethod::Global => self.take_by_cluster(from, None, model, work),
             AssociationMethod::Joint { limit } => {
-                self.take_by_cluster(from, Some(limit), model, work);
+                // What joint association has weighed has had its chance.
+                return self.take_by_cluster(from, Some(limit), model, work);
             }
         }
+        self.pair_by_rank(from, model, work);
     }
 
     fn take_nearest(&mut self, from: usize, model: &SensorModel, work: &mut Work) {
@@ -202,25 +213,36 @@ impl Tracker {
         model: &SensorModel,
         work: &mut Work,
     ) {
-        let columns = local.plots.len();
-        let mut costs = std::mem::take(&mut local.costs);
-        costs.clear();
-        costs.resize(local.tracks.len() * columns, None);
-        for pair in cluster {
-            let (row, column) = local.place(pair);
-            costs[row * columns + column] = Some(-weights.gain(&pair.nis));
+        let (rows, columns) = (local.tracks.len(), local.plots.len());
+        let mut found = std::mem::take(&mut local.found);
+        found.clear();
+        if rows <= FEW_ROWS {
+            let mut costs = std::mem::take(&mut local.costs);
+            costs.clear();
+            costs.resize(rows * columns, None);
+            for pair in cluster {
+                let (row, column) = local.place(pair);
+                costs[row * columns + column] = Some(-weights.gain(&pair.nis));
+            }
+            let pairs = work
+                .solver
+                .pairs_and_misses(rows, columns, |row, column| costs[row * columns + column]);
+            found.extend(pairs.iter().map(|c| c.map(|c| c as u32)));
+            work.budget.spend((rows * rows * (rows + columns)) as u64);
+            local.costs = costs;
+        } else {
+            local.list(cluster, weights);
+            let left = work.budget.left_of(0.5).max(4 * cluster.len() as u64);
+            let mut budget = left;
+            found.extend(work.sparse.pairs(rows, columns, &local.edges, &mut budget));
+            work.budget.spend(left - budget);
         }
-        let mut solver = std::mem::take(&mut work.solver);
-        let found = solver.pairs_and_misses(local.tracks.len(), columns, |row, column| {
-            costs[row * columns + column]
-        });
         for (row, column) in found.iter().enumerate() {
             let Some(column) = *column else { continue };
-            let k = from + local.plots[column] as usize;
+            let k = from + local.plots[column as usize] as usize;
             self.update(local.tracks[row] as usize, How::Plot, k, model, work);
         }
-        local.costs = costs;
-        work.solver = solver;
+        local.found = found;
     }
 
     #[expect(clippy::too_many_arguments, reason = "one step of the batch, with its buffers")]
@@ -235,6 +257,12 @@ impl Tracker {
         work: &mut Work,
     ) {
         let (rows, columns) = (local.tracks.len(), local.plots.len());
+        self.statistics.largest_cluster = self.statistics.largest_cluster.max(rows as u64);
+        if !local.is_exact(limit, work) {
+            self.statistics.large_clusters += 1;
+            self.take_by_belief(from, limit, cluster, weights, local, model, work);
+            return;
+        }
         local.log_like.clear();
         local.log_like.resize(rows * columns, f64::NEG_INFINITY);
         for pair in cluster {
@@ -243,23 +271,23 @@ impl Tracker {
         }
         local.log_miss.clear();
         local.log_miss.resize(rows, weights.log_miss);
+        work.budget.spend(exact_cost(rows, columns));
         let Local { log_miss, log_like, beta, .. } = local;
         match work.jpda.marginals(log_miss, log_like, limit, beta) {
-            Ok(()) => {}
-            Err(JpdaError::TooLarge { .. }) => {
-                self.statistics.large_clusters += 1;
-                if !self.take_thinned(from, limit, cluster, weights, local, model, work) {
-                    self.take_globally(from, cluster, weights, local, model, work);
-                }
-                return;
-            }
-            Err(JpdaError::NoEvent) => {
+            Ok(()) => self.take_marginals(from, local, model, work),
+            Err(JpdaError::TooLarge { .. } | JpdaError::NoEvent) => {
                 self.take_globally(from, cluster, weights, local, model, work);
-                return;
             }
         }
+    }
+
+    /// Updates the tracks of a cluster with their rows of marginals.
+    fn take_marginals(&mut self, from: usize, local: &Local, model: &SensorModel, work: &mut Work) {
+        let (rows, columns) = (local.tracks.len(), local.plots.len());
         for row in 0..rows {
-            self.take_weighted(from, row, local, model, work);
+            let beta = &local.beta[row * (columns + 1)..(row + 1) * (columns + 1)];
+            let shares = local.plots.iter().copied().zip(beta[1..].iter().copied());
+            self.take_weighted(from, local.tracks[row], beta[0], shares, model, work);
         }
         // A plot that the tracks of the cluster claim with more than even odds is used up.
         for column in 0..columns {
@@ -269,10 +297,10 @@ impl Tracker {
         }
     }
 
-    /// Drops the pairs that belief propagation holds for hopeless and tries again, if that splits or shrinks the
-    /// cluster enough for exact association.
+    /// A cluster that is too large to be done exactly: belief propagation over its pairs. Where dropping the pairs that
+    /// it holds for hopeless leaves pieces that are small enough, those are done exactly.
     #[expect(clippy::too_many_arguments, reason = "one step of the batch, with its buffers")]
-    fn take_thinned(
+    fn take_by_belief(
         &mut self,
         from: usize,
         limit: usize,
@@ -281,58 +309,87 @@ impl Tracker {
         local: &mut Local,
         model: &SensorModel,
         work: &mut Work,
-    ) -> bool {
-        let columns = local.plots.len();
-        lbp::marginals(&local.log_miss, &local.log_like, &mut local.beta);
-        let mut kept: Vec<Pair> = cluster
-            .iter()
-            .filter(|pair| {
-                let (row, column) = local.place(pair);
-                local.beta[row * (columns + 1) + column + 1] > HOPELESS
-            })
-            .copied()
-            .collect();
-        if kept.len() == cluster.len() {
-            return false;
-        }
-        kept.sort_unstable_by_key(|p| (p.track, p.plot));
+    ) {
+        let (rows, columns) = (local.tracks.len(), local.plots.len());
+        local.list(cluster, weights);
+        let mut belief = std::mem::take(&mut work.belief);
+        // An edge and sweep is an evaluation; four sweeps are always made.
+        let fitting = work.budget.left_of(0.5) / (local.edges.len() as u64).max(1);
+        let sweeps = fitting.clamp(4, lbp::MOST_SWEEPS.into()) as u32;
+        let ended = belief.run(rows, columns, &local.edges, sweeps, lbp::STILL);
+        work.budget.spend(u64::from(ended.sweeps) * local.edges.len() as u64);
+        self.statistics.sweeps += u64::from(ended.sweeps);
+        let hopeful = |row: usize, edge: usize| belief.share(row, edge) > HOPELESS;
+        let kept = |row: usize| belief.edges_of(row).filter(move |&e| hopeful(row, e));
+        let mut pieces: Vec<Pair> = (0..rows).flat_map(kept).map(|edge| cluster[edge]).collect();
         let mut clusters = crate::association::cluster::Clusters::default();
-        let borders = clusters
-            .cut(self.tracks.len(), work.plot_used.len(), &mut kept, &mut Vec::new())
-            .to_vec();
+        let borders = if pieces.len() < cluster.len() {
+            let plots = work.plot_used.len();
+            clusters.cut(self.tracks.len(), plots, &mut pieces, &mut Vec::new())
+        } else {
+            &[]
+        };
+        let mut exact = BTreeSet::new();
         let mut part = Local::default();
         for border in borders.windows(2) {
-            let piece = &kept[border[0] as usize..border[1] as usize];
+            let piece = &pieces[border[0] as usize..border[1] as usize];
             part.fill(piece);
-            if part.tracks.len() << part.plots.len().min(40) > limit {
-                self.take_globally(from, piece, weights, &mut part, model, work);
-            } else {
+            if part.is_exact(limit, work) {
+                exact.extend(part.tracks.iter().copied());
                 self.take_jointly(from, limit, piece, weights, &mut part, model, work);
             }
         }
-        true
+        // By falling probability, where one plot stands out: a mixture would hold the tracks together for good.
+        let mut clear: Vec<(f64, usize, usize)> = Vec::new();
+        for row in (0..rows).filter(|&row| !exact.contains(&local.tracks[row])) {
+            let standing = belief.edges_of(row).map(|e| (belief.share(row, e), row, e));
+            clear.extend(standing.filter(|(share, ..)| *share >= STANDS_OUT));
+        }
+        clear.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+        let mut done = vec![false; rows];
+        for (_, row, edge) in clear {
+            let k = from + local.plots[local.edges[edge].column as usize] as usize;
+            if !done[row] && !work.used[k] {
+                done[row] = true;
+                self.update(local.tracks[row] as usize, How::Plot, k, model, work);
+            }
+        }
+        let mut claimed = vec![0.0; columns];
+        for row in (0..rows).filter(|&row| !done[row]) {
+            if exact.contains(&local.tracks[row]) {
+                continue;
+            }
+            let shares =
+                belief.edges_of(row).map(|e| (local.edges[e].column, belief.share(row, e)));
+            shares.clone().for_each(|(column, share)| claimed[column as usize] += share);
+            let shares = shares.map(|(column, share)| (local.plots[column as usize], share));
+            let miss = belief.miss(row);
+            self.take_weighted(from, local.tracks[row], miss, shares, model, work);
+        }
+        for (plot, claimed) in local.plots.iter().zip(claimed) {
+            work.used[from + *plot as usize] |= claimed > 0.5;
+        }
+        work.belief = belief;
     }
 
-    /// Updates one track with the plots of its row of marginals.
+    /// Updates track `index` with the plots (their places in the batch) of its row of marginals.
     fn take_weighted(
         &mut self,
         from: usize,
-        row: usize,
-        local: &Local,
+        index: u32,
+        missed: f64,
+        shares: impl Iterator<Item = (u32, f64)> + Clone,
         model: &SensorModel,
         work: &mut Work,
     ) {
-        let columns = local.plots.len();
-        let beta = &local.beta[row * (columns + 1)..(row + 1) * (columns + 1)];
-        let index = local.tracks[row] as usize;
-        let missed = beta[0];
-        let best = (1..=columns).max_by(|&a, &b| beta[a].total_cmp(&beta[b]).then(b.cmp(&a)));
-        let Some(best) = best else { return };
+        let index = index as usize;
+        let best = shares.clone().max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)));
+        let Some((best, share)) = best else { return };
         if 1.0 - missed < HOPELESS {
             return;
         }
-        let k = from + local.plots[best - 1] as usize;
-        if beta[best] > 1.0 - HOPELESS {
+        let k = from + best as usize;
+        if share > 1.0 - HOPELESS {
             self.update(index, How::Plot, k, model, work);
             return;
         }
@@ -343,151 +400,15 @@ impl Tracker {
         let velocity = at.velocity_ms();
         let mut plots = std::mem::take(&mut work.weighted);
         plots.clear();
-        for c in (1..=columns).filter(|&c| c == best || beta[c] > HOPELESS) {
-            let mut moved = work.candidates[from + local.plots[c - 1] as usize].plot;
+        for (plot, share) in shares.filter(|&(plot, share)| plot == best || share > HOPELESS) {
+            let mut moved = work.candidates[from + plot as usize].plot;
             moved.position_m += velocity * time.since_s(moved.time);
             moved.time = time;
-            plots.push((moved, beta[c]));
+            plots.push((moved, share));
         }
         let how = How::Weighted { plots: &plots, hit: missed < 0.5 };
         self.update(index, how, k, model, work);
         work.weighted = plots;
-    }
-
-    /// All pairs of tracks of `stage` and free plots inside the covariance gate, by track and plot.
-    fn gated_pairs(&self, from: usize, stage: Stage, work: &mut Work) {
-        let Work { candidates, used, gated, held, pairs, track_used, span, .. } = work;
-        let first_stage = stage == Stage::Confirmed;
-        let indices = if first_stage { &work.confirmed } else { &work.tentative };
-        let (grid, looks, widest) = (&work.plots, &work.looks, work.widest_m2);
-        let (begin, end) = *span;
-        let margin = 3.0 * (2.0 * widest).sqrt();
-        let life = &self.config.life;
-        pairs.clear();
-        for &index in indices {
-            if track_used[index as usize] {
-                continue;
-            }
-            let track = &self.tracks[index as usize];
-            let young = track.plots == 1;
-            let (mut first, mut reach) = (Vector2::zeros(), 0.0);
-            let (low, high) = if young {
-                // As far as its class can go since its only plot.
-                first = track.filter().motion().0;
-                let dt_s = end.since_s(track.time()).max(0.0);
-                reach = track.limits.speed_ms;
-                let around = Vector2::repeat(reach * dt_s + margin);
-                (first - around, first + around)
-            } else {
-                // Where it may be at any time of the batch.
-                let base = track
-                    .filter_before(begin, &self.ring)
-                    .or_else(|| track.filter_before(end, &self.ring));
-                let Some(base) = base else { continue };
-                let Ok((last, s)) = position_at(base, end, life) else { continue };
-                let first = place_at(base, begin.max(base.time()), life).unwrap_or(last);
-                let half = Vector2::new(
-                    (self.gate_1 * (s.xx + widest)).sqrt(),
-                    (self.gate_1 * (s.yy + widest)).sqrt(),
-                );
-                (first.inf(&last) - half, first.sup(&last) + half)
-            };
-            let own = pairs.len();
-            grid.runs(low, high, |run| {
-                for look in &looks[run] {
-                    let (p, k) = (look.position_m, look.k as usize);
-                    let inside = p.x >= low.x && p.x <= high.x && p.y >= low.y && p.y <= high.y;
-                    if !inside || used[k] {
-                        continue;
-                    }
-                    let plot = &candidates[k].plot;
-                    let Some(m) = look.measured else { continue };
-                    if look.named && (!track.may_be(plot.identity) || (!first_stage && held[k])) {
-                        continue;
-                    }
-                    if young {
-                        let dt_s = look.time.since_s(track.time()).abs();
-                        if !((p - first).norm() <= reach * dt_s + 3.0 * trace(plot).sqrt()) {
-                            continue;
-                        }
-                    }
-                    let found = self.distance(track, look.time, plot, &m);
-                    let Some(nis) = found else {
-                        continue;
-                    };
-                    if young || nis.d2 <= self.gate_1 {
-                        gated[k] |= first_stage;
-                        pairs.push(Pair { track: index, plot: (k - from) as u32, nis });
-                    }
-                }
-            });
-            if pairs.len() > own + 1 {
-                pairs[own..].sort_unstable_by_key(|p| p.plot);
-            }
-        }
-    }
-
-    /// All pairs of confirmed tracks without a plot and free plots that the fastest target of the track's class
-    /// could have reached.
-    fn reachable_pairs(&self, model: &SensorModel, work: &mut Work) {
-        let Work { candidates, used, gated, confirmed, track_used, span, reaches, .. } = work;
-        let (plots, looks) = (&work.plots, &work.looks);
-        let limit = self.config.gates.kinematic_limit;
-        reaches.clear();
-        for &index in &*confirmed {
-            let track = &self.tracks[index as usize];
-            if track_used[index as usize] || (track.updated && !self.config.gates.kinematic) {
-                continue;
-            }
-            let now = Departed::of(track.filter());
-            let way = span.1.since_s(now.time).max(0.0) + model.interval_s.min(1.0);
-            let radius = track.limits.speed_ms * way + REACH_MARGIN_M;
-            let around = Vector2::repeat(radius);
-            plots.runs(now.position_m - around, now.position_m + around, |run| {
-                for look in &looks[run] {
-                    let offset = look.position_m - now.position_m;
-                    if offset.x.abs() > radius || offset.y.abs() > radius {
-                        continue;
-                    }
-                    let k = look.k as usize;
-                    let plot = &candidates[k].plot;
-                    // A plot with the track's own name that the covariance gate refused is a manoeuvre, or says that
-                    // the track is wrong: it is kept from all other tracks only.
-                    let own = || look.named && plot.identity.is_some_and(|name| track.is(name));
-                    if used[k] || (gated[k] && !own()) {
-                        continue;
-                    }
-                    // Nobody else's name may be put on a track that has none by a manoeuvre.
-                    if look.named
-                        && (!track.may_be(plot.identity)
-                            || (track.callsign.is_none() && track.address.is_none()))
-                    {
-                        continue;
-                    }
-                    let from = if now.time <= look.time {
-                        now
-                    } else {
-                        match track.filter_before(look.time, &self.ring) {
-                            Some(filter) => Departed::of(filter),
-                            None => continue,
-                        }
-                    };
-                    let dt_s = look.time.since_s(from.time);
-                    let distance = (look.position_m - from.position_m).norm();
-                    let uncertainty = 3.0 * (trace(plot) + from.pp).sqrt();
-                    if distance <= track.limits.speed_ms * dt_s + uncertainty {
-                        let hopeless = from.surely_out_of_reach(
-                            distance,
-                            track.limits.acceleration_ms2,
-                            dt_s,
-                            plot.along_m2 + plot.across_m2,
-                            limit,
-                        );
-                        reaches.push(Reachable { track: index, k: look.k, hopeless });
-                    }
-                }
-            });
-        }
     }
 
     /// Offers what the covariance gate left to the reachable sets of confirmed tracks without a plot.
@@ -550,9 +471,16 @@ impl Tracker {
             self.statistics.refused += 1;
             let plot = &work.candidates[k].plot;
             let track = &mut self.tracks[index as usize];
+            // What says its name says no more than others see: while they follow the track, it is not moved by it.
+            let lone = plot.identity.is_none()
+                || !track.has_other_than(
+                    plot.sensor,
+                    plot.time,
+                    3.0 * track.interval_s.max(model.interval_s),
+                );
             let before = track.refused.take().filter(|before| {
                 let dt_s = plot.time.since_s(before.time);
-                before.sensor == plot.sensor
+                lone && before.sensor == plot.sensor
                     && dt_s > 0.0
                     && dt_s <= 2.5 * model.interval_s
                     && (plot.position_m - before.position_m).norm()
@@ -570,7 +498,7 @@ impl Tracker {
 
     /// Marks the free plots that lie on the body of a labelled target: other echoes of it.
     fn mark_other_echoes(&self, from: usize, to: usize, work: &mut Work) {
-        let Work { candidates, used, gated, bodies, bodied, positions, .. } = work;
+        let Work { candidates, used, gated, bodies, bodied, positions, near, .. } = work;
         if bodied.is_empty() || (from..to).all(|k| used[k] || gated[k]) {
             return;
         }
@@ -589,27 +517,28 @@ impl Tracker {
                 continue;
             }
             let place = plot.position_m;
-            bodies.visit(place - around, place + around, |body| {
+            let mut look_at = |body: usize| {
                 let track = &self.tracks[bodied[body] as usize];
                 let time = plot.time.max(track.time());
                 gated[k] |= track.size_m.is_some()
                     && position_at(track.filter(), time, &self.config.life)
                         .is_ok_and(|(at, _)| life::on_body(track, at, place, 0.0));
-            });
+            };
+            let (low, high) = (place - around, place + around);
+            bodies.visit_near(low, high, KEPT, near, &mut look_at);
         }
     }
 
     /// A plot that no track used and that lies in no gate of a confirmed track begins a track.
     fn start_tracks(&mut self, from: usize, to: usize, model: &SensorModel, work: &mut Work) {
-        let before = self.tracks.len();
+        let mut started = BTreeSet::new();
         for k in from..to {
             if work.used[k] {
                 continue;
             }
             let Candidate { plot, index } = &work.candidates[k];
             // One name, one track: another plot of it waits for the next look.
-            let started = |name| self.tracks[before..].iter().any(|track| track.is(name));
-            work.gated[k] |= plot.identity.is_some_and(started);
+            work.gated[k] |= plot.identity.is_some_and(|name| started.contains(&name));
             let one_line_only = !plot.across_m2.is_finite() || !plot.along_m2.is_finite();
             if work.gated[k] || one_line_only {
                 self.statistics.unused += 1;
@@ -619,8 +548,8 @@ impl Tracker {
                 self.statistics.no_room += 1;
                 continue;
             }
-            let started = Track::start(self.next_serial, plot, &self.config, model.interval_s);
-            let Ok(mut track) = started else {
+            let track = Track::start(self.next_serial, plot, &self.config, model.interval_s);
+            let Ok(mut track) = track else {
                 self.statistics.unsound += 1;
                 self.outcomes[*index] = Outcome::Unsound;
                 continue;
@@ -632,6 +561,7 @@ impl Tracker {
                 position_m: plot.position_m,
                 velocity_ms: Vector2::zeros(),
             };
+            started.extend(plot.identity);
             work.used[k] = true;
             self.next_serial += 1;
             self.statistics.started += 1;
@@ -641,7 +571,7 @@ impl Tracker {
     }
 
     /// Gives candidate `k` to a track.
-    fn update(
+    pub(super) fn update(
         &mut self,
         index: usize,
         how: How<'_>,
@@ -668,6 +598,16 @@ impl Tracker {
         };
         let track = &mut self.tracks[index];
         let late = plot.time < track.time();
+        if late {
+            // What comes behind it is done again.
+            let again = track.later_than(plot.time) as u64 * work.budget.update();
+            if work.budget.left_of(0.9) < again {
+                self.statistics.too_late += 1;
+                self.outcomes[*place] = Outcome::TooLate;
+                return;
+            }
+            work.budget.spend(again);
+        }
         let (update, hit) = match how {
             How::Plot => (Update::Plot(plot), true),
             How::Manoeuvre => (Update::Manoeuvre(plot), true),
@@ -675,7 +615,14 @@ impl Tracker {
             How::Weighted { plots, hit } => (Update::Weighted(plots), hit),
         };
         let manoeuvre = matches!(how, How::Manoeuvre | How::Restart(_));
-        let applied = track.apply(update, &self.config, self.oldest, &mut self.ring);
+        // Where full weighing would cost too much, the track goes on as one Gaussian for this update.
+        let plots = if let How::Weighted { plots, .. } = how { plots.len() as u64 + 1 } else { 1 };
+        let dear = plots > 2 && work.budget.left_of(0.7) < plots * work.budget.update();
+        let merge = (work.light || dear) && work.budget.update() > MERGED_ABOVE;
+        self.statistics.merged_updates += u64::from(merge);
+        work.budget.spend(if merge { 30 * plots } else { plots * work.budget.update() });
+        let config = &self.config;
+        let applied = track.apply(update, merge, config, self.oldest, &mut self.ring);
         let (position_m, velocity_ms) = match applied {
             Applied::Taken { position_m, velocity_ms } => (position_m, velocity_ms),
             Applied::Reborn { position_m, velocity_ms } => {
@@ -745,8 +692,12 @@ impl Tracker {
             Outcome::Used { number: track.number, serial: track.serial, position_m, velocity_ms };
         // The name goes with the track that is nearer to the plot that carries it.
         if let Some(name) = new_name {
-            for (other, track) in self.tracks.iter_mut().enumerate() {
-                if other != index && track.is(name) {
+            let first = work.identities.partition_point(|(known, _)| *known < name);
+            let listed = work.identities.get(first).filter(|(known, _)| *known == name);
+            let holder = work.renamed.insert(name, index as u32).or(listed.map(|l| l.1));
+            if let Some(other) = holder.map(|other| other as usize).filter(|&o| o != index) {
+                let track = &mut self.tracks[other];
+                if track.is(name) {
                     track.forget_identity();
                     track.limits = self.config.limits_of(None);
                     self.statistics.identity_conflicts += 1;
@@ -785,7 +736,7 @@ fn part_undisputed(
 
 /// How a plot is given to a track.
 #[derive(Clone, Copy, Debug)]
-enum How<'a> {
+pub(super) enum How<'a> {
     /// As an ordinary plot.
     Plot,
     /// As one that only the kinematic gate accepted.
@@ -796,138 +747,35 @@ enum How<'a> {
     Weighted { plots: &'a [(Plot, f64)], hit: bool },
 }
 
-/// Lays those of the plots `candidates[from..to]` that no track has out by place, with what gates ask of them in the
-/// order of the grid's cells.
-fn lay_out(from: usize, to: usize, work: &mut Work) {
-    let Work { candidates, used, free, positions, plots, looks, widest_m2, .. } = work;
-    free.clear();
-    free.extend((from..to).filter(|&k| !used[k]).map(|k| k as u32));
-    positions.clear();
-    positions.extend(free.iter().map(|&k| candidates[k as usize].plot.position_m));
-    plots.fill(positions, GRID_CELL_M);
-    looks.clear();
-    looks.extend(plots.order().iter().map(|&place| {
-        let k = free[place as usize];
-        let plot = &candidates[k as usize].plot;
-        Look {
-            time: plot.time,
-            measured: Measurement::of(plot).ok(),
-            position_m: plot.position_m,
-            k,
-            named: plot.identity.is_some(),
-        }
-    }));
-    let variances = free.iter().map(|&k| search_variance(&candidates[k as usize].plot));
-    *widest_m2 = variances.fold(0.0, f64::max);
-}
-
-/// A pair that a target of the track's class could just have made.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Reachable {
-    track: u32,
-    k: u32,
-    /// The kinematic gate need not be asked.
-    hopeless: bool,
-}
-
-/// A target at its last update, as much as a first look needs.
-#[derive(Clone, Copy, Debug)]
-struct Departed {
-    time: SimTime,
-    position_m: Vector2<f64>,
-    speed_ms: f64,
-    /// Traces of the covariances of position, position with velocity, and velocity.
-    pp: f64,
-    pv: f64,
-    vv: f64,
-}
-
-impl Departed {
-    #[inline]
-    fn of(filter: &TrackFilter) -> Self {
-        let state = filter.estimate().state;
-        let [vx, vy] = state.x[1].array();
-        let [pp, pv, vv] = [0, 1, 3].map(|k| state.p[k].east() + state.p[k].north());
-        Self {
-            time: filter.time(),
-            position_m: state.position(),
-            speed_ms: (vx * vx + vy * vy).sqrt(),
-            pp,
-            pv,
-            vv,
-        }
-    }
-
-    /// Whether no reachable set can touch a plot that is `distance` away, trace of its covariance `r`: even
-    /// straight on at full acceleration the way is too short by more than the gate times the trace of all that is
-    /// uncertain.
-    #[inline]
-    fn surely_out_of_reach(
-        &self,
-        distance: f64,
-        acceleration: f64,
-        dt_s: f64,
-        r: f64,
-        limit: f64,
-    ) -> bool {
-        let way = (self.speed_ms + 0.5 * acceleration.max(0.0) * dt_s) * dt_s;
-        let gap = distance - way * (1.0 + 1e-9);
-        let spread = self.pp + dt_s * (2.0 * self.pv + dt_s * self.vv) + r;
-        gap > 0.0 && gap * gap > limit * spread * (1.0 + 1e-9)
-    }
-}
-
 /// For so long after the last plot with its name that a track took, the name is its own, s.
 const NAME_HOLDS_S: f64 = 3.0;
 
 /// No plot.
 const NONE: u32 = u32::MAX;
 
-/// Cell of the search grid, m: about a search box of a taxiing target.
-const GRID_CELL_M: f64 = 25.0;
-
-/// Added to the search circle of the kinematic gate, m; the exact test follows.
-const REACH_MARGIN_M: f64 = 50.0;
-
 /// ln 2π.
 const LN_TAU: f64 = 1.837_877_066_409_345_3;
-
-impl Tracker {
-    /// Distance of a plot (measuring `m`) from a track predicted to the plot's own time.
-    #[inline]
-    fn distance(&self, track: &Track, time: SimTime, plot: &Plot, m: &Measurement) -> Option<Nis> {
-        let config = &self.config;
-        let filter = track.filter_before(time, &self.ring)?;
-        let soon = time.since_s(filter.time()) <= config.life.constant_velocity_after_s;
-        let known = self.registration.knows(plot).then(|| track.as_known(plot, &self.registration));
-        let nis = match filter.considered(known.as_ref().unwrap_or(plot), config) {
-            Some(found) if soon => found.ok()?,
-            _ => {
-                let (at, cov) = position_at(filter, time, &config.life).ok()?;
-                let m = known.map_or(Ok(*m), |plot| Measurement::of(&plot)).ok()?;
-                nis_at(at, cov, &m).ok()?
-            }
-        };
-        (nis.d2.is_finite() && nis.det > 0.0 && nis.det < f64::INFINITY).then_some(nis)
-    }
-}
-
-/// `tr R`, m²; a direction that is not measured counts 10 m.
-fn trace(plot: &Plot) -> f64 {
-    plot.along_m2.min(100.0) + plot.across_m2.min(100.0)
-}
-
-/// Largest variance of the plot for the search box; a direction that is not measured counts 20 m.
-fn search_variance(plot: &Plot) -> f64 {
-    let bounded = |v: f64| if v.is_finite() { v } else { 400.0 };
-    bounded(plot.along_m2).max(bounded(plot.across_m2))
-}
 
 /// ln of the odds from which on a single plot is taken for certain, or not at all.
 const CERTAIN: f64 = 4.0;
 
 /// Marginals below this are left out of an update.
 const HOPELESS: f64 = 1e-3;
+
+/// A plot that is a track's with this probability, in a cluster too large for more, is taken as its own.
+const STANDS_OUT: f64 = 0.25;
+
+/// Clusters of up to this many tracks are assigned by the dense solver.
+const FEW_ROWS: usize = 8;
+
+/// Rungs whose update takes no more evaluations than this are never merged.
+pub(super) const MERGED_ABOVE: u64 = 30;
+
+/// Evaluations of the exact marginals of a cluster: forward and backward over the sets of used plots.
+fn exact_cost(tracks: usize, plots: usize) -> u64 {
+    let sets = 1u64.checked_shl(plots as u32).unwrap_or(u64::MAX);
+    sets.saturating_mul((tracks * plots) as u64) / 2
+}
 
 /// Weights of pairs and misses of one sensor.
 #[derive(Clone, Copy, Debug)]
@@ -976,9 +824,31 @@ pub(super) struct Local {
     log_like: Vec<f64>,
     beta: Vec<f64>,
     costs: Vec<Option<f64>>,
+    edges: Vec<Edge>,
+    found: Vec<Option<u32>>,
 }
 
 impl Local {
+    /// Lists the pairs of the cluster, sorted by track, by row and column.
+    fn list(&mut self, cluster: &[Pair], weights: &Weights) {
+        let mut edges = std::mem::take(&mut self.edges);
+        edges.clear();
+        edges.extend(cluster.iter().map(|pair| {
+            let (row, column) = self.place(pair);
+            Edge { row: row as u32, column: column as u32, gain: weights.gain(&pair.nis) }
+        }));
+        self.edges = edges;
+    }
+
+    /// Whether exact association is within the limit of the method and a quarter of the scan's budget.
+    fn is_exact(&self, limit: usize, work: &Work) -> bool {
+        let (tracks, plots) = (self.tracks.len(), self.plots.len());
+        let states = 1usize.checked_shl(plots as u32).and_then(|sets| sets.checked_mul(tracks));
+        plots < usize::BITS as usize
+            && states.is_some_and(|states| states <= limit)
+            && exact_cost(tracks, plots) <= work.budget.left_of(0.5) / 4
+    }
+
     fn fill(&mut self, cluster: &[Pair]) {
         self.tracks.clear();
         self.tracks.extend(cluster.iter().map(|p| p.track));

@@ -68,30 +68,17 @@ pub struct Life {
     pub most_tracks: usize,
 }
 
-/// When a track gets a label of the flight list without an identity in its plots.
+/// Where labels of the flight list come from without an identity in the plots.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LabelRules {
-    /// A departure starts this near to its stand, m.
+    /// What is this near to a stand stands there, m.
     pub stand_radius_m: f64,
-    /// How fast an aircraft may have left its stand before it was first seen, m/s (assumed: pushed back).
-    pub push_back_ms: f64,
-    /// How far at most, m (assumed).
-    pub push_back_reach_m: f64,
-    /// Within this time of its off-block time, s.
-    pub off_block_window_s: f64,
-    /// An arrival starts on final or on the landing half of its runway within this time of its
-    /// estimate, s.
-    pub arrival_window_s: f64,
-    /// And is faster than this, m/s.
-    pub arrival_speed_ms: f64,
-    /// And no farther from the extended centreline than this, m.
+    /// Standard deviation of the times of the flight list, s; what named targets show of it is learnt.
+    pub list_sigma_s: f64,
+    /// What lands or takes off is no farther from the extended centreline than this, m.
     pub arrival_lateral_m: f64,
     /// How far out on final, m.
     pub final_length_m: f64,
-    /// Largest cost of a label (three sigma are 9).
-    pub accept_below: f64,
-    /// The next best entry or track must be worse by this.
-    pub clearer_by: f64,
 }
 
 /// A kind of mover and what it can do (kinematic gate).
@@ -207,6 +194,11 @@ pub struct TrackingConfig {
     pub register_echo: bool,
     /// What is assumed of echoes.
     pub echo: EchoLaw,
+    /// Whether each track is published as it was one scan ago too, by the plots that came since.
+    pub second_ago: bool,
+    /// What a scan may cost, ms, by a table of evaluations (never by a clock): association and filters fall to cheaper
+    /// forms, which are counted, before it is used up.
+    pub scan_budget_ms: f64,
     /// Two tracks that stay this near and move alike are one target, m (beside the body of a labelled one).
     pub duplicate_radius_m: f64,
 }
@@ -242,15 +234,9 @@ impl TrackingConfig {
             },
             labels: LabelRules {
                 stand_radius_m: 40.0,
-                push_back_ms: 2.5,
-                push_back_reach_m: 120.0,
-                off_block_window_s: 600.0,
-                arrival_window_s: 120.0,
-                arrival_speed_ms: 40.0,
+                list_sigma_s: 120.0,
                 arrival_lateral_m: 60.0,
                 final_length_m: 20_000.0,
-                accept_below: 9.21,
-                clearer_by: 6.0,
             },
             classes: default_classes(),
             sizes: Vec::new(),
@@ -260,6 +246,8 @@ impl TrackingConfig {
             register_sites: false,
             register_echo: false,
             echo: EchoLaw::default(),
+            second_ago: true,
+            scan_budget_ms: 100.0,
             duplicate_radius_m: 12.0,
         }
     }
@@ -284,6 +272,7 @@ impl TrackingConfig {
         let mut config = Self::paper();
         config.filter = FilterConfig { rolling: true, q: 1.0, ..FilterConfig::new(Rung::Ca3) };
         config.ring_s = 1.5;
+        config.second_ago = false;
         config.life.numbers = 65_536;
         config
     }
@@ -321,6 +310,69 @@ impl TrackingConfig {
     pub(super) fn sensor(&self, id: SensorId, kind: SensorKind) -> SensorModel {
         let listed = self.sensors.iter().find(|s| s.id == id);
         listed.copied().unwrap_or_else(|| SensorModel::default_of(id, kind))
+    }
+}
+
+/// A number of the configuration that cannot be used.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{name} = {value} is outside {low} to {high}: give a finite number within these limits")]
+pub struct UnsoundNumber {
+    /// Which number, with its sensor.
+    pub name: String,
+    /// What was given.
+    pub value: f64,
+    /// Least value.
+    pub low: f64,
+    /// Greatest value.
+    pub high: f64,
+}
+
+impl SensorModel {
+    /// Its numbers with their names and limits.
+    fn numbers(&mut self) -> [(&'static str, &mut f64, [f64; 2]); 7] {
+        [
+            ("interval_s", &mut self.interval_s, [1e-3, 1e6]),
+            ("detection", &mut self.detection, [0.0, 1.0]),
+            ("false_density_m2", &mut self.false_density_m2, [0.0, 1e3]),
+            ("extra_sigma_m", &mut self.extra_sigma_m, [0.0, 1e4]),
+            ("slow_share", &mut self.slow_share, [0.0, 1.0]),
+            ("slow_tau_s", &mut self.slow_tau_s, [1e-6, 1e9]),
+            ("latency_s", &mut self.latency_s, [0.0, 60.0]),
+        ]
+    }
+
+    /// The same with the default of its kind in place of every number that cannot be used.
+    #[must_use]
+    pub(super) fn sound(mut self) -> Self {
+        let mut defaults = Self::default_of(self.id, self.kind);
+        let spare = defaults.numbers().map(|(_, value, _)| *value);
+        for ((_, value, [low, high]), spare) in self.numbers().into_iter().zip(spare) {
+            if !(*value >= low && *value <= high) {
+                *value = spare;
+            }
+        }
+        self
+    }
+}
+
+impl TrackingConfig {
+    /// Whether every number of the sensors can be used.
+    ///
+    /// # Errors
+    /// The first one that cannot. A tracker that is made all the same uses the default of the sensor's kind for it.
+    pub fn check(&self) -> Result<(), UnsoundNumber> {
+        for sensor in &self.sensors {
+            let mut sensor = *sensor;
+            let id = sensor.id.0;
+            for (name, value, [low, high]) in sensor.numbers() {
+                let value = *value;
+                if !(value >= low && value <= high) {
+                    let name = format!("sensor {id}: {name}");
+                    return Err(UnsoundNumber { name, value, low, high });
+                }
+            }
+        }
+        Ok(())
     }
 }
 

@@ -197,6 +197,28 @@ impl TrackFilter {
         }
     }
 
+    /// Goes on as one Gaussian: what its modes or histories knew apart is mixed.
+    pub(super) fn merge(&mut self) {
+        if let Self::Plain(f) = self {
+            let now = f.estimate();
+            f.replace(now.time, &now.state);
+        }
+    }
+
+    /// [`Self::update_weighted`] of one Gaussian.
+    ///
+    /// # Errors
+    /// As the filter's own update.
+    pub(super) fn update_merged(&mut self, plots: &[(Plot, f64)]) -> Result<(), UpdateError> {
+        let Some((first, _)) = plots.first() else { return Err(UpdateError::UnsoundPlot) };
+        let measured: Result<Vec<_>, _> =
+            plots.iter().map(|(p, b)| Ok((crate::filter::Measurement::of(p)?, *b))).collect();
+        let mut state = self.predicted(first.time)?.state;
+        state.update_weighted(&measured?)?;
+        self.replace(first.time, &state);
+        Ok(())
+    }
+
     /// # Errors
     /// If a plot is unsound or the second one is not later than the first.
     pub(super) fn restart(

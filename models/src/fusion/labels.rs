@@ -1,86 +1,175 @@
-//! Labels from the flight data list: by identity, by the stand of a departure, by the runway of an
-//! arrival. A label sticks to its track.
+//! Labels from the flight data list: by the names in the plots, else as a distribution over the lines of the list.
+//!
+//! The odds of each unnamed track and line (`identity`) make a one-to-one distribution by belief propagation. A label
+//! is given from [`GIVEN`] on and taken back below [`KEPT`]; from [`ASSUMED`] on it is published as assumed.
 
-use super::config::{LabelRules, TrackingConfig};
+use super::config::TrackingConfig;
+use super::identity::list_sigma_s;
 use super::track_file::{Stage, Track};
-use crate::association::assignment::Solver;
-use crate::filter::Estimate;
+use super::tracker::Work;
+use crate::association::lbp::Edge;
 use crate::flight_list::{FlightEntry, FlightList, MovementKind};
 use crate::plot::Callsign;
 use crate::time::SimTime;
 use crate::track::{Label, TrackType};
+use std::collections::BTreeMap;
 
-/// Gives labels to confirmed tracks; returns how many conflicts of one identity on two tracks it saw.
+/// A label that is at least this probable is given.
+pub(super) const GIVEN: f64 = 0.9;
+/// A given one that is less probable is taken back.
+const KEPT: f64 = 0.8;
+/// From here on a label is published as assumed.
+const ASSUMED: f64 = 0.5;
+/// Probability of a label by the target's own name.
+pub(super) const NAMED: f64 = 0.999;
+/// Odds are weighed this often, s, and whenever something has happened.
+const EVERY_S: f64 = 5.0;
+/// ln of odds that are left out.
+const NEGLIGIBLE: f64 = -7.0;
+/// Pairs of tracks and lines for which all tracks are weighed; of more, those that have shown something.
+const MOST_PAIRS: usize = 200_000;
+/// The line of a track that ended is not given again for this long, s.
+const REST_S: f64 = 10.0;
+
+/// What is kept between the scans.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Labels {
+    next: Option<SimTime>,
+    resting: Vec<(Callsign, SimTime)>,
+}
+
+impl Labels {
+    /// A track with this line has ended.
+    pub(super) fn rest(&mut self, entry: Callsign, now: SimTime) {
+        self.resting.push((entry, now.plus_s(REST_S)));
+    }
+}
+
+/// What changed.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Changes {
+    /// One identity seen on two tracks.
+    pub(super) conflicts: u64,
+    /// Labels taken back.
+    pub(super) revisions: u64,
+}
+
+/// Gives labels to confirmed tracks.
 pub(super) fn assign(
+    labels: &mut Labels,
     tracks: &mut [Track],
     flights: &FlightList,
     config: &TrackingConfig,
     now: SimTime,
-    solver: &mut Solver,
-) -> u64 {
+    work: &mut Work,
+) -> Changes {
+    let mut changes = Changes::default();
     if flights.entries.is_empty() {
-        return 0;
+        return changes;
     }
-    let mut conflicts = 0;
     // By identity; asked again only while there is no answer or the plots said something new.
     let named: Vec<(usize, Callsign)> = (0..tracks.len())
         .filter(|&t| !tracks[t].name_settled)
         .filter_map(|t| identified(&tracks[t], flights).map(|e| (t, e.callsign)))
         .collect();
+    let mut news = !named.is_empty();
+    let mut holders: BTreeMap<Callsign, usize> = BTreeMap::new();
+    if news {
+        holders.extend((0..tracks.len()).filter_map(|t| tracks[t].entry.map(|e| (e, t))));
+    }
     for (index, entry) in named {
         if tracks[index].entry != Some(entry) {
-            for other in tracks.iter_mut().filter(|t| t.entry == Some(entry)) {
-                conflicts += 1;
-                give(other, None, config);
+            if let Some(before) = tracks[index].entry {
+                holders.remove(&before);
+            }
+            if let Some(other) = holders.insert(entry, index) {
+                changes.conflicts += 1;
+                give(&mut tracks[other], None, config);
             }
             give(&mut tracks[index], flights.by_callsign(entry), config);
         }
+        tracks[index].label_p = Some(NAMED);
         tracks[index].name_settled = true;
     }
-    // By stand and runway: one assignment of unlabelled tracks to free entries.
-    let mut taken: Vec<Callsign> = tracks.iter().filter_map(|t| t.entry).collect();
-    taken.sort_unstable();
-    let candidates: Vec<usize> = (0..tracks.len())
-        .filter(|&t| tracks[t].stage == Stage::Confirmed && tracks[t].entry.is_none())
-        .filter(|&t| !tracks[t].outside)
-        .filter(|&t| tracks[t].callsign.is_none() && tracks[t].address.is_none())
-        .collect();
-    if candidates.is_empty() {
-        return conflicts;
+    labels.resting.retain(|(_, until)| *until > now);
+    news |= tracks.iter().any(|t| t.evidence.news);
+    if news || labels.next.is_none_or(|next| next <= now) {
+        labels.next = Some(now.plus_s(EVERY_S));
+        changes.revisions = weigh(labels, tracks, flights, config, now, work);
     }
-    let free: Vec<&FlightEntry> = flights
+    changes
+}
+
+/// Weighs the odds of all tracks without a name and all lines that no name holds.
+fn weigh(
+    labels: &Labels,
+    tracks: &mut [Track],
+    flights: &FlightList,
+    config: &TrackingConfig,
+    now: SimTime,
+    work: &mut Work,
+) -> u64 {
+    let free = |t: &Track| {
+        t.stage == Stage::Confirmed && !t.outside && t.callsign.is_none() && t.address.is_none()
+    };
+    let frozen = |t: &Track| !free(t) || t.unresolved;
+    let mut taken: Vec<Callsign> =
+        tracks.iter().filter(|t| frozen(t)).filter_map(|t| t.entry).collect();
+    taken.extend(labels.resting.iter().map(|(entry, _)| *entry));
+    taken.sort_unstable();
+    let lines: Vec<&FlightEntry> = flights
         .entries
         .iter()
         .filter(|e| e.movement != MovementKind::Vehicle)
         .filter(|e| taken.binary_search(&e.callsign).is_err())
         .collect();
-    if free.is_empty() {
-        return conflicts;
+    let mut rows: Vec<usize> = (0..tracks.len()).filter(|&t| !frozen(&tracks[t])).collect();
+    if rows.len().saturating_mul(lines.len()) > MOST_PAIRS {
+        rows.retain(|&t| tracks[t].evidence.shows() || tracks[t].entry.is_some());
+        rows.truncate(MOST_PAIRS / lines.len().max(1));
     }
-    let costs: Vec<Option<f64>> = candidates
-        .iter()
-        .flat_map(|&t| free.iter().map(move |e| (t, *e)))
-        .map(|(t, e)| cost(&tracks[t], e, flights, &config.labels, now))
-        .collect();
-    let at = |row: usize, column: usize| costs[row * free.len() + column];
-    // A label is worth its acceptance limit: dearer ones are not given at all.
-    let limit = config.labels.accept_below;
-    let found = solver.pairs_and_misses(candidates.len(), free.len(), |row, column| {
-        at(row, column).map(|c| c - limit)
-    });
-    for (row, &column) in found.iter().enumerate() {
-        let Some(column) = column else { continue };
-        let Some(best) = at(row, column) else { continue };
-        let clear = best + config.labels.clearer_by;
-        let rivals = (0..free.len())
-            .filter(|&c| c != column)
-            .map(|c| at(row, c))
-            .chain((0..candidates.len()).filter(|&r| r != row).map(|r| at(r, column)));
-        if rivals.flatten().all(|rival| rival >= clear) {
-            give(&mut tracks[candidates[row]], Some(free[column]), config);
+    let sigma_s = list_sigma_s(tracks, flights, &config.labels);
+    tracks.iter_mut().for_each(|track| track.evidence.news = false);
+    let mut edges = Vec::new();
+    for (row, &t) in rows.iter().enumerate() {
+        let track = &tracks[t];
+        for (column, entry) in lines.iter().enumerate() {
+            let gain = track.evidence.log_ratio(track.born, entry, flights, config, now, sigma_s);
+            if gain > NEGLIGIBLE {
+                edges.push(Edge { row: row as u32, column: column as u32, gain });
+            }
         }
     }
-    conflicts
+    let belief = &mut work.belief;
+    let ended = belief.run(rows.len(), lines.len(), &edges, 200, 1e-6);
+    work.budget.spend((8 * rows.len() * lines.len()) as u64);
+    work.budget.spend(u64::from(ended.sweeps) * edges.len() as u64);
+    let mut revisions = 0;
+    for (row, &t) in rows.iter().enumerate() {
+        let track = &mut tracks[t];
+        let shares =
+            belief.edges_of(row).map(|e| (belief.share(row, e), lines[edges[e].column as usize]));
+        let best =
+            shares.clone().max_by(|a, b| a.0.total_cmp(&b.0).then(b.1.callsign.cmp(&a.1.callsign)));
+        if let Some(entry) = track.entry {
+            let share = shares.clone().find(|(_, e)| e.callsign == entry).map_or(0.0, |s| s.0);
+            track.label_p = Some(share);
+            if share >= KEPT {
+                continue;
+            }
+            revisions += 1;
+            give(track, None, config);
+        }
+        (track.assumed, track.label_p) = (None, None);
+        let Some((share, entry)) = best.filter(|(share, _)| *share >= ASSUMED) else { continue };
+        give(track, Some(entry), config);
+        track.label_p = Some(share);
+        if share < GIVEN {
+            // Its size and what it can do are likely, its name is not sure.
+            (track.entry, track.assumed) = (None, Some(entry.callsign));
+        }
+    }
+    revisions
 }
 
 fn identified<'a>(track: &Track, flights: &'a FlightList) -> Option<&'a FlightEntry> {
@@ -89,136 +178,10 @@ fn identified<'a>(track: &Track, flights: &'a FlightList) -> Option<&'a FlightEn
 }
 
 fn give(track: &mut Track, entry: Option<&FlightEntry>, config: &TrackingConfig) {
-    track.entry = entry.map(|e| e.callsign);
+    (track.entry, track.assumed, track.label_p) = (entry.map(|e| e.callsign), None, None);
     track.limits = config.limits_of(entry);
     track.size_m = entry.map(|e| config.size_of(e));
     track.vehicle = entry.is_some_and(|e| e.movement == MovementKind::Vehicle);
-}
-
-/// Cost of this label for this track: squared deviations of time and place, each in its own sigma (a
-/// third of the rule's limit); `None` where the rule does not apply.
-fn cost(
-    track: &Track,
-    entry: &FlightEntry,
-    flights: &FlightList,
-    rules: &LabelRules,
-    now: SimTime,
-) -> Option<f64> {
-    let estimate = track.filter().estimate();
-    match entry.movement {
-        MovementKind::Departure => departure_cost(track, &estimate, entry, rules, now)
-            .or_else(|| line_up_cost(&estimate, entry, flights, rules)),
-        MovementKind::Arrival => arrival_cost(&estimate, entry, flights, rules),
-        MovementKind::Vehicle => None,
-    }
-}
-
-fn departure_cost(
-    track: &Track,
-    estimate: &Estimate,
-    entry: &FlightEntry,
-    rules: &LabelRules,
-    now: SimTime,
-) -> Option<f64> {
-    let distance = (estimate.position_m() - entry.stand_m?).norm();
-    let off_block = entry.off_block.unwrap_or(entry.eta_ctd);
-    let late = track.born.since_s(off_block).max(0.0);
-    // It is at its stand now (it may have been there for hours before its off-block time), or it is seen for
-    // the first time and was pushed back since.
-    let radius = if now.since_s(track.born) <= FIRST_SEEN_S {
-        let pushed = rules.stand_radius_m + rules.push_back_ms * late;
-        pushed.min(rules.push_back_reach_m.max(rules.stand_radius_m))
-    } else {
-        rules.stand_radius_m
-    };
-    if distance > radius {
-        return None;
-    }
-    let early = off_block.since_s(now).max(0.0);
-    let deviation = late.max(early);
-    (deviation <= rules.off_block_window_s)
-        .then(|| square(3.0 * distance / radius) + square(deviation / rules.off_block_window_s))
-}
-
-/// How long a track has been seen for the first time, s.
-const FIRST_SEEN_S: f64 = 15.0;
-
-/// A target that stands or rolls on the first half of its departure runway about its time of departure:
-/// it may have left its stand before the run began, or stand where the list knows no stand. Faster than
-/// an arrival on final it is not labelled any more: it could be one.
-fn line_up_cost(
-    estimate: &Estimate,
-    entry: &FlightEntry,
-    flights: &FlightList,
-    rules: &LabelRules,
-) -> Option<f64> {
-    let on = on_runway(estimate, entry, flights)?;
-    let lined_up = (0.0..=0.5 * on.length).contains(&on.way)
-        && on.aside.abs() <= 0.5 * rules.arrival_lateral_m
-        && (1.0..rules.arrival_speed_ms).contains(&on.forward);
-    let deviation = estimate.time.since_s(entry.eta_ctd).abs();
-    (lined_up && deviation <= rules.arrival_window_s).then(|| {
-        square(3.0 * deviation / rules.arrival_window_s)
-            + square(1.5 * on.aside / rules.arrival_lateral_m)
-    })
-}
-
-/// Where a target is on the runway of an entry.
-struct OnRunway {
-    /// Length of the runway, m.
-    length: f64,
-    /// From its threshold along it, m.
-    way: f64,
-    /// Beside its centreline, m.
-    aside: f64,
-    /// Speed along it, m/s; 0 if the target moves another way.
-    forward: f64,
-}
-
-fn on_runway(estimate: &Estimate, entry: &FlightEntry, flights: &FlightList) -> Option<OnRunway> {
-    let (_, [threshold, far_end]) =
-        flights.runways.iter().find(|(name, _)| *name == entry.runway)?;
-    let along = far_end - threshold;
-    let length = along.norm();
-    if !(length > 1.0) {
-        return None;
-    }
-    let along = along / length;
-    let velocity = estimate.velocity_ms();
-    let (speed, forward) = (velocity.norm(), velocity.dot(&along));
-    let from_threshold = estimate.position_m() - threshold;
-    Some(OnRunway {
-        length,
-        way: from_threshold.dot(&along),
-        aside: from_threshold.x * along.y - from_threshold.y * along.x,
-        forward: if forward > 0.95 * speed { forward } else { 0.0 },
-    })
-}
-
-fn arrival_cost(
-    estimate: &Estimate,
-    entry: &FlightEntry,
-    flights: &FlightList,
-    rules: &LabelRules,
-) -> Option<f64> {
-    let on = on_runway(estimate, entry, flights)?;
-    let landing = on.way >= -rules.final_length_m
-        && on.way <= 0.5 * on.length
-        && on.aside.abs() <= rules.arrival_lateral_m
-        && on.forward > rules.arrival_speed_ms;
-    if !landing {
-        return None;
-    }
-    let over_threshold = estimate.time.plus_s(-on.way / on.forward);
-    let deviation = over_threshold.since_s(entry.eta_ctd).abs();
-    (deviation <= rules.arrival_window_s).then(|| {
-        square(3.0 * deviation / rules.arrival_window_s)
-            + square(1.5 * on.aside / rules.arrival_lateral_m)
-    })
-}
-
-fn square(x: f64) -> f64 {
-    x * x
 }
 
 /// What the list says of the track now.

@@ -9,7 +9,7 @@ use crate::filter::Estimate;
 use crate::flight_list::FlightList;
 use crate::frames::Vector2;
 use crate::time::SimTime;
-use crate::track::{SystemTrack, TrackStatus, TrackType};
+use crate::track::{SecondAgo, SystemTrack, TrackStatus, TrackType};
 
 impl Tracker {
     /// End of the scan for every track: count the look, confirm or end it. Gives the confirmed tracks as they are now,
@@ -20,7 +20,7 @@ impl Tracker {
         flights: &FlightList,
         seen: &mut Vec<u32>,
     ) -> Vec<SystemTrack> {
-        let Self { tracks, ring, numbers, config, statistics, .. } = self;
+        let Self { tracks, ring, numbers, config, statistics, previous, .. } = self;
         seen.clear();
         let mut out = Vec::with_capacity(tracks.len());
         for (index, track) in tracks.iter_mut().enumerate() {
@@ -45,8 +45,13 @@ impl Tracker {
             if before == Stage::Confirmed {
                 drop_if_lost(track, &at, flights, config, statistics);
             }
+            track.evidence.take_state(&at, track.plots, flights, &config.labels);
             seen.push(index as u32);
-            out.push(published(track, number, &at));
+            let mut shown = published(track, number, &at);
+            if let Some(then) = previous.filter(|_| config.second_ago && track.published) {
+                shown.second_ago = second_ago(track, then, config, ring);
+            }
+            out.push(shown);
         }
         out
     }
@@ -78,6 +83,18 @@ fn present(
     again
 }
 
+/// The publication before, by what is known now.
+fn second_ago(
+    track: &Track,
+    then: SimTime,
+    config: &TrackingConfig,
+    ring: &Ring,
+) -> Option<SecondAgo> {
+    let lag = track.second_ago(then, config, ring)?;
+    let coasted = track.last_hit <= then;
+    Some(SecondAgo { time: then, position_m: lag.position_m, cov_m2: lag.cov_m2, coasted })
+}
+
 /// A track in this state as it is published, but for its label and status.
 fn published(track: &Track, number: u16, at: &Estimate) -> SystemTrack {
     SystemTrack {
@@ -97,6 +114,9 @@ fn published(track: &Track, number: u16, at: &Estimate) -> SystemTrack {
         manoeuvre: track.manoeuvre,
         label: None,
         reported: track.callsign,
+        assumed: None,
+        label_p: None,
+        second_ago: None,
     }
 }
 
@@ -147,6 +167,14 @@ fn drop_if_lost(
     statistics: &mut Statistics,
 ) {
     let life = &config.life;
+    // Nothing on or over a runway is that fast: a state that has gone wrong.
+    let fast = at.velocity_ms().norm() > IMPOSSIBLE_MPS;
+    track.too_fast = if fast { track.too_fast + 1 } else { 0 };
+    if track.too_fast >= TOO_FAST_SCANS {
+        track.stage = Stage::Ended;
+        statistics.deleted += 1;
+        return;
+    }
     let gap = at.time.since_s(track.last_hit);
     let widened = widened(at, life.delete_radius_m);
     if gap <= life.delete_moving_s.min(life.delete_standing_s) && !widened {
@@ -161,11 +189,18 @@ fn drop_if_lost(
     let standing = velocity.norm() < 1.0 || at_stand();
     let limit = if standing { life.delete_standing_s } else { life.delete_moving_s };
     let limit = limit.max(life.delete_least_updates * track.interval_s);
-    if gap > limit || (widened && !standing) {
+    // Where nothing can be told apart a track is wide, but not lost.
+    if gap > limit || (widened && !standing && !track.unresolved) {
         track.stage = Stage::Ended;
         statistics.deleted += 1;
     }
 }
+
+/// Faster than any target of a surface sensor, m/s (assumed; the fastest touch down at 90).
+const IMPOSSIBLE_MPS: f64 = 150.0;
+
+/// Scans in a row at such a speed that end a track.
+const TOO_FAST_SCANS: u8 = 3;
 
 /// Whether the 95 % radius of the position has grown beyond `radius_m`.
 fn widened(at: &Estimate, radius_m: f64) -> bool {
@@ -180,6 +215,9 @@ fn widened(at: &Estimate, radius_m: f64) -> bool {
     !(2.45 * largest.max(0.0).sqrt() <= radius_m)
 }
 
+/// Tracks beside one that are looked at.
+const NEIGHBOURS: usize = 64;
+
 /// Scans for which two tracks must look like one target before the younger ends.
 const TWIN_SCANS: u32 = 3;
 
@@ -192,7 +230,7 @@ pub(super) fn merge_duplicates(
     work: &mut Work,
     statistics: &mut Statistics,
 ) {
-    let Work { seen, positions, plots: grid, .. } = work;
+    let Work { seen, positions, plots: grid, near, .. } = work;
     positions.clear();
     positions.extend(shown.iter().map(|s| s.position_m));
     let named = |track: &Track| track.callsign.is_some() || track.address.is_some();
@@ -214,12 +252,13 @@ pub(super) fn merge_duplicates(
         let position = positions[young];
         // Mostly nobody else is there: it finds only itself.
         let mut there = 0;
-        grid.visit(position - around, position + around, |old| {
+        let (low, high) = (position - around, position + around);
+        grid.visit_near(low, high, NEIGHBOURS, near, |old| {
             let offset = positions[old] - position;
             there += u32::from(offset.x.abs() <= reach) & u32::from(offset.y.abs() <= reach);
         });
         let candidate = &mut tracks[seen[young] as usize];
-        if there <= 1 {
+        if there <= 1 || candidate.unresolved {
             candidate.twin = None;
             continue;
         }
@@ -231,7 +270,7 @@ pub(super) fn merge_duplicates(
         let velocity = shown[young].velocity_ms;
         let alike = 2.0 + 0.1 * velocity.norm();
         let mut twin: Option<u64> = None;
-        grid.visit(position - around, position + around, |old| {
+        grid.visit_near(low, high, NEIGHBOURS, near, |old| {
             let offset = positions[old] - position;
             if old == young || offset.x.abs() > reach || offset.y.abs() > reach {
                 return;

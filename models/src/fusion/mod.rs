@@ -8,10 +8,14 @@
 //! Nothing depends on the order in which plots arrived, and nothing here knows the truth.
 
 mod associate;
+mod budget;
 pub mod config;
 pub mod consider;
 mod filter;
+mod gate;
+mod identity;
 mod labels;
+mod lag;
 mod life;
 pub mod near_side;
 mod numbers;

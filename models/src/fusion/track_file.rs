@@ -2,6 +2,8 @@
 
 use super::config::{Life, TrackingConfig};
 use super::filter::TrackFilter;
+use super::identity::Evidence;
+use super::lag::Lag;
 use super::near_side::{Body, EchoLaw};
 use super::registration::{Reference, Registration};
 use super::ring::{Past, Ring, Slotted};
@@ -12,6 +14,7 @@ use crate::frames::{Matrix2, Vector2};
 use crate::plot::{Callsign, Identity, Plot, SensorId, SensorKind};
 use crate::time::SimTime;
 use nalgebra::Matrix4;
+use smallvec::SmallVec;
 
 /// Stage of a track's life.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,13 +62,25 @@ struct Taken {
     kind: SensorKind,
     /// Only the kinematic gate accepted it. Kept here, a record is one cache line.
     manoeuvre: bool,
+    /// The filter was merged to one Gaussian for it.
+    merged: bool,
 }
 
 impl Taken {
     #[inline]
     fn of(plot: &Plot) -> Self {
         let &Plot { time, position_m, axis, along_m2, across_m2, sensor, kind, .. } = plot;
-        Self { time, position_m, axis, along_m2, across_m2, sensor, kind, manoeuvre: false }
+        Self {
+            time,
+            position_m,
+            axis,
+            along_m2,
+            across_m2,
+            sensor,
+            kind,
+            manoeuvre: false,
+            merged: false,
+        }
     }
 
     fn plot(&self) -> Plot {
@@ -144,6 +159,10 @@ pub(super) struct Track {
     pub(super) published: bool,
     /// Plot of the last scan that both gates refused.
     pub(super) refused: Option<Box<Plot>>,
+    /// Scans in a row at a speed that nothing has.
+    pub(super) too_fast: u8,
+    /// More plots lay where it may be than it could be told from, in this scan.
+    pub(super) unresolved: bool,
     /// Its last plot made it begin anew; none has fitted since.
     pub(super) restarted: bool,
     pub(super) heading_rad: f64,
@@ -155,8 +174,18 @@ pub(super) struct Track {
     pub(super) named_at: SimTime,
     /// Its own last report of its position.
     pub(super) reference: Option<Box<Reference>>,
-    /// Line of the flight list.
+    /// Line of the flight list that is given as its label.
     pub(super) entry: Option<Callsign>,
+    /// Line that it more likely is than not.
+    pub(super) assumed: Option<Callsign>,
+    /// Probability of either.
+    pub(super) label_p: Option<f64>,
+    /// What it has shown of itself.
+    pub(super) evidence: Box<Evidence>,
+    /// Plots with its name in a row that were refused.
+    pub(super) name_refused: u32,
+    /// When each sensor has updated it last.
+    pub(super) updated_by: SmallVec<[(SensorId, SimTime); 2]>,
     /// The flight list has answered for the present identity.
     pub(super) name_settled: bool,
     pub(super) limits: ClassLimits,
@@ -201,6 +230,8 @@ impl Track {
             published: false,
             refused: None,
             restarted: false,
+            unresolved: false,
+            too_fast: 0,
             heading_rad: 0.0,
             altitude_m: plot.altitude_m,
             callsign: None,
@@ -208,6 +239,11 @@ impl Track {
             named_at: plot.time,
             reference: None,
             entry: None,
+            assumed: None,
+            label_p: None,
+            evidence: Box::default(),
+            name_refused: 0,
+            updated_by: SmallVec::new(),
             name_settled: false,
             limits: config.limits_of(None),
             size_m: None,
@@ -218,6 +254,8 @@ impl Track {
             twin: None,
         };
         track.learn_identity(plot.identity);
+        track.evidence.take_plot(plot, interval_s);
+        track.updated_by.push((plot.sensor, plot.time));
         Ok(track)
     }
 
@@ -309,6 +347,11 @@ impl Track {
         Some(&ring[self.past[place].slot].before)
     }
 
+    /// How many updates a plot of this time would have done again.
+    pub(super) fn later_than(&self, time: SimTime) -> usize {
+        self.past.iter().rev().take_while(|at| at.before > time).count()
+    }
+
     /// Gives back what the ring holds for the track, which has ended.
     pub(super) fn leave(&mut self, ring: &mut Ring) {
         self.past.drain(..).for_each(|at| ring.free(at.slot));
@@ -323,9 +366,17 @@ impl Track {
         }
     }
 
+    /// Whether another sensor than this one has updated it within `within_s` of `time`.
+    pub(super) fn has_other_than(&self, sensor: SensorId, time: SimTime, within_s: f64) -> bool {
+        self.updated_by
+            .iter()
+            .any(|(other, last)| *other != sensor && time.since_s(*last) <= within_s)
+    }
+
     /// Takes the name away: another track has it now.
     pub(super) fn forget_identity(&mut self) {
         (self.callsign, self.address, self.entry) = (None, None, None);
+        (self.assumed, self.label_p, self.name_refused) = (None, None, 0);
         (self.name_settled, self.size_m) = (false, None);
     }
 
@@ -364,10 +415,12 @@ impl Track {
     }
 
     /// Takes an update at its own time. A late one goes to its place, and all later ones are done
-    /// again: the result is that of processing in order. What is older than `oldest` is forgotten.
+    /// again: the result is that of processing in order. With `merge` the filter goes on as one Gaussian first. What is
+    /// older than `oldest` is forgotten.
     pub(super) fn apply(
         &mut self,
         update: Update<'_>,
+        merge: bool,
         config: &TrackingConfig,
         oldest: SimTime,
         ring: &mut Ring,
@@ -375,8 +428,9 @@ impl Track {
         let time = update.plot().time;
         let after = if self.now.time() <= time {
             let before = self.now.time();
-            let slot = ring.put(Entry { before: self.now.clone(), update: update.record() });
-            match step(&mut self.now, update, config) {
+            let update_again = update.record(merge);
+            let slot = ring.put(Entry { before: self.now.clone(), update: update_again });
+            match step(&mut self.now, update, merge, config) {
                 Ok(after) => {
                     ring[slot].note_beginning(after, update);
                     self.past.push(Slotted { before, slot });
@@ -397,8 +451,10 @@ impl Track {
             };
             let before = ring[self.past[place].slot].before.clone();
             let mut filter = before.clone();
-            let Ok(mut after) = step(&mut filter, update, config) else { return Applied::Refused };
-            let mut entry = Entry { before, update: update.record() };
+            let Ok(mut after) = step(&mut filter, update, merge, config) else {
+                return Applied::Refused;
+            };
+            let mut entry = Entry { before, update: update.record(merge) };
             entry.note_beginning(after, update);
             let at = Slotted { slot: ring.put(entry), ..self.past[place] };
             self.past.insert(place, at);
@@ -424,6 +480,42 @@ impl Track {
         }
     }
 
+    /// Where the track was at `then`, by all plots it has had by now; nothing if it was not there yet, or its state then
+    /// is not kept any more.
+    pub(super) fn second_ago(
+        &self,
+        then: SimTime,
+        config: &TrackingConfig,
+        ring: &Ring,
+    ) -> Option<Lag> {
+        if self.born > then {
+            return None;
+        }
+        let life = &config.life;
+        if self.now.time() <= then {
+            return Lag::of(&self.now, then, life).ok();
+        }
+        let first = self.past.iter().position(|at| {
+            // The update that it leads to came after.
+            ring[at.slot].update.time() > then
+        })?;
+        let mut lag = Lag::of(&ring[self.past[first].slot].before, then, life).ok()?;
+        for at in &self.past[first..] {
+            let Entry { before, update } = &ring[at.slot];
+            let done = match update {
+                // What no prediction foresaw says little of what was before it.
+                Record::Plot(taken) if taken.manoeuvre => Err(UpdateError::UnsoundPlot),
+                Record::Plot(taken) => lag.update(before, &[(taken.plot(), 1.0)], life),
+                Record::Weighted(plots) => lag.update(before, &whole(plots), life),
+                Record::Restart(_) => Err(UpdateError::UnsoundPlot),
+            };
+            if done.is_err() {
+                lag.forget();
+            }
+        }
+        Some(lag)
+    }
+
     /// Begins again from the last plot; false if there is none that can begin a track.
     pub(super) fn begin_again(&mut self, config: &TrackingConfig, ring: &Ring) -> bool {
         let plot = match self.past.last().map(|at| &ring[at.slot].update) {
@@ -447,7 +539,13 @@ impl Track {
         self.altitude_m = plot.altitude_m.or(self.altitude_m);
         self.refused = None;
         self.learn_identity(plot.identity);
+        self.evidence.take_plot(plot, interval_s);
+        match self.updated_by.iter_mut().find(|(sensor, _)| *sensor == plot.sensor) {
+            Some((_, last)) => *last = plot.time.max(*last),
+            None => self.updated_by.push((plot.sensor, plot.time)),
+        }
         if plot.identity.is_some() {
+            self.name_refused = 0;
             self.named_at = self.named_at.max(plot.time);
         }
     }
@@ -469,14 +567,28 @@ impl<'a> Update<'a> {
         }
     }
 
-    fn record(&self) -> Record {
+    fn record(&self, merged: bool) -> Record {
+        let of = |plot| Taken { merged, ..Taken::of(plot) };
         match *self {
-            Self::Plot(p) => Record::Plot(Taken::of(p)),
-            Self::Manoeuvre(p) => Record::Plot(Taken { manoeuvre: true, ..Taken::of(p) }),
-            Self::Restart(a, b) => Record::Restart(Box::new([Taken::of(a), Taken::of(b)])),
-            Self::Weighted(plots) => Record::Weighted(
-                plots.iter().map(|(plot, beta)| (Taken::of(plot), *beta)).collect(),
-            ),
+            Self::Plot(p) => Record::Plot(of(p)),
+            Self::Manoeuvre(p) => Record::Plot(Taken { manoeuvre: true, ..of(p) }),
+            Self::Restart(a, b) => Record::Restart(Box::new([of(a), of(b)])),
+            Self::Weighted(plots) => {
+                Record::Weighted(plots.iter().map(|(plot, beta)| (of(plot), *beta)).collect())
+            }
+        }
+    }
+}
+
+impl Record {
+    /// Time of the plot that names it.
+    fn time(&self) -> SimTime {
+        match self {
+            Self::Plot(taken) => taken.time,
+            Self::Restart(both) => both[1].time,
+            Self::Weighted(plots) => {
+                plots.first().map_or(SimTime(i64::MIN), |(taken, _)| taken.time)
+            }
         }
     }
 }
@@ -508,9 +620,10 @@ struct After {
 fn step(
     filter: &mut TrackFilter,
     update: Update<'_>,
+    merge: bool,
     config: &TrackingConfig,
 ) -> Result<After, UpdateError> {
-    match run(filter, update, config) {
+    match run(filter, update, merge, config) {
         Ok(()) => {
             if let Some((position_m, velocity_ms)) = filter.sound_motion() {
                 return Ok(After { position_m, velocity_ms, reborn: false });
@@ -528,6 +641,7 @@ fn step(
 fn run(
     filter: &mut TrackFilter,
     update: Update<'_>,
+    merge: bool,
     config: &TrackingConfig,
 ) -> Result<(), UpdateError> {
     let (time, life) = (update.plot().time, &config.life);
@@ -535,6 +649,12 @@ fn run(
     if time.since_s(filter.time()) > life.constant_velocity_after_s {
         let carried = predict(filter, time, life)?;
         filter.replace(time, &carried.state);
+    }
+    if merge {
+        if let Update::Weighted(plots) = update {
+            return filter.update_merged(plots);
+        }
+        filter.merge();
     }
     match update {
         Update::Plot(plot) => filter.update(plot, config),
@@ -551,15 +671,20 @@ fn again(
     config: &TrackingConfig,
 ) -> Result<After, UpdateError> {
     match update {
-        Record::Plot(taken) if taken.manoeuvre => {
-            step(filter, Update::Manoeuvre(&taken.plot()), config)
+        Record::Plot(taken) => {
+            let plot = taken.plot();
+            let update =
+                if taken.manoeuvre { Update::Manoeuvre(&plot) } else { Update::Plot(&plot) };
+            step(filter, update, taken.merged, config)
         }
-        Record::Plot(taken) => step(filter, Update::Plot(&taken.plot()), config),
         Record::Restart(both) => {
             let [first, last] = both.map(|taken| taken.plot());
-            step(filter, Update::Restart(&first, &last), config)
+            step(filter, Update::Restart(&first, &last), both[1].merged, config)
         }
-        Record::Weighted(plots) => step(filter, Update::Weighted(&whole(plots)), config),
+        Record::Weighted(plots) => {
+            let merged = plots.first().is_some_and(|(taken, _)| taken.merged);
+            step(filter, Update::Weighted(&whole(plots)), merged, config)
+        }
     }
 }
 

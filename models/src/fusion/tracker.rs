@@ -1,5 +1,6 @@
 //! One scan: plots in, tracks out.
 
+use super::budget::Budget;
 use super::config::{SensorModel, TrackingConfig};
 use super::labels;
 use super::life;
@@ -12,14 +13,16 @@ use crate::association::cluster::Clusters;
 use crate::association::gate::chi_square_quantile;
 use crate::association::grid::Grid;
 use crate::association::jpda::Jpda;
+use crate::association::lbp::Belief;
 use crate::association::nearest::Pair;
+use crate::association::sparse::Sparse;
 use crate::filter::{Gaussian, Measurement, Rung};
 use crate::flight_list::FlightList;
 use crate::frames::Vector2;
 use crate::plot::{Identity, Plot, SensorId, SensorKind};
 use crate::time::SimTime;
 use crate::track::{SystemTrack, TrackStatus};
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 
 /// What became of one plot.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -86,13 +89,37 @@ pub struct Statistics {
     pub deleted: u64,
     /// Tracks ended as a double of another one.
     pub merged: u64,
+    /// Labels taken back, as what the track showed later spoke against them.
+    pub label_revisions: u64,
     /// One identity seen on two tracks.
     pub identity_conflicts: u64,
-    /// Clusters too large for exact joint association.
+    /// Clusters too large for exact joint association: done by belief propagation.
     pub large_clusters: u64,
+    /// Tracks of the largest cluster.
+    pub largest_cluster: u64,
+    /// Sweeps of belief propagation.
+    pub sweeps: u64,
+    /// Times that more plots lay in a track's search box than were gated.
+    pub crowded: u64,
+    /// Plots given to such tracks by the order of their places.
+    pub paired_by_rank: u64,
+    /// Updates of a track merged to one Gaussian, as the scan's budget did not bear its filter.
+    pub merged_updates: u64,
+    /// Scans in which all updates were so.
+    pub light_scans: u64,
+    /// Evaluations counted (of ten nanoseconds, by a table).
+    pub evaluations: u64,
+    /// The same of the dearest scan.
+    pub most_evaluations: u64,
     /// Times that the clock was set back and all tracks were dropped.
     pub clock_resets: u64,
 }
+
+/// Refused plots in a row with a track's name after which the name is withheld.
+const NAME_DOUBTED: u32 = 5;
+
+/// Batches into which the plots of one sensor in one scan are cut at most.
+const BATCHES: i64 = 64;
 
 /// Positions farther from the reference point than this are no airport traffic, m.
 const FARTHEST_M: f64 = 1e6;
@@ -134,6 +161,8 @@ pub struct Tracker {
     pub(super) registration: Registration,
     pub(super) next_serial: u64,
     last_scan: Option<SimTime>,
+    /// End of the scan before the one in hand.
+    pub(super) previous: Option<SimTime>,
     /// Names of the plots of the last scans (see [`name_of`]), sorted scan by scan, and the latest time of each.
     seen: VecDeque<(SimTime, Vec<u128>)>,
     pub(super) statistics: Statistics,
@@ -145,6 +174,7 @@ pub struct Tracker {
     pub(super) ring: Ring,
     /// Of each plot of the next scan: it came in from outside the federation.
     outside: Vec<bool>,
+    labels: labels::Labels,
     work: Work,
 }
 
@@ -178,7 +208,7 @@ pub(super) struct Work {
     pub(super) widest_m2: f64,
     /// Labelled tracks, for other echoes of their bodies.
     pub(super) bodies: Grid,
-    pub(super) reaches: Vec<super::associate::Reachable>,
+    pub(super) reaches: Vec<super::gate::Reachable>,
     pub(super) pairs: Vec<Pair>,
     pub(super) scratch: Vec<Pair>,
     pub(super) single: Vec<Pair>,
@@ -186,7 +216,14 @@ pub(super) struct Work {
     pub(super) local: super::associate::Local,
     pub(super) weighted: Vec<(Plot, f64)>,
     pub(super) solver: Solver,
+    pub(super) sparse: Sparse,
     pub(super) jpda: Jpda,
+    pub(super) belief: Belief,
+    pub(super) crowd: super::gate::Crowd,
+    pub(super) near: Vec<std::ops::Range<usize>>,
+    pub(super) budget: Budget,
+    /// All updates of the scan are of merged states.
+    pub(super) light: bool,
     pub(super) order: Vec<u128>,
     pub(super) track_used: Vec<bool>,
     /// Of each track: the plot of the batch that it takes.
@@ -194,14 +231,18 @@ pub(super) struct Work {
     pub(super) plot_used: Vec<bool>,
     /// Identities of the tracks with their indices, sorted.
     pub(super) identities: Vec<(Identity, u32)>,
+    /// Names that went to another track in this batch.
+    pub(super) renamed: BTreeMap<Identity, u32>,
     /// Tracks that are published.
     pub(super) seen: Vec<u32>,
 }
 
 impl Tracker {
-    /// A tracker without tracks. Its [`Self::config`] names what is done: `imm3` where `mh9-map` was asked for without a map.
+    /// A tracker without tracks. Its [`Self::config`] names what is done: `imm3` where `mh9-map` was asked for without a
+    /// map. Numbers of sensors that cannot be used ([`TrackingConfig::check`]) are replaced by the defaults of their kind.
     #[must_use]
     pub fn new(mut config: TrackingConfig) -> Self {
+        config.sensors.iter_mut().for_each(|sensor| *sensor = sensor.sound());
         // A rung that has nothing to go by is not called by its name.
         if config.filter.rung == Rung::Mh9Map && config.filter.map.is_none() {
             config.filter.rung = Rung::Imm3;
@@ -210,6 +251,7 @@ impl Tracker {
         let registration = Registration::new(config.echo_law());
         let gate_1 = chi_square_quantile(2, config.gates.probability);
         let identified_gate = chi_square_quantile(2, config.gates.identified_probability);
+        let work = Work { budget: Budget::new(&config), ..Work::default() };
         Self {
             config,
             tracks: Vec::new(),
@@ -217,6 +259,7 @@ impl Tracker {
             registration,
             next_serial: 0,
             last_scan: None,
+            previous: None,
             seen: VecDeque::new(),
             statistics: Statistics::default(),
             outcomes: Vec::new(),
@@ -225,7 +268,8 @@ impl Tracker {
             oldest: SimTime(i64::MIN),
             ring: Ring::default(),
             outside: Vec::new(),
-            work: Work::default(),
+            labels: labels::Labels::default(),
+            work,
         }
     }
 
@@ -331,16 +375,24 @@ impl Tracker {
         let mut work = std::mem::take(&mut self.work);
         self.take_in(t_out, plots, &mut work);
         self.sort_tracks(&mut work);
+        work.budget.begin();
+        work.light = !work.budget.bears(self.tracks.len());
+        self.statistics.light_scans += u64::from(work.light && work.budget.dear());
         for batch in 0..work.batches.len() {
             let Batch { from, to } = work.batches[batch];
             self.associate_batch(from, to, &mut work);
         }
         let mut out = self.end_of_scan(t_out, flights, &mut work.seen);
-        self.statistics.identity_conflicts +=
-            labels::assign(&mut self.tracks, flights, &self.config, t_out, &mut work.solver);
+        let (labels, tracks) = (&mut self.labels, &mut self.tracks);
+        let changes = labels::assign(labels, tracks, flights, &self.config, t_out, &mut work);
+        self.statistics.identity_conflicts += changes.conflicts;
+        self.statistics.label_revisions += changes.revisions;
         let (tracks, statistics) = (&mut self.tracks, &mut self.statistics);
         life::merge_duplicates(tracks, &out, &self.config, &mut work, statistics);
         self.publish(t_out, flights, &work.seen, &mut out);
+        let spent = work.budget.spent();
+        self.statistics.evaluations += spent;
+        self.statistics.most_evaluations = self.statistics.most_evaluations.max(spent);
         self.work = work;
         self.outside.clear();
         out
@@ -352,6 +404,7 @@ impl Tracker {
             self.statistics.clock_resets += 1;
             self.tracks.clear();
             self.ring.clear();
+            self.labels = labels::Labels::default();
             self.seen.clear();
             self.numbers = Numbers::new(self.config.life.numbers, self.config.life.number_rest_s);
             self.last_scan = None;
@@ -391,7 +444,7 @@ impl Tracker {
             let times = work.keys.iter().map(|&key| plots[order.place(key)].time);
             SimTime(times.min().unwrap_or(t_out).0.saturating_sub(1))
         });
-        self.last_scan = Some(t_out);
+        (self.previous, self.last_scan) = (self.last_scan, Some(t_out));
         let mut names: Vec<u128> = Vec::with_capacity(work.keys.len());
         let mut latest = SimTime(i64::MIN);
         // Batches: one sensor, one of its intervals, counted from the end of the last scan.
@@ -416,7 +469,8 @@ impl Tracker {
             let same = sensor == Some((plot.sensor, plot.kind));
             if !same {
                 let model = self.config.sensor(plot.sensor, plot.kind);
-                interval = SimTime::from_s(model.interval_s.clamp(1e-3, 1e6)).0;
+                let spread = t_out.0.saturating_sub(start.0) / BATCHES;
+                interval = SimTime::from_s(model.interval_s.clamp(1e-3, 1e6)).0.max(spread);
                 extra_m2 = model.extra_sigma_m * model.extra_sigma_m;
                 latency_ns = SimTime::from_s(model.latency_s.clamp(0.0, 60.0)).0;
             }
@@ -461,7 +515,8 @@ impl Tracker {
         work.confirmed.clear();
         work.tentative.clear();
         work.bodied.clear();
-        for (index, track) in self.tracks.iter().enumerate() {
+        for (index, track) in self.tracks.iter_mut().enumerate() {
+            track.unresolved = false;
             match track.stage {
                 Stage::Confirmed => work.confirmed.push(index as u32),
                 Stage::Tentative => work.tentative.push(index as u32),
@@ -483,7 +538,13 @@ impl Tracker {
     ) {
         for (&index, shown) in seen.iter().zip(&mut *out) {
             let track = &mut self.tracks[index as usize];
-            (shown.track_type, shown.label) = labels::label(track.entry, flights);
+            if track.name_refused >= NAME_DOUBTED {
+                // What calls itself so is seen elsewhere.
+                (shown.reported, shown.label_p) = (None, Some(1.0 - labels::NAMED));
+            } else {
+                (shown.track_type, shown.label) = labels::label(track.entry, flights);
+                (shown.assumed, shown.label_p) = (track.assumed, track.label_p);
+            }
             shown.status = match track.stage {
                 Stage::Ended => TrackStatus::Last,
                 _ if !track.updated && track.history & 1 == 0 => TrackStatus::Coasting,
@@ -502,13 +563,16 @@ impl Tracker {
         if !ended {
             return;
         }
-        let (numbers, ring) = (&mut self.numbers, &mut self.ring);
+        let (numbers, ring, labels) = (&mut self.numbers, &mut self.ring, &mut self.labels);
         self.tracks.retain_mut(|track| {
             if track.stage != Stage::Ended {
                 return true;
             }
             if let Some(number) = track.number {
                 numbers.give_back(number, t_out);
+            }
+            if let Some(entry) = track.entry {
+                labels.rest(entry, t_out);
             }
             track.leave(ring);
             false

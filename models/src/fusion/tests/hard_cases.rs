@@ -1,6 +1,7 @@
 //! The chain under hostile input: the law that must hold stands beside each case.
 
 use super::*;
+use crate::filter::{FilterConfig, Rung};
 use crate::frames::Matrix2;
 use crate::plot::{Callsign, Identity};
 use config::AssociationMethod;
@@ -503,4 +504,97 @@ proptest! {
             prop_assert_eq!(tracker.outcomes().len(), shifted.len());
         }
     }
+}
+
+#[test]
+fn two_sensors_a_moment_apart_are_as_good_as_at_one_instant_on_every_rung() {
+    let truth = |t: f64| Vector2::new(300.0 * libm::cos(0.03 * t), 300.0 * libm::sin(0.03 * t));
+    let run = |rung: Rung, apart_s: f64| {
+        let mut config = TrackingConfig::paper();
+        config.filter = FilterConfig::new(rung);
+        let mut tracker = Tracker::new(config);
+        let (mut sum, mut fastest) = (0.0, 0.0f64);
+        for k in 1..=120u32 {
+            let t_out = f64::from(k);
+            let mut plots = Vec::new();
+            for sensor in [1u16, 2] {
+                let key = DrawKey { run_seed: 5, sensor: sensor.into(), entity: 1, scan: k.into() };
+                let (a, b) = normal_pair(&mut key.rng(Purpose::Study));
+                let t = t_out - 0.5 + apart_s * f64::from(sensor - 1);
+                let at = truth(t) + Vector2::new(a, b) * 3.0;
+                let mut plot = plot(t, 0, at.x, at.y);
+                plot.sensor = SensorId(sensor);
+                (plot.along_m2, plot.across_m2) = (9.0, 9.0);
+                plots.push(plot);
+            }
+            let tracks = tracker.scan(SimTime::from_s(t_out), &plots, &FlightList::default());
+            if k > 20 {
+                assert_eq!(tracks.len(), 1, "{rung:?} {apart_s} at {k} s");
+                sum += (tracks[0].position_m - truth(t_out)).norm_squared() / 100.0;
+                fastest = fastest.max(tracks[0].speed_ms());
+            }
+        }
+        (sum.sqrt(), fastest)
+    };
+    for (rung, name) in Rung::ALL {
+        let (at_once, _) = run(rung, 0.0);
+        for apart_s in [1e-9, 1e-6, 1e-3, 0.02, 0.2, 0.4] {
+            let (error, fastest) = run(rung, apart_s);
+            println!(
+                "{name}, {apart_s} s: {error:.2} m for {at_once:.2} m, at most {fastest:.1} m/s"
+            );
+            assert!(error <= 1.5 * at_once, "{name}, {apart_s} s: {error} m for {at_once} m");
+            // It drives 9 m/s.
+            assert!(fastest < 25.0, "{name}, {apart_s} s: {fastest} m/s");
+        }
+    }
+}
+
+#[test]
+fn a_track_faster_than_anything_ends_after_three_scans() {
+    let mut config = TrackingConfig::paper();
+    config.gates.restart = false;
+    let mut tracker = Tracker::new(config);
+    let mut counts = Vec::new();
+    for k in 1..=9 {
+        let t = f64::from(k);
+        let speed = if k < 4 { 90.0 } else { 400.0 };
+        let mut p = plot(t - 0.5, 0, speed * t, 0.0);
+        // A gate that takes anything.
+        (p.along_m2, p.across_m2) = (1e5, 1e5);
+        let tracks = tracker.scan(SimTime::from_s(t), &[p], &FlightList::default());
+        counts.push(tracks.iter().filter(|t| t.speed_ms() > 150.0).count());
+    }
+    assert!(counts.iter().sum::<usize>() <= 3, "{counts:?}");
+}
+
+#[test]
+fn numbers_of_a_sensor_that_cannot_be_used_are_refused_with_a_sentence_and_replaced() {
+    for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, -1.0, 1e300] {
+        let model = config::SensorModel::default_of(SensorId(1), SensorKind::Asde);
+        for (name, model) in [
+            ("interval_s", config::SensorModel { interval_s: bad, ..model }),
+            ("detection", config::SensorModel { detection: bad, ..model }),
+            ("false_density_m2", config::SensorModel { false_density_m2: bad, ..model }),
+            ("extra_sigma_m", config::SensorModel { extra_sigma_m: bad, ..model }),
+            ("slow_share", config::SensorModel { slow_share: bad, ..model }),
+            ("slow_tau_s", config::SensorModel { slow_tau_s: bad, ..model }),
+            ("latency_s", config::SensorModel { latency_s: bad, ..model }),
+        ] {
+            let mut config = TrackingConfig::accurate();
+            config.sensors.push(model);
+            let refusal = config.check().expect_err("it cannot be used").to_string();
+            assert!(refusal.contains(name) && refusal.contains("sensor 1"), "{refusal}");
+            let mut tracker = Tracker::new(config);
+            let mut last = Vec::new();
+            for k in 1..=6 {
+                let t = f64::from(k);
+                let plots = [plot(t - 0.5, 0, 10.0 * t, 0.0)];
+                last = tracker.scan(SimTime::from_s(t), &plots, &FlightList::default());
+            }
+            assert_eq!(last.len(), 1, "{name} {bad}");
+            assert_sound(name, &last);
+        }
+    }
+    assert_eq!(TrackingConfig::accurate().check(), Ok(()));
 }

@@ -8,9 +8,12 @@ use crate::plot::{Plot, Polar, SensorId, SensorKind};
 use crate::time::SimTime;
 use crate::track::{SystemTrack, TrackStatus};
 
+mod crowds;
 mod echo;
 mod hard_cases;
+mod identity;
 mod labelled;
+mod lag;
 mod several;
 mod shadows;
 

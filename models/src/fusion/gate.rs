@@ -1,0 +1,525 @@
+//! Which plots each track could have: the covariance gate and the first look of the kinematic one, within bounds.
+//!
+//! Where plots lie thinly, every plot in a track's search box is gated exactly. Where more than [`KEPT`] lie in one
+//! box, they are compared by distances interpolated between the ends of the batch, at most [`LOOKED_AT`] of them, and
+//! the best [`KEPT`] are gated exactly. So a scan of n tracks and m plots looks at no more than `O(n + m)` pairs,
+//! wherever they lie; what was left out is counted, and what is left over is paired by rank ([`Tracker::pair_by_rank`]).
+
+use super::associate::How;
+use super::config::SensorModel;
+use super::filter::TrackFilter;
+use super::track_file::{Stage, Track, place_at, position_at};
+use super::tracker::{Look, Tracker, Work};
+use crate::association::grid::every;
+use crate::association::nearest::Pair;
+use crate::filter::{Measurement, Nis, Sym2, nis_at};
+use crate::frames::Vector2;
+use crate::plot::Plot;
+use crate::time::SimTime;
+use std::ops::Range;
+
+/// Plots of one track that are gated exactly.
+pub(super) const KEPT: usize = 8;
+
+/// Plots of one search box that are compared at all.
+const LOOKED_AT: usize = 64;
+
+/// Places of the grid that are gone through for one track.
+const PLACES: usize = 512;
+
+/// Where a track may be at any time of a batch.
+struct Box2 {
+    low: Vector2<f64>,
+    high: Vector2<f64>,
+    /// Predicted position at the begin and the end of the batch; of a track of one plot, that plot's.
+    ends: [Vector2<f64>; 2],
+    /// Covariance at the end.
+    cov: Sym2,
+    /// A track of one plot: how fast it may be, m/s.
+    young: Option<f64>,
+}
+
+impl Tracker {
+    /// All pairs of tracks of `stage` and free plots inside the covariance gate, by track and plot.
+    pub(super) fn gated_pairs(&self, from: usize, stage: Stage, work: &mut Work) {
+        let Work { candidates, used, gated, held, pairs, track_used, span, .. } = work;
+        let Work { crowd, budget, .. } = work;
+        let first_stage = stage == Stage::Confirmed;
+        let indices = if first_stage { &work.confirmed } else { &work.tentative };
+        let (grid, looks, widest) = (&work.plots, &work.looks, work.widest_m2);
+        // A merged state has a sixth of the histories.
+        let cost = if work.light { budget.gate().div_ceil(6) } else { budget.gate() };
+        pairs.clear();
+        crowd.begin(looks.len());
+        for &index in indices {
+            if track_used[index as usize] {
+                continue;
+            }
+            let track = &self.tracks[index as usize];
+            let Some(search) = self.search_box(track, *span, widest) else { continue };
+            let own = pairs.len();
+            // What the covariance gate asks before it is asked.
+            let fits = |look: &Look| {
+                let (p, k) = (look.position_m, look.k as usize);
+                let Box2 { low, high, .. } = search;
+                let inside = p.x >= low.x && p.x <= high.x && p.y >= low.y && p.y <= high.y;
+                if !inside || used[k] {
+                    return None;
+                }
+                let plot = &candidates[k].plot;
+                let m = look.measured?;
+                if look.named && (!track.may_be(plot.identity) || (!first_stage && held[k])) {
+                    return None;
+                }
+                if let Some(reach) = search.young {
+                    let dt_s = look.time.since_s(track.time()).abs();
+                    if !((p - search.ends[0]).norm() <= reach * dt_s + 3.0 * trace(plot).sqrt()) {
+                        return None;
+                    }
+                }
+                Some((plot, m))
+            };
+            let gate = |look: &Look, plot: &Plot, m: &Measurement| {
+                let nis = self.distance(track, look.time, plot, m)?;
+                let plot = (look.k as usize - from) as u32;
+                let inside = search.young.is_some() || nis.d2 <= self.gate_1;
+                inside.then_some(Pair { track: index, plot, nis })
+            };
+            let mut keep = |gated: &mut [bool], pair: Option<Pair>| {
+                let Some(pair) = pair else { return };
+                gated[from + pair.plot as usize] |= first_stage;
+                pairs.push(pair);
+            };
+            let mut asked = 0;
+            if grid.at_most(search.low, search.high) <= LOOKED_AT {
+                grid.runs(search.low, search.high, |run| {
+                    for look in &looks[run] {
+                        let Some((plot, m)) = fits(look) else { continue };
+                        asked += 1;
+                        keep(gated, gate(look, plot, &m));
+                    }
+                });
+            } else {
+                let Crowd { runs, near, ranked, .. } = crowd;
+                let mut cut = grid.runs_near(search.low, search.high, PLACES, runs);
+                let places: usize = runs.iter().map(Range::len).sum();
+                let stride = places.div_ceil(PLACES).max(1);
+                let mut unseen = stride > 1;
+                cut |= unseen;
+                near.clear();
+                for place in every(runs, stride, index as usize % stride) {
+                    if fits(&looks[place]).is_some() {
+                        near.push(place as u32);
+                    }
+                }
+                budget.spend((places / stride) as u64 / 8);
+                if near.len() > KEPT {
+                    cut = true;
+                    let stride = near.len().div_ceil(LOOKED_AT);
+                    unseen |= stride > 1;
+                    let turned = index as usize % stride;
+                    ranked.clear();
+                    for (rank, &place) in near.iter().skip(turned).step_by(stride).enumerate() {
+                        let look = &looks[place as usize];
+                        let Some(nis) = search.about(look, *span) else { continue };
+                        // Of those that are alike each track begins with another one.
+                        let turn = (rank + index as usize) % LOOKED_AT;
+                        ranked.push((nis.d2.max(0.0).to_bits(), turn as u32, place));
+                    }
+                    budget.spend(ranked.len() as u64);
+                    ranked.sort_unstable();
+                    // What the gate would hold is nobody's birth, kept or not.
+                    let gate_bits = self.gate_1.to_bits();
+                    for &(d2, _, place) in &*ranked {
+                        gated[looks[place as usize].k as usize] |= first_stage && d2 <= gate_bits;
+                    }
+                    near.clear();
+                    near.extend(ranked.iter().take(KEPT).map(|r| r.2));
+                }
+                for &place in &*near {
+                    let look = &looks[place as usize];
+                    let Some((plot, m)) = fits(look) else { continue };
+                    // Where all is made cheaper, what was compared by is good enough.
+                    if work.light && cut && search.young.is_none() {
+                        let nis = search.about(look, *span).filter(|nis| nis.d2 <= self.gate_1);
+                        let plot = (look.k as usize - from) as u32;
+                        keep(gated, nis.map(|nis| Pair { track: index, plot, nis }));
+                        continue;
+                    }
+                    asked += 1;
+                    keep(gated, gate(look, plot, &m));
+                }
+                if cut {
+                    crowd.note(index, unseen);
+                }
+            }
+            budget.spend(cost * (asked + 2));
+            if pairs.len() > own + 1 {
+                pairs[own..].sort_unstable_by_key(|p| p.plot);
+            }
+        }
+        crowd.end();
+        if first_stage {
+            for &place in &crowd.covered {
+                gated[looks[place as usize].k as usize] = true;
+            }
+        }
+    }
+
+    /// Where `track` may be at any time of a batch; nothing if it cannot be said.
+    fn search_box(&self, track: &Track, span: (SimTime, SimTime), widest_m2: f64) -> Option<Box2> {
+        let (begin, end) = span;
+        let life = &self.config.life;
+        if track.plots == 1 {
+            // As far as its class can go since its only plot.
+            let margin = 3.0 * (2.0 * widest_m2).sqrt();
+            let first = track.filter().motion().0;
+            let dt_s = end.since_s(track.time()).max(0.0);
+            let reach = track.limits.speed_ms;
+            let around = Vector2::repeat(reach * dt_s + margin);
+            return Some(Box2 {
+                low: first - around,
+                high: first + around,
+                ends: [first; 2],
+                cov: Sym2::default(),
+                young: Some(reach),
+            });
+        }
+        let base = track
+            .filter_before(begin, &self.ring)
+            .or_else(|| track.filter_before(end, &self.ring))?;
+        let (last, s) = position_at(base, end, life).ok()?;
+        let first = place_at(base, begin.max(base.time()), life).unwrap_or(last);
+        let half = Vector2::new(
+            (self.gate_1 * (s.xx + widest_m2)).sqrt(),
+            (self.gate_1 * (s.yy + widest_m2)).sqrt(),
+        );
+        Some(Box2 {
+            low: first.inf(&last) - half,
+            high: first.sup(&last) + half,
+            ends: [first, last],
+            cov: s,
+            young: None,
+        })
+    }
+
+    /// Gives tracks that were cut off from some plots, and have none, one that nobody has: within a cell of the grid
+    /// the first track the first plot, both in the order of their places. Nothing can be told apart there; no track
+    /// shall die of it, and no plot begin one.
+    pub(super) fn pair_by_rank(&mut self, from: usize, model: &SensorModel, work: &mut Work) {
+        if work.crowd.tracks.is_empty() {
+            return;
+        }
+        let mut tracks: Vec<(usize, u64, u32)> = Vec::new();
+        for &index in &work.crowd.tracks {
+            let track = &self.tracks[index as usize];
+            if work.track_used[index as usize] {
+                continue;
+            }
+            if let Some(search) = self.search_box(track, work.span, work.widest_m2) {
+                let (cell, within) = work.plots.cell_at(search.ends[1]);
+                tracks.push((cell, within, index));
+            }
+        }
+        let mut plots: Vec<(usize, u64, u32)> = Vec::new();
+        for (place, look) in work.looks.iter().enumerate() {
+            if !work.used[look.k as usize] {
+                let (cell, within) = work.plots.cell_at(look.position_m);
+                plots.push((cell, within, place as u32));
+            }
+        }
+        tracks.sort_unstable();
+        plots.sort_unstable();
+        let mut next = 0;
+        for (cell, _, index) in tracks {
+            while next < plots.len() && plots[next].0 < cell {
+                next += 1;
+            }
+            let Some(&(_, _, place)) = plots.get(next).filter(|plot| plot.0 == cell) else {
+                continue;
+            };
+            let Look { time, measured, position_m, k, .. } = work.looks[place as usize];
+            let (track, plot) = (&self.tracks[index as usize], &work.candidates[k as usize].plot);
+            let Some(m) = measured.filter(|_| track.may_be(plot.identity)) else { continue };
+            work.budget.spend(if work.light { 10 } else { work.budget.gate() });
+            let found = self.distance(track, time, plot, &m);
+            let near = if track.plots == 1 {
+                let way = track.limits.speed_ms * time.since_s(track.time()).abs();
+                let first = track.filter().motion().0;
+                (position_m - first).norm() <= way + 3.0 * trace(plot).sqrt()
+            } else {
+                found.is_some_and(|nis| nis.d2 <= self.gate_1)
+            };
+            if near && found.is_some() && k as usize >= from {
+                next += 1;
+                self.statistics.paired_by_rank += 1;
+                self.update(index as usize, How::Plot, k as usize, model, work);
+            }
+        }
+    }
+
+    /// All pairs of confirmed tracks without a plot and free plots that the fastest target of the track's class
+    /// could have reached.
+    pub(super) fn reachable_pairs(&self, model: &SensorModel, work: &mut Work) {
+        let Work { candidates, used, gated, confirmed, track_used, span, reaches, .. } = work;
+        let Work { crowd, budget, .. } = work;
+        let (plots, looks) = (&work.plots, &work.looks);
+        let limit = self.config.gates.kinematic_limit;
+        reaches.clear();
+        for &index in &*confirmed {
+            let track = &self.tracks[index as usize];
+            if track_used[index as usize] || (track.updated && !self.config.gates.kinematic) {
+                continue;
+            }
+            let now = Departed::of(track.filter());
+            let way = span.1.since_s(now.time).max(0.0) + model.interval_s.min(1.0);
+            let radius = track.limits.speed_ms * way + REACH_MARGIN_M;
+            let around = Vector2::repeat(radius);
+            let own = reaches.len();
+            let mut look_at = |run: Range<usize>| {
+                for look in &looks[run] {
+                    let offset = look.position_m - now.position_m;
+                    if offset.x.abs() > radius || offset.y.abs() > radius {
+                        continue;
+                    }
+                    let k = look.k as usize;
+                    let plot = &candidates[k].plot;
+                    // A plot with the track's own name that the covariance gate refused is a manoeuvre, or says that
+                    // the track is wrong: it is kept from all other tracks only.
+                    let own = || look.named && plot.identity.is_some_and(|name| track.is(name));
+                    if used[k] || (gated[k] && !own()) {
+                        continue;
+                    }
+                    // Nobody else's name may be put on a track that has none by a manoeuvre.
+                    if look.named
+                        && (!track.may_be(plot.identity)
+                            || (track.callsign.is_none() && track.address.is_none()))
+                    {
+                        continue;
+                    }
+                    let from = if now.time <= look.time {
+                        now
+                    } else {
+                        match track.filter_before(look.time, &self.ring) {
+                            Some(filter) => Departed::of(filter),
+                            None => continue,
+                        }
+                    };
+                    let dt_s = look.time.since_s(from.time);
+                    let distance = (look.position_m - from.position_m).norm();
+                    let uncertainty = 3.0 * (trace(plot) + from.pp).sqrt();
+                    if distance <= track.limits.speed_ms * dt_s + uncertainty {
+                        let hopeless = from.surely_out_of_reach(
+                            distance,
+                            track.limits.acceleration_ms2,
+                            dt_s,
+                            plot.along_m2 + plot.across_m2,
+                            limit,
+                        );
+                        let distance_m = distance;
+                        reaches.push(Reachable { track: index, k: look.k, hopeless, distance_m });
+                    }
+                }
+            };
+            let (low, high) = (now.position_m - around, now.position_m + around);
+            if plots.at_most(low, high) <= LOOKED_AT {
+                plots.runs(low, high, look_at);
+                continue;
+            }
+            plots.runs_near(low, high, PLACES, &mut crowd.runs);
+            let mut left = PLACES;
+            for run in &crowd.runs {
+                let end = run.end.min(run.start + left);
+                look_at(run.start..end);
+                left -= end - run.start;
+            }
+            budget.spend((PLACES - left) as u64 / 4);
+            if reaches.len() > own + KEPT {
+                reaches[own..].sort_by(|a, b| a.distance_m.total_cmp(&b.distance_m));
+                reaches.truncate(own + KEPT);
+            }
+        }
+    }
+}
+
+impl Box2 {
+    /// Normalised distance of a plot, with the track between the two ends of the batch.
+    fn about(&self, look: &Look, span: (SimTime, SimTime)) -> Option<Nis> {
+        let whole = span.1.since_s(span.0);
+        let share = if whole > 0.0 { look.time.since_s(span.0) / whole } else { 1.0 };
+        let at = self.ends[0] + (self.ends[1] - self.ends[0]) * share;
+        let nis = nis_at(at, self.cov, &look.measured?).ok()?;
+        (nis.d2.is_finite() && nis.det > 0.0 && nis.det < f64::INFINITY).then_some(nis)
+    }
+}
+
+/// Tracks in whose boxes lie more plots than are gated exactly.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Crowd {
+    /// Those tracks.
+    pub(super) tracks: Vec<u32>,
+    /// Places (in the grid's order) of plots in the boxes of tracks that did not look at all of them.
+    covered: Vec<u32>,
+    /// How many such boxes begin less how many end at each place.
+    steps: Vec<i32>,
+    runs: Vec<Range<usize>>,
+    near: Vec<u32>,
+    /// Distance (its bits), turn, place.
+    ranked: Vec<(u64, u32, u32)>,
+}
+
+impl Crowd {
+    fn begin(&mut self, places: usize) {
+        self.tracks.clear();
+        self.covered.clear();
+        self.steps.clear();
+        self.steps.resize(places + 1, 0);
+    }
+
+    /// Track `index` was cut off from plots of its box; from some without a look at them (`unseen`).
+    fn note(&mut self, index: u32, unseen: bool) {
+        self.tracks.push(index);
+        for run in self.runs.iter().filter(|_| unseen) {
+            self.steps[run.start] += 1;
+            self.steps[run.end] -= 1;
+        }
+    }
+
+    fn end(&mut self) {
+        if self.tracks.is_empty() {
+            return;
+        }
+        let mut depth = 0;
+        for (place, step) in self.steps.iter().enumerate() {
+            depth += step;
+            if depth > 0 {
+                self.covered.push(place as u32);
+            }
+        }
+    }
+}
+
+/// Lays those of the plots `candidates[from..to]` that no track has out by place, with what gates ask of them in the
+/// order of the grid's cells.
+pub(super) fn lay_out(from: usize, to: usize, work: &mut Work) {
+    let Work { candidates, used, free, positions, plots, looks, widest_m2, .. } = work;
+    free.clear();
+    free.extend((from..to).filter(|&k| !used[k]).map(|k| k as u32));
+    positions.clear();
+    positions.extend(free.iter().map(|&k| candidates[k as usize].plot.position_m));
+    plots.fill(positions, GRID_CELL_M);
+    looks.clear();
+    looks.extend(plots.order().iter().map(|&place| {
+        let k = free[place as usize];
+        let plot = &candidates[k as usize].plot;
+        Look {
+            time: plot.time,
+            measured: Measurement::of(plot).ok(),
+            position_m: plot.position_m,
+            k,
+            named: plot.identity.is_some(),
+        }
+    }));
+    let variances = free.iter().map(|&k| search_variance(&candidates[k as usize].plot));
+    *widest_m2 = variances.fold(0.0, f64::max);
+}
+
+/// A pair that a target of the track's class could just have made.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Reachable {
+    pub(super) track: u32,
+    pub(super) k: u32,
+    /// The kinematic gate need not be asked.
+    pub(super) hopeless: bool,
+    distance_m: f64,
+}
+
+/// A target at its last update, as much as a first look needs.
+#[derive(Clone, Copy, Debug)]
+struct Departed {
+    time: SimTime,
+    position_m: Vector2<f64>,
+    speed_ms: f64,
+    /// Traces of the covariances of position, position with velocity, and velocity.
+    pp: f64,
+    pv: f64,
+    vv: f64,
+}
+
+impl Departed {
+    #[inline]
+    fn of(filter: &TrackFilter) -> Self {
+        let state = filter.estimate().state;
+        let [vx, vy] = state.x[1].array();
+        let [pp, pv, vv] = [0, 1, 3].map(|k| state.p[k].east() + state.p[k].north());
+        Self {
+            time: filter.time(),
+            position_m: state.position(),
+            speed_ms: (vx * vx + vy * vy).sqrt(),
+            pp,
+            pv,
+            vv,
+        }
+    }
+
+    /// Whether no reachable set can touch a plot that is `distance` away, trace of its covariance `r`: even
+    /// straight on at full acceleration the way is too short by more than the gate times the trace of all that is
+    /// uncertain.
+    #[inline]
+    fn surely_out_of_reach(
+        &self,
+        distance: f64,
+        acceleration: f64,
+        dt_s: f64,
+        r: f64,
+        limit: f64,
+    ) -> bool {
+        let way = (self.speed_ms + 0.5 * acceleration.max(0.0) * dt_s) * dt_s;
+        let gap = distance - way * (1.0 + 1e-9);
+        let spread = self.pp + dt_s * (2.0 * self.pv + dt_s * self.vv) + r;
+        gap > 0.0 && gap * gap > limit * spread * (1.0 + 1e-9)
+    }
+}
+
+/// Cell of the search grid, m: about a search box of a taxiing target.
+const GRID_CELL_M: f64 = 25.0;
+
+/// Added to the search circle of the kinematic gate, m; the exact test follows.
+pub(super) const REACH_MARGIN_M: f64 = 50.0;
+
+impl Tracker {
+    /// Distance of a plot (measuring `m`) from a track predicted to the plot's own time.
+    #[inline]
+    pub(super) fn distance(
+        &self,
+        track: &Track,
+        time: SimTime,
+        plot: &Plot,
+        m: &Measurement,
+    ) -> Option<Nis> {
+        let config = &self.config;
+        let filter = track.filter_before(time, &self.ring)?;
+        let soon = time.since_s(filter.time()) <= config.life.constant_velocity_after_s;
+        let known = self.registration.knows(plot).then(|| track.as_known(plot, &self.registration));
+        let nis = match filter.considered(known.as_ref().unwrap_or(plot), config) {
+            Some(found) if soon => found.ok()?,
+            _ => {
+                let (at, cov) = position_at(filter, time, &config.life).ok()?;
+                let m = known.map_or(Ok(*m), |plot| Measurement::of(&plot)).ok()?;
+                nis_at(at, cov, &m).ok()?
+            }
+        };
+        (nis.d2.is_finite() && nis.det > 0.0 && nis.det < f64::INFINITY).then_some(nis)
+    }
+}
+
+/// `tr R`, m²; a direction that is not measured counts 10 m.
+pub(super) fn trace(plot: &Plot) -> f64 {
+    plot.along_m2.min(100.0) + plot.across_m2.min(100.0)
+}
+
+/// Largest variance of the plot for the search box; a direction that is not measured counts 20 m.
+fn search_variance(plot: &Plot) -> f64 {
+    let bounded = |v: f64| if v.is_finite() { v } else { 400.0 };
+    bounded(plot.along_m2).max(bounded(plot.across_m2))
+}

@@ -1,0 +1,286 @@
+//! Labels without names: who is right, how often, and how sure they say they are.
+
+use super::labelled::entry;
+use super::*;
+use crate::plot::{Callsign, Identity};
+use crate::track::SystemTrack;
+use config::TypeSize;
+
+/// One target: its way, its size, and the line of the list that it is, if any.
+struct Mover {
+    path: Box<Path>,
+    size: [f64; 2],
+    line: Option<&'static str>,
+}
+
+const LANDING: [f64; 2] = [-1500.0, 2500.0];
+/// Threshold of runway 28 (westward would be its name; the frame does not care).
+fn threshold() -> Vector2<f64> {
+    Vector2::new(LANDING[0], 600.0)
+}
+
+fn stand(n: usize) -> Vector2<f64> {
+    Vector2::new(-400.0 + 55.0 * n as f64, 0.0)
+}
+
+/// Stands for a while, then goes.
+fn waits(at: Vector2<f64>, until: f64, pieces: &[(f64, f64, f64)]) -> Box<Path> {
+    let mut all = vec![(until, 0.0, 0.0)];
+    all.extend_from_slice(pieces);
+    drive(at, 0.0, 0.0, &all)
+}
+
+/// Lands over the threshold at this time and taxis on for `way_s` seconds, so that it stops behind those before it.
+fn lands(at_threshold_s: f64, way_s: f64) -> Box<Path> {
+    let quarter = std::f64::consts::FRAC_PI_2;
+    let way = drive(
+        threshold() + Vector2::new(-1500.0, 0.0),
+        quarter,
+        70.0,
+        &[
+            (21.4, 0.0, 0.0),
+            (28.0, -2.0, 0.0),
+            (6.0, 0.0, 0.25),
+            (way_s, 0.0, 0.0),
+            (20.0, -0.8, 0.0),
+        ],
+    );
+    Box::new(move |t| {
+        let since = t - (at_threshold_s - 21.4);
+        if since >= 0.0 { way(since) } else { None }
+    })
+}
+
+/// Listed aircraft at stands, one that taxis and takes off, landings; unlisted ones parked between them; vehicles that
+/// stand and drive beside the stands. `late_s(n)`: by how much the list is off.
+fn scene(late_s: impl Fn(usize) -> f64) -> (Vec<Mover>, FlightList) {
+    let medium = [37.6, 34.1];
+    let mut movers = Vec::new();
+    let mut entries = Vec::new();
+    const LINES: [&str; 13] = [
+        "DEP0", "DEP1", "DEP2", "DEP3", "DEP4", "DEP5", "DEP6", "ARR0", "ARR1", "ARR2", "ARR3",
+        "ARR4", "ARR5",
+    ];
+    for (n, &line) in LINES.iter().enumerate() {
+        let arrives = n >= 7;
+        let time = if arrives { 60.0 + 90.0 * (n - 7) as f64 } else { 150.0 + 80.0 * n as f64 };
+        let path = if arrives {
+            lands(time, 1.0 + 3.0 * (12 - n) as f64)
+        } else {
+            // Off block 100 s before its departure.
+            waits(
+                stand(2 * n),
+                time - 100.0,
+                &[(10.0, 0.5, 0.0), (80.0, 0.0, 0.03), (60.0, 0.1, 0.0)],
+            )
+        };
+        movers.push(Mover { path, size: medium, line: Some(line) });
+        let movement = if arrives { MovementKind::Arrival } else { MovementKind::Departure };
+        entries.push(FlightEntry {
+            stand_m: (!arrives).then(|| stand(2 * n)),
+            eta_ctd: SimTime::from_s(time + late_s(n)),
+            off_block: (!arrives).then(|| SimTime::from_s(time - 100.0 + late_s(n))),
+            ..entry(line, "A320", movement)
+        });
+    }
+    // Unlisted aircraft on the stands between, and two on stands of the list itself, whose own aircraft have yet to come.
+    for n in 0..11 {
+        let path = waits(stand(2 * n + 1), 1e4, &[]);
+        movers.push(Mover { path, size: medium, line: None });
+    }
+    for n in 0..11 {
+        // Fuel trucks and cars: at a stand for a while, then along the row.
+        let at = stand(2 * n) + Vector2::new(25.0, 18.0);
+        let size = if n % 2 == 0 { [12.0, 3.0] } else { [4.6, 1.9] };
+        let path = waits(
+            at,
+            40.0 + 30.0 * n as f64,
+            &[(8.0, 0.8, 0.2), (60.0, 0.0, 0.02), (8.0, -0.8, 0.0), (200.0, 0.0, 0.0)],
+        );
+        movers.push(Mover { path, size, line: None });
+    }
+    entries.sort_by_key(|e| e.callsign);
+    let far_end = Vector2::new(LANDING[1], 600.0);
+    (movers, FlightList { entries, runways: vec![("28".to_owned(), [threshold(), far_end])] })
+}
+
+/// Radar plots of scan `k`: the wander of the echo grows with the body, and is off the tracker's law by a tenth.
+fn plots(movers: &[Mover], seed: u64, k: u32) -> Vec<Plot> {
+    let mut plots = Vec::new();
+    for (n, mover) in movers.iter().enumerate() {
+        let key = DrawKey { run_seed: seed, sensor: 1, entity: n as u64 + 1, scan: k.into() };
+        let mut rng = key.rng(Purpose::Study);
+        let (a, b) = normal_pair(&mut rng);
+        let t = f64::from(k) - 0.9 + 0.8 * (n as f64 / movers.len() as f64);
+        let Some(truth) = (mover.path)(t) else { continue };
+        if uniform(&mut rng) > 0.95 {
+            continue;
+        }
+        let [length, span] = mover.size;
+        let sigma = (0.5 * (0.8 + 0.0105 * 0.5 * (length * length + span * span))).sqrt();
+        plots.push(Plot {
+            sensor: SensorId(1),
+            kind: SensorKind::Asde,
+            time: SimTime::from_s(t),
+            sequence: n as u32,
+            position_m: truth + Vector2::new(a, b) * sigma,
+            axis: Vector2::new(1.0, 0.0),
+            along_m2: 6.5,
+            across_m2: 6.5,
+            altitude_m: None,
+            polar: None,
+            identity: None,
+            scnr_db: None,
+        });
+    }
+    plots
+}
+
+/// The line that the mover nearest to a track is, if one is near.
+fn truth_of<'a>(movers: &'a [Mover], track: &SystemTrack) -> Option<&'a Mover> {
+    let t = track.time.s();
+    let distance =
+        |m: &&Mover| (m.path)(t).map_or(f64::INFINITY, |p| (p - track.position_m).norm());
+    let near = movers.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
+    near.filter(|m| distance(m) < 25.0)
+}
+
+#[derive(Default, Debug)]
+struct Count {
+    right: u32,
+    wrong: u32,
+    /// Sum of what the labels claim.
+    claimed: f64,
+    assumed_right: u32,
+    assumed_wrong: u32,
+}
+
+fn watch(seed: u64, sigma_s: f64) -> Count {
+    let late = |n: usize| {
+        let key = DrawKey { run_seed: seed, sensor: 9, entity: n as u64, scan: 0 };
+        sigma_s * normal_pair(&mut key.rng(Purpose::Study)).0
+    };
+    let (movers, flights) = scene(late);
+    let mut config = TrackingConfig::paper();
+    config.labels.list_sigma_s = sigma_s.max(30.0);
+    config.sizes.push(TypeSize { designator: "A320".to_owned(), length_m: 37.6, span_m: 34.1 });
+    let mut tracker = Tracker::new(config);
+    let mut count = Count::default();
+    for k in 1..=600 {
+        let tracks =
+            tracker.scan(SimTime::from_s(f64::from(k)), &plots(&movers, seed, k), &flights);
+        for track in tracks.iter().filter(|t| t.status != TrackStatus::Last) {
+            let mine = truth_of(&movers, track).and_then(|m| m.line);
+            let is = |name: Callsign| mine == Some(name.as_str());
+            if let Some(label) = &track.label {
+                if is(label.callsign) {
+                    count.right += 1
+                } else {
+                    count.wrong += 1
+                }
+                count.claimed += track.label_p.expect("a label says how sure it is");
+            } else if let Some(name) = track.assumed {
+                if is(name) { count.assumed_right += 1 } else { count.assumed_wrong += 1 }
+            }
+        }
+    }
+    println!(
+        "seed {seed}, list off by {sigma_s} s: {count:?} {:?}",
+        tracker.statistics().label_revisions
+    );
+    count
+}
+
+#[test]
+fn of_thirty_five_movers_hardly_one_label_in_a_hundred_is_wrong_and_they_know_how_sure_they_are() {
+    let (mut right, mut wrong, mut claimed) = (0, 0, 0.0);
+    for sigma_s in [20.0, 120.0] {
+        for seed in 1..=4 {
+            let count = watch(seed, sigma_s);
+            (right, wrong, claimed) =
+                (right + count.right, wrong + count.wrong, claimed + count.claimed);
+        }
+    }
+    let given = f64::from(right + wrong);
+    println!("{right} right, {wrong} wrong, {:.3} claimed", claimed / given);
+    assert!(f64::from(wrong) <= 0.01 * given, "{wrong} of {given}");
+    assert!(right > 5_000, "{right}");
+    assert!(f64::from(right) / given >= claimed / given - 0.03, "surer than right");
+}
+
+#[test]
+fn what_turns_out_otherwise_loses_its_label() {
+    // It stands at DEP0's stand; then it goes and lands: no such thing, but a swap can look like it.
+    let (_, flights) = scene(|_| 0.0);
+    let mut evidence = super::super::identity::Evidence::default();
+    let entry = flights.by_callsign(Callsign::new("DEP0")).expect("listed");
+    let config = TrackingConfig::paper();
+    let (born, now) = (SimTime::from_s(0.0), SimTime::from_s(60.0));
+    let odds = |evidence: &super::super::identity::Evidence| {
+        evidence.log_ratio(born, entry, &flights, &config, now, 120.0)
+    };
+    let nothing = odds(&evidence);
+    evidence.stood_m = entry.stand_m;
+    let stands = odds(&evidence);
+    evidence.stood_m = entry.stand_m.map(|s| s + Vector2::new(60.0, 0.0));
+    let stands_beside = odds(&evidence);
+    evidence.stood_m = entry.stand_m;
+    evidence.landed =
+        Some(super::super::identity::OnRunway { runway: 0, time: SimTime::from_s(50.0) });
+    let landed = odds(&evidence);
+    assert!(stands > nothing + 1.0 && stands_beside < nothing - 1.0 && landed < stands - 7.0);
+}
+
+#[test]
+fn a_name_reported_far_off_neither_moves_its_track_nor_keeps_it() {
+    let path = drive(Vector2::new(0.0, 500.0), 1.0, 10.0, &[(300.0, 0.0, 0.02)]);
+    let paths = [path];
+    for config in [TrackingConfig::paper(), TrackingConfig::accurate()] {
+        for (name, spoofed) in [("once", 60..61), ("twice", 60..62), ("a minute", 60..120)] {
+            let run = |spoof: bool| {
+                let mut tracker = Tracker::new(config.clone());
+                let radar = tower(8, 1.0, 0);
+                let (mut places, mut named) = (Vec::new(), Vec::new());
+                for k in 1..=150 {
+                    let t = f64::from(k);
+                    let mut plots: Vec<Plot> =
+                        radar.scan(k, &paths).into_iter().map(|looked| looked.0).collect();
+                    let at = paths[0](t - 0.3).expect("moves");
+                    let off = if spoof && spoofed.contains(&k) { 7_500.0 } else { 0.0 };
+                    plots.push(Plot {
+                        sensor: SensorId(5),
+                        kind: SensorKind::Adsb,
+                        time: SimTime::from_s(t - 0.3),
+                        sequence: 1,
+                        position_m: at + Vector2::new(off, 0.0),
+                        axis: Vector2::new(0.0, 1.0),
+                        along_m2: 4.0,
+                        across_m2: 4.0,
+                        altitude_m: None,
+                        polar: None,
+                        identity: Some(Identity::Callsign(Callsign::new("SWR1"))),
+                        scnr_db: None,
+                    });
+                    let tracks = tracker.scan(SimTime::from_s(t), &plots, &FlightList::default());
+                    let truth = paths[0](t).expect("moves");
+                    let near = |t: &&SystemTrack| (t.position_m - truth).norm() < 50.0;
+                    let mine = tracks.iter().find(near);
+                    if k > 10 {
+                        let mine = mine.expect("its track stays");
+                        places.push((mine.position_m - truth).norm());
+                        named.push(mine.callsign().is_some());
+                    }
+                }
+                (places, named)
+            };
+            let (clean, _) = run(false);
+            let (places, named) = run(true);
+            // What radar alone would give is allowed, and a metre.
+            let worst = clean.iter().copied().fold(0.0, f64::max);
+            assert!(places.iter().all(|p| *p <= worst + 6.0), "{name}: {places:?}");
+            let last = spoofed.end as usize - 12;
+            assert_eq!(named[last.min(named.len() - 1)], name != "a minute", "{name}");
+            assert!(named[140 - 11 + 5], "{name}: its name again");
+        }
+    }
+}
