@@ -6,9 +6,10 @@ use crate::runtime::clock::{monotonic_ns, utc_ns};
 use crate::runtime::codec::{decode, encode};
 use crate::runtime::life_cycle::Phase;
 use crate::runtime::messages::{
-    FederateStatus, FlightNotice, Hello, Kind, Report, RunState, ScanReport, WeatherNotice, Welcome,
+    FederateStatus, FlightNotice, Hello, Kind, Numbered, Report, RunState, ScanReport,
+    WeatherNotice, Welcome,
 };
-use crate::runtime::process::{Usage, host_name};
+use crate::runtime::process::{Usage, host_name, random_id};
 use anyhow::Context;
 use capture::Recorder;
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
@@ -118,7 +119,7 @@ pub fn run(
     hear(bus, inbox, "obs/weather", Event::Weather)?;
     hear(bus, inbox, "obs/flights", Event::Flights)?;
     hear(bus, inbox, "obs/fed/*", |status: FederateStatus| Event::Federate(status.name))?;
-    let Some((name, inc)) = join(task, scene, bus, inbox)? else { return Ok(None) };
+    let Some((name, fed, inc)) = join(task, scene, bus, inbox)? else { return Ok(None) };
     bus.announce(&format!("alive/{name}/{inc}"))?;
     let alive = inbox.clone();
     bus.watch(
@@ -129,7 +130,7 @@ pub fn run(
     last(bus, inbox, "obs/state/last", Event::State)?;
     last(bus, inbox, "obs/weather/last", Event::Weather)?;
     last(bus, inbox, "obs/flights/last", Event::Flights)?;
-    listen(task, &mut gateway, &mut port, bus, inbox, (&name, inc));
+    listen(task, &mut gateway, &mut port, bus, inbox, (&name, fed, inc));
     port.close();
     port.sent.scans_lost = gateway.scans_lost();
     port.sent.records_refused = gateway.refused().values().sum();
@@ -172,7 +173,7 @@ fn join(
     scene: &Scene,
     bus: &dyn Bus,
     inbox: &Inbox,
-) -> anyhow::Result<Option<(String, u64)>> {
+) -> anyhow::Result<Option<(String, u128, u64)>> {
     let mut hello = Hello {
         name: NAME.to_owned(),
         kind: Kind::Gateway,
@@ -180,13 +181,17 @@ fn join(
         host: host_name(),
         version: crate::runtime::build::IDENTITY.to_owned(),
         scene_hash: scene.hash,
+        instance: random_id(),
+        was: None,
     };
     let started = monotonic_ns();
     let mut instance = 1;
     loop {
         let answer = ask(bus, "ctl/join", encode(&hello), Duration::from_millis(500))?;
         match answer.as_deref().map(decode::<Welcome>) {
-            Some(Ok(Welcome::Accepted { inc })) => return Ok(Some((hello.name, inc))),
+            Some(Ok(Welcome::Accepted(accepted))) => {
+                return Ok(Some((hello.name, accepted.fed, accepted.inc)));
+            }
             Some(Ok(Welcome::NameTaken)) if instance < INSTANCES => {
                 instance += 1;
                 hello.name = format!("{NAME}-{instance}");
@@ -199,7 +204,7 @@ fn join(
                 anyhow::bail!("the administration station refused: {why}")
             }
             Some(Err(error)) => anyhow::bail!("the administration station refused: {error}"),
-            None => {}
+            Some(Ok(Welcome::Later(_))) | None => {}
         }
         anyhow::ensure!(
             monotonic_ns() - started < task.patience.as_nanos() as u64,
@@ -219,7 +224,7 @@ fn listen(
     port: &mut Port,
     bus: &dyn Bus,
     inbox: &Inbox,
-    (own, inc): (&str, u64),
+    (own, fed, inc): (&str, u128, u64),
 ) {
     let mut hears = BTreeSet::new();
     let (mut alone_since, mut state, mut told_ns) = (None, RunState::default(), 0);
@@ -241,9 +246,10 @@ fn listen(
             Ok(Event::Flights(entries)) => gateway.on_flights(entries),
             Ok(Event::Federate(name)) => {
                 // The conductor waits with the first frame until this process hears the others.
-                if hears.insert(name) {
+                if hears.len() < HEARD && hears.insert(name) {
                     let hears = hears.iter().cloned().collect();
-                    let present = Report::Present { inc, hears, consumes: false };
+                    let body = Report::Present { hears, consumes: false };
+                    let present = Numbered { fed, inc, seq: 0, body };
                     bus.publish(&format!("fed/{own}"), Class::Must, encode(&present)).ok();
                 }
             }
@@ -356,6 +362,8 @@ impl Port {
 
 /// Events that may wait: some minutes of a run.
 const WAITING: usize = 4096;
+/// Names of federates that are told to the conductor; a federation has far fewer.
+const HEARD: usize = 256;
 /// Gateways that a federation may have.
 const INSTANCES: u32 = 16;
 const STATUS_NS: u64 = 1_000_000_000;
