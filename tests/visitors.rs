@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Folder, Ports, finish, run, seeds, stderr, summary};
+use common::{Background, Folder, Ports, finish, run, seeds, stderr, summary};
 use federates::runtime::clock::utc_ns;
 use geodesy::{Enu, Geodetic, LocalFrame};
 use pdu::enumerations::DeadReckoningAlgorithm;
@@ -120,4 +120,19 @@ fn outsiders_are_let_in_by_nobody_but_the_member() {
     let alone = summary(&finish(run(&ports, &["--fast", "--duration", "60", "--no-viewer"])));
     assert_eq!(with_guests["digest"], alone["digest"]);
     assert!(with_guests.get("external").is_none(), "{with_guests}");
+}
+
+#[test]
+fn a_run_goes_on_without_its_door() {
+    let ports = Ports::new();
+    let mut going =
+        Background::start(run(&ports, &["--rate", "2", "--duration", "24", "--no-viewer"]));
+    let soon = Duration::from_secs(30);
+    let running = || (common::status(&ports)?["state"]["phase"] == "RUNNING").then_some(());
+    assert!(common::wait_for(soon, running).is_some(), "{:?}", common::status(&ports));
+    let door = common::processes(&ports.sync)
+        .into_iter()
+        .find(|pid| common::processes("seeds visitors").contains(pid));
+    common::kill("KILL", door.expect("the member visitors"));
+    assert_eq!(going.wait(Duration::from_secs(60)), Some(0), "the run ends as it would");
 }

@@ -310,6 +310,11 @@ fn processes(args: &RunArgs) -> anyhow::Result<u8> {
                     // A movement that none can be made of: it has said which.
                     launched.end_all(Duration::from_secs(2));
                     return Ok(BAD_INPUT);
+                } else if name == "visitors" {
+                    if code.is_none() && interrupts == 0 {
+                        let how = ending(ended_with);
+                        say(&format!("visitors ended ({how}); the run goes on without outsiders"));
+                    }
                 } else if code.is_none() && ended_with != 0 {
                     tracing::warn!("{name} ended ({})", ending(ended_with));
                     // The conductor says why and ends the run, unless that one had not joined yet.

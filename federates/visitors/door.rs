@@ -39,6 +39,16 @@ pub struct Waiting {
     opens: bool,
 }
 
+impl Waiting {
+    /// Whether its subject is a wildcard (Remove Entity) that stands for somebody inside.
+    fn asks_for(&self, inside: &BTreeMap<EntityId, i64>) -> bool {
+        const ANY: u16 = 0xffff;
+        let of = self.about;
+        [of.site, of.application, of.entity].contains(&ANY)
+            && inside.keys().any(|id| of.addresses(*id))
+    }
+}
+
 /// The door.
 #[derive(Debug)]
 pub struct Door {
@@ -149,7 +159,8 @@ impl Door {
                 }
                 let Some(queue) = self.waiting.values_mut().nth(source) else { continue };
                 let inside = &self.inside;
-                let fits = |w: &Waiting| inside.contains_key(&w.about) != new;
+                let known = |w: &Waiting| inside.contains_key(&w.about) || w.asks_for(inside);
+                let fits = |w: &Waiting| known(w) != new;
                 let Some(place) = queue.iter().position(fits) else { continue };
                 if octets + queue[place].octets.len() > OCTETS_A_FRAME {
                     continue;
@@ -172,7 +183,9 @@ impl Door {
                     }
                     self.ever.insert(waiting.about);
                 }
-                self.inside.insert(waiting.about, utc_ns);
+                if waiting.opens || self.inside.contains_key(&waiting.about) {
+                    self.inside.insert(waiting.about, utc_ns);
+                }
                 taken_of[source] += 1;
                 octets += waiting.octets.len();
                 admitted.push(waiting);

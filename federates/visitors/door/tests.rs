@@ -88,3 +88,22 @@ fn garbage_is_refused_and_counted() {
     assert!(door.refused()["not a sound PDU"] >= 2);
     assert_eq!(door.refused()["PDU of another exercise"], 1);
 }
+
+#[test]
+fn a_removal_of_many_comes_in_where_it_means_somebody() {
+    let mut door = door();
+    let remove = |receiving_id| {
+        let mut octets = Vec::new();
+        let body = pdu::management::RemoveEntity { receiving_id, ..Default::default() };
+        Envelope::new(1, DisTime(1)).append(&body, &mut octets).expect("fits");
+        octets
+    };
+    let all_of_nine = remove(EntityId::new(9, 9, 0xffff));
+    door.knock(UTC_NS, source(1), &all_of_nine);
+    assert!(door.admit(UTC_NS).is_empty(), "nobody is inside");
+    door.knock(UTC_NS, source(1), &state(EntityId::new(9, 9, 9)));
+    assert_eq!(door.admit(UTC_NS).len(), 1);
+    door.knock(UTC_NS, source(2), &all_of_nine);
+    assert_eq!(door.admit(UTC_NS).len(), 1);
+    assert_eq!(door.inside(), 1, "a wildcard is nobody");
+}
