@@ -91,12 +91,12 @@ mod tests {
             for frame in 1..4000_i64 {
                 let nominal = UTC_NS + (frame as f64 * STEP_NS as f64 / rate) as i64;
                 // Every third frame up to 8 ms late.
-                let late = if frame % 3 == 0 { (frame * 7919) % 8_000_000 } else { 100_000 };
+                let late = if frame % 3 == 0 { (frame * 7919) % 1009 * 7_900 } else { 100_000 };
                 pace.executed(frame * STEP_NS, nominal.max(UTC_NS) + late);
                 // Five seconds of the host's clock.
                 if frame as f64 > 5.0 * rate / 0.05 {
                     let (time, found) = pace.at(nominal).expect("frames were executed");
-                    assert!((found / rate - 1.0).abs() < 2e-3, "rate {rate}: {found}");
+                    assert!((found / rate - 1.0).abs() < 5e-3, "rate {rate}: {found}");
                     worst_ns = worst_ns.max((time - frame * STEP_NS).abs() as f64 / rate);
                 }
             }
