@@ -8,6 +8,7 @@ use crate::traffic::{Entity, PARTITIONS};
 use crate::types::{TypeRow, TypeTable};
 use models::draw::{DrawKey, Purpose, exponential, uniform};
 use models::flight_list::{FlightEntry, MovementKind, WakeCategory};
+use models::frames::{Azimuth, wrap_pi};
 use models::plot::Callsign;
 use models::time::SimTime;
 use models::traffic::core::{Core, Direction, Flight, Policy};
@@ -556,5 +557,28 @@ fn default_ends(network: &Network, arrival: bool) -> Vec<String> {
     };
     let second = order[1..].iter().copied().find(|r| !crosses(*r, first)).unwrap_or(first);
     let r = if arrival { first } else { second };
-    vec![network.runways[r].names[0].clone()]
+    // Landings need exits far down the runway, take-offs entries with a long run ahead.
+    let reach = |end: usize| {
+        let runway = &network.runways[r];
+        let direction = Azimuth::of(runway.ends_m[1 - end] - runway.ends_m[end]).rad();
+        let mut best = 0.0_f64;
+        for (place, node) in &runway.spine {
+            for edge in network
+                .edges
+                .iter()
+                .filter(|e| e.nodes.contains(node) && e.strip == Some(r) && e.runway.is_none())
+            {
+                let other = edge.nodes[usize::from(edge.nodes[0] == *node)];
+                let away = network.nodes[other].at_m - network.nodes[*node].at_m;
+                let heading = Azimuth::of(if arrival { away } else { -away }).rad();
+                if wrap_pi(heading - direction).abs() < 2.0 {
+                    let along = if end == 0 { *place } else { runway.length_m - place };
+                    best = best.max(if arrival { along } else { runway.length_m - along });
+                }
+            }
+        }
+        best
+    };
+    let end = usize::from(!arrival && reach(1) > reach(0) + 1.0);
+    vec![network.runways[r].names[end].clone()]
 }

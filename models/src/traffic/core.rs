@@ -17,6 +17,7 @@ use crate::draw::{DrawKey, Purpose, normal_pair, uniform};
 use crate::flight_list::WakeCategory;
 use crate::frames::{Azimuth, Vector3, wrap_pi};
 use crate::truth::TruthState;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// Which piece may be taken when it is free.
@@ -587,20 +588,60 @@ impl Core {
         }
     }
 
-    /// Whether what is left of a mover's way, from `push_from` and `from` on, is free of the others.
+    /// Whether what is left of a mover's way, from `push_from` and `from` on, is free of what the others hold
+    /// after each has driven as far as what it holds already lets it.
     fn rest_is_free(
         &self,
         m: usize,
-        push_from: usize,
-        from: usize,
+        (push_from, from): (usize, usize),
         gone: &[bool],
-    ) -> Option<usize> {
+        ends: &[Option<Range<usize>>],
+    ) -> bool {
         let mover = &self.movers[m];
-        let push = mover.push.pieces.iter().skip(push_from).map(|z| (*z, false));
-        let way = mover.way.pieces.iter().enumerate().skip(from);
-        let rest = push.chain(way.map(|(i, z)| (*z, mover.way.roll.contains(&i))));
-        let mut rest = rest;
-        rest.find_map(|(z, roll)| self.blocker(m, z, roll, gone))
+        let push = mover.push.pieces.iter().skip(push_from);
+        let mut rest = push.chain(mover.way.pieces.iter().skip(from));
+        rest.all(|piece| {
+            let conflicts = self.pieces.conflicts(*piece as usize, mover.class);
+            conflicts.iter().all(|(other, least)| {
+                !self.holders[*other as usize].iter().any(|h| {
+                    let h = *h as usize;
+                    h != m
+                        && !gone[h]
+                        && self.movers[h].class >= *least
+                        && ends[h].as_ref().is_none_or(|range| {
+                            self.movers[h].way.pieces[range.clone()].contains(other)
+                        })
+                })
+            })
+        })
+    }
+
+    /// What a mover that has taken its way up to `next` still holds when it has driven there: indices of its
+    /// way; `None` where everything that it holds counts (parked, pushed back).
+    fn held_at_end(&self, m: usize, next: usize) -> Option<Range<usize>> {
+        let mover = &self.movers[m];
+        let on_way = match mover.phase {
+            Phase::Starting(_)
+            | Phase::Taxiing
+            | Phase::LinedUp(_)
+            | Phase::Rolling
+            | Phase::Landing => true,
+            Phase::Final => mover.cleared,
+            _ => false,
+        };
+        if !on_way || next == 0 {
+            return None;
+        }
+        let length = self.flights[m].size.length_m;
+        if next >= mover.way.pieces.len() {
+            if self.flights[m].direction == Direction::Departure {
+                return Some(0..0);
+            }
+            let tail = mover.way.stop_m - 0.95 * length - TAIL_M;
+            return Some(mover.way.ends_m.partition_point(|e| *e < tail)..next);
+        }
+        let tail = mover.way.ends_m[next - 1] - GAP_M - 0.1 * length - 0.95 * length - TAIL_M;
+        Some(mover.way.ends_m[..next].partition_point(|e| *e < tail)..next)
     }
 
     fn first_untaken(&self, m: usize) -> (usize, usize) {
@@ -615,18 +656,21 @@ impl Core {
     /// Whether everybody can finish, one after the other, while the rest stand where they are; `m` counts as
     /// active with `push_from` and `from` as first pieces that it does not hold.
     fn ordered(&self, m: usize, push_from: usize, from: usize) -> bool {
-        if self.rest_is_free(m, push_from, from, &[]).is_none() {
+        let count = self.movers.len();
+        let ends: Vec<Option<Range<usize>>> = (0..count)
+            .map(|o| self.held_at_end(o, if o == m { from } else { self.movers[o].next }))
+            .collect();
+        let mut gone = vec![false; count];
+        if self.rest_is_free(m, (push_from, from), &gone, &ends) {
             return true;
         }
-        let mut left: Vec<usize> =
-            (0..self.movers.len()).filter(|o| *o != m && self.active(*o)).collect();
+        let mut left: Vec<usize> = (0..count).filter(|o| *o != m && self.active(*o)).collect();
         left.push(m);
-        let mut gone = vec![false; self.movers.len()];
         loop {
             let before = left.len();
             left.retain(|o| {
-                let (p, w) = if *o == m { (push_from, from) } else { self.first_untaken(*o) };
-                let free = self.rest_is_free(*o, p, w, &gone).is_none();
+                let from = if *o == m { (push_from, from) } else { self.first_untaken(*o) };
+                let free = self.rest_is_free(*o, from, &gone, &ends);
                 gone[*o] |= free;
                 !free
             });
@@ -1056,44 +1100,54 @@ impl Core {
         let needed_again = (1.15 * f.take_off.1 + 100.0).min(longest);
         let length = f.size.length_m;
         let mut options: Vec<(Vec<usize>, f64)> = Vec::new();
-        for e in (0..net.edges.len())
-            .filter(|e| net.edges[*e].nodes.contains(&lane_node) && *e != last / 2)
-        {
-            let mut chain =
-                vec![if net.edges[e].nodes[0] == lane_node { 2 * e } else { 2 * e + 1 }];
-            let turn = self.arcs.turn_rad(last, chain[0]);
-            let usable = |a: usize| {
-                let edge = &net.edges[a / 2];
-                !closed[a / 2]
-                    && edge.strip.is_none()
-                    && edge.runway.is_none()
-                    && edge
-                        .nodes
-                        .iter()
-                        .all(|n| net.nodes[*n].used && net.nodes[*n].stand.is_none())
-                    && (edge.two_way || a % 2 == 1)
-            };
-            if turn > 2.1 || !usable(chain[0]) {
-                continue;
+        // Back onto a lane that leads to the way; if there is none, against a one-way lane.
+        for lenient in [false, true] {
+            if !options.is_empty() {
+                break;
             }
-            let need = 1.0 * length + 25.0 * libm::tan(0.5 * turn.min(2.0)) + 12.0;
-            let mut have = self.arcs.length_m(chain[0]);
-            while have < need && chain.len() < 20 {
-                let at = chain[chain.len() - 1];
-                let node = Arcs::to(&net, at);
-                let next = (0..net.edges.len())
-                    .filter(|e| net.edges[*e].nodes.contains(&node) && *e != at / 2)
-                    .map(|e| if net.edges[e].nodes[0] == node { 2 * e } else { 2 * e + 1 })
-                    .filter(|a| usable(*a) && self.arcs.turn_rad(at, *a) < 0.7)
-                    .min_by(|p, q| {
-                        self.arcs.turn_rad(at, *p).total_cmp(&self.arcs.turn_rad(at, *q))
-                    });
-                let Some(next) = next else { break };
-                have += self.arcs.length_m(next);
-                chain.push(next);
-            }
-            if have >= need {
-                options.push((chain, turn));
+
+            for e in (0..net.edges.len())
+                .filter(|e| net.edges[*e].nodes.contains(&lane_node) && *e != last / 2)
+            {
+                let mut chain =
+                    vec![if net.edges[e].nodes[0] == lane_node { 2 * e } else { 2 * e + 1 }];
+                let turn = self.arcs.turn_rad(last, chain[0]);
+                let usable = |a: usize| {
+                    let edge = &net.edges[a / 2];
+                    !closed[a / 2]
+                        && edge.strip.is_none()
+                        && edge.runway.is_none()
+                        && edge
+                            .nodes
+                            .iter()
+                            .all(|n| net.nodes[*n].used && net.nodes[*n].stand.is_none())
+                        && (lenient || edge.two_way || a % 2 == 1)
+                };
+                if turn > 2.1 || !usable(chain[0]) {
+                    continue;
+                }
+                let need = 1.0 * length + 25.0 * libm::tan(0.5 * turn.min(2.0)) + 12.0;
+                let mut have = self.arcs.length_m(chain[0]);
+                while have < need && chain.len() < 20 {
+                    let at = chain[chain.len() - 1];
+                    let node = Arcs::to(&net, at);
+                    let next = (0..net.edges.len())
+                        .filter(|e| net.edges[*e].nodes.contains(&node) && *e != at / 2)
+                        .map(|e| if net.edges[e].nodes[0] == node { 2 * e } else { 2 * e + 1 })
+                        .filter(|a| {
+                            usable(*a)
+                                && self.arcs.turn_rad(at, *a) < if lenient { 1.2 } else { 0.7 }
+                        })
+                        .min_by(|p, q| {
+                            self.arcs.turn_rad(at, *p).total_cmp(&self.arcs.turn_rad(at, *q))
+                        });
+                    let Some(next) = next else { break };
+                    have += self.arcs.length_m(next);
+                    chain.push(next);
+                }
+                if have >= need {
+                    options.push((chain, turn));
+                }
             }
         }
         let opposed = self.opposed(m);
@@ -1917,8 +1971,8 @@ impl Tick {
             ((half * half + 2.0 * jerk * e).sqrt() - half).max(0.0)
         };
         let mut want = if error >= 0.0 { reach(error).min(acc) } else { -(reach(-error).min(dec)) };
-        // What the place itself demands, with what is left for the jerk.
-        if gap > 0.0 && v * v > 2.0 * 0.9 * dec * gap {
+        // Braking begins where the stop with the jerk limit needs it: the acceleration has to come down first.
+        if gap > 0.0 && stopping(v, a, 0.85 * dec, jerk, dt).0 + v * dt >= gap {
             want = -dec;
         }
         let next = want.clamp(a - jerk * dt, a + jerk * dt).clamp(-dec, acc);
