@@ -30,6 +30,9 @@ fn track(number: u16, time_ns: i64) -> TrackMessage {
         runway_stand: "28/E_19".into(),
         ctd_eta_ns: Some(time_ns + 4_000_000_000),
         routing: Vec::new(),
+        assumed: String::new(),
+        label_p: None,
+        lag: None,
     }
 }
 
