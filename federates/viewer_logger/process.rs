@@ -301,18 +301,19 @@ impl Listening {
                 Ok(Event::Datagrams(datagrams)) => self.datagrams(keeper, &datagrams),
                 Ok(Event::ConductorAlive(alive)) => alone_since = (!alive).then_some(began),
                 Ok(Event::Stop) => break,
-                Err(RecvTimeoutError::Timeout) => {
-                    keeper.flush();
-                    let stopped = keeper.state().is_some_and(|s| s.phase == Phase::Stopped);
-                    let grace_ns = if stopped { 0 } else { GRACE_NS };
-                    if alone_since.is_some_and(|since| began - since >= grace_ns) {
-                        if !stopped {
-                            tracing::warn!("the administration station is gone; the log ends here");
-                        }
-                        break;
-                    }
-                }
+                Err(RecvTimeoutError::Timeout) => keeper.flush(),
                 Err(RecvTimeoutError::Disconnected) => break,
+            }
+            // Whatever still arrives: others on the network may go on for ever.
+            if let Some(since) = alone_since {
+                let stopped = keeper.state().is_some_and(|s| s.phase == Phase::Stopped);
+                let grace_ns = if stopped { LATE_NS } else { GRACE_NS };
+                if began.saturating_sub(since) >= grace_ns {
+                    if !stopped {
+                        tracing::warn!("the administration station is gone; the log ends here");
+                    }
+                    break;
+                }
             }
             let took = monotonic_ns() - began;
             self.steps += 1;
@@ -323,7 +324,7 @@ impl Listening {
             }
         }
         // What had arrived by then belongs to the run.
-        for event in inbox.receive.try_iter() {
+        for event in inbox.receive.try_iter().take(WAITING) {
             match event {
                 Event::Heard(heard) => keeper.hear(heard, utc_ns()),
                 Event::Datagrams(datagrams) => self.datagrams(keeper, &datagrams),
@@ -393,6 +394,8 @@ const INSTANCES: u32 = 64;
 /// Federates whose names are kept, at most: anybody on the bus may say one.
 const HEARD: usize = 1024;
 const STATUS_NS: u64 = 1_000_000_000;
+/// How long what was sent before the end may be on its way.
+const LATE_NS: u64 = 250_000_000;
 /// How long a run may be without its administration station.
 const GRACE_NS: u64 = 10_000_000_000;
 
