@@ -146,6 +146,9 @@ pub struct ReflectionBounds {
     pub most: f64,
 }
 
+/// What a change of the amplitude was seen to have between corners that are alike: up to 2e-4 over random boxes.
+const BETWEEN_CORNERS: f64 = 2.5e-4;
+
 /// Swing of the propagation factor by its phase, by amplitude and factors of the extent.
 fn swing(q: f64, a: f64, b: f64) -> f64 {
     4.0 * q * (1.0 + q * q) * a + 2.0 * q * q * b
@@ -187,7 +190,8 @@ impl ReflectionBounds {
         // A largest value of several combinations has corners of its own between those of the piece.
         let change = Refinement::ALL.map(|r| {
             let seen = Span::around(corners().map(|a| a.change(r, open)));
-            2.0 * seen.high - seen.low
+            let margin = if seen.high > 0.0 { BETWEEN_CORNERS } else { 0.0 };
+            2.0 * seen.high - seen.low + margin
         });
         let refined_db = [0, 1, 2, 3].map(|i| {
             if open >> i & 1 == 0 {
