@@ -234,7 +234,7 @@ fn a_run_as_fast_as_possible_is_replayed_in_the_time_that_it_simulated() {
     assert!((20.0..=40.0).contains(&at_s), "{sent}");
 
     let output = replay(&["--from", "59", "--schedule", "arrival"]);
-    assert_eq!(output.status.code(), Some(1));
+    assert_eq!(output.status.code(), Some(2));
     let words = stderr(&output);
     assert!(words.contains("nothing between --from and --to"), "{words}");
     assert_eq!(words.trim().lines().count(), 1, "{words}");

@@ -1,4 +1,4 @@
-//! Prints every record that arrives: `cargo run -p asterix --example listen -- 239.9.1.1:8600 [seconds]`.
+//! Prints every record that arrives: `cargo run -p asterix --example asterix_listen -- 239.9.1.1:8600 [seconds]`.
 
 #![expect(clippy::print_stdout, clippy::print_stderr, reason = "a program for a terminal")]
 

@@ -87,12 +87,14 @@ mod tests {
     fn late_frames_do_not_move_the_pace() {
         for rate in [0.5, 1.0, 4.0, 20.0] {
             let mut pace = Pace::default();
-            let mut worst_ns = 0.0_f64;
+            let (mut worst_ns, mut executed_ns) = (0.0_f64, UTC_NS);
             for frame in 1..4000_i64 {
                 let nominal = UTC_NS + (frame as f64 * STEP_NS as f64 / rate) as i64;
                 // Every third frame up to 8 ms late.
                 let late = if frame % 3 == 0 { (frame * 7919) % 1009 * 7_900 } else { 100_000 };
-                pace.executed(frame * STEP_NS, nominal.max(UTC_NS) + late);
+                // The next frame is executed after it, however late it was.
+                executed_ns = executed_ns.max(nominal + late);
+                pace.executed(frame * STEP_NS, executed_ns);
                 // Five seconds of the host's clock.
                 if frame as f64 > 5.0 * rate / 0.05 {
                     let (time, found) = pace.at(nominal).expect("frames were executed");

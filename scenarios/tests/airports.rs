@@ -224,12 +224,12 @@ fn openstreetmap_is_the_same_in_both_forms() {
     assert!(names.contains(&"05R/23L".to_owned()), "{names:?}");
 }
 
-/// A stand is only ever the begin or the end of a way: 333 to B_54 at Amsterdam led over X_12.
+/// A stand is only ever the begin or the end of a way: 333 to B54 at Amsterdam led over X_12.
 #[test]
 fn no_way_leads_over_a_stand() {
     let (layout, _) = check(&shipped("EHAM.groundnet.xml")).expect("a layout");
     let stands: Vec<usize> = layout.stands.iter().filter_map(|s| s.node).collect();
-    let (from, to) = (layout.node("#333").expect("333"), layout.node("B_54").expect("B_54"));
+    let (from, to) = (layout.node("#333").expect("333"), layout.node("B54").expect("B54"));
     let way = models::truth::route::shortest(&layout, from, to).expect("a way");
     let inner = &way.nodes[1..way.nodes.len() - 1];
     assert!(inner.iter().all(|n| !stands.contains(n)), "{:?}", way.nodes);

@@ -88,7 +88,7 @@ fn bad_scenes_give_one_line() {
         (
             "[accuracy]",
             "[acuracy]",
-            "zurich.toml:128: acuracy: unknown key, did you mean `accuracy`?; allowed here: run, airport, traffic, weather, building, sensor, tracking, accuracy, network",
+            "zurich.toml:128: acuracy: unknown key, did you mean `accuracy`?; allowed here: run, airport, traffic, weather, building, sensor, tracking, accuracy, network, control",
         ),
         (
             "movements/EDW229.csv",
@@ -108,7 +108,7 @@ fn bad_scenes_give_one_line() {
         (
             "type = \"FIRE\"",
             "type = \"FIRE\"\nspeed_kt = 20",
-            "zurich.toml:103: traffic[8].speed_kt: unknown key; allowed here: kind, callsign, type, address, flight, stand, file, start_s, cut_from_s, cut_to_s, via, halts",
+            "zurich.toml:103: traffic[8].speed_kt: unknown key; allowed here: kind, callsign, type, address, flight, stand, file, start_s, cut_from_s, cut_to_s, via, halts, arrivals_per_h, departures_per_h, mix, profile, seed, arrival_runways, departure_runways",
         ),
         (
             "\"GAC_S1_A\", \"I_98\"",
@@ -218,7 +218,11 @@ fn a_scene_anywhere_finds_the_types_and_parameter_sets_that_ship() {
 fn a_file_that_is_no_scene_is_refused_without_being_read_to_its_end() {
     let said = |path: &str| load(Path::new(path)).expect_err("no scene").to_string();
     assert_eq!(said("/dev/zero"), "scene /dev/zero: longer than 16 MiB");
-    assert!(said("nosuch").contains("scenes that come with SEEDS: zurich"), "{}", said("nosuch"));
+    assert!(
+        said("nosuch").contains("scenes that come with SEEDS: egcc, eham, xsyn, zurich"),
+        "{}",
+        said("nosuch")
+    );
     let file = std::env::temp_dir().join(format!("seeds-latin-{}.toml", std::process::id()));
     std::fs::write(&file, b"[run]\ntitle = \"Z\xfcrich\"\n").expect("written");
     let line = load(&file).expect_err("not UTF-8").to_string();

@@ -226,7 +226,8 @@ mod tests {
 
     #[test]
     fn a_chain_of_thousands_costs_what_its_pairs_are() {
-        // Each row likes the column of the one before it a little better than its own.
+        // Each row likes the column of the one before it a little better than its own: beyond ten rows it
+        // is worth that the first misses, and all behind it take the column before theirs.
         let n = 5_000u32;
         let edges: Vec<Edge> = (0..n)
             .flat_map(|row| {
@@ -237,7 +238,8 @@ mod tests {
             .collect();
         let (mut sparse, mut budget) = (Sparse::default(), 1_000_000);
         let found: Vec<_> = sparse.pairs(n as usize, n as usize, &edges, &mut budget).collect();
-        assert!(found.iter().all(Option::is_some));
+        let best: Vec<_> = (0..n).map(|row| row.checked_sub(1)).collect();
+        assert_eq!(found, best);
         assert!(1_000_000 - budget < 4 * edges.len() as u64, "{budget} left");
     }
 }

@@ -15,11 +15,11 @@ pub fn slip_on_straight_rad(slip_rad: f64, s_m: f64, wheelbase_m: f64) -> f64 {
 ///
 /// `k > 1`: `t = r (1 − E)/(1 − r² E)`, `E = e^(−√(k²−1) s/R)`, `r = 1/(k + √(k²−1))`; towards the steady
 /// `sin δ = ℓ/R`. `k < 1`: `t = tan θ/(w + k tan θ)`, `w = √(1−k²)`, `θ = w s/(2R)`: no steady state.
-/// `|k − 1| < 1e-6`: their common limit `t = x/(1 + x)`, `x = s/(2R)`.
+/// `|k − 1| < 1e-9`: their common limit `t = x/(1 + x)`, `x = s/(2R)`.
 #[must_use]
 pub fn slip_on_arc_rad(s_m: f64, radius_m: f64, wheelbase_m: f64) -> f64 {
     let k = radius_m / wheelbase_m;
-    if (k - 1.0).abs() < 1e-6 {
+    if (k - 1.0).abs() < 1e-9 {
         let x = s_m / (2.0 * radius_m);
         return 2.0 * libm::atan(x / (1.0 + x));
     }
