@@ -34,7 +34,7 @@ pub enum Effect {
         /// What is missing.
         ask: FetchOf,
     },
-    /// Answer a [`Command`].
+    /// Answer a [`super::messages::Command`].
     Answer(Token, Answer),
     /// Tell spectators how the run stands.
     State(RunState),

@@ -308,6 +308,27 @@ fn with_control(rate: f64) -> ConductorConfig {
     config
 }
 
+/// Found by a random case: a producer and, 45 ms later, a consumer die in the first frames; both come back, and the consumer has
+/// eaten something else. It should have eaten the same: then this case goes to those of the law below.
+#[test]
+fn a_consumer_that_dies_behind_a_producer_in_the_first_frames_returns_wrong_today() {
+    let mut net = net(1, with_control(1.0), network(10));
+    run_until_running(&mut net);
+    let at = net.now + 5 * MS;
+    let dead = ["external-world", "control"];
+    let faults = [fault(at, dead[0], What::Kill), fault(at + 45_366_000, dead[1], What::Kill)];
+    net.run(at + 10_000 * MS, &faults);
+    let starts = dead.map(|name| fault(net.now, name, What::Start));
+    let to = net.now + 20_000 * MS;
+    net.run(to, &starts);
+    let mut whole = super::simulated_network_tests::net(1, with_control(f64::INFINITY), network(0));
+    whole.run(MINUTE, &[]);
+    let (found, right) = (eaten(&net, 0), eaten(&whole, 0));
+    let differing: Vec<_> =
+        found.iter().zip(&right).filter(|(a, b)| a != b).map(|p| p.0.0.clone()).collect();
+    assert_eq!((found.len(), differing), (right.len(), vec!["control".to_owned()]));
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(60))]
 

@@ -1,6 +1,6 @@
 //! The page's server: static files out of the executable and one WebSocket a browser, on a thread of its own.
 //!
-//! Who may do what stands in [`super::access`], how many connections there are in [`super::connections`].
+//! Who may do what stands in [`super::access`], how many connections there are in `connections`.
 
 use super::access::{Access, Rights, Ticket, same_origin};
 use super::connections::{self, Peer};

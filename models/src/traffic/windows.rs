@@ -1,7 +1,7 @@
 //! The quickest way among reservations of points: time windows.
 //!
-//! Source: Gawrilow and others 2008, QPPTW; states are (zone, free window). The form of movers with a
-//! length is in [`super::plan`]; this one is its core and pins it against an exhaustive search.
+//! Source: Gawrilow and others 2008, QPPTW; states are (zone, free window). Movers are
+//! points here; the form for movers with a length, which the planned policy needs, does not exist yet.
 
 use std::collections::BTreeSet;
 
