@@ -118,7 +118,7 @@ pub fn notice_of(weather: &Weather, from: SimTime) -> WeatherNotice {
         temperature_k: weather.temperature_k,
         pressure_hpa: weather.pressure_hpa,
         vapour_g_per_m3: weather.vapour_g_per_m3,
-        wind_ms: [weather.wind_ms.x, weather.wind_ms.y],
+        wind_mps: [weather.wind_mps.x, weather.wind_mps.y],
         film_mm: weather.film_mm,
         cells: weather
             .cells

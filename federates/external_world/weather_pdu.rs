@@ -37,8 +37,8 @@ pub fn encode(weather: &Weather, site: u16, sequence: u16) -> EncodedWeather {
         weather.temperature_k,
         weather.pressure_hpa,
         weather.vapour_g_per_m3,
-        weather.wind_ms.x,
-        weather.wind_ms.y,
+        weather.wind_mps.x,
+        weather.wind_mps.y,
         weather.film_mm,
         cells.len() as f64,
     ];
@@ -84,7 +84,7 @@ pub fn decode(process: &EnvironmentalProcess<'_>) -> Option<Weather> {
     let temperature_k = within(150.0, 350.0)?;
     let pressure_hpa = within(500.0, 1200.0)?;
     let vapour_g_per_m3 = within(0.0, 100.0)?;
-    let wind_ms = Vector2::new(within(-150.0, 150.0)?, within(-150.0, 150.0)?);
+    let wind_mps = Vector2::new(within(-150.0, 150.0)?, within(-150.0, 150.0)?);
     let film_mm = within(0.0, 100.0)?;
     let count = within(0.0, MAX_CELLS as f64)? as usize;
     let mut cells = Vec::with_capacity(count);
@@ -101,7 +101,7 @@ pub fn decode(process: &EnvironmentalProcess<'_>) -> Option<Weather> {
         temperature_k,
         pressure_hpa,
         vapour_g_per_m3,
-        wind_ms,
+        wind_mps,
         film_mm,
         cells,
     })

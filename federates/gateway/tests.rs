@@ -16,7 +16,7 @@ fn track(number: u16, time_ns: i64) -> TrackMessage {
         first: false,
         time_ns,
         position_m: [1200.25, -3400.5],
-        velocity_ms: [10.0, -3.25],
+        velocity_mps: [10.0, -3.25],
         cov_m2: [4.0, -1.0, 9.0],
         acceleration_ms2: [0.5, 0.0],
         velocity_cov_m2s2: [1.0, 0.0, 0.25],

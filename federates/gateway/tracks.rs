@@ -159,7 +159,7 @@ pub fn record_062(
         items.put(&cat062::I070, &[gateway.of_day_s(track.time_ns)])?;
         items.put(&cat062::I105, &gateway.place(track.position_m))?;
         items.put(&cat062::I100, &track.position_m)?;
-        items.put(&cat062::I185, &track.velocity_ms)?;
+        items.put(&cat062::I185, &track.velocity_mps)?;
         items.put(&cat062::I210, &track.acceleration_ms2)?;
         items.compound(&cat062::I380, |sub| {
             if let Some(address) = system.flight.and_then(|f| f.address) {
@@ -250,7 +250,7 @@ pub fn record_011(
         items.put(&cat011::I140, &[gateway.of_day_s(track.time_ns)])?;
         items.put(&cat011::I041, &gateway.place(track.position_m))?;
         items.put(&cat011::I042, &track.position_m)?;
-        items.put(&cat011::I202, &track.velocity_ms)?;
+        items.put(&cat011::I202, &track.velocity_mps)?;
         items.put(&cat011::I210, &track.acceleration_ms2)?;
         if !callsign.is_empty() {
             items.put(&cat011::I245, &[Mixed::Code(0), Mixed::Text(&callsign)])?;

@@ -476,7 +476,7 @@ pub struct WeatherNotice {
     /// Water vapour, g/m³.
     pub vapour_g_per_m3: f64,
     /// Wind, m/s east and north.
-    pub wind_ms: [f64; 2],
+    pub wind_mps: [f64; 2],
     /// Water film on pavement, mm.
     pub film_mm: f64,
     /// Cells: east m, north m, radius m, rain mm/h.
@@ -699,7 +699,7 @@ pub struct TrackMessage {
     /// Position, m east and north.
     pub position_m: [f64; 2],
     /// Velocity, m/s east and north.
-    pub velocity_ms: [f64; 2],
+    pub velocity_mps: [f64; 2],
     /// Covariance of the position, m²: ee, en, nn.
     pub cov_m2: [f64; 3],
     /// Acceleration, m/s² east and north.
@@ -800,7 +800,7 @@ pub struct TruthMessage {
     /// Position, m east, north, up.
     pub position_m: [f64; 3],
     /// Velocity, m/s east, north, up.
-    pub velocity_ms: [f64; 3],
+    pub velocity_mps: [f64; 3],
     /// Where the nose points, rad clockwise from north.
     pub heading_rad: f64,
     /// Whether it belongs to the federation (false: an outsider's entity).

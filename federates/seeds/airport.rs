@@ -309,7 +309,7 @@ fn driving_s(trajectory: &Trajectory) -> f64 {
     const STEP: i64 = 100_000_000;
     let steps = (trajectory.start().0 / STEP)..=(trajectory.end().0 / STEP);
     let moving = steps
-        .filter(|k| trajectory.at(SimTime(k * STEP)).is_some_and(|s| s.velocity_ms.norm() > 0.05));
+        .filter(|k| trajectory.at(SimTime(k * STEP)).is_some_and(|s| s.velocity_mps.norm() > 0.05));
     let (mut first, mut last) = (None, 0);
     for k in moving {
         first.get_or_insert(k);
@@ -340,7 +340,7 @@ pub fn traffic(args: &TrafficArgs) -> ExitCode {
             entity.class.designator,
             trajectory.start().s(),
             trajectory.end().s(),
-            most.speed_ms,
+            most.speed_mps,
             most.acceleration_ms2,
             most.braking_ms2,
             most.lateral_ms2,
@@ -356,7 +356,7 @@ pub fn traffic(args: &TrafficArgs) -> ExitCode {
 /// Extremes of a movement, looked at every 50 ms.
 #[derive(Default)]
 struct Most {
-    speed_ms: f64,
+    speed_mps: f64,
     acceleration_ms2: f64,
     braking_ms2: f64,
     lateral_ms2: f64,
@@ -369,7 +369,7 @@ impl Most {
         let mut most = Self::default();
         let mut time = trajectory.start();
         while let Some(state) = trajectory.at(time) {
-            let v = state.velocity_ms.xy();
+            let v = state.velocity_mps.xy();
             let (a, speed) = (state.acceleration_ms2.xy(), v.norm());
             if let Some(ahead) = v.try_normalize(1e-6) {
                 let along = a.dot(&ahead);
@@ -377,7 +377,7 @@ impl Most {
                 most.braking_ms2 = most.braking_ms2.max(-along);
                 most.lateral_ms2 = most.lateral_ms2.max((a - ahead * along).norm());
             }
-            most.speed_ms = most.speed_ms.max(speed);
+            most.speed_mps = most.speed_mps.max(speed);
             most.height_m = most.height_m.max(state.position_m.z);
             time = SimTime(time.0 + STEP);
         }
@@ -391,7 +391,7 @@ fn mover(entity: &Entity, trajectory: &Trajectory, most: &Most) -> Value {
         "type": entity.class.designator,
         "from_s": trajectory.start().s(),
         "to_s": trajectory.end().s(),
-        "fastest_ms": most.speed_ms,
+        "fastest_mps": most.speed_mps,
         "acceleration_ms2": most.acceleration_ms2,
         "braking_ms2": most.braking_ms2,
         "lateral_ms2": most.lateral_ms2,

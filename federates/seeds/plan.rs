@@ -141,7 +141,7 @@ impl Truth for Traffic<'_> {
             self.scene.traffic.entities[self.present[index]].trajectory.as_ref()?.at(time)?;
         Some(TargetState {
             position_m: Vector3::new(truth.position_m.x, truth.position_m.y, truth.position_m.z),
-            velocity_ms: truth.velocity_ms,
+            velocity_mps: truth.velocity_mps,
             heading_rad: truth.heading_rad,
         })
     }

@@ -248,7 +248,7 @@ impl Source {
             target.path.push(TruthPoint {
                 time: SimTime(row.get(2)?),
                 position_m: Vector2::new(row.get(3)?, row.get(4)?),
-                velocity_ms: Vector2::new(row.get(5)?, row.get(6)?),
+                velocity_mps: Vector2::new(row.get(5)?, row.get(6)?),
                 height_m: row.get(7)?,
             });
         }
@@ -274,7 +274,7 @@ impl Source {
                 time: SimTime(time),
                 published: took_us.map(|us| SimTime(time + us * 1000)),
                 position_m: Vector2::new(row.get(3)?, row.get(4)?),
-                velocity_ms: Some(Vector2::new(row.get(5)?, row.get(6)?)),
+                velocity_mps: Some(Vector2::new(row.get(5)?, row.get(6)?)),
                 label: row.get::<_, Option<String>>(7)?.unwrap_or_default(),
             })
         })?;

@@ -89,7 +89,7 @@ pub fn reports(
             time: SimTime::from_s(time_s),
             published,
             position_m,
-            velocity_ms: report.velocity_mps.map(|[x, y]| Vector2::new(x, y)),
+            velocity_mps: report.velocity_mps.map(|[x, y]| Vector2::new(x, y)),
             label: report.label,
         });
     }

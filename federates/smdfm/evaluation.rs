@@ -18,11 +18,11 @@ use models::track::{SystemTrack, TrackStatus};
 use std::collections::BTreeMap;
 
 /// Slower targets are standing, m/s.
-const MOVING_MS: f64 = 1.0;
+const MOVING_MPS: f64 = 1.0;
 
-/// A leg is straight while the target turns less than this, rad/s, and moves faster than [`STRAIGHT_MS`].
+/// A leg is straight while the target turns less than this, rad/s, and moves faster than [`STRAIGHT_MPS`].
 const STRAIGHT_RAD_PER_S: f64 = 0.01;
-const STRAIGHT_MS: f64 = 3.0;
+const STRAIGHT_MPS: f64 = 3.0;
 
 /// Sum of squares.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -108,7 +108,7 @@ impl Evaluation {
             }
             let Some(index) = view.index_of(key) else { continue };
             let Some(truth) = view.at(index, plot.time) else { continue };
-            if truth.velocity_ms.xy().norm() < MOVING_MS {
+            if truth.velocity_mps.xy().norm() < MOVING_MPS {
                 continue;
             }
             let raw = (plot.position_m - truth.position_m.xy()).norm_squared();
@@ -226,8 +226,8 @@ fn is_straight(view: &View<'_>, index: usize, time: SimTime) -> bool {
     else {
         return false;
     };
-    let course = |v: &models::sensors::TargetState| libm::atan2(v.velocity_ms.x, v.velocity_ms.y);
-    now.velocity_ms.xy().norm() > STRAIGHT_MS
-        && before.velocity_ms.xy().norm() > STRAIGHT_MS
+    let course = |v: &models::sensors::TargetState| libm::atan2(v.velocity_mps.x, v.velocity_mps.y);
+    now.velocity_mps.xy().norm() > STRAIGHT_MPS
+        && before.velocity_mps.xy().norm() > STRAIGHT_MPS
         && wrap_pi(course(&now) - course(&before)).abs() < STRAIGHT_RAD_PER_S * 0.5
 }

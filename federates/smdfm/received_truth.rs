@@ -26,7 +26,7 @@ use std::sync::Arc;
 const INTEREST_M: f64 = 100_000.0;
 
 /// Fastest thing that an airport's surveillance expects, m/s: a jump beyond is a fault of the sender.
-const FASTEST_MS: f64 = 1000.0;
+const FASTEST_MPS: f64 = 1000.0;
 
 /// Most visitors kept.
 const MAX_VISITORS: usize = 4096;
@@ -156,7 +156,7 @@ impl ReceivedTruth {
         if at.position_m.norm() > INTEREST_M {
             return Err("entity farther than 100 km from the airport");
         }
-        if at.velocity_ms.norm() > FASTEST_MS {
+        if at.velocity_mps.norm() > FASTEST_MPS {
             return Err("entity faster than 1000 m/s");
         }
         Ok(at)
@@ -189,7 +189,7 @@ impl ReceivedTruth {
                 let elapsed_s = placed.age_s.max(0.05);
                 // One jump is a fault; an entity that stays where it jumped to is heard again after
                 // the time-out.
-                if jump_m > FASTEST_MS * elapsed_s + 100.0 {
+                if jump_m > FASTEST_MPS * elapsed_s + 100.0 {
                     return Err("entity jumped farther than it can move");
                 }
             }
@@ -382,8 +382,8 @@ impl Truth for View<'_> {
                 let placed = visitor.entity.at(visitor.start_ns.saturating_add(time.0))?;
                 let state = target_state(&placed.estimate, self.frame);
                 // What the sensors see moves by the exercise's seconds.
-                let velocity_ms: Vector3<f64> = state.velocity_ms * placed.pace;
-                Some(TargetState { velocity_ms, ..state })
+                let velocity_mps: Vector3<f64> = state.velocity_mps * placed.pace;
+                Some(TargetState { velocity_mps, ..state })
             }
         }
     }

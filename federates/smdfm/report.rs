@@ -48,7 +48,7 @@ pub fn track_octets(track: &SystemTrack) -> Vec<u8> {
     octets.extend_from_slice(&track.time.0.to_le_bytes());
     octets.extend_from_slice(&track.last_plot.0.to_le_bytes());
     append(&mut octets, track.position_m.as_slice());
-    append(&mut octets, track.velocity_ms.as_slice());
+    append(&mut octets, track.velocity_mps.as_slice());
     append(&mut octets, track.acceleration_ms2.as_slice());
     append(&mut octets, track.position_cov_m2.as_slice());
     append(&mut octets, track.velocity_cov_m2s2.as_slice());
@@ -174,7 +174,7 @@ fn truth_message(view: &View<'_>, index: usize, track: Option<(u16, f64)>) -> Op
         aircraft: class.aircraft,
         size_m: [class.length_m, class.span_m],
         position_m: state.position_m.into(),
-        velocity_ms: state.velocity_ms.into(),
+        velocity_mps: state.velocity_mps.into(),
         heading_rad: state.heading_rad,
         ours: view.is_ours(index),
         track,
@@ -205,7 +205,7 @@ pub fn track_message(track: &SystemTrack, lag_error_m: Option<f64>) -> TrackMess
         first: track.first,
         time_ns: track.time.0,
         position_m: track.position_m.into(),
-        velocity_ms: track.velocity_ms.into(),
+        velocity_mps: track.velocity_mps.into(),
         cov_m2: [cov.m11, cov.m12, cov.m22],
         acceleration_ms2: track.acceleration_ms2.into(),
         velocity_cov_m2s2: [velocity_cov.m11, velocity_cov.m12, velocity_cov.m22],

@@ -168,7 +168,7 @@ fn a_visitor_on_top_of_ours_touches_it() {
                 let [x, y, z] = state.position_m.into();
                 let double = EntityState {
                     entity_id: EntityId::new(900, 9, number),
-                    ..guest(&scene, [x + 1.0, y, z], state.velocity_ms.into(), true)
+                    ..guest(&scene, [x + 1.0, y, z], state.velocity_mps.into(), true)
                 };
                 stamped(&scene, at.s(), 0.0, &double)
             })

@@ -35,7 +35,7 @@ pub fn state_pdu(
         entity_id: EntityId::new(scene.run.site, entity.application, entity.number),
         force_id: ForceId(0),
         entity_type: dis_types::of_class(&entity.class),
-        linear_velocity_mps: Vector32::from_f64(world(truth.velocity_ms)),
+        linear_velocity_mps: Vector32::from_f64(world(truth.velocity_mps)),
         location: at.into(),
         orientation: orientation.into(),
         dead_reckoning_algorithm: DeadReckoningAlgorithm(algorithm),
@@ -115,7 +115,7 @@ pub fn target_state(estimate: &Estimate, frame: &LocalFrame) -> TargetState {
     let velocity = frame.vector_to_enu(estimate.velocity_mps);
     TargetState {
         position_m: Vector3::new(enu.east_m, enu.north_m, enu.up_m),
-        velocity_ms: Vector3::from(velocity),
+        velocity_mps: Vector3::from(velocity),
         heading_rad: frame.attitude(estimate.orientation()).heading_rad,
     }
 }

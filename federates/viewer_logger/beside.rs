@@ -55,7 +55,7 @@ pub struct Beside {
 }
 
 /// Slower targets do not count as moving, m/s; as in the measures of the run.
-const MOVING_MS: f64 = 1.0;
+const MOVING_MPS: f64 = 1.0;
 
 impl Beside {
     /// Trackers that know nothing yet.
@@ -78,10 +78,10 @@ impl Beside {
         let speed: BTreeMap<&str, f64> = report
             .truth
             .iter()
-            .map(|t| (t.callsign.as_str(), libm::hypot(t.velocity_ms[0], t.velocity_ms[1])))
+            .map(|t| (t.callsign.as_str(), libm::hypot(t.velocity_mps[0], t.velocity_mps[1])))
             .collect();
         let counts = |p: &PlotMessage| {
-            p.kind == "asde" && speed.get(p.cause.as_str()).is_some_and(|v| *v >= MOVING_MS)
+            p.kind == "asde" && speed.get(p.cause.as_str()).is_some_and(|v| *v >= MOVING_MPS)
         };
         let judge = |score: &mut Score, took_ns: u64, tracks: usize, outcomes: &[Outcome]| {
             score.took_ns += took_ns;

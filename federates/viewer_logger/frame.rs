@@ -98,7 +98,7 @@ fn track(out: &mut Vec<u8>, t: &TrackMessage, truth_index: i32, error_m: f64) {
     text(out, &t.type_designator, 8);
     text(out, &t.runway_stand, 24);
     f64s(out, &t.position_m);
-    f32s(out, &t.velocity_ms);
+    f32s(out, &t.velocity_mps);
     f32s(out, &t.cov_m2);
     f32s(out, &[error_m, 0.0, t.heading_rad, t.altitude_m.unwrap_or(f64::NAN), 0.0]);
 }
@@ -109,7 +109,7 @@ fn truth(out: &mut Vec<u8>, t: &TruthMessage) {
     text(out, &t.type_designator, 8);
     out.extend((u32::from(t.aircraft) | u32::from(t.ours) << 1).to_le_bytes());
     f64s(out, &t.position_m[..2]);
-    f32s(out, &t.velocity_ms[..2]);
+    f32s(out, &t.velocity_mps[..2]);
     f32s(out, &[t.heading_rad, t.size_m[0], t.size_m[1], t.position_m[2]]);
     out.extend(t.track.map_or(-1, |(number, _)| i32::from(number)).to_le_bytes());
     out.extend([0; 4]);

@@ -56,7 +56,7 @@ impl Truth for Field {
     fn at(&self, index: usize, time: SimTime) -> Option<TargetState> {
         Some(TargetState {
             position_m: Vector3::new(10.0 * time.s(), index as f64, 0.0),
-            velocity_ms: Vector3::new(10.0, 0.0, 0.0),
+            velocity_mps: Vector3::new(10.0, 0.0, 0.0),
             heading_rad: 1.57,
         })
     }

@@ -33,7 +33,7 @@ use std::time::Duration;
 
 const TARGETS: usize = 1000;
 const SCANS: u64 = 200;
-const SPEED_MS: f64 = 10.0;
+const SPEED_MPS: f64 = 10.0;
 const ID: SensorId = SensorId(1);
 
 struct Field(TargetClass);
@@ -57,10 +57,10 @@ impl Truth for Field {
     fn at(&self, index: usize, time: SimTime) -> Option<TargetState> {
         // Fifty lanes; in each, a target over the same place every six seconds.
         let (lane, place) = ((index / 20) as f64, (index % 20) as f64);
-        let along_m = (SPEED_MS * time.s() + 60.0 * place) % 1200.0;
+        let along_m = (SPEED_MPS * time.s() + 60.0 * place) % 1200.0;
         Some(TargetState {
             position_m: Vector3::new(along_m - 600.0, lane * 4.0, 0.0),
-            velocity_ms: Vector3::new(SPEED_MS, 0.0, 0.0),
+            velocity_mps: Vector3::new(SPEED_MPS, 0.0, 0.0),
             heading_rad: std::f64::consts::FRAC_PI_2,
         })
     }
@@ -251,7 +251,7 @@ fn main() -> ExitCode {
 
 /// The least time of planning one sensor of each kind anew, µs.
 fn ten_plans_us() -> f64 {
-    let conditions = Conditions { any: true, speed_ms: 20.0, distance_m: 3000.0, dilution: 1.25 };
+    let conditions = Conditions { any: true, speed_mps: 20.0, distance_m: 3000.0, dilution: 1.25 };
     let tolerance = Tolerance::default();
     let scene = PositioningScene { conditions, horizon_s: 600.0, tolerance };
     let dgps = DgpsConfig::on_airport(ID, Vector2::zeros());

@@ -76,9 +76,9 @@ impl Truth for Field {
         None
     }
     fn at(&self, index: usize, time: SimTime) -> Option<TargetState> {
-        let velocity_ms = Vector3::new(10.0, 0.0, 0.0);
-        let position_m = self.places[index] + velocity_ms * time.s();
-        Some(TargetState { position_m, velocity_ms, heading_rad: 1.0 })
+        let velocity_mps = Vector3::new(10.0, 0.0, 0.0);
+        let position_m = self.places[index] + velocity_mps * time.s();
+        Some(TargetState { position_m, velocity_mps, heading_rad: 1.0 })
     }
 }
 

@@ -67,7 +67,7 @@ pub struct SystemTrack {
     /// Position, m east and north.
     pub position_m: Vector2<f64>,
     /// Velocity, m/s east and north.
-    pub velocity_ms: Vector2<f64>,
+    pub velocity_mps: Vector2<f64>,
     /// Acceleration, m/s² east and north.
     pub acceleration_ms2: Vector2<f64>,
     /// Covariance of the position, m².
@@ -114,7 +114,7 @@ impl SystemTrack {
 
     /// Ground speed, m/s.
     #[must_use]
-    pub fn speed_ms(&self) -> f64 {
-        libm::hypot(self.velocity_ms.x, self.velocity_ms.y)
+    pub fn speed_mps(&self) -> f64 {
+        libm::hypot(self.velocity_mps.x, self.velocity_mps.y)
     }
 }

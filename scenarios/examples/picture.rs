@@ -74,7 +74,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let mut time = start;
         while time <= end {
             if let Some(state) = trajectory.at(time) {
-                let v = state.velocity_ms.xy();
+                let v = state.velocity_mps.xy();
                 let nose = Vector2::new(libm::sin(state.heading_rad), libm::cos(state.heading_rad));
                 let along = state.acceleration_ms2.xy().dot(&nose) * v.dot(&nose).signum();
                 fastest = fastest.max(v.norm());

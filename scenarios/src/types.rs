@@ -84,12 +84,12 @@ pub(crate) fn read(types: &Path, echo: &Path) -> Result<TypeTable, ScenarioError
             rcs_m2,
         };
         let kinematics = Kinematics {
-            liftoff_ms: row.number("liftoff_ms")?,
+            liftoff_mps: row.number("liftoff_ms")?,
             takeoff_acc_ms2: row.number("takeoff_acc_ms2")?,
-            touchdown_ms: row.number("touchdown_ms")?,
+            touchdown_mps: row.number("touchdown_ms")?,
             braking_ms2: row.number("braking_acc_ms2")?.map(f64::abs),
-            taxi_straight_ms: row.need("taxi_straight_max_ms")?,
-            taxi_turn_ms: row.need("taxi_turn90_max_ms")?,
+            taxi_straight_mps: row.need("taxi_straight_max_ms")?,
+            taxi_turn_mps: row.need("taxi_turn90_max_ms")?,
             taxi_acc_ms2: row.need("taxi_acc_ms2")?,
             taxi_dec_ms2: row.need("taxi_dec_ms2")?,
         };

@@ -23,7 +23,7 @@ const KEYS: [&str; 10] = [
     "temperature_c",
     "pressure_hpa",
     "vapour_g_per_m3",
-    "wind_ms",
+    "wind_mps",
     "wind_from_deg",
     "film_mm",
     "cells",
@@ -88,10 +88,10 @@ fn notice(entry: &Section, mut weather: Weather) -> Result<Weather, ScenarioErro
     if let Some(celsius) = entry.number("temperature_c", within(-60.0, 60.0, "°C"))? {
         weather.temperature_k = celsius + 273.15;
     }
-    if let Some(speed_ms) = entry.number("wind_ms", within(0.0, 80.0, "m/s"))? {
+    if let Some(speed_mps) = entry.number("wind_mps", within(0.0, 80.0, "m/s"))? {
         let from_deg = entry.need_number("wind_from_deg", within(0.0, 360.0, "deg"))?;
         // Wind is named by where it comes from; the vector points to where it blows.
-        weather.wind_ms = Azimuth::from_rad((from_deg + 180.0).to_radians()).unit() * speed_ms;
+        weather.wind_mps = Azimuth::from_rad((from_deg + 180.0).to_radians()).unit() * speed_mps;
     }
     if entry.has("cells") {
         weather.cells = entry

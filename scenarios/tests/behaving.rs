@@ -60,7 +60,7 @@ fn nobody_overlaps_anybody_and_speeds_keep_their_limits() {
                     before[f] = None;
                     continue;
                 };
-                let speed = state.velocity_ms.xy().norm();
+                let speed = state.velocity_mps.xy().norm();
                 let name = &core.flights()[f].callsign;
                 assert!(state.position_m.norm().is_finite(), "{name} at frame {frame}");
                 if core.phase(f) == Phase::Taxiing {

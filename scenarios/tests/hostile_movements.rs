@@ -185,7 +185,7 @@ fn noise_does_no_harm() {
         if let Ok(scene) = scene_of(&format!("noise{seed}"), &lines.join("\n")) {
             let trajectory = scene.traffic.entities[0].trajectory.as_ref().expect("with truth");
             let state = trajectory.at(trajectory.end()).expect("its own end");
-            assert!(state.velocity_ms.iter().all(|x| x.is_finite()), "seed {seed}");
+            assert!(state.velocity_mps.iter().all(|x| x.is_finite()), "seed {seed}");
             read += 1;
         }
     }

@@ -70,7 +70,7 @@ impl Truth for Trucks {
         let east_m = if index == 0 { 500.0 } else { 5000.0 };
         Some(TargetState {
             position_m: models::frames::Vector3::new(east_m, 0.0, 0.0),
-            velocity_ms: models::frames::Vector3::zeros(),
+            velocity_mps: models::frames::Vector3::zeros(),
             heading_rad: 0.0,
         })
     }

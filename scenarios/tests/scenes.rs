@@ -111,6 +111,11 @@ fn bad_scenes_give_one_line() {
             "zurich.toml:103: traffic[8].speed_kt: unknown key; allowed here: kind, callsign, type, address, flight, stand, file, start_s, cut_from_s, cut_to_s, via, halts, arrivals_per_h, departures_per_h, mix, profile, seed, arrival_runways, departure_runways",
         ),
         (
+            "visibility_m = 400, film_mm",
+            "wind_ms = 4, film_mm",
+            "zurich.toml:26: weather.timeline[2].wind_ms: unknown key, did you mean `wind_mps`?; allowed here: at_s, rain_mm_per_h, visibility_m, temperature_c, pressure_hpa, vapour_g_per_m3, wind_mps, wind_from_deg, film_mm, cells",
+        ),
+        (
             "\"GAC_S1_A\", \"I_98\"",
             "\"GAC_S1_A\", \"I_99\"",
             "zurich.toml:104: traffic[8].via: found \"I_99\", allowed is a stand, or the number of a node, of the ground network",

@@ -24,7 +24,7 @@ fn states(entity: &Entity, run: SimTime) -> Vec<(SimTime, TruthState)> {
 
 /// Speed, acceleration along and across, of a state; braking is negative.
 fn motion(state: &TruthState) -> (f64, f64, f64) {
-    let v = state.velocity_ms.xy();
+    let v = state.velocity_mps.xy();
     let nose = Vector2::new(libm::sin(state.heading_rad), libm::cos(state.heading_rad));
     let along = state.acceleration_ms2.xy().dot(&nose);
     let across = (state.acceleration_ms2.xy() - nose * along).norm();
@@ -33,8 +33,8 @@ fn motion(state: &TruthState) -> (f64, f64, f64) {
 
 /// Which states belong to a run on the runway or a flight: from where an acceleration begins that goes
 /// beyond taxi speed to where the braking ends that comes back from it.
-fn runs(motions: &[(f64, f64, f64)], taxi_ms: f64) -> Vec<bool> {
-    let mut runs: Vec<bool> = motions.iter().map(|m| m.0 > taxi_ms).collect();
+fn runs(motions: &[(f64, f64, f64)], taxi_mps: f64) -> Vec<bool> {
+    let mut runs: Vec<bool> = motions.iter().map(|m| m.0 > taxi_mps).collect();
     for i in (1..runs.len()).rev() {
         runs[i - 1] |= runs[i] && motions[i - 1].1 > 0.0;
     }
@@ -55,19 +55,19 @@ fn every_movement_keeps_within_the_table_of_types_every_50_ms() {
         let flight = scene.flight_list.entries.iter().find(|e| e.callsign == name).expect("listed");
         let (run_ms, acc_ms2, dec_ms2, radius_m) = match flight.movement {
             MovementKind::Arrival => {
-                (table.touchdown_ms, table.takeoff_acc_ms2, table.braking_ms2, 15.0)
+                (table.touchdown_mps, table.takeoff_acc_ms2, table.braking_ms2, 15.0)
             }
             MovementKind::Departure => {
-                (table.liftoff_ms, table.takeoff_acc_ms2, table.braking_ms2, 15.0)
+                (table.liftoff_mps, table.takeoff_acc_ms2, table.braking_ms2, 15.0)
             }
             MovementKind::Vehicle => (None, None, None, 12.0),
         };
-        let lateral_ms2 = table.taxi_turn_ms * table.taxi_turn_ms / radius_m;
+        let lateral_ms2 = table.taxi_turn_mps * table.taxi_turn_mps / radius_m;
         let trajectory = entity.trajectory.as_ref().expect("loaded with truth");
         let states = states(entity, trajectory.end());
         assert!(states.len() > 2000, "{name}: only {} states", states.len());
         let motions: Vec<_> = states.iter().map(|(_, state)| motion(state)).collect();
-        let runs = runs(&motions, table.taxi_straight_ms);
+        let runs = runs(&motions, table.taxi_straight_mps);
         assert_eq!(
             runs.contains(&true),
             row.class.aircraft,
@@ -85,7 +85,7 @@ fn every_movement_keeps_within_the_table_of_types_every_50_ms() {
                     dec_ms2.expect("a figure"),
                 )
             } else {
-                (table.taxi_straight_ms, table.taxi_acc_ms2, table.taxi_dec_ms2)
+                (table.taxi_straight_mps, table.taxi_acc_ms2, table.taxi_dec_ms2)
             };
             assert!(*speed <= fastest, "{at}: {speed} m/s above {fastest}");
             assert!(*along <= acc, "{at}: accelerates with {along} m/s2 above {acc}");
@@ -94,8 +94,8 @@ fn every_movement_keeps_within_the_table_of_types_every_50_ms() {
             let most = if flies { 5.67 } else { lateral_ms2 };
             assert!(*across <= most, "{at}: lateral {across} m/s2 above {most}");
             assert!((0.0..500.0).contains(&state.position_m.z), "{at}: height");
-            let least_air_ms = Limits::of(row.class.aircraft, &table).least_air_ms;
-            assert!(!flies || *speed > 0.97 * least_air_ms, "{at}: flies at {speed} m/s");
+            let least_air_mps = Limits::of(row.class.aircraft, &table).least_air_mps;
+            assert!(!flies || *speed > 0.97 * least_air_mps, "{at}: flies at {speed} m/s");
         }
     }
 }
@@ -109,7 +109,7 @@ fn every_movement_is_smooth_and_its_own_derivative_every_50_ms() {
         let mut before: Option<TruthState> = None;
         for (time, state) in states(entity, trajectory.end()) {
             let at = format!("{name} at {:.2} s", time.s());
-            let v = state.velocity_ms.xy();
+            let v = state.velocity_mps.xy();
             let nose = Vector2::new(libm::sin(state.heading_rad), libm::cos(state.heading_rad));
             let speed = v.norm();
             // Heading is where it goes (or, pushed back, where it comes from); no sideways slip.
@@ -117,18 +117,18 @@ fn every_movement_is_smooth_and_its_own_derivative_every_50_ms() {
             assert!(state.angular_rate_rads.z.abs() < 0.6, "{at}: turns too fast");
             if let Some(last) = before {
                 let step = (state.position_m - last.position_m).norm();
-                let fastest = state.velocity_ms.norm().max(last.velocity_ms.norm());
+                let fastest = state.velocity_mps.norm().max(last.velocity_mps.norm());
                 assert!(step <= 0.0501 * (fastest + 0.1), "{at}: jumps {step} m");
                 let jerk = (state.acceleration_ms2 - last.acceleration_ms2).norm() / 0.05;
                 assert!(jerk < 5.0, "{at}: jerk {jerk} m/s3");
                 let turned = wrap_pi(state.heading_rad - last.heading_rad).abs();
                 assert!(turned < 0.03, "{at}: heading jumps by {turned}");
                 // Velocity is the derivative of position, acceleration that of velocity (trapezium rule).
-                let mean = (state.velocity_ms + last.velocity_ms) * 0.5;
+                let mean = (state.velocity_mps + last.velocity_mps) * 0.5;
                 let difference = (state.position_m - last.position_m) / 0.05;
                 assert!((difference - mean).norm() < 0.02, "{at}: velocity is not the derivative");
                 let mean = (state.acceleration_ms2 + last.acceleration_ms2) * 0.5;
-                let difference = (state.velocity_ms - last.velocity_ms) / 0.05;
+                let difference = (state.velocity_mps - last.velocity_mps) / 0.05;
                 assert!(
                     (difference - mean).norm() < 0.1,
                     "{at}: acceleration is not the derivative"
@@ -160,7 +160,7 @@ fn runs_on_the_runway_are_on_its_centreline() {
         let mut seen = 0;
         for (time, state) in states(entity, scene.run.duration) {
             let p = state.position_m.xy();
-            let on_it = (p - centre).norm() < half_m - 100.0 && state.velocity_ms.norm() > 30.0;
+            let on_it = (p - centre).norm() < half_m - 100.0 && state.velocity_mps.norm() > 30.0;
             if on_it && state.position_m.z == 0.0 {
                 seen += 1;
                 let off_m = runway.distance_m(p);

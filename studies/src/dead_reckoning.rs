@@ -58,7 +58,7 @@ fn state(
     let rate = truth.angular_rate_rads;
     EntityState {
         entity_id: EntityId::new(1, 1, number),
-        linear_velocity_mps: world(truth.velocity_ms),
+        linear_velocity_mps: world(truth.velocity_mps),
         linear_acceleration_mps2: world(truth.acceleration_ms2),
         location: at.into(),
         orientation: orientation.into(),

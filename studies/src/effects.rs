@@ -42,9 +42,9 @@ impl Truth for Straight {
         None
     }
     fn at(&self, index: usize, time: SimTime) -> Option<TargetState> {
-        let (_, start, velocity_ms, heading_rad) = &self.0[index];
-        let position_m = start + velocity_ms * time.s();
-        Some(TargetState { position_m, velocity_ms: *velocity_ms, heading_rad: *heading_rad })
+        let (_, start, velocity_mps, heading_rad) = &self.0[index];
+        let position_m = start + velocity_mps * time.s();
+        Some(TargetState { position_m, velocity_mps: *velocity_mps, heading_rad: *heading_rad })
     }
 }
 

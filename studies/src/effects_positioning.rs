@@ -100,7 +100,7 @@ impl Truth for Traffic {
         let position_m = place + velocity * time.s();
         (time.s() >= appears).then(|| TargetState {
             position_m: Vector3::new(position_m.x, position_m.y, 0.0),
-            velocity_ms: Vector3::new(velocity.x, velocity.y, 0.0),
+            velocity_mps: Vector3::new(velocity.x, velocity.y, 0.0),
             heading_rad: if velocity.norm() > 0.0 {
                 libm::atan2(velocity.x, velocity.y)
             } else {
@@ -421,8 +421,8 @@ impl PositioningStudy {
                     continue;
                 };
                 let (_, exact_time, exact_place) = b.swap_remove(index);
-                let speed_ms = key.map_or(0.0, |k| self.truth.targets[k as usize - 1].1.norm());
-                let late_m = speed_ms * (exact_time.s() - time.s()).abs();
+                let speed_mps = key.map_or(0.0, |k| self.truth.targets[k as usize - 1].1.norm());
+                let late_m = speed_mps * (exact_time.s() - time.s()).abs();
                 let apart_m = (place - exact_place).norm() + late_m;
                 if apart_m <= tolerance.position_m + 1e-9 {
                     found.both += 1;

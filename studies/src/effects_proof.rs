@@ -44,11 +44,11 @@ impl Truth for Near {
         None
     }
     fn at(&self, index: usize, time: SimTime) -> Option<TargetState> {
-        let (_, start, velocity_ms, heading_rad) = &self.0[index];
+        let (_, start, velocity_mps, heading_rad) = &self.0[index];
         let phase = time.s() / BACK_S;
         let away_s = BACK_S * (phase - (phase + 0.5).floor()).abs();
-        let position_m = start + velocity_ms * away_s;
-        Some(TargetState { position_m, velocity_ms: *velocity_ms, heading_rad: *heading_rad })
+        let position_m = start + velocity_mps * away_s;
+        Some(TargetState { position_m, velocity_mps: *velocity_mps, heading_rad: *heading_rad })
     }
 }
 
@@ -156,7 +156,7 @@ pub fn proof_scene(seed: u64, n: u64, given: &[f64]) -> Result<ProofScene, Scena
         film_mm: g.pick(&[0.0, 0.0, 0.1, 0.5, 5.0]),
         temperature_k: 273.15 + g.between(-25.0, 40.0),
         vapour_g_per_m3: g.between(1.0, 20.0),
-        wind_ms: Vector2::new(g.between(-15.0, 15.0), g.between(-15.0, 15.0)),
+        wind_mps: Vector2::new(g.between(-15.0, 15.0), g.between(-15.0, 15.0)),
         ..Weather::default()
     };
     let reach = p.range_max_m;
@@ -332,7 +332,7 @@ impl ProofScene {
             // Cells go with the wind for a minute, then come from the start again.
             let away_s = turn_s * (scan % 60) as f64;
             for (cell, start) in weather.cells.iter_mut().zip(&self.weather.cells) {
-                cell.centre_m = start.centre_m + self.weather.wind_ms * away_s;
+                cell.centre_m = start.centre_m + self.weather.wind_mps * away_s;
             }
             let (mut a, mut b) = (PlotSink::default(), PlotSink::default());
             planned.scan(&interval, &self.truth, &weather, &mut a);

@@ -44,7 +44,7 @@ impl Truth for Standing {
     fn at(&self, index: usize, _: SimTime) -> Option<TargetState> {
         Some(TargetState {
             position_m: Vector3::new(0.0, index as f64, 0.0),
-            velocity_ms: Vector3::zeros(),
+            velocity_mps: Vector3::zeros(),
             heading_rad: 0.0,
         })
     }

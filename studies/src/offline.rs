@@ -231,13 +231,13 @@ fn track_samples(scene: &Scene, seen: &Seen, paths: &[Target], run: u64) -> Vec<
         let found: Vec<_> = reports.iter().map(|r| r.position_m).collect();
         let pairs = models::score::gospa(&places, &found, limit_m, 2.0).pairs;
         for (h, (target, truth)) in here.iter().enumerate() {
-            let old = before.insert(*target, truth.velocity_ms).unwrap_or(truth.velocity_ms);
-            let motion = Motion::of(old, truth.velocity_ms, scene.run.scan().s());
+            let old = before.insert(*target, truth.velocity_mps).unwrap_or(truth.velocity_mps);
+            let motion = Motion::of(old, truth.velocity_mps, scene.run.scan().s());
             let error = pairs.iter().find(|p| p.0 == h).map(|p| {
                 let report = &reports[p.1];
-                let (ahead, right) = axes(truth.velocity_ms);
+                let (ahead, right) = axes(truth.velocity_mps);
                 let e = report.position_m - truth.position_m;
-                let v = report.velocity_ms.unwrap_or(truth.velocity_ms) - truth.velocity_ms;
+                let v = report.velocity_mps.unwrap_or(truth.velocity_mps) - truth.velocity_mps;
                 [e.dot(&ahead), e.dot(&right), v.dot(&ahead), v.dot(&right)]
             });
             let key = run * 1_000_000 + *target as u64;
@@ -275,7 +275,7 @@ fn drawn(scene: &Scene, figures: &Figures, seed: u64, seconds: f64) -> Run {
                 Some(TrueState {
                     key: index as u64,
                     position_m: state.position_m.xy(),
-                    velocity_ms: state.velocity_ms.xy(),
+                    velocity_mps: state.velocity_mps.xy(),
                 })
             })
             .collect();
@@ -287,7 +287,7 @@ fn drawn(scene: &Scene, figures: &Figures, seed: u64, seconds: f64) -> Run {
             time,
             published: Some(time),
             position_m: t.position_m,
-            velocity_ms: Some(t.velocity_ms),
+            velocity_mps: Some(t.velocity_mps),
             label: truth.callsign(t.key as usize).as_str().to_owned(),
         }));
     }

@@ -192,7 +192,7 @@ pub fn targets(scene: &Scene, seconds: f64) -> Vec<Target> {
             Some(TruthPoint {
                 time,
                 position_m: state.position_m.xy(),
-                velocity_ms: state.velocity_ms.xy(),
+                velocity_mps: state.velocity_mps.xy(),
                 height_m: Some(state.position_m.z),
             })
         });
@@ -209,7 +209,7 @@ pub fn report_of(track: &SystemTrack, published: SimTime) -> Option<Report> {
         time: track.time,
         published: Some(published),
         position_m: track.position_m,
-        velocity_ms: Some(track.velocity_ms),
+        velocity_mps: Some(track.velocity_mps),
         label: track.callsign().map_or_else(String::new, |c| c.as_str().to_owned()),
     })
 }

@@ -26,11 +26,11 @@ impl Leg {
     pub fn straight(duration_s: f64, acceleration_ms2: f64) -> Self {
         Self { duration_s, acceleration_ms2, curvature: 0.0, corner_rad: 0.0 }
     }
-    /// A turn at constant speed: `angle_rad` to the left with `radius_m`, at `speed_ms`.
+    /// A turn at constant speed: `angle_rad` to the left with `radius_m`, at `speed_mps`.
     #[must_use]
-    pub fn turn(angle_rad: f64, radius_m: f64, speed_ms: f64) -> Self {
+    pub fn turn(angle_rad: f64, radius_m: f64, speed_mps: f64) -> Self {
         Self {
-            duration_s: angle_rad.abs() * radius_m / speed_ms,
+            duration_s: angle_rad.abs() * radius_m / speed_mps,
             acceleration_ms2: 0.0,
             curvature: angle_rad.signum() / radius_m,
             corner_rad: 0.0,
@@ -46,7 +46,7 @@ pub struct Scene {
     /// One line for people.
     pub about: &'static str,
     /// Speed at t = 0, m/s; the path starts at the origin towards +x.
-    pub speed_ms: f64,
+    pub speed_mps: f64,
     /// The legs.
     pub legs: Vec<Leg>,
     /// Plots at 0, 1, … s.
@@ -61,7 +61,7 @@ pub struct TruePoint {
     /// Direction of motion, radians from +x to the left.
     pub course_rad: f64,
     /// Speed, m/s.
-    pub speed_ms: f64,
+    pub speed_mps: f64,
     /// Path length since the start, m.
     pub along_m: f64,
 }
@@ -73,7 +73,7 @@ impl Scene {
         let mut point = TruePoint {
             position_m: Vector2::zeros(),
             course_rad: 0.0,
-            speed_ms: self.speed_ms,
+            speed_mps: self.speed_mps,
             along_m: 0.0,
         };
         let mut left = t;
@@ -132,7 +132,7 @@ impl Scene {
         Self {
             name: "landing",
             about: "braking from 300 to 70 km/h at 2 m/s², then a 60° corner in no time (2 g: a stress test)",
-            speed_ms: v0,
+            speed_mps: v0,
             legs: vec![Leg::straight((v0 - v1) / 2.0, -2.0), after],
             samples: 62,
         }
@@ -145,7 +145,7 @@ impl Scene {
         Self {
             name: "landing_arc",
             about: "the same, the corner replaced by a 150 m arc that an aircraft can roll",
-            speed_ms: v0,
+            speed_mps: v0,
             legs: vec![
                 Leg::straight((v0 - v1) / 2.0, -2.0),
                 Leg::turn(60f64.to_radians(), 150.0, v1),
@@ -161,7 +161,7 @@ impl Scene {
         Self {
             name: "takeoff",
             about: "2 m/s² from rest for 40 s",
-            speed_ms: 0.0,
+            speed_mps: 0.0,
             legs: vec![Leg::straight(1e9, 2.0)],
             samples: 41,
         }
@@ -180,7 +180,7 @@ impl Scene {
         Self {
             name: "queue",
             about: "stop and go: three moves of 66 m at up to 6 m/s, 25 s of standing between them",
-            speed_ms: 0.0,
+            speed_mps: 0.0,
             legs: legs.collect(),
             samples: 150,
         }
@@ -192,7 +192,7 @@ impl Scene {
         Self {
             name: "outage",
             about: "taxiing at 10 m/s through a 90° turn with no plots from 26 s to 33 s",
-            speed_ms: 10.0,
+            speed_mps: 10.0,
             legs: vec![
                 Leg::straight(22.0, 0.0),
                 Leg::turn(90f64.to_radians(), 60.0, 10.0),
@@ -214,7 +214,7 @@ impl Scene {
         let exit = Self {
             name: "tune_exit",
             about: "runway, exit at 30° with 400 m at 25 m/s, braking to taxi speed, 90° turn",
-            speed_ms: 70.0,
+            speed_mps: 70.0,
             legs: vec![
                 Leg::straight(18.0, -2.5),
                 Leg::turn(30f64.to_radians(), 400.0, 25.0),
@@ -228,7 +228,7 @@ impl Scene {
         let taxi = Self {
             name: "tune_taxi",
             about: "taxiing at 12 m/s with two turns and a hold",
-            speed_ms: 12.0,
+            speed_mps: 12.0,
             legs: vec![
                 Leg::straight(20.0, 0.0),
                 Leg::turn(-90f64.to_radians(), 60.0, 12.0),
@@ -244,7 +244,7 @@ impl Scene {
         let roll = Self {
             name: "tune_roll",
             about: "line-up, hold, take-off at 2.5 m/s²",
-            speed_ms: 6.0,
+            speed_mps: 6.0,
             legs: vec![Leg::straight(6.0, -1.0), Leg::straight(10.0, 0.0), Leg::straight(1e9, 2.5)],
             samples: 50,
         };
@@ -254,7 +254,7 @@ impl Scene {
 
 /// Exact motion over `t` seconds of a leg: straight lines and circular arcs.
 fn advance(from: &TruePoint, leg: &Leg, t: f64) -> TruePoint {
-    let along = from.speed_ms * t + 0.5 * leg.acceleration_ms2 * t * t;
+    let along = from.speed_mps * t + 0.5 * leg.acceleration_ms2 * t * t;
     let course = from.course_rad + leg.corner_rad;
     let turned = leg.curvature * along;
     // Chord of an arc: length · sinc(turned/2), at half the turn.
@@ -264,7 +264,7 @@ fn advance(from: &TruePoint, leg: &Leg, t: f64) -> TruePoint {
     TruePoint {
         position_m: from.position_m + Vector2::new(cos, sin) * chord,
         course_rad: course + turned,
-        speed_ms: from.speed_ms + leg.acceleration_ms2 * t,
+        speed_mps: from.speed_mps + leg.acceleration_ms2 * t,
         along_m: from.along_m + along,
     }
 }
@@ -408,7 +408,7 @@ mod tests {
     #[test]
     fn the_queue_stands_still_in_between() {
         let scene = Scene::queue();
-        assert_eq!(scene.at(24.0).speed_ms, 0.0);
+        assert_eq!(scene.at(24.0).speed_mps, 0.0);
         assert_eq!(scene.at(60.0).position_m, scene.at(50.0).position_m);
         assert!((scene.at(50.0).along_m - 66.0).abs() < 1e-9);
     }

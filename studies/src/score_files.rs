@@ -161,7 +161,7 @@ pub fn truth(text: &str, place: Place<'_>) -> Result<Vec<Target>, FileError> {
         paths.entry(field(fields, Some(name)).unwrap_or("")).or_default().push(TruthPoint {
             time: instant(*line, fields, time)?,
             position_m: position(*line, fields, at, place)?,
-            velocity_ms: velocity.map_or_else(Vector2::zeros, |(x, y)| Vector2::new(x, y)),
+            velocity_mps: velocity.map_or_else(Vector2::zeros, |(x, y)| Vector2::new(x, y)),
             height_m: number(*line, fields, height, "altitude_m")?,
         });
     }
@@ -202,7 +202,7 @@ pub fn tracks(text: &str, place: Place<'_>) -> Result<Vec<Report>, FileError> {
             time: instant(*line, fields, time)?,
             published: number(*line, fields, published, "published_s")?.map(SimTime::from_s),
             position_m: position(*line, fields, at, place)?,
-            velocity_ms: velocity.map(|(x, y)| Vector2::new(x, y)),
+            velocity_mps: velocity.map(|(x, y)| Vector2::new(x, y)),
             label: field(fields, label).unwrap_or("").to_owned(),
         });
     }
@@ -218,13 +218,13 @@ mod tests {
         let text = "target,y_m,x_m,time_s\nA,0,0,0\nA,0,10,1\nB,5,5,0\n# said\n\nA,0,20,2\n";
         let targets = truth(text, None).expect("sound");
         assert_eq!(targets.len(), 2);
-        assert_eq!(targets[0].path[1].velocity_ms, Vector2::new(10.0, 0.0));
+        assert_eq!(targets[0].path[1].velocity_mps, Vector2::new(10.0, 0.0));
         let text = "time_s,track,x_m,y_m,vx_ms,vy_ms,callsign,status\n0,3,1,2,3,4,\"A\",confirmed\n\
                     1,3,1,2,,,A,last\n";
         let reports = tracks(text, None).expect("sound");
         assert_eq!(reports.len(), 1);
         assert_eq!((reports[0].track, reports[0].label.as_str()), (3, "A"));
-        assert_eq!(reports[0].velocity_ms, Some(Vector2::new(3.0, 4.0)));
+        assert_eq!(reports[0].velocity_mps, Some(Vector2::new(3.0, 4.0)));
     }
 
     #[test]

@@ -14,13 +14,13 @@ const ACQUISITION: usize = 3;
 /// A track this far off at the end is lost, m.
 const LOST_M: f64 = 50.0;
 
-fn scene(name: &'static str, speed_ms: f64, legs: Vec<Leg>, samples: usize) -> Scene {
-    Scene { name, about: "", speed_ms, legs, samples }
+fn scene(name: &'static str, speed_mps: f64, legs: Vec<Leg>, samples: usize) -> Scene {
+    Scene { name, about: "", speed_mps, legs, samples }
 }
 
 /// A turn, degrees to the left.
-fn turn(deg: f64, radius_m: f64, speed_ms: f64) -> Leg {
-    Leg::turn(deg.to_radians(), radius_m, speed_ms)
+fn turn(deg: f64, radius_m: f64, speed_mps: f64) -> Leg {
+    Leg::turn(deg.to_radians(), radius_m, speed_mps)
 }
 
 /// Eight ways of moving on an airport, none of which the filters were chosen on.
@@ -222,7 +222,7 @@ mod tests {
         for scene in &scenes {
             for k in 0..scene.samples {
                 let (a, b) = (scene.at(k as f64), scene.at(k as f64 + 1.0));
-                assert!(b.speed_ms >= -1e-9 && b.speed_ms <= 75.0, "{scene:?}");
+                assert!(b.speed_mps >= -1e-9 && b.speed_mps <= 75.0, "{scene:?}");
                 assert!((b.position_m - a.position_m).norm() <= 76.0);
             }
         }

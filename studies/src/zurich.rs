@@ -40,7 +40,7 @@ impl Truth for Traffic<'_> {
         let p = truth.position_m;
         Some(TargetState {
             position_m: Vector3::new(p.x, p.y, p.z),
-            velocity_ms: truth.velocity_ms,
+            velocity_mps: truth.velocity_mps,
             heading_rad: truth.heading_rad,
         })
     }

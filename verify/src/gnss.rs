@@ -280,11 +280,11 @@ fn adsb(input: &Value) -> Option<Found> {
 fn loops(input: &Value) -> Option<Found> {
     let pair =
         LoopPair { spacing_m: positive(input, "s")?, sigma_spacing_m: number(input, "sigma_s")? };
-    let speed_ms = positive(input, "v")?;
-    let occupancy = occupancy_s(number(input, "L")?, number(input, "L_loop")?, speed_ms);
+    let speed_mps = positive(input, "v")?;
+    let occupancy = occupancy_s(number(input, "L")?, number(input, "L_loop")?, speed_mps);
     Some(vec![
-        ("dt", pair.passage_s(speed_ms).into()),
-        ("sigma_v", pair.sigma_speed_ms(speed_ms, number(input, "sigma_t")?).into()),
+        ("dt", pair.passage_s(speed_mps).into()),
+        ("sigma_v", pair.sigma_speed_mps(speed_mps, number(input, "sigma_t")?).into()),
         ("occupancy", occupancy.into()),
     ])
 }

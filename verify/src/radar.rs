@@ -385,7 +385,7 @@ fn scene_parameters(set: &Value, c: &Case<'_>) -> Option<AsdeParameters> {
         azimuth_step_deg: 0.0,
         assumed_height_m: 0.0,
         frequency_agile: true,
-        rain_spread_ms: 1.5,
+        rain_spread_mps: 1.5,
         glint_sigma_m: 0.0,
         reflection_coupling: 0.0,
         ground_gamma_db: c.number("gamma_db")?,

@@ -81,7 +81,7 @@ fn registration(case: &Case<'_>, judge: &mut Judge) -> Option<()> {
             &Pair {
                 axis: direction(number("azimuth")?),
                 ground_m: number("range")?,
-                velocity_ms: vector("velocity")?,
+                velocity_mps: vector("velocity")?,
                 vehicle: !pair["aircraft"].as_bool()?,
                 half_extent_m: number("half_extent")?,
                 variance_m2: [number("variance_along")?, number("variance_across")?],

@@ -256,7 +256,7 @@ fn kinematic_gate(input: &Value, expected: &Value, tol: f64, judge: &mut Judge) 
         lateral_ms2: param("a_lat")?,
         turn_rate_rads: param("w_max")?,
         turn_radius_m: param("R_min")?,
-        speed_ms: param("v_max")?,
+        speed_mps: param("v_max")?,
     };
     let p4 = matrix(input.get("P4")?)?;
     let r = matrix(input.get("R")?)?;
@@ -265,7 +265,7 @@ fn kinematic_gate(input: &Value, expected: &Value, tol: f64, judge: &mut Judge) 
     }
     let target = Departure {
         position_m: pair(input.get("p")?)?,
-        velocity_ms: pair(input.get("v")?)?,
+        velocity_mps: pair(input.get("v")?)?,
         covariance: Matrix4::from_fn(|i, j| p4[i][j]),
     };
     let dt_s = number(input.get("dt")?)?;
@@ -281,7 +281,7 @@ fn kinematic_gate(input: &Value, expected: &Value, tol: f64, judge: &mut Judge) 
     judge.holds("decision", (found.m <= limit) == accept);
     if let Some(hull) = expected.get("hull_along_left").filter(|h| !h.is_null()) {
         let hull = points(hull)?;
-        let set = ReachableSet::new(&limits, target.velocity_ms.norm(), dt_s);
+        let set = ReachableSet::new(&limits, target.velocity_mps.norm(), dt_s);
         // As sets of points: the three accelerations of one turn rate end on one line, so whether
         // the middle one is a vertex is a matter of rounding.
         let (vertices, wanted) = (set.vertices(), as_set(&hull)?);

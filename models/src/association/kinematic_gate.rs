@@ -22,7 +22,7 @@ pub struct ClassLimits {
     /// Smallest turn radius, m.
     pub turn_radius_m: f64,
     /// Largest speed, m/s.
-    pub speed_ms: f64,
+    pub speed_mps: f64,
 }
 
 /// A target at its last update.
@@ -31,7 +31,7 @@ pub struct Departure {
     /// Position, m east and north.
     pub position_m: Vector2<f64>,
     /// Velocity, m/s.
-    pub velocity_ms: Vector2<f64>,
+    pub velocity_mps: Vector2<f64>,
     /// Covariance of (px, py, vx, vy).
     pub covariance: Matrix4<f64>,
 }
@@ -44,7 +44,7 @@ pub struct Reach {
 }
 
 /// Below this speed the direction of motion says nothing and the set is a disc, m/s.
-const SLOWEST_MS: f64 = 1.0;
+const SLOWEST_MPS: f64 = 1.0;
 
 /// The set that a target can reach in some time.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -64,28 +64,28 @@ pub enum ReachableSet {
 }
 
 impl ReachableSet {
-    /// The set after `dt_s` seconds (not negative) from speed `speed_ms`.
+    /// The set after `dt_s` seconds (not negative) from speed `speed_mps`.
     #[must_use]
-    pub fn new(limits: &ClassLimits, speed_ms: f64, dt_s: f64) -> Self {
-        if speed_ms < SLOWEST_MS {
-            let way = speed_ms * dt_s + 0.5 * limits.acceleration_ms2 * dt_s * dt_s;
-            return Self::Disc { radius_m: way.min(limits.speed_ms * dt_s) };
+    pub fn new(limits: &ClassLimits, speed_mps: f64, dt_s: f64) -> Self {
+        if speed_mps < SLOWEST_MPS {
+            let way = speed_mps * dt_s + 0.5 * limits.acceleration_ms2 * dt_s * dt_s;
+            return Self::Disc { radius_m: way.min(limits.speed_mps * dt_s) };
         }
-        let fastest = (speed_ms + limits.acceleration_ms2 * dt_s).min(limits.speed_ms);
+        let fastest = (speed_mps + limits.acceleration_ms2 * dt_s).min(limits.speed_mps);
         let turn = limits
             .turn_rate_rads
-            .min(limits.lateral_ms2 / speed_ms.max(1.0))
+            .min(limits.lateral_ms2 / speed_mps.max(1.0))
             .min(fastest / limits.turn_radius_m)
             .min(std::f64::consts::PI / (2.0 * dt_s));
         // A target that is already faster than its class allows does not get faster still.
-        let top = limits.speed_ms.max(speed_ms);
+        let top = limits.speed_mps.max(speed_mps);
         let mut ends = [Vector2::zeros(); 9];
         for (k, along) in
             [-limits.braking_ms2, 0.0, limits.acceleration_ms2].into_iter().enumerate()
         {
-            let left = arc_end(speed_ms, along, turn, dt_s, top);
+            let left = arc_end(speed_mps, along, turn, dt_s, top);
             ends[3 * k] = Vector2::new(left.x, -left.y);
-            ends[3 * k + 1] = arc_end(speed_ms, along, 0.0, dt_s, top);
+            ends[3 * k + 1] = arc_end(speed_mps, along, 0.0, dt_s, top);
             ends[3 * k + 2] = left;
         }
         let (vertices, count) = convex_hull(ends);
@@ -130,7 +130,7 @@ pub fn reach(
     plot_m: Vector2<f64>,
     r_m2: Matrix2<f64>,
 ) -> Option<Reach> {
-    let velocity = target.velocity_ms;
+    let velocity = target.velocity_mps;
     let speed = libm::hypot(velocity.x, velocity.y);
     let from_start = plot_m - target.position_m;
     if !(dt_s >= 0.0
@@ -310,7 +310,7 @@ mod tests {
         lateral_ms2: 2.5,
         turn_rate_rads: 0.35,
         turn_radius_m: 15.0,
-        speed_ms: 95.0,
+        speed_mps: 95.0,
     };
 
     /// The same motion in small steps.
@@ -370,7 +370,7 @@ mod tests {
         }
         let target = Departure {
             position_m: Vector2::zeros(),
-            velocity_ms: Vector2::new(20.0, 0.0),
+            velocity_mps: Vector2::new(20.0, 0.0),
             covariance: Matrix4::identity(),
         };
         let far = Vector2::new(1e3, 0.0);

@@ -225,7 +225,7 @@ pub struct Conditions {
     /// Whether there are any equipped targets.
     pub any: bool,
     /// Speed of the fastest, m/s.
-    pub speed_ms: f64,
+    pub speed_mps: f64,
     /// Distance of the farthest from the reference station, or the middle of the stations, m.
     pub distance_m: f64,
     /// Largest horizontal dilution met so far.
@@ -234,7 +234,7 @@ pub struct Conditions {
 
 impl Conditions {
     /// Nobody is equipped.
-    pub const NONE: Self = Self { any: false, speed_ms: 0.0, distance_m: 0.0, dilution: 0.0 };
+    pub const NONE: Self = Self { any: false, speed_mps: 0.0, distance_m: 0.0, dilution: 0.0 };
 
     fn rounded(self) -> Self {
         let up = |value: f64, margin: f64, step: f64| {
@@ -242,7 +242,7 @@ impl Conditions {
         };
         Self {
             any: self.any,
-            speed_ms: up(self.speed_ms, 1.0, 5.0),
+            speed_mps: up(self.speed_mps, 1.0, 5.0),
             distance_m: up(self.distance_m, 50.0, 500.0),
             dilution: up(self.dilution, 0.0, 0.25),
         }
@@ -486,10 +486,10 @@ impl Planning {
 
     /// An equipped target; `distance_m` from the reference.
     pub(crate) fn see(&mut self, state: &TargetState, distance_m: f64) {
-        let speed_ms = state.velocity_ms.xy().norm();
+        let speed_mps = state.velocity_mps.xy().norm();
         self.seen.any = true;
-        if self.model.reads_speed() && speed_ms > self.seen.speed_ms {
-            self.seen.speed_ms = speed_ms;
+        if self.model.reads_speed() && speed_mps > self.seen.speed_mps {
+            self.seen.speed_mps = speed_mps;
         }
         if self.model.reads_distance() && distance_m > self.seen.distance_m {
             self.seen.distance_m = distance_m;
@@ -551,11 +551,11 @@ impl Planning {
             return plan.levels;
         }
         let (speed, distance) = (self.model.reads_speed(), self.model.reads_distance());
-        let speed_ms2 = if speed { state.velocity_ms.xy().norm_squared() } else { 0.0 };
+        let speed_ms2 = if speed { state.velocity_mps.xy().norm_squared() } else { 0.0 };
         let distance_m = if distance { distance_m() } else { 0.0 };
         let conditions = &plan.conditions;
         if conditions.any
-            && speed_ms2 <= conditions.speed_ms * conditions.speed_ms
+            && speed_ms2 <= conditions.speed_mps * conditions.speed_mps
             && distance_m <= conditions.distance_m
         {
             return plan.levels;

@@ -42,7 +42,7 @@ pub struct Weather {
     /// Water vapour density, g/m³.
     pub vapour_g_per_m3: f64,
     /// Wind, m/s east and north (where it blows to).
-    pub wind_ms: Vector2<f64>,
+    pub wind_mps: Vector2<f64>,
     /// Pavement covered by a water film of this thickness, mm; 0 when dry.
     pub film_mm: f64,
     /// Cells of heavier rain.
@@ -55,7 +55,7 @@ impl Weather {
     pub fn after(&self, seconds: f64) -> Self {
         let mut moved = self.clone();
         for cell in &mut moved.cells {
-            cell.centre_m += self.wind_ms * seconds;
+            cell.centre_m += self.wind_mps * seconds;
         }
         moved
     }
@@ -85,7 +85,7 @@ impl Default for Weather {
             temperature_k: 288.15,
             pressure_hpa: 1013.25,
             vapour_g_per_m3: 7.5,
-            wind_ms: Vector2::zeros(),
+            wind_mps: Vector2::zeros(),
             film_mm: 0.0,
             cells: Vec::new(),
         }

@@ -279,7 +279,7 @@ mod tests {
     #[test]
     fn a_cell_drifts_with_the_wind_and_stays_the_same_weather() {
         let mut weather = with_cell(1.0, (0.0, 0.0), 100.0, 16.0);
-        weather.wind_ms = Vector2::new(5.0, -2.0);
+        weather.wind_mps = Vector2::new(5.0, -2.0);
         let later = weather.after(60.0);
         assert_eq!(later.rain_at(Vector2::new(300.0, -120.0)), 16.0);
         assert_eq!(later.rain_at(Vector2::zeros()), 1.0);

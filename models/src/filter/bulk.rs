@@ -94,7 +94,7 @@ impl Bulk {
         assert!(number < self.len, "track {number} of {}", self.len);
         let (z, r) = start_position(plot)?;
         let (block, lane) = (&mut self.blocks[number / LANES], number % LANES);
-        let (v, a) = (self.start.sigma_v_ms as f32, self.start.sigma_a_ms2 as f32);
+        let (v, a) = (self.start.sigma_v_mps as f32, self.start.sigma_a_ms2 as f32);
         for (k, (z, r)) in [(z.x, r.xx), (z.y, r.yy)].into_iter().enumerate() {
             let whole = z.round();
             block.origin[k][lane] = whole;

@@ -39,7 +39,7 @@ pub struct EventModel {
     /// A new acceleration, standard deviation per axis, m/s².
     pub sigma_a_ms2: f64,
     /// A jump, standard deviation per axis, m/s.
-    pub sigma_v_ms: f64,
+    pub sigma_v_mps: f64,
     /// Noise of a steady target: density of the acceleration, m²/s³.
     pub q_steady: f64,
     /// Noise of an accelerating one: density of the jerk, m²/s⁵.
@@ -54,7 +54,7 @@ impl Default for EventModel {
             end_per_s: 0.07,
             jump_per_s: 0.003,
             sigma_a_ms2: 2.5,
-            sigma_v_ms: 12.0,
+            sigma_v_mps: 12.0,
             q_steady: 1e-4,
             q_accelerating: 1e-4,
         }
@@ -122,9 +122,9 @@ const SAME_MEANS: f64 = 0.1;
 const SAME_SPREAD: f64 = 0.3;
 /// Share of histories of a new track that accelerate.
 const ACCELERATING: f64 = 0.3;
-/// An acceleration does not turn faster, rad/s, nor that of a target slower than [`TURNS_FROM_MS`].
+/// An acceleration does not turn faster, rad/s, nor that of a target slower than [`TURNS_FROM_MPS`].
 const FASTEST_TURN: f64 = 0.6;
-const TURNS_FROM_MS: f64 = 3.0;
+const TURNS_FROM_MPS: f64 = 3.0;
 /// Prior of a jump once a plot was accepted by the kinematic gate alone.
 const JUMP_PRIOR: f64 = 0.5;
 
@@ -135,7 +135,7 @@ impl<const N: usize> Events<N> {
     /// If the plot is unsound or measures one direction only.
     pub fn from_plot(plot: &Plot, model: EventModel, start: Start) -> Result<Self, UpdateError> {
         let (z, r) = start_position(plot)?;
-        let state = Gaussian::at_position(z, r, start.sigma_v_ms, start.sigma_a_ms2);
+        let state = Gaussian::at_position(z, r, start.sigma_v_mps, start.sigma_a_ms2);
         let kept = Vec::with_capacity(N);
         let mut filter = Self { time: plot.time, kept, model, start, log_density: 0.0 };
         filter.replace(plot.time, &state);
@@ -190,7 +190,7 @@ impl<const N: usize> Events<N> {
             }
         }
         if jump > 0.0 {
-            let s2 = m.sigma_v_ms * m.sigma_v_ms;
+            let s2 = m.sigma_v_mps * m.sigma_v_mps;
             let q = [s2 * t * t / 3.0, s2 * t / 2.0, 0.0, s2, 0.0, 0.0];
             each(
                 jump,
@@ -328,7 +328,7 @@ fn turned(state: &Gaussian, t: f64) -> Gaussian {
     let ([vx, vy], [ax, ay]) = (state.x[1].array(), state.x[2].array());
     let speed2 = vx * vx + vy * vy;
     let mut rate = 0.0;
-    if speed2 > TURNS_FROM_MS * TURNS_FROM_MS && speed2.is_finite() {
+    if speed2 > TURNS_FROM_MPS * TURNS_FROM_MPS && speed2.is_finite() {
         let found = (vx * ay - vy * ax) / speed2;
         let (gx, gy) = (-vy / speed2, vx / speed2);
         let [paa, pbb] = state.p[5].array();

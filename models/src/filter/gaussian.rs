@@ -243,11 +243,11 @@ impl Nis {
 impl Gaussian {
     /// A target of unknown velocity at a measured position: P_pp = R, P_vv = σ_v², P_aa = σ_a².
     #[must_use]
-    pub fn at_position(z: Vector2<f64>, r: Sym2, sigma_v_ms: f64, sigma_a_ms2: f64) -> Self {
+    pub fn at_position(z: Vector2<f64>, r: Sym2, sigma_v_mps: f64, sigma_a_ms2: f64) -> Self {
         let zero = Pair::default();
         let mut cross = [0.0; 9];
         cross[0] = r.xy;
-        let (vv, aa) = (sigma_v_ms * sigma_v_ms, sigma_a_ms2 * sigma_a_ms2);
+        let (vv, aa) = (sigma_v_mps * sigma_v_mps, sigma_a_ms2 * sigma_a_ms2);
         Self {
             x: [Pair::new(z.x, z.y), zero, zero],
             p: [Pair::new(r.xx, r.yy), zero, zero, Pair::splat(vv), zero, Pair::splat(aa)],

@@ -360,7 +360,7 @@ fn standing_still_for_an_hour_ends_at_rest() {
         // Uniform sums of ±1.5 each have a variance of 1.5 m² per axis: a track is better than a plot.
         let rms = (sum / 3500.0).sqrt();
         assert!(rms < 3f64.sqrt(), "{name}: {rms} m");
-        let (speed, _) = filter.estimate().speed_ms();
+        let (speed, _) = filter.estimate().speed_mps();
         assert!(speed < 3.0, "{name}: {speed} m/s");
         assert!(sound(&filter.estimate()), "{name}");
     }
@@ -493,7 +493,7 @@ fn a_manoeuvre_is_followed_where_a_plain_update_lags() {
         assert!(sound(&marked.estimate()), "{name}");
         // Two plots are enough to start again.
         marked.restart(&surprise, &plot_at(21.0, 286.0, 24.0, 1.0)).unwrap();
-        let velocity = marked.estimate().velocity_ms();
+        let velocity = marked.estimate().velocity_mps();
         assert!((velocity - Vector2::new(-4.0, 14.0)).norm() < 1e-9, "{name}: {velocity}");
         assert!(marked.restart(&surprise, &surprise).is_err(), "no time between the plots");
     }
@@ -649,7 +649,7 @@ proptest! {
             let mut config = config(rung);
             config.q = q;
             config.modes = Arc::clone(&modes);
-            config.start = Start { sigma_v_ms: start.0, sigma_a_ms2: start.1 };
+            config.start = Start { sigma_v_mps: start.0, sigma_a_ms2: start.1 };
             let mut filter = Estimator::from_plot(&config, &plot_at(0.0, 0.0, 0.0, 4.0)).unwrap();
             let mut t: f64 = 0.0;
             for (operation, dt, (x, y, beta), (angle, along, across)) in &steps {
@@ -674,7 +674,7 @@ proptest! {
                 }
                 let (place, velocity) = filter.motion();
                 let e = filter.estimate();
-                let off = (place - e.position_m()).norm() + (velocity - e.velocity_ms()).norm();
+                let off = (place - e.position_m()).norm() + (velocity - e.velocity_mps()).norm();
                 prop_assert!(off <= 1e-6 * (1.0 + place.norm() + velocity.norm()), "{}: {}", name, off);
                 let later = filter.time().plus_s(0.7);
                 if let (Ok(a), Ok((b, _))) = (filter.place_at(later), filter.position_at(later)) {

@@ -57,7 +57,7 @@ impl<const N: usize, const L: usize> Histories<N, L> {
     pub fn from_plot(plot: &Plot, modes: Arc<Modes>, start: Start) -> Result<Self, UpdateError> {
         const { assert!(N <= MOST && (L == 0 || L == N)) };
         let (z, r) = start_position(plot)?;
-        let state = Gaussian::at_position(z, r, start.sigma_v_ms, start.sigma_a_ms2);
+        let state = Gaussian::at_position(z, r, start.sigma_v_mps, start.sigma_a_ms2);
         let mut filter = Self {
             time: plot.time,
             len: 0,

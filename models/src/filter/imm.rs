@@ -40,7 +40,7 @@ impl<const M: usize> Imm<M> {
     pub fn from_plot(plot: &Plot, modes: Arc<Modes>, start: Start) -> Result<Self, UpdateError> {
         assert_eq!(modes.count(), M, "modes and size of the filter belong together");
         let (z, r) = start_position(plot)?;
-        let state = Gaussian::at_position(z, r, start.sigma_v_ms, start.sigma_a_ms2);
+        let state = Gaussian::at_position(z, r, start.sigma_v_mps, start.sigma_a_ms2);
         let weights = prior(&modes);
         let log_density = f64::NAN;
         Ok(Self { time: plot.time, states: [state; M], weights, modes, start, log_density })

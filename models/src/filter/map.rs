@@ -131,7 +131,7 @@ impl<const N: usize> MapAided<N> {
             start,
         };
         let (z, r) = start_position(plot)?;
-        let state = Gaussian::at_position(z, r, start.sigma_v_ms, start.sigma_a_ms2);
+        let state = Gaussian::at_position(z, r, start.sigma_v_mps, start.sigma_a_ms2);
         filter.find_on_map(&state, 1.0 - filter.map.off_prior);
         Ok(filter)
     }

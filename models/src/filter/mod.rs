@@ -90,7 +90,7 @@ fn interval(from: SimTime, to: SimTime) -> Result<f64, UpdateError> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Start {
     /// Standard deviation of the unknown velocity, m/s per axis.
-    pub sigma_v_ms: f64,
+    pub sigma_v_mps: f64,
     /// Standard deviation of the unknown acceleration, m/s² per axis.
     pub sigma_a_ms2: f64,
 }
@@ -98,7 +98,7 @@ pub struct Start {
 impl Default for Start {
     /// 50 m/s and 3 m/s²: any aircraft on or near a runway.
     fn default() -> Self {
-        Self { sigma_v_ms: 50.0, sigma_a_ms2: 3.0 }
+        Self { sigma_v_mps: 50.0, sigma_a_ms2: 3.0 }
     }
 }
 
@@ -124,7 +124,7 @@ impl Estimate {
     }
     /// Velocity, m/s east and north.
     #[must_use]
-    pub fn velocity_ms(&self) -> Vector2<f64> {
+    pub fn velocity_mps(&self) -> Vector2<f64> {
         Vector2::new(self.state.x[1].east(), self.state.x[1].north())
     }
     /// Acceleration, m/s² east and north.
@@ -151,8 +151,8 @@ impl Estimate {
     }
     /// Ground speed and its standard deviation, m/s. At standstill the larger axis of the velocity's covariance.
     #[must_use]
-    pub fn speed_ms(&self) -> (f64, f64) {
-        let (v, s) = (self.velocity_ms(), self.state_velocity_cov());
+    pub fn speed_mps(&self) -> (f64, f64) {
+        let (v, s) = (self.velocity_mps(), self.state_velocity_cov());
         let speed = libm::hypot(v.x, v.y);
         if speed == 0.0 {
             return (0.0, s.xx.max(s.yy).max(0.0).sqrt());
@@ -164,7 +164,7 @@ impl Estimate {
     /// `None` below 1 m/s or where the deviation is above 30°: keep the last one then.
     #[must_use]
     pub fn heading_rad(&self) -> Option<(f64, f64)> {
-        let (v, s) = (self.velocity_ms(), self.state_velocity_cov());
+        let (v, s) = (self.velocity_mps(), self.state_velocity_cov());
         // No hypot: what is that fast or slow that a square leaves the range has no course anyhow.
         let speed = (v.x * v.x + v.y * v.y).sqrt();
         if !(1.0..f64::INFINITY).contains(&speed) {
@@ -240,7 +240,7 @@ pub trait StateEstimator: Clone {
     #[inline]
     fn motion(&self) -> (Vector2<f64>, Vector2<f64>) {
         let now = self.estimate();
-        (now.position_m(), now.velocity_ms())
+        (now.position_m(), now.velocity_mps())
     }
 
     /// The same if the state may be used, see [`Gaussian::is_sound`].

@@ -30,7 +30,7 @@ impl SixState {
     /// If the plot is unsound or measures one direction only.
     pub fn from_plot(plot: &Plot, motion: Motion, start: Start) -> Result<Self, UpdateError> {
         let (z, r) = start_position(plot)?;
-        let state = Gaussian::at_position(z, r, start.sigma_v_ms, start.sigma_a_ms2);
+        let state = Gaussian::at_position(z, r, start.sigma_v_mps, start.sigma_a_ms2);
         Ok(Self { time: plot.time, state, motion, start })
     }
 }

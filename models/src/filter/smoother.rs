@@ -30,7 +30,7 @@ struct Taken {
 pub fn smooth(plots: &[Plot], motion: Motion, start: Start) -> Result<Vec<Estimate>, UpdateError> {
     let first = plots.first().ok_or(UpdateError::UnsoundPlot)?;
     let (z, r) = start_position(first)?;
-    let mut state = Gaussian::at_position(z, r, start.sigma_v_ms, start.sigma_a_ms2);
+    let mut state = Gaussian::at_position(z, r, start.sigma_v_mps, start.sigma_a_ms2);
     let mut filtered = vec![Estimate::new(first.time, state)];
     let mut taken: Vec<Vec<Taken>> = vec![Vec::new()];
     for pair in plots.windows(2) {

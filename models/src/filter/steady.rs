@@ -157,7 +157,8 @@ impl Gains {
     pub fn new(lambda: f64, interval_s: f64, start: Start, r_m2: f64) -> Self {
         // A scalar Kalman filter in units of the plot's deviation and of the interval.
         let (t, r) = (interval_s, if r_m2 > 0.0 { r_m2 } else { 1.0 });
-        let (vv, aa) = (start.sigma_v_ms * start.sigma_v_ms, start.sigma_a_ms2 * start.sigma_a_ms2);
+        let (vv, aa) =
+            (start.sigma_v_mps * start.sigma_v_mps, start.sigma_a_ms2 * start.sigma_a_ms2);
         let mut p = [1.0, 0.0, 0.0, vv * t * t / r, 0.0, aa * t * t * t * t / r];
         let step = Motion::ConstantAcceleration { q: lambda }.step(1.0);
         let mut scans = [Schedule { gains: [1.0, 0.0, 0.0], p }; SCANS];

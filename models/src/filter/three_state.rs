@@ -124,7 +124,7 @@ impl<M: AxisMotion> PerAxis<M> {
     /// If the plot is unsound or measures one direction only.
     pub fn from_plot(plot: &Plot, q: f64, start: Start) -> Result<Self, UpdateError> {
         let (z, r) = start_position(plot)?;
-        let g = Gaussian::at_position(z, r, start.sigma_v_ms, start.sigma_a_ms2);
+        let g = Gaussian::at_position(z, r, start.sigma_v_mps, start.sigma_a_ms2);
         Ok(Self::new(plot.time, g.x, g.p, q, start))
     }
 

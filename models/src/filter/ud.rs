@@ -189,7 +189,7 @@ impl ThreeStateUd {
     /// If the plot is unsound or measures one direction only.
     pub fn from_plot(plot: &Plot, q: f64, start: Start) -> Result<Self, UpdateError> {
         let (z, r) = start_position(plot)?;
-        let g = Gaussian::at_position(z, r, start.sigma_v_ms, start.sigma_a_ms2);
+        let g = Gaussian::at_position(z, r, start.sigma_v_mps, start.sigma_a_ms2);
         let factors = Packed::of(&factors(&g.p));
         Ok(Self { time: plot.time, x: g.x, factors, q, start })
     }
@@ -340,7 +340,7 @@ impl SixStateUd {
     /// If the plot is unsound or measures one direction only.
     pub fn from_plot(plot: &Plot, q: f64, start: Start) -> Result<Self, UpdateError> {
         let (z, r) = start_position(plot)?;
-        let g = Gaussian::at_position(z, r, start.sigma_v_ms, start.sigma_a_ms2);
+        let g = Gaussian::at_position(z, r, start.sigma_v_mps, start.sigma_a_ms2);
         let mut filter =
             Self { time: plot.time, x: [0.0; 6], ud: Ud::diagonal([0.0; 6]), q, start };
         filter.replace(plot.time, &g);

@@ -397,7 +397,7 @@ impl Tracker {
         let time = work.candidates[k].plot.time;
         let Some(filter) = self.tracks[index].filter_before(time, &self.ring) else { return };
         let Ok(at) = predict(filter, time, &self.config.life) else { return };
-        let velocity = at.velocity_ms();
+        let velocity = at.velocity_mps();
         let mut plots = std::mem::take(&mut work.weighted);
         plots.clear();
         for (plot, share) in shares.filter(|&(plot, share)| plot == best || share > HOPELESS) {
@@ -484,7 +484,7 @@ impl Tracker {
                     && dt_s > 0.0
                     && dt_s <= 2.5 * model.interval_s
                     && (plot.position_m - before.position_m).norm()
-                        <= track.limits.speed_ms * dt_s + 3.0 * trace(plot).sqrt()
+                        <= track.limits.speed_mps * dt_s + 3.0 * trace(plot).sqrt()
             });
             match before {
                 Some(before) if self.config.gates.restart && !track.restarted => {
@@ -559,7 +559,7 @@ impl Tracker {
                 number: None,
                 serial: track.serial,
                 position_m: plot.position_m,
-                velocity_ms: Vector2::zeros(),
+                velocity_mps: Vector2::zeros(),
             };
             started.extend(plot.identity);
             work.used[k] = true;
@@ -623,11 +623,11 @@ impl Tracker {
         work.budget.spend(if merge { 30 * plots } else { plots * work.budget.update() });
         let config = &self.config;
         let applied = track.apply(update, merge, config, self.oldest, &mut self.ring);
-        let (position_m, velocity_ms) = match applied {
-            Applied::Taken { position_m, velocity_ms } => (position_m, velocity_ms),
-            Applied::Reborn { position_m, velocity_ms } => {
+        let (position_m, velocity_mps) = match applied {
+            Applied::Taken { position_m, velocity_mps } => (position_m, velocity_mps),
+            Applied::Reborn { position_m, velocity_mps } => {
                 self.statistics.not_positive_definite += 1;
-                (position_m, velocity_ms)
+                (position_m, velocity_mps)
             }
             Applied::Refused => {
                 self.statistics.unsound += 1;
@@ -641,7 +641,7 @@ impl Tracker {
             work.track_used[index] = true;
         }
         if hit {
-            track.note_course(velocity_ms);
+            track.note_course(velocity_mps);
         }
         if hit && !manoeuvre && self.config.register_echo && stated.polar.is_some() {
             track.spread.learn(&stated, model.interval_s);
@@ -657,7 +657,7 @@ impl Tracker {
                         &stated,
                         taken_off,
                         reference,
-                        velocity_ms,
+                        velocity_mps,
                         body.as_ref(),
                         course,
                         model.interval_s,
@@ -687,9 +687,9 @@ impl Tracker {
             How::Plot | How::Weighted { .. } => self.statistics.gate_1 += 1,
         }
         // At the time that the plot itself says.
-        let position_m = position_m + velocity_ms * model.latency_s;
+        let position_m = position_m + velocity_mps * model.latency_s;
         self.outcomes[*place] =
-            Outcome::Used { number: track.number, serial: track.serial, position_m, velocity_ms };
+            Outcome::Used { number: track.number, serial: track.serial, position_m, velocity_mps };
         // The name goes with the track that is nearer to the plot that carries it.
         if let Some(name) = new_name {
             let first = work.identities.partition_point(|(known, _)| *known < name);

@@ -383,7 +383,7 @@ const ANYTHING: ClassLimits = ClassLimits {
     lateral_ms2: 5.0,
     turn_rate_rads: 1.0,
     turn_radius_m: 5.0,
-    speed_ms: 100.0,
+    speed_mps: 100.0,
 };
 
 /// Assumed classes of movers; a scene may replace them. The last one is for targets without a label.
@@ -413,7 +413,7 @@ pub fn default_classes() -> Vec<MoverClass> {
                 lateral_ms2: l[2],
                 turn_rate_rads: l[3],
                 turn_radius_m: l[4],
-                speed_ms: l[5],
+                speed_mps: l[5],
             },
         })
         .collect()

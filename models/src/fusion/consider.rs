@@ -698,7 +698,7 @@ mod tests {
             let estimate = filter.estimate();
             nees += position_nees(&estimate, truth);
             claimed += estimate.position_cov_m2().trace() / 2.0;
-            velocity2 += (estimate.velocity_ms() - velocity).norm_squared() / 2.0;
+            velocity2 += (estimate.velocity_mps() - velocity).norm_squared() / 2.0;
         }
         let n = runs as f64;
         (nees / n, claimed / n, (velocity2 / n).sqrt())

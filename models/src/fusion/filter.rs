@@ -50,7 +50,7 @@ impl TrackFilter {
             Self::Plain(f) => f.motion(),
             Self::Considering(f) => {
                 let now = f.estimate();
-                (now.position_m(), now.velocity_ms())
+                (now.position_m(), now.velocity_mps())
             }
         }
     }

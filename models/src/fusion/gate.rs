@@ -175,7 +175,7 @@ impl Tracker {
             let margin = 3.0 * (2.0 * widest_m2).sqrt();
             let first = track.filter().motion().0;
             let dt_s = end.since_s(track.time()).max(0.0);
-            let reach = track.limits.speed_ms;
+            let reach = track.limits.speed_mps;
             let around = Vector2::repeat(reach * dt_s + margin);
             return Some(Box2 {
                 low: first - around,
@@ -244,7 +244,7 @@ impl Tracker {
             work.budget.spend(if work.light { 10 } else { work.budget.gate() });
             let found = self.distance(track, time, plot, &m);
             let near = if track.plots == 1 {
-                let way = track.limits.speed_ms * time.since_s(track.time()).abs();
+                let way = track.limits.speed_mps * time.since_s(track.time()).abs();
                 let first = track.filter().motion().0;
                 (position_m - first).norm() <= way + 3.0 * trace(plot).sqrt()
             } else {
@@ -273,7 +273,7 @@ impl Tracker {
             }
             let now = Departed::of(track.filter());
             let way = span.1.since_s(now.time).max(0.0) + model.interval_s.min(1.0);
-            let radius = track.limits.speed_ms * way + REACH_MARGIN_M;
+            let radius = track.limits.speed_mps * way + REACH_MARGIN_M;
             let around = Vector2::repeat(radius);
             let own = reaches.len();
             let mut look_at = |run: Range<usize>| {
@@ -308,7 +308,7 @@ impl Tracker {
                     let dt_s = look.time.since_s(from.time);
                     let distance = (look.position_m - from.position_m).norm();
                     let uncertainty = 3.0 * (trace(plot) + from.pp).sqrt();
-                    if distance <= track.limits.speed_ms * dt_s + uncertainty {
+                    if distance <= track.limits.speed_mps * dt_s + uncertainty {
                         let hopeless = from.surely_out_of_reach(
                             distance,
                             track.limits.acceleration_ms2,
@@ -439,7 +439,7 @@ pub(super) struct Reachable {
 struct Departed {
     time: SimTime,
     position_m: Vector2<f64>,
-    speed_ms: f64,
+    speed_mps: f64,
     /// Traces of the covariances of position, position with velocity, and velocity.
     pp: f64,
     pv: f64,
@@ -455,7 +455,7 @@ impl Departed {
         Self {
             time: filter.time(),
             position_m: state.position(),
-            speed_ms: (vx * vx + vy * vy).sqrt(),
+            speed_mps: (vx * vx + vy * vy).sqrt(),
             pp,
             pv,
             vv,
@@ -474,7 +474,7 @@ impl Departed {
         r: f64,
         limit: f64,
     ) -> bool {
-        let way = (self.speed_ms + 0.5 * acceleration.max(0.0) * dt_s) * dt_s;
+        let way = (self.speed_mps + 0.5 * acceleration.max(0.0) * dt_s) * dt_s;
         let gap = distance - way * (1.0 + 1e-9);
         let spread = self.pp + dt_s * (2.0 * self.pv + dt_s * self.vv) + r;
         gap > 0.0 && gap * gap > limit * spread * (1.0 + 1e-9)

@@ -110,7 +110,7 @@ impl Evidence {
         if plots < FEWEST_PLOTS {
             return;
         }
-        let (now, position, velocity) = (at.time, at.position_m(), at.velocity_ms());
+        let (now, position, velocity) = (at.time, at.position_m(), at.velocity_mps());
         let speed = libm::hypot(velocity.x, velocity.y);
         let birthplace = *self.birthplace.get_or_insert(position);
         if self.moved.is_none() && (position - birthplace).norm() > MOVED_M {

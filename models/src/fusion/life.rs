@@ -105,7 +105,7 @@ fn published(track: &Track, number: u16, at: &Estimate) -> SystemTrack {
         time: at.time,
         last_plot: track.last_hit,
         position_m: at.position_m(),
-        velocity_ms: at.velocity_ms(),
+        velocity_mps: at.velocity_mps(),
         acceleration_ms2: at.acceleration_ms2(),
         position_cov_m2: at.position_cov_m2() + track.echo_left_m2,
         velocity_cov_m2s2: at.velocity_cov_m2s2(),
@@ -168,7 +168,7 @@ fn drop_if_lost(
 ) {
     let life = &config.life;
     // Nothing on or over a runway is that fast: a state that has gone wrong.
-    let fast = at.velocity_ms().norm() > IMPOSSIBLE_MPS;
+    let fast = at.velocity_mps().norm() > IMPOSSIBLE_MPS;
     track.too_fast = if fast { track.too_fast + 1 } else { 0 };
     if track.too_fast >= TOO_FAST_SCANS {
         track.stage = Stage::Ended;
@@ -267,7 +267,7 @@ pub(super) fn merge_duplicates(
             continue;
         }
         let nameless = candidate.entry.is_none() && !named(candidate);
-        let velocity = shown[young].velocity_ms;
+        let velocity = shown[young].velocity_mps;
         let alike = 2.0 + 0.1 * velocity.norm();
         let mut twin: Option<u64> = None;
         grid.visit_near(low, high, NEIGHBOURS, near, |old| {
@@ -279,7 +279,7 @@ pub(super) fn merge_duplicates(
             // A track with a name of its own is a target of its own.
             let double = if nameless {
                 (other.serial < candidate.serial || other.entry.is_some())
-                    && (shown[old].velocity_ms - velocity).norm() < alike
+                    && (shown[old].velocity_mps - velocity).norm() < alike
                     && on_body(other, positions[old], position, config.duplicate_radius_m)
             } else {
                 other.serial < candidate.serial

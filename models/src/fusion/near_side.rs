@@ -181,14 +181,14 @@ impl EchoLaw {
 }
 
 /// Derivatives of a plot of a target by (range bias m, azimuth bias rad, time offset s, κ_L, κ_S): columns, m east and
-/// north. `axis` from the radar to the target, `ground_m` away, that moves at `velocity_ms`.
+/// north. `axis` from the radar to the target, `ground_m` away, that moves at `velocity_mps`.
 #[must_use]
 pub fn derivatives(
     axis: Vector2<f64>,
     ground_m: f64,
-    velocity_ms: Vector2<f64>,
+    velocity_mps: Vector2<f64>,
     (length_m, span_m): (f64, f64),
 ) -> [Vector2<f64>; 5] {
     let across = Vector2::new(axis.y, -axis.x);
-    [axis, across * ground_m, -velocity_ms, -axis * length_m, -axis * span_m]
+    [axis, across * ground_m, -velocity_mps, -axis * length_m, -axis * span_m]
 }

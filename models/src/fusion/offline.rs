@@ -204,7 +204,7 @@ pub struct TrueState {
     /// Position, m.
     pub position_m: Vector2<f64>,
     /// Velocity, m/s.
-    pub velocity_ms: Vector2<f64>,
+    pub velocity_mps: Vector2<f64>,
 }
 
 /// A track that was drawn.
@@ -215,7 +215,7 @@ pub struct DrawnTrack {
     /// Position, m.
     pub position_m: Vector2<f64>,
     /// Velocity, m/s.
-    pub velocity_ms: Vector2<f64>,
+    pub velocity_mps: Vector2<f64>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -223,7 +223,7 @@ struct State {
     unit: [f64; 4],
     up: bool,
     wait: f64,
-    velocity_ms: Vector2<f64>,
+    velocity_mps: Vector2<f64>,
     scan: u64,
 }
 
@@ -262,14 +262,14 @@ impl OfflineTracker {
             let ((a, b), (c, d)) = (normal_pair(&mut rng), normal_pair(&mut rng));
             let draws = [a, b, c, d];
             let known = self.states.get(&target.key).copied();
-            let before = known.map_or(target.velocity_ms, |s| s.velocity_ms);
-            let motion = Motion::of(before, target.velocity_ms, self.scan_s);
+            let before = known.map_or(target.velocity_mps, |s| s.velocity_mps);
+            let motion = Motion::of(before, target.velocity_mps, self.scan_s);
             let of = &figures.motions[motion as usize];
             let state = self.states.entry(target.key).or_insert(State {
                 unit: draws,
                 up: true,
                 wait: figures.delay_scans,
-                velocity_ms: target.velocity_ms,
+                velocity_mps: target.velocity_mps,
                 scan,
             });
             if known.is_some() {
@@ -278,7 +278,7 @@ impl OfflineTracker {
                 state.up = if state.up { fresh >= lost } else { fresh < back };
                 state.wait -= 1.0;
             }
-            (state.velocity_ms, state.scan) = (target.velocity_ms, scan);
+            (state.velocity_mps, state.scan) = (target.velocity_mps, scan);
             // The mean delay may be a fraction of a scan.
             if !state.up || state.wait >= 0.5 {
                 continue;
@@ -287,11 +287,11 @@ impl OfflineTracker {
             let rest = (1.0 - of.cross * of.cross).max(0.0).sqrt();
             let along = of.mean[0] + of.sigma[0] * u[0];
             let across = of.mean[1] + of.sigma[1] * (of.cross * u[0] + rest * u[1]);
-            let (ahead, right) = axes(target.velocity_ms);
+            let (ahead, right) = axes(target.velocity_mps);
             tracks.push(DrawnTrack {
                 key: target.key,
                 position_m: target.position_m + ahead * along + right * across,
-                velocity_ms: target.velocity_ms
+                velocity_mps: target.velocity_mps
                     + ahead * (of.mean[2] + of.sigma[2] * u[2])
                     + right * (of.mean[3] + of.sigma[3] * u[3]),
             });
@@ -303,9 +303,9 @@ impl OfflineTracker {
 
 /// Unit vectors along and across (to the right of) a velocity; north and east of one that stands.
 #[must_use]
-pub fn axes(velocity_ms: Vector2<f64>) -> (Vector2<f64>, Vector2<f64>) {
-    let speed = libm::hypot(velocity_ms.x, velocity_ms.y);
-    let ahead = if speed >= 1.0 { velocity_ms / speed } else { Vector2::new(0.0, 1.0) };
+pub fn axes(velocity_mps: Vector2<f64>) -> (Vector2<f64>, Vector2<f64>) {
+    let speed = libm::hypot(velocity_mps.x, velocity_mps.y);
+    let ahead = if speed >= 1.0 { velocity_mps / speed } else { Vector2::new(0.0, 1.0) };
     (ahead, Vector2::new(ahead.y, -ahead.x))
 }
 
@@ -332,7 +332,7 @@ mod tests {
                 .map(|key| TrueState {
                     key,
                     position_m: Vector2::new(100.0 * key as f64, 10.0 * scan as f64),
-                    velocity_ms: Vector2::new(0.0, 10.0),
+                    velocity_mps: Vector2::new(0.0, 10.0),
                 })
                 .collect();
             let tracks = tracker.scan(9, scan, &truth);
@@ -340,7 +340,7 @@ mod tests {
                 let track = tracks.iter().find(|t| t.key == state.key);
                 let error = track.map(|t| {
                     let (e, v) =
-                        (t.position_m - state.position_m, t.velocity_ms - state.velocity_ms);
+                        (t.position_m - state.position_m, t.velocity_mps - state.velocity_mps);
                     [e.y, e.x, v.y, v.x]
                 });
                 samples.push(Sample { key: state.key, scan, motion: Motion::Steady, error });
@@ -388,7 +388,7 @@ mod tests {
             &[TrueState {
                 key: 4,
                 position_m: Vector2::new(7.0, 8.0),
-                velocity_ms: Vector2::zeros(),
+                velocity_mps: Vector2::zeros(),
             }],
         );
         assert_eq!(exact[0].position_m, Vector2::new(7.0, 8.0));

@@ -48,7 +48,7 @@ pub struct Pair {
     /// Ground distance, m.
     pub ground_m: f64,
     /// Velocity of the target, m/s.
-    pub velocity_ms: Vector2<f64>,
+    pub velocity_mps: Vector2<f64>,
     /// The target is a vehicle.
     pub vehicle: bool,
     /// Half extent that is seen, see [`near_side::Kappa::joint_half_extent_m`], m; 0 where it is not known.
@@ -98,7 +98,7 @@ impl Joint {
         let [range, azimuth, time, length, _] = near_side::derivatives(
             pair.axis,
             pair.ground_m,
-            pair.velocity_ms,
+            pair.velocity_mps,
             (pair.half_extent_m, 0.0),
         );
         let across = Vector2::new(pair.axis.y, -pair.axis.x);
@@ -343,7 +343,7 @@ impl Registration {
     }
 
     /// Takes one pair: a radar plot as it was measured, but for `taken_off_m`, and the target's own report, moved to the
-    /// plot's time by `velocity_ms`. `body` and `course` of the target where they are known; `interval_s` of the radar.
+    /// plot's time by `velocity_mps`. `body` and `course` of the target where they are known; `interval_s` of the radar.
     #[expect(
         clippy::too_many_arguments,
         reason = "two things that are compared, and what is known of the target"
@@ -353,7 +353,7 @@ impl Registration {
         plot: &Plot,
         taken_off_m: Vector2<f64>,
         reference: &Reference,
-        velocity_ms: Vector2<f64>,
+        velocity_mps: Vector2<f64>,
         body: Option<&Body>,
         course: Option<Vector2<f64>>,
         interval_s: f64,
@@ -363,7 +363,7 @@ impl Registration {
         if !(dt_s.abs() <= OLDEST_REFERENCE_S && polar.range_m > 1.0) {
             return;
         }
-        let expected = reference.position_m + velocity_ms * dt_s;
+        let expected = reference.position_m + velocity_mps * dt_s;
         // Velocity over the gap is uncertain by about 1 m/s.
         let report = reference.variance_m2 + dt_s * dt_s;
         let (mut delta_m, mut along) = (plot.position_m + taken_off_m - expected, plot.along_m2);
@@ -382,7 +382,7 @@ impl Registration {
         let pair = Pair {
             axis: plot.axis,
             ground_m: polar.range_m,
-            velocity_ms,
+            velocity_mps,
             vehicle: body.is_some_and(|b| b.vehicle),
             half_extent_m,
             variance_m2: [along, plot.across_m2].map(|r| r + report * reference.repeats),

@@ -39,7 +39,7 @@ pub(super) enum Update<'a> {
 }
 
 /// Slower targets show no course, m/s.
-const COURSE_FROM_MS: f64 = 2.0;
+const COURSE_FROM_MPS: f64 = 2.0;
 
 /// An update as it is kept, so that it can be done again.
 #[derive(Clone, Debug)]
@@ -122,9 +122,9 @@ impl Entry {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Applied {
     /// The plot was taken; position and velocity just after it.
-    Taken { position_m: Vector2<f64>, velocity_ms: Vector2<f64> },
+    Taken { position_m: Vector2<f64>, velocity_mps: Vector2<f64> },
     /// The filter could not go on: the track was started again from this plot.
-    Reborn { position_m: Vector2<f64>, velocity_ms: Vector2<f64> },
+    Reborn { position_m: Vector2<f64>, velocity_mps: Vector2<f64> },
     /// The plot was refused by the filter and left no trace.
     Refused,
 }
@@ -314,10 +314,10 @@ impl Track {
     }
 
     /// What an update says of where the nose points: a track of two plots has no velocity to speak of.
-    pub(super) fn note_course(&mut self, velocity_ms: Vector2<f64>) {
-        let speed = velocity_ms.norm();
-        if self.plots >= 3 && speed > COURSE_FROM_MS && speed.is_finite() {
-            self.course = Some(velocity_ms / speed);
+    pub(super) fn note_course(&mut self, velocity_mps: Vector2<f64>) {
+        let speed = velocity_mps.norm();
+        if self.plots >= 3 && speed > COURSE_FROM_MPS && speed.is_finite() {
+            self.course = Some(velocity_mps / speed);
         }
     }
 
@@ -409,7 +409,7 @@ impl Track {
         covariance.fixed_view_mut::<2, 2>(2, 2).copy_from(&vv);
         Departure {
             position_m: estimate.position_m(),
-            velocity_ms: estimate.velocity_ms(),
+            velocity_mps: estimate.velocity_mps(),
             covariance,
         }
     }
@@ -472,11 +472,11 @@ impl Track {
             after
         };
         self.forget_before(oldest, ring);
-        let After { position_m, velocity_ms, reborn } = after;
+        let After { position_m, velocity_mps, reborn } = after;
         if reborn {
-            Applied::Reborn { position_m, velocity_ms }
+            Applied::Reborn { position_m, velocity_mps }
         } else {
-            Applied::Taken { position_m, velocity_ms }
+            Applied::Taken { position_m, velocity_mps }
         }
     }
 
@@ -606,7 +606,7 @@ fn likeliest(plots: &[(Plot, f64)]) -> &Plot {
 #[derive(Clone, Copy, Debug)]
 struct After {
     position_m: Vector2<f64>,
-    velocity_ms: Vector2<f64>,
+    velocity_mps: Vector2<f64>,
     /// The filter began again.
     reborn: bool,
 }
@@ -625,16 +625,16 @@ fn step(
 ) -> Result<After, UpdateError> {
     match run(filter, update, merge, config) {
         Ok(()) => {
-            if let Some((position_m, velocity_ms)) = filter.sound_motion() {
-                return Ok(After { position_m, velocity_ms, reborn: false });
+            if let Some((position_m, velocity_mps)) = filter.sound_motion() {
+                return Ok(After { position_m, velocity_mps, reborn: false });
             }
         }
         Err(e @ (UpdateError::BackInTime(_) | UpdateError::UnsoundPlot)) => return Err(e),
         Err(UpdateError::BadInnovation(_) | UpdateError::BadCovariance) => {}
     }
     *filter = TrackFilter::from_plot(&config.filter, update.plot())?;
-    let (position_m, velocity_ms) = filter.sound_motion().ok_or(UpdateError::BadCovariance)?;
-    Ok(After { position_m, velocity_ms, reborn: true })
+    let (position_m, velocity_mps) = filter.sound_motion().ok_or(UpdateError::BadCovariance)?;
+    Ok(After { position_m, velocity_mps, reborn: true })
 }
 
 #[inline]

@@ -36,7 +36,7 @@ pub enum Outcome {
         /// Position, m.
         position_m: Vector2<f64>,
         /// Velocity, m/s.
-        velocity_ms: Vector2<f64>,
+        velocity_mps: Vector2<f64>,
     },
     /// Near a track that had another plot, and not a new target.
     Unused,

@@ -11,7 +11,7 @@ pub struct TruthPoint {
     /// Position, m east and north.
     pub position_m: Vector2<f64>,
     /// Velocity, m/s east and north.
-    pub velocity_ms: Vector2<f64>,
+    pub velocity_mps: Vector2<f64>,
     /// Height above the ground, m, where known.
     pub height_m: Option<f64>,
 }
@@ -43,14 +43,14 @@ impl Target {
         // Hermite: positions and velocities of both ends are kept.
         let u = time.since_s(early.time) / step;
         let (p0, p1) = (early.position_m, late.position_m);
-        let (v0, v1) = (early.velocity_ms * step, late.velocity_ms * step);
+        let (v0, v1) = (early.velocity_mps * step, late.velocity_mps * step);
         let (bend, twist) = (p1 - p0 - v0, v1 - v0);
         let (c2, c3) = (3.0 * bend - twist, twist - 2.0 * bend);
         let height_m = early.height_m.zip(late.height_m).map(|(a, b)| a + u * (b - a));
         Some(TruthPoint {
             time,
             position_m: p0 + v0 * u + c2 * (u * u) + c3 * (u * u * u),
-            velocity_ms: (v0 + c2 * (2.0 * u) + c3 * (3.0 * u * u)) / step,
+            velocity_mps: (v0 + c2 * (2.0 * u) + c3 * (3.0 * u * u)) / step,
             height_m,
         })
     }
@@ -68,7 +68,7 @@ pub struct Report {
     /// Position, m east and north.
     pub position_m: Vector2<f64>,
     /// Velocity, m/s east and north, where the track has one.
-    pub velocity_ms: Option<Vector2<f64>>,
+    pub velocity_mps: Option<Vector2<f64>>,
     /// Its label; empty for none.
     pub label: String,
 }
@@ -140,7 +140,7 @@ impl Recording {
         let mut left_out = 0;
         for target in &mut self.targets {
             let before = target.path.len();
-            target.path.retain(|p| finite(&p.position_m) && finite(&p.velocity_ms));
+            target.path.retain(|p| finite(&p.position_m) && finite(&p.velocity_mps));
             target.path.sort_by_key(|p| p.time);
             left_out += before - target.path.len();
             target.path.dedup_by_key(|p| p.time);
@@ -148,7 +148,7 @@ impl Recording {
         let before = self.reports.len();
         self.reports.retain(|r| finite(&r.position_m));
         for report in &mut self.reports {
-            report.velocity_ms = report.velocity_ms.filter(finite);
+            report.velocity_mps = report.velocity_mps.filter(finite);
         }
         self.reports.sort_by_key(|r| (r.time, r.track));
         left_out + before - self.reports.len()
@@ -162,7 +162,7 @@ pub fn differentiate(path: &mut [TruthPoint]) {
     for (k, point) in path.iter_mut().enumerate() {
         let (a, b) = (states[k.saturating_sub(1)], states[(k + 1).min(states.len() - 1)]);
         let span = b.0.since_s(a.0);
-        point.velocity_ms = if span > 0.0 { (b.1 - a.1) / span } else { Vector2::zeros() };
+        point.velocity_mps = if span > 0.0 { (b.1 - a.1) / span } else { Vector2::zeros() };
     }
 }
 
@@ -174,7 +174,7 @@ mod tests {
         TruthPoint {
             time: SimTime::from_s(s),
             position_m: Vector2::new(s * s, 3.0 * s),
-            velocity_ms: Vector2::new(2.0 * s, 3.0),
+            velocity_mps: Vector2::new(2.0 * s, 3.0),
             height_m: Some(s),
         }
     }
@@ -185,7 +185,7 @@ mod tests {
         let between = target.at(SimTime::from_s(1.25), 2.0).expect("inside");
         let exact = parabola(1.25);
         assert!((between.position_m - exact.position_m).norm() < 1e-12);
-        assert!((between.velocity_ms - exact.velocity_ms).norm() < 1e-12);
+        assert!((between.velocity_mps - exact.velocity_mps).norm() < 1e-12);
         assert_eq!(between.height_m, Some(1.25));
         assert_eq!(target.at(SimTime::from_s(2.0), 2.0), Some(parabola(2.0)));
         for outside in [-0.1, 5.0, 9.1] {
@@ -238,10 +238,10 @@ mod tests {
     #[test]
     fn differences_find_the_velocity() {
         let mut path = [0.0, 1.0, 2.0, 3.0].map(parabola);
-        path.iter_mut().for_each(|p| p.velocity_ms = Vector2::zeros());
+        path.iter_mut().for_each(|p| p.velocity_mps = Vector2::zeros());
         differentiate(&mut path);
-        assert!((path[1].velocity_ms - parabola(1.0).velocity_ms).norm() < 1e-12);
+        assert!((path[1].velocity_mps - parabola(1.0).velocity_mps).norm() < 1e-12);
         differentiate(&mut path[..1]);
-        assert_eq!(path[0].velocity_ms, Vector2::zeros());
+        assert_eq!(path[0].velocity_mps, Vector2::zeros());
     }
 }

@@ -22,7 +22,7 @@ pub struct Rules {
     /// Farther off a report belongs to no target, m.
     pub pair_m: f64,
     /// Slower targets have no course, m/s.
-    pub course_from_ms: f64,
+    pub course_from_mps: f64,
     /// Truth is interpolated over holes of at most this, s.
     pub hole_s: f64,
     /// For so long after the truth of its target has ended a report is counted by itself as well, s: a track coasts, as
@@ -38,7 +38,7 @@ impl Default for Rules {
             scan_s: 1.0,
             cut_off_m: 20.0,
             pair_m: 60.0,
-            course_from_ms: 3.0,
+            course_from_mps: 3.0,
             hole_s: 2.5,
             after_end_s: 15.0,
         }
@@ -381,7 +381,7 @@ impl<'a> Run<'a> {
         // Reports of other moments of the scan, moved to its middle by their own velocity.
         let moved: Vec<Vector2<f64>> = reports
             .iter()
-            .map(|r| r.position_m + r.velocity_ms.unwrap_or_default() * at.since_s(r.time))
+            .map(|r| r.position_m + r.velocity_mps.unwrap_or_default() * at.since_s(r.time))
             .collect();
         self.add_gospa(&gospa(&places, &moved, self.rules.cut_off_m, 2.0), truth.len());
         let pairs = self.pairs(&truth, &places, reports, &moved);
@@ -511,7 +511,7 @@ impl<'a> Run<'a> {
         let follow = &mut self.follows[index];
         follow.squares += metres * metres;
         let name = follow.found.name.clone();
-        let course_from_ms = self.rules.course_from_ms;
+        let course_from_mps = self.rules.course_from_mps;
         let found = self.area(area);
         found.position_m.push(metres);
         if !name.is_empty() {
@@ -519,13 +519,13 @@ impl<'a> Run<'a> {
             found.right_labels += u64::from(report.label == name);
             found.wrong_labels += u64::from(!report.label.is_empty() && report.label != name);
         }
-        let Some(velocity) = report.velocity_ms else { return };
-        let speed = libm::hypot(point.velocity_ms.x, point.velocity_ms.y);
+        let Some(velocity) = report.velocity_mps else { return };
+        let speed = libm::hypot(point.velocity_mps.x, point.velocity_mps.y);
         found.speed.push(((libm::hypot(velocity.x, velocity.y) - speed).abs(), speed));
-        if speed > course_from_ms {
+        if speed > course_from_mps {
             let course = |v: Vector2<f64>| libm::atan2(v.x, v.y);
-            found.course_rad.push(wrap_pi(course(velocity) - course(point.velocity_ms)).abs());
-            found.behind_s.push(-error.dot(&point.velocity_ms) / (speed * speed));
+            found.course_rad.push(wrap_pi(course(velocity) - course(point.velocity_mps)).abs());
+            found.behind_s.push(-error.dot(&point.velocity_mps) / (speed * speed));
         }
     }
 
@@ -593,7 +593,7 @@ mod tests {
         let at = |k: u32| TruthPoint {
             time: SimTime::from_s(f64::from(k)),
             position_m: Vector2::new(from.0 + v.0 * f64::from(k), from.1 + v.1 * f64::from(k)),
-            velocity_ms: Vector2::new(v.0, v.1),
+            velocity_mps: Vector2::new(v.0, v.1),
             height_m: Some(0.0),
         };
         Target { name: name.into(), path: (0..scans).map(at).collect() }
@@ -606,7 +606,7 @@ mod tests {
             time,
             published: Some(time.plus_s(0.25)),
             position_m: Vector2::new(x, y),
-            velocity_ms: Some(Vector2::new(10.0, 0.0)),
+            velocity_mps: Some(Vector2::new(10.0, 0.0)),
             label: label.into(),
         }
     }
@@ -729,7 +729,7 @@ mod tests {
                 targets[target as usize].path.push(TruthPoint {
                     time: SimTime(s * 500_000_000),
                     position_m: Vector2::new(x, y),
-                    velocity_ms: Vector2::new(y, x),
+                    velocity_mps: Vector2::new(y, x),
                     height_m: Some(x),
                 });
             }
@@ -738,7 +738,7 @@ mod tests {
                 time: SimTime(s * 400_000_000),
                 published: None,
                 position_m: Vector2::new(x, y),
-                velocity_ms: Some(Vector2::new(y, x)),
+                velocity_mps: Some(Vector2::new(y, x)),
                 label: String::new(),
             });
             let found = scored(targets, reports.collect());

@@ -75,8 +75,8 @@ pub fn rounding_sigma(step: f64) -> f64 {
 
 /// How far a target moves on while its report is delayed, m.
 #[must_use]
-pub fn lag_m(speed_ms: f64, latency_s: f64) -> f64 {
-    speed_ms * latency_s
+pub fn lag_m(speed_mps: f64, latency_s: f64) -> f64 {
+    speed_mps * latency_s
 }
 
 /// Metres per degree of latitude at 45°.
@@ -96,7 +96,7 @@ pub struct AdsbConfig {
     /// Time between two reports of a standing target, s.
     pub parked_s: f64,
     /// Below this speed a target counts as standing, m/s.
-    pub parked_below_ms: f64,
+    pub parked_below_mps: f64,
     /// Shortest delay from measurement to transmission, s; each target has its own.
     pub latency_min_s: f64,
     /// Longest delay, s.
@@ -121,7 +121,7 @@ impl AdsbConfig {
             nacp: 10,
             moving_s: 0.5,
             parked_s: 5.0,
-            parked_below_ms: 0.5,
+            parked_below_mps: 0.5,
             latency_min_s: 0.1,
             latency_max_s: 0.6,
             reception: 0.95,
@@ -139,7 +139,7 @@ impl AdsbConfig {
         self.reporting().validate()?;
         number("nacp", f64::from(self.nacp), 6.0, 11.0)?;
         number("parked_s", self.parked_s, self.moving_s, 3600.0)?;
-        number("parked_below_ms", self.parked_below_ms, 0.0, 100.0)?;
+        number("parked_below_mps", self.parked_below_mps, 0.0, 100.0)?;
         number("latency_min_s", self.latency_min_s, 0.0, 10.0)?;
         number("latency_max_s", self.latency_max_s, self.latency_min_s, 10.0)?;
         number("reception", self.reception, 0.0, 1.0)?;
@@ -254,8 +254,8 @@ impl Sensor for Adsb {
             truth,
             |_| Transponder::default(),
             |transponder, due| {
-                let velocity_ms = due.state.velocity_ms.xy();
-                let parked = velocity_ms.norm() < config.parked_below_ms;
+                let velocity_mps = due.state.velocity_mps.xy();
+                let parked = velocity_mps.norm() < config.parked_below_mps;
                 if parked && !due.number.is_multiple_of(parked_every) {
                     return;
                 }
@@ -285,7 +285,7 @@ impl Sensor for Adsb {
                 let mut behind_m = Vector2::zeros();
                 if levels.on(E::Latency) {
                     planning.count(E::Latency);
-                    behind_m = velocity_ms * latency_s;
+                    behind_m = velocity_mps * latency_s;
                 }
                 let measured_m = due.state.position_m.xy() + error_m - behind_m;
                 let step_m = steps_m[usize::from(due.number % 2 == 1)];
@@ -375,7 +375,7 @@ mod tests {
         assert_eq!(parked.plots.len() as u64, parked.looks);
         assert_eq!(parked.plots.len(), 200 * 4);
         assert!(parked.causes.iter().all(|c| lag(c).is_none()));
-        truth.velocity_ms = Vector3::new(0.0, 70.0, 0.0);
+        truth.velocity_mps = Vector3::new(0.0, 70.0, 0.0);
         let moving = scan(config, &truth, 20);
         assert_eq!(moving.plots.len(), 200 * 40);
         let lags: Vec<f64> = moving.causes.iter().filter_map(lag).collect();

@@ -103,7 +103,7 @@ pub struct AsdeParameters {
     /// Whether the carrier hops from pulse to pulse, so that rain clutter averages like noise.
     pub frequency_agile: bool,
     /// Velocity spread of the rain, m/s (decorrelation without hopping).
-    pub rain_spread_ms: f64,
+    pub rain_spread_mps: f64,
     /// White error of an echo's centre that the extractor states for every target alike, standard deviation per axis, m:
     /// one plot does not tell how its target glints. In cells the extent of the echo itself says it.
     pub glint_sigma_m: f64,
@@ -168,7 +168,7 @@ impl AsdeParameters {
         number("range_step_m", self.range_step_m, 0.0, 100.0)?;
         number("azimuth_step_deg", self.azimuth_step_deg, 0.0, 5.0)?;
         number("assumed_height_m", self.assumed_height_m, 0.0, self.antenna_height_m)?;
-        number("rain_spread_ms", self.rain_spread_ms, 0.01, 20.0)?;
+        number("rain_spread_mps", self.rain_spread_mps, 0.01, 20.0)?;
         number("glint_sigma_m", self.glint_sigma_m, 0.0, 100.0)?;
         number("reflection_coupling", self.reflection_coupling, 0.0, 10.0)?;
         number("ground_gamma_db", self.ground_gamma_db, -60.0, 10.0)?;
@@ -253,7 +253,7 @@ impl AsdeParameters {
         }
         let n = self.pulses().max(1.0);
         let decorrelation_s =
-            wavelength_m(self.carrier_ghz) / (4.0 * std::f64::consts::PI * self.rain_spread_ms);
+            wavelength_m(self.carrier_ghz) / (4.0 * std::f64::consts::PI * self.rain_spread_mps);
         n / (1.0 + (n - 1.0) * (1.0 / (self.prf_hz * decorrelation_s)).min(1.0))
     }
 
@@ -363,7 +363,7 @@ impl AsdeParameters {
             azimuth_step_deg: 0.0,
             assumed_height_m: 1.5,
             frequency_agile: true,
-            rain_spread_ms: 1.5,
+            rain_spread_mps: 1.5,
             glint_sigma_m: GLINT_SIGMA_M,
             reflection_coupling: 0.0,
             ground_gamma_db: -30.0,

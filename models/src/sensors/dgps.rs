@@ -44,10 +44,10 @@ pub struct DifferentialBudget {
 
 impl DifferentialBudget {
     /// σ² = σ_user² + σ_ref² + (g·OF·(d + 2τ_s v))² + (k d)² + (½ a t²)², in m, at `distance_m` from
-    /// the station, `speed_ms`, with a correction `age_s` old.
+    /// the station, `speed_mps`, with a correction `age_s` old.
     #[must_use]
-    pub fn sigma_m(&self, distance_m: f64, speed_ms: f64, age_s: f64) -> f64 {
-        let effective_m = distance_m + 2.0 * self.smoothing_s * speed_ms;
+    pub fn sigma_m(&self, distance_m: f64, speed_mps: f64, age_s: f64) -> f64 {
+        let effective_m = distance_m + 2.0 * self.smoothing_s * speed_mps;
         let iono = self.iono_gradient * self.obliquity * effective_m;
         let space = self.space_decorrelation * distance_m;
         let old = 0.5 * self.correction_acceleration_ms2 * age_s * age_s;
@@ -336,7 +336,7 @@ impl Sensor for Dgps {
             state: &mut self.reference,
         };
         let distance_m = |state: &TargetState| (state.position_m.xy() - config.reference_m).norm();
-        let speed_ms = |state: &TargetState| state.velocity_ms.xy().norm();
+        let speed_mps = |state: &TargetState| state.velocity_mps.xy().norm();
         let survey = planning.wants_survey(truth.len());
         match &mut self.engine {
             Engine::Budget { model, fleet } => {
@@ -357,10 +357,10 @@ impl Sensor for Dgps {
                         let corrected = station.up_at(due.time, &levels, planning);
                         let quality =
                             receiver.service(&model.service, draw, due.time, &levels, planning);
-                        let (mut far_m, mut fast_ms, mut age_s) = (0.0, 0.0, 0.0);
+                        let (mut far_m, mut fast_mps, mut age_s) = (0.0, 0.0, 0.0);
                         if levels.on(E::CorrectionDistance) {
                             planning.count(E::CorrectionDistance);
-                            (far_m, fast_ms) = (distance_m(&due.state), speed_ms(&due.state));
+                            (far_m, fast_mps) = (distance_m(&due.state), speed_mps(&due.state));
                         }
                         if levels.on(E::CorrectionAge) {
                             planning.count(E::CorrectionAge);
@@ -369,7 +369,7 @@ impl Sensor for Dgps {
                         let budget = &model.budget;
                         let error = match config.on_reference_loss {
                             ReferenceLoss::StandAlone(error) if !corrected => error,
-                            _ => model.error(budget.sigma_m(far_m, fast_ms, age_s)),
+                            _ => model.error(budget.sigma_m(far_m, fast_mps, age_s)),
                         };
                         // The error goes on through an outage.
                         let parts = receiver.error(&error, draw, due.time, &levels, planning);
@@ -395,7 +395,7 @@ impl Sensor for Dgps {
                             || {
                                 // What distance and age add to the deviation of each axis.
                                 let least = budget.sigma_m(0.0, 0.0, 0.0);
-                                let far = budget.sigma_m(far_m, fast_ms, 0.0) - least;
+                                let far = budget.sigma_m(far_m, fast_mps, 0.0) - least;
                                 let old = budget.sigma_m(0.0, 0.0, age_s) - least;
                                 let [soft, lasting, fresh] = parts.shown(&levels, soft_m);
                                 [
@@ -434,7 +434,7 @@ impl Sensor for Dgps {
                         let key = reporting.key(interval, due);
                         let want = Want {
                             distance_m: distance_m(&due.state),
-                            speed_ms: speed_ms(&due.state),
+                            speed_mps: speed_mps(&due.state),
                             explain: reports.explains(),
                         };
                         let fix = ranging.fix(receiver, key, due.time, &want, &levels, planning);

@@ -313,10 +313,10 @@ mod tests {
     use crate::frames::Vector3;
     use crate::sensors::testing::Parked;
 
-    fn run(config: DynamicConfig, speed_ms: f64, seconds: u64) -> PlotSink {
+    fn run(config: DynamicConfig, speed_mps: f64, seconds: u64) -> PlotSink {
         let keys: Vec<u64> = (0..1500).collect();
         let mut truth = Parked::aircraft(&keys);
-        truth.velocity_ms = Vector3::new(speed_ms, 0.0, 0.0);
+        truth.velocity_mps = Vector3::new(speed_mps, 0.0, 0.0);
         let mut sensor = Dynamic::new(config).expect("sound");
         let mut sink = PlotSink::default();
         for scan in 1..=seconds {

@@ -30,31 +30,31 @@ pub struct LoopPair {
 }
 
 impl LoopPair {
-    /// Time from the first loop to the second at `speed_ms`, s.
+    /// Time from the first loop to the second at `speed_mps`, s.
     #[must_use]
-    pub fn passage_s(&self, speed_ms: f64) -> f64 {
-        self.spacing_m / speed_ms
+    pub fn passage_s(&self, speed_mps: f64) -> f64 {
+        self.spacing_m / speed_mps
     }
 
     /// Deviation of the speed v = s/Δt: v √((σ_s/s)² + 2(σ_t v/s)²), m/s.
     #[must_use]
-    pub fn sigma_speed_ms(&self, speed_ms: f64, sigma_t_s: f64) -> f64 {
+    pub fn sigma_speed_mps(&self, speed_mps: f64, sigma_t_s: f64) -> f64 {
         let place = self.sigma_spacing_m / self.spacing_m;
-        let time = sigma_t_s * speed_ms / self.spacing_m;
-        speed_ms * (place * place + 2.0 * time * time).sqrt()
+        let time = sigma_t_s * speed_mps / self.spacing_m;
+        speed_mps * (place * place + 2.0 * time * time).sqrt()
     }
 }
 
 /// How long a target occupies a loop, s: (L_target + L_loop)/v.
 #[must_use]
-pub fn occupancy_s(target_m: f64, loop_m: f64, speed_ms: f64) -> f64 {
-    (target_m + loop_m) / speed_ms
+pub fn occupancy_s(target_m: f64, loop_m: f64, speed_mps: f64) -> f64 {
+    (target_m + loop_m) / speed_mps
 }
 
 /// Deviation of the position of a passage: √(σ_edge² + (v σ_t)²), m.
 #[must_use]
-pub fn sigma_passage_m(sigma_edge_m: f64, speed_ms: f64, sigma_t_s: f64) -> f64 {
-    libm::hypot(sigma_edge_m, speed_ms * sigma_t_s)
+pub fn sigma_passage_m(sigma_edge_m: f64, speed_mps: f64, sigma_t_s: f64) -> f64 {
+    libm::hypot(sigma_edge_m, speed_mps * sigma_t_s)
 }
 
 /// Parameters of an [`InductionLoop`].
@@ -85,7 +85,7 @@ pub struct LoopConfig {
     /// Uncertainty of that, m.
     pub sigma_half_length_m: f64,
     /// Speed that a single loop assumes of a target in its variance, m/s.
-    pub assumed_speed_ms: f64,
+    pub assumed_speed_mps: f64,
 }
 
 impl LoopConfig {
@@ -105,7 +105,7 @@ impl LoopConfig {
             false_per_h: 1e-3,
             assumed_half_length_m: 15.0,
             sigma_half_length_m: 10.0,
-            assumed_speed_ms: 10.0,
+            assumed_speed_mps: 10.0,
         }
     }
 
@@ -129,7 +129,7 @@ impl LoopConfig {
         number("false_per_h", self.false_per_h, 0.0, 1e5)?;
         number("assumed_half_length_m", self.assumed_half_length_m, 0.0, 50.0)?;
         number("sigma_half_length_m", self.sigma_half_length_m, 0.0, 50.0)?;
-        number("assumed_speed_ms", self.assumed_speed_ms, 0.0, 100.0)
+        number("assumed_speed_mps", self.assumed_speed_mps, 0.0, 100.0)
     }
 
     /// Deviation of a uniform delay, s.
@@ -232,7 +232,7 @@ impl InductionLoop {
         let site_m = self.config.site_m;
         let near = |time: SimTime| {
             truth.at(index, time).is_some_and(|s| {
-                let reach_m = NEAR_M + s.velocity_ms.norm() * interval.to.since_s(interval.from);
+                let reach_m = NEAR_M + s.velocity_mps.norm() * interval.to.since_s(interval.from);
                 (s.position_m.xy() - site_m).norm() < reach_m
             })
         };
@@ -307,7 +307,7 @@ impl InductionLoop {
         }
         edge = if at_edge { edge } else { 0.0 };
         spacing = if apart { spacing } else { 0.0 };
-        let forward = state.velocity_ms.xy().dot(&self.along) >= 0.0;
+        let forward = state.velocity_mps.xy().dot(&self.along) >= 0.0;
         let report = match (self.config.pair, occupied) {
             (None, true) => Some(self.single(forward, edge, delays[0], instant)),
             (Some(pair), false) => {
@@ -360,7 +360,7 @@ impl InductionLoop {
         let config = &self.config;
         let sign = if forward { 1.0 } else { -1.0 };
         let sigma_m =
-            sigma_passage_m(config.sigma_edge_m, config.assumed_speed_ms, config.sigma_t_s());
+            sigma_passage_m(config.sigma_edge_m, config.assumed_speed_mps, config.sigma_t_s());
         let centre_m = -sign * (0.5 * config.length_m + config.assumed_half_length_m)
             + config.sigma_edge_m * edge;
         let variance_m2 =
@@ -386,14 +386,14 @@ impl InductionLoop {
         if passage_s <= pair.spacing_m / 100.0 {
             return None;
         }
-        let speed_ms = (pair.spacing_m + pair.sigma_spacing_m * spacing) / passage_s;
+        let speed_mps = (pair.spacing_m + pair.sigma_spacing_m * spacing) / passage_s;
         let occupied_s = t2.since_s(t1);
         let sign = if forward { 1.0 } else { -1.0 };
         let last_m = if forward { pair.spacing_m } else { 0.0 };
-        let centre_m = last_m + sign * 0.5 * speed_ms * occupied_s + config.sigma_edge_m * edge;
+        let centre_m = last_m + sign * 0.5 * speed_mps * occupied_s + config.sigma_edge_m * edge;
         let sigma_t_s = config.sigma_t_s();
-        let passage_m = sigma_passage_m(config.sigma_edge_m, speed_ms, sigma_t_s);
-        let stretch_m = 0.5 * occupied_s * pair.sigma_speed_ms(speed_ms, sigma_t_s);
+        let passage_m = sigma_passage_m(config.sigma_edge_m, speed_mps, sigma_t_s);
+        let stretch_m = 0.5 * occupied_s * pair.sigma_speed_mps(speed_mps, sigma_t_s);
         Some((t2, centre_m, passage_m * passage_m + stretch_m * stretch_m))
     }
 
@@ -519,16 +519,16 @@ mod tests {
     use crate::sensors::testing::Parked;
 
     /// A target that starts 60 m before the loop and rolls over it, north or south.
-    fn pass(config: LoopConfig, speed_ms: f64, north: bool, scan_ns: i64) -> PlotSink {
+    fn pass(config: LoopConfig, speed_mps: f64, north: bool, scan_ns: i64) -> PlotSink {
         let mut truth = Parked::aircraft(&[1]);
         let sign = if north { 1.0 } else { -1.0 };
-        truth.velocity_ms = Vector3::new(0.0, sign * speed_ms, 0.0);
+        truth.velocity_mps = Vector3::new(0.0, sign * speed_mps, 0.0);
         truth.heading_rad = if north { 0.0 } else { std::f64::consts::PI };
         // The target is at north 100 m at time 0.
         let config = LoopConfig { site_m: Vector2::new(0.0, 100.0 + sign * 60.0), ..config };
         let mut sensor = InductionLoop::new(config).expect("sound");
         let mut sink = PlotSink { explain: true, ..PlotSink::default() };
-        let end_ns = (150.0 / speed_ms * 1e9) as i64;
+        let end_ns = (150.0 / speed_mps * 1e9) as i64;
         let mut from = SimTime::ZERO;
         while from.0 < end_ns {
             let to = SimTime(from.0 + scan_ns);
@@ -550,21 +550,21 @@ mod tests {
     #[test]
     fn a_pair_knows_the_centre_and_a_loop_the_nose() {
         for north in [true, false] {
-            for speed_ms in [2.0, 10.0, 25.0] {
-                let sink = pass(config(), speed_ms, north, 1_000_000_000);
-                assert_eq!((sink.plots.len(), sink.looks), (1, 1), "{speed_ms} {north}");
+            for speed_mps in [2.0, 10.0, 25.0] {
+                let sink = pass(config(), speed_mps, north, 1_000_000_000);
+                assert_eq!((sink.plots.len(), sink.looks), (1, 1), "{speed_mps} {north}");
                 let (plot, truth) = (&sink.plots[0], sink.causes[0].truth_m.expect("a target"));
                 let error = (plot.position_m - truth).dot(&plot.axis);
-                assert!(error.abs() < 4.0 * plot.along_m2.sqrt() + 0.05 * speed_ms, "{error}");
-                assert!(plot.along_m2.sqrt() < 1.0 + 0.15 * speed_ms, "{}", plot.along_m2);
+                assert!(error.abs() < 4.0 * plot.along_m2.sqrt() + 0.05 * speed_mps, "{error}");
+                assert!(plot.along_m2.sqrt() < 1.0 + 0.15 * speed_mps, "{}", plot.along_m2);
                 assert!(plot.across_m2.is_infinite());
 
                 let single = LoopConfig { pair: None, ..config() };
-                let sink = pass(single, speed_ms, north, 1_000_000_000);
+                let sink = pass(single, speed_mps, north, 1_000_000_000);
                 assert_eq!((sink.plots.len(), sink.looks), (1, 1));
                 let (plot, truth) = (&sink.plots[0], sink.causes[0].truth_m.expect("a target"));
                 // 37.6 m long against 30 m assumed: 3.8 m, within its stated 10 m.
-                assert!((plot.position_m - truth).norm() < 6.0 + 0.05 * speed_ms);
+                assert!((plot.position_m - truth).norm() < 6.0 + 0.05 * speed_mps);
             }
         }
     }
@@ -599,12 +599,12 @@ mod tests {
 
     #[test]
     fn hard_passages_end_in_an_answer() {
-        for (name, speed_ms, delay_s) in [
+        for (name, speed_mps, delay_s) in [
             ("faster than the delays", 90.0, 5.0),
             ("hardly moving", 0.3, 0.05),
             ("no delay", 10.0, 0.0),
         ] {
-            let sink = pass(LoopConfig { delay_s, ..config() }, speed_ms, true, 1_000_000_000);
+            let sink = pass(LoopConfig { delay_s, ..config() }, speed_mps, true, 1_000_000_000);
             for plot in &sink.plots {
                 assert!(plot.position_m.iter().all(|x| x.is_finite()), "{name}");
                 assert!(plot.along_m2.is_finite() && plot.along_m2 > 0.0, "{name}");

@@ -60,7 +60,7 @@ pub struct TargetState {
     /// Reference point (centre), m east, north, up (up from the aerodrome reference plane).
     pub position_m: Vector3<f64>,
     /// Velocity, m/s east, north, up.
-    pub velocity_ms: Vector3<f64>,
+    pub velocity_mps: Vector3<f64>,
     /// Where the nose points, radians clockwise from north.
     pub heading_rad: f64,
 }

@@ -285,7 +285,7 @@ pub(crate) struct Want {
     /// Distance from the reference station, m.
     pub(crate) distance_m: f64,
     /// Speed over ground, m/s.
-    pub(crate) speed_ms: f64,
+    pub(crate) speed_mps: f64,
     /// Whether the error is wanted by its sources.
     pub(crate) explain: bool,
 }
@@ -536,7 +536,7 @@ impl Ranging {
         levels: &PositioningLevels,
         planning: &mut Planning,
     ) -> Option<RangeFix> {
-        let &Want { distance_m, speed_ms, explain } = want;
+        let &Want { distance_m, speed_mps, explain } = want;
         let epoch = self.at(now).filter(|e| e.fix)?;
         planning.count(E::Geometry);
         let budget = &self.config.budget;
@@ -593,7 +593,7 @@ impl Ranging {
                     };
                     aged_m = range.common_m + range.soft_m - (old.common_m + old.soft_m);
                 }
-                let iono = c.iono_gradient * (distance_m + 2.0 * c.smoothing_s * speed_ms);
+                let iono = c.iono_gradient * (distance_m + 2.0 * c.smoothing_s * speed_mps);
                 let space = c.space_decorrelation * distance_m;
                 let station_m = if station { range.reference_m * range.multipath } else { 0.0 };
                 let far_m = if far { iono * range.gradient + space * range.space } else { 0.0 };

@@ -64,7 +64,7 @@ pub(crate) struct Parked {
     keys: Vec<u64>,
     class: TargetClass,
     /// Velocity of all, m/s.
-    pub(crate) velocity_ms: Vector3<f64>,
+    pub(crate) velocity_mps: Vector3<f64>,
     /// Heading of all, radians clockwise from north.
     pub(crate) heading_rad: f64,
 }
@@ -83,7 +83,7 @@ impl Parked {
         Self {
             keys: keys.to_vec(),
             class,
-            velocity_ms: Vector3::zeros(),
+            velocity_mps: Vector3::zeros(),
             heading_rad: std::f64::consts::FRAC_PI_2,
         }
     }
@@ -108,8 +108,8 @@ impl Truth for Parked {
     fn at(&self, index: usize, time: SimTime) -> Option<TargetState> {
         Some(TargetState {
             position_m: Vector3::new(0.0, self.keys[index] as f64 * 100.0, 0.0)
-                + self.velocity_ms * time.s(),
-            velocity_ms: self.velocity_ms,
+                + self.velocity_mps * time.s(),
+            velocity_mps: self.velocity_mps,
             heading_rad: self.heading_rad,
         })
     }

@@ -369,7 +369,7 @@ impl Core {
             if m.height_m > 0.0 && m.v > 1.0 { libm::atan2(m.climb_mps, m.v) } else { 0.0 };
         Some(TruthState {
             position_m: Vector3::new(middle.x, middle.y, m.height_m),
-            velocity_ms: Vector3::new(
+            velocity_mps: Vector3::new(
                 velocity.x,
                 velocity.y,
                 if still { 0.0 } else { m.climb_mps },
@@ -1913,7 +1913,7 @@ fn still(position_m: Vector3<f64>, heading_rad: f64) -> TruthState {
     let zero = Vector3::zeros();
     TruthState {
         position_m,
-        velocity_ms: zero,
+        velocity_mps: zero,
         acceleration_ms2: zero,
         heading_rad,
         pitch_rad: 0.0,

@@ -4,17 +4,17 @@
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Kinematics {
     /// Speed at lift-off.
-    pub liftoff_ms: Option<f64>,
+    pub liftoff_mps: Option<f64>,
     /// Usual acceleration in the take-off run.
     pub takeoff_acc_ms2: Option<f64>,
     /// Speed at touchdown.
-    pub touchdown_ms: Option<f64>,
+    pub touchdown_mps: Option<f64>,
     /// Usual braking in the landing run, positive.
     pub braking_ms2: Option<f64>,
     /// Taxi or driving speed on straights.
-    pub taxi_straight_ms: f64,
+    pub taxi_straight_mps: f64,
     /// Taxi or driving speed in a turn of 90 degrees.
-    pub taxi_turn_ms: f64,
+    pub taxi_turn_mps: f64,
     /// Acceleration when taxiing or driving.
     pub taxi_acc_ms2: f64,
     /// Braking when taxiing or driving, positive.
@@ -25,17 +25,17 @@ pub struct Kinematics {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
     /// Largest speed on taxiways: the straight taxi speed of the type.
-    pub taxi_ms: f64,
+    pub taxi_mps: f64,
     /// Largest acceleration and braking on taxiways.
     pub taxi_acc_ms2: f64,
     /// The same for braking, positive.
     pub taxi_dec_ms2: f64,
     /// Largest speed on the ground in a take-off run: that of lift-off; on vehicles the driving speed.
-    pub takeoff_ms: f64,
+    pub takeoff_mps: f64,
     /// Largest speed on the ground in a landing run: that of touchdown; on vehicles the driving speed.
-    pub landing_ms: f64,
+    pub landing_mps: f64,
     /// Speed below which it does not fly; infinite for vehicles.
-    pub least_air_ms: f64,
+    pub least_air_mps: f64,
     /// Largest acceleration in a take-off run and in the air.
     pub roll_acc_ms2: f64,
     /// Largest braking in a landing run and in the air, positive.
@@ -62,7 +62,7 @@ impl Limits {
     /// | acceleration, braking on taxiways | `taxi_acc_ms2`, `taxi_dec_ms2` |
     /// | lateral acceleration on the ground | `taxi_turn90_max_ms`² / 15 m (aircraft) or 12 m (vehicles) |
     /// | acceleration, braking on the runway and in the air | `takeoff_acc_ms2`, `braking_acc_ms2` |
-    /// | speed on the ground in take-off, in landing | `liftoff_ms`, `touchdown_ms` |
+    /// | speed on the ground in take-off, in landing | `liftoff_mps`, `touchdown_mps` |
     ///
     /// The table gives usual values, averaged over a whole run; single recorded movements exceed them
     /// (a light A320 accelerates with 2.5 m/s² for 20 s). They are held to the table all the same, and
@@ -71,17 +71,17 @@ impl Limits {
     pub fn of(aircraft: bool, kinematics: &Kinematics) -> Self {
         let k = kinematics;
         let turn_radius_m = if aircraft { 15.0 } else { 12.0 };
-        let liftoff_ms = k.liftoff_ms.unwrap_or(85.3);
+        let liftoff_mps = k.liftoff_mps.unwrap_or(85.3);
         let ground = Self {
-            taxi_ms: k.taxi_straight_ms,
+            taxi_mps: k.taxi_straight_mps,
             taxi_acc_ms2: k.taxi_acc_ms2,
             taxi_dec_ms2: k.taxi_dec_ms2,
-            takeoff_ms: k.taxi_straight_ms,
-            landing_ms: k.taxi_straight_ms,
-            least_air_ms: f64::INFINITY,
+            takeoff_mps: k.taxi_straight_mps,
+            landing_mps: k.taxi_straight_mps,
+            least_air_mps: f64::INFINITY,
             roll_acc_ms2: k.taxi_acc_ms2,
             roll_dec_ms2: k.taxi_dec_ms2,
-            lateral_ms2: k.taxi_turn_ms * k.taxi_turn_ms / turn_radius_m,
+            lateral_ms2: k.taxi_turn_mps * k.taxi_turn_mps / turn_radius_m,
             jerk_ms3: k.taxi_acc_ms2.min(k.taxi_dec_ms2),
             roll_jerk_ms3: k.taxi_acc_ms2,
             least_radius_m: if aircraft { 12.0 } else { 6.0 },
@@ -89,11 +89,11 @@ impl Limits {
         if !aircraft {
             return ground;
         }
-        let touchdown_ms = k.touchdown_ms.unwrap_or(69.4);
+        let touchdown_mps = k.touchdown_mps.unwrap_or(69.4);
         Self {
-            takeoff_ms: liftoff_ms,
-            landing_ms: touchdown_ms,
-            least_air_ms: 0.8 * touchdown_ms.min(liftoff_ms),
+            takeoff_mps: liftoff_mps,
+            landing_mps: touchdown_mps,
+            least_air_mps: 0.8 * touchdown_mps.min(liftoff_mps),
             roll_acc_ms2: k.takeoff_acc_ms2.unwrap_or(1.93).max(k.taxi_acc_ms2),
             roll_dec_ms2: k.braking_ms2.unwrap_or(1.22).max(k.taxi_dec_ms2),
             roll_jerk_ms3: 2.0,

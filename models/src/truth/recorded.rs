@@ -72,7 +72,7 @@ pub fn import(
         let records = records.len();
         Refusal::TooFew { line: last_line, left, records, why }
     };
-    let clean = reject::clean(records, 2.2 * limits.takeoff_ms, LONGEST_S, &mut tally);
+    let clean = reject::clean(records, 2.2 * limits.takeoff_mps, LONGEST_S, &mut tally);
     let mut clean = clean.ok_or_else(|| refused(0, tally.most()))?;
     let positions = clean.fixes.len();
     let span_s = clean.fixes.last().map_or(0.0, |f| f.t);
@@ -154,7 +154,7 @@ pub fn import(
 
 /// Motion along a path, SI units.
 struct Motion {
-    speed_ms: f64,
+    speed_mps: f64,
     along_ms2: f64,
     lateral_ms2: f64,
 }
@@ -168,7 +168,7 @@ fn motion(path: &Spline<2>, progress: &Jet<1>) -> Motion {
     let ahead = first / length.max(1e-9);
     let bend = second * (ds * ds);
     Motion {
-        speed_ms: length * ds,
+        speed_mps: length * ds,
         along_ms2: bend.dot(&ahead) + length * dds,
         lateral_ms2: (bend.x * ahead.y - bend.y * ahead.x).abs(),
     }
@@ -283,10 +283,10 @@ impl Work<'_> {
     }
 
     /// Error of a position along the path, m; in a run the way that the type cannot follow, too.
-    fn sigma_along_m(&self, t: f64, speed_ms: f64) -> f64 {
+    fn sigma_along_m(&self, t: f64, speed_mps: f64) -> f64 {
         let roll = self.roll(t as usize);
         let mismatch_m = roll.map_or(0.0, |roll| roll.mismatch_m);
-        let own_m = libm::hypot(self.clean.sigma_m, speed_ms * LATENESS_S);
+        let own_m = libm::hypot(self.clean.sigma_m, speed_mps * LATENESS_S);
         libm::hypot(own_m, mismatch_m)
     }
 
@@ -308,7 +308,7 @@ impl Work<'_> {
                 (self.clean.speed(t + HALF_S) - self.clean.speed(t - HALF_S)) / (2.0 * HALF_S);
             // Turns are shaped by the path, the type's own radius included: no contradiction there.
             for ((limit, rule), truth, recorded) in [
-                (allowed.speed, now.speed_ms, if allowed.flies { 0.0 } else { speed }),
+                (allowed.speed, now.speed_mps, if allowed.flies { 0.0 } else { speed }),
                 (allowed.acceleration, now.along_ms2, gain),
                 (allowed.braking, -now.along_ms2, -gain),
             ] {

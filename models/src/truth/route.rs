@@ -242,7 +242,7 @@ impl Plan<'_> {
 
     /// Speed limit between two places: straights, and lateral acceleration in turns.
     fn fastest(&self, from_m: f64, to_m: f64) -> f64 {
-        let mut fastest = self.limits.taxi_ms;
+        let mut fastest = self.limits.taxi_mps;
         let mut place = from_m.max(0.0);
         while place <= to_m.min(self.path.end()) {
             let jet = self.path.at(place);

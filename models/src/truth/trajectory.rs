@@ -15,7 +15,7 @@ pub struct TruthState {
     /// Reference point, m east, north, up.
     pub position_m: Vector3<f64>,
     /// Velocity, m/s east, north, up.
-    pub velocity_ms: Vector3<f64>,
+    pub velocity_mps: Vector3<f64>,
     /// Acceleration, m/s² east, north, up.
     pub acceleration_ms2: Vector3<f64>,
     /// Where the nose points, clockwise from north, in [−π, π).
@@ -32,7 +32,7 @@ impl TruthState {
     /// True if it neither moves nor turns.
     #[must_use]
     pub fn is_still(&self) -> bool {
-        self.velocity_ms == Vector3::zeros() && self.acceleration_ms2 == Vector3::zeros()
+        self.velocity_mps == Vector3::zeros() && self.acceleration_ms2 == Vector3::zeros()
     }
 }
 
@@ -153,7 +153,7 @@ impl Trajectory {
             return state;
         }
         let mut state = self.state_s(if time < self.start { 0.0 } else { self.progress.end() });
-        state.velocity_ms = Vector3::zeros();
+        state.velocity_mps = Vector3::zeros();
         state.acceleration_ms2 = Vector3::zeros();
         state.angular_rate_rads = Vector3::zeros();
         state
@@ -177,7 +177,7 @@ impl Trajectory {
         let heading_rate = turn * ds;
         let mut state = TruthState {
             position_m: Vector3::new(p.value[0], p.value[1], 0.0),
-            velocity_ms: Vector3::new(p.first[0] * ds, p.first[1] * ds, 0.0),
+            velocity_mps: Vector3::new(p.first[0] * ds, p.first[1] * ds, 0.0),
             acceleration_ms2: Vector3::new(
                 p.second[0] * ds * ds + p.first[0] * dds,
                 p.second[1] * ds * ds + p.first[1] * dds,
@@ -215,28 +215,28 @@ impl Trajectory {
 fn airborne(
     state: &mut TruthState,
     height_m: f64,
-    climb_ms: f64,
+    climb_mps: f64,
     climb_ms2: f64,
     heading_rate: f64,
     heading_acceleration: f64,
 ) {
     state.position_m.z = height_m;
-    state.velocity_ms.z = climb_ms;
+    state.velocity_mps.z = climb_mps;
     state.acceleration_ms2.z = climb_ms2;
-    let velocity = state.velocity_ms.xy();
+    let velocity = state.velocity_mps.xy();
     let ground_speed = libm::hypot(velocity.x, velocity.y);
     if ground_speed <= 0.0 {
         return;
     }
     let speed_slope = velocity.dot(&state.acceleration_ms2.xy()) / ground_speed;
-    let speed2 = ground_speed * ground_speed + climb_ms * climb_ms;
-    let pitch = libm::atan2(climb_ms, ground_speed);
-    let pitch_rate = (climb_ms2 * ground_speed - climb_ms * speed_slope) / speed2;
+    let speed2 = ground_speed * ground_speed + climb_mps * climb_mps;
+    let pitch = libm::atan2(climb_mps, ground_speed);
+    let pitch_rate = (climb_ms2 * ground_speed - climb_mps * speed_slope) / speed2;
     // Bank blends in with height as 3u² − 2u³.
     let u = (height_m / BANK_HEIGHT_M).clamp(0.0, 1.0);
     let blend = u * u * (3.0 - 2.0 * u);
     let inside = u > 0.0 && u < 1.0;
-    let blend_rate = if inside { 6.0 * u * (1.0 - u) * climb_ms / BANK_HEIGHT_M } else { 0.0 };
+    let blend_rate = if inside { 6.0 * u * (1.0 - u) * climb_mps / BANK_HEIGHT_M } else { 0.0 };
     let lean = ground_speed * heading_rate / GRAVITY_MS2;
     let lean_rate =
         (speed_slope * heading_rate + ground_speed * heading_acceleration) / GRAVITY_MS2;

@@ -103,7 +103,7 @@ const KEYS: [&str; 39] = [
     "azimuth_step_deg",
     "assumed_height_m",
     "frequency_agile",
-    "rain_spread_ms",
+    "rain_spread_mps",
     "glint_sigma_m",
     "reflection_coupling",
     "ground_gamma_db",
@@ -288,7 +288,7 @@ impl Layers<'_> {
                 .of("frequency_agile")
                 .flag("frequency_agile")?
                 .ok_or_else(|| self.set.missing("frequency_agile", "true or false".into()))?,
-            rain_spread_ms: self.number("rain_spread_ms")?,
+            rain_spread_mps: self.number("rain_spread_mps")?,
             glint_sigma_m: self.optional("glint_sigma_m")?.unwrap_or(GLINT_SIGMA_M),
             reflection_coupling: self.number("reflection_coupling")?,
             ground_gamma_db: self.number("ground_gamma_db")?,

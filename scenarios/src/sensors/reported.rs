@@ -415,7 +415,7 @@ fn adsb(
     }
     keys.number("report_s", &mut config.moving_s)?;
     keys.number("parked_s", &mut config.parked_s)?;
-    keys.number("parked_below_ms", &mut config.parked_below_ms)?;
+    keys.number("parked_below_mps", &mut config.parked_below_mps)?;
     keys.number("latency_min_s", &mut config.latency_min_s)?;
     keys.number("latency_max_s", &mut config.latency_max_s)?;
     keys.number("reception", &mut config.reception)?;
@@ -497,7 +497,7 @@ fn induction_loop(
     keys.number("false_per_h", &mut pair.false_per_h)?;
     keys.number("assumed_half_length_m", &mut pair.assumed_half_length_m)?;
     keys.number("sigma_half_length_m", &mut pair.sigma_half_length_m)?;
-    keys.number("assumed_speed_ms", &mut pair.assumed_speed_ms)?;
+    keys.number("assumed_speed_mps", &mut pair.assumed_speed_mps)?;
     Ok(pair)
 }
 

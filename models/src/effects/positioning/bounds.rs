@@ -309,9 +309,9 @@ pub fn dgps_budget(config: &DgpsConfig, model: &Budgeted, scene: &PositioningSce
     let age_s = model.correction_latency_s + model.correction_s;
     let least = b.sigma_m(0.0, 0.0, 0.0);
     // A root of squares grows by less, the more is already in it: so these add up to a bound.
-    let far = factor * (b.sigma_m(c.distance_m, c.speed_ms, 0.0) - least);
+    let far = factor * (b.sigma_m(c.distance_m, c.speed_mps, 0.0) - least);
     let old = factor * (b.sigma_m(0.0, 0.0, age_s) - least);
-    let largest = b.sigma_m(c.distance_m, c.speed_ms, age_s);
+    let largest = b.sigma_m(c.distance_m, c.speed_mps, age_s);
     let sigma_m = largest * model.north_factor.max(model.east_factor);
     let [mut correlated, mut white] = noise(sigma_m, model.correlated_share, model.tau_s);
     if let ReferenceLoss::StandAlone(alone) = &config.on_reference_loss
@@ -335,7 +335,7 @@ pub fn dgps_budget(config: &DgpsConfig, model: &Budgeted, scene: &PositioningSce
             reference(config, scene.horizon_s),
             two(
                 E::CorrectionDistance,
-                format!("targets to {} m at up to {} m/s", c.distance_m, c.speed_ms),
+                format!("targets to {} m at up to {} m/s", c.distance_m, c.speed_mps),
                 Loss::moves(far),
             ),
             two(
@@ -363,7 +363,7 @@ pub fn dgps_per_satellite(
     let c = &scene.conditions;
     let age_s = corrections.latency_s + corrections.period_s;
     let iono_m = corrections.iono_gradient
-        * (c.distance_m + 2.0 * corrections.smoothing_s * c.speed_ms)
+        * (c.distance_m + 2.0 * corrections.smoothing_s * c.speed_mps)
         * obliquity(mask_rad);
     let far_m = libm::hypot(iono_m, corrections.space_decorrelation * c.distance_m);
     let aged_m = aged_sigma_m(&ranging.budget, mask_rad, age_s);
@@ -385,7 +385,7 @@ pub fn dgps_per_satellite(
             reference(config, scene.horizon_s),
             two(
                 E::CorrectionDistance,
-                format!("targets to {} m at up to {} m/s", c.distance_m, c.speed_ms),
+                format!("targets to {} m at up to {} m/s", c.distance_m, c.speed_mps),
                 Loss::moves(per_range * far_m),
             ),
             two(E::CorrectionAge, format!("up to {age_s} s, σ to {aged_m:.3} m"), old),
@@ -408,14 +408,14 @@ const SIDEREAL_DAY_S: f64 = 86_164.1;
 /// diagonal of a step east and north).
 #[must_use]
 pub fn adsb(config: &AdsbConfig, sigma_m: f64, step_m: f64, scene: &PositioningScene) -> Ladders {
-    let speed_ms = scene.conditions.speed_ms;
+    let speed_mps = scene.conditions.speed_mps;
     let (least_s, most_s) = (config.latency_min_s, config.latency_max_s);
     let latency = planned(
         E::Latency,
-        format!("{least_s} to {most_s} s at up to {speed_ms} m/s"),
+        format!("{least_s} to {most_s} s at up to {speed_mps} m/s"),
         vec![
-            rung(Level::Skipped, Loss::moves(speed_ms * most_s)),
-            rung(Level::Cheap, Loss::moves(0.5 * speed_ms * (most_s - least_s))),
+            rung(Level::Skipped, Loss::moves(speed_mps * most_s)),
+            rung(Level::Cheap, Loss::moves(0.5 * speed_mps * (most_s - least_s))),
             rung(Level::Exact, Loss::NONE),
         ],
     );
@@ -500,11 +500,11 @@ pub fn mlat(config: &MlatConfig, scene: &PositioningScene) -> Ladders {
 /// Loops in the pavement.
 #[must_use]
 pub fn induction_loop(config: &LoopConfig, scene: &PositioningScene) -> Ladders {
-    let speed_ms = scene.conditions.speed_ms;
+    let speed_mps = scene.conditions.speed_mps;
     // A pair's centre goes with the quotient of two times; a target may stop over it.
     let unless = |zero: bool| Loss::moves(if zero { 0.0 } else { f64::INFINITY });
     let delay = match config.pair {
-        None => Loss::moves(speed_ms * config.delay_s),
+        None => Loss::moves(speed_mps * config.delay_s),
         Some(_) => unless(config.delay_s == 0.0),
     };
     let mut effects = vec![
@@ -513,7 +513,7 @@ pub fn induction_loop(config: &LoopConfig, scene: &PositioningScene) -> Ladders 
             format!("{} of passages detected", percent(config.pd)),
             Loss::odds(1.0 - config.pd),
         ),
-        two(E::Delay, format!("up to {} s at up to {speed_ms} m/s", config.delay_s), delay),
+        two(E::Delay, format!("up to {} s at up to {speed_mps} m/s", config.delay_s), delay),
         two(
             E::Edge,
             format!("σ {} m", config.sigma_edge_m),
@@ -537,8 +537,8 @@ pub fn induction_loop(config: &LoopConfig, scene: &PositioningScene) -> Ladders 
 /// On-board dead reckoning.
 #[must_use]
 pub fn dynamic(config: &DynamicConfig, scene: &PositioningScene) -> Ladders {
-    let (speed_ms, horizon_s) = (scene.conditions.speed_ms, scene.horizon_s);
-    let way_m = if speed_ms > 0.0 { speed_ms * horizon_s } else { 0.0 };
+    let (speed_mps, horizon_s) = (scene.conditions.speed_mps, scene.horizon_s);
+    let way_m = if speed_mps > 0.0 { speed_mps * horizon_s } else { 0.0 };
     let of = |sigma: f64| if sigma > 0.0 && way_m > 0.0 { SIGMAS * sigma * way_m } else { 0.0 };
     let walk_rad = config.heading_walk_deg_per_sqrt_h.to_radians() * (horizon_s / 3600.0).sqrt();
     let heading = of(config.sigma_heading_deg.to_radians()) + of(walk_rad);

@@ -91,9 +91,9 @@ fn exact(model: PositioningModel) -> Result<Box<dyn Planned>, ConfigError> {
     })
 }
 
-fn rolling(keys: &[u64], speed_ms: f64) -> Parked {
+fn rolling(keys: &[u64], speed_mps: f64) -> Parked {
     let mut targets = Parked::aircraft(keys);
-    targets.velocity_ms = Vector3::new(speed_ms, 0.0, 0.0);
+    targets.velocity_mps = Vector3::new(speed_mps, 0.0, 0.0);
     targets
 }
 
@@ -208,7 +208,7 @@ fn an_outage_is_simulated_where_the_run_can_meet_it() {
 
 #[test]
 fn distance_speed_and_age_call_for_what_they_need() {
-    let plan = |budget: fn(&mut Budgeted), metres: f64, speed_ms: f64| {
+    let plan = |budget: fn(&mut Budgeted), metres: f64, speed_mps: f64| {
         let mut model = Budgeted::on_airport();
         budget(&mut model);
         let reference_m = Vector2::new(-metres, 100.0);
@@ -217,7 +217,7 @@ fn distance_speed_and_age_call_for_what_they_need() {
             ..DgpsConfig::on_airport(ID, reference_m)
         };
         let mut dgps = Dgps::new(config).expect("sound").tolerating(Tolerance::default(), 60.0);
-        play(&mut dgps, &rolling(&[1], speed_ms), 1..3);
+        play(&mut dgps, &rolling(&[1], speed_mps), 1..3);
         let rows = dgps.plan();
         (level(rows, E::CorrectionDistance), level(rows, E::CorrectionAge))
     };
@@ -232,10 +232,10 @@ fn distance_speed_and_age_call_for_what_they_need() {
     };
     assert_eq!(plan(selective, 2000.0, 8.0), (skip, on), "old corrections of a wandering clock");
 
-    let latency = |tolerance: f64, speed_ms: f64| {
+    let latency = |tolerance: f64, speed_mps: f64| {
         let tolerance = Tolerance { position_m: tolerance, ..Tolerance::default() };
         let mut adsb = sensor(PositioningModel::Adsb, Mode::Planned(tolerance, 60.0));
-        play(adsb.as_mut(), &rolling(&[1, 2], speed_ms), 1..12);
+        play(adsb.as_mut(), &rolling(&[1, 2], speed_mps), 1..12);
         level(adsb.plan(), E::Latency)
     };
     assert_eq!(latency(0.5, 0.0), skip, "who stands does not lag");

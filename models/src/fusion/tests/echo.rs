@@ -175,7 +175,7 @@ fn a_report_from_elsewhere_teaches_nothing() {
     let pair = |delta_m: Vector2<f64>| registration::Pair {
         axis: Vector2::new(0.6, 0.8),
         ground_m: 1500.0,
-        velocity_ms: Vector2::new(15.0, 0.0),
+        velocity_mps: Vector2::new(15.0, 0.0),
         vehicle: true,
         half_extent_m: 5.0,
         variance_m2: [20.0, 20.0],

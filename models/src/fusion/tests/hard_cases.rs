@@ -36,7 +36,7 @@ fn methods() -> [TrackingConfig; 3] {
 fn assert_sound(name: &str, tracks: &[SystemTrack]) {
     for track in tracks {
         let p = track.position_cov_m2;
-        let numbers = [track.position_m, track.velocity_ms, track.acceleration_ms2];
+        let numbers = [track.position_m, track.velocity_mps, track.acceleration_ms2];
         assert!(numbers.iter().all(|v| v.iter().all(|x| x.is_finite())), "{name}: {track:?}");
         assert!(track.heading_rad >= 0.0 && track.heading_rad < std::f64::consts::TAU, "{name}");
         assert!(p.iter().all(|x| x.is_finite()) && p == p.transpose(), "{name}: {p}");
@@ -333,7 +333,7 @@ fn an_hour_parked_is_one_track_that_stands() {
         let from = |t: &SystemTrack| (t.position_m - Vector2::new(640.0, 380.0)).norm();
         from(a).total_cmp(&from(b))
     });
-    assert!(track.expect("parked").speed_ms() < 1.0);
+    assert!(track.expect("parked").speed_mps() < 1.0);
 }
 
 #[test]
@@ -495,7 +495,7 @@ proptest! {
                 plots.iter().map(|p| Plot { time: SimTime::from_s(t + p.time.s()), ..*p }).collect();
             let tracks = tracker.scan(SimTime::from_s(t), &shifted, &flights);
             for track in &tracks {
-                let vectors = [track.position_m, track.velocity_ms, track.acceleration_ms2];
+                let vectors = [track.position_m, track.velocity_mps, track.acceleration_ms2];
                 prop_assert!(vectors.iter().all(|v| v.iter().all(|x| x.is_finite())), "{:?}", track);
                 let covariances: [Matrix2<f64>; 2] = [track.position_cov_m2, track.velocity_cov_m2s2];
                 prop_assert!(covariances.iter().all(|c| c.iter().all(|x| x.is_finite())), "{:?}", track);
@@ -531,7 +531,7 @@ fn two_sensors_a_moment_apart_are_as_good_as_at_one_instant_on_every_rung() {
             if k > 20 {
                 assert_eq!(tracks.len(), 1, "{rung:?} {apart_s} at {k} s");
                 sum += (tracks[0].position_m - truth(t_out)).norm_squared() / 100.0;
-                fastest = fastest.max(tracks[0].speed_ms());
+                fastest = fastest.max(tracks[0].speed_mps());
             }
         }
         (sum.sqrt(), fastest)
@@ -563,7 +563,7 @@ fn a_track_faster_than_anything_ends_after_three_scans() {
         // A gate that takes anything.
         (p.along_m2, p.across_m2) = (1e5, 1e5);
         let tracks = tracker.scan(SimTime::from_s(t), &[p], &FlightList::default());
-        counts.push(tracks.iter().filter(|t| t.speed_ms() > 150.0).count());
+        counts.push(tracks.iter().filter(|t| t.speed_mps() > 150.0).count());
     }
     assert!(counts.iter().sum::<usize>() <= 3, "{counts:?}");
 }

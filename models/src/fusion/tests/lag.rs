@@ -66,7 +66,7 @@ fn it_is_what_conditioning_on_all_plots_at_once_gives_on_time_or_late() {
             config.sensors.push(SensorModel { extra_sigma_m: 0.0, ..model });
         }
         let start = config.filter.start;
-        let start_m2 = [4.0, start.sigma_v_ms.powi(2), start.sigma_a_ms2.powi(2)];
+        let start_m2 = [4.0, start.sigma_v_mps.powi(2), start.sigma_a_ms2.powi(2)];
         let mut tracker = Tracker::new(config);
         let mut given: Vec<(f64, f64, f64)> = Vec::new();
         let (mut compared, mut late) = (0, None);

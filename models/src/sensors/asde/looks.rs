@@ -91,7 +91,7 @@ impl Asde {
             let class = truth.class(index);
             if class.aircraft && state.position_m.z <= class.height_m {
                 let ground_m = (state.position_m.xy() - self.site_m).norm();
-                let way_m = state.velocity_ms.norm() * sweep.duration_s;
+                let way_m = state.velocity_mps.norm() * sweep.duration_s;
                 let reach_m = 0.51 * class.length_m + way_m + edge_m;
                 let top_m = class.height_m;
                 occluding.add(Aircraft { index, azimuth_rad, ground_m, top_m, reach_m });

@@ -47,9 +47,9 @@ impl Truth for Straight {
         None
     }
     fn at(&self, index: usize, time: SimTime) -> Option<TargetState> {
-        let (start, velocity_ms) = self.targets[index];
-        let position_m = start + velocity_ms * time.s();
-        Some(TargetState { position_m, velocity_ms, heading_rad: 0.0 })
+        let (start, velocity_mps) = self.targets[index];
+        let position_m = start + velocity_mps * time.s();
+        Some(TargetState { position_m, velocity_mps, heading_rad: 0.0 })
     }
 }
 

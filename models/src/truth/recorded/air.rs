@@ -18,7 +18,7 @@ pub(super) struct Air {
 
 impl Air {
     /// Steepest climb and sink, m/s; largest vertical acceleration, m/s².
-    const CLIMB_MS: f64 = 30.0;
+    const CLIMB_MPS: f64 = 30.0;
     const VERTICAL_MS2: f64 = 2.5;
     /// Height below which the wheels may be on the ground: one step of the altitude code, m.
     const STEP_M: f64 = 7.62;
@@ -33,7 +33,7 @@ impl Air {
         let end = clean.last_s();
         let time = |r: &Record| r.time_ms.map(|ms| ms.saturating_sub(clean.t0_ms) as f64 * 1e-3);
         let within = |t: &f64| (0.0..=end as f64).contains(t);
-        let slow = |t: f64| clean.speed(t) < 0.5 * limits.least_air_ms;
+        let slow = |t: f64| clean.speed(t) < 0.5 * limits.least_air_mps;
         let mut altitudes: Vec<(usize, f64, f64)> = Vec::new();
         let mut on_ground = Vec::new();
         for record in records {
@@ -52,7 +52,7 @@ impl Air {
         }
         let offset_m = median(on_ground);
         let mut air = Self { flying: vec![false; end + 1], heights: Vec::new(), offset_m };
-        if limits.least_air_ms.is_infinite() {
+        if limits.least_air_mps.is_infinite() {
             return air;
         }
         air.heights = flyable(&altitudes, offset_m.unwrap_or(0.0), tally);
@@ -64,8 +64,8 @@ impl Air {
             let (count, high) = near
                 .fold((0, 0), |(n, h), (_, z)| (n + 1, h + usize::from(*z > 1.5 * Self::STEP_M)));
             let above =
-                if count == 0 { speed > 1.1 * limits.least_air_ms } else { 2 * high > count };
-            *flying = speed >= limits.least_air_ms && above;
+                if count == 0 { speed > 1.1 * limits.least_air_mps } else { 2 * high > count };
+            *flying = speed >= limits.least_air_mps && above;
         }
         drop_short_runs(&mut air.flying, true, 5);
         drop_short_runs(&mut air.flying, false, 5);
@@ -91,7 +91,7 @@ impl Air {
     /// Keeps on the ground what is too slow to fly.
     pub(super) fn settle(&mut self, progress: &Spline<1>, limits: &Limits) {
         for (i, flying) in self.flying.iter_mut().enumerate() {
-            *flying &= progress.at(i as f64).first[0] >= limits.least_air_ms;
+            *flying &= progress.at(i as f64).first[0] >= limits.least_air_mps;
         }
     }
 
@@ -139,7 +139,7 @@ impl Air {
         for j in 0..pieces + 3 {
             bounds.push(Bound::between(0, j, -1e-6, 20_000.0));
             if j + 1 < pieces + 3 {
-                bounds.push(Bound::between(1, j, -Self::CLIMB_MS, Self::CLIMB_MS));
+                bounds.push(Bound::between(1, j, -Self::CLIMB_MPS, Self::CLIMB_MPS));
             }
             if j + 2 < pieces + 3 {
                 bounds.push(Bound::between(2, j, -Self::VERTICAL_MS2, Self::VERTICAL_MS2));

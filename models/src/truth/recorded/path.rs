@@ -42,7 +42,7 @@ impl Work<'_> {
     /// True if the mover hardly goes on around `t`: what the track does there is wander.
     fn is_slow(&self, t: f64) -> bool {
         let next = self.clean.fixes.partition_point(|f| f.t < t);
-        let speed = self.clean.speeds_ms[next.min(self.clean.fixes.len() - 1)];
+        let speed = self.clean.speeds_mps[next.min(self.clean.fixes.len() - 1)];
         speed < 1.5
     }
 
@@ -103,7 +103,7 @@ impl Work<'_> {
         // Spectral density of the change of curvature along the path, 1/m³.
         const BEND_DENSITY: f64 = 1e-4;
         // Above this speed that density falls.
-        const STEADY_MS: f64 = 12.0;
+        const STEADY_MPS: f64 = 12.0;
         let h = PATH_STEP_M;
         let pieces = ((places[places.len() - 1] + MARGIN_M) / h).ceil() as usize + 1;
         let sigma_m = (0.5 * self.clean.sigma_m).max(0.4);
@@ -139,7 +139,7 @@ impl Work<'_> {
                     let next = places.partition_point(|place| *place < piece as f64 * h);
                     let speed = speeds[next.min(speeds.len() - 1)];
                     // Lateral jerk is v³ times the change of curvature: fast parts are straighter.
-                    (speed / STEADY_MS).max(1.0).powi(4)
+                    (speed / STEADY_MPS).max(1.0).powi(4)
                 })
                 .collect(),
             bounds: bounds.collect(),

@@ -47,7 +47,7 @@ impl Stand {
 
 /// Times in which the rough track moves by less than 0.3 m/s over a window of four sigma (6 to 30 s).
 pub(super) fn stands(clean: &Clean) -> Vec<Stand> {
-    const SLOW_MS: f64 = 0.3;
+    const SLOW_MPS: f64 = 0.3;
     let window_s = (4.0 * clean.sigma_m).clamp(6.0, 30.0);
     let reach_m = (2.0 * clean.sigma_m).max(2.5);
     let last = clean.rough.len() - 1;
@@ -55,7 +55,7 @@ pub(super) fn stands(clean: &Clean) -> Vec<Stand> {
     let still = |i: usize| {
         let from = (i as f64 - 0.5 * window_s).max(0.0);
         let to = (i as f64 + 0.5 * window_s).min(last as f64);
-        (at(to) - at(from)).norm() < SLOW_MS * (to - from)
+        (at(to) - at(from)).norm() < SLOW_MPS * (to - from)
     };
     let mut stands: Vec<Stand> = Vec::new();
     let mut open: Option<usize> = None;
@@ -112,9 +112,9 @@ pub(super) struct Roll {
     /// Slower at its end than at its begin.
     pub(super) lands: bool,
     /// Largest speed in it on the ground, m/s.
-    pub(super) ground_ms: f64,
+    pub(super) ground_mps: f64,
     /// Largest speed in it in the air, m/s.
-    pub(super) air_ms: f64,
+    pub(super) air_mps: f64,
     /// How much earlier or longer the type needs than the recording, s.
     pub(super) lead: usize,
     /// Distance along the path that has to be left for that reason, m: half of the way that it means
@@ -129,23 +129,23 @@ pub(super) fn rolls(clean: &Clean, limits: &Limits) -> Vec<Roll> {
     let mut rolls = Vec::new();
     let mut i = 0;
     while i <= last {
-        if speed(i) <= 1.15 * limits.taxi_ms || limits.least_air_ms.is_infinite() {
+        if speed(i) <= 1.15 * limits.taxi_mps || limits.least_air_mps.is_infinite() {
             i += 1;
             continue;
         }
-        let end = (i..=last).take_while(|j| speed(*j) > 1.15 * limits.taxi_ms).last().unwrap_or(i);
+        let end = (i..=last).take_while(|j| speed(*j) > 1.15 * limits.taxi_mps).last().unwrap_or(i);
         let fastest = (i..=end).map(speed).fold(0.0, f64::max);
-        if fastest > 0.6 * limits.least_air_ms {
+        if fastest > 0.6 * limits.least_air_mps {
             let lands = speed(end) < speed(i);
             let begin = (i.saturating_sub(40)..i).rev().find(|j| speed(*j) < 2.0);
             // A rolling start: from the slowest second before it.
             let slowest = (i.saturating_sub(40)..i).min_by(|a, b| speed(*a).total_cmp(&speed(*b)));
             let begin = begin.or(slowest).unwrap_or(i);
-            let stop = (end..=last).find(|j| speed(*j) < 0.8 * limits.taxi_ms).unwrap_or(last);
-            let ground_ms = if lands { limits.landing_ms } else { limits.takeoff_ms };
-            let around = clean.fixes.iter().zip(&clean.speeds_ms);
+            let stop = (end..=last).find(|j| speed(*j) < 0.8 * limits.taxi_mps).unwrap_or(last);
+            let ground_mps = if lands { limits.landing_mps } else { limits.takeoff_mps };
+            let around = clean.fixes.iter().zip(&clean.speeds_mps);
             let within = around.filter(|(f, _)| f.t >= i as f64 && f.t <= end as f64);
-            let steady_ms = within.map(|(_, v)| *v).filter(|v| v.is_finite()).fold(0.0, f64::max);
+            let steady_mps = within.map(|(_, v)| *v).filter(|v| v.is_finite()).fold(0.0, f64::max);
             // What the recording gains or loses, and how much longer the type takes for it.
             let change = |j: usize| (speed((j + 10).min(last)) - speed(j)) / 10.0;
             let changes = (begin..=stop.saturating_sub(10).max(begin)).map(change);
@@ -155,15 +155,15 @@ pub(super) fn rolls(clean: &Clean, limits: &Limits) -> Vec<Roll> {
                 (changes.fold(0.0, f64::max), limits.roll_acc_ms2)
             };
             let longer = (1.0 / limit_ms2 - 1.0 / recorded_ms2.max(limit_ms2)).max(0.0);
-            let lead = (0.75 * ground_ms * longer).ceil() as usize;
+            let lead = (0.75 * ground_mps * longer).ceil() as usize;
             rolls.push(Roll {
                 from: begin.saturating_sub(2 + lead),
                 to: stop + 3 + lead,
                 lands,
-                ground_ms,
-                air_ms: (1.1 * ground_ms).max(1.05 * steady_ms),
+                ground_mps,
+                air_mps: (1.1 * ground_mps).max(1.05 * steady_mps),
                 lead,
-                mismatch_m: ground_ms * ground_ms * longer / 8.0,
+                mismatch_m: ground_mps * ground_mps * longer / 8.0,
             });
         }
         i = end + 1;

@@ -153,10 +153,10 @@ impl Work<'_> {
         let lateral_ms2 = if flies { AIR_LATERAL_MS2 } else { l.lateral_ms2 };
         match self.roll(t) {
             Some(roll) => {
-                let speed_ms = if flies { roll.air_ms } else { roll.ground_ms };
+                let speed_mps = if flies { roll.air_mps } else { roll.ground_mps };
                 let of = if roll.lands { Held::LandingSpeed } else { Held::TakeoffSpeed };
                 Allowed {
-                    speed: (speed_ms, of),
+                    speed: (speed_mps, of),
                     acceleration: (l.roll_acc_ms2, Held::RunAcceleration),
                     braking: (l.roll_dec_ms2, Held::RunBraking),
                     lateral_ms2,
@@ -164,7 +164,7 @@ impl Work<'_> {
                 }
             }
             None => Allowed {
-                speed: (l.taxi_ms, Held::TaxiSpeed),
+                speed: (l.taxi_mps, Held::TaxiSpeed),
                 acceleration: (l.taxi_acc_ms2, Held::TaxiAcceleration),
                 braking: (l.taxi_dec_ms2, Held::TaxiBraking),
                 lateral_ms2,
@@ -260,7 +260,7 @@ impl Work<'_> {
                 let t = i as f64 + tenth as f64 / TENTHS as f64;
                 let now = motion(leg.path, &progress.at(t));
                 let turn = (now.lateral_ms2 / allowed.lateral_ms2).sqrt();
-                speed = speed.max(now.speed_ms / allowed.speed.0).max(turn);
+                speed = speed.max(now.speed_mps / allowed.speed.0).max(turn);
                 let limit =
                     if now.along_ms2 > 0.0 { allowed.acceleration.0 } else { allowed.braking.0 };
                 acceleration = acceleration.max(now.along_ms2.abs() / limit);

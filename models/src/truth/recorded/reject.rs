@@ -19,7 +19,7 @@ pub(super) struct Clean {
     /// Smoothed track at whole seconds.
     pub(super) rough: Vec<Vector2<f64>>,
     /// Typical speed around each fix, m/s.
-    pub(super) speeds_ms: Vec<f64>,
+    pub(super) speeds_mps: Vec<f64>,
 }
 
 impl Clean {
@@ -57,7 +57,7 @@ const JERK_DENSITY: f64 = 0.05;
 /// Applies the rules; `None` if hardly anything is left.
 pub(super) fn clean(
     records: &[Record],
-    fastest_ms: f64,
+    fastest_mps: f64,
     span_s: f64,
     tally: &mut Tally,
 ) -> Option<Clean> {
@@ -78,7 +78,7 @@ pub(super) fn clean(
             None => tally.add(Rule::NoPosition, record.line),
         }
     }
-    let mut fixes = consistent(&fixes, fastest_ms, tally);
+    let mut fixes = consistent(&fixes, fastest_mps, tally);
     if fixes.len() < 4 {
         return None;
     }
@@ -99,10 +99,10 @@ pub(super) fn clean(
     let even = vec![1.0; fixes.len()];
     let rough = rough_track(&fixes, &even, sigma_m)?;
     let sigma_m = cross_error_m(&fixes, &rough).max(grid_m / 12f64.sqrt());
-    let speeds_ms = typical_speeds(&fixes, SHORT_S);
+    let speeds_mps = typical_speeds(&fixes, SHORT_S);
     let rough = held_in_gaps(rough, &fixes, sigma_m);
-    let rough = steadied(&rough, &fixes, &speeds_ms);
-    Some(Clean { speeds_ms, fixes, t0_ms, sigma_m, rough })
+    let rough = steadied(&rough, &fixes, &speeds_mps);
+    Some(Clean { speeds_mps, fixes, t0_ms, sigma_m, rough })
 }
 
 /// Positions nearer to each other in time say nothing more, s.
@@ -148,10 +148,10 @@ fn in_order<'a>(records: &'a [Record], span_s: f64, tally: &mut Tally) -> Vec<(i
 ///
 /// A step may be as fast as twice the typical speed around it plus 20 m/s, and never faster than the
 /// type; 1.5 s and 20 m are allowed for lateness and error.
-fn consistent(fixes: &[Fix], fastest_ms: f64, tally: &mut Tally) -> Vec<Fix> {
+fn consistent(fixes: &[Fix], fastest_mps: f64, tally: &mut Tally) -> Vec<Fix> {
     const LOOK_BACK: usize = 180;
     let speeds: Vec<f64> =
-        typical_speeds(fixes, 0.0).into_iter().map(|v| (2.0 * v + 20.0).min(fastest_ms)).collect();
+        typical_speeds(fixes, 0.0).into_iter().map(|v| (2.0 * v + 20.0).min(fastest_mps)).collect();
     let mut best: Vec<(usize, Option<usize>)> = Vec::with_capacity(fixes.len());
     for (j, b) in fixes.iter().enumerate() {
         let mut link = (1, None);
@@ -318,16 +318,16 @@ fn held_in_gaps(mut rough: Vec<Vector2<f64>>, fixes: &[Fix], sigma_m: f64) -> Ve
 
 /// The rough track with the wander of slow phases taken out: a running median over up to ±10 s where
 /// the typical speed is below 2 m/s, over shorter times near it.
-fn steadied(rough: &[Vector2<f64>], fixes: &[Fix], speeds_ms: &[f64]) -> Vec<Vector2<f64>> {
+fn steadied(rough: &[Vector2<f64>], fixes: &[Fix], speeds_mps: &[f64]) -> Vec<Vector2<f64>> {
     const HALF_S: f64 = 10.0;
-    const SLOW_MS: f64 = 2.0;
+    const SLOW_MPS: f64 = 2.0;
     let mut next = 0;
     let mut steady = Vec::with_capacity(rough.len());
     for (i, here) in rough.iter().enumerate() {
         while next + 1 < fixes.len() && fixes[next].t < i as f64 {
             next += 1;
         }
-        let half = (HALF_S * (1.0 - speeds_ms[next] / SLOW_MS).clamp(0.0, 1.0)) as usize;
+        let half = (HALF_S * (1.0 - speeds_mps[next] / SLOW_MPS).clamp(0.0, 1.0)) as usize;
         // As far to the left as to the right, or a moving end would be pulled inward.
         let half = half.min(i).min(rough.len() - 1 - i);
         let window = &rough[i - half..=i + half];

@@ -5,12 +5,12 @@ use proptest::prelude::*;
 
 fn a320() -> Limits {
     let kinematics = Kinematics {
-        liftoff_ms: Some(85.3),
+        liftoff_mps: Some(85.3),
         takeoff_acc_ms2: Some(1.93),
-        touchdown_ms: Some(69.4),
+        touchdown_mps: Some(69.4),
         braking_ms2: Some(1.22),
-        taxi_straight_ms: 15.4,
-        taxi_turn_ms: 5.1,
+        taxi_straight_mps: 15.4,
+        taxi_turn_mps: 5.1,
         taxi_acc_ms2: 0.7,
         taxi_dec_ms2: 0.7,
     };
@@ -110,7 +110,7 @@ fn within_limits(state: &TruthState, limits: &Limits) -> bool {
     let along = state.acceleration_ms2.xy().dot(&nose).abs();
     let across =
         (state.acceleration_ms2.xy() - nose * state.acceleration_ms2.xy().dot(&nose)).norm();
-    state.velocity_ms.norm() <= limits.taxi_ms
+    state.velocity_mps.norm() <= limits.taxi_mps
         && along <= limits.taxi_acc_ms2.max(limits.taxi_dec_ms2)
         && across <= limits.lateral_ms2
         && state.position_m.z == 0.0
@@ -183,7 +183,7 @@ proptest! {
         }).collect();
         if let Ok((found, _)) = import(&records, &a320(), &[], SimTime::ZERO) {
             let state = found.at(found.start()).expect("its own begin");
-            prop_assert!(state.position_m.iter().chain(state.velocity_ms.iter()).all(|x| x.is_finite()));
+            prop_assert!(state.position_m.iter().chain(state.velocity_mps.iter()).all(|x| x.is_finite()));
         }
     }
 }
@@ -257,7 +257,7 @@ fn a_stop_within_a_gap_is_a_stop() {
     assert_eq!(report.tally.count(Rule::NotRenewed), 0, "{report}");
     let last = found.at(SimTime::from_s(320.0)).expect("to the last record");
     let off_m = (last.position_m - truth.at(SimTime::from_s(320.0)).unwrap().position_m).norm();
-    assert!(off_m < 6.0 && last.velocity_ms.norm() < 0.1, "{off_m} m, {last:?}");
+    assert!(off_m < 6.0 && last.velocity_mps.norm() < 0.1, "{off_m} m, {last:?}");
 }
 
 /// It brakes and stops while nobody sees it: the smoothed track overshoots and comes back, the mover does not.
