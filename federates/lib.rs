@@ -18,6 +18,7 @@ pub mod admin_station;
 
 pub mod gateway;
 
+pub mod exchange;
 pub mod federation;
 pub mod runtime;
 pub mod seeds;

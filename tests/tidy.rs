@@ -68,6 +68,32 @@ fn federates_know_neither_sockets_nor_clocks() {
 }
 
 #[test]
+fn federates_know_each_other_by_the_exchange_only() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("federates");
+    let shared = ["exchange", "runtime", "seeds"];
+    let names: Vec<String> = std::fs::read_dir(root)
+        .expect("the federates")
+        .flatten()
+        .filter(|e| e.path().is_dir())
+        .map(|e| e.file_name().into_string().expect("a plain name"))
+        .filter(|n| !shared.contains(&n.as_str()))
+        .collect();
+    assert!(names.len() >= 7, "{names:?}");
+    for folder in names.iter().map(String::as_str).chain(["exchange", "runtime"]) {
+        for (path, text) in sources(&format!("federates/{folder}")) {
+            let name = path.file_name().and_then(|n| n.to_str()).unwrap_or_default();
+            if name.ends_with("tests.rs") || name == "main.rs" {
+                continue; // a test may put several on one bus
+            }
+            for other in names.iter().filter(|n| *n != folder) {
+                let word = format!("crate::{other}");
+                assert!(!text.contains(&word), "{}: names {word}", path.display());
+            }
+        }
+    }
+}
+
+#[test]
 fn manifests_keep_the_direction_of_knowledge() {
     let manifest = |name: &str| {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(name).join("Cargo.toml");

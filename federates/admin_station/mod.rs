@@ -3,7 +3,6 @@
 //! It owns the [`Conductor`] and is the only process that paces time.
 
 mod asked;
-pub mod client;
 pub mod simman;
 pub mod summary;
 

@@ -6,7 +6,7 @@
 
 use super::Event;
 use super::asked::{Answered, Asked, Reply, RequestId, Taken, operator};
-use crate::external_world::weather_pdu::WORLD_APPLICATION;
+use crate::exchange::weather_pdu::WORLD_APPLICATION;
 use crate::runtime::cli::NetworkArgs;
 use crate::runtime::dis_socket;
 use crate::runtime::frame_time::FrameTime;

@@ -7,7 +7,7 @@ use super::federate::Octets;
 use super::hearing::Plane;
 use super::member_driver::Event;
 use super::threads::spawn_watched;
-use crate::visitors::stamp::is_stamped;
+use crate::exchange::stamp::is_stamped;
 use crossbeam_channel::Sender;
 use datalink::{Destination, Destinations, LinkConfig};
 use pdu::enumerations::{DatumId, PduType};

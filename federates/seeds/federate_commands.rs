@@ -1,6 +1,7 @@
 //! The command lines of the five federates, as subcommands and as executables of their own.
 
-use crate::admin_station::{self, AdminContext, client, summary::RunSummary};
+use crate::admin_station::{self, AdminContext, summary::RunSummary};
+use crate::exchange::operator;
 use crate::external_world::ExternalWorld;
 use crate::federation::{RunOptions, conductor_config, generator_name};
 use crate::runtime::bus::Bus;
@@ -651,7 +652,7 @@ fn operate_run(args: &AdminArgs, operate: &Operate) -> ExitCode {
         Err(e) => return fail(BAD_INPUT, e),
     };
     let answer = operator_bus(&place).and_then(|bus| {
-        let answer = client::command(&bus, &place.endpoint, "terminal", command);
+        let answer = operator::command(&bus, &place.endpoint, "terminal", command);
         bus.close();
         Ok(answer?)
     });
@@ -677,13 +678,13 @@ fn operator_bus(at: &Place) -> anyhow::Result<ZenohBus> {
 
 fn status(at: &Place, json: bool) -> ExitCode {
     let statistics = operator_bus(at).and_then(|bus| {
-        let statistics = client::statistics(&bus, &at.endpoint);
+        let statistics = operator::statistics(&bus, &at.endpoint);
         bus.close();
         Ok(statistics?)
     });
     match statistics {
         Ok(statistics) if json => print_line(&statistics.to_string()),
-        Ok(statistics) => print_line(&admin_station::client::table(&statistics)),
+        Ok(statistics) => print_line(&operator::table(&statistics)),
         Err(e) => return fail(FAILED, format!("{e:#}")),
     }
     ExitCode::SUCCESS

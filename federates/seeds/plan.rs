@@ -1,7 +1,8 @@
 //! `seeds plan SCENE`: which physical effects a scene calls for, without running it.
 
 use super::plan_report::{self, SensorPlan};
-use crate::external_world::{ExternalWorld, flight_notice};
+use crate::exchange::flights::flight_notice;
+use crate::external_world::ExternalWorld;
 use crate::federation::{RunOptions, conductor_config};
 use crate::runtime::cli::out;
 use crate::runtime::cli::{self, FAILED, fail, load_scene};

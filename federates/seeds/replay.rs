@@ -5,7 +5,8 @@
 
 use super::player::{self, PlayerArgs};
 use crate::admin_station::summary::RunSummary;
-use crate::external_world::{flight_notice, weather_pdu::WORLD_APPLICATION};
+use crate::exchange::stamp;
+use crate::exchange::{flights::flight_notice, weather_pdu::WORLD_APPLICATION};
 use crate::runtime::cli::out;
 use crate::runtime::cli::{self, COMPLETE, DATA_LOST, load_scene_without_truth};
 use crate::runtime::conductor::ClosedRun;
@@ -14,7 +15,6 @@ use crate::runtime::federate::{Federate, FrameInputs, FrameOut, Octets};
 use crate::runtime::frame_time::FrameTime;
 use crate::runtime::messages::{FinalReport, Frame, Notice, RunConfig};
 use crate::smdfm::Smdfm;
-use crate::visitors::stamp;
 use anyhow::Context;
 use clap::Args;
 use pdu::Body;

@@ -7,8 +7,8 @@
 //! `settled_nees`: squared error over the covariance stated, two degrees of freedom, same reports.
 //! `second_ago_rmse_m`: the same tracks one scan earlier, as the next scan's plots revise them.
 
-use super::kind_word;
 use super::received_truth::View;
+use crate::exchange::sensor_words::kind_word;
 use models::frames::{Vector2, wrap_pi};
 use models::fusion::Outcome;
 use models::plot::SensorKind;

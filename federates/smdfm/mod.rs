@@ -13,20 +13,19 @@ pub mod setup;
 #[cfg(test)]
 mod visitor_tests;
 
-use crate::external_world::{flight_list, weather_pdu};
+use crate::exchange::flights::flight_list;
+use crate::exchange::{stamp, weather_pdu};
 use crate::runtime::bus::Class;
 use crate::runtime::clock::monotonic_ns;
 use crate::runtime::codec::encode;
 use crate::runtime::federate::{Federate, FrameInputs, FrameOut, Publication};
 use crate::runtime::frame_time::FrameTime;
 use crate::runtime::messages::{FederateStatus, FinalReport, Frame, Kind, Notice, RunConfig};
-use crate::visitors::stamp;
 use evaluation::Evaluation;
 use foreign::Digests;
 use models::environment::Weather;
 use models::flight_list::FlightList;
 use models::fusion::Tracker;
-use models::plot::SensorKind;
 use models::sensors::{PlotSink, ScanInterval, Sensor};
 use pdu::Body;
 use received_truth::ReceivedTruth;
@@ -227,25 +226,4 @@ impl Federate for Smdfm {
             status.dropped.push((reason.into(), self.unstamped));
         }
     }
-}
-
-/// Word of a sensor kind, as scenes and messages write it.
-#[must_use]
-pub fn kind_word(kind: SensorKind) -> &'static str {
-    match kind {
-        SensorKind::Asde => "asde",
-        SensorKind::Gps => "gps",
-        SensorKind::Dgps => "dgps",
-        SensorKind::Adsb => "adsb",
-        SensorKind::Mlat => "mlat",
-        SensorKind::Loop => "loop",
-        SensorKind::Dynamic => "dynamic",
-    }
-}
-
-/// The sensor kind of a word; none for words of later versions.
-#[must_use]
-pub fn kind_of(word: &str) -> Option<SensorKind> {
-    use SensorKind::{Adsb, Asde, Dgps, Dynamic, Gps, Loop, Mlat};
-    [Asde, Gps, Dgps, Adsb, Mlat, Loop, Dynamic].into_iter().find(|kind| kind_word(*kind) == word)
 }

@@ -4,11 +4,11 @@
 //! taken at their word by [`Exercise`]: the sender's time, frozen, removed and updated entities,
 //! transponders.
 
+use crate::exchange::dis_types;
+use crate::exchange::entity_state::{Reckoned, is_deactivated, target_state};
+use crate::exchange::stamp::Stamped;
 use crate::runtime::frame_time::FrameTime;
 use crate::runtime::messages::Frame;
-use crate::traffic_generator::dis_types;
-use crate::traffic_generator::entity_state::{Reckoned, is_deactivated, target_state};
-use crate::visitors::stamp::Stamped;
 use geodesy::LocalFrame;
 use models::frames::Vector3;
 use models::plot::Callsign;
@@ -205,7 +205,7 @@ impl ReceivedTruth {
         }
         match self.visitors.take(arrival, received) {
             Ok(Change::Appeared(id)) => {
-                if self.ever.len() < crate::visitors::door::EVER {
+                if self.ever.len() < crate::exchange::stamp::EVER {
                     self.ever.insert(key_of(id));
                 }
                 Ok(())

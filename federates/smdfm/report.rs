@@ -1,9 +1,9 @@
 //! Plots and tracks as octets for digests and as messages for spectators.
 
 use super::evaluation::Evaluation;
-use super::kind_word;
 use super::received_truth::View;
-use crate::external_world::{movement_word, wake_letter};
+use crate::exchange::flights::{movement_word, wake_letter};
+use crate::exchange::sensor_words::kind_word;
 use crate::runtime::messages::{LagMessage, PlotMessage, ScanReport, TrackMessage, TruthMessage};
 use models::effects::PlanRow;
 use models::fusion::Outcome;

@@ -3,6 +3,7 @@
 use super::Smdfm;
 use super::received_truth::{ReceivedTruth, key_of};
 use crate::admin_station::summary::RunSummary;
+use crate::exchange::stamp::{self, Stamped};
 use crate::external_world::ExternalWorld;
 use crate::runtime::conductor::ClosedRun;
 use crate::runtime::digest::Digest;
@@ -10,7 +11,6 @@ use crate::runtime::federate::{Federate, FrameInputs, FrameOut};
 use crate::runtime::frame_time::FrameTime;
 use crate::runtime::messages::{FinalReport, RunConfig};
 use crate::traffic_generator::TrafficGenerator;
-use crate::visitors::stamp::{self, Stamped};
 use geodesy::Enu;
 use models::sensors::Truth as _;
 use models::time::SimTime;

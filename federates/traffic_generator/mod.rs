@@ -6,13 +6,10 @@
 //! Flights that behave read each other, so every generator steps the whole core of them, which gives the
 //! same bits everywhere, and publishes its share.
 
-pub mod dis_types;
-pub mod entity_state;
-
+use crate::exchange::entity_state::{deactivated, state_pdu, transponder, world_pose};
 use crate::runtime::federate::{Federate, FrameInputs, FrameOut};
 use crate::runtime::frame_time::FrameTime;
 use crate::runtime::messages::{FinalReport, Frame, Kind, RunConfig};
-use entity_state::{deactivated, state_pdu, transponder, world_pose};
 use models::traffic::core::Core;
 use pdu::exercise::Transponder;
 use pdu::publishing::{Publisher, Thresholds};

@@ -4,9 +4,9 @@
 //! SMDFM for anything: no digest and no pace depends on who watches. The chosen rung runs along from the
 //! same scan on, so that all rows have seen the same.
 
+use crate::exchange::sensor_words::kind_of;
 use crate::runtime::clock::monotonic_ns;
 use crate::runtime::messages::{PlotMessage, ScanReport};
-use crate::smdfm::kind_of;
 use models::flight_list::FlightList;
 use models::frames::Vector2;
 use models::fusion::{Outcome, Shadows, Tracker, TrackingConfig};

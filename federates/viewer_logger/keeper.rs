@@ -9,7 +9,7 @@ use super::log::{Log, LogError};
 use super::log_traffic::core_after;
 use super::picture::{AirportMap, RunInfo};
 use super::server::Page;
-use crate::external_world::flight_list;
+use crate::exchange::flights::flight_list;
 use crate::runtime::messages::{
     FederateStatus, FlightNotice, Operation, RunState, ScanReport, WeatherNotice,
 };

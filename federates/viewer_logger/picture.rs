@@ -3,7 +3,7 @@
 //! Positions are metres east and north of the aerodrome reference point. Fields that go to the browser as
 //! JSON carry their unit in the name.
 
-use crate::smdfm::kind_word;
+use crate::exchange::sensor_words::kind_word;
 use models::frames::Vector2;
 use scenarios::Scene;
 use serde::{Deserialize, Serialize};

@@ -6,7 +6,7 @@
 use super::Viewer;
 use super::keeper::{Files, Heard, Keeper, Kept};
 use super::server::{Operate, Page, Server, serve};
-use crate::admin_station::client;
+use crate::exchange::operator;
 use crate::runtime::bus::{Bus, BusError, Class, ask};
 use crate::runtime::clock::{monotonic_ns, utc_ns};
 use crate::runtime::codec::{decode, encode};
@@ -151,7 +151,7 @@ fn open_page(
 
 /// Asks the administration station and waits for the state reached.
 fn operate_run(bus: &dyn Bus, endpoint: &str, order: Command) -> (bool, String) {
-    match client::command(bus, endpoint, "page", order) {
+    match operator::command(bus, endpoint, "page", order) {
         Ok(answer) => (answer.ok, answer.text),
         Err(error) => (false, error.to_string()),
     }

@@ -2,6 +2,7 @@
 //!
 //! A flood costs visitors, never the run. What is refused is counted by reason.
 
+use crate::exchange::stamp::EVER;
 use pdu::enumerations::PduType;
 use pdu::records::EntityId;
 use pdu::{Body, Frame};
@@ -14,8 +15,6 @@ pub const PDUS_A_FRAME: usize = 256;
 pub const OCTETS_A_FRAME: usize = 64 * 1024;
 /// Entities inside at a time.
 pub const ENTITIES: usize = 4096;
-/// Identifiers that may ever be used in a run: sensors remember each of them.
-pub const EVER: usize = 65_536;
 /// Sender addresses heard at a time; the rest is refused.
 const SOURCES: usize = 256;
 /// PDUs of one sender that may wait for a frame, and of all.

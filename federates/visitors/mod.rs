@@ -7,8 +7,8 @@
 
 pub mod door;
 pub mod pace;
-pub mod stamp;
 
+use crate::exchange::stamp::{self, Stamped};
 use crate::runtime::clock::utc_ns;
 use crate::runtime::federate::{Federate, FrameInputs, FrameOut};
 use crate::runtime::frame_time::FrameTime;
@@ -18,7 +18,6 @@ use pace::Pace;
 use pdu::Envelope;
 use pdu::exercise::Arrival;
 use scenarios::Scene;
-use stamp::Stamped;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// The federate's logic.

@@ -8,13 +8,16 @@
 //! second of UTC (64-bit float), sender's address (IPv6, 16 octets; IPv4 mapped) and port (16 bits),
 //! then the PDU as it came; all big-endian.
 
-use crate::external_world::weather_pdu::WORLD_APPLICATION;
+use super::weather_pdu::WORLD_APPLICATION;
 use pdu::enumerations::DatumId;
 use pdu::exercise::Arrival;
 use pdu::management::EventReport;
 use pdu::records::{EntityId, VariableDatum};
 use pdu::{EncodeError, Envelope};
 use std::net::{IpAddr, Ipv6Addr, SocketAddr};
+
+/// Identifiers of outsiders that may ever be used in a run: sensors remember each of them.
+pub const EVER: usize = 65_536;
 
 /// Identifier of the datum: "SEEV".
 pub const STAMPED: u32 = 0x5345_4556;

@@ -1,0 +1,11 @@
+//! What federates know of each other: the forms in which truth, weather, flights, outsiders and an operator's orders
+//! travel. No federate imports another one; each reads and writes these.
+
+pub mod dis_types;
+pub mod entity_state;
+pub mod flights;
+pub mod operator;
+pub mod sensor_words;
+pub mod stamp;
+pub mod weather_notice;
+pub mod weather_pdu;
