@@ -194,3 +194,41 @@ fn most_movers_are_there_at_the_same_time_and_vehicles_stand_exactly_still() {
         assert!(states[..20 * 30].iter().all(|(_, s)| s.position_m == first), "to the last bit");
     }
 }
+
+/// FOLLOW1 drove at 14 m/s through AEE5ZH, which was taxiing out of the same stand (5.4 m deep, 61 to 65 s).
+#[test]
+fn nobody_of_zurich_overlaps_anybody() {
+    use models::traffic::outline::{Size, distance_m, outline};
+    let scene = zurich();
+    let bodies: Vec<_> = scene
+        .traffic
+        .entities
+        .iter()
+        .map(|entity| {
+            let class = &entity.class;
+            let (length_m, span_m) = (class.length_m, class.span_m);
+            (Size { length_m, span_m, aircraft: class.aircraft }, states(entity, scene.run.duration))
+        })
+        .collect();
+    for (i, (size_a, a)) in bodies.iter().enumerate() {
+        for (j, (size_b, b)) in bodies.iter().enumerate().skip(i + 1) {
+            let mut at = b.iter().peekable();
+            for (time, state) in a.iter().filter(|(_, s)| s.position_m.z < 15.0) {
+                while at.next_if(|(t, _)| t < time).is_some() {}
+                let Some((_, other)) = at.peek().filter(|(t, s)| t == time && s.position_m.z < 15.0)
+                else {
+                    continue;
+                };
+                let (p, q) = (state.position_m.xy(), other.position_m.xy());
+                if (p - q).norm() < 120.0 {
+                    let gap = distance_m(
+                        &outline(*size_a, p, state.heading_rad),
+                        &outline(*size_b, q, other.heading_rad),
+                    );
+                    let name = |k: usize| scene.traffic.entities[k].callsign;
+                    assert!(gap > 2.0, "{} and {}: {gap:.1} m at {} s", name(i), name(j), time.s());
+                }
+            }
+        }
+    }
+}
