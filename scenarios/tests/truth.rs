@@ -207,7 +207,10 @@ fn nobody_of_zurich_overlaps_anybody() {
         .map(|entity| {
             let class = &entity.class;
             let (length_m, span_m) = (class.length_m, class.span_m);
-            (Size { length_m, span_m, aircraft: class.aircraft }, states(entity, scene.run.duration))
+            (
+                Size { length_m, span_m, aircraft: class.aircraft },
+                states(entity, scene.run.duration),
+            )
         })
         .collect();
     for (i, (size_a, a)) in bodies.iter().enumerate() {
@@ -215,7 +218,8 @@ fn nobody_of_zurich_overlaps_anybody() {
             let mut at = b.iter().peekable();
             for (time, state) in a.iter().filter(|(_, s)| s.position_m.z < 15.0) {
                 while at.next_if(|(t, _)| t < time).is_some() {}
-                let Some((_, other)) = at.peek().filter(|(t, s)| t == time && s.position_m.z < 15.0)
+                let Some((_, other)) =
+                    at.peek().filter(|(t, s)| t == time && s.position_m.z < 15.0)
                 else {
                     continue;
                 };
