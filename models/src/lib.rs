@@ -5,7 +5,7 @@
 //! ```text
 //! truth ─┐      ┌─ environment (weather)        flight_list
 //!        ▼      ▼                                   │
-//!      sensors (which effects: effects) ─► plot ─► filter ─► association ─► fusion ─► track ─► score
+//!      sensors (which effects: effects) ─► plot ─► filter ─► association ─► fusion ─► track ─► score, control
 //! ```
 //!
 //! Everything runs on whole nanoseconds ([`time::SimTime`]), in metres east, north, up at the
@@ -37,3 +37,5 @@ pub mod fusion;
 pub mod track;
 
 pub mod score;
+
+pub mod control;

@@ -1,0 +1,198 @@
+//! What an alert is: kind, stage, subjects; and its message type in ASTERIX category 004.
+
+use super::clearance::ClearanceKind;
+use crate::frames::Vector2;
+use crate::plot::Callsign;
+use crate::time::SimTime;
+
+/// How grave an alert is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Stage {
+    /// To be known.
+    Information,
+    /// To act upon.
+    Alarm,
+}
+
+impl Stage {
+    /// Its word.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Information => "information",
+            Self::Alarm => "alarm",
+        }
+    }
+}
+
+/// What an alert is about (`docs/control.md`).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum AlertKind {
+    /// Traffic against each other on one runway.
+    RunwayOpposite,
+    /// Two that meet where runways cross.
+    RunwayCrossing,
+    /// Somebody ahead of a roll.
+    RunwayRoll,
+    /// Somebody on the runway of an arrival.
+    RunwayArrival,
+    /// Arrival to, or roll on, a closed runway.
+    RunwayClosed,
+    /// Two clearances that exclude each other.
+    Conflicting(ClearanceKind, ClearanceKind),
+    /// On a runway without clearance.
+    NoRunwayClearance,
+    /// Take-off without clearance.
+    NoTakeOffClearance,
+    /// Landing without clearance.
+    NoLandingClearance,
+    /// Push-back without clearance.
+    NoPushClearance,
+    /// Taxiing without clearance.
+    NoTaxiClearance,
+    /// Over a lit stop bar.
+    StopBar,
+    /// Off the cleared way.
+    OffWay,
+    /// Cleared for the runway, and does not move.
+    NoMovement,
+    /// Too fast on a taxiway.
+    HighSpeed,
+    /// In a protected area.
+    Area,
+    /// Way or runway too small for the type.
+    TooSmall,
+    /// The stand of an arrival is occupied.
+    StandOccupied,
+}
+
+impl AlertKind {
+    /// Its word ("RMCA_ARR", "CATC_CRO_TOF").
+    #[must_use]
+    pub fn word(self) -> String {
+        let word = match self {
+            Self::RunwayOpposite => "RMCA_OPP",
+            Self::RunwayCrossing => "RMCA_CROSS",
+            Self::RunwayRoll => "RMCA_ROLL",
+            Self::RunwayArrival => "RMCA_ARR",
+            Self::RunwayClosed => "RWY_CLOSED",
+            Self::Conflicting(a, b) => {
+                let (a, b) = (a.word(), b.word());
+                return format!("CATC_{}_{}", a.min(b), a.max(b));
+            }
+            Self::NoRunwayClearance => "NOCLR_RWY",
+            Self::NoTakeOffClearance => "NOCLR_TOF",
+            Self::NoLandingClearance => "NOCLR_LND",
+            Self::NoPushClearance => "NOCLR_PUSH",
+            Self::NoTaxiClearance => "NOCLR_TAXI",
+            Self::StopBar => "STOPBAR",
+            Self::OffWay => "ROUTE_DEV",
+            Self::NoMovement => "NOMOV",
+            Self::HighSpeed => "HIGH_SPEED",
+            Self::Area => "AREA",
+            Self::TooSmall => "WRTY",
+            Self::StandOccupied => "STOCC",
+        };
+        word.to_owned()
+    }
+
+    /// Message type in ASTERIX category 004 (I004/000). A roll with a crosser is 13.
+    #[must_use]
+    pub fn asterix(self) -> u8 {
+        match self {
+            Self::RunwayOpposite => 11,
+            Self::RunwayCrossing => 30,
+            Self::RunwayRoll => 12,
+            Self::RunwayArrival => 9,
+            Self::RunwayClosed => 10,
+            Self::Conflicting(..) => 38,
+            Self::NoRunwayClearance
+            | Self::NoTakeOffClearance
+            | Self::NoLandingClearance
+            | Self::NoPushClearance => 39,
+            Self::NoTaxiClearance => 15,
+            Self::StopBar => 16,
+            Self::OffWay => 2,
+            Self::NoMovement => 40,
+            Self::HighSpeed => 29,
+            Self::Area => 32,
+            Self::TooSmall => 42,
+            Self::StandOccupied => 43,
+        }
+    }
+}
+
+/// Who an alert belongs to: a track, or, of conflicting clearances, a strip.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Subject {
+    /// Number of a track.
+    Track(u16),
+    /// Index of a strip of the board.
+    Strip(u32),
+}
+
+/// A condition that holds in one scan.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Condition {
+    /// What.
+    pub kind: AlertKind,
+    /// Who; the smaller first.
+    pub subjects: (Subject, Option<Subject>),
+    /// How grave.
+    pub stage: Stage,
+    /// Runway concerned.
+    pub runway: Option<usize>,
+    /// Where: the first subject, m.
+    pub place_m: Vector2<f64>,
+}
+
+impl Condition {
+    /// What conditions of successive scans are told apart by.
+    #[must_use]
+    pub fn key(&self) -> (AlertKind, Subject, Option<Subject>) {
+        (self.kind, self.subjects.0, self.subjects.1)
+    }
+}
+
+/// What happened to an alert in a scan.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Change {
+    /// Raised.
+    Raised,
+    /// Its stage or the name of a subject changed.
+    Changed,
+    /// Ended.
+    Ended,
+}
+
+/// An alert.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Alert {
+    /// Number, counting up from 1.
+    pub id: u32,
+    /// The condition, as it was last.
+    pub condition: Condition,
+    /// Call signs of the subjects, where known, in the order of the subjects.
+    pub names: (Option<Callsign>, Option<Callsign>),
+    /// Raised at.
+    pub since: SimTime,
+    /// Stage since.
+    pub stage_since: SimTime,
+}
+
+impl Alert {
+    /// What people call the subjects: call signs, else track numbers, sorted, separated by blanks.
+    #[must_use]
+    pub fn subjects(&self) -> String {
+        let name = |subject: Subject, callsign: Option<Callsign>| match (callsign, subject) {
+            (Some(callsign), _) => callsign.as_str().to_owned(),
+            (None, Subject::Track(number)) => number.to_string(),
+            (None, Subject::Strip(index)) => format!("strip {index}"),
+        };
+        let (first, second) = self.condition.subjects;
+        let mut names = vec![name(first, self.names.0)];
+        names.extend(second.map(|s| name(s, self.names.1)));
+        names.sort();
+        names.join(" ")
+    }
+}

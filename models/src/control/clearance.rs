@@ -1,0 +1,399 @@
+//! Clearances: what a controller allows, as strips that stand for a time.
+
+use crate::plot::Callsign;
+use crate::time::SimTime;
+
+/// What a clearance allows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[repr(u8)]
+pub enum ClearanceKind {
+    /// Backtrack along the runway.
+    Backtrack,
+    /// Cross the runway.
+    Cross,
+    /// Enter a runway or an area (vehicles).
+    Enter,
+    /// Go around.
+    GoAround,
+    /// Hold position.
+    Hold,
+    /// Land.
+    Land,
+    /// Line up and wait.
+    LineUp,
+    /// Push and start.
+    Push,
+    /// Revoke what stands.
+    Revoke,
+    /// Speed on final or when taxiing.
+    Speed,
+    /// Taxi.
+    Taxi,
+    /// Take off.
+    TakeOff,
+}
+
+impl ClearanceKind {
+    /// All, in the order of their words.
+    pub const ALL: [Self; 12] = [
+        Self::Backtrack,
+        Self::Cross,
+        Self::Enter,
+        Self::GoAround,
+        Self::Hold,
+        Self::Land,
+        Self::LineUp,
+        Self::Push,
+        Self::Revoke,
+        Self::Speed,
+        Self::Taxi,
+        Self::TakeOff,
+    ];
+
+    /// Its word.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Backtrack => "BTR",
+            Self::Cross => "CRO",
+            Self::Enter => "ENT",
+            Self::GoAround => "GOA",
+            Self::Hold => "HLD",
+            Self::Land => "LND",
+            Self::LineUp => "LUP",
+            Self::Push => "PSH",
+            Self::Revoke => "REV",
+            Self::Speed => "SPD",
+            Self::Taxi => "TAX",
+            Self::TakeOff => "TOF",
+        }
+    }
+
+    /// The kind of a word.
+    #[must_use]
+    pub fn of(word: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|kind| kind.word() == word)
+    }
+
+    /// Whether it allows to be on a runway.
+    #[must_use]
+    pub fn enters_runway(self) -> bool {
+        use ClearanceKind::{Backtrack, Cross, Enter, Land, LineUp, TakeOff};
+        matches!(self, Backtrack | Cross | Enter | Land | LineUp | TakeOff)
+    }
+
+    fn bit(self) -> u16 {
+        1 << self as u8
+    }
+}
+
+/// A set of kinds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Kinds(u16);
+
+impl Kinds {
+    /// These kinds.
+    #[must_use]
+    pub fn of(kinds: &[ClearanceKind]) -> Self {
+        Self(kinds.iter().fold(0, |set, kind| set | kind.bit()))
+    }
+    /// Whether it holds one of `others`.
+    #[must_use]
+    #[inline]
+    pub fn any(self, others: Self) -> bool {
+        self.0 & others.0 != 0
+    }
+    /// Whether it holds this kind.
+    #[must_use]
+    #[inline]
+    pub fn has(self, kind: ClearanceKind) -> bool {
+        self.0 & kind.bit() != 0
+    }
+    fn add(&mut self, kind: ClearanceKind) {
+        self.0 |= kind.bit();
+    }
+}
+
+/// A clearance as it was given.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Clearance {
+    /// Who is cleared.
+    pub callsign: Callsign,
+    /// For what.
+    pub kind: ClearanceKind,
+    /// Runway of the layout, and which end; both directions where the end is not named.
+    pub runway: Option<(usize, Option<usize>)>,
+    /// Entry or crossing place along the axis of the runway from its first end, m.
+    pub place_m: Option<f64>,
+    /// Holds from.
+    pub from: SimTime,
+    /// Ended: vacated, crossed or airborne was reported, or it was taken back.
+    pub until: Option<SimTime>,
+}
+
+/// One aircraft or vehicle and what it is cleared for now.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Strip {
+    /// Who.
+    pub callsign: Callsign,
+    /// Everything that stands.
+    pub standing: Vec<Clearance>,
+    /// The kinds of it.
+    pub kinds: Kinds,
+    /// When a push or taxi clearance last ended.
+    pub moved_until: Option<SimTime>,
+    /// Cleared way, m; empty: not known.
+    pub way_m: Vec<crate::frames::Vector2<f64>>,
+    /// Its stand, m.
+    pub stand_m: Option<crate::frames::Vector2<f64>>,
+    /// The way or the runway is too small for its type.
+    pub too_small: bool,
+}
+
+impl Strip {
+    /// What it is cleared for on a runway.
+    #[must_use]
+    pub fn on_runway(&self, runway: usize) -> impl Iterator<Item = &Clearance> {
+        self.standing.iter().filter(move |c| c.runway.is_some_and(|r| r.0 == runway))
+    }
+
+    /// When the standing clearance of a kind for a runway was given.
+    #[must_use]
+    pub fn since(&self, kind: ClearanceKind, runway: usize) -> Option<SimTime> {
+        self.on_runway(runway).find(|c| c.kind == kind).map(|c| c.from)
+    }
+}
+
+/// Most strips of a board: twice as many as there are track numbers.
+pub const MOST_STRIPS: usize = 8192;
+/// Most clearances of one strip that stand or wait for their time.
+const MOST_OF_ONE: usize = 32;
+
+/// All strips: the state of all clearances at a time.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Board {
+    strips: Vec<Strip>,
+    /// Indices of `strips`, sorted by call sign.
+    order: Vec<u32>,
+    /// Given for later.
+    waiting: Vec<Clearance>,
+    /// Strips with runway clearances, sorted.
+    on_runways: Vec<u32>,
+    /// Changes with every new strip.
+    version: u64,
+}
+
+impl Board {
+    /// The strips; their indices stay.
+    #[must_use]
+    pub fn strips(&self) -> &[Strip] {
+        &self.strips
+    }
+
+    /// Index of a strip.
+    #[must_use]
+    pub fn find(&self, callsign: Callsign) -> Option<usize> {
+        let at = self.order.binary_search_by_key(&callsign, |i| self.strips[*i as usize].callsign);
+        at.ok().map(|at| self.order[at] as usize)
+    }
+
+    /// Indices of the strips with clearances of a runway, ascending.
+    #[must_use]
+    pub fn on_runways(&self) -> &[u32] {
+        &self.on_runways
+    }
+
+    /// Counts up with every new strip.
+    #[must_use]
+    pub fn version(&self) -> u64 {
+        self.version
+    }
+
+    /// The strip of a call sign, made if there is none; `None` if the board is full.
+    pub fn strip(&mut self, callsign: Callsign) -> Option<&mut Strip> {
+        let at = match self.order.binary_search_by_key(&callsign, |i| self.strips[*i as usize].callsign) {
+            Ok(at) => self.order[at] as usize,
+            Err(place) => {
+                if self.strips.len() >= MOST_STRIPS {
+                    return None;
+                }
+                self.order.insert(place, self.strips.len() as u32);
+                self.strips.push(Strip {
+                    callsign,
+                    standing: Vec::new(),
+                    kinds: Kinds::default(),
+                    moved_until: None,
+                    way_m: Vec::new(),
+                    stand_m: None,
+                    too_small: false,
+                });
+                self.version += 1;
+                self.strips.len() - 1
+            }
+        };
+        Some(&mut self.strips[at])
+    }
+
+    /// Gives a clearance, from its time on; what it replaces ends then. False if the board is full.
+    pub fn give(&mut self, clearance: Clearance) -> bool {
+        let theirs = self.waiting.iter().filter(|c| c.callsign == clearance.callsign).count();
+        if theirs >= MOST_OF_ONE || self.strip(clearance.callsign).is_none() {
+            return false;
+        }
+        self.waiting.push(clearance);
+        true
+    }
+
+    /// Ends what stands of a kind (for a runway) at a time.
+    pub fn end(&mut self, callsign: Callsign, kind: ClearanceKind, runway: Option<usize>, at: SimTime) {
+        let ends = |c: &Clearance| {
+            c.callsign == callsign && c.kind == kind && (runway.is_none() || c.runway.map(|r| r.0) == runway)
+        };
+        let earlier = |until: Option<SimTime>| Some(until.map_or(at, |u| u.min(at)));
+        if let Some(index) = self.find(callsign) {
+            for c in self.strips[index].standing.iter_mut().filter(|c| ends(c)) {
+                c.until = earlier(c.until);
+            }
+        }
+        for c in self.waiting.iter_mut().filter(|c| ends(c) && c.from <= at) {
+            c.until = earlier(c.until);
+        }
+    }
+
+    /// Brings the board to a time: what was given for it begins, what ended goes.
+    pub fn advance(&mut self, now: SimTime) {
+        let mut changed = false;
+        if self.waiting.iter().any(|c| c.from <= now) {
+            let mut due: Vec<Clearance> =
+                self.waiting.iter().copied().filter(|c| c.from <= now).collect();
+            self.waiting.retain(|c| c.from > now);
+            due.sort_by_key(|c| c.from);
+            for clearance in due {
+                self.enter(clearance);
+            }
+            changed = true;
+        }
+        let over = |c: &Clearance| c.until.is_some_and(|until| until <= now);
+        for strip in self.strips.iter_mut().filter(|s| s.standing.iter().any(over)) {
+            let moves = |c: &&Clearance| over(c) && matches!(c.kind, ClearanceKind::Push | ClearanceKind::Taxi);
+            let ended = strip.standing.iter().filter(moves).filter_map(|c| c.until).max();
+            strip.moved_until = strip.moved_until.max(ended);
+            strip.standing.retain(|c| !over(c));
+            changed = true;
+        }
+        if changed {
+            for strip in &mut self.strips {
+                strip.kinds = Kinds::default();
+                for c in &strip.standing {
+                    strip.kinds.add(c.kind);
+                }
+            }
+            let with = |s: &Strip| s.standing.iter().any(|c| c.runway.is_some() && c.kind.enters_runway());
+            let indices = self.strips.iter().enumerate().filter(|(_, s)| with(s));
+            self.on_runways = indices.map(|(i, _)| i as u32).collect();
+        }
+    }
+
+    /// One clearance begins: a take-off replaces the line-up, holding replaces taxiing and taxiing holding, a
+    /// revocation or a go-around what it takes back, and the same kind for the same runway itself.
+    fn enter(&mut self, clearance: Clearance) {
+        use ClearanceKind::{GoAround, Hold, Land, LineUp, Revoke, TakeOff, Taxi};
+        let Some(strip) = self.strip(clearance.callsign) else { return };
+        let (kind, runway) = (clearance.kind, clearance.runway.map(|r| r.0));
+        strip.standing.retain(|c| {
+            let same_runway = c.runway.map(|r| r.0) == runway || runway.is_none();
+            let replaced = match kind {
+                TakeOff => c.kind == LineUp,
+                Hold => c.kind == Taxi,
+                Taxi => c.kind == Hold,
+                GoAround => c.kind == Land,
+                Revoke => true,
+                _ => false,
+            };
+            !(same_runway && (replaced || c.kind == kind))
+        });
+        // A line-up that comes after the take-off was cleared says nothing new.
+        let rolls = strip.since(TakeOff, runway.unwrap_or(usize::MAX)).is_some();
+        if kind != Revoke && !(kind == LineUp && rolls) && strip.standing.len() < MOST_OF_ONE {
+            strip.standing.push(clearance);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ClearanceKind::{Cross, Hold, Land, LineUp, Revoke, TakeOff, Taxi};
+
+    fn given(kind: ClearanceKind, at_s: f64, until_s: Option<f64>) -> Clearance {
+        Clearance {
+            callsign: Callsign::new("AAL1"),
+            kind,
+            runway: kind.enters_runway().then_some((0, Some(0))),
+            place_m: None,
+            from: SimTime::from_s(at_s),
+            until: until_s.map(SimTime::from_s),
+        }
+    }
+
+    fn words(board: &Board) -> String {
+        let strip = &board.strips()[board.find(Callsign::new("AAL1")).expect("a strip")];
+        let words: Vec<&str> = strip.standing.iter().map(|c| c.kind.word()).collect();
+        words.join(" ")
+    }
+
+    #[test]
+    fn a_strip_follows_what_is_given_replaced_and_ended() {
+        let mut board = Board::default();
+        for (kind, at_s, until_s) in [
+            (Taxi, 0.0, None),
+            (LineUp, 10.0, None),
+            (TakeOff, 20.0, None),
+            (LineUp, 20.5, None),
+            (Cross, 22.0, Some(30.0)),
+            (Hold, 40.0, None),
+            (Taxi, 50.0, None),
+            (Revoke, 60.0, None),
+            (Land, 70.0, None),
+        ] {
+            assert!(board.give(given(kind, at_s, until_s)));
+        }
+        for (at_s, expected) in [
+            (0.0, "TAX"),
+            (10.0, "TAX LUP"),
+            (21.0, "TAX TOF"),
+            (25.0, "TAX TOF CRO"),
+            (30.0, "TAX TOF"),
+            (40.0, "TOF HLD"),
+            (50.0, "TOF TAX"),
+            (60.0, ""),
+            (70.0, "LND"),
+        ] {
+            board.advance(SimTime::from_s(at_s));
+            assert_eq!(words(&board), expected, "at {at_s} s");
+        }
+        board.end(Callsign::new("AAL1"), Land, Some(0), SimTime::from_s(80.0));
+        board.advance(SimTime::from_s(80.0));
+        assert_eq!((words(&board).as_str(), board.on_runways()), ("", &[][..]));
+    }
+
+    #[test]
+    fn every_word_is_found_again() {
+        for kind in ClearanceKind::ALL {
+            assert_eq!(ClearanceKind::of(kind.word()), Some(kind));
+        }
+        assert_eq!(ClearanceKind::of("XXX"), None);
+    }
+
+    #[test]
+    fn no_sender_fills_the_board_without_end() {
+        let mut board = Board::default();
+        let taken = (0..9_000).filter(|n| {
+            let callsign = Callsign::new(&format!("X{n}"));
+            board.give(Clearance { callsign, ..given(Taxi, 1e6, None) })
+        });
+        assert_eq!(taken.count(), MOST_STRIPS);
+        let again = (0..1000).filter(|_| board.give(Clearance { callsign: Callsign::new("X1"), ..given(Taxi, 1e6, None) }));
+        assert_eq!(again.count(), MOST_OF_ONE - 1);
+    }
+}

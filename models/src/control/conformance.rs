@@ -1,0 +1,284 @@
+//! Conformance monitoring: what moves without, or against, a clearance; protected areas.
+
+use super::alert::{AlertKind, Condition, Stage, Subject};
+use super::clearance::{Board, ClearanceKind, Kinds, Strip};
+use super::layout::{Area, AreaKind, Layout, StopBar};
+use super::parameters::Parameters;
+use super::situation::{Situation, Surveillance, TargetClass};
+use crate::airport::distance_to_segment_m;
+use crate::frames::Vector2;
+use crate::time::SimTime;
+
+use ClearanceKind::{
+    Backtrack, Cross, Enter, GoAround, Land, LineUp, Push, TakeOff, Taxi,
+};
+
+/// What the conformance monitor remembers of a track.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Remembered {
+    /// It went over a lit bar of this runway and is still there.
+    over_bar: Option<u8>,
+    /// Segment of the cleared way that was nearest last.
+    segment: u32,
+}
+
+/// The conformance monitor; its memory has one entry a track number.
+#[derive(Clone, Debug)]
+pub(super) struct Monitor {
+    remembered: Vec<Remembered>,
+}
+
+impl Default for Monitor {
+    fn default() -> Self {
+        Self { remembered: vec![Remembered::default(); 4096] }
+    }
+}
+
+/// What a scan is judged by.
+pub(super) struct Rules<'a> {
+    pub now: SimTime,
+    pub layout: &'a Layout,
+    pub parameters: &'a Parameters,
+    pub board: &'a Board,
+    pub bars: &'a [StopBar],
+    pub areas: &'a [Area],
+}
+
+impl Monitor {
+    /// Adds the conditions of every track (`NOCLR_*`, `STOPBAR`, `ROUTE_DEV`, `NOMOV`, `HIGH_SPEED`, `AREA`,
+    /// `WRTY`, `STOCC`).
+    pub(super) fn conditions(
+        &mut self,
+        rules: &Rules<'_>,
+        surveillance: &Surveillance,
+        out: &mut Vec<Condition>,
+    ) {
+        for situation in surveillance.situations() {
+            let remembered = &mut self.remembered[usize::from(situation.target.number)];
+            if situation.target.first {
+                *remembered = Remembered::default();
+            }
+            let mut one = One { rules, situation, strip: None, out };
+            one.strip = situation.strip.map(|i| &rules.board.strips()[i as usize]);
+            one.bar(remembered);
+            if situation.of_a_runway() {
+                one.on_runway();
+            }
+            one.off_runway(remembered);
+            one.stand(surveillance);
+            for area in rules.areas {
+                let p = situation.target.position_m;
+                if !situation.airborne && area.holds(rules.now, p) {
+                    let closed = area.kind == AreaKind::Closed;
+                    one.raise(AlertKind::Area, if closed { Stage::Alarm } else { Stage::Information }, None);
+                }
+            }
+        }
+    }
+}
+
+struct One<'a, 'b> {
+    rules: &'a Rules<'b>,
+    situation: &'a Situation,
+    strip: Option<&'a Strip>,
+    out: &'a mut Vec<Condition>,
+}
+
+impl One<'_, '_> {
+    fn raise(&mut self, kind: AlertKind, stage: Stage, runway: Option<usize>) {
+        let target = &self.situation.target;
+        let subjects = (Subject::Track(target.number), None);
+        self.out.push(Condition { kind, subjects, stage, runway, place_m: target.position_m });
+    }
+
+    /// Whether it stands cleared for one of these on a runway (end `None`: in any direction).
+    fn cleared(&self, kinds: &[ClearanceKind], runway: usize, end: Option<usize>) -> bool {
+        let fits = |c: &super::clearance::Clearance| {
+            let given = c.runway.and_then(|r| r.1);
+            kinds.contains(&c.kind) && (end.is_none() || given.is_none() || given == end)
+        };
+        self.strip.is_some_and(|s| s.on_runway(runway).any(fits))
+    }
+
+    fn kinds(&self) -> Kinds {
+        self.strip.map_or_else(Kinds::default, |s| s.kinds)
+    }
+
+    fn on_runway(&mut self) {
+        let (p, now, s) = (self.rules.parameters, self.rules.now, self.situation);
+        let landed_on = s.was_on_final(now, p.landed_s);
+        let goes_around = self.kinds().has(GoAround);
+        if let Some(f) = s.on_final {
+            let cleared = goes_around || self.cleared(&[Land], f.runway, Some(f.end));
+            if f.time_s <= p.landing_clearance_s && !cleared && s.fast.is_none() {
+                self.raise(AlertKind::NoLandingClearance, Stage::Information, Some(f.runway));
+            }
+        }
+        if let Some(r) = s.fast.filter(|_| s.target.class != TargetClass::Vehicle && !goes_around) {
+            if !self.cleared(&[TakeOff, Land], r, None) {
+                let kind = match landed_on {
+                    Some(_) => AlertKind::NoLandingClearance,
+                    None => AlertKind::NoTakeOffClearance,
+                };
+                self.raise(kind, Stage::Alarm, Some(r));
+            }
+        }
+        for r in (0..self.rules.layout.runways.len()).filter(|r| s.in_strip(*r)) {
+            self.in_strip(r, landed_on);
+        }
+    }
+
+    fn in_strip(&mut self, r: usize, landed_on: Option<usize>) {
+        let (p, now, s) = (self.rules.parameters, self.rules.now, self.situation);
+        let allowed = [LineUp, TakeOff, Cross, Land, Enter, Backtrack];
+        let crosses = |other: usize| {
+            let pair = [r.min(other), r.max(other)];
+            self.rules.layout.crossings.iter().any(|c| c.runways == pair)
+        };
+        // Where two runways cross the strip of one is the strip of the other.
+        let elsewhere = || {
+            let others = (0..self.rules.layout.runways.len()).filter(|o| *o != r && s.in_strip(*o));
+            others.into_iter().any(|o| crosses(o) && self.cleared(&allowed, o, None))
+        };
+        let landed = landed_on.is_some_and(|runway| runway == r || crosses(runway));
+        let entered = s.fast.is_none() && s.on_final.is_none() && !s.airborne && !landed;
+        if entered && !self.cleared(&allowed, r, None) && !elsewhere() {
+            self.raise(AlertKind::NoRunwayClearance, Stage::Alarm, Some(r));
+        }
+        let Some(strip) = self.strip.filter(|_| s.target.class != TargetClass::Vehicle) else { return };
+        let stands = |since: SimTime, most_s: f64| now.since_s(since.max(s.still_since)) >= most_s;
+        let take_off = strip.since(TakeOff, r);
+        let late = match (take_off, strip.since(LineUp, r)) {
+            (Some(since), _) => stands(since, p.stands_cleared_s),
+            (None, Some(since)) => stands(since, p.stands_lined_up_s),
+            (None, None) => false,
+        };
+        if late {
+            self.raise(AlertKind::NoMovement, Stage::Information, Some(r));
+        }
+    }
+
+    fn bar(&mut self, remembered: &mut Remembered) {
+        let (p, s) = (self.rules.parameters, self.situation);
+        if let Some(r) = remembered.over_bar {
+            let Some(runway) = self.rules.layout.runways.get(usize::from(r)) else { return };
+            let beyond = |m: Vector2<f64>| runway.place_m(m).1.abs() > runway.hold_m;
+            if beyond(s.nose_m) && beyond(s.target.position_m) {
+                remembered.over_bar = None;
+            } else {
+                self.raise(AlertKind::StopBar, Stage::Alarm, Some(usize::from(r)));
+            }
+            return;
+        }
+        let Some(before_m) = s.nose_before_m else { return };
+        for bar in self.rules.bars.iter().filter(|bar| bar.lit) {
+            let Some(runway) = self.rules.layout.runways.get(bar.runway) else { continue };
+            let (place_m, d) = runway.place_m(s.nose_m);
+            let line_m = bar.across_m.map_or(runway.hold_m, f64::abs) - p.bar_margin_m;
+            if d.abs() >= line_m || (place_m - bar.place_m).abs() > p.bar_reach_m {
+                continue;
+            }
+            let other_side = bar.across_m.is_some_and(|across| across * d < 0.0);
+            if !other_side && runway.place_m(before_m).1.abs() >= line_m && !s.airborne {
+                remembered.over_bar = Some(bar.runway as u8);
+                self.raise(AlertKind::StopBar, Stage::Alarm, Some(bar.runway));
+                return;
+            }
+        }
+    }
+
+    fn off_runway(&mut self, remembered: &mut Remembered) {
+        let (p, now, s) = (self.rules.parameters, self.rules.now, self.situation);
+        let rolled = s.last_fast.is_some_and(|at| now.since_s(at) <= p.rolled_s);
+        let ground = s.strips == 0 && s.on_final.is_none() && !s.airborne && s.on_ground_area;
+        if s.target.class != TargetClass::Aircraft || !ground || rolled {
+            return;
+        }
+        let kinds = self.kinds();
+        if s.mean_mps > p.push_mps {
+            // The mean looks back: a clearance that ended within its time still explains it.
+            let just = self.strip.and_then(|s| s.moved_until).is_some_and(|at| now.since_s(at) <= p.mean_s);
+            let at_stand = self.strip.and_then(|s| s.stand_m).is_some_and(|stand_m| {
+                (s.target.position_m - stand_m).norm() <= p.stand_reach_m
+            });
+            if at_stand {
+                if !just && !kinds.any(Kinds::of(&[Push, Taxi])) {
+                    self.raise(AlertKind::NoPushClearance, Stage::Information, None);
+                }
+            } else if s.mean_mps > p.taxi_mps
+                && !just
+                && !kinds.any(Kinds::of(&[Taxi, Cross, LineUp, TakeOff, Land]))
+            {
+                self.raise(AlertKind::NoTaxiClearance, Stage::Information, None);
+            }
+        }
+        if s.speed_mps > p.high_speed_mps {
+            let take_off = s.speed_mps > p.taxiway_take_off_mps;
+            let stage = if take_off { Stage::Alarm } else { Stage::Information };
+            self.raise(AlertKind::HighSpeed, stage, None);
+        }
+        let Some(strip) = self.strip else { return };
+        let off = kinds.has(Taxi)
+            && off_way(&strip.way_m, s.target.position_m, p.way_m, &mut remembered.segment);
+        if off {
+            self.raise(AlertKind::OffWay, Stage::Information, None);
+        }
+        if strip.too_small && kinds.any(Kinds::of(&[Taxi, LineUp, TakeOff])) {
+            self.raise(AlertKind::TooSmall, Stage::Information, None);
+        }
+    }
+
+    fn stand(&mut self, surveillance: &Surveillance) {
+        let (p, s) = (self.rules.parameters, self.situation);
+        if !s.target.arriving {
+            return;
+        }
+        let Some(stand_m) = self.strip.and_then(|strip| strip.stand_m) else { return };
+        let taxi_s = (s.target.position_m - stand_m).norm() / p.stand_taxi_mps;
+        let (eta_s, own) = match s.on_final {
+            Some(f) => {
+                let runway = &self.rules.layout.runways[f.runway];
+                let end = if f.end == 0 { runway.displaced_m[0] } else { runway.length_m - runway.displaced_m[1] };
+                let threshold_m = runway.origin_m + runway.along * end;
+                (f.time_s + (threshold_m - stand_m).norm() / p.stand_taxi_mps, false)
+            }
+            None => (taxi_s, taxi_s * p.stand_taxi_mps <= p.stand_occupied_m),
+        };
+        if own || eta_s > p.stand_ahead_s || !(s.on_final.is_some() || self.kinds().has(Taxi)) {
+            return;
+        }
+        let near2 = p.stand_occupied_m * p.stand_occupied_m;
+        let occupied = surveillance.situations().iter().any(|o| {
+            (o.target.position_m - stand_m).norm_squared() <= near2
+                && o.target.number != s.target.number
+                && o.target.class != TargetClass::Vehicle
+                && o.mean_mps < p.push_mps
+        });
+        if occupied {
+            self.raise(AlertKind::StandOccupied, Stage::Information, None);
+        }
+    }
+}
+
+/// Whether a point is farther than `most_m` from a way; looks first where it was nearest before.
+fn off_way(way_m: &[Vector2<f64>], point_m: Vector2<f64>, most_m: f64, segment: &mut u32) -> bool {
+    if way_m.len() < 2 {
+        return false;
+    }
+    let count = way_m.len() - 1;
+    let near = |i: usize| distance_to_segment_m(point_m, way_m[i], way_m[i + 1]) <= most_m;
+    let last = (*segment as usize).min(count - 1);
+    for i in [last, (last + 1).min(count - 1)] {
+        if near(i) {
+            *segment = i as u32;
+            return false;
+        }
+    }
+    match (0..count).find(|i| near(*i)) {
+        Some(i) => {
+            *segment = i as u32;
+            false
+        }
+        None => true,
+    }
+}

@@ -1,0 +1,253 @@
+//! The parts of an airport that the safety net looks at: runways as axes, where they cross, protected areas.
+
+use crate::airport::Airport;
+use crate::frames::Vector2;
+use crate::time::SimTime;
+
+/// A runway as an axis from its first end. Airport frame, metres.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RunwayAxis {
+    /// Designators of both ends.
+    pub names: [String; 2],
+    /// First end.
+    pub origin_m: Vector2<f64>,
+    /// Unit vector to the other end.
+    pub along: Vector2<f64>,
+    /// Length, m.
+    pub length_m: f64,
+    /// Width, m.
+    pub width_m: f64,
+    /// Distance of the holding positions from the centreline, m.
+    pub hold_m: f64,
+    /// Displacement of the landing thresholds from the ends, m.
+    pub displaced_m: [f64; 2],
+    /// Closed to all traffic.
+    pub closed: bool,
+}
+
+impl RunwayAxis {
+    /// The axis between two ends; `None` if they are nearer than 1 m or not finite.
+    #[must_use]
+    pub fn new(names: [String; 2], ends_m: [Vector2<f64>; 2], width_m: f64, hold_m: f64) -> Option<Self> {
+        let whole = ends_m[1] - ends_m[0];
+        let length_m = libm::hypot(whole.x, whole.y);
+        (length_m.is_finite() && length_m > 1.0).then(|| Self {
+            names,
+            origin_m: ends_m[0],
+            along: whole / length_m,
+            length_m,
+            width_m,
+            hold_m,
+            displaced_m: [0.0; 2],
+            closed: false,
+        })
+    }
+
+    /// Place along the axis from the first end, and distance to the right of it, m.
+    #[must_use]
+    #[inline]
+    pub fn place_m(&self, point_m: Vector2<f64>) -> (f64, f64) {
+        let from = point_m - self.origin_m;
+        (from.dot(&self.along), from.x * self.along.y - from.y * self.along.x)
+    }
+
+    /// Speed along the axis, m/s, positive from the first end.
+    #[must_use]
+    #[inline]
+    pub fn along_mps(&self, velocity_mps: Vector2<f64>) -> f64 {
+        velocity_mps.dot(&self.along)
+    }
+
+    /// Which end is called `name`.
+    #[must_use]
+    pub fn end(&self, name: &str) -> Option<usize> {
+        self.names.iter().position(|n| n == name)
+    }
+}
+
+/// Where two runways cross.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Crossing {
+    /// Both runways.
+    pub runways: [usize; 2],
+    /// Its place along each, m.
+    pub places_m: [f64; 2],
+}
+
+/// Why an area is protected.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AreaKind {
+    /// Closed.
+    Closed,
+    /// ILS critical or sensitive.
+    Ils,
+    /// Restricted.
+    Restricted,
+}
+
+impl AreaKind {
+    /// The kind of a word.
+    #[must_use]
+    pub fn of(word: &str) -> Option<Self> {
+        match word {
+            "closed" => Some(Self::Closed),
+            "ils" => Some(Self::Ils),
+            "restricted" => Some(Self::Restricted),
+            _ => None,
+        }
+    }
+}
+
+/// A protected area and its time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Area {
+    /// Why.
+    pub kind: AreaKind,
+    /// Outline, m, not closed.
+    pub outline_m: Vec<Vector2<f64>>,
+    /// Protected from.
+    pub from: SimTime,
+    /// Protected until.
+    pub until: SimTime,
+}
+
+impl Area {
+    /// Whether a point lies inside at a time (even-odd rule).
+    #[must_use]
+    pub fn holds(&self, time: SimTime, point_m: Vector2<f64>) -> bool {
+        if time < self.from || time >= self.until {
+            return false;
+        }
+        let mut inside = false;
+        let n = self.outline_m.len();
+        for i in 0..n {
+            let (a, b) = (self.outline_m[i], self.outline_m[(i + 1) % n]);
+            if (a.y > point_m.y) != (b.y > point_m.y) {
+                let at = a.x + (b.x - a.x) * (point_m.y - a.y) / (b.y - a.y);
+                inside ^= point_m.x < at;
+            }
+        }
+        inside
+    }
+}
+
+/// A stop bar across an entry.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StopBar {
+    /// Runway.
+    pub runway: usize,
+    /// Place along its axis from the first end, m.
+    pub place_m: f64,
+    /// Distance from the centreline, m; positive on the right of the axis. `None`: the runway's, on both sides.
+    pub across_m: Option<f64>,
+    /// Lit.
+    pub lit: bool,
+}
+
+/// What of an airport does not change from scan to scan.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Layout {
+    /// Runways.
+    pub runways: Vec<RunwayAxis>,
+    /// Pairs that cross.
+    pub crossings: Vec<Crossing>,
+    /// Smallest box around the ground network, m: beyond it nobody taxies. `None`: unknown.
+    pub ground_m: Option<[Vector2<f64>; 2]>,
+}
+
+impl Layout {
+    /// The layout of these runways.
+    #[must_use]
+    pub fn new(runways: Vec<RunwayAxis>) -> Self {
+        let mut crossings = Vec::new();
+        for a in 0..runways.len() {
+            for b in a + 1..runways.len() {
+                crossings.extend(crossing(&runways, a, b));
+            }
+        }
+        Self { runways, crossings, ground_m: None }
+    }
+
+    /// The layout of an airport: hold distance 90 m, 40 m for runways under 1 200 m (assumed, as the ground
+    /// network does where the file has no holding positions).
+    #[must_use]
+    pub fn of(airport: &Airport) -> Self {
+        let axis = |r: &crate::airport::Runway| {
+            let length_m = (r.ends_m[1] - r.ends_m[0]).norm();
+            let hold_m = if length_m < 1200.0 { 40.0 } else { 90.0 };
+            let mut axis = RunwayAxis::new(r.names.clone(), r.ends_m, r.width_m, hold_m)?;
+            let place = |end: usize| axis.place_m(r.thresholds_m[end]).0.clamp(0.0, length_m);
+            axis.displaced_m = [place(0), length_m - place(1)];
+            (length_m >= 100.0).then_some(axis)
+        };
+        let mut layout = Self::new(airport.runways.iter().filter_map(axis).collect());
+        let places = || {
+            let nodes = airport.nodes.iter().map(|n| n.position_m);
+            nodes.chain(airport.stands.iter().map(|s| s.position_m))
+        };
+        if places().next().is_some() {
+            let fold = |f: fn(f64, f64) -> f64, from: f64| {
+                places().fold(Vector2::new(from, from), |m, p| Vector2::new(f(m.x, p.x), f(m.y, p.y)))
+            };
+            let room = Vector2::new(150.0, 150.0);
+            layout.ground_m =
+                Some([fold(f64::min, f64::INFINITY) - room, fold(f64::max, f64::NEG_INFINITY) + room]);
+        }
+        layout
+    }
+
+    /// The runway with an end called `name`, and which end; `18R/36L` names both.
+    #[must_use]
+    pub fn runway(&self, name: &str) -> Option<(usize, Option<usize>)> {
+        if let Some((first, second)) = name.split_once('/') {
+            let (a, b) = (self.runway(first)?, self.runway(second)?);
+            return (a.0 == b.0).then_some((a.0, None));
+        }
+        let found = |(r, axis): (usize, &RunwayAxis)| axis.end(name).map(|end| (r, Some(end)));
+        self.runways.iter().enumerate().find_map(found)
+    }
+}
+
+/// Where two runways cross, within their length.
+fn crossing(runways: &[RunwayAxis], a: usize, b: usize) -> Option<Crossing> {
+    let (first, second) = (&runways[a], &runways[b]);
+    let cross = first.along.perp(&second.along);
+    if cross.abs() < 0.05 {
+        return None;
+    }
+    let between = second.origin_m - first.origin_m;
+    let at = between.perp(&second.along) / cross;
+    let other = between.perp(&first.along) / cross;
+    let on = |place: f64, axis: &RunwayAxis| (0.0..=axis.length_m).contains(&place);
+    (on(at, first) && on(other, second))
+        .then_some(Crossing { runways: [a, b], places_m: [at, other] })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn axis(a: [f64; 2], b: [f64; 2]) -> RunwayAxis {
+        let ends = [Vector2::new(a[0], a[1]), Vector2::new(b[0], b[1])];
+        RunwayAxis::new(["09".into(), "27".into()], ends, 45.0, 90.0).expect("long enough")
+    }
+
+    #[test]
+    fn runways_cross_where_they_meet_and_only_within_their_length() {
+        let east = axis([0.0, 0.0], [3000.0, 0.0]);
+        let south = axis([1800.0, 1200.0], [1800.0, -1300.0]);
+        let away = axis([1800.0, 1200.0], [1800.0, 100.0]);
+        let layout = Layout::new(vec![east.clone(), south, away, east]);
+        assert_eq!(layout.crossings.len(), 2);
+        assert_eq!(layout.crossings[0].places_m, [1800.0, 1200.0]);
+        assert_eq!(layout.runway("27"), Some((0, Some(1))));
+        assert_eq!(layout.runway("09/27"), Some((0, None)));
+        assert_eq!(layout.runway("05"), None);
+    }
+
+    #[test]
+    fn the_right_of_an_axis_is_positive() {
+        let east = axis([0.0, 0.0], [3000.0, 0.0]);
+        assert_eq!(east.place_m(Vector2::new(100.0, -30.0)), (100.0, 30.0));
+    }
+}

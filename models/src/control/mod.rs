@@ -1,0 +1,20 @@
+//! The A-SMGCS functions of an airport: surveillance, control (alerts), guidance, planning, and the people.
+//!
+//! ```text
+//! tracks ─► situation ─┐
+//! clearances (board) ──┼─► runway, clearance, conformance alerts ─► safety_net: raised, changed, ended
+//! stop bars, areas ────┘
+//! ```
+//!
+//! Nothing here knows truth: a [`situation::Target`] is a track. What has to be scored gets exact
+//! positions in the same form.
+
+pub mod alert;
+pub mod clearance;
+mod clearance_alerts;
+mod conformance;
+pub mod layout;
+pub mod parameters;
+mod runway_alerts;
+pub mod safety_net;
+pub mod situation;

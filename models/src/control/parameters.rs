@@ -1,0 +1,151 @@
+//! All thresholds of the control alerts in one table; a scene may set each of them.
+
+/// Thresholds of the alerts (`docs/control.md`). Speeds in m/s, times in s, distances in m.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Parameters {
+    /// An arrival nearer than this to its threshold, s, gives an information.
+    pub information_s: f64,
+    /// And an alarm.
+    pub alarm_s: f64,
+    /// The same in low visibility.
+    pub low_visibility_information_s: f64,
+    /// The same in low visibility.
+    pub low_visibility_alarm_s: f64,
+    /// Slowest along a runway that is a roll.
+    pub fast_mps: f64,
+    /// Least share of the speed along the runway in a roll.
+    pub fast_aligned: f64,
+    /// Slowest on final.
+    pub final_mps: f64,
+    /// Half width of the approach at the threshold, m.
+    pub funnel_m: f64,
+    /// And its growth with the distance.
+    pub funnel_slope: f64,
+    /// Longest approach that is looked at, m.
+    pub funnel_length_m: f64,
+    /// Largest angle between course and runway on final, degrees.
+    pub aligned_deg: f64,
+    /// Taken off the hold distance: the tracker's 95 % error, m.
+    pub strip_margin_m: f64,
+    /// The strip reaches so far beyond the ends of the runway, m.
+    pub strip_beyond_m: f64,
+    /// A track above this height is not in the strip, m.
+    pub strip_top_m: f64,
+    /// A roll may be so far beside the runway's edge, m.
+    pub runway_side_m: f64,
+    /// A track above this height is airborne, m.
+    pub airborne_m: f64,
+    /// One short of the threshold by more than this is no obstacle, m.
+    pub short_of_threshold_m: f64,
+    /// An aircraft that lifts off and is so far behind the threshold when the next one arrives is no obstacle, m.
+    pub departed_m: f64,
+    /// Opposite traffic on final is looked at up to this time, s.
+    pub opposite_s: f64,
+    /// One ahead that is faster than this much below the roll, and farther than the next, is no obstacle.
+    pub following_mps: f64,
+    /// The distance for it, m.
+    pub following_m: f64,
+    /// Crossing runways: farthest time to the intersection, s.
+    pub crossing_ahead_s: f64,
+    /// And largest difference of both times, s.
+    pub crossing_apart_s: f64,
+    /// Entries farther apart are two line-ups, m.
+    pub entries_apart_m: f64,
+    /// Arrival without clearance to land: time to the threshold, s.
+    pub landing_clearance_s: f64,
+    /// A landing is one of an arrival for so long, s.
+    pub landed_s: f64,
+    /// Without altitude, one that rolled is not taxiing for so long, s.
+    pub rolled_s: f64,
+    /// Mean speed of a push-back that needs a clearance.
+    pub push_mps: f64,
+    /// Mean speed of taxiing that needs a clearance.
+    pub taxi_mps: f64,
+    /// The mean is over so long, s.
+    pub mean_s: f64,
+    /// What is nearer to its stand than this is pushed back, m.
+    pub stand_reach_m: f64,
+    /// A bar counts for who crosses within this distance of its place, m.
+    pub bar_reach_m: f64,
+    /// The nose counts as over a bar so far behind it, m.
+    pub bar_margin_m: f64,
+    /// Farther than this from the cleared way is off it, m.
+    pub way_m: f64,
+    /// Cleared for take-off and standing for so long, s.
+    pub stands_cleared_s: f64,
+    /// Lined up and standing for so long, s.
+    pub stands_lined_up_s: f64,
+    /// One that moves less than this stands, m.
+    pub anchor_m: f64,
+    /// Fast taxiing: information.
+    pub high_speed_mps: f64,
+    /// Take-off from a taxiway: alarm.
+    pub taxiway_take_off_mps: f64,
+    /// A stand is occupied by what stands so near to it, m.
+    pub stand_occupied_m: f64,
+    /// An occupied stand is told so long before, s.
+    pub stand_ahead_s: f64,
+    /// Assumed speed between here and the stand.
+    pub stand_taxi_mps: f64,
+    /// Successive scans before an alert is raised.
+    pub confirm_scans: u32,
+    /// Scans without its condition before it ends.
+    pub end_scans: u32,
+    /// Coasting tracks count for so long, s.
+    pub coasting_s: f64,
+    /// Nose heading is that of the last speed above this.
+    pub heading_mps: f64,
+}
+
+impl Default for Parameters {
+    fn default() -> Self {
+        Self {
+            information_s: 30.0,
+            alarm_s: 15.0,
+            low_visibility_information_s: 45.0,
+            low_visibility_alarm_s: 30.0,
+            fast_mps: 18.0,
+            fast_aligned: 0.94,
+            final_mps: 40.0,
+            funnel_m: 60.0,
+            funnel_slope: 0.035,
+            funnel_length_m: 12_000.0,
+            aligned_deg: 20.0,
+            strip_margin_m: 7.5,
+            strip_beyond_m: 60.0,
+            strip_top_m: 150.0,
+            runway_side_m: 10.0,
+            airborne_m: 15.0,
+            short_of_threshold_m: 100.0,
+            departed_m: 2400.0,
+            opposite_s: 60.0,
+            following_mps: 5.0,
+            following_m: 1500.0,
+            crossing_ahead_s: 40.0,
+            crossing_apart_s: 10.0,
+            entries_apart_m: 30.0,
+            landing_clearance_s: 30.0,
+            landed_s: 120.0,
+            rolled_s: 60.0,
+            push_mps: 1.0,
+            taxi_mps: 2.6,
+            mean_s: 10.0,
+            stand_reach_m: 60.0,
+            bar_reach_m: 40.0,
+            bar_margin_m: 0.0,
+            way_m: 25.0,
+            stands_cleared_s: 45.0,
+            stands_lined_up_s: 90.0,
+            anchor_m: 15.0,
+            high_speed_mps: 20.0,
+            taxiway_take_off_mps: 26.0,
+            stand_occupied_m: 25.0,
+            stand_ahead_s: 300.0,
+            stand_taxi_mps: 8.0,
+            confirm_scans: 1,
+            end_scans: 3,
+            coasting_s: 8.0,
+            heading_mps: 1.0,
+        }
+    }
+}

@@ -1,0 +1,236 @@
+//! The safety net: tracks, clearances and stop bars of a scan in, alerts raised, changed and ended out.
+//!
+//! A function of its inputs and its memory. A condition raises its alert after `confirm_scans` scans in a row,
+//! in the scan of the last of them; a graver stage counts at once; the alert ends after `end_scans` scans without it.
+
+use super::alert::{Alert, Change, Condition, Stage, Subject};
+use super::clearance::Board;
+use super::conformance::{Monitor, Rules};
+use super::layout::{Area, Layout, StopBar};
+use super::parameters::Parameters;
+use super::situation::{Situation, Surveillance, Target};
+use super::{clearance_alerts, runway_alerts};
+use crate::plot::Callsign;
+use crate::time::SimTime;
+
+/// Everything of one scan.
+#[derive(Clone, Copy, Debug)]
+pub struct Scan<'a> {
+    /// Time of the tracks.
+    pub now: SimTime,
+    /// Tracks.
+    pub targets: &'a [Target],
+    /// Clearances, brought to this time.
+    pub board: &'a Board,
+    /// Stop bars.
+    pub bars: &'a [StopBar],
+    /// Protected areas.
+    pub areas: &'a [Area],
+    /// Low visibility procedures.
+    pub low_visibility: bool,
+}
+
+#[derive(Clone, Debug)]
+struct Open {
+    alert: Alert,
+    raised: bool,
+    /// Scans in a row with the condition, and without it.
+    with: u32,
+    without: u32,
+    /// Scans in a row in a lower stage.
+    lower: u32,
+}
+
+/// The safety net of one airport.
+#[derive(Clone, Debug)]
+pub struct SafetyNet {
+    layout: Layout,
+    parameters: Parameters,
+    surveillance: Surveillance,
+    monitor: Monitor,
+    /// Sorted by key.
+    open: Vec<Open>,
+    spare: Vec<Open>,
+    conditions: Vec<Condition>,
+    changes: Vec<(Change, Alert)>,
+    last_id: u32,
+}
+
+impl SafetyNet {
+    /// A safety net without memory.
+    #[must_use]
+    pub fn new(layout: Layout, parameters: Parameters) -> Self {
+        Self {
+            layout,
+            parameters,
+            surveillance: Surveillance::default(),
+            monitor: Monitor::default(),
+            open: Vec::new(),
+            spare: Vec::new(),
+            conditions: Vec::new(),
+            changes: Vec::new(),
+            last_id: 0,
+        }
+    }
+
+    /// What it looks at.
+    #[must_use]
+    pub fn layout(&self) -> &Layout {
+        &self.layout
+    }
+
+    /// The situations of the last scan.
+    #[must_use]
+    pub fn surveillance(&self) -> &Surveillance {
+        &self.surveillance
+    }
+
+    /// Alerts that stand, by kind and subjects.
+    pub fn standing(&self) -> impl Iterator<Item = &Alert> {
+        self.open.iter().filter(|o| o.raised).map(|o| &o.alert)
+    }
+
+    /// Judges a scan; what changed, by kind and subjects.
+    pub fn scan(&mut self, scan: &Scan<'_>) -> &[(Change, Alert)] {
+        let Self { layout, parameters, surveillance, monitor, conditions, .. } = self;
+        surveillance.scan(scan.now, layout, parameters, scan.board, scan.targets);
+        conditions.clear();
+        runway_alerts::conditions(layout, parameters, scan.low_visibility, surveillance, conditions);
+        clearance_alerts::conditions(layout, parameters, scan.board, surveillance, conditions);
+        let rules = Rules {
+            now: scan.now,
+            layout,
+            parameters,
+            board: scan.board,
+            bars: scan.bars,
+            areas: scan.areas,
+        };
+        monitor.conditions(&rules, surveillance, conditions);
+        conditions.sort_by(|a, b| a.key().cmp(&b.key()).then(b.stage.cmp(&a.stage)));
+        conditions.dedup_by_key(|c| c.key());
+        self.merge(scan);
+        &self.changes
+    }
+
+    fn merge(&mut self, scan: &Scan<'_>) {
+        self.changes.clear();
+        let mut next = std::mem::take(&mut self.spare);
+        next.clear();
+        let mut open = std::mem::take(&mut self.open);
+        let names = |c: &Condition| {
+            let strip = |i: u32| scan.board.strips().get(i as usize).map(|s| s.callsign);
+            let track = |n: u16| name_of(self.surveillance.situations(), n);
+            let of = |s: Subject| match s {
+                Subject::Track(number) => track(number),
+                Subject::Strip(index) => strip(index),
+            };
+            (of(c.subjects.0), c.subjects.1.and_then(of))
+        };
+        let mut conditions = self.conditions.iter().peekable();
+        let mut told = open.drain(..).peekable();
+        loop {
+            let order = match (told.peek(), conditions.peek()) {
+                (None, None) => break,
+                (Some(_), None) => std::cmp::Ordering::Less,
+                (None, Some(_)) => std::cmp::Ordering::Greater,
+                (Some(o), Some(c)) => o.alert.condition.key().cmp(&c.key()),
+            };
+            let before = if order.is_le() { told.next() } else { None };
+            let holds = if order.is_ge() { conditions.next() } else { None };
+            let mut entry = match (before, holds) {
+                (Some(mut entry), Some(condition)) => {
+                    entry.hold(condition, names(condition), &self.parameters, scan.now, &mut self.changes);
+                    entry
+                }
+                (Some(mut entry), None) => {
+                    if !entry.miss(&self.parameters, &mut self.changes) {
+                        continue;
+                    }
+                    entry
+                }
+                (None, Some(condition)) => Open {
+                    alert: Alert {
+                        id: 0,
+                        condition: *condition,
+                        names: names(condition),
+                        since: scan.now,
+                        stage_since: scan.now,
+                    },
+                    raised: false,
+                    with: 1,
+                    without: 0,
+                    lower: 0,
+                },
+                (None, None) => break,
+            };
+            if !entry.raised && entry.with >= self.parameters.confirm_scans {
+                entry.raised = true;
+                self.last_id += 1;
+                entry.alert.id = self.last_id;
+                (entry.alert.since, entry.alert.stage_since) = (scan.now, scan.now);
+                self.changes.push((Change::Raised, entry.alert.clone()));
+            }
+            next.push(entry);
+        }
+        drop(told);
+        (self.open, self.spare) = (next, open);
+    }
+}
+
+impl Open {
+    fn hold(
+        &mut self,
+        condition: &Condition,
+        names: (Option<Callsign>, Option<Callsign>),
+        parameters: &Parameters,
+        now: SimTime,
+        changes: &mut Vec<(Change, Alert)>,
+    ) {
+        (self.with, self.without) = (self.with + 1, 0);
+        let before = self.alert.condition.stage;
+        let mut stage = condition.stage;
+        if stage < before && self.raised {
+            self.lower += 1;
+            if self.lower < parameters.end_scans {
+                stage = Stage::max(stage, before);
+            }
+        } else {
+            self.lower = 0;
+        }
+        let known = (names.0.or(self.alert.names.0), names.1.or(self.alert.names.1));
+        let changed = stage != before || known != self.alert.names;
+        self.alert.condition = Condition { stage, ..*condition };
+        self.alert.names = known;
+        if stage != before {
+            self.lower = 0;
+            self.alert.stage_since = now;
+        }
+        if changed && self.raised {
+            changes.push((Change::Changed, self.alert.clone()));
+        }
+    }
+
+    /// False if the entry is over.
+    fn miss(&mut self, parameters: &Parameters, changes: &mut Vec<(Change, Alert)>) -> bool {
+        if !self.raised {
+            return false;
+        }
+        (self.with, self.without) = (0, self.without + 1);
+        if self.without >= parameters.end_scans {
+            changes.push((Change::Ended, self.alert.clone()));
+            return false;
+        }
+        true
+    }
+}
+
+/// The call sign of a track of this scan; its tracks are sorted by number.
+fn name_of(situations: &[Situation], number: u16) -> Option<Callsign> {
+    let at = situations.binary_search_by_key(&number, |s| s.target.number);
+    let found = match at {
+        Ok(at) => situations.get(at),
+        // Not sorted: look at all.
+        Err(_) => situations.iter().find(|s| s.target.number == number),
+    };
+    found.and_then(|s| s.target.callsign)
+}

@@ -1,0 +1,374 @@
+//! The surveillance function: what each track is to the airport in this scan.
+//!
+//! Tracks in, one [`Situation`] a track out: nose, mean speed, relation to the runways, clearances. Alerts,
+//! guidance and planning read nothing else. What lies more than a scan back is kept per track, bounded.
+
+use super::clearance::Board;
+use super::layout::Layout;
+use super::parameters::Parameters;
+use crate::frames::Vector2;
+use crate::plot::Callsign;
+use crate::time::SimTime;
+
+/// What moves.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum TargetClass {
+    /// Not known: no label.
+    #[default]
+    Unknown,
+    /// An aircraft.
+    Aircraft,
+    /// A vehicle.
+    Vehicle,
+}
+
+/// A track as the safety net takes it. Airport frame, metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Target {
+    /// Track number, 0 to 4095.
+    pub number: u16,
+    /// Call sign, where the track has one.
+    pub callsign: Option<Callsign>,
+    /// Aircraft or vehicle.
+    pub class: TargetClass,
+    /// An arrival by its flight plan.
+    pub arriving: bool,
+    /// Length by its type; 0 where not known.
+    pub length_m: f64,
+    /// Middle of its length.
+    pub position_m: Vector2<f64>,
+    /// Velocity, m/s.
+    pub velocity_mps: Vector2<f64>,
+    /// Height over the aerodrome, m, where known.
+    pub altitude_m: Option<f64>,
+    /// Time of its last plot.
+    pub last_plot: SimTime,
+    /// First report of this number: what was known of it is of another.
+    pub first: bool,
+}
+
+/// On final to a runway.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Final {
+    /// Runway.
+    pub runway: usize,
+    /// End that it flies to.
+    pub end: usize,
+    /// Distance to the threshold, m.
+    pub distance_m: f64,
+    /// Time to it, s.
+    pub time_s: f64,
+}
+
+/// What one track is to the airport in one scan.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Situation {
+    /// The track.
+    pub target: Target,
+    /// Its strip on the board.
+    pub strip: Option<u32>,
+    /// Its nose, m.
+    pub nose_m: Vector2<f64>,
+    /// Where the nose was a scan before.
+    pub nose_before_m: Option<Vector2<f64>>,
+    /// Ground speed, m/s.
+    pub speed_mps: f64,
+    /// Mean speed over the last ten seconds; 0 for a younger track.
+    pub mean_mps: f64,
+    /// Not moved since.
+    pub still_since: SimTime,
+    /// Known to be in the air.
+    pub airborne: bool,
+    /// Runways in whose strip it is, one bit each.
+    pub strips: u32,
+    /// Runway along which it rolls.
+    pub fast: Option<usize>,
+    /// On final.
+    pub on_final: Option<Final>,
+    /// Last on final: when, and to which runway.
+    pub last_final: Option<(SimTime, usize)>,
+    /// Last fast on a runway.
+    pub last_fast: Option<SimTime>,
+    /// Within the box of the ground network.
+    pub on_ground_area: bool,
+}
+
+impl Situation {
+    /// Whether it is in the strip of a runway.
+    #[must_use]
+    #[inline]
+    pub fn in_strip(&self, runway: usize) -> bool {
+        self.strips >> runway & 1 == 1
+    }
+    /// Whether it was on final within the last `seconds`.
+    #[must_use]
+    pub fn was_on_final(&self, now: SimTime, seconds: f64) -> Option<usize> {
+        self.last_final.filter(|(at, _)| now.since_s(*at) <= seconds).map(|(_, runway)| runway)
+    }
+    /// Whether it has anything to do with a runway.
+    #[must_use]
+    #[inline]
+    pub fn of_a_runway(&self) -> bool {
+        self.strips != 0 || self.fast.is_some() || self.on_final.is_some()
+    }
+}
+
+/// Positions kept per track: ten seconds and one more at a scan a second.
+const KEPT: usize = 12;
+/// Runways that are looked at; more than any airport has.
+pub const MOST_RUNWAYS: usize = 32;
+/// A track not seen for so long is another one when its number comes again, s.
+const FORGET_S: f64 = 20.0;
+
+#[derive(Clone, Debug)]
+struct Memory {
+    seen: SimTime,
+    places: [(SimTime, Vector2<f64>); KEPT],
+    next: usize,
+    kept: usize,
+    heading: Option<Vector2<f64>>,
+    nose_m: Option<Vector2<f64>>,
+    anchor_m: Vector2<f64>,
+    still_since: SimTime,
+    last_final: Option<(SimTime, usize)>,
+    last_fast: Option<SimTime>,
+    callsign: Option<Callsign>,
+    strip: Option<u32>,
+    board_version: u64,
+}
+
+impl Memory {
+    fn new(now: SimTime, target: &Target) -> Self {
+        Self {
+            seen: now,
+            places: [(now, target.position_m); KEPT],
+            next: 0,
+            kept: 0,
+            heading: None,
+            nose_m: None,
+            anchor_m: target.position_m,
+            still_since: now,
+            last_final: None,
+            last_fast: None,
+            callsign: None,
+            strip: None,
+            board_version: u64::MAX,
+        }
+    }
+
+    /// Mean speed since the latest place that is at least `mean_s` old.
+    fn mean_mps(&self, now: SimTime, position_m: Vector2<f64>, mean_s: f64) -> f64 {
+        let limit = SimTime(now.0.saturating_sub(SimTime::from_s(mean_s).0) + 1_000_000);
+        let mut best = None;
+        for back in (1..=self.kept).rev() {
+            let (at, place_m) = self.places[(self.next + KEPT - back) % KEPT];
+            if at > limit {
+                break;
+            }
+            best = Some((at, place_m));
+        }
+        best.map_or(0.0, |(at, place_m)| {
+            let moved = position_m - place_m;
+            libm::hypot(moved.x, moved.y) / now.since_s(at)
+        })
+    }
+
+    fn keep(&mut self, now: SimTime, position_m: Vector2<f64>) {
+        self.places[self.next] = (now, position_m);
+        self.next = (self.next + 1) % KEPT;
+        self.kept = (self.kept + 1).min(KEPT);
+    }
+}
+
+/// The surveillance function with its memory of at most one entry a track number.
+#[derive(Clone, Debug)]
+pub struct Surveillance {
+    /// By track number: place in `memories`, plus one.
+    places: Vec<u16>,
+    memories: Vec<Memory>,
+    situations: Vec<Situation>,
+    /// Places in `situations` of those that have to do with a runway.
+    of_runways: Vec<u32>,
+    /// By strip: place in `situations`, plus one.
+    by_strip: Vec<u32>,
+}
+
+impl Default for Surveillance {
+    fn default() -> Self {
+        Self {
+            places: vec![0; 4096],
+            memories: Vec::new(),
+            situations: Vec::new(),
+            of_runways: Vec::new(),
+            by_strip: Vec::new(),
+        }
+    }
+}
+
+impl Surveillance {
+    /// The situations of the last scan, in the order of its tracks.
+    #[must_use]
+    pub fn situations(&self) -> &[Situation] {
+        &self.situations
+    }
+
+    /// Places in [`Self::situations`] of those that have to do with a runway, ascending.
+    #[must_use]
+    pub fn of_runways(&self) -> &[u32] {
+        &self.of_runways
+    }
+
+    /// The situation of a strip's track.
+    #[must_use]
+    pub fn of_strip(&self, strip: u32) -> Option<&Situation> {
+        let place = *self.by_strip.get(strip as usize)?;
+        (place > 0).then(|| &self.situations[place as usize - 1])
+    }
+
+    /// Takes in the tracks of a scan. Tracks that coast for too long, and numbers above 4095, are left out.
+    pub fn scan(
+        &mut self,
+        now: SimTime,
+        layout: &Layout,
+        parameters: &Parameters,
+        board: &Board,
+        targets: &[Target],
+    ) {
+        self.situations.clear();
+        self.of_runways.clear();
+        self.by_strip.clear();
+        self.by_strip.resize(board.strips().len(), 0);
+        let cos_aligned = libm::cos(parameters.aligned_deg.to_radians());
+        for target in targets {
+            let finite = target.position_m.iter().chain(target.velocity_mps.iter()).all(|x| x.is_finite());
+            if !finite || now.since_s(target.last_plot) > parameters.coasting_s {
+                continue;
+            }
+            let Some(place) = self.places.get(usize::from(target.number)).copied() else { continue };
+            let place = if place == 0 {
+                self.memories.push(Memory::new(now, target));
+                self.places[usize::from(target.number)] = self.memories.len() as u16;
+                self.memories.len() - 1
+            } else {
+                usize::from(place) - 1
+            };
+            let memory = &mut self.memories[place];
+            if target.first || now.since_s(memory.seen) > FORGET_S {
+                *memory = Memory::new(now, target);
+            }
+            let situation = look(now, layout, parameters, cos_aligned, board, target, memory);
+            let index = self.situations.len() as u32;
+            if let Some(strip) = situation.strip {
+                self.by_strip[strip as usize] = index + 1;
+            }
+            if situation.of_a_runway() {
+                self.of_runways.push(index);
+            }
+            self.situations.push(situation);
+        }
+    }
+}
+
+fn look(
+    now: SimTime,
+    layout: &Layout,
+    parameters: &Parameters,
+    cos_aligned: f64,
+    board: &Board,
+    target: &Target,
+    memory: &mut Memory,
+) -> Situation {
+    let (position_m, velocity) = (target.position_m, target.velocity_mps);
+    let speed_mps = velocity.norm();
+    if speed_mps >= parameters.heading_mps {
+        memory.heading = Some(velocity / speed_mps);
+    }
+    let nose_m = position_m + memory.heading.unwrap_or_default() * (0.5 * target.length_m);
+    let mean_mps = memory.mean_mps(now, position_m, parameters.mean_s);
+    memory.keep(now, position_m);
+    memory.seen = now;
+    if (position_m - memory.anchor_m).norm_squared() > parameters.anchor_m * parameters.anchor_m {
+        memory.anchor_m = position_m;
+        memory.still_since = now;
+    }
+    if memory.callsign != target.callsign || memory.board_version != board.version() {
+        memory.callsign = target.callsign;
+        memory.board_version = board.version();
+        memory.strip = target.callsign.and_then(|c| board.find(c)).map(|i| i as u32);
+    }
+    let airborne = target.altitude_m.is_some_and(|altitude| altitude > parameters.airborne_m);
+    let too_high = target.altitude_m.is_some_and(|altitude| altitude > parameters.strip_top_m);
+    let mut situation = Situation {
+        target: *target,
+        strip: memory.strip,
+        nose_m,
+        nose_before_m: memory.nose_m,
+        speed_mps,
+        mean_mps,
+        still_since: memory.still_since,
+        airborne,
+        strips: 0,
+        fast: None,
+        on_final: None,
+        last_final: None,
+        last_fast: None,
+        on_ground_area: layout.ground_m.is_none_or(|[low, high]| {
+            let within = |p: f64, a: f64, b: f64| a <= p && p <= b;
+            within(position_m.x, low.x, high.x) && within(position_m.y, low.y, high.y)
+        }),
+    };
+    memory.nose_m = Some(nose_m);
+    let mut nearest = f64::INFINITY;
+    for (r, runway) in layout.runways.iter().take(MOST_RUNWAYS).enumerate() {
+        let (s, d) = runway.place_m(position_m);
+        let strip_m = runway.hold_m - parameters.strip_margin_m;
+        let within = |s: f64| {
+            s > -parameters.strip_beyond_m && s < runway.length_m + parameters.strip_beyond_m
+        };
+        if d.abs() < strip_m + 0.5 * target.length_m && !too_high {
+            let (nose_s, nose_d) = runway.place_m(nose_m);
+            let inside = |s: f64, d: f64| d.abs() < strip_m && within(s);
+            if inside(s, d) || inside(nose_s, nose_d) {
+                situation.strips |= 1 << r;
+            }
+        }
+        if speed_mps < parameters.fast_mps {
+            continue;
+        }
+        let along = runway.along_mps(velocity);
+        let side_m = 0.5 * runway.width_m + parameters.runway_side_m;
+        if !airborne
+            && along.abs() >= parameters.fast_mps.max(parameters.fast_aligned * speed_mps)
+            && d.abs() <= side_m
+            && within(s)
+            && situation.fast.is_none()
+        {
+            situation.fast = Some(r);
+        }
+        if target.class != TargetClass::Vehicle
+            && speed_mps >= parameters.final_mps
+            && along.abs() >= speed_mps * cos_aligned
+        {
+            let end = usize::from(along < 0.0);
+            let from_end = if end == 0 { s } else { runway.length_m - s };
+            let distance_m = runway.displaced_m[end] - from_end;
+            let wide = parameters.funnel_m + parameters.funnel_slope * distance_m;
+            let before = (0.0..=parameters.funnel_length_m).contains(&distance_m);
+            // Of parallel runways the one whose centreline is nearest.
+            if before && d.abs() <= wide && d.abs() < nearest {
+                nearest = d.abs();
+                let time_s = distance_m / along.abs();
+                situation.on_final = Some(Final { runway: r, end, distance_m, time_s });
+            }
+        }
+    }
+    if let Some(on_final) = situation.on_final {
+        memory.last_final = Some((now, on_final.runway));
+    }
+    if situation.fast.is_some() {
+        memory.last_fast = Some(now);
+    }
+    situation.last_final = memory.last_final;
+    situation.last_fast = memory.last_fast;
+    situation
+}
