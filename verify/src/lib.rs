@@ -1,12 +1,13 @@
 //! Reference vectors (`*.json` with `cases`, or `vectors`) run through the functions that the federates call.
 //!
 //! A file is known by its name; each known name has one check in [`radar`], [`effects`], [`gnss`], [`tracking`],
-//! [`tracking_sets`], [`tracking_estimates`], [`traffic`], [`wire`] or [`datagrams`]. A file without either is input of other files and is passed over. `seeds verify DIR`
+//! [`tracking_sets`], [`tracking_estimates`], [`traffic`], [`control`], [`wire`] or [`datagrams`]. A file without either is input of other files and is passed over. `seeds verify DIR`
 //! and the tests of this crate are the same code.
 
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
+pub mod control;
 pub mod datagrams;
 pub mod effects;
 pub mod gnss;
@@ -42,6 +43,7 @@ pub fn check_for(file_name: &str) -> Option<Check> {
         .or_else(|| tracking::check_for(stem))
         .or_else(|| tracking_sets::check_for(stem))
         .or_else(|| traffic::check_for(stem))
+        .or_else(|| control::check_for(stem))
         .or_else(|| tracking_estimates::check_for(stem))
         .or_else(|| wire::check_for(stem))
         .or_else(|| datagrams::check_for(stem))
