@@ -97,9 +97,10 @@ fn compare(file: &Value, expected: &[Told], found: &[Told], judge: &mut Judge) {
             let found_s = f.stages.iter().find(|s| s.0 == *stage).map_or(f64::NAN, |s| s.1);
             judge.number(&format!("{name}: {stage}"), found_s, *at_s, on);
         }
-        judge.holds(&format!("{name}: no other stage than {:?}, found {:?}", told.stages, f.stages), {
-            f.stages.len() == told.stages.len()
-        });
+        judge.holds(
+            &format!("{name}: no other stage than {:?}, found {:?}", told.stages, f.stages),
+            { f.stages.len() == told.stages.len() },
+        );
         match (told.off_s, f.off_s) {
             (Some(e), Some(f)) => judge.number(&format!("{name}: end"), f, e, off),
             (None, None) => judge.holds("it stands to the end", true),
@@ -159,7 +160,14 @@ fn alerts(case: &Value) -> Option<Vec<Told>> {
         let bars = bars?;
         let low_visibility = case["lvp"].as_bool().or(case["low_visibility"].as_bool());
         let low_visibility = low_visibility.unwrap_or(false);
-        let input = Scan { now, targets: &targets, board: &board, bars: &bars, areas: &areas, low_visibility };
+        let input = Scan {
+            now,
+            targets: &targets,
+            board: &board,
+            bars: &bars,
+            areas: &areas,
+            low_visibility,
+        };
         for (change, alert) in net.scan(&input) {
             let entry = told.entry(alert.id).or_insert_with(|| Told {
                 kind: alert.condition.kind.word(),
@@ -181,7 +189,8 @@ fn alerts(case: &Value) -> Option<Vec<Told>> {
 fn runway(value: &Value) -> Option<RunwayAxis> {
     let names = [value["names"][0].as_str()?.to_owned(), value["names"][1].as_str()?.to_owned()];
     let ends = [point(&value["ends"][0])?, point(&value["ends"][1])?];
-    let mut axis = RunwayAxis::new(names, ends, value["width"].as_f64()?, value["hold_m"].as_f64()?)?;
+    let mut axis =
+        RunwayAxis::new(names, ends, value["width"].as_f64()?, value["hold_m"].as_f64()?)?;
     axis.closed = value["closed"].as_bool().unwrap_or(false);
     Some(axis)
 }

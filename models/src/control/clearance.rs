@@ -211,26 +211,28 @@ impl Board {
 
     /// The strip of a call sign, made if there is none; `None` if the board is full.
     pub fn strip(&mut self, callsign: Callsign) -> Option<&mut Strip> {
-        let at = match self.order.binary_search_by_key(&callsign, |i| self.strips[*i as usize].callsign) {
-            Ok(at) => self.order[at] as usize,
-            Err(place) => {
-                if self.strips.len() >= MOST_STRIPS {
-                    return None;
+        let at =
+            match self.order.binary_search_by_key(&callsign, |i| self.strips[*i as usize].callsign)
+            {
+                Ok(at) => self.order[at] as usize,
+                Err(place) => {
+                    if self.strips.len() >= MOST_STRIPS {
+                        return None;
+                    }
+                    self.order.insert(place, self.strips.len() as u32);
+                    self.strips.push(Strip {
+                        callsign,
+                        standing: Vec::new(),
+                        kinds: Kinds::default(),
+                        moved_until: None,
+                        way_m: Vec::new(),
+                        stand_m: None,
+                        too_small: false,
+                    });
+                    self.version += 1;
+                    self.strips.len() - 1
                 }
-                self.order.insert(place, self.strips.len() as u32);
-                self.strips.push(Strip {
-                    callsign,
-                    standing: Vec::new(),
-                    kinds: Kinds::default(),
-                    moved_until: None,
-                    way_m: Vec::new(),
-                    stand_m: None,
-                    too_small: false,
-                });
-                self.version += 1;
-                self.strips.len() - 1
-            }
-        };
+            };
         Some(&mut self.strips[at])
     }
 
@@ -245,9 +247,17 @@ impl Board {
     }
 
     /// Ends what stands of a kind (for a runway) at a time.
-    pub fn end(&mut self, callsign: Callsign, kind: ClearanceKind, runway: Option<usize>, at: SimTime) {
+    pub fn end(
+        &mut self,
+        callsign: Callsign,
+        kind: ClearanceKind,
+        runway: Option<usize>,
+        at: SimTime,
+    ) {
         let ends = |c: &Clearance| {
-            c.callsign == callsign && c.kind == kind && (runway.is_none() || c.runway.map(|r| r.0) == runway)
+            c.callsign == callsign
+                && c.kind == kind
+                && (runway.is_none() || c.runway.map(|r| r.0) == runway)
         };
         let earlier = |until: Option<SimTime>| Some(until.map_or(at, |u| u.min(at)));
         if let Some(index) = self.find(callsign) {
@@ -275,7 +285,9 @@ impl Board {
         }
         let over = |c: &Clearance| c.until.is_some_and(|until| until <= now);
         for strip in self.strips.iter_mut().filter(|s| s.standing.iter().any(over)) {
-            let moves = |c: &&Clearance| over(c) && matches!(c.kind, ClearanceKind::Push | ClearanceKind::Taxi);
+            let moves = |c: &&Clearance| {
+                over(c) && matches!(c.kind, ClearanceKind::Push | ClearanceKind::Taxi)
+            };
             let ended = strip.standing.iter().filter(moves).filter_map(|c| c.until).max();
             strip.moved_until = strip.moved_until.max(ended);
             strip.standing.retain(|c| !over(c));
@@ -288,7 +300,8 @@ impl Board {
                     strip.kinds.add(c.kind);
                 }
             }
-            let with = |s: &Strip| s.standing.iter().any(|c| c.runway.is_some() && c.kind.enters_runway());
+            let with =
+                |s: &Strip| s.standing.iter().any(|c| c.runway.is_some() && c.kind.enters_runway());
             let indices = self.strips.iter().enumerate().filter(|(_, s)| with(s));
             self.on_runways = indices.map(|(i, _)| i as u32).collect();
         }
@@ -393,7 +406,9 @@ mod tests {
             board.give(Clearance { callsign, ..given(Taxi, 1e6, None) })
         });
         assert_eq!(taken.count(), MOST_STRIPS);
-        let again = (0..1000).filter(|_| board.give(Clearance { callsign: Callsign::new("X1"), ..given(Taxi, 1e6, None) }));
+        let again = (0..1000).filter(|_| {
+            board.give(Clearance { callsign: Callsign::new("X1"), ..given(Taxi, 1e6, None) })
+        });
         assert_eq!(again.count(), MOST_OF_ONE - 1);
     }
 }

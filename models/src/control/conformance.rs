@@ -9,9 +9,7 @@ use crate::airport::distance_to_segment_m;
 use crate::frames::Vector2;
 use crate::time::SimTime;
 
-use ClearanceKind::{
-    Backtrack, Cross, Enter, GoAround, Land, LineUp, Push, TakeOff, Taxi,
-};
+use ClearanceKind::{Backtrack, Cross, Enter, GoAround, Land, LineUp, Push, TakeOff, Taxi};
 
 /// What the conformance monitor remembers of a track.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -70,7 +68,11 @@ impl Monitor {
                 let p = situation.target.position_m;
                 if !situation.airborne && area.holds(rules.now, p) {
                     let closed = area.kind == AreaKind::Closed;
-                    one.raise(AlertKind::Area, if closed { Stage::Alarm } else { Stage::Information }, None);
+                    one.raise(
+                        AlertKind::Area,
+                        if closed { Stage::Alarm } else { Stage::Information },
+                        None,
+                    );
                 }
             }
         }
@@ -145,7 +147,9 @@ impl One<'_, '_> {
         if entered && !self.cleared(&allowed, r, None) && !elsewhere() {
             self.raise(AlertKind::NoRunwayClearance, Stage::Alarm, Some(r));
         }
-        let Some(strip) = self.strip.filter(|_| s.target.class != TargetClass::Vehicle) else { return };
+        let Some(strip) = self.strip.filter(|_| s.target.class != TargetClass::Vehicle) else {
+            return;
+        };
         let stands = |since: SimTime, most_s: f64| now.since_s(since.max(s.still_since)) >= most_s;
         let take_off = strip.since(TakeOff, r);
         let late = match (take_off, strip.since(LineUp, r)) {
@@ -197,10 +201,14 @@ impl One<'_, '_> {
         let kinds = self.kinds();
         if s.mean_mps > p.push_mps {
             // The mean looks back: a clearance that ended within its time still explains it.
-            let just = self.strip.and_then(|s| s.moved_until).is_some_and(|at| now.since_s(at) <= p.mean_s);
-            let at_stand = self.strip.and_then(|s| s.stand_m).is_some_and(|stand_m| {
-                (s.target.position_m - stand_m).norm() <= p.stand_reach_m
-            });
+            let just = self
+                .strip
+                .and_then(|s| s.moved_until)
+                .is_some_and(|at| now.since_s(at) <= p.mean_s);
+            let at_stand = self
+                .strip
+                .and_then(|s| s.stand_m)
+                .is_some_and(|stand_m| (s.target.position_m - stand_m).norm() <= p.stand_reach_m);
             if at_stand {
                 if !just && !kinds.any(Kinds::of(&[Push, Taxi])) {
                     self.raise(AlertKind::NoPushClearance, Stage::Information, None);
@@ -238,7 +246,11 @@ impl One<'_, '_> {
         let (eta_s, own) = match s.on_final {
             Some(f) => {
                 let runway = &self.rules.layout.runways[f.runway];
-                let end = if f.end == 0 { runway.displaced_m[0] } else { runway.length_m - runway.displaced_m[1] };
+                let end = if f.end == 0 {
+                    runway.displaced_m[0]
+                } else {
+                    runway.length_m - runway.displaced_m[1]
+                };
                 let threshold_m = runway.origin_m + runway.along * end;
                 (f.time_s + (threshold_m - stand_m).norm() / p.stand_taxi_mps, false)
             }

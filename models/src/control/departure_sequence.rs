@@ -206,8 +206,10 @@ pub fn best(
                         None => before.as_ref().map(|(t, f)| (*t, f)),
                     };
                     let at_s = rules.take_off_s(last, flight);
-                    let late = u32::from(flight.ctot_s.is_some_and(|c| at_s > c + rules.slot_after_s));
-                    let (late_before, delay_before) = from.map_or((0, 0.0), |(_, l)| (l.late, l.delay_s));
+                    let late =
+                        u32::from(flight.ctot_s.is_some_and(|c| at_s > c + rules.slot_after_s));
+                    let (late_before, delay_before) =
+                        from.map_or((0, 0.0), |(_, l)| (l.late, l.delay_s));
                     let label = Label {
                         late: late_before + late,
                         delay_s: delay_before + (at_s - flight.ready_s),
@@ -228,8 +230,10 @@ pub fn best(
                 }
             }
         }
-        let mut all: Vec<(u64, Label)> =
-            found.into_iter().flat_map(|((set, _), ls)| ls.into_iter().map(move |l| (set, l))).collect();
+        let mut all: Vec<(u64, Label)> = found
+            .into_iter()
+            .flat_map(|((set, _), ls)| ls.into_iter().map(move |l| (set, l)))
+            .collect();
         if all.len() > MOST_KEPT {
             all.sort_by(|a, b| order(&a.1, &b.1));
             all.truncate(MOST_KEPT);
@@ -260,7 +264,8 @@ fn order(a: &Label, b: &Label) -> std::cmp::Ordering {
 
 /// Adds a label unless one that is nowhere worse is there; removes those that it beats.
 fn keep(labels: &mut Vec<Label>, new: Label) {
-    let beats = |a: &Label, b: &Label| a.late <= b.late && a.delay_s <= b.delay_s && a.at_s <= b.at_s;
+    let beats =
+        |a: &Label, b: &Label| a.late <= b.late && a.delay_s <= b.delay_s && a.at_s <= b.at_s;
     if labels.iter().any(|l| beats(l, &new)) {
         return;
     }
@@ -276,9 +281,15 @@ mod tests {
     fn departures() -> impl Strategy<Value = Vec<Departure>> {
         let letter = prop_oneof![Just("A"), Just("B"), Just("C"), Just("D"), Just("E"), Just("F")];
         let slot = proptest::option::weighted(0.3, 0.0..900.0f64);
-        let one = (0.0..400.0f64, letter, 0u32..3, slot).prop_map(|(ready_s, letter, way, ctot_s)| {
-            Departure { ready_s, recat: Recat::of(letter).expect("a letter"), way: Some(way), ctot_s }
-        });
+        let one =
+            (0.0..400.0f64, letter, 0u32..3, slot).prop_map(|(ready_s, letter, way, ctot_s)| {
+                Departure {
+                    ready_s,
+                    recat: Recat::of(letter).expect("a letter"),
+                    way: Some(way),
+                    ctot_s,
+                }
+            });
         proptest::collection::vec(one, 1..=6).prop_map(|mut all| {
             all.sort_by(|a, b| a.ready_s.total_cmp(&b.ready_s));
             all

@@ -28,7 +28,12 @@ pub struct RunwayAxis {
 impl RunwayAxis {
     /// The axis between two ends; `None` if they are nearer than 1 m or not finite.
     #[must_use]
-    pub fn new(names: [String; 2], ends_m: [Vector2<f64>; 2], width_m: f64, hold_m: f64) -> Option<Self> {
+    pub fn new(
+        names: [String; 2],
+        ends_m: [Vector2<f64>; 2],
+        width_m: f64,
+        hold_m: f64,
+    ) -> Option<Self> {
         let whole = ends_m[1] - ends_m[0];
         let length_m = libm::hypot(whole.x, whole.y);
         (length_m.is_finite() && length_m > 1.0).then(|| Self {
@@ -187,11 +192,14 @@ impl Layout {
         };
         if places().next().is_some() {
             let fold = |f: fn(f64, f64) -> f64, from: f64| {
-                places().fold(Vector2::new(from, from), |m, p| Vector2::new(f(m.x, p.x), f(m.y, p.y)))
+                places()
+                    .fold(Vector2::new(from, from), |m, p| Vector2::new(f(m.x, p.x), f(m.y, p.y)))
             };
             let room = Vector2::new(150.0, 150.0);
-            layout.ground_m =
-                Some([fold(f64::min, f64::INFINITY) - room, fold(f64::max, f64::NEG_INFINITY) + room]);
+            layout.ground_m = Some([
+                fold(f64::min, f64::INFINITY) - room,
+                fold(f64::max, f64::NEG_INFINITY) + room,
+            ]);
         }
         layout
     }

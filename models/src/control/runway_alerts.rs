@@ -61,12 +61,20 @@ pub(super) fn conditions(
         let [a, b] = crossing.runways;
         for first in users.get(a).into_iter().flatten() {
             for second in users.get(b).into_iter().flatten() {
-                let time = |user: &User<'_>, place_m: f64| (place_m - user.place_m) * user.direction / user.speed_mps;
+                let time = |user: &User<'_>, place_m: f64| {
+                    (place_m - user.place_m) * user.direction / user.speed_mps
+                };
                 let times = [time(first, crossing.places_m[0]), time(second, crossing.places_m[1])];
                 let ahead = times.iter().all(|t| (0.0..=parameters.crossing_ahead_s).contains(t));
                 let other = first.situation.target.number != second.situation.target.number;
                 if other && ahead && (times[0] - times[1]).abs() <= parameters.crossing_apart_s {
-                    pairs.push(pair(AlertKind::RunwayCrossing, Stage::Alarm, first.situation, second.situation, a));
+                    pairs.push(pair(
+                        AlertKind::RunwayCrossing,
+                        Stage::Alarm,
+                        first.situation,
+                        second.situation,
+                        a,
+                    ));
                 }
             }
         }
@@ -144,7 +152,13 @@ impl Scene<'_> {
         for m in others.iter().filter(|m| m.direction != k.direction && near(m) && near(k)) {
             // Two rolls against each other count as one ahead of the other, below.
             if k.final_s.is_some() || m.final_s.is_some() {
-                pairs.push(pair(AlertKind::RunwayOpposite, Stage::Alarm, k.situation, m.situation, self.r));
+                pairs.push(pair(
+                    AlertKind::RunwayOpposite,
+                    Stage::Alarm,
+                    k.situation,
+                    m.situation,
+                    self.r,
+                ));
             }
         }
     }
@@ -168,9 +182,21 @@ impl Scene<'_> {
                     && same_way_mps >= k.speed_mps - p.following_mps
                     && ahead_m > p.following_m;
                 if same_way_mps <= -p.fast_mps {
-                    pairs.push(pair(AlertKind::RunwayOpposite, Stage::Alarm, k.situation, m.situation, self.r));
+                    pairs.push(pair(
+                        AlertKind::RunwayOpposite,
+                        Stage::Alarm,
+                        k.situation,
+                        m.situation,
+                        self.r,
+                    ));
                 } else if !leaves && !elsewhere {
-                    pairs.push(pair(AlertKind::RunwayRoll, Stage::Alarm, k.situation, m.situation, self.r));
+                    pairs.push(pair(
+                        AlertKind::RunwayRoll,
+                        Stage::Alarm,
+                        k.situation,
+                        m.situation,
+                        self.r,
+                    ));
                 }
                 continue;
             };

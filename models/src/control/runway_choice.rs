@@ -76,10 +76,20 @@ mod tests {
         for (name, wind, present, expected) in [
             ("air goes east: take off towards west", east, None, Some(1)),
             ("calm keeps the present one", Vector2::zeros(), Some((1, 4000.0)), Some(1)),
-            ("a little tail wind soon after a change", Vector2::new(2.0, 0.0), Some((0, 60.0)), Some(0)),
+            (
+                "a little tail wind soon after a change",
+                Vector2::new(2.0, 0.0),
+                Some((0, 60.0)),
+                Some(0),
+            ),
             ("and later", Vector2::new(2.0, 0.0), Some((0, 1900.0)), Some(1)),
             ("too much tail wind at once", east, Some((0, 60.0)), Some(1)),
-            ("cross wind beyond the limits of all: stay", Vector2::new(0.0, 20.0), Some((0, 60.0)), Some(0)),
+            (
+                "cross wind beyond the limits of all: stay",
+                Vector2::new(0.0, 20.0),
+                Some((0, 60.0)),
+                Some(0),
+            ),
             ("and nothing to stay with", Vector2::new(0.0, 20.0), None, None),
         ] {
             assert_eq!(choose(&both, wind, present, &limits), expected, "{name}");

@@ -95,7 +95,13 @@ impl SafetyNet {
         let Self { layout, parameters, surveillance, monitor, conditions, .. } = self;
         surveillance.scan(scan.now, layout, parameters, scan.board, scan.targets);
         conditions.clear();
-        runway_alerts::conditions(layout, parameters, scan.low_visibility, surveillance, conditions);
+        runway_alerts::conditions(
+            layout,
+            parameters,
+            scan.low_visibility,
+            surveillance,
+            conditions,
+        );
         clearance_alerts::conditions(layout, parameters, scan.board, surveillance, conditions);
         let rules = Rules {
             now: scan.now,
@@ -139,7 +145,13 @@ impl SafetyNet {
             let holds = if order.is_ge() { conditions.next() } else { None };
             let mut entry = match (before, holds) {
                 (Some(mut entry), Some(condition)) => {
-                    entry.hold(condition, names(condition), &self.parameters, scan.now, &mut self.changes);
+                    entry.hold(
+                        condition,
+                        names(condition),
+                        &self.parameters,
+                        scan.now,
+                        &mut self.changes,
+                    );
                     entry
                 }
                 (Some(mut entry), None) => {

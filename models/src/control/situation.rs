@@ -240,11 +240,14 @@ impl Surveillance {
         self.by_strip.resize(board.strips().len(), 0);
         let cos_aligned = libm::cos(parameters.aligned_deg.to_radians());
         for target in targets {
-            let finite = target.position_m.iter().chain(target.velocity_mps.iter()).all(|x| x.is_finite());
+            let finite =
+                target.position_m.iter().chain(target.velocity_mps.iter()).all(|x| x.is_finite());
             if !finite || now.since_s(target.last_plot) > parameters.coasting_s {
                 continue;
             }
-            let Some(place) = self.places.get(usize::from(target.number)).copied() else { continue };
+            let Some(place) = self.places.get(usize::from(target.number)).copied() else {
+                continue;
+            };
             let place = if place == 0 {
                 self.memories.push(Memory::new(now, target));
                 self.places[usize::from(target.number)] = self.memories.len() as u16;
