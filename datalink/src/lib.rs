@@ -20,14 +20,15 @@ mod address;
 mod bundle;
 mod config;
 mod error;
-mod open;
+mod link;
 mod receiver;
 mod sender;
+mod socket;
 
 pub use address::{AddressError, Destination, Destinations};
 pub use bundle::{Bundle, Packing};
 pub use config::LinkConfig;
 pub use error::{LinkError, Warning};
-pub use open::Link;
+pub use link::Link;
 pub use receiver::{Arrival, Received, Receiver, Waker};
 pub use sender::{Sender, Sent};

@@ -2,7 +2,7 @@
 
 use crate::config::LinkConfig;
 use crate::error::{LinkError, Warning};
-use crate::open::receiving_socket;
+use crate::socket::receiving_socket;
 use nix::errno::Errno;
 use nix::poll::{PollFd, PollFlags, PollTimeout, poll};
 use nix::sys::socket::sockopt::{

@@ -3,7 +3,7 @@
 use crate::bundle::{Packing, Queue};
 use crate::config::LinkConfig;
 use crate::error::{LinkError, Warning};
-use crate::open::sending_socket;
+use crate::socket::sending_socket;
 use nix::errno::Errno;
 use nix::sys::socket::{
     ControlMessage, MsgFlags, MultiHeaders, SockaddrStorage, sendmmsg, sendmsg,

@@ -3,26 +3,9 @@
 use crate::address::Destination;
 use crate::config::LinkConfig;
 use crate::error::LinkError;
-use crate::receiver::Receiver;
-use crate::sender::Sender;
 use socket2::{Domain, Protocol, Socket, Type};
 use std::io;
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, SocketAddrV6};
-
-/// A sender and a receiver of the same traffic.
-#[derive(Debug)]
-pub struct Link;
-
-impl Link {
-    /// Opens both directions. Several processes on one host each receive all of broadcast and
-    /// multicast, their own included ([`Sender::address`] tells which that is).
-    ///
-    /// # Errors
-    /// [`LinkError`]: what, where, what to do.
-    pub fn open(config: &LinkConfig) -> Result<(Sender, Receiver), LinkError> {
-        Ok((Sender::open(config)?, Receiver::open(config)?))
-    }
-}
 
 /// Addresses of this host's interfaces, with the interface's name.
 fn local_addresses() -> Vec<(IpAddr, String)> {
