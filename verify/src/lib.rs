@@ -1,7 +1,7 @@
 //! Reference vectors (`*.json` with `cases`, or `vectors`) run through the functions that the federates call.
 //!
 //! A file is known by its name; each known name has one check in [`radar`], [`effects`], [`gnss`], [`tracking`],
-//! [`tracking_sets`], [`tracking_estimates`], [`traffic`], [`control`], [`wire`] or [`datagrams`]. A file without either is input of other files and is passed over. `seeds verify DIR`
+//! [`tracking_sets`], [`tracking_estimates`], [`traffic`], [`control`], [`wire`], [`datagrams`] or [`mode_s`]. A file without either is input of other files and is passed over. `seeds verify DIR`
 //! and the tests of this crate are the same code.
 
 use serde_json::Value;
@@ -11,6 +11,7 @@ pub mod control;
 pub mod datagrams;
 pub mod effects;
 pub mod gnss;
+pub mod mode_s;
 pub mod radar;
 pub mod tracking;
 pub mod tracking_estimates;
@@ -47,6 +48,7 @@ pub fn check_for(file_name: &str) -> Option<Check> {
         .or_else(|| tracking_estimates::check_for(stem))
         .or_else(|| wire::check_for(stem))
         .or_else(|| datagrams::check_for(stem))
+        .or_else(|| mode_s::check_for(stem))
 }
 
 /// What one file gave.
