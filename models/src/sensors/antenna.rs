@@ -172,6 +172,44 @@ impl SinePattern {
         };
         g.max(pattern.floor)
     }
+
+    /// Least and largest slope of the logarithm of [`Self::elevation`] by the sine, anywhere between two
+    /// sines: each part of the pattern at its ends, for there it grows or falls throughout.
+    #[must_use]
+    pub fn log_slope(&self, low: f64, high: f64) -> (f64, f64) {
+        let pattern = &self.pattern;
+        let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
+        let mut add = |slope: f64| (least, most) = (least.min(slope), most.max(slope));
+        let sharp = 8.0 * LN_2 / (pattern.elevation_rad * pattern.elevation_rad);
+        // A flank of the beam about `about`, as far as it is above the floor.
+        let mut flank = |from: f64, to: f64, about: f64, top: f64| {
+            let reach = (2.0 * libm::log((top / pattern.floor).max(1.0)) / sharp).sqrt();
+            let (from, to) = (from.max(about - reach), to.min(about + reach));
+            if from < to {
+                for angle in [from, to] {
+                    add(-sharp * (angle - about) / libm::cos(angle).max(1e-6));
+                }
+            }
+        };
+        let (from, to) = (libm::asin(low.clamp(-1.0, 1.0)), libm::asin(high.clamp(-1.0, 1.0)));
+        match self.edges {
+            None => flank(from, to, pattern.axis_rad, 1.0),
+            Some((start, end_rad, end)) => {
+                flank(from, to.min(libm::asin(start)), pattern.axis_rad, 1.0);
+                let ratio = start / end;
+                flank(from.max(end_rad), to, end_rad, 0.5 * ratio * ratio);
+                let (a, b) = (low.max(start), high.min(end));
+                if a < b {
+                    add(-2.0 / a);
+                    add(-2.0 / b);
+                }
+            }
+        }
+        if least > most || self.elevation(low).min(self.elevation(high)) <= pattern.floor {
+            (least, most) = (least.min(0.0), most.max(0.0));
+        }
+        (least, most)
+    }
 }
 
 fn simpson(from: f64, to: f64, steps: u32, f: impl Fn(f64) -> f64) -> f64 {
@@ -220,6 +258,26 @@ mod tests {
                 let (a, b) =
                     (pattern.elevation(depression), by_sine.elevation(libm::sin(depression)));
                 assert!((a - b).abs() < 1e-11 * a, "{i}: {a} {b}");
+            }
+        }
+    }
+
+    #[test]
+    fn no_slope_is_beyond_what_the_ends_say() {
+        for pattern in [ku(), Pattern { skirt_end_rad: None, floor: 1e-2, ..ku() }] {
+            let by_sine = pattern.by_sine();
+            for i in -400..400 {
+                let (low, high) = (f64::from(i) * 0.0025, f64::from(i + 7) * 0.0025);
+                let (low, high) = (low.clamp(-0.99, 0.99), high.clamp(-0.98, 0.999));
+                let (least, most) = by_sine.log_slope(low, high);
+                for k in 0..200 {
+                    let at = low + (high - low) * f64::from(k) / 200.0;
+                    let h = 1e-7 * (1.0 - at.abs());
+                    let ln = |s: f64| libm::log(by_sine.elevation(s));
+                    let slope = (ln(at + h) - ln(at - h)) / (2.0 * h);
+                    let margin = 1e-5 * (1.0 + slope.abs());
+                    assert!(slope >= least - margin && slope <= most + margin, "{at}: {slope}");
+                }
             }
         }
     }

@@ -195,12 +195,14 @@ impl Asde {
         let place = planner.class(class, *guess)?;
         *guess = place;
         let facts = planner.facts(place);
-        // Where errors may carry a plot over the edge of the display, everything is exact.
+        // Beyond the edge nothing is displayed; so near it that errors may carry a plot over it, the plan
+        // reckons with that.
         let margin_m = facts.bias_m + 8.0 * (self.most_sigma_m + facts.along_m.1);
         let shown = Span { low: self.parameters.range_min_m, high: self.parameters.range_max_m };
-        if slant_m < shown.low + margin_m || slant_m > shown.high - margin_m {
+        if slant_m < shown.low || slant_m > shown.high {
             return None;
         }
+        let edge = slant_m < shown.low + margin_m || slant_m > shown.high - margin_m;
         let sector = sector(azimuth_rad);
         let (mut rain_on_way, mut rain_here) = (false, false);
         for cell in cells {
@@ -211,7 +213,7 @@ impl Asde {
         let mirrored =
             if walls && self.mirrored.has(ring, sector) { (sector + 1, size) } else { (0, 0) };
         let band = band(place_m.z);
-        Some(Key { class: place, ring, band, rain_on_way, rain_here, mirrored })
+        Some(Key { class: place, ring, band, rain_on_way, rain_here, edge, mirrored })
     }
 
     /// Every effect at its exact level, with the table of the detection where that is tolerated.

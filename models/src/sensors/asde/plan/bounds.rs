@@ -1,12 +1,12 @@
 //! Bounds of every effect over one box, for the effect left out while all others are at any level.
 //!
-//! A box is cut into pieces of equal ratio of distance. Over a piece, smooth quantities are enclosed by
-//! their values at its corners and a quarter of their difference there ([`Enclosed`]); what grows or falls
-//! with distance or height alone is taken at the end where it is worst. A test holds the bounds against
-//! random places of random boxes.
+//! A box is cut into pieces of equal ratio of distance and of equal height, and everything is enclosed over
+//! each: what grows or falls with distance or height alone by the end where it is worst, the rest by its
+//! value in the middle and the largest slope of its logarithm. A test holds the bounds against random places
+//! of random boxes.
 
 use super::class::ClassFacts;
-use super::reflection::{Column, ReflectionBounds};
+use super::reflection::{Piece, Reach, ReflectionBounds};
 use crate::sensors::detection::{from_db, to_db};
 use crate::sensors::radar_equation::{Air, Radar, RainEcho};
 
@@ -37,23 +37,6 @@ impl Span {
     #[must_use]
     pub fn and(self, other: Self) -> Self {
         Self { low: self.low.min(other.low), high: self.high.max(other.high) }
-    }
-}
-
-/// A smooth quantity over a piece, from its values at the corners.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Enclosed {
-    /// The corners and a quarter of their difference either way.
-    pub span: Span,
-}
-
-impl Enclosed {
-    /// From the corners.
-    #[must_use]
-    pub fn of(corners: impl Iterator<Item = f64>) -> Self {
-        let Span { low, high } = Span::around(corners);
-        let beside = 0.25 * (high - low);
-        Self { span: Span { low: low - beside, high: high + beside } }
     }
 }
 
@@ -99,8 +82,12 @@ pub struct BoxBounds {
 
 /// Pieces of a box in distance.
 const PIECES: usize = 6;
+/// Largest height of a piece, as a share of the antenna's and the target's heights together.
+const PIECE_HEIGHT: f64 = 0.08;
+/// Most pieces of a box in height.
+const MOST_HIGH: f64 = 4.0;
 
-/// A box with the reflection at its grid: what its bounds are made from.
+/// A box with the reflection over its pieces: what its bounds are made from.
 #[derive(Debug)]
 pub struct BoxGrid<'a> {
     radar: &'a Radar,
@@ -108,7 +95,8 @@ pub struct BoxGrid<'a> {
     correlation: f64,
     facts: &'a ClassFacts,
     place: Place,
-    columns: Vec<Column>,
+    /// From near to far, and of each distance from low to high.
+    pieces: Vec<Piece>,
 }
 
 impl<'a> BoxGrid<'a> {
@@ -123,24 +111,37 @@ impl<'a> BoxGrid<'a> {
     ) -> Self {
         let (near, far) = place.ground_m;
         let (low, high) = place.height_m;
-        let heights: Vec<f64> =
-            if high > low * (1.0 + 1e-9) { vec![low, 0.5 * (low + high), high] } else { vec![low] };
         let ratio = libm::log(far / near) / PIECES as f64;
         let at = |piece: usize| match piece {
             PIECES => far,
             _ => near * libm::exp(ratio * piece as f64),
         };
-        let columns = (0..=PIECES).map(|i| Column::new(radar, air, at(i), &heights)).collect();
-        Self { radar, air, correlation, facts, place, columns }
+        let storeys = ((high - low) / (PIECE_HEIGHT * (radar.antenna_m + low)).max(1e-9)).ceil();
+        let storeys = storeys.clamp(1.0, MOST_HIGH);
+        let step = (high - low) / storeys;
+        let pieces = (0..PIECES).flat_map(|i| {
+            let ground_m = (at(i), at(i + 1));
+            (0..storeys as u32).map(move |k| {
+                let height_m = (low + step * f64::from(k), low + step * f64::from(k + 1));
+                Piece::new(radar, air, Reach { ground_m, height_m })
+            })
+        });
+        Self { radar, air, correlation, facts, place, pieces: pieces.collect() }
     }
 
     /// The bounds, while any of the refinements in `open` may be left out.
     #[must_use]
     pub fn bounds(&self, open: usize) -> BoxBounds {
         let &Self { radar, air, correlation, facts, ref place, .. } = self;
-        let piece = Piece { radar, air, correlation, facts, place, open };
-        let pieces = self.columns.windows(2).map(|ends| piece.bounds(&ends[0], &ends[1]));
+        let over = Over { radar, air, correlation, facts, place, open };
+        let pieces = self.pieces.iter().map(|piece| over.bounds(piece));
         pieces.reduce(|sum, one| sum.and(&one)).unwrap_or_default()
+    }
+
+    /// The bounds of the reflection at the far end alone: for a fault that is planted.
+    pub(super) fn far_end(&self, open: usize) -> ReflectionBounds {
+        let extent_m = self.facts.class.height_m;
+        self.pieces.last().map(|p| p.bounds(self.radar, extent_m, open)).unwrap_or_default()
     }
 }
 
@@ -182,7 +183,8 @@ pub fn clutter_raises_db(skipped: f64, kept: f64) -> f64 {
 /// Steps of the enclosure of a product of rounded factors.
 const ROUNDING: f64 = 1e-9;
 
-struct Piece<'a> {
+/// What the bounds of every piece are made with.
+struct Over<'a> {
     radar: &'a Radar,
     air: &'a Air,
     correlation: f64,
@@ -191,11 +193,11 @@ struct Piece<'a> {
     open: usize,
 }
 
-impl Piece<'_> {
-    fn bounds(&self, near: &Column, far: &Column) -> BoxBounds {
+impl Over<'_> {
+    fn bounds(&self, piece: &Piece) -> BoxBounds {
         let (radar, air, place) = (self.radar, self.air, self.place);
         let antenna_m = radar.antenna_m;
-        let (low, high) = place.height_m;
+        let ((near_m, far_m), (low, high)) = (piece.reach.ground_m, piece.reach.height_m);
         // The line of sight falls least to the highest, most to the lowest.
         let (least_down, most_down) = (antenna_m - high, antenna_m - low);
         let down_near = if least_down <= 0.0 && most_down >= 0.0 {
@@ -204,18 +206,17 @@ impl Piece<'_> {
             least_down.abs().min(most_down.abs())
         };
         let down_far = least_down.abs().max(most_down.abs());
-        let range_m = Span { low: slant(near.d_m, down_near), high: slant(far.d_m, down_far) };
+        let range_m = Span { low: slant(near_m, down_near), high: slant(far_m, down_far) };
         let (r_near, r_far) = (range_m.low.max(1.0), range_m.high);
-        let gain = self.gain(near, far);
-        let reflection =
-            ReflectionBounds::between(radar, near, far, self.facts.class.height_m, self.open);
+        let gain = piece.gain;
+        let reflection = piece.bounds(radar, self.facts.class.height_m, self.open);
 
         // Attenuation, two-way, dB.
         let km2 = 2.0 * r_far / 1000.0;
         let uniform = air.uniform();
         let cells = place.rain_on_way && !air.weather.cells.is_empty();
         let (rain_db, least_rain) = if cells {
-            let most = 2.0 * air.most_rain_db(r_far, r_near / near.d_m.max(1.0));
+            let most = 2.0 * air.most_rain_db(r_far, r_near / near_m.max(1.0));
             (most, uniform.mie_db_per_km.min(air.least_rain_db_per_km()))
         } else {
             (uniform.mie_db_per_km * km2, uniform.mie_db_per_km)
@@ -258,36 +259,31 @@ impl Piece<'_> {
         }
     }
 
-    /// One-way elevation gain towards the targets: one hump on the beam's axis.
-    fn gain(&self, near: &Column, far: &Column) -> Span {
-        let ends = near.gain().and(far.gain());
-        let (low, high) = self.place.height_m;
-        let sin = |d: f64, h: f64| {
-            let down = self.radar.antenna_m - h;
-            down / slant(d, down).max(1e-9)
-        };
-        let corners = [(near.d_m, low), (near.d_m, high), (far.d_m, low), (far.d_m, high)];
-        let seen = Span::around(corners.iter().map(|&(d, h)| sin(d, h)));
-        let axis = libm::sin(self.radar.pattern.axis_rad);
-        let over_axis = seen.low <= axis && axis <= seen.high;
-        Span { low: ends.low, high: if over_axis { 1.0 } else { ends.high } }
-    }
-
     /// Ground clutter over noise, before attenuation.
     fn ground(&self, near_m: f64, far_m: f64) -> Span {
         let radar = self.radar;
         let at = |r: f64| radar.constant * radar.ground_m2(r) / (r * r * r * r) / radar.noise_w;
-        let ends = Span::around([near_m, far_m].into_iter().map(at));
-        // The gain has one hump, on the axis; the rest of it falls with the range.
-        let sin_axis = libm::sin(radar.pattern.axis_rad);
-        let on_axis = radar.antenna_m / sin_axis;
-        if sin_axis > 0.0 && on_axis > near_m && on_axis < far_m {
-            let nearer = on_axis / near_m;
-            let peak = at(on_axis) * (nearer * nearer) * (nearer * nearer);
-            return Span { low: ends.low, high: ends.high.max(peak) };
+        let sine = |r: f64| radar.antenna_m / r;
+        let (steep, shallow) = (sine(near_m), sine(far_m));
+        if steep > 0.999 {
+            // At the foot of the tower the patch grows without bound.
+            let most = radar.ground_m2_bound(near_m) / (near_m * near_m * near_m * near_m);
+            return Span { low: 0.0, high: radar.constant * most / radar.noise_w };
         }
-        // The gain may grow with the range while the rest falls: at most by both ends' best.
-        Enclosed::of([ends.low, ends.high].into_iter()).span.and(ends).positive()
+        // Slope of the logarithm by that of the range: −4 of the way, the patch by 1/cos ψ, and the gain
+        // twice.
+        let (least, most) = radar.by_sine.log_slope(shallow, steep);
+        let patch = |s: f64| s * s / (1.0 - s * s);
+        let gains = [least * shallow, least * steep, most * shallow, most * steep];
+        let gains = Span::around(gains.into_iter());
+        let from = -4.0 - patch(steep) - 2.0 * gains.high;
+        let to = -4.0 - patch(shallow) - 2.0 * gains.low;
+        let half = 0.5 * libm::log(far_m / near_m);
+        let beside = libm::exp(half * from.abs().max(to.abs()));
+        let middle = at((near_m * far_m).sqrt());
+        let span = Span { low: middle / beside, high: middle * beside };
+        // Where it falls or grows throughout, its ends are the least and the largest.
+        if to <= 0.0 || from >= 0.0 { Span::around([at(near_m), at(far_m)].into_iter()) } else { span }
     }
 
     /// Rain clutter over noise, before attenuation, without correlation.
@@ -305,12 +301,6 @@ impl Piece<'_> {
         };
         // Falls with the range; the table of the beam holds a hundredth of a decibel.
         Span { low: at(far_m) * least * 0.99, high: at(near_m) * most * 1.01 }
-    }
-}
-
-impl Span {
-    fn positive(self) -> Self {
-        Self { low: self.low.max(0.0), high: self.high }
     }
 }
 

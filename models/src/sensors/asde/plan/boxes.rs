@@ -75,6 +75,8 @@ pub struct Key {
     pub rain_on_way: bool,
     /// Whether a rain cell touches the box itself.
     pub rain_here: bool,
+    /// Whether errors may carry its plots over the edge of the display.
+    pub edge: bool,
     /// Facades that may mirror it: their sector from 1 and the size of the share of false plots; 0 without.
     pub mirrored: (u8, u8),
 }

@@ -121,6 +121,10 @@ pub struct BoxOutcome<'a> {
     gain: Option<TrackGain>,
     /// Whether nothing can be said: near the foot of the tower.
     blind: bool,
+    /// Whether the targets may be so near the edge of the display that their errors carry plots over it.
+    edge: bool,
+    /// Nearest slant range, m.
+    nearest_m: f64,
     /// Whether steps carry plots: always, but for a planted fault.
     flips: bool,
 }
@@ -141,13 +145,15 @@ pub struct Detection<'a> {
 }
 
 impl<'a> BoxOutcome<'a> {
-    /// The test of a class in a box.
+    /// The test of a class in a box whose nearest ground distance is `nearest_m`; `edge` where errors may
+    /// carry its plots over the edge of the display.
     #[must_use]
     pub fn new(
         radar: &Detection<'a>,
         facts: &ClassFacts,
         bounds: &BoxBounds,
         nearest_m: f64,
+        edge: bool,
         tolerance: &Tolerance,
     ) -> Self {
         let p = radar.parameters;
@@ -201,6 +207,8 @@ impl<'a> BoxOutcome<'a> {
             coupling_rad: (coupling * bounds.reflection.most, coupling),
             gain,
             blind,
+            edge,
+            nearest_m: bounds.range_m.low.max(1.0),
             flips: true,
         }
     }
@@ -274,16 +282,22 @@ impl<'a> BoxOutcome<'a> {
         if !changed {
             return 0.0;
         }
-        let weakest = self.ratio.0 * from_db(-loss.lowers_db);
-        let (thermal, coupled) = (self.sigma(axis, weakest), self.coupling_rad.0);
-        let glint = axis.most_glint_m / self.lever_m.max(1.0);
+        let coupled = self.coupling_rad.0;
+        // What is stated: the thermal error of the look, by its strength, and a glint for all alike.
+        let stated_m = self.parameters.glint_sigma_m;
+        let glint = stated_m / self.nearest_m;
         let step2 = axis.step * axis.step / 12.0;
-        let square = thermal * thermal + coupled * coupled + glint * glint + step2;
-        let least_range = self.sigma(&self.axes[0], self.ratio.1 * from_db(loss.raises_db));
-        if self.lever_m * square <= 0.1 * least_range {
-            // Never bent enough.
-            return 0.0;
+        let range_step2 = self.axes[0].step * self.axes[0].step / 12.0;
+        if self.is_never_bent(stated_m, (step2, range_step2)) {
+            let planned_m = if out.glint { 0.0 } else { stated_m };
+            let steps = if out.steps { (0.0, 0.0) } else { (step2, range_step2) };
+            if self.is_never_bent(planned_m, steps) {
+                return 0.0;
+            }
         }
+        let weakest = self.ratio.0 * from_db(-loss.lowers_db);
+        let thermal = self.sigma(axis, weakest);
+        let square = thermal * thermal + coupled * coupled + glint * glint + step2;
         let share =
             -libm::expm1(-(loss.raises_db + loss.lowers_db) * std::f64::consts::LN_10 / 10.0);
         let moved = thermal * thermal * share
@@ -291,8 +305,42 @@ impl<'a> BoxOutcome<'a> {
             + if out.glint { glint * glint } else { 0.0 }
             + if out.steps { step2 } else { 0.0 };
         let jump = (0.5 * self.lever_m * square)
-            .min(0.05 * libm::hypot(self.sigma(&self.axes[0], weakest), self.axes[0].most_glint_m));
+            .min(0.05 * libm::hypot(self.sigma(&self.axes[0], weakest), stated_m));
         (0.5 * self.lever_m * moved + jump) * self.axes[0].per_unit_m
+    }
+
+    /// Whether the arc is never bent by more than a tenth of the range error, however strong a look: the bend
+    /// grows in proportion to 1 over the strength, the error with its root, so both ends decide. `glint_m` is
+    /// the stated glint, `steps2` the variances of the steps in azimuth and range.
+    fn is_never_bent(&self, glint_m: f64, steps2: (f64, f64)) -> bool {
+        let (range, azimuth) = (&self.axes[0], &self.axes[1]);
+        let (coupled, glint) = (self.coupling_rad.0, glint_m / self.nearest_m);
+        let straight = |range2: f64, azimuth2: f64| {
+            let bend = azimuth2 + coupled * coupled + glint * glint + steps2.0;
+            self.lever_m * bend <= 0.1 * (range2 + glint_m * glint_m + steps2.1).sqrt()
+        };
+        let square = |axis: &Axis| {
+            let weakest = self.sigma(axis, 0.0);
+            weakest * weakest
+        };
+        straight(0.0, 0.0) && straight(square(range), square(azimuth))
+    }
+
+    /// Probability per scan that a shift of the range carries a plot over the edge of the display: the
+    /// density of its place there, times the mean shift.
+    fn over_edge(&self, shift: &AxisShift, out: &LeftOut) -> f64 {
+        let axis = &self.axes[0];
+        let per_m = 1.0 / axis.per_unit_m;
+        let drawn_m = (shift.drawn_m + shift.own_m) * per_m;
+        let fixed_m = (shift.fixed_m + shift.bounded_m) * per_m;
+        if !self.edge || drawn_m + fixed_m == 0.0 {
+            return 0.0;
+        }
+        // Both runs have at least this spread.
+        let thermal_m = if out.range { 0.0 } else { self.sigma(axis, self.ratio.1) };
+        let glint_m = if out.glint { 0.0 } else { axis.least_glint };
+        let spread_m = libm::hypot(thermal_m, glint_m);
+        if spread_m == 0.0 { 1.0 } else { ((0.33 * drawn_m + 0.4 * fixed_m) / spread_m).min(1.0) }
     }
 
     /// What a sum of losses may do at most; `quick` takes the bound of the table's steepest slope for the
@@ -322,7 +370,7 @@ impl<'a> BoxOutcome<'a> {
         Effect {
             rms_m: square.sqrt(),
             tail: tail(&axes, 5.0 * tolerance.position_m),
-            detection: loss.odds + self.missed(loss, quick),
+            detection: loss.odds + self.missed(loss, quick) + self.over_edge(&axes[0], &sum.out),
             false_plots: loss.false_plots,
             track_m,
         }

@@ -305,7 +305,7 @@ pub fn prepare<'a>(
     let grid = BoxGrid::new(scene.radar, scene.air, scene.correlation, facts, place);
     let mut bounds = grid.bounds(Refinement::ANY);
     let test = |bounds: &BoxBounds| {
-        BoxOutcome::new(&scene.detection, facts, bounds, place.ground_m.0, scene.tolerance)
+        BoxOutcome::new(&scene.detection, facts, bounds, place.ground_m.0, key.edge, scene.tolerance)
     };
     let mut outcome = test(&bounds);
     if scene.tolerance.time_budget_us.is_none() {
@@ -325,7 +325,9 @@ pub fn prepare<'a>(
     }
     match scene.fault {
         Some(Fault::PolarisationAtOneEnd) => {
-            bounds.reflection.refined_db[Refinement::Polarisation as usize] *= 0.1;
+            let of = Refinement::Polarisation as usize;
+            let end = grid.far_end(Refinement::ANY).refined_db[of];
+            bounds.reflection.refined_db[of] = 0.1 * end;
         }
         Some(Fault::NoFlips) => outcome.without_flips(),
         _ => (),

@@ -1,18 +1,18 @@
 //! What the surface reflection and each of its refinements can change over a piece of a box.
 //!
-//! Amplitudes of the reflected ray, without the phase of its path, are smooth functions of distance and
-//! height: they are enclosed by their values at the corners of a piece and a part of what they differ there.
-//! Differences of two levels are never differences of two enclosures, but the enclosed difference through
-//! the derivative of the propagation factor (mean value form).
+//! Everything is enclosed: angles are monotone in distance and height, the surface's coefficients lie in
+//! discs ([`Coefficients`]), gains follow from the slopes of their logarithms (mean value form). Differences
+//! of two levels are never differences of two enclosures, but the enclosed difference through the derivative
+//! of the propagation factor, which holds the moduli and the phases of the two apart.
 
-use super::bounds::{Enclosed, Span};
-use crate::environment::surface::{self, Complex, Roughness};
+use super::bounds::Span;
+use super::coefficient::Coefficients;
+use super::disc::Disc;
+use crate::environment::surface::{Roughness, modulus};
 use crate::sensors::detection::to_db;
-use crate::sensors::geometry::{LeanPaths, RoundEarth};
+use crate::sensors::geometry::EFFECTIVE_EARTH_RADIUS_M;
 use crate::sensors::propagation;
-use crate::sensors::radar_equation::{
-    Air, BudgetLevels, Polarisation, Radar, ReflectedPolarisation,
-};
+use crate::sensors::radar_equation::{Air, Polarisation, Radar};
 use std::f64::consts::{LN_10, TAU};
 
 /// A refinement of the reflection.
@@ -35,98 +35,178 @@ impl Refinement {
     pub const ALL: [Self; 4] = [Self::Roughness, Self::Film, Self::Polarisation, Self::Curvature];
 }
 
-/// Amplitudes of the reflected ray at one place for every combination of refinements: bit n of the
-/// index is set where refinement n is left out.
+/// A piece of a box: between two ground distances and two heights, m.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reach {
+    /// Nearest and farthest ground distance.
+    pub ground_m: (f64, f64),
+    /// Lowest and highest middle of the echo.
+    pub height_m: (f64, f64),
+}
+
+/// What the curvature of the earth changes over a piece, at most.
 #[derive(Clone, Copy, Debug)]
-struct Amplitudes {
-    z: [Complex<f64>; 16],
-    /// By how much the curvature turns the phase of the path, rad.
-    turn_rad: f64,
-    /// One-way elevation gain towards the target.
+struct Bent {
+    /// Sine of the grazing angle: it only falls.
+    sine: f64,
+    /// Divergence, at least.
+    divergence: f64,
+    /// Phase of the path, rad.
+    turn: f64,
+    /// Factor of the roughness.
+    rough: f64,
+    /// Logarithm of the amplitude by the antenna's gain.
     gain: f64,
 }
 
-impl Amplitudes {
-    fn at(radar: &Radar, air: &Air, d_m: f64, height_m: f64) -> Self {
-        let flat = LeanPaths::flat(d_m, radar.antenna_m, height_m);
-        let (round, divergence) = RoundEarth::lean(d_m, radar.antenna_m, height_m);
-        let gain = radar.by_sine.elevation(flat.sin_depression);
-        let mut z = [Complex::new(0.0, 0.0); 16];
-        let wet = air.weather.film_mm > 0.0;
-        let own_is_other = radar.polarisation != Polarisation::Horizontal;
-        for (curvature, paths, divergence) in [(0, &round, divergence), (8, &flat, 1.0)] {
-            let up = (radar.by_sine.elevation(paths.sin_grazing) / gain).sqrt() * divergence;
-            let rough = if radar.roughness_m == 0.0 {
-                1.0
-            } else {
-                let form = Roughness::MillerBrownVegh;
-                form.factor_sin(radar.roughness_m, radar.wavelength_m, paths.sin_grazing)
-            };
-            for film in 0..2 {
-                for polarisation in 0..2 {
-                    let index = curvature + 2 * film + 4 * polarisation;
-                    let smooth = if film == 1 && !wet {
-                        z[curvature + 4 * polarisation + 1]
-                    } else if polarisation == 1 && !own_is_other {
-                        z[curvature + 2 * film + 1]
-                    } else {
-                        let levels = BudgetLevels {
-                            film: film == 0,
-                            reflected: if polarisation == 0 {
-                                ReflectedPolarisation::Own
-                            } else {
-                                ReflectedPolarisation::Horizontal
-                            },
-                            ..BudgetLevels::EXACT
-                        };
-                        let (sin, cos) = (paths.sin_grazing, paths.cos_grazing);
-                        radar.surface_coefficient_at(air, &levels, sin, cos) * up
-                    };
-                    z[index] = smooth * rough;
-                    z[index + 1] = smooth;
-                }
+/// The reflected ray over a piece, enclosed.
+#[derive(Clone, Copy, Debug)]
+pub struct Piece {
+    /// Where it is.
+    pub reach: Reach,
+    /// One-way elevation gain towards the targets.
+    pub gain: Span,
+    gamma: Coefficients,
+    /// Factor of the roughness.
+    rough: Span,
+    /// Amplitude of the antenna's gain along the reflected ray over that along the direct one.
+    up: Span,
+    bent: Bent,
+    wet: bool,
+    other: bool,
+}
+
+/// `√(x² + y²)` of ordinary numbers.
+fn hypotenuse(x: f64, y: f64) -> f64 {
+    (x * x + y * y).sqrt()
+}
+
+fn product(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
+    let all = Span::around([a.0 * b.0, a.0 * b.1, a.1 * b.0, a.1 * b.1].into_iter());
+    (all.low, all.high)
+}
+
+impl Piece {
+    /// Encloses everything over a piece.
+    #[must_use]
+    pub fn new(radar: &Radar, air: &Air, reach: Reach) -> Self {
+        let ((near, far), (low, high)) = (reach.ground_m, reach.height_m);
+        let antenna = radar.antenna_m;
+        let sine = |up: f64, d: f64| up / hypotenuse(up, d).max(1e-9);
+        // The grazing angle falls with the distance and grows with the height.
+        let (up_low, up_high) = (antenna + low, antenna + high);
+        let flat = Span { low: sine(up_low, far), high: sine(up_high, near) };
+        // The depression falls with the height, its size with the distance.
+        let (down_low, down_high) = (antenna - high, antenna - low);
+        let down = Span::around(
+            [sine(down_low, near), sine(down_low, far), sine(down_high, near), sine(down_high, far)]
+                .into_iter(),
+        );
+        let towards = |s: f64| radar.by_sine.elevation(s);
+        let ends = Span::around([towards(down.low), towards(down.high)].into_iter());
+        let axis = libm::sin(radar.pattern.axis_rad);
+        let over_axis = down.low <= axis && axis <= down.high;
+        let gain = Span { low: ends.low, high: if over_axis { 1.0 } else { ends.high } };
+
+        let (lowered, sine_fall) = lowered(antenna, reach);
+        let rise = up_low - lowered;
+        let grazing = Span { low: sine(rise.max(0.0), far), high: flat.high };
+        let gamma = Coefficients::over(radar, air, grazing.low, grazing.high);
+
+        let rough_at = |s: f64| {
+            let form = Roughness::MillerBrownVegh;
+            form.factor_sin(radar.roughness_m, radar.wavelength_m, s)
+        };
+        let rough = match radar.roughness_m {
+            0.0 => Span { low: 1.0, high: 1.0 },
+            _ => Span { low: rough_at(grazing.high), high: rough_at(grazing.low) },
+        };
+        // Convex and falling in the square of the sine: it changes most where that is least.
+        let rough_bent = match radar.roughness_m {
+            0.0 => 0.0,
+            _ => {
+                let square = grazing.low * grazing.low;
+                let more = square + sine_fall * (2.0 * flat.high + sine_fall);
+                rough_at(grazing.low) - rough_at(more.sqrt())
             }
+        };
+
+        // Logarithm of the amplitude by gains: its value in the middle and its slopes.
+        let (d, h) = ((near * far).sqrt(), 0.5 * (low + high));
+        let middle = 0.5
+            * libm::log(towards(sine(antenna + h, d)) / towards(sine(antenna - h, d)));
+        let (up_slope, down_slope) =
+            (radar.by_sine.log_slope(grazing.low, flat.high), radar.by_sine.log_slope(down.low, down.high));
+        let cos2 = |s: Span| {
+            let most = if s.low <= 0.0 && s.high >= 0.0 { 0.0 } else { s.low.abs().min(s.high.abs()) };
+            let least = s.low.abs().max(s.high.abs());
+            (1.0 - least * least, 1.0 - most * most)
+        };
+        let along = |slope: (f64, f64), s: Span| product(product(slope, (s.low, s.high)), cos2(s));
+        let (a, b) = (along(up_slope, flat), along(down_slope, down));
+        let by_distance = (a.1 - b.0).abs().max((a.0 - b.1).abs());
+        let least_down = if down_low <= 0.0 && down_high >= 0.0 {
+            0.0
+        } else {
+            down_low.abs().min(down_high.abs())
+        };
+        let raised = |slope: (f64, f64), s: Span, up: f64| {
+            let of = product(slope, cos2(s));
+            of.0.abs().max(of.1.abs()) / hypotenuse(near, up).max(1e-9)
+        };
+        let by_height = raised(up_slope, flat, up_low) + raised(down_slope, down, least_down);
+        let beside = 0.25 * (libm::log(far / near) * by_distance + (high - low) * by_height);
+        let up = Span { low: libm::exp(middle - beside), high: libm::exp(middle + beside) };
+        let steepest = up_slope.0.abs().max(up_slope.1.abs());
+
+        let bent = if rise > 0.0 {
+            let (long, short) = (antenna.max(low), high.min(antenna));
+            let (big, small) = if antenna >= high { (antenna, high) } else { (long, short) };
+            let over = far * far / (2.0 * EFFECTIVE_EARTH_RADIUS_M);
+            // Over a round earth the smaller height counts for more, by at most the fall of the larger.
+            let more = if big > over { big / (big - over) } else { f64::INFINITY };
+            let share = (small / big.max(1e-9) * more).min(1.0);
+            let parts = share / ((1.0 + share) * (1.0 + share));
+            let apart = 2.0 * far * parts / (EFFECTIVE_EARTH_RADIUS_M * grazing.low.max(1e-12));
+            let bent_m = far * antenna * high / (EFFECTIVE_EARTH_RADIUS_M * (antenna + high).max(1e-9));
+            let whole_m = 2.0 * antenna * high / near.max(1e-9);
+            Bent {
+                sine: sine_fall,
+                divergence: 1.0 / (1.0 + apart).sqrt(),
+                turn: TAU / radar.wavelength_m * (1.02 * bent_m).min(whole_m),
+                rough: rough_bent,
+                gain: 0.5 * steepest * sine_fall,
+            }
+        } else {
+            // At the horizon, and beyond it, nothing is said.
+            let all = f64::INFINITY;
+            Bent { sine: all, divergence: 0.0, turn: all, rough: 1.0, gain: all }
+        };
+        Self {
+            reach,
+            gain,
+            gamma,
+            rough,
+            up,
+            bent,
+            wet: air.weather.film_mm > 0.0,
+            other: radar.polarisation != Polarisation::Horizontal,
         }
-        let turn_rad = TAU / radar.wavelength_m * (flat.difference_m - round.difference_m).abs();
-        Self { z, turn_rad, gain }
-    }
-
-    /// Largest change of the amplitude by a refinement, whichever of `open` the others leave out.
-    fn change(&self, refinement: Refinement, open: usize) -> f64 {
-        let bit = 1 << refinement as usize;
-        (0..16)
-            .filter(|i| i & bit == 0 && i & !open == 0)
-            .map(|i| surface::modulus(self.z[i] - self.z[i | bit]))
-            .fold(0.0, f64::max)
-    }
-
-    /// Least and largest amplitude, whichever of `open` are left out.
-    fn modulus(&self, open: usize) -> (f64, f64) {
-        let sizes = (0..16).filter(|i| i & !open == 0).map(|i| surface::modulus(self.z[i]));
-        sizes.fold((f64::INFINITY, 0.0), |(low, high), q| (f64::min(low, q), f64::max(high, q)))
     }
 }
 
-/// What one column of a grid over a box holds: all heights at one distance.
-#[derive(Clone, Debug)]
-pub struct Column {
-    /// Ground distance, m.
-    pub d_m: f64,
-    at: Vec<Amplitudes>,
-}
-
-impl Column {
-    /// The amplitudes at some heights.
-    #[must_use]
-    pub fn new(radar: &Radar, air: &Air, d_m: f64, heights_m: &[f64]) -> Self {
-        Self { d_m, at: heights_m.iter().map(|&h| Amplitudes::at(radar, air, d_m, h)).collect() }
-    }
-
-    /// Least and largest elevation gain of the column.
-    #[must_use]
-    pub fn gain(&self) -> Span {
-        Span::around(self.at.iter().map(|a| a.gain))
-    }
+/// By how much both heights together are less over a round earth than over a flat one, and by how much
+/// the sine of the grazing angle falls, at most.
+fn lowered(antenna_m: f64, reach: Reach) -> (f64, f64) {
+    let ((_, far), (low, high)) = (reach.ground_m, reach.height_m);
+    // The point of reflection lies between that over a flat earth and the middle.
+    let squares = |h: f64| {
+        let t = antenna_m / (antenna_m + h).max(1e-9);
+        t * t + (1.0 - t) * (1.0 - t)
+    };
+    let share = squares(low).max(squares(high));
+    let lowered = far * far * share / (2.0 * EFFECTIVE_EARTH_RADIUS_M);
+    (lowered, far * share / (2.0 * EFFECTIVE_EARTH_RADIUS_M))
 }
 
 /// The reflection over a piece of a box.
@@ -146,77 +226,138 @@ pub struct ReflectionBounds {
     pub most: f64,
 }
 
-/// What a change of the amplitude was seen to have between corners that are alike: up to 2e-4 over random boxes.
-const BETWEEN_CORNERS: f64 = 2.5e-4;
-
 /// Swing of the propagation factor by its phase, by amplitude and factors of the extent.
 fn swing(q: f64, a: f64, b: f64) -> f64 {
     4.0 * q * (1.0 + q * q) * a + 2.0 * q * q * b
 }
 
-impl ReflectionBounds {
-    /// Over the piece between two columns, for a body of vertical extent `extent_m`, while the others of
-    /// the refinements in `open` (bit n for refinement n) may be left out too.
+/// Parts into which a range of amplitudes is cut for the least factor over it.
+const PARTS: u32 = 8;
+
+/// Least value of `1 + 4q² + q⁴` less its swing between two amplitudes: in each part the value in the
+/// middle less half the part times the largest slope.
+fn least_factor(low: f64, high: f64, a: f64, b: f64) -> f64 {
+    let half = 0.5 * (high - low) / f64::from(PARTS);
+    let part = |i: u32| {
+        let q = low + half * f64::from(2 * i + 1);
+        let (from, to) = (q - half, q + half);
+        let grows = |q: f64| 8.0 * q + 4.0 * q * q * q;
+        let falls = |q: f64| 4.0 * a * (1.0 + 3.0 * q * q) + 4.0 * b * q;
+        let slope = (grows(to) - falls(from)).abs().max((grows(from) - falls(to)).abs());
+        propagation::incoherent(q) - swing(q, a, b) - slope * half
+    };
+    (0..PARTS).map(part).fold(f64::INFINITY, f64::min)
+}
+
+impl Piece {
+    /// The bounds for a body of vertical extent `extent_m`, while the others of the refinements in `open`
+    /// (bit n for refinement n) may be left out too.
     #[must_use]
-    pub fn between(radar: &Radar, near: &Column, far: &Column, extent_m: f64, open: usize) -> Self {
-        let corners = || near.at.iter().chain(&far.at);
-        let q = Enclosed::of(corners().map(|a| a.modulus(open).0))
-            .span
-            .and(Enclosed::of(corners().map(|a| a.modulus(open).1)).span);
-        let (low, high) = (q.low.max(0.0), q.high);
-        let spread = propagation::phase_spread_rad(
-            radar.antenna_m,
-            extent_m,
-            radar.wavelength_m,
-            far.d_m.max(1.0),
-        );
+    pub fn bounds(&self, radar: &Radar, extent_m: f64, open: usize) -> ReflectionBounds {
+        let is_open = |r: Refinement| open >> r as usize & 1 == 1;
+        let films = if is_open(Refinement::Film) && self.wet { 2 } else { 1 };
+        let polarisations = if is_open(Refinement::Polarisation) && self.other { 2 } else { 1 };
+        let (gamma, bent) = (&self.gamma, &self.bent);
+        let states = || (0..films).flat_map(move |f| (0..polarisations).map(move |p| (f, p)));
+        let sizes = Span {
+            low: states().map(|(f, p)| gamma.of[f][p].least()).fold(f64::INFINITY, f64::min),
+            high: states().map(|(f, p)| gamma.of[f][p].most()).fold(0.0, f64::max),
+        };
+        let turned = libm::exp(bent.gain);
+        let up = Span { low: self.up.low / turned, high: self.up.high * turned };
+        let roughest = if is_open(Refinement::Roughness) { 1.0 } else { self.rough.high };
+        let weight = up.high * roughest;
+        let low = sizes.low * self.rough.low * up.low * bent.divergence;
+        // A coefficient of a body that returns no more than it receives.
+        let high = sizes.high.min(1.0) * weight;
+
+        let far = self.reach.ground_m.1.max(1.0);
+        let spread =
+            propagation::phase_spread_rad(radar.antenna_m, extent_m, radar.wavelength_m, far);
         let (a, b) = ((2.0 / spread).min(1.0), (1.0 / spread).min(1.0));
         // The share of the swing grows to amplitude 1 and falls beyond, alike for q and 1/q.
         let worst = if low > 1.0 { low } else { high.min(1.0) };
         let share = swing(worst, a, b) / propagation::incoherent(worst);
         let least = propagation::incoherent(low) * (1.0 - share).max(0.0);
         let most = propagation::incoherent(high) * (1.0 + share);
-        // The factor itself, for its least value over the piece.
-        let f = |q: f64| propagation::incoherent(q) - swing(q, a, b);
-        let samples =
-            [0, 1, 2, 3, 4, 5, 6, 7, 8].map(|i| f(low + (high - low) * f64::from(i) / 8.0));
-        let jump = samples.windows(2).map(|w| (w[1] - w[0]).abs()).fold(0.0, f64::max);
-        let lowest = (Span::around(samples.into_iter()).low - 0.5 * jump).max(least);
+        let lowest = least_factor(low, high, a, b).max(least);
         let db_above = |factor: f64| if factor > 0.0 { -to_db(factor) } else { f64::INFINITY };
+
         let q2 = high * high;
-        let by_z = 8.0 * high + 4.0 * high * q2 + a * (4.0 + 12.0 * q2) + 4.0 * high * b;
+        let by_change = 8.0 * high + 4.0 * high * q2 + a * (4.0 + 12.0 * q2) + 4.0 * high * b;
         let by_phase = 4.0 * high * (1.0 + q2) * a + 4.0 * q2 * b;
-        let turn = Enclosed::of(corners().map(|a| a.turn_rad)).span.high.min(2.0);
-        // A largest value of several combinations has corners of its own between those of the piece.
-        let change = Refinement::ALL.map(|r| {
-            let seen = Span::around(corners().map(|a| a.change(r, open)));
-            let margin = if seen.high > 0.0 { BETWEEN_CORNERS } else { 0.0 };
-            2.0 * seen.high - seen.low + margin
-        });
-        let refined_db = [0, 1, 2, 3].map(|i| {
-            if open >> i & 1 == 0 {
-                return f64::INFINITY;
+        // Change of the amplitude, and of the factor: by the whole change, or by amplitude and phase apart.
+        let differ = |one: Apart, weight: f64| {
+            let moved = (by_change * one.apart).min(by_change * one.sizes + by_phase * one.turn / weight);
+            (one.sizes * weight, moved * weight)
+        };
+        let worse = |a: (f64, f64), b: (f64, f64)| (a.0.max(b.0), a.1.max(b.1));
+        let mut found = [(0.0, 0.0); 4];
+        let rough = sizes.high * up.high * (1.0 - self.rough.low);
+        found[Refinement::Roughness as usize] = (rough, by_change * rough);
+        if self.wet && is_open(Refinement::Film) {
+            found[Refinement::Film as usize] = (0..polarisations)
+                .map(|p| differ(Apart::of(&gamma.of[0][p], &gamma.of[1][p], gamma.by_film[p].most()), weight))
+                .fold((0.0, 0.0), worse);
+        }
+        if self.other && is_open(Refinement::Polarisation) {
+            found[Refinement::Polarisation as usize] = (0..films)
+                .map(|f| {
+                    let apart = gamma.by_polarisation[f].most();
+                    differ(Apart::of(&gamma.of[f][0], &gamma.of[f][1], apart), weight)
+                })
+                .fold((0.0, 0.0), worse);
+        }
+        if is_open(Refinement::Curvature) {
+            let by = |(f, p): (usize, usize)| {
+                let size = gamma.of[f][p].most().min(1.0);
+                let change = gamma.slope[f][p] * bent.sine * weight
+                    + size * bent.rough * up.high
+                    + size * weight * ((turned - 1.0) + (1.0 - bent.divergence));
+                (change, by_change * change + by_phase * bent.turn.min(2.0))
+            };
+            found[Refinement::Curvature as usize] = states().map(by).fold((0.0, 0.0), worse);
+        }
+        let refined_db = Refinement::ALL.map(|r| {
+            let moved = found[r as usize].1;
+            match () {
+                () if !is_open(r) => f64::INFINITY,
+                () if moved == 0.0 => 0.0,
+                () if lowest > 0.0 => 10.0 / LN_10 * moved / lowest,
+                () => f64::INFINITY,
             }
-            let turned = if i == Refinement::Curvature as usize { by_phase * turn } else { 0.0 };
-            let moved = by_z * change[i] + turned;
-            if moved == 0.0 {
-                0.0
-            } else if lowest > 0.0 {
-                10.0 / LN_10 * moved / lowest
-            } else {
-                f64::INFINITY
-            }
         });
-        Self {
-            factor: Span { low: lowest, high: most },
+        ReflectionBounds {
+            factor: Span { low: lowest.max(0.0), high: most },
             reflection_db: (db_above(lowest).max(0.0), to_db(most).max(0.0)),
             lobing_db: (db_above(1.0 - share), to_db(1.0 + share)),
             refined_db,
-            change,
+            change: found.map(|f| f.0),
             most: high,
         }
     }
+}
 
+/// How far two coefficients are apart.
+#[derive(Clone, Copy, Debug)]
+struct Apart {
+    /// In the plane.
+    apart: f64,
+    /// In modulus.
+    sizes: f64,
+    /// In angle, rad, as far as it counts: two cosines differ by at most 2.
+    turn: f64,
+}
+
+impl Apart {
+    fn of(a: &Disc, b: &Disc, apart: f64) -> Self {
+        let centres = (modulus(a.centre) - modulus(b.centre)).abs();
+        let sizes = (centres + a.radius + b.radius).min(apart);
+        Self { apart, sizes, turn: a.turn(b).min(2.0) }
+    }
+}
+
+impl ReflectionBounds {
     /// Both together: the worse of everything.
     #[must_use]
     pub fn and(&self, other: &Self) -> Self {

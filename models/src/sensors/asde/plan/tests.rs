@@ -269,7 +269,7 @@ fn a_tolerance_of_nothing_leaves_out_nothing_that_is_there() {
         required: 20.0,
         least_ratio: 3.0,
     };
-    let outcome = BoxOutcome::new(&detection, &facts, &bounds, 500.0, &Tolerance::EXACT);
+    let outcome = BoxOutcome::new(&detection, &facts, &bounds, 500.0, false, &Tolerance::EXACT);
     let losses = [
         BoxLoss { loss: Loss::raises(1e-9), ..BoxLoss::default() },
         BoxLoss { loss: Loss::moves(1e-9), ..BoxLoss::default() },
