@@ -9,7 +9,7 @@ use models::frames::{Vector2, Vector3};
 use models::plot::{Callsign, SensorId};
 use models::sensors::asde::{Asde, AsdeParameters, DetectionRule, Energy};
 use models::sensors::detection::Swerling;
-use models::sensors::radar_equation::Polarisation;
+use models::sensors::radar_equation::{BudgetLevels, Echo, Polarisation};
 use models::sensors::radar_levels::RadarLevels;
 use models::sensors::shadow::Building;
 use models::sensors::{PlotSink, ScanInterval, Sensor, TargetClass, TargetState, Truth};
@@ -132,6 +132,8 @@ pub fn proof_scene(seed: u64, n: u64, given: &[f64]) -> Result<ProofScene, Scena
     p.assumed_height_m = p.assumed_height_m.min(p.antenna_height_m);
     p.rain_top_m = p.rain_top_m.max(p.antenna_height_m);
     p.peak_power_w *= g.scaled(1e-3, 10.0);
+    // Half of the scenes: as strong as gives the first target a wanted ratio of signal to clutter and noise.
+    let wanted_db = if g.chance(0.5) { Some(g.between(-20.0, 60.0)) } else { None };
     p.roughness_m = g.pick(&[0.0, 0.001, 0.003, 0.02, 0.05, 0.2]);
     let usable =
         |m: &&Material| p.carrier_ghz >= m.published_ghz.0 && p.carrier_ghz <= m.extrapolated_ghz;
@@ -160,10 +162,11 @@ pub fn proof_scene(seed: u64, n: u64, given: &[f64]) -> Result<ProofScene, Scena
         ..Weather::default()
     };
     let reach = p.range_max_m;
-    // The first target's place, and what the others do.
-    let far_m = g.scaled(60.0, reach * 1.05);
+    // The first target's place, and what the others do. Steep ones too: there polarisations differ most.
+    let steep = g.chance(0.15);
+    let far_m = g.scaled(60.0, if steep { 900.0 } else { reach * 1.05 });
     let azimuth = g.between(-PI, PI);
-    let up_m = if g.chance(0.6) { 0.0 } else { g.scaled(1.0, 300.0) };
+    let up_m = if g.chance(0.6) && !steep { 0.0 } else { g.scaled(1.0, 300.0) };
     let count = g.pick(&[1, 1, 2, 2, 3, 5, 8, 12]);
     let together = g.chance(0.5);
     let wall = g.pick(&[0, 0, 1, 2, 3]);
@@ -215,6 +218,19 @@ pub fn proof_scene(seed: u64, n: u64, given: &[f64]) -> Result<ProofScene, Scena
             radius_m: g.scaled(100.0, 1500.0),
             rain_mm_per_h: weather.rain_mm_per_h + g.scaled(2.0, 100.0),
         });
+    }
+    if let (Some(wanted_db), Some((class, place, ..))) = (wanted_db, targets.first()) {
+        let radar = p.radar();
+        let height_m = f64::max(place.z, 0.5 * class.height_m);
+        let (extent_m, rcs_m2) = (class.height_m, class.rcs_m2);
+        let echo = Echo { ground_m: place.xy().norm(), height_m, extent_m, rcs_m2 };
+        let air = radar.air(&weather);
+        let exact = BudgetLevels::EXACT;
+        let ratio = radar.budget(&air, &exact, &echo, Vector2::zeros(), place.xy()).snr();
+        if ratio > 0.0 {
+            let factor = libm::pow(10.0, 0.1 * wanted_db) / ratio;
+            p.peak_power_w = (p.peak_power_w * factor).clamp(1e-3, 1e8);
+        }
     }
     let buildings = if wall == 0 {
         Vec::new()
@@ -730,9 +746,7 @@ mod tests {
                 !judged.expect("a sound scene").1.is_empty()
             });
             println!("{fault:?}: found in scene {found:?}");
-            // Not found today, and why has not been looked into. It has to be found; then this line is to go.
-            let overlooked = fault == Fault::PolarisationAtOneEnd;
-            assert_eq!(found.is_none(), overlooked, "{fault:?} among 1000 scenes");
+            assert!(found.is_some(), "{fault:?} among 1000 scenes");
         }
     }
 

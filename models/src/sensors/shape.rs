@@ -1,0 +1,212 @@
+//! What a target looks like to a radar: the places that return its echo, from where each is seen, the
+//! flash of a fuselage at broadside. Shapes are data (`target-shapes.toml`); nothing of them is stated here.
+
+use crate::frames::wrap_pi;
+use crate::sensors::TargetClass;
+use crate::sensors::extended::{ExtentLevel, centroid};
+use std::f64::consts::FRAC_PI_2;
+use std::sync::{Arc, OnceLock};
+
+/// From where a scatterer is seen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum View {
+    /// From everywhere.
+    All,
+    /// From the direction `from_deg` (0 ahead, clockwise), falling as cos² to 0 at `half_width_deg`.
+    Sector {
+        /// Direction of the full return, degrees clockwise from ahead.
+        from_deg: f64,
+        /// Where it has fallen to nothing, degrees.
+        half_width_deg: f64,
+    },
+}
+
+impl View {
+    /// Share of the full return seen from `view_rad`, 0 to 1.
+    #[must_use]
+    pub fn share(self, view_rad: f64) -> f64 {
+        match self {
+            Self::All => 1.0,
+            Self::Sector { from_deg, half_width_deg } => {
+                let off = wrap_pi(view_rad - from_deg.to_radians()).abs();
+                let half = half_width_deg.to_radians();
+                if off >= half {
+                    return 0.0;
+                }
+                let cos = libm::cos(FRAC_PI_2 * off / half);
+                cos * cos
+            }
+        }
+    }
+}
+
+/// One place on a target that returns part of the echo.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scatterer {
+    /// Forward of the centre, in lengths.
+    pub x: f64,
+    /// Right of the centre, in spans or widths.
+    pub y: f64,
+    /// Share of the median cross section.
+    pub weight: f64,
+    /// From where it is seen.
+    pub view: View,
+}
+
+/// A fuselage: it hides what is behind it, and flashes at broadside. Points on its near side share
+/// `(base + peak·exp(−½(Δβ/width)²))·|sin β|` of the median cross section.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fuselage {
+    /// Radius, in lengths.
+    pub radius: f64,
+    /// Share left of a scatterer behind it.
+    pub behind: f64,
+    /// Share of the flash at every aspect.
+    pub base: f64,
+    /// Share at broadside.
+    pub peak: f64,
+    /// Its width, degrees.
+    pub width_deg: f64,
+    /// Places of the flash along the fuselage, in lengths.
+    pub points: Vec<f64>,
+}
+
+/// How a class of targets returns an echo.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Shape {
+    /// Its name.
+    pub name: String,
+    /// Places that return part of the echo.
+    pub scatterers: Vec<Scatterer>,
+    /// Of an aircraft.
+    pub fuselage: Option<Fuselage>,
+    /// How far, dB, the echo of any aspect is below and above the median, at most; both positive.
+    pub limits_db: (f64, f64),
+    /// Where it comes from.
+    pub source: String,
+}
+
+/// Most scatterers of a shape.
+pub const MOST_SCATTERERS: usize = 32;
+/// Most places of a flash.
+pub const MOST_POINTS: usize = 16;
+
+/// Aspects over which a shape is tested: every half degree.
+const ASPECTS: u32 = 720;
+/// Largest difference between left and right that is passed over, dB.
+const SIDES_DB: f64 = 1.0;
+
+impl Shape {
+    /// One place in the middle that is seen from everywhere.
+    #[must_use]
+    pub fn point() -> Arc<Self> {
+        static POINT: OnceLock<Arc<Shape>> = OnceLock::new();
+        let middle = Scatterer { x: 0.0, y: 0.0, weight: 1.0, view: View::All };
+        let point = || {
+            Arc::new(Self {
+                name: "point".into(),
+                scatterers: vec![middle],
+                fuselage: None,
+                limits_db: (0.1, 0.1),
+                source: "one place".into(),
+            })
+        };
+        POINT.get_or_init(point).clone()
+    }
+
+    /// What is wrong with it: the key, and what is needed there.
+    ///
+    /// # Errors
+    /// A number outside its limits, or an aspect at which the echo leaves `limits_db`.
+    pub fn validate(&self) -> Result<(), (&'static str, String)> {
+        let within = |key: &'static str, value: f64, low: f64, high: f64| {
+            if value >= low && value <= high {
+                return Ok(());
+            }
+            Err((key, format!("{value} is not within {low} to {high}")))
+        };
+        if self.scatterers.is_empty() || self.scatterers.len() > MOST_SCATTERERS {
+            let found = self.scatterers.len();
+            return Err(("scatterers", format!("{found} rows; 1 to {MOST_SCATTERERS} are needed")));
+        }
+        let mut sum = 0.0;
+        for (i, s) in self.scatterers.iter().enumerate() {
+            let row = |(key, text): (&'static str, String)| (key, format!("row {}: {text}", i + 1));
+            within("scatterers", s.x, -0.5, 0.5).map_err(row)?;
+            within("scatterers", s.y, -0.5, 0.5).map_err(row)?;
+            within("scatterers", s.weight, 1e-6, 1.0).map_err(row)?;
+            if let View::Sector { from_deg, half_width_deg } = s.view {
+                within("scatterers", from_deg, -360.0, 360.0).map_err(row)?;
+                within("scatterers", half_width_deg, 10.0, 180.0).map_err(row)?;
+            }
+            sum += s.weight;
+        }
+        within("scatterers", sum, 0.3, 4.0)
+            .map_err(|(key, text)| (key, format!("the sum of shares {text}")))?;
+        if let Some(f) = &self.fuselage {
+            within("fuselage_radius", f.radius, 0.0, 0.5)?;
+            within("behind_fuselage", f.behind, 0.0, 1.0)?;
+            within("flash", f.base, 0.0, 100.0)?;
+            within("flash", f.peak, 0.0, 100.0)?;
+            within("flash", f.width_deg, 0.5, 90.0)?;
+            if f.points.is_empty() || f.points.len() > MOST_POINTS {
+                let found = f.points.len();
+                return Err(("flash", format!("{found} points; 1 to {MOST_POINTS} are needed")));
+            }
+            f.points.iter().try_for_each(|x| within("flash", *x, -0.5, 0.5))?;
+        }
+        within("limits_db", self.limits_db.0, 0.0, 60.0)?;
+        within("limits_db", self.limits_db.1, 0.0, 60.0)?;
+        for view_deg in self.aspects() {
+            let db = self.aspect_db(view_deg);
+            let (below, above) = self.limits_db;
+            // Limits are written to a tenth of a decibel.
+            if !(db >= -below - 0.05 && db <= above + 0.05) {
+                let found = if db.is_finite() {
+                    format!("{db:.2} dB")
+                } else {
+                    "nothing is returned".to_owned()
+                };
+                let text = format!(
+                    "at {view_deg:.1} degrees from ahead: {found}, beyond {below} below and {above} above"
+                );
+                return Err(("limits_db", text));
+            }
+        }
+        Ok(())
+    }
+
+    /// Largest difference of the echo between left and right, where it is more than a decibel: dB and the
+    /// aspect, degrees.
+    #[must_use]
+    pub fn lopsided(&self) -> Option<(f64, f64)> {
+        let apart = |deg: f64| ((self.aspect_db(deg) - self.aspect_db(-deg)).abs(), deg);
+        let all = (0..ASPECTS / 2).map(|i| apart(f64::from(i) * 360.0 / f64::from(ASPECTS)));
+        all.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(db, _)| *db > SIDES_DB)
+    }
+
+    /// The aspects that are tested: every half degree, and a tenth of one in the flash.
+    fn aspects(&self) -> impl Iterator<Item = f64> {
+        let whole = (0..ASPECTS).map(|i| f64::from(i) * 360.0 / f64::from(ASPECTS));
+        let wide = self.fuselage.as_ref().map_or(0.0, |f| 3.0 * f.width_deg);
+        let steps = (20.0 * wide) as u32;
+        let flash = (0..=steps).map(move |i| 90.0 - wide + f64::from(i) * 0.1);
+        whole.chain(flash)
+    }
+
+    /// The echo at an aspect against the median, dB: of a body of its own proportions.
+    fn aspect_db(&self, view_deg: f64) -> f64 {
+        // What hides what depends on lengths and spans alike: those of a body as long as it is wide.
+        let class = TargetClass {
+            designator: String::new(),
+            aircraft: self.fuselage.is_some(),
+            length_m: 1.0,
+            span_m: 1.0,
+            height_m: 1.0,
+            rcs_m2: 1.0,
+            shape: Arc::new(self.clone()),
+        };
+        let seen = centroid(ExtentLevel::Centroid, &class, view_deg.to_radians());
+        seen.map_or(f64::NEG_INFINITY, |c| 10.0 * libm::log10(c.rcs_m2))
+    }
+}
