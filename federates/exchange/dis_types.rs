@@ -131,6 +131,7 @@ pub fn class_of(entity_type: EntityType, known: &TypeTable) -> TargetClass {
         span_m,
         height_m,
         rcs_m2,
+        shape: known.shapes().usual(aircraft, length_m),
     };
     let air = t.kind.0 == 1 && t.domain == 2;
     if t.kind.0 == 3 {

@@ -2,6 +2,9 @@
 
 #![allow(missing_docs, clippy::print_stdout, reason = "a program")]
 
+#[path = "../src/sensors/sample_shapes.rs"]
+mod sample_shapes;
+
 use models::effects::Level;
 use models::environment::surface::Material;
 use models::environment::{RainCell, Weather};
@@ -13,6 +16,7 @@ use models::sensors::radar_costs::{COSTS_NS, MEASURED, of};
 use models::sensors::radar_equation::Reflection;
 use models::sensors::radar_levels::{RadarEffect, RadarLevels};
 use models::sensors::shadow::Building;
+use models::sensors::shape;
 use models::sensors::{PlotSink, ScanInterval, Sensor, TargetClass, TargetState, Truth};
 use models::time::SimTime;
 use nix::time::{ClockId, clock_gettime};
@@ -32,7 +36,8 @@ struct Field {
 fn class(aircraft: bool) -> TargetClass {
     let (length_m, span_m, height_m) = if aircraft { (37.6, 35.8, 11.8) } else { (4.8, 2.0, 2.5) };
     let rcs_m2 = if aircraft { 100.0 } else { 30.0 };
-    TargetClass { designator: "T".into(), aircraft, length_m, span_m, height_m, rcs_m2 }
+    let shape = sample_shapes::of(aircraft);
+    TargetClass { designator: "T".into(), aircraft, length_m, span_m, height_m, rcs_m2, shape }
 }
 
 impl Field {

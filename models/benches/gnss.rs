@@ -2,6 +2,9 @@
 
 #![allow(missing_docs, reason = "criterion makes public functions")]
 
+#[path = "../src/sensors/sample_shapes.rs"]
+mod sample_shapes;
+
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use geodesy::Geodetic;
 use models::draw::DrawKey;
@@ -17,6 +20,7 @@ use models::sensors::gps::{Diluted, Gps, GpsConfig, GpsModel, Statistical};
 use models::sensors::mlat::{Mlat, MlatConfig};
 use models::sensors::offline::{Offline, OfflineConfig, OfflineFit};
 use models::sensors::ranging::{RangeBudget, RangingConfig};
+use models::sensors::shape;
 use models::sensors::video::{CellRadar, CellWork, Fading, Threshold, point_echoes};
 use models::sensors::{PlotSink, ScanInterval, Sensor, TargetClass, TargetState, Truth};
 use models::time::SimTime;
@@ -34,6 +38,7 @@ fn class() -> TargetClass {
         span_m: 35.8,
         height_m: 11.8,
         rcs_m2: 20.0,
+        shape: sample_shapes::of(true),
     }
 }
 

@@ -3,6 +3,9 @@
 
 #![allow(missing_docs, clippy::print_stdout, reason = "a program")]
 
+#[path = "../src/sensors/sample_shapes.rs"]
+mod sample_shapes;
+
 use models::effects::positioning::costs::{COSTS_NS, MEASURED, of};
 use models::effects::positioning::{
     Conditions, Planned, PositioningEffect, PositioningLevels, PositioningModel, PositioningScene,
@@ -23,6 +26,7 @@ use models::sensors::mlat::{Mlat, MlatConfig};
 use models::sensors::offline::{Offline, OfflineConfig, OfflineFit};
 use models::sensors::ranging::{RangeBudget, RangeCorrections, RangingConfig};
 use models::sensors::shadow::Building;
+use models::sensors::shape;
 use models::sensors::{PlotSink, ScanInterval, Sensor, TargetClass, TargetState, Truth};
 use models::time::SimTime;
 use nix::time::{ClockId, clock_gettime};
@@ -194,6 +198,7 @@ fn class() -> TargetClass {
         span_m: 35.8,
         height_m: 11.8,
         rcs_m2: 100.0,
+        shape: sample_shapes::of(true),
     }
 }
 

@@ -5,6 +5,9 @@
 #[path = "common/cpu_time.rs"]
 mod cpu_time;
 
+#[path = "../src/sensors/sample_shapes.rs"]
+mod sample_shapes;
+
 use cpu_time::{CpuTime, targets};
 use criterion::{Criterion, criterion_group, criterion_main};
 use models::effects::Level;
@@ -16,6 +19,7 @@ use models::sensors::asde::{Asde, AsdeParameters};
 use models::sensors::detection::{Detector, PdTable, Swerling};
 use models::sensors::radar_equation::{BudgetLevels, Echo};
 use models::sensors::radar_levels::{Processing, RadarEffect, RadarLevels};
+use models::sensors::shape;
 use models::sensors::{PlotSink, ScanInterval, Sensor, TargetClass, TargetState, Truth};
 use models::time::SimTime;
 use std::hint::black_box;
@@ -47,6 +51,10 @@ impl Field {
             span_m,
             height_m,
             rcs_m2: 10.0,
+            shape: match kind {
+                Kind::Point => shape::Shape::point(),
+                _ => sample_shapes::of(kind == Kind::Aircraft),
+            },
         };
         // A spiral that fills 300 to 3000 m evenly.
         let place = |i: u32| {
@@ -159,6 +167,28 @@ fn plans(c: &mut Criterion<CpuTime>) {
         }
     };
     group.bench_function("20 radars, 1000 targets", |b| b.iter(|| run(&mut radars, &wet)));
+    // The planning alone, and what it needs anyway: when the beam points at which target.
+    for (name, planning) in [("looks alone", false), ("looks and planning", true)] {
+        let mut scan = 0;
+        group.bench_function(format!("{name}, 20 radars, 1000 targets"), |b| {
+            b.iter(|| {
+                scan += 1;
+                for radar in &mut radars {
+                    radar.plan_scan(&interval(scan), &truth, &wet, planning);
+                }
+            });
+        });
+    }
+    let (mut scan, mut wetter) = (0, false);
+    group.bench_function("looks and planning, new weather, 20 radars, 1000 targets", |b| {
+        b.iter(|| {
+            scan += 1;
+            wetter = !wetter;
+            for radar in &mut radars {
+                radar.plan_scan(&interval(scan), &truth, if wetter { &dry } else { &wet }, true);
+            }
+        });
+    });
     let mut wetter = false;
     group.bench_function("20 radars, 1000 targets, new weather", |b| {
         b.iter(|| {

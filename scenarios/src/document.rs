@@ -312,6 +312,32 @@ impl Section {
             .collect()
     }
 
+    /// A list of lists of numbers, each with its line; empty where the key is not given.
+    ///
+    /// # Errors
+    /// If it is something else.
+    pub fn rows(&self, key: &str) -> Result<Vec<(Vec<f64>, usize)>, ScenarioError> {
+        let needed = "a list of lists of numbers";
+        let wrong = |line: usize, item: &Item| {
+            let problem =
+                Problem::WrongKind { found: item.value.described(), needed: needed.into() };
+            ScenarioError::new(&self.file, line, self.key_path(key), problem)
+        };
+        let number = |item: &Item| match item.value {
+            Value::Number(number) => Some(number),
+            Value::Integer(integer) => Some(integer as f64),
+            _ => None,
+        };
+        let row = |item: &Item| match &item.value {
+            Value::List(items) => {
+                let numbers: Option<Vec<f64>> = items.iter().map(number).collect();
+                numbers.map(|row| (row, item.line)).ok_or_else(|| wrong(item.line, item))
+            }
+            _ => Err(wrong(item.line, item)),
+        };
+        self.list(key, needed)?.iter().map(row).collect()
+    }
+
     /// A table below this one, checked for unknown keys; `None` where not given.
     ///
     /// # Errors

@@ -10,12 +10,14 @@ pub mod building;
 pub mod document;
 pub mod error;
 pub mod files;
+pub mod footprints;
 mod hash;
 pub mod movements;
 pub mod network;
 pub mod run;
 pub mod schedule;
 pub mod sensors;
+pub mod shapes;
 pub mod tracking;
 pub mod traffic;
 pub mod types;
@@ -83,9 +85,9 @@ impl Scene {
     }
 }
 
-const SECTIONS: [&str; 10] = [
+const SECTIONS: [&str; 12] = [
     "run", "airport", "traffic", "weather", "building", "sensor", "tracking", "accuracy",
-    "network", "control",
+    "network", "control", "shape", "shapes",
 ];
 
 /// Reads a scene and every file that it names.
@@ -196,7 +198,11 @@ fn read(path: &Path, text: &str, truth_of: TruthOf) -> Result<Scene, ScenarioErr
     let tracking = tracking::read(&root)?;
     let accuracy = tracking::read_accuracy(&root)?;
     let network = network::read(&root)?;
-    let (traffic, flight_list, traffic_files) = traffic::read(&root, &run, &airport, truth_of)?;
+    let (shapes, shape_files, noticed) = shapes::read(&root)?;
+    files.extend(shape_files);
+    warnings.extend(noticed);
+    let (traffic, flight_list, traffic_files) =
+        traffic::read(&root, &run, &airport, shapes, truth_of)?;
     files.extend(traffic_files);
     let buildings = building::read(&root, &airport)?;
     let (sensors, sensor_files) = sensors::read(&root, &run, &airport, &traffic, &buildings)?;
@@ -264,9 +270,11 @@ pub(crate) fn data_file(scene: &Path, name: &str) -> PathBuf {
 /// Hash of the values of the scene (without `[network]`) and of its data files by name and content.
 fn scene_hash(root: &document::Section, files: &[PathBuf]) -> Result<u64, ScenarioError> {
     let mut hash = hash::Fnv::default();
-    for key in
-        SECTIONS.iter().filter(|key| **key != "network" && (**key != "control" || root.has(key)))
-    {
+    for key in SECTIONS.iter().filter(|key| match **key {
+        "network" => false,
+        "control" | "shape" | "shapes" => root.has(key),
+        _ => true,
+    }) {
         hash.tagged(10, key.as_bytes());
         root.feed_key(key, &mut hash);
     }

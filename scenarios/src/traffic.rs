@@ -7,6 +7,7 @@ use crate::hash::Fnv;
 use crate::movements::{self, Movement};
 use crate::run::Run;
 use crate::schedule::{self, Behaving};
+use crate::shapes::ShapeSet;
 use crate::types::{self, TypeRow, TypeTable};
 use crate::{TruthOf, data_file};
 use models::airport::Runway;
@@ -126,10 +127,11 @@ pub(crate) fn read(
     root: &Section,
     run: &Run,
     airport: &AirportScene,
+    shapes: ShapeSet,
     truth_of: TruthOf,
 ) -> Result<(Traffic, FlightList, Vec<PathBuf>), ScenarioError> {
     let mut files = ["types.csv", "echo.csv"].map(|name| data_file(root.file(), name)).to_vec();
-    let types = types::read(&files[0], &files[1])?;
+    let types = types::read(&files[0], &files[1], shapes)?;
     let mut entities: Vec<Entity> = Vec::new();
     let mut entries = Vec::new();
     let mut addresses = BTreeMap::new();

@@ -1,11 +1,14 @@
 //! Types of aircraft and vehicles: `types.csv` (kinematics, sizes) and `echo.csv` (height, echo).
 
 use crate::error::{Problem, ScenarioError};
+use crate::shapes::ShapeSet;
 use models::flight_list::WakeCategory;
 use models::sensors::TargetClass;
+use models::sensors::shape::Shape;
 use models::truth::Kinematics;
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::Arc;
 
 /// One type.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,11 +25,17 @@ pub struct TypeRow {
     pub kinematics: Kinematics,
 }
 
-/// All types by designator.
+/// All types by designator, and the shapes of the scene.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct TypeTable(BTreeMap<String, TypeRow>);
+pub struct TypeTable(BTreeMap<String, TypeRow>, ShapeSet);
 
 impl TypeTable {
+    /// The shapes that its types are made of.
+    #[must_use]
+    pub fn shapes(&self) -> &ShapeSet {
+        &self.1
+    }
+
     /// The type of this designator.
     #[must_use]
     pub fn get(&self, designator: &str) -> Option<&TypeRow> {
@@ -45,19 +54,23 @@ impl TypeTable {
 /// If the table cannot be found or is damaged.
 pub fn shipped() -> Result<TypeTable, ScenarioError> {
     use crate::files::shipped;
-    read(&shipped("types.csv"), &shipped("echo.csv"))
+    read(&shipped("types.csv"), &shipped("echo.csv"), crate::shapes::shipped()?)
 }
 
 /// Reads `types.csv` and `echo.csv`.
-pub(crate) fn read(types: &Path, echo: &Path) -> Result<TypeTable, ScenarioError> {
+pub(crate) fn read(
+    types: &Path,
+    echo: &Path,
+    shapes: ShapeSet,
+) -> Result<TypeTable, ScenarioError> {
     let mut echoes = BTreeMap::new();
     for row in Rows::read(echo)?.rows {
         echoes.insert(
             row.text("designator")?.to_owned(),
-            (row.need("height_m")?, row.need("rcs_m2")?),
+            (row.need("height_m")?, row.need("rcs_m2")?, row.shape(&shapes)?),
         );
     }
-    let mut table = TypeTable::default();
+    let mut table = TypeTable(BTreeMap::new(), shapes);
     for row in Rows::read(types)?.rows {
         let designator = row.text("designator")?.to_owned();
         let aircraft = row.text("kind")? == "aircraft";
@@ -70,18 +83,20 @@ pub(crate) fn read(types: &Path, echo: &Path) -> Result<TypeTable, ScenarioError
             _ => None,
         };
         let of_kind = if aircraft { format!("*{wake_letter}") } else { "*vehicle".into() };
-        let (height_m, rcs_m2) =
-            echoes.get(&designator).or_else(|| echoes.get(&of_kind)).copied().ok_or_else(|| {
+        let (height_m, rcs_m2, shape) =
+            echoes.get(&designator).or_else(|| echoes.get(&of_kind)).cloned().ok_or_else(|| {
                 let needed = "a wake category L, M, H or J, or a row in echo.csv";
                 row.damaged("wake", wake_letter, needed)
             })?;
+        let length_m = row.need("length_m")?;
         let class = TargetClass {
             designator: designator.clone(),
             aircraft,
-            length_m: row.need("length_m")?,
+            length_m,
             span_m: row.need("span_m")?,
             height_m,
             rcs_m2,
+            shape: shape.unwrap_or_else(|| table.1.usual(aircraft, length_m)),
         };
         let kinematics = Kinematics {
             liftoff_mps: row.number("liftoff_ms")?,
@@ -139,6 +154,17 @@ impl Row {
         let needed = || Problem::Missing { needed: "this column".into() };
         let missing = || ScenarioError::new(&self.file, 1, column, needed());
         self.cells.get(column).map(String::as_str).ok_or_else(missing)
+    }
+
+    /// The shape that the row names; a table without that column names none.
+    fn shape(&self, shapes: &ShapeSet) -> Result<Option<Arc<Shape>>, ScenarioError> {
+        let Some(name) = self.cells.get("shape").filter(|name| !name.is_empty()) else {
+            return Ok(None);
+        };
+        let known = || shapes.names().collect::<Vec<_>>().join(", ");
+        let unknown = || Problem::NotAllowed { found: name.clone(), allowed: known() };
+        let found = shapes.get(name).cloned();
+        found.map(Some).ok_or_else(|| ScenarioError::new(&self.file, self.line, "shape", unknown()))
     }
 
     fn number(&self, column: &'static str) -> Result<Option<f64>, ScenarioError> {

@@ -84,6 +84,7 @@ fn play(sensor: &mut dyn Sensor, seconds: u64) -> PlotSink {
         span_m: 3.0,
         height_m: 3.5,
         rcs_m2: 20.0,
+        shape: scenarios::shapes::named("truck"),
     };
     let mut sink = PlotSink::default();
     for scan in 1..=seconds {

@@ -1,6 +1,6 @@
 //! The effect plan against everything exact: the same scenes, the same draws, what it loses and saves.
 
-use crate::effects_proof::{Near, ProofScene, SceneResult, proof_scene};
+use crate::effects_proof::{Near, ProofScene, SceneResult, adversary, proof_scene};
 use crate::{Draws, Ladder, Options, Outcome, Progress, Row, SceneAbout};
 use models::draw::{DrawKey, Purpose, uniform};
 use models::effects::Tolerance;
@@ -79,6 +79,7 @@ fn traffic(rng: &mut ChaCha8Rng, count: usize, aircraft_share: f64, reach_m: f64
             span_m: if aircraft { 28.0 * size } else { 2.4 },
             height_m: high * between(rng, 0.8, 1.5),
             rcs_m2: if aircraft { 15.0 * size } else { between(rng, 1.0, 10.0) },
+            shape: scenarios::shapes::named(if aircraft { "narrow" } else { "car" }),
         };
         let azimuth = between(rng, -std::f64::consts::PI, std::f64::consts::PI);
         let (sin, cos) = libm::sincos(azimuth);
@@ -219,7 +220,7 @@ fn measure(
     let count = options.scenes.unwrap_or(count);
     let named = named_scenes(options.seed)?;
     let models = PositioningModel::ALL.len();
-    let total = named.len() + 1 + models;
+    let total = named.len() + 1 + models + usize::from(count >= LONG);
     let mut done = 0;
     let mut step = |what: &str| {
         done += 1;
@@ -230,6 +231,9 @@ fn measure(
         step(&scene.name);
     }
     prove(options.seed, count, scans, out, &mut step)?;
+    if count >= LONG {
+        search(options.seed, (count / 2500).clamp(2, 20), out, &mut step)?;
+    }
     let count = if options.quick { 60 } else { 400 };
     let tolerance = Tolerance::default();
     crate::effects_positioning::measure(count, options.seed, tolerance, out, &mut step);
@@ -261,6 +265,33 @@ fn prove(
             error_unit: Some(SHARE.into()),
             failed,
             ..row(&name, format!("{what}, {} targets ({saved:.0} % left out)", found.targets))
+        });
+    }
+    step(&name);
+    Ok(())
+}
+
+/// So many random scenes and more: a search for the worst one is part of the proof.
+const LONG: u64 = 1000;
+
+/// A search for the worst scene: a row for each restart. What is beyond the tolerance goes, with its numbers,
+/// into `tests/data/effects-cases.csv`, which the tests play again.
+fn search(
+    seed: u64,
+    restarts: u64,
+    out: &mut Vec<Row>,
+    step: &mut dyn FnMut(&str),
+) -> Result<(), ScenarioError> {
+    const GENERATIONS: u64 = 60;
+    let name = format!("search for the worst scene, {restarts} restarts");
+    for worst in adversary(seed, restarts, GENERATIONS, 100)? {
+        let genes: Vec<String> = worst.genes.iter().map(|g| format!("{g:.6}")).collect();
+        let line = |v: &String| format!("{v}; genes {}", genes.join(" "));
+        out.push(Row {
+            error: Some(worst.ratio),
+            error_unit: Some(SHARE.into()),
+            failed: worst.violations.iter().map(line).collect(),
+            ..row(&name, worst.scene.name.clone())
         });
     }
     step(&name);

@@ -53,6 +53,7 @@ impl Traffic {
             span_m: 35.8,
             height_m: 11.8,
             rcs_m2: 20.0,
+            shape: scenarios::shapes::named("narrow"),
         };
         let fastest = pick(rng, &[0.0, 5.0, 15.0, 70.0]);
         let later = pick(rng, &[0.0, 0.0, 10.0]);

@@ -192,7 +192,7 @@ pub fn proof_scene(seed: u64, n: u64, given: &[f64]) -> Result<ProofScene, Scena
     let mut targets = Vec::new();
     for i in 0..count {
         let class = class_of(
-            g.pick(&[0, 1, 2, 3, 4, 5]),
+            g.pick(&[0, 1, 2, 3, 4, 5, 6, 7, 8, 9]),
             if i == 0 { first_rcs } else { g.scaled(0.05, 1.0) },
         );
         let (place, heading) = if i == 0 {
@@ -262,17 +262,31 @@ pub fn proof_scene(seed: u64, n: u64, given: &[f64]) -> Result<ProofScene, Scena
     })
 }
 
+/// Every shape, with the size of a type of it.
+const KINDS: [(&str, &str, bool, f64, f64, f64, f64); 10] = [
+    ("FOLLOWME", "car", false, 4.8, 2.0, 1.9, 3.0),
+    ("FIRE", "truck", false, 12.0, 3.0, 3.7, 10.0),
+    ("TUG", "tug", false, 9.0, 4.5, 2.5, 6.0),
+    ("C172", "light", true, 8.3, 11.0, 2.7, 2.0),
+    ("AT75", "regional_prop", true, 27.2, 27.0, 7.7, 10.0),
+    ("CRJ9", "rear_engine", true, 33.5, 23.2, 7.5, 10.0),
+    ("A320", "narrow", true, 37.6, 35.8, 11.8, 15.0),
+    ("B789", "wide", true, 62.8, 60.1, 17.0, 50.0),
+    ("B744", "wide_four", true, 70.7, 64.4, 19.4, 60.0),
+    ("A388", "super", true, 72.7, 79.8, 24.1, 80.0),
+];
+
 fn class_of(kind: usize, rcs: f64) -> TargetClass {
-    let (designator, aircraft, length_m, span_m, height_m, rcs_m2) = [
-        ("FOLLOWME", false, 4.8, 2.0, 1.9, 3.0),
-        ("FIRE", false, 12.0, 3.0, 3.7, 10.0),
-        ("C172", true, 8.3, 11.0, 2.7, 2.0),
-        ("A320", true, 37.6, 35.8, 11.8, 15.0),
-        ("B744", true, 70.7, 64.4, 19.4, 60.0),
-        ("TUG", false, 9.0, 4.5, 2.5, 6.0),
-    ][kind];
-    let (designator, rcs_m2) = (designator.into(), rcs_m2 * rcs);
-    TargetClass { designator, aircraft, length_m, span_m, height_m, rcs_m2 }
+    let (designator, shape, aircraft, length_m, span_m, height_m, rcs_m2) = KINDS[kind];
+    TargetClass {
+        designator: designator.into(),
+        aircraft,
+        length_m,
+        span_m,
+        height_m,
+        rcs_m2: rcs_m2 * rcs,
+        shape: scenarios::shapes::named(shape),
+    }
 }
 
 /// One target in both runs.
@@ -571,6 +585,8 @@ impl SceneResult {
 pub struct Worst {
     /// Largest measured over allowed of any criterion.
     pub ratio: f64,
+    /// The numbers that make it.
+    pub genes: Vec<f64>,
     /// The scene.
     pub scene: ProofScene,
     /// What of it is beyond the tolerance with another seed and twenty times the scans.
@@ -644,7 +660,33 @@ pub fn adversary(
         let scene = proof_scene(seed, number, &genes)?;
         let judged = scene.play(seed + 77, 20 * scans).map(|r| r.violations(&scene.tolerance));
         let violations = judged.unwrap_or_else(|e| vec![e]);
-        found.push(Worst { ratio, scene, violations });
+        found.push(Worst { ratio, genes, scene, violations });
+    }
+    Ok(found)
+}
+
+/// Scenes that were once beyond their tolerance, or nearly: number and seed, the numbers that a search gave
+/// where it found them, and what was wrong. One a line: `seed,number,genes or nothing,what`.
+///
+/// # Errors
+/// The line that is none, or a parameter set that is missing.
+pub fn named_cases(text: &str) -> Result<Vec<(ProofScene, String)>, String> {
+    let mut found = Vec::new();
+    for (line, row) in (1..).zip(text.lines()) {
+        if row.trim().is_empty() || row.starts_with('#') || row.starts_with("seed,") {
+            continue;
+        }
+        let wrong = || format!("line {line}: '{row}' is not seed,number,genes,what");
+        let mut parts = row.splitn(4, ',');
+        let mut next = || parts.next().map(str::trim).ok_or_else(wrong);
+        let (seed, number, genes, what) = (next()?, next()?, next()?, next()?);
+        let whole = |text: &str| text.parse::<u64>().map_err(|_| wrong());
+        let genes: Vec<f64> = genes
+            .split_whitespace()
+            .map(|g| g.parse::<f64>().ok().filter(|g| (0.0..1.0).contains(g)).ok_or_else(wrong))
+            .collect::<Result<_, _>>()?;
+        let scene = proof_scene(whole(seed)?, whole(number)?, &genes).map_err(|e| e.to_string())?;
+        found.push((scene, what.to_owned()));
     }
     Ok(found)
 }
@@ -786,6 +828,20 @@ mod tests {
             println!("{:.2} of the tolerance in {}", worst.ratio, worst.scene.name);
             assert!(worst.violations.is_empty(), "{:#?} in {:#?}", worst.violations, worst.scene);
         }
+    }
+
+    #[test]
+    fn no_case_that_was_found_is_beyond_its_tolerance() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/effects-cases.csv");
+        let text = std::fs::read_to_string(path).expect("the cases");
+        let cases = named_cases(&text).unwrap_or_else(|e| panic!("{e}"));
+        assert!(!cases.is_empty());
+        for (scene, what) in cases {
+            let (result, found) = scene.judge(11, 400, &|radar| radar).expect("a sound scene");
+            println!("{}: {:.2?} ({what})", scene.name, result.largest(&scene.tolerance));
+            assert!(found.is_empty(), "{} ({what}): {found:#?}", scene.name);
+        }
+        assert!(named_cases("5,x,,broken").expect_err("no number").contains("line 1"));
     }
 
     #[test]

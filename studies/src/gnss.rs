@@ -118,6 +118,7 @@ pub(crate) fn run(options: &Options, progress: &mut dyn FnMut(Progress)) -> Outc
         span_m: 35.8,
         height_m: 11.8,
         rcs_m2: 20.0,
+        shape: scenarios::shapes::named("narrow"),
     };
     let truth = Standing { class, count: if options.quick { 50 } else { 200 } };
     // Hours apart, so that satellites and their errors are others.

@@ -10,6 +10,7 @@ mod explain;
 mod looks;
 pub mod picture;
 pub mod plan;
+pub mod survey;
 
 pub use super::asde_parameters::{
     AsdeParameters, DetectionRule, Energy, GLINT_SIGMA_M, ParameterWarning,
@@ -300,6 +301,42 @@ impl Asde {
     #[must_use]
     pub fn air(&self, weather: &Weather) -> Air {
         self.radar.air(weather)
+    }
+
+    /// The part of a scan before any physics: when the beam points at which target and, with `planning`,
+    /// which level each look gets.
+    pub fn plan_scan(
+        &mut self,
+        interval: &ScanInterval,
+        truth: &dyn Truth,
+        weather: &Weather,
+        planning: bool,
+    ) {
+        let air = self.air_of(weather);
+        let mut work = std::mem::take(&mut self.work);
+        self.find_looks(interval, truth, &mut work.looks, &mut work.occluding);
+        if planning {
+            self.assign(&air, truth, interval, &work.looks, &mut work.assignment);
+        }
+        self.work = work;
+        self.air = Some(air);
+    }
+
+    /// The air of a scan's weather: kept from the scan before where it is the same; a new one makes the
+    /// planner forget its boxes.
+    fn air_of(&mut self, weather: &Weather) -> Air {
+        match self.air.take() {
+            Some(air) if air.weather == *weather => air,
+            // Bounds reckon with the heaviest rain everywhere: a plan holds while cells drift.
+            Some(mut air) if air.weather.is_moved(weather) => {
+                air.weather = weather.clone();
+                air
+            }
+            _ => {
+                self.planner.clear();
+                self.radar.air(weather)
+            }
+        }
     }
 
     /// The budget of one look at one target, with shadows, and where its echo is centred. `None`
@@ -866,18 +903,7 @@ impl Sensor for Asde {
         weather: &Weather,
         out: &mut PlotSink,
     ) {
-        let (air, new_air) = match self.air.take() {
-            Some(air) if air.weather == *weather => (air, false),
-            // Bounds reckon with the heaviest rain everywhere: a plan holds while cells drift.
-            Some(mut air) if air.weather.is_moved(weather) => {
-                air.weather = weather.clone();
-                (air, false)
-            }
-            _ => (self.radar.air(weather), true),
-        };
-        if new_air {
-            self.planner.clear();
-        }
+        let air = self.air_of(weather);
         let mut work = std::mem::take(&mut self.work);
         self.find_looks(interval, truth, &mut work.looks, &mut work.occluding);
         let processing = self.processing.or(self.fixed.map(|f| f.processing));

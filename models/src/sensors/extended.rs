@@ -1,8 +1,7 @@
 //! Targets that are larger than a range cell: where the echo's centre lies and how it wanders.
 //!
-//! A target is a list of scatterers in shares of its length, width and median cross section. The
-//! lists are a shape, not a measurement: plausible places of the strong returns of a transport
-//! aircraft and of a box on wheels, free to be replaced per type ([`scatterers_of`]).
+//! A target is a list of scatterers in shares of its length, width and median cross section: its
+//! [`Shape`], which is data and no measurement.
 //!
 //! Levels: `Point` (the reference point, nothing else) and `Centroid` (closed form of bias and
 //! glint). In cells and video ([`crate::sensors::video`]) the scatterers themselves are simulated.
@@ -12,105 +11,12 @@
 //! Source of the closed form: power centroid of independently fading scatterers; Skolnik,
 //! *Introduction to Radar Systems*, ch. 4 (glint), Barton, *Radar Equations for Modern Radar*.
 
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::PI;
 
+pub use super::shape::{Scatterer, Shape, View};
 use crate::frames::wrap_pi;
 use crate::sensors::TargetClass;
-
-/// From where a scatterer is seen.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum View {
-    /// From everywhere.
-    All,
-    /// From the direction `from_deg` (0 ahead, clockwise), falling as cos² to 0 at `half_width_deg`.
-    Sector {
-        /// Direction of the full return, degrees clockwise from ahead.
-        from_deg: f64,
-        /// Where it has fallen to nothing, degrees.
-        half_width_deg: f64,
-    },
-}
-
-impl View {
-    /// Share of the full return seen from `view_rad`, 0 to 1.
-    #[must_use]
-    pub fn share(self, view_rad: f64) -> f64 {
-        match self {
-            View::All => 1.0,
-            View::Sector { from_deg, half_width_deg } => {
-                let off = wrap_pi(view_rad - from_deg.to_radians()).abs();
-                let half = half_width_deg.to_radians();
-                if off >= half {
-                    return 0.0;
-                }
-                let cos = libm::cos(FRAC_PI_2 * off / half);
-                cos * cos
-            }
-        }
-    }
-}
-
-/// One place on a target that returns part of the echo.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Scatterer {
-    /// Forward of the centre, in lengths.
-    pub x: f64,
-    /// Right of the centre, in spans or widths.
-    pub y: f64,
-    /// Share of the median cross section.
-    pub weight: f64,
-    /// From where it is seen.
-    pub view: View,
-}
-
-const fn everywhere(x: f64, y: f64, weight: f64) -> Scatterer {
-    Scatterer { x, y, weight, view: View::All }
-}
-
-const fn seen_from(from_deg: f64, half_width_deg: f64, x: f64, y: f64, weight: f64) -> Scatterer {
-    Scatterer { x, y, weight, view: View::Sector { from_deg, half_width_deg } }
-}
-
-/// A transport aircraft with two engines under the wing. Places after common layouts, weights assumed.
-pub const AIRCRAFT: [Scatterer; 15] = [
-    seen_from(0.0, 90.0, 0.48, 0.0, 0.10),   // nose, radome
-    everywhere(0.40, 0.0, 0.08),             // forward fuselage
-    seen_from(0.0, 70.0, 0.10, -0.17, 0.14), // engine inlets
-    seen_from(0.0, 70.0, 0.10, 0.17, 0.14),
-    seen_from(180.0, 70.0, -0.02, -0.17, 0.10), // engine nozzles
-    seen_from(180.0, 70.0, -0.02, 0.17, 0.10),
-    everywhere(0.02, -0.07, 0.05), // wing roots
-    everywhere(0.02, 0.07, 0.05),
-    everywhere(-0.10, -0.50, 0.03), // wing tips
-    everywhere(-0.10, 0.50, 0.03),
-    everywhere(-0.03, 0.0, 0.08),   // main gear
-    everywhere(0.37, 0.0, 0.04),    // nose gear
-    everywhere(-0.45, 0.0, 0.12),   // fin
-    everywhere(-0.47, -0.15, 0.04), // tailplane
-    everywhere(-0.47, 0.15, 0.04),
-];
-
-/// A box on wheels: each face seen from its side, and the body from everywhere. Weights assumed.
-pub const VEHICLE: [Scatterer; 5] = [
-    seen_from(0.0, 90.0, 0.45, 0.0, 0.75),
-    seen_from(180.0, 90.0, -0.45, 0.0, 0.75),
-    seen_from(90.0, 90.0, 0.0, 0.45, 0.75),
-    seen_from(-90.0, 90.0, 0.0, -0.45, 0.75),
-    everywhere(0.0, 0.0, 0.25),
-];
-
-/// Places of the broadside flash along the fuselage, in lengths.
-const FLASH_X: [f64; 7] = [-0.35, -0.233_333, -0.116_667, 0.0, 0.116_667, 0.233_333, 0.35];
-/// Radius of a fuselage in lengths (1.98 m of 37.6 m for an A320).
-const FUSELAGE_RADIUS: f64 = 0.05;
-/// Share left of a scatterer behind the fuselage.
-const BEHIND_FUSELAGE: f64 = 0.05;
-
-/// Scatterers of a class: the aircraft's or the vehicle's list.
-#[must_use]
-pub fn scatterers_of(class: &TargetClass) -> &'static [Scatterer] {
-    if class.aircraft { &AIRCRAFT } else { &VEHICLE }
-}
+use smallvec::SmallVec;
 
 /// Direction from which the radar sees a target, radians clockwise from ahead, in [−π, π).
 ///
@@ -131,67 +37,67 @@ pub struct Echo {
     pub rcs_m2: f64,
 }
 
-/// Most echoes of one target: the longest list and the flash.
-pub const MAX_ECHOES: usize = 22;
+/// The echoes of one target; up to 32 without allocation.
+pub type Echoes = SmallVec<[Echo; 32]>;
 
-/// The echoes of one target; at most [`MAX_ECHOES`], without allocation.
-#[derive(Clone, Copy, Debug)]
-pub struct Echoes {
-    list: [Echo; MAX_ECHOES],
-    len: usize,
-}
-
-impl std::ops::Deref for Echoes {
-    type Target = [Echo];
-    fn deref(&self) -> &[Echo] {
-        &self.list[..self.len]
-    }
-}
-
-/// The echoes of `class` seen from `view_rad` (radians clockwise from ahead).
-///
-/// Scatterers whose line of sight crosses the fuselage count 5 %. Aircraft flash at broadside:
-/// seven points on the near side share (0.3 + 20 exp(−½(Δβ/3°)²)) · RCS · |sin β|.
+/// The echoes of `class` seen from `view_rad` (radians clockwise from ahead), by its shape.
 #[must_use]
 pub fn echoes(class: &TargetClass, view_rad: f64) -> Echoes {
+    echoes_of(&class.shape, (class.length_m, class.span_m), class.rcs_m2, view_rad)
+}
+
+/// The echoes of a body of a shape, with its length and span and its median cross section.
+///
+/// Of a scatterer whose line of sight crosses the fuselage a share is left; the points of the flash stand
+/// on the near side of the fuselage.
+#[must_use]
+pub fn echoes_of(
+    shape: &Shape,
+    (length_m, span_m): (f64, f64),
+    median_m2: f64,
+    view_rad: f64,
+) -> Echoes {
     let (sin, cos) = libm::sincos(view_rad);
-    let mut out = Echoes { list: [Echo::default(); MAX_ECHOES], len: 0 };
+    let mut out = Echoes::new();
     let mut add = |x_m: f64, y_m: f64, rcs_m2: f64| {
-        if rcs_m2 > 0.0 && out.len < MAX_ECHOES {
-            out.list[out.len] =
-                Echo { along_m: -cos * x_m - sin * y_m, across_m: sin * x_m - cos * y_m, rcs_m2 };
-            out.len += 1;
+        if rcs_m2 > 0.0 {
+            out.push(Echo {
+                along_m: -cos * x_m - sin * y_m,
+                across_m: sin * x_m - cos * y_m,
+                rcs_m2,
+            });
         }
     };
     let (mut last_view, mut last_share) = (View::All, 1.0);
-    for scatterer in scatterers_of(class) {
+    for scatterer in &shape.scatterers {
         if scatterer.view != last_view {
             (last_view, last_share) = (scatterer.view, scatterer.view.share(view_rad));
         }
-        let (x_m, y_m) = (scatterer.x * class.length_m, scatterer.y * class.span_m);
-        let mut rcs_m2 = scatterer.weight * last_share * class.rcs_m2;
-        if class.aircraft && behind_fuselage(class, x_m, y_m, sin, cos) {
-            rcs_m2 *= BEHIND_FUSELAGE;
+        let (x_m, y_m) = (scatterer.x * length_m, scatterer.y * span_m);
+        let mut rcs_m2 = scatterer.weight * last_share * median_m2;
+        if let Some(fuselage) = &shape.fuselage
+            && behind_fuselage(length_m, x_m, y_m, sin, cos)
+        {
+            rcs_m2 *= fuselage.behind;
         }
         add(x_m, y_m, rcs_m2);
     }
-    if class.aircraft {
-        let off = (wrap_pi(view_rad).abs() - FRAC_PI_2) / 3_f64.to_radians();
-        let share = (0.3 + 20.0 * libm::exp(-0.5 * off * off)) * sin.abs() / 7.0;
-        let side_m = (FUSELAGE_RADIUS * class.length_m).min(0.5 * class.span_m).copysign(sin);
-        for x in FLASH_X {
-            add(x * class.length_m, side_m, share * class.rcs_m2);
+    if let Some(fuselage) = &shape.fuselage {
+        let share = shape.flash(view_rad, sin) / fuselage.points.len() as f64;
+        let side_m = (fuselage.radius * length_m).min(0.5 * span_m).copysign(sin);
+        for x in &fuselage.points {
+            add(x * length_m, side_m, share * median_m2);
         }
     }
     out
 }
 
 /// Whether the way from (x, y) to the radar crosses the fuselage |x| < L/2, y = 0.
-fn behind_fuselage(class: &TargetClass, x_m: f64, y_m: f64, sin: f64, cos: f64) -> bool {
+fn behind_fuselage(length_m: f64, x_m: f64, y_m: f64, sin: f64, cos: f64) -> bool {
     if y_m == 0.0 || y_m * sin >= 0.0 {
         return false;
     }
-    (x_m - y_m / sin * cos).abs() < 0.5 * class.length_m
+    (x_m - y_m / sin * cos).abs() < 0.5 * length_m
 }
 
 /// Where the echo of a target lies against its reference point, and how it wanders.
@@ -282,7 +188,9 @@ pub fn half_extent_m(class: &TargetClass, view_rad: f64) -> (f64, f64) {
 mod tests {
     use super::*;
     use crate::draw::{DrawKey, Purpose, exponential};
+    use crate::sensors::sample_shapes;
     use proptest::prelude::*;
+    use std::f64::consts::FRAC_PI_2;
 
     fn class(aircraft: bool, length_m: f64, span_m: f64) -> TargetClass {
         TargetClass {
@@ -292,6 +200,7 @@ mod tests {
             span_m,
             height_m: 10.0,
             rcs_m2: 20.0,
+            shape: sample_shapes::of(aircraft),
         }
     }
 

@@ -25,8 +25,11 @@ pub mod radar_equation;
 pub mod radar_levels;
 pub mod radial;
 pub mod ranging;
+#[cfg(test)]
+mod sample_shapes;
 pub mod service;
 pub mod shadow;
+pub mod shape;
 pub mod video;
 
 #[cfg(test)]
@@ -36,6 +39,8 @@ use crate::environment::Weather;
 use crate::frames::Vector3;
 use crate::plot::{Callsign, Plot};
 use crate::time::SimTime;
+use shape::Shape;
+use std::sync::Arc;
 
 /// Size and echo of a kind of target; shared by all targets of a type.
 #[derive(Clone, Debug, PartialEq)]
@@ -52,6 +57,8 @@ pub struct TargetClass {
     pub height_m: f64,
     /// Median radar cross section, m².
     pub rcs_m2: f64,
+    /// Where its echo comes from.
+    pub shape: Arc<Shape>,
 }
 
 /// One target at one time, airport frame.

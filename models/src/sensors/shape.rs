@@ -2,8 +2,7 @@
 //! flash of a fuselage at broadside. Shapes are data (`target-shapes.toml`); nothing of them is stated here.
 
 use crate::frames::wrap_pi;
-use crate::sensors::TargetClass;
-use crate::sensors::extended::{ExtentLevel, centroid};
+use crate::sensors::extended::echoes_of;
 use std::f64::consts::FRAC_PI_2;
 use std::sync::{Arc, OnceLock};
 
@@ -76,6 +75,10 @@ pub struct Fuselage {
 pub struct Shape {
     /// Its name.
     pub name: String,
+    /// Length and span of a body of its usual proportions, m.
+    pub size_m: (f64, f64),
+    /// Median cross section of such a body, m².
+    pub rcs_m2: f64,
     /// Places that return part of the echo.
     pub scatterers: Vec<Scatterer>,
     /// Of an aircraft.
@@ -105,6 +108,8 @@ impl Shape {
         let point = || {
             Arc::new(Self {
                 name: "point".into(),
+                size_m: (1.0, 1.0),
+                rcs_m2: 1.0,
                 scatterers: vec![middle],
                 fuselage: None,
                 limits_db: (0.1, 0.1),
@@ -155,6 +160,9 @@ impl Shape {
             }
             f.points.iter().try_for_each(|x| within("flash", *x, -0.5, 0.5))?;
         }
+        within("length_m", self.size_m.0, 0.1, 200.0)?;
+        within("span_m", self.size_m.1, 0.1, 200.0)?;
+        within("rcs_m2", self.rcs_m2, 1e-3, 1e5)?;
         within("limits_db", self.limits_db.0, 0.0, 60.0)?;
         within("limits_db", self.limits_db.1, 0.0, 60.0)?;
         for view_deg in self.aspects() {
@@ -194,19 +202,37 @@ impl Shape {
         whole.chain(flash)
     }
 
-    /// The echo at an aspect against the median, dB: of a body of its own proportions.
+    /// The echo at an aspect against the median, dB: of a body of its usual proportions.
     fn aspect_db(&self, view_deg: f64) -> f64 {
-        // What hides what depends on lengths and spans alike: those of a body as long as it is wide.
-        let class = TargetClass {
-            designator: String::new(),
-            aircraft: self.fuselage.is_some(),
-            length_m: 1.0,
-            span_m: 1.0,
-            height_m: 1.0,
-            rcs_m2: 1.0,
-            shape: Arc::new(self.clone()),
-        };
-        let seen = centroid(ExtentLevel::Centroid, &class, view_deg.to_radians());
-        seen.map_or(f64::NEG_INFINITY, |c| 10.0 * libm::log10(c.rcs_m2))
+        let seen = echoes_of(self, self.size_m, 1.0, view_deg.to_radians());
+        let sum: f64 = seen.iter().map(|e| e.rcs_m2).sum();
+        if sum > 0.0 { 10.0 * libm::log10(sum) } else { f64::NEG_INFINITY }
+    }
+
+    /// Whether its left side is the mirror image of its right one.
+    #[must_use]
+    pub fn is_symmetric(&self) -> bool {
+        self.scatterers.iter().all(|a| {
+            self.scatterers.iter().any(|b| {
+                let view = match (a.view, b.view) {
+                    (View::All, View::All) => true,
+                    (
+                        View::Sector { from_deg: x, half_width_deg: u },
+                        View::Sector { from_deg: y, half_width_deg: v },
+                    ) => u == v && (x + y).rem_euclid(360.0) == 0.0,
+                    _ => false,
+                };
+                a.x == b.x && a.y == -b.y && a.weight == b.weight && view
+            })
+        })
+    }
+
+    /// The share of the median that the flash adds at an aspect, all points together.
+    #[must_use]
+    pub fn flash(&self, view_rad: f64, sin: f64) -> f64 {
+        self.fuselage.as_ref().map_or(0.0, |f| {
+            let off = (wrap_pi(view_rad).abs() - FRAC_PI_2) / f.width_deg.to_radians();
+            (f.base + f.peak * libm::exp(-0.5 * off * off)) * sin.abs()
+        })
     }
 }

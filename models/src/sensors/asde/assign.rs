@@ -172,6 +172,42 @@ impl Asde {
         (self.facades_of(key.ring, sector).map(expected).sum(), share)
     }
 
+    /// The rain cells that are heavier than the rain around them, as seen from the radar.
+    fn rain_seen<'a>(&'a self, air: &'a Air) -> impl Iterator<Item = CellView> + 'a {
+        let uniform = air.uniform().rain_mm_per_h;
+        let heavier = air.weather.cells.iter().filter(move |c| c.rain_mm_per_h > uniform);
+        heavier.map(|cell| {
+            let offset: Vector2<f64> = cell.centre_m - self.site_m;
+            let (away, r) = (offset.norm(), cell.radius_m);
+            let half_rad = if away > r { libm::asin(r / away) } else { TAU };
+            let (near_m, far_m) = (away - r, away + r);
+            CellView { azimuth_rad: Azimuth::of(offset).rad(), half_rad, near_m, far_m }
+        })
+    }
+
+    /// What the plan leaves out for a target at a place, at most: rms shift, m, and probability of
+    /// detection. Nothing where it is in no box.
+    pub(super) fn left_out_at(
+        &mut self,
+        air: &Air,
+        class: &TargetClass,
+        place_m: Vector3<f64>,
+    ) -> (f64, f64) {
+        let mut planner = std::mem::take(&mut self.planner);
+        let cells: Vec<CellView> = self.rain_seen(air).collect();
+        let azimuth_rad = Azimuth::of(place_m.xy() - self.site_m).rad();
+        let key = self.key_of(&mut planner, &mut 0, &cells, 0, class, place_m, azimuth_rad);
+        let found = key.and_then(|key| {
+            if planner.find(key).is_none() {
+                let scene = self.planner_scene(air, &self.tolerance);
+                planner.plan_waiting(&scene, usize::MAX, |key, facts| self.ghosts_in(key, facts));
+            }
+            planner.place(&key).map(|place| planner.boxes()[place as usize].plan.outcome)
+        });
+        self.planner = planner;
+        found.map_or((0.0, 0.0), |outcome| (outcome.rms_m, outcome.detection))
+    }
+
     /// The box of a target; `None` where everything is exact for it.
     #[expect(clippy::too_many_arguments, reason = "all parts of one target, already computed")]
     fn key_of(
@@ -236,15 +272,7 @@ impl Asde {
         let mut planner = std::mem::take(&mut self.planner);
         planner.begin();
         work.cells.clear();
-        let uniform = air.uniform().rain_mm_per_h;
-        let heavier = air.weather.cells.iter().filter(|c| c.rain_mm_per_h > uniform);
-        work.cells.extend(heavier.map(|cell| {
-            let offset: Vector2<f64> = cell.centre_m - self.site_m;
-            let (away, r) = (offset.norm(), cell.radius_m);
-            let half_rad = if away > r { libm::asin(r / away) } else { TAU };
-            let (near_m, far_m) = (away - r, away + r);
-            CellView { azimuth_rad: Azimuth::of(offset).rad(), half_rad, near_m, far_m }
-        }));
+        work.cells.extend(self.rain_seen(air));
         work.classes.resize(truth.len(), 0);
         let size = self.size_of(truth, interval);
         work.keys.clear();

@@ -163,6 +163,7 @@ fn an_aircraft_in_cells_has_the_centroid_and_glint_of_the_closed_form() {
         span_m: 35.8,
         height_m: 11.8,
         rcs_m2: 20.0,
+        shape: crate::sensors::sample_shapes::of(true),
     };
     let radar = radar();
     let mut work = CellWork::default();

@@ -283,7 +283,11 @@ impl Over<'_> {
         let middle = at((near_m * far_m).sqrt());
         let span = Span { low: middle / beside, high: middle * beside };
         // Where it falls or grows throughout, its ends are the least and the largest.
-        if to <= 0.0 || from >= 0.0 { Span::around([at(near_m), at(far_m)].into_iter()) } else { span }
+        if to <= 0.0 || from >= 0.0 {
+            Span::around([at(near_m), at(far_m)].into_iter())
+        } else {
+            span
+        }
     }
 
     /// Rain clutter over noise, before attenuation, without correlation.

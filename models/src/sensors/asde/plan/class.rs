@@ -1,5 +1,7 @@
 //! What the plan knows of a kind of target: the extremes of its echo over all aspects.
 
+use std::sync::Arc;
+
 use crate::sensors::TargetClass;
 use crate::sensors::extended::{ExtentLevel, centroid};
 
@@ -18,7 +20,7 @@ pub struct ClassFacts {
     pub across_m: (f64, f64),
 }
 
-/// Steps of aspect over half a turn: the other half is the mirror image.
+/// Steps of aspect over half a turn.
 const STEPS: u32 = 180;
 /// Steps between the ends of the flash, three of its widths either side of broadside.
 const FLASH_STEPS: u32 = 96;
@@ -28,8 +30,13 @@ impl ClassFacts {
     /// between: scatterers appear behind the fuselage from one aspect to the next.
     #[must_use]
     pub fn of(class: &TargetClass) -> Self {
-        let whole = (0..=STEPS).map(|i| f64::from(i) / f64::from(STEPS) * 180.0);
-        let flash = (0..=FLASH_STEPS).map(|i| 80.5 + 19.0 * f64::from(i) / f64::from(FLASH_STEPS));
+        // The other half is the mirror image, where the shape is its own.
+        let sides: &[f64] = if class.shape.is_symmetric() { &[1.0] } else { &[1.0, -1.0] };
+        let share = |i: u32, of: u32| f64::from(i) / f64::from(of);
+        let whole = (0..=STEPS).map(|i| share(i, STEPS) * 180.0);
+        let wide = class.shape.fuselage.as_ref().map_or(0.0, |f| 3.2 * f.width_deg);
+        let flash = (0..=FLASH_STEPS).map(|i| 90.0 + wide * (2.0 * share(i, FLASH_STEPS) - 1.0));
+        let views = whole.chain(flash).flat_map(|view| sides.iter().map(move |side| view * side));
         let mut facts = Self {
             class: class.clone(),
             aspect: (f64::INFINITY, 0.0),
@@ -40,7 +47,7 @@ impl ClassFacts {
         let wider = |range: &mut (f64, f64), value: f64| {
             (range.0, range.1) = (range.0.min(value), range.1.max(value));
         };
-        for degrees in whole.chain(flash) {
+        for degrees in views {
             let view = degrees.to_radians();
             let Some(c) = centroid(ExtentLevel::Centroid, class, view) else { continue };
             wider(&mut facts.aspect, c.rcs_m2 / class.rcs_m2);
@@ -66,7 +73,7 @@ impl ClassFacts {
             && own.rcs_m2 == class.rcs_m2
             && own.span_m == class.span_m
             && own.height_m == class.height_m
-            && own.aircraft == class.aircraft
+            && (Arc::ptr_eq(&own.shape, &class.shape) || own.shape == class.shape)
     }
 
     /// Half the diagonal, m.

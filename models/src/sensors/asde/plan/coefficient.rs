@@ -29,7 +29,10 @@ struct One {
 impl One {
     fn mean(self, other: Self) -> Self {
         let half = Disc::about(0.5, 0.0);
-        Self { middle: (self.middle + other.middle) * 0.5, slope: (self.slope + other.slope) * half }
+        Self {
+            middle: (self.middle + other.middle) * 0.5,
+            slope: (self.slope + other.slope) * half,
+        }
     }
 
     fn disc(self, half: f64) -> Disc {
@@ -57,20 +60,12 @@ impl Coefficients {
             let one = |middle, of: Sloped| One { middle, slope: of.slope };
             own((one(values.0, h), one(values.1, v)))
         };
-        let bare = pair(
-            surface::half_space_pair(air.surface, middle, cos),
-            half_space(air.surface, s),
-        );
+        let bare =
+            pair(surface::half_space_pair(air.surface, middle, cos), half_space(air.surface, s));
         let film_m = air.weather.film_mm / 1000.0;
         let wet = if film_m > 0.0 {
-            let values = surface::film_pair(
-                air.film,
-                air.surface,
-                film_m,
-                radar.wavelength_m,
-                middle,
-                cos,
-            );
+            let values =
+                surface::film_pair(air.film, air.surface, film_m, radar.wavelength_m, middle, cos);
             pair(values, film(air.film, air.surface, 4.0 * PI / radar.wavelength_m * film_m, s))
         } else {
             bare
@@ -102,12 +97,7 @@ fn half_space(permittivity: Complex<f64>, s: Sloped) -> (Sloped, Sloped) {
 }
 
 /// Airy's formula; `turns` is twice the wave number times the thickness.
-fn film(
-    film: Complex<f64>,
-    base: Complex<f64>,
-    turns: f64,
-    s: Sloped,
-) -> (Sloped, Sloped) {
+fn film(film: Complex<f64>, base: Complex<f64>, turns: f64, s: Sloped) -> (Sloped, Sloped) {
     let (q1, q2) = (below(film, s), below(base, s));
     let turn = (Sloped::fixed(Complex::new(0.0, -turns)) * q1).exp();
     let (film, base) = (Sloped::fixed(film), Sloped::fixed(base));

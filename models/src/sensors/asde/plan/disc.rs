@@ -83,10 +83,7 @@ impl Disc {
     pub fn exp(self) -> Self {
         let (sin, cos) = libm::sincos(self.centre.im);
         let size = libm::exp(self.centre.re);
-        Self {
-            centre: Complex::new(cos, sin) * size,
-            radius: size * libm::expm1(self.radius),
-        }
+        Self { centre: Complex::new(cos, sin) * size, radius: size * libm::expm1(self.radius) }
     }
 }
 

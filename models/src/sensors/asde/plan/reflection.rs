@@ -99,8 +99,13 @@ impl Piece {
         // The depression falls with the height, its size with the distance.
         let (down_low, down_high) = (antenna - high, antenna - low);
         let down = Span::around(
-            [sine(down_low, near), sine(down_low, far), sine(down_high, near), sine(down_high, far)]
-                .into_iter(),
+            [
+                sine(down_low, near),
+                sine(down_low, far),
+                sine(down_high, near),
+                sine(down_high, far),
+            ]
+            .into_iter(),
         );
         let towards = |s: f64| radar.by_sine.elevation(s);
         let ends = Span::around([towards(down.low), towards(down.high)].into_iter());
@@ -133,12 +138,14 @@ impl Piece {
 
         // Logarithm of the amplitude by gains: its value in the middle and its slopes.
         let (d, h) = ((near * far).sqrt(), 0.5 * (low + high));
-        let middle = 0.5
-            * libm::log(towards(sine(antenna + h, d)) / towards(sine(antenna - h, d)));
-        let (up_slope, down_slope) =
-            (radar.by_sine.log_slope(grazing.low, flat.high), radar.by_sine.log_slope(down.low, down.high));
+        let middle = 0.5 * libm::log(towards(sine(antenna + h, d)) / towards(sine(antenna - h, d)));
+        let (up_slope, down_slope) = (
+            radar.by_sine.log_slope(grazing.low, flat.high),
+            radar.by_sine.log_slope(down.low, down.high),
+        );
         let cos2 = |s: Span| {
-            let most = if s.low <= 0.0 && s.high >= 0.0 { 0.0 } else { s.low.abs().min(s.high.abs()) };
+            let most =
+                if s.low <= 0.0 && s.high >= 0.0 { 0.0 } else { s.low.abs().min(s.high.abs()) };
             let least = s.low.abs().max(s.high.abs());
             (1.0 - least * least, 1.0 - most * most)
         };
@@ -168,7 +175,8 @@ impl Piece {
             let share = (small / big.max(1e-9) * more).min(1.0);
             let parts = share / ((1.0 + share) * (1.0 + share));
             let apart = 2.0 * far * parts / (EFFECTIVE_EARTH_RADIUS_M * grazing.low.max(1e-12));
-            let bent_m = far * antenna * high / (EFFECTIVE_EARTH_RADIUS_M * (antenna + high).max(1e-9));
+            let bent_m =
+                far * antenna * high / (EFFECTIVE_EARTH_RADIUS_M * (antenna + high).max(1e-9));
             let whole_m = 2.0 * antenna * high / near.max(1e-9);
             Bent {
                 sine: sine_fall,
@@ -288,7 +296,8 @@ impl Piece {
         let by_phase = 4.0 * high * (1.0 + q2) * a + 4.0 * q2 * b;
         // Change of the amplitude, and of the factor: by the whole change, or by amplitude and phase apart.
         let differ = |one: Apart, weight: f64| {
-            let moved = (by_change * one.apart).min(by_change * one.sizes + by_phase * one.turn / weight);
+            let moved =
+                (by_change * one.apart).min(by_change * one.sizes + by_phase * one.turn / weight);
             (one.sizes * weight, moved * weight)
         };
         let worse = |a: (f64, f64), b: (f64, f64)| (a.0.max(b.0), a.1.max(b.1));
@@ -297,7 +306,12 @@ impl Piece {
         found[Refinement::Roughness as usize] = (rough, by_change * rough);
         if self.wet && is_open(Refinement::Film) {
             found[Refinement::Film as usize] = (0..polarisations)
-                .map(|p| differ(Apart::of(&gamma.of[0][p], &gamma.of[1][p], gamma.by_film[p].most()), weight))
+                .map(|p| {
+                    differ(
+                        Apart::of(&gamma.of[0][p], &gamma.of[1][p], gamma.by_film[p].most()),
+                        weight,
+                    )
+                })
                 .fold((0.0, 0.0), worse);
         }
         if self.other && is_open(Refinement::Polarisation) {

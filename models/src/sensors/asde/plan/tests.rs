@@ -47,7 +47,8 @@ fn class(kind: usize) -> TargetClass {
         (true, 37.6, 35.8, 11.8, 15.0),
         (true, 70.7, 64.4, 19.4, 60.0),
     ][kind];
-    TargetClass { designator: "T".into(), aircraft, length_m, span_m, height_m, rcs_m2 }
+    let shape = crate::sensors::sample_shapes::of(aircraft);
+    TargetClass { designator: "T".into(), aircraft, length_m, span_m, height_m, rcs_m2, shape }
 }
 
 /// A random radar in random weather.
