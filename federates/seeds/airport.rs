@@ -37,6 +37,12 @@ enum Command {
         #[arg(long)]
         json: bool,
     },
+    /// Buildings of an OpenStreetMap extract (.osm, Overpass JSON, GeoJSON) as [[building]] of a scene, on stdout
+    Buildings {
+        /// Extract
+        #[arg(value_name = "FILE")]
+        file: PathBuf,
+    },
     /// Names of everything a way may begin or end at: stands, nodes, holding positions, runway ends, exits
     Nodes {
         /// Layout
@@ -89,6 +95,7 @@ pub fn run(args: &AirportArgs) -> ExitCode {
     cli::log_to_stderr(cli::LogFormat::Text, "warn");
     match &args.command {
         Command::Check { files, with, json } => check_all(files, with, *json),
+        Command::Buildings { file } => buildings(file),
         Command::Nodes { file, with, json } => nodes(file, with, *json),
         Command::Route { file, from, to, designator, ways, json } => {
             route_preview(file, [from, to], designator, (*ways).clamp(1, 20), *json)
@@ -130,6 +137,20 @@ fn check_all(files: &[PathBuf], with: &[PathBuf], json: bool) -> ExitCode {
         }
     }
     worst
+}
+
+/// The buildings of an extract, as a scene states them.
+fn buildings(file: &Path) -> ExitCode {
+    let (found, left_out) = match scenarios::footprints::read(file) {
+        Ok(found) => found,
+        Err(e) => return fail(BAD_INPUT, e),
+    };
+    let name = file.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+    print_line(scenarios::footprints::to_toml(&found, &name).trim_end());
+    if left_out > 0 {
+        print_line(&format!("# {left_out} smaller buildings were left out."));
+    }
+    ExitCode::SUCCESS
 }
 
 /// Everything that has a name, one line each: kind, name, place, and what belongs to it.

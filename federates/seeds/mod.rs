@@ -22,6 +22,7 @@ pub mod run;
 pub mod score;
 pub mod score_asterix;
 pub mod sim;
+pub mod site;
 pub mod verify;
 pub mod viewer_process;
 
@@ -42,6 +43,7 @@ enum Command {
     Run(run::RunArgs),
     Replay(Box<replay::ReplayArgs>),
     Plan(plan::PlanArgs),
+    Site(Box<site::SiteArgs>),
     Accuracy(accuracy::AccuracyArgs),
     Fit(fit::FitArgs),
     Score(score::ScoreArgs),
@@ -77,6 +79,7 @@ pub fn main() -> ExitCode {
         Some(Command::Run(args)) => run::run(&args),
         Some(Command::Replay(args)) => replay::run(*args),
         Some(Command::Plan(args)) => plan::run(&args),
+        Some(Command::Site(args)) => site::run(&args),
         Some(Command::Record(args)) => finished(record::run(args)),
         Some(Command::Dis(args)) => finished(dis::run(args)),
         Some(Command::Certs(args)) => certs::run(&args),

@@ -7,6 +7,7 @@ use models::sensors::asde::Placed;
 use models::sensors::asde::plan::boxes::{band_m, ring_m};
 use models::sensors::asde::plan::{BoxEffect, BoxPlan, Kind, PlannedBox};
 use models::sensors::radar_costs as costs;
+use models::sensors::radar_equation::Reflection;
 use models::sensors::radar_levels::RadarEffect;
 use serde_json::{Value, json};
 use std::fmt::Write as _;
@@ -46,6 +47,27 @@ impl Costs {
 const AROUND: [RadarEffect; 3] =
     [RadarEffect::BuildingShadow, RadarEffect::AircraftShadow, RadarEffect::Merging];
 
+/// What refines the surface reflection.
+const REFINING: [RadarEffect; 5] = [
+    RadarEffect::Lobing,
+    RadarEffect::Roughness,
+    RadarEffect::WaterFilm,
+    RadarEffect::ReflectedPolarisation,
+    RadarEffect::RoundEarth,
+];
+
+/// What is simulated where an effect is left out, if not nothing.
+fn instead(effect: RadarEffect, found: &[&BoxEffect]) -> &'static str {
+    match effect {
+        RadarEffect::SurfaceReflection => "with all that refines it",
+        RadarEffect::RainAttenuation if found.iter().any(|e| e.level == Level::Cheap) => {
+            "straight-line law for some"
+        }
+        RadarEffect::ReflectedPolarisation => "horizontal coefficient",
+        _ => "",
+    }
+}
+
 impl SensorPlan {
     /// Of a sensor that has scanned; `names` are those of the truth, by place.
     pub(super) fn of(name: &str, sensor: &dyn Sensor, names: &dyn Fn(usize) -> String) -> Self {
@@ -66,6 +88,15 @@ impl SensorPlan {
         placed.place.map(|place| &self.boxes[place as usize].plan)
     }
 
+    /// Whether an effect is not there for any target that is in a box: then for none.
+    fn is_nowhere(&self, effect: RadarEffect) -> bool {
+        let planned = || self.placed.iter().filter_map(|(p, _)| self.plan_of(p));
+        planned().count() > 0
+            && planned().all(|plan| {
+                plan.effects.iter().any(|e| e.effect == effect && e.kind == Kind::NotThere)
+            })
+    }
+
     fn costs(&self) -> Costs {
         let mut sum = Costs::default();
         let there = |effect: RadarEffect| {
@@ -84,6 +115,7 @@ impl SensorPlan {
                     (RadarEffect::AircraftShadow, _) if !placed.shadowed => (Kind::NotThere, 0.0),
                     (RadarEffect::Merging, _) if !placed.paired => (Kind::NotThere, 0.0),
                     (RadarEffect::Detection, _) => (Kind::Table, costs::of(effect, Level::Middle)),
+                    _ if self.is_nowhere(effect) => (Kind::NotThere, 0.0),
                     _ => (Kind::Exact, exact),
                 };
                 sum.exact += exact;
@@ -112,6 +144,11 @@ impl SensorPlan {
         let mut found: Vec<&BoxEffect> = Vec::new();
         for (placed, name) in &self.placed {
             let Some(plan) = self.plan_of(placed) else { continue };
+            // Without the reflection there is nothing to refine.
+            let reflected = plan.levels.budget.reflection != Reflection::None;
+            if kind == Kind::LeftOut && REFINING.contains(&effect) && !reflected {
+                continue;
+            }
             if let Some(own) = plan.effects.iter().find(|e| e.effect == effect && e.kind == kind) {
                 names.push(name.as_str());
                 found.push(own);
@@ -154,7 +191,7 @@ impl SensorPlan {
             let (names, found) = self.with(effect, Kind::LeftOut);
             if !names.is_empty() {
                 let change = Change::of(&found);
-                left.push((effect.name(), self.for_whom(&names), change));
+                left.push((effect.name(), self.for_whom(&names), change, instead(effect, &found)));
             }
             let (mut exactly, _) = self.with(effect, Kind::Exact);
             exactly.extend(self.with(effect, Kind::Table).0);
@@ -168,7 +205,7 @@ impl SensorPlan {
                     false => absent.push(effect.name()),
                 }
             } else if matches!(effect, RadarEffect::Processing | RadarEffect::SecondTrace) {
-            } else if self.with(effect, Kind::NotThere).0.len() == self.placed.len() {
+            } else if self.is_nowhere(effect) {
                 absent.push(effect.name());
             } else if !exactly.is_empty() {
                 let whom = self.for_whom(&exactly);
@@ -178,10 +215,13 @@ impl SensorPlan {
             }
         }
         if !left.is_empty() {
-            let _ = writeln!(out, "  {:<32}{:<26}would change at most", "left out", "for");
+            let head =
+                format!("  {:<32}{:<26}{:<24}instead", "left out", "for", "would change at most");
+            let _ = writeln!(out, "{head}");
         }
-        for (effect, whom, change) in left {
-            let _ = writeln!(out, "  {effect:<32}{whom:<26}{change}");
+        for (effect, whom, change, instead) in left {
+            let line = format!("  {effect:<32}{whom:<26}{:<24}{instead}", change.to_string());
+            let _ = writeln!(out, "{}", line.trim_end());
         }
         let shares = self.placed.iter().filter_map(|(p, name)| Some((self.plan_of(p)?, name)));
         if let Some((plan, name)) = shares.max_by(|a, b| a.0.share.total_cmp(&b.0.share)) {
@@ -200,19 +240,16 @@ impl SensorPlan {
         if !simulated.is_empty() {
             let _ = writeln!(out, "  simulated: {}", list(&simulated));
         }
-        let outside: Vec<&str> = self
-            .placed
-            .iter()
-            .filter(|(p, _)| self.plan_of(p).is_none())
-            .map(|(_, name)| name.as_str())
-            .collect();
-        if !outside.is_empty() {
-            let _ = writeln!(
-                out,
-                "  everything exact for {} (near the tower, at the edge of the display, or beside \
-                 another target)",
-                outside.join(", ")
-            );
+        for (paired, why) in [
+            (true, "beside another target, in one cell with it or nearly so"),
+            (false, "near the foot of the tower, or nothing of it is displayed"),
+        ] {
+            let exact = self.placed.iter().filter(|(p, _)| self.plan_of(p).is_none());
+            let names: Vec<&str> =
+                exact.filter(|(p, _)| p.paired == paired).map(|(_, n)| n.as_str()).collect();
+            if !names.is_empty() {
+                let _ = writeln!(out, "  everything exact for {} ({why})", self.for_whom(&names));
+            }
         }
         if !absent.is_empty() {
             let _ = writeln!(out, "  not there: {}", absent.join(", "));

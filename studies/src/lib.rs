@@ -18,6 +18,7 @@ pub mod filters;
 pub mod gates;
 mod gnss;
 mod measure;
+pub mod metar;
 pub mod offline;
 pub mod picture;
 pub mod plot;
@@ -28,6 +29,8 @@ pub mod requirements;
 pub mod scenes;
 pub mod score;
 pub mod score_files;
+pub mod siting;
+pub mod siting_picture;
 #[cfg(test)]
 mod tests;
 pub mod unseen;

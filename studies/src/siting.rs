@@ -1,0 +1,431 @@
+//! Maps of a site: what each radar makes of a target at every place of the airport, and how multilateration
+//! covers it, for every weather.
+
+use crate::picture::Pavement;
+use models::airport::distance_to_segment_m;
+use models::effects::Tolerance;
+use models::environment::Weather;
+use models::frames::{Vector2, Vector3};
+use models::sensors::TargetClass;
+use models::sensors::asde::picture::Ground;
+use models::sensors::asde::survey::Aspect;
+use models::sensors::mlat::{ArrivalGeometry, MlatConfig};
+use scenarios::{Scene, SensorScene};
+use serde_json::{Value, json};
+
+/// How far beyond the pavement the area reaches, m.
+const BESIDE_M: f64 = 50.0;
+/// Value of cells that have none.
+pub const NO_DATA: f32 = -9999.0;
+/// Most cells of a map.
+pub const MOST_CELLS: usize = 20_000_000;
+
+/// The cells of a map: their middles are whole multiples of the step, rows go from north to south.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Grid {
+    /// Middle of the first cell, m east and north.
+    pub first_m: Vector2<f64>,
+    /// Side of a cell, m.
+    pub step_m: f64,
+    /// Cells across and down.
+    pub size: (usize, usize),
+    /// Which cells belong to the area.
+    pub area: Vec<bool>,
+}
+
+impl Grid {
+    /// The area of a scene: its pavement and 50 m beside it.
+    ///
+    /// # Errors
+    /// If nothing is paved, or the map would have too many cells.
+    pub fn of(scene: &Scene, step_m: f64) -> Result<Self, String> {
+        let layout = &scene.airport.layout;
+        let places = layout
+            .runways
+            .iter()
+            .flat_map(|r| r.ends_m)
+            .chain(layout.nodes.iter().map(|n| n.position_m))
+            .chain(layout.stands.iter().map(|s| s.position_m))
+            .chain(layout.pavement.iter().flatten().copied());
+        let (mut low, mut high) =
+            (Vector2::repeat(f64::INFINITY), Vector2::repeat(f64::NEG_INFINITY));
+        for place in places.filter(|p| p.norm() <= scene.airport.radius_m) {
+            (low, high) = (low.inf(&place), high.sup(&place));
+        }
+        if !(low.x <= high.x) {
+            return Err("the scene's airport has no pavement".into());
+        }
+        let margin = Vector2::repeat(BESIDE_M + 40.0);
+        let (low, high) = (low - margin, high + margin);
+        let index = |m: f64| (m / step_m).floor();
+        let (west, north) = (index(low.x), index(high.y));
+        let size = ((index(high.x) - west) as usize + 1, (north - index(low.y)) as usize + 1);
+        if size.0.saturating_mul(size.1) > MOST_CELLS {
+            let cells = size.0 * size.1;
+            return Err(format!("{cells} cells; at most {MOST_CELLS}: a larger --step is needed"));
+        }
+        let pavement = Pavement::of(layout, low.abs().sup(&high.abs()).max() + 10.0);
+        let mut grid =
+            Self { first_m: Vector2::new(west, north) * step_m, step_m, size, area: Vec::new() };
+        let near = |place: Vector2<f64>| {
+            (0..=4).any(|ring| {
+                let r = BESIDE_M * f64::from(ring) / 4.0;
+                let around = if ring == 0 { 1 } else { 16 };
+                (0..around).any(|k| {
+                    let (sin, cos) = libm::sincos(f64::from(k) / 16.0 * std::f64::consts::TAU);
+                    pavement.factor(place + Vector2::new(sin, cos) * r) == 1.0
+                })
+            })
+        };
+        grid.area = (0..size.0 * size.1).map(|i| near(grid.place(i))).collect();
+        Ok(grid)
+    }
+
+    /// The middle of a cell, m east and north.
+    #[must_use]
+    pub fn place(&self, index: usize) -> Vector2<f64> {
+        let (column, row) = (index % self.size.0, index / self.size.0);
+        self.first_m + Vector2::new(column as f64, -(row as f64)) * self.step_m
+    }
+}
+
+/// One quantity over the grid.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Map {
+    /// Sensor, weather and quantity, for file names and reports.
+    pub sensor: String,
+    /// The weather.
+    pub weather: String,
+    /// Quantity.
+    pub layer: &'static str,
+    /// Its unit.
+    pub unit: &'static str,
+    /// Whether more is worse.
+    pub more_is_worse: bool,
+    /// Value of every cell; [`NO_DATA`] outside the area and where there is none.
+    pub values: Vec<f32>,
+}
+
+/// Layers of a radar: name, unit, whether more is worse.
+const LAYERS: [(&str, &str, bool); 7] = [
+    ("scnr", "dB", false),
+    ("pd", "", false),
+    ("sigma", "m", true),
+    ("shadow", "dB", true),
+    ("ghosts", "per scan", true),
+    ("left_out_m", "m", true),
+    ("left_out_pd", "", true),
+];
+
+/// What is mapped.
+#[derive(Clone, Debug)]
+pub struct Subject {
+    /// The class of target.
+    pub class: TargetClass,
+    /// Its height over the ground, m.
+    pub height_m: f64,
+    /// By its worst aspect instead of the mean of all.
+    pub worst: bool,
+}
+
+fn empty(
+    grid: &Grid,
+    sensor: &str,
+    weather: &str,
+    layer: (&'static str, &'static str, bool),
+) -> Map {
+    Map {
+        sensor: sensor.into(),
+        weather: weather.into(),
+        layer: layer.0,
+        unit: layer.1,
+        more_is_worse: layer.2,
+        values: vec![NO_DATA; grid.area.len()],
+    }
+}
+
+/// The maps of one radar of a scene in one weather, at its site or another one (m east, north).
+///
+/// # Errors
+/// If the sensor is no radar, or cannot be made.
+pub fn radar_maps(
+    scene: &Scene,
+    sensor: &SensorScene,
+    site_m: Option<Vector2<f64>>,
+    (name, weather): (&str, &Weather),
+    grid: &Grid,
+    subject: &Subject,
+) -> Result<Vec<Map>, String> {
+    let parameters = sensor.asde.as_ref().ok_or("no radar")?;
+    let mut moved = sensor.clone();
+    if let (Some(site), Some(at)) = (site_m, moved.site_m.as_mut()) {
+        (at.x, at.y) = (site.x, site.y);
+    }
+    let tolerance: Tolerance = scene.tolerance();
+    let mut radar = parameters.radar_for(scene, &moved, tolerance).map_err(|e| e.to_string())?;
+    let air = radar.air(weather);
+    let class = &subject.class;
+    let aspect = if subject.worst { Aspect::worst(class) } else { Aspect::mean(class) };
+    let mut maps: Vec<Map> =
+        LAYERS.iter().map(|&layer| empty(grid, &sensor.name, name, layer)).collect();
+    for cell in (0..grid.area.len()).filter(|i| grid.area[*i]) {
+        let place = grid.place(cell);
+        let place = Vector3::new(place.x, place.y, subject.height_m);
+        let Some(found) = radar.survey(&air, class, &aspect, place) else { continue };
+        let values = [
+            found.scnr_db,
+            found.pd,
+            found.sigma_m,
+            found.shadow_db,
+            found.ghosts,
+            found.left_out.0,
+            found.left_out.1,
+        ];
+        for (map, value) in maps.iter_mut().zip(values) {
+            if value.is_finite() {
+                map.values[cell] = value as f32;
+            }
+        }
+    }
+    Ok(maps)
+}
+
+/// Dilution and stations in sight of a multilateration system.
+#[must_use]
+pub fn mlat_maps(
+    scene: &Scene,
+    name: &str,
+    system: &MlatConfig,
+    grid: &Grid,
+    height_m: f64,
+) -> Vec<Map> {
+    let mut dilution = empty(grid, name, "any", ("mlat_dop", "", true));
+    let mut stations = empty(grid, name, "any", ("mlat_n", "", false));
+    for cell in (0..grid.area.len()).filter(|i| grid.area[*i]) {
+        let place = grid.place(cell);
+        let heard = system
+            .stations
+            .iter()
+            .filter(|s| s.hears(place) && s.sees(&scene.buildings, place, height_m.max(1.0)));
+        let heard: Vec<Vector2<f64>> = heard.map(|s| s.position_m).collect();
+        stations.values[cell] = heard.len() as f32;
+        if let Some(geometry) = ArrivalGeometry::of(&heard, place) {
+            dilution.values[cell] = geometry.horizontal() as f32;
+        }
+    }
+    vec![dilution, stations]
+}
+
+/// One layer over all radars: the chance that at least one detects.
+#[must_use]
+pub fn any_of(grid: &Grid, weather: &str, pds: &[&Map]) -> Map {
+    let mut any = empty(grid, "all radars", weather, ("pd_any", "", false));
+    for cell in (0..grid.area.len()).filter(|i| grid.area[*i]) {
+        let miss: f32 = pds.iter().map(|m| 1.0 - m.values[cell].max(0.0)).product();
+        any.values[cell] = 1.0 - miss;
+    }
+    any
+}
+
+impl Map {
+    /// The map less another one of the same grid.
+    #[must_use]
+    pub fn less(&self, other: &Self) -> Self {
+        let pairs = self.values.iter().zip(&other.values);
+        let values = pairs
+            .map(|(a, b)| if *a == NO_DATA || *b == NO_DATA { NO_DATA } else { a - b })
+            .collect();
+        Self { values, ..self.clone() }
+    }
+
+    /// Values of the area.
+    pub fn known(&self) -> impl Iterator<Item = f32> + '_ {
+        self.values.iter().copied().filter(|v| *v != NO_DATA)
+    }
+
+    /// Name of its files, without ending.
+    #[must_use]
+    pub fn file_stem(&self) -> String {
+        let word = |text: &str| -> String {
+            let plain =
+                |c: char| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '_' };
+            text.chars().map(plain).collect()
+        };
+        format!("{}-{}-{}", word(&self.sensor), word(&self.weather), self.layer)
+    }
+
+    /// Least, mean and largest value, and the share of cells of the area that have one.
+    #[must_use]
+    pub fn summary(&self, grid: &Grid) -> Value {
+        let (mut least, mut most, mut sum, mut n) = (f64::INFINITY, f64::NEG_INFINITY, 0.0, 0u64);
+        for v in self.known().map(f64::from) {
+            (least, most, sum, n) = (least.min(v), most.max(v), sum + v, n + 1);
+        }
+        let area = grid.area.iter().filter(|a| **a).count().max(1);
+        let finite = |x: f64| Some(x).filter(|x| x.is_finite());
+        let mut value = json!({
+            "sensor": self.sensor, "weather": self.weather, "layer": self.layer, "unit": self.unit,
+            "least": finite(least), "mean": finite(sum / n as f64), "most": finite(most),
+            "share_of_area": n as f64 / area as f64, "file": self.file_stem(),
+        });
+        if self.layer.starts_with("pd") {
+            let good = self.known().filter(|v| *v >= 0.9).count() as f64;
+            value["share_pd_0_9"] = json!(good / area as f64);
+        }
+        value
+    }
+
+    /// 32-bit floats, little endian, rows from north: the raster that BIL readers open.
+    #[must_use]
+    pub fn bil(&self) -> Vec<u8> {
+        self.values.iter().flat_map(|v| v.to_le_bytes()).collect()
+    }
+
+    /// The worst places, worst first: their cells.
+    #[must_use]
+    pub fn worst(&self, count: usize) -> Vec<usize> {
+        let mut cells: Vec<usize> =
+            (0..self.values.len()).filter(|i| self.values[*i] != NO_DATA).collect();
+        let badness = |i: usize| if self.more_is_worse { -self.values[i] } else { self.values[i] };
+        let order = |a: &usize, b: &usize| badness(*a).total_cmp(&badness(*b)).then(a.cmp(b));
+        if cells.len() > count {
+            cells.select_nth_unstable_by(count, order);
+            cells.truncate(count);
+        }
+        cells.sort_by(order);
+        cells
+    }
+}
+
+/// Header of the raster.
+#[must_use]
+pub fn header(grid: &Grid) -> String {
+    format!(
+        "BYTEORDER I\nLAYOUT BIL\nNROWS {}\nNCOLS {}\nNBANDS 1\nNBITS 32\nPIXELTYPE FLOAT\n\
+         BANDROWBYTES {}\nTOTALROWBYTES {}\nULXMAP {}\nULYMAP {}\nXDIM {}\nYDIM {}\nNODATA {NO_DATA}\n",
+        grid.size.1,
+        grid.size.0,
+        4 * grid.size.0,
+        4 * grid.size.0,
+        grid.first_m.x,
+        grid.first_m.y,
+        grid.step_m,
+        grid.step_m,
+    )
+}
+
+/// World file: size of a pixel, no rotation, middle of the upper left one.
+#[must_use]
+pub fn world_file(grid: &Grid) -> String {
+    let (step, first) = (grid.step_m, grid.first_m);
+    format!("{step}\n0\n0\n{}\n{}\n{}\n", -step, first.x, first.y)
+}
+
+/// The local projection about the scene's reference point.
+#[must_use]
+pub fn projection(scene: &Scene) -> String {
+    let (lat, lon) = {
+        let at = scene.airport.reference;
+        (at.lat_rad.to_degrees(), at.lon_rad.to_degrees())
+    };
+    format!(
+        "PROJCS[\"{} local\",GEOGCS[\"WGS 84\",DATUM[\"WGS_1984\",SPHEROID[\"WGS 84\",6378137,\
+         298.257223563]],PRIMEM[\"Greenwich\",0],UNIT[\"degree\",0.0174532925199433]],\
+         PROJECTION[\"Azimuthal_Equidistant\"],PARAMETER[\"latitude_of_center\",{lat}],\
+         PARAMETER[\"longitude_of_center\",{lon}],PARAMETER[\"false_easting\",0],\
+         PARAMETER[\"false_northing\",0],UNIT[\"metre\",1]]\n",
+        scene.name
+    )
+}
+
+/// What is nearest to a place, for people: a stand, a runway, a taxiway.
+#[must_use]
+pub fn nearest(scene: &Scene, place: Vector2<f64>) -> String {
+    let layout = &scene.airport.layout;
+    let stands =
+        layout.stands.iter().map(|s| ((s.position_m - place).norm(), format!("stand {}", s.name)));
+    let runways = layout.runways.iter().map(|r| {
+        let away = distance_to_segment_m(place, r.ends_m[0], r.ends_m[1]) - 0.5 * r.width_m;
+        (away, format!("runway {}", r.names.join("/")))
+    });
+    let ways = layout.edges.iter().filter(|e| !e.name.is_empty()).map(|e| {
+        let ends = [e.from, e.to].map(|i| layout.nodes[i].position_m);
+        (distance_to_segment_m(place, ends[0], ends[1]), format!("taxiway {}", e.name))
+    });
+    let all = stands.chain(runways).chain(ways);
+    all.min_by(|a, b| a.0.total_cmp(&b.0)).map_or_else(String::new, |(_, name)| name)
+}
+
+/// Weight of a place when sites are compared: runways 4, taxiways 2, the rest 1 (assumed).
+fn weight(scene: &Scene, place: Vector2<f64>) -> f64 {
+    let layout = &scene.airport.layout;
+    let on_runway = layout
+        .runways
+        .iter()
+        .any(|r| distance_to_segment_m(place, r.ends_m[0], r.ends_m[1]) <= 0.5 * r.width_m);
+    if on_runway {
+        return 4.0;
+    }
+    let on_taxiway = layout.edges.iter().any(|e| {
+        let ends = [e.from, e.to].map(|i| layout.nodes[i].position_m);
+        distance_to_segment_m(place, ends[0], ends[1]) <= 0.5 * e.width_m
+    });
+    if on_taxiway { 2.0 } else { 1.0 }
+}
+
+/// How good a site is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rating {
+    /// Its name.
+    pub name: String,
+    /// Where it is, m east and north.
+    pub site_m: Vector2<f64>,
+    /// Share of the weighted area with a probability of detection of 0.9 and sigma of 3.5 m, worst weather.
+    pub share: f64,
+    /// Mean sigma, m.
+    pub sigma_m: f64,
+}
+
+/// Detection and deviation that a place needs to count as covered.
+const COVERED: (f32, f32) = (0.9, 3.5);
+
+/// Candidate sites for one radar, best first: by the share of the weighted area that is covered in the worst
+/// weather, then by the least mean deviation, then by name.
+///
+/// # Errors
+/// As [`radar_maps`].
+pub fn rate(
+    scene: &Scene,
+    sensor: &SensorScene,
+    candidates: &[(String, Vector2<f64>)],
+    weathers: &[(String, Weather)],
+    grid: &Grid,
+    subject: &Subject,
+) -> Result<Vec<Rating>, String> {
+    let cells: Vec<usize> = (0..grid.area.len()).filter(|i| grid.area[*i]).collect();
+    let weights: Vec<f64> = cells.iter().map(|&i| weight(scene, grid.place(i))).collect();
+    let all: f64 = weights.iter().sum();
+    let mut found = Vec::new();
+    for (name, site_m) in candidates {
+        let mut worst = (f64::INFINITY, 0.0f64);
+        for (word, weather) in weathers {
+            let maps = radar_maps(scene, sensor, Some(*site_m), (word, weather), grid, subject)?;
+            let (pd, sigma) = (&maps[1].values, &maps[2].values);
+            let good = |i: usize| pd[i] >= COVERED.0 && sigma[i] >= 0.0 && sigma[i] <= COVERED.1;
+            let covered = cells.iter().zip(&weights).filter(|(i, _)| good(**i));
+            let share = covered.map(|(_, w)| w).sum::<f64>() / all.max(1e-9);
+            let (mut sum, mut n) = (0.0, 0.0);
+            for value in maps[2].known() {
+                (sum, n) = (sum + f64::from(value), n + 1.0);
+            }
+            worst = (worst.0.min(share), worst.1.max(sum / f64::max(n, 1.0)));
+        }
+        let (share, sigma_m) = worst;
+        found.push(Rating { name: name.clone(), site_m: *site_m, share, sigma_m });
+    }
+    found.sort_by(|a, b| {
+        let by_share = b.share.total_cmp(&a.share);
+        by_share.then(a.sigma_m.total_cmp(&b.sigma_m)).then(a.name.cmp(&b.name))
+    });
+    Ok(found)
+}
