@@ -80,7 +80,7 @@ pub fn read(message: &Message) -> Result<(Emitter, Reading), ModeSError> {
         (9..=18, _) => {
             let steps = (bits(9, 7) << 4) | bits(17, 4);
             let fine = bits(16, 1) == 1;
-            let altitude_ft = fine.then(|| steps as f64 * 25.0 - 1000.0);
+            let altitude_ft = fine.then_some(steps as f64 * 25.0 - 1000.0);
             Reading::Airborne { altitude_ft, report: report() }
         }
         (19, 1) => {

@@ -88,7 +88,7 @@ fn compare(file: &Value, expected: &[Told], found: &[Told], judge: &mut Judge) {
     for told in expected {
         let name = format!("{} of {}", told.kind, told.subjects.join(" "));
         let same = |f: &&Told| f.kind == told.kind && f.subjects == told.subjects;
-        let Some(at) = left.iter().position(|f| same(f)) else {
+        let Some(at) = left.iter().position(same) else {
             judge.ratio(f64::INFINITY, || format!("{name} is not raised; raised: {found:?}"));
             continue;
         };
@@ -99,7 +99,7 @@ fn compare(file: &Value, expected: &[Told], found: &[Told], judge: &mut Judge) {
         }
         judge.holds(
             &format!("{name}: no other stage than {:?}, found {:?}", told.stages, f.stages),
-            { f.stages.len() == told.stages.len() },
+            f.stages.len() == told.stages.len(),
         );
         match (told.off_s, f.off_s) {
             (Some(e), Some(f)) => judge.number(&format!("{name}: end"), f, e, off),

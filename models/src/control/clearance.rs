@@ -152,7 +152,6 @@ pub struct Strip {
 
 impl Strip {
     /// What it is cleared for on a runway.
-    #[must_use]
     pub fn on_runway(&self, runway: usize) -> impl Iterator<Item = &Clearance> {
         self.standing.iter().filter(move |c| c.runway.is_some_and(|r| r.0 == runway))
     }

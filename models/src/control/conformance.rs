@@ -116,14 +116,14 @@ impl One<'_, '_> {
                 self.raise(AlertKind::NoLandingClearance, Stage::Information, Some(f.runway));
             }
         }
-        if let Some(r) = s.fast.filter(|_| s.target.class != TargetClass::Vehicle && !goes_around) {
-            if !self.cleared(&[TakeOff, Land], r, None) {
-                let kind = match landed_on {
-                    Some(_) => AlertKind::NoLandingClearance,
-                    None => AlertKind::NoTakeOffClearance,
-                };
-                self.raise(kind, Stage::Alarm, Some(r));
-            }
+        if let Some(r) = s.fast.filter(|_| s.target.class != TargetClass::Vehicle && !goes_around)
+            && !self.cleared(&[TakeOff, Land], r, None)
+        {
+            let kind = match landed_on {
+                Some(_) => AlertKind::NoLandingClearance,
+                None => AlertKind::NoTakeOffClearance,
+            };
+            self.raise(kind, Stage::Alarm, Some(r));
         }
         for r in (0..self.rules.layout.runways.len()).filter(|r| s.in_strip(*r)) {
             self.in_strip(r, landed_on);

@@ -46,10 +46,11 @@ pub fn choose(
         head >= -limits.tail_mps && cross <= limits.cross_mps
     };
     let present = present.filter(|(i, _)| *i < configurations.len());
-    if let Some((i, since_s)) = present {
-        if since_s < limits.hold_s && within(i) {
-            return Some(i);
-        }
+    if let Some((i, since_s)) = present
+        && since_s < limits.hold_s
+        && within(i)
+    {
+        return Some(i);
     }
     let head = |i: usize| worst(&configurations[i]).0;
     let mut best: Option<usize> = None;
