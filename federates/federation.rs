@@ -1,8 +1,9 @@
 //! Which federates a scene needs, how they are called, and how the conductor is set up for them.
 
-use crate::runtime::conductor::{ConductorConfig, OnLoss};
+use crate::runtime::conductor::ConductorConfig;
 use crate::runtime::messages::Kind;
 use scenarios::Scene;
+use scenarios::losses::Losses;
 
 /// What a run may override of its scene.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,6 +22,8 @@ pub struct RunOptions {
     pub batch: bool,
     /// Whether the member `visitors` takes part.
     pub visitors: bool,
+    /// What becomes of a run that loses a federate; what it does not say is as the scene has it.
+    pub losses: Losses,
 }
 
 impl Default for RunOptions {
@@ -33,6 +36,7 @@ impl Default for RunOptions {
             autostart: true,
             batch: true,
             visitors: false,
+            losses: Losses::default(),
         }
     }
 }
@@ -87,10 +91,6 @@ pub fn conductor_config(scene: &Scene, options: &RunOptions) -> ConductorConfig 
         await_spectators_ns: if options.visitors { 15_000_000_000 } else { 2_000_000_000 },
         window: WINDOW_SCANS * u64::from(scene.run.frames_per_scan),
         fed: crate::runtime::process::random_id(),
-        stall_ns: 2_000_000_000,
-        hang_ns: 60_000_000_000,
-        on_loss: OnLoss::Freeze,
-        // A batch ends where nobody would start what is lost again.
-        return_ns: options.batch.then_some(0),
+        losses: options.losses.over(&scene.network.losses),
     }
 }

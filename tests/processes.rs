@@ -301,6 +301,67 @@ fn a_paused_and_a_killed_federate_come_back_and_nothing_is_missing() {
     assert_eq!(summed["faults"].as_array().map(Vec::len), Some(2), "both are told: {line}");
 }
 
+/// Another generator's process takes the place of a killed one, the launcher starts a killed SMDFM again: nobody
+/// does anything, and the digest is that of a run where nothing happened.
+#[test]
+fn whoever_is_killed_under_takeover_is_replaced_and_nothing_is_missing() {
+    let undisturbed = finish({
+        let mut command = common::seeds();
+        command.args(["run", "--in-process", "--fast", "--duration", "40"]);
+        command
+    });
+    let ports = Ports::new();
+    let arguments = ["--rate", "4", "--duration", "40", "--no-viewer", "--generators", "2"];
+    let mut command = run(&ports, &arguments);
+    command.args(["--on-loss", "takeover", "--stall-ms", "1500,smdfm=3000", "--no-visitors"]);
+    let mut background = Background::start(command);
+    assert!(in_phase(&ports, "RUNNING"));
+    std::thread::sleep(Duration::from_secs(1));
+    common::kill("KILL", federate_of(&ports, "traffic-generator"));
+    std::thread::sleep(Duration::from_secs(3));
+    assert!(in_phase(&ports, "RUNNING"), "{:?}", common::status(&ports));
+    common::kill("KILL", federate_of(&ports, "smdfm"));
+    let stdout = background.0.stdout.take().expect("piped");
+    assert_eq!(background.wait(SOON), Some(0), "made good: no failure");
+    let text = std::io::read_to_string(stdout).expect("its words");
+    let line = text.lines().find(|l| l.starts_with('{')).expect("a summary");
+    let summed: serde_json::Value = serde_json::from_str(line).expect("JSON");
+    assert_eq!(summed["digest"], summary(&undisturbed)["digest"], "{line}");
+    assert_eq!(summed["faults"].as_array().map(Vec::len), Some(2), "both are told: {line}");
+}
+
+/// A process that stands still while it joins is not refused by itself: it asks again and is answered the same.
+#[test]
+fn a_process_that_stood_still_while_joining_joins() {
+    let ports = Ports::new();
+    let part = |name: &str| {
+        let mut command = common::seeds();
+        command.args([name, "--dis", &ports.dis]);
+        command
+    };
+    let mut station = part("admin-station");
+    station.args(["--sync-listen", &ports.sync, "--fast", "--duration", "20", "--batch"]);
+    let mut station = Background::start(station);
+    let member = |name: &str| {
+        let mut command = part(name);
+        command.args(["--sync-connect", &ports.sync]);
+        Background::start(command)
+    };
+    let _generator = member("traffic-generator");
+    let smdfm = member("smdfm");
+    // Stopped as soon as it is known: before it was answered, or while it is.
+    let known = wait_for(SOON, || {
+        let members = common::status(&ports)?["state"]["members"].clone();
+        members.as_array()?.iter().any(|m| m["name"] == "smdfm").then_some(())
+    });
+    assert!(known.is_some(), "the SMDFM asks to join");
+    common::kill("STOP", smdfm.0.id() as i32);
+    let _world = member("external-world");
+    std::thread::sleep(Duration::from_secs(3));
+    common::kill("CONT", smdfm.0.id() as i32);
+    assert_eq!(station.wait(SOON), Some(0), "it took part");
+}
+
 /// Every federate ends with a launcher that is killed: at any moment of its start, and while the run goes on.
 #[test]
 fn no_federate_outlives_a_killed_launcher() {

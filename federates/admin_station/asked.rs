@@ -6,7 +6,7 @@
 
 use super::Event;
 use crate::runtime::clock::{monotonic_ns, utc_ns};
-use crate::runtime::messages::{Answer, Command, Frame};
+use crate::runtime::messages::{Answer, Command};
 use crate::runtime::threads::spawn_watched;
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, TryRecvError, bounded};
 use pdu::enumerations::{AcknowledgeFlag, ResponseFlag};
@@ -37,12 +37,31 @@ pub(super) struct RequestId {
     pub(super) from: EntityId,
     /// Its number.
     pub(super) request_id: u32,
-    /// What it is acknowledged as.
-    pub(super) flag: AcknowledgeFlag,
+    /// How it is answered.
+    pub(super) form: Form,
 }
 
-/// Sends an answer: to which request, which, at which frame.
-pub(super) type Reply = Box<dyn Fn(RequestId, ResponseFlag, Frame) + Send>;
+/// The PDU that answers a request.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Form {
+    /// Acknowledge, as what.
+    Acknowledge(AcknowledgeFlag),
+    /// Acknowledge-R, as what.
+    AcknowledgeR(AcknowledgeFlag),
+    /// Action Response.
+    Action,
+    /// Action Response-R.
+    ActionR,
+    /// Data.
+    Data,
+    /// Data-R.
+    DataR,
+    /// None is wanted.
+    Silent,
+}
+
+/// Sends an answer: to which request, which, and how the run stands.
+pub(super) type Reply = Box<dyn Fn(RequestId, ResponseFlag, Option<&Answer>) + Send>;
 
 /// What was answered to whom.
 #[derive(Clone, Default)]
@@ -122,21 +141,20 @@ impl Asked {
         Self { request, commands, due_utc_ns, awaited: None, last: None }
     }
 
-    /// Goes on; the response and the frame when there is nothing more to do.
-    fn advance(&mut self, events: &Sender<Event>) -> Option<(ResponseFlag, Frame)> {
+    /// Goes on; the response when there is nothing more to do.
+    fn advance(&mut self, events: &Sender<Event>) -> Option<ResponseFlag> {
         if let Some((answer, until)) = &self.awaited {
             match answer.try_recv() {
                 Ok(answer) => self.last = Some(answer),
                 Err(TryRecvError::Empty) if monotonic_ns() < *until => return None,
-                Err(_) => return Some((ResponseFlag::UNABLE_TO_COMPLY, 0)),
+                Err(_) => return Some(ResponseFlag::UNABLE_TO_COMPLY),
             }
             self.awaited = None;
         }
         let Some(command) = self.commands.pop_front() else {
             return Some(match &self.last {
-                Some(answer) if answer.ok => (ResponseFlag::ABLE_TO_COMPLY, answer.state.frame),
-                Some(answer) => (ResponseFlag::UNABLE_TO_COMPLY, answer.state.frame),
-                None => (ResponseFlag::UNABLE_TO_COMPLY, 0),
+                Some(answer) if answer.ok => ResponseFlag::ABLE_TO_COMPLY,
+                _ => ResponseFlag::UNABLE_TO_COMPLY,
             });
         };
         let source = format!("DIS {}", self.request.from);
@@ -144,7 +162,7 @@ impl Asked {
         let (answer, wait) = bounded(1);
         self.awaited = Some((wait, monotonic_ns() + REACH_WITHIN_NS));
         let sent = events.send(Event::Local(command, source, answer)).is_ok();
-        if sent { None } else { Some((ResponseFlag::UNABLE_TO_COMPLY, 0)) }
+        if sent { None } else { Some(ResponseFlag::UNABLE_TO_COMPLY) }
     }
 }
 
@@ -180,9 +198,9 @@ pub(super) fn operator(
                 if asked.due_utc_ns > now {
                     return true;
                 }
-                let Some((response, frame)) = asked.advance(&events) else { return true };
+                let Some(response) = asked.advance(&events) else { return true };
                 answered.settle(asked.request, response);
-                reply(asked.request, response, frame);
+                reply(asked.request, response, asked.last.as_ref());
                 false
             });
         }
@@ -199,7 +217,7 @@ mod tests {
         RequestId {
             from: EntityId::new(77, 1, 0),
             request_id: number,
-            flag: AcknowledgeFlag::STOP_FREEZE,
+            form: Form::Acknowledge(AcknowledgeFlag::STOP_FREEZE),
         }
     }
 

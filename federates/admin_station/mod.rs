@@ -2,11 +2,12 @@
 //!
 //! It owns the [`Conductor`] and is the only process that paces time.
 
+mod actions;
 mod asked;
 pub mod simman;
 pub mod summary;
 
-use crate::runtime::bus::{Bus, BusError, Class, Request};
+use crate::runtime::bus::{Bus, BusError, Class, Request, hear_parts};
 use crate::runtime::clock::monotonic_ns;
 use crate::runtime::codec::{decode, encode};
 use crate::runtime::conductor::{ClosedRun, Conductor, ConductorConfig, Effect, Token};
@@ -437,15 +438,10 @@ fn serve(
         }),
     )?;
     let kept = Arc::clone(statistics);
-    bus.subscribe(
-        "tracks/1/scan",
-        Box::new(move |_, body| {
-            if let Ok(scan) = decode::<ScanReport>(body) {
-                let mut kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
-                kept.measures = scan.measures.into_iter().collect();
-            }
-        }),
-    )?;
+    hear_parts(bus, "tracks/1/scan", move |scan: ScanReport| {
+        let mut kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
+        kept.measures = scan.measures.into_iter().collect();
+    })?;
     let kept = Arc::clone(statistics);
     bus.serve(
         "ctl/statistics",

@@ -1,26 +1,29 @@
 //! DIS simulation management drives the run, and hears of it.
 //!
-//! Start/Resume and Stop/Freeze PDUs from this host become commands; the Acknowledge goes out when the
-//! state is *reached*, and a repeated request gets the same answer. The station announces its own
-//! transitions with the same PDUs, so that outsiders and recordings know when a run began and ended.
+//! Start/Resume, Stop/Freeze, Action Request, Set Data and Data Query PDUs from this host, in both forms, become
+//! commands; the answer goes out when the state is *reached*, and a repeated request gets the same answer. The
+//! station announces its own transitions with the same PDUs, so that outsiders and recordings know when a run
+//! began and ended, and tells of faults in Event Reports.
 
 use super::Event;
-use super::asked::{Answered, Asked, Reply, RequestId, Taken, operator};
+use super::actions::{self, Wanted, wanted};
+use super::asked::{Answered, Asked, Form, Reply, RequestId, Taken, operator};
 use crate::exchange::weather_pdu::WORLD_APPLICATION;
 use crate::runtime::cli::NetworkArgs;
 use crate::runtime::dis_socket;
 use crate::runtime::frame_time::FrameTime;
 use crate::runtime::life_cycle::Phase;
-use crate::runtime::messages::{Command, Frame};
+use crate::runtime::messages::{Answer, Command, Frame};
 use crate::runtime::threads::spawn_watched;
 use crossbeam_channel::Sender;
 use pdu::enumerations::DatumId;
-use pdu::enumerations::{AcknowledgeFlag, ResponseFlag, StopReason};
-use pdu::management::{Acknowledge, Comment, StartResume, StopFreeze};
+use pdu::enumerations::{EventType, ResponseFlag, StopReason};
+use pdu::management::{Comment, EventReport, StartResume, StopFreeze};
 use pdu::records::{ClockTime, EntityId, VariableDatum};
 use pdu::{Body, Envelope};
 use scenarios::Scene;
 use std::collections::BTreeSet;
+use std::net::IpAddr;
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// The gateway between the conductor and simulation management PDUs.
@@ -113,6 +116,21 @@ impl Gateway {
                 ..StopFreeze::default()
             };
             let envelope = (self.envelope)(frame);
+            if let Some(reason) = reason {
+                let text = format!("SEEDS {phase} at frame {frame}: {reason}");
+                let text = &text[..text.floor_char_boundary(1_000)];
+                let report = EventReport {
+                    originating_id: self.id,
+                    receiving_id: EntityId::ALL,
+                    event_type: EventType::OTHER,
+                    variable_datums: vec![VariableDatum::new(DatumId(0), text.as_bytes())].into(),
+                    ..EventReport::default()
+                };
+                let mut octets = Vec::new();
+                if envelope.append(&report, &mut octets).is_ok() {
+                    send(&self.sender, &octets);
+                }
+            }
             let mut octets = Vec::new();
             let encoded = match (phase, reason) {
                 (Phase::Running, _) => {
@@ -159,6 +177,11 @@ fn send(sender: &Mutex<datalink::Sender>, octets: &[u8]) {
     }
 }
 
+/// DIS has no authentication: only this host commands.
+fn may_command(from: IpAddr) -> bool {
+    from.is_loopback()
+}
+
 fn listen(
     mut receiver: datalink::Receiver,
     exercise: u8,
@@ -167,8 +190,7 @@ fn listen(
 ) {
     loop {
         let received = receiver.receive(None, |arrival| {
-            // DIS has no authentication: only this host commands.
-            if !arrival.from.ip().is_loopback() {
+            if !may_command(arrival.from.ip()) {
                 return;
             }
             for received in pdu::pdus(arrival.payload).filter_map(Result::ok) {
@@ -187,29 +209,8 @@ fn listen(
 
 impl Requests {
     fn consider(&mut self, body: &Body<'_>) {
-        let (from, to, request_id, flag, wanted) = match body {
-            Body::StartResume(s) => {
-                let at = s.real_world_time.unix_nanos();
-                let wanted = Some((vec![Command::Start], at));
-                let flag = AcknowledgeFlag::START_RESUME;
-                (s.originating_id, s.receiving_id, s.request_id, flag, wanted)
-            }
-            Body::StopFreeze(s) => {
-                let commands = match s.reason {
-                    StopReason::TERMINATION => vec![Command::Stop],
-                    StopReason::STOP_FOR_RESET | StopReason::STOP_FOR_RESTART => {
-                        vec![Command::Freeze, Command::Restart]
-                    }
-                    _ => vec![Command::Freeze],
-                };
-                // Bit 0 of the frozen behaviour: go on with the clock. This federation cannot.
-                let goes_on = s.frozen_behaviour & 1 == 1;
-                let wanted = (!goes_on).then(|| (commands, s.real_world_time.unix_nanos()));
-                let flag = AcknowledgeFlag::STOP_FREEZE;
-                (s.originating_id, s.receiving_id, s.request_id, flag, wanted)
-            }
-            _ => return,
-        };
+        let Some(Wanted { request, to, commands, at_utc_ns }) = wanted(body) else { return };
+        let from = request.from;
         if from == self.id || !to.addresses(self.id) {
             return;
         }
@@ -223,27 +224,23 @@ impl Requests {
             }
             return;
         }
-        let request = RequestId { from, request_id, flag };
         let unable = ResponseFlag::UNABLE_TO_COMPLY;
-        let answer = match self.answered.take(request) {
-            Taken::Again(response) => response,
-            Taken::UnderWay => return,
-            Taken::Busy => Some(unable),
-            Taken::New => match wanted {
-                None => {
-                    self.answered.settle(request, unable);
-                    Some(unable)
-                }
-                Some((commands, at_utc_ns)) => {
-                    let asked = Asked::new(request, commands, at_utc_ns);
-                    let sent = self.operator.send(asked).is_ok();
-                    (!sent).then_some(unable)
-                }
-            },
+        let ask = |commands| self.operator.send(Asked::new(request, commands, at_utc_ns)).is_ok();
+        // How the run stands is told as it is now, however often it is asked.
+        let told_anew = matches!(request.form, Form::Data | Form::DataR);
+        let answer = match (self.answered.take(request), commands) {
+            (Taken::UnderWay, _) => return,
+            (Taken::Again(_), _) if told_anew => (!ask(vec![Command::Status])).then_some(unable),
+            (Taken::Again(response), _) => response,
+            (Taken::Busy, _) => Some(unable),
+            (Taken::New, None) => {
+                self.answered.settle(request, unable);
+                Some(unable)
+            }
+            (Taken::New, Some(commands)) => (!ask(commands)).then_some(unable),
         };
         if let Some(response) = answer {
-            let octets = acknowledge(&*self.envelope, self.id, request, response, 0);
-            send(&self.sender, &octets);
+            reply(&self.sender, &*self.envelope, self.id, (request, response, None));
         }
     }
 }
@@ -255,26 +252,40 @@ fn replies(
     id: EntityId,
 ) -> Reply {
     let (sender, envelope) = (Arc::clone(sender), Arc::clone(envelope));
-    Box::new(move |request, response, frame| {
-        send(&sender, &acknowledge(&*envelope, id, request, response, frame));
+    Box::new(move |request, response, answer| {
+        reply(&sender, &*envelope, id, (request, response, answer));
     })
 }
 
-fn acknowledge(
+fn reply(
+    sender: &Mutex<datalink::Sender>,
     envelope: &(dyn Fn(Frame) -> Envelope + Send + Sync),
     id: EntityId,
-    request: RequestId,
-    response_flag: ResponseFlag,
-    frame: Frame,
-) -> Vec<u8> {
-    let acknowledge = Acknowledge {
-        originating_id: id,
-        receiving_id: request.from,
-        acknowledge_flag: request.flag,
-        response_flag,
-        request_id: request.request_id,
-    };
-    let mut octets = Vec::new();
-    envelope(frame).append(&acknowledge, &mut octets).expect("an Acknowledge is of fixed size");
-    octets
+    (request, response, answer): (RequestId, ResponseFlag, Option<&Answer>),
+) {
+    let envelope = envelope(answer.map_or(0, |answer| answer.state.frame));
+    match actions::answer(&envelope, id, request, response, answer) {
+        Ok(octets) if octets.is_empty() => {}
+        Ok(octets) => send(sender, &octets),
+        Err(e) => tracing::warn!("simulation management: an answer was not sent: {e}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_this_host_commands() {
+        for (from, may) in [
+            ("127.0.0.1", true),
+            ("127.3.2.1", true),
+            ("::1", true),
+            ("10.0.0.7", false),
+            ("0.0.0.0", false),
+            ("::ffff:10.0.0.7", false),
+        ] {
+            assert_eq!(may_command(from.parse().expect("an address")), may, "{from}");
+        }
+    }
 }

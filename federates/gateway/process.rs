@@ -1,7 +1,7 @@
 //! The gateway on a bus: joins as a spectator, listens, sends, and leaves with the run.
 
 use super::{Choice, Gateway};
-use crate::runtime::bus::{Bus, BusError, Class, ask};
+use crate::runtime::bus::{Bus, BusError, Class, ask, hear_parts};
 use crate::runtime::clock::{monotonic_ns, utc_ns};
 use crate::runtime::codec::{decode, encode};
 use crate::runtime::life_cycle::Phase;
@@ -114,7 +114,8 @@ pub fn run(
 ) -> anyhow::Result<Option<Sent>> {
     let mut port = Port::open(task)?;
     let mut gateway = Gateway::new(scene, task.choice.clone());
-    hear(bus, inbox, "tracks/1/scan", |scan| Event::Scan(Box::new(scan)))?;
+    let scans = inbox.clone();
+    hear_parts(bus, "tracks/1/scan", move |scan| scans.put(Event::Scan(Box::new(scan))))?;
     hear(bus, inbox, "obs/state", Event::State)?;
     hear(bus, inbox, "obs/weather", Event::Weather)?;
     hear(bus, inbox, "obs/flights", Event::Flights)?;

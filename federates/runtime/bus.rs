@@ -4,6 +4,9 @@
 //! `*` is one part between slashes and `**` any number of parts at the end. Callbacks run on threads of
 //! the bus and must only hand the octets on.
 
+use super::codec::Parts;
+use serde::de::DeserializeOwned;
+use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 /// Whether a message may be lost.
@@ -114,6 +117,27 @@ pub trait Bus: Send + Sync {
     fn close(&self);
 }
 
+/// Calls `heard` for every message whose key matches `pattern`, of those that may come in parts.
+///
+/// # Errors
+/// If the session is closed.
+pub fn hear_parts<T: DeserializeOwned>(
+    bus: &dyn Bus,
+    pattern: &str,
+    heard: impl Fn(T) + Send + Sync + 'static,
+) -> Result<(), BusError> {
+    let parts = Mutex::new(Parts::default());
+    let sink = move |key: &str, octets: &[u8]| {
+        let taken = parts.lock().unwrap_or_else(PoisonError::into_inner).take(octets);
+        match taken {
+            Ok(Some(message)) => heard(message),
+            Ok(None) => {}
+            Err(error) => tracing::warn!(key, %error, "a message was dropped"),
+        }
+    };
+    bus.subscribe(pattern, Box::new(sink))
+}
+
 /// Asks and waits for the first answer; `None` if none came before `deadline`.
 ///
 /// # Errors
@@ -163,5 +187,59 @@ mod tests {
         assert!(matches("ctl/order", "ctl/order"));
         assert!(!matches("ctl/order", "ctl"));
         assert!(!matches("ctl", "ctl/order"));
+    }
+}
+
+#[cfg(test)]
+mod part_tests {
+    use super::super::codec::{LIMIT, encode, encode_parts, encoded_size};
+    use super::super::local_bus::LocalHub;
+    use super::super::messages::{PlotMessage, ScanReport};
+    use super::*;
+    use std::sync::Arc;
+
+    /// Four sensors' plots of 4096 targets, each with what 14 effects did to it: 14 MB.
+    #[test]
+    fn a_scan_of_four_thousand_explained_targets_arrives() {
+        let effect = |n: u32| (format!("effect number {n}"), f64::from(n), "dB".to_owned());
+        let plot = |n: u32| PlotMessage {
+            sensor: (n % 4) as u16,
+            kind: "asde".into(),
+            time_ns: n.into(),
+            position_m: [0.0; 2],
+            cov_m2: [1.0; 3],
+            ellipse: [1.0; 4],
+            altitude_m: None,
+            polar: Some([1.0; 4]),
+            scnr_db: Some(20.0),
+            identity: format!("SWR{n}"),
+            cause: format!("SWR{n}"),
+            truth_m: Some([0.0; 2]),
+            sequence: n,
+            track: Some(n as u16),
+            effects: (0..14).map(effect).collect(),
+        };
+        let report = ScanReport {
+            scan: 7,
+            plots: (0..4 * 4096).map(plot).collect(),
+            ..ScanReport::default()
+        };
+        assert!(encoded_size(&report) as u64 > LIMIT, "{} octets", encoded_size(&report));
+        let hub = LocalHub::default();
+        let (smdfm, viewer) = (hub.join(), hub.join());
+        let heard = Arc::new(Mutex::new(Vec::new()));
+        let scans = Arc::clone(&heard);
+        hear_parts(&viewer, "tracks/1/scan", move |scan: ScanReport| {
+            scans.lock().unwrap_or_else(PoisonError::into_inner).push(scan);
+        })
+        .expect("heard");
+        for part in encode_parts(&report) {
+            assert!((part.len() as u64) < 1 << 20, "each within the bound of a message");
+            smdfm.publish("tracks/1/scan", Class::Lossy, part).expect("said");
+        }
+        smdfm.publish("tracks/1/scan", Class::Lossy, encode(&ScanReport::default())).expect("said");
+        let heard = heard.lock().unwrap_or_else(PoisonError::into_inner);
+        assert_eq!(heard.len(), 2);
+        assert!(heard[0] == report && heard[1] == ScanReport::default());
     }
 }

@@ -2,6 +2,9 @@
 
 use super::certs::Certs;
 use clap::{Args, ValueEnum};
+use scenarios::losses::{
+    ByMember, Losses, OnLoss, ReturnWithin, on_loss_flag, return_flag, stall_flag, step_flag,
+};
 use std::net::{IpAddr, SocketAddr};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -79,6 +82,65 @@ pub struct NetworkArgs {
     /// Listen beyond this host without certificates: everybody who reaches the endpoint can command the run
     #[arg(long, conflicts_with = "certs")]
     pub open: bool,
+}
+
+/// When a federate is given up, and what becomes of the run then
+#[derive(Args, Clone, Debug, Default)]
+pub struct LossArgs {
+    /// A federate of which nothing is heard for MS is lost: for all, or by name as 2000,smdfm=5000 [default: the scene's, else 2000]
+    #[arg(long, value_name = "MS", value_parser = stall_flag)]
+    stall_ms: Option<ByMember<u64>>,
+
+    /// A federate that is heard of but stays at one frame for MS is lost, as --stall-ms [default: the scene's, else 60000]
+    #[arg(long, value_name = "MS", value_parser = step_flag)]
+    step_ms: Option<ByMember<u64>>,
+
+    /// What becomes of a run that loses a federate, for all or by name as takeover,smdfm=abort: freeze (time stands until it is back), takeover (another process takes its place), degrade (it goes on without), abort [default: the scene's, else freeze]
+    #[arg(long, value_name = "WORD", value_parser = on_loss_flag)]
+    on_loss: Option<ByMember<OnLoss>>,
+
+    /// How long a run waits for a lost federate: MS, or none for no end [default: the scene's, else none; of a run that ends by itself 0, with takeover 10000]
+    #[arg(long, value_name = "MS", value_parser = return_flag)]
+    return_ms: Option<ReturnWithin>,
+}
+
+impl LossArgs {
+    /// As the conductor takes them.
+    #[must_use]
+    pub fn losses(&self) -> Losses {
+        Losses {
+            stall_ms: self.stall_ms.clone().unwrap_or_default(),
+            step_ms: self.step_ms.clone().unwrap_or_default(),
+            on_loss: self.on_loss.clone().unwrap_or_default(),
+            return_ms: self.return_ms,
+        }
+    }
+
+    /// The same as a command line.
+    #[must_use]
+    pub fn arguments(&self) -> Vec<String> {
+        let flags = [
+            ("--stall-ms", self.stall_ms.as_ref().map(ToString::to_string)),
+            ("--step-ms", self.step_ms.as_ref().map(ToString::to_string)),
+            ("--on-loss", self.on_loss.as_ref().map(ToString::to_string)),
+            ("--return-ms", self.return_ms.map(|within| within.to_string())),
+        ];
+        let given = flags.into_iter().filter_map(|(flag, value)| Some([flag.to_owned(), value?]));
+        given.flatten().collect()
+    }
+
+    /// A flag that was given.
+    #[must_use]
+    pub fn given(&self) -> Option<&'static str> {
+        [
+            (self.stall_ms.is_some(), "--stall-ms"),
+            (self.step_ms.is_some(), "--step-ms"),
+            (self.on_loss.is_some(), "--on-loss"),
+            (self.return_ms.is_some(), "--return-ms"),
+        ]
+        .into_iter()
+        .find_map(|(given, flag)| given.then_some(flag))
+    }
 }
 
 impl NetworkArgs {

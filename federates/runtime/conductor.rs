@@ -10,12 +10,15 @@ use super::digest::content;
 use super::life_cycle::{Phase, Refused, Transition};
 use super::member::{CONDUCTOR, WallNs};
 use super::messages::{
-    Accepted, Answer, Beat, FetchOf, Fetched, FinalReport, Frame, FrameEnds, Hello, MemberState,
-    Numbered, Order, Report, RunConfig, RunState, Welcome,
+    Accepted, Answer, Beat, FetchOf, Fetched, FinalReport, Frame, FrameEnds, Hello, Joined,
+    MemberState, Numbered, Order, Report, RunConfig, RunState, Welcome,
 };
 use super::stream::{Inbox, Outbox};
 use super::views::Views;
+use scenarios::losses::Losses;
 use std::collections::{BTreeMap, VecDeque};
+
+pub use scenarios::losses::OnLoss;
 
 /// Names a question that waits for its answer.
 pub type Token = u64;
@@ -72,18 +75,6 @@ pub struct ClosedRun {
     pub failed: bool,
 }
 
-/// What becomes of a run that an essential member is lost of.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum OnLoss {
-    /// Time stands until the member is back; nothing is left out.
-    #[default]
-    Freeze,
-    /// It goes on without the member, and says since when.
-    Degrade,
-    /// It is closed at the frame where it stands.
-    Abort,
-}
-
 /// What the conductor is told at the start.
 #[derive(Clone, Debug)]
 pub struct ConductorConfig {
@@ -123,14 +114,8 @@ pub struct ConductorConfig {
     pub window: Frame,
     /// Drawn at the start; messages of another federation have no effect.
     pub fed: u128,
-    /// A member of which nothing is heard for this long is given up, ns of wall time.
-    pub stall_ns: WallNs,
-    /// A member that is heard of but does not go on for this long is given up, ns of wall time.
-    pub hang_ns: WallNs,
-    /// What becomes of the run then.
-    pub on_loss: OnLoss,
-    /// How long a run waits frozen for a lost member before it is closed; without end if none.
-    pub return_ns: Option<WallNs>,
+    /// When a member is given up, and what becomes of the run then.
+    pub losses: Losses,
 }
 
 #[derive(Debug)]
@@ -142,6 +127,8 @@ struct MemberEntry {
     /// Accepted in the place of a lost one, not admitted yet.
     returning: bool,
     token_gone: bool,
+    /// A message or beat of this incarnation came: its process knows that it was accepted.
+    heard: bool,
     ready: Option<u32>,
     /// Consumers: whether they hear all producers. Others: true once they answered.
     present: bool,
@@ -155,6 +142,8 @@ struct MemberEntry {
     /// The frame that it says it is executing.
     working: Option<Frame>,
     stream: Inbox<Report>,
+    /// Frame ends that came in parts.
+    joined: Joined,
     log: MemberLog,
     /// From a grant to the frame ends that answer it, smoothed, ns.
     latency_ns: f64,
@@ -184,6 +173,7 @@ impl MemberEntry {
             alive: true,
             returning: false,
             token_gone: false,
+            heard: false,
             ready: None,
             present: false,
             executed: None,
@@ -192,6 +182,7 @@ impl MemberEntry {
             heard_at: now,
             working: None,
             stream: Inbox::new(fed, inc, 1),
+            joined: Joined::default(),
             log: MemberLog::default(),
             latency_ns: 0.0,
         }
@@ -261,6 +252,10 @@ pub struct Conductor {
     notes: Vec<String>,
     /// What the run goes on without, and since when.
     degraded: Vec<String>,
+    /// Why those were lost whose views are not closed yet, and that the run will go on without.
+    absent: BTreeMap<String, String>,
+    /// When another process was asked to take the place of a lost member.
+    hosted: BTreeMap<String, (WallNs, u32)>,
     views: Views,
     /// Members of this run: the essential ones and the optional ones that were there, sorted.
     roster: Vec<String>,
@@ -298,6 +293,8 @@ const LATE_NS: WallNs = 5_000_000;
 const CLOCKS_EVERY_NS: WallNs = 50_000_000;
 const STATE_EVERY_NS: WallNs = 200_000_000;
 const FINISH_WITHIN_NS: WallNs = 5_000_000_000;
+/// Before a run has begun nothing is lost with a member: a batch awaits it for so long.
+const JOIN_AGAIN_NS: WallNs = 10_000_000_000;
 
 impl Conductor {
     /// A conductor in phase INIT.
@@ -321,6 +318,8 @@ impl Conductor {
             faults: Vec::new(),
             notes: Vec::new(),
             degraded: Vec::new(),
+            absent: BTreeMap::new(),
+            hosted: BTreeMap::new(),
             views: Views::default(),
             roster: config.expected.clone(),
             last_state: 0,
@@ -426,19 +425,24 @@ impl Conductor {
                 return;
             }
         }
-        if let Some(present) = self.members.get(&name) {
+        let stall_ns = self.stall_ns(&name);
+        if let Some(present) = self.members.get_mut(&name) {
             let same = present.hello.instance == hello.instance;
             let outcast = hello.was.is_some_and(|was| was.inc == present.inc);
-            let taken = present.returning && now < present.heard_at + self.config.stall_ns;
+            let fresh = now < present.heard_at + stall_ns;
+            let taken = present.returning && fresh;
+            // Its answer was lost, and it has not asked again since: nobody knows whether that process still is.
+            let running = present.alive && (present.heard || fresh);
             if same && !outcast && (present.alive || present.returning) {
                 // Asked again: the answer was late, or lost.
+                present.heard_at = now;
                 let accepted = Box::new(present.accepted.clone());
                 effects.push(Effect::Welcome(token, Welcome::Accepted(accepted)));
                 return;
             }
             if same && present.alive && self.roster.contains(&name) {
                 self.lose(now, name.clone(), "it missed what nobody remembers", effects);
-            } else if present.alive || taken {
+            } else if running || taken {
                 effects.push(refuse(format!(
                     "'{name}' is already running (process {} on {}): stop that one first or choose another --exercise",
                     present.hello.pid, present.hello.host
@@ -526,6 +530,8 @@ impl Conductor {
         self.pace_samples.clear();
         self.views.reset(self.run);
         self.degraded.clear();
+        self.absent.clear();
+        self.hosted.clear();
         let joined = |n: &&String| self.members.get(*n).is_some_and(|m| m.alive);
         self.roster = self.config.expected.clone();
         self.roster.extend(self.config.optional.iter().filter(joined).cloned());
@@ -567,23 +573,24 @@ impl Conductor {
         if self.awaited().is_empty() {
             return self.configure(effects);
         }
-        self.muster_again(effects);
+        if self.phase != Phase::Init {
+            effects.push(Effect::Reached { phase: Phase::Init, frame: 0, reason: None });
+        }
+        self.muster_again();
         let text = format!("{}: start what is missing, or stop", self.standing());
         self.answer_pending(Transition::Restart, &text, effects);
         self.push_state(now, effects);
     }
 
-    fn muster_again(&mut self, effects: &mut Vec<Effect>) {
+    fn muster_again(&mut self) {
         self.mustering = true;
         self.last_muster = 0;
-        self.faults.clear();
+        let members = &self.members;
+        self.faults.retain(|f| members.get(&f.name).is_some_and(|m| !m.alive));
         for member in self.members.values_mut() {
             member.ready = None;
         }
-        if self.phase != Phase::Init {
-            self.phase = Phase::Init;
-            effects.push(Effect::Reached { phase: self.phase, frame: 0, reason: None });
-        }
+        self.phase = Phase::Init;
     }
 
     /// Numbers an order; a muster is repeated anyway.
@@ -630,6 +637,7 @@ impl Conductor {
         let known = self.members.get_mut(from).filter(|m| m.inc == inc && fed == self.config.fed);
         let Some(member) = known else { return false };
         member.heard_at = now;
+        member.heard = true;
         // Silent while nothing was being made: nobody went on without it.
         if !member.alive && !member.returning && !self.views.removed().contains_key(from) {
             member.alive = true;
@@ -734,6 +742,7 @@ impl Conductor {
                 Some(at) => self.returned(now, from, at, effects),
             },
             Report::Ends(ends) if ends.run == self.run && member.alive => {
+                let Some((seq, ends)) = member.joined.take(seq, ends) else { return };
                 let next = member.executed.map_or(0, |e| e + 1);
                 if ends.first != next || ends.last < next || ends.last > self.granted {
                     return;
@@ -994,7 +1003,12 @@ impl Conductor {
             }
         }
         if self.return_deadline.is_some_and(|d| now >= d) {
-            self.finish(now, effects);
+            self.return_deadline = None;
+            if matches!(self.phase, Phase::Init | Phase::Configured) {
+                effects.push(Effect::Exit(1));
+            } else {
+                self.finish(now, effects);
+            }
         }
         if self.finish_deadline.is_some_and(|d| now >= d) {
             self.try_close(now, effects);
@@ -1003,6 +1017,7 @@ impl Conductor {
             self.push_state(now, effects);
         }
         self.check_clocks(now, effects);
+        self.ask_hosts(now, effects);
     }
 
     /// When [`Conductor::tick`] is due next.

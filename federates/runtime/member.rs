@@ -9,8 +9,8 @@ use super::digest::{Digest, content, pdu_hash};
 use super::federate::{Federate, FrameOut, Octets, Publication};
 use super::hearing::Hearing;
 use super::messages::{
-    Accepted, Beat, Cuts, FetchOf, Fetched, FinalReport, Frame, FrameEnds, Notice, Numbered, Order,
-    Repair, Report, RunConfig, Was,
+    Accepted, Beat, Cuts, FetchOf, Fetched, FinalReport, Frame, FrameEnds, Joined, Notice,
+    Numbered, Order, Repair, Report, RunConfig, Was,
 };
 use super::stream::{Inbox, Outbox};
 use inputs::{Incomplete, Producer};
@@ -57,6 +57,13 @@ pub enum Effect {
     Publish(Publication),
     /// The federation goes on without this incarnation: join again.
     Rejoin(Was),
+    /// Take the place of a lost member beside this one.
+    Host {
+        /// Its name.
+        name: String,
+        /// Number of traffic generators of the run.
+        generators: u32,
+    },
     /// The federation does not take this process back.
     Dismissed(String),
     /// Leave with this exit code.
@@ -132,6 +139,8 @@ pub struct Member {
     reported: Option<Frame>,
     unreported: FrameEnds,
     producers: BTreeMap<String, Producer>,
+    /// Frame ends that came in parts, by producer, of an incarnation.
+    joined: BTreeMap<String, (u64, Joined)>,
     /// Frame ends that may not be used yet: of an incarnation that is not admitted, or that is being sealed.
     early: BTreeMap<String, Vec<(u64, FrameEnds)>>,
     incomplete: BTreeMap<(Frame, String), Incomplete>,
@@ -203,6 +212,7 @@ impl Member {
             reported: None,
             unreported: FrameEnds::default(),
             producers: BTreeMap::new(),
+            joined: BTreeMap::new(),
             early: BTreeMap::new(),
             incomplete: BTreeMap::new(),
             waiting: BTreeMap::new(),
@@ -349,6 +359,10 @@ impl Member {
                 report.digests.push(("pdus".into(), self.made.0));
                 self.federate.finish(&mut report);
                 self.tell(Report::Final(Box::new(report)), effects);
+            }
+            Order::Host { run: of, name, by } if of == run && by == self.name => {
+                let generators = self.config.as_ref().map_or(1, |c| c.generators);
+                effects.push(Effect::Host { name, generators });
             }
             Order::Dismiss { name, inc, reason } if name == self.name && inc == self.inc => {
                 effects.push(Effect::Dismissed(reason));
@@ -670,6 +684,24 @@ impl Member {
     fn other_consumers(&self) -> Vec<String> {
         let consumers = self.config.iter().flat_map(|c| &c.consumers);
         consumers.filter(|name| **name != self.name).cloned().collect()
+    }
+
+    /// What it waits for, for people: each producer whose frames it lacks, and what is known of them.
+    #[must_use]
+    pub fn waits_for(&self) -> Vec<String> {
+        let next = self.executed + 1;
+        let lacks = |(name, producer): (&String, &Producer)| {
+            let complete = self.complete_of(name);
+            (!producer.absent && complete < Some(next)).then(|| {
+                let (inc, ended, bound) = (producer.inc, producer.ended, producer.bound);
+                let stream = self.peers.get(name).map(|i| (i.inc(), i.seen()));
+                format!(
+                    "frame {next} of {name}: complete to {complete:?}, ended {ended:?}, incarnation {inc:?}, bound {bound:?}, awaited {}, reports {stream:?}",
+                    producer.awaited
+                )
+            })
+        };
+        self.producers.iter().filter_map(lacks).collect()
     }
 
     /// When [`Member::tick`] has something to do.

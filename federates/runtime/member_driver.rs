@@ -67,7 +67,12 @@ pub struct MemberContext {
     pub patience: Duration,
     /// Makes the producers in this process, should the run have to be made again; only a consumer needs it.
     pub remake: Option<Remake>,
+    /// Starts another member beside this one, in the place of a lost one.
+    pub host: Option<Host>,
 }
+
+/// Starts a member of a name, of so many traffic generators, in this process.
+pub type Host = Box<dyn Fn(&str, u32) + Send>;
 
 /// Why a federate ended badly.
 #[derive(Debug, thiserror::Error)]
@@ -126,7 +131,7 @@ const BEAT_FRESH_NS: u64 = 20_000_000;
 /// # Errors
 /// [`MemberError`], one sentence each.
 pub fn run(context: MemberContext, federate: Box<dyn Federate>) -> Result<u8, MemberError> {
-    let MemberContext { name, scene_hash, bus, mut data, events, endpoint, patience, remake } =
+    let MemberContext { name, scene_hash, bus, mut data, events, endpoint, patience, remake, host } =
         context;
     let (send, receive) = events;
     let kind = federate.kind();
@@ -346,6 +351,12 @@ pub fn run(context: MemberContext, federate: Box<dyn Federate>) -> Result<u8, Me
                             }
                         }),
                     )?;
+                }
+                Effect::Host { name: lost, generators } => {
+                    tracing::warn!("{name}: takes the place of {lost}, which is lost");
+                    if let Some(host) = &host {
+                        host(&lost, generators);
+                    }
                 }
                 Effect::Rejoin(was) => outcast = Some(was),
                 Effect::Dismissed(reason) => {

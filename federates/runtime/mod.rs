@@ -29,6 +29,8 @@ pub mod views;
 pub mod zenoh_bus;
 
 #[cfg(test)]
+mod core_tests;
+#[cfg(test)]
 mod intruder_tests;
 #[cfg(test)]
 mod simulated_network_tests;

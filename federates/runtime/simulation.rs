@@ -98,6 +98,8 @@ struct Node {
     next_beat: u64,
     hello_at: Option<u64>,
     was: Option<Was>,
+    /// In whose process it is, if not in one of its own.
+    host: Option<String>,
 }
 
 /// The federation, its network and what became of it.
@@ -182,6 +184,7 @@ impl Simulation {
             next_beat: self.now,
             hello_at: Some(self.now),
             was: None,
+            host: None,
         };
         self.nodes.insert(name.to_owned(), node);
     }
@@ -320,6 +323,16 @@ impl Simulation {
                         node.hello_at = Some(now);
                     }
                 }
+                Effect::Host { name: lost, .. } => {
+                    self.note("taken over");
+                    let free = self.nodes.get(&lost).filter(|n| n.dead).map(|n| n.kind);
+                    if let Some(kind) = free {
+                        self.start(&lost, kind);
+                        if let Some(node) = self.nodes.get_mut(&lost) {
+                            node.host = Some(name.to_owned());
+                        }
+                    }
+                }
                 Effect::Dismissed(reason) => {
                     self.broken.push(format!("{name} was dismissed: {reason}"));
                 }
@@ -398,6 +411,18 @@ impl Simulation {
     }
 
     fn befall(&mut self, fault: &Fault) {
+        let hosted = |n: &Node| n.host.as_ref() == Some(&fault.who) && !n.dead;
+        let beside: Vec<String> =
+            self.nodes.iter().filter(|(_, n)| hosted(n)).map(|(name, _)| name.clone()).collect();
+        self.befall_one(fault);
+        if !matches!(fault.what, What::Start | What::Command(_) | What::Slow(_)) {
+            for who in beside {
+                self.befall_one(&Fault { who, ..fault.clone() });
+            }
+        }
+    }
+
+    fn befall_one(&mut self, fault: &Fault) {
         let (now, who) = (self.now, fault.who.clone());
         if let What::Command(command) = &fault.what {
             let mut decisions = Vec::new();

@@ -1,6 +1,6 @@
 //! Spectators hold nobody up: how long a run waits for one, what they are called, how many there may be.
 
-use super::conductor::{Conductor, ConductorConfig, Effect, OnLoss};
+use super::conductor::{Conductor, ConductorConfig, Effect};
 use super::messages::{Hello, Kind, Numbered, Order, Report, Welcome};
 
 const S: u64 = 1_000_000_000;
@@ -25,10 +25,7 @@ fn conductor() -> Conductor {
         await_spectators_ns: 2 * S,
         window: 8,
         fed: 7,
-        stall_ns: 2 * S,
-        hang_ns: 60 * S,
-        on_loss: OnLoss::Freeze,
-        return_ns: None,
+        losses: scenarios::losses::Losses::default(),
     })
 }
 

@@ -13,7 +13,7 @@ use crate::runtime::cli::{
 use crate::runtime::dis_socket::{self, Receiving};
 use crate::runtime::federate::Federate;
 use crate::runtime::member::{Makers, Remake};
-use crate::runtime::member_driver::{self, Event, MemberContext};
+use crate::runtime::member_driver::{self, Event, Host, MemberContext};
 use crate::runtime::messages::{Command, RunConfig};
 use crate::runtime::zenoh_bus::{ZenohBus, ZenohConfig};
 use crate::smdfm::Smdfm;
@@ -143,6 +143,9 @@ pub struct AdminArgs {
     /// Wait up to 10 s for a gateway before the run begins, so that what it sends is complete
     #[arg(long)]
     expect_gateway: bool,
+
+    #[command(flatten)]
+    losses: cli::LossArgs,
 
     /// Write "progress FRAME/LAST" lines to stdout
     #[arg(long, hide = true)]
@@ -298,6 +301,7 @@ impl AdminArgs {
         ]
         .into_iter()
         .find_map(|(given, flag)| given.then_some(flag))
+        .or_else(|| self.losses.given())
     }
 }
 
@@ -314,7 +318,8 @@ fn share_of(text: &str) -> Result<(u32, u32), String> {
 pub fn traffic_generator(args: &TrafficArgs) -> ExitCode {
     let (share, of) = args.share;
     let load = |typed: &str| cli::load_scene_share(typed, share, of);
-    member(&args.common, &generator_name(share, of), load, None, |scene, exercise| {
+    let makes = Makes { host: Some(hosting(&args.common)), ..Makes::default() };
+    member(&args.common, &generator_name(share, of), load, makes, |scene, exercise| {
         Box::new(TrafficGenerator::new(scene, exercise, share, of))
     })
 }
@@ -322,7 +327,8 @@ pub fn traffic_generator(args: &TrafficArgs) -> ExitCode {
 /// The external world's process.
 #[must_use]
 pub fn external_world(args: &WorldArgs) -> ExitCode {
-    member(&args.common, "external-world", load_scene_without_truth, None, |scene, exercise| {
+    let makes = Makes { host: Some(hosting(&args.common)), ..Makes::default() };
+    member(&args.common, "external-world", load_scene_without_truth, makes, |scene, exercise| {
         Box::new(ExternalWorld::new(scene, exercise))
     })
 }
@@ -332,7 +338,8 @@ pub fn external_world(args: &WorldArgs) -> ExitCode {
 pub fn smdfm(args: &SmdfmArgs) -> ExitCode {
     let (typed, exercise) = (args.common.scene.clone(), args.common.exercise);
     let remake: Remake = Box::new(move |config| make_producers(&typed, exercise, config));
-    member(&args.common, "smdfm", load_scene_without_truth, Some(remake), |scene, exercise| {
+    let makes = Makes { remake: Some(remake), ..Makes::default() };
+    member(&args.common, "smdfm", load_scene_without_truth, makes, |scene, exercise| {
         Box::new(Smdfm::new(scene, exercise).explaining(args.explain))
     })
 }
@@ -357,7 +364,10 @@ pub fn visitors(args: &VisitorsArgs) -> ExitCode {
         move |why| drop(failed.send(Event::Failed(why))),
         move |arrival| door.lock().knock(arrival.utc_ns, arrival.from, arrival.payload),
     )
-    .and_then(|()| run_federate(args, "visitors", &scene, Box::new(visitors), events, None));
+    .and_then(|()| {
+        end_on_interrupt(events.0.clone())?;
+        run_federate(args, "visitors", &scene, Box::new(visitors), events, Makes::default())
+    });
     match ended {
         Ok(code) => ExitCode::from(code),
         Err(e) => fail(FAILED, format!("{e:#}")),
@@ -378,11 +388,55 @@ fn make_producers(scene: &str, exercise: Option<u8>, config: &RunConfig) -> Resu
     Ok(makers)
 }
 
+/// What a member's process can make beside its own federate.
+#[derive(Default)]
+struct Makes {
+    remake: Option<Remake>,
+    host: Option<Host>,
+}
+
+/// Takes the place of lost producers: each on a thread of its own, with connections of its own, as a process has.
+fn hosting(args: &CommonArgs) -> Host {
+    let args = args.clone();
+    Box::new(move |name, generators| {
+        let (args, name) = (args.clone(), name.to_owned());
+        std::thread::spawn(move || {
+            if let Err(e) = take_over(&args, &name, generators) {
+                tracing::warn!("{name} was not taken over: {e:#}");
+            }
+        });
+    })
+}
+
+fn take_over(args: &CommonArgs, name: &str, generators: u32) -> anyhow::Result<u8> {
+    let path = scenarios::locate(&args.scene);
+    let share = (1..=generators).find(|share| generator_name(*share, generators) == name);
+    let scene = Arc::new(match share {
+        Some(share) => scenarios::load_share(&path, share, generators)?,
+        None => scenarios::load_without_truth(&path)?,
+    });
+    let exercise = args.exercise.unwrap_or(scene.run.exercise);
+    let federate: Box<dyn Federate> = match share {
+        Some(share) => {
+            Box::new(TrafficGenerator::new(Arc::clone(&scene), exercise, share, generators))
+        }
+        None => Box::new(ExternalWorld::new(Arc::clone(&scene), exercise)),
+    };
+    run_federate(args, name, &scene, federate, unbounded(), Makes::default())
+}
+
+/// Ctrl-C ends this process in order.
+fn end_on_interrupt(events: Sender<Event>) -> anyhow::Result<()> {
+    Ok(ctrlc::set_handler(move || {
+        let _ = events.send(Event::Stop);
+    })?)
+}
+
 fn member(
     args: &CommonArgs,
     name: &str,
     load: impl FnOnce(&str) -> Result<Scene, ExitCode>,
-    remake: Option<Remake>,
+    makes: Makes,
     make: impl FnOnce(Arc<Scene>, u8) -> Box<dyn Federate>,
 ) -> ExitCode {
     crate::runtime::process::end_with_launcher();
@@ -394,7 +448,7 @@ fn member(
         Ok(scene) => Arc::new(scene),
         Err(code) => return code,
     };
-    match run_member(args, name, scene, remake, make) {
+    match run_member(args, name, scene, makes, make) {
         Ok(code) => ExitCode::from(code),
         Err(e) => fail(FAILED, format!("{e:#}")),
     }
@@ -404,12 +458,14 @@ fn run_member(
     args: &CommonArgs,
     name: &str,
     scene: Arc<Scene>,
-    remake: Option<Remake>,
+    makes: Makes,
     make: impl FnOnce(Arc<Scene>, u8) -> Box<dyn Federate>,
 ) -> anyhow::Result<u8> {
     let exercise = args.exercise.unwrap_or(scene.run.exercise);
     let federate = make(Arc::clone(&scene), exercise);
-    run_federate(args, name, &scene, federate, unbounded(), remake)
+    let events = unbounded();
+    end_on_interrupt(events.0.clone())?;
+    run_federate(args, name, &scene, federate, events, makes)
 }
 
 fn run_federate(
@@ -418,13 +474,9 @@ fn run_federate(
     scene: &Scene,
     federate: Box<dyn Federate>,
     events: (Sender<Event>, Receiver<Event>),
-    remake: Option<Remake>,
+    makes: Makes,
 ) -> anyhow::Result<u8> {
     let exercise = args.exercise.unwrap_or(scene.run.exercise);
-    let stop = events.0.clone();
-    ctrlc::set_handler(move || {
-        let _ = stop.send(Event::Stop);
-    })?;
     let receiving = Receiving {
         exercise,
         site: scene.run.site,
@@ -441,7 +493,8 @@ fn run_federate(
         events,
         endpoint,
         patience: patience(),
-        remake,
+        remake: makes.remake,
+        host: makes.host,
     };
     Ok(member_driver::run(context, federate)?)
 }
@@ -547,6 +600,7 @@ fn run_admin(args: &AdminArgs, scene: &Arc<Scene>) -> anyhow::Result<u8> {
         autostart: !args.wait,
         batch: args.batch,
         visitors: args.visitors,
+        losses: args.losses.losses(),
     };
     let mut config = conductor_config(scene, &options);
     let events = unbounded();

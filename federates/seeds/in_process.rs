@@ -102,6 +102,7 @@ pub fn federation(
             patience: Duration::from_secs(5),
             // Threads of one process are lost together or not at all.
             remake: None,
+            host: None,
         };
         let thread = std::thread::Builder::new().name(name);
         threads.push(thread.spawn(move || member_driver::run(context, federate))?);

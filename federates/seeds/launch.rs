@@ -7,6 +7,7 @@ use anyhow::Context;
 use crossbeam_channel::{Receiver, Sender, unbounded};
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
+use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader, Write};
 use std::os::unix::process::CommandExt;
 use std::process::{Child, ChildStdin, Command, Stdio};
@@ -25,6 +26,8 @@ pub enum News {
 /// The processes of one federation on this host.
 pub struct Launched {
     children: Vec<Started>,
+    /// What each was started with, and when the latest of that name was.
+    arguments: BTreeMap<String, (Vec<String>, Vec<u64>)>,
     news: (Sender<News>, Receiver<News>),
 }
 
@@ -44,6 +47,10 @@ struct Progress {
     /// Since when somebody has stopped it (SIGSTOP).
     stopped_ns: Option<u64>,
 }
+
+/// A process is started again at most so often in a minute.
+pub const STARTS_A_MINUTE: usize = 3;
+const MINUTE_NS: u64 = 60_000_000_000;
 
 /// A process that stands stopped for so long is not waited for.
 const STOPPED_NS: u64 = 1_000_000_000;
@@ -66,7 +73,7 @@ impl Progress {
 
 impl Default for Launched {
     fn default() -> Self {
-        Self { children: Vec::new(), news: unbounded() }
+        Self { children: Vec::new(), arguments: BTreeMap::new(), news: unbounded() }
     }
 }
 
@@ -106,9 +113,27 @@ impl Launched {
             input: child.stdin.take(),
             progress: Progress::default(),
         });
+        let started = self.arguments.entry(name.to_owned()).or_default();
+        started.0 = arguments.to_vec();
+        started.1.push(monotonic_ns());
         let (tell, called) = (self.news.0.clone(), name.to_owned());
         std::thread::spawn(move || watch(child, lines, &called, &tell));
         Ok(())
+    }
+
+    /// Starts a process that ended again, unless that happened too often: whether it was.
+    ///
+    /// # Errors
+    /// If the process cannot be started.
+    pub fn start_again(&mut self, name: &str) -> anyhow::Result<bool> {
+        let Some((arguments, starts)) = self.arguments.get_mut(name) else { return Ok(false) };
+        let since = monotonic_ns().saturating_sub(MINUTE_NS);
+        starts.retain(|at| *at >= since);
+        if starts.len() > STARTS_A_MINUTE {
+            return Ok(false);
+        }
+        let arguments = arguments.clone();
+        self.start(name, &arguments).map(|()| true)
     }
 
     /// Says a line to the process called `name`, where it listens.

@@ -6,6 +6,7 @@ pub mod asterix;
 pub mod asterix_file;
 pub mod certs;
 pub mod dis;
+mod fault_table;
 pub mod federate_commands;
 pub mod fit;
 pub mod gateway;

@@ -307,6 +307,10 @@ fn scan_at(scene: &Arc<Scene>, at: f64) -> anyhow::Result<ScanReport> {
             smdfm.step(frame, &std::mem::take(&mut inputs), &mut scan);
         }
     }
-    let body = scan.publish.iter().find(|p| p.key == "tracks/1/scan").map(|p| &p.body[..]);
-    Ok(crate::runtime::codec::decode(body.unwrap_or_default())?)
+    let mut parts = crate::runtime::codec::Parts::default();
+    let mut whole = None;
+    for part in scan.publish.iter().filter(|p| p.key == "tracks/1/scan") {
+        whole = parts.take(&part.body)?;
+    }
+    whole.ok_or_else(|| anyhow::anyhow!("no scan was made"))
 }

@@ -2,15 +2,17 @@
 
 use super::federate_commands::NO_LOGGER;
 use super::gateway::AsterixArgs;
-use super::launch::{Launched, News, common_arguments};
+use super::launch::{Launched, News, STARTS_A_MINUTE, common_arguments};
 use crate::federation::{RunOptions, generator_name};
 use crate::runtime::cli::out;
 use crate::runtime::cli::{
-    self, BAD_INPUT, COMPLETE, CommonArgs, DATA_LOST, FAILED, LogFormat, NetworkArgs, fail,
-    load_scene, load_scene_without_truth,
+    self, BAD_INPUT, COMPLETE, CommonArgs, DATA_LOST, FAILED, LogFormat, LossArgs, NetworkArgs,
+    fail, load_scene, load_scene_without_truth,
 };
 use crate::runtime::dis_socket::link_config;
+use crate::runtime::messages::Kind;
 use clap::Args;
+use scenarios::losses::{Losses, OnLoss};
 use std::io::ErrorKind;
 use std::net::{SocketAddr, TcpListener};
 use std::path::PathBuf;
@@ -89,6 +91,9 @@ pub struct RunArgs {
     #[command(flatten)]
     pub(crate) network: NetworkArgs,
 
+    #[command(flatten)]
+    pub(crate) losses: LossArgs,
+
     /// Share of truth datagrams that the receivers drop on purpose, 0 to below 1
     #[arg(long, value_name = "P", default_value_t = 0.0, value_parser = cli::share)]
     pub inject_loss: f64,
@@ -110,6 +115,7 @@ impl RunArgs {
             autostart: !self.wait,
             batch: self.fast || self.no_viewer || self.duration.is_some(),
             visitors: self.with_visitors(),
+            losses: self.losses.losses(),
         }
     }
 
@@ -193,7 +199,7 @@ pub fn run(args: &RunArgs) -> ExitCode {
     if let Err(e) = link {
         return fail(BAD_INPUT, format!("{e:#}"));
     }
-    match processes(args) {
+    match processes(args, &args.losses.losses().over(&scene.network.losses)) {
         Ok(code) => ExitCode::from(code),
         Err(e) => fail(FAILED, format!("{e:#}")),
     }
@@ -211,7 +217,7 @@ fn port_is_free(address: SocketAddr, what: &str, flag: &str) -> anyhow::Result<(
     })
 }
 
-fn processes(args: &RunArgs) -> anyhow::Result<u8> {
+fn processes(args: &RunArgs, losses: &Losses) -> anyhow::Result<u8> {
     let endpoint =
         args.network.sync_listen.clone().unwrap_or_else(|| args.network.default_endpoint());
     let place = endpoint.split_once('/').map(|(_, place)| place);
@@ -317,8 +323,21 @@ fn processes(args: &RunArgs) -> anyhow::Result<u8> {
                     }
                 } else if code.is_none() && ended_with != 0 {
                     tracing::warn!("{name} ended ({})", ending(ended_with));
+                    let policy = losses.on_loss.of(&name).unwrap_or_default();
+                    if interrupts == 0
+                        && policy == OnLoss::TakeOver
+                        && !others_take(&launched, &name)
+                    {
+                        if launched.start_again(&name)? {
+                            say(&format!("{name} is started again in its place"));
+                        } else {
+                            say(&format!("{name} ended {STARTS_A_MINUTE} times within a minute"));
+                        }
+                        continue;
+                    }
                     // The conductor says why and ends the run, unless that one had not joined yet.
-                    if args.options().batch {
+                    let ends = matches!(policy, OnLoss::Freeze | OnLoss::Abort);
+                    if args.options().batch && ends && losses.return_ms.is_none() {
                         launched.end_after(Duration::from_secs(3), "");
                     }
                 }
@@ -339,6 +358,14 @@ fn processes(args: &RunArgs) -> anyhow::Result<u8> {
         c if c > 0 && c < 256 => c as u8,
         _ => FAILED,
     })
+}
+
+/// Whether the process of another producer takes the place of `name`: those of this host are asked to.
+fn others_take(launched: &Launched, name: &str) -> bool {
+    let produces = |name: &str| {
+        name == Kind::ExternalWorld.name() || name.starts_with(Kind::TrafficGenerator.name())
+    };
+    produces(name) && launched.running().iter().any(|other| produces(other))
 }
 
 use crate::gateway::process::NAME as GATEWAY;
@@ -387,6 +414,7 @@ fn start_all(args: &RunArgs, endpoint: &str, launched: &mut Launched) -> anyhow:
         admin.push("--wait".into());
     }
     admin.extend(["--generators".to_owned(), args.generators.to_string()]);
+    admin.extend(args.losses.arguments());
     if options.visitors {
         admin.push("--visitors".to_owned());
     }

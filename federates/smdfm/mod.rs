@@ -17,10 +17,12 @@ use crate::exchange::flights::flight_list;
 use crate::exchange::{stamp, weather_pdu};
 use crate::runtime::bus::Class;
 use crate::runtime::clock::monotonic_ns;
-use crate::runtime::codec::encode;
+use crate::runtime::codec::{encode, encode_parts};
 use crate::runtime::federate::{Federate, FrameInputs, FrameOut, Publication};
 use crate::runtime::frame_time::FrameTime;
-use crate::runtime::messages::{FederateStatus, FinalReport, Frame, Kind, Notice, RunConfig};
+use crate::runtime::messages::{
+    FederateStatus, FinalReport, Frame, Kind, Notice, RunConfig, ScanReport,
+};
 use evaluation::Evaluation;
 use foreign::Digests;
 use models::environment::Weather;
@@ -118,7 +120,7 @@ impl Smdfm {
                 Notice::Flights(flights) => {
                     self.flights = flight_list(flights, self.scene.flight_list.runways.clone());
                 }
-                Notice::Outsider { .. } => {}
+                Notice::Outsider { .. } | Notice::MoreFlights(_) => {}
             }
         }
     }
@@ -201,12 +203,23 @@ impl Federate for Smdfm {
             took_us: took_ns / 1000,
         });
         report.measures.extend(self.truth.clocks().take(MOST_CLOCKS));
-        out.publish.push(Publication {
-            key: "tracks/1/scan".into(),
+        let mut parts = encode_parts(&report);
+        let publish = |key: &str, body, retained: Option<&str>| Publication {
+            key: key.into(),
             class: Class::Lossy,
-            body: encode(&report),
-            retained: Some("tracks/1/list".into()),
-        });
+            body,
+            retained: retained.map(str::to_owned),
+        };
+        if parts.len() == 1 {
+            let body = parts.remove(0);
+            out.publish.push(publish("tracks/1/scan", body, Some("tracks/1/list")));
+        } else {
+            // One answer has one message: of a scan beyond it the tracks alone.
+            let list =
+                ScanReport { plots: Vec::new(), truth: Vec::new(), plan: Vec::new(), ..report };
+            out.publish.extend(parts.into_iter().map(|part| publish("tracks/1/scan", part, None)));
+            out.publish.push(publish("tracks/1/list", encode(&list), Some("tracks/1/list")));
+        }
         self.truth.forget_before(interval.to);
     }
 

@@ -7,7 +7,7 @@ use super::Viewer;
 use super::keeper::{Files, Heard, Keeper, Kept};
 use super::server::{Operate, Page, Server, serve};
 use crate::exchange::operator;
-use crate::runtime::bus::{Bus, BusError, Class, ask};
+use crate::runtime::bus::{Bus, BusError, Class, ask, hear_parts};
 use crate::runtime::clock::{monotonic_ns, utc_ns};
 use crate::runtime::codec::{decode, encode};
 use crate::runtime::life_cycle::Phase;
@@ -158,7 +158,10 @@ fn operate_run(bus: &dyn Bus, endpoint: &str, order: Command) -> (bool, String) 
 }
 
 fn subscribe(bus: &dyn Bus, inbox: &Inbox) -> Result<(), BusError> {
-    hear(bus, inbox, "tracks/1/scan", |scan: ScanReport| Heard::Scan(Box::new(scan)))?;
+    let scans = inbox.clone();
+    hear_parts(bus, "tracks/1/scan", move |scan: ScanReport| {
+        scans.heard(Heard::Scan(Box::new(scan)));
+    })?;
     hear(bus, inbox, "obs/state", Heard::State)?;
     hear(bus, inbox, "obs/fed/*", Heard::Federate)?;
     hear(bus, inbox, "obs/weather", Heard::Weather)?;

@@ -12,6 +12,7 @@ pub mod error;
 pub mod files;
 pub mod footprints;
 mod hash;
+pub mod losses;
 pub mod movements;
 pub mod network;
 pub mod run;

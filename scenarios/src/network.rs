@@ -2,6 +2,7 @@
 
 use crate::document::Section;
 use crate::error::{Problem, ScenarioError};
+use crate::losses::{self, Losses};
 use std::net::{IpAddr, SocketAddr};
 
 /// `[network]` of a scene. Not part of the scene's hash.
@@ -19,6 +20,8 @@ pub struct Network {
     pub sync_listen: Vec<String>,
     /// Endpoints of the synchronisation plane to connect to.
     pub sync_connect: Vec<String>,
+    /// What becomes of a run that loses a federate.
+    pub losses: Losses,
 }
 
 impl Default for Network {
@@ -31,13 +34,15 @@ impl Default for Network {
             bundle: false,
             sync_listen: Vec::new(),
             sync_connect: Vec::new(),
+            losses: Losses::default(),
         }
     }
 }
 
 /// Reads `[network]`.
 pub(crate) fn read(root: &Section) -> Result<Network, ScenarioError> {
-    let keys = ["dis", "interface", "ttl", "bundle", "sync_listen", "sync_connect"];
+    let own = ["dis", "interface", "ttl", "bundle", "sync_listen", "sync_connect"];
+    let keys = [&own[..], &losses::KEYS].concat();
     let mut network = Network::default();
     let Some(section) = root.section("network", &keys)? else { return Ok(network) };
     if section.has("dis") {
@@ -68,5 +73,6 @@ pub(crate) fn read(root: &Section) -> Result<Network, ScenarioError> {
     };
     network.sync_listen = endpoints("sync_listen")?;
     network.sync_connect = endpoints("sync_connect")?;
+    network.losses = losses::read(&section)?;
     Ok(network)
 }

@@ -1,11 +1,13 @@
 //! Who is lost, why, and how a lost member comes back.
 
-use super::{Conductor, Effect, Fault, MemberEntry, MemberLog, OnLoss, Token};
+use super::{Conductor, Effect, Fault, JOIN_AGAIN_NS, MemberEntry, MemberLog, OnLoss, Token};
+use crate::runtime::digest::content;
 use crate::runtime::life_cycle::Phase;
 use crate::runtime::member::WallNs;
 use crate::runtime::messages::{
     Accepted, Frame, Hello, Order, ProducerAt, Return, Standing, Welcome,
 };
+use scenarios::losses::ReturnWithin;
 
 /// Silence of a member whose connection is gone, before it is given up: three beats.
 const SILENT_NS: WallNs = 300_000_000;
@@ -18,6 +20,19 @@ const SLOW_NS: WallNs = 2_000_000_000;
 
 /// At most so many returns of one member in a run end at the same frame.
 const DEATHS_AT_ONE_FRAME: usize = 3;
+
+/// A member of which nothing is heard for so long is given up, where nothing else is said.
+const STALL_NS: WallNs = 2_000_000_000;
+
+/// The same of one that is heard of but does not go on.
+const HANG_NS: WallNs = 60_000_000_000;
+
+/// How long a batch waits for a process that takes a lost one's place.
+const TAKE_OVER_NS: WallNs = 10_000_000_000;
+
+/// Nobody took its place: somebody else is asked then, and at most so many in a run.
+const HOST_AGAIN_NS: WallNs = 3_000_000_000;
+const MOST_HOSTS: u32 = 12;
 
 impl Conductor {
     /// A member's process or session is gone, or back: a hint, until it is silent too.
@@ -59,9 +74,12 @@ impl Conductor {
         let due: Vec<bool> = self.members.iter().map(|(n, m)| self.is_due(n, m)).collect();
         let settling = self.views.is_open();
         let (asked_at, silent) = self.views.awaited();
-        let (stall_ns, hang_ns) = (self.config.stall_ns, self.config.hang_ns);
+        let clocks = |name: &String| (self.stall_ns(name), self.hang_ns(name));
+        let clocks: Vec<_> = self.members.keys().map(clocks).collect();
         let mut lost = Vec::new();
-        for ((name, member), due) in self.members.iter_mut().zip(due) {
+        for ((name, member), (due, (stall_ns, hang_ns))) in
+            self.members.iter_mut().zip(due.into_iter().zip(clocks))
+        {
             if paused > OWN_PAUSE_NS {
                 member.heard_at += paused;
             }
@@ -70,7 +88,7 @@ impl Conductor {
                 member.due_since = None;
             }
             // Who was accepted and has not answered yet may not know it.
-            let unanswered = self.phase == Phase::Init && !member.present;
+            let unanswered = self.phase == Phase::Init && !member.heard;
             if !member.alive || !member.hello.kind.beats() || unanswered && !member.token_gone {
                 continue;
             }
@@ -85,7 +103,10 @@ impl Conductor {
             } else if heard_ago > stall_ns {
                 let text = format!("nothing was heard of it for {} s", stall_ns as f64 / 1e9);
                 lost.push((member.heard_at, name.clone(), text));
-            } else if member.due_since.is_some() && now.saturating_sub(since) > hang_ns {
+            } else if heard_ago <= SILENT_NS
+                && member.due_since.is_some()
+                && now.saturating_sub(since) > hang_ns
+            {
                 let frame = member.executed.map_or(0, |e| e + 1);
                 let text = format!("its frame {frame} hangs for {} s", hang_ns as f64 / 1e9);
                 lost.push((since, name.clone(), text));
@@ -117,7 +138,6 @@ impl Conductor {
         member.alive = false;
         member.due_since = None;
         let (inc, host, pid) = (member.inc, member.hello.host.clone(), member.hello.pid);
-        let consumes_or_made = member.executed;
         self.outbox.forget(&name);
         if !self.roster.contains(&name)
             || self.phase == Phase::Stopped && self.finish_deadline.is_none()
@@ -126,10 +146,9 @@ impl Conductor {
         }
         let reason = format!("{name} (process {pid} on {host}) is lost: {why}");
         let optional = self.config.optional.contains(&name);
-        let absent = optional || self.config.on_loss == OnLoss::Degrade;
+        let absent = self.on_loss(&name) == OnLoss::Degrade;
         if absent && matches!(self.phase, Phase::Running | Phase::Frozen) {
-            let frame = consumes_or_made.unwrap_or(0);
-            self.degraded.push(format!("degraded since frame {frame}: {reason}"));
+            self.absent.insert(name.clone(), reason);
         } else if !optional {
             self.faults.push(Fault { name: name.clone(), text: reason, since: now, back: None });
         }
@@ -144,14 +163,15 @@ impl Conductor {
             }
             _ if optional => self.try_close(now, effects),
             Phase::Stopped => self.try_close(now, effects),
-            Phase::Init | Phase::Configured if self.config.batch => {
-                self.fail_pending(effects);
-                effects.push(Effect::Exit(1));
-            }
             Phase::Init | Phase::Configured => {
                 // Nothing has been made: it is waited for, and the run is configured when it is there.
                 self.fail_pending(effects);
-                self.muster_again(effects);
+                let reason = Some(self.open_faults().join("; "));
+                self.muster_again();
+                effects.push(Effect::Reached { phase: self.phase, frame: 0, reason });
+                if self.config.batch {
+                    self.return_deadline.get_or_insert(now + JOIN_AGAIN_NS);
+                }
             }
         }
         self.push_state(now, effects);
@@ -162,8 +182,16 @@ impl Conductor {
         loop {
             let known = |name: &str| self.members.get(name).and_then(|m| m.executed);
             let Some(order) = self.views.next_order(now, known) else { break };
+            if let Order::View { cuts, absent, .. } = &order {
+                for (name, cut) in cuts.iter().filter(|(name, _)| absent.contains(name)) {
+                    let Some(reason) = self.absent.remove(name) else { continue };
+                    let since = cut.map_or(0, |cut| cut + 1);
+                    self.degraded.push(format!("degraded since frame {since}: {reason}"));
+                }
+            }
             self.say(order, effects);
         }
+        self.ask_hosts(now, effects);
         if self.phase == Phase::Frozen && self.views.waits() && !self.views.is_open() {
             self.faulty_freeze(now, effects);
             return;
@@ -174,12 +202,74 @@ impl Conductor {
     /// Frozen with a member lost: what the policy says.
     pub(super) fn faulty_freeze(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
         self.fail_pending(effects);
-        let within = self.config.return_ns;
+        let within = self.return_ns();
         self.return_deadline = within.map(|within| now + within);
-        if within == Some(0) || self.config.on_loss == OnLoss::Abort {
+        let lost = self.lost_names();
+        let aborts = lost.iter().any(|name| self.on_loss(name) == OnLoss::Abort);
+        if within == Some(0) || aborts {
             self.finish(now, effects);
         }
         self.push_state(now, effects);
+    }
+
+    /// How long nothing may be heard of a member, ns.
+    pub(super) fn stall_ns(&self, name: &str) -> WallNs {
+        self.config.losses.stall_ms.of(name).map_or(STALL_NS, |ms| ms * 1_000_000)
+    }
+
+    /// How long a member may stay at one frame, ns.
+    fn hang_ns(&self, name: &str) -> WallNs {
+        self.config.losses.step_ms.of(name).map_or(HANG_NS, |ms| ms * 1_000_000)
+    }
+
+    /// What becomes of the run when a member is lost; what holds for all does not speak of optional ones.
+    fn on_loss(&self, name: &str) -> OnLoss {
+        let losses = &self.config.losses.on_loss;
+        match self.config.optional.iter().any(|optional| optional == name) {
+            true => losses.by_name(name).unwrap_or(OnLoss::Degrade),
+            false => losses.of(name).unwrap_or_default(),
+        }
+    }
+
+    /// How long the lost are waited for. A batch ends at once where nobody would start them again.
+    fn return_ns(&self) -> Option<WallNs> {
+        let taken_over = |name: &String| self.on_loss(name) == OnLoss::TakeOver;
+        match self.config.losses.return_ms {
+            Some(ReturnWithin::Ms(ms)) => Some(ms * 1_000_000),
+            Some(ReturnWithin::NoEnd) => None,
+            None if !self.config.batch => None,
+            None if self.lost_names().iter().all(taken_over) => Some(TAKE_OVER_NS),
+            None => Some(0),
+        }
+    }
+
+    /// Asks the processes of surviving producers to take the places of lost ones, where the policy says so.
+    pub(super) fn ask_hosts(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
+        if !matches!(self.phase, Phase::Running | Phase::Frozen) || self.views.is_open() {
+            return;
+        }
+        let waits = |n: &String| {
+            let fresh = |m: &MemberEntry| m.returning && now < m.heard_at + self.stall_ns(n);
+            let back = self.members.get(n).is_some_and(|m| m.alive || fresh(m));
+            !back && self.config.producers.contains(n) && self.on_loss(n) == OnLoss::TakeOver
+        };
+        let lost: Vec<String> = self.lost_names().into_iter().filter(waits).collect();
+        for name in lost {
+            let (asked_at, tries) = self.hosted.get(&name).copied().unwrap_or((0, 0));
+            if tries >= MOST_HOSTS || asked_at > 0 && now < asked_at + HOST_AGAIN_NS {
+                continue;
+            }
+            let producers = self.config.producers.iter();
+            let alive: Vec<&String> =
+                producers.filter(|p| self.members.get(*p).is_some_and(|m| m.alive)).collect();
+            // Every lost one its own, and another one each time: equal rosters choose equally.
+            let turn = content(tries.into(), name.bytes().map(u64::from), std::iter::empty());
+            let Some(by) = alive.get((turn % alive.len().max(1) as u64) as usize) else { continue };
+            let by = (*by).clone();
+            self.hosted.insert(name.clone(), (now, tries + 1));
+            self.notes.push(format!("{name} is taken over by the process of {by}"));
+            self.say(Order::Host { run: self.run, name, by }, effects);
+        }
     }
 
     /// Answers a process that was a member of this run, or is to take a lost one's place; none if it is neither.
@@ -240,20 +330,24 @@ impl Conductor {
     /// Where the frames of a producer come from, for a consumer that has those up to `upto`.
     fn producer_at(&self, name: &str, upto: Option<Frame>) -> ProducerAt {
         let absent = self.views.is_absent(name);
-        let empty = self.members.get(name).is_some_and(|m| m.log.content == 0);
         let name = name.to_owned();
+        let member = self.members.get(&name);
+        // Frame 0 of a consumer has no inputs.
+        let used = upto.filter(|frame| *frame > 0);
+        // It has made nothing only if what the consumer used is known here.
+        let empty = |made| member.is_some_and(|m| m.log.content == 0 && m.executed >= made);
         if let Some(cut) = self.views.cut(&name) {
             // The lost consumer may have been ahead of the survivors: what it used is made again too.
-            return ProducerAt { name, made: cut.max(upto), stream: None, absent, empty };
+            let made = cut.max(used);
+            return ProducerAt { name, made, stream: None, absent, empty: empty(made) };
         }
-        let member = self.members.get(&name);
         // What an incarnation before made is not in this one's stream.
-        let made = upto.max(member.and_then(|m| m.log.before));
+        let made = used.max(member.and_then(|m| m.log.before));
         let stream = member.map(|m| {
             let later = m.log.reports.iter().find(|(_, last)| Some(*last) > made);
             (m.inc, later.map_or(m.stream.seen() + 1, |(seq, _)| *seq))
         });
-        ProducerAt { name, made, stream, absent, empty }
+        ProducerAt { name, made, stream, absent, empty: empty(made) }
     }
 
     /// A member that returns says how it stands; if that is how the lost one stood, the run goes on with it.
@@ -285,6 +379,9 @@ impl Conductor {
         member.heard_at = now;
         let inc = member.inc;
         self.views.returned(name);
+        if let Some((asked_at, _)) = self.hosted.get_mut(name) {
+            *asked_at = 0;
+        }
         for fault in self.faults.iter_mut().filter(|f| f.name == name && f.back.is_none()) {
             fault.back = Some(upto);
             let after_s = now.saturating_sub(fault.since) as f64 * 1e-9;

@@ -3,10 +3,10 @@
 use super::{Effect, MAX_WAITING, Member, WallNs, holder};
 use crate::runtime::digest::pdu_hash;
 use crate::runtime::federate::{FrameInputs, Octets};
-use crate::runtime::messages::{Frame, FrameEnds, Numbered, Repair, Repaired, Report};
+use crate::runtime::messages::{Frame, FrameEnds, Joined, Numbered, Repair, Repaired, Report};
 use crate::runtime::stream::Inbox;
-use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 /// How long an incomplete frame waits for the network before it is repaired by request.
@@ -14,6 +14,10 @@ const REPAIR_AFTER_NS: WallNs = 2_000_000;
 
 /// How long a repair may take before it is asked for again.
 const REPAIR_AGAIN_NS: WallNs = 200_000_000;
+
+/// PDUs asked for in one question, and octets of its answer: the rest is asked for again.
+const REPAIR_PDUS: usize = 4096;
+const REPAIRED_OCTETS: usize = 512 << 10;
 
 /// Executed frames whose inputs are kept for other consumers: more than any grant horizon.
 const EATEN_FRAMES: usize = 64;
@@ -86,8 +90,15 @@ impl Member {
                 self.hearing.ready(now, from);
             }
             if let Report::Ends(ends) = report {
+                let joined = self.joined.entry(from.to_owned()).or_default();
+                if joined.0 != inc {
+                    *joined = (inc, Joined::default());
+                }
+                let Some((_, ends)) = joined.1.take(0, ends) else { continue };
                 ended = true;
                 let early = self.early.entry(from.to_owned()).or_default();
+                // A successor speaks: what the one before told beyond its cut is of no use to anybody.
+                early.retain(|(of, _)| *of >= inc);
                 if early.len() < EARLY {
                     early.push((inc, ends));
                 }
@@ -260,6 +271,8 @@ impl Member {
                 continue;
             };
             incomplete.missing.retain(|&m| m != hash);
+            // The rest of a long frame is asked for as soon as this page is here.
+            (incomplete.since, incomplete.asked) = (now, None);
             self.counters.lost += 1;
             self.counters.repaired += 1;
             let (key, complete) = (key.clone(), incomplete.missing.is_empty());
@@ -277,17 +290,25 @@ impl Member {
     #[must_use]
     pub fn repair(&self, repair: &Repair) -> Repaired {
         let run = self.run();
-        let mut pdus = Vec::new();
+        let (mut pdus, mut octets) = (Vec::new(), 0);
         if repair.run == run {
             for (frame, hashes) in &repair.wanted {
+                let hashes: BTreeSet<u64> = hashes.iter().copied().collect();
                 let own = self.own.iter().filter(|own| own.frame == *frame);
-                let made = own.flat_map(|own| own.pdus.iter().map(|(_, octets)| octets));
+                let made =
+                    own.flat_map(|own| own.pdus.iter().map(|(hash, octets)| (*hash, octets)));
                 let ready = self.ready.range((*frame, String::new())..(*frame + 1, String::new()));
                 let given = ready.flat_map(|(_, pdus)| pdus);
                 let eaten = self.eaten.iter().filter(|(of, _)| of == frame).flat_map(|(_, p)| p);
-                let all = made.chain(given).chain(eaten);
-                let wanted = all.filter(|octets| hashes.contains(&pdu_hash(octets)));
-                pdus.extend(wanted.map(|octets| (*frame, octets.to_vec())));
+                let given = given.chain(eaten).map(|octets| (pdu_hash(octets), octets));
+                let wanted = made.chain(given).filter(|(hash, _)| hashes.contains(hash));
+                for (_, pdu) in wanted {
+                    octets += pdu.len();
+                    if octets > REPAIRED_OCTETS && !pdus.is_empty() {
+                        return Repaired { run, pdus };
+                    }
+                    pdus.push((*frame, pdu.to_vec()));
+                }
             }
         }
         Repaired { run, pdus }
@@ -302,7 +323,13 @@ impl Member {
                 incomplete.asked = Some(now);
                 let name = holder(&incomplete.producer, incomplete.tries, false, &others);
                 incomplete.tries += 1;
-                asks.entry(name).or_default().push((*frame, incomplete.missing.clone()));
+                let wanted = asks.entry(name).or_default();
+                let asked: usize = wanted.iter().map(|(_, hashes)| hashes.len()).sum();
+                let page = &incomplete.missing[..];
+                let page = &page[..page.len().min(REPAIR_PDUS.saturating_sub(asked))];
+                if !page.is_empty() {
+                    wanted.push((*frame, page.to_vec()));
+                }
             }
         }
         let run = self.run();

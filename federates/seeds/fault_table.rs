@@ -1,0 +1,289 @@
+//! `seeds sim --table`: what each kind of fault costs a run, as rows of a table for people.
+//!
+//! The scene's own federates run in simulated time, so every figure is the same whenever it is made again.
+
+use super::sim::{Digests, Trial};
+use crate::runtime::cli::out;
+use crate::runtime::messages::Command;
+use crate::runtime::simulation::{Fault, MS, Network, What};
+use scenarios::losses::{Losses, on_loss_flag};
+
+/// A fault as the table has it.
+struct Row {
+    /// Its name on the command line.
+    name: &'static str,
+    /// What happens, for people.
+    what: &'static str,
+    /// `--on-loss` of the run.
+    on_loss: &'static str,
+    /// Messages of the synchronisation plane and PDUs that are lost, of a thousand.
+    loss: [u64; 2],
+    /// At which time, s; to whom; what.
+    faults: Vec<(f64, &'static str, What)>,
+}
+
+const GENERATOR: &str = "traffic-generator-2";
+const WORLD: &str = "external-world";
+const SMDFM: &str = "smdfm";
+
+/// How long a table's run may take, ns of simulated wall time.
+const WITHIN_NS: u64 = 2_000_000 * MS;
+
+/// How finely what is seen is timed.
+const LOOK_NS: u64 = 10 * MS;
+
+fn rows() -> Vec<Row> {
+    let row = |name, what, on_loss, faults| Row { name, what, on_loss, loss: [0, 0], faults };
+    let s = |seconds: f64| (seconds * 1e3) as u64 * MS;
+    let order = |at, command| (at, "", What::Command(command));
+    let mut rows = vec![
+        row("nothing", "nothing", "freeze", vec![]),
+        Row {
+            loss: [200, 300],
+            ..row("loss", "20 % of messages and 30 % of PDUs are lost", "freeze", vec![])
+        },
+        row(
+            "kill-generator",
+            "a generator is killed, the process of another producer takes its place",
+            "takeover",
+            vec![(5.0, GENERATOR, What::Kill)],
+        ),
+        row(
+            "kill-world",
+            "the external world is killed, a generator's process takes its place",
+            "takeover",
+            vec![(5.0, WORLD, What::Kill)],
+        ),
+        row(
+            "kill-smdfm",
+            "the SMDFM is killed, the launcher starts it again within 0.1 s",
+            "takeover",
+            vec![(5.0, SMDFM, What::Kill), (5.1, SMDFM, What::Start)],
+        ),
+        row(
+            "kill-two-producers",
+            "a generator and, 50 ms later, the external world are killed",
+            "takeover",
+            vec![(5.0, GENERATOR, What::Kill), (5.05, WORLD, What::Kill)],
+        ),
+        row(
+            "kill-three",
+            "a generator, the external world and the SMDFM are killed within 0.6 s",
+            "takeover",
+            vec![
+                (5.0, GENERATOR, What::Kill),
+                (5.3, WORLD, What::Kill),
+                (5.6, SMDFM, What::Kill),
+                (5.7, SMDFM, What::Start),
+            ],
+        ),
+        row(
+            "kill-generator-wait",
+            "a generator is killed, somebody starts it again after 3 s",
+            "freeze",
+            vec![(5.0, GENERATOR, What::Kill), (8.0, GENERATOR, What::Start)],
+        ),
+        row(
+            "kill-smdfm-wait",
+            "the SMDFM is killed, somebody starts it again after 3 s",
+            "freeze",
+            vec![(5.0, SMDFM, What::Kill), (8.0, SMDFM, What::Start)],
+        ),
+        row(
+            "kill-frozen",
+            "the SMDFM is killed in a frozen run and started again",
+            "freeze",
+            vec![
+                order(5.0, Command::Freeze),
+                (6.0, SMDFM, What::Kill),
+                (8.0, SMDFM, What::Start),
+                order(10.0, Command::Start),
+            ],
+        ),
+        row(
+            "kill-joining",
+            "the SMDFM is killed while it joins and started again",
+            "freeze",
+            vec![(0.002, SMDFM, What::Kill), (1.0, SMDFM, What::Start)],
+        ),
+        row(
+            "vanish-smdfm",
+            "the SMDFM's host is gone and nobody is told; another is started after 3 s",
+            "freeze",
+            vec![(5.0, SMDFM, What::Vanish), (8.0, SMDFM, What::Start)],
+        ),
+        row(
+            "slow-smdfm",
+            "a frame of the SMDFM takes 10 s",
+            "freeze",
+            vec![(5.0, SMDFM, What::Slow(s(10.0)))],
+        ),
+        row(
+            "freeze",
+            "frozen for 10 minutes, then started",
+            "freeze",
+            vec![order(5.0, Command::Freeze), order(605.0, Command::Start)],
+        ),
+        row(
+            "degrade-generator",
+            "a generator is killed, the run goes on without it",
+            "degrade",
+            vec![(5.0, GENERATOR, What::Kill)],
+        ),
+        row(
+            "abort-generator",
+            "a generator is killed, the run is closed",
+            "abort",
+            vec![(5.0, GENERATOR, What::Kill)],
+        ),
+    ];
+    for (name, who, called) in
+        [("generator", GENERATOR, "a generator"), ("smdfm", SMDFM, "the SMDFM")]
+    {
+        for (seconds, word) in [(1.0, "1"), (5.0, "5"), (60.0, "60")] {
+            let leak = |text: String| -> &'static str { Box::leak(text.into_boxed_str()) };
+            rows.push(row(
+                leak(format!("pause-{name}-{word}")),
+                leak(format!("{called} stands still for {word} s")),
+                "freeze",
+                vec![(5.0, who, What::Pause(s(seconds)))],
+            ));
+            rows.push(row(
+                leak(format!("cut-{name}-{word}")),
+                leak(format!("the link of {called} is cut for {word} s")),
+                "freeze",
+                vec![(5.0, who, What::Cut(s(seconds)))],
+            ));
+        }
+        let one_way: [(&str, &str, fn(u64) -> What); 2] =
+            [("deaf", "nothing reaches", What::Deaf), ("mute", "nothing comes from", What::Mute)];
+        for (word, text, what) in one_way {
+            let leak = |text: String| -> &'static str { Box::leak(text.into_boxed_str()) };
+            rows.push(row(
+                leak(format!("{word}-{name}-5")),
+                leak(format!("{text} {called} for 5 s")),
+                "freeze",
+                vec![(5.0, who, what(s(5.0)))],
+            ));
+        }
+    }
+    rows
+}
+
+/// What was seen of a fault.
+#[derive(Debug, PartialEq)]
+struct Seen {
+    /// From the fault to the first word about it, s.
+    named_s: Option<f64>,
+    /// The longest time without a new frame of the whole federation, s.
+    stood_s: f64,
+    /// Frames that are not in the result.
+    lost: u64,
+    /// Whether the digests are those of the undisturbed run.
+    same: bool,
+    /// Exit code.
+    exit: u8,
+}
+
+fn see(trial: &Trial, row: &Row, whole: &Digests) -> Result<Seen, String> {
+    let losses = Losses { on_loss: on_loss_flag(row.on_loss)?, ..Losses::default() };
+    let [bus_loss, udp_loss] = row.loss;
+    let network = Network { delay_ns: MS, bus_loss, udp_loss, twice: 0 };
+    let mut simulation = trial.simulation(1, 1.0, false, network, &losses);
+    let mut rest: Vec<Fault> = row
+        .faults
+        .iter()
+        .map(|(at_s, who, what)| {
+            let at_ns = (at_s * 1e3) as u64 * MS;
+            Fault { at_ns, who: (*who).to_owned(), what: what.clone() }
+        })
+        .collect();
+    let first_ns = rest.iter().map(|f| f.at_ns).min().unwrap_or(0);
+    let (mut named_ns, mut stood_ns, mut frame, mut since) = (None, 0_u64, 0, None::<u64>);
+    while simulation.closed.is_empty() && simulation.now < WITHIN_NS {
+        let to = simulation.now + LOOK_NS;
+        let due: Vec<Fault> = rest.extract_if(.., |f| f.at_ns <= to).collect();
+        simulation.run_to_close(to, &due);
+        let state = simulation.conductor.state();
+        if named_ns.is_none() && !state.reasons.is_empty() {
+            named_ns = Some(simulation.now - first_ns);
+        }
+        if state.frame != frame {
+            if let Some(since) = since {
+                stood_ns = (simulation.now - since).max(stood_ns);
+            }
+            (frame, since) = (state.frame, Some(simulation.now));
+        }
+    }
+    let closed = simulation.closed.first().ok_or("the run does not end")?;
+    let lost = simulation.conductor.state().last_frame - closed.frame;
+    let degraded = closed.reasons.iter().find_map(|reason| {
+        let since = reason.strip_prefix("degraded since frame ")?.split(':').next()?;
+        since.parse::<u64>().ok()
+    });
+    Ok(Seen {
+        named_s: named_ns.map(|ns| ns as f64 * 1e-9),
+        stood_s: stood_ns as f64 * 1e-9,
+        lost: degraded.map_or(lost, |since| closed.frame + 1 - since),
+        same: simulation.digests(0) == *whole,
+        exit: simulation.conductor.exit_code(),
+    })
+}
+
+/// Prints the table, or the rows whose names hold `only`.
+///
+/// # Errors
+/// If no row is called so, or a run does not end.
+pub(super) fn print(trial: &Trial, whole: &Digests, only: Option<&str>) -> Result<(), String> {
+    let rows: Vec<Row> =
+        rows().into_iter().filter(|row| only.is_none_or(|word| row.name.contains(word))).collect();
+    if rows.is_empty() {
+        let names: Vec<_> = self::rows().iter().map(|row| row.name).collect();
+        return Err(format!("no fault is called so; there are {}", names.join(", ")));
+    }
+    out!(
+        "| fault | `--on-loss` | `seeds sim --table --only` | named after, s | stood, s | frames lost | digest | exit |"
+    );
+    out!("| --- | --- | --- | --- | --- | --- | --- | --- |");
+    for row in rows {
+        let seen = see(trial, &row, whole).map_err(|why| format!("{}: {why}", row.name))?;
+        let named = seen.named_s.map_or_else(|| "–".to_owned(), |s| format!("{s:.2}"));
+        out!(
+            "| {} | {} | `{}` | {named} | {:.2} | {} | {} | {} |",
+            row.what,
+            row.on_loss,
+            row.name,
+            seen.stood_s,
+            seen.lost,
+            if seen.same { "same" } else { "another" },
+            seen.exit
+        );
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::Arc;
+
+    /// Every fault of the table costs time and no frame, but where the policy says that the run goes on without.
+    #[test]
+    fn no_fault_of_the_table_loses_a_frame_unless_it_was_told_to() {
+        let scene = scenarios::load(&scenarios::locate("zurich")).expect("the shipped scene");
+        let trial = Trial::new(Arc::new(scene), 12.0);
+        let whole = trial.undisturbed().expect("it ends");
+        for row in rows() {
+            let seen =
+                see(&trial, &row, &whole).unwrap_or_else(|why| panic!("{}: {why}", row.name));
+            let told = ["degrade", "abort"].contains(&row.on_loss);
+            assert_eq!(seen.lost > 0, told, "{}: {seen:?}", row.name);
+            assert_eq!(seen.same, !told, "{}: {seen:?}", row.name);
+            assert_eq!(seen.exit, u8::from(row.on_loss == "abort"), "{}: {seen:?}", row.name);
+            // Stood: what it takes to be sure (0.35 s a killed process, 2 s one of which nothing is heard), to agree and to make again.
+            if row.on_loss == "takeover" {
+                assert!(seen.stood_s < 1.6, "{}: {seen:?}", row.name);
+            }
+        }
+    }
+}
