@@ -23,8 +23,8 @@ fn target(speed_mps: f64, on_ground: bool) -> Target {
 /// Metres between two places that are near each other.
 fn apart_m(a: [f64; 2], b: [f64; 2]) -> f64 {
     let north = (a[0] - b[0]).to_radians() * 6_371_000.0;
-    let east = (a[1] - b[1]).to_radians() * 6_371_000.0 * a[0].to_radians().cos();
-    north.hypot(east)
+    let east = (a[1] - b[1]).to_radians() * 6_371_000.0 * libm::cos(a[0].to_radians());
+    libm::hypot(north, east)
 }
 
 fn ten_seconds(target: &Target) -> Vec<(i64, Reading)> {
