@@ -5,7 +5,6 @@ pub mod dis_types;
 pub mod entity_state;
 pub mod flights;
 pub mod operator;
-pub mod sensor_words;
 pub mod stamp;
 pub mod weather_notice;
 pub mod weather_pdu;

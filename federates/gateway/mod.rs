@@ -115,10 +115,7 @@ impl Gateway {
     pub fn new(scene: &Scene, choice: Choice) -> Self {
         let sources = scene.sensors.iter().filter_map(|sensor| {
             let sic = u8::try_from(sensor.id.0).ok().filter(|n| u16::from(*n) <= MOST_SENSORS)?;
-            Some(Source {
-                sic,
-                kind: crate::exchange::sensor_words::kind_word(sensor.kind).to_owned(),
-            })
+            Some(Source { sic, kind: sensor.kind.word.to_owned() })
         });
         Self {
             choice,

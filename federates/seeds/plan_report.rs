@@ -77,7 +77,7 @@ impl SensorPlan {
             rows: sensor.plan().to_vec(),
             boxes: sensor.boxes().to_vec(),
             placed,
-            is_radar: sensor.kind() == models::plot::SensorKind::Asde,
+            is_radar: sensor.kind().radar,
         }
     }
 

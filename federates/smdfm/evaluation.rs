@@ -8,7 +8,6 @@
 //! `second_ago_rmse_m`: the same tracks one scan earlier, as the next scan's plots revise them.
 
 use super::received_truth::View;
-use crate::exchange::sensor_words::kind_word;
 use models::frames::{Vector2, wrap_pi};
 use models::fusion::Outcome;
 use models::plot::SensorKind;
@@ -103,7 +102,7 @@ impl Evaluation {
             self.looks.entry(plot.kind).or_default().1 += 1;
             let Outcome::Used { number: Some(number), position_m, .. } = outcome else { continue };
             self.follows.insert(*number, key);
-            if plot.kind != SensorKind::Asde {
+            if !plot.kind.radar {
                 continue;
             }
             let Some(index) = view.index_of(key) else { continue };
@@ -203,17 +202,17 @@ impl Evaluation {
             ("outsiders_now".to_owned(), self.outsiders_now as f64),
         ];
         let other = |kind: SensorKind| {
-            !matches!(kind, SensorKind::Asde | SensorKind::Gps | SensorKind::Dgps)
+            ![SensorKind::Asde, SensorKind::Gps, SensorKind::Dgps].contains(&kind)
         };
         for (kind, plots) in &self.plots {
-            values.push((format!("plots_{}", kind_word(*kind)), *plots as f64));
+            values.push((format!("plots_{}", kind.word), *plots as f64));
         }
         let others = self.plots.iter().filter(|(k, _)| other(**k)).map(|(_, n)| *n as f64);
         values.push(("plots_other".to_owned(), others.sum()));
         for (kind, (looks, reports)) in &self.looks {
             if *looks > 0 {
                 let pd = *reports as f64 / *looks as f64;
-                values.push((format!("pd_{}", kind_word(*kind)), pd));
+                values.push((format!("pd_{}", kind.word), pd));
             }
         }
         values

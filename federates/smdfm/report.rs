@@ -3,7 +3,6 @@
 use super::evaluation::Evaluation;
 use super::received_truth::View;
 use crate::exchange::flights::{movement_word, wake_letter};
-use crate::exchange::sensor_words::kind_word;
 use crate::runtime::messages::{LagMessage, PlotMessage, ScanReport, TrackMessage, TruthMessage};
 use models::effects::PlanRow;
 use models::fusion::Outcome;
@@ -125,7 +124,7 @@ pub fn scan_report(parts: &ScanParts<'_>) -> ScanReport {
             PlotMessage {
                 sensor: plot.sensor.0,
                 sequence: plot.sequence,
-                kind: kind_word(plot.kind).to_owned(),
+                kind: plot.kind.word.to_owned(),
                 time_ns: plot.time.0,
                 position_m: [plot.position_m.x, plot.position_m.y],
                 cov_m2: [cov.m11, cov.m12, cov.m22],

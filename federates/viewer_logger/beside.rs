@@ -4,7 +4,6 @@
 //! SMDFM for anything: no digest and no pace depends on who watches. The chosen rung runs along from the
 //! same scan on, so that all rows have seen the same.
 
-use crate::exchange::sensor_words::kind_of;
 use crate::runtime::clock::monotonic_ns;
 use crate::runtime::messages::{PlotMessage, ScanReport};
 use models::flight_list::FlightList;
@@ -150,7 +149,7 @@ impl Beside {
 
 /// The plot as the tracker had it.
 fn plot_of(message: &PlotMessage) -> Option<Plot> {
-    let kind = kind_of(&message.kind)?;
+    let kind = models::plot::SensorKind::of(&message.kind)?;
     let identity = match message.identity.as_str() {
         "" => None,
         // Only who has no call sign reports an address.

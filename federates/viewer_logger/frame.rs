@@ -6,6 +6,7 @@
 //! newest first. Missing figures are NaN, a missing index is −1.
 
 use crate::runtime::messages::{PlotMessage, ScanReport, TrackMessage, TruthMessage};
+use models::plot::SensorKind;
 use std::collections::BTreeMap;
 
 /// First octets of every message.
@@ -117,7 +118,8 @@ fn truth(out: &mut Vec<u8>, t: &TruthMessage) {
 
 fn plot(out: &mut Vec<u8>, p: &PlotMessage, truth_index: i32, age_s: f64) {
     out.extend(p.sensor.to_le_bytes());
-    out.push(word_number(&KINDS, &p.kind));
+    let kind = SensorKind::of(&p.kind).and_then(SensorKind::place);
+    out.push(kind.and_then(|place| u8::try_from(place).ok()).unwrap_or(255));
     out.push(u8::from(!p.identity.is_empty()));
     out.extend(truth_index.to_le_bytes());
     f64s(out, &p.position_m);
@@ -137,7 +139,6 @@ pub fn plot_error_m(p: &PlotMessage) -> Option<f64> {
 const TRACK_TYPES: [&str; 3] = ["none", "aircraft", "vehicle"];
 const STATUSES: [&str; 4] = ["tentative", "confirmed", "coasting", "last"];
 const MOVEMENTS: [&str; 4] = ["", "arrival", "departure", "vehicle"];
-const KINDS: [&str; 7] = ["asde", "gps", "dgps", "adsb", "mlat", "loop", "dynamic"];
 
 fn word_number(words: &[&str], word: &str) -> u8 {
     words.iter().position(|w| *w == word).map_or(255, |i| i as u8)

@@ -3,8 +3,8 @@
 //! Positions are metres east and north of the aerodrome reference point. Fields that go to the browser as
 //! JSON carry their unit in the name.
 
-use crate::exchange::sensor_words::kind_word;
 use models::frames::Vector2;
+use models::plot::SensorKind;
 use scenarios::Scene;
 use serde::{Deserialize, Serialize};
 
@@ -55,6 +55,9 @@ pub struct AirportMap {
     pub buildings: Vec<NamedArea>,
     /// Sensors of the scene with a site.
     pub sensors: Vec<SensorSite>,
+    /// Kinds of sensors.
+    #[serde(default)]
+    pub kinds: Vec<KindLook>,
 }
 
 /// A runway between its thresholds.
@@ -93,6 +96,33 @@ pub struct NamedPoint {
     pub name: String,
     /// Position, m east and north.
     pub position_m: [f64; 2],
+}
+
+/// How the page shows a kind of sensor; plots carry the place of their kind in the list.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct KindLook {
+    /// Its word ("asde").
+    pub word: String,
+    /// Its name for people.
+    pub title: String,
+    /// Colour of its plots by night and by day, `#rrggbb`.
+    pub colours: [String; 2],
+    /// Mark of its plots: polylines in a square from −1 to 1, right and down.
+    pub symbol: Vec<Vec<[f32; 2]>>,
+}
+
+impl KindLook {
+    /// Every kind of sensor that there is, in the order of the numbers in plots.
+    #[must_use]
+    pub fn all() -> Vec<Self> {
+        let of = |kind: SensorKind| Self {
+            word: kind.word.to_owned(),
+            title: kind.title.to_owned(),
+            colours: kind.colours.map(str::to_owned),
+            symbol: kind.symbol.0.iter().map(|line| line.to_vec()).collect(),
+        };
+        SensorKind::all().map(of).collect()
+    }
 }
 
 /// A sensor of the scene.
@@ -149,7 +179,7 @@ impl AirportMap {
         let sensor = |s: &scenarios::SensorScene| SensorSite {
             id: s.id.0,
             name: s.name.clone(),
-            kind: kind_word(s.kind).to_owned(),
+            kind: s.kind.word.to_owned(),
             position_m: s.site_m.map(|p| metres(p.xy())),
             range_m: None,
         };
@@ -168,6 +198,7 @@ impl AirportMap {
                 .collect(),
             buildings: layout.buildings.iter().map(area).collect(),
             sensors: scene.sensors.iter().map(sensor).collect(),
+            kinds: KindLook::all(),
         }
     }
 }

@@ -1,38 +1,26 @@
 //! Measures what every level of every effect of the sensors other than radars adds to a scan, and
-//! writes or checks the planner's table.
+//! writes or checks the costs that stand with each model.
 
 #![allow(missing_docs, clippy::print_stdout, reason = "a program")]
 
 #[path = "../src/sensors/sample_shapes.rs"]
 mod sample_shapes;
 
-use models::effects::positioning::costs::{COSTS_NS, MEASURED, of};
-use models::effects::positioning::{
-    Conditions, Planned, PositioningEffect, PositioningLevels, PositioningModel, PositioningScene,
-    bounds, plan,
-};
-use models::effects::{Level, Loss, Tolerance};
+use models::effects::Level;
+use models::effects::positioning::{MEASURED, PositioningEffect, PositioningLevels};
 use models::environment::Weather;
-use models::frames::{Vector2, Vector3};
-use models::plot::{Callsign, SensorId, SensorKind};
-use models::sensors::adsb::{Adsb, AdsbConfig};
+use models::frames::Vector3;
+use models::plot::{Callsign, SensorId};
 use models::sensors::config::ConfigError;
-use models::sensors::constellation::SkyConfig;
-use models::sensors::dgps::{Budgeted, Dgps, DgpsConfig, DgpsModel};
-use models::sensors::dynamic::{Dynamic, DynamicConfig};
-use models::sensors::gps::{Diluted, Gps, GpsConfig, GpsModel, Statistical};
-use models::sensors::induction_loop::{InductionLoop, LoopConfig};
-use models::sensors::mlat::{Mlat, MlatConfig};
-use models::sensors::offline::{Offline, OfflineConfig, OfflineFit};
-use models::sensors::ranging::{RangeBudget, RangeCorrections, RangingConfig};
-use models::sensors::shadow::Building;
+use models::sensors::declared::{Modelled, models};
+use models::sensors::planned::Planned;
 use models::sensors::shape;
 use models::sensors::{PlotSink, ScanInterval, Sensor, TargetClass, TargetState, Truth};
 use models::time::SimTime;
 use nix::time::{ClockId, clock_gettime};
 use std::fmt::Write as _;
+use std::path::Path;
 use std::process::ExitCode;
-use std::sync::Arc;
 use std::time::Duration;
 
 const TARGETS: usize = 1000;
@@ -70,70 +58,9 @@ impl Truth for Field {
     }
 }
 
-fn ranges(corrections: Option<RangeCorrections>) -> RangingConfig {
-    let site = geodesy::Geodetic::from_degrees(47.45, 8.55, 432.0);
-    let mut sky = SkyConfig::reference(site, 8.3e8);
-    sky.step_s = 1.0;
-    RangingConfig { sky, budget: RangeBudget::modern(), weighted: false, corrections }
-}
-
-fn stations() -> MlatConfig {
-    let places = [(0.0, 0.0), (4000.0, 0.0), (4000.0, 2500.0), (0.0, 2500.0), (2000.0, -500.0)]
-        .map(|(x, y)| Vector2::new(x, y));
-    let shed = |i: u32| Building {
-        name: "shed".into(),
-        footprint_m: [(0.0, 0.0), (80.0, 0.0), (80.0, 30.0), (0.0, 30.0)]
-            .map(|(x, y)| Vector2::new(700.0 + 150.0 * f64::from(i) + x, 800.0 + y))
-            .to_vec(),
-        height_m: 12.0,
-        facade: models::environment::surface::Material::named("metal").expect("known"),
-    };
-    MlatConfig {
-        buildings: Arc::from((0..5).map(shed).collect::<Vec<_>>()),
-        ..MlatConfig::with_stations(ID, &places)
-    }
-}
-
-fn figures() -> OfflineConfig {
-    let figures = OfflineFit {
-        correlated_share: 0.8,
-        tau_s: 100.0,
-        pd: 0.95,
-        outage_reports: 5.0,
-        ..OfflineFit::white(3.0, 1.0)
-    };
-    OfflineConfig::of(ID, SensorKind::Gps, figures)
-}
-
-/// Loops across all lanes.
-fn across() -> LoopConfig {
-    let site_m = Vector2::new(0.0, 100.0);
-    LoopConfig { half_width_m: 100.0, false_per_h: 1.0, ..LoopConfig::pair_at(ID, site_m, 90.0) }
-}
-
-/// A sensor that is planned with nothing to lose.
-fn sensor(model: PositioningModel) -> Result<Box<dyn Planned>, ConfigError> {
-    use PositioningModel as M;
-    let on_airport = DgpsConfig::on_airport(ID, Vector2::zeros());
-    let gps = |model| Gps::new(GpsConfig::of(ID, model));
-    let constellation = || Diluted::reference(ranges(None).sky);
-    Ok(match model {
-        M::GpsStatistical => Box::new(gps(GpsModel::Statistical(Statistical::sps_2020()))?),
-        M::GpsConstellation => Box::new(gps(GpsModel::Constellation(constellation()))?),
-        M::GpsPerSatellite => Box::new(gps(GpsModel::PerSatellite(ranges(None)))?),
-        M::DgpsBudget => Box::new(Dgps::new(on_airport)?),
-        M::DgpsPerSatellite => {
-            let model = DgpsModel::PerSatellite(ranges(Some(RangeCorrections::on_airport())));
-            Box::new(Dgps::new(DgpsConfig { model, ..on_airport })?)
-        }
-        M::Adsb => {
-            Box::new(Adsb::new(AdsbConfig { moving_s: 1.0, ..AdsbConfig::surface(ID, 47.45) })?)
-        }
-        M::Mlat => Box::new(Mlat::new(stations())?),
-        M::Loop => Box::new(InductionLoop::new(across())?),
-        M::Dynamic => Box::new(Dynamic::new(DynamicConfig::odometer(ID))?),
-        M::Offline => Box::new(Offline::new(figures())?),
-    })
+/// A sensor of a model that is planned with nothing to lose.
+fn sensor(model: &Modelled) -> Result<Box<dyn Planned>, ConfigError> {
+    (model.example)(ID)
 }
 
 fn now() -> Duration {
@@ -147,7 +74,7 @@ struct Run {
 }
 
 impl Run {
-    fn new(model: PositioningModel, levels: PositioningLevels) -> Self {
+    fn new(model: &Modelled, levels: PositioningLevels) -> Self {
         let mut sensor = sensor(model).expect("sound parameters");
         sensor.planning_mut().fix(levels);
         Self { sensor, least_ns: f64::INFINITY }
@@ -169,7 +96,7 @@ impl Run {
 }
 
 /// Every effect of a model with the levels that it comes in.
-fn rows(model: PositioningModel) -> Vec<(PositioningEffect, Level)> {
+fn rows(model: &Modelled) -> Vec<(PositioningEffect, Level)> {
     let mut sensor = sensor(model).expect("sound parameters");
     let interval =
         ScanInterval { run_seed: 1, scan: 1, from: SimTime::ZERO, to: SimTime::from_s(1.0) };
@@ -210,12 +137,13 @@ fn main() -> ExitCode {
     let truth = Field(class());
     let mut out = PlotSink::default();
     let mut measured = Vec::new();
-    for model in PositioningModel::ALL {
+    for model in models() {
         for (effect, level) in rows(model) {
             let nothing = PositioningLevels::NOTHING;
             // Geometry is what a model does with everything left out, beyond constants.
             let (mut on, mut off) = if effect == PositioningEffect::Geometry {
-                let constants = Run::new(PositioningModel::GpsStatistical, nothing);
+                let first = models().next().expect("models");
+                let constants = Run::new(first, nothing);
                 (Run::new(model, nothing), constants)
             } else {
                 (Run::new(model, nothing.with(effect, level)), Run::new(model, nothing))
@@ -228,90 +156,56 @@ fn main() -> ExitCode {
             let ns = if cheap { 0.0 } else { (on.least_ns - off.least_ns).max(0.0) };
             println!(
                 "{:20} {:32} {:8} {ns:8.1} ns of {:.1} (in the table {})",
-                model.name(),
+                model.model.name,
                 effect.name(),
                 level.name(),
                 on.least_ns,
-                of(model, effect, level)
+                model.model.cost_ns(effect, level)
             );
             measured.push((model, effect, level, ns));
         }
     }
-    println!("plans of ten sensors: {:.1} µs", ten_plans_us());
     if write {
-        return write_table(&measured);
+        for model in models() {
+            let own: Vec<_> = measured.iter().filter(|row| row.0.model == model.model).collect();
+            let rows: Vec<_> = own.iter().map(|row| (row.1, row.2, row.3)).collect();
+            if let Err(error) = write_costs(model, &rows) {
+                println!("{error}");
+                return ExitCode::FAILURE;
+            }
+        }
+        println!("set MEASURED in models/src/effects/positioning.rs");
+        return ExitCode::SUCCESS;
     }
     println!("the table: {MEASURED}");
-    let off = |row: &&(PositioningModel, PositioningEffect, Level, f64)| {
-        let table = of(row.0, row.1, row.2);
+    let off = |row: &&(&Modelled, PositioningEffect, Level, f64)| {
+        let table = row.0.model.cost_ns(row.1, row.2);
         row.3 > 3.0 * table + 40.0 || table > 3.0 * row.3 + 40.0
     };
     let changed: Vec<_> = measured.iter().filter(off).collect();
     for (model, effect, level, ns) in &changed {
-        println!("{} {} {}: {ns:.0} ns now", model.name(), effect.name(), level.name());
+        println!("{} {} {}: {ns:.0} ns now", model.model.name, effect.name(), level.name());
     }
-    let whole = COSTS_NS.len() == measured.len();
+    let whole = models().map(|m| m.model.costs.len()).sum::<usize>() == measured.len();
     if changed.is_empty() && whole { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
-/// The least time of planning one sensor of each kind anew, µs.
-fn ten_plans_us() -> f64 {
-    let conditions = Conditions { any: true, speed_mps: 20.0, distance_m: 3000.0, dilution: 1.25 };
-    let tolerance = Tolerance::default();
-    let scene = PositioningScene { conditions, horizon_s: 600.0, tolerance };
-    let dgps = DgpsConfig::on_airport(ID, Vector2::zeros());
-    let corrections = RangeCorrections::on_airport();
-    let all = || {
-        [
-            bounds::gps_statistical(&Statistical::sps_2020(), &scene),
-            bounds::gps_constellation(&Diluted::reference(ranges(None).sky), &scene),
-            bounds::gps_per_satellite(&ranges(None), &scene),
-            bounds::dgps_budget(&dgps, &Budgeted::on_airport(), &scene),
-            bounds::dgps_per_satellite(&dgps, &ranges(Some(corrections)), &corrections, &scene),
-            bounds::adsb(&AdsbConfig::surface(ID, 47.45), 4.1, 1.8, &scene),
-            bounds::mlat(&stations(), &scene),
-            bounds::induction_loop(&across(), &scene),
-            bounds::dynamic(&DynamicConfig::odometer(ID), &scene),
-            bounds::offline(&figures()),
-        ]
-    };
-    let mut least_ns = f64::INFINITY;
-    for _ in 0..200 {
-        let start = now();
-        let rows: usize =
-            all().map(|ladders| plan(ID, ladders, &scene, Loss::NONE).rows.len()).iter().sum();
-        assert!(rows > 50, "every effect has its row");
-        least_ns = least_ns.min((now() - start).as_nanos() as f64);
+/// Puts what was measured in place of the lines between `costs: &[` and `],` of the model's declaration.
+fn write_costs(
+    modelled: &Modelled,
+    rows: &[(PositioningEffect, Level, f64)],
+) -> Result<(), String> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(modelled.file);
+    let failed = |e: std::io::Error| format!("{}: {e}", path.display());
+    let text = std::fs::read_to_string(&path).map_err(failed)?;
+    let name = format!("name: \"{}\",", modelled.model.name);
+    let (head, rest) = text.split_once(&name).ok_or("no such model")?;
+    let (mid, rest) = rest.split_once("costs: &[\n").ok_or("no costs")?;
+    let (_, tail) = rest.split_once("    ],\n").ok_or("costs without end")?;
+    let mut lines = String::new();
+    for (effect, level, ns) in rows {
+        let _ = writeln!(lines, "        (E::{effect:?}, Level::{level:?}, {}),", ns.round());
     }
-    least_ns * 1e-3
-}
-
-fn write_table(measured: &[(PositioningModel, PositioningEffect, Level, f64)]) -> ExitCode {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/src/effects/positioning/costs.rs");
-    let date = std::env::var("MEASURED_ON").unwrap_or_else(|_| "today".into());
-    let Ok(old) = std::fs::read_to_string(path) else { return ExitCode::FAILURE };
-    let Some((head, _)) = old.split_once("/// When and on what") else { return ExitCode::FAILURE };
-    let mut text = head.to_owned();
-    let _ = writeln!(text, "/// When and on what the table was measured.");
-    let _ = writeln!(text, "pub const MEASURED: &str = \"{date}\";");
-    let _ = writeln!(text, "\n/// Model, effect, level, ns.\n#[rustfmt::skip]");
-    let _ = writeln!(
-        text,
-        "pub const COSTS_NS: &[(PositioningModel, PositioningEffect, Level, u32)] = &["
-    );
-    for (model, effect, level, ns) in measured {
-        let _ = writeln!(
-            text,
-            "    (PositioningModel::{model:?}, PositioningEffect::{effect:?}, Level::{level:?}, {}),",
-            ns.round()
-        );
-    }
-    text.push_str("];\n");
-    match std::fs::write(path, text) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            println!("{path}: {error}");
-            ExitCode::FAILURE
-        }
-    }
+    std::fs::write(&path, format!("{head}{name}{mid}costs: &[\n{lines}    ],\n{tail}"))
+        .map_err(failed)
 }

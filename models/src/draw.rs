@@ -16,46 +16,82 @@ pub struct DrawKey {
     pub scan: u64,
 }
 
-/// What a draw is for. The numbers are fixed for ever: adding one disturbs no other.
+/// What a draw is for. The numbers are fixed for ever: adding one disturbs no other. What one kind of sensor alone draws
+/// is declared in its own file as [`Purpose::Own`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u32)]
 pub enum Purpose {
     /// Detection, range and angle noise, glint of one radar return (one stream, in this order).
-    RadarReturn = 1,
+    RadarReturn,
     /// False alarms of one radar scan.
-    FalseAlarms = 2,
+    FalseAlarms,
     /// Fluctuation of a target's cross section from scan to scan.
-    Fluctuation = 3,
+    Fluctuation,
     /// Cell- and video-level draws.
-    Cells = 4,
+    Cells,
     /// Reflections of a target at facades, one stream for all facades.
-    Ghosts = 5,
+    Ghosts,
     /// Texture of the ground's echo in a video, the same in every scan.
-    GroundTexture = 6,
+    GroundTexture,
     /// White part of a satellite positioning error.
-    GnssWhite = 10,
+    GnssWhite,
     /// Driving noise of a correlated positioning error.
-    GnssMarkov = 11,
+    GnssMarkov,
     /// Coverage, availability and reliability processes.
-    GnssService = 12,
+    GnssService,
     /// Reference station outages.
-    ReferenceStation = 13,
+    ReferenceStation,
     /// Satellite failures and repairs.
-    Satellite = 14,
-    /// ADS-B reports.
-    Adsb = 20,
-    /// Multilateration reports.
-    Mlat = 21,
-    /// Induction loops.
-    Loop = 22,
-    /// On-board odometry.
-    Dynamic = 23,
+    Satellite,
     /// Off-line (statistical) sensor and track models.
-    Offline = 30,
+    Offline,
     /// Movers of generated traffic.
-    Mover = 40,
+    Mover,
     /// Studies: `accuracy`, random scenes.
-    Study = 50,
+    Study,
+    /// A draw of one kind of sensor alone, by its number: from 20, unlike all others.
+    Own(u32),
+}
+
+impl Purpose {
+    /// Those that are no sensor's own.
+    pub const SHARED: [Self; 14] = [
+        Self::RadarReturn,
+        Self::FalseAlarms,
+        Self::Fluctuation,
+        Self::Cells,
+        Self::Ghosts,
+        Self::GroundTexture,
+        Self::GnssWhite,
+        Self::GnssMarkov,
+        Self::GnssService,
+        Self::ReferenceStation,
+        Self::Satellite,
+        Self::Offline,
+        Self::Mover,
+        Self::Study,
+    ];
+
+    /// Its number, part of the key.
+    #[must_use]
+    pub fn number(self) -> u32 {
+        match self {
+            Self::RadarReturn => 1,
+            Self::FalseAlarms => 2,
+            Self::Fluctuation => 3,
+            Self::Cells => 4,
+            Self::Ghosts => 5,
+            Self::GroundTexture => 6,
+            Self::GnssWhite => 10,
+            Self::GnssMarkov => 11,
+            Self::GnssService => 12,
+            Self::ReferenceStation => 13,
+            Self::Satellite => 14,
+            Self::Offline => 30,
+            Self::Mover => 40,
+            Self::Study => 50,
+            Self::Own(number) => number,
+        }
+    }
 }
 
 impl DrawKey {
@@ -65,7 +101,7 @@ impl DrawKey {
         let mut key = [0u8; 32];
         key[0..8].copy_from_slice(&self.run_seed.to_le_bytes());
         key[8..12].copy_from_slice(&self.sensor.to_le_bytes());
-        key[12..16].copy_from_slice(&(purpose as u32).to_le_bytes());
+        key[12..16].copy_from_slice(&purpose.number().to_le_bytes());
         key[16..24].copy_from_slice(&self.entity.to_le_bytes());
         key[24..32].copy_from_slice(&self.scan.to_le_bytes());
         ChaCha8Rng::from_seed(key)

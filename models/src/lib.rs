@@ -15,6 +15,7 @@
 pub mod airport;
 pub mod draw;
 pub mod frames;
+pub mod keys;
 pub mod special;
 pub mod time;
 
@@ -26,6 +27,7 @@ pub mod environment;
 pub mod effects;
 pub mod sensors;
 
+pub mod kind;
 pub mod plot;
 
 pub mod filter;

@@ -3,28 +3,11 @@
 use crate::frames::{Matrix2, Vector2};
 use crate::time::SimTime;
 
+pub use crate::kind::SensorKind;
+
 /// Number of a sensor within the scene, in the scene's order, from 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct SensorId(pub u16);
-
-/// What kind of sensor made a plot.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum SensorKind {
-    /// Surface movement radar.
-    Asde,
-    /// Satellite positioning reported by the target.
-    Gps,
-    /// Differential satellite positioning reported by the target.
-    Dgps,
-    /// Automatic dependent surveillance, broadcast.
-    Adsb,
-    /// Multilateration.
-    Mlat,
-    /// Induction loop ("magnetic" sensor).
-    Loop,
-    /// On-board odometry and heading ("dynamic" sensor).
-    Dynamic,
-}
 
 /// A call sign or vehicle name: up to 11 octets of ASCII, as a DIS marking carries it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]

@@ -28,7 +28,7 @@ pub use airport::AirportScene;
 pub use error::{Problem, ScenarioError};
 pub use network::Network;
 pub use run::Run;
-pub use sensors::{AsdeScene, Reported, SensorScene};
+pub use sensors::{AsdeScene, SensorScene};
 pub use tracking::{Accuracy, Tracking};
 pub use traffic::{Entity, Traffic};
 pub use weather::WeatherNotice;

@@ -2,10 +2,9 @@
 
 pub mod asde;
 mod offline;
-pub mod reported;
+mod reported;
 
 pub use asde::AsdeScene;
-pub use reported::Reported;
 
 use crate::airport::AirportScene;
 use crate::document::{Section, within};
@@ -15,10 +14,13 @@ use crate::run::Run;
 use crate::traffic::Traffic;
 use models::frames::{Vector2, Vector3};
 use models::plot::{Callsign, SensorId, SensorKind};
+use models::sensors::KINDS;
+use models::sensors::declared::Settings;
 use models::sensors::radar_levels::Processing;
 use models::sensors::shadow::Building;
 use models::sensors::video::{CellRadar, MOST_CELLS};
 use std::path::PathBuf;
+use std::sync::Arc;
 
 /// One `[[sensor]]` of a scene.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,7 +44,7 @@ pub struct SensorScene {
     /// The checked radar, for `kind = "asde"`.
     pub asde: Option<AsdeScene>,
     /// The checked sensor, for every other kind.
-    pub reported: Option<Reported>,
+    pub reported: Option<Arc<dyn Settings>>,
 }
 
 /// Which targets carry a sensor.
@@ -80,16 +82,6 @@ impl SensorScene {
 const KEYS: [&str; 9] =
     ["kind", "name", "site", "parameters", "overrides", "equipped", "processing", "figures", "of"];
 
-const KINDS: [(&str, SensorKind); 7] = [
-    ("asde", SensorKind::Asde),
-    ("gps", SensorKind::Gps),
-    ("dgps", SensorKind::Dgps),
-    ("adsb", SensorKind::Adsb),
-    ("mlat", SensorKind::Mlat),
-    ("loop", SensorKind::Loop),
-    ("dynamic", SensorKind::Dynamic),
-];
-
 /// Reads `[[sensor]]`.
 pub(crate) fn read(
     root: &Section,
@@ -103,9 +95,9 @@ pub(crate) fn read(
     let sections = root.sections("sensor", &KEYS)?;
     for (index, section) in sections.iter().enumerate() {
         // `None`: off-line, of the kind that its figures are of.
-        let mut kinds = KINDS.map(|(word, kind)| (word, Some(kind))).to_vec();
+        let mut kinds: Vec<_> = KINDS.iter().map(|d| (d.kind.word, Some(*d))).collect();
         kinds.push(("offline", None));
-        let kind = section
+        let declared = section
             .choice("kind", &kinds)?
             .ok_or_else(|| section.missing("kind", "the kind of sensor, like \"asde\"".into()))?;
         let name = section.need_text("name", "a name for people")?.to_owned();
@@ -114,13 +106,13 @@ pub(crate) fn read(
             return Err(section.refuse("name", Problem::Duplicate { found: name, first_line }));
         }
         let site = section.any_section("site")?;
-        let needs_site = matches!(kind, Some(SensorKind::Asde | SensorKind::Loop));
-        if needs_site && site.is_none() {
+        if declared.is_some_and(|d| d.kind.needs_site) && site.is_none() {
             let needed = "a place: { lat_deg = …, lon_deg = …, height_m = … }".into();
             return Err(section.missing("site", needed));
         }
         let site_m = site.as_ref().map(|place| airport.site(place)).transpose()?;
-        if kind != Some(SensorKind::Asde) && section.has("processing") {
+        let is_radar = declared.is_some_and(|d| d.kind.radar);
+        if !is_radar && section.has("processing") {
             let found = "a key of radars".into();
             let needed = "kind = \"asde\", or no such key".into();
             return Err(section.refuse("processing", Problem::WrongKind { found, needed }));
@@ -128,7 +120,7 @@ pub(crate) fn read(
         let overrides =
             section.any_section("overrides")?.unwrap_or_else(|| section.empty("overrides"));
         let mut asde = None;
-        if let (Some(SensorKind::Asde), Some(site_m)) = (kind, site_m) {
+        if let (true, Some(site_m)) = (is_radar, site_m) {
             let (radar, file) = asde::read(section, &overrides, site_m)?;
             clear_of_buildings(section, &radar, site_m.xy(), buildings)?;
             can_paint(section, &radar, run)?;
@@ -136,10 +128,13 @@ pub(crate) fn read(
             asde = Some(radar);
         }
         let id = SensorId(index as u16 + 1);
+        if let Some(declared) = declared {
+            reported::nobody_carries(section, declared)?;
+        }
         let equipped = equipped(section, traffic)?;
         let place = reported::Place { run, airport, id, site_m, equipped: &equipped, buildings };
-        let (kind, reported) = match kind {
-            Some(kind) => {
+        let (kind, reported) = match declared {
+            Some(declared) => {
                 for key in ["figures", "of"] {
                     if section.has(key) {
                         let found = key.into();
@@ -147,12 +142,13 @@ pub(crate) fn read(
                         return Err(section.refuse(key, Problem::NotAllowed { found, allowed }));
                     }
                 }
-                (kind, reported::read(kind, section, &overrides, &place)?)
+                let reported = reported::read(declared, section, &overrides, &place)?;
+                (SensorKind(&declared.kind), reported)
             }
             None => {
                 let (figures, file) = offline::read(section, &place)?;
                 files.push(file);
-                (figures.kind, Some(Reported::Offline(figures)))
+                (figures.kind, Some(Arc::new(figures) as Arc<dyn Settings>))
             }
         };
         sensors.push(SensorScene {

@@ -4,7 +4,6 @@ use crate::effects_proof::{Near, ProofScene, SceneResult, adversary, proof_scene
 use crate::{Draws, Ladder, Options, Outcome, Progress, Row, SceneAbout};
 use models::draw::{DrawKey, Purpose, uniform};
 use models::effects::Tolerance;
-use models::effects::positioning::PositioningModel;
 use models::environment::surface::Material;
 use models::environment::{RainCell, Weather};
 use models::frames::{Vector2, Vector3};
@@ -219,7 +218,7 @@ fn measure(
     let (scans, count) = if options.quick { (200, 20) } else { (400, 400) };
     let count = options.scenes.unwrap_or(count);
     let named = named_scenes(options.seed)?;
-    let models = PositioningModel::ALL.len();
+    let models = models::sensors::declared::models().count();
     let total = named.len() + 1 + models + usize::from(count >= LONG);
     let mut done = 0;
     let mut step = |what: &str| {

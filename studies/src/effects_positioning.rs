@@ -7,14 +7,16 @@ use crate::effects::{between, box_building, exact_row, pick, row};
 use geodesy::Geodetic;
 use models::draw::{DrawKey, Purpose, uniform};
 use models::effects::Tolerance;
-use models::effects::positioning::{PositioningEffect, PositioningLevels, PositioningModel};
+use models::effects::positioning::{PositioningEffect, PositioningLevels};
 use models::environment::Weather;
 use models::frames::{Vector2, Vector3};
+use models::keys::Holds;
 use models::plot::{Callsign, SensorId, SensorKind};
 use models::sensors::adsb::AdsbConfig;
 use models::sensors::config::ConfigError;
 use models::sensors::constellation::{SatelliteFailures, SkyConfig};
 use models::sensors::cooperative::{Equipage, Equipped};
+use models::sensors::declared::{Declared, Given, Modelled, Settings, Value, models};
 use models::sensors::dgps::{Budgeted, DgpsConfig, DgpsModel, ReferenceLoss};
 use models::sensors::dynamic::DynamicConfig;
 use models::sensors::gps::{Diluted, GpsConfig, GpsModel, NorthEast, Statistical};
@@ -23,10 +25,11 @@ use models::sensors::mlat::MlatConfig;
 use models::sensors::offline::{AxisFigures, OfflineConfig, OfflineFit};
 use models::sensors::ranging::{RangeBudget, RangeCorrections, RangingConfig};
 use models::sensors::service::Alternating;
-use models::sensors::{PlotSink, ScanInterval, TargetClass, TargetState, Truth};
+use models::sensors::{KINDS, PlotSink, ScanInterval, TargetClass, TargetState, Truth};
 use models::time::SimTime;
 use rand::rngs::ChaCha8Rng;
-use scenarios::sensors::reported::Reported;
+use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 const ID: SensorId = SensorId(1);
@@ -114,7 +117,7 @@ impl Truth for Traffic {
 /// One scene: a sensor, its targets and the length of the run.
 #[derive(Clone, Debug)]
 struct PositioningStudy {
-    config: Reported,
+    config: Arc<dyn Settings>,
     truth: Traffic,
     scans: u64,
 }
@@ -180,13 +183,54 @@ fn ranges(rng: &mut ChaCha8Rng, corrections: bool) -> RangingConfig {
     RangingConfig { sky, budget, weighted: uniform(rng) < 0.5, corrections }
 }
 
+/// A configuration by the keys of the kind that has the model, each given or not, within its limits.
+fn by_keys(model: &Modelled, rng: &mut ChaCha8Rng, equipped: &Equipage) -> Arc<dyn Settings> {
+    let has = |d: &&&Declared| d.models.iter().any(|m| m.model == model.model);
+    let declared = KINDS.iter().find(has).expect("a model is of a kind");
+    let make = declared.read.expect("a planned model has keys");
+    let read = |values: &BTreeMap<String, Value>| {
+        let given = Given {
+            id: ID,
+            preset: declared.kind.presets.first().map_or("", |p| p.0),
+            values,
+            site_m: Some(Vector3::zeros()),
+            equipped: equipped.clone(),
+            reference: Geodetic::from_degrees(47.45, 8.55, 432.0),
+            start_utc_ns: 0,
+            buildings: &[],
+            asked: RefCell::default(),
+        };
+        make(&given).and_then(|settings| settings.validate().map(|()| settings))
+    };
+    for _ in 0..100 {
+        let mut values = BTreeMap::new();
+        for key in declared.kind.keys.iter().flat_map(|group| group.iter()) {
+            if !key.needed && uniform(rng) < 0.5 {
+                continue;
+            }
+            let value = match key.holds {
+                Holds::Number { least, most } if least > 0.0 => decades(rng, least, most),
+                Holds::Number { least, most } => between(rng, least, most),
+                Holds::Whole { least, most } => between(rng, least as f64, most as f64).round(),
+                _ => continue,
+            };
+            values.insert(key.word.to_owned(), Value::Number(value));
+        }
+        if let Ok(settings) = read(&values) {
+            return settings;
+        }
+    }
+    read(&BTreeMap::new()).expect("a parameter set is sound")
+}
+
 impl PositioningStudy {
     /// Scene number `n` of a model.
-    fn random(model: PositioningModel, seed: u64, n: u64) -> Self {
-        let key = DrawKey { run_seed: seed, sensor: 100 + model as u32, entity: n, scan: 0 };
+    fn random(model: &Modelled, seed: u64, n: u64) -> Self {
+        let place = models().position(|m| m.model == model.model).unwrap_or(0) as u32;
+        let key = DrawKey { run_seed: seed, sensor: 100 + place, entity: n, scan: 0 };
         let rng = &mut key.rng(Purpose::Study);
-        let truth = match model {
-            PositioningModel::Loop => Traffic::over_the_loop(rng),
+        let truth = match model.model.name {
+            "loop" => Traffic::over_the_loop(rng),
             _ => {
                 let reach_m = pick(rng, &[500.0, 2000.0, 6000.0]);
                 Traffic::random(rng, reach_m)
@@ -200,18 +244,17 @@ impl PositioningStudy {
     }
 
     fn config(
-        model: PositioningModel,
+        model: &Modelled,
         rng: &mut ChaCha8Rng,
         equipped: Equipage,
         report_s: f64,
-    ) -> Reported {
-        use PositioningModel as M;
-        let gps = |equipped, model| {
-            Reported::Gps(GpsConfig { equipped, report_s, ..GpsConfig::of(ID, model) })
+    ) -> Arc<dyn Settings> {
+        let gps = |equipped, model| -> Arc<dyn Settings> {
+            Arc::new(GpsConfig { equipped, report_s, ..GpsConfig::of(ID, model) })
         };
-        match model {
-            M::GpsStatistical => gps(equipped, GpsModel::Statistical(statistical(rng))),
-            M::GpsConstellation => {
+        match model.model.name {
+            "GPS, statistical" => gps(equipped, GpsModel::Statistical(statistical(rng))),
+            "GPS, constellation" => {
                 let ranges = ranges(rng, false);
                 let diluted = Diluted {
                     uere_m: decades(rng, 1e-3, 5.0),
@@ -221,9 +264,9 @@ impl PositioningStudy {
                 };
                 gps(equipped, GpsModel::Constellation(diluted))
             }
-            M::GpsPerSatellite => gps(equipped, GpsModel::PerSatellite(ranges(rng, false))),
-            M::DgpsBudget | M::DgpsPerSatellite => {
-                let model = if model == M::DgpsBudget {
+            "GPS, per satellite" => gps(equipped, GpsModel::PerSatellite(ranges(rng, false))),
+            "DGPS, budget" | "DGPS, per satellite" => {
+                let model = if model.model.name == "DGPS, budget" {
                     let gps = statistical(rng);
                     let mut budgeted = Budgeted { service: gps.service, ..Budgeted::on_airport() };
                     budgeted.budget.sigma_user_m = decades(rng, 0.003, 1.0);
@@ -241,7 +284,7 @@ impl PositioningStudy {
                 let alone = Statistical::sps_2001().error;
                 let on_reference_loss =
                     pick(rng, &[ReferenceLoss::NoReport, ReferenceLoss::StandAlone(alone)]);
-                Reported::Dgps(DgpsConfig {
+                Arc::new(DgpsConfig {
                     equipped,
                     report_s,
                     reference: service(rng),
@@ -250,7 +293,7 @@ impl PositioningStudy {
                     ..DgpsConfig::on_airport(ID, Vector2::new(far_m, 0.0))
                 })
             }
-            M::Adsb => Reported::Adsb(AdsbConfig {
+            "ADS-B" => Arc::new(AdsbConfig {
                 equipped,
                 nacp: pick(rng, &[9, 10, 11]),
                 moving_s: report_s,
@@ -260,7 +303,7 @@ impl PositioningStudy {
                 correlated_share: pick(rng, &[0.0, 0.95, 1.0]),
                 ..AdsbConfig::surface(ID, between(rng, -70.0, 70.0))
             }),
-            M::Mlat => {
+            "multilateration" => {
                 let count = 4 + (uniform(rng) * 5.0) as usize;
                 let place = |rng: &mut ChaCha8Rng| {
                     Vector2::new(between(rng, -7000.0, 7000.0), between(rng, -7000.0, 7000.0))
@@ -280,9 +323,9 @@ impl PositioningStudy {
                     let (east, north) = (between(rng, -1e3, 1e3), between(rng, -1e3, 1e3));
                     config.buildings = Arc::new([box_building(east, north, 200.0, 60.0, 25.0)]);
                 }
-                Reported::Mlat(config)
+                Arc::new(config)
             }
-            M::Loop => {
+            "loop" => {
                 let mut config = LoopConfig::pair_at(ID, Vector2::zeros(), 90.0);
                 if uniform(rng) < 0.5 {
                     config.pair = None;
@@ -291,9 +334,9 @@ impl PositioningStudy {
                 config.pd = pick(rng, &[0.9, 0.998, 1.0]);
                 config.sigma_edge_m = decades(rng, 1e-3, 1.0);
                 config.false_per_h = pick(rng, &[0.0, 1e-3, 100.0]);
-                Reported::Loop(config)
+                Arc::new(config)
             }
-            M::Dynamic => {
+            "odometer" => {
                 let mut config =
                     DynamicConfig { equipped, report_s, ..DynamicConfig::odometer(ID) };
                 config.sigma_scale = decades(rng, 1e-7, 0.01);
@@ -303,9 +346,9 @@ impl PositioningStudy {
                 config.sigma_white_m = decades(rng, 1e-3, 1.0);
                 config.resets_m = vec![Vector2::zeros()];
                 config.reset_radius_m = 50.0;
-                Reported::Dynamic(config)
+                Arc::new(config)
             }
-            M::Offline => {
+            "off-line figures" => {
                 let error = statistical(rng).error;
                 let figures = OfflineFit {
                     axes: [error.sigma_north_m, error.sigma_east_m]
@@ -317,8 +360,10 @@ impl PositioningStudy {
                     ..OfflineFit::white(error.sigma_north_m, report_s)
                 };
                 let config = OfflineConfig::of(ID, SensorKind::Gps, figures);
-                Reported::Offline(OfflineConfig { equipped, ..config })
+                Arc::new(OfflineConfig { equipped, ..config })
             }
+            // A kind that nobody has written a law for: anything that its keys allow.
+            _ => by_keys(model, rng, &equipped),
         }
     }
 }
@@ -389,10 +434,7 @@ impl PositioningStudy {
         let mut counted: Vec<(&'static str, u64)> = Vec::new();
         let (mut planned_for, mut pending) = (Vec::new(), 0);
         // A delay that is left out puts the report of a loop earlier.
-        let slack_ns = match &self.config {
-            Reported::Loop(config) => SimTime::from_s(config.delay_s).0,
-            _ => 0,
-        };
+        let slack_ns = SimTime::from_s(self.config.shifts_s()).0;
         for scan in 1..=self.scans {
             let time = |n: u64| SimTime::from_s(n as f64);
             let interval =
@@ -465,7 +507,7 @@ pub(crate) fn measure(
     out: &mut Vec<Row>,
     step: &mut dyn FnMut(&str),
 ) {
-    for model in PositioningModel::ALL {
+    for model in models() {
         let mut sum = Compared::default();
         let mut failed = Vec::new();
         for n in 0..scenes {
@@ -475,8 +517,14 @@ pub(crate) fn measure(
             }
         }
         failed.append(&mut sum.broken.split_off(0));
-        report(&format!("{}, {scenes} random scenes", model.name()), &sum, tolerance, failed, out);
-        step(model.name());
+        report(
+            &format!("{}, {scenes} random scenes", model.model.name),
+            &sum,
+            tolerance,
+            failed,
+            out,
+        );
+        step(model.model.name);
     }
 }
 
@@ -531,7 +579,7 @@ mod tests {
         ] {
             let mut rows = Vec::new();
             measure(120, 5, tolerance, &mut rows, &mut |_| ());
-            assert_eq!(rows.len(), 3 * PositioningModel::ALL.len());
+            assert_eq!(rows.len(), 3 * models().count());
             for row in &rows {
                 let time = row.ns_per_update.unwrap_or(f64::NAN);
                 println!("{} | {} | {:?} | {time:.0} ns", row.scene, row.rung, row.error);

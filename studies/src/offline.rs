@@ -182,8 +182,8 @@ fn sensor_fit(
 
 /// Radars and loops err along and across their sight, reports north and east.
 fn axes_of(about: &SensorScene) -> OfflineAxes {
-    match (about.kind, about.site_m) {
-        (SensorKind::Asde, Some(site)) => OfflineAxes::Radial(site.xy()),
+    match (about.kind.radar, about.site_m) {
+        (true, Some(site)) => OfflineAxes::Radial(site.xy()),
         _ => OfflineAxes::NorthEast,
     }
 }

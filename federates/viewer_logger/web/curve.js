@@ -1,8 +1,7 @@
 // Error of the selected target over time, with uPlot.
 
+import { kinds as known } from "./frame.js";
 import { fixed } from "./text.js";
-
-const KINDS = ["asde", "gps", "dgps", "adsb", "mlat", "loop", "dynamic"];
 
 export class Curve {
   /** `onTime(scan)` is called when a point of the curve is clicked. */
@@ -44,7 +43,7 @@ export class Curve {
 
   #draw() {
     if (typeof uPlot === "undefined") return;
-    const kinds = KINDS.filter((kind) => this.points.some((p) => kind in p.plots_m));
+    const kinds = known.map((k) => k.word).filter((kind) => this.points.some((p) => kind in p.plots_m));
     const column = (read) => this.points.map((p) => {
       const value = read(p);
       return Number.isFinite(value) ? value : null;

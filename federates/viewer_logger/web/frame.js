@@ -5,7 +5,18 @@ const HEADER = 40, TRACK = 112, TRUTH = 80, PLOT = 56;
 const TRACK_TYPES = ["none", "aircraft", "vehicle"];
 const STATUSES = ["tentative", "confirmed", "coasting", "last"];
 const MOVEMENTS = ["", "arrival", "departure", "vehicle"];
-export const KINDS = ["asde", "gps", "dgps", "adsb", "mlat", "loop", "dynamic"];
+
+/** Kinds of sensors in the order of the numbers in plots: word, title, colours, symbol; the server says them. */
+export const kinds = [];
+const colours = new CSSStyleSheet();
+document.adoptedStyleSheets = [...document.adoptedStyleSheets, colours];
+
+/** Takes the server's kinds; their colours become --plot-WORD of the style sheet. */
+export function setKinds(list) {
+  kinds.splice(0, kinds.length, ...list.filter((k) => /^[a-z_]+$/.test(k.word) && k.colours.every((c) => /^#[0-9a-f]{6}$/.test(c))));
+  const rule = (side) => kinds.map((k) => `--plot-${k.word}: ${k.colours[side]};`).join(" ");
+  colours.replaceSync(`:root { ${rule(0)} } :root[data-colours="day"] { ${rule(1)} }`);
+}
 
 const decoder = new TextDecoder("utf-8");
 
@@ -95,7 +106,7 @@ function readPlot(view, at) {
   const track = view.getInt32(at + 48, true);
   return {
     sensor: view.getUint16(at, true),
-    kind: KINDS[view.getUint8(at + 2)] ?? "other",
+    kind: kinds[view.getUint8(at + 2)]?.word ?? "other",
     truthIndex: view.getInt32(at + 4, true),
     x: view.getFloat64(at + 8, true),
     y: view.getFloat64(at + 16, true),

@@ -1,7 +1,7 @@
 // The map: airport, weather, plots, truth, tracks and labels on one canvas, in local metres, north up.
 
 import { place } from "./labels.js";
-import { KINDS } from "./frame.js";
+import { kinds, setKinds } from "./frame.js";
 
 const MIN_SCALE = 0.02, MAX_SCALE = 40; // pixels a metre
 const VECTOR_S = 15; // speed vectors end where the target will be then
@@ -41,6 +41,8 @@ export class MapView {
 
   setAirport(airport) {
     this.airport = airport;
+    setKinds(airport.kinds ?? []);
+    this.colours();
     this.bounds = boundsOf(airport);
     if (!this.touched) this.fit();
     this.stale = true;
@@ -59,7 +61,7 @@ export class MapView {
     this.c = new Proxy({}, { get: (_, name) => style.getPropertyValue(`--${name}`).trim() });
     const names = ["ground", "pavement", "pavement-edge", "runway", "runway-mark", "taxi", "taxi-name", "stand", "text", "dim",
       "arrival", "departure", "vehicle", "unknown", "truth", "error", "rain", "coverage", "halo", "select", "label-back",
-      ...KINDS.map((k) => `plot-${k}`), "plot-other"];
+      ...kinds.map((k) => `plot-${k.word}`), "plot-other"];
     this.c = Object.fromEntries(names.map((n) => [n, style.getPropertyValue(`--${n}`).trim()]));
     this.stale = true;
     this.dirty();
@@ -806,20 +808,10 @@ const AIRCRAFT = [...HALF, ...HALF.slice(1, -1).reverse().map(([x, y]) => [-x, y
 const VEHICLE = [[-0.5, -0.5], [-0.5, 0.3], [0, 0.5], [0.5, 0.3], [0.5, -0.5]];
 
 /** Marks by kind of sensor, so that colour is not the only difference. */
-export function plotMark(g, kind, x, y, r) {
-  if (kind === "asde") g.rect(x - r, y - r, 2 * r, 2 * r);
-  else if (kind === "gps" || kind === "dgps") {
-    const d = kind === "gps" ? 0 : r * 0.8, s = kind === "gps" ? r * 1.3 : r * 0.8;
-    const lines = kind === "gps" ? [[-s, 0, s, 0], [0, -s, 0, s]] : [[-s, -d, s, d], [-s, d, s, -d]];
-    for (const [x1, y1, x2, y2] of lines) {
-      g.moveTo(x + x1, y + y1);
-      g.lineTo(x + x2, y + y2);
-    }
-  } else {
-    g.moveTo(x, y - r);
-    g.lineTo(x + r, y + r);
-    g.lineTo(x - r, y + r);
-    g.closePath();
+export function plotMark(g, word, x, y, r) {
+  const lines = kinds.find((kind) => kind.word === word)?.symbol ?? [[[0, -1], [1, 1], [-1, 1], [0, -1]]];
+  for (const line of lines) {
+    line.forEach(([right, down], i) => (i ? g.lineTo(x + right * r, y + down * r) : g.moveTo(x + right * r, y + down * r)));
   }
 }
 

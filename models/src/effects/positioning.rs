@@ -5,13 +5,10 @@
 //! touches a report; what moves a report is bounded in metres. Draws are keyed by what they are for, so
 //! leaving an effect out changes no other draw.
 
-pub mod bounds;
-pub mod costs;
-
 use super::choice::{Candidate, cheapest};
 use super::{Ladder, Level, Loss, PlanRow, Rung, Tolerance};
+use crate::frames::Vector3;
 use crate::plot::SensorId;
-use crate::sensors::{Sensor, TargetState};
 
 macro_rules! effects {
     ($($(#[$doc:meta])* $variant:ident = $name:literal,)+) => {
@@ -97,74 +94,44 @@ impl PositioningEffect {
 
 const COUNT: usize = PositioningEffect::ALL.len();
 
-/// The models that are planned, for their costs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum PositioningModel {
-    /// Statistics of north and east.
-    GpsStatistical,
-    /// Dilution of what is in view.
-    GpsConstellation,
-    /// Range by range.
-    GpsPerSatellite,
-    /// By the differential error budget.
-    DgpsBudget,
-    /// Differential, range by range.
-    DgpsPerSatellite,
-    /// Position broadcasts.
-    Adsb,
-    /// Multilateration.
-    Mlat,
-    /// Induction loops.
-    Loop,
-    /// On-board dead reckoning.
-    Dynamic,
-    /// Fitted figures.
-    Offline,
+/// A model that is planned: what its bounds read, and what its effects cost. It stands beside its physics.
+#[derive(Debug)]
+pub struct Model {
+    /// Words for people, unique.
+    pub name: &'static str,
+    /// Whether a bound goes with the speed of targets.
+    pub reads_speed: bool,
+    /// Whether a bound goes with their distance from the reference.
+    pub reads_distance: bool,
+    /// Processor time per report that a level adds to a scan in which everything else is left out, ns: the least of many
+    /// scans with it less the least of as many without, 1000 targets, a report of each in a scan. What is made once for
+    /// all targets (the sky) is shared among them. `cargo bench -p models --bench positioning_costs` measures it again.
+    pub costs: &'static [(PositioningEffect, Level, u32)],
 }
 
-impl PositioningModel {
-    /// All of them.
-    pub const ALL: [Self; 10] = [
-        Self::GpsStatistical,
-        Self::GpsConstellation,
-        Self::GpsPerSatellite,
-        Self::DgpsBudget,
-        Self::DgpsPerSatellite,
-        Self::Adsb,
-        Self::Mlat,
-        Self::Loop,
-        Self::Dynamic,
-        Self::Offline,
-    ];
+impl PartialEq for Model {
+    fn eq(&self, other: &Self) -> bool {
+        self.name == other.name
+    }
+}
 
-    /// Words for people.
+impl std::fmt::Display for Model {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.pad(self.name)
+    }
+}
+
+impl Model {
+    /// Time of one level of an effect per report, ns; 0 for what is skipped.
     #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::GpsStatistical => "GPS, statistical",
-            Self::GpsConstellation => "GPS, constellation",
-            Self::GpsPerSatellite => "GPS, per satellite",
-            Self::DgpsBudget => "DGPS, budget",
-            Self::DgpsPerSatellite => "DGPS, per satellite",
-            Self::Adsb => "ADS-B",
-            Self::Mlat => "multilateration",
-            Self::Loop => "loop",
-            Self::Dynamic => "odometer",
-            Self::Offline => "off-line figures",
-        }
-    }
-
-    fn reads_speed(self) -> bool {
-        matches!(
-            self,
-            Self::DgpsBudget | Self::DgpsPerSatellite | Self::Adsb | Self::Loop | Self::Dynamic
-        )
-    }
-
-    fn reads_distance(self) -> bool {
-        matches!(self, Self::DgpsBudget | Self::DgpsPerSatellite | Self::Mlat)
+    pub fn cost_ns(&self, effect: PositioningEffect, level: Level) -> f64 {
+        let here = |row: &&(PositioningEffect, Level, u32)| (row.0, row.1) == (effect, level);
+        self.costs.iter().find(here).map_or(0.0, |row| f64::from(row.2))
     }
 }
+
+/// When and on what the costs were measured.
+pub const MEASURED: &str = "2026-11-21, one core of a shared x86-64 server, release build";
 
 /// How often each effect was evaluated.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -276,7 +243,7 @@ pub struct PlannedEffect {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ladders {
     /// The model, for costs.
-    pub model: PositioningModel,
+    pub model: &'static Model,
     /// Its effects.
     pub effects: Vec<PlannedEffect>,
     /// A step of the position format, m: the least shift may carry a report into the next one.
@@ -311,7 +278,7 @@ pub fn plan(
     let tolerance = &scene.tolerance;
     for planned in &mut ladders.effects {
         for rung in &mut planned.ladder.rungs {
-            rung.cost_ns = costs::of(ladders.model, planned.effect, rung.level);
+            rung.cost_ns = ladders.model.cost_ns(planned.effect, rung.level);
         }
         if !scene.conditions.any {
             "no equipped target".clone_into(&mut planned.ladder.called_for);
@@ -381,7 +348,7 @@ fn choose(
 #[derive(Clone, Debug)]
 pub struct Planning {
     sensor: SensorId,
-    model: PositioningModel,
+    model: &'static Model,
     tolerance: Tolerance,
     horizon_s: f64,
     fixed: Option<PositioningLevels>,
@@ -398,7 +365,7 @@ pub struct Planning {
 impl Planning {
     /// Nothing may be lost in a run of unknown length.
     #[must_use]
-    pub fn new(sensor: SensorId, model: PositioningModel) -> Self {
+    pub fn new(sensor: SensorId, model: &'static Model) -> Self {
         Self {
             sensor,
             model,
@@ -485,13 +452,13 @@ impl Planning {
     }
 
     /// An equipped target; `distance_m` from the reference.
-    pub(crate) fn see(&mut self, state: &TargetState, distance_m: f64) {
-        let speed_mps = state.velocity_mps.xy().norm();
+    pub(crate) fn see(&mut self, velocity_mps: &Vector3<f64>, distance_m: f64) {
+        let speed_mps = velocity_mps.xy().norm();
         self.seen.any = true;
-        if self.model.reads_speed() && speed_mps > self.seen.speed_mps {
+        if self.model.reads_speed && speed_mps > self.seen.speed_mps {
             self.seen.speed_mps = speed_mps;
         }
-        if self.model.reads_distance() && distance_m > self.seen.distance_m {
+        if self.model.reads_distance && distance_m > self.seen.distance_m {
             self.seen.distance_m = distance_m;
         }
     }
@@ -543,15 +510,15 @@ impl Planning {
     /// Levels for the report of one target: the plan's, or exact ones if it did not reckon with it.
     pub(crate) fn levels_for(
         &mut self,
-        state: &TargetState,
+        velocity_mps: &Vector3<f64>,
         distance_m: impl FnOnce() -> f64,
     ) -> PositioningLevels {
         let Some(plan) = &self.plan else { return PositioningLevels::EXACT };
         if self.fixed.is_some() {
             return plan.levels;
         }
-        let (speed, distance) = (self.model.reads_speed(), self.model.reads_distance());
-        let speed_ms2 = if speed { state.velocity_mps.xy().norm_squared() } else { 0.0 };
+        let (speed, distance) = (self.model.reads_speed, self.model.reads_distance);
+        let speed_ms2 = if speed { velocity_mps.xy().norm_squared() } else { 0.0 };
         let distance_m = if distance { distance_m() } else { 0.0 };
         let conditions = &plan.conditions;
         if conditions.any
@@ -561,44 +528,13 @@ impl Planning {
             return plan.levels;
         }
         self.beyond += 1;
-        self.see(state, distance_m);
+        self.see(velocity_mps, distance_m);
         PositioningLevels::EXACT
     }
 }
 
-/// A sensor whose effects are planned so.
-pub trait Planned: Sensor {
-    /// Its planning: the plan in force and the counters.
-    fn planning(&self) -> &Planning;
-
-    /// Its planning, to choose how the effects are.
-    fn planning_mut(&mut self) -> &mut Planning;
-
-    /// The same sensor planned for a tolerance and a run of `horizon_s`.
-    #[must_use]
-    fn tolerating(mut self, tolerance: Tolerance, horizon_s: f64) -> Self
-    where
-        Self: Sized,
-    {
-        self.planning_mut().tolerate(tolerance, horizon_s);
-        self
-    }
-
-    /// The same sensor with the level of every effect given and nothing planned.
-    #[must_use]
-    fn at_levels(mut self, levels: PositioningLevels) -> Self
-    where
-        Self: Sized,
-    {
-        self.planning_mut().fix(levels);
-        self
-    }
-}
-
 /// A rung whose cost is filled in by [`plan`].
-fn rung(level: Level, loss: Loss) -> Rung {
+#[must_use]
+pub fn rung(level: Level, loss: Loss) -> Rung {
     Rung { level, loss, cost_ns: 0.0 }
 }
-
-#[cfg(test)]
-mod tests;

@@ -133,32 +133,17 @@ impl SensorModel {
     /// What is assumed of a sensor of this kind if nobody says more.
     #[must_use]
     pub fn default_of(id: SensorId, kind: SensorKind) -> Self {
-        let base = Self {
+        let assumed = kind.assumed;
+        Self {
             id,
             kind,
             interval_s: 1.0,
-            detection: 0.95,
-            false_density_m2: 1e-8,
-            extra_sigma_m: 0.0,
-            slow_share: 0.0,
-            slow_tau_s: 1.0,
+            detection: assumed.detection,
+            false_density_m2: assumed.false_density_m2,
+            extra_sigma_m: assumed.extra_sigma_m,
+            slow_share: assumed.slow_share,
+            slow_tau_s: assumed.slow_tau_s,
             latency_s: 0.0,
-        };
-        match kind {
-            SensorKind::Asde => {
-                // The tail of glint; where the echo lies is the law of echoes' affair.
-                Self { detection: 0.9, false_density_m2: 2e-8, extra_sigma_m: 1.0, ..base }
-            }
-            SensorKind::Gps => Self { slow_share: 0.95, slow_tau_s: 300.0, ..base },
-            // What its delay is off the nominal one, at taxi speeds.
-            SensorKind::Adsb => {
-                Self { slow_share: 0.95, slow_tau_s: 300.0, extra_sigma_m: 3.0, ..base }
-            }
-            // Noise is a third; multipath of a vehicle that moves, and corrections, change within half a minute.
-            SensorKind::Dgps => Self { slow_share: 0.65, slow_tau_s: 30.0, ..base },
-            // Ways round corners, which its own figures do not know of.
-            SensorKind::Mlat => Self { extra_sigma_m: 2.0, ..base },
-            SensorKind::Loop | SensorKind::Dynamic => base,
         }
     }
 }

@@ -7,7 +7,7 @@ use crate::filter::{
     UpdateError, two_plot_start,
 };
 use crate::frames::Vector2;
-use crate::plot::{Plot, SensorKind};
+use crate::plot::Plot;
 use crate::time::SimTime;
 
 /// See the module's text.
@@ -129,7 +129,7 @@ impl TrackFilter {
         config: &TrackingConfig,
     ) -> Result<(), UpdateError> {
         if let (Self::Plain(f), true) = (&*self, config.consider_slow_errors)
-            && plot.kind != SensorKind::Asde
+            && !plot.kind.radar
             && config.sensor(plot.sensor, plot.kind).slow_share > 0.0
         {
             *self =
@@ -247,7 +247,7 @@ impl TrackFilter {
 
 /// How the error of a plot stays from one to the next.
 fn slow_error(plot: &Plot, config: &TrackingConfig) -> SlowError {
-    if plot.kind == SensorKind::Asde {
+    if plot.kind.radar {
         let law = config.echo_law();
         return if law.residual_m > 0.0 && plot.across_m2.is_finite() {
             SlowError::Along(law.residual_m, law.residual_tau_s)

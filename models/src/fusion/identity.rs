@@ -21,7 +21,7 @@ use super::track_file::Track;
 use crate::filter::Estimate;
 use crate::flight_list::{FlightEntry, FlightList, MovementKind};
 use crate::frames::Vector2;
-use crate::plot::{Plot, SensorId, SensorKind};
+use crate::plot::{Plot, SensorId};
 use crate::time::SimTime;
 
 /// Something that happened on a runway: its place in the flight list's runways, and when.
@@ -80,7 +80,7 @@ const FEWEST_PLOTS: u32 = 6;
 impl Evidence {
     /// A plot that updated the track: its size.
     pub(super) fn take_plot(&mut self, plot: &Plot, interval_s: f64) {
-        if plot.kind != SensorKind::Asde || !plot.across_m2.is_finite() {
+        if !plot.kind.radar || !plot.across_m2.is_finite() {
             return;
         }
         let now = (plot.time, plot.position_m, plot.sensor);

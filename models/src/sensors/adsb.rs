@@ -7,17 +7,23 @@
 //! described in J. Sun, *The 1090 Megahertz Riddle* (2021). Delays and reception are assumptions.
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use crate::draw::{DrawKey, Purpose, uniform};
 use crate::effects::positioning::{
-    Planned, Planning, PositioningEffect as E, PositioningModel, bounds,
+    Ladders, Model, Planning, PositioningEffect as E, PositioningScene, rung,
 };
-use crate::effects::{Level, PlanRow};
+use crate::effects::{Level, Loss, PlanRow};
 use crate::environment::Weather;
 use crate::frames::Vector2;
+use crate::keys::Key;
+use crate::kind::{Assumed, Kind, Symbol};
 use crate::plot::{SensorId, SensorKind};
-use crate::sensors::config::{ConfigError, number};
-use crate::sensors::cooperative::{Equipage, Fix, Fleet, Reporting, Reports, shown};
+use crate::sensors::bounds::{GEOMETRY_SHARE, SIGMAS, given, noise, percent, planned, two};
+use crate::sensors::declared::{Declared, Given, Modelled, Settings};
+use crate::sensors::planned::Planned;
+use crate::sensors::config::{ConfigError, check, number};
+use crate::sensors::cooperative::{self, Equipage, Fix, Fleet, Reporting, Reports, shown};
 use crate::sensors::gps::Wander;
 use crate::sensors::{PlotSink, ScanInterval, Sensor, Truth};
 
@@ -137,14 +143,14 @@ impl AdsbConfig {
     /// [`ConfigError`] with key, value and limits.
     pub fn validate(&self) -> Result<(), ConfigError> {
         self.reporting().validate()?;
-        number("nacp", f64::from(self.nacp), 6.0, 11.0)?;
+        check(KEYS, "nacp", f64::from(self.nacp))?;
         number("parked_s", self.parked_s, self.moving_s, 3600.0)?;
-        number("parked_below_mps", self.parked_below_mps, 0.0, 100.0)?;
-        number("latency_min_s", self.latency_min_s, 0.0, 10.0)?;
+        check(KEYS, "parked_below_mps", self.parked_below_mps)?;
+        check(KEYS, "latency_min_s", self.latency_min_s)?;
         number("latency_max_s", self.latency_max_s, self.latency_min_s, 10.0)?;
-        number("reception", self.reception, 0.0, 1.0)?;
-        number("correlated_share", self.correlated_share, 0.0, 1.0)?;
-        number("tau_s", self.tau_s, 1e-3, 1e6)?;
+        check(KEYS, "reception", self.reception)?;
+        check(KEYS, "correlated_share", self.correlated_share)?;
+        check(KEYS, "tau_s", self.tau_s)?;
         number("latitude_deg", self.latitude_deg, -90.0, 90.0)
     }
 
@@ -196,7 +202,7 @@ impl Adsb {
             sigma_m: sigma_of_radius_95(uncertainty_m),
             steps_m: [steps(false), steps(true)],
             reporting: config.reporting(),
-            planning: Planning::new(config.id, PositioningModel::Adsb),
+            planning: Planning::new(config.id, &MODEL),
             config,
             fleet: Fleet::default(),
         })
@@ -243,10 +249,10 @@ impl Sensor for Adsb {
         let parked_every = (config.parked_s / config.moving_s).round().max(1.0) as u64;
         let (sigma_m, steps_m) = (self.sigma_m, self.steps_m);
         if planning.wants_survey(truth.len()) {
-            self.fleet.survey(reporting, interval, truth, |s| planning.see(s, 0.0));
+            self.fleet.survey(reporting, interval, truth, |s| planning.see(&s.velocity_mps, 0.0));
         }
         let step_m = steps_m[0].norm().max(steps_m[1].norm());
-        planning.prepare(|scene| bounds::adsb(config, sigma_m, step_m, scene));
+        planning.prepare(|scene| ladders(config, sigma_m, step_m, scene));
         let span_s = config.latency_max_s - config.latency_min_s;
         self.fleet.for_each_due(
             reporting,
@@ -261,13 +267,13 @@ impl Sensor for Adsb {
                 }
                 reports.expected();
                 let key = reporting.key(interval, due);
-                let levels = planning.levels_for(&due.state, || 0.0);
+                let levels = planning.levels_for(&due.state.velocity_mps, || 0.0);
                 // The error goes on whether the report is received or not.
                 let share = (config.correlated_share, config.tau_s);
                 let parts = transponder.wander.parts(share, key, due.time, &levels, planning);
                 if levels.on(E::Reception) {
                     planning.count(E::Reception);
-                    if uniform(&mut key.rng(Purpose::Adsb)) >= config.reception {
+                    if uniform(&mut key.rng(DRAWS)) >= config.reception {
                         return;
                     }
                 }
@@ -278,7 +284,7 @@ impl Sensor for Adsb {
                     Level::Middle | Level::Exact => {
                         *transponder.latency_s.get_or_insert_with(|| {
                             let own = DrawKey { scan: u64::MAX, ..key };
-                            config.latency_min_s + uniform(&mut own.rng(Purpose::Adsb)) * span_s
+                            config.latency_min_s + uniform(&mut own.rng(DRAWS)) * span_s
                         })
                     }
                 };
@@ -320,6 +326,136 @@ impl Sensor for Adsb {
                 );
             },
         );
+    }
+}
+
+/// Reception and delays.
+const DRAWS: Purpose = Purpose::Own(20);
+
+const KEYS: &[Key] = &[
+    Key::whole("nacp", 6, 11, "Navigation accuracy category of the targets"),
+    Key::number("parked_s", "s", 0.01, 3600.0, "Time between two reports of a standing target, not less than `report_s`"),
+    Key::number("parked_below_mps", "m/s", 0.0, 100.0, "Below this speed a target counts as standing"),
+    Key::number("latency_min_s", "s", 0.0, 10.0, "Shortest delay from measuring to sending; each target has its own"),
+    Key::number("latency_max_s", "s", 0.0, 10.0, "Longest delay from measuring to sending"),
+    Key::number("reception", "", 0.0, 1.0, "Share of reports that are received"),
+    Key::number("correlated_share", "", 0.0, 1.0, "Share of the position's variance that is correlated in time"),
+    Key::number("tau_s", "s", 1e-3, 1e6, "Correlation time of that share"),
+];
+
+/// The kind `adsb`.
+pub static DECLARED: Declared = Declared {
+    kind: Kind {
+        word: "adsb",
+        title: "ADS-B",
+        about: "Broadcasts of the target's own satellite position: accuracy category, delay, rounding of the surface format, reception",
+        colours: ["#ef8fc0", "#a82a70"],
+        symbol: Symbol::TRIANGLE,
+        radar: false,
+        needs_site: false,
+        carried: true,
+        presets: &[("surface", "category 10, twice a second when moving, every 5 s when parked")],
+        keys: &[cooperative::KEYS, KEYS],
+        draws: &[DRAWS],
+        // What its delay is off the nominal one, at taxi speeds.
+        assumed: Assumed {
+            slow_share: 0.95,
+            slow_tau_s: 300.0,
+            extra_sigma_m: 3.0,
+            ..Assumed::NOTHING
+        },
+    },
+    read: Some(|given| Ok(Arc::new(AdsbConfig::read(given)))),
+    models: &[Modelled {
+        model: &MODEL,
+        example: |id| {
+            let config = AdsbConfig { moving_s: 1.0, ..AdsbConfig::surface(id, 47.45) };
+            Ok(Box::new(Adsb::new(config)?))
+        },
+        file: file!(),
+    }],
+};
+
+impl AdsbConfig {
+    fn read(given: &Given<'_>) -> Self {
+        let mut config = Self::surface(given.id, given.reference.lat_deg());
+        config.equipped = given.equipage();
+        let mut nacp = f64::from(config.nacp);
+        given.number("nacp", &mut nacp);
+        config.nacp = nacp as u8;
+        given.number("report_s", &mut config.moving_s);
+        given.number("parked_s", &mut config.parked_s);
+        given.number("parked_below_mps", &mut config.parked_below_mps);
+        given.number("latency_min_s", &mut config.latency_min_s);
+        given.number("latency_max_s", &mut config.latency_max_s);
+        given.number("reception", &mut config.reception);
+        given.number("correlated_share", &mut config.correlated_share);
+        given.number("tau_s", &mut config.tau_s);
+        config
+    }
+}
+
+impl Settings for AdsbConfig {
+    fn validate(&self) -> Result<(), ConfigError> {
+        self.validate()
+    }
+
+    fn timing_s(&self) -> (f64, f64) {
+        (self.moving_s, 0.5 * (self.latency_min_s + self.latency_max_s))
+    }
+
+    fn model(&self) -> Result<Box<dyn Planned>, ConfigError> {
+        Ok(Box::new(Adsb::new(self.clone())?))
+    }
+}
+
+/// What is planned of it.
+pub static MODEL: Model = Model {
+    name: "ADS-B",
+    reads_speed: true,
+    reads_distance: false,
+    costs: &[
+        (E::Geometry, Level::Cheap, 0),
+        (E::Reception, Level::Exact, 61),
+        (E::Latency, Level::Cheap, 0),
+        (E::Latency, Level::Exact, 0),
+        (E::Rounding, Level::Exact, 13),
+        (E::Correlation, Level::Exact, 126),
+        (E::White, Level::Exact, 121),
+    ],
+};
+
+/// Position broadcasts with position deviation `sigma_m`, rounded to steps of up to `step_m` (the
+/// diagonal of a step east and north).
+fn ladders(config: &AdsbConfig, sigma_m: f64, step_m: f64, scene: &PositioningScene) -> Ladders {
+    let speed_mps = scene.conditions.speed_mps;
+    let (least_s, most_s) = (config.latency_min_s, config.latency_max_s);
+    let latency = planned(
+        E::Latency,
+        format!("{least_s} to {most_s} s at up to {speed_mps} m/s"),
+        vec![
+            rung(Level::Skipped, Loss::moves(speed_mps * most_s)),
+            rung(Level::Cheap, Loss::moves(0.5 * speed_mps * (most_s - least_s))),
+            rung(Level::Exact, Loss::NONE),
+        ],
+    );
+    let [correlated, white] = noise(sigma_m, config.correlated_share, config.tau_s);
+    let called = format!("accuracy category {}, fixed by the scene", config.nacp);
+    Ladders {
+        model: &MODEL,
+        effects: vec![
+            given(E::Geometry, Level::Cheap, called, SIGMAS * GEOMETRY_SHARE * sigma_m),
+            two(
+                E::Reception,
+                format!("{} received", percent(config.reception)),
+                Loss::odds(1.0 - config.reception),
+            ),
+            latency,
+            two(E::Rounding, format!("steps of {step_m:.2} m"), Loss::moves(0.5 * step_m)),
+            correlated,
+            white,
+        ],
+        step_m,
     }
 }
 

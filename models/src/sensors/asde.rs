@@ -6,11 +6,14 @@
 
 mod assign;
 mod cells;
+mod declared;
 mod explain;
 mod looks;
 pub mod picture;
 pub mod plan;
 pub mod survey;
+
+pub use declared::{DECLARED, KEYS};
 
 pub use super::asde_parameters::{
     AsdeParameters, DetectionRule, Energy, GLINT_SIGMA_M, ParameterWarning,

@@ -1,7 +1,8 @@
 //! The parameters of a surface movement radar and their limits.
 
 use super::antenna::Pattern;
-use super::config::{ConfigError, number};
+use super::asde::KEYS;
+use super::config::{ConfigError, check, number};
 use super::detection::{Swerling, from_db};
 use super::measurement::{angle_sigma, energy_ratio, range_sigma_m};
 use super::radar_equation::{Polarisation, Radar, RadarNumbers};
@@ -136,43 +137,43 @@ impl AsdeParameters {
     /// # Errors
     /// The first parameter outside its limits, with its value and the limits.
     pub fn validate(&self) -> Result<Vec<ParameterWarning>, ConfigError> {
-        number("carrier_ghz", self.carrier_ghz, 1.0, 100.0)?;
-        number("peak_power_w", self.peak_power_w, 1e-3, 1e8)?;
-        number("pulse_s", self.pulse_s, 1e-9, 1e-3)?;
-        number("bandwidth_hz", self.bandwidth_hz, 1e3, 1e10)?;
-        number("noise_figure_db", self.noise_figure_db, 0.0, 40.0)?;
-        number("system_loss_db", self.system_loss_db, 0.0, 60.0)?;
-        number("azimuth_beamwidth_deg", self.azimuth_beamwidth_deg, 0.01, 30.0)?;
-        number("elevation_beamwidth_deg", self.elevation_beamwidth_deg, 0.05, 90.0)?;
-        number("tilt_deg", self.tilt_deg, -30.0, 60.0)?;
+        check(KEYS, "carrier_ghz", self.carrier_ghz)?;
+        check(KEYS, "peak_power_w", self.peak_power_w)?;
+        check(KEYS, "pulse_s", self.pulse_s)?;
+        check(KEYS, "bandwidth_hz", self.bandwidth_hz)?;
+        check(KEYS, "noise_figure_db", self.noise_figure_db)?;
+        check(KEYS, "system_loss_db", self.system_loss_db)?;
+        check(KEYS, "azimuth_beamwidth_deg", self.azimuth_beamwidth_deg)?;
+        check(KEYS, "elevation_beamwidth_deg", self.elevation_beamwidth_deg)?;
+        check(KEYS, "tilt_deg", self.tilt_deg)?;
         if let Some(limit) = self.csc2_limit_deg {
-            number("csc2_limit_deg", limit, -30.0, 90.0)?;
+            check(KEYS, "csc2_limit_deg", limit)?;
         }
-        number("gain_dbi", self.gain_dbi, 0.0, 70.0)?;
-        number("antenna_height_m", self.antenna_height_m, 1.0, 500.0)?;
-        number("prf_hz", self.prf_hz, 100.0, 1e6)?;
-        number("rotation_rpm", self.rotation_rpm, 1.0, 600.0)?;
-        number("start_azimuth_deg", self.start_azimuth_deg, -360.0, 360.0)?;
-        number("axial_ratio_db", self.axial_ratio_db, 0.0, 30.0)?;
-        number("circular_target_loss_db", self.circular_target_loss_db, 0.0, 20.0)?;
-        number("sidelobe_floor_db", self.sidelobe_floor_db, -80.0, -3.0)?;
-        number("recovery_s", self.recovery_s, 0.0, 1e-5)?;
+        check(KEYS, "gain_dbi", self.gain_dbi)?;
+        check(KEYS, "antenna_height_m", self.antenna_height_m)?;
+        check(KEYS, "prf_hz", self.prf_hz)?;
+        check(KEYS, "rotation_rpm", self.rotation_rpm)?;
+        check(KEYS, "start_azimuth_deg", self.start_azimuth_deg)?;
+        check(KEYS, "axial_ratio_db", self.axial_ratio_db)?;
+        check(KEYS, "circular_target_loss_db", self.circular_target_loss_db)?;
+        check(KEYS, "sidelobe_floor_db", self.sidelobe_floor_db)?;
+        check(KEYS, "recovery_s", self.recovery_s)?;
         let ambiguous = 0.5 * SPEED_OF_LIGHT / self.prf_hz;
         number("range_max_m", self.range_max_m, 100.0, ambiguous.min(60_000.0))?;
         number("range_min_m", self.range_min_m, self.blind_m(), self.range_max_m)?;
-        number("pfa", self.pfa, 1e-12, 0.1)?;
-        number("pd", self.pd, 0.01, 0.9999)?;
+        check(KEYS, "pfa", self.pfa)?;
+        check(KEYS, "pd", self.pd)?;
         if let Energy::Dwell { factor } = self.energy {
-            number("dwell_factor", factor, 1.0, 10.0)?;
+            check(KEYS, "dwell_factor", factor)?;
         }
-        number("range_step_m", self.range_step_m, 0.0, 100.0)?;
-        number("azimuth_step_deg", self.azimuth_step_deg, 0.0, 5.0)?;
+        check(KEYS, "range_step_m", self.range_step_m)?;
+        check(KEYS, "azimuth_step_deg", self.azimuth_step_deg)?;
         number("assumed_height_m", self.assumed_height_m, 0.0, self.antenna_height_m)?;
-        number("rain_spread_mps", self.rain_spread_mps, 0.01, 20.0)?;
-        number("glint_sigma_m", self.glint_sigma_m, 0.0, 100.0)?;
-        number("reflection_coupling", self.reflection_coupling, 0.0, 10.0)?;
-        number("ground_gamma_db", self.ground_gamma_db, -60.0, 10.0)?;
-        number("roughness_m", self.roughness_m, 0.0, 10.0)?;
+        check(KEYS, "rain_spread_mps", self.rain_spread_mps)?;
+        check(KEYS, "glint_sigma_m", self.glint_sigma_m)?;
+        check(KEYS, "reflection_coupling", self.reflection_coupling)?;
+        check(KEYS, "ground_gamma_db", self.ground_gamma_db)?;
+        check(KEYS, "roughness_m", self.roughness_m)?;
         number("rain_top_m", self.rain_top_m, self.antenna_height_m, 20_000.0)?;
         // Pulses on the target: the detector sums at least one and at most 512.
         number("pulses on target (prf, beamwidth, rotation)", self.pulses(), 0.5, 512.0)?;

@@ -1,5 +1,7 @@
 //! What is wrong with a sensor's parameters, with key, value and limits.
 
+use crate::keys::{Holds, Key, find};
+
 /// A parameter that is refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ConfigError {
@@ -14,6 +16,14 @@ pub enum ConfigError {
         min: f64,
         /// Largest value allowed.
         max: f64,
+    },
+    /// A parameter that has to be given.
+    #[error("missing; needed is {needed}")]
+    Missing {
+        /// Name of the parameter.
+        key: &'static str,
+        /// What has to be given.
+        needed: &'static str,
     },
     /// A list with too few or too many entries.
     #[error("{key} has {found} entries, {min} ..= {max} are allowed")]
@@ -53,6 +63,20 @@ pub enum ConfigError {
     },
 }
 
+impl ConfigError {
+    /// The parameter that it is about.
+    #[must_use]
+    pub fn key(&self) -> &'static str {
+        match self {
+            Self::Number { key, .. }
+            | Self::Missing { key, .. }
+            | Self::Count { key, .. }
+            | Self::Shape { key, .. }
+            | Self::Conflict { key, .. } => key,
+        }
+    }
+}
+
 /// Refuses `value` unless it lies in `min ..= max`; NaN lies nowhere.
 ///
 /// # Errors
@@ -74,5 +98,19 @@ pub fn count(key: &'static str, found: usize, min: usize, max: usize) -> Result<
         Ok(())
     } else {
         Err(ConfigError::Count { key, found, min, max })
+    }
+}
+
+/// Refuses `value` outside the limits of the key `word` of `keys`; a word that is not there lets nothing pass.
+///
+/// # Errors
+/// [`ConfigError::Number`] with everything a message needs.
+pub fn check(keys: &'static [Key], word: &'static str, value: f64) -> Result<(), ConfigError> {
+    match find(&[keys], word).map(|key| key.holds) {
+        Some(Holds::Number { least, most } | Holds::Numbers { least, most }) => {
+            number(word, value, least, most)
+        }
+        Some(Holds::Whole { least, most }) => number(word, value, least as f64, most as f64),
+        _ => Err(ConfigError::Number { key: word, value, min: f64::NAN, max: f64::NAN }),
     }
 }

@@ -7,7 +7,9 @@ use geodesy::{Ecef, Geodetic, LocalFrame};
 use rand::rngs::ChaCha8Rng;
 
 use crate::draw::{DrawKey, Purpose, exponential, uniform};
-use crate::sensors::config::{ConfigError, count, number};
+use crate::keys::Key;
+use crate::sensors::config::{ConfigError, check, count, number};
+use crate::sensors::declared::Given;
 use crate::sensors::service::FailureMode;
 use crate::time::SimTime;
 
@@ -481,9 +483,9 @@ impl SkyConfig {
         number("site_lon_deg", self.site.lon_deg(), -360.0, 360.0)?;
         number("site_height_m", self.site.height_m, -1e3, 1e4)?;
         number("epoch_s", self.epoch_s, -1e10, 1e10)?;
-        number("mask_deg", self.mask_deg, 0.0, 89.0)?;
-        number("pdop_limit", self.pdop_limit, 1.0, 1e6)?;
-        number("step_s", self.step_s, 0.01, 3600.0)?;
+        check(KEYS, "mask_deg", self.mask_deg)?;
+        check(KEYS, "pdop_limit", self.pdop_limit)?;
+        check(KEYS, "step_s", self.step_s)?;
         self.failures.validate()
     }
 }
@@ -678,6 +680,34 @@ impl Sky {
         let units: Vec<_> = satellites.iter().map(|s| s.0.look.unit).collect();
         let dop = Dop::of(&units, &[]).filter(|d| d.position() <= config.pdop_limit);
         SkyEpoch { time, satellites, dop }
+    }
+}
+
+/// Keys of the sky.
+pub(crate) const KEYS: &[Key] = &[
+    Key::number("mask_deg", "°", 0.0, 89.0, "Least elevation of a satellite in use"),
+    Key::number("pdop_limit", "", 1.0, 1e6, "Largest dilution of a position that is given"),
+    Key::number("step_s", "s", 0.01, 3600.0, "Time between two geometries of the sky"),
+    Key::flag("satellite_failures", "Whether satellites fail"),
+];
+
+/// 1993-07-01T00:00:00Z, the epoch of the reference constellation.
+const EPOCH_UTC_NS: i64 = 741_484_800 * 1_000_000_000;
+
+impl SkyConfig {
+    /// Over the airport of a scene, with a geometry every `step_s` unless it says otherwise.
+    pub(crate) fn read(given: &Given<'_>, step_s: f64) -> Self {
+        let epoch_s = (given.start_utc_ns - EPOCH_UTC_NS) as f64 * 1e-9;
+        let mut sky = Self { step_s, ..Self::reference(given.reference, epoch_s) };
+        given.number("mask_deg", &mut sky.mask_deg);
+        given.number("pdop_limit", &mut sky.pdop_limit);
+        given.number("step_s", &mut sky.step_s);
+        let mut fail = true;
+        given.flag("satellite_failures", &mut fail);
+        if !fail {
+            sky.failures = SatelliteFailures::never();
+        }
+        sky
     }
 }
 

@@ -9,8 +9,9 @@ use std::collections::BTreeSet;
 use crate::draw::{DrawKey, Purpose, uniform};
 use crate::effects::positioning::{PositioningEffect, PositioningLevels};
 use crate::frames::Vector2;
+use crate::keys::Key;
 use crate::plot::{Callsign, Identity, Plot, SensorId, SensorKind};
-use crate::sensors::config::{ConfigError, number};
+use crate::sensors::config::{ConfigError, check, number};
 use crate::sensors::ranging::{RangeFix, ellipse};
 use crate::sensors::{Cause, PlotSink, ScanInterval, TargetState, Truth};
 use crate::time::SimTime;
@@ -65,6 +66,13 @@ impl Equipage {
     }
 }
 
+/// Keys that all reporting sensors have.
+pub(crate) const KEYS: &[Key] = &[
+    Key::number("report_s", "s", 0.01, 3600.0, "Time between two reports of a target"),
+    Key::flag("aircraft", "Whether aircraft may be equipped"),
+    Key::flag("vehicles", "Whether vehicles may be equipped"),
+];
+
 /// Who reports and how often.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reporting {
@@ -84,7 +92,7 @@ impl Reporting {
     /// # Errors
     /// [`ConfigError`] with key, value and limits.
     pub fn validate(&self) -> Result<(), ConfigError> {
-        number("report_s", self.period_s, 0.01, 3600.0)?;
+        check(KEYS, "report_s", self.period_s)?;
         self.equipped.validate()
     }
 

@@ -6,22 +6,29 @@
 //! Hwang, McGraw & Bader (1999), where the smoothing time counts twice.
 
 use crate::draw::DrawKey;
-use crate::effects::PlanRow;
+use crate::effects::{Level, PlanRow};
 use crate::effects::positioning::{
-    Planned, Planning, PositioningEffect as E, PositioningLevels, PositioningModel, bounds,
+    Model, Planning, PositioningEffect as E, PositioningLevels, 
 };
 use crate::environment::Weather;
 use crate::frames::Vector2;
+use crate::keys::Key;
+use crate::kind::{Assumed, Kind, Symbol};
 use crate::plot::{SensorId, SensorKind};
-use crate::sensors::config::{ConfigError, count, number};
-use crate::sensors::cooperative::{Equipage, Fix, Fleet, Reporting, Reports, shown};
-use crate::sensors::gps::{
+use crate::sensors::satellite_bounds;
+use crate::sensors::declared::{Declared, Given, Modelled, Settings};
+use crate::sensors::planned::Planned;
+use crate::sensors::config::{ConfigError, check, count, number};
+use crate::sensors::cooperative::{self, Equipage, Fix, Fleet, Reporting, Reports, shown};
+use crate::sensors::gps::{self, read_process, read_services, read_soft, 
     NorthEast, Quality, Receiver, SoftFailure, Statistical, validate_process, validate_service,
 };
-use crate::sensors::ranging::{RangeCorrections, Ranging, RangingConfig, RangingReceiver, Want};
+use crate::sensors::constellation;
+use crate::sensors::ranging::{self, RangeCorrections, Ranging, RangingConfig, RangingReceiver, Want};
 use crate::sensors::service::{Alternating, Service, ServiceState};
 use crate::sensors::{PlotSink, ScanInterval, Sensor, TargetState, Truth};
 use crate::time::SimTime;
+use std::sync::Arc;
 
 /// Error budget of one differential range or position component.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -64,13 +71,13 @@ impl DifferentialBudget {
     /// # Errors
     /// [`ConfigError`] with key, value and limits.
     pub fn validate(&self) -> Result<(), ConfigError> {
-        number("sigma_user_m", self.sigma_user_m, 1e-3, 1e3)?;
-        number("sigma_ref_m", self.sigma_ref_m, 0.0, 1e3)?;
+        check(KEYS, "sigma_user_m", self.sigma_user_m)?;
+        check(KEYS, "sigma_ref_m", self.sigma_ref_m)?;
         number("iono_gradient", self.iono_gradient, 0.0, 1e-2)?;
-        number("obliquity", self.obliquity, 1.0, 10.0)?;
+        check(KEYS, "obliquity", self.obliquity)?;
         number("smoothing_s", self.smoothing_s, 0.0, 1e4)?;
         number("space_decorrelation", self.space_decorrelation, 0.0, 1e-2)?;
-        number("correction_acceleration_ms2", self.correction_acceleration_ms2, 0.0, 10.0)
+        check(KEYS, "correction_acceleration_ms2", self.correction_acceleration_ms2)
     }
 }
 
@@ -140,10 +147,10 @@ impl Budgeted {
         validate_service(&self.service)?;
         self.soft.validate()?;
         self.budget.validate()?;
-        number("north_factor", self.north_factor, 1e-3, 100.0)?;
-        number("east_factor", self.east_factor, 1e-3, 100.0)?;
-        number("correlated_share", self.correlated_share, 0.0, 1.0)?;
-        number("tau_s", self.tau_s, 1e-3, 1e6)?;
+        check(KEYS, "north_factor", self.north_factor)?;
+        check(KEYS, "east_factor", self.east_factor)?;
+        check(KEYS, "correlated_share", self.correlated_share)?;
+        check(KEYS, "tau_s", self.tau_s)?;
         number("correction_latency_s", self.correction_latency_s, 0.0, 3600.0)?;
         number("correction_s", self.correction_s, 1e-3, 3600.0)
     }
@@ -279,8 +286,8 @@ impl Dgps {
             },
         };
         let planned = match &engine {
-            Engine::Budget { .. } => PositioningModel::DgpsBudget,
-            Engine::PerSatellite { .. } => PositioningModel::DgpsPerSatellite,
+            Engine::Budget { .. } => &BUDGET,
+            Engine::PerSatellite { .. } => &PER_SATELLITE,
         };
         let planning = Planning::new(config.id, planned);
         Ok(Self { config, reporting, engine, reference: None, begins: None, planning })
@@ -341,10 +348,10 @@ impl Sensor for Dgps {
         match &mut self.engine {
             Engine::Budget { model, fleet } => {
                 if survey {
-                    let see = |s: &TargetState| planning.see(s, distance_m(s));
+                    let see = |s: &TargetState| planning.see(&s.velocity_mps, distance_m(s));
                     fleet.survey(reporting, interval, truth, see);
                 }
-                planning.prepare(|scene| bounds::dgps_budget(config, model, scene));
+                planning.prepare(|scene| satellite_bounds::dgps_budget(config, model, scene));
                 fleet.for_each_due(
                     reporting,
                     interval,
@@ -353,7 +360,7 @@ impl Sensor for Dgps {
                     |receiver, due| {
                         reports.expected();
                         let draw = reporting.key(interval, due);
-                        let levels = planning.levels_for(&due.state, || distance_m(&due.state));
+                        let levels = planning.levels_for(&due.state.velocity_mps, || distance_m(&due.state));
                         let corrected = station.up_at(due.time, &levels, planning);
                         let quality =
                             receiver.service(&model.service, draw, due.time, &levels, planning);
@@ -412,13 +419,13 @@ impl Sensor for Dgps {
             }
             Engine::PerSatellite { ranging, fleet } => {
                 if survey {
-                    let see = |s: &TargetState| planning.see(s, distance_m(s));
+                    let see = |s: &TargetState| planning.see(&s.velocity_mps, distance_m(s));
                     fleet.survey(reporting, interval, truth, see);
                 }
                 ranging.prepare(interval, planning, |ranging, scene| {
                     let none = RangeCorrections::on_airport();
                     let corrections = ranging.corrections.as_ref().unwrap_or(&none);
-                    bounds::dgps_per_satellite(config, ranging, corrections, scene)
+                    satellite_bounds::dgps_per_satellite(config, ranging, corrections, scene)
                 });
                 fleet.for_each_due(
                     reporting,
@@ -427,7 +434,7 @@ impl Sensor for Dgps {
                     |_| ranging.receiver(),
                     |receiver, due| {
                         reports.expected();
-                        let levels = planning.levels_for(&due.state, || distance_m(&due.state));
+                        let levels = planning.levels_for(&due.state.velocity_mps, || distance_m(&due.state));
                         if !station.up_at(due.time, &levels, planning) {
                             return;
                         }
@@ -486,6 +493,162 @@ impl Station<'_> {
 
 /// Marks draws of the station among those of the sensor, whose number has 16 bits.
 const STATION: u32 = 5 << 16;
+
+const LEVEL_KEYS: &[Key] = &[
+    Key::word("level", || vec!["budget", "per_satellite"], "How it is modelled, cheap first"),
+    Key::word(
+        "on_reference_loss",
+        || vec!["no_report", "stand_alone"],
+        "What a receiver does while the reference station is out",
+    ),
+];
+
+const KEYS: &[Key] = &[
+    Key::number("reference_up", "", 1e-9, 1.0, "Share of time in which the reference station works"),
+    Key::number("reference_mttr_s", "s", 1e-9, 1e10, "Mean length of its outages"),
+    Key::number("sigma_user_m", "m", 1e-3, 1e3, "Deviation of the receiver's own error"),
+    Key::number("sigma_ref_m", "m", 0.0, 1e3, "Deviation of the reference station's error"),
+    Key::number("obliquity", "", 1.0, 10.0, "Slant of the rays through the ionosphere"),
+    Key::number("correction_acceleration_ms2", "m/s²", 0.0, 10.0, "Acceleration of a range error while its correction ages"),
+    Key::number("north_factor", "", 1e-3, 100.0, "Dilution to the north"),
+    Key::number("east_factor", "", 1e-3, 100.0, "Dilution to the east"),
+    Key::number("correlated_share", "", 0.0, 1.0, "Share of the variance that is correlated in time"),
+    Key::number("tau_s", "s", 1e-3, 1e6, "Correlation time of that share"),
+];
+
+/// The kind `dgps`.
+pub static DECLARED: Declared = Declared {
+    kind: Kind {
+        word: "dgps",
+        title: "Differential GPS",
+        about: "Satellite positions with corrections of a reference station: distance from it, age of corrections, its outages",
+        colours: ["#8fe36b", "#3d7a00"],
+        symbol: Symbol::CROSS,
+        radar: false,
+        needs_site: false,
+        carried: true,
+        presets: &[("on_airport", "a station on the airport: about 0.6 m")],
+        keys: &[
+            cooperative::KEYS,
+            LEVEL_KEYS,
+            KEYS,
+            ranging::CORRECTION_KEYS,
+            gps::SERVICE_KEYS,
+            gps::SOFT_KEYS,
+            constellation::KEYS,
+            ranging::KEYS,
+        ],
+        draws: &[],
+        // Noise is a third; multipath of a vehicle that moves, and corrections, change within half a minute.
+        assumed: Assumed { slow_share: 0.65, slow_tau_s: 30.0, ..Assumed::NOTHING },
+    },
+    read: Some(|given| Ok(Arc::new(DgpsConfig::read(given)))),
+    models: &[
+        Modelled {
+            model: &BUDGET,
+            example: |id| {
+                Ok(Box::new(Dgps::new(DgpsConfig::on_airport(id, Vector2::zeros()))?))
+            },
+            file: file!(),
+        },
+        Modelled {
+            model: &PER_SATELLITE,
+            example: |id| {
+                let corrections = Some(RangeCorrections::on_airport());
+                let model = DgpsModel::PerSatellite(RangingConfig::example(corrections));
+                let config = DgpsConfig { model, ..DgpsConfig::on_airport(id, Vector2::zeros()) };
+                Ok(Box::new(Dgps::new(config)?))
+            },
+            file: file!(),
+        },
+    ],
+};
+
+impl DgpsConfig {
+    fn read(given: &Given<'_>) -> Self {
+        let mut config = Self::on_airport(given.id, given.place_m());
+        config.equipped = given.equipage();
+        given.number("report_s", &mut config.report_s);
+        read_process(given, "reference_up", "reference_mttr_s", &mut config.reference);
+        if given.word("on_reference_loss", "no_report") == "stand_alone" {
+            config.on_reference_loss = ReferenceLoss::StandAlone(Statistical::sps_2020().error);
+        }
+        config.model = if given.word("level", "budget") == "per_satellite" {
+            let mut ranging = RangingConfig::read(given);
+            ranging.corrections = Some(RangeCorrections::read(given));
+            DgpsModel::PerSatellite(ranging)
+        } else {
+            let mut model = Budgeted::on_airport();
+            read_services(given, &mut model.service);
+            read_soft(given, &mut model.soft);
+            let budget = &mut model.budget;
+            given.number("sigma_user_m", &mut budget.sigma_user_m);
+            given.number("sigma_ref_m", &mut budget.sigma_ref_m);
+            given.number("iono_gradient", &mut budget.iono_gradient);
+            given.number("obliquity", &mut budget.obliquity);
+            given.number("smoothing_s", &mut budget.smoothing_s);
+            given.number("space_decorrelation", &mut budget.space_decorrelation);
+            given.number("correction_acceleration_ms2", &mut budget.correction_acceleration_ms2);
+            given.number("north_factor", &mut model.north_factor);
+            given.number("east_factor", &mut model.east_factor);
+            given.number("correlated_share", &mut model.correlated_share);
+            given.number("tau_s", &mut model.tau_s);
+            given.number("correction_latency_s", &mut model.correction_latency_s);
+            given.number("correction_s", &mut model.correction_s);
+            DgpsModel::Budget(model)
+        };
+        config
+    }
+}
+
+impl Settings for DgpsConfig {
+    fn validate(&self) -> Result<(), ConfigError> {
+        self.validate()
+    }
+
+    fn timing_s(&self) -> (f64, f64) {
+        (self.report_s, 0.0)
+    }
+
+    fn model(&self) -> Result<Box<dyn Planned>, ConfigError> {
+        Ok(Box::new(Dgps::new(self.clone())?))
+    }
+}
+
+/// By the differential error budget.
+pub static BUDGET: Model = Model {
+    name: "DGPS, budget",
+    reads_speed: true,
+    reads_distance: true,
+    costs: &[
+        (E::Geometry, Level::Cheap, 0),
+        (E::HardFailures, Level::Exact, 11),
+        (E::SoftFailures, Level::Exact, 7),
+        (E::ReferenceOutage, Level::Exact, 6),
+        (E::CorrectionDistance, Level::Exact, 16),
+        (E::CorrectionAge, Level::Exact, 10),
+        (E::Correlation, Level::Exact, 132),
+        (E::White, Level::Exact, 126),
+    ],
+};
+
+/// Differential, range by range.
+pub static PER_SATELLITE: Model = Model {
+    name: "DGPS, per satellite",
+    reads_speed: true,
+    reads_distance: true,
+    costs: &[
+        (E::Geometry, Level::Exact, 135),
+        (E::HardFailures, Level::Exact, 0),
+        (E::SoftFailures, Level::Exact, 0),
+        (E::ReferenceOutage, Level::Exact, 0),
+        (E::CorrectionDistance, Level::Exact, 6),
+        (E::CorrectionAge, Level::Exact, 23),
+        (E::ReferenceErrors, Level::Exact, 4),
+        (E::Multipath, Level::Exact, 467),
+        (E::White, Level::Exact, 415),
+    ],
+};
 
 #[cfg(test)]
 mod tests {

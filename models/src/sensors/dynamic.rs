@@ -10,18 +10,24 @@
 use nalgebra::{Matrix4, Vector4};
 
 use crate::draw::{DrawKey, Purpose, normal_pair, normal_pair_of, uniform};
-use crate::effects::PlanRow;
+use crate::effects::{Level, Loss, PlanRow};
 use crate::effects::positioning::{
-    Planned, Planning, PositioningEffect as E, PositioningLevels, PositioningModel, bounds,
+    Ladders, Model, Planning, PositioningEffect as E, PositioningLevels, PositioningScene,
 };
 use crate::environment::Weather;
 use crate::frames::Vector2;
+use crate::keys::{Holds, Key};
+use crate::kind::{Assumed, Kind, Symbol};
 use crate::plot::{SensorId, SensorKind};
-use crate::sensors::config::{ConfigError, count, number};
-use crate::sensors::cooperative::{Equipage, Fix, Fleet, Reporting, Reports, shown};
+use crate::sensors::bounds::{SIGMAS, percent, two};
+use crate::sensors::declared::{Declared, Given, Modelled, Settings};
+use crate::sensors::planned::Planned;
+use crate::sensors::config::{ConfigError, check, count, number};
+use crate::sensors::cooperative::{self, Equipage, Fix, Fleet, Reporting, Reports, shown};
 use crate::sensors::ranging::ellipse;
 use crate::sensors::{PlotSink, ScanInterval, Sensor, Truth};
 use crate::time::SimTime;
+use std::sync::Arc;
 
 /// Parameters of a [`Dynamic`].
 #[derive(Clone, Debug, PartialEq)]
@@ -72,17 +78,17 @@ impl DynamicConfig {
     /// [`ConfigError`] with key, value and limits.
     pub fn validate(&self) -> Result<(), ConfigError> {
         self.reporting().validate()?;
-        number("sigma_scale", self.sigma_scale, 0.0, 1.0)?;
-        number("sigma_heading_deg", self.sigma_heading_deg, 0.0, 90.0)?;
-        number("heading_walk_deg_per_sqrt_h", self.heading_walk_deg_per_sqrt_h, 0.0, 360.0)?;
-        number("sigma_start_m", self.sigma_start_m, 1e-3, 1e4)?;
-        number("sigma_white_m", self.sigma_white_m, 0.0, 1e4)?;
+        check(KEYS, "sigma_scale", self.sigma_scale)?;
+        check(KEYS, "sigma_heading_deg", self.sigma_heading_deg)?;
+        check(KEYS, "heading_walk_deg_per_sqrt_h", self.heading_walk_deg_per_sqrt_h)?;
+        check(KEYS, "sigma_start_m", self.sigma_start_m)?;
+        check(KEYS, "sigma_white_m", self.sigma_white_m)?;
         count("resets_m", self.resets_m.len(), 0, 256)?;
         for place in &self.resets_m {
             number("reset_east_m", place.x, -1e6, 1e6)?;
             number("reset_north_m", place.y, -1e6, 1e6)?;
         }
-        number("reset_radius_m", self.reset_radius_m, 0.0, 1e4)
+        check(KEYS, "reset_radius_m", self.reset_radius_m)
     }
 
     fn reporting(&self) -> Reporting {
@@ -108,7 +114,7 @@ struct Drift {
 
 impl Drift {
     fn start(config: &DynamicConfig, key: DrawKey, now: SimTime, position_m: Vector2<f64>) -> Self {
-        let mut rng = DrawKey { scan: u64::MAX, ..key }.rng(Purpose::Dynamic);
+        let mut rng = DrawKey { scan: u64::MAX, ..key }.rng(DRAWS);
         let (a, b) = normal_pair(&mut rng);
         let (c, d) = normal_pair(&mut rng);
         let sigma = Vector4::new(
@@ -193,7 +199,7 @@ impl Dynamic {
     pub fn new(config: DynamicConfig) -> Result<Self, ConfigError> {
         config.validate()?;
         let reporting = config.reporting();
-        let planning = Planning::new(config.id, PositioningModel::Dynamic);
+        let planning = Planning::new(config.id, &MODEL);
         Ok(Self { config, reporting, fleet: Fleet::default(), planning })
     }
 }
@@ -236,9 +242,9 @@ impl Sensor for Dynamic {
         let planning = &mut self.planning;
         let mut reports = Reports::new(reporting, truth, out);
         if planning.wants_survey(truth.len()) {
-            self.fleet.survey(reporting, interval, truth, |s| planning.see(s, 0.0));
+            self.fleet.survey(reporting, interval, truth, |s| planning.see(&s.velocity_mps, 0.0));
         }
-        planning.prepare(|scene| bounds::dynamic(config, scene));
+        planning.prepare(|scene| ladders(config, scene));
         self.fleet.for_each_due(
             reporting,
             interval,
@@ -250,7 +256,7 @@ impl Sensor for Dynamic {
             |drift, due| {
                 reports.expected();
                 let position_m = due.state.position_m.xy();
-                let levels = planning.levels_for(&due.state, || 0.0);
+                let levels = planning.levels_for(&due.state.velocity_mps, || 0.0);
                 let known = config
                     .resets_m
                     .iter()
@@ -258,7 +264,7 @@ impl Sensor for Dynamic {
                 // One stream for all: what is left out takes its draws with it.
                 let (walks, whites) = (levels.on(E::Heading), levels.on(E::White));
                 let mut rng = (walks || whites || known)
-                    .then(|| reporting.key(interval, due).rng(Purpose::Dynamic));
+                    .then(|| reporting.key(interval, due).rng(DRAWS));
                 let mut pair = |used: bool| {
                     let mut draw = || rng.as_mut().map_or(0.0, uniform);
                     let (first, second) = (draw(), draw());
@@ -304,6 +310,125 @@ impl Sensor for Dynamic {
                 );
             },
         );
+    }
+}
+
+/// Scale, heading and its walk, positions at the start, noise.
+const DRAWS: Purpose = Purpose::Own(23);
+
+const KEYS: &[Key] = &[
+    Key::number("sigma_scale", "", 0.0, 1.0, "Scale error of the odometer, deviation over targets"),
+    Key::number("sigma_heading_deg", "°", 0.0, 90.0, "Heading error at the start, deviation"),
+    Key::number("heading_walk_deg_per_sqrt_h", "°/√h", 0.0, 360.0, "Growth of the heading error"),
+    Key::number("sigma_start_m", "m", 1e-3, 1e4, "Position error at the start and after a reset"),
+    Key::number("sigma_white_m", "m", 0.0, 1e4, "White error of each report"),
+    Key::new("resets", Holds::Places(&[]), "Places where the position becomes known again; at most 256"),
+    Key::number("reset_radius_m", "m", 0.0, 1e4, "How near a target must come to one"),
+];
+
+/// The kind `dynamic`.
+pub static DECLARED: Declared = Declared {
+    kind: Kind {
+        word: "dynamic",
+        title: "Odometer and heading",
+        about: "On-board dead reckoning: scale and heading errors that grow with the way, reset at known places",
+        colours: ["#9fb0ff", "#3c4fc0"],
+        symbol: Symbol::WEDGE,
+        radar: false,
+        needs_site: false,
+        carried: true,
+        presets: &[("odometer", "0.5 % of the way along, half a degree across, growing by 3° in an hour")],
+        keys: &[cooperative::KEYS, KEYS],
+        draws: &[DRAWS],
+        assumed: Assumed::NOTHING,
+    },
+    read: Some(|given| Ok(Arc::new(DynamicConfig::read(given)))),
+    models: &[Modelled { model: &MODEL, example: |id| Ok(Box::new(Dynamic::new(DynamicConfig::odometer(id))?)), file: file!() }],
+};
+
+impl DynamicConfig {
+    fn read(given: &Given<'_>) -> Self {
+        let mut config = Self::odometer(given.id);
+        config.equipped = given.equipage();
+        given.number("report_s", &mut config.report_s);
+        given.number("sigma_scale", &mut config.sigma_scale);
+        given.number("sigma_heading_deg", &mut config.sigma_heading_deg);
+        given.number("heading_walk_deg_per_sqrt_h", &mut config.heading_walk_deg_per_sqrt_h);
+        given.number("sigma_start_m", &mut config.sigma_start_m);
+        given.number("sigma_white_m", &mut config.sigma_white_m);
+        given.number("reset_radius_m", &mut config.reset_radius_m);
+        config.resets_m = given.places("resets").iter().map(|p| p.position_m.xy()).collect();
+        config
+    }
+}
+
+impl Settings for DynamicConfig {
+    fn validate(&self) -> Result<(), ConfigError> {
+        self.validate()
+    }
+
+    fn timing_s(&self) -> (f64, f64) {
+        (self.report_s, 0.0)
+    }
+
+    fn model(&self) -> Result<Box<dyn Planned>, ConfigError> {
+        Ok(Box::new(Dynamic::new(self.clone())?))
+    }
+}
+
+/// What is planned of it.
+pub static MODEL: Model = Model {
+    name: "odometer",
+    reads_speed: true,
+    reads_distance: false,
+    costs: &[
+        (E::Scale, Level::Exact, 1),
+        (E::Heading, Level::Exact, 124),
+        (E::Start, Level::Exact, 0),
+        (E::White, Level::Exact, 123),
+    ],
+};
+
+/// On-board dead reckoning.
+fn ladders(config: &DynamicConfig, scene: &PositioningScene) -> Ladders {
+    let (speed_mps, horizon_s) = (scene.conditions.speed_mps, scene.horizon_s);
+    let way_m = if speed_mps > 0.0 { speed_mps * horizon_s } else { 0.0 };
+    let of = |sigma: f64| if sigma > 0.0 && way_m > 0.0 { SIGMAS * sigma * way_m } else { 0.0 };
+    let walk_rad = config.heading_walk_deg_per_sqrt_h.to_radians() * (horizon_s / 3600.0).sqrt();
+    let heading = of(config.sigma_heading_deg.to_radians()) + of(walk_rad);
+    let called = if way_m > 0.0 { format!("ways to {way_m} m") } else { "nobody moves".into() };
+    Ladders {
+        model: &MODEL,
+        effects: vec![
+            two(
+                E::Scale,
+                format!("{} of the way, {called}", percent(config.sigma_scale)),
+                Loss::moves(of(config.sigma_scale)),
+            ),
+            two(
+                E::Heading,
+                format!(
+                    "{}° and {}°/√h, {called}",
+                    config.sigma_heading_deg, config.heading_walk_deg_per_sqrt_h
+                ),
+                Loss::moves(heading),
+            ),
+            two(
+                E::Start,
+                format!(
+                    "σ {} m at the start, {} known places",
+                    config.sigma_start_m,
+                    config.resets_m.len()
+                ),
+                Loss::moves(std::f64::consts::SQRT_2 * SIGMAS * config.sigma_start_m),
+            ),
+            two(
+                E::White,
+                format!("σ {} m", config.sigma_white_m),
+                Loss::moves(SIGMAS * config.sigma_white_m),
+            ),
+        ],
+        step_m: 0.0,
     }
 }
 

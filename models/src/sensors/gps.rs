@@ -13,22 +13,28 @@
 //! Signal Specification (1995), SPS Performance Standard (2001, 2020).
 
 use crate::draw::{DrawKey, Purpose, normal_pair, uniform};
-use crate::effects::PlanRow;
+use crate::effects::{Level, PlanRow};
 use crate::effects::positioning::{
-    Ladders, Planned, Planning, PositioningEffect as E, PositioningLevels, PositioningModel,
-    PositioningScene, bounds,
+    Ladders, Model, Planning, PositioningEffect as E, PositioningLevels, 
+    PositioningScene,
 };
 use crate::environment::Weather;
 use crate::frames::{Matrix2, Vector2};
+use crate::keys::Key;
+use crate::kind::{Assumed, Kind, Symbol};
 use crate::plot::{SensorId, SensorKind};
-use crate::sensors::config::{ConfigError, number};
-use crate::sensors::constellation::{Dop, Sky, SkyConfig, SkyEpoch};
-use crate::sensors::cooperative::{Equipage, Fix, Fleet, Reporting, Reports, Shown, shown};
+use crate::sensors::satellite_bounds;
+use crate::sensors::declared::{Declared, Given, Modelled, Settings};
+use crate::sensors::planned::Planned;
+use crate::sensors::config::{ConfigError, check, number};
+use crate::sensors::constellation::{self, Dop, Sky, SkyConfig, SkyEpoch};
+use crate::sensors::cooperative::{self, Equipage, Fix, Fleet, Reporting, Reports, Shown, shown};
 use crate::sensors::gauss_markov::Gm1Pair;
-use crate::sensors::ranging::{Ranging, RangingConfig, RangingReceiver, Want, ellipse};
+use crate::sensors::ranging::{self, Ranging, RangingConfig, RangingReceiver, Want, ellipse};
 use crate::sensors::service::{Alternating, Service, ServiceState};
 use crate::sensors::{PlotSink, ScanInterval, Sensor, Truth};
 use crate::time::SimTime;
+use std::sync::Arc;
 
 /// Statistics of a horizontal error: mean and deviation of north and east, and how much of it lasts.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,12 +59,12 @@ impl NorthEast {
     /// # Errors
     /// [`ConfigError`] with key, value and limits.
     pub fn validate(&self) -> Result<(), ConfigError> {
-        number("mean_north_m", self.mean_north_m, -1e4, 1e4)?;
-        number("mean_east_m", self.mean_east_m, -1e4, 1e4)?;
-        number("sigma_north_m", self.sigma_north_m, 1e-3, 1e4)?;
-        number("sigma_east_m", self.sigma_east_m, 1e-3, 1e4)?;
-        number("correlated_share", self.correlated_share, 0.0, 1.0)?;
-        number("tau_s", self.tau_s, 1e-3, 1e6)
+        check(ERROR_KEYS, "mean_north_m", self.mean_north_m)?;
+        check(ERROR_KEYS, "mean_east_m", self.mean_east_m)?;
+        check(ERROR_KEYS, "sigma_north_m", self.sigma_north_m)?;
+        check(ERROR_KEYS, "sigma_east_m", self.sigma_east_m)?;
+        check(ERROR_KEYS, "correlated_share", self.correlated_share)?;
+        check(ERROR_KEYS, "tau_s", self.tau_s)
     }
 }
 
@@ -79,8 +85,8 @@ impl SoftFailure {
     /// # Errors
     /// [`ConfigError`] with key, value and limits.
     pub fn validate(&self) -> Result<(), ConfigError> {
-        number("soft_step_m", self.step_m, 0.0, 1e6)?;
-        number("soft_ramp_m_per_s", self.ramp_m_per_s, 0.0, 1e4)?;
+        check(SOFT_KEYS, "soft_step_m", self.step_m)?;
+        check(SOFT_KEYS, "soft_ramp_m_per_s", self.ramp_m_per_s)?;
         number("soft_limit_m", self.limit_m, self.step_m, 1e6)
     }
 
@@ -152,9 +158,9 @@ impl Diluted {
     /// [`ConfigError`] with key, value and limits.
     pub fn validate(&self) -> Result<(), ConfigError> {
         self.sky.validate()?;
-        number("uere_m", self.uere_m, 1e-3, 1e4)?;
-        number("correlated_share", self.correlated_share, 0.0, 1.0)?;
-        number("tau_s", self.tau_s, 1e-3, 1e6)
+        check(DILUTED_KEYS, "uere_m", self.uere_m)?;
+        check(ERROR_KEYS, "correlated_share", self.correlated_share)?;
+        check(ERROR_KEYS, "tau_s", self.tau_s)
     }
 }
 
@@ -313,9 +319,9 @@ impl Gps {
         config.validate()?;
         let reporting = config.reporting();
         let planned = match &config.model {
-            GpsModel::Statistical(_) => PositioningModel::GpsStatistical,
-            GpsModel::Constellation(_) => PositioningModel::GpsConstellation,
-            GpsModel::PerSatellite(_) => PositioningModel::GpsPerSatellite,
+            GpsModel::Statistical(_) => &STATISTICAL,
+            GpsModel::Constellation(_) => &CONSTELLATION,
+            GpsModel::PerSatellite(_) => &PER_SATELLITE,
         };
         let engine = match config.model {
             GpsModel::Statistical(model) => Engine::Statistical { model, fleet: Fleet::default() },
@@ -399,20 +405,20 @@ impl Sensor for Gps {
         match &mut self.engine {
             Engine::Statistical { model, fleet } => {
                 if survey {
-                    fleet.survey(reporting, interval, truth, |s| planning.see(s, 0.0));
+                    fleet.survey(reporting, interval, truth, |s| planning.see(&s.velocity_mps, 0.0));
                 }
-                planning.prepare(|scene| bounds::gps_statistical(model, scene));
+                planning.prepare(|scene| satellite_bounds::gps_statistical(model, scene));
                 statistical(model, fleet, reporting, planning, interval, truth, &mut reports);
             }
             Engine::Constellation { model, sky, fleet } => {
                 if survey {
-                    fleet.survey(reporting, interval, truth, |s| planning.see(s, 0.0));
+                    fleet.survey(reporting, interval, truth, |s| planning.see(&s.velocity_mps, 0.0));
                 }
                 prepare_sky(
                     sky,
                     planning,
                     interval,
-                    |scene| bounds::gps_constellation(model, scene),
+                    |scene| satellite_bounds::gps_constellation(model, scene),
                     |sky| {
                         sky.prepare(interval.run_seed, interval.from, interval.to, 0.0);
                     },
@@ -421,10 +427,10 @@ impl Sensor for Gps {
             }
             Engine::PerSatellite { ranging, fleet } => {
                 if survey {
-                    fleet.survey(reporting, interval, truth, |s| planning.see(s, 0.0));
+                    fleet.survey(reporting, interval, truth, |s| planning.see(&s.velocity_mps, 0.0));
                 }
                 ranging.prepare(interval, planning, |config, scene| {
-                    bounds::gps_per_satellite(config, scene)
+                    satellite_bounds::gps_per_satellite(config, scene)
                 });
                 fleet.for_each_due(
                     reporting,
@@ -434,7 +440,7 @@ impl Sensor for Gps {
                     |receiver, due| {
                         reports.expected();
                         let key = reporting.key(interval, due);
-                        let levels = planning.levels_for(&due.state, || 0.0);
+                        let levels = planning.levels_for(&due.state.velocity_mps, || 0.0);
                         let want = Want { explain: reports.explains(), ..Want::default() };
                         let fix = ranging.fix(receiver, key, due.time, &want, &levels, planning);
                         if let Some(fix) = fix {
@@ -465,7 +471,7 @@ fn statistical(
         |receiver, due| {
             reports.expected();
             let draw = reporting.key(interval, due);
-            let levels = planning.levels_for(&due.state, || 0.0);
+            let levels = planning.levels_for(&due.state.velocity_mps, || 0.0);
             let quality = receiver.service(&model.service, draw, due.time, &levels, planning);
             // The error goes on through an outage: later reports do not depend on who saw this one.
             let error = receiver.error(&model.error, draw, due.time, &levels, planning);
@@ -514,7 +520,7 @@ fn diluted(
         |wander, due| {
             reports.expected();
             let key = reporting.key(interval, due);
-            let levels = planning.levels_for(&due.state, || 0.0);
+            let levels = planning.levels_for(&due.state.velocity_mps, || 0.0);
             let unit = wander.parts(
                 (model.correlated_share, model.tau_s),
                 key,
@@ -770,6 +776,218 @@ impl Receiver {
         }
     }
 }
+
+const LEVEL_KEYS: &[Key] = &[Key::word(
+    "level",
+    || vec!["statistical", "constellation", "per_satellite"],
+    "How it is modelled, cheap first",
+)];
+
+/// Keys of outages that are drawn by shares of time.
+pub(crate) const SERVICE_KEYS: &[Key] = &[
+    Key::number("coverage", "", 1e-9, 1.0, "Share of time in which a position is possible at the place"),
+    Key::number("coverage_mttr_s", "s", 1e-9, 1e10, "Mean length of a gap in coverage"),
+    Key::number("availability", "", 1e-9, 1.0, "Share of that in which enough satellites work"),
+    Key::number("availability_mttr_s", "s", 1e-9, 1e10, "Mean length of such an outage"),
+    Key::number("reliability", "", 1e-9, 1.0, "Share of that in which the error is within its statistics"),
+    Key::number("reliability_mttr_s", "s", 1e-9, 1e10, "Mean length of a time with a position far off"),
+];
+
+/// Keys of positions far off.
+pub(crate) const SOFT_KEYS: &[Key] = &[
+    Key::number("soft_step_m", "m", 0.0, 1e6, "First shift of a soft failure"),
+    Key::number("soft_ramp_m_per_s", "m/s", 0.0, 1e4, "Growth of that shift"),
+    Key::number("soft_limit_m", "m", 0.0, 1e6, "Largest shift, not less than the first"),
+];
+
+const ERROR_KEYS: &[Key] = &[
+    Key::number("mean_north_m", "m", -1e4, 1e4, "Mean error to the north"),
+    Key::number("mean_east_m", "m", -1e4, 1e4, "Mean error to the east"),
+    Key::number("sigma_north_m", "m", 1e-3, 1e4, "Deviation of the whole error to the north"),
+    Key::number("sigma_east_m", "m", 1e-3, 1e4, "Deviation of the whole error to the east"),
+    Key::number("correlated_share", "", 0.0, 1.0, "Share of the variance that is correlated in time"),
+    Key::number("tau_s", "s", 1e-3, 1e6, "Correlation time of that share"),
+];
+
+const DILUTED_KEYS: &[Key] = &[
+    Key::number("uere_m", "m", 1e-3, 1e4, "Deviation of one range, at level constellation"),
+];
+
+/// The kind `gps`.
+pub static DECLARED: Declared = Declared {
+    kind: Kind {
+        word: "gps",
+        title: "GPS",
+        about: "Satellite positions that targets report: geometry, outages, soft failures, correlated and white errors",
+        colours: ["#57d0c8", "#00716a"],
+        symbol: Symbol::PLUS,
+        radar: false,
+        needs_site: false,
+        carried: true,
+        presets: &[
+            ("sps_2020", "8 m (95 %) horizontal"),
+            ("sps_2001", "13 m, without selective availability"),
+            ("sps_1995", "100 m, with it"),
+        ],
+        keys: &[
+            cooperative::KEYS,
+            LEVEL_KEYS,
+            SERVICE_KEYS,
+            SOFT_KEYS,
+            ERROR_KEYS,
+            DILUTED_KEYS,
+            constellation::KEYS,
+            ranging::KEYS,
+        ],
+        draws: &[],
+        assumed: Assumed { slow_share: 0.95, slow_tau_s: 300.0, ..Assumed::NOTHING },
+    },
+    read: Some(|given| Ok(Arc::new(GpsConfig::read(given)))),
+    models: &[
+        Modelled {
+            model: &STATISTICAL,
+            example: |id| example(id, GpsModel::Statistical(Statistical::sps_2020())),
+            file: file!(),
+        },
+        Modelled {
+            model: &CONSTELLATION,
+            example: |id| {
+                let sky = RangingConfig::example(None).sky;
+                example(id, GpsModel::Constellation(Diluted::reference(sky)))
+            },
+            file: file!(),
+        },
+        Modelled {
+            model: &PER_SATELLITE,
+            example: |id| example(id, GpsModel::PerSatellite(RangingConfig::example(None))),
+            file: file!(),
+        },
+    ],
+};
+
+fn example(id: SensorId, model: GpsModel) -> Result<Box<dyn Planned>, ConfigError> {
+    Ok(Box::new(Gps::new(GpsConfig::of(id, model))?))
+}
+
+impl GpsConfig {
+    fn read(given: &Given<'_>) -> Self {
+        let mut statistics = match given.preset {
+            "sps_1995" => Statistical::sps_1995(),
+            "sps_2001" => Statistical::sps_2001(),
+            _ => Statistical::sps_2020(),
+        };
+        let model = match given.word("level", "statistical") {
+            "constellation" => {
+                let mut model = Diluted::reference(SkyConfig::read(given, 10.0));
+                given.number("uere_m", &mut model.uere_m);
+                given.number("correlated_share", &mut model.correlated_share);
+                given.number("tau_s", &mut model.tau_s);
+                GpsModel::Constellation(model)
+            }
+            "per_satellite" => GpsModel::PerSatellite(RangingConfig::read(given)),
+            _ => {
+                read_services(given, &mut statistics.service);
+                read_soft(given, &mut statistics.soft);
+                let error = &mut statistics.error;
+                given.number("mean_north_m", &mut error.mean_north_m);
+                given.number("mean_east_m", &mut error.mean_east_m);
+                given.number("sigma_north_m", &mut error.sigma_north_m);
+                given.number("sigma_east_m", &mut error.sigma_east_m);
+                given.number("correlated_share", &mut error.correlated_share);
+                given.number("tau_s", &mut error.tau_s);
+                GpsModel::Statistical(statistics)
+            }
+        };
+        let mut config = Self::of(given.id, model);
+        config.equipped = given.equipage();
+        given.number("report_s", &mut config.report_s);
+        config
+    }
+}
+
+/// A process given by its share of time up and its mean outage.
+pub(crate) fn read_process(
+    given: &Given<'_>,
+    share: &'static str,
+    outage: &'static str,
+    process: &mut Alternating,
+) {
+    let (mut up, mut down_s) = (process.up_share(), process.mean_down_s);
+    given.number(share, &mut up);
+    given.number(outage, &mut down_s);
+    if given.has(share) || given.has(outage) {
+        *process = Alternating::from_share(up, down_s);
+    }
+}
+
+pub(crate) fn read_services(given: &Given<'_>, service: &mut Service) {
+    read_process(given, "coverage", "coverage_mttr_s", &mut service.coverage);
+    read_process(given, "availability", "availability_mttr_s", &mut service.availability);
+    read_process(given, "reliability", "reliability_mttr_s", &mut service.reliability);
+}
+
+pub(crate) fn read_soft(given: &Given<'_>, soft: &mut SoftFailure) {
+    given.number("soft_step_m", &mut soft.step_m);
+    given.number("soft_ramp_m_per_s", &mut soft.ramp_m_per_s);
+    given.number("soft_limit_m", &mut soft.limit_m);
+}
+
+impl Settings for GpsConfig {
+    fn validate(&self) -> Result<(), ConfigError> {
+        self.validate()
+    }
+
+    fn timing_s(&self) -> (f64, f64) {
+        (self.report_s, 0.0)
+    }
+
+    fn model(&self) -> Result<Box<dyn Planned>, ConfigError> {
+        Ok(Box::new(Gps::new(self.clone())?))
+    }
+}
+
+/// By statistics of north and east.
+pub static STATISTICAL: Model = Model {
+    name: "GPS, statistical",
+    reads_speed: false,
+    reads_distance: false,
+    costs: &[
+        (E::Geometry, Level::Cheap, 0),
+        (E::HardFailures, Level::Exact, 11),
+        (E::SoftFailures, Level::Exact, 7),
+        (E::Correlation, Level::Exact, 137),
+        (E::White, Level::Exact, 130),
+    ],
+};
+
+/// By the dilution of what is in view.
+pub static CONSTELLATION: Model = Model {
+    name: "GPS, constellation",
+    reads_speed: false,
+    reads_distance: false,
+    costs: &[
+        (E::Geometry, Level::Middle, 16),
+        (E::HardFailures, Level::Exact, 0),
+        (E::SoftFailures, Level::Exact, 0),
+        (E::Correlation, Level::Exact, 124),
+        (E::White, Level::Exact, 116),
+    ],
+};
+
+/// Range by range.
+pub static PER_SATELLITE: Model = Model {
+    name: "GPS, per satellite",
+    reads_speed: false,
+    reads_distance: false,
+    costs: &[
+        (E::Geometry, Level::Exact, 92),
+        (E::HardFailures, Level::Exact, 0),
+        (E::SoftFailures, Level::Exact, 0),
+        (E::RangeErrors, Level::Exact, 2),
+        (E::Multipath, Level::Exact, 456),
+        (E::White, Level::Exact, 398),
+    ],
+};
 
 #[cfg(test)]
 mod tests {

@@ -8,17 +8,23 @@
 //! Detector Handbook*, FHWA 2006); delays, detection and false rates are assumptions.
 
 use crate::draw::{DrawKey, Purpose, exponential, normal_pair, uniform};
-use crate::effects::PlanRow;
+use crate::effects::{Level, Loss, PlanRow};
 use crate::effects::positioning::{
-    Planned, Planning, PositioningEffect as E, PositioningModel, bounds,
+    Ladders, Model, Planning, PositioningEffect as E, PositioningScene,
 };
 use crate::environment::Weather;
 use crate::frames::{Azimuth, Vector2};
+use crate::keys::Key;
+use crate::kind::{Assumed, Kind, Symbol};
 use crate::plot::{Plot, SensorId, SensorKind};
-use crate::sensors::config::{ConfigError, number};
+use crate::sensors::bounds::{SIGMAS, duration, percent, two};
+use crate::sensors::declared::{Declared, Given, Modelled, Settings};
+use crate::sensors::planned::Planned;
+use crate::sensors::config::{ConfigError, check, number};
 use crate::sensors::cooperative::shown;
 use crate::sensors::{Cause, Contribution, PlotSink, ScanInterval, Sensor, Truth};
 use crate::time::SimTime;
+use std::sync::Arc;
 
 /// Two loops in a row.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -116,20 +122,20 @@ impl LoopConfig {
     pub fn validate(&self) -> Result<(), ConfigError> {
         number("site_east_m", self.site_m.x, -1e6, 1e6)?;
         number("site_north_m", self.site_m.y, -1e6, 1e6)?;
-        number("direction_deg", self.direction_deg, -360.0, 360.0)?;
-        number("length_m", self.length_m, 0.1, 100.0)?;
-        number("half_width_m", self.half_width_m, 0.1, 100.0)?;
+        check(KEYS, "direction_deg", self.direction_deg)?;
+        check(KEYS, "length_m", self.length_m)?;
+        check(KEYS, "half_width_m", self.half_width_m)?;
         if let Some(pair) = &self.pair {
-            number("spacing_m", pair.spacing_m, 0.5, 100.0)?;
-            number("sigma_spacing_m", pair.sigma_spacing_m, 0.0, 1.0)?;
+            check(KEYS, "spacing_m", pair.spacing_m)?;
+            check(KEYS, "sigma_spacing_m", pair.sigma_spacing_m)?;
         }
-        number("sigma_edge_m", self.sigma_edge_m, 1e-3, 100.0)?;
-        number("delay_s", self.delay_s, 0.0, 10.0)?;
-        number("pd", self.pd, 0.0, 1.0)?;
-        number("false_per_h", self.false_per_h, 0.0, 1e5)?;
-        number("assumed_half_length_m", self.assumed_half_length_m, 0.0, 50.0)?;
-        number("sigma_half_length_m", self.sigma_half_length_m, 0.0, 50.0)?;
-        number("assumed_speed_mps", self.assumed_speed_mps, 0.0, 100.0)
+        check(KEYS, "sigma_edge_m", self.sigma_edge_m)?;
+        check(KEYS, "delay_s", self.delay_s)?;
+        check(KEYS, "pd", self.pd)?;
+        check(KEYS, "false_per_h", self.false_per_h)?;
+        check(KEYS, "assumed_half_length_m", self.assumed_half_length_m)?;
+        check(KEYS, "sigma_half_length_m", self.sigma_half_length_m)?;
+        check(KEYS, "assumed_speed_mps", self.assumed_speed_mps)
     }
 
     /// Deviation of a uniform delay, s.
@@ -176,7 +182,7 @@ impl InductionLoop {
     pub fn new(config: LoopConfig) -> Result<Self, ConfigError> {
         config.validate()?;
         let along = Azimuth::from_rad(config.direction_deg.to_radians()).unit();
-        let planning = Planning::new(config.id, PositioningModel::Loop).always();
+        let planning = Planning::new(config.id, &MODEL).always();
         Ok(Self { config, along, passages: Vec::new(), next_false: None, begins: None, planning })
     }
 
@@ -293,12 +299,12 @@ impl InductionLoop {
             entity: passage.key,
             scan: begin.0 as u64,
         };
-        let mut rng = draw.rng(Purpose::Loop);
+        let mut rng = draw.rng(DRAWS);
         let detected = uniform(&mut rng) < self.config.pd;
         let mut delays = [uniform(&mut rng), uniform(&mut rng), uniform(&mut rng)]
             .map(|u| u * self.config.delay_s);
         let (mut edge, mut spacing) = normal_pair(&mut rng);
-        let levels = self.planning.levels_for(&state, || 0.0);
+        let levels = self.planning.levels_for(&state.velocity_mps, || 0.0);
         let [reception, delay, at_edge, apart] =
             [E::Reception, E::Delay, E::Edge, E::Spacing].map(|e| levels.on(e));
         let detected = detected || !reception;
@@ -430,7 +436,7 @@ impl InductionLoop {
             scan: number,
         };
         let after = |number, time: SimTime| {
-            let wait_s = gap_s * exponential(&mut draw(number).rng(Purpose::Loop));
+            let wait_s = gap_s * exponential(&mut draw(number).rng(DRAWS));
             if wait_s < 3e9 {
                 SimTime(time.0.saturating_add(SimTime::from_s(wait_s).0))
             } else {
@@ -492,11 +498,11 @@ impl Sensor for InductionLoop {
             for index in 0..truth.len() {
                 let state = truth.at(index, interval.to).or_else(|| truth.at(index, interval.from));
                 if let Some(state) = state {
-                    self.planning.see(&state, 0.0);
+                    self.planning.see(&state.velocity_mps, 0.0);
                 }
             }
         }
-        self.planning.prepare(|scene| bounds::induction_loop(&self.config, scene));
+        self.planning.prepare(|scene| ladders(&self.config, scene));
         for index in 0..truth.len() {
             out.looks += self.follow(interval, truth, index, &mut found);
         }
@@ -510,6 +516,146 @@ impl Sensor for InductionLoop {
             out.causes.push(cause);
         }
     }
+}
+
+/// Detections, delays, edges, false passages.
+const DRAWS: Purpose = Purpose::Own(22);
+
+const KEYS: &[Key] = &[
+    Key::number("direction_deg", "°", -360.0, 360.0, "Direction of the taxiway, clockwise from north; traffic may come from both sides").needed(),
+    Key::number("length_m", "m", 0.1, 100.0, "Length of a loop along the taxiway"),
+    Key::number("half_width_m", "m", 0.1, 100.0, "Half the width of the strip that it covers"),
+    Key::number("spacing_m", "m", 0.5, 100.0, "Distance between the two loops of a pair"),
+    Key::number("sigma_spacing_m", "m", 0.0, 1.0, "Uncertainty of that distance"),
+    Key::number("sigma_edge_m", "m", 1e-3, 100.0, "Uncertainty of the edge of a target over a loop"),
+    Key::number("delay_s", "s", 0.0, 10.0, "Longest delay of a detection; each is uniform up to it"),
+    Key::number("pd", "", 0.0, 1.0, "Probability that a passage is detected"),
+    Key::number("false_per_h", "1/h", 0.0, 1e5, "False passages"),
+    Key::number("assumed_half_length_m", "m", 0.0, 50.0, "Half the length that a single loop assumes of a target"),
+    Key::number("sigma_half_length_m", "m", 0.0, 50.0, "Uncertainty of that half length"),
+    Key::number("assumed_speed_mps", "m/s", 0.0, 100.0, "Speed that a single loop assumes of a target in its variance"),
+];
+
+/// The kind `loop`.
+pub static DECLARED: Declared = Declared {
+    kind: Kind {
+        word: "loop",
+        title: "Induction loop",
+        about: "Passages over one or two loops in the pavement: edges, delays, missed and false passages",
+        colours: ["#d59a6a", "#8a4b16"],
+        symbol: Symbol::HOURGLASS,
+        radar: false,
+        needs_site: true,
+        carried: false,
+        presets: &[("pair", "two loops of 2 m, 5 m apart"), ("single", "one loop of 2 m")],
+        keys: &[KEYS],
+        draws: &[DRAWS],
+        assumed: Assumed::NOTHING,
+    },
+    read: Some(|given| Ok(Arc::new(LoopConfig::read(given)?))),
+    models: &[Modelled {
+        model: &MODEL,
+        // Loops across fifty lanes.
+        example: |id| {
+            let site_m = Vector2::new(0.0, 100.0);
+            let config = LoopConfig { half_width_m: 100.0, false_per_h: 1.0, ..LoopConfig::pair_at(id, site_m, 90.0) };
+            Ok(Box::new(InductionLoop::new(config)?))
+        },
+        file: file!(),
+    }],
+};
+
+impl LoopConfig {
+    fn read(given: &Given<'_>) -> Result<Self, ConfigError> {
+        let mut pair = Self::pair_at(given.id, given.place_m(), 0.0);
+        if given.preset == "single" {
+            pair.pair = None;
+        }
+        let needed = "the direction of the taxiway, degrees clockwise from north";
+        pair.direction_deg = given.need_number("direction_deg", needed)?;
+        given.number("length_m", &mut pair.length_m);
+        given.number("half_width_m", &mut pair.half_width_m);
+        if let Some(loops) = &mut pair.pair {
+            given.number("spacing_m", &mut loops.spacing_m);
+            given.number("sigma_spacing_m", &mut loops.sigma_spacing_m);
+        }
+        given.number("sigma_edge_m", &mut pair.sigma_edge_m);
+        given.number("delay_s", &mut pair.delay_s);
+        given.number("pd", &mut pair.pd);
+        given.number("false_per_h", &mut pair.false_per_h);
+        given.number("assumed_half_length_m", &mut pair.assumed_half_length_m);
+        given.number("sigma_half_length_m", &mut pair.sigma_half_length_m);
+        given.number("assumed_speed_mps", &mut pair.assumed_speed_mps);
+        Ok(pair)
+    }
+}
+
+impl Settings for LoopConfig {
+    fn validate(&self) -> Result<(), ConfigError> {
+        self.validate()
+    }
+
+    fn timing_s(&self) -> (f64, f64) {
+        (1.0, 0.0)
+    }
+
+    fn model(&self) -> Result<Box<dyn Planned>, ConfigError> {
+        Ok(Box::new(InductionLoop::new(self.clone())?))
+    }
+
+    fn shifts_s(&self) -> f64 {
+        self.delay_s
+    }
+}
+
+/// What is planned of it.
+pub static MODEL: Model = Model {
+    name: "loop",
+    reads_speed: true,
+    reads_distance: false,
+    costs: &[
+        (E::Reception, Level::Exact, 21),
+        (E::Delay, Level::Exact, 89),
+        (E::Edge, Level::Exact, 56),
+        (E::Spacing, Level::Exact, 61),
+        (E::FalsePassages, Level::Exact, 0),
+    ],
+};
+
+/// Loops in the pavement.
+fn ladders(config: &LoopConfig, scene: &PositioningScene) -> Ladders {
+    let speed_mps = scene.conditions.speed_mps;
+    // A pair's centre goes with the quotient of two times; a target may stop over it.
+    let unless = |zero: bool| Loss::moves(if zero { 0.0 } else { f64::INFINITY });
+    let delay = match config.pair {
+        None => Loss::moves(speed_mps * config.delay_s),
+        Some(_) => unless(config.delay_s == 0.0),
+    };
+    let mut effects = vec![
+        two(
+            E::Reception,
+            format!("{} of passages detected", percent(config.pd)),
+            Loss::odds(1.0 - config.pd),
+        ),
+        two(E::Delay, format!("up to {} s at up to {speed_mps} m/s", config.delay_s), delay),
+        two(
+            E::Edge,
+            format!("σ {} m", config.sigma_edge_m),
+            Loss::moves(SIGMAS * config.sigma_edge_m),
+        ),
+    ];
+    if let Some(pair) = &config.pair {
+        let called = format!("σ {} m of {} m", pair.sigma_spacing_m, pair.spacing_m);
+        effects.push(two(E::Spacing, called, unless(pair.sigma_spacing_m == 0.0)));
+    }
+    let mean =
+        if config.false_per_h > 0.0 { config.false_per_h * scene.horizon_s / 3600.0 } else { 0.0 };
+    effects.push(two(
+        E::FalsePassages,
+        format!("{} in an hour, {}", config.false_per_h, duration(scene.horizon_s)),
+        Loss::odds(-libm::expm1(-mean)),
+    ));
+    Ladders { model: &MODEL, effects, step_m: 0.0 }
 }
 
 #[cfg(test)]

@@ -8,15 +8,20 @@
 //! systems", IEEE Trans. AES-20 (1984). Timing errors and multipath are assumptions.
 
 use crate::draw::{Purpose, normal_pair_of, uniform};
-use crate::effects::PlanRow;
+use crate::effects::{Level, Loss, PlanRow};
 use crate::effects::positioning::{
-    Planned, Planning, PositioningEffect as E, PositioningModel, bounds,
+    Ladders, Model, Planning, PositioningEffect as E, PositioningScene,
 };
 use crate::environment::{Weather, wavelength_m};
 use crate::frames::{Azimuth, Vector2};
+use crate::keys::{Holds, Key};
+use crate::kind::{Assumed, Kind, Symbol};
 use crate::plot::{SensorId, SensorKind};
-use crate::sensors::config::{ConfigError, count, number};
-use crate::sensors::cooperative::{Equipage, Fix, Fleet, Reporting, Reports, shown};
+use crate::sensors::bounds::{SIGMAS, given, percent, two};
+use crate::sensors::declared::{Declared, Given, Modelled, Settings};
+use crate::sensors::planned::Planned;
+use crate::sensors::config::{ConfigError, check, count, number};
+use crate::sensors::cooperative::{self, Equipage, Fix, Fleet, Reporting, Reports, shown};
 use crate::sensors::ranging::ellipse;
 use crate::sensors::shadow::{Building, SightLine};
 use crate::sensors::{PlotSink, ScanInterval, Sensor, TargetState, Truth};
@@ -230,11 +235,11 @@ impl MlatConfig {
                 needed: "a station at least 10 m off the line through the others",
             });
         }
-        number("sigma_t_s", self.sigma_t_s, 1e-12, 1e-5)?;
-        number("multipath", self.multipath, 0.0, 1.0)?;
-        number("multipath_m", self.multipath_m, 0.0, 1e4)?;
-        number("reception", self.reception, 0.0, 1.0)?;
-        number("max_dilution", self.max_dilution, 0.5, 1e4)
+        check(KEYS, "sigma_t_s", self.sigma_t_s)?;
+        check(KEYS, "multipath", self.multipath)?;
+        check(KEYS, "multipath_m", self.multipath_m)?;
+        check(KEYS, "reception", self.reception)?;
+        check(KEYS, "max_dilution", self.max_dilution)
     }
 
     /// The middle of the stations, m.
@@ -293,7 +298,7 @@ impl Mlat {
     pub fn new(config: MlatConfig) -> Result<Self, ConfigError> {
         config.validate()?;
         let reporting = config.reporting();
-        let planning = Planning::new(config.id, PositioningModel::Mlat);
+        let planning = Planning::new(config.id, &MODEL);
         Ok(Self { config, reporting, fleet: Fleet::default(), planning })
     }
 }
@@ -337,10 +342,10 @@ impl Sensor for Mlat {
         let middle_m = config.middle_m();
         let distance_m = |s: &TargetState| (s.position_m.xy() - middle_m).norm();
         if planning.wants_survey(truth.len()) {
-            let see = |s: &TargetState| planning.see(s, distance_m(s));
+            let see = |s: &TargetState| planning.see(&s.velocity_mps, distance_m(s));
             self.fleet.survey(reporting, interval, truth, see);
         }
-        planning.prepare(|scene| bounds::mlat(config, scene));
+        planning.prepare(|scene| ladders(config, scene));
         let mut reports = Reports::new(reporting, truth, out);
         let (mut heard, mut errors_m) = (Vec::new(), Vec::new());
         self.fleet.for_each_due(
@@ -351,11 +356,11 @@ impl Sensor for Mlat {
             |(), due| {
                 reports.expected();
                 let target_m = due.state.position_m.xy();
-                let levels = planning.levels_for(&due.state, || distance_m(&due.state));
+                let levels = planning.levels_for(&due.state.velocity_mps, || distance_m(&due.state));
                 let [reception, range, sight, timing, multipath] =
                     [E::Reception, E::StationRange, E::Sight, E::Timing, E::Multipath]
                         .map(|e| levels.on(e));
-                let mut rng = reporting.key(interval, due).rng(Purpose::Mlat);
+                let mut rng = reporting.key(interval, due).rng(DRAWS);
                 heard.clear();
                 errors_m.clear();
                 // A transponder's antenna is on top or below: the middle of the body.
@@ -431,6 +436,187 @@ impl Sensor for Mlat {
                 );
             },
         );
+    }
+}
+
+/// Reception, times of arrival, late arrivals.
+const DRAWS: Purpose = Purpose::Own(21);
+
+const STATION_KEYS: &[Key] = &[
+    Key::number("range_m", "m", 1.0, 1e6, "Farthest transmission that the station hears").or("10000"),
+    Key::new("blind", Holds::Tables(BLIND_KEYS), "Sectors in which the station hears nothing"),
+];
+
+const BLIND_KEYS: &[Key] = &[
+    Key::number("from_deg", "°", -360.0, 360.0, "Where the sector begins, clockwise from north").needed(),
+    Key::number("to_deg", "°", -360.0, 720.0, "Where it ends, clockwise from its beginning").needed(),
+    Key::number("beyond_m", "m", 0.0, 1e6, "Distance beyond which it is deaf there").needed(),
+];
+
+const KEYS: &[Key] = &[
+    Key::new("stations", Holds::Places(STATION_KEYS), "The stations, 3 to 64, not all on one line; 15 m high unless they say otherwise").needed(),
+    Key::number("sigma_t_s", "s", 1e-12, 1e-5, "Deviation of a time of arrival"),
+    Key::number("multipath", "", 0.0, 1.0, "Probability that a time of arrival is late"),
+    Key::number("multipath_m", "m", 0.0, 1e4, "Mean of that delay"),
+    Key::number("reception", "", 0.0, 1.0, "Probability that a station decodes a transmission that it hears"),
+    Key::number("max_dilution", "", 0.5, 1e4, "Largest horizontal dilution of a position that is reported"),
+];
+
+/// The kind `mlat`.
+pub static DECLARED: Declared = Declared {
+    kind: Kind {
+        word: "mlat",
+        title: "Multilateration",
+        about: "Positions of transponders from times of arrival at stations: geometry, timing, late arrivals, range, buildings in the way",
+        colours: ["#e8e070", "#756b00"],
+        symbol: Symbol::DIAMOND,
+        radar: false,
+        needs_site: false,
+        carried: true,
+        presets: &[("airport", "5 ns of timing error, a position a second")],
+        keys: &[cooperative::KEYS, KEYS],
+        draws: &[DRAWS],
+        // Ways round corners, which its own figures do not know of.
+        assumed: Assumed { extra_sigma_m: 2.0, ..Assumed::NOTHING },
+    },
+    read: Some(|given| Ok(Arc::new(MlatConfig::read(given)?))),
+    models: &[Modelled { model: &MODEL, example: |id| Ok(Box::new(Mlat::new(MlatConfig::example(id))?)), file: file!() }],
+};
+
+impl MlatConfig {
+    fn read(given: &Given<'_>) -> Result<Self, ConfigError> {
+        let mut config = Self::with_stations(given.id, &[]);
+        config.equipped = given.equipage();
+        for place in given.places("stations") {
+            let number = |key: &str, default: f64| place.numbers.get(key).copied().unwrap_or(default);
+            let sectors = place.tables.get("blind").map_or(&[][..], Vec::as_slice);
+            let blind = sectors.iter().map(|sector| {
+                let of = |key: &str| sector.get(key).copied().unwrap_or(f64::NAN);
+                BlindSector { from_deg: of("from_deg"), to_deg: of("to_deg"), beyond_m: of("beyond_m") }
+            });
+            config.stations.push(Station {
+                position_m: place.position_m.xy(),
+                height_m: if place.has_height { place.position_m.z } else { 15.0 },
+                range_m: number("range_m", 10_000.0),
+                blind: blind.collect(),
+            });
+        }
+        config.buildings = given.buildings.into();
+        if config.stations.is_empty() {
+            let needed = "a list of at least three places [{ lat_deg = …, lon_deg = … }, …]";
+            return Err(ConfigError::Missing { key: "stations", needed });
+        }
+        given.number("report_s", &mut config.report_s);
+        given.number("sigma_t_s", &mut config.sigma_t_s);
+        given.number("multipath", &mut config.multipath);
+        given.number("multipath_m", &mut config.multipath_m);
+        given.number("reception", &mut config.reception);
+        given.number("max_dilution", &mut config.max_dilution);
+        Ok(config)
+    }
+
+    /// Five stations among sheds.
+    fn example(id: SensorId) -> Self {
+        let places = [(0.0, 0.0), (4000.0, 0.0), (4000.0, 2500.0), (0.0, 2500.0), (2000.0, -500.0)]
+            .map(|(x, y)| Vector2::new(x, y));
+        let shed = |i: u32| Building {
+            name: "shed".into(),
+            footprint_m: [(0.0, 0.0), (80.0, 0.0), (80.0, 30.0), (0.0, 30.0)]
+                .map(|(x, y)| Vector2::new(700.0 + 150.0 * f64::from(i) + x, 800.0 + y))
+                .to_vec(),
+            height_m: 12.0,
+            facade: &crate::environment::surface::MATERIALS[0],
+        };
+        Self {
+            buildings: Arc::from((0..5).map(shed).collect::<Vec<_>>()),
+            ..Self::with_stations(id, &places)
+        }
+    }
+}
+
+impl Settings for MlatConfig {
+    fn validate(&self) -> Result<(), ConfigError> {
+        self.validate()
+    }
+
+    fn timing_s(&self) -> (f64, f64) {
+        (self.report_s, 0.0)
+    }
+
+    fn model(&self) -> Result<Box<dyn Planned>, ConfigError> {
+        Ok(Box::new(Mlat::new(self.clone())?))
+    }
+}
+
+/// What is planned of it.
+pub static MODEL: Model = Model {
+    name: "multilateration",
+    reads_speed: false,
+    reads_distance: true,
+    costs: &[
+        (E::Geometry, Level::Exact, 369),
+        (E::Reception, Level::Exact, 0),
+        (E::StationRange, Level::Exact, 7),
+        (E::Sight, Level::Exact, 836),
+        (E::Timing, Level::Exact, 177),
+        (E::Multipath, Level::Exact, 5),
+    ],
+};
+
+/// Multilateration; distances are from the middle of the stations.
+fn ladders(config: &MlatConfig, scene: &PositioningScene) -> Ladders {
+    let stations = config.stations.len();
+    let any_of = |p: f64| -libm::expm1(stations as f64 * libm::log1p(-p.min(1.0 - 1e-16)));
+    let middle_m = config.middle_m();
+    let far_m = scene.conditions.distance_m;
+    let short = config
+        .stations
+        .iter()
+        .filter(|s| !s.blind.is_empty() || (s.position_m - middle_m).norm() + far_m > s.range_m);
+    let short = short.count();
+    let sigma_m = crate::environment::SPEED_OF_LIGHT * config.sigma_t_s;
+    let certain = |n: usize| Loss::odds(if n > 0 { 1.0 } else { 0.0 });
+    let late = if config.multipath_m > 0.0 { any_of(config.multipath) } else { 0.0 };
+    Ladders {
+        model: &MODEL,
+        effects: vec![
+            given(
+                E::Geometry,
+                Level::Exact,
+                format!("{stations} stations, dilution to {}", config.max_dilution),
+                0.0,
+            ),
+            two(
+                E::Reception,
+                format!("{} decoded by each station", percent(config.reception)),
+                Loss::odds(any_of(1.0 - config.reception)),
+            ),
+            two(
+                E::StationRange,
+                format!("{short} stations that may not hear all, targets to {far_m} m"),
+                certain(short),
+            ),
+            two(
+                E::Sight,
+                format!("{} buildings", config.buildings.len()),
+                certain(config.buildings.len()),
+            ),
+            two(
+                E::Timing,
+                format!("σ {sigma_m:.2} m per arrival"),
+                Loss::moves(SIGMAS * sigma_m * config.max_dilution),
+            ),
+            two(
+                E::Multipath,
+                format!(
+                    "{} late by {} m on average",
+                    percent(config.multipath),
+                    config.multipath_m
+                ),
+                Loss::odds(late),
+            ),
+        ],
+        step_m: 0.0,
     }
 }
 

@@ -1,24 +1,20 @@
 //! Sensors: truth and weather in, plots out.
 
-pub mod adsb;
 pub mod antenna;
-pub mod asde;
 mod asde_parameters;
+pub mod bounds;
 pub mod config;
 pub mod constellation;
 pub mod cooperative;
+pub mod declared;
 pub mod detection;
-pub mod dgps;
-pub mod dynamic;
 pub mod extended;
 pub mod gauss_markov;
 pub mod geometry;
 pub mod ghost;
-pub mod gps;
-pub mod induction_loop;
 pub mod measurement;
-pub mod mlat;
 pub mod offline;
+pub mod planned;
 pub mod propagation;
 pub mod radar_costs;
 pub mod radar_equation;
@@ -27,6 +23,7 @@ pub mod radial;
 pub mod ranging;
 #[cfg(test)]
 mod sample_shapes;
+pub mod satellite_bounds;
 pub mod service;
 pub mod shadow;
 pub mod shape;
@@ -41,6 +38,35 @@ use crate::plot::{Callsign, Plot};
 use crate::time::SimTime;
 use shape::Shape;
 use std::sync::Arc;
+
+/// Every kind of sensor: its file, and the name of its kind.
+macro_rules! kinds {
+    ($($file:ident as $name:ident,)+) => {
+        $(pub mod $file;)+
+
+        /// Every kind of sensor, in the order in which lists show them.
+        pub static KINDS: &[&declared::Declared] = &[$(&$file::DECLARED,)+];
+
+        #[allow(non_upper_case_globals, reason = "named like the kinds of an enumeration")]
+        impl crate::kind::SensorKind {
+            $(
+                #[doc = concat!("The kind that `sensors::", stringify!($file), "` declares.")]
+                pub const $name: Self = Self(&$file::DECLARED.kind);
+            )+
+        }
+    };
+}
+
+// One line a kind; its file says all else (CONTRIBUTING.md).
+kinds! {
+    asde as Asde,
+    gps as Gps,
+    dgps as Dgps,
+    adsb as Adsb,
+    mlat as Mlat,
+    induction_loop as Loop,
+    dynamic as Dynamic,
+}
 
 /// Size and echo of a kind of target; shared by all targets of a type.
 #[derive(Clone, Debug, PartialEq)]

@@ -13,16 +13,17 @@
 //! Processes* (1965), ch. 3, for the chain.
 
 use crate::draw::{DrawKey, Purpose, uniform};
-use crate::effects::PlanRow;
-use crate::effects::positioning::{
-    Planned, Planning, PositioningEffect as E, PositioningModel, bounds,
-};
+use crate::effects::positioning::{Ladders, Model, Planning, PositioningEffect as E};
+use crate::effects::{Level, Loss, PlanRow};
 use crate::environment::Weather;
 use crate::frames::{Azimuth, Vector2};
 use crate::plot::{SensorId, SensorKind};
+use crate::sensors::bounds::{GEOMETRY_SHARE, SIGMAS, given, noise, percent, two};
 use crate::sensors::config::{ConfigError, number};
 use crate::sensors::cooperative::{Equipage, Fix, Fleet, Reporting, Reports, shown};
+use crate::sensors::declared::{Modelled, Settings};
 use crate::sensors::gps::Wander;
+use crate::sensors::planned::Planned;
 use crate::sensors::{PlotSink, ScanInterval, Sensor, Truth};
 use crate::time::SimTime;
 
@@ -321,7 +322,7 @@ impl OfflineConfig {
             id,
             kind,
             equipped: Equipage::all(),
-            identified: !matches!(kind, SensorKind::Asde | SensorKind::Loop),
+            identified: kind.carried,
             axes: OfflineAxes::NorthEast,
             reach: None,
             figures,
@@ -391,7 +392,7 @@ impl Offline {
     pub fn new(config: OfflineConfig) -> Result<Self, ConfigError> {
         config.validate()?;
         let (reporting, chain) = (config.reporting(), config.chain());
-        let planning = Planning::new(config.id, PositioningModel::Offline);
+        let planning = Planning::new(config.id, &MODEL);
         Ok(Self { config, reporting, chain, fleet: Fleet::default(), planning })
     }
 }
@@ -436,9 +437,9 @@ impl Sensor for Offline {
         let planning = &mut self.planning;
         let mut reports = Reports::new(reporting, truth, out);
         if planning.wants_survey(truth.len()) {
-            self.fleet.survey(reporting, interval, truth, |s| planning.see(s, 0.0));
+            self.fleet.survey(reporting, interval, truth, |s| planning.see(&s.velocity_mps, 0.0));
         }
-        planning.prepare(|_| bounds::offline(config));
+        planning.prepare(|_| ladders(config));
         self.fleet.for_each_due(
             reporting,
             interval,
@@ -453,7 +454,7 @@ impl Sensor for Offline {
                 }
                 reports.expected();
                 let key = reporting.key(interval, due);
-                let levels = planning.levels_for(&due.state, || 0.0);
+                let levels = planning.levels_for(&due.state.velocity_mps, || 0.0);
                 // The error goes on whether the report comes or not.
                 let share = (figures.correlated_share, figures.tau_s);
                 let parts = state.wander.parts(share, key, due.time, &levels, planning);
@@ -501,6 +502,71 @@ impl Sensor for Offline {
                 );
             },
         );
+    }
+}
+
+/// Figures in place of any kind of sensor.
+pub static MODELLED: Modelled = Modelled {
+    model: &MODEL,
+    example: |id| {
+        let figures = OfflineFit {
+            correlated_share: 0.8,
+            tau_s: 100.0,
+            pd: 0.95,
+            outage_reports: 5.0,
+            ..OfflineFit::white(3.0, 1.0)
+        };
+        Ok(Box::new(Offline::new(OfflineConfig::of(id, SensorKind::Gps, figures))?))
+    },
+    file: file!(),
+};
+
+impl Settings for OfflineConfig {
+    fn validate(&self) -> Result<(), ConfigError> {
+        self.validate()
+    }
+
+    fn timing_s(&self) -> (f64, f64) {
+        (self.figures.period_s, 0.0)
+    }
+
+    fn model(&self) -> Result<Box<dyn Planned>, ConfigError> {
+        Ok(Box::new(Offline::new(self.clone())?))
+    }
+}
+
+/// What is planned of it.
+pub static MODEL: Model = Model {
+    name: "off-line figures",
+    reads_speed: false,
+    reads_distance: false,
+    costs: &[
+        (E::Geometry, Level::Cheap, 0),
+        (E::HardFailures, Level::Exact, 75),
+        (E::Correlation, Level::Exact, 135),
+        (E::White, Level::Exact, 129),
+    ],
+};
+
+/// Fitted figures.
+fn ladders(config: &OfflineConfig) -> Ladders {
+    let f = &config.figures;
+    let sigma_m = f.axes[0].sigma_m.max(f.axes[1].sigma_m);
+    let [correlated, white] = noise(sigma_m, f.correlated_share, f.tau_s);
+    let called = format!("figures of {} reports, fixed by the scene", f.samples);
+    Ladders {
+        model: &MODEL,
+        effects: vec![
+            given(E::Geometry, Level::Cheap, called, SIGMAS * GEOMETRY_SHARE * sigma_m),
+            two(
+                E::HardFailures,
+                format!("{} of reports come", percent(f.pd)),
+                Loss::odds(1.0 - f.pd),
+            ),
+            correlated,
+            white,
+        ],
+        step_m: 0.0,
     }
 }
 

@@ -15,10 +15,12 @@ use crate::effects::positioning::{
     Ladders, Planning, PositioningEffect as E, PositioningLevels, PositioningScene,
 };
 use crate::frames::Vector2;
+use crate::keys::Key;
 use crate::sensors::ScanInterval;
-use crate::sensors::config::{ConfigError, number};
+use crate::sensors::config::{ConfigError, check, number};
 use crate::sensors::constellation::{Dop, Sky, SkyConfig};
 use crate::sensors::cooperative::{Shown, shown};
+use crate::sensors::declared::Given;
 use crate::sensors::gauss_markov::{Gm1Step, Gm2Step};
 use crate::sensors::gps::prepare_sky;
 use crate::time::SimTime;
@@ -89,7 +91,7 @@ impl RangeBudget {
         self.troposphere.validate("troposphere_m", "troposphere_tau_s")?;
         self.multipath.validate("multipath_m", "multipath_tau_s")?;
         // A range without any noise would give a covariance of 0.
-        number("noise_m", self.noise_m, 1e-3, 1e4)
+        check(KEYS, "noise_m", self.noise_m)
     }
 
     /// Variance of one range at `elevation_rad`, m².
@@ -172,9 +174,9 @@ impl RangeCorrections {
     /// [`ConfigError`] with key, value and limits.
     pub fn validate(&self) -> Result<(), ConfigError> {
         self.reference.validate("reference_range_m", "reference_tau_s")?;
-        number("iono_gradient", self.iono_gradient, 0.0, 1e-2)?;
-        number("smoothing_s", self.smoothing_s, 0.0, 1e4)?;
-        number("space_decorrelation", self.space_decorrelation, 0.0, 1e-2)?;
+        check(CORRECTION_KEYS, "iono_gradient", self.iono_gradient)?;
+        check(CORRECTION_KEYS, "smoothing_s", self.smoothing_s)?;
+        check(CORRECTION_KEYS, "space_decorrelation", self.space_decorrelation)?;
         number("correction_latency_s", self.latency_s, 0.0, 600.0)?;
         number("correction_s", self.period_s, 1e-3, 600.0)
     }
@@ -648,10 +650,120 @@ pub fn ellipse([east, cross, north]: [f64; 3]) -> (Vector2<f64>, [f64; 2]) {
     (Vector2::new(cos, sin), [larger, smaller])
 }
 
+/// Keys of ranges, at level per_satellite.
+pub(crate) const KEYS: &[Key] = &[
+    Key::number(
+        "selective_availability_m",
+        "m",
+        0.0,
+        1e4,
+        "Range error by selective availability, deviation",
+    ),
+    Key::number("selective_availability_tau_s", "s", 1e-3, 1e6, "Its correlation time"),
+    Key::number("clock_ephemeris_m", "m", 0.0, 1e4, "Range error by clocks and orbits, deviation"),
+    Key::number("clock_ephemeris_tau_s", "s", 1e-3, 1e6, "Its correlation time"),
+    Key::number(
+        "ionosphere_m",
+        "m",
+        0.0,
+        1e4,
+        "Range error by the ionosphere at the zenith, deviation",
+    ),
+    Key::number("ionosphere_tau_s", "s", 1e-3, 1e6, "Its correlation time"),
+    Key::number(
+        "troposphere_m",
+        "m",
+        0.0,
+        1e4,
+        "Range error by the troposphere at the zenith, deviation",
+    ),
+    Key::number("troposphere_tau_s", "s", 1e-3, 1e6, "Its correlation time"),
+    Key::number("multipath_m", "m", 0.0, 1e4, "Range error by multipath at the zenith, deviation"),
+    Key::number("multipath_tau_s", "s", 1e-3, 1e6, "Its correlation time"),
+    Key::number("noise_m", "m", 1e-3, 1e4, "Noise of a range, deviation"),
+    Key::flag("weighted", "Whether low satellites weigh less in a fix"),
+];
+
+/// Keys of corrections.
+pub(crate) const CORRECTION_KEYS: &[Key] = &[
+    Key::number(
+        "reference_range_m",
+        "m",
+        0.0,
+        1e4,
+        "Range error of the reference station, deviation, at level per_satellite",
+    ),
+    Key::number("reference_tau_s", "s", 1e-3, 1e6, "Its correlation time"),
+    Key::number("iono_gradient", "", 0.0, 1e-2, "Gradient of the ionospheric delay, m/m"),
+    Key::number("smoothing_s", "s", 0.0, 1e4, "Time constant of carrier smoothing"),
+    Key::number(
+        "space_decorrelation",
+        "",
+        0.0,
+        1e-2,
+        "Decorrelation of other errors with distance, m/m",
+    ),
+    Key::number(
+        "correction_latency_s",
+        "s",
+        0.0,
+        3600.0,
+        "Age of a correction when it arrives; to 600 at level per_satellite",
+    ),
+    Key::number(
+        "correction_s",
+        "s",
+        1e-3,
+        3600.0,
+        "Time between two corrections; to 600 at level per_satellite",
+    ),
+];
+
+impl RangeCorrections {
+    pub(crate) fn read(given: &Given<'_>) -> Self {
+        let mut c = Self::on_airport();
+        given.number("reference_range_m", &mut c.reference.sigma_m);
+        given.number("reference_tau_s", &mut c.reference.tau_s);
+        given.number("iono_gradient", &mut c.iono_gradient);
+        given.number("smoothing_s", &mut c.smoothing_s);
+        given.number("space_decorrelation", &mut c.space_decorrelation);
+        given.number("correction_latency_s", &mut c.latency_s);
+        given.number("correction_s", &mut c.period_s);
+        c
+    }
+}
+
+impl RangingConfig {
+    pub(crate) fn read(given: &Given<'_>) -> Self {
+        let mut b = RangeBudget::modern();
+        given.number("selective_availability_m", &mut b.selective_availability.sigma_m);
+        given.number("selective_availability_tau_s", &mut b.selective_availability.tau_s);
+        given.number("clock_ephemeris_m", &mut b.clock_ephemeris.sigma_m);
+        given.number("clock_ephemeris_tau_s", &mut b.clock_ephemeris.tau_s);
+        given.number("ionosphere_m", &mut b.ionosphere.sigma_m);
+        given.number("ionosphere_tau_s", &mut b.ionosphere.tau_s);
+        given.number("troposphere_m", &mut b.troposphere.sigma_m);
+        given.number("troposphere_tau_s", &mut b.troposphere.tau_s);
+        given.number("multipath_m", &mut b.multipath.sigma_m);
+        given.number("multipath_tau_s", &mut b.multipath.tau_s);
+        given.number("noise_m", &mut b.noise_m);
+        let mut weighted = false;
+        given.flag("weighted", &mut weighted);
+        Self { sky: SkyConfig::read(given, 1.0), budget: b, weighted, corrections: None }
+    }
+
+    /// Over Zurich, for benches and tests.
+    pub(crate) fn example(corrections: Option<RangeCorrections>) -> Self {
+        let site = geodesy::Geodetic::from_degrees(47.45, 8.55, 432.0);
+        let sky = SkyConfig { step_s: 1.0, ..SkyConfig::reference(site, 8.3e8) };
+        Self { sky, budget: RangeBudget::modern(), weighted: false, corrections }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::effects::positioning::{PositioningModel, bounds};
+    use crate::sensors::{gps, satellite_bounds};
     use geodesy::Geodetic;
     use proptest::prelude::*;
 
@@ -670,11 +782,11 @@ mod tests {
             from: SimTime::from_s(from_s),
             to: SimTime::from_s(to_s),
         };
-        ranging.prepare(&interval, &mut planning(), bounds::gps_per_satellite);
+        ranging.prepare(&interval, &mut planning(), satellite_bounds::gps_per_satellite);
     }
 
     fn planning() -> Planning {
-        Planning::new(crate::plot::SensorId(1), PositioningModel::GpsPerSatellite).always()
+        Planning::new(crate::plot::SensorId(1), &gps::PER_SATELLITE).always()
     }
 
     fn fix(

@@ -10,7 +10,7 @@ use models::effects::Tolerance;
 use models::environment::fog::FogLaw;
 use models::environment::surface::{MATERIALS, Material};
 use models::frames::{Vector2, Vector3};
-use models::sensors::asde::{Asde, AsdeParameters, DetectionRule, Energy, GLINT_SIGMA_M};
+use models::sensors::asde::{Asde, AsdeParameters, DetectionRule, Energy, GLINT_SIGMA_M, KEYS};
 use models::sensors::config::ConfigError;
 use models::sensors::detection::Swerling;
 use models::sensors::radar_equation::Polarisation;
@@ -70,49 +70,6 @@ pub fn shipped(name: &str) -> Result<AsdeParameters, ScenarioError> {
     Ok(scene.parameters)
 }
 
-const KEYS: [&str; 39] = [
-    "carrier_ghz",
-    "peak_power_w",
-    "pulse_s",
-    "bandwidth_hz",
-    "noise_figure_db",
-    "system_loss_db",
-    "azimuth_beamwidth_deg",
-    "elevation_beamwidth_deg",
-    "tilt_deg",
-    "csc2_limit_deg",
-    "gain_dbi",
-    "antenna_height_m",
-    "prf_hz",
-    "rotation_rpm",
-    "start_azimuth_deg",
-    "polarisation",
-    "axial_ratio_db",
-    "circular_target_loss_db",
-    "sidelobe_floor_db",
-    "recovery_s",
-    "range_min_m",
-    "range_max_m",
-    "pfa",
-    "pd",
-    "detection",
-    "swerling",
-    "energy",
-    "dwell_factor",
-    "range_step_m",
-    "azimuth_step_deg",
-    "assumed_height_m",
-    "frequency_agile",
-    "rain_spread_mps",
-    "glint_sigma_m",
-    "reflection_coupling",
-    "ground_gamma_db",
-    "surface",
-    "roughness_m",
-    "rain_top_m",
-];
-const FOG_LAW: &str = "fog_law";
-
 const PROCESSING: [(&str, Option<Processing>); 4] = [
     ("auto", None),
     ("plot", Some(Processing::Plot)),
@@ -134,7 +91,7 @@ pub(super) fn read(
         section.refuse("parameters", problem)
     })?;
     let set = Section::parse(&file, &text)?;
-    let allowed: Vec<&str> = KEYS.iter().copied().chain([FOG_LAW]).collect();
+    let allowed: Vec<&str> = KEYS.iter().map(|key| key.word).collect();
     set.only(&allowed)?;
     overrides.only(&allowed)?;
     let processing = section.choice("processing", &PROCESSING)?.flatten();
@@ -216,16 +173,13 @@ impl Layers<'_> {
 
     /// The model's refusal at the line that gave the value.
     fn refuse(&self, section: &Section, from_site: bool, error: ConfigError) -> ScenarioError {
-        let (ConfigError::Number { key, .. }
-        | ConfigError::Count { key, .. }
-        | ConfigError::Shape { key, .. }
-        | ConfigError::Conflict { key, .. }) = error;
+        let key = error.key();
         if key == "antenna_height_m" && from_site {
             return section.refused_by_model("site", error);
         }
         // "carrier_ghz (for this surface)" and the like begin with the parameter's key.
         let plain = key.split(' ').next().unwrap_or(key);
-        if KEYS.contains(&plain) {
+        if KEYS.iter().any(|key| key.word == plain) {
             self.of(plain).refused_by_model(plain, error)
         } else {
             section.refused_by_model("parameters", error)
@@ -296,7 +250,7 @@ impl Layers<'_> {
             roughness_m: self.number("roughness_m")?,
             rain_top_m: self.number("rain_top_m")?,
             fog_law: self.choice(
-                FOG_LAW,
+                "fog_law",
                 &[("two_point", FogLaw::TwoPoint), ("eldridge", FogLaw::Eldridge)],
             )?,
         })

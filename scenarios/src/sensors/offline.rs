@@ -1,6 +1,5 @@
 //! `kind = "offline"`: a sensor by figures that `seeds fit` wrote, in place of its model.
 
-use super::KINDS;
 use super::reported::{Place, equipage};
 use crate::document::Section;
 use crate::error::{Problem, ScenarioError};
@@ -73,13 +72,13 @@ pub(super) fn read(
         return Err(unsound(format!("has no figures of this sensor: {reason}")));
     }
     let doc = FigureDoc::deserialize(chosen).map_err(|e| unsound(e.to_string()))?;
-    let Some(&(_, kind)) = KINDS.iter().find(|(word, _)| *word == doc.kind) else {
-        return Err(unsound(format!("kind \"{}\" is none of a sensor", doc.kind)));
+    let Some(kind) = SensorKind::of(&doc.kind) else {
+        return Err(unsound(format!("kind \"{}\" is not a kind of sensor", doc.kind)));
     };
     let site_m = place.site_m.map(|site| site.xy());
-    let axes = match (kind, site_m) {
-        (SensorKind::Asde, Some(site_m)) => OfflineAxes::Radial(site_m),
-        (SensorKind::Asde, None) => {
+    let axes = match (kind.radar, site_m) {
+        (true, Some(site_m)) => OfflineAxes::Radial(site_m),
+        (true, None) => {
             let needed = "a place, as these figures are along and across a radar's sight: \
                           { lat_deg = …, lon_deg = …, height_m = … }";
             return Err(section.missing("site", needed.into()));

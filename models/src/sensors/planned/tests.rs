@@ -1,22 +1,22 @@
 //! What is planned of the sensors that are no radars, sensor by sensor. Random scenes are played in
 //! `studies`, planned against everything exact.
 
-use super::{Planned, PositioningEffect as E, PositioningLevels, PositioningModel, costs};
+use super::Planned;
+use crate::effects::positioning::{MEASURED, Model, PositioningEffect as E, PositioningLevels};
 use crate::effects::{Level, PlanRow, Tolerance};
 use crate::environment::Weather;
 use crate::frames::{Vector2, Vector3};
-use crate::plot::{SensorId, SensorKind};
-use crate::sensors::adsb::{Adsb, AdsbConfig};
-use crate::sensors::config::ConfigError;
-use crate::sensors::constellation::{SatelliteFailures, SkyConfig};
+use crate::plot::SensorId;
+use crate::sensors::adsb::{self, Adsb, AdsbConfig};
+use crate::sensors::constellation::SatelliteFailures;
 use crate::sensors::cooperative::{Equipage, Equipped};
-use crate::sensors::dgps::{Budgeted, Dgps, DgpsConfig, DgpsModel};
+use crate::sensors::declared::{model_named, models};
+use crate::sensors::dgps::{self, Budgeted, Dgps, DgpsConfig, DgpsModel};
 use crate::sensors::dynamic::{Dynamic, DynamicConfig};
-use crate::sensors::gps::{Diluted, Gps, GpsConfig, GpsModel, Statistical};
-use crate::sensors::induction_loop::{InductionLoop, LoopConfig};
-use crate::sensors::mlat::{Mlat, MlatConfig};
-use crate::sensors::offline::{Offline, OfflineConfig, OfflineFit};
-use crate::sensors::ranging::{RangeBudget, RangeCorrections, RangingConfig};
+use crate::sensors::gps::{self, Gps, GpsConfig, GpsModel, Statistical};
+use crate::sensors::induction_loop::{self, InductionLoop, LoopConfig};
+use crate::sensors::mlat::{self, Mlat, MlatConfig};
+use crate::sensors::ranging::{RangeCorrections, RangingConfig};
 use crate::sensors::service::{Alternating, Service};
 use crate::sensors::testing::Parked;
 use crate::sensors::{PlotSink, ScanInterval, Sensor, Truth};
@@ -32,63 +32,35 @@ enum Mode {
 }
 
 fn ranges(corrections: Option<RangeCorrections>) -> RangingConfig {
-    let site = geodesy::Geodetic::from_degrees(47.45, 8.55, 432.0);
-    let mut sky = SkyConfig::reference(site, 8.3e8);
-    sky.step_s = 1.0;
-    RangingConfig { sky, budget: RangeBudget::modern(), weighted: false, corrections }
+    RangingConfig::example(corrections)
 }
 
-fn figures() -> OfflineConfig {
-    let figures = OfflineFit {
-        correlated_share: 0.8,
-        tau_s: 100.0,
-        pd: 0.95,
-        outage_reports: 5.0,
-        ..OfflineFit::white(3.0, 1.0)
+fn sensor(model: &Model, mode: Mode) -> Box<dyn Sensor> {
+    let found = model_named(model.name).expect("declared");
+    let mut sensor: Box<dyn Planned> = match model {
+        // In the way of the first target, and in the open.
+        m if *m == induction_loop::MODEL => {
+            let config = LoopConfig::pair_at(ID, Vector2::new(60.0, 100.0), 90.0);
+            Box::new(InductionLoop::new(config).expect("sound"))
+        }
+        m if *m == mlat::MODEL => {
+            let places = [
+                (0.0, -3000.0),
+                (4000.0, 0.0),
+                (4000.0, 2500.0),
+                (-3000.0, 2500.0),
+                (2000.0, -500.0),
+            ];
+            let places = places.map(|(x, y)| Vector2::new(x, y));
+            Box::new(Mlat::new(MlatConfig::with_stations(ID, &places)).expect("sound"))
+        }
+        _ => (found.example)(ID).expect("sound"),
     };
-    OfflineConfig::of(ID, SensorKind::Gps, figures)
-}
-
-fn stations() -> Vec<Vector2<f64>> {
-    [(0.0, -3000.0), (4000.0, 0.0), (4000.0, 2500.0), (-3000.0, 2500.0), (2000.0, -500.0)]
-        .map(|(x, y)| Vector2::new(x, y))
-        .to_vec()
-}
-
-/// A loop in the way of the first target.
-fn on_the_way() -> LoopConfig {
-    LoopConfig::pair_at(ID, Vector2::new(60.0, 100.0), 90.0)
-}
-
-fn sensor(model: PositioningModel, mode: Mode) -> Box<dyn Sensor> {
-    let mut sensor = exact(model).expect("sound");
     match mode {
         Mode::Planned(tolerance, run_s) => sensor.planning_mut().tolerate(tolerance, run_s),
         Mode::Fixed(levels) => sensor.planning_mut().fix(levels),
     }
     sensor
-}
-
-fn exact(model: PositioningModel) -> Result<Box<dyn Planned>, ConfigError> {
-    use PositioningModel as M;
-    let gps = |model| Gps::new(GpsConfig::of(ID, model));
-    let on_airport = DgpsConfig::on_airport(ID, Vector2::zeros());
-    let constellation = || Diluted::reference(ranges(None).sky);
-    Ok(match model {
-        M::GpsStatistical => Box::new(gps(GpsModel::Statistical(Statistical::sps_2020()))?),
-        M::GpsConstellation => Box::new(gps(GpsModel::Constellation(constellation()))?),
-        M::GpsPerSatellite => Box::new(gps(GpsModel::PerSatellite(ranges(None)))?),
-        M::DgpsBudget => Box::new(Dgps::new(on_airport)?),
-        M::DgpsPerSatellite => {
-            let model = DgpsModel::PerSatellite(ranges(Some(RangeCorrections::on_airport())));
-            Box::new(Dgps::new(DgpsConfig { model, ..on_airport })?)
-        }
-        M::Adsb => Box::new(Adsb::new(AdsbConfig::surface(ID, 47.45))?),
-        M::Mlat => Box::new(Mlat::new(MlatConfig::with_stations(ID, &stations()))?),
-        M::Loop => Box::new(InductionLoop::new(on_the_way())?),
-        M::Dynamic => Box::new(Dynamic::new(DynamicConfig::odometer(ID))?),
-        M::Offline => Box::new(Offline::new(figures())?),
-    })
 }
 
 fn rolling(keys: &[u64], speed_mps: f64) -> Parked {
@@ -118,22 +90,22 @@ fn skipped(sensor: &dyn Sensor) -> usize {
 #[test]
 fn skipped_effects_are_never_evaluated_and_the_others_are() {
     let (mut left_out, mut simulated) = (0, 0);
-    for model in PositioningModel::ALL {
+    for model in models().map(|m| m.model) {
         for factor in [0.0, 1.0, 10.0, 1e3] {
             let mode = Mode::Planned(Tolerance::default().times(factor), 20.0);
             let mut sensor = sensor(model, mode);
             play(sensor.as_mut(), &rolling(&[1, 2, 3], 8.0), 1..21);
             let evaluations = sensor.evaluations();
-            assert_eq!(evaluations.len(), sensor.plan().len(), "{model:?}");
+            assert_eq!(evaluations.len(), sensor.plan().len(), "{model}");
             for (row, (effect, times)) in sensor.plan().iter().zip(evaluations) {
                 assert_eq!(row.effect, effect);
                 let fixed = row.effect == E::Geometry.name() && row.level == Level::Cheap;
                 if row.is_skipped() {
                     left_out += 1;
-                    assert_eq!(times, 0, "{model:?} {effect} at {factor}");
+                    assert_eq!(times, 0, "{model} {effect} at {factor}");
                 } else if !fixed {
                     simulated += 1;
-                    assert!(times > 0, "{model:?} {effect} at {factor}");
+                    assert!(times > 0, "{model} {effect} at {factor}");
                 }
             }
         }
@@ -155,12 +127,12 @@ fn nothing_is_simulated_for_nobody_and_a_target_switches_it_on() {
     assert!(gps.plan().iter().all(|row| row.called_for == "no equipped target"));
     assert!(gps.evaluations().iter().all(|e| e.1 == 0));
     let mode = Mode::Planned(Tolerance::default(), 600.0);
-    let mut gps = sensor(PositioningModel::GpsStatistical, mode);
+    let mut gps = sensor(&gps::STATISTICAL, mode);
     play(gps.as_mut(), &rolling(&[], 5.0), 1..3);
     assert_eq!(skipped(gps.as_ref()), gps.plan().len());
     let found = play(gps.as_mut(), &rolling(&[1], 5.0), 3..4);
     assert_eq!(level(gps.plan(), E::Correlation), Level::Exact);
-    let mut exact = sensor(PositioningModel::GpsStatistical, Mode::Fixed(PositioningLevels::EXACT));
+    let mut exact = sensor(&gps::STATISTICAL, Mode::Fixed(PositioningLevels::EXACT));
     let same = play(exact.as_mut(), &rolling(&[1], 5.0), 3..4);
     assert_eq!(found.plots, same.plots, "it begins as if it had been there from the first");
 }
@@ -234,7 +206,7 @@ fn distance_speed_and_age_call_for_what_they_need() {
 
     let latency = |tolerance: f64, speed_mps: f64| {
         let tolerance = Tolerance { position_m: tolerance, ..Tolerance::default() };
-        let mut adsb = sensor(PositioningModel::Adsb, Mode::Planned(tolerance, 60.0));
+        let mut adsb = sensor(&adsb::MODEL, Mode::Planned(tolerance, 60.0));
         play(adsb.as_mut(), &rolling(&[1, 2], speed_mps), 1..12);
         level(adsb.plan(), E::Latency)
     };
@@ -264,11 +236,11 @@ fn a_faster_target_is_exact_at_once_and_planned_for_in_the_next_scan() {
 
 #[test]
 fn leaving_one_effect_out_changes_no_other() {
-    for model in PositioningModel::ALL {
+    for model in models().map(|m| m.model) {
         let exact = Mode::Fixed(PositioningLevels::EXACT);
         let (mut whole, truth) = (sensor(model, exact), rolling(&[1, 2, 3], 8.0));
         let with_all = play(whole.as_mut(), &truth, 1..25);
-        assert!(!with_all.plots.is_empty(), "{model:?}");
+        assert!(!with_all.plots.is_empty(), "{model}");
         for row in whole.plan() {
             let effect = *E::ALL.iter().find(|e| e.name() == row.effect).expect("known");
             // Without the correlated part the white one has the whole variance; without delays and
@@ -279,18 +251,18 @@ fn leaving_one_effect_out_changes_no_other() {
             let levels = PositioningLevels::EXACT.with(effect, Level::Skipped);
             let mut partial = sensor(model, Mode::Fixed(levels));
             let without = play(partial.as_mut(), &truth, 1..25);
-            assert!(without.plots.len() >= with_all.plots.len(), "{model:?} {}", effect.name());
+            assert!(without.plots.len() >= with_all.plots.len(), "{model} {}", effect.name());
             let mut compared = 0;
             for (plot, cause) in with_all.plots.iter().zip(&with_all.causes) {
                 let same = without.plots.iter().zip(&without.causes);
                 let mut same = same.filter(|(p, c)| p.time == plot.time && c.key == cause.key);
-                let (_, other) = same.next().unwrap_or_else(|| panic!("{model:?}: a plot is lost"));
+                let (_, other) = same.next().unwrap_or_else(|| panic!("{model}: a plot is lost"));
                 assert!(other.effects.iter().all(|e| e.effect != effect.name()));
                 for contribution in &cause.effects {
                     let depends = [E::Rounding, E::Geometry, E::Reception].map(E::name);
                     // A fix from more stations or satellites takes the same errors differently.
-                    let sky = model.name().contains("satellite") || model.name().contains("const");
-                    let stations = (effect == E::Reception && model == PositioningModel::Mlat)
+                    let sky = model.name.contains("satellite") || model.name.contains("const");
+                    let stations = (effect == E::Reception && *model == mlat::MODEL)
                         || (effect == E::HardFailures && sky);
                     if contribution.effect == effect.name()
                         || depends.contains(&contribution.effect)
@@ -302,29 +274,29 @@ fn leaving_one_effect_out_changes_no_other() {
                     let other = other.map_or(f64::NAN, |e| e.value);
                     // An error budget scales one error: less of it is left, no other one.
                     let scaled = matches!(effect, E::CorrectionDistance | E::CorrectionAge)
-                        && model == PositioningModel::DgpsBudget;
+                        && *model == dgps::BUDGET;
                     let off = (other - contribution.value).abs();
                     let allowed = if scaled { 0.05 * contribution.value } else { 0.0 };
-                    assert!(off <= allowed, "{model:?} {}: {off}", effect.name());
+                    assert!(off <= allowed, "{model} {}: {off}", effect.name());
                     compared += 1;
                 }
             }
             let alone = matches!(effect, E::Reception | E::HardFailures);
-            assert!(compared > 0 || alone, "{model:?} {}", effect.name());
+            assert!(compared > 0 || alone, "{model} {}", effect.name());
         }
     }
 }
 
 #[test]
 fn a_stricter_tolerance_never_costs_less() {
-    for model in PositioningModel::ALL {
+    for model in models().map(|m| m.model) {
         let mut last = f64::INFINITY;
         for factor in [0.0, 0.1, 1.0, 10.0, 100.0, 1e4] {
             let tolerance = Tolerance::default().times(factor);
             let mut sensor = sensor(model, Mode::Planned(tolerance, 600.0));
             play(sensor.as_mut(), &rolling(&[1, 2, 3], 8.0), 1..3);
             let cost: f64 = sensor.plan().iter().map(|row| row.cost_ns).sum();
-            assert!(cost <= last + 1e-9, "{model:?} at {factor}: {cost} ns after {last} ns");
+            assert!(cost <= last + 1e-9, "{model} at {factor}: {cost} ns after {last} ns");
             last = cost;
         }
     }
@@ -333,18 +305,18 @@ fn a_stricter_tolerance_never_costs_less() {
 #[test]
 fn the_level_that_the_scene_fixes_stands_in_its_row() {
     for (model, level, words) in [
-        (PositioningModel::GpsStatistical, Level::Cheap, "level statistical"),
-        (PositioningModel::GpsConstellation, Level::Middle, "level constellation"),
-        (PositioningModel::GpsPerSatellite, Level::Exact, "level per_satellite"),
-        (PositioningModel::DgpsBudget, Level::Cheap, "level budget"),
-        (PositioningModel::DgpsPerSatellite, Level::Exact, "level per_satellite"),
+        (&gps::STATISTICAL, Level::Cheap, "level statistical"),
+        (&gps::CONSTELLATION, Level::Middle, "level constellation"),
+        (&gps::PER_SATELLITE, Level::Exact, "level per_satellite"),
+        (&dgps::BUDGET, Level::Cheap, "level budget"),
+        (&dgps::PER_SATELLITE, Level::Exact, "level per_satellite"),
     ] {
         for factor in [0.0, 1e6] {
             let tolerance = Tolerance::default().times(factor);
             let mut sensor = sensor(model, Mode::Planned(tolerance, 600.0));
             play(sensor.as_mut(), &rolling(&[1], 8.0), 1..2);
             let row = &sensor.plan()[0];
-            assert_eq!((row.effect, row.level), (E::Geometry.name(), level), "{model:?}");
+            assert_eq!((row.effect, row.level), (E::Geometry.name(), level), "{model}");
             assert!(row.called_for.contains("fixed by") && row.called_for.contains(words));
         }
     }
@@ -352,16 +324,16 @@ fn the_level_that_the_scene_fixes_stands_in_its_row() {
 
 #[test]
 fn every_level_has_its_measured_cost() {
-    for model in PositioningModel::ALL {
+    for model in models().map(|m| m.model) {
         let mut sensor = sensor(model, Mode::Planned(Tolerance::EXACT, f64::INFINITY));
         play(sensor.as_mut(), &rolling(&[1, 2, 3], 8.0), 1..4);
         for row in sensor.plan() {
             let effect = *E::ALL.iter().find(|e| e.name() == row.effect).expect("known");
-            let measured = costs::COSTS_NS.iter().any(|c| (c.0, c.1) == (model, effect));
-            assert!(measured, "{model:?} {}", row.effect);
+            let measured = model.costs.iter().any(|c| c.0 == effect);
+            assert!(measured, "{model} {}", row.effect);
         }
     }
-    assert!(costs::MEASURED.starts_with("20"), "a date");
+    assert!(MEASURED.starts_with("20"), "a date");
 }
 
 #[test]
