@@ -20,6 +20,7 @@ pub mod record;
 pub mod replay;
 pub mod report;
 pub mod run;
+pub mod scene;
 pub mod score;
 pub mod score_asterix;
 pub mod sim;
@@ -55,6 +56,7 @@ enum Command {
     Dis(dis::DisArgs),
     Asterix(asterix::AsterixToolArgs),
     Airport(airport::AirportArgs),
+    Scene(scene::SceneArgs),
     Traffic(airport::TrafficArgs),
     TrafficGenerator(federate_commands::TrafficArgs),
     ExternalWorld(federate_commands::WorldArgs),
@@ -87,6 +89,7 @@ pub fn main() -> ExitCode {
         Some(Command::Asterix(args)) => asterix::run(&args),
         Some(Command::Gateway(args)) => gateway::run(&args),
         Some(Command::Airport(args)) => airport::run(&args),
+        Some(Command::Scene(args)) => scene::run(&args),
         Some(Command::Traffic(args)) => airport::traffic(&args),
         Some(Command::Accuracy(args)) => accuracy::run(&args),
         Some(Command::Fit(args)) => fit::run(&args),

@@ -37,12 +37,23 @@ pub enum Holds {
         /// Largest value.
         most: f64,
     },
+    /// A list of lists of numbers.
+    Rows,
     /// A list of texts.
     Texts,
     /// A number within 0 to 1, or a list of names.
     ShareOrNames,
-    /// A whole number or a text.
-    WholeOrText,
+    /// A whole number within limits, or one word.
+    WholeOr {
+        /// Least value.
+        least: i64,
+        /// Largest value.
+        most: i64,
+        /// The word.
+        word: &'static str,
+    },
+    /// A value for all federates, or a table of values by name.
+    ByName(&'static Holds),
     /// A table.
     Table(&'static [Key]),
     /// A list of tables.

@@ -2,6 +2,7 @@
 
 use crate::document::{Section, within};
 use crate::error::{Problem, ScenarioError};
+use crate::keys::{self, words};
 use geodesy::{Geodetic, LocalFrame};
 use models::airport::Airport;
 use models::frames::{Vector2, Vector3};
@@ -37,13 +38,10 @@ pub struct LayoutReport {
     pub findings: Vec<String>,
 }
 
-const KEYS: [&str; 6] =
-    ["icao", "layout", "ground_network", "reference", "radius_m", "taxiway_width_m"];
-
 /// Reads `[airport]` and the files that it names. The second value lists those files.
 pub(crate) fn read(root: &Section) -> Result<(AirportScene, Vec<PathBuf>), ScenarioError> {
     let section = root
-        .section("airport", &KEYS)?
+        .section("airport", &words(keys::AIRPORT))?
         .ok_or_else(|| root.missing("airport", "a table [airport]".into()))?;
     let layout_file = section
         .file_path("layout")?
@@ -59,7 +57,7 @@ pub(crate) fn read(root: &Section) -> Result<(AirportScene, Vec<PathBuf>), Scena
             Problem::NotAllowed { found: icao.into(), allowed: format!("\"{}\"", raw.icao()) };
         return Err(section.refuse("icao", problem));
     }
-    let reference = match section.section("reference", &["lat_deg", "lon_deg", "height_m"])? {
+    let reference = match section.section("reference", &words(keys::REFERENCE))? {
         None => raw.reference(),
         Some(point) => Geodetic::from_degrees(
             point.need_number("lat_deg", LATITUDE)?,
@@ -193,7 +191,7 @@ impl AirportScene {
     /// # Errors
     /// If neither or both forms are given, a value is out of range, or the place is outside.
     pub fn site(&self, section: &Section) -> Result<Vector3<f64>, ScenarioError> {
-        section.only(&["lat_deg", "lon_deg", "east_m", "north_m", "height_m"])?;
+        section.only(&keys::place_words())?;
         let height_m = section.number_or("height_m", 0.0, within(0.0, 500.0, "m"))?;
         let east_north = if section.has("lat_deg") || section.has("lon_deg") {
             if let Some(key) = ["east_m", "north_m"].iter().find(|k| section.has(k)) {

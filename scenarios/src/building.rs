@@ -3,21 +3,19 @@
 use crate::airport::AirportScene;
 use crate::document::{Section, within};
 use crate::error::{Problem, ScenarioError};
+use crate::keys::{self, words};
 use models::environment::surface::{MATERIALS, Material};
 use models::frames::Vector2;
 use models::sensors::shadow::Building;
 
-const KEYS: [&str; 4] = ["name", "footprint", "height_m", "facade"];
-
 /// Reads `[[building]]`. A footprint is a list of corners in order, each a place like that of a sensor.
 pub(crate) fn read(root: &Section, airport: &AirportScene) -> Result<Vec<Building>, ScenarioError> {
     let facades: Vec<(&str, &'static Material)> = MATERIALS.iter().map(|m| (m.name, m)).collect();
-    root.sections("building", &KEYS)?
+    root.sections("building", &words(keys::BUILDING))?
         .iter()
         .map(|section| {
             let name = section.need_text("name", "a name for people")?.to_owned();
-            let corners = section
-                .sections("footprint", &["lat_deg", "lon_deg", "east_m", "north_m", "height_m"])?;
+            let corners = section.sections("footprint", &keys::place_words())?;
             if !(3..=200).contains(&corners.len()) {
                 let found = corners.len() as f64;
                 let (low, high) = (3.0, 200.0);

@@ -12,16 +12,20 @@ pub mod error;
 pub mod files;
 pub mod footprints;
 mod hash;
+pub mod keys;
 pub mod losses;
 pub mod movements;
 pub mod network;
+pub mod reference;
 pub mod run;
 pub mod schedule;
 pub mod sensors;
 pub mod shapes;
+pub mod template;
 pub mod tracking;
 pub mod traffic;
 pub mod types;
+pub mod warnings;
 pub mod weather;
 
 pub use airport::AirportScene;
@@ -86,10 +90,11 @@ impl Scene {
     }
 }
 
-const SECTIONS: [&str; 12] = [
-    "run", "airport", "traffic", "weather", "building", "sensor", "tracking", "accuracy",
-    "network", "control", "shape", "shapes",
-];
+/// Names of the tables and keys of a scene's root.
+fn sections() -> Vec<&'static str> {
+    let tables = keys::TABLES.iter().map(|table| table.word);
+    tables.chain(keys::ROOT.iter().map(|key| key.word)).collect()
+}
 
 /// Reads a scene and every file that it names.
 ///
@@ -192,7 +197,7 @@ fn shipped_scenes() -> String {
 
 fn read(path: &Path, text: &str, truth_of: TruthOf) -> Result<Scene, ScenarioError> {
     let root = document::Section::parse(path, text)?;
-    root.only(&SECTIONS)?;
+    root.only(&sections())?;
     let run = run::read(&root)?;
     let (airport, mut files) = airport::read(&root)?;
     let (weather, mut warnings) = weather::read(&root, &run)?;
@@ -271,7 +276,7 @@ pub(crate) fn data_file(scene: &Path, name: &str) -> PathBuf {
 /// Hash of the values of the scene (without `[network]`) and of its data files by name and content.
 fn scene_hash(root: &document::Section, files: &[PathBuf]) -> Result<u64, ScenarioError> {
     let mut hash = hash::Fnv::default();
-    for key in SECTIONS.iter().filter(|key| match **key {
+    for key in sections().iter().filter(|key| match **key {
         "network" => false,
         "control" | "shape" | "shapes" => root.has(key),
         _ => true,

@@ -220,8 +220,6 @@ pub fn return_flag(text: &str) -> Result<ReturnWithin, String> {
 }
 
 /// The keys of `[network]` that are read here.
-pub(crate) const KEYS: [&str; 4] = ["stall_ms", "step_ms", "on_loss", "return_ms"];
-
 /// Reads them from `[network]`.
 pub(crate) fn read(network: &Section) -> Result<Losses, ScenarioError> {
     let ms = |section: &Section, key: &str, [low, high]: [i64; 2]| {

@@ -2,6 +2,7 @@
 
 use crate::document::Section;
 use crate::error::{Problem, ScenarioError};
+use crate::keys::{self, words};
 use crate::losses::{self, Losses};
 use std::net::{IpAddr, SocketAddr};
 
@@ -41,10 +42,8 @@ impl Default for Network {
 
 /// Reads `[network]`.
 pub(crate) fn read(root: &Section) -> Result<Network, ScenarioError> {
-    let own = ["dis", "interface", "ttl", "bundle", "sync_listen", "sync_connect"];
-    let keys = [&own[..], &losses::KEYS].concat();
     let mut network = Network::default();
-    let Some(section) = root.section("network", &keys)? else { return Ok(network) };
+    let Some(section) = root.section("network", &words(keys::NETWORK))? else { return Ok(network) };
     if section.has("dis") {
         network.dis = section
             .texts("dis")?

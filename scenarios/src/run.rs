@@ -2,6 +2,7 @@
 
 use crate::document::{Section, within};
 use crate::error::{Problem, ScenarioError};
+use crate::keys::{self, words};
 use models::time::SimTime;
 
 /// `[run]` of a scene.
@@ -56,23 +57,11 @@ impl Run {
     }
 }
 
-const KEYS: [&str; 10] = [
-    "title",
-    "seed",
-    "start",
-    "duration_s",
-    "exercise",
-    "site",
-    "frame_s",
-    "scan_s",
-    "dead_reckoning",
-    "heartbeat",
-];
-
 /// Reads `[run]`.
 pub(crate) fn read(root: &Section) -> Result<Run, ScenarioError> {
-    let section =
-        root.section("run", &KEYS)?.ok_or_else(|| root.missing("run", "a table [run]".into()))?;
+    let section = root
+        .section("run", &words(keys::RUN))?
+        .ok_or_else(|| root.missing("run", "a table [run]".into()))?;
     let frame = SimTime::from_s(section.number_or("frame_s", 0.05, within(0.001, 1.0, "s"))?);
     let scan = SimTime::from_s(section.number_or("scan_s", 1.0, within(0.01, 60.0, "s"))?);
     if scan.0 % frame.0 != 0 {
@@ -82,7 +71,7 @@ pub(crate) fn read(root: &Section) -> Result<Run, ScenarioError> {
     let duration = SimTime::from_s(section.need_number("duration_s", within(1.0, 86_400.0, "s"))?);
     let small = |low, high| within(low, high, "s");
     let heartbeat = section
-        .section("heartbeat", &["moving_s", "parked_s"])?
+        .section("heartbeat", &words(keys::HEARTBEAT))?
         .unwrap_or_else(|| section.empty("heartbeat"));
     Ok(Run {
         title: section.need_text("title", "one line for people")?.into(),
@@ -114,7 +103,7 @@ pub(crate) fn read(root: &Section) -> Result<Run, ScenarioError> {
 
 fn dead_reckoning(section: &Section) -> Result<DeadReckoning, ScenarioError> {
     let table = section
-        .section("dead_reckoning", &["algorithm", "position_m", "orientation_deg"])?
+        .section("dead_reckoning", &words(keys::DEAD_RECKONING))?
         .unwrap_or_else(|| section.empty("dead_reckoning"));
     let algorithms = [("fpw", 2), ("rpw", 3), ("rvw", 4), ("fvw", 5)];
     let orientation_deg = table.number_or("orientation_deg", 3.0, within(0.01, 180.0, "deg"))?;

@@ -3,6 +3,7 @@
 use crate::airport::AirportScene;
 use crate::document::{Section, days_from_civil, within};
 use crate::error::{Problem, ScenarioError};
+use crate::keys::{self, words};
 use crate::run::Run;
 use crate::traffic::{Entity, PARTITIONS};
 use crate::types::{TypeRow, TypeTable};
@@ -48,7 +49,7 @@ impl Behaving {
 
 /// `[control]` of a scene: so far everything is cleared as the core decides.
 pub(crate) fn read_policy(root: &Section) -> Result<Policy, ScenarioError> {
-    let Some(section) = root.section("control", &["sees", "policy"])? else {
+    let Some(section) = root.section("control", &words(keys::CONTROL))? else {
         return Ok(Policy::default());
     };
     section.choice("sees", &[("none", ())])?;
@@ -59,7 +60,7 @@ pub(crate) fn read_policy(root: &Section) -> Result<Policy, ScenarioError> {
 /// Start of a run that states none: ten minutes before the first flight of its schedule, at the full minute.
 pub(crate) fn start_utc_ns(root: &Section) -> Result<Option<i64>, ScenarioError> {
     let mut first: Option<i64> = None;
-    for section in root.sections("traffic", &crate::traffic::ALL_KEYS)? {
+    for section in root.sections("traffic", &words(keys::TRAFFIC))? {
         match section.text("kind")? {
             Some("schedule") => {
                 let Some(file) = section.file_path("file")? else { continue };

@@ -10,6 +10,7 @@ use crate::airport::AirportScene;
 use crate::document::{Section, within};
 use crate::error::{Problem, ScenarioError};
 use crate::hash::Fnv;
+use crate::keys::{self, words};
 use crate::run::Run;
 use crate::traffic::Traffic;
 use models::frames::{Vector2, Vector3};
@@ -59,6 +60,15 @@ pub enum Equipped {
 }
 
 impl SensorScene {
+    /// Whether both say the same keys of the same set, whatever their names.
+    #[must_use]
+    pub fn overrides_equal(&self, other: &Self) -> bool {
+        self.parameters == other.parameters
+            && self.equipped == other.equipped
+            && self.reported == other.reported
+            && self.asde == other.asde
+    }
+
     /// True if the target of this name carries the sensor. The answer depends on nothing else, so it
     /// is the same in every process.
     #[must_use]
@@ -79,9 +89,6 @@ impl SensorScene {
     }
 }
 
-const KEYS: [&str; 9] =
-    ["kind", "name", "site", "parameters", "overrides", "equipped", "processing", "figures", "of"];
-
 /// Reads `[[sensor]]`.
 pub(crate) fn read(
     root: &Section,
@@ -92,7 +99,7 @@ pub(crate) fn read(
 ) -> Result<(Vec<SensorScene>, Vec<PathBuf>), ScenarioError> {
     let mut files = Vec::new();
     let mut sensors: Vec<SensorScene> = Vec::new();
-    let sections = root.sections("sensor", &KEYS)?;
+    let sections = root.sections("sensor", &words(keys::SENSOR))?;
     for (index, section) in sections.iter().enumerate() {
         // `None`: off-line, of the kind that its figures are of.
         let mut kinds: Vec<_> = KINDS.iter().map(|d| (d.kind.word, Some(*d))).collect();

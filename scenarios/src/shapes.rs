@@ -2,6 +2,7 @@
 
 use crate::document::{Section, within};
 use crate::error::{Problem, ScenarioError};
+use crate::keys::{self, words};
 use models::sensors::shape::{Fuselage, Scatterer, Shape, View};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -13,19 +14,6 @@ pub const FILE: &str = "target-shapes.toml";
 const MOST: usize = 500;
 /// Octets of the largest file of shapes.
 const LARGEST: u64 = 1 << 20;
-
-const KEYS: [&str; 10] = [
-    "name",
-    "length_m",
-    "span_m",
-    "rcs_m2",
-    "source",
-    "fuselage_radius",
-    "behind_fuselage",
-    "flash",
-    "limits_db",
-    "scatterers",
-];
 
 /// Shapes by name.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -61,7 +49,7 @@ impl ShapeSet {
     /// `warnings`.
     fn add(&mut self, root: &Section, warnings: &mut Vec<String>) -> Result<(), ScenarioError> {
         let mut seen: BTreeMap<String, usize> = BTreeMap::new();
-        for section in root.sections("shape", &KEYS)? {
+        for section in root.sections("shape", &words(keys::SHAPE))? {
             let shape = shape(&section)?;
             if let Some(first_line) = seen.insert(shape.name.clone(), section.line()) {
                 let problem = Problem::Duplicate { found: shape.name, first_line };
@@ -151,7 +139,7 @@ fn shape(section: &Section) -> Result<Shape, ScenarioError> {
         };
         scatterers.push(Scatterer { x: row[0], y: row[1], weight: row[2], view });
     }
-    let flash = section.section("flash", &["base", "peak", "width_deg", "points"])?;
+    let flash = section.section("flash", &words(keys::FLASH))?;
     let fuselage = match flash {
         None => None,
         Some(flash) => Some(Fuselage {

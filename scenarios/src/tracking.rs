@@ -2,6 +2,7 @@
 
 use crate::document::{Section, within};
 use crate::error::{Problem, ScenarioError};
+use crate::keys::{self, words};
 use crate::sensors::SensorScene;
 use crate::types::TypeTable;
 use models::airport::Airport;
@@ -80,41 +81,10 @@ impl Accuracy {
     }
 }
 
-const KEYS: [&str; 29] = [
-    "profile",
-    "filter",
-    "q",
-    "association",
-    "joint_limit",
-    "gate_probability",
-    "identified_gate_probability",
-    "kinematic_gate",
-    "restart",
-    "confirm_hits",
-    "confirm_of",
-    "identified_hits",
-    "identified_of",
-    "constant_velocity_after_s",
-    "coast_q",
-    "delete_moving_s",
-    "delete_standing_s",
-    "delete_radius_m",
-    "track_numbers",
-    "number_rest_s",
-    "late_s",
-    "consider_slow_errors",
-    "register_sites",
-    "register_echo",
-    "duplicate_radius_m",
-    "second_ago",
-    "scan_budget_ms",
-    "stand_radius_m",
-    "list_sigma_s",
-];
-
 /// Reads `[tracking]`.
 pub(crate) fn read(root: &Section) -> Result<Tracking, ScenarioError> {
-    let section = root.section("tracking", &KEYS)?.unwrap_or_else(|| root.empty("tracking"));
+    let section =
+        root.section("tracking", &words(keys::TRACKING))?.unwrap_or_else(|| root.empty("tracking"));
     let profiles =
         [("paper", Profile::Paper), ("accurate", Profile::Accurate), ("bulk", Profile::Bulk)];
     let profile = section.choice("profile", &profiles)?.unwrap_or_default();
@@ -217,10 +187,12 @@ fn model_of(sensor: &SensorScene) -> SensorModel {
 
 /// Reads `[accuracy]`.
 pub(crate) fn read_accuracy(root: &Section) -> Result<Accuracy, ScenarioError> {
-    let section = root.section("accuracy", &ACCURACY)?.unwrap_or_else(|| root.empty("accuracy"));
-    if section.has("sum_db") {
+    let mut allowed = words(keys::ACCURACY);
+    allowed.push(keys::ACCURACY_BEFORE);
+    let section = root.section("accuracy", &allowed)?.unwrap_or_else(|| root.empty("accuracy"));
+    if section.has(keys::ACCURACY_BEFORE) {
         let instead = "position_m, tail, detection, false_plots and track_m say what may change";
-        return Err(section.refuse("sum_db", Problem::Replaced { instead }));
+        return Err(section.refuse(keys::ACCURACY_BEFORE, Problem::Replaced { instead }));
     }
     let default = Tolerance::default();
     Ok(Accuracy {
@@ -236,10 +208,6 @@ pub(crate) fn read_accuracy(root: &Section) -> Result<Accuracy, ScenarioError> {
         time_budget_us: section.number("time_budget_us", within(1.0, 1e9, "µs"))?,
     })
 }
-
-/// Keys of `[accuracy]`; `sum_db` was one.
-const ACCURACY: [&str; 7] =
-    ["position_m", "tail", "detection", "false_plots", "track_m", "time_budget_us", "sum_db"];
 
 #[cfg(test)]
 mod tests {

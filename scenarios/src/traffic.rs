@@ -4,6 +4,7 @@ use crate::airport::AirportScene;
 use crate::document::{Section, within};
 use crate::error::{Problem, ScenarioError};
 use crate::hash::Fnv;
+use crate::keys::{self, words};
 use crate::movements::{self, Movement};
 use crate::run::Run;
 use crate::schedule::{self, Behaving};
@@ -64,56 +65,6 @@ impl Entity {
 /// Partitions of the traffic: entities are dealt out to them in turn.
 pub const PARTITIONS: u16 = 16;
 
-const KEYS: [&str; 12] = [
-    "kind",
-    "callsign",
-    "type",
-    "address",
-    "flight",
-    "stand",
-    "file",
-    "start_s",
-    "cut_from_s",
-    "cut_to_s",
-    "via",
-    "halts",
-];
-
-/// Keys of every kind, those of schedules included.
-pub(crate) const ALL_KEYS: [&str; 19] = [
-    "kind",
-    "callsign",
-    "type",
-    "address",
-    "flight",
-    "stand",
-    "file",
-    "start_s",
-    "cut_from_s",
-    "cut_to_s",
-    "via",
-    "halts",
-    "arrivals_per_h",
-    "departures_per_h",
-    "mix",
-    "profile",
-    "seed",
-    "arrival_runways",
-    "departure_runways",
-];
-/// Keys of `kind = "schedule"` and `kind = "generated"`.
-const SCHEDULE_KEYS: [&str; 2] = ["kind", "file"];
-const GENERATED_KEYS: [&str; 8] = [
-    "kind",
-    "arrivals_per_h",
-    "departures_per_h",
-    "mix",
-    "profile",
-    "seed",
-    "arrival_runways",
-    "departure_runways",
-];
-
 #[derive(Clone, Copy)]
 enum Kind {
     Parked,
@@ -135,20 +86,20 @@ pub(crate) fn read(
     let mut entities: Vec<Entity> = Vec::new();
     let mut entries = Vec::new();
     let mut addresses = BTreeMap::new();
-    let all = root.sections("traffic", &ALL_KEYS)?;
+    let all = root.sections("traffic", &words(keys::TRAFFIC))?;
     let (mut sections, mut schedules) = (Vec::new(), Vec::new());
     for section in &all {
         match section.text("kind")? {
             Some("schedule") => {
-                section.only(&SCHEDULE_KEYS)?;
+                section.only(keys::SCHEDULE)?;
                 schedules.push(section);
             }
             Some("generated") => {
-                section.only(&GENERATED_KEYS)?;
+                section.only(keys::GENERATED)?;
                 schedules.push(section);
             }
             _ => {
-                section.only(&KEYS)?;
+                section.only(keys::MOVER)?;
                 sections.push(section);
             }
         }
@@ -350,7 +301,7 @@ fn routed(
         index_of.push(points.len() - 1);
     }
     let mut halts = Vec::new();
-    for halt in section.sections("halts", &["at", "duration_s"])? {
+    for halt in section.sections("halts", &words(keys::HALT))? {
         let at = halt.need_text("at", "one of the names in via")?;
         let index = via.iter().position(|(name, _)| name == at).ok_or_else(|| {
             let names: Vec<_> = via.iter().map(|(name, _)| format!("\"{name}\"")).collect();
@@ -400,8 +351,7 @@ fn flight(
     address: Option<u32>,
     row: &TypeRow,
 ) -> Result<Option<FlightEntry>, ScenarioError> {
-    let keys = ["movement", "runway", "stand", "eta_ctd_s", "off_block_s", "routing"];
-    let Some(flight) = section.section("flight", &keys)? else { return Ok(None) };
+    let Some(flight) = section.section("flight", &words(keys::FLIGHT))? else { return Ok(None) };
     let movements = [
         ("arrival", MovementKind::Arrival),
         ("departure", MovementKind::Departure),

@@ -2,6 +2,7 @@
 
 use crate::document::{Section, within};
 use crate::error::{Problem, ScenarioError};
+use crate::keys::{self, words};
 use crate::run::Run;
 use models::environment::{RainCell, Weather};
 use models::frames::{Azimuth, Vector2};
@@ -16,19 +17,6 @@ pub struct WeatherNotice {
     pub weather: Weather,
 }
 
-const KEYS: [&str; 10] = [
-    "at_s",
-    "rain_mm_per_h",
-    "visibility_m",
-    "temperature_c",
-    "pressure_hpa",
-    "vapour_g_per_m3",
-    "wind_mps",
-    "wind_from_deg",
-    "film_mm",
-    "cells",
-];
-
 /// Reads `[weather]`; without it the weather is clear and dry.
 ///
 /// The second value warns of cells that are drier than what surrounds them: the heavier rain counts.
@@ -39,11 +27,11 @@ pub(crate) fn read(
     let mut warnings = Vec::new();
     let clear = WeatherNotice { time: SimTime::ZERO, weather: Weather::default() };
     let mut notices = vec![clear];
-    let Some(section) = root.section("weather", &["timeline"])? else {
+    let Some(section) = root.section("weather", &words(keys::WEATHER))? else {
         return Ok((notices, warnings));
     };
     let mut previous: Option<SimTime> = None;
-    for entry in section.sections("timeline", &KEYS)? {
+    for entry in section.sections("timeline", &words(keys::NOTICE))? {
         let time = SimTime::from_s(entry.need_number("at_s", within(0.0, 86_400.0, "s"))?);
         let order = |needed| entry.refuse("at_s", Problem::Order { found: time.s(), needed });
         if previous.is_some_and(|p| time <= p) {
@@ -95,7 +83,7 @@ fn notice(entry: &Section, mut weather: Weather) -> Result<Weather, ScenarioErro
     }
     if entry.has("cells") {
         weather.cells = entry
-            .sections("cells", &["east_m", "north_m", "radius_m", "rain_mm_per_h"])?
+            .sections("cells", &words(keys::CELL))?
             .iter()
             .map(|cell| {
                 let place = within(-1e5, 1e5, "m");

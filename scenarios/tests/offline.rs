@@ -157,7 +157,7 @@ fn what_is_wrong_with_figures_is_said_with_its_line() {
         (format!("{of_gps} \"other.json\""), "has no list `sensors`"),
         (format!("{of_gps} \"short.json\""), "missing field `mean_m`"),
         (format!("{of_gps} \"one.json\""), "pd = 1.7 is outside 0 ..= 1"),
-        (format!("{of_gps} \"kind.json\""), "kind \"sonar\" is none of a sensor"),
+        (format!("{of_gps} \"kind.json\""), "kind \"sonar\" is not a kind of sensor"),
         ("figures = \"figures.json\"".into(), "one of ASDE tower, GPS, MLAT"),
         (
             "figures = \"figures.json\"\nof = \"DGPS\"".into(),

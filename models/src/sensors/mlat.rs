@@ -502,16 +502,16 @@ impl MlatConfig {
             });
         }
         config.buildings = given.buildings.into();
-        if config.stations.is_empty() {
-            let needed = "a list of at least three places [{ lat_deg = …, lon_deg = … }, …]";
-            return Err(ConfigError::Missing { key: "stations", needed });
-        }
         given.number("report_s", &mut config.report_s);
         given.number("sigma_t_s", &mut config.sigma_t_s);
         given.number("multipath", &mut config.multipath);
         given.number("multipath_m", &mut config.multipath_m);
         given.number("reception", &mut config.reception);
         given.number("max_dilution", &mut config.max_dilution);
+        if config.stations.is_empty() {
+            let needed = "a list of at least three places [{ lat_deg = …, lon_deg = … }, …]";
+            return Err(ConfigError::Missing { key: "stations", needed });
+        }
         Ok(config)
     }
 

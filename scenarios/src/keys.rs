@@ -1,0 +1,536 @@
+//! The tables of a scene as data: every key with its kind, unit, limits, default and a line of text.
+//!
+//! The reader refuses keys that are not here; reference ([`reference`](crate::reference)), schema and the law that every
+//! limit is the reader's own are made of these tables. Keys of sensors stand with the sensors ([`models::sensors::KINDS`]).
+
+use models::environment::surface::MATERIALS;
+use models::filter::Rung;
+use models::keys::{Holds, Key, PLACE};
+use models::sensors::KINDS;
+
+/// A table of a scene.
+#[derive(Clone, Copy, Debug)]
+pub struct Table {
+    /// Its name.
+    pub word: &'static str,
+    /// Whether there may be several (`[[word]]`).
+    pub many: bool,
+    /// Whether it has to be there.
+    pub needed: bool,
+    /// What it says.
+    pub doc: &'static str,
+    /// Its keys.
+    pub keys: &'static [Key],
+}
+
+const fn one(word: &'static str, keys: &'static [Key], doc: &'static str) -> Table {
+    Table { word, many: false, needed: false, doc, keys }
+}
+
+const fn many(word: &'static str, keys: &'static [Key], doc: &'static str) -> Table {
+    Table { word, many: true, needed: false, doc, keys }
+}
+
+/// All tables, in the order in which a scene is written.
+pub const TABLES: &[Table] = &[
+    Table { needed: true, ..one("run", RUN, "When, how long, and in which steps") },
+    Table { needed: true, ..one("airport", AIRPORT, "Where: runways, taxiways, stands") },
+    many("traffic", TRAFFIC, "Who moves: one mover each, a schedule, or rates of flights"),
+    one("weather", WEATHER, "What the weather is from when on; clear and dry without it"),
+    many("building", BUILDING, "What shadows and mirrors targets"),
+    many("sensor", SENSOR, "Who looks on; the keys of `overrides` are listed by kind below"),
+    one("tracking", TRACKING, "How plots become tracks; without a key the profile's value holds"),
+    one(
+        "accuracy",
+        ACCURACY,
+        "What may be lost against everything simulated exactly, on the same draws",
+    ),
+    one("network", NETWORK, "Where PDUs and grants go; the command line goes before it"),
+    one("control", CONTROL, "Who clears the flights that react to each other"),
+    many("shape", SHAPE, "Echo of a size of target, in place of one of the same name that ships"),
+];
+
+/// Keys at the root of a scene, which are no tables.
+pub const ROOT: &[Key] =
+    &[Key::new("shapes", Holds::File, "A file of [[shape]] that go before those that ship")];
+
+/// The words of a table's keys.
+#[must_use]
+pub fn words(keys: &'static [Key]) -> Vec<&'static str> {
+    keys.iter().map(|key| key.word).collect()
+}
+
+/// The words of some keys beside those of a place.
+#[must_use]
+pub fn place_words() -> Vec<&'static str> {
+    words(PLACE)
+}
+
+pub(crate) const RUN: &[Key] = &[
+    Key::text("title", "One line for people").needed(),
+    Key::whole("seed", 0, i64::MAX, "Seed of every draw").or("1"),
+    Key::new(
+        "start",
+        Holds::Time,
+        "Start, like 2019-11-24T09:00:00Z; a schedule that says it itself goes without",
+    )
+    .needed(),
+    Key::number("duration_s", "s", 1.0, 86_400.0, "Length of the run").needed(),
+    Key::whole("exercise", 0, 255, "Exercise identifier of DIS").or("1"),
+    Key::whole("site", 1, 65_534, "Site number of DIS; visitors use others").or("1"),
+    Key::number("frame_s", "s", 0.001, 1.0, "Length of a frame").or("0.05"),
+    Key::number("scan_s", "s", 0.01, 60.0, "Length of a scan: a whole number of frames").or("1"),
+    Key::new(
+        "dead_reckoning",
+        Holds::Table(DEAD_RECKONING),
+        "How states are extrapolated between PDUs",
+    ),
+    Key::new("heartbeat", Holds::Table(HEARTBEAT), "Longest time between two PDUs of a mover"),
+];
+
+pub(crate) const DEAD_RECKONING: &[Key] = &[
+    Key::word(
+        "algorithm",
+        || vec!["fpw", "rpw", "rvw", "fvw"],
+        "Model of DIS: fixed or rotating, by velocity or with acceleration",
+    )
+    .or("rvw"),
+    Key::number(
+        "position_m",
+        "m",
+        0.001,
+        1000.0,
+        "Distance between truth and extrapolation that calls for a PDU",
+    )
+    .or("1"),
+    Key::number("orientation_deg", "deg", 0.01, 180.0, "Angle between them that does").or("3"),
+];
+
+pub(crate) const HEARTBEAT: &[Key] = &[
+    Key::number("moving_s", "s", 0.1, 60.0, "Of a mover under way").or("5"),
+    Key::number("parked_s", "s", 0.1, 600.0, "Of one that stands").or("60"),
+];
+
+pub(crate) const AIRPORT: &[Key] = &[
+    Key::text("icao", "Location indicator, which has to be that of the file"),
+    Key::new(
+        "layout",
+        Holds::File,
+        "Layout: apt.dat, ground network (.xml), nodes.csv, or OpenStreetMap (.json, .geojson)",
+    )
+    .needed(),
+    Key::new("ground_network", Holds::File, "A network that replaces the layout's own"),
+    Key::new("reference", Holds::Table(REFERENCE), "Reference point").or("that of the layout"),
+    Key::number("radius_m", "m", 500.0, 50_000.0, "Farthest place of a sensor").or("10000"),
+    Key::number(
+        "taxiway_width_m",
+        "m",
+        5.0,
+        100.0,
+        "Width of taxiways of which the layout says none",
+    )
+    .or("23"),
+];
+
+pub(crate) const REFERENCE: &[Key] = &[
+    Key::number("lat_deg", "deg", -90.0, 90.0, "Latitude").needed(),
+    Key::number("lon_deg", "deg", -180.0, 180.0, "Longitude").needed(),
+    Key::number("height_m", "m", -500.0, 9000.0, "Height above the ellipsoid").needed(),
+];
+
+pub(crate) const TRAFFIC: &[Key] = &[
+    Key::word(
+        "kind",
+        || vec!["parked", "recorded", "route", "schedule", "generated"],
+        "What moves it",
+    )
+    .needed(),
+    Key::text(
+        "callsign",
+        "Of a mover: call sign or name, 1 to 11 upper-case letters, digits or signs; unique",
+    ),
+    Key::text("type", "Of a mover: type designator of types.csv"),
+    Key::whole("address", 1, 0xff_fffe, "Of a mover: its 24-bit address; unique"),
+    Key::new(
+        "flight",
+        Holds::Table(FLIGHT),
+        "Of a mover: its line of the flight list; without it nobody expects it",
+    ),
+    Key::text("stand", "parked: name of the stand"),
+    Key::new("file", Holds::File, "recorded: movement (CSV); schedule: flights (CSV)"),
+    Key::number(
+        "start_s",
+        "s",
+        -86_400.0,
+        86_400.0,
+        "recorded: time of the first record that is used; route: when it sets off, not before 0",
+    ),
+    Key::number(
+        "cut_from_s",
+        "s",
+        0.0,
+        86_400.0,
+        "recorded: time in the file before which nothing is used",
+    )
+    .or("0"),
+    Key::number(
+        "cut_to_s",
+        "s",
+        0.0,
+        f64::INFINITY,
+        "recorded: time in the file after which nothing is used",
+    )
+    .or("the end"),
+    Key::new("via", Holds::Texts, "route: nodes and stands in order, two at least"),
+    Key::new("halts", Holds::Tables(HALT), "route: where it stands for a while"),
+    Key::number("arrivals_per_h", "flights/h", 0.0, 2000.0, "generated: arrivals").or("0"),
+    Key::number("departures_per_h", "flights/h", 0.0, 2000.0, "generated: departures").or("0"),
+    Key::new("mix", Holds::Shares, "generated: weight of each type")
+        .or("A320 5, B738 4, E190 2, A333 1"),
+    Key::word("profile", || vec!["poisson", "even"], "generated: drawn times, or equal gaps")
+        .or("poisson"),
+    Key::whole("seed", 0, i64::MAX, "generated: seed of the flights").or("that of the run"),
+    Key::new("arrival_runways", Holds::Texts, "generated: runways for landings")
+        .or("by the network"),
+    Key::new("departure_runways", Holds::Texts, "generated: runways for take-offs")
+        .or("by the network"),
+];
+
+/// Keys of one mover.
+pub const MOVER: &[&str] = &[
+    "kind",
+    "callsign",
+    "type",
+    "address",
+    "flight",
+    "stand",
+    "file",
+    "start_s",
+    "cut_from_s",
+    "cut_to_s",
+    "via",
+    "halts",
+];
+/// Keys of a schedule.
+pub const SCHEDULE: &[&str] = &["kind", "file"];
+/// Keys of generated traffic.
+pub const GENERATED: &[&str] = &[
+    "kind",
+    "arrivals_per_h",
+    "departures_per_h",
+    "mix",
+    "profile",
+    "seed",
+    "arrival_runways",
+    "departure_runways",
+];
+
+pub(crate) const FLIGHT: &[Key] = &[
+    Key::word("movement", || vec!["arrival", "departure", "vehicle"], "What it does").needed(),
+    Key::text("runway", "Its runway"),
+    Key::text("stand", "Its stand"),
+    Key::number(
+        "eta_ctd_s",
+        "s",
+        -86_400.0,
+        86_400.0,
+        "Estimated landing or take-off, from the start of the run",
+    )
+    .or("0"),
+    Key::number("off_block_s", "s", -86_400.0, 86_400.0, "Off-block time"),
+    Key::new("routing", Holds::Texts, "Taxiways that it is expected on"),
+];
+
+pub(crate) const HALT: &[Key] = &[
+    Key::text("at", "One of the names in `via`").needed(),
+    Key::number("duration_s", "s", 0.0, 86_400.0, "How long").needed(),
+];
+
+pub(crate) const WEATHER: &[Key] = &[Key::new(
+    "timeline",
+    Holds::Tables(NOTICE),
+    "Notices in the order of time; what one does not say stays as it was",
+)];
+
+pub(crate) const NOTICE: &[Key] = &[
+    Key::number("at_s", "s", 0.0, 86_400.0, "From when on").needed(),
+    Key::number("rain_mm_per_h", "mm/h", 0.0, 1000.0, "Rain everywhere").or("0"),
+    Key::number("visibility_m", "m", 10.0, f64::INFINITY, "Meteorological visibility").or("clear"),
+    Key::number("temperature_c", "°C", -60.0, 60.0, "Temperature").or("15"),
+    Key::number("pressure_hpa", "hPa", 800.0, 1100.0, "Pressure").or("1013.25"),
+    Key::number("vapour_g_per_m3", "g/m³", 0.0, 60.0, "Water vapour").or("7.5"),
+    Key::number("wind_mps", "m/s", 0.0, 80.0, "Speed of the wind; goes with `wind_from_deg`")
+        .or("0"),
+    Key::number("wind_from_deg", "deg", 0.0, 360.0, "Where it comes from"),
+    Key::number("film_mm", "mm", 0.0, 20.0, "Water on the surfaces").or("0"),
+    Key::new("cells", Holds::Tables(CELL), "Rain cells, which the wind carries"),
+];
+
+pub(crate) const CELL: &[Key] = &[
+    Key::number("east_m", "m", -1e5, 1e5, "Middle, east of the reference point").needed(),
+    Key::number("north_m", "m", -1e5, 1e5, "Middle, north of it").needed(),
+    Key::number("radius_m", "m", 1.0, 1e5, "Radius").needed(),
+    Key::number(
+        "rain_mm_per_h",
+        "mm/h",
+        0.0,
+        1000.0,
+        "Rain inside; the heavier of this and the one around counts",
+    )
+    .needed(),
+];
+
+pub(crate) const BUILDING: &[Key] = &[
+    Key::text("name", "A name for people").needed(),
+    Key::new("footprint", Holds::Places(&[]), "Corners in order, 3 to 200").needed(),
+    Key::number("height_m", "m", 1.0, 500.0, "Height of its roof").needed(),
+    Key::word("facade", || MATERIALS.iter().map(|m| m.name).collect(), "What its walls are of")
+        .or("concrete"),
+];
+
+pub(crate) const SENSOR: &[Key] = &[
+    Key::word(
+        "kind",
+        || KINDS.iter().map(|d| d.kind.word).chain(["offline"]).collect(),
+        "The kind of sensor",
+    )
+    .needed(),
+    Key::text("name", "A name for people, unique").needed(),
+    Key::new("site", Holds::Place, "Where it stands; needed of radars and loops"),
+    Key::text(
+        "parameters",
+        "Name of a parameter set; of a radar a file `parameter-sets/NAME.toml`",
+    ),
+    Key::new("overrides", Holds::Open, "Single parameters that differ from the set"),
+    Key::new("equipped", Holds::ShareOrNames, "Which targets carry it: a share, or call signs")
+        .or("all"),
+    Key::word(
+        "processing",
+        || vec!["auto", "plot", "cells", "video"],
+        "asde: how echoes become plots",
+    )
+    .or("auto"),
+    Key::new("figures", Holds::File, "offline: figures that `seeds fit` wrote"),
+    Key::text("of", "offline: which sensor of that file"),
+];
+
+pub(crate) const TRACKING: &[Key] = &[
+    Key::word(
+        "profile",
+        || vec!["paper", "accurate", "bulk"],
+        "The named choice that everything not said follows",
+    )
+    .or("paper"),
+    Key::word(
+        "filter",
+        || Rung::ALL.iter().map(|(_, name)| *name).collect(),
+        "Rung of the filter ladder",
+    ),
+    Key::number("q", "m²/s⁵", 1e-9, 1e6, "Spectral density of the jerk"),
+    Key::word("association", || vec!["nearest", "global", "joint"], "How plots find their tracks"),
+    Key::whole(
+        "joint_limit",
+        2,
+        10_000_000,
+        "joint: hypotheses of a cluster beyond which a cheaper form is taken",
+    )
+    .or("100000"),
+    Key::number(
+        "gate_probability",
+        "",
+        0.5,
+        1.0 - 1e-12,
+        "Share of right plots that the gate lets pass",
+    ),
+    Key::number(
+        "identified_gate_probability",
+        "",
+        0.5,
+        1.0 - 1e-12,
+        "The same where an identity says whose it is",
+    ),
+    Key::flag("kinematic_gate", "Whether what no mover can do is refused"),
+    Key::flag("restart", "Whether a track begins again where plots go on beside it"),
+    Key::whole("confirm_hits", 1, 32, "Plots that confirm a track, at most `confirm_of`"),
+    Key::whole("confirm_of", 1, 32, "Of so many that were due"),
+    Key::whole("identified_hits", 1, 32, "The same of a track with an identity"),
+    Key::whole("identified_of", 1, 32, "Of so many that were due"),
+    Key::number(
+        "constant_velocity_after_s",
+        "s",
+        0.0,
+        60.0,
+        "Without plots for so long, a track coasts straight on",
+    ),
+    Key::number("coast_q", "m²/s³", 0.0, 1e3, "Spectral density of the acceleration meanwhile"),
+    Key::number(
+        "delete_moving_s",
+        "s",
+        0.5,
+        600.0,
+        "Without plots for so long, a moving track ends",
+    ),
+    Key::number(
+        "delete_standing_s",
+        "s",
+        0.5,
+        3600.0,
+        "Without plots for so long, a standing one does",
+    ),
+    Key::number("delete_radius_m", "m", 1.0, 10_000.0, "Uncertainty at which a track ends"),
+    Key::whole("track_numbers", 1, 65_536, "How many numbers there are"),
+    Key::number(
+        "number_rest_s",
+        "s",
+        0.0,
+        3600.0,
+        "How long a number rests before it is used again",
+    ),
+    Key::number("late_s", "s", 0.0, 60.0, "How late a plot may be and still be taken in its order"),
+    Key::flag("consider_slow_errors", "Whether slow errors of sensors are respected"),
+    Key::flag("register_sites", "Whether constant errors of radar sites are estimated"),
+    Key::flag("register_echo", "Whether the near side of echoes is taken off"),
+    Key::number(
+        "duplicate_radius_m",
+        "m",
+        0.0,
+        100.0,
+        "Two tracks so near that move alike are one",
+    ),
+    Key::flag("second_ago", "Whether tracks are published as they were a scan ago too"),
+    Key::number(
+        "scan_budget_ms",
+        "ms",
+        1.0,
+        1e6,
+        "What a scan may cost, by a table of evaluations",
+    ),
+    Key::number(
+        "stand_radius_m",
+        "m",
+        1.0,
+        500.0,
+        "How near its stand a target is taken for the flight there",
+    ),
+    Key::number("list_sigma_s", "s", 1.0, 86_400.0, "How exact the times of the flight list are"),
+];
+
+pub(crate) const ACCURACY: &[Key] = &[
+    Key::number("position_m", "m", 0.0, 1000.0, "Rms distance of plots that both runs have")
+        .or("0.1"),
+    Key::number(
+        "tail",
+        "",
+        0.0,
+        1.0,
+        "Share of these that may be farther apart than five times that",
+    )
+    .or("0.001"),
+    Key::number("detection", "", 0.0, 1.0, "Share of scans in which only one run has the plot")
+        .or("0.01"),
+    Key::number(
+        "false_plots",
+        "",
+        0.0,
+        1e6,
+        "Expected false plots of one run only, a scan and radar",
+    )
+    .or("0.01"),
+    Key::number(
+        "track_m",
+        "m",
+        0.0,
+        1000.0,
+        "Rms shift of the published position of a steady filter",
+    ),
+    Key::number(
+        "time_budget_us",
+        "µs",
+        1.0,
+        1e9,
+        "Time of a scan and radar by the table of costs; the other keys are then the unit of a factor",
+    ),
+];
+
+/// A key of `[accuracy]` that was one, refused with what takes its place.
+pub(crate) const ACCURACY_BEFORE: &str = "sum_db";
+
+pub(crate) const NETWORK: &[Key] = &[
+    Key::new("dis", Holds::Texts, "Where PDUs are sent, ADDRESS:PORT").or("127.255.255.255:3000"),
+    Key::text("interface", "Address of the interface that they leave by"),
+    Key::whole("ttl", 0, 255, "Routers that they may pass").or("1"),
+    Key::flag("bundle", "Whether several PDUs share a datagram").or("false"),
+    Key::new("sync_listen", Holds::Texts, "Endpoints of the synchronisation plane to listen at"),
+    Key::new("sync_connect", Holds::Texts, "Endpoints of it to connect to"),
+    Key::new(
+        "stall_ms",
+        Holds::ByName(&Holds::Whole { least: 300, most: 3_600_000 }),
+        "Without a beat for so long, a federate is lost [ms]",
+    ),
+    Key::new(
+        "step_ms",
+        Holds::ByName(&Holds::Whole { least: 100, most: 86_400_000 }),
+        "At one frame for so long, it is [ms]",
+    ),
+    Key::new(
+        "on_loss",
+        Holds::ByName(&Holds::Word(|| vec!["freeze", "degrade", "takeover", "abort"])),
+        "What becomes of a run that loses a federate",
+    )
+    .or("freeze"),
+    Key::new(
+        "return_ms",
+        Holds::WholeOr { least: 0, most: 86_400_000, word: "none" },
+        "How long a run waits for it [ms]; none: as long as it takes",
+    ),
+];
+
+pub(crate) const CONTROL: &[Key] = &[
+    Key::word("sees", || vec!["none"], "What the controller knows").or("none"),
+    Key::word("policy", || vec!["ordered", "free"], "How ways are cleared").or("ordered"),
+];
+
+pub(crate) const SHAPE: &[Key] = &[
+    Key::text("name", "Its name, as types.csv says it").needed(),
+    Key::number("length_m", "m", -1e9, 1e9, "Length of the target that it is of").needed(),
+    Key::number("span_m", "m", -1e9, 1e9, "Its span").needed(),
+    Key::number("rcs_m2", "m²", -1e9, 1e9, "Its median echo").needed(),
+    Key::text("source", "Where the shape comes from").needed(),
+    Key::number(
+        "fuselage_radius",
+        "",
+        -1e9,
+        1e9,
+        "With `flash`: radius of the fuselage, share of the length",
+    ),
+    Key::number(
+        "behind_fuselage",
+        "",
+        -1e9,
+        1e9,
+        "With `flash`: what a wing keeps behind the fuselage",
+    ),
+    Key::new("flash", Holds::Table(FLASH), "Echo of a fuselage seen from the side"),
+    Key::new("limits_db", Holds::Table(LIMITS), "How far the echo may be off the median").needed(),
+    Key::new(
+        "scatterers",
+        Holds::Rows,
+        "Rows of x, y, share, or x, y, share, from_deg, half_width_deg",
+    ),
+];
+
+pub(crate) const FLASH: &[Key] = &[
+    Key::number("base", "", -1e9, 1e9, "Share of the echo away from the side").needed(),
+    Key::number("peak", "", -1e9, 1e9, "Share of it at the side").needed(),
+    Key::number("width_deg", "", -1e9, 1e9, "Width of the flash").needed(),
+    Key::new(
+        "points",
+        Holds::Numbers { least: -1e9, most: 1e9 },
+        "Where along the fuselage it comes from",
+    ),
+];
+
+pub(crate) const LIMITS: &[Key] = &[
+    Key::number("below", "", -1e9, 1e9, "Below it").needed(),
+    Key::number("above", "", -1e9, 1e9, "Above it").needed(),
+];

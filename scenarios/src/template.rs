@@ -1,0 +1,147 @@
+//! A scene for an airport that nobody has written one for: it runs at once, and every line says why.
+
+use crate::airport::check;
+use crate::error::ScenarioError;
+use crate::{Scene, load_text};
+use models::frames::Azimuth;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+/// What a new scene is made of.
+#[derive(Clone, Debug)]
+pub struct Wanted {
+    /// The layout, as the scene will name it.
+    pub layout: String,
+    /// Where the scene will stand: paths count from its folder.
+    pub path: PathBuf,
+    /// Length of the run, min.
+    pub minutes: f64,
+    /// Movements an hour, arrivals and departures together.
+    pub per_h: f64,
+}
+
+/// The text of a scene of an airport, and the scene that it reads as.
+///
+/// Traffic is what the airport can bear: flights that react to each other where its network has entries and exits,
+/// else aircraft on stands, else nobody.
+///
+/// # Errors
+/// If the layout cannot be read, or no scene can be made of it.
+pub fn scene(wanted: &Wanted) -> Result<(String, Scene), ScenarioError> {
+    let file = crate::data_file(&wanted.path, &wanted.layout);
+    let (layout, report) = check(&file)?;
+    let reach_m = layout
+        .nodes
+        .iter()
+        .map(|node| node.position_m)
+        .chain(layout.runways.iter().flat_map(|runway| runway.ends_m))
+        .chain(layout.stands.iter().map(|stand| stand.position_m))
+        .map(|place| place.norm())
+        .fold(0.0, f64::max);
+    let radius_m = ((reach_m * 1.2 + 500.0) / 500.0).ceil() * 500.0;
+    let radius_m = radius_m.clamp(2000.0, 50_000.0);
+    let half = 0.5 * wanted.per_h;
+    let generated = |arrivals: f64, departures: f64| {
+        format!(
+            "[[traffic]]                     # flights that react to each other\nkind = \"generated\"\narrivals_per_h = {arrivals}\ndepartures_per_h = {departures}\n"
+        )
+    };
+    let parked: String = layout
+        .stands
+        .iter()
+        .take(3)
+        .enumerate()
+        .map(|(i, stand)| {
+            format!(
+                "[[traffic]]                     # the network bears no way: somebody to look at\nkind = \"parked\"\ncallsign = \"PARKED{}\"\ntype = \"A320\"\nstand = {:?}\nflight = {{ movement = \"departure\", stand = {:?} }}\n\n",
+                i + 1,
+                stand.name,
+                stand.name
+            )
+        })
+        .collect();
+    let mut failed = None;
+    for traffic in
+        [generated(half, half), generated(half, 0.0), generated(0.0, half), parked, String::new()]
+    {
+        let text = text(wanted, radius_m, reach_m, &traffic, &report.findings);
+        match load_text(&wanted.path, &text) {
+            Ok(scene) => return Ok((text, scene)),
+            Err(error) => failed = Some(failed.unwrap_or(error)),
+        }
+    }
+    Err(failed.unwrap_or_else(|| unreachable_error(&wanted.path)))
+}
+
+fn unreachable_error(path: &Path) -> ScenarioError {
+    let reason = "no scene can be made of it".into();
+    ScenarioError::new(path, 0, "scene", crate::Problem::Unreadable { reason })
+}
+
+fn text(
+    wanted: &Wanted,
+    radius_m: f64,
+    reach_m: f64,
+    traffic: &str,
+    findings: &[impl std::fmt::Display],
+) -> String {
+    let stem = Path::new(&wanted.layout).file_stem().map(|n| n.to_string_lossy().into_owned());
+    let name = stem.unwrap_or_default();
+    let name = name.split('.').next().unwrap_or("airport").to_owned();
+    let mut out = String::from("#:schema ./scene.schema.json\n");
+    let _ = writeln!(
+        out,
+        "# {name}, made by `seeds scene new`. Keys: docs/scene.md or `seeds scene doc`.\n"
+    );
+    let range_m = (reach_m * 1.3 + 500.0).clamp(1000.0, 5500.0).round();
+    let _ = write!(
+        out,
+        "[run]\ntitle = \"{name}: generated traffic\"\nseed = 1                        # another number: other draws\n\
+         start = 2026-01-01T06:00:00Z\nduration_s = {}\n\n\
+         [airport]\nlayout = {:?}\nradius_m = {radius_m}              # sensors are refused farther out\n\n\
+         [weather]\ntimeline = [\n    {{ at_s = 0 }},                                          # clear and dry\n    \
+         {{ at_s = {}, rain_mm_per_h = 5, visibility_m = 3000 }},  # then rain\n]\n\n",
+        60.0 * wanted.minutes,
+        wanted.layout,
+        (30.0 * wanted.minutes).round(),
+    );
+    out.push_str(traffic.trim_end());
+    let _ = write!(
+        out,
+        "\n\n[[sensor]]                      # radar beside the reference point, on a mast\nkind = \"asde\"\nname = \"radar\"\n\
+         parameters = \"ku_asde3\"\nsite = {{ east_m = 150, north_m = 150, height_m = 40 }}\noverrides = {{ range_max_m = {range_m} }}\n\n\
+         [[sensor]]                      # stations around the airport: who has a transponder is named\nkind = \"mlat\"\nname = \"ring\"\n\
+         overrides = {{ stations = [\n"
+    );
+    let ring_m = (0.9 * radius_m).min(reach_m.max(1000.0) + 300.0);
+    for k in 0..6 {
+        let place_m = ring_m * Azimuth::from_rad(std::f64::consts::TAU * f64::from(k) / 6.0).unit();
+        let range_m = (ring_m + reach_m + 1000.0).round();
+        let _ = writeln!(
+            out,
+            "    {{ east_m = {:.0}, north_m = {:.0}, height_m = 15, range_m = {range_m} }},",
+            place_m.x, place_m.y
+        );
+    }
+    out.push_str(
+        "] }\n\n[[sensor]]                      # what aircraft say of themselves\nkind = \"adsb\"\nname = \"receiver\"\nequipped = 0.9\n\n\
+         [tracking]\nprofile = \"accurate\"\n",
+    );
+    if !findings.is_empty() {
+        out.push_str("\n# What was found in the layout:\n");
+        for finding in findings.iter().take(20) {
+            let _ = writeln!(out, "# - {finding}");
+        }
+    }
+    out
+}
+
+/// The shipped layout of an airport, by its location indicator.
+#[must_use]
+pub fn layout_of(icao: &str) -> Option<String> {
+    let name = icao.to_ascii_uppercase();
+    ["apt.dat", "nodes.csv", "osm.json", "geojson"]
+        .iter()
+        .map(|ending| format!("airports/{name}.{ending}"))
+        .find(|file| crate::files::is_file(&crate::data_file(Path::new("scene.toml"), file)))
+}

@@ -1,0 +1,245 @@
+//! What is legal in a scene and still silly: each with a number, the line, and what to do about it.
+//!
+//! `# seeds: allow W07` on the line of a warning silences it.
+
+use crate::document::Section;
+use crate::error::ScenarioError;
+use crate::{Scene, load_text};
+use models::frames::Vector2;
+use std::path::Path;
+
+/// One warning.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Warning {
+    /// Its number, as `W07`; 0 for what the readers of single tables say.
+    pub number: u8,
+    /// Line of the scene, from 1; 0 for the scene as a whole.
+    pub line: usize,
+    /// The key that it is about.
+    pub key: String,
+    /// What is silly about it, and what to do.
+    pub text: String,
+}
+
+impl Warning {
+    /// `W07`; nothing for the readers' own.
+    #[must_use]
+    pub fn word(&self) -> String {
+        if self.number == 0 { String::new() } else { format!("W{:02}", self.number) }
+    }
+}
+
+/// Reads a scene and says what is silly in it.
+///
+/// # Errors
+/// As [`crate::load_text`].
+pub fn check(path: &Path, text: &str) -> Result<(Scene, Vec<Warning>), ScenarioError> {
+    let scene = load_text(path, text)?;
+    let root = Section::parse(path, text)?;
+    let mut found = of(&scene, &root)?;
+    let lines: Vec<&str> = text.lines().collect();
+    found.retain(|warning| {
+        let line = warning.line.checked_sub(1).and_then(|i| lines.get(i)).copied();
+        let allowed = line.and_then(|line| line.split("# seeds: allow ").nth(1));
+        !allowed.is_some_and(|words| words.split([' ', ',']).any(|w| w == warning.word()))
+    });
+    found.sort_by_key(|warning| (warning.line, warning.number));
+    Ok((scene, found))
+}
+
+fn of(scene: &Scene, root: &Section) -> Result<Vec<Warning>, ScenarioError> {
+    let mut found = Vec::new();
+    let mut say = |number: u8, section: &Section, key: &str, text: String| {
+        let place = if section.path().is_empty() {
+            key.to_owned()
+        } else {
+            format!("{}.{key}", section.path())
+        };
+        let line =
+            if section.has(key) || !section.path().is_empty() { section.line_of(key) } else { 0 };
+        found.push(Warning { number, line, key: place, text });
+    };
+    let all = |word: &'static str| {
+        root.sections(
+            word,
+            &crate::keys::words(
+                crate::keys::TABLES.iter().find(|t| t.word == word).map_or(&[], |t| t.keys),
+            ),
+        )
+    };
+    let (traffic, sensors) = (all("traffic")?, all("sensor")?);
+    let duration_s = scene.run.duration.s();
+    let empty = root.empty("run");
+    let run = root.any_section("run")?.unwrap_or(empty);
+    let mut stands: Vec<(&str, &Section)> = Vec::new();
+    for section in &traffic {
+        let kind = section.text("kind")?.unwrap_or("");
+        if let (true, Some(stand)) = (kind == "parked", section.text("stand")?) {
+            if let Some((_, first)) = stands.iter().find(|(name, _)| *name == stand) {
+                let at = first.line_of("stand");
+                say(
+                    1,
+                    section,
+                    "stand",
+                    format!(
+                        "two stand on \"{stand}\" all the time (the other in line {at}): give one of them another stand"
+                    ),
+                );
+            }
+            stands.push((stand, section));
+        }
+        let start_s = section
+            .number("start_s", crate::document::within(f64::NEG_INFINITY, f64::INFINITY, "s"))?;
+        if let Some(start_s) = start_s.filter(|s| *s >= duration_s) {
+            say(
+                2,
+                section,
+                "start_s",
+                format!(
+                    "it begins at {start_s} s, after the end of the run at {duration_s} s: start it earlier or make run.duration_s longer"
+                ),
+            );
+        }
+        if ["parked", "recorded", "route"].contains(&kind) && !section.has("flight") {
+            let name = section.text("callsign")?.unwrap_or("");
+            say(
+                3,
+                section,
+                "callsign",
+                format!(
+                    "nobody expects {name}: without `flight` its track gets no name from the flight list"
+                ),
+            );
+        }
+        if kind == "generated"
+            && ["arrivals_per_h", "departures_per_h"].iter().all(|k| !section.has(k))
+        {
+            say(4, section, "kind", "generated traffic without a rate makes no flight: give arrivals_per_h or departures_per_h".into());
+        }
+    }
+    if !run.has("seed") {
+        say(
+            5,
+            &run,
+            "seed",
+            "no seed: 1 is taken; state it, so that a copy of the scene plays the same draws"
+                .into(),
+        );
+    } else if scene.run.seed == 0 {
+        say(
+            5,
+            &run,
+            "seed",
+            "seed 0 looks like a key that was forgotten: any other number says that it was meant"
+                .into(),
+        );
+    }
+    let scan_ns = scene.run.scan().0.max(1);
+    if scene.run.duration.0 % scan_ns != 0 {
+        say(
+            6,
+            &run,
+            "duration_s",
+            format!(
+                "{duration_s} s is not a whole number of scans: what comes after the last whole one is simulated and not published"
+            ),
+        );
+    }
+    if let Some(weather) = root.any_section("weather")? {
+        let notices = weather.sections("timeline", &crate::keys::words(crate::keys::NOTICE))?;
+        for notice in &notices {
+            let any = crate::document::within(f64::NEG_INFINITY, f64::INFINITY, "");
+            let visibility_m = notice.number("visibility_m", any)?;
+            if let Some(metres) = visibility_m.filter(|m| *m < 50.0 || *m > 100_000.0) {
+                say(
+                    7,
+                    notice,
+                    "visibility_m",
+                    format!(
+                        "a visibility of {metres} m is seldom meant: 50 to 100000 m; leave it out for clear air"
+                    ),
+                );
+            }
+            for cell in notice.sections("cells", &crate::keys::words(crate::keys::CELL))? {
+                let of = |key: &str| cell.number_or(key, 0.0, any);
+                let distance_m =
+                    Vector2::new(of("east_m")?, of("north_m")?).norm() - of("radius_m")?;
+                let calm = notice.number_or("wind_mps", 0.0, any)? == 0.0;
+                if distance_m > scene.airport.radius_m && calm {
+                    say(
+                        8,
+                        &cell,
+                        "east_m",
+                        format!(
+                            "the cell ends {distance_m:.0} m from the reference point, outside the airport, and no wind moves it"
+                        ),
+                    );
+                }
+            }
+        }
+    }
+    if scene.sensors.is_empty() {
+        say(9, root, "sensor", "no sensor: there will be no plots and no tracks".into());
+    } else if scene.sensors.iter().all(|s| !s.kind.carried)
+        && scene.flight_list.entries.is_empty()
+        && scene.traffic.behaving.is_none()
+    {
+        say(10, root, "sensor", "no sensor identifies anybody and the flight list is empty: tracks stay without names; add an adsb or mlat sensor, or flights".into());
+    }
+    for (sensor, section) in scene.sensors.iter().zip(&sensors) {
+        let Some(radar) = &sensor.asde else { continue };
+        let (range_m, radius_m) = (radar.parameters.range_max_m, scene.airport.radius_m);
+        if range_m > 10.0 * radius_m {
+            say(
+                11,
+                section,
+                "parameters",
+                format!(
+                    "the radar shows {range_m} m, more than ten times the airport's {radius_m} m: set range_max_m in overrides"
+                ),
+            );
+        }
+    }
+    if scene.traffic.entities.is_empty() {
+        say(12, root, "traffic", "nobody moves: add [[traffic]]".into());
+    }
+    let movers = scene.traffic.entities.len();
+    if movers > 1000 {
+        say(
+            13,
+            root,
+            "traffic",
+            format!("{movers} movers: more than the page draws smoothly; run it with --no-viewer"),
+        );
+    }
+    if scene.accuracy.position_m == 0.0 && movers > 100 {
+        let accuracy = root.any_section("accuracy")?.unwrap_or_else(|| root.empty("accuracy"));
+        say(
+            14,
+            &accuracy,
+            "position_m",
+            format!(
+                "a tolerance of 0 simulates everything exactly for {movers} movers: slow; 0.1 is the default"
+            ),
+        );
+    }
+    for (i, sensor) in scene.sensors.iter().enumerate() {
+        let same = |other: &crate::SensorScene| {
+            other.kind == sensor.kind
+                && other.site_m == sensor.site_m
+                && other.overrides_equal(sensor)
+        };
+        if let Some(first) = scene.sensors[..i].iter().position(same) {
+            let at = sensors[first].line();
+            say(
+                15,
+                &sensors[i],
+                "name",
+                format!(
+                    "the same sensor as in line {at}: its plots are the same but for their draws"
+                ),
+            );
+        }
+    }
+    Ok(found)
+}

@@ -1,0 +1,62 @@
+//! New scenes of known and of synthetic airports, and what is silly in a scene.
+
+use scenarios::template::{Wanted, layout_of, scene};
+use scenarios::warnings::check;
+use std::path::{Path, PathBuf};
+
+fn zurich() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("zurich.toml")
+}
+
+#[test]
+fn a_new_scene_of_every_shipped_airport_is_read_and_nothing_in_it_is_silly() {
+    for icao in ["LSZH", "EHAM", "EGCC", "XSYN", "LIMC", "LZIB"] {
+        let layout = layout_of(icao).expect(icao);
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("made.toml");
+        let wanted = Wanted { layout, path, minutes: 5.0, per_h: 20.0 };
+        let (text, made) = scene(&wanted).unwrap_or_else(|e| panic!("{icao}: {e}"));
+        assert_eq!(made.sensors.len(), 3, "{icao}");
+        assert!(!made.traffic.entities.is_empty(), "{icao}: {text}");
+        let (_, found) = check(&wanted.path, &text).expect("sound");
+        assert!(found.is_empty(), "{icao}: {found:?}");
+    }
+    assert_eq!(layout_of("XXXX"), None);
+}
+
+#[test]
+fn what_is_silly_is_said_with_number_line_and_cure_and_can_be_silenced() {
+    let text = std::fs::read_to_string(zurich()).expect("zurich");
+    let (_, clean) = check(&zurich(), &text).expect("sound");
+    assert!(clean.is_empty(), "{clean:?}");
+    for (from, to, number, word) in [
+        ("seed = 1\n", "seed = 0\n", "W05", "seed"),
+        ("duration_s = 600", "duration_s = 600.55", "W06", "duration_s"),
+        ("visibility_m = 400", "visibility_m = 20", "W07", "visibility_m"),
+        ("start_s = 30\n", "start_s = 900\n", "W02", "start_s"),
+    ] {
+        assert!(text.contains(from), "{from}");
+        let (_, found) = check(&zurich(), &text.replacen(from, to, 1)).expect("legal");
+        let one = found
+            .iter()
+            .find(|w| w.word() == number)
+            .unwrap_or_else(|| panic!("{number}: {found:?}"));
+        assert!(one.key.ends_with(word), "{one:?}");
+        let line = text.lines().nth(one.line - 1).expect("a line");
+        assert!(line.contains(word), "{one:?} is not at {line}");
+        let silenced = to.trim_end().to_owned() + "  # seeds: allow " + number + "\n";
+        if from.ends_with('\n') {
+            let (_, found) = check(&zurich(), &text.replacen(from, &silenced, 1)).expect("legal");
+            assert!(found.iter().all(|w| w.word() != number), "{found:?}");
+        }
+    }
+    let nobody = text.split("[[sensor]]").next().expect("a head");
+    let (_, found) = check(&zurich(), nobody).expect("legal");
+    assert!(found.iter().any(|w| w.word() == "W09"), "{found:?}");
+    let twice = format!(
+        "{text}\n{}",
+        "[[traffic]]\nkind = \"parked\"\ncallsign = \"A1\"\ntype = \"A320\"\nstand = \"D_16\"\n[[traffic]]\nkind = \"parked\"\ncallsign = \"A2\"\ntype = \"A320\"\nstand = \"D_16\"\n"
+    );
+    let (_, found) = check(&zurich(), &twice).expect("legal");
+    let words: Vec<String> = found.iter().map(|w| w.word()).collect();
+    assert_eq!(words, ["W03", "W01", "W03"], "{found:?}");
+}
