@@ -219,7 +219,6 @@ pub fn return_flag(text: &str) -> Result<ReturnWithin, String> {
     }
 }
 
-/// The keys of `[network]` that are read here.
 /// Reads them from `[network]`.
 pub(crate) fn read(network: &Section) -> Result<Losses, ScenarioError> {
     let ms = |section: &Section, key: &str, [low, high]: [i64; 2]| {
