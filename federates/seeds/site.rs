@@ -7,8 +7,10 @@ use clap::Args;
 use models::environment::Weather;
 use models::frames::Vector2;
 use models::sensors::TargetClass;
-use scenarios::{Reported, Scene, SensorScene};
+use models::sensors::mlat::MlatConfig;
+use scenarios::{Scene, SensorScene};
 use serde_json::{Value, json};
+use std::any::Any;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -172,7 +174,8 @@ fn all_maps(
         }
     }
     for sensor in &scene.sensors {
-        if let Some(Reported::Mlat(system)) = &sensor.reported {
+        let settings = sensor.reported.as_deref().map(|settings| settings as &dyn Any);
+        if let Some(system) = settings.and_then(|any| any.downcast_ref::<MlatConfig>()) {
             found.extend(siting::mlat_maps(scene, &sensor.name, system, grid, subject.height_m));
         }
     }

@@ -51,8 +51,8 @@ impl fmt::Debug for Modelled {
     }
 }
 
-/// A checked configuration of one sensor of a scene.
-pub trait Settings: fmt::Debug + Send + Sync {
+/// A checked configuration of one sensor of a scene. As [`std::any::Any`], tools that know one kind find its numbers.
+pub trait Settings: std::any::Any + fmt::Debug + Send + Sync {
     /// Refuses what is outside the limits.
     ///
     /// # Errors
