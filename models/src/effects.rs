@@ -142,12 +142,6 @@ impl Loss {
         Self { lowers_db: db, ..Self::NONE }
     }
 
-    /// Off by at most `db` either way.
-    #[must_use]
-    pub fn either_way(db: f64) -> Self {
-        Self { raises_db: db, lowers_db: db, ..Self::NONE }
-    }
-
     /// A plot moved by at most this.
     #[must_use]
     pub fn moves(metres: f64) -> Self {

@@ -94,23 +94,6 @@ pub fn phase_spread_rad(antenna_m: f64, extent_m: f64, wavelength_m: f64, d_m: f
     4.0 * PI * antenna_m * extent_m / (wavelength_m * d_m)
 }
 
-/// Largest difference, dB, between `extended` at a spread of at least `spread_rad` and `incoherent`.
-#[must_use]
-pub fn lobing_bound_db(q: f64, spread_rad: f64) -> f64 {
-    let share = lobing_share(q, spread_rad);
-    // The factor may fall by `share` as well as rise; the fall is the larger in decibels.
-    if share >= 1.0 { f64::INFINITY } else { -10.0 * libm::log10(1.0 - share) }
-}
-
-/// The same as a share of `incoherent`.
-#[must_use]
-pub fn lobing_share(q: f64, spread_rad: f64) -> f64 {
-    let q2 = q * q;
-    let swing =
-        4.0 * q * (1.0 + q2) * (2.0 / spread_rad).min(1.0) + 2.0 * q2 * (1.0 / spread_rad).min(1.0);
-    swing / incoherent(q)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -383,27 +383,10 @@ impl Air {
         sum.min(self.worst_rain_db_per_km() * way_m / 1000.0)
     }
 
-    /// Largest difference between the two forms, dB/km.
-    #[must_use]
-    pub fn mie_difference_db_per_km(&self) -> f64 {
-        let difference = |m, r: &RainAir| f64::max(m, (r.db_per_km - r.mie_db_per_km).abs());
-        self.rains.iter().fold(0.0, difference)
-    }
-
     /// Most that any rain returns by any form, m²/m³.
     #[must_use]
     pub fn worst_rain_echo(&self) -> f64 {
         self.rains.iter().fold(0.0, |m, r| f64::max(m, r.echo.max(r.mie_echo)))
-    }
-
-    /// By how much Mie's echo is above and below Rayleigh's at most, dB, both positive.
-    #[must_use]
-    pub fn mie_echo_db(&self) -> (f64, f64) {
-        let wet = self.rains.iter().filter(|r| r.echo > 0.0);
-        wet.fold((0.0, 0.0), |(up, down), r| {
-            let db = 10.0 * libm::log10(r.mie_echo / r.echo);
-            (f64::max(up, db), f64::max(down, -db))
-        })
     }
 }
 
@@ -674,15 +657,6 @@ impl Radar {
         self.pattern.rain_integral_bound() * 1.01 + self.pattern.floor * self.pattern.floor * PI
     }
 
-    /// Upper bound of the beam's integral at `near_m` and beyond, side lobes included, rad: the ground and
-    /// the top of the rain cut more of the beam the farther it goes.
-    #[must_use]
-    pub fn rain_integral_bound_from(&self, near_m: f64) -> f64 {
-        let here = self.pattern.rain_integral(near_m, self.antenna_m, self.rain_top_m);
-        let floor = self.pattern.floor * self.pattern.floor * PI;
-        (here * 1.01 + floor).min(self.rain_integral_bound())
-    }
-
     /// What the side lobes add to the rain's echo at most, up to `far_m`, dB.
     #[must_use]
     pub fn floor_db(&self, far_m: f64) -> f64 {
@@ -781,18 +755,6 @@ impl Radar {
             }
         };
         Reflected { propagation, strength }
-    }
-
-    /// Reflection coefficient of the surface for this radar's polarisation.
-    #[must_use]
-    pub fn surface_coefficient(
-        &self,
-        air: &Air,
-        levels: &BudgetLevels,
-        grazing_rad: f64,
-    ) -> Complex<f64> {
-        let (sin, cos) = libm::sincos(grazing_rad);
-        self.surface_coefficient_at(air, levels, sin, cos)
     }
 
     pub(super) fn surface_coefficient_at(

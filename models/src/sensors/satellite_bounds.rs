@@ -133,13 +133,6 @@ fn aged_sigma_m(b: &RangeBudget, mask_rad: f64, age_s: f64) -> f64 {
     .sqrt()
 }
 
-/// Largest deviation of a fix range by range, m.
-#[must_use]
-pub fn ranging_sigma_m(ranging: &RangingConfig, scene: &PositioningScene) -> f64 {
-    let mask_rad = ranging.sky.mask_deg.to_radians();
-    dilution(ranging, scene) * ranging.budget.variance_m2(mask_rad).sqrt()
-}
-
 fn receiver(ranging: &RangingConfig, scene: &PositioningScene) -> [PlannedEffect; 2] {
     let (b, per_range) = (&ranging.budget, SIGMAS * dilution(ranging, scene));
     let multipath_m = b.multipath.sigma_m * multipath_growth(ranging.sky.mask_deg.to_radians());

@@ -36,13 +36,6 @@ pub fn knife_edge_exact_db(v: f64) -> f64 {
     -20.0 * libm::log10(0.5 * libm::hypot(1.0 - c - s, c - s))
 }
 
-/// Width of the transition at a knife edge, m: `√(λ·d₁·d₂/(d₁+d₂))`, the first Fresnel zone.
-#[must_use]
-pub fn transition_width_m(d1_m: f64, d2_m: f64, wavelength_m: f64) -> f64 {
-    let (d1, d2) = (d1_m.max(wavelength_m), d2_m.max(wavelength_m));
-    (wavelength_m * d1 * d2 / (d1 + d2)).sqrt()
-}
-
 /// How far beside an obstacle a wave over `range_m` is still weakened at most, m: beyond, ν of any
 /// edge is below −0.78.
 #[must_use]

@@ -145,20 +145,6 @@ impl Trajectory {
         self.within(time).then(|| self.state_s(time.since_s(self.start)))
     }
 
-    /// The state at `time`; before the first moment and after the last one it stands where it begins
-    /// or ends (for movers that begin and end at rest).
-    #[must_use]
-    pub fn at_or_parked(&self, time: SimTime) -> TruthState {
-        if let Some(state) = self.at(time) {
-            return state;
-        }
-        let mut state = self.state_s(if time < self.start { 0.0 } else { self.progress.end() });
-        state.velocity_mps = Vector3::zeros();
-        state.acceleration_ms2 = Vector3::zeros();
-        state.angular_rate_rads = Vector3::zeros();
-        state
-    }
-
     /// State by seconds since the start.
     ///
     /// With path `p(s)` and progress `s(t)`: `v = p' ṡ`, `a = p'' ṡ² + p' s̈`; heading is the
