@@ -18,13 +18,16 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::Arc;
 
+/// From the keys of a scene to a configuration.
+pub type Read = fn(&Given<'_>) -> Result<Arc<dyn Settings>, ConfigError>;
+
 /// A kind of sensor with what makes one.
 pub struct Declared {
     /// What the house knows of it.
     pub kind: Kind,
     /// From the keys of a scene to a configuration. A radar has none here: its parameter sets are files, which the
     /// reader of scenes layers by itself.
-    pub read: Option<fn(&Given<'_>) -> Result<Arc<dyn Settings>, ConfigError>>,
+    pub read: Option<Read>,
     /// Its planned models, by level.
     pub models: &'static [Modelled],
 }
