@@ -386,7 +386,7 @@ fn command_of(
             Some(rate) => return Err(format!("rate: {rate} is outside {MIN_RATE} ..= {MAX_RATE}")),
             None => return Err("rate: no figure given".to_owned()),
         },
-        other => return Err(format!("{other:?} is no command")),
+        other => return Err(format!("{other:?} is not a valid command")),
     };
     Ok((word.to_owned(), command))
 }

@@ -162,7 +162,7 @@ impl Section {
     /// A number within limits, `None` where not given.
     ///
     /// # Errors
-    /// If it is no number (a text with a unit is none), not finite, or outside the limits.
+    /// If it is not a number (a text with a unit is not), not finite, or outside the limits.
     pub fn number(&self, key: &str, limits: Limits) -> Result<Option<f64>, ScenarioError> {
         let Some(item) = self.item(key) else { return Ok(None) };
         let found = match item.value {
@@ -197,7 +197,7 @@ impl Section {
     /// A whole number within `low ..= high`, `None` where not given.
     ///
     /// # Errors
-    /// If it is no whole number or outside the limits.
+    /// If it is not a whole number or outside the limits.
     pub fn integer(&self, key: &str, low: i64, high: i64) -> Result<Option<i64>, ScenarioError> {
         let Some(item) = self.item(key) else { return Ok(None) };
         let Value::Integer(found) = item.value else {
@@ -213,7 +213,7 @@ impl Section {
     /// A text, `None` where not given.
     ///
     /// # Errors
-    /// If it is no text.
+    /// If it is not a text.
     pub fn text(&self, key: &str) -> Result<Option<&str>, ScenarioError> {
         let Some(item) = self.item(key) else { return Ok(None) };
         match &item.value {
@@ -233,7 +233,7 @@ impl Section {
     /// One word of a list, translated; `None` where not given.
     ///
     /// # Errors
-    /// If it is none of the words.
+    /// If it is not one of the words.
     pub fn choice<T: Clone>(
         &self,
         key: &str,
@@ -263,7 +263,7 @@ impl Section {
     /// A date with time and offset, nanoseconds since 1970-01-01 UTC; `None` where not given.
     ///
     /// # Errors
-    /// If it is none, or has no offset.
+    /// If it is not one, or has no offset.
     pub fn time_utc_ns(&self, key: &str) -> Result<Option<i64>, ScenarioError> {
         let Some(item) = self.item(key) else { return Ok(None) };
         match item.value {
@@ -275,7 +275,7 @@ impl Section {
     /// A list of texts with their lines; empty where not given.
     ///
     /// # Errors
-    /// If it is no list, or an element is no text.
+    /// If it is not a list, or an element is not a text.
     pub fn texts(&self, key: &str) -> Result<Vec<(String, usize)>, ScenarioError> {
         let needed = "a list of texts in quotation marks";
         self.list(key, needed)?
@@ -290,7 +290,7 @@ impl Section {
     /// A list of numbers within limits; empty where not given.
     ///
     /// # Errors
-    /// If it is no list, or an element is no number or outside the limits.
+    /// If it is not a list, or an element is not a number or outside the limits.
     pub fn numbers(&self, key: &str, limits: Limits) -> Result<Vec<f64>, ScenarioError> {
         let needed = format!("a list of numbers{}", of_unit(limits));
         self.list(key, &needed)?
@@ -341,7 +341,7 @@ impl Section {
     /// A table below this one, checked for unknown keys; `None` where not given.
     ///
     /// # Errors
-    /// If it is no table, or has a key that is not `allowed`.
+    /// If it is not a table, or has a key that is not `allowed`.
     pub fn section(&self, key: &str, allowed: &[&str]) -> Result<Option<Self>, ScenarioError> {
         let Some(section) = self.any_section(key)? else { return Ok(None) };
         section.only(allowed)?;
@@ -351,7 +351,7 @@ impl Section {
     /// A table below this one whose keys are checked elsewhere; `None` where not given.
     ///
     /// # Errors
-    /// If it is no table.
+    /// If it is not a table.
     pub fn any_section(&self, key: &str) -> Result<Option<Self>, ScenarioError> {
         let Some(item) = self.item(key) else { return Ok(None) };
         let Value::Table(entries) = &item.value else {
@@ -369,7 +369,7 @@ impl Section {
     /// A list of tables (`[[key]]`), each checked for unknown keys; empty where not given.
     ///
     /// # Errors
-    /// If it is no list of tables, or one has a key that is not `allowed`.
+    /// If it is not a list of tables, or one has a key that is not `allowed`.
     pub fn sections(&self, key: &str, allowed: &[&str]) -> Result<Vec<Self>, ScenarioError> {
         let needed = format!("a list of tables [[{}]]", self.key_path(key));
         let list = self.list(key, &needed)?;
@@ -389,7 +389,7 @@ impl Section {
     /// Path of a file named by `key`, from the folder of the scene; it has to exist.
     ///
     /// # Errors
-    /// If it is no text or the file does not exist.
+    /// If it is not a text or the file does not exist.
     pub fn file_path(&self, key: &str) -> Result<Option<PathBuf>, ScenarioError> {
         let Some(name) = self.text(key)? else { return Ok(None) };
         let path = self.file.parent().unwrap_or(Path::new("")).join(name);

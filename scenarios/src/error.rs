@@ -127,7 +127,7 @@ pub enum Problem {
         /// Why not.
         reason: String,
     },
-    /// The file itself cannot be read, or is no text.
+    /// The file itself cannot be read, or is not text.
     #[error("{reason}")]
     Unreadable {
         /// Why not.

@@ -50,7 +50,7 @@ pub const TABLES: &[Table] = &[
     many("shape", SHAPE, "Echo of a size of target, in place of one of the same name that ships"),
 ];
 
-/// Keys at the root of a scene, which are no tables.
+/// Keys at the root of a scene, which are not tables.
 pub const ROOT: &[Key] =
     &[Key::new("shapes", Holds::File, "A file of [[shape]] that go before those that ship")];
 

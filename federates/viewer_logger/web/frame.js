@@ -24,7 +24,7 @@ const decoder = new TextDecoder("utf-8");
 export function decode(buffer) {
   const view = new DataView(buffer);
   if (view.byteLength < HEADER || decoder.decode(new Uint8Array(buffer, 0, 4)) !== "SEED") {
-    throw new Error("a message that is no scan");
+    throw new Error("a message that is not a valid scan");
   }
   if (view.getUint8(4) !== VERSION) {
     throw new Error(`scans of version ${view.getUint8(4)}, this page reads ${VERSION}: reload it`);

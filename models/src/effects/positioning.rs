@@ -12,7 +12,7 @@ use crate::plot::SensorId;
 
 macro_rules! effects {
     ($($(#[$doc:meta])* $variant:ident = $name:literal,)+) => {
-        /// An effect of a sensor that is no radar.
+        /// An effect of a sensor other than a radar.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
         #[repr(usize)]
         pub enum PositioningEffect { $($(#[$doc])* $variant,)+ }

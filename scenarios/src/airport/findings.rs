@@ -50,7 +50,7 @@ fn runways(airport: &Airport, lines: &mut Vec<String>) {
             let digits: String = designator.chars().take_while(char::is_ascii_digit).collect();
             let called = digits.parse().ok().filter(|n: &f64| (1.0..=36.0).contains(n));
             let Some(called) = called else {
-                lines.push(format!("runway {name}: {designator:?} is no designator"));
+                lines.push(format!("runway {name}: {designator:?} is not a valid designator"));
                 continue;
             };
             let along = if end == 0 { way } else { -way };

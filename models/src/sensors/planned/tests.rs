@@ -1,4 +1,4 @@
-//! What is planned of the sensors that are no radars, sensor by sensor. Random scenes are played in
+//! What is planned of the sensors other than radars, sensor by sensor. Random scenes are played in
 //! `studies`, planned against everything exact.
 
 use super::Planned;
