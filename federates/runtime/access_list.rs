@@ -34,7 +34,13 @@ const ROLES: [Role; 10] = [
         hears: &["fed/*", "beat/*", "obs/**", "tracks/**", "ctl/order", "ctl/beat"],
         asks: &["log/*", "candidate/*", "agent/*", "ctl/**"],
     },
-    Role { names: &["traffic-generator"], says: &[], serves: &[], hears: &[], asks: &[] },
+    Role {
+        names: &["traffic-generator"],
+        says: &["obs/traffic"],
+        serves: &["obs/traffic/**"],
+        hears: &[],
+        asks: &[],
+    },
     Role {
         names: &["external-world"],
         says: &["obs/weather", "obs/flights"],
@@ -82,7 +88,7 @@ const ROLES: [Role; 10] = [
     },
     Role {
         names: &["gateway"],
-        says: &["fed/{n}$*", "beat/{n}$*", "obs/fed/{n}$*", "obs/foreign"],
+        says: &["fed/{n}$*", "beat/{n}$*", "obs/fed/{n}$*"],
         serves: &[],
         hears: &["obs/**", "tracks/**", "control/**"],
         asks: &["ctl/join", "obs/**", "tracks/**", "flights/**", "visitors/*/handover"],

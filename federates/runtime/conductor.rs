@@ -10,7 +10,7 @@ use super::digest::content;
 use super::life_cycle::{Phase, Refused, Transition};
 use super::member::{CONDUCTOR, WallNs};
 use super::messages::{
-    Accepted, Answer, Beat, FetchOf, Fetched, FinalReport, Frame, FrameEnds, Hello, Joined,
+    Accepted, Answer, Beat, FetchOf, Fetched, FinalReport, Frame, FrameEnds, Hello, Joined, Kind,
     MemberState, Numbered, Order, Report, RunConfig, RunState, Welcome,
 };
 use super::stream::{Inbox, Outbox};
@@ -748,12 +748,16 @@ impl Conductor {
                     return;
                 }
                 member.log.take(seq, &ends);
+                let told = ends.state.map(|state| (ends.last, state));
                 member.executed = Some(ends.last);
                 member.due_since = None;
                 // The grant that allowed the first of these frames.
                 if let Some((at, _)) = self.grants.iter().find(|(_, upto)| *upto >= next) {
                     let took = now.saturating_sub(*at) as f64;
                     member.latency_ns += (took - member.latency_ns) * LATENCY_SMOOTHING;
+                }
+                if let Some((frame, state)) = told {
+                    self.compare_traffic(now, from, frame, state, effects);
                 }
                 self.settle(now, effects);
                 self.extend(now, effects);
@@ -788,6 +792,34 @@ impl Conductor {
             }
             _ => {}
         }
+    }
+
+    /// All generators step the same traffic: where two of them do not have the same state at a frame, the run is
+    /// worth nothing any more.
+    fn compare_traffic(
+        &mut self,
+        now: WallNs,
+        from: &str,
+        frame: Frame,
+        state: u64,
+        effects: &mut Vec<Effect>,
+    ) {
+        let generates = |m: &MemberEntry| m.alive && m.hello.kind == Kind::TrafficGenerator;
+        if self.failed || !self.members.get(from).is_some_and(generates) {
+            return;
+        }
+        let differs = |m: &MemberEntry| {
+            m.log.states.iter().rev().any(|(f, other)| *f == frame && *other != state)
+        };
+        let other = self.members.iter().find(|(n, m)| *n != from && generates(m) && differs(m));
+        let Some(other) = other.map(|(name, _)| name.clone()) else { return };
+        let text = format!(
+            "{from} and {other} do not have the same traffic at frame {frame}: other builds, other hosts, or a fault of SEEDS"
+        );
+        self.faults.push(Fault { name: from.to_owned(), text, since: now, back: None });
+        self.failed = true;
+        self.fail_pending(effects);
+        effects.push(Effect::Exit(1));
     }
 
     fn all_ready(&mut self, now: WallNs, effects: &mut Vec<Effect>) {

@@ -6,8 +6,11 @@
 //! Flights that behave read each other, so every generator steps the whole core of them, which gives the
 //! same bits everywhere, and publishes its share.
 
+pub mod traffic_state;
+
 use crate::exchange::entity_state::{deactivated, state_pdu, transponder, world_pose};
-use crate::runtime::federate::{Federate, FrameInputs, FrameOut};
+use crate::runtime::bus::Class;
+use crate::runtime::federate::{Federate, FrameInputs, FrameOut, Publication};
 use crate::runtime::frame_time::FrameTime;
 use crate::runtime::messages::{FinalReport, Frame, Kind, RunConfig};
 use models::traffic::core::Core;
@@ -164,6 +167,22 @@ impl Federate for TrafficGenerator {
 
     fn step(&mut self, frame: Frame, _inputs: &FrameInputs, out: &mut FrameOut) {
         self.frame(frame, out);
+        let per_scan = (self.scene.run.scan().0 / self.scene.run.frame.0).max(1) as u64;
+        // One of all says what all of them know.
+        if let Some((core, _)) =
+            self.core.as_ref().filter(|_| self.share == 1 && frame % per_scan == 0)
+        {
+            out.publish.push(Publication {
+                key: "obs/traffic".into(),
+                class: Class::Lossy,
+                body: traffic_state::json(core, self.time.time(frame).s()).into_bytes(),
+                retained: Some("obs/traffic/last".into()),
+            });
+        }
+    }
+
+    fn state(&self) -> u64 {
+        self.core.as_ref().map_or(0, |(core, _)| core.digest())
     }
 
     fn finish(&mut self, report: &mut FinalReport) {
