@@ -487,7 +487,8 @@ pub(crate) const NETWORK: &[Key] = &[
 
 pub(crate) const CONTROL: &[Key] = &[
     Key::word("sees", || vec!["none"], "What the controller knows").or("none"),
-    Key::word("policy", || vec!["ordered", "free"], "How ways are cleared").or("ordered"),
+    Key::word("policy", || vec!["planned", "ordered", "free"], "How ways are cleared")
+        .or("planned"),
 ];
 
 pub(crate) const SHAPE: &[Key] = &[

@@ -25,7 +25,6 @@ pub mod template;
 pub mod tracking;
 pub mod traffic;
 pub mod types;
-pub mod vary;
 pub mod warnings;
 pub mod weather;
 

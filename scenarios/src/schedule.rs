@@ -7,15 +7,18 @@ use crate::keys::{self, words};
 use crate::run::Run;
 use crate::traffic::{Entity, PARTITIONS};
 use crate::types::{TypeRow, TypeTable};
-use models::draw::{DrawKey, Purpose, exponential, uniform};
+use models::airport::distance_to_segment_m;
+use models::draw::{DrawKey, Purpose, exponential, normal_pair, uniform};
 use models::flight_list::{FlightEntry, MovementKind, WakeCategory};
 use models::frames::{Azimuth, wrap_pi};
 use models::plot::Callsign;
 use models::time::SimTime;
 use models::traffic::core::{Core, Direction, Flight, Policy};
 use models::traffic::network::{Network, code_of_span};
-use models::traffic::outline::Size;
+use models::traffic::outline::{Rectangle, Size, distance_m, outline};
 use models::traffic::pieces::Pieces;
+use models::traffic::way::Arcs;
+use models::traffic::ways::SHARPEST_TURN_DEG;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -53,7 +56,8 @@ pub(crate) fn read_policy(root: &Section) -> Result<Policy, ScenarioError> {
         return Ok(Policy::default());
     };
     section.choice("sees", &[("none", ())])?;
-    let policies = [("ordered", Policy::Ordered), ("free", Policy::Free)];
+    let policies =
+        [("planned", Policy::Planned), ("ordered", Policy::Ordered), ("free", Policy::Free)];
     Ok(section.choice("policy", &policies)?.unwrap_or_default())
 }
 
@@ -116,6 +120,8 @@ pub(crate) fn read(
     let network = Network::of(&airport.layout);
     let mut remarks = network.findings.clone();
     let mut flights: Vec<Flight> = Vec::new();
+    // Stands that a way leads to, by code letter, as they are needed.
+    let mut reached: [Option<Vec<bool>>; 6] = [const { None }; 6];
     for section in sections {
         let (file, wanted) = match section.text("kind")? {
             Some("schedule") => {
@@ -126,7 +132,10 @@ pub(crate) fn read(
                 let wanted = scheduled(&file, run)?;
                 (file, wanted)
             }
-            _ => (section.file().to_path_buf(), generated(section, run, &network, types)?),
+            _ => (
+                section.file().to_path_buf(),
+                generated(section, run, &network, types, &mut remarks)?,
+            ),
         };
         for w in wanted {
             let index = first_entity + flights.len();
@@ -150,16 +159,15 @@ pub(crate) fn read(
                     let names = network.runways.iter().flat_map(|r| r.names.iter());
                     refuse("runway", &w.runway, names.map(String::as_str).collect())
                 })?;
-            let mut stand =
-                network.stands.iter().position(|s| s.name == w.stand).ok_or_else(|| {
-                    refuse(
-                        "stand",
-                        &w.stand,
-                        network.stands.iter().map(|s| s.name.as_str()).collect(),
-                    )
-                })?;
-            let usable = |s: usize| network.stands[s].node.is_some_and(|n| network.nodes[n].used);
+            let mut stand = stand_named(&network, &w.stand).ok_or_else(|| {
+                refuse("stand", &w.stand, network.stands.iter().map(|s| s.name.as_str()).collect())
+            })?;
             let need = code_of_span(row.class.span_m);
+            let reached = reached[usize::from(need.min(5))]
+                .get_or_insert_with(|| reached_stands(&network, need));
+            let usable = |s: usize| {
+                reached[s] && network.stands[s].node.is_some_and(|n| network.nodes[n].used)
+            };
             if network.stands[stand].code < need || !usable(stand) {
                 let at = network.stands[stand].at_m;
                 let larger = (0..network.stands.len())
@@ -239,6 +247,19 @@ pub(crate) fn read(
         remarks,
     };
     Ok((Some(behaving), added))
+}
+
+/// A stand by its name; files write "A 17", "A_17" and "A17" for one stand.
+fn stand_named(network: &Network, name: &str) -> Option<usize> {
+    let bare = |text: &str| text.replace([' ', '_'], "");
+    let exact = network.stands.iter().position(|s| s.name == name);
+    exact.or_else(|| {
+        let wanted = bare(name);
+        let mut same = (0..network.stands.len())
+            .filter(|s| bare(&network.stands[*s].name) == wanted && !wanted.is_empty());
+        let first = same.next()?;
+        same.next().is_none().then_some(first)
+    })
 }
 
 /// What a type says of a flight; figures that the table lacks are those of an A320.
@@ -453,6 +474,7 @@ fn generated(
     run: &Run,
     network: &Network,
     types: &TypeTable,
+    remarks: &mut Vec<String>,
 ) -> Result<Vec<Wanted>, ScenarioError> {
     let rate = |key: &str| section.number_or(key, 0.0, within(0.0, 2000.0, "flights/h"));
     let (arrivals, departures) = (rate("arrivals_per_h")?, rate("departures_per_h")?);
@@ -491,12 +513,10 @@ fn generated(
         let found = format!("an airport where {}", network.findings.join("; "));
         return Err(section.refuse("kind", Problem::WrongKind { found, needed }));
     }
-    let mut wanted = Vec::new();
-    let kinds = [
-        (Direction::Arrival, arrivals, "A", landing),
-        (Direction::Departure, departures, "D", leaving),
-    ];
-    for (kind, (direction, per_h, letter, runways)) in kinds.into_iter().enumerate() {
+    let mut drawn: Vec<Drawn> = Vec::new();
+    let kinds =
+        [(Direction::Arrival, arrivals, landing), (Direction::Departure, departures, leaving)];
+    for (kind, (direction, per_h, runways)) in kinds.into_iter().enumerate() {
         if per_h <= 0.0 {
             continue;
         }
@@ -518,26 +538,210 @@ fn generated(
                     left <= 0.0
                 })
                 .map_or("A320", |m| m.0.as_str());
-            let need = types.get(designator).map_or(2, |t| code_of_span(t.class.span_m));
-            let fitting: Vec<usize> =
-                usable.iter().copied().filter(|s| network.stands[*s].code >= need).collect();
-            let from = if fitting.is_empty() { &usable } else { &fitting };
-            let stand = from[(uniform(&mut rng) * from.len() as f64) as usize % from.len()];
-            let runway = &runways[number as usize % runways.len()];
-            wanted.push(Wanted {
-                line: section.line_of("kind"),
-                callsign: format!("G{letter}{:04}", number + 1),
-                address: Some(0x50_0000 + (kind as u32) * 0x1_0000 + number as u32 + 1),
-                designator: designator.to_owned(),
+            let place = uniform(&mut rng);
+            let (mean_min, sigma_min) =
+                match types.get(designator).map(|t| code_of_span(t.class.span_m)) {
+                    Some(0..=2) | None => (48.0, 12.0),
+                    _ => (95.0, 15.0),
+                };
+            let turn_round_s = 60.0 * (mean_min + sigma_min * normal_pair(&mut rng).0).max(35.0);
+            drawn.push(Drawn {
+                number,
                 direction,
-                runway: runway.clone(),
-                stand: network.stands[stand].name.clone(),
                 time_s,
-                turnaround_of: None,
+                designator: designator.to_owned(),
+                runway: runways[number as usize % runways.len()].clone(),
+                place,
+                turn_round_s,
             });
         }
     }
-    Ok(wanted)
+    Ok(on_stands(section, network, types, &usable, drawn, remarks))
+}
+
+/// A flight by rates, before it has a stand.
+struct Drawn {
+    number: u64,
+    direction: Direction,
+    time_s: f64,
+    designator: String,
+    runway: String,
+    /// Draw for its stand.
+    place: f64,
+    /// Of an arrival: from its landing to its earliest off-block, s.
+    turn_round_s: f64,
+}
+
+/// Stands for drawn flights: a departure is the turn-round of the first arrival that is ready, else of the first
+/// population; nobody is put where somebody else is or beside whom there is no room. Who finds none is left out.
+fn on_stands(
+    section: &Section,
+    network: &Network,
+    types: &TypeTable,
+    usable: &[usize],
+    drawn: Vec<Drawn>,
+    remarks: &mut Vec<String>,
+) -> Vec<Wanted> {
+    let size_of = |d: &Drawn| {
+        let (length_m, span_m) =
+            types.get(&d.designator).map_or((37.6, 35.8), |t| (t.class.length_m, t.class.span_m));
+        Size { length_m, span_m, aircraft: true }
+    };
+    let heading = |s: usize| {
+        let node = network.stands[s].node?;
+        let edge = network.edges.iter().find(|e| e.nodes.contains(&node))?;
+        let from = edge.nodes[usize::from(edge.nodes[0] == node)];
+        let at_m = network.nodes[node].at_m;
+        Some((at_m, Azimuth::of(at_m - network.nodes[from].at_m).rad()))
+    };
+    let poses: Vec<_> = (0..network.stands.len()).map(heading).collect();
+    let reached: Vec<Vec<bool>> = (0..6).map(|code| reached_stands(network, code)).collect();
+    // Who leaves as whose turn-round: the first that is ready.
+    let mut order: Vec<usize> = (0..drawn.len()).collect();
+    order.sort_by(|a, b| drawn[*a].time_s.total_cmp(&drawn[*b].time_s).then(a.cmp(b)));
+    let mut leaves_as: Vec<Option<usize>> = vec![None; drawn.len()];
+    let mut comes_as: Vec<Option<usize>> = vec![None; drawn.len()];
+    for d in order.iter().filter(|d| drawn[**d].direction == Direction::Departure) {
+        let ready = order.iter().copied().find(|a| {
+            drawn[*a].direction == Direction::Arrival
+                && leaves_as[*a].is_none()
+                && drawn[*a].time_s + 480.0 + drawn[*a].turn_round_s <= drawn[*d].time_s
+        });
+        if let Some(a) = ready {
+            (leaves_as[a], comes_as[*d]) = (Some(*d), Some(a));
+        }
+    }
+    // Occupied: stand, from, to, size.
+    let mut taken: Vec<(usize, f64, f64, Size)> = Vec::new();
+    let mut stand_of: Vec<Option<usize>> = vec![None; drawn.len()];
+    let first_population = order
+        .iter()
+        .copied()
+        .filter(|i| drawn[*i].direction == Direction::Departure && comes_as[*i].is_none());
+    let landing = order.iter().copied().filter(|i| drawn[*i].direction == Direction::Arrival);
+    for i in first_population.chain(landing) {
+        let d = &drawn[i];
+        let size = size_of(d);
+        let (from, to) = match (d.direction, leaves_as[i]) {
+            (Direction::Departure, _) => (d.time_s - 2400.0, d.time_s + 900.0),
+            (_, Some(next)) => (d.time_s - 300.0, drawn[next].time_s + 900.0),
+            _ => (d.time_s - 300.0, f64::INFINITY),
+        };
+        let free = |s: usize| {
+            let Some((at_m, heading_rad)) = poses[s] else { return false };
+            taken.iter().all(|(other, begin, end, theirs)| {
+                if *begin >= to || *end <= from {
+                    return true;
+                }
+                let Some((there, towards)) = poses[*other] else { return true };
+                *other != s
+                    && ((there - at_m).norm() > 120.0
+                        || distance_m(
+                            &outline(size, at_m, heading_rad),
+                            &outline(*theirs, there, towards),
+                        ) > 4.0)
+            })
+        };
+        let need = code_of_span(size.span_m);
+        let reached = &reached[usize::from(need)];
+        let fits = |s: usize| network.stands[s].code >= need && reached[s];
+        let mut fitting: Vec<usize> =
+            usable.iter().copied().filter(|s| fits(*s) && free(*s)).collect();
+        // Who would close a lane goes elsewhere, where there is an elsewhere.
+        let clear = |s: &usize| {
+            poses[*s].is_some_and(|(at_m, heading_rad)| {
+                clear_of_lanes(network, &outline(size, at_m, heading_rad))
+            })
+        };
+        if fitting.iter().any(clear) {
+            fitting.retain(clear);
+        }
+        if fitting.is_empty() {
+            continue;
+        }
+        let stand = fitting[(d.place * fitting.len() as f64) as usize % fitting.len()];
+        taken.push((stand, from, to, size));
+        stand_of[i] = Some(stand);
+    }
+    let mut wanted = Vec::new();
+    let mut left_out = 0;
+    let name = |d: &Drawn| {
+        let letter = if d.direction == Direction::Arrival { "A" } else { "D" };
+        format!("G{letter}{:04}", d.number + 1)
+    };
+    for (i, d) in drawn.iter().enumerate() {
+        let aircraft = comes_as[i].unwrap_or(i);
+        let Some(stand) = stand_of[aircraft] else {
+            left_out += 1;
+            continue;
+        };
+        let kind = u32::from(d.direction == Direction::Departure);
+        wanted.push(Wanted {
+            line: section.line_of("kind"),
+            callsign: name(d),
+            address: Some(0x50_0000 + kind * 0x1_0000 + d.number as u32 + 1),
+            designator: drawn[aircraft].designator.clone(),
+            direction: d.direction,
+            runway: d.runway.clone(),
+            stand: network.stands[stand].name.clone(),
+            time_s: d.time_s,
+            turnaround_of: comes_as[i].map(|a| name(&drawn[a])),
+        });
+    }
+    if left_out > 0 {
+        remarks.push(format!(
+            "{left_out} of {} drawn flights are left out: no stand is free for them",
+            drawn.len()
+        ));
+    }
+    wanted
+}
+
+/// Stands that an aircraft of a code reaches from an exit of any runway, at turns that are driven.
+fn reached_stands(network: &Network, code: u8) -> Vec<bool> {
+    let arcs = Arcs::of(network);
+    let mut seen = vec![false; 2 * network.edges.len()];
+    let usable = |arc: usize| {
+        let edge = &network.edges[arc / 2];
+        edge.code >= code && edge.runway.is_none()
+    };
+    let spine = network.runways.iter().flat_map(|r| r.spine.iter().map(|(_, n)| *n));
+    let mut open: Vec<usize> =
+        spine.flat_map(|n| arcs.leaving(n).to_vec()).filter(|a| usable(*a)).collect();
+    open.iter().for_each(|a| seen[*a] = true);
+    let mut stands = vec![false; network.stands.len()];
+    while let Some(arc) = open.pop() {
+        let node = Arcs::to(network, arc);
+        if let Some(stand) = network.nodes[node].stand {
+            stands[stand] = true;
+            continue;
+        }
+        for next in arcs.leaving(node) {
+            let sharp = arcs.turn_rad(arc, *next) > SHARPEST_TURN_DEG.to_radians();
+            if !sharp && next / 2 != arc / 2 && usable(*next) && !seen[*next] {
+                seen[*next] = true;
+                open.push(*next);
+            }
+        }
+    }
+    stands
+}
+
+/// Whether somebody of code C can pass a parked outline on every lane.
+fn clear_of_lanes(network: &Network, parked: &[Rectangle; 2]) -> bool {
+    let middle = (parked[0].corners_m[0] + parked[0].corners_m[2]) * 0.5;
+    network.edges.iter().all(|edge| {
+        let lead_in = edge.nodes.iter().any(|n| network.nodes[*n].stand.is_some());
+        if lead_in || edge.strip.is_some() || edge.runway.is_some() {
+            return true;
+        }
+        let [a, b] = edge.nodes.map(|n| network.nodes[n].at_m);
+        if distance_to_segment_m(middle, a, b) > 80.0 {
+            return true;
+        }
+        let line = Rectangle { corners_m: [a, b, b, a] };
+        distance_m(parked, &[line; 2]) > 21.0
+    })
 }
 
 /// Ends that traffic uses where the scene says nothing: arrivals to the runway with most exits, departures
@@ -559,7 +763,7 @@ fn default_ends(network: &Network, arrival: bool) -> Vec<String> {
     let second = order[1..].iter().copied().find(|r| !crosses(*r, first)).unwrap_or(first);
     let r = if arrival { first } else { second };
     // Landings need exits far down the runway, take-offs entries with a long run ahead.
-    let reach = |end: usize| {
+    let reach = |end: usize, arrival: bool| {
         let runway = &network.runways[r];
         let direction = Azimuth::of(runway.ends_m[1 - end] - runway.ends_m[end]).rad();
         let mut best = 0.0_f64;
@@ -580,6 +784,12 @@ fn default_ends(network: &Network, arrival: bool) -> Vec<String> {
         }
         best
     };
-    let end = usize::from(!arrival && reach(1) > reach(0) + 1.0);
+    // One runway for both is used one way only.
+    let score = |end: usize| match (second == first, arrival) {
+        (true, _) => reach(end, true).min(reach(end, false)),
+        (false, true) => f64::from(1 - end as u32),
+        (false, false) => reach(end, false),
+    };
+    let end = usize::from(score(1) > score(0) + 1.0);
     vec![network.runways[r].names[end].clone()]
 }

@@ -1,7 +1,7 @@
 //! Traffic that behaves, on airports that ship: nobody overlaps anybody, at any frame looked at; the same
 //! bits again; the free policy names its deadlock.
 
-use models::traffic::core::{Core, Phase};
+use models::traffic::core::{ClearedBy, Core, Direction, Notice, Order, Phase};
 use models::traffic::outline::{Rectangle, distance_m, outline};
 use std::path::Path;
 
@@ -48,8 +48,13 @@ fn overlaps(core: &Core) -> Vec<String> {
 
 #[test]
 fn nobody_overlaps_anybody_and_speeds_keep_their_limits() {
-    for (airport, rate, seed) in [(XSYN, 10, 1), (XSYN, 20, 2), (LIMC, 8, 3), (LSZH, 10, 4)] {
-        let scene = scene(airport, rate, 3600, seed, "ordered");
+    for (airport, rate, seed, policy) in [
+        (XSYN, 10, 1, "ordered"),
+        (XSYN, 20, 2, "planned"),
+        (LIMC, 8, 3, "ordered"),
+        (LSZH, 10, 4, "planned"),
+    ] {
+        let scene = scene(airport, rate, 3600, seed, policy);
         let mut core = core_of(&scene);
         let mut done = 0;
         let mut before: Vec<Option<f64>> = vec![None; core.flights().len()];
@@ -88,9 +93,93 @@ fn nobody_overlaps_anybody_and_speeds_keep_their_limits() {
     }
 }
 
+/// Steps a scene and half an hour more, or until everybody is served; (served, flights, rings of waiting).
+fn served(scene: &scenarios::Scene, mut core: Core) -> (usize, usize, Core) {
+    for frame in 1..=scene.run.frames() as i64 + 36_000 {
+        core.step(frame);
+        if frame % 1200 == 0 && core.measures_of_served() == core.flights().len() {
+            break;
+        }
+    }
+    (core.measures_of_served(), core.flights().len(), core)
+}
+
+#[test]
+fn everybody_is_served_in_the_planned_order_also_when_some_stop_for_minutes() {
+    for (airport, seed, stops) in [(XSYN, 2, false), (LSZH, 1, false), (LSZH, 2, true)] {
+        let scene = scene(airport, 10, 2400, seed, "planned");
+        let mut core = core_of(&scene);
+        for f in 0..core.flights().len() {
+            let draw = (f * 7919 + seed as usize * 31) % 1000;
+            if stops && draw < 300 {
+                let at_s = core.flights()[f].time_s + 120.0 + draw as f64;
+                let effect_frame = (at_s * 20.0) as i64;
+                let order = Order::Stop(20.0 + 0.5 * draw as f64);
+                let (source, sequence) = ("stops".to_owned(), f as u64);
+                core.notice(Notice { effect_frame, source, sequence, flight: f, order });
+            }
+        }
+        let (done, of, core) = served(&scene, core);
+        let waiting: Vec<_> =
+            (0..of).filter_map(|f| core.waiting(f).map(|w| format!("{f}: {w:?}"))).collect();
+        assert_eq!(done, of, "{airport}, seed {seed}: {waiting:?}");
+        assert_eq!(core.unexpected_deadlocks(), 0);
+    }
+}
+
+/// Amsterdam's schedule says `A_17` where its network says `A17`: the scene that ships could not be read.
+#[test]
+fn every_scene_with_flights_that_ships_is_read() {
+    for name in ["eham", "egcc", "xsyn"] {
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("{name}.toml"));
+        let scene = scenarios::load_without_truth(&file).unwrap_or_else(|e| panic!("{e}"));
+        let flights = scene.traffic.behaving.map_or(0, |b| b.flights.len());
+        assert!(flights >= 10, "{name}: {flights} flights");
+    }
+}
+
+#[test]
+fn the_free_policy_deadlocks_and_names_it() {
+    let scene = scene(XSYN, 30, 3600, 1, "free");
+    let (done, of, core) = served(&scene, core_of(&scene));
+    assert!(done < of, "the rush hour at one runway jams");
+    let named = core.remarks().iter().find(|r| r.text.starts_with("deadlock: "));
+    let named = named.expect("a ring is named");
+    assert!(named.text.contains(" wait for each other"), "{}", named.text);
+}
+
+/// Nothing moves without a clearance from outside, and what is asked for the past takes effect at the next frame.
+#[test]
+fn with_notices_a_departure_waits_for_each_clearance() {
+    use models::control::clearance::ClearanceKind as Kind;
+    let scene = scene(XSYN, 4, 2400, 3, "planned");
+    let mut core = core_of(&scene);
+    core.cleared_by(ClearedBy::Notices);
+    let flight = (0..core.flights().len())
+        .find(|f| core.flights()[*f].direction == Direction::Departure)
+        .expect("a departure");
+    let due = (core.flights()[flight].time_s * 20.0) as i64 + 400;
+    let mut asked: Vec<Kind> = Vec::new();
+    for frame in 1..=due + 40_000 {
+        core.step(frame);
+        let Some(kind) = core.wants(flight).filter(|k| asked.last() != Some(k)) else { continue };
+        asked.push(kind);
+        let order = Order::Clear(kind);
+        let sequence = asked.len() as u64;
+        let notice = Notice { effect_frame: 0, source: "tower".into(), sequence, flight, order };
+        assert_eq!(core.notice(notice), frame + 1);
+    }
+    for kind in [Kind::Push, Kind::Taxi, Kind::LineUp, Kind::TakeOff] {
+        assert!(asked.contains(&kind), "{kind:?} of {asked:?}");
+    }
+    assert!(core.measures(flight).atot_s.is_some(), "{:?}", core.phase(flight));
+    let others: Vec<usize> = (0..core.flights().len()).filter(|f| *f != flight).collect();
+    assert!(others.iter().all(|f| core.measures(*f).aobt_s.is_none()), "nobody else was cleared");
+}
+
 #[test]
 fn the_same_seed_gives_the_same_bits() {
-    let scene = scene(XSYN, 15, 1800, 5, "ordered");
+    let scene = scene(XSYN, 15, 1800, 5, "planned");
     let (mut a, mut b) = (core_of(&scene), core_of(&scene));
     for frame in 1..=scene.run.frames() as i64 {
         a.step(frame);

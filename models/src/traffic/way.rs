@@ -203,6 +203,25 @@ const LANE_MPS: f64 = 10.0;
 /// Nobody is slower than this in a turn, m/s.
 const LEAST_MPS: f64 = 1.0;
 
+/// When places of a way are reached by somebody who drives alone.
+#[derive(Clone, Debug)]
+pub struct Alone {
+    from_m: f64,
+    times_s: Vec<f64>,
+}
+
+impl Alone {
+    /// Time since the begin at which a place is reached, s; 0 before the begin, that of the end beyond it.
+    #[must_use]
+    pub fn time_s(&self, place_m: f64) -> f64 {
+        let cell = ((place_m - self.from_m) / STEP_M).max(0.0);
+        let last = self.times_s.len() - 1;
+        let low = (cell as usize).min(last);
+        let (a, b) = (self.times_s[low], self.times_s[(low + 1).min(last)]);
+        a + (b - a) * (cell - low as f64).min(1.0)
+    }
+}
+
 impl Way {
     /// The way over arcs, with a straight continuation of `before_m` and `beyond_m` at its ends; the guided
     /// point stops `stop_beyond_m` behind the last node.
@@ -384,6 +403,25 @@ impl Way {
         at(index)
             .min(at(index + 1))
             .min(self.envelope_mps.last().copied().unwrap_or(f64::INFINITY).max(at(index)))
+    }
+
+    /// When each place is reached by somebody who drives alone from `from_m` with `v_mps`.
+    #[must_use]
+    pub fn alone(&self, from_m: f64, v_mps: f64, d: &Driving) -> Alone {
+        let (mut place, mut v, mut time) = (from_m, v_mps, 0.0);
+        let fastest = v_mps.max(d.straight_mps);
+        let mut times_s = vec![0.0];
+        while place < self.stop_m {
+            let stop = (1.4 * d.dec_mps2 * (self.stop_m - place)).sqrt().max(0.3);
+            let wish = self.most_mps(place).min(fastest);
+            // Braking of a landing roll is in the envelope, not in the stop.
+            let wish = if v > d.straight_mps { wish } else { wish.min(stop) };
+            v = (v * v + 2.0 * d.acc_mps2 * STEP_M).sqrt().min(wish).max(0.3);
+            time += STEP_M / v;
+            place += STEP_M;
+            times_s.push(time);
+        }
+        Alone { from_m, times_s }
     }
 
     /// Time to drive the way alone from `from_m` to its stop, s, by the envelope and the acceleration.

@@ -1,0 +1,419 @@
+//! Arrivals: final, landing, exit and way to the stand.
+
+use super::drive::Tick;
+use super::plan::{LANDING_AHEAD_S, Start};
+use super::runway::arrival_gap_s;
+use super::{Core, FINAL_M, Flight, Phase, Policy, RETRY_S, SLOPE, TAIL_M, Timing};
+use crate::control::clearance::ClearanceKind;
+use crate::draw::normal_pair;
+use crate::frames::{Azimuth, wrap_pi};
+use crate::traffic::path::Path;
+use crate::traffic::runway_roll::{
+    Exit, Landing, NAUTICAL_MILE_M, approach_airspeed_mps, approach_time_s,
+};
+use crate::traffic::way::{Arcs, Way};
+use std::sync::Arc;
+
+impl Core {
+    pub(super) fn appear_on_final(&mut self, m: usize, f: &Flight) {
+        let Some(time) = approach_time_s(f.landing.0, 0.0, 10.0) else { return };
+        let wanted = f.time_s.max(self.movers[m].landing_s);
+        if self.time_s < wanted - time {
+            return;
+        }
+        let r = f.runway.0;
+        let last = self.crossing[r]
+            .iter()
+            .map(|c| self.last_landing[*c])
+            .fold(f64::NEG_INFINITY, f64::max);
+        let gap =
+            if self.mixed[r] && self.departures_wait(r) { 200.0 } else { arrival_gap_s(f.wake) };
+        if self.time_s + time < last + gap {
+            self.movers[m].next_try_s = self.time_s + RETRY_S;
+            return;
+        }
+        let mut choices = self.free_stands(m, 6);
+        if choices.is_empty() {
+            choices.extend(self.make_room(m));
+        }
+        let none = choices.is_empty();
+        let chosen = self.choose_stand(m, choices, self.time_s + time);
+        let Some((stand, pieces)) = chosen else {
+            if self.movers[m].waits_since_s.is_none() {
+                let why = if none { "no free stand" } else { "no way to a free stand" };
+                self.remark(format!(
+                    "{}: {why} from runway {}, not released to final",
+                    f.callsign,
+                    self.end_name(m)
+                ));
+            }
+            let now = self.time_s;
+            self.movers[m].waits_since_s.get_or_insert(now);
+            self.movers[m].next_try_s = now + 30.0;
+            return;
+        };
+        if stand != f.stand {
+            self.remark(format!(
+                "{}: stand {} is not free, to {} instead",
+                f.callsign, self.net.stands[f.stand].name, self.net.stands[stand].name
+            ));
+        }
+        let landing_s = self.time_s + time;
+        self.last_landing[r] = landing_s;
+        let mover = &mut self.movers[m];
+        mover.parked_pieces = pieces;
+        mover.landing_s = landing_s;
+        mover.phase = Phase::Final;
+        mover.waits_since_s = None;
+        mover.cleared = false;
+        (mover.first_held, mover.next, mover.slip, mover.a) = (0, 0, 0.0, 0.0);
+        mover.s = mover.threshold - FINAL_M;
+        mover.v = approach_airspeed_mps(FINAL_M, f.landing.0);
+        mover.height_m = 15.0 + SLOPE * FINAL_M;
+        mover.climb_mps = -SLOPE * mover.v;
+        if self.policy == Policy::Planned {
+            self.book();
+        }
+    }
+
+    /// The first stand to which there is a way; under a plan also the times for it, and the next one where it
+    /// would wait for more than two minutes.
+    fn choose_stand(
+        &mut self,
+        m: usize,
+        choices: Vec<(usize, Vec<u32>)>,
+        landing_s: f64,
+    ) -> Option<(usize, Vec<u32>)> {
+        let planned = self.policy == Policy::Planned;
+        if planned {
+            self.retime();
+        }
+        let mut best: Option<(f64, (usize, Vec<u32>), super::Mover)> = None;
+        let old = self.movers[m].landing_s;
+        self.movers[m].landing_s = landing_s;
+        for (stand, pieces) in choices {
+            self.movers[m].stand = stand;
+            self.movers[m].parked_pieces.clone_from(&pieces);
+            if !planned {
+                if self.plan_arrival(m, false) {
+                    return Some((stand, pieces));
+                }
+                continue;
+            }
+            for lasting in [false, true] {
+                let found = self.plan_arrival(m, lasting)
+                    && self.plan(m, Start::Final, landing_s - LANDING_AHEAD_S);
+                let end = self.planned_end_s(m);
+                if found && best.as_ref().is_none_or(|b| end < b.0 - 30.0) {
+                    best = Some((end, (stand, pieces.clone()), self.movers[m].clone()));
+                }
+            }
+            if best.as_ref().is_some_and(|b| b.0 < landing_s + b.2.measures.unhindered_s + 240.0) {
+                break;
+            }
+        }
+        self.movers[m].parked_pieces.clear();
+        self.movers[m].timing = Timing::default();
+        self.movers[m].landing_s = old;
+        let (_, choice, mover) = best?;
+        self.movers[m] = mover;
+        Some(choice)
+    }
+
+    /// The aircraft that has stood longest without a next flight is towed away.
+    pub(super) fn make_room(&mut self, m: usize) -> Option<(usize, Vec<u32>)> {
+        let idle = |o: &usize| {
+            let other = &self.movers[*o];
+            other.phase == Phase::Docked
+                && other.class >= self.movers[m].class
+                && other.measures.aibt_s.is_some_and(|t| self.time_s > t + 1200.0)
+                && !self.flights.iter().any(|g| g.turnaround_of == Some(*o))
+        };
+        let oldest = (0..self.movers.len()).filter(idle).min_by(|a, b| {
+            let since = |o: usize| self.movers[o].measures.aibt_s.unwrap_or(0.0);
+            since(*a).total_cmp(&since(*b))
+        })?;
+        self.remark(format!(
+            "{}: towed away from stand {}",
+            self.flights[oldest].callsign, self.net.stands[self.movers[oldest].stand].name
+        ));
+        self.leave_stand(oldest);
+        self.free_stand(m)
+    }
+
+    /// Exit and way to the stand.
+    ///
+    /// `lasting`: only what stands without end is passed by.
+    pub(super) fn plan_arrival(&mut self, m: usize, lasting: bool) -> bool {
+        let f = self.flights[m].clone();
+        let net = Arc::clone(&self.net);
+        let (r, end) = f.runway;
+        let runway = &net.runways[r];
+        let Some(node) = net.stands[self.movers[m].stand].node else { return false };
+        let closed = if lasting { self.closed_for_ever(m) } else { self.closed(m) };
+        let mut rng = self.rng(m, 4);
+        let touchdown_m = (420.0 + 110.0 * normal_pair(&mut rng).0).clamp(150.0, 900.0);
+        let landing = Landing {
+            touchdown_mps: f.landing.0,
+            touchdown_m,
+            delay_s: 2.0,
+            nominal_mps2: f.landing.1,
+            greatest_mps2: 2.5,
+        };
+        let direction = Azimuth::of(runway.ends_m[1 - end] - runway.ends_m[end]).rad();
+        let along = |place: f64| if end == 0 { place } else { runway.length_m - place };
+        let mut spine: Vec<(f64, usize)> =
+            runway.spine.iter().map(|(p, n)| (along(*p), *n)).collect();
+        if end == 1 {
+            spine.reverse();
+        }
+        let threshold = runway.displaced_m[end];
+        let mut exits: Vec<(Exit, usize)> = Vec::new();
+        for (place, n) in &spine {
+            for arc in self.arcs.leaving(*n) {
+                let edge = &net.edges[arc / 2];
+                let turn = wrap_pi(self.arcs.heading_rad(*arc) - direction).abs().to_degrees();
+                if edge.runway.is_some() || edge.strip != Some(r) || turn > 115.0 {
+                    continue;
+                }
+                let speed_mps = if turn <= 35.0 {
+                    25.7
+                } else if turn <= 60.0 {
+                    12.9
+                } else {
+                    7.7
+                };
+                exits.push((Exit { place_m: place - threshold, speed_mps }, *arc));
+            }
+        }
+        exits.sort_by(|a, b| a.0.place_m.total_cmp(&b.0.place_m).then(a.1.cmp(&b.1)));
+        let opposed = self.opposed(m);
+        let mut left: Vec<(Exit, usize)> = exits;
+        while !left.is_empty() {
+            let places: Vec<Exit> = left.iter().map(|e| e.0).collect();
+            let chosen = landing.exit(&places).unwrap_or(left.len() - 1);
+            let (exit, arc) = left.remove(chosen);
+            let is_closed = |e: usize| closed[e] || net.edges[e].runway == Some(r);
+            let goal = |a: usize| Arcs::to(&net, a) == node;
+            let Some(found) =
+                self.arcs.quickest(&net, &[(arc, 0.0)], goal, is_closed, |a| opposed[a])
+            else {
+                continue;
+            };
+            // Braking harder than anybody does: not this exit.
+            let Some(needed) = landing.needed_mps2(exit).filter(|a| *a <= 3.0) else { continue };
+            let at = spine
+                .iter()
+                .position(|(p, _)| (p - threshold - exit.place_m).abs() < 0.01)
+                .unwrap_or(0);
+            let mut arcs: Vec<usize> =
+                spine[..=at].windows(2).filter_map(|w| self.arc_between(w[0].1, w[1].1)).collect();
+            if arcs.is_empty() {
+                continue;
+            }
+            let on_runway: usize = arcs.iter().map(|a| self.pieces.of_edge[a / 2].1).sum();
+            arcs.extend(found.arcs);
+            let guided = 0.4 * f.size.length_m;
+            let mut way =
+                Way::over(&net, &self.pieces, &arcs, self.movers[m].class, (0.0, 60.0), guided);
+            way.roll = 0..on_runway;
+            way.group_crossings(&self.pieces, f.size.length_m + 10.0, 0..on_runway);
+            // Landing: the runway up to the exit with the exit beyond the holding position.
+            let exit_end = way
+                .crossings
+                .iter()
+                .find(|c| c.0 == on_runway)
+                .map_or(on_runway, |_| way.group_last[on_runway]);
+            way.crossings.retain(|c| c.0 != on_runway);
+            way.group(0, exit_end.min(way.pieces.len() - 1));
+            let free_to = way.path.arcs().next().map_or(way.ends_m[on_runway - 1], |a| a.0);
+            let braking = (1.15 * needed.max(0.5)).max(f.landing.1.min(1.6)).min(3.0);
+            let driving = self.movers[m].driving;
+            way.limit(&net, &self.pieces, &driving, free_to, braking);
+            let vacated = way.ends_m[exit_end];
+            let mover = &mut self.movers[m];
+            mover.measures.unhindered_s = way.unhindered_s(vacated, way.stop_m, &driving);
+            mover.threshold = threshold;
+            mover.touchdown = threshold + touchdown_m;
+            mover.braking = braking;
+            mover.way = way;
+            return true;
+        }
+        false
+    }
+
+    pub(super) fn on_final(&mut self, m: usize) {
+        let f = self.flights[m].clone();
+        let dt = self.step_s;
+        let mover = &mut self.movers[m];
+        let distance = (mover.threshold - mover.s).max(0.0);
+        let over = (mover.s - mover.threshold) / (mover.touchdown - mover.threshold).max(1.0);
+        let wish = if over > 0.0 {
+            f.landing.0 * (1.03 - 0.03 * over.min(1.0))
+        } else {
+            approach_airspeed_mps(distance, f.landing.0)
+        };
+        let a = ((wish - mover.v) / 1.0).clamp(-1.0, 0.5).clamp(mover.a - dt, mover.a + dt);
+        mover.s += mover.v * dt;
+        mover.v += a * dt;
+        mover.a = a;
+        let before = mover.height_m;
+        mover.height_m = if over < 0.0 {
+            15.0 + SLOPE * distance
+        } else {
+            15.0 * (1.0 - over).max(0.0) * (1.0 - over).max(0.0)
+        };
+        mover.climb_mps = (mover.height_m - before) / dt;
+        let (cleared, down) = (mover.cleared, mover.s >= mover.touchdown);
+        if !cleared && distance < 2.0 * NAUTICAL_MILE_M {
+            // Taken at once: the landing group, if the runway is free and the exit beyond it.
+            let told = self.permitted(m, ClearanceKind::Land);
+            if told && !self.owned(m) && self.take_landing(m) {
+                self.used(m, ClearanceKind::Land);
+                let r = self.flights[m].runway.0;
+                self.owner[r] = Some(m);
+                self.movers[m].cleared = true;
+                self.clear(m, "LND", self.end_name(m));
+            } else if distance < NAUTICAL_MILE_M {
+                let mover = &mut self.movers[m];
+                mover.phase = Phase::GoAround;
+                mover.measures.go_arounds += 1;
+                mover.parked_pieces.clear();
+                mover.timing = Timing::default();
+                let (waits_for, r) = (mover.waits_for, self.flights[m].runway.0);
+                let owner =
+                    self.crossing[r].iter().find_map(|c| self.owner[*c].filter(|o| *o != m));
+                let name =
+                    |o: usize| format!("{} ({:?})", self.flights[o].callsign, self.movers[o].phase);
+                let why = match (owner, waits_for) {
+                    (Some(o), _) => format!("runway taken by {}", name(o)),
+                    (None, Some(o)) => format!("in the way: {}", name(o)),
+                    (None, None) => "others could not finish".into(),
+                };
+                self.remark(format!("{} goes around: {why}", f.callsign));
+                let mover = &mut self.movers[m];
+                // Straight on over the runway.
+                let here = mover.way.path.at(mover.s);
+                let ahead = here.at_m + Azimuth::from_rad(here.heading_rad).unit() * 30_000.0;
+                let (path, _) = Path::over(&[here.at_m, ahead], |_, _| 0.0);
+                mover.way = Way::straight(path);
+                (mover.s, mover.next, mover.first_held) = (0.0, 0, 0);
+                self.book();
+                self.clear(m, "GOA", self.end_name(m));
+                return;
+            }
+        }
+        if down {
+            let now = self.time_s;
+            let mover = &mut self.movers[m];
+            (mover.height_m, mover.climb_mps) = (0.0, 0.0);
+            mover.phase = Phase::Landing;
+            mover.measures.aldt_s = Some(now);
+            mover.ready_s = now + 2.0;
+        }
+    }
+
+    pub(super) fn take_landing(&mut self, m: usize) -> bool {
+        // Its own promised stand is not in its way.
+        let before = self.movers[m].phase;
+        self.movers[m].phase = Phase::Landing;
+        let mut taken = self.take(m);
+        // The world has changed since the way was planned: another exit or way may do.
+        if !taken && self.time_s >= self.movers[m].next_try_s {
+            self.movers[m].next_try_s = self.time_s + 3.0;
+            if self.policy == Policy::Planned {
+                return self.land_otherwise(m, before);
+            }
+            let old = self.movers[m].clone();
+            if self.plan_arrival(m, false) && self.movers[m].way.arcs != old.way.arcs {
+                self.movers[m].refused_at = None;
+                taken = self.take(m);
+            } else {
+                self.movers[m] = old;
+            }
+        }
+        self.movers[m].phase = before;
+        taken
+    }
+
+    /// A landing that its place in the order holds up: first at its exit, else by another way.
+    fn land_otherwise(&mut self, m: usize, before: Phase) -> bool {
+        self.movers[m].phase = before;
+        let first = self.land_first(m);
+        self.movers[m].phase = Phase::Landing;
+        self.movers[m].refused_at = None;
+        if first && self.take(m) {
+            self.movers[m].phase = before;
+            return true;
+        }
+        self.movers[m].phase = before;
+        self.retime();
+        let old = self.movers[m].clone();
+        let mut taken = false;
+        if self.plan_arrival(m, true) && self.plan(m, Start::Final, self.time_s) {
+            self.book();
+            self.movers[m].refused_at = None;
+            self.movers[m].phase = Phase::Landing;
+            taken = self.take(m);
+            self.movers[m].phase = before;
+        }
+        if !taken {
+            self.movers[m] = old;
+            self.book();
+        }
+        taken
+    }
+
+    pub(super) fn going_around(&mut self, m: usize) {
+        let dt = self.step_s;
+        let mover = &mut self.movers[m];
+        mover.s += mover.v * dt;
+        mover.a *= 0.9;
+        mover.v += mover.a * dt;
+        mover.climb_mps = (mover.climb_mps + 1.5 * dt).min(0.0875 * mover.v);
+        mover.height_m += mover.climb_mps * dt;
+        if mover.height_m >= 900.0 {
+            let again = self.time_s + 600.0;
+            let mover = &mut self.movers[m];
+            mover.phase = Phase::Absent;
+            mover.landing_s = again;
+            mover.way = Way::default();
+        }
+    }
+
+    pub(super) fn landing(&mut self, m: usize) {
+        let now = self.time_s;
+        let mover = &self.movers[m];
+        let exit_from = mover.way.path.arcs().next().map_or(mover.way.stop_m, |a| a.0);
+        if mover.s >= exit_from {
+            self.movers[m].phase = Phase::Taxiing;
+            self.movers[m].taxi_from_s = now;
+            self.clear(m, "TAX", String::new());
+            self.taxiing(m);
+            return;
+        }
+        let wish = if now < mover.ready_s {
+            mover.v
+        } else {
+            mover.way.most_mps(mover.s + 0.3 * mover.v).min(mover.v.max(15.0))
+        };
+        let dec = 1.2 * mover.braking;
+        let limits = Tick { acc: 0.5, dec, jerk: 2.0, dt: self.step_s };
+        let (s, v, a) = (mover.s, mover.v, mover.a);
+        let end = mover.way.stop_m;
+        let mover = &mut self.movers[m];
+        (mover.s, mover.v, mover.a) = limits.tick(s, v, a, wish, end);
+        self.follow(m, s);
+        let behind = 0.95 * self.flights[m].size.length_m + TAIL_M;
+        loop {
+            let mover = &self.movers[m];
+            let i = mover.first_held;
+            if i + 1 >= mover.next || mover.s <= mover.way.ends_m[i] + behind {
+                break;
+            }
+            let (z, roll) = (mover.way.pieces[i], mover.way.roll.contains(&i));
+            self.release(m, z, roll);
+            self.movers[m].first_held += 1;
+        }
+    }
+}

@@ -1,0 +1,623 @@
+//! Departures: pushback, taxi way, line-up and take-off.
+
+use super::drive::Tick;
+use super::plan::Start;
+use super::{Core, GAP_M, PUSH_BEFORE_M, Phase, Policy, RETRY_S, TAIL_M, Timing};
+use crate::control::clearance::ClearanceKind;
+use crate::draw::uniform;
+use crate::frames::{Azimuth, wrap_pi};
+use crate::traffic::profile::stopping_speed_mps;
+use crate::traffic::runway_roll::{TakeOff, take_off_run};
+use crate::traffic::way::{Arcs, Driving, Way};
+use std::ops::Range;
+use std::sync::Arc;
+
+/// Arcs of a pushback up to the bend, arcs behind it, arcs of the way after it.
+type Pushback = (Vec<usize>, Vec<usize>, Vec<usize>);
+
+impl Core {
+    /// Edges that a mover cannot use: too narrow, or under somebody who stands for long.
+    pub(super) fn closed(&self, m: usize) -> Vec<bool> {
+        let class = self.movers[m].class;
+        let mut closed: Vec<bool> = self.net.edges.iter().map(|e| class > e.code + 1).collect();
+        for o in (0..self.movers.len()).filter(|o| *o != m) {
+            let other = &self.movers[o];
+            let stands = matches!(other.phase, Phase::Parked | Phase::Docked);
+            let promised = matches!(other.phase, Phase::Final | Phase::Landing | Phase::Taxiing);
+            if !(stands || promised) {
+                continue;
+            }
+            for z in &other.parked_pieces {
+                for (y, least) in self.pieces.conflicts(*z as usize, other.class) {
+                    if class >= *least {
+                        closed[self.pieces.list[*y as usize].edge] = true;
+                    }
+                }
+            }
+        }
+        closed
+    }
+
+    /// Edges that a mover cannot use for a time without end: too narrow, or under somebody who does not leave.
+    pub(super) fn closed_for_ever(&self, m: usize) -> Vec<bool> {
+        let class = self.movers[m].class;
+        let mut closed: Vec<bool> = self.net.edges.iter().map(|e| class > e.code + 1).collect();
+        for o in (0..self.movers.len()).filter(|o| *o != m) {
+            let other = &self.movers[o];
+            let stays = match other.phase {
+                Phase::Docked => true,
+                Phase::Parked => !other.timing.planned,
+                _ => false,
+            };
+            for z in other.parked_pieces.iter().filter(|_| stays) {
+                for (y, least) in self.pieces.conflicts(*z as usize, other.class) {
+                    if class >= *least {
+                        closed[self.pieces.list[*y as usize].edge] = true;
+                    }
+                }
+            }
+        }
+        closed
+    }
+
+    /// Arcs that others who are under way will use the other way round: dear to meet them there.
+    pub(super) fn opposed(&self, m: usize) -> Vec<bool> {
+        let mut opposed = vec![false; 2 * self.net.edges.len()];
+        for o in (0..self.movers.len()).filter(|o| *o != m) {
+            if self.active(o) || self.movers[o].phase == Phase::Final {
+                self.movers[o].way.arcs.iter().for_each(|a| opposed[a ^ 1] = true);
+            }
+        }
+        opposed
+    }
+
+    /// On its stand: plans its way when it is due, and pushes back when everything for that is free.
+    pub(super) fn parked(&mut self, m: usize) {
+        let f = &self.flights[m];
+        if self.time_s < f.time_s || self.time_s < self.movers[m].next_try_s {
+            return;
+        }
+        self.movers[m].next_try_s = self.time_s + RETRY_S;
+        if self.movers[m].push.pieces.is_empty() && !self.find_departure(m) {
+            if self.movers[m].waits_since_s.is_none() {
+                let text = format!(
+                    "{}: no way from stand {} to runway {} now",
+                    self.flights[m].callsign,
+                    self.net.stands[self.movers[m].stand].name,
+                    self.end_name(m)
+                );
+                self.remark(text);
+            }
+            let now = self.time_s;
+            self.movers[m].waits_since_s.get_or_insert(now);
+            self.movers[m].next_try_s = now + 15.0;
+            return;
+        }
+        self.movers[m].next_try_s = self.time_s + 1.0;
+        if !self.permitted(m, ClearanceKind::Push) {
+            return;
+        }
+        // All pieces of the pushback at once, and what is under the mover after it.
+        let mover = &self.movers[m];
+        let under = &mover.way.pieces[mover.under.clone()];
+        let group: Vec<u32> = mover.push.pieces.iter().chain(under).copied().collect();
+        let planned = self.policy == Policy::Planned;
+        let order_s = mover.timing.push_take_s;
+        let before =
+            planned.then(|| group.iter().find_map(|z| self.planned_before(m, *z, order_s)));
+        let blocker =
+            group.iter().find_map(|z| self.blocker(m, *z, false, &[])).or_else(|| before.flatten());
+        let mut free = blocker.is_none();
+        if free {
+            group.iter().for_each(|z| self.hold(m, *z, false));
+            if self.policy == Policy::Ordered
+                && !self.ordered(m, self.movers[m].push.pieces.len(), self.movers[m].under.end)
+            {
+                group.iter().for_each(|z| self.release_quietly(m, *z, false));
+                free = false;
+            }
+        }
+        if !free {
+            let now = self.time_s;
+            self.movers[m].waits_for = blocker;
+            let since = *self.movers[m].waits_since_s.get_or_insert(now);
+            // The way was made for a world that has changed: another one next time.
+            if !planned || now > self.movers[m].timing.push_take_s + 60.0 && now > since + 60.0 {
+                let old = self.movers[m].clone();
+                self.movers[m].push = Way::default();
+                self.movers[m].way = Way::default();
+                self.movers[m].timing = Timing::default();
+                if planned {
+                    self.book();
+                    // Others may be planned over its stand: what does not fit in leaves the old plan.
+                    if !self.find_departure(m) {
+                        self.movers[m] = old;
+                        self.book();
+                    }
+                }
+                self.movers[m].waits_since_s = Some(now);
+                self.movers[m].next_try_s = now + RETRY_S;
+            }
+            return;
+        }
+        if planned {
+            group.iter().for_each(|z| self.booked_now(m, *z));
+        }
+        self.used(m, ClearanceKind::Push);
+        let parked = std::mem::take(&mut self.movers[m].parked_pieces);
+        parked.iter().for_each(|z| self.release(m, *z, false));
+        let now = self.time_s;
+        let guided = 0.4 * self.flights[m].size.length_m;
+        let mover = &mut self.movers[m];
+        mover.phase = Phase::Pushing;
+        mover.timing.push_take_s = now;
+        mover.measures.aobt_s = Some(now);
+        mover.waits_since_s = None;
+        mover.waits_for = None;
+        mover.s = PUSH_BEFORE_M - (guided - self.flights[m].wheelbase_m);
+        self.clear(m, "PSH", String::new());
+    }
+
+    /// The departure's way: of several, under a plan, the one that is lined up first.
+    fn find_departure(&mut self, m: usize) -> bool {
+        let (closed, opposed) = (self.closed(m), self.opposed(m));
+        if self.policy != Policy::Planned {
+            return self.plan_departure(m, &closed, &opposed, &[]);
+        }
+        self.retime();
+        let now = self.time_s;
+        let lasting = self.closed_for_ever(m);
+        let none = vec![false; opposed.len()];
+        let mut best: Option<(f64, super::Mover)> = None;
+        let mut tried: Vec<usize> = Vec::new();
+        let mut slow = opposed;
+        let mut shut = closed;
+        for attempt in 0..5 {
+            if !self.plan_departure(m, &shut, &slow, &tried) {
+                if attempt == 0 {
+                    (shut, slow) = (lasting.clone(), none.clone());
+                    continue;
+                }
+                if tried.is_empty() {
+                    break;
+                }
+                tried.clear();
+                continue;
+            }
+            let start = self.start_of_push(m);
+            if self.plan(m, start, now) {
+                let end = self.planned_end_s(m);
+                let waits = self.waits_at(m);
+                if best.as_ref().is_none_or(|b| end < b.0 - 1.0) {
+                    best = Some((end, self.movers[m].clone()));
+                }
+                if waits.is_empty() && attempt > 0 {
+                    break;
+                }
+                for e in waits {
+                    slow[2 * e] = true;
+                    slow[2 * e + 1] = true;
+                }
+            } else {
+                // Not by this pushback.
+                tried.extend(self.movers[m].push.arcs.last());
+            }
+            if attempt == 0 {
+                shut.clone_from(&lasting);
+            }
+        }
+        let found = best.is_some();
+        match best {
+            Some((_, mover)) => self.movers[m] = mover,
+            None => {
+                self.movers[m].push = Way::default();
+                self.movers[m].way = Way::default();
+                self.movers[m].timing = Timing::default();
+            }
+        }
+        self.book();
+        found
+    }
+
+    /// Where and when the taxi way begins for the plan.
+    fn start_of_push(&self, m: usize) -> Start {
+        let mover = &self.movers[m];
+        let push_s = (mover.push.stop_m - mover.s.max(0.0)).max(0.0) / 1.4 + 8.0;
+        let (_, place_m, _) = self.after_push(m, mover.push.stop_m);
+        let alone = mover.way.alone(place_m, 0.3, &mover.driving);
+        let (ahead, _) = (0.1 * self.flights[m].size.length_m + GAP_M, ());
+        let end = mover.way.ends_m[mover.under.end - 1];
+        let front_s = push_s + 105.0 + alone.time_s(end - ahead);
+        Start::Stand { place_m, first: mover.under.start, pushed: mover.under.end, push_s, front_s }
+    }
+
+    /// Pushback and way to the runway.
+    ///
+    /// `without`: last arcs of pushbacks that are not wanted.
+    fn plan_departure(
+        &mut self,
+        m: usize,
+        closed: &[bool],
+        slow: &[bool],
+        without: &[usize],
+    ) -> bool {
+        let f = self.flights[m].clone();
+        let net = Arc::clone(&self.net);
+        let Some(into) = net.stands[self.movers[m].stand].node.and_then(|n| self.stand_arc(n))
+        else {
+            return false;
+        };
+        let mut closed = closed.to_vec();
+        closed[into / 2] = false;
+        // Back along the lead-in to where it joins a lane.
+        let mut back = vec![into ^ 1];
+        loop {
+            let node = Arcs::to(&net, back[back.len() - 1]);
+            let on: Vec<usize> = (0..net.edges.len())
+                .filter(|e| net.edges[*e].nodes.contains(&node) && *e != back[back.len() - 1] / 2)
+                .collect();
+            if on.len() == 1 && back.len() < 30 && net.nodes[node].stand.is_none() {
+                back.push(if net.edges[on[0]].nodes[0] == node {
+                    2 * on[0]
+                } else {
+                    2 * on[0] + 1
+                });
+            } else {
+                break;
+            }
+        }
+        let (r, end) = f.runway;
+        // Entries with enough runway ahead, the longest run first choice by time.
+        let runway = &net.runways[r];
+        let run_ahead = |node: usize| {
+            let place = runway.spine.iter().find(|(_, n)| *n == node).map_or(0.0, |(p, _)| *p);
+            if end == 0 { runway.length_m - place } else { place }
+        };
+        let direction = Azimuth::of(runway.ends_m[1 - end] - runway.ends_m[end]).rad();
+        let entry = |arc: usize| {
+            let edge = &net.edges[arc / 2];
+            let node = Arcs::to(&net, arc);
+            let turn = wrap_pi(direction - self.arcs.heading_rad(arc)).abs();
+            (edge.strip == Some(r)
+                && edge.runway.is_none()
+                && runway.spine.iter().any(|(_, n)| *n == node)
+                && turn < 2.1)
+                .then(|| run_ahead(node))
+        };
+        let longest = (0..2 * net.edges.len()).filter_map(entry).fold(0.0, f64::max);
+        let needed =
+            (1.15 * f.take_off.1 + 100.0).min(longest).max((runway.length_m - 300.0).min(longest));
+        let needed_again = (1.15 * f.take_off.1 + 100.0).min(longest);
+        let length = f.size.length_m;
+        // Back to the lane and onto one side of it; where no way leads on from there (a dead end), farther back
+        // along the lane to the next junctions. Against one-way lanes only if there is nothing else.
+        let mut found: Option<(f64, Pushback)> = None;
+        let mut options = 0;
+        for lenient in [false, true] {
+            let mut backs: Vec<(f64, Vec<usize>)> = vec![(0.0, back.clone())];
+            let mut done = 0;
+            while let Some(first) = (0..backs.len())
+                .min_by(|p, q| backs[*p].0.total_cmp(&backs[*q].0).then(p.cmp(q)))
+                .filter(|_| done < 40 && found.is_none())
+            {
+                let (farther, back) = backs.swap_remove(first);
+                done += 1;
+                for (chain, _) in self.sides(&back, &closed, length, lenient) {
+                    if chain.last().is_some_and(|c| without.contains(c)) {
+                        continue;
+                    }
+                    options += 1;
+                    let (start, last) = (chain[0] ^ 1, back[back.len() - 1]);
+                    for least in [needed, needed_again] {
+                        let goal = |arc: usize| entry(arc).is_some_and(|run| run >= least - 1.0);
+                        let is_closed = |e: usize| {
+                            (closed[e] && e != start / 2)
+                                || e == last / 2
+                                || net.edges[e].runway == Some(r)
+                        };
+                        let way =
+                            self.arcs.quickest(&net, &[(start, 0.0)], goal, is_closed, |a| slow[a]);
+                        if let Some(way) = way {
+                            if found.as_ref().is_none_or(|b| way.time_s < b.0) {
+                                found = Some((way.time_s, (back.clone(), chain.clone(), way.arcs)));
+                            }
+                            break;
+                        }
+                    }
+                }
+                // Beyond the next junction of each side.
+                for arc in self.back_over(&back, &closed, lenient) {
+                    let farther = farther + self.arcs.length_m(arc);
+                    if farther < 600.0 && back.len() < 30 && !back.contains(&arc) {
+                        let mut longer = back.clone();
+                        longer.push(arc);
+                        backs.push((farther, longer));
+                    }
+                }
+            }
+            if found.is_some() {
+                break;
+            }
+        }
+        let best = found.map(|(time_s, (longer, chain, taxi))| {
+            back = longer;
+            (time_s, chain, taxi)
+        });
+        let Some((_, chain, taxi)) = best else {
+            if self.movers[m].waits_since_s.is_none() {
+                let text = format!(
+                    "{}: {} ways to push back, lead-in of {} edges",
+                    f.callsign,
+                    options,
+                    back.len()
+                );
+                self.remark(text);
+            }
+            return false;
+        };
+        let class = self.movers[m].class;
+        let push_arcs: Vec<usize> = back.iter().chain(&chain).copied().collect();
+        let mut push = Way::over(&net, &self.pieces, &push_arcs, class, (PUSH_BEFORE_M, 0.0), 0.0);
+        // The nose wheel ends 2 m beyond the fillet of lead-in and lane.
+        let lane_place = (0..back.len()).map(|k| self.pieces.of_edge[back[k] / 2].1).sum::<usize>();
+        let corner = push.ends_m[lane_place - 1];
+        let fillet =
+            push.path.arcs().find(|(from, to, _)| *from <= corner + 0.1 && *to >= corner - 0.1);
+        push.stop_m = fillet.map_or(corner, |a| a.1) + f.wheelbase_m + 2.0;
+        let tail = push.stop_m + (0.9 * length - f.wheelbase_m) + TAIL_M;
+        let needed_pieces =
+            push.ends_m.iter().position(|e| *e >= tail).unwrap_or(push.ends_m.len() - 1);
+        push.pieces.truncate(needed_pieces + 1);
+        push.ends_m.truncate(needed_pieces + 1);
+        let driving = Driving {
+            straight_mps: 1.5,
+            turn_mps: 1.5,
+            acc_mps2: 0.2,
+            dec_mps2: 0.2,
+            jerk_mps3: 0.3,
+            lateral_mps2: 0.5,
+        };
+        push.limit(&net, &self.pieces, &driving, 0.0, 1.0);
+        // Taxi: from the far end of the pushback over the lane node to the entry, then along the runway.
+        let mut arcs: Vec<usize> = chain.iter().rev().map(|a| a ^ 1).collect();
+        let skipped: f64 = chain.iter().map(|a| self.arcs.length_m(*a)).sum();
+        arcs.extend(taxi.iter().skip(1));
+        let line_up_node = Arcs::to(&net, arcs[arcs.len() - 1]);
+        let before_runway = arcs.len();
+        let at = runway.spine.iter().position(|(_, n)| *n == line_up_node).unwrap_or(0);
+        let ahead: Vec<usize> = if end == 0 {
+            runway.spine[at..].windows(2).filter_map(|w| self.arc_between(w[0].1, w[1].1)).collect()
+        } else {
+            runway.spine[..=at]
+                .windows(2)
+                .rev()
+                .filter_map(|w| self.arc_between(w[1].1, w[0].1))
+                .collect()
+        };
+        if ahead.is_empty() {
+            return false;
+        }
+        arcs.extend(ahead);
+        let mut way = Way::over(&net, &self.pieces, &arcs, class, (0.0, 3000.0), 0.0);
+        let pieces_before: usize =
+            arcs[..before_runway].iter().map(|a| self.pieces.of_edge[a / 2].1).sum();
+        let total = way.pieces.len();
+        way.roll = pieces_before..total;
+        let mut first_strip = pieces_before;
+        while first_strip > 0
+            && self.pieces.list[way.pieces[first_strip - 1] as usize].strip == Some(r)
+        {
+            first_strip -= 1;
+        }
+        way.group_crossings(&self.pieces, length + 10.0, first_strip..total);
+        way.group(first_strip, total - 1);
+        let joined = way.ends_m[pieces_before - 1];
+        let turned = way
+            .path
+            .arcs()
+            .find(|a| a.0 <= joined + 0.1 && a.1 >= joined - 0.1)
+            .map_or(joined, |a| a.1);
+        way.stop_m = (turned + 0.8 * length).min(way.ends_m[total - 1]);
+        let driving = self.movers[m].driving;
+        way.limit(&net, &self.pieces, &driving, 0.0, 1.0);
+        // The nose stands `wheelbase` before the gear's place, seen from the far end of the chain.
+        let pushed = push.stop_m - corner;
+        let start = (skipped - pushed) + f.wheelbase_m;
+        let mover = &mut self.movers[m];
+        mover.measures.unhindered_s =
+            240.0 + way.unhindered_s(start.max(0.0), way.stop_m, &driving);
+        mover.push = push;
+        mover.way = way;
+        mover.threshold = first_strip as f64;
+        let stop = self.movers[m].push.stop_m;
+        self.movers[m].under = self.after_push(m, stop).0;
+        self.movers[m].under.end <= first_strip
+    }
+
+    /// Whether a pushback may go over an arc.
+    fn pushable(&self, arc: usize, closed: &[bool], lenient: bool) -> bool {
+        let edge = &self.net.edges[arc / 2];
+        let free = |n: &usize| self.net.nodes[*n].used && self.net.nodes[*n].stand.is_none();
+        !closed[arc / 2]
+            && edge.strip.is_none()
+            && edge.runway.is_none()
+            && edge.nodes.iter().all(free)
+            && (lenient || edge.two_way || arc % 2 == 1)
+    }
+
+    /// Arcs away from the end of a pushback that can be pushed over, at a bend of at most 120 degrees.
+    fn back_over(&self, back: &[usize], closed: &[bool], lenient: bool) -> Vec<usize> {
+        let Some(last) = back.last().copied() else { return Vec::new() };
+        let node = Arcs::to(&self.net, last);
+        let on = (0..self.net.edges.len())
+            .filter(|e| self.net.edges[*e].nodes.contains(&node) && *e != last / 2);
+        on.map(|e| if self.net.edges[e].nodes[0] == node { 2 * e } else { 2 * e + 1 })
+            .filter(|a| self.arcs.turn_rad(last, *a) < 2.1 && self.pushable(*a, closed, lenient))
+            .collect()
+    }
+
+    /// Sides onto which an aircraft can be pushed back from the end of `back`: arcs with room for it behind the
+    /// bend, and the bend, rad.
+    fn sides(
+        &self,
+        back: &[usize],
+        closed: &[bool],
+        length_m: f64,
+        lenient: bool,
+    ) -> Vec<(Vec<usize>, f64)> {
+        let net = &self.net;
+        let Some(last) = back.last().copied() else { return Vec::new() };
+        let mut sides = Vec::new();
+        for first in self.back_over(back, closed, lenient) {
+            let turn = self.arcs.turn_rad(last, first);
+            let mut chain = vec![first];
+            let need = 1.0 * length_m + 25.0 * libm::tan(0.5 * turn.min(2.0)) + 12.0;
+            let mut have = self.arcs.length_m(first);
+            while have < need && chain.len() < 20 {
+                let at = chain[chain.len() - 1];
+                let node = Arcs::to(net, at);
+                let next = (0..net.edges.len())
+                    .filter(|e| net.edges[*e].nodes.contains(&node) && *e != at / 2)
+                    .map(|e| if net.edges[e].nodes[0] == node { 2 * e } else { 2 * e + 1 })
+                    .filter(|a| {
+                        self.pushable(*a, closed, lenient)
+                            && self.arcs.turn_rad(at, *a) < if lenient { 1.2 } else { 0.7 }
+                    })
+                    .min_by(|p, q| {
+                        self.arcs.turn_rad(at, *p).total_cmp(&self.arcs.turn_rad(at, *q))
+                    });
+                let Some(next) = next else { break };
+                have += self.arcs.length_m(next);
+                chain.push(next);
+            }
+            if have >= need {
+                sides.push((chain, turn));
+            }
+        }
+        sides
+    }
+
+    pub(super) fn arc_between(&self, from: usize, to: usize) -> Option<usize> {
+        self.arcs.leaving(from).iter().copied().find(|a| Arcs::to(&self.net, *a) == to)
+    }
+
+    pub(super) fn pushing(&mut self, m: usize) {
+        let mover = &mut self.movers[m];
+        let (s, v, a) = (mover.s, mover.v, mover.a);
+        let stop = mover.push.stop_m;
+        let wish = mover.push.most_mps(s).min(stopping_speed_mps(stop - s, 0.2, Some(0.3)));
+        let limits = Tick { acc: 0.2, dec: 0.25, jerk: 0.3, dt: self.step_s };
+        (mover.s, mover.v, mover.a) = limits.tick(s, v, a, wish, stop);
+        if mover.v == 0.0 && stop - mover.s < 0.5 {
+            let now = self.time_s;
+            let mut rng = self.rng(m, 2);
+            let pause = 90.0 + 30.0 * uniform(&mut rng);
+            self.movers[m].phase = Phase::Starting(now + pause);
+            self.begin_way_after_push(m);
+        }
+    }
+
+    /// The place on the taxi way at which the nose wheel is when the gear is at `gear_m` of the pushback: steps
+    /// under the mover there, place, slip.
+    fn after_push(&self, m: usize, gear_m: f64) -> (Range<usize>, f64, f64) {
+        let f = &self.flights[m];
+        let (wheelbase, length) = (f.wheelbase_m, f.size.length_m);
+        let mover = &self.movers[m];
+        let gear = mover.push.path.at(gear_m);
+        let heading = gear.heading_rad + std::f64::consts::PI;
+        let nose = gear.at_m + Azimuth::from_rad(heading).unit() * wheelbase;
+        // The nearest place of the way to the nose wheel, near its begin.
+        let (mut best, mut at) = (f64::INFINITY, 0.0);
+        let mut place = 0.0;
+        while place < 400.0 {
+            let distance = (mover.way.path.at(place).at_m - nose).norm();
+            if distance < best {
+                (best, at) = (distance, place);
+            }
+            place += 0.05;
+        }
+        let slip = wrap_pi(mover.way.path.at(at).heading_rad - heading);
+        let nose_tip = at + 0.1 * length + 1.0;
+        let needed = mover.way.ends_m.iter().position(|e| *e >= nose_tip).unwrap_or(0);
+        let tail = at - 0.9 * length - TAIL_M;
+        let first = mover.way.ends_m.iter().position(|e| *e >= tail).unwrap_or(0);
+        (first..needed + 1, at, slip)
+    }
+
+    /// From the pushback to the taxi way: the same place, seen from the nose wheel.
+    fn begin_way_after_push(&mut self, m: usize) {
+        let (_, at, slip) = self.after_push(m, self.movers[m].s);
+        let pushed: Vec<u32> = self.movers[m].push.pieces.clone();
+        pushed.iter().for_each(|z| self.release(m, *z, false));
+        let mover = &mut self.movers[m];
+        (mover.first_held, mover.next) = (mover.under.start, mover.under.end);
+        (mover.s, mover.slip) = (at, slip);
+        self.end_clearance(m, "PSH");
+    }
+
+    pub(super) fn start_taxi(&mut self, m: usize) {
+        self.movers[m].phase = Phase::Taxiing;
+        self.movers[m].taxi_from_s = self.time_s;
+        self.clear(m, "TAX", String::new());
+    }
+
+    pub(super) fn rolling(&mut self, m: usize) {
+        let f = self.flights[m].clone();
+        let day = TakeOff {
+            liftoff_mps: f.take_off.0,
+            distance_m: f.take_off.1,
+            density_ratio: 1.0,
+            headwind_mps: 0.0,
+            end_ratio: 0.75,
+            thrust_exponent: 0.7,
+            rolling_friction: 0.02,
+        };
+        let (a0, b) = take_off_run(&day).map_or((2.0, 0.0), |r| (r.a_mps2, r.b_per_m));
+        let dt = self.step_s;
+        let mover = &mut self.movers[m];
+        let airborne = mover.v >= f.take_off.0;
+        let wish = if !airborne {
+            (a0 - b * mover.v * mover.v).max(0.3)
+        } else if mover.v < f.take_off.0 + 5.0 {
+            0.5
+        } else {
+            0.0
+        };
+        // Thrust builds up within 5 s.
+        let jerk = if airborne { 2.0 } else { 0.2 * a0 };
+        let a = wish.clamp(mover.a - 2.0 * dt, mover.a + jerk * dt);
+        let from = mover.s;
+        mover.s += mover.v * dt + 0.25 * (mover.a + a) * dt * dt;
+        mover.v = (mover.v + 0.5 * (mover.a + a) * dt).max(0.0);
+        mover.a = a;
+        if airborne {
+            let climb = (mover.climb_mps + 1.0 * dt).min(10.0);
+            mover.height_m += 0.5 * (mover.climb_mps + climb) * dt;
+            mover.climb_mps = climb;
+        }
+        let lifted = airborne && mover.measures.atot_s.is_none();
+        let (height, behind) = (mover.height_m, 0.95 * f.size.length_m + TAIL_M);
+        self.follow(m, from);
+        if lifted {
+            self.movers[m].measures.atot_s = Some(self.time_s);
+            self.end_clearance(m, "TOF");
+        }
+        loop {
+            let mover = &self.movers[m];
+            let i = mover.first_held;
+            if i >= mover.next || !(height > 15.0 || mover.s > mover.way.ends_m[i] + behind) {
+                break;
+            }
+            let (z, roll) = (mover.way.pieces[i], mover.way.roll.contains(&i));
+            self.release(m, z, roll);
+            self.movers[m].first_held += 1;
+        }
+        if height > 15.0 {
+            self.vacate(m);
+        }
+        if height >= 500.0 {
+            self.movers[m].timing = Timing::default();
+            self.movers[m].phase = Phase::Gone;
+        }
+    }
+}

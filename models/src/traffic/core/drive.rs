@@ -1,0 +1,176 @@
+//! One step along a way, under the authority.
+
+use super::{ASK_M, Core, Direction, GAP_M, Phase, TAIL_M, Timing};
+use crate::control::clearance::ClearanceKind;
+use crate::draw::uniform;
+use crate::traffic::profile::{stopping, stopping_speed_mps};
+use crate::traffic::tractrix;
+
+impl Core {
+    /// One step along the way in use, under the authority.
+    pub(super) fn drive(&mut self, m: usize) {
+        let length = self.flights[m].size.length_m;
+        let (ahead, behind) = (0.1 * length, 0.95 * length + TAIL_M);
+        let d = self.movers[m].driving;
+        loop {
+            let mover = &self.movers[m];
+            let authority = self.authority(m, ahead);
+            let needed =
+                stopping(mover.v, mover.a.max(0.0), 0.8 * d.dec_mps2, d.jerk_mps3, self.step_s).0
+                    + mover.v * self.step_s
+                    + ASK_M;
+            if mover.next >= mover.way.pieces.len() || needed <= authority - mover.s {
+                break;
+            }
+            let departs = self.flights[m].direction == Direction::Departure
+                && mover.next == mover.threshold as usize;
+            let told = !departs || self.permitted(m, ClearanceKind::LineUp);
+            if !told || departs && (!self.may_line_up(m) || self.owned(m)) {
+                let now = self.time_s;
+                self.movers[m].waits_since_s.get_or_insert(now);
+                break;
+            }
+            if !self.take(m) {
+                break;
+            }
+            if departs {
+                self.used(m, ClearanceKind::LineUp);
+                let r = self.flights[m].runway.0;
+                self.owner[r] = Some(m);
+                self.clear(m, "LUP", self.end_name(m));
+            }
+        }
+        let authority = self.authority(m, ahead);
+        let mover = &mut self.movers[m];
+        let (s, v, a) = (mover.s, mover.v, mover.a);
+        let look = s + 0.4 * v;
+        let wish = (0.98 * mover.way.most_mps(s).min(mover.way.most_mps(look)))
+            .min(stopping_speed_mps(authority - s, 0.7 * d.dec_mps2, Some(d.jerk_mps3)));
+        let stands = mover.holds || self.time_s < mover.stopped_until_s;
+        let wish = if stands { 0.0 } else { wish };
+        // Nobody creeps up by centimetres.
+        let wish = if v == 0.0 && authority - s < 0.5 { 0.0 } else { wish };
+        let limits = Tick { acc: d.acc_mps2, dec: d.dec_mps2, jerk: d.jerk_mps3, dt: self.step_s };
+        (mover.s, mover.v, mover.a) = limits.tick(s, v, a, wish, authority);
+        self.follow(m, s);
+        loop {
+            let mover = &self.movers[m];
+            let i = mover.first_held;
+            if i >= mover.next
+                || i + 1 >= mover.way.pieces.len()
+                || mover.s <= mover.way.ends_m[i] + behind
+            {
+                break;
+            }
+            let (z, roll) = (mover.way.pieces[i], mover.way.roll.contains(&i));
+            let left_strip = self.pieces.list[z as usize].strip.is_some()
+                && self.pieces.list[mover.way.pieces[i + 1] as usize].strip.is_none();
+            self.release(m, z, roll);
+            self.movers[m].first_held += 1;
+            if left_strip {
+                self.vacate(m);
+                self.end_clearance(m, "CRO");
+                self.end_clearance(m, "LND");
+            }
+        }
+    }
+
+    /// Up to where the guided point may go.
+    pub(super) fn authority(&self, m: usize, ahead_m: f64) -> f64 {
+        let mover = &self.movers[m];
+        if mover.next >= mover.way.pieces.len() {
+            return mover.way.stop_m;
+        }
+        let last = mover.next.checked_sub(1).map_or(0.0, |i| mover.way.ends_m[i]);
+        (last - GAP_M - ahead_m).min(mover.way.stop_m)
+    }
+
+    /// The main gear is drawn behind.
+    pub(super) fn follow(&mut self, m: usize, from: f64) {
+        let wheelbase = self.flights[m].wheelbase_m;
+        let mover = &mut self.movers[m];
+        let ds = mover.s - from;
+        if ds > 0.0 {
+            let on = mover.way.path.at(0.5 * (from + mover.s));
+            mover.slip = tractrix::stepped_slip_rad(mover.slip, on.curvature, ds, wheelbase);
+        }
+    }
+
+    pub(super) fn taxiing(&mut self, m: usize) {
+        self.drive(m);
+        let mover = &self.movers[m];
+        if mover.v != 0.0 || mover.next < mover.way.pieces.len() || mover.way.stop_m - mover.s > 0.6
+        {
+            return;
+        }
+        let now = self.time_s;
+        if self.flights[m].direction == Direction::Departure {
+            let mut rng = self.rng(m, 3);
+            let ready = 5.0 + 5.0 * uniform(&mut rng);
+            let mover = &mut self.movers[m];
+            mover.phase = Phase::LinedUp(now + ready);
+            mover.measures.taxi_s = now - mover.measures.aobt_s.unwrap_or(now);
+            self.end_clearance(m, "TAX");
+            return;
+        }
+        // On its stand: keeps what is under it.
+        let size = self.flights[m].size;
+        let parked = self.pieces_of_stand(self.movers[m].stand, size);
+        parked.iter().for_each(|z| self.hold(m, *z, false));
+        let mover = &self.movers[m];
+        let held: Vec<(u32, bool)> = (mover.first_held..mover.next)
+            .map(|i| (mover.way.pieces[i], mover.way.roll.contains(&i)))
+            .collect();
+        held.iter().for_each(|(z, r)| self.release(m, *z, *r));
+        let mover = &mut self.movers[m];
+        mover.parked_pieces = parked;
+        mover.phase = Phase::Docked;
+        mover.timing = Timing::default();
+        mover.measures.aibt_s = Some(now);
+        mover.measures.taxi_s = now - mover.taxi_from_s;
+        self.end_clearance(m, "TAX");
+    }
+}
+
+/// One step of a speed that follows a wish with limited acceleration and jerk.
+pub(super) struct Tick {
+    pub(super) acc: f64,
+    pub(super) dec: f64,
+    pub(super) jerk: f64,
+    pub(super) dt: f64,
+}
+
+impl Tick {
+    /// Place, speed and acceleration after the step; never beyond `stop`, where standing is exact.
+    pub(super) fn tick(&self, s: f64, v: f64, a: f64, wish: f64, stop: f64) -> (f64, f64, f64) {
+        let Self { acc, dec, jerk, dt } = *self;
+        if v == 0.0 && wish == 0.0 {
+            return (s, 0.0, 0.0);
+        }
+        let gap = stop - s;
+        if v < 0.05 && gap < 0.15 {
+            return (s, 0.0, 0.0);
+        }
+        let error = wish - v;
+        let reach = |e: f64| {
+            let half = 0.5 * jerk * dt;
+            ((half * half + 2.0 * jerk * e).sqrt() - half).max(0.0)
+        };
+        let mut want = if error >= 0.0 { reach(error).min(acc) } else { -(reach(-error).min(dec)) };
+        // Braking begins where the stop with the jerk limit needs it: the acceleration has to come down first.
+        if gap > 0.0 && stopping(v, a, 0.85 * dec, jerk, dt).0 + v * dt >= gap {
+            want = -dec;
+        }
+        let next = want.clamp(a - jerk * dt, a + jerk * dt).clamp(-dec, acc);
+        let faster = v + 0.5 * (a + next) * dt;
+        if faster <= 0.0 {
+            let moved = if v > 0.0 { 0.5 * v * dt } else { 0.0 };
+            return ((s + moved).min(stop.max(s)), 0.0, 0.0);
+        }
+        let moved = 0.5 * (v + faster) * dt;
+        if moved >= gap {
+            return (stop.max(s), 0.0, 0.0);
+        }
+        (s + moved, faster, next)
+    }
+}

@@ -1,0 +1,602 @@
+//! The replicated core: the traffic of one airport, stepped frame by frame.
+//!
+//! Pure: the same flights, seed and frames give the same bits in every process that steps it, so every
+//! generator steps all of it and publishes its share. Movers read each other exactly inside; outside
+//! everybody sees them through their PDUs.
+
+mod arrival;
+mod departure;
+mod drive;
+mod measures;
+mod notice;
+mod plan;
+mod runway;
+mod stands;
+mod state;
+mod tokens;
+
+pub use notice::{ClearedBy, Notice, Order};
+pub use runway::departure_gap_s;
+
+use super::network::Network;
+use super::outline::Size;
+use super::pieces::{Class, Pieces};
+use super::runway_roll::NAUTICAL_MILE_M;
+use super::way::{Arcs, Driving, Way};
+use crate::control::clearance::ClearanceKind;
+use crate::draw::{DrawKey, Purpose, normal_pair};
+use crate::flight_list::WakeCategory;
+use notice::Granted;
+use plan::{Booking, Timing};
+use std::ops::Range;
+use std::sync::Arc;
+
+/// Which piece may be taken when it is free.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Policy {
+    /// In the order of planned times: every way is planned in the time windows that the others leave.
+    #[default]
+    Planned,
+    /// Only if everybody can finish afterwards, one after the other (banker's algorithm).
+    Ordered,
+    /// Always: ends in gridlock sooner or later, which is found and named.
+    Free,
+}
+
+/// Arrival or departure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Direction {
+    /// Lands at its time and taxis to a stand.
+    Arrival,
+    /// Leaves its stand at its time and takes off.
+    Departure,
+}
+
+/// One flight of a schedule.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Flight {
+    /// For messages.
+    pub callsign: String,
+    /// Size on the ground.
+    pub size: Size,
+    /// Arrival or departure.
+    pub direction: Direction,
+    /// Runway, and which end it lands or takes off from (0 or 1).
+    pub runway: (usize, usize),
+    /// Stand wanted.
+    pub stand: usize,
+    /// Landing time (threshold) or off-block time, s since the start of the run.
+    pub time_s: f64,
+    /// Arrival whose aircraft this departure is.
+    pub turnaround_of: Option<usize>,
+    /// Wake category.
+    pub wake: WakeCategory,
+    /// Taxi speed on straights and in quarter turns, m/s.
+    pub taxi_mps: (f64, f64),
+    /// Acceleration and braking when taxiing, m/s².
+    pub taxi_acc_mps2: (f64, f64),
+    /// Lift-off speed, m/s, and run, m.
+    pub take_off: (f64, f64),
+    /// Touchdown speed, m/s, and usual braking, m/s².
+    pub landing: (f64, f64),
+    /// From nose wheel to main gear, m.
+    pub wheelbase_m: f64,
+    /// Fuel of all engines at idle, kg/s.
+    pub idle_kg_per_s: f64,
+    /// Key of its draws.
+    pub key: u64,
+}
+
+/// Where a flight is in its life.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Phase {
+    /// Not yet in the run.
+    Absent,
+    /// On its stand before the pushback.
+    Parked,
+    /// Pushed back.
+    Pushing,
+    /// Tug leaves, engines start; until this time, s.
+    Starting(f64),
+    /// Under way on the ground.
+    Taxiing,
+    /// On the runway, not yet rolling; until this time, s.
+    LinedUp(f64),
+    /// Take-off run, and the climb after it.
+    Rolling,
+    /// On final.
+    Final,
+    /// Gone around: climbs away.
+    GoAround,
+    /// From touchdown on, until it has left the runway.
+    Landing,
+    /// On its stand, for good or until its turn-round.
+    Docked,
+    /// Left the run.
+    Gone,
+}
+
+/// A clearance, as the plan gives it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Clearance {
+    /// Flight.
+    pub flight: usize,
+    /// `PSH`, `TAX`, `CRO`, `LUP`, `TOF`, `LND`, `GOA`.
+    pub kind: &'static str,
+    /// Runway: an end (`18R`) or both (`18R/36L`); empty off the runways.
+    pub runway: String,
+    /// Holds from, s.
+    pub from_s: f64,
+    /// Ended, s.
+    pub until_s: Option<f64>,
+}
+
+/// Times and measures of one flight (`docs/traffic.md`).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Measures {
+    /// Actual off-block time, s.
+    pub aobt_s: Option<f64>,
+    /// Actual take-off time.
+    pub atot_s: Option<f64>,
+    /// Actual landing time.
+    pub aldt_s: Option<f64>,
+    /// Actual in-block time.
+    pub aibt_s: Option<f64>,
+    /// Stops of 5 s or more off stands.
+    pub stops: u32,
+    /// Time of these stops, s.
+    pub stopped_s: f64,
+    /// Off-block to line-up, or runway vacated to in-block, s.
+    pub taxi_s: f64,
+    /// The same way driven alone, s.
+    pub unhindered_s: f64,
+    /// Fuel on the ground, kg.
+    pub fuel_kg: f64,
+    /// Go-arounds.
+    pub go_arounds: u32,
+}
+
+/// What an input or a finding says, for the log.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Remark {
+    /// Time, s.
+    pub time_s: f64,
+    /// One line.
+    pub text: String,
+}
+
+/// Why a mover waits.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Waiting<'a> {
+    /// Call sign of the one for whom it waits; `None`: for the policy or a clearance.
+    pub behind: Option<&'a str>,
+    /// Name of the edge that it wants.
+    pub place: String,
+    /// Since when, s of the run.
+    pub since_s: f64,
+    /// Time that is still planned, s; negative when it is late.
+    pub planned_s: Option<f64>,
+}
+
+#[derive(Clone, Debug)]
+struct Mover {
+    flight: usize,
+    class: Class,
+    phase: Phase,
+    driving: Driving,
+    push: Way,
+    way: Way,
+    stand: usize,
+    /// Place of the guided point, speed, acceleration along the way, slip.
+    s: f64,
+    v: f64,
+    a: f64,
+    slip: f64,
+    height_m: f64,
+    climb_mps: f64,
+    /// Taken: indices `first_held..next` of the way in use.
+    first_held: usize,
+    next: usize,
+    refused_at: Option<u64>,
+    waits_since_s: Option<f64>,
+    waits_for: Option<usize>,
+    still_since_s: Option<f64>,
+    /// Landing: place of the threshold, touchdown and exit on the way; braking.
+    threshold: f64,
+    touchdown: f64,
+    braking: f64,
+    landing_s: f64,
+    cleared: bool,
+    ready_s: f64,
+    next_try_s: f64,
+    parked_pieces: Vec<u32>,
+    /// Steps of the way that are under the mover when it has been pushed back.
+    under: Range<usize>,
+    timing: Timing,
+    /// Clearances from outside; what it waits for; told to hold; stands by itself until, s.
+    granted: Granted,
+    wants: Option<ClearanceKind>,
+    holds: bool,
+    stopped_until_s: f64,
+    taxi_from_s: f64,
+    measures: Measures,
+}
+
+/// Seconds between attempts of those who could not be given a way or a runway.
+const RETRY_S: f64 = 5.0;
+const FINAL_M: f64 = 10.0 * NAUTICAL_MILE_M;
+/// Gap that is kept ahead of the nose, m, and distance at which the next piece is asked for.
+const GAP_M: f64 = 2.0;
+const ASK_M: f64 = 15.0;
+const TAIL_M: f64 = 5.0;
+/// Slope of the approach.
+const SLOPE: f64 = 0.052_407_779_283_041_2;
+
+/// The traffic of one airport.
+#[derive(Clone, Debug)]
+pub struct Core {
+    net: Arc<Network>,
+    pieces: Arc<Pieces>,
+    arcs: Arc<Arcs>,
+    flights: Arc<Vec<Flight>>,
+    policy: Policy,
+    seed: u64,
+    step_s: f64,
+    movers: Vec<Mover>,
+    /// By piece: who holds it, once a visit.
+    holders: Vec<Vec<u32>>,
+    /// By piece: who rolls beside it.
+    rolls: Vec<Vec<u32>>,
+    /// By piece: planned takes that have not come yet.
+    books: Vec<Vec<Booking>>,
+    /// Changes with every release, so that a refusal is asked again only then.
+    version: u64,
+    /// By runway: last take-off time and wake, last assigned landing time.
+    last_take_off: Vec<Option<(f64, WakeCategory)>>,
+    last_landing: Vec<f64>,
+    crossing: Vec<Vec<usize>>,
+    mixed: Vec<bool>,
+    /// By runway: who rolls, lands or is lined up.
+    owner: Vec<Option<usize>>,
+    time_s: f64,
+    frame: i64,
+    cleared_by: ClearedBy,
+    /// Notices whose effect frame has not come, in their order.
+    waiting: Vec<Notice>,
+    clearances: Vec<Clearance>,
+    remarks: Vec<Remark>,
+    /// Rings of movers that wait for each other under a policy that rules them out.
+    unexpected: u64,
+}
+
+impl Core {
+    /// The core at time 0. `step_s`: length of a frame.
+    #[must_use]
+    pub fn new(
+        net: Arc<Network>,
+        pieces: Arc<Pieces>,
+        flights: Arc<Vec<Flight>>,
+        policy: Policy,
+        seed: u64,
+        step_s: f64,
+    ) -> Self {
+        let arcs = Arc::new(Arcs::of(&net));
+        let count = net.runways.len();
+        let shared = |a: usize, b: usize| {
+            let spine = |r: usize| net.runways[r].spine.iter().map(|(_, n)| *n);
+            a == b || spine(a).any(|n| spine(b).any(|m| m == n))
+        };
+        let crossing = (0..count)
+            .map(|a| (0..count).filter(|b| shared(a, *b)).collect())
+            .collect::<Vec<Vec<usize>>>();
+        let of = |direction: Direction, r: usize| {
+            flights.iter().any(|f| f.direction == direction && f.runway.0 == r)
+        };
+        let mixed =
+            (0..count).map(|r| crossing[r].iter().any(|c| of(Direction::Departure, *c))).collect();
+        let movers = (0..flights.len()).map(|f| Mover::of(f, &flights[f], seed)).collect();
+        let all = pieces.list.len();
+        let mut core = Self {
+            net,
+            pieces,
+            arcs,
+            flights,
+            policy,
+            seed,
+            step_s,
+            movers,
+            holders: vec![Vec::new(); all],
+            rolls: vec![Vec::new(); all],
+            books: vec![Vec::new(); all],
+            version: 0,
+            last_take_off: vec![None; count],
+            last_landing: vec![f64::NEG_INFINITY; count],
+            crossing,
+            mixed,
+            owner: vec![None; count],
+            time_s: 0.0,
+            frame: 0,
+            cleared_by: ClearedBy::Plan,
+            waiting: Vec::new(),
+            clearances: Vec::new(),
+            remarks: Vec::new(),
+            unexpected: 0,
+        };
+        core.appear();
+        core
+    }
+
+    /// Classes of the movers of some flights.
+    #[must_use]
+    pub fn classes(flights: &[Flight]) -> Vec<Class> {
+        let mut classes: Vec<Class> = flights.iter().map(|f| class_of(f.size)).collect();
+        classes.sort_unstable();
+        classes.dedup();
+        classes
+    }
+
+    /// Executes the next frame.
+    pub fn step(&mut self, frame: i64) {
+        self.time_s = frame as f64 * self.step_s;
+        self.frame = frame;
+        self.apply_notices();
+        let whole = (self.time_s / RETRY_S).fract() < self.step_s / RETRY_S * 0.999;
+        if whole {
+            self.appear();
+        }
+        for m in 0..self.movers.len() {
+            match self.movers[m].phase {
+                Phase::Absent | Phase::Docked | Phase::Gone => {}
+                Phase::Parked => self.parked(m),
+                Phase::Starting(until) => {
+                    if self.time_s >= until && self.permitted(m, ClearanceKind::Taxi) {
+                        self.used(m, ClearanceKind::Taxi);
+                        self.start_taxi(m);
+                    }
+                }
+                Phase::Pushing => self.pushing(m),
+                Phase::Taxiing => self.taxiing(m),
+                Phase::LinedUp(until) => {
+                    let may = self.time_s >= until && self.may_roll(m);
+                    if may && self.permitted(m, ClearanceKind::TakeOff) {
+                        self.used(m, ClearanceKind::TakeOff);
+                        self.movers[m].phase = Phase::Rolling;
+                        self.end_clearance(m, "LUP");
+                        self.clear(m, "TOF", self.end_name(m));
+                        let (r, wake) = (self.flights[m].runway.0, self.flights[m].wake);
+                        self.last_take_off[r] = Some((self.time_s, wake));
+                    }
+                }
+                Phase::Rolling => self.rolling(m),
+                Phase::Final => self.on_final(m),
+                Phase::GoAround => self.going_around(m),
+                Phase::Landing => self.landing(m),
+            }
+            self.count(m);
+        }
+        if whole {
+            self.find_deadlock();
+        }
+    }
+
+    /// Phase of a flight.
+    #[must_use]
+    pub fn phase(&self, flight: usize) -> Phase {
+        self.movers[flight].phase
+    }
+
+    /// Measures of a flight.
+    #[must_use]
+    pub fn measures(&self, flight: usize) -> &Measures {
+        &self.movers[flight].measures
+    }
+
+    /// Stand of a flight: given, or taken in its place.
+    #[must_use]
+    pub fn stand(&self, flight: usize) -> usize {
+        self.movers[flight].stand
+    }
+
+    /// How many flights have taken off or are in block.
+    #[must_use]
+    pub fn measures_of_served(&self) -> usize {
+        let done = |m: &&Mover| match self.flights[m.flight].direction {
+            Direction::Arrival => m.measures.aibt_s.is_some(),
+            Direction::Departure => m.measures.atot_s.is_some(),
+        };
+        self.movers.iter().filter(done).count()
+    }
+
+    /// Clearances so far, in the order of their begin.
+    #[must_use]
+    pub fn clearances(&self) -> &[Clearance] {
+        &self.clearances
+    }
+
+    /// What was remarked so far.
+    #[must_use]
+    pub fn remarks(&self) -> &[Remark] {
+        &self.remarks
+    }
+
+    /// How many rings of movers that wait for each other were found under a policy that rules them out: 0.
+    #[must_use]
+    pub fn unexpected_deadlocks(&self) -> u64 {
+        self.unexpected
+    }
+
+    /// The network that its movers use.
+    #[must_use]
+    pub fn network(&self) -> &Network {
+        &self.net
+    }
+
+    /// Flights of the core.
+    #[must_use]
+    pub fn flights(&self) -> &[Flight] {
+        &self.flights
+    }
+
+    /// Why a flight waits: for whom, at which piece, and how long by the plan, s (`None`: not planned).
+    #[must_use]
+    pub fn waiting(&self, flight: usize) -> Option<Waiting<'_>> {
+        let m = &self.movers[flight];
+        let since_s = m.waits_since_s?;
+        let step = m.next.min(m.way.pieces.len().saturating_sub(1));
+        let piece = m.way.pieces.get(step).map(|z| self.pieces.list[*z as usize].edge);
+        let edge = piece.map(|e| &self.net.edges[e]);
+        let place = edge.map_or(String::new(), |e| {
+            let [a, b] = e.nodes.map(|n| self.net.nodes[n].name.as_str());
+            if e.name.is_empty() { format!("{a}-{b}") } else { format!("{} ({a}-{b})", e.name) }
+        });
+        let parked = m.phase == Phase::Parked;
+        let take_s = if parked { m.timing.push_take_s } else { self.order_of(flight, step) };
+        Some(Waiting {
+            behind: m.waits_for.map(|o| self.flights[o].callsign.as_str()),
+            place,
+            since_s,
+            planned_s: m.timing.planned.then_some(take_s - self.time_s).filter(|s| s.is_finite()),
+        })
+    }
+
+    /// Place up to which a flight may drive, m from it, and the line there: its authority and, behind it, its
+    /// planned way to the end, east and north, every 20 m. Empty off the ground and on stands.
+    #[must_use]
+    pub fn ways_ahead(&self, flight: usize) -> (Vec<[f64; 2]>, Vec<[f64; 2]>) {
+        let m = &self.movers[flight];
+        if !matches!(m.phase, Phase::Starting(_) | Phase::Taxiing | Phase::Landing) {
+            return (Vec::new(), Vec::new());
+        }
+        let ahead = 0.1 * self.flights[flight].size.length_m;
+        let held = self.authority(flight, ahead).max(m.s);
+        let line = |from: f64, to: f64| -> Vec<[f64; 2]> {
+            let count = (((to - from) / 20.0).ceil() as usize).min(2_000);
+            let at = |i: usize| (from + 20.0 * i as f64).min(to);
+            (0..=count).map(|i| m.way.path.at(at(i)).at_m).map(|p| [p.x, p.y]).collect()
+        };
+        (line(m.s, held), line(held, m.way.stop_m.max(held)))
+    }
+
+    /// Who has a runway (rolls, lands, is lined up), and how many wait on the ground to enter it.
+    #[must_use]
+    pub fn runway_state(&self, runway: usize) -> (Option<&str>, usize) {
+        let owner = self.owner.get(runway).copied().flatten();
+        let queue = self.movers.iter().filter(|m| {
+            let f = &self.flights[m.flight];
+            let departs = f.direction == Direction::Departure && f.runway.0 == runway;
+            departs && m.phase == Phase::Taxiing && m.v == 0.0
+        });
+        (owner.map(|o| self.flights[o].callsign.as_str()), queue.count())
+    }
+
+    /// Names of the pieces that a flight holds: edge and number along it.
+    #[must_use]
+    pub fn held_pieces(&self, flight: usize) -> Vec<u32> {
+        let mine = |(z, h): (usize, &Vec<u32>)| h.contains(&(flight as u32)).then_some(z as u32);
+        self.holders.iter().enumerate().filter_map(mine).collect()
+    }
+
+    /// Why a flight waits: "for KLM123", or `None` while it does not.
+    #[must_use]
+    pub fn waits_for(&self, flight: usize) -> Option<&str> {
+        let m = &self.movers[flight];
+        m.waits_since_s?;
+        m.waits_for.map(|o| self.flights[o].callsign.as_str())
+    }
+
+    fn rng(&self, m: usize, counter: u64) -> rand::rngs::ChaCha8Rng {
+        let entity = self.flights[m].key;
+        DrawKey { run_seed: self.seed, sensor: 0, entity, scan: counter }.rng(Purpose::Mover)
+    }
+
+    fn end_name(&self, m: usize) -> String {
+        let (r, end) = self.flights[m].runway;
+        self.net.runways[r].names[end].clone()
+    }
+
+    fn clear(&mut self, m: usize, kind: &'static str, runway: String) {
+        let (flight, from_s) = (self.movers[m].flight, self.time_s);
+        self.clearances.push(Clearance { flight, kind, runway, from_s, until_s: None });
+    }
+
+    fn end_clearance(&mut self, m: usize, kind: &'static str) {
+        let (flight, now) = (self.movers[m].flight, self.time_s);
+        let open = self.clearances.iter_mut().rev();
+        if let Some(c) =
+            open.filter(|c| c.flight == flight).find(|c| c.kind == kind && c.until_s.is_none())
+        {
+            c.until_s = Some(now);
+        }
+    }
+
+    fn remark(&mut self, text: String) {
+        let time_s = self.time_s;
+        if self.remarks.len() < 10_000 {
+            self.remarks.push(Remark { time_s, text });
+        }
+    }
+}
+
+/// Straight line before the begin of a pushback, m.
+const PUSH_BEFORE_M: f64 = 30.0;
+
+/// Class of a mover by its span.
+#[must_use]
+pub fn class_of(size: Size) -> Class {
+    if size.aircraft { super::network::code_of_span(size.span_m) + 1 } else { 0 }
+}
+
+impl Mover {
+    fn of(flight: usize, f: &Flight, seed: u64) -> Self {
+        let mut rng =
+            DrawKey { run_seed: seed, sensor: 0, entity: f.key, scan: 1 }.rng(Purpose::Mover);
+        let (first, second) = normal_pair(&mut rng);
+        let factor = (0.92 + 0.06 * first).clamp(0.75, 1.0);
+        let brisk = (1.0 + 0.1 * second).clamp(0.7, 1.0);
+        let driving = Driving {
+            straight_mps: f.taxi_mps.0 * factor,
+            turn_mps: f.taxi_mps.1,
+            acc_mps2: f.taxi_acc_mps2.0 * brisk,
+            dec_mps2: f.taxi_acc_mps2.1,
+            jerk_mps3: 0.6,
+            lateral_mps2: 1.2,
+        };
+        Self {
+            flight,
+            class: class_of(f.size),
+            phase: Phase::Absent,
+            driving,
+            push: Way::default(),
+            way: Way::default(),
+            stand: f.stand,
+            s: 0.0,
+            v: 0.0,
+            a: 0.0,
+            slip: 0.0,
+            height_m: 0.0,
+            climb_mps: 0.0,
+            first_held: 0,
+            next: 0,
+            refused_at: None,
+            waits_since_s: None,
+            waits_for: None,
+            still_since_s: None,
+            threshold: 0.0,
+            touchdown: 0.0,
+            braking: 1.2,
+            landing_s: f64::NEG_INFINITY,
+            cleared: false,
+            ready_s: 0.0,
+            next_try_s: 0.0,
+            parked_pieces: Vec::new(),
+            under: 0..0,
+            timing: Timing::default(),
+            granted: Granted::default(),
+            wants: None,
+            holds: false,
+            stopped_until_s: f64::NEG_INFINITY,
+            taxi_from_s: 0.0,
+            measures: Measures::default(),
+        }
+    }
+}

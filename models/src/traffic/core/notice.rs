@@ -1,0 +1,137 @@
+//! What comes into a core from outside: clearances, holds and failures, each with an effect frame.
+//!
+//! Whoever produces one (a controller, a person, a failure of the scene) asks for a frame; the core applies it at the
+//! later of that and the next frame, in the order (effect frame, source, sequence). So equal notices give equal
+//! bits, also in a replay and in whoever simulates itself to the present.
+
+use super::Core;
+use crate::control::clearance::ClearanceKind;
+
+/// Who clears the movers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ClearedBy {
+    /// Everything is cleared as the plan comes to it.
+    #[default]
+    Plan,
+    /// Nothing without a notice: `PSH`, `TAX`, `CRO`, `LUP`, `TOF`, `LND`. A clearance is permission; space is still the
+    /// core's.
+    Notices,
+}
+
+/// What is asked of a flight.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Order {
+    /// May do this once, from now on (`TAX` also ends a hold); `GOA` sends an arrival around.
+    Clear(ClearanceKind),
+    /// May not do it any more, if it has not begun.
+    Revoke(ClearanceKind),
+    /// Holds position where it can stop, until `TAX`.
+    Hold,
+    /// Stands still for so long, s: an engine, a tyre, somebody asleep.
+    Stop(f64),
+}
+
+/// One input.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Notice {
+    /// Frame from which it holds.
+    pub effect_frame: i64,
+    /// Who said it.
+    pub source: String,
+    /// Number of its source.
+    pub sequence: u64,
+    /// Flight (index into [`Core::flights`]).
+    pub flight: usize,
+    /// What is asked.
+    pub order: Order,
+}
+
+/// Permissions of a mover, one bit a kind.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Granted(u16);
+
+impl Granted {
+    fn bit(kind: ClearanceKind) -> u16 {
+        1 << (kind as u16)
+    }
+
+    fn set(&mut self, kind: ClearanceKind, on: bool) {
+        if on {
+            self.0 |= Self::bit(kind);
+        } else {
+            self.0 &= !Self::bit(kind);
+        }
+    }
+
+    fn has(self, kind: ClearanceKind) -> bool {
+        self.0 & Self::bit(kind) != 0
+    }
+
+    pub(super) fn bits(self) -> u16 {
+        self.0
+    }
+}
+
+/// Notices that wait at most; beyond that the one whose turn is last is left out and remarked.
+const MOST_WAITING: usize = 10_000;
+
+impl Core {
+    /// Says who clears; before the first frame.
+    pub fn cleared_by(&mut self, who: ClearedBy) {
+        self.cleared_by = who;
+    }
+
+    /// Takes a notice in; the frame at which it takes effect.
+    pub fn notice(&mut self, notice: Notice) -> i64 {
+        let effect_frame = notice.effect_frame.max(self.frame + 1);
+        if self.waiting.len() >= MOST_WAITING || notice.flight >= self.flights.len() {
+            self.remark(format!("a notice of {} was left out", notice.source));
+            return effect_frame;
+        }
+        let notice = Notice { effect_frame, ..notice };
+        let key = |n: &Notice| (n.effect_frame, n.source.clone(), n.sequence);
+        let at = self.waiting.partition_point(|n| key(n) <= key(&notice));
+        self.waiting.insert(at, notice);
+        effect_frame
+    }
+
+    pub(super) fn apply_notices(&mut self) {
+        while self.waiting.first().is_some_and(|n| n.effect_frame <= self.frame) {
+            let notice = self.waiting.remove(0);
+            let (m, now) = (notice.flight, self.time_s);
+            match notice.order {
+                Order::Clear(kind) => {
+                    self.movers[m].granted.set(kind, true);
+                    if kind == ClearanceKind::Taxi {
+                        self.movers[m].holds = false;
+                    }
+                }
+                Order::Revoke(kind) => self.movers[m].granted.set(kind, false),
+                Order::Hold => self.movers[m].holds = true,
+                Order::Stop(for_s) => {
+                    let until = now + for_s.max(0.0);
+                    self.movers[m].stopped_until_s = self.movers[m].stopped_until_s.max(until);
+                }
+            }
+            self.movers[m].refused_at = None;
+        }
+    }
+
+    /// Whether a mover may do this now; if not, that it wants to.
+    pub(super) fn permitted(&mut self, m: usize, kind: ClearanceKind) -> bool {
+        let may = self.cleared_by == ClearedBy::Plan || self.movers[m].granted.has(kind);
+        self.movers[m].wants = (!may).then_some(kind);
+        may
+    }
+
+    /// A permission has been used.
+    pub(super) fn used(&mut self, m: usize, kind: ClearanceKind) {
+        self.movers[m].granted.set(kind, false);
+    }
+
+    /// The clearance that a flight waits for.
+    #[must_use]
+    pub fn wants(&self, flight: usize) -> Option<ClearanceKind> {
+        self.movers[flight].wants
+    }
+}

@@ -1,0 +1,704 @@
+//! The planned order: every mover has planned times for all pieces of its way; who is planned first at a piece
+//! goes first, whatever delays there are.
+//!
+//! *Step* `k` of a mover is piece `k` of its way. Its front (nose and gap) waits at the end of the step before
+//! until the step is taken, and the step is released when the tail is off it, which is when the front has reached
+//! a place some steps ahead: so an interval holds the whole tail, also while the mover waits.
+//!
+//! Takes ascend along a way, and a release comes after the take of the step that the front has to be in. Intervals
+//! of different movers on conflicting pieces do not overlap. So planned time is a strict potential of the
+//! dependencies, the unfinished event with the least planned time can always go on, and there is no deadlock,
+//! however long anybody is delayed. Runway centrelines are not in the order: whoever takes one leaves it
+//! without taking anything more.
+//!
+//! Source: Gawrilow and others 2008 (time windows); Hönig and others 2019 (execution in planned order).
+
+use super::{Core, Direction, GAP_M, Phase, Policy, TAIL_M};
+use crate::flight_list::WakeCategory;
+use std::ops::Range;
+
+/// Planned times of a mover's way.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Timing {
+    /// Whether there is a plan.
+    pub planned: bool,
+    /// First step that is ever held.
+    first: usize,
+    /// Steps before this one are taken with the pushback.
+    pushed: usize,
+    /// From the take of the pushback to the front at the end of the steps taken with it, s; to its end.
+    push_s: (f64, f64),
+    /// Take of the pushback.
+    pub push_take_s: f64,
+    /// By step: from its begin to its end, driven alone, s.
+    pass_s: Vec<f64>,
+    /// By step: released while the front is in this step, so long before its end; `None`: kept for ever.
+    release: Vec<Option<(usize, f64)>>,
+    /// By step: planned take, front at its end.
+    pub take_s: Vec<f64>,
+    front_s: Vec<f64>,
+    /// By step: what its place in the order is told by.
+    order_s: Vec<f64>,
+    /// Runways that a group uses: first step, runway, for how long from its take.
+    runways: Vec<(usize, usize, f64)>,
+    /// The first group cannot be taken later than planned (a landing).
+    fixed: bool,
+}
+
+/// A planned take that has not come yet.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Booking {
+    pub order_s: f64,
+    pub mover: u32,
+}
+
+/// Another's use of a piece, s.
+#[derive(Clone, Copy, Debug)]
+struct Use {
+    mover: usize,
+    from_s: f64,
+    to_s: f64,
+}
+
+/// Pause between intervals of different movers, s.
+const PAUSE_S: f64 = 0.05;
+/// Longest time ahead that is planned, s.
+const HORIZON_S: f64 = 4.0 * 3600.0;
+/// From landing clearance to threshold, s: about 1.5 NM.
+pub(super) const LANDING_AHEAD_S: f64 = 45.0;
+
+impl Timing {
+    fn release_s(&self, step: usize) -> f64 {
+        match self.release[step] {
+            Some((at, back_s)) => self.front_s[at] - back_s,
+            None => f64::INFINITY,
+        }
+    }
+}
+
+impl Core {
+    /// Front of a mover ahead of its guided point, and tail behind it, m.
+    fn reach_m(&self, m: usize) -> (f64, f64) {
+        let length = self.flights[m].size.length_m;
+        (0.1 * length + GAP_M, 0.95 * length + TAIL_M)
+    }
+
+    /// Times of a new way, without anybody else: to be filled by `schedule`.
+    pub(super) fn timing(&self, m: usize, start: Start) -> Timing {
+        let mover = &self.movers[m];
+        let (ahead, behind) = self.reach_m(m);
+        let way = &mover.way;
+        let count = way.pieces.len();
+        let (from_m, v_mps, push_s, first, pushed) = match start {
+            Start::Stand { place_m, first, pushed, push_s, front_s } => {
+                (place_m, 0.3, (front_s, push_s), first, pushed)
+            }
+            Start::Final => (mover.threshold, self.flights[m].landing.0, (0.0, 0.0), 0, 0),
+        };
+        let alone = way.alone(from_m, v_mps, &mover.driving);
+        let at = |front_m: f64| alone.time_s(front_m - ahead);
+        let landing = matches!(start, Start::Final);
+        let mut before = at(if pushed > 0 { way.ends_m[pushed - 1] } else { from_m + ahead });
+        let mut pass_s = vec![0.0; count];
+        for k in pushed..count {
+            let here = at(way.ends_m[k]).max(before);
+            pass_s[k] = here - before;
+            before = here;
+        }
+        if landing && count > 0 {
+            pass_s[0] += LANDING_AHEAD_S;
+        }
+        let leaves = self.flights[m].direction == Direction::Departure;
+        let release = (0..count)
+            .map(|k| {
+                let front = way.ends_m[k] + behind + ahead;
+                let into = way.ends_m.partition_point(|e| *e < front);
+                if into >= count {
+                    let last = count - 1;
+                    if leaves {
+                        return Some((last, 0.0));
+                    }
+                    // On the stand all but what is under the aircraft is released.
+                    let stays = mover.parked_pieces.contains(&way.pieces[k]);
+                    let docked_s = at(way.stop_m + ahead) - at(way.ends_m[last]) + 10.0;
+                    return (!stays).then_some((last, -docked_s));
+                }
+                let back = at(way.ends_m[into]) - at(front);
+                Some((into, back.clamp(0.0, pass_s[into])))
+            })
+            .collect();
+        let mut runways = Vec::new();
+        for (k, r) in &way.crossings {
+            runways.push((*k, *r, 40.0));
+        }
+        let r = self.flights[m].runway.0;
+        let fixed = landing;
+        if leaves {
+            let gap = match self.flights[m].wake {
+                WakeCategory::Heavy | WakeCategory::Super => 140.0,
+                _ => 90.0,
+            };
+            runways.push((mover.threshold as usize, r, gap));
+        }
+        let zeros = vec![0.0; count];
+        Timing {
+            planned: false,
+            first,
+            pushed,
+            push_s,
+            push_take_s: 0.0,
+            pass_s,
+            release,
+            take_s: zeros.clone(),
+            front_s: zeros.clone(),
+            order_s: zeros,
+            runways,
+            fixed,
+        }
+    }
+
+    /// Whether pieces of this kind are in the planned order.
+    fn in_order(&self, piece: u32) -> bool {
+        self.pieces.list[piece as usize].runway.is_none()
+    }
+
+    /// Steps of a mover that are planned and not yet taken.
+    fn open_steps(&self, m: usize) -> Range<usize> {
+        let mover = &self.movers[m];
+        if !mover.timing.planned {
+            return 0..0;
+        }
+        let from = match mover.phase {
+            Phase::Parked => mover.timing.pushed,
+            Phase::Pushing => mover.timing.pushed,
+            Phase::Gone | Phase::Docked | Phase::Absent | Phase::GoAround => return 0..0,
+            _ => mover.next,
+        };
+        from..mover.way.pieces.len()
+    }
+
+    /// Every use of every piece that others have or plan, by piece. `without`: nobody, or a mover whose uses do
+    /// not count.
+    fn uses(&self, without: usize) -> Vec<Vec<Use>> {
+        let mut uses = vec![Vec::new(); self.pieces.list.len()];
+        let ever = |mover: usize, from_s: f64, to_s: f64| Use { mover, from_s, to_s };
+        for (m, mover) in self.movers.iter().enumerate().filter(|(m, _)| *m != without) {
+            let t = &mover.timing;
+            match mover.phase {
+                Phase::Absent | Phase::Gone | Phase::GoAround => continue,
+                Phase::Parked | Phase::Docked => {
+                    let leaves = mover.phase == Phase::Parked && t.planned;
+                    let until = if leaves { t.push_take_s } else { f64::INFINITY };
+                    for z in &mover.parked_pieces {
+                        uses[*z as usize].push(ever(m, f64::NEG_INFINITY, until));
+                    }
+                    if !leaves {
+                        continue;
+                    }
+                }
+                _ => {}
+            }
+            if !t.planned {
+                for (z, holders) in self.holders.iter().enumerate() {
+                    if holders.contains(&(m as u32)) {
+                        uses[z].push(ever(m, f64::NEG_INFINITY, f64::INFINITY));
+                    }
+                }
+                continue;
+            }
+            if matches!(mover.phase, Phase::Parked | Phase::Pushing) {
+                let from =
+                    if mover.phase == Phase::Parked { t.push_take_s } else { f64::NEG_INFINITY };
+                for z in &mover.push.pieces {
+                    uses[*z as usize].push(ever(m, from, t.push_take_s + t.push_s.1));
+                }
+            }
+            let pushing = matches!(mover.phase, Phase::Parked | Phase::Pushing);
+            let held_from = if pushing { t.first } else { mover.first_held };
+            for k in held_from..mover.way.pieces.len() {
+                let taken =
+                    !pushing && k < mover.next || mover.phase == Phase::Pushing && k < t.pushed;
+                let from = if taken { f64::NEG_INFINITY } else { t.take_s[k] };
+                uses[mover.way.pieces[k] as usize].push(ever(m, from, t.release_s(k)));
+            }
+            let arrives = self.flights[m].direction == Direction::Arrival;
+            if let Some(last) = t.take_s.last().filter(|_| arrives && mover.phase != Phase::Docked)
+            {
+                for z in &mover.parked_pieces {
+                    uses[*z as usize].push(ever(m, *last, f64::INFINITY));
+                }
+            }
+        }
+        uses
+    }
+
+    /// Uses by others of what conflicts with a piece for a class.
+    fn against<'a>(
+        &'a self,
+        uses: &'a [Vec<Use>],
+        m: usize,
+        piece: u32,
+    ) -> impl Iterator<Item = Use> + 'a {
+        let class = self.movers[m].class;
+        self.pieces.conflicts(piece as usize, class).iter().flat_map(move |(other, least)| {
+            uses[*other as usize]
+                .iter()
+                .filter(move |u| u.mover != m && self.movers[u.mover].class >= *least)
+                .copied()
+        })
+    }
+
+    /// When each runway is used by others, s.
+    fn runway_uses(&self, without: usize) -> Vec<Vec<(f64, f64)>> {
+        let mut uses = vec![Vec::new(); self.net.runways.len()];
+        for (m, mover) in self.movers.iter().enumerate().filter(|(m, _)| *m != without) {
+            if mover.phase == Phase::Final {
+                let r = self.flights[m].runway.0;
+                let span = (mover.landing_s - 130.0, mover.landing_s + 60.0);
+                self.crossing[r].iter().for_each(|c| uses[*c].push(span));
+            }
+            let open = self.open_steps(m);
+            for (k, r, for_s) in &mover.timing.runways {
+                if open.contains(k) {
+                    let from = mover.timing.take_s[*k];
+                    self.crossing[*r].iter().for_each(|c| uses[*c].push((from, from + for_s)));
+                }
+            }
+        }
+        uses
+    }
+
+    /// The earliest times of a mover's way among what the others do: the least fixed point of "whoever would meet
+    /// a use waits until it ends". `None` if there is none within the horizon, or a landing would have to wait.
+    ///
+    /// Every bound only rises, and a later take never makes an earlier release, so the first assignment without
+    /// a meeting is the earliest of all for each step.
+    pub(super) fn schedule(&self, m: usize, mut t: Timing, from_s: f64) -> Option<Timing> {
+        let way = &self.movers[m].way;
+        let count = way.pieces.len();
+        let uses = self.uses(m);
+        let runway_uses = self.runway_uses(m);
+        let start = if t.pushed > 0 { t.first } else { self.movers[m].next };
+        let mut against: Vec<Vec<Use>> = vec![Vec::new(); count];
+        for k in start..count {
+            if self.in_order(way.pieces[k]) {
+                against[k] = self.against(&uses, m, way.pieces[k]).collect();
+            }
+        }
+        let mut pushed_against: Vec<Use> = Vec::new();
+        if t.pushed > 0 {
+            for z in &self.movers[m].push.pieces {
+                pushed_against.extend(self.against(&uses, m, *z));
+            }
+        }
+        // Until it is pushed back nobody can be planned over its stand; who is already has to come later.
+        let mut over_stand_s = f64::INFINITY;
+        for z in self.movers[m].parked_pieces.iter().filter(|_| t.pushed > 0) {
+            let uses = self.against(&uses, m, *z).map(|u| u.from_s);
+            over_stand_s = uses.fold(over_stand_s, f64::min);
+        }
+        let mut least = vec![f64::NEG_INFINITY; count];
+        let mut least_push = from_s;
+        let horizon = from_s + HORIZON_S;
+        for _ in 0..4000 {
+            self.forward(m, &mut t, least_push, &least, from_s);
+            if t.take_s.last().is_some_and(|l| *l > horizon) {
+                return None;
+            }
+            let mut met = false;
+            if t.pushed > 0 {
+                let (take, done) = (t.push_take_s, t.push_take_s + t.push_s.1);
+                for u in &pushed_against {
+                    if take < u.to_s && u.from_s < done {
+                        least_push = least_push.max(u.to_s + PAUSE_S);
+                        met = true;
+                    }
+                }
+                for k in t.first..t.pushed {
+                    let until = t.release_s(k);
+                    for u in &against[k] {
+                        if take < u.to_s && u.from_s < until {
+                            least_push = least_push.max(u.to_s + PAUSE_S);
+                            met = true;
+                        }
+                    }
+                }
+            }
+            for k in t.pushed.max(start)..count {
+                let (take, until) = (t.take_s[k], t.release_s(k));
+                for u in &against[k] {
+                    if take < u.to_s && u.from_s < until {
+                        least[k] = least[k].max(u.to_s + PAUSE_S);
+                        met = true;
+                    }
+                }
+            }
+            for (k, r, for_s) in &t.runways {
+                if *k < start {
+                    continue;
+                }
+                let take = t.take_s[*k];
+                for (from, to) in &runway_uses[*r] {
+                    if take < *to && *from < take + for_s {
+                        least[*k] = least[*k].max(to + PAUSE_S);
+                        met = true;
+                    }
+                }
+            }
+            let late = t.pushed > 0 && t.push_take_s > over_stand_s;
+            if late || least_push > horizon || least.iter().any(|l| *l > horizon) {
+                return None;
+            }
+            if !met {
+                let late = t.fixed && t.take_s[start] > from_s + 0.5;
+                t.planned = !late;
+                t.order_s.clone_from(&t.take_s);
+                return (!late).then_some(t);
+            }
+        }
+        None
+    }
+
+    /// Takes and fronts from the bounds.
+    fn forward(&self, m: usize, t: &mut Timing, push_s: f64, least: &[f64], from_s: f64) {
+        let way = &self.movers[m].way;
+        let count = way.pieces.len();
+        let mut front = from_s;
+        let mut k = if t.pushed > 0 { t.pushed } else { self.movers[m].next };
+        if t.pushed > 0 {
+            t.push_take_s = push_s;
+            front = push_s + t.push_s.0;
+            t.take_s[..t.pushed].fill(push_s);
+            t.front_s[..t.pushed].fill(front);
+        } else if k > 0 {
+            // What is held already: the front reaches its end by the rest of the way alone.
+            front = self.front_of_held(m, t, from_s);
+        }
+        while k < count {
+            let last = way.group_last[k].min(count - 1).max(k);
+            let bound = least[k..=last].iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            let take = front.max(bound);
+            front = take;
+            for i in k..=last {
+                front += t.pass_s[i];
+                t.take_s[i] = take;
+                t.front_s[i] = front;
+            }
+            k = last + 1;
+        }
+    }
+
+    /// When the front reaches the end of what is held, driven alone from now; the fronts of these steps.
+    fn front_of_held(&self, m: usize, t: &mut Timing, now: f64) -> f64 {
+        let mover = &self.movers[m];
+        let (ahead, _) = self.reach_m(m);
+        let place = mover.s + ahead;
+        let mut front = now;
+        for k in 0..mover.next.min(mover.way.pieces.len()) {
+            let begin = if k == 0 { 0.0 } else { mover.way.ends_m[k - 1] };
+            let end = mover.way.ends_m[k];
+            let share =
+                if end > begin { ((end - place) / (end - begin)).clamp(0.0, 1.0) } else { 0.0 };
+            front += t.pass_s[k] * share;
+            t.front_s[k] = front;
+        }
+        front
+    }
+
+    /// Times of all plans as the world is now, in the order that they have; `false`, with the times as they were,
+    /// if that order has a cycle.
+    pub(super) fn retime(&mut self) -> bool {
+        let now = self.time_s;
+        let before: Vec<Timing> = self.movers.iter().map(|m| m.timing.clone()).collect();
+        // Groups in their order, and who uses each piece before whom.
+        let mut groups: Vec<(f64, usize, usize)> = Vec::new();
+        let mut users: Vec<Vec<(f64, usize, usize)>> = vec![Vec::new(); self.pieces.list.len()];
+        let count = self.movers.len();
+        const PUSH: usize = usize::MAX;
+        const PARKED: usize = usize::MAX - 1;
+        for m in 0..count {
+            if !self.movers[m].timing.planned {
+                continue;
+            }
+            let open = self.open_steps(m);
+            let pushing = matches!(self.movers[m].phase, Phase::Parked | Phase::Pushing);
+            let mut t = std::mem::take(&mut self.movers[m].timing);
+            let mover = &self.movers[m];
+            if mover.phase == Phase::Parked {
+                groups.push((t.push_take_s, m, PUSH));
+                for z in &mover.parked_pieces {
+                    users[*z as usize].push((f64::NEG_INFINITY, m, PARKED));
+                }
+            }
+            if mover.phase == Phase::Pushing {
+                // Somewhere between the begin and the end of the pushback.
+                let left = (mover.push.stop_m - mover.s).max(0.0) / 1.5;
+                let done = now + left;
+                let front = done + (t.push_s.0 - t.push_s.1);
+                t.push_take_s = done - t.push_s.1;
+                t.front_s[..t.pushed].fill(front);
+            }
+            if !pushing {
+                if let Phase::Starting(until) = mover.phase {
+                    let front = self.front_of_held(m, &mut t, until.max(now));
+                    let _ = front;
+                } else if mover.phase == Phase::Final && mover.next == 0 {
+                    // The landing group comes at its time.
+                } else {
+                    let from =
+                        if let Phase::LinedUp(until) = mover.phase { until.max(now) } else { now };
+                    self.front_of_held(m, &mut t, from);
+                }
+            }
+            let mover = &self.movers[m];
+            let mut k = open.start;
+            while k < open.end {
+                groups.push((t.order_s[k], m, k));
+                k = mover.way.group_last[k].max(k) + 1;
+            }
+            let held = if pushing { t.first } else { mover.first_held };
+            for k in held..mover.way.pieces.len() {
+                let z = mover.way.pieces[k];
+                let order = if k < open.start && mover.phase != Phase::Parked {
+                    f64::NEG_INFINITY
+                } else if k < open.start {
+                    t.push_take_s
+                } else {
+                    t.order_s[k]
+                };
+                if self.in_order(z) {
+                    users[z as usize].push((order, m, k));
+                }
+            }
+            if pushing {
+                let order =
+                    if mover.phase == Phase::Parked { t.push_take_s } else { f64::NEG_INFINITY };
+                for z in &mover.push.pieces {
+                    users[*z as usize].push((order, m, PUSH));
+                }
+            }
+            self.movers[m].timing = t;
+        }
+        groups.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)).then(a.2.cmp(&b.2)));
+        let mut settled = false;
+        for _pass in 0..12 {
+            let mut changed = false;
+            for (order, m, first) in &groups {
+                let (m, first) = (*m, *first);
+                let mover = &self.movers[m];
+                let pieces: &[u32] = if first == PUSH {
+                    &mover.push.pieces
+                } else {
+                    let last = mover.way.group_last[first].min(mover.way.pieces.len() - 1);
+                    &mover.way.pieces[first..=last.max(first)]
+                };
+                let under: &[u32] = if first == PUSH {
+                    &mover.way.pieces[mover.timing.first..mover.timing.pushed]
+                } else {
+                    &[]
+                };
+                let mut least = now;
+                for z in pieces.iter().chain(under) {
+                    if !self.in_order(*z) {
+                        continue;
+                    }
+                    for (other, class) in self.pieces.conflicts(*z as usize, mover.class) {
+                        for (o_order, o, k) in &users[*other as usize] {
+                            if *o == m
+                                || self.movers[*o].class < *class
+                                || (*o_order, *o) >= (*order, m)
+                            {
+                                continue;
+                            }
+                            let theirs = &self.movers[*o].timing;
+                            let until = if *k == PUSH {
+                                theirs.push_take_s + theirs.push_s.1
+                            } else if *k == PARKED {
+                                theirs.push_take_s
+                            } else {
+                                theirs.release_s(*k)
+                            };
+                            if until.is_finite() {
+                                least = least.max(until + PAUSE_S);
+                            }
+                        }
+                    }
+                }
+                let ready = if first == PUSH {
+                    self.flights[m].time_s
+                } else if first == 0
+                    || self.movers[m].timing.fixed
+                        && first == self.movers[m].next
+                        && self.movers[m].phase == Phase::Final
+                {
+                    self.movers[m].landing_s - LANDING_AHEAD_S
+                } else {
+                    self.movers[m].timing.front_s[first - 1]
+                };
+                let take = least.max(ready);
+                let group_last = self.movers[m].way.group_last.get(first).copied();
+                let t = &mut self.movers[m].timing;
+                if first == PUSH {
+                    changed |= (t.push_take_s - take).abs() > 1e-6;
+                    t.push_take_s = take;
+                    let front = take + t.push_s.0;
+                    t.take_s[..t.pushed].fill(take);
+                    t.front_s[..t.pushed].fill(front);
+                } else {
+                    changed |= (t.take_s[first] - take).abs() > 1e-6;
+                    let mut front = take;
+                    for i in first..=group_last.unwrap_or(first).min(t.take_s.len() - 1).max(first)
+                    {
+                        front += t.pass_s[i];
+                        t.take_s[i] = take;
+                        t.front_s[i] = front;
+                    }
+                }
+            }
+            if !changed {
+                settled = true;
+                break;
+            }
+        }
+        if settled {
+            for m in 0..count {
+                let t = &mut self.movers[m].timing;
+                t.order_s.clone_from(&t.take_s);
+            }
+        } else {
+            for (m, t) in before.into_iter().enumerate() {
+                self.movers[m].timing = t;
+            }
+        }
+        self.book();
+        settled
+    }
+
+    /// Makes the order lists of the pieces anew.
+    pub(super) fn book(&mut self) {
+        self.books.iter_mut().for_each(Vec::clear);
+        for m in 0..self.movers.len() {
+            let mover = &self.movers[m];
+            if !mover.timing.planned {
+                continue;
+            }
+            let t = &mover.timing;
+            let mover_key = m as u32;
+            if mover.phase == Phase::Parked {
+                let booking = Booking { order_s: t.push_take_s, mover: mover_key };
+                for z in &mover.push.pieces {
+                    self.books[*z as usize].push(booking);
+                }
+                for z in &mover.way.pieces[t.first..t.pushed] {
+                    self.books[*z as usize].push(booking);
+                }
+            }
+            for k in self.open_steps(m) {
+                let z = mover.way.pieces[k];
+                if self.in_order(z) {
+                    let booking = Booking { order_s: t.order_s[k], mover: mover_key };
+                    self.books[z as usize].push(booking);
+                }
+            }
+        }
+        self.version += 1;
+    }
+
+    /// Who is planned before `m` at a piece that conflicts with `piece`, and has not come yet.
+    pub(super) fn planned_before(&self, m: usize, piece: u32, order_s: f64) -> Option<usize> {
+        if !self.in_order(piece) {
+            return None;
+        }
+        let class = self.movers[m].class;
+        for (other, least) in self.pieces.conflicts(piece as usize, class) {
+            for b in &self.books[*other as usize] {
+                let o = b.mover as usize;
+                let earlier = (b.order_s, o) < (order_s, m);
+                if o != m && earlier && self.movers[o].class >= *least {
+                    return Some(o);
+                }
+            }
+        }
+        None
+    }
+
+    /// Planned take of the next group, for the order.
+    pub(super) fn order_of(&self, m: usize, step: usize) -> f64 {
+        self.movers[m].timing.order_s.get(step).copied().unwrap_or(f64::INFINITY)
+    }
+
+    /// A booking that has become a hold.
+    pub(super) fn booked_now(&mut self, m: usize, piece: u32) {
+        let list = &mut self.books[piece as usize];
+        let mut first: Option<usize> = None;
+        for (i, b) in list.iter().enumerate() {
+            if b.mover as usize == m && first.is_none_or(|f| b.order_s < list[f].order_s) {
+                first = Some(i);
+            }
+        }
+        if let Some(i) = first {
+            list.swap_remove(i);
+        }
+    }
+
+    /// Plans a mover whose way has just been made; `true` if it has a plan now.
+    pub(super) fn plan(&mut self, m: usize, start: Start, from_s: f64) -> bool {
+        let timing = self.timing(m, start);
+        match self.schedule(m, timing, from_s) {
+            Some(timing) => {
+                self.movers[m].timing = timing;
+                true
+            }
+            None => {
+                self.movers[m].timing = Timing::default();
+                false
+            }
+        }
+    }
+
+    /// Planned end: line-up or stand, s.
+    pub(super) fn planned_end_s(&self, m: usize) -> f64 {
+        self.movers[m].timing.take_s.last().copied().unwrap_or(f64::INFINITY)
+    }
+
+    /// Puts a landing first at the pieces of its exit, if the order of the others allows that.
+    pub(super) fn land_first(&mut self, m: usize) -> bool {
+        if self.policy != Policy::Planned || !self.movers[m].timing.planned {
+            return false;
+        }
+        let first = self.movers[m].next;
+        let last = self.movers[m].way.group_last.get(first).copied().unwrap_or(first);
+        let old = self.movers[m].timing.order_s.clone();
+        let now = self.time_s - 1.0;
+        self.movers[m].timing.order_s[first..=last].fill(now);
+        if self.retime() {
+            return true;
+        }
+        self.movers[m].timing.order_s = old;
+        self.book();
+        false
+    }
+
+    /// Steps at which a mover would wait longest: their edges, for another way.
+    pub(super) fn waits_at(&self, m: usize) -> Vec<usize> {
+        let mover = &self.movers[m];
+        let t = &mover.timing;
+        let mut edges = Vec::new();
+        for k in t.pushed.max(1)..mover.way.pieces.len() {
+            if t.take_s[k] - t.front_s[k - 1] > 10.0 {
+                edges.push(self.pieces.list[mover.way.pieces[k] as usize].edge);
+            }
+        }
+        edges
+    }
+}
+
+/// Where a planned way begins.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Start {
+    /// After a pushback: nose wheel, first step under the tail, first step that is not under the mover, duration of
+    /// the pushback, and from its take to the front at the end of what is under the mover.
+    Stand { place_m: f64, first: usize, pushed: usize, push_s: f64, front_s: f64 },
+    /// Over the threshold.
+    Final,
+}

@@ -1,0 +1,109 @@
+//! What is seen of a core: states of its movers, and its digest.
+
+use super::{Core, Phase};
+use crate::frames::{Vector3, wrap_pi};
+use crate::truth::TruthState;
+
+impl Core {
+    /// State of a flight at the frame executed last; `None` while it is not in the run.
+    #[must_use]
+    pub fn state(&self, flight: usize) -> Option<TruthState> {
+        let m = self.movers.get(flight)?;
+        let f = &self.flights[flight];
+        let guided = 0.4 * f.size.length_m;
+        let gear = guided - f.wheelbase_m;
+        if matches!(m.phase, Phase::Absent | Phase::Gone) {
+            return None;
+        }
+        let pushing = m.phase == Phase::Pushing;
+        let stands_on = if pushing { &m.push } else { &m.way };
+        if m.phase == Phase::Parked || stands_on.pieces.is_empty() {
+            // On its stand, whatever is planned.
+            let (at, heading_rad) = self.stand_pose(m.stand);
+            return Some(still(Vector3::new(at.x, at.y, 0.0), heading_rad));
+        }
+        let on = stands_on.path.at(m.s);
+        let (heading, turn_rate, along, push) = if pushing {
+            (wrap_pi(on.heading_rad + std::f64::consts::PI), m.v * on.curvature, -m.v, true)
+        } else {
+            let heading = wrap_pi(on.heading_rad - m.slip);
+            let cos = libm::cos(m.slip);
+            (heading, m.v * libm::sin(m.slip) / f.wheelbase_m, m.v * cos, false)
+        };
+        let (sin, cos) = libm::sincos(heading);
+        let (u, n) = (nalgebra::Vector2::new(sin, cos), nalgebra::Vector2::new(cos, -sin));
+        let middle = if push { on.at_m - u * gear } else { on.at_m - u * guided };
+        let velocity = u * along - n * (gear * turn_rate);
+        let along_acc = if push {
+            -m.a
+        } else {
+            let slip_rate = m.v * (on.curvature - libm::sin(m.slip) / f.wheelbase_m);
+            m.a * libm::cos(m.slip) - m.v * libm::sin(m.slip) * slip_rate
+        };
+        let acceleration = u * (along_acc + gear * turn_rate * turn_rate) + n * (along * turn_rate);
+        let still = m.v == 0.0 && m.a == 0.0;
+        let zero = nalgebra::Vector2::zeros();
+        let (velocity, acceleration) = if still { (zero, zero) } else { (velocity, acceleration) };
+        let pitch_rad =
+            if m.height_m > 0.0 && m.v > 1.0 { libm::atan2(m.climb_mps, m.v) } else { 0.0 };
+        Some(TruthState {
+            position_m: Vector3::new(middle.x, middle.y, m.height_m),
+            velocity_mps: Vector3::new(
+                velocity.x,
+                velocity.y,
+                if still { 0.0 } else { m.climb_mps },
+            ),
+            acceleration_ms2: Vector3::new(acceleration.x, acceleration.y, 0.0),
+            heading_rad: heading,
+            pitch_rad,
+            roll_rad: 0.0,
+            angular_rate_rads: Vector3::new(0.0, 0.0, if still { 0.0 } else { turn_rate }),
+        })
+    }
+
+    /// 64-bit digest of the state (FNV-1a over the bits of every mover).
+    #[must_use]
+    pub fn digest(&self) -> u64 {
+        let mut hash = 0xcbf2_9ce4_8422_2325_u64;
+        let mut feed = |value: u64| {
+            for octet in value.to_le_bytes() {
+                hash = (hash ^ u64::from(octet)).wrapping_mul(0x0100_0000_01b3);
+            }
+        };
+        for m in &self.movers {
+            let phase = match m.phase {
+                Phase::Absent => 0,
+                Phase::Parked => 1,
+                Phase::Pushing => 2,
+                Phase::Starting(_) => 3,
+                Phase::Taxiing => 4,
+                Phase::LinedUp(_) => 5,
+                Phase::Rolling => 6,
+                Phase::Final => 7,
+                Phase::GoAround => 8,
+                Phase::Landing => 9,
+                Phase::Docked => 10,
+                Phase::Gone => 11,
+            };
+            feed(phase);
+            feed(m.stand as u64);
+            feed((m.first_held as u64) << 32 | m.next as u64);
+            feed(u64::from(m.granted.bits()) << 1 | u64::from(m.holds));
+            [m.s, m.v, m.a, m.slip, m.height_m].iter().for_each(|x| feed(x.to_bits()));
+        }
+        hash
+    }
+}
+
+fn still(position_m: Vector3<f64>, heading_rad: f64) -> TruthState {
+    let zero = Vector3::zeros();
+    TruthState {
+        position_m,
+        velocity_mps: zero,
+        acceleration_ms2: zero,
+        heading_rad,
+        pitch_rad: 0.0,
+        roll_rad: 0.0,
+        angular_rate_rads: zero,
+    }
+}
