@@ -76,6 +76,7 @@ impl Log {
             for (name, value, unit) in [
                 ("served", served as f64, ""),
                 ("flights", core.flights().len() as f64, ""),
+                ("unexpected_deadlocks", core.unexpected_deadlocks() as f64, ""),
                 ("taxi_mean", mean(&taxi), "s"),
                 ("additional_mean", mean(&additional), "s"),
                 ("fuel", fuel, "kg"),
