@@ -5,12 +5,23 @@
 //! ```
 //!
 //! [`Gateway`] is a state machine without I/O; [`process`] carries it on a bus and over UDP. Truth never enters: of
-//! a plot only what its sensor reported is sent.
+//! a plot only what its sensor reported is sent. Beside ASTERIX: targets as their own extended squitters ([`adsb`]), the public
+//! messages ([`public`]) over HTTP and a Zenoh session of its own, FlightGear packets; [`ports`] holds them.
 
+pub mod adsb;
+pub mod board;
+pub mod clients;
+pub mod commands;
+pub mod flightgear;
 pub mod foreign;
+pub mod http;
 pub mod items;
+pub mod listen;
 pub mod plots;
+pub mod ports;
 pub mod process;
+pub mod public;
+pub mod public_bus;
 pub mod tracks;
 
 use crate::runtime::messages::{FlightNotice, ScanReport, TrackMessage, WeatherNotice};
@@ -175,6 +186,14 @@ impl Gateway {
 
     pub(crate) fn utc_ns(&self, time_ns: i64) -> i64 {
         self.start_utc_ns + self.shift_ns + time_ns
+    }
+
+    /// Pressure at the reference point with that of the vapour, hPa; none before any weather is known.
+    pub(crate) fn pressure_hpa(&self, time_ns: i64) -> Option<f64> {
+        let weather = self.weather.iter().rev().find(|w| w.from_ns <= time_ns)?;
+        // Density of vapour to its pressure: e = ρ · R_v · T.
+        let vapour_hpa = weather.vapour_g_per_m3 * 1e-3 * 461.5 * weather.temperature_k / 100.0;
+        Some(weather.pressure_hpa + vapour_hpa)
     }
 
     /// Day of `then_ns` as seen from `now_ns`: 0 today, 1 yesterday, 2 tomorrow.

@@ -184,6 +184,19 @@ impl Report<'_> {
                 let category = emitter(aircraft, &flight.wake, &flight.type_designator);
                 items.put(&cat021::I020, &[category])?;
             }
+            // Speed and track on the ground have no item of their own: surface ground vector of the reserved expansion field.
+            if let Some([east_mps, north_mps]) = plot.velocity_mps.filter(|_| self.on_ground() == 1)
+            {
+                let speed_kt = libm::hypot(east_mps, north_mps) / mode_s::KNOT_MPS;
+                let track_deg = libm::atan2(east_mps, north_mps).to_degrees().rem_euclid(360.0);
+                let (stopped, moves) = (f64::from(u8::from(speed_kt == 0.0)), speed_kt > 0.0);
+                items.compound(&cat021::RE, |sub| {
+                    // Valid, a track, from true north.
+                    let vector = [stopped, 1.0, 1.0, 0.0, speed_kt, track_deg];
+                    let vector = if moves { &vector[..] } else { &[stopped, 0.0, 0.0, 0.0, 0.0] };
+                    sub.put(&cat021::RE_SGV, vector)
+                })?;
+            }
             Ok(())
         })
     }

@@ -1,24 +1,28 @@
 //! The gateway on a bus: joins as a spectator, listens, sends, and leaves with the run.
 
+use super::board::Board;
+use super::listen::ForeignEar;
+use super::ports::{Feeds, Ports};
 use super::{Choice, Gateway};
-use crate::runtime::bus::{Bus, BusError, Class, ask, hear_parts};
+use crate::runtime::bus::{Bus, Class, hear_parts};
 use crate::runtime::clock::{monotonic_ns, utc_ns};
-use crate::runtime::codec::{decode, encode};
+use crate::runtime::codec::encode;
 use crate::runtime::life_cycle::Phase;
 use crate::runtime::messages::{
-    FederateStatus, FlightNotice, Hello, Kind, Numbered, Report, RunState, ScanReport,
-    WeatherNotice, Welcome,
+    FederateStatus, FlightNotice, Kind, Numbered, Operation, Report, RunState, ScanReport,
+    WeatherNotice,
 };
-use crate::runtime::process::{Usage, host_name, random_id};
+use crate::runtime::process::{Usage, host_name};
+use crate::runtime::spectator::{Joined, Spectator, hear, last};
 use anyhow::Context;
 use capture::Recorder;
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, bounded};
 use datalink::LinkConfig;
 use scenarios::Scene;
-use serde::de::DeserializeOwned;
 use std::collections::BTreeSet;
-use std::net::SocketAddr;
+use std::net::{IpAddr, SocketAddr};
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::Duration;
 
 /// What the gateway is to do.
@@ -30,6 +34,14 @@ pub struct Task {
     pub choice: Choice,
     /// Times of day are those of the wall clock, not of the scene.
     pub wall: bool,
+    /// Ports beside ASTERIX.
+    pub feeds: Feeds,
+    /// Where tracks of others are heard.
+    pub hear: Vec<LinkConfig>,
+    /// Only of these senders; of all if there is none.
+    pub hear_from: Vec<IpAddr>,
+    /// DIS exercise.
+    pub exercise: u8,
     /// Every datagram sent, as pcapng.
     pub recording: Option<PathBuf>,
     /// How long to look for an administration station.
@@ -56,6 +68,8 @@ pub struct Sent {
     pub records_refused: u64,
     /// Constant added to the scene's time of day, ns.
     pub shift_ns: i64,
+    /// Figures of the other ports.
+    pub ports: serde_json::Value,
 }
 
 impl Sent {
@@ -68,11 +82,12 @@ impl Sent {
 
 #[derive(Debug)]
 enum Event {
-    Scan(Box<ScanReport>),
+    Scan(Arc<ScanReport>),
     State(RunState),
     Weather(WeatherNotice),
     Flights(Vec<FlightNotice>),
-    Federate(String),
+    Operation(Operation),
+    Federate(Box<FederateStatus>),
     ConductorAlive(bool),
     Stop,
 }
@@ -97,12 +112,18 @@ impl Inbox {
         self.send.send_timeout(Event::Stop, Duration::from_secs(1)).ok();
     }
 
+    /// Puts what a message is made into.
+    fn taking<T, F: Fn(T) -> Event>(&self, event: F) -> impl Fn(T) + use<T, F> {
+        let inbox = self.clone();
+        move |message| inbox.put(event(message))
+    }
+
     fn put(&self, event: Event) {
         self.send.try_send(event).ok(); // a scan that is lost here is missed by its number
     }
 }
 
-/// Takes part until the run is over; `None` if it was stopped before it joined.
+/// Takes part until the run is over; `None` if it was stopped before it joined. `places` is told where its ports are.
 ///
 /// # Errors
 /// If a port or a file cannot be opened, nobody answers, or the administration station refuses.
@@ -111,28 +132,55 @@ pub fn run(
     scene: &Scene,
     bus: &dyn Bus,
     inbox: &Inbox,
+    places: impl FnOnce(&[String]),
 ) -> anyhow::Result<Option<Sent>> {
     let mut port = Port::open(task)?;
+    let ear = match task.hear.is_empty() {
+        true => None,
+        false => Some(ForeignEar::open(&task.hear, &task.hear_from)?),
+    };
+    let board = Board::new(scene, task.exercise, task.feeds.invent);
+    let mut ports = Ports::open(&task.feeds, board)?;
+    places(&ports.places());
     let mut gateway = Gateway::new(scene, task.choice.clone());
-    let scans = inbox.clone();
-    hear_parts(bus, "tracks/1/scan", move |scan| scans.put(Event::Scan(Box::new(scan))))?;
-    hear(bus, inbox, "obs/state", Event::State)?;
-    hear(bus, inbox, "obs/weather", Event::Weather)?;
-    hear(bus, inbox, "obs/flights", Event::Flights)?;
-    hear(bus, inbox, "obs/fed/*", |status: FederateStatus| Event::Federate(status.name))?;
-    let Some((name, fed, inc)) = join(task, scene, bus, inbox)? else { return Ok(None) };
-    bus.announce(&format!("alive/{name}/{inc}"))?;
+    let put = |event: Event| inbox.put(event);
+    hear_parts(bus, "tracks/1/scan", inbox.taking(|scan| Event::Scan(Arc::new(scan))))?;
+    hear(bus, "obs/state", inbox.taking(Event::State))?;
+    hear(bus, "obs/weather", inbox.taking(Event::Weather))?;
+    hear(bus, "obs/flights", inbox.taking(Event::Flights))?;
+    hear(bus, "obs/operation", inbox.taking(Event::Operation))?;
+    hear(bus, "obs/fed/*", inbox.taking(|status| Event::Federate(Box::new(status))))?;
+    let spectator = Spectator {
+        name: NAME,
+        kind: Kind::Gateway,
+        scene_hash: scene.hash,
+        patience: task.patience,
+        endpoint: &task.endpoint,
+    };
+    let stopped = |wait| matches!(inbox.receive.recv_timeout(wait), Ok(Event::Stop));
+    let Some(joined) = spectator.join(bus, stopped)? else { return Ok(None) };
+    bus.announce(&format!("alive/{}/{}", joined.name, joined.inc))?;
     let alive = inbox.clone();
     bus.watch(
         "alive/admin-station/*",
         Box::new(move |_, is| alive.put(Event::ConductorAlive(is))),
     )?;
     // What was said before this process listened.
-    last(bus, inbox, "obs/state/last", Event::State)?;
-    last(bus, inbox, "obs/weather/last", Event::Weather)?;
-    last(bus, inbox, "obs/flights/last", Event::Flights)?;
-    listen(task, &mut gateway, &mut port, bus, inbox, (&name, fed, inc));
+    last(bus, "obs/state/last", |state| put(Event::State(state)))?;
+    last(bus, "obs/weather/last", |notice| put(Event::Weather(notice)))?;
+    last(bus, "obs/flights/last", |entries| put(Event::Flights(entries)))?;
+    let mut listening = Listening {
+        gateway: &mut gateway,
+        port: &mut port,
+        ports: &mut ports,
+        ear,
+        shifted: !task.wall,
+        state: RunState::default(),
+    };
+    listening.until_the_end(bus, inbox, &joined);
     port.close();
+    ports.close();
+    port.sent.ports = ports.figures();
     port.sent.scans_lost = gateway.scans_lost();
     port.sent.records_refused = gateway.refused().values().sum();
     for (reason, count) in gateway.refused() {
@@ -141,155 +189,128 @@ pub fn run(
     Ok(Some(port.sent))
 }
 
-fn hear<T: DeserializeOwned>(
-    bus: &dyn Bus,
-    inbox: &Inbox,
-    pattern: &str,
-    event: impl Fn(T) -> Event + Send + Sync + 'static,
-) -> Result<(), BusError> {
-    let inbox = inbox.clone();
-    let sink = move |key: &str, octets: &[u8]| match decode(octets) {
-        Ok(message) => inbox.put(event(message)),
-        Err(error) => tracing::warn!(key, %error, "a message was dropped"),
-    };
-    bus.subscribe(pattern, Box::new(sink))
+/// The loop and what it carries.
+struct Listening<'a> {
+    gateway: &'a mut Gateway,
+    port: &'a mut Port,
+    ports: &'a mut Ports,
+    ear: Option<ForeignEar>,
+    shifted: bool,
+    state: RunState,
 }
 
-fn last<T: DeserializeOwned>(
-    bus: &dyn Bus,
-    inbox: &Inbox,
-    key: &str,
-    event: impl Fn(T) -> Event,
-) -> Result<(), BusError> {
-    if let Some(octets) = ask(bus, key, Vec::new(), Duration::from_millis(500))?
-        && let Ok(message) = decode(&octets)
-    {
-        inbox.put(event(message));
-    }
-    Ok(())
-}
-
-fn join(
-    task: &Task,
-    scene: &Scene,
-    bus: &dyn Bus,
-    inbox: &Inbox,
-) -> anyhow::Result<Option<(String, u128, u64)>> {
-    let mut hello = Hello {
-        name: NAME.to_owned(),
-        kind: Kind::Gateway,
-        pid: std::process::id(),
-        host: host_name(),
-        version: crate::runtime::build::IDENTITY.to_owned(),
-        scene_hash: scene.hash,
-        instance: random_id(),
-        was: None,
-    };
-    let started = monotonic_ns();
-    let mut instance = 1;
-    loop {
-        let answer = ask(bus, "ctl/join", encode(&hello), Duration::from_millis(500))?;
-        match answer.as_deref().map(decode::<Welcome>) {
-            Some(Ok(Welcome::Accepted(accepted))) => {
-                return Ok(Some((hello.name, accepted.fed, accepted.inc)));
-            }
-            Some(Ok(Welcome::NameTaken)) if instance < INSTANCES => {
-                instance += 1;
-                hello.name = format!("{NAME}-{instance}");
-                continue;
-            }
-            Some(Ok(Welcome::NameTaken)) => {
-                anyhow::bail!("{INSTANCES} gateways are in this federation already: end one")
-            }
-            Some(Ok(Welcome::Refused(why))) => {
-                anyhow::bail!("the administration station refused: {why}")
-            }
-            Some(Err(error)) => anyhow::bail!("the administration station refused: {error}"),
-            Some(Ok(Welcome::Later(_))) | None => {}
-        }
-        anyhow::ensure!(
-            monotonic_ns() - started < task.patience.as_nanos() as u64,
-            "{NAME}: no administration station answered at {} within {} s: start one there (seeds admin-station), or check --sync-connect and --exercise",
-            task.endpoint,
-            task.patience.as_secs()
-        );
-        if let Ok(Event::Stop) = inbox.receive.recv_timeout(Duration::from_millis(20)) {
-            return Ok(None);
-        }
-    }
-}
-
-fn listen(
-    task: &Task,
-    gateway: &mut Gateway,
-    port: &mut Port,
-    bus: &dyn Bus,
-    inbox: &Inbox,
-    (own, fed, inc): (&str, u128, u64),
-) {
-    let mut hears = BTreeSet::new();
-    let (mut alone_since, mut state, mut told_ns) = (None, RunState::default(), 0);
-    let mut usage = Usage::default();
-    let mut shifted = !task.wall;
-    loop {
-        let event = inbox.receive.recv_timeout(Duration::from_millis(250));
-        let now_ns = monotonic_ns();
-        match event {
-            Ok(Event::Scan(scan)) => {
-                if !shifted {
-                    port.sent.shift_ns = gateway.shift_to(scan.time_ns, utc_ns());
-                    shifted = true;
-                }
-                port.send(&gateway.on_scan(&scan));
-            }
-            Ok(Event::State(now)) => state = now,
-            Ok(Event::Weather(notice)) => gateway.on_weather(notice),
-            Ok(Event::Flights(entries)) => gateway.on_flights(entries),
-            Ok(Event::Federate(name)) => {
-                // The conductor waits with the first frame until this process hears the others.
-                if hears.len() < HEARD && hears.insert(name) {
-                    let hears = hears.iter().cloned().collect();
-                    let body = Report::Present { hears, consumes: false };
-                    let present = Numbered { fed, inc, seq: 0, body };
-                    bus.publish(&format!("fed/{own}"), Class::Must, encode(&present)).ok();
-                }
-            }
-            Ok(Event::ConductorAlive(alive)) => alone_since = (!alive).then_some(now_ns),
-            Ok(Event::Stop) | Err(RecvTimeoutError::Disconnected) => break,
-            Err(RecvTimeoutError::Timeout) => {
-                let stopped = state.phase == Phase::Stopped;
-                let grace_ns = if stopped { 0 } else { GRACE_NS };
-                if alone_since.is_some_and(|since| now_ns - since >= grace_ns) {
-                    if !stopped {
-                        tracing::warn!("the administration station is gone; sending ends here");
+impl Listening<'_> {
+    fn until_the_end(&mut self, bus: &dyn Bus, inbox: &Inbox, joined: &Joined) {
+        let mut hears = BTreeSet::new();
+        let (mut alone_since, mut told_ns) = (None, 0);
+        let mut usage = Usage::default();
+        loop {
+            let event = inbox.receive.recv_timeout(self.ports.next_due(TICK));
+            let now_ns = monotonic_ns();
+            self.ports.send_until(now_ns);
+            self.hear_others(bus);
+            match event {
+                Ok(Event::Federate(status)) => {
+                    // The conductor waits with the first frame until this process hears the others.
+                    if hears.len() < HEARD && hears.insert(status.name.clone()) {
+                        let hears = hears.iter().cloned().collect();
+                        let body = Report::Present { hears, consumes: false };
+                        let present = Numbered { fed: joined.fed, inc: joined.inc, seq: 0, body };
+                        let key = format!("fed/{}", joined.name);
+                        bus.publish(&key, Class::Must, encode(&present)).ok();
                     }
-                    break;
+                    self.ports.on_federate(*status);
+                }
+                Ok(Event::ConductorAlive(alive)) => alone_since = (!alive).then_some(now_ns),
+                Ok(Event::Stop) | Err(RecvTimeoutError::Disconnected) => break,
+                Ok(event) => self.take(event),
+                Err(RecvTimeoutError::Timeout) => {
+                    let stopped = self.state.phase == Phase::Stopped;
+                    let grace_ns = if stopped { 0 } else { GRACE_NS };
+                    if alone_since.is_some_and(|since| now_ns - since >= grace_ns) {
+                        if !stopped {
+                            tracing::warn!("the administration station is gone; sending ends here");
+                        }
+                        break;
+                    }
                 }
             }
+            if now_ns - told_ns >= STATUS_NS || told_ns == 0 {
+                told_ns = now_ns;
+                usage.sample(now_ns);
+                self.ports.say_state();
+                let status = self.status(&usage, &joined.name);
+                let key = format!("obs/fed/{}", joined.name);
+                bus.publish(&key, Class::Lossy, encode(&status)).ok();
+            }
         }
-        if now_ns - told_ns >= STATUS_NS || told_ns == 0 {
-            told_ns = now_ns;
-            usage.sample(now_ns);
-            let status = FederateStatus {
-                name: own.to_owned(),
-                pid: std::process::id(),
-                host: host_name(),
-                frame: state.frame,
-                cpu_s: usage.cpu_s,
-                cpu_pct: usage.cpu_pct,
-                rss_bytes: usage.rss_bytes,
-                pdus_out: port.sent.datagrams,
-                lost: gateway.scans_lost(),
-                dropped: gateway.refused().iter().map(|(r, n)| (r.clone(), *n)).collect(),
-                ..FederateStatus::default()
-            };
-            bus.publish(&format!("obs/fed/{own}"), Class::Lossy, encode(&status)).ok();
+        // What had arrived by then belongs to the run.
+        for event in inbox.receive.try_iter() {
+            self.take(event);
         }
     }
-    // What had arrived by then belongs to the run.
-    for event in inbox.receive.try_iter() {
-        if let Event::Scan(scan) = event {
-            port.send(&gateway.on_scan(&scan));
+
+    /// Tells the federation what somebody's tracker said meanwhile.
+    fn hear_others(&mut self, bus: &dyn Bus) {
+        let Some(ear) = &mut self.ear else { return };
+        let reports = ear.poll(self.gateway);
+        for part in reports.chunks(REPORTS) {
+            bus.publish("obs/foreign", Class::Lossy, encode(&part.to_vec())).ok();
+        }
+    }
+
+    fn take(&mut self, event: Event) {
+        match event {
+            Event::Scan(scan) => {
+                if !self.shifted {
+                    let now_ns = utc_ns();
+                    self.port.sent.shift_ns = self.gateway.shift_to(scan.time_ns, now_ns);
+                    self.ports.shift_to(scan.time_ns, now_ns);
+                    self.shifted = true;
+                }
+                self.port.send(&self.gateway.on_scan(&scan));
+                self.ports.on_scan(&scan);
+            }
+            Event::State(state) => {
+                self.ports.on_state(&state);
+                self.state = state;
+            }
+            Event::Weather(notice) => {
+                self.ports.on_weather(&notice);
+                self.gateway.on_weather(notice);
+            }
+            Event::Flights(entries) => {
+                self.ports.on_flights(&entries);
+                self.gateway.on_flights(entries);
+            }
+            Event::Operation(operation) => self.ports.on_operation(operation),
+            Event::Federate(_) | Event::ConductorAlive(_) | Event::Stop => {}
+        }
+    }
+
+    fn status(&self, usage: &Usage, name: &str) -> FederateStatus {
+        let (counts, alarms) = self.ports.told();
+        let (heard, foreign) = self.ear.as_ref().map(ForeignEar::counted).unwrap_or_default();
+        let refused = self.gateway.refused().iter().map(|(reason, n)| (reason.clone(), *n));
+        FederateStatus {
+            name: name.to_owned(),
+            pid: std::process::id(),
+            host: host_name(),
+            frame: self.state.frame,
+            cpu_s: usage.cpu_s,
+            cpu_pct: usage.cpu_pct,
+            rss_bytes: usage.rss_bytes,
+            pdus_out: self.port.sent.datagrams,
+            lost: self.gateway.scans_lost(),
+            dropped: refused.chain(counts).chain(foreign).collect(),
+            pdus_in: heard,
+            alarms,
+            // The log keeps it, so that tracks that come back find their truth.
+            facts: match self.port.sent.shift_ns {
+                0 => Vec::new(),
+                shift_ns => vec![("asterix_shift_ns".to_owned(), shift_ns.to_string())],
+            },
+            ..FederateStatus::default()
         }
     }
 }
@@ -365,8 +386,10 @@ impl Port {
 const WAITING: usize = 4096;
 /// Names of federates that are told to the conductor; a federation has far fewer.
 const HEARD: usize = 256;
-/// Gateways that a federation may have.
-const INSTANCES: u32 = 16;
+/// How often the run is looked at when nothing arrives.
+const TICK: Duration = Duration::from_millis(250);
 const STATUS_NS: u64 = 1_000_000_000;
+/// Foreign reports of one message.
+const REPORTS: usize = 500;
 /// How long a run may be without its administration station.
 const GRACE_NS: u64 = 10_000_000_000;

@@ -45,6 +45,7 @@ fn plot(sensor: u16, time_ns: i64) -> PlotMessage {
         cov_m2: [4.0, 0.0, 4.0],
         ellipse: [1.0, 0.0, 4.0, 4.0],
         altitude_m: None,
+        velocity_mps: None,
         polar: Some([3605.0, 2.8, 2.0, 0.001]),
         scnr_db: Some(20.0),
         identity: String::new(),
@@ -148,4 +149,35 @@ fn only_what_is_chosen_goes_out() {
         let found: BTreeSet<u8> = read(&gateway.on_scan(&scan), number).into_iter().collect();
         assert!(!found.is_empty() && found.iter().all(|n| expected.contains(n)), "{found:?}");
     }
+}
+
+#[test]
+fn a_report_on_the_ground_says_its_speed_in_the_surface_ground_vector() {
+    let mut gateway = Gateway::new(&scene(), Choice::default());
+    gateway.sources.push(Source { sic: 9, kind: "adsb".into() });
+    let kt = mode_s::KNOT_MPS;
+    for (velocity_mps, altitude_m, expected) in [
+        // 15 kt to the west; standing; in the air; unknown.
+        (Some([-15.0 * kt, 0.0]), None, Some(vec![0.0, 1.0, 1.0, 0.0, 15.0, 270.0])),
+        (Some([0.0, 0.0]), None, Some(vec![1.0, 0.0, 0.0, 0.0, 0.0])),
+        (Some([-15.0 * kt, 0.0]), Some(300.0), None),
+        (None, None, None),
+    ] {
+        let plot = PlotMessage {
+            kind: "adsb".into(),
+            velocity_mps,
+            altitude_m,
+            polar: None,
+            scnr_db: None,
+            ..plot(9, 500_000_000)
+        };
+        let sent = gateway.on_scan(&report(1, vec![], vec![plot]));
+        let vector = |r: &Record<'_>| {
+            let field = r.get(&asterix::cat021::RE)?;
+            let values = field.subitems().flat_map(|s| s.values());
+            Some(values.filter_map(|(_, v)| v.number()).collect::<Vec<f64>>())
+        };
+        assert_eq!(read(&sent, vector).pop(), expected, "{velocity_mps:?} {altitude_m:?}");
+    }
+    assert!(gateway.refused().is_empty(), "{:?}", gateway.refused());
 }

@@ -50,11 +50,8 @@ impl<'a> System<'a> {
     }
 
     fn pressure_altitude_m(&self) -> Option<f64> {
-        let at_ns = self.track.time_ns;
-        let weather = self.gateway.weather.iter().rev().find(|w| w.from_ns <= at_ns)?;
-        // Density of vapour to its pressure: e = ρ · R_v · T.
-        let vapour_hpa = weather.vapour_g_per_m3 * 1e-3 * 461.5 * weather.temperature_k / 100.0;
-        Some(pressure_altitude_m(self.height_m()?, weather.pressure_hpa + vapour_hpa))
+        let pressure_hpa = self.gateway.pressure_hpa(self.track.time_ns)?;
+        Some(pressure_altitude_m(self.height_m()?, pressure_hpa))
     }
 
     /// Seconds since the last plot of a kind, if it is not too long ago.

@@ -88,7 +88,7 @@ const ROLES: [Role; 10] = [
     },
     Role {
         names: &["gateway"],
-        says: &["fed/{n}$*", "beat/{n}$*", "obs/fed/{n}$*"],
+        says: &["fed/{n}$*", "beat/{n}$*", "obs/fed/{n}$*", "obs/foreign"],
         serves: &[],
         hears: &["obs/**", "tracks/**", "control/**"],
         asks: &["ctl/join", "obs/**", "tracks/**", "flights/**", "visitors/*/handover"],

@@ -210,6 +210,7 @@ mod part_tests {
             cov_m2: [1.0; 3],
             ellipse: [1.0; 4],
             altitude_m: None,
+            velocity_mps: None,
             polar: Some([1.0; 4]),
             scnr_db: Some(20.0),
             identity: format!("SWR{n}"),

@@ -15,6 +15,7 @@
 //! | `obs/state` | may be lost, last value served | [`RunState`] |
 //! | `obs/fed/{name}` | may be lost | [`FederateStatus`] |
 //! | `obs/operation` | may be lost | [`Operation`], conductor: every command with its answer |
+//! | `obs/foreign` | may be lost | [`ForeignReport`]s: tracks of somebody else's tracker |
 //! | `obs/weather`, `obs/flights` | may be lost, last value served | [`WeatherNotice`], [`FlightNotice`]s |
 //! | `obs/traffic` | may be lost, last value served | JSON: what flights that behave are about |
 //! | `tracks/1/scan` | may be lost | [`ScanReport`] |
@@ -24,6 +25,7 @@ use super::codec::encoded_size;
 use super::life_cycle::Phase;
 use super::stream::Weight;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::net::SocketAddr;
 
 /// Number of a frame; frame 0 is the initial state, frame k ends at k · step.
@@ -807,6 +809,8 @@ pub struct FederateStatus {
     pub exec_max_us: f64,
     /// What a person should look after, in sentences; empty when all is well.
     pub alarms: Vec<String>,
+    /// What the log keeps of it as facts of the run: (name, value).
+    pub facts: Vec<(String, String)>,
 }
 
 /// A track as published (`TrackInfo`); airport frame, SI units, radians.
@@ -875,6 +879,29 @@ pub struct LagMessage {
     pub error_m: Option<f64>,
 }
 
+/// A report of somebody else's track; airport frame, SI units.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ForeignReport {
+    /// Who sent it: SAC/SIC.
+    pub source: String,
+    /// Its number there.
+    pub track: u32,
+    /// Time of validity, ns of simulated time.
+    pub time_ns: i64,
+    /// Position, m east and north.
+    pub position_m: [f64; 2],
+    /// Velocity, m/s east and north, where it is said.
+    pub velocity_mps: Option<[f64; 2]>,
+    /// Call sign; empty if none.
+    pub callsign: String,
+    /// Without a recent plot.
+    pub coasting: bool,
+    /// Its last message.
+    pub last: bool,
+    /// UTC of its arrival, ns since 1970.
+    pub received_ns: i64,
+}
+
 /// A plot as the evaluation sees it: with its cause.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PlotMessage {
@@ -892,6 +919,8 @@ pub struct PlotMessage {
     pub ellipse: [f64; 4],
     /// Height above the aerodrome reference, m, where the sensor reports it.
     pub altitude_m: Option<f64>,
+    /// Velocity as the target reported it on the ground, m/s east and north, in the steps of its squitter; ADS-B only.
+    pub velocity_mps: Option<[f64; 2]>,
     /// Slant range m, azimuth rad, and the standard deviations of both, radars only.
     pub polar: Option<[f64; 4]>,
     /// SCNR, dB, radars only.
@@ -956,4 +985,22 @@ pub struct ScanReport {
     pub plan: Vec<[String; 5]>,
     /// Time that the scan took, µs of wall time.
     pub took_us: u64,
+}
+
+impl ScanReport {
+    /// For each track that follows an entity: index of its truth in the scan, and the distance in m.
+    #[must_use]
+    pub fn followed(&self) -> BTreeMap<u16, (usize, f64)> {
+        let truth = self.truth.iter().enumerate();
+        truth.filter_map(|(i, t)| t.track.map(|(number, error_m)| (number, (i, error_m)))).collect()
+    }
+}
+
+impl TruthMessage {
+    /// The DIS identifier as one number.
+    #[must_use]
+    pub fn key(&self) -> u64 {
+        let [site, application, entity] = self.id.map(u64::from);
+        site << 32 | application << 16 | entity
+    }
 }

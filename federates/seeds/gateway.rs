@@ -1,8 +1,13 @@
 //! `seeds gateway`, and the flags of `seeds run` that start one.
 
 use super::federate_commands::{open_bus, patience};
+use crate::exchange::operator;
+use crate::gateway::commands::Rights;
+use crate::gateway::ports::Feeds;
 use crate::gateway::process::{Inbox, NAME, Task, run as run_gateway};
+use crate::gateway::public_bus::{DEFAULT_ENDPOINT, PublicConfig};
 use crate::gateway::{CATEGORIES, Choice};
+use crate::runtime::bus::Bus;
 use crate::runtime::cli::out;
 use crate::runtime::cli::{
     self, BAD_INPUT, COMPLETE, CommonArgs, DATA_LOST, FAILED, NetworkArgs, fail,
@@ -13,8 +18,10 @@ use anyhow::{Context, ensure};
 use clap::{Args, ValueEnum};
 use datalink::{Destinations, LinkConfig};
 use scenarios::Scene;
+use std::net::{IpAddr, SocketAddr};
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::Arc;
 
 /// Gateway: plots and tracks in ASTERIX for other people's trackers, safety nets and displays
 #[derive(Args, Clone, Debug)]
@@ -54,6 +61,109 @@ pub struct AsterixArgs {
     /// Record every datagram sent into this pcapng file
     #[arg(long = "asterix-record", value_name = "FILE")]
     asterix_record: Option<PathBuf>,
+
+    /// Hear tracks of somebody's tracker in ASTERIX (062, 011, 010, 020, 021) and keep them in the log beside ours: own address, multicast group or broadcast address; may be said several times
+    #[arg(long = "asterix-in", value_name = "ADDR:PORT")]
+    asterix_in: Vec<Destinations>,
+
+    /// Hear only these senders, with commas between
+    #[arg(
+        long = "asterix-from",
+        value_name = "IP",
+        value_delimiter = ',',
+        requires = "asterix_in"
+    )]
+    asterix_from: Vec<IpAddr>,
+
+    #[command(flatten)]
+    feeds: FeedArgs,
+}
+
+/// Ports that others connect to
+#[derive(Args, Clone, Debug, Default)]
+pub struct FeedArgs {
+    /// Extended squitters (ADS-B) of all targets as Beast frames, to whoever connects: readsb, dump1090, tar1090
+    #[arg(long, value_name = "ADDR:PORT")]
+    beast: Option<SocketAddr>,
+
+    /// The same as BaseStation lines (SBS-1)
+    #[arg(long, value_name = "ADDR:PORT")]
+    sbs: Option<SocketAddr>,
+
+    /// Targets without 24-bit address get one from F00000 on
+    #[arg(long)]
+    adsb_invent: bool,
+
+    /// JSON, GeoJSON, a stream of scans, and aircraft.json over HTTP
+    #[arg(long, value_name = "ADDR:PORT")]
+    http: Option<SocketAddr>,
+
+    /// Public interface: a Zenoh endpoint of its own for clients (Python: seeds_client) [without a value: tcp/127.0.0.1:7448]
+    #[arg(long, value_name = "ENDPOINT", num_args = 0..=1, require_equals = true, default_missing_value = DEFAULT_ENDPOINT)]
+    public: Option<String>,
+
+    /// Clients of the public interface may look and not command
+    #[arg(long, requires = "public")]
+    public_read_only: bool,
+
+    /// FlightGear multiplayer packets of all entities
+    #[arg(long, value_name = "ADDR:PORT")]
+    flightgear: Vec<SocketAddr>,
+}
+
+impl FeedArgs {
+    fn asked(&self) -> bool {
+        self.beast.is_some()
+            || self.sbs.is_some()
+            || self.http.is_some()
+            || self.public.is_some()
+            || !self.flightgear.is_empty()
+    }
+
+    /// What can be told before anything is started.
+    fn check(&self, network: &NetworkArgs) -> anyhow::Result<()> {
+        for (flag, address) in [("--beast", self.beast), ("--sbs", self.sbs), ("--http", self.http)]
+        {
+            if let Some(address) = address {
+                port_is_free(flag, address)?;
+            }
+        }
+        if let Some(endpoint) = &self.public {
+            PublicConfig::check(endpoint, network.certs.is_some()).map_err(anyhow::Error::msg)?;
+            let place = endpoint.split_once('/').and_then(|(_, place)| place.parse().ok());
+            if let Some(address) = place {
+                port_is_free("--public", address)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn arguments(&self) -> Vec<String> {
+        let mut line = Vec::new();
+        let addresses = [("--beast", self.beast), ("--sbs", self.sbs), ("--http", self.http)];
+        for (flag, address) in addresses {
+            line.extend(address.into_iter().flat_map(|a| [flag.to_owned(), a.to_string()]));
+        }
+        for address in &self.flightgear {
+            line.extend(["--flightgear".to_owned(), address.to_string()]);
+        }
+        line.extend(self.public.iter().map(|endpoint| format!("--public={endpoint}")));
+        for (flag, is) in
+            [("--public-read-only", self.public_read_only), ("--adsb-invent", self.adsb_invent)]
+        {
+            if is {
+                line.push(flag.to_owned());
+            }
+        }
+        line
+    }
+}
+
+/// A taken port is better said once, before anything is started.
+fn port_is_free(flag: &str, address: SocketAddr) -> anyhow::Result<()> {
+    let help = "end the program that uses it, or choose another";
+    let bound = std::net::TcpListener::bind(address).map(drop);
+    bound.with_context(|| format!("{flag} {address}: {help}"))
 }
 
 /// What can be sent.
@@ -88,7 +198,10 @@ impl AsterixArgs {
     /// Whether a gateway is asked for.
     #[must_use]
     pub fn asked(&self) -> bool {
-        !self.asterix.is_empty() || self.asterix_record.is_some()
+        !self.asterix.is_empty()
+            || !self.asterix_in.is_empty()
+            || self.asterix_record.is_some()
+            || self.feeds.asked()
     }
 
     /// Looks at what can be told before anything is started.
@@ -104,10 +217,14 @@ impl AsterixArgs {
             datalink::Sender::open(&link)
                 .with_context(|| format!("--asterix {}", link.to.first()))?;
         }
+        for link in self.heard(network) {
+            datalink::Receiver::open(&link)
+                .with_context(|| format!("--asterix-in {}", link.to.first()))?;
+        }
         if let Some(file) = &self.asterix_record {
             cli::writable(file).context("--asterix-record")?;
         }
-        Ok(())
+        self.feeds.check(network)
     }
 
     fn links(&self, network: &NetworkArgs) -> Vec<LinkConfig> {
@@ -118,6 +235,21 @@ impl AsterixArgs {
             ..LinkConfig::default()
         };
         self.asterix.iter().map(link).collect()
+    }
+
+    fn heard(&self, network: &NetworkArgs) -> Vec<LinkConfig> {
+        let link = |to: &Destinations| {
+            let own = to.first();
+            // One host is listened for at its own address and port.
+            let host = matches!(datalink::Destination::of(own), datalink::Destination::Host(_));
+            LinkConfig {
+                to: to.clone(),
+                interface: network.interface,
+                listen: (own.is_ipv4() && host).then_some(own),
+                ..LinkConfig::default()
+            }
+        };
+        self.asterix_in.iter().map(link).collect()
     }
 
     fn choice(&self) -> Choice {
@@ -152,6 +284,14 @@ impl AsterixArgs {
         if let Some(file) = &self.asterix_record {
             line.extend(["--asterix-record".to_owned(), file.display().to_string()]);
         }
+        for to in &self.asterix_in {
+            let list: Vec<String> = to.list().iter().map(|d| d.address().to_string()).collect();
+            line.extend(["--asterix-in".to_owned(), list.join(",")]);
+        }
+        for ip in &self.asterix_from {
+            line.extend(["--asterix-from".to_owned(), ip.to_string()]);
+        }
+        line.extend(self.feeds.arguments());
         line
     }
 }
@@ -162,7 +302,10 @@ pub fn run(args: &GatewayArgs) -> ExitCode {
     crate::runtime::process::end_with_launcher();
     cli::log_to_stderr(args.common.log_format, "warn");
     if !args.asterix.asked() {
-        return fail(BAD_INPUT, "nothing to do: say where to send, --asterix ADDR:PORT");
+        return fail(
+            BAD_INPUT,
+            "nothing to do: say where to send (--asterix ADDR:PORT), or what to open (--beast, --sbs, --http, --public)",
+        );
     }
     let scene = match load_scene_without_truth(&args.common.scene) {
         Ok(scene) => scene,
@@ -183,21 +326,46 @@ fn process(args: &GatewayArgs, scene: &Scene) -> anyhow::Result<u8> {
     let stop = inbox.clone();
     ctrlc::set_handler(move || stop.stop())?;
     let (bus, endpoint) = open_bus(&args.common.network, &scene.network, exercise, NAME)?;
+    let feeds = &args.asterix.feeds;
+    let public = match &feeds.public {
+        Some(endpoint_of_clients) => Some(PublicConfig {
+            endpoint: endpoint_of_clients.clone(),
+            exercise,
+            certs: match endpoint_of_clients.starts_with("tls/") {
+                true => args.common.network.certs_of(NAME)?,
+                false => None,
+            },
+            rights: rights(args, scene, exercise, &bus, &endpoint)?,
+        }),
+        None => None,
+    };
     let task = Task {
         to: args.asterix.links(&args.common.network),
         choice: args.asterix.choice(),
+        hear: args.asterix.heard(&args.common.network),
+        hear_from: args.asterix.asterix_from.clone(),
         wall: args.asterix.asterix_time == Clock::Wall,
         recording: args.asterix.asterix_record.clone(),
+        feeds: Feeds {
+            beast: feeds.beast,
+            sbs: feeds.sbs,
+            http: feeds.http,
+            public,
+            invent: feeds.adsb_invent,
+            flightgear: feeds.flightgear.clone(),
+        },
+        exercise,
         patience: patience(),
         endpoint,
     };
-    let sent = run_gateway(&task, scene, &*bus, &inbox);
+    let sent =
+        run_gateway(&task, scene, &*bus, &inbox, |places| places.iter().for_each(|p| say(p)));
     bus.close();
     let Some(sent) = sent? else { return Ok(COMPLETE) };
     let line = serde_json::json!({
         "federate": NAME, "scans": sent.scans, "scans_lost": sent.scans_lost, "datagrams": sent.datagrams,
         "datagrams_lost": sent.datagrams_lost, "records_refused": sent.records_refused,
-        "asterix_shift_ns": sent.shift_ns,
+        "asterix_shift_ns": sent.shift_ns, "ports": sent.ports,
     });
     // A launcher takes what its federates print for the summary of the run.
     if launched() {
@@ -210,6 +378,42 @@ fn process(args: &GatewayArgs, scene: &Scene) -> anyhow::Result<u8> {
     }
     tracing::error!("what was sent is not complete: {line}");
     Ok(DATA_LOST)
+}
+
+/// Who may command through the public interface: where certificates are asked for, only an operator's may.
+fn rights(
+    args: &GatewayArgs,
+    scene: &Scene,
+    exercise: u8,
+    bus: &Arc<dyn Bus>,
+    endpoint: &str,
+) -> anyhow::Result<Rights> {
+    if args.asterix.feeds.public_read_only {
+        return Ok(Rights::ReadOnly(
+            "this interface is for looking (--public-read-only)".to_owned(),
+        ));
+    }
+    let network = &args.common.network;
+    let bus = if network.certs.is_none() {
+        Arc::clone(bus)
+    } else if network.certs_of("operator").is_ok() {
+        open_bus(network, &scene.network, exercise, "operator")?.0
+    } else {
+        let why = "this gateway holds no operator's certificate (operator.pem, operator.key): command with `seeds admin-station`";
+        return Ok(Rights::ReadOnly(why.to_owned()));
+    };
+    let endpoint = endpoint.to_owned();
+    Ok(Rights::Operate(Arc::new(move |source, order| {
+        match operator::command(&*bus, &endpoint, source, order) {
+            Ok(answer) => (answer.ok, answer.text, Some(answer.state)),
+            Err(error) => (false, error.to_string(), None),
+        }
+    })))
+}
+
+#[expect(clippy::print_stderr, reason = "a word to the person at the terminal")]
+fn say(text: &str) {
+    eprintln!("SEEDS: {text}");
 }
 
 fn print_line(line: &str) {

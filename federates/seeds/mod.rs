@@ -6,6 +6,7 @@ pub mod asterix;
 pub mod asterix_file;
 pub mod certs;
 pub mod dis;
+pub mod export;
 mod fault_table;
 pub mod federate_commands;
 pub mod fit;
@@ -25,6 +26,7 @@ pub mod score;
 pub mod score_asterix;
 pub mod sim;
 pub mod site;
+pub mod sweep;
 pub mod verify;
 pub mod viewer_process;
 
@@ -42,13 +44,15 @@ struct Seeds {
 
 #[derive(Subcommand, Debug)]
 enum Command {
-    Run(run::RunArgs),
+    Run(Box<run::RunArgs>),
     Replay(Box<replay::ReplayArgs>),
     Plan(plan::PlanArgs),
     Site(Box<site::SiteArgs>),
     Accuracy(accuracy::AccuracyArgs),
     Fit(fit::FitArgs),
     Score(score::ScoreArgs),
+    Export(export::ExportArgs),
+    Sweep(sweep::SweepArgs),
     Sim(sim::SimArgs),
     Verify(verify::VerifyArgs),
     Record(record::RecordArgs),
@@ -94,6 +98,8 @@ pub fn main() -> ExitCode {
         Some(Command::Accuracy(args)) => accuracy::run(&args),
         Some(Command::Fit(args)) => fit::run(&args),
         Some(Command::Score(args)) => score::run(&args),
+        Some(Command::Export(args)) => export::run(&args),
+        Some(Command::Sweep(args)) => sweep::run(&args),
         Some(Command::Sim(args)) => sim::run(&args),
         Some(Command::Verify(args)) => verify::run(&args),
         Some(Command::TrafficGenerator(args)) => federate_commands::traffic_generator(&args),

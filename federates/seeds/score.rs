@@ -38,7 +38,7 @@ pub struct ScoreArgs {
     #[arg(long, value_name = "N")]
     category: Option<u8>,
 
-    /// Seconds that --asterix-time wall added to the times of day (the gateway says them); tells the latency too
+    /// Seconds that --asterix-time wall added to the times of day; tells the latency too [default: what the truth's database says]
     #[arg(long, value_name = "S")]
     shift: Option<f64>,
 
@@ -107,7 +107,11 @@ fn scored(args: &ScoreArgs) -> anyhow::Result<ScoreReport> {
             category: args.category,
             source: args.source,
             start_utc_ns: start.or_else(|| scene.as_ref().map(|s| s.run.start_utc_ns)),
-            shift_s: args.shift,
+            // What the run's own gateway added, where its log says so.
+            shift_s: args.shift.or_else(|| {
+                let shift_ns: f64 = truth.fact("asterix_shift_ns")?.parse().ok()?;
+                Some(shift_ns * 1e-9)
+            }),
         };
         let (reports, remarks) = score_asterix::reports(&args.tracks, &which, place)
             .with_context(|| args.tracks.display().to_string())?;

@@ -130,6 +130,7 @@ pub fn scan_report(parts: &ScanParts<'_>) -> ScanReport {
                 cov_m2: [cov.m11, cov.m12, cov.m22],
                 ellipse: [plot.axis.x, plot.axis.y, plot.along_m2, plot.across_m2],
                 altitude_m: plot.altitude_m,
+                velocity_mps: entity.and_then(|i| reported_velocity_mps(view, i, plot)),
                 polar: plot
                     .polar
                     .map(|p| [p.range_m, p.azimuth_rad, p.sigma_range_m, p.sigma_azimuth_rad]),
@@ -161,6 +162,21 @@ pub fn scan_report(parts: &ScanParts<'_>) -> ScanReport {
         plan: parts.plan.iter().map(|row| plan_line(row)).collect(),
         took_us: parts.took_us,
     }
+}
+
+/// Speed and track of a surface position squitter, m/s east and north: the speed rounded down to its step (1/8 kt below 1 kt, 1/2 kt
+/// to 15 kt, 1 kt to 70 kt), the track to the nearest of 128 directions; standing below 1/8 kt. Source: DO-260B, surface position.
+fn reported_velocity_mps(view: &View<'_>, index: usize, plot: &Plot) -> Option<[f64; 2]> {
+    if plot.kind != models::plot::SensorKind::Adsb {
+        return None;
+    }
+    let velocity = view.at(index, plot.time)?.velocity_mps;
+    let speed_kt = libm::hypot(velocity.x, velocity.y) / mode_s::KNOT_MPS;
+    let code = mode_s::movement_code(speed_kt).ok()?;
+    let said_mps = mode_s::movement_speed_kt(code)? * mode_s::KNOT_MPS;
+    let step = std::f64::consts::TAU / 128.0;
+    let track = libm::floor(libm::atan2(velocity.x, velocity.y) / step + 0.5) * step;
+    Some([said_mps * libm::sin(track), said_mps * libm::cos(track)])
 }
 
 fn truth_message(view: &View<'_>, index: usize, track: Option<(u16, f64)>) -> Option<TruthMessage> {

@@ -5,9 +5,10 @@
 //! where the page can be reached from elsewhere, everybody does: two are drawn at each start, one to command and one to
 //! look.
 
+pub(super) use crate::runtime::connections::same_origin;
 use axum::http::{HeaderMap, header};
 use serde::Deserialize;
-use std::net::{IpAddr, SocketAddr};
+use std::net::SocketAddr;
 
 /// What a browser may do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -138,25 +139,6 @@ impl Access {
             () if self.look.is(token) => Some(Rights::Look),
             () => None,
         }
-    }
-}
-
-/// The request names this host by address or as `localhost`, and comes from no other page.
-pub(super) fn same_origin(headers: &HeaderMap) -> Result<(), &'static str> {
-    let text = |name| headers.get(name).map(|v: &header::HeaderValue| v.to_str().unwrap_or("?"));
-    let host = text(header::HOST).ok_or("this page needs a Host header")?;
-    let name = host.parse::<SocketAddr>().map(|a| a.ip().to_string()).unwrap_or_else(|_| {
-        let name = host.rsplit_once(':').map_or(host, |(name, _)| name);
-        name.trim_matches(['[', ']']).to_owned()
-    });
-    if !name.eq_ignore_ascii_case("localhost") && name.parse::<IpAddr>().is_err() {
-        return Err("this page answers to an address or to localhost, not to a name");
-    }
-    match text(header::ORIGIN) {
-        Some(origin) if !origin.eq_ignore_ascii_case(&format!("http://{host}")) => {
-            Err("another page may not use this one")
-        }
-        _ => Ok(()), // programs that are no browsers send none
     }
 }
 

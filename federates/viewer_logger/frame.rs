@@ -77,8 +77,7 @@ pub fn with_trails(frame: &[u8], newest: bool, trails: &[Trail]) -> Vec<u8> {
 
 /// For each track that follows an entity: index of its truth in the scan, and the distance in m.
 pub(super) fn pairs(scan: &ScanReport) -> BTreeMap<u16, (usize, f64)> {
-    let truth = scan.truth.iter().enumerate();
-    truth.filter_map(|(i, t)| t.track.map(|(number, error_m)| (number, (i, error_m)))).collect()
+    scan.followed()
 }
 
 /// Key of an entity in the page: its DIS identifier as one number.

@@ -11,7 +11,7 @@ use super::picture::{AirportMap, RunInfo};
 use super::server::Page;
 use crate::exchange::flights::flight_list;
 use crate::runtime::messages::{
-    FederateStatus, FlightNotice, Operation, RunState, ScanReport, WeatherNotice,
+    FederateStatus, FlightNotice, ForeignReport, Operation, RunState, ScanReport, WeatherNotice,
 };
 use capture::Recorder;
 use models::flight_list::FlightList;
@@ -33,6 +33,8 @@ pub enum Heard {
     Weather(WeatherNotice),
     /// The flight list.
     Flights(Vec<FlightNotice>),
+    /// Tracks of somebody else's tracker.
+    Foreign(Vec<ForeignReport>),
     /// An operator's action.
     Operation(Operation),
 }
@@ -154,6 +156,9 @@ impl Keeper {
                 let latency_us =
                     members.iter().find(|m| m.name == status.name).map(|m| m.latency_us);
                 self.logged(|log| log.federate(&status, latency_us, utc_ns));
+                for (name, value) in &status.facts {
+                    self.fact(name, value);
+                }
                 self.shown(|viewer| viewer.on_federate(status, utc_ns));
             }
             Heard::Weather(weather) => {
@@ -165,6 +170,7 @@ impl Keeper {
                 self.logged(|log| log.flights(&entries));
                 self.shown(|viewer| viewer.on_flights(&entries));
             }
+            Heard::Foreign(reports) => self.logged(|log| log.foreign(&reports)),
             Heard::Operation(operation) => {
                 self.logged(|log| log.operation(&operation, utc_ns));
                 self.shown(|viewer| viewer.on_operation(operation));

@@ -6,7 +6,7 @@
 use super::frame::{entity_key, plot_error_m};
 use super::picture::{AirportMap, RunInfo};
 use crate::runtime::messages::{
-    FederateStatus, FlightNotice, Operation, RunState, ScanReport, WeatherNotice,
+    FederateStatus, FlightNotice, ForeignReport, Operation, RunState, ScanReport, WeatherNotice,
 };
 use rusqlite::{Connection, OpenFlags, Transaction, params};
 use std::path::{Path, PathBuf};
@@ -131,6 +131,33 @@ impl Log {
                     e.eta_ctd_ns as f64 * 1e-9,
                     e.off_block_ns.map(|ns| ns as f64 * 1e-9),
                     e.routing.join(" ")
+                ])?;
+            }
+            Ok(())
+        })
+    }
+
+    /// Writes tracks of somebody else's tracker.
+    ///
+    /// # Errors
+    /// As [`Self::scan`].
+    pub fn foreign(&mut self, reports: &[ForeignReport]) -> Result<(), LogError> {
+        self.write(|t| {
+            let mut insert =
+                t.prepare_cached("INSERT INTO foreign_tracks VALUES (?,?,?,?,?,?,?,?,?,?,?)")?;
+            for r in reports {
+                insert.execute(params![
+                    r.source,
+                    r.track,
+                    r.time_ns,
+                    r.position_m[0],
+                    r.position_m[1],
+                    r.velocity_mps.map(|v| v[0]),
+                    r.velocity_mps.map(|v| v[1]),
+                    r.callsign,
+                    r.coasting,
+                    r.last,
+                    r.received_ns
                 ])?;
             }
             Ok(())

@@ -52,6 +52,13 @@ CREATE TABLE tracks (
   PRIMARY KEY (scan, track)
 ) WITHOUT ROWID;
 
+-- Tracks of somebody else's tracker, as the gateway heard them in ASTERIX (--asterix-in).
+CREATE TABLE foreign_tracks (
+  source TEXT, track INTEGER,      -- SAC/SIC, and the number there
+  time_ns INTEGER, x_m REAL, y_m REAL, vx_ms REAL, vy_ms REAL, callsign TEXT, coasting INTEGER, last INTEGER,
+  received_ns INTEGER              -- wall clock, UTC
+);
+
 -- Measures of the SMDFM since the start of the run, as they stood at each scan.
 CREATE TABLE statistics (scan INTEGER, name TEXT, value REAL, PRIMARY KEY (scan, name)) WITHOUT ROWID;
 

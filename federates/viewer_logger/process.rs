@@ -7,17 +7,15 @@ use super::Viewer;
 use super::keeper::{Files, Heard, Keeper, Kept};
 use super::server::{Operate, Page, Server, serve};
 use crate::exchange::operator;
-use crate::runtime::bus::{Bus, BusError, Class, ask, hear_parts};
+use crate::runtime::bus::{Bus, BusError, Class, hear_parts};
 use crate::runtime::clock::{monotonic_ns, utc_ns};
-use crate::runtime::codec::{decode, encode};
+use crate::runtime::codec::encode;
 use crate::runtime::life_cycle::Phase;
-use crate::runtime::messages::{
-    Command, FederateStatus, Hello, Kind, Numbered, Report, ScanReport, Welcome,
-};
-use crate::runtime::process::{Usage, host_name, random_id};
+use crate::runtime::messages::{Command, FederateStatus, Kind, Numbered, Report, ScanReport};
+use crate::runtime::process::{Usage, host_name};
+use crate::runtime::spectator::{Joined, Spectator, hear, last};
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, TrySendError, bounded};
 use scenarios::Scene;
-use serde::de::DeserializeOwned;
 use std::collections::{BTreeMap, BTreeSet};
 use std::net::SocketAddr;
 use std::sync::Arc;
@@ -95,6 +93,12 @@ impl Inbox {
         self.send.send_timeout(Event::Stop, Duration::from_secs(1)).ok();
     }
 
+    /// Takes what a message is made into.
+    fn taking<T, F: Fn(T) -> Heard>(&self, heard: F) -> impl Fn(T) + use<T, F> {
+        let inbox = self.clone();
+        move |message| inbox.heard(heard(message))
+    }
+
     fn heard(&self, heard: Heard) {
         self.send.try_send(Event::Heard(heard)).ok(); // a scan that is lost here is missed by its number
     }
@@ -115,7 +119,16 @@ pub fn run(
     let server = open_page(task, page.as_ref(), &bus)?;
     let mut keeper = Keeper::open(Arc::clone(&scene), page, &task.files)?;
     subscribe(&*bus, &inbox)?;
-    let Some((name, fed, inc)) = join(task, &scene, &*bus, &inbox)? else {
+    let spectator = Spectator {
+        name: &task.name,
+        kind: Kind::ViewerLogger,
+        scene_hash: scene.hash,
+        patience: task.patience,
+        endpoint: &task.endpoint,
+    };
+    // What arrives before the run begins is heard again as last values; only a stop counts.
+    let stopped = |wait| matches!(inbox.receive.recv_timeout(wait), Ok(Event::Stop));
+    let Some(Joined { name, fed, inc }) = spectator.join(&*bus, stopped)? else {
         keeper.close(0);
         return Ok(None);
     };
@@ -158,104 +171,20 @@ fn operate_run(bus: &dyn Bus, endpoint: &str, order: Command) -> (bool, String) 
 }
 
 fn subscribe(bus: &dyn Bus, inbox: &Inbox) -> Result<(), BusError> {
-    let scans = inbox.clone();
-    hear_parts(bus, "tracks/1/scan", move |scan: ScanReport| {
-        scans.heard(Heard::Scan(Box::new(scan)));
-    })?;
-    hear(bus, inbox, "obs/state", Heard::State)?;
-    hear(bus, inbox, "obs/fed/*", Heard::Federate)?;
-    hear(bus, inbox, "obs/weather", Heard::Weather)?;
-    hear(bus, inbox, "obs/flights", Heard::Flights)?;
-    hear(bus, inbox, "obs/operation", Heard::Operation)
-}
-
-fn hear<T: DeserializeOwned>(
-    bus: &dyn Bus,
-    inbox: &Inbox,
-    pattern: &str,
-    heard: impl Fn(T) -> Heard + Send + Sync + 'static,
-) -> Result<(), BusError> {
-    let inbox = inbox.clone();
-    let sink = move |key: &str, octets: &[u8]| match decode(octets) {
-        Ok(message) => inbox.heard(heard(message)),
-        Err(error) => tracing::warn!(key, %error, "a message was dropped"),
-    };
-    bus.subscribe(pattern, Box::new(sink))
+    hear_parts(bus, "tracks/1/scan", inbox.taking(|scan: ScanReport| Heard::Scan(Box::new(scan))))?;
+    hear(bus, "obs/state", inbox.taking(Heard::State))?;
+    hear(bus, "obs/fed/*", inbox.taking(Heard::Federate))?;
+    hear(bus, "obs/weather", inbox.taking(Heard::Weather))?;
+    hear(bus, "obs/flights", inbox.taking(Heard::Flights))?;
+    hear(bus, "obs/foreign", inbox.taking(Heard::Foreign))?;
+    hear(bus, "obs/operation", inbox.taking(Heard::Operation))
 }
 
 /// Asks for what was said before this process listened.
 fn last_values(bus: &dyn Bus, inbox: &Inbox) -> Result<(), BusError> {
-    last(bus, inbox, "obs/state/last", Heard::State)?;
-    last(bus, inbox, "obs/weather/last", Heard::Weather)?;
-    last(bus, inbox, "obs/flights/last", Heard::Flights)
-}
-
-fn last<T: DeserializeOwned>(
-    bus: &dyn Bus,
-    inbox: &Inbox,
-    key: &str,
-    heard: impl Fn(T) -> Heard,
-) -> Result<(), BusError> {
-    if let Some(octets) = ask(bus, key, Vec::new(), Duration::from_millis(500))?
-        && let Ok(message) = decode(&octets)
-    {
-        inbox.heard(heard(message));
-    }
-    Ok(())
-}
-
-/// Joins under its name, or under that name with a number if another one of its kind has it: name, federation and
-/// incarnation.
-fn join(
-    task: &Task,
-    scene: &Scene,
-    bus: &dyn Bus,
-    inbox: &Inbox,
-) -> anyhow::Result<Option<(String, u128, u64)>> {
-    let mut hello = Hello {
-        name: task.name.clone(),
-        kind: Kind::ViewerLogger,
-        pid: std::process::id(),
-        host: host_name(),
-        version: crate::runtime::build::IDENTITY.to_owned(),
-        scene_hash: scene.hash,
-        instance: random_id(),
-        was: None,
-    };
-    let started = monotonic_ns();
-    let mut instance = 1;
-    loop {
-        let answer = ask(bus, "ctl/join", encode(&hello), Duration::from_millis(500))?;
-        match answer.as_deref().map(decode::<Welcome>) {
-            Some(Ok(Welcome::Accepted(accepted))) => {
-                return Ok(Some((hello.name, accepted.fed, accepted.inc)));
-            }
-            Some(Ok(Welcome::NameTaken)) if instance < INSTANCES => {
-                instance += 1;
-                hello.name = format!("{}-{instance}", task.name);
-                continue;
-            }
-            Some(Ok(Welcome::NameTaken)) => {
-                anyhow::bail!("{INSTANCES} viewer-loggers are in this federation already: end one")
-            }
-            Some(Ok(Welcome::Refused(why))) => {
-                anyhow::bail!("the administration station refused: {why}")
-            }
-            Some(Err(error)) => anyhow::bail!("the administration station refused: {error}"),
-            Some(Ok(Welcome::Later(_))) | None => {}
-        }
-        anyhow::ensure!(
-            monotonic_ns() - started < task.patience.as_nanos() as u64,
-            "{}: no administration station answered at {} within {} s: start one there (seeds admin-station), or check --sync-connect and --exercise",
-            task.name,
-            task.endpoint,
-            task.patience.as_secs()
-        );
-        // What arrives before the run begins is heard again as last values; only a stop counts.
-        if let Ok(Event::Stop) = inbox.receive.recv_timeout(Duration::from_millis(20)) {
-            return Ok(None);
-        }
-    }
+    last(bus, "obs/state/last", inbox.taking(Heard::State))?;
+    last(bus, "obs/weather/last", inbox.taking(Heard::Weather))?;
+    last(bus, "obs/flights/last", inbox.taking(Heard::Flights))
 }
 
 /// The loop and its counters.
@@ -392,8 +321,6 @@ impl Listening {
 const WAITING: usize = 65_536;
 /// Scans kept for looking back, octets.
 const HISTORY: usize = 256 << 20;
-/// Viewer-loggers of one federation, at most.
-const INSTANCES: u32 = 64;
 /// Federates whose names are kept, at most: anybody on the bus may say one.
 const HEARD: usize = 1024;
 const STATUS_NS: u64 = 1_000_000_000;

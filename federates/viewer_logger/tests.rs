@@ -28,6 +28,7 @@ pub(super) fn scan(n: u64) -> ScanReport {
         cov_m2: [4.0, 0.0, 9.0],
         ellipse: [0.0, 1.0, 9.0, 4.0],
         altitude_m: None,
+        velocity_mps: None,
         polar: Some([1200.0, 0.4, 2.0, 0.001]),
         scnr_db: Some(12.0),
         identity: String::new(),

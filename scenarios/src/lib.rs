@@ -25,6 +25,7 @@ pub mod template;
 pub mod tracking;
 pub mod traffic;
 pub mod types;
+pub mod vary;
 pub mod warnings;
 pub mod weather;
 

@@ -131,6 +131,7 @@ impl Demo {
                     cov_m2,
                     ellipse: [0.0, 1.0, cov_m2[2], cov_m2[0]],
                     altitude_m: None,
+                    velocity_mps: None,
                     polar: None,
                     scnr_db: Some(14.0 + 3.0 * draw(6)),
                     identity: String::new(),

@@ -1,6 +1,7 @@
 use super::*;
 use crate::runtime::bus::Request;
 use crate::runtime::local_bus::LocalHub;
+use crate::runtime::messages::Welcome;
 use crate::runtime::messages::{Accepted, Answer, Operation, RunState};
 use crate::viewer_logger::log::tests::Folder;
 use crate::viewer_logger::tests::{scan, weather};

@@ -1,0 +1,258 @@
+//! Targets as their own extended squitters: Beast frames, SBS lines, `aircraft.json` as receivers write it.
+//!
+//! What is sent is truth at the end of each scan, and half a second later in a straight line; targets without an address send
+//! nothing, unless addresses are to be invented.
+
+use super::Gateway;
+use super::items::pressure_altitude_m;
+use super::plots::ON_GROUND_M;
+use crate::runtime::messages::{ScanReport, TruthMessage};
+use geodesy::Enu;
+use mode_s::sbs::{self, Line, Says};
+use mode_s::{Due, Emitter, FOOT_M, Reading, Schedule, Target, beast, read};
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
+
+/// Pressure at sea level in the standard atmosphere, hPa.
+const STANDARD_HPA: f64 = 1013.25;
+/// First of the invented addresses; the number of the entity is added.
+const INVENTED: u32 = 0xf0_0000;
+
+/// A target with its name in the exercise.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Addressed {
+    /// DIS identifier.
+    pub id: [u16; 3],
+    /// What it sends.
+    pub target: Target,
+    /// Type designator; empty if not known.
+    pub type_designator: String,
+}
+
+/// Everybody who sends at the end of a scan, by identifier.
+#[must_use]
+pub fn targets(gateway: &Gateway, scan: &ScanReport, invent: bool) -> Vec<Addressed> {
+    let mut list: Vec<Addressed> = scan
+        .truth
+        .iter()
+        .filter_map(|truth| addressed(gateway, truth, scan.time_ns, invent))
+        .collect();
+    list.sort_by_key(|a| a.id);
+    list.dedup_by_key(|a| a.id);
+    list
+}
+
+fn addressed(
+    gateway: &Gateway,
+    truth: &TruthMessage,
+    time_ns: i64,
+    invent: bool,
+) -> Option<Addressed> {
+    let flight = gateway.flight(&truth.callsign);
+    let own = flight.and_then(|f| f.address);
+    let emitter = match own {
+        Some(address) if truth.aircraft => Emitter::aircraft(address, true),
+        Some(address) => Emitter::vehicle(address),
+        None if invent => Emitter::anonymous(INVENTED + u32::from(truth.id[2])),
+        None => return None,
+    };
+    let [east_m, north_m, up_m] = truth.position_m;
+    let place = gateway.frame.to_ecef(Enu { east_m, north_m, up_m }).to_geodetic();
+    let above_m = place.height_m - gateway.elevation_m;
+    let wake = flight.map_or("", |f| f.wake.as_str());
+    let category = match (truth.aircraft, wake) {
+        (false, _) if truth.type_designator == "FIRE" => 0xc1,
+        (false, _) => 0xc2,
+        (true, "L") => 0xa1,
+        (true, "M") => 0xa3,
+        (true, "H" | "J") => 0xa5,
+        (true, _) => 0xa0,
+    };
+    Some(Addressed {
+        id: truth.id,
+        type_designator: truth.type_designator.clone(),
+        target: Target {
+            emitter,
+            callsign: truth.callsign.clone(),
+            category,
+            lat_deg: place.lat_deg(),
+            lon_deg: place.lon_deg(),
+            pressure_altitude_m: pressure_altitude_m(
+                place.height_m,
+                gateway.pressure_hpa(time_ns).unwrap_or(STANDARD_HPA),
+            ),
+            velocity_mps: truth.velocity_mps,
+            heading_deg: truth.heading_rad.to_degrees().rem_euclid(360.0),
+            on_ground: above_m < ON_GROUND_M,
+            size_m: truth.size_m,
+            nac_p: NAC_P,
+        },
+    })
+}
+
+/// Accuracy that is said of the positions: 30 m. They are exact to the step of their code.
+const NAC_P: u8 = 9;
+
+/// Octets for the two ports, with the simulated time at which they are to be sent.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Piece {
+    /// Simulated time, ns.
+    pub time_ns: i64,
+    /// Beast frames.
+    pub beast: Vec<u8>,
+    /// SBS lines.
+    pub sbs: String,
+    /// Squitters in it.
+    pub messages: u64,
+}
+
+/// Keeps in mind what each target sent last.
+#[derive(Debug, Default)]
+pub struct Feed {
+    schedules: BTreeMap<[u16; 3], (Schedule, u64)>,
+    run: u32,
+    messages: u64,
+    refused: u64,
+}
+
+impl Feed {
+    /// Targets that could not be written.
+    #[must_use]
+    pub fn refused(&self) -> u64 {
+        self.refused
+    }
+
+    /// Squitters so far.
+    #[must_use]
+    pub fn messages(&self) -> u64 {
+        self.messages
+    }
+
+    /// What is sent from the end of this scan to the end of the next, by time.
+    pub fn on_scan(
+        &mut self,
+        gateway: &Gateway,
+        scan: &ScanReport,
+        targets: &[Addressed],
+    ) -> Vec<Piece> {
+        if self.run != scan.run {
+            self.run = scan.run;
+            self.schedules.clear();
+        }
+        let alive = |id: &[u16; 3]| targets.binary_search_by_key(id, |a| a.id).is_ok();
+        self.schedules.retain(|id, _| alive(id));
+        let mut pieces: BTreeMap<i64, Piece> = BTreeMap::new();
+        let until_ns = scan.time_ns + gateway.scan_ns;
+        for Addressed { id, target, .. } in targets {
+            let (schedule, count) = self.schedules.entry(*id).or_default();
+            let Ok(due) = schedule.due(target, scan.time_ns, until_ns) else {
+                self.refused += 1;
+                continue;
+            };
+            *count += due.len() as u64;
+            self.messages += due.len() as u64;
+            for due in due {
+                let piece = pieces.entry(due.time_ns).or_default();
+                piece.time_ns = due.time_ns;
+                piece.messages += 1;
+                beast::frame(&mut piece.beast, &due.message, due.time_ns);
+                let later = target.after((due.time_ns - scan.time_ns) as f64 * 1e-9);
+                line(&mut piece.sbs, &later, &due, gateway.utc_ns(due.time_ns));
+            }
+        }
+        pieces.into_values().collect()
+    }
+
+    /// `aircraft.json` at the end of a scan.
+    #[must_use]
+    pub fn aircraft_json(
+        &self,
+        gateway: &Gateway,
+        scan: &ScanReport,
+        targets: &[Addressed],
+    ) -> Value {
+        let round = |x: f64, digits: i32| {
+            let scale = libm::pow(10.0, f64::from(digits));
+            libm::round(x * scale) / scale
+        };
+        let aircraft: Vec<Value> = targets
+            .iter()
+            .map(|Addressed { id, target, type_designator }| {
+                let vehicle = target.category >> 4 == 0xc;
+                let invented = target.emitter.format == 18 && target.emitter.capability == 1;
+                // A tilde says that the address is none of ICAO's, as receivers do.
+                let hex = format!("{}{:06x}", if invented { "~" } else { "" }, target.emitter.address);
+                let mut entry = json!({
+                    "hex": hex,
+                    "type": if vehicle { "adsb_icao_nt" } else if invented { "adsb_other" } else { "adsb_icao" },
+                    "flight": format!("{:<8}", super::items::ident(&target.callsign)),
+                    "gs": round(target.speed_kt(), 1),
+                    "category": format!("{:02X}", target.category),
+                    "lat": round(target.lat_deg, 6),
+                    "lon": round(target.lon_deg, 6),
+                    "nic": 8, "rc": 186, "nac_p": target.nac_p, "sil": 3, "version": 2,
+                    "seen": 0.0, "seen_pos": 0.0,
+                    "messages": self.schedules.get(id).map_or(0, |s| s.1),
+                    "rssi": -6.0,
+                    "t": type_designator, "r": "",
+                });
+                let track = if target.moves() { "track" } else { "true_heading" };
+                entry[track] = json!(round(target.track_deg(), 2));
+                entry["alt_baro"] = if target.on_ground {
+                    json!("ground")
+                } else {
+                    json!(libm::round(target.pressure_altitude_m / FOOT_M / 25.0) * 25.0)
+                };
+                if !target.on_ground {
+                    let climb_fpm = target.velocity_mps[2] / FOOT_M * 60.0;
+                    entry["baro_rate"] = json!(libm::round(climb_fpm / 64.0) * 64.0);
+                }
+                entry
+            })
+            .collect();
+        json!({
+            "now": gateway.utc_ns(scan.time_ns) as f64 * 1e-9,
+            "messages": self.messages,
+            "aircraft": aircraft,
+        })
+    }
+}
+
+/// `receiver.json`: where the receiver stands.
+#[must_use]
+pub fn receiver_json(gateway: &Gateway) -> Value {
+    let [lat, lon] = gateway.place([0.0, 0.0]);
+    let version = concat!("seeds ", env!("CARGO_PKG_VERSION"));
+    json!({"version": version, "refresh": 1000, "history": 0, "lat": lat, "lon": lon})
+}
+
+/// The command line of a decoder beside a Beast port: without the receiver's place it shows nothing on the ground.
+#[must_use]
+pub fn decoder_command(gateway: &Gateway, port: std::net::SocketAddr) -> String {
+    let [lat, lon] = gateway.place([0.0, 0.0]);
+    format!(
+        "readsb --net-only --net-connector {},{},beast_in --lat {lat:.4} --lon {lon:.4}",
+        port.ip(),
+        port.port()
+    )
+}
+
+fn line(out: &mut String, target: &Target, due: &Due, utc_ns: i64) {
+    let Ok((emitter, reading)) = read(&due.message) else { return };
+    let (lat_deg, lon_deg) = (target.lat_deg, target.lon_deg);
+    let (speed_kt, track_deg) = (target.speed_kt(), target.track_deg());
+    let says = match &reading {
+        Reading::Surface { .. } => Says::Surface { speed_kt, track_deg, lat_deg, lon_deg },
+        Reading::Airborne { .. } => {
+            let altitude_ft = target.pressure_altitude_m / FOOT_M;
+            Says::Airborne { altitude_ft, lat_deg, lon_deg }
+        }
+        Reading::Velocity { .. } => {
+            let climb_fpm = target.velocity_mps[2] / FOOT_M * 60.0;
+            Says::Velocity { speed_kt, track_deg, climb_fpm }
+        }
+        Reading::Identification { callsign, .. } => Says::Identification(callsign),
+        Reading::Status { .. } | Reading::Other(_) => return,
+    };
+    sbs::line(out, &Line { address: emitter.address, utc_ns, says });
+}

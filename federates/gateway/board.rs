@@ -1,0 +1,225 @@
+//! What is known of the run, for everybody who asks: last values, encoded when somebody wants them.
+
+use super::adsb::{self, Feed, Piece};
+use super::public::{self, Heading};
+use super::{Choice, Gateway};
+use crate::runtime::messages::{
+    FederateStatus, FlightNotice, Operation, RunState, ScanReport, WeatherNotice,
+};
+use scenarios::Scene;
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use tokio::sync::watch;
+
+/// Keys that have one last value.
+pub const KEYS: [&str; 8] =
+    ["state", "scan", "tracks", "plots", "truth", "flights", "weather", "operation"];
+
+/// Federates whose last status is kept; a federation has far fewer.
+const FEDERATES: usize = 64;
+
+/// Last values.
+pub struct Board {
+    known: Mutex<Known>,
+    scans: watch::Sender<u64>,
+}
+
+struct Known {
+    gateway: Gateway,
+    exercise: u8,
+    scene: String,
+    scan: Option<Arc<ScanReport>>,
+    state: Option<RunState>,
+    operation: Option<Operation>,
+    federates: BTreeMap<String, FederateStatus>,
+    feed: Feed,
+    targets: Vec<adsb::Addressed>,
+    invent: bool,
+}
+
+impl Board {
+    /// An empty board; `invent` gives addresses to targets that have none.
+    #[must_use]
+    pub fn new(scene: &Scene, exercise: u8, invent: bool) -> Self {
+        let known = Known {
+            gateway: Gateway::new(scene, Choice::default()),
+            exercise,
+            scene: scene.name.clone(),
+            scan: None,
+            state: None,
+            operation: None,
+            federates: BTreeMap::new(),
+            feed: Feed::default(),
+            targets: Vec::new(),
+            invent,
+        };
+        Self { known: Mutex::new(known), scans: watch::Sender::new(0) }
+    }
+
+    fn known(&self) -> MutexGuard<'_, Known> {
+        // A panic while it was held leaves last values; they are still fit to show.
+        self.known.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Counts scans; whoever waits for the next watches it.
+    #[must_use]
+    pub fn scans(&self) -> watch::Receiver<u64> {
+        self.scans.subscribe()
+    }
+
+    /// A scan; what its targets send until the next one.
+    pub fn on_scan(&self, scan: &Arc<ScanReport>) -> Vec<Piece> {
+        let mut known = self.known();
+        let Known { gateway, feed, targets, invent, .. } = &mut *known;
+        *targets = adsb::targets(gateway, scan, *invent);
+        let pieces = feed.on_scan(gateway, scan, targets);
+        known.scan = Some(Arc::clone(scan));
+        drop(known);
+        self.scans.send_modify(|count| *count += 1);
+        pieces
+    }
+
+    /// How the run stands.
+    pub fn on_state(&self, state: RunState) {
+        let known = &mut self.known().state;
+        // An answer to a command may have told more than what was on its way.
+        let older = |k: &RunState| (k.run, k.frame) > (state.run, state.frame);
+        if !known.as_ref().is_some_and(older) {
+            *known = Some(state);
+        }
+    }
+
+    /// The flight list.
+    pub fn on_flights(&self, entries: Vec<FlightNotice>) {
+        self.known().gateway.on_flights(entries);
+    }
+
+    /// Weather from a time on.
+    pub fn on_weather(&self, notice: WeatherNotice) {
+        self.known().gateway.on_weather(notice);
+    }
+
+    /// An operator's command.
+    pub fn on_operation(&self, operation: Operation) {
+        self.known().operation = Some(operation);
+    }
+
+    /// Load and counters of a federate.
+    pub fn on_federate(&self, status: FederateStatus) {
+        let federates = &mut self.known().federates;
+        if federates.len() < FEDERATES || federates.contains_key(&status.name) {
+            federates.insert(status.name.clone(), status);
+        }
+    }
+
+    /// Moves all times, as [`Gateway::shift_to`].
+    pub fn shift_to(&self, time_ns: i64, utc_ns: i64) {
+        self.known().gateway.shift_to(time_ns, utc_ns);
+    }
+
+    /// Squitters made so far, and targets that could not be written.
+    #[must_use]
+    pub fn squitters(&self) -> (u64, u64) {
+        let known = self.known();
+        (known.feed.messages(), known.feed.refused())
+    }
+
+    /// Asks something of the gateway's own knowledge: frame, flights, weather, times.
+    pub fn with_gateway<T>(&self, ask: impl FnOnce(&Gateway) -> T) -> T {
+        ask(&self.known().gateway)
+    }
+
+    /// The command line of a decoder beside a Beast port.
+    #[must_use]
+    pub fn decoder_command(&self, port: std::net::SocketAddr) -> String {
+        adsb::decoder_command(&self.known().gateway, port)
+    }
+
+    /// Names of the federates that said something.
+    #[must_use]
+    pub fn federates(&self) -> Vec<String> {
+        self.known().federates.keys().cloned().collect()
+    }
+
+    /// The last value of a key, `federate/NAME` among them, and the schema; none if there is no such key, or nothing yet.
+    #[must_use]
+    pub fn value(&self, key: &str) -> Option<Value> {
+        if key == "schema" {
+            return Some(public::schema());
+        }
+        let known = self.known();
+        let heading = known.heading();
+        let gateway = &known.gateway;
+        let scan = || known.scan.as_deref();
+        let message = |name: &str, body: Option<Value>| {
+            Some(public::message(gateway, &heading, name, &body?))
+        };
+        let body = |value: Result<Value, _>| value.ok();
+        match key {
+            "scan" => message(
+                key,
+                scan().and_then(|s| body(serde_json::to_value(public::scan(gateway, s)))),
+            ),
+            "tracks" => message(
+                key,
+                scan().and_then(|s| body(serde_json::to_value(public::tracks(gateway, s)))),
+            ),
+            "plots" => {
+                message(key, scan().and_then(|s| body(serde_json::to_value(public::plots(s)))))
+            }
+            "truth" => message(
+                key,
+                scan().and_then(|s| body(serde_json::to_value(public::truths(gateway, s)))),
+            ),
+            "state" => {
+                let state = known.state.as_ref()?;
+                let time_ns = state.frame as i64 * state.step_ns;
+                let heading = Heading { time_ns, run: state.run, ..heading.clone() };
+                Some(public::message(gateway, &heading, key, &public::state(gateway, state)))
+            }
+            "flights" => {
+                Some(public::message(gateway, &heading, key, &public::flights(&gateway.flights)))
+            }
+            "weather" => {
+                let now = gateway.weather.iter().rev().find(|w| w.from_ns <= heading.time_ns);
+                let weather = public::weather(now.or(gateway.weather.first())?);
+                Some(public::message(gateway, &heading, key, &weather))
+            }
+            "operation" => {
+                let operation = known.operation.as_ref()?;
+                let heading = Heading { time_ns: operation.time_ns, ..heading.clone() };
+                Some(public::message(gateway, &heading, key, &public::operation(operation)))
+            }
+            "tracks.geojson" => {
+                let all =
+                    public::message(gateway, &heading, "tracks", &public::tracks(gateway, scan()?));
+                Some(public::geojson(all, "tracks"))
+            }
+            "truth.geojson" => {
+                let all =
+                    public::message(gateway, &heading, "truth", &public::truths(gateway, scan()?));
+                Some(public::geojson(all, "truth"))
+            }
+            "aircraft.json" => Some(known.feed.aircraft_json(gateway, scan()?, &known.targets)),
+            "receiver.json" => Some(adsb::receiver_json(gateway)),
+            _ => {
+                let status = known.federates.get(key.strip_prefix("federate/")?)?;
+                Some(public::message(gateway, &heading, "federate", &public::federate(status)))
+            }
+        }
+    }
+}
+
+impl Known {
+    fn heading(&self) -> Heading {
+        let scan = self.scan.as_deref();
+        Heading {
+            exercise: self.exercise,
+            scene: self.scene.clone(),
+            run: scan.map_or_else(|| self.state.as_ref().map_or(0, |s| s.run), |s| s.run),
+            scan: scan.map_or(0, |s| s.scan),
+            time_ns: scan.map_or(0, |s| s.time_ns),
+        }
+    }
+}

@@ -1,0 +1,190 @@
+//! FlightGear multiplayer: one position message an entity, 232 octets big-endian, for an eye view in somebody's own FlightGear.
+//!
+//! Header (32): magic, protocol 1.1, message 7, length, range in NM, reply port, call sign. Body (200): model, time, lag, position
+//! (earth-centred, m), orientation as angle times axis (earth-centred to body), velocities and accelerations in body axes
+//! (x forward, y right, z down), four octets of nothing. Source: FlightGear's `mpmessages.hxx` as of 2021.
+
+use super::Gateway;
+use super::board::Board;
+use super::items::ascii;
+use crate::runtime::messages::{ScanReport, TruthMessage};
+use geodesy::Enu;
+
+/// Octets of a message.
+pub const LENGTH: usize = 232;
+const MAGIC: u32 = 0x4647_4653;
+const VERSION: u32 = 0x0001_0001;
+const POSITION: u32 = 7;
+const RANGE_NM: u32 = 100;
+/// Messages of one scan.
+const MOST: usize = 1000;
+
+/// The messages of a scan's entities.
+#[must_use]
+pub fn packets(scan: &ScanReport, board: &Board) -> Vec<[u8; LENGTH]> {
+    let one = |gateway: &Gateway| {
+        scan.truth.iter().take(MOST).map(|truth| packet(gateway, truth, scan.time_ns)).collect()
+    };
+    board.with_gateway(one)
+}
+
+/// The message of one entity.
+#[must_use]
+pub fn packet(gateway: &Gateway, truth: &TruthMessage, time_ns: i64) -> [u8; LENGTH] {
+    let mut out = Writer { octets: [0; LENGTH], at: 0 };
+    out.put(&MAGIC.to_be_bytes());
+    out.put(&VERSION.to_be_bytes());
+    out.put(&POSITION.to_be_bytes());
+    out.put(&(LENGTH as u32).to_be_bytes());
+    out.put(&RANGE_NM.to_be_bytes());
+    out.put(&0_u32.to_be_bytes());
+    out.text(&ascii(&truth.callsign, 7), 8);
+    out.text(model(truth), 96);
+    out.put(&(time_ns as f64 / 1e9).to_be_bytes());
+    out.put(&0.1_f64.to_be_bytes());
+    let [east_m, north_m, up_m] = truth.position_m;
+    let point = gateway.frame.to_ecef(Enu { east_m, north_m, up_m });
+    for coordinate in [point.x_m, point.y_m, point.z_m] {
+        out.put(&coordinate.to_be_bytes());
+    }
+    let place = point.to_geodetic();
+    let axis =
+        orientation(place.lat_deg().to_radians(), place.lon_deg().to_radians(), truth.heading_rad);
+    out.floats(&axis);
+    let [ve, vn, vu] = truth.velocity_mps;
+    let (sine, cosine) = (libm::sin(truth.heading_rad), libm::cos(truth.heading_rad));
+    out.floats(&[vn * cosine + ve * sine, ve * cosine - vn * sine, -vu]);
+    out.octets
+}
+
+/// Angle times axis of the rotation from earth-centred to body axes, level, nose at `heading_rad`.
+#[must_use]
+pub fn orientation(lat_rad: f64, lon_rad: f64, heading_rad: f64) -> [f64; 3] {
+    // To north, east, down: about z by the longitude, then about y by −(90° + latitude). Then about z by the heading.
+    let (sz, cz) = (libm::sin(lon_rad / 2.0), libm::cos(lon_rad / 2.0));
+    let y = -std::f64::consts::FRAC_PI_4 - lat_rad / 2.0;
+    let (sy, cy) = (libm::sin(y), libm::cos(y));
+    let level = [cz * cy, -sz * sy, cz * sy, sz * cy];
+    let (sh, ch) = (libm::sin(heading_rad / 2.0), libm::cos(heading_rad / 2.0));
+    let [w, x, y, z] = level;
+    let q = [w * ch - z * sh, x * ch + y * sh, y * ch - x * sh, w * sh + z * ch];
+    let half = libm::acos(q[0].clamp(-1.0, 1.0));
+    let sine = libm::sin(half);
+    if sine.abs() < 1e-12 {
+        return [0.0; 3];
+    }
+    [q[1], q[2], q[3]].map(|part| part * 2.0 * half / sine)
+}
+
+/// A model that FlightGear knows; it shows one of its own where it lacks it.
+fn model(truth: &TruthMessage) -> &'static str {
+    match truth.type_designator.get(..2).unwrap_or_default() {
+        _ if !truth.aircraft => "Aircraft/followme/Models/follow_me.xml",
+        "B7" if truth.type_designator.starts_with("B77") => "Aircraft/777/Models/777-200ER.xml",
+        "A3" | "A2" => "Aircraft/A320neo/Models/A320neo.xml",
+        _ => "Aircraft/737-800/Models/737-800.xml",
+    }
+}
+
+struct Writer {
+    octets: [u8; LENGTH],
+    at: usize,
+}
+
+impl Writer {
+    fn put(&mut self, octets: &[u8]) {
+        self.octets[self.at..self.at + octets.len()].copy_from_slice(octets);
+        self.at += octets.len();
+    }
+
+    /// A text in `size` octets with at least one zero behind it.
+    fn text(&mut self, text: &str, size: usize) {
+        let octets = text.as_bytes();
+        let length = octets.len().min(size - 1);
+        self.octets[self.at..self.at + length].copy_from_slice(&octets[..length]);
+        self.at += size;
+    }
+
+    fn floats(&mut self, values: &[f64]) {
+        values.iter().for_each(|value| self.put(&(*value as f32).to_be_bytes()));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use geodesy::Geodetic;
+
+    /// A second reading of the message, by the offsets of its fields.
+    fn f64_at(octets: &[u8], at: usize) -> f64 {
+        f64::from_be_bytes(octets[at..at + 8].try_into().expect("eight"))
+    }
+
+    fn f32_at(octets: &[u8], at: usize) -> f64 {
+        f64::from(f32::from_be_bytes(octets[at..at + 4].try_into().expect("four")))
+    }
+
+    /// Where an axis of the body points in earth-centred coordinates (Rodrigues' formula).
+    fn turned(axis: [f64; 3], v: [f64; 3]) -> [f64; 3] {
+        let angle = axis.iter().map(|a| a * a).sum::<f64>().sqrt();
+        let k = axis.map(|a| a / angle);
+        let cross =
+            [k[1] * v[2] - k[2] * v[1], k[2] * v[0] - k[0] * v[2], k[0] * v[1] - k[1] * v[0]];
+        let dot: f64 = k.iter().zip(v).map(|(a, b)| a * b).sum();
+        let (s, c) = libm::sincos(angle);
+        [0, 1, 2].map(|i| v[i] * c + cross[i] * s + k[i] * dot * (1.0 - c))
+    }
+
+    #[test]
+    fn a_message_read_by_its_offsets_says_place_and_attitude() {
+        let scene = scenarios::load_without_truth(&scenarios::locate("zurich")).expect("the scene");
+        let gateway = Gateway::new(&scene, crate::gateway::Choice::default());
+        for heading_deg in [0.0, 45.0, 137.0, 359.0_f64] {
+            let heading_rad = heading_deg.to_radians();
+            let truth = TruthMessage {
+                id: [1, 2, 3],
+                callsign: "SWR137HXY".into(),
+                type_designator: "B77W".into(),
+                aircraft: true,
+                size_m: [70.0, 60.0],
+                position_m: [1000.0, -2000.0, 30.0],
+                velocity_mps: [10.0 * libm::sin(heading_rad), 10.0 * libm::cos(heading_rad), 2.0],
+                heading_rad,
+                ours: true,
+                track: None,
+            };
+            let octets = packet(&gateway, &truth, 12_500_000_000);
+            assert_eq!(&octets[..16], b"FGFS\0\x01\0\x01\0\0\0\x07\0\0\0\xe8");
+            assert_eq!(&octets[24..32], b"SWR137H\0");
+            assert_eq!(&octets[32..64], b"Aircraft/777/Models/777-200ER.xm");
+            assert_eq!((f64_at(&octets, 128), f64_at(&octets, 136)), (12.5, 0.1));
+            let point = [144, 152, 160].map(|at| f64_at(&octets, at));
+            let expected =
+                gateway.frame.to_ecef(Enu { east_m: 1000.0, north_m: -2000.0, up_m: 30.0 });
+            assert_eq!(point, [expected.x_m, expected.y_m, expected.z_m]);
+            // The nose points where one metre along the heading leads.
+            let axis = [168, 172, 176].map(|at| f32_at(&octets, at));
+            let nose = turned(axis, [1.0, 0.0, 0.0]);
+            let place: Geodetic = expected.to_geodetic();
+            let (lat, lon) = (place.lat_deg().to_radians(), place.lon_deg().to_radians());
+            let north = [
+                -libm::sin(lat) * libm::cos(lon),
+                -libm::sin(lat) * libm::sin(lon),
+                libm::cos(lat),
+            ];
+            let east = [-libm::sin(lon), libm::cos(lon), 0.0];
+            for i in 0..3 {
+                let wanted = north[i] * libm::cos(heading_rad) + east[i] * libm::sin(heading_rad);
+                assert!((nose[i] - wanted).abs() < 1e-6, "{heading_deg}: {nose:?}");
+            }
+            let down = turned(axis, [0.0, 0.0, 1.0]);
+            let up =
+                [libm::cos(lat) * libm::cos(lon), libm::cos(lat) * libm::sin(lon), libm::sin(lat)];
+            assert!((0..3).all(|i| (down[i] + up[i]).abs() < 1e-6), "{down:?}");
+            let velocity = [180, 184, 188].map(|at| f32_at(&octets, at));
+            assert!((velocity[0] - 10.0).abs() < 1e-5 && velocity[1].abs() < 1e-5, "{velocity:?}");
+            assert_eq!(velocity[2], -2.0);
+            assert!(octets[192..].iter().all(|o| *o == 0));
+        }
+    }
+}

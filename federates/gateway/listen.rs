@@ -1,0 +1,236 @@
+//! Tracks of somebody's tracker as they come: ASTERIX from the network, placed in the airport's plane and told to the federation.
+//!
+//! They change nothing: the log keeps them beside our own. A thread takes datagrams; what comes faster than they are read is
+//! dropped and counted, and so is what is damaged, by reason.
+
+use super::Gateway;
+use super::foreign::{ForeignPlace, ForeignTrack, track};
+use crate::runtime::messages::ForeignReport;
+use anyhow::Context;
+use asterix::blocks;
+use asterix::time::{Unwrap, of_day_s};
+use crossbeam_channel::{Receiver, TrySendError, bounded};
+use datalink::LinkConfig;
+use geodesy::Geodetic;
+use std::collections::BTreeMap;
+use std::net::IpAddr;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::Duration;
+
+/// Datagrams that may wait.
+const WAITING: usize = 1024;
+/// Datagrams that are read at once.
+const AT_ONCE: usize = 256;
+/// Farther than this from the reference point nothing belongs to an airport, m.
+const FARTHEST_M: f64 = 100_000.0;
+
+struct Arrived {
+    utc_ns: i64,
+    octets: Box<[u8]>,
+}
+
+/// Listens for foreign tracks.
+pub struct ForeignEar {
+    take: Receiver<Arrived>,
+    lost: Arc<AtomicU64>,
+    ends: Arc<AtomicBool>,
+    days: Option<Unwrap>,
+    refused: BTreeMap<String, u64>,
+    reports: u64,
+}
+
+impl ForeignEar {
+    /// Opens the links. With `from`, what others send is passed over and counted.
+    ///
+    /// # Errors
+    /// If one cannot be listened on.
+    pub fn open(links: &[LinkConfig], from: &[IpAddr]) -> anyhow::Result<Self> {
+        let (put, take) = bounded(WAITING);
+        let lost = Arc::new(AtomicU64::new(0));
+        let ends = Arc::new(AtomicBool::new(false));
+        for link in links {
+            let mut receiver = datalink::Receiver::open(link)
+                .with_context(|| format!("--asterix-in {}", link.to.first()))?;
+            let (put, lost, ends, from) =
+                (put.clone(), Arc::clone(&lost), Arc::clone(&ends), from.to_vec());
+            std::thread::Builder::new().name("asterix-in".into()).spawn(move || {
+                while !ends.load(Ordering::SeqCst) {
+                    let heard = receiver.receive(Some(Duration::from_millis(250)), |a| {
+                        if !from.is_empty() && !from.contains(&a.from.ip()) {
+                            return;
+                        }
+                        let arrived = Arrived { utc_ns: a.utc_ns, octets: a.payload.into() };
+                        if let Err(TrySendError::Full(_)) = put.try_send(arrived) {
+                            lost.fetch_add(1, Ordering::Relaxed);
+                        }
+                    });
+                    if let Err(error) = heard {
+                        tracing::warn!(%error, "foreign tracks are not heard any more");
+                        return;
+                    }
+                }
+            })?;
+        }
+        Ok(Self { take, lost, ends, days: None, refused: BTreeMap::new(), reports: 0 })
+    }
+
+    /// Reports that were read so far, and what was not, by reason.
+    #[must_use]
+    pub fn counted(&self) -> (u64, Vec<(String, u64)>) {
+        let mut refused: Vec<(String, u64)> = self.refused.clone().into_iter().collect();
+        match self.lost.load(Ordering::Relaxed) {
+            0 => {}
+            lost => refused.push(("foreign datagrams faster than they are read".to_owned(), lost)),
+        }
+        (self.reports, refused)
+    }
+
+    /// What has arrived, as far as it is read at once.
+    pub fn poll(&mut self, gateway: &Gateway) -> Vec<ForeignReport> {
+        let mut out = Vec::new();
+        let arrived: Vec<Arrived> = self.take.try_iter().take(AT_ONCE).collect();
+        for Arrived { utc_ns, octets } in arrived {
+            self.read(gateway, utc_ns, &octets, &mut out);
+        }
+        self.reports += out.len() as u64;
+        out
+    }
+
+    fn refuse(&mut self, reason: &str) {
+        *self.refused.entry(format!("foreign: {reason}")).or_default() += 1;
+    }
+
+    /// The good blocks before any damage count.
+    fn read(
+        &mut self,
+        gateway: &Gateway,
+        utc_ns: i64,
+        octets: &[u8],
+        out: &mut Vec<ForeignReport>,
+    ) {
+        for block in blocks(octets) {
+            let block = match block {
+                Ok(block) => block,
+                Err(e) => return self.refuse(e.fault.word()),
+            };
+            if block.category.is_none() {
+                self.refuse("unknown category");
+                continue;
+            }
+            for record in block.records() {
+                match record {
+                    Ok(record) => {
+                        if let Some(heard) = track(&record) {
+                            match self.placed(gateway, utc_ns, heard) {
+                                Some(report) => out.push(report),
+                                None => self.refuse("position out of 100 km"),
+                            }
+                        }
+                    }
+                    Err(e) => return self.refuse(e.fault.word()),
+                }
+            }
+        }
+    }
+
+    fn placed(
+        &mut self,
+        gateway: &Gateway,
+        received_ns: i64,
+        heard: ForeignTrack,
+    ) -> Option<ForeignReport> {
+        let position_m = match heard.place {
+            ForeignPlace::Local(place) => place,
+            ForeignPlace::Degrees([lat, lon]) => {
+                // Its point of the airport's plane: the ray of geocentric coordinates through the place on the ellipsoid.
+                let height_m = gateway.frame.origin_geodetic().height_m;
+                let there =
+                    gateway.frame.to_enu(Geodetic::from_degrees(lat, lon, height_m).to_ecef());
+                [there.east_m, there.north_m]
+            }
+        };
+        if !(libm::hypot(position_m[0], position_m[1]) <= FARTHEST_M) {
+            return None;
+        }
+        let start_s = of_day_s(gateway.utc_ns(0));
+        let days = self.days.get_or_insert_with(|| Unwrap::near(start_s));
+        let time_s = days.seconds(heard.of_day_s) - start_s;
+        let (sac, sic) = heard.source;
+        Some(ForeignReport {
+            source: format!("{sac}/{sic}"),
+            track: heard.number,
+            time_ns: (time_s * 1e9) as i64,
+            position_m,
+            velocity_mps: heard.velocity_mps,
+            callsign: heard.label,
+            coasting: heard.coasting,
+            last: heard.last,
+            received_ns,
+        })
+    }
+}
+
+impl Drop for ForeignEar {
+    fn drop(&mut self) {
+        self.ends.store(true, Ordering::SeqCst);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gateway::Choice;
+    use asterix::{Packer, cat062};
+
+    fn system_track(number: u32, time_s: f64, place: [f64; 2]) -> Vec<u8> {
+        let mut packer = Packer::new(1400);
+        packer
+            .record(&cat062::CATEGORY, |items| {
+                items.put(&cat062::I010, &[77, 9])?;
+                items.put(&cat062::I070, &[time_s])?;
+                items.put(&cat062::I100, &place)?;
+                items.put(&cat062::I185, &[3.0, -4.0])?;
+                items.put(&cat062::I040, &[number])
+            })
+            .expect("it fits");
+        packer.take().concat()
+    }
+
+    #[test]
+    fn tracks_are_placed_and_timed_and_damage_is_counted() {
+        let mut scene =
+            scenarios::load_without_truth(&scenarios::locate("zurich")).expect("the scene");
+        scene.run.start_utc_ns = 1_574_640_000_000_000_000 - 2_000_000_000; // 23:59:58
+        let gateway = Gateway::new(&scene, Choice::default());
+        let link = LinkConfig {
+            to: "127.0.0.1:0".parse().expect("an address"),
+            listen: Some("127.0.0.1:0".parse().expect("an address")),
+            ..LinkConfig::default()
+        };
+        let mut ear = ForeignEar::open(&[link], &[]).expect("it listens");
+        let mut out = Vec::new();
+        ear.read(&gateway, 5, &system_track(12, 86_399.0, [100.0, -50.0]), &mut out);
+        let far = system_track(12, 1.5, [200_000.0, 0.0]);
+        let two = [system_track(12, 1.5, [103.0, -54.0]), vec![62, 0, 200, 1]].concat();
+        ear.read(&gateway, 6, &two, &mut out);
+        ear.read(&gateway, 7, &far, &mut out);
+        ear.read(&gateway, 8, &[99, 0, 4, 1], &mut out);
+        let times: Vec<i64> = out.iter().map(|r| r.time_ns).collect();
+        assert_eq!(times, [1_000_000_000, 3_500_000_000], "over midnight");
+        assert_eq!((out[1].source.as_str(), out[1].track, out[1].received_ns), ("77/9", 12, 6));
+        assert_eq!((out[1].position_m, out[1].velocity_mps), ([103.0, -54.0], Some([3.0, -4.0])));
+        let (_, refused) = ear.counted();
+        assert_eq!(refused.len(), 3, "{refused:?}");
+        assert!(refused.iter().all(|(_, n)| *n == 1), "{refused:?}");
+        // A flood is dropped and counted; memory is bounded.
+        let flood: Vec<Arrived> =
+            (0..2000).map(|_| Arrived { utc_ns: 0, octets: far.clone().into() }).collect();
+        let (put, take) = bounded(WAITING);
+        ear.take = take;
+        let taken = flood.into_iter().map(|a| put.try_send(a).is_ok()).filter(|ok| *ok).count();
+        assert_eq!(taken, WAITING);
+        assert!(ear.poll(&gateway).is_empty());
+        assert_eq!(ear.take.len(), WAITING - AT_ONCE);
+    }
+}

@@ -1,0 +1,267 @@
+//! `seeds sweep SCENE --vary KEY=V1,V2 --seeds A..B -o FILE`: many runs, one table.
+
+use super::in_process::federation;
+use super::run::RunArgs;
+use crate::runtime::cli::{self, BAD_INPUT, COMPLETE, FAILED, fail, out};
+use anyhow::{Context, bail, ensure};
+use clap::{Args, Parser};
+use serde_json::{Map, Value, json};
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Run a scene many times as fast as possible and collect the summaries in one table
+#[derive(Args, Clone, Debug)]
+pub struct SweepArgs {
+    /// Scene: a TOML file, or the name of a scene that comes with SEEDS
+    #[arg(value_name = "SCENE", default_value = "zurich")]
+    scene: String,
+
+    /// A key of the scene and its values: tracking.profile=paper,accurate; lists are entered by number, name or kind: sensor.0.rpm=30,60. Several keys: all combinations
+    #[arg(long, value_name = "KEY=V1,V2,…", value_parser = vary)]
+    vary: Vec<Vary>,
+
+    /// Seeds: one, a list with commas, or a range A..B (B among them)
+    #[arg(long, value_name = "A..B", default_value = "1", value_parser = seeds)]
+    seeds: Seeds,
+
+    /// Simulated duration of each run, s [default: the scene's]
+    #[arg(long, value_name = "S", value_parser = cli::seconds)]
+    duration: Option<f64>,
+
+    /// Table: .csv, or .json with one object a run
+    #[arg(short, long, value_name = "FILE")]
+    out: PathBuf,
+}
+
+/// One key and the values that it takes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Vary {
+    key: String,
+    values: Vec<String>,
+}
+
+/// Seeds of the runs.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Seeds(Vec<u64>);
+
+/// Runs of one sweep.
+const MOST: usize = 100_000;
+
+/// Commas within brackets or quotes separate nothing.
+fn vary(text: &str) -> Result<Vary, String> {
+    let (key, list) = text.split_once('=').ok_or("KEY=V1,V2 is asked for")?;
+    let (mut values, mut depth, mut quoted) = (vec![String::new()], 0_i32, false);
+    for c in list.chars() {
+        match c {
+            '"' => quoted = !quoted,
+            '[' | '{' if !quoted => depth += 1,
+            ']' | '}' if !quoted => depth -= 1,
+            ',' if !quoted && depth == 0 => {
+                values.push(String::new());
+                continue;
+            }
+            _ => {}
+        }
+        if let Some(value) = values.last_mut() {
+            value.push(c);
+        }
+    }
+    if key.is_empty() || values.iter().any(String::is_empty) {
+        return Err("KEY=V1,V2 is asked for, without empty values".to_owned());
+    }
+    Ok(Vary { key: key.to_owned(), values })
+}
+
+fn seeds(text: &str) -> Result<Seeds, String> {
+    let number = |t: &str| t.trim().parse::<u64>().map_err(|_| format!("'{t}' is no seed"));
+    let mut list = Vec::new();
+    for part in text.split(',') {
+        match part.split_once("..") {
+            Some((a, b)) => {
+                let (a, b) = (number(a)?, number(b)?);
+                if a > b || b - a >= MOST as u64 {
+                    return Err(format!("'{part}': A..B with A not above B, at most {MOST} seeds"));
+                }
+                list.extend(a..=b);
+            }
+            None => list.push(number(part)?),
+        }
+    }
+    if list.iter().any(|seed| *seed > i64::MAX as u64) {
+        return Err(format!("a seed is at most {}", i64::MAX));
+    }
+    Ok(Seeds(list))
+}
+
+/// Runs them all; exit code 1 if one failed, with the table of the others.
+#[must_use]
+pub fn run(args: &SweepArgs) -> ExitCode {
+    cli::log_to_stderr(cli::LogFormat::Text, "error");
+    let runs = match runs(args) {
+        Ok(runs) => runs,
+        Err(e) => return fail(BAD_INPUT, format!("{e:#}")),
+    };
+    match sweep(args, &runs) {
+        Ok(0) => ExitCode::from(COMPLETE),
+        Ok(failed) => fail(
+            FAILED,
+            format!("{failed} of {} runs failed; the table has the others", runs.len()),
+        ),
+        Err(e) => fail(FAILED, format!("{e:#}")),
+    }
+}
+
+/// One run: values of the varied keys, seed, scene.
+struct One {
+    values: Vec<String>,
+    seed: u64,
+    scene: scenarios::Scene,
+}
+
+/// All combinations, each read as a scene before the first runs.
+fn runs(args: &SweepArgs) -> anyhow::Result<Vec<One>> {
+    cli::writable(&args.out)?;
+    let path = scenarios::locate(&args.scene);
+    let text =
+        scenarios::files::read_text(&path, 16 << 20).with_context(|| path.display().to_string())?;
+    let mut combinations: Vec<Vec<String>> = vec![Vec::new()];
+    for Vary { values, .. } in &args.vary {
+        ensure!(
+            combinations.len() * values.len() * args.seeds.0.len() <= MOST,
+            "more than {MOST} runs"
+        );
+        combinations = combinations
+            .iter()
+            .flat_map(|before| {
+                values.iter().map(move |v| [&before[..], std::slice::from_ref(v)].concat())
+            })
+            .collect();
+    }
+    let mut runs = Vec::new();
+    for values in combinations {
+        let mut changed = text.clone();
+        let mut said = Vec::new();
+        for (Vary { key, .. }, value) in args.vary.iter().zip(&values) {
+            said.push(format!("{key}={value}"));
+            changed = match scenarios::vary::with_key(&changed, key, value) {
+                Ok(changed) => changed,
+                Err(e) => bail!("--vary {key}={value}: {e}"),
+            };
+        }
+        let scene =
+            scenarios::load_text(&path, if args.vary.is_empty() { &text } else { &changed })
+                .with_context(|| format!("with {}", said.join(" ")))?;
+        let of_seed =
+            |seed: &u64| One { values: values.clone(), seed: *seed, scene: scene.clone() };
+        runs.extend(args.seeds.0.iter().map(of_seed));
+    }
+    Ok(runs)
+}
+
+fn sweep(args: &SweepArgs, runs: &[One]) -> anyhow::Result<usize> {
+    let (mut table, mut failed) = (Vec::new(), 0);
+    for (index, one) in runs.iter().enumerate() {
+        let mut line =
+            vec!["run".to_owned(), args.scene.clone(), "--fast".into(), "--in-process".into()];
+        line.extend(["--no-viewer".into(), "--seed".into(), one.seed.to_string()]);
+        if let Some(seconds) = args.duration {
+            line.extend(["--duration".to_owned(), seconds.to_string()]);
+        }
+        let run = Inner::try_parse_from(line).context("the run's own command line")?.run;
+        let mut summaries = Vec::new();
+        let code = federation(&run, &one.scene, |summary| summaries.push(summary))?;
+        let mut row = Map::new();
+        for (Vary { key, .. }, value) in args.vary.iter().zip(&one.values) {
+            row.insert(key.clone(), json!(value));
+        }
+        match summaries.pop() {
+            Some(summary) if code == COMPLETE => {
+                flatten("", &serde_json::to_value(&summary)?, &mut row);
+                table.push(row);
+            }
+            _ => failed += 1,
+        }
+        let values: Vec<String> =
+            args.vary.iter().zip(&one.values).map(|(v, to)| format!("{}={to} ", v.key)).collect();
+        out!("{} of {}: {}seed {}", index + 1, runs.len(), values.concat(), one.seed);
+    }
+    write(args, &table)?;
+    Ok(failed)
+}
+
+#[derive(Parser)]
+struct Inner {
+    #[command(flatten)]
+    run: RunArgs,
+}
+
+/// Numbers, texts and truth values under their names, those of inner objects as `outer.inner`.
+fn flatten(prefix: &str, value: &Value, row: &mut Map<String, Value>) {
+    for (name, value) in value.as_object().into_iter().flatten() {
+        let name = if prefix.is_empty() { name.clone() } else { format!("{prefix}.{name}") };
+        match value {
+            Value::Object(_) => flatten(&name, value, row),
+            Value::Array(_) => {}
+            other => drop(row.insert(name, other.clone())),
+        }
+    }
+}
+
+fn write(args: &SweepArgs, table: &[Map<String, Value>]) -> anyhow::Result<()> {
+    let doing = || args.out.display().to_string();
+    let mut file = std::io::BufWriter::new(std::fs::File::create(&args.out).with_context(doing)?);
+    if args.out.extension().is_some_and(|e| e == "json") {
+        serde_json::to_writer_pretty(&mut file, table)?;
+        writeln!(file)?;
+    } else {
+        // Varied keys first, then the seed; the other columns as they come, of all runs.
+        let mut columns: Vec<&str> = args.vary.iter().map(|v| v.key.as_str()).collect();
+        for name in
+            ["seed"].into_iter().chain(table.iter().flat_map(|row| row.keys().map(String::as_str)))
+        {
+            if !columns.contains(&name) {
+                columns.push(name);
+            }
+        }
+        writeln!(file, "{}", columns.iter().map(|c| cell(c)).collect::<Vec<_>>().join(","))?;
+        for row in table {
+            let cells = columns.iter().map(|name| match row.get(*name) {
+                None | Some(Value::Null) => String::new(),
+                Some(Value::String(text)) => cell(text),
+                Some(other) => other.to_string(),
+            });
+            writeln!(file, "{}", cells.collect::<Vec<_>>().join(","))?;
+        }
+    }
+    file.flush().with_context(doing)
+}
+
+/// A cell of a table; what has commas, quotes or line ends stands in quotes.
+pub(crate) fn cell(text: &str) -> String {
+    if text.contains([',', '"', '\n', '\r']) {
+        format!("\"{}\"", text.replace('"', "\"\""))
+    } else {
+        text.to_owned()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_and_seeds_are_read() {
+        let read = vary("sensor.0.site=[1, 2],[3, 4]").expect("sound");
+        assert_eq!((read.key.as_str(), read.values.len()), ("sensor.0.site", 2));
+        assert_eq!(vary("a=\"x,y\",z").expect("sound").values, ["\"x,y\"", "z"]);
+        for wrong in ["a", "a=", "=1", "a=1,,2"] {
+            assert!(vary(wrong).is_err(), "{wrong}");
+        }
+        assert_eq!(seeds("3..5,9"), Ok(Seeds(vec![3, 4, 5, 9])));
+        for wrong in ["", "5..3", "a", "1..99999999", "-1"] {
+            assert!(seeds(wrong).is_err(), "{wrong}");
+        }
+        assert_eq!(cell("a,\"b\""), "\"a,\"\"b\"\"\"");
+    }
+}
