@@ -33,7 +33,7 @@ layout = "airports/LSZH.apt.dat"
 ground_network = "airports/LSZH.groundnet.xml"
 reference = { lat_deg = 47.458, lon_deg = 8.548, height_m = 432 }
 [weather]
-timeline = [{ at_s = 0, wind_from_deg = 10, cells = [{ east_m = 0, north_m = 0, radius_m = 10, rain_mm_per_h = 1 }] }]
+timeline = [{ at_s = 0, wind_mps = 1, wind_from_deg = 10, cells = [{ east_m = 0, north_m = 0, radius_m = 10, rain_mm_per_h = 1 }] }]
 [[traffic]]
 kind = "recorded"
 callsign = "EDW229"

@@ -13,7 +13,7 @@ fn a_new_scene_of_every_shipped_airport_is_read_and_nothing_in_it_is_silly() {
     for icao in ["LSZH", "EHAM", "EGCC", "XSYN", "LIMC", "LZIB"] {
         let layout = layout_of(icao).expect(icao);
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("made.toml");
-        let wanted = Wanted { layout, path, minutes: 5.0, per_h: 20.0 };
+        let wanted = Wanted { layout, path, minutes: 20.0, per_h: 60.0 };
         let (text, made) = scene(&wanted).unwrap_or_else(|e| panic!("{icao}: {e}"));
         assert_eq!(made.sensors.len(), 3, "{icao}");
         assert!(!made.traffic.entities.is_empty(), "{icao}: {text}");
@@ -58,5 +58,5 @@ fn what_is_silly_is_said_with_number_line_and_cure_and_can_be_silenced() {
     );
     let (_, found) = check(&zurich(), &twice).expect("legal");
     let words: Vec<String> = found.iter().map(|w| w.word()).collect();
-    assert_eq!(words, ["W03", "W01", "W03"], "{found:?}");
+    assert_eq!(words, ["W03", "W03", "W01"], "{found:?}");
 }
