@@ -20,11 +20,11 @@ use crate::keys::Key;
 use crate::kind::{Assumed, Kind, Symbol};
 use crate::plot::{SensorId, SensorKind};
 use crate::sensors::bounds::{GEOMETRY_SHARE, SIGMAS, given, noise, percent, planned, two};
-use crate::sensors::declared::{Declared, Given, Modelled, Settings};
-use crate::sensors::planned::Planned;
 use crate::sensors::config::{ConfigError, check, number};
 use crate::sensors::cooperative::{self, Equipage, Fix, Fleet, Reporting, Reports, shown};
+use crate::sensors::declared::{Declared, Given, Modelled, Settings};
 use crate::sensors::gps::Wander;
+use crate::sensors::planned::Planned;
 use crate::sensors::{PlotSink, ScanInterval, Sensor, Truth};
 
 /// Radius that holds 95 % of the error for a navigation accuracy category, m; `None` where the
@@ -334,12 +334,36 @@ const DRAWS: Purpose = Purpose::Own(20);
 
 const KEYS: &[Key] = &[
     Key::whole("nacp", 6, 11, "Navigation accuracy category of the targets"),
-    Key::number("parked_s", "s", 0.01, 3600.0, "Time between two reports of a standing target, not less than `report_s`"),
-    Key::number("parked_below_mps", "m/s", 0.0, 100.0, "Below this speed a target counts as standing"),
-    Key::number("latency_min_s", "s", 0.0, 10.0, "Shortest delay from measuring to sending; each target has its own"),
+    Key::number(
+        "parked_s",
+        "s",
+        0.01,
+        3600.0,
+        "Time between two reports of a standing target, not less than `report_s`",
+    ),
+    Key::number(
+        "parked_below_mps",
+        "m/s",
+        0.0,
+        100.0,
+        "Below this speed a target counts as standing",
+    ),
+    Key::number(
+        "latency_min_s",
+        "s",
+        0.0,
+        10.0,
+        "Shortest delay from measuring to sending; each target has its own",
+    ),
     Key::number("latency_max_s", "s", 0.0, 10.0, "Longest delay from measuring to sending"),
     Key::number("reception", "", 0.0, 1.0, "Share of reports that are received"),
-    Key::number("correlated_share", "", 0.0, 1.0, "Share of the position's variance that is correlated in time"),
+    Key::number(
+        "correlated_share",
+        "",
+        0.0,
+        1.0,
+        "Share of the position's variance that is correlated in time",
+    ),
     Key::number("tau_s", "s", 1e-3, 1e6, "Correlation time of that share"),
 ];
 

@@ -6,25 +6,26 @@
 //! Hwang, McGraw & Bader (1999), where the smoothing time counts twice.
 
 use crate::draw::DrawKey;
+use crate::effects::positioning::{Model, Planning, PositioningEffect as E, PositioningLevels};
 use crate::effects::{Level, PlanRow};
-use crate::effects::positioning::{
-    Model, Planning, PositioningEffect as E, PositioningLevels, 
-};
 use crate::environment::Weather;
 use crate::frames::Vector2;
 use crate::keys::Key;
 use crate::kind::{Assumed, Kind, Symbol};
 use crate::plot::{SensorId, SensorKind};
-use crate::sensors::satellite_bounds;
-use crate::sensors::declared::{Declared, Given, Modelled, Settings};
-use crate::sensors::planned::Planned;
 use crate::sensors::config::{ConfigError, check, count, number};
-use crate::sensors::cooperative::{self, Equipage, Fix, Fleet, Reporting, Reports, shown};
-use crate::sensors::gps::{self, read_process, read_services, read_soft, 
-    NorthEast, Quality, Receiver, SoftFailure, Statistical, validate_process, validate_service,
-};
 use crate::sensors::constellation;
-use crate::sensors::ranging::{self, RangeCorrections, Ranging, RangingConfig, RangingReceiver, Want};
+use crate::sensors::cooperative::{self, Equipage, Fix, Fleet, Reporting, Reports, shown};
+use crate::sensors::declared::{Declared, Given, Modelled, Settings};
+use crate::sensors::gps::{
+    self, NorthEast, Quality, Receiver, SoftFailure, Statistical, read_process, read_services,
+    read_soft, validate_process, validate_service,
+};
+use crate::sensors::planned::Planned;
+use crate::sensors::ranging::{
+    self, RangeCorrections, Ranging, RangingConfig, RangingReceiver, Want,
+};
+use crate::sensors::satellite_bounds;
 use crate::sensors::service::{Alternating, Service, ServiceState};
 use crate::sensors::{PlotSink, ScanInterval, Sensor, TargetState, Truth};
 use crate::time::SimTime;
@@ -360,7 +361,8 @@ impl Sensor for Dgps {
                     |receiver, due| {
                         reports.expected();
                         let draw = reporting.key(interval, due);
-                        let levels = planning.levels_for(&due.state.velocity_mps, || distance_m(&due.state));
+                        let levels =
+                            planning.levels_for(&due.state.velocity_mps, || distance_m(&due.state));
                         let corrected = station.up_at(due.time, &levels, planning);
                         let quality =
                             receiver.service(&model.service, draw, due.time, &levels, planning);
@@ -434,7 +436,8 @@ impl Sensor for Dgps {
                     |_| ranging.receiver(),
                     |receiver, due| {
                         reports.expected();
-                        let levels = planning.levels_for(&due.state.velocity_mps, || distance_m(&due.state));
+                        let levels =
+                            planning.levels_for(&due.state.velocity_mps, || distance_m(&due.state));
                         if !station.up_at(due.time, &levels, planning) {
                             return;
                         }
@@ -504,15 +507,33 @@ const LEVEL_KEYS: &[Key] = &[
 ];
 
 const KEYS: &[Key] = &[
-    Key::number("reference_up", "", 1e-9, 1.0, "Share of time in which the reference station works"),
+    Key::number(
+        "reference_up",
+        "",
+        1e-9,
+        1.0,
+        "Share of time in which the reference station works",
+    ),
     Key::number("reference_mttr_s", "s", 1e-9, 1e10, "Mean length of its outages"),
     Key::number("sigma_user_m", "m", 1e-3, 1e3, "Deviation of the receiver's own error"),
     Key::number("sigma_ref_m", "m", 0.0, 1e3, "Deviation of the reference station's error"),
     Key::number("obliquity", "", 1.0, 10.0, "Slant of the rays through the ionosphere"),
-    Key::number("correction_acceleration_ms2", "m/s²", 0.0, 10.0, "Acceleration of a range error while its correction ages"),
+    Key::number(
+        "correction_acceleration_ms2",
+        "m/s²",
+        0.0,
+        10.0,
+        "Acceleration of a range error while its correction ages",
+    ),
     Key::number("north_factor", "", 1e-3, 100.0, "Dilution to the north"),
     Key::number("east_factor", "", 1e-3, 100.0, "Dilution to the east"),
-    Key::number("correlated_share", "", 0.0, 1.0, "Share of the variance that is correlated in time"),
+    Key::number(
+        "correlated_share",
+        "",
+        0.0,
+        1.0,
+        "Share of the variance that is correlated in time",
+    ),
     Key::number("tau_s", "s", 1e-3, 1e6, "Correlation time of that share"),
 ];
 
@@ -546,9 +567,7 @@ pub static DECLARED: Declared = Declared {
     models: &[
         Modelled {
             model: &BUDGET,
-            example: |id| {
-                Ok(Box::new(Dgps::new(DgpsConfig::on_airport(id, Vector2::zeros()))?))
-            },
+            example: |id| Ok(Box::new(Dgps::new(DgpsConfig::on_airport(id, Vector2::zeros()))?)),
             file: file!(),
         },
         Modelled {

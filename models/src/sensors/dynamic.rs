@@ -10,20 +10,20 @@
 use nalgebra::{Matrix4, Vector4};
 
 use crate::draw::{DrawKey, Purpose, normal_pair, normal_pair_of, uniform};
-use crate::effects::{Level, Loss, PlanRow};
 use crate::effects::positioning::{
     Ladders, Model, Planning, PositioningEffect as E, PositioningLevels, PositioningScene,
 };
+use crate::effects::{Level, Loss, PlanRow};
 use crate::environment::Weather;
 use crate::frames::Vector2;
 use crate::keys::{Holds, Key};
 use crate::kind::{Assumed, Kind, Symbol};
 use crate::plot::{SensorId, SensorKind};
 use crate::sensors::bounds::{SIGMAS, percent, two};
-use crate::sensors::declared::{Declared, Given, Modelled, Settings};
-use crate::sensors::planned::Planned;
 use crate::sensors::config::{ConfigError, check, count, number};
 use crate::sensors::cooperative::{self, Equipage, Fix, Fleet, Reporting, Reports, shown};
+use crate::sensors::declared::{Declared, Given, Modelled, Settings};
+use crate::sensors::planned::Planned;
 use crate::sensors::ranging::ellipse;
 use crate::sensors::{PlotSink, ScanInterval, Sensor, Truth};
 use crate::time::SimTime;
@@ -263,8 +263,8 @@ impl Sensor for Dynamic {
                     .any(|place| (place - position_m).norm() <= config.reset_radius_m);
                 // One stream for all: what is left out takes its draws with it.
                 let (walks, whites) = (levels.on(E::Heading), levels.on(E::White));
-                let mut rng = (walks || whites || known)
-                    .then(|| reporting.key(interval, due).rng(DRAWS));
+                let mut rng =
+                    (walks || whites || known).then(|| reporting.key(interval, due).rng(DRAWS));
                 let mut pair = |used: bool| {
                     let mut draw = || rng.as_mut().map_or(0.0, uniform);
                     let (first, second) = (draw(), draw());
@@ -322,7 +322,11 @@ const KEYS: &[Key] = &[
     Key::number("heading_walk_deg_per_sqrt_h", "°/√h", 0.0, 360.0, "Growth of the heading error"),
     Key::number("sigma_start_m", "m", 1e-3, 1e4, "Position error at the start and after a reset"),
     Key::number("sigma_white_m", "m", 0.0, 1e4, "White error of each report"),
-    Key::new("resets", Holds::Places(&[]), "Places where the position becomes known again; at most 256"),
+    Key::new(
+        "resets",
+        Holds::Places(&[]),
+        "Places where the position becomes known again; at most 256",
+    ),
     Key::number("reset_radius_m", "m", 0.0, 1e4, "How near a target must come to one"),
 ];
 
@@ -337,13 +341,20 @@ pub static DECLARED: Declared = Declared {
         radar: false,
         needs_site: false,
         carried: true,
-        presets: &[("odometer", "0.5 % of the way along, half a degree across, growing by 3° in an hour")],
+        presets: &[(
+            "odometer",
+            "0.5 % of the way along, half a degree across, growing by 3° in an hour",
+        )],
         keys: &[cooperative::KEYS, KEYS],
         draws: &[DRAWS],
         assumed: Assumed::NOTHING,
     },
     read: Some(|given| Ok(Arc::new(DynamicConfig::read(given)))),
-    models: &[Modelled { model: &MODEL, example: |id| Ok(Box::new(Dynamic::new(DynamicConfig::odometer(id))?)), file: file!() }],
+    models: &[Modelled {
+        model: &MODEL,
+        example: |id| Ok(Box::new(Dynamic::new(DynamicConfig::odometer(id))?)),
+        file: file!(),
+    }],
 };
 
 impl DynamicConfig {

@@ -13,24 +13,23 @@
 //! Signal Specification (1995), SPS Performance Standard (2001, 2020).
 
 use crate::draw::{DrawKey, Purpose, normal_pair, uniform};
-use crate::effects::{Level, PlanRow};
 use crate::effects::positioning::{
-    Ladders, Model, Planning, PositioningEffect as E, PositioningLevels, 
-    PositioningScene,
+    Ladders, Model, Planning, PositioningEffect as E, PositioningLevels, PositioningScene,
 };
+use crate::effects::{Level, PlanRow};
 use crate::environment::Weather;
 use crate::frames::{Matrix2, Vector2};
 use crate::keys::Key;
 use crate::kind::{Assumed, Kind, Symbol};
 use crate::plot::{SensorId, SensorKind};
-use crate::sensors::satellite_bounds;
-use crate::sensors::declared::{Declared, Given, Modelled, Settings};
-use crate::sensors::planned::Planned;
 use crate::sensors::config::{ConfigError, check, number};
 use crate::sensors::constellation::{self, Dop, Sky, SkyConfig, SkyEpoch};
 use crate::sensors::cooperative::{self, Equipage, Fix, Fleet, Reporting, Reports, Shown, shown};
+use crate::sensors::declared::{Declared, Given, Modelled, Settings};
 use crate::sensors::gauss_markov::Gm1Pair;
+use crate::sensors::planned::Planned;
 use crate::sensors::ranging::{self, Ranging, RangingConfig, RangingReceiver, Want, ellipse};
+use crate::sensors::satellite_bounds;
 use crate::sensors::service::{Alternating, Service, ServiceState};
 use crate::sensors::{PlotSink, ScanInterval, Sensor, Truth};
 use crate::time::SimTime;
@@ -405,14 +404,16 @@ impl Sensor for Gps {
         match &mut self.engine {
             Engine::Statistical { model, fleet } => {
                 if survey {
-                    fleet.survey(reporting, interval, truth, |s| planning.see(&s.velocity_mps, 0.0));
+                    fleet
+                        .survey(reporting, interval, truth, |s| planning.see(&s.velocity_mps, 0.0));
                 }
                 planning.prepare(|scene| satellite_bounds::gps_statistical(model, scene));
                 statistical(model, fleet, reporting, planning, interval, truth, &mut reports);
             }
             Engine::Constellation { model, sky, fleet } => {
                 if survey {
-                    fleet.survey(reporting, interval, truth, |s| planning.see(&s.velocity_mps, 0.0));
+                    fleet
+                        .survey(reporting, interval, truth, |s| planning.see(&s.velocity_mps, 0.0));
                 }
                 prepare_sky(
                     sky,
@@ -427,7 +428,8 @@ impl Sensor for Gps {
             }
             Engine::PerSatellite { ranging, fleet } => {
                 if survey {
-                    fleet.survey(reporting, interval, truth, |s| planning.see(&s.velocity_mps, 0.0));
+                    fleet
+                        .survey(reporting, interval, truth, |s| planning.see(&s.velocity_mps, 0.0));
                 }
                 ranging.prepare(interval, planning, |config, scene| {
                     satellite_bounds::gps_per_satellite(config, scene)
@@ -785,12 +787,30 @@ const LEVEL_KEYS: &[Key] = &[Key::word(
 
 /// Keys of outages that are drawn by shares of time.
 pub(crate) const SERVICE_KEYS: &[Key] = &[
-    Key::number("coverage", "", 1e-9, 1.0, "Share of time in which a position is possible at the place"),
+    Key::number(
+        "coverage",
+        "",
+        1e-9,
+        1.0,
+        "Share of time in which a position is possible at the place",
+    ),
     Key::number("coverage_mttr_s", "s", 1e-9, 1e10, "Mean length of a gap in coverage"),
     Key::number("availability", "", 1e-9, 1.0, "Share of that in which enough satellites work"),
     Key::number("availability_mttr_s", "s", 1e-9, 1e10, "Mean length of such an outage"),
-    Key::number("reliability", "", 1e-9, 1.0, "Share of that in which the error is within its statistics"),
-    Key::number("reliability_mttr_s", "s", 1e-9, 1e10, "Mean length of a time with a position far off"),
+    Key::number(
+        "reliability",
+        "",
+        1e-9,
+        1.0,
+        "Share of that in which the error is within its statistics",
+    ),
+    Key::number(
+        "reliability_mttr_s",
+        "s",
+        1e-9,
+        1e10,
+        "Mean length of a time with a position far off",
+    ),
 ];
 
 /// Keys of positions far off.
@@ -805,13 +825,18 @@ const ERROR_KEYS: &[Key] = &[
     Key::number("mean_east_m", "m", -1e4, 1e4, "Mean error to the east"),
     Key::number("sigma_north_m", "m", 1e-3, 1e4, "Deviation of the whole error to the north"),
     Key::number("sigma_east_m", "m", 1e-3, 1e4, "Deviation of the whole error to the east"),
-    Key::number("correlated_share", "", 0.0, 1.0, "Share of the variance that is correlated in time"),
+    Key::number(
+        "correlated_share",
+        "",
+        0.0,
+        1.0,
+        "Share of the variance that is correlated in time",
+    ),
     Key::number("tau_s", "s", 1e-3, 1e6, "Correlation time of that share"),
 ];
 
-const DILUTED_KEYS: &[Key] = &[
-    Key::number("uere_m", "m", 1e-3, 1e4, "Deviation of one range, at level constellation"),
-];
+const DILUTED_KEYS: &[Key] =
+    &[Key::number("uere_m", "m", 1e-3, 1e4, "Deviation of one range, at level constellation")];
 
 /// The kind `gps`.
 pub static DECLARED: Declared = Declared {

@@ -8,20 +8,20 @@
 //! Detector Handbook*, FHWA 2006); delays, detection and false rates are assumptions.
 
 use crate::draw::{DrawKey, Purpose, exponential, normal_pair, uniform};
-use crate::effects::{Level, Loss, PlanRow};
 use crate::effects::positioning::{
     Ladders, Model, Planning, PositioningEffect as E, PositioningScene,
 };
+use crate::effects::{Level, Loss, PlanRow};
 use crate::environment::Weather;
 use crate::frames::{Azimuth, Vector2};
 use crate::keys::Key;
 use crate::kind::{Assumed, Kind, Symbol};
 use crate::plot::{Plot, SensorId, SensorKind};
 use crate::sensors::bounds::{SIGMAS, duration, percent, two};
-use crate::sensors::declared::{Declared, Given, Modelled, Settings};
-use crate::sensors::planned::Planned;
 use crate::sensors::config::{ConfigError, check, number};
 use crate::sensors::cooperative::shown;
+use crate::sensors::declared::{Declared, Given, Modelled, Settings};
+use crate::sensors::planned::Planned;
 use crate::sensors::{Cause, Contribution, PlotSink, ScanInterval, Sensor, Truth};
 use crate::time::SimTime;
 use std::sync::Arc;
@@ -522,18 +522,49 @@ impl Sensor for InductionLoop {
 const DRAWS: Purpose = Purpose::Own(22);
 
 const KEYS: &[Key] = &[
-    Key::number("direction_deg", "°", -360.0, 360.0, "Direction of the taxiway, clockwise from north; traffic may come from both sides").needed(),
+    Key::number(
+        "direction_deg",
+        "°",
+        -360.0,
+        360.0,
+        "Direction of the taxiway, clockwise from north; traffic may come from both sides",
+    )
+    .needed(),
     Key::number("length_m", "m", 0.1, 100.0, "Length of a loop along the taxiway"),
     Key::number("half_width_m", "m", 0.1, 100.0, "Half the width of the strip that it covers"),
     Key::number("spacing_m", "m", 0.5, 100.0, "Distance between the two loops of a pair"),
     Key::number("sigma_spacing_m", "m", 0.0, 1.0, "Uncertainty of that distance"),
-    Key::number("sigma_edge_m", "m", 1e-3, 100.0, "Uncertainty of the edge of a target over a loop"),
-    Key::number("delay_s", "s", 0.0, 10.0, "Longest delay of a detection; each is uniform up to it"),
+    Key::number(
+        "sigma_edge_m",
+        "m",
+        1e-3,
+        100.0,
+        "Uncertainty of the edge of a target over a loop",
+    ),
+    Key::number(
+        "delay_s",
+        "s",
+        0.0,
+        10.0,
+        "Longest delay of a detection; each is uniform up to it",
+    ),
     Key::number("pd", "", 0.0, 1.0, "Probability that a passage is detected"),
     Key::number("false_per_h", "1/h", 0.0, 1e5, "False passages"),
-    Key::number("assumed_half_length_m", "m", 0.0, 50.0, "Half the length that a single loop assumes of a target"),
+    Key::number(
+        "assumed_half_length_m",
+        "m",
+        0.0,
+        50.0,
+        "Half the length that a single loop assumes of a target",
+    ),
     Key::number("sigma_half_length_m", "m", 0.0, 50.0, "Uncertainty of that half length"),
-    Key::number("assumed_speed_mps", "m/s", 0.0, 100.0, "Speed that a single loop assumes of a target in its variance"),
+    Key::number(
+        "assumed_speed_mps",
+        "m/s",
+        0.0,
+        100.0,
+        "Speed that a single loop assumes of a target in its variance",
+    ),
 ];
 
 /// The kind `loop`.
@@ -558,7 +589,11 @@ pub static DECLARED: Declared = Declared {
         // Loops across fifty lanes.
         example: |id| {
             let site_m = Vector2::new(0.0, 100.0);
-            let config = LoopConfig { half_width_m: 100.0, false_per_h: 1.0, ..LoopConfig::pair_at(id, site_m, 90.0) };
+            let config = LoopConfig {
+                half_width_m: 100.0,
+                false_per_h: 1.0,
+                ..LoopConfig::pair_at(id, site_m, 90.0)
+            };
             Ok(Box::new(InductionLoop::new(config)?))
         },
         file: file!(),

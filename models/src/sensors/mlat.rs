@@ -8,20 +8,20 @@
 //! systems", IEEE Trans. AES-20 (1984). Timing errors and multipath are assumptions.
 
 use crate::draw::{Purpose, normal_pair_of, uniform};
-use crate::effects::{Level, Loss, PlanRow};
 use crate::effects::positioning::{
     Ladders, Model, Planning, PositioningEffect as E, PositioningScene,
 };
+use crate::effects::{Level, Loss, PlanRow};
 use crate::environment::{Weather, wavelength_m};
 use crate::frames::{Azimuth, Vector2};
 use crate::keys::{Holds, Key};
 use crate::kind::{Assumed, Kind, Symbol};
 use crate::plot::{SensorId, SensorKind};
 use crate::sensors::bounds::{SIGMAS, given, percent, two};
-use crate::sensors::declared::{Declared, Given, Modelled, Settings};
-use crate::sensors::planned::Planned;
 use crate::sensors::config::{ConfigError, check, count, number};
 use crate::sensors::cooperative::{self, Equipage, Fix, Fleet, Reporting, Reports, shown};
+use crate::sensors::declared::{Declared, Given, Modelled, Settings};
+use crate::sensors::planned::Planned;
 use crate::sensors::ranging::ellipse;
 use crate::sensors::shadow::{Building, SightLine};
 use crate::sensors::{PlotSink, ScanInterval, Sensor, TargetState, Truth};
@@ -356,7 +356,8 @@ impl Sensor for Mlat {
             |(), due| {
                 reports.expected();
                 let target_m = due.state.position_m.xy();
-                let levels = planning.levels_for(&due.state.velocity_mps, || distance_m(&due.state));
+                let levels =
+                    planning.levels_for(&due.state.velocity_mps, || distance_m(&due.state));
                 let [reception, range, sight, timing, multipath] =
                     [E::Reception, E::StationRange, E::Sight, E::Timing, E::Multipath]
                         .map(|e| levels.on(e));
@@ -443,23 +444,43 @@ impl Sensor for Mlat {
 const DRAWS: Purpose = Purpose::Own(21);
 
 const STATION_KEYS: &[Key] = &[
-    Key::number("range_m", "m", 1.0, 1e6, "Farthest transmission that the station hears").or("10000"),
+    Key::number("range_m", "m", 1.0, 1e6, "Farthest transmission that the station hears")
+        .or("10000"),
     Key::new("blind", Holds::Tables(BLIND_KEYS), "Sectors in which the station hears nothing"),
 ];
 
 const BLIND_KEYS: &[Key] = &[
-    Key::number("from_deg", "°", -360.0, 360.0, "Where the sector begins, clockwise from north").needed(),
-    Key::number("to_deg", "°", -360.0, 720.0, "Where it ends, clockwise from its beginning").needed(),
+    Key::number("from_deg", "°", -360.0, 360.0, "Where the sector begins, clockwise from north")
+        .needed(),
+    Key::number("to_deg", "°", -360.0, 720.0, "Where it ends, clockwise from its beginning")
+        .needed(),
     Key::number("beyond_m", "m", 0.0, 1e6, "Distance beyond which it is deaf there").needed(),
 ];
 
 const KEYS: &[Key] = &[
-    Key::new("stations", Holds::Places(STATION_KEYS), "The stations, 3 to 64, not all on one line; 15 m high unless they say otherwise").needed(),
+    Key::new(
+        "stations",
+        Holds::Places(STATION_KEYS),
+        "The stations, 3 to 64, not all on one line; 15 m high unless they say otherwise",
+    )
+    .needed(),
     Key::number("sigma_t_s", "s", 1e-12, 1e-5, "Deviation of a time of arrival"),
     Key::number("multipath", "", 0.0, 1.0, "Probability that a time of arrival is late"),
     Key::number("multipath_m", "m", 0.0, 1e4, "Mean of that delay"),
-    Key::number("reception", "", 0.0, 1.0, "Probability that a station decodes a transmission that it hears"),
-    Key::number("max_dilution", "", 0.5, 1e4, "Largest horizontal dilution of a position that is reported"),
+    Key::number(
+        "reception",
+        "",
+        0.0,
+        1.0,
+        "Probability that a station decodes a transmission that it hears",
+    ),
+    Key::number(
+        "max_dilution",
+        "",
+        0.5,
+        1e4,
+        "Largest horizontal dilution of a position that is reported",
+    ),
 ];
 
 /// The kind `mlat`.
@@ -480,7 +501,11 @@ pub static DECLARED: Declared = Declared {
         assumed: Assumed { extra_sigma_m: 2.0, ..Assumed::NOTHING },
     },
     read: Some(|given| Ok(Arc::new(MlatConfig::read(given)?))),
-    models: &[Modelled { model: &MODEL, example: |id| Ok(Box::new(Mlat::new(MlatConfig::example(id))?)), file: file!() }],
+    models: &[Modelled {
+        model: &MODEL,
+        example: |id| Ok(Box::new(Mlat::new(MlatConfig::example(id))?)),
+        file: file!(),
+    }],
 };
 
 impl MlatConfig {
@@ -488,11 +513,16 @@ impl MlatConfig {
         let mut config = Self::with_stations(given.id, &[]);
         config.equipped = given.equipage();
         for place in given.places("stations") {
-            let number = |key: &str, default: f64| place.numbers.get(key).copied().unwrap_or(default);
+            let number =
+                |key: &str, default: f64| place.numbers.get(key).copied().unwrap_or(default);
             let sectors = place.tables.get("blind").map_or(&[][..], Vec::as_slice);
             let blind = sectors.iter().map(|sector| {
                 let of = |key: &str| sector.get(key).copied().unwrap_or(f64::NAN);
-                BlindSector { from_deg: of("from_deg"), to_deg: of("to_deg"), beyond_m: of("beyond_m") }
+                BlindSector {
+                    from_deg: of("from_deg"),
+                    to_deg: of("to_deg"),
+                    beyond_m: of("beyond_m"),
+                }
             });
             config.stations.push(Station {
                 position_m: place.position_m.xy(),

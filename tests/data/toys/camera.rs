@@ -165,27 +165,33 @@ impl Sensor for Camera {
             self.fleet.survey(reporting, interval, truth, |s| planning.see(&s.velocity_mps, 0.0));
         }
         planning.prepare(|scene| ladders(config, scene));
-        self.fleet.for_each_due(reporting, interval, truth, |_| (), |(), due| {
-            let place_m = due.state.position_m.xy();
-            if (place_m - config.site_m).norm() > config.range_m {
-                return;
-            }
-            reports.expected();
-            let levels = planning.levels_for(&due.state.velocity_mps, || 0.0);
-            let mut error_m = Vector2::zeros();
-            if levels.on(E::White) {
-                planning.count(E::White);
-                let (a, b) = normal_pair(&mut reporting.key(interval, due).rng(DRAWS));
-                error_m = config.sigma_m * Vector2::new(a, b);
-            }
-            let fix = Fix {
-                time: due.time,
-                position_m: place_m + error_m,
-                axis: Vector2::new(1.0, 0.0),
-                variance_m2: [config.sigma_m * config.sigma_m; 2],
-                altitude_m: None,
-            };
-            reports.push(due, fix, false, || [shown(&levels, E::White, error_m.norm(), "m")]);
-        });
+        self.fleet.for_each_due(
+            reporting,
+            interval,
+            truth,
+            |_| (),
+            |(), due| {
+                let place_m = due.state.position_m.xy();
+                if (place_m - config.site_m).norm() > config.range_m {
+                    return;
+                }
+                reports.expected();
+                let levels = planning.levels_for(&due.state.velocity_mps, || 0.0);
+                let mut error_m = Vector2::zeros();
+                if levels.on(E::White) {
+                    planning.count(E::White);
+                    let (a, b) = normal_pair(&mut reporting.key(interval, due).rng(DRAWS));
+                    error_m = config.sigma_m * Vector2::new(a, b);
+                }
+                let fix = Fix {
+                    time: due.time,
+                    position_m: place_m + error_m,
+                    axis: Vector2::new(1.0, 0.0),
+                    variance_m2: [config.sigma_m * config.sigma_m; 2],
+                    altitude_m: None,
+                };
+                reports.push(due, fix, false, || [shown(&levels, E::White, error_m.norm(), "m")]);
+            },
+        );
     }
 }
