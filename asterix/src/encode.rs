@@ -301,8 +301,12 @@ fn write_part<V: FieldValue>(
         word = word << 1 | u64::from(more);
         bits += 1;
     }
-    let octets = (bits / 8) as usize;
-    out.extend_from_slice(&word.to_be_bytes()[8 - octets..]);
+    // Eight octets at once, of which the first ones stay: cheaper than a copy of some length.
+    if bits > 0 {
+        let end = out.len() + (bits / 8) as usize;
+        out.extend_from_slice(&(word << (64 - bits)).to_be_bytes());
+        out.truncate(end);
+    }
     Ok(())
 }
 

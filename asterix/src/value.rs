@@ -127,16 +127,13 @@ impl FieldValue for f64 {
         }
         let bits = u32::from(field.bits);
         Ok(match field.kind {
-            Kind::Quantity { lsb } => clipped(self / lsb, 0.0, mask(bits) as f64) as u64,
+            Kind::Quantity { lsb } => clipped(self / lsb, 0, mask(bits) as i64) as u64,
             Kind::SignedQuantity { lsb } => {
-                let limit = (1u64 << (bits - 1)) as f64;
-                (clipped(self / lsb, -limit, limit - 1.0) as i64 as u64) & mask(bits)
+                let limit = 1_i64 << (bits - 1);
+                clipped(self / lsb, -limit, limit - 1) as u64 & mask(bits)
             }
-            Kind::Angle { lsb } => {
-                let turns = (self / lsb + 0.5).floor().rem_euclid((1u64 << bits) as f64);
-                (turns as u64) & mask(bits)
-            }
-            Kind::TimeOfDay => (self * 128.0 + 0.5).floor().rem_euclid(DAY_S * 128.0) as u64,
+            Kind::Angle { lsb } => wrapped(self / lsb + 0.5, (1_i64 << bits) as f64) & mask(bits),
+            Kind::TimeOfDay => wrapped(self * 128.0 + 0.5, DAY_S * 128.0),
             Kind::Unsigned | Kind::Octal => {
                 if self.floor() != self {
                     return Err(ValueError::NotWhole);
@@ -218,10 +215,23 @@ impl FieldValue for Value {
     }
 }
 
-/// `floor(steps + ½)`, not below `least` nor above `most`.
+/// `floor(steps + ½)`, not below `least` nor above `most`. Limits have at most 56 bits.
 #[inline]
-fn clipped(steps: f64, least: f64, most: f64) -> f64 {
-    (steps + 0.5).floor().clamp(least, most)
+fn clipped(steps: f64, least: i64, most: i64) -> i64 {
+    let up = steps + 0.5;
+    // Cuts towards zero, and saturates far beyond the limits.
+    let whole = up as i64;
+    let floor = whole - i64::from((whole as f64) > up);
+    floor.clamp(least, most)
+}
+
+/// The whole part of `steps` within `0..period`, a turn or a day on.
+#[inline]
+fn wrapped(steps: f64, period: f64) -> u64 {
+    if (0.0..period).contains(&steps) {
+        return steps as u64;
+    }
+    steps.floor().rem_euclid(period) as u64
 }
 
 #[inline]
@@ -236,9 +246,10 @@ pub(crate) fn value(field: &Field, raw: u64) -> Value {
     let signed = || ((raw << (64 - bits)) as i64) >> (64 - bits);
     match field.kind {
         Kind::Spare | Kind::Unsigned => Value::Integer(raw as i64),
-        Kind::Quantity { lsb } | Kind::Angle { lsb } => Value::Number(raw as f64 * lsb),
+        // At most 56 bits: a signed number is the faster one to convert.
+        Kind::Quantity { lsb } | Kind::Angle { lsb } => Value::Number(raw as i64 as f64 * lsb),
         Kind::SignedQuantity { lsb } => Value::Number(signed() as f64 * lsb),
-        Kind::TimeOfDay => Value::Number(raw as f64 / 128.0),
+        Kind::TimeOfDay => Value::Number(raw as i64 as f64 / 128.0),
         Kind::Octal => Value::Octal(raw as u16),
         Kind::Ascii => {
             let characters = (0..bits / 8).rev().map(|i| (raw >> (8 * i)) as u8);
