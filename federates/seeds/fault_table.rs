@@ -155,7 +155,8 @@ fn rows() -> Vec<Row> {
                 vec![(5.0, who, What::Cut(s(seconds)))],
             ));
         }
-        let one_way: [(&str, &str, fn(u64) -> What); 2] =
+        type Fault = fn(u64) -> What;
+        let one_way: [(&str, &str, Fault); 2] =
             [("deaf", "nothing reaches", What::Deaf), ("mute", "nothing comes from", What::Mute)];
         for (word, text, what) in one_way {
             let leak = |text: String| -> &'static str { Box::leak(text.into_boxed_str()) };

@@ -170,7 +170,7 @@ impl Federate for TrafficGenerator {
         let per_scan = (self.scene.run.scan().0 / self.scene.run.frame.0).max(1) as u64;
         // One of all says what all of them know.
         if let Some((core, _)) =
-            self.core.as_ref().filter(|_| self.share == 1 && frame % per_scan == 0)
+            self.core.as_ref().filter(|_| self.share == 1 && frame.is_multiple_of(per_scan))
         {
             out.publish.push(Publication {
                 key: "obs/traffic".into(),

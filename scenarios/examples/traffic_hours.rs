@@ -1,6 +1,11 @@
 //! Hours of traffic that behaves, on airports and with seeds of one's choice: who was served, who overlapped whom.
 //!
 //! `cargo run --release -p scenarios --example traffic_hours -- [--policy P] [--rate N] [--seeds A..B] [--every FRAMES] [--stops] [--say] AIRPORT|SCENE.toml …`
+#![allow(
+    clippy::print_stdout,
+    clippy::disallowed_methods,
+    reason = "a command-line example that measures its own time"
+)]
 
 use models::traffic::core::{Core, Notice, Order, Phase};
 use models::traffic::outline::{Rectangle, distance_m, outline};
@@ -163,7 +168,7 @@ fn overlapping(core: &Core, pairs: &mut u64) -> Vec<String> {
         for (b, second) in &there[i + 1..] {
             let near = (first[0].corners_m[0] - second[0].corners_m[0]).norm() < 160.0;
             let stand = |f: usize| matches!(core.phase(f), Phase::Parked | Phase::Docked);
-            if !near || (stand(*a) && stand(*b)) && *pairs % 7 != 0 {
+            if !near || (stand(*a) && stand(*b)) && !(*pairs).is_multiple_of(7) {
                 continue;
             }
             *pairs += 1;
