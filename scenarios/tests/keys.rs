@@ -53,6 +53,8 @@ association = "joint"
 position_m = 0.1
 [network]
 ttl = 1
+[control]
+policy = "free"
 "#;
 
 /// Where a table of keys stands in [`BASE`].
@@ -77,6 +79,9 @@ fn error_of(path: &[&str], word: &str, value: toml::Value) -> Option<String> {
     load_text(&zurich(), &root.to_string()).err().map(|e| e.to_string())
 }
 
+/// Words of keys that the base scene does not get to: kinds of traffic are read one by one, buildings need a facade.
+const SKIPPED: [&str; 2] = ["kind", "profile"];
+
 fn check(path: &[&'static str], keys: &'static [Key], counted: &mut usize) {
     for key in keys {
         let beyond: Vec<(toml::Value, String)> = match key.holds {
@@ -92,6 +97,20 @@ fn check(path: &[&'static str], keys: &'static [Key], counted: &mut usize) {
                 .filter(|(limit, value)| limit != value)
                 .map(|(limit, value)| (toml::Value::Integer(value), format!("{limit}")))
                 .collect(),
+            Holds::Word(words) if !SKIPPED.contains(&key.word) => {
+                let magic = toml::Value::String("magic".into());
+                let error = error_of(path, key.word, magic).unwrap_or_default();
+                let own: Vec<String> = words().iter().map(|word| format!("\"{word}\"")).collect();
+                let end = format!("allowed is {}", own.join(", "));
+                assert!(
+                    error.ends_with(&end),
+                    "{}.{}: {error}, not {end}",
+                    path.join("."),
+                    key.word
+                );
+                *counted += 1;
+                continue;
+            }
             Holds::Table(inner) | Holds::Tables(inner) if !inner.is_empty() => {
                 // Halts and shares are of kinds that the base scene has not.
                 if key.word != "halts" {
@@ -132,7 +151,7 @@ fn every_limit_of_the_tables_is_the_readers_own() {
         "the base scene is sound"
     );
     let mut counted = 0;
-    for table in TABLES.iter().filter(|t| !["sensor", "control", "shape"].contains(&t.word)) {
+    for table in TABLES.iter().filter(|t| !["sensor", "shape"].contains(&t.word)) {
         check(&[table.word], table.keys, &mut counted);
     }
     assert!(counted > 100, "{counted} limits");
