@@ -5,13 +5,14 @@ use super::federate::{Federate, FrameInputs, FrameOut};
 use super::life_cycle::Phase;
 use super::member::{CONDUCTOR, Effect as Act, Member};
 use super::messages::{
-    Accepted, Beat, FetchOf, FinalReport, Frame, FrameEnds, Hello, Kind, Numbered, Order, Repair,
-    Repaired, Report, RunConfig, Standing, Was, Welcome,
+    Accepted, Beat, FetchOf, FinalReport, Frame, FrameEnds, Hello, Joined, Kind, Notice, Numbered,
+    Order, Repair, Repaired, Report, RunConfig, Standing, Was, Welcome,
 };
 use super::stream::{Inbox, Outbox, Weight};
 use super::views::Views;
 use scenarios::losses::{Losses, stall_flag};
 use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex};
 
 const MS: u64 = 1_000_000;
 const S: u64 = 1_000 * MS;
@@ -187,7 +188,12 @@ impl Hand {
     /// The SMDFM is lost at the frame that it told last, and the world answers what it is asked.
     fn lose_smdfm(&mut self) {
         self.token(SMDFM, self.incs[SMDFM], false);
+        while !self.lost().contains(SMDFM) {
+            self.pass_with(100 * MS, &[WORLD]);
+        }
+        let granted = self.conductor.granted();
         self.pass_with(500 * MS, &[WORLD]);
+        assert_eq!(self.conductor.granted(), granted, "no time is granted while a loss is settled");
         let view = self.orders.iter().rev().find_map(|order| match order {
             Order::Seal { view, .. } => Some(*view),
             _ => None,
@@ -330,10 +336,59 @@ fn one_that_dies_at_the_same_frame_again_is_not_taken_back_for_ever() {
     assert!(why.contains("dies at frame 4 again and again"), "{why}");
 }
 
+/// Slow members hold time up, and nobody catches up in a burst.
+#[test]
+fn time_waits_for_the_slowest_and_slips() {
+    let mut hand = Hand::running(Losses::default());
+    hand.pass_with(1_500 * MS, &[WORLD, SMDFM]);
+    assert_eq!(hand.conductor.granted(), 5, "five frames ahead of the slowest");
+    hand.ends(WORLD, 0, 5);
+    hand.ends(SMDFM, 0, 5);
+    hand.pass_with(100 * MS, &[WORLD, SMDFM]);
+    let granted = hand.conductor.granted();
+    assert!((6..=8).contains(&granted), "two frames later, not thirty: {granted}");
+}
+
+/// Each frame has its own clock, though frames are reported together.
+#[test]
+fn a_member_that_goes_on_is_not_lost_however_slow_it_is() {
+    let losses =
+        Losses { step_ms: stall_flag("smdfm=2000").expect("a clock"), ..Losses::default() };
+    let mut hand = Hand::running(losses);
+    hand.ends(WORLD, 0, 3);
+    for frame in 1..4 {
+        for _ in 0..15 {
+            let beat = Beat {
+                fed: 7,
+                inc: hand.incs[SMDFM],
+                run: 1,
+                working: Some((frame, 1)),
+                ..Beat::default()
+            };
+            hand.conductor.beat(hand.now, SMDFM, &beat);
+            hand.pass_with(100 * MS, &[WORLD]);
+        }
+        assert!(!hand.lost().contains("is lost"), "at frame {frame}: {}", hand.lost());
+    }
+    for _ in 0..15 {
+        let beat = Beat {
+            fed: 7,
+            inc: hand.incs[SMDFM],
+            run: 1,
+            working: Some((3, 1)),
+            ..Beat::default()
+        };
+        hand.conductor.beat(hand.now, SMDFM, &beat);
+        hand.pass_with(100 * MS, &[WORLD]);
+    }
+    assert!(hand.lost().contains("hangs for 2 s"), "{}", hand.lost());
+}
+
 /// While a loss is settled nobody is due, but who is heard and does not answer is lost in the end.
 #[test]
 fn one_that_owes_an_answer_is_lost_in_the_end() {
-    let losses = Losses { step_ms: stall_flag("2000").expect("a clock"), ..Losses::default() };
+    let losses =
+        Losses { step_ms: stall_flag("smdfm=2000").expect("a clock"), ..Losses::default() };
     let mut hand = Hand::running(losses);
     hand.ends(WORLD, 0, 3);
     hand.ends(SMDFM, 0, 3);
@@ -464,8 +519,11 @@ fn streams_are_bounded_on_both_ends() {
     assert_eq!(fetched.items.len(), 1, "one answer has half a megabyte, and one message at least");
 }
 
+/// Notices that a consumer was given, by the frame of their effect.
+type Given = Arc<Mutex<Vec<Frame>>>;
+
 /// A producer or consumer that does nothing.
-struct Idle(bool);
+struct Idle(bool, Given);
 
 impl Federate for Idle {
     fn kind(&self) -> Kind {
@@ -477,7 +535,8 @@ impl Federate for Idle {
     fn configure(&mut self, _: &RunConfig, _: &mut FrameOut) -> Result<(), String> {
         Ok(())
     }
-    fn step(&mut self, _: Frame, _: &FrameInputs, out: &mut FrameOut) {
+    fn step(&mut self, _: Frame, inputs: &FrameInputs, out: &mut FrameOut) {
+        self.1.lock().expect("one thread").extend(inputs.notices.iter().map(|(frame, _)| *frame));
         if !self.0 {
             out.pdus = (0..20_000_u32).map(|n| n.to_le_bytes().repeat(25).into()).collect();
         }
@@ -487,9 +546,13 @@ impl Federate for Idle {
 
 /// A configured member of federation 7, with inc 2, whose producer is the world of inc 1.
 fn member(consumes: bool) -> Member {
+    member_with(consumes, Given::default())
+}
+
+fn member_with(consumes: bool, given: Given) -> Member {
     let accepted = Accepted { fed: 7, inc: 2, orders: 0, enter: None };
     let name = if consumes { SMDFM } else { "traffic-generator" };
-    let mut member = Member::new(Box::new(Idle(consumes)), name, &accepted, || 0);
+    let mut member = Member::new(Box::new(Idle(consumes, given)), name, &accepted, || 0);
     let config = RunConfig {
         run: 1,
         producers: vec![WORLD.into()],
@@ -627,4 +690,108 @@ fn a_long_frame_is_repaired_page_by_page() {
     }
     assert_eq!(consumer.counters().repaired, 20_000);
     assert!(now < 2 * S, "each page is asked for when the one before is here: {questions}");
+}
+
+/// What the world of incarnation `inc` tells: frames `first` to `last`, in the last one a PDU and a notice each.
+fn ends_of(inc: u64, seq: u64, first: Frame, last: Frame, pdu: Option<u8>) -> Numbered<Report> {
+    let from = std::net::SocketAddr::from(([127, 0, 0, 1], 9));
+    let notice = Notice::Outsider { received_ns: 0, from, octets: vec![1] };
+    let hashes = pdu.map(|octet| (last, vec![super::digest::pdu_hash(&[octet])]));
+    let body = Report::Ends(FrameEnds {
+        run: 1,
+        first,
+        last,
+        pdus: hashes.into_iter().collect(),
+        notices: vec![(last, last, notice)],
+        ..FrameEnds::default()
+    });
+    Numbered { fed: 7, inc, seq, body }
+}
+
+fn reports(effects: &[Act]) -> Vec<Report> {
+    let report = |effect: &Act| match effect {
+        Act::Report(report) => Some(report.body.clone()),
+        _ => None,
+    };
+    effects.iter().filter_map(report).collect()
+}
+
+/// A consumer seals, holds and goes on: never more is used than it said, and what came after the cut never.
+#[test]
+fn a_consumer_uses_what_is_settled_and_nothing_else() {
+    let given = Given::default();
+    let mut consumer = member_with(true, Arc::clone(&given));
+    consumer.report(S, WORLD, ends_of(1, 1, 0, 0, None), &mut Vec::new());
+    consumer.report(S, WORLD, ends_of(1, 2, 1, 1, None), &mut Vec::new());
+    let lost = || vec![(WORLD.to_owned(), 1)];
+    let sealed = |view, holds: Option<Frame>| Report::Sealed {
+        run: 1,
+        view,
+        holds: vec![(WORLD.to_owned(), holds)],
+    };
+    // It has frames 0 and 1 and was granted none: what nobody may use yet, nobody has used.
+    let told = order(&mut consumer, 2, Order::Seal { run: 1, view: 1, lost: lost() });
+    assert_eq!(reports(&told), [sealed(1, Some(0))]);
+    // The frames that it did not tell of stay unused, though time is granted and their PDUs come.
+    consumer.report(S, WORLD, ends_of(1, 3, 2, 2, Some(2)), &mut Vec::new());
+    order(&mut consumer, 3, Order::Grant { run: 1, upto: 9 });
+    assert_eq!(consumer.executed(), 0);
+    // Somebody else had frame 2: it is held when its PDU is here.
+    let cuts = || vec![(WORLD.to_owned(), Some(2))];
+    let told = order(&mut consumer, 4, Order::Cut { run: 1, view: 1, cuts: cuts() });
+    assert_eq!(reports(&told), [], "a PDU is missing");
+    let mut told = Vec::new();
+    consumer.pdus(S, [vec![2_u8].into()], &mut told);
+    assert_eq!(reports(&told), [Report::Held { run: 1, view: 1 }]);
+    assert_eq!(consumer.executed(), 0, "nobody acts before the view");
+    order(&mut consumer, 5, Order::View { run: 1, view: 1, cuts: cuts(), absent: Vec::new() });
+    assert_eq!(consumer.executed(), 2);
+    // The successor begins where it is admitted and nowhere else.
+    consumer.report(S, WORLD, ends_of(5, 1, 4, 4, None), &mut Vec::new());
+    let admit = |from| Order::Admit { run: 1, name: WORLD.into(), inc: 5, from };
+    order(&mut consumer, 6, admit(4));
+    assert_eq!(consumer.executed(), 2, "frame 3 would be left out");
+    order(&mut consumer, 7, admit(3));
+    assert_eq!(consumer.executed(), 2, "its report has a gap");
+    consumer.report(S, WORLD, ends_of(5, 2, 3, 3, None), &mut Vec::new());
+    assert_eq!(consumer.executed(), 3);
+    assert_eq!(*given.lock().expect("one thread"), [0, 1, 2, 3], "each notice once");
+}
+
+/// Notices of frames after the cut are forgotten with them.
+#[test]
+fn what_was_told_beyond_the_cut_counts_once_it_is_told_again() {
+    let given = Given::default();
+    let mut consumer = member_with(true, Arc::clone(&given));
+    for (seq, frame) in (1..).zip(0..4) {
+        consumer.report(S, WORLD, ends_of(1, seq, frame, frame, None), &mut Vec::new());
+    }
+    order(&mut consumer, 2, Order::Seal { run: 1, view: 1, lost: vec![(WORLD.into(), 1)] });
+    let cuts = vec![(WORLD.to_owned(), Some(1))];
+    order(&mut consumer, 3, Order::Cut { run: 1, view: 1, cuts: cuts.clone() });
+    order(&mut consumer, 4, Order::View { run: 1, view: 1, cuts, absent: Vec::new() });
+    order(&mut consumer, 5, Order::Admit { run: 1, name: WORLD.into(), inc: 5, from: 2 });
+    for (seq, frame) in (1..).zip(2..4) {
+        consumer.report(S, WORLD, ends_of(5, seq, frame, frame, None), &mut Vec::new());
+    }
+    order(&mut consumer, 6, Order::Grant { run: 1, upto: 3 });
+    assert_eq!(consumer.executed(), 3);
+    assert_eq!(*given.lock().expect("one thread"), [0, 1, 2, 3]);
+}
+
+#[test]
+fn parts_of_a_frame_without_end_are_not_kept() {
+    let mut joined = Joined::default();
+    let part = |goes_on| FrameEnds {
+        run: 1,
+        pdus: vec![(0, vec![7; 16 << 10])],
+        goes_on,
+        ..FrameEnds::default()
+    };
+    for seq in 1..600 {
+        assert_eq!(joined.take(seq, part(true)), None);
+    }
+    let (first, whole) = joined.take(600, part(false)).expect("the last");
+    let hashes = whole.pdus[0].1.len();
+    assert!(first > 1 && hashes < 600 << 14, "{hashes} hashes from part {first} on");
 }

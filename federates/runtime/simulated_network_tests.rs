@@ -501,7 +501,7 @@ fn a_producer_is_taken_over_by_the_process_of_another_and_so_is_that_one() {
     ];
     net.run(MINUTE, &faults);
     assert_eq!(net.exit, Some(0), "{:?}", net.conductor.state());
-    assert!(net.seen["taken over"] >= 2, "{:?}", net.seen);
+    assert!((2..=4).contains(&net.seen["taken over"]), "{:?}", net.seen);
     assert_eq!(net.closed[0].reasons.len(), 3, "{:?}", net.closed[0].reasons);
     assert!(net.closed[0].reasons.iter().all(|r| r.contains("back after")));
     assert_eq!(eaten(&net, 0), whole());

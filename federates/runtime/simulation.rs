@@ -128,6 +128,9 @@ pub struct Simulation {
     conductor_beat: u64,
     make: Make,
     producers: Vec<String>,
+    window: Frame,
+    /// The last grant that was looked at.
+    granted: Frame,
     scene_hash: u64,
     version: String,
 }
@@ -142,7 +145,7 @@ impl Simulation {
         make: Make,
         network: Network,
     ) -> Self {
-        let producers = config.producers.clone();
+        let (producers, window) = (config.producers.clone(), config.window);
         let (scene_hash, version) = (config.scene_hash, config.version.clone());
         let mut simulation = Self {
             now: 1,
@@ -161,6 +164,8 @@ impl Simulation {
             conductor_beat: 0,
             make,
             producers,
+            window,
+            granted: 0,
             scene_hash,
             version,
         };
@@ -240,6 +245,14 @@ impl Simulation {
         for decision in decisions {
             match decision {
                 Decision::Order(order) => {
+                    if let Order::Grant { upto, .. } = order.body
+                        && self.conductor.state().rate.is_infinite()
+                        && upto > self.conductor.frame() + self.window
+                        && upto > std::mem::replace(&mut self.granted, upto)
+                    {
+                        let frame = self.conductor.frame();
+                        self.broken.push(format!("granted {upto} while all stand at {frame}"));
+                    }
                     self.note(match &order.body {
                         Order::Seal { .. } => "seal",
                         Order::Cut { .. } => "cut",
