@@ -387,8 +387,7 @@ fn a_member_that_goes_on_is_not_lost_however_slow_it_is() {
 /// While a loss is settled nobody is due, but who is heard and does not answer is lost in the end.
 #[test]
 fn one_that_owes_an_answer_is_lost_in_the_end() {
-    let losses =
-        Losses { step_ms: stall_flag("smdfm=2000").expect("a clock"), ..Losses::default() };
+    let losses = Losses { step_ms: stall_flag("2000").expect("a clock"), ..Losses::default() };
     let mut hand = Hand::running(losses);
     hand.ends(WORLD, 0, 3);
     hand.ends(SMDFM, 0, 3);

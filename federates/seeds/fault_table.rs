@@ -11,9 +11,9 @@ use scenarios::losses::{Losses, on_loss_flag};
 /// A fault as the table has it.
 struct Row {
     /// Its name on the command line.
-    name: &'static str,
+    name: String,
     /// What happens, for people.
-    what: &'static str,
+    what: String,
     /// `--on-loss` of the run.
     on_loss: &'static str,
     /// Messages of the synchronisation plane and PDUs that are lost, of a thousand.
@@ -32,8 +32,16 @@ const WITHIN_NS: u64 = 2_000_000 * MS;
 /// How finely what is seen is timed.
 const LOOK_NS: u64 = 10 * MS;
 
+fn row(
+    name: &str,
+    what: &str,
+    on_loss: &'static str,
+    faults: Vec<(f64, &'static str, What)>,
+) -> Row {
+    Row { name: name.to_owned(), what: what.to_owned(), on_loss, loss: [0, 0], faults }
+}
+
 fn rows() -> Vec<Row> {
-    let row = |name, what, on_loss, faults| Row { name, what, on_loss, loss: [0, 0], faults };
     let s = |seconds: f64| (seconds * 1e3) as u64 * MS;
     let order = |at, command| (at, "", What::Command(command));
     let mut rows = vec![
@@ -141,30 +149,29 @@ fn rows() -> Vec<Row> {
         [("generator", GENERATOR, "a generator"), ("smdfm", SMDFM, "the SMDFM")]
     {
         for (seconds, word) in [(1.0, "1"), (5.0, "5"), (60.0, "60")] {
-            let leak = |text: String| -> &'static str { Box::leak(text.into_boxed_str()) };
             rows.push(row(
-                leak(format!("pause-{name}-{word}")),
-                leak(format!("{called} stands still for {word} s")),
+                &format!("pause-{name}-{word}"),
+                &format!("{called} stands still for {word} s"),
                 "freeze",
                 vec![(5.0, who, What::Pause(s(seconds)))],
             ));
             rows.push(row(
-                leak(format!("cut-{name}-{word}")),
-                leak(format!("the link of {called} is cut for {word} s")),
+                &format!("cut-{name}-{word}"),
+                &format!("the link of {called} is cut for {word} s"),
                 "freeze",
                 vec![(5.0, who, What::Cut(s(seconds)))],
             ));
         }
-        type Fault = fn(u64) -> What;
-        let one_way: [(&str, &str, Fault); 2] =
-            [("deaf", "nothing reaches", What::Deaf), ("mute", "nothing comes from", What::Mute)];
+        let one_way = [
+            ("deaf", "nothing reaches", What::Deaf(s(5.0))),
+            ("mute", "nothing comes from", What::Mute(s(5.0))),
+        ];
         for (word, text, what) in one_way {
-            let leak = |text: String| -> &'static str { Box::leak(text.into_boxed_str()) };
             rows.push(row(
-                leak(format!("{word}-{name}-5")),
-                leak(format!("{text} {called} for 5 s")),
+                &format!("{word}-{name}-5"),
+                &format!("{text} {called} for 5 s"),
                 "freeze",
-                vec![(5.0, who, what(s(5.0)))],
+                vec![(5.0, who, what)],
             ));
         }
     }
@@ -239,7 +246,7 @@ pub(super) fn print(trial: &Trial, whole: &Digests, only: Option<&str>) -> Resul
     let rows: Vec<Row> =
         rows().into_iter().filter(|row| only.is_none_or(|word| row.name.contains(word))).collect();
     if rows.is_empty() {
-        let names: Vec<_> = self::rows().iter().map(|row| row.name).collect();
+        let names: Vec<_> = self::rows().into_iter().map(|row| row.name).collect();
         return Err(format!("no fault is called so; there are {}", names.join(", ")));
     }
     out!(
