@@ -10,10 +10,12 @@ pub mod export;
 mod fault_table;
 pub mod federate_commands;
 pub mod fit;
+pub mod fork;
 pub mod gateway;
 pub mod in_process;
 pub mod launch;
 pub mod link_args;
+pub mod open;
 pub mod plan;
 mod plan_report;
 pub mod player;
@@ -45,6 +47,8 @@ struct Seeds {
 #[derive(Subcommand, Debug)]
 enum Command {
     Run(Box<run::RunArgs>),
+    Open(open::OpenArgs),
+    Fork(fork::ForkArgs),
     Replay(Box<replay::ReplayArgs>),
     Plan(plan::PlanArgs),
     Site(Box<site::SiteArgs>),
@@ -84,6 +88,8 @@ pub fn main() -> ExitCode {
     cli::ended(match seeds.command {
         None => run::run(&default_run()),
         Some(Command::Run(args)) => run::run(&args),
+        Some(Command::Open(args)) => open::run(&args),
+        Some(Command::Fork(args)) => fork::run(&args),
         Some(Command::Replay(args)) => replay::run(*args),
         Some(Command::Plan(args)) => plan::run(&args),
         Some(Command::Site(args)) => site::run(&args),

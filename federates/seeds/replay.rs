@@ -91,14 +91,14 @@ fn print_line(line: &str) {
 
 /// What a recording holds of a run.
 #[derive(Default)]
-struct Recorded {
-    frames: BTreeMap<Frame, Vec<Octets>>,
+pub(super) struct Recorded {
+    pub(super) frames: BTreeMap<Frame, Vec<Octets>>,
     /// PDUs of outsiders that no frame let in.
     outsiders: u64,
     seen: BTreeSet<(Frame, u64)>,
-    last: Frame,
-    end: Option<Frame>,
-    seed: Option<u64>,
+    pub(super) last: Frame,
+    pub(super) end: Option<Frame>,
+    pub(super) seed: Option<u64>,
     unsound: u64,
     damaged: u64,
 }
@@ -232,7 +232,7 @@ fn maker(octets: &[u8]) -> Maker {
     }
 }
 
-fn read(file: &Path, scene: &Scene, exercise: u8) -> anyhow::Result<Recorded> {
+pub(super) fn read(file: &Path, scene: &Scene, exercise: u8) -> anyhow::Result<Recorded> {
     let time = FrameTime::of(&scene.run);
     let mut reader =
         capture::Reader::open(file).with_context(|| format!("opening {}", file.display()))?;
@@ -257,6 +257,16 @@ fn read(file: &Path, scene: &Scene, exercise: u8) -> anyhow::Result<Recorded> {
 }
 
 impl Recorded {
+    /// The PDUs of some frames, as a step takes them.
+    pub(super) fn pdus(&self, frames: std::ops::RangeInclusive<Frame>) -> Vec<(Frame, Octets)> {
+        let sorted = |(of, pdus): (&Frame, &Vec<Octets>)| {
+            let mut pdus = pdus.clone();
+            pdus.sort();
+            pdus.into_iter().map(|octets| (*of, octets)).collect::<Vec<_>>()
+        };
+        self.frames.range(frames).flat_map(sorted).collect()
+    }
+
     fn take(&mut self, received: &pdu::Received<'_>, scene: &Scene, time: FrameTime) {
         let site = scene.run.site;
         let station =

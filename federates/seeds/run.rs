@@ -236,6 +236,7 @@ fn processes(args: &RunArgs, losses: &Losses) -> anyhow::Result<u8> {
 
     let mut summary = None;
     let mut code = None;
+    let mut database: Option<String> = None;
     let mut interrupts = 0;
     let (mut logging, mut lost, mut told) = (false, false, false);
     let progress = args.fast && std::io::IsTerminal::is_terminal(&std::io::stderr());
@@ -254,6 +255,8 @@ fn processes(args: &RunArgs, losses: &Losses) -> anyhow::Result<u8> {
                     say(&format!("SEEDS: page at {page}  (Ctrl-C ends)"));
                 } else if let Some(page) = line.strip_prefix("page-to-look ") {
                     say(&format!("SEEDS: for those who may look and not command: {page}"));
+                } else if let Some(kept) = line.strip_prefix(KEPT) {
+                    database = Some(kept.trim().to_owned());
                 } else if line == LOGGING {
                     logging = true;
                 } else if let Some(done) = line.strip_prefix("progress ") {
@@ -348,6 +351,12 @@ fn processes(args: &RunArgs, losses: &Losses) -> anyhow::Result<u8> {
             }
         }
     }
+    if args.fast
+        && let Some(database) = &database
+    {
+        let word = if database.contains(' ') { format!("'{database}'") } else { database.clone() };
+        say(&format!("seeds open {word}"));
+    }
     let code = code.unwrap_or(i32::from(FAILED));
     if summary.is_none() && code == 0 && interrupts == 0 {
         return Ok(FAILED);
@@ -372,6 +381,9 @@ use crate::gateway::process::NAME as GATEWAY;
 
 /// What a launched viewer-logger says when it has made its files and joined.
 pub const LOGGING: &str = "logging";
+
+/// What it says before that, where it keeps a database: this word and the folder or file.
+pub const KEPT: &str = "kept";
 
 /// The viewer-logger that this launcher starts.
 const LOGGER: &str = "viewer-logger";

@@ -1,7 +1,7 @@
 //! The viewer-logger's process: sockets, files and the end of the run.
 
 use super::federate_commands::{ViewerArgs, open_bus, patience};
-use super::run::LOGGING;
+use super::run::{KEPT, LOGGING};
 use crate::runtime::cli::out;
 use crate::runtime::cli::{COMPLETE, DATA_LOST};
 use crate::runtime::clock::utc_ns;
@@ -48,6 +48,10 @@ pub fn run(args: &ViewerArgs, scene: Arc<Scene>) -> anyhow::Result<u8> {
             }
         }
         if launched() {
+            if let Some(database) = &database {
+                let folder = database.parent().filter(|_| database.ends_with("run.sqlite"));
+                print_line(&format!("{KEPT} {}", folder.unwrap_or(database).display()));
+            }
             print_line(LOGGING);
         }
     });

@@ -4,6 +4,7 @@
 //! ([`received_truth`]); sensors make plots, the tracker makes tracks, [`evaluation`] holds both
 //! against the truth that the sensors received. The tracker never sees that truth.
 
+pub mod change;
 pub mod evaluation;
 pub mod foreign;
 pub mod received_truth;
@@ -54,6 +55,10 @@ pub struct Smdfm {
     /// PDUs that no frame end named and that did not come through the member `visitors`.
     unstamped: u64,
     explain: bool,
+    /// What a fork changed; nothing in a run.
+    amend: change::Amend,
+    /// A tracker that runs along until a fork takes it.
+    warm: Option<Tracker>,
 }
 
 impl Smdfm {
@@ -75,6 +80,8 @@ impl Smdfm {
             exercise,
             unstamped: 0,
             explain: false,
+            amend: change::Amend::default(),
+            warm: None,
             scene,
         }
     }
@@ -175,6 +182,7 @@ impl Federate for Smdfm {
             to: self.time.time(frame),
         };
         let weather = self.weather_at(from);
+        let weather = self.amend.weather(weather);
         let view = self.truth.view(interval.from, interval.to);
         let mut sink = PlotSink { explain: self.explain, ..PlotSink::default() };
         let mut looks = Vec::new();
@@ -189,6 +197,9 @@ impl Federate for Smdfm {
         }
         let tracks = self.tracker.scan(interval.to, &sink.plots, &self.flights);
         let took_ns = monotonic_ns() - began;
+        if let Some(warm) = &mut self.warm {
+            warm.scan(interval.to, &sink.plots, &self.flights);
+        }
         self.evaluation.scan(&view, interval.to, &sink, self.tracker.outcomes(), &tracks, &looks);
         self.digests.scan(frame, &sink, &outside, &self.tracker, &tracks);
         let mut report = report::scan_report(&report::ScanParts {

@@ -80,7 +80,7 @@ impl Access {
         if !self.needs_token() {
             return format!("http://{address}/");
         }
-        format!("http://{address}/#t={}", token.0)
+        format!("http://{address}/#key={}", token.0)
     }
 
     fn needs_token(&self) -> bool {
@@ -89,7 +89,7 @@ impl Access {
 
     /// What is said to somebody without a sound token.
     pub(super) fn needed(&self) -> &'static str {
-        "this page needs a token: open the address that was printed where the run was started (http://…/#t=…)"
+        "this page needs a token: open the address that was printed where the run was started (http://…/#key=…)"
     }
 
     /// Who asks for a WebSocket, by the request's head.
@@ -195,7 +195,7 @@ mod tests {
             let page = headers("192.0.2.7:8600", Some("http://192.0.2.7:8600"));
             assert_eq!(access.ticket(&page), Ok(Ticket::AskToken), "{address}");
             assert_eq!(access.ticket(&headers("192.0.2.7:8600", None)), Ok(Ticket::AskToken));
-            let token_of = |url: &str| url.split_once("#t=").expect("a token").1.to_owned();
+            let token_of = |url: &str| url.split_once("#key=").expect("a token").1.to_owned();
             let command = token_of(&access.url());
             let look = token_of(&access.url_to_look().expect("another token"));
             assert_ne!(command, look);

@@ -1,9 +1,15 @@
 //! The binary form of one scan, as the browser reads it (`web/frame.js` is the other end).
 //!
-//! Little-endian. Header of 40 octets: `SEED`, version, flags (bit 0: this is the newest scan), two octets
-//! zero, scan number u64, time i64 ns, counts of tracks, truth, plots and trails u32 each. Then the fixed-size
+//! Little-endian. Header of 40 octets: `SEED`, version, flags (bit 0: this is the newest scan), number of the run in
+//! the session u16, scan number u64, time i64 ns, counts of tracks, truth, plots and trails u32 each. Then the fixed-size
 //! records in that order; a trail is a track number u16, a count u16 and that many east, north f32 pairs,
 //! newest first. Missing figures are NaN, a missing index is −1.
+//!
+//! The last 40 octets of a track: address u32 (0: none), age of its plot in this scan f32 s, then an octet each: state,
+//! stage of an alert, emitter category, sensors of its plots in this scan (bit by the place of their kind), clearance, bits (0: the
+//! label is assumed, 2: coasted between), probability of the label and of existence (⌊254 p⌋, 255: unknown); then where
+//! it was one scan ago as it is known now, f32: east, north, variances ee, en, nn; four octets zero. State, stage,
+//! emitter category and clearance are 0 (unknown) as long as nobody says them.
 
 use crate::runtime::messages::{PlotMessage, ScanReport, TrackMessage, TruthMessage};
 use models::plot::SensorKind;
@@ -12,11 +18,11 @@ use std::collections::BTreeMap;
 /// First octets of every message.
 pub const MAGIC: [u8; 4] = *b"SEED";
 /// Version of the layout; the page refuses another one.
-pub const VERSION: u8 = 2;
+pub const VERSION: u8 = 3;
 /// Octets of the header.
 pub const HEADER: usize = 40;
 /// Octets of a track record.
-pub const TRACK: usize = 112;
+pub const TRACK: usize = 152;
 /// Octets of a truth record.
 pub const TRUTH: usize = 80;
 /// Octets of a plot record.
@@ -41,10 +47,23 @@ pub fn encode(scan: &ScanReport) -> Vec<u8> {
     let paired = pairs(scan);
     let index_of: BTreeMap<&str, i32> =
         scan.truth.iter().enumerate().map(|(i, t)| (t.callsign.as_str(), i as i32)).collect();
+    let mut seen: BTreeMap<u16, (i64, u8)> = BTreeMap::new();
+    for point in &scan.plots {
+        if let Some(number) = point.track {
+            let (newest_ns, kinds) = seen.entry(number).or_insert((i64::MIN, 0));
+            *newest_ns = point.time_ns.max(*newest_ns);
+            let place = SensorKind::of(&point.kind).and_then(SensorKind::place);
+            *kinds |= place.and_then(|p| 1_u8.checked_shl(p as u32)).unwrap_or(0);
+        }
+    }
     for point in &scan.tracks {
         let pair = paired.get(&point.number);
         let (index, error_m) = pair.map_or((-1, f64::NAN), |p| (p.0 as i32, p.1));
         track(&mut out, point, index, error_m);
+        let (age_s, kinds) = seen
+            .get(&point.number)
+            .map_or((f64::NAN, 0), |(ns, kinds)| ((scan.time_ns - ns) as f64 * 1e-9, *kinds));
+        track_more(&mut out, point, age_s, kinds);
     }
     for point in &scan.truth {
         truth(&mut out, point);
@@ -55,6 +74,11 @@ pub fn encode(scan: &ScanReport) -> Vec<u8> {
     }
     debug_assert_eq!(out.len(), size);
     out
+}
+
+/// Writes which run of the session a message is of.
+pub fn set_run(message: &mut [u8], run: u16) {
+    message[6..8].copy_from_slice(&run.to_le_bytes());
 }
 
 /// The message for a client: `frame` of [`encode`] with its trails and the flag for the newest scan.
@@ -94,13 +118,31 @@ fn track(out: &mut Vec<u8>, t: &TrackMessage, truth_index: i32, error_m: f64) {
     out.push(word_number(&MOVEMENTS, &t.movement));
     out.push(t.wake.bytes().next().unwrap_or(0));
     out.extend(truth_index.to_le_bytes());
-    text(out, &t.callsign, 12);
+    text(out, if t.callsign.is_empty() { &t.assumed } else { &t.callsign }, 12);
     text(out, &t.type_designator, 8);
     text(out, &t.runway_stand, 24);
     f64s(out, &t.position_m);
     f32s(out, &t.velocity_mps);
     f32s(out, &t.cov_m2);
     f32s(out, &[error_m, 0.0, t.heading_rad, t.altitude_m.unwrap_or(f64::NAN), 0.0]);
+}
+
+fn track_more(out: &mut Vec<u8>, t: &TrackMessage, age_s: f64, kinds: u8) {
+    let share = |p: Option<f64>| p.map_or(255, |p| (254.0 * p.clamp(0.0, 1.0)) as u8);
+    out.extend(0_u32.to_le_bytes());
+    f32s(out, &[age_s]);
+    let assumed = t.callsign.is_empty() && !t.assumed.is_empty();
+    let coasted = t.lag.is_some_and(|l| l.coasted);
+    let bits = u8::from(assumed) | u8::from(coasted) << 2;
+    out.extend([0, 0, 0, kinds, 0, bits, share(t.label_p), share(None)]);
+    match &t.lag {
+        Some(lag) => {
+            f32s(out, &lag.position_m);
+            f32s(out, &lag.cov_m2);
+        }
+        None => f32s(out, &[f64::NAN; 5]),
+    }
+    out.extend([0; 4]);
 }
 
 fn truth(out: &mut Vec<u8>, t: &TruthMessage) {
@@ -144,12 +186,12 @@ fn word_number(words: &[&str], word: &str) -> u8 {
 }
 
 fn f64s(out: &mut Vec<u8>, values: &[f64]) {
-    values.iter().for_each(|value| out.extend(value.to_le_bytes()));
+    values.iter().for_each(|value| out.extend((value + 0.0).to_le_bytes())); // a database has no −0
 }
 
 /// Figures for drawing: seven digits are enough.
 fn f32s(out: &mut Vec<u8>, values: &[f64]) {
-    values.iter().for_each(|value| out.extend((*value as f32).to_le_bytes()));
+    values.iter().for_each(|value| out.extend(((value + 0.0) as f32).to_le_bytes()));
 }
 
 /// `text` cut to `width` octets at a character boundary, filled with zeros.

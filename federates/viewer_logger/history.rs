@@ -1,6 +1,7 @@
 //! The scans of the run, kept in the form that the page reads, for scrubbing back and for error curves.
 
 use super::frame::{self, Trail};
+use super::source::{self, Event, EventFinder, ScanSums, Source};
 use crate::runtime::messages::ScanReport;
 use models::time::SimTime;
 use serde::Serialize;
@@ -43,6 +44,9 @@ pub struct History {
     octets: usize,
     limit_octets: usize,
     dropped: u64,
+    sums: Vec<ScanSums>,
+    events: Vec<Event>,
+    finder: EventFinder,
 }
 
 /// One point of an error curve.
@@ -62,12 +66,22 @@ pub struct CurvePoint {
 
 /// Dots of history drawn behind a track.
 pub const TRAIL: usize = 30;
+/// Events kept, at most.
+const MOST_EVENTS: usize = 20_000;
 
 impl History {
     /// An empty history that keeps at most about `limit_octets`.
     #[must_use]
     pub fn new(limit_octets: usize) -> Self {
-        Self { kept: VecDeque::new(), octets: 0, limit_octets, dropped: 0 }
+        Self {
+            kept: VecDeque::new(),
+            octets: 0,
+            limit_octets,
+            dropped: 0,
+            sums: Vec::new(),
+            events: Vec::new(),
+            finder: EventFinder::default(),
+        }
     }
 
     /// Appends a scan and says whether it began the history anew, because it does not follow in time.
@@ -111,6 +125,10 @@ impl History {
             plot_errors: plot_errors.collect(),
             explained: explained.collect(),
         };
+        self.sums.push(ScanSums::of(scan));
+        for event in self.finder.scan(scan) {
+            self.note(event);
+        }
         self.octets += kept.cost();
         self.kept.push_back(kept);
         while self.octets > self.limit_octets && self.kept.len() > 1 {
@@ -120,49 +138,69 @@ impl History {
         anew
     }
 
+    /// Adds something that happened.
+    pub fn note(&mut self, event: Event) {
+        if self.events.len() < MOST_EVENTS {
+            let at = self.events.partition_point(|e| e.time_ns <= event.time_ns);
+            self.events.insert(at, event);
+        }
+    }
+
     /// Forgets everything.
     pub fn clear(&mut self) {
         self.kept.clear();
+        self.sums.clear();
+        self.events.clear();
+        self.finder = EventFinder::default();
         self.octets = 0;
         self.dropped = 0;
     }
 
-    /// Numbers of the oldest and the newest scan kept.
-    #[must_use]
-    pub fn range(&self) -> Option<(u64, u64)> {
+    fn index_at(&self, scan: u64) -> Option<usize> {
+        if self.kept.is_empty() {
+            return None;
+        }
+        Some(self.kept.partition_point(|k| k.scan <= scan).saturating_sub(1))
+    }
+
+    fn trails(&self, index: usize) -> Vec<Trail> {
+        let mut trails: BTreeMap<u16, Vec<[f32; 2]>> =
+            self.kept[index].tracks.iter().map(|t| (t.number, Vec::new())).collect();
+        for kept in self.kept.range(index.saturating_sub(TRAIL)..index).rev() {
+            for track in &kept.tracks {
+                if let Some(points) = trails.get_mut(&track.number) {
+                    points.push(track.position_m);
+                }
+            }
+        }
+        trails.into_iter().collect()
+    }
+}
+
+impl Source for History {
+    fn range(&self) -> Option<(u64, u64)> {
         Some((self.kept.front()?.scan, self.kept.back()?.scan))
     }
 
-    /// Times of the oldest and the newest scan kept.
-    #[must_use]
-    pub fn times(&self) -> Option<(SimTime, SimTime)> {
+    fn times(&self) -> Option<(SimTime, SimTime)> {
         Some((self.kept.front()?.time, self.kept.back()?.time))
     }
 
-    /// Scans dropped for the memory limit.
-    #[must_use]
-    pub fn dropped(&self) -> u64 {
+    fn dropped(&self) -> u64 {
         self.dropped
     }
 
-    /// Number of the scan nearest to `scan` from below, or the oldest.
-    #[must_use]
-    pub fn nearest(&self, scan: u64) -> Option<u64> {
+    fn nearest(&self, scan: u64) -> Option<u64> {
         Some(self.kept.get(self.index_at(scan)?)?.scan)
     }
 
-    /// The message of the scan nearest to `scan`, with the trails that led there.
-    #[must_use]
-    pub fn message(&self, scan: u64) -> Option<Vec<u8>> {
+    fn message(&self, scan: u64) -> Option<Vec<u8>> {
         let index = self.index_at(scan)?;
         let kept = &self.kept[index];
         Some(frame::with_trails(&kept.octets, index + 1 == self.kept.len(), &self.trails(index)))
     }
 
-    /// The curve of the track `number` up to scan `upto`, from scan `from` on. A track whose number was
-    /// used before by another entity shows this entity only.
-    #[must_use]
-    pub fn curve(&self, number: u16, from: u64, upto: u64) -> Vec<CurvePoint> {
+    fn curve(&self, number: u16, from: u64, upto: u64) -> Vec<CurvePoint> {
         let Some(end) = self.index_at(upto) else { return Vec::new() };
         let of = |kept: &Kept| kept.tracks.iter().position(|t| t.number == number);
         let entity = self
@@ -191,35 +229,30 @@ impl History {
         points.collect()
     }
 
-    /// What every simulated effect did to the plots of the track `number`, or of the target that it
-    /// follows, in the scan nearest to `scan`: JSON objects, none where the SMDFM was not asked to explain.
-    #[must_use]
-    pub fn effects(&self, number: u16, scan: u64) -> Vec<&str> {
+    fn effects(&self, number: u16, scan: u64) -> Vec<String> {
         let Some(kept) = self.index_at(scan).map(|i| &self.kept[i]) else { return Vec::new() };
         let entity = kept.tracks.iter().find(|t| t.number == number).and_then(|t| t.entity);
         let of_it =
             |e: &&Explained| e.track == Some(number) || (entity.is_some() && e.entity == entity);
-        kept.explained.iter().filter(of_it).map(|e| &*e.text).collect()
+        kept.explained.iter().filter(of_it).map(|e| e.text.to_string()).collect()
     }
 
-    fn index_at(&self, scan: u64) -> Option<usize> {
-        if self.kept.is_empty() {
-            return None;
-        }
-        Some(self.kept.partition_point(|k| k.scan <= scan).saturating_sub(1))
+    fn at(&self, time: SimTime) -> Option<u64> {
+        let kept = self.kept.front()?.time;
+        source::at(&self.sums, time).filter(|_| time >= kept)
     }
 
-    fn trails(&self, index: usize) -> Vec<Trail> {
-        let mut trails: BTreeMap<u16, Vec<[f32; 2]>> =
-            self.kept[index].tracks.iter().map(|t| (t.number, Vec::new())).collect();
-        for kept in self.kept.range(index.saturating_sub(TRAIL)..index).rev() {
-            for track in &kept.tracks {
-                if let Some(points) = trails.get_mut(&track.number) {
-                    points.push(track.position_m);
-                }
-            }
-        }
-        trails.into_iter().collect()
+    fn time_of(&self, scan: u64) -> Option<SimTime> {
+        let kept = self.kept.get(self.index_at(scan)?)?;
+        (kept.scan == scan).then_some(kept.time)
+    }
+
+    fn sums(&self) -> &[ScanSums] {
+        &self.sums
+    }
+
+    fn events(&self) -> &[Event] {
+        &self.events
     }
 }
 

@@ -123,10 +123,13 @@ impl Keeper {
             None => None,
         };
         let (map, info) = (AirportMap::of(&scene), RunInfo::of(&scene, scene.run.seed));
-        let log = match &files.database {
+        let mut log = match &files.database {
             Some(file) => Some(Log::replace(file, &info, &map)?),
             None => None,
         };
+        if let Some(log) = &mut log {
+            keep_sources(log, &scene);
+        }
         if let Some(page) = &page {
             page.update(|viewer| viewer.on_scene(&info, &map));
         }
@@ -286,7 +289,10 @@ impl Keeper {
         let stem = first.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
         let file = first.with_file_name(format!("{stem}-{run}.sqlite"));
         match Log::replace(&file, &RunInfo::of(&self.scene, seed), &self.map) {
-            Ok(log) => self.log = Some(log),
+            Ok(mut log) => {
+                keep_sources(&mut log, &self.scene);
+                self.log = Some(log);
+            }
             Err(error) => tracing::error!("{error}"),
         }
     }
@@ -319,6 +325,19 @@ impl Keeper {
         if let Some(page) = &self.page {
             page.update(show);
         }
+    }
+}
+
+/// Puts the scene into the log; a log without it shows everything, but cannot be forked where the scene is gone.
+fn keep_sources(log: &mut Log, scene: &Scene) {
+    let kept = scene.sources().map_err(|e| e.to_string()).and_then(|sources| {
+        let text = scene.path.file_name().map(|n| n.to_string_lossy().into_owned());
+        log.fact("scene_file", &text.unwrap_or_default()).map_err(|e| e.to_string())?;
+        let mut write = |(name, octets): &(String, Vec<u8>)| log.file(name, octets);
+        sources.iter().try_for_each(&mut write).map_err(|e| e.to_string())
+    });
+    if let Err(reason) = kept {
+        tracing::warn!("the scene is not in the log: {reason}");
     }
 }
 
@@ -379,13 +398,13 @@ mod tests {
             keeper.hear(Heard::Scan(Box::new(scan(n))), 3);
             keeper.datagram(3, here, here, &[6, 1, 1, 1]);
         }
-        assert_eq!(page.viewer().history().range(), Some((1, 5)));
+        assert_eq!(page.viewer().source().range(), Some((1, 5)));
         keeper.hear(state(2, Phase::Configured), 4);
         let mut again = scan(1);
         again.run = 2;
         keeper.hear(Heard::Scan(Box::new(again)), 5);
         keeper.hear(Heard::Scan(Box::new(scan(6))), 5); // a straggler of run 1
-        assert_eq!(page.viewer().history().range(), Some((1, 1)));
+        assert_eq!(page.viewer().source().range(), Some((1, 1)));
         let kept = keeper.close(0);
         assert_eq!(kept, Kept { scans: 4, scans_lost: 2, datagrams: 4, datagrams_lost: 0 });
         assert!(!kept.complete());

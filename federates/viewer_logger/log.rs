@@ -5,6 +5,7 @@
 
 use super::frame::{entity_key, plot_error_m};
 use super::picture::{AirportMap, RunInfo};
+use super::source::{Event, EventFinder, ScanSums};
 use crate::runtime::messages::{
     FederateStatus, FlightNotice, ForeignReport, Operation, RunState, ScanReport, WeatherNotice,
 };
@@ -37,6 +38,9 @@ pub struct Log {
     database: Option<Connection>,
     scans: u64,
     scans_lost: u64,
+    events: EventFinder,
+    /// The weather as the time line told it last: the same again is no event.
+    weather_told: Option<String>,
 }
 
 impl Log {
@@ -51,7 +55,14 @@ impl Log {
         let failed = |source| LogError::Database { path: path.to_owned(), source };
         let mut database = Connection::open(path).map_err(failed)?;
         begin(&mut database, run, map).map_err(failed)?;
-        Ok(Self { path: path.to_owned(), database: Some(database), scans: 0, scans_lost: 0 })
+        Ok(Self {
+            path: path.to_owned(),
+            database: Some(database),
+            scans: 0,
+            scans_lost: 0,
+            events: EventFinder::default(),
+            weather_told: None,
+        })
     }
 
     /// As [`Self::create`], in place of the log of an earlier run, if there is one.
@@ -79,7 +90,11 @@ impl Log {
     /// # Errors
     /// Once, when the database refuses; afterwards nothing is written and nothing is reported.
     pub fn scan(&mut self, scan: &ScanReport) -> Result<(), LogError> {
-        let done = self.write(|t| write_scan(t, scan));
+        let events = self.events.scan(scan);
+        let done = self.write(|t| {
+            write_scan(t, scan)?;
+            write_events(t, &events)
+        });
         let written = done.is_ok() && self.database.is_some();
         *(if written { &mut self.scans } else { &mut self.scans_lost }) += 1;
         done
@@ -91,7 +106,13 @@ impl Log {
     /// As [`Self::scan`].
     pub fn weather(&mut self, w: &WeatherNotice) -> Result<(), LogError> {
         let cells = serde_json::json!(w.cells).to_string();
+        let event = weather_event(w);
+        let told = self.weather_told.as_ref() == Some(&event.text);
+        self.weather_told = Some(event.text.clone());
         self.write(|t| {
+            if !told {
+                write_events(t, std::slice::from_ref(&event))?;
+            }
             t.prepare_cached("INSERT INTO weather VALUES (?,?,?,?,?,?,?,?,?,?)")?.execute(
                 params![
                     w.from_ns,
@@ -179,7 +200,7 @@ impl Log {
                 o.ok,
                 o.text
             ])?;
-            Ok(())
+            write_events(t, &[operation_event(o)])
         })
     }
 
@@ -232,6 +253,25 @@ impl Log {
                     f.exec_us,
                     latency_us
                 ])?;
+            Ok(())
+        })
+    }
+
+    /// Writes something that the time line marks.
+    ///
+    /// # Errors
+    /// As [`Self::scan`].
+    pub fn event(&mut self, event: &Event) -> Result<(), LogError> {
+        self.write(|t| write_events(t, std::slice::from_ref(event)))
+    }
+
+    /// Keeps a file that the scene is made of.
+    ///
+    /// # Errors
+    /// As [`Self::scan`].
+    pub fn file(&mut self, name: &str, octets: &[u8]) -> Result<(), LogError> {
+        self.write(|t| {
+            t.execute("INSERT OR REPLACE INTO files VALUES (?,?)", params![name, octets])?;
             Ok(())
         })
     }
@@ -289,6 +329,7 @@ fn begin(database: &mut Connection, run: &RunInfo, map: &AirportMap) -> rusqlite
     database.query_row("PRAGMA journal_mode = WAL", [], |_| Ok(()))?;
     database.pragma_update(None, "synchronous", "NORMAL")?;
     database.pragma_update(None, "application_id", APPLICATION_ID)?;
+    database.pragma_update(None, "user_version", SCHEMA)?;
     let transaction = database.transaction()?;
     transaction.execute_batch(include_str!("log.sql"))?;
     for (name, value) in [
@@ -304,6 +345,8 @@ fn begin(database: &mut Connection, run: &RunInfo, map: &AirportMap) -> rusqlite
         ("airport", map.icao.clone()),
         ("reference_latitude_deg", map.reference_deg[0].to_string()),
         ("reference_longitude_deg", map.reference_deg[1].to_string()),
+        ("map_json", serde_json::json!(map).to_string()),
+        ("fork", run.fork.clone().unwrap_or_default()),
     ] {
         fact(&transaction, name, &value)?;
     }
@@ -330,7 +373,8 @@ fn fact(t: &Transaction<'_>, name: &str, value: &str) -> rusqlite::Result<()> {
 
 fn write_scan(t: &Transaction<'_>, scan: &ScanReport) -> rusqlite::Result<()> {
     let number = scan.scan as i64;
-    t.prepare_cached("INSERT INTO scans VALUES (?,?,?,?,?,?,?,?,?)")?.execute(params![
+    let sums = ScanSums::of(scan);
+    t.prepare_cached("INSERT INTO scans VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?)")?.execute(params![
         number,
         scan.time_ns,
         scan.truth.len() as i64,
@@ -339,10 +383,15 @@ fn write_scan(t: &Transaction<'_>, scan: &ScanReport) -> rusqlite::Result<()> {
         scan.truth.iter().filter(|x| x.track.is_none()).count() as i64,
         rmse(scan.truth.iter().filter_map(|x| x.track.map(|p| p.1))),
         rmse(scan.plots.iter().filter_map(plot_error_m)),
-        scan.took_us as i64
+        scan.took_us as i64,
+        sums.worst_error_m,
+        sums.mean_error_m,
+        sums.false_tracks,
+        sums.wrong_labels
     ])?;
-    let mut insert = t.prepare_cached("INSERT INTO truth VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?)")?;
-    for x in &scan.truth {
+    let mut insert =
+        t.prepare_cached("INSERT INTO truth VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)")?;
+    for (place, x) in scan.truth.iter().enumerate() {
         insert.execute(params![
             number,
             entity_key(x.id) as i64,
@@ -356,16 +405,23 @@ fn write_scan(t: &Transaction<'_>, scan: &ScanReport) -> rusqlite::Result<()> {
             x.velocity_mps[1],
             x.heading_rad.to_degrees().rem_euclid(360.0),
             x.track.map(|p| p.0),
-            x.track.map(|p| p.1)
+            x.track.map(|p| p.1),
+            x.velocity_mps[2],
+            x.heading_rad,
+            x.size_m[0],
+            x.size_m[1],
+            x.aircraft,
+            x.ours,
+            place as i64
         ])?;
     }
     write_plots(t, scan)?;
     let pairs = super::frame::pairs(scan);
     let mut insert = t.prepare_cached(concat!(
         "INSERT INTO tracks VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,",
-        "?,?,?,?,?,?,?,?,?,?)"
+        "?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)"
     ))?;
-    for x in &scan.tracks {
+    for (place, x) in scan.tracks.iter().enumerate() {
         let pair = pairs.get(&x.number);
         let lag = x.lag.as_ref();
         insert.execute(params![
@@ -396,7 +452,22 @@ fn write_scan(t: &Transaction<'_>, scan: &ScanReport) -> rusqlite::Result<()> {
             lag.map(|l| l.coasted),
             lag.and_then(|l| l.error_m),
             (!x.assumed.is_empty()).then_some(&x.assumed),
-            x.label_p
+            x.label_p,
+            x.time_ns,
+            x.first,
+            x.type_designator,
+            x.wake,
+            x.movement,
+            x.runway_stand,
+            x.routing.join(" "),
+            x.ctd_eta_ns,
+            x.heading_rad,
+            x.acceleration_ms2[0],
+            x.acceleration_ms2[1],
+            x.velocity_cov_m2s2[0],
+            x.velocity_cov_m2s2[1],
+            x.velocity_cov_m2s2[2],
+            place as i64
         ])?;
     }
     let mut insert = t.prepare_cached("INSERT INTO statistics VALUES (?,?,?)")?;
@@ -411,10 +482,12 @@ fn write_scan(t: &Transaction<'_>, scan: &ScanReport) -> rusqlite::Result<()> {
 }
 
 fn write_plots(t: &Transaction<'_>, scan: &ScanReport) -> rusqlite::Result<()> {
-    let mut insert =
-        t.prepare_cached("INSERT INTO plots VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)")?;
-    let mut effect = t.prepare_cached("INSERT INTO plot_effects VALUES (?,?,?,?,?,?)")?;
-    for x in &scan.plots {
+    let mut insert = t.prepare_cached(concat!(
+        "INSERT INTO plots VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,",
+        "?,?,?,?,?,?,?,?,?)"
+    ))?;
+    let mut effect = t.prepare_cached("INSERT INTO plot_effects VALUES (?,?,?,?,?,?,?)")?;
+    for (place, x) in scan.plots.iter().enumerate() {
         insert.execute(params![
             scan.scan as i64,
             x.sensor,
@@ -434,18 +507,58 @@ fn write_plots(t: &Transaction<'_>, scan: &ScanReport) -> rusqlite::Result<()> {
             (!x.cause.is_empty()).then_some(&x.cause),
             x.truth_m.map(|p| p[0]),
             x.truth_m.map(|p| p[1]),
-            plot_error_m(x)
+            plot_error_m(x),
+            x.ellipse[0],
+            x.ellipse[1],
+            x.ellipse[2],
+            x.ellipse[3],
+            x.altitude_m,
+            x.polar.map(|p| p[1]),
+            x.polar.map(|p| p[2]),
+            x.polar.map(|p| p[3]),
+            place as i64
         ])?;
-        for (name, value, unit) in &x.effects {
-            let of = params![scan.scan as i64, x.sensor, x.sequence, name, value, unit];
-            effect.execute(of)?;
+        for (at, (name, value, unit)) in x.effects.iter().enumerate() {
+            let scan = scan.scan as i64;
+            effect.execute(params![scan, x.sensor, x.sequence, name, value, unit, at as i64])?;
         }
     }
     Ok(())
 }
 
+fn write_events(t: &Transaction<'_>, events: &[Event]) -> rusqlite::Result<()> {
+    let mut insert = t.prepare_cached("INSERT INTO events VALUES (?,?,?,?)")?;
+    for e in events {
+        insert.execute(params![e.time_ns, e.kind, e.subject, e.text])?;
+    }
+    Ok(())
+}
+
+/// A change of the weather as the time line marks it.
+#[must_use]
+pub(super) fn weather_event(w: &WeatherNotice) -> Event {
+    let rain =
+        if w.rain_mm_per_h > 0.0 { format!("rain {} mm/h", w.rain_mm_per_h) } else { "dry".into() };
+    let text = if w.visibility_m.is_finite() {
+        format!("{rain}, visibility {} m", w.visibility_m)
+    } else {
+        rain
+    };
+    Event { time_ns: w.from_ns, kind: "weather".into(), subject: String::new(), text }
+}
+
+/// An operator's action as the time line marks it.
+#[must_use]
+pub(super) fn operation_event(o: &Operation) -> Event {
+    let text = format!("{}: {}", o.command, o.text);
+    Event { time_ns: o.time_ns, kind: "operator".into(), subject: o.source.clone(), text }
+}
+
 /// "SEED" in the file's header: what a log is known by.
-const APPLICATION_ID: i32 = 0x5345_4544;
+pub(super) const APPLICATION_ID: i32 = 0x5345_4544;
+
+/// Version of the tables in `log.sql`; a reader knows all earlier ones.
+pub const SCHEMA: i64 = 2;
 
 /// Root of the mean square; none of nothing.
 fn rmse(errors: impl Iterator<Item = f64>) -> Option<f64> {

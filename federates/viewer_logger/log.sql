@@ -1,8 +1,12 @@
 -- The database of one run. Times: time_ns is simulated time in nanoseconds since the start of the run, wall_utc_ns
 -- is wall-clock time since 1970. Positions: metres east (x) and north (y) of the aerodrome reference point.
--- Headings: degrees clockwise from north. NULL is "not known" or "none".
+-- Headings: degrees clockwise from north; the same in radians as the messages had them. NULL is "not known" or "none".
+-- place: where the row stood in the scan's report. PRAGMA user_version counts the versions of these tables.
 
 CREATE TABLE run (name TEXT PRIMARY KEY, value TEXT) WITHOUT ROWID;
+
+-- The scene's text and every file that it names, as they were.
+CREATE TABLE files (name TEXT PRIMARY KEY, octets BLOB) WITHOUT ROWID;
 
 CREATE TABLE sensors (sensor INTEGER PRIMARY KEY, name TEXT, kind TEXT, x_m REAL, y_m REAL, range_m REAL);
 
@@ -11,7 +15,10 @@ CREATE TABLE scans (
   untracked INTEGER,  -- targets that no track follows
   track_rmse_m REAL,  -- of the tracks that follow a target, at publication time
   plot_rmse_m REAL,   -- of the plots that a target caused, each at its own time
-  took_us INTEGER     -- wall time that the scan took in the SMDFM
+  took_us INTEGER,    -- wall time that the scan took in the SMDFM
+  worst_error_m REAL, mean_error_m REAL,  -- of the tracks that follow a target
+  false_tracks INTEGER,  -- confirmed tracks that follow nothing
+  wrong_labels INTEGER   -- tracks with the call sign of another target
 );
 
 -- True state of every entity at the publication time of the scan, as the sensors received it.
@@ -19,6 +26,9 @@ CREATE TABLE truth (
   scan INTEGER, entity INTEGER, dis_id TEXT, callsign TEXT, type TEXT,
   x_m REAL, y_m REAL, altitude_m REAL, vx_ms REAL, vy_ms REAL, heading_deg REAL,
   track INTEGER, track_error_m REAL,  -- the track that follows it, and the distance to it
+  vz_ms REAL, heading_rad REAL, length_m REAL, span_m REAL, aircraft INTEGER,
+  ours INTEGER,  -- 0: an outsider's
+  place INTEGER,
   PRIMARY KEY (scan, entity)
 ) WITHOUT ROWID;
 
@@ -30,13 +40,18 @@ CREATE TABLE plots (
   track INTEGER,                                 -- the track that took it
   cause TEXT, truth_x_m REAL, truth_y_m REAL,    -- entity that caused it and where it was then; NULL: false alarm
   error_m REAL,
+  axis_e REAL, axis_n REAL, along_m2 REAL, across_m2 REAL,  -- error ellipse: a direction, variances along and across it
+  altitude_m REAL, azimuth_rad REAL, sigma_range_m REAL, sigma_azimuth_rad REAL,
+  place INTEGER,
   PRIMARY KEY (scan, sensor, sequence)
 ) WITHOUT ROWID;
+CREATE INDEX plots_of ON plots (cause, scan);
 
 -- What each simulated effect did to a plot, where the run was asked to explain.
 CREATE TABLE plot_effects (
-  scan INTEGER, sensor INTEGER, sequence INTEGER, effect TEXT, value REAL, unit TEXT
-);
+  scan INTEGER, sensor INTEGER, sequence INTEGER, effect TEXT, value REAL, unit TEXT, place INTEGER,
+  PRIMARY KEY (scan, sensor, sequence, place)
+) WITHOUT ROWID;
 
 -- System tracks as published.
 CREATE TABLE tracks (
@@ -49,8 +64,15 @@ CREATE TABLE tracks (
   lag_coasted INTEGER, lag_error_m REAL,
   -- A call sign that is likely, but too unsure for a label; the probability of either.
   assumed TEXT, label_p REAL,
+  time_ns INTEGER, first INTEGER, designator TEXT, wake TEXT, movement TEXT, runway_stand TEXT, routing TEXT,
+  ctd_eta_ns INTEGER, heading_rad REAL, ax_ms2 REAL, ay_ms2 REAL, vvar_ee REAL, vvar_en REAL, vvar_nn REAL,
+  place INTEGER,
   PRIMARY KEY (scan, track)
 ) WITHOUT ROWID;
+CREATE INDEX track_of ON tracks (track, scan);
+
+-- What the time line marks: lost and swapped tracks, weather, operators, alerts.
+CREATE TABLE events (time_ns INTEGER, kind TEXT, subject TEXT, text TEXT);
 
 -- Tracks of somebody else's tracker, as the gateway heard them in ASTERIX (--asterix-in).
 CREATE TABLE foreign_tracks (
@@ -118,6 +140,11 @@ CREATE TABLE federates (
 );
 
 -- Not every SQLite has a square root, so the views below take it by Newton's steps.
+
+-- Every entity once.
+CREATE VIEW entities AS
+SELECT entity, dis_id, callsign, type, aircraft, length_m, span_m, ours, min(scan) AS first_scan, max(scan) AS last_scan
+FROM truth GROUP BY entity;
 
 -- How well was each target tracked?
 CREATE VIEW target_accuracy AS

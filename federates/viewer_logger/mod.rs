@@ -2,13 +2,15 @@
 //!
 //! ```text
 //! scans, weather, flights, state ──► Viewer ──► Session (one per browser) ──► server ──► page (web/)
-//!                               └──► log::Log ──► run.sqlite
+//!                               └──► log::Log ──► run.sqlite ──► Archive ──► Viewer (of a finished run)
 //! ```
 //!
 //! [`Viewer`] and [`Session`] are state machines without I/O; [`server`] carries them over HTTP, [`log`] is the
 //! database. Nobody in the federation waits for any of this.
 
 pub mod access;
+pub mod archive;
+pub mod assets;
 pub mod beside;
 mod connections;
 pub mod frame;
@@ -17,24 +19,31 @@ pub mod keeper;
 pub mod log;
 pub mod log_traffic;
 pub mod metrics;
+pub mod opened;
 pub mod picture;
 pub mod process;
 pub mod server;
+pub mod session;
+pub mod source;
 
 use crate::runtime::messages::{
-    Command, FederateStatus, FlightNotice, Operation, RunState, ScanReport, WeatherNotice,
+    FederateStatus, FlightNotice, Operation, RunState, ScanReport, WeatherNotice,
 };
+use archive::Archive;
 use history::{CurvePoint, History};
 use picture::{AirportMap, RunInfo};
-use serde::Deserialize;
 use serde_json::{Value, json};
+pub use session::{Asked, Outgoing, Session, reply};
+use source::{Event, Source};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
 /// What the page shows: last values of everything and the scans of the run.
 #[derive(Debug)]
 pub struct Viewer {
-    history: History,
+    id: String,
+    info: RunInfo,
+    scans: Scans,
     generation: u64,
     version: u64,
     topics: BTreeMap<&'static str, (u64, Arc<str>)>,
@@ -45,6 +54,13 @@ pub struct Viewer {
     state: Option<RunState>,
     measures: BTreeMap<String, f64>,
     comparing: bool,
+}
+
+/// Where the scans come from.
+#[derive(Debug)]
+enum Scans {
+    Live(History),
+    Stored(Box<Archive>),
 }
 
 /// Last status of a federate and what it did a second since the one before.
@@ -60,8 +76,20 @@ impl Viewer {
     /// A viewer that has seen nothing yet and keeps at most about `history_octets` of scans.
     #[must_use]
     pub fn new(history_octets: usize) -> Self {
+        Self::of(Scans::Live(History::new(history_octets)))
+    }
+
+    /// A viewer of a finished run, which has been told nothing but its scans.
+    #[must_use]
+    pub fn stored(archive: Archive) -> Self {
+        Self::of(Scans::Stored(Box::new(archive)))
+    }
+
+    fn of(scans: Scans) -> Self {
         Self {
-            history: History::new(history_octets),
+            id: LIVE.to_owned(),
+            info: RunInfo::default(),
+            scans,
             generation: 0,
             version: 0,
             topics: BTreeMap::new(),
@@ -95,29 +123,109 @@ impl Viewer {
 
     /// The scene: once, or again when another run begins.
     pub fn on_scene(&mut self, run: &RunInfo, map: &AirportMap) {
+        self.info = run.clone();
         self.set("scene", json!({"type": "scene", "run": run, "map": map}));
     }
 
     /// One scan of the SMDFM. One that is not later than the last begins a new history (restart).
     pub fn on_scan(&mut self, scan: &ScanReport) {
-        if self.history.push(scan) {
+        let Scans::Live(history) = &mut self.scans else { return };
+        if history.push(scan) {
             self.generation += 1;
         }
         self.measures = scan.measures.iter().cloned().collect();
-        if let (Some((first, last)), Some((from, to))) =
-            (self.history.range(), self.history.times())
-        {
-            let timeline = json!({
-                "type": "timeline", "first": first, "last": last, "first_s": from.s(), "last_s": to.s(),
-                "dropped": self.history.dropped(), "generation": self.generation,
-                "measures": scan.measures, "took_us": scan.took_us,
-            });
-            self.set("timeline", timeline);
-        }
+        self.tell_timeline(&scan.measures, scan.took_us);
         if self.plan != scan.plan {
             self.plan.clone_from(&scan.plan);
             self.set("plan", json!({"type": "plan", "rows": scan.plan}));
         }
+    }
+
+    /// How far the scans go, with the measures of the run at the end of them.
+    fn tell_timeline(&mut self, measures: &[(String, f64)], took_us: u64) {
+        let source = self.source();
+        if let (Some((first, last)), Some((from, to))) = (source.range(), source.times()) {
+            let timeline = json!({
+                "type": "timeline", "first": first, "last": last, "first_s": from.s(), "last_s": to.s(),
+                "dropped": source.dropped(), "generation": self.generation,
+                "measures": measures, "took_us": took_us, "live": self.is_live(),
+            });
+            self.set("timeline", timeline);
+        }
+    }
+
+    /// The effect plan, where no scan tells it.
+    pub fn on_plan(&mut self, rows: &[[String; 5]]) {
+        self.plan = rows.to_vec();
+        self.set("plan", json!({"type": "plan", "rows": rows}));
+    }
+
+    /// Takes in what a run that somebody else keeps has grown by; nothing for a run of this process.
+    pub fn follow(&mut self) -> bool {
+        let Scans::Stored(archive) = &mut self.scans else { return false };
+        let grown = archive.follow().unwrap_or_else(|error| {
+            tracing::warn!("{}: {error}", archive.path().display());
+            false
+        });
+        if grown {
+            self.tell_end();
+        }
+        grown
+    }
+
+    /// The time line of a stored run, with its measures at the end.
+    pub(super) fn tell_end(&mut self) {
+        let Scans::Stored(archive) = &self.scans else { return };
+        let last = archive.range().and_then(|r| archive.report(r.1).ok().flatten());
+        let (measures, took_us) = last.map_or_else(Default::default, |l| (l.measures, l.took_us));
+        self.tell_timeline(&measures, took_us);
+    }
+
+    /// What the run is called where there are several.
+    pub fn set_id(&mut self, id: &str) {
+        id.clone_into(&mut self.id);
+        self.version += 1;
+    }
+
+    /// See [`Self::set_id`]; "live" until told otherwise.
+    #[must_use]
+    pub fn id(&self) -> &str {
+        &self.id
+    }
+
+    /// Name, seed and times of the run.
+    #[must_use]
+    pub fn info(&self) -> &RunInfo {
+        &self.info
+    }
+
+    /// Whether the run goes on in this process.
+    #[must_use]
+    pub fn is_live(&self) -> bool {
+        matches!(self.scans, Scans::Live(_))
+    }
+
+    /// The scans and what belongs to them.
+    #[must_use]
+    pub fn source(&self) -> &dyn Source {
+        match &self.scans {
+            Scans::Live(history) => history,
+            Scans::Stored(archive) => &**archive,
+        }
+    }
+
+    /// What the time line marks.
+    #[must_use]
+    pub fn events(&self) -> Vec<Event> {
+        let mut events = self.source().events().to_vec();
+        if self.is_live() {
+            let mut weather: Vec<Event> = self.weather.iter().map(log::weather_event).collect();
+            weather.dedup_by(|later, earlier| later.text == earlier.text);
+            events.extend(weather);
+            events.extend(self.operations.iter().map(log::operation_event));
+            events.sort_by_key(|e| e.time_ns);
+        }
+        events
     }
 
     /// The weather from a time on. The page is given all of the run, to show what was when it looks back.
@@ -187,16 +295,10 @@ impl Viewer {
         self.version
     }
 
-    /// The scans kept.
-    #[must_use]
-    pub fn history(&self) -> &History {
-        &self.history
-    }
-
     /// Curve of one track over everything kept.
     #[must_use]
     pub fn curve(&self, number: u16) -> Vec<CurvePoint> {
-        self.history.curve(number, 0, u64::MAX)
+        self.source().curve(number, 0, u64::MAX)
     }
 
     fn set(&mut self, topic: &'static str, message: Value) {
@@ -214,193 +316,14 @@ impl Load {
     }
 }
 
-/// One browser: what it was sent and what it looks at.
-#[derive(Debug, Default)]
-pub struct Session {
-    seen: u64,
-    generation: u64,
-    shown: Option<u64>, // a scan of the past; none is the newest
-    selected: Option<u16>,
-    sent_scan: Option<u64>,
-    explained: Option<(u64, u16)>, // scan and track
-    curve_from: u64,
-}
-
-/// A message to the browser.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Outgoing {
-    /// JSON.
-    Text(Arc<str>),
-    /// A scan, see [`frame`].
-    Binary(Vec<u8>),
-}
-
-/// What a message from the browser asks for beyond the session itself.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Asked {
-    /// Nothing more: the session changed, poll it.
-    Nothing,
-    /// A command to the run, with its number and words; answer with [`reply`].
-    Command(f64, String, Command),
-    /// What the neighbouring rungs would give, from now on or no more: [`Viewer::compare`].
-    Compare(bool),
-    /// The message was not understood; send this.
-    Refused(Outgoing),
-}
-
-impl Session {
-    /// Everything that the browser lacks, oldest topic first. Scans that came since the last poll are
-    /// passed over, the newest is sent; error curves lose nothing.
-    pub fn poll(&mut self, viewer: &Viewer) -> Vec<Outgoing> {
-        let mut out = Vec::new();
-        if self.generation != viewer.generation {
-            *self = Self { seen: self.seen, generation: viewer.generation, ..Self::default() };
-            out.push(Outgoing::Text(r#"{"type":"new_run"}"#.into()));
-        }
-        let mut news: Vec<_> = viewer.topics.values().filter(|t| t.0 > self.seen).collect();
-        news.sort_by_key(|t| t.0);
-        out.extend(news.into_iter().map(|t| Outgoing::Text(t.1.clone())));
-        self.seen = viewer.version;
-        let newest = viewer.history.range().map(|r| r.1);
-        if let Some(scan) = self.shown.or(newest).and_then(|scan| viewer.history.nearest(scan))
-            && self.sent_scan != Some(scan)
-            && let Some(message) = viewer.history.message(scan)
-        {
-            self.sent_scan = Some(scan);
-            out.push(Outgoing::Binary(message));
-        }
-        if let (Some(number), Some(scan)) = (self.selected, self.sent_scan)
-            && self.explained != Some((scan, number))
-        {
-            self.explained = Some((scan, number));
-            let plots = viewer.history.effects(number, scan).join(",");
-            out.push(Outgoing::Text(
-                format!(r#"{{"type":"effects","scan":{scan},"track":{number},"plots":[{plots}]}}"#)
-                    .into(),
-            ));
-        }
-        if let (Some(number), Some(newest)) = (self.selected, newest)
-            && self.curve_from <= newest
-        {
-            let points = viewer.history.curve(number, self.curve_from, newest);
-            let reset = self.curve_from == 0;
-            self.curve_from = newest + 1;
-            if reset || !points.is_empty() {
-                let curve =
-                    json!({"type": "curve", "track": number, "reset": reset, "points": points});
-                out.push(Outgoing::Text(curve.to_string().into()));
-            }
-        }
-        out
-    }
-
-    /// Takes a message of the browser. Anything not understood is refused with its reason, nothing more.
-    pub fn on_message(&mut self, text: &str) -> Asked {
-        let message: FromPage = match serde_json::from_str(text) {
-            Ok(message) => message,
-            Err(error) => return Asked::Refused(refused(&error.to_string())),
-        };
-        match message {
-            FromPage::Show { scan } => {
-                self.shown = scan;
-                self.sent_scan = None;
-                Asked::Nothing
-            }
-            FromPage::Select { track } => {
-                self.selected = track;
-                self.curve_from = 0;
-                Asked::Nothing
-            }
-            FromPage::Token { .. } => Asked::Nothing,
-            FromPage::Compare { on } => Asked::Compare(on),
-            FromPage::Command { id, command, frames, rate } => {
-                match command_of(&command, frames, rate) {
-                    Ok((words, order)) => Asked::Command(id, words, order),
-                    Err(reason) => Asked::Refused(reply(id, &command, false, &reason)),
-                }
-            }
-        }
-    }
-}
-
-/// The answer to command number `id`.
-#[must_use]
-pub fn reply(id: f64, command: &str, accepted: bool, text: &str) -> Outgoing {
-    let message = json!({
-        "type": "reply", "id": id, "command": command, "accepted": accepted, "text": text,
-    });
-    Outgoing::Text(message.to_string().into())
-}
-
-fn refused(reason: &str) -> Outgoing {
-    Outgoing::Text(json!({"type": "refused", "text": reason}).to_string().into())
-}
-
-#[derive(Deserialize)]
-#[serde(tag = "type", rename_all = "lowercase", deny_unknown_fields)]
-enum FromPage {
-    Show {
-        scan: Option<u64>,
-    },
-    Select {
-        track: Option<u16>,
-    },
-    Compare {
-        on: bool,
-    },
-    /// Shown where none is needed; looked at before the session begins where one is.
-    Token {
-        #[serde(rename = "token")]
-        _token: String,
-    },
-    Command {
-        id: f64,
-        command: String,
-        #[serde(default)]
-        frames: Option<u64>,
-        #[serde(default)]
-        rate: Option<f64>,
-    },
-}
-
-/// The command and its words for the log.
-fn command_of(
-    word: &str,
-    frames: Option<u64>,
-    rate: Option<f64>,
-) -> Result<(String, Command), String> {
-    let command = match word {
-        "start" | "resume" => Command::Start,
-        "freeze" => Command::Freeze,
-        "step" => match frames.unwrap_or(1) {
-            n @ 1..=MAX_STEP => return Ok((format!("step {n}"), Command::Step { n })),
-            n => return Err(format!("step: {n} frames is outside 1 ..= {MAX_STEP}")),
-        },
-        "stop" => Command::Stop,
-        "restart" => Command::Restart,
-        "fast" => Command::Rate { rate: f64::INFINITY },
-        "rate" => match rate {
-            Some(rate) if (MIN_RATE..=MAX_RATE).contains(&rate) => {
-                return Ok((format!("rate {rate}"), Command::Rate { rate }));
-            }
-            Some(rate) => return Err(format!("rate: {rate} is outside {MIN_RATE} ..= {MAX_RATE}")),
-            None => return Err("rate: no figure given".to_owned()),
-        },
-        other => return Err(format!("{other:?} is not a valid command")),
-    };
-    Ok((word.to_owned(), command))
-}
-
 /// Federates whose figures are kept, at most: anybody on the bus may say a name.
 const FEDERATES: usize = 1024;
+/// What the run of this process is called.
+const LIVE: &str = "live";
 /// Operator actions kept for the page; all of them are in the database.
 const OPERATIONS: usize = 200;
 /// Weather notices kept for the page; all of them are in the database.
 const NOTICES: usize = 1000;
-/// Most frames in one step command: an hour of 50 ms frames.
-const MAX_STEP: u64 = 72_000;
-const MIN_RATE: f64 = 0.01;
-const MAX_RATE: f64 = 1000.0;
 
 #[cfg(test)]
 pub(crate) mod tests;

@@ -31,6 +31,12 @@ pub struct RunInfo {
     pub scene_digest: String,
     /// Version of the software.
     pub version: String,
+    /// ICAO location indicator of the airport.
+    #[serde(default)]
+    pub airport: String,
+    /// Name of the run that this one was forked from; none for others.
+    #[serde(default)]
+    pub fork: Option<String>,
 }
 
 /// The airport as the page draws it.
@@ -58,6 +64,34 @@ pub struct AirportMap {
     /// Kinds of sensors.
     #[serde(default)]
     pub kinds: Vec<KindLook>,
+    /// Buildings of the scene with their heights: what shadows and hides.
+    pub blocks: Vec<Block>,
+    /// Plates by which the light of the eye's view is measured.
+    pub boards: Vec<BoardPlate>,
+}
+
+/// A building with vertical walls.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Block {
+    /// Name.
+    pub name: String,
+    /// Corners, m east and north.
+    pub ring: Vec<[f64; 2]>,
+    /// Height above the ground, m.
+    pub height_m: f64,
+}
+
+/// A square plate turned to who looks.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct BoardPlate {
+    /// Name.
+    pub name: String,
+    /// Centre, m east, north and up.
+    pub centre_m: [f64; 3],
+    /// Side, m.
+    pub size_m: f64,
+    /// Luminance, of that of the horizon.
+    pub luminance_ratio: f64,
 }
 
 /// A runway between its thresholds.
@@ -154,6 +188,8 @@ impl RunInfo {
             scan_s: scene.run.scan().s(),
             scene_digest: format!("{:016x}", scene.hash),
             version: env!("CARGO_PKG_VERSION").to_owned(),
+            airport: scene.airport.layout.icao.clone(),
+            fork: None,
         }
     }
 }
@@ -199,6 +235,16 @@ impl AirportMap {
             buildings: layout.buildings.iter().map(area).collect(),
             sensors: scene.sensors.iter().map(sensor).collect(),
             kinds: KindLook::all(),
+            blocks: scene
+                .buildings
+                .iter()
+                .map(|b| Block {
+                    name: b.name.clone(),
+                    ring: b.footprint_m.iter().map(|p| metres(*p)).collect(),
+                    height_m: b.height_m,
+                })
+                .collect(),
+            boards: Vec::new(),
         }
     }
 }

@@ -2,9 +2,11 @@
 //!
 //! Who may do what stands in [`super::access`], how many connections there are in `connections`.
 
+use super::Viewer;
 use super::access::{Access, Rights, Ticket, same_origin};
+use super::assets;
 use super::connections::{self, Peer};
-use super::{Asked, Outgoing, Session, Viewer, refused, reply};
+use super::session::{Asked, Outgoing, Session, refused, reply};
 use crate::runtime::messages::Command;
 use axum::body::Body;
 use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
@@ -49,6 +51,8 @@ pub enum PageError {
 /// The viewer, shared between those who feed it and the browsers that watch it.
 pub struct Page {
     viewer: Mutex<Viewer>,
+    /// Other runs that are open beside it, finished or kept by somebody else.
+    others: Mutex<Vec<Viewer>>,
     version: watch::Sender<u64>,
 }
 
@@ -57,16 +61,43 @@ impl Page {
     #[must_use]
     pub fn new(viewer: Viewer) -> Arc<Self> {
         let version = watch::Sender::new(viewer.version());
-        Arc::new(Self { viewer: Mutex::new(viewer), version })
+        Arc::new(Self { viewer: Mutex::new(viewer), others: Mutex::default(), version })
+    }
+
+    /// Puts another run beside the first.
+    pub fn add(&self, viewer: Viewer) {
+        self.others().push(viewer);
+        self.version.send_modify(|v| *v = v.wrapping_add(1));
+    }
+
+    /// Takes in what runs that others keep have grown by.
+    pub fn follow(&self) {
+        let mut grown = self.viewer().follow();
+        for other in self.others().iter_mut() {
+            grown |= other.follow();
+        }
+        if grown {
+            self.version.send_modify(|v| *v = v.wrapping_add(1));
+        }
+    }
+
+    fn others(&self) -> MutexGuard<'_, Vec<Viewer>> {
+        self.others.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Does something with all runs at once, the first one first.
+    fn with_all<T>(&self, look: impl FnOnce(&[&Viewer]) -> T) -> T {
+        let (viewer, others) = (self.viewer(), self.others());
+        let all: Vec<&Viewer> = std::iter::once(&*viewer).chain(others.iter()).collect();
+        look(&all)
     }
 
     /// Changes the viewer and wakes the browsers.
     pub fn update(&self, change: impl FnOnce(&mut Viewer)) {
         let mut viewer = self.viewer();
         change(&mut viewer);
-        let version = viewer.version();
         drop(viewer);
-        self.version.send_replace(version);
+        self.version.send_modify(|v| *v = v.wrapping_add(1));
     }
 
     /// The viewer as it stands.
@@ -227,13 +258,9 @@ async fn file(request: Request) -> Response {
         let allowed = [(header::ALLOW, "GET, HEAD")];
         return (StatusCode::METHOD_NOT_ALLOWED, allowed, "read only\n").into_response();
     }
-    let path = match request.uri().path() {
-        "/" => "/index.html",
-        path => path,
-    };
-    match FILES.iter().find(|f| path.strip_prefix('/') == Some(f.0)) {
-        Some((_, kind, octets)) => {
-            ([(header::CONTENT_TYPE, *kind)], Body::from(*octets)).into_response()
+    match assets::find(request.uri().path()) {
+        Some((kind, octets)) => {
+            ([(header::CONTENT_TYPE, kind)], Body::from(octets)).into_response()
         }
         None => (StatusCode::NOT_FOUND, "no such file\n").into_response(),
     }
@@ -301,8 +328,15 @@ async fn browser(mut socket: WebSocket, shared: &Arc<Shared>, rights: Rights) {
         let out = tokio::select! {
             message = socket.recv() => match message {
                 Some(Ok(Message::Text(text))) => match session.on_message(&text) {
-                    Asked::Nothing => session.poll(&shared.page.viewer()),
+                    Asked::Nothing => shared.page.with_all(|all| session.poll_runs(all)),
                     Asked::Refused(answer) => vec![answer],
+                    Asked::Open(ids) => shared.page.with_all(|all| match session.open(all, &ids) {
+                        Ok(()) => session.poll_runs(all),
+                        Err(reason) => vec![refused(&reason)],
+                    }),
+                    Asked::Strip(from_s, to_s, columns) => {
+                        shared.page.with_all(|all| session.strip(all, from_s, to_s, columns))
+                    }
                     Asked::Compare(_) if rights == Rights::Look => vec![refused(LOOK_ONLY)],
                     Asked::Compare(on) => {
                         shared.page.update(|viewer| viewer.compare(on));
@@ -315,7 +349,7 @@ async fn browser(mut socket: WebSocket, shared: &Arc<Shared>, rights: Rights) {
                         vec![carry_out(shared.clone(), id, words, command).await]
                     }
                 },
-                Some(Ok(Message::Binary(_))) => vec![super::refused("binary messages mean nothing here")],
+                Some(Ok(Message::Binary(_))) => vec![refused("binary messages mean nothing here")],
                 Some(Ok(_)) => Vec::new(),
                 Some(Err(_)) | None => return,
             },
@@ -325,7 +359,7 @@ async fn browser(mut socket: WebSocket, shared: &Arc<Shared>, rights: Rights) {
                 }
                 sleep(PICTURE).await; // several changes make one picture
                 version.mark_unchanged();
-                session.poll(&shared.page.viewer())
+                shared.page.with_all(|all| session.poll_runs(all))
             }
             _ = alive.tick() => vec![Outgoing::Text(r#"{"type":"alive"}"#.into())],
         };
@@ -382,36 +416,6 @@ const ALIVE: Duration = Duration::from_secs(1);
 /// A browser that takes nothing for so long is let go.
 const STUCK: Duration = Duration::from_secs(20);
 const ANSWER: Duration = Duration::from_secs(10);
-
-const HTML: &str = "text/html; charset=utf-8";
-const SCRIPT: &str = "text/javascript; charset=utf-8";
-const STYLE: &str = "text/css; charset=utf-8";
-const FONT: &str = "font/woff2";
-
-macro_rules! files {
-    ($($path:literal $kind:expr;)*) => { &[$(($path, $kind, include_bytes!(concat!("web/", $path)))),*] };
-}
-
-/// Path, type and octets of everything the browser may ask for.
-const FILES: &[(&str, &str, &[u8])] = files! {
-    "index.html" HTML;
-    "style.css" STYLE;
-    "main.js" SCRIPT;
-    "link.js" SCRIPT;
-    "frame.js" SCRIPT;
-    "labels.js" SCRIPT;
-    "map.js" SCRIPT;
-    "panels.js" SCRIPT;
-    "curve.js" SCRIPT;
-    "text.js" SCRIPT;
-    "icon.svg" "image/svg+xml";
-    "vendor/uPlot.iife.min.js" SCRIPT;
-    "vendor/uPlot.min.css" STYLE;
-    "vendor/b612-latin-400-normal.woff2" FONT;
-    "vendor/b612-latin-700-normal.woff2" FONT;
-    "vendor/b612-mono-latin-400-normal.woff2" FONT;
-    "vendor/b612-mono-latin-700-normal.woff2" FONT;
-};
 
 #[cfg(test)]
 mod tests {
@@ -474,8 +478,8 @@ mod tests {
             assert!(told("no"), "{listen}: without origin and token");
             assert_eq!(access.url_to_look().is_some(), url_to_look, "{listen}");
             if let Some(url) = access.url_to_look() {
-                let look = url.split_once("#t=").expect("a token").1;
-                let command = access.url().split_once("#t=").expect("a token").1.to_owned();
+                let look = url.split_once("#key=").expect("a token").1;
+                let command = access.url().split_once("#key=").expect("a token").1.to_owned();
                 for (token, words) in
                     [(None, "token"), (Some("00"), "token"), (Some(look), "looking")]
                 {
@@ -516,7 +520,7 @@ mod tests {
             match server.access().url_to_look() {
                 None => assert!(good(&get(&server, None))),
                 Some(url) => {
-                    let token = url.split_once("#t=").expect("a token").1;
+                    let token = url.split_once("#key=").expect("a token").1;
                     assert!(good(&get(&server, Some(token))));
                     assert!(get(&server, None).starts_with("HTTP/1.1 403"));
                     assert!(get(&server, Some("00")).starts_with("HTTP/1.1 403"));

@@ -1,6 +1,6 @@
 use super::beside::{Beside, RungRow};
 use super::*;
-use crate::runtime::messages::{LagMessage, PlotMessage, TrackMessage, TruthMessage};
+use crate::runtime::messages::{Command, LagMessage, PlotMessage, TrackMessage, TruthMessage};
 use models::flight_list::FlightList;
 use models::fusion::TrackingConfig;
 
@@ -123,7 +123,7 @@ fn binary(out: &[Outgoing]) -> Option<&[u8]> {
 #[test]
 fn a_scan_is_laid_out_as_the_page_reads_it() {
     let octets = frame::with_trails(&frame::encode(&scan(3)), true, &[(4, vec![[20.0, 50.0]])]);
-    assert_eq!(&octets[..6], b"SEED\x02\x01");
+    assert_eq!(&octets[..6], b"SEED\x03\x01");
     assert_eq!([8, 24, 28, 32, 36].map(|at| u32_at(&octets, at)), [3, 1, 1, 1, 1]);
     assert_eq!(&octets[16..24], 3_000_000_000_i64.to_le_bytes());
     let track = &octets[frame::HEADER..];
@@ -167,7 +167,7 @@ fn a_restarted_run_begins_the_history_anew() {
     let out = session.poll(&viewer);
     assert_eq!(u32_at(binary(&out).expect("scan"), 8), 2);
     viewer.on_scan(&scan(1));
-    assert_eq!(viewer.history().range(), Some((1, 1)));
+    assert_eq!(viewer.source().range(), Some((1, 1)));
     let out = session.poll(&viewer);
     assert_eq!(texts(&out)[0]["type"], "new_run");
     assert_eq!(u32_at(binary(&out).expect("scan"), 8), 1, "back to the newest");

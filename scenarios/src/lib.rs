@@ -7,6 +7,7 @@
 
 pub mod airport;
 pub mod building;
+pub mod change;
 pub mod document;
 pub mod error;
 pub mod files;
@@ -74,6 +75,8 @@ pub struct Scene {
     pub network: Network,
     /// What is read and kept, but says less than its author may think: a line each, with file and line.
     pub warnings: Vec<String>,
+    /// The data files that it names.
+    pub files: Vec<PathBuf>,
 }
 
 impl Scene {
@@ -81,6 +84,25 @@ impl Scene {
     #[must_use]
     pub fn tolerance(&self) -> models::effects::Tolerance {
         self.accuracy.tolerance(self.tracking.config.filter.q)
+    }
+
+    /// The scene's text and every data file that it names, each by its path from the scene's folder: what is needed to
+    /// read it again where it is gone.
+    ///
+    /// # Errors
+    /// If one cannot be read any more.
+    pub fn sources(&self) -> std::io::Result<Vec<(String, Vec<u8>)>> {
+        let folder = self.path.parent().unwrap_or(Path::new(""));
+        let name = |path: &Path| {
+            let short = path.strip_prefix(folder).or_else(|_| path.strip_prefix(files::SHIPPED));
+            let short = short.unwrap_or_else(|_| Path::new(path.file_name().unwrap_or_default()));
+            short.to_string_lossy().into_owned()
+        };
+        let mut all: Vec<&PathBuf> = std::iter::once(&self.path).chain(&self.files).collect();
+        all.dedup();
+        let read =
+            |path: &&PathBuf| Ok((name(path), files::read(path, LARGEST_DATA)?.into_owned()));
+        all.iter().map(read).collect()
     }
 
     /// What the tracker is told: `[tracking]` with the scene's sensors and types.
@@ -234,6 +256,7 @@ fn read(path: &Path, text: &str, truth_of: TruthOf) -> Result<Scene, ScenarioErr
         accuracy,
         network,
         warnings,
+        files,
     })
 }
 

@@ -1,15 +1,15 @@
 // Reads the binary form of a scan; federates/viewer_logger/frame.rs writes it and says how it is laid out.
 
-const VERSION = 2;
-const HEADER = 40, TRACK = 112, TRUTH = 80, PLOT = 56;
+const VERSION = 3;
+const HEADER = 40, TRACK = 152, TRUTH = 80, PLOT = 56;
 const TRACK_TYPES = ["none", "aircraft", "vehicle"];
 const STATUSES = ["tentative", "confirmed", "coasting", "last"];
 const MOVEMENTS = ["", "arrival", "departure", "vehicle"];
 
 /** Kinds of sensors in the order of the numbers in plots: word, title, colours, symbol; the server says them. */
 export const kinds = [];
-const colours = new CSSStyleSheet();
-document.adoptedStyleSheets = [...document.adoptedStyleSheets, colours];
+const colours = typeof CSSStyleSheet === "undefined" ? { replaceSync() {} } : new CSSStyleSheet(); // none where laws are tested
+if (typeof document !== "undefined") document.adoptedStyleSheets = [...document.adoptedStyleSheets, colours];
 
 /** Takes the server's kinds; their colours become --plot-WORD of the style sheet. */
 export function setKinds(list) {
@@ -36,6 +36,7 @@ export function decode(buffer) {
   const records = (n, width, read) => Array.from({ length: n }, () => (at += width, read(view, at - width)));
   const scan = {
     newest: (view.getUint8(5) & 1) === 1,
+    run: view.getUint16(6, true),
     scan: Number(view.getBigUint64(8, true)),
     timeS: Number(view.getBigInt64(16, true)) / 1e9,
     tracks: records(count[0], TRACK, readTrack),
@@ -78,6 +79,11 @@ function readTrack(view, at) {
     errorM: known(f32(92)),
     heading: f32(100),
     altitudeM: known(f32(104)),
+    plotAgeS: known(f32(116)),
+    sensors: kinds.map((k) => k.word).filter((_, bit) => view.getUint8(at + 123) & (1 << bit)),
+    assumed: (view.getUint8(at + 125) & 1) !== 0,
+    labelP: view.getUint8(at + 126) === 255 ? null : view.getUint8(at + 126) / 254,
+    lag: known(f32(128)) === null ? null : { x: f32(128), y: f32(132), cov: [f32(136), f32(140), f32(144)], coasted: (view.getUint8(at + 125) & 4) !== 0 },
   };
 }
 

@@ -1,227 +1,326 @@
-// Places labels beside their targets: none over another, none over a symbol where that can be helped, each
-// near where it was in the picture before.
+// Places labels beside their targets: none over another, none on a runway while there is room, no crossing leaders, each
+// near where it was in the picture before. No DOM here; once a scan, never while the map moves.
 //
-// Every label has candidate places: 16 directions on rings around its target. A place costs for what it covers
-// (other labels: forbidden; symbols, leaders crossing), for its distance, for leaving the view and for moving
-// away from its last place. Labels are placed in order of importance, then each in turn may move to a better place
-// until nothing changes; a label that finds no free place is tried in its short form, then left out.
+// Targets are served by importance. A candidate is a direction on a ring around the symbol. It is refused where the box
+// leaves its bounds, touches another label or covers a runway (a summed-area table says so in four look-ups), or where
+// its leader crosses another's leader or label. Without a place the label falls to the next lower level; then neighbours
+// may change places; then it is left out, unless it must show: for those runway and leaders become costs.
 
-const DIRECTIONS = 16;
-const RINGS = [14, 30, 52, 82, 120];
-const GAP = 3;
-const ROUNDS = 3;
-const CROWD = 120, SWAPS = 60;
+const RINGS = [[13, 8], [30, 16], [56, 16], [90, 16], [135, 16]];
+const OFFSETS = RINGS.flatMap(([radius, directions]) => Array.from({ length: directions }, (_, k) => {
+  const angle = ((k + 0.5) / directions) * 2 * Math.PI, dx = Math.cos(angle), dy = Math.sin(angle);
+  return { dx: dx * radius, dy: dy * radius, ux: dx, uy: dy, radius, bias: (radius - 13) / 4 + (dx < 0 ? 1.5 : 0) + (dy > 0 ? 1 : 0) };
+}));
+const GAP = 2, STAY = 12, FOREIGN = 14, OWN = 40, SWAPS = 60, CROWD = 200;
+const ON_RUNWAY = 20, A_CELL = 6, CROSSING = 15;
+/** Shorter leaders are not drawn, so nobody sees them cross. */
+export const SHORT_LEADER = 14;
+/** Pixels of a cell of the static field. */
+export const CELL = 8;
 
-/**
- * items: { id, x, y, priority, sizes: [{w, h}, …] } in pixels; sizes from full to short form.
- * options: { width, height, obstacles: [{x, y, r}], before: Map id → {dx, dy},
- * blocked: [{x, y, w, h}] }; an item's `reach` is the radius of its own symbol
- * Returns Map id → { x, y, w, h, form, ax, ay, dx, dy }: the box, the form chosen, where the leader ends, and the
- * offset to hand in again as `before`. Labels without a place are not in it.
- */
-export function place(items, { width, height, obstacles = [], before = new Map(), blocked = [] }) {
-  const order = [...items].sort((a, b) => b.priority - a.priority || (a.id < b.id ? -1 : 1));
-  const placed = new Map();
-  const grid = new Grid();
-  const dots = new Grid();
-  for (const o of obstacles) dots.add(o, { x: o.x - o.r, y: o.y - o.r, w: 2 * o.r, h: 2 * o.r });
-  const context = { width, height, dots, before, grid, blocked };
-  for (const item of order) settle(item, placed, context);
-  // Work is bounded, so that a crowd costs no more than a flicker; what is left over is done in the next picture.
-  context.swaps = SWAPS;
-  const rounds = items.length > CROWD ? 0 : ROUNDS;
-  for (const item of rounds ? [] : order) makeRoom(item, placed, context);
-  for (let round = 0; round < rounds; round++) {
-    let moved = false;
-    for (const item of order) {
-      const now = placed.get(item.id);
-      if (now && (now.cost < CHEAP || stays(now, before))) continue;
-      if (now) grid.remove(now);
-      placed.delete(item.id);
-      settle(item, placed, context);
-      const next = placed.get(item.id);
-      moved ||= next?.x !== now?.x || next?.y !== now?.y;
-    }
-    for (const item of order) moved ||= makeRoom(item, placed, context);
-    if (!moved) break;
+/** How much of a box is on what labels keep away from: runways, designators, what lies over the map. */
+export class Field {
+  constructor(x0, y0, width, height) {
+    this.x0 = x0;
+    this.y0 = y0;
+    this.w = Math.max(1, Math.ceil(width / CELL));
+    this.h = Math.max(1, Math.ceil(height / CELL));
+    this.cells = new Uint8Array(this.w * this.h);
+    this.sums = null;
   }
-  return placed;
+
+  /** Marks the cells that a convex polygon covers or touches. */
+  polygon(points) {
+    const ring = points.map(([x, y]) => [(x - this.x0) / CELL, (y - this.y0) / CELL]);
+    const ys = ring.map((p) => p[1]);
+    const first = Math.max(0, Math.floor(Math.min(...ys))), last = Math.min(this.h - 1, Math.floor(Math.max(...ys)));
+    for (let row = first; row <= last; row++) {
+      let low = Infinity, high = -Infinity;
+      for (let i = 0; i < ring.length; i++) {
+        const [ax, ay] = ring[i], [bx, by] = ring[(i + 1) % ring.length];
+        // The part of the edge within the row: a convex polygon covers what lies between the outermost of these.
+        const t0 = ay === by ? 0 : clamp((row - ay) / (by - ay), 0, 1), t1 = ay === by ? 1 : clamp((row + 1 - ay) / (by - ay), 0, 1);
+        if (Math.max(ay, by) < row || Math.min(ay, by) > row + 1) continue;
+        low = Math.min(low, ax + t0 * (bx - ax), ax + t1 * (bx - ax));
+        high = Math.max(high, ax + t0 * (bx - ax), ax + t1 * (bx - ax));
+      }
+      if (high < low) continue;
+      this.cells.fill(1, row * this.w + clamp(Math.floor(low), 0, this.w), row * this.w + clamp(Math.floor(high) + 1, 0, this.w));
+    }
+    this.sums = null;
+  }
+
+  box({ x, y, w, h }) {
+    this.polygon([[x, y], [x + w, y], [x + w, y + h], [x, y + h]]);
+  }
+
+  /** Number of marked cells under a box. */
+  under({ x, y, w, h }) {
+    this.sums ??= this.#summed();
+    const W = this.w + 1;
+    const x0 = clamp(Math.floor((x - this.x0) / CELL), 0, this.w), x1 = clamp(Math.ceil((x + w - this.x0) / CELL), 0, this.w);
+    const y0 = clamp(Math.floor((y - this.y0) / CELL), 0, this.h), y1 = clamp(Math.ceil((y + h - this.y0) / CELL), 0, this.h);
+    return this.sums[y1 * W + x1] - this.sums[y0 * W + x1] - this.sums[y1 * W + x0] + this.sums[y0 * W + x0];
+  }
+
+  #summed() {
+    const W = this.w + 1, sums = new Int32Array(W * (this.h + 1));
+    for (let y = 0; y < this.h; y++) {
+      let row = 0;
+      for (let x = 0; x < this.w; x++) {
+        row += this.cells[y * this.w + x];
+        sums[(y + 1) * W + x + 1] = sums[y * W + x + 1] + row;
+      }
+    }
+    return sums;
+  }
 }
 
-const CHEAP = 12;
-const STAY = 14;
-const BAD = 14, SHORT = 20, MISSING = 200; // costs that call for a neighbour to make room
+/**
+ * items: { id, x, y, importance, must, level, sizes: { 1: {w, h}, 2: …, 3: … }, reach } in pixels, `reach` the radius of the
+ * own symbol, `dragged` {dx, dy} where a person put it.
+ * options: { view, room: boxes {x, y, w, h} (targets in `view` keep their labels inside it, others inside `room`), field: a
+ * Field or null, before: Map id → {dx, dy}, marks: [{x, y, r, weight}] that labels avoid }
+ * Returns Map id → { x, y, w, h, level, ax, ay, dx, dy, runway }: the box, the level, where the leader ends, the offset to hand in as
+ * `before`, and the cells of runway under it.
+ */
+export function place(items, options) {
+  const crowd = items.length > CROWD; // sees at once that all cannot say all, and costs one frame only
+  const first = tryAll(crowd ? items.map(shorter) : items, options, crowd ? SWAPS / 6 : SWAPS);
+  if (crowd) return first;
+  // Where many find no room, all but the important ones say less, and more are shown.
+  if (items.length - first.size <= 0.05 * items.length) return first;
+  const second = tryAll(items.map(shorter), options, SWAPS);
+  return second.size > first.size ? second : first;
+}
 
-/** Lets a badly placed label take the place of a neighbour, if the two are better off together. */
-function makeRoom(item, placed, context) {
-  const now = placed.get(item.id);
-  const cost = (p) => (p ? p.cost + p.form * SHORT : MISSING);
-  if (cost(now) < BAD || (now && stays(now, context.before))) return false;
-  const around = { x: item.x - 110, y: item.y - 70, w: 220, h: 140 };
-  const neighbours = [];
-  context.grid.some(around, 0, (n) => void neighbours.push(n));
-  for (const neighbour of neighbours) {
-    if (context.swaps <= 0) return false;
-    if (neighbour.item === item || neighbour.item.priority >= item.priority + 900) continue;
-    context.swaps--;
-    const other = neighbour.item, sum = cost(now) + cost(neighbour);
-    const remove = (p) => {
-      if (!p) return;
-      context.grid.remove(p);
-      placed.delete(p.item.id);
-    };
-    remove(placed.get(item.id));
-    remove(neighbour);
-    settle(item, placed, context);
-    settle(other, placed, context);
-    if (cost(placed.get(item.id)) + cost(placed.get(other.id)) < sum - 2) return true;
-    remove(placed.get(item.id));
-    remove(placed.get(other.id));
-    for (const p of [now, neighbour]) {
-      if (!p) continue;
-      placed.set(p.item.id, p);
-      context.grid.add(p, p);
+const shorter = (item) => (item.must || item.level === 1 ? item : { ...item, level: 1 });
+
+function tryAll(items, { view, room = view, field = null, before = new Map(), marks = [] }, swaps) {
+  const context = { view, room, field, before, placed: new Map(), crossings: 0, boxes: new Grid(), leaders: new Grid(), symbols: new Grid(), swaps };
+  for (const item of items) {
+    const r = item.reach ?? 6;
+    context.symbols.add({ id: item.id, x: item.x, y: item.y, r, weight: FOREIGN }, item.x - r, item.y - r, item.x + r, item.y + r);
+  }
+  for (const m of marks) context.symbols.add(m, m.x - m.r, m.y - m.r, m.x + m.r, m.y + m.r);
+  const order = [...items].sort((a, b) => Number(Boolean(b.dragged)) - Number(Boolean(a.dragged)) || b.importance - a.importance || (a.id < b.id ? -1 : 1));
+  const poor = [];
+  for (const item of order) {
+    if (!settle(item, context)) poor.push(item);
+  }
+  let left = poor.filter((item) => !makeRoom(item, context));
+  for (const rules of [ANY_GROUND, ANY_WAY]) left = left.filter((item) => !(item.must && settle(item, context, rules)));
+  // Two leaders in a hundred labels may cross.
+  let allowed = Math.floor(context.placed.size / 50) - context.crossings;
+  for (const item of left) {
+    if (allowed <= 0) break;
+    if (item.must || !settle({ ...item, level: 1 }, context, ONE_CROSSING)) continue;
+    allowed -= context.placed.get(item.id).crossings;
+  }
+  return context.placed;
+}
+
+/** What is refused: a runway under the label, a leader that crosses. What is not, costs. */
+const STRICT = { runway: false, leaders: 0 }, ANY_GROUND = { runway: true, leaders: 0 }, ANY_WAY = { runway: true, leaders: 9 }, ONE_CROSSING = { runway: false, leaders: 1 };
+
+function settle(item, context, rules = STRICT) {
+  for (let level = rules === STRICT ? item.level : 1; level >= 1; level--) {
+    const best = cheapest(item, level, context, rules);
+    if (best) {
+      keep(best, context);
+      return true;
     }
   }
   return false;
 }
 
-/** Whether a label is in its old place and not much worse off there. */
-function stays(now, before) {
-  const last = before.get(now.item.id);
-  return last !== undefined && last.dx === now.dx && last.dy === now.dy && now.form === 0 && now.cost < 3 * BAD;
+function keep(p, context) {
+  const { placed, boxes, leaders } = context;
+  context.crossings += p.crossings;
+  placed.set(p.id, p);
+  boxes.add(p, p.x, p.y, p.x + p.w, p.y + p.h);
+  if (p.long) leaders.add(p, Math.min(p.item.x, p.ax), Math.min(p.item.y, p.ay), Math.max(p.item.x, p.ax), Math.max(p.item.y, p.ay));
 }
 
-function settle(item, placed, context) {
-  for (let form = 0; form < item.sizes.length; form++) {
-    const best = cheapest(item, form, context);
-    if (best) {
-      placed.set(item.id, best);
-      context.grid.add(best, best);
-      return;
-    }
+function drop(p, context) {
+  const { placed, boxes, leaders } = context;
+  context.crossings -= p.crossings;
+  placed.delete(p.id);
+  boxes.remove(p, p.x, p.y, p.x + p.w, p.y + p.h);
+  if (p.long) leaders.remove(p, Math.min(p.item.x, p.ax), Math.min(p.item.y, p.ay), Math.max(p.item.x, p.ax), Math.max(p.item.y, p.ay));
+}
+
+/** Lets a label without a place have that of a less important neighbour, if both find one then, or the neighbour matters less. */
+function makeRoom(item, context) {
+  const around = [];
+  context.boxes.each(item.x - 110, item.y - 60, item.x + 110, item.y + 60, (p) => {
+    if (!p.item.dragged && !around.includes(p)) around.push(p);
+  });
+  for (const neighbour of around) {
+    if (context.swaps-- <= 0) return false;
+    drop(neighbour, context);
+    const placed = settle(item, context);
+    if (placed && settle(neighbour.item, context)) return true;
+    if (placed) drop(context.placed.get(item.id), context);
+    keep(neighbour, context);
   }
+  return false;
 }
 
-function cheapest(item, form, context) {
-  const last = context.before.get(item.id);
-  const size = item.sizes[form];
+function cheapest(item, level, context, rules) {
+  const size = item.sizes[level], last = item.dragged ?? context.before.get(item.id);
+  const own = Math.max(0, (item.reach ?? 6) - 6);
   let best = null;
-  const consider = (dx, dy, bias) => {
-    const box = boxAt(item, size, dx, dy);
-    const cost = costOf(item, box, dx, dy, last, context) + bias;
-    if (cost < (best?.cost ?? Infinity)) best = { ...box, form, dx, dy, cost, item };
-  };
-  if (last) consider(last.dx, last.dy, -STAY); // staying is worth some disorder
-  const own = Math.max(0, (item.reach ?? 8) - 8);
-  for (const [ring, beyond] of RINGS.entries()) {
-    const radius = beyond + own;
-    if (best && best.cost < ring * 4) break; // farther out cannot be cheaper
-    for (let k = 0; k < DIRECTIONS; k++) {
-      const angle = ((k + 0.5) / DIRECTIONS) * 2 * Math.PI;
-      consider(Math.cos(angle) * radius, Math.sin(angle) * radius, ring * 4);
+  if (last) {
+    const stay = candidate(item, size, last.dx, last.dy, context, item.dragged ? ANY_WAY : rules);
+    if (stay) {
+      stay.cost -= STAY;
+      if (stay.cost < 0 || item.dragged) return finish(stay, item, level);
+      best = stay;
     }
   }
-  return best;
-}
-
-/** The box whose nearest edge point to the target lies at (dx, dy). */
-function boxAt(item, { w, h }, dx, dy) {
-  const length = Math.hypot(dx, dy) || 1;
-  const ax = item.x + dx, ay = item.y + dy;
-  const x = ax - w / 2 + (dx / length) * (w / 2);
-  const y = ay - h / 2 + (dy / length) * (h / 2);
-  return { x: Math.round(x), y: Math.round(y), w, h,
-    ax: clamp(item.x, Math.round(x), Math.round(x) + w), ay: clamp(item.y, Math.round(y), Math.round(y) + h) };
-}
-
-function costOf(item, box, dx, dy, last, { grid, dots, width, height, blocked }) {
-  if (box.x < 2 || box.y < 2 || box.x + box.w > width - 2 || box.y + box.h > height - 2) return Infinity;
-  if (grid.some(box, GAP, (other) => overlap(box, other, GAP))) return Infinity;
-  if (blocked.some((b) => overlap(box, b, GAP))) return Infinity;
-  let cost = dx > 0 ? 0 : 1.5; // right of the target reads best
-  if (dy > 0) cost += 1;
-  dots.some(box, GAP, (dot) => {
-    if (covers(box, dot)) cost += dot.own && dot.id === item.id ? 40 : dot.weight ?? 14;
-  });
-  const leader = { x1: item.x, y1: item.y, x2: box.ax, y2: box.ay };
-  grid.some(spanOf(leader), 0, (other) => {
-    if (cuts(leader, other)) cost += 25;
-    else if (crosses(leader, { x1: other.item.x, y1: other.item.y, x2: other.ax, y2: other.ay })) cost += 15;
-  });
-  if (last) {
-    const turn = Math.abs(Math.atan2(dy * last.dx - dx * last.dy, dx * last.dx + dy * last.dy));
-    cost += turn * 5;
+  for (const offset of OFFSETS) {
+    if (best && offset.bias - 2.5 >= best.cost) break; // farther out cannot be cheaper
+    const found = candidate(item, size, offset.dx + offset.ux * own, offset.dy + offset.uy * own, context, rules);
+    if (!found) continue;
+    found.cost += offset.bias;
+    if (!best || found.cost < best.cost) best = found;
   }
-  return cost;
+  return best && finish(best, item, level);
 }
 
-const clamp = (v, low, high) => Math.max(low, Math.min(high, v));
+function finish(p, item, level) {
+  p.id = item.id;
+  p.item = item;
+  p.level = level;
+  return p;
+}
+
+/** The box whose nearest edge lies at (dx, dy) of the target, with its cost; null where it is refused. */
+function candidate(item, { w, h }, dx, dy, context, rules) {
+  const length = Math.hypot(dx, dy) || 1;
+  const x = Math.round(item.x + dx - w / 2 + (dx / length) * (w / 2)), y = Math.round(item.y + dy - h / 2 + (dy / length) * (h / 2));
+  const { view, room } = context;
+  const bounds = item.x >= view.x && item.y >= view.y && item.x <= view.x + view.w && item.y <= view.y + view.h ? view : room;
+  if (x < bounds.x + 2 || y < bounds.y + 2 || x + w > bounds.x + bounds.w - 2 || y + h > bounds.y + bounds.h - 2) return null;
+  const box = { x, y, w, h, dx, dy, ax: clamp(item.x, x, x + w), ay: clamp(item.y, y, y + h), cost: 0, runway: 0 };
+  if (context.boxes.some(x - GAP, y - GAP, x + w + GAP, y + h + GAP, (o) => overlap(box, o, GAP))) return null;
+  if (context.field) {
+    box.runway = context.field.under(box);
+    if (box.runway > 0.5) {
+      if (!rules.runway) return null;
+      box.cost += ON_RUNWAY + A_CELL * box.runway;
+    }
+  }
+  // The leader against other leaders and labels, and the label against other leaders.
+  box.long = Math.hypot(box.ax - item.x, box.ay - item.y) >= SHORT_LEADER;
+  let crossings = context.leaders.some(x, y, x + w, y + h, (o) => cuts(o.item.x, o.item.y, o.ax, o.ay, box)) ? 1 : 0;
+  if (box.long && crossings <= rules.leaders) {
+    const x0 = Math.min(item.x, box.ax), y0 = Math.min(item.y, box.ay), x1 = Math.max(item.x, box.ax), y1 = Math.max(item.y, box.ay);
+    if (context.leaders.some(x0, y0, x1, y1, (o) => crosses(item.x, item.y, box.ax, box.ay, o.item.x, o.item.y, o.ax, o.ay))) crossings++;
+    if (context.boxes.some(x0, y0, x1, y1, (o) => cuts(item.x, item.y, box.ax, box.ay, o))) crossings++;
+  }
+  if (crossings > rules.leaders) return null;
+  box.crossings = crossings;
+  box.cost += CROSSING * crossings;
+  context.symbols.each(x, y, x + w, y + h, (s) => {
+    if (Math.hypot(s.x - clamp(s.x, x, x + w), s.y - clamp(s.y, y, y + h)) < s.r + 1) box.cost += s.id === item.id ? OWN : s.weight ?? FOREIGN;
+  });
+  return box;
+}
+
+/** Which labels are shown at which level where the wanted ones would cover too much: least important first to level 1, then standing ones go. */
+export function thin(items, freePx2, dropStanding = true) {
+  const area = (item) => (item.level ? item.sizes[item.level].w * item.sizes[item.level].h : 0);
+  let covered = items.reduce((sum, item) => sum + area(item), 0);
+  const limit = 0.3 * freePx2, byImportance = [...items].sort((a, b) => a.importance - b.importance);
+  for (const item of byImportance) {
+    if (covered <= limit) return;
+    if (item.level > 1 && !item.must) {
+      covered -= area(item);
+      item.level = 1;
+      covered += area(item);
+    }
+  }
+  for (const item of dropStanding ? byImportance : []) {
+    if (covered <= limit) return;
+    if (item.standing && !item.must) {
+      covered -= area(item);
+      item.level = 0;
+    }
+  }
+}
+
+const clamp = (v, low, high) => (v < low ? low : v > high ? high : v);
 
 export function overlap(a, b, gap = 0) {
   return a.x < b.x + b.w + gap && b.x < a.x + a.w + gap && a.y < b.y + b.h + gap && b.y < a.y + a.h + gap;
 }
 
-function covers(box, { x, y, r }) {
-  return Math.hypot(x - clamp(x, box.x, box.x + box.w), y - clamp(y, box.y, box.y + box.h)) < r + 1;
+export function crosses(ax, ay, bx, by, cx, cy, dx, dy) {
+  const side = (px, py, qx, qy, x, y) => (qx - px) * (y - py) - (qy - py) * (x - px);
+  return side(ax, ay, bx, by, cx, cy) * side(ax, ay, bx, by, dx, dy) < 0 && side(cx, cy, dx, dy, ax, ay) * side(cx, cy, dx, dy, bx, by) < 0;
 }
 
-function spanOf({ x1, y1, x2, y2 }) {
-  return { x: Math.min(x1, x2), y: Math.min(y1, y2), w: Math.abs(x2 - x1), h: Math.abs(y2 - y1) };
+/** Whether a line passes through a box: cut off at its four sides (Liang and Barsky). */
+export function cuts(ax, ay, bx, by, { x, y, w, h }) {
+  let t0 = 0, t1 = 1;
+  const dx = bx - ax, dy = by - ay;
+  for (const [p, q] of [[-dx, ax - x], [dx, x + w - ax], [-dy, ay - y], [dy, y + h - ay]]) {
+    if (p === 0) {
+      if (q < 0) return false;
+    } else if (p < 0) t0 = Math.max(t0, q / p);
+    else t1 = Math.min(t1, q / p);
+    if (t0 > t1) return false;
+  }
+  return true;
 }
 
-function crosses(a, b) {
-  const side = (l, x, y) => Math.sign((l.x2 - l.x1) * (y - l.y1) - (l.y2 - l.y1) * (x - l.x1));
-  return side(a, b.x1, b.y1) * side(a, b.x2, b.y2) < 0 && side(b, a.x1, a.y1) * side(b, a.x2, a.y2) < 0;
-}
-
-/** Whether the line goes through the box. */
-function cuts(line, box) {
-  const { x, y, w, h } = box;
-  return crosses(line, { x1: x, y1: y, x2: x + w, y2: y + h }) || crosses(line, { x1: x + w, y1: y, x2: x, y2: y + h });
-}
-
-/** Finds what lies near a box without looking at everything. */
+/** What lies where, in cells of 64 by 32 pixels. */
 class Grid {
-  static CELL = 96;
   #cells = new Map();
-  #look = 0;
 
-  add(thing, box) {
-    this.#cellsOf(box, 0, (key) => {
+  #keys(x0, y0, x1, y1, use) {
+    for (let j = Math.floor(y0 / 32); j <= Math.floor(y1 / 32); j++) {
+      for (let i = Math.floor(x0 / 64); i <= Math.floor(x1 / 64); i++) if (use(i * 65536 + j)) return true;
+    }
+    return false;
+  }
+
+  add(thing, x0, y0, x1, y1) {
+    this.#keys(x0, y0, x1, y1, (key) => {
       const cell = this.#cells.get(key);
       if (cell) cell.push(thing);
       else this.#cells.set(key, [thing]);
     });
   }
 
-  remove(thing) {
-    this.#cellsOf(thing, 0, (key) => {
-      const cell = this.#cells.get(key), at = cell ? cell.indexOf(thing) : -1;
+  remove(thing, x0, y0, x1, y1) {
+    this.#keys(x0, y0, x1, y1, (key) => {
+      const cell = this.#cells.get(key), at = cell?.indexOf(thing) ?? -1;
       if (at >= 0) cell.splice(at, 1);
     });
   }
 
-  /** Calls `visit` once for each thing near the box, until it returns true; says whether it did. */
-  some(box, gap, visit) {
-    const look = ++this.#look;
-    return this.#cellsOf(box, gap, (key) => {
-      for (const thing of this.#cells.get(key) ?? NOTHING) {
-        if (thing.look === look) continue;
-        thing.look = look;
-        if (visit(thing)) return true;
-      }
+  /** Things near a box until one answers true; one may come more than once. */
+  some(x0, y0, x1, y1, test) {
+    return this.#keys(x0, y0, x1, y1, (key) => {
+      const cell = this.#cells.get(key);
+      if (cell) for (let i = 0; i < cell.length; i++) if (test(cell[i])) return true;
       return false;
     });
   }
 
-  #cellsOf(box, gap, visit) {
-    const c = Grid.CELL, last = Math.floor((box.x + box.w + gap) / c), low = Math.floor((box.y + box.h + gap) / c);
-    for (let i = Math.floor((box.x - gap) / c); i <= last; i++) {
-      for (let j = Math.floor((box.y - gap) / c); j <= low; j++) if (visit(i * 65536 + j)) return true;
-    }
-    return false;
+  /** Every thing near a box, once. */
+  each(x0, y0, x1, y1, use) {
+    const one = Math.floor(x0 / 64) === Math.floor(x1 / 64) && Math.floor(y0 / 32) === Math.floor(y1 / 32), seen = one ? null : new Set();
+    this.#keys(x0, y0, x1, y1, (key) => {
+      for (const thing of this.#cells.get(key) ?? []) {
+        if (seen?.has(thing)) continue;
+        seen?.add(thing);
+        use(thing);
+      }
+      return false;
+    });
   }
 }
-
-const NOTHING = [];

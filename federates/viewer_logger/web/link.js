@@ -3,12 +3,13 @@
 const SILENT_MS = 3500; // the server says something at least once a second
 const RETRY_MS = [300, 600, 1200, 2500, 5000];
 
-/** The token of the address (…/#t=…), where the page is reached from another host: kept for this tab, off the address bar. */
+/** The key of the address (…#key=…), where the page is reached from another host: kept for this tab, off the address bar. */
 function token() {
-  const shown = new URLSearchParams(location.hash.slice(1)).get("t");
+  const parts = location.hash.slice(1).split("&"), at = parts.findIndex((p) => p.startsWith("key="));
+  const shown = at < 0 ? null : parts.splice(at, 1)[0].slice(4);
   if (shown) {
     sessionStorage.setItem("token", shown);
-    history.replaceState(null, "", location.pathname);
+    history.replaceState(null, "", location.pathname + (parts.length ? `#${parts.join("&")}` : ""));
   }
   return shown ?? sessionStorage.getItem("token");
 }

@@ -1,112 +1,174 @@
-// The map: airport, weather, plots, truth, tracks and labels on one canvas, in local metres, north up.
+// The map on its canvas: two bitmaps larger than the view, airport and traffic, that panning only shifts. They are drawn
+// again for a new scan, when a movement of the map ends, or when their margin is used up; labels are placed once a scan.
+// Work is cut into steps of one animation frame each: place, draw the traffic, draw the airport.
 
-import { place } from "./labels.js";
+import { Camera } from "./camera.js";
 import { kinds, setKinds } from "./frame.js";
+import { Field, place, thin } from "./labels.js";
+import { designators, paintAirport, paintScale } from "./paint.js";
+import { Ground, importanceOf, LEVELS, runwayRing } from "./situation.js";
+import { BOLD, colourOf, labelLines, paintLabels, paintSelected, paintTraffic, PLAIN, sound, targetsOf } from "./traffic.js";
 
-const MIN_SCALE = 0.02, MAX_SCALE = 40; // pixels a metre
-const VECTOR_S = 15; // speed vectors end where the target will be then
-const KNOT = 1.943844;
+const MARGIN = 160; // pixels of the bitmaps beyond the view
+const SETTLE_MS = 120, ZOOM_MS = 80;
 
 export const LAYERS = [
   ["tracks", "Tracks"], ["truth", "Truth"], ["errors", "Errors"], ["labels", "Labels"], ["history", "History"],
   ["vectors", "Vectors"], ["ellipses", "Ellipses"], ["weather", "Weather"], ["taxiways", "Taxi names"],
-  ["stands", "Stands"], ["coverage", "Coverage"],
+  ["stands", "Stands"], ["coverage", "Coverage"], ["plots", "Plots"], ["buildings", "Buildings"], ["one second ago", "A scan ago"],
 ];
+const OFF = new Set(["coverage", "one second ago"]);
+
+/** A bitmap and the camera that it was drawn with. */
+class Layer {
+  constructor(alpha = true) {
+    this.canvas = document.createElement("canvas");
+    this.g = this.canvas.getContext("2d", { alpha });
+    this.cam = null;
+  }
+
+  begin(cam, ratio) {
+    const w = Math.round((cam.width + 2 * MARGIN) * ratio), h = Math.round((cam.height + 2 * MARGIN) * ratio);
+    if (this.canvas.width !== w || this.canvas.height !== h) Object.assign(this.canvas, { width: w, height: h });
+    else {
+      this.g.setTransform(1, 0, 0, 1, 0, 0);
+      this.g.clearRect(0, 0, w, h);
+    }
+    this.g.setTransform(ratio, 0, 0, ratio, MARGIN * ratio, MARGIN * ratio);
+    this.cam = cam.copy();
+    return this.g;
+  }
+
+  /** Where its middle is now, in pixels from the middle of the view. */
+  offset(cam) {
+    const [x, y] = cam.toScreen(this.cam.cx, this.cam.cy);
+    return [x - cam.width / 2, y - cam.height / 2];
+  }
+
+  onto(g, cam, ratio) {
+    if (!this.cam) return;
+    const [dx, dy] = this.offset(cam), k = cam.scale / this.cam.scale, turn = ((this.cam.rot - cam.rot) * Math.PI) / 180;
+    if (k === 1 && turn === 0) {
+      // Whole pixels: nothing is resampled.
+      g.setTransform(1, 0, 0, 1, 0, 0);
+      g.drawImage(this.canvas, Math.round((dx - MARGIN) * ratio), Math.round((dy - MARGIN) * ratio));
+      return;
+    }
+    g.setTransform(ratio, 0, 0, ratio, (cam.width / 2 + dx) * ratio, (cam.height / 2 + dy) * ratio);
+    g.rotate(turn);
+    g.scale(k, k);
+    const w = this.cam.width + 2 * MARGIN, h = this.cam.height + 2 * MARGIN;
+    g.drawImage(this.canvas, -w / 2, -h / 2, w, h);
+  }
+
+  /** Whether it still covers the view. */
+  covers(cam) {
+    if (!this.cam || this.cam.width !== cam.width || this.cam.height !== cam.height) return false;
+    const [dx, dy] = this.offset(cam), k = cam.scale / this.cam.scale;
+    return k >= 1 && this.cam.rot === cam.rot ? Math.abs(dx) <= MARGIN * k + ((k - 1) * cam.width) / 2 && Math.abs(dy) <= MARGIN * k + ((k - 1) * cam.height) / 2 : false;
+  }
+}
 
 export class MapView {
   constructor(canvas, changed) {
     this.canvas = canvas;
     this.changed = changed;
     this.g = canvas.getContext("2d", { alpha: false });
-    this.fixed = document.createElement("canvas"); // the airport as last drawn
-    this.view = { cx: 0, cy: 0, scale: 0.2 };
+    this.cam = new Camera();
+    this.ground = new Layer();
+    this.traffic = new Layer();
+    this.whole = new Layer(false);
     this.touched = false; // whether the user chose the view
-    this.layers = Object.fromEntries(LAYERS.map(([key]) => [key, true]));
-    this.layers.coverage = false;
-    this.sensorsOff = new Set();
-    this.airport = null;
-    this.scan = null;
-    this.weather = null;
-    this.selected = null;
-    this.follow = false;
-    this.labels = new Map();
-    this.before = new Map();
+    this.layers = Object.fromEntries(LAYERS.map(([key]) => [key, !OFF.has(key)]));
+    Object.assign(this, { sensorsOff: new Set(), airport: null, scan: null, weather: null, selected: null, follow: false, lod: "auto", skin: "research", vectorS: 15, dots: 30, others: new Map() });
+    Object.assign(this, { placed: new Map(), before: new Map(), dragged: new Map(), widths: new Map(), hidden: [], todo: new Set(), longestMs: 0, drawn: 0, overlays: [] });
     this.#listen();
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement);
+    // What lies over the map is measured when it changes, never in a drawing.
+    const over = new ResizeObserver(() => this.#measureOverlays());
+    for (const e of canvas.parentElement.querySelectorAll("#layers, #zoom, #past")) over.observe(e);
     this.colours();
     this.resize();
   }
 
   // ---- state ----
 
+  get view() {
+    return this.cam;
+  }
+
   setAirport(airport) {
     this.airport = airport;
     setKinds(airport.kinds ?? []);
     this.colours();
-    this.bounds = boundsOf(airport);
+    this.situation = new Ground(airport);
+    this.bounds = pointsOf(airport);
     if (!this.touched) this.fit();
-    this.stale = true;
-    this.dirty();
+    this.need("ground", "place");
   }
 
   setScan(scan) {
     this.scan = scan;
     if (this.follow) this.#centreOnSelected();
-    this.dirty();
+    this.need("place");
+  }
+
+  /** The scan of another run on the same clock, or null where it has none. */
+  setOther(run, scan) {
+    if (scan) this.others.set(run, scan);
+    else this.others.delete(run);
+    this.need("traffic");
   }
 
   /** Colours out of the style sheet, after a change of day and night. */
   colours() {
     const style = getComputedStyle(document.documentElement);
-    this.c = new Proxy({}, { get: (_, name) => style.getPropertyValue(`--${name}`).trim() });
     const names = ["ground", "pavement", "pavement-edge", "runway", "runway-mark", "taxi", "taxi-name", "stand", "text", "dim",
       "arrival", "departure", "vehicle", "unknown", "truth", "error", "rain", "coverage", "halo", "select", "label-back",
       ...kinds.map((k) => `plot-${k.word}`), "plot-other"];
     this.c = Object.fromEntries(names.map((n) => [n, style.getPropertyValue(`--${n}`).trim()]));
-    this.stale = true;
-    this.dirty();
+    this.need("ground", "traffic");
   }
 
   resize() {
     const box = this.canvas.parentElement.getBoundingClientRect();
-    const ratio = window.devicePixelRatio || 1;
-    this.width = Math.max(1, Math.round(box.width));
-    this.height = Math.max(1, Math.round(box.height));
-    for (const c of [this.canvas, this.fixed]) {
-      c.width = Math.round(this.width * ratio);
-      c.height = Math.round(this.height * ratio);
-    }
-    this.canvas.style.width = `${this.width}px`;
-    this.canvas.style.height = `${this.height}px`;
-    this.ratio = ratio;
+    this.ratio = window.devicePixelRatio || 1;
+    this.cam.width = Math.max(1, Math.round(box.width));
+    this.cam.height = Math.max(1, Math.round(box.height));
+    this.canvas.width = Math.round(this.cam.width * this.ratio);
+    this.canvas.height = Math.round(this.cam.height * this.ratio);
+    this.canvas.style.width = `${this.cam.width}px`;
+    this.canvas.style.height = `${this.cam.height}px`;
     if (!this.touched && this.airport) this.fit();
-    this.stale = true;
-    this.dirty();
+    this.#measureOverlays();
+    this.need("ground", "place");
+  }
+
+  get width() {
+    return this.cam.width;
+  }
+
+  get height() {
+    return this.cam.height;
   }
 
   // ---- view ----
 
   toScreen(x, y) {
-    const { cx, cy, scale } = this.view;
-    return [this.width / 2 + (x - cx) * scale, this.height / 2 - (y - cy) * scale];
+    return this.cam.toScreen(x, y);
   }
 
   toMetres(px, py) {
-    const { cx, cy, scale } = this.view;
-    return [cx + (px - this.width / 2) / scale, cy - (py - this.height / 2) / scale];
+    return this.cam.toMetres(px, py);
   }
 
   look(view) {
-    const next = { ...this.view, ...view };
-    if (![next.cx, next.cy, next.scale].every(Number.isFinite)) return;
-    next.scale = Math.min(MAX_SCALE, Math.max(MIN_SCALE, next.scale));
-    this.view = next;
-    this.stale = true;
-    this.dirty();
+    if (!this.cam.look(view)) return;
+    this.#moved();
   }
 
   fit() {
-    if (this.bounds) this.#show(this.bounds, 44);
+    if (this.bounds?.length) this.look(this.cam.fitting(this.bounds, 44));
   }
 
   fitTargets() {
@@ -114,23 +176,45 @@ export class MapView {
     const points = [...(this.scan?.tracks ?? []), ...(this.scan?.truth ?? [])].filter(sound);
     if (!points.length) return;
     this.touched = true;
-    const xs = points.map((p) => p.x), ys = points.map((p) => p.y);
-    this.#show([Math.min(...xs) - 80, Math.min(...ys) - 80, Math.max(...xs) + 80, Math.max(...ys) + 80], 80);
+    this.look(this.cam.fitting(points.flatMap((p) => [[p.x - 80, p.y - 80], [p.x + 80, p.y + 80]]), 80));
     this.changed();
   }
 
   zoom(factor, px = this.width / 2, py = this.height / 2) {
     this.touched = true;
-    const [x, y] = this.toMetres(px, py);
-    const scale = Math.min(MAX_SCALE, Math.max(MIN_SCALE, this.view.scale * factor));
-    this.look({ scale, cx: x - (px - this.width / 2) / scale, cy: y + (py - this.height / 2) / scale });
+    this.look(this.cam.zoomed(factor, px, py));
     if (this.follow) this.#centreOnSelected();
+    this.changed();
   }
 
   pan(dx, dy) {
     this.touched = true;
     this.follow = false;
-    this.look({ cx: this.view.cx - dx / this.view.scale, cy: this.view.cy + dy / this.view.scale });
+    this.look(this.cam.panned(dx, dy));
+    this.changed();
+  }
+
+  rotate(degrees) {
+    this.touched = true;
+    this.look({ rot: this.cam.rot + degrees });
+    this.changed();
+  }
+
+  /** The runway nearest to the middle points up, whichever of its ends needs the smaller turn. */
+  runwayUp() {
+    const middle = ([a, b]) => [(a[0] + b[0]) / 2, (a[1] + b[1]) / 2];
+    const far = (r) => Math.hypot(middle(r.ends)[0] - this.cam.cx, middle(r.ends)[1] - this.cam.cy);
+    const nearest = [...(this.airport?.runways ?? [])].sort((p, q) => far(p) - far(q))[0];
+    if (!nearest) return;
+    const [a, b] = nearest.ends, bearing = (Math.atan2(b[0] - a[0], b[1] - a[1]) * 180) / Math.PI;
+    const turn = (to) => ((to - this.cam.rot + 540) % 360) - 180;
+    const best = Math.abs(turn(bearing)) <= Math.abs(turn(bearing + 180)) ? bearing : bearing + 180;
+    this.look({ rot: Math.abs(turn(best)) < 0.01 ? best + 180 : best });
+    this.changed();
+  }
+
+  northUp() {
+    this.look({ rot: 0 });
     this.changed();
   }
 
@@ -138,15 +222,10 @@ export class MapView {
     this.follow = on && this.selected !== null;
     if (this.follow) {
       this.touched = true;
-      if (this.view.scale < 0.6) this.look({ scale: 1.2 });
+      if (this.cam.scale < 0.6) this.look({ scale: 1.2 });
       this.#centreOnSelected();
     }
     this.changed();
-  }
-
-  #show([x0, y0, x1, y1], margin) {
-    const scale = Math.min((this.width - 2 * margin) / Math.max(1, x1 - x0), (this.height - 2 * margin) / Math.max(1, y1 - y0));
-    this.look({ cx: (x0 + x1) / 2, cy: (y0 + y1) / 2, scale: Math.max(scale, MIN_SCALE) });
   }
 
   #centreOnSelected() {
@@ -159,11 +238,28 @@ export class MapView {
     return this.scan.tracks.find((t) => t.id === id) ?? this.scan.truth.find((t) => t.id === id) ?? null;
   }
 
+  /** The map moved: shift the bitmaps now, draw them again when it comes to rest. */
+  #moved() {
+    clearTimeout(this.settling);
+    // While a finger or a button is down the map is not at rest, however slow the frames.
+    if (!this.held) this.settling = setTimeout(() => this.#rest(), SETTLE_MS);
+    const now = performance.now(), shifted = this.placedFor?.scale === this.cam.scale && this.placedFor?.rot === this.cam.rot;
+    if (!this.ground.covers(this.cam) && !(now - this.lastDrawn < ZOOM_MS)) this.need("ground", shifted ? "traffic" : "place");
+    else this.dirty();
+  }
+
+  /** At rest the view is what the address can say of it, so that a link shows the very same picture. */
+  #rest() {
+    const { cx, cy, scale, rot } = this.cam, to = (v, digits) => Number(v.toFixed(digits));
+    if (this.touched) this.cam.look({ cx: to(cx, 1), cy: to(cy, 1), scale: to(scale, 4), rot: to(rot, 2) });
+    this.need("ground", "place");
+  }
+
   // ---- what is under the pointer ----
 
   #listen() {
     const canvas = this.canvas, pointers = new Map();
-    let moved = 0, pinch = 0;
+    let moved = 0, pinch = 0, label = null;
     const at = (event) => {
       const box = canvas.getBoundingClientRect();
       return [event.clientX - box.left, event.clientY - box.top];
@@ -172,6 +268,8 @@ export class MapView {
       canvas.setPointerCapture(event.pointerId);
       pointers.set(event.pointerId, at(event));
       moved = 0;
+      this.held = true;
+      label = pointers.size === 1 ? this.#labelAt(...at(event)) : null;
     });
     canvas.addEventListener("pointermove", (event) => {
       const here = at(event);
@@ -183,8 +281,7 @@ export class MapView {
       }
       pointers.set(event.pointerId, here);
       if (pointers.size === 2) {
-        const [a, b] = [...pointers.values()];
-        const apart = Math.hypot(a[0] - b[0], a[1] - b[1]);
+        const [a, b] = [...pointers.values()], apart = Math.hypot(a[0] - b[0], a[1] - b[1]);
         if (pinch) this.zoom(apart / pinch, (a[0] + b[0]) / 2, (a[1] + b[1]) / 2);
         pinch = apart;
         moved = 99;
@@ -192,15 +289,19 @@ export class MapView {
       }
       const dx = here[0] - last[0], dy = here[1] - last[1];
       moved += Math.hypot(dx, dy);
-      if (moved > 4) {
-        canvas.style.cursor = "grabbing";
-        this.pan(dx, dy);
-      }
+      if (moved <= 4) return;
+      canvas.style.cursor = "grabbing";
+      if (label) this.#dragLabel(label, dx, dy);
+      else this.pan(dx, dy);
     });
     const up = (event) => {
       pinch = 0;
+      label = null;
+      this.held = pointers.size > 1;
+      if (moved > 4) this.#rest();
       if (pointers.delete(event.pointerId) && event.type === "pointerup" && moved <= 4) {
-        this.onPick?.(this.pick(...at(event))?.id ?? null);
+        const here = at(event);
+        this.onPick?.(this.pick(...here)?.id ?? null, this.toMetres(...here));
       }
       canvas.style.cursor = "grab";
     };
@@ -209,631 +310,258 @@ export class MapView {
     canvas.addEventListener("pointerleave", () => this.onPointer?.(null));
     canvas.addEventListener("wheel", (event) => {
       event.preventDefault();
-      this.zoom(Math.exp(-event.deltaY * (event.deltaMode ? 0.05 : 0.0015)), ...at(event));
+      const step = event.deltaY * (event.deltaMode ? 33 : 1);
+      if (this.turning) this.rotate(step * 0.05);
+      else this.zoom(Math.exp(-step * 0.0015), ...at(event));
     }, { passive: false });
-    canvas.addEventListener("dblclick", (event) => this.zoom(2, ...at(event)));
+    canvas.addEventListener("dblclick", (event) => {
+      const free = this.#labelAt(...at(event));
+      if (free && this.dragged.delete(nameOf(free.item.target))) {
+        this.onDragged?.(this.dragged);
+        this.need("place");
+      } else this.zoom(2, ...at(event));
+    });
+  }
+
+  #dragLabel(label, dx, dy) {
+    const name = nameOf(label.item.target), old = this.dragged.get(name) ?? { dx: label.dx, dy: label.dy };
+    this.dragged.set(name, { dx: old.dx + dx, dy: old.dy + dy });
+    this.onDragged?.(this.dragged);
+    this.need("place");
+  }
+
+  #labelAt(px, py) {
+    const [dx, dy] = this.#labelShift();
+    return [...this.placed.values()].find((p) => px - dx >= p.x && px - dx <= p.x + p.w && py - dy >= p.y && py - dy <= p.y + p.h) ?? null;
   }
 
   /** The target whose symbol or label is at this pixel. */
   pick(px, py) {
     let best = null, nearest = 16;
-    for (const target of this.#targets()) {
-      const [x, y] = this.toScreen(target.x, target.y);
-      const d = Math.hypot(x - px, y - py);
+    for (const target of targetsOf(this.scan, this.layers)) {
+      const [x, y] = this.toScreen(target.x, target.y), d = Math.hypot(x - px, y - py);
       if (d < nearest) [best, nearest] = [target, d];
     }
     if (best) return best;
-    for (const [id, box] of this.labels) {
-      if (px >= box.x && px <= box.x + box.w && py >= box.y && py <= box.y + box.h) return this.find(id);
-    }
-    return null;
+    const label = this.#labelAt(px, py);
+    return label ? this.find(label.id) : null;
   }
 
-  /** Tracks, and entities that no track follows, with a place on the map. */
-  #targets() {
-    if (!this.scan) return [];
-    const tracks = this.layers.tracks ? this.scan.tracks.filter(sound) : [];
-    const alone = this.layers.truth ? this.scan.truth.filter((t) => sound(t) && (t.track === null || !this.layers.tracks)) : [];
-    return [...tracks, ...alone];
+  /** How far the map has moved since the labels were placed, pixels. */
+  #labelShift() {
+    if (!this.placedFor) return [0, 0];
+    const [x, y] = this.toScreen(this.placedFor.cx, this.placedFor.cy);
+    return [x - this.width / 2, y - this.height / 2];
+  }
+
+  /** Labels as they are on the screen now. */
+  get labels() {
+    const [dx, dy] = this.#labelShift();
+    return new Map([...this.placed].map(([id, p]) => [id, { ...p, x: p.x + dx, y: p.y + dy, ax: p.ax + dx, ay: p.ay + dy, sx: p.item.x + dx, sy: p.item.y + dy }]));
   }
 
   // ---- drawing ----
 
+  /** Has these parts made again: "ground", "traffic", "place" (and then the traffic). */
+  need(...parts) {
+    for (const part of parts) this.todo.add(part);
+    this.dirty();
+  }
+
+  /** The whole picture again: something that decides what is drawn has changed. */
   dirty() {
     if (this.asked) return;
     this.asked = true;
     requestAnimationFrame(() => {
       this.asked = false;
-      this.draw();
+      const began = performance.now();
+      this.#step();
+      this.longestMs = Math.max(this.longestMs, performance.now() - began);
+      if (this.todo.size) this.dirty();
     });
   }
 
-  draw() {
-    const { g, ratio } = this;
-    if (this.stale) {
-      this.#drawAirport();
-      this.stale = false;
+  /** One part, then the picture. */
+  #step() {
+    if (this.todo.delete("place")) {
+      this.#place();
+      this.todo.add("traffic");
+      if (this.traffic.cam) return this.#show();
     }
-    g.setTransform(1, 0, 0, 1, 0, 0);
-    g.drawImage(this.fixed, 0, 0);
-    g.setTransform(ratio, 0, 0, ratio, 0, 0);
-    if (this.layers.weather) this.#drawWeather(g);
-    if (this.scan) {
-      if (this.layers.history) this.#drawTrails(g);
-      this.#drawPlots(g);
-      if (this.layers.ellipses && this.layers.tracks) for (const t of this.scan.tracks.filter(sound)) this.#ellipse(g, t, this.colourOf(t));
-      if (this.layers.truth) this.#drawTruth(g);
-      if (this.layers.errors) this.#drawErrors(g);
-      if (this.layers.vectors) this.#drawVectors(g);
-      if (this.layers.tracks) for (const t of this.scan.tracks.filter(sound)) this.#symbol(g, t);
-      this.#select(g);
-      this.labels = this.layers.labels ? this.#drawLabels(g) : new Map();
-    }
-    this.#drawScale(g);
-    this.drawn = (this.drawn ?? 0) + 1;
-  }
-
-  #path(g, points, close = false) {
-    points.forEach(([x, y], i) => {
-      const [px, py] = this.toScreen(x, y);
-      if (i) g.lineTo(px, py);
-      else g.moveTo(px, py);
-    });
-    if (close) g.closePath();
-  }
-
-  #drawAirport() {
-    const g = this.fixed.getContext("2d", { alpha: false }), { c, ratio, airport } = this, { scale } = this.view;
-    g.setTransform(ratio, 0, 0, ratio, 0, 0);
-    g.fillStyle = c.ground;
-    g.fillRect(0, 0, this.width, this.height);
-    if (!airport) return;
-    g.lineJoin = g.lineCap = "round";
-    // Ground network first as broad bands, so that taxiways without mapped pavement have a surface.
-    g.strokeStyle = c.pavement;
-    g.lineWidth = Math.max(1.5, 23 * scale);
-    g.beginPath();
-    for (const way of airport.taxiways) this.#path(g, way.points_m);
-    g.stroke();
-    g.fillStyle = c.pavement;
-    for (const area of airport.pavements) {
-      g.beginPath();
-      for (const ring of area.rings) this.#path(g, ring, true);
-      g.fill("evenodd");
-    }
-    g.fillStyle = c["pavement-edge"];
-    for (const area of airport.buildings ?? []) {
-      g.beginPath();
-      for (const ring of area.rings) this.#path(g, ring, true);
-      g.fill("evenodd");
-    }
-    for (const runway of airport.runways) this.#runway(g, runway);
-    g.strokeStyle = c.taxi;
-    g.lineWidth = Math.max(0.7, Math.min(1.6, scale * 2));
-    g.beginPath();
-    for (const way of airport.taxiways) this.#path(g, way.points_m);
-    g.stroke();
-    if (this.layers.stands) this.#stands(g);
-    this.#names(g);
-    this.#sites(g);
-  }
-
-  #runway(g, runway) {
-    const { c } = this, { scale } = this.view;
-    const [a, b] = runway.ends, dx = b[0] - a[0], dy = b[1] - a[1], length = Math.hypot(dx, dy) || 1;
-    const ux = dx / length, uy = dy / length, half = runway.width_m / 2;
-    const corner = (end, along, side) => [end[0] + ux * along - uy * half * side, end[1] + uy * along + ux * half * side];
-    g.fillStyle = c.runway;
-    g.strokeStyle = c["runway-mark"];
-    g.lineWidth = 1;
-    g.beginPath();
-    this.#path(g, [corner(a, 0, 1), corner(b, 0, 1), corner(b, 0, -1), corner(a, 0, -1)], true);
-    g.fill();
-    g.stroke();
-    g.setLineDash([30 * scale, 20 * scale]);
-    g.lineWidth = Math.max(0.8, 0.9 * scale);
-    g.beginPath();
-    this.#path(g, [[a[0] + ux * 80, a[1] + uy * 80], [b[0] - ux * 80, b[1] - uy * 80]]);
-    g.stroke();
-    g.setLineDash([]);
-    g.font = `700 ${Math.max(11, Math.min(26, 24 * scale + 8))}px B612, sans-serif`;
-    g.fillStyle = c["runway-mark"];
-    g.textAlign = "center";
-    g.textBaseline = "middle";
-    this.#designators(runway).forEach(([px, py], i) => g.fillText(runway.designators[i], px, py));
-  }
-
-  /** Where the designators of both ends are written, in pixels. */
-  #designators({ ends: [a, b], width_m: width }) {
-    const dx = b[0] - a[0], dy = b[1] - a[1], length = Math.hypot(dx, dy) || 1;
-    const gap = (14 / this.view.scale + width / 2) / length;
-    return [this.toScreen(a[0] - dx * gap, a[1] - dy * gap), this.toScreen(b[0] + dx * gap, b[1] + dy * gap)];
-  }
-
-  #stands(g) {
-    const { c } = this, { scale } = this.view;
-    const r = Math.max(1.2, Math.min(4, 4 * scale));
-    g.fillStyle = c.stand;
-    for (const stand of this.airport.stands) {
-      const [x, y] = this.toScreen(...stand.position_m);
-      g.beginPath();
-      g.arc(x, y, r, 0, 7);
-      g.fill();
-    }
-    if (scale < 0.55) return;
-    g.font = "10px B612, sans-serif";
-    g.textAlign = "left";
-    g.textBaseline = "middle";
-    const taken = [];
-    for (const stand of this.airport.stands) {
-      const [x, y] = this.toScreen(...stand.position_m);
-      this.#freeText(g, taken, stand.name.replaceAll("_", " "), x + r + 3, y);
-    }
-  }
-
-  /** Names of taxiways once a screenful each, where they do not cover one another. */
-  #names(g) {
-    if (!this.layers.taxiways || this.view.scale < 0.1) return;
-    g.font = "700 10px B612, sans-serif";
-    g.fillStyle = this.c["taxi-name"];
-    g.textAlign = "center";
-    g.textBaseline = "middle";
-    const taken = [], last = new Map();
-    const ways = this.airport.taxiways.filter((w) => w.name && w.points_m.length > 1 && w.name.length <= 3);
-    const middle = (w) => [(w.points_m[0][0] + w.points_m.at(-1)[0]) / 2, (w.points_m[0][1] + w.points_m.at(-1)[1]) / 2];
-    const long = (w) => Math.hypot(w.points_m[0][0] - w.points_m.at(-1)[0], w.points_m[0][1] - w.points_m.at(-1)[1]);
-    for (const way of ways.sort((p, q) => long(q) - long(p))) {
-      const [x, y] = this.toScreen(...middle(way));
-      const near = (last.get(way.name) ?? []).some(([a, b]) => Math.hypot(a - x, b - y) < 260);
-      if (near || !this.#freeText(g, taken, way.name, x, y, true)) continue;
-      last.set(way.name, [...(last.get(way.name) ?? []), [x, y]]);
-    }
-  }
-
-  #freeText(g, taken, text, x, y, centred = false) {
-    const w = g.measureText(text).width + 4;
-    const box = { x: centred ? x - w / 2 : x, y: y - 7, w, h: 14 };
-    if (taken.some((t) => t.x < box.x + box.w && box.x < t.x + t.w && t.y < box.y + box.h && box.y < t.y + t.h)) return false;
-    if (box.x > this.width || box.y > this.height || box.x + w < 0 || box.y < -14) return false;
-    taken.push(box);
-    if (centred) {
-      g.save();
-      g.fillStyle = this.c.pavement;
-      g.fillRect(box.x, box.y + 1, box.w, 12);
-      g.restore();
-    }
-    g.fillText(text, x, y);
-    return true;
-  }
-
-  #sites(g) {
-    const { c } = this;
-    for (const s of this.airport.sensors ?? []) {
-      if (!s.position_m) continue;
-      const [x, y] = this.toScreen(...s.position_m);
-      if (this.layers.coverage && s.range_m) {
-        g.strokeStyle = c.coverage;
-        g.lineWidth = 1;
-        g.setLineDash([4, 5]);
-        g.beginPath();
-        g.arc(x, y, s.range_m * this.view.scale, 0, 7);
-        g.stroke();
-        g.setLineDash([]);
+    if (this.todo.delete("traffic")) {
+      this.merged = false;
+      const g = this.traffic.begin(this.cam, this.ratio);
+      for (const scan of this.others.values()) paintTraffic(g, { ...this.#see(), scan, layers: BESIDE, c: { ...this.c, arrival: this.c.coverage, departure: this.c.coverage, vehicle: this.c.coverage, unknown: this.c.coverage } });
+      paintTraffic(g, this.#see());
+      if (this.layers.labels && this.placedFor) {
+        g.save();
+        g.translate(...this.#labelShift());
+        if (this.placedFor.scale === this.cam.scale && this.placedFor.rot === this.cam.rot) paintLabels(g, this.#see(), this.placed);
+        g.restore();
       }
-      g.strokeStyle = g.fillStyle = c.dim;
-      g.lineWidth = 1.2;
-      g.beginPath();
-      g.moveTo(x, y - 6);
-      g.lineTo(x + 5, y + 4);
-      g.lineTo(x - 5, y + 4);
-      g.closePath();
-      g.stroke();
-      g.font = "10px B612, sans-serif";
-      g.textAlign = "center";
-      g.textBaseline = "top";
-      g.fillText(s.name || s.kind, x, y + 7);
+      this.lastDrawn = performance.now();
+      if (this.ground.cam) return this.#show();
     }
+    if (this.todo.delete("ground")) {
+      this.merged = false;
+      const g = this.ground.begin(this.cam, this.ratio);
+      paintAirport(g, { ...this.#see(), box: this.#room() });
+    }
+    this.#show();
   }
 
-  #drawWeather(g) {
-    for (const [east, north, radius, rate] of this.weather?.cells ?? []) {
-      const [x, y] = this.toScreen(east, north);
-      const r = radius * this.view.scale;
-      if (![x, y, r].every(Number.isFinite) || r <= 0) continue;
-      g.save();
-      g.globalAlpha = Math.min(0.26, 0.06 + rate / 400);
-      g.fillStyle = this.c.rain;
-      g.beginPath();
-      g.arc(x, y, r, 0, 7);
-      g.fill();
-      g.globalAlpha = 0.8;
-      g.strokeStyle = this.c.rain;
-      g.setLineDash([2, 4]);
-      g.stroke();
-      g.font = "10px B612, sans-serif";
-      g.textAlign = "center";
-      g.fillText(`${rate.toFixed(0)} mm/h`, x, y - r + 14);
-      g.restore();
-    }
+  #see() {
+    return { ...this, cam: this.cam };
   }
 
-  #drawTrails(g) {
-    for (const track of this.scan.tracks) {
-      const points = this.scan.trails.get(track.number) ?? [];
-      g.fillStyle = this.colourOf(track);
-      points.forEach(([x, y], i) => {
-        if (!Number.isFinite(x + y)) return;
-        const [px, py] = this.toScreen(x, y);
-        g.globalAlpha = 0.65 * (1 - i / (points.length + 4));
-        g.fillRect(px - 1, py - 1, 2, 2);
-      });
-    }
-    g.globalAlpha = 1;
+  #room() {
+    return { x: -MARGIN, y: -MARGIN, w: this.width + 2 * MARGIN, h: this.height + 2 * MARGIN };
   }
 
-  #drawPlots(g) {
-    for (const plot of this.scan.plots) {
-      if (this.sensorsOff.has(plot.sensor) || !sound(plot)) continue;
-      const [x, y] = this.toScreen(plot.x, plot.y);
-      g.strokeStyle = this.c[`plot-${plot.kind}`] ?? this.c["plot-other"];
-      g.lineWidth = 1.2;
-      g.beginPath();
-      plotMark(g, plot.kind, x, y, 3.5);
-      g.stroke();
+  #show() {
+    const { g, ratio, cam } = this;
+    if (!this.ground.covers(cam)) {
+      g.setTransform(1, 0, 0, 1, 0, 0);
+      g.fillStyle = this.c.ground;
+      g.fillRect(0, 0, this.canvas.width, this.canvas.height);
     }
+    const one = this.ground.cam && this.traffic.cam && this.ground.cam.same(this.traffic.cam);
+    if (one) {
+      // Nothing but a shift: both are one opaque bitmap, made once.
+      if (!this.merged) {
+        const whole = this.whole.begin(this.ground.cam, ratio);
+        whole.setTransform(1, 0, 0, 1, 0, 0);
+        whole.drawImage(this.ground.canvas, 0, 0);
+        whole.drawImage(this.traffic.canvas, 0, 0);
+        this.merged = true;
+      }
+      this.whole.onto(g, cam, ratio);
+    } else {
+      this.ground.onto(g, cam, ratio);
+      this.traffic.onto(g, cam, ratio);
+    }
+    g.setTransform(ratio, 0, 0, ratio, 0, 0);
+    paintSelected(g, cam, this.c, this.find(this.selected));
+    this.tools?.paint(g, this);
+    paintScale(g, cam, this.c);
+    if (this.hidden.length) {
+      g.font = "11px B612, sans-serif";
+      g.textAlign = "right";
+      g.textBaseline = "alphabetic";
+      g.fillStyle = this.c.dim;
+      g.fillText(`labels hidden: ${this.hidden.length}`, this.width - 16, this.height - 92);
+    }
+    this.drawn++;
   }
 
-  #drawTruth(g) {
-    for (const truth of this.scan.truth) {
-      if (!sound(truth)) continue;
-      const [x, y] = this.toScreen(truth.x, truth.y);
-      g.strokeStyle = this.c.truth;
-      g.lineWidth = 1.2;
-      g.setLineDash(truth.ours ? [] : [3, 2]);
-      outline(g, truth, x, y, this.view.scale);
-      g.stroke();
-      g.setLineDash([]);
-    }
-  }
+  // ---- labels ----
 
-  #drawErrors(g) {
-    g.strokeStyle = this.c.error;
-    g.lineWidth = 1.6;
-    g.beginPath();
-    for (const track of this.scan.tracks) {
-      if (!track.truth || !sound(track) || !sound(track.truth)) continue;
-      const [x, y] = this.toScreen(track.x, track.y), [tx, ty] = this.toScreen(track.truth.x, track.truth.y);
-      g.moveTo(x, y);
-      g.lineTo(tx, ty);
+  #place() {
+    const cam = this.cam.copy(), items = [];
+    this.placedFor = cam;
+    if (!this.layers.labels || !this.scan || !this.situation) {
+      this.placed = new Map();
+      this.hidden = [];
+      return;
     }
-    g.stroke();
-  }
-
-  #drawVectors(g) {
-    g.lineWidth = 1.2;
-    for (const t of this.#targets()) {
-      if (!(Math.hypot(t.vx, t.vy) > 0.5)) continue;
-      const [x, y] = this.toScreen(t.x, t.y), [ex, ey] = this.toScreen(t.x + t.vx * VECTOR_S, t.y + t.vy * VECTOR_S);
-      g.strokeStyle = this.colourOf(t);
-      g.beginPath();
-      g.moveTo(x, y);
-      g.lineTo(ex, ey);
-      g.stroke();
-    }
-  }
-
-  #ellipse(g, track, colour) {
-    const e = ellipseOf(track.cov);
-    if (!e) return;
-    const [x, y] = this.toScreen(track.x, track.y), { scale } = this.view;
-    const a = e.a * scale, b = e.b * scale;
-    if (a < 4 || a > 4000) return;
-    g.strokeStyle = colour;
-    g.globalAlpha = 0.55;
-    g.lineWidth = 1;
-    g.beginPath();
-    g.ellipse(x, y, a, Math.max(b, 0.5), -e.angle, 0, 7);
-    g.stroke();
-    g.globalAlpha = 1;
-  }
-
-  #symbol(g, track) {
-    const [x, y] = this.toScreen(track.x, track.y);
-    const colour = this.colourOf(track);
-    g.lineWidth = 1.4;
-    g.strokeStyle = g.fillStyle = colour;
-    trackMark(g, track, x, y, 5);
-    if (track.status === "coasting" || track.status === "tentative") g.stroke();
-    else {
-      g.globalAlpha = 0.95;
-      g.fill();
-      g.globalAlpha = 1;
-      g.strokeStyle = this.c.ground;
-      g.lineWidth = 1;
-      g.stroke();
-    }
-    if (track.manoeuvre) {
-      g.strokeStyle = colour;
-      g.beginPath();
-      g.arc(x, y, 8, -0.9, 0.9);
-      g.stroke();
-    }
-  }
-
-  #select(g) {
-    const target = this.find(this.selected);
-    if (!target || !sound(target)) return;
-    const [x, y] = this.toScreen(target.x, target.y);
-    g.strokeStyle = this.c.select;
-    g.lineWidth = 1.6;
-    const r = 12, k = 5;
-    g.beginPath();
-    for (const [sx, sy] of [[-1, -1], [1, -1], [1, 1], [-1, 1]]) {
-      g.moveTo(x + sx * r, y + sy * (r - k));
-      g.lineTo(x + sx * r, y + sy * r);
-      g.lineTo(x + sx * (r - k), y + sy * r);
-    }
-    g.stroke();
-  }
-
-  #drawLabels(g) {
-    const bold = "700 12px B612, sans-serif", plain = "11px B612, sans-serif";
-    const width = (font, text) => {
-      g.font = font;
-      return g.measureText(text).width;
-    };
-    const items = [], obstacles = [];
-    for (const runway of this.airport?.runways ?? []) for (const [x, y] of this.#designators(runway)) obstacles.push({ x, y, r: 11, weight: 9 });
-    const inView = (x, y) => x > -10 && y > -10 && x < this.width + 10 && y < this.height + 10;
-    for (const target of this.#targets()) {
-      const [x, y] = this.toScreen(target.x, target.y);
-      if (!inView(x, y)) continue;
-      const lines = labelLines(target);
-      const full = Math.max(width(bold, lines[0]), ...lines.slice(1).map((l) => width(plain, l)));
-      const sizes = [{ w: Math.ceil(full) + 10, h: 4 + 15 + 13 * (lines.length - 1) }];
-      if (lines.length > 1) sizes.push({ w: Math.ceil(width(bold, lines[0])) + 10, h: 19 });
-      const chosen = target.id === this.selected;
-      const speed = Math.hypot(target.vx, target.vy) || 0;
-      items.push({ id: target.id, x, y, sizes, lines, target, priority: (chosen ? 1000 : 0) + (target.number !== undefined ? 100 : 0) + Math.min(speed, 90) });
-      const size = Math.max(target.truth?.lengthM ?? target.lengthM ?? 0, target.truth?.spanM ?? target.spanM ?? 0);
-      const reach = Math.max(8, Math.min(90, 0.55 * size * this.view.scale));
-      items.at(-1).reach = reach;
-      obstacles.push({ id: target.id, own: true, x, y, r: reach });
+    const view = { x: 0, y: 0, w: cam.width, h: cam.height }, room = this.#room(), marks = [];
+    for (const target of targetsOf(this.scan, this.layers)) {
+      const [x, y] = cam.toScreen(target.x, target.y);
+      if (x < room.x || y < room.y || x > room.x + room.w || y > room.y + room.h) continue;
+      items.push(this.#item(target, x, y));
       // The way ahead stays free, too.
-      if (this.layers.vectors && speed > 0.5) {
-        for (const s of [0.33, 0.66, 1]) {
-          const [ex, ey] = this.toScreen(target.x + target.vx * VECTOR_S * s, target.y + target.vy * VECTOR_S * s);
-          obstacles.push({ x: ex, y: ey, r: 3, weight: 6 });
-        }
+      if (!this.layers.vectors || !(Math.hypot(target.vx, target.vy) > 0.5)) continue;
+      for (const s of [0.5, 1]) {
+        const [ex, ey] = cam.toScreen(target.x + target.vx * this.vectorS * s, target.y + target.vy * this.vectorS * s);
+        marks.push({ x: ex, y: ey, r: 3, weight: 6 });
       }
     }
-    const placed = place(items, { width: this.width, height: this.height, obstacles, before: this.before, blocked: this.#overlays() });
-    this.before = new Map([...placed].map(([id, p]) => [id, { dx: p.dx, dy: p.dy }]));
-    g.textAlign = "left";
-    g.textBaseline = "alphabetic";
-    for (const item of items) {
-      const box = placed.get(item.id);
-      if (box) this.#label(g, item, box, bold, plain);
-    }
-    return placed;
+    const field = this.#field(cam, room);
+    const free = cam.width * cam.height - field.under(view) * 64;
+    if (this.lod === "auto") thin(items.filter((i) => inBox(view, i)), Math.max(free, 1), this.skin === "controller");
+    const wanted = items.filter((i) => i.level > 0);
+    // Labels stay where they were from one scan to the next; a moment that was jumped to has the same picture for everybody.
+    const follows = this.live || this.scan.scan === this.placedScan + 1;
+    this.placedScan = this.scan.scan;
+    this.placed = place(wanted, { view, room, field, before: follows ? this.before : new Map(), marks });
+    this.before = new Map([...this.placed].map(([id, p]) => [id, { dx: p.dx, dy: p.dy }]));
+    this.hidden = items.filter((i) => inBox(view, i) && !this.placed.has(i.id)).map((i) => i.id);
   }
 
-  /** Boxes of what lies over the map: labels keep out of them. */
-  #overlays() {
-    const map = this.canvas.getBoundingClientRect();
+  #item(target, x, y) {
+    const state = this.situation.stateOf(target), chosen = target.id === this.selected;
+    const must = chosen || state === "runway" || state === "vehicle on a runway" || state === "airborne";
+    const lines = labelLines(target), sizes = {};
+    let w = this.#width(BOLD, lines[0]);
+    for (let level = 1; level <= 3; level++) {
+      if (level > 1 && lines[level - 1]) w = Math.max(w, this.#width(PLAIN, lines[level - 1]));
+      sizes[level] = { w: Math.ceil(w) + 10, h: 19 + 13 * (Math.min(level, lines.length) - 1) };
+    }
+    const rule = this.lod !== "auto" ? this.lod : this.skin === "controller" ? LEVELS[state] ?? 2 : 3;
+    const level = Math.min(chosen ? 3 : rule, lines.length);
+    const size = Math.max(target.truth?.lengthM ?? target.lengthM ?? 0, target.truth?.spanM ?? target.spanM ?? 0);
+    const reach = this.layers.truth ? Math.max(6, Math.min(60, 0.5 * size * this.cam.scale)) : 6;
+    return {
+      id: target.id, target, x, y, lines, sizes, level, must, state, reach, standing: state === "parked" || state === "holding",
+      importance: importanceOf(target, state, { selected: chosen }), dragged: this.dragged.get(nameOf(target)),
+    };
+  }
+
+  #width(font, text) {
+    const key = font + text;
+    let w = this.widths.get(key);
+    if (w === undefined) {
+      this.g.font = font;
+      w = this.g.measureText(text).width;
+      if (this.widths.size > 20_000) this.widths.clear();
+      this.widths.set(key, w);
+    }
+    return w;
+  }
+
+  /** Where labels must not be: runways with 10 m around, their designators, what lies over the map. */
+  #field(cam, room) {
+    const key = [cam.cx, cam.cy, cam.scale, cam.rot, cam.width, cam.height, this.airport?.icao, JSON.stringify(this.overlays)].join();
+    if (this.fieldKey === key) return this.fieldMade;
+    const field = new Field(room.x, room.y, room.w, room.h);
+    for (const runway of this.airport?.runways ?? []) {
+      field.polygon(runwayRing(runway, 10).map(([x, y]) => cam.toScreen(x, y)));
+      for (const [x, y] of designators(cam, runway)) field.box({ x: x - 11, y: y - 9, w: 22, h: 18 });
+    }
+    for (const box of this.overlays) field.box(box);
+    this.fieldKey = key;
+    this.fieldMade = field;
+    return field;
+  }
+
+  #measureOverlays() {
+    const map = this.canvas.parentElement.getBoundingClientRect();
     const boxes = [...this.canvas.parentElement.querySelectorAll("#layers, #zoom, #past")].map((e) => e.getBoundingClientRect());
-    return boxes.filter((b) => b.width).map((b) => ({ x: b.x - map.x, y: b.y - map.y, w: b.width, h: b.height }));
-  }
-
-  #label(g, { x, y, lines, target, id }, box, bold, plain) {
-    const colour = this.colourOf(target), chosen = id === this.selected;
-    const length = Math.hypot(box.ax - x, box.ay - y);
-    if (length > 9) {
-      g.strokeStyle = colour;
-      g.globalAlpha = 0.6;
-      g.lineWidth = 1;
-      g.beginPath();
-      g.moveTo(x + ((box.ax - x) / length) * 8, y + ((box.ay - y) / length) * 8);
-      g.lineTo(box.ax, box.ay);
-      g.stroke();
-      g.globalAlpha = 1;
-    }
-    g.fillStyle = this.c["label-back"];
-    g.fillRect(box.x, box.y, box.w, box.h);
-    if (chosen) {
-      g.strokeStyle = this.c.select;
-      g.lineWidth = 1;
-      g.strokeRect(box.x + 0.5, box.y + 0.5, box.w - 1, box.h - 1);
-    }
-    g.fillStyle = colour;
-    g.font = bold;
-    g.fillText(lines[0], box.x + 5, box.y + 14);
-    if (box.form > 0) return;
-    g.font = plain;
-    g.fillStyle = this.c.text;
-    lines.slice(1).forEach((line, i) => g.fillText(line, box.x + 5, box.y + 27 + 13 * i));
-  }
-
-  #drawScale(g) {
-    const { c } = this;
-    const goal = 110 / this.view.scale;
-    const power = 10 ** Math.floor(Math.log10(goal));
-    const metres = [5, 2, 1].map((k) => k * power).find((m) => m <= goal) ?? power;
-    const w = metres * this.view.scale, x = this.width - w - 16, y = this.height - 14;
-    g.strokeStyle = g.fillStyle = c.dim;
-    g.lineWidth = 1.2;
-    g.beginPath();
-    g.moveTo(x, y - 5);
-    g.lineTo(x, y);
-    g.lineTo(x + w, y);
-    g.lineTo(x + w, y - 5);
-    g.stroke();
-    g.font = "10px B612, sans-serif";
-    g.textAlign = "center";
-    g.textBaseline = "alphabetic";
-    g.fillText(metres >= 1000 ? `${metres / 1000} km` : `${metres} m`, x + w / 2, y - 5);
-    const nx = this.width - 24, ny = this.height - 58;
-    g.beginPath();
-    g.moveTo(nx, ny - 14);
-    g.lineTo(nx + 5, ny + 2);
-    g.lineTo(nx, ny - 2);
-    g.lineTo(nx - 5, ny + 2);
-    g.closePath();
-    g.fill();
-    g.fillText("N", nx, ny + 14);
+    this.overlays = boxes.filter((b) => b.width).map((b) => ({ x: b.x - map.x, y: b.y - map.y, w: b.width, h: b.height }));
+    this.need("place");
   }
 
   colourOf(target) {
-    if (target.number === undefined) return this.c.truth;
-    const { c } = this;
-    return { arrival: c.arrival, departure: c.departure, vehicle: c.vehicle }[target.movement]
-      ?? (target.type === "vehicle" ? c.vehicle : c.unknown);
+    return colourOf(this.c, target);
   }
 }
 
-/** Draws one target large: truth to scale, track, ellipse, plots and the error between them. */
-export function closeUp(canvas, map, target) {
-  const box = canvas.getBoundingClientRect(), ratio = window.devicePixelRatio || 1;
-  const w = Math.round(box.width), h = Math.round(box.height);
-  if (!w || !h) return;
-  if (canvas.width !== Math.round(w * ratio)) canvas.width = Math.round(w * ratio);
-  if (canvas.height !== Math.round(h * ratio)) canvas.height = Math.round(h * ratio);
-  const g = canvas.getContext("2d"), { c } = map;
-  g.setTransform(ratio, 0, 0, ratio, 0, 0);
-  g.fillStyle = c.ground;
-  g.fillRect(0, 0, w, h);
-  if (!target || !sound(target)) return;
-  const truth = target.number === undefined ? target : target.truth;
-  const plots = map.scan.plots.filter((p) => sound(p) && (target.number !== undefined ? p.track === target.number : false));
-  const reach = Math.max(truth?.lengthM || 0, truth?.spanM || 0, 12) * 0.62;
-  const far = [truth, ...plots].filter((p) => p && sound(p)).map((p) => Math.hypot(p.x - target.x, p.y - target.y));
-  const scale = (Math.min(w, h) / 2 - 8) / Math.max(reach, ...far.filter((d) => d < 400));
-  const at = (p) => [w / 2 + (p.x - target.x) * scale, h / 2 - (p.y - target.y) * scale];
-  if (truth && sound(truth)) {
-    const [x, y] = at(truth);
-    g.strokeStyle = c.truth;
-    g.lineWidth = 1.4;
-    outline(g, truth, x, y, scale);
-    g.stroke();
-    g.beginPath();
-    g.moveTo(x - 4, y);
-    g.lineTo(x + 4, y);
-    g.moveTo(x, y - 4);
-    g.lineTo(x, y + 4);
-    g.stroke();
-  }
-  for (const plot of plots) {
-    g.strokeStyle = c[`plot-${plot.kind}`] ?? c["plot-other"];
-    g.lineWidth = 1.4;
-    g.beginPath();
-    plotMark(g, plot.kind, ...at(plot), 5);
-    g.stroke();
-  }
-  if (target.number !== undefined) {
-    const colour = map.colourOf(target), e = ellipseOf(target.cov);
-    if (e && e.a * scale < 2000) {
-      g.strokeStyle = colour;
-      g.setLineDash([3, 3]);
-      g.lineWidth = 1;
-      g.beginPath();
-      g.ellipse(w / 2, h / 2, e.a * scale, e.b * scale, -e.angle, 0, 7);
-      g.stroke();
-      g.setLineDash([]);
-    }
-    if (truth && sound(truth)) {
-      g.strokeStyle = c.error;
-      g.lineWidth = 2;
-      g.beginPath();
-      g.moveTo(w / 2, h / 2);
-      g.lineTo(...at(truth));
-      g.stroke();
-    }
-    g.fillStyle = colour;
-    g.beginPath();
-    g.arc(w / 2, h / 2, 3.5, 0, 7);
-    g.fill();
-  }
-  const metres = [100, 50, 20, 10, 5, 2, 1].find((m) => m * scale < w * 0.4) ?? 1;
-  g.strokeStyle = g.fillStyle = c.dim;
-  g.lineWidth = 1;
-  g.beginPath();
-  g.moveTo(8, h - 8);
-  g.lineTo(8 + metres * scale, h - 8);
-  g.stroke();
-  g.font = "10px B612, sans-serif";
-  g.textAlign = "left";
-  g.fillText(`${metres} m`, 8, h - 12);
+/** What is drawn of a run beside the first. */
+const BESIDE = { tracks: true, truth: false, plots: false, weather: false };
+
+function nameOf(target) {
+  return target.callsign || target.id;
 }
 
-/** 95 % ellipse of a covariance [ee, en, nn]: half axes in metres, angle of the larger from east. */
-export function ellipseOf([ee, en, nn]) {
-  if (![ee, en, nn].every(Number.isFinite)) return null;
-  const mean = (ee + nn) / 2, gap = Math.hypot((ee - nn) / 2, en);
-  const k = 2.4477; // root of the 95 % quantile of chi squared with two degrees of freedom
-  return { a: k * Math.sqrt(Math.max(0, mean + gap)), b: k * Math.sqrt(Math.max(0, mean - gap)), angle: Math.atan2(2 * en, ee - nn) / 2 };
+function inBox(box, p) {
+  return p.x >= box.x && p.y >= box.y && p.x <= box.x + box.w && p.y <= box.y + box.h;
 }
 
-export function labelLines(target) {
-  const name = target.callsign || (target.number === undefined ? "no name" : `#${target.number}`);
-  const speed = Math.round(Math.hypot(target.vx, target.vy) * KNOT);
-  const kind = target.wake ? `${target.designator}/${target.wake}` : target.designator;
-  const second = [kind, Number.isFinite(speed) ? `${speed} kt` : ""].filter(Boolean).join("  ");
-  if (target.number === undefined) return [name, `${second}  no track`];
-  return [name, second, target.runwayStand.replaceAll("_", " ")].filter(Boolean);
-}
-
-function sound(p) {
-  return Number.isFinite(p.x) && Number.isFinite(p.y);
-}
-
-/** Aircraft or vehicle to scale, at least a few pixels large. */
-function outline(g, truth, x, y, scale) {
-  const length = Math.max((truth.lengthM || 10) * scale, 9), span = Math.max((truth.spanM || 5) * scale, truth.aircraft ? 8 : 5);
-  g.beginPath();
-  const heading = Number.isFinite(truth.heading) ? truth.heading : 0;
-  const [sin, cos] = [Math.sin(heading), Math.cos(heading)];
-  const shape = truth.aircraft ? AIRCRAFT : VEHICLE;
-  shape.forEach(([across, along], i) => {
-    const a = across * span, l = along * length;
-    const px = x + l * sin + a * cos, py = y - l * cos + a * sin;
-    if (i) g.lineTo(px, py);
-    else g.moveTo(px, py);
-  });
-  g.closePath();
-}
-
-// Half outlines mirrored: across in spans, along in lengths, nose first.
-const HALF = [[0, 0.5], [0.05, 0.42], [0.055, 0.14], [0.5, -0.1], [0.5, -0.17], [0.055, -0.06], [0.045, -0.36], [0.19, -0.45], [0.19, -0.5], [0, -0.46]];
-const AIRCRAFT = [...HALF, ...HALF.slice(1, -1).reverse().map(([x, y]) => [-x, y])];
-const VEHICLE = [[-0.5, -0.5], [-0.5, 0.3], [0, 0.5], [0.5, 0.3], [0.5, -0.5]];
-
-/** Marks by kind of sensor, so that colour is not the only difference. */
-export function plotMark(g, word, x, y, r) {
-  const lines = kinds.find((kind) => kind.word === word)?.symbol ?? [[[0, -1], [1, 1], [-1, 1], [0, -1]]];
-  for (const line of lines) {
-    line.forEach(([right, down], i) => (i ? g.lineTo(x + right * r, y + down * r) : g.moveTo(x + right * r, y + down * r)));
-  }
-}
-
-function trackMark(g, track, x, y, r) {
-  g.beginPath();
-  if (track.type === "vehicle") g.rect(x - r + 1, y - r + 1, 2 * r - 2, 2 * r - 2);
-  else if (track.type === "aircraft") g.arc(x, y, r, 0, 7);
-  else {
-    g.moveTo(x, y - r - 1);
-    g.lineTo(x + r + 1, y);
-    g.lineTo(x, y + r + 1);
-    g.lineTo(x - r - 1, y);
-    g.closePath();
-  }
-}
-
-function boundsOf(airport) {
+/** Points that are seen when the whole airport is. */
+function pointsOf(airport) {
   const points = [
     ...airport.runways.flatMap((r) => r.ends), ...airport.taxiways.flatMap((t) => t.points_m),
     ...airport.stands.map((s) => s.position_m), ...airport.pavements.flatMap((p) => p.rings.flat()),
   ].filter(([x, y]) => Number.isFinite(x + y));
-  if (!points.length) return [-1000, -1000, 1000, 1000];
-  return points.reduce(([a, b, c, d], [x, y]) => [Math.min(a, x), Math.min(b, y), Math.max(c, x), Math.max(d, y)],
-    [Infinity, Infinity, -Infinity, -Infinity]);
+  return points.length ? points : [[-1000, -1000], [1000, 1000]];
 }

@@ -5,6 +5,9 @@ import { bytes, element, elapsed, fixed, NONE, place, utc } from "./text.js";
 const KNOT = 1.943844;
 
 /** A table that sorts by the head clicked, keeps its rows and shows which one is selected. */
+/** Rows of a table, at most. */
+const MOST_ROWS = 200;
+
 export class Table {
   /** columns: { key, title, hint, read(item) → value to sort by, show(item) → text, number } */
   constructor(table, columns, { id, onSelect, sortBy }) {
@@ -54,6 +57,12 @@ export class Table {
     const column = this.columns.find((c) => c.key === this.sort.key);
     const sorted = [...items].sort((a, b) => compare(column.read(a), column.read(b)) * (this.sort.down ? -1 : 1) || compare(this.id(a), this.id(b)));
     const seen = new Set();
+    // What nobody scrolls to costs nothing: the selected row is always there.
+    const chosen = sorted.findIndex((item) => this.id(item) === this.selected);
+    if (chosen >= MOST_ROWS) sorted.splice(MOST_ROWS - 1, 0, ...sorted.splice(chosen, 1));
+    const more = sorted.length - MOST_ROWS;
+    sorted.length = Math.min(sorted.length, MOST_ROWS);
+    this.body.parentElement.dataset.more = more > 0 ? `${more} more: search or sort to see them` : "";
     sorted.forEach((item, i) => {
       const id = this.id(item);
       seen.add(id);

@@ -1,0 +1,110 @@
+//! `seeds open`: the page on runs that are finished, or that another process keeps.
+
+use crate::runtime::cli::out;
+use crate::runtime::cli::{self, BAD_INPUT, FAILED, fail};
+use crate::viewer_logger::opened;
+use crate::viewer_logger::server::{Operate, Page, PageError, serve};
+use clap::Args;
+use std::net::SocketAddr;
+use std::path::Path;
+use std::process::ExitCode;
+use std::time::Duration;
+
+/// Show the page on finished runs, any of up to 8 side by side
+#[derive(Args, Clone, Debug)]
+pub struct OpenArgs {
+    /// A folder of runs/ or its name there, a database (run.sqlite), a fork.toml, or `last` for the newest
+    #[arg(value_name = "RUN", required = true)]
+    runs: Vec<String>,
+
+    /// Address and port of the page; port 0: any free one [default: 127.0.0.1:8600, or the next free port]
+    #[arg(long, value_name = "ADDR:PORT", value_parser = cli::page)]
+    page: Option<SocketAddr>,
+
+    /// Open a browser on it
+    #[arg(long)]
+    browser: bool,
+}
+
+/// Serves until it is interrupted.
+#[must_use]
+pub fn run(args: &OpenArgs) -> ExitCode {
+    cli::log_to_stderr(cli::LogFormat::Text, "warn");
+    let mut viewers = Vec::new();
+    for word in &args.runs {
+        let found = match opened::databases(word, Path::new(RUNS)) {
+            Ok(found) => found,
+            Err(error) => return fail(BAD_INPUT, error),
+        };
+        for database in found {
+            match opened::viewer(&database) {
+                Ok(viewer) => viewers.push(viewer),
+                Err(error) => return fail(BAD_INPUT, error),
+            }
+        }
+    }
+    if viewers.len() > MOST_RUNS {
+        return fail(BAD_INPUT, format!("{} runs: at most {MOST_RUNS} at once", viewers.len()));
+    }
+    let mut viewers = viewers.into_iter();
+    let Some(first) = viewers.next() else { return fail(BAD_INPUT, "no run was named") };
+    let page = Page::new(first);
+    viewers.for_each(|viewer| page.add(viewer));
+    let operate = || -> Operate {
+        Box::new(|_, _| (false, "this run is finished: it takes no commands".to_owned()))
+    };
+    let tries = match args.page {
+        Some(address) => vec![address],
+        None => (0..TRIES).map(|n| SocketAddr::from(([127, 0, 0, 1], FIRST_PORT + n))).collect(),
+    };
+    let mut served = None;
+    for address in &tries {
+        match serve(*address, page.clone(), operate()) {
+            Ok(server) => {
+                served = Some(server);
+                break;
+            }
+            Err(error @ PageError::Listen { .. }) if *address == tries[tries.len() - 1] => {
+                return fail(BAD_INPUT, error);
+            }
+            Err(PageError::Listen { .. }) => {}
+            Err(error) => return fail(FAILED, error),
+        }
+    }
+    let Some(server) = served else { return fail(FAILED, "the page cannot be served") };
+    if args.page.is_none() && server.address().port() != FIRST_PORT {
+        tracing::warn!("port {FIRST_PORT} is taken: the page is at {}", server.address());
+    }
+    let url = server.access().url();
+    print_line(&url);
+    if args.browser && std::process::Command::new("xdg-open").arg(&url).spawn().is_err() {
+        tracing::warn!("no browser could be started (xdg-open): open {url}");
+    }
+    let (stop, stopped) = std::sync::mpsc::channel();
+    let set = ctrlc::set_handler(move || {
+        stop.send(()).ok();
+    });
+    if let Err(error) = set {
+        return fail(FAILED, error);
+    }
+    while stopped.recv_timeout(FOLLOW).is_err() {
+        page.follow();
+    }
+    server.stop();
+    ExitCode::SUCCESS
+}
+
+fn print_line(line: &str) {
+    use std::io::Write as _;
+    out!("{line}");
+    std::io::stdout().flush().ok();
+}
+
+/// Where runs are kept.
+pub const RUNS: &str = "runs";
+const MOST_RUNS: usize = 8;
+const FIRST_PORT: u16 = 8600;
+/// Ports tried, where none was asked for.
+const TRIES: u16 = 40;
+/// How often a run that somebody else keeps is looked at for more.
+const FOLLOW: Duration = Duration::from_millis(500);

@@ -1,0 +1,151 @@
+use super::*;
+use crate::viewer_logger::history::History;
+use crate::viewer_logger::log::Log;
+use crate::viewer_logger::log::tests::Folder;
+use crate::viewer_logger::picture::{AirportMap, RunInfo};
+use crate::viewer_logger::tests::{scan, weather};
+
+/// Scans with everything that a frame may hold, wild figures included.
+fn wild(n: u64) -> ScanReport {
+    let mut report = scan(n);
+    if n.is_multiple_of(3) {
+        report.tracks[0].lag = None;
+        report.tracks[0].callsign.clear();
+        report.tracks[0].assumed = "GUESS1".to_owned();
+        report.tracks[0].label_p = Some(0.7);
+        report.tracks[0].velocity_mps = [-0.0, f64::NAN];
+        report.tracks[0].altitude_m = Some(-0.0);
+        report.tracks[0].first = true;
+    }
+    let mut second = report.tracks[0].clone();
+    second.number = 1;
+    second.position_m = [f64::INFINITY, 1e300];
+    second.callsign = "ÄÖÜ-emoji-🛫-long".to_owned();
+    report.tracks.insert(usize::from(n.is_multiple_of(2)), second);
+    let mut outsider = report.truth[0].clone();
+    outsider.id = [65535, 65535, 65535];
+    outsider.callsign = "X".to_owned();
+    outsider.ours = false;
+    outsider.aircraft = false;
+    outsider.heading_rad = 0.1 + 0.2;
+    outsider.track = (n > 4).then_some((1, 2.5));
+    report.truth.insert(0, outsider);
+    let mut alarm = report.plots[0].clone();
+    alarm.cause.clear();
+    alarm.truth_m = None;
+    alarm.track = None;
+    alarm.polar = None;
+    alarm.scnr_db = None;
+    alarm.sequence = 9;
+    alarm.kind = "adsb".to_owned();
+    alarm.identity = "4b1234".to_owned();
+    alarm.sensor = 0;
+    alarm.effects.clear();
+    report.plots.push(alarm);
+    report
+}
+
+fn kept(reports: &[ScanReport]) -> (Folder, PathBuf) {
+    let folder = Folder::new();
+    let file = folder.0.join("run.sqlite");
+    let mut log =
+        Log::create(&file, &RunInfo::default(), &AirportMap::default()).expect("a new log");
+    reports.iter().for_each(|r| log.scan(r).expect("written"));
+    log.weather(&weather(4.5)).expect("written");
+    log.close().expect("closed");
+    (folder, file)
+}
+
+#[test]
+fn a_frame_out_of_the_log_is_the_live_frame_octet_by_octet() {
+    let reports: Vec<ScanReport> = (1..=40).filter(|n| *n != 17).map(wild).collect(); // one was lost
+    let (_folder, file) = kept(&reports);
+    let archive = Archive::open(&file).expect("opened");
+    let mut history = History::new(1 << 24);
+    for report in &reports {
+        history.push(report);
+    }
+    for asked in 0..=42 {
+        assert_eq!(archive.nearest(asked), history.nearest(asked), "scan {asked}");
+        assert_eq!(archive.message(asked), history.message(asked), "scan {asked}");
+        for number in [1, 4, 9] {
+            assert_eq!(archive.effects(number, asked), history.effects(number, asked));
+        }
+    }
+    for number in [1, 4, 9] {
+        assert_eq!(archive.curve(number, 0, u64::MAX), history.curve(number, 0, u64::MAX));
+        assert_eq!(archive.curve(number, 12, 20), history.curve(number, 12, 20));
+    }
+    assert_eq!((archive.range(), archive.times()), (history.range(), history.times()));
+    assert_eq!(archive.sums(), history.sums());
+    assert_eq!(archive.events()[1..], *history.events(), "but for the weather");
+    assert_eq!(archive.events()[0].kind, "weather");
+}
+
+#[test]
+fn a_report_out_of_the_log_is_what_the_tracker_was_given() {
+    let report = scan(3);
+    let (_folder, file) = kept(std::slice::from_ref(&report));
+    let read = Archive::open(&file).expect("opened").report(3).expect("read").expect("there");
+    assert_eq!(read, report);
+}
+
+#[test]
+fn a_log_that_grows_is_followed_and_a_later_version_is_refused() {
+    let folder = Folder::new();
+    let file = folder.0.join("run.sqlite");
+    let mut log =
+        Log::create(&file, &RunInfo::default(), &AirportMap::default()).expect("a new log");
+    log.scan(&wild(1)).expect("written");
+    let mut archive = Archive::open(&file).expect("opened");
+    assert_eq!(archive.range(), Some((1, 1)));
+    assert!(!archive.follow().expect("read"));
+    log.scan(&wild(2)).expect("written");
+    assert!(archive.follow().expect("read"));
+    assert_eq!(archive.range(), Some((1, 2)));
+    assert_eq!(archive.message(2).map(|m| m[5]), Some(1), "the newest");
+    assert_eq!(archive.message(1).map(|m| m[5]), Some(0), "and no longer");
+    log.close().expect("closed");
+    Connection::open(&file)
+        .and_then(|db| db.pragma_update(None, "user_version", 99))
+        .expect("written");
+    let refused = Archive::open(&file).expect_err("refused").to_string();
+    assert!(refused.contains("later version"), "{refused}");
+}
+
+#[test]
+fn a_database_of_the_first_version_opens_with_what_it_has() {
+    let (_folder, file) = kept(&[scan(1), scan(2)]);
+    let database = Connection::open(&file).expect("opened");
+    database
+        .execute_batch(
+            "PRAGMA user_version = 0; DROP VIEW entities; DROP TABLE events; DROP TABLE files;
+             DELETE FROM run WHERE name = 'map_json';
+             ALTER TABLE truth DROP COLUMN heading_rad; ALTER TABLE truth DROP COLUMN length_m;
+             ALTER TABLE truth DROP COLUMN place; ALTER TABLE tracks DROP COLUMN designator;
+             ALTER TABLE plots DROP COLUMN azimuth_rad; ALTER TABLE plots DROP COLUMN place;
+             ALTER TABLE scans DROP COLUMN worst_error_m;",
+        )
+        .expect("made old");
+    drop(database);
+    let archive = Archive::open(&file).expect("opened");
+    let report = archive.report(2).expect("read").expect("there");
+    assert_eq!(report.tracks[0].position_m, scan(2).tracks[0].position_m);
+    assert!((report.truth[0].heading_rad - 1.5).abs() < 1e-9);
+    assert!(archive.message(1).is_some() && archive.events().is_empty());
+    assert!(crate::viewer_logger::opened::viewer(&file).is_ok());
+}
+
+#[test]
+fn the_cache_drops_what_was_longest_unused() {
+    let mut cache = Cache::default();
+    let big: Arc<[u8]> = vec![0; CACHE_OCTETS / 4].into();
+    for scan in 1..=4 {
+        cache.keep(scan, Arc::clone(&big));
+    }
+    assert!(cache.get(1).is_some());
+    cache.keep(5, big);
+    assert!(cache.get(2).is_none() && cache.get(1).is_some() && cache.get(5).is_some());
+    assert_eq!(cache.kept.len(), cache.used.len());
+    assert!(cache.octets <= CACHE_OCTETS);
+}

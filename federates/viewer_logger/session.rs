@@ -1,0 +1,357 @@
+//! One browser: what it was sent, what it looks at, and what it asks for. No I/O here.
+
+use super::Viewer;
+use super::frame;
+use super::source::Strip;
+use crate::runtime::messages::Command;
+use models::time::SimTime;
+use serde::Deserialize;
+use serde_json::json;
+use std::sync::Arc;
+
+/// One browser: what it was sent and what it looks at.
+#[derive(Debug, Default)]
+pub struct Session {
+    /// Runs shown, by their place in the list; the first one tells the time. Empty is the first of the list.
+    runs: Vec<usize>,
+    seen: u64,
+    generation: u64,
+    shown: Option<u64>, // a scan of the past; none is the newest
+    selected: Option<u16>,
+    sent_scan: Option<u64>,
+    sent_beside: Vec<Option<Option<u64>>>, // by place among the runs shown: what was sent, none being "no picture"
+    sent_list: String,
+    explained: Option<(u64, u16)>, // scan and track
+    curve_from: u64,
+}
+
+/// A message to the browser.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Outgoing {
+    /// JSON.
+    Text(Arc<str>),
+    /// A scan, see [`frame`].
+    Binary(Vec<u8>),
+}
+
+impl Outgoing {
+    pub(super) fn json(message: &serde_json::Value) -> Self {
+        Self::Text(message.to_string().into())
+    }
+}
+
+/// What a message from the browser asks for beyond the session itself.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Asked {
+    /// Nothing more: the session changed, poll it.
+    Nothing,
+    /// A command to the run, with its number and words; answer with [`reply`].
+    Command(f64, String, Command),
+    /// What the neighbouring rungs would give, from now on or no more: [`Viewer::compare`].
+    Compare(bool),
+    /// These runs side by side: [`Session::open`].
+    Open(Vec<String>),
+    /// The time line of the run shown: [`Session::strip`].
+    Strip(f64, f64, usize),
+    /// The message was not understood; send this.
+    Refused(Outgoing),
+}
+
+impl Session {
+    /// Everything that the browser lacks of the only run there is, see [`Self::poll_runs`].
+    pub fn poll(&mut self, viewer: &Viewer) -> Vec<Outgoing> {
+        self.poll_runs(&[viewer])
+    }
+
+    /// Everything that the browser lacks, oldest topic first. Scans that came since the last poll are passed over, the
+    /// newest is sent; error curves lose nothing. A run beside the first is shown at the same time, or not at all.
+    pub fn poll_runs(&mut self, all: &[&Viewer]) -> Vec<Outgoing> {
+        let mut out = Vec::new();
+        self.runs.retain(|at| *at < all.len());
+        let Some(viewer) = all.get(self.runs.first().copied().unwrap_or(0)) else { return out };
+        let source = viewer.source();
+        if self.generation != viewer.generation {
+            let runs = std::mem::take(&mut self.runs);
+            *self =
+                Self { seen: self.seen, generation: viewer.generation, runs, ..Self::default() };
+            out.push(Outgoing::Text(r#"{"type":"new_run"}"#.into()));
+        }
+        self.list(all, &mut out);
+        let mut news: Vec<_> = viewer.topics.values().filter(|t| t.0 > self.seen).collect();
+        news.sort_by_key(|t| t.0);
+        out.extend(news.into_iter().map(|t| Outgoing::Text(t.1.clone())));
+        self.seen = viewer.version;
+        let newest = source.range().map(|r| r.1);
+        if let Some(scan) = self.shown.or(newest).and_then(|scan| source.nearest(scan))
+            && self.sent_scan != Some(scan)
+            && let Some(message) = source.message(scan)
+        {
+            self.sent_scan = Some(scan);
+            out.push(Outgoing::Binary(message));
+        }
+        self.beside(all, viewer, &mut out);
+        if let (Some(number), Some(scan)) = (self.selected, self.sent_scan)
+            && self.explained != Some((scan, number))
+        {
+            self.explained = Some((scan, number));
+            let plots = source.effects(number, scan).join(",");
+            out.push(Outgoing::Text(
+                format!(r#"{{"type":"effects","scan":{scan},"track":{number},"plots":[{plots}]}}"#)
+                    .into(),
+            ));
+        }
+        if let (Some(number), Some(newest)) = (self.selected, newest)
+            && self.curve_from <= newest
+        {
+            let points = source.curve(number, self.curve_from, newest);
+            let reset = self.curve_from == 0;
+            self.curve_from = newest + 1;
+            if reset || !points.is_empty() {
+                let curve =
+                    json!({"type": "curve", "track": number, "reset": reset, "points": points});
+                out.push(Outgoing::json(&curve));
+            }
+        }
+        out
+    }
+
+    /// The list of runs, where it changed.
+    fn list(&mut self, all: &[&Viewer], out: &mut Vec<Outgoing>) {
+        let row = |viewer: &&Viewer| {
+            let info = viewer.info();
+            json!({
+                "id": viewer.id(), "title": info.title, "scene": info.scene, "seed": info.seed.to_string(),
+                "start_utc_ns": info.start_utc_ns.to_string(), "live": viewer.is_live(), "fork": info.fork,
+            })
+        };
+        let rows: Vec<_> = all.iter().map(row).collect();
+        let shown: Vec<&str> = self.shown_runs().iter().map(|at| all[*at].id()).collect();
+        let list = json!({"type": "runs", "runs": rows, "shown": shown}).to_string();
+        if list != self.sent_list {
+            out.push(Outgoing::Text(list.as_str().into()));
+            self.sent_list = list;
+        }
+    }
+
+    /// The scans of the other runs shown, at the time of the first.
+    fn beside(&mut self, all: &[&Viewer], first: &Viewer, out: &mut Vec<Outgoing>) {
+        let time = self.sent_scan.and_then(|scan| first.source().time_of(scan));
+        self.sent_beside.resize(self.runs.len(), None);
+        for (at, run) in self.runs.iter().enumerate().skip(1) {
+            let other = all[*run];
+            let scan = time.and_then(|t| other.source().at(SimTime(t.0 + offset_ns(first, other))));
+            if self.sent_beside[at] == Some(scan) {
+                continue;
+            }
+            self.sent_beside[at] = Some(scan);
+            match scan.and_then(|scan| other.source().message(scan)) {
+                Some(mut message) => {
+                    frame::set_run(&mut message, at as u16);
+                    out.push(Outgoing::Binary(message));
+                }
+                None => {
+                    let ends = other.source().times();
+                    let text = match (time, ends) {
+                        (Some(t), Some((_, to))) if t > to => {
+                            format!("ended at {:.0} s", to.s())
+                        }
+                        _ => "no picture at this time".to_owned(),
+                    };
+                    out.push(Outgoing::json(
+                        &json!({"type": "no_picture", "run": at, "id": other.id(), "text": text}),
+                    ));
+                }
+            }
+        }
+    }
+
+    fn shown_runs(&self) -> Vec<usize> {
+        if self.runs.is_empty() { vec![0] } else { self.runs.clone() }
+    }
+
+    /// Shows the runs with these names, the first one with everything that belongs to it.
+    ///
+    /// # Errors
+    /// A name that is not in the list, or too many: what to say.
+    pub fn open(&mut self, all: &[&Viewer], ids: &[String]) -> Result<(), String> {
+        if ids.is_empty() || ids.len() > MOST_RUNS {
+            return Err(format!("open: name 1 to {MOST_RUNS} runs"));
+        }
+        let mut runs = Vec::new();
+        for id in ids {
+            let at = all.iter().position(|v| v.id() == id).ok_or_else(|| {
+                let known: Vec<&str> = all.iter().map(|v| v.id()).collect();
+                let id: String = id.chars().take(64).collect();
+                format!("open: there is no run {id:?}; there are {}", known.join(", "))
+            })?;
+            if !runs.contains(&at) {
+                runs.push(at);
+            }
+        }
+        let first = all[runs[0]];
+        if let Some(other) = runs.iter().map(|at| all[*at]).find(|v| {
+            let (a, b) = (&v.info().airport, &first.info().airport);
+            !a.is_empty() && !b.is_empty() && a != b
+        }) {
+            return Err(format!(
+                "open: {} is of {}, not of {}: one map cannot show both",
+                other.id(),
+                other.info().airport,
+                first.info().airport
+            ));
+        }
+        let generation = first.generation;
+        let same = self.shown_runs()[0] == runs[0];
+        let before = std::mem::take(self);
+        *self = if same {
+            Self { runs, sent_beside: Vec::new(), ..before }
+        } else {
+            Self { runs, generation, ..Self::default() }
+        };
+        Ok(())
+    }
+
+    /// The time line of the run shown, in so many columns, with its events.
+    #[must_use]
+    pub fn strip(&self, all: &[&Viewer], from_s: f64, to_s: f64, columns: usize) -> Vec<Outgoing> {
+        let Some(viewer) = all.get(self.shown_runs()[0]) else { return Vec::new() };
+        let strip = Strip::of(viewer.source().sums(), from_s, to_s, columns);
+        let mut message = json!(strip);
+        message["type"] = "strip".into();
+        let mut events = viewer.events();
+        events.retain(|e| (from_s..=to_s).contains(&(e.time_ns as f64 * 1e-9)));
+        let more = events.len().saturating_sub(MOST_EVENTS);
+        events.truncate(MOST_EVENTS);
+        let events = json!({"type": "events", "events": events, "more": more});
+        vec![Outgoing::json(&message), Outgoing::json(&events)]
+    }
+
+    /// Takes a message of the browser. Anything not understood is refused with its reason, nothing more.
+    pub fn on_message(&mut self, text: &str) -> Asked {
+        let message: FromPage = match serde_json::from_str(text) {
+            Ok(message) => message,
+            Err(error) => return Asked::Refused(refused(&error.to_string())),
+        };
+        match message {
+            FromPage::Show { scan } => {
+                self.shown = scan;
+                self.sent_scan = None;
+                Asked::Nothing
+            }
+            FromPage::Select { track } => {
+                self.selected = track;
+                self.curve_from = 0;
+                Asked::Nothing
+            }
+            FromPage::Token { .. } => Asked::Nothing,
+            FromPage::Compare { on } => Asked::Compare(on),
+            FromPage::Open { runs } => Asked::Open(runs),
+            FromPage::Strip { from_s, to_s, columns } => Asked::Strip(from_s, to_s, columns),
+            FromPage::Command { id, command, frames, rate } => {
+                match command_of(&command, frames, rate) {
+                    Ok((words, order)) => Asked::Command(id, words, order),
+                    Err(reason) => Asked::Refused(reply(id, &command, false, &reason)),
+                }
+            }
+        }
+    }
+}
+
+/// What is added to a time of `first` to have it in `other`: nothing where both play one scene, else by UTC where
+/// they overlap.
+fn offset_ns(first: &Viewer, other: &Viewer) -> i64 {
+    let (a, b) = (first.info(), other.info());
+    if a.scene_digest == b.scene_digest || b.fork.is_some() || a.fork.is_some() {
+        return 0;
+    }
+    let offset = a.start_utc_ns.saturating_sub(b.start_utc_ns);
+    let overlap = match (first.source().times(), other.source().times()) {
+        (Some((f0, f1)), Some((o0, o1))) => f0.0 + offset <= o1.0 && o0.0 <= f1.0 + offset,
+        _ => false,
+    };
+    if overlap { offset } else { 0 }
+}
+
+/// The answer to command number `id`.
+#[must_use]
+pub fn reply(id: f64, command: &str, accepted: bool, text: &str) -> Outgoing {
+    Outgoing::json(&json!({
+        "type": "reply", "id": id, "command": command, "accepted": accepted, "text": text,
+    }))
+}
+
+pub(super) fn refused(reason: &str) -> Outgoing {
+    Outgoing::json(&json!({"type": "refused", "text": reason}))
+}
+
+#[derive(Deserialize)]
+#[serde(tag = "type", rename_all = "lowercase", deny_unknown_fields)]
+enum FromPage {
+    Show {
+        scan: Option<u64>,
+    },
+    Select {
+        track: Option<u16>,
+    },
+    Compare {
+        on: bool,
+    },
+    Open {
+        runs: Vec<String>,
+    },
+    Strip {
+        from_s: f64,
+        to_s: f64,
+        columns: usize,
+    },
+    /// Shown where none is needed; looked at before the session begins where one is.
+    Token {
+        #[serde(rename = "token")]
+        _token: String,
+    },
+    Command {
+        id: f64,
+        command: String,
+        #[serde(default)]
+        frames: Option<u64>,
+        #[serde(default)]
+        rate: Option<f64>,
+    },
+}
+
+/// The command and its words for the log.
+fn command_of(
+    word: &str,
+    frames: Option<u64>,
+    rate: Option<f64>,
+) -> Result<(String, Command), String> {
+    let command = match word {
+        "start" | "resume" => Command::Start,
+        "freeze" => Command::Freeze,
+        "step" => match frames.unwrap_or(1) {
+            n @ 1..=MAX_STEP => return Ok((format!("step {n}"), Command::Step { n })),
+            n => return Err(format!("step: {n} frames is outside 1 ..= {MAX_STEP}")),
+        },
+        "stop" => Command::Stop,
+        "restart" => Command::Restart,
+        "fast" => Command::Rate { rate: f64::INFINITY },
+        "rate" => match rate {
+            Some(rate) if (MIN_RATE..=MAX_RATE).contains(&rate) => {
+                return Ok((format!("rate {rate}"), Command::Rate { rate }));
+            }
+            Some(rate) => return Err(format!("rate: {rate} is outside {MIN_RATE} ..= {MAX_RATE}")),
+            None => return Err("rate: no figure given".to_owned()),
+        },
+        other => return Err(format!("{other:?} is not a valid command")),
+    };
+    Ok((word.to_owned(), command))
+}
+
+/// Runs on one clock, at most.
+const MOST_RUNS: usize = 8;
+/// Events in one message, at most.
+const MOST_EVENTS: usize = 2000;
+/// Most frames in one step command: an hour of 50 ms frames.
+const MAX_STEP: u64 = 72_000;
+const MIN_RATE: f64 = 0.01;
+const MAX_RATE: f64 = 1000.0;
