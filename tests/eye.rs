@@ -132,7 +132,7 @@ fn contrasts_in_the_picture_are_those_of_physics_and_wrong_renderers_are_found()
         return;
     };
     browser.until("window.__eye && __eye.frames > 1 && __eye.marks.length === 21");
-    let mut show = |browser: &mut Browser, (visibility_m, rain): (f64, f64)| -> Vec<&Value> {
+    let show = |browser: &mut Browser, (visibility_m, rain): (f64, f64)| -> Vec<&Value> {
         let frames = browser.eval("__eye.frames");
         page.update(|viewer| viewer.on_weather(&weather(visibility_m, rain)));
         browser.until(&format!("__eye.visibility_m === {visibility_m} && __eye.frames > {frames}"));
@@ -155,8 +155,16 @@ fn contrasts_in_the_picture_are_those_of_physics_and_wrong_renderers_are_found()
     assert!(worst < 0.01, "worst {worst}");
     for (name, from, to) in [
         ("depth for distance", "distance(at, uEye)", "(1.0 / gl_FragCoord.w)"),
-        ("squared", "exp(-uBeta * ", "exp(-uBeta * uBeta * distance(at, uEye) * "),
-        ("3.912 over V", "exp(-uBeta * ", "exp(-1.3059 * uBeta * "),
+        (
+            "squared",
+            "exp(-uBeta * distance(at, uEye))",
+            "exp(-pow(uBeta * distance(at, uEye), 2.0))",
+        ),
+        (
+            "3.912 over V",
+            "exp(-uBeta * distance(at, uEye))",
+            "exp(-1.3059 * uBeta * distance(at, uEye))",
+        ),
         ("no dither", "n / 255.0", "0.0"),
     ] {
         // The same page with one line of its shader changed: the context is lost and comes back.

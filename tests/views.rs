@@ -38,7 +38,7 @@ impl Folder {
 
     fn fork(&self, run: &Path, more: &[&str]) -> Archive {
         let run = run.to_str().expect("a name");
-        let said = self.seeds(&[&["fork", run], more].concat());
+        let said = self.seeds(&[&["fork", run][..], more].concat());
         let line = String::from_utf8_lossy(&said.stdout).into_owned();
         let folder = line.trim().rsplit(' ').next().expect("a folder").to_owned();
         open(Path::new(&folder))

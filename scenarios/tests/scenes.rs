@@ -224,7 +224,7 @@ fn a_file_that_is_no_scene_is_refused_without_being_read_to_its_end() {
     let said = |path: &str| load(Path::new(path)).expect_err("no scene").to_string();
     assert_eq!(said("/dev/zero"), "scene /dev/zero: longer than 16 MiB");
     assert!(
-        said("nosuch").contains("scenes that come with SEEDS: egcc, eham, xsyn, zurich"),
+        said("nosuch").contains("scenes that come with SEEDS: asmgcs, egcc, eham, xsyn, zurich"),
         "{}",
         said("nosuch")
     );

@@ -4,6 +4,7 @@ import { Address } from "./address.js";
 import { closeUp } from "./closeup.js";
 import { Curve } from "./curve.js";
 import { csv, curveRows, json, picture, save, shownRows, targetRows } from "./export.js";
+import { backgroundOf, extinction, rvr, sunElevation } from "./eye_light.js";
 import { decode } from "./frame.js";
 import { Link } from "./link.js";
 import { LAYERS, MapView } from "./map.js";
@@ -396,10 +397,19 @@ function showWeather() {
   const parts = [
     [w.rain_mm_per_h > 0 || w.cells.length ? "wet" : "", w.cells.length ? `${rain}, ${w.cells.length} cell${w.cells.length > 1 ? "s" : ""}` : rain],
     ["", `vis ${visibility(w.visibility_m)}`], ["", wind(w.wind_mps)], ["", `${fixed(w.temperature_k - 273.15, 0)} \u00b0C`],
+    ["", `QNH ${fixed(w.pressure_hpa, 0)}`],
+    ...(runwayRange(w) < 2000 ? [["", `RVR ${runwayRange(w)} m`]] : []),
     ...(w.film_mm > 0 ? [["", `film ${fixed(w.film_mm, 1)} mm`]] : []),
   ];
   byId("weather").replaceChildren(...parts.map(([mark, text]) => element("span", text, { "data-mark": mark })));
   byId("weather").title = `Since ${elapsed(w.from_ns / 1e9)}; ${fixed(w.pressure_hpa, 0)} hPa, vapour ${fixed(w.vapour_g_per_m3, 1)} g/m\u00b3`;
+}
+
+/** Runway visual range, m: of the edge lights and of contrast, by the light of the hour, as it would be reported. */
+function runwayRange(w) {
+  const { run, airport, scan } = state, [lat, lon] = airport?.reference_deg ?? [0, 0];
+  const utcMs = Number(BigInt(run?.start_utc_ns || "0") / 1_000_000n) + (scan?.timeS ?? 0) * 1000;
+  return rvr(extinction(w.visibility_m, w.rain_mm_per_h), backgroundOf(sunElevation(utcMs, lat, lon)));
 }
 
 function showFlights() {
