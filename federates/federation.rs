@@ -3,6 +3,7 @@
 use crate::runtime::conductor::ConductorConfig;
 use crate::runtime::messages::Kind;
 use scenarios::Scene;
+use scenarios::control::Sees;
 use scenarios::losses::Losses;
 
 /// What a run may override of its scene.
@@ -64,6 +65,12 @@ pub fn conductor_config(scene: &Scene, options: &RunOptions) -> ConductorConfig 
     let mut expected = producers.clone();
     expected.push(Kind::Smdfm.name().to_owned());
     expected.sort();
+    if scene.control.sees == Sees::Tracks {
+        // Control waits for the tracks of each scan, which travel in the frame ends of the SMDFM.
+        producers.push(Kind::Smdfm.name().to_owned());
+        producers.sort();
+        expected.insert(0, Kind::Control.name().to_owned());
+    }
     let last_frame = match options.duration_s {
         Some(seconds) => (seconds * 1e9 / scene.run.frame.0 as f64).round().max(1.0) as u64,
         None => scene.run.frames(),

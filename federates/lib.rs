@@ -10,6 +10,8 @@ pub mod external_world;
 
 pub mod smdfm;
 
+pub mod control;
+
 pub mod visitors;
 
 pub mod viewer_logger;

@@ -68,6 +68,32 @@ fn federates_know_neither_sockets_nor_clocks() {
 }
 
 #[test]
+fn control_cannot_name_truth() {
+    let mut found = 0;
+    for folder in ["models/src/control", "federates/control"] {
+        for (path, text) in sources(folder) {
+            found += 1;
+            for word in [
+                "truth::",
+                "TruthState",
+                "TruthMessage",
+                "traffic::core",
+                "traffic::exact",
+                "pdu::",
+            ] {
+                assert!(!text.contains(word), "{}: names {word}", path.display());
+            }
+            assert!(
+                !path.starts_with("federates/control")
+                    || text.contains("fn reads_pdus")
+                    || path.ends_with("main.rs")
+            );
+        }
+    }
+    assert!(found >= 12, "{found} files");
+}
+
+#[test]
 fn federates_know_each_other_by_the_exchange_only() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("federates");
     let shared = ["exchange", "runtime", "seeds"];

@@ -56,6 +56,10 @@ pub trait Federate: Send {
     fn consumes(&self) -> bool {
         false
     }
+    /// Whether it takes the PDUs in; if not, of the producers only their notices.
+    fn reads_pdus(&self) -> bool {
+        self.consumes()
+    }
     /// Back to frame 0 of a run. What it makes at frame 0 goes out with frame 1's predecessor, frame 0.
     ///
     /// # Errors

@@ -468,7 +468,9 @@ impl Member {
         let mut out = FrameOut::default();
         let inc = |name: &String| config.incs.iter().find(|(n, _)| n == name).map(|(_, inc)| *inc);
         let producer = |name: &String| Producer { inc: inc(name), ..Producer::default() };
-        self.producers = config.producers.iter().map(|n| (n.clone(), producer(n))).collect();
+        // One that makes notices for other consumers does not wait for itself.
+        let others = config.producers.iter().filter(|n| **n != self.name);
+        self.producers = others.map(|n| (n.clone(), producer(n))).collect();
         self.granted = 0;
         self.executed = 0;
         self.reported = None;

@@ -135,7 +135,7 @@ pub fn run(context: MemberContext, federate: Box<dyn Federate>) -> Result<u8, Me
         context;
     let (send, receive) = events;
     let kind = federate.kind();
-    let consumes = federate.consumes();
+    let (consumes, reads) = (federate.consumes(), federate.reads_pdus());
 
     let orders = send.clone();
     bus.subscribe(
@@ -210,7 +210,8 @@ pub fn run(context: MemberContext, federate: Box<dyn Federate>) -> Result<u8, Me
     )?;
 
     let mut member = Member::new(federate, &name, &accepted, monotonic_us);
-    if let Some(plane) = data.plane() {
+    // One that takes no PDU in has nothing to hear there.
+    if let Some(plane) = data.plane().filter(|_| reads) {
         member.hearing().on(plane);
     }
     let mut probing = Probing::default();

@@ -19,6 +19,7 @@
 //! | `obs/weather`, `obs/flights` | may be lost, last value served | [`WeatherNotice`], [`FlightNotice`]s |
 //! | `obs/traffic` | may be lost, last value served | JSON: what flights that behave are about |
 //! | `tracks/1/scan` | may be lost | [`ScanReport`] |
+//! | `control/1/alerts` | may be lost | [`AlertMessage`]s, what changed in a scan |
 //! | `tracks/1/list` | request (`getTracksList`) | empty → [`ScanReport`] |
 
 use super::codec::encoded_size;
@@ -52,6 +53,8 @@ pub enum Kind {
     AdminStation,
     /// What others read in their own formats; a spectator.
     Gateway,
+    /// The A-SMGCS functions on tracks; a member where the scene has them.
+    Control,
 }
 
 impl Kind {
@@ -66,6 +69,7 @@ impl Kind {
             Self::ViewerLogger => "viewer-logger",
             Self::AdminStation => "admin-station",
             Self::Gateway => "gateway",
+            Self::Control => "control",
         }
     }
     /// Whether it says ten times a second that it lives: members do, spectators do not.
@@ -76,7 +80,7 @@ impl Kind {
     /// Whether the run waits for it.
     #[must_use]
     pub fn essential(self) -> bool {
-        matches!(self, Self::TrafficGenerator | Self::ExternalWorld | Self::Smdfm)
+        matches!(self, Self::TrafficGenerator | Self::ExternalWorld | Self::Smdfm | Self::Control)
     }
 }
 
@@ -530,6 +534,77 @@ pub enum Notice {
         /// One sound PDU.
         octets: Vec<u8>,
     },
+    /// System tracks of a scan, for control.
+    Tracks(Vec<TrackNotice>),
+    /// Clearances that were given or ended.
+    Clearances(Vec<ClearanceNotice>),
+}
+
+/// A system track as control takes it; airport frame, SI units.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct TrackNotice {
+    /// Track number, 0 to 4095.
+    pub number: u16,
+    /// Call sign of the label, else as the target reports it; empty if none.
+    pub callsign: String,
+    /// Type designator; empty if none.
+    pub type_designator: String,
+    /// "arrival", "departure", "vehicle" or empty.
+    pub movement: String,
+    /// First message of this track.
+    pub first: bool,
+    /// Position, m east and north.
+    pub position_m: [f64; 2],
+    /// Velocity, m/s east and north.
+    pub velocity_mps: [f64; 2],
+    /// Height above the aerodrome reference, m.
+    pub altitude_m: Option<f64>,
+    /// Time of its last plot, ns of simulated time.
+    pub last_plot_ns: i64,
+}
+
+/// A clearance that was given, or, with `until_ns`, ended.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ClearanceNotice {
+    /// Who.
+    pub callsign: String,
+    /// Word of its kind ("TOF").
+    pub kind: String,
+    /// An end of a runway, or both; empty off the runways.
+    pub runway: String,
+    /// Holds from, ns of simulated time.
+    pub from_ns: i64,
+    /// Ended, ns of simulated time.
+    pub until_ns: Option<i64>,
+    /// Place along the runway from its first end, m.
+    pub place_m: Option<f64>,
+    /// Cleared way, m east and north; empty where it is no way.
+    pub way_m: Vec<[f64; 2]>,
+}
+
+/// What happened to a control alert in a scan.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct AlertMessage {
+    /// Number of the run.
+    pub run: u32,
+    /// Time of the scan, ns of simulated time.
+    pub time_ns: i64,
+    /// "raised", "changed" or "ended".
+    pub change: String,
+    /// Number of the alert within the run.
+    pub id: u32,
+    /// Kind ("RMCA_ARR").
+    pub kind: String,
+    /// "information" or "alarm".
+    pub stage: String,
+    /// Call signs, else track numbers, separated by blanks.
+    pub subjects: String,
+    /// Raised at, ns of simulated time.
+    pub since_ns: i64,
+    /// Message type in ASTERIX category 004.
+    pub asterix: u8,
+    /// Where, m east and north.
+    pub place_m: [f64; 2],
 }
 
 impl Notice {
@@ -638,6 +713,8 @@ impl Weight for FrameEnds {
         let notices = self.notices.iter().map(|(_, _, notice)| match notice {
             Notice::Flights(flights) | Notice::MoreFlights(flights) => 64 + 256 * flights.len(),
             Notice::Outsider { octets, .. } => 64 + octets.len(),
+            Notice::Tracks(tracks) => 64 + 128 * tracks.len(),
+            Notice::Clearances(all) => all.iter().map(|c| 128 + 16 * c.way_m.len()).sum(),
         });
         128 + hashes + notices.sum::<usize>()
     }

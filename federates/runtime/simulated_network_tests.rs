@@ -103,7 +103,7 @@ impl Federate for Consumer {
                 assert!(*received_ns == *effect as i64 && (first..=frame).contains(effect));
                 true
             }
-            Notice::Flights(_) | Notice::MoreFlights(_) => false,
+            _ => false,
         });
         self.visits += visits.count() as u64;
         self.steps.push(frame);

@@ -1,6 +1,7 @@
 //! The command lines of the five federates, as subcommands and as executables of their own.
 
 use crate::admin_station::{self, AdminContext, summary::RunSummary};
+use crate::control::Control;
 use crate::exchange::operator;
 use crate::external_world::ExternalWorld;
 use crate::federation::{RunOptions, conductor_config, generator_name};
@@ -49,6 +50,13 @@ pub struct TrafficArgs {
 /// External world: weather and flight data
 #[derive(Args, Clone, Debug)]
 pub struct WorldArgs {
+    #[command(flatten)]
+    common: CommonArgs,
+}
+
+/// Control: system tracks and clearances in, control alerts out, once a second
+#[derive(Args, Clone, Debug)]
+pub struct ControlArgs {
     #[command(flatten)]
     common: CommonArgs,
 }
@@ -344,6 +352,14 @@ pub fn smdfm(args: &SmdfmArgs) -> ExitCode {
     })
 }
 
+/// The process of the member `control`.
+#[must_use]
+pub fn control(args: &ControlArgs) -> ExitCode {
+    member(&args.common, "control", load_scene_without_truth, Makes::default(), |scene, _| {
+        Box::new(Control::new(scene))
+    })
+}
+
 /// The process of the member `visitors`.
 #[must_use]
 pub fn visitors(args: &VisitorsArgs) -> ExitCode {
@@ -480,7 +496,7 @@ fn run_federate(
     let receiving = Receiving {
         exercise,
         site: scene.run.site,
-        consumes: federate.consumes(),
+        consumes: federate.reads_pdus(),
         loss: args.inject_loss,
     };
     let data = dis_socket::open(&args.network, &scene.network, receiving, events.0.clone())?;

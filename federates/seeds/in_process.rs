@@ -2,6 +2,7 @@
 
 use super::run::RunArgs;
 use crate::admin_station::{self, AdminContext, summary::RunSummary};
+use crate::control::Control;
 use crate::external_world::ExternalWorld;
 use crate::federation::{conductor_config, generator_name};
 use crate::runtime::cli::out;
@@ -14,6 +15,7 @@ use crate::smdfm::Smdfm;
 use crate::traffic_generator::TrafficGenerator;
 use crossbeam_channel::unbounded;
 use scenarios::Scene;
+use scenarios::control::Sees;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
@@ -72,10 +74,13 @@ pub fn federation(
         Box::new(ExternalWorld::new(Arc::clone(&scene), exercise)),
     ));
     federates.push(("smdfm".into(), Box::new(Smdfm::new(Arc::clone(&scene), exercise))));
+    if scene.control.sees == Sees::Tracks {
+        federates.push(("control".into(), Box::new(Control::new(Arc::clone(&scene)))));
+    }
     let mut threads = Vec::new();
     for (name, federate) in federates {
         let events = unbounded();
-        if federate.consumes() {
+        if federate.reads_pdus() {
             let to = events.0.clone();
             let mut sorter = Sorter::new(Receiving {
                 exercise,

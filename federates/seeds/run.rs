@@ -12,6 +12,7 @@ use crate::runtime::cli::{
 use crate::runtime::dis_socket::link_config;
 use crate::runtime::messages::Kind;
 use clap::Args;
+use scenarios::control::Sees;
 use scenarios::losses::{Losses, OnLoss};
 use std::io::ErrorKind;
 use std::net::{SocketAddr, TcpListener};
@@ -199,7 +200,8 @@ pub fn run(args: &RunArgs) -> ExitCode {
     if let Err(e) = link {
         return fail(BAD_INPUT, format!("{e:#}"));
     }
-    match processes(args, &args.losses.losses().over(&scene.network.losses)) {
+    let control = scene.control.sees == Sees::Tracks;
+    match processes(args, control, &args.losses.losses().over(&scene.network.losses)) {
         Ok(code) => ExitCode::from(code),
         Err(e) => fail(FAILED, format!("{e:#}")),
     }
@@ -217,7 +219,7 @@ fn port_is_free(address: SocketAddr, what: &str, flag: &str) -> anyhow::Result<(
     })
 }
 
-fn processes(args: &RunArgs, losses: &Losses) -> anyhow::Result<u8> {
+fn processes(args: &RunArgs, control: bool, losses: &Losses) -> anyhow::Result<u8> {
     let endpoint =
         args.network.sync_listen.clone().unwrap_or_else(|| args.network.default_endpoint());
     let place = endpoint.split_once('/').map(|(_, place)| place);
@@ -232,7 +234,7 @@ fn processes(args: &RunArgs, losses: &Losses) -> anyhow::Result<u8> {
     ctrlc::set_handler(move || {
         let _ = interrupted.send(News::Interrupted);
     })?;
-    start_all(args, &endpoint, &mut launched)?;
+    start_all(args, control, &endpoint, &mut launched)?;
 
     let mut summary = None;
     let mut code = None;
@@ -400,7 +402,12 @@ fn ending(code: i32) -> String {
     if code < 0 { format!("killed by signal {}", -code) } else { format!("exit code {code}") }
 }
 
-fn start_all(args: &RunArgs, endpoint: &str, launched: &mut Launched) -> anyhow::Result<()> {
+fn start_all(
+    args: &RunArgs,
+    control: bool,
+    endpoint: &str,
+    launched: &mut Launched,
+) -> anyhow::Result<()> {
     let common = common_arguments(&args.common(), endpoint);
     let with = |name: &str, more: &[String]| -> Vec<String> {
         [&[name.to_owned()], &common[..], more].concat()
@@ -457,6 +464,9 @@ fn start_all(args: &RunArgs, endpoint: &str, launched: &mut Launched) -> anyhow:
         smdfm.push("--explain".to_owned());
     }
     launched.start("smdfm", &with("smdfm", &smdfm))?;
+    if control {
+        launched.start("control", &with("control", &[]))?;
+    }
     if args.with_logger() {
         launched.start("viewer-logger", &with("viewer-logger", &viewer_arguments(args)))?;
     }

@@ -3,6 +3,7 @@
 //! The oracle is the run of the same scene and seed that nothing happens to: members die and are started
 //! again, stand still and are cut off, messages and PDUs are lost; in the end every digest must be the same.
 
+use crate::control::Control;
 use crate::external_world::ExternalWorld;
 use crate::federation::{RunOptions, conductor_config};
 use crate::runtime::cli::{self, BAD_INPUT, COMPLETE, FAILED, fail, load_scene, out};
@@ -176,6 +177,7 @@ impl Trial {
         let kind = |name: &String| match &**name {
             "external-world" => Kind::ExternalWorld,
             "smdfm" => Kind::Smdfm,
+            "control" => Kind::Control,
             _ => Kind::TrafficGenerator,
         };
         let kinds: Vec<_> = config.expected.iter().map(|n| (n.clone(), kind(n))).collect();
@@ -185,6 +187,7 @@ impl Trial {
             match name {
                 "external-world" => Box::new(ExternalWorld::new(scene, exercise)),
                 "smdfm" => Box::new(Smdfm::new(scene, exercise)),
+                "control" => Box::new(Control::new(scene)),
                 name => {
                     let share = if name.ends_with("-2") { 2 } else { 1 };
                     Box::new(TrafficGenerator::new(scene, exercise, share, 2))

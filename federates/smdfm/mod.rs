@@ -14,7 +14,7 @@ pub mod setup;
 #[cfg(test)]
 mod visitor_tests;
 
-use crate::exchange::flights::flight_list;
+use crate::exchange::flights::{flight_list, movement_word};
 use crate::exchange::{stamp, weather_pdu};
 use crate::runtime::bus::Class;
 use crate::runtime::clock::monotonic_ns;
@@ -22,7 +22,7 @@ use crate::runtime::codec::{encode, encode_parts};
 use crate::runtime::federate::{Federate, FrameInputs, FrameOut, Publication};
 use crate::runtime::frame_time::FrameTime;
 use crate::runtime::messages::{
-    FederateStatus, FinalReport, Frame, Kind, Notice, RunConfig, ScanReport,
+    FederateStatus, FinalReport, Frame, Kind, Notice, RunConfig, ScanReport, TrackNotice,
 };
 use evaluation::Evaluation;
 use foreign::Digests;
@@ -30,9 +30,11 @@ use models::environment::Weather;
 use models::flight_list::FlightList;
 use models::fusion::Tracker;
 use models::sensors::{PlotSink, ScanInterval, Sensor};
+use models::track::SystemTrack;
 use pdu::Body;
 use received_truth::ReceivedTruth;
 use scenarios::Scene;
+use scenarios::control::Sees;
 use std::sync::Arc;
 
 /// Figures on the clocks of visitors' senders in a report, at most.
@@ -127,7 +129,10 @@ impl Smdfm {
                 Notice::Flights(flights) => {
                     self.flights = flight_list(flights, self.scene.flight_list.runways.clone());
                 }
-                Notice::Outsider { .. } | Notice::MoreFlights(_) => {}
+                Notice::Outsider { .. }
+                | Notice::MoreFlights(_)
+                | Notice::Tracks(_)
+                | Notice::Clearances(_) => {}
             }
         }
     }
@@ -139,6 +144,22 @@ impl Smdfm {
         self.weather.first().map_or_else(Weather::default, |(frame, weather)| {
             weather.after(self.time.time(from).since_s(self.time.time(*frame)).max(0.0))
         })
+    }
+}
+
+/// A track as control takes it.
+fn track_notice(track: &SystemTrack) -> TrackNotice {
+    let label = track.label.as_ref();
+    TrackNotice {
+        number: track.number,
+        callsign: track.callsign().map_or_else(String::new, |c| c.as_str().to_owned()),
+        type_designator: label.map_or_else(String::new, |l| l.type_designator.clone()),
+        movement: label.map_or_else(String::new, |l| movement_word(l.movement).to_owned()),
+        first: track.first,
+        position_m: [track.position_m.x, track.position_m.y],
+        velocity_mps: [track.velocity_mps.x, track.velocity_mps.y],
+        altitude_m: track.altitude_m,
+        last_plot_ns: track.last_plot.0,
     }
 }
 
@@ -202,6 +223,9 @@ impl Federate for Smdfm {
         }
         self.evaluation.scan(&view, interval.to, &sink, self.tracker.outcomes(), &tracks, &looks);
         self.digests.scan(frame, &sink, &outside, &self.tracker, &tracks);
+        if self.scene.control.sees == Sees::Tracks {
+            out.notices.push(Notice::Tracks(tracks.iter().map(track_notice).collect()));
+        }
         let mut report = report::scan_report(&report::ScanParts {
             run: self.run,
             interval: &interval,

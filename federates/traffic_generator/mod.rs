@@ -12,12 +12,14 @@ use crate::exchange::entity_state::{deactivated, state_pdu, transponder, world_p
 use crate::runtime::bus::Class;
 use crate::runtime::federate::{Federate, FrameInputs, FrameOut, Publication};
 use crate::runtime::frame_time::FrameTime;
-use crate::runtime::messages::{FinalReport, Frame, Kind, RunConfig};
+use crate::runtime::messages::{ClearanceNotice, FinalReport, Frame, Kind, Notice, RunConfig};
+use models::time::SimTime;
 use models::traffic::core::Core;
 use pdu::exercise::Transponder;
 use pdu::publishing::{Publisher, Thresholds};
 use pdu::{EncodeBody, EntityState, Envelope};
 use scenarios::Scene;
+use scenarios::control::Sees;
 use std::sync::Arc;
 
 /// The federate's logic.
@@ -30,6 +32,14 @@ pub struct TrafficGenerator {
     movers: Vec<Mover>,
     /// Flights that behave, and the frame that their core has executed.
     core: Option<(Core, Frame)>,
+    told: Told,
+}
+
+/// Clearances of the core that control was told.
+#[derive(Default)]
+struct Told {
+    given: usize,
+    open: Vec<usize>,
 }
 
 /// One mover of this share.
@@ -56,7 +66,16 @@ impl TrafficGenerator {
     #[must_use]
     pub fn new(scene: Arc<Scene>, exercise: u8, share: u32, of: u32) -> Self {
         let time = FrameTime::of(&scene.run);
-        Self { scene, exercise, time, share, of, movers: Vec::new(), core: None }
+        Self {
+            scene,
+            exercise,
+            time,
+            share,
+            of,
+            movers: Vec::new(),
+            core: None,
+            told: Told::default(),
+        }
     }
 
     fn frame(&mut self, frame: Frame, out: &mut FrameOut) {
@@ -68,6 +87,7 @@ impl TrafficGenerator {
                 core.step(*executed as i64);
             }
         }
+        self.tell_clearances(out);
         let first = self.scene.traffic.behaving.as_ref().map_or(usize::MAX, |b| b.first_entity);
         let run = &self.scene.run;
         let envelope = Envelope::new(self.exercise, self.time.stamp(frame));
@@ -118,6 +138,53 @@ impl TrafficGenerator {
     }
 }
 
+impl TrafficGenerator {
+    /// Tells control what was cleared, and what ended, of the flights of this share.
+    fn tell_clearances(&mut self, out: &mut FrameOut) {
+        if self.scene.control.sees != Sees::Tracks {
+            return;
+        }
+        let (Some((core, _)), Some(behaving)) = (&self.core, &self.scene.traffic.behaving) else {
+            return;
+        };
+        let ns = |s: f64| SimTime::from_s(s).0;
+        let all = core.clearances();
+        let notice = |index: usize| {
+            let c = &all[index];
+            let way = core.cleared_way_m(c.flight).iter().map(|p| [p.x, p.y]);
+            ClearanceNotice {
+                callsign: core.flights()[c.flight].callsign.clone(),
+                kind: c.kind.to_owned(),
+                runway: c.runway.clone(),
+                from_ns: ns(c.from_s),
+                until_ns: None,
+                place_m: c.place_m,
+                way_m: if c.kind == "TAX" { way.collect() } else { Vec::new() },
+            }
+        };
+        let mut notices = Vec::new();
+        for index in self.told.given..all.len() {
+            if scenarios::in_share(behaving.first_entity + all[index].flight, self.share, self.of) {
+                notices.push(notice(index));
+                self.told.open.push(index);
+            }
+        }
+        self.told.given = all.len();
+        self.told.open.retain(|index| {
+            let Some(until_s) = all[*index].until_s else { return true };
+            notices.push(ClearanceNotice {
+                until_ns: Some(ns(until_s)),
+                way_m: Vec::new(),
+                ..notice(*index)
+            });
+            false
+        });
+        if !notices.is_empty() {
+            out.notices.push(Notice::Clearances(notices));
+        }
+    }
+}
+
 fn publisher(run: &scenarios::Run, still: bool) -> Publisher {
     Publisher::new(Thresholds {
         distance_m: run.dead_reckoning.position_m,
@@ -160,6 +227,7 @@ impl Federate for TrafficGenerator {
         if own.iter().any(|e| *e < first && entities[*e].trajectory.is_none()) {
             return Err("the scene was loaded without this share of its truth".into());
         }
+        self.told = Told::default();
         self.movers = own.into_iter().map(|entity| Mover { entity, sent: None }).collect();
         self.frame(0, out);
         Ok(())

@@ -11,7 +11,8 @@ use super::picture::{AirportMap, RunInfo};
 use super::server::Page;
 use crate::exchange::flights::flight_list;
 use crate::runtime::messages::{
-    FederateStatus, FlightNotice, ForeignReport, Operation, RunState, ScanReport, WeatherNotice,
+    AlertMessage, FederateStatus, FlightNotice, ForeignReport, Operation, RunState, ScanReport,
+    WeatherNotice,
 };
 use capture::Recorder;
 use models::flight_list::FlightList;
@@ -37,6 +38,8 @@ pub enum Heard {
     Foreign(Vec<ForeignReport>),
     /// An operator's action.
     Operation(Operation),
+    /// What changed of the control alerts in a scan.
+    Alerts(Vec<AlertMessage>),
 }
 
 /// Where to keep things; what is none is not kept.
@@ -174,6 +177,11 @@ impl Keeper {
                 self.shown(|viewer| viewer.on_flights(&entries));
             }
             Heard::Foreign(reports) => self.logged(|log| log.foreign(&reports)),
+            Heard::Alerts(alerts) => {
+                let run = self.state.as_ref().map_or(0, |s| s.run);
+                let now: Vec<_> = alerts.into_iter().filter(|a| a.run >= run).collect();
+                self.logged(|log| log.alerts(&now));
+            }
             Heard::Operation(operation) => {
                 self.logged(|log| log.operation(&operation, utc_ns));
                 self.shown(|viewer| viewer.on_operation(operation));
@@ -300,8 +308,8 @@ impl Keeper {
     fn close_log(&mut self) {
         let Some(mut log) = self.log.take() else { return };
         if let Some(state) = &self.state
-            && let Some(core) = core_after(&self.scene, state.seed, state.frame)
-            && let Err(error) = log.traffic(&self.scene, &core)
+            && let Some((core, told)) = core_after(&self.scene, state.seed, state.frame)
+            && let Err(error) = log.traffic(&self.scene, &core, &told)
         {
             tracing::error!("{error}");
         }

@@ -120,6 +120,19 @@ CREATE TABLE measures (source TEXT, name TEXT, value REAL, unit TEXT);  -- sourc
 -- What the traffic core found worth a line: stands not free, no way, deadlock.
 CREATE TABLE remarks (time_ns INTEGER, text TEXT);
 
+-- Control alerts on tracks, one row per stage: raised at time_ns, ended at end_ns (NULL: it stands).
+CREATE TABLE alerts (
+  time_ns INTEGER, kind TEXT, stage TEXT, subjects TEXT, end_ns INTEGER, place_x_m REAL, place_y_m REAL, id INTEGER
+);
+
+-- The same rules on exact truth with the true clearances: what the alerts on tracks are scored against.
+CREATE TABLE reference_alerts (
+  time_ns INTEGER, kind TEXT, stage TEXT, subjects TEXT, end_ns INTEGER, place_x_m REAL, place_y_m REAL, id INTEGER
+);
+
+-- What went wrong, since when it shows in the truth.
+CREATE TABLE failures (id TEXT, callsign TEXT, kind TEXT, time_ns INTEGER);
+
 -- Every operator action and its answer.
 CREATE TABLE operations (
   wall_utc_ns INTEGER, time_ns INTEGER, frame INTEGER, source TEXT, command TEXT, done INTEGER, answer TEXT

@@ -4,32 +4,173 @@
 //! own, at the end of the run, up to the last frame that was executed.
 
 use super::log::{Log, LogError};
+use crate::runtime::messages::AlertMessage;
+use models::control::alert::{Alert, Change};
+use models::control::layout::Layout;
+use models::control::parameters::Parameters;
+use models::control::scoring;
+use models::time::SimTime;
 use models::traffic::core::{Core, Direction};
-use rusqlite::params;
+use models::traffic::exact::Watch;
+use rusqlite::{Transaction, params};
 use scenarios::Scene;
+use scenarios::control::Sees;
 
-/// The core after `frames` frames, or `None` where nothing behaves or the scene cannot be read again.
+/// The core after `frames` frames with the alerts that the rules raise on its exact truth, or `None` where nothing behaves or the scene
+/// cannot be read again.
 #[must_use]
-pub fn core_after(scene: &Scene, seed: u64, frames: u64) -> Option<Core> {
+pub fn core_after(scene: &Scene, seed: u64, frames: u64) -> Option<(Core, Vec<Told>)> {
     scene.traffic.behaving.as_ref()?;
     let whole = scenarios::load(&scene.path).ok().filter(|s| s.hash == scene.hash)?;
     let mut core = whole.traffic.behaving.as_ref()?.core(&whole.run, seed)?;
+    let layout =
+        Layout::of(&whole.airport.layout).with_network(&whole.traffic.behaving.as_ref()?.network);
+    let mut watch = Watch::new(layout, Parameters::default(), whole.control.stop_bars);
+    let mut told = Vec::new();
     for frame in 1..=frames.min(whole.run.frames()) {
         core.step(frame as i64);
+        if frame.is_multiple_of(u64::from(whole.run.frames_per_scan)) {
+            let now = SimTime(frame as i64 * whole.run.frame.0);
+            told.extend(watch.scan(&core, now).iter().map(|(c, a)| (now, *c, a.clone())));
+        }
     }
-    Some(core)
+    Some((core, told))
+}
+
+/// A change of an alert on exact truth.
+pub type Told = (SimTime, Change, Alert);
+
+/// A row of a table of alerts.
+struct Row<'a> {
+    id: u32,
+    time_ns: i64,
+    kind: &'a str,
+    stage: &'a str,
+    subjects: &'a str,
+    place_m: [f64; 2],
+}
+
+/// Alerts of a table, one for each number.
+fn told_of(t: &Transaction<'_>, table: &str) -> rusqlite::Result<Vec<scoring::Told>> {
+    let text = format!(
+        "SELECT kind, max(subjects), min(time_ns), max(end_ns) FROM {table} GROUP BY id ORDER BY id"
+    );
+    let mut select = t.prepare(&text)?;
+    let rows = select.query_map([], |row| {
+        let subjects: String = row.get(1)?;
+        let end_ns: Option<i64> = row.get(3)?;
+        Ok(scoring::Told {
+            kind: row.get(0)?,
+            subjects: subjects.split(' ').map(str::to_owned).collect(),
+            on_s: SimTime(row.get(2)?).s(),
+            end_s: end_ns.map_or(f64::INFINITY, |ns| SimTime(ns).s()),
+        })
+    })?;
+    rows.collect()
+}
+
+/// Measures of the alerts on tracks against those on exact truth, by kind and in all.
+fn score_alerts(t: &Transaction<'_>, core: &Core) -> rusqlite::Result<()> {
+    let scores = scoring::score(&told_of(t, "reference_alerts")?, &told_of(t, "alerts")?);
+    let mut insert = t.prepare("INSERT INTO measures VALUES ('tracks',?,?,?)")?;
+    let mut all = scoring::KindScore { kind: "all".into(), ..scoring::KindScore::default() };
+    for score in &scores {
+        all.reference += score.reference;
+        all.detected += score.detected;
+        all.false_alerts += score.false_alerts;
+        all.responses_s.extend(&score.responses_s);
+    }
+    all.responses_s.sort_by(f64::total_cmp);
+    for score in scores.iter().chain([&all]) {
+        let counts = [
+            ("reference", score.reference),
+            ("detected", score.detected),
+            ("missed", score.missed()),
+            ("false", score.false_alerts),
+        ];
+        for (name, count) in counts {
+            insert.execute(params![format!("alerts {}: {name}", score.kind), count, ""])?;
+        }
+        for (name, p) in [("response median", 0.5), ("response 95 %", 0.95)] {
+            if let Some(seconds) = score.response_s(p) {
+                insert.execute(params![format!("alerts {}: {name}", score.kind), seconds, "s"])?;
+            }
+        }
+    }
+    let movements = core.measures_of_served().max(1) as f64;
+    let rate = 100.0 * f64::from(all.false_alerts) / movements;
+    insert.execute(params!["alerts all: false per 100 movements", rate, ""])?;
+    Ok(())
+}
+
+/// One row a stage; the end goes into all of them.
+fn write_alert(
+    t: &Transaction<'_>,
+    table: &str,
+    ended: bool,
+    row: &Row<'_>,
+) -> rusqlite::Result<()> {
+    if ended {
+        let end = format!("UPDATE {table} SET end_ns = ? WHERE id = ?");
+        t.prepare_cached(&end)?.execute(params![row.time_ns, row.id])?;
+        return Ok(());
+    }
+    let known = format!("SELECT count(*) FROM {table} WHERE id = ? AND stage = ?");
+    let known: i64 =
+        t.prepare_cached(&known)?.query_row(params![row.id, row.stage], |r| r.get(0))?;
+    if known > 0 {
+        // A name that came later.
+        let name = format!("UPDATE {table} SET subjects = ? WHERE id = ?");
+        t.prepare_cached(&name)?.execute(params![row.subjects, row.id])?;
+        return Ok(());
+    }
+    let insert = format!("INSERT INTO {table} VALUES (?,?,?,?,NULL,?,?,?)");
+    let [x, y] = row.place_m;
+    t.prepare_cached(&insert)?.execute(params![
+        row.time_ns,
+        row.kind,
+        row.stage,
+        row.subjects,
+        x,
+        y,
+        row.id
+    ])?;
+    Ok(())
 }
 
 impl Log {
+    /// Writes what changed of the alerts on tracks.
+    ///
+    /// # Errors
+    /// If the database cannot be written.
+    pub fn alerts(&mut self, alerts: &[AlertMessage]) -> Result<(), LogError> {
+        self.write(|t| {
+            for a in alerts {
+                let row = Row {
+                    id: a.id,
+                    time_ns: a.time_ns,
+                    kind: &a.kind,
+                    stage: &a.stage,
+                    subjects: &a.subjects,
+                    place_m: a.place_m,
+                };
+                write_alert(t, "alerts", a.change == "ended", &row)?;
+            }
+            Ok(())
+        })
+    }
+
     /// Writes what a core did.
     ///
     /// # Errors
     /// If the database cannot be written.
-    pub fn traffic(&mut self, scene: &Scene, core: &Core) -> Result<(), LogError> {
+    pub fn traffic(&mut self, scene: &Scene, core: &Core, told: &[Told]) -> Result<(), LogError> {
         let Some(behaving) = &scene.traffic.behaving else { return Ok(()) };
         let ns = |s: f64| (s * 1e9).round() as i64;
         self.write(|t| {
-            for table in ["clearances", "movements", "measures", "remarks"] {
+            for table in
+                ["clearances", "movements", "measures", "remarks", "failures", "reference_alerts"]
+            {
                 t.execute(&format!("DELETE FROM {table}"), [])?;
             }
             let mut insert = t.prepare("INSERT INTO clearances VALUES (?,?,?,?,?,?,?)")?;
@@ -83,6 +224,26 @@ impl Log {
                 ("co2", 3.16 * fuel, "kg"),
             ] {
                 insert.execute(params!["truth", name, value, unit])?;
+            }
+            let mut insert = t.prepare("INSERT INTO failures VALUES (?,?,?,?)")?;
+            for f in core.shown() {
+                insert.execute(params![f.id, f.callsign, f.kind.word(), ns(f.time_s)])?;
+            }
+            for (now, change, alert) in told {
+                let (kind, stage) = (alert.condition.kind.word(), alert.condition.stage.word());
+                let place = alert.condition.place_m;
+                let row = Row {
+                    id: alert.id,
+                    time_ns: now.0,
+                    kind: &kind,
+                    stage,
+                    subjects: &alert.subjects(),
+                    place_m: [place.x, place.y],
+                };
+                write_alert(t, "reference_alerts", *change == Change::Ended, &row)?;
+            }
+            if scene.control.sees == Sees::Tracks {
+                score_alerts(t, core)?;
             }
             let mut insert = t.prepare("INSERT INTO remarks VALUES (?,?)")?;
             for r in core.remarks() {

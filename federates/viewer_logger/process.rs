@@ -177,6 +177,7 @@ fn subscribe(bus: &dyn Bus, inbox: &Inbox) -> Result<(), BusError> {
     hear(bus, "obs/weather", inbox.taking(Heard::Weather))?;
     hear(bus, "obs/flights", inbox.taking(Heard::Flights))?;
     hear(bus, "obs/foreign", inbox.taking(Heard::Foreign))?;
+    hear(bus, "control/1/alerts", inbox.taking(Heard::Alerts))?;
     hear(bus, "obs/operation", inbox.taking(Heard::Operation))
 }
 

@@ -7,6 +7,7 @@ use models::environment::surface::MATERIALS;
 use models::filter::Rung;
 use models::keys::{Holds, Key, PLACE};
 use models::sensors::KINDS;
+use models::traffic::core::FailureKind;
 
 /// A table of a scene.
 #[derive(Clone, Copy, Debug)]
@@ -47,6 +48,7 @@ pub const TABLES: &[Table] = &[
     ),
     one("network", NETWORK, "Where PDUs and grants go; the command line goes before it"),
     one("control", CONTROL, "Who clears the flights that react to each other"),
+    many("failure", FAILURE, "What goes wrong with flights of a schedule, or with who clears them"),
     many("shape", SHAPE, "Echo of a size of target, in place of one of the same name that ships"),
 ];
 
@@ -486,9 +488,30 @@ pub(crate) const NETWORK: &[Key] = &[
 ];
 
 pub(crate) const CONTROL: &[Key] = &[
-    Key::word("sees", || vec!["none"], "What the controller knows").or("none"),
+    Key::word("sees", || vec!["none", "tracks"], "What control reads").or("none"),
     Key::word("policy", || vec!["planned", "ordered", "free"], "How ways are cleared")
         .or("planned"),
+    Key::flag("stop_bars", "Whether stop bars are in use").or("false"),
+    Key::whole("confirm_scans", 1, 10, "Scans in a row before an alert is raised").or("1"),
+    Key::number("strip_margin_m", "m", 0.0, 50.0, "Off the hold distance: 95 % error of tracks")
+        .or("7.5"),
+    Key::number("bar_margin_m", "m", 0.0, 20.0, "So far behind it the nose is over a bar").or("0"),
+];
+
+pub(crate) const FAILURE: &[Key] = &[
+    Key::text("id", "Its name in the log"),
+    Key::word("kind", || FailureKind::WORDS.map(|w| w.0).to_vec(), "What goes wrong").needed(),
+    Key::text("callsign", "The flight of the schedule that does it").needed(),
+    Key::number("at_s", "s", 0.0, 86_400.0, "Not before").or("0"),
+    Key::number("stay_s", "s", 0.0, 86_400.0, "How long it stays").or("60"),
+    Key::number("lead_s", "s", 0.0, 86_400.0, "A vehicle is there so long before the arrival")
+        .or("45"),
+    Key::word(
+        "clearance",
+        || vec!["CRO", "ENT", "LUP", "TOF", "LND"],
+        "What the controller clears another for",
+    )
+    .or("CRO"),
 ];
 
 pub(crate) const SHAPE: &[Key] = &[

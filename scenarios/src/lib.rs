@@ -8,6 +8,7 @@
 pub mod airport;
 pub mod building;
 pub mod change;
+pub mod control;
 pub mod document;
 pub mod error;
 pub mod files;
@@ -71,6 +72,8 @@ pub struct Scene {
     pub tracking: Tracking,
     /// `[accuracy]`.
     pub accuracy: Accuracy,
+    /// `[control]`.
+    pub control: control::ControlScene,
     /// `[network]`: defaults for what the command line may say.
     pub network: Network,
     /// What is read and kept, but says less than its author may think: a line each, with file and line.
@@ -224,7 +227,6 @@ fn read(path: &Path, text: &str, truth_of: TruthOf) -> Result<Scene, ScenarioErr
     let run = run::read(&root)?;
     let (airport, mut files) = airport::read(&root)?;
     let (weather, mut warnings) = weather::read(&root, &run)?;
-    let tracking = tracking::read(&root)?;
     let accuracy = tracking::read_accuracy(&root)?;
     let network = network::read(&root)?;
     let (shapes, shape_files, noticed) = shapes::read(&root)?;
@@ -234,7 +236,13 @@ fn read(path: &Path, text: &str, truth_of: TruthOf) -> Result<Scene, ScenarioErr
         traffic::read(&root, &run, &airport, shapes, truth_of)?;
     files.extend(traffic_files);
     let buildings = building::read(&root, &airport)?;
-    let (sensors, sensor_files) = sensors::read(&root, &run, &airport, &traffic, &buildings)?;
+    let control = control::read(&root)?;
+    // Traffic that behaves is watched also where the scene does not say by what.
+    let standard = control::standard(path, &airport)?;
+    let given = |key: &str| root.has(key) || traffic.behaving.is_none();
+    let tracking = tracking::read(if given("tracking") { &root } else { &standard })?;
+    let watched = if given("sensor") { &root } else { &standard };
+    let (sensors, sensor_files) = sensors::read(watched, &run, &airport, &traffic, &buildings)?;
     files.extend(sensor_files);
     let radars = sensors.iter().filter_map(|s| s.asde.as_ref());
     warnings.extend(radars.flat_map(|radar| radar.warnings.iter().cloned()));
@@ -254,6 +262,7 @@ fn read(path: &Path, text: &str, truth_of: TruthOf) -> Result<Scene, ScenarioErr
         sensors,
         tracking,
         accuracy,
+        control,
         network,
         warnings,
         files,
@@ -302,7 +311,7 @@ fn scene_hash(root: &document::Section, files: &[PathBuf]) -> Result<u64, Scenar
     let mut hash = hash::Fnv::default();
     for key in sections().iter().filter(|key| match **key {
         "network" => false,
-        "control" | "shape" | "shapes" => root.has(key),
+        "control" | "failure" | "shape" | "shapes" => root.has(key),
         _ => true,
     }) {
         hash.tagged(10, key.as_bytes());

@@ -13,7 +13,7 @@ use models::flight_list::{FlightEntry, MovementKind, WakeCategory};
 use models::frames::{Azimuth, wrap_pi};
 use models::plot::Callsign;
 use models::time::SimTime;
-use models::traffic::core::{Core, Direction, Flight, Policy};
+use models::traffic::core::{Core, Direction, Failure, FailureKind, Flight, Policy};
 use models::traffic::network::{Network, code_of_span};
 use models::traffic::outline::{Rectangle, Size, distance_m, outline};
 use models::traffic::pieces::Pieces;
@@ -36,6 +36,8 @@ pub struct Behaving {
     pub first_entity: usize,
     /// Which piece may be taken.
     pub policy: Policy,
+    /// What goes wrong.
+    pub failures: Vec<Failure>,
     /// What was moved or assumed, one line each.
     pub remarks: Vec<String>,
 }
@@ -46,19 +48,9 @@ impl Behaving {
     pub fn core(&self, run: &Run, seed: u64) -> Option<Core> {
         let pieces = self.pieces.clone()?;
         let (net, flights) = (Arc::clone(&self.network), Arc::clone(&self.flights));
-        Some(Core::new(net, pieces, flights, self.policy, seed, run.frame.s()))
+        let core = Core::new(net, pieces, flights, self.policy, seed, run.frame.s());
+        Some(core.with_failures(&self.failures))
     }
-}
-
-/// `[control]` of a scene: so far everything is cleared as the core decides.
-pub(crate) fn read_policy(root: &Section) -> Result<Policy, ScenarioError> {
-    let Some(section) = root.section("control", &words(keys::CONTROL))? else {
-        return Ok(Policy::default());
-    };
-    section.choice("sees", &[("none", ())])?;
-    let policies =
-        [("planned", Policy::Planned), ("ordered", Policy::Ordered), ("free", Policy::Free)];
-    Ok(section.choice("policy", &policies)?.unwrap_or_default())
 }
 
 /// Start of a run that states none: ten minutes before the first flight of its schedule, at the full minute.
@@ -113,7 +105,7 @@ pub(crate) fn read(
     with_truth: bool,
 ) -> Result<(Option<Behaving>, Added), ScenarioError> {
     let mut added = Added { entities: Vec::new(), entries: Vec::new(), files: Vec::new() };
-    let policy = read_policy(root)?;
+    let policy = crate::control::read(root)?.policy;
     if sections.is_empty() {
         return Ok((None, added));
     }
@@ -237,6 +229,37 @@ pub(crate) fn read(
         };
         return Err(root.refuse("traffic", problem));
     }
+    let failures = crate::control::read_failures(root, &flights)?;
+    let vehicles = failures.iter().filter(|f| f.kind == FailureKind::VehicleOnRunway);
+    for (n, failure) in vehicles.enumerate() {
+        let row = types
+            .get("FOLLOWME")
+            .ok_or_else(|| root.missing("failure", "a type FOLLOWME in types.csv".into()))?;
+        let index = first_entity + flights.len() + n;
+        let callsign = Callsign::new(&failure.vehicle);
+        added.entities.push(Entity {
+            callsign,
+            address: None,
+            class: row.class.clone(),
+            application: 1 + (index as u16) % PARTITIONS,
+            number: 1 + index as u16,
+            trajectory: None,
+            report: None,
+        });
+        added.entries.push(FlightEntry {
+            callsign,
+            address: None,
+            type_designator: "FOLLOWME".into(),
+            wake: None,
+            movement: MovementKind::Vehicle,
+            runway: String::new(),
+            stand: String::new(),
+            stand_m: None,
+            eta_ctd: SimTime::ZERO,
+            off_block: None,
+            routing: Vec::new(),
+        });
+    }
     let pieces = with_truth.then(|| Arc::new(Pieces::of(&network, &Core::classes(&flights))));
     let behaving = Behaving {
         network: Arc::new(network),
@@ -244,6 +267,7 @@ pub(crate) fn read(
         flights: Arc::new(flights),
         first_entity,
         policy,
+        failures,
         remarks,
     };
     Ok((Some(behaving), added))

@@ -208,7 +208,8 @@ fn bar(value: &Value, layout: &Layout, now: SimTime) -> Option<StopBar> {
     let (runway, _) = layout.runway(value["runway"].as_str()?)?;
     let (from_s, to_s) = (value["lit"][0].as_f64()?, value["lit"][1].as_f64()?);
     let lit = (from_s..to_s).contains(&now.s());
-    Some(StopBar { runway, place_m: value["place_m"].as_f64()?, across_m: None, lit })
+    let place_m = value["place_m"].as_f64()?;
+    Some(StopBar { runway, place_m, across_m: None, entry_m: place_m, lit })
 }
 
 /// A track is `[callsign, class, length, x, y, vx, vy, airborne]`.
@@ -288,11 +289,85 @@ fn sequence(file: &Value, case: &Value, judge: &mut Judge) -> Option<()> {
 
 #[cfg(test)]
 mod tests {
+    use super::*;
     use crate::assert_all_pass;
+    use serde_json::json;
 
     #[test]
     fn alerts_are_those_of_the_cases_and_no_others() {
         assert_all_pass(&[("alerts/cases", 26)]);
+    }
+
+    /// The same situation somewhere else: turned, moved, and with the ends of every runway the other way round.
+    fn elsewhere(file: &Value, turn_rad: f64, shift_m: [f64; 2], reverse: bool) -> Value {
+        let (sin, cos) = libm::sincos(turn_rad);
+        let turn = |x: f64, y: f64| [x * cos - y * sin, x * sin + y * cos];
+        let place = |p: &mut Value| {
+            let [x, y] = turn(p[0].as_f64().expect("x"), p[1].as_f64().expect("y"));
+            *p = json!([x + shift_m[0], y + shift_m[1]]);
+        };
+        let mut file = file.clone();
+        for case in file["cases"].as_array_mut().expect("cases") {
+            let mut lengths = BTreeMap::new();
+            for runway in case["runways"].as_array_mut().expect("runways") {
+                runway["ends"].as_array_mut().expect("ends").iter_mut().for_each(place);
+                let end = |i: usize, k: usize| runway["ends"][i][k].as_f64().expect("a number");
+                let length = libm::hypot(end(1, 0) - end(0, 0), end(1, 1) - end(0, 1));
+                for name in runway["names"].as_array().expect("names") {
+                    lengths.insert(name.as_str().expect("a name").to_owned(), length);
+                }
+                if reverse {
+                    runway["ends"].as_array_mut().expect("ends").reverse();
+                    runway["names"].as_array_mut().expect("names").reverse();
+                }
+            }
+            for list in ["clearances", "stop_bars"] {
+                for c in case[list].as_array_mut().into_iter().flatten() {
+                    let length = c["runway"].as_str().map(|name| lengths[name]);
+                    if let (true, Some(at), Some(length)) = (reverse, c["place_m"].as_f64(), length)
+                    {
+                        c["place_m"] = json!(length - at);
+                    }
+                }
+            }
+            for area in case["areas"].as_array_mut().into_iter().flatten() {
+                area["polygon"].as_array_mut().expect("a polygon").iter_mut().for_each(place);
+            }
+            for (_, way) in case["routes"].as_object_mut().into_iter().flatten() {
+                way.as_array_mut().expect("a way").iter_mut().for_each(place);
+            }
+            for (_, stand) in case["stands"].as_object_mut().into_iter().flatten() {
+                place(stand);
+            }
+            for scan in case["scans"].as_array_mut().expect("scans") {
+                for track in scan["tracks"].as_array_mut().expect("tracks") {
+                    let at = |i: usize| track[i].as_f64().expect("a number");
+                    let [x, y] = turn(at(3), at(4));
+                    let [vx, vy] = turn(at(5), at(6));
+                    (track[3], track[4]) = (json!(x + shift_m[0]), json!(y + shift_m[1]));
+                    (track[5], track[6]) = (json!(vx), json!(vy));
+                }
+            }
+        }
+        file
+    }
+
+    #[test]
+    fn another_airport_and_the_other_end_first_give_the_same_alerts() {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/data/vectors/alerts/cases.json");
+        let text = std::fs::read_to_string(path).expect("the cases");
+        let file: Value = serde_json::from_str(&text).expect("JSON");
+        for (turn_rad, shift_m, reverse) in [
+            (0.7, [2000.0, -1500.0], false),
+            (-2.9, [-800.0, 4000.0], true),
+            (0.0, [0.0, 0.0], true),
+        ] {
+            let cases = alert_cases(&elsewhere(&file, turn_rad, shift_m, reverse));
+            assert_eq!(cases.len(), 26);
+            for case in cases {
+                assert!(case.worst <= 1.0, "{turn_rad} {reverse}: {}: {}", case.name, case.detail);
+            }
+        }
     }
 
     #[test]

@@ -306,7 +306,11 @@ impl Conductor {
         let was = hello.was.filter(|w| w.fed == self.config.fed && w.run == self.run);
         let keep = hello.instance == old.hello.instance && was.map(|w| w.inc) == removed_inc;
         let producers = match old.consumes {
-            true => self.producers().iter().map(|n| self.producer_at(n, cut)).collect(),
+            true => {
+                let names = self.producers();
+                let others = names.iter().filter(|n| *n != name);
+                others.map(|n| self.producer_at(n, cut)).collect()
+            }
             false => Vec::new(),
         };
         let (consumes, present) = (old.consumes, old.present);

@@ -185,8 +185,9 @@ impl Member {
                 notices.push((made, notice));
             }
         }
+        let reads = self.federate.reads_pdus();
         for (frame, hashes) in ends.pdus {
-            if !(next..=last).contains(&frame) {
+            if !reads || !(next..=last).contains(&frame) {
                 continue;
             }
             let (named, mut missing) = (hashes.len(), Vec::new());
@@ -217,7 +218,7 @@ impl Member {
         pdus: impl IntoIterator<Item = Octets>,
         effects: &mut Vec<Effect>,
     ) {
-        if !self.federate.consumes() {
+        if !self.federate.reads_pdus() {
             return;
         }
         let mut completed = false;

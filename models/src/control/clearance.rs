@@ -142,6 +142,8 @@ pub struct Strip {
     pub kinds: Kinds,
     /// When a push or taxi clearance last ended.
     pub moved_until: Option<SimTime>,
+    /// Runway and time at which a clearance to take off or land last ended by itself.
+    pub flew_until: Option<(usize, SimTime)>,
     /// Cleared way, m; empty: not known.
     pub way_m: Vec<crate::frames::Vector2<f64>>,
     /// Its stand, m.
@@ -224,6 +226,7 @@ impl Board {
                         standing: Vec::new(),
                         kinds: Kinds::default(),
                         moved_until: None,
+                        flew_until: None,
                         way_m: Vec::new(),
                         stand_m: None,
                         too_small: false,
@@ -289,6 +292,12 @@ impl Board {
             };
             let ended = strip.standing.iter().filter(moves).filter_map(|c| c.until).max();
             strip.moved_until = strip.moved_until.max(ended);
+            let flies = |c: &&Clearance| {
+                over(c) && matches!(c.kind, ClearanceKind::TakeOff | ClearanceKind::Land)
+            };
+            for c in strip.standing.iter().filter(flies) {
+                strip.flew_until = c.runway.map(|r| r.0).zip(c.until).or(strip.flew_until);
+            }
             strip.standing.retain(|c| !over(c));
             changed = true;
         }

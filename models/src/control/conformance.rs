@@ -116,7 +116,13 @@ impl One<'_, '_> {
                 self.raise(AlertKind::NoLandingClearance, Stage::Information, Some(f.runway));
             }
         }
+        // A clearance ends when the wheels leave the ground, before a track is known to be in the air.
+        let ended = |r: usize| {
+            let flew = self.strip.and_then(|strip| strip.flew_until);
+            flew.is_some_and(|(runway, at)| runway == r && now.since_s(at) <= p.rolled_s)
+        };
         if let Some(r) = s.fast.filter(|_| s.target.class != TargetClass::Vehicle && !goes_around)
+            && !ended(r)
             && !self.cleared(&[TakeOff, Land], r, None)
         {
             let kind = match landed_on {
@@ -166,7 +172,10 @@ impl One<'_, '_> {
         let (p, s) = (self.rules.parameters, self.situation);
         if let Some(r) = remembered.over_bar {
             let Some(runway) = self.rules.layout.runways.get(usize::from(r)) else { return };
-            let beyond = |m: Vector2<f64>| runway.place_m(m).1.abs() > runway.hold_m;
+            let beyond = |m: Vector2<f64>| {
+                let (place_m, across_m) = runway.place_m(m);
+                across_m.abs() > runway.hold_at_m(place_m, across_m)
+            };
             if beyond(s.nose_m) && beyond(s.target.position_m) {
                 remembered.over_bar = None;
             } else {

@@ -3,6 +3,7 @@
 use crate::airport::Airport;
 use crate::frames::Vector2;
 use crate::time::SimTime;
+use crate::traffic::network::Network;
 
 /// A runway as an axis from its first end. Airport frame, metres.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,7 +24,12 @@ pub struct RunwayAxis {
     pub displaced_m: [f64; 2],
     /// Closed to all traffic.
     pub closed: bool,
+    /// Half width of the strip in steps of 50 m along the axis, left and right of it, m; empty: `hold_m`.
+    pub strips_m: Vec<[f64; 2]>,
 }
+
+/// Length of one step of [`RunwayAxis::strips_m`], m.
+const STEP_M: f64 = 50.0;
 
 impl RunwayAxis {
     /// The axis between two ends; `None` if they are nearer than 1 m or not finite.
@@ -45,6 +51,7 @@ impl RunwayAxis {
             hold_m,
             displaced_m: [0.0; 2],
             closed: false,
+            strips_m: Vec::new(),
         })
     }
 
@@ -54,6 +61,17 @@ impl RunwayAxis {
     pub fn place_m(&self, point_m: Vector2<f64>) -> (f64, f64) {
         let from = point_m - self.origin_m;
         (from.dot(&self.along), from.x * self.along.y - from.y * self.along.x)
+    }
+
+    /// Distance at which one holds beside this place, on its side, m.
+    #[must_use]
+    #[inline]
+    pub fn hold_at_m(&self, place_m: f64, across_m: f64) -> f64 {
+        if self.strips_m.is_empty() {
+            return self.hold_m;
+        }
+        let step = (place_m / STEP_M).clamp(0.0, (self.strips_m.len() - 1) as f64) as usize;
+        self.strips_m[step][usize::from(across_m > 0.0)]
     }
 
     /// Speed along the axis, m/s, positive from the first end.
@@ -145,6 +163,8 @@ pub struct StopBar {
     pub place_m: f64,
     /// Distance from the centreline, m; positive on the right of the axis. `None`: the runway's, on both sides.
     pub across_m: Option<f64>,
+    /// Place along the axis at which the taxiway behind it enters the runway, m.
+    pub entry_m: f64,
     /// Lit.
     pub lit: bool,
 }
@@ -156,6 +176,8 @@ pub struct Layout {
     pub runways: Vec<RunwayAxis>,
     /// Pairs that cross.
     pub crossings: Vec<Crossing>,
+    /// Stop bars, lit, at the holding positions of the ground network.
+    pub bars: Vec<StopBar>,
     /// Smallest box around the ground network, m: beyond it nobody taxies. `None`: unknown.
     pub ground_m: Option<[Vector2<f64>; 2]>,
 }
@@ -170,7 +192,7 @@ impl Layout {
                 crossings.extend(crossing(&runways, a, b));
             }
         }
-        Self { runways, crossings, ground_m: None }
+        Self { runways, crossings, ..Self::default() }
     }
 
     /// The layout of an airport: hold distance 90 m, 40 m for runways under 1 200 m (assumed, as the ground
@@ -204,6 +226,61 @@ impl Layout {
         layout
     }
 
+    /// Takes holding positions and taxiways of a ground network in: where each stop bar is, and how far the strip
+    /// reaches (to the holding position there, and short of every taxiway that is not within it).
+    #[must_use]
+    pub fn with_network(mut self, net: &Network) -> Self {
+        for (index, node) in net.nodes.iter().enumerate() {
+            let Some(of) = node.hold_for.and_then(|r| net.runways.get(r)) else { continue };
+            let Some((r, _)) = self.runway(&of.names[0]) else { continue };
+            let (place_m, across_m) = self.runways[r].place_m(node.at_m);
+            let entry_m = entry_of(net, index, node.hold_for.unwrap_or(0)).unwrap_or(place_m);
+            self.bars.push(StopBar {
+                runway: r,
+                place_m,
+                across_m: Some(across_m),
+                entry_m,
+                lit: true,
+            });
+        }
+        for r in 0..self.runways.len() {
+            let steps = (self.runways[r].length_m / STEP_M).ceil() as usize;
+            let mut strips = vec![[self.runways[r].hold_m; 2]; steps.max(1)];
+            let last = strips.len() - 1;
+            let mut least = |place_m: f64, across_m: f64, reach: usize, distance_m: f64| {
+                let step = (place_m / STEP_M).clamp(0.0, last as f64) as usize;
+                for at in &mut strips[step.saturating_sub(reach)..=(step + reach).min(last)] {
+                    let side = &mut at[usize::from(across_m > 0.0)];
+                    *side = side.min(distance_m);
+                }
+            };
+            let axis = &self.runways[r];
+            for bar in self.bars.iter().filter(|b| b.runway == r) {
+                let across_m = bar.across_m.unwrap_or(axis.hold_m);
+                least(bar.place_m, across_m, 1, across_m.abs());
+            }
+            let number = net.runways.iter().position(|n| n.names == axis.names);
+            for edge in net
+                .edges
+                .iter()
+                .filter(|e| e.runway.is_none() && e.strip.is_none_or(|s| Some(s) != number))
+            {
+                let [a, b] = edge.nodes.map(|n| net.nodes[n].at_m);
+                let count = ((b - a).norm() / 20.0).ceil().max(1.0) as usize;
+                for i in 0..=count {
+                    let (s, d) = axis.place_m(a + (b - a) * (i as f64 / count as f64));
+                    let beside = (-60.0..=axis.length_m + 60.0).contains(&s);
+                    // What touches the runway itself is a crossing that the file does not end with a hold.
+                    if beside && d.abs() < axis.hold_m && d.abs() > 0.5 * axis.width_m + 15.0 {
+                        least(s, d, 0, d.abs());
+                    }
+                }
+            }
+            self.runways[r].strips_m = strips;
+        }
+        self
+    }
+
     /// The runway with an end called `name`, and which end; `18R/36L` names both.
     #[must_use]
     pub fn runway(&self, name: &str) -> Option<(usize, Option<usize>)> {
@@ -214,6 +291,25 @@ impl Layout {
         let found = |(r, axis): (usize, &RunwayAxis)| axis.end(name).map(|end| (r, Some(end)));
         self.runways.iter().enumerate().find_map(found)
     }
+}
+
+/// Where the way from a holding position over the strip meets its runway, m along it.
+fn entry_of(net: &Network, from: usize, runway: usize) -> Option<f64> {
+    let (mut seen, mut open) = (vec![from], std::collections::VecDeque::from([from]));
+    while let Some(node) = open.pop_front() {
+        if let Some((place_m, _)) = net.runways[runway].spine.iter().find(|(_, n)| *n == node) {
+            return Some(*place_m);
+        }
+        for edge in net.edges.iter().filter(|e| e.strip == Some(runway) && e.nodes.contains(&node))
+        {
+            let next = edge.nodes[usize::from(edge.nodes[0] == node)];
+            if !seen.contains(&next) && seen.len() < 50 {
+                seen.push(next);
+                open.push_back(next);
+            }
+        }
+    }
+    None
 }
 
 /// Where two runways cross, within their length.

@@ -324,13 +324,14 @@ fn look(
     let mut nearest = f64::INFINITY;
     for (r, runway) in layout.runways.iter().take(MOST_RUNWAYS).enumerate() {
         let (s, d) = runway.place_m(position_m);
-        let strip_m = runway.hold_m - parameters.strip_margin_m;
         let within = |s: f64| {
             s > -parameters.strip_beyond_m && s < runway.length_m + parameters.strip_beyond_m
         };
-        if d.abs() < strip_m + 0.5 * target.length_m && !too_high {
+        if d.abs() < runway.hold_m + 0.5 * target.length_m && !too_high {
             let (nose_s, nose_d) = runway.place_m(nose_m);
-            let inside = |s: f64, d: f64| d.abs() < strip_m && within(s);
+            let inside = |s: f64, d: f64| {
+                d.abs() < runway.hold_at_m(s, d) - parameters.strip_margin_m && within(s)
+            };
             if inside(s, d) || inside(nose_s, nose_d) {
                 situation.strips |= 1 << r;
             }

@@ -6,6 +6,7 @@
 //! ```
 
 pub mod core;
+pub mod exact;
 pub mod network;
 pub mod ordered;
 pub mod outline;

@@ -1,6 +1,7 @@
 //! Arrivals: final, landing, exit and way to the stand.
 
 use super::drive::Tick;
+use super::failures::FailureKind;
 use super::plan::{LANDING_AHEAD_S, Start};
 use super::runway::arrival_gap_s;
 use super::{Core, FINAL_M, Flight, Phase, Policy, RETRY_S, SLOPE, TAIL_M, Timing};
@@ -212,10 +213,17 @@ impl Core {
                 continue;
             }
             let on_runway: usize = arcs.iter().map(|a| self.pieces.of_edge[a / 2].1).sum();
-            arcs.extend(found.arcs);
             let guided = 0.4 * f.size.length_m;
-            let mut way =
-                Way::over(&net, &self.pieces, &arcs, self.movers[m].class, (0.0, 60.0), guided);
+            let over = |arcs: &[usize]| {
+                Way::over(&net, &self.pieces, arcs, self.movers[m].class, (0.0, 60.0), guided)
+            };
+            let cleared = over(&[&arcs[..], &found.arcs[..]].concat());
+            let cleared_way_m = Self::line_of(&cleared, cleared.ends_m[on_runway - 1]);
+            let turns = self.failing(m, FailureKind::WrongTurn);
+            let detour = turns.and_then(|_| self.detour(&found.arcs, &goal, &is_closed));
+            let turned = turns.filter(|_| detour.is_some());
+            arcs.extend(detour.unwrap_or(found.arcs));
+            let mut way = over(&arcs);
             way.roll = 0..on_runway;
             way.group_crossings(&self.pieces, f.size.length_m + 10.0, 0..on_runway);
             // Landing: the runway up to the exit with the exit beyond the holding position.
@@ -231,7 +239,11 @@ impl Core {
             let driving = self.movers[m].driving;
             way.limit(&net, &self.pieces, &driving, free_to, braking);
             let vacated = way.ends_m[exit_end];
+            if let Some(failure) = turned {
+                self.begin_failure(failure);
+            }
             let mover = &mut self.movers[m];
+            mover.cleared_way_m = cleared_way_m;
             mover.measures.unhindered_s = way.unhindered_s(vacated, way.stop_m, &driving);
             mover.threshold = threshold;
             mover.touchdown = threshold + touchdown_m;
@@ -268,19 +280,18 @@ impl Core {
         if !cleared && distance < 2.0 * NAUTICAL_MILE_M {
             // Taken at once: the landing group, if the runway is free and the exit beyond it.
             let told = self.permitted(m, ClearanceKind::Land);
-            if told && !self.owned(m) && self.take_landing(m) {
+            let r = self.flights[m].runway.0;
+            if told && !self.owned(m) && !self.car_blocks(r) && self.take_landing(m) {
                 self.used(m, ClearanceKind::Land);
-                let r = self.flights[m].runway.0;
                 self.owner[r] = Some(m);
                 self.movers[m].cleared = true;
-                self.clear(m, "LND", self.end_name(m));
+                match self.failing(m, FailureKind::ForgetLandingClearance) {
+                    Some(failure) => self.begin_failure(failure),
+                    None => self.clear(m, "LND", self.end_name(m)),
+                }
+                self.clear_against(m);
             } else if distance < NAUTICAL_MILE_M {
-                let mover = &mut self.movers[m];
-                mover.phase = Phase::GoAround;
-                mover.measures.go_arounds += 1;
-                mover.parked_pieces.clear();
-                mover.timing = Timing::default();
-                let (waits_for, r) = (mover.waits_for, self.flights[m].runway.0);
+                let waits_for = self.movers[m].waits_for;
                 let owner =
                     self.crossing[r].iter().find_map(|c| self.owner[*c].filter(|o| *o != m));
                 let name =
@@ -290,18 +301,22 @@ impl Core {
                     (None, Some(o)) => format!("in the way: {}", name(o)),
                     (None, None) => "others could not finish".into(),
                 };
-                self.remark(format!("{} goes around: {why}", f.callsign));
-                let mover = &mut self.movers[m];
-                // Straight on over the runway.
-                let here = mover.way.path.at(mover.s);
-                let ahead = here.at_m + Azimuth::from_rad(here.heading_rad).unit() * 30_000.0;
-                let (path, _) = Path::over(&[here.at_m, ahead], |_, _| 0.0);
-                mover.way = Way::straight(path);
-                (mover.s, mover.next, mover.first_held) = (0.0, 0, 0);
-                self.book();
-                self.clear(m, "GOA", self.end_name(m));
+                self.go_around(m, &why);
                 return;
             }
+        }
+        let r = self.flights[m].runway.0;
+        if cleared && distance > 0.0 && distance < NAUTICAL_MILE_M && self.car_blocks(r) {
+            // What was taken for the landing is given back.
+            for i in self.movers[m].first_held..self.movers[m].next {
+                let mover = &self.movers[m];
+                let (z, roll) = (mover.way.pieces[i], mover.way.roll.contains(&i));
+                self.release(m, z, roll);
+            }
+            self.vacate(m);
+            self.end_clearance(m, "LND");
+            self.go_around(m, "a vehicle is on the runway");
+            return;
         }
         if down {
             let now = self.time_s;
@@ -311,6 +326,23 @@ impl Core {
             mover.measures.aldt_s = Some(now);
             mover.ready_s = now + 2.0;
         }
+    }
+
+    fn go_around(&mut self, m: usize, why: &str) {
+        self.remark(format!("{} goes around: {why}", self.flights[m].callsign));
+        let mover = &mut self.movers[m];
+        mover.phase = Phase::GoAround;
+        mover.measures.go_arounds += 1;
+        mover.parked_pieces.clear();
+        mover.timing = Timing::default();
+        // Straight on over the runway.
+        let here = mover.way.path.at(mover.s);
+        let ahead = here.at_m + Azimuth::from_rad(here.heading_rad).unit() * 30_000.0;
+        let (path, _) = Path::over(&[here.at_m, ahead], |_, _| 0.0);
+        mover.way = Way::straight(path);
+        (mover.s, mover.next, mover.first_held) = (0.0, 0, 0);
+        self.book();
+        self.clear(m, "GOA", self.end_name(m));
     }
 
     pub(super) fn take_landing(&mut self, m: usize) -> bool {
@@ -378,6 +410,7 @@ impl Core {
             mover.phase = Phase::Absent;
             mover.landing_s = again;
             mover.way = Way::default();
+            self.end_clearance(m, "GOA");
         }
     }
 
@@ -395,8 +428,9 @@ impl Core {
         let wish = if now < mover.ready_s {
             mover.v
         } else {
-            mover.way.most_mps(mover.s + 0.3 * mover.v).min(mover.v.max(15.0))
+            mover.way.most_mps(mover.s + 0.3 * mover.v).min(mover.v.max(15.0)).min(mover.most_mps())
         };
+        let wish = if mover.stopped { 0.0 } else { wish };
         let dec = 1.2 * mover.braking;
         let limits = Tick { acc: 0.5, dec, jerk: 2.0, dt: self.step_s };
         let (s, v, a) = (mover.s, mover.v, mover.a);

@@ -1,6 +1,7 @@
 //! Departures: pushback, taxi way, line-up and take-off.
 
 use super::drive::Tick;
+use super::failures::FailureKind;
 use super::plan::Start;
 use super::{Core, GAP_M, PUSH_BEFORE_M, Phase, Policy, RETRY_S, TAIL_M, Timing};
 use crate::control::clearance::ClearanceKind;
@@ -155,7 +156,10 @@ impl Core {
         mover.waits_since_s = None;
         mover.waits_for = None;
         mover.s = PUSH_BEFORE_M - (guided - self.flights[m].wheelbase_m);
-        self.clear(m, "PSH", String::new());
+        match self.failing(m, FailureKind::PushUncleared) {
+            Some(failure) => self.begin_failure(failure),
+            None => self.clear(m, "PSH", String::new()),
+        }
     }
 
     /// The departure's way: of several, under a plan, the one that is lined up first.
@@ -423,7 +427,9 @@ impl Core {
         // The nose stands `wheelbase` before the gear's place, seen from the far end of the chain.
         let pushed = push.stop_m - corner;
         let start = (skipped - pushed) + f.wheelbase_m;
+        let cleared_way_m = Self::line_of(&way, 0.0);
         let mover = &mut self.movers[m];
+        mover.cleared_way_m = cleared_way_m;
         mover.measures.unhindered_s =
             240.0 + way.unhindered_s(start.max(0.0), way.stop_m, &driving);
         mover.push = push;
@@ -601,6 +607,7 @@ impl Core {
         if lifted {
             self.movers[m].measures.atot_s = Some(self.time_s);
             self.end_clearance(m, "TOF");
+            self.end_clearance(m, "LUP");
         }
         loop {
             let mover = &self.movers[m];

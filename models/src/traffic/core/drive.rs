@@ -19,13 +19,16 @@ impl Core {
                 stopping(mover.v, mover.a.max(0.0), 0.8 * d.dec_mps2, d.jerk_mps3, self.step_s).0
                     + mover.v * self.step_s
                     + ASK_M;
-            if mover.next >= mover.way.pieces.len() || needed <= authority - mover.s {
+            let enough = needed <= authority - mover.s;
+            if mover.next >= mover.way.pieces.len() || enough || mover.stopped {
                 break;
             }
             let departs = self.flights[m].direction == Direction::Departure
                 && mover.next == mover.threshold as usize;
             let told = !departs || self.permitted(m, ClearanceKind::LineUp);
-            if !told || departs && (!self.may_line_up(m) || self.owned(m)) {
+            let uncleared = self.enters_uncleared(m).filter(|_| departs);
+            let may = !departs || told && self.may_line_up(m) && !self.owned(m);
+            if uncleared.is_none() && !may {
                 let now = self.time_s;
                 self.movers[m].waits_since_s.get_or_insert(now);
                 break;
@@ -37,7 +40,10 @@ impl Core {
                 self.used(m, ClearanceKind::LineUp);
                 let r = self.flights[m].runway.0;
                 self.owner[r] = Some(m);
-                self.clear(m, "LUP", self.end_name(m));
+                match uncleared {
+                    Some(failure) => self.begin_failure(failure),
+                    None => self.clear(m, "LUP", self.end_name(m)),
+                }
             }
         }
         let authority = self.authority(m, ahead);
@@ -50,6 +56,7 @@ impl Core {
         let wish = if stands { 0.0 } else { wish };
         // Nobody creeps up by centimetres.
         let wish = if v == 0.0 && authority - s < 0.5 { 0.0 } else { wish };
+        let wish = if mover.stopped { 0.0 } else { wish.min(mover.most_mps()) };
         let limits = Tick { acc: d.acc_mps2, dec: d.dec_mps2, jerk: d.jerk_mps3, dt: self.step_s };
         (mover.s, mover.v, mover.a) = limits.tick(s, v, a, wish, authority);
         self.follow(m, s);

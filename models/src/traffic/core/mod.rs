@@ -7,6 +7,7 @@
 mod arrival;
 mod departure;
 mod drive;
+mod failures;
 mod measures;
 mod notice;
 mod plan;
@@ -15,6 +16,7 @@ mod stands;
 mod state;
 mod tokens;
 
+pub use failures::{Failure, FailureKind, Shown};
 pub use notice::{ClearedBy, Notice, Order};
 pub use runway::departure_gap_s;
 
@@ -26,6 +28,7 @@ use super::way::{Arcs, Driving, Way};
 use crate::control::clearance::ClearanceKind;
 use crate::draw::{DrawKey, Purpose, normal_pair};
 use crate::flight_list::WakeCategory;
+use failures::Failing;
 use notice::Granted;
 use plan::{Booking, Timing};
 use std::ops::Range;
@@ -129,6 +132,8 @@ pub struct Clearance {
     pub from_s: f64,
     /// Ended, s.
     pub until_s: Option<f64>,
+    /// Entry, crossing or line-up place along the runway from its first end, m.
+    pub place_m: Option<f64>,
 }
 
 /// Times and measures of one flight (`docs/traffic.md`).
@@ -220,6 +225,10 @@ struct Mover {
     stopped_until_s: f64,
     taxi_from_s: f64,
     measures: Measures,
+    /// By a failure: stands, is towed.
+    stopped: bool,
+    towed: bool,
+    cleared_way_m: Vec<crate::frames::Vector2<f64>>,
 }
 
 /// Seconds between attempts of those who could not be given a way or a runway.
@@ -265,6 +274,8 @@ pub struct Core {
     waiting: Vec<Notice>,
     clearances: Vec<Clearance>,
     remarks: Vec<Remark>,
+    failing: Vec<Failing>,
+    shown: Vec<Shown>,
     /// Rings of movers that wait for each other under a policy that rules them out.
     unexpected: u64,
 }
@@ -320,6 +331,8 @@ impl Core {
             waiting: Vec::new(),
             clearances: Vec::new(),
             remarks: Vec::new(),
+            failing: Vec::new(),
+            shown: Vec::new(),
             unexpected: 0,
         };
         core.appear();
@@ -357,12 +370,17 @@ impl Core {
                 Phase::Pushing => self.pushing(m),
                 Phase::Taxiing => self.taxiing(m),
                 Phase::LinedUp(until) => {
-                    let may = self.time_s >= until && self.may_roll(m);
-                    if may && self.permitted(m, ClearanceKind::TakeOff) {
+                    let waits = self.enters_uncleared(m).is_some();
+                    let uncleared = self.failing(m, FailureKind::TakeOffUncleared);
+                    let may = self.time_s >= until && !waits && (uncleared.is_some() || self.may_roll(m));
+                    if may && (uncleared.is_some() || self.permitted(m, ClearanceKind::TakeOff)) {
+                        match uncleared {
+                            Some(failure) => self.begin_failure(failure),
+                            None if self.clear_take_off(m) => continue,
+                            None => {}
+                        }
                         self.used(m, ClearanceKind::TakeOff);
                         self.movers[m].phase = Phase::Rolling;
-                        self.end_clearance(m, "LUP");
-                        self.clear(m, "TOF", self.end_name(m));
                         let (r, wake) = (self.flights[m].runway.0, self.flights[m].wake);
                         self.last_take_off[r] = Some((self.time_s, wake));
                     }
@@ -374,8 +392,26 @@ impl Core {
             }
             self.count(m);
         }
+        self.watch_failures();
         if whole {
             self.find_deadlock();
+        }
+    }
+
+    /// Clears for take-off, once; true if nobody answers, so that it does not roll yet.
+    fn clear_take_off(&mut self, m: usize) -> bool {
+        let before = self.failing(m, FailureKind::NoReply).is_some_and(|f| self.has_begun(f));
+        if !before {
+            self.end_clearance(m, "LUP");
+            self.clear(m, "TOF", self.end_name(m));
+            self.clear_against(m);
+        }
+        match self.silence_s(m) {
+            Some(stay_s) => {
+                self.movers[m].phase = Phase::LinedUp(self.time_s + stay_s);
+                true
+            }
+            None => false,
         }
     }
 
@@ -516,7 +552,42 @@ impl Core {
 
     fn clear(&mut self, m: usize, kind: &'static str, runway: String) {
         let (flight, from_s) = (self.movers[m].flight, self.time_s);
-        self.clearances.push(Clearance { flight, kind, runway, from_s, until_s: None });
+        let at = |r: &super::network::NetRunway| {
+            r.names.iter().any(|n| runway.split('/').any(|w| w == n))
+        };
+        let place_m = match kind {
+            "LUP" | "CRO" | "TOF" => {
+                self.net.runways.iter().find(|r| at(r)).map(|r| self.entry_m(m, r))
+            }
+            _ => None,
+        };
+        self.clearances.push(Clearance { flight, kind, runway, from_s, until_s: None, place_m });
+    }
+
+    /// Where a mover's way comes nearest to a runway within the next 600 m: place along it, m.
+    fn entry_m(&self, m: usize, runway: &super::network::NetRunway) -> f64 {
+        let mover = &self.movers[m];
+        let (mut best, mut place_m, mut ahead) = (f64::INFINITY, 0.0, 0.0);
+        while ahead <= 600.0 && mover.s + ahead <= mover.way.stop_m.max(mover.s) {
+            let (place, across) = runway.place_m(mover.way.path.at(mover.s + ahead).at_m);
+            if across.abs() < best {
+                (best, place_m) = (across.abs(), place);
+            }
+            if best < 2.0 {
+                break;
+            }
+            ahead += 4.0;
+        }
+        place_m
+    }
+
+    /// The way from a place on as a line, a point every 8 m.
+    fn line_of(way: &Way, from_m: f64) -> Vec<crate::frames::Vector2<f64>> {
+        let count = ((way.stop_m - from_m) / 8.0).clamp(0.0, 5000.0) as usize;
+        let mut line: Vec<_> =
+            (0..=count).map(|i| way.path.at(from_m + 8.0 * i as f64).at_m).collect();
+        line.push(way.path.at(way.stop_m).at_m);
+        line
     }
 
     fn end_clearance(&mut self, m: usize, kind: &'static str) {
@@ -547,6 +618,11 @@ pub fn class_of(size: Size) -> Class {
 }
 
 impl Mover {
+    /// Fastest when towed, m/s.
+    fn most_mps(&self) -> f64 {
+        if self.towed { 3.0 } else { f64::INFINITY }
+    }
+
     fn of(flight: usize, f: &Flight, seed: u64) -> Self {
         let mut rng =
             DrawKey { run_seed: seed, sensor: 0, entity: f.key, scan: 1 }.rng(Purpose::Mover);
@@ -597,6 +673,9 @@ impl Mover {
             stopped_until_s: f64::NEG_INFINITY,
             taxi_from_s: 0.0,
             measures: Measures::default(),
+            stopped: false,
+            towed: false,
+            cleared_way_m: Vec::new(),
         }
     }
 }

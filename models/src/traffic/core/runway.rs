@@ -15,7 +15,7 @@ impl Core {
                 return false;
             }
         }
-        self.wake_left_s(m) < 30.0
+        self.wake_left_s(m) < 30.0 && !self.car_blocks(r)
     }
 
     /// Somebody on final who is not cleared yet and has to be within `need_s`, for a runway or one that crosses it.
@@ -68,7 +68,7 @@ impl Core {
     }
 
     pub(super) fn may_roll(&self, m: usize) -> bool {
-        self.wake_left_s(m) <= 0.0
+        self.wake_left_s(m) <= 0.0 && !self.car_blocks(self.flights[m].runway.0)
     }
 }
 

@@ -8,6 +8,9 @@ impl Core {
     /// State of a flight at the frame executed last; `None` while it is not in the run.
     #[must_use]
     pub fn state(&self, flight: usize) -> Option<TruthState> {
+        if let Some(vehicle) = flight.checked_sub(self.movers.len()) {
+            return self.car_state(vehicle);
+        }
         let m = self.movers.get(flight)?;
         let f = &self.flights[flight];
         let guided = 0.4 * f.size.length_m;
@@ -91,6 +94,7 @@ impl Core {
             feed(u64::from(m.granted.bits()) << 1 | u64::from(m.holds));
             [m.s, m.v, m.a, m.slip, m.height_m].iter().for_each(|x| feed(x.to_bits()));
         }
+        self.feed_failures(&mut feed);
         hash
     }
 }

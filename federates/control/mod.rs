@@ -1,0 +1,246 @@
+//! The A-SMGCS functions of an airport: system tracks and clearances in, control alerts out, once a scan.
+//!
+//! It sees tracks only: those that the SMDFM tells in its frame ends, with the clearances that the generators tell in
+//! theirs. It takes no PDU in, so a run gives the same alerts in every layout.
+
+use crate::exchange::flights::{flight_list, movement_word};
+use crate::runtime::bus::Class;
+use crate::runtime::codec::encode;
+use crate::runtime::digest::Digest;
+use crate::runtime::federate::{Federate, FrameInputs, FrameOut, Publication};
+use crate::runtime::frame_time::FrameTime;
+use crate::runtime::messages::{
+    AlertMessage, ClearanceNotice, FinalReport, Frame, Kind, Notice, RunConfig, TrackNotice,
+};
+use models::control::alert::{Alert, Change};
+use models::control::clearance::{Board, Clearance, ClearanceKind};
+use models::control::layout::{Layout, StopBar};
+use models::control::lights;
+use models::control::parameters::Parameters;
+use models::control::safety_net::{SafetyNet, Scan};
+use models::control::situation::{Target, TargetClass};
+use models::flight_list::FlightList;
+use models::frames::Vector2;
+use models::plot::Callsign;
+use models::time::SimTime;
+use models::traffic::network::Network;
+use scenarios::Scene;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// The federate's logic.
+pub struct Control {
+    scene: Arc<Scene>,
+    time: FrameTime,
+    run: u32,
+    net: SafetyNet,
+    board: Board,
+    bars: Vec<StopBar>,
+    tracks: Vec<TrackNotice>,
+    flights: FlightList,
+    digest: Digest,
+    raised: BTreeMap<String, u64>,
+}
+
+fn net_of(scene: &Scene) -> SafetyNet {
+    let mut layout = Layout::of(&scene.airport.layout);
+    layout = match &scene.traffic.behaving {
+        Some(behaving) => layout.with_network(&behaving.network),
+        None => layout.with_network(&Network::of(&scene.airport.layout)),
+    };
+    let control = &scene.control;
+    let parameters = Parameters {
+        confirm_scans: control.confirm_scans,
+        strip_margin_m: control.strip_margin_m,
+        bar_margin_m: control.bar_margin_m,
+        ..Parameters::default()
+    };
+    SafetyNet::new(layout, parameters)
+}
+
+impl Control {
+    /// The control of a scene's airport.
+    #[must_use]
+    pub fn new(scene: Arc<Scene>) -> Self {
+        let net = net_of(&scene);
+        Self {
+            time: FrameTime::of(&scene.run),
+            run: 0,
+            bars: net.layout().bars.clone(),
+            net,
+            board: Board::default(),
+            tracks: Vec::new(),
+            flights: FlightList::default(),
+            digest: Digest::default(),
+            raised: BTreeMap::new(),
+            scene,
+        }
+    }
+
+    fn take_in(&mut self, inputs: &FrameInputs) {
+        for (_, notice) in &inputs.notices {
+            match notice {
+                Notice::Flights(flights) => {
+                    self.flights = flight_list(flights, self.scene.flight_list.runways.clone());
+                    for entry in &self.flights.entries {
+                        if let Some(strip) = self.board.strip(entry.callsign) {
+                            strip.stand_m = entry.stand_m;
+                        }
+                    }
+                }
+                Notice::Tracks(tracks) => self.tracks.clone_from(tracks),
+                Notice::Clearances(clearances) => clearances.iter().for_each(|c| self.clear(c)),
+                Notice::Outsider { .. } | Notice::MoreFlights(_) => {}
+            }
+        }
+    }
+
+    fn clear(&mut self, c: &ClearanceNotice) {
+        let Some(kind) = ClearanceKind::of(&c.kind) else { return };
+        let callsign = Callsign::new(&c.callsign);
+        let runway = self.net.layout().runway(&c.runway);
+        if let Some(until_ns) = c.until_ns {
+            self.board.end(callsign, kind, runway.map(|r| r.0), SimTime(until_ns));
+            return;
+        }
+        self.board.give(Clearance {
+            callsign,
+            kind,
+            runway,
+            place_m: c.place_m,
+            from: SimTime(c.from_ns),
+            until: None,
+        });
+        if let Some(strip) = self.board.strip(callsign).filter(|_| !c.way_m.is_empty()) {
+            strip.way_m = c.way_m.iter().map(|p| Vector2::new(p[0], p[1])).collect();
+        }
+    }
+
+    fn target(&self, t: &TrackNotice) -> Target {
+        let callsign = (!t.callsign.is_empty()).then(|| Callsign::new(&t.callsign));
+        // A name that the target reports itself counts where the flight list knows it.
+        let entry = callsign.and_then(|c| self.flights.entries.iter().find(|e| e.callsign == c));
+        let named = entry.map_or("", |e| e.type_designator.as_str());
+        let designator = if t.type_designator.is_empty() { named } else { &t.type_designator };
+        let size = self.scene.traffic.types.get(designator);
+        let movement = match entry.map(|e| e.movement) {
+            Some(movement) if t.movement.is_empty() => movement_word(movement),
+            _ => &t.movement,
+        };
+        let class = match movement {
+            "arrival" | "departure" => TargetClass::Aircraft,
+            "vehicle" => TargetClass::Vehicle,
+            _ => TargetClass::Unknown,
+        };
+        Target {
+            number: t.number,
+            callsign,
+            class,
+            arriving: movement == "arrival",
+            length_m: size.map_or(0.0, |row| row.class.length_m),
+            position_m: Vector2::new(t.position_m[0], t.position_m[1]),
+            velocity_mps: Vector2::new(t.velocity_mps[0], t.velocity_mps[1]),
+            altitude_m: t.altitude_m,
+            last_plot: SimTime(t.last_plot_ns),
+            first: t.first,
+        }
+    }
+}
+
+fn message(run: u32, now: SimTime, change: Change, alert: &Alert) -> AlertMessage {
+    let word = match change {
+        Change::Raised => "raised",
+        Change::Changed => "changed",
+        Change::Ended => "ended",
+    };
+    let place = alert.condition.place_m;
+    AlertMessage {
+        run,
+        time_ns: now.0,
+        change: word.into(),
+        id: alert.id,
+        kind: alert.condition.kind.word(),
+        stage: alert.condition.stage.word().into(),
+        subjects: alert.subjects(),
+        since_ns: alert.since.0,
+        asterix: alert.condition.kind.asterix(),
+        place_m: [place.x, place.y],
+    }
+}
+
+impl Federate for Control {
+    fn kind(&self) -> Kind {
+        Kind::Control
+    }
+
+    fn period(&self) -> Frame {
+        u64::from(self.scene.run.frames_per_scan)
+    }
+
+    fn consumes(&self) -> bool {
+        true
+    }
+
+    fn reads_pdus(&self) -> bool {
+        false
+    }
+
+    fn configure(&mut self, config: &RunConfig, _out: &mut FrameOut) -> Result<(), String> {
+        let scene = Arc::clone(&self.scene);
+        *self = Self::new(scene);
+        self.run = config.run;
+        Ok(())
+    }
+
+    fn step(&mut self, frame: Frame, inputs: &FrameInputs, out: &mut FrameOut) {
+        self.take_in(inputs);
+        let now = self.time.time(frame);
+        self.board.advance(now);
+        let mut targets: Vec<Target> = self.tracks.iter().map(|t| self.target(t)).collect();
+        targets.sort_by_key(|t| t.number);
+        let layout = self.net.layout();
+        match self.scene.control.stop_bars {
+            true => {
+                lights::switch(&mut self.bars, now, layout, &self.board, self.net.surveillance())
+            }
+            false => self.bars.clear(),
+        }
+        let scan = Scan {
+            now,
+            targets: &targets,
+            board: &self.board,
+            bars: &self.bars,
+            areas: &[],
+            low_visibility: false,
+        };
+        let changes = self.net.scan(&scan);
+        let told: Vec<AlertMessage> =
+            changes.iter().map(|(change, alert)| message(self.run, now, *change, alert)).collect();
+        for m in &told {
+            if m.change == "raised" {
+                *self.raised.entry(m.kind.clone()).or_default() += 1;
+            }
+        }
+        if !told.is_empty() {
+            let body = encode(&told);
+            self.digest.add(frame, &body);
+            out.publish.push(Publication {
+                key: "control/1/alerts".into(),
+                class: Class::Lossy,
+                body,
+                retained: None,
+            });
+        }
+    }
+
+    fn state(&self) -> u64 {
+        self.digest.0
+    }
+
+    fn finish(&mut self, report: &mut FinalReport) {
+        report.digests.push(("alerts".into(), self.digest.0));
+        for (kind, count) in &self.raised {
+            report.values.push((format!("alerts {kind}"), *count as f64));
+        }
+    }
+}

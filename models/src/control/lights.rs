@@ -1,0 +1,54 @@
+//! Guidance by lights: a stop bar is lit but for who is cleared to pass it, until its tail has passed or 60 s have
+//! gone by unused.
+
+use super::clearance::{Board, ClearanceKind};
+use super::layout::{Layout, StopBar};
+use super::situation::{Situation, Surveillance};
+use crate::time::SimTime;
+
+/// An entry and a clearance belong together within this distance along the runway, m (assumed).
+const SAME_ENTRY_M: f64 = 60.0;
+/// A bar that is not passed is lit again after, s (assumed).
+const UNUSED_S: f64 = 60.0;
+
+/// Switches stop bars by clearances and by who has passed.
+pub fn switch(
+    bars: &mut [StopBar],
+    now: SimTime,
+    layout: &Layout,
+    board: &Board,
+    surveillance: &Surveillance,
+) {
+    bars.iter_mut().for_each(|bar| bar.lit = true);
+    for index in board.on_runways() {
+        let strip = &board.strips()[*index as usize];
+        let situation = surveillance.of_strip(*index);
+        for c in &strip.standing {
+            use ClearanceKind::{Backtrack, Cross, Enter, LineUp, TakeOff};
+            let Some((runway, _)) = c.runway else { continue };
+            if !matches!(c.kind, LineUp | TakeOff | Cross | Enter | Backtrack) {
+                continue;
+            }
+            for bar in bars.iter_mut().filter(|bar| bar.runway == runway && bar.lit) {
+                let here = c.place_m.is_none_or(|p| (p - bar.entry_m).abs() <= SAME_ENTRY_M);
+                let waits =
+                    situation.is_none_or(|s| before_bar(s, bar, layout, now.since_s(c.from)));
+                bar.lit = !(here && waits);
+            }
+        }
+    }
+}
+
+/// Whether a bar is off for one that is cleared since `cleared_s`: on its side, and the tail has not passed.
+fn before_bar(situation: &Situation, bar: &StopBar, layout: &Layout, cleared_s: f64) -> bool {
+    let Some(runway) = layout.runways.get(bar.runway) else { return false };
+    let across_m = bar.across_m.unwrap_or(runway.hold_m);
+    let p = situation.target.position_m;
+    let nose = runway.place_m(situation.nose_m).1;
+    let tail = runway.place_m(p + (p - situation.nose_m)).1;
+    let side = across_m.signum();
+    let (nose, tail, line) = (nose * side, tail * side, across_m.abs());
+    let passed = tail.max(nose) < line;
+    let unused = nose >= line && cleared_s > UNUSED_S;
+    !passed && !unused
+}

@@ -1,0 +1,129 @@
+//! The safety net on exact truth: the reference that tracks are scored against.
+//!
+//! Exact positions of a core's movers in the form of tracks, its clearances on a board, once a scan.
+
+use super::core::{Core, Direction};
+use crate::control::alert::{Alert, Change};
+use crate::control::clearance::{Board, Clearance, ClearanceKind};
+use crate::control::layout::{Layout, StopBar};
+use crate::control::lights;
+use crate::control::parameters::Parameters;
+use crate::control::safety_net::{SafetyNet, Scan};
+use crate::control::situation::{Target, TargetClass};
+use crate::frames::Vector2;
+use crate::plot::Callsign;
+use crate::time::SimTime;
+
+/// A safety net that watches a core.
+#[derive(Clone, Debug)]
+pub struct Watch {
+    net: SafetyNet,
+    board: Board,
+    /// Clearances taken so far, and those of them that still stand.
+    taken: usize,
+    open: Vec<usize>,
+    bars: Vec<StopBar>,
+}
+
+impl Watch {
+    /// A watch over an airport; `with_bars`: its stop bars are in use.
+    #[must_use]
+    pub fn new(layout: Layout, parameters: Parameters, with_bars: bool) -> Self {
+        let bars = if with_bars { layout.bars.clone() } else { Vec::new() };
+        let net = SafetyNet::new(layout, parameters);
+        Self { net, board: Board::default(), taken: 0, open: Vec::new(), bars }
+    }
+
+    /// The net.
+    #[must_use]
+    pub fn net(&self) -> &SafetyNet {
+        &self.net
+    }
+
+    /// Judges the core as it stands at `now`.
+    pub fn scan(&mut self, core: &Core, now: SimTime) -> &[(Change, Alert)] {
+        for (index, c) in core.clearances().iter().enumerate().skip(self.taken) {
+            self.open.push(index);
+            let Some(kind) = ClearanceKind::of(c.kind) else { continue };
+            let callsign = Callsign::new(&core.flights()[c.flight].callsign);
+            self.board.give(Clearance {
+                callsign,
+                kind,
+                runway: self.net.layout().runway(&c.runway),
+                place_m: c.place_m,
+                from: SimTime::from_s(c.from_s),
+                until: None,
+            });
+            if let Some(strip) = self.board.strip(callsign) {
+                let way = core.cleared_way_m(c.flight);
+                if kind == ClearanceKind::Taxi && strip.way_m.len() != way.len() {
+                    strip.way_m = way.to_vec();
+                }
+            }
+        }
+        self.taken = core.clearances().len();
+        self.board.advance(now);
+        let board = &mut self.board;
+        self.open.retain(|index| {
+            let c = &core.clearances()[*index];
+            let (Some(until_s), Some(kind)) = (c.until_s, ClearanceKind::of(c.kind)) else {
+                return true;
+            };
+            let runway = self.net.layout().runway(&c.runway).map(|r| r.0);
+            let callsign = Callsign::new(&core.flights()[c.flight].callsign);
+            board.end(callsign, kind, runway, SimTime::from_s(until_s));
+            false
+        });
+        self.board.advance(now);
+        let targets = targets(core, now);
+        for target in &targets {
+            let flight = core.flights().get(usize::from(target.number));
+            let (Some(_), Some(callsign)) = (flight, target.callsign) else { continue };
+            let at_m = core.stand_m(core.stand(usize::from(target.number)));
+            if let Some(strip) = self.board.strip(callsign) {
+                strip.stand_m = Some(at_m);
+            }
+        }
+        lights::switch(
+            &mut self.bars,
+            now,
+            self.net.layout(),
+            &self.board,
+            self.net.surveillance(),
+        );
+        self.net.scan(&Scan {
+            now,
+            targets: &targets,
+            board: &self.board,
+            bars: &self.bars,
+            areas: &[],
+            low_visibility: false,
+        })
+    }
+}
+
+/// The movers of a core as tracks without error; numbers are those of the flights.
+#[must_use]
+pub fn targets(core: &Core, now: SimTime) -> Vec<Target> {
+    let vehicle =
+        (core.flights().len()..).map_while(|n| core.vehicle_name(n).map(|name| (n, name)));
+    let flights = core.flights().iter().enumerate().map(|(n, f)| (n, f.callsign.as_str()));
+    let all = flights.chain(vehicle).take(4096);
+    all.filter_map(|(n, callsign)| {
+        let state = core.state(n)?;
+        let flight = core.flights().get(n);
+        Some(Target {
+            number: n as u16,
+            callsign: Some(Callsign::new(callsign)),
+            class: if flight.is_some() { TargetClass::Aircraft } else { TargetClass::Vehicle },
+            arriving: flight.is_some_and(|f| f.direction == Direction::Arrival),
+            length_m: flight.map_or(4.6, |f| f.size.length_m),
+            position_m: Vector2::new(state.position_m.x, state.position_m.y),
+            velocity_mps: Vector2::new(state.velocity_mps.x, state.velocity_mps.y),
+            altitude_m: Some(state.position_m.z),
+            last_plot: now,
+            first: false,
+        })
+    })
+    .collect()
+}

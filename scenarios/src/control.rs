@@ -1,0 +1,138 @@
+//! `[control]` and `[[failure]]`: who controls on what, and what goes wrong. What a scene of traffic that behaves is
+//! watched by where it names no sensors.
+
+use crate::airport::AirportScene;
+use crate::document::{Section, nearest_of, within};
+use crate::error::{Problem, ScenarioError};
+use crate::keys::{self, words};
+use models::traffic::core::{Failure, FailureKind, Flight, Policy};
+use std::path::Path;
+
+/// What the functions of control read.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Sees {
+    /// There is no control: everything is cleared as the plan says.
+    #[default]
+    Nothing,
+    /// System tracks: there is a federate `control`.
+    Tracks,
+}
+
+/// `[control]` of a scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ControlScene {
+    /// What control reads.
+    pub sees: Sees,
+    /// Which piece may be taken.
+    pub policy: Policy,
+    /// Stop bars are in use.
+    pub stop_bars: bool,
+    /// Scans in a row before an alert is raised.
+    pub confirm_scans: u32,
+    /// Off the hold distance, m.
+    pub strip_margin_m: f64,
+    /// The nose counts as over a bar so far behind it, m.
+    pub bar_margin_m: f64,
+}
+
+/// Reads `[control]`.
+pub(crate) fn read(root: &Section) -> Result<ControlScene, ScenarioError> {
+    let section =
+        root.section("control", &words(keys::CONTROL))?.unwrap_or_else(|| root.empty("control"));
+    let sees = [("none", Sees::Nothing), ("tracks", Sees::Tracks)];
+    let policies = [
+        ("planned", Policy::Planned),
+        ("ordered", Policy::Ordered),
+        ("free", Policy::Free),
+    ];
+    Ok(ControlScene {
+        sees: section.choice("sees", &sees)?.unwrap_or_default(),
+        policy: section.choice("policy", &policies)?.unwrap_or_default(),
+        stop_bars: section.flag("stop_bars")?.unwrap_or(false),
+        confirm_scans: section.integer("confirm_scans", 1, 10)?.unwrap_or(1) as u32,
+        strip_margin_m: section.number_or("strip_margin_m", 7.5, within(0.0, 50.0, "m"))?,
+        bar_margin_m: section.number_or("bar_margin_m", 0.0, within(0.0, 20.0, "m"))?,
+    })
+}
+
+/// Clearances that a controller may give against another.
+const CLEARANCES: [(&str, &str); 5] =
+    [("CRO", "CRO"), ("ENT", "ENT"), ("LUP", "LUP"), ("TOF", "TOF"), ("LND", "LND")];
+
+/// Reads `[[failure]]`.
+pub(crate) fn read_failures(
+    root: &Section,
+    flights: &[Flight],
+) -> Result<Vec<Failure>, ScenarioError> {
+    let mut failures: Vec<Failure> = Vec::new();
+    for section in root.sections("failure", &words(keys::FAILURE))? {
+        let kind = section.choice("kind", &FailureKind::WORDS)?;
+        let kind = kind
+            .ok_or_else(|| section.missing("kind", "what goes wrong, like \"pass_hold\"".into()))?;
+        let callsign =
+            section.need_text("callsign", "the call sign of a flight of the schedule")?;
+        let Some(flight) = flights.iter().position(|f| f.callsign == callsign) else {
+            let known: Vec<&str> = flights.iter().map(|f| f.callsign.as_str()).collect();
+            let allowed = nearest_of(callsign, &known)
+                .unwrap_or_else(|| format!("one of {} flights", known.len()));
+            return Err(
+                section.refuse("callsign", Problem::NotAllowed { found: callsign.into(), allowed })
+            );
+        };
+        let seconds = |key, default| section.number_or(key, default, within(0.0, 86_400.0, "s"));
+        let number = failures.iter().filter(|f| f.kind == FailureKind::VehicleOnRunway).count() + 1;
+        failures.push(Failure {
+            id: section
+                .text("id")?
+                .map_or_else(|| format!("{}-{}", kind.word(), failures.len() + 1), str::to_owned),
+            kind,
+            flight,
+            at_s: seconds("at_s", 0.0)?,
+            stay_s: seconds("stay_s", 60.0)?,
+            lead_s: seconds("lead_s", 45.0)?,
+            clearance: section.choice("clearance", &CLEARANCES)?.unwrap_or("CRO"),
+            vehicle: format!("CAR{number}"),
+        });
+    }
+    Ok(failures)
+}
+
+/// What watches an airport whose scene names no sensors (assumed): a radar on the tower, 60 m high, and
+/// multilateration from eight stations around the ground network; the profile `accurate`.
+pub(crate) fn standard(path: &Path, airport: &AirportScene) -> Result<Section, ScenarioError> {
+    let layout = &airport.layout;
+    let tower = layout.tower.map_or([0.0, 0.0], |(at, _)| [at.x, at.y]);
+    let mut low = [f64::INFINITY; 2];
+    let mut high = [f64::NEG_INFINITY; 2];
+    for node in &layout.nodes {
+        for (axis, value) in [node.position_m.x, node.position_m.y].into_iter().enumerate() {
+            low[axis] = low[axis].min(value);
+            high[axis] = high[axis].max(value);
+        }
+    }
+    let middle = [0, 1].map(|axis| 0.5 * (low[axis] + high[axis]));
+    let places = [
+        [low[0], low[1]],
+        [middle[0], low[1]],
+        [high[0], low[1]],
+        [high[0], middle[1]],
+        [high[0], high[1]],
+        [middle[0], high[1]],
+        [low[0], high[1]],
+        [low[0], middle[1]],
+    ];
+    let stations: Vec<String> = places
+        .iter()
+        .map(|[east, north]| format!("{{ east_m = {east:.1}, north_m = {north:.1} }}"))
+        .collect();
+    let text = format!(
+        "[[sensor]]\nkind = \"asde\"\nname = \"ASDE tower\"\nparameters = \"ku_asde3\"\n\
+         site = {{ east_m = {:.1}, north_m = {:.1}, height_m = 60.0 }}\n\
+         [[sensor]]\nkind = \"mlat\"\nname = \"MLAT\"\noverrides = {{ stations = [{}] }}\n\
+         [tracking]\nprofile = \"accurate\"\n",
+        tower[0],
+        tower[1],
+        stations.join(", ")
+    );
+    Section::parse(path, &text)
+}
