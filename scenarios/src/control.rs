@@ -40,11 +40,8 @@ pub(crate) fn read(root: &Section) -> Result<ControlScene, ScenarioError> {
     let section =
         root.section("control", &words(keys::CONTROL))?.unwrap_or_else(|| root.empty("control"));
     let sees = [("none", Sees::Nothing), ("tracks", Sees::Tracks)];
-    let policies = [
-        ("planned", Policy::Planned),
-        ("ordered", Policy::Ordered),
-        ("free", Policy::Free),
-    ];
+    let policies =
+        [("planned", Policy::Planned), ("ordered", Policy::Ordered), ("free", Policy::Free)];
     Ok(ControlScene {
         sees: section.choice("sees", &sees)?.unwrap_or_default(),
         policy: section.choice("policy", &policies)?.unwrap_or_default(),

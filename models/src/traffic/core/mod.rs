@@ -372,7 +372,8 @@ impl Core {
                 Phase::LinedUp(until) => {
                     let waits = self.enters_uncleared(m).is_some();
                     let uncleared = self.failing(m, FailureKind::TakeOffUncleared);
-                    let may = self.time_s >= until && !waits && (uncleared.is_some() || self.may_roll(m));
+                    let may =
+                        self.time_s >= until && !waits && (uncleared.is_some() || self.may_roll(m));
                     if may && (uncleared.is_some() || self.permitted(m, ClearanceKind::TakeOff)) {
                         match uncleared {
                             Some(failure) => self.begin_failure(failure),
