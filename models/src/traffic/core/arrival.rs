@@ -218,7 +218,9 @@ impl Core {
                 Way::over(&net, &self.pieces, arcs, self.movers[m].class, (0.0, 60.0), guided)
             };
             let cleared = over(&[&arcs[..], &found.arcs[..]].concat());
-            let cleared_way_m = Self::line_of(&cleared, cleared.ends_m[on_runway - 1]);
+            // Begins on the runway, before the turn to the exit.
+            let begin_m = (cleared.ends_m[on_runway - 1] - 400.0).max(0.0);
+            let cleared_way_m = Self::line_of(&cleared, begin_m);
             let turns = self.failing(m, FailureKind::WrongTurn);
             let detour = turns.and_then(|_| self.detour(&found.arcs, &goal, &is_closed));
             let turned = turns.filter(|_| detour.is_some());
