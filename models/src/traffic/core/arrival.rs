@@ -38,7 +38,19 @@ impl Core {
             choices.extend(self.make_room(m));
         }
         let none = choices.is_empty();
-        let chosen = self.choose_stand(m, choices, self.time_s + time);
+        // Under a plan the landing may be put up to four minutes later: it enters final then, but has its times now.
+        let latest = if self.policy == Policy::Planned { 8 } else { 0 };
+        let mut chosen = None;
+        let mut delay_s = 0.0;
+        for k in 0..=latest {
+            delay_s = 30.0 * f64::from(k);
+            let most = if k == 0 { choices.len() } else { 2 };
+            let some = choices.iter().take(most).cloned().collect();
+            chosen = self.choose_stand(m, some, self.time_s + time + delay_s);
+            if chosen.is_some() || none {
+                break;
+            }
+        }
         let Some((stand, pieces)) = chosen else {
             if self.movers[m].waits_since_s.is_none() {
                 let why = if none { "no free stand" } else { "no way to a free stand" };
@@ -59,7 +71,7 @@ impl Core {
                 f.callsign, self.net.stands[f.stand].name, self.net.stands[stand].name
             ));
         }
-        let landing_s = self.time_s + time;
+        let landing_s = self.time_s + time + delay_s;
         self.last_landing[r] = landing_s;
         let mover = &mut self.movers[m];
         mover.parked_pieces = pieces;
@@ -68,9 +80,10 @@ impl Core {
         mover.waits_since_s = None;
         mover.cleared = false;
         (mover.first_held, mover.next, mover.slip, mover.a) = (0, 0, 0.0, 0.0);
-        mover.s = mover.threshold - FINAL_M;
         mover.v = approach_airspeed_mps(FINAL_M, f.landing.0);
-        mover.height_m = 15.0 + SLOPE * FINAL_M;
+        let out_m = FINAL_M + mover.v * delay_s;
+        mover.s = mover.threshold - out_m;
+        mover.height_m = 15.0 + SLOPE * out_m;
         mover.climb_mps = -SLOPE * mover.v;
         if self.policy == Policy::Planned {
             self.book();

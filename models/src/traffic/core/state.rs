@@ -1,6 +1,6 @@
 //! What is seen of a core: states of its movers, and its digest.
 
-use super::{Core, Phase};
+use super::{Core, FINAL_M, Phase};
 use crate::frames::{Vector3, wrap_pi};
 use crate::truth::TruthState;
 
@@ -15,7 +15,8 @@ impl Core {
         let f = &self.flights[flight];
         let guided = 0.4 * f.size.length_m;
         let gear = guided - f.wheelbase_m;
-        if matches!(m.phase, Phase::Absent | Phase::Gone) {
+        let far = m.phase == Phase::Final && m.threshold - m.s > FINAL_M + 1.0;
+        if far || matches!(m.phase, Phase::Absent | Phase::Gone) {
             return None;
         }
         let pushing = m.phase == Phase::Pushing;
