@@ -326,7 +326,7 @@ pub struct SceneResult {
 }
 
 impl ProofScene {
-    fn radar(&self) -> Result<Asde, String> {
+    pub(crate) fn radar(&self) -> Result<Asde, String> {
         let made = Asde::new(SensorId(1), Vector2::zeros(), self.parameters.clone());
         Ok(made.map_err(|e| format!("{}: {e}", self.name))?.among(self.buildings.clone()))
     }

@@ -413,7 +413,7 @@ pub fn rate(
             let (pd, sigma) = (&maps[1].values, &maps[2].values);
             let good = |i: usize| pd[i] >= COVERED.0 && sigma[i] >= 0.0 && sigma[i] <= COVERED.1;
             let covered = cells.iter().zip(&weights).filter(|(i, _)| good(**i));
-            let share = covered.map(|(_, w)| w).sum::<f64>() / all.max(1e-9);
+            let share = covered.fold(0.0, |sum, (_, w)| sum + w) / all.max(1e-9);
             let (mut sum, mut n) = (0.0, 0.0);
             for value in maps[2].known() {
                 (sum, n) = (sum + f64::from(value), n + 1.0);
@@ -428,4 +428,56 @@ pub fn rate(
         by_share.then(a.sigma_m.total_cmp(&b.sigma_m)).then(a.name.cmp(&b.name))
     });
     Ok(found)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn zurich() -> Scene {
+        scenarios::load_without_truth(&scenarios::locate("zurich"))
+            .unwrap_or_else(|e| panic!("{e}"))
+    }
+
+    fn subject() -> Subject {
+        let class = zurich().traffic.types.get("A320").expect("a type").class.clone();
+        Subject { class, height_m: 0.0, worst: false }
+    }
+
+    fn maps_at(scene: &Scene, step_m: f64, weather: &Weather) -> (Grid, Vec<Map>) {
+        let grid = Grid::of(scene, step_m).expect("pavement");
+        let radar = scene.sensors.iter().find(|s| s.asde.is_some()).expect("a radar");
+        let maps = radar_maps(scene, radar, None, ("w", weather), &grid, &subject());
+        (grid, maps.expect("maps"))
+    }
+
+    #[test]
+    fn a_coarse_map_is_the_fine_one_at_common_cells_and_rain_only_takes_away() {
+        let scene = zurich();
+        let dry = Weather::default();
+        let (fine, of_fine) = maps_at(&scene, 50.0, &dry);
+        let (coarse, of_coarse) = maps_at(&scene, 100.0, &dry);
+        let mut common = 0;
+        for (i, here) in of_coarse[1].values.iter().enumerate().filter(|v| *v.1 != NO_DATA) {
+            let away = (coarse.place(i) - fine.first_m) / fine.step_m;
+            let at = (-away.y).round() as usize * fine.size.0 + away.x.round() as usize;
+            assert_eq!(of_fine[1].values[at], *here);
+            common += 1;
+        }
+        assert!(common > 150, "{common} cells");
+        let good = |maps: &[Map]| maps[1].known().filter(|v| *v >= 0.9).count();
+        let mut before = usize::MAX;
+        for rain_mm_per_h in [0.0, 4.0, 16.0, 50.0] {
+            let (_, maps) = maps_at(&scene, 100.0, &Weather { rain_mm_per_h, ..dry.clone() });
+            assert!(good(&maps) <= before, "{rain_mm_per_h} mm/h");
+            before = good(&maps);
+            let nothing = maps[0].less(&maps[0]);
+            assert!(nothing.known().all(|v| v == 0.0));
+        }
+        let worst = of_coarse[2].worst(20);
+        assert_eq!(worst.len(), 20);
+        assert!(worst.windows(2).all(|w| of_coarse[2].values[w[0]] >= of_coarse[2].values[w[1]]));
+        assert_eq!(of_coarse[1].bil().len(), 4 * coarse.size.0 * coarse.size.1);
+        assert!(header(&coarse).contains(&format!("NROWS {}", coarse.size.1)));
+    }
 }

@@ -24,6 +24,13 @@ pub struct Aspect {
 const ASPECTS: u32 = 360;
 
 impl Aspect {
+    /// One aspect, radians clockwise from ahead; `None` where nothing returns an echo.
+    #[must_use]
+    pub fn seen(class: &TargetClass, view_rad: f64) -> Option<Self> {
+        let c = centroid(ExtentLevel::Centroid, class, view_rad)?;
+        Some(Self { rcs_m2: c.rcs_m2, along_m: c.glint_along_m, across_m: c.glint_across_m })
+    }
+
     /// Means of powers over all aspects.
     #[must_use]
     pub fn mean(class: &TargetClass) -> Self {
@@ -51,13 +58,7 @@ impl Aspect {
     }
 
     fn all(class: &TargetClass) -> impl Iterator<Item = Self> + '_ {
-        let view = |i: u32| f64::from(i).to_radians();
-        let seen = move |i| centroid(ExtentLevel::Centroid, class, view(i));
-        (0..ASPECTS).filter_map(seen).map(|c| Self {
-            rcs_m2: c.rcs_m2,
-            along_m: c.glint_along_m,
-            across_m: c.glint_across_m,
-        })
+        (0..ASPECTS).filter_map(|i| Self::seen(class, f64::from(i).to_radians()))
     }
 }
 
@@ -135,7 +136,7 @@ impl Asde {
             * (azimuth_sigma_rad * azimuth_sigma_rad + step2(p.azimuth_step_deg.to_radians()))
             + aspect.across_m * aspect.across_m;
         let pd = self.chance(&budget);
-        let ghosts = self.expected_ghosts(air, class, aspect, place_m, height_m);
+        let ghosts = self.expected_ghosts(air, class, place_m, height_m);
         let left_out = self.left_out_at(air, class, place_m);
         Some(Survey {
             scnr_db: to_db(scnr),
@@ -163,7 +164,6 @@ impl Asde {
         &self,
         air: &Air,
         class: &TargetClass,
-        aspect: &Aspect,
         place_m: Vector3<f64>,
         height_m: f64,
     ) -> f64 {
@@ -188,8 +188,9 @@ impl Asde {
             ] {
                 let Some(range_m) = self.apparent_m(&exact, way_m) else { continue };
                 let ground_m = (range_m * range_m - down_m * down_m).max(1.0).sqrt();
-                let echo =
-                    Echo { ground_m, height_m, extent_m: class.height_m, rcs_m2: aspect.rcs_m2 };
+                // By way of a wall another aspect is seen: the median stands for it.
+                let (extent_m, rcs_m2) = (class.height_m, class.rcs_m2);
+                let echo = Echo { ground_m, height_m, extent_m, rcs_m2 };
                 let at_m = self.site_m + beam.unit() * ground_m;
                 let levels = BudgetLevels::EXACT;
                 let mut budget = self.radar.budget(air, &levels, &echo, self.site_m, at_m);

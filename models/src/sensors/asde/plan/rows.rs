@@ -135,7 +135,11 @@ fn called_for(
         E::SecondTrace => format!("unambiguous to {:.0} m", p.unambiguous_m()),
         E::Processing => match radar.processing {
             Some(asked) => format!("the scene asks for \"{}\"", asked.name()),
-            None => format!("cells of {:.1} m: {}", radar.radar.cell_m, processing.name()),
+            None => format!(
+                "auto is {} level: cells of {:.1} m draw otherwise, and differ by statistics only",
+                processing.name(),
+                radar.radar.cell_m
+            ),
         },
     }
 }
