@@ -96,6 +96,10 @@ pub struct TrackSummary {
     pub straight_rmse_m: Option<f64>,
     /// Raw plots on straight legs, m.
     pub straight_raw_rmse_m: Option<f64>,
+    /// Plots of those too far off to be an error of measurement (echoes of a pulse before the last): in no figure.
+    pub gross_plots: u64,
+    /// Reports more than 60 m from the target that their plots came from: false ones, in no figure.
+    pub far_reports: u64,
 }
 
 impl RunSummary {
@@ -166,6 +170,8 @@ impl RunSummary {
                 second_ago_rmse_m: one("second_ago_rmse_m"),
                 straight_rmse_m: one("straight_rmse_m"),
                 straight_raw_rmse_m: one("straight_raw_rmse_m"),
+                gross_plots: sum("gross_plots") as u64,
+                far_reports: sum("far_reports") as u64,
             },
             digest: format!("{:016x}", combine(&[truth, weather, plots, tracks])),
             track_digest: format!("{:016x}", combine(&[plots, tracks])),

@@ -1,16 +1,21 @@
 //! Measures of plots and tracks against the truth that the sensors received.
 //!
-//! `raw_rmse_m`: ASDE plots of moving targets, at the plot's own time, that updated a confirmed track;
+//! `raw_rmse_m`: ASDE plots of moving targets, at the plot's own time, that updated a confirmed track, without the gross ones
+//! ([`models::score::robust`]; `gross_plots` counts them: echoes of a pulse before the last make tracks of their own);
 //! `rmse_m`: that track's state just after the update, same plots; `published_rmse_m`: the published
 //! (predicted) tracks at publication time against the entity that most of their plots came from;
 //! `settled_rmse_m`: the same without the first three reports of each stretch of one track on one entity, and the last;
 //! `settled_nees`: squared error over the covariance stated, two degrees of freedom, same reports.
 //! `second_ago_rmse_m`: the same tracks one scan earlier, as the next scan's plots revise them.
+//! A report farther than [`Rules::pair_m`] from the entity that its plots came from is false, as for `seeds score`:
+//! `far_reports` counts them, no error holds them.
 
 use super::received_truth::View;
 use models::frames::{Vector2, wrap_pi};
 use models::fusion::Outcome;
 use models::plot::SensorKind;
+use models::score::robust::Robust;
+use models::score::run::Rules;
 use models::sensors::{PlotSink, Truth};
 use models::time::SimTime;
 use models::track::{SystemTrack, TrackStatus};
@@ -58,10 +63,10 @@ struct Stretch {
 /// Running measures of a run.
 #[derive(Clone, Debug, Default)]
 pub struct Evaluation {
-    raw: MeanSquare,
-    tracked: MeanSquare,
-    straight_raw: MeanSquare,
-    straight_tracked: MeanSquare,
+    /// Of plots and of the tracks just after them: sums of squares, and the same on straight legs with their count.
+    updates: Robust<5>,
+    /// Reports that are none of their entity.
+    far_reports: u64,
     published: MeanSquare,
     settled: MeanSquare,
     settled_nees: MeanSquare,
@@ -112,12 +117,9 @@ impl Evaluation {
             }
             let raw = (plot.position_m - truth.position_m.xy()).norm_squared();
             let tracked = (position_m - truth.position_m.xy()).norm_squared();
-            self.raw.add(raw);
-            self.tracked.add(tracked);
-            if is_straight(view, index, plot.time) {
-                self.straight_raw.add(raw);
-                self.straight_tracked.add(tracked);
-            }
+            let straight = f64::from(u8::from(is_straight(view, index, plot.time)));
+            let sums = [raw, tracked, straight * raw, straight * tracked, straight];
+            self.updates.add(raw.sqrt(), sums);
         }
         self.now_confirmed = 0;
         self.outsiders_now = (0..view.len()).filter(|i| !view.is_ours(*i)).count() as u64;
@@ -135,11 +137,17 @@ impl Evaluation {
                 self.stretches.remove(&track.number);
                 continue;
             };
+            if !(distance_m <= Rules::default().pair_m) {
+                self.far_reports += 1;
+                self.stretches.remove(&track.number);
+                continue;
+            }
             self.published.add(distance_m * distance_m);
             if let Some(truth) = view.at(index, to) {
                 self.settle(view.key(index), track, track.position_m - truth.position_m.xy());
             }
-            if let Some(error_m) = self.lag_error_m(view, track) {
+            let near = |error_m: &f64| *error_m <= Rules::default().pair_m;
+            if let Some(error_m) = self.lag_error_m(view, track).filter(near) {
                 self.second_ago.add(error_m * error_m);
             }
         }
@@ -187,13 +195,20 @@ impl Evaluation {
     /// Named measures: "rmse_m", "pd_asde", "plots_gps", …; NaN where there is nothing to measure.
     #[must_use]
     pub fn values(&self) -> Vec<(String, f64)> {
+        let updates = self.updates.kept();
+        let [raw, tracked, straight_raw, straight_tracked, straight] = updates.sums;
+        // NaN where there is nothing.
+        let root = |sum: f64, count: f64| (sum / count).sqrt();
+        let count = updates.count as f64;
         let mut values = vec![
             ("tracks_confirmed".to_owned(), self.confirmed as f64),
             ("tracks_now".to_owned(), self.now_confirmed as f64),
-            ("raw_rmse_m".to_owned(), self.raw.root()),
-            ("rmse_m".to_owned(), self.tracked.root()),
-            ("straight_raw_rmse_m".to_owned(), self.straight_raw.root()),
-            ("straight_rmse_m".to_owned(), self.straight_tracked.root()),
+            ("raw_rmse_m".to_owned(), root(raw, count)),
+            ("rmse_m".to_owned(), root(tracked, count)),
+            ("straight_raw_rmse_m".to_owned(), root(straight_raw, straight)),
+            ("straight_rmse_m".to_owned(), root(straight_tracked, straight)),
+            ("gross_plots".to_owned(), updates.left_out as f64),
+            ("far_reports".to_owned(), self.far_reports as f64),
             ("published_rmse_m".to_owned(), self.published.root()),
             ("settled_rmse_m".to_owned(), self.settled.root()),
             ("settled_nees".to_owned(), self.settled_nees.mean()),

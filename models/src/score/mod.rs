@@ -8,6 +8,7 @@
 pub mod areas;
 pub mod recording;
 pub mod requirements;
+pub mod robust;
 pub mod run;
 pub mod sets;
 

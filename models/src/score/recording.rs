@@ -1,5 +1,6 @@
 //! What was true and what was reported, as it stands in a recording.
 
+use super::robust::FAR_OFF;
 use crate::frames::Vector2;
 use crate::time::SimTime;
 
@@ -87,10 +88,6 @@ pub struct PlotSum {
     /// The largest error that was left out, m.
     pub farthest_m: f64,
 }
-
-/// Errors that 95 % of the plots do not exceed, times this, are too far off to be an error of measurement: six and a third
-/// third standard deviations of a circular normal error, so one in 10⁸.
-const FAR_OFF: f64 = 2.6;
 
 impl PlotSum {
     /// Sums position errors (m); those that are no errors of measurement are left out and counted: an echo of a
