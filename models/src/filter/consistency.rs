@@ -3,7 +3,7 @@
 //! Source: Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation (2001), sec. 5.4.
 
 use super::Estimate;
-use crate::frames::Vector2;
+use crate::frames::{Matrix2, Vector2};
 
 /// Quantile of χ² with `k` degrees of freedom at the normal quantile `z` (Wilson and Hilferty, PNAS
 /// 17, 1931): right to 1e-4 for k ≥ 100.
@@ -36,6 +36,14 @@ pub fn position_nees(estimate: &Estimate, truth_m: Vector2<f64>) -> f64 {
         Ok(factor) => factor.independent(truth_m - estimate.position_m()).1,
         Err(_) => f64::INFINITY,
     }
+}
+
+/// Squared `error_m` over a stated covariance (m²): `eᵀP⁻¹e`; infinite where it is not positive definite.
+#[must_use]
+pub fn nees_of(cov_m2: &Matrix2<f64>, error_m: Vector2<f64>) -> f64 {
+    let xy = 0.5 * (cov_m2[(0, 1)] + cov_m2[(1, 0)]);
+    let s = super::gaussian::Sym2 { xx: cov_m2[(0, 0)], xy, yy: cov_m2[(1, 1)] };
+    super::gaussian::Factor::of(s).map_or(f64::INFINITY, |factor| factor.d2(error_m))
 }
 
 #[cfg(test)]

@@ -257,6 +257,16 @@ pub trait StateEstimator: Clone {
     /// is left as it was.
     fn update(&mut self, plot: &Plot) -> Result<Nis, UpdateError>;
 
+    /// [`Self::update`] as it flies: filters that know one motion only take a plot that it cannot explain (beyond
+    /// 99.99 %) as a manoeuvre. Bare, they were worse than the plots when a vehicle brakes hard.
+    ///
+    /// # Errors
+    /// As [`Self::update`].
+    #[inline]
+    fn take(&mut self, plot: &Plot) -> Result<Nis, UpdateError> {
+        self.update(plot)
+    }
+
     /// The same for a plot that only a kinematic gate accepted: a manoeuvre that the model did not
     /// foresee. The prediction is widened until the plot fits (mode filters raise their jump mode instead).
     ///
@@ -305,6 +315,21 @@ pub trait StateEstimator: Clone {
     fn lagged(&self) -> Option<Estimate> {
         None
     }
+}
+
+/// Squared innovations beyond this are no error of measurement: the 99.99 % quantile of χ² with two degrees of freedom, as
+/// the gate of plots with a name.
+pub(crate) const SURPRISING_D2: f64 = 18.43;
+
+/// [`StateEstimator::take`] of a filter that knows one motion only.
+fn taken<F: StateEstimator>(filter: &mut F, plot: &Plot) -> Result<Nis, UpdateError> {
+    let before = filter.clone();
+    let nis = filter.update(plot)?;
+    if !(nis.d2 > SURPRISING_D2) {
+        return Ok(nis);
+    }
+    *filter = before;
+    filter.update_manoeuvre(plot)
 }
 
 /// The 90 % quantile of χ² with two degrees of freedom: an innovation that fits, but only just.
@@ -578,7 +603,7 @@ impl StateEstimator for Estimator {
     }
     #[inline]
     fn update(&mut self, plot: &Plot) -> Result<Nis, UpdateError> {
-        on_each!(self, f => f.update(plot))
+        on_each!(self, f => f.take(plot))
     }
     fn update_manoeuvre(&mut self, plot: &Plot) -> Result<Nis, UpdateError> {
         on_each!(self, f => f.update_manoeuvre(plot))

@@ -64,6 +64,10 @@ impl StateEstimator for SixState {
         Ok(nis)
     }
 
+    fn take(&mut self, plot: &Plot) -> Result<Nis, UpdateError> {
+        super::taken(self, plot)
+    }
+
     fn replace(&mut self, time: SimTime, state: &Gaussian) {
         (self.time, self.state) = (time, *state);
     }

@@ -102,17 +102,24 @@ pub struct SteadyGain {
     r: Pair,
     /// Updates since the start.
     count: usize,
+    /// Which of the tables: by the variance of the first plot.
+    level: usize,
     table: Arc<Gains>,
     start: Start,
 }
 
-/// The gains of every scan since a start: made once, shared by all tracks.
+/// The gains of every scan since a start: made once, shared by all tracks. One table for each plot variance, a factor of four
+/// apart: a finer sensor does not make targets move less, so Λ = qT⁵/R grows as R shrinks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gains {
     lambda: f64,
     interval_s: f64,
-    scans: [Schedule; SCANS],
+    r_m2: f64,
+    tables: Vec<[Schedule; SCANS]>,
 }
+
+/// Tables on either side of the one that was asked for.
+const LEVELS: usize = 3;
 
 /// Share of the interval below which two plots are taken as of one time.
 const AT_ONCE: f64 = 0.1;
@@ -129,11 +136,12 @@ impl SteadyGain {
         let (z, r) = start_position(plot)?;
         let zero = Pair::default();
         let x = [Pair::new(z.x, z.y), zero, zero];
-        Ok(Self { time: plot.time, x, r: Pair::new(r.xx, r.yy), count: 0, table, start })
+        let level = table.level(0.5 * (r.xx + r.yy));
+        Ok(Self { time: plot.time, x, r: Pair::new(r.xx, r.yy), count: 0, level, table, start })
     }
 
     fn schedule(&self, count: usize) -> &Schedule {
-        &self.table.scans[count.min(SCANS - 1)]
+        &self.table.tables[self.level][count.min(SCANS - 1)]
     }
 
     fn covariance(&self) -> [Pair; 6] {
@@ -155,8 +163,30 @@ impl Gains {
     /// matters for the first few scans only).
     #[must_use]
     pub fn new(lambda: f64, interval_s: f64, start: Start, r_m2: f64) -> Self {
+        let r_m2 = if r_m2 > 0.0 { r_m2 } else { 1.0 };
+        let tables = (0..=2 * LEVELS)
+            .map(|level| {
+                let finer = Self::finer(level);
+                Self::table(lambda * finer, interval_s, start, r_m2 / finer)
+            })
+            .collect();
+        Self { lambda, interval_s, r_m2, tables }
+    }
+
+    /// How much smaller the plot variance of a table is than the one that was asked for.
+    fn finer(level: usize) -> f64 {
+        libm::exp2(2.0 * (level as f64 - LEVELS as f64))
+    }
+
+    /// The table for plots of this variance, m².
+    fn level(&self, r_m2: f64) -> usize {
+        // Half-way between two tables, a factor of two.
+        (0..2 * LEVELS).find(|l| r_m2 * Self::finer(*l) * 2.0 >= self.r_m2).unwrap_or(2 * LEVELS)
+    }
+
+    fn table(lambda: f64, interval_s: f64, start: Start, r: f64) -> [Schedule; SCANS] {
         // A scalar Kalman filter in units of the plot's deviation and of the interval.
-        let (t, r) = (interval_s, if r_m2 > 0.0 { r_m2 } else { 1.0 });
+        let t = interval_s;
         let (vv, aa) =
             (start.sigma_v_mps * start.sigma_v_mps, start.sigma_a_ms2 * start.sigma_a_ms2);
         let mut p = [1.0, 0.0, 0.0, vv * t * t / r, 0.0, aa * t * t * t * t / r];
@@ -175,7 +205,7 @@ impl Gains {
         }
         let steady = alpha_beta_gamma(lambda);
         scans[SCANS - 1] = Schedule { gains: steady, p: steady_covariance(steady, lambda) };
-        Self { lambda, interval_s, scans }
+        scans
     }
 }
 
@@ -210,7 +240,9 @@ impl StateEstimator for SteadyGain {
         let mut now = self.estimate();
         // The process noise that the gains stand for: q = ΛR/T⁵ per axis.
         let unit = Motion::ConstantAcceleration { q: 1.0 }.step(t);
-        let q = self.r * (self.table.lambda / libm::pow(self.table.interval_s, 5.0));
+        let q = self.r
+            * (self.table.lambda * Gains::finer(self.level)
+                / libm::pow(self.table.interval_s, 5.0));
         let quiet = super::motion::Step { q: [0.0; 6], ..unit };
         now.state = now.state.predicted(&quiet);
         for (p, noise) in now.state.p.iter_mut().zip(unit.q) {
@@ -235,7 +267,7 @@ impl StateEstimator for SteadyGain {
         // After a gap the course is as unknown as at the start.
         let gap = t > 5.0 * self.table.interval_s;
         let count = if gap { 1 } else { (self.count + 1).min(SCANS - 1) };
-        let [mut alpha, beta, gamma] = self.table.scans[count].gains;
+        let [mut alpha, beta, gamma] = self.table.tables[self.level][count].gains;
         // What two plots closer than this say of the speed is noise over a small number: the second one is taken as
         // another look at the same place, P/(P + R) with P = αR.
         let at_once = t < AT_ONCE * self.table.interval_s;
@@ -257,6 +289,10 @@ impl StateEstimator for SteadyGain {
         ];
         (self.time, self.r, self.count) = (plot.time, r, count);
         Ok(Nis { d2, det: s.east() * s.north(), dof: 2 })
+    }
+
+    fn take(&mut self, plot: &Plot) -> Result<Nis, UpdateError> {
+        super::taken(self, plot)
     }
 
     fn update_manoeuvre(&mut self, plot: &Plot) -> Result<Nis, UpdateError> {

@@ -4,8 +4,8 @@
 use super::gaussian::{Gaussian, Measurement, Nis, Sym2};
 use super::lanes::{Lane, Pair};
 use super::{
-    Estimate, Start, StateEstimator, UpdateError, UpdateError::BadInnovation, interval,
-    measurements,
+    Estimate, SURPRISING_D2, Start, StateEstimator, UpdateError, UpdateError::BadInnovation,
+    interval, measurements,
 };
 use crate::frames::Vector2;
 use crate::plot::Plot;
@@ -245,6 +245,21 @@ impl<M: AxisMotion> StateEstimator for PerAxis<M> {
         };
         let (x, p) = self.predict(interval(self.time, plot.time)?);
         let (x, p, nis) = Self::correct(x, p, z, r)?;
+        (self.time, self.x, self.p) = (plot.time, x, p);
+        Ok(nis)
+    }
+
+    #[inline]
+    fn take(&mut self, plot: &Plot) -> Result<Nis, UpdateError> {
+        let (z, r) = match Measurement::of(plot)? {
+            Measurement::Position { z, r } => (Pair::new(z.x, z.y), Pair::new(r.xx, r.yy)),
+            line @ Measurement::Line { .. } => return self.update_along(plot, &line),
+        };
+        let (x, p) = self.predict(interval(self.time, plot.time)?);
+        let (x, p, nis) = Self::correct(x, p, z, r)?;
+        if nis.d2 > SURPRISING_D2 {
+            return self.update_manoeuvre(plot);
+        }
         (self.time, self.x, self.p) = (plot.time, x, p);
         Ok(nis)
     }

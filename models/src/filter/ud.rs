@@ -314,6 +314,10 @@ impl StateEstimator for ThreeStateUd {
         Ok(nis)
     }
 
+    fn take(&mut self, plot: &Plot) -> Result<Nis, UpdateError> {
+        super::taken(self, plot)
+    }
+
     fn replace(&mut self, time: SimTime, state: &Gaussian) {
         (self.time, self.x, self.factors) = (time, state.x, Packed::of(&factors(&state.p)));
     }
@@ -427,6 +431,10 @@ impl StateEstimator for SixStateUd {
         }
         (self.time, self.x, self.ud) = (plot.time, x, ud);
         Ok(nis)
+    }
+
+    fn take(&mut self, plot: &Plot) -> Result<Nis, UpdateError> {
+        super::taken(self, plot)
     }
 
     fn replace(&mut self, time: SimTime, state: &Gaussian) {
