@@ -1,6 +1,6 @@
 //! The filter of one track: a rung of the ladder, or the one that respects slow errors.
 
-use super::config::TrackingConfig;
+use super::config::{Life, TrackingConfig};
 use super::consider::{Consider, SlowError};
 use crate::filter::{
     Estimate, Estimator, FilterConfig, Gaussian, Measurement, Nis, StateEstimator, Sym2,
@@ -261,4 +261,55 @@ fn slow_error(plot: &Plot, config: &TrackingConfig) -> SlowError {
     } else {
         SlowError::White
     }
+}
+
+/// Position (m) with its covariance (m²) at `time`, as [`predict`].
+///
+/// # Errors
+/// If `time` is before the filter's.
+#[inline]
+pub(super) fn position_at(
+    filter: &TrackFilter,
+    time: SimTime,
+    life: &Life,
+) -> Result<(Vector2<f64>, Sym2), UpdateError> {
+    if time.since_s(filter.time()) <= life.constant_velocity_after_s {
+        return filter.position_at(time);
+    }
+    let at = predict(filter, time, life)?.state;
+    Ok((at.position(), at.position_cov()))
+}
+
+/// Position (m) at `time`, as [`predict`].
+///
+/// # Errors
+/// If `time` is before the filter's.
+#[inline]
+pub(super) fn place_at(
+    filter: &TrackFilter,
+    time: SimTime,
+    life: &Life,
+) -> Result<Vector2<f64>, UpdateError> {
+    if time.since_s(filter.time()) <= life.constant_velocity_after_s {
+        return filter.place_at(time);
+    }
+    Ok(predict(filter, time, life)?.position_m())
+}
+
+/// The state at `time` without further plots: by the filter's own model for a while, then at constant
+/// velocity.
+///
+/// # Errors
+/// If `time` is before the filter's.
+pub(super) fn predict(
+    filter: &TrackFilter,
+    time: SimTime,
+    life: &Life,
+) -> Result<Estimate, UpdateError> {
+    if time.since_s(filter.time()) <= life.constant_velocity_after_s {
+        return filter.predicted(time);
+    }
+    filter
+        .predicted(filter.time().plus_s(life.constant_velocity_after_s))?
+        .coasted(time, life.coast_q)
 }

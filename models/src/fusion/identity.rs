@@ -8,20 +8,21 @@
 //! | size: ln s² of at least eight second differences of its plots | N(ln v of its type) | mixture of the classes |
 //! | landing: time over the threshold | arrival on that runway: N(Δt; 0, σ); any other e⁻⁸ | one in 1 800 s |
 //! | take-off | departure on that runway: N(Δt; 0, σ); any other e⁻⁸ | one in 1 800 s |
+//! | lining up: along a runway near its beginning | departure on it: N(Δt − 35 s; 0, σ ⊕ 40 s), with a tail; arrival e⁻³ | one in 1 800 s |
 //! | a stay of 10 s, never moved, `g = e^{−d²/(2·20²)}` of its stand | departure: 0.02 + 0.98 g | 0.7 − 0.4 g |
 //! | moving a minute before its off-block time | departure: 0.05 | 1 |
 //! | no landing seen | arrival: that it landed before the track began (three minutes before, if it stands) | 1 |
 //! | no take-off four minutes after its time | departure: e⁻³ | 1 |
 //!
-//! σ is the flight list's own error, learnt from the events of targets that a name has settled. The numbers are
+//! σ is the flight list's own error: six of them with the probability of each, learnt from all landings and take-offs, a
+//! name or none: five that each fall on a line within seconds are no chance where the list is off by two minutes. The numbers are
 //! assumptions; what they are worth is measured by the share of labels that are right at each probability.
 
 use super::config::{LabelRules, TrackingConfig};
-use super::track_file::Track;
+use super::size::{self, Spread};
 use crate::filter::Estimate;
 use crate::flight_list::{FlightEntry, FlightList, MovementKind};
 use crate::frames::Vector2;
-use crate::plot::{Plot, SensorId};
 use crate::time::SimTime;
 
 /// Something that happened on a runway: its place in the flight list's runways, and when.
@@ -31,15 +32,83 @@ pub(super) struct OnRunway {
     pub(super) time: SimTime,
 }
 
+/// The flight list as it is weighed now, with the error of its times, s.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct List<'a> {
+    pub(super) flights: &'a FlightList,
+    pub(super) config: &'a TrackingConfig,
+    pub(super) now: SimTime,
+    pub(super) times: ListTimes,
+}
+
+/// How far the times of the flight list are off: standard deviations, s, and how likely each is. Its error is not known
+/// beforehand; the events of a run tell it, named ones and those that fit a line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct ListTimes {
+    pub(super) weights: [f64; SIGMAS],
+    sigmas_s: [f64; SIGMAS],
+}
+
+/// Standard deviations that are told apart.
+pub(super) const SIGMAS: usize = 6;
+/// Each is so much larger than the one before.
+const RATIO: f64 = 2.2;
+
+impl ListTimes {
+    /// As the scene states it: its own figure the likeliest, smaller and larger ones by steps of [`RATIO`].
+    pub(super) fn stated(sigma_s: f64) -> Self {
+        let sigmas_s =
+            std::array::from_fn(|k| (sigma_s * libm::pow(RATIO, k as f64 - 4.0)).max(5.0));
+        Self { weights: [0.06, 0.08, 0.12, 0.2, 0.36, 0.18], sigmas_s }
+    }
+
+    /// The same after events whose ln likelihood under each deviation is this.
+    pub(super) fn after(mut self, ln_likelihood: &[f64; SIGMAS]) -> Self {
+        let most = ln_likelihood.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        if most.is_finite() {
+            let own = self.weights.iter_mut().zip(ln_likelihood);
+            own.for_each(|(w, l)| *w *= libm::exp((l - most).max(-600.0)));
+            let sum: f64 = self.weights.iter().sum();
+            self.weights.iter_mut().for_each(|w| *w /= sum);
+        }
+        self
+    }
+
+    /// Only the deviation of this number.
+    pub(super) fn only(mut self, k: usize) -> Self {
+        self.weights = std::array::from_fn(|i| f64::from(u8::from(i == k)));
+        self
+    }
+
+    /// ln of the density of an error `off_s` of the list and `own_s` of the event itself, per second.
+    fn ln_density(&self, off_s: f64, own_s: f64) -> f64 {
+        let parts = self.weights.iter().zip(&self.sigmas_s).map(|(w, s)| {
+            let sigma = libm::hypot(*s, own_s);
+            let d = off_s / sigma;
+            w * libm::exp(-0.5 * d * d) / (sigma * SQRT_TAU)
+        });
+        libm::log(parts.sum::<f64>().max(1e-30))
+    }
+
+    /// Probability that the list is late by no more than `off_s`.
+    fn below(&self, off_s: f64) -> f64 {
+        let parts = self
+            .weights
+            .iter()
+            .zip(&self.sigmas_s)
+            .map(|(w, s)| w * 0.5 * libm::erfc(-off_s / s * std::f64::consts::FRAC_1_SQRT_2));
+        parts.sum()
+    }
+
+    /// Mean standard deviation, s.
+    fn mean_s(&self) -> f64 {
+        self.weights.iter().zip(&self.sigmas_s).map(|(w, s)| w * s).sum()
+    }
+}
+
 /// What a track has shown of itself.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Evidence {
-    /// The last two radar plots.
-    plots: [Option<(SimTime, Vector2<f64>, SensorId)>; 2],
-    /// Mean square of the plots' second differences over six, m²: the variance of one plot, both axes together.
-    spread_m2: f64,
-    /// How many differences it rests on, at most [`DIFFERENCES`].
-    differences: f64,
     /// Where and since when it has been within [`STAYS_M`].
     anchor: Option<(SimTime, Vector2<f64>)>,
     birthplace: Option<Vector2<f64>>,
@@ -51,16 +120,14 @@ pub(super) struct Evidence {
     parked: bool,
     pub(super) landed: Option<OnRunway>,
     pub(super) took_off: Option<OnRunway>,
+    /// When it was first seen to roll or stand on a runway near its beginning, along it.
+    pub(super) lined_up: Option<OnRunway>,
     /// When it was last slower than a take-off run begins.
     slow: Option<SimTime>,
     /// An episode began or ended since the labels were last weighed.
     pub(super) news: bool,
 }
 
-/// Differences over which the spread is averaged.
-const DIFFERENCES: f64 = 60.0;
-/// Fewer of them say nothing.
-const FEWEST_DIFFERENCES: f64 = 8.0;
 /// A target that stays within this has not moved, m: the errors of the plots of a large one.
 const STAYS_M: f64 = 15.0;
 /// For this long it is a stay, s.
@@ -72,33 +139,19 @@ const RUNWAY_SPEED_MPS: f64 = 35.0;
 /// Slower than this so many seconds before, it takes off.
 const SLOW_MPS: f64 = 20.0;
 const RUN_UP_S: f64 = 25.0;
+/// What moves along a runway within this of its threshold, faster than this, lines up or begins its run, m and m/s.
+const LINE_UP_WAY_M: f64 = 900.0;
+const LINE_UP_MPS: f64 = 2.0;
+/// So long before its take-off, s, and how much that varies.
+const LINE_UP_S: f64 = 35.0;
+const LINE_UP_SIGMA_S: f64 = 40.0;
+const LINE_UP_TAIL_S: f64 = 400.0;
 /// Course within 14° of the runway.
 const ALONG_RUNWAY: f64 = 0.97;
 /// A young track's speed is not trusted.
 const FEWEST_PLOTS: u32 = 6;
 
 impl Evidence {
-    /// A plot that updated the track: its size.
-    pub(super) fn take_plot(&mut self, plot: &Plot, interval_s: f64) {
-        if !plot.kind.radar || !plot.across_m2.is_finite() {
-            return;
-        }
-        let now = (plot.time, plot.position_m, plot.sensor);
-        if let [Some(first), Some(second)] = self.plots {
-            let gap = |a: (SimTime, Vector2<f64>, SensorId),
-                       b: (SimTime, Vector2<f64>, SensorId)| {
-                let dt_s = b.0.since_s(a.0);
-                a.2 == b.2 && dt_s > 0.5 * interval_s && dt_s < 1.5 * interval_s
-            };
-            if gap(first, second) && gap(second, now) {
-                let squared = (first.1 - second.1 * 2.0 + now.1).norm_squared() / 6.0;
-                self.differences = (self.differences + 1.0).min(DIFFERENCES);
-                self.spread_m2 += (squared - self.spread_m2) / self.differences;
-            }
-        }
-        self.plots = [self.plots[1], Some(now)];
-    }
-
     /// The state at the end of a scan: stays, landings, take-offs.
     pub(super) fn take_state(
         &mut self,
@@ -128,12 +181,19 @@ impl Evidence {
         if speed < SLOW_MPS {
             self.slow = Some(now);
         }
-        if speed < RUNWAY_SPEED_MPS || self.took_off.is_some() {
+        if self.took_off.is_some() || speed < LINE_UP_MPS {
             return;
         }
         let Some((runway, way)) = along_runway(position, velocity / speed, flights, rules) else {
             return;
         };
+        if speed < RUNWAY_SPEED_MPS {
+            let begins = (-50.0..LINE_UP_WAY_M).contains(&way) && self.landed.is_none();
+            if begins && self.lined_up.is_none() {
+                (self.lined_up, self.news) = (Some(OnRunway { runway, time: now }), true);
+            }
+            return;
+        }
         if self.slow.is_some_and(|slow| now.since_s(slow) <= RUN_UP_S) {
             // What braked from a landing was fast before it was slow.
             if self.landed.is_none() {
@@ -158,41 +218,65 @@ impl Evidence {
 
     /// Whether an episode tells lines apart.
     pub(super) fn shows(&self) -> bool {
-        self.landed.is_some() || self.took_off.is_some() || self.stood_m.is_some()
+        self.is_event() || self.lined_up.is_some() || self.stood_m.is_some()
+    }
+
+    /// When it landed or took off.
+    pub(super) fn event(&self) -> Option<SimTime> {
+        self.landed.or(self.took_off).map(|at| at.time)
+    }
+
+    /// Whether it landed or took off: what tells how far the list's times are off.
+    pub(super) fn is_event(&self) -> bool {
+        self.landed.is_some() != self.took_off.is_some()
     }
 
     /// ln of how much likelier all of it is if the track is this line than if it is unlisted.
     pub(super) fn log_ratio(
         &self,
+        spread: &Spread,
         born: SimTime,
         entry: &FlightEntry,
-        flights: &FlightList,
-        config: &TrackingConfig,
-        now: SimTime,
-        sigma_s: f64,
+        list: &List<'_>,
     ) -> f64 {
+        let &List { flights, config, now, times } = list;
         let departs = entry.movement == MovementKind::Departure;
-        let mut sum = self.size_ratio(entry, config);
-        let of_runway = |event: OnRunway| {
+        let mut sum = Self::size_ratio(spread, entry, config);
+        let of_runway = |event: OnRunway, before_s: f64, own_s: f64| {
             let named = flights.runways.get(event.runway).map(|(name, _)| name);
             if named != Some(&entry.runway) && !entry.runway.is_empty() {
                 return IMPOSSIBLE;
             }
-            let d = event.time.since_s(entry.eta_ctd) / sigma_s;
-            -0.5 * d * d - libm::log(sigma_s * SQRT_TAU) + libm::log(BETWEEN_EVENTS_S)
+            let off_s = event.time.since_s(entry.eta_ctd) + before_s;
+            let ln = times.ln_density(off_s, own_s);
+            // How long somebody stands lined up has a long tail: two departures on one runway are not told apart by it.
+            let said = if own_s > 0.0 {
+                libm::log(0.6 * libm::exp(ln) + 0.4 / LINE_UP_TAIL_S)
+            } else {
+                ln
+            };
+            said + libm::log(BETWEEN_EVENTS_S)
         };
         match (self.landed, self.took_off) {
-            (Some(landed), None) => sum += if departs { IMPOSSIBLE } else { of_runway(landed) },
-            (None, Some(took_off)) => sum += if departs { of_runway(took_off) } else { IMPOSSIBLE },
+            (None, None) if self.lined_up.is_some() => {
+                let own = |at| of_runway(at, LINE_UP_S, LINE_UP_SIGMA_S);
+                sum += if departs { self.lined_up.map_or(0.0, own) } else { UNLIKELY };
+            }
+            (Some(landed), None) => {
+                sum += if departs { IMPOSSIBLE } else { of_runway(landed, 0.0, 0.0) };
+            }
+            (None, Some(took_off)) => {
+                sum += if departs { of_runway(took_off, 0.0, 0.0) } else { IMPOSSIBLE };
+            }
             (Some(_), Some(_)) => {}
             (None, None) => {
-                if departs && now.since_s(entry.eta_ctd) > NO_EVENT_S.max(2.0 * sigma_s) {
+                if departs && now.since_s(entry.eta_ctd) > NO_EVENT_S.max(2.0 * times.mean_s()) {
                     sum += UNLIKELY;
                 } else if !departs {
                     // It landed before it was first seen; what stands had to get there.
                     let way_s = if self.stood_m.is_some() { TO_A_STAND_S } else { 0.0 };
-                    let d = (born.since_s(entry.eta_ctd) - way_s) / sigma_s;
-                    sum += libm::log(5e-3 + 0.5 * libm::erfc(-d * std::f64::consts::FRAC_1_SQRT_2));
+                    let before = times.below(born.since_s(entry.eta_ctd) - way_s);
+                    sum += libm::log(5e-3 + before);
                 }
             }
         }
@@ -208,6 +292,14 @@ impl Evidence {
             if self.parked {
                 sum += libm::log(0.1);
             }
+            // Off its block for minutes, and it stands where it was first seen.
+            if self.stood_m.is_some()
+                && self.moved.is_none()
+                && now.since_s(off_block) > 180.0
+                && now.since_s(born) > 60.0
+            {
+                sum += UNLIKELY;
+            }
             if self.moved.is_some_and(|moved| off_block.since_s(moved) > 60.0) {
                 sum += libm::log(0.05);
             }
@@ -215,39 +307,26 @@ impl Evidence {
         sum
     }
 
-    /// ln of the density of the spread for this type over that for all kinds of targets.
-    fn size_ratio(&self, entry: &FlightEntry, config: &TrackingConfig) -> f64 {
-        if self.differences < FEWEST_DIFFERENCES || !(self.spread_m2 > 0.0) {
-            return 0.0;
-        }
-        // χ² of the differences, and the model's own error.
-        let sigma2 = 4.0 / self.differences + 0.35 * 0.35;
-        let ln = libm::log(self.spread_m2);
-        let density = |length: f64, span: f64| {
-            let d = ln - libm::log(spread_m2(length, span));
-            libm::exp(-0.5 * d * d / sigma2)
+    /// ln of the density of what its plots show of its size for this type over that for all kinds of targets: over all of
+    /// them, or lately where that speaks against it more. A track that was taken over by another target shows it so.
+    fn size_ratio(spread: &Spread, entry: &FlightEntry, config: &TrackingConfig) -> f64 {
+        let of = |seen: Option<(f64, f64)>| {
+            let (seen_m2, triples) =
+                seen.filter(|(v, n)| *n >= size::FEWEST_TRIPLES && *v > 0.0)?;
+            let density = |(length, span): (f64, f64)| {
+                libm::exp(size::ln_density(seen_m2, triples, length, span))
+            };
+            let own = density(config.size_of(entry));
+            let classes = size::CLASSES.iter();
+            let all: f64 = classes.map(|(b, share)| share * density((b.length_m, b.span_m))).sum();
+            // Nothing is known so well that a spread far from all classes tells them apart.
+            Some(libm::log((own + 1e-4) / (all + 1e-4)))
         };
-        let (length, span) = config.size_of(entry);
-        let all: f64 = CLASSES.iter().map(|&(share, [l, s])| share * density(l, s)).sum();
-        // Nothing is known so well that a spread far from all classes tells them apart.
-        libm::log((density(length, span) + 1e-4) / (all + 1e-4))
+        let all = of(spread.variance_m2());
+        let lately = of(spread.lately_m2()).filter(|l| *l < 0.0);
+        all.map_or(0.0, |all| lately.map_or(all, |lately| all.min(lately)))
     }
 }
-
-/// Variance of one plot of a target of this size, both axes together, m²: noise and cells, and the wander of the echo's centre
-/// over the body (fitted to radar plots of cars, A320 and B788).
-fn spread_m2(length_m: f64, span_m: f64) -> f64 {
-    0.7 + 0.0095 * 0.5 * (length_m * length_m + span_m * span_m)
-}
-
-/// Share and size of the kinds of targets of which nothing is known: car, truck, light, medium, heavy.
-const CLASSES: [(f64, [f64; 2]); 5] = [
-    (0.35, [4.6, 1.9]),
-    (0.25, [12.0, 3.0]),
-    (0.15, [8.3, 11.0]),
-    (0.20, [38.0, 36.0]),
-    (0.05, [60.0, 60.0]),
-];
 
 const SQRT_TAU: f64 = 2.506_628_274_631_000_5;
 /// Time between two such events of unlisted targets, s.
@@ -282,21 +361,4 @@ fn along_runway(
             && course.dot(&along) >= ALONG_RUNWAY;
         on.then_some((index, way))
     })
-}
-
-/// The error of the flight list's times, s: its prior as three events, and the events of targets that told their name.
-pub(super) fn list_sigma_s(tracks: &[Track], flights: &FlightList, rules: &LabelRules) -> f64 {
-    const PRIOR_EVENTS: f64 = 3.0;
-    let mut sum = PRIOR_EVENTS * rules.list_sigma_s * rules.list_sigma_s;
-    let mut count = PRIOR_EVENTS;
-    for track in tracks.iter().filter(|t| t.callsign.is_some() || t.address.is_some()) {
-        let event = track.evidence.landed.or(track.evidence.took_off);
-        let entry = track.entry.and_then(|entry| flights.by_callsign(entry));
-        if let (Some(event), Some(entry)) = (event, entry) {
-            let late_s = event.time.since_s(entry.eta_ctd);
-            sum += (late_s * late_s).min(1e8);
-            count += 1.0;
-        }
-    }
-    (sum / count).sqrt().max(10.0)
 }

@@ -16,8 +16,7 @@
 //! Source: fixed-point smoothing by augmentation, Anderson and Moore, *Optimal Filtering* (1979), ch. 7.2.
 
 use super::config::Life;
-use super::filter::TrackFilter;
-use super::track_file::predict;
+use super::filter::{TrackFilter, predict};
 use crate::filter::{Gaussian, Measurement, UpdateError};
 use crate::frames::{Matrix2, Vector2};
 use crate::plot::Plot;
@@ -35,6 +34,10 @@ pub(super) struct Lag {
     x: Matrix2x6<f64>,
     time: SimTime,
 }
+
+/// One scan of plots never leaves less than this share of a covariance's determinant: a plot takes off a tenth to nine tenths
+/// of a variance, and what is less is moments of modes that contradict each other.
+const LEAST_LEFT: f64 = 1e-3;
 
 /// East and north in the order of the state.
 const MEASURED: [usize; 2] = [0, 3];
@@ -108,9 +111,15 @@ impl Lag {
         let gain = measured(&self.x) * inverse;
         // What certainty takes off, less what not knowing which plot it was leaves.
         let taken = inverse.try_inverse().unwrap_or_default() * weight - spread;
-        self.position_m += gain * nu;
         let less = gain * taken * gain.transpose();
-        self.cov_m2 -= (less + less.transpose()) * 0.5;
+        let cov_m2 = self.cov_m2 - (less + less.transpose()) * 0.5;
+        // Moments of modes that disagree can take away more than there is.
+        let least = LEAST_LEFT * self.cov_m2.determinant();
+        if !(cov_m2[(0, 0)] > 0.0 && cov_m2.determinant() > least) {
+            return self.forget();
+        }
+        self.position_m += gain * nu;
+        self.cov_m2 = cov_m2;
         self.x -= gain * taken * inverse * ph;
     }
 

@@ -1,36 +1,37 @@
 //! Fusion: plots of all sensors of one scan in, system tracks out.
 //!
-//! One update cycle ([`Tracker::scan`]): plots by (time, sensor, sequence) ─► batches of one sensor
-//! (`tracker`) ─► gates and association (`associate`, [`crate::association`]) ─► each plot updates its track at the
-//! plot's own time (`track_file`) ─► starts ─► confirm, coast, delete (`life`) ─► labels (`labels`)
-//! ─► a predicted copy of each track is published.
+//! One update cycle ([`Tracker::scan`], written down in `tracker`) runs the stages of `stages` in their order: batches of one
+//! sensor, corrected ─► identified ─► gated ─► assigned ─► updated, each at the plot's own time ─► manoeuvres ─► initiated;
+//! then life ─► labels ─► published: a predicted copy of each track. Parts of it can be replaced ([`own`]).
 //!
 //! Nothing depends on the order in which plots arrived, and nothing here knows the truth.
 
-mod associate;
 mod budget;
+mod buffers;
 pub mod config;
 pub mod consider;
 mod filter;
-mod gate;
 mod identity;
-mod labels;
 mod lag;
-mod life;
 pub mod near_side;
 mod numbers;
 pub mod offline;
+pub mod own;
 pub mod registration;
+mod resting;
 mod ring;
 pub mod shadow;
-mod spread;
+mod size;
+mod stages;
+mod state;
 mod track_file;
 mod tracker;
+mod weights;
 
 pub use config::TrackingConfig;
 pub use registration::SiteBias;
 pub use shadow::{Shadow, Shadows};
-pub use tracker::{Outcome, Statistics, Tracker};
+pub use state::{Outcome, Statistics, Tracker};
 
 #[cfg(test)]
 mod tests;

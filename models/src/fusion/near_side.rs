@@ -7,6 +7,8 @@
 //! Source: the power centroid of scatterers (Skolnik, *Introduction to Radar Systems*, ch. 4); the two numbers of a kind
 //! of body are assumed, and learnt where targets report their position ([`super::registration`]).
 
+use super::size;
+pub use super::size::Body;
 use crate::frames::Vector2;
 use std::f64::consts::{FRAC_2_PI, PI};
 
@@ -17,17 +19,6 @@ pub struct Kappa {
     pub length: f64,
     /// Of half the span or width that is seen.
     pub span: f64,
-}
-
-/// A body as the radar's law sees it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Body {
-    /// A ground vehicle; else an aircraft.
-    pub vehicle: bool,
-    /// Length over all, m.
-    pub length_m: f64,
-    /// Span, or width of a vehicle, m.
-    pub span_m: f64,
 }
 
 /// What is assumed of echoes.
@@ -67,7 +58,7 @@ impl Default for EchoLaw {
             aircraft: Kappa { length: 0.095, span: 0.11 },
             vehicle: Kappa { length: 0.56, span: 0.13 },
             unknown_m: (1.9, 0.9),
-            residual_m: 1.0,
+            residual_m: 1.4,
             residual_tau_s: 100.0,
             wanders: true,
         }
@@ -133,19 +124,6 @@ impl EchoLaw {
     }
 }
 
-/// A class of targets whose type nobody has said: body, how many of a hundred unnamed targets are of it, and the variance of
-/// one plot of a radar that it shows, m² per axis (assumed: what a radar of 5 m cells sees of such bodies).
-const CLASSES: [(Body, f64, f64); 6] = [
-    (Body { vehicle: true, length_m: 4.6, span_m: 1.9 }, 0.30, 0.6),
-    (Body { vehicle: true, length_m: 12.0, span_m: 3.0 }, 0.20, 2.2),
-    (Body { vehicle: false, length_m: 8.3, span_m: 11.0 }, 0.10, 1.2),
-    (Body { vehicle: false, length_m: 30.0, span_m: 20.0 }, 0.10, 4.5),
-    (Body { vehicle: false, length_m: 38.0, span_m: 36.0 }, 0.22, 8.0),
-    (Body { vehicle: false, length_m: 60.0, span_m: 60.0 }, 0.08, 16.0),
-];
-/// Spread of ln variance within a class.
-const WITHIN_CLASS: f64 = 0.35;
-
 impl EchoLaw {
     /// Offset and its standard deviation of a target whose type nobody has said, by the variance of its plots that was
     /// seen in so many triples: `p_k ∝ prior · N(ln s²; ln v_k, 2/(n/2) + 0.35²)`, `o = Σ p_k o_k`.
@@ -157,12 +135,10 @@ impl EchoLaw {
         course: Option<Vector2<f64>>,
         axis: Vector2<f64>,
     ) -> (f64, f64) {
-        let spread = 4.0 / triples.max(0.1) + WITHIN_CLASS * WITHIN_CLASS;
-        let seen = libm::log(variance_m2.max(1e-3));
         let (mut sum, mut mean, mut square) = (0.0, 0.0, 0.0);
-        for (body, prior, variance) in &CLASSES {
-            let off = seen - libm::log(*variance);
-            let weight = prior * libm::exp(-0.5 * off * off / spread);
+        for (body, prior) in &size::CLASSES {
+            let ln = size::ln_density(variance_m2, triples, body.length_m, body.span_m);
+            let weight = prior * libm::exp(ln);
             let (offset, sigma) = match course {
                 Some(course) => (self.of(body).offset_m(half_extents_m(body, axis, course)), 0.0),
                 None => self.of(body).mean_offset_m(body),

@@ -1,7 +1,6 @@
 //! The updates of the last seconds, of all tracks, about in the order in which they were done: a scan goes through
 //! the tracks in one order, so what it reads and writes here lies side by side.
 
-use super::track_file::Entry;
 use crate::time::SimTime;
 use smallvec::SmallVec;
 use std::ops::{Deref, DerefMut, Index, IndexMut};
@@ -11,16 +10,22 @@ use std::ops::{Deref, DerefMut, Index, IndexMut};
 pub(super) struct Slot(u32);
 
 /// See the module's text.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Ring {
-    entries: Vec<Entry>,
+#[derive(Clone, Debug)]
+pub(super) struct RingOf<T> {
+    entries: Vec<T>,
     /// Places that may be used again.
     free: Vec<Slot>,
 }
 
-impl Ring {
+impl<T> Default for RingOf<T> {
+    fn default() -> Self {
+        Self { entries: Vec::new(), free: Vec::new() }
+    }
+}
+
+impl<T> RingOf<T> {
     #[inline]
-    pub(super) fn put(&mut self, entry: Entry) -> Slot {
+    pub(super) fn put(&mut self, entry: T) -> Slot {
         if let Some(slot) = self.free.pop() {
             self.entries[slot.0 as usize] = entry;
             return slot;
@@ -41,18 +46,18 @@ impl Ring {
     }
 }
 
-impl Index<Slot> for Ring {
-    type Output = Entry;
+impl<T> Index<Slot> for RingOf<T> {
+    type Output = T;
 
     #[inline]
-    fn index(&self, slot: Slot) -> &Entry {
+    fn index(&self, slot: Slot) -> &T {
         &self.entries[slot.0 as usize]
     }
 }
 
-impl IndexMut<Slot> for Ring {
+impl<T> IndexMut<Slot> for RingOf<T> {
     #[inline]
-    fn index_mut(&mut self, slot: Slot) -> &mut Entry {
+    fn index_mut(&mut self, slot: Slot) -> &mut T {
         &mut self.entries[slot.0 as usize]
     }
 }

@@ -6,7 +6,7 @@
 //! One call runs one rung, so that the caller can measure the time of each.
 
 use super::config::TrackingConfig;
-use super::tracker::{Outcome, Statistics, Tracker};
+use super::state::{Outcome, Statistics, Tracker};
 use crate::filter::{FilterConfig, Rung};
 use crate::flight_list::FlightList;
 use crate::plot::Plot;

@@ -1,15 +1,15 @@
 //! One track: its filter, the updates of the last seconds, and what is known of it.
 
-use super::config::{Life, TrackingConfig};
-use super::filter::TrackFilter;
+use super::config::TrackingConfig;
+use super::filter::{TrackFilter, predict};
 use super::identity::Evidence;
 use super::lag::Lag;
 use super::near_side::{Body, EchoLaw};
 use super::registration::{Reference, Registration};
-use super::ring::{Past, Ring, Slotted};
-use super::spread::Spread;
+use super::ring::{Past, RingOf, Slotted};
+use super::size::Spread;
 use crate::association::kinematic_gate::{ClassLimits, Departure};
-use crate::filter::{Estimate, Gaussian, Sym2, UpdateError};
+use crate::filter::{Gaussian, UpdateError};
 use crate::frames::{Matrix2, Vector2};
 use crate::plot::{Callsign, Identity, Plot, SensorId, SensorKind};
 use crate::time::SimTime;
@@ -108,6 +108,9 @@ pub(super) struct Entry {
     before: TrackFilter,
     update: Record,
 }
+
+/// The updates of the last seconds, of all tracks.
+pub(super) type Ring = RingOf<Entry>;
 
 impl Entry {
     /// An update that became a beginning is one when it is done again.
@@ -254,7 +257,7 @@ impl Track {
             twin: None,
         };
         track.learn_identity(plot.identity);
-        track.evidence.take_plot(plot, interval_s);
+        track.spread.learn(plot, interval_s);
         track.updated_by.push((plot.sensor, plot.time));
         Ok(track)
     }
@@ -539,7 +542,6 @@ impl Track {
         self.altitude_m = plot.altitude_m.or(self.altitude_m);
         self.refused = None;
         self.learn_identity(plot.identity);
-        self.evidence.take_plot(plot, interval_s);
         match self.updated_by.iter_mut().find(|(sensor, _)| *sensor == plot.sensor) {
             Some((_, last)) => *last = plot.time.max(*last),
             None => self.updated_by.push((plot.sensor, plot.time)),
@@ -686,55 +688,4 @@ fn again(
             step(filter, Update::Weighted(&whole(plots)), merged, config)
         }
     }
-}
-
-/// Position (m) with its covariance (m²) at `time`, as [`predict`].
-///
-/// # Errors
-/// If `time` is before the filter's.
-#[inline]
-pub(super) fn position_at(
-    filter: &TrackFilter,
-    time: SimTime,
-    life: &Life,
-) -> Result<(Vector2<f64>, Sym2), UpdateError> {
-    if time.since_s(filter.time()) <= life.constant_velocity_after_s {
-        return filter.position_at(time);
-    }
-    let at = predict(filter, time, life)?.state;
-    Ok((at.position(), at.position_cov()))
-}
-
-/// Position (m) at `time`, as [`predict`].
-///
-/// # Errors
-/// If `time` is before the filter's.
-#[inline]
-pub(super) fn place_at(
-    filter: &TrackFilter,
-    time: SimTime,
-    life: &Life,
-) -> Result<Vector2<f64>, UpdateError> {
-    if time.since_s(filter.time()) <= life.constant_velocity_after_s {
-        return filter.place_at(time);
-    }
-    Ok(predict(filter, time, life)?.position_m())
-}
-
-/// The state at `time` without further plots: by the filter's own model for a while, then at constant
-/// velocity.
-///
-/// # Errors
-/// If `time` is before the filter's.
-pub(super) fn predict(
-    filter: &TrackFilter,
-    time: SimTime,
-    life: &Life,
-) -> Result<Estimate, UpdateError> {
-    if time.since_s(filter.time()) <= life.constant_velocity_after_s {
-        return filter.predicted(time);
-    }
-    filter
-        .predicted(filter.time().plus_s(life.constant_velocity_after_s))?
-        .coasted(time, life.coast_q)
 }

@@ -217,7 +217,13 @@ fn what_turns_out_otherwise_loses_its_label() {
     let config = TrackingConfig::paper();
     let (born, now) = (SimTime::from_s(0.0), SimTime::from_s(60.0));
     let odds = |evidence: &super::super::identity::Evidence| {
-        evidence.log_ratio(born, entry, &flights, &config, now, 120.0)
+        let list = super::super::identity::List {
+            flights: &flights,
+            config: &config,
+            now,
+            times: super::super::identity::ListTimes::stated(120.0),
+        };
+        evidence.log_ratio(&super::super::size::Spread::default(), born, entry, &list)
     };
     let nothing = odds(&evidence);
     evidence.stood_m = entry.stand_m;

@@ -14,6 +14,7 @@ mod hard_cases;
 mod identity;
 mod labelled;
 mod lag;
+mod own;
 mod several;
 mod shadows;
 

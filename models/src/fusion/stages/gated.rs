@@ -3,36 +3,36 @@
 //! Where plots lie thinly, every plot in a track's search box is gated exactly. Where more than [`KEPT`] lie in one
 //! box, they are compared by distances interpolated between the ends of the batch, at most [`LOOKED_AT`] of them, and
 //! the best [`KEPT`] are gated exactly. So a scan of n tracks and m plots looks at no more than `O(n + m)` pairs,
-//! wherever they lie; what was left out is counted, and what is left over is paired by rank ([`Tracker::pair_by_rank`]).
+//! wherever they lie; what was left out is counted, and what is left over is paired by rank (`pair_by_rank` of [`super::assigned`]).
 
-use super::associate::How;
-use super::config::SensorModel;
-use super::filter::TrackFilter;
-use super::track_file::{Stage, Track, place_at, position_at};
-use super::tracker::{Look, Tracker, Work};
 use crate::association::grid::every;
 use crate::association::nearest::Pair;
 use crate::filter::{Measurement, Nis, Sym2, nis_at};
 use crate::frames::Vector2;
+use crate::fusion::buffers::{Crowd, Look, Reachable};
+use crate::fusion::config::SensorModel;
+use crate::fusion::filter::{TrackFilter, place_at, position_at};
+use crate::fusion::state::{Tracker, Work};
+use crate::fusion::track_file::{Stage, Track};
 use crate::plot::Plot;
 use crate::time::SimTime;
 use std::ops::Range;
 
 /// Plots of one track that are gated exactly.
-pub(super) const KEPT: usize = 8;
+pub(in crate::fusion) const KEPT: usize = 8;
 
 /// Plots of one search box that are compared at all.
 const LOOKED_AT: usize = 64;
 
 /// Places of the grid that are gone through for one track.
-const PLACES: usize = 512;
+const PLACES: usize = 160;
 
 /// Where a track may be at any time of a batch.
-struct Box2 {
+pub(in crate::fusion) struct Box2 {
     low: Vector2<f64>,
     high: Vector2<f64>,
     /// Predicted position at the begin and the end of the batch; of a track of one plot, that plot's.
-    ends: [Vector2<f64>; 2],
+    pub(in crate::fusion) ends: [Vector2<f64>; 2],
     /// Covariance at the end.
     cov: Sym2,
     /// A track of one plot: how fast it may be, m/s.
@@ -41,7 +41,7 @@ struct Box2 {
 
 impl Tracker {
     /// All pairs of tracks of `stage` and free plots inside the covariance gate, by track and plot.
-    pub(super) fn gated_pairs(&self, from: usize, stage: Stage, work: &mut Work) {
+    pub(in crate::fusion) fn gated_pairs(&self, from: usize, stage: Stage, work: &mut Work) {
         let Work { candidates, used, gated, held, pairs, track_used, span, .. } = work;
         let Work { crowd, budget, .. } = work;
         let first_stage = stage == Stage::Confirmed;
@@ -167,7 +167,12 @@ impl Tracker {
     }
 
     /// Where `track` may be at any time of a batch; nothing if it cannot be said.
-    fn search_box(&self, track: &Track, span: (SimTime, SimTime), widest_m2: f64) -> Option<Box2> {
+    pub(in crate::fusion) fn search_box(
+        &self,
+        track: &Track,
+        span: (SimTime, SimTime),
+        widest_m2: f64,
+    ) -> Option<Box2> {
         let (begin, end) = span;
         let life = &self.config.life;
         if track.plots == 1 {
@@ -203,64 +208,9 @@ impl Tracker {
         })
     }
 
-    /// Gives tracks that were cut off from some plots, and have none, one that nobody has: within a cell of the grid
-    /// the first track the first plot, both in the order of their places. Nothing can be told apart there; no track
-    /// shall die of it, and no plot begin one.
-    pub(super) fn pair_by_rank(&mut self, from: usize, model: &SensorModel, work: &mut Work) {
-        if work.crowd.tracks.is_empty() {
-            return;
-        }
-        let mut tracks: Vec<(usize, u64, u32)> = Vec::new();
-        for &index in &work.crowd.tracks {
-            let track = &self.tracks[index as usize];
-            if work.track_used[index as usize] {
-                continue;
-            }
-            if let Some(search) = self.search_box(track, work.span, work.widest_m2) {
-                let (cell, within) = work.plots.cell_at(search.ends[1]);
-                tracks.push((cell, within, index));
-            }
-        }
-        let mut plots: Vec<(usize, u64, u32)> = Vec::new();
-        for (place, look) in work.looks.iter().enumerate() {
-            if !work.used[look.k as usize] {
-                let (cell, within) = work.plots.cell_at(look.position_m);
-                plots.push((cell, within, place as u32));
-            }
-        }
-        tracks.sort_unstable();
-        plots.sort_unstable();
-        let mut next = 0;
-        for (cell, _, index) in tracks {
-            while next < plots.len() && plots[next].0 < cell {
-                next += 1;
-            }
-            let Some(&(_, _, place)) = plots.get(next).filter(|plot| plot.0 == cell) else {
-                continue;
-            };
-            let Look { time, measured, position_m, k, .. } = work.looks[place as usize];
-            let (track, plot) = (&self.tracks[index as usize], &work.candidates[k as usize].plot);
-            let Some(m) = measured.filter(|_| track.may_be(plot.identity)) else { continue };
-            work.budget.spend(if work.light { 10 } else { work.budget.gate() });
-            let found = self.distance(track, time, plot, &m);
-            let near = if track.plots == 1 {
-                let way = track.limits.speed_mps * time.since_s(track.time()).abs();
-                let first = track.filter().motion().0;
-                (position_m - first).norm() <= way + 3.0 * trace(plot).sqrt()
-            } else {
-                found.is_some_and(|nis| nis.d2 <= self.gate_1)
-            };
-            if near && found.is_some() && k as usize >= from {
-                next += 1;
-                self.statistics.paired_by_rank += 1;
-                self.update(index as usize, How::Plot, k as usize, model, work);
-            }
-        }
-    }
-
     /// All pairs of confirmed tracks without a plot and free plots that the fastest target of the track's class
     /// could have reached.
-    pub(super) fn reachable_pairs(&self, model: &SensorModel, work: &mut Work) {
+    pub(in crate::fusion) fn reachable_pairs(&self, model: &SensorModel, work: &mut Work) {
         let Work { candidates, used, gated, confirmed, track_used, span, reaches, .. } = work;
         let Work { crowd, budget, .. } = work;
         let (plots, looks) = (&work.plots, &work.looks);
@@ -344,7 +294,7 @@ impl Tracker {
 
 impl Box2 {
     /// Normalised distance of a plot, with the track between the two ends of the batch.
-    fn about(&self, look: &Look, span: (SimTime, SimTime)) -> Option<Nis> {
+    pub(in crate::fusion) fn about(&self, look: &Look, span: (SimTime, SimTime)) -> Option<Nis> {
         let whole = span.1.since_s(span.0);
         let share = if whole > 0.0 { look.time.since_s(span.0) / whole } else { 1.0 };
         let at = self.ends[0] + (self.ends[1] - self.ends[0]) * share;
@@ -353,55 +303,9 @@ impl Box2 {
     }
 }
 
-/// Tracks in whose boxes lie more plots than are gated exactly.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Crowd {
-    /// Those tracks.
-    pub(super) tracks: Vec<u32>,
-    /// Places (in the grid's order) of plots in the boxes of tracks that did not look at all of them.
-    covered: Vec<u32>,
-    /// How many such boxes begin less how many end at each place.
-    steps: Vec<i32>,
-    runs: Vec<Range<usize>>,
-    near: Vec<u32>,
-    /// Distance (its bits), turn, place.
-    ranked: Vec<(u64, u32, u32)>,
-}
-
-impl Crowd {
-    fn begin(&mut self, places: usize) {
-        self.tracks.clear();
-        self.covered.clear();
-        self.steps.clear();
-        self.steps.resize(places + 1, 0);
-    }
-
-    /// Track `index` was cut off from plots of its box; from some without a look at them (`unseen`).
-    fn note(&mut self, index: u32, unseen: bool) {
-        self.tracks.push(index);
-        for run in self.runs.iter().filter(|_| unseen) {
-            self.steps[run.start] += 1;
-            self.steps[run.end] -= 1;
-        }
-    }
-
-    fn end(&mut self) {
-        if self.tracks.is_empty() {
-            return;
-        }
-        let mut depth = 0;
-        for (place, step) in self.steps.iter().enumerate() {
-            depth += step;
-            if depth > 0 {
-                self.covered.push(place as u32);
-            }
-        }
-    }
-}
-
 /// Lays those of the plots `candidates[from..to]` that no track has out by place, with what gates ask of them in the
 /// order of the grid's cells.
-pub(super) fn lay_out(from: usize, to: usize, work: &mut Work) {
+pub(in crate::fusion) fn lay_out(from: usize, to: usize, work: &mut Work) {
     let Work { candidates, used, free, positions, plots, looks, widest_m2, .. } = work;
     free.clear();
     free.extend((from..to).filter(|&k| !used[k]).map(|k| k as u32));
@@ -424,16 +328,6 @@ pub(super) fn lay_out(from: usize, to: usize, work: &mut Work) {
     *widest_m2 = variances.fold(0.0, f64::max);
 }
 
-/// A pair that a target of the track's class could just have made.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Reachable {
-    pub(super) track: u32,
-    pub(super) k: u32,
-    /// The kinematic gate need not be asked.
-    pub(super) hopeless: bool,
-    distance_m: f64,
-}
-
 /// A target at its last update, as much as a first look needs.
 #[derive(Clone, Copy, Debug)]
 struct Departed {
@@ -448,7 +342,7 @@ struct Departed {
 
 impl Departed {
     #[inline]
-    fn of(filter: &TrackFilter) -> Self {
+    pub(in crate::fusion) fn of(filter: &TrackFilter) -> Self {
         let state = filter.estimate().state;
         let [vx, vy] = state.x[1].array();
         let [pp, pv, vv] = [0, 1, 3].map(|k| state.p[k].east() + state.p[k].north());
@@ -466,7 +360,7 @@ impl Departed {
     /// straight on at full acceleration the way is too short by more than the gate times the trace of all that is
     /// uncertain.
     #[inline]
-    fn surely_out_of_reach(
+    pub(in crate::fusion) fn surely_out_of_reach(
         &self,
         distance: f64,
         acceleration: f64,
@@ -485,12 +379,12 @@ impl Departed {
 const GRID_CELL_M: f64 = 25.0;
 
 /// Added to the search circle of the kinematic gate, m; the exact test follows.
-pub(super) const REACH_MARGIN_M: f64 = 50.0;
+pub(in crate::fusion) const REACH_MARGIN_M: f64 = 50.0;
 
 impl Tracker {
     /// Distance of a plot (measuring `m`) from a track predicted to the plot's own time.
     #[inline]
-    pub(super) fn distance(
+    pub(in crate::fusion) fn distance(
         &self,
         track: &Track,
         time: SimTime,
@@ -514,7 +408,7 @@ impl Tracker {
 }
 
 /// `tr R`, m²; a direction that is not measured counts 10 m.
-pub(super) fn trace(plot: &Plot) -> f64 {
+pub(in crate::fusion) fn trace(plot: &Plot) -> f64 {
     plot.along_m2.min(100.0) + plot.across_m2.min(100.0)
 }
 

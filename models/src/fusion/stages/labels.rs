@@ -3,65 +3,55 @@
 //! The odds of each unnamed track and line (`identity`) make a one-to-one distribution by belief propagation. A label
 //! is given from [`GIVEN`] on and taken back below [`KEPT`]; from [`ASSUMED`] on it is published as assumed.
 
-use super::config::TrackingConfig;
-use super::identity::list_sigma_s;
-use super::track_file::{Stage, Track};
-use super::tracker::Work;
-use crate::association::lbp::Edge;
+use crate::association::lbp::{Belief, Edge};
 use crate::flight_list::{FlightEntry, FlightList, MovementKind};
+use crate::fusion::budget::Budget;
+use crate::fusion::config::TrackingConfig;
+use crate::fusion::identity::{List, ListTimes, SIGMAS};
+use crate::fusion::resting::Resting;
+use crate::fusion::track_file::{Stage, Track};
 use crate::plot::Callsign;
 use crate::time::SimTime;
 use crate::track::{Label, TrackType};
 use std::collections::BTreeMap;
 
 /// A label that is at least this probable is given.
-pub(super) const GIVEN: f64 = 0.9;
+pub(in crate::fusion) const GIVEN: f64 = 0.9;
 /// A given one that is less probable is taken back.
 const KEPT: f64 = 0.8;
 /// From here on a label is published as assumed.
 const ASSUMED: f64 = 0.5;
 /// Probability of a label by the target's own name.
-pub(super) const NAMED: f64 = 0.999;
+pub(in crate::fusion) const NAMED: f64 = 0.999;
 /// Odds are weighed this often, s, and whenever something has happened.
 const EVERY_S: f64 = 5.0;
 /// ln of odds that are left out.
 const NEGLIGIBLE: f64 = -7.0;
 /// Pairs of tracks and lines for which all tracks are weighed; of more, those that have shown something.
 const MOST_PAIRS: usize = 200_000;
-/// The line of a track that ended is not given again for this long, s.
-const REST_S: f64 = 10.0;
-
-/// What is kept between the scans.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Labels {
-    next: Option<SimTime>,
-    resting: Vec<(Callsign, SimTime)>,
-}
-
-impl Labels {
-    /// A track with this line has ended.
-    pub(super) fn rest(&mut self, entry: Callsign, now: SimTime) {
-        self.resting.push((entry, now.plus_s(REST_S)));
-    }
-}
+/// Landings and take-offs of which the list's error is learnt at a time, lines that each is held against, and how far off
+/// these may be, s.
+const MOST_EVENTS: usize = 32;
+const MOST_LINES: usize = 64;
+const WINDOW_S: f64 = 900.0;
 
 /// What changed.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Changes {
+pub(in crate::fusion) struct Changes {
     /// One identity seen on two tracks.
-    pub(super) conflicts: u64,
+    pub(in crate::fusion) conflicts: u64,
     /// Labels taken back.
-    pub(super) revisions: u64,
+    pub(in crate::fusion) revisions: u64,
 }
 
 /// Gives labels to confirmed tracks.
-pub(super) fn assign(
-    labels: &mut Labels,
+pub(in crate::fusion) fn assign(
+    labels: &mut Resting,
     tracks: &mut [Track],
     flights: &FlightList,
     config: &TrackingConfig,
     now: SimTime,
-    work: &mut Work,
+    (belief, budget): (&mut Belief, &mut Budget),
 ) -> Changes {
     let mut changes = Changes::default();
     if flights.entries.is_empty() {
@@ -95,19 +85,19 @@ pub(super) fn assign(
     news |= tracks.iter().any(|t| t.evidence.news);
     if news || labels.next.is_none_or(|next| next <= now) {
         labels.next = Some(now.plus_s(EVERY_S));
-        changes.revisions = weigh(labels, tracks, flights, config, now, work);
+        changes.revisions = weigh(labels, tracks, flights, config, now, (belief, budget));
     }
     changes
 }
 
 /// Weighs the odds of all tracks without a name and all lines that no name holds.
 fn weigh(
-    labels: &Labels,
+    labels: &Resting,
     tracks: &mut [Track],
     flights: &FlightList,
     config: &TrackingConfig,
     now: SimTime,
-    work: &mut Work,
+    (belief, budget): (&mut Belief, &mut Budget),
 ) -> u64 {
     let free = |t: &Track| {
         t.stage == Stage::Confirmed && !t.outside && t.callsign.is_none() && t.address.is_none()
@@ -128,22 +118,22 @@ fn weigh(
         rows.retain(|&t| tracks[t].evidence.shows() || tracks[t].entry.is_some());
         rows.truncate(MOST_PAIRS / lines.len().max(1));
     }
-    let sigma_s = list_sigma_s(tracks, flights, &config.labels);
+    let times = list_times(labels, tracks, &lines, flights, config, now);
+    let list = List { flights, config, now, times };
     tracks.iter_mut().for_each(|track| track.evidence.news = false);
     let mut edges = Vec::new();
     for (row, &t) in rows.iter().enumerate() {
         let track = &tracks[t];
         for (column, entry) in lines.iter().enumerate() {
-            let gain = track.evidence.log_ratio(track.born, entry, flights, config, now, sigma_s);
+            let gain = track.evidence.log_ratio(&track.spread, track.born, entry, &list);
             if gain > NEGLIGIBLE {
                 edges.push(Edge { row: row as u32, column: column as u32, gain });
             }
         }
     }
-    let belief = &mut work.belief;
     let ended = belief.run(rows.len(), lines.len(), &edges, 200, 1e-6);
-    work.budget.spend((8 * rows.len() * lines.len()) as u64);
-    work.budget.spend(u64::from(ended.sweeps) * edges.len() as u64);
+    budget.spend((8 * rows.len() * lines.len()) as u64);
+    budget.spend(u64::from(ended.sweeps) * edges.len() as u64);
     let mut revisions = 0;
     for (row, &t) in rows.iter().enumerate() {
         let track = &mut tracks[t];
@@ -162,14 +152,64 @@ fn weigh(
         }
         (track.assumed, track.label_p) = (None, None);
         let Some((share, entry)) = best.filter(|(share, _)| *share >= ASSUMED) else { continue };
-        give(track, Some(entry), config);
-        track.label_p = Some(share);
-        if share < GIVEN {
-            // Its size and what it can do are likely, its name is not sure.
-            (track.entry, track.assumed) = (None, Some(entry.callsign));
+        // What is only assumed says nothing of size and limits: a wrong type is worse than none.
+        if share >= GIVEN {
+            give(track, Some(entry), config);
+        } else {
+            track.assumed = Some(entry.callsign);
         }
+        track.label_p = Some(share);
     }
     revisions
+}
+
+/// How far the list is off, by all landings and take-offs: of tracks with a name against their own line, of others against
+/// any line, `ln(1 + Σ odds)`.
+fn list_times(
+    labels: &Resting,
+    tracks: &[Track],
+    lines: &[&FlightEntry],
+    flights: &FlightList,
+    config: &TrackingConfig,
+    now: SimTime,
+) -> ListTimes {
+    let stated = ListTimes::stated(config.labels.list_sigma_s);
+    let mut sum = labels.ended;
+    for track in tracks.iter().filter(|t| t.evidence.is_event()).take(MOST_EVENTS) {
+        let own = track.entry.and_then(|entry| flights.by_callsign(entry));
+        let said = match own {
+            Some(line) => likelihoods(track, line, flights, config, now),
+            None => {
+                let mut odds = [1.0; SIGMAS];
+                let event = track.evidence.event();
+                let near = |e: &&&FlightEntry| {
+                    event.is_some_and(|at| at.since_s(e.eta_ctd).abs() < WINDOW_S)
+                };
+                for line in lines.iter().filter(near).take(MOST_LINES) {
+                    let said = likelihoods(track, line, flights, config, now);
+                    odds.iter_mut().zip(said).for_each(|(sum, l)| *sum += libm::exp(l));
+                }
+                odds.map(libm::log)
+            }
+        };
+        sum.iter_mut().zip(said).for_each(|(sum, l)| *sum += l);
+    }
+    stated.after(&sum)
+}
+
+/// ln likelihood of what a track has shown under each deviation, if it is this line.
+pub(in crate::fusion) fn likelihoods(
+    track: &Track,
+    line: &FlightEntry,
+    flights: &FlightList,
+    config: &TrackingConfig,
+    now: SimTime,
+) -> [f64; SIGMAS] {
+    let stated = ListTimes::stated(config.labels.list_sigma_s);
+    std::array::from_fn(|k| {
+        let list = List { flights, config, now, times: stated.only(k) };
+        track.evidence.log_ratio(&track.spread, track.born, line, &list).clamp(-50.0, 50.0)
+    })
 }
 
 fn identified<'a>(track: &Track, flights: &'a FlightList) -> Option<&'a FlightEntry> {
@@ -185,7 +225,10 @@ fn give(track: &mut Track, entry: Option<&FlightEntry>, config: &TrackingConfig)
 }
 
 /// What the list says of the track now.
-pub(super) fn label(entry: Option<Callsign>, flights: &FlightList) -> (TrackType, Option<Label>) {
+pub(in crate::fusion) fn label(
+    entry: Option<Callsign>,
+    flights: &FlightList,
+) -> (TrackType, Option<Label>) {
     let Some(entry) = entry.and_then(|c| flights.by_callsign(c)) else {
         return (TrackType::NotAssociated, None);
     };

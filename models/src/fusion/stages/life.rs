@@ -1,26 +1,28 @@
 //! Confirmation, coasting, deletion, and duplicates of one long target.
 
-use super::config::TrackingConfig;
-use super::numbers::Numbers;
-use super::ring::Ring;
-use super::track_file::{Stage, Track, predict};
-use super::tracker::{Statistics, Tracker, Work};
 use crate::filter::Estimate;
 use crate::flight_list::FlightList;
 use crate::frames::Vector2;
+use crate::fusion::config::{Life, TrackingConfig};
+use crate::fusion::filter::predict;
+use crate::fusion::numbers::Numbers;
+use crate::fusion::own::{Initiation, Shown, Trial};
+use crate::fusion::size;
+use crate::fusion::state::{Statistics, Tracker, Work};
+use crate::fusion::track_file::{Ring, Stage, Track};
 use crate::time::SimTime;
 use crate::track::{SecondAgo, SystemTrack, TrackStatus, TrackType};
 
 impl Tracker {
     /// End of the scan for every track: count the look, confirm or end it. Gives the confirmed tracks as they are now,
     /// without a label, and puts their indices into `seen`.
-    pub(super) fn end_of_scan(
+    pub(in crate::fusion) fn end_of_scan(
         &mut self,
         now: SimTime,
         flights: &FlightList,
         seen: &mut Vec<u32>,
     ) -> Vec<SystemTrack> {
-        let Self { tracks, ring, numbers, config, statistics, previous, .. } = self;
+        let Self { tracks, ring, numbers, config, statistics, previous, initiation, .. } = self;
         seen.clear();
         let mut out = Vec::with_capacity(tracks.len());
         for (index, track) in tracks.iter_mut().enumerate() {
@@ -38,7 +40,7 @@ impl Tracker {
             }
             let before = track.stage;
             if before == Stage::Tentative {
-                confirm_or_drop(track, numbers, now, config, statistics);
+                judge(track, initiation.as_deref(), numbers, now, config, statistics);
             }
             let (Stage::Confirmed, Some(number)) = (track.stage, track.number) else { continue };
             let Some(at) = present(track, ring, now, config, statistics) else { continue };
@@ -126,36 +128,56 @@ fn look(track: &mut Track, hit: bool) {
 }
 
 /// M of N, sliding window; out of reach as soon as the last N looks hold more than N − M misses.
-fn confirm_or_drop(
-    track: &mut Track,
-    numbers: &mut Numbers,
-    now: SimTime,
-    config: &TrackingConfig,
-    statistics: &mut Statistics,
-) {
-    let life = &config.life;
-    let identified = track.callsign.is_some() || track.address.is_some();
-    let (m, n) = if identified {
+fn m_of_n(shown: &Shown, life: &Life) -> Trial {
+    let (m, n) = if shown.named {
         (life.identified_hits, life.identified_of)
     } else {
         (life.confirm_hits, life.confirm_of)
     };
     let n = n.clamp(1, u32::BITS);
     let mask = if n == u32::BITS { u32::MAX } else { (1 << n) - 1 };
-    let hits = (track.history & mask).count_ones();
-    let misses = track.looks.min(n) - hits;
+    let hits = (shown.history & mask).count_ones();
+    let misses = shown.looks.min(n) - hits;
     if hits >= m {
-        if let Some(number) = numbers.take(now, track.outside) {
-            track.number = Some(number);
-            track.stage = Stage::Confirmed;
-            statistics.confirmed += 1;
-        } else {
-            track.stage = Stage::Ended;
-            statistics.no_number += 1;
-        }
+        Trial::Confirmed
     } else if misses + m > n {
-        track.stage = Stage::Ended;
-        statistics.tentative_dropped += 1;
+        Trial::Dropped
+    } else {
+        Trial::Goes
+    }
+}
+
+/// What becomes of a track on trial, by our rule or somebody's own.
+fn judge(
+    track: &mut Track,
+    own: Option<&dyn Initiation>,
+    numbers: &mut Numbers,
+    now: SimTime,
+    config: &TrackingConfig,
+    statistics: &mut Statistics,
+) {
+    let shown = Shown {
+        history: track.history,
+        looks: track.looks,
+        plots: track.plots,
+        named: track.callsign.is_some() || track.address.is_some(),
+    };
+    match own.map_or_else(|| m_of_n(&shown, &config.life), |own| own.judge(&shown)) {
+        Trial::Goes => {}
+        Trial::Confirmed => {
+            if let Some(number) = numbers.take(now, track.outside) {
+                track.number = Some(number);
+                track.stage = Stage::Confirmed;
+                statistics.confirmed += 1;
+            } else {
+                track.stage = Stage::Ended;
+                statistics.no_number += 1;
+            }
+        }
+        Trial::Dropped => {
+            track.stage = Stage::Ended;
+            statistics.tentative_dropped += 1;
+        }
     }
 }
 
@@ -177,10 +199,19 @@ fn drop_if_lost(
     }
     let gap = at.time.since_s(track.last_hit);
     let widened = widened(at, life.delete_radius_m);
-    if gap <= life.delete_moving_s.min(life.delete_standing_s) && !widened {
+    let soonest = life.delete_moving_s.min(life.delete_standing_s);
+    let left = track.evidence.took_off.is_some();
+    if gap <= soonest && !widened && !left {
         return;
     }
     let (position, velocity) = track.filter().motion();
+    // What has taken off and is not seen has left the field of a surface sensor: nothing to wait for.
+    if left && velocity.norm() > AIRBORNE_MPS && gap > life.delete_least_updates * track.interval_s
+    {
+        track.stage = Stage::Ended;
+        statistics.deleted += 1;
+        return;
+    }
     let at_stand = || {
         let radius = config.labels.stand_radius_m;
         let near = |stand: Vector2<f64>| (stand - position).norm() <= radius;
@@ -198,6 +229,9 @@ fn drop_if_lost(
 
 /// Faster than any target of a surface sensor, m/s (assumed; the fastest touch down at 90).
 const IMPOSSIBLE_MPS: f64 = 150.0;
+
+/// Faster than this what has begun its run is in the air, m/s (assumed; rotation at 60 to 80).
+const AIRBORNE_MPS: f64 = 70.0;
 
 /// Scans in a row at such a speed that end a track.
 const TOO_FAST_SCANS: u8 = 3;
@@ -223,7 +257,7 @@ const TWIN_SCANS: u32 = 3;
 
 /// Ends tracks that follow another part of a target that already has a track: for some scans on the body of
 /// a labelled aircraft, or nearer than any two targets stand, and moving alike.
-pub(super) fn merge_duplicates(
+pub(in crate::fusion) fn merge_duplicates(
     tracks: &mut [Track],
     shown: &[SystemTrack],
     config: &TrackingConfig,
@@ -316,15 +350,31 @@ const ALONG: f64 = 0.9;
 /// The same across, of the span.
 const ASIDE: f64 = 0.6;
 
+/// How far from the middle of a target of unknown type another echo of it may lie, m: what its echoes show of its size, and
+/// the errors of two plots. Two small aircraft parked ten metres apart are two.
+fn reach_of_body_m(track: &Track) -> f64 {
+    match track.spread.variance_m2() {
+        Some((seen_m2, triples)) if triples >= size::FEWEST_TRIPLES => {
+            0.75 * size::diagonal_m(1.3 * seen_m2) + BESIDE_M
+        }
+        _ => f64::INFINITY,
+    }
+}
+
+/// Two plots of one point are no farther apart than this, m.
+const BESIDE_M: f64 = 2.0;
+
 /// Whether `point_m` lies on the body of `track` (its type known) or within `radius_m` of it.
-pub(super) fn on_body(
+pub(in crate::fusion) fn on_body(
     track: &Track,
     position_m: Vector2<f64>,
     point_m: Vector2<f64>,
     radius_m: f64,
 ) -> bool {
     let offset = point_m - position_m;
-    let Some((length, span)) = track.size_m else { return offset.norm() <= radius_m };
+    let Some((length, span)) = track.size_m else {
+        return offset.norm() <= radius_m.min(reach_of_body_m(track));
+    };
     let (sin, cos) = libm::sincos(track.heading_rad);
     let along = offset.x * sin + offset.y * cos;
     let aside = offset.x * cos - offset.y * sin;

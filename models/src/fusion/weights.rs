@@ -1,0 +1,108 @@
+//! How likely pairs of tracks and plots of one sensor are, and the rows and columns of one cluster of them.
+
+use super::budget::Budget;
+use super::config::SensorModel;
+use crate::association::lbp::Edge;
+use crate::association::nearest::Pair;
+use crate::filter::Nis;
+
+/// ln 2π.
+const LN_TAU: f64 = 1.837_877_066_409_345_3;
+
+/// Evaluations of the exact marginals of a cluster: forward and backward over the sets of used plots.
+pub(super) fn exact_cost(tracks: usize, plots: usize) -> u64 {
+    let sets = 1u64.checked_shl(plots as u32).unwrap_or(u64::MAX);
+    sets.saturating_mul((tracks * plots) as u64) / 2
+}
+
+/// Weights of pairs and misses of one sensor.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Weights {
+    /// `ln(1 − P_D P_G)`
+    pub(super) log_miss: f64,
+    /// `ln P_D − ln λ`
+    pub(super) log_hit: f64,
+}
+
+impl Weights {
+    pub(super) fn new(model: &SensorModel, gate_probability: f64) -> Self {
+        let detection = model.detection.clamp(1e-6, 1.0 - 1e-6);
+        let density = model.false_density_m2.clamp(1e-15, 1e3);
+        Self {
+            log_miss: libm::log1p(-detection * gate_probability.clamp(0.0, 1.0)),
+            log_hit: libm::log(detection) - libm::log(density),
+        }
+    }
+
+    /// `ln P_D − ½(d² + ln det 2πS) − ln λ`
+    pub(super) fn log_like(&self, nis: &Nis) -> f64 {
+        let ln_det = nis.ln_det() + f64::from(nis.dof) * LN_TAU;
+        self.log_hit - 0.5 * (nis.d2 + ln_det)
+    }
+
+    /// How much better than a miss the pair is.
+    pub(super) fn gain(&self, nis: &Nis) -> f64 {
+        self.log_like(nis) - self.log_miss
+    }
+
+    /// True only if [`Self::gain`] is above `least`: a determinant is below the next power of two.
+    pub(super) fn surely_above(&self, nis: &Nis, least: f64) -> bool {
+        let exponent = (nis.det.to_bits() >> 52) as i32 - 1022;
+        let most = f64::from(exponent) * std::f64::consts::LN_2 + f64::from(nis.dof) * LN_TAU;
+        self.log_hit - 0.5 * (nis.d2 + most) - self.log_miss > least + 1e-9
+    }
+}
+
+/// Rows and columns of one cluster.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Local {
+    pub(super) tracks: Vec<u32>,
+    pub(super) plots: Vec<u32>,
+    pub(super) log_miss: Vec<f64>,
+    pub(super) log_like: Vec<f64>,
+    pub(super) beta: Vec<f64>,
+    pub(super) costs: Vec<Option<f64>>,
+    pub(super) edges: Vec<Edge>,
+    pub(super) found: Vec<Option<u32>>,
+}
+
+impl Local {
+    /// Lists the pairs of the cluster, sorted by track, by row and column.
+    pub(super) fn list(&mut self, cluster: &[Pair], weights: &Weights) {
+        let mut edges = std::mem::take(&mut self.edges);
+        edges.clear();
+        edges.extend(cluster.iter().map(|pair| {
+            let (row, column) = self.place(pair);
+            Edge { row: row as u32, column: column as u32, gain: weights.gain(&pair.nis) }
+        }));
+        self.edges = edges;
+    }
+
+    /// Whether exact association is within the limit of the method and a quarter of the scan's budget.
+    pub(super) fn is_exact(&self, limit: usize, budget: &Budget) -> bool {
+        let (tracks, plots) = (self.tracks.len(), self.plots.len());
+        let states = 1usize.checked_shl(plots as u32).and_then(|sets| sets.checked_mul(tracks));
+        plots < usize::BITS as usize
+            && states.is_some_and(|states| states <= limit)
+            && exact_cost(tracks, plots) <= budget.left_of(0.5) / 4
+    }
+
+    pub(super) fn fill(&mut self, cluster: &[Pair]) {
+        self.tracks.clear();
+        self.tracks.extend(cluster.iter().map(|p| p.track));
+        self.tracks.sort_unstable();
+        self.tracks.dedup();
+        self.plots.clear();
+        self.plots.extend(cluster.iter().map(|p| p.plot));
+        self.plots.sort_unstable();
+        self.plots.dedup();
+    }
+
+    pub(super) fn place(&self, pair: &Pair) -> (usize, usize) {
+        let row = self.tracks.partition_point(|&t| t < pair.track);
+        (row, self.plots.partition_point(|&p| p < pair.plot))
+    }
+}
+
+/// Clusters of up to this many tracks are assigned by the dense solver.
+pub(super) const FEW_ROWS: usize = 8;
