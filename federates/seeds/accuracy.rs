@@ -26,6 +26,19 @@ pub struct AccuracyArgs {
     #[arg(long, value_name = "N")]
     scenes: Option<u64>,
 
+    /// Scenes drawn from the seed that the filters are measured on too, so that anybody can check their order [default: 8, 2
+    /// with --quick]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=1000))]
+    unseen: Option<u32>,
+
+    /// Recommend rungs for this time for a target and scan
+    #[arg(long, value_name = "US", value_parser = budget)]
+    budget_us: Option<f64>,
+
+    /// How many targets the recommendation is for
+    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..=10_000_000))]
+    targets: u64,
+
     /// Folder for accuracy.html, accuracy.csv and accuracy.json
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -33,6 +46,14 @@ pub struct AccuracyArgs {
     /// One line of JSON on stdout: {"machine","commit","rows":[...]}
     #[arg(long)]
     json: bool,
+}
+
+/// A time in microseconds.
+fn budget(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(us) if us > 0.0 && us <= 1e9 => Ok(us),
+        _ => Err("a number of microseconds above 0, at most 1e9, is needed".to_owned()),
+    }
 }
 
 /// Measures and reports.
@@ -43,6 +64,8 @@ pub fn run(args: &AccuracyArgs) -> ExitCode {
         seed: args.seed,
         only: args.only.clone(),
         scenes: args.scenes,
+        unseen: args.unseen,
+        budget: args.budget_us.map(|budget_us| (budget_us, args.targets)),
         machine: machine(),
         commit: commit(),
     };

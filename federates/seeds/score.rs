@@ -159,7 +159,8 @@ fn scored(args: &ScoreArgs) -> anyhow::Result<ScoreReport> {
         |s| AreaMap::of(&s.airport.layout, AreaRules::default()),
     );
     let title = format!("{} against {}", args.tracks.display(), args.truth.display());
-    Ok(ScoreReport::of(title, notes, &recording, &areas, &rules))
+    let report = ScoreReport::of(title, notes, &recording, &areas, &rules);
+    Ok(report.with_second_ago(&recording, tracks.second_ago(), &areas, &rules))
 }
 
 /// Longest recording that is scored, s.
@@ -283,6 +284,27 @@ impl Source {
             })
         })?;
         Ok(reports.collect::<Result<_, _>>()?)
+    }
+
+    /// The tracks one scan earlier, as they were revised; none where a log does not hold them.
+    fn second_ago(&self) -> Vec<Report> {
+        let Self::Database(database) = self else { return Vec::new() };
+        let query = database.prepare(
+            "SELECT track, lag_time_ns, time_ns, lag_x_m, lag_y_m, callsign FROM tracks JOIN scans USING (scan) \
+             WHERE status NOT IN ('last', 'tentative') AND lag_time_ns IS NOT NULL",
+        );
+        let Ok(mut query) = query else { return Vec::new() };
+        let reports = query.query_map([], |row| {
+            Ok(Report {
+                track: row.get::<_, i64>(0)?.unsigned_abs(),
+                time: SimTime(row.get(1)?),
+                published: Some(SimTime(row.get(2)?)),
+                position_m: Vector2::new(row.get(3)?, row.get(4)?),
+                velocity_mps: None,
+                label: row.get::<_, Option<String>>(5)?.unwrap_or_default(),
+            })
+        });
+        reports.map_or_else(|_| Vec::new(), |rows| rows.flatten().collect())
     }
 
     /// The radars' plots of targets.

@@ -7,6 +7,7 @@
 mod arithmetic;
 pub mod association;
 mod bounds;
+pub mod chain;
 mod chart;
 mod clock;
 mod dead_reckoning;
@@ -20,6 +21,7 @@ mod gnss;
 mod measure;
 pub mod metar;
 pub mod offline;
+pub mod overview;
 pub mod picture;
 pub mod plot;
 pub mod profiles;
@@ -141,6 +143,8 @@ pub struct Ladder {
     pub cost_label: Option<String>,
     /// Its scenes, in order.
     pub scenes: Vec<SceneAbout>,
+    /// Names of the scenes that nothing was chosen on, where some are and some are not.
+    pub held_out: Vec<String>,
 }
 
 impl Ladder {
@@ -187,6 +191,10 @@ pub struct Options {
     pub only: Option<String>,
     /// Random scenes of the group `effects`, where another number is asked for.
     pub scenes: Option<u64>,
+    /// Scenes drawn from the seed that the group `filters` is measured on beside its own, where another number is asked for.
+    pub unseen: Option<u32>,
+    /// What to recommend rungs for: µs for a target and scan, targets.
+    pub budget: Option<(f64, u64)>,
     /// The machine, for the head of the report.
     pub machine: String,
     /// The commit, for the head of the report.
@@ -249,6 +257,8 @@ pub struct Report {
     pub seed: u64,
     /// Fewer runs and scenes.
     pub quick: bool,
+    /// What to recommend rungs for, where it was asked.
+    pub budget: Option<(f64, u64)>,
     /// Group by group.
     pub outcomes: Vec<Outcome>,
 }
@@ -271,8 +281,8 @@ pub fn run(options: &Options, progress: &mut dyn FnMut(Progress)) -> Result<Repo
             known: known.join(", "),
         });
     }
-    let Options { machine, commit, seed, quick, .. } = options.clone();
-    Ok(Report { machine, commit, seed, quick, outcomes })
+    let Options { machine, commit, seed, quick, budget, .. } = options.clone();
+    Ok(Report { machine, commit, seed, quick, budget, outcomes })
 }
 
 impl Report {

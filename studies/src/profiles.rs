@@ -120,6 +120,8 @@ fn single(chain: Chain, scene: &Path, draws: &[Vec<Plot>]) -> Row {
 pub struct Seen {
     /// End of each scan with its plots.
     pub scans: Vec<(SimTime, Vec<Plot>)>,
+    /// Of each plot of each scan: the index of the mover that caused it.
+    pub causes: Vec<Vec<Option<u64>>>,
     /// Errors of the radars' plots of targets.
     pub radar: PlotSum,
     /// Processor time of the sensors, ns.
@@ -173,6 +175,7 @@ pub fn see_with(
             };
             errors_m.push((plot.position_m - truth_m).norm());
         }
+        seen.causes.push(sink.causes.iter().map(|cause| cause.key).collect());
         seen.scans.push((interval.to, sink.plots));
     }
     seen.radar = PlotSum::of(errors_m);

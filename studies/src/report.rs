@@ -1,7 +1,7 @@
 //! The report: a page that explains itself, a table for programs, one line of JSON.
 
 use crate::chart::{chart, duration, escaped, pareto, times};
-use crate::{Bound, Ladder, Outcome, Report, Row, requirements};
+use crate::{Bound, Ladder, Outcome, Report, Row, overview, requirements};
 use models::score::requirements::{Measure, Requirement, Verdict};
 use serde_json::json;
 use std::fmt::Write;
@@ -111,7 +111,15 @@ impl Report {
     #[must_use]
     pub fn closing(&self) -> String {
         let lines = self.outcomes.iter().map(|o| format!("{}: {}\n", o.ladder.group, closing(o)));
-        lines.collect()
+        let mut text: String = lines.collect();
+        if self.outcomes.iter().any(|o| o.ladder.group == "filters") {
+            let asked = self.budget.map_or_else(|| overview::BUDGETS.to_vec(), |one| vec![one]);
+            for (budget_us, targets) in asked {
+                text += &overview::recommendation(self, budget_us, targets);
+                text.push('\n');
+            }
+        }
+        text
     }
 
     /// Tables for a terminal, then [`Self::closing`].
@@ -193,12 +201,13 @@ impl Report {
              are logarithmic.</p><p class=\"key\">{KEY}</p>\
              <dl><dt>Machine</dt><dd>{}</dd><dt>Commit</dt><dd>{}</dd><dt>Seed</dt><dd>{}</dd>\
              <dt>Extent</dt><dd>{}</dd></dl></header>\
-             <h2>What the next step up costs, and what it buys</h2>\
+             {}<h2>What the next step up costs, and what it buys</h2>\
              <table class=\"contents\">{contents}</table>{body}</body></html>\n",
             escaped(&self.machine),
             escaped(&self.commit),
             self.seed,
             if self.quick { "quick: fewer runs and scenes" } else { "full" },
+            overview::first_screen(self),
         )
     }
 }
@@ -317,8 +326,16 @@ const WORTH_SAYING: f64 = 0.05;
 /// Steps that a closing sentence names one by one.
 const MOST_STEPS: usize = 3;
 
-/// What the next step up costs and what it buys, in words, over the ladder's first scene.
+/// What the next step up costs and what it buys, in words: over all scenes, and in numbers on the ladder's first one.
 fn closing(outcome: &Outcome) -> String {
+    let first = closing_on_first(outcome);
+    match overview::sentence(outcome) {
+        Some(all) => format!("{all} {first}"),
+        None => first,
+    }
+}
+
+fn closing_on_first(outcome: &Outcome) -> String {
     let ladder = &outcome.ladder;
     let failed: Vec<&Row> = outcome.rows.iter().filter(|r| !r.failed.is_empty()).collect();
     let Some(scene) = ladder.scenes.first() else {
@@ -596,7 +613,7 @@ font-size:.9rem;color:#445}dd{margin:0}.closing{background:#eef5fb;border-left:4
 .key{font-size:.9rem;color:#334}.key svg{height:14px;width:auto;vertical-align:-2px;margin-left:.6rem}\
 .contents{white-space:normal}.contents td{text-align:left;vertical-align:top;padding:.35rem .8rem .35rem 0}\
 .contents td:first-child{white-space:nowrap}a{color:#1b5f96}\
-.charts{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(520px,100%),1fr));gap:1.6rem}figure{margin:0;max-width:680px}\
+.charts{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(520px,100%),1fr));gap:1.6rem}figure{margin:0;max-width:680px}.first{max-width:860px}.take{padding-left:1.2rem}\
 figcaption{font-size:.9rem;min-height:3em}figure svg{width:100%;height:auto}.grid{stroke:#e6ebf0;fill:none}.zero{stroke:#9fb1c1;stroke-dasharray:1 3}\
 .tick{font-size:11px;fill:#566}.label{font-size:12px;fill:#334}.front{fill:none;stroke:#2a78b8;stroke-width:1.5}.best{fill:#2a78b8}\
 .other{fill:#fff;stroke:#7a8a99;stroke-width:1.5}.failed{fill:#fff;stroke:#c0392b;stroke-width:2}\
@@ -655,6 +672,7 @@ mod tests {
             commit: "c".into(),
             seed: 1,
             quick: true,
+            budget: None,
             outcomes: vec![Outcome { ladder, rows, bounds: vec![bound], ..Outcome::default() }],
         }
     }
@@ -716,7 +734,7 @@ mod tests {
         let html = report().to_html();
         assert!(html.starts_with("<!doctype html>") && html.ends_with("</html>\n"));
         assert!(html.contains("a&lt;b") && !html.contains("a<b"));
-        assert_eq!(html.matches("<circle").count(), 3 + 4, "the key and four rungs");
+        assert_eq!(html.matches("<circle").count(), 3 + 4 + 4, "the key, and four rungs twice");
         assert!(!html.contains("http") && !html.contains("<script"), "nothing from elsewhere");
     }
 }
