@@ -12,7 +12,8 @@ const NOT_FLOWN: &[(&str, &[&str])] = &[
     ("control/departure_sequence.rs", &["makespan_s"]),
     ("environment/surface.rs", &["circular_opposite", "circular_same"]),
     ("filter/consistency.rs", &["gate_2d"]),
-    ("fusion/tracker.rs", &["site_biases"]),
+    // The last two put in rules of somebody else's.
+    ("fusion/tracker.rs", &["site_biases", "with_association", "with_initiation"]),
     ("plot.rs", &["polar_bias_m", "principal_axes"]),
     ("score/sets.rs", &["ospa"]),
     ("sensors/asde.rs", &["plan_scan", "planting"]),
