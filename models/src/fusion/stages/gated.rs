@@ -25,7 +25,7 @@ pub(in crate::fusion) const KEPT: usize = 8;
 const LOOKED_AT: usize = 64;
 
 /// Places of the grid that are gone through for one track.
-const PLACES: usize = 160;
+const PLACES: usize = 512;
 
 /// Where a track may be at any time of a batch.
 pub(in crate::fusion) struct Box2 {
