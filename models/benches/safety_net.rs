@@ -41,7 +41,7 @@ fn target(n: u16, second: u32) -> Target {
         number: n,
         callsign: Some(Callsign::new(&format!("X{n}"))),
         class: if n % 10 == 9 { TargetClass::Vehicle } else { TargetClass::Aircraft },
-        arriving: n % 2 == 0,
+        arriving: n.is_multiple_of(2),
         length_m: 38.0,
         position_m: Vector2::new(position.0, position.1),
         velocity_mps: Vector2::new(velocity.0, velocity.1),
