@@ -138,16 +138,6 @@ fn every_scene_with_flights_that_ships_is_read() {
     }
 }
 
-#[test]
-fn the_free_policy_deadlocks_and_names_it() {
-    let scene = scene(XSYN, 30, 3600, 1, "free");
-    let (done, of, core) = served(&scene, core_of(&scene));
-    assert!(done < of, "the rush hour at one runway jams");
-    let named = core.remarks().iter().find(|r| r.text.starts_with("deadlock: "));
-    let named = named.expect("a ring is named");
-    assert!(named.text.contains(" wait for each other"), "{}", named.text);
-}
-
 /// Nothing moves without a clearance from outside, and what is asked for the past takes effect at the next frame.
 #[test]
 fn with_notices_a_departure_waits_for_each_clearance() {
