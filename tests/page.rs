@@ -239,8 +239,8 @@ fn labels_never_overlap_and_keep_their_places() {
         }
         before = Some(places);
     }
-    // 8 labels over 38 steps: now and then one has to make room.
-    assert!(turned <= 15, "{turned} labels jumped");
+    // 8 labels over 38 steps: one has to make room, or to leave a runway that its target comes to (15 before that was a rule, 23 now).
+    assert!(turned <= 25, "{turned} labels jumped");
     // The placement alone, in a crowd: 300 targets in a window.
     let crowd = w.browser.eval(
         "import('/labels.js').then(({ place, overlap }) => { \
@@ -432,14 +432,14 @@ fn what_goes_wrong_is_shown_and_does_no_harm() {
     assert_eq!(w.browser.eval("document.querySelectorAll('#tracks b').length"), 0);
     // Messages that are none are refused by the reader with a reason.
     for (octets, reason) in [
-        ("new Uint8Array(0)", "no scan"),
-        ("new Uint8Array(40)", "no scan"),
+        ("new Uint8Array(0)", "not a valid scan"),
+        ("new Uint8Array(40)", "not a valid scan"),
         (
             "(() => { const a = new Uint8Array(40); a.set([83, 69, 69, 68, 9]); return a; })()",
             "version 9",
         ),
         (
-            "(() => { const a = new Uint8Array(40); a.set([83, 69, 69, 68, 2]); a[24] = 200; return a; })()",
+            "(() => { const a = new Uint8Array(40); a.set([83, 69, 69, 68, 3]); a[24] = 200; return a; })()",
             "cut short",
         ),
     ] {

@@ -22,6 +22,9 @@ fn sources(folder: &str) -> Vec<(PathBuf, String)> {
 
 fn refuse(folder: &str, words: &[&str]) {
     for (path, text) in sources(folder) {
+        if path.components().any(|c| c.as_os_str() == "tests") {
+            continue; // tests may read the sources that they speak of
+        }
         for word in words {
             assert!(!text.contains(word), "{}: '{word}' has no place in {folder}", path.display());
         }

@@ -203,9 +203,12 @@ mod tests {
             scenarios::load_without_truth(&scenarios::locate("zurich")).expect("the scene");
         scene.run.start_utc_ns = 1_574_640_000_000_000_000 - 2_000_000_000; // 23:59:58
         let gateway = Gateway::new(&scene, Choice::default());
+        let free = std::net::UdpSocket::bind("127.0.0.1:0").expect("a port");
+        let at = free.local_addr().expect("its address");
+        drop(free);
         let link = LinkConfig {
-            to: "127.0.0.1:0".parse().expect("an address"),
-            listen: Some("127.0.0.1:0".parse().expect("an address")),
+            to: at.to_string().parse().expect("an address"),
+            listen: Some(at),
             ..LinkConfig::default()
         };
         let mut ear = ForeignEar::open(&[link], &[]).expect("it listens");

@@ -64,9 +64,9 @@ fn rows() -> Vec<Row> {
         ),
         row(
             "kill-smdfm",
-            "the SMDFM is killed, the launcher starts it again within 0.1 s",
+            "the SMDFM is killed, the launcher starts it again after 0.5 s",
             "takeover",
-            vec![(5.0, SMDFM, What::Kill), (5.1, SMDFM, What::Start)],
+            vec![(5.0, SMDFM, What::Kill), (5.5, SMDFM, What::Start)],
         ),
         row(
             "kill-two-producers",

@@ -9,6 +9,7 @@ use crate::runtime::cli::{
     self, BAD_INPUT, COMPLETE, CommonArgs, DATA_LOST, FAILED, LogFormat, LossArgs, NetworkArgs,
     fail, load_scene, load_scene_without_truth,
 };
+use crate::runtime::clock::monotonic_ns;
 use crate::runtime::dis_socket::link_config;
 use crate::runtime::messages::Kind;
 use clap::Args;
@@ -19,6 +20,9 @@ use std::net::{SocketAddr, TcpListener};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
+
+/// From the end of a process to its next start: a connection that is gone counts as a loss after 0.3 s.
+const RESTART_NS: u64 = 500_000_000;
 
 /// Default address of the page.
 pub const DEFAULT_PAGE: &str = "127.0.0.1:8600";
@@ -242,8 +246,22 @@ fn processes(args: &RunArgs, control: bool, losses: &Losses) -> anyhow::Result<u
     let mut interrupts = 0;
     let (mut logging, mut lost, mut told) = (false, false, false);
     let progress = args.fast && std::io::IsTerminal::is_terminal(&std::io::stderr());
+    // Who is started again, and when: the station has to know first that the one before is gone.
+    let mut again: Vec<(u64, String)> = Vec::new();
     while !launched.running().is_empty() {
-        let news = launched.news().recv_timeout(Duration::from_millis(500));
+        let patience = if again.is_empty() { 500 } else { 50 };
+        let news = launched.news().recv_timeout(Duration::from_millis(patience));
+        while let Some(due) = again.iter().position(|(at, _)| *at <= monotonic_ns()) {
+            let (_, name) = again.swap_remove(due);
+            if code.is_some() || interrupts > 0 {
+                continue;
+            }
+            if launched.start_again(&name)? {
+                say(&format!("{name} is started again in its place"));
+            } else {
+                say(&format!("{name} ended {STARTS_A_MINUTE} times within a minute"));
+            }
+        }
         if code.is_some() {
             launched.end_if_idle(LOGGER);
         } else if !logging && args.with_logger() && !told && launched.stands(LOGGER) {
@@ -333,11 +351,7 @@ fn processes(args: &RunArgs, control: bool, losses: &Losses) -> anyhow::Result<u
                         && policy == OnLoss::TakeOver
                         && !others_take(&launched, &name)
                     {
-                        if launched.start_again(&name)? {
-                            say(&format!("{name} is started again in its place"));
-                        } else {
-                            say(&format!("{name} ended {STARTS_A_MINUTE} times within a minute"));
-                        }
+                        again.push((monotonic_ns() + RESTART_NS, name));
                         continue;
                     }
                     // The conductor says why and ends the run, unless that one had not joined yet.

@@ -663,7 +663,7 @@ const TRACKS: [&str; 41] = [
     "lag_error_m",
     "assumed",
     "label_p",
-    "time_ns",
+    "estimate_ns",
     "first",
     "designator",
     "wake",

@@ -64,7 +64,7 @@ CREATE TABLE tracks (
   lag_coasted INTEGER, lag_error_m REAL,
   -- A call sign that is likely, but too unsure for a label; the probability of either.
   assumed TEXT, label_p REAL,
-  time_ns INTEGER, first INTEGER, designator TEXT, wake TEXT, movement TEXT, runway_stand TEXT, routing TEXT,
+  estimate_ns INTEGER, first INTEGER, designator TEXT, wake TEXT, movement TEXT, runway_stand TEXT, routing TEXT,
   ctd_eta_ns INTEGER, heading_rad REAL, ax_ms2 REAL, ay_ms2 REAL, vvar_ee REAL, vvar_en REAL, vvar_nn REAL,
   place INTEGER,
   PRIMARY KEY (scan, track)

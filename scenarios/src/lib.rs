@@ -216,6 +216,7 @@ fn text_of(path: &Path) -> Result<String, ScenarioError> {
 fn shipped_scenes() -> String {
     let folders = data_folders(Path::new("scenarios/scene"));
     let mut names: Vec<String> = folders.iter().flat_map(|f| files::toml_names(f)).collect();
+    names.retain(|name| format!("{name}.toml") != shapes::FILE);
     names.sort();
     names.dedup();
     names.join(", ")
@@ -238,11 +239,12 @@ fn read(path: &Path, text: &str, truth_of: TruthOf) -> Result<Scene, ScenarioErr
     let buildings = building::read(&root, &airport)?;
     let control = control::read(&root)?;
     // Traffic that behaves is watched also where the scene does not say by what.
-    let standard = control::standard(path, &airport)?;
-    let given = |key: &str| root.has(key) || traffic.behaving.is_none();
-    let tracking = tracking::read(if given("tracking") { &root } else { &standard })?;
-    let watched = if given("sensor") { &root } else { &standard };
-    let (sensors, sensor_files) = sensors::read(watched, &run, &airport, &traffic, &buildings)?;
+    let lacks = traffic.behaving.is_some() && !(root.has("tracking") && root.has("sensor"));
+    let standard = lacks.then(|| control::standard(path, &airport)).transpose()?;
+    let of = |key: &str| standard.as_ref().filter(|_| !root.has(key)).unwrap_or(&root);
+    let tracking = tracking::read(of("tracking"))?;
+    let (sensors, sensor_files) =
+        sensors::read(of("sensor"), &run, &airport, &traffic, &buildings)?;
     files.extend(sensor_files);
     let radars = sensors.iter().filter_map(|s| s.asde.as_ref());
     warnings.extend(radars.flat_map(|radar| radar.warnings.iter().cloned()));

@@ -205,7 +205,7 @@ mod tests {
             ("[0, 0, 0]", "1", "row 1: 0 is not within"),
             ("[0, 0, 1.0, 0, 5]", "1", "row 1: 5 is not within 10 to 180"),
             ("[0, 0, 1.0, 0]", "1", "4 numbers"),
-            ("[0, 0, 1.0, 0, 90]", "1", "nothing is returned"),
+            ("[0, 0, 1.0, 0, 90]", "1", "at 28.0 degrees from ahead: -1.08 dB, beyond 1 below"),
             ("[0, 0, 1.0], [0, 0, 0.9]", "1", "beyond 1 below and 1 above"),
             ("", "1", "0 rows"),
         ] {

@@ -6,7 +6,8 @@ use crate::scenes::{self, NoiseLevel, Scene};
 use crate::{Ladder, Options, Outcome, Progress, Row, SceneAbout, clock};
 use models::draw::{DrawKey, Purpose, normal_pair};
 use models::filter::bulk::Bulk;
-use models::filter::{Estimator, FilterConfig, Rung, Start, StateEstimator};
+use models::filter::three_state::ThreeState;
+use models::filter::{FilterConfig, Rung, Start, StateEstimator};
 use models::frames::{Azimuth, Vector2};
 use models::plot::{Plot, polar_to_cartesian};
 use std::hint::black_box;
@@ -111,11 +112,14 @@ pub(crate) fn polar(options: &Options, progress: &mut dyn FnMut(Progress)) -> Ou
 }
 
 /// Updates of the same plots by one filter; positions after each scan.
-fn doubles(plots: &[Vec<Plot>], rung: Rung) -> (Vec<Vec<Vector2<f64>>>, Vec<f64>) {
-    let config = FilterConfig::new(rung);
+fn doubles(plots: &[Vec<Plot>]) -> (Vec<Vec<Vector2<f64>>>, Vec<f64>) {
+    // The bare update, as the single form has it: nothing is taken as a manoeuvre.
+    let q = FilterConfig::new(Rung::Ca3).q;
     let mut times = Vec::new();
-    let mut filters: Vec<Estimator> =
-        plots.iter().filter_map(|p| Estimator::from_plot(&config, &p[0]).ok()).collect();
+    let mut filters: Vec<ThreeState> = plots
+        .iter()
+        .filter_map(|p| ThreeState::from_plot(&p[0], q, Start::default()).ok())
+        .collect();
     let mut tracks = vec![Vec::new(); plots.len()];
     for k in 1..plots[0].len() {
         let begin = clock::thread_ns();
@@ -169,7 +173,7 @@ pub(crate) fn precision(options: &Options, progress: &mut dyn FnMut(Progress)) -
                     plots
                 })
                 .collect();
-            let (reference, times) = doubles(&plots, Rung::Ca3);
+            let (reference, times) = doubles(&plots);
             let (single, single_times) = singles(&plots);
             for (rung, tracks, mut times) in
                 [("ca3 f32, eight at once", &single, single_times), ("ca3 f64", &reference, times)]

@@ -365,7 +365,13 @@ mod tests {
             let cases = alert_cases(&elsewhere(&file, turn_rad, shift_m, reverse));
             assert_eq!(cases.len(), 26);
             for case in cases {
-                assert!(case.worst <= 1.0, "{turn_rad} {reverse}: {}: {}", case.name, case.detail);
+                // Times of a turned case round otherwise.
+                assert!(
+                    case.worst <= 1.0 + 1e-9,
+                    "{turn_rad} {reverse}: {}: {}",
+                    case.name,
+                    case.detail
+                );
             }
         }
     }

@@ -105,6 +105,7 @@ fn a_log_that_grows_is_followed_and_a_later_version_is_refused() {
     assert_eq!(archive.range(), Some((1, 2)));
     assert_eq!(archive.message(2).map(|m| m[5]), Some(1), "the newest");
     assert_eq!(archive.message(1).map(|m| m[5]), Some(0), "and no longer");
+    drop(archive);
     log.close().expect("closed");
     Connection::open(&file)
         .and_then(|db| db.pragma_update(None, "user_version", 99))
