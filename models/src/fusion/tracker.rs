@@ -151,7 +151,7 @@ impl Tracker {
     /// One update cycle: all plots up to `t_out` that have not been given before, in any order.
     ///
     /// Gives the confirmed tracks at `t_out` in order of their numbers; a track that ended in this
-    /// scan comes once more with [`TrackStatus::Last`]. The stored states stay at their last plots.
+    /// scan comes once more with `TrackStatus::Last`. The stored states stay at their last plots.
     /// If `t_out` is before that of the last scan, everything is forgotten (and counted): a clock
     /// that was set back leaves nothing to continue from.
     pub fn scan(

@@ -1,7 +1,7 @@
 //! Every kind of sensor, each declared in its own file: what the house knows of it ([`Kind`]), how its keys become a
 //! configuration, and its planned models with their costs.
 //!
-//! Scene reader, messages, page, plan rows, cost bench, documents and the tests of completeness read [`KINDS`].
+//! Scene reader, messages, page, plan rows, cost bench, documents and the tests of completeness read `KINDS`.
 
 use super::Sensor;
 use super::config::ConfigError;

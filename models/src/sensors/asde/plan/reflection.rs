@@ -1,7 +1,7 @@
 //! What the surface reflection and each of its refinements can change over a piece of a box.
 //!
 //! Everything is enclosed: angles are monotone in distance and height, the surface's coefficients lie in
-//! discs ([`Coefficients`]), gains follow from the slopes of their logarithms (mean value form). Differences
+//! discs (`Coefficients`), gains follow from the slopes of their logarithms (mean value form). Differences
 //! of two levels are never differences of two enclosures, but the enclosed difference through the derivative
 //! of the propagation factor, which holds the moduli and the phases of the two apart.
 
