@@ -118,3 +118,18 @@ fn a_spectator_that_stops_or_dies_changes_nothing() {
         assert_eq!(summary(&output)["digest"], reference, "{signal}");
     }
 }
+
+/// Aircraft on a final of ten miles are beyond the unambiguous range: kilometres off, in more than one plot in twenty.
+#[test]
+fn echoes_of_a_pulse_before_the_last_are_counted_and_in_no_error() {
+    let ports = Ports::new();
+    let arguments = ["--in-process", "--fast", "--duration", "900", "--no-viewer"];
+    let summary = summary(&finish(run(&ports, &[&["eham"][..], &arguments[..]].concat())));
+    let tracks = &summary["tracks"];
+    let of = |key: &str| tracks[key].as_f64().unwrap_or_else(|| panic!("{key}: {tracks}"));
+    for key in ["raw_rmse_m", "rmse_m", "straight_raw_rmse_m", "straight_rmse_m"] {
+        assert!(of(key) < 12.0, "{key}: {tracks}");
+    }
+    assert!(of("rmse_m") < of("raw_rmse_m"), "{tracks}");
+    assert!(of("gross_plots") > 300.0 && of("far_reports") > 300.0, "{tracks}");
+}

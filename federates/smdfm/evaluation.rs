@@ -1,7 +1,8 @@
 //! Measures of plots and tracks against the truth that the sensors received.
 //!
-//! `raw_rmse_m`: ASDE plots of moving targets, at the plot's own time, that updated a confirmed track, without the gross ones
-//! ([`models::score::robust`]; `gross_plots` counts them: echoes of a pulse before the last make tracks of their own);
+//! `raw_rmse_m`: ASDE plots of moving targets, at the plot's own time, that updated a confirmed track, without the gross ones.
+//! `gross_plots` counts those: farther than [`Rules::pair_m`] from their target, as a report must not be either, however many
+//! they are (echoes of a pulse before the last make tracks of their own), or far beyond the others ([`models::score::robust`]);
 //! `rmse_m`: that track's state just after the update, same plots; `published_rmse_m`: the published
 //! (predicted) tracks at publication time against the entity that most of their plots came from;
 //! `settled_rmse_m`: the same without the first three reports of each stretch of one track on one entity, and the last;
@@ -65,6 +66,8 @@ struct Stretch {
 pub struct Evaluation {
     /// Of plots and of the tracks just after them: sums of squares, and the same on straight legs with their count.
     updates: Robust<5>,
+    /// Plots too far from their target to be of its position.
+    far_plots: u64,
     /// Reports that are none of their entity.
     far_reports: u64,
     published: MeanSquare,
@@ -117,6 +120,10 @@ impl Evaluation {
             }
             let raw = (plot.position_m - truth.position_m.xy()).norm_squared();
             let tracked = (position_m - truth.position_m.xy()).norm_squared();
+            if !(raw.sqrt() <= Rules::default().pair_m) {
+                self.far_plots += 1;
+                continue;
+            }
             let straight = f64::from(u8::from(is_straight(view, index, plot.time)));
             let sums = [raw, tracked, straight * raw, straight * tracked, straight];
             self.updates.add(raw.sqrt(), sums);
@@ -207,7 +214,7 @@ impl Evaluation {
             ("rmse_m".to_owned(), root(tracked, count)),
             ("straight_raw_rmse_m".to_owned(), root(straight_raw, straight)),
             ("straight_rmse_m".to_owned(), root(straight_tracked, straight)),
-            ("gross_plots".to_owned(), updates.left_out as f64),
+            ("gross_plots".to_owned(), (self.far_plots + updates.left_out) as f64),
             ("far_reports".to_owned(), self.far_reports as f64),
             ("published_rmse_m".to_owned(), self.published.root()),
             ("settled_rmse_m".to_owned(), self.settled.root()),
