@@ -5,6 +5,7 @@ use models::association::assignment::Solver;
 use models::association::jpda::Jpda;
 use models::association::kinematic_gate::{ClassLimits, Departure, ReachableSet, reach};
 use models::association::lbp::{Belief, Edge};
+use models::association::one_to_one::OneToOne;
 use models::association::sparse::Sparse;
 use models::frames::{Matrix2, Matrix4, Vector2};
 use models::score;
@@ -124,6 +125,20 @@ fn believed(gains: &[Vec<f64>]) -> Vec<Vec<f64>> {
     (0..gains.len()).map(row).collect()
 }
 
+/// Marginals as labels are weighed, column 0 a miss.
+fn paired(gains: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let columns = gains.first().map_or(0, Vec::len);
+    let (edges, mut pairing) = (edges(gains), OneToOne::default());
+    pairing.run(gains.len(), columns, &edges, 200, 1e-6);
+    let row = |row: usize| {
+        let mut beta = vec![0.0; columns + 1];
+        beta[0] = pairing.miss(row);
+        pairing.edges_of(row).for_each(|e| beta[edges[e].column as usize + 1] = pairing.share(e));
+        beta
+    };
+    (0..gains.len()).map(row).collect()
+}
+
 /// Exact marginals of the same.
 fn exact(gains: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
     let mut beta = Vec::new();
@@ -181,12 +196,8 @@ fn identity(input: &Value, expected: &Value, tol: f64, judge: &mut Judge) -> Opt
     let threshold = number(input.get("threshold")?)?;
     let wanted = matrix(expected.get("probability")?)?;
     compare("exact", &exact(&gains)?, &wanted, tol, judge);
-    let found = believed(&gains);
-    // A label is the share of a line; that a track is none of them is never published, and belief puts more there.
-    let lines = |rows: &[Vec<f64>]| {
-        rows.iter().map(|r| r.get(1..).unwrap_or_default().to_vec()).collect::<Vec<_>>()
-    };
-    compare("belief", &lines(&found), &lines(&wanted), BELIEF, judge);
+    let found = paired(&gains);
+    compare("as labels have it", &found, &wanted, BELIEF, judge);
     let published = expected.get("published")?.as_array()?;
     for (row, (beta, wanted)) in found.iter().zip(published).enumerate() {
         let best = (1..beta.len()).find(|&c| beta[c] >= threshold).map(|c| c as u64 - 1);

@@ -17,4 +17,5 @@ pub mod jpda;
 pub mod kinematic_gate;
 pub mod lbp;
 pub mod nearest;
+pub mod one_to_one;
 pub mod sparse;

@@ -15,6 +15,7 @@ use crate::association::grid::Grid;
 use crate::association::jpda::Jpda;
 use crate::association::lbp::Belief;
 use crate::association::nearest::Pair;
+use crate::association::one_to_one::OneToOne;
 use crate::association::sparse::Sparse;
 use crate::frames::Vector2;
 use crate::plot::{Identity, Plot};
@@ -183,6 +184,7 @@ pub(super) struct Work {
     pub(super) sparse: Sparse,
     pub(super) jpda: Jpda,
     pub(super) belief: Belief,
+    pub(super) pairing: OneToOne,
     pub(super) crowd: Crowd,
     pub(super) near: Vec<std::ops::Range<usize>>,
     pub(super) budget: Budget,

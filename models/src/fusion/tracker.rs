@@ -180,7 +180,7 @@ impl Tracker {
         }
         let mut out = self.end_of_scan(t_out, flights, &mut work.seen);
         let (labels, tracks) = (&mut self.labels, &mut self.tracks);
-        let with = (&mut work.belief, &mut work.budget);
+        let with = (&mut work.pairing, &mut work.budget);
         let changes = labels::assign(labels, tracks, flights, &self.config, t_out, with);
         self.statistics.identity_conflicts += changes.conflicts;
         self.statistics.label_revisions += changes.revisions;

@@ -1,9 +1,10 @@
 //! Labels from the flight data list: by the names in the plots, else as a distribution over the lines of the list.
 //!
-//! The odds of each unnamed track and line (`identity`) make a one-to-one distribution by belief propagation. A label
+//! The odds of each unnamed track and line (`identity`) make a one-to-one distribution (`association::one_to_one`). A label
 //! is given from [`GIVEN`] on and taken back below [`KEPT`]; from [`ASSUMED`] on it is published as assumed.
 
-use crate::association::lbp::{Belief, Edge};
+use crate::association::lbp::Edge;
+use crate::association::one_to_one::OneToOne;
 use crate::flight_list::{FlightEntry, FlightList, MovementKind};
 use crate::fusion::budget::Budget;
 use crate::fusion::config::TrackingConfig;
@@ -51,7 +52,7 @@ pub(in crate::fusion) fn assign(
     flights: &FlightList,
     config: &TrackingConfig,
     now: SimTime,
-    (belief, budget): (&mut Belief, &mut Budget),
+    (pairing, budget): (&mut OneToOne, &mut Budget),
 ) -> Changes {
     let mut changes = Changes::default();
     if flights.entries.is_empty() {
@@ -85,7 +86,7 @@ pub(in crate::fusion) fn assign(
     news |= tracks.iter().any(|t| t.evidence.news);
     if news || labels.next.is_none_or(|next| next <= now) {
         labels.next = Some(now.plus_s(EVERY_S));
-        changes.revisions = weigh(labels, tracks, flights, config, now, (belief, budget));
+        changes.revisions = weigh(labels, tracks, flights, config, now, (pairing, budget));
     }
     changes
 }
@@ -97,7 +98,7 @@ fn weigh(
     flights: &FlightList,
     config: &TrackingConfig,
     now: SimTime,
-    (belief, budget): (&mut Belief, &mut Budget),
+    (pairing, budget): (&mut OneToOne, &mut Budget),
 ) -> u64 {
     let free = |t: &Track| {
         t.stage == Stage::Confirmed && !t.outside && t.callsign.is_none() && t.address.is_none()
@@ -131,14 +132,13 @@ fn weigh(
             }
         }
     }
-    let ended = belief.run(rows.len(), lines.len(), &edges, 200, 1e-6);
     budget.spend((8 * rows.len() * lines.len()) as u64);
-    budget.spend(u64::from(ended.sweeps) * edges.len() as u64);
+    budget.spend(pairing.run(rows.len(), lines.len(), &edges, 200, 1e-6));
     let mut revisions = 0;
     for (row, &t) in rows.iter().enumerate() {
         let track = &mut tracks[t];
         let shares =
-            belief.edges_of(row).map(|e| (belief.share(row, e), lines[edges[e].column as usize]));
+            pairing.edges_of(row).map(|e| (pairing.share(e), lines[edges[e].column as usize]));
         let best =
             shares.clone().max_by(|a, b| a.0.total_cmp(&b.0).then(b.1.callsign.cmp(&a.1.callsign)));
         if let Some(entry) = track.entry {
