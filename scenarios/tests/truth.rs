@@ -2,6 +2,7 @@
 
 use models::flight_list::MovementKind;
 use models::frames::{Vector2, wrap_pi};
+use models::plot::Callsign;
 use models::time::SimTime;
 use models::truth::{Limits, TruthState};
 use scenarios::{Entity, Scene, load};
@@ -190,12 +191,17 @@ fn most_movers_are_there_at_the_same_time_and_vehicles_stand_exactly_still() {
         assert_eq!(states.len(), 12_001, "{}: there during the whole run", vehicle.callsign);
         let still = states.iter().filter(|(_, s)| s.is_still()).count();
         assert!(still > 20 * 60, "{}: still for {} s", vehicle.callsign, still / 20);
-        let first = states[0].1.position_m;
-        let moves = states.iter().position(|(_, s)| s.position_m != first);
-        // Still to the last bit; the jerk of a start at 5 s begins up to 3 s before it.
-        assert!(moves.is_none_or(|n| n > 20 * 2), "{}: {moves:?}", vehicle.callsign);
-        let crept_m = (states[20 * 5 - 1].1.position_m - first).norm();
-        assert!(crept_m < 0.5, "{}: {crept_m} m before its start", vehicle.callsign);
+        let stands = states.chunk_by(|a, b| a.1.position_m == b.1.position_m).map(<[_]>::len);
+        let longest = stands.max().unwrap_or(0);
+        assert!(longest >= 20 * 30, "{}: {longest} frames to the last bit", vehicle.callsign);
+        if vehicle.callsign != Callsign::new("FOLLOW1") {
+            // FOLLOW1 sets off at 5 s.
+            let first = states[0].1.position_m;
+            assert!(
+                states[..20 * 30].iter().all(|(_, s)| s.position_m == first),
+                "to the last bit"
+            );
+        }
     }
 }
 
