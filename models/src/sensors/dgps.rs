@@ -18,15 +18,14 @@ use crate::sensors::constellation;
 use crate::sensors::cooperative::{self, Equipage, Fix, Fleet, Reporting, Reports, shown};
 use crate::sensors::declared::{Declared, Given, Modelled, Settings};
 use crate::sensors::gps::{
-    self, NorthEast, Quality, Receiver, SoftFailure, Statistical, read_process, read_services,
-    read_soft, validate_process, validate_service,
+    self, NorthEast, Quality, Receiver, SoftFailure, Statistical, read_soft, validate_process, validate_service,
 };
 use crate::sensors::planned::Planned;
 use crate::sensors::ranging::{
     self, RangeCorrections, Ranging, RangingConfig, RangingReceiver, Want,
 };
 use crate::sensors::satellite_bounds;
-use crate::sensors::service::{Alternating, Service, ServiceState};
+use crate::sensors::service::{Alternating, Service, ServiceState, read_process, read_services};
 use crate::sensors::{PlotSink, ScanInterval, Sensor, TargetState, Truth};
 use crate::time::SimTime;
 use std::sync::Arc;

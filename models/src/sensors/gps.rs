@@ -30,7 +30,7 @@ use crate::sensors::gauss_markov::Gm1Pair;
 use crate::sensors::planned::Planned;
 use crate::sensors::ranging::{self, Ranging, RangingConfig, RangingReceiver, Want, ellipse};
 use crate::sensors::satellite_bounds;
-use crate::sensors::service::{Alternating, Service, ServiceState};
+use crate::sensors::service::{Alternating, Service, ServiceState, read_services};
 use crate::sensors::{PlotSink, ScanInterval, Sensor, Truth};
 use crate::time::SimTime;
 use std::sync::Arc;
@@ -928,27 +928,6 @@ impl GpsConfig {
         given.number("report_s", &mut config.report_s);
         config
     }
-}
-
-/// A process given by its share of time up and its mean outage.
-pub(crate) fn read_process(
-    given: &Given<'_>,
-    share: &'static str,
-    outage: &'static str,
-    process: &mut Alternating,
-) {
-    let (mut up, mut down_s) = (process.up_share(), process.mean_down_s);
-    given.number(share, &mut up);
-    given.number(outage, &mut down_s);
-    if given.has(share) || given.has(outage) {
-        *process = Alternating::from_share(up, down_s);
-    }
-}
-
-pub(crate) fn read_services(given: &Given<'_>, service: &mut Service) {
-    read_process(given, "coverage", "coverage_mttr_s", &mut service.coverage);
-    read_process(given, "availability", "availability_mttr_s", &mut service.availability);
-    read_process(given, "reliability", "reliability_mttr_s", &mut service.reliability);
 }
 
 pub(crate) fn read_soft(given: &Given<'_>, soft: &mut SoftFailure) {

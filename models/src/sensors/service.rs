@@ -12,6 +12,7 @@
 use rand::rngs::ChaCha8Rng;
 
 use crate::draw::{DrawKey, Purpose, exponential, uniform};
+use crate::sensors::declared::Given;
 use crate::time::SimTime;
 
 /// A two-state process with exponential times up and down.
@@ -258,6 +259,28 @@ pub fn down_single_repair(mode: &FailureMode, slots: u32, down: u32) -> f64 {
         }
     }
     wanted / sum
+}
+
+/// A process given by its share of time up and its mean outage.
+pub(crate) fn read_process(
+    given: &Given<'_>,
+    share: &'static str,
+    outage: &'static str,
+    process: &mut Alternating,
+) {
+    let (mut up, mut down_s) = (process.up_share(), process.mean_down_s);
+    given.number(share, &mut up);
+    given.number(outage, &mut down_s);
+    if given.has(share) || given.has(outage) {
+        *process = Alternating::from_share(up, down_s);
+    }
+}
+
+/// The three services of a satellite receiver, by their keys.
+pub(crate) fn read_services(given: &Given<'_>, service: &mut Service) {
+    read_process(given, "coverage", "coverage_mttr_s", &mut service.coverage);
+    read_process(given, "availability", "availability_mttr_s", &mut service.availability);
+    read_process(given, "reliability", "reliability_mttr_s", &mut service.reliability);
 }
 
 #[cfg(test)]

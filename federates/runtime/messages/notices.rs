@@ -1,0 +1,168 @@
+//! What members tell the federation beside their PDUs, and spectators with it: flights, weather, tracks, clearances, alerts.
+
+use super::REPORT_OCTETS;
+use crate::runtime::codec::encoded_size;
+use serde::{Deserialize, Serialize};
+use std::net::SocketAddr;
+
+/// What a member tells the federation beside its PDUs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Notice {
+    /// The whole flight data list.
+    Flights(Vec<FlightNotice>),
+    /// More of the list before, on its way only: who reads it has it in one.
+    MoreFlights(Vec<FlightNotice>),
+    /// A PDU of an outsider, let in with the frame that carries it.
+    Outsider {
+        /// UTC of its arrival, ns since 1970.
+        received_ns: i64,
+        /// Who sent it.
+        from: SocketAddr,
+        /// One sound PDU.
+        octets: Vec<u8>,
+    },
+    /// System tracks of a scan, for control.
+    Tracks(Vec<TrackNotice>),
+    /// Clearances that were given or ended.
+    Clearances(Vec<ClearanceNotice>),
+}
+
+/// A system track as control takes it; airport frame, SI units.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct TrackNotice {
+    /// Track number, 0 to 4095.
+    pub number: u16,
+    /// Call sign of the label, else as the target reports it; empty if none.
+    pub callsign: String,
+    /// Type designator; empty if none.
+    pub type_designator: String,
+    /// "arrival", "departure", "vehicle" or empty.
+    pub movement: String,
+    /// First message of this track.
+    pub first: bool,
+    /// Position, m east and north.
+    pub position_m: [f64; 2],
+    /// Velocity, m/s east and north.
+    pub velocity_mps: [f64; 2],
+    /// Height above the aerodrome reference, m.
+    pub altitude_m: Option<f64>,
+    /// Time of its last plot, ns of simulated time.
+    pub last_plot_ns: i64,
+}
+
+/// A clearance that was given, or, with `until_ns`, ended.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ClearanceNotice {
+    /// Who.
+    pub callsign: String,
+    /// Word of its kind ("TOF").
+    pub kind: String,
+    /// An end of a runway, or both; empty off the runways.
+    pub runway: String,
+    /// Holds from, ns of simulated time.
+    pub from_ns: i64,
+    /// Ended, ns of simulated time.
+    pub until_ns: Option<i64>,
+    /// Place along the runway from its first end, m.
+    pub place_m: Option<f64>,
+    /// Cleared way, m east and north; empty where it is no way.
+    pub way_m: Vec<[f64; 2]>,
+}
+
+/// What happened to a control alert in a scan.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct AlertMessage {
+    /// Number of the run.
+    pub run: u32,
+    /// Time of the scan, ns of simulated time.
+    pub time_ns: i64,
+    /// "raised", "changed" or "ended".
+    pub change: String,
+    /// Number of the alert within the run.
+    pub id: u32,
+    /// Kind ("RMCA_ARR").
+    pub kind: String,
+    /// "information" or "alarm".
+    pub stage: String,
+    /// Call signs, else track numbers, separated by blanks.
+    pub subjects: String,
+    /// Raised at, ns of simulated time.
+    pub since_ns: i64,
+    /// Message type in ASTERIX category 004.
+    pub asterix: u8,
+    /// Where, m east and north.
+    pub place_m: [f64; 2],
+}
+
+impl Notice {
+    /// The same in pieces that fit a report.
+    pub(super) fn pieces(self) -> Vec<Self> {
+        let Self::Flights(flights) = self else { return vec![self] };
+        let mut pieces = vec![Vec::new()];
+        let mut octets = 0;
+        for flight in flights {
+            let size = encoded_size(&flight);
+            if octets + size > REPORT_OCTETS / 2 {
+                pieces.push(Vec::new());
+                octets = 0;
+            }
+            octets += size;
+            if let Some(piece) = pieces.last_mut() {
+                piece.push(flight);
+            }
+        }
+        let mut pieces = pieces.into_iter();
+        let first = pieces.next().map(Self::Flights);
+        first.into_iter().chain(pieces.map(Self::MoreFlights)).collect()
+    }
+}
+
+/// One line of the flight data list.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FlightNotice {
+    /// Call sign or vehicle name.
+    pub callsign: String,
+    /// 24-bit Mode S address.
+    pub address: Option<u32>,
+    /// Type designator.
+    pub type_designator: String,
+    /// Wake category letter L, M, H, J; empty for vehicles.
+    pub wake: String,
+    /// "arrival", "departure" or "vehicle".
+    pub movement: String,
+    /// Runway designator; empty for vehicles.
+    pub runway: String,
+    /// Stand.
+    pub stand: String,
+    /// Position of the stand, m east and north, where known.
+    pub stand_m: Option<[f64; 2]>,
+    /// Estimated time of arrival or calculated time of departure, ns of simulated time.
+    pub eta_ctd_ns: i64,
+    /// Off-block time of a departure, ns of simulated time.
+    pub off_block_ns: Option<i64>,
+    /// Taxiways of the clearance.
+    pub routing: Vec<String>,
+}
+
+/// The weather from a time on.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct WeatherNotice {
+    /// From when on, ns of simulated time.
+    pub from_ns: i64,
+    /// Uniform rain rate, mm/h.
+    pub rain_mm_per_h: f64,
+    /// Visibility, m; infinite when clear.
+    pub visibility_m: f64,
+    /// Temperature, K.
+    pub temperature_k: f64,
+    /// Pressure, hPa.
+    pub pressure_hpa: f64,
+    /// Water vapour, g/m³.
+    pub vapour_g_per_m3: f64,
+    /// Wind, m/s east and north.
+    pub wind_mps: [f64; 2],
+    /// Water film on pavement, mm.
+    pub film_mm: f64,
+    /// Cells: east m, north m, radius m, rain mm/h.
+    pub cells: Vec<[f64; 4]>,
+}
