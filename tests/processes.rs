@@ -362,6 +362,32 @@ fn a_process_that_stood_still_while_joining_joins() {
     assert_eq!(station.wait(SOON), Some(0), "it took part");
 }
 
+/// Who waits for a station that is not there ends as soon as it is told to, and not when its patience is over.
+#[test]
+fn a_federate_that_waits_for_a_station_ends_when_it_is_told_to() {
+    for name in ["external-world", "smdfm", "viewer-logger", "visitors"] {
+        let ports = Ports::new();
+        let mut command = common::seeds();
+        command.args([name, "--dis", &ports.dis, "--sync-connect", &ports.sync]);
+        // As one of a launcher, which has two minutes of patience.
+        command.env("SEEDS_LAUNCHED", std::process::id().to_string());
+        if name == "viewer-logger" {
+            command.args(["--no-page"]);
+        }
+        let mut waiting = Background::start(command);
+        let connects = || {
+            let seen = std::fs::read_dir(format!("/proc/{}/task", waiting.0.id())).ok()?;
+            let threads =
+                seen.flatten().filter_map(|t| std::fs::read_to_string(t.path().join("comm")).ok());
+            threads.into_iter().any(|name| name.starts_with("net-")).then_some(())
+        };
+        assert!(wait_for(SOON, connects).is_some(), "{name} opens its session");
+        std::thread::sleep(Duration::from_millis(300));
+        common::kill("TERM", waiting.0.id() as i32);
+        assert_eq!(waiting.wait(Duration::from_secs(20)), Some(0), "{name}");
+    }
+}
+
 /// Every federate ends with a launcher that is killed: at any moment of its start, and while the run goes on.
 #[test]
 fn no_federate_outlives_a_killed_launcher() {

@@ -1,5 +1,7 @@
 //! This process: what it uses, what it is called, how it ends with its launcher.
 
+use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
+
 /// Processor and memory use.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Usage {
@@ -124,6 +126,36 @@ pub fn end_with_launcher() {
     if launcher != *nix::unistd::getppid().to_string() {
         let _ = nix::sys::signal::raise(nix::sys::signal::Signal::SIGTERM);
     }
+}
+
+/// Somebody asked this process to end.
+static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+/// This process waits for a station and has nothing yet that could be lost.
+static CONNECTING: AtomicBool = AtomicBool::new(false);
+
+/// Calls `stop` when somebody interrupts or terminates this process; while it connects, it just ends.
+///
+/// # Errors
+/// If the system refuses the handler.
+pub fn on_interrupt(stop: impl Fn() + Send + 'static) -> Result<(), ctrlc::Error> {
+    ctrlc::set_handler(move || {
+        INTERRUPTED.store(true, SeqCst);
+        if CONNECTING.load(SeqCst) {
+            std::process::exit(0);
+        }
+        stop();
+    })
+}
+
+/// Connects by `connect`, which may wait for minutes and looks at nothing else: an interrupt ends the process.
+pub fn while_connecting<T>(connect: impl FnOnce() -> T) -> T {
+    CONNECTING.store(true, SeqCst);
+    if INTERRUPTED.load(SeqCst) {
+        std::process::exit(0);
+    }
+    let connected = connect();
+    CONNECTING.store(false, SeqCst);
+    connected
 }
 
 #[cfg(test)]

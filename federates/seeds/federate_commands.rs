@@ -16,6 +16,7 @@ use crate::runtime::federate::Federate;
 use crate::runtime::member::{Makers, Remake};
 use crate::runtime::member_driver::{self, Event, Host, MemberContext};
 use crate::runtime::messages::{Command, RunConfig};
+use crate::runtime::process::{on_interrupt, while_connecting};
 use crate::runtime::zenoh_bus::{ZenohBus, ZenohConfig};
 use crate::smdfm::Smdfm;
 use crate::traffic_generator::TrafficGenerator;
@@ -443,7 +444,7 @@ fn take_over(args: &CommonArgs, name: &str, generators: u32) -> anyhow::Result<u
 
 /// Ctrl-C ends this process in order.
 fn end_on_interrupt(events: Sender<Event>) -> anyhow::Result<()> {
-    Ok(ctrlc::set_handler(move || {
+    Ok(on_interrupt(move || {
         let _ = events.send(Event::Stop);
     })?)
 }
@@ -547,7 +548,7 @@ pub fn open_bus(
         connect_timeout: patience(),
         certs: args.certs_of(name)?,
     };
-    Ok((Arc::new(ZenohBus::open(&config)?), connect))
+    Ok((Arc::new(while_connecting(|| ZenohBus::open(&config))?), connect))
 }
 
 /// The viewer-logger's process.
@@ -634,7 +635,7 @@ fn run_admin(args: &AdminArgs, scene: &Arc<Scene>) -> anyhow::Result<u8> {
         config.await_spectators_ns = config.await_spectators_ns.max(10_000_000_000);
     }
     let stop = events.0.clone();
-    ctrlc::set_handler(move || {
+    on_interrupt(move || {
         let _ = stop.send(admin_station::Event::Stop);
     })?;
     let network = &args.common.network;

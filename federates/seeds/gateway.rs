@@ -13,7 +13,7 @@ use crate::runtime::cli::{
     self, BAD_INPUT, COMPLETE, CommonArgs, DATA_LOST, FAILED, NetworkArgs, fail,
     load_scene_without_truth,
 };
-use crate::runtime::process::launched;
+use crate::runtime::process::{launched, on_interrupt};
 use anyhow::{Context, ensure};
 use clap::{Args, ValueEnum};
 use datalink::{Destinations, LinkConfig};
@@ -324,7 +324,7 @@ fn process(args: &GatewayArgs, scene: &Scene) -> anyhow::Result<u8> {
     let exercise = args.common.exercise.unwrap_or(scene.run.exercise);
     let inbox = Inbox::default();
     let stop = inbox.clone();
-    ctrlc::set_handler(move || stop.stop())?;
+    on_interrupt(move || stop.stop())?;
     let (bus, endpoint) = open_bus(&args.common.network, &scene.network, exercise, NAME)?;
     let feeds = &args.asterix.feeds;
     let public = match &feeds.public {

@@ -6,7 +6,7 @@ use crate::runtime::cli::out;
 use crate::runtime::cli::{COMPLETE, DATA_LOST};
 use crate::runtime::clock::utc_ns;
 use crate::runtime::dis_socket::link_config;
-use crate::runtime::process::launched;
+use crate::runtime::process::{launched, on_interrupt};
 use crate::viewer_logger::keeper::Files;
 use crate::viewer_logger::process::{self, Datagram, Inbox, Task};
 use crate::viewer_logger::server::Server;
@@ -22,7 +22,7 @@ pub fn run(args: &ViewerArgs, scene: Arc<Scene>) -> anyhow::Result<u8> {
     let exercise = args.common.exercise.unwrap_or(scene.run.exercise);
     let inbox = Inbox::default();
     let stop = inbox.clone();
-    ctrlc::set_handler(move || stop.stop())?;
+    on_interrupt(move || stop.stop())?;
     let files = match (&args.record, &args.report) {
         (Some(file), _) => Files::beside(file),
         (None, Some(folder)) => Files::beside(&folder.join("run.pcapng")),
