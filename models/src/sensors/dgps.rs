@@ -18,7 +18,8 @@ use crate::sensors::constellation;
 use crate::sensors::cooperative::{self, Equipage, Fix, Fleet, Reporting, Reports, shown};
 use crate::sensors::declared::{Declared, Given, Modelled, Settings};
 use crate::sensors::gps::{
-    self, NorthEast, Quality, Receiver, SoftFailure, Statistical, read_soft, validate_process, validate_service,
+    self, NorthEast, Quality, Receiver, SoftFailure, Statistical, read_soft, validate_process,
+    validate_service,
 };
 use crate::sensors::planned::Planned;
 use crate::sensors::ranging::{
