@@ -239,8 +239,8 @@ fn labels_never_overlap_and_keep_their_places() {
         }
         before = Some(places);
     }
-    // 8 labels over 38 steps: one has to make room, or to leave a runway that its target comes to (15 before that was a rule, 23 now).
-    assert!(turned <= 25, "{turned} labels jumped");
+    // 8 labels over 38 steps: now and then one has to make room, or to leave a runway that its target comes to.
+    assert!(turned <= 15, "{turned} labels jumped");
     // The placement alone, in a crowd: 300 targets in a window.
     let crowd = w.browser.eval(
         "import('/labels.js').then(({ place, overlap }) => { \

@@ -9,9 +9,16 @@
 const RINGS = [[13, 8], [30, 16], [56, 16], [90, 16], [135, 16]];
 const OFFSETS = RINGS.flatMap(([radius, directions]) => Array.from({ length: directions }, (_, k) => {
   const angle = ((k + 0.5) / directions) * 2 * Math.PI, dx = Math.cos(angle), dy = Math.sin(angle);
-  return { dx: dx * radius, dy: dy * radius, ux: dx, uy: dy, radius, bias: (radius - 13) / 4 + (dx < 0 ? 1.5 : 0) + (dy > 0 ? 1 : 0) };
+  return { dx: dx * radius, dy: dy * radius, ux: dx, uy: dy, radius, bias: bias(dx, dy, radius) };
 }));
-const GAP = 2, STAY = 12, FOREIGN = 14, OWN = 40, SWAPS = 60, CROWD = 200;
+/** Turns and lengthenings by which a label that cannot stay slides on, nearest first. */
+const SLIDES = [[0.15, 0], [0, 6], [0.3, 0], [0.15, 6], [0, 12], [0.3, 12], [0.45, 0], [0, 20], [0.3, 20]]
+  .flatMap(([turn, longer]) => (turn ? [[turn, longer], [-turn, longer]] : [[0, longer]]));
+function bias(ux, uy, radius) {
+  return (radius - 13) / 4 + (ux < 0 ? 1.5 : 0) + (uy > 0 ? 1 : 0);
+}
+
+const GAP = 2, STAY = 12, AWAY = 0.3, FARTHEST = 60, FOREIGN = 14, OWN = 40, SWAPS = 60, CROWD = 200;
 const ON_RUNWAY = 20, A_CELL = 6, CROSSING = 15;
 /** Shorter leaders are not drawn, so nobody sees them cross. */
 export const SHORT_LEADER = 14;
@@ -178,12 +185,21 @@ function cheapest(item, level, context, rules) {
       if (stay.cost < 0 || item.dragged) return finish(stay, item, level);
       best = stay;
     }
+    const radius = Math.hypot(last.dx, last.dy), angle = Math.atan2(last.dy, last.dx);
+    for (const [turn, longer] of SLIDES) {
+      const ux = Math.cos(angle + turn), uy = Math.sin(angle + turn), r = Math.min(radius + longer, own + 135);
+      const found = candidate(item, size, ux * r, uy * r, context, rules);
+      if (!found) continue;
+      found.cost += bias(ux, uy, r - own) - STAY / 2 + AWAY * Math.hypot(ux * r - last.dx, uy * r - last.dy);
+      if (!best || found.cost < best.cost) best = found;
+    }
   }
   for (const offset of OFFSETS) {
     if (best && offset.bias - 2.5 >= best.cost) break; // farther out cannot be cheaper
-    const found = candidate(item, size, offset.dx + offset.ux * own, offset.dy + offset.uy * own, context, rules);
+    const dx = offset.dx + offset.ux * own, dy = offset.dy + offset.uy * own, found = candidate(item, size, dx, dy, context, rules);
     if (!found) continue;
     found.cost += offset.bias;
+    if (last) found.cost += AWAY * Math.min(Math.hypot(dx - last.dx, dy - last.dy), FARTHEST); // who has to go, goes next door
     if (!best || found.cost < best.cost) best = found;
   }
   return best && finish(best, item, level);
