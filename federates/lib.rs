@@ -23,4 +23,6 @@ pub mod gateway;
 pub mod exchange;
 pub mod federation;
 pub mod runtime;
+
 pub mod seeds;
+mod take_over;

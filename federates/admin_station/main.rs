@@ -1,8 +1,8 @@
 //! The executable `admin-station`: the same as `seeds admin-station`, for hosts that need just one federate.
 
 use clap::Parser;
+use federates::admin_station::command::{self, AdminArgs};
 use federates::runtime::cli::{self, EXIT_CODES};
-use federates::seeds::federate_commands::{self, AdminArgs};
 use std::process::ExitCode;
 
 /// Administration station: configure, start, freeze, step, stop, restart, measure
@@ -14,5 +14,5 @@ struct Args {
 }
 
 fn main() -> ExitCode {
-    cli::ended(federate_commands::admin_station(&cli::parse::<Args>().args))
+    cli::ended(command::run(&cli::parse::<Args>().args))
 }

@@ -4,6 +4,8 @@
 
 mod actions;
 mod asked;
+pub mod command;
+mod operate;
 pub mod simman;
 pub mod summary;
 

@@ -1,8 +1,8 @@
 //! The executable `control`: the same as `seeds control`, for hosts that need just one federate.
 
 use clap::Parser;
+use federates::control::command::{self, ControlArgs};
 use federates::runtime::cli::{self, EXIT_CODES};
-use federates::seeds::federate_commands::{self, ControlArgs};
 use std::process::ExitCode;
 
 /// Control: system tracks and clearances in, control alerts out, once a second
@@ -14,5 +14,5 @@ struct Args {
 }
 
 fn main() -> ExitCode {
-    federate_commands::control(&cli::parse::<Args>().args)
+    command::run(&cli::parse::<Args>().args)
 }

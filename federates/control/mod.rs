@@ -3,6 +3,8 @@
 //! It sees tracks only: those that the SMDFM tells in its frame ends, with the clearances that the generators tell in
 //! theirs. It takes no PDU in, so a run gives the same alerts in every layout.
 
+pub mod command;
+
 use crate::exchange::flights::{flight_list, movement_word};
 use crate::runtime::bus::Class;
 use crate::runtime::codec::encode;

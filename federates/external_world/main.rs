@@ -1,8 +1,8 @@
 //! The executable `external-world`: the same as `seeds external-world`, for hosts that need just one federate.
 
 use clap::Parser;
+use federates::external_world::command::{self, WorldArgs};
 use federates::runtime::cli::{self, EXIT_CODES};
-use federates::seeds::federate_commands::{self, WorldArgs};
 use std::process::ExitCode;
 
 /// External world: weather and flight data
@@ -14,5 +14,5 @@ struct Args {
 }
 
 fn main() -> ExitCode {
-    federate_commands::external_world(&cli::parse::<Args>().args)
+    command::run(&cli::parse::<Args>().args)
 }

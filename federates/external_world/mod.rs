@@ -3,6 +3,8 @@
 //! Weather goes out as Environmental Process PDUs (the SMDFM reads those, so that a recording holds
 //! all that it needs) and as notices for spectators; the flight list as a notice to the federation.
 
+pub mod command;
+
 use crate::exchange::flights::flight_notice;
 use crate::exchange::weather_notice::notice_of;
 use crate::exchange::weather_pdu;

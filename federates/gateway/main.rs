@@ -1,8 +1,8 @@
 //! The gateway's process: see `gateway --help`.
 
 use clap::Parser;
+use federates::gateway::command::{self, GatewayArgs};
 use federates::runtime::cli::{self, EXIT_CODES};
-use federates::seeds::gateway::{GatewayArgs, run};
 use std::process::ExitCode;
 
 /// What sensors and data fusion found, in ASTERIX, to whoever is to have it

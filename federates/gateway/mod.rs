@@ -11,6 +11,7 @@
 pub mod adsb;
 pub mod board;
 pub mod clients;
+pub mod command;
 pub mod commands;
 pub mod flightgear;
 pub mod foreign;

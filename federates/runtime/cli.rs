@@ -10,6 +10,9 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+/// Default address of the page.
+pub const DEFAULT_PAGE: &str = "127.0.0.1:8600";
+
 /// Shown at the end of every `--help`.
 pub const EXIT_CODES: &str =
     "Exit codes: 0 complete, 1 failed, 2 bad arguments or scene, 3 complete but data lost.";

@@ -3,6 +3,9 @@
 use std::sync::OnceLock;
 use std::time::{Instant, SystemTime};
 
+/// Nanoseconds of wall time since any fixed point; the core only compares them.
+pub type WallNs = u64;
+
 /// Nanoseconds of a monotonic clock since this process first asked.
 #[must_use]
 #[expect(clippy::disallowed_methods, reason = "the one monotonic clock of the process")]

@@ -6,9 +6,10 @@
 mod commands;
 mod losses;
 
+use super::clock::WallNs;
 use super::digest::content;
 use super::life_cycle::{Phase, Refused, Transition};
-use super::member::{CONDUCTOR, WallNs};
+use super::member::CONDUCTOR;
 use super::messages::{
     Accepted, Answer, Beat, FetchOf, Fetched, FinalReport, Frame, FrameEnds, Hello, Joined, Kind,
     MemberState, Numbered, Order, Report, RunConfig, RunState, Welcome,

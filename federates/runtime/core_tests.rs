@@ -4,11 +4,12 @@ use super::conductor::{Conductor, ConductorConfig, Effect};
 use super::federate::{Federate, FrameInputs, FrameOut};
 use super::life_cycle::Phase;
 use super::member::{CONDUCTOR, Effect as Act, Member};
+use super::messages::Weight;
 use super::messages::{
     Accepted, Beat, FetchOf, FinalReport, Frame, FrameEnds, Hello, Joined, Kind, Notice, Numbered,
     Order, Repair, Repaired, Report, RunConfig, Standing, Was, Welcome,
 };
-use super::stream::{Inbox, Outbox, Weight};
+use super::stream::{Inbox, Outbox};
 use super::views::Views;
 use scenarios::losses::{Losses, stall_flag};
 use std::collections::BTreeMap;

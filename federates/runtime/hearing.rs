@@ -1,7 +1,7 @@
 //! Whether a consumer hears its producers on the data plane. A datagram that is lost is repaired over the other
 //! plane and changes no result; a whole data plane that is dead is a fault that a person must hear of.
 
-use super::member::WallNs;
+use super::clock::WallNs;
 use std::collections::BTreeMap;
 
 /// What a data plane is called, for messages to people.

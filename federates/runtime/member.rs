@@ -5,6 +5,7 @@
 mod inputs;
 mod returning;
 
+use super::clock::WallNs;
 use super::digest::{Digest, content, pdu_hash};
 use super::federate::{Federate, FrameOut, Octets, Publication};
 use super::hearing::Hearing;
@@ -19,9 +20,6 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 pub use returning::{Makers, Remake};
-
-/// Nanoseconds of wall time since any fixed point; the core only compares them.
-pub type WallNs = u64;
 
 /// How the conductor is called where messages of streams are asked for.
 pub const CONDUCTOR: &str = "conductor";

@@ -27,7 +27,6 @@ mod scan;
 
 use super::codec::encoded_size;
 use super::life_cycle::Phase;
-use super::stream::Weight;
 use serde::{Deserialize, Serialize};
 
 pub use notices::{
@@ -540,6 +539,12 @@ pub struct Repaired {
     pub run: u32,
     /// (frame, PDU octets).
     pub pdus: Vec<(Frame, Vec<u8>)>,
+}
+
+/// What a message costs to keep, octets, roughly.
+pub trait Weight {
+    /// Octets.
+    fn octets(&self) -> usize;
 }
 
 impl Weight for Order {

@@ -21,6 +21,7 @@ pub mod life_cycle;
 pub mod local_bus;
 pub mod member;
 pub mod member_driver;
+pub mod member_process;
 pub mod messages;
 pub mod process;
 pub mod simulation;

@@ -112,6 +112,15 @@ pub fn enough_files() -> Result<(), String> {
 /// Environment variable that a launcher sets, to its process identifier, for the processes that it starts.
 pub const LAUNCHED: &str = "SEEDS_LAUNCHED";
 
+/// What a launcher tells the administration station on its standard input.
+pub const NO_LOGGER: &str = "no viewer-logger";
+
+/// What a launched viewer-logger says when it has made its files and joined.
+pub const LOGGING: &str = "logging";
+
+/// What it says before that, where it keeps a database: this word and the folder or file.
+pub const KEPT: &str = "kept";
+
 /// Whether a launcher of this host started this process and watches it.
 #[must_use]
 pub fn launched() -> bool {

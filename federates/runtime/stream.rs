@@ -6,15 +6,9 @@
 //! the last number, so the end of a burst cannot be lost unnoticed. Number 0 is outside the stream: a
 //! message that is repeated anyway.
 
-use super::member::WallNs;
-use super::messages::{Fetch, Fetched, Numbered};
+use super::clock::WallNs;
+use super::messages::{Fetch, Fetched, Numbered, Weight};
 use std::collections::{BTreeMap, VecDeque};
-
-/// What a message costs to keep, octets, roughly.
-pub trait Weight {
-    /// Octets.
-    fn octets(&self) -> usize;
-}
 
 /// Messages kept at least, whether or not all readers have confirmed them.
 const KEPT: usize = 1024;

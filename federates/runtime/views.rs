@@ -6,7 +6,7 @@
 //! it holds it. *View*: closed; only now may anybody act on the cut. A further loss before that starts
 //! again with the larger set, so any number of members may be lost together or one after the other.
 
-use super::member::WallNs;
+use super::clock::WallNs;
 use super::messages::{Cuts, Frame, Order};
 use std::collections::BTreeMap;
 

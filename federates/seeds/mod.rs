@@ -8,10 +8,8 @@ pub mod certs;
 pub mod dis;
 pub mod export;
 mod fault_table;
-pub mod federate_commands;
 pub mod fit;
 pub mod fork;
-pub mod gateway;
 pub mod in_process;
 pub mod launch;
 pub mod link_args;
@@ -30,7 +28,6 @@ pub mod sim;
 pub mod site;
 pub mod sweep;
 pub mod verify;
-pub mod viewer_process;
 
 use crate::runtime::cli::{self, BAD_INPUT, EXIT_CODES, FAILED, fail};
 use clap::{CommandFactory, Parser, Subcommand};
@@ -66,14 +63,14 @@ enum Command {
     Airport(airport::AirportArgs),
     Scene(scene::SceneArgs),
     Traffic(airport::TrafficArgs),
-    TrafficGenerator(federate_commands::TrafficArgs),
-    ExternalWorld(federate_commands::WorldArgs),
-    Smdfm(federate_commands::SmdfmArgs),
-    Control(federate_commands::ControlArgs),
-    Visitors(federate_commands::VisitorsArgs),
-    Gateway(Box<gateway::GatewayArgs>),
-    ViewerLogger(federate_commands::ViewerArgs),
-    AdminStation(federate_commands::AdminArgs),
+    TrafficGenerator(crate::traffic_generator::command::TrafficArgs),
+    ExternalWorld(crate::external_world::command::WorldArgs),
+    Smdfm(crate::smdfm::command::SmdfmArgs),
+    Control(crate::control::command::ControlArgs),
+    Visitors(crate::visitors::command::VisitorsArgs),
+    Gateway(Box<crate::gateway::command::GatewayArgs>),
+    ViewerLogger(crate::viewer_logger::command::ViewerArgs),
+    AdminStation(crate::admin_station::command::AdminArgs),
     /// Print a completion script for a shell
     Completions {
         /// Shell
@@ -98,7 +95,7 @@ pub fn main() -> ExitCode {
         Some(Command::Dis(args)) => finished(dis::run(args)),
         Some(Command::Certs(args)) => certs::run(&args),
         Some(Command::Asterix(args)) => asterix::run(&args),
-        Some(Command::Gateway(args)) => gateway::run(&args),
+        Some(Command::Gateway(args)) => crate::gateway::command::run(&args),
         Some(Command::Airport(args)) => airport::run(&args),
         Some(Command::Scene(args)) => scene::run(&args),
         Some(Command::Traffic(args)) => airport::traffic(&args),
@@ -109,13 +106,13 @@ pub fn main() -> ExitCode {
         Some(Command::Sweep(args)) => sweep::run(&args),
         Some(Command::Sim(args)) => sim::run(&args),
         Some(Command::Verify(args)) => verify::run(&args),
-        Some(Command::TrafficGenerator(args)) => federate_commands::traffic_generator(&args),
-        Some(Command::ExternalWorld(args)) => federate_commands::external_world(&args),
-        Some(Command::Smdfm(args)) => federate_commands::smdfm(&args),
-        Some(Command::Control(args)) => federate_commands::control(&args),
-        Some(Command::Visitors(args)) => federate_commands::visitors(&args),
-        Some(Command::ViewerLogger(args)) => federate_commands::viewer_logger(&args),
-        Some(Command::AdminStation(args)) => federate_commands::admin_station(&args),
+        Some(Command::TrafficGenerator(args)) => crate::traffic_generator::command::run(&args),
+        Some(Command::ExternalWorld(args)) => crate::external_world::command::run(&args),
+        Some(Command::Smdfm(args)) => crate::smdfm::command::run(&args),
+        Some(Command::Control(args)) => crate::control::command::run(&args),
+        Some(Command::Visitors(args)) => crate::visitors::command::run(&args),
+        Some(Command::ViewerLogger(args)) => crate::viewer_logger::command::run(&args),
+        Some(Command::AdminStation(args)) => crate::admin_station::command::run(&args),
         Some(Command::Completions { shell }) => {
             let mut command = Seeds::command();
             clap_complete::generate(shell, &mut command, "seeds", &mut std::io::stdout());

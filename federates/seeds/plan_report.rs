@@ -6,9 +6,9 @@ use models::sensors::Sensor;
 use models::sensors::asde::Placed;
 use models::sensors::asde::plan::boxes::{band_m, ring_m};
 use models::sensors::asde::plan::{BoxEffect, BoxPlan, Kind, PlannedBox};
-use models::sensors::radar_costs as costs;
-use models::sensors::radar_equation::Reflection;
-use models::sensors::radar_levels::RadarEffect;
+use models::sensors::radar::costs;
+use models::sensors::radar::effects::RadarEffect;
+use models::sensors::radar::equation::Reflection;
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 

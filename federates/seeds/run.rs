@@ -1,9 +1,9 @@
 //! `seeds run`: a whole federation on this host, one process a federate, or all in one.
 
-use super::federate_commands::NO_LOGGER;
-use super::gateway::AsterixArgs;
 use super::launch::{Launched, News, STARTS_A_MINUTE, common_arguments};
 use crate::federation::{RunOptions, generator_name};
+use crate::gateway::command::AsterixArgs;
+use crate::runtime::cli::DEFAULT_PAGE;
 use crate::runtime::cli::out;
 use crate::runtime::cli::{
     self, BAD_INPUT, COMPLETE, CommonArgs, DATA_LOST, FAILED, LogFormat, LossArgs, NetworkArgs,
@@ -12,6 +12,7 @@ use crate::runtime::cli::{
 use crate::runtime::clock::monotonic_ns;
 use crate::runtime::dis_socket::link_config;
 use crate::runtime::messages::Kind;
+use crate::runtime::process::{KEPT, LOGGING, NO_LOGGER};
 use clap::Args;
 use scenarios::control::Sees;
 use scenarios::losses::{Losses, OnLoss};
@@ -23,9 +24,6 @@ use std::time::Duration;
 
 /// From the end of a process to its next start: a connection that is gone counts as a loss after 0.3 s.
 const RESTART_NS: u64 = 500_000_000;
-
-/// Default address of the page.
-pub const DEFAULT_PAGE: &str = "127.0.0.1:8600";
 
 /// Start all federates of a scene on this host
 #[derive(Args, Clone, Debug)]
@@ -394,12 +392,6 @@ fn others_take(launched: &Launched, name: &str) -> bool {
 }
 
 use crate::gateway::process::NAME as GATEWAY;
-
-/// What a launched viewer-logger says when it has made its files and joined.
-pub const LOGGING: &str = "logging";
-
-/// What it says before that, where it keeps a database: this word and the folder or file.
-pub const KEPT: &str = "kept";
 
 /// The viewer-logger that this launcher starts.
 const LOGGER: &str = "viewer-logger";

@@ -2,7 +2,7 @@
 
 use clap::Parser;
 use federates::runtime::cli::{self, EXIT_CODES};
-use federates::seeds::federate_commands::{self, SmdfmArgs};
+use federates::smdfm::command::{self, SmdfmArgs};
 use std::process::ExitCode;
 
 /// Sensor model and data fusion: truth and weather in, plots and system tracks out, once a second
@@ -14,5 +14,5 @@ struct Args {
 }
 
 fn main() -> ExitCode {
-    federate_commands::smdfm(&cli::parse::<Args>().args)
+    command::run(&cli::parse::<Args>().args)
 }

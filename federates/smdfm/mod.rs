@@ -5,6 +5,7 @@
 //! against the truth that the sensors received. The tracker never sees that truth.
 
 pub mod change;
+pub mod command;
 pub mod evaluation;
 pub mod foreign;
 pub mod received_truth;

@@ -2,7 +2,7 @@
 
 use clap::Parser;
 use federates::runtime::cli::{self, EXIT_CODES};
-use federates::seeds::federate_commands::{self, TrafficArgs};
+use federates::traffic_generator::command::{self, TrafficArgs};
 use std::process::ExitCode;
 
 /// Traffic generator: ground truth as Entity State PDUs
@@ -14,5 +14,5 @@ struct Args {
 }
 
 fn main() -> ExitCode {
-    federate_commands::traffic_generator(&cli::parse::<Args>().args)
+    command::run(&cli::parse::<Args>().args)
 }

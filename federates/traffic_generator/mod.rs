@@ -6,6 +6,7 @@
 //! Flights that behave read each other, so every generator steps the whole core of them, which gives the
 //! same bits everywhere, and publishes its share.
 
+pub mod command;
 pub mod traffic_state;
 
 use crate::exchange::entity_state::{deactivated, state_pdu, transponder, world_pose};

@@ -4,8 +4,8 @@
 //! function that made it for the live page, from the report as it stands in the tables: the octets are the same.
 
 use super::frame::{self, Trail};
-use super::history::{CurvePoint, TRAIL};
-use super::source::{self, Event, ScanSums, Source};
+use super::history::TRAIL;
+use super::source::{self, CurvePoint, Event, ScanSums, Source};
 use crate::runtime::messages::{
     FlightNotice, LagMessage, Operation, PlotMessage, ScanReport, TrackMessage, TruthMessage,
     WeatherNotice,

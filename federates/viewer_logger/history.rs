@@ -1,10 +1,9 @@
 //! The scans of the run, kept in the form that the page reads, for scrubbing back and for error curves.
 
 use super::frame::{self, Trail};
-use super::source::{self, Event, EventFinder, ScanSums, Source};
+use super::source::{self, CurvePoint, Event, EventFinder, ScanSums, Source};
 use crate::runtime::messages::ScanReport;
 use models::time::SimTime;
-use serde::Serialize;
 use serde_json::json;
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
@@ -47,21 +46,6 @@ pub struct History {
     sums: Vec<ScanSums>,
     events: Vec<Event>,
     finder: EventFinder,
-}
-
-/// One point of an error curve.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct CurvePoint {
-    /// Scan number.
-    pub scan: u64,
-    /// Time, s.
-    pub time_s: f64,
-    /// Error of the track, m; none while it has no truth.
-    pub error_m: Option<f32>,
-    /// What the track claims: root of the trace of its position covariance, m.
-    pub claimed_m: f32,
-    /// Error of the plots of the same entity in this scan, m, largest by kind of sensor.
-    pub plots_m: BTreeMap<String, f32>,
 }
 
 /// Dots of history drawn behind a track.

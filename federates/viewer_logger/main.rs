@@ -2,7 +2,7 @@
 
 use clap::Parser;
 use federates::runtime::cli::{self, EXIT_CODES};
-use federates::seeds::federate_commands::{self, ViewerArgs};
+use federates::viewer_logger::command::{self, ViewerArgs};
 use std::process::ExitCode;
 
 /// Viewer and logger: the page, the recording, the database
@@ -14,5 +14,5 @@ struct Args {
 }
 
 fn main() -> ExitCode {
-    federate_commands::viewer_logger(&cli::parse::<Args>().args)
+    command::run(&cli::parse::<Args>().args)
 }

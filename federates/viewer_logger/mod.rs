@@ -12,6 +12,7 @@ pub mod access;
 pub mod archive;
 pub mod assets;
 pub mod beside;
+pub mod command;
 mod connections;
 pub mod frame;
 pub mod history;
@@ -30,11 +31,11 @@ use crate::runtime::messages::{
     FederateStatus, FlightNotice, Operation, RunState, ScanReport, WeatherNotice,
 };
 use archive::Archive;
-use history::{CurvePoint, History};
+use history::History;
 use picture::{AirportMap, RunInfo};
 use serde_json::{Value, json};
 pub use session::{Asked, Outgoing, Session, reply};
-use source::{Event, Source};
+use source::{CurvePoint, Event, Source};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 

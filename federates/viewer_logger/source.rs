@@ -1,10 +1,25 @@
 //! What a browser is shown scans from: the run that goes on ([`super::history::History`]) or a finished one out of its
 //! database ([`super::archive::Archive`]). A [`super::Session`] cannot tell which.
 
-use super::history::CurvePoint;
 use crate::runtime::messages::ScanReport;
 use models::time::SimTime;
 use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// One point of an error curve.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct CurvePoint {
+    /// Scan number.
+    pub scan: u64,
+    /// Time, s.
+    pub time_s: f64,
+    /// Error of the track, m; none while it has no truth.
+    pub error_m: Option<f32>,
+    /// What the track claims: root of the trace of its position covariance, m.
+    pub claimed_m: f32,
+    /// Error of the plots of the same entity in this scan, m, largest by kind of sensor.
+    pub plots_m: BTreeMap<String, f32>,
+}
 
 /// Scans in ascending order, with what belongs to them.
 pub trait Source: Send + std::fmt::Debug {

@@ -2,7 +2,7 @@
 
 use clap::Parser;
 use federates::runtime::cli::{self, EXIT_CODES};
-use federates::seeds::federate_commands::{self, VisitorsArgs};
+use federates::visitors::command::{self, VisitorsArgs};
 use std::process::ExitCode;
 
 /// Visitors: lets the entities of other simulators in, stamped into frames
@@ -14,5 +14,5 @@ struct Args {
 }
 
 fn main() -> ExitCode {
-    federate_commands::visitors(&cli::parse::<Args>().args)
+    command::run(&cli::parse::<Args>().args)
 }

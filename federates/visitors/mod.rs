@@ -5,6 +5,7 @@
 //! its arrival ([`pace`]). Consumers take outsiders from there and nowhere else: equal stamps give
 //! equal runs, and a recording of them is the run.
 
+pub mod command;
 pub mod door;
 pub mod pace;
 

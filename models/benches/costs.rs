@@ -2,7 +2,7 @@
 
 #![allow(missing_docs, clippy::print_stdout, reason = "a program")]
 
-#[path = "../src/sensors/sample_shapes.rs"]
+#[path = "../src/sensors/radar/sample_shapes.rs"]
 mod sample_shapes;
 
 use models::effects::Level;
@@ -11,12 +11,13 @@ use models::environment::{RainCell, Weather};
 use models::frames::{Vector2, Vector3};
 use models::plot::{Callsign, SensorId};
 use models::sensors::asde::{Asde, AsdeParameters, DetectionRule};
-use models::sensors::detection::Swerling;
-use models::sensors::radar_costs::{COSTS_NS, MEASURED, of};
-use models::sensors::radar_equation::Reflection;
-use models::sensors::radar_levels::{RadarEffect, RadarLevels};
-use models::sensors::shadow::Building;
-use models::sensors::shape;
+use models::sensors::radar::costs::{COSTS_NS, MEASURED, of};
+use models::sensors::radar::detection::Swerling;
+use models::sensors::radar::effects::RadarEffect;
+use models::sensors::radar::equation::Reflection;
+use models::sensors::radar::levels::RadarLevels;
+use models::sensors::radar::shadow::Building;
+use models::sensors::radar::shape;
 use models::sensors::{PlotSink, ScanInterval, Sensor, TargetClass, TargetState, Truth};
 use models::time::SimTime;
 use nix::time::{ClockId, clock_gettime};

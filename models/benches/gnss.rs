@@ -2,7 +2,7 @@
 
 #![allow(missing_docs, reason = "criterion makes public functions")]
 
-#[path = "../src/sensors/sample_shapes.rs"]
+#[path = "../src/sensors/radar/sample_shapes.rs"]
 mod sample_shapes;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
@@ -12,16 +12,16 @@ use models::environment::Weather;
 use models::frames::{Vector2, Vector3};
 use models::plot::{Callsign, SensorId, SensorKind};
 use models::sensors::adsb::{Adsb, AdsbConfig};
-use models::sensors::constellation::{Constellation, Dop, SkyConfig, in_view};
 use models::sensors::dgps::{Dgps, DgpsConfig};
 use models::sensors::dynamic::{Dynamic, DynamicConfig};
-use models::sensors::extended::{ExtentLevel, centroid, echoes};
 use models::sensors::gps::{Diluted, Gps, GpsConfig, GpsModel, Statistical};
 use models::sensors::mlat::{Mlat, MlatConfig};
 use models::sensors::offline::{Offline, OfflineConfig, OfflineFit};
-use models::sensors::ranging::{RangeBudget, RangingConfig};
-use models::sensors::shape;
-use models::sensors::video::{CellRadar, CellWork, Fading, Threshold, point_echoes};
+use models::sensors::radar::extended::{ExtentLevel, centroid, echoes};
+use models::sensors::radar::shape;
+use models::sensors::radar::video::{CellRadar, CellWork, Fading, Threshold, point_echoes};
+use models::sensors::reporting::constellation::{Constellation, Dop, SkyConfig, in_view};
+use models::sensors::reporting::ranging::{RangeBudget, RangingConfig};
 use models::sensors::{PlotSink, ScanInterval, Sensor, TargetClass, TargetState, Truth};
 use models::time::SimTime;
 use std::hint::black_box;

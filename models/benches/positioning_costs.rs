@@ -3,7 +3,7 @@
 
 #![allow(missing_docs, clippy::print_stdout, reason = "a program")]
 
-#[path = "../src/sensors/sample_shapes.rs"]
+#[path = "../src/sensors/radar/sample_shapes.rs"]
 mod sample_shapes;
 
 use models::effects::Level;
@@ -12,9 +12,10 @@ use models::environment::Weather;
 use models::frames::Vector3;
 use models::plot::{Callsign, SensorId};
 use models::sensors::config::ConfigError;
-use models::sensors::declared::{Modelled, models};
+use models::sensors::declared::Modelled;
+use models::sensors::models;
 use models::sensors::planned::Planned;
-use models::sensors::shape;
+use models::sensors::radar::shape;
 use models::sensors::{PlotSink, ScanInterval, Sensor, TargetClass, TargetState, Truth};
 use models::time::SimTime;
 use nix::time::{ClockId, clock_gettime};

@@ -5,7 +5,7 @@
 #[path = "common/cpu_time.rs"]
 mod cpu_time;
 
-#[path = "../src/sensors/sample_shapes.rs"]
+#[path = "../src/sensors/radar/sample_shapes.rs"]
 mod sample_shapes;
 
 use cpu_time::{CpuTime, targets};
@@ -16,10 +16,11 @@ use models::frames::{Vector2, Vector3};
 use models::plot::{Callsign, SensorId};
 use models::sensors::asde::picture::{EvenGround, VideoScene};
 use models::sensors::asde::{Asde, AsdeParameters};
-use models::sensors::detection::{Detector, PdTable, Swerling};
-use models::sensors::radar_equation::{BudgetLevels, Echo};
-use models::sensors::radar_levels::{Processing, RadarEffect, RadarLevels};
-use models::sensors::shape;
+use models::sensors::radar::detection::{Detector, PdTable, Swerling};
+use models::sensors::radar::effects::RadarEffect;
+use models::sensors::radar::equation::{BudgetLevels, Echo};
+use models::sensors::radar::levels::{Processing, RadarLevels};
+use models::sensors::radar::shape;
 use models::sensors::{PlotSink, ScanInterval, Sensor, TargetClass, TargetState, Truth};
 use models::time::SimTime;
 use std::hint::black_box;

@@ -59,6 +59,21 @@ impl Azimuth {
     }
 }
 
+/// First axis (unit vector east, north) and variances along and across it of a covariance given as
+/// variance east, covariance, variance north. The first is the larger.
+#[must_use]
+pub fn ellipse([east, cross, north]: [f64; 3]) -> (Vector2<f64>, [f64; 2]) {
+    let (half_sum, half_difference) = (0.5 * (east + north), 0.5 * (east - north));
+    let radius = libm::hypot(half_difference, cross);
+    let larger = half_sum + radius;
+    // det / larger: no cancellation where the ellipse is thin.
+    let smaller =
+        if larger > 0.0 { ((east * north - cross * cross) / larger).max(0.0) } else { 0.0 };
+    let turn = 0.5 * libm::atan2(cross, half_difference);
+    let (sin, cos) = libm::sincos(turn);
+    (Vector2::new(cos, sin), [larger, smaller])
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

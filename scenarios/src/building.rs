@@ -6,7 +6,7 @@ use crate::error::{Problem, ScenarioError};
 use crate::keys::{self, words};
 use models::environment::surface::{MATERIALS, Material};
 use models::frames::Vector2;
-use models::sensors::shadow::Building;
+use models::sensors::radar::shadow::Building;
 
 /// Reads `[[building]]`. A footprint is a list of corners in order, each a place like that of a sensor.
 pub(crate) fn read(root: &Section, airport: &AirportScene) -> Result<Vec<Building>, ScenarioError> {

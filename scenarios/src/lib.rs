@@ -41,7 +41,7 @@ pub use traffic::{Entity, Traffic};
 pub use weather::WeatherNotice;
 
 use models::flight_list::FlightList;
-use models::sensors::shadow::Building;
+use models::sensors::radar::shadow::Building;
 use std::path::{Path, PathBuf};
 
 /// Everything of a run, as plain checked values.

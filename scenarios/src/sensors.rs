@@ -17,9 +17,9 @@ use models::frames::{Vector2, Vector3};
 use models::plot::{Callsign, SensorId, SensorKind};
 use models::sensors::KINDS;
 use models::sensors::declared::Settings;
-use models::sensors::radar_levels::Processing;
-use models::sensors::shadow::Building;
-use models::sensors::video::{CellRadar, MOST_CELLS};
+use models::sensors::radar::levels::Processing;
+use models::sensors::radar::shadow::Building;
+use models::sensors::radar::video::{CellRadar, MOST_CELLS};
 use std::path::PathBuf;
 use std::sync::Arc;
 

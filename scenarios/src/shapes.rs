@@ -3,7 +3,7 @@
 use crate::document::{Section, within};
 use crate::error::{Problem, ScenarioError};
 use crate::keys::{self, words};
-use models::sensors::shape::{Fuselage, Scatterer, Shape, View};
+use models::sensors::radar::shape::{Fuselage, Scatterer, Shape, View};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};

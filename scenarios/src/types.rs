@@ -4,7 +4,7 @@ use crate::error::{Problem, ScenarioError};
 use crate::shapes::ShapeSet;
 use models::flight_list::WakeCategory;
 use models::sensors::TargetClass;
-use models::sensors::shape::Shape;
+use models::sensors::radar::shape::Shape;
 use models::truth::Kinematics;
 use std::collections::BTreeMap;
 use std::path::Path;

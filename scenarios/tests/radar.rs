@@ -260,7 +260,7 @@ fn what_no_model_covers_is_refused_with_key_value_and_limits() {
 
 #[test]
 fn a_scene_says_how_echoes_become_plots() {
-    use models::sensors::radar_levels::Processing;
+    use models::sensors::radar::levels::Processing;
     let text = std::fs::read_to_string(zurich()).expect("zurich.toml");
     let from = "parameters = \"ku_asde3\"\n";
     let with = |more: &str, scan: &str| {

@@ -9,7 +9,7 @@ use models::environment::{RainCell, Weather};
 use models::frames::{Vector2, Vector3};
 use models::plot::{Callsign, SensorId};
 use models::sensors::asde::{Asde, AsdeParameters};
-use models::sensors::shadow::Building;
+use models::sensors::radar::shadow::Building;
 use models::sensors::{ScanInterval, TargetClass, TargetState, Truth};
 use models::time::SimTime;
 use rand::rngs::ChaCha8Rng;
@@ -218,7 +218,7 @@ fn measure(
     let (scans, count) = if options.quick { (200, 20) } else { (400, 400) };
     let count = options.scenes.unwrap_or(count);
     let named = named_scenes(options.seed)?;
-    let models = models::sensors::declared::models().count();
+    let models = models::sensors::models().count();
     let total = named.len() + 1 + models + usize::from(count >= LONG);
     let mut done = 0;
     let mut step = |what: &str| {

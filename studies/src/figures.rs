@@ -9,8 +9,8 @@ use models::environment::Weather;
 use models::environment::surface::Material;
 use models::frames::Vector2;
 use models::sensors::asde::AsdeParameters;
-use models::sensors::detection::{albersheim_db, to_db};
-use models::sensors::radar_equation::{BudgetLevels, Echo, Reflection};
+use models::sensors::radar::detection::{albersheim_db, to_db};
+use models::sensors::radar::equation::{BudgetLevels, Echo, Reflection};
 use scenarios::ScenarioError;
 use scenarios::sensors::asde::shipped;
 

@@ -6,13 +6,13 @@ use geodesy::Geodetic;
 use models::environment::Weather;
 use models::frames::Vector3;
 use models::plot::{Callsign, SensorId, SensorKind};
-use models::sensors::constellation::{SatelliteFailures, SkyConfig};
 use models::sensors::gps::{Diluted, Gps, GpsConfig, GpsModel, Statistical};
 use models::sensors::offline::{
     Observation, Offline, OfflineAxes, OfflineConfig, OfflineFit, fit, observe,
 };
-use models::sensors::ranging::{RangeBudget, RangingConfig};
-use models::sensors::service::Service;
+use models::sensors::reporting::constellation::{SatelliteFailures, SkyConfig};
+use models::sensors::reporting::ranging::{RangeBudget, RangingConfig};
+use models::sensors::reporting::service::Service;
 use models::sensors::{PlotSink, ScanInterval, Sensor, TargetClass, TargetState, Truth};
 use models::time::SimTime;
 

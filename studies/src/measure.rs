@@ -11,7 +11,7 @@ pub(crate) const BLOCK: usize = 1000;
 /// The value below which a share `p` lies (nearest rank); sorts the values.
 pub(crate) fn quantile(values: &mut [f64], p: f64) -> Option<f64> {
     values.sort_by(f64::total_cmp);
-    models::score::run::quantile(values, p)
+    models::score::robust::quantile(values, p)
 }
 
 /// Median and 99 % quantile of some times, ns.

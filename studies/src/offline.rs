@@ -12,9 +12,10 @@ use models::fusion::offline::{
 use models::plot::{Callsign, SensorKind};
 use models::score::areas::{AreaMap, AreaRules};
 use models::score::recording::{Recording, Report, Target};
-use models::score::run::{Rules, Score, quantile, score};
-use models::sensors::cooperative::{Equipage, Equipped};
+use models::score::robust::quantile;
+use models::score::run::{Rules, Score, score};
 use models::sensors::offline::{Observation, Offline, OfflineAxes, OfflineConfig, OfflineFit, fit};
+use models::sensors::reporting::cooperative::{Equipage, Equipped};
 use models::sensors::{PlotSink, ScanInterval, Sensor, Truth};
 use models::time::SimTime;
 use scenarios::{Scene, SensorScene};

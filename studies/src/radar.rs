@@ -6,7 +6,8 @@ use crate::measure::{Errors, median_and_p99};
 use crate::{Draws, Ladder, Options, Outcome, Progress, Row, SceneAbout};
 use models::effects::{Level, Tolerance};
 use models::sensors::asde::Asde;
-use models::sensors::radar_levels::{RadarEffect, RadarLevels};
+use models::sensors::radar::effects::RadarEffect;
+use models::sensors::radar::levels::RadarLevels;
 use models::sensors::{PlotSink, Sensor};
 
 /// A whole radar: its levels, or none for planned ones.

@@ -6,7 +6,8 @@ use crate::requirements;
 use models::score::areas::AreaMap;
 use models::score::recording::{Recording, Report};
 use models::score::requirements::Verdict;
-use models::score::run::{AreaScore, Rules, Score, quantile, score};
+use models::score::robust::quantile;
+use models::score::run::{AreaScore, Rules, Score, score};
 use serde_json::{Value, json};
 use std::fmt::Write;
 

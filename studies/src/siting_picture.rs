@@ -2,7 +2,7 @@
 
 use crate::siting::{Grid, Map, NO_DATA};
 use models::frames::Vector2;
-use models::sensors::shadow::Building;
+use models::sensors::radar::shadow::Building;
 
 /// Colours from low to high: dark blue, green, yellow.
 const COLOURS: [[f32; 3]; 5] = [

@@ -7,14 +7,14 @@ use models::effects::outcome::{
 };
 use models::environment::Weather;
 use models::environment::surface::Complex;
-use models::sensors::antenna::Pattern;
 use models::sensors::asde::AsdeParameters;
 use models::sensors::asde::plan::bounds::{attenuation_raises_db, clutter_raises_db};
 use models::sensors::asde::plan::boxes::{ring, sector};
 use models::sensors::asde::plan::reflection::{Piece, Reach, Refinement};
-use models::sensors::detection::{Detector, PdTable, Swerling, from_db};
-use models::sensors::ghost::ghost_power;
-use models::sensors::radar_equation::Polarisation;
+use models::sensors::radar::antenna::Pattern;
+use models::sensors::radar::detection::{Detector, PdTable, Swerling, from_db};
+use models::sensors::radar::equation::Polarisation;
+use models::sensors::radar::ghost::ghost_power;
 use serde_json::Value;
 
 /// The check for a file's stem.

@@ -6,13 +6,13 @@ use models::frames::Vector2;
 use models::sensors::adsb::{
     lag_m, latitude_step_m, position_uncertainty_m, rounding_sigma, sigma_of_radius_95,
 };
-use models::sensors::constellation::{Constellation, Dop, in_view, look};
 use models::sensors::dgps::DifferentialBudget;
-use models::sensors::gauss_markov::{Gm1Step, Gm2Step, averaged_variance_ratio};
 use models::sensors::induction_loop::{LoopPair, occupancy_s};
 use models::sensors::mlat::ArrivalGeometry;
-use models::sensors::radial::radial_quantile;
-use models::sensors::service::{
+use models::sensors::radar::radial::radial_quantile;
+use models::sensors::reporting::constellation::{Constellation, Dop, in_view, look};
+use models::sensors::reporting::gauss_markov::{Gm1Step, Gm2Step, averaged_variance_ratio};
+use models::sensors::reporting::service::{
     Alternating, FailureMode, down_independent, down_single_repair, position_probability,
     reference_continuity, reference_loss_probability, slot_down, slot_up,
 };

@@ -7,17 +7,18 @@ use models::environment::rain::{self, RainLaw};
 use models::environment::surface::{Complex, Fresnel, Material, Roughness, modulus};
 use models::environment::{Weather, gas, wavelength_m};
 use models::frames::Vector2;
-use models::sensors::antenna::Pattern;
 use models::sensors::asde::{AsdeParameters, DetectionRule, Energy};
-use models::sensors::detection::{
+use models::sensors::measurement::{angle_sigma, delay_sigma_s, energy_ratio, range_sigma_m};
+use models::sensors::radar::antenna::Pattern;
+use models::sensors::radar::detection::{
     Detector, Swerling, albersheim_db, from_db, marcum_q, shnidman_db, to_db,
 };
-use models::sensors::extended::{Echo as ExtendedEcho, centroid_of};
-use models::sensors::geometry::{RoundEarth, TwoPaths};
-use models::sensors::measurement::{angle_sigma, delay_sigma_s, energy_ratio, range_sigma_m};
-use models::sensors::propagation;
-use models::sensors::radar_equation::{BudgetLevels, Echo, Polarisation, Reflection};
-use models::sensors::shadow::{knife_edge_db, knife_edge_exact_db};
+use models::sensors::radar::equation::{BudgetLevels, Echo, Polarisation, Reflection};
+use models::sensors::radar::extended::centroid_of;
+use models::sensors::radar::geometry::{RoundEarth, TwoPaths};
+use models::sensors::radar::propagation;
+use models::sensors::radar::shadow::{knife_edge_db, knife_edge_exact_db};
+use models::sensors::radar::shape::Echo as ExtendedEcho;
 use serde_json::Value;
 use std::f64::consts::{LN_10, TAU};
 
@@ -498,7 +499,7 @@ fn rain_path(c: &Case<'_>, judge: &mut Judge) -> Option<()> {
     let out_db = c.number("snr_db")? - loss;
     c.relative(judge, "two_way_db", loss);
     c.relative(judge, "snr_out_db", out_db);
-    c.relative(judge, "ln_snr_out", models::sensors::detection::ln_ratio(out_db));
+    c.relative(judge, "ln_snr_out", models::sensors::radar::detection::ln_ratio(out_db));
     Some(())
 }
 

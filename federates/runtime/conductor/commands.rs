@@ -1,8 +1,8 @@
 //! What operators ask of a run, and its answers.
 
 use super::{Conductor, Effect, Goal, Token};
+use crate::runtime::clock::WallNs;
 use crate::runtime::life_cycle::{Phase, Refused, Transition, possible, steps};
-use crate::runtime::member::WallNs;
 use crate::runtime::messages::Command;
 
 impl Conductor {

@@ -1,9 +1,9 @@
 //! Who is lost, why, and how a lost member comes back.
 
 use super::{Conductor, Effect, Fault, JOIN_AGAIN_NS, MemberEntry, MemberLog, OnLoss, Token};
+use crate::runtime::clock::WallNs;
 use crate::runtime::digest::content;
 use crate::runtime::life_cycle::Phase;
-use crate::runtime::member::WallNs;
 use crate::runtime::messages::{
     Accepted, Frame, Hello, Order, ProducerAt, Return, Standing, Welcome,
 };

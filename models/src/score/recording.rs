@@ -1,6 +1,6 @@
 //! What was true and what was reported, as it stands in a recording.
 
-use super::robust::FAR_OFF;
+use super::robust::{FAR_OFF, quantile};
 use crate::frames::Vector2;
 use crate::time::SimTime;
 
@@ -99,7 +99,7 @@ impl PlotSum {
     pub fn of(mut errors_m: Vec<f64>) -> Self {
         errors_m.retain(|e| e.is_finite() && *e >= 0.0);
         errors_m.sort_by(f64::total_cmp);
-        let limit_m = super::run::quantile(&errors_m, 0.95).map_or(f64::INFINITY, |q| FAR_OFF * q);
+        let limit_m = quantile(&errors_m, 0.95).map_or(f64::INFINITY, |q| FAR_OFF * q);
         let kept = errors_m.partition_point(|e| *e <= limit_m);
         let (near, far) = errors_m.split_at(kept);
         Self {
@@ -210,8 +210,7 @@ mod tests {
             let rms = honest.rmse_m().expect("plots");
             assert_eq!(honest.left_out, 0, "seed {seed}: no error of measurement is left out");
             // As far as a pulse goes between two, and the worst place for a test of this kind: just inside.
-            let limit =
-                FAR_OFF * super::super::run::quantile(&plots_sorted(seed), 0.95).expect("plots");
+            let limit = FAR_OFF * quantile(&plots_sorted(seed), 0.95).expect("plots");
             for far_m in [7_495.0, 300.0, 61.0, 0.999 * limit, 1.3 * limit] {
                 let mut with = plots(seed);
                 with.extend([far_m; 3]);

@@ -1,7 +1,8 @@
 //! Requirements of standards, and whether a score meets them.
 
 use super::areas::Area;
-use super::run::{AreaScore, Score, quantile};
+use super::robust::quantile;
+use super::run::{AreaScore, Score};
 
 /// What a requirement measures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -17,6 +17,13 @@ const LEAST_M: f64 = 1e-3;
 /// Bins at most: errors from 2¹⁰⁰ times the least on share the last one.
 const MOST_BINS: f64 = 6400.0;
 
+/// The value below which a share `p` of sorted values lies (nearest rank).
+#[must_use]
+pub fn quantile(sorted: &[f64], p: f64) -> Option<f64> {
+    let rank = (p * sorted.len() as f64).ceil() as usize;
+    (!sorted.is_empty()).then(|| sorted[rank.clamp(1, sorted.len()) - 1])
+}
+
 /// One bin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Bin<const N: usize> {

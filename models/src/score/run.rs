@@ -188,13 +188,6 @@ impl AreaScore {
     }
 }
 
-/// The value below which a share `p` of sorted values lies (nearest rank).
-#[must_use]
-pub fn quantile(sorted: &[f64], p: f64) -> Option<f64> {
-    let rank = (p * sorted.len() as f64).ceil() as usize;
-    (!sorted.is_empty()).then(|| sorted[rank.clamp(1, sorted.len()) - 1])
-}
-
 /// What became of one target.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TargetScore {

@@ -19,12 +19,16 @@ use crate::frames::Vector2;
 use crate::keys::Key;
 use crate::kind::{Assumed, Kind, Symbol};
 use crate::plot::{SensorId, SensorKind};
-use crate::sensors::bounds::{GEOMETRY_SHARE, SIGMAS, given, noise, percent, planned, two};
 use crate::sensors::config::{ConfigError, check, number};
-use crate::sensors::cooperative::{self, Equipage, Fix, Fleet, Reporting, Reports, shown};
 use crate::sensors::declared::{Declared, Given, Modelled, Settings};
-use crate::sensors::gps::Wander;
 use crate::sensors::planned::Planned;
+use crate::sensors::reporting::bounds::{
+    GEOMETRY_SHARE, SIGMAS, given, noise, percent, planned, two,
+};
+use crate::sensors::reporting::cooperative::{
+    self, Equipage, Fix, Fleet, Reporting, Reports, shown,
+};
+use crate::sensors::reporting::statistical::Wander;
 use crate::sensors::{PlotSink, ScanInterval, Sensor, Truth};
 
 /// Radius that holds 95 % of the error for a navigation accuracy category, m; `None` where the

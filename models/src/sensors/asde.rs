@@ -13,26 +13,30 @@ pub mod picture;
 pub mod plan;
 pub mod survey;
 
-pub use declared::{DECLARED, KEYS};
+pub use crate::sensors::radar::parameters::KEYS;
+pub use declared::DECLARED;
 
-pub use super::asde_parameters::{
-    AsdeParameters, DetectionRule, Energy, GLINT_SIGMA_M, ParameterWarning,
-};
-use super::config::ConfigError;
-use super::detection::{Detector, PdTable, Swerling, from_db, to_db};
-use super::extended::{self, Centroid, ExtentLevel};
-use super::ghost::{Facade, facades, ghost_power};
-use super::measurement::{quantised, to_cartesian};
-use super::radar_equation::{Air, Budget, Echo, Radar};
-use super::radar_levels::{PdLevel, Processing, RadarEffect, RadarLevels, ShadowLevel, Tally};
-use super::shadow::{Building, SightLine, Skyline, Traffic, aircraft_obstacles, edge_reach_m};
-use super::video::CellRadar;
-use super::{Cause, PlotSink, ScanInterval, Sensor, TargetClass, TargetState, Truth};
 use crate::draw::{DrawKey, Purpose, exponential, normal_pair, normal_pair_of, uniform};
 use crate::effects::{PlanRow, Tolerance};
 use crate::environment::Weather;
 use crate::frames::{Azimuth, Vector2, wrap_pi};
 use crate::plot::{Plot, Polar, SensorId, SensorKind};
+use crate::sensors::config::ConfigError;
+use crate::sensors::measurement::{quantised, to_cartesian};
+use crate::sensors::radar::detection::{Detector, PdTable, Swerling, from_db, to_db};
+use crate::sensors::radar::effects::{RadarEffect, Tally};
+use crate::sensors::radar::equation::{Air, Budget, Echo, Radar};
+use crate::sensors::radar::extended::{self, Centroid, ExtentLevel};
+use crate::sensors::radar::ghost::{Facade, facades, ghost_power};
+use crate::sensors::radar::levels::{PdLevel, Processing, RadarLevels, ShadowLevel};
+pub use crate::sensors::radar::parameters::{
+    AsdeParameters, DetectionRule, Energy, GLINT_SIGMA_M, ParameterWarning,
+};
+use crate::sensors::radar::shadow::{
+    Building, SightLine, Skyline, Traffic, aircraft_obstacles, edge_reach_m,
+};
+use crate::sensors::radar::video::CellRadar;
+use crate::sensors::{Cause, PlotSink, ScanInterval, Sensor, TargetClass, TargetState, Truth};
 use crate::time::SimTime;
 pub use assign::Placed;
 use assign::{Assignment, Mirrored};

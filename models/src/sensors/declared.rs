@@ -3,16 +3,16 @@
 //!
 //! Scene reader, messages, page, plan rows, cost bench, documents and the tests of completeness read `KINDS`.
 
-use super::Sensor;
-use super::config::ConfigError;
-use super::cooperative::Equipage;
-use super::planned::Planned;
-use super::shadow::Building;
 use crate::effects::Tolerance;
 use crate::effects::positioning::Model;
 use crate::frames::{Vector2, Vector3};
 use crate::kind::{Kind, SensorKind};
 use crate::plot::SensorId;
+use crate::sensors::Sensor;
+use crate::sensors::config::ConfigError;
+use crate::sensors::planned::Planned;
+use crate::sensors::radar::shadow::Building;
+use crate::sensors::reporting::cooperative::Equipage;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::fmt;
@@ -240,17 +240,6 @@ impl SensorKind {
     }
 }
 
-/// The planned models of all kinds, and last the one by fitted figures.
-pub fn models() -> impl Iterator<Item = &'static Modelled> {
-    super::KINDS.iter().flat_map(|d| d.models).chain([&super::offline::MODELLED])
-}
-
-/// The planned model of that name.
-#[must_use]
-pub fn model_named(name: &str) -> Option<&'static Modelled> {
-    models().find(|m| m.model.name == name)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -302,7 +291,7 @@ mod tests {
 
     #[test]
     fn examples_are_sound_and_every_preset_can_be_read() {
-        for modelled in models() {
+        for modelled in crate::sensors::models() {
             let sensor = (modelled.example)(SensorId(1)).expect(modelled.model.name);
             assert_eq!(sensor.id(), SensorId(1));
             assert!(modelled.file.starts_with("models/src/sensors/"), "{}", modelled.file);

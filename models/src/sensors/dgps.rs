@@ -5,6 +5,8 @@
 //! ch. 1 (differential GPS); carrier smoothing through an ionospheric gradient doubles as in
 //! Hwang, McGraw & Bader (1999), where the smoothing time counts twice.
 
+mod bounds;
+
 use crate::draw::DrawKey;
 use crate::effects::positioning::{Model, Planning, PositioningEffect as E, PositioningLevels};
 use crate::effects::{Level, PlanRow};
@@ -14,19 +16,22 @@ use crate::keys::Key;
 use crate::kind::{Assumed, Kind, Symbol};
 use crate::plot::{SensorId, SensorKind};
 use crate::sensors::config::{ConfigError, check, count, number};
-use crate::sensors::constellation;
-use crate::sensors::cooperative::{self, Equipage, Fix, Fleet, Reporting, Reports, shown};
 use crate::sensors::declared::{Declared, Given, Modelled, Settings};
-use crate::sensors::gps::{
-    self, NorthEast, Quality, Receiver, SoftFailure, Statistical, read_soft, validate_process,
-    validate_service,
-};
+use crate::sensors::gps::Statistical;
 use crate::sensors::planned::Planned;
-use crate::sensors::ranging::{
+use crate::sensors::reporting::constellation;
+use crate::sensors::reporting::cooperative::{
+    self, Equipage, Fix, Fleet, Reporting, Reports, shown,
+};
+use crate::sensors::reporting::ranging::{
     self, RangeCorrections, Ranging, RangingConfig, RangingReceiver, Want,
 };
-use crate::sensors::satellite_bounds;
-use crate::sensors::service::{Alternating, Service, ServiceState, read_process, read_services};
+use crate::sensors::reporting::service::{
+    Alternating, Service, ServiceState, read_process, read_services,
+};
+use crate::sensors::reporting::statistical::{
+    self, NorthEast, Quality, Receiver, SoftFailure, read_soft, validate_process, validate_service,
+};
 use crate::sensors::{PlotSink, ScanInterval, Sensor, TargetState, Truth};
 use crate::time::SimTime;
 use std::sync::Arc;
@@ -352,7 +357,7 @@ impl Sensor for Dgps {
                     let see = |s: &TargetState| planning.see(&s.velocity_mps, distance_m(s));
                     fleet.survey(reporting, interval, truth, see);
                 }
-                planning.prepare(|scene| satellite_bounds::dgps_budget(config, model, scene));
+                planning.prepare(|scene| bounds::budget(config, model, scene));
                 fleet.for_each_due(
                     reporting,
                     interval,
@@ -427,7 +432,7 @@ impl Sensor for Dgps {
                 ranging.prepare(interval, planning, |ranging, scene| {
                     let none = RangeCorrections::on_airport();
                     let corrections = ranging.corrections.as_ref().unwrap_or(&none);
-                    satellite_bounds::dgps_per_satellite(config, ranging, corrections, scene)
+                    bounds::per_satellite(config, ranging, corrections, scene)
                 });
                 fleet.for_each_due(
                     reporting,
@@ -450,7 +455,7 @@ impl Sensor for Dgps {
                         let fix = ranging.fix(receiver, key, due.time, &want, &levels, planning);
                         if let Some(fix) = fix {
                             let shown = || fix.shown(&levels);
-                            reports.push(due, Fix::of_ranges(due, &fix), true, shown);
+                            reports.push(due, fix.report(due), true, shown);
                         }
                     },
                 );
@@ -554,8 +559,8 @@ pub static DECLARED: Declared = Declared {
             LEVEL_KEYS,
             KEYS,
             ranging::CORRECTION_KEYS,
-            gps::SERVICE_KEYS,
-            gps::SOFT_KEYS,
+            statistical::SERVICE_KEYS,
+            statistical::SOFT_KEYS,
             constellation::KEYS,
             ranging::KEYS,
         ],
@@ -673,8 +678,8 @@ pub static PER_SATELLITE: Model = Model {
 mod tests {
     use super::*;
     use crate::effects::Tolerance;
-    use crate::sensors::constellation::{SatelliteFailures, SkyConfig};
-    use crate::sensors::ranging::{RangeBudget, RangeCorrections};
+    use crate::sensors::reporting::constellation::{SatelliteFailures, SkyConfig};
+    use crate::sensors::reporting::ranging::{RangeBudget, RangeCorrections};
     use crate::sensors::testing::{Parked, outages, seen_mean_s};
     use std::collections::BTreeSet;
 

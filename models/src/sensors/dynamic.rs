@@ -16,15 +16,17 @@ use crate::effects::positioning::{
 use crate::effects::{Level, Loss, PlanRow};
 use crate::environment::Weather;
 use crate::frames::Vector2;
+use crate::frames::ellipse;
 use crate::keys::{Holds, Key};
 use crate::kind::{Assumed, Kind, Symbol};
 use crate::plot::{SensorId, SensorKind};
-use crate::sensors::bounds::{SIGMAS, percent, two};
 use crate::sensors::config::{ConfigError, check, count, number};
-use crate::sensors::cooperative::{self, Equipage, Fix, Fleet, Reporting, Reports, shown};
 use crate::sensors::declared::{Declared, Given, Modelled, Settings};
 use crate::sensors::planned::Planned;
-use crate::sensors::ranging::ellipse;
+use crate::sensors::reporting::bounds::{SIGMAS, percent, two};
+use crate::sensors::reporting::cooperative::{
+    self, Equipage, Fix, Fleet, Reporting, Reports, shown,
+};
 use crate::sensors::{PlotSink, ScanInterval, Sensor, Truth};
 use crate::time::SimTime;
 use std::sync::Arc;

@@ -13,17 +13,19 @@ use crate::effects::positioning::{
 };
 use crate::effects::{Level, Loss, PlanRow};
 use crate::environment::{Weather, wavelength_m};
+use crate::frames::ellipse;
 use crate::frames::{Azimuth, Vector2};
 use crate::keys::{Holds, Key};
 use crate::kind::{Assumed, Kind, Symbol};
 use crate::plot::{SensorId, SensorKind};
-use crate::sensors::bounds::{SIGMAS, given, percent, two};
 use crate::sensors::config::{ConfigError, check, count, number};
-use crate::sensors::cooperative::{self, Equipage, Fix, Fleet, Reporting, Reports, shown};
 use crate::sensors::declared::{Declared, Given, Modelled, Settings};
 use crate::sensors::planned::Planned;
-use crate::sensors::ranging::ellipse;
-use crate::sensors::shadow::{Building, SightLine};
+use crate::sensors::radar::shadow::{Building, SightLine};
+use crate::sensors::reporting::bounds::{SIGMAS, given, percent, two};
+use crate::sensors::reporting::cooperative::{
+    self, Equipage, Fix, Fleet, Reporting, Reports, shown,
+};
 use crate::sensors::{PlotSink, ScanInterval, Sensor, TargetState, Truth};
 use std::sync::Arc;
 

@@ -1,33 +1,12 @@
 //! Sensors: truth and weather in, plots out.
 
-pub mod antenna;
-mod asde_parameters;
-pub mod bounds;
 pub mod config;
-pub mod constellation;
-pub mod cooperative;
 pub mod declared;
-pub mod detection;
-pub mod extended;
-pub mod gauss_markov;
-pub mod geometry;
-pub mod ghost;
 pub mod measurement;
 pub mod offline;
 pub mod planned;
-pub mod propagation;
-pub mod radar_costs;
-pub mod radar_equation;
-pub mod radar_levels;
-pub mod radial;
-pub mod ranging;
-#[cfg(test)]
-mod sample_shapes;
-pub mod satellite_bounds;
-pub mod service;
-pub mod shadow;
-pub mod shape;
-pub mod video;
+pub mod radar;
+pub mod reporting;
 
 #[cfg(test)]
 pub(crate) mod testing;
@@ -36,7 +15,7 @@ use crate::environment::Weather;
 use crate::frames::Vector3;
 use crate::plot::{Callsign, Plot};
 use crate::time::SimTime;
-use shape::Shape;
+use radar::shape::Shape;
 use std::sync::Arc;
 
 /// Every kind of sensor: its file, and the name of its kind.
@@ -66,6 +45,17 @@ kinds! {
     mlat as Mlat,
     induction_loop as Loop,
     dynamic as Dynamic,
+}
+
+/// The planned models of all kinds, and last the one by fitted figures.
+pub fn models() -> impl Iterator<Item = &'static declared::Modelled> {
+    KINDS.iter().flat_map(|d| d.models).chain([&offline::MODELLED])
+}
+
+/// The planned model of that name.
+#[must_use]
+pub fn model_named(name: &str) -> Option<&'static declared::Modelled> {
+    models().find(|m| m.model.name == name)
 }
 
 /// Size and echo of a kind of target; shared by all targets of a type.

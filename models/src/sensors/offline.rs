@@ -18,12 +18,12 @@ use crate::effects::{Level, Loss, PlanRow};
 use crate::environment::Weather;
 use crate::frames::{Azimuth, Vector2};
 use crate::plot::{SensorId, SensorKind};
-use crate::sensors::bounds::{GEOMETRY_SHARE, SIGMAS, given, noise, percent, two};
 use crate::sensors::config::{ConfigError, number};
-use crate::sensors::cooperative::{Equipage, Fix, Fleet, Reporting, Reports, shown};
 use crate::sensors::declared::{Modelled, Settings};
-use crate::sensors::gps::Wander;
 use crate::sensors::planned::Planned;
+use crate::sensors::reporting::bounds::{GEOMETRY_SHARE, SIGMAS, given, noise, percent, two};
+use crate::sensors::reporting::cooperative::{Equipage, Fix, Fleet, Reporting, Reports, shown};
+use crate::sensors::reporting::statistical::Wander;
 use crate::sensors::{PlotSink, ScanInterval, Sensor, Truth};
 use crate::time::SimTime;
 
@@ -573,8 +573,9 @@ fn ladders(config: &OfflineConfig) -> Ladders {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sensors::gps::{Gps, GpsConfig, GpsModel, NorthEast, Statistical};
-    use crate::sensors::service::{Alternating, Service};
+    use crate::sensors::gps::{Gps, GpsConfig, GpsModel, Statistical};
+    use crate::sensors::reporting::service::{Alternating, Service};
+    use crate::sensors::reporting::statistical::NorthEast;
     use crate::sensors::testing::Parked;
 
     fn gps() -> GpsConfig {

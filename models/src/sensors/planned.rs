@@ -1,8 +1,8 @@
 //! Sensors whose effects are planned by [`crate::effects::positioning`].
 
-use super::Sensor;
 use crate::effects::Tolerance;
 use crate::effects::positioning::{Planning, PositioningLevels};
+use crate::sensors::Sensor;
 
 /// A sensor whose effects are planned so.
 pub trait Planned: Sensor {

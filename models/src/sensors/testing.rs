@@ -79,7 +79,7 @@ impl Parked {
             span_m: 35.8,
             height_m: 11.8,
             rcs_m2: 20.0,
-            shape: super::sample_shapes::of(true),
+            shape: super::radar::sample_shapes::of(true),
         };
         Self {
             keys: keys.to_vec(),

@@ -12,9 +12,9 @@ use models::environment::surface::{MATERIALS, Material};
 use models::frames::{Vector2, Vector3};
 use models::sensors::asde::{Asde, AsdeParameters, DetectionRule, Energy, GLINT_SIGMA_M, KEYS};
 use models::sensors::config::ConfigError;
-use models::sensors::detection::Swerling;
-use models::sensors::radar_equation::Polarisation;
-use models::sensors::radar_levels::Processing;
+use models::sensors::radar::detection::Swerling;
+use models::sensors::radar::equation::Polarisation;
+use models::sensors::radar::levels::Processing;
 use std::path::{Path, PathBuf};
 
 /// A surface movement radar of a scene, checked.

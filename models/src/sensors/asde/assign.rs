@@ -1,17 +1,18 @@
 //! Which level each look gets: by the plan of its box, its neighbours, and what stands before it.
 
 use super::looks::Look;
-use super::plan::bounds::Span;
 use super::plan::boxes::{Key, SECTORS, band, ring, ring_m, sector};
 use super::plan::class::ClassFacts;
 use super::plan::outcome::Detection;
 use super::plan::planner::{MOST_NEW, Planner, PlannerScene};
+use super::plan::span::Span;
 use super::{Air, Asde, Place, Tolerance, Truth};
 use crate::effects::Level;
 use crate::frames::{Azimuth, Vector2, Vector3, wrap_pi};
-use crate::sensors::detection::PdTable;
-use crate::sensors::ghost::ghost_power;
-use crate::sensors::radar_levels::{RadarEffect, RadarLevels};
+use crate::sensors::radar::detection::PdTable;
+use crate::sensors::radar::effects::RadarEffect;
+use crate::sensors::radar::ghost::ghost_power;
+use crate::sensors::radar::levels::RadarLevels;
 use crate::sensors::{ScanInterval, TargetClass};
 use std::f64::consts::TAU;
 
@@ -108,7 +109,7 @@ impl Asde {
         &self,
         ring: i8,
         sector: u8,
-    ) -> impl Iterator<Item = &crate::sensors::ghost::Facade> {
+    ) -> impl Iterator<Item = &crate::sensors::radar::ghost::Facade> {
         const WAY_M: f64 = 150.0;
         let (near, far) = ring_m(ring);
         let middle = (f64::from(sector) + 0.5) / f64::from(SECTORS) * TAU;
@@ -165,7 +166,7 @@ impl Asde {
                 super::DetectionRule::Threshold => 0.0,
             }
         };
-        let expected = |facade: &crate::sensors::ghost::Facade| {
+        let expected = |facade: &crate::sensors::radar::ghost::Facade| {
             let (mixed, double) = ghost_power(facade.reflection(), 1.0, 1.0, 1.0);
             2.0 * seen(mixed) + seen(double)
         };

@@ -8,11 +8,14 @@ use crate::draw::DrawKey;
 use crate::frames::{Azimuth, wrap_pi};
 use crate::plot::Polar;
 use crate::sensors::Truth;
-use crate::sensors::detection::{Detector, to_db};
-use crate::sensors::extended::{self, ExtentLevel};
-use crate::sensors::radar_equation::Air;
-use crate::sensors::radar_levels::{RadarEffect, RadarLevels};
-use crate::sensors::video::{Blob, CellBox, CellWork, Fading, PointEcho, Threshold, point_echoes};
+use crate::sensors::radar::detection::{Detector, to_db};
+use crate::sensors::radar::effects::RadarEffect;
+use crate::sensors::radar::equation::Air;
+use crate::sensors::radar::extended::{self, ExtentLevel};
+use crate::sensors::radar::levels::RadarLevels;
+use crate::sensors::radar::video::{
+    Blob, CellBox, CellWork, Fading, PointEcho, Threshold, point_echoes,
+};
 
 /// Part of a range cell, and of a beam position, that the centre of a cluster is off on average over the
 /// places of a point in its cell, however strong it is.

@@ -3,8 +3,9 @@
 use super::{Asde, Draws, Plot, Return, TargetClass, to_db};
 use crate::effects::Level;
 use crate::sensors::Contribution;
-use crate::sensors::radar_equation::{Air, Budget, BudgetLevels, Echo, Reflection};
-use crate::sensors::radar_levels::{Processing, RadarEffect, RadarLevels};
+use crate::sensors::radar::effects::RadarEffect;
+use crate::sensors::radar::equation::{Air, Budget, BudgetLevels, Echo, Reflection};
+use crate::sensors::radar::levels::{Processing, RadarLevels};
 
 impl Asde {
     /// Contributions to one plot: for effects in decibels, the ratio with everything simulated

@@ -1,7 +1,7 @@
 //! When the beam points at which target.
 
 use super::{Asde, Azimuth, ScanInterval, SimTime, TargetState, Traffic, Truth, Vector2, wrap_pi};
-use crate::sensors::shadow::edge_reach_m;
+use crate::sensors::radar::shadow::edge_reach_m;
 use std::f64::consts::TAU;
 
 /// One look of the beam at one target.

@@ -5,11 +5,11 @@ use super::{Asde, ScanInterval, TargetClass, TargetState, Traffic, Truth};
 use crate::draw::{DrawKey, Purpose, exponential};
 use crate::environment::Weather;
 use crate::frames::{Azimuth, Vector2};
-use crate::sensors::detection::from_db;
-use crate::sensors::radar_equation::{Air, BudgetLevels, Echo, RainAir, RainEcho, RainPath};
-use crate::sensors::radar_levels::{RadarLevels, ShadowLevel};
-use crate::sensors::shadow::{SightLine, aircraft_obstacles};
-use crate::sensors::video::{PointEcho, Threshold, Video};
+use crate::sensors::radar::detection::from_db;
+use crate::sensors::radar::equation::{Air, BudgetLevels, Echo, RainAir, RainEcho, RainPath};
+use crate::sensors::radar::levels::{RadarLevels, ShadowLevel};
+use crate::sensors::radar::shadow::{SightLine, aircraft_obstacles};
+use crate::sensors::radar::video::{PointEcho, Threshold, Video};
 
 /// What the ground around the radar returns.
 pub trait Ground {
@@ -109,8 +109,10 @@ impl Asde {
         let buildings = self.buildings.clone();
         for (own, building) in buildings.iter().enumerate() {
             let turning: f64 = building.walls().map(|(a, b)| a.perp(&b)).sum();
-            let gamma =
-                crate::sensors::ghost::facade_reflection(building.facade, self.radar.carrier_ghz);
+            let gamma = crate::sensors::radar::ghost::facade_reflection(
+                building.facade,
+                self.radar.carrier_ghz,
+            );
             for (from_m, to_m) in building.walls() {
                 let along = to_m - from_m;
                 let length_m = along.norm();

@@ -3,11 +3,11 @@
 use super::{Air, Asde, DetectionRule, to_db};
 use crate::frames::{Azimuth, Vector3};
 use crate::sensors::TargetClass;
-use crate::sensors::detection::from_db;
-use crate::sensors::extended::{ExtentLevel, centroid};
-use crate::sensors::ghost::ghost_power;
-use crate::sensors::radar_equation::{Budget, BudgetLevels, Echo};
-use crate::sensors::shadow::SightLine;
+use crate::sensors::radar::detection::from_db;
+use crate::sensors::radar::equation::{Budget, BudgetLevels, Echo};
+use crate::sensors::radar::extended::{ExtentLevel, centroid};
+use crate::sensors::radar::ghost::ghost_power;
+use crate::sensors::radar::shadow::SightLine;
 
 /// How a class of targets is seen: at one aspect, or over all of them.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,7 +2,7 @@ use super::*;
 use crate::effects::Level;
 use crate::frames::Vector3;
 use crate::plot::Callsign;
-use crate::sensors::radar_equation::{BudgetLevels, Echo, Polarisation};
+use crate::sensors::radar::equation::{BudgetLevels, Echo, Polarisation};
 
 mod stated;
 
@@ -24,7 +24,7 @@ impl Straight {
             span_m: 2.0,
             height_m: 3.0,
             rcs_m2: 10.0,
-            shape: crate::sensors::sample_shapes::of(false),
+            shape: crate::sensors::radar::sample_shapes::of(false),
         };
         let vector = |(x, y): Pair| Vector3::new(x, y, 0.0);
         Self { class, targets: targets.iter().map(|&(p, v)| (vector(p), vector(v))).collect() }
@@ -323,7 +323,7 @@ fn cells_and_closed_centroid_see_the_same_aircraft() {
         ((1200.0, -1100.0), (0.0, 0.0)),
     ]);
     truth.class.aircraft = true;
-    truth.class.shape = crate::sensors::sample_shapes::of(true);
+    truth.class.shape = crate::sensors::radar::sample_shapes::of(true);
     (truth.class.length_m, truth.class.span_m, truth.class.height_m) = (37.6, 35.8, 5.0);
     let run = |processing| {
         let mut radar = asde(|p| p.pfa = 1e-7).at_levels(RadarLevels::EXACT).processing(processing);
@@ -452,7 +452,7 @@ fn plot_level_errs_like_the_cells_within_what_the_plan_says() {
                 *place_m *= 1.0 + 0.3 * i as f64 / ground_m;
             }
             truth.class.aircraft = aircraft;
-            truth.class.shape = crate::sensors::sample_shapes::of(aircraft);
+            truth.class.shape = crate::sensors::radar::sample_shapes::of(aircraft);
             (truth.class.length_m, truth.class.span_m) = (length_m, span_m);
             let (plot, plots) = errors_of(pulse_s, &truth, Processing::Plot, 16);
             let (cells, in_cells) = errors_of(pulse_s, &truth, Processing::Cells, 16);
@@ -509,7 +509,7 @@ fn windows_and_video_find_the_same_plots_with_the_same_draws() {
         ((300.0, -1200.0), (10.0, 3.0)),
     ]);
     truth.class.aircraft = true;
-    truth.class.shape = crate::sensors::sample_shapes::of(true);
+    truth.class.shape = crate::sensors::radar::sample_shapes::of(true);
     (truth.class.length_m, truth.class.span_m, truth.class.height_m) = (37.6, 35.8, 5.0);
     // On the ground behind an aircraft the video has its shadow, the window has not.
     for (scan_s, swerling, ground) in [
@@ -678,7 +678,7 @@ fn what_the_plan_of_a_box_leaves_out_is_not_evaluated() {
 fn a_shadow_is_named_for_what_casts_it() {
     let mut truth = Straight::new(&[((0.9, 1000.0), (0.0, 0.0)), ((0.0, 1200.0), (0.0, 0.0))]);
     truth.class.aircraft = true;
-    truth.class.shape = crate::sensors::sample_shapes::of(true);
+    truth.class.shape = crate::sensors::radar::sample_shapes::of(true);
     (truth.class.length_m, truth.class.span_m, truth.class.height_m) = (37.6, 35.8, 11.8);
     let corner = |x: f64, y: f64| Vector2::new(x, y);
     let hangar = Building {

@@ -10,8 +10,8 @@
 //! depends on pairs (shadows, ghosts, merging) depends on how dense the scene is; the whole video costs
 //! the same for any number of targets.
 
-use super::radar_levels::RadarEffect;
 use crate::effects::Level;
+use crate::sensors::radar::effects::RadarEffect;
 
 /// Time of one level of an effect per target and scan, ns; 0 for what is skipped.
 #[must_use]

@@ -1,16 +1,16 @@
 //! The single-pulse budget of a surface movement radar, in watts throughout.
 
-use super::antenna::{Pattern, SinePattern};
-use super::detection::from_db;
-use super::geometry::{LeanPaths, RoundEarth};
-use super::propagation;
-use super::radar_levels::{Evaluated, RadarEffect};
 use crate::environment::fog::{self, FogLaw};
 use crate::environment::mie::{MieDrops, MieRain};
 use crate::environment::rain::{self, RainLaw};
 use crate::environment::surface::{self, Material, Roughness};
 use crate::environment::{SPEED_OF_LIGHT, Weather, gas, wavelength_m};
 use crate::frames::Vector2;
+use crate::sensors::radar::antenna::{Pattern, SinePattern};
+use crate::sensors::radar::detection::from_db;
+use crate::sensors::radar::effects::{Evaluated, RadarEffect};
+use crate::sensors::radar::geometry::{LeanPaths, RoundEarth};
+use crate::sensors::radar::propagation;
 use nalgebra::Complex;
 use std::cell::OnceCell;
 use std::f64::consts::{FRAC_PI_4, PI};
@@ -315,13 +315,13 @@ impl Air {
     }
 
     /// A rain rate of this weather.
-    pub(super) fn rain(&self, rain_mm_per_h: f64) -> &RainAir {
+    pub(crate) fn rain(&self, rain_mm_per_h: f64) -> &RainAir {
         let same = |r: &&RainAir| r.rain_mm_per_h == rain_mm_per_h;
         self.rains.iter().find(same).unwrap_or(&self.rains[0])
     }
 
     /// Attenuation of a rain at a level, dB/km one way.
-    pub(super) fn rain_db_per_km(&self, level: RainPath, rain: &RainAir) -> f64 {
+    pub(crate) fn rain_db_per_km(&self, level: RainPath, rain: &RainAir) -> f64 {
         match level {
             RainPath::None => 0.0,
             RainPath::Linear => self.linear_db_per_km,
@@ -331,7 +331,7 @@ impl Air {
     }
 
     /// Attenuation of fog and gases at the levels, dB/km one way.
-    pub(super) fn without_rain_db_per_km(&self, levels: &BudgetLevels) -> f64 {
+    pub(crate) fn without_rain_db_per_km(&self, levels: &BudgetLevels) -> f64 {
         let gas = match levels.gas {
             GasLevel::None => 0.0,
             GasLevel::Constant => self.gas_constant_db_per_km,
@@ -341,7 +341,7 @@ impl Air {
     }
 
     /// Reflectivity of a rain at a level, polarisation included, m²/m³.
-    pub(super) fn rain_echo(&self, level: RainEcho, rain: &RainAir) -> f64 {
+    pub(crate) fn rain_echo(&self, level: RainEcho, rain: &RainAir) -> f64 {
         match level {
             RainEcho::None => 0.0,
             RainEcho::FullBeam => self.heaviest().echo,
@@ -632,7 +632,7 @@ impl Radar {
     }
 
     /// Volume of rain that a cell at `range_m` returns, weighted by the two-way beam: m³ on the beam axis.
-    pub(super) fn rain_volume_m3(&self, level: RainEcho, range_m: f64) -> f64 {
+    pub(crate) fn rain_volume_m3(&self, level: RainEcho, range_m: f64) -> f64 {
         let integral = match level {
             RainEcho::None => return 0.0,
             RainEcho::FullBeam => self.pattern.rain_integral_bound(),
@@ -676,7 +676,7 @@ impl Radar {
     /// Cross section of the ground in one cell, m²: `σ⁰ = γ·sin ψ` over the patch.
     ///
     /// `sin ψ = h_a/R`, the angle at most 89.9°.
-    pub(super) fn ground_m2(&self, range_m: f64) -> f64 {
+    pub(crate) fn ground_m2(&self, range_m: f64) -> f64 {
         let steep = STEEPEST_RAD;
         let mut sin = self.antenna_m / range_m;
         let mut cos2 = 1.0 - sin * sin;
@@ -757,7 +757,7 @@ impl Radar {
         Reflected { propagation, strength }
     }
 
-    pub(super) fn surface_coefficient_at(
+    pub(crate) fn surface_coefficient_at(
         &self,
         air: &Air,
         levels: &BudgetLevels,

@@ -1,10 +1,10 @@
 //! Targets that are larger than a range cell: where the echo's centre lies and how it wanders.
 //!
 //! A target is a list of scatterers in shares of its length, width and median cross section: its
-//! [`Shape`], which is data and no measurement.
+//! [`crate::sensors::radar::shape::Shape`], which is data and no measurement.
 //!
 //! Levels: `Point` (the reference point, nothing else) and `Centroid` (closed form of bias and
-//! glint). In cells and video ([`crate::sensors::video`]) the scatterers themselves are simulated.
+//! glint). In cells and video ([`crate::sensors::radar::video`]) the scatterers themselves are simulated.
 //!
 //! Frame: `along` the line of sight, away from the radar; `across` it, clockwise in azimuth.
 //!
@@ -13,10 +13,9 @@
 
 use std::f64::consts::PI;
 
-pub use super::shape::{Scatterer, Shape, View};
 use crate::frames::wrap_pi;
 use crate::sensors::TargetClass;
-use smallvec::SmallVec;
+use crate::sensors::radar::shape::{Echo, Echoes, echoes_of};
 
 /// Direction from which the radar sees a target, radians clockwise from ahead, in [−π, π).
 ///
@@ -26,78 +25,10 @@ pub fn view_rad(azimuth_rad: f64, heading_rad: f64) -> f64 {
     wrap_pi(azimuth_rad + PI - heading_rad)
 }
 
-/// One echo of a target, in the frame of the line of sight.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Echo {
-    /// Away from the radar, from the reference point, m.
-    pub along_m: f64,
-    /// Clockwise in azimuth, from the reference point, m.
-    pub across_m: f64,
-    /// Mean cross section, m².
-    pub rcs_m2: f64,
-}
-
-/// The echoes of one target; up to 32 without allocation.
-pub type Echoes = SmallVec<[Echo; 32]>;
-
 /// The echoes of `class` seen from `view_rad` (radians clockwise from ahead), by its shape.
 #[must_use]
 pub fn echoes(class: &TargetClass, view_rad: f64) -> Echoes {
     echoes_of(&class.shape, (class.length_m, class.span_m), class.rcs_m2, view_rad)
-}
-
-/// The echoes of a body of a shape, with its length and span and its median cross section.
-///
-/// Of a scatterer whose line of sight crosses the fuselage a share is left; the points of the flash stand
-/// on the near side of the fuselage.
-#[must_use]
-pub fn echoes_of(
-    shape: &Shape,
-    (length_m, span_m): (f64, f64),
-    median_m2: f64,
-    view_rad: f64,
-) -> Echoes {
-    let (sin, cos) = libm::sincos(view_rad);
-    let mut out = Echoes::new();
-    let mut add = |x_m: f64, y_m: f64, rcs_m2: f64| {
-        if rcs_m2 > 0.0 {
-            out.push(Echo {
-                along_m: -cos * x_m - sin * y_m,
-                across_m: sin * x_m - cos * y_m,
-                rcs_m2,
-            });
-        }
-    };
-    let (mut last_view, mut last_share) = (View::All, 1.0);
-    for scatterer in &shape.scatterers {
-        if scatterer.view != last_view {
-            (last_view, last_share) = (scatterer.view, scatterer.view.share(view_rad));
-        }
-        let (x_m, y_m) = (scatterer.x * length_m, scatterer.y * span_m);
-        let mut rcs_m2 = scatterer.weight * last_share * median_m2;
-        if let Some(fuselage) = &shape.fuselage
-            && behind_fuselage(length_m, x_m, y_m, sin, cos)
-        {
-            rcs_m2 *= fuselage.behind;
-        }
-        add(x_m, y_m, rcs_m2);
-    }
-    if let Some(fuselage) = &shape.fuselage {
-        let share = shape.flash(view_rad, sin) / fuselage.points.len() as f64;
-        let side_m = (fuselage.radius * length_m).min(0.5 * span_m).copysign(sin);
-        for x in &fuselage.points {
-            add(x * length_m, side_m, share * median_m2);
-        }
-    }
-    out
-}
-
-/// Whether the way from (x, y) to the radar crosses the fuselage |x| < L/2, y = 0.
-fn behind_fuselage(length_m: f64, x_m: f64, y_m: f64, sin: f64, cos: f64) -> bool {
-    if y_m == 0.0 || y_m * sin >= 0.0 {
-        return false;
-    }
-    (x_m - y_m / sin * cos).abs() < 0.5 * length_m
 }
 
 /// Where the echo of a target lies against its reference point, and how it wanders.
@@ -188,7 +119,7 @@ pub fn half_extent_m(class: &TargetClass, view_rad: f64) -> (f64, f64) {
 mod tests {
     use super::*;
     use crate::draw::{DrawKey, Purpose, exponential};
-    use crate::sensors::sample_shapes;
+    use crate::sensors::radar::sample_shapes;
     use proptest::prelude::*;
     use std::f64::consts::FRAC_PI_2;
 

@@ -1,8 +1,8 @@
 //! Ghosts: echoes by way of a facade that acts as a mirror.
 
-use super::shadow::Building;
 use crate::environment::surface::{Fresnel, Material, modulus};
 use crate::frames::Vector2;
+use crate::sensors::radar::shadow::Building;
 use std::f64::consts::FRAC_PI_2;
 
 /// Amplitude that a facade reflects at normal incidence: 1 for metal, about 0.4 for concrete.

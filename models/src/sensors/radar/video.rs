@@ -32,9 +32,9 @@ use std::f64::consts::{LN_2, PI, TAU};
 
 use crate::draw::{DrawKey, Purpose, exponential};
 use crate::frames::wrap_pi;
-use crate::sensors::asde::AsdeParameters;
-use crate::sensors::detection::{Detector, Swerling};
-use crate::sensors::extended::Echo;
+use crate::sensors::radar::detection::{Detector, Swerling};
+use crate::sensors::radar::parameters::AsdeParameters;
+use crate::sensors::radar::shape::Echo;
 
 /// One point echo in radar coordinates.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

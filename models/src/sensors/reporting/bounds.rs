@@ -4,17 +4,17 @@
 //! A two-dimensional normal error exceeds [`SIGMAS`] of its larger deviation once in 3.7 million draws,
 //! `exp(−5.5²/2)`. What is rare counts with the probability that it happens to a target within the run.
 
-use super::gps::{NorthEast, SoftFailure};
-use super::service::{Alternating, Service};
 use crate::effects::positioning::{PlannedEffect, PositioningEffect as E, PositioningScene, rung};
 use crate::effects::{Ladder, Level, Loss, Rung, Tolerance};
+use crate::sensors::reporting::service::{Alternating, Service};
+use crate::sensors::reporting::statistical::{NorthEast, SoftFailure};
 
 /// Deviations that a drawn error may reach.
 pub const SIGMAS: f64 = 5.5;
 
 /// Horizontal deviations move by so much of their root mean square over a day where the geometry is
 /// taken as constant: −29 to +90 % at five places with the reference constellation.
-pub(super) const GEOMETRY_SHARE: f64 = 0.9;
+pub(crate) const GEOMETRY_SHARE: f64 = 0.9;
 
 /// Probability that a process is or goes down within `horizon_s`: (1 − A) − A expm1(−T/U).
 #[must_use]
@@ -25,7 +25,7 @@ pub fn outage_probability(process: &Alternating, horizon_s: f64) -> f64 {
     process.down_share() - process.up_share() * libm::expm1(-horizon_s / process.mean_up_s)
 }
 
-pub(super) fn planned(effect: E, called_for: String, rungs: Vec<Rung>) -> PlannedEffect {
+pub(crate) fn planned(effect: E, called_for: String, rungs: Vec<Rung>) -> PlannedEffect {
     PlannedEffect {
         effect,
         ladder: Ladder { effect: effect.name(), called_for, rungs },
@@ -34,20 +34,20 @@ pub(super) fn planned(effect: E, called_for: String, rungs: Vec<Rung>) -> Planne
 }
 
 /// Left out or simulated.
-pub(super) fn two(effect: E, called_for: String, loss: Loss) -> PlannedEffect {
+pub(crate) fn two(effect: E, called_for: String, loss: Loss) -> PlannedEffect {
     let rungs = vec![rung(Level::Skipped, loss), rung(Level::Exact, Loss::NONE)];
     planned(effect, called_for, rungs)
 }
 
 /// A level that the scene gives; `moves_m` is what it may lose against the most exact one.
-pub(super) fn given(effect: E, level: Level, called_for: String, moves_m: f64) -> PlannedEffect {
+pub(crate) fn given(effect: E, level: Level, called_for: String, moves_m: f64) -> PlannedEffect {
     let rungs = vec![rung(level, Loss::moves(moves_m))];
     PlannedEffect { given: true, ..planned(effect, called_for, rungs) }
 }
 
 /// Something that happens with a probability and then moves a report: bounded by whichever takes less
 /// of the tolerance.
-pub(super) fn rarely(probability: f64, metres: f64, tolerance: &Tolerance) -> Loss {
+pub(crate) fn rarely(probability: f64, metres: f64, tolerance: &Tolerance) -> Loss {
     if probability == 0.0 || metres == 0.0 {
         return Loss::NONE;
     }
@@ -55,16 +55,16 @@ pub(super) fn rarely(probability: f64, metres: f64, tolerance: &Tolerance) -> Lo
     if by_metres { Loss::moves(metres) } else { Loss::odds(probability) }
 }
 
-pub(super) fn duration(horizon_s: f64) -> String {
+pub(crate) fn duration(horizon_s: f64) -> String {
     if horizon_s.is_finite() { format!("{horizon_s:.0} s") } else { "a run of any length".into() }
 }
 
-pub(super) fn percent(share: f64) -> String {
+pub(crate) fn percent(share: f64) -> String {
     format!("{} %", (1e6 * share).round() / 1e4)
 }
 
 /// Coverage and availability.
-pub(super) fn services(service: &Service, horizon_s: f64) -> PlannedEffect {
+pub(crate) fn services(service: &Service, horizon_s: f64) -> PlannedEffect {
     let p = outage_probability(&service.coverage, horizon_s)
         + outage_probability(&service.availability, horizon_s);
     let called = format!(
@@ -76,7 +76,7 @@ pub(super) fn services(service: &Service, horizon_s: f64) -> PlannedEffect {
     two(E::HardFailures, called, Loss::odds(p.min(1.0)))
 }
 
-pub(super) fn unreliable(
+pub(crate) fn unreliable(
     service: &Service,
     soft: &SoftFailure,
     scene: &PositioningScene,
@@ -91,7 +91,7 @@ pub(super) fn unreliable(
 ///
 /// Without the correlated part the white one has the whole variance. At any time, and after the
 /// correlated part is taken up again, the two runs differ by at most two independent correlated parts.
-pub(super) fn noise(sigma_m: f64, share: f64, tau_s: f64) -> [PlannedEffect; 2] {
+pub(crate) fn noise(sigma_m: f64, share: f64, tau_s: f64) -> [PlannedEffect; 2] {
     let correlated = SIGMAS * sigma_m * (2.0 * share).sqrt();
     let white = SIGMAS * sigma_m * (1.0 - share).sqrt();
     let (share, tau_s) = (100.0 * share, (10.0 * tau_s).round() / 10.0);
@@ -102,6 +102,6 @@ pub(super) fn noise(sigma_m: f64, share: f64, tau_s: f64) -> [PlannedEffect; 2] 
     ]
 }
 
-pub(super) fn larger(error: &NorthEast) -> f64 {
+pub(crate) fn larger(error: &NorthEast) -> f64 {
     error.sigma_north_m.max(error.sigma_east_m)
 }

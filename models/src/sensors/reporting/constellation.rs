@@ -7,10 +7,12 @@ use geodesy::{Ecef, Geodetic, LocalFrame};
 use rand::rngs::ChaCha8Rng;
 
 use crate::draw::{DrawKey, Purpose, exponential, uniform};
+use crate::effects::positioning::{Ladders, Planning, PositioningEffect as E, PositioningScene};
 use crate::keys::Key;
+use crate::sensors::ScanInterval;
 use crate::sensors::config::{ConfigError, check, count, number};
 use crate::sensors::declared::Given;
-use crate::sensors::service::FailureMode;
+use crate::sensors::reporting::service::FailureMode;
 use crate::time::SimTime;
 
 /// Gravitational constant times mass of the earth in the user algorithm, m³/s².
@@ -681,6 +683,33 @@ impl Sky {
         let dop = Dop::of(&units, &[]).filter(|d| d.position() <= config.pdop_limit);
         SkyEpoch { time, satellites, dop }
     }
+}
+
+/// Plans, follows the satellites with what is simulated of their failures, and plans for the geometry
+/// that they leave. With nobody to see them, no satellite is followed.
+pub(crate) fn prepare_sky(
+    sky: &mut Sky,
+    planning: &mut Planning,
+    interval: &ScanInterval,
+    ladders: impl Fn(&PositioningScene) -> Ladders,
+    step: impl FnOnce(&mut Sky),
+) {
+    if !planning.anybody() {
+        planning.prepare(ladders);
+        return;
+    }
+    if sky.epochs().is_empty() {
+        planning.see_dilution(sky.nominal_dilution(interval.from));
+    }
+    planning.prepare(&ladders);
+    let levels = planning.levels();
+    sky.simulate(levels.on(E::HardFailures), levels.on(E::SoftFailures));
+    step(sky);
+    let [hard, soft] = sky.take_looked();
+    planning.add(E::HardFailures, hard);
+    planning.add(E::SoftFailures, soft);
+    planning.see_dilution(sky.largest_dilution());
+    planning.prepare(ladders);
 }
 
 /// Keys of the sky.

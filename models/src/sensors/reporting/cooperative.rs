@@ -12,7 +12,6 @@ use crate::frames::Vector2;
 use crate::keys::Key;
 use crate::plot::{Callsign, Identity, Plot, SensorId, SensorKind};
 use crate::sensors::config::{ConfigError, check, number};
-use crate::sensors::ranging::{RangeFix, ellipse};
 use crate::sensors::{Cause, PlotSink, ScanInterval, TargetState, Truth};
 use crate::time::SimTime;
 
@@ -259,20 +258,6 @@ pub(crate) struct Fix {
     pub(crate) altitude_m: Option<f64>,
 }
 
-impl Fix {
-    /// A fix by ranges, with its height.
-    pub(crate) fn of_ranges(due: &Due, fix: &RangeFix) -> Self {
-        let (axis, variance_m2) = ellipse(fix.covariance_m2);
-        Self {
-            time: due.time,
-            position_m: due.state.position_m.xy() + fix.error_m,
-            axis,
-            variance_m2,
-            altitude_m: Some(due.state.position_m.z + fix.error_up_m),
-        }
-    }
-}
-
 /// What an effect did: its name, value and unit; `None` where it was not simulated.
 pub(crate) type Shown = Option<(&'static str, f64, &'static str)>;
 
@@ -341,7 +326,7 @@ impl<'a> Reports<'a> {
         if self.out.explain {
             let shown = effects().into_iter().flatten();
             cause.effects = shown
-                .map(|(effect, value, unit)| super::Contribution { effect, value, unit })
+                .map(|(effect, value, unit)| crate::sensors::Contribution { effect, value, unit })
                 .collect();
         }
         self.out.causes.push(cause);

@@ -14,15 +14,14 @@ use crate::draw::{DrawKey, Purpose, normal_pair, normal_pair_of, uniform};
 use crate::effects::positioning::{
     Ladders, Planning, PositioningEffect as E, PositioningLevels, PositioningScene,
 };
-use crate::frames::Vector2;
+use crate::frames::{Vector2, ellipse};
 use crate::keys::Key;
 use crate::sensors::ScanInterval;
 use crate::sensors::config::{ConfigError, check, number};
-use crate::sensors::constellation::{Dop, Sky, SkyConfig};
-use crate::sensors::cooperative::{Shown, shown};
 use crate::sensors::declared::Given;
-use crate::sensors::gauss_markov::{Gm1Step, Gm2Step};
-use crate::sensors::gps::prepare_sky;
+use crate::sensors::reporting::constellation::{Dop, Sky, SkyConfig, prepare_sky};
+use crate::sensors::reporting::cooperative::{Due, Fix, Shown, shown};
+use crate::sensors::reporting::gauss_markov::{Gm1Step, Gm2Step};
 use crate::time::SimTime;
 
 /// Deviation and correlation time of one source.
@@ -320,6 +319,18 @@ const OWN: usize = 5;
 const NOISE: usize = 6;
 
 impl RangeFix {
+    /// The report of a receiver that is due, with its height.
+    pub(crate) fn report(&self, due: &Due) -> Fix {
+        let (axis, variance_m2) = ellipse(self.covariance_m2);
+        Fix {
+            time: due.time,
+            position_m: due.state.position_m.xy() + self.error_m,
+            axis,
+            variance_m2,
+            altitude_m: Some(due.state.position_m.z + self.error_up_m),
+        }
+    }
+
     /// What each effect did to the fix.
     pub(crate) fn shown(&self, levels: &PositioningLevels) -> [Shown; 8] {
         let of = |effect: E, part: usize| {
@@ -635,21 +646,6 @@ impl Ranging {
 /// Sensor number of draws for errors of the sky: no sensor's own, as they are common to all.
 const SKY_ERRORS: u32 = 7 << 16;
 
-/// First axis (unit vector east, north) and variances along and across it of a covariance given as
-/// variance east, covariance, variance north. The first is the larger.
-#[must_use]
-pub fn ellipse([east, cross, north]: [f64; 3]) -> (Vector2<f64>, [f64; 2]) {
-    let (half_sum, half_difference) = (0.5 * (east + north), 0.5 * (east - north));
-    let radius = libm::hypot(half_difference, cross);
-    let larger = half_sum + radius;
-    // det / larger: no cancellation where the ellipse is thin.
-    let smaller =
-        if larger > 0.0 { ((east * north - cross * cross) / larger).max(0.0) } else { 0.0 };
-    let turn = 0.5 * libm::atan2(cross, half_difference);
-    let (sin, cos) = libm::sincos(turn);
-    (Vector2::new(cos, sin), [larger, smaller])
-}
-
 /// Keys of ranges, at level per_satellite.
 pub(crate) const KEYS: &[Key] = &[
     Key::number(
@@ -763,14 +759,14 @@ impl RangingConfig {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sensors::{gps, satellite_bounds};
+    use crate::sensors::gps;
     use geodesy::Geodetic;
     use proptest::prelude::*;
 
     fn config(corrections: Option<RangeCorrections>, budget: RangeBudget) -> RangingConfig {
         let mut sky = SkyConfig::reference(Geodetic::from_degrees(47.45, 8.55, 432.0), 8.64e7);
         sky.step_s = 1.0;
-        sky.failures = crate::sensors::constellation::SatelliteFailures::never();
+        sky.failures = crate::sensors::reporting::constellation::SatelliteFailures::never();
         RangingConfig { sky, budget, weighted: false, corrections }
     }
 
@@ -782,7 +778,7 @@ mod tests {
             from: SimTime::from_s(from_s),
             to: SimTime::from_s(to_s),
         };
-        ranging.prepare(&interval, &mut planning(), satellite_bounds::gps_per_satellite);
+        ranging.prepare(&interval, &mut planning(), gps::bounds::per_satellite);
     }
 
     fn planning() -> Planning {

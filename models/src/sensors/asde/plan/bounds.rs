@@ -7,38 +7,9 @@
 
 use super::class::ClassFacts;
 use super::reflection::{Piece, Reach, ReflectionBounds};
-use crate::sensors::detection::{from_db, to_db};
-use crate::sensors::radar_equation::{Air, Radar, RainEcho};
-
-/// Least and largest value.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Span {
-    /// Least.
-    pub low: f64,
-    /// Largest.
-    pub high: f64,
-}
-
-impl Span {
-    /// Of some values; not-a-number makes both ends not a number.
-    #[must_use]
-    pub fn around(values: impl Iterator<Item = f64>) -> Self {
-        let none = Self { low: f64::INFINITY, high: f64::NEG_INFINITY };
-        values.fold(none, |span, value| {
-            if value.is_nan() {
-                Self { low: f64::NAN, high: f64::NAN }
-            } else {
-                Self { low: span.low.min(value), high: span.high.max(value) }
-            }
-        })
-    }
-
-    /// Both together.
-    #[must_use]
-    pub fn and(self, other: Self) -> Self {
-        Self { low: self.low.min(other.low), high: self.high.max(other.high) }
-    }
-}
+use super::span::Span;
+use crate::sensors::radar::detection::{from_db, to_db};
+use crate::sensors::radar::equation::{Air, Radar, RainEcho};
 
 /// What a box is, for its bounds.
 #[derive(Clone, Copy, Debug)]

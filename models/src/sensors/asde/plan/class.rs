@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::sensors::TargetClass;
-use crate::sensors::extended::{ExtentLevel, centroid};
+use crate::sensors::radar::extended::{ExtentLevel, centroid};
 
 /// Extremes of one class over all aspects.
 #[derive(Clone, Debug, PartialEq)]

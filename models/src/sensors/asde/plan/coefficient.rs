@@ -2,7 +2,7 @@
 
 use super::disc::{Disc, Sloped};
 use crate::environment::surface::{self, Complex};
-use crate::sensors::radar_equation::{Air, Polarisation, Radar};
+use crate::sensors::radar::equation::{Air, Polarisation, Radar};
 use std::f64::consts::PI;
 
 /// The coefficients over a range of the sine of the grazing angle: index 0 as they are, 1 with the film

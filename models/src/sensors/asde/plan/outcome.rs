@@ -7,8 +7,8 @@ use crate::effects::outcome::{
     AxisShift, MEAN_ABS, StepTable, TrackGain, detection_change, shift_by_ratio, tail,
 };
 use crate::effects::{Loss, Tolerance};
-use crate::sensors::asde_parameters::{AsdeParameters, DetectionRule};
-use crate::sensors::detection::{PdTable, from_db, to_db};
+use crate::sensors::radar::detection::{PdTable, from_db, to_db};
+use crate::sensors::radar::parameters::{AsdeParameters, DetectionRule};
 
 /// What of a plot's own draws is left out.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

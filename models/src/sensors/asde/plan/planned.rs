@@ -6,11 +6,12 @@ use super::outcome::{BoxLoss, BoxOutcome, Effect, LeftOut};
 use super::reflection::Refinement;
 use crate::effects::choice::{Candidate, Choice, MARGIN, cheapest};
 use crate::effects::{Level, Loss, Tolerance};
-use crate::sensors::asde_parameters::{AsdeParameters, DetectionRule};
-use crate::sensors::detection::{PdTable, to_db};
-use crate::sensors::radar_costs as costs;
-use crate::sensors::radar_equation::{Air, Polarisation};
-use crate::sensors::radar_levels::{RadarEffect, RadarLevels};
+use crate::sensors::radar::costs;
+use crate::sensors::radar::detection::{PdTable, to_db};
+use crate::sensors::radar::effects::RadarEffect;
+use crate::sensors::radar::equation::{Air, Polarisation};
+use crate::sensors::radar::levels::RadarLevels;
+use crate::sensors::radar::parameters::{AsdeParameters, DetectionRule};
 
 /// What became of an effect in a box.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

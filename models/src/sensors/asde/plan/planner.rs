@@ -14,7 +14,7 @@ use super::reflection::Refinement;
 use crate::effects::outcome::StepTable;
 use crate::effects::{Loss, Tolerance};
 use crate::sensors::TargetClass;
-use crate::sensors::radar_equation::{Air, Radar};
+use crate::sensors::radar::equation::{Air, Radar};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::OnceLock;
 

@@ -5,14 +5,14 @@
 //! of two levels are never differences of two enclosures, but the enclosed difference through the derivative
 //! of the propagation factor, which holds the moduli and the phases of the two apart.
 
-use super::bounds::Span;
 use super::coefficient::Coefficients;
 use super::disc::Disc;
+use super::span::Span;
 use crate::environment::surface::{Roughness, modulus};
-use crate::sensors::detection::to_db;
-use crate::sensors::geometry::EFFECTIVE_EARTH_RADIUS_M;
-use crate::sensors::propagation;
-use crate::sensors::radar_equation::{Air, Polarisation, Radar};
+use crate::sensors::radar::detection::to_db;
+use crate::sensors::radar::equation::{Air, Polarisation, Radar};
+use crate::sensors::radar::geometry::EFFECTIVE_EARTH_RADIUS_M;
+use crate::sensors::radar::propagation;
 use std::f64::consts::{LN_10, TAU};
 
 /// A refinement of the reflection.

@@ -3,9 +3,10 @@
 use super::{BoxEffect, Kind};
 use crate::effects::{Level, Loss, PlanRow};
 use crate::sensors::asde::{Asde, ScanFacts};
-use crate::sensors::radar_costs as costs;
-use crate::sensors::radar_equation::Air;
-use crate::sensors::radar_levels::{Processing, RadarEffect};
+use crate::sensors::radar::costs;
+use crate::sensors::radar::effects::RadarEffect;
+use crate::sensors::radar::equation::Air;
+use crate::sensors::radar::levels::Processing;
 
 /// By how much the root mean square error of a plot, per axis, differs at plot level from that in cells:
 /// the larger of a share of the range cell (the grid, for small targets) and of the target's half
@@ -91,7 +92,7 @@ fn row(
 }
 
 /// Level of an effect that all levels of a radar give; exact unless it is off.
-fn level_of(levels: crate::sensors::radar_levels::RadarLevels, effect: RadarEffect) -> Level {
+fn level_of(levels: crate::sensors::radar::levels::RadarLevels, effect: RadarEffect) -> Level {
     let all = [Level::Skipped, Level::Cheap, Level::Middle, Level::Exact];
     all.into_iter().rev().find(|&l| levels.with(effect, l) == levels).unwrap_or(Level::Exact)
 }

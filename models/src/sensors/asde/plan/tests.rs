@@ -13,10 +13,11 @@ use crate::environment::surface::MATERIALS;
 use crate::frames::Vector2;
 use crate::sensors::TargetClass;
 use crate::sensors::asde::AsdeParameters;
-use crate::sensors::detection::{Detector, PdTable, Swerling, to_db};
-use crate::sensors::extended::{ExtentLevel, centroid};
-use crate::sensors::radar_equation::{BudgetLevels, Echo, Polarisation, Reflection};
-use crate::sensors::radar_levels::{RadarEffect, RadarLevels};
+use crate::sensors::radar::detection::{Detector, PdTable, Swerling, to_db};
+use crate::sensors::radar::effects::RadarEffect;
+use crate::sensors::radar::equation::{BudgetLevels, Echo, Polarisation, Reflection};
+use crate::sensors::radar::extended::{ExtentLevel, centroid};
+use crate::sensors::radar::levels::RadarLevels;
 use rand::rngs::ChaCha8Rng;
 
 struct Genes(ChaCha8Rng);
@@ -47,7 +48,7 @@ fn class(kind: usize) -> TargetClass {
         (true, 37.6, 35.8, 11.8, 15.0),
         (true, 70.7, 64.4, 19.4, 60.0),
     ][kind];
-    let shape = crate::sensors::sample_shapes::of(aircraft);
+    let shape = crate::sensors::radar::sample_shapes::of(aircraft);
     TargetClass { designator: "T".into(), aircraft, length_m, span_m, height_m, rcs_m2, shape }
 }
 

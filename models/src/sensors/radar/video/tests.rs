@@ -1,7 +1,7 @@
 use super::*;
 use crate::sensors::TargetClass;
-use crate::sensors::detection::{Swerling, from_db};
-use crate::sensors::extended::{centroid_of, echoes, half_extent_m};
+use crate::sensors::radar::detection::{Swerling, from_db};
+use crate::sensors::radar::extended::{centroid_of, echoes, half_extent_m};
 
 fn radar() -> CellRadar {
     let (pulses, pfa) = (14, 1e-6);
@@ -163,7 +163,7 @@ fn an_aircraft_in_cells_has_the_centroid_and_glint_of_the_closed_form() {
         span_m: 35.8,
         height_m: 11.8,
         rcs_m2: 20.0,
-        shape: crate::sensors::sample_shapes::of(true),
+        shape: crate::sensors::radar::sample_shapes::of(true),
     };
     let radar = radar();
     let mut work = CellWork::default();

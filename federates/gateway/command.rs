@@ -1,6 +1,5 @@
 //! `seeds gateway`, and the flags of `seeds run` that start one.
 
-use super::federate_commands::{open_bus, patience};
 use crate::exchange::operator;
 use crate::gateway::commands::Rights;
 use crate::gateway::ports::Feeds;
@@ -13,6 +12,7 @@ use crate::runtime::cli::{
     self, BAD_INPUT, COMPLETE, CommonArgs, DATA_LOST, FAILED, NetworkArgs, fail,
     load_scene_without_truth,
 };
+use crate::runtime::member_process::{open_bus, patience};
 use crate::runtime::process::{launched, on_interrupt};
 use anyhow::{Context, ensure};
 use clap::{Args, ValueEnum};

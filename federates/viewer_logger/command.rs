@@ -1,24 +1,69 @@
-//! The viewer-logger's process: sockets, files and the end of the run.
+//! The command line of the viewer-logger, and its process: sockets, files and the end of the run.
 
-use super::federate_commands::{ViewerArgs, open_bus, patience};
-use super::run::{KEPT, LOGGING};
-use crate::runtime::cli::out;
-use crate::runtime::cli::{COMPLETE, DATA_LOST};
+use super::keeper::Files;
+use super::process::{self, Datagram, Inbox, Task};
+use super::server::Server;
+use crate::runtime::cli::{
+    self, COMPLETE, CommonArgs, DATA_LOST, DEFAULT_PAGE, FAILED, fail, load_scene_without_truth,
+    out,
+};
 use crate::runtime::clock::utc_ns;
 use crate::runtime::dis_socket::link_config;
-use crate::runtime::process::{launched, on_interrupt};
-use crate::viewer_logger::keeper::Files;
-use crate::viewer_logger::process::{self, Datagram, Inbox, Task};
-use crate::viewer_logger::server::Server;
+use crate::runtime::member_process::{open_bus, patience};
+use crate::runtime::process::{KEPT, LOGGING, launched, on_interrupt};
+use clap::Args;
 use scenarios::Scene;
-use std::path::Path;
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 use std::sync::Arc;
+
+/// Viewer and logger: the page, the recording, the database
+#[derive(Args, Clone, Debug)]
+pub struct ViewerArgs {
+    #[command(flatten)]
+    pub(crate) common: CommonArgs,
+
+    /// Address and port of the page; port 0: any free one
+    #[arg(long, value_name = "ADDR:PORT", default_value = DEFAULT_PAGE, value_parser = cli::page)]
+    pub page: SocketAddr,
+
+    /// Log only, no page
+    #[arg(long, conflicts_with = "page")]
+    pub no_page: bool,
+
+    /// Record every datagram into this pcapng file, with the database (.sqlite) beside it [default: runs/START/run.pcapng, named by the time of the start]
+    #[arg(long, value_name = "FILE")]
+    pub record: Option<PathBuf>,
+
+    /// Write a report of the run (HTML, CSV, JSON) into this folder
+    #[arg(long, value_name = "DIR", value_parser = cli::report_folder)]
+    pub report: Option<PathBuf>,
+}
+
+/// The viewer-logger's process.
+#[must_use]
+pub fn run(args: &ViewerArgs) -> ExitCode {
+    crate::runtime::process::end_with_launcher();
+    cli::log_to_stderr(args.common.log_format, "warn");
+    if let Err(e) = crate::runtime::process::enough_files() {
+        return fail(FAILED, e);
+    }
+    let scene = match load_scene_without_truth(&args.common.scene) {
+        Ok(scene) => Arc::new(scene),
+        Err(code) => return code,
+    };
+    match view(args, scene) {
+        Ok(code) => ExitCode::from(code),
+        Err(e) => fail(FAILED, format!("{e:#}")),
+    }
+}
 
 /// Runs the viewer-logger; the address of the page goes to standard output, on a line of its own.
 ///
 /// # Errors
 /// If the page, a file or a network plane cannot be opened: which, why, and what to do.
-pub fn run(args: &ViewerArgs, scene: Arc<Scene>) -> anyhow::Result<u8> {
+fn view(args: &ViewerArgs, scene: Arc<Scene>) -> anyhow::Result<u8> {
     let exercise = args.common.exercise.unwrap_or(scene.run.exercise);
     let inbox = Inbox::default();
     let stop = inbox.clone();
@@ -58,7 +103,7 @@ pub fn run(args: &ViewerArgs, scene: Arc<Scene>) -> anyhow::Result<u8> {
     bus.close();
     let Some(kept) = kept? else { return Ok(COMPLETE) };
     if let (Some(folder), Some(database)) = (&args.report, &database) {
-        super::report::write(folder, database)?;
+        crate::seeds::report::write(folder, database)?;
     }
     if kept.complete() {
         return Ok(COMPLETE);

@@ -1,0 +1,205 @@
+//! The command line of the administration station, and its process.
+
+use super::operate::{Operate, operate_run};
+use super::simman::Gateway;
+use super::{AdminContext, Event, summary::RunSummary};
+use crate::federation::{RunOptions, conductor_config};
+use crate::runtime::certs::is_loopback;
+use crate::runtime::cli::{self, CommonArgs, FAILED, fail, load_scene_without_truth, out};
+use crate::runtime::member_process::patience;
+use crate::runtime::process::{NO_LOGGER, on_interrupt};
+use crate::runtime::zenoh_bus::{ZenohBus, ZenohConfig};
+use clap::Args;
+use crossbeam_channel::{Sender, unbounded};
+use scenarios::Scene;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// Administration station: configure, start, freeze, step, stop, restart, measure
+#[derive(Args, Clone, Debug)]
+pub struct AdminArgs {
+    #[command(flatten)]
+    pub(super) common: CommonArgs,
+
+    /// What to ask of a run that is going on; without it, this process is the run's administration station
+    #[command(subcommand)]
+    pub(super) operate: Option<Operate>,
+
+    /// Simulated seconds per wall second, 0.001 to 1000 [default: 1]
+    #[arg(long, value_name = "X", value_parser = cli::rate, conflicts_with = "fast")]
+    rate: Option<f64>,
+
+    /// As fast as the slowest federate
+    #[arg(long)]
+    fast: bool,
+
+    /// Simulated duration, s [default: the scene's]
+    #[arg(long, value_name = "S", value_parser = cli::seconds)]
+    duration: Option<f64>,
+
+    /// Seed of all random draws [default: the scene's]
+    #[arg(long, value_name = "N", value_parser = cli::seed)]
+    seed: Option<u64>,
+
+    /// Traffic generators that share the truth, 1 to 16 [default: 1]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=16))]
+    generators: Option<u32>,
+
+    /// End the federation with the run
+    #[arg(long)]
+    batch: bool,
+
+    /// Do not start by itself: wait CONFIGURED for a start command
+    #[arg(long)]
+    wait: bool,
+
+    /// Wait up to S seconds for a viewer-logger when all others are ready, so that its log is complete
+    #[arg(long, value_name = "S", num_args = 0..=1, require_equals = true, default_missing_value = "2", value_parser = cli::seconds)]
+    expect_logger: Option<f64>,
+
+    /// Let outsiders' entities in: the federation has a member `visitors`
+    #[arg(long)]
+    visitors: bool,
+
+    /// Wait up to 10 s for a gateway before the run begins, so that what it sends is complete
+    #[arg(long)]
+    expect_gateway: bool,
+
+    #[command(flatten)]
+    losses: cli::LossArgs,
+
+    /// Write "progress FRAME/LAST" lines to stdout
+    #[arg(long, hide = true)]
+    progress: bool,
+}
+
+impl AdminArgs {
+    /// A flag that was given and has no meaning for a command to a run that is going on.
+    pub(super) fn of_a_station(&self) -> Option<&'static str> {
+        let (common, network) = (&self.common, &self.common.network);
+        [
+            (common.scene != cli::DEFAULT_SCENE, "--scene"),
+            (common.inject_loss != 0.0, "--inject-loss"),
+            (network.dis.is_some(), "--dis"),
+            (network.interface.is_some(), "--interface"),
+            (network.ttl.is_some(), "--ttl"),
+            (network.sync_listen.is_some(), "--sync-listen"),
+            (self.rate.is_some(), "--rate"),
+            (self.fast, "--fast"),
+            (self.duration.is_some(), "--duration"),
+            (self.seed.is_some(), "--seed"),
+            (self.generators.is_some(), "--generators"),
+            (self.batch, "--batch"),
+            (self.wait, "--wait"),
+            (self.expect_logger.is_some(), "--expect-logger"),
+            (self.expect_gateway, "--expect-gateway"),
+        ]
+        .into_iter()
+        .find_map(|(given, flag)| given.then_some(flag))
+        .or_else(|| self.losses.given())
+    }
+}
+
+/// The administration station's process, or a command to one.
+#[must_use]
+pub fn run(args: &AdminArgs) -> ExitCode {
+    if let Some(operate) = &args.operate {
+        return operate_run(args, operate);
+    }
+    crate::runtime::process::end_with_launcher();
+    cli::log_to_stderr(args.common.log_format, "info");
+    if let Err(e) = crate::runtime::process::enough_files() {
+        return fail(FAILED, e);
+    }
+    let scene = match load_scene_without_truth(&args.common.scene) {
+        Ok(scene) => Arc::new(scene),
+        Err(code) => return code,
+    };
+    match run_admin(args, &scene) {
+        Ok(code) => ExitCode::from(code),
+        Err(e) => fail(FAILED, format!("{e:#}")),
+    }
+}
+
+/// A launcher says on standard input when the viewer-logger that it started will not come.
+fn listen_to_launcher(events: Sender<Event>) {
+    if !crate::runtime::process::launched() {
+        return;
+    }
+    std::thread::spawn(move || {
+        for line in std::io::stdin().lines().map_while(Result::ok) {
+            if line == NO_LOGGER {
+                let _ = events.send(Event::NoSpectators);
+            }
+        }
+    });
+}
+
+fn run_admin(args: &AdminArgs, scene: &Arc<Scene>) -> anyhow::Result<u8> {
+    let exercise = args.common.exercise.unwrap_or(scene.run.exercise);
+    let options = RunOptions {
+        seed: args.seed,
+        duration_s: args.duration,
+        rate: if args.fast { f64::INFINITY } else { args.rate.unwrap_or(1.0) },
+        generators: args.generators.unwrap_or(1),
+        autostart: !args.wait,
+        batch: args.batch,
+        visitors: args.visitors,
+        losses: args.losses.losses(),
+    };
+    let mut config = conductor_config(scene, &options);
+    let events = unbounded();
+    if let Some(within_s) = args.expect_logger {
+        config.await_spectators.push("viewer-logger".to_owned());
+        let within_ns = (within_s * 1e9) as u64;
+        config.await_spectators_ns = match args.visitors {
+            true => config.await_spectators_ns.max(within_ns),
+            false => within_ns,
+        };
+        listen_to_launcher(events.0.clone());
+    }
+    if args.expect_gateway {
+        config.await_spectators.push(crate::gateway::process::NAME.to_owned());
+        config.await_spectators_ns = config.await_spectators_ns.max(10_000_000_000);
+    }
+    let stop = events.0.clone();
+    on_interrupt(move || {
+        let _ = stop.send(Event::Stop);
+    })?;
+    let network = &args.common.network;
+    let listen = match (&network.sync_listen, scene.network.sync_listen.first()) {
+        (Some(endpoint), _) | (None, Some(endpoint)) => endpoint.clone(),
+        (None, None) => network.default_endpoint(),
+    };
+    network.check_listening(&listen)?;
+    if network.open && !is_loopback(&listen) {
+        tracing::warn!("{listen} is open: everybody who reaches it can command this run");
+    }
+    let bus = ZenohBus::open(&ZenohConfig {
+        listen: vec![listen],
+        connect: vec![],
+        exercise,
+        connect_timeout: patience(),
+        certs: network.certs_of("admin-station")?,
+    })?;
+    let gateway = Gateway::open(network, scene, exercise, config.seed, events.0.clone())?;
+    let (name, step_ns) = (scene.name.clone(), scene.run.frame.0);
+    Ok(super::run(AdminContext {
+        bus: Arc::new(bus),
+        config,
+        events,
+        reached: gateway.announcer(),
+        closed: Box::new(move |run| print_line(&RunSummary::of(run, &name, step_ns).line())),
+        progress: args.progress.then(|| {
+            Box::new(|frame, last| print_line(&format!("progress frame {frame} of {last}")))
+                as Box<dyn FnMut(u64, u64) + Send>
+        }),
+        // It says after ten seconds whom it awaits, and gives them time to be started.
+        patience: Duration::from_secs(120),
+    })?)
+}
+
+pub(super) fn print_line(line: &str) {
+    out!("{line}");
+}
