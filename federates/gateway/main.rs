@@ -14,5 +14,5 @@ struct Gateway {
 }
 
 fn main() -> ExitCode {
-    cli::ended(run(&cli::parse::<Gateway>().args))
+    cli::ended(command::run(&cli::parse::<Gateway>().args))
 }
