@@ -5,11 +5,13 @@ use super::simman::Gateway;
 use super::{AdminContext, Event, summary::RunSummary};
 use crate::federation::{RunOptions, conductor_config};
 use crate::runtime::certs::is_loopback;
-use crate::runtime::cli::{self, CommonArgs, FAILED, fail, load_scene_without_truth, out};
+use crate::runtime::cli::{
+    self, BAD_INPUT, CommonArgs, FAILED, fail, load_scene_without_truth, print_line,
+};
 use crate::runtime::member_process::patience;
 use crate::runtime::process::{NO_LOGGER, on_interrupt};
 use crate::runtime::zenoh_bus::{ZenohBus, ZenohConfig};
-use clap::Args;
+use clap::{Args, CommandFactory, Subcommand};
 use crossbeam_channel::{Sender, unbounded};
 use scenarios::Scene;
 use std::process::ExitCode;
@@ -20,11 +22,11 @@ use std::time::Duration;
 #[derive(Args, Clone, Debug)]
 pub struct AdminArgs {
     #[command(flatten)]
-    pub(super) common: CommonArgs,
+    common: CommonArgs,
 
     /// What to ask of a run that is going on; without it, this process is the run's administration station
     #[command(subcommand)]
-    pub(super) operate: Option<Operate>,
+    operate: Option<AdminCommand>,
 
     /// Simulated seconds per wall second, 0.001 to 1000 [default: 1]
     #[arg(long, value_name = "X", value_parser = cli::rate, conflicts_with = "fast")]
@@ -74,9 +76,38 @@ pub struct AdminArgs {
     progress: bool,
 }
 
+#[derive(Subcommand, Clone, Debug)]
+enum AdminCommand {
+    #[command(flatten)]
+    Operate(Operate),
+    /// Print a completion script for a shell
+    Completions {
+        /// Shell
+        shell: clap_complete::Shell,
+    },
+}
+
+/// The whole command line, for completions.
+#[derive(clap::Parser)]
+#[command(name = "admin-station")]
+struct Admin {
+    #[command(flatten)]
+    args: AdminArgs,
+}
+
 impl AdminArgs {
+    /// Refuses flags that have no meaning for a command to a run that is going on.
+    fn only_operates(&self) -> Result<(), String> {
+        match self.of_a_station() {
+            None => Ok(()),
+            Some(flag) => Err(format!(
+                "{flag} is for starting an administration station; a command to one takes --at ENDPOINT and --exercise N"
+            )),
+        }
+    }
+
     /// A flag that was given and has no meaning for a command to a run that is going on.
-    pub(super) fn of_a_station(&self) -> Option<&'static str> {
+    fn of_a_station(&self) -> Option<&'static str> {
         let (common, network) = (&self.common, &self.common.network);
         [
             (common.scene != cli::DEFAULT_SCENE, "--scene"),
@@ -105,7 +136,21 @@ impl AdminArgs {
 #[must_use]
 pub fn run(args: &AdminArgs) -> ExitCode {
     if let Some(operate) = &args.operate {
-        return operate_run(args, operate);
+        return match operate {
+            AdminCommand::Completions { shell } => {
+                clap_complete::generate(
+                    *shell,
+                    &mut Admin::command(),
+                    "admin-station",
+                    &mut std::io::stdout(),
+                );
+                ExitCode::SUCCESS
+            }
+            AdminCommand::Operate(operate) => match args.only_operates() {
+                Ok(()) => operate_run(&args.common, operate),
+                Err(e) => fail(BAD_INPUT, e),
+            },
+        };
     }
     crate::runtime::process::end_with_launcher();
     cli::log_to_stderr(args.common.log_format, "info");
@@ -200,6 +245,56 @@ fn run_admin(args: &AdminArgs, scene: &Arc<Scene>) -> anyhow::Result<u8> {
     })?)
 }
 
-pub(super) fn print_line(line: &str) {
-    out!("{line}");
+#[cfg(test)]
+mod tests {
+    use super::super::operate::Place;
+    use super::*;
+    use clap::Parser;
+
+    fn place(line: &str) -> Result<Place, String> {
+        let words = ["admin-station"].into_iter().chain(line.split_whitespace());
+        let args = Admin::try_parse_from(words).map_err(|e| e.to_string())?.args;
+        args.only_operates()?;
+        match args.operate.as_ref().expect("a command") {
+            AdminCommand::Operate(Operate::Freeze { at } | Operate::Status { at, .. }) => {
+                Place::of(&args.common, at)
+            }
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn a_command_goes_to_the_run_that_was_named_wherever_it_was_named() {
+        for (line, endpoint, exercise) in [
+            ("freeze", "tcp/127.0.0.1:7447", 1),
+            ("--certs /c freeze", "tls/127.0.0.1:7447", 1),
+            ("freeze --at tls/10.0.0.1:9 --certs /c", "tls/10.0.0.1:9", 1),
+            ("--sync-connect tcp/10.0.0.1:9 freeze", "tcp/10.0.0.1:9", 1),
+            ("freeze --at tcp/10.0.0.1:9", "tcp/10.0.0.1:9", 1),
+            ("freeze --sync-connect tcp/10.0.0.1:9 --exercise 4", "tcp/10.0.0.1:9", 4),
+            ("--exercise 4 status --at tcp/10.0.0.1:9", "tcp/10.0.0.1:9", 4),
+            ("--sync-connect tcp/10.0.0.1:9 freeze --at tcp/10.0.0.1:9", "tcp/10.0.0.1:9", 1),
+        ] {
+            let place = place(line).unwrap_or_else(|e| panic!("{line}: {e}"));
+            assert_eq!((&place.endpoint[..], place.exercise), (endpoint, exercise), "{line}");
+        }
+    }
+
+    #[test]
+    fn two_runs_or_a_flag_without_meaning_are_refused() {
+        for (line, words) in [
+            ("--sync-connect tcp/10.0.0.1:9 freeze --at tcp/10.0.0.1:8", "name different runs"),
+            ("--exercise 3 freeze --exercise 4", "name different runs"),
+            ("--rate 2 freeze", "--rate is for starting"),
+            ("--sync-listen tcp/127.0.0.1:9 freeze", "--sync-listen is for starting"),
+            ("--scene x.toml --fast status", "--scene is for starting"),
+            ("freeze --at tcp/127.0.0.1:0", "port 0"),
+            ("freeze --at tls/127.0.0.1:9", "needs certificates"),
+            ("freeze --at tcp/127.0.0.1:9 --certs /c", "the endpoint is tls/127.0.0.1:9"),
+            ("freeze --at udp/127.0.0.1:9", "tls/ADDRESS:PORT only"),
+        ] {
+            let refused = place(line).expect_err(line);
+            assert!(refused.contains(words), "{line}: {refused}");
+        }
+    }
 }

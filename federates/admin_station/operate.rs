@@ -1,9 +1,8 @@
 //! Operating a run that goes on from a terminal: one command, or how it stands.
 
-use super::command::{AdminArgs, print_line};
 use crate::exchange::operator;
 use crate::runtime::bus::Bus;
-use crate::runtime::cli::{self, BAD_INPUT, FAILED, NetworkArgs, fail};
+use crate::runtime::cli::{self, BAD_INPUT, CommonArgs, FAILED, NetworkArgs, fail, print_line};
 use crate::runtime::messages::Command;
 use crate::runtime::zenoh_bus::{ZenohBus, ZenohConfig};
 use clap::{Args, Subcommand};
@@ -63,11 +62,6 @@ pub(super) enum Operate {
         #[command(flatten)]
         at: AtArgs,
     },
-    /// Print a completion script for a shell
-    Completions {
-        /// Shell
-        shell: clap_complete::Shell,
-    },
 }
 
 /// Which run to operate.
@@ -86,22 +80,17 @@ pub(super) struct AtArgs {
 
 /// The run that a command goes to.
 #[derive(Clone, Debug)]
-struct Place {
-    endpoint: String,
-    exercise: u8,
+pub(super) struct Place {
+    pub(super) endpoint: String,
+    pub(super) exercise: u8,
     /// Certificates only.
     network: NetworkArgs,
 }
 
 impl Place {
     /// What stands before and after the command's word: either names the run, both must name the same one.
-    fn of(args: &AdminArgs, at: &AtArgs) -> Result<Self, String> {
-        if let Some(flag) = args.of_a_station() {
-            return Err(format!(
-                "{flag} is for starting an administration station; a command to one takes --at ENDPOINT and --exercise N"
-            ));
-        }
-        let before = &args.common.network;
+    pub(super) fn of(common: &CommonArgs, at: &AtArgs) -> Result<Self, String> {
+        let before = &common.network;
         let certs = at.certs.clone().or_else(|| before.certs.clone());
         let network = NetworkArgs { certs, ..NetworkArgs::default() };
         let named =
@@ -113,7 +102,7 @@ impl Place {
             network,
             exercise: *one_of(
                 "--exercise",
-                args.common.exercise.as_ref(),
+                common.exercise.as_ref(),
                 "--exercise",
                 at.exercise.as_ref(),
             )?
@@ -138,26 +127,10 @@ fn one_of<'a, T: PartialEq + std::fmt::Display>(
 }
 
 /// Asks the run that the arguments name.
-pub(super) fn operate_run(args: &AdminArgs, operate: &Operate) -> ExitCode {
+pub(super) fn operate_run(common: &CommonArgs, operate: &Operate) -> ExitCode {
     let (command, at) = match operate {
-        Operate::Completions { shell } => {
-            use clap::CommandFactory;
-            #[derive(clap::Parser)]
-            #[command(name = "admin-station")]
-            struct Admin {
-                #[command(flatten)]
-                args: AdminArgs,
-            }
-            clap_complete::generate(
-                *shell,
-                &mut Admin::command(),
-                "admin-station",
-                &mut std::io::stdout(),
-            );
-            return ExitCode::SUCCESS;
-        }
         Operate::Status { at, json } => {
-            return match Place::of(args, at) {
+            return match Place::of(common, at) {
                 Ok(place) => status(&place, *json),
                 Err(e) => fail(BAD_INPUT, e),
             };
@@ -175,7 +148,7 @@ pub(super) fn operate_run(args: &AdminArgs, operate: &Operate) -> ExitCode {
             }
         }
     };
-    let place = match Place::of(args, at) {
+    let place = match Place::of(common, at) {
         Ok(place) => place,
         Err(e) => return fail(BAD_INPUT, e),
     };
@@ -216,60 +189,4 @@ fn status(at: &Place, json: bool) -> ExitCode {
         Err(e) => return fail(FAILED, format!("{e:#}")),
     }
     ExitCode::SUCCESS
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use clap::Parser;
-
-    #[derive(Parser)]
-    struct Admin {
-        #[command(flatten)]
-        args: AdminArgs,
-    }
-
-    fn place(line: &str) -> Result<Place, String> {
-        let words = ["admin-station"].into_iter().chain(line.split_whitespace());
-        let args = Admin::try_parse_from(words).map_err(|e| e.to_string())?.args;
-        match args.operate.as_ref().expect("a command") {
-            Operate::Freeze { at } | Operate::Status { at, .. } => Place::of(&args, at),
-            other => panic!("{other:?}"),
-        }
-    }
-
-    #[test]
-    fn a_command_goes_to_the_run_that_was_named_wherever_it_was_named() {
-        for (line, endpoint, exercise) in [
-            ("freeze", "tcp/127.0.0.1:7447", 1),
-            ("--certs /c freeze", "tls/127.0.0.1:7447", 1),
-            ("freeze --at tls/10.0.0.1:9 --certs /c", "tls/10.0.0.1:9", 1),
-            ("--sync-connect tcp/10.0.0.1:9 freeze", "tcp/10.0.0.1:9", 1),
-            ("freeze --at tcp/10.0.0.1:9", "tcp/10.0.0.1:9", 1),
-            ("freeze --sync-connect tcp/10.0.0.1:9 --exercise 4", "tcp/10.0.0.1:9", 4),
-            ("--exercise 4 status --at tcp/10.0.0.1:9", "tcp/10.0.0.1:9", 4),
-            ("--sync-connect tcp/10.0.0.1:9 freeze --at tcp/10.0.0.1:9", "tcp/10.0.0.1:9", 1),
-        ] {
-            let place = place(line).unwrap_or_else(|e| panic!("{line}: {e}"));
-            assert_eq!((&place.endpoint[..], place.exercise), (endpoint, exercise), "{line}");
-        }
-    }
-
-    #[test]
-    fn two_runs_or_a_flag_without_meaning_are_refused() {
-        for (line, words) in [
-            ("--sync-connect tcp/10.0.0.1:9 freeze --at tcp/10.0.0.1:8", "name different runs"),
-            ("--exercise 3 freeze --exercise 4", "name different runs"),
-            ("--rate 2 freeze", "--rate is for starting"),
-            ("--sync-listen tcp/127.0.0.1:9 freeze", "--sync-listen is for starting"),
-            ("--scene x.toml --fast status", "--scene is for starting"),
-            ("freeze --at tcp/127.0.0.1:0", "port 0"),
-            ("freeze --at tls/127.0.0.1:9", "needs certificates"),
-            ("freeze --at tcp/127.0.0.1:9 --certs /c", "the endpoint is tls/127.0.0.1:9"),
-            ("freeze --at udp/127.0.0.1:9", "tls/ADDRESS:PORT only"),
-        ] {
-            let refused = place(line).expect_err(line);
-            assert!(refused.contains(words), "{line}: {refused}");
-        }
-    }
 }

@@ -7,7 +7,7 @@ use crate::gateway::process::{Inbox, NAME, Task, run as run_gateway};
 use crate::gateway::public_bus::{DEFAULT_ENDPOINT, PublicConfig};
 use crate::gateway::{CATEGORIES, Choice};
 use crate::runtime::bus::Bus;
-use crate::runtime::cli::out;
+use crate::runtime::cli::print_line;
 use crate::runtime::cli::{
     self, BAD_INPUT, COMPLETE, CommonArgs, DATA_LOST, FAILED, NetworkArgs, fail,
     load_scene_without_truth,
@@ -414,8 +414,4 @@ fn rights(
 #[expect(clippy::print_stderr, reason = "a word to the person at the terminal")]
 fn say(text: &str) {
     eprintln!("SEEDS: {text}");
-}
-
-fn print_line(line: &str) {
-    out!("{line}");
 }

@@ -453,6 +453,11 @@ pub fn ended(code: ExitCode) -> ExitCode {
     fail(FAILED, "standard output took no more: results are missing")
 }
 
+/// A line on standard output.
+pub fn print_line(line: &str) {
+    print_result(format_args!("{line}"));
+}
+
 /// A line on standard output, as `println!`, that may fail.
 macro_rules! out {
     () => { $crate::runtime::cli::print_result(format_args!("")) };

@@ -1,6 +1,6 @@
 //! `seeds airport` and `seeds traffic`: what was read, mended and assumed of layouts and recordings.
 
-use crate::runtime::cli::out;
+use crate::runtime::cli::print_line;
 use crate::runtime::cli::{self, BAD_INPUT, FAILED, fail, load_scene};
 use clap::{Args, Subcommand};
 use models::airport::Airport;
@@ -457,9 +457,4 @@ fn import(report: &Report) -> Value {
 
 fn tenths(value: f64) -> f64 {
     (value * 10.0).round() / 10.0
-}
-
-/// One line of the result; a reader who has seen enough (`| head`) is no fault.
-fn print_line(line: &str) {
-    out!("{line}");
 }

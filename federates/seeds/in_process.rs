@@ -1,11 +1,11 @@
 //! `seeds run --in-process`: the same federates on threads, over a bus and an ether in memory.
 
-use super::run::RunArgs;
+use super::run_args::RunArgs;
 use crate::admin_station::{self, AdminContext, summary::RunSummary};
 use crate::control::Control;
 use crate::external_world::ExternalWorld;
 use crate::federation::{conductor_config, generator_name};
-use crate::runtime::cli::out;
+use crate::runtime::cli::print_line;
 use crate::runtime::data_plane::LocalEther;
 use crate::runtime::dis_socket::{Receiving, Sorter};
 use crate::runtime::federate::Federate;
@@ -38,10 +38,6 @@ pub fn run(args: &RunArgs, scene: &Scene) -> anyhow::Result<u8> {
         print_line(&line);
     }
     Ok(code)
-}
-
-fn print_line(line: &str) {
-    out!("{line}");
 }
 
 /// Runs a federation on threads of this process and hands over the summary of each closed run.

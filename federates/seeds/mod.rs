@@ -21,6 +21,7 @@ pub mod record;
 pub mod replay;
 pub mod report;
 pub mod run;
+pub mod run_args;
 pub mod scene;
 pub mod score;
 pub mod score_asterix;
@@ -43,7 +44,7 @@ struct Seeds {
 
 #[derive(Subcommand, Debug)]
 enum Command {
-    Run(Box<run::RunArgs>),
+    Run(Box<run_args::RunArgs>),
     Open(open::OpenArgs),
     Fork(fork::ForkArgs),
     Replay(Box<replay::ReplayArgs>),
@@ -133,11 +134,11 @@ fn finished(outcome: anyhow::Result<ExitCode>) -> ExitCode {
     })
 }
 
-fn default_run() -> run::RunArgs {
+fn default_run() -> run_args::RunArgs {
     #[derive(Parser)]
     struct Defaults {
         #[command(flatten)]
-        run: run::RunArgs,
+        run: run_args::RunArgs,
     }
     Defaults::parse_from(["seeds"]).run
 }

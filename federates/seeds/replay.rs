@@ -7,7 +7,7 @@ use super::player::{self, PlayerArgs};
 use crate::admin_station::summary::RunSummary;
 use crate::exchange::stamp;
 use crate::exchange::{flights::flight_notice, weather_pdu::WORLD_APPLICATION};
-use crate::runtime::cli::out;
+use crate::runtime::cli::print_line;
 use crate::runtime::cli::{self, COMPLETE, DATA_LOST, load_scene_without_truth};
 use crate::runtime::conductor::ClosedRun;
 use crate::runtime::digest::{Digest, pdu_hash};
@@ -83,10 +83,6 @@ pub fn run(args: ReplayArgs) -> ExitCode {
         }
         Err(e) => super::finished(Err(e)),
     }
-}
-
-fn print_line(line: &str) {
-    out!("{line}");
 }
 
 /// What a recording holds of a run.

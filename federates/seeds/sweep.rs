@@ -1,7 +1,7 @@
 //! `seeds sweep SCENE --vary KEY=V1,V2 --seeds A..B -o FILE`: many runs, one table.
 
 use super::in_process::federation;
-use super::run::RunArgs;
+use super::run_args::RunArgs;
 use crate::runtime::cli::{self, BAD_INPUT, COMPLETE, FAILED, fail, out};
 use anyhow::{Context, bail, ensure};
 use clap::{Args, Parser};

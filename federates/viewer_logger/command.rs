@@ -5,7 +5,7 @@ use super::process::{self, Datagram, Inbox, Task};
 use super::server::Server;
 use crate::runtime::cli::{
     self, COMPLETE, CommonArgs, DATA_LOST, DEFAULT_PAGE, FAILED, fail, load_scene_without_truth,
-    out,
+    print_line,
 };
 use crate::runtime::clock::utc_ns;
 use crate::runtime::dis_socket::link_config;
@@ -145,8 +145,4 @@ fn listen(args: &ViewerArgs, scene: &Scene, inbox: &Inbox) -> anyhow::Result<()>
         }
     });
     Ok(())
-}
-
-fn print_line(line: &str) {
-    out!("{line}");
 }
