@@ -10,6 +10,7 @@ pub mod building;
 pub mod change;
 pub mod control;
 pub mod document;
+pub mod entity;
 pub mod error;
 pub mod files;
 pub mod footprints;
@@ -32,12 +33,13 @@ pub mod warnings;
 pub mod weather;
 
 pub use airport::AirportScene;
+pub use entity::Entity;
 pub use error::{Problem, ScenarioError};
 pub use network::Network;
 pub use run::Run;
 pub use sensors::{AsdeScene, SensorScene};
 pub use tracking::{Accuracy, Tracking};
-pub use traffic::{Entity, Traffic};
+pub use traffic::Traffic;
 pub use weather::WeatherNotice;
 
 use models::flight_list::FlightList;
@@ -225,7 +227,7 @@ fn shipped_scenes() -> String {
 fn read(path: &Path, text: &str, truth_of: TruthOf) -> Result<Scene, ScenarioError> {
     let root = document::Section::parse(path, text)?;
     root.only(&sections())?;
-    let run = run::read(&root)?;
+    let run = run::read(&root, schedule::start_utc_ns)?;
     let (airport, mut files) = airport::read(&root)?;
     let (weather, mut warnings) = weather::read(&root, &run)?;
     let accuracy = tracking::read_accuracy(&root)?;

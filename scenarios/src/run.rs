@@ -57,8 +57,11 @@ impl Run {
     }
 }
 
-/// Reads `[run]`.
-pub(crate) fn read(root: &Section) -> Result<Run, ScenarioError> {
+/// Reads `[run]`; a start that is not stated is the schedule's, which `scheduled` knows.
+pub(crate) fn read(
+    root: &Section,
+    scheduled: impl FnOnce(&Section) -> Result<Option<i64>, ScenarioError>,
+) -> Result<Run, ScenarioError> {
     let section = root
         .section("run", &words(keys::RUN))?
         .ok_or_else(|| root.missing("run", "a table [run]".into()))?;
@@ -78,7 +81,7 @@ pub(crate) fn read(root: &Section) -> Result<Run, ScenarioError> {
         seed: section.integer("seed", 0, i64::MAX)?.unwrap_or(1) as u64,
         start_utc_ns: match section.time_utc_ns("start")? {
             Some(start) => start,
-            None => crate::schedule::start_utc_ns(root)?.ok_or_else(|| {
+            None => scheduled(root)?.ok_or_else(|| {
                 section.missing("start", "a UTC time like 2019-11-24T09:00:00Z".into())
             })?,
         },

@@ -2,10 +2,10 @@
 
 use crate::airport::AirportScene;
 use crate::document::{Section, days_from_civil, within};
+use crate::entity::{Entity, PARTITIONS};
 use crate::error::{Problem, ScenarioError};
 use crate::keys::{self, words};
 use crate::run::Run;
-use crate::traffic::{Entity, PARTITIONS};
 use crate::types::{TypeRow, TypeTable};
 use models::airport::distance_to_segment_m;
 use models::draw::{DrawKey, Purpose, exponential, normal_pair, uniform};

@@ -1,10 +1,10 @@
 //! The effect plan against everything exact: the same scenes, the same draws, what it loses and saves.
 
+use crate::effects_common::{between, box_building, pick, row};
 use crate::effects_proof::{Near, ProofScene, SceneResult, adversary, proof_scene};
 use crate::{Draws, Ladder, Options, Outcome, Progress, Row, SceneAbout};
 use models::draw::{DrawKey, Purpose, uniform};
 use models::effects::Tolerance;
-use models::environment::surface::Material;
 use models::environment::{RainCell, Weather};
 use models::frames::{Vector2, Vector3};
 use models::plot::{Callsign, SensorId};
@@ -57,14 +57,6 @@ pub struct RadarStudy {
     buildings: Arc<[Building]>,
 }
 
-pub(crate) fn between(rng: &mut ChaCha8Rng, low: f64, high: f64) -> f64 {
-    low + (high - low) * uniform(rng)
-}
-
-pub(crate) fn pick<T: Copy>(rng: &mut ChaCha8Rng, from: &[T]) -> T {
-    from[((uniform(rng) * from.len() as f64) as usize).min(from.len() - 1)]
-}
-
 /// Vehicles, or vehicles and aircraft, within `reach_m` of the radar.
 fn traffic(rng: &mut ChaCha8Rng, count: usize, aircraft_share: f64, reach_m: f64) -> Straight {
     let target = |rng: &mut ChaCha8Rng| {
@@ -90,25 +82,6 @@ fn traffic(rng: &mut ChaCha8Rng, count: usize, aircraft_share: f64, reach_m: f64
         (class, place, Vector3::new(speed * hs, speed * hc, 0.0), heading)
     };
     Straight((0..count).map(|_| target(rng)).collect())
-}
-
-/// A building of metal whose south-west corner is at (`east`, `north`).
-pub(crate) fn box_building(
-    east: f64,
-    north: f64,
-    along: f64,
-    across: f64,
-    height_m: f64,
-) -> Building {
-    let corner = Vector2::new(east, north);
-    Building {
-        name: "terminal".into(),
-        footprint_m: [(0.0, 0.0), (along, 0.0), (along, across), (0.0, across)]
-            .map(|(x, y)| corner + Vector2::new(x, y))
-            .to_vec(),
-        height_m,
-        facade: Material::named("metal").expect("metal is a material"),
-    }
 }
 
 /// The named scenes: from a dry apron to a storm over aircraft among buildings.
@@ -295,18 +268,6 @@ fn search(
     }
     step(&name);
     Ok(())
-}
-
-/// A row of this group.
-pub(crate) fn row(scene: &str, rung: String) -> Row {
-    Row { group: "effects".into(), scene: scene.into(), rung, ..Row::default() }
-}
-
-/// The row that the planned ones are measured against; the plan takes `share` of its time.
-pub(crate) fn exact_row(scene: &str, ns_per_look: Option<f64>, share: f64) -> Row {
-    let saved = 100.0 * (1.0 - share);
-    let rung = format!("everything exact (the plan saves {saved:.0} % of its time)");
-    Row { error: Some(0.0), ns_per_update: ns_per_look, ..row(scene, rung) }
 }
 
 fn report(scene: &ProofScene, seed: u64, scans: u64, out: &mut Vec<Row>) {

@@ -3,7 +3,7 @@
 
 use crate::Row;
 use crate::clock::thread_ns;
-use crate::effects::{between, box_building, exact_row, pick, row};
+use crate::effects_common::{between, box_building, exact_row, pick, row};
 use geodesy::Geodetic;
 use models::draw::{DrawKey, Purpose, uniform};
 use models::effects::Tolerance;

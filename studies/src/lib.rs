@@ -12,6 +12,7 @@ mod chart;
 mod clock;
 mod dead_reckoning;
 pub mod effects;
+mod effects_common;
 mod effects_positioning;
 pub mod effects_proof;
 pub mod figures;

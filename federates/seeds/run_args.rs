@@ -1,0 +1,136 @@
+//! The command line of a whole federation on this host.
+
+use crate::federation::RunOptions;
+use crate::gateway::command::AsterixArgs;
+use crate::runtime::cli::{self, CommonArgs, DEFAULT_PAGE, LogFormat, LossArgs, NetworkArgs};
+use clap::Args;
+use std::net::SocketAddr;
+use std::path::PathBuf;
+
+/// Start all federates of a scene on this host
+#[derive(Args, Clone, Debug)]
+pub struct RunArgs {
+    /// Scene: a TOML file, or the name of a scene that comes with SEEDS
+    #[arg(value_name = "SCENE", default_value = "zurich")]
+    pub scene: String,
+
+    /// Simulated seconds per wall second, 0.001 to 1000
+    #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = cli::rate, conflicts_with = "fast")]
+    pub rate: f64,
+
+    /// As fast as the slowest federate; ends with the run
+    #[arg(long)]
+    pub fast: bool,
+
+    /// Simulated duration, s [default: the scene's]
+    #[arg(long, value_name = "S", value_parser = cli::seconds)]
+    pub duration: Option<f64>,
+
+    /// Seed of all random draws [default: the scene's]
+    #[arg(long, value_name = "N", value_parser = cli::seed)]
+    pub seed: Option<u64>,
+
+    /// Address and port of the page; port 0: any free one
+    #[arg(long, value_name = "ADDR:PORT", default_value = DEFAULT_PAGE, value_parser = cli::page)]
+    pub page: SocketAddr,
+
+    /// Without the page (and without the logger, unless --record or --report)
+    #[arg(long)]
+    pub no_viewer: bool,
+
+    /// Record every datagram into this pcapng file, with the database (.sqlite) beside it
+    #[arg(long, value_name = "FILE")]
+    pub record: Option<PathBuf>,
+
+    /// Write a report of the run (HTML, CSV, JSON) into this folder
+    #[arg(long, value_name = "DIR", value_parser = cli::report_folder)]
+    pub report: Option<PathBuf>,
+
+    /// All federates in this process, over a bus in memory
+    #[arg(long)]
+    pub in_process: bool,
+
+    /// Traffic generators that share the truth, 1 to 16
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=16))]
+    pub generators: u32,
+
+    /// Do not start by itself: wait CONFIGURED for a start command
+    #[arg(long)]
+    pub wait: bool,
+
+    /// Let outsiders' entities in also when as fast as possible; in real time they are, unless --no-visitors says otherwise
+    #[arg(long, conflicts_with_all = ["no_visitors", "in_process"])]
+    pub visitors: bool,
+
+    /// Nobody from outside is let in
+    #[arg(long)]
+    pub no_visitors: bool,
+
+    /// DIS exercise identifier, 0 to 255 [default: the scene's]
+    #[arg(long, value_name = "N")]
+    pub exercise: Option<u8>,
+
+    #[command(flatten)]
+    pub(crate) asterix: AsterixArgs,
+
+    #[command(flatten)]
+    pub(crate) network: NetworkArgs,
+
+    #[command(flatten)]
+    pub(crate) losses: LossArgs,
+
+    /// Share of truth datagrams that the receivers drop on purpose, 0 to below 1
+    #[arg(long, value_name = "P", default_value_t = 0.0, value_parser = cli::share)]
+    pub inject_loss: f64,
+
+    /// Log lines on stderr: text for people, json for programs
+    #[arg(long, value_enum, default_value_t = LogFormat::Text)]
+    pub log_format: LogFormat,
+}
+
+impl RunArgs {
+    /// The options that the conductor needs.
+    #[must_use]
+    pub fn options(&self) -> RunOptions {
+        RunOptions {
+            seed: self.seed,
+            duration_s: self.duration,
+            rate: if self.fast { f64::INFINITY } else { self.rate },
+            generators: self.generators,
+            autostart: !self.wait,
+            batch: self.fast || self.no_viewer || self.duration.is_some(),
+            visitors: self.with_visitors(),
+            losses: self.losses.losses(),
+        }
+    }
+
+    pub(super) fn common(&self) -> CommonArgs {
+        CommonArgs {
+            scene: self.scene.clone(),
+            exercise: self.exercise,
+            network: self.network.clone(),
+            inject_loss: self.inject_loss,
+            log_format: self.log_format,
+        }
+    }
+
+    /// Whether the member `visitors` takes part.
+    #[must_use]
+    pub fn with_visitors(&self) -> bool {
+        !self.in_process && !self.no_visitors && (self.visitors || !self.fast)
+    }
+
+    /// Checks what protects the synchronisation plane, before anything is started.
+    pub(super) fn protection(&self) -> anyhow::Result<()> {
+        if let Some(endpoint) = &self.network.sync_listen {
+            self.network.check_listening(endpoint)?;
+        }
+        self.network.certs_of("admin-station").map(drop)
+    }
+
+    /// Whether a viewer-logger takes part.
+    #[must_use]
+    pub fn with_logger(&self) -> bool {
+        !self.no_viewer || self.record.is_some() || self.report.is_some()
+    }
+}
