@@ -1,5 +1,6 @@
 //! Who may not know whom: the table of `ARCHITECTURE.md`, held against the sources.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 fn sources(folder: &str) -> Vec<(PathBuf, String)> {
@@ -216,4 +217,148 @@ fn the_pages_of_decisions_are_all_listed() {
         let name = entry.file_name().into_string().expect("a name");
         assert!(name == "README.md" || index.contains(&format!("({name})")), "{name}");
     }
+}
+
+/// The text without comments, bodies of macros and modules of tests: what a file says for itself.
+fn own_words(text: &str) -> String {
+    let end = text.find("#[cfg(test)]\nmod tests {").unwrap_or(text.len());
+    let lines = text[..end].lines().map(|line| line.split("//").next().unwrap_or(""));
+    let text = lines.collect::<Vec<_>>().join("\n");
+    let mut kept = String::new();
+    let mut rest = &text[..];
+    while let Some(at) = rest.find("macro_rules!") {
+        kept += &rest[..at];
+        // A macro ends at the first line that closes what stands at the margin.
+        rest = rest[at..].find("\n}").map_or("", |end| &rest[at + end + 2..]);
+    }
+    kept + rest
+}
+
+/// The paths of `use a::{b, c::{d}};`, each whole.
+fn paths_of(import: &str) -> Vec<String> {
+    let Some((before, rest)) = import.split_once('{') else {
+        return vec![import.split(" as ").next().unwrap_or("").trim().to_owned()];
+    };
+    let inside = rest.rsplit_once('}').map_or(rest, |(inside, _)| inside);
+    let (mut depth, mut parts, mut part) = (0, Vec::new(), String::new());
+    for c in inside.chars() {
+        match c {
+            '{' => depth += 1,
+            '}' => depth -= 1,
+            ',' if depth == 0 => {
+                parts.push(std::mem::take(&mut part));
+                continue;
+            }
+            _ => {}
+        }
+        part.push(c);
+    }
+    parts.push(part);
+    let whole = parts.iter().filter(|p| !p.trim().is_empty());
+    whole.flat_map(|p| paths_of(&format!("{}{}", before.trim(), p.trim()))).collect()
+}
+
+/// Of the files below a folder, which names which: modules by their paths.
+fn names(folder: &str) -> BTreeMap<String, BTreeSet<String>> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
+    let module = |path: &Path| {
+        let inside = path.strip_prefix(&root).expect("below it").with_extension("");
+        let words = inside.iter().map(|w| w.to_string_lossy().into_owned());
+        words.filter(|w| !["mod", "lib", "main"].contains(&&w[..])).collect::<Vec<_>>().join("::")
+    };
+    let test = |path: &Path| path.iter().any(|w| w.to_string_lossy().contains("tests"));
+    let files: BTreeMap<String, String> = sources(folder)
+        .into_iter()
+        .filter(|(path, _)| !test(path) && !path.ends_with("main.rs"))
+        .map(|(path, text)| (module(&path), own_words(&text)))
+        .collect();
+    let mut named = BTreeMap::new();
+    for (own, text) in &files {
+        let imports = text.split("use ").skip(1).filter_map(|t| t.split(';').next());
+        let said =
+            text.match_indices("crate::").chain(text.match_indices("super::")).map(|(at, _)| {
+                let end = |c: char| !(c.is_alphanumeric() || c == '_' || c == ':');
+                text[at..].split(end).next().unwrap_or("")
+            });
+        let mut found = BTreeSet::new();
+        for path in imports
+            .map(|i| i.split_whitespace().collect::<String>())
+            .flat_map(|i| paths_of(&i))
+            .chain(said.map(str::to_owned))
+        {
+            let mut base: Vec<&str> = own.split("::").filter(|w| !w.is_empty()).collect();
+            let mut rest = &path[..];
+            if let Some(inside) = rest.strip_prefix("crate::") {
+                (base, rest) = (Vec::new(), inside);
+            } else if !rest.starts_with("super::") && !rest.starts_with("self::") {
+                continue;
+            }
+            while let Some(outer) = rest.strip_prefix("super::") {
+                base.pop();
+                rest = outer;
+            }
+            let rest = rest.strip_prefix("self::").unwrap_or(rest);
+            let mut whole: Vec<&str> = base.into_iter().chain(rest.split("::")).collect();
+            // The longest beginning that is a file.
+            while !whole.is_empty() && !files.contains_key(&whole.join("::")) {
+                whole.pop();
+            }
+            let other = whole.join("::");
+            let inside = |a: &str, b: &str| a.starts_with(&format!("{b}::"));
+            if !other.is_empty() && other != *own && !inside(own, &other) && !inside(&other, own) {
+                found.insert(other);
+            }
+        }
+        named.insert(own.clone(), found);
+    }
+    named
+}
+
+/// Files that name each other around a circle cannot be read one after the other.
+#[test]
+fn files_do_not_name_each_other_in_circles() {
+    let folders = [
+        "asterix/src",
+        "capture/src",
+        "datalink/src",
+        "federates",
+        "geodesy/src",
+        "mode_s/src",
+        "models/src",
+        "pdu/src",
+        "scenarios/src",
+        "studies/src",
+        "verify/src",
+    ];
+    let mut arrows = 0;
+    for folder in folders {
+        let mut left = names(folder);
+        arrows += left.values().map(BTreeSet::len).sum::<usize>();
+        // Whoever names nobody that is left can be read now; what stays is in a circle or waits for one.
+        loop {
+            let readable: Vec<String> = left
+                .iter()
+                .filter(|(_, named)| named.is_empty())
+                .map(|(own, _)| own.clone())
+                .collect();
+            if readable.is_empty() {
+                break;
+            }
+            for own in readable {
+                left.remove(&own);
+                left.values_mut().for_each(|named| drop(named.remove(&own)));
+            }
+        }
+        // And whoever nobody names that is left is not in the circle itself.
+        loop {
+            let wanted: BTreeSet<String> = left.values().flatten().cloned().collect();
+            let before = left.len();
+            left.retain(|own, _| wanted.contains(own));
+            if left.len() == before {
+                break;
+            }
+        }
+        assert!(left.is_empty(), "{folder}: a circle is among {left:#?}");
+    }
+    assert!(arrows > 1000, "the sources were read: {arrows} arrows");
 }

@@ -2,7 +2,7 @@
 //!
 //! The scene's own federates run in simulated time, so every figure is the same whenever it is made again.
 
-use super::sim::{Digests, Trial};
+use super::trial::{Digests, Trial};
 use crate::runtime::cli::out;
 use crate::runtime::messages::Command;
 use crate::runtime::simulation::{Fault, MS, Network, What};

@@ -28,6 +28,7 @@ pub mod score_asterix;
 pub mod sim;
 pub mod site;
 pub mod sweep;
+pub mod trial;
 pub mod verify;
 
 use crate::runtime::cli::{self, BAD_INPUT, EXIT_CODES, FAILED, fail};

@@ -1,6 +1,7 @@
 //! From a datagram to its PDUs and back.
 
-use crate::body::{Body, DecodeBody, EncodeBody};
+use crate::body::Body;
+use crate::codec::{DecodeBody, EncodeBody};
 use crate::enumerations::{PduType, ProtocolFamily, ProtocolVersion};
 use crate::header::{HEADER_LEN, Header, PduStatus, family_of};
 use crate::reader::{BodyError, DecodeError, Reader, Reason};

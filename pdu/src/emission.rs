@@ -1,6 +1,6 @@
 //! Electromagnetic emissions and designators.
 
-use crate::body::{DecodeBody, EncodeBody};
+use crate::codec::{DecodeBody, EncodeBody};
 use crate::enumerations::{
     BeamFunction, DeadReckoningAlgorithm, EmitterFunction, EmitterName, HighDensityTrackJam,
     PduType, StateUpdateIndicator,

@@ -1,6 +1,6 @@
 //! Aggregates, parts, ownership.
 
-use crate::body::{DecodeBody, EncodeBody};
+use crate::codec::{DecodeBody, EncodeBody};
 use crate::enumerations::{
     AggregateFormation, AggregateKind, AggregateState as StateOfAggregate, Country, DatumId,
     ForceId, PartNature, PartPosition, PduType, Reliability, StationName, TransferType,

@@ -1,6 +1,6 @@
 //! Entity information: where an entity is, how it moves and what it looks like.
 
-use crate::body::{DecodeBody, EncodeBody};
+use crate::codec::{DecodeBody, EncodeBody};
 use crate::enumerations::{DeadReckoningAlgorithm, ForceId, PduType};
 use crate::list::List;
 use crate::reader::{BodyError, Reader};

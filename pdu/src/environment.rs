@@ -1,6 +1,6 @@
 //! The synthetic environment: weather and other processes.
 
-use crate::body::{DecodeBody, EncodeBody};
+use crate::codec::{DecodeBody, EncodeBody};
 use crate::enumerations::{EnvironmentModelType, EnvironmentRecordType, PduType};
 use crate::list::{Item, List};
 use crate::reader::{BodyError, Reader};

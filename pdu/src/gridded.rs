@@ -1,6 +1,6 @@
 //! Gridded data: fields of the environment on a grid.
 
-use crate::body::{DecodeBody, EncodeBody};
+use crate::codec::{DecodeBody, EncodeBody};
 use crate::enumerations::{ConstantGrid, GridCoordinateSystem, GridDataRepresentation, PduType};
 use crate::list::{Item, List};
 use crate::reader::{BodyError, Reader};

@@ -1,6 +1,6 @@
 //! Transponders and interrogators: IFF, ATC and NAVAIDS, with their layers.
 
-use crate::body::{DecodeBody, EncodeBody};
+use crate::codec::{DecodeBody, EncodeBody};
 use crate::emission::BeamData;
 use crate::enumerations::{IffSystemMode, IffSystemName, IffSystemType, PduType};
 use crate::list::{Item, List};

@@ -85,6 +85,7 @@
 #[macro_use]
 mod wire;
 mod body;
+mod codec;
 mod datagram;
 mod header;
 mod list;
@@ -112,7 +113,8 @@ pub mod management;
 pub mod radio;
 pub mod reliable;
 
-pub use body::{Body, DecodeBody, EncodeBody, RawBody, TYPED};
+pub use body::{Body, RawBody, TYPED};
+pub use codec::{DecodeBody, EncodeBody};
 pub use datagram::{Envelope, Filter, Frame, Frames, Pdu, Received, frames, pdus};
 pub use entity_state::{EntityState, EntityStateUpdate};
 pub use header::{HEADER_LEN, Header, Lvc, PduStatus, family_of};

@@ -1,6 +1,6 @@
 //! Radios: transmitters, signals, receivers.
 
-use crate::body::{DecodeBody, EncodeBody};
+use crate::codec::{DecodeBody, EncodeBody};
 use crate::enumerations::{
     AntennaPatternType, CryptoSystem, InputSource, MajorModulation, ModulationSystem, PduType,
     ReceiverState, TdlType, TransmitState,

@@ -1,7 +1,7 @@
 //! Simulation management with reliability: the -R forms, which are to be acknowledged and repeated
 //! until they are.
 
-use crate::body::{DecodeBody, EncodeBody};
+use crate::codec::{DecodeBody, EncodeBody};
 use crate::enumerations::{
     AcknowledgeFlag, ActionId, DatumId, EventType, PduType, Reliability, RequestStatus,
     ResponseFlag, StopReason,

@@ -162,7 +162,7 @@ macro_rules! body {
         #[derive(Clone, Debug, Default, PartialEq)]
         pub struct $name<'a> { $($f)* }
 
-        impl<'a> $crate::body::DecodeBody<'a> for $name<'a> {
+        impl<'a> $crate::codec::DecodeBody<'a> for $name<'a> {
             const PDU_TYPE: $crate::enumerations::PduType = $crate::enumerations::PduType::$code;
             fn decode_body(
                 $r: &mut $crate::reader::Reader<'a>,
@@ -171,7 +171,7 @@ macro_rules! body {
                 Ok(Self { $($i)* })
             }
         }
-        impl $crate::body::EncodeBody for $name<'_> {
+        impl $crate::codec::EncodeBody for $name<'_> {
             fn pdu_type(&self) -> $crate::enumerations::PduType {
                 $crate::enumerations::PduType::$code
             }
@@ -195,7 +195,7 @@ macro_rules! body {
 /// Makes a record of fixed size a PDU body.
 macro_rules! fixed_body {
     ($name:ident = $code:ident) => {
-        impl<'a> $crate::body::DecodeBody<'a> for $name {
+        impl<'a> $crate::codec::DecodeBody<'a> for $name {
             const PDU_TYPE: $crate::enumerations::PduType = $crate::enumerations::PduType::$code;
             #[inline]
             fn decode_body(
@@ -204,7 +204,7 @@ macro_rules! fixed_body {
                 reader.record()
             }
         }
-        impl $crate::body::EncodeBody for $name {
+        impl $crate::codec::EncodeBody for $name {
             #[inline]
             fn pdu_type(&self) -> $crate::enumerations::PduType {
                 $crate::enumerations::PduType::$code

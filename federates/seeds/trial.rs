@@ -1,0 +1,206 @@
+//! A scene that is run again and again in the simulated network, with faults that a seed draws.
+
+use crate::control::Control;
+use crate::external_world::ExternalWorld;
+use crate::federation::{RunOptions, conductor_config};
+use crate::runtime::conductor::ConductorConfig;
+use crate::runtime::federate::Federate;
+use crate::runtime::messages::{Command, Kind};
+use crate::runtime::simulation::{Fault, MS, Make, Network, Simulation, What};
+use crate::smdfm::Smdfm;
+use crate::traffic_generator::TrafficGenerator;
+use scenarios::Scene;
+use scenarios::losses::{ByMember, Losses, OnLoss};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// Digests by member and name.
+pub(super) type Digests = Vec<(String, String, u64)>;
+
+/// A scene that is run again and again.
+pub struct Trial {
+    scene: Arc<Scene>,
+    duration_s: f64,
+}
+
+impl Trial {
+    /// Of a scene, for so many simulated seconds.
+    #[must_use]
+    pub fn new(scene: Arc<Scene>, duration_s: f64) -> Self {
+        Self { scene, duration_s }
+    }
+
+    pub(super) fn simulation(
+        &self,
+        seed: u64,
+        rate: f64,
+        batch: bool,
+        network: Network,
+        losses: &Losses,
+    ) -> Simulation {
+        let options = RunOptions {
+            duration_s: Some(self.duration_s),
+            rate,
+            generators: 2,
+            batch,
+            losses: losses.clone(),
+            ..RunOptions::default()
+        };
+        let config = ConductorConfig { fed: 1, ..conductor_config(&self.scene, &options) };
+        let kind = |name: &String| match &**name {
+            "external-world" => Kind::ExternalWorld,
+            "smdfm" => Kind::Smdfm,
+            "control" => Kind::Control,
+            _ => Kind::TrafficGenerator,
+        };
+        let kinds: Vec<_> = config.expected.iter().map(|n| (n.clone(), kind(n))).collect();
+        let (scene, exercise) = (Arc::clone(&self.scene), self.scene.run.exercise);
+        let make: Make = Arc::new(move |name: &str| -> Box<dyn Federate> {
+            let scene = Arc::clone(&scene);
+            match name {
+                "external-world" => Box::new(ExternalWorld::new(scene, exercise)),
+                "smdfm" => Box::new(Smdfm::new(scene, exercise)),
+                "control" => Box::new(Control::new(scene)),
+                name => {
+                    let share = if name.ends_with("-2") { 2 } else { 1 };
+                    Box::new(TrafficGenerator::new(scene, exercise, share, 2))
+                }
+            }
+        });
+        Simulation::new(seed, config, &kinds, make, network)
+    }
+
+    /// The digests of the run that nothing happens to.
+    ///
+    /// # Errors
+    /// If even that does not end.
+    pub fn undisturbed(&self) -> Result<Digests, String> {
+        let network = Network { delay_ns: MS, bus_loss: 0, udp_loss: 0, twice: 0 };
+        let mut simulation = self.simulation(1, f64::INFINITY, true, network, &Losses::default());
+        simulation.run(600_000 * MS, &[]);
+        match simulation.closed.len() {
+            1 => Ok(simulation.digests(0)),
+            _ => {
+                Err(format!("the undisturbed run does not end: {:?}", simulation.conductor.state()))
+            }
+        }
+    }
+
+    /// Faults of a seed: one to three members die or are interrupted, close together or not, and are started
+    /// again; in some seeds while they join, while an operator freezes the run, or under `takeover`.
+    #[must_use]
+    pub fn draw(&self, seed: u64) -> Vec<Fault> {
+        let mut dice = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
+        let mut draw = move |below: u64| {
+            dice ^= dice << 13;
+            dice ^= dice >> 7;
+            dice ^= dice << 17;
+            (dice >> 11) % below
+        };
+        let names = ["external-world", "smdfm", "traffic-generator-1", "traffic-generator-2"];
+        let joining = seed % 6 == 5;
+        let mut at_ns = match joining {
+            true => draw(60 * MS),
+            false => (100 + draw((self.duration_s * 400.0) as u64)) * MS,
+        };
+        let mut faults = Vec::new();
+        if seed % 5 == 4 {
+            let order =
+                |at_ns, command| Fault { at_ns, who: String::new(), what: What::Command(command) };
+            let freeze_ns = (100 + draw((self.duration_s * 400.0) as u64)) * MS;
+            faults.push(order(freeze_ns, Command::Freeze));
+            faults.push(order(freeze_ns + draw(3_000) * MS, Command::Step { n: 1 + draw(30) }));
+            // One of them is after the last return.
+            for after_s in [3, 20, 40, 55] {
+                faults.push(order(freeze_ns + after_s * 1_000 * MS, Command::Start));
+            }
+        }
+        for _ in 0..=draw(3) {
+            let who = names[draw(4) as usize].to_owned();
+            let for_ns = (50 + draw(6_000)) * MS;
+            let what = match draw(8) {
+                0 | 1 => What::Kill,
+                2 => What::Vanish,
+                3 => What::Pause(for_ns),
+                4 => What::Cut(for_ns),
+                5 => What::Deaf(for_ns),
+                6 => What::Slow(for_ns),
+                _ => What::Mute(for_ns),
+            };
+            if matches!(what, What::Kill | What::Vanish) {
+                // Where others take its place, somebody comes only where there is nobody left.
+                let late_ns = if takes_over(seed) && who != "smdfm" { 8_000 * MS } else { 0 };
+                let again_ns = at_ns + late_ns + (300 + draw(6_000)) * MS;
+                faults.push(Fault { at_ns: again_ns, who: who.clone(), what: What::Start });
+            }
+            faults.push(Fault { at_ns, who, what });
+            at_ns += if draw(2) == 0 { draw(50) } else { draw(4_000) } * MS;
+        }
+        faults
+    }
+
+    /// Whether the run under `faults` ends as the undisturbed one did; counts what happened into `seen`.
+    ///
+    /// # Errors
+    /// What did not hold.
+    pub fn holds(
+        &self,
+        seed: u64,
+        faults: &[Fault],
+        whole: &Digests,
+        seen: &mut BTreeMap<&'static str, u64>,
+    ) -> Result<(), String> {
+        let losses = if takes_over(seed) { taking_over() } else { Losses::default() };
+        self.holds_with(seed, faults, whole, seen, &losses)
+    }
+
+    pub(super) fn holds_with(
+        &self,
+        seed: u64,
+        faults: &[Fault],
+        whole: &Digests,
+        seen: &mut BTreeMap<&'static str, u64>,
+        losses: &Losses,
+    ) -> Result<(), String> {
+        let network = Network {
+            delay_ns: [MS / 10, 3 * MS, 20 * MS][(seed % 3) as usize],
+            bus_loss: if seed.is_multiple_of(2) { 0 } else { seed % 100 },
+            udp_loss: seed % 300,
+            twice: 100,
+        };
+        let mut simulation = self.simulation(seed, 2.0, false, network, losses);
+        let until = (self.duration_s * 500.0) as u64 * MS + 90_000 * MS;
+        simulation.run_to_close(until, faults);
+        for (what, count) in &simulation.seen {
+            *seen.entry(what).or_default() += count;
+        }
+        if let Some(broken) = simulation.broken.first() {
+            return Err(broken.clone());
+        }
+        if simulation.closed.len() != 1 || simulation.closed[0].failed {
+            let state = simulation.conductor.state();
+            let waits = state.members.iter().filter_map(|m| {
+                let member = simulation.member(&m.name)?;
+                Some(format!("{}: {}", m.name, member.waits_for().join("; ")))
+            });
+            let waits = waits.collect::<Vec<_>>().join("\n");
+            return Err(format!("it does not end: {state:?}\n{waits}"));
+        }
+        let digests = simulation.digests(0);
+        if digests != *whole {
+            return Err(format!("digests {digests:x?}, undisturbed {whole:x?}"));
+        }
+        Ok(())
+    }
+}
+
+/// Whoever is lost is replaced.
+pub(super) fn taking_over() -> Losses {
+    let on_loss = ByMember { all: Some(OnLoss::TakeOver), ..ByMember::default() };
+    Losses { on_loss, ..Losses::default() }
+}
+
+/// Whether a seed's run replaces who is lost.
+pub(super) fn takes_over(seed: u64) -> bool {
+    seed % 4 == 3
+}
