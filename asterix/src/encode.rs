@@ -1,18 +1,31 @@
 //! Values to octets.
 
-use crate::table::{Category, Item, MOST_POSITIONS, Part, Structure};
+use crate::pack::Buffer;
+use crate::table::{Category, Class, Field, Item, Part, Structure};
 use crate::value::{FieldValue, ValueError};
 use std::fmt;
 
 /// Why a record was not written. Nothing of it remains in the datagram.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct EncodeError {
-    /// Item, and subitem after a slash.
+pub struct EncodeError(Box<Refused>);
+
+/// What an [`EncodeError`] says.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Refused {
+    /// Item, and subitem after a slash; empty where the record as a whole is wrong.
     pub item: String,
     /// Field; empty where the item has one field only, or where the item itself is wrong.
     pub field: String,
     /// Why.
     pub reason: Reason,
+}
+
+impl std::ops::Deref for EncodeError {
+    type Target = Refused;
+
+    fn deref(&self) -> &Refused {
+        &self.0
+    }
 }
 
 /// What is wrong with what was asked for.
@@ -59,20 +72,29 @@ pub enum Reason {
 
 impl EncodeError {
     /// An error that concerns an item as a whole.
+    #[cold]
     #[must_use]
     pub fn item(id: &str, reason: Reason) -> Self {
-        Self { item: id.to_owned(), field: String::new(), reason }
+        Self::field(id, "", reason)
     }
 
+    /// An error that concerns a field of an item.
+    #[cold]
+    #[must_use]
+    pub fn field(id: &str, field: &str, reason: Reason) -> Self {
+        Self(Box::new(Refused { item: id.to_owned(), field: field.to_owned(), reason }))
+    }
+
+    #[cold]
     fn under(mut self, id: &str) -> Self {
-        self.item = format!("{id}/{}", self.item);
+        self.0.item = format!("{id}/{}", self.0.item);
         self
     }
 }
 
 impl fmt::Display for EncodeError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { item, field, reason } = self;
+        let Refused { item, field, reason } = &**self;
         match (item.is_empty(), field.is_empty()) {
             (true, _) => write!(f, "{reason}"),
             (_, true) => write!(f, "item {item}: {reason}"),
@@ -86,32 +108,48 @@ impl std::error::Error for EncodeError {}
 /// Writes the items of a record, or the subitems of a compound item, in the order of their table.
 #[derive(Debug)]
 pub struct ItemWriter<'a> {
-    out: &'a mut Vec<u8>,
+    out: &'a mut Buffer,
     table: &'static [Option<&'static Item>],
     /// Where the field specification begins, and how many octets it was given.
     start: usize,
     room: usize,
+    /// The first position that it has no bit for.
+    last: usize,
+    /// The field specification so far, without extension bits.
     present: u64,
 }
 
 impl<'a> ItemWriter<'a> {
-    fn new(out: &'a mut Vec<u8>, table: &'static [Option<&'static Item>], room: usize) -> Self {
-        let start = out.len();
-        out.extend_from_slice(&[0; MOST_POSITIONS / 7][..room]);
-        Self { out, table, start, room, present: 0 }
+    #[inline]
+    fn new(out: &'a mut Buffer, table: &'static [Option<&'static Item>], room: usize) -> Self {
+        let start = out.end;
+        out.word(0, room);
+        Self { out, table, start, room, last: 7 * room, present: 0 }
     }
 
-    #[inline]
+    /// Notes that the item is there.
+    #[inline(always)]
     fn claim(&mut self, item: &'static Item) -> Result<(), EncodeError> {
         let position = usize::from(item.position);
-        if !self.table.get(position).copied().flatten().is_some_and(|own| std::ptr::eq(own, item)) {
-            return Err(EncodeError::item(item.id, Reason::Foreign));
+        let own = matches!(self.table.get(position), Some(Some(own)) if std::ptr::eq(*own, item));
+        // Later positions have lower bits.
+        if !own || self.present & (item.bit | (item.bit - 1)) != 0 {
+            return Err(misplaced(item, own));
         }
-        if self.present >> position != 0 {
-            return Err(EncodeError::item(item.id, Reason::Order));
+        self.present |= item.bit;
+        if position >= self.last {
+            self.widen(position / 7 + 1);
         }
-        self.present |= 1 << position;
         Ok(())
+    }
+
+    /// More octets for the field specification: what stands behind it moves on.
+    #[cold]
+    fn widen(&mut self, room: usize) {
+        let (from, end) = (self.start + self.room, self.out.end);
+        self.out.word(0, room - self.room);
+        self.out.octets.copy_within(from..end, self.start + room);
+        (self.room, self.last) = (room, 7 * room);
     }
 
     /// Writes an item from the values of its fields, in order, spare ones left out.
@@ -121,64 +159,78 @@ impl<'a> ItemWriter<'a> {
     ///
     /// # Errors
     /// If a value does not fit its field, their number is wrong, or the item comes too late.
-    #[inline]
     pub fn put<V: FieldValue>(
         &mut self,
         item: &'static Item,
         values: &[V],
     ) -> Result<(), EncodeError> {
         self.claim(item)?;
-        let count = |fields| Reason::Values { given: values.len(), fields };
-        let wrong = |fields| EncodeError::item(item.id, count(fields));
-        let error = |(field, reason)| EncodeError {
-            item: item.id.into(),
-            field: String::from(field),
-            reason: Reason::Value(reason),
-        };
+        let places = item.code_places();
+        if !places.is_empty() && values.first().is_some_and(|first| first.code().is_some()) {
+            return write_codes(self.out, item, values, places);
+        }
         match &item.structure {
-            Structure::Fixed(part) => {
+            Structure::Fixed(part) if part.octets <= 8 => {
                 if part.values() != values.len() {
-                    return Err(wrong(part.values()));
+                    return Err(wrong(item, part.values(), values.len()));
                 }
-                write_part(self.out, part, values, false).map_err(error)
+                write_short_part(self.out, item, part, values, false)
             }
             Structure::Extended(parts) => {
                 let mut rest = values;
                 for (index, part) in parts.iter().enumerate() {
                     let (own, after) = rest.split_at(part.values().min(rest.len()));
                     let more = !after.is_empty() && index + 1 < parts.len();
-                    write_part(self.out, part, own, more).map_err(error)?;
+                    write_part(self.out, item, part, own, more)?;
                     rest = after;
                     if !more {
                         break;
                     }
                 }
                 if values.is_empty() || !rest.is_empty() {
-                    return Err(wrong(item.fields()));
+                    return Err(wrong(item, item.fields(), values.len()));
                 }
                 Ok(())
             }
+            _ => self.put_rare(item, values),
+        }
+    }
+
+    /// Items that are repeated or long.
+    fn put_rare<V: FieldValue>(
+        &mut self,
+        item: &'static Item,
+        values: &[V],
+    ) -> Result<(), EncodeError> {
+        match &item.structure {
+            Structure::Fixed(part) => {
+                if part.values() != values.len() {
+                    return Err(wrong(item, part.values(), values.len()));
+                }
+                write_part(self.out, item, part, values, false)
+            }
+            Structure::Extended(_) => Err(EncodeError::item(item.id, Reason::Structure)),
             Structure::Counted(part) => {
                 let fields = part.values();
                 if !values.len().is_multiple_of(fields) {
-                    return Err(wrong(fields));
+                    return Err(wrong(item, fields, values.len()));
                 }
                 let count = u8::try_from(values.len() / fields)
                     .map_err(|_| EncodeError::item(item.id, Reason::TooLong))?;
-                self.out.push(count);
+                self.out.extend(&[count]);
                 for own in values.chunks_exact(fields) {
-                    write_part(self.out, part, own, false).map_err(error)?;
+                    write_part(self.out, item, part, own, false)?;
                 }
                 Ok(())
             }
             Structure::Chained(part) => {
                 let fields = part.values();
                 if values.is_empty() || !values.len().is_multiple_of(fields) {
-                    return Err(wrong(fields));
+                    return Err(wrong(item, fields, values.len()));
                 }
                 let last = values.len() / fields - 1;
                 for (index, own) in values.chunks_exact(fields).enumerate() {
-                    write_part(self.out, part, own, index < last).map_err(error)?;
+                    write_part(self.out, item, part, own, index < last)?;
                 }
                 Ok(())
             }
@@ -193,6 +245,7 @@ impl<'a> ItemWriter<'a> {
     ///
     /// # Errors
     /// Those of `write`, with this item's name before the subitem's.
+    #[inline]
     pub fn compound(
         &mut self,
         item: &'static Item,
@@ -200,27 +253,27 @@ impl<'a> ItemWriter<'a> {
     ) -> Result<(), EncodeError> {
         let before = self.present;
         self.claim(item)?;
-        let start = self.out.len();
+        let start = self.out.end;
         let (table, explicit) = match item.structure {
             Structure::Compound(table) => (table, false),
             Structure::Explicit(table) if !table.is_empty() => (table, true),
             _ => return Err(EncodeError::item(item.id, Reason::Structure)),
         };
         if explicit {
-            self.out.push(0);
+            self.out.extend(&[0]);
         }
-        let room = if explicit { 1 } else { table.len().div_ceil(7) };
-        let mut inner = ItemWriter::new(self.out, table, room);
+        let mut inner = ItemWriter::new(self.out, table, 1);
         write(&mut inner).map_err(|e| e.under(item.id))?;
         if inner.present == 0 {
-            self.out.truncate(start);
+            self.out.end = start;
             self.present = before;
             return Ok(());
         }
         if explicit {
-            inner.out[start + 1] = (inner.present as u8).reverse_bits();
-            let length = self.out.len() - start;
-            self.out[start] =
+            // Eight positions in its one octet, of which the eighth has the place of an extension bit.
+            inner.out.octets[start + 1] = (inner.present >> 56 | inner.present >> 55 & 1) as u8;
+            let length = self.out.end - start;
+            self.out.octets[start] =
                 u8::try_from(length).map_err(|_| EncodeError::item(item.id, Reason::TooLong))?;
         } else {
             inner.close();
@@ -232,7 +285,7 @@ impl<'a> ItemWriter<'a> {
     pub(crate) fn compound_of_nothing(&mut self, item: &'static Item) -> Result<(), EncodeError> {
         self.claim(item)?;
         let explicit = matches!(item.structure, Structure::Explicit(_));
-        self.out.extend_from_slice(if explicit { &[2, 0] } else { &[0] });
+        self.out.extend(if explicit { &[2, 0] } else { &[0] });
         Ok(())
     }
 
@@ -247,52 +300,151 @@ impl<'a> ItemWriter<'a> {
         }
         let length = u8::try_from(contents.len() + 1)
             .map_err(|_| EncodeError::item(item.id, Reason::TooLong))?;
-        self.out.push(length);
-        self.out.extend_from_slice(contents);
+        self.out.extend(&[length]);
+        self.out.extend(contents);
         Ok(())
     }
 
     /// Fills in the field specification and closes the gap behind it.
+    #[inline]
     fn close(self) {
-        let used = (64 - self.present.leading_zeros() as usize).div_ceil(7).max(1);
-        let mut left = self.present;
-        for index in 0..used {
-            let more = u8::from(index + 1 < used);
-            self.out[self.start + index] = (left as u8 & 0x7f).reverse_bits() | more;
-            left >>= 7;
-        }
+        let used = 8 - self.present.trailing_zeros() as usize / 8;
+        let word = (self.present | extension_bits(used)).to_be_bytes();
+        let octets = &mut self.out.octets[self.start..self.out.end];
         if used < self.room {
-            let end = self.out.len();
-            self.out.copy_within(self.start + self.room..end, self.start + used);
-            self.out.truncate(end - (self.room - used));
+            octets.copy_within(self.room.., used);
+            self.out.end -= self.room - used;
         }
+        octets.iter_mut().zip(word).take(used).for_each(|(octet, word)| *octet = word);
     }
 }
 
+#[cold]
+fn misplaced(item: &Item, own: bool) -> EncodeError {
+    EncodeError::item(item.id, if own { Reason::Order } else { Reason::Foreign })
+}
+
+#[cold]
+fn wrong(item: &Item, fields: usize, given: usize) -> EncodeError {
+    EncodeError::item(item.id, Reason::Values { given, fields })
+}
+
+#[cold]
+fn refused<V: FieldValue>(item: &Item, field: &Field, value: V) -> EncodeError {
+    let reason = value.raw(field).err().unwrap_or(ValueError::Kind("another value"));
+    EncodeError::field(item.id, field.name, Reason::Value(reason))
+}
+
 /// Writes a part; missing values are zeros. `more`: sets the extension bit.
-#[inline]
+#[inline(always)]
 fn write_part<V: FieldValue>(
-    out: &mut Vec<u8>,
+    out: &mut Buffer,
+    item: &Item,
     part: &Part,
     values: &[V],
     more: bool,
-) -> Result<(), (&'static str, ValueError)> {
+) -> Result<(), EncodeError> {
+    if part.octets > 8 {
+        return write_long_part(out, item, part, values, more);
+    }
+    write_short_part(out, item, part, values, more)
+}
+
+#[inline(always)]
+fn write_short_part<V: FieldValue>(
+    out: &mut Buffer,
+    item: &Item,
+    part: &Part,
+    values: &[V],
+    more: bool,
+) -> Result<(), EncodeError> {
+    let (mut values, mut word, mut down) = (values.iter(), 0u64, 64u32);
+    for field in part.fields {
+        down = down.wrapping_sub(u32::from(field.bits));
+        if field.work.class == Class::Spare {
+            continue;
+        }
+        let Some(value) = values.next() else { break };
+        match value.bits(field) {
+            Some(raw) => word |= raw.wrapping_shl(down),
+            None => return Err(refused(item, field, *value)),
+        }
+    }
+    // Fields of a part without an extension bit reach its end.
+    word |= u64::from(more).wrapping_shl(64 - 8 * u32::from(part.octets));
+    out.word(word, usize::from(part.octets));
+    Ok(())
+}
+
+/// Writes whole numbers into an item of codes, all parts at once.
+#[inline(always)]
+fn write_codes<V: FieldValue>(
+    out: &mut Buffer,
+    item: &'static Item,
+    values: &[V],
+    places: &[(u8, u8)],
+) -> Result<(), EncodeError> {
+    let (mut word, mut beyond, mut last) = (0u64, 0u64, 64);
+    for (value, &(down, bits)) in values.iter().zip(places) {
+        let code = value.code().unwrap_or(u64::MAX);
+        beyond |= code.wrapping_shr(u32::from(bits));
+        word |= code.wrapping_shl(u32::from(down));
+        last = down;
+    }
+    let octets = match &item.structure {
+        Structure::Fixed(part) if values.len() == places.len() => usize::from(part.octets),
+        // Each part is an octet; up to the one of the last value.
+        Structure::Extended(_) if !values.is_empty() && values.len() <= places.len() => {
+            let octets = 8 - usize::from(last / 8);
+            word |= extension_bits(octets);
+            octets
+        }
+        _ => return Err(wrong(item, places.len(), values.len())),
+    };
+    if beyond != 0 {
+        return Err(first_refused(item, values));
+    }
+    out.word(word, octets);
+    Ok(())
+}
+
+/// The lowest bits of all octets but the last one.
+#[inline(always)]
+fn extension_bits(octets: usize) -> u64 {
+    0x0101_0101_0101_0101 & !u64::MAX.wrapping_shr(8 * octets as u32 - 8)
+}
+
+#[cold]
+fn first_refused<V: FieldValue>(item: &'static Item, values: &[V]) -> EncodeError {
+    let fields = item.structure.parts().iter().flat_map(|part| part.fields);
+    let carrying = fields.filter(|field| field.work.class != Class::Spare);
+    let mut refusals = carrying.zip(values).filter(|(field, value)| value.bits(field).is_none());
+    match refusals.next() {
+        Some((field, value)) => refused(item, field, *value),
+        None => wrong(item, item.fields(), values.len()),
+    }
+}
+
+#[cold]
+fn write_long_part<V: FieldValue>(
+    out: &mut Buffer,
+    item: &Item,
+    part: &Part,
+    values: &[V],
+    more: bool,
+) -> Result<(), EncodeError> {
     let mut values = values.iter();
     let (mut word, mut bits) = (0u64, 0u32);
     for field in part.fields {
         let width = u32::from(field.bits);
-        if bits + width > 64 {
-            while bits >= 8 {
-                bits -= 8;
-                out.push((word >> bits) as u8);
-            }
+        while bits + width > 64 {
+            bits -= 8;
+            out.extend(&[(word >> bits) as u8]);
         }
-        let raw = match field.kind {
-            crate::table::Kind::Spare => 0,
-            _ => match values.next() {
-                Some(value) => value.raw(field).map_err(|e| (field.name, e))?,
-                None => 0,
-            },
+        let value = if field.work.class == Class::Spare { None } else { values.next() };
+        let raw = match value {
+            None => 0,
+            Some(value) => value.bits(field).ok_or_else(|| refused(item, field, *value))?,
         };
         word = word << width | raw;
         bits += width;
@@ -301,11 +453,9 @@ fn write_part<V: FieldValue>(
         word = word << 1 | u64::from(more);
         bits += 1;
     }
-    // Eight octets at once, of which the first ones stay: cheaper than a copy of some length.
-    if bits > 0 {
-        let end = out.len() + (bits / 8) as usize;
-        out.extend_from_slice(&(word << (64 - bits)).to_be_bytes());
-        out.truncate(end);
+    while bits > 0 {
+        bits -= 8;
+        out.extend(&[(word >> bits) as u8]);
     }
     Ok(())
 }
@@ -314,113 +464,33 @@ fn write_part<V: FieldValue>(
 ///
 /// # Errors
 /// Those of `write`; then `out` is as it was.
-#[inline]
 pub fn record(
     out: &mut Vec<u8>,
     category: &'static Category,
     write: impl FnOnce(&mut ItemWriter<'_>) -> Result<(), EncodeError>,
 ) -> Result<(), EncodeError> {
-    let start = out.len();
+    let mut buffer = Buffer { end: out.len(), octets: std::mem::take(out) };
+    let written = append(&mut buffer, category, write);
+    buffer.octets.truncate(buffer.end);
+    *out = buffer.octets;
+    written
+}
+
+#[inline]
+pub(crate) fn append(
+    out: &mut Buffer,
+    category: &'static Category,
+    write: impl FnOnce(&mut ItemWriter<'_>) -> Result<(), EncodeError>,
+) -> Result<(), EncodeError> {
+    let start = out.end;
     let mut items = ItemWriter::new(out, category.uap, category.uap.len().div_ceil(7));
     let written = write(&mut items).and_then(|()| match items.present {
-        0 => Err(EncodeError { item: String::new(), field: String::new(), reason: Reason::Empty }),
+        0 => Err(EncodeError::item("", Reason::Empty)),
         _ => Ok(()),
     });
     match written {
         Ok(()) => items.close(),
-        Err(_) => out.truncate(start),
+        Err(_) => out.end = start,
     }
     written
-}
-
-/// Octets of a datagram that every network carries in one piece with room for tunnels.
-pub const DATAGRAM_LIMIT: usize = 1400;
-
-/// Packs records into blocks and blocks into datagrams: records of one category share a block, several blocks share a
-/// datagram, a record is never split.
-#[derive(Debug)]
-pub struct Packer {
-    limit: usize,
-    done: Vec<Vec<u8>>,
-    current: Vec<u8>,
-    /// Beginning and category of the open block.
-    open: Option<(usize, u8)>,
-}
-
-impl Packer {
-    /// A packer of datagrams of at most `limit` octets (see [`DATAGRAM_LIMIT`]; at most 65 507).
-    #[must_use]
-    pub fn new(limit: usize) -> Self {
-        let limit = limit.min(65_507);
-        Self { limit, done: Vec::new(), current: Vec::with_capacity(limit), open: None }
-    }
-
-    /// Adds a record.
-    ///
-    /// # Errors
-    /// Those of `write`, or if the record is larger than a datagram; then it is left out.
-    pub fn record(
-        &mut self,
-        category: &'static Category,
-        write: impl FnOnce(&mut ItemWriter<'_>) -> Result<(), EncodeError>,
-    ) -> Result<(), EncodeError> {
-        let fits = matches!(self.open, Some((_, number)) if number == category.number);
-        let before = (self.current.len(), self.open);
-        if !fits {
-            self.open = Some((self.current.len(), category.number));
-            self.current.extend_from_slice(&[category.number, 0, 0]);
-        }
-        let from = self.current.len();
-        if let Err(e) = record(&mut self.current, category, write) {
-            self.current.truncate(before.0);
-            self.open = before.1;
-            return Err(e);
-        }
-        if self.current.len() > self.limit {
-            // The record begins the next datagram.
-            let record = self.current.split_off(from);
-            self.current.truncate(before.0);
-            let octets = 3 + record.len();
-            if octets > self.limit {
-                self.open = before.1;
-                let reason = Reason::RecordTooLarge { octets, limit: self.limit };
-                return Err(EncodeError { item: String::new(), field: String::new(), reason });
-            }
-            self.open = before.1;
-            self.close_datagram();
-            self.open = Some((0, category.number));
-            self.current.extend_from_slice(&[category.number, 0, 0]);
-            self.current.extend_from_slice(&record);
-        }
-        self.close_length();
-        Ok(())
-    }
-
-    /// The open block's length, as of now.
-    fn close_length(&mut self) {
-        if let Some((start, _)) = self.open {
-            let length = (self.current.len() - start) as u16;
-            self.current[start + 1..start + 3].copy_from_slice(&length.to_be_bytes());
-        }
-    }
-
-    fn close_datagram(&mut self) {
-        if !self.current.is_empty() {
-            let next = Vec::with_capacity(self.limit);
-            self.done.push(std::mem::replace(&mut self.current, next));
-        }
-        self.open = None;
-    }
-
-    /// Ends the open block: the next record begins another one, in the same datagram if it fits.
-    pub fn end_block(&mut self) {
-        self.open = None;
-    }
-
-    /// The datagrams so far, the open one too.
-    #[must_use]
-    pub fn take(&mut self) -> Vec<Vec<u8>> {
-        self.close_datagram();
-        std::mem::take(&mut self.done)
-    }
 }

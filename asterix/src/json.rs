@@ -6,10 +6,11 @@
 //! structure a text of hexadecimal digits. Reading takes an object with one entry for a bare value too, fields that are
 //! not named are zero, and without `_parts` an extended item has the parts up to its last named field.
 
-use crate::decode::{PartView, Record, View};
+use crate::decode::Record;
 use crate::encode::{EncodeError, ItemWriter, Reason, record as encode_record};
 use crate::table::{Category, Field, Item, Kind, Part, Structure};
 use crate::value::{Value, ValueError};
+use crate::view::{PartView, View};
 use serde_json::{Map, Number, Value as Json};
 
 /// A record as an object.
@@ -164,7 +165,7 @@ fn put(items: &mut ItemWriter<'_>, own: &'static Item, json: &Json) -> Result<()
 }
 
 fn unknown(own: &Item, name: &str) -> EncodeError {
-    EncodeError { item: own.id.into(), field: name.into(), reason: Reason::Unknown }
+    EncodeError::field(own.id, name, Reason::Unknown)
 }
 
 fn read_part(
@@ -194,11 +195,7 @@ fn read_part(
 }
 
 fn read_scalar(own: &Item, field: &Field, json: Option<&Json>) -> Result<Value, EncodeError> {
-    let error = |reason| EncodeError {
-        item: own.id.into(),
-        field: field.name.into(),
-        reason: Reason::Value(reason),
-    };
+    let error = |reason| EncodeError::field(own.id, field.name, Reason::Value(reason));
     let text = matches!(field.kind, Kind::Ascii | Kind::Ident);
     match json {
         None if text => Ok(Value::Text(crate::value::Text::default())),

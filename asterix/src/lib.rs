@@ -9,7 +9,7 @@
 //!
 //! [`blocks`] walks a datagram without allocating. Every item is found and fits before a [`Record`] is given out; a
 //! damaged record or header is refused with offset, item and reason, what came before it counts, and a block of an
-//! unknown category is passed over by its length.
+//! unknown category is passed over by its length. [`Record::each`] reads all of a record in one pass, the accessors single items.
 //!
 //! ```
 //! use asterix::{blocks, cat010};
@@ -50,19 +50,24 @@ mod encode;
 mod error;
 pub mod files;
 pub mod json;
+mod lengths;
+mod pack;
 pub mod presence;
 pub mod table;
 pub mod time;
 mod value;
+mod view;
 
 pub use categories::{
     cat004, cat010, cat011, cat019, cat020, cat021, cat034, cat048, cat062, cat065, cat247,
 };
-pub use decode::{Block, Blocks, PartView, Parts, Record, Records, View, blocks};
-pub use encode::{DATAGRAM_LIMIT, EncodeError, ItemWriter, Packer, Reason, record};
+pub use decode::{Block, Blocks, Record, Records, blocks};
+pub use encode::{EncodeError, ItemWriter, Reason, Refused, record};
 pub use error::{DecodeError, Fault};
+pub use pack::{DATAGRAM_LIMIT, Packer};
 pub use table::Category;
 pub use value::{DAY_S, FieldValue, Text, Value, ValueError};
+pub use view::{Datum, PartView, Parts, View};
 
 /// Every category, in the order of their numbers.
 pub static CATEGORIES: &[&Category] = &[

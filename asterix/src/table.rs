@@ -45,6 +45,54 @@ pub struct Field {
     pub kind: Kind,
     /// Unit of the value, empty for codes and texts.
     pub unit: &'static str,
+    /// What decoder and encoder need of the above in their inner loops, worked out by the compiler.
+    pub(crate) work: Work,
+}
+
+/// A field as plain numbers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Work {
+    pub(crate) class: Class,
+    /// 64 minus the length: brings the top bits of a word down to the bottom.
+    pub(crate) down: u8,
+    /// As `down` where the number is signed, else 0.
+    pub(crate) sign: u8,
+    /// Value of one step; 1 for codes.
+    pub(crate) step: f64,
+    /// Least and greatest number of steps that the bits hold; of a code its least and greatest value; the period of what wraps is `most + 1`.
+    pub(crate) least: i64,
+    pub(crate) most: i64,
+    /// ½ − `least`, and `most` − `least`.
+    pub(crate) offset: f64,
+    pub(crate) range: f64,
+}
+
+/// How a field is turned into bits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Class {
+    Code,
+    Clipped,
+    Wrapped,
+    Text,
+    Spare,
+}
+
+impl Work {
+    const fn of(bits: u8, kind: Kind) -> Self {
+        let down = 64 - bits;
+        let (unsigned, half) = ((u64::MAX >> down) as i64, 1_i64 << (bits - 1));
+        let (class, sign, step, least, most) = match kind {
+            Kind::Spare => (Class::Spare, 0, 1.0, 0, unsigned),
+            Kind::Unsigned | Kind::Octal => (Class::Code, 0, 1.0, 0, unsigned),
+            Kind::Quantity { lsb } => (Class::Clipped, 0, lsb, 0, unsigned),
+            Kind::SignedQuantity { lsb } => (Class::Clipped, down, lsb, -half, half - 1),
+            Kind::Angle { lsb } => (Class::Wrapped, 0, lsb, 0, unsigned),
+            Kind::TimeOfDay => (Class::Wrapped, 0, 1.0 / 128.0, 0, 86_400 * 128 - 1),
+            Kind::Ascii | Kind::Ident => (Class::Text, 0, 1.0, 0, unsigned),
+        };
+        let (offset, range) = (0.5 - least as f64, (most - least) as f64);
+        Self { class, down, sign, step, least, most, offset, range }
+    }
 }
 
 /// Whole octets of fields. A part of an extended or chained item ends with an extension bit, which is
@@ -55,6 +103,10 @@ pub struct Part {
     pub octets: u8,
     /// Fields from the most significant bit on.
     pub fields: &'static [Field],
+    /// How many of them carry a value.
+    count: u8,
+    /// Whether those are codes.
+    codes: bool,
 }
 
 /// How the octets of an item are laid out.
@@ -86,6 +138,58 @@ pub struct Item {
     pub title: &'static str,
     /// Layout.
     pub structure: Structure,
+    /// Octets where they are always as many, else 0.
+    pub(crate) octets: u8,
+    /// Its bit in a field specification of eight octets, extension bits not set.
+    pub(crate) bit: u64,
+    codes: Codes,
+}
+
+/// An item of codes as one run of bits: of up to eight octets, in one part or in parts of one octet.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Codes {
+    /// How many; 0 for an item that is not such a run.
+    count: u8,
+    /// Of each: how far its last bit is from the end of eight octets, and its length.
+    places: [(u8, u8); MOST_CODES],
+}
+
+/// Most codes of an item (I062/080 has 35).
+const MOST_CODES: usize = 40;
+
+impl Codes {
+    const fn of(structure: &Structure) -> Self {
+        let none = Self { count: 0, places: [(0, 0); MOST_CODES] };
+        let (parts, extended) = match structure {
+            Structure::Fixed(part) => (std::slice::from_ref(part), false),
+            Structure::Extended(parts) => (*parts, true),
+            _ => return none,
+        };
+        let mut codes = none;
+        let (mut down, mut p) = (64, 0);
+        while p < parts.len() {
+            let octets = parts[p].octets;
+            if !parts[p].codes || octets > 8 || (extended && octets > 1) || down < 8 * octets {
+                return none;
+            }
+            let mut f = 0;
+            while f < parts[p].fields.len() {
+                let field = &parts[p].fields[f];
+                down -= field.bits;
+                if !matches!(field.work.class, Class::Spare) {
+                    if codes.count as usize == MOST_CODES {
+                        return none;
+                    }
+                    codes.places[codes.count as usize] = (down, field.bits);
+                    codes.count += 1;
+                }
+                f += 1;
+            }
+            down -= extended as u8;
+            p += 1;
+        }
+        codes
+    }
 }
 
 /// A category: its items in the order of the user application profile.
@@ -105,6 +209,24 @@ pub struct Category {
 pub const MOST_POSITIONS: usize = 56;
 
 impl Item {
+    pub(crate) const fn new(
+        position: u8,
+        id: &'static str,
+        title: &'static str,
+        structure: Structure,
+    ) -> Self {
+        let octets = if let Structure::Fixed(part) = &structure { part.octets } else { 0 };
+        let bit = 1 << (63 - (position as u32 / 7 * 8 + position as u32 % 7));
+        let codes = Codes::of(&structure);
+        Self { position, id, title, structure, octets, bit, codes }
+    }
+
+    /// Places of its fields if all of them are codes in one run of bits; else none.
+    #[inline]
+    pub(crate) fn code_places(&self) -> &[(u8, u8)] {
+        self.codes.places.get(..usize::from(self.codes.count)).unwrap_or_default()
+    }
+
     /// Number of the field of this name among the fields that carry a value, in order over all parts.
     ///
     /// In a constant this is worked out, and a wrong name refused, by the compiler:
@@ -167,16 +289,23 @@ impl Structure {
 
 impl Part {
     /// How many of its fields carry a value.
+    #[inline]
     #[must_use]
     pub const fn values(&self) -> usize {
-        let (mut number, mut f) = (0, 0);
-        while f < self.fields.len() {
-            if !matches!(self.fields[f].kind, Kind::Spare) {
-                number += 1;
+        self.count as usize
+    }
+
+    const fn new(octets: u8, fields: &'static [Field]) -> Self {
+        let (mut count, mut codes, mut f) = (0, true, 0);
+        while f < fields.len() {
+            let class = fields[f].work.class;
+            if !matches!(class, Class::Spare) {
+                count += 1;
+                codes &= matches!(class, Class::Code);
             }
             f += 1;
         }
-        number
+        Self { octets, fields, count, codes }
     }
 }
 
@@ -198,12 +327,12 @@ pub(crate) use Structure::{Chained, Compound, Counted, Explicit, Extended};
 
 /// Whole octets.
 pub(crate) const fn part_of(fields: &'static [Field]) -> Part {
-    Part { octets: bits(fields) / 8, fields }
+    Part::new(bits(fields) / 8, fields)
 }
 
 /// Octets of which the last bit is the extension bit.
 pub(crate) const fn part(fields: &'static [Field]) -> Part {
-    Part { octets: (bits(fields) + 1) / 8, fields }
+    Part::new((bits(fields) + 1) / 8, fields)
 }
 
 pub(crate) const fn fixed(fields: &'static [Field]) -> Structure {
@@ -220,7 +349,7 @@ const fn bits(fields: &[Field]) -> u8 {
 }
 
 const fn field(name: &'static str, bits: u8, kind: Kind, unit: &'static str) -> Field {
-    Field { name, bits, kind, unit }
+    Field { name, bits, kind, unit, work: Work::of(bits, kind) }
 }
 
 pub(crate) const fn spare(bits: u8) -> Field {
@@ -270,7 +399,7 @@ macro_rules! items {
     ($($name:ident = $position:literal, $id:literal, $title:literal, $structure:expr;)*) => {$(
         #[doc = concat!($id, ": ", $title, ".")]
         pub static $name: Item =
-            Item { position: $position, id: $id, title: $title, structure: $structure };
+            Item::new($position, $id, $title, $structure);
     )*};
 }
 pub(crate) use items;

@@ -1,6 +1,6 @@
 //! One field: its bits as a number or a text, and back.
 
-use crate::table::{Field, Kind};
+use crate::table::{Class, Field, Kind, Work};
 use std::fmt;
 
 /// What the bits of a field say.
@@ -40,10 +40,15 @@ impl Text {
     fn new(characters: impl Iterator<Item = u8>) -> Self {
         let mut text = Self { utf8: [0; 16], length: 0 };
         for character in characters {
-            let character = char::from(character);
             let at = usize::from(text.length);
-            character.encode_utf8(&mut text.utf8[at..]);
-            text.length += character.len_utf8() as u8;
+            if character < 0x80 {
+                text.utf8[at] = character;
+                text.length += 1;
+            } else {
+                let character = char::from(character);
+                character.encode_utf8(&mut text.utf8[at..]);
+                text.length += character.len_utf8() as u8;
+            }
         }
         while text.length > 0 && text.utf8[usize::from(text.length) - 1] == b' ' {
             text.length -= 1;
@@ -117,45 +122,80 @@ pub trait FieldValue: Copy {
     /// # Errors
     /// If the field cannot carry it. A quantity beyond its limits is no error: it is clipped.
     fn raw(self, field: &Field) -> Result<u64, ValueError>;
+
+    /// The same without the reason: what the encoder asks first, in registers.
+    #[inline]
+    fn bits(self, field: &Field) -> Option<u64> {
+        self.raw(field).ok()
+    }
+
+    /// What a whole number is as a code; none where the type has fractions or texts. A negative one is a huge code.
+    #[inline]
+    fn code(self) -> Option<u64> {
+        None
+    }
 }
 
 impl FieldValue for f64 {
     #[inline]
     fn raw(self, field: &Field) -> Result<u64, ValueError> {
-        if !self.is_finite() {
-            return Err(ValueError::NotFinite);
+        self.bits(field).ok_or_else(|| why_not(self, field))
+    }
+
+    #[inline]
+    fn bits(self, field: &Field) -> Option<u64> {
+        let work = &field.work;
+        if work.class == Class::Clipped && self.is_finite() {
+            return Some(clipped(self / work.step, work));
         }
-        let bits = u32::from(field.bits);
-        Ok(match field.kind {
-            Kind::Quantity { lsb } => clipped(self / lsb, 0, mask(bits) as i64) as u64,
-            Kind::SignedQuantity { lsb } => {
-                let limit = 1_i64 << (bits - 1);
-                clipped(self / lsb, -limit, limit - 1) as u64 & mask(bits)
-            }
-            Kind::Angle { lsb } => wrapped(self / lsb + 0.5, (1_i64 << bits) as f64) & mask(bits),
-            Kind::TimeOfDay => wrapped(self * 128.0 + 0.5, DAY_S * 128.0),
-            Kind::Unsigned | Kind::Octal => {
-                if self.floor() != self {
-                    return Err(ValueError::NotWhole);
-                }
-                // Saturates far beyond what any field holds.
-                return (self as i64).raw(field);
-            }
-            Kind::Ascii | Kind::Ident => return Err(ValueError::Kind("a text")),
-            Kind::Spare => 0,
-        })
+        bits_of_a_rare_class(self, field)
+    }
+}
+
+fn bits_of_a_rare_class(value: f64, field: &Field) -> Option<u64> {
+    let work = &field.work;
+    if !value.is_finite() {
+        return None;
+    }
+    match work.class {
+        Class::Wrapped => Some(wrapped(value / work.step + 0.5, work.most) & mask(work)),
+        Class::Code => {
+            // Saturates far beyond what any field holds.
+            let whole = value as i64;
+            if whole as f64 == value { whole.bits(field) } else { None }
+        }
+        Class::Spare => Some(0),
+        Class::Clipped | Class::Text => None,
+    }
+}
+
+#[cold]
+fn why_not(value: f64, field: &Field) -> ValueError {
+    if !value.is_finite() {
+        ValueError::NotFinite
+    } else if field.work.class == Class::Text {
+        ValueError::Kind("a text")
+    } else if value.floor() != value {
+        ValueError::NotWhole
+    } else {
+        ValueError::TooLarge(field.bits)
     }
 }
 
 impl FieldValue for i64 {
     #[inline]
     fn raw(self, field: &Field) -> Result<u64, ValueError> {
-        let bits = u32::from(field.bits);
-        let fits = match field.kind {
-            Kind::Unsigned | Kind::Octal => self >= 0 && self as u64 <= mask(bits),
-            _ => return (self as f64).raw(field),
-        };
-        if fits { Ok(self as u64 & mask(bits)) } else { Err(ValueError::TooLarge(field.bits)) }
+        self.bits(field).ok_or_else(|| why_not(self as f64, field))
+    }
+
+    #[inline]
+    fn bits(self, field: &Field) -> Option<u64> {
+        let work = &field.work;
+        // A negative one is a huge one here.
+        if work.class == Class::Code {
+            return (self as u64 <= work.most as u64).then_some(self as u64);
+        }
+        (self as f64).bits(field)
     }
 }
 
@@ -165,6 +205,16 @@ macro_rules! whole_numbers {
             #[inline]
             fn raw(self, field: &Field) -> Result<u64, ValueError> {
                 i64::from(self).raw(field)
+            }
+
+            #[inline]
+            fn bits(self, field: &Field) -> Option<u64> {
+                i64::from(self).bits(field)
+            }
+
+            #[inline]
+            fn code(self) -> Option<u64> {
+                Some(i64::from(self) as u64)
             }
         }
     )*};
@@ -185,17 +235,27 @@ impl FieldValue for &str {
         };
         let most = field.bits / bits;
         let (mut raw, mut count) = (0u64, 0);
-        for character in self.chars() {
-            let code = match field.kind {
-                Kind::Ascii => u8::try_from(character).map_err(|_| ValueError::Character)?,
-                _ if (' '..='_').contains(&character) => character as u8 & 0x3f,
-                _ => return Err(ValueError::Character),
-            };
-            if count == most {
-                return Err(ValueError::TooLong(most));
+        if self.is_ascii() && self.len() <= usize::from(most) {
+            for &code in self.as_bytes() {
+                if bits == 6 && !(b' '..=b'_').contains(&code) {
+                    return Err(ValueError::Character);
+                }
+                raw = raw << bits | u64::from(code) & (0xff >> (8 - bits));
             }
-            raw = raw << bits | u64::from(code);
-            count += 1;
+            count = self.len() as u8;
+        } else {
+            for character in self.chars() {
+                let code = match field.kind {
+                    Kind::Ascii => u8::try_from(character).map_err(|_| ValueError::Character)?,
+                    _ if (' '..='_').contains(&character) => character as u8 & 0x3f,
+                    _ => return Err(ValueError::Character),
+                };
+                if count == most {
+                    return Err(ValueError::TooLong(most));
+                }
+                raw = raw << bits | u64::from(code);
+                count += 1;
+            }
         }
         for _ in count..most {
             raw = raw << bits | pad;
@@ -215,52 +275,65 @@ impl FieldValue for Value {
     }
 }
 
-/// `floor(steps + ½)`, not below `least` nor above `most`. Limits have at most 56 bits.
+/// `floor(steps + ½)`, not below the least nor above the most, in the field's bits. Limits have at most 56 bits: their
+/// distances are exact.
 #[inline]
-fn clipped(steps: f64, least: i64, most: i64) -> i64 {
-    let up = steps + 0.5;
-    // Cuts towards zero, and saturates far beyond the limits.
-    let whole = up as i64;
-    let floor = whole - i64::from((whole as f64) > up);
-    floor.clamp(least, most)
+fn clipped(steps: f64, work: &Work) -> u64 {
+    // Counted from the least on nothing is negative, and to cut is to round down.
+    let up = steps + work.offset;
+    let up = if up > 0.0 { up } else { 0.0 };
+    let up = if up < work.range { up } else { work.range };
+    (up as i64).wrapping_add(work.least) as u64 & mask(work)
 }
 
-/// The whole part of `steps` within `0..period`, a turn or a day on.
+/// The whole part of `steps` within `0..=most`, a turn or a day on.
 #[inline]
-fn wrapped(steps: f64, period: f64) -> u64 {
+fn wrapped(steps: f64, most: i64) -> u64 {
+    let period = (most + 1) as f64;
     if (0.0..period).contains(&steps) {
-        return steps as u64;
+        return steps as i64 as u64;
     }
     steps.floor().rem_euclid(period) as u64
 }
 
 #[inline]
-pub(crate) const fn mask(bits: u32) -> u64 {
-    u64::MAX >> (64 - bits)
+const fn mask(work: &Work) -> u64 {
+    u64::MAX.wrapping_shr(work.down as u32)
+}
+
+/// The number that a field's bits are; none of a text.
+#[inline]
+pub(crate) fn number(field: &Field, raw: u64) -> Option<f64> {
+    let work = &field.work;
+    if work.class == Class::Text {
+        return None;
+    }
+    // At most 56 bits: what has no sign is not changed by it.
+    let sign = u32::from(work.sign);
+    let steps = (raw.wrapping_shl(sign) as i64).wrapping_shr(sign);
+    Some(steps as f64 * work.step)
 }
 
 /// The value of a field's bits.
 #[inline]
 pub(crate) fn value(field: &Field, raw: u64) -> Value {
-    let bits = u32::from(field.bits);
-    let signed = || ((raw << (64 - bits)) as i64) >> (64 - bits);
     match field.kind {
         Kind::Spare | Kind::Unsigned => Value::Integer(raw as i64),
-        // At most 56 bits: a signed number is the faster one to convert.
-        Kind::Quantity { lsb } | Kind::Angle { lsb } => Value::Number(raw as i64 as f64 * lsb),
-        Kind::SignedQuantity { lsb } => Value::Number(signed() as f64 * lsb),
-        Kind::TimeOfDay => Value::Number(raw as i64 as f64 / 128.0),
         Kind::Octal => Value::Octal(raw as u16),
-        Kind::Ascii => {
-            let characters = (0..bits / 8).rev().map(|i| (raw >> (8 * i)) as u8);
-            Value::Text(Text::new(characters))
-        }
-        Kind::Ident => {
-            let code = |i| (raw >> (6 * i)) as u8 & 0x3f;
-            let character = |code: u8| if code < 0x20 { code | 0x40 } else { code };
-            Value::Text(Text::new((0..bits / 6).rev().map(|i| character(code(i)))))
-        }
+        Kind::Ascii | Kind::Ident => Value::Text(text(field, raw)),
+        _ => Value::Number(number(field, raw).unwrap_or_default()),
     }
+}
+
+fn text(field: &Field, raw: u64) -> Text {
+    let bits = u32::from(field.bits);
+    if field.kind == Kind::Ascii {
+        let characters = (0..bits / 8).rev().map(|i| (raw >> (8 * i)) as u8);
+        return Text::new(characters);
+    }
+    let code = |i| (raw >> (6 * i)) as u8 & 0x3f;
+    let character = |code: u8| if code < 0x20 { code | 0x40 } else { code };
+    Text::new((0..bits / 6).rev().map(|i| character(code(i))))
 }
 
 #[cfg(test)]

@@ -32,6 +32,7 @@ fn main() {
                     break;
                 };
                 records += 1;
+                record.each(|datum| values += datum.number().unwrap_or(1.0));
                 for item in record.items() {
                     let subitems = item.subitems().flat_map(|s| s.values());
                     for (_, value) in item.values().chain(subitems) {

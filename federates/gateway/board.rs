@@ -3,6 +3,7 @@
 use super::adsb::{self, Feed, Piece};
 use super::public::{self, Heading};
 use super::{Choice, Gateway};
+use crate::runtime::life_cycle::Phase;
 use crate::runtime::messages::{
     FederateStatus, FlightNotice, Operation, RunState, ScanReport, WeatherNotice,
 };
@@ -87,6 +88,16 @@ impl Board {
         let older = |k: &RunState| (k.run, k.frame) > (state.run, state.frame);
         if !known.as_ref().is_some_and(older) {
             *known = Some(state);
+        }
+    }
+
+    /// The run is over, or nobody of it is left: STOPPED, whatever was heard last.
+    pub fn on_end(&self) {
+        if let Some(state) = &mut self.known().state
+            && state.phase != Phase::Stopped
+        {
+            state.phase = Phase::Stopped;
+            state.reasons.push("the end of the run was not heard".to_owned());
         }
     }
 

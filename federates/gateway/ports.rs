@@ -240,8 +240,10 @@ impl Ports {
         })
     }
 
-    /// Flushes and closes every port.
+    /// Says that the run is over, flushes and closes every port.
     pub fn close(&mut self) {
+        self.board.on_end();
+        self.publish(&["state"]);
         self.send_until(u64::MAX);
         for port in [&self.beast, &self.sbs].into_iter().flatten() {
             port.close(Duration::from_secs(1));

@@ -24,6 +24,8 @@ pub const DEFAULT_ENDPOINT: &str = "tcp/127.0.0.1:7448";
 
 /// Commands that may wait for their turn.
 const COMMANDS: usize = 16;
+/// How long the last message may be on its way before the session ends.
+const LAST_WORDS: Duration = Duration::from_millis(100);
 /// Federates that are published.
 const FEDERATES: usize = 64;
 
@@ -159,6 +161,10 @@ impl PublicPlane {
         let (done, wait) = bounded(1);
         let session = self.session.clone();
         drop(self.publishers);
+        // The end of a session may overtake what was published last: the end of the run.
+        if self.published > 0 {
+            std::thread::sleep(LAST_WORDS);
+        }
         std::thread::spawn(move || {
             done.send(session.close().wait().is_ok()).ok();
         });

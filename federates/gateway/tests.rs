@@ -181,3 +181,22 @@ fn a_report_on_the_ground_says_its_speed_in_the_surface_ground_vector() {
     }
     assert!(gateway.refused().is_empty(), "{:?}", gateway.refused());
 }
+
+/// Whatever was heard last, whoever asks afterwards learns that the run is over.
+#[test]
+fn a_run_whose_end_was_not_heard_is_over_all_the_same() {
+    use crate::runtime::life_cycle::Phase;
+    use crate::runtime::messages::RunState;
+    let board = board::Board::new(&scene(), 1, false);
+    board.on_end();
+    assert_eq!(board.value("state"), None, "of a run that never was nothing is said");
+    board.on_state(RunState { phase: Phase::Running, frame: 20, ..RunState::default() });
+    assert_eq!(board.value("state").expect("there")["phase"], "RUNNING");
+    board.on_end();
+    let over = board.value("state").expect("there");
+    assert_eq!((over["phase"].as_str(), over["frame"].as_u64()), (Some("STOPPED"), Some(20)));
+    assert_eq!(over["reasons"][0], "the end of the run was not heard");
+    board.on_state(RunState { phase: Phase::Stopped, frame: 40, ..RunState::default() });
+    board.on_end();
+    assert_eq!(board.value("state").expect("there")["reasons"], serde_json::json!([]));
+}

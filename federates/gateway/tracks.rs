@@ -141,14 +141,14 @@ pub fn record_062(
     let system = System::of(gateway, track);
     let bits = system.bits();
     let mut status = [0; cat062::I080.fields()];
-    status[cat062::I080.field("MON")] = bits.mono;
-    status[cat062::I080.field("CNF")] = bits.tentative;
-    status[cat062::I080.field("SIM")] = 1;
-    status[cat062::I080.field("TSE")] = bits.last;
-    status[cat062::I080.field("TSB")] = bits.first;
-    status[cat062::I080.field("FPC")] = bits.flight_plan;
-    status[cat062::I080.field("CST")] = bits.coasting;
-    status[cat062::I080.field("SFC")] = bits.ground;
+    status[const { cat062::I080.field("MON") }] = bits.mono;
+    status[const { cat062::I080.field("CNF") }] = bits.tentative;
+    status[const { cat062::I080.field("SIM") }] = 1;
+    status[const { cat062::I080.field("TSE") }] = bits.last;
+    status[const { cat062::I080.field("TSB") }] = bits.first;
+    status[const { cat062::I080.field("FPC") }] = bits.flight_plan;
+    status[const { cat062::I080.field("CST") }] = bits.coasting;
+    status[const { cat062::I080.field("SFC") }] = bits.ground;
     let callsign = ident(&track.callsign);
     packer.record(&cat062::CATEGORY, |items| {
         items.put(&cat062::I010, &[0, SMDFM_SIC])?;
@@ -230,15 +230,15 @@ pub fn record_011(
     let system = System::of(gateway, track);
     let bits = system.bits();
     // Up to the third part, which has CST and FPC.
-    let mut status = [0; cat011::I170.field("AFF") + 1];
-    status[cat011::I170.field("MON")] = bits.mono;
-    status[cat011::I170.field("GBS")] = bits.ground;
-    status[cat011::I170.field("CNF")] = bits.tentative;
-    status[cat011::I170.field("SIM")] = 1;
-    status[cat011::I170.field("TSE")] = bits.last;
-    status[cat011::I170.field("TSB")] = bits.first;
-    status[cat011::I170.field("CST")] = bits.coasting;
-    status[cat011::I170.field("FPC")] = bits.flight_plan;
+    let mut status = [0; const { cat011::I170.field("AFF") + 1 }];
+    status[const { cat011::I170.field("MON") }] = bits.mono;
+    status[const { cat011::I170.field("GBS") }] = bits.ground;
+    status[const { cat011::I170.field("CNF") }] = bits.tentative;
+    status[const { cat011::I170.field("SIM") }] = 1;
+    status[const { cat011::I170.field("TSE") }] = bits.last;
+    status[const { cat011::I170.field("TSB") }] = bits.first;
+    status[const { cat011::I170.field("CST") }] = bits.coasting;
+    status[const { cat011::I170.field("FPC") }] = bits.flight_plan;
     let callsign = ident(&track.callsign);
     packer.record(&cat011::CATEGORY, |items| {
         items.put(&cat011::I010, &[0, SMDFM_SIC])?;

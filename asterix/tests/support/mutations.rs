@@ -61,6 +61,12 @@ pub(crate) struct Seen {
     pub(crate) refused: u64,
 }
 
+/// Every field of an item and of what is below it.
+fn gather(item: asterix::View<'_>, take: &mut dyn FnMut(asterix::Datum)) {
+    item.data().for_each(&mut *take);
+    item.subitems().for_each(|below| gather(below, take));
+}
+
 /// Reads everything of a datagram. Work is bounded by its octets: each value and each record takes some of them.
 pub(crate) fn read(datagram: &[u8], seen: &mut Seen) {
     let before = *seen;
@@ -75,10 +81,16 @@ pub(crate) fn read(datagram: &[u8], seen: &mut Seen) {
                 break;
             };
             seen.records += 1;
-            for item in record.items() {
-                seen.values += item.values().count() as u64;
-                seen.values += item.subitems().map(|s| s.values().count() as u64).sum::<u64>();
-            }
+            let mut one_by_one = (0, 0_u64);
+            let add = |values: &mut (u64, u64), datum: asterix::Datum| {
+                values.0 += 1;
+                values.1 = values.1.rotate_left(5) ^ datum.raw;
+            };
+            record.items().for_each(|item| gather(item, &mut |d| add(&mut one_by_one, d)));
+            let mut at_once = (0, 0);
+            record.each(|datum| add(&mut at_once, datum));
+            assert_eq!(at_once, one_by_one, "{:02x?}", record.octets());
+            seen.values += at_once.0;
             if seen.records.is_multiple_of(16) {
                 seen.values += presence::breaches(&record).len() as u64;
             }

@@ -17,9 +17,14 @@ with open(os.environ["SEEDS_SCHEMA"]) as file:
 KEYS = ("state", "scan", "tracks", "plots", "truth", "flights", "weather", "operation")
 
 
+# One validator a message, made once: checking the schema itself anew for each message takes longer than the run.
+VALIDATORS = {
+    f"seeds.{name}/1": jsonschema.Draft202012Validator({"$ref": f"#/$defs/{name}", "$defs": SCHEMA["$defs"]}) for name in KEYS
+}
+
+
 def validate(body):
-    name = body["schema"].split(".")[1].split("/")[0]
-    jsonschema.validate(body, {"$ref": f"#/$defs/{name}", "$defs": SCHEMA["$defs"]})
+    VALIDATORS[body["schema"]].validate(body)
 
 
 def connected(within_s=90.0):
