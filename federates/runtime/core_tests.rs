@@ -15,6 +15,8 @@ use scenarios::losses::{Losses, stall_flag};
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
 
+mod returns;
+
 const MS: u64 = 1_000_000;
 const S: u64 = 1_000 * MS;
 const WORLD: &str = "external-world";
@@ -46,6 +48,10 @@ fn hello(name: &str, instance: u128) -> Hello {
 impl Hand {
     /// Both have joined and are ready, and the run has been granted frame 3.
     fn running(losses: Losses) -> Self {
+        Self::with_window(losses, 8)
+    }
+
+    fn with_window(losses: Losses, window: Frame) -> Self {
         let conductor = Conductor::new(ConductorConfig {
             scene: "toy".into(),
             scene_hash: 1,
@@ -63,7 +69,7 @@ impl Hand {
             batch: false,
             await_spectators: Vec::new(),
             await_spectators_ns: 0,
-            window: 8,
+            window,
             fed: 7,
             losses,
         });
@@ -348,6 +354,24 @@ fn time_waits_for_the_slowest_and_slips() {
     hand.pass_with(100 * MS, &[WORLD, SMDFM]);
     let granted = hand.conductor.granted();
     assert!((6..=8).contains(&granted), "two frames later, not thirty: {granted}");
+}
+
+/// A scan of the SMDFM that takes most of its second holds nobody up; one that takes longer does.
+#[test]
+fn a_long_scan_does_not_hold_time_up() {
+    let mut hand = Hand::with_window(Losses::default(), 40);
+    let mut made = 0;
+    hand.ends(WORLD, 0, 3);
+    for _ in 0..14 {
+        made = hand.conductor.granted().max(made);
+        hand.ends(WORLD, hand.frame(WORLD) + 1, made);
+        hand.pass_with(100 * MS, &[WORLD, SMDFM]);
+    }
+    assert_eq!(hand.conductor.granted(), 20, "a scan ahead of the SMDFM");
+    // A producer that is late is waited for as before.
+    hand.ends(SMDFM, 0, 20);
+    hand.pass_with(1_500 * MS, &[WORLD, SMDFM]);
+    assert_eq!(hand.conductor.granted(), made + 5);
 }
 
 /// Each frame has its own clock, though frames are reported together.
@@ -656,6 +680,22 @@ fn what_waits_at_a_member_is_bounded() {
     order(&mut member, 3, Order::Admit { run: 1, name: WORLD.into(), inc: 5, from: 1 });
     assert_eq!(member.waits_for().len(), 1);
     assert!(member.waits_for()[0].contains("ended Some(256)"), "{:?}", member.waits_for());
+}
+
+/// A producer that makes two equal PDUs in a frame has made two, also where both come by repair.
+#[test]
+fn a_pdu_that_is_made_twice_is_repaired_twice() {
+    let mut consumer = member(true);
+    let hash = super::digest::pdu_hash(&[5]);
+    let body =
+        Report::Ends(FrameEnds { run: 1, pdus: vec![(0, vec![hash, hash])], ..Default::default() });
+    let report = Numbered { fed: 7, inc: 1, seq: 1, body };
+    consumer.report(S, WORLD, report, &mut Vec::new());
+    for (pdus, repaired) in [(1, 1), (2, 2)] {
+        let pdus = vec![(0, vec![5]); pdus];
+        consumer.repaired(S, Repaired { run: 1, pdus }, &mut Vec::new());
+        assert_eq!(consumer.counters().repaired, repaired);
+    }
 }
 
 #[test]

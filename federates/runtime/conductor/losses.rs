@@ -1,6 +1,6 @@
 //! Who is lost, why, and how a lost member comes back.
 
-use super::{Conductor, Effect, Fault, JOIN_AGAIN_NS, MemberEntry, MemberLog, OnLoss, Token};
+use super::{Conductor, Effect, Fault, MemberEntry, MemberLog, OnLoss, Token};
 use crate::runtime::clock::WallNs;
 use crate::runtime::digest::content;
 use crate::runtime::life_cycle::Phase;
@@ -33,6 +33,9 @@ const TAKE_OVER_NS: WallNs = 10_000_000_000;
 /// Nobody took its place: somebody else is asked then, and at most so many in a run.
 const HOST_AGAIN_NS: WallNs = 3_000_000_000;
 const MOST_HOSTS: u32 = 12;
+
+/// Before a run has begun nothing is lost with a member: a batch awaits it for so long.
+const JOIN_AGAIN_NS: WallNs = 10_000_000_000;
 
 impl Conductor {
     /// A member's process or session is gone, or back: a hint, until it is silent too.

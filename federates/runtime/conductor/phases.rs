@@ -1,0 +1,155 @@
+//! From phase to phase: ready, started, frozen, closed.
+
+use super::{ClosedRun, Conductor, Effect, Goal};
+use crate::runtime::clock::WallNs;
+use crate::runtime::life_cycle::{Phase, Refused, Transition};
+use crate::runtime::messages::{Numbered, Order};
+
+const FINISH_WITHIN_NS: WallNs = 5_000_000_000;
+
+impl Conductor {
+    pub(super) fn all_ready(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
+        let is_ready =
+            |n: &String| self.members.get(n).is_some_and(|m| !m.alive || m.ready == Some(self.run));
+        let ready = self.awaited().is_empty() && self.roster.iter().all(is_ready);
+        if !ready || self.finish_deadline.is_some() {
+            return;
+        }
+        let was = self.phase;
+        if was != Phase::Configured {
+            self.phase = Phase::Configured;
+            effects.push(Effect::Reached { phase: self.phase, frame: 0, reason: None });
+        }
+        self.answer_pending(Transition::Restart, "configured; waiting for start", effects);
+        if std::mem::take(&mut self.autostart) {
+            let _ = self.start(now, effects);
+        }
+        self.push_state(now, effects);
+    }
+
+    pub(super) fn start(&mut self, now: WallNs, effects: &mut Vec<Effect>) -> Result<(), Refused> {
+        self.phase = self.phase.after(Transition::Start)?;
+        self.goal = Goal::End;
+        self.anchor = (now, self.granted);
+        self.running_since = Some(now);
+        self.pace_samples.clear();
+        effects.push(Effect::Reached { phase: self.phase, frame: self.granted, reason: None });
+        self.extend(now, effects);
+        Ok(())
+    }
+
+    pub(super) fn stop(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
+        if self.phase == Phase::Running {
+            self.goal = Goal::Stop(self.granted);
+            self.settle(now, effects);
+        } else {
+            self.finish(now, effects);
+        }
+    }
+
+    pub(super) fn finish(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
+        self.pause_clock(now);
+        self.phase = Phase::Stopped;
+        self.finish_deadline = Some(now + FINISH_WITHIN_NS);
+        let frame = self.frame();
+        self.return_deadline = None;
+        self.say(Order::Finish { run: self.run, frame }, effects);
+        effects.push(Effect::Reached { phase: self.phase, frame, reason: None });
+        self.try_close(now, effects);
+    }
+
+    pub(super) fn pause_clock(&mut self, now: WallNs) {
+        if let Some(since) = self.running_since.take() {
+            self.ran_ns += now.saturating_sub(since);
+        }
+    }
+
+    pub(super) fn try_close(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
+        let Some(deadline) = self.finish_deadline else { return };
+        let outstanding = self
+            .roster
+            .iter()
+            .any(|n| self.members.get(n).is_some_and(|m| m.alive) && !self.finals.contains_key(n));
+        if outstanding && now < deadline {
+            return;
+        }
+        self.finish_deadline = None;
+        effects.push(Effect::Closed(Box::new(ClosedRun {
+            run: self.run,
+            seed: self.config.seed,
+            frame: self.frame(),
+            wall_ns: self.ran_ns,
+            reports: self.finals.values().cloned().collect(),
+            reasons: self.faults.iter().map(|f| &f.text).chain(&self.degraded).cloned().collect(),
+            failed: !self.lost_names().is_empty(),
+        })));
+        self.failed |= !self.lost_names().is_empty();
+        self.answer_pending(Transition::Stop, "stopped", effects);
+        if std::mem::take(&mut self.restart_after) {
+            self.begin_again(now, effects);
+        } else if self.config.batch {
+            effects.push(Effect::Exit(self.exit_code()));
+        }
+        self.push_state(now, effects);
+    }
+
+    /// Whether all members stand at the goal, and what follows.
+    pub(super) fn settle(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
+        if self.phase != Phase::Running || self.views.is_open() {
+            return;
+        }
+        let frame = self.frame();
+        if self.views.waits() {
+            // What a lost producer has not made is not left out: consumers stand before it.
+            let stand = self.stand();
+            let mut consumers = self.members.values().filter(|m| m.alive && m.consumes);
+            if consumers.all(|m| m.executed.unwrap_or(0) >= stand) {
+                match self.goal {
+                    Goal::Stop(_) => self.finish(now, effects),
+                    _ => self.freeze_by_fault(now, effects),
+                }
+            }
+            return;
+        }
+        match self.goal {
+            Goal::End if frame >= self.config.last_frame => self.finish(now, effects),
+            Goal::Stop(at) if frame >= at => self.finish(now, effects),
+            Goal::Freeze(at) if frame >= at => {
+                if at >= self.config.last_frame {
+                    let text = "the run is over at its last frame";
+                    self.answer_pending(Transition::Freeze, text, effects);
+                    self.finish(now, effects);
+                    return;
+                }
+                self.pause_clock(now);
+                self.phase = Phase::Frozen;
+                effects.push(Effect::Reached { phase: self.phase, frame, reason: None });
+                let text = format!("frozen at frame {frame}");
+                self.answer_pending(Transition::Freeze, &text, effects);
+                self.push_state(now, effects);
+            }
+            _ => {}
+        }
+    }
+
+    pub(super) fn freeze_by_fault(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
+        self.pause_clock(now);
+        self.phase = Phase::Frozen;
+        self.frozen_by_fault = true;
+        let reason = Some(self.open_faults().join("; "));
+        effects.push(Effect::Reached { phase: self.phase, frame: self.frame(), reason });
+        self.faulty_freeze(now, effects);
+    }
+
+    /// The last order of the federation: outside the stream, since nobody is left to ask for what came before.
+    #[must_use]
+    pub fn leave(&self, code: u8) -> Numbered<Order> {
+        self.outbox.loose(Order::Exit { code })
+    }
+
+    /// With what the process of the administration station ends.
+    #[must_use]
+    pub fn exit_code(&self) -> u8 {
+        u8::from(self.failed || !self.lost_names().is_empty())
+    }
+}
