@@ -43,7 +43,8 @@ pub(super) struct Producer {
 /// One frame's PDUs that are named but not all here.
 #[derive(Debug)]
 pub(super) struct Incomplete {
-    missing: Vec<u64>,
+    /// Hashes, each with how often it is missing.
+    missing: BTreeMap<u64, usize>,
     since: WallNs,
     asked: Option<WallNs>,
     tries: u32,
@@ -53,6 +54,16 @@ pub(super) struct Incomplete {
 impl Incomplete {
     pub(super) fn due(&self) -> WallNs {
         self.asked.map_or(self.since + REPAIR_AFTER_NS, |asked| asked + REPAIR_AGAIN_NS)
+    }
+
+    /// Takes one PDU off the list; whether it was on it.
+    fn came(&mut self, hash: u64) -> bool {
+        let Entry::Occupied(mut missing) = self.missing.entry(hash) else { return false };
+        match *missing.get() {
+            0 | 1 => drop(missing.remove()),
+            _ => *missing.get_mut() -= 1,
+        }
+        true
     }
 }
 
@@ -190,17 +201,22 @@ impl Member {
             if !reads || !(next..=last).contains(&frame) {
                 continue;
             }
-            let (named, mut missing) = (hashes.len(), Vec::new());
+            let (named, mut missing) = (hashes.len(), BTreeMap::new());
+            let (mut came, mut here) = (Vec::new(), 0);
             for hash in hashes {
                 match self.waiting.remove(&hash) {
                     Some((octets, _)) => {
-                        self.counters.received += 1;
-                        self.ready.entry((frame, from.to_owned())).or_default().push(octets);
+                        here += 1;
+                        came.push(octets);
                     }
-                    None => missing.push(hash),
+                    None => *missing.entry(hash).or_default() += 1,
                 }
             }
-            self.hearing.named(now, from, named as u64, (named - missing.len()) as u64);
+            if here > 0 {
+                self.counters.received += here;
+                self.ready.entry((frame, from.to_owned())).or_default().append(&mut came);
+            }
+            self.hearing.named(now, from, named as u64, here);
             if !missing.is_empty() {
                 let producer = from.to_owned();
                 let incomplete =
@@ -225,11 +241,10 @@ impl Member {
         for octets in pdus {
             let hash = pdu_hash(&octets);
             self.arrivals += 1;
-            let named = self.incomplete.iter_mut().find_map(|(key, i)| {
-                let at = i.missing.iter().position(|&m| m == hash)?;
-                i.missing.swap_remove(at);
-                Some((key.clone(), i.missing.is_empty()))
-            });
+            let named = self
+                .incomplete
+                .iter_mut()
+                .find_map(|(key, i)| i.came(hash).then(|| (key.clone(), i.missing.is_empty())));
             if let Some((key, complete)) = named {
                 self.counters.received += 1;
                 self.hearing.came(&key.1, 1);
@@ -264,14 +279,13 @@ impl Member {
         }
         for (frame, octets) in repaired.pdus {
             let hash = pdu_hash(&octets);
-            let Some((key, incomplete)) = self
-                .incomplete
-                .iter_mut()
-                .find(|((f, _), i)| *f == frame && i.missing.contains(&hash))
+            let mut of_frame =
+                self.incomplete.range_mut((frame, String::new())..(frame + 1, String::new()));
+            let Some((key, incomplete)) =
+                of_frame.find_map(|(key, i)| i.came(hash).then_some((key, i)))
             else {
                 continue;
             };
-            incomplete.missing.retain(|&m| m != hash);
             // The rest of a long frame is asked for as soon as this page is here.
             (incomplete.since, incomplete.asked) = (now, None);
             self.counters.lost += 1;
@@ -326,10 +340,10 @@ impl Member {
                 incomplete.tries += 1;
                 let wanted = asks.entry(name).or_default();
                 let asked: usize = wanted.iter().map(|(_, hashes)| hashes.len()).sum();
-                let page = &incomplete.missing[..];
-                let page = &page[..page.len().min(REPAIR_PDUS.saturating_sub(asked))];
-                if !page.is_empty() {
-                    wanted.push((*frame, page.to_vec()));
+                let page = &incomplete.missing;
+                let most = page.len().min(REPAIR_PDUS.saturating_sub(asked));
+                if most > 0 {
+                    wanted.push((*frame, page.keys().take(most).copied().collect()));
                 }
             }
         }
