@@ -49,6 +49,8 @@ struct Mover {
     entity: usize,
     /// What receivers believe, from the last PDU; none before the first and after the last.
     sent: Option<Sent>,
+    /// Nothing about it changes before that, and nothing is due.
+    rests_until: SimTime,
 }
 
 struct Sent {
@@ -93,6 +95,9 @@ impl TrafficGenerator {
         let run = &self.scene.run;
         let envelope = Envelope::new(self.exercise, self.time.stamp(frame));
         for mover in &mut self.movers {
+            if now < mover.rests_until {
+                continue;
+            }
             let entity = &self.scene.traffic.entities[mover.entity];
             let behaves = || self.core.as_ref()?.0.state(mover.entity.checked_sub(first)?);
             let truth = match &entity.trajectory {
@@ -134,6 +139,16 @@ impl TrafficGenerator {
                     }
                 }
             });
+            // What stands costs nothing until it moves or its heartbeat is due.
+            if let Some(trajectory) = entity.trajectory.as_ref().filter(|_| still)
+                && let Some(heartbeat_ns) = publisher.heartbeat_at_ns()
+            {
+                let answer_ns = answered
+                    .as_ref()
+                    .map_or(i64::MAX, |(_, at)| at.saturating_add(run.heartbeat_parked.0));
+                let due = SimTime(heartbeat_ns.min(answer_ns));
+                mover.rests_until = trajectory.rests_until(now).min(due);
+            }
             mover.sent = Some(Sent { still, publisher, state, answered });
         }
     }
@@ -229,7 +244,10 @@ impl Federate for TrafficGenerator {
             return Err("the scene was loaded without this share of its truth".into());
         }
         self.told = Told::default();
-        self.movers = own.into_iter().map(|entity| Mover { entity, sent: None }).collect();
+        self.movers = own
+            .into_iter()
+            .map(|entity| Mover { entity, sent: None, rests_until: SimTime(i64::MIN) })
+            .collect();
         self.frame(0, out);
         Ok(())
     }
@@ -262,5 +280,36 @@ impl Federate for TrafficGenerator {
             report.values.push(("core_digest_high".into(), (digest >> 32) as f64));
             report.values.push(("core_digest_low".into(), (digest & 0xffff_ffff) as f64));
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_stands_costs_nothing_and_is_sent_as_if_it_were_looked_at_every_frame() {
+        let scene = scenarios::load(&scenarios::locate("zurich")).expect("the shipped scene");
+        let scene = Arc::new(scene);
+        let run = |rests: bool| {
+            let mut generator = TrafficGenerator::new(Arc::clone(&scene), 1, 1, 1);
+            let config = RunConfig { generators: 1, seed: 1, ..RunConfig::default() };
+            let (mut sent, mut skipped) = (Vec::new(), 0);
+            let mut out = FrameOut::default();
+            generator.configure(&config, &mut out).expect("it goes");
+            for frame in 1..4_000 {
+                let now = generator.time.time(frame);
+                if !rests {
+                    generator.movers.iter_mut().for_each(|m| m.rests_until = SimTime(i64::MIN));
+                }
+                skipped += generator.movers.iter().filter(|m| now < m.rests_until).count();
+                generator.step(frame, &FrameInputs::default(), &mut out);
+                sent.push(std::mem::take(&mut out.pdus));
+            }
+            (sent, skipped)
+        };
+        let ((sent, skipped), (all, none)) = (run(true), run(false));
+        assert!(sent == all, "the same PDUs in the same frames");
+        assert!(skipped > 2_000 && none == 0, "{skipped} {none}");
     }
 }

@@ -103,6 +103,13 @@ impl Publisher {
         (silent_ns >= last.heartbeat_ns).then_some(Due::Heartbeat)
     }
 
+    /// When an entity that keeps to what receivers believe is due next; `None` before the first [`Self::sent`].
+    #[must_use]
+    pub fn heartbeat_at_ns(&self) -> Option<i64> {
+        let last = self.last.filter(|_| !self.changed)?;
+        Some(last.at_ns.saturating_add(last.heartbeat_ns))
+    }
+
     /// What receivers believe of the entity at `now_ns`; `None` before the first [`Self::sent`].
     #[must_use]
     pub fn believed(&self, now_ns: i64) -> Option<Estimate> {

@@ -66,6 +66,20 @@ impl<const N: usize> Spline<N> {
         (piece, place - piece as f64)
     }
 
+    /// Up to where the value stays exactly what it is at `x`: `x` itself where it changes, infinity where it stays for ever.
+    #[must_use]
+    pub fn rests_until(&self, x: f64) -> f64 {
+        let (piece, _) = self.locate(x);
+        let here = self.controls[piece];
+        let changes = self.controls[piece..].iter().position(|c| *c != here);
+        match changes {
+            None => f64::INFINITY,
+            // A piece depends on four controls; up to its begin nothing changes.
+            Some(at) if at >= 4 => self.start + self.step * (piece + at - 3) as f64,
+            Some(_) => x,
+        }
+    }
+
     /// Value and derivatives at `x`; outside the domain those of its nearer end.
     ///
     /// Written in differences of controls, so equal controls give exactly that value and exactly
@@ -126,6 +140,19 @@ mod tests {
             assert_eq!(jet.value, [0.1, 1e6 / 3.0]);
             assert_eq!((jet.first, jet.second), ([0.0; 2], [0.0; 2]));
         }
+    }
+
+    #[test]
+    fn what_rests_is_exactly_the_same_up_to_where_it_is_said_to_and_moves_behind_that() {
+        let controls = [1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 2.0, 3.0, 3.0, 3.0, 3.0];
+        let spline = Spline::new(2.0, 0.5, controls.map(|c| [c]).to_vec()).unwrap();
+        for (x, until) in [(2.0, 3.5), (3.4, 3.5), (1.0, 3.5), (3.6, 3.6), (4.0, 4.0)] {
+            assert_eq!(spline.rests_until(x), until, "{x}");
+        }
+        assert_eq!(spline.rests_until(5.8), f64::INFINITY);
+        let (end, begin) = (spline.at(3.5), spline.at(2.0));
+        assert_eq!((end.value, end.first, end.second), (begin.value, begin.first, begin.second));
+        assert!(spline.at(3.51).value[0] > 1.0);
     }
 
     #[test]

@@ -139,6 +139,19 @@ impl Trajectory {
         time >= self.first && time <= self.end
     }
 
+    /// Up to when the mover stands exactly as it does at `time`: `time` itself where it moves or is not there.
+    #[must_use]
+    pub fn rests_until(&self, time: SimTime) -> SimTime {
+        if !self.within(time) {
+            return time;
+        }
+        let t = time.since_s(self.start);
+        let height = self.height.as_ref().map_or(f64::INFINITY, |height| height.rests_until(t));
+        let rests_s = self.progress.rests_until(t).min(height);
+        // A microsecond early: times are rounded.
+        self.start.plus_s((rests_s - 1e-6).min(1e9)).clamp(time, self.end)
+    }
+
     /// The state at `time`, or `None` before the first or after the last moment.
     #[must_use]
     pub fn at(&self, time: SimTime) -> Option<TruthState> {
