@@ -19,6 +19,7 @@ pub mod keys;
 pub mod losses;
 pub mod movements;
 pub mod network;
+mod places;
 pub mod reference;
 pub mod run;
 pub mod schedule;

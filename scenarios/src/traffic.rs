@@ -7,6 +7,7 @@ use crate::error::{Problem, ScenarioError};
 use crate::hash::Fnv;
 use crate::keys::{self, words};
 use crate::movements::{self, Movement};
+use crate::places::Places;
 use crate::run::Run;
 use crate::schedule::{self, Behaving};
 use crate::shapes::ShapeSet;
@@ -56,6 +57,8 @@ pub(crate) fn read(
     let mut entities: Vec<Entity> = Vec::new();
     let mut entries = Vec::new();
     let mut addresses = BTreeMap::new();
+    let mut callsigns: BTreeMap<Callsign, usize> = BTreeMap::new();
+    let places = Places::of(&airport.layout);
     let all = root.sections("traffic", &words(keys::TRAFFIC))?;
     let (mut sections, mut schedules) = (Vec::new(), Vec::new());
     for section in &all {
@@ -82,7 +85,7 @@ pub(crate) fn read(
             let found = format!("the text {text:?}");
             return Err(section.refuse("callsign", Problem::WrongKind { found, needed }));
         }
-        if let Some(first) = entities.iter().position(|e| e.callsign == callsign) {
+        if let Some(first) = callsigns.insert(callsign, index) {
             let first_line = sections[first].line_of("callsign");
             return Err(
                 section.refuse("callsign", Problem::Duplicate { found: text.into(), first_line })
@@ -104,8 +107,8 @@ pub(crate) fn read(
         }
         let with_truth = truth_of.has(index);
         let (trajectory, report) = match kind {
-            Kind::Parked => (Some(parked(section, run, airport)?), None),
-            Kind::Route => (routed(section, run, airport, row, with_truth)?, None),
+            Kind::Parked => (Some(parked(section, run, airport, &places)?), None),
+            Kind::Route => (routed(section, run, &places, row, with_truth)?, None),
             Kind::Recorded => {
                 let recording = Recording::read(section, airport)?;
                 let runways = &airport.layout.runways;
@@ -130,9 +133,7 @@ pub(crate) fn read(
     let with_truth = !matches!(truth_of, crate::TruthOf::Nobody);
     let (behaving, added) =
         schedule::read(root, &schedules, run, airport, &types, first, with_truth)?;
-    if let Some(both) =
-        added.entities.iter().find(|a| entities.iter().any(|e| e.callsign == a.callsign))
-    {
+    if let Some(both) = added.entities.iter().find(|a| callsigns.contains_key(&a.callsign)) {
         let problem = Problem::Duplicate { found: both.callsign.to_string(), first_line: 1 };
         return Err(root.refuse("traffic", problem));
     }
@@ -239,11 +240,11 @@ impl Recording {
 fn routed(
     section: &Section,
     run: &Run,
-    airport: &AirportScene,
+    places: &Places<'_>,
     row: &TypeRow,
     with_truth: bool,
 ) -> Result<Option<Trajectory>, ScenarioError> {
-    let layout = &airport.layout;
+    let layout = places.layout();
     let via = section.texts("via")?;
     if via.len() < 2 {
         let needed = "a list of two or more nodes or stands, in order".into();
@@ -255,7 +256,7 @@ fn routed(
     };
     let mut nodes = Vec::with_capacity(via.len());
     for (name, line) in &via {
-        nodes.push(layout.node(name).ok_or_else(|| {
+        nodes.push(places.node(name).ok_or_else(|| {
             let allowed = "a stand, or the number of a node, of the ground network".into();
             at_line(*line, Problem::NotAllowed { found: name.clone(), allowed })
         })?);
@@ -263,7 +264,7 @@ fn routed(
     let mut points = vec![layout.nodes[nodes[0]].position_m];
     let mut index_of = vec![0];
     for (pair, named) in nodes.windows(2).zip(via.windows(2)) {
-        let way = route::shortest(layout, pair[0], pair[1]).ok_or_else(|| {
+        let way = places.shortest(pair[0], pair[1]).ok_or_else(|| {
             let (from, to) = (named[0].0.clone(), named[1].0.clone());
             at_line(named[1].1, Problem::NoRoute { from, to })
         })?;
@@ -299,10 +300,10 @@ fn parked(
     section: &Section,
     run: &Run,
     airport: &AirportScene,
+    places: &Places<'_>,
 ) -> Result<Trajectory, ScenarioError> {
     let name = section.need_text("stand", "the name of a stand")?;
-    let stand =
-        airport.layout.stand(name).ok_or_else(|| unknown_stand(section, "stand", airport))?;
+    let stand = places.stand(name).ok_or_else(|| unknown_stand(section, "stand", airport))?;
     Ok(Trajectory::parked(SimTime::ZERO, run.duration, stand.position_m, stand.heading_rad))
 }
 

@@ -27,7 +27,12 @@ pub struct Route {
 /// their length counts four times. A stand is only ever the begin or the end of a way.
 #[must_use]
 pub fn shortest(airport: &Airport, from: usize, to: usize) -> Option<Route> {
-    let graph = Graph::of(airport);
+    shortest_in(airport, &Graph::of(airport), from, to)
+}
+
+/// The same for many ways: `graph` is that of `airport`.
+#[must_use]
+pub fn shortest_in(airport: &Airport, graph: &Graph, from: usize, to: usize) -> Option<Route> {
     let way = graph.cheapest(from, to, Graph::runway_cost)?;
     let mut names: Vec<String> = Vec::new();
     for arc in &way.arcs {
