@@ -79,6 +79,11 @@ impl Sender {
         address.as_socket().ok_or_else(|| failed(std::io::ErrorKind::Unsupported.into()))
     }
 
+    /// How PDUs are put into datagrams from now on.
+    pub fn set_packing(&mut self, packing: Packing) {
+        self.packing = packing;
+    }
+
     /// Sends one PDU: at once, or with bundling when its datagram is full or due (call
     /// [`Sender::flush_due`] in time).
     ///

@@ -9,7 +9,7 @@ use super::member_driver::Event;
 use super::threads::spawn_watched;
 use crate::exchange::stamp::is_stamped;
 use crossbeam_channel::Sender;
-use datalink::{Destination, Destinations, LinkConfig};
+use datalink::{Bundle, Destination, Destinations, LinkConfig, Packing};
 use pdu::enumerations::{DatumId, PduType};
 use pdu::management::EventReport;
 use pdu::records::{EntityId, VariableDatum};
@@ -236,8 +236,13 @@ struct UdpPlane {
     plane: Plane,
 }
 
+/// Of so many PDUs of one frame several travel in a datagram: a burst of single ones overflows receivers.
+const MANY_PDUS: usize = 64;
+
 impl DataPlane for UdpPlane {
     fn send(&mut self, pdus: &[Octets]) {
+        let bundle = (pdus.len() >= MANY_PDUS).then(Bundle::default);
+        self.sender.set_packing(Packing { bundle, ..Packing::default() });
         if let Err(e) = self.sender.send_all(pdus.iter().map(|p| &p[..])) {
             if self.refused == 0 {
                 tracing::warn!("sending DIS: {e}; what does not arrive is repaired by request");
