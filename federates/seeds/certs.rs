@@ -1,5 +1,7 @@
 //! `seeds certs`: an authority and a certificate for each federate, and what is wrong with those that are there.
 
+mod live;
+
 use crate::runtime::access_list;
 use crate::runtime::certs::{AUTHORITY, is_loopback};
 use crate::runtime::cli::{self, BAD_INPUT, COMPLETE, FAILED, fail, out};
@@ -39,6 +41,12 @@ enum Check {
         /// Endpoint that the certificates must be good for, like tls/10.0.0.1:7447; may be given several times
         #[arg(long, value_name = "ENDPOINT", value_parser = cli::endpoint)]
         endpoint: Vec<String>,
+        /// Endpoint of a running federation: try there what each certificate is for; nothing of it has an effect on the run
+        #[arg(long, value_name = "ENDPOINT", value_parser = cli::endpoint)]
+        live: Option<String>,
+        /// DIS exercise identifier of that federation, 0 to 255
+        #[arg(long, value_name = "N", default_value_t = 1, requires = "live")]
+        exercise: u8,
     },
 }
 
@@ -69,7 +77,10 @@ struct MakeArgs {
 #[must_use]
 pub fn run(args: &CertsArgs) -> ExitCode {
     match (&args.check, &args.make.folder) {
-        (Some(Check::Check { folder, endpoint }), _) => check_all(folder, endpoint),
+        (Some(Check::Check { folder, endpoint, live, exercise }), _) => {
+            let live = live.as_deref().map(|endpoint| (endpoint, *exercise));
+            check_all(folder, endpoint, live)
+        }
         (None, Some(folder)) => match make(&args.make, folder) {
             Ok(()) => ExitCode::from(COMPLETE),
             Err(e) => fail(FAILED, format!("{e:#}")),
@@ -275,8 +286,23 @@ fn address(octets: &[u8]) -> Option<String> {
 /// Days before its end from which on a certificate is told of.
 const SOON_DAYS: i64 = 30;
 
-fn check_all(folder: &Path, endpoints: &[String]) -> ExitCode {
-    match checked(folder, endpoints) {
+fn check_all(folder: &Path, endpoints: &[String], live: Option<(&str, u8)>) -> ExitCode {
+    let both = checked(folder, endpoints).and_then(|faults| {
+        let Some((endpoint, exercise)) = live else { return Ok(faults) };
+        anyhow::ensure!(
+            endpoint.starts_with("tls/"),
+            "--live {endpoint}: a federation with certificates listens at tls/ADDRESS:PORT"
+        );
+        let mut more = 0;
+        for (name, faults) in live::check(folder, &names_in(folder)?, endpoint, exercise) {
+            let good = "connects, hears and is answered as it should be".to_owned();
+            let verdict = if faults.is_empty() { good } else { faults.join("; ") };
+            out!("{name:<24}at {endpoint}  {verdict}");
+            more += faults.len();
+        }
+        Ok(faults + more)
+    });
+    match both {
         Ok(0) => ExitCode::from(COMPLETE),
         Ok(1) => fail(FAILED, format!("1 fault in {}", folder.display())),
         Ok(faults) => fail(FAILED, format!("{faults} faults in {}", folder.display())),
@@ -284,9 +310,8 @@ fn check_all(folder: &Path, endpoints: &[String]) -> ExitCode {
     }
 }
 
-fn checked(folder: &Path, endpoints: &[String]) -> anyhow::Result<usize> {
-    use std::os::unix::fs::PermissionsExt;
-    let authority = Seen::read(&folder.join(AUTHORITY))?;
+/// Names of the certificates in a folder, sorted, without the authority.
+fn names_in(folder: &Path) -> anyhow::Result<Vec<String>> {
     let mut names: Vec<String> = std::fs::read_dir(folder)
         .with_context(|| folder.display().to_string())?
         .flatten()
@@ -294,6 +319,13 @@ fn checked(folder: &Path, endpoints: &[String]) -> anyhow::Result<usize> {
         .filter(|name| format!("{name}.pem") != AUTHORITY)
         .collect();
     names.sort();
+    Ok(names)
+}
+
+fn checked(folder: &Path, endpoints: &[String]) -> anyhow::Result<usize> {
+    use std::os::unix::fs::PermissionsExt;
+    let authority = Seen::read(&folder.join(AUTHORITY))?;
+    let names = names_in(folder)?;
     anyhow::ensure!(!names.is_empty(), "{}: no certificate but the authority's", folder.display());
     for endpoint in endpoints.iter().filter(|e| !e.starts_with("tls/") && !is_loopback(e)) {
         out!("{endpoint}: certificates protect tls/ endpoints only");
