@@ -1,5 +1,6 @@
 //! `seeds accuracy`: error against time of every model ladder.
 
+use super::load;
 use crate::runtime::cli::out;
 use crate::runtime::cli::{self, BAD_INPUT, FAILED, fail};
 use anyhow::Context;
@@ -73,13 +74,18 @@ pub fn run(args: &AccuracyArgs) -> ExitCode {
         return fail(FAILED, format!("{e:#}"));
     }
     let mut shown = false;
-    let report = studies::run(&options, &mut |progress| {
+    let mut tell = |progress: studies::Progress| {
         shown = true;
         show(&format!(
             "{} {}/{}: {}",
             progress.group, progress.done, progress.total, progress.what
         ));
-    });
+    };
+    // Runs of whole federations, which the crate of studies knows nothing of.
+    let report = match args.only.as_deref() {
+        Some(load::GROUP) => of_load(args, &options, &mut tell),
+        _ => studies::run(&options, &mut tell).map_err(|e| format!("{e}, {}", load::GROUP)),
+    };
     if shown {
         end_of_progress();
     }
@@ -90,6 +96,22 @@ pub fn run(args: &AccuracyArgs) -> ExitCode {
         },
         Err(e) => fail(BAD_INPUT, e),
     }
+}
+
+/// The group `load`; its scenes stay in the folder of the report.
+fn of_load(
+    args: &AccuracyArgs,
+    options: &studies::Options,
+    tell: &mut dyn FnMut(studies::Progress),
+) -> Result<studies::Report, String> {
+    let own = std::env::temp_dir().join(format!("seeds-load-{}", std::process::id()));
+    let folder = args.out.as_ref().unwrap_or(&own);
+    let made = std::fs::create_dir_all(folder).context("making a folder for the scenes");
+    let report = made.and_then(|()| load::study(options, folder, tell));
+    if args.out.is_none() {
+        let _ = std::fs::remove_dir_all(&own);
+    }
+    report.map_err(|e| format!("{e:#}"))
 }
 
 /// The folder of the report is there and takes files: found out before minutes of measuring.

@@ -13,6 +13,7 @@ pub mod fork;
 pub mod in_process;
 pub mod launch;
 pub mod link_args;
+pub mod load;
 pub mod open;
 pub mod plan;
 mod plan_report;
