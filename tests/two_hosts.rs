@@ -6,7 +6,6 @@ mod common;
 use common::{finish, summary};
 use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
-use std::time::Duration;
 
 struct Hosts {
     names: [String; 2],
@@ -105,7 +104,8 @@ fn two_hosts_give_the_digest_of_one() {
         };
         let start = |host: usize, arguments: &[&str]| {
             let mut command = hosts.on(host, arguments);
-            command.args(network(host)).stdout(Stdio::null()).stderr(Stdio::null());
+            common::patient(&mut command).args(network(host));
+            command.stdout(Stdio::null()).stderr(Stdio::null());
             common::Background(command.spawn().expect("it starts"))
         };
         let at = "tcp/10.83.0.2:7447";
@@ -146,7 +146,7 @@ fn an_smdfm_in_the_wrong_group_is_told_of_and_the_run_is_exact() {
     let start = |host: usize, group: &str, arguments: &[&str]| {
         let mut command = hosts.on(host, arguments);
         let interface = ["10.83.0.1", "10.83.0.2"][host];
-        command.args(["--dis", group, "--interface", interface]);
+        common::patient(&mut command).args(["--dis", group, "--interface", interface]);
         command.stdout(Stdio::null()).stderr(Stdio::piped());
         common::Background(command.spawn().expect("it starts"))
     };
@@ -173,7 +173,7 @@ fn an_smdfm_in_the_wrong_group_is_told_of_and_the_run_is_exact() {
     let output = admin.join().expect("the administration station ends");
     assert_eq!(output.status.code(), Some(0), "{}", common::stderr(&output));
     assert_eq!(summary(&output)["digest"], summary(&alone)["digest"], "exact by repair");
-    smdfm.wait(Duration::from_secs(20));
+    smdfm.wait(common::SOON);
     let mut said = String::new();
     use std::io::Read;
     smdfm.0.stderr.take().expect("piped").read_to_string(&mut said).expect("text");
@@ -222,7 +222,8 @@ fn what_goes_wrong_between_hosts_is_named_within_ten_seconds() {
         let child =
             command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("it starts");
         let mut background = common::Background(child);
-        let code = background.wait(Duration::from_secs(15));
+        // Ten seconds where nothing else runs.
+        let code = background.wait(common::SOON);
         assert_eq!(code, Some(1), "{arguments:?}");
         let mut text = String::new();
         use std::io::Read;

@@ -102,6 +102,9 @@ pub fn stderr(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
+/// How long a test waits for what comes at once where nothing else runs.
+pub const SOON: Duration = Duration::from_secs(90);
+
 /// A run in the background that ends with the test.
 pub struct Background(pub Child);
 
@@ -113,7 +116,7 @@ impl Background {
     /// Ctrl-C, and the exit code.
     pub fn interrupt(mut self) -> Option<i32> {
         let _ = Command::new("kill").args(["-INT", &self.0.id().to_string()]).status();
-        let code = wait_for(Duration::from_secs(20), || self.0.try_wait().ok().flatten());
+        let code = wait_for(SOON, || self.0.try_wait().ok().flatten());
         code.and_then(|status| status.code())
     }
 
@@ -150,19 +153,34 @@ pub fn wait_for<T>(within: Duration, mut ask: impl FnMut() -> Option<T>) -> Opti
     }
 }
 
-/// A command to a run from a second terminal: success and its words.
-pub fn operate(ports: &Ports, arguments: &[&str]) -> (bool, String) {
+fn asked(ports: &Ports, arguments: &[&str]) -> Output {
     let mut command = seeds();
     command.arg("admin-station").args(arguments).args(["--at", &ports.sync]);
-    let output = finish(command);
-    let words = format!("{}{}", String::from_utf8_lossy(&output.stdout), stderr(&output));
-    (output.status.success(), words.trim().to_owned())
+    finish(command)
+}
+
+/// A command to a run from a second terminal: success and its words. Where it found no connection within its three seconds, on
+/// a busy machine, it was not given: it is given again.
+pub fn operate(ports: &Ports, arguments: &[&str]) -> (bool, String) {
+    let answered = wait_for(SOON, || {
+        let output = asked(ports, arguments);
+        let words = format!("{}{}", String::from_utf8_lossy(&output.stdout), stderr(&output));
+        let given = !words.contains("nobody answers there");
+        given.then(|| (output.status.success(), words.trim().to_owned()))
+    });
+    answered.unwrap_or_else(|| (false, "nobody answers there".to_owned()))
 }
 
 /// The run's statistics, once they can be had.
 pub fn status(ports: &Ports) -> Option<Value> {
-    let (ok, words) = operate(ports, &["status", "--json"]);
-    ok.then(|| serde_json::from_str(&words).expect("JSON"))
+    let output = asked(ports, &["status", "--json"]);
+    let text = String::from_utf8_lossy(&output.stdout);
+    output.status.success().then(|| serde_json::from_str(&text).expect("JSON"))
+}
+
+/// A federate that a test starts by hand has the patience of one of a launcher: the station may be slow to start.
+pub fn patient(command: &mut Command) -> &mut Command {
+    command.env("SEEDS_LAUNCHED", std::process::id().to_string())
 }
 
 /// Processes whose command line holds `text`.
