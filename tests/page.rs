@@ -383,6 +383,7 @@ fn every_list_is_filled_for_the_target_clicked_and_fits_its_box() {
     w.page.update(|viewer| assert!(viewer.comparing(), "the viewer was asked"));
     let rung = |rung: &str, chosen: bool, rmse_m: f64| RungRow {
         rung: rung.to_owned(),
+        about: models::filter::Rung::of(rung).expect("a rung").declared().about,
         chosen,
         rmse_m: Some(rmse_m),
         raw_rmse_m: Some(5.0),

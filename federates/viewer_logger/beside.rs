@@ -6,6 +6,7 @@
 
 use crate::runtime::clock::monotonic_ns;
 use crate::runtime::messages::{PlotMessage, ScanReport};
+use models::filter::Rung;
 use models::flight_list::FlightList;
 use models::frames::Vector2;
 use models::fusion::{Outcome, Shadows, Tracker, TrackingConfig};
@@ -20,6 +21,8 @@ use std::collections::BTreeMap;
 pub struct RungRow {
     /// Name of the filter, as scenes name it.
     pub rung: String,
+    /// What it does, for people.
+    pub about: &'static str,
     /// Whether the run's tracks come from this one.
     pub chosen: bool,
     /// Root mean square error just after each update by a radar plot of a moving target, m; none yet without one.
@@ -122,10 +125,11 @@ impl Beside {
     /// The rungs, cheapest first.
     pub fn rows(&mut self) -> Vec<RungRow> {
         let since_s = self.since.map_or(0.0, SimTime::s);
-        let row = |rung: &str, chosen: bool, score: &Score| {
+        let row = |rung: Rung, name: &str, chosen: bool, score: &Score| {
             let rms = |sum: f64| (score.plots > 0).then(|| (sum / f64::from(score.plots)).sqrt());
             RungRow {
-                rung: rung.to_owned(),
+                rung: name.to_owned(),
+                about: rung.declared().about,
                 chosen,
                 rmse_m: rms(score.track2),
                 raw_rmse_m: rms(score.plot2),
@@ -138,10 +142,11 @@ impl Beside {
         let mut rows: Vec<_> = shadows
             .iter()
             .zip(&self.scores[1..])
-            .map(|(shadow, score)| (shadow.rung(), row(shadow.name(), false, score)))
+            .map(|(shadow, score)| (shadow.rung(), row(shadow.rung(), shadow.name(), false, score)))
             .collect();
         let (name, tracker) = &self.chosen;
-        rows.push((tracker.config().filter.rung, row(name, true, &self.scores[0])));
+        let rung = tracker.config().filter.rung;
+        rows.push((rung, row(rung, name, true, &self.scores[0])));
         rows.sort_by_key(|(rung, _)| *rung);
         rows.into_iter().map(|(_, row)| row).collect()
     }

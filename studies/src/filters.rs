@@ -474,7 +474,7 @@ fn timed(
         };
     }
     as_it_is!(SteadyGain ThreeState TwoState ThreeStateUd SixState SixStateUd Imm3 Histories3 Histories9
-        Histories27 Histories9Lag Map9 Events9 Events27 Pair)
+        Histories27 Histories9Lag Map9 Events9 Events27 Pair Own)
 }
 
 /// Median and 99 % quantile of the time of one of `updates` that a block does with its own copy of `started`, ns. The

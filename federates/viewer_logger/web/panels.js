@@ -313,21 +313,6 @@ function signed(value, unit) {
   return value > 0 && (unit === "dB" || unit === "m") ? `+${text}` : text;
 }
 
-/** The filters from cheap to exact, in words. */
-const FILTERS = new Map([
-  ["abg", "fixed gains"],
-  ["ca3", "Kalman filter, one axis at a time"],
-  ["ca3-ud", "the same, factored covariance"],
-  ["ca6", "Kalman filter, both axes together"],
-  ["ca6-ud", "the same, factored covariance"],
-  ["imm3", "three kinds of motion, weighted"],
-  ["mh3", "3 histories of motion"],
-  ["mh9", "9 histories of motion"],
-  ["mh27", "27 histories of motion"],
-  ["mh9-lag1", "9 histories, told a second later"],
-  ["mh9-map", "9 histories and the taxiways"],
-]);
-
 /** The filter of the run, its error and its time, and what the neighbouring rungs would give on the same plots. */
 export function showRungs(box, { rungs, measures, tookUs }) {
   const read = (name) => measures?.find(([n]) => n === name)?.[1];
@@ -344,7 +329,7 @@ export function showRungs(box, { rungs, measures, tookUs }) {
       return percent === 0 ? "same" : `${percent > 0 ? "+" : "\u2212"}${Math.abs(percent)} %`;
     };
     const row = (r) => element("tr", [
-      element("td", [r.chosen ? `${r.rung} (chosen)` : r.rung, element("small", FILTERS.get(r.rung) ?? "")]), element("td", fixed(r.rmse_m, 2), { class: "number" }), element("td", change(r.rmse_m, chosen?.rmse_m), { class: "number" }),
+      element("td", [r.chosen ? `${r.rung} (chosen)` : r.rung, element("small", r.about)]), element("td", fixed(r.rmse_m, 2), { class: "number" }), element("td", change(r.rmse_m, chosen?.rmse_m), { class: "number" }),
       element("td", fixed(r.scan_us, 1), { class: "number" }), element("td", change(r.scan_us, chosen?.scan_us), { class: "number" }), element("td", String(r.tracks), { class: "number" }),
     ], { "aria-selected": String(r.chosen) });
     const head = ["Filter", "Error m", "change", "\u00b5s a scan", "change", "Tracks"].map((t, i) => element("th", t, { class: i ? "number" : null }));

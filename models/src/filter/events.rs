@@ -20,8 +20,10 @@ use super::gaussian::{Gaussian, Measurement, Nis};
 use super::histories::ranked;
 use super::imm::{PositionMoments, association_shares};
 use super::lanes::{Lane, Pair};
+use super::modes::Modes;
 use super::motion::Step;
 use super::three_state::start_position;
+use super::{Declared, Estimator};
 use super::{Estimate, Start, StateEstimator, UpdateError, interval, measurements};
 use crate::frames::Vector2;
 use crate::plot::Plot;
@@ -584,3 +586,42 @@ impl StateEstimator for Averaged {
         self.modes.start()
     }
 }
+
+/// The rung `events9`.
+pub const EVENTS9: Declared = Declared {
+    word: "events9",
+    about: "9 histories of accelerations that begin, change, end",
+    cost: 490,
+    modes: Modes::three,
+    histories: Some(0),
+    start: |config, plot| {
+        let filter = Events::from_plot(plot, EventModel::default(), config.start)?;
+        Ok(Estimator::Events9(Box::new(filter)))
+    },
+};
+
+/// The rung `events27`.
+pub const EVENTS27: Declared = Declared {
+    word: "events27",
+    about: "27 histories of accelerations that begin, change, end",
+    cost: 1_530,
+    modes: Modes::three,
+    histories: Some(0),
+    start: |config, plot| {
+        let filter = Events::from_plot(plot, EventModel::default(), config.start)?;
+        Ok(Estimator::Events27(Box::new(filter)))
+    },
+};
+
+/// The rung `pair`.
+pub const PAIR: Declared = Declared {
+    word: "pair",
+    about: "three kinds of motion and 27 histories, weighted",
+    cost: 1_430,
+    modes: Modes::mixed,
+    histories: Some(0),
+    start: |config, plot| {
+        let filter = Averaged::from_plot(plot, std::sync::Arc::clone(&config.modes), config.start)?;
+        Ok(Estimator::Pair(Box::new(filter)))
+    },
+};

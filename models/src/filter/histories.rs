@@ -15,6 +15,7 @@ use super::lanes::Pair;
 use super::modes::{MAX_MODES, Modes};
 use super::motion::Step;
 use super::three_state::start_position;
+use super::{Declared, Estimator};
 use super::{Estimate, Start, StateEstimator, Sym2, UpdateError, interval, measurements, weights};
 use crate::frames::Vector2;
 use crate::plot::Plot;
@@ -364,3 +365,55 @@ impl<const N: usize, const L: usize> StateEstimator for Histories<N, L> {
         Some(Estimate::new(self.before_time?, self.mixed(&self.before)))
     }
 }
+
+/// The rung `mh3`.
+pub const MH3: Declared = Declared {
+    word: "mh3",
+    about: "3 histories of motion",
+    cost: 52,
+    modes: Modes::three,
+    histories: Some(3),
+    start: |config, plot| {
+        let filter = Histories::from_plot(plot, Arc::clone(&config.modes), config.start)?;
+        Ok(Estimator::Histories3(Box::new(filter)))
+    },
+};
+
+/// The rung `mh9`.
+pub const MH9: Declared = Declared {
+    word: "mh9",
+    about: "9 histories of motion",
+    cost: 125,
+    modes: Modes::three,
+    histories: Some(9),
+    start: |config, plot| {
+        let filter = Histories::from_plot(plot, Arc::clone(&config.modes), config.start)?;
+        Ok(Estimator::Histories9(Box::new(filter)))
+    },
+};
+
+/// The rung `mh27`.
+pub const MH27: Declared = Declared {
+    word: "mh27",
+    about: "27 histories of motion",
+    cost: 395,
+    modes: Modes::four,
+    histories: Some(27),
+    start: |config, plot| {
+        let filter = Histories::from_plot(plot, Arc::clone(&config.modes), config.start)?;
+        Ok(Estimator::Histories27(Box::new(filter)))
+    },
+};
+
+/// The rung `mh9-lag1`.
+pub const MH9_LAG1: Declared = Declared {
+    word: "mh9-lag1",
+    about: "9 histories, told a second later",
+    cost: 172,
+    modes: Modes::four,
+    histories: Some(9),
+    start: |config, plot| {
+        let filter = Histories::from_plot(plot, Arc::clone(&config.modes), config.start)?;
+        Ok(Estimator::Histories9Lag(Box::new(filter)))
+    },
+};

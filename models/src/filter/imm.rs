@@ -7,6 +7,7 @@
 use super::gaussian::{Gaussian, Measurement, Nis, nis_at};
 use super::modes::{MAX_MODES, Modes};
 use super::three_state::start_position;
+use super::{Declared, Estimator};
 use super::{Estimate, Start, StateEstimator, UpdateError, interval, measurements, weights};
 use crate::frames::Vector2;
 use crate::plot::Plot;
@@ -301,3 +302,16 @@ pub(super) fn association_shares(
     }
     Ok(shares)
 }
+
+/// The rung `imm3`.
+pub const IMM3: Declared = Declared {
+    word: "imm3",
+    about: "three kinds of motion, weighted",
+    cost: 27,
+    modes: Modes::mixed,
+    histories: Some(0),
+    start: |config, plot| {
+        let filter = Imm::from_plot(plot, Arc::clone(&config.modes), config.start)?;
+        Ok(Estimator::Imm3(Box::new(filter)))
+    },
+};

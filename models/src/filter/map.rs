@@ -16,6 +16,7 @@ use super::modes::{MAX_MODES, Modes, ca, cv};
 use super::motion::Step;
 use super::route::Network;
 use super::three_state::start_position;
+use super::{Declared, Estimator};
 use super::{Estimate, Start, StateEstimator, Sym2, UpdateError, interval, weights};
 use crate::frames::Vector2;
 use crate::plot::Plot;
@@ -565,6 +566,23 @@ impl<const N: usize> StateEstimator for MapAided<N> {
 }
 
 const _: () = assert!(MAX_MODES * 27 <= CHILDREN);
+
+/// The rung `mh9-map`.
+pub const MH9_MAP: Declared = Declared {
+    word: "mh9-map",
+    about: "9 histories and the taxiways",
+    cost: 480,
+    modes: Modes::mixed,
+    histories: Some(0),
+    start: |config, plot| {
+        let (modes, start) = (Arc::clone(&config.modes), config.start);
+        let Some(map) = &config.map else {
+            return (super::imm::IMM3.start)(config, plot);
+        };
+        let filter = MapAided::from_plot(plot, Arc::clone(map), modes, start)?;
+        Ok(Estimator::Map9(Box::new(filter)))
+    },
+};
 
 #[cfg(test)]
 mod tests {

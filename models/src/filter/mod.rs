@@ -23,41 +23,32 @@
 pub mod bulk;
 pub mod choice;
 pub mod consistency;
-pub mod events;
+pub mod declared;
+pub mod estimator;
 pub mod gaussian;
 #[cfg(test)]
 mod hard_cases;
-pub mod histories;
-pub mod imm;
 pub mod lanes;
-pub mod map;
 pub mod modes;
 pub mod motion;
+pub mod own;
 pub mod route;
-pub mod six_state;
 pub mod smoother;
-pub mod steady;
 #[cfg(test)]
 mod testing;
-pub mod three_state;
-pub mod ud;
 pub mod weights;
 
 use crate::frames::{Matrix2, Vector2};
 use crate::plot::Plot;
 use crate::time::SimTime;
-use events::{Averaged, EventModel, Events};
+pub use declared::Declared;
+pub use estimator::Estimator;
 pub use gaussian::{Gaussian, Innovation, Measurement, Nis, Sym2, nis_at};
-use histories::Histories;
-use imm::Imm;
-use map::{MapAided, MapKnowledge};
+use map::MapKnowledge;
 use modes::Modes;
 use motion::Motion;
-use six_state::SixState;
 use std::sync::Arc;
-use steady::{Gains, SteadyGain};
-use three_state::{ThreeState, TwoState};
-use ud::{SixStateUd, ThreeStateUd};
+use steady::Gains;
 
 /// Why a filter refused a plot. The filter is left as it was; the caller counts the plot and drops it.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -357,58 +348,50 @@ pub fn two_plot_start(
     Ok(Gaussian::from_two(one, two, t, start.sigma_a_ms2, vague))
 }
 
-/// Which filter.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Rung {
-    /// Alpha-beta-gamma.
-    Abg,
-    /// Constant acceleration per axis, the paper's.
-    Ca3,
-    /// The same in factored form.
-    Ca3Ud,
-    /// Constant acceleration with the plot's full covariance.
-    Ca6,
-    /// The same in factored form.
-    Ca6Ud,
-    /// Three modes, mixed.
-    Imm3,
-    /// Three mode histories.
-    Mh3,
-    /// Nine mode histories.
-    Mh9,
-    /// Twenty-seven mode histories.
-    Mh27,
-    /// Nine mode histories, one scan of lag.
-    Mh9Lag1,
-    /// Nine histories along known centrelines; the configuration needs a map.
-    Mh9Map,
-    /// Nine histories of events.
-    Events9,
-    /// Twenty-seven histories of events.
-    Events27,
-    /// Three modes mixed and twenty-seven histories of events, averaged by likelihood.
-    Pair,
+/// Every rung, from cheap to exact: the file that is new with it, its name here, where it declares itself.
+macro_rules! rungs {
+    ($($([$file:ident])? $name:ident = $declared:path,)+) => {
+        $($(pub mod $file;)?)+
+
+        /// Which filter.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+        pub enum Rung {
+            $(#[doc = concat!("Declared by `filter::", stringify!($declared), "`.")] $name,)+
+        }
+
+        impl Rung {
+            /// All rungs with their names, from cheap to exact.
+            pub const ALL: [(Self, &'static str); [$(stringify!($name)),+].len()] =
+                [$((Self::$name, $declared.word)),+];
+
+            /// What its file says of it.
+            #[must_use]
+            pub fn declared(self) -> &'static Declared {
+                match self { $(Self::$name => &$declared,)+ }
+            }
+        }
+    };
+}
+
+// One line a rung; its file says all else (CONTRIBUTING.md).
+rungs! {
+    [steady] Abg = steady::ABG,
+    [three_state] Ca3 = three_state::CA3,
+    [ud] Ca3Ud = ud::CA3_UD,
+    [six_state] Ca6 = six_state::CA6,
+    Ca6Ud = ud::CA6_UD,
+    [imm] Imm3 = imm::IMM3,
+    [histories] Mh3 = histories::MH3,
+    Mh9 = histories::MH9,
+    Mh27 = histories::MH27,
+    Mh9Lag1 = histories::MH9_LAG1,
+    [map] Mh9Map = map::MH9_MAP,
+    [events] Events9 = events::EVENTS9,
+    Events27 = events::EVENTS27,
+    Pair = events::PAIR,
 }
 
 impl Rung {
-    /// All rungs with their names, from cheap to exact.
-    pub const ALL: [(Self, &'static str); 14] = [
-        (Self::Abg, "abg"),
-        (Self::Ca3, "ca3"),
-        (Self::Ca3Ud, "ca3-ud"),
-        (Self::Ca6, "ca6"),
-        (Self::Ca6Ud, "ca6-ud"),
-        (Self::Imm3, "imm3"),
-        (Self::Mh3, "mh3"),
-        (Self::Mh9, "mh9"),
-        (Self::Mh27, "mh27"),
-        (Self::Mh9Lag1, "mh9-lag1"),
-        (Self::Mh9Map, "mh9-map"),
-        (Self::Events9, "events9"),
-        (Self::Events27, "events27"),
-        (Self::Pair, "pair"),
-    ];
-
     /// The rung of this name.
     #[must_use]
     pub fn of(name: &str) -> Option<Self> {
@@ -418,7 +401,7 @@ impl Rung {
     /// Its name in scenes and reports.
     #[must_use]
     pub fn name(self) -> &'static str {
-        Self::ALL.iter().find(|(rung, _)| *rung == self).map_or("", |(_, name)| name)
+        self.declared().word
     }
 }
 
@@ -445,11 +428,7 @@ impl FilterConfig {
     /// `rung` with the defaults of the other fields.
     #[must_use]
     pub fn new(rung: Rung) -> Self {
-        let modes = Arc::new(match rung {
-            Rung::Mh27 | Rung::Mh9Lag1 => Modes::four(),
-            Rung::Imm3 | Rung::Mh9Map | Rung::Pair => Modes::mixed(),
-            _ => Modes::three(),
-        });
+        let modes = Arc::new((rung.declared().modes)());
         let start = Start::default();
         // Λ = 0.05 at one plot a second: 30 % less variance on a target that follows the model.
         let gains = Arc::new(Gains::new(0.05, 1.0, start, 3.0));
@@ -461,166 +440,9 @@ impl FilterConfig {
     /// How many modes the rung switches between; 1 for those that know one motion only.
     #[must_use]
     pub fn modes_of_rung(&self) -> usize {
-        match self.rung {
-            Rung::Abg | Rung::Ca3 | Rung::Ca3Ud | Rung::Ca6 | Rung::Ca6Ud => 1,
-            _ => self.modes.count(),
+        match self.rung.declared().histories {
+            None => 1,
+            Some(_) => self.modes.count(),
         }
-    }
-}
-
-/// A filter chosen at run time. The small ones stand in place, the mode filters behind a pointer.
-#[derive(Clone, Debug)]
-pub enum Estimator {
-    /// `abg`
-    SteadyGain(SteadyGain),
-    /// `ca3`
-    ThreeState(ThreeState),
-    /// `ca3` of a target that only rolls on
-    TwoState(TwoState),
-    /// `ca3-ud`
-    ThreeStateUd(ThreeStateUd),
-    /// `ca6`
-    SixState(Box<SixState>),
-    /// `ca6-ud`
-    SixStateUd(Box<SixStateUd>),
-    /// `imm3`
-    Imm3(Box<Imm<3>>),
-    /// `mh3`
-    Histories3(Box<Histories<3, 0>>),
-    /// `mh9`
-    Histories9(Box<Histories<9, 0>>),
-    /// `mh27`
-    Histories27(Box<Histories<27, 0>>),
-    /// `mh9-lag1`
-    Histories9Lag(Box<Histories<9, 9>>),
-    /// `mh9-map`
-    Map9(Box<MapAided<9>>),
-    /// `events9`
-    Events9(Box<Events<9>>),
-    /// `events27`
-    Events27(Box<Events<27>>),
-    /// `pair`
-    Pair(Box<Averaged>),
-}
-
-impl Estimator {
-    /// A new track's filter from its first plot.
-    ///
-    /// # Errors
-    /// If the plot is unsound or measures one direction only.
-    pub fn from_plot(config: &FilterConfig, plot: &Plot) -> Result<Self, UpdateError> {
-        let (q, start) = (config.q, config.start);
-        let modes = || Arc::clone(&config.modes);
-        Ok(match config.rung {
-            Rung::Abg => {
-                Self::SteadyGain(SteadyGain::from_plot(plot, Arc::clone(&config.gains), start)?)
-            }
-            Rung::Ca3 if config.rolling => Self::TwoState(TwoState::from_plot(plot, q, start)?),
-            Rung::Ca3 => Self::ThreeState(ThreeState::from_plot(plot, q, start)?),
-            Rung::Ca3Ud => Self::ThreeStateUd(ThreeStateUd::from_plot(plot, q, start)?),
-            Rung::Ca6 => Self::SixState(Box::new(SixState::from_plot(
-                plot,
-                Motion::ConstantAcceleration { q },
-                start,
-            )?)),
-            Rung::Ca6Ud => Self::SixStateUd(Box::new(SixStateUd::from_plot(plot, q, start)?)),
-            Rung::Imm3 => Self::Imm3(Box::new(Imm::from_plot(plot, modes(), start)?)),
-            Rung::Mh3 => Self::Histories3(Box::new(Histories::from_plot(plot, modes(), start)?)),
-            Rung::Mh9 => Self::Histories9(Box::new(Histories::from_plot(plot, modes(), start)?)),
-            Rung::Mh27 => Self::Histories27(Box::new(Histories::from_plot(plot, modes(), start)?)),
-            Rung::Mh9Lag1 => {
-                Self::Histories9Lag(Box::new(Histories::from_plot(plot, modes(), start)?))
-            }
-            Rung::Events9 => {
-                Self::Events9(Box::new(Events::from_plot(plot, EventModel::default(), start)?))
-            }
-            Rung::Events27 => {
-                Self::Events27(Box::new(Events::from_plot(plot, EventModel::default(), start)?))
-            }
-            Rung::Pair => Self::Pair(Box::new(Averaged::from_plot(plot, modes(), start)?)),
-            Rung::Mh9Map => match &config.map {
-                Some(map) => {
-                    let map = Arc::clone(map);
-                    Self::Map9(Box::new(MapAided::from_plot(plot, map, modes(), start)?))
-                }
-                None => Self::Imm3(Box::new(Imm::from_plot(plot, modes(), start)?)),
-            },
-        })
-    }
-}
-
-/// Runs one expression on whichever filter it is.
-macro_rules! on_each {
-    ($self:expr, $filter:ident => $body:expr) => {
-        match $self {
-            Estimator::SteadyGain($filter) => $body,
-            Estimator::ThreeState($filter) => $body,
-            Estimator::TwoState($filter) => $body,
-            Estimator::ThreeStateUd($filter) => $body,
-            Estimator::SixState($filter) => $body,
-            Estimator::SixStateUd($filter) => $body,
-            Estimator::Imm3($filter) => $body,
-            Estimator::Histories3($filter) => $body,
-            Estimator::Histories9($filter) => $body,
-            Estimator::Histories27($filter) => $body,
-            Estimator::Histories9Lag($filter) => $body,
-            Estimator::Map9($filter) => $body,
-            Estimator::Events9($filter) => $body,
-            Estimator::Events27($filter) => $body,
-            Estimator::Pair($filter) => $body,
-        }
-    };
-}
-
-impl StateEstimator for Estimator {
-    #[inline]
-    fn time(&self) -> SimTime {
-        on_each!(self, f => f.time())
-    }
-    #[inline]
-    fn estimate(&self) -> Estimate {
-        on_each!(self, f => f.estimate())
-    }
-    #[inline]
-    fn predicted(&self, time: SimTime) -> Result<Estimate, UpdateError> {
-        on_each!(self, f => f.predicted(time))
-    }
-    #[inline]
-    fn position_at(&self, time: SimTime) -> Result<(Vector2<f64>, Sym2), UpdateError> {
-        on_each!(self, f => f.position_at(time))
-    }
-    #[inline]
-    fn place_at(&self, time: SimTime) -> Result<Vector2<f64>, UpdateError> {
-        on_each!(self, f => f.place_at(time))
-    }
-    #[inline]
-    fn motion(&self) -> (Vector2<f64>, Vector2<f64>) {
-        on_each!(self, f => f.motion())
-    }
-    #[inline]
-    fn sound_motion(&self) -> Option<(Vector2<f64>, Vector2<f64>)> {
-        on_each!(self, f => f.sound_motion())
-    }
-    #[inline]
-    fn update(&mut self, plot: &Plot) -> Result<Nis, UpdateError> {
-        on_each!(self, f => f.take(plot))
-    }
-    fn update_manoeuvre(&mut self, plot: &Plot) -> Result<Nis, UpdateError> {
-        on_each!(self, f => f.update_manoeuvre(plot))
-    }
-    fn update_weighted(&mut self, plots: &[(&Plot, f64)]) -> Result<(), UpdateError> {
-        on_each!(self, f => f.update_weighted(plots))
-    }
-    fn restart(&mut self, first: &Plot, last: &Plot) -> Result<(), UpdateError> {
-        on_each!(self, f => f.restart(first, last))
-    }
-    fn replace(&mut self, time: SimTime, state: &Gaussian) {
-        on_each!(self, f => f.replace(time, state));
-    }
-    fn start(&self) -> Start {
-        on_each!(self, f => f.start())
-    }
-    fn lagged(&self) -> Option<Estimate> {
-        on_each!(self, f => f.lagged())
     }
 }

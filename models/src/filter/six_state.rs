@@ -1,8 +1,10 @@
 //! Six states with the plot's full covariance: constant acceleration, both axes joined.
 
 use super::gaussian::{Gaussian, Measurement, Nis};
+use super::modes::Modes;
 use super::motion::Motion;
 use super::three_state::start_position;
+use super::{Declared, Estimator};
 use super::{Estimate, Start, StateEstimator, UpdateError, interval};
 use crate::frames::Vector2;
 use crate::plot::Plot;
@@ -76,3 +78,16 @@ impl StateEstimator for SixState {
         self.start
     }
 }
+
+/// The rung `ca6`.
+pub const CA6: Declared = Declared {
+    word: "ca6",
+    about: "Kalman filter, both axes together",
+    cost: 5,
+    modes: Modes::three,
+    histories: None,
+    start: |config, plot| {
+        let motion = Motion::ConstantAcceleration { q: config.q };
+        Ok(Estimator::SixState(Box::new(SixState::from_plot(plot, motion, config.start)?)))
+    },
+};

@@ -2,8 +2,10 @@
 
 use super::gaussian::{Gaussian, Measurement, Nis};
 use super::lanes::{Lane, Pair};
+use super::modes::Modes;
 use super::motion::Motion;
 use super::three_state::start_position;
+use super::{Declared, Estimator};
 use super::{Estimate, Start, StateEstimator, UpdateError, UpdateError::BadInnovation, interval};
 use crate::frames::Vector2;
 use crate::plot::Plot;
@@ -315,3 +317,16 @@ impl StateEstimator for SteadyGain {
         self.start
     }
 }
+
+/// The rung `abg`.
+pub const ABG: Declared = Declared {
+    word: "abg",
+    about: "fixed gains",
+    cost: 2,
+    modes: Modes::three,
+    histories: None,
+    start: |config, plot| {
+        let gains = Arc::clone(&config.gains);
+        Ok(Estimator::SteadyGain(SteadyGain::from_plot(plot, gains, config.start)?))
+    },
+};

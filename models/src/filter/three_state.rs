@@ -3,6 +3,8 @@
 
 use super::gaussian::{Gaussian, Measurement, Nis, Sym2};
 use super::lanes::{Lane, Pair};
+use super::modes::Modes;
+use super::{Declared, Estimator};
 use super::{
     Estimate, SURPRISING_D2, Start, StateEstimator, UpdateError, UpdateError::BadInnovation,
     interval, measurements,
@@ -321,6 +323,21 @@ pub(super) fn start_position(plot: &Plot) -> Result<(Vector2<f64>, Sym2), Update
         _ => Err(UpdateError::UnsoundPlot),
     }
 }
+
+/// The rung `ca3`.
+pub const CA3: Declared = Declared {
+    word: "ca3",
+    about: "Kalman filter, one axis at a time",
+    cost: 2,
+    modes: Modes::three,
+    histories: None,
+    start: |config, plot| {
+        Ok(match config.rolling {
+            true => Estimator::TwoState(TwoState::from_plot(plot, config.q, config.start)?),
+            false => Estimator::ThreeState(ThreeState::from_plot(plot, config.q, config.start)?),
+        })
+    },
+};
 
 #[cfg(test)]
 mod tests {

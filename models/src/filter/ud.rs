@@ -6,8 +6,10 @@
 
 use super::gaussian::{Gaussian, Measurement, Nis};
 use super::lanes::{Lane, Pair};
+use super::modes::Modes;
 use super::motion::Motion;
 use super::three_state::{along_a_line, start_position};
+use super::{Declared, Estimator};
 use super::{Estimate, Start, StateEstimator, UpdateError, UpdateError::BadInnovation, interval};
 use crate::frames::Vector2;
 use crate::plot::Plot;
@@ -448,3 +450,29 @@ impl StateEstimator for SixStateUd {
         self.start
     }
 }
+
+/// The rung `ca3-ud`.
+pub const CA3_UD: Declared = Declared {
+    word: "ca3-ud",
+    about: "Kalman filter, one axis at a time, factored covariance",
+    cost: 3,
+    modes: Modes::three,
+    histories: None,
+    start: |config, plot| {
+        let filter = ThreeStateUd::from_plot(plot, config.q, config.start)?;
+        Ok(Estimator::ThreeStateUd(filter))
+    },
+};
+
+/// The rung `ca6-ud`.
+pub const CA6_UD: Declared = Declared {
+    word: "ca6-ud",
+    about: "Kalman filter, both axes together, factored covariance",
+    cost: 25,
+    modes: Modes::three,
+    histories: None,
+    start: |config, plot| {
+        let filter = SixStateUd::from_plot(plot, config.q, config.start)?;
+        Ok(Estimator::SixStateUd(Box::new(filter)))
+    },
+};

@@ -2,7 +2,6 @@
 //! the same result on every machine.
 
 use super::config::TrackingConfig;
-use crate::filter::Rung;
 
 /// One evaluation: this many make a millisecond on the machine that the table was made on.
 const PER_MS: f64 = 1e5;
@@ -20,7 +19,7 @@ impl Budget {
     /// The budget of one scan; it is kept to by cheaper forms of each stage, not by stopping.
     pub(super) fn new(config: &TrackingConfig) -> Self {
         let whole = (config.scan_budget_ms.clamp(0.0, 1e6) * PER_MS) as u64;
-        let update = update(config.filter.rung);
+        let update = config.filter.rung.declared().cost;
         Self { whole, spent: 0, update, gate: update.div_ceil(6) }
     }
 
@@ -64,25 +63,6 @@ impl Budget {
     pub(super) fn bears(&self, tracks: usize) -> bool {
         let each = 30 + self.update * 5 / 2;
         (tracks as u64).saturating_mul(each) <= self.whole / 2
-    }
-}
-
-/// Evaluations of one update: the times of all rungs measured in one run (`seeds accuracy --only filters`), `imm3` as 27.
-fn update(rung: Rung) -> u64 {
-    match rung {
-        Rung::Abg | Rung::Ca3 => 2,
-        Rung::Ca3Ud => 3,
-        Rung::Ca6 => 5,
-        Rung::Ca6Ud => 25,
-        Rung::Imm3 => 27,
-        Rung::Mh3 => 52,
-        Rung::Mh9 => 125,
-        Rung::Mh9Lag1 => 172,
-        Rung::Mh27 => 395,
-        Rung::Mh9Map => 480,
-        Rung::Events9 => 490,
-        Rung::Pair => 1_430,
-        Rung::Events27 => 1_530,
     }
 }
 

@@ -11,9 +11,7 @@ use crate::filter::histories::ranked;
 use crate::filter::lanes::Pair;
 use crate::filter::modes::{MAX_MODES, Modes, ca, cv};
 use crate::filter::motion::Step;
-use crate::filter::{
-    Estimate, FilterConfig, Gaussian, Measurement, Nis, Rung, UpdateError, weights,
-};
+use crate::filter::{Estimate, FilterConfig, Gaussian, Measurement, Nis, UpdateError, weights};
 use crate::frames::Vector2;
 use crate::plot::{Plot, SensorId};
 use crate::time::SimTime;
@@ -108,15 +106,10 @@ impl Consider {
             let motion = if config.rolling { cv(config.q) } else { ca(config.q) };
             Arc::new(Modes::new(&[motion], &[&[1.0]], &[1.0]).expect("one mode that stays"))
         };
-        let (modes, keep) = match config.rung {
-            // Of the pair the modes go on: events know no slow errors.
-            Rung::Imm3 | Rung::Mh9Map | Rung::Pair | Rung::Events9 | Rung::Events27 => {
-                (Arc::clone(&config.modes), 0)
-            }
-            Rung::Mh3 => (Arc::clone(&config.modes), 3),
-            Rung::Mh9 | Rung::Mh9Lag1 => (Arc::clone(&config.modes), 9),
-            Rung::Mh27 => (Arc::clone(&config.modes), 27),
-            Rung::Abg | Rung::Ca3 | Rung::Ca3Ud | Rung::Ca6 | Rung::Ca6Ud => (one(), 0),
+        // Of events the modes go on: they know no slow errors.
+        let (modes, keep) = match config.rung.declared().histories {
+            Some(kept) => (Arc::clone(&config.modes), kept),
+            None => (one(), 0),
         };
         let mut filter =
             Self { time: estimate.time, modes, keep, slow: Vec::new(), parts: Vec::new() };
@@ -627,6 +620,7 @@ fn motion(part: &Part) -> Gaussian {
 mod tests {
     use super::*;
     use crate::draw::{DrawKey, Purpose, normal_pair};
+    use crate::filter::Rung;
     use crate::filter::consistency::position_nees;
     use crate::filter::motion::Motion;
     use crate::plot::SensorKind;

@@ -10,11 +10,13 @@ use crate::frames::Vector2;
 use crate::keys::Key;
 use crate::kind::{Assumed, Kind, Symbol};
 use crate::plot::{SensorId, SensorKind};
-use crate::sensors::reporting::bounds::{SIGMAS, two};
 use crate::sensors::config::{ConfigError, check};
-use crate::sensors::reporting::cooperative::{self, Equipage, Fix, Fleet, Reporting, Reports, shown};
 use crate::sensors::declared::{Declared, Given, Modelled, Settings};
 use crate::sensors::planned::Planned;
+use crate::sensors::reporting::bounds::{SIGMAS, two};
+use crate::sensors::reporting::cooperative::{
+    self, Equipage, Fix, Fleet, Reporting, Reports, shown,
+};
 use crate::sensors::{PlotSink, ScanInterval, Sensor, Truth};
 use std::sync::Arc;
 

@@ -30,3 +30,13 @@ fn a_scene_with_the_toy_sensor_is_read_and_its_limits_are_kept() {
         assert!(error.contains(what), "{error}");
     }
 }
+
+#[test]
+fn a_scene_that_names_the_toy_rung_is_tracked_by_it() {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("zurich.toml");
+    let text = std::fs::read_to_string(&path).expect("zurich");
+    let text = scenarios::vary::with_key(&text, "tracking.filter", "rolling").expect("a known key");
+    let scene = scenarios::load_text(&path, &text).expect("a rung");
+    let filter = &scene.tracking.config.filter;
+    assert_eq!(filter.rung.declared().about, "constant velocity, one axis at a time");
+}
