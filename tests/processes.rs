@@ -424,6 +424,16 @@ fn no_federate_outlives_a_killed_launcher() {
     }
 }
 
+/// When a run is over its processes end; nothing goes on without them.
+#[test]
+fn a_run_that_ends_in_order_says_of_nobody_that_it_goes_on_without() {
+    let ports = Ports::new();
+    let output = finish(run(&ports, &["--rate", "20", "--duration", "10", "--no-viewer"]));
+    assert_eq!(output.status.code(), Some(0));
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(said.contains("STOPPED at frame 200") && !said.contains(" ended ("), "{said}");
+}
+
 /// The process of this run whose command is `seeds name`, as soon as there is one.
 fn federate(ports: &Ports, name: &str) -> i32 {
     let found = wait_for(SOON, || {

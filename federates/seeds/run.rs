@@ -165,6 +165,8 @@ fn processes(args: &RunArgs, control: bool, losses: &Losses) -> anyhow::Result<u
             }
             News::Ended(name, ended_with) => {
                 launched.ended(&name);
+                // What ends by itself after the run is closed ends in order.
+                let over = summary.is_some() && args.options().batch && ended_with >= 0;
                 if name == "admin-station" {
                     code = Some(ended_with);
                     if ended_with < 0 {
@@ -194,7 +196,7 @@ fn processes(args: &RunArgs, control: bool, losses: &Losses) -> anyhow::Result<u
                     lost |= ended_with != 0 && (args.record.is_some() || args.report.is_some())
                         || ended_with == i32::from(DATA_LOST);
                 } else if name == GATEWAY {
-                    if code.is_none() && interrupts == 0 {
+                    if code.is_none() && interrupts == 0 && !over {
                         say(&format!(
                             "the gateway ended ({}); the run goes on without it",
                             ending(ended_with)
@@ -206,11 +208,11 @@ fn processes(args: &RunArgs, control: bool, losses: &Losses) -> anyhow::Result<u
                     launched.end_all(Duration::from_secs(2));
                     return Ok(BAD_INPUT);
                 } else if name == "visitors" {
-                    if code.is_none() && interrupts == 0 {
+                    if code.is_none() && interrupts == 0 && !over {
                         let how = ending(ended_with);
                         say(&format!("visitors ended ({how}); the run goes on without outsiders"));
                     }
-                } else if code.is_none() && ended_with != 0 {
+                } else if code.is_none() && ended_with != 0 && !over {
                     tracing::warn!("{name} ended ({})", ending(ended_with));
                     let policy = losses.on_loss.of(&name).unwrap_or_default();
                     if interrupts == 0
