@@ -646,7 +646,10 @@ fn the_picture_without_a_browser_is_the_page() {
         let [red, green, blue] = mark.colour.rgb.map(i64::from);
         let pixel = w.pixel_at(mark.number);
         let apart = (pixel[0] - red).abs() + (pixel[1] - green).abs() + (pixel[2] - blue).abs();
-        assert!(apart < 60, "track {}: {pixel:?}, not {:?}", mark.number, mark.colour);
+        // A coasting one is hollow and shows the ground in its middle.
+        let hollow =
+            report.tracks.iter().any(|t| t.number == mark.number && t.status == "coasting");
+        assert!(hollow || apart < 60, "track {}: {pixel:?}, not {:?}", mark.number, mark.colour);
         let labelled =
             labels.as_array().expect("labels").contains(&json!(format!("t{}", mark.number)));
         assert!(labelled && !mark.label.is_empty(), "track {} has no label", mark.number);

@@ -162,7 +162,7 @@ fn the_incursion_of_the_first_hour_is_one_alert_on_the_page_in_the_picture_and_i
     let page = std::fs::read_to_string(report.join("report.html")).expect("a report");
     let place = |words: &str| page.find(words).unwrap_or_else(|| panic!("no {words:?}"));
     assert!(place("<h2>Verdict</h2>") < place("<h2>Errors over time</h2>"));
-    for words in ["The requirement is", "runways", "<h2>Detection by area</h2>", "SWR137H</text>"] {
+    for words in ["The requirement is", "runways", "<h2>Detection by area</h2>", "FOLLOW2</text>"] {
         place(words);
     }
     for words in ["run asmgcs --fast", "cores, linux", "[airport]"] {
