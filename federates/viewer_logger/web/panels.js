@@ -283,7 +283,7 @@ function effectCard(plot, sensors) {
   const row = ([name, value, unit]) => element("tr", [
     element("td", [name, element("small", EFFECTS.get(name) ?? "")]), element("td", signed(value, unit), { class: "number" }), element("td", unit),
   ]);
-  const head = ["Effect", "Change", ""].map((t, i) => element("th", t, { class: i === 1 ? "number" : null }));
+  const head = ["Effect", "Change", "Unit"].map((t, i) => element("th", t, { class: i === 1 ? "number" : null }));
   return element("article", [
     element("h3", [site?.name || `sensor ${plot.sensor}`, element("small", plot.kind)]),
     element("p", about.filter(Boolean).join(" \u2013 "), { class: "where" }),
