@@ -31,6 +31,7 @@ pub mod score_asterix;
 pub mod sim;
 pub mod site;
 pub mod sweep;
+pub mod traffic_check;
 pub mod trial;
 pub mod verify;
 
