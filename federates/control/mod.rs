@@ -58,7 +58,7 @@ fn net_of(scene: &Scene) -> SafetyNet {
         confirm_scans: control.confirm_scans,
         strip_margin_m: control.strip_margin_m,
         bar_margin_m: control.bar_margin_m,
-        ..Parameters::default()
+        ..Parameters::on_tracks()
     };
     SafetyNet::new(layout, parameters)
 }
