@@ -44,7 +44,6 @@
 //! # Ok::<(), asterix::EncodeError>(())
 //! ```
 
-mod buffer;
 pub mod categories;
 mod decode;
 mod encode;

@@ -57,6 +57,9 @@ pub struct Polar {
     pub sigma_range_m: f64,
     /// Standard deviation of the azimuth, rad.
     pub sigma_azimuth_rad: f64,
+    /// Second moments of the cells that it lights, along the line of sight, between, and across it (clockwise), less
+    /// those of a point, m²; where the radar works in cells.
+    pub extent_m2: Option<[f64; 3]>,
 }
 
 /// One report of one sensor.

@@ -337,6 +337,11 @@ pub(crate) const TRACKING: &[Key] = &[
         "joint: hypotheses of a cluster beyond which a cheaper form is taken",
     )
     .or("100000"),
+    Key::word(
+        "life",
+        || vec!["m_of_n", "existence"],
+        "What confirms and ends tracks: counted hits and times, or the probability of a target",
+    ),
     Key::number(
         "gate_probability",
         "",

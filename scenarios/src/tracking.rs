@@ -11,7 +11,7 @@ use models::filter::map::MapKnowledge;
 use models::filter::route::Network;
 use models::filter::{FilterConfig, Rung};
 use models::fusion::TrackingConfig;
-use models::fusion::config::{AssociationMethod, SensorModel, TypeSize};
+use models::fusion::config::{AssociationMethod, ExistenceRules, SensorModel, TypeSize};
 use std::sync::Arc;
 
 /// `[tracking]` of a scene.
@@ -108,6 +108,10 @@ pub(crate) fn read(root: &Section) -> Result<Tracking, ScenarioError> {
         config.association = method;
     } else if let AssociationMethod::Joint { limit: slot } = &mut config.association {
         *slot = limit;
+    }
+    let lives = [("m_of_n", None), ("existence", Some(ExistenceRules::default()))];
+    if let Some(life) = section.choice("life", &lives)? {
+        config.life.existence = life;
     }
     let gates = &mut config.gates;
     set(&mut gates.probability, "gate_probability", 0.5, 1.0 - 1e-12, "")?;

@@ -19,6 +19,7 @@ pub mod figures;
 pub mod filters;
 pub mod gates;
 mod gnss;
+pub mod life;
 mod measure;
 pub mod metar;
 pub mod offline;

@@ -364,8 +364,13 @@ pub fn plot(at: Vector2<f64>, noise: &Noise, draws: [f64; 2], k: usize) -> Plot 
             let azimuth = Azimuth::from_rad(azimuth.rad() + draws[1] * sigma_azimuth_rad);
             let (offset, along, across) =
                 polar_to_cartesian(azimuth.unit(), range_m, sigma_range_m, sigma_azimuth_rad);
-            let polar =
-                Polar { range_m, azimuth_rad: azimuth.rad(), sigma_range_m, sigma_azimuth_rad };
+            let polar = Polar {
+                range_m,
+                azimuth_rad: azimuth.rad(),
+                sigma_range_m,
+                sigma_azimuth_rad,
+                extent_m2: None,
+            };
             (radar_m + offset, azimuth.unit(), along, across, Some(polar))
         }
     };

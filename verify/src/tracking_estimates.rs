@@ -4,7 +4,11 @@ use crate::tracking::{Case, each_case, numbers, rows};
 use crate::{Check, Judge};
 use models::filter::choice::Choice;
 use models::filter::events::change_moments;
+use models::filter::fixed_lag::FixedLag;
+use models::filter::motion::Motion;
+use models::filter::{Gaussian, Measurement, Sym2};
 use models::frames::Vector2;
+use models::fusion::extent::Moments;
 use models::fusion::near_side::{Body, EchoLaw, Kappa, derivatives, half_extents_m};
 use models::fusion::registration::{Joint, Pair};
 
@@ -16,6 +20,8 @@ pub fn check_for(stem: &str) -> Option<Check> {
         "registration" => |file| each_case(file, registration),
         "event_moments" => |file| each_case(file, event_moments),
         "model_choice" => |file| each_case(file, model_choice),
+        "fixed_lag" => |file| each_case(file, fixed_lag),
+        "extent" => |file| each_case(file, extent),
         _ => return None,
     })
 }
@@ -149,6 +155,109 @@ fn model_choice(case: &Case<'_>, judge: &mut Judge) -> Option<()> {
     Some(())
 }
 
+/// A plot of the position of an axis, the same on both.
+fn on_both_axes(z: f64, r: f64) -> Measurement {
+    Measurement::Position { z: Vector2::new(z, z), r: Sym2 { xx: r, xy: 0.0, yy: r } }
+}
+
+/// Places of the numbers of the east axis and of north's position in the state.
+const COPIED: [usize; 4] = [0, 1, 2, 3];
+
+fn fixed_lag(case: &Case<'_>, judge: &mut Judge) -> Option<()> {
+    let (t, z, r) = (case.list("t")?, case.list("z")?, case.list("R")?);
+    let (start, vars) = (case.list("start")?, case.list("start_var")?);
+    if z.len() != t.len() || r.len() != t.len() || start.len() != 3 || vars.len() != 3 {
+        return None;
+    }
+    let motion = Motion::ConstantAcceleration { q: case.number("q")? };
+    // The first plot is the start.
+    let mut state = Gaussian::at_position(
+        Vector2::repeat(start[0]),
+        Sym2 { xx: vars[0], xy: 0.0, yy: vars[0] },
+        vars[1].sqrt(),
+        vars[2].sqrt(),
+    );
+    (1..3).for_each(|k| state.x[k] = models::filter::lanes::Lane::splat(start[k]));
+    let (mut now_s, mut next) = (*t.first()?, 1);
+    let mut lag: Option<FixedLag<4>> = None;
+    let mut expected = case.expected["published"].as_array()?.iter();
+    for until_s in case.list("publish")? {
+        if until_s < t[0] {
+            continue;
+        }
+        while next < t.len() && t[next] <= until_s {
+            state = state.predicted(&motion.step(t[next] - now_s));
+            let m = on_both_axes(z[next], r[next]);
+            let Measurement::Position { z: point, r: noise } = m else { return None };
+            if let Some(lag) = &mut lag {
+                lag.predict(t[next] - now_s, true);
+                let inverse = (state.position_cov() + noise).matrix().try_inverse()?;
+                let nu = point - state.position();
+                lag.take(&state, inverse, 1.0, nu, models::frames::Matrix2::zeros());
+            }
+            state.update(&m).ok()?;
+            (now_s, next) = (t[next], next + 1);
+        }
+        let at = state.predicted(&motion.step(until_s - now_s));
+        let wanted = expected.next()?;
+        judge.number("time", until_s, wanted["t"].as_f64()?, 1e-12);
+        let sigmas = [at.p[0], at.p[3], at.p[5]].map(|p| p.east().max(0.0).sqrt());
+        for (k, wanted) in numbers(&wanted["now"])?.into_iter().enumerate().take(3) {
+            judge.number("now", at.x[k].east(), wanted, case.tol * sigmas[k]);
+        }
+        let variance = wanted["now_var"].as_f64()?;
+        judge.number("variance now", at.p[0].east(), variance, case.tol * variance);
+        match (&lag, wanted.get("second_ago")) {
+            (None, None) => {}
+            (Some(lag), Some(ago)) => {
+                for (k, wanted) in numbers(ago)?.into_iter().enumerate().take(3) {
+                    let sigma = lag.covariance[(k, k)].max(0.0).sqrt();
+                    judge.number("second ago", lag.value[k], wanted, case.tol * sigma);
+                }
+                let variance = wanted["second_ago_var"].as_f64()?;
+                let found = lag.covariance[(0, 0)];
+                judge.number("its variance", found, variance, case.tol * variance);
+                judge.number("north", lag.value[3], numbers(ago)?[0], case.tol * variance.sqrt());
+            }
+            _ => judge.holds("a second ago from the second publication on", false),
+        }
+        state = at;
+        now_s = until_s;
+        lag = Some(FixedLag::of(&state, COPIED));
+    }
+    judge.holds("as many publications", expected.next().is_none());
+    Some(())
+}
+
+fn extent(case: &Case<'_>, judge: &mut Judge) -> Option<()> {
+    let point = |p: Vec<f64>| Some(Vector2::new(*p.first()?, *p.get(1)?));
+    let cells: Vec<Vector2<f64>> =
+        rows(&case.input["cells"])?.into_iter().map(point).collect::<Option<_>>()?;
+    let (centroid, moments) = Moments::of(&cells, case.number("cell_variance")?)?;
+    let velocity = match case.list("velocity") {
+        Some(velocity) => point(velocity)?,
+        None => Vector2::zeros(),
+    };
+    let wanted = |key: &str| case.expected[key].as_f64();
+    let relative = |v: f64| case.tol * v.abs().max(1.0);
+    let place = numbers(&case.expected["centroid"])?;
+    judge.number("east", centroid.x, *place.first()?, relative(centroid.x));
+    judge.number("north", centroid.y, *place.get(1)?, relative(centroid.y));
+    let (length, width) = moments.length_and_width_m(velocity);
+    for (what, found) in
+        [("length_along", length), ("width_across", width), ("longest", moments.longest_m())]
+    {
+        judge.number(what, found, wanted(what)?, relative(found));
+    }
+    // Equal moments have no axis; an axis and the one half a turn on are one.
+    let gap = libm::hypot(moments.ee - moments.nn, 2.0 * moments.en);
+    if gap > 1e-9 * (moments.ee.abs() + moments.nn.abs()) {
+        let turn = models::frames::wrap_pi(2.0 * (moments.axis_rad() - wanted("axis")?)) / 2.0;
+        judge.number("axis", turn, 0.0, case.tol);
+    }
+    Some(())
+}
+
 #[cfg(test)]
 mod tests {
     #[test]
@@ -158,6 +267,8 @@ mod tests {
             ("tracking2/registration", 6),
             ("tracking2/event_moments", 6),
             ("tracking2/model_choice", 6),
+            ("tracking2/fixed_lag", 6),
+            ("tracking2/extent", 6),
         ]);
     }
 }

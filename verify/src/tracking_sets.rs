@@ -2,6 +2,7 @@
 
 use crate::{CaseResult, Check, Judge};
 use models::association::assignment::Solver;
+use models::association::existence::Existence;
 use models::association::jpda::Jpda;
 use models::association::kinematic_gate::{ClassLimits, Departure, ReachableSet, reach};
 use models::association::lbp::{Belief, Edge};
@@ -21,6 +22,7 @@ pub fn check_for(stem: &str) -> Option<Check> {
         "bounded_marginals" => |file| each(file, bounded_marginals),
         "sparse_assignment" => |file| each(file, sparse_assignment),
         "identity" => |file| each(file, identity),
+        "existence" => |file| each(file, existence),
         "gospa_ospa" => |file| each(file, gospa_ospa),
         "kinematic_gate" => |file| each(file, kinematic_gate),
         _ => return None,
@@ -206,6 +208,49 @@ fn identity(input: &Value, expected: &Value, tol: f64, judge: &mut Judge) -> Opt
     Some(())
 }
 
+fn existence(input: &Value, expected: &Value, tol: f64, judge: &mut Judge) -> Option<()> {
+    // One number for all, or one for each.
+    let each_of = |key: &str, n: usize| -> Option<Vec<f64>> {
+        let value = input.get(key)?;
+        number(value).map(|v| vec![v; n]).or_else(|| row(value)).filter(|list| list.len() == n)
+    };
+    let tracks: Vec<Existence> =
+        row(input.get("existence")?)?.into_iter().map(Existence::of).collect();
+    let density = matrix(input.get("log_density")?)?;
+    let plots = density.first().map_or(0, Vec::len);
+    if density.len() != tracks.len() {
+        return None;
+    }
+    let detection = each_of("detection", tracks.len())?;
+    let clutter = each_of("clutter_density", plots)?;
+    let both = || tracks.iter().zip(&detection);
+    let log_miss: Vec<f64> = both().map(|(r, d)| r.log_miss(*d)).collect();
+    let log_like: Vec<f64> = both()
+        .zip(&density)
+        .flat_map(|((r, d), row)| {
+            row.iter().zip(&clutter).map(|(g, c)| r.log_pair(*d, *g, *c)).collect::<Vec<_>>()
+        })
+        .collect();
+    let mut beta = Vec::new();
+    let done = Jpda::default().marginals(&log_miss, &log_like, LARGEST_CLUSTER, &mut beta);
+    judge.holds("the cluster has exact marginals", done.is_ok());
+    done.ok()?;
+    let found: Vec<Vec<f64>> = beta.chunks(plots + 1).map(<[f64]>::to_vec).collect();
+    compare("beta", &found, &matrix(expected.get("beta")?)?, tol, judge);
+    let after = row(expected.get("existence_after")?)?;
+    judge.holds("as many tracks", after.len() == tracks.len());
+    for ((track, detection), (row, wanted)) in both().zip(found.iter().zip(&after)) {
+        judge.number("after", track.after(row[0], *detection).there(), *wanted, tol);
+    }
+    let unclaimed = row(expected.get("unclaimed")?)?;
+    judge.holds("as many plots", unclaimed.len() == plots);
+    for (plot, wanted) in unclaimed.iter().enumerate() {
+        let claimed: f64 = found.iter().map(|row| row[plot + 1]).sum();
+        judge.number("unclaimed", 1.0 - claimed, *wanted, tol);
+    }
+    Some(())
+}
+
 /// Costs from here on stand for forbidden cells.
 const FORBIDDEN_COST: f64 = 1e300;
 
@@ -328,6 +373,7 @@ mod tests {
             ("tracking/assignment", 8),
             ("tracking/gospa_ospa", 6),
             ("tracking/kinematic_gate", 24),
+            ("tracking2/existence", 10),
         ]);
     }
 

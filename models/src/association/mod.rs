@@ -11,6 +11,7 @@
 
 pub mod assignment;
 pub mod cluster;
+pub mod existence;
 pub mod gate;
 pub mod grid;
 pub mod jpda;

@@ -25,6 +25,7 @@ pub mod choice;
 pub mod consistency;
 pub mod declared;
 pub mod estimator;
+pub mod fixed_lag;
 pub mod gaussian;
 #[cfg(test)]
 mod hard_cases;

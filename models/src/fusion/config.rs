@@ -66,6 +66,45 @@ pub struct Life {
     pub number_rest_s: f64,
     /// Most tracks at a time, tentative ones included; further starts are refused and counted.
     pub most_tracks: usize,
+    /// Existence as a probability in place of counted hits and fixed times.
+    pub existence: Option<ExistenceRules>,
+}
+
+/// Lives by the probability that there is a target at all (`life = "existence"`).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ExistenceRules {
+    /// A track on trial is confirmed from here on.
+    pub confirm: f64,
+    /// Below, a track on trial is dropped.
+    pub drop: f64,
+    /// Below, a confirmed track ends.
+    pub end: f64,
+    /// New targets anywhere, 1/m² and look.
+    pub births_m2: f64,
+    /// So many times more at stands of the flight list and on final.
+    pub at_entrances: f64,
+    /// How near to a stand that is, m.
+    pub entrance_radius_m: f64,
+    /// A target stays on the field for this long on average, s.
+    pub survival_s: f64,
+    /// One that leaves it is seen for this long, s.
+    pub leaving_s: f64,
+}
+
+impl Default for ExistenceRules {
+    /// Assumed; what confirmation and end are worth is measured by `studies::life`.
+    fn default() -> Self {
+        Self {
+            confirm: 0.999,
+            drop: 1e-4,
+            end: 1e-3,
+            births_m2: 5e-10,
+            at_entrances: 100.0,
+            entrance_radius_m: 40.0,
+            survival_s: 600.0,
+            leaving_s: 20.0,
+        }
+    }
 }
 
 /// Where labels of the flight list come from without an identity in the plots.
@@ -216,6 +255,7 @@ impl TrackingConfig {
                 numbers: 4096,
                 number_rest_s: 60.0,
                 most_tracks: 100_000,
+                existence: None,
             },
             labels: LabelRules {
                 stand_radius_m: 40.0,

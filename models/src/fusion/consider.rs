@@ -7,6 +7,8 @@
 //! errors are the same whatever the mode. Source: Bar-Shalom, Li, Kirubarajan 2001, ch. 11; modes as in [`crate::filter::imm`] and
 //! [`crate::filter::histories`].
 
+mod past;
+
 use crate::filter::histories::ranked;
 use crate::filter::lanes::Pair;
 use crate::filter::modes::{MAX_MODES, Modes, ca, cv};
@@ -42,7 +44,8 @@ pub struct Consider {
 /// The slow error of one sensor: rows of the state from `at`.
 #[derive(Clone, Copy, Debug)]
 struct Slow {
-    sensor: SensorId,
+    /// None of the copy of a position ([`past`]).
+    sensor: Option<SensorId>,
     tau_s: f64,
     at: usize,
     directions: usize,
@@ -345,7 +348,7 @@ impl Consider {
 
     /// Where the slow error of a sensor stands; a new one is put behind the others while there is room.
     fn place(&mut self, sensor: SensorId, tau_s: f64, directions: usize) -> Option<usize> {
-        if let Some(found) = self.slow.iter().find(|s| s.sensor == sensor) {
+        if let Some(found) = self.slow.iter().find(|s| s.sensor == Some(sensor)) {
             return (found.directions == directions).then_some(found.at);
         }
         let n = self.size();
@@ -362,7 +365,7 @@ impl Consider {
             part.p = p;
             part.x.resize(m, 0.0);
         }
-        self.slow.push(Slow { sensor, tau_s: tau_s.max(1e-3), at: n, directions });
+        self.slow.push(Slow { sensor: Some(sensor), tau_s: tau_s.max(1e-3), at: n, directions });
         Some(n)
     }
 
@@ -625,7 +628,7 @@ mod tests {
     use crate::filter::motion::Motion;
     use crate::plot::SensorKind;
 
-    fn report(t_s: f64, position_m: Vector2<f64>, variance: f64) -> Plot {
+    pub(super) fn report(t_s: f64, position_m: Vector2<f64>, variance: f64) -> Plot {
         Plot {
             sensor: SensorId(2),
             kind: SensorKind::Gps,
@@ -642,18 +645,18 @@ mod tests {
         }
     }
 
-    fn model(share: f64) -> SlowError {
+    pub(super) fn model(share: f64) -> SlowError {
         if share > 0.0 { SlowError::Share(share, 300.0) } else { SlowError::White }
     }
 
-    fn one_mode(q: f64) -> FilterConfig {
+    pub(super) fn one_mode(q: f64) -> FilterConfig {
         FilterConfig { q, ..FilterConfig::new(Rung::Ca6) }
     }
 
     /// Jerk density of the target, m²/s⁵.
     const Q: f64 = 1e-4;
 
-    fn start(variance: f64) -> Gaussian {
+    pub(super) fn start(variance: f64) -> Gaussian {
         let r = crate::filter::gaussian::Sym2 { xx: variance, xy: 0.0, yy: variance };
         Gaussian::at_position(Vector2::zeros(), r, 5.0, 1.0)
     }

@@ -246,7 +246,7 @@ impl TrackFilter {
 }
 
 /// How the error of a plot stays from one to the next.
-fn slow_error(plot: &Plot, config: &TrackingConfig) -> SlowError {
+pub(super) fn slow_error(plot: &Plot, config: &TrackingConfig) -> SlowError {
     if plot.kind.radar {
         let law = config.echo_law();
         return if law.residual_m > 0.0 && plot.across_m2.is_finite() {

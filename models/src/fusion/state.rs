@@ -3,8 +3,10 @@
 use super::budget::Budget;
 use super::buffers::{Batch, Candidate, Crowd, Look, Reachable};
 use super::config::TrackingConfig;
+use super::doubt::Entrances;
 use super::numbers::Numbers;
 use super::own::{Association, Initiation};
+use super::places::Places;
 use super::registration::Registration;
 use super::resting::Resting;
 use super::track_file::{Ring, Track};
@@ -137,6 +139,8 @@ pub struct Tracker {
     /// Of each plot of the next scan: it came in from outside the federation.
     pub(super) outside: Vec<bool>,
     pub(super) labels: Resting,
+    /// How well each place is seen, where lives go by existence.
+    pub(super) places: Places,
     pub(super) work: Work,
     /// Somebody's own rules in place of ours.
     pub(super) association: Option<Arc<dyn Association>>,
@@ -193,6 +197,10 @@ pub(super) struct Work {
     /// The cluster in hand is too large for more than a few plots an update.
     pub(super) hurried: bool,
     pub(super) order: Vec<u128>,
+    /// Of each track: ln by which plots speak for it more, as it exists and is seen.
+    pub(super) shifts: Vec<f64>,
+    /// Where targets come into view.
+    pub(super) entrances: Entrances,
     pub(super) track_used: Vec<bool>,
     /// Of each track: the plot of the batch that it takes.
     pub(super) chosen: Vec<u32>,

@@ -1,7 +1,10 @@
 //! One track: its filter, the updates of the last seconds, and what is known of it.
 
 use super::config::TrackingConfig;
-use super::filter::{TrackFilter, predict};
+use super::consider::Consider;
+use super::doubt::Doubt;
+use super::extent::{Extent, Moments};
+use super::filter::{TrackFilter, predict, slow_error};
 use super::identity::Evidence;
 use super::lag::Lag;
 use super::near_side::{Body, EchoLaw};
@@ -183,6 +186,8 @@ pub(super) struct Track {
     pub(super) assumed: Option<Callsign>,
     /// Probability of either.
     pub(super) label_p: Option<f64>,
+    /// Whether it has a target, where lives go by that.
+    pub(super) doubt: Option<Box<Doubt>>,
     /// What it has shown of itself.
     pub(super) evidence: Box<Evidence>,
     /// Plots with its name in a row that were refused.
@@ -202,6 +207,8 @@ pub(super) struct Track {
     pub(super) echo_left_m2: Matrix2<f64>,
     /// How its echoes wander.
     pub(super) spread: Spread,
+    /// What cells it lights.
+    pub(super) extent: Extent,
     /// Serial of the track that this one seems to double, and for how many scans.
     pub(super) twin: Option<(u64, u32)>,
 }
@@ -244,6 +251,7 @@ impl Track {
             entry: None,
             assumed: None,
             label_p: None,
+            doubt: None,
             evidence: Box::default(),
             name_refused: 0,
             updated_by: SmallVec::new(),
@@ -254,6 +262,7 @@ impl Track {
             course: None,
             echo_left_m2: Matrix2::zeros(),
             spread: Spread::default(),
+            extent: Extent::default(),
             twin: None,
         };
         track.learn_identity(plot.identity);
@@ -300,11 +309,24 @@ impl Track {
     /// How far its echo lies towards the radar, and the standard deviation of that, m: by its type, else by how its echoes
     /// wander.
     pub(super) fn offset_m(&self, law: &EchoLaw, axis: Vector2<f64>) -> (f64, f64) {
+        // Which end is the nose does not matter here.
+        let course = self.course.or_else(|| self.extent.axis());
         match (self.body(), self.spread.variance_m2()) {
             (None, Some((variance_m2, triples))) => {
-                law.offset_of_unknown_m(variance_m2, triples, self.course, axis)
+                law.offset_of_unknown_m(variance_m2, triples, course, axis)
             }
-            (body, _) => law.offset_m(body.as_ref(), self.course, axis),
+            (body, _) => law.offset_m(body.as_ref(), course, axis),
+        }
+    }
+
+    /// A radar's plot shows how large the target is, where the radar works in cells.
+    pub(super) fn note_extent(&mut self, plot: &Plot) {
+        if let Some(polar) = &plot.polar
+            && let Some(moments) = polar.extent_m2
+        {
+            let (sin, cos) = libm::sincos(polar.azimuth_rad);
+            let seen = Moments::turned(Vector2::new(sin, cos), moments);
+            self.extent.learn(&seen, self.course);
         }
     }
 
@@ -490,19 +512,25 @@ impl Track {
         then: SimTime,
         config: &TrackingConfig,
         ring: &Ring,
-    ) -> Option<Lag> {
+    ) -> Option<(Vector2<f64>, Matrix2<f64>)> {
         if self.born > then {
             return None;
         }
         let life = &config.life;
         if self.now.time() <= then {
-            return Lag::of(&self.now, then, life).ok();
+            return Lag::of(&self.now, then, life).ok().map(|lag| lag.copy());
         }
         let first = self.past.iter().position(|at| {
             // The update that it leads to came after.
             ring[at.slot].update.time() > then
         })?;
-        let mut lag = Lag::of(&ring[self.past[first].slot].before, then, life).ok()?;
+        let before = &ring[self.past[first].slot].before;
+        if let TrackFilter::Considering(filter) = before
+            && then.since_s(filter.time()) <= life.constant_velocity_after_s
+        {
+            return self.revised(filter.copied(then).ok()?, first, config, ring);
+        }
+        let mut lag = Lag::of(before, then, life).ok()?;
         for at in &self.past[first..] {
             let Entry { before, update } = &ring[at.slot];
             let done = match update {
@@ -516,7 +544,41 @@ impl Track {
                 lag.forget();
             }
         }
-        Some(lag)
+        Some(lag.copy())
+    }
+
+    /// The copied position of `filter` after the updates from the one at place `first` of the past.
+    fn revised(
+        &self,
+        mut filter: Consider,
+        first: usize,
+        config: &TrackingConfig,
+        ring: &Ring,
+    ) -> Option<(Vector2<f64>, Matrix2<f64>)> {
+        let mut found = filter.copy()?;
+        for at in &self.past[first..] {
+            let update = &ring[at.slot].update;
+            if update.time().since_s(filter.time()) > config.life.constant_velocity_after_s {
+                break;
+            }
+            // What no prediction foresaw says little of what was before it.
+            let done = match update {
+                Record::Plot(taken) if taken.manoeuvre => break,
+                Record::Restart(_) => break,
+                Record::Plot(taken) => {
+                    let plot = taken.plot();
+                    filter.update(&plot, slow_error(&plot, config), false)
+                }
+                Record::Weighted(plots) => {
+                    let plots = whole(plots);
+                    let Some((plot, _)) = plots.first() else { break };
+                    filter.update_weighted(&plots, slow_error(plot, config))
+                }
+            };
+            let Some(copy) = done.ok().and_then(|()| filter.copy()) else { break };
+            found = copy;
+        }
+        Some(found)
     }
 
     /// Begins again from the last plot; false if there is none that can begin a track.

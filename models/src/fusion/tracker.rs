@@ -3,8 +3,10 @@
 use super::budget::Budget;
 use super::buffers::Batch;
 use super::config::{SensorModel, TrackingConfig};
+use super::doubt::Doubt;
 use super::numbers::Numbers;
 use super::own::{Association, Initiation};
+use super::places::Places;
 use super::registration::{Registration, SiteBias};
 use super::resting::Resting;
 use super::stages::batches::sound;
@@ -54,6 +56,7 @@ impl Tracker {
             ring: Ring::default(),
             outside: Vec::new(),
             labels: Resting::default(),
+            places: Places::default(),
             association: None,
             initiation: None,
             work,
@@ -127,6 +130,7 @@ impl Tracker {
             let Ok(mut track) = track else { continue };
             let Some(number) = self.numbers.take(time, false) else { break };
             track.take_over(time, state, number);
+            track.doubt = self.config.life.existence.map(|_| Box::new(Doubt::sure(&plot, &model)));
             self.next_serial += 1;
             self.statistics.started += 1;
             self.statistics.confirmed += 1;
@@ -172,6 +176,9 @@ impl Tracker {
         self.take_in(t_out, plots, &mut work);
         self.sort_tracks(&mut work);
         work.budget.begin();
+        if self.config.life.existence.is_some() {
+            work.entrances.fill(flights, self.config.labels.final_length_m);
+        }
         work.light = !work.budget.bears(self.tracks.len());
         self.statistics.light_scans += u64::from(work.light && work.budget.dear());
         for batch in 0..work.batches.len() {

@@ -53,6 +53,11 @@ impl Weights {
     }
 }
 
+/// What the track's existence adds to ln of the weight of a pair; 0 where lives go by counts.
+pub(super) fn shift_of(shifts: &[f64], pair: &Pair) -> f64 {
+    shifts.get(pair.track as usize).copied().unwrap_or(0.0)
+}
+
 /// Rows and columns of one cluster.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Local {
@@ -68,12 +73,13 @@ pub(super) struct Local {
 
 impl Local {
     /// Lists the pairs of the cluster, sorted by track, by row and column.
-    pub(super) fn list(&mut self, cluster: &[Pair], weights: &Weights) {
+    pub(super) fn list(&mut self, cluster: &[Pair], weights: &Weights, shifts: &[f64]) {
         let mut edges = std::mem::take(&mut self.edges);
         edges.clear();
         edges.extend(cluster.iter().map(|pair| {
             let (row, column) = self.place(pair);
-            Edge { row: row as u32, column: column as u32, gain: weights.gain(&pair.nis) }
+            let gain = weights.gain(&pair.nis) + shift_of(shifts, pair);
+            Edge { row: row as u32, column: column as u32, gain }
         }));
         self.edges = edges;
     }

@@ -662,6 +662,7 @@ impl Asde {
             azimuth_rad: wrap_pi(quantised(measured.azimuth_rad, azimuth_step)),
             sigma_range_m: with_step(measured.sigma_range_m, range_step),
             sigma_azimuth_rad: with_step(measured.sigma_azimuth_rad, azimuth_step),
+            extent_m2: measured.extent_m2,
         };
         let down = p.antenna_height_m - p.assumed_height_m;
         // A range shorter than the height is reported below the antenna; its error is then all range.
@@ -729,6 +730,7 @@ impl Asde {
             azimuth_rad: r.azimuth_rad + draws.azimuth_rad + draws.glint_across_m / ground_m,
             sigma_range_m: libm::hypot(stated_range_m, glint_m),
             sigma_azimuth_rad: libm::hypot(stated_azimuth_rad, glint_m / ground_m),
+            extent_m2: None,
         };
         Some((self.plot(levels, r.look.time, measured, to_db(strength)), draws))
     }
@@ -764,6 +766,7 @@ impl Asde {
                 azimuth_rad: self.beam_rad(time),
                 sigma_range_m: libm::hypot(sigma_range_m, glint_m),
                 sigma_azimuth_rad: libm::hypot(sigma_azimuth_rad, glint_m / range_m),
+                extent_m2: None,
             };
             out.push(self.plot(levels, time, measured, to_db(strength)));
         }
@@ -854,6 +857,7 @@ impl Asde {
                         azimuth_rad: beam.rad() + azimuth_sigma_rad * normal.1,
                         sigma_range_m: libm::hypot(stated.0, glint_m),
                         sigma_azimuth_rad: libm::hypot(stated.1, glint_m / ground_m),
+                        extent_m2: None,
                     };
                     out.push((self.plot(levels, time, measured, to_db(strength)), to_db(power)));
                 }

@@ -5,7 +5,6 @@
 //!                       schedule ─► movers ─────┴─► Core: plan, tokens, steps ─► states of a frame
 //! ```
 
-pub mod check;
 pub mod core;
 pub mod exact;
 pub mod network;

@@ -11,7 +11,7 @@ use crate::fusion::filter::predict;
 use crate::fusion::own::{Association, GatedPair};
 use crate::fusion::state::{Tracker, Work};
 use crate::fusion::track_file::Stage;
-use crate::fusion::weights::{FEW_ROWS, Local, Weights, exact_cost};
+use crate::fusion::weights::{FEW_ROWS, Local, Weights, exact_cost, shift_of};
 use std::collections::BTreeSet;
 
 impl Tracker {
@@ -30,6 +30,11 @@ impl Tracker {
             _ => self.config.association,
         };
         self.gated_pairs(from, stage, work);
+        if stage == Stage::Confirmed {
+            self.weigh_existence(model, work);
+        } else {
+            work.shifts.clear();
+        }
         work.plot_used.clear();
         work.plot_used.resize(to - from, false);
         for &index in &work.crowd.tracks {
@@ -129,11 +134,12 @@ impl Tracker {
         for pair in &single {
             let k = from + pair.plot as usize;
             let certain = if limit.is_some() { CERTAIN } else { 0.0 };
-            if weights.surely_above(&pair.nis, certain) {
+            let shift = shift_of(&work.shifts, pair);
+            if weights.surely_above(&pair.nis, certain - shift) {
                 self.update(pair.track as usize, How::Plot, k, model, work);
                 continue;
             }
-            let gain = weights.gain(&pair.nis);
+            let gain = weights.gain(&pair.nis) + shift;
             if limit.is_some() && gain.abs() < CERTAIN {
                 let mut plots = std::mem::take(&mut work.weighted);
                 plots.clear();
@@ -186,7 +192,8 @@ impl Tracker {
             costs.resize(rows * columns, None);
             for pair in cluster {
                 let (row, column) = local.place(pair);
-                costs[row * columns + column] = Some(-weights.gain(&pair.nis));
+                costs[row * columns + column] =
+                    Some(-weights.gain(&pair.nis) - shift_of(&work.shifts, pair));
             }
             let pairs = work
                 .solver
@@ -195,7 +202,7 @@ impl Tracker {
             work.budget.spend((rows * rows * (rows + columns)) as u64);
             local.costs = costs;
         } else {
-            local.list(cluster, weights);
+            local.list(cluster, weights, &work.shifts);
             let left = work.budget.left_of(0.5).max(4 * cluster.len() as u64);
             let mut budget = left;
             found.extend(work.sparse.pairs(rows, columns, &local.edges, &mut budget));
@@ -231,7 +238,8 @@ impl Tracker {
         local.log_like.resize(rows * columns, f64::NEG_INFINITY);
         for pair in cluster {
             let (row, column) = local.place(pair);
-            local.log_like[row * columns + column] = weights.log_like(&pair.nis);
+            local.log_like[row * columns + column] =
+                weights.log_like(&pair.nis) + shift_of(&work.shifts, pair);
         }
         local.log_miss.clear();
         local.log_miss.resize(rows, weights.log_miss);
@@ -281,7 +289,7 @@ impl Tracker {
         work: &mut Work,
     ) {
         let (rows, columns) = (local.tracks.len(), local.plots.len());
-        local.list(cluster, weights);
+        local.list(cluster, weights, &work.shifts);
         let mut belief = std::mem::take(&mut work.belief);
         // An edge and sweep is an evaluation; four sweeps are always made.
         let fitting = work.budget.left_of(0.5) / (local.edges.len() as u64).max(1);

@@ -3,6 +3,7 @@
 use crate::filter::Measurement;
 use crate::fusion::buffers::{Batch, Candidate};
 use crate::fusion::numbers::Numbers;
+use crate::fusion::places::Places;
 use crate::fusion::resting::Resting;
 use crate::fusion::state::{Outcome, Tracker, Work};
 use crate::fusion::track_file::Stage;
@@ -17,6 +18,7 @@ impl Tracker {
             self.tracks.clear();
             self.ring.clear();
             self.labels = Resting::default();
+            self.places = Places::default();
             self.seen.clear();
             self.numbers = Numbers::new(self.config.life.numbers, self.config.life.number_rest_s);
             self.last_scan = None;

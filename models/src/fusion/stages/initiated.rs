@@ -5,6 +5,7 @@ use super::life;
 use crate::frames::Vector2;
 use crate::fusion::buffers::Candidate;
 use crate::fusion::config::SensorModel;
+use crate::fusion::doubt::Doubt;
 use crate::fusion::filter::position_at;
 use crate::fusion::state::{Outcome, Tracker, Work};
 use crate::fusion::track_file::Track;
@@ -80,6 +81,11 @@ impl Tracker {
                 continue;
             };
             track.outside = self.is_outside(*index);
+            track.doubt = self
+                .config
+                .life
+                .existence
+                .map(|rules| Box::new(Doubt::born(plot, model, &rules, &work.entrances)));
             self.outcomes[*index] = Outcome::Used {
                 number: None,
                 serial: track.serial,

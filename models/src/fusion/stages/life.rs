@@ -22,12 +22,19 @@ impl Tracker {
         flights: &FlightList,
         seen: &mut Vec<u32>,
     ) -> Vec<SystemTrack> {
-        let Self { tracks, ring, numbers, config, statistics, previous, initiation, .. } = self;
+        let Self {
+            tracks, ring, numbers, config, statistics, previous, initiation, places, ..
+        } = self;
         seen.clear();
         let mut out = Vec::with_capacity(tracks.len());
         for (index, track) in tracks.iter_mut().enumerate() {
+            // Where it is by its last plot: near enough for a square of the grid of places.
+            let position_m = track.filter().motion().0;
             if track.updated {
                 look(track, true);
+                if let (Some(doubt), Stage::Confirmed) = (&mut track.doubt, track.stage) {
+                    doubt.seen(position_m, places);
+                }
             } else {
                 // As many expected updates as have passed; more than the window holds say no more.
                 for _ in 0..u32::BITS {
@@ -35,6 +42,10 @@ impl Tracker {
                         break;
                     }
                     look(track, false);
+                    if let (Some(doubt), Some(rules)) = (&mut track.doubt, &config.life.existence) {
+                        doubt.survive(now, track.evidence.took_off.is_some(), rules);
+                        doubt.miss(position_m, places);
+                    }
                     track.due = track.due.plus_s(track.interval_s.max(1e-3));
                 }
             }
@@ -92,9 +103,11 @@ fn second_ago(
     config: &TrackingConfig,
     ring: &Ring,
 ) -> Option<SecondAgo> {
-    let lag = track.second_ago(then, config, ring)?;
+    let (position_m, cov_m2) = track.second_ago(then, config, ring)?;
     let coasted = track.last_hit <= then;
-    Some(SecondAgo { time: then, position_m: lag.position_m, cov_m2: lag.cov_m2, coasted })
+    // What the echo's law leaves open is as open a scan ago.
+    let cov_m2 = cov_m2 + track.echo_left_m2;
+    Some(SecondAgo { time: then, position_m, cov_m2, coasted })
 }
 
 /// A track in this state as it is published, but for its label and status.
@@ -162,7 +175,11 @@ fn judge(
         plots: track.plots,
         named: track.callsign.is_some() || track.address.is_some(),
     };
-    match own.map_or_else(|| m_of_n(&shown, &config.life), |own| own.judge(&shown)) {
+    let ours = || match (&track.doubt, &config.life.existence) {
+        (Some(doubt), Some(rules)) => doubt.judge(rules),
+        _ => m_of_n(&shown, &config.life),
+    };
+    match own.map_or_else(ours, |own| own.judge(&shown)) {
         Trial::Goes => {}
         Trial::Confirmed => {
             if let Some(number) = numbers.take(now, track.outside) {
@@ -199,6 +216,14 @@ fn drop_if_lost(
     }
     let gap = at.time.since_s(track.last_hit);
     let widened = widened(at, life.delete_radius_m);
+    if let Some(rules) = &life.existence {
+        let over = track.doubt.as_ref().is_some_and(|doubt| doubt.is_over(rules));
+        if over || (widened && !track.unresolved) {
+            track.stage = Stage::Ended;
+            statistics.deleted += 1;
+        }
+        return;
+    }
     let soonest = life.delete_moving_s.min(life.delete_standing_s);
     let left = track.evidence.took_off.is_some();
     if gap <= soonest && !widened && !left {
@@ -270,7 +295,7 @@ pub(in crate::fusion) fn merge_duplicates(
     let named = |track: &Track| track.callsign.is_some() || track.address.is_some();
     let mut reach = config.duplicate_radius_m;
     for track in seen.iter().map(|&s| &tracks[s as usize]) {
-        if let Some((length, span)) = track.size_m {
+        if let Some((length, span)) = track.size_m.or_else(|| track.extent.size_m()) {
             reach = reach.max(libm::hypot(ALONG * length, ASIDE * span));
         }
         if named(track) {
@@ -372,11 +397,15 @@ pub(in crate::fusion) fn on_body(
     radius_m: f64,
 ) -> bool {
     let offset = point_m - position_m;
-    let Some((length, span)) = track.size_m else {
-        return offset.norm() <= radius_m.min(reach_of_body_m(track));
+    let (length, span, beside) = match (track.size_m, track.extent.size_m()) {
+        (Some((length, span)), _) => (length, span, 0.0),
+        // As the cells show it, with the errors of two plots: a box where the course is known, else all round.
+        (None, Some((length, width))) if track.course.is_some() => (length, width, BESIDE_M),
+        (None, Some((length, _))) => return offset.norm() <= ALONG * length + BESIDE_M,
+        (None, None) => return offset.norm() <= radius_m.min(reach_of_body_m(track)),
     };
     let (sin, cos) = libm::sincos(track.heading_rad);
     let along = offset.x * sin + offset.y * cos;
     let aside = offset.x * cos - offset.y * sin;
-    along.abs() <= ALONG * length && aside.abs() <= ASIDE * span
+    along.abs() <= ALONG * length + beside && aside.abs() <= ASIDE * span + beside
 }

@@ -5,6 +5,7 @@
 
 pub(super) mod assigned;
 pub(super) mod batches;
+pub(super) mod existence;
 pub(super) mod gated;
 pub(super) mod identified;
 pub(super) mod initiated;

@@ -35,6 +35,7 @@ impl Tracker {
             }
             other => other,
         };
+        self.believe(index, &how, plot, model);
         let track = &mut self.tracks[index];
         let late = plot.time < track.time();
         if late {
@@ -83,6 +84,7 @@ impl Tracker {
             track.note_course(velocity_mps);
         }
         if hit && !manoeuvre {
+            track.note_extent(&stated);
             track.spread.learn(&stated, model.interval_s);
             if self.config.register_echo && stated.polar.is_some() {
                 track.note_echo(&stated, self.registration.law());

@@ -45,6 +45,7 @@ fn echo(site: Site, kind: Kind, n: usize, k: u32, path: &Path) -> Plot {
             azimuth_rad: crate::frames::wrap_pi(azimuth),
             sigma_range_m: sigma,
             sigma_azimuth_rad: sigma / range_m,
+            extent_m2: None,
         }),
         identity: None,
         scnr_db: None,

@@ -452,6 +452,7 @@ fn any_plot() -> impl Strategy<Value = Plot> {
                     azimuth_rad: angle,
                     sigma_range_m: along,
                     sigma_azimuth_rad: across,
+                    extent_m2: None,
                 }),
                 identity: name.map(|n| {
                     if n < 2 {

@@ -55,6 +55,7 @@ impl Radar {
                 azimuth_rad: azimuth,
                 sigma_range_m: sigma_range,
                 sigma_azimuth_rad: sigma_azimuth,
+                extent_m2: None,
             }),
             identity: None,
             scnr_db: Some(20.0),

@@ -37,6 +37,7 @@ fn look(site: &Site, seed: u64, target: usize, k: u32, t: f64, truth: Vector2<f6
             azimuth_rad: crate::frames::wrap_pi(azimuth),
             sigma_range_m: SIGMA_RANGE,
             sigma_azimuth_rad: SIGMA_AZIMUTH,
+            extent_m2: None,
         }),
         identity: None,
         scnr_db: None,

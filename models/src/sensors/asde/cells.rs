@@ -248,6 +248,8 @@ impl Asde {
         let glint = |spread: f64, point: f64, step: f64| {
             GLINT_OF_EXTENT * (spread - point).max(0.0).sqrt() * step
         };
+        let (cell_m, beam_m) =
+            (self.grid.cell_m, self.grid.beam_step_rad() * blob.range_m.max(1.0));
         let measured = Polar {
             range_m: blob.range_m,
             azimuth_rad: blob.azimuth_rad,
@@ -259,6 +261,11 @@ impl Asde {
                 azimuth_rad,
                 glint(blob.spread[0], POINT_BEAMS2, self.grid.beam_step_rad()),
             ),
+            extent_m2: Some([
+                (blob.spread[1] - POINT_CELLS2) * cell_m * cell_m,
+                blob.slant * cell_m * beam_m,
+                (blob.spread[0] - POINT_BEAMS2) * beam_m * beam_m,
+            ]),
         };
         (measured, strength)
     }

@@ -352,6 +352,43 @@ fn cells_and_closed_centroid_see_the_same_aircraft() {
     }
 }
 
+/// What the cells show of a target's length and width, averaged over the looks. An airliner's length is right within a third
+/// from wherever it is seen (its wings scatter little: the width is a lower bound), and a car is short.
+#[test]
+fn the_cells_of_an_echo_show_how_large_the_target_is() {
+    use crate::fusion::extent::{Extent, Moments};
+    // The nose points north.
+    for (what, place, aircraft, (length, width), limits) in [
+        ("airliner ahead", (0.0, 1500.0), true, (37.6, 35.8), (25.0, 45.0)),
+        ("airliner aside", (1500.0, 0.0), true, (37.6, 35.8), (25.0, 45.0)),
+        ("airliner askew", (-1000.0, 1000.0), true, (37.6, 35.8), (25.0, 45.0)),
+        ("car", (700.0, 700.0), false, (4.6, 1.9), (0.0, 9.0)),
+    ] {
+        let mut truth = Straight::new(&[(place, (0.0, 0.0))]);
+        truth.class.aircraft = aircraft;
+        truth.class.shape = crate::sensors::radar::sample_shapes::of(aircraft);
+        (truth.class.length_m, truth.class.span_m) = (length, width);
+        let mut radar =
+            asde(|p| p.pfa = 1e-7).at_levels(RadarLevels::EXACT).processing(Processing::Cells);
+        let mut sink = PlotSink::default();
+        for scan in 1..=60 {
+            radar.scan(&interval(scan, 1.0), &truth, &Weather::default(), &mut sink);
+        }
+        let mut extent = Extent::default();
+        for (plot, cause) in sink.plots.iter().zip(&sink.causes) {
+            let polar = plot.polar.expect("a radar's plot");
+            let (Some(seen), Some(_)) = (polar.extent_m2, cause.key) else { continue };
+            let (sin, cos) = libm::sincos(polar.azimuth_rad);
+            let seen = Moments::turned(Vector2::new(sin, cos), seen);
+            extent.learn(&seen, Some(Vector2::new(0.0, 1.0)));
+        }
+        let (l, w) = extent.size_m().expect("60 looks");
+        println!("{what}: {l:.1} by {w:.1} m, is {length} by {width}");
+        assert!((limits.0..=limits.1).contains(&l), "{what}: {l:.1} by {w:.1} m");
+        assert!(w <= 1.3 * width.max(5.0), "{what}: {l:.1} by {w:.1} m");
+    }
+}
+
 #[test]
 fn echoes_in_one_cell_are_found_across_every_sector_border() {
     // Pairs half a beam apart, all round: each must merge wherever the border between sectors falls.

@@ -165,6 +165,8 @@ pub struct Blob {
     /// Mean squares of the distances of its cells from the centroid, weighed as that is: in beam positions and in range
     /// cells. What the echo itself shows of the target's extent.
     pub spread: [f64; 2],
+    /// Mean product of the two, so weighed.
+    pub slant: f64,
     /// The cells that it lies in.
     pub span: CellBox,
 }
@@ -225,6 +227,8 @@ impl Blob {
         let share = if total > 0.0 { other.weight / total } else { 0.5 };
         let turn = wrap_pi(other.azimuth_rad - self.azimuth_rad);
         let apart = [turn / beam_step_rad, (other.range_m - self.range_m) / cell_m];
+        let between = share * (1.0 - share) * apart[0] * apart[1];
+        self.slant += share * (other.slant - self.slant) + between;
         for (k, apart) in apart.into_iter().enumerate() {
             let (own, its) = (self.spread[k], other.spread[k]);
             self.spread[k] = own + share * (its - own) + share * (1.0 - share) * apart * apart;
@@ -586,6 +590,7 @@ impl CellRadar {
                     excess: 0.0,
                     weight: 0.0,
                     spread: [0.0; 2],
+                    slant: 0.0,
                     span: CellBox {
                         beams: (first.beam, first.beam),
                         cells: (first.cell, first.cell),
@@ -593,7 +598,7 @@ impl CellRadar {
                 };
                 // Sums of weight, beam and cell; of beam and cell without weights.
                 let (mut weighted, mut plain) = ([0.0; 3], [0.0; 2]);
-                let mut squares = [0.0; 2];
+                let (mut squares, mut product) = ([0.0; 2], 0.0);
                 for &m in members {
                     let hit = hits[m as usize];
                     // Beams of a cluster across the seam count from its first one.
@@ -614,6 +619,7 @@ impl CellRadar {
                     let from_first = cell - first.cell as f64;
                     squares[0] += hit.weight * off * off;
                     squares[1] += hit.weight * from_first * from_first;
+                    product += hit.weight * off * from_first;
                     plain[0] += off;
                     plain[1] += cell;
                 }
@@ -628,6 +634,7 @@ impl CellRadar {
                     let means = [beam, cell - first.cell as f64];
                     blob.spread =
                         [0, 1].map(|k| (squares[k] / weighted[0] - means[k] * means[k]).max(0.0));
+                    blob.slant = product / weighted[0] - means[0] * means[1];
                 }
                 let centre = first.beam as f64 + 0.5 + beam;
                 blob.weight = weighted[0];

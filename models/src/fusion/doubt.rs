@@ -1,0 +1,157 @@
+//! The doubt in a track: whether it has a target, from its first plot to its end, and where targets come into view.
+
+use super::config::{ExistenceRules, SensorModel};
+use super::own::Trial;
+use super::places::{Place, Places, place_of};
+use crate::association::existence::Existence;
+use crate::flight_list::FlightList;
+use crate::frames::Vector2;
+use crate::plot::{Plot, SensorId};
+use crate::time::SimTime;
+
+/// What is kept of the doubt in a track.
+#[derive(Clone, Debug)]
+pub(super) struct Doubt {
+    /// Whether it has a target.
+    pub(super) existence: Existence,
+    /// Until when its survival has been counted.
+    at: SimTime,
+    /// The sensor that saw it last, and what that states of its detection.
+    sensor: (SensorId, f64),
+    /// Looks without a plot since the last one with: counted when it is seen again, so that what has ended blinds no place.
+    unseen: Vec<Place>,
+    /// The scan's look has been counted already, by plots that are hardly its own.
+    weighed: bool,
+}
+
+/// Looks without a plot that are remembered.
+const MOST_UNSEEN: usize = 64;
+
+/// False plots of a radar lie as densely as assumed at this distance, m; its cells grow with it.
+const MEAN_RANGE_M: f64 = 2_500.0;
+
+/// False plots where this one lies, 1/m² and look.
+pub(super) fn false_m2(plot: &Plot, model: &SensorModel) -> f64 {
+    let nearer = plot.polar.map_or(1.0, |polar| MEAN_RANGE_M / polar.range_m.max(1.0));
+    model.false_density_m2 * nearer.clamp(0.25, 10.0)
+}
+
+/// Places where targets come into view, of this scan.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Entrances {
+    stands_m: Vec<Vector2<f64>>,
+    /// Thresholds with the direction of the final and its length, m.
+    finals: Vec<(Vector2<f64>, Vector2<f64>, f64)>,
+}
+
+impl Entrances {
+    /// As the flight list has them.
+    pub(super) fn fill(&mut self, flights: &FlightList, length_m: f64) {
+        self.stands_m.clear();
+        self.stands_m.extend(flights.entries.iter().filter_map(|e| e.stand_m));
+        self.finals.clear();
+        for (_, [threshold, end]) in &flights.runways {
+            let back = threshold - end;
+            if back.norm() > 1.0 {
+                self.finals.push((*threshold, back.normalize(), length_m));
+            }
+        }
+    }
+
+    fn hold(&self, place: Vector2<f64>, radius_m: f64) -> bool {
+        let on_final = |(threshold, back, length): &(Vector2<f64>, Vector2<f64>, f64)| {
+            let from = place - threshold;
+            let way = from.dot(back);
+            (0.0..=*length).contains(&way) && from.perp(back).abs() <= 1.5 * radius_m
+        };
+        self.stands_m.iter().any(|stand| (stand - place).norm() <= radius_m)
+            || self.finals.iter().any(on_final)
+    }
+}
+
+impl Doubt {
+    /// Of a track that this plot begins.
+    pub(super) fn born(
+        plot: &Plot,
+        model: &SensorModel,
+        rules: &ExistenceRules,
+        entrances: &Entrances,
+    ) -> Self {
+        let likely = entrances.hold(plot.position_m, rules.entrance_radius_m);
+        let births = rules.births_m2 * if likely { rules.at_entrances } else { 1.0 };
+        Self {
+            existence: Existence::born(1.0, births, false_m2(plot, model)),
+            at: plot.time,
+            sensor: (plot.sensor, model.detection),
+            unseen: Vec::new(),
+            weighed: false,
+        }
+    }
+
+    /// Of a track that is taken over as sure.
+    pub(super) fn sure(plot: &Plot, model: &SensorModel) -> Self {
+        Self {
+            existence: Existence::of(1.0),
+            at: plot.time,
+            sensor: (plot.sensor, model.detection),
+            unseen: Vec::new(),
+            weighed: false,
+        }
+    }
+
+    /// Time has gone by; `leaving`: it goes where nothing is seen.
+    pub(super) fn survive(&mut self, now: SimTime, leaving: bool, rules: &ExistenceRules) {
+        let lasts_s = if leaving { rules.leaving_s } else { rules.survival_s };
+        let gone_s = now.since_s(self.at);
+        if gone_s > 0.0 {
+            self.existence = self.existence.survived(libm::exp(-gone_s / lasts_s));
+            self.at = now;
+        }
+    }
+
+    /// A look of `sensor` brought plots of which none is its own with probability `missed`.
+    pub(super) fn look(&mut self, sensor: (SensorId, f64), missed: f64, detection: f64) {
+        self.existence = self.existence.after(missed, detection);
+        if missed < 0.5 {
+            self.sensor = sensor;
+        } else {
+            self.weighed = true;
+        }
+    }
+
+    /// A look at `position_m` was due and brought nothing.
+    pub(super) fn miss(&mut self, position_m: Vector2<f64>, places: &Places) {
+        if std::mem::take(&mut self.weighed) {
+            return;
+        }
+        let place = place_of(self.sensor.0, position_m);
+        self.existence = self.existence.after(1.0, places.detection(&place, self.sensor.1));
+        if self.unseen.len() < MOST_UNSEEN {
+            self.unseen.push(place);
+        }
+    }
+
+    /// It was seen in this scan: what was not seen before counts now.
+    pub(super) fn seen(&mut self, position_m: Vector2<f64>, places: &mut Places) {
+        self.weighed = false;
+        self.unseen.drain(..).for_each(|place| places.learn(place, false));
+        places.learn(place_of(self.sensor.0, position_m), true);
+    }
+
+    /// Whether there is hardly a target any more.
+    pub(super) fn is_over(&self, rules: &ExistenceRules) -> bool {
+        self.existence.there() < rules.end
+    }
+
+    /// What becomes of a track on trial.
+    pub(super) fn judge(&self, rules: &ExistenceRules) -> Trial {
+        let there = self.existence.there();
+        if there >= rules.confirm {
+            Trial::Confirmed
+        } else if there < rules.drop {
+            Trial::Dropped
+        } else {
+            Trial::Goes
+        }
+    }
+}

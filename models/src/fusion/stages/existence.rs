@@ -1,0 +1,88 @@
+//! `life = "existence"`: whether each track has a target, by what its sensors could see where it is.
+//!
+//! Plots and looks without one carry the probability on ([`crate::association::existence`]); it confirms tracks, weighs them in
+//! clusters, and ends them. The detection is that of the place ([`crate::fusion::places`]), false plots are as rare as the
+//! radar's cells are large there.
+
+use super::updated::How;
+use crate::association::existence::Existence;
+use crate::filter::{Measurement, Nis};
+use crate::fusion::config::SensorModel;
+use crate::fusion::doubt::false_m2;
+use crate::fusion::places::place_of;
+use crate::fusion::state::{Tracker, Work};
+use crate::fusion::track_file::Stage;
+use crate::plot::Plot;
+
+/// ln of the density (1/m²) of a plot that nothing foresaw: as likely anywhere within 50 m.
+const UNFORESEEN: f64 = -8.97;
+
+/// ln 2π.
+const LN_TAU: f64 = 1.837_877_066_409_345_3;
+
+impl Tracker {
+    /// What a plot, with others or alone, says of whether its track has a target; before the track takes it.
+    pub(in crate::fusion) fn believe(
+        &mut self,
+        index: usize,
+        how: &How<'_>,
+        plot: &Plot,
+        model: &SensorModel,
+    ) {
+        let Some(rules) = self.config.life.existence else { return };
+        let track = &self.tracks[index];
+        let Some(doubt) = &track.doubt else { return };
+        let place = place_of(plot.sensor, plot.position_m);
+        let detection = self.places.detection(&place, model.detection);
+        let missed = match how {
+            How::Weighted { plots, .. } => 1.0 - plots.iter().map(|(_, beta)| beta).sum::<f64>(),
+            How::Manoeuvre | How::Restart(_) => {
+                missed(doubt.existence, detection, UNFORESEEN, false_m2(plot, model))
+            }
+            How::Plot => {
+                let measured = Measurement::of(plot).ok();
+                let nis = measured.and_then(|m| self.distance(track, plot.time, plot, &m));
+                let density = nis.map_or(UNFORESEEN, |nis| log_density(&nis));
+                missed(doubt.existence, detection, density, false_m2(plot, model))
+            }
+        };
+        let track = &mut self.tracks[index];
+        let leaving = track.evidence.took_off.is_some();
+        let Some(doubt) = &mut track.doubt else { return };
+        doubt.survive(plot.time, leaving, &rules);
+        doubt.look((plot.sensor, model.detection), missed, detection);
+    }
+
+    /// How much more (ln) a plot speaks for each confirmed track than if it were certain to be there and seen as the sensor
+    /// states; of all tracks by index, empty where lives go by counts.
+    pub(in crate::fusion) fn weigh_existence(&self, model: &SensorModel, work: &mut Work) {
+        work.shifts.clear();
+        if self.config.life.existence.is_none() {
+            return;
+        }
+        let stated = model.detection.clamp(1e-6, 1.0 - 1e-6);
+        let gate = self.config.gates.probability.clamp(0.0, 1.0);
+        let usual = libm::log(stated) - libm::log1p(-stated * gate);
+        work.shifts.extend(self.tracks.iter().map(|track| match &track.doubt {
+            Some(doubt) if track.stage == Stage::Confirmed => {
+                let place = place_of(model.id, track.filter().motion().0);
+                let seen = self.places.detection(&place, model.detection) * gate;
+                let there = libm::log((doubt.existence.there() * seen).max(1e-12));
+                there - doubt.existence.log_miss(seen) - usual
+            }
+            _ => 0.0,
+        }));
+    }
+}
+
+/// Probability that the only plot of a track is not its own.
+fn missed(existence: Existence, detection: f64, log_density: f64, false_m2: f64) -> f64 {
+    let pair = existence.log_pair(detection, log_density, false_m2);
+    1.0 / (1.0 + libm::exp(pair - existence.log_miss(detection)))
+}
+
+/// ln of the density of a plot at this distance, 1/m²; of one that measures one direction, as of a strip of 20 m.
+fn log_density(nis: &Nis) -> f64 {
+    let strip = if nis.dof == 1 { -libm::log(20.0) } else { 0.0 };
+    -0.5 * (nis.d2 + nis.ln_det() + f64::from(nis.dof) * LN_TAU) + strip
+}
