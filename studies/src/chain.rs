@@ -80,6 +80,8 @@ pub struct Published {
     pub settled: Sum,
     /// One scan ago, as revised.
     pub second_ago: Sum,
+    /// The same of settled stretches.
+    pub settled_ago: Sum,
     /// Settled reports by the designator of the target's type and whether it moves.
     pub by_type: BTreeMap<(String, bool), Sum>,
     /// Reports farther off.
@@ -183,7 +185,11 @@ pub fn publish(
             {
                 let error = lag.position_m - then.position_m.xy();
                 if error.norm() <= FAR_M {
-                    out.second_ago.add(error, nees_of(&lag.cov_m2, error));
+                    let nees = nees_of(&lag.cov_m2, error);
+                    out.second_ago.add(error, nees);
+                    if reports > ACQUISITION {
+                        out.settled_ago.add(error, nees);
+                    }
                 }
             }
         }
@@ -421,22 +427,33 @@ mod tests {
     }
 
     /// With the times of the list taken as off by two minutes whatever landed, 478 reports had their label and 1223 more were
-    /// right but only assumed. Now nearly all have it, but the goal of one wrong in a hundred is not held: two departures of
-    /// one runway that the list has four seconds apart are taken for each other from line-up to take-off.
+    /// right but only assumed; with every stay near a block's time held against a line, two departures that the list has four
+    /// seconds apart were taken for each other from line-up to take-off (1 to 10 % wrong).
     #[test]
-    fn of_thirty_five_movers_under_radar_alone_labels_are_many_and_one_in_twenty_is_wrong() {
-        let scene = thirty_five(8).expect("made of what ships");
-        assert_eq!(scene.traffic.entities.len(), 35);
-        let seen = profiles::see(&scene, 8, 600.0).expect("sound");
-        for base in [TrackingConfig::paper(), TrackingConfig::accurate()] {
-            let config = config(&scene, base);
-            let found = publish(&scene, &seen, &config, &scene.flight_list);
-            let Labels { right, wrong, listed, claimed, .. } = found.labels;
-            let given = (right + wrong).max(1) as f64;
-            println!("{right} right, {wrong} wrong of {listed}, {:.3} claimed", claimed / given);
-            println!("{} tracks of {} targets: {:?}", found.tracks, found.targets, found.mistaken);
-            assert!(wrong as f64 <= 0.1 * given, "{wrong} of {given}");
-            assert!(right >= 1_500, "{right}");
+    fn of_thirty_five_movers_under_radar_alone_labels_are_many_and_one_in_a_hundred_is_wrong() {
+        // On seed 52 the track of an arrival goes over to a truck beside its stand and keeps the label for a minute.
+        for (seed, most) in [(8, 0.01), (31, 0.01), (52, 0.05)] {
+            let scene = thirty_five(seed).expect("made of what ships");
+            assert_eq!(scene.traffic.entities.len(), 35);
+            let seen = profiles::see(&scene, seed, 600.0).expect("sound");
+            for base in [TrackingConfig::paper(), TrackingConfig::accurate()] {
+                let config = config(&scene, base);
+                let found = publish(&scene, &seen, &config, &scene.flight_list);
+                let Labels { right, wrong, listed, claimed, assumed } = found.labels;
+                let given = (right + wrong).max(1) as f64;
+                println!(
+                    "seed {seed}: {right} right, {wrong} wrong of {listed}, {:.3} claimed, assumed {assumed:?}",
+                    claimed / given
+                );
+                println!(
+                    "{} tracks of {} targets, {} strays, {:?}",
+                    found.tracks, found.targets, found.strays, found.mistaken
+                );
+                assert!(wrong as f64 <= most * given, "seed {seed}: {wrong} of {given}");
+                assert!(right >= 1_500, "seed {seed}: {right}");
+                // Of labels published at this probability, as many are right.
+                assert!((right as f64 / given - claimed / given).abs() <= 0.03, "seed {seed}");
+            }
         }
     }
 
@@ -450,16 +467,18 @@ mod tests {
             let found = publish(&scene, &seen, &config, &scene.flight_list);
             let (all, settled, ago) = (found.all, found.settled, found.second_ago);
             println!(
-                "seed {seed}: {:.2} m, settled {:.2} m, NEES {:.2}; one second ago {:.2} m, NEES {:.2}",
+                "seed {seed}: {:.2} m, settled {:.2} m, NEES {:.2}; one second ago {:.2} m, NEES {:.2}, settled {:.2} m, {:.2}",
                 all.rmse_m(),
                 settled.rmse_m(),
                 settled.nees(),
                 ago.rmse_m(),
-                ago.nees()
+                ago.nees(),
+                found.settled_ago.rmse_m(),
+                found.settled_ago.nees()
             );
             assert!(all.rmse_m() <= 3.1 && settled.rmse_m() <= 3.0, "seed {seed}");
             assert!((1.7..=2.3).contains(&settled.nees()), "seed {seed}");
-            assert!(ago.rmse_m() <= 2.45 && ago.nees().is_finite(), "seed {seed}");
+            assert!(ago.rmse_m() <= 2.4 && (1.7..=2.6).contains(&ago.nees()), "seed {seed}");
             assert_eq!(found.far, 0, "seed {seed}");
         }
     }

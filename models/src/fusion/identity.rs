@@ -9,7 +9,7 @@
 //! | landing: time over the threshold | arrival on that runway: N(Δt; 0, σ); any other e⁻⁸ | one in 1 800 s |
 //! | take-off | departure on that runway: N(Δt; 0, σ); any other e⁻⁸ | one in 1 800 s |
 //! | lining up: along a runway near its beginning | departure on it: N(Δt − 35 s; 0, σ ⊕ 40 s), with a tail; arrival e⁻³ | one in 1 800 s |
-//! | a stay of 10 s, never moved, `g = e^{−d²/(2·20²)}` of its stand | departure: 0.02 + 0.98 g | 0.7 − 0.4 g |
+//! | a stay of 10 s, never moved, `g = e^{−d²/(2·20²)}` of its stand | departure, with ℓ that it has left its block: (1 − ℓ)(0.02 + 0.98 g) + ½ ℓ (1 − g) | 0.7 − 0.4 g |
 //! | moving a minute before its off-block time | departure: 0.05 | 1 |
 //! | no landing seen | arrival: that it landed before the track began (three minutes before, if it stands) | 1 |
 //! | no take-off four minutes after its time | departure: e⁻³ | 1 |
@@ -24,6 +24,7 @@ use crate::filter::Estimate;
 use crate::flight_list::{FlightEntry, FlightList, MovementKind};
 use crate::frames::Vector2;
 use crate::time::SimTime;
+use std::f64::consts::FRAC_1_SQRT_2;
 
 /// Something that happened on a runway: its place in the flight list's runways, and when.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -90,13 +91,12 @@ impl ListTimes {
         libm::log(parts.sum::<f64>().max(1e-30))
     }
 
-    /// Probability that the list is late by no more than `off_s`.
-    fn below(&self, off_s: f64) -> f64 {
-        let parts = self
-            .weights
-            .iter()
-            .zip(&self.sigmas_s)
-            .map(|(w, s)| w * 0.5 * libm::erfc(-off_s / s * std::f64::consts::FRAC_1_SQRT_2));
+    /// Probability that what the list says happens no later than `off_s` after its time, which varies by `own_s` itself.
+    fn below(&self, off_s: f64, own_s: f64) -> f64 {
+        let parts = self.weights.iter().zip(&self.sigmas_s).map(|(w, s)| {
+            let sigma = libm::hypot(*s, own_s);
+            w * 0.5 * libm::erfc(-off_s / sigma * FRAC_1_SQRT_2)
+        });
         parts.sum()
     }
 
@@ -275,19 +275,22 @@ impl Evidence {
                 } else if !departs {
                     // It landed before it was first seen; what stands had to get there.
                     let way_s = if self.stood_m.is_some() { TO_A_STAND_S } else { 0.0 };
-                    let before = times.below(born.since_s(entry.eta_ctd) - way_s);
+                    let before = times.below(born.since_s(entry.eta_ctd) - way_s, 0.0);
                     sum += libm::log(5e-3 + before);
                 }
             }
         }
         if departs {
             let off_block = entry.off_block.unwrap_or(entry.eta_ctd);
-            if let (Some(stood), Some(stand)) = (self.stood_m, entry.stand_m)
-                && born.since_s(off_block) <= 120.0
-            {
+            if let (Some(stood), Some(stand)) = (self.stood_m, entry.stand_m) {
+                // Off its block (by a list as far off as it is) it stands anywhere, for its engines or in a queue.
+                let since_s = born.since_s(off_block);
+                let early = 0.5 * libm::erfc(-since_s / EARLY_SIGMA_S * FRAC_1_SQRT_2);
+                let left = (1.0 - DELAYED) * early.min(times.below(since_s, OFF_BLOCK_SIGMA_S));
                 let d2 = (stood - stand).norm_squared();
                 let near = libm::exp(-d2 / 800.0);
-                sum += libm::log((0.02 + 0.98 * near) / (0.7 - 0.4 * near));
+                let own = (1.0 - left) * (0.02 + 0.98 * near) + left * STANDS_AFTER * (1.0 - near);
+                sum += libm::log(own / (0.7 - 0.4 * near));
             }
             if self.parked {
                 sum += libm::log(0.1);
@@ -337,6 +340,14 @@ const IMPOSSIBLE: f64 = -8.0;
 const UNLIKELY: f64 = -3.0;
 /// So long after its time something should have happened, s.
 const NO_EVENT_S: f64 = 240.0;
+/// How much the time of leaving a block varies beside the list's error, s.
+const OFF_BLOCK_SIGMA_S: f64 = 60.0;
+/// Nobody leaves a block much before the list says so, however far off its times are, s.
+const EARLY_SIGMA_S: f64 = 50.0;
+/// Share of departures that stay at their stand for much longer than listed (assumed).
+const DELAYED: f64 = 0.1;
+/// Share of departures that, once off their block, are first seen to stand for ten seconds (assumed).
+const STANDS_AFTER: f64 = 0.5;
 /// From the threshold to a stand, s.
 const TO_A_STAND_S: f64 = 180.0;
 
@@ -361,4 +372,51 @@ fn along_runway(
             && course.dot(&along) >= ALONG_RUNWAY;
         on.then_some((index, way))
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plot::Callsign;
+
+    /// A departure that stood far from its stand when it was first seen: strange before it was off its block, nothing after.
+    #[test]
+    fn what_has_left_its_block_may_stand_anywhere() {
+        let config = TrackingConfig::paper();
+        let entry = FlightEntry {
+            callsign: Callsign::new("SWR1"),
+            address: None,
+            type_designator: String::new(),
+            wake: None,
+            movement: MovementKind::Departure,
+            runway: String::new(),
+            stand: String::new(),
+            stand_m: Some(Vector2::zeros()),
+            eta_ctd: SimTime::from_s(900.0),
+            off_block: Some(SimTime::from_s(300.0)),
+            routing: Vec::new(),
+        };
+        let flights = FlightList { entries: vec![entry.clone()], runways: Vec::new() };
+        let list = List {
+            flights: &flights,
+            config: &config,
+            now: SimTime::from_s(700.0),
+            times: ListTimes::stated(30.0),
+        };
+        let ratio = |born_s: f64, stood: Vector2<f64>, moved_s: f64| {
+            let evidence = Evidence {
+                stood_m: Some(stood),
+                moved: Some(SimTime::from_s(moved_s)),
+                ..Evidence::default()
+            };
+            evidence.log_ratio(&Spread::default(), SimTime::from_s(born_s), &entry, &list)
+        };
+        let far = Vector2::new(120.0, 0.0);
+        assert!(ratio(50.0, far, 310.0) < -2.0, "before: {}", ratio(50.0, far, 310.0));
+        assert!(ratio(600.0, far, 650.0) > -0.7, "after: {}", ratio(600.0, far, 650.0));
+        // Minutes on, the one that stands elsewhere speaks no more against this line than the one before did.
+        assert!(ratio(400.0, far, 650.0) - ratio(600.0, far, 650.0) < 0.2);
+        assert!(ratio(50.0, Vector2::zeros(), 310.0) > 0.5, "at its stand it speaks for it");
+        assert!(ratio(600.0, Vector2::zeros(), 650.0) < 0.0, "who stands there after is another");
+    }
 }

@@ -24,6 +24,8 @@ const KEPT: f64 = 0.8;
 const ASSUMED: f64 = 0.5;
 /// Probability of a label by the target's own name.
 pub(in crate::fusion) const NAMED: f64 = 0.999;
+/// No label of a track that has not been seen lately is more probable.
+pub(in crate::fusion) const UNSEEN_P: f64 = 0.7;
 /// Odds are weighed this often, s, and whenever something has happened.
 const EVERY_S: f64 = 5.0;
 /// ln of odds that are left out.

@@ -22,8 +22,15 @@ impl Tracker {
                 // What calls itself so is seen elsewhere.
                 (shown.reported, shown.label_p) = (None, Some(1.0 - labels::NAMED));
             } else {
-                (shown.track_type, shown.label) = labels::label(track.entry, flights);
-                (shown.assumed, shown.label_p) = (track.assumed, track.label_p);
+                let own = track.callsign.is_some() || track.address.is_some();
+                if !own && !track.updated && track.history & UNSEEN == 0 {
+                    // Whoever it was has not been seen for some looks: nobody is called so for certain.
+                    shown.assumed = track.entry.or(track.assumed);
+                    shown.label_p = track.label_p.map(|p| p.min(labels::UNSEEN_P));
+                } else {
+                    (shown.track_type, shown.label) = labels::label(track.entry, flights);
+                    (shown.assumed, shown.label_p) = (track.assumed, track.label_p);
+                }
             }
             shown.status = match track.stage {
                 Stage::Ended => TrackStatus::Last,
@@ -64,6 +71,9 @@ impl Tracker {
         });
     }
 }
+
+/// Expected updates in a row without a plot after which a label by evidence is only assumed: the target may have gone.
+const UNSEEN: u32 = 0b111;
 
 /// Refused plots in a row with a track's name after which the name is withheld.
 const NAME_DOUBTED: u32 = 5;
