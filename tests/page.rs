@@ -10,9 +10,13 @@ mod demo;
 use browser::Browser;
 use demo::Demo;
 use federates::runtime::life_cycle::Phase;
-use federates::runtime::messages::{Command, Operation, ScanReport};
+use federates::runtime::messages::{AlertMessage, Command, Operation, ScanReport};
 use federates::viewer_logger::Viewer;
 use federates::viewer_logger::beside::RungRow;
+use federates::viewer_logger::drawing::view::View;
+use federates::viewer_logger::drawing::{Drawing, Shown, png, svg};
+use federates::viewer_logger::picture::AirportMap;
+use federates::viewer_logger::said::Topic;
 use federates::viewer_logger::server::{Operate, Page, Server, serve};
 use serde_json::{Value, json};
 use std::net::SocketAddr;
@@ -243,16 +247,20 @@ fn labels_never_overlap_and_keep_their_places() {
     assert!(turned <= 15, "{turned} labels jumped");
     // The placement alone, in a crowd: 300 targets in a window.
     let crowd = w.browser.eval(
-        "import('/labels.js').then(({ place, overlap }) => { \
+        "import('/labels.js').then(({ place, overlap, crosses, cuts }) => { \
            const items = Array.from({ length: 300 }, (_, i) => ({ id: `t${i}`, x: 40 + (i * 7919) % 1200, y: 30 + (i * 104729) % 740, \
              importance: i % 7, level: 3, sizes: { 1: { w: 60, h: 19 }, 2: { w: 84, h: 32 }, 3: { w: 84, h: 45 } } })); \
            const t0 = performance.now(); const placed = [...place(items, { view: { x: 0, y: 0, w: 1280, h: 800 } }).values()]; \
-           let overlaps = 0; placed.forEach((a, i) => placed.slice(i + 1).forEach((b) => { overlaps += overlap(a, b) ? 1 : 0; })); \
-           return { placed: placed.length, overlaps, outside: placed.filter((p) => p.x < 0 || p.y < 0 || p.x + p.w > 1280 || p.y + p.h > 800).length, \
+           let overlaps = 0, crossing = 0; const line = (p) => [p.item.x, p.item.y, p.ax, p.ay], long = (p) => Math.hypot(p.ax - p.item.x, p.ay - p.item.y) >= 14; \
+           placed.forEach((a, i) => placed.slice(i + 1).forEach((b) => { overlaps += overlap(a, b) ? 1 : 0; \
+             crossing += (long(a) && long(b) && crosses(...line(a), ...line(b))) || (long(a) && cuts(...line(a), b)) || (long(b) && cuts(...line(b), a)) ? 1 : 0; })); \
+           return { placed: placed.length, overlaps, crossing, outside: placed.filter((p) => p.x < 0 || p.y < 0 || p.x + p.w > 1280 || p.y + p.h > 800).length, \
              ms: performance.now() - t0 }; })",
     );
     assert_eq!((&crowd["overlaps"], &crowd["outside"]), (&json!(0), &json!(0)), "{crowd}");
-    assert!(crowd["placed"].as_u64().expect("number") >= 110, "{crowd}");
+    assert!(crowd["placed"].as_u64().expect("number") >= 200, "{crowd}");
+    let crossing = crowd["crossing"].as_u64().expect("number");
+    assert!(50 * crossing <= crowd["placed"].as_u64().expect("number"), "{crowd}");
     w.assert_no_complaint();
 }
 
@@ -381,27 +389,38 @@ fn every_list_is_filled_for_the_target_clicked_and_fits_its_box() {
     w.browser.click_on("#compare");
     w.browser.until("document.getElementById('compare').getAttribute('aria-pressed') === 'true'");
     w.page.update(|viewer| assert!(viewer.comparing(), "the viewer was asked"));
-    let rung = |rung: &str, chosen: bool, rmse_m: f64| RungRow {
+    let rung = |rung: &str, chosen: bool, rmse_m: f64, us_per_track: f64| RungRow {
         rung: rung.to_owned(),
         about: models::filter::Rung::of(rung).expect("a rung").declared().about,
         chosen,
         rmse_m: Some(rmse_m),
+        rmse_60s_m: Some(rmse_m),
+        plots: 200,
         raw_rmse_m: Some(5.0),
-        scan_us: 40.0,
+        scan_us: 8.0 * us_per_track,
+        us_per_track: Some(us_per_track),
         tracks: 8,
         since_s: 12.0,
+        ..RungRow::default()
     };
-    let rungs = [rung("abg", false, 5.0), rung("ca3", true, 4.0), rung("imm3", false, 3.0)];
-    w.page.update(|viewer| viewer.on_rungs(&rungs));
+    let rungs =
+        [rung("abg", false, 5.0, 1.0), rung("ca3", true, 4.0, 2.0), rung("imm3", false, 3.0, 6.0)];
+    w.page.update(|viewer| viewer.on_rungs(&rungs, &[[0.0, 0.0]], false));
     w.browser.until("document.querySelectorAll('#rungs tbody tr').length === 3");
     let change = w.browser.eval(
         "[...document.querySelectorAll('#rungs tbody tr')].map((r) => r.cells[2].textContent)",
     );
-    assert_eq!(change, json!(["+25 %", "", "\u{2212}25 %"]));
+    assert_eq!(change, json!(["5.00", "4.00", "3.00"]), "the last minute");
+    // A budget finds its rung, and the ghost of that one is asked for.
+    w.browser.eval("(() => { const i = document.getElementById('budget-us'); i.value = '7'; i.dispatchEvent(new Event('change')); })()");
+    let within = w.browser.eval("document.querySelector('.dial .where').textContent");
+    assert!(within.as_str().expect("words").contains("imm3, 3.00 m at 6.00"), "{within}");
+    w.browser.until("document.querySelector('.dial .choice').textContent.includes('ghost')");
+    w.page.update(|viewer| assert_eq!(viewer.ghost(), Some("imm3")));
     w.browser.click_on("#compare");
     w.browser.until("document.getElementById('compare').getAttribute('aria-pressed') === 'false'");
 
-    for tab in ["tracks", "effects", "filter", "flights", "federates", "sensors", "log"] {
+    for tab in ["tracks", "strips", "effects", "filter", "flights", "federates", "sensors", "log"] {
         w.browser.click_on(&format!("#tab-{tab}"));
         w.drawn();
         let panel = w.browser.eval(&format!(
@@ -511,6 +530,142 @@ fn what_goes_wrong_is_shown_and_does_no_harm() {
     );
 }
 
+/// Alert `id` of two targets of the demo run.
+fn alert(id: u32, change: &str, s: i64) -> AlertMessage {
+    AlertMessage {
+        time_ns: s * 1_000_000_000,
+        change: change.to_owned(),
+        id,
+        kind: "RMCA_ARR".to_owned(),
+        stage: "alarm".to_owned(),
+        subjects: "CAI3208 EDW229".to_owned(),
+        ..AlertMessage::default()
+    }
+}
+
+#[test]
+fn alerts_strips_and_panes_are_what_was_said_and_a_key_acknowledges() {
+    let Some(mut w) = watch(40) else { return };
+    let hidden = w.browser.eval("document.getElementById('alerts').hidden");
+    assert_eq!(hidden, true, "nothing was said");
+    w.page.update(|viewer| viewer.on_alerts(&[alert(5, "raised", 39)]));
+    w.browser.until("__viewer.alerts.length === 1");
+    w.drawn();
+    let text = w.browser.eval("document.querySelector('#alerts li').textContent");
+    for words in ["alarm", "CAI3208 / EDW229", "runway not free for an arrival"] {
+        assert!(text.as_str().expect("words").contains(words), "{text}");
+    }
+    let levels = w
+        .browser
+        .eval("__viewer.labels.filter((l) => ['t1', 't2'].includes(l.id)).map((l) => l.level)");
+    assert_eq!(levels, json!([3, 3]), "both say everything");
+    // The frame round the symbol is the alarm's red.
+    let pixel = w.browser.eval(
+        "(() => { const t = __viewer.tracks.find((t) => t.number === 2); \
+         return [...document.getElementById('map').getContext('2d').getImageData(t.screen.x - 11, t.screen.y + 6, 1, 1).data]; })()",
+    );
+    let [red, green, blue] = [0, 1, 2].map(|i| pixel[i].as_i64().expect("0 to 255"));
+    assert!(red > 180 && green < 130 && blue < 130, "{pixel}");
+    w.browser.key("k");
+    w.browser.until("__viewer.alerts[0].acknowledged === 'page'");
+    w.page.update(|viewer| {
+        let done = viewer.take_done();
+        assert_eq!((done.len(), &done[0].command[..]), (1, "acknowledge 5"));
+    });
+    w.browser.click_on("#alerts li button");
+    w.browser.until("['t1', 't2'].includes(__viewer.selected)");
+    // Looked back at, it has not been raised yet.
+    w.browser.eval("(() => { const s = document.getElementById('scrub'); s.value = 12; s.dispatchEvent(new Event('input')); })()");
+    w.browser.until("__viewer.scan === 12 && __viewer.alerts.length === 0");
+    w.browser.key("l");
+    w.browser.until("__viewer.live && __viewer.alerts.length === 1");
+    w.page.update(|viewer| viewer.on_alerts(&[alert(5, "ended", 40)]));
+    w.browser.until("__viewer.alerts.length === 0");
+
+    // What flights that behave say: the strip, and why it waits.
+    let waits = json!({"for": "EDW229", "at": "A (31-32)", "since_s": 30.0, "planned_s": 12.0});
+    let mover = json!({
+        "callsign": "SWR137H", "phase": "taxiing", "stand": "I_98", "runway": "28", "waits": waits, "held": [4],
+        "cleared": [{"kind": "TAX", "runway": "", "since_s": 1.0}], "authority_m": [[0, 0], [30, 40]], "planned_m": [[30, 40], [30, 90]],
+    });
+    let runway = json!({"name": "10/28", "owner": "EDW229", "queue": 2});
+    let said = json!({"time_s": 40.0, "movers": [mover], "runways": [runway]}).to_string();
+    w.page.update(|viewer| viewer.on_said(Topic::Traffic, &said));
+    let bars = r#"{"time_s":40.0,"bars":[{"runway":"10/28","ends_m":[[0,0],[20,0]],"lit":true}]}"#;
+    w.page.update(|viewer| viewer.on_said(Topic::Lights, bars));
+    w.browser.click_on("#tab-strips");
+    w.browser.until("__viewer.strips.some((s) => s.callsign === 'SWR137H' && s.bay === 'hold')");
+    let strip =
+        w.browser.eval("document.querySelector('#strips [data-strip=SWR137H]').textContent");
+    assert!(strip.as_str().expect("words").contains("waits for EDW229 at A (31-32)"), "{strip}");
+    w.browser.click_on("#strips [data-strip=SWR137H]");
+    w.browser
+        .until("document.getElementById('target-facts').textContent.includes('50 m of 100 m')");
+    assert_eq!(w.browser.eval("__viewer.said.lights.bars.length"), 1);
+
+    // A pane for the radar, one for the tracks: in the address, and gone when closed.
+    w.browser.click_on("[data-pane-of='sensor:1']");
+    w.browser.click_on("[data-pane-of=tracks]");
+    w.browser
+        .until("__viewer.panes.length === 2 && location.hash.includes('pane=map,sensor:1,tracks')");
+    w.drawn();
+    let told = w
+        .browser
+        .eval("document.querySelector('[data-pane=\"sensor:1\"] header span').textContent");
+    let plots = w.demo.scan(40).plots.iter().filter(|p| p.sensor == 1).count();
+    assert!(told.as_str().expect("words").starts_with(&format!("{plots} plots")), "{told}");
+    w.keep_screenshot("panes-1280");
+    w.browser.click_on("[data-pane=tracks] button");
+    w.browser.until("__viewer.panes.length === 1");
+    w.assert_no_complaint();
+}
+
+#[test]
+fn the_picture_without_a_browser_is_the_page() {
+    let Some(mut w) = watch(40) else { return };
+    w.browser.eval("document.querySelector('[data-view=targets]').click()");
+    w.drawn();
+    let view = w.browser.eval("__viewer.view");
+    let get = |name: &str| view[name].as_f64().expect("a figure");
+    let mut seen = View::new([get("width"), get("height")]);
+    let fragment = w.browser.eval("__viewer.state");
+    seen.read(fragment.as_str().expect("an address")).expect("read");
+    let report = w.demo.scan(40);
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/zurich.toml");
+    let map = AirportMap::of(&scenarios::load(&file).expect("the scene is sound"));
+    let shown = Shown { map: &map, scan: &report, trails: &[], weather: None, caption: "" };
+    let drawing = Drawing::of(&shown, &seen);
+    assert_eq!(drawing.marks.len(), report.tracks.len(), "every track is in view");
+    let tracks = w.browser.eval("__viewer.tracks");
+    let labels = w.browser.eval("__viewer.labels.map((l) => l.id)");
+    for mark in &drawing.marks {
+        let screen = &by(&tracks, "number", &json!(mark.number))["screen"];
+        let at = ["x", "y"].map(|k| screen[k].as_f64().expect("pixels"));
+        let far = libm::hypot(mark.at[0] - at[0], mark.at[1] - at[1]);
+        assert!(far < 1.0, "track {}: {far} px from where the page draws it", mark.number);
+        let [red, green, blue] = mark.colour.rgb.map(i64::from);
+        let pixel = w.pixel_at(mark.number);
+        let apart = (pixel[0] - red).abs() + (pixel[1] - green).abs() + (pixel[2] - blue).abs();
+        // A coasting one is hollow and shows the ground in its middle.
+        let hollow =
+            report.tracks.iter().any(|t| t.number == mark.number && t.status == "coasting");
+        assert!(hollow || apart < 60, "track {}: {pixel:?}, not {:?}", mark.number, mark.colour);
+        let labelled =
+            labels.as_array().expect("labels").contains(&json!(format!("t{}", mark.number)));
+        assert!(labelled && !mark.label.is_empty(), "track {} has no label", mark.number);
+    }
+    let words = w.browser.eval(
+        "import('/traffic.js').then(({ labelLines }) => __viewer.tracks.map((t) => [t.number, labelLines(t)]))",
+    );
+    for line in words.as_array().expect("labels") {
+        let mark = drawing.marks.iter().find(|m| json!(m.number) == line[0]).expect("a mark");
+        assert_eq!(json!(mark.label), line[1], "the same words");
+    }
+    let png = png::write(&drawing).expect("a picture");
+    assert!(png.starts_with(b"\x89PNG") && png.len() > 10_000);
+    assert!(svg::write(&drawing).contains("<title>CAI3208</title>"));
+}
+
 #[test]
 fn nothing_is_cut_off_in_any_window() {
     let Some(mut w) = watch(95) else { return };
@@ -550,11 +705,16 @@ fn axe_finds_nothing_to_complain_about() {
     let axe = std::fs::read_to_string(file).expect("axe.min.js");
     let Some(mut w) = watch(40) else { return };
     pick(&mut w, 2);
+    w.page.update(|viewer| viewer.on_alerts(&[alert(5, "raised", 39)]));
+    w.page.update(|viewer| viewer.compare(true, None));
+    w.browser.click_on("[data-pane-of='sensor:1']");
     w.browser.eval(&format!("{axe};1"));
     for size in [WINDOW, [390, 800]] {
         w.browser.resize(size);
         for _ in ["night", "day"] {
-            for tab in ["tracks", "effects", "filter", "flights", "federates", "sensors", "log"] {
+            for tab in
+                ["tracks", "strips", "effects", "filter", "flights", "federates", "sensors", "log"]
+            {
                 w.browser.eval(&format!("document.getElementById('tab-{tab}').click()"));
                 let found = w.browser.eval(
                     "axe.run(document, { resultTypes: ['violations'] }).then((r) => r.violations.map((v) => [v.id, v.nodes[0].html.slice(0, 120)]))",

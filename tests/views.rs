@@ -1,6 +1,7 @@
 //! A finished run: its log against what the page is shown, and what if, from here.
 
 use federates::viewer_logger::archive::Archive;
+use federates::viewer_logger::opened;
 use federates::viewer_logger::source::Source;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -94,4 +95,89 @@ fn a_fork_is_its_parent_until_it_begins_and_what_changed_after() {
         .expect("seeds starts");
     assert_eq!(refused.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&refused.stderr).contains("lasts from 0 to 90"));
+}
+
+#[test]
+fn the_incursion_of_the_first_hour_is_one_alert_on_the_page_in_the_picture_and_in_the_report() {
+    let folder = Folder::new("incursion");
+    let report = folder.0.join("report");
+    let told = report.to_str().expect("a name");
+    folder.seeds(&[
+        "run",
+        "asmgcs",
+        "--fast",
+        "--duration",
+        "150",
+        "--page",
+        "127.0.0.1:0",
+        "--report",
+        told,
+    ]);
+    let viewer = opened::viewer(&report.join("run.sqlite")).expect("opened");
+    let alerts = |s: i64| viewer.alerts_at(s * 1_000_000_000)["open"].clone();
+    assert_eq!(alerts(60), serde_json::json!([]));
+    let raised: Vec<_> = viewer.events().into_iter().filter(|e| e.kind == "alert").collect();
+    assert_eq!(raised.len(), 1, "recorded movements follow no clearances: {raised:?}");
+    assert_eq!(raised[0].subject, "FOLLOW2 SWR137H");
+    let standing = alerts(raised[0].time_ns / 1_000_000_000);
+    assert_eq!(
+        (&standing[0]["kind"], &standing[0]["stage"]),
+        (&"RMCA_ROLL".into(), &"alarm".into())
+    );
+
+    // The picture of that moment, in both forms, and a series.
+    let at = (raised[0].time_ns / 1_000_000_000).to_string();
+    for form in ["svg", "png"] {
+        let file = folder.0.join(format!("map.{form}"));
+        let file = file.to_str().expect("a name");
+        folder.seeds(&["picture", told, "--at", &at, "--view", "#fit=targets&col=day", "-o", file]);
+        let octets = std::fs::read(file).expect("written");
+        let words = String::from_utf8_lossy(&octets);
+        match form {
+            "svg" => assert!(words.contains("<title>FOLLOW2</title>"), "its label"),
+            _ => assert!(octets.starts_with(b"\x89PNG")),
+        }
+    }
+    let series = folder.0.join("frames.svg");
+    let series = series.to_str().expect("a name");
+    folder.seeds(&["picture", told, "--from", "10", "--to", "12", "--every", "1", "-o", series]);
+    assert_eq!(std::fs::read_dir(folder.0.join("frames")).expect("a folder").count(), 3);
+    for (words, says) in [
+        (vec!["--at", "4000", "-o", "x.png"], "there is no picture at 4000 s"),
+        (vec!["-o", "x.jpg"], "which form"),
+        (vec!["--view", "z=0", "-o", "x.png"], "z=0 cannot be read"),
+        (vec!["--from", "5", "--to", "2", "--every", "1", "-o", "x.png"], "is after --to"),
+    ] {
+        let refused = Command::new(env!("CARGO_BIN_EXE_seeds"))
+            .args([&["picture", told][..], &words].concat())
+            .current_dir(&folder.0)
+            .output()
+            .expect("seeds starts");
+        let said = String::from_utf8_lossy(&refused.stderr).into_owned();
+        assert_eq!(refused.status.code(), Some(2), "{said}");
+        assert!(said.contains(says), "{said}");
+    }
+
+    // The report begins with its verdict and says how it was made.
+    let page = std::fs::read_to_string(report.join("report.html")).expect("a report");
+    let place = |words: &str| page.find(words).unwrap_or_else(|| panic!("no {words:?}"));
+    assert!(place("<h2>Verdict</h2>") < place("<h2>Errors over time</h2>"));
+    for words in ["The requirement is", "runways", "<h2>Detection by area</h2>", "FOLLOW2</text>"] {
+        place(words);
+    }
+    for words in ["run asmgcs --fast", "cores, linux", "[airport]"] {
+        place(words);
+    }
+}
+
+#[test]
+fn every_command_has_its_manual_page() {
+    let folder = Folder::new("man");
+    let pages = folder.0.join("man");
+    folder.seeds(&["man", pages.to_str().expect("a name")]);
+    for name in ["seeds.1", "seeds-run.1", "seeds-picture.1", "seeds-dis-cut.1"] {
+        let text =
+            std::fs::read_to_string(pages.join(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
+        assert!(text.contains(".TH"), "{name}");
+    }
 }

@@ -6,6 +6,8 @@ use std::hint::black_box;
 
 const MOST: usize = 62_000;
 
+type Reader = fn(&Block<'_>) -> f64;
+
 /// Reads every field of every item in one pass, scaled.
 fn read(block: &Block<'_>) -> f64 {
     let mut sum = 0.0;
@@ -121,7 +123,7 @@ fn codec(c: &mut Criterion) {
     for (name, write) in [("062", track_062 as fn(&mut Packer, f64)), ("048", plot_048)] {
         let (datagram, count) = filled(write);
         group.throughput(Throughput::Elements(count));
-        let ways: [(&str, fn(&Block<'_>) -> f64); 2] = [("", read), (" by items", read_items)];
+        let ways: [(&str, Reader); 2] = [("", read), (" by items", read_items)];
         for (way, read) in ways {
             group.bench_function(format!("{name}{way}"), |b| {
                 b.iter(|| {

@@ -1,6 +1,6 @@
 //! Values to octets.
 
-use crate::pack::Buffer;
+use crate::buffer::Buffer;
 use crate::table::{Category, Class, Field, Item, Part, Structure};
 use crate::value::{FieldValue, ValueError};
 use std::fmt;
@@ -159,6 +159,7 @@ impl<'a> ItemWriter<'a> {
     ///
     /// # Errors
     /// If a value does not fit its field, their number is wrong, or the item comes too late.
+    #[inline(always)]
     pub fn put<V: FieldValue>(
         &mut self,
         item: &'static Item,
@@ -176,6 +177,24 @@ impl<'a> ItemWriter<'a> {
                 }
                 write_short_part(self.out, item, part, values, false)
             }
+            _ => self.put_rare(item, values),
+        }
+    }
+
+    /// Items that are repeated, long, or of parts with more than codes.
+    #[inline(never)]
+    fn put_rare<V: FieldValue>(
+        &mut self,
+        item: &'static Item,
+        values: &[V],
+    ) -> Result<(), EncodeError> {
+        match &item.structure {
+            Structure::Fixed(part) => {
+                if part.values() != values.len() {
+                    return Err(wrong(item, part.values(), values.len()));
+                }
+                write_part(self.out, item, part, values, false)
+            }
             Structure::Extended(parts) => {
                 let mut rest = values;
                 for (index, part) in parts.iter().enumerate() {
@@ -192,24 +211,6 @@ impl<'a> ItemWriter<'a> {
                 }
                 Ok(())
             }
-            _ => self.put_rare(item, values),
-        }
-    }
-
-    /// Items that are repeated or long.
-    fn put_rare<V: FieldValue>(
-        &mut self,
-        item: &'static Item,
-        values: &[V],
-    ) -> Result<(), EncodeError> {
-        match &item.structure {
-            Structure::Fixed(part) => {
-                if part.values() != values.len() {
-                    return Err(wrong(item, part.values(), values.len()));
-                }
-                write_part(self.out, item, part, values, false)
-            }
-            Structure::Extended(_) => Err(EncodeError::item(item.id, Reason::Structure)),
             Structure::Counted(part) => {
                 let fields = part.values();
                 if !values.len().is_multiple_of(fields) {
@@ -307,7 +308,7 @@ impl<'a> ItemWriter<'a> {
 
     /// Fills in the field specification and closes the gap behind it.
     #[inline]
-    fn close(self) {
+    fn close(self) -> usize {
         let used = 8 - self.present.trailing_zeros() as usize / 8;
         let word = (self.present | extension_bits(used)).to_be_bytes();
         let octets = &mut self.out.octets[self.start..self.out.end];
@@ -316,6 +317,7 @@ impl<'a> ItemWriter<'a> {
             self.out.end -= self.room - used;
         }
         octets.iter_mut().zip(word).take(used).for_each(|(octet, word)| *octet = word);
+        used
     }
 }
 
@@ -470,26 +472,28 @@ pub fn record(
     write: impl FnOnce(&mut ItemWriter<'_>) -> Result<(), EncodeError>,
 ) -> Result<(), EncodeError> {
     let mut buffer = Buffer { end: out.len(), octets: std::mem::take(out) };
-    let written = append(&mut buffer, category, write);
+    let written = append(&mut buffer, category, &mut 1, write);
     buffer.octets.truncate(buffer.end);
     *out = buffer.octets;
     written
 }
 
+/// `room`: octets that the field specification will take, as a guess; then as it was.
 #[inline]
 pub(crate) fn append(
     out: &mut Buffer,
     category: &'static Category,
+    room: &mut usize,
     write: impl FnOnce(&mut ItemWriter<'_>) -> Result<(), EncodeError>,
 ) -> Result<(), EncodeError> {
     let start = out.end;
-    let mut items = ItemWriter::new(out, category.uap, category.uap.len().div_ceil(7));
+    let mut items = ItemWriter::new(out, category.uap, *room);
     let written = write(&mut items).and_then(|()| match items.present {
         0 => Err(EncodeError::item("", Reason::Empty)),
         _ => Ok(()),
     });
     match written {
-        Ok(()) => items.close(),
+        Ok(()) => *room = items.close(),
         Err(_) => out.end = start,
     }
     written

@@ -44,6 +44,7 @@
 //! # Ok::<(), asterix::EncodeError>(())
 //! ```
 
+mod buffer;
 pub mod categories;
 mod decode;
 mod encode;

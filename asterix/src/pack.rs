@@ -1,46 +1,8 @@
 //! Records to blocks, and blocks to datagrams.
 
+use crate::buffer::Buffer;
 use crate::encode::{EncodeError, ItemWriter, Reason, append};
 use crate::table::Category;
-
-/// Octets up to `end`, with room behind them.
-#[derive(Debug, Default)]
-pub(crate) struct Buffer {
-    pub(crate) octets: Vec<u8>,
-    pub(crate) end: usize,
-}
-
-impl Buffer {
-    /// Room for so many more octets.
-    #[inline]
-    fn reserve(&mut self, more: usize) {
-        if self.octets.len() - self.end < more {
-            self.grow(more);
-        }
-    }
-
-    #[cold]
-    fn grow(&mut self, more: usize) {
-        self.octets.resize(2 * self.end + more + 64, 0);
-    }
-
-    #[inline]
-    pub(crate) fn extend(&mut self, octets: &[u8]) {
-        self.reserve(octets.len());
-        self.octets[self.end..self.end + octets.len()].copy_from_slice(octets);
-        self.end += octets.len();
-    }
-
-    /// The top octets of a word: all eight are written, the first ones stay.
-    #[inline]
-    pub(crate) fn word(&mut self, word: u64, octets: usize) {
-        self.reserve(8);
-        if let Some(place) = self.octets[self.end..].first_chunk_mut::<8>() {
-            *place = word.to_be_bytes();
-        }
-        self.end += octets;
-    }
-}
 
 /// Octets of a datagram that every network carries in one piece with room for tunnels.
 pub const DATAGRAM_LIMIT: usize = 1400;
@@ -54,6 +16,8 @@ pub struct Packer {
     current: Buffer,
     /// Beginning and category of the open block.
     open: Option<(usize, u8)>,
+    /// Octets of the last record's field specification: the next one's are likely as many, and nothing has to be moved.
+    room: usize,
 }
 
 impl Packer {
@@ -61,7 +25,7 @@ impl Packer {
     #[must_use]
     pub fn new(limit: usize) -> Self {
         let limit = limit.min(65_507);
-        Self { limit, done: Vec::new(), current: Self::empty(limit), open: None }
+        Self { limit, done: Vec::new(), current: Self::empty(limit), open: None, room: 1 }
     }
 
     /// A datagram of `limit` octets and the record that no longer fits.
@@ -85,7 +49,7 @@ impl Packer {
             self.current.extend(&[category.number, 0, 0]);
         }
         let from = self.current.end;
-        if let Err(e) = append(&mut self.current, category, write) {
+        if let Err(e) = append(&mut self.current, category, &mut self.room, write) {
             (self.current.end, self.open) = before;
             return Err(e);
         }

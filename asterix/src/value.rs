@@ -142,7 +142,7 @@ impl FieldValue for f64 {
         self.bits(field).ok_or_else(|| why_not(self, field))
     }
 
-    #[inline]
+    #[inline(always)]
     fn bits(self, field: &Field) -> Option<u64> {
         let work = &field.work;
         if work.class == Class::Clipped && self.is_finite() {
@@ -277,7 +277,7 @@ impl FieldValue for Value {
 
 /// `floor(steps + ½)`, not below the least nor above the most, in the field's bits. Limits have at most 56 bits: their
 /// distances are exact.
-#[inline]
+#[inline(always)]
 fn clipped(steps: f64, work: &Work) -> u64 {
     // Counted from the least on nothing is negative, and to cut is to round down.
     let up = steps + work.offset;

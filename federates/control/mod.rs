@@ -14,7 +14,7 @@ use crate::runtime::frame_time::FrameTime;
 use crate::runtime::messages::{
     AlertMessage, ClearanceNotice, FinalReport, Frame, Kind, Notice, RunConfig, TrackNotice,
 };
-use models::control::alert::{Alert, Change};
+use models::control::alert::{Alert, AlertKind, Change};
 use models::control::clearance::{Board, Clearance, ClearanceKind};
 use models::control::layout::{Layout, StopBar};
 use models::control::lights;
@@ -27,6 +27,7 @@ use models::plot::Callsign;
 use models::time::SimTime;
 use models::traffic::network::Network;
 use scenarios::Scene;
+use serde_json::json;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -42,6 +43,8 @@ pub struct Control {
     flights: FlightList,
     digest: Digest,
     raised: BTreeMap<String, u64>,
+    /// Which bars are lit, as they were told last.
+    lights_told: Option<Vec<bool>>,
 }
 
 fn net_of(scene: &Scene) -> SafetyNet {
@@ -55,7 +58,7 @@ fn net_of(scene: &Scene) -> SafetyNet {
         confirm_scans: control.confirm_scans,
         strip_margin_m: control.strip_margin_m,
         bar_margin_m: control.bar_margin_m,
-        ..Parameters::default()
+        ..Parameters::on_tracks()
     };
     SafetyNet::new(layout, parameters)
 }
@@ -75,6 +78,7 @@ impl Control {
             flights: FlightList::default(),
             digest: Digest::default(),
             raised: BTreeMap::new(),
+            lights_told: None,
             scene,
         }
     }
@@ -149,6 +153,59 @@ impl Control {
     }
 }
 
+/// Whether an alert compares what is done with what was cleared.
+fn is_about_clearances(kind: AlertKind) -> bool {
+    use AlertKind::{
+        Conflicting, NoLandingClearance, NoMovement, NoPushClearance, NoRunwayClearance,
+        NoTakeOffClearance, NoTaxiClearance, OffWay, StopBar,
+    };
+    matches!(
+        kind,
+        Conflicting(..)
+            | NoLandingClearance
+            | NoMovement
+            | NoPushClearance
+            | NoRunwayClearance
+            | NoTakeOffClearance
+            | NoTaxiClearance
+            | OffWay
+            | StopBar
+    )
+}
+
+/// Half the length of a stop bar as it is drawn, m (assumed: 23 m of taxiway).
+const HALF_BAR_M: f64 = 11.5;
+
+impl Control {
+    /// Tells pages the stop bars, whenever one changed: JSON, each with its runway, its ends in m east and north, and
+    /// whether it is lit.
+    fn tell_lights(&mut self, now: SimTime, out: &mut FrameOut) {
+        let lit: Vec<bool> = self.bars.iter().map(|bar| bar.lit).collect();
+        if self.bars.is_empty() || self.lights_told.as_ref() == Some(&lit) {
+            return;
+        }
+        self.lights_told = Some(lit);
+        let layout = self.net.layout();
+        let bar = |bar: &StopBar| {
+            let axis = layout.runways.get(bar.runway)?;
+            let across_m = bar.across_m.unwrap_or(axis.hold_m);
+            let right = Vector2::new(axis.along.y, -axis.along.x);
+            let middle = axis.origin_m + axis.along * bar.place_m + right * across_m;
+            let ends = [-HALF_BAR_M, HALF_BAR_M].map(|m| middle + axis.along * m);
+            let round = |x: f64| (10.0 * x).round() / 10.0;
+            let ends = ends.map(|p| [round(p.x), round(p.y)]);
+            Some(json!({"runway": axis.names.join("/"), "ends_m": ends, "lit": bar.lit}))
+        };
+        let bars: Vec<_> = self.bars.iter().filter_map(bar).collect();
+        out.publish.push(Publication {
+            key: "control/1/lights".into(),
+            class: Class::Lossy,
+            body: json!({"time_s": now.s(), "bars": bars}).to_string().into_bytes(),
+            retained: Some("control/1/lights/last".into()),
+        });
+    }
+}
+
 fn message(run: u32, now: SimTime, change: Change, alert: &Alert) -> AlertMessage {
     let word = match change {
         Change::Raised => "raised",
@@ -207,6 +264,7 @@ impl Federate for Control {
             }
             false => self.bars.clear(),
         }
+        self.tell_lights(now, out);
         let scan = Scan {
             now,
             targets: &targets,
@@ -215,9 +273,15 @@ impl Federate for Control {
             areas: &[],
             low_visibility: false,
         };
+        // Recorded movements follow no clearances, so that nobody is without one.
+        let cleared = self.scene.traffic.behaving.is_some();
         let changes = self.net.scan(&scan);
-        let told: Vec<AlertMessage> =
-            changes.iter().map(|(change, alert)| message(self.run, now, *change, alert)).collect();
+        let meant = |c: &&(Change, Alert)| cleared || !is_about_clearances(c.1.condition.kind);
+        let told: Vec<AlertMessage> = changes
+            .iter()
+            .filter(meant)
+            .map(|(change, alert)| message(self.run, now, *change, alert))
+            .collect();
         for m in &told {
             if m.change == "raised" {
                 *self.raised.entry(m.kind.clone()).or_default() += 1;

@@ -20,6 +20,7 @@
 //! | `obs/traffic` | may be lost, last value served | JSON: what flights that behave are about |
 //! | `tracks/1/scan` | may be lost | [`ScanReport`] |
 //! | `control/1/alerts` | may be lost | [`AlertMessage`]s, what changed in a scan |
+//! | `control/1/lights` | may be lost, last value served | JSON: stop bars, when one changed |
 //! | `tracks/1/list` | request (`getTracksList`) | empty → [`ScanReport`] |
 
 mod notices;

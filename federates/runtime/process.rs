@@ -121,6 +121,26 @@ pub const LOGGING: &str = "logging";
 /// What it says before that, where it keeps a database: this word and the folder or file.
 pub const KEPT: &str = "kept";
 
+/// The host, as far as it says: processor, cores, system.
+#[must_use]
+pub fn machine() -> String {
+    let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let model = text.lines().find_map(|l| l.strip_prefix("model name")?.split_once(':'));
+    let model = model.map_or("processor not named", |m| m.1.trim());
+    let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+    format!("{model}, {cores} cores, {} {}", std::env::consts::OS, std::env::consts::ARCH)
+}
+
+/// Variable by which a launcher tells its children the command line that a person typed, for reports.
+pub const COMMAND_LINE: &str = "SEEDS_COMMAND_LINE";
+
+/// The command line of this process.
+#[must_use]
+pub fn command_line() -> String {
+    let words = std::env::args_os().map(|a| a.to_string_lossy().into_owned());
+    words.collect::<Vec<_>>().join(" ")
+}
+
 /// Whether a launcher of this host started this process and watches it.
 #[must_use]
 pub fn launched() -> bool {

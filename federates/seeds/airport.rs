@@ -78,15 +78,24 @@ enum Command {
     },
 }
 
-/// What was done to the recorded movements of a scene, by rule and number, and what its movers do
+/// What was done to the recorded movements of a scene, by rule and number, and what its movers do; `check`: a finished run
 #[derive(Args, Clone, Debug)]
+#[command(args_conflicts_with_subcommands = true)]
 pub struct TrafficArgs {
+    #[command(subcommand)]
+    command: Option<TrafficCommand>,
+
     /// Scene: a TOML file, or the name of a scene that comes with SEEDS
     #[arg(value_name = "SCENE", default_value = "zurich")]
     scene: String,
     /// JSON: one object a mover
     #[arg(long)]
     json: bool,
+}
+
+#[derive(Subcommand, Clone, Debug)]
+enum TrafficCommand {
+    Check(super::traffic_check::CheckArgs),
 }
 
 /// `seeds airport …`.
@@ -342,6 +351,9 @@ fn driving_s(trajectory: &Trajectory) -> f64 {
 /// `seeds traffic SCENE`.
 #[must_use]
 pub fn traffic(args: &TrafficArgs) -> ExitCode {
+    if let Some(TrafficCommand::Check(check)) = &args.command {
+        return super::traffic_check::run(check);
+    }
     cli::log_to_stderr(cli::LogFormat::Text, "warn");
     let scene = match load_scene(&args.scene) {
         Ok(scene) => scene,

@@ -97,6 +97,11 @@ pub fn run(args: &AsterixToolArgs) -> ExitCode {
         | Command::Cut { input, .. }
         | Command::Convert { input, .. } => input,
     };
+    if let Command::Cut { from, to: Some(to), .. } = &args.command
+        && from > to
+    {
+        return fail(BAD_INPUT, "--from is after --to: nothing lies between them");
+    }
     let pieces = match read(&input.file, input.port) {
         Ok(pieces) => pieces,
         Err(e) => return fail(BAD_INPUT, format!("{e:#}")),

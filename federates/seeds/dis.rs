@@ -1,5 +1,6 @@
 //! `seeds dis`: what is in a file of DIS datagrams, what is wrong with it, and parts of it.
 
+use crate::runtime::cli::{BAD_INPUT, fail};
 use anyhow::Context;
 use capture::tools::check::check;
 use capture::tools::diff::diff;
@@ -141,6 +142,16 @@ pub struct SelectionArgs {
 }
 
 impl SelectionArgs {
+    /// What is wrong with its times, where nothing can lie between them.
+    fn backwards(&self) -> Option<String> {
+        let after = match (self.from?, self.to?) {
+            (When::FromStart(from), When::FromStart(to)) => from > to,
+            (When::At(from), When::At(to)) => from > to,
+            _ => false, // told by the recording
+        };
+        after.then(|| "--from is after --to: nothing lies between them".to_owned())
+    }
+
     fn selection(&self) -> Selection {
         Selection {
             from: self.from,
@@ -220,6 +231,14 @@ const DATA_LOST: u8 = 3;
 const SHOWN: u32 = 3;
 
 fn dispatch(command: Command, out: &mut impl Write) -> anyhow::Result<ExitCode> {
+    let selection = match &command {
+        Command::Dump { selection, .. } => Some(selection),
+        Command::Cut { edit, .. } | Command::Merge { edit, .. } => Some(&edit.selection),
+        _ => None,
+    };
+    if let Some(why) = selection.and_then(SelectionArgs::backwards) {
+        return Ok(fail(BAD_INPUT, why));
+    }
     match command {
         Command::Stat { input } => {
             let told = stat(&input.file, &input.output.port)?;

@@ -243,7 +243,7 @@ fn free(forks: &Path, name: &str) -> PathBuf {
 }
 
 /// Puts the scene of a run and its files, as the log has them, into the fork's folder: the text, and where it lies.
-fn sources(parent: &Archive, folder: &Path) -> anyhow::Result<(String, PathBuf)> {
+pub(super) fn sources(parent: &Archive, folder: &Path) -> anyhow::Result<(String, PathBuf)> {
     let files = parent.files().context("reading the scene out of the log")?;
     let scene = parent.fact("scene_file").unwrap_or_default();
     ensure!(

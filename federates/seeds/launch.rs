@@ -2,7 +2,7 @@
 
 use crate::runtime::cli::{CommonArgs, FAILED};
 use crate::runtime::clock::monotonic_ns;
-use crate::runtime::process::{self, LAUNCHED};
+use crate::runtime::process::{self, COMMAND_LINE, LAUNCHED, command_line};
 use anyhow::Context;
 use crossbeam_channel::{Receiver, Sender, unbounded};
 use nix::sys::signal::{Signal, kill};
@@ -100,6 +100,7 @@ impl Launched {
         let mut child = Command::new(&executable)
             .args(arguments)
             .env(LAUNCHED, std::process::id().to_string())
+            .env(COMMAND_LINE, command_line())
             .stdin(if listens { Stdio::piped() } else { Stdio::null() })
             .stdout(Stdio::piped())
             // A group of its own: Ctrl-C on the terminal reaches the launcher, which ends the run in order.

@@ -15,12 +15,14 @@ pub mod launch;
 pub mod link_args;
 pub mod load;
 pub mod open;
+pub mod picture;
 pub mod plan;
 mod plan_report;
 pub mod player;
 pub mod record;
 pub mod replay;
 pub mod report;
+mod report_areas;
 pub mod run;
 pub mod run_args;
 pub mod scene;
@@ -29,6 +31,7 @@ pub mod score_asterix;
 pub mod sim;
 pub mod site;
 pub mod sweep;
+pub mod traffic_check;
 pub mod trial;
 pub mod verify;
 
@@ -49,6 +52,7 @@ enum Command {
     Run(Box<run_args::RunArgs>),
     Open(open::OpenArgs),
     Fork(fork::ForkArgs),
+    Picture(picture::PictureArgs),
     Replay(Box<replay::ReplayArgs>),
     Plan(plan::PlanArgs),
     Site(Box<site::SiteArgs>),
@@ -74,6 +78,12 @@ enum Command {
     Gateway(Box<crate::gateway::command::GatewayArgs>),
     ViewerLogger(crate::viewer_logger::command::ViewerArgs),
     AdminStation(crate::admin_station::command::AdminArgs),
+    /// Write the manual pages, one a command, into a folder
+    Man {
+        /// Folder
+        #[arg(value_name = "DIR")]
+        folder: std::path::PathBuf,
+    },
     /// Print a completion script for a shell
     Completions {
         /// Shell
@@ -91,6 +101,7 @@ pub fn main() -> ExitCode {
         Some(Command::Run(args)) => run::run(&args),
         Some(Command::Open(args)) => open::run(&args),
         Some(Command::Fork(args)) => fork::run(&args),
+        Some(Command::Picture(args)) => picture::run(&args),
         Some(Command::Replay(args)) => replay::run(*args),
         Some(Command::Plan(args)) => plan::run(&args),
         Some(Command::Site(args)) => site::run(&args),
@@ -116,6 +127,14 @@ pub fn main() -> ExitCode {
         Some(Command::Visitors(args)) => crate::visitors::command::run(&args),
         Some(Command::ViewerLogger(args)) => crate::viewer_logger::command::run(&args),
         Some(Command::AdminStation(args)) => crate::admin_station::command::run(&args),
+        Some(Command::Man { folder }) => {
+            let made = std::fs::create_dir_all(&folder)
+                .and_then(|()| clap_mangen::generate_to(Seeds::command(), &folder));
+            match made {
+                Ok(()) => ExitCode::SUCCESS,
+                Err(error) => fail(FAILED, format!("{}: {error}", folder.display())),
+            }
+        }
         Some(Command::Completions { shell }) => {
             let mut command = Seeds::command();
             clap_complete::generate(shell, &mut command, "seeds", &mut std::io::stdout());

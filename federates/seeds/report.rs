@@ -1,6 +1,9 @@
 //! The report of a run, made from its database: a page to look at, every table as CSV and JSON.
 
+use super::report_areas::{self, escaped};
 use crate::runtime::cli;
+use crate::runtime::process::machine;
+use crate::viewer_logger::picture::AirportMap;
 use anyhow::Context;
 use rusqlite::{Connection, OpenFlags, types::ValueRef};
 use serde_json::{Map, Value, json};
@@ -121,10 +124,6 @@ fn shown(value: &Value) -> String {
     }
 }
 
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
-}
-
 /// Straight axes of a picture: figures to pixels.
 struct Axes {
     from: [f64; 2],
@@ -190,7 +189,7 @@ impl Axes {
 
     fn svg(&self, inside: &str) -> String {
         format!(
-            "<svg viewBox=\"0 0 {} {}\" role=\"img\">{inside}</svg>",
+            "<svg class=\"plot\" viewBox=\"0 0 {} {}\" role=\"img\">{inside}</svg>",
             self.size[0], self.size[1]
         )
     }
@@ -242,44 +241,21 @@ fn error_picture(database: &Connection) -> anyhow::Result<String> {
         + "<p class=\"key\"><i class=\"tracks\"></i> system tracks, at publication <i class=\"plots\"></i> plots, at their own time</p>")
 }
 
-/// Where everybody went: truth, tracks, false alarms.
-fn map_picture(database: &Connection) -> anyhow::Result<String> {
-    let truth = Table::of(database, "SELECT entity, x_m, y_m FROM truth ORDER BY entity, scan")?;
-    let tracks = Table::of(database, "SELECT track, x_m, y_m FROM tracks ORDER BY track, scan")?;
-    let alarms = Table::of(database, "SELECT x_m, y_m FROM plots WHERE cause IS NULL LIMIT 5000")?;
-    let (xs, ys) = (truth.column("x_m"), truth.column("y_m"));
-    let bounds = |values: &[f64]| {
-        let low = values.iter().copied().fold(f64::INFINITY, f64::min);
-        let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        if low <= high { (low - 150.0, high + 150.0) } else { (-1000.0, 1000.0) }
+/// The text of the scene as it was run, where the log holds it.
+fn scene_text(database: &Connection) -> String {
+    let read = || -> rusqlite::Result<(String, Vec<u8>)> {
+        let question = "SELECT name, octets FROM files WHERE name LIKE '%.toml' ORDER BY name = \
+             (SELECT value FROM run WHERE name = 'scene_file') DESC LIMIT 1";
+        database.query_row(question, [], |row| Ok((row.get(0)?, row.get(1)?)))
     };
-    let ((west, east), (south, north)) = (bounds(&xs), bounds(&ys));
-    let width = 1160.0;
-    let height =
-        (2.0 * MARGIN + (width - 2.0 * MARGIN) * (north - south) / (east - west)).min(1600.0);
-    let axes = Axes { from: [west, south], to: [east, north], size: [width, height] };
-    let mut inside = axes.frame("east, m", "north, m");
-    for (x, y) in alarms.column("x_m").into_iter().zip(alarms.column("y_m")) {
-        if (west..east).contains(&x) && (south..north).contains(&y) {
-            let (px, py) = axes.at(x, y);
-            let _ =
-                write!(inside, "<circle class=\"alarm\" cx=\"{px:.1}\" cy=\"{py:.1}\" r=\"1.3\"/>");
-        }
+    match read() {
+        Ok((name, octets)) => format!(
+            "<details><summary>{}</summary><pre>{}</pre></details>",
+            escaped(&name),
+            escaped(&String::from_utf8_lossy(&octets))
+        ),
+        Err(_) => "<p>not in the log</p>".to_owned(),
     }
-    for (class, table, key) in [("truth", &truth, "entity"), ("tracks", &tracks, "track")] {
-        let (keys, xs, ys) = (table.column(key), table.column("x_m"), table.column("y_m"));
-        // A new key, or a jump (a number used again), begins a new line.
-        let points = (0..keys.len()).flat_map(|i| {
-            let anew = i > 0
-                && (keys[i] != keys[i - 1]
-                    || libm::hypot(xs[i] - xs[i - 1], ys[i] - ys[i - 1]) > 300.0);
-            let gap = anew.then_some((f64::NAN, f64::NAN));
-            gap.into_iter().chain([(xs[i], ys[i])]).collect::<Vec<_>>()
-        });
-        inside += &axes.line(class, points);
-    }
-    Ok(axes.svg(&inside)
-        + "<p class=\"key\"><i class=\"truth\"></i> truth <i class=\"tracks\"></i> system tracks <i class=\"alarm\"></i> false alarms</p>")
 }
 
 /// Writes `report.html` (what happened, with pictures), `report.json` and one CSV for each table and view.
@@ -331,10 +307,22 @@ fn page(database: &Connection, files: &str) -> anyhow::Result<String> {
     for row in &mut measures.rows {
         row[0] = json!(heading(&shown(&row[0])));
     }
+    let map: AirportMap = serde_json::from_str(&fact("map_json")).unwrap_or_default();
+    let mut areas = report_areas::seen(database, &map)?;
+    let names = Table::of(database, "SELECT sensor, name FROM sensors")?;
+    let names = names.rows.iter().filter_map(|r| Some((r[0].as_u64()? as u16, shown(&r[1]))));
+    let names = names.collect();
+    let mut about = Table::of(
+        database,
+        "SELECT name, value FROM run WHERE name <> 'map_json' AND value <> '' ORDER BY name",
+    )?;
+    about.rows.push(vec![json!("report made on"), json!(machine())]);
     let mut body = format!("<h1>{}</h1>", escaped(&title));
     for (heading, inside) in [
+        ("Verdict", report_areas::verdict(&mut areas)),
+        ("Where everybody went", report_areas::map(database, &map)?),
         ("Errors over time", error_picture(database)?),
-        ("Where everybody went", map_picture(database)?),
+        ("Detection by area", report_areas::detection(&areas, &names)),
         ("Targets", Table::of(database, "SELECT * FROM target_accuracy")?.html()),
         ("Sensors", Table::of(database, "SELECT * FROM sensor_accuracy")?.html()),
         ("Measures of the run", measures.html()),
@@ -350,7 +338,15 @@ fn page(database: &Connection, files: &str) -> anyhow::Result<String> {
             )?
             .html()
         }),
-        ("About the run", facts.html()),
+        ("Wrong labels", {
+            Table::of(
+                database,
+                "SELECT label, entity, count(*) AS scans, min(scan) AS first_scan, max(scan) AS last_scan FROM wrong_labels GROUP BY label, entity ORDER BY scans DESC",
+            )?
+            .html()
+        }),
+        ("About the run", about.html()),
+        ("The scene", scene_text(database)),
         ("All tables", format!("<ul>{files}</ul>")),
     ] {
         let _ = write!(body, "<section><h2>{heading}</h2>{inside}</section>");
@@ -368,7 +364,7 @@ table{border-collapse:collapse;font-size:13px;font-variant-numeric:tabular-nums}
 th,td{padding:3px 12px 3px 0;border-bottom:1px solid #e6ebf1;text-align:right;white-space:nowrap}\
 th{color:#5a6877;font-weight:600}td:first-child,th:first-child{text-align:left}\
 svg{width:100%;height:auto;font:11px system-ui,sans-serif;fill:#5a6877}\
-path{fill:none;stroke-width:1.4}path.grid{stroke:#e6ebf1;stroke-width:1}\
+.verdict{font-size:1.15rem;font-weight:700;margin:.2rem 0 .7rem}pre{font-size:12px;overflow:auto;max-height:40em}.plot path{fill:none;stroke-width:1.4}path.grid{stroke:#e6ebf1;stroke-width:1}\
 path.tracks{stroke:#1f6fd1}path.plots{stroke:#e0a23a;stroke-width:1}path.truth{stroke:#8a97a6;stroke-width:3.5;opacity:.55}\
 path.weather{stroke:#3c9d84;stroke-dasharray:4 3}text.weather{fill:#2c7a66}circle.alarm{fill:#c3423f;opacity:.5}\
 .key i{display:inline-block;width:22px;height:4px;margin:0 .3rem 0 1rem;vertical-align:middle}\

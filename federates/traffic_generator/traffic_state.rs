@@ -4,15 +4,17 @@
 //! {"time_s": 61.0,
 //!  "movers": [{"callsign": "KLM123", "phase": "taxiing", "stand": "B 16", "runway": "18L",
 //!              "authority_m": [[e, n], …], "planned_m": [[e, n], …], "held": [17, 18],
+//!              "cleared": [{"kind": "TAX", "runway": "", "since_s": 30.0}],
 //!              "waits": {"for": "BAW7", "at": "A (31-32)", "since_s": 42.0, "planned_s": 12.0}, "wants": "CRO"}],
 //!  "runways": [{"name": "18L/36R", "owner": "DLH4", "queue": 2}]}
 //! ```
 //!
 //! `authority_m`: from the mover to where it may drive now; `planned_m`: from there to the end of its way; m east and
-//! north. `waits` and `wants` (a clearance) only while it waits; `for` is null where it waits for a clearance or the policy.
+//! north. `cleared`: what stands. `waits` and `wants` (a clearance) only while it waits; `for` is null where it waits for a clearance or the policy.
 
 use models::traffic::core::{Core, Phase};
 use serde_json::{Value, json};
+use std::collections::BTreeMap;
 
 /// The state of a core.
 #[must_use]
@@ -21,6 +23,11 @@ pub fn json(core: &Core, time_s: f64) -> String {
     let rounded = |line: Vec<[f64; 2]>| -> Value {
         line.into_iter().map(|p| p.map(|x| (x * 10.0).round() / 10.0)).map(|p| json!(p)).collect()
     };
+    let mut standing: BTreeMap<usize, Vec<Value>> = BTreeMap::new();
+    for c in core.clearances().iter().filter(|c| c.until_s.is_none()) {
+        let cleared = json!({"kind": c.kind, "runway": c.runway, "since_s": c.from_s});
+        standing.entry(c.flight).or_default().push(cleared);
+    }
     let mut movers = Vec::new();
     for (f, flight) in core.flights().iter().enumerate() {
         let Some(phase) = word(core.phase(f)) else { continue };
@@ -33,6 +40,7 @@ pub fn json(core: &Core, time_s: f64) -> String {
             "authority_m": rounded(authority),
             "planned_m": rounded(planned),
             "held": core.held_pieces(f),
+            "cleared": standing.remove(&f).unwrap_or_default(),
         });
         if let Some(waits) = core.waiting(f) {
             mover["waits"] = json!({

@@ -5,6 +5,7 @@
 
 use super::frame::{self, Trail};
 use super::history::TRAIL;
+use super::said::{AlertRow, Said, Topic};
 use super::source::{self, CurvePoint, Event, ScanSums, Source};
 use crate::runtime::messages::{
     FlightNotice, LagMessage, Operation, PlotMessage, ScanReport, TrackMessage, TruthMessage,
@@ -298,6 +299,62 @@ impl Archive {
         found.take(MOST_ROWS).collect()
     }
 
+    /// What was said of a topic last, as of a time; `i64::MAX`: at the end.
+    #[must_use]
+    pub fn said(&self, topic: Topic, time_ns: i64) -> Option<Arc<str>> {
+        if !self.columns.has("said", "octets") {
+            return None;
+        }
+        let read = |database: &Connection| {
+            database
+                .prepare_cached(
+                    "SELECT time_ns, octets FROM said WHERE topic = ?1 AND time_ns <= ?2 \
+                     ORDER BY time_ns DESC LIMIT 1",
+                )?
+                .query_map(params![topic.word(), time_ns], |row| {
+                    Ok((row.get::<_, i64>(0)?, row.get::<_, Vec<u8>>(1)?))
+                })?
+                .next()
+                .transpose()
+        };
+        let (said_ns, octets) = self.or_empty(read(&self.database()))?;
+        let holds = time_ns == i64::MAX || time_ns.saturating_sub(said_ns) <= topic.holds_ns();
+        inflated(&octets).filter(|_| holds).map(Arc::from)
+    }
+
+    /// The alerts of the run, with who acknowledged them.
+    #[must_use]
+    pub(super) fn alerts(&self) -> Said {
+        let mut said = Said::default();
+        if !self.columns.has("alerts", "id") {
+            return said;
+        }
+        let read = |database: &Connection| {
+            let question = "SELECT id, kind, subjects, time_ns, stage, end_ns, place_x_m, place_y_m \
+                 FROM alerts ORDER BY id, time_ns";
+            let mut statement = database.prepare_cached(question)?;
+            let found = statement.query_map([], |row| {
+                let alert = AlertRow {
+                    kind: row.get(1)?,
+                    subjects: row.get(2)?,
+                    stages: vec![(row.get(3)?, row.get(4)?)],
+                    end_ns: row.get(5)?,
+                    place_m: [real(row, 6)?, real(row, 7)?],
+                    acknowledged: None,
+                };
+                Ok((row.get(0)?, alert))
+            })?;
+            found.take(MOST_ROWS).collect::<rusqlite::Result<Vec<(u32, AlertRow)>>>()
+        };
+        for (id, row) in self.or_empty(read(&self.database())) {
+            said.row(id, row);
+        }
+        for operation in self.or_empty(self.operations()) {
+            said.operation(&operation);
+        }
+        said
+    }
+
     /// Time of the last scan, s.
     #[must_use]
     pub fn sums_end_s(&self) -> Option<f64> {
@@ -365,6 +422,14 @@ impl Archive {
             }
         }
         Ok(trails.into_iter().collect())
+    }
+
+    /// Positions of each track of a scan in those before it, newest first, m.
+    ///
+    /// # Errors
+    /// If the database refuses.
+    pub fn trails_of(&self, scan: u64) -> rusqlite::Result<Vec<Trail>> {
+        self.index_at(scan).map_or_else(|| Ok(Vec::new()), |at| self.trails(at))
     }
 
     fn index_at(&self, scan: u64) -> Option<usize> {
@@ -794,6 +859,15 @@ fn rows<T>(
     database.prepare_cached(question)?.query_map([scan], read)?.collect()
 }
 
+/// A text out of the table `said`; none where it is damaged or longer than any that is written.
+fn inflated(octets: &[u8]) -> Option<String> {
+    use std::io::Read as _;
+    let mut text = String::new();
+    let decoder = flate2::read::ZlibDecoder::new(octets).take(MOST_TEXT);
+    std::io::BufReader::new(decoder).read_to_string(&mut text).ok()?;
+    Some(text)
+}
+
 /// A figure; NULL is what was not a number.
 fn real(row: &Row<'_>, at: usize) -> rusqlite::Result<f64> {
     Ok(row.get::<_, Option<f64>>(at)?.unwrap_or(f64::NAN))
@@ -814,6 +888,8 @@ fn angle(row: &Row<'_>, at: usize) -> rusqlite::Result<f64> {
 /// Frames kept in memory, octets and number.
 const CACHE_OCTETS: usize = 256 << 20;
 const CACHE_FRAMES: usize = 4096;
+/// Longest text that is read, octets.
+const MOST_TEXT: u64 = 8 << 20;
 /// Rows of small tables and events that are read, at most.
 const MOST_ROWS: usize = 100_000;
 const MOST_EVENTS: usize = 20_000;

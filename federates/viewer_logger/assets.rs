@@ -23,9 +23,17 @@ const FILES: &[(&str, &str, &[u8])] = files! {
     "style.css" STYLE;
     "main.js" SCRIPT;
     "link.js" SCRIPT;
+    "local.js" SCRIPT;
     "frame.js" SCRIPT;
+    "hook.js" SCRIPT;
+    "keys.js" SCRIPT;
     "state.js" SCRIPT;
+    "switches.js" SCRIPT;
+    "takeaway.js" SCRIPT;
     "address.js" SCRIPT;
+    "alerts.js" SCRIPT;
+    "position.js" SCRIPT;
+    "strips.js" SCRIPT;
     "camera.js" SCRIPT;
     "closeup.js" SCRIPT;
     "export.js" SCRIPT;
@@ -46,6 +54,8 @@ const FILES: &[(&str, &str, &[u8])] = files! {
     "map.js" SCRIPT;
     "panels.js" SCRIPT;
     "curve.js" SCRIPT;
+    "dial.js" SCRIPT;
+    "panes.js" SCRIPT;
     "text.js" SCRIPT;
     "icon.svg" PICTURE;
     "vendor/uPlot.iife.min.js" SCRIPT;

@@ -10,7 +10,9 @@ use crate::runtime::cli::{
 use crate::runtime::clock::utc_ns;
 use crate::runtime::dis_socket::link_config;
 use crate::runtime::member_process::{open_bus, patience};
-use crate::runtime::process::{KEPT, LOGGING, launched, on_interrupt};
+use crate::runtime::process::{
+    COMMAND_LINE, KEPT, LOGGING, command_line, launched, machine, on_interrupt,
+};
 use clap::Args;
 use scenarios::Scene;
 use std::net::SocketAddr;
@@ -85,6 +87,10 @@ fn view(args: &ViewerArgs, scene: Arc<Scene>) -> anyhow::Result<u8> {
         patience: patience(),
         endpoint,
     };
+    let facts = [
+        ("command_line", std::env::var(COMMAND_LINE).unwrap_or_else(|_| command_line())),
+        ("machine", machine()),
+    ];
     let kept = process::run(&task, scene, Arc::clone(&bus), inbox, |server| {
         if let Some(access) = server.map(Server::access) {
             print_line(&format!("page {}", access.url()));
@@ -102,6 +108,11 @@ fn view(args: &ViewerArgs, scene: Arc<Scene>) -> anyhow::Result<u8> {
     });
     bus.close();
     let Some(kept) = kept? else { return Ok(COMPLETE) };
+    if let Some(database) = &database
+        && let Err(error) = note(database, &facts)
+    {
+        tracing::warn!("how the run was started is not in the log: {error}");
+    }
     if let (Some(folder), Some(database)) = (&args.report, &database) {
         crate::seeds::report::write(folder, database)?;
     }
@@ -114,6 +125,15 @@ fn view(args: &ViewerArgs, scene: Arc<Scene>) -> anyhow::Result<u8> {
         "the log is not complete"
     );
     Ok(DATA_LOST)
+}
+
+/// Notes how the run was started, for its report.
+fn note(database: &Path, facts: &[(&str, String)]) -> rusqlite::Result<()> {
+    let database = rusqlite::Connection::open(database)?;
+    for (name, value) in facts {
+        database.execute("INSERT OR REPLACE INTO run VALUES (?1, ?2)", [name, &value[..]])?;
+    }
+    Ok(())
 }
 
 fn listen(args: &ViewerArgs, scene: &Scene, inbox: &Inbox) -> anyhow::Result<()> {

@@ -8,8 +8,10 @@ use super::beside::Beside;
 use super::log::{Log, LogError};
 use super::log_traffic::core_after;
 use super::picture::{AirportMap, RunInfo};
+use super::said::Topic;
 use super::server::Page;
 use crate::exchange::flights::flight_list;
+use crate::runtime::clock::utc_ns;
 use crate::runtime::messages::{
     AlertMessage, FederateStatus, FlightNotice, ForeignReport, Operation, RunState, ScanReport,
     WeatherNotice,
@@ -40,6 +42,8 @@ pub enum Heard {
     Operation(Operation),
     /// What changed of the control alerts in a scan.
     Alerts(Vec<AlertMessage>),
+    /// How traffic stands, or the stop bars (JSON).
+    Said(Topic, String),
 }
 
 /// Where to keep things; what is none is not kept.
@@ -181,6 +185,11 @@ impl Keeper {
                 let run = self.state.as_ref().map_or(0, |s| s.run);
                 let now: Vec<_> = alerts.into_iter().filter(|a| a.run >= run).collect();
                 self.logged(|log| log.alerts(&now));
+                self.shown(|viewer| viewer.on_alerts(&now));
+            }
+            Heard::Said(topic, text) => {
+                self.logged(|log| log.said(topic, &text));
+                self.shown(|viewer| viewer.on_said(topic, &text));
             }
             Heard::Operation(operation) => {
                 self.logged(|log| log.operation(&operation, utc_ns));
@@ -221,6 +230,7 @@ impl Keeper {
     /// Closes the files and says what was kept. `dropped` datagrams never reached this process.
     pub fn close(mut self, dropped: u64) -> Kept {
         self.flush();
+        self.write_done();
         if let Some(recorder) = self.recorder.take() {
             self.kept.datagrams = recorder.recorded();
             self.kept.datagrams_lost = recorder.lost() + dropped;
@@ -249,10 +259,20 @@ impl Keeper {
         self.last_scan = Some(scan.scan);
         self.logged(|log| log.scan(scan));
         self.shown(|viewer| viewer.on_scan(scan));
+        self.write_done();
         self.compare(scan);
     }
 
-    /// Runs the neighbouring rungs on the scan while a browser asks for them.
+    /// Writes down what people did on the page, and shows it in its list.
+    fn write_done(&mut self) {
+        let done = self.page.as_ref().map_or_else(Vec::new, |page| page.viewer().take_done());
+        for operation in done {
+            self.logged(|log| log.operation(&operation, utc_ns()));
+            self.shown(|viewer| viewer.on_operation(operation));
+        }
+    }
+
+    /// Runs the other rungs on the scan while a browser asks for them.
     fn compare(&mut self, scan: &ScanReport) {
         let asked = self.page.as_ref().is_some_and(|page| page.viewer().comparing());
         if !asked {
@@ -261,9 +281,11 @@ impl Keeper {
         }
         let scene = &self.scene;
         let beside = self.beside.get_or_insert_with(|| Beside::new(&scene.tracking_config()));
+        let ghost = self.page.as_ref().and_then(|page| page.viewer().ghost().map(str::to_owned));
+        beside.ghost(ghost.as_deref());
         beside.scan(scan, &self.flights);
-        let rows = beside.rows();
-        self.shown(|viewer| viewer.on_rungs(&rows));
+        let (rows, ghosts_m, few) = (beside.rows(), beside.ghosts_m().to_vec(), beside.few());
+        self.shown(|viewer| viewer.on_rungs(&rows, &ghosts_m, few));
     }
 
     fn run_state(&mut self, state: RunState, utc_ns: i64) {

@@ -5,6 +5,7 @@
 
 use super::frame::{entity_key, plot_error_m};
 use super::picture::{AirportMap, RunInfo};
+use super::said::{self, Topic};
 use super::source::{Event, EventFinder, ScanSums};
 use crate::runtime::messages::{
     FederateStatus, FlightNotice, ForeignReport, Operation, RunState, ScanReport, WeatherNotice,
@@ -181,6 +182,23 @@ impl Log {
                     r.received_ns
                 ])?;
             }
+            Ok(())
+        })
+    }
+
+    /// Writes what was said of a topic as JSON; what does not say its time is left out.
+    ///
+    /// # Errors
+    /// As [`Self::scan`].
+    pub fn said(&mut self, topic: Topic, text: &str) -> Result<(), LogError> {
+        let Some(time_ns) = said::time_of(text) else { return Ok(()) };
+        let octets = deflated(text);
+        self.write(|t| {
+            t.prepare_cached("INSERT OR REPLACE INTO said VALUES (?,?,?)")?.execute(params![
+                topic.word(),
+                time_ns,
+                octets
+            ])?;
             Ok(())
         })
     }
@@ -526,7 +544,7 @@ fn write_plots(t: &Transaction<'_>, scan: &ScanReport) -> rusqlite::Result<()> {
     Ok(())
 }
 
-fn write_events(t: &Transaction<'_>, events: &[Event]) -> rusqlite::Result<()> {
+pub(super) fn write_events(t: &Transaction<'_>, events: &[Event]) -> rusqlite::Result<()> {
     let mut insert = t.prepare_cached("INSERT INTO events VALUES (?,?,?,?)")?;
     for e in events {
         insert.execute(params![e.time_ns, e.kind, e.subject, e.text])?;
@@ -558,7 +576,17 @@ pub(super) fn operation_event(o: &Operation) -> Event {
 pub(super) const APPLICATION_ID: i32 = 0x5345_4544;
 
 /// Version of the tables in `log.sql`; a reader knows all earlier ones.
-pub const SCHEMA: i64 = 2;
+pub const SCHEMA: i64 = 3;
+
+/// A text as the table `said` holds it.
+fn deflated(text: &str) -> Vec<u8> {
+    use flate2::{Compression, write::ZlibEncoder};
+    use std::io::Write as _;
+    let mut encoder = ZlibEncoder::new(Vec::new(), Compression::fast());
+    // A vector takes everything.
+    encoder.write_all(text.as_bytes()).ok();
+    encoder.finish().unwrap_or_default()
+}
 
 /// Root of the mean square; none of nothing.
 fn rmse(errors: impl Iterator<Item = f64>) -> Option<f64> {

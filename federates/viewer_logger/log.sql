@@ -125,6 +125,10 @@ CREATE TABLE alerts (
   time_ns INTEGER, kind TEXT, stage TEXT, subjects TEXT, end_ns INTEGER, place_x_m REAL, place_y_m REAL, id INTEGER
 );
 
+-- What was said at a time as JSON, deflated (zlib): topic "traffic", flights that behave (docs/traffic.md, Seen), and
+-- "lights", stop bars, when they changed.
+CREATE TABLE said (topic TEXT, time_ns INTEGER, octets BLOB, PRIMARY KEY (topic, time_ns)) WITHOUT ROWID;
+
 -- The same rules on exact truth with the true clearances: what the alerts on tracks are scored against.
 CREATE TABLE reference_alerts (
   time_ns INTEGER, kind TEXT, stage TEXT, subjects TEXT, end_ns INTEGER, place_x_m REAL, place_y_m REAL, id INTEGER

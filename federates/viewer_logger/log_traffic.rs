@@ -3,7 +3,8 @@
 //! The core is a pure function of scene and seed, so the logger writes what it says by stepping one of its
 //! own, at the end of the run, up to the last frame that was executed.
 
-use super::log::{Log, LogError};
+use super::log::{Log, LogError, write_events};
+use super::said::alert_event;
 use crate::runtime::messages::AlertMessage;
 use models::control::alert::{Alert, Change};
 use models::control::layout::Layout;
@@ -156,7 +157,9 @@ impl Log {
                 };
                 write_alert(t, "alerts", a.change == "ended", &row)?;
             }
-            Ok(())
+            let raised = alerts.iter().filter(|a| a.change == "raised");
+            let event = |a: &AlertMessage| alert_event(a.time_ns, &a.stage, &a.kind, &a.subjects);
+            write_events(t, &raised.map(event).collect::<Vec<_>>())
         })
     }
 

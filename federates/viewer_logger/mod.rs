@@ -14,6 +14,7 @@ pub mod assets;
 pub mod beside;
 pub mod command;
 mod connections;
+pub mod drawing;
 pub mod frame;
 pub mod history;
 pub mod keeper;
@@ -23,16 +24,18 @@ pub mod metrics;
 pub mod opened;
 pub mod picture;
 pub mod process;
+pub mod said;
 pub mod server;
 pub mod session;
 pub mod source;
 
 use crate::runtime::messages::{
-    FederateStatus, FlightNotice, Operation, RunState, ScanReport, WeatherNotice,
+    AlertMessage, FederateStatus, FlightNotice, Operation, RunState, ScanReport, WeatherNotice,
 };
 use archive::Archive;
 use history::History;
 use picture::{AirportMap, RunInfo};
+use said::{Said, Topic};
 use serde_json::{Value, json};
 pub use session::{Asked, Outgoing, Session, reply};
 use source::{CurvePoint, Event, Source};
@@ -55,6 +58,8 @@ pub struct Viewer {
     state: Option<RunState>,
     measures: BTreeMap<String, f64>,
     comparing: bool,
+    ghost: Option<String>,
+    said: Said,
 }
 
 /// Where the scans come from.
@@ -83,7 +88,8 @@ impl Viewer {
     /// A viewer of a finished run, which has been told nothing but its scans.
     #[must_use]
     pub fn stored(archive: Archive) -> Self {
-        Self::of(Scans::Stored(Box::new(archive)))
+        let said = archive.alerts();
+        Self { said, ..Self::of(Scans::Stored(Box::new(archive))) }
     }
 
     fn of(scans: Scans) -> Self {
@@ -101,24 +107,44 @@ impl Viewer {
             state: None,
             measures: BTreeMap::new(),
             comparing: false,
+            ghost: None,
+            said: Said::default(),
         }
     }
 
-    /// Whether a browser asked for what the neighbouring rungs would give.
+    /// Whether a browser asked for what the other rungs would give.
     #[must_use]
     pub fn comparing(&self) -> bool {
         self.comparing
     }
 
-    /// A browser asks for the neighbouring rungs, or has seen enough.
-    pub fn compare(&mut self, on: bool) {
-        self.comparing = on;
-        self.on_rungs(&[]);
+    /// The rung whose tracks are wanted beside the run's own.
+    #[must_use]
+    pub fn ghost(&self) -> Option<&str> {
+        self.ghost.as_deref()
     }
 
-    /// What the rungs have given so far; none while nobody asks.
-    pub fn on_rungs(&mut self, rows: &[beside::RungRow]) {
-        let message = json!({"type": "rungs", "comparing": self.comparing, "rows": rows});
+    /// A browser asks for the other rungs, and for the tracks of one of them, or has seen enough.
+    pub fn compare(&mut self, on: bool, ghost: Option<String>) {
+        let before = std::mem::replace(&mut self.comparing, on);
+        self.ghost = ghost.filter(|_| on);
+        if before != on {
+            self.on_rungs(&[], &[], false);
+        }
+    }
+
+    /// What the rungs have given so far, where the ghost's tracks are (m), and whether only the neighbours go on, since
+    /// all would take too much; nothing while nobody asks.
+    pub fn on_rungs(&mut self, rows: &[beside::RungRow], ghosts_m: &[[f64; 2]], few: bool) {
+        let left_out = if few {
+            "All filters would take more than 40 % of a core: only the neighbours go on."
+        } else {
+            ""
+        };
+        let message = json!({
+            "type": "rungs", "comparing": self.comparing, "rows": rows, "ghost": ghosts_m,
+            "left_out": left_out,
+        });
         self.set("rungs", message);
     }
 
@@ -169,6 +195,7 @@ impl Viewer {
             false
         });
         if grown {
+            self.said = archive.alerts();
             self.tell_end();
         }
         grown
@@ -223,6 +250,7 @@ impl Viewer {
             let mut weather: Vec<Event> = self.weather.iter().map(log::weather_event).collect();
             weather.dedup_by(|later, earlier| later.text == earlier.text);
             events.extend(weather);
+            events.extend(self.said.events());
             events.extend(self.operations.iter().map(log::operation_event));
             events.sort_by_key(|e| e.time_ns);
         }
@@ -247,6 +275,9 @@ impl Viewer {
 
     /// State of the run. An infinite rate becomes null: as fast as possible.
     pub fn on_state(&mut self, state: &RunState) {
+        if self.state.as_ref().is_some_and(|before| before.run < state.run) {
+            self.said.clear(); // of the run before
+        }
         self.state = Some(state.clone());
         let mut message = json!({"type": "state", "state": state});
         message["state"]["seed"] = state.seed.to_string().into(); // more than a browser's number holds
@@ -281,6 +312,50 @@ impl Viewer {
             self.operations.pop_front();
         }
         self.set("operations", json!({"type": "operations", "operations": self.operations}));
+    }
+
+    /// How traffic stands or the stop bars are, as it was said (JSON).
+    pub fn on_said(&mut self, topic: Topic, text: &str) {
+        if self.said.tell(topic, text) {
+            self.version += 1;
+        }
+    }
+
+    /// What changed of the control alerts.
+    pub fn on_alerts(&mut self, alerts: &[AlertMessage]) {
+        alerts.iter().for_each(|a| self.said.alert(a));
+        self.version += 1;
+    }
+
+    /// A person has seen an alert; what is said in answer.
+    ///
+    /// # Errors
+    /// If there is none of that number, or it was acknowledged before.
+    pub fn acknowledge(&mut self, id: u32) -> Result<String, String> {
+        let now_ns = self.source().times().map_or(0, |t| t.1.0);
+        self.version += 1;
+        self.said.acknowledge(id, "page", now_ns)
+    }
+
+    /// What people did on the page, for the log: once each.
+    pub fn take_done(&mut self) -> Vec<Operation> {
+        self.said.take_done()
+    }
+
+    /// What was said of a topic last, as of a time; `i64::MAX`: now.
+    #[must_use]
+    pub fn said_at(&self, topic: Topic, time_ns: i64) -> Option<Arc<str>> {
+        match &self.scans {
+            Scans::Live(_) => self.said.at(topic, time_ns),
+            Scans::Stored(archive) => archive.said(topic, time_ns),
+        }
+    }
+
+    /// The alerts of a time, as a message for the page.
+    #[must_use]
+    pub fn alerts_at(&self, time_ns: i64) -> Value {
+        let (open, ended) = self.said.alerts_at(time_ns);
+        json!({"type": "alerts", "open": open, "ended": ended})
     }
 
     /// The run as Prometheus text.

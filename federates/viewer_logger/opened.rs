@@ -104,11 +104,7 @@ pub fn id_of(database: &Path) -> String {
 pub fn viewer(database: &Path) -> Result<Viewer, OpenError> {
     let archive = Archive::open(database)?;
     let failed = |source| OpenError::Database { path: database.to_owned(), source };
-    let info = run_info(&archive);
-    let map = match archive.fact("map_json").and_then(|m| serde_json::from_str(&m).ok()) {
-        Some(map) => map,
-        None => map_of_itself(&archive).map_err(failed)?,
-    };
+    let (info, map) = scene_of(&archive).map_err(failed)?;
     let state = RunState {
         run: 1,
         phase: Phase::Stopped,
@@ -130,6 +126,19 @@ pub fn viewer(database: &Path) -> Result<Viewer, OpenError> {
     viewer.on_state(&state);
     viewer.tell_end();
     Ok(viewer)
+}
+
+/// What a run says of itself, and its airport as it is drawn.
+///
+/// # Errors
+/// If the database refuses.
+pub fn scene_of(archive: &Archive) -> rusqlite::Result<(RunInfo, AirportMap)> {
+    let kept = archive.fact("map_json").and_then(|m| serde_json::from_str(&m).ok());
+    let map = match kept {
+        Some(map) => map,
+        None => map_of_itself(archive)?,
+    };
+    Ok((run_info(archive), map))
 }
 
 fn run_info(archive: &Archive) -> RunInfo {

@@ -249,6 +249,22 @@ impl AirportMap {
     }
 }
 
+impl AirportMap {
+    /// Places that are seen when the whole airport is, m.
+    #[must_use]
+    pub fn points(&self) -> Vec<[f64; 2]> {
+        let mut points: Vec<[f64; 2]> = self.runways.iter().flat_map(|r| r.ends).collect();
+        points.extend(self.taxiways.iter().flat_map(|t| t.points_m.iter().copied()));
+        points.extend(self.stands.iter().map(|s| s.position_m));
+        points.extend(self.pavements.iter().flat_map(|p| p.rings.concat()));
+        points.retain(|p| p[0].is_finite() && p[1].is_finite());
+        if points.is_empty() {
+            points = vec![[-1000.0, -1000.0], [1000.0, 1000.0]];
+        }
+        points
+    }
+}
+
 /// Centimetres are enough to draw, and keep the message short.
 fn metres(p: Vector2<f64>) -> [f64; 2] {
     [p.x, p.y].map(|x| (x * 100.0).round() / 100.0)

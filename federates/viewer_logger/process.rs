@@ -5,9 +5,10 @@
 
 use super::Viewer;
 use super::keeper::{Files, Heard, Keeper, Kept};
+use super::said::Topic;
 use super::server::{Operate, Page, Server, serve};
 use crate::exchange::operator;
-use crate::runtime::bus::{Bus, BusError, Class, hear_parts};
+use crate::runtime::bus::{Bus, BusError, Class, ask, hear_parts};
 use crate::runtime::clock::{monotonic_ns, utc_ns};
 use crate::runtime::codec::encode;
 use crate::runtime::life_cycle::Phase;
@@ -178,14 +179,32 @@ fn subscribe(bus: &dyn Bus, inbox: &Inbox) -> Result<(), BusError> {
     hear(bus, "obs/flights", inbox.taking(Heard::Flights))?;
     hear(bus, "obs/foreign", inbox.taking(Heard::Foreign))?;
     hear(bus, "control/1/alerts", inbox.taking(Heard::Alerts))?;
+    hear_text(bus, "obs/traffic", Topic::Traffic, inbox)?;
+    hear_text(bus, "control/1/lights", Topic::Lights, inbox)?;
     hear(bus, "obs/operation", inbox.taking(Heard::Operation))
+}
+
+/// Hears what is said as JSON.
+fn hear_text(bus: &dyn Bus, key: &str, topic: Topic, inbox: &Inbox) -> Result<(), BusError> {
+    let inbox = inbox.clone();
+    let sink = move |_: &str, octets: &[u8]| match std::str::from_utf8(octets) {
+        Ok(text) if octets.len() <= MOST_TEXT => inbox.heard(Heard::Said(topic, text.to_owned())),
+        _ => tracing::warn!(topic = topic.word(), octets = octets.len(), "a message was dropped"),
+    };
+    bus.subscribe(key, Box::new(sink))
 }
 
 /// Asks for what was said before this process listened.
 fn last_values(bus: &dyn Bus, inbox: &Inbox) -> Result<(), BusError> {
     last(bus, "obs/state/last", inbox.taking(Heard::State))?;
     last(bus, "obs/weather/last", inbox.taking(Heard::Weather))?;
-    last(bus, "obs/flights/last", inbox.taking(Heard::Flights))
+    last(bus, "obs/flights/last", inbox.taking(Heard::Flights))?;
+    if let Some(octets) = ask(bus, "control/1/lights/last", Vec::new(), LIGHTS_WITHIN)?
+        && let Ok(text) = String::from_utf8(octets)
+    {
+        inbox.heard(Heard::Said(Topic::Lights, text));
+    }
+    Ok(())
 }
 
 /// The loop and its counters.
@@ -320,11 +339,15 @@ impl Listening {
 
 /// Events that may wait: some seconds of a busy run.
 const WAITING: usize = 65_536;
+/// Longest message of JSON that is taken, octets.
+const MOST_TEXT: usize = 4 << 20;
 /// Scans kept for looking back, octets.
 const HISTORY: usize = 256 << 20;
 /// Federates whose names are kept, at most: anybody on the bus may say one.
 const HEARD: usize = 1024;
 const STATUS_NS: u64 = 1_000_000_000;
+/// How long the federate of control is asked for its lights; most scenes have none.
+const LIGHTS_WITHIN: Duration = Duration::from_millis(200);
 /// How long what was sent before the end may be on its way.
 const LATE_NS: u64 = 250_000_000;
 /// How long a run may be without its administration station.

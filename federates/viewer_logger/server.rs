@@ -337,10 +337,19 @@ async fn browser(mut socket: WebSocket, shared: &Arc<Shared>, rights: Rights) {
                     Asked::Strip(from_s, to_s, columns) => {
                         shared.page.with_all(|all| session.strip(all, from_s, to_s, columns))
                     }
-                    Asked::Compare(_) if rights == Rights::Look => vec![refused(LOOK_ONLY)],
-                    Asked::Compare(on) => {
-                        shared.page.update(|viewer| viewer.compare(on));
+                    Asked::Compare(..) if rights == Rights::Look => vec![refused(LOOK_ONLY)],
+                    Asked::Compare(true, _) if !shared.page.viewer().is_live() => {
+                        vec![refused(NOT_LIVE)]
+                    }
+                    Asked::Compare(on, ghost) => {
+                        shared.page.update(|viewer| viewer.compare(on, ghost));
                         Vec::new()
+                    }
+                    Asked::Acknowledge(_) if rights == Rights::Look => vec![refused(LOOK_ONLY)],
+                    Asked::Acknowledge(id) => {
+                        let mut done = Ok(String::new());
+                        shared.page.update(|viewer| done = viewer.acknowledge(id));
+                        done.err().map(|why| refused(&why)).into_iter().collect()
                     }
                     Asked::Command(id, words, _) if rights == Rights::Look => {
                         vec![reply(id, &words, false, LOOK_ONLY)]
@@ -407,6 +416,7 @@ const MAX_OF_ONE_CLIENT: usize = 8;
 /// How long a browser that needs a token may take to say it.
 const FIRST_WORD: Duration = Duration::from_secs(5);
 const LOOK_ONLY: &str = "this address of the page is for looking; the other one that was printed at the start may command";
+const NOT_LIVE: &str = "filters run beside a run that goes on; of a finished one, seeds fork RUN --set tracking.filter=NAME shows another";
 /// Longest message of a browser, octets.
 const MAX_MESSAGE: usize = 4096;
 /// At most this often a new picture.

@@ -2,6 +2,7 @@
 
 use super::Viewer;
 use super::frame;
+use super::said::Topic;
 use super::source::Strip;
 use crate::runtime::messages::Command;
 use models::time::SimTime;
@@ -21,6 +22,8 @@ pub struct Session {
     sent_scan: Option<u64>,
     sent_beside: Vec<Option<Option<u64>>>, // by place among the runs shown: what was sent, none being "no picture"
     sent_list: String,
+    sent_said: [Option<Option<Arc<str>>>; 2],
+    sent_alerts: String,
     explained: Option<(u64, u16)>, // scan and track
     curve_from: u64,
 }
@@ -47,12 +50,14 @@ pub enum Asked {
     Nothing,
     /// A command to the run, with its number and words; answer with [`reply`].
     Command(f64, String, Command),
-    /// What the neighbouring rungs would give, from now on or no more: [`Viewer::compare`].
-    Compare(bool),
+    /// What the other rungs would give, from now on or no more, and whose tracks as a ghost: [`Viewer::compare`].
+    Compare(bool, Option<String>),
     /// These runs side by side: [`Session::open`].
     Open(Vec<String>),
     /// The time line of the run shown: [`Session::strip`].
     Strip(f64, f64, usize),
+    /// An alert was seen: [`Viewer::acknowledge`].
+    Acknowledge(u32),
     /// The message was not understood; send this.
     Refused(Outgoing),
 }
@@ -89,6 +94,7 @@ impl Session {
             self.sent_scan = Some(scan);
             out.push(Outgoing::Binary(message));
         }
+        self.said(viewer, &mut out);
         self.beside(all, viewer, &mut out);
         if let (Some(number), Some(scan)) = (self.selected, self.sent_scan)
             && self.explained != Some((scan, number))
@@ -113,6 +119,34 @@ impl Session {
             }
         }
         out
+    }
+
+    /// Traffic, stop bars and alerts of the time shown, where they are not those that were sent.
+    fn said(&mut self, viewer: &Viewer, out: &mut Vec<Outgoing>) {
+        let shown = |scan: u64| viewer.source().time_of(viewer.source().nearest(scan)?);
+        let time_ns = match self.shown {
+            Some(scan) => shown(scan).map_or(0, |t| t.0),
+            // Now: what is said of a scan may come before it.
+            None if viewer.is_live() => i64::MAX,
+            None => viewer.source().times().map_or(0, |t| t.1.0),
+        };
+        for (topic, sent) in Topic::ALL.into_iter().zip(&mut self.sent_said) {
+            let said = viewer.said_at(topic, time_ns);
+            if sent.as_ref() != Some(&said) {
+                let (word, text) = (topic.word(), said.as_deref().unwrap_or("null"));
+                if said.is_some() || sent.is_some() {
+                    out.push(Outgoing::Text(
+                        format!(r#"{{"type":"{word}","state":{text}}}"#).into(),
+                    ));
+                }
+                *sent = Some(said);
+            }
+        }
+        let alerts = viewer.alerts_at(time_ns).to_string();
+        if alerts != self.sent_alerts && (!self.sent_alerts.is_empty() || alerts.contains("kind")) {
+            out.push(Outgoing::Text(alerts.as_str().into()));
+            self.sent_alerts = alerts;
+        }
     }
 
     /// The list of runs, where it changed.
@@ -244,7 +278,10 @@ impl Session {
                 Asked::Nothing
             }
             FromPage::Token { .. } => Asked::Nothing,
-            FromPage::Compare { on } => Asked::Compare(on),
+            FromPage::Compare { on, ghost } => {
+                Asked::Compare(on, ghost.map(|g| g.chars().take(32).collect()))
+            }
+            FromPage::Ack { id } => Asked::Acknowledge(id),
             FromPage::Open { runs } => Asked::Open(runs),
             FromPage::Strip { from_s, to_s, columns } => Asked::Strip(from_s, to_s, columns),
             FromPage::Command { id, command, frames, rate } => {
@@ -295,6 +332,11 @@ enum FromPage {
     },
     Compare {
         on: bool,
+        #[serde(default)]
+        ghost: Option<String>,
+    },
+    Ack {
+        id: u32,
     },
     Open {
         runs: Vec<String>,

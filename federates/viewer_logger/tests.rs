@@ -232,29 +232,42 @@ fn the_plots_of_the_selected_target_say_what_every_effect_did() {
 }
 
 #[test]
-fn neighbouring_rungs_see_the_plots_of_the_run_and_only_when_asked() {
+fn all_rungs_see_the_plots_of_the_run_and_only_when_asked() {
     let mut beside = Beside::new(&TrackingConfig::paper());
     let names = |rows: &[RungRow]| rows.iter().map(|r| r.rung.clone()).collect::<Vec<_>>();
     let rows = beside.rows();
-    assert_eq!(names(&rows), ["abg", "ca3", "ca3-ud"]);
-    assert_eq!(rows.iter().map(|r| r.chosen).collect::<Vec<_>>(), [false, true, false]);
+    assert_eq!(names(&rows).len(), 13, "all but the one that needs a map: {rows:?}");
+    assert_eq!(names(&rows)[..3], ["abg", "ca3", "ca3-ud"]);
+    let chosen: Vec<_> = rows.iter().filter(|r| r.chosen).map(|r| &r.rung[..]).collect();
+    assert_eq!(chosen, ["ca3"]);
+    beside.ghost(Some("imm3"));
     assert_eq!(rows[0].rmse_m, None, "nothing was seen yet");
     (1..=12).for_each(|n| beside.scan(&scan(n), &FlightList::default()));
     for row in beside.rows() {
         assert_eq!((row.tracks, row.raw_rmse_m), (1, Some(3.0)), "{row:?}");
         assert!(row.rmse_m.is_some_and(|e| e < 6.0), "{row:?}");
+        assert!(row.rmse_now_m.is_some() && row.us_per_track.is_some_and(|us| us > 0.0), "{row:?}");
+        assert_eq!(row.rmse_60s_m, row.rmse_m, "twelve seconds are within the last minute");
     }
+    assert_eq!(beside.ghosts_m().len(), 1);
+    assert!((beside.ghosts_m()[0][0] - 120.0).abs() < 10.0, "{:?}", beside.ghosts_m());
+    beside.ghost(None);
+    assert!(beside.ghosts_m().is_empty());
+    // An error that lies more than a minute back is in the sum and not in the minute.
+    (13..=80).for_each(|n| beside.scan(&scan(n), &FlightList::default()));
+    let row = beside.rows().into_iter().find(|r| r.chosen).expect("the run's own");
+    assert!(row.plots > 70 && row.rmse_60s_m != row.rmse_m, "{row:?}");
     let mut viewer = Viewer::new(1 << 20);
     let mut session = Session::default();
-    assert_eq!(session.on_message(r#"{"type":"compare","on":true}"#), Asked::Compare(true));
-    viewer.compare(true);
-    viewer.on_rungs(&beside.rows());
+    assert_eq!(session.on_message(r#"{"type":"compare","on":true}"#), Asked::Compare(true, None));
+    viewer.compare(true, None);
+    viewer.on_rungs(&beside.rows(), &[], false);
     let rows = |sent: Vec<serde_json::Value>| {
         sent.into_iter().find(|m| !m["rows"].is_null()).map(|m| m["rows"].clone())
     };
     let sent = rows(texts(&session.poll(&viewer))).expect("rungs");
     assert_eq!(sent[1]["chosen"], true);
-    viewer.compare(false);
+    viewer.compare(false, None);
     assert_eq!(rows(texts(&session.poll(&viewer))), Some(json!([])));
 }
 

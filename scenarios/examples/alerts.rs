@@ -1,43 +1,364 @@
-//! The alerts of a scene on exact truth, its failures, and how many flights were served.
-//! `cargo run --release -p scenarios --example alerts -- SCENE…`
+//! Runs the traffic of scenes and prints every control alert, on its exact truth and, with `--tracks`, on the tracks of
+//! the scene's sensors and tracker, with the score of the second against the first. Several seeds: `--seeds A..B`.
+//!
+//! `cargo run --release -p scenarios --example alerts -- [--tracks] [--quiet] [--seeds A..B] [--seconds S] SCENE…`
+#![allow(clippy::print_stdout, reason = "a tool for the terminal")]
 
-use models::control::alert::Change;
+use models::control::alert::{Alert, Change};
 use models::control::layout::Layout;
 use models::control::parameters::Parameters;
+use models::control::scoring::{self, Told};
+use models::control::situation::{Target, TargetClass};
+use models::environment::Weather;
+use models::flight_list::MovementKind;
+use models::fusion::Tracker;
+use models::plot::Callsign;
+use models::sensors::{PlotSink, ScanInterval, Sensor, TargetState, Truth};
 use models::time::SimTime;
+use models::track::SystemTrack;
+use models::traffic::core::Core;
 use models::traffic::exact::Watch;
+use models::truth::TruthState;
+use scenarios::Scene;
+use std::collections::BTreeMap;
 
-#[expect(clippy::print_stdout, reason = "a tool for the terminal")]
+struct Options {
+    tracks: bool,
+    quiet: bool,
+    seconds: f64,
+}
+
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    for path in std::env::args().skip(1) {
-        let scene = scenarios::load(std::path::Path::new(&path))?;
-        let behaving = scene.traffic.behaving.as_ref().ok_or("nothing behaves in this scene")?;
-        let mut core = behaving.core(&scene.run, scene.run.seed).ok_or("no truth")?;
-        let layout = Layout::of(&scene.airport.layout).with_network(&behaving.network);
-        let mut watch = Watch::new(layout, Parameters::default(), scene.control.stop_bars);
-        println!("== {path}");
-        for frame in 1..=scene.run.frames() {
-            core.step(frame as i64);
-            if frame % u64::from(scene.run.frames_per_scan) == 0 {
-                let now = SimTime(frame as i64 * scene.run.frame.0);
-                for (change, alert) in watch.scan(&core, now) {
-                    let (kind, stage) = (alert.condition.kind.word(), alert.condition.stage.word());
-                    let word = match change {
-                        Change::Raised => "raised",
-                        Change::Changed => "changed",
-                        Change::Ended => "ended",
-                    };
-                    println!("{:8.1} {word:8} {kind:14} {stage:12} {}", now.s(), alert.subjects());
-                }
+    let mut options = Options { tracks: false, quiet: false, seconds: f64::INFINITY };
+    let (mut seeds, mut paths) = (None, Vec::new());
+    let mut args = std::env::args().skip(1);
+    while let Some(arg) = args.next() {
+        match arg.as_str() {
+            "--tracks" => options.tracks = true,
+            "--quiet" => options.quiet = true,
+            "--seconds" => options.seconds = args.next().unwrap_or_default().parse()?,
+            "--seeds" => {
+                let text = args.next().unwrap_or_default();
+                let (a, b) = text.split_once("..").unwrap_or((&text, &text));
+                seeds = Some(a.parse()?..=b.parse()?);
+            }
+            _ => paths.push(arg),
+        }
+    }
+    let mut sum: BTreeMap<String, scoring::KindScore> = BTreeMap::new();
+    let mut movements = 0;
+    for path in paths {
+        let file = scenarios::locate(&path);
+        let scene = scenarios::load(&file)?;
+        for seed in seeds.clone().unwrap_or(scene.run.seed..=scene.run.seed) {
+            println!("== {path} seed {seed}");
+            movements += run(&scene, seed, &options, &mut sum)?;
+        }
+    }
+    if options.tracks {
+        println!("== all: {movements} movements");
+        let mut all = [0_u32; 3];
+        for s in sum.values() {
+            all = [all[0] + s.reference, all[1] + s.detected, all[2] + s.false_alerts];
+            let response = |p| s.response_s(p).unwrap_or(f64::NAN);
+            println!(
+                "{:14} of truth {:4}, detected {:4}, false {:4}, response {:.0} and {:.0} s",
+                s.kind,
+                s.reference,
+                s.detected,
+                s.false_alerts,
+                response(0.5),
+                response(0.95)
+            );
+        }
+        let rate = 100.0 * f64::from(all[2]) / f64::from(movements.max(1));
+        println!(
+            "all: of truth {}, detected {}, false {} ({rate:.1} per 100 movements)",
+            all[0], all[1], all[2]
+        );
+    }
+    Ok(())
+}
+
+/// States of a second, frame by frame, as sensors look at them.
+struct Frames<'a> {
+    scene: &'a Scene,
+    first: usize,
+    /// By entity: its states with their times.
+    states: Vec<Vec<(SimTime, TruthState)>>,
+}
+
+impl Truth for Frames<'_> {
+    fn len(&self) -> usize {
+        self.states.len()
+    }
+    fn key(&self, index: usize) -> u64 {
+        (self.first + index) as u64
+    }
+    fn class(&self, index: usize) -> &models::sensors::TargetClass {
+        &self.scene.traffic.entities[self.first + index].class
+    }
+    fn callsign(&self, index: usize) -> Callsign {
+        self.scene.traffic.entities[self.first + index].callsign
+    }
+    fn address(&self, index: usize) -> Option<u32> {
+        self.scene.traffic.entities[self.first + index].address
+    }
+    fn at(&self, index: usize, time: SimTime) -> Option<TargetState> {
+        let (at, state) = self.states[index].iter().rev().find(|(at, _)| *at <= time)?;
+        let ahead_s = time.since_s(*at);
+        (ahead_s <= 0.1).then_some(TargetState {
+            position_m: state.position_m + state.velocity_mps * ahead_s,
+            velocity_mps: state.velocity_mps,
+            heading_rad: state.heading_rad,
+        })
+    }
+}
+
+fn sensors(scene: &Scene) -> Result<Vec<Box<dyn Sensor>>, String> {
+    let tolerance = scene.tolerance();
+    let mut made: Vec<Box<dyn Sensor>> = Vec::new();
+    for s in &scene.sensors {
+        if let Some(radar) = &s.asde {
+            let radar = radar.radar_for(scene, s, tolerance).map_err(|e| e.to_string())?;
+            made.push(Box::new(radar));
+        } else if let Some(reported) = &s.reported {
+            let made_s = reported.sensor(tolerance, scene.run.duration.s());
+            made.push(made_s.map_err(|e| e.to_string())?);
+        }
+    }
+    Ok(made)
+}
+
+/// A track as control takes it.
+fn target(scene: &Scene, track: &SystemTrack) -> Target {
+    let callsign = track.callsign();
+    let entry = callsign.and_then(|c| scene.flight_list.entries.iter().find(|e| e.callsign == c));
+    let movement = track.label.as_ref().map(|l| l.movement).or(entry.map(|e| e.movement));
+    let class = match movement {
+        Some(MovementKind::Vehicle) => TargetClass::Vehicle,
+        Some(_) => TargetClass::Aircraft,
+        None => TargetClass::Unknown,
+    };
+    let row = entry.and_then(|e| scene.traffic.types.get(&e.type_designator));
+    Target {
+        number: track.number,
+        callsign,
+        class,
+        arriving: movement == Some(MovementKind::Arrival),
+        length_m: row.map_or(0.0, |r| r.class.length_m),
+        position_m: track.position_m,
+        velocity_mps: track.velocity_mps,
+        altitude_m: track.altitude_m,
+        last_plot: track.last_plot,
+        first: track.first,
+    }
+}
+
+/// Alerts by number.
+#[derive(Default)]
+struct Book(BTreeMap<u32, Told>);
+
+impl Book {
+    fn enter(&mut self, now: SimTime, change: Change, alert: &Alert) {
+        let subjects = alert.subjects().split(' ').map(str::to_owned).collect();
+        let told = self.0.entry(alert.id).or_insert_with(|| Told {
+            kind: alert.condition.kind.word(),
+            subjects: Vec::new(),
+            on_s: now.s(),
+            end_s: f64::INFINITY,
+        });
+        told.subjects = subjects;
+        if change == Change::Ended {
+            told.end_s = now.s();
+        }
+    }
+
+    fn list(&self) -> Vec<Told> {
+        self.0.values().cloned().collect()
+    }
+}
+
+fn print(side: &str, now: SimTime, change: Change, alert: &Alert, about: &str) {
+    let (kind, stage) = (alert.condition.kind.word(), alert.condition.stage.word());
+    let word = match change {
+        Change::Raised => "raised",
+        Change::Changed => "changed",
+        Change::Ended => "ended",
+    };
+    println!("{:8.1} {side} {word:8} {kind:14} {stage:12} {}{about}", now.s(), alert.subjects());
+}
+
+/// Where an alert is and who is really there.
+fn about(core: &Core, alert: &Alert, ages: &BTreeMap<u16, u32>, targets: &[Target]) -> String {
+    use models::control::alert::Subject;
+    let (a, b) = alert.condition.subjects;
+    let mut text = String::new();
+    for subject in [Some(a), b].into_iter().flatten() {
+        let Subject::Track(number) = subject else { continue };
+        let Some(t) = targets.iter().find(|t| t.number == number) else { continue };
+        let nearest = (0..core.flights().len() + 4)
+            .filter_map(|f| {
+                let state = core.state(f)?;
+                Some((f, (state.position_m.xy() - t.position_m).norm(), state.velocity_mps.norm()))
+            })
+            .min_by(|x, y| x.1.total_cmp(&y.1));
+        let name = |f: usize| {
+            let flight = core.flights().get(f).map(|f| f.callsign.clone());
+            flight.or_else(|| core.vehicle_name(f).map(str::to_owned)).unwrap_or_default()
+        };
+        let (who, far_m, v) = nearest.map_or(("".into(), 0.0, 0.0), |(f, d, v)| (name(f), d, v));
+        let phase = nearest.and_then(|(f, ..)| (f < core.flights().len()).then(|| core.phase(f)));
+        text += &format!(
+            " | track {number} of {} scans, {:.1} m/s, alt {:?}, at {:.0} {:.0}; {who} {phase:?} {far_m:.1} m off, {v:.1} m/s",
+            ages.get(&number).copied().unwrap_or(0),
+            t.velocity_mps.norm(),
+            t.altitude_m.map(f64::round),
+            t.position_m.x,
+            t.position_m.y
+        );
+    }
+    text
+}
+
+fn run(
+    scene: &Scene,
+    seed: u64,
+    options: &Options,
+    sum: &mut BTreeMap<String, scoring::KindScore>,
+) -> Result<u32, Box<dyn std::error::Error>> {
+    let behaving = scene.traffic.behaving.as_ref().ok_or("nothing behaves in this scene")?;
+    let mut core = behaving.core(&scene.run, seed).ok_or("no truth")?;
+    let layout = || Layout::of(&scene.airport.layout).with_network(&behaving.network);
+    let bars = scene.control.stop_bars;
+    let mut watch = Watch::new(layout(), Parameters::default(), bars);
+    let control = &scene.control;
+    let parameters = Parameters {
+        confirm_scans: control.confirm_scans,
+        strip_margin_m: control.strip_margin_m,
+        bar_margin_m: control.bar_margin_m,
+        ..Parameters::on_tracks()
+    };
+    let mut seen = Watch::new(layout(), parameters, bars);
+    let mut sensors = if options.tracks { sensors(scene)? } else { Vec::new() };
+    let mut tracker = Tracker::new(scene.tracking_config());
+    let weather = Weather::default();
+    let (mut exact, mut tracked) = (Book::default(), Book::default());
+    let mut ages: BTreeMap<u16, u32> = BTreeMap::new();
+    let mut lines: BTreeMap<u32, String> = BTreeMap::new();
+    let count = scene.traffic.entities.len() - behaving.first_entity;
+    let first = behaving.first_entity;
+    let mut frames = Frames { scene, first, states: vec![Vec::new(); count] };
+    let per_scan = u64::from(scene.run.frames_per_scan);
+    let mut errors: BTreeMap<String, [f64; 5]> = BTreeMap::new();
+    let last = scene.run.frames().min((options.seconds / scene.run.frame.s()) as u64);
+    for frame in 1..=last {
+        core.step(frame as i64);
+        let now = SimTime(frame as i64 * scene.run.frame.0);
+        if options.tracks {
+            for (f, states) in frames.states.iter_mut().enumerate() {
+                states.extend(core.state(f).map(|s| (now, s)));
             }
         }
-        for shown in core.shown() {
-            println!("{:8.1} failure {} {}", shown.time_s, shown.kind.word(), shown.callsign);
+        if !frame.is_multiple_of(per_scan) {
+            continue;
         }
+        for (change, alert) in watch.scan(&core, now) {
+            exact.enter(now, *change, alert);
+            if !options.quiet {
+                print("truth ", now, *change, alert, "");
+            }
+        }
+        if !options.tracks {
+            continue;
+        }
+        let scan = frame / per_scan;
+        let from = SimTime(now.0 - per_scan as i64 * scene.run.frame.0);
+        let interval = ScanInterval { run_seed: seed, scan, from, to: now };
+        let mut sink = PlotSink::default();
+        sensors.iter_mut().for_each(|s| s.scan(&interval, &frames, &weather, &mut sink));
+        for (plot, cause) in sink.plots.iter().zip(&sink.causes) {
+            let one = errors.entry(format!("{:?}", plot.kind)).or_default();
+            one[0] += 1.0;
+            let Some(truth) = cause.truth_m else { continue };
+            let error = plot.position_m - truth;
+            let squared = error.norm_squared();
+            one[1] += 1.0;
+            one[4] += f64::from(u8::from(squared > 2500.0));
+            if squared <= 2500.0 {
+                let cov = plot.covariance_m2();
+                one[2] += squared;
+                one[3] += cov.try_inverse().map_or(0.0, |i| (error.transpose() * i * error).x);
+            }
+        }
+        let tracks = tracker.scan(now, &sink.plots, &scene.flight_list);
+        let mut targets: Vec<Target> = tracks.iter().map(|t| target(scene, t)).collect();
+        targets.sort_by_key(|t| t.number);
+        for t in &targets {
+            let age = ages.entry(t.number).or_default();
+            *age = if t.first { 1 } else { *age + 1 };
+        }
+        let told = seen.scan_targets(&core, now, &targets).to_vec();
+        for (change, alert) in &told {
+            tracked.enter(now, *change, alert);
+            let about = about(&core, alert, &ages, &targets);
+            if *change == Change::Raised {
+                lines.insert(alert.id, about.clone());
+            }
+            if !options.quiet {
+                print("tracks", now, *change, alert, &about);
+            }
+        }
+        frames.states.iter_mut().for_each(|s| s.drain(..s.len().saturating_sub(1)).for_each(drop));
+    }
+    for shown in core.shown() {
+        println!("{:8.1} failure {} {}", shown.time_s, shown.kind.word(), shown.callsign);
+    }
+    if !options.quiet {
         for remark in core.remarks() {
             println!("{:8.1} {}", remark.time_s, remark.text);
         }
-        println!("served {} of {}", core.measures_of_served(), core.flights().len());
     }
-    Ok(())
+    for (kind, [all, of_targets, squares, nees, far]) in &errors {
+        let near = (of_targets - far).max(1.0);
+        println!(
+            "plots {kind}: {all}, of targets {of_targets}, beyond 50 m {far}, else rms {:.2} m, NEES {:.2}",
+            (squares / near).sqrt(),
+            nees / near
+        );
+    }
+    println!("served {} of {}", core.measures_of_served(), core.flights().len());
+    let (reference, found) = (exact.list(), tracked.list());
+    if options.tracks {
+        for (id, told) in &tracked.0 {
+            let alone = scoring::score(&reference, std::slice::from_ref(told));
+            if alone.iter().any(|s| s.false_alerts > 0) {
+                let (kind, subjects) = (&told.kind, told.subjects.join(" "));
+                let about = lines.get(id).map_or("", |l| l);
+                println!("{:8.1}-{:.0} false {kind} {subjects}{about}", told.on_s, told.end_s);
+            }
+        }
+        for told in &reference {
+            let alone = scoring::score(std::slice::from_ref(told), &found);
+            if alone.iter().any(|s| s.missed() > 0) {
+                println!("{:8.1} missed {} {}", told.on_s, told.kind, told.subjects.join(" "));
+            }
+        }
+        for score in scoring::score(&reference, &found) {
+            let all = sum.entry(score.kind.clone()).or_insert_with(|| scoring::KindScore {
+                kind: score.kind.clone(),
+                ..Default::default()
+            });
+            all.reference += score.reference;
+            all.detected += score.detected;
+            all.false_alerts += score.false_alerts;
+            all.responses_s.extend(score.responses_s);
+            all.responses_s.sort_by(f64::total_cmp);
+        }
+    }
+    let moved = (0..core.flights().len()).filter(|f| {
+        let m = core.measures(*f);
+        m.aldt_s.is_some() || m.aobt_s.is_some()
+    });
+    Ok(moved.count() as u32)
 }

@@ -1,14 +1,15 @@
-//! Hours of traffic that behaves, on airports and with seeds of one's choice: who was served, who overlapped whom.
+//! Hours of traffic that behaves, on airports and with seeds of one's choice: held against what traffic has to keep (`models::traffic::check`).
 //!
-//! `cargo run --release -p scenarios --example traffic_hours -- [--policy P] [--rate N] [--seeds A..B] [--every FRAMES] [--stops] [--say] AIRPORT|SCENE.toml …`
+//! `cargo run --release -p scenarios --example traffic_hours -- [--policy P] [--rate N] [--seeds A..B] [--every FRAMES] [--stops] [--say] [--cases N] AIRPORT|SCENE.toml …`
 #![allow(
     clippy::print_stdout,
     clippy::disallowed_methods,
     reason = "a command-line example that measures its own time"
 )]
 
-use models::traffic::core::{Core, Notice, Order, Phase};
-use models::traffic::outline::{Rectangle, distance_m, outline};
+use models::control::clearance::ClearanceKind;
+use models::traffic::check::{Checker, Given, Rules, Seen, TypeLimits, Who};
+use models::traffic::core::{Notice, Order};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -17,7 +18,7 @@ fn main() {
     let (mut policy, mut rate, mut seeds, mut every) =
         ("planned".to_owned(), 20_u32, 1..=1_u32, 10_i64);
     let (mut minutes, mut drain, mut say, mut stops) = (60_u32, 30_u32, false, false);
-    let mut what = Vec::new();
+    let (mut what, mut cases) = (Vec::new(), 6);
     while let Some(arg) = args.next() {
         let mut next = || args.next().unwrap_or_default();
         match arg.as_str() {
@@ -27,6 +28,7 @@ fn main() {
             "--minutes" => minutes = next().parse().unwrap_or(minutes),
             "--drain" => drain = next().parse().unwrap_or(drain),
             "--say" => say = true,
+            "--cases" => cases = next().parse().unwrap_or(cases),
             "--stops" => stops = true,
             "--seeds" => {
                 let text = next();
@@ -67,7 +69,7 @@ fn main() {
                     break;
                 }
             };
-            hour(&scene, name, seed, every, drain, (say, stops));
+            hour(&scene, name, seed, every, drain, (say, stops, cases));
         }
     }
 }
@@ -78,7 +80,7 @@ fn hour(
     seed: u32,
     every: i64,
     drain: u32,
-    (say, stops): (bool, bool),
+    (say, stops, cases): (bool, bool, usize),
 ) {
     let Some(behaving) = scene.traffic.behaving.as_ref() else { return };
     let Some(mut core) = behaving.core(&scene.run, u64::from(seed)) else { return };
@@ -99,25 +101,45 @@ fn hour(
     }
     let begun = Instant::now();
     let frames = scene.run.frames() as i64 + i64::from(drain) * 60 * 20;
-    let (mut overlaps, mut pairs): (Vec<String>, u64) = (Vec::new(), 0);
+    let who = core.flights().iter().map(|f| Who {
+        callsign: f.callsign.clone(),
+        size: f.size,
+        limits: TypeLimits::new(f.taxi_mps.0, f.taxi_acc_mps2, f.take_off, f.landing.0),
+        wake: Some(f.wake),
+        direction: Some(f.direction),
+        due_s: f.time_s,
+    });
+    let mut checker = Checker::new(&scene.airport.layout, who.collect(), Rules::exact());
     let mut done_at = None;
     for frame in 1..=frames {
         core.step(frame);
         if frame % every == 0 {
-            for text in overlapping(&core, &mut pairs) {
-                if overlaps.iter().filter(|o| o.split(' ').next() == text.split(' ').next()).count()
-                    < 2
-                    && overlaps.len() < 20
-                {
-                    overlaps.push(format!("{text} at {:.1} s", frame as f64 * 0.05));
-                }
-            }
+            let all = (0..core.flights().len()).filter_map(|f| {
+                let state = core.state(f)?;
+                Some(Seen {
+                    who: f,
+                    position_m: state.position_m,
+                    velocity_mps: state.velocity_mps.xy(),
+                    heading_rad: state.heading_rad,
+                })
+            });
+            checker.frame(frame as f64 * 0.05, &all.collect::<Vec<_>>());
         }
         if frame % 1200 == 0 && core.measures_of_served() == core.flights().len() {
             done_at = Some(frame as f64 * 0.05);
             break;
         }
     }
+    let given = core.clearances().iter().filter_map(|c| {
+        Some(Given {
+            who: c.flight,
+            kind: ClearanceKind::of(c.kind)?,
+            runway: c.runway.clone(),
+            from_s: c.from_s,
+            until_s: c.until_s.unwrap_or(f64::INFINITY),
+        })
+    });
+    let rows = checker.finish(&given.collect::<Vec<_>>());
     let count = core.flights().len();
     let extra: Vec<f64> = (0..count)
         .map(|f| core.measures(f))
@@ -126,17 +148,23 @@ fn hour(
         .collect();
     let around: u32 = (0..count).map(|f| core.measures(f).go_arounds).sum();
     println!(
-        "{name} seed {seed}: served {}/{count}{}, overlaps {} (of {pairs} near), go-arounds {around}, additional {:.0} s, {:.1} s of computing",
+        "{name} seed {seed}: served {}/{count}{}, go-arounds {around}, additional {:.0} s, {:.1} s of computing",
         core.measures_of_served(),
         done_at.map_or(String::new(), |t| format!(" by {t:.0} s")),
-        overlaps.len(),
         extra.iter().sum::<f64>() / extra.len().max(1) as f64,
         begun.elapsed().as_secs_f64()
     );
     if core.unexpected_deadlocks() > 0 {
         println!("    rings of waiting: {}", core.unexpected_deadlocks());
     }
-    overlaps.iter().for_each(|o| println!("    {o}"));
+    for row in &rows {
+        let verdict = if row.kept { "kept" } else { "BROKEN" };
+        println!(
+            "    {verdict:6} {:14} {:.4} (goal {}) of {}",
+            row.name, row.value, row.goal, row.of
+        );
+        row.cases.iter().take(cases).for_each(|c| println!("           {c}"));
+    }
     let served = |f: usize| core.measures(f).aibt_s.is_some() || core.measures(f).atot_s.is_some();
     for f in (0..count).filter(|f| !served(*f)) {
         let flight = &core.flights()[f];
@@ -155,36 +183,4 @@ fn hour(
             println!("    {:7.1} {}", r.time_s, r.text);
         }
     }
-}
-
-fn overlapping(core: &Core, pairs: &mut u64) -> Vec<String> {
-    let mut there: Vec<(usize, [Rectangle; 2])> = Vec::new();
-    for (f, flight) in core.flights().iter().enumerate() {
-        let Some(state) = core.state(f).filter(|s| s.position_m.z < 15.0) else { continue };
-        there.push((f, outline(flight.size, state.position_m.xy(), state.heading_rad)));
-    }
-    let mut found = Vec::new();
-    for (i, (a, first)) in there.iter().enumerate() {
-        for (b, second) in &there[i + 1..] {
-            let near = (first[0].corners_m[0] - second[0].corners_m[0]).norm() < 160.0;
-            let stand = |f: usize| matches!(core.phase(f), Phase::Parked | Phase::Docked);
-            if !near || (stand(*a) && stand(*b)) && !(*pairs).is_multiple_of(7) {
-                continue;
-            }
-            *pairs += 1;
-            if distance_m(first, second) == 0.0 {
-                let name = |f: usize| {
-                    let at = core.state(f).map_or([0.0; 2], |s| s.position_m.xy().into());
-                    let stand = core.stand(f);
-                    format!(
-                        "{} {:?} stand {stand} at {at:.0?}",
-                        core.flights()[f].callsign,
-                        core.phase(f)
-                    )
-                };
-                found.push(format!("{} and {}", name(*a), name(*b)));
-            }
-        }
-    }
-    found
 }

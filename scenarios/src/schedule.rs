@@ -13,7 +13,7 @@ use models::flight_list::{FlightEntry, MovementKind, WakeCategory};
 use models::frames::{Azimuth, wrap_pi};
 use models::plot::Callsign;
 use models::time::SimTime;
-use models::traffic::core::{Core, Direction, Failure, FailureKind, Flight, Policy};
+use models::traffic::core::{Core, Direction, Failure, FailureKind, Flight, Obstacle, Policy};
 use models::traffic::network::{Network, code_of_span};
 use models::traffic::outline::{Rectangle, Size, distance_m, outline};
 use models::traffic::pieces::Pieces;
@@ -38,6 +38,8 @@ pub struct Behaving {
     pub policy: Policy,
     /// What goes wrong.
     pub failures: Vec<Failure>,
+    /// Movers of the scene that are functions of time.
+    pub obstacles: Vec<Obstacle>,
     /// What was moved or assumed, one line each.
     pub remarks: Vec<String>,
 }
@@ -49,6 +51,7 @@ impl Behaving {
         let pieces = self.pieces.clone()?;
         let (net, flights) = (Arc::clone(&self.network), Arc::clone(&self.flights));
         let core = Core::new(net, pieces, flights, self.policy, seed, run.frame.s());
+        let core = core.with_obstacles(self.obstacles.clone());
         Some(core.with_failures(&self.failures))
     }
 }
@@ -268,6 +271,7 @@ pub(crate) fn read(
         first_entity,
         policy,
         failures,
+        obstacles: Vec::new(),
         remarks,
     };
     Ok((Some(behaving), added))

@@ -18,6 +18,8 @@ use models::flight_list::{FlightEntry, FlightList, MovementKind};
 use models::frames::Vector2;
 use models::plot::Callsign;
 use models::time::SimTime;
+use models::traffic::core::Obstacle;
+use models::traffic::outline::Size;
 use models::truth::recorded::{self, Report};
 use models::truth::route::{self, Halt};
 use models::truth::{Limits, Trajectory};
@@ -77,6 +79,7 @@ pub(crate) fn read(
             }
         }
     }
+    let with_truth = !matches!(truth_of, crate::TruthOf::Nobody);
     for (index, section) in sections.iter().enumerate() {
         let text = section.need_text("callsign", "a call sign or vehicle name")?;
         let callsign = Callsign::new(text);
@@ -105,7 +108,8 @@ pub(crate) fn read(
                 return Err(section.refuse("address", Problem::Duplicate { found, first_line }));
             }
         }
-        let with_truth = truth_of.has(index);
+        // What behaves gives way to all the others, whoever publishes them.
+        let with_truth = truth_of.has(index) || with_truth && !schedules.is_empty();
         let (trajectory, report) = match kind {
             Kind::Parked => (Some(parked(section, run, airport, &places)?), None),
             Kind::Route => (routed(section, run, &places, row, with_truth)?, None),
@@ -130,7 +134,6 @@ pub(crate) fn read(
         });
     }
     let first = entities.len();
-    let with_truth = !matches!(truth_of, crate::TruthOf::Nobody);
     let (behaving, added) =
         schedule::read(root, &schedules, run, airport, &types, first, with_truth)?;
     if let Some(both) = added.entities.iter().find(|a| callsigns.contains_key(&a.callsign)) {
@@ -140,7 +143,10 @@ pub(crate) fn read(
     entities.extend(added.entities);
     entries.extend(added.entries);
     files.extend(added.files);
-    let behaving = behaving.map(Arc::new);
+    let behaving = behaving.map(|mut behaving| {
+        behaving.obstacles = entities[..first].iter().filter_map(obstacle).collect();
+        Arc::new(behaving)
+    });
     entries.sort_by_key(|e: &FlightEntry| e.callsign);
     let ends = airport.layout.runways.iter().flat_map(|runway| {
         let [a, b] = runway.thresholds_m;
@@ -148,6 +154,19 @@ pub(crate) fn read(
     });
     let flight_list = FlightList { entries, runways: ends.collect() };
     Ok((Traffic { entities, types, behaving }, flight_list, files))
+}
+
+/// A mover of which every place is known, as those who behave see it.
+fn obstacle(entity: &Entity) -> Option<Obstacle> {
+    Some(Obstacle {
+        callsign: entity.callsign.to_string(),
+        size: Size {
+            length_m: entity.class.length_m,
+            span_m: entity.class.span_m,
+            aircraft: entity.class.aircraft,
+        },
+        trajectory: Arc::new(entity.trajectory.clone()?),
+    })
 }
 
 fn type_row<'a>(section: &Section, types: &'a TypeTable) -> Result<&'a TypeRow, ScenarioError> {

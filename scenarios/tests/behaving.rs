@@ -205,3 +205,52 @@ fn wrong_schedules_are_refused_with_line_and_nearest_name() {
     }
     let _ = std::fs::remove_dir_all(&base);
 }
+
+/// A car that stands on the runway for four minutes and a parked aircraft are given way to: nobody overlaps them, nobody
+/// rolls or lands beside the car, and all are served.
+#[test]
+fn what_is_recorded_or_driven_is_given_way_to() {
+    let movers = "[[traffic]]\nkind = \"parked\"\ncallsign = \"STANDS\"\ntype = \"A320\"\nstand = \"C1\"\n\
+         [[traffic]]\nkind = \"route\"\ncallsign = \"CAR1\"\ntype = \"FOLLOWME\"\nvia = [\"#24\", \"#3\", \"#24\"]\nstart_s = 900\nhalts = [{ at = \"#3\", duration_s = 240 }]\n";
+    let text = format!(
+        "[run]\ntitle = \"t\"\nseed = 3\nduration_s = 2400\n[airport]\n{XSYN}\n{movers}[[traffic]]\n\
+         kind = \"generated\"\narrivals_per_h = 12\ndepartures_per_h = 12\n"
+    );
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("behaving.toml");
+    let scene = scenarios::load_text(&path, &text).unwrap_or_else(|e| panic!("{e}"));
+    let share = scene.traffic.behaving.as_ref().expect("behaves");
+    assert_eq!(share.obstacles.len(), 2);
+    let mut core = core_of(&scene);
+    let driven = &scene.traffic.entities[1];
+    let runway = scene.airport.layout.runway("09").expect("is there");
+    let mut met = 0;
+    for frame in 1..=scene.run.frames() as i64 + 36_000 {
+        core.step(frame);
+        if frame % 10 != 0 {
+            continue;
+        }
+        let now = models::time::SimTime(frame * scene.run.frame.0);
+        for entity in &scene.traffic.entities[..2] {
+            let Some(state) = entity.trajectory.as_ref().and_then(|t| t.at(now)) else { continue };
+            let size = models::traffic::outline::Size {
+                length_m: entity.class.length_m,
+                span_m: entity.class.span_m,
+                aircraft: entity.class.aircraft,
+            };
+            let body = outline(size, state.position_m.xy(), state.heading_rad);
+            for (f, flight) in core.flights().iter().enumerate() {
+                let Some(other) = core.state(f).filter(|s| s.position_m.z < 3.0) else { continue };
+                let inside = entity.callsign == driven.callsign
+                    && runway.distance_m(state.position_m.xy()) < 60.0;
+                let rolls = matches!(core.phase(f), Phase::Rolling | Phase::Landing);
+                assert!(!(inside && rolls), "{} rolls at {:.1} s", flight.callsign, now.s());
+                met += u32::from(inside && core.phase(f) == Phase::Taxiing);
+                let theirs = outline(flight.size, other.position_m.xy(), other.heading_rad);
+                let apart = distance_m(&body, &theirs) > 0.0;
+                assert!(apart, "{} and {} at {:.1} s", entity.callsign, flight.callsign, now.s());
+            }
+        }
+    }
+    assert!(met > 0, "nobody taxies while the car is there: the test says nothing");
+    assert_eq!(core.measures_of_served(), core.flights().len(), "{:?}", core.remarks());
+}

@@ -150,3 +150,83 @@ fn the_cache_drops_what_was_longest_unused() {
     assert_eq!(cache.kept.len(), cache.used.len());
     assert!(cache.octets <= CACHE_OCTETS);
 }
+
+#[test]
+fn what_was_said_beside_the_scans_is_read_as_it_was_at_each_time() {
+    use crate::runtime::messages::AlertMessage;
+    let folder = Folder::new();
+    let file = folder.0.join("run.sqlite");
+    let mut log =
+        Log::create(&file, &RunInfo::default(), &AirportMap::default()).expect("a new log");
+    (1..=6).for_each(|n| log.scan(&scan(n)).expect("written"));
+    let traffic =
+        |s: u32| format!("{{\"time_s\":{s}.0,\"movers\":[],\"text\":\"{}\"}}", "Ä".repeat(500));
+    log.said(Topic::Traffic, &traffic(2)).expect("written");
+    log.said(Topic::Traffic, &traffic(4)).expect("written");
+    log.said(Topic::Lights, "{\"time_s\":1.0,\"bars\":[]}").expect("written");
+    log.said(Topic::Lights, "no JSON").expect("left out");
+    let alert = |change: &str, stage: &str, s: i64| AlertMessage {
+        time_ns: s * 1_000_000_000,
+        change: change.into(),
+        id: 3,
+        kind: "STOPBAR".into(),
+        stage: stage.into(),
+        subjects: "SWR1".into(),
+        place_m: [5.0, 6.0],
+        ..AlertMessage::default()
+    };
+    log.alerts(&[alert("raised", "information", 2)]).expect("written");
+    log.alerts(&[alert("changed", "alarm", 3)]).expect("written");
+    log.alerts(&[alert("ended", "alarm", 5)]).expect("written");
+    let seen = Operation {
+        time_ns: 3,
+        source: "page".into(),
+        command: "acknowledge 3".into(),
+        ok: true,
+        ..Operation::default()
+    };
+    log.operation(&seen, 1).expect("written");
+    log.close().expect("closed");
+    let archive = Archive::open(&file).expect("opened");
+    let said = |topic, s: i64| archive.said(topic, s * 1_000_000_000).map(|t| t.to_string());
+    assert_eq!(said(Topic::Traffic, 1), None);
+    assert_eq!(said(Topic::Traffic, 3), Some(traffic(2)));
+    assert_eq!(said(Topic::Traffic, 14), Some(traffic(4)));
+    assert_eq!(said(Topic::Traffic, 15), None, "nothing was heard for ten seconds");
+    assert!(said(Topic::Lights, 1_000_000).is_some());
+    let viewer = crate::viewer_logger::opened::viewer(&file).expect("opened");
+    let at = |s: i64| viewer.alerts_at(s * 1_000_000_000);
+    assert_eq!(at(1)["open"], json!([]));
+    assert_eq!(
+        (&at(2)["open"][0]["stage"], &at(4)["open"][0]["stage"]),
+        (&json!("information"), &json!("alarm"))
+    );
+    assert_eq!(at(4)["open"][0]["acknowledged"], "page");
+    assert_eq!((&at(5)["open"], &at(5)["ended"][0]["end_s"]), (&json!([]), &json!(5.0)));
+    let events: Vec<_> = viewer.events().into_iter().filter(|e| e.kind == "alert").collect();
+    assert_eq!((events.len(), &events[0].text[..]), (1, "information STOPBAR: SWR1"));
+    // A browser that looks back is sent the state of then, and told when there is none any more.
+    let mut session = crate::viewer_logger::Session::default();
+    let mut sent = |scan: u64| -> Vec<serde_json::Value> {
+        session.on_message(&format!("{{\"type\":\"show\",\"scan\":{scan}}}"));
+        let texts = session.poll(&viewer).into_iter().filter_map(|m| match m {
+            crate::viewer_logger::Outgoing::Text(text) => serde_json::from_str(&text).ok(),
+            crate::viewer_logger::Outgoing::Binary(_) => None,
+        });
+        texts
+            .filter(|m: &serde_json::Value| {
+                ["traffic", "lights", "alerts"].iter().any(|t| m["type"] == *t)
+            })
+            .collect()
+    };
+    let kinds = |out: &[serde_json::Value]| {
+        out.iter().map(|m| m["type"].as_str().unwrap_or("").to_owned()).collect::<Vec<_>>()
+    };
+    let first = sent(3);
+    assert_eq!(kinds(&first), ["traffic", "lights", "alerts"]);
+    assert_eq!(first[0]["state"]["time_s"], 2.0);
+    assert!(sent(3).is_empty(), "once");
+    let back = sent(1);
+    assert_eq!(kinds(&back), ["traffic", "alerts"], "the bars are the same");
+    assert_eq!((&back[0]["state"], &back[1]["open"]), (&serde_json::Value::Null, &json!([])));
+}

@@ -2,10 +2,20 @@
 
 import { ellipseOf, outline, plotMark, sound } from "./traffic.js";
 
+const sizes = new WeakMap();
+
+/** Measures the canvas whenever its size changes, and never in a drawing: that would lay out the whole page. */
+export function watch(canvas, changed) {
+  new ResizeObserver(([entry]) => {
+    const { inlineSize: w, blockSize: h } = entry.borderBoxSize[0];
+    sizes.set(canvas, [w, h]);
+    changed();
+  }).observe(canvas);
+}
+
 /** Draws one target large: truth to scale, track, ellipse, plots and the error between them. */
 export function closeUp(canvas, map, target) {
-  const box = canvas.getBoundingClientRect(), ratio = window.devicePixelRatio || 1;
-  const w = Math.round(box.width), h = Math.round(box.height);
+  const [w, h] = (sizes.get(canvas) ?? [0, 0]).map(Math.round), ratio = window.devicePixelRatio || 1;
   if (!w || !h) return;
   if (canvas.width !== Math.round(w * ratio)) canvas.width = Math.round(w * ratio);
   if (canvas.height !== Math.round(h * ratio)) canvas.height = Math.round(h * ratio);

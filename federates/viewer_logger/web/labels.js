@@ -230,11 +230,22 @@ function candidate(item, { w, h }, dx, dy, context, rules) {
   }
   // The leader against other leaders and labels, and the label against other leaders.
   box.long = Math.hypot(box.ax - item.x, box.ay - item.y) >= SHORT_LEADER;
-  let crossings = context.leaders.some(x, y, x + w, y + h, (o) => cuts(o.item.x, o.item.y, o.ax, o.ay, box)) ? 1 : 0;
-  if (box.long && crossings <= rules.leaders) {
-    const x0 = Math.min(item.x, box.ax), y0 = Math.min(item.y, box.ay), x1 = Math.max(item.x, box.ax), y1 = Math.max(item.y, box.ay);
-    if (context.leaders.some(x0, y0, x1, y1, (o) => crosses(item.x, item.y, box.ax, box.ay, o.item.x, o.item.y, o.ax, o.ay))) crossings++;
-    if (context.boxes.some(x0, y0, x1, y1, (o) => cuts(item.x, item.y, box.ax, box.ay, o))) crossings++;
+  const x0 = Math.min(item.x, box.ax), y0 = Math.min(item.y, box.ay), x1 = Math.max(item.x, box.ax), y1 = Math.max(item.y, box.ay);
+  const over = (o) => cuts(o.item.x, o.item.y, o.ax, o.ay, box);
+  const leads = (o) => crosses(item.x, item.y, box.ax, box.ay, o.item.x, o.item.y, o.ax, o.ay), under = (o) => cuts(item.x, item.y, box.ax, box.ay, o);
+  let crossings = 0;
+  if (rules.leaders === 0) {
+    if (context.leaders.some(x, y, x + w, y + h, over)) return null;
+    if (box.long && (context.leaders.some(x0, y0, x1, y1, leads) || context.boxes.some(x0, y0, x1, y1, under))) return null;
+  } else {
+    // Who may cross is counted by whom it crosses.
+    const crossed = new Set(), note = (test) => (o) => test(o) && crossed.add(o.id);
+    context.leaders.each(x, y, x + w, y + h, note(over));
+    if (box.long) {
+      context.leaders.each(x0, y0, x1, y1, note(leads));
+      context.boxes.each(x0, y0, x1, y1, note(under));
+    }
+    crossings = crossed.size;
   }
   if (crossings > rules.leaders) return null;
   box.crossings = crossings;

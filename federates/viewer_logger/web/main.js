@@ -1,18 +1,25 @@
 // Wires the page together: messages of the server in, map, lists and controls out.
 
 import { Address } from "./address.js";
-import { closeUp } from "./closeup.js";
+import { AlertPanel, alertWords, subjectOf } from "./alerts.js";
+import { closeUp, watch } from "./closeup.js";
 import { Curve } from "./curve.js";
-import { csv, curveRows, json, picture, save, shownRows, targetRows } from "./export.js";
 import { backgroundOf, extinction, rvr, sunElevation } from "./eye_light.js";
+import { Dial } from "./dial.js";
 import { decode } from "./frame.js";
+import { expose } from "./hook.js";
+import { keyboard } from "./keys.js";
 import { Link } from "./link.js";
-import { LAYERS, MapView } from "./map.js";
+import { keepLocal, readLocal } from "./local.js";
+import { Panes } from "./panes.js";
+import { MapView } from "./map.js";
+import { clearanceFacts, StripPanel, stripsOf } from "./strips.js";
 import { nextEvent, TimeLine, typedTime } from "./time.js";
 import { found, latLon, Tools, tutorial } from "./tools.js";
-import { plotMark } from "./traffic.js";
+import { switches } from "./switches.js";
+import { takeaway } from "./takeaway.js";
 import {
-  facts, flightColumns, showEffects, showFederates, showOperations, showRungs, showSensors, Table, targetFacts, TRACK_COLUMNS,
+  facts, flightColumns, showEffects, showFederates, showOperations, showRun, showSensors, Table, targetFacts, TRACK_COLUMNS,
 } from "./panels.js";
 import { element, elapsed, fixed, place, utc, visibility, wind } from "./text.js";
 
@@ -21,7 +28,7 @@ const byId = (id) => document.getElementById(id);
 const state = {
   run: null, airport: null, notices: [], runState: null, timeline: null, weather: null, flights: [], federates: [], operations: [],
   plan: [], scan: null, live: true, selected: null, link: "connecting", notice: null, playing: false, answer: null,
-  runs: [], shownRuns: [], loop: null, wish: {}, tab: "tracks",
+  runs: [], shownRuns: [], loop: null, wish: {}, tab: "tracks", traffic: null, strips: [],
 };
 
 // ---- parts ----
@@ -54,11 +61,33 @@ const flights = new Table(byId("flights"), flightColumns(() => state.run?.start_
   },
 });
 
+const alerts = new AlertPanel(byId("alerts"), {
+  time: (s) => utc(state.run?.start_utc_ns, s),
+  pick: showAlert,
+  acknowledge: (id) => link.send({ type: "ack", id }),
+});
+const onPick = (strip) => {
+  if (strip.trackId) select(strip.trackId);
+  flights.select(strip.callsign);
+};
+const strips = ["strips", "bays-list"].map((id) => new StripPanel(byId(id), { onPick, time: (s) => utc(state.run?.start_utc_ns, s) }));
+
+const dial = new Dial(byId("dial-box"), { send: (message) => link.send(message) });
+const panes = new Panes(byId("panes"), map, { onPick: (id) => select(id), onChange: () => panesChanged() });
+map.onDrawn = () => panes.draw();
+function panesChanged() {
+  for (const button of document.querySelectorAll("[data-pane-of]")) button.setAttribute("aria-pressed", String(panes.has(button.dataset.paneOf)));
+  addressChanged(true);
+}
+
 /** The address follows the view, once both are there. */
 let started = false;
 function addressChanged(push = false) {
   if (started) address.changed(push);
 }
+
+const { makeLayers, setLayer, makeSensorLayers, drawMark } = switches({ state, map, panes, changed: () => addressChanged(), say: (answer) => showAnswer(answer) });
+const { EXPORTS, bookmark } = takeaway({ state, map, curve, address: () => address, say: (answer) => showAnswer(answer) });
 
 const link = new Link({
   text: onText,
@@ -112,6 +141,19 @@ function onText(message) {
     case "events":
       line.show({ events: message.events });
       break;
+    case "alerts":
+      alerts.show(message);
+      map.setSaid({ alerts: message.open });
+      break;
+    case "traffic":
+      state.traffic = message.state;
+      map.setSaid({ traffic: message.state });
+      showStrips();
+      showTarget();
+      break;
+    case "lights":
+      map.setSaid({ lights: message.state });
+      break;
     case "state":
       state.runState = message.state;
       showState();
@@ -138,8 +180,9 @@ function onText(message) {
       break;
     case "rungs":
       state.rungs = message;
-      byId("compare").setAttribute("aria-pressed", String(message.comparing));
-      byId("compare").textContent = message.comparing ? "Stop comparing" : "Compare with a cheaper and a more exact filter";
+      dial.show(message);
+      map.ghost = message.ghost ?? null;
+      map.need("traffic");
       showPanel("filter");
       break;
     case "effects":
@@ -154,6 +197,9 @@ function onText(message) {
       setLive(true);
       select(null);
       map.before = new Map();
+      state.traffic = null;
+      alerts.show({ open: [], ended: [] });
+      map.setSaid({ alerts: [], traffic: null, lights: null });
       break;
     case "refused":
       showAnswer({ accepted: false, text: message.text });
@@ -178,6 +224,7 @@ function onScan(buffer) {
   }
   if (!state.live && state.playing && state.scan.newest) setLive(true);
   map.setScan(state.scan);
+  panes.scan(state.scan);
   grantSelection();
   if (state.selected && !map.find(state.selected)) keepSelection();
   showTimeline();
@@ -187,6 +234,7 @@ function onScan(buffer) {
     tracks.show(targets());
     showTarget();
     setTimeout(() => {
+      showStrips();
       showPanel("sensors");
       makeSensorLayers();
     }, 0);
@@ -217,6 +265,7 @@ function select(id) {
   link.send({ type: "select", track: selectedNumber() });
   tracks.select(id);
   if (state.callsign) flights.select(state.callsign);
+  showStrips();
   if (map.follow) map.setFollow(true);
   showFollow();
   showTarget();
@@ -416,6 +465,23 @@ function showFlights() {
   flights.show(state.flights);
 }
 
+/** Strips of the time shown, where they are seen. */
+function showStrips() {
+  if (!state.scan || (byId("panel-strips").hidden && map.skin !== "controller")) return;
+  const { flights: list, scan, traffic } = state;
+  state.strips = stripsOf({ flights: list, scan, traffic, ground: map.situation, timeS: scan.timeS });
+  for (const panel of strips) panel.show(state.strips, traffic, state.callsign);
+}
+
+/** An alert on the map: its place in the middle, its first subject selected. */
+function showAlert(alert) {
+  const target = alert.subjects.map((name) => subjectOf(state.scan, name)).find(Boolean), [x, y] = target ? [target.x, target.y] : alert.place_m;
+  map.touched = true;
+  map.look({ cx: x, cy: y, scale: Math.max(map.view.scale, 0.5) });
+  if (target) select(target.id);
+  else showAnswer({ accepted: true, text: `${alertWords(alert.kind)}: ${alert.subjects.join(", ")} (no track now)` });
+}
+
 function showTarget() {
   const target = map.find(state.selected);
   const name = target ? target.callsign || (target.number === undefined ? "no name" : `Track ${target.number}`)
@@ -423,7 +489,7 @@ function showTarget() {
   byId("target-name").textContent = name;
   byId("target").dataset.empty = String(!state.selected);
   byId("target-name").dataset.mark = target?.movement ?? "";
-  facts(byId("target-facts"), targetFacts(target));
+  facts(byId("target-facts"), [...targetFacts(target), ...clearanceFacts(target, state.traffic)]);
   closeUp(byId("close-up"), map, target);
 }
 
@@ -433,7 +499,8 @@ function showPanel(name) {
     showEffects(byId("effects"), { of: state.selected && (state.callsign || state.selected.replace(/^t/, "Track ")), message: state.effects, sensors: state.airport?.sensors ?? [], plan: state.plan });
   }
   if (name === "filter") {
-    showRungs(byId("filter"), { rungs: state.rungs, measures: state.timeline?.measures, tookUs: state.timeline?.took_us });
+    showRun(byId("filter"), { measures: state.timeline?.measures, tookUs: state.timeline?.took_us });
+    dial.draw();
   }
   if (name === "federates") showFederates(byId("federates"), state.federates, state.runState?.members ?? []);
   if (name === "sensors") {
@@ -441,6 +508,7 @@ function showPanel(name) {
       scan: state.scan, sensors: state.airport?.sensors ?? [], measures: state.timeline?.measures, tookUs: state.timeline?.took_us,
     });
   }
+  if (name === "strips") showStrips();
   if (name === "log") showOperations(byId("operations"), state.operations);
 }
 
@@ -460,61 +528,7 @@ function showAnswer({ accepted, text }) {
 
 // ---- layers, tabs, controls ----
 
-function makeLayers() {
-  const list = byId("layer-list");
-  LAYERS.forEach(([key, title], i) => {
-    const box = element("input", [], { type: "checkbox", id: `layer-${key}` });
-    box.checked = map.layers[key];
-    box.addEventListener("change", () => setLayer(key, box.checked));
-    const hint = i < 9 ? `${title} (${i + 1})` : title;
-    list.append(element("label", [box, title], { for: box.id, title: hint }));
-  });
-  list.append(element("div", [], { id: "sensor-layers" }));
-  const narrow = matchMedia("(max-width: 900px)");
-  const fold = () => (byId("layers").open = !narrow.matches);
-  narrow.addEventListener("change", fold);
-  fold();
-}
-
-function setLayer(key, on) {
-  map.layers[key] = on;
-  byId(`layer-${key}`).checked = on;
-  map.need("ground", "place");
-  addressChanged();
-}
-
-/** One switch for the plots of each sensor, as sensors become known. */
-function makeSensorLayers() {
-  const box = byId("sensor-layers");
-  const known = new Map((state.airport?.sensors ?? []).map((s) => [s.id, s]));
-  for (const plot of state.scan?.plots ?? []) if (!known.has(plot.sensor)) known.set(plot.sensor, { id: plot.sensor, kind: plot.kind });
-  for (const [id, sensor] of [...known].sort((a, b) => a[0] - b[0])) {
-    if (byId(`sensor-${id}`)) continue;
-    const input = element("input", [], { type: "checkbox", id: `sensor-${id}` });
-    input.checked = !map.sensorsOff.has(id);
-    input.addEventListener("change", () => {
-      if (input.checked) map.sensorsOff.delete(id);
-      else map.sensorsOff.add(id);
-      map.need("traffic");
-    });
-    const mark = element("canvas", [], { class: "mark", width: 24, height: 24, "data-kind": sensor.kind });
-    drawMark(mark);
-    box.append(element("label", [input, mark, sensor.name || `${sensor.kind} ${id}`], { for: input.id, title: `Plots of ${sensor.name || "sensor"} (${sensor.kind})` }));
-  }
-}
-
-function drawMark(canvas) {
-  const g = canvas.getContext("2d");
-  g.setTransform(1, 0, 0, 1, 0, 0);
-  g.clearRect(0, 0, 24, 24);
-  g.strokeStyle = map.c[`plot-${canvas.dataset.kind}`] ?? map.c["plot-other"];
-  g.lineWidth = 2.4;
-  g.beginPath();
-  plotMark(g, canvas.dataset.kind, 12, 12, 7);
-  g.stroke();
-}
-
-const TABS = [["tracks", "Targets"], ["effects", "Effects"], ["filter", "Filter"], ["flights", "Flights"], ["federates", "Federates"], ["sensors", "Sensors"], ["log", "Log"]];
+const TABS = [["tracks", "Targets"], ["strips", "Strips"], ["effects", "Effects"], ["filter", "Filter"], ["flights", "Flights"], ["federates", "Federates"], ["sensors", "Sensors"], ["log", "Log"]];
 
 function makeTabs() {
   for (const [key, title] of TABS) {
@@ -523,7 +537,6 @@ function makeTabs() {
     byId("tabs").append(tab);
   }
   showTab("tracks");
-  byId("compare").addEventListener("click", () => link.send({ type: "compare", on: !state.rungs?.comparing }));
 }
 
 function showTab(key) {
@@ -568,21 +581,6 @@ function setColours(colours) {
   showTarget();
   keepLocal("colours", colours);
   addressChanged();
-}
-
-/** Kept in this browser, where it may. */
-function keepLocal(key, value) {
-  try {
-    localStorage.setItem(key, JSON.stringify(value));
-  } catch { /* private window: not kept */ }
-}
-
-function readLocal(key) {
-  try {
-    return JSON.parse(localStorage.getItem(key));
-  } catch {
-    return null;
-  }
 }
 
 const views = {
@@ -670,11 +668,6 @@ function openRuns(ids) {
   addressChanged(true);
 }
 
-function copyLink() {
-  const link = `${location.origin}${location.pathname}${address.text()}`;
-  navigator.clipboard?.writeText(link).then(() => showAnswer({ accepted: true, text: "link copied" }), () => showAnswer({ accepted: false, text: link }));
-}
-
 /** Rings what is found; one alone is shown in the middle, and selected. */
 function search(text) {
   const hits = found(text, state.scan, state.airport, map.layers);
@@ -688,33 +681,6 @@ function search(text) {
   showAnswer({ accepted: hits.length > 0, text: hits.length ? `${hits.length} found: ${hits.slice(0, 6).map((h) => h.name).join(", ")}` : `nothing is called "${text.slice(0, 20)}"` });
   map.dirty();
   addressChanged();
-}
-
-const nameOfRun = () => `${state.shownRuns[0] ?? "run"} ${elapsed(state.scan?.timeS).slice(3).replaceAll(":", "-")}`;
-const EXPORTS = {
-  link: copyLink,
-  png: async () => save(`${nameOfRun()}.png`, await picture(map.canvas, `${byId("title").textContent}   ${byId("utc").textContent}Z   ${elapsed(state.scan?.timeS)}   tracks: filled, truth: outline, error: red line`)),
-  png2: async () => save(`${nameOfRun()}@2.png`, await picture(map.canvas, `${byId("title").textContent}   ${byId("utc").textContent}Z`, 2)),
-  targets: () => save(`${nameOfRun()} targets.csv`, csv(...targetRows(state.scan)), "text/csv"),
-  targetsJson: () => save(`${nameOfRun()} targets.json`, json(...targetRows(state.scan)), "application/json"),
-  curve: () => save(`${nameOfRun()} curve.csv`, csv(...curveRows(curve.points)), "text/csv"),
-  curveJson: () => save(`${nameOfRun()} curve.json`, json(...curveRows(curve.points)), "application/json"),
-  table: () => {
-    const table = byId(`panel-${state.tab}`).querySelector("table");
-    if (table) save(`${nameOfRun()} ${state.tab}.csv`, csv(...shownRows(table)), "text/csv");
-    else showAnswer({ accepted: false, text: "this list has no table" });
-  },
-};
-
-/** Ctrl+1 … 9 goes to a bookmark of this scene, with Shift it is set. */
-function bookmark(number, store) {
-  const key = `bookmarks ${state.run?.scene}`, all = readLocal(key) ?? {};
-  if (store) {
-    all[number] = address.text();
-    keepLocal(key, all);
-    showAnswer({ accepted: true, text: `bookmark ${number} set` });
-  } else if (all[number]) location.hash = all[number];
-  else showAnswer({ accepted: false, text: `bookmark ${number} is not set (Ctrl+Shift+${number} sets it)` });
 }
 
 /** A time out of the address is shown as soon as there is one. */
@@ -754,6 +720,7 @@ const address = new Address({
     for (const key of ["t", "sel", "follow", "play", "run"]) if (wanted[key] !== undefined) state.wish[key] = wanted[key];
     if (wanted.ab) state.loop = wanted.ab;
     if (wanted.rb) map.tools.setPairs(wanted.rb);
+    if (wanted.pane) panes.set(wanted.pane);
     if (wanted.find) setTimeout(() => search(wanted.find), 500);
     if (wanted.tab) showTab(wanted.tab);
     if (wanted.run && state.runs.length) openRuns(wanted.run);
@@ -767,6 +734,7 @@ const address = new Address({
     if (!state.live && state.scan) shown.t = Number(state.scan.timeS.toFixed(3));
     if (map.tools.lines.length) shown.rb = map.tools.pairs();
     if (state.find) shown.find = state.find;
+    if (panes.list.length) shown.pane = ["map", ...panes.names];
     if (state.loop) shown.ab = state.loop.map((s) => Number(s.toFixed(3)));
     if (target) shown.sel = target.callsign || (target.number !== undefined ? `#${target.number}` : entityName(target));
     if (state.playing) shown.play = true;
@@ -784,94 +752,19 @@ function setSkin(skin) {
   byId("skin").setAttribute("aria-pressed", String(skin === "controller"));
   for (const key of ["truth", "errors", "ellipses", "plots"]) setLayer(key, skin === "research");
   map.vectorS = skin === "controller" ? 30 : 15;
+  showStrips();
   map.need("place");
   addressChanged();
-}
-
-// ---- keyboard ----
-
-const KEYS = [
-  ["Space", "freeze or resume; play or pause a finished run", [" "], () => (finished() ? setPlaying(!state.playing) : toggleRun())],
-  ["X", "execute one scan (Shift: one frame)", ["x"], (e) => command("step", e.shiftKey)],
-  [",  .", "one scan back, forward (Shift: a minute)", [",", "<", ";"], (e) => (e.shiftKey ? showTime((state.scan?.timeS ?? 0) - 60) : times.back())],
-  ["", "", [".", ">", ":"], (e) => (e.shiftKey ? showTime((state.scan?.timeS ?? 0) + 60) : times.forth())],
-  ["[  ]", "previous, next event", ["["], () => toEvent(-1)], ["", "", ["]"], () => toEvent(1)],
-  ["Home End", "to the start, to the newest scan", ["Home"], () => showScan(state.timeline?.first ?? 0)], ["", "", ["End"], times.live],
-  ["J", "go to a time", ["j"], askTime], ["A  B", "start and end of a loop", ["a"], () => setLoop(0)], ["", "", ["b"], () => setLoop(1)],
-  ["O", "no loop", ["o"], () => {
-    state.loop = null;
-    showTimeline();
-  }],
-  ["P", "play from the scan shown", ["p"], times.play], ["L", "back to the newest scan", ["l"], times.live],
-  ["D  U", "next, previous target", ["d"], () => selectNext(1)], ["", "", ["u"], () => selectNext(-1)],
-  ["Esc", "select nothing", ["Escape"], () => {
-    select(null);
-    if (map.tools.measuring || map.tools.hits.length) map.tools.clear();
-    byId("pointer").dataset.say = "";
-  }],
-  ["M", "range and bearing between two clicks (Shift: none)", ["m"], (e) => {
-    if (e.shiftKey) map.tools.clear();
-    else map.tools.measuring = true;
-    addressChanged();
-  }],
-  ["/", "search: call sign, type, number, stand, taxiway", ["/"], () => {
-    byId("find").showModal();
-    byId("find-text").select();
-  }],
-  ["C", "follow the selected target", ["c"], views.follow],
-  ["arrows", "move the map", ["ArrowLeft"], () => map.pan(60, 0)], ["", "", ["ArrowRight"], () => map.pan(-60, 0)],
-  ["", "", ["ArrowUp"], () => map.pan(0, 60)], ["", "", ["ArrowDown"], () => map.pan(0, -60)],
-  ["+  \u2212", "zoom", ["+", "="], views.in], ["", "", ["-"], views.out],
-  ["F", "fit the airport", ["f"], views.fit], ["T", "fit the targets", ["t"], views.targets],
-  ["1 \u2013 9", "layers on or off, in their order", [], null],
-  ["R", "hold and turn the wheel: rotate the map (Shift: runway up)", ["r"], (e) => (e.shiftKey ? map.runwayUp() : (map.turning = true))],
-  ["0", "north up", ["0"], () => map.northUp()],
-  ["Ctrl 1 \u2013 9", "bookmark of this scene (with Shift: set it)", [], null],
-  ["N", "day or night colours", ["n"], () => setColours(document.documentElement.dataset.colours === "night" ? "day" : "night")],
-  ["?", "this help", ["?"], () => byId("help").showModal()],
-];
-
-document.addEventListener("keyup", (event) => {
-  if (event.key.toLowerCase() === "r") map.turning = false;
-});
-
-document.addEventListener("keydown", (event) => {
-  const digit = /^Digit([1-9])$/.exec(event.code);
-  if (event.ctrlKey && !event.altKey && digit) {
-    bookmark(digit[1], event.shiftKey);
-    event.preventDefault();
-    return;
-  }
-  if (event.ctrlKey || event.altKey || event.metaKey || document.querySelector("dialog[open]")) return;
-  const field = event.target.closest?.("input, select, button, tr[tabindex]");
-  if (field && (event.target.matches("input[type=range], select") || [" ", "Enter"].includes(event.key))) return;
-  const layer = LAYERS[Number(event.key) - 1];
-  if (/^[1-9]$/.test(event.key) && layer) setLayer(layer[0], !map.layers[layer[0]]);
-  else {
-    const key = KEYS.find((k) => k[2].includes(event.key) || k[2].includes(event.key.toLowerCase()));
-    if (!key) return;
-    key[3](event);
-  }
-  event.preventDefault();
-});
-
-function makeHelp() {
-  byId("keys").append(...KEYS.filter((k) => k[0]).map((k) => element("tr", [element("th", k[0], { scope: "row" }), element("td", k[1])])));
-  byId("symbols").append(...[
-    "Filled circle: track of an aircraft; square: of a vehicle; diamond: not identified; hollow: coasting.",
-    "Outline and small cross: truth, to scale once it is large enough; dashed: an outsider's entity.",
-    "Small open marks: plots, one mark and colour a sensor as in the list of layers; a plot far from any target is a false one.",
-    "Red line: error, from track to truth. Ellipse: where the track claims to be with 95 % probability.",
-    "Line ahead: where the target will be in 15 s. Dots: where the track was.",
-    "Amber arrival, blue departure, green vehicle, grey unknown.",
-  ].map((text) => element("li", text)));
 }
 
 // ---- start ----
 
 makeLayers();
 makeTabs();
-makeHelp();
+keyboard({
+  state, map, link, alerts, views, times, finished, setPlaying, toggleRun, command, showTime, showScan, toEvent, setLoop, askTime,
+  showTimeline, selectNext, select, addressChanged, setColours, setLayer, bookmark,
+});
 for (const button of byId("zoom").querySelectorAll("button")) button.addEventListener("click", views[button.dataset.view]);
 for (const button of byId("timeline").querySelectorAll("button")) {
   button.addEventListener("click", () => {
@@ -900,7 +793,7 @@ byId("scrub").addEventListener("input", (event) => {
 });
 byId("colours").addEventListener("click", () => setColours(document.documentElement.dataset.colours === "night" ? "day" : "night"));
 byId("help-button").addEventListener("click", () => byId("help").showModal());
-new ResizeObserver(() => showTarget()).observe(byId("close-up"));
+watch(byId("close-up"), showTarget);
 setInterval(showLink, 1000);
 setColours(readLocal("colours") === "day" ? "day" : "night");
 started = true;
@@ -910,46 +803,4 @@ Promise.all(["700 12px B612", "11px B612", "11px 'B612 Mono'"].map((f) => docume
   map.need("ground", "place");
 });
 
-// ---- the one hook for tests and tools: getters only, values are copies ----
-
-const copy = (value) => Object.freeze(JSON.parse(JSON.stringify(value ?? null)));
-const drawn = (item) => {
-  const [x, y] = map.toScreen(item.x, item.y);
-  return { ...item, truth: undefined, screen: { x, y } };
-};
-const hook = Object.defineProperties({}, Object.fromEntries(Object.entries({
-  version: () => 1,
-  connection: () => state.link,
-  phase: () => state.runState?.phase ?? null,
-  runState: () => copy(state.runState),
-  scene: () => copy(state.run),
-  scan: () => state.scan?.scan ?? null,
-  timeS: () => state.scan?.timeS ?? null,
-  live: () => state.live,
-  timeline: () => copy(state.timeline),
-  tracks: () => copy((state.scan?.tracks ?? []).map(drawn)),
-  truth: () => copy((state.scan?.truth ?? []).map(drawn)),
-  plots: () => copy((state.scan?.plots ?? []).map((p) => ({ ...drawn(p), shown: !map.sensorsOff.has(p.sensor) }))),
-  labels: () => copy([...map.labels].map(([id, { x, y, w, h, level, ax, ay, runway, sx, sy }]) => ({ id, x, y, w, h, level, ax, ay, sx, sy, runway }))),
-  labelsHidden: () => map.hidden.length,
-  state: () => address.text(),
-  longestTaskMs: () => map.longestMs,
-  runs: () => copy(state.runs),
-  shownRuns: () => copy(state.shownRuns),
-  others: () => copy([...map.others].map(([run, scan]) => ({ run, timeS: scan.timeS, tracks: scan.tracks.length }))),
-  strip: () => copy(line.strip),
-  events: () => copy(line.events),
-  busy: () => map.todo.size > 0,
-  selected: () => state.selected,
-  layers: () => copy({ ...map.layers, sensorsOff: [...map.sensorsOff] }),
-  view: () => copy({ cx: map.view.cx, cy: map.view.cy, scale: map.view.scale, rot: map.view.rot, width: map.width, height: map.height, follow: map.follow }),
-  colours: () => document.documentElement.dataset.colours,
-  curve: () => copy(curve.points),
-  weather: () => copy(state.weather),
-  flights: () => copy(state.flights),
-  federates: () => copy(state.federates),
-  operations: () => copy(state.operations),
-  answer: () => copy(state.answer),
-  frames: () => map.drawn ?? 0,
-}).map(([name, get]) => [name, { get, enumerable: true }])));
-Object.defineProperty(window, "__viewer", { value: Object.freeze(hook) });
+expose({ state, map, line, curve, alerts, panes, address });

@@ -6,6 +6,9 @@ import { Camera } from "./camera.js";
 import { kinds, setKinds } from "./frame.js";
 import { Field, place, thin } from "./labels.js";
 import { designators, paintAirport, paintScale } from "./paint.js";
+import { stagesOf } from "./alerts.js";
+import { paintGhost } from "./dial.js";
+import { paintAlerts, paintPosition } from "./position.js";
 import { Ground, importanceOf, LEVELS, runwayRing } from "./situation.js";
 import { BOLD, colourOf, labelLines, paintLabels, paintSelected, paintTraffic, PLAIN, sound, targetsOf } from "./traffic.js";
 
@@ -15,7 +18,7 @@ const SETTLE_MS = 120, ZOOM_MS = 80;
 export const LAYERS = [
   ["tracks", "Tracks"], ["truth", "Truth"], ["errors", "Errors"], ["labels", "Labels"], ["history", "History"],
   ["vectors", "Vectors"], ["ellipses", "Ellipses"], ["weather", "Weather"], ["taxiways", "Taxi names"],
-  ["stands", "Stands"], ["coverage", "Coverage"], ["plots", "Plots"], ["buildings", "Buildings"], ["one second ago", "A scan ago"],
+  ["stands", "Stands"], ["coverage", "Coverage"], ["plots", "Plots"], ["buildings", "Buildings"], ["one second ago", "A scan ago"], ["alerts", "Alerts, bars"], ["routes", "Ways"],
 ];
 const OFF = new Set(["coverage", "one second ago"]);
 
@@ -81,6 +84,7 @@ export class MapView {
     this.touched = false; // whether the user chose the view
     this.layers = Object.fromEntries(LAYERS.map(([key]) => [key, !OFF.has(key)]));
     Object.assign(this, { sensorsOff: new Set(), airport: null, scan: null, weather: null, selected: null, follow: false, lod: "auto", skin: "research", vectorS: 15, dots: 30, others: new Map() });
+    Object.assign(this, { ghost: null, alerts: [], said: { traffic: null, lights: null } }); // what is said beside the scans
     Object.assign(this, { placed: new Map(), before: new Map(), dragged: new Map(), widths: new Map(), hidden: [], todo: new Set(), longestMs: 0, drawn: 0, overlays: [] });
     this.#listen();
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement);
@@ -113,6 +117,13 @@ export class MapView {
     this.need("place");
   }
 
+  /** Alerts that stand, and what traffic and stop bars say. */
+  setSaid({ alerts = this.alerts, traffic = this.said.traffic, lights = this.said.lights }) {
+    const again = JSON.stringify(alerts.map((a) => [a.id, a.stage, a.subjects])) !== JSON.stringify(this.alerts.map((a) => [a.id, a.stage, a.subjects]));
+    Object.assign(this, { alerts, said: { traffic, lights } });
+    this.need(again ? "place" : "traffic");
+  }
+
   /** The scan of another run on the same clock, or null where it has none. */
   setOther(run, scan) {
     if (scan) this.others.set(run, scan);
@@ -124,7 +135,7 @@ export class MapView {
   colours() {
     const style = getComputedStyle(document.documentElement);
     const names = ["ground", "pavement", "pavement-edge", "runway", "runway-mark", "taxi", "taxi-name", "stand", "text", "dim",
-      "arrival", "departure", "vehicle", "unknown", "truth", "error", "rain", "coverage", "halo", "select", "label-back",
+      "arrival", "departure", "vehicle", "unknown", "truth", "error", "rain", "coverage", "halo", "select", "label-back", "alarm", "information", "bar",
       ...kinds.map((k) => `plot-${k.word}`), "plot-other"];
     this.c = Object.fromEntries(names.map((n) => [n, style.getPropertyValue(`--${n}`).trim()]));
     this.need("ground", "traffic");
@@ -392,6 +403,7 @@ export class MapView {
       this.merged = false;
       const g = this.traffic.begin(this.cam, this.ratio);
       for (const scan of this.others.values()) paintTraffic(g, { ...this.#see(), scan, layers: BESIDE, c: { ...this.c, arrival: this.c.coverage, departure: this.c.coverage, vehicle: this.c.coverage, unknown: this.c.coverage } });
+      paintPosition(g, this.#see());
       paintTraffic(g, this.#see());
       if (this.layers.labels && this.placedFor) {
         g.save();
@@ -399,7 +411,10 @@ export class MapView {
         if (this.placedFor.scale === this.cam.scale && this.placedFor.rot === this.cam.rot) paintLabels(g, this.#see(), this.placed);
         g.restore();
       }
+      paintGhost(g, this.#see());
+      paintAlerts(g, this.#see(), this.layers.labels ? this.labels : null);
       this.lastDrawn = performance.now();
+      this.onDrawn?.();
       if (this.ground.cam) return this.#show();
     }
     if (this.todo.delete("ground")) {
@@ -465,6 +480,7 @@ export class MapView {
       return;
     }
     const view = { x: 0, y: 0, w: cam.width, h: cam.height }, room = this.#room(), marks = [];
+    this.alerted = stagesOf(this.scan, this.layers.alerts ? this.alerts : []);
     for (const target of targetsOf(this.scan, this.layers)) {
       const [x, y] = cam.toScreen(target.x, target.y);
       if (x < room.x || y < room.y || x > room.x + room.w || y > room.y + room.h) continue;
@@ -489,8 +505,8 @@ export class MapView {
   }
 
   #item(target, x, y) {
-    const state = this.situation.stateOf(target), chosen = target.id === this.selected;
-    const must = chosen || state === "runway" || state === "vehicle on a runway" || state === "airborne";
+    const state = this.situation.stateOf(target), chosen = target.id === this.selected, alert = this.alerted.has(target.id);
+    const must = chosen || alert || state === "runway" || state === "vehicle on a runway" || state === "airborne";
     const lines = labelLines(target), sizes = {};
     let w = this.#width(BOLD, lines[0]);
     for (let level = 1; level <= 3; level++) {
@@ -498,12 +514,12 @@ export class MapView {
       sizes[level] = { w: Math.ceil(w) + 10, h: 19 + 13 * (Math.min(level, lines.length) - 1) };
     }
     const rule = this.lod !== "auto" ? this.lod : this.skin === "controller" ? LEVELS[state] ?? 2 : 3;
-    const level = Math.min(chosen ? 3 : rule, lines.length);
+    const level = Math.min(chosen || alert ? 3 : rule, lines.length);
     const size = Math.max(target.truth?.lengthM ?? target.lengthM ?? 0, target.truth?.spanM ?? target.spanM ?? 0);
     const reach = this.layers.truth ? Math.max(6, Math.min(60, 0.5 * size * this.cam.scale)) : 6;
     return {
       id: target.id, target, x, y, lines, sizes, level, must, state, reach, standing: state === "parked" || state === "holding",
-      importance: importanceOf(target, state, { selected: chosen }), dragged: this.dragged.get(nameOf(target)),
+      importance: importanceOf(target, state, { selected: chosen, alert }), dragged: this.dragged.get(nameOf(target)),
     };
   }
 

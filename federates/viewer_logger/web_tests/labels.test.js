@@ -40,14 +40,15 @@ for (const [n, seed] of [[30, 1], [100, 2], [300, 3], [1000, 4]]) {
   test(`${n} labels: none over another, none on a runway, at most two crossing leaders in a hundred`, () => {
     const placed = [...place(crowd(n, seed), { view: VIEW, field: field() }).values()];
     let crossings = 0;
-    assert.ok(placed.length >= Math.min(0.8 * n, 90), `${placed.length} shown`);
+    assert.ok(placed.length >= { 30: 27, 100: 90, 300: 230, 1000: 400 }[n], `${placed.length} shown`);
     for (const [i, a] of placed.entries()) {
       assert.ok(a.x >= 0 && a.y >= 0 && a.x + a.w <= VIEW.w && a.y + a.h <= VIEW.h);
       assert.ok(!onRunway(a), `${a.id} on the runway`);
       for (const b of placed.slice(i + 1)) {
         assert.ok(!overlap(a, b), `${a.id} over ${b.id}`);
         const long = (p) => Math.hypot(p.ax - p.item.x, p.ay - p.item.y) >= SHORT_LEADER;
-        if (long(a) && long(b) && crosses(a.item.x, a.item.y, a.ax, a.ay, b.item.x, b.item.y, b.ax, b.ay)) crossings++;
+        const line = (p) => [p.item.x, p.item.y, p.ax, p.ay], through = (p, q) => long(p) && cuts(...line(p), q);
+        if ((long(a) && long(b) && crosses(...line(a), ...line(b))) || through(a, b) || through(b, a)) crossings++;
       }
     }
     assert.ok(crossings <= 0.02 * placed.length, `${crossings} leaders cross`);

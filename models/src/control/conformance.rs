@@ -229,8 +229,8 @@ impl One<'_, '_> {
                 self.raise(AlertKind::NoTaxiClearance, Stage::Information, None);
             }
         }
-        if s.speed_mps > p.high_speed_mps {
-            let take_off = s.speed_mps > p.taxiway_take_off_mps;
+        if s.judged_mps > p.high_speed_mps {
+            let take_off = s.judged_mps > p.taxiway_take_off_mps;
             let stage = if take_off { Stage::Alarm } else { Stage::Information };
             self.raise(AlertKind::HighSpeed, stage, None);
         }

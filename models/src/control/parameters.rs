@@ -1,5 +1,48 @@
 //! All thresholds of the control alerts in one table; a scene may set each of them.
 
+/// When a track is not good enough to raise an alert by itself (`docs/control.md`). An alert that stands goes on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Doubt {
+    /// A track without a name that is younger, s.
+    pub unnamed_s: f64,
+    /// Any track that is younger, s.
+    pub young_s: f64,
+    /// A track whose last plot is older, s.
+    pub coasting_s: f64,
+    /// A track without a name so near to a named one, m, and so many seconds of the named one's speed more: its double.
+    pub double_m: f64,
+    /// And these seconds.
+    pub double_s: f64,
+    /// A track whose velocity has changed by more than this, m/s², over three scans, and 5 m/s; for the next while, s.
+    pub jump_mps2: f64,
+    /// That while.
+    pub jump_s: f64,
+    /// A track without a name that was never slower than a roll has to have been on one final for so long, s: else it
+    /// flies over, or is an echo of one that does.
+    pub final_s: f64,
+    /// A name that a track had so recently, s, and that nobody has now, is still its name.
+    pub name_s: f64,
+    /// Scans in a row for movements off the runways (push, taxi, speed, way).
+    pub move_scans: u32,
+}
+
+impl Default for Doubt {
+    fn default() -> Self {
+        Self {
+            unnamed_s: 4.0,
+            young_s: 3.0,
+            coasting_s: 2.2,
+            double_m: 45.0,
+            double_s: 1.5,
+            jump_mps2: 4.0,
+            jump_s: 10.0,
+            final_s: 10.0,
+            name_s: 15.0,
+            move_scans: 2,
+        }
+    }
+}
+
 /// Thresholds of the alerts (`docs/control.md`). Speeds in m/s, times in s, distances in m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parameters {
@@ -95,6 +138,16 @@ pub struct Parameters {
     pub coasting_s: f64,
     /// Nose heading is that of the last speed above this.
     pub heading_mps: f64,
+    /// Which tracks are doubted; nobody where the tracks are exact.
+    pub doubt: Option<Doubt>,
+}
+
+impl Parameters {
+    /// Those for the tracks of a tracker.
+    #[must_use]
+    pub fn on_tracks() -> Self {
+        Self { doubt: Some(Doubt::default()), ..Self::default() }
+    }
 }
 
 impl Default for Parameters {
@@ -146,6 +199,7 @@ impl Default for Parameters {
             end_scans: 3,
             coasting_s: 8.0,
             heading_mps: 1.0,
+            doubt: None,
         }
     }
 }

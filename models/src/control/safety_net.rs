@@ -3,12 +3,12 @@
 //! A function of its inputs and its memory. A condition raises its alert after `confirm_scans` scans in a row,
 //! in the scan of the last of them; a graver stage counts at once; the alert ends after `end_scans` scans without it.
 
-use super::alert::{Alert, Change, Condition, Stage, Subject};
+use super::alert::{Alert, AlertKind, Change, Condition, Stage, Subject};
 use super::clearance::Board;
 use super::conformance::{Monitor, Rules};
 use super::layout::{Area, Layout, StopBar};
 use super::parameters::Parameters;
-use super::situation::{Situation, Surveillance, Target};
+use super::situation::{Doubted, Situation, Surveillance, Target};
 use super::{clearance_alerts, runway_alerts};
 use crate::plot::Callsign;
 use crate::time::SimTime;
@@ -118,6 +118,31 @@ impl SafetyNet {
         &self.changes
     }
 
+    /// Scans in a row that raise an alert of a kind.
+    fn scans_for(&self, kind: AlertKind) -> u32 {
+        let moves = match &self.parameters.doubt {
+            Some(doubt) if of_movement(kind) => doubt.move_scans,
+            _ => 1,
+        };
+        self.parameters.confirm_scans.max(moves)
+    }
+
+    /// Whether a condition is one of a track that raises nothing by itself.
+    fn doubted(&self, condition: &Condition) -> bool {
+        if self.parameters.doubt.is_none() {
+            return false;
+        }
+        let (first, second) = condition.subjects;
+        [Some(first), second].into_iter().flatten().any(|subject| {
+            let Subject::Track(number) = subject else { return false };
+            match situation_of(self.surveillance.situations(), number).and_then(|s| s.doubt) {
+                Some(Doubted::Weak) => true,
+                Some(Doubted::Jumps) => of_movement(condition.kind),
+                None => false,
+            }
+        })
+    }
+
     fn merge(&mut self, scan: &Scan<'_>) {
         self.changes.clear();
         let mut next = std::mem::take(&mut self.spare);
@@ -125,7 +150,9 @@ impl SafetyNet {
         let mut open = std::mem::take(&mut self.open);
         let names = |c: &Condition| {
             let strip = |i: u32| scan.board.strips().get(i as usize).map(|s| s.callsign);
-            let track = |n: u16| name_of(self.surveillance.situations(), n);
+            let track = |n: u16| {
+                situation_of(self.surveillance.situations(), n).and_then(|s| s.target.callsign)
+            };
             let of = |s: Subject| match s {
                 Subject::Track(number) => track(number),
                 Subject::Strip(index) => strip(index),
@@ -175,7 +202,9 @@ impl SafetyNet {
                 },
                 (None, None) => break,
             };
-            if !entry.raised && entry.with >= self.parameters.confirm_scans {
+            let condition = &entry.alert.condition;
+            let enough = entry.with >= self.scans_for(condition.kind);
+            if !entry.raised && enough && !self.doubted(condition) {
                 entry.raised = true;
                 self.last_id += 1;
                 entry.alert.id = self.last_id;
@@ -236,13 +265,21 @@ impl Open {
     }
 }
 
-/// The call sign of a track of this scan; its tracks are sorted by number.
-fn name_of(situations: &[Situation], number: u16) -> Option<Callsign> {
+/// Kinds about movements off the runways.
+fn of_movement(kind: AlertKind) -> bool {
+    use AlertKind::{HighSpeed, NoPushClearance, NoTaxiClearance, OffWay, StandOccupied};
+    matches!(kind, NoPushClearance | NoTaxiClearance | HighSpeed | OffWay | StandOccupied)
+}
+
+/// A track of this scan; its tracks are sorted by number.
+fn situation_of(situations: &[Situation], number: u16) -> Option<&Situation> {
     let at = situations.binary_search_by_key(&number, |s| s.target.number);
-    let found = match at {
+    match at {
         Ok(at) => situations.get(at),
         // Not sorted: look at all.
         Err(_) => situations.iter().find(|s| s.target.number == number),
-    };
-    found.and_then(|s| s.target.callsign)
+    }
 }
+
+#[cfg(test)]
+mod tests;

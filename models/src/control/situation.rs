@@ -10,6 +10,10 @@ use crate::frames::Vector2;
 use crate::plot::Callsign;
 use crate::time::SimTime;
 
+mod doubt;
+
+pub use doubt::Doubted;
+
 /// What moves.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum TargetClass {
@@ -91,6 +95,10 @@ pub struct Situation {
     pub last_fast: Option<SimTime>,
     /// Within the box of the ground network.
     pub on_ground_area: bool,
+    /// Ground speed that is judged: of the track, or where that is less, 2 m/s above the mean of three seconds.
+    pub judged_mps: f64,
+    /// Why it raises nothing by itself.
+    pub doubt: Option<Doubted>,
 }
 
 impl Situation {
@@ -135,6 +143,16 @@ struct Memory {
     callsign: Option<Callsign>,
     strip: Option<u32>,
     board_version: u64,
+    born: SimTime,
+    /// Velocities of the last scans, the latest first.
+    velocities: [Vector2<f64>; 3],
+    jumped: Option<SimTime>,
+    /// Was slower than a roll.
+    was_slow: bool,
+    /// The strip that it had, as it was then, and when last.
+    had: Option<(u32, Target, SimTime)>,
+    /// On final to a runway since, and until.
+    final_span: Option<(SimTime, SimTime, usize)>,
 }
 
 impl Memory {
@@ -153,6 +171,12 @@ impl Memory {
             callsign: None,
             strip: None,
             board_version: u64::MAX,
+            born: now,
+            velocities: [target.velocity_mps; 3],
+            jumped: None,
+            was_slow: false,
+            had: None,
+            final_span: None,
         }
     }
 
@@ -269,6 +293,10 @@ impl Surveillance {
             }
             self.situations.push(situation);
         }
+        if let Some(doubt) = &parameters.doubt {
+            self.keep_names(now, doubt);
+            self.find_doubles(doubt);
+        }
     }
 }
 
@@ -319,8 +347,15 @@ fn look(
             let within = |p: f64, a: f64, b: f64| a <= p && p <= b;
             within(position_m.x, low.x, high.x) && within(position_m.y, low.y, high.y)
         }),
+        judged_mps: speed_mps,
+        doubt: None,
     };
     memory.nose_m = Some(nose_m);
+    memory.was_slow |= speed_mps < parameters.fast_mps;
+    let mean_mps = memory.mean_mps(now, position_m, 3.0);
+    if parameters.doubt.is_some() && mean_mps > 0.0 {
+        situation.judged_mps = speed_mps.min(mean_mps + 2.0);
+    }
     let mut nearest = f64::INFINITY;
     for (r, runway) in layout.runways.iter().take(MOST_RUNWAYS).enumerate() {
         let (s, d) = runway.place_m(position_m);
@@ -369,6 +404,15 @@ fn look(
     if let Some(on_final) = situation.on_final {
         memory.last_final = Some((now, on_final.runway));
     }
+    memory.final_span = match (situation.on_final, memory.final_span) {
+        (Some(f), Some((since, _, runway))) if f.runway == runway => Some((since, now, runway)),
+        (Some(f), _) => Some((now, now, f.runway)),
+        (None, span) => span.filter(|_| situation.fast.is_some()),
+    };
+    if let Some(doubt) = &parameters.doubt {
+        situation.doubt = memory.doubted(doubt, now, target, situation.strip.is_some());
+    }
+    memory.velocities = [velocity, memory.velocities[0], memory.velocities[1]];
     if situation.fast.is_some() {
         memory.last_fast = Some(now);
     }

@@ -40,8 +40,19 @@ impl Watch {
         &self.net
     }
 
-    /// Judges the core as it stands at `now`.
+    /// Judges the core as it stands at `now`, on its exact truth.
     pub fn scan(&mut self, core: &Core, now: SimTime) -> &[(Change, Alert)] {
+        let targets = targets(core, now);
+        self.scan_targets(core, now, &targets)
+    }
+
+    /// Judges tracks of a core's movers, sorted by number, with the core's clearances.
+    pub fn scan_targets(
+        &mut self,
+        core: &Core,
+        now: SimTime,
+        targets: &[Target],
+    ) -> &[(Change, Alert)] {
         for (index, c) in core.clearances().iter().enumerate().skip(self.taken) {
             self.open.push(index);
             let Some(kind) = ClearanceKind::of(c.kind) else { continue };
@@ -75,12 +86,9 @@ impl Watch {
             false
         });
         self.board.advance(now);
-        let targets = targets(core, now);
-        for target in &targets {
-            let flight = core.flights().get(usize::from(target.number));
-            let (Some(_), Some(callsign)) = (flight, target.callsign) else { continue };
-            let at_m = core.stand_m(core.stand(usize::from(target.number)));
-            if let Some(strip) = self.board.strip(callsign) {
+        for (number, flight) in core.flights().iter().enumerate() {
+            let at_m = core.stand_m(core.stand(number));
+            if let Some(strip) = self.board.strip(Callsign::new(&flight.callsign)) {
                 strip.stand_m = Some(at_m);
             }
         }
@@ -93,7 +101,7 @@ impl Watch {
         );
         self.net.scan(&Scan {
             now,
-            targets: &targets,
+            targets,
             board: &self.board,
             bars: &self.bars,
             areas: &[],

@@ -67,6 +67,8 @@ pub struct NetStand {
     pub code: u8,
     /// Whether the file says it; else E is assumed.
     pub code_known: bool,
+    /// Its node lies so far beyond the place of the file, m, that the tail of the longest is clear of the lane.
+    pub moved_m: f64,
 }
 
 /// A runway as movers use it.
@@ -219,6 +221,7 @@ impl Network {
                 heading_rad: stand.heading_rad,
                 code: letter.or(by_radius).unwrap_or(4),
                 code_known: letter.or(by_radius).is_some(),
+                moved_m: 0.0,
             });
         }
         for runway in &airport.runways {
@@ -755,6 +758,7 @@ impl Network {
                 continue;
             }
             self.nodes[node].at_m += ahead / ahead.norm() * short;
+            self.stands[s].moved_m = short;
             moved += 1;
             farthest = farthest.max(short);
         }

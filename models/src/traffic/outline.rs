@@ -53,6 +53,13 @@ pub fn distance_m(a: &[Rectangle; 2], b: &[Rectangle; 2]) -> f64 {
     least
 }
 
+/// Least distance of an outline from a line, m; 0 where it lies on it.
+#[must_use]
+pub fn distance_to_line_m(a: &[Rectangle; 2], line_m: [Vector2<f64>; 2]) -> f64 {
+    let each = a.iter().map(|x| convex_distance_m(&x.corners_m, &line_m));
+    each.fold(f64::INFINITY, f64::min)
+}
+
 /// Least distance of two convex polygons, 0 where they overlap or one contains the other.
 fn convex_distance_m(a: &[Vector2<f64>], b: &[Vector2<f64>]) -> f64 {
     if overlap_depth_m(a, b) >= 0.0 {

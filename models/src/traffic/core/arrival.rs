@@ -23,13 +23,12 @@ impl Core {
             return;
         }
         let r = f.runway.0;
-        let last = self.crossing[r]
-            .iter()
-            .map(|c| self.last_landing[*c])
-            .fold(f64::NEG_INFINITY, f64::max);
-        let gap =
-            if self.mixed[r] && self.departures_wait(r) { 200.0 } else { arrival_gap_s(f.wake) };
-        if self.time_s + time < last + gap {
+        let least = if self.mixed[r] && self.departures_wait(r) { 200.0 } else { 0.0 };
+        let too_near = self.crossing[r].iter().any(|c| {
+            let (last_s, wake) = self.last_landing[*c];
+            self.time_s + time < last_s + arrival_gap_s(wake, f).max(least)
+        });
+        if too_near {
             self.movers[m].next_try_s = self.time_s + RETRY_S;
             return;
         }
@@ -72,7 +71,7 @@ impl Core {
             ));
         }
         let landing_s = self.time_s + time + delay_s;
-        self.last_landing[r] = landing_s;
+        self.last_landing[r] = (landing_s, f.wake);
         let mover = &mut self.movers[m];
         mover.parked_pieces = pieces;
         mover.landing_s = landing_s;
@@ -226,7 +225,8 @@ impl Core {
                 continue;
             }
             let on_runway: usize = arcs.iter().map(|a| self.pieces.of_edge[a / 2].1).sum();
-            let guided = 0.4 * f.size.length_m;
+            let short_m = self.short_of_node_m(self.movers[m].stand, f.size);
+            let guided = 0.4 * f.size.length_m - short_m;
             let over = |arcs: &[usize]| {
                 Way::over(&net, &self.pieces, arcs, self.movers[m].class, (0.0, 60.0), guided)
             };
@@ -264,6 +264,7 @@ impl Core {
             mover.touchdown = threshold + touchdown_m;
             mover.braking = braking;
             mover.way = way;
+            mover.beside_m *= 0.0;
             return true;
         }
         false
@@ -296,7 +297,8 @@ impl Core {
             // Taken at once: the landing group, if the runway is free and the exit beyond it.
             let told = self.permitted(m, ClearanceKind::Land);
             let r = self.flights[m].runway.0;
-            if told && !self.owned(m) && !self.car_blocks(r) && self.take_landing(m) {
+            let free = !self.owned(m) && !self.car_blocks(r) && !self.strip_held(m, r);
+            if told && free && self.take_landing(m) {
                 self.used(m, ClearanceKind::Land);
                 self.owner[r] = Some(m);
                 self.movers[m].cleared = true;
@@ -309,8 +311,10 @@ impl Core {
                 let waits_for = self.movers[m].waits_for;
                 let owner =
                     self.crossing[r].iter().find_map(|c| self.owner[*c].filter(|o| *o != m));
-                let name =
-                    |o: usize| format!("{} ({:?})", self.flights[o].callsign, self.movers[o].phase);
+                let name = |o: usize| match self.movers.get(o) {
+                    Some(other) => format!("{} ({:?})", self.flights[o].callsign, other.phase),
+                    None => self.name_of(o).to_owned(),
+                };
                 let why = match (owner, waits_for) {
                     (Some(o), _) => format!("runway taken by {}", name(o)),
                     (None, Some(o)) => format!("in the way: {}", name(o)),

@@ -3,12 +3,14 @@
 use super::drive::Tick;
 use super::failures::FailureKind;
 use super::plan::Start;
+use super::runway::take_off_of;
 use super::{Core, GAP_M, PUSH_BEFORE_M, Phase, Policy, RETRY_S, TAIL_M, Timing};
 use crate::control::clearance::ClearanceKind;
 use crate::draw::uniform;
-use crate::frames::{Azimuth, wrap_pi};
+use crate::frames::{Azimuth, Vector2, wrap_pi};
+use crate::traffic::path::Path;
 use crate::traffic::profile::stopping_speed_mps;
-use crate::traffic::runway_roll::{TakeOff, take_off_run};
+use crate::traffic::runway_roll::take_off_run;
 use crate::traffic::way::{Arcs, Driving, Way};
 use std::ops::Range;
 use std::sync::Arc;
@@ -90,7 +92,10 @@ impl Core {
                 self.remark(text);
             }
             let now = self.time_s;
-            self.movers[m].waits_since_s.get_or_insert(now);
+            let since = *self.movers[m].waits_since_s.get_or_insert(now);
+            if now - since > 120.0 {
+                self.tow_neighbour(m);
+            }
             self.movers[m].next_try_s = now + 15.0;
             return;
         }
@@ -149,16 +154,37 @@ impl Core {
         parked.iter().for_each(|z| self.release(m, *z, false));
         let now = self.time_s;
         let guided = 0.4 * self.flights[m].size.length_m;
+        let short_m = self.short_of_node_m(self.movers[m].stand, self.flights[m].size);
         let mover = &mut self.movers[m];
         mover.phase = Phase::Pushing;
         mover.timing.push_take_s = now;
         mover.measures.aobt_s = Some(now);
         mover.waits_since_s = None;
         mover.waits_for = None;
-        mover.s = PUSH_BEFORE_M - (guided - self.flights[m].wheelbase_m);
+        mover.s = PUSH_BEFORE_M - (guided - self.flights[m].wheelbase_m) + short_m;
         match self.failing(m, FailureKind::PushUncleared) {
             Some(failure) => self.begin_failure(failure),
             None => self.clear(m, "PSH", String::new()),
+        }
+    }
+
+    /// Nothing leads away from a stand: the nearest aircraft that stands beside it without a next flight is towed away.
+    fn tow_neighbour(&mut self, m: usize) {
+        let at = self.net.stands[self.movers[m].stand].at_m;
+        let away_m = |o: &usize| (self.net.stands[self.movers[*o].stand].at_m - at).norm();
+        let idle = |o: &usize| {
+            self.movers[*o].phase == Phase::Docked
+                && away_m(o) < 150.0
+                && !self.flights.iter().any(|g| g.turnaround_of == Some(*o))
+        };
+        let all = (0..self.movers.len()).filter(|o| *o != m && idle(o));
+        let nearest = all.min_by(|a, b| away_m(a).total_cmp(&away_m(b)));
+        if let Some(o) = nearest {
+            let (name, stand) = (&self.flights[o].callsign, self.movers[o].stand);
+            let stand = &self.net.stands[stand].name;
+            let text = format!("{name}: towed away from stand {stand}, out of the way");
+            self.remark(text);
+            self.leave_stand(o);
         }
     }
 
@@ -238,7 +264,7 @@ impl Core {
     /// Pushback and way to the runway.
     ///
     /// `without`: last arcs of pushbacks that are not wanted.
-    fn plan_departure(
+    pub(super) fn plan_departure(
         &mut self,
         m: usize,
         closed: &[bool],
@@ -360,28 +386,6 @@ impl Core {
             return false;
         };
         let class = self.movers[m].class;
-        let push_arcs: Vec<usize> = back.iter().chain(&chain).copied().collect();
-        let mut push = Way::over(&net, &self.pieces, &push_arcs, class, (PUSH_BEFORE_M, 0.0), 0.0);
-        // The nose wheel ends 2 m beyond the fillet of lead-in and lane.
-        let lane_place = (0..back.len()).map(|k| self.pieces.of_edge[back[k] / 2].1).sum::<usize>();
-        let corner = push.ends_m[lane_place - 1];
-        let fillet =
-            push.path.arcs().find(|(from, to, _)| *from <= corner + 0.1 && *to >= corner - 0.1);
-        push.stop_m = fillet.map_or(corner, |a| a.1) + f.wheelbase_m + 2.0;
-        let tail = push.stop_m + (0.9 * length - f.wheelbase_m) + TAIL_M;
-        let needed_pieces =
-            push.ends_m.iter().position(|e| *e >= tail).unwrap_or(push.ends_m.len() - 1);
-        push.pieces.truncate(needed_pieces + 1);
-        push.ends_m.truncate(needed_pieces + 1);
-        let driving = Driving {
-            straight_mps: 1.5,
-            turn_mps: 1.5,
-            acc_mps2: 0.2,
-            dec_mps2: 0.2,
-            jerk_mps3: 0.3,
-            lateral_mps2: 0.5,
-        };
-        push.limit(&net, &self.pieces, &driving, 0.0, 1.0);
         // Taxi: from the far end of the pushback over the lane node to the entry, then along the runway.
         let mut arcs: Vec<usize> = chain.iter().rev().map(|a| a ^ 1).collect();
         let skipped: f64 = chain.iter().map(|a| self.arcs.length_m(*a)).sum();
@@ -424,6 +428,44 @@ impl Core {
         way.stop_m = (turned + 0.8 * length).min(way.ends_m[total - 1]);
         let driving = self.movers[m].driving;
         way.limit(&net, &self.pieces, &driving, 0.0, 1.0);
+        let push_arcs: Vec<usize> = back.iter().chain(&chain).copied().collect();
+        let mut push = Way::over(&net, &self.pieces, &push_arcs, class, (PUSH_BEFORE_M, 0.0), 0.0);
+        // The nose wheel ends 2 m beyond the fillet of lead-in and lane.
+        let lane_place = (0..back.len()).map(|k| self.pieces.of_edge[back[k] / 2].1).sum::<usize>();
+        let corner = push.ends_m[lane_place - 1];
+        let fillet =
+            push.path.arcs().find(|(from, to, _)| *from <= corner + 0.1 && *to >= corner - 0.1);
+        // And, where there is room, so far on that the nose wheel is on the way that follows.
+        let first_m = fillet.map_or(corner, |a| a.1) + f.wheelbase_m + 2.0;
+        let tail = (0.9 * length - f.wheelbase_m) + TAIL_M;
+        let room_m = push.ends_m.last().map_or(0.0, |end| end - tail - first_m);
+        let off_m = |gear_m: f64| nearest(&way.path, nose_of(&push.path, gear_m, f.wheelbase_m)).0;
+        let steps = (room_m.clamp(0.0, 60.0) / 2.0) as usize;
+        let stops = (0..=steps).map(|k| first_m + 2.0 * k as f64).map(|stop| (off_m(stop), stop));
+        let mut best = (f64::INFINITY, first_m);
+        for stop in stops {
+            if stop.0 < best.0 {
+                best = stop;
+            }
+            if best.0 < 0.2 {
+                break;
+            }
+        }
+        push.stop_m = best.1;
+        let tail = push.stop_m + tail;
+        let needed_pieces =
+            push.ends_m.iter().position(|e| *e >= tail).unwrap_or(push.ends_m.len() - 1);
+        push.pieces.truncate(needed_pieces + 1);
+        push.ends_m.truncate(needed_pieces + 1);
+        let at_push = Driving {
+            straight_mps: 1.5,
+            turn_mps: 1.5,
+            acc_mps2: 0.2,
+            dec_mps2: 0.2,
+            jerk_mps3: 0.3,
+            lateral_mps2: 0.5,
+        };
+        push.limit(&net, &self.pieces, &at_push, 0.0, 1.0);
         // The nose stands `wheelbase` before the gear's place, seen from the far end of the chain.
         let pushed = push.stop_m - corner;
         let start = (skipped - pushed) + f.wheelbase_m;
@@ -529,19 +571,9 @@ impl Core {
         let f = &self.flights[m];
         let (wheelbase, length) = (f.wheelbase_m, f.size.length_m);
         let mover = &self.movers[m];
-        let gear = mover.push.path.at(gear_m);
-        let heading = gear.heading_rad + std::f64::consts::PI;
-        let nose = gear.at_m + Azimuth::from_rad(heading).unit() * wheelbase;
+        let heading = mover.push.path.at(gear_m).heading_rad + std::f64::consts::PI;
         // The nearest place of the way to the nose wheel, near its begin.
-        let (mut best, mut at) = (f64::INFINITY, 0.0);
-        let mut place = 0.0;
-        while place < 400.0 {
-            let distance = (mover.way.path.at(place).at_m - nose).norm();
-            if distance < best {
-                (best, at) = (distance, place);
-            }
-            place += 0.05;
-        }
+        let (_, at) = nearest(&mover.way.path, nose_of(&mover.push.path, gear_m, wheelbase));
         let slip = wrap_pi(mover.way.path.at(at).heading_rad - heading);
         let nose_tip = at + 0.1 * length + 1.0;
         let needed = mover.way.ends_m.iter().position(|e| *e >= nose_tip).unwrap_or(0);
@@ -553,10 +585,13 @@ impl Core {
     /// From the pushback to the taxi way: the same place, seen from the nose wheel.
     fn begin_way_after_push(&mut self, m: usize) {
         let (_, at, slip) = self.after_push(m, self.movers[m].s);
+        let nose =
+            nose_of(&self.movers[m].push.path, self.movers[m].s, self.flights[m].wheelbase_m);
         let pushed: Vec<u32> = self.movers[m].push.pieces.clone();
         pushed.iter().for_each(|z| self.release(m, *z, false));
         let mover = &mut self.movers[m];
         (mover.first_held, mover.next) = (mover.under.start, mover.under.end);
+        (mover.beside_m, mover.beside_from) = (nose - mover.way.path.at(at).at_m, at);
         (mover.s, mover.slip) = (at, slip);
         self.end_clearance(m, "PSH");
     }
@@ -569,15 +604,7 @@ impl Core {
 
     pub(super) fn rolling(&mut self, m: usize) {
         let f = self.flights[m].clone();
-        let day = TakeOff {
-            liftoff_mps: f.take_off.0,
-            distance_m: f.take_off.1,
-            density_ratio: 1.0,
-            headwind_mps: 0.0,
-            end_ratio: 0.75,
-            thrust_exponent: 0.7,
-            rolling_friction: 0.02,
-        };
+        let day = take_off_of(&f);
         let (a0, b) = take_off_run(&day).map_or((2.0, 0.0), |r| (r.a_mps2, r.b_per_m));
         let dt = self.step_s;
         let mover = &mut self.movers[m];
@@ -627,4 +654,29 @@ impl Core {
             self.movers[m].phase = Phase::Gone;
         }
     }
+}
+
+/// Where the nose wheel is when the main gear is at a place of a pushback, m.
+fn nose_of(push: &Path, gear_m: f64, wheelbase_m: f64) -> Vector2<f64> {
+    let gear = push.at(gear_m);
+    gear.at_m + Azimuth::from_rad(gear.heading_rad + std::f64::consts::PI).unit() * wheelbase_m
+}
+
+/// Distance of a point from the first 400 m of a path, and the place nearest to it, m.
+fn nearest(path: &Path, point_m: Vector2<f64>) -> (f64, f64) {
+    let mut best = (f64::INFINITY, 0.0);
+    let mut look = |from_m: f64, to_m: f64, step_m: f64| {
+        let count = ((to_m - from_m) / step_m) as usize;
+        for place in (0..=count).map(|k| from_m + step_m * k as f64) {
+            let distance_m = (path.at(place).at_m - point_m).norm();
+            if distance_m < best.0 {
+                best = (distance_m, place);
+            }
+        }
+        best.1
+    };
+    let at = look(0.0, 400.0, 2.0);
+    let at = look((at - 2.0).max(0.0), at + 2.0, 0.1);
+    look((at - 0.1).max(0.0), at + 0.1, 0.01);
+    best
 }

@@ -57,7 +57,13 @@ impl Core {
         // Nobody creeps up by centimetres.
         let wish = if v == 0.0 && authority - s < 0.5 { 0.0 } else { wish };
         let wish = if mover.stopped { 0.0 } else { wish.min(mover.most_mps()) };
-        let limits = Tick { acc: d.acc_mps2, dec: d.dec_mps2, jerk: d.jerk_mps3, dt: self.step_s };
+        // A body that swings into line gains speed by that, too.
+        let sin = libm::sin(mover.slip).abs();
+        let swing = v * v * sin * sin / self.flights[m].wheelbase_m;
+        let steady_mps = (0.85 * d.acc_mps2 * self.flights[m].wheelbase_m).sqrt() / sin.max(1e-3);
+        let wish = wish.min(steady_mps);
+        let acc = (d.acc_mps2 - swing).max(0.15 * d.acc_mps2);
+        let limits = Tick { acc, dec: d.dec_mps2, jerk: d.jerk_mps3, dt: self.step_s };
         (mover.s, mover.v, mover.a) = limits.tick(s, v, a, wish, authority);
         self.follow(m, s);
         loop {

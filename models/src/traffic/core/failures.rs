@@ -343,8 +343,11 @@ impl Core {
         self.show(f);
     }
 
-    /// A vehicle of a failure is on, or on its way to or from, this runway or one that crosses it.
+    /// An obstacle or the vehicle of a failure is on, or on its way to or from, this runway or one that crosses it.
     pub(super) fn car_blocks(&self, r: usize) -> bool {
+        if self.obstacle_on_runway(r).is_some() {
+            return true;
+        }
         self.failing.iter().filter_map(|f| f.car.as_ref()).any(|car| {
             self.crossing[r].contains(&car.runway)
                 && (car.start_s..car.end_s()).contains(&self.time_s)

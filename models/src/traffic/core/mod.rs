@@ -10,6 +10,7 @@ mod drive;
 mod failures;
 mod measures;
 mod notice;
+mod obstacles;
 mod plan;
 mod runway;
 mod stands;
@@ -18,7 +19,9 @@ mod tokens;
 
 pub use failures::{Failure, FailureKind, Shown};
 pub use notice::{ClearedBy, Notice, Order};
-pub use runway::departure_gap_s;
+pub use obstacles::Obstacle;
+use runway::TookOff;
+pub use runway::{departure_gap_s, landing_gap_nm};
 
 use super::network::Network;
 use super::outline::Size;
@@ -31,6 +34,7 @@ use crate::flight_list::WakeCategory;
 use failures::Failing;
 use notice::Granted;
 use plan::{Booking, Timing};
+use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -88,6 +92,13 @@ pub struct Flight {
     pub idle_kg_per_s: f64,
     /// Key of its draws.
     pub key: u64,
+}
+
+impl Flight {
+    /// What tells sizes apart.
+    fn key_of_size(&self) -> (u64, u64) {
+        (self.size.length_m.to_bits(), self.size.span_m.to_bits())
+    }
 }
 
 /// Where a flight is in its life.
@@ -197,6 +208,9 @@ struct Mover {
     v: f64,
     a: f64,
     slip: f64,
+    /// Beside the way since the end of the pushback, m, and the place of that.
+    beside_m: crate::frames::Vector2<f64>,
+    beside_from: f64,
     height_m: f64,
     climb_mps: f64,
     /// Taken: indices `first_held..next` of the way in use.
@@ -260,9 +274,9 @@ pub struct Core {
     books: Vec<Vec<Booking>>,
     /// Changes with every release, so that a refusal is asked again only then.
     version: u64,
-    /// By runway: last take-off time and wake, last assigned landing time.
-    last_take_off: Vec<Option<(f64, WakeCategory)>>,
-    last_landing: Vec<f64>,
+    /// By runway: the last take-off, the last assigned landing time and its wake.
+    last_take_off: Vec<Option<TookOff>>,
+    last_landing: Vec<(f64, WakeCategory)>,
     crossing: Vec<Vec<usize>>,
     mixed: Vec<bool>,
     /// By runway: who rolls, lands or is lined up.
@@ -276,6 +290,9 @@ pub struct Core {
     remarks: Vec<Remark>,
     failing: Vec<Failing>,
     shown: Vec<Shown>,
+    obstacles: obstacles::Obstacles,
+    /// By stand, size, runway and end: whether there is a way to leave it by.
+    leaves: BTreeMap<(usize, (u64, u64), usize, usize), bool>,
     /// Rings of movers that wait for each other under a policy that rules them out.
     unexpected: u64,
 }
@@ -321,7 +338,7 @@ impl Core {
             books: vec![Vec::new(); all],
             version: 0,
             last_take_off: vec![None; count],
-            last_landing: vec![f64::NEG_INFINITY; count],
+            last_landing: vec![(f64::NEG_INFINITY, WakeCategory::Light); count],
             crossing,
             mixed,
             owner: vec![None; count],
@@ -333,6 +350,8 @@ impl Core {
             remarks: Vec::new(),
             failing: Vec::new(),
             shown: Vec::new(),
+            obstacles: obstacles::Obstacles::default(),
+            leaves: BTreeMap::new(),
             unexpected: 0,
         };
         core.appear();
@@ -353,6 +372,10 @@ impl Core {
         self.time_s = frame as f64 * self.step_s;
         self.frame = frame;
         self.apply_notices();
+        let frames_a_second = (1.0 / self.step_s).round().max(1.0) as i64;
+        if frame.rem_euclid(frames_a_second) == 0 {
+            self.look_at_obstacles();
+        }
         let whole = (self.time_s / RETRY_S).fract() < self.step_s / RETRY_S * 0.999;
         if whole {
             self.appear();
@@ -383,7 +406,8 @@ impl Core {
                         self.used(m, ClearanceKind::TakeOff);
                         self.movers[m].phase = Phase::Rolling;
                         let (r, wake) = (self.flights[m].runway.0, self.flights[m].wake);
-                        self.last_take_off[r] = Some((self.time_s, wake));
+                        let (rolled_s, airborne_s) = (self.time_s, self.time_s + self.run_s(m));
+                        self.last_take_off[r] = Some(TookOff { rolled_s, airborne_s, wake });
                     }
                 }
                 Phase::Rolling => self.rolling(m),
@@ -489,7 +513,7 @@ impl Core {
         let parked = m.phase == Phase::Parked;
         let take_s = if parked { m.timing.push_take_s } else { self.order_of(flight, step) };
         Some(Waiting {
-            behind: m.waits_for.map(|o| self.flights[o].callsign.as_str()),
+            behind: m.waits_for.map(|o| self.name_of(o)),
             place,
             since_s,
             planned_s: m.timing.planned.then_some(take_s - self.time_s).filter(|s| s.is_finite()),
@@ -538,7 +562,7 @@ impl Core {
     pub fn waits_for(&self, flight: usize) -> Option<&str> {
         let m = &self.movers[flight];
         m.waits_since_s?;
-        m.waits_for.map(|o| self.flights[o].callsign.as_str())
+        m.waits_for.map(|o| self.name_of(o))
     }
 
     fn rng(&self, m: usize, counter: u64) -> rand::rngs::ChaCha8Rng {
@@ -609,6 +633,8 @@ impl Core {
     }
 }
 
+/// Way on which somebody comes back to his line after a pushback, m.
+const BESIDE_M: f64 = 60.0;
 /// Straight line before the begin of a pushback, m.
 const PUSH_BEFORE_M: f64 = 30.0;
 
@@ -619,6 +645,14 @@ pub fn class_of(size: Size) -> Class {
 }
 
 impl Mover {
+    /// How far it is beside its way, m, and how that changes with the place: after a pushback it comes to the line within
+    /// [`BESIDE_M`] of driving.
+    fn beside(&self) -> (crate::frames::Vector2<f64>, crate::frames::Vector2<f64>) {
+        let x = ((self.s - self.beside_from) / BESIDE_M).clamp(0.0, 1.0);
+        let share = 1.0 - x * x * (3.0 - 2.0 * x);
+        (self.beside_m * share, self.beside_m * (-6.0 * x * (1.0 - x) / BESIDE_M))
+    }
+
     /// Fastest when towed, m/s.
     fn most_mps(&self) -> f64 {
         if self.towed { 3.0 } else { f64::INFINITY }
@@ -650,6 +684,8 @@ impl Mover {
             v: 0.0,
             a: 0.0,
             slip: 0.0,
+            beside_m: crate::frames::Vector2::new(0.0, 0.0),
+            beside_from: 0.0,
             height_m: 0.0,
             climb_mps: 0.0,
             first_held: 0,

@@ -1,8 +1,11 @@
 //! Runways: who has them, wake, and when somebody may enter.
 
 use super::plan::LANDING_AHEAD_S;
-use super::{Core, Direction, Phase};
+use super::{Core, Direction, Flight, Phase};
 use crate::flight_list::WakeCategory;
+#[cfg(test)]
+use crate::traffic::runway_roll::NAUTICAL_MILE_M;
+use crate::traffic::runway_roll::{TakeOff, approach_time_s, take_off_run};
 
 impl Core {
     /// Whether a departure may go onto the runway now: wake and arrivals.
@@ -28,6 +31,40 @@ impl Core {
                 && !other.cleared
                 && self.crossing[r].contains(&self.flights[*o].runway.0)
                 && left < need_s
+        })
+    }
+
+    /// Somebody cleared to land, or rolling out, on a runway that `m` wants to cross, who has not passed the place: nobody
+    /// is ahead of a roll in its strip, also not beyond its exit.
+    pub(super) fn lands_towards(&self, m: usize, r: usize) -> Option<usize> {
+        let o = self.owner[r].filter(|o| *o != m)?;
+        let other = &self.movers[o];
+        let rolls = match other.phase {
+            Phase::Final => other.cleared,
+            Phase::Landing => other.v > 10.0,
+            _ => false,
+        };
+        let runway = &self.net.runways[r];
+        let end = self.flights[o].runway.1;
+        let along = |place: f64| if end == 0 { place } else { runway.length_m - place };
+        let theirs = self.state(o).map(|s| along(runway.place_m(s.position_m.xy()).0))?;
+        let behind_m = theirs - along(self.entry_m(m, runway));
+        (rolls && behind_m < 30.0).then_some(o)
+    }
+
+    /// Whether somebody else holds a part of the strip of a runway.
+    pub(super) fn strip_held(&self, m: usize, r: usize) -> bool {
+        let of_strip = |z: u32| {
+            let piece = &self.pieces.list[z as usize];
+            piece.strip == Some(r) || piece.runway == Some(r)
+        };
+        self.movers.iter().enumerate().any(|(o, other)| {
+            let on_way = matches!(
+                other.phase,
+                Phase::Taxiing | Phase::Landing | Phase::LinedUp(_) | Phase::Rolling
+            );
+            let held = other.first_held..other.next.min(other.way.pieces.len());
+            o != m && on_way && held.into_iter().any(|i| of_strip(other.way.pieces[i]))
         })
     }
 
@@ -62,13 +99,47 @@ impl Core {
     pub(super) fn wake_left_s(&self, m: usize) -> f64 {
         let r = self.flights[m].runway.0;
         let behind = self.crossing[r].iter().filter_map(|c| self.last_take_off[*c]);
-        let left = behind
-            .map(|(time, wake)| time + departure_gap_s(wake, self.flights[m].wake) - self.time_s);
+        let run_s = self.run_s(m);
+        let left = behind.map(|before| {
+            let gap_s = departure_gap_s(before.wake, self.flights[m].wake) - self.time_s;
+            // From roll to roll and from lift-off to lift-off.
+            (before.rolled_s + gap_s).max(before.airborne_s + gap_s - run_s)
+        });
         left.fold(0.0, f64::max)
+    }
+
+    /// From the begin of a take-off run to the lift-off, s.
+    pub(super) fn run_s(&self, m: usize) -> f64 {
+        let run = take_off_run(&take_off_of(&self.flights[m]));
+        SPOOL_S + run.map_or(40.0, |r| r.time_s)
     }
 
     pub(super) fn may_roll(&self, m: usize) -> bool {
         self.wake_left_s(m) <= 0.0 && !self.car_blocks(self.flights[m].runway.0)
+    }
+}
+
+/// What the building-up of thrust adds to a take-off run, s.
+const SPOOL_S: f64 = 2.5;
+
+/// The last take-off on a runway.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct TookOff {
+    pub rolled_s: f64,
+    pub airborne_s: f64,
+    pub wake: WakeCategory,
+}
+
+/// The take-off run of a flight on a day without wind at sea level.
+pub(super) fn take_off_of(f: &Flight) -> TakeOff {
+    TakeOff {
+        liftoff_mps: f.take_off.0,
+        distance_m: f.take_off.1,
+        density_ratio: 1.0,
+        headwind_mps: 0.0,
+        end_ratio: 0.75,
+        thrust_exponent: 0.7,
+        rolling_friction: 0.02,
     }
 }
 
@@ -84,8 +155,60 @@ pub fn departure_gap_s(first: WakeCategory, then: WakeCategory) -> f64 {
     }
 }
 
-/// Time between arrivals on one runway, s: 3.8 NM at 70 m/s, light ones 6 NM (assumed in place of a table of
-/// pairs).
-pub(super) fn arrival_gap_s(wake: WakeCategory) -> f64 {
-    if wake == WakeCategory::Light { 170.0 } else { 130.0 }
+/// Time between arrivals on one runway, s: 3.8 NM at 70 m/s, light ones 6 NM (assumed), and at the follower's speed the
+/// distance that its wake category wants behind the one before, with 0.3 NM of room.
+pub(super) fn arrival_gap_s(first: WakeCategory, then: &Flight) -> f64 {
+    let usual_s = if then.wake == WakeCategory::Light { 170.0 } else { 130.0 };
+    let apart_nm = landing_gap_nm(first, then.wake) + 0.3;
+    let wake_s = approach_time_s(then.landing.0, 0.0, apart_nm.max(4.0)).unwrap_or(usual_s);
+    wake_s.max(usual_s)
+}
+
+/// Least distance between two landings on one runway, NM (ICAO wake categories, at least 3 NM; from memory).
+#[must_use]
+pub fn landing_gap_nm(first: WakeCategory, then: WakeCategory) -> f64 {
+    use WakeCategory::{Heavy as H, Light as L, Medium as M, Super as J};
+    match (first, then) {
+        (J, J) | (H, J) | (M | L, J | H | M) | (L, L) => 3.0,
+        (H, H) => 4.0,
+        (J, H) | (H, M) | (M, L) => 5.0,
+        (H, L) => 6.0,
+        (J, M) => 7.0,
+        (J, L) => 8.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_follower_of_a_super_keeps_seven_miles() {
+        let follower = |wake, touchdown: f64| Flight {
+            callsign: String::new(),
+            size: crate::traffic::outline::Size { length_m: 40.0, span_m: 35.0, aircraft: true },
+            direction: super::super::Direction::Arrival,
+            runway: (0, 0),
+            stand: 0,
+            time_s: 0.0,
+            turnaround_of: None,
+            wake,
+            taxi_mps: (15.0, 5.0),
+            taxi_acc_mps2: (0.7, 0.7),
+            take_off: (85.0, 1600.0),
+            landing: (touchdown, 1.2),
+            wheelbase_m: 12.0,
+            idle_kg_per_s: 0.2,
+            key: 1,
+        };
+        use WakeCategory::{Light, Medium, Super};
+        for touchdown in [62.0, 70.0, 78.0] {
+            let gap_s = arrival_gap_s(Super, &follower(Medium, touchdown));
+            // Flown at the slowest speed of the approach it is at least the distance.
+            assert!(gap_s * 82.5 > 7.0 * NAUTICAL_MILE_M, "{touchdown}: {gap_s}");
+            assert!(gap_s < 7.0 * NAUTICAL_MILE_M / touchdown + 15.0, "{touchdown}: {gap_s}");
+            assert_eq!(arrival_gap_s(Medium, &follower(Medium, touchdown)), 130.0);
+        }
+        assert!(arrival_gap_s(Super, &follower(Light, 50.0)) > 230.0);
+    }
 }

@@ -1,17 +1,29 @@
 //! Stands: what lies under an aircraft, which are free, who comes into the run.
 
 use super::{Core, Direction, Flight, Phase, Policy, Timing, class_of};
+use crate::frames::Azimuth;
 use crate::traffic::outline::Size;
+use crate::traffic::pieces::SIZES;
 use crate::traffic::way::Arcs;
 use std::sync::Arc;
 
 impl Core {
-    pub(super) fn stand_pose(&self, stand: usize) -> (nalgebra::Vector2<f64>, f64) {
+    /// How far short of the node of a stand somebody of this size has his middle, m: tails stand in one line, and nobody
+    /// behind the place of the file.
+    pub(super) fn short_of_node_m(&self, stand: usize, size: Size) -> f64 {
+        let s = &self.net.stands[stand];
+        let code = if s.code_known { s.code.min(5) } else { 2 };
+        let longest_m = SIZES[usize::from(code) + 1].length_m;
+        (0.5 * (longest_m - size.length_m)).clamp(0.0, s.moved_m.max(0.0))
+    }
+
+    pub(super) fn stand_pose(&self, stand: usize, size: Size) -> (nalgebra::Vector2<f64>, f64) {
         let s = &self.net.stands[stand];
         let Some(node) = s.node else { return (s.at_m, s.heading_rad) };
         let into = self.stand_arc(node);
         let heading = into.map_or(s.heading_rad, |arc| self.arcs.heading_rad(arc));
-        (self.net.nodes[node].at_m, heading)
+        let back = Azimuth::from_rad(heading).unit() * self.short_of_node_m(stand, size);
+        (self.net.nodes[node].at_m - back, heading)
     }
 
     /// The arc by which a stand is entered.
@@ -37,7 +49,7 @@ impl Core {
         };
         let mut found = Vec::new();
         // Pieces of a lead-in are up to 6 m long, and a tail is narrow: up to 2 m less than half the length.
-        let mut room = 0.5 * size.length_m - 2.0;
+        let mut room = 0.5 * size.length_m - 2.0 + self.short_of_node_m(stand, size);
         loop {
             let (first, count) = self.pieces.of_edge[arc / 2];
             for i in 0..count {
@@ -105,13 +117,41 @@ impl Core {
         true
     }
 
+    /// Whether somebody like `m` can be pushed back from a stand and find a way to his runway on an empty airport; of an
+    /// arrival his next flight.
+    pub(super) fn can_leave(&mut self, m: usize, stand: usize) -> bool {
+        let next = self.flights.iter().position(|g| g.turnaround_of == Some(m));
+        let leaves = match self.flights[m].direction {
+            Direction::Departure => Some(m),
+            Direction::Arrival => next,
+        };
+        let Some(d) = leaves else { return true };
+        let (runway, end) = self.flights[d].runway;
+        let key = (stand, self.flights[d].key_of_size(), runway, end);
+        if let Some(known) = self.leaves.get(&key) {
+            return *known;
+        }
+        let old = self.movers[d].clone();
+        let told = self.remarks.len();
+        let class = self.movers[d].class;
+        let narrow: Vec<bool> = self.net.edges.iter().map(|e| class > e.code + 1).collect();
+        let easy = vec![false; 2 * self.net.edges.len()];
+        self.movers[d].stand = stand;
+        let found = self.plan_departure(d, &narrow, &easy, &[]);
+        self.movers[d] = old;
+        self.remarks.truncate(told);
+        self.leaves.insert(key, found);
+        found
+    }
+
     /// Free stands for a flight, best first, at most `most`: the wanted one, else the smallest that are large
     /// enough, nearest to it.
-    pub(super) fn free_stands(&self, m: usize, most: usize) -> Vec<(usize, Vec<u32>)> {
-        let f = &self.flights[m];
+    pub(super) fn free_stands(&mut self, m: usize, most: usize) -> Vec<(usize, Vec<u32>)> {
+        let flights = Arc::clone(&self.flights);
+        let f = &flights[m];
         let mut found = Vec::new();
         let wanted = self.pieces_of_stand(f.stand, f.size);
-        if self.stand_is_free(m, f.stand, &wanted) {
+        if self.stand_is_free(m, f.stand, &wanted) && self.can_leave(m, f.stand) {
             found.push((f.stand, wanted));
         }
         let need = class_of(f.size).saturating_sub(1);
@@ -134,7 +174,7 @@ impl Core {
                 break;
             }
             let pieces = self.pieces_of_stand(s, f.size);
-            if self.stand_is_free(m, s, &pieces) {
+            if self.stand_is_free(m, s, &pieces) && self.can_leave(m, s) {
                 found.push((s, pieces));
             }
         }
@@ -143,7 +183,7 @@ impl Core {
     }
 
     /// The best free stand.
-    pub(super) fn free_stand(&self, m: usize) -> Option<(usize, Vec<u32>)> {
+    pub(super) fn free_stand(&mut self, m: usize) -> Option<(usize, Vec<u32>)> {
         self.free_stands(m, 1).pop()
     }
 
@@ -179,7 +219,8 @@ impl Core {
             return;
         }
         let wanted = self.pieces_of_stand(f.stand, f.size);
-        if !self.stand_is_free(m, f.stand, &wanted) {
+        let leaves = self.can_leave(m, f.stand);
+        if !leaves || !self.stand_is_free(m, f.stand, &wanted) {
             // An aircraft there that nobody needs any more is taken for this one.
             let idle = (0..self.movers.len()).find(|o| {
                 self.movers[*o].phase == Phase::Docked
@@ -187,17 +228,18 @@ impl Core {
                     && !self.flights.iter().any(|g| g.turnaround_of == Some(*o))
             });
             match idle {
-                Some(idle) if self.time_s >= f.time_s - 600.0 => {
+                Some(idle) if leaves && self.time_s >= f.time_s - 600.0 => {
                     self.leave_stand(idle);
                     if !self.stand_is_free(m, f.stand, &wanted) {
                         return;
                     }
                 }
-                _ if self.time_s < f.time_s => return,
+                _ if leaves && self.time_s < f.time_s => return,
                 _ => {
                     if let Some((stand, _)) = self.free_stand(m) {
+                        let why = if leaves { "is not free" } else { "has no way to the runway" };
                         let text = format!(
-                            "{}: stand {} is not free, at {} instead",
+                            "{}: stand {} {why}, at {} instead",
                             f.callsign, self.net.stands[f.stand].name, self.net.stands[stand].name
                         );
                         self.remark(text);

@@ -23,7 +23,7 @@ impl Core {
         let stands_on = if pushing { &m.push } else { &m.way };
         if m.phase == Phase::Parked || stands_on.pieces.is_empty() {
             // On its stand, whatever is planned.
-            let (at, heading_rad) = self.stand_pose(m.stand);
+            let (at, heading_rad) = self.stand_pose(m.stand, f.size);
             return Some(still(Vector3::new(at.x, at.y, 0.0), heading_rad));
         }
         let on = stands_on.path.at(m.s);
@@ -37,7 +37,9 @@ impl Core {
         let (sin, cos) = libm::sincos(heading);
         let (u, n) = (nalgebra::Vector2::new(sin, cos), nalgebra::Vector2::new(cos, -sin));
         let middle = if push { on.at_m - u * gear } else { on.at_m - u * guided };
-        let velocity = u * along - n * (gear * turn_rate);
+        let (beside, drift) = if push { Default::default() } else { m.beside() };
+        let middle = middle + beside;
+        let velocity = u * along - n * (gear * turn_rate) + drift * m.v;
         let along_acc = if push {
             -m.a
         } else {
@@ -93,7 +95,9 @@ impl Core {
             feed(m.stand as u64);
             feed((m.first_held as u64) << 32 | m.next as u64);
             feed(u64::from(m.granted.bits()) << 1 | u64::from(m.holds));
-            [m.s, m.v, m.a, m.slip, m.height_m].iter().for_each(|x| feed(x.to_bits()));
+            [m.s, m.v, m.a, m.slip, m.height_m, m.beside_m.x, m.beside_m.y]
+                .iter()
+                .for_each(|x| feed(x.to_bits()));
         }
         self.feed_failures(&mut feed);
         hash

@@ -7,6 +7,9 @@ use std::ops::Range;
 impl Core {
     /// Somebody else who holds a piece that conflicts with `piece` for `m`, or rolls beside it.
     pub(super) fn blocker(&self, m: usize, piece: u32, roll: bool, gone: &[bool]) -> Option<usize> {
+        if let Some(obstacle) = self.obstacle_on(piece, self.movers[m].class) {
+            return Some(obstacle);
+        }
         let here = |h: &u32| *h as usize != m && !gone.get(*h as usize).copied().unwrap_or(false);
         for (other, least) in self.pieces.conflicts(piece as usize, self.movers[m].class) {
             let holds = |h: &&u32| here(h) && self.movers[**h as usize].class >= *least;
@@ -180,6 +183,12 @@ impl Core {
             if let Some(near) = self.arrival_before(m, r, 15.0 + 0.16 * length_m) {
                 return self.refuse_now(m, near);
             }
+            if let Some(near) = self.lands_towards(m, r) {
+                return self.refuse_now(m, near);
+            }
+            if let Some(near) = self.obstacle_on_runway(r) {
+                return self.refuse_now(m, near);
+            }
         }
         let mover = &self.movers[m];
         let roll = mover.way.roll.clone();
@@ -255,7 +264,7 @@ impl Core {
     /// Waits for each other in a ring, each for more than 30 s: said once, by name.
     pub(super) fn find_deadlock(&mut self) {
         let waits = |m: usize| -> Option<usize> {
-            let mover = &self.movers[m];
+            let mover = self.movers.get(m)?;
             (self.time_s - mover.waits_since_s? >= 30.0).then_some(mover.waits_for?)
         };
         let mut found: Vec<String> = Vec::new();

@@ -1,0 +1,382 @@
+//! What is said beside the scans: how traffic that behaves stands, the stop bars, and the alerts, each at every time
+//! that can be looked back to.
+//!
+//! Traffic and lights travel as JSON and are shown as they came ([`Topic`]). Alerts are kept as they were raised,
+//! changed and ended, so that the list of any moment can be made of them ([`Said::alerts_at`]).
+
+use super::source::Event;
+use crate::runtime::messages::{AlertMessage, Operation};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// What is kept as it was said.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Topic {
+    /// Flights that behave (`obs/traffic`).
+    Traffic,
+    /// Stop bars (`control/1/lights`).
+    Lights,
+}
+
+impl Topic {
+    /// All.
+    pub const ALL: [Self; 2] = [Self::Traffic, Self::Lights];
+
+    /// Its word in the database and for the page.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Traffic => "traffic",
+            Self::Lights => "lights",
+        }
+    }
+
+    /// How long it holds after it was said, ns: traffic is said every scan, lights when they change.
+    #[must_use]
+    pub fn holds_ns(self) -> i64 {
+        match self {
+            Self::Traffic => 10_000_000_000,
+            Self::Lights => i64::MAX,
+        }
+    }
+}
+
+/// An alert over its life.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct AlertRow {
+    /// Kind ("RMCA_ARR").
+    pub kind: String,
+    /// Call signs, else track numbers, separated by blanks: as they were called last.
+    pub subjects: String,
+    /// Since when it had which stage, in the order of time.
+    pub stages: Vec<(i64, String)>,
+    /// Ended at, ns.
+    pub end_ns: Option<i64>,
+    /// Where, m east and north.
+    pub place_m: [f64; 2],
+    /// Who acknowledged it.
+    pub acknowledged: Option<String>,
+}
+
+/// An alert as the page lists it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct AlertLine<'a> {
+    /// Number.
+    pub id: u32,
+    /// Kind.
+    pub kind: &'a str,
+    /// "information" or "alarm".
+    pub stage: &'a str,
+    /// Who.
+    pub subjects: Vec<&'a str>,
+    /// Raised at, s.
+    pub since_s: f64,
+    /// Ended at, s.
+    pub end_s: Option<f64>,
+    /// Where, m east and north.
+    pub place_m: [f64; 2],
+    /// Who acknowledged it.
+    pub acknowledged: Option<&'a str>,
+}
+
+/// Everything that was said, by time. Bounded: of texts and ended alerts the oldest go.
+#[derive(Debug, Default)]
+pub struct Said {
+    texts: BTreeMap<(Topic, i64), Arc<str>>,
+    octets: usize,
+    alerts: BTreeMap<u32, AlertRow>,
+    /// What people did, to be written down by whoever keeps the log.
+    done: Vec<Operation>,
+}
+
+/// Texts kept, octets.
+const MOST_OCTETS: usize = 64 << 20;
+/// Alerts kept.
+const MOST_ALERTS: usize = 10_000;
+/// Alerts that ended, as listed.
+const ENDED_SHOWN: usize = 20;
+/// What a person did that nobody has written down, at most.
+const MOST_DONE: usize = 1000;
+
+#[derive(Deserialize)]
+struct When {
+    time_s: f64,
+}
+
+/// Simulated time of a text, ns; none where it does not say one.
+#[must_use]
+pub fn time_of(text: &str) -> Option<i64> {
+    let when: When = serde_json::from_str(text).ok()?;
+    when.time_s.is_finite().then(|| (when.time_s * 1e9).round() as i64)
+}
+
+impl Said {
+    /// Takes a text in; false if it does not say its time.
+    pub fn tell(&mut self, topic: Topic, text: &str) -> bool {
+        let Some(time_ns) = time_of(text) else { return false };
+        let text: Arc<str> = text.into();
+        self.octets += text.len();
+        if let Some(before) = self.texts.insert((topic, time_ns), text) {
+            self.octets -= before.len();
+        }
+        while self.octets > MOST_OCTETS {
+            // The oldest of traffic, which is by far the most.
+            let Some((_, old)) = self.texts.pop_first() else { break };
+            self.octets -= old.len();
+        }
+        true
+    }
+
+    /// The newest text that is not later than a time and still holds then.
+    #[must_use]
+    pub fn at(&self, topic: Topic, time_ns: i64) -> Option<Arc<str>> {
+        let ((_, said_ns), text) =
+            self.texts.range((topic, i64::MIN)..=(topic, time_ns)).next_back()?;
+        let holds = time_ns == i64::MAX || time_ns.saturating_sub(*said_ns) <= topic.holds_ns();
+        holds.then(|| Arc::clone(text))
+    }
+
+    /// Takes in what changed of an alert.
+    pub fn alert(&mut self, a: &AlertMessage) {
+        if a.change == "ended" {
+            if let Some(row) = self.alerts.get_mut(&a.id) {
+                row.end_ns = Some(a.time_ns);
+            }
+            return;
+        }
+        self.row(
+            a.id,
+            AlertRow {
+                kind: a.kind.clone(),
+                subjects: a.subjects.clone(),
+                stages: vec![(a.time_ns, a.stage.clone())],
+                place_m: a.place_m,
+                ..AlertRow::default()
+            },
+        );
+    }
+
+    /// Puts an alert in, or what is new of it: a stage, a name, its end.
+    pub fn row(&mut self, id: u32, new: AlertRow) {
+        if let Some(row) = self.alerts.get_mut(&id) {
+            row.subjects = new.subjects;
+            row.end_ns = new.end_ns.or(row.end_ns);
+            for stage in new.stages {
+                if row.stages.last().is_none_or(|last| last.1 != stage.1 && last.0 <= stage.0) {
+                    row.stages.push(stage);
+                }
+            }
+            return;
+        }
+        if self.alerts.len() >= MOST_ALERTS {
+            self.alerts.pop_first();
+        }
+        self.alerts.insert(id, new);
+    }
+
+    /// Somebody has seen an alert. What is said in answer.
+    ///
+    /// # Errors
+    /// If there is none of that number, or it was acknowledged before.
+    pub fn acknowledge(&mut self, id: u32, by: &str, time_ns: i64) -> Result<String, String> {
+        let row = self.alerts.get_mut(&id).ok_or(format!("there is no alert {id}"))?;
+        if let Some(before) = &row.acknowledged {
+            return Err(format!("alert {id} was acknowledged by {before}"));
+        }
+        row.acknowledged = Some(by.to_owned());
+        let text = format!("{} {}", row.kind, row.subjects);
+        if self.done.len() < MOST_DONE {
+            self.done.push(Operation {
+                time_ns,
+                source: by.to_owned(),
+                command: format!("{ACKNOWLEDGE} {id}"),
+                ok: true,
+                text: text.clone(),
+                ..Operation::default()
+            });
+        }
+        Ok(text)
+    }
+
+    /// Takes in what a log says was done.
+    pub fn operation(&mut self, o: &Operation) {
+        let id = o.command.strip_prefix(ACKNOWLEDGE).and_then(|rest| rest.trim().parse().ok());
+        if let Some(row) = id.and_then(|id: u32| self.alerts.get_mut(&id)) {
+            row.acknowledged.get_or_insert_with(|| o.source.clone());
+        }
+    }
+
+    /// What people did since this was asked last.
+    pub fn take_done(&mut self) -> Vec<Operation> {
+        std::mem::take(&mut self.done)
+    }
+
+    /// Alerts that stand at a time, the gravest and newest first, and those that ended before it, the last first.
+    #[must_use]
+    pub fn alerts_at(&self, time_ns: i64) -> (Vec<AlertLine<'_>>, Vec<AlertLine<'_>>) {
+        let (mut open, mut ended) = (Vec::new(), Vec::new());
+        for (id, row) in &self.alerts {
+            let Some((_, stage)) = row.stages.iter().rev().find(|s| s.0 <= time_ns) else {
+                continue;
+            };
+            let end_ns = row.end_ns.filter(|end| *end <= time_ns);
+            let line = AlertLine {
+                id: *id,
+                kind: &row.kind,
+                stage,
+                subjects: row.subjects.split(' ').filter(|s| !s.is_empty()).collect(),
+                since_s: row.stages.first().map_or(0.0, |s| s.0 as f64 * 1e-9),
+                end_s: end_ns.map(|ns| ns as f64 * 1e-9),
+                place_m: row.place_m,
+                acknowledged: row.acknowledged.as_deref(),
+            };
+            if end_ns.is_some() { &mut ended } else { &mut open }.push(line);
+        }
+        open.sort_by(|a, b| {
+            (a.stage, b.since_s)
+                .partial_cmp(&(b.stage, a.since_s))
+                .unwrap_or(std::cmp::Ordering::Equal)
+        });
+        ended.sort_by(|a, b| b.end_s.partial_cmp(&a.end_s).unwrap_or(std::cmp::Ordering::Equal));
+        ended.truncate(ENDED_SHOWN);
+        (open, ended)
+    }
+
+    /// What the time line marks of the alerts.
+    #[must_use]
+    pub fn events(&self) -> Vec<Event> {
+        let first = |row: &AlertRow| {
+            let (time_ns, stage) = row.stages.first()?;
+            Some(alert_event(*time_ns, stage, &row.kind, &row.subjects))
+        };
+        self.alerts.values().filter_map(first).collect()
+    }
+
+    /// Forgets everything but what is to be written down.
+    pub fn clear(&mut self) {
+        *self = Self { done: std::mem::take(&mut self.done), ..Self::default() };
+    }
+}
+
+/// An alert as the time line marks it.
+#[must_use]
+pub fn alert_event(time_ns: i64, stage: &str, kind: &str, subjects: &str) -> Event {
+    Event {
+        time_ns,
+        kind: "alert".into(),
+        subject: subjects.to_owned(),
+        text: format!("{stage} {kind}: {subjects}"),
+    }
+}
+
+/// Word of the operation by which a person says that an alert was seen.
+const ACKNOWLEDGE: &str = "acknowledge";
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn told(id: u32, change: &str, stage: &str, s: i64) -> AlertMessage {
+        AlertMessage {
+            run: 1,
+            time_ns: s * 1_000_000_000,
+            change: change.into(),
+            id,
+            kind: "RMCA_ARR".into(),
+            stage: stage.into(),
+            subjects: "CAR1 SWR1".into(),
+            since_ns: 0,
+            asterix: 9,
+            place_m: [1.0, 2.0],
+        }
+    }
+
+    fn s(time_s: i64) -> i64 {
+        time_s * 1_000_000_000
+    }
+
+    #[test]
+    fn the_list_of_any_moment_is_that_moments_list() {
+        let mut said = Said::default();
+        for message in [
+            told(1, "raised", "information", 10),
+            told(2, "raised", "alarm", 12),
+            told(1, "changed", "alarm", 15),
+            told(3, "raised", "alarm", 16),
+            told(2, "ended", "alarm", 20),
+        ] {
+            said.alert(&message);
+        }
+        let at = |time_ns: i64| {
+            let (open, ended) = said.alerts_at(time_ns);
+            let line = |a: &AlertLine<'_>| format!("{}{}", a.id, &a.stage[..1]);
+            let list =
+                |lines: &[AlertLine<'_>]| lines.iter().map(line).collect::<Vec<_>>().join(" ");
+            format!("{}|{}", list(&open), list(&ended))
+        };
+        assert_eq!(at(s(9)), "|");
+        assert_eq!(at(s(10)), "1i|");
+        assert_eq!(at(s(14)), "2a 1i|", "the graver first");
+        assert_eq!(at(s(16)), "3a 2a 1a|", "of one stage the newest first");
+        assert_eq!(at(s(20)), "3a 1a|2a", "ended in that very scan");
+        assert_eq!(at(s(15)), "2a 1a|", "looked back at, it still stands");
+        assert_eq!(at(i64::MAX), "3a 1a|2a");
+        assert_eq!(said.events().len(), 3);
+    }
+
+    #[test]
+    fn an_alert_is_acknowledged_once_and_that_is_written_down() {
+        let mut said = Said::default();
+        said.alert(&told(7, "raised", "alarm", 1));
+        assert!(said.acknowledge(8, "page", 0).is_err());
+        assert_eq!(said.acknowledge(7, "page", s(3)), Ok("RMCA_ARR CAR1 SWR1".into()));
+        assert!(said.acknowledge(7, "else", 0).expect_err("twice").contains("by page"));
+        let done = said.take_done();
+        assert_eq!((done.len(), &done[0].command[..], done[0].time_ns), (1, "acknowledge 7", s(3)));
+        assert!(said.take_done().is_empty());
+        // Read again out of a log.
+        let mut read = Said::default();
+        read.alert(&told(7, "raised", "alarm", 1));
+        read.operation(&done[0]);
+        assert_eq!(read.alerts_at(s(1)).0[0].acknowledged, Some("page"));
+        // A name that comes later, and an end before anything was raised.
+        let mut named = told(7, "changed", "alarm", 4);
+        named.subjects = "FOLLOW1 SWR1".into();
+        read.alert(&named);
+        read.alert(&told(99, "ended", "alarm", 4));
+        assert_eq!(read.alerts_at(s(9)).0[0].subjects, ["FOLLOW1", "SWR1"]);
+        assert_eq!(read.alerts_at(s(9)).0[0].since_s, 1.0, "raised once");
+    }
+
+    #[test]
+    fn a_text_holds_from_its_time_on_and_not_for_ever() {
+        let mut said = Said::default();
+        assert!(!said.tell(Topic::Traffic, "{}") && !said.tell(Topic::Traffic, "no JSON"));
+        for n in [5, 6, 7] {
+            assert!(said.tell(Topic::Traffic, &format!("{{\"time_s\": {n}.0}}")));
+        }
+        assert!(said.tell(Topic::Lights, "{\"time_s\": 2}"));
+        let at = |time_s: i64| said.at(Topic::Traffic, s(time_s)).map(|t| t.to_string());
+        assert_eq!((at(4), at(6)), (None, Some("{\"time_s\": 6.0}".into())));
+        assert!(at(17).is_some() && at(18).is_none(), "nothing was heard for ten seconds");
+        assert!(said.at(Topic::Lights, s(100_000)).is_some(), "said when they change");
+        assert!(said.at(Topic::Lights, s(1)).is_none());
+    }
+
+    #[test]
+    fn what_outsiders_can_fill_is_bounded() {
+        let mut said = Said::default();
+        for id in 0..MOST_ALERTS as u32 + 5 {
+            said.alert(&told(id, "raised", "alarm", i64::from(id)));
+        }
+        assert_eq!(said.alerts.len(), MOST_ALERTS);
+        assert!(said.alerts_at(i64::MAX).0.iter().all(|a| a.id >= 5), "the oldest went");
+        let long = "x".repeat(MOST_OCTETS / 4);
+        for n in 0..6 {
+            said.tell(Topic::Traffic, &format!("{{\"time_s\": {n}, \"text\": \"{long}\"}}"));
+        }
+        assert!(said.octets <= MOST_OCTETS);
+        assert!(said.at(Topic::Traffic, s(5)).is_some() && said.at(Topic::Traffic, s(0)).is_none());
+    }
+}

@@ -1,0 +1,205 @@
+// Panes beside the map, on its clock and with its view: what one sensor sees, or the tracks alone.
+
+import { paintAirport, paintScale, paintWeather } from "./paint.js";
+import { paintSelected, paintTraffic, plotMark, sound } from "./traffic.js";
+import { element, fixed } from "./text.js";
+
+const TURNS = 6; // scans whose plots are still to be seen, fainter each
+export const MOST_PANES = 3;
+
+/** What a sensor gave in a scan: its plots, those that nothing caused, and the entities within its reach that it did not report. */
+export function sensorScan(scan, sensor, site) {
+  const plots = scan.plots.filter((p) => p.sensor === sensor && sound(p)), seen = new Set(plots.map((p) => p.truthIndex).filter((i) => i >= 0));
+  const reach = site?.position_m && site.range_m ? (t) => Math.hypot(t.x - site.position_m[0], t.y - site.position_m[1]) <= site.range_m : () => true;
+  const missed = scan.truth.filter((t, i) => sound(t) && !seen.has(i) && reach(t)), errors = plots.map((p) => p.errorM).filter((e) => e !== null);
+  const rms = errors.length ? Math.sqrt(errors.reduce((s, e) => s + e * e, 0) / errors.length) : NaN;
+  return { plots, ghosts: plots.filter((p) => p.truthIndex < 0), missed, rms };
+}
+
+class Pane {
+  constructor(name, panes) {
+    Object.assign(this, { name, panes, past: [] });
+    this.canvas = element("canvas", [], { role: "img", tabindex: "0", "aria-label": this.title });
+    this.head = element("h2", this.title);
+    this.told = element("span", "");
+    const close = element("button", "\u00d7", { type: "button", title: "Close this pane", "aria-label": `Close the pane ${this.title}` });
+    close.addEventListener("click", () => panes.toggle(name));
+    this.box = element("section", [element("header", [this.head, this.told, close]), this.canvas], { class: "pane", "data-pane": name });
+    this.canvas.addEventListener("click", (event) => panes.pick(this, event));
+    new ResizeObserver(() => this.draw()).observe(this.box);
+  }
+
+  get sensor() {
+    return this.name.startsWith("sensor:") ? Number(this.name.slice(7)) : null;
+  }
+
+  get site() {
+    return this.panes.map.airport?.sensors?.find((s) => s.id === this.sensor) ?? null;
+  }
+
+  get title() {
+    return this.sensor === null ? "Tracks" : this.site?.name || `Sensor ${this.sensor}`;
+  }
+
+  /** The map's camera, for as large a piece of the airport as fits. */
+  camera() {
+    const { map } = this.panes, cam = map.cam.copy(), w = this.canvas.clientWidth || 1, h = this.canvas.clientHeight || 1;
+    const scale = cam.scale * Math.min(w / cam.width, h / cam.height);
+    Object.assign(cam, { width: w, height: h });
+    cam.look({ scale });
+    return cam;
+  }
+
+  /** Keeps the scan's plots for the afterglow; a moment jumped to has none before it. */
+  take(scan) {
+    if (this.past.at(-1)?.scan === scan.scan) return;
+    if (this.past.at(-1)?.scan !== scan.scan - 1) this.past = [];
+    this.past.push({ scan: scan.scan, plots: scan.plots.filter((p) => p.sensor === this.sensor && sound(p)) });
+    this.past = this.past.slice(-TURNS);
+  }
+
+  draw() {
+    const { map } = this.panes, { canvas } = this, ratio = window.devicePixelRatio || 1, cam = this.camera();
+    const w = Math.round(cam.width * ratio), h = Math.round(cam.height * ratio);
+    if (canvas.width !== w || canvas.height !== h) Object.assign(canvas, { width: w, height: h });
+    const g = canvas.getContext("2d"), c = map.c, scan = map.scan;
+    g.setTransform(ratio, 0, 0, ratio, 0, 0);
+    this.ground(g, cam, ratio);
+    if (scan) {
+      if (this.sensor === null) this.tracks(g, cam, scan);
+      else this.seen(g, cam, scan);
+      paintSelected(g, cam, c, map.find(map.selected));
+    }
+    paintScale(g, cam, c);
+    if (this.head.textContent !== this.title) this.head.textContent = this.title;
+  }
+
+  /** The airport, drawn again only where the view or the colours changed. */
+  ground(g, cam, ratio) {
+    const { map } = this.panes, key = [cam.cx, cam.cy, cam.scale, cam.rot, cam.width, cam.height, ratio, map.c.ground, map.airport?.icao].join();
+    if (key !== this.key) {
+      this.key = key;
+      this.under ??= document.createElement("canvas");
+      Object.assign(this.under, { width: this.canvas.width, height: this.canvas.height });
+      const u = this.under.getContext("2d");
+      u.setTransform(ratio, 0, 0, ratio, 0, 0);
+      paintAirport(u, { airport: map.airport, cam, c: map.c, layers: { buildings: true, coverage: this.sensor !== null }, box: { x: 0, y: 0, w: cam.width, h: cam.height } });
+    }
+    g.save();
+    g.setTransform(1, 0, 0, 1, 0, 0);
+    g.drawImage(this.under, 0, 0);
+    g.restore();
+  }
+
+  tracks(g, cam, scan) {
+    const { map } = this.panes, layers = { tracks: true, history: true, vectors: true, ellipses: true, plots: false, truth: false, weather: false };
+    paintTraffic(g, { ...map, scan, cam, c: map.c, layers, sensorsOff: map.sensorsOff });
+    this.told.textContent = `${scan.tracks.length} tracks`;
+  }
+
+  seen(g, cam, scan) {
+    const { map } = this.panes, { c } = map, { plots, ghosts, missed, rms } = sensorScan(scan, this.sensor, this.site), kind = this.site?.kind ?? plots[0]?.kind ?? "other";
+    if (this.site?.position_m) this.shadows(g, cam);
+    paintWeather(g, { weather: map.weather, cam, c });
+    g.strokeStyle = c[`plot-${kind}`] ?? c["plot-other"];
+    this.past.forEach((turn, i) => {
+      g.globalAlpha = (i + 1) / this.past.length;
+      g.lineWidth = i === this.past.length - 1 ? 1.8 : 1;
+      g.beginPath();
+      for (const p of turn.plots) plotMark(g, kind, ...cam.toScreen(p.x, p.y), i === this.past.length - 1 ? 4.5 : 2.5);
+      g.stroke();
+    });
+    g.globalAlpha = 1;
+    if (map.skin === "controller") {
+      this.told.textContent = `${plots.length} plots`;
+      return;
+    }
+    // Nothing caused these: rings; these it should have reported: crosses.
+    g.strokeStyle = c.warn;
+    g.lineWidth = 1.4;
+    g.beginPath();
+    for (const p of ghosts) {
+      const [x, y] = cam.toScreen(p.x, p.y);
+      g.moveTo(x + 8, y);
+      g.arc(x, y, 8, 0, 7);
+    }
+    g.stroke();
+    g.strokeStyle = c.error;
+    g.beginPath();
+    for (const t of missed) {
+      const [x, y] = cam.toScreen(t.x, t.y);
+      g.moveTo(x - 4, y - 4);
+      g.lineTo(x + 4, y + 4);
+      g.moveTo(x - 4, y + 4);
+      g.lineTo(x + 4, y - 4);
+    }
+    g.stroke();
+    this.told.textContent = `${plots.length} plots, ${ghosts.length} false, ${missed.length} not reported, error ${fixed(rms, 1)} m`;
+  }
+
+  /** What the buildings of the scene hide from the sensor: from each wall away from it. */
+  shadows(g, cam) {
+    const { airport, c } = this.panes.map, [sx, sy] = this.site.position_m, far = 20_000;
+    g.fillStyle = c.ground;
+    g.globalAlpha = 0.45;
+    for (const { ring } of airport.blocks ?? []) {
+      const angles = ring.map(([x, y]) => Math.atan2(y - sy, x - sx)), middle = Math.atan2(ring.reduce((s, p) => s + p[1] - sy, 0), ring.reduce((s, p) => s + p[0] - sx, 0));
+      const turned = angles.map((a) => Math.atan2(Math.sin(a - middle), Math.cos(a - middle)));
+      const [a, b] = [turned.indexOf(Math.min(...turned)), turned.indexOf(Math.max(...turned))].map((i) => ring[i]);
+      const away = ([x, y]) => [sx + ((x - sx) / (Math.hypot(x - sx, y - sy) || 1)) * far, sy + ((y - sy) / (Math.hypot(x - sx, y - sy) || 1)) * far];
+      g.beginPath();
+      [a, away(a), away(b), b].forEach((p, i) => (i ? g.lineTo(...cam.toScreen(...p)) : g.moveTo(...cam.toScreen(...p))));
+      g.fill();
+    }
+    g.globalAlpha = 1;
+  }
+}
+
+export class Panes {
+  /** `onPick(id)`, `onChange()`. */
+  constructor(box, map, { onPick, onChange }) {
+    Object.assign(this, { box, map, onPick, onChange, list: [] });
+  }
+
+  get names() {
+    return this.list.map((p) => p.name);
+  }
+
+  has(name) {
+    return this.list.some((p) => p.name === name);
+  }
+
+  toggle(name) {
+    if (this.has(name)) this.list.find((p) => p.name === name).box.remove();
+    else if (this.list.length >= MOST_PANES) return false;
+    const before = this.list.filter((p) => p.name !== name);
+    this.list = this.has(name) ? before : [...before, new Pane(name, this)];
+    this.box.replaceChildren(...this.list.map((p) => p.box));
+    this.box.hidden = !this.list.length;
+    if (this.map.scan) for (const pane of this.list) pane.take(this.map.scan);
+    this.draw();
+    this.onChange();
+    return true;
+  }
+
+  /** As the address has them. */
+  set(names) {
+    for (const name of this.names) if (!names.includes(name)) this.toggle(name);
+    for (const name of names) if (!this.has(name) && (name === "tracks" || name.startsWith("sensor:"))) this.toggle(name);
+  }
+
+  scan(scan) {
+    for (const pane of this.list) pane.take(scan);
+  }
+
+  draw() {
+    for (const pane of this.list) pane.draw();
+  }
+
+  pick(pane, event) {
+    const box = pane.canvas.getBoundingClientRect(), cam = pane.camera(), at = [event.clientX - box.left, event.clientY - box.top];
+    const near = [...(this.map.scan?.tracks ?? []), ...(this.map.scan?.truth ?? []).filter((t) => t.track === null)].filter(sound)
+      .map((t) => [Math.hypot(cam.toScreen(t.x, t.y)[0] - at[0], cam.toScreen(t.x, t.y)[1] - at[1]), t.id]).sort((a, b) => a[0] - b[0])[0];
+    this.onPick(near && near[0] < 16 ? near[1] : null);
+  }
+}

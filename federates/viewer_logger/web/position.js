@@ -1,0 +1,97 @@
+// What a controller's position adds to the map: stop bars, runways by their state, the way of who is selected, alerts round their targets.
+
+import { subjectOf } from "./alerts.js";
+import { runwayRing } from "./situation.js";
+
+/** State of a runway: "free", "reserved" (somebody has it), "occupied" (somebody is on it), "alert". */
+export function runwayState(runway, { traffic, scan, ground, alerts }) {
+  const names = runway.designators, said = traffic?.runways.find((r) => r.name.split("/").some((n) => names.includes(n)));
+  const there = (t) => ground?.runwayAt(t.x, t.y)?.names === names && !(t.altitudeM > 15);
+  const inside = (alerts ?? []).some((a) => a.stage === "alarm" && ground?.runwayAt(...a.place_m)?.names === names);
+  if (inside) return "alert";
+  if ((scan?.tracks ?? []).some(there)) return "occupied";
+  return said?.owner ? "reserved" : "free";
+}
+
+function line(g, cam, points) {
+  points.forEach(([x, y], i) => (i ? g.lineTo(...cam.toScreen(x, y)) : g.moveTo(...cam.toScreen(x, y))));
+}
+
+/** What lies under the targets. `see` has airport, cam, c, layers, traffic, lights, situation, scan, alerts, selected. */
+export function paintPosition(g, see) {
+  const { airport, cam, c, layers } = see;
+  if (layers.alerts) {
+    for (const runway of airport?.runways ?? []) {
+      const state = runwayState(runway, { traffic: see.said.traffic, scan: see.scan, ground: see.situation, alerts: see.alerts });
+      if (state === "free") continue;
+      g.strokeStyle = { reserved: c.departure, occupied: c.select, alert: c.alarm }[state];
+      g.lineWidth = state === "reserved" ? 1.5 : 2.5;
+      g.beginPath();
+      line(g, cam, [...runwayRing(runway, 4), runwayRing(runway, 4)[0]]);
+      g.stroke();
+    }
+    bars(g, see);
+  }
+  if (layers.routes) routes(g, see);
+}
+
+/** Stop bars: lit ones solid with a tick at each end, others hollow. */
+function bars(g, { said, cam, c }) {
+  for (const lit of [false, true]) {
+    g.strokeStyle = lit ? c.bar : c.dim;
+    g.lineWidth = lit ? Math.max(2, Math.min(4, 2.5 * cam.scale + 1)) : 1;
+    g.setLineDash(lit ? [] : [2, 2]);
+    g.beginPath();
+    for (const bar of said.lights?.bars ?? []) {
+      if (bar.lit !== lit) continue;
+      const [a, b] = bar.ends_m.map(([x, y]) => cam.toScreen(x, y));
+      g.moveTo(...a);
+      g.lineTo(...b);
+    }
+    g.stroke();
+  }
+  g.setLineDash([]);
+}
+
+/** Where the selected one may drive, and where it is to go after that. */
+function routes(g, { said, cam, c, scan, selected }) {
+  const target = [...(scan?.tracks ?? []), ...(scan?.truth ?? [])].find((t) => t.id === selected);
+  const mover = target?.callsign ? said.traffic?.movers.find((m) => m.callsign === target.callsign) : null;
+  if (!mover) return;
+  g.lineWidth = 3;
+  g.strokeStyle = c.vehicle;
+  g.beginPath();
+  line(g, cam, mover.authority_m);
+  g.stroke();
+  g.lineWidth = 1.5;
+  g.setLineDash([6, 5]);
+  g.strokeStyle = c.select;
+  g.beginPath();
+  line(g, cam, mover.planned_m);
+  g.stroke();
+  g.setLineDash([]);
+}
+
+/** Over the targets: a frame round each subject, a line between two. Alarms solid, information broken. */
+export function paintAlerts(g, { cam, c, scan, alerts, layers }, labels) {
+  if (!layers.alerts) return;
+  for (const alert of [...alerts].reverse()) {
+    const alarm = alert.stage === "alarm", targets = alert.subjects.map((name) => subjectOf(scan, name)).filter(Boolean);
+    g.strokeStyle = alarm ? c.alarm : c.information;
+    g.lineWidth = alarm ? 2.5 : 1.5;
+    g.setLineDash(alarm ? [] : [4, 3]);
+    g.beginPath();
+    for (const t of targets) {
+      const [x, y] = cam.toScreen(t.x, t.y), box = labels?.get(t.id);
+      g.rect(x - 11, y - 11, 22, 22);
+      if (box) g.rect(box.x - 1.5, box.y - 1.5, box.w + 3, box.h + 3);
+    }
+    if (targets.length === 2) line(g, cam, targets.map((t) => [t.x, t.y]));
+    if (!targets.length) {
+      const [x, y] = cam.toScreen(...alert.place_m);
+      g.rect(x - 11, y - 11, 22, 22);
+    }
+    g.stroke();
+  }
+  g.setLineDash([]);
+}

@@ -1,0 +1,133 @@
+// Strips by bay: what each flight does, what it is cleared for, and why it waits. The bays are pure functions; the panel is at the end.
+
+import { element, elapsed } from "./text.js";
+
+/** Bays in their order: key, title, movements. */
+export const BAYS = [
+  ["pending", "Pending", "departure"], ["push", "Push and start", "departure"], ["taxi", "Taxi out", "departure"], ["hold", "Holding", "departure"],
+  ["runway", "Runway", ""], ["final", "Final", "arrival"], ["taxi-in", "Taxi in", "arrival"], ["stand", "On stand", "arrival"], ["expected", "Expected", "arrival"], ["vehicle", "Vehicles", "vehicle"],
+];
+
+/** Bay of a flight by what the simulated traffic says of it. */
+const BY_PHASE = {
+  departure: { parked: "pending", docked: "pending", pushing: "push", starting: "push", taxiing: "taxi", "lined up": "runway", rolling: "runway" },
+  arrival: { final: "final", "going around": "final", landing: "runway", taxiing: "taxi-in", docked: "stand", parked: "stand" },
+};
+/** The same by map and speed of its track. */
+const BY_STATE = {
+  departure: { parked: "pending", holding: "hold", taxiing: "taxi", runway: "runway", airborne: null },
+  arrival: { airborne: "final", runway: "runway", taxiing: "taxi-in", holding: "taxi-in", parked: "stand" },
+};
+const LATE_S = 60, GONE_S = 600;
+
+/**
+ * One strip a flight: { callsign, type, movement, stand, runway, bay, state, derived, cleared: [text], waits, wants, timeS, lateS, trackId }.
+ * `traffic` is what behaving traffic says (or null), `ground` tells a track's state by map and speed.
+ */
+export function stripsOf({ flights, scan, traffic, ground, timeS }) {
+  const movers = new Map((traffic?.movers ?? []).map((m) => [m.callsign, m]));
+  const tracks = new Map((scan?.tracks ?? []).filter((t) => t.callsign && !t.assumed).map((t) => [t.callsign, t]));
+  const strips = [];
+  for (const flight of flights) {
+    const mover = movers.get(flight.callsign), track = tracks.get(flight.callsign);
+    const state = mover ? mover.phase : track && ground ? ground.stateOf(track) : null;
+    const bay = bayOf(flight, mover, state, timeS);
+    if (!bay) continue;
+    const due = flight.movement === "vehicle" ? NaN : flight.eta_ctd_ns / 1e9, waits = mover?.waits ?? null;
+    const late = flight.movement === "departure" && bay !== "runway" ? timeS - due : NaN;
+    strips.push({
+      callsign: flight.callsign, type: flight.wake ? `${flight.type_designator}/${flight.wake}` : flight.type_designator, movement: flight.movement,
+      stand: (mover?.stand || flight.stand).replaceAll("_", " "), runway: mover?.runway || flight.runway, bay, state: state ?? "not seen", derived: !mover,
+      cleared: (mover?.cleared ?? []).map((c) => (c.runway ? `${c.kind} ${c.runway}` : c.kind)), waits, wants: mover?.wants ?? null,
+      timeS: due, lateS: late > LATE_S ? late : null, trackId: track?.id ?? null,
+    });
+  }
+  return strips;
+}
+
+function bayOf(flight, mover, state, timeS) {
+  if (flight.movement === "vehicle") return "vehicle";
+  const due = flight.eta_ctd_ns / 1e9;
+  if (mover) {
+    if (mover.phase === "taxiing" && flight.movement === "departure" && mover.waits) return "hold";
+    return BY_PHASE[flight.movement]?.[mover.phase] ?? "runway";
+  }
+  if (state) return BY_STATE[flight.movement]?.[state] === undefined ? "runway" : BY_STATE[flight.movement][state];
+  if (!(timeS < due + GONE_S)) return null;
+  if (flight.movement === "arrival") return timeS < due ? "expected" : null;
+  return timeS < due ? "pending" : null;
+}
+
+/** Strips of each bay that has any, the earliest first. */
+export function baysOf(strips) {
+  return BAYS.map(([key, title]) => [key, title, strips.filter((s) => s.bay === key).sort((a, b) => (a.timeS || 0) - (b.timeS || 0) || (a.callsign < b.callsign ? -1 : 1))])
+    .filter(([, , list]) => list.length);
+}
+
+/** Why one waits, in words. */
+export function waitText({ waits, wants }) {
+  if (wants) return `waits for clearance ${wants}`;
+  if (!waits) return "";
+  const whom = waits.for ? `waits for ${waits.for}` : "waits for its turn";
+  const planned = Number.isFinite(waits.planned_s) ? (waits.planned_s >= 0 ? `, planned in ${waits.planned_s} s` : `, ${-waits.planned_s} s late`) : "";
+  return `${whom}${waits.at ? ` at ${waits.at}` : ""}, since ${elapsed(waits.since_s)}${planned}`;
+}
+
+/** Facts of a target that only its strip and the simulated traffic know. */
+export function clearanceFacts(target, traffic) {
+  const mover = target?.callsign ? traffic?.movers.find((m) => m.callsign === target.callsign) : null;
+  if (!mover) return [];
+  const runway = traffic.runways.find((r) => r.name.split("/").includes(mover.runway));
+  const cleared = mover.cleared?.map((c) => (c.runway ? `${c.kind} ${c.runway}` : c.kind)).join(", ");
+  const length = (line) => line.slice(1).reduce((sum, p, i) => sum + Math.hypot(p[0] - line[i][0], p[1] - line[i][1]), 0);
+  const rows = [["Doing", `${mover.phase}, stand ${mover.stand.replaceAll("_", " ")}, runway ${mover.runway}`], ["Cleared", cleared || "nothing", cleared ? "" : "missing"]];
+  if (mover.authority_m.length) rows.push(["May drive", `${length(mover.authority_m).toFixed(0)} m of ${(length(mover.authority_m) + length(mover.planned_m)).toFixed(0)} m`, "", "Its authority, of the whole planned way; drawn on the map"]);
+  if (mover.held.length) rows.push(["Holds", `${mover.held.length} piece${mover.held.length > 1 ? "s" : ""} of the network`]);
+  const why = waitText({ waits: mover.waits, wants: mover.wants });
+  if (why) rows.push(["Why", why, "warn"]);
+  if (runway) rows.push([`Runway ${runway.name}`, `${runway.owner ? `in use by ${runway.owner}` : "free"}, ${runway.queue} waiting`]);
+  return rows;
+}
+
+export class StripPanel {
+  #text = "";
+
+  /** `onPick(strip)`; `time(seconds)` → text. */
+  constructor(box, { onPick, time }) {
+    Object.assign(this, { box, onPick, time });
+    box.addEventListener("keydown", (event) => this.#move(event));
+  }
+
+  show(strips, traffic, selected) {
+    const bays = baysOf(strips), runways = traffic?.runways ?? [], text = JSON.stringify([bays, runways, selected]);
+    if (text === this.#text) return;
+    this.#text = text;
+    const focus = document.activeElement?.closest?.("[data-strip]")?.dataset.strip, here = focus !== undefined && this.box.contains(document.activeElement);
+    const parts = runways.map((r) => element("p", [element("b", r.name), ` ${r.owner ? `in use by ${r.owner}` : "free"}, ${r.queue} waiting`], { class: "runway", "data-busy": String(Boolean(r.owner)) }));
+    for (const [key, title, list] of bays) parts.push(element("section", [element("h3", `${title} (${list.length})`), element("ul", list.map((s) => this.#strip(s, selected)))], { "data-bay": key }));
+    if (!bays.length) parts.push(element("p", "No flight of the list is under way.", { class: "empty" }));
+    else if (strips.every((s) => s.derived)) parts.push(element("p", "States by map and speed of the tracks: these movements follow no clearances.", { class: "where" }));
+    this.box.replaceChildren(...parts);
+    if (here) this.box.querySelector(`[data-strip="${CSS.escape(focus)}"]`)?.focus();
+  }
+
+  #strip(s, selected) {
+    const times = Number.isFinite(s.timeS) ? this.time(s.timeS).slice(0, 5) : "";
+    const button = element("button", [
+      element("b", s.callsign), element("span", s.type), element("span", s.stand), element("span", s.runway), element("span", times),
+      element("small", [s.state, s.cleared.length ? ` \u00b7 ${s.cleared.join(", ")}` : "", waitText(s) ? ` \u00b7 ${waitText(s)}` : ""].join("")),
+      s.lateS ? element("em", `\u2212${Math.round(s.lateS / 60)} min`, { title: "Late against its calculated time" }) : null,
+    ], { type: "button", class: "strip", "data-strip": s.callsign, "data-movement": s.movement, "aria-pressed": String(s.callsign === selected) });
+    button.addEventListener("click", () => this.onPick(s));
+    return element("li", button);
+  }
+
+  /** Arrows go from strip to strip. */
+  #move(event) {
+    const step = { ArrowDown: 1, ArrowUp: -1 }[event.key], all = [...this.box.querySelectorAll(".strip")], at = all.indexOf(event.target);
+    if (!step || at < 0) return;
+    all[Math.min(all.length - 1, Math.max(0, at + step))].focus();
+    event.preventDefault();
+    event.stopPropagation();
+  }
+}

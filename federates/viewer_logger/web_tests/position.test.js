@@ -1,0 +1,91 @@
+// Alerts, strips, dial and panes: what they make of what is said.
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { alertWords, stagesOf, subjectOf } from "../web/alerts.js";
+import { errorOf, front, pick } from "../web/dial.js";
+import { sensorScan } from "../web/panes.js";
+import { runwayState } from "../web/position.js";
+import { Ground } from "../web/situation.js";
+import { baysOf, clearanceFacts, stripsOf, waitText } from "../web/strips.js";
+
+const track = (number, callsign, x = 0, y = 0, more = {}) => ({ id: `t${number}`, number, callsign, x, y, vx: 0, vy: 0, altitudeM: null, type: "aircraft", movement: "arrival", ...more });
+const scanOf = (...tracks) => ({ tracks, truth: [], plots: [] });
+const alert = (stage, ...subjects) => ({ id: 1, kind: "RMCA_ARR", stage, subjects, place_m: [0, 0] });
+const AIRPORT = { runways: [{ designators: ["09", "27"], ends: [[0, 0], [3000, 0]], width_m: 45 }], stands: [{ name: "A1", position_m: [500, 400] }] };
+
+test("an alert finds its targets by call sign, else by track number, and never by a call sign that is only assumed", () => {
+  const scan = scanOf(track(4, "SWR1"), track(7, ""), track(12, "BAW2", 0, 0, { assumed: true }));
+  assert.equal(subjectOf(scan, "SWR1").id, "t4");
+  assert.equal(subjectOf(scan, "7").id, "t7");
+  assert.equal(subjectOf(scan, "4"), null, "who has a name is called by it");
+  assert.equal(subjectOf(scan, "strip"), null);
+  assert.equal(subjectOf(null, "7"), null);
+  const stages = stagesOf(scan, [alert("alarm", "SWR1", "7"), alert("information", "SWR1"), alert("information", "nobody")]);
+  assert.deepEqual([...stages], [["t4", "alarm"], ["t7", "alarm"]], "the graver counts, in any order");
+});
+
+test("every kind of alert has words", () => {
+  for (const kind of ["RMCA_ARR", "RMCA_ROLL", "RMCA_OPP", "RMCA_CROSS", "RWY_CLOSED", "NOCLR_RWY", "NOCLR_TOF", "NOCLR_LND", "NOCLR_PUSH", "NOCLR_TAXI", "STOPBAR", "ROUTE_DEV", "NOMOV", "HIGH_SPEED", "AREA", "WRTY", "STOCC"]) {
+    assert.notEqual(alertWords(kind), kind);
+  }
+  assert.equal(alertWords("CATC_CRO_TOF"), "clearances exclude each other: crossing, take-off");
+  assert.equal(alertWords("NEW_KIND"), "NEW_KIND");
+});
+
+const flight = (callsign, movement, due, more = {}) => ({ callsign, movement, type_designator: "A320", wake: "M", runway: "09", stand: "A_1", eta_ctd_ns: due * 1e9, ...more });
+
+test("a flight is in the bay of what it does: by its clearances where there are any, else by map and speed", () => {
+  const traffic = { movers: [
+    { callsign: "D1", phase: "taxiing", stand: "A_1", runway: "09", cleared: [{ kind: "TAX", runway: "" }], waits: { for: "D2", at: "A (1-2)", since_s: 90, planned_s: -12 }, authority_m: [], planned_m: [], held: [] },
+    { callsign: "D2", phase: "lined up", stand: "A_1", runway: "09", cleared: [{ kind: "LUP", runway: "09" }], authority_m: [], planned_m: [], held: [1] },
+    { callsign: "A1", phase: "landing", stand: "A_1", runway: "09", cleared: [], authority_m: [], planned_m: [], held: [] },
+  ], runways: [{ name: "09/27", owner: "A1", queue: 1 }] };
+  const scan = scanOf(track(1, "A2", 500, 400), track(2, "A3", 1500, 0), track(3, "A4", 900, 300, { vx: 9 }), track(4, "A5", -5000, 0, { altitudeM: 300 }), track(5, "D3", 500, 400, { movement: "departure" }));
+  const flights = [flight("D1", "departure", 60), flight("D2", "departure", 300), flight("A1", "arrival", 90), ...["A2", "A3", "A4", "A5"].map((c) => flight(c, "arrival", 10)),
+    flight("D3", "departure", 500), flight("A9", "arrival", 500), flight("A8", "arrival", 20), flight("D9", "departure", 20), flight("CAR", "vehicle", 0)];
+  const strips = stripsOf({ flights, scan, traffic, ground: new Ground(AIRPORT), timeS: 200 });
+  assert.deepEqual(Object.fromEntries(strips.map((s) => [s.callsign, s.bay])), {
+    D1: "hold", D2: "runway", A1: "runway", A2: "stand", A3: "runway", A4: "taxi-in", A5: "final", D3: "pending", A9: "expected", CAR: "vehicle",
+  });
+  const d1 = strips[0];
+  assert.deepEqual([d1.cleared, d1.lateS, d1.derived, strips[3].derived], [["TAX"], 140, false, true]);
+  assert.equal(waitText(d1), "waits for D2 at A (1-2), since T+ 01:30, 12 s late");
+  assert.equal(waitText({ wants: "CRO" }), "waits for clearance CRO");
+  assert.deepEqual(baysOf(strips).map(([key, , list]) => [key, list.length]), [["pending", 1], ["hold", 1], ["runway", 3], ["final", 1], ["taxi-in", 1], ["stand", 1], ["expected", 1], ["vehicle", 1]]);
+  const facts = new Map(clearanceFacts({ callsign: "D1" }, traffic).map(([name, value]) => [name, value]));
+  assert.equal(facts.get("Why"), waitText(d1));
+  assert.equal(facts.get("Runway 09/27"), "in use by A1, 1 waiting");
+  assert.deepEqual(clearanceFacts({ callsign: "X" }, traffic), []);
+  assert.deepEqual(clearanceFacts(null, null), []);
+});
+
+test("a runway is free, reserved, occupied, or in alert, the gravest first", () => {
+  const [runway] = AIRPORT.runways, ground = new Ground(AIRPORT), state = (more) => runwayState(runway, { ground, scan: scanOf(), traffic: null, alerts: [], ...more });
+  const owned = { runways: [{ name: "09/27", owner: "A1", queue: 0 }], movers: [] }, there = scanOf(track(1, "A1", 1500, 3));
+  assert.equal(state({}), "free");
+  assert.equal(state({ traffic: owned }), "reserved");
+  assert.equal(state({ traffic: owned, scan: there }), "occupied");
+  assert.equal(state({ scan: scanOf(track(1, "A1", 1500, 3, { altitudeM: 200 })) }), "free", "flies over it");
+  assert.equal(state({ scan: there, alerts: [{ ...alert("alarm"), place_m: [100, 5] }] }), "alert");
+  assert.equal(state({ alerts: [{ ...alert("information"), place_m: [100, 5] }] }), "free");
+});
+
+test("a budget picks the most exact within it, a target the cheapest, and nothing where nothing does", () => {
+  const row = (rung, error, us) => ({ rung, rmse_m: error, rmse_60s_m: null, us_per_track: us });
+  const rows = [row("abg", 5, 1), row("ca3", 4, 2), row("imm3", 4.5, 4), row("mh9", 3, 9), row("new", null, null)];
+  assert.equal(pick(rows, { us: 5 }).rung, "ca3");
+  assert.equal(pick(rows, { us: 0.5 }), null);
+  assert.equal(pick(rows, { m: 4.5 }).rung, "ca3");
+  assert.equal(pick(rows, { m: 1 }), null);
+  assert.deepEqual(front(rows).map((r) => r.rung), ["abg", "ca3", "mh9"]);
+  assert.equal(errorOf({ rmse_m: 2, rmse_60s_m: 1 }), 1, "the last minute counts");
+});
+
+test("a pane tells what its sensor reported, what nothing caused, and whom it left out within its reach", () => {
+  const plot = (sensor, truthIndex, errorM) => ({ sensor, truthIndex, errorM, x: 0, y: 0 });
+  const scan = { truth: [{ x: 10, y: 0 }, { x: 20, y: 0 }, { x: 9000, y: 0 }], plots: [plot(1, 0, 3), plot(1, 0, 4), plot(1, -1, null), plot(2, 1, 1)] };
+  const seen = sensorScan(scan, 1, { position_m: [0, 0], range_m: 5000 });
+  assert.deepEqual([seen.plots.length, seen.ghosts.length, seen.missed.map((t) => t.x)], [3, 1, [20]]);
+  assert.equal(seen.rms, Math.sqrt(12.5));
+  assert.deepEqual(sensorScan(scan, 2, null).missed.map((t) => t.x), [10, 9000], "without a range everybody is within reach");
+});

@@ -1,0 +1,131 @@
+use super::*;
+use crate::control::layout::RunwayAxis;
+use crate::control::situation::TargetClass;
+use crate::frames::Vector2;
+
+/// A runway from the origin to the north, 3 km.
+fn layout() -> Layout {
+    let ends = [Vector2::new(0.0, 0.0), Vector2::new(0.0, 3000.0)];
+    let axis = RunwayAxis::new(["36".into(), "18".into()], ends, 45.0, 90.0);
+    Layout::new(axis.into_iter().collect())
+}
+
+fn target(number: u16, name: &str, at: (f64, f64), v: (f64, f64), second: u32) -> Target {
+    let now = SimTime::from_s(f64::from(second));
+    Target {
+        number,
+        callsign: (!name.is_empty()).then(|| Callsign::new(name)),
+        class: if name.is_empty() { TargetClass::Unknown } else { TargetClass::Aircraft },
+        arriving: false,
+        length_m: if name.is_empty() { 0.0 } else { 38.0 },
+        position_m: Vector2::new(at.0, at.1),
+        velocity_mps: Vector2::new(v.0, v.1),
+        altitude_m: None,
+        last_plot: now,
+        first: second == 1,
+    }
+}
+
+/// What is raised, with the second, while `targets` gives the tracks of each second.
+fn raised(
+    parameters: Parameters,
+    seconds: u32,
+    targets: impl Fn(u32) -> Vec<Target>,
+) -> Vec<(u32, String)> {
+    let mut net = SafetyNet::new(layout(), parameters);
+    let mut board = Board::default();
+    board.strip(Callsign::new("ABC1"));
+    let mut found = Vec::new();
+    for second in 1..=seconds {
+        let targets = targets(second);
+        let scan = Scan {
+            now: SimTime::from_s(f64::from(second)),
+            targets: &targets,
+            board: &board,
+            bars: &[],
+            areas: &[],
+            low_visibility: false,
+        };
+        for (change, alert) in net.scan(&scan) {
+            if *change == Change::Raised {
+                found.push((second, alert.condition.kind.word()));
+            }
+        }
+    }
+    found
+}
+
+#[test]
+fn a_track_without_a_name_raises_an_alert_when_it_is_four_seconds_old() {
+    let stands = |s: u32| vec![target(7, "", (30.0, 1000.0), (0.0, 0.0), s)];
+    let exact = raised(Parameters::default(), 10, stands);
+    assert_eq!(exact, [(1, "NOCLR_RWY".into())]);
+    assert_eq!(raised(Parameters::on_tracks(), 10, stands), [(5, "NOCLR_RWY".into())]);
+    // A named one a second earlier.
+    let named = |s: u32| vec![target(7, "ABC1", (30.0, 1000.0), (0.0, 0.0), s)];
+    assert_eq!(raised(Parameters::on_tracks(), 10, named), [(4, "NOCLR_RWY".into())]);
+    // Who comes in when his track is old, in the scan in which he does.
+    let enters =
+        |s: u32| vec![target(7, "ABC1", (180.0 - 6.0 * f64::from(s), 1000.0), (-6.0, 0.0), s)];
+    let when = |parameters| {
+        let all = raised(parameters, 30, enters);
+        all.iter().find(|r| r.1 == "NOCLR_RWY").map(|r| r.0)
+    };
+    assert_eq!(when(Parameters::on_tracks()), when(Parameters::default()));
+    assert!(when(Parameters::default()).is_some());
+}
+
+#[test]
+fn the_double_of_a_named_track_raises_nothing() {
+    let beside = |off_m: f64| {
+        move |s: u32| {
+            vec![
+                target(3, "ABC1", (150.0, 1000.0), (0.0, 0.0), s),
+                target(7, "", (150.0 - off_m, 1000.0), (0.0, 0.0), s),
+            ]
+        }
+    };
+    let of = |off_m| raised(Parameters::on_tracks(), 20, beside(off_m)).len();
+    assert_eq!((of(78.0), of(140.0)), (1, 1), "farther than 45 m: another one");
+    let near = |s: u32| {
+        vec![
+            target(3, "ABC1", (100.0, 1000.0), (0.0, 0.0), s),
+            target(7, "", (70.0, 1000.0), (0.0, 0.0), s),
+        ]
+    };
+    assert!(raised(Parameters::on_tracks(), 20, near).is_empty());
+    assert_eq!(raised(Parameters::default(), 20, near).len(), 1);
+}
+
+#[test]
+fn an_echo_that_flies_along_a_runway_is_no_roll_and_a_roll_from_rest_is_one() {
+    let flies = |s: u32| vec![target(9, "", (0.0, -500.0 + 79.0 * f64::from(s)), (2.0, 79.0), s)];
+    assert!(raised(Parameters::on_tracks(), 40, flies).is_empty());
+    assert!(!raised(Parameters::default(), 40, flies).is_empty());
+    let rolls = |s: u32| {
+        let t = f64::from(s.saturating_sub(10));
+        vec![target(9, "", (0.0, 300.0 + t * t), (0.0, 2.0 * t), s)]
+    };
+    let found = raised(Parameters::on_tracks(), 40, rolls);
+    let exact = raised(Parameters::default(), 40, rolls);
+    let roll = |all: &[(u32, String)]| all.iter().find(|r| r.1 == "NOCLR_TOF").map(|r| r.0);
+    assert_eq!(roll(&found), roll(&exact));
+    assert!(roll(&found).is_some());
+}
+
+#[test]
+fn a_velocity_that_jumps_is_no_speed_and_a_steady_one_is() {
+    let at = |v: f64, swing: f64| {
+        move |s: u32| {
+            let other = if s.is_multiple_of(4) { swing } else { 0.0 };
+            vec![target(5, "ABC1", (600.0, v * f64::from(s)), (0.0, v + other), s)]
+        }
+    };
+    let of = |v, swing| {
+        let found = raised(Parameters::on_tracks(), 60, at(v, swing));
+        found.iter().filter(|r| r.1 == "HIGH_SPEED").count()
+    };
+    assert_eq!(of(9.0, 0.0), 0);
+    assert_eq!(of(9.0, 13.0), 0, "a speed that its places do not show");
+    assert_eq!(of(22.0, 0.0), 1);
+}

@@ -1,0 +1,109 @@
+//! How far movers are from the ground network.
+
+use super::{Breaches, Row, Rules, Seen};
+use crate::airport::{Airport, distance_to_segment_m};
+use crate::frames::Vector2;
+use std::collections::BTreeMap;
+
+/// Lines of the network in squares.
+#[derive(Clone, Debug)]
+pub(super) struct Pavement {
+    lines: Vec<[Vector2<f64>; 2]>,
+    squares: BTreeMap<(i64, i64), Vec<u32>>,
+    off: Breaches,
+    /// Who is off now, so that one excursion is one case.
+    outside: BTreeMap<usize, f64>,
+}
+
+/// Side of a square, m.
+const SQUARE_M: f64 = 100.0;
+/// Longest lead-in that is made up, m.
+const LEAD_IN_M: f64 = 150.0;
+
+fn square(at: Vector2<f64>) -> (i64, i64) {
+    ((at.x / SQUARE_M).floor() as i64, (at.y / SQUARE_M).floor() as i64)
+}
+
+impl Pavement {
+    /// Edges, centrelines, service roads, and from each stand the line to the nearest edge.
+    pub(super) fn of(airport: &Airport) -> Self {
+        let at = |n: usize| airport.nodes[n].position_m;
+        let mut lines: Vec<[Vector2<f64>; 2]> =
+            airport.edges.iter().map(|e| [at(e.from), at(e.to)]).collect();
+        let edges = lines.clone();
+        for stand in &airport.stands {
+            let p = stand.position_m;
+            let foot = |[a, b]: &[Vector2<f64>; 2]| {
+                let along = b - a;
+                let share = (p - a).dot(&along) / along.norm_squared().max(1e-9);
+                a + along * share.clamp(0.0, 1.0)
+            };
+            let feet = edges.iter().map(foot);
+            let nearest = feet.min_by(|a, b| (a - p).norm().total_cmp(&(b - p).norm()));
+            lines.extend(nearest.filter(|f| (f - p).norm() <= LEAD_IN_M).map(|f| [p, f]));
+        }
+        lines.extend(airport.runways.iter().map(|r| r.ends_m));
+        lines.extend(airport.details.roads.iter().map(|(ends_m, _)| *ends_m));
+        let mut squares: BTreeMap<(i64, i64), Vec<u32>> = BTreeMap::new();
+        for (i, [a, b]) in lines.iter().enumerate() {
+            let count = ((b - a).norm() / (0.5 * SQUARE_M)).ceil().clamp(1.0, 10_000.0) as usize;
+            let mut last = None;
+            for k in 0..=count {
+                let (x, y) = square(a + (b - a) * (k as f64 / count as f64));
+                if last == Some((x, y)) {
+                    continue;
+                }
+                last = Some((x, y));
+                for near in (x - 1..=x + 1).flat_map(|x| (y - 1..=y + 1).map(move |y| (x, y))) {
+                    let here = squares.entry(near).or_default();
+                    if here.last() != Some(&(i as u32)) {
+                        here.push(i as u32);
+                    }
+                }
+            }
+        }
+        Self { lines, squares, off: Breaches::default(), outside: BTreeMap::new() }
+    }
+
+    /// Distance from the network, m; infinite beyond a square.
+    fn distance_m(&self, at: Vector2<f64>) -> f64 {
+        let near = self.squares.get(&square(at)).map_or(&[][..], |v| &v[..]);
+        let each = near.iter().map(|i| {
+            let [a, b] = self.lines[*i as usize];
+            distance_to_segment_m(at, a, b)
+        });
+        each.fold(f64::INFINITY, f64::min)
+    }
+
+    pub(super) fn look(
+        &mut self,
+        rules: &Rules,
+        time_s: f64,
+        s: &Seen,
+        name: &str,
+        on_runway: bool,
+    ) {
+        self.off.of += 1;
+        let at = Vector2::new(s.position_m.x, s.position_m.y);
+        let distance_m = if on_runway { 0.0 } else { self.distance_m(at) };
+        if distance_m <= rules.pavement_m {
+            return;
+        }
+        let before = self.outside.insert(s.who, time_s);
+        if before.is_none_or(|t| time_s - t > 5.0) && self.off.cases.len() < super::MOST_CASES {
+            let (x, y, v) = (at.x, at.y, s.velocity_mps.norm());
+            let text = format!(
+                "{name} {distance_m:.1} m off at {time_s:.1} s, at {x:.0} {y:.0}, {v:.1} m/s"
+            );
+            self.off.cases.push(text);
+        }
+        self.off.count += 1;
+    }
+
+    pub(super) fn row(self, rules: &Rules) -> Row {
+        let value = 1.0 - self.off.count as f64 / self.off.of.max(1) as f64;
+        let goal = format!("at least {}", rules.pavement_share);
+        let kept = value >= rules.pavement_share;
+        Row { name: "pavement", value, goal, kept, of: self.off.of, cases: self.off.cases }
+    }
+}
