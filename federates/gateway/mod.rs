@@ -333,7 +333,7 @@ impl Gateway {
                             items.put(&cat019::I000, &[message])?;
                             items.put(&cat019::I140, &[time_s])?;
                             if is_status {
-                                items.put(&cat019::I550, &[0; 5])?;
+                                items.put(&cat019::I550, &[0; 4])?;
                                 items.put(&cat019::I600, &self.place([0.0, 0.0]))?;
                                 items.put(&cat019::I610, &[self.elevation_m])?;
                                 // The scene's heights are above the ellipsoid and above the sea alike.

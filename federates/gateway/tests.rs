@@ -200,3 +200,132 @@ fn a_run_whose_end_was_not_heard_is_over_all_the_same() {
     board.on_end();
     assert_eq!(board.value("state").expect("there")["reasons"], serde_json::json!([]));
 }
+
+/// Two hundred movers seen by every sensor and five hundred tracks, ten scans over midnight: each once, in its order, where and
+/// when it was, in datagrams that every network carries.
+#[test]
+fn five_hundred_tracks_go_out_once_each_over_midnight() {
+    use asterix::{cat010, cat020, cat021};
+    use geodesy::Geodetic;
+    const SCANS: u64 = 10;
+    let mut scene =
+        scenarios::load_without_truth(&scenarios::locate("asmgcs")).expect("a scene of many kinds");
+    scene.run.start_utc_ns = 1_574_640_000_000_000_000 - 5_300_000_000; // 23:59:54.7
+    let mut gateway = Gateway::new(&scene, Choice::default());
+    let kinds: BTreeSet<&str> = gateway.sources.iter().map(|s| s.kind.as_str()).collect();
+    assert!(
+        kinds.contains("mlat") && kinds.contains("adsb") && kinds.contains("asde"),
+        "{kinds:?}"
+    );
+    let number = |n: u64, by: u64| ((n.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 20) % by) as f64;
+    let place =
+        |n: u64| [number(n, 8_000_000) * 1e-3 - 4000.0, number(n + 77, 8_000_000) * 1e-3 - 4000.0];
+    let of_day = |gateway: &Gateway, ns| gateway.of_day_s(ns);
+    let (mut most_s, mut octets) = (0.0_f64, 0);
+    for number_of_scan in 1..=SCANS {
+        let end_ns = number_of_scan as i64 * 1_000_000_000;
+        let tracks: Vec<TrackMessage> = (0..500)
+            .map(|n| TrackMessage {
+                position_m: place(n + 1000 * number_of_scan),
+                ..track(n as u16, end_ns)
+            })
+            .collect();
+        let mut plots = Vec::new();
+        for source in &gateway.sources {
+            for n in 0..200 {
+                plots.push(PlotMessage {
+                    kind: source.kind.clone(),
+                    position_m: place(n + 1000 * (u64::from(source.sic) + 300 * number_of_scan)),
+                    sequence: n as u32,
+                    polar: None,
+                    ..plot(source.sic.into(), end_ns - 999_000_000 + 4_999_999 * n as i64)
+                });
+            }
+        }
+        // As they may arrive: not in their order.
+        plots.reverse();
+        let scan = report(number_of_scan, tracks, plots);
+        let began = std::time::Instant::now();
+        let sent = gateway.on_scan(&scan);
+        most_s = most_s.max(began.elapsed().as_secs_f64());
+        octets += sent.iter().map(Vec::len).sum::<usize>();
+        assert!(sent.iter().all(|d| d.len() <= DATAGRAM_LIMIT));
+        assert!(gateway.refused().is_empty(), "{:?}", gateway.refused());
+
+        let frame = &gateway.frame;
+        let back = |[lat, lon]: [f64; 2]| {
+            let height_m = frame.origin_geodetic().height_m;
+            let there = frame.to_enu(Geodetic::from_degrees(lat, lon, height_m).to_ecef());
+            [there.east_m, there.north_m]
+        };
+        let near = |found: [f64; 2], asked: [f64; 2], within_m: f64, what: &str| {
+            let off_m = (found[0] - asked[0]).hypot(found[1] - asked[1]);
+            assert!(off_m <= within_m, "{what}: {off_m} m");
+        };
+        let on_time = |found: f64, ns: i64, what: &str| {
+            let off_s = (found - of_day(&gateway, ns) + 43_200.0).rem_euclid(86_400.0) - 43_200.0;
+            assert!(off_s.abs() <= 1.0 / 256.0 + 1e-9, "{what}: {off_s} s");
+        };
+        // (category, SIC or track number, time of day, place)
+        let heard = read(&sent, |r| {
+            let source = |item| r.numbers::<2>(item).map(|n| n[1] as u16);
+            let number = |item| r.number(item).map(|n| n as u16);
+            Some(match r.category.number {
+                10 if r.number(&cat010::I000) == Some(1.0) => (
+                    10,
+                    source(&cat010::I010)?,
+                    r.number(&cat010::I140)?,
+                    r.numbers(&cat010::I041)?,
+                ),
+                20 => (
+                    20,
+                    source(&cat020::I010)?,
+                    r.number(&cat020::I140)?,
+                    r.numbers(&cat020::I041)?,
+                ),
+                21 => (
+                    21,
+                    source(&cat021::I010)?,
+                    r.number(&cat021::I071)?,
+                    r.numbers(&cat021::I131)?,
+                ),
+                62 => (
+                    62,
+                    number(&cat062::I040)?,
+                    r.number(&cat062::I070)?,
+                    r.numbers(&cat062::I105)?,
+                ),
+                11 => (
+                    11,
+                    number(&cat011::I161)?,
+                    r.number(&cat011::I140)?,
+                    r.numbers(&cat011::I041)?,
+                ),
+                _ => return None,
+            })
+        });
+        let mut plots: Vec<&PlotMessage> = scan.plots.iter().collect();
+        plots.sort_by_key(|p| (p.sensor, p.sequence));
+        let (said_plots, said_tracks) = heard.split_at(plots.len());
+        for ((category, sic, time_s, place), plot) in said_plots.iter().zip(&plots) {
+            assert_eq!((*sic, *category <= 21 && *category != 11), (plot.sensor, true));
+            near(
+                back(*place),
+                plot.position_m,
+                if *category == 20 { 0.4 } else { 0.05 },
+                &plot.kind,
+            );
+            on_time(*time_s, plot.time_ns, &plot.kind);
+        }
+        assert_eq!(said_tracks.len(), 2 * scan.tracks.len(), "once in 062, once in 011");
+        for (said, (category, within_m)) in said_tracks.chunks(500).zip([(62, 0.4), (11, 0.05)]) {
+            for ((of, number, time_s, place), track) in said.iter().zip(&scan.tracks) {
+                assert_eq!((*of, *number), (category, track.number));
+                near(back(*place), track.position_m, within_m, "track");
+                on_time(*time_s, track.time_ns, "track");
+            }
+        }
+    }
+    assert_eq!(gateway.scans_lost(), 0);
+    println!("{SCANS} scans, {octets} octets, slowest burst made in {:.1} ms", 1e3 * most_s);
+}

@@ -14,7 +14,7 @@ use models::frames::Vector3;
 use models::plot::Callsign;
 use models::sensors::{TargetClass, TargetState, Truth};
 use models::time::SimTime;
-use pdu::exercise::{Change, Entity, Exercise, Limits};
+use pdu::exercise::{Change, Entity, Exercise, Limits, Transponder};
 use pdu::records::{EntityId, EntityType};
 use pdu::{Body, EntityState};
 use scenarios::Scene;
@@ -42,6 +42,9 @@ pub struct ReceivedTruth {
     /// Of visitors: entity type and the class that it stands for.
     classes: BTreeMap<u64, (EntityType, TargetClass)>,
     types: TypeTable,
+    /// Mode S addresses and call signs of the scene's entities: nobody else has them.
+    addresses: BTreeSet<u32>,
+    callsigns: BTreeSet<String>,
     /// Visitors that ever came in.
     ever: BTreeSet<u64>,
     refused: BTreeMap<&'static str, u64>,
@@ -80,6 +83,8 @@ impl ReceivedTruth {
             visitors: Exercise::with_limits(exercise, limits),
             classes: BTreeMap::new(),
             types: scenarios::types::shipped().unwrap_or_default(),
+            addresses: scene.traffic.entities.iter().filter_map(|e| e.address).collect(),
+            callsigns: scene.traffic.entities.iter().map(|e| name_of(&e.callsign)).collect(),
             ever: BTreeSet::new(),
             refused: BTreeMap::new(),
             scene,
@@ -203,6 +208,24 @@ impl ReceivedTruth {
                 self.classes.insert(key, (state.entity_type, class));
             }
         }
+        // What an outsider calls himself is his own affair, as long as it hides nobody: his entity stays, without the name.
+        if let Body::Iff(iff) = received.body()
+            && let Some(transponder) = Transponder::of(iff)
+        {
+            if transponder.address.is_some_and(|address| self.addresses.contains(&address)) {
+                return Err("an outsider used the Mode S address of an entity of the scene");
+            }
+            let named = transponder.identification_text();
+            if named.is_some_and(|name| self.callsigns.contains(&name)) {
+                return Err("an outsider used the call sign of an entity of the scene");
+            }
+        }
+        if let Some(state) = state
+            && self.callsigns.contains(&name_of(&Callsign::new(&state.marking.text())))
+        {
+            let word = "an outsider's marking is a call sign of the scene: left out";
+            *self.refused.entry(word).or_default() += 1;
+        }
         match self.visitors.take(arrival, received) {
             Ok(Change::Appeared(id)) => {
                 if self.ever.len() < crate::exchange::stamp::EVER {
@@ -232,13 +255,32 @@ impl ReceivedTruth {
             let ends = [from, to].map(|t| entity.at(start_ns.saturating_add(t.0)).is_some());
             if ends != [false, false] {
                 targets
-                    .push((key, Target::Visitor(Box::new(Visitor::new(entity, class, start_ns)))));
+                    .push((key, Target::Visitor(Box::new(self.visitor(entity, class, start_ns)))));
             }
         }
         if targets.len() > own {
             targets.sort_by_key(|(key, _)| *key);
         }
         View { targets, frame: &self.scene.airport.frame, to }
+    }
+
+    fn visitor<'a>(
+        &self,
+        entity: &'a Entity,
+        class: &'a TargetClass,
+        start_ns: i64,
+    ) -> Visitor<'a> {
+        let transponder = entity.transponder();
+        let named = transponder.and_then(|t| t.identification_text());
+        let callsign = Callsign::new(&named.unwrap_or_else(|| entity.marking()));
+        let ours = self.callsigns.contains(&name_of(&callsign));
+        Visitor {
+            entity,
+            class,
+            callsign: if ours { Callsign::new("") } else { callsign },
+            address: transponder.and_then(|t| t.address),
+            start_ns,
+        }
     }
 
     /// Drops PDUs that no later scan can need, and entities that are gone.
@@ -276,6 +318,11 @@ impl ReceivedTruth {
     }
 }
 
+/// A call sign as others would write it.
+fn name_of(callsign: &Callsign) -> String {
+    callsign.as_str().trim().to_ascii_uppercase()
+}
+
 fn id_of(key: u64) -> EntityId {
     EntityId::new((key >> 32) as u16, (key >> 16) as u16, key as u16)
 }
@@ -291,20 +338,6 @@ struct Visitor<'a> {
     callsign: Callsign,
     address: Option<u32>,
     start_ns: i64,
-}
-
-impl<'a> Visitor<'a> {
-    fn new(entity: &'a Entity, class: &'a TargetClass, start_ns: i64) -> Self {
-        let transponder = entity.transponder();
-        let named = transponder.and_then(|t| t.identification_text());
-        Self {
-            entity,
-            class,
-            callsign: Callsign::new(&named.unwrap_or_else(|| entity.marking())),
-            address: transponder.and_then(|t| t.address),
-            start_ns,
-        }
-    }
 }
 
 /// The entities of one scan, sorted by key.

@@ -234,3 +234,52 @@ fn what_an_airport_cannot_believe_is_refused() {
     }
     assert_eq!(truth.visitors_ever(), 4096);
 }
+
+/// Address, call sign or identifier of one of ours on somebody else's vehicle: refused with a word, and ours are as they were.
+#[test]
+fn who_calls_himself_as_one_of_ours_hides_nobody() {
+    let scene = scene();
+    let ours = scene.traffic.entities.iter().find(|e| e.address.is_some()).expect("addressed");
+    let (name, address) = (ours.callsign.as_str().to_owned(), ours.address);
+    let alias = EntityState {
+        marking: Marking::new(&name).expect("short"),
+        ..guest(&scene, [-900.0, -2600.0, 0.0], [0.0, 5.0, 0.0], true)
+    };
+    let transponder = |address, name: &str| Transponder {
+        on: true,
+        address,
+        identification: Some(Transponder::identification_of(name)),
+        ..Transponder::default()
+    };
+    let mut truth = ReceivedTruth::new(Arc::clone(&scene), 1);
+    assert!(truth.take_visitor(&stamped(&scene, 20.0, 0.0, &alias)), "the entity itself is let in");
+    for (address, name) in [(address, "OTHER"), (Some(0xabc_def), &name[..])] {
+        let said = transponder(address, name).iff(GUEST);
+        assert!(!truth.take_visitor(&stamped(&scene, 20.1, 0.0, &said)), "{address:?} {name}");
+    }
+    let stolen = EntityState {
+        entity_id: EntityId::new(scene.run.site, ours.application, ours.number),
+        ..alias.clone()
+    };
+    assert!(!truth.take_visitor(&stamped(&scene, 20.2, 0.0, &stolen)));
+    let to = SimTime::from_s(20.5);
+    let view = truth.view(to.plus_s(-1.0), to);
+    let index = view.index_of(key_of(GUEST)).expect("seen");
+    assert_eq!((view.callsign(index).as_str(), view.address(index)), ("", None));
+    let words: Vec<String> = truth.refused().into_iter().map(|(word, _)| word).collect();
+    for word in ["Mode S address", "call sign of an entity", "marking", "identifier"] {
+        assert!(words.iter().any(|w| w.contains(word)), "{word}: {words:?}");
+    }
+    // Through a run: as if he were not there.
+    let alone = run(&scene, 40, |_| Vec::new());
+    let visited = run(&scene, 40, |frame| {
+        let at_s = frame as f64 * 0.05;
+        if frame < 100 || !frame.is_multiple_of(20) {
+            return Vec::new();
+        }
+        let said = transponder(address, &name).iff(GUEST);
+        vec![stamped(&scene, at_s, 0.0, &alias), stamped(&scene, at_s, 0.0, &said)]
+    });
+    assert_eq!((visited.digest, visited.track_digest), (alone.digest, alone.track_digest));
+    assert_eq!((visited.visitors, visited.touched), (Some(1), Some(0)));
+}

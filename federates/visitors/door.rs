@@ -22,6 +22,8 @@ const WAITING_OF_ONE: usize = 2 * PDUS_A_FRAME;
 const WAITING: usize = 16 * PDUS_A_FRAME;
 /// Longest PDU, octets.
 const LONGEST: usize = 1400;
+/// Senders remembered of an entity of the scene.
+const VOICES: usize = 4;
 /// An entity that is silent so long makes room, ns of the host's clock.
 const ROOM_AFTER_NS: i64 = 15_000_000_000;
 
@@ -62,6 +64,8 @@ pub struct Door {
     /// Entities inside, with the UTC of their last PDU.
     inside: BTreeMap<EntityId, i64>,
     ever: BTreeSet<EntityId>,
+    /// Who sends what is said about entities of the scene: the last sender, and the ones before.
+    voices: BTreeMap<(u16, u16), (SocketAddr, Vec<SocketAddr>)>,
     refused: BTreeMap<&'static str, u64>,
     heard: u64,
 }
@@ -79,6 +83,7 @@ impl Door {
             turn: 0,
             inside: BTreeMap::new(),
             ever: BTreeSet::new(),
+            voices: BTreeMap::new(),
             refused: BTreeMap::new(),
             heard: 0,
         }
@@ -109,9 +114,10 @@ impl Door {
             return self.refuse("PDU of another exercise");
         }
         let Some((about, opens)) = subject(frame) else { return };
-        // The federation's own come through its frame ends; who forges them is not heard at all.
-        if about.site == self.site && self.own.contains(&(about.application, about.entity)) {
-            return;
+        // The federation's own come through its frame ends; who forges them is not heard, but named.
+        let own = (about.application, about.entity);
+        if about.site == self.site && self.own.contains(&own) {
+            return self.own_said(own, from);
         }
         self.heard += 1;
         if frame.octets.len() > LONGEST {
@@ -131,6 +137,23 @@ impl Door {
         }
         queue.push_back(Waiting { utc_ns, from, octets: frame.octets.to_vec(), about, opens });
         self.waiting_count += 1;
+    }
+
+    /// Somebody says something about an entity of the scene. That its sender changes is a takeover; that an earlier one
+    /// goes on meanwhile is a forger.
+    fn own_said(&mut self, own: (u16, u16), from: SocketAddr) {
+        let (last, before) = self.voices.entry(own).or_insert((from, Vec::new()));
+        if *last == from {
+            return;
+        }
+        let forged = before.contains(&from);
+        if before.len() < VOICES && !before.contains(last) {
+            before.push(*last);
+        }
+        *last = from;
+        if forged {
+            self.refuse("two senders use the identifier of an entity of the scene");
+        }
     }
 
     /// What comes into the frame that is executed at `utc_ns`: sorted by sender, entity and arrival.

@@ -52,7 +52,9 @@ class Live(unittest.TestCase):
             config.insert_json5(key, json.dumps(value))
         other = zenoh.open(config)
         self.addCleanup(other.close)
-        asleep = other.declare_subscriber("seeds-v1/1/**", lambda sample: time.sleep(30))
+        woken = threading.Event()
+        self.addCleanup(woken.set)
+        asleep = other.declare_subscriber("seeds-v1/1/**", lambda sample: woken.wait(30))
         crowd = [seeds.connect(ENDPOINT, client=f"crowd {n}") for n in range(6)]
         for client in crowd:
             self.addCleanup(client.close)
@@ -92,6 +94,8 @@ class Live(unittest.TestCase):
         listener.join(60)
         self.assertEqual(errors, [])
         self.assertFalse(listener.is_alive(), "the client sees the end of the run")
+        # A session with a callback that sleeps cannot be closed.
+        woken.set()
         asleep.undeclare()
 
         scans = [body for body in found if body["schema"] == "seeds.scan/1"]

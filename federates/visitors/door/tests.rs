@@ -31,6 +31,29 @@ fn own_entities_are_not_visitors_and_others_of_the_site_are() {
 }
 
 #[test]
+fn who_speaks_for_one_of_ours_beside_the_federation_is_named() {
+    let (mut door, own) = (door(), EntityId::new(417, 1, 1));
+    let word = "two senders use the identifier of an entity of the scene";
+    // The generator, then the one that took over from it: no word.
+    for n in [1, 1, 1, 2, 2, 2] {
+        door.knock(UTC_NS, source(n), &state(own));
+    }
+    assert_eq!(door.refused().get(word), None);
+    // A forger beside it.
+    for n in [3, 2, 3, 2] {
+        door.knock(UTC_NS, source(n), &state(own));
+    }
+    assert_eq!(door.refused().get(word), Some(&3));
+    assert!(door.admit(UTC_NS).is_empty(), "nothing of it comes in");
+    for n in 0..200 {
+        door.knock(UTC_NS, source(n), &state(own));
+    }
+    assert!(door.voices[&(1, 1)].1.len() <= VOICES);
+    door.clear();
+    assert!(door.voices.is_empty());
+}
+
+#[test]
 fn a_flood_does_not_push_out_who_is_inside() {
     let mut door = door();
     let guest = EntityId::new(9, 9, 9);
