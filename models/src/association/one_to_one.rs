@@ -134,6 +134,7 @@ mod tests {
 
     /// Every pairing, one after the other.
     fn by_hand(rows: usize, columns: usize, edges: &[Edge]) -> Vec<f64> {
+        #[expect(clippy::too_many_arguments, reason = "the whole state of the recursion")]
         fn walk(
             row: usize,
             rows: usize,
