@@ -107,7 +107,7 @@ fn the_incursion_of_the_first_hour_is_one_alert_on_the_page_in_the_picture_and_i
         "asmgcs",
         "--fast",
         "--duration",
-        "150",
+        "180",
         "--page",
         "127.0.0.1:0",
         "--report",
