@@ -6,6 +6,9 @@ use scenarios::Scene;
 use scenarios::control::Sees;
 use scenarios::losses::Losses;
 
+/// The name of the gateway among spectators.
+pub const GATEWAY: &str = "gateway";
+
 /// What a run may override of its scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunOptions {

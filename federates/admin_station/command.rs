@@ -3,7 +3,7 @@
 use super::operate::{Operate, operate_run};
 use super::simman::Gateway;
 use super::{AdminContext, Event, summary::RunSummary};
-use crate::federation::{RunOptions, conductor_config};
+use crate::federation::{GATEWAY, RunOptions, conductor_config};
 use crate::runtime::certs::is_loopback;
 use crate::runtime::cli::{
     self, BAD_INPUT, CommonArgs, FAILED, fail, load_scene_without_truth, print_line,
@@ -205,7 +205,7 @@ fn run_admin(args: &AdminArgs, scene: &Arc<Scene>) -> anyhow::Result<u8> {
         listen_to_launcher(events.0.clone());
     }
     if args.expect_gateway {
-        config.await_spectators.push(crate::gateway::process::NAME.to_owned());
+        config.await_spectators.push(GATEWAY.to_owned());
         config.await_spectators_ns = config.await_spectators_ns.max(10_000_000_000);
     }
     let stop = events.0.clone();

@@ -1,9 +1,10 @@
 //! `seeds gateway`, and the flags of `seeds run` that start one.
 
 use crate::exchange::operator;
+use crate::federation::GATEWAY as NAME;
 use crate::gateway::commands::Rights;
 use crate::gateway::ports::Feeds;
-use crate::gateway::process::{Inbox, NAME, Task, run as run_gateway};
+use crate::gateway::process::{Inbox, Task, run as run_gateway};
 use crate::gateway::public_bus::{DEFAULT_ENDPOINT, PublicConfig};
 use crate::gateway::{CATEGORIES, Choice};
 use crate::runtime::bus::Bus;

@@ -4,6 +4,7 @@ use super::board::Board;
 use super::listen::ForeignEar;
 use super::ports::{Feeds, Ports};
 use super::{Choice, Gateway};
+use crate::federation::GATEWAY as NAME;
 use crate::runtime::bus::{Bus, Class, hear_parts};
 use crate::runtime::clock::{monotonic_ns, utc_ns};
 use crate::runtime::codec::encode;
@@ -49,9 +50,6 @@ pub struct Task {
     /// How it is reached, for messages to people.
     pub endpoint: String,
 }
-
-/// Its name in the federation.
-pub const NAME: &str = "gateway";
 
 /// What was sent and what was not.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

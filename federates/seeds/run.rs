@@ -2,7 +2,7 @@
 
 use super::launch::{Launched, News, STARTS_A_MINUTE, common_arguments};
 use super::run_args::RunArgs;
-use crate::federation::generator_name;
+use crate::federation::{GATEWAY, generator_name};
 use crate::runtime::cli::print_line;
 use crate::runtime::cli::{
     self, BAD_INPUT, COMPLETE, DATA_LOST, FAILED, fail, load_scene, load_scene_without_truth,
@@ -260,8 +260,6 @@ fn others_take(launched: &Launched, name: &str) -> bool {
     };
     produces(name) && launched.running().iter().any(|other| produces(other))
 }
-
-use crate::gateway::process::NAME as GATEWAY;
 
 /// The viewer-logger that this launcher starts.
 const LOGGER: &str = "viewer-logger";
