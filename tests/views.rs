@@ -6,6 +6,8 @@ use federates::viewer_logger::source::Source;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+mod common;
+
 struct Folder(PathBuf);
 
 impl Folder {
@@ -16,8 +18,11 @@ impl Folder {
     }
 
     fn seeds(&self, arguments: &[&str]) -> Output {
+        let ports = common::Ports::new();
+        let own = ["--sync-listen", &ports.sync, "--dis", &ports.dis];
         let seeds = Command::new(env!("CARGO_BIN_EXE_seeds"))
             .args(arguments)
+            .args(if arguments[0] == "run" { &own[..] } else { &[] })
             .current_dir(&self.0)
             .output()
             .expect("seeds starts");

@@ -59,7 +59,8 @@ fn question(key: &str) -> Vec<u8> {
 
 fn open(folder: &Path, name: &str, endpoint: &str, exercise: u8) -> Result<ZenohBus, String> {
     let config = ZenohConfig {
-        listen: vec![],
+        // Members hear each other directly: nobody passes on what is said to him.
+        listen: vec!["tls/127.0.0.1:0".to_owned()],
         connect: vec![endpoint.to_owned()],
         exercise,
         connect_timeout: WITHIN,
