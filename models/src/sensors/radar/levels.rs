@@ -1,6 +1,6 @@
 //! The level at which each effect of a surface movement radar is simulated.
 //!
-//! What an effect does stands with its physics; what leaving it out loses, in [`super::asde::plan`].
+//! What an effect does stands with its physics; what leaving it out loses, in [`crate::sensors::asde::plan`].
 
 use crate::effects::Level;
 use crate::environment::surface::Roughness;
