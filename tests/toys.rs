@@ -97,8 +97,8 @@ fn toys_are_built_and_run_in_a_copy() {
     let cargo = |args: &[&str]| {
         let status = Command::new(env!("CARGO"))
             .current_dir(&home)
-            // Dependencies are the same: they are taken from this build.
-            .env("CARGO_TARGET_DIR", root().join("target"))
+            // A folder of its own: Cargo takes a copy's packages for the original's, and would leave paths of the copy behind.
+            .env("CARGO_TARGET_DIR", root().join("target/toys"))
             .args(args)
             .status();
         assert!(status.expect("cargo").success(), "cargo {args:?} in {}", home.display());
