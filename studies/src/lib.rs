@@ -22,6 +22,7 @@ mod gnss;
 pub mod life;
 mod measure;
 pub mod metar;
+pub mod movers;
 pub mod offline;
 pub mod overview;
 pub mod picture;

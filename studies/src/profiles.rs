@@ -143,11 +143,22 @@ pub fn see(scene: &Scene, seed: u64, seconds: f64) -> Result<Seen, String> {
 #[must_use]
 pub fn see_with(
     scene: &Scene,
+    sensors: Vec<Box<dyn models::sensors::Sensor>>,
+    seed: u64,
+    seconds: f64,
+) -> Seen {
+    see_of(&zurich::Traffic(scene), scene, sensors, seed, seconds)
+}
+
+/// The same of any truth.
+#[must_use]
+pub fn see_of(
+    truth: &dyn Truth,
+    scene: &Scene,
     mut sensors: Vec<Box<dyn models::sensors::Sensor>>,
     seed: u64,
     seconds: f64,
 ) -> Seen {
-    let truth = zurich::Traffic(scene);
     let (mut seen, mut errors_m) = (Seen::default(), Vec::new());
     let scan_ns = scene.run.scan().0;
     let last = (seconds * 1e9) as i64 / scan_ns;
@@ -165,7 +176,7 @@ pub fn see_with(
         let mut sink = PlotSink::default();
         let begin = clock::thread_ns();
         for sensor in &mut sensors {
-            sensor.scan(&interval, &truth, &weather, &mut sink);
+            sensor.scan(&interval, truth, &weather, &mut sink);
         }
         seen.sensors_ns += (clock::thread_ns() - begin) as f64;
         seen.looks += sink.looks;

@@ -193,7 +193,7 @@ pub(super) struct Track {
     /// Plots with its name in a row that were refused.
     pub(super) name_refused: u32,
     /// When each sensor has updated it last.
-    pub(super) updated_by: SmallVec<[(SensorId, SimTime); 2]>,
+    pub(super) updated_by: SmallVec<[UpdatedBy; 2]>,
     /// The flight list has answered for the present identity.
     pub(super) name_settled: bool,
     pub(super) limits: ClassLimits,
@@ -209,8 +209,41 @@ pub(super) struct Track {
     pub(super) spread: Spread,
     /// What cells it lights.
     pub(super) extent: Extent,
-    /// Serial of the track that this one seems to double, and for how many scans.
-    pub(super) twin: Option<(u64, u32)>,
+    /// The track that this one seems to double.
+    pub(super) twin: Option<Twin>,
+    /// Who was near when it was first published.
+    pub(super) companion: Option<Companion>,
+}
+
+/// The last plot of one sensor that a track has taken.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct UpdatedBy {
+    pub(super) sensor: SensorId,
+    pub(super) time: SimTime,
+    pub(super) sequence: u32,
+}
+
+impl UpdatedBy {
+    fn of(plot: &Plot) -> Self {
+        Self { sensor: plot.sensor, time: plot.time, sequence: plot.sequence }
+    }
+}
+
+/// A track that another one seems to double.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Twin {
+    /// Which one.
+    pub(super) serial: u64,
+    /// ln of the odds that both are one target.
+    pub(super) odds: f64,
+}
+
+/// The nearest track when this one was first published.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Companion {
+    pub(super) serial: u64,
+    /// How far apart they have been since, m.
+    pub(super) farthest_m: f64,
 }
 
 impl Track {
@@ -264,10 +297,11 @@ impl Track {
             spread: Spread::default(),
             extent: Extent::default(),
             twin: None,
+            companion: None,
         };
         track.learn_identity(plot.identity);
         track.spread.learn(plot, interval_s);
-        track.updated_by.push((plot.sensor, plot.time));
+        track.updated_by.push(UpdatedBy::of(plot));
         Ok(track)
     }
 
@@ -393,9 +427,7 @@ impl Track {
 
     /// Whether another sensor than this one has updated it within `within_s` of `time`.
     pub(super) fn has_other_than(&self, sensor: SensorId, time: SimTime, within_s: f64) -> bool {
-        self.updated_by
-            .iter()
-            .any(|(other, last)| *other != sensor && time.since_s(*last) <= within_s)
+        self.updated_by.iter().any(|by| by.sensor != sensor && time.since_s(by.time) <= within_s)
     }
 
     /// Takes the name away: another track has it now.
@@ -604,9 +636,10 @@ impl Track {
         self.altitude_m = plot.altitude_m.or(self.altitude_m);
         self.refused = None;
         self.learn_identity(plot.identity);
-        match self.updated_by.iter_mut().find(|(sensor, _)| *sensor == plot.sensor) {
-            Some((_, last)) => *last = plot.time.max(*last),
-            None => self.updated_by.push((plot.sensor, plot.time)),
+        match self.updated_by.iter_mut().find(|by| by.sensor == plot.sensor) {
+            Some(by) if by.time > plot.time => {}
+            Some(by) => *by = UpdatedBy::of(plot),
+            None => self.updated_by.push(UpdatedBy::of(plot)),
         }
         if plot.identity.is_some() {
             self.name_refused = 0;

@@ -11,7 +11,7 @@ use super::registration::{Registration, SiteBias};
 use super::resting::Resting;
 use super::stages::batches::sound;
 use super::stages::gated::lay_out;
-use super::stages::{labels, life};
+use super::stages::{doubles, labels};
 use super::state::{Outcome, Statistics, Tracker, Work};
 use super::track_file::{Ring, Stage, Track};
 use crate::association::gate::chi_square_quantile;
@@ -192,7 +192,8 @@ impl Tracker {
         self.statistics.identity_conflicts += changes.conflicts;
         self.statistics.label_revisions += changes.revisions;
         let (tracks, statistics) = (&mut self.tracks, &mut self.statistics);
-        life::merge_duplicates(tracks, &out, &self.config, &mut work, statistics);
+        let scan = (self.previous, &self.config);
+        doubles::merge_duplicates(tracks, &out, scan, &mut work, statistics);
         self.publish(t_out, flights, &work.seen, &mut out);
         let spent = work.budget.spent();
         self.statistics.evaluations += spent;

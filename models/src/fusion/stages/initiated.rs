@@ -1,7 +1,7 @@
 //! What is left over: other echoes of targets that are known, and new tracks.
 
+use super::doubles;
 use super::gated::{KEPT, REACH_MARGIN_M};
-use super::life;
 use crate::frames::Vector2;
 use crate::fusion::buffers::Candidate;
 use crate::fusion::config::SensorModel;
@@ -38,7 +38,7 @@ impl Tracker {
                 let time = plot.time.max(track.time());
                 gated[k] |= track.size_m.is_some()
                     && position_at(track.filter(), time, &self.config.life)
-                        .is_ok_and(|(at, _)| life::on_body(track, at, place, 0.0));
+                        .is_ok_and(|(at, _)| doubles::on_body(track, at, place, 0.0));
             };
             let (low, high) = (place - around, place + around);
             bodies.visit_near(low, high, KEPT, near, &mut look_at);

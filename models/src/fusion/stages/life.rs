@@ -1,4 +1,4 @@
-//! Confirmation, coasting, deletion, and duplicates of one long target.
+//! Confirmation, coasting and deletion.
 
 use crate::filter::Estimate;
 use crate::flight_list::FlightList;
@@ -7,8 +7,7 @@ use crate::fusion::config::{Life, TrackingConfig};
 use crate::fusion::filter::predict;
 use crate::fusion::numbers::Numbers;
 use crate::fusion::own::{Initiation, Shown, Trial};
-use crate::fusion::size;
-use crate::fusion::state::{Statistics, Tracker, Work};
+use crate::fusion::state::{Statistics, Tracker};
 use crate::fusion::track_file::{Ring, Stage, Track};
 use crate::time::SimTime;
 use crate::track::{SecondAgo, SystemTrack, TrackStatus, TrackType};
@@ -272,140 +271,4 @@ fn widened(at: &Estimate, radius_m: f64) -> bool {
     }
     let largest = half_sum + libm::hypot(half_gap, p.xy);
     !(2.45 * largest.max(0.0).sqrt() <= radius_m)
-}
-
-/// Tracks beside one that are looked at.
-const NEIGHBOURS: usize = 64;
-
-/// Scans for which two tracks must look like one target before the younger ends.
-const TWIN_SCANS: u32 = 3;
-
-/// Ends tracks that follow another part of a target that already has a track: for some scans on the body of
-/// a labelled aircraft, or nearer than any two targets stand, and moving alike.
-pub(in crate::fusion) fn merge_duplicates(
-    tracks: &mut [Track],
-    shown: &[SystemTrack],
-    config: &TrackingConfig,
-    work: &mut Work,
-    statistics: &mut Statistics,
-) {
-    let Work { seen, positions, plots: grid, near, .. } = work;
-    positions.clear();
-    positions.extend(shown.iter().map(|s| s.position_m));
-    let named = |track: &Track| track.callsign.is_some() || track.address.is_some();
-    let mut reach = config.duplicate_radius_m;
-    for track in seen.iter().map(|&s| &tracks[s as usize]) {
-        if let Some((length, span)) = track.size_m.or_else(|| track.extent.size_m()) {
-            reach = reach.max(libm::hypot(ALONG * length, ASIDE * span));
-        }
-        if named(track) {
-            reach = reach.max(NAMESAKES_M);
-        }
-    }
-    if !(reach > 0.0) {
-        return;
-    }
-    grid.fill(positions, reach);
-    let around = Vector2::repeat(reach);
-    for young in 0..seen.len() {
-        let position = positions[young];
-        // Mostly nobody else is there: it finds only itself.
-        let mut there = 0;
-        let (low, high) = (position - around, position + around);
-        grid.visit_near(low, high, NEIGHBOURS, near, |old| {
-            let offset = positions[old] - position;
-            there += u32::from(offset.x.abs() <= reach) & u32::from(offset.y.abs() <= reach);
-        });
-        let candidate = &mut tracks[seen[young] as usize];
-        if there <= 1 || candidate.unresolved {
-            candidate.twin = None;
-            continue;
-        }
-        let candidate = &tracks[seen[young] as usize];
-        if candidate.stage != Stage::Confirmed {
-            continue;
-        }
-        let nameless = candidate.entry.is_none() && !named(candidate);
-        let velocity = shown[young].velocity_mps;
-        let alike = 2.0 + 0.1 * velocity.norm();
-        let mut twin: Option<u64> = None;
-        grid.visit_near(low, high, NEIGHBOURS, near, |old| {
-            let offset = positions[old] - position;
-            if old == young || offset.x.abs() > reach || offset.y.abs() > reach {
-                return;
-            }
-            let other = &tracks[seen[old] as usize];
-            // A track with a name of its own is a target of its own.
-            let double = if nameless {
-                (other.serial < candidate.serial || other.entry.is_some())
-                    && (shown[old].velocity_mps - velocity).norm() < alike
-                    && on_body(other, positions[old], position, config.duplicate_radius_m)
-            } else {
-                other.serial < candidate.serial
-                    && same_name(candidate, other)
-                    && (positions[old] - position).norm() <= NAMESAKES_M
-            };
-            if other.stage == Stage::Confirmed && double {
-                twin = Some(twin.map_or(other.serial, |s| s.min(other.serial)));
-            }
-        });
-        let candidate = &mut tracks[seen[young] as usize];
-        candidate.twin = twin.map(|serial| match candidate.twin {
-            Some((before, scans)) if before == serial => (serial, scans + 1),
-            _ => (serial, 1),
-        });
-        if candidate.twin.is_some_and(|(_, scans)| scans >= TWIN_SCANS) {
-            candidate.stage = Stage::Ended;
-            statistics.merged += 1;
-        }
-    }
-}
-
-/// Two tracks of one name this near are one target, m.
-const NAMESAKES_M: f64 = 60.0;
-
-/// Whether both were called the same by their plots.
-fn same_name(a: &Track, b: &Track) -> bool {
-    (a.callsign.is_some() && a.callsign == b.callsign)
-        || (a.address.is_some() && a.address == b.address)
-}
-
-/// The track follows some part of the target, so another part is almost a length away.
-const ALONG: f64 = 0.9;
-/// The same across, of the span.
-const ASIDE: f64 = 0.6;
-
-/// How far from the middle of a target of unknown type another echo of it may lie, m: what its echoes show of its size, and
-/// the errors of two plots. Two small aircraft parked ten metres apart are two.
-fn reach_of_body_m(track: &Track) -> f64 {
-    match track.spread.variance_m2() {
-        Some((seen_m2, triples)) if triples >= size::FEWEST_TRIPLES => {
-            0.75 * size::diagonal_m(1.3 * seen_m2) + BESIDE_M
-        }
-        _ => f64::INFINITY,
-    }
-}
-
-/// Two plots of one point are no farther apart than this, m.
-const BESIDE_M: f64 = 2.0;
-
-/// Whether `point_m` lies on the body of `track` (its type known) or within `radius_m` of it.
-pub(in crate::fusion) fn on_body(
-    track: &Track,
-    position_m: Vector2<f64>,
-    point_m: Vector2<f64>,
-    radius_m: f64,
-) -> bool {
-    let offset = point_m - position_m;
-    let (length, span, beside) = match (track.size_m, track.extent.size_m()) {
-        (Some((length, span)), _) => (length, span, 0.0),
-        // As the cells show it, with the errors of two plots: a box where the course is known, else all round.
-        (None, Some((length, width))) if track.course.is_some() => (length, width, BESIDE_M),
-        (None, Some((length, _))) => return offset.norm() <= ALONG * length + BESIDE_M,
-        (None, None) => return offset.norm() <= radius_m.min(reach_of_body_m(track)),
-    };
-    let (sin, cos) = libm::sincos(track.heading_rad);
-    let along = offset.x * sin + offset.y * cos;
-    let aside = offset.x * cos - offset.y * sin;
-    along.abs() <= ALONG * length + beside && aside.abs() <= ASIDE * span + beside
 }

@@ -1,0 +1,106 @@
+//! Two echoes of one target, and two targets side by side.
+
+use super::*;
+use crate::filter::Gaussian;
+use crate::filter::Sym2;
+use crate::plot::{Callsign, Identity};
+
+fn at(t: f64, sequence: u32, position_m: Vector2<f64>) -> Plot {
+    Plot {
+        sensor: SensorId(1),
+        kind: SensorKind::Asde,
+        time: SimTime::from_s(t),
+        sequence,
+        position_m,
+        axis: Vector2::new(1.0, 0.0),
+        along_m2: 4.0,
+        across_m2: 4.0,
+        altitude_m: None,
+        polar: None,
+        identity: None,
+        scnr_db: None,
+    }
+}
+
+/// The younger was ended as the elder's double and born again, up to seventy times in ten minutes.
+#[test]
+fn vehicles_parked_side_by_side_keep_a_track_each() {
+    for (name, config) in
+        [("paper", TrackingConfig::paper()), ("accurate", TrackingConfig::accurate())]
+    {
+        for seed in [71, 72, 73] {
+            let radar = tower(seed, 0.95, 1);
+            let paths: Vec<Box<Path>> = [(400.0, 310.0), (411.0, 310.0), (700.0, 100.0)]
+                .map(|(x, y)| drive(Vector2::new(x, y), 0.0, 0.0, &[(0.1, 0.0, 0.0)]))
+                .into();
+            let run = run(config.clone(), &radar, &paths, &FlightList::default(), 300);
+            let ended = run.tracker.statistics().merged;
+            assert_eq!((ended, run.last.len()), (0, 3), "{name} {seed}: {:?}", run.numbers_near);
+            // The nearest may be the other's for a scan; there are no more than two numbers.
+            let mut numbers = run.numbers_near[..2].concat();
+            numbers.sort_unstable();
+            numbers.dedup();
+            assert_eq!(numbers.len(), 2, "{name} {seed}: {:?}", run.numbers_near);
+        }
+    }
+}
+
+/// A car that came from elsewhere stays beside a taxiing aircraft, on the body that the aircraft's type has.
+#[test]
+fn a_car_that_came_to_lead_an_aircraft_keeps_its_track() {
+    for base in [TrackingConfig::paper(), TrackingConfig::accurate()] {
+        for named in [false, true] {
+            let mut config = base.clone();
+            config.sizes.push(config::TypeSize {
+                designator: "A320".to_owned(),
+                length_m: 37.6,
+                span_m: 34.1,
+            });
+            let flights = FlightList {
+                entries: vec![labelled::entry("SWR8", "A320", MovementKind::Departure)],
+                runways: Vec::new(),
+            };
+            let mut tracker = Tracker::new(config);
+            let mut last = Vec::new();
+            for k in 1..=120u32 {
+                let t = f64::from(k);
+                let mut rng = DrawKey { run_seed: 74, sensor: 1, entity: 0, scan: k.into() }
+                    .rng(Purpose::Study);
+                let mut error = || Vector2::from(<[f64; 2]>::from(normal_pair(&mut rng))) * 0.8;
+                let aircraft = Vector2::new(0.0, 8.0 * t);
+                let car = Vector2::new(6.0 + 150.0 * (1.0 - t / 20.0).max(0.0), 8.0 * t);
+                let mut plots =
+                    vec![at(t - 0.6, 0, aircraft + error()), at(t - 0.5, 1, car + error())];
+                if named {
+                    let mut report = at(t - 0.6, 0, aircraft + error());
+                    (report.sensor, report.kind) = (SensorId(2), SensorKind::Adsb);
+                    report.identity = Some(Identity::Callsign(Callsign::new("SWR8")));
+                    plots.push(report);
+                }
+                last = tracker.scan(SimTime::from_s(t), &plots, &flights);
+            }
+            let found = tracker.statistics();
+            assert_eq!((last.len(), found.merged, found.confirmed), (2, 0, 2), "{named} {found:?}");
+        }
+    }
+}
+
+/// Both began beside each other, and each look has one plot for both.
+#[test]
+fn two_tracks_that_one_plot_a_look_feeds_become_one() {
+    for config in [TrackingConfig::paper(), TrackingConfig::accurate()] {
+        let mut tracker = Tracker::new(config);
+        let r = Sym2 { xx: 2.0, xy: 0.0, yy: 2.0 };
+        let state = |x: f64| Gaussian::at_position(Vector2::new(x, 0.0), r, 1.0, 0.3);
+        assert_eq!(tracker.adopt(SimTime::from_s(0.0), &[state(0.0), state(3.0)]), 2);
+        let mut left = Vec::new();
+        for k in 1..=12u32 {
+            let t = f64::from(k);
+            let plot = at(t - 0.5, 0, Vector2::new(if k % 2 == 0 { 0.5 } else { 2.5 }, 0.0));
+            let tracks = tracker.scan(SimTime::from_s(t), &[plot], &FlightList::default());
+            left.push(tracks.iter().filter(|t| t.status != TrackStatus::Last).count());
+        }
+        assert_eq!((left[1], left[11]), (2, 1), "{left:?}");
+        assert_eq!(tracker.statistics().merged, 1, "{left:?}");
+    }
+}
