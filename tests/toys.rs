@@ -24,6 +24,13 @@ const TOYS: &[Toy] = &[
         line: "    camera as Camera,\n",
     },
     Toy {
+        file: "dust.rs",
+        goes_to: "models/src/sensors/radar/effects/dust.rs",
+        registry: "models/src/sensors/radar/effects.rs",
+        behind: "    Gases in gases,\n",
+        line: "    Dust in dust,\n",
+    },
+    Toy {
         file: "rolling.rs",
         goes_to: "models/src/filter/rolling.rs",
         registry: "models/src/filter/mod.rs",
@@ -103,7 +110,7 @@ fn toys_are_built_and_run_in_a_copy() {
             .status();
         assert!(status.expect("cargo").success(), "cargo {args:?} in {}", home.display());
     };
-    // Laws of all kinds: words, colours, draws, costs, what is skipped and what is not.
+    // Laws of all kinds and effects: words, colours, draws, costs, what is skipped and what is not, bounds over boxes.
     cargo(&[
         "test",
         "--release",
@@ -113,6 +120,8 @@ fn toys_are_built_and_run_in_a_copy() {
         "--",
         "sensors::planned",
         "sensors::declared",
+        "sensors::asde",
+        "sensors::radar::levels",
     ]);
     // Laws of all rungs: sound whatever comes, on the road with missing and gross plots, bounded errors.
     cargo(&["test", "--release", "-p", "models", "--lib", "--", "filter::hard_cases"]);

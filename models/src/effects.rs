@@ -168,6 +168,21 @@ impl Loss {
         }
     }
 
+    /// The worse of each part; not-a-number is the worst.
+    #[must_use]
+    pub fn worse(&self, other: &Self) -> Self {
+        let worse = |a: f64, b: f64| if b > a || b.is_nan() { b } else { a };
+        Self {
+            raises_db: worse(self.raises_db, other.raises_db),
+            lowers_db: worse(self.lowers_db, other.lowers_db),
+            fixed_m: worse(self.fixed_m, other.fixed_m),
+            own_m2: worse(self.own_m2, other.own_m2),
+            coupled_rad: worse(self.coupled_rad, other.coupled_rad),
+            odds: worse(self.odds, other.odds),
+            false_plots: worse(self.false_plots, other.false_plots),
+        }
+    }
+
     /// The larger of the two decibel bounds.
     #[must_use]
     pub fn db(&self) -> f64 {

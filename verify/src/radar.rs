@@ -13,6 +13,7 @@ use models::sensors::radar::antenna::Pattern;
 use models::sensors::radar::detection::{
     Detector, Swerling, albersheim_db, from_db, marcum_q, shnidman_db, to_db,
 };
+use models::sensors::radar::effects::value::OwnKeys;
 use models::sensors::radar::equation::{BudgetLevels, Echo, Polarisation, Reflection};
 use models::sensors::radar::extended::centroid_of;
 use models::sensors::radar::geometry::{RoundEarth, TwoPaths};
@@ -394,6 +395,7 @@ fn scene_parameters(set: &Value, c: &Case<'_>) -> Option<AsdeParameters> {
         roughness_m: c.number("sigma_h")?,
         rain_top_m: c.number("h_rain")?,
         fog_law: FogLaw::TwoPoint,
+        own: OwnKeys::new(),
     })
 }
 

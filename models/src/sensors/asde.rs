@@ -13,8 +13,7 @@ pub mod picture;
 pub mod plan;
 pub mod survey;
 
-pub use crate::sensors::radar::parameters::KEYS;
-pub use declared::DECLARED;
+pub use declared::{ALL_KEYS, DECLARED};
 
 use crate::draw::{DrawKey, Purpose, exponential, normal_pair, normal_pair_of, uniform};
 use crate::effects::{PlanRow, Tolerance};
@@ -380,11 +379,12 @@ impl Asde {
         }
         // Along and across are on the ground; the range grows by the projection.
         let slope = ground_m / budget.range_m;
+        let (along_m, across_m) = budget.moved_m;
         Some(Return {
             look: *look,
             levels: *levels,
-            range_m: budget.range_m + centroid.bias_along_m * slope,
-            azimuth_rad: azimuth_rad + centroid.bias_across_m / ground_m.max(1.0),
+            range_m: budget.range_m + (centroid.bias_along_m + along_m) * slope,
+            azimuth_rad: azimuth_rad + (centroid.bias_across_m + across_m) / ground_m.max(1.0),
             budget,
             bias_along_m: centroid.bias_along_m,
             bias_across_m: centroid.bias_across_m,
@@ -607,7 +607,7 @@ impl Asde {
     /// pulse. The same draw says both: an echo that is just detected just crosses the threshold.
     fn detected(&mut self, levels: &RadarLevels, budget: &Budget, chance: f64) -> Option<f64> {
         let rain_w = budget.rain_w * self.rain_correlation;
-        let background_w = budget.noise_w + rain_w + budget.ground_w;
+        let background_w = budget.noise_w + rain_w + budget.ground_w + budget.other_w;
         let ratio = budget.signal_w / background_w;
         self.tally.count(RadarEffect::Detection);
         match self.parameters.detection {
@@ -997,7 +997,7 @@ impl Sensor for Asde {
                 (self.measure_returns(truth, interval, returns, seen), next)
             }
             Processing::Cells => {
-                self.measure_windows(&levels, truth, interval, returns, &mut work.windows)
+                self.measure_windows(&air, &levels, truth, interval, returns, &mut work.windows)
             }
             Processing::Video => {
                 self.measure_video(&air, &levels, truth, interval, returns, &mut work.windows)

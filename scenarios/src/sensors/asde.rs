@@ -10,9 +10,11 @@ use models::effects::Tolerance;
 use models::environment::fog::FogLaw;
 use models::environment::surface::{MATERIALS, Material};
 use models::frames::{Vector2, Vector3};
-use models::sensors::asde::{Asde, AsdeParameters, DetectionRule, Energy, GLINT_SIGMA_M, KEYS};
+use models::sensors::asde::{ALL_KEYS, Asde, AsdeParameters, DetectionRule, Energy, GLINT_SIGMA_M};
 use models::sensors::config::ConfigError;
 use models::sensors::radar::detection::Swerling;
+use models::sensors::radar::effects::VALUE_KEYS;
+use models::sensors::radar::effects::value::OwnKeys;
 use models::sensors::radar::equation::Polarisation;
 use models::sensors::radar::levels::Processing;
 use std::path::{Path, PathBuf};
@@ -91,7 +93,7 @@ pub(super) fn read(
         section.refuse("parameters", problem)
     })?;
     let set = Section::parse(&file, &text)?;
-    let allowed: Vec<&str> = KEYS.iter().map(|key| key.word).collect();
+    let allowed: Vec<&str> = ALL_KEYS.iter().copied().flatten().map(|key| key.word).collect();
     set.only(&allowed)?;
     overrides.only(&allowed)?;
     let processing = section.choice("processing", &PROCESSING)?.flatten();
@@ -179,7 +181,7 @@ impl Layers<'_> {
         }
         // "carrier_ghz (for this surface)" and the like begin with the parameter's key.
         let plain = key.split(' ').next().unwrap_or(key);
-        if KEYS.iter().any(|key| key.word == plain) {
+        if ALL_KEYS.iter().copied().flatten().any(|key| key.word == plain) {
             self.of(plain).refused_by_model(plain, error)
         } else {
             section.refused_by_model("parameters", error)
@@ -195,6 +197,12 @@ impl Layers<'_> {
             false => Energy::SinglePulse,
             true => Energy::Dwell { factor: self.optional("dwell_factor")?.unwrap_or(1.5) },
         };
+        let mut own = OwnKeys::new();
+        for key in VALUE_KEYS.iter().copied().flatten() {
+            if let Some(value) = self.optional(key.word)? {
+                own.insert(key.word, value);
+            }
+        }
         Ok(AsdeParameters {
             carrier_ghz: self.number("carrier_ghz")?,
             peak_power_w: self.number("peak_power_w")?,
@@ -253,6 +261,7 @@ impl Layers<'_> {
                 "fog_law",
                 &[("two_point", FogLaw::TwoPoint), ("eldridge", FogLaw::Eldridge)],
             )?,
+            own,
         })
     }
 }

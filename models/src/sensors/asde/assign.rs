@@ -5,7 +5,6 @@ use super::plan::boxes::{Key, SECTORS, band, ring, ring_m, sector};
 use super::plan::class::ClassFacts;
 use super::plan::outcome::Detection;
 use super::plan::planner::{MOST_NEW, Planner, PlannerScene};
-use super::plan::span::Span;
 use super::{Air, Asde, Place, Tolerance, Truth};
 use crate::effects::Level;
 use crate::frames::{Azimuth, Vector2, Vector3, wrap_pi};
@@ -13,6 +12,7 @@ use crate::sensors::radar::detection::PdTable;
 use crate::sensors::radar::effects::RadarEffect;
 use crate::sensors::radar::ghost::ghost_power;
 use crate::sensors::radar::levels::RadarLevels;
+use crate::sensors::radar::span::Span;
 use crate::sensors::{ScanInterval, TargetClass};
 use std::f64::consts::TAU;
 

@@ -10,6 +10,7 @@ use crate::plot::Polar;
 use crate::sensors::Truth;
 use crate::sensors::radar::detection::{Detector, to_db};
 use crate::sensors::radar::effects::RadarEffect;
+use crate::sensors::radar::effects::value::EchoPlace;
 use crate::sensors::radar::equation::Air;
 use crate::sensors::radar::extended::{self, ExtentLevel};
 use crate::sensors::radar::levels::RadarLevels;
@@ -64,7 +65,10 @@ impl Asde {
         out: &mut Vec<PointEcho>,
     ) {
         let offset = r.look.state.position_m.xy() - self.site_m;
-        let (azimuth_rad, range_m) = (Azimuth::of(offset).rad(), r.budget.range_m);
+        let (along_m, across_m) = r.budget.moved_m;
+        let ground_m = offset.norm();
+        let azimuth_rad = Azimuth::of(offset).rad() + across_m / ground_m.max(1.0);
+        let range_m = r.budget.range_m + along_m * (ground_m / r.budget.range_m);
         // Beyond the unambiguous range the echo appears nearer, with all its scatterers.
         let Some(apparent_m) = self.apparent_m(levels, range_m) else { return };
         let (first, snr) = (out.len(), r.budget.snr());
@@ -73,7 +77,7 @@ impl Asde {
             ExtentLevel::Centroid => {
                 let view = extended::view_rad(azimuth_rad, r.look.state.heading_rad);
                 let scatterers = extended::echoes(truth.class(r.look.index), view);
-                out.extend(point_echoes(&scatterers, range_m, azimuth_rad, offset.norm(), snr));
+                out.extend(point_echoes(&scatterers, range_m, azimuth_rad, ground_m, snr));
             }
         }
         let own = &mut out[first..];
@@ -112,6 +116,7 @@ impl Asde {
     /// The second value: the returns of the next interval that reported clusters have taken in.
     pub(super) fn measure_windows(
         &mut self,
+        air: &Air,
         levels: &RadarLevels,
         truth: &dyn Truth,
         interval: &ScanInterval,
@@ -142,7 +147,7 @@ impl Asde {
             let mut key = self.key(interval, 0);
             key.sensor |= u32::from(head.look.number) << 16;
             let mut found = Vec::new();
-            for blob in self.grid.window(echoes, |c| self.background(head, c), key, cells) {
+            for blob in self.grid.window(echoes, |c| self.background(air, head, c), key, cells) {
                 let inside = self.inside(&blob, members.iter().map(list));
                 if let Some(cause) = strongest(returns, &inside) {
                     taken.extend(later(returns, &inside));
@@ -156,7 +161,7 @@ impl Asde {
     }
 
     /// Noise and clutter over noise in a cell near a return, with the weather at the return.
-    fn background(&self, r: &Return, cell: i64) -> f64 {
+    fn background(&self, air: &Air, r: &Return, cell: i64) -> f64 {
         let b = &r.budget;
         let range_m = self.grid.cell_centre_m(cell).max(1.0);
         let nearer = b.range_m / range_m;
@@ -165,6 +170,12 @@ impl Asde {
         if b.ground_m2 > 0.0 {
             let patch = self.radar.ground_m2(range_m) / b.ground_m2;
             clutter_w += b.ground_w * patch * spread * spread;
+        }
+        if b.other_m2 > 0.0 {
+            let below_m2 = range_m * range_m - self.radar.antenna_m * self.radar.antenna_m;
+            let place = EchoPlace { range_m, ground_m: below_m2.max(0.0).sqrt(), height_m: 0.0 };
+            let cell_m2 = self.radar.change_at(air, &r.levels.budget, &place).clutter_m2;
+            clutter_w += b.other_w * (cell_m2 / b.other_m2) * spread * spread;
         }
         1.0 + clutter_w / b.noise_w
     }

@@ -1,7 +1,9 @@
 //! What the house knows of surface movement radars.
 
+use crate::keys::Key;
 use crate::kind::{Assumed, Kind, Symbol};
 use crate::sensors::declared::Declared;
+use crate::sensors::radar::effects::VALUE_KEYS;
 use crate::sensors::radar::parameters::KEYS;
 
 /// The kind `asde`.
@@ -16,7 +18,7 @@ pub static DECLARED: Declared = Declared {
         needs_site: true,
         carried: false,
         presets: &[],
-        keys: &[KEYS],
+        keys: &ALL_KEYS,
         draws: &[],
         // The tail of glint; where the echo lies is the law of echoes' affair.
         assumed: Assumed {
@@ -28,4 +30,15 @@ pub static DECLARED: Declared = Declared {
     },
     read: None,
     models: &[],
+};
+
+/// Keys of the radar and of its effects that are values.
+pub const ALL_KEYS: [&[Key]; 1 + VALUE_KEYS.len()] = {
+    let mut all = [KEYS; 1 + VALUE_KEYS.len()];
+    let mut n = 0;
+    while n < VALUE_KEYS.len() {
+        all[n + 1] = VALUE_KEYS[n];
+        n += 1;
+    }
+    all
 };

@@ -3,7 +3,7 @@
 use super::{Asde, Draws, Plot, Return, TargetClass, to_db};
 use crate::effects::Level;
 use crate::sensors::Contribution;
-use crate::sensors::radar::effects::RadarEffect;
+use crate::sensors::radar::effects::{RadarEffect, VALUES};
 use crate::sensors::radar::equation::{Air, Budget, BudgetLevels, Echo, Reflection};
 use crate::sensors::radar::levels::{Processing, RadarLevels};
 
@@ -31,12 +31,20 @@ impl Asde {
         let mut add = |effect: RadarEffect, value: f64, unit| {
             out.push(Contribution { effect: effect.name(), value, unit });
         };
-        for effect in IN_DB {
+        let values = VALUES.iter().map(|(effect, _)| *effect);
+        for effect in ATTENUATES.into_iter().chain(values).chain(IN_DB) {
             let without = levels.with(effect, Level::Skipped).budget;
             if without == levels.budget || !is_on(effect, &levels) {
                 continue;
             }
-            add(effect, to_db(all.scnr()) - to_db(budget(&without).scnr()), "dB");
+            let alone = budget(&without);
+            let moved_m =
+                libm::hypot(all.moved_m.0 - alone.moved_m.0, all.moved_m.1 - alone.moved_m.1);
+            if moved_m != 0.0 {
+                add(effect, moved_m, "m");
+            } else {
+                add(effect, to_db(all.scnr()) - to_db(alone.scnr()), "dB");
+            }
         }
         for (effect, db) in [
             (RadarEffect::BuildingShadow, r.shadow.buildings_db),
@@ -72,11 +80,11 @@ impl Asde {
     }
 }
 
-/// Effects whose contribution is a change of the signal to clutter and noise ratio.
-const IN_DB: [RadarEffect; 11] = [
-    RadarEffect::RainAttenuation,
-    RadarEffect::Fog,
-    RadarEffect::Gases,
+/// The first of the effects whose contribution is a change of the signal to clutter and noise ratio, before the values.
+const ATTENUATES: [RadarEffect; 1] = [RadarEffect::RainAttenuation];
+
+/// The others.
+const IN_DB: [RadarEffect; 8] = [
     RadarEffect::RainClutter,
     RadarEffect::GroundClutter,
     RadarEffect::SurfaceReflection,

@@ -6,6 +6,7 @@ use crate::draw::{DrawKey, Purpose, exponential};
 use crate::environment::Weather;
 use crate::frames::{Azimuth, Vector2};
 use crate::sensors::radar::detection::from_db;
+use crate::sensors::radar::effects::value::EchoPlace;
 use crate::sensors::radar::equation::{Air, BudgetLevels, Echo, RainAir, RainEcho, RainPath};
 use crate::sensors::radar::levels::{RadarLevels, ShadowLevel};
 use crate::sensors::radar::shadow::{SightLine, aircraft_obstacles};
@@ -205,6 +206,8 @@ pub(super) struct Clutter<'a> {
     /// By cell: ground distance (none above the antenna's foot), `K/(R⁴·N)`, the ground's cross
     /// section, the rain's for unit reflectivity.
     cells: Vec<(Option<f64>, f64, f64, f64)>,
+    /// By cell: cross section of what effects that are values add.
+    other_m2: Vec<f64>,
 }
 
 impl<'a> Clutter<'a> {
@@ -233,8 +236,14 @@ impl<'a> Clutter<'a> {
             let volume_m3 = radar.rain_volume_m3(levels.rain_echo, range_m) * correlation;
             (ground_m, spread, ground_m2, volume_m3)
         };
-        let cells = (0..asde.grid.cells).map(cell).collect();
-        Self { radar: asde, air, levels, shadows, ground, texture, aircraft, cells }
+        let cells: Vec<_> = (0..asde.grid.cells).map(cell).collect();
+        let other = |(c, (ground_m, ..)): (usize, &(Option<f64>, f64, f64, f64))| {
+            let range_m = asde.grid.cell_centre_m(c as i64);
+            let place = EchoPlace { range_m, ground_m: ground_m.unwrap_or(0.0), height_m: 0.0 };
+            radar.change_at(air, &levels, &place).clutter_m2
+        };
+        let other_m2 = cells.iter().enumerate().map(other).collect();
+        Self { radar: asde, air, levels, shadows, ground, texture, aircraft, cells, other_m2 }
     }
 
     /// Noise and clutter over noise of the cells of one beam.
@@ -257,7 +266,9 @@ impl<'a> Clutter<'a> {
         let mut rain = *self.air.uniform();
         let first_km = asde.grid.range_min_m / 1000.0;
         let mut two_way_db = 2.0 * first_km * (uniform_db + rain_db(&rain));
-        for (value, &(ground_m, spread, ground_m2, volume)) in row.iter_mut().zip(&self.cells) {
+        let cells = self.cells.iter().zip(&self.other_m2);
+        for (value, (&(ground_m, spread, ground_m2, volume), other_m2)) in row.iter_mut().zip(cells)
+        {
             let place_m = asde.site_m + unit * ground_m.unwrap_or(0.0);
             if rainy {
                 rain = *self.air.rain(weather.rain_at(place_m));
@@ -277,7 +288,9 @@ impl<'a> Clutter<'a> {
             *value = 1.0
                 + spread
                     * attenuation
-                    * (self.air.rain_echo(self.levels.rain_echo, &rain) * volume + patch_m2);
+                    * (self.air.rain_echo(self.levels.rain_echo, &rain) * volume
+                        + patch_m2
+                        + other_m2);
         }
     }
 

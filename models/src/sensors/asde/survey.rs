@@ -151,7 +151,7 @@ impl Asde {
     /// Probability of detection of an echo, exact.
     fn chance(&self, budget: &Budget) -> f64 {
         let rain_w = budget.rain_w * self.rain_correlation;
-        let ratio = budget.signal_w / (budget.noise_w + rain_w + budget.ground_w);
+        let ratio = budget.signal_w / (budget.noise_w + rain_w + budget.ground_w + budget.other_w);
         match self.parameters.detection {
             DetectionRule::Threshold => f64::from(u8::from(ratio >= self.required)),
             DetectionRule::Bernoulli => self.detector.probability(ratio, self.parameters.swerling),

@@ -13,9 +13,12 @@
 use crate::effects::Level;
 use crate::sensors::radar::effects::RadarEffect;
 
-/// Time of one level of an effect per target and scan, ns; 0 for what is skipped.
+/// Time of one level of an effect per target and scan, ns; 0 for what is skipped. Effects that are values say it themselves.
 #[must_use]
 pub fn of(effect: RadarEffect, level: Level) -> f64 {
+    if let Some(value) = effect.value() {
+        return value.cost_ns(level);
+    }
     let here = |row: &&(RadarEffect, Level, u32)| row.0 == effect && row.1 == level;
     COSTS_NS.iter().find(here).map_or(0.0, |row| f64::from(row.2))
 }
@@ -31,9 +34,6 @@ pub const COSTS_NS: &[(RadarEffect, Level, u32)] = &[
     (RadarEffect::RainAttenuation, Level::Cheap, 14),
     (RadarEffect::RainAttenuation, Level::Middle, 85),
     (RadarEffect::RainAttenuation, Level::Exact, 91),
-    (RadarEffect::Fog, Level::Exact, 11),
-    (RadarEffect::Gases, Level::Cheap, 10),
-    (RadarEffect::Gases, Level::Exact, 8),
     (RadarEffect::RainClutter, Level::Cheap, 13),
     (RadarEffect::RainClutter, Level::Middle, 43),
     (RadarEffect::RainClutter, Level::Exact, 23),

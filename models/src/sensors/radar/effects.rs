@@ -1,32 +1,66 @@
 //! The effects of a surface movement radar, and which of them a piece of physics has evaluated.
+//!
+//! An effect that is told by what it does to one echo is a value ([`EffectValue`]) in a file of its own and one line in the
+//! list below; what is entangled with others is a bare name, planned by hand.
+
+pub mod value;
+
+use self::value::EffectValue;
+use crate::keys::Key;
 
 macro_rules! effects {
-    ($($(#[$doc:meta])* $variant:ident = $name:literal,)+) => {
+    // A line `Name in file,` belongs to an effect as a value, `Name = "words",` to one that is planned by hand.
+    (@lines [$($done:tt)*] [$($values:ident $variants:ident)*] $(#[$doc:meta])* $variant:ident in $file:ident, $($rest:tt)*) => {
+        effects! {
+            @lines [$($done)* ($(#[$doc])* #[doc = concat!("What `", stringify!($file), "` says.")] $variant, $file::VALUE.name, Some(&$file::VALUE))]
+            [$($values $variants)* $file $variant] $($rest)*
+        }
+    };
+    (@lines [$($done:tt)*] [$($values:ident $variants:ident)*] $(#[$doc:meta])* $variant:ident = $name:literal, $($rest:tt)*) => {
+        effects! {
+            @lines [$($done)* ($(#[$doc])* $variant, $name, None)] [$($values $variants)*] $($rest)*
+        }
+    };
+    (@lines [$(($(#[$doc:meta])* $variant:ident, $name:expr, $value:expr))*] [$($file:ident $of:ident)*]) => {
+        $(pub mod $file;)*
+
         /// An effect of the radar.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
         #[repr(usize)]
-        pub enum RadarEffect { $($(#[$doc])* $variant,)+ }
+        pub enum RadarEffect { $($(#[$doc])* $variant,)* }
 
         impl RadarEffect {
             /// All of them, in the order of the plan.
-            pub const ALL: &'static [Self] = &[$(Self::$variant,)+];
+            pub const ALL: &'static [Self] = &[$(Self::$variant,)*];
 
             /// Name in plans, reports and explanations.
             #[must_use]
             pub fn name(self) -> &'static str {
-                match self { $(Self::$variant => $name,)+ }
+                match self { $(Self::$variant => $name,)* }
+            }
+
+            /// What it does, if it is told by that.
+            #[must_use]
+            pub fn value(self) -> Option<&'static EffectValue> {
+                match self { $(Self::$variant => $value,)* }
             }
         }
+
+        /// The effects that are values, in the order of the plan.
+        pub const VALUES: &[(RadarEffect, &EffectValue)] = &[$((RadarEffect::$of, &$file::VALUE),)*];
+
+        /// Their keys in scenes.
+        pub const VALUE_KEYS: &[&[Key]] = &[$($file::VALUE.keys,)*];
     };
+    (@$($wrong:tt)*) => { compile_error!("neither `Name in file,` nor `Name = \"words\",`"); };
+    ($($lines:tt)*) => { effects! { @lines [] [] $($lines)* } };
 }
 
 effects! {
     /// Attenuation by rain.
     RainAttenuation = "rain attenuation",
-    /// Attenuation by fog.
-    Fog = "fog",
-    /// Attenuation by oxygen and water vapour.
-    Gases = "gases",
+    Fog in fog,
+    Gases in gases,
     /// Echo of the rain.
     RainClutter = "rain clutter",
     /// Echo of the ground.
@@ -71,6 +105,12 @@ effects! {
     Processing = "signal processing",
 }
 
+/// Place of an effect among [`VALUES`].
+#[must_use]
+pub fn place(effect: RadarEffect) -> Option<usize> {
+    VALUES.iter().position(|(own, _)| *own == effect)
+}
+
 /// How often each effect was evaluated.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Tally([u64; RadarEffect::ALL.len()]);
@@ -104,17 +144,19 @@ impl Tally {
 
 /// Effects that a piece of physics has evaluated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Evaluated(u32);
+pub struct Evaluated(u64);
+
+const _: () = assert!(RadarEffect::ALL.len() <= 64, "a bit for each effect");
 
 impl Evaluated {
     /// Adds one.
     pub fn add(&mut self, effect: RadarEffect) {
-        self.0 |= 1 << effect as u32;
+        self.0 |= 1 << effect as u64;
     }
 
     /// Whether an effect is among them.
     #[must_use]
     pub fn has(self, effect: RadarEffect) -> bool {
-        self.0 >> effect as u32 & 1 == 1
+        self.0 >> effect as u64 & 1 == 1
     }
 }

@@ -1,14 +1,16 @@
 //! The single-pulse budget of a surface movement radar, in watts throughout.
 
+use crate::effects::Level;
 use crate::environment::fog::{self, FogLaw};
 use crate::environment::mie::{MieDrops, MieRain};
 use crate::environment::rain::{self, RainLaw};
 use crate::environment::surface::{self, Material, Roughness};
-use crate::environment::{SPEED_OF_LIGHT, Weather, gas, wavelength_m};
+use crate::environment::{SPEED_OF_LIGHT, Weather, wavelength_m};
 use crate::frames::Vector2;
 use crate::sensors::radar::antenna::{Pattern, SinePattern};
 use crate::sensors::radar::detection::from_db;
-use crate::sensors::radar::effects::{Evaluated, RadarEffect};
+use crate::sensors::radar::effects::value::{Change, EchoPlace, OwnKeys, Setting};
+use crate::sensors::radar::effects::{Evaluated, RadarEffect, VALUES};
 use crate::sensors::radar::geometry::{LeanPaths, RoundEarth};
 use crate::sensors::radar::propagation;
 use nalgebra::Complex;
@@ -97,10 +99,8 @@ pub enum RainEcho {
 pub struct BudgetLevels {
     /// Rain attenuation.
     pub rain: RainPath,
-    /// Fog attenuation.
-    pub fog: bool,
-    /// Gases: none, constant, or line by line.
-    pub gas: GasLevel,
+    /// Effects that are values, in the order of [`VALUES`].
+    pub values: [Level; VALUES.len()],
     /// Rain clutter.
     pub rain_echo: RainEcho,
     /// Ground clutter.
@@ -117,23 +117,11 @@ pub struct BudgetLevels {
     pub round_earth: bool,
 }
 
-/// How gaseous attenuation is computed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum GasLevel {
-    /// None.
-    None,
-    /// A constant of the carrier for the standard atmosphere.
-    Constant,
-    /// ITU-R P.676 line by line for the scene's air.
-    Lines,
-}
-
 impl BudgetLevels {
     /// The middle level of everything: what the reference budgets use.
     pub const MIDDLE: Self = Self {
         rain: RainPath::Cells,
-        fog: true,
-        gas: GasLevel::Lines,
+        values: [Level::Exact; VALUES.len()],
         rain_echo: RainEcho::Closed,
         ground_echo: true,
         reflection: Reflection::Incoherent,
@@ -186,6 +174,8 @@ pub struct Radar {
     pub rain_top_m: f64,
     /// Law by which fog holds water.
     pub fog_law: FogLaw,
+    /// Keys of effects that are values.
+    pub own: OwnKeys,
     /// Rain attenuation at this carrier and polarisation.
     pub rain_law: RainLaw,
     /// The elevation pattern by sines.
@@ -269,12 +259,8 @@ impl RadarNumbers {
 pub struct Air {
     /// The weather.
     pub weather: Weather,
-    /// Fog, dB/km one way.
-    pub fog_db_per_km: f64,
-    /// Gases line by line, dB/km one way.
-    pub gas_db_per_km: f64,
-    /// Gases as a constant.
-    pub gas_constant_db_per_km: f64,
+    /// Effects that are values, at every level: dB/km one way.
+    pub values_db_per_km: [[f64; 4]; VALUES.len()],
     /// Permittivity of the surface.
     pub surface: Complex<f64>,
     /// Permittivity of the water film.
@@ -330,14 +316,21 @@ impl Air {
         }
     }
 
-    /// Attenuation of fog and gases at the levels, dB/km one way.
+    /// Attenuation of everything but rain at the levels, dB/km one way.
     pub(crate) fn without_rain_db_per_km(&self, levels: &BudgetLevels) -> f64 {
-        let gas = match levels.gas {
-            GasLevel::None => 0.0,
-            GasLevel::Constant => self.gas_constant_db_per_km,
-            GasLevel::Lines => self.gas_db_per_km,
-        };
-        gas + if levels.fog { self.fog_db_per_km } else { 0.0 }
+        self.values_db_per_km(levels, 0.0)
+    }
+
+    /// `from` and the attenuation of all effects that are values, one after the other, dB/km one way.
+    fn values_db_per_km(&self, levels: &BudgetLevels, from: f64) -> f64 {
+        let own = self.values_db_per_km.iter().zip(&levels.values);
+        own.fold(from, |sum, (of, level)| sum + of[*level as usize])
+    }
+
+    /// Attenuation of an effect that is a value, by its place, at its exact level, dB/km one way.
+    #[must_use]
+    pub fn exact_db_per_km(&self, place: usize) -> f64 {
+        self.values_db_per_km[place][Level::Exact as usize]
     }
 
     /// Reflectivity of a rain at a level, polarisation included, m²/m³.
@@ -430,6 +423,12 @@ pub struct Budget {
     pub rain_w: f64,
     /// Ground clutter.
     pub ground_w: f64,
+    /// Cross section of what effects that are values add, m².
+    pub other_m2: f64,
+    /// Their clutter.
+    pub other_w: f64,
+    /// Where these let the echo be seen: farther, and clockwise, m on the ground.
+    pub moved_m: (f64, f64),
     /// The effects that were evaluated for it.
     pub evaluated: Evaluated,
 }
@@ -444,7 +443,7 @@ impl Budget {
     /// Signal over noise and clutter.
     #[must_use]
     pub fn scnr(&self) -> f64 {
-        self.signal_w / (self.noise_w + self.rain_w + self.ground_w)
+        self.signal_w / (self.noise_w + self.rain_w + self.ground_w + self.other_w)
     }
 }
 
@@ -453,12 +452,15 @@ impl Radar {
     /// 0.2 ms (the drops' table), every further rain rate some microseconds.
     #[must_use]
     pub fn air(&self, weather: &Weather) -> Air {
-        let (oxygen, vapour) = gas::specific_db_per_km(
-            self.carrier_ghz,
-            weather.pressure_hpa,
-            weather.vapour_g_per_m3,
-            weather.temperature_k,
-        );
+        let setting = self.setting(weather);
+        let values_db_per_km = std::array::from_fn(|place| {
+            let value = VALUES[place].1;
+            let at = |level| match value.at_least(level) {
+                Level::Skipped => 0.0,
+                level => (value.attenuation_db_per_km)(level, &setting),
+            };
+            [Level::Skipped, Level::Cheap, Level::Middle, Level::Exact].map(at)
+        });
         let mut rates = vec![weather.rain_mm_per_h];
         for cell in &weather.cells {
             if cell.rain_mm_per_h > rates[0] && !rates.contains(&cell.rain_mm_per_h) {
@@ -466,20 +468,41 @@ impl Radar {
             }
         }
         Air {
-            fog_db_per_km: fog::specific_db_per_km(
-                self.carrier_ghz,
-                weather.temperature_k,
-                weather.visibility_m,
-                self.fog_law,
-            ),
-            gas_db_per_km: oxygen + vapour,
-            gas_constant_db_per_km: gas::constant_db_per_km(self.carrier_ghz),
+            values_db_per_km,
             surface: self.surface.permittivity(self.carrier_ghz),
             film: fog::water_permittivity(self.carrier_ghz, weather.temperature_k),
             linear_db_per_km: self.rain_law.linear_db_per_km(weather.heaviest_mm_per_h()),
             rains: rates.into_iter().map(|rate| self.rain_air(rate)).collect(),
             weather: weather.clone(),
         }
+    }
+
+    /// What effects that are values may read.
+    #[must_use]
+    pub fn setting<'a>(&'a self, weather: &'a Weather) -> Setting<'a> {
+        Setting {
+            weather,
+            carrier_ghz: self.carrier_ghz,
+            wavelength_m: self.wavelength_m,
+            antenna_m: self.antenna_m,
+            cell_m: self.cell_m,
+            azimuth_rad: self.pattern.two_way_azimuth_rad(),
+            fog_law: self.fog_law,
+            surface: self.surface,
+            roughness_m: self.roughness_m,
+            own: &self.own,
+        }
+    }
+
+    /// What the effects that are values do to an echo from one place, beside attenuating its way.
+    pub(crate) fn change_at(&self, air: &Air, levels: &BudgetLevels, place: &EchoPlace) -> Change {
+        let mut sum = Change::default();
+        for ((_, value), level) in VALUES.iter().zip(levels.values) {
+            if let (Some(own), true) = (&value.at_place, level != Level::Skipped) {
+                sum = sum.plus((own.at)(level, &self.setting(&air.weather), place));
+            }
+        }
+        sum
     }
 
     fn rain_air(&self, rain_mm_per_h: f64) -> RainAir {
@@ -544,6 +567,10 @@ impl Radar {
         } else {
             0.0
         };
+        let place = EchoPlace { range_m, ground_m: echo.ground_m, height_m: echo.height_m };
+        let change = self.change_at(air, levels, &place);
+        let signal_w =
+            if change.loss_db == 0.0 { signal_w } else { signal_w * from_db(-change.loss_db) };
         Budget {
             range_m,
             db_per_km,
@@ -557,6 +584,9 @@ impl Radar {
             ground_m2,
             rain_w: spread * rain_m2,
             ground_w: spread * ground_m2,
+            other_m2: change.clutter_m2,
+            other_w: spread * change.clutter_m2,
+            moved_m: (change.along_m, change.across_m),
             evaluated,
         }
     }
@@ -591,21 +621,12 @@ impl Radar {
                 rain::path_mean(&air.weather, site_m, target_m, |r| air.rain(r).mie_db_per_km)
             }
         };
-        let fog = if levels.fog {
-            evaluated.add(RadarEffect::Fog);
-            air.fog_db_per_km
-        } else {
-            0.0
-        };
-        if levels.gas != GasLevel::None {
-            evaluated.add(RadarEffect::Gases);
+        for ((effect, _), level) in VALUES.iter().zip(levels.values) {
+            if level != Level::Skipped {
+                evaluated.add(*effect);
+            }
         }
-        let gas = match levels.gas {
-            GasLevel::None => 0.0,
-            GasLevel::Constant => air.gas_constant_db_per_km,
-            GasLevel::Lines => air.gas_db_per_km,
-        };
-        (rain + fog + gas, rain_here)
+        (air.values_db_per_km(levels, rain), rain_here)
     }
 
     fn rain_m2(

@@ -4,9 +4,9 @@
 
 use crate::effects::Level;
 use crate::environment::surface::Roughness;
-use crate::sensors::radar::effects::RadarEffect;
+use crate::sensors::radar::effects::{self, RadarEffect};
 use crate::sensors::radar::equation::{
-    BudgetLevels, GasLevel, RainEcho, RainPath, ReflectedPolarisation, Reflection,
+    BudgetLevels, RainEcho, RainPath, ReflectedPolarisation, Reflection,
 };
 use crate::sensors::radar::extended::ExtentLevel;
 
@@ -123,6 +123,10 @@ impl RadarLevels {
         use RadarEffect as E;
         let b = &mut self.budget;
         let on = level != Level::Skipped;
+        if let (Some(value), Some(place)) = (effect.value(), effects::place(effect)) {
+            b.values[place] = value.at_least(level);
+            return self;
+        }
         match effect {
             E::RainAttenuation => {
                 b.rain = match level {
@@ -130,14 +134,6 @@ impl RadarLevels {
                     Level::Cheap => RainPath::Linear,
                     Level::Middle => RainPath::Cells,
                     Level::Exact => RainPath::Mie,
-                }
-            }
-            E::Fog => b.fog = on,
-            E::Gases => {
-                b.gas = match level {
-                    Level::Skipped => GasLevel::None,
-                    Level::Cheap => GasLevel::Constant,
-                    Level::Middle | Level::Exact => GasLevel::Lines,
                 }
             }
             E::RainClutter => {
@@ -200,6 +196,8 @@ impl RadarLevels {
                     Level::Exact => Processing::Video,
                 }
             }
+            // Those that are values are done; a law holds that no other comes here.
+            _ => {}
         }
         self
     }
@@ -210,5 +208,18 @@ fn shadow(level: Level) -> ShadowLevel {
         Level::Skipped => ShadowLevel::None,
         Level::Cheap => ShadowLevel::Binary,
         Level::Middle | Level::Exact => ShadowLevel::KnifeEdge,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_effect_can_be_switched_off() {
+        for &effect in RadarEffect::ALL {
+            let exact = RadarLevels::EXACT.with(effect, Level::Exact);
+            assert_ne!(RadarLevels::EXACT.with(effect, Level::Skipped), exact, "{}", effect.name());
+        }
     }
 }

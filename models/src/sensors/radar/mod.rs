@@ -16,4 +16,5 @@ pub mod radial;
 pub(crate) mod sample_shapes;
 pub mod shadow;
 pub mod shape;
+pub mod span;
 pub mod video;

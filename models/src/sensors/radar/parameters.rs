@@ -9,6 +9,8 @@ use crate::sensors::config::{ConfigError, check, number};
 use crate::sensors::measurement::{angle_sigma, energy_ratio, range_sigma_m};
 use crate::sensors::radar::antenna::Pattern;
 use crate::sensors::radar::detection::{Swerling, from_db};
+use crate::sensors::radar::effects::VALUE_KEYS;
+use crate::sensors::radar::effects::value::OwnKeys;
 use crate::sensors::radar::equation::{Polarisation, Radar, RadarNumbers};
 
 /// How a target is declared.
@@ -120,6 +122,8 @@ pub struct AsdeParameters {
     pub rain_top_m: f64,
     /// Liquid water of fog from visibility.
     pub fog_law: FogLaw,
+    /// Keys of effects that are values ([`VALUE_KEYS`]), as far as they are given.
+    pub own: OwnKeys,
 }
 
 /// The parameters are usable, but one reaches beyond what its source covers, or says nothing.
@@ -175,6 +179,10 @@ impl AsdeParameters {
         check(KEYS, "ground_gamma_db", self.ground_gamma_db)?;
         check(KEYS, "roughness_m", self.roughness_m)?;
         number("rain_top_m", self.rain_top_m, self.antenna_height_m, 20_000.0)?;
+        for (&word, &value) in &self.own {
+            let table = VALUE_KEYS.iter().find(|keys| keys.iter().any(|key| key.word == word));
+            check(table.copied().unwrap_or_default(), word, value)?;
+        }
         // Pulses on the target: the detector sums at least one and at most 512.
         number("pulses on target (prf, beamwidth, rotation)", self.pulses(), 0.5, 512.0)?;
         let (low, high) = self.surface.published_ghz;
@@ -323,6 +331,7 @@ impl AsdeParameters {
             roughness_m: self.roughness_m,
             rain_top_m: self.rain_top_m,
             fog_law: self.fog_law,
+            own: self.own.clone(),
             beam: std::cell::OnceCell::new(),
             drops: std::cell::OnceCell::new(),
             rain_law: RainLaw::new(self.carrier_ghz, 0.0, self.polarisation.tilt_rad()),
@@ -372,12 +381,13 @@ impl AsdeParameters {
             roughness_m: 0.003,
             rain_top_m: 3000.0,
             fog_law: FogLaw::TwoPoint,
+            own: OwnKeys::new(),
         }
     }
 }
 
 /// Keys of a parameter set and of `overrides`. Limits that depend on other parameters are narrower.
-pub const KEYS: &[Key] = &[
+pub(crate) const KEYS: &[Key] = &[
     Key::number("carrier_ghz", "GHz", 1.0, 100.0, "Carrier frequency").needed(),
     Key::number("peak_power_w", "W", 1e-3, 1e8, "Peak power of a pulse").needed(),
     Key::number("pulse_s", "s", 1e-9, 1e-3, "Length of a pulse").needed(),

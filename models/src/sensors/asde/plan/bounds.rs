@@ -7,9 +7,12 @@
 
 use super::class::ClassFacts;
 use super::reflection::{Piece, Reach, ReflectionBounds};
-use super::span::Span;
+use crate::effects::{Level, Loss};
 use crate::sensors::radar::detection::{from_db, to_db};
+use crate::sensors::radar::effects::VALUES;
+use crate::sensors::radar::effects::value::{ChangeSpan, EchoPlaces, EffectValue};
 use crate::sensors::radar::equation::{Air, Radar, RainEcho};
+use crate::sensors::radar::span::Span;
 
 /// What a box is, for its bounds.
 #[derive(Clone, Copy, Debug)]
@@ -35,10 +38,8 @@ pub struct BoxBounds {
     pub rain_db: f64,
     /// Rain attenuation by the straight line: too high, too low, dB.
     pub linear_db: (f64, f64),
-    /// Fog left out, dB.
-    pub fog_db: f64,
-    /// Gases left out, dB.
-    pub gas_db: f64,
+    /// What every level of the effects that are values loses, in their order.
+    pub values: [[Loss; 4]; VALUES.len()],
     /// Ground clutter left out beside that of the rain, dB.
     pub ground_db: f64,
     /// Rain clutter left out beside that of the ground, dB.
@@ -127,8 +128,10 @@ impl BoxBounds {
                 self.linear_db.0.max(other.linear_db.0),
                 self.linear_db.1.max(other.linear_db.1),
             ),
-            fog_db: self.fog_db.max(other.fog_db),
-            gas_db: self.gas_db.max(other.gas_db),
+            values: std::array::from_fn(|value| {
+                let at = |level: usize| (&self.values[value][level], &other.values[value][level]);
+                std::array::from_fn(|level| Loss::worse(at(level).0, at(level).1))
+            }),
             ground_db: self.ground_db.max(other.ground_db),
             rain_clutter_db: self.rain_clutter_db.max(other.rain_clutter_db),
             clutter_db: self.clutter_db.max(other.clutter_db),
@@ -164,6 +167,19 @@ struct Over<'a> {
     open: usize,
 }
 
+/// What the losses of effects that are values are reckoned with.
+struct Losses<'a> {
+    /// Two-way attenuation by everything, at most, dB.
+    all_db: f64,
+    /// Clutter over noise before attenuation, at least.
+    least_clutter: f64,
+    /// Longest way, there and back, km.
+    km2: f64,
+    /// Over noise for a square metre, at most.
+    most_of: f64,
+    places: &'a EchoPlaces,
+}
+
 impl Over<'_> {
     fn bounds(&self, piece: &Piece) -> BoxBounds {
         let (radar, air, place) = (self.radar, self.air, self.place);
@@ -193,41 +209,114 @@ impl Over<'_> {
             (uniform.mie_db_per_km * km2, uniform.mie_db_per_km)
         };
         let line_db = air.linear_db_per_km() * km2;
-        let (fog_db, gas_db) = (air.fog_db_per_km * km2, air.gas_db_per_km * km2);
-        let all_db = rain_db.max(line_db) + fog_db + gas_db;
-        let least_db = (least_rain + air.fog_db_per_km + air.gas_db_per_km) * 2.0 * r_near / 1000.0;
+        let all_db = (0..VALUES.len())
+            .fold(rain_db.max(line_db), |sum, value| sum + self.most_db_per_km(value) * km2);
+        let least_db_per_km =
+            (0..VALUES.len()).fold(least_rain, |sum, value| sum + air.exact_db_per_km(value));
+        let least_db = least_db_per_km * 2.0 * r_near / 1000.0;
+        let span = |low: f64, high: f64| Span { low, high };
+        let places = EchoPlaces {
+            range_m: span(r_near, r_far),
+            ground_m: span(near_m, far_m),
+            height_m: span(low, high),
+        };
+        let exact = self.exact_spans(&places);
+        // Clutter of a cross section over noise, before attenuation, at most and at least.
+        let per_m2 = radar.constant / radar.noise_w;
+        let fourth = |r: f64| (r * r) * (r * r);
+        let (most_of, least_of) = (per_m2 / fourth(r_near), per_m2 / fourth(r_far));
+        let other = exact.iter().fold(Span::default(), |sum, of| Span {
+            low: sum.low + of.clutter_m2.low * least_of,
+            high: sum.high + of.clutter_m2.high * most_of,
+        });
+        let lost_db = exact.iter().fold(Span::default(), |sum, of| sum.plus(of.loss_db));
 
         // Clutter over noise before attenuation: without the correlation in the errors, with it in detection.
         let ground = self.ground(r_near, r_far);
         let rain = self.rain(r_near, r_far);
         let rain_most = rain.high * self.correlation.max(1.0);
         let kept = from_db(-all_db);
-        let least_clutter = ground.low + rain.low;
+        let least_clutter = ground.low + rain.low + other.low;
         let without = |db: f64| attenuation_raises_db(db, all_db, least_clutter);
 
         let k = radar.constant * radar.circular_factor * self.facts.class.rcs_m2 / radar.noise_w;
-        let fourth = |r: f64| (r * r) * (r * r);
         let (aspect_low, aspect_high) = self.facts.aspect;
         let least = k * aspect_low * gain.low * gain.low * reflection.factor.low * kept
             / fourth(r_far)
-            / (1.0 + (ground.high + rain_most) * from_db(-least_db));
+            / (1.0 + (ground.high + rain_most + other.high) * from_db(-least_db));
         let most =
             k * aspect_high * gain.high * gain.high * reflection.factor.high * from_db(-least_db)
                 / fourth(r_near)
                 / (1.0 + least_clutter * kept);
+        let (least, most) = (least * from_db(-lost_db.high), most * from_db(-lost_db.low));
+        let values = std::array::from_fn(|value| {
+            let losses = Losses { all_db, least_clutter, km2, most_of, places: &places };
+            [Level::Skipped, Level::Cheap, Level::Middle, Level::Exact]
+                .map(|level| self.value_loss(value, level, &exact[value], &losses))
+        });
         BoxBounds {
             range_m,
             ratio: Span { low: least * (1.0 - ROUNDING), high: most * (1.0 + ROUNDING) },
             rain_db: without(rain_db),
             linear_db: ((rain_db - line_db).max(0.0), (line_db - least_rain * km2).max(0.0)),
-            fog_db: without(fog_db),
-            gas_db: without(gas_db),
+            values,
             ground_db: clutter_raises_db(ground.high, rain.low * kept),
             rain_clutter_db: clutter_raises_db(rain_most, ground.low * kept),
             clutter_db: to_db(1.0 + ground.high + rain_most),
             reflection,
             clutter: (ground.high, rain_most),
         }
+    }
+
+    /// Most that an effect that is a value attenuates at any level worth taking, dB/km one way.
+    fn most_db_per_km(&self, value: usize) -> f64 {
+        let at = &self.air.values_db_per_km[value];
+        VALUES[value].1.worth().fold(0.0, |most: f64, level| most.max(at[level as usize]))
+    }
+
+    /// What every effect that is a value does exactly, beside attenuating.
+    fn exact_spans(&self, places: &EchoPlaces) -> [ChangeSpan; VALUES.len()] {
+        std::array::from_fn(|value| self.span(VALUES[value].1, Level::Exact, places))
+    }
+
+    fn span(&self, value: &EffectValue, level: Level, places: &EchoPlaces) -> ChangeSpan {
+        match (&value.at_place, value.at_least(level)) {
+            (Some(own), level) if level != Level::Skipped => {
+                (own.over)(level, &self.radar.setting(&self.air.weather), places)
+            }
+            _ => ChangeSpan::default(),
+        }
+    }
+
+    /// What a level of an effect that is a value loses.
+    fn value_loss(
+        &self,
+        value: usize,
+        level: Level,
+        exact: &ChangeSpan,
+        over: &Losses<'_>,
+    ) -> Loss {
+        let own = VALUES[value].1;
+        if own.at_least(level) == Level::Exact {
+            return Loss::NONE;
+        }
+        let at = &self.air.values_db_per_km[value];
+        let less_db = (at[Level::Exact as usize] - at[level as usize]) * over.km2;
+        let raises = |db: f64| attenuation_raises_db(db.max(0.0), over.all_db, over.least_clutter);
+        let mut loss =
+            Loss { raises_db: raises(less_db), lowers_db: (-less_db).max(0.0), ..Loss::NONE };
+        if own.at_place.is_some() {
+            let here = self.span(own, level, over.places);
+            let lost = exact.loss_db.minus(here.loss_db);
+            let clutter = exact.clutter_m2.minus(here.clutter_m2);
+            let over_noise = |m2: f64| clutter_raises_db(m2.max(0.0) * over.most_of, 0.0);
+            loss.raises_db += lost.high.max(0.0) + over_noise(clutter.high);
+            loss.lowers_db += (-lost.low).max(0.0) + over_noise(-clutter.low);
+            let most = |span: Span| span.low.abs().max(span.high.abs());
+            let along_m = most(exact.along_m.minus(here.along_m));
+            loss.fixed_m = libm::hypot(along_m, most(exact.across_m.minus(here.across_m)));
+        }
+        loss
     }
 
     /// Ground clutter over noise, before attenuation.

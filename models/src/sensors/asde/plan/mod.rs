@@ -15,7 +15,6 @@ pub mod planned;
 pub mod planner;
 pub mod reflection;
 mod rows;
-pub(crate) mod span;
 
 pub use boxes::Key;
 pub use fault::Fault;

@@ -8,7 +8,7 @@ use crate::effects::choice::{Candidate, Choice, MARGIN, cheapest};
 use crate::effects::{Level, Loss, Tolerance};
 use crate::sensors::radar::costs;
 use crate::sensors::radar::detection::{PdTable, to_db};
-use crate::sensors::radar::effects::RadarEffect;
+use crate::sensors::radar::effects::{RadarEffect, VALUES};
 use crate::sensors::radar::equation::{Air, Polarisation};
 use crate::sensors::radar::levels::RadarLevels;
 use crate::sensors::radar::parameters::{AsdeParameters, DetectionRule};
@@ -172,9 +172,14 @@ impl<'a> Prepared<'a> {
         rungs.push(rung(&[(E::RainAttenuation, Exact)], Loss::NONE, none));
         ladders.push(rungs);
         show(E::RainAttenuation, rain, bounds.rain_db, "dB");
-        for (effect, db) in [(E::Fog, bounds.fog_db), (E::Gases, bounds.gas_db)] {
-            ladders.push(simple(effect, Loss::raises(db), none));
-            show(effect, Loss::raises(db), db, "dB");
+        for ((effect, value), losses) in VALUES.iter().zip(&bounds.values) {
+            let levels = std::iter::once(Skipped).chain(value.worth());
+            let at = |level: Level| rung(&[(*effect, level)], losses[level as usize], none);
+            ladders.push(levels.map(at).collect());
+            let skipped = losses[Skipped as usize];
+            let moves = skipped.fixed_m > 0.0;
+            let (bound, unit) = if moves { (skipped.fixed_m, "m") } else { (skipped.db(), "dB") };
+            show(*effect, skipped, bound, unit);
         }
 
         // Clutter: powers add, decibels do not.
@@ -360,8 +365,8 @@ impl<'a> Prepared<'a> {
             let kind = match level {
                 _ if absent => Kind::NotThere,
                 Level::Exact => Kind::Exact,
-                Level::Middle => Kind::Table,
-                Level::Skipped | Level::Cheap => Kind::LeftOut,
+                Level::Middle if effect.value().is_none() => Kind::Table,
+                Level::Skipped | Level::Cheap | Level::Middle => Kind::LeftOut,
             };
             effects.push(BoxEffect {
                 effect,

@@ -7,12 +7,12 @@
 
 use super::coefficient::Coefficients;
 use super::disc::Disc;
-use super::span::Span;
 use crate::environment::surface::{Roughness, modulus};
 use crate::sensors::radar::detection::to_db;
 use crate::sensors::radar::equation::{Air, Polarisation, Radar};
 use crate::sensors::radar::geometry::EFFECTIVE_EARTH_RADIUS_M;
 use crate::sensors::radar::propagation;
+use crate::sensors::radar::span::Span;
 use std::f64::consts::{LN_10, TAU};
 
 /// A refinement of the reflection.

@@ -107,13 +107,14 @@ fn called_for(
     use RadarEffect as E;
     let (p, weather) = (&radar.parameters, &air.weather);
     let longest = radar.planner.longest_m();
+    if let Some(value) = effect.value() {
+        return (value.called_for)(&radar.radar.setting(weather));
+    }
     match effect {
         E::RainAttenuation => match weather.cells.len() {
             0 => format!("rain {} mm/h", weather.rain_mm_per_h),
             n => format!("rain {} mm/h, {n} cells", weather.rain_mm_per_h),
         },
-        E::Fog => format!("visibility {} m", weather.visibility_m),
-        E::Gases => format!("{:.1} g/m³ of vapour", weather.vapour_g_per_m3),
         E::RainClutter => format!("rain up to {} mm/h", air.heaviest().rain_mm_per_h),
         E::GroundClutter => format!("γ {} dB", p.ground_gamma_db),
         E::SurfaceReflection | E::Lobing => format!("{} surface", p.surface.name),
@@ -142,5 +143,7 @@ fn called_for(
                 radar.radar.cell_m
             ),
         },
+        // A value has said so itself.
+        _ => String::new(),
     }
 }

@@ -11,10 +11,11 @@ use crate::effects::{Level, Loss, Tolerance};
 use crate::environment::Weather;
 use crate::environment::surface::MATERIALS;
 use crate::frames::Vector2;
+use crate::keys::Holds;
 use crate::sensors::TargetClass;
 use crate::sensors::asde::AsdeParameters;
 use crate::sensors::radar::detection::{Detector, PdTable, Swerling, to_db};
-use crate::sensors::radar::effects::RadarEffect;
+use crate::sensors::radar::effects::{RadarEffect, VALUE_KEYS, VALUES};
 use crate::sensors::radar::equation::{BudgetLevels, Echo, Polarisation, Reflection};
 use crate::sensors::radar::extended::{ExtentLevel, centroid};
 use crate::sensors::radar::levels::RadarLevels;
@@ -74,6 +75,11 @@ fn radar_and_weather(g: &mut Genes) -> (AsdeParameters, Weather) {
         vapour_g_per_m3: g.between(1.0, 20.0),
         ..Weather::default()
     };
+    for key in VALUE_KEYS.iter().copied().flatten() {
+        if let Holds::Number { least, most } = key.holds {
+            p.own.insert(key.word, g.between(least, most));
+        }
+    }
     (p, weather)
 }
 
@@ -139,12 +145,13 @@ fn no_effect_changes_more_than_its_bound_anywhere_in_its_box() {
             };
             let scnr = |levels: &BudgetLevels, corr: f64| {
                 let b = budget(levels, class.rcs_m2);
-                to_db(b.signal_w / (b.noise_w + corr * b.rain_w + b.ground_w))
+                to_db(b.signal_w / (b.noise_w + corr * b.rain_w + b.ground_w + b.other_w))
             };
             let exact = BudgetLevels::EXACT;
             let c = centroid(ExtentLevel::Centroid, &class, view).expect("an echo");
             let own = budget(&exact, c.rcs_m2);
-            let ratio = own.signal_w / (own.noise_w + correlation * own.rain_w + own.ground_w);
+            let ratio = own.signal_w
+                / (own.noise_w + correlation * own.rain_w + own.ground_w + own.other_w);
             note("least ratio", to_db(bounds.ratio.low) - to_db(ratio), 0.0);
             note("largest ratio", to_db(own.scnr()) - to_db(bounds.ratio.high), 0.0);
             for corr in [1.0, correlation] {
@@ -157,8 +164,20 @@ fn no_effect_changes_more_than_its_bound_anywhere_in_its_box() {
                 let none = RadarLevels::EXACT;
                 let off = |e| none.with(e, Level::Skipped).budget;
                 note("rain", without(&|l| *l = off(RadarEffect::RainAttenuation)), bounds.rain_db);
-                note("fog", without(&|l| l.fog = false), bounds.fog_db);
-                note("gases", without(&|l| *l = off(RadarEffect::Gases)), bounds.gas_db);
+                for ((effect, value), losses) in VALUES.iter().zip(&bounds.values) {
+                    for level in std::iter::once(Level::Skipped).chain(value.worth()) {
+                        let (at, loss) = (none.with(*effect, level).budget, losses[level as usize]);
+                        let found = without(&|l| *l = at);
+                        if level == Level::Skipped {
+                            note(value.name, found, loss.raises_db);
+                        }
+                        note("a value: raises", found - loss.raises_db, 0.0);
+                        note("a value: lowers", -found - loss.lowers_db, 0.0);
+                        let moved = |l: &BudgetLevels| budget(l, 1.0).moved_m;
+                        let ((x, y), (u, v)) = (moved(&exact), moved(&at));
+                        note("a value: moves", libm::hypot(x - u, y - v) - loss.fixed_m, 0.0);
+                    }
+                }
                 note("ground", without(&|l| l.ground_echo = false), bounds.ground_db);
                 note(
                     "rain clutter",

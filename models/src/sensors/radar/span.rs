@@ -23,6 +23,18 @@ impl Span {
         })
     }
 
+    /// The sum of two.
+    #[must_use]
+    pub fn plus(self, other: Self) -> Self {
+        Self { low: self.low + other.low, high: self.high + other.high }
+    }
+
+    /// The difference of two that know nothing of each other.
+    #[must_use]
+    pub fn minus(self, other: Self) -> Self {
+        Self { low: self.low - other.high, high: self.high - other.low }
+    }
+
     /// Both together.
     #[must_use]
     pub fn and(self, other: Self) -> Self {
