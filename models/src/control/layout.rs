@@ -281,6 +281,19 @@ impl Layout {
         self
     }
 
+    /// Whether an end of one runway lies in the strip of the other: who has one of them has both.
+    #[must_use]
+    pub fn strips_meet(&self, a: usize, b: usize) -> bool {
+        let within = |a: &RunwayAxis, b: &RunwayAxis| {
+            [0.0, a.length_m].iter().any(|end| {
+                let (place, across) = b.place_m(a.origin_m + a.along * *end);
+                (0.0..=b.length_m).contains(&place) && across.abs() < b.hold_m
+            })
+        };
+        let (a, b) = (&self.runways[a], &self.runways[b]);
+        within(a, b) || within(b, a)
+    }
+
     /// The runway with an end called `name`, and which end; `18R/36L` names both.
     #[must_use]
     pub fn runway(&self, name: &str) -> Option<(usize, Option<usize>)> {

@@ -67,8 +67,8 @@ pub fn fillet_radius_m(wanted_m: f64, turn_rad: f64, before_m: f64, after_m: f64
     wanted_m.min(0.5 * before_m.min(after_m) / libm::tan(0.5 * turn_rad.abs()).max(1e-9))
 }
 
-/// Turns below this stay kinks, rad (half a degree).
-pub(crate) const KINK_RAD: f64 = 0.0087;
+/// Turns below this stay kinks, rad: at 15 m/s a jump of 8 mm/s across.
+pub(crate) const KINK_RAD: f64 = 0.0005;
 
 impl Path {
     /// A path over `points`, with fillets of at most `radius_m(i, turn)` at point `i`; also where each point is

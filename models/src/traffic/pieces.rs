@@ -362,8 +362,16 @@ pub fn wanted_radius_m(
     }
     let on_runway = |e: usize| net.edges[e].runway.is_some();
     let rapid = on_runway(edge) != on_runway(next) && turn_rad.abs() < 61_f64.to_radians();
-    if rapid { RAPID_EXIT_M } else { wanted }
+    if rapid {
+        return RAPID_EXIT_M;
+    }
+    // A gentle bend is driven in a wide arc that cuts the corner by no more than this.
+    let cut = 1.0 / libm::cos(0.5 * turn_rad.abs().min(2.0)) - 1.0;
+    wanted.max((GENTLE_CUT_M / cut.max(1e-9)).min(RAPID_EXIT_M))
 }
+
+/// How far an arc through a gentle bend may be from its corner, m (assumed).
+const GENTLE_CUT_M: f64 = 1.0;
 
 /// The corners in convex order: a folded quadrilateral (inside of a sharp arc) becomes its hull or a part
 /// of it that is not smaller than its diagonals.

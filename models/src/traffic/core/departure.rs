@@ -571,7 +571,7 @@ impl Core {
         let f = &self.flights[m];
         let (wheelbase, length) = (f.wheelbase_m, f.size.length_m);
         let mover = &self.movers[m];
-        let heading = mover.push.path.at(gear_m).heading_rad + std::f64::consts::PI;
+        let heading = push_heading(&mover.push.path, gear_m).0;
         // The nearest place of the way to the nose wheel, near its begin.
         let (_, at) = nearest(&mover.way.path, nose_of(&mover.push.path, gear_m, wheelbase));
         let slip = wrap_pi(mover.way.path.at(at).heading_rad - heading);
@@ -608,7 +608,8 @@ impl Core {
         let (a0, b) = take_off_run(&day).map_or((2.0, 0.0), |r| (r.a_mps2, r.b_per_m));
         let dt = self.step_s;
         let mover = &mut self.movers[m];
-        let airborne = mover.v >= f.take_off.0;
+        // It lifts off in the step in which it reaches the speed for that.
+        let airborne = mover.height_m > 0.0 || mover.v + mover.a.max(0.0) * dt >= f.take_off.0;
         let wish = if !airborne {
             (a0 - b * mover.v * mover.v).max(0.3)
         } else if mover.v < f.take_off.0 + 5.0 {
@@ -658,9 +659,21 @@ impl Core {
 
 /// Where the nose wheel is when the main gear is at a place of a pushback, m.
 fn nose_of(push: &Path, gear_m: f64, wheelbase_m: f64) -> Vector2<f64> {
-    let gear = push.at(gear_m);
-    gear.at_m + Azimuth::from_rad(gear.heading_rad + std::f64::consts::PI).unit() * wheelbase_m
+    push.at(gear_m).at_m + Azimuth::from_rad(push_heading(push, gear_m).0).unit() * wheelbase_m
 }
+
+/// Heading when the main gear is at a place of a pushback, rad, and its change with the place, rad/m: against the chord
+/// of the line from [`SWING_M`] before to as far behind, as the nose is swung in and out of a bend gradually.
+pub(super) fn push_heading(push: &Path, gear_m: f64) -> (f64, f64) {
+    let (a, b) = (push.at(gear_m - SWING_M), push.at(gear_m + SWING_M));
+    let unit = |heading_rad: f64| Azimuth::from_rad(heading_rad).unit();
+    let (chord, change) = (b.at_m - a.at_m, unit(b.heading_rad) - unit(a.heading_rad));
+    let rate = (change.x * chord.y - change.y * chord.x) / chord.norm_squared().max(1e-6);
+    (wrap_pi(Azimuth::of(-chord).rad()), rate)
+}
+
+/// Way over which the nose is swung into a bend of a pushback, before and behind it, m (assumed).
+const SWING_M: f64 = 3.0;
 
 /// Distance of a point from the first 400 m of a path, and the place nearest to it, m.
 fn nearest(path: &Path, point_m: Vector2<f64>) -> (f64, f64) {

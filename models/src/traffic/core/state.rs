@@ -1,7 +1,8 @@
 //! What is seen of a core: states of its movers, and its digest.
 
+use super::departure::push_heading;
 use super::{Core, FINAL_M, Phase};
-use crate::frames::{Vector3, wrap_pi};
+use crate::frames::{Azimuth, Vector3, wrap_pi};
 use crate::truth::TruthState;
 
 impl Core {
@@ -28,7 +29,8 @@ impl Core {
         }
         let on = stands_on.path.at(m.s);
         let (heading, turn_rate, along, push) = if pushing {
-            (wrap_pi(on.heading_rad + std::f64::consts::PI), m.v * on.curvature, -m.v, true)
+            let (heading, rate_per_m) = push_heading(&m.push.path, m.s);
+            (heading, m.v * rate_per_m, -m.v, true)
         } else {
             let heading = wrap_pi(on.heading_rad - m.slip);
             let cos = libm::cos(m.slip);
@@ -39,7 +41,10 @@ impl Core {
         let middle = if push { on.at_m - u * gear } else { on.at_m - u * guided };
         let (beside, drift) = if push { Default::default() } else { m.beside() };
         let middle = middle + beside;
-        let velocity = u * along - n * (gear * turn_rate) + drift * m.v;
+        // The main gear goes along its line, also where the body is not yet in it.
+        let gear_mps =
+            if push { Azimuth::from_rad(on.heading_rad).unit() * m.v } else { u * along };
+        let velocity = gear_mps - n * (gear * turn_rate) + drift * m.v;
         let along_acc = if push {
             -m.a
         } else {
