@@ -1,15 +1,14 @@
 //! Hours of traffic that behaves, on airports and with seeds of one's choice: held against what traffic has to keep (`models::traffic::check`).
 //!
-//! `cargo run --release -p scenarios --example traffic_hours -- [--policy P] [--rate N] [--seeds A..B] [--every FRAMES] [--stops] [--say] [--cases N] AIRPORT|SCENE.toml …`
+//! `cargo run --release -p scenarios --example traffic_hours -- [--policy P] [--rate N] [--seeds A..B] [--every FRAMES] [--minutes M] [--drain M] [--stops] [--say] [--cases N] AIRPORT|SCENE.toml …`
 #![allow(
     clippy::print_stdout,
     clippy::disallowed_methods,
     reason = "a command-line example that measures its own time"
 )]
 
-use models::control::clearance::ClearanceKind;
-use models::traffic::check::{Checker, Given, Rules, Seen, TypeLimits, Who};
-use models::traffic::core::{Notice, Order};
+use models::traffic::core::Direction;
+use scenarios::hours::{self, Hour};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -83,81 +82,48 @@ fn hour(
     (say, stops, cases): (bool, bool, usize),
 ) {
     let Some(behaving) = scene.traffic.behaving.as_ref() else { return };
-    let Some(mut core) = behaving.core(&scene.run, u64::from(seed)) else { return };
-    // Three in ten stand still for 20 to 180 s some minutes after their time.
-    for f in 0..core.flights().len() {
-        let draw =
-            |k: usize| ((f * 7919 + k * 104_729 + seed as usize * 31) % 1000) as f64 / 1000.0;
-        if stops && draw(1) < 0.3 {
-            let at_s = core.flights()[f].time_s + 120.0 + 400.0 * draw(2);
-            core.notice(Notice {
-                effect_frame: (at_s * 20.0) as i64,
-                source: "stops".into(),
-                sequence: f as u64,
-                flight: f,
-                order: Order::Stop(20.0 + 160.0 * draw(3)),
-            });
-        }
-    }
     let begun = Instant::now();
-    let frames = scene.run.frames() as i64 + i64::from(drain) * 60 * 20;
-    let who = core.flights().iter().map(|f| Who {
-        callsign: f.callsign.clone(),
-        size: f.size,
-        limits: TypeLimits::new(f.taxi_mps.0, f.taxi_acc_mps2, f.take_off, f.landing.0),
-        wake: Some(f.wake),
-        direction: Some(f.direction),
-        due_s: f.time_s,
-    });
-    let mut checker = Checker::new(&scene.airport.layout, who.collect(), Rules::exact());
-    let mut done_at = None;
-    for frame in 1..=frames {
+    let mut stepping_s = 0.0;
+    let looks = Hour {
+        seed: u64::from(seed),
+        every,
+        drain_s: f64::from(drain) * 60.0,
+        stopping: if stops { 0.3 } else { 0.0 },
+    };
+    let held = hours::hour(behaving, &scene.run, &scene.airport.layout, &looks, |core, frame| {
+        let before = Instant::now();
         core.step(frame);
-        if frame % every == 0 {
-            let all = (0..core.flights().len()).filter_map(|f| {
-                let state = core.state(f)?;
-                Some(Seen {
-                    who: f,
-                    position_m: state.position_m,
-                    velocity_mps: state.velocity_mps.xy(),
-                    heading_rad: state.heading_rad,
-                })
-            });
-            checker.frame(frame as f64 * 0.05, &all.collect::<Vec<_>>());
-        }
-        if frame % 1200 == 0 && core.measures_of_served() == core.flights().len() {
-            done_at = Some(frame as f64 * 0.05);
-            break;
-        }
-    }
-    let given = core.clearances().iter().filter_map(|c| {
-        Some(Given {
-            who: c.flight,
-            kind: ClearanceKind::of(c.kind)?,
-            runway: c.runway.clone(),
-            from_s: c.from_s,
-            until_s: c.until_s.unwrap_or(f64::INFINITY),
-        })
+        stepping_s += before.elapsed().as_secs_f64();
     });
-    let rows = checker.finish(&given.collect::<Vec<_>>());
+    let Some(held) = held else { return };
+    let (core, rows) = (&held.core, &held.rows);
     let count = core.flights().len();
-    let extra: Vec<f64> = (0..count)
-        .map(|f| core.measures(f))
-        .filter(|m| m.taxi_s > 0.0)
-        .map(|m| m.taxi_s - m.unhindered_s)
-        .collect();
+    let extra = |direction: Direction| {
+        let of = |f: &usize| core.flights()[*f].direction == direction;
+        let measured = (0..count).filter(of).map(|f| core.measures(f)).filter(|m| m.taxi_s > 0.0);
+        let mut all: Vec<f64> = measured.map(|m| m.taxi_s - m.unhindered_s).collect();
+        all.sort_by(f64::total_cmp);
+        let mean = all.iter().sum::<f64>() / all.len().max(1) as f64;
+        (mean, all.get((all.len() * 95 / 100).min(all.len().saturating_sub(1))).copied())
+    };
+    let (out, into) = (extra(Direction::Departure), extra(Direction::Arrival));
     let around: u32 = (0..count).map(|f| core.measures(f).go_arounds).sum();
     println!(
-        "{name} seed {seed}: served {}/{count}{}, go-arounds {around}, additional {:.0} s, {:.1} s of computing",
+        "{name} seed {seed}: served {}/{count}{}, go-arounds {around}, additional out {:.0} s (95 % {:.0}), in {:.0} s (95 % {:.0}), \
+         step {:.1} us, {:.1} s of computing",
         core.measures_of_served(),
-        done_at.map_or(String::new(), |t| format!(" by {t:.0} s")),
-        extra.iter().sum::<f64>() / extra.len().max(1) as f64,
+        held.served_s.map_or(String::new(), |t| format!(" by {t:.0} s")),
+        out.0,
+        out.1.unwrap_or(0.0),
+        into.0,
+        into.1.unwrap_or(0.0),
+        1e6 * stepping_s / held.frames.max(1) as f64,
         begun.elapsed().as_secs_f64()
     );
     if core.unexpected_deadlocks() > 0 {
         println!("    rings of waiting: {}", core.unexpected_deadlocks());
     }
-    for row in &rows {
+    for row in rows.iter().filter(|r| say || !r.kept) {
         let verdict = if row.kept { "kept" } else { "BROKEN" };
         println!(
             "    {verdict:6} {:14} {:.4} (goal {}) of {}",

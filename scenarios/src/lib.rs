@@ -15,6 +15,7 @@ pub mod error;
 pub mod files;
 pub mod footprints;
 mod hash;
+pub mod hours;
 pub mod keys;
 pub mod losses;
 pub mod movements;

@@ -1,6 +1,6 @@
 //! Speeds and accelerations of the type, and jumps.
 
-use super::{Breaches, Last, Row, Rules, Seen, Who};
+use super::{Breaches, Last, Row, Rules, Seen, Who, nose_mps};
 use crate::frames::Azimuth;
 
 /// Breaches of the limits of types.
@@ -15,8 +15,8 @@ pub(super) struct Limits {
 const EXIT_MPS: f64 = 25.7;
 /// Across, m/s² (the fastest quarter turn, and room for the middle being elsewhere than the nose wheel).
 const ACROSS_MPS2: f64 = 1.6;
-/// Higher than this it flies, m: from then on it is faster than on the ground.
-const LIFTED_M: f64 = 0.2;
+/// Gain of climb rate behind a lift-off, m/s² (assumed): how long the error of the heights hides it.
+const LIFTS_MPS2: f64 = 1.0;
 /// Longer gaps say nothing of accelerations, s.
 const MOST_GAP_S: f64 = 1.6;
 
@@ -45,15 +45,16 @@ impl Limits {
         if far_m > 0.5 + 0.7 * dt {
             self.teleports.add(|| format!("{name} by {far_m:.1} m in {dt:.2} s {at}"));
         }
-        if s.position_m.z >= LIFTED_M || last.seen.position_m.z >= LIFTED_M {
+        let flies = |z_m: f64| z_m > rules.height_m;
+        if flies(last.seen.position_m.z) {
             return;
         }
         let speed = is.norm();
         let l = &who.limits;
-        let most = if taxies { l.taxi_mps } else { l.runway_mps.max(EXIT_MPS) };
-        self.speeds.of += 1;
-        if speed > most + rules.speed_mps {
-            self.speeds.add(|| format!("{name} {speed:.1} m/s, at most {most:.1}, {at}"));
+        let lifts = flies(s.position_m.z);
+        self.speed(rules, who, last, taxies, lifts);
+        if lifts {
+            return;
         }
         // Of the middle over a while: turning swings it, so its own line is taken.
         let nose = Azimuth::from_rad(
@@ -70,9 +71,32 @@ impl Limits {
         self.accelerations.of += 1;
         let room = rules.acceleration_mps2;
         let beside = if taxies { ACROSS_MPS2 } else { 2.0 * ACROSS_MPS2 };
-        if along > up + room || along < -down - room || across > beside + room {
+        let beyond = |along: f64, across: f64| {
+            along > up + room || along < -down - room || across > beside + room
+        };
+        // The limits are those of the point that is guided: of a body that swings, the middle has others.
+        if beyond(along, across) && guided(who, last, dt, s).is_none_or(|n| beyond(n.0, n.1)) {
             self.accelerations.add(|| {
                 format!("{name} {along:.2} along, {across:.2} across, at most {up:.2}, -{down:.2} and {beside:.2} m/s2, {at}, {speed:.1} m/s")
+            });
+        }
+    }
+
+    /// The speed of the sample before: whether it was rolling still, the one after it says. One that lifted off unseen,
+    /// lower than the heights are right, has gained speed since.
+    fn speed(&mut self, rules: &Rules, who: &Who, last: &Last, taxies: bool, lifts: bool) {
+        let l = &who.limits;
+        let most = if taxies { l.taxi_mps } else { l.runway_mps.max(EXIT_MPS) };
+        let hidden_s = if lifts { (2.0 * rules.height_m / LIFTS_MPS2).sqrt() } else { 0.0 };
+        let speed = last.seen.velocity_mps.norm();
+        self.speeds.of += 1;
+        if speed > most + rules.speed_mps + l.runway_mps2.0 * hidden_s {
+            let (name, at_s, at) = (&who.callsign, last.time_s, last.seen.position_m);
+            self.speeds.add(|| {
+                format!(
+                    "{name} {speed:.2} m/s, at most {most:.2}, at {at_s:.1} s, at {:.0} {:.0}",
+                    at.x, at.y
+                )
             });
         }
     }
@@ -84,6 +108,14 @@ impl Limits {
             self.teleports.row("teleports"),
         ]
     }
+}
+
+/// Acceleration of the nose wheel along and across its way, m/s²; `None` with the first samples, and where they are too
+/// far apart to tell it from positions.
+fn guided(who: &Who, last: &Last, dt: f64, s: &Seen) -> Option<(f64, f64)> {
+    let was = last.nose_mps.filter(|_| dt < 0.25)?;
+    let is = nose_mps(who, last, dt, s);
+    Some(((is.norm() - was.norm()) / dt, is.perp(&was).abs() / is.norm().max(0.1) / dt))
 }
 
 fn turned(from_rad: f64, to_rad: f64) -> f64 {

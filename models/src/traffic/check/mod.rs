@@ -10,12 +10,14 @@
 //! | stuck | nobody stands off stands for longer than [`Rules::stuck_s`] |
 //! | pavement | [`Rules::pavement_share`] of the moving samples on the ground within [`Rules::pavement_m`] of the network, or on a runway |
 //! | holds | who comes over a holding position has a clearance of that runway |
+//! | clearances | who leaves his stand, takes off or lands has the clearance for it |
 //! | runways | one roll a runway, and nobody in the strip ahead of it |
 //! | wake | time between take-offs, distance between landings |
 //! | speeds, accelerations | of the type, on taxiways and on runways |
 //! | teleports | nobody is elsewhere than speed and time allow |
 //! | served | departures that are due are airborne, arrivals that are due stand on a stand |
 
+mod clearances;
 mod limits;
 mod overlaps;
 mod pavement;
@@ -29,7 +31,7 @@ use crate::airport::Airport;
 use crate::control::clearance::ClearanceKind;
 use crate::control::layout::Layout;
 use crate::flight_list::WakeCategory;
-use crate::frames::{Vector2, Vector3};
+use crate::frames::{Azimuth, Vector2, Vector3};
 use pavement::Pavement;
 
 /// What a mover of this type keeps. Metres, seconds.
@@ -125,9 +127,12 @@ pub struct Rules {
     pub pavement_m: f64,
     /// Share of moving samples that have to be that near.
     pub pavement_share: f64,
-    /// A nose counts as over a holding position so far beyond it, m (as for the alerts).
+    /// A nose counts as over a holding position so far beyond it, m: the error of the positions, and that of a strip
+    /// that is known in steps of 50 m.
     pub hold_m: f64,
-    /// Added to the limits of speed, m/s.
+    /// Heights are right within this, m: higher it flies.
+    pub height_m: f64,
+    /// Added to the limits of speed, m/s: the error of the speeds.
     pub speed_mps: f64,
     /// Added to the limits of acceleration, m/s².
     pub acceleration_mps2: f64,
@@ -139,11 +144,20 @@ impl Rules {
     /// For states without error and many times a second.
     #[must_use]
     pub fn exact() -> Self {
-        Self { overlap_m: 0.0, acceleration_mps2: 0.1, ..Self::default() }
+        Self {
+            overlap_m: 0.0,
+            hold_m: 0.5,
+            height_m: 0.0,
+            speed_mps: 1e-6,
+            acceleration_mps2: 0.1,
+            ..Self::default()
+        }
     }
 }
 
 impl Default for Rules {
+    /// For the database of a run: once a second, positions right within 0.1 m, the threshold of dead reckoning. Within it a
+    /// jerk of 2 m/s³ has gained 0.45 m/s.
     fn default() -> Self {
         Self {
             overlap_m: 0.3,
@@ -151,8 +165,9 @@ impl Default for Rules {
             stuck_s: 1200.0,
             pavement_m: 11.5,
             pavement_share: 0.995,
-            hold_m: 7.5,
-            speed_mps: 0.5,
+            hold_m: 1.0,
+            height_m: 0.1,
+            speed_mps: 0.45,
             acceleration_mps2: 0.3,
             serve_s: 1800.0,
         }
@@ -218,6 +233,17 @@ struct Last {
     time_s: f64,
     seen: Seen,
     still_since_s: f64,
+    /// Mean velocity of the nose wheel since the sample before, m/s.
+    nose_mps: Option<Vector2<f64>>,
+}
+
+/// Mean velocity of the nose wheel, 0.4 of the length ahead of the middle, since the sample before, m/s.
+fn nose_mps(who: &Who, last: &Last, dt: f64, s: &Seen) -> Vector2<f64> {
+    let at = |s: &Seen| {
+        let ahead = Azimuth::from_rad(s.heading_rad).unit() * (0.4 * who.size.length_m);
+        s.position_m.xy() + ahead
+    };
+    (at(s) - at(&last.seen)) / dt
 }
 
 /// The checker, fed with the movers of one time after the other.
@@ -234,6 +260,7 @@ pub struct Checker {
     runways: runways::Runways,
     limits: limits::Limits,
     service: service::Service,
+    events: clearances::Events,
 }
 
 impl Checker {
@@ -253,6 +280,7 @@ impl Checker {
             pavement: Pavement::of(airport),
             limits: limits::Limits::default(),
             service: service::Service::new(count),
+            events: clearances::Events::new(count),
             who,
         }
     }
@@ -288,14 +316,17 @@ impl Checker {
         }
         self.runways.look(&self.layout, &self.rules, &self.who, time_s, &seen);
         self.service.look(&self.rules, &self.who, &self.stands_m, time_s, &seen, &self.last);
+        self.events.look(&self.layout, &self.who, time_s, &seen);
         for s in seen {
             let still = s.velocity_mps.norm() < STILL_MPS;
-            let before = self.last[s.who].filter(|_| still);
-            let still_since_s = match before {
+            let before = self.last[s.who];
+            let still_since_s = match before.filter(|_| still) {
                 Some(l) if l.seen.velocity_mps.norm() < STILL_MPS => l.still_since_s,
                 _ => time_s,
             };
-            self.last[s.who] = Some(Last { time_s, seen: s, still_since_s });
+            let who = &self.who[s.who];
+            let nose_mps = before.map(|l| nose_mps(who, &l, time_s - l.time_s, &s));
+            self.last[s.who] = Some(Last { time_s, seen: s, still_since_s, nose_mps });
         }
     }
 
@@ -320,6 +351,7 @@ impl Checker {
         rows.extend(self.service.gridlocks());
         rows.push(self.pavement.row(&self.rules));
         rows.extend(self.runways.rows(&self.layout, &self.who, given));
+        rows.push(self.events.row(&self.layout, &self.who, given));
         rows.extend(self.limits.rows());
         rows.push(self.service.served(&self.rules, &self.who, &self.stands_m, self.time_s));
         rows

@@ -201,8 +201,10 @@ impl Runways {
 
     pub(super) fn rows(mut self, layout: &Layout, who: &[Who], given: &[Given]) -> [Row; 3] {
         let mut holds = Breaches { of: self.entries.len() as u64, ..Breaches::default() };
-        let crosses =
-            |a: usize, b: usize| layout.crossings.iter().any(|c| c.runways == [a.min(b), a.max(b)]);
+        let crosses = |a: usize, b: usize| {
+            layout.crossings.iter().any(|c| c.runways == [a.min(b), a.max(b)])
+                || layout.strips_meet(a, b)
+        };
         for e in &self.entries {
             let cleared = given.iter().any(|g| {
                 let on = layout.runway(&g.runway).map(|r| r.0);

@@ -234,3 +234,82 @@ fn a_light_one_takes_off_two_minutes_behind_a_heavy_one() {
     assert!(gap(121));
     assert!(!gap(100));
 }
+
+/// A take-off sampled half a second behind its lift-off was 0.6 m/s faster than a roll may be.
+#[test]
+fn a_sample_behind_the_lift_off_is_not_taken_for_a_roll() {
+    let roll = |rules: Rules, samples: &[(f64, f64)]| {
+        let mut c = Checker::new(&airport(), vec![who("A", Direction::Departure)], rules);
+        let mut y = 500.0;
+        for (t, (speed, height)) in samples.iter().enumerate() {
+            let mut s = seen(0, 0.0, y, 0.0, *speed);
+            s.position_m.z = *height;
+            c.frame(t as f64, &[s]);
+            y += speed;
+        }
+        kept(&c.finish(&[]), "speeds")
+    };
+    // Half a second behind the lift-off, 0.06 m high; then clearly in the air.
+    let lifts = |speed: f64| [(84.0, 0.0), (speed, 0.06), (87.0, 1.2), (88.0, 2.5)];
+    assert!(roll(Rules::default(), &lifts(86.2)));
+    assert!(!roll(Rules::default(), &lifts(88.0)), "faster than it can have become since");
+    assert!(!roll(Rules::default(), &[(84.0, 0.0), (86.2, 0.0), (86.2, 0.0)]), "it rolls on");
+    assert!(roll(Rules::exact(), &lifts(88.0)), "it flies");
+    assert!(!roll(Rules::exact(), &[(85.4, 0.0), (86.0, 0.1), (86.0, 0.2)]), "it rolled too fast");
+    assert!(roll(Rules::exact(), &[(85.2, 0.0), (86.0, 0.1), (86.0, 0.2)]));
+}
+
+#[test]
+fn each_act_needs_its_clearance() {
+    let fly = |kinds: &[ClearanceKind]| {
+        let mut c = checker(&[who("A", Direction::Departure), who("B", Direction::Arrival)]);
+        for t in 0..60 {
+            let x = f64::from(t);
+            let moves = if t < 10 { 0.0 } else { 2.0 };
+            let mut a = seen(0, 300.0 - moves * (x - 10.0).max(0.0), 900.0, -moves, 0.0);
+            a.position_m.z = if t > 40 { 20.0 } else { 0.0 };
+            let mut b = seen(1, 0.0, 50.0 * x, 0.0, 50.0);
+            b.position_m.z = (20.0 - x).max(0.0);
+            c.frame(x, &[a, b]);
+        }
+        let given = kinds.iter().map(|kind| Given {
+            who: usize::from(*kind == ClearanceKind::Land),
+            kind: *kind,
+            runway: if *kind == ClearanceKind::Push { "".into() } else { "36".into() },
+            from_s: 1.0,
+            until_s: f64::INFINITY,
+        });
+        let rows = c.finish(&given.collect::<Vec<_>>());
+        rows.iter().find(|r| r.name == "clearances").map(|r| (r.value, r.of))
+    };
+    use ClearanceKind::{Land, Push, TakeOff};
+    assert_eq!(fly(&[Push, TakeOff, Land]), Some((0.0, 3)));
+    for missing in [Push, TakeOff, Land] {
+        let others: Vec<_> = [Push, TakeOff, Land].into_iter().filter(|k| *k != missing).collect();
+        assert_eq!(fly(&others), Some((1.0, 3)), "{missing:?}");
+    }
+}
+
+/// The end of one runway in the strip of another: who is cleared to cross that one has both.
+#[test]
+fn a_clearance_holds_for_a_runway_whose_end_lies_in_the_strip() {
+    let cross = |end_y: f64| {
+        let mut a = airport();
+        let ends_m = [Vector2::new(-end_y, 120.0), Vector2::new(-end_y - 1500.0, 120.0)];
+        a.runways.push(Runway {
+            names: ["27".into(), "09".into()],
+            ends_m,
+            thresholds_m: ends_m,
+            width_m: 45.0,
+        });
+        let mut c = Checker::new(&a, vec![who("A", Direction::Departure)], Rules::default());
+        for t in 0..60 {
+            c.frame(f64::from(t), &[seen(0, 200.0 - 8.0 * f64::from(t), 100.0, -8.0, 0.0)]);
+        }
+        let kind = ClearanceKind::Cross;
+        let given = Given { who: 0, kind, runway: "18/36".into(), from_s: 0.0, until_s: 60.0 };
+        kept(&c.finish(&[given]), "holds")
+    };
+    assert!(cross(60.0));
+    assert!(!cross(150.0), "its own strip begins farther on");
+}

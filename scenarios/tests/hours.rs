@@ -1,0 +1,37 @@
+//! Hours of traffic from the airport file alone, held at every frame against what traffic has to keep.
+
+use scenarios::hours::{Held, Hour, hour};
+use std::path::Path;
+
+fn held(airport: &str, per_h: u32, minutes: u32, stopping: f64, seed: u64, policy: &str) -> Held {
+    let base = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let is = |ext: &str| base.join(format!("airports/{airport}.{ext}")).exists();
+    let ext = if is("apt.dat") { "apt.dat" } else { "nodes.csv" };
+    let net = format!("ground_network = \"airports/{airport}.groundnet.xml\"");
+    let net = if is("groundnet.xml") { net } else { String::new() };
+    let text = format!(
+        "[run]\ntitle = \"t\"\nseed = {seed}\nduration_s = {}\n[airport]\nlayout = \"airports/{airport}.{ext}\"\n{net}\n\
+         [[traffic]]\nkind = \"generated\"\narrivals_per_h = {per_h}\ndepartures_per_h = {per_h}\n[control]\npolicy = \"{policy}\"\n",
+        minutes * 60
+    );
+    let scene =
+        scenarios::load_text(&base.join("hours.toml"), &text).unwrap_or_else(|e| panic!("{e}"));
+    let behaving = scene.traffic.behaving.as_ref().expect("behaves");
+    let looks = Hour { seed, every: 1, drain_s: 2700.0, stopping };
+    let core = &mut |core: &mut models::traffic::core::Core, frame| core.step(frame);
+    hour(behaving, &scene.run, &scene.airport.layout, &looks, core).expect("with truth")
+}
+
+/// No overlap, no gridlock, on the pavement, cleared, one a runway, within every limit, at every frame: judged by airport.
+#[test]
+fn every_airport_keeps_what_traffic_has_to_keep_at_every_frame() {
+    for (airport, seed, stopping) in
+        [("XSYN", 2, 0.0), ("LSZH", 1, 0.3), ("LIMC", 2, 0.0), ("EGCC", 2, 0.3), ("EHAM", 2, 0.0)]
+    {
+        let held = held(airport, 12, 30, stopping, seed, "planned");
+        let name = format!("{airport}, seed {seed}, {stopping} stop");
+        assert_eq!(held.broken(), Vec::<String>::new(), "{name}");
+        assert_eq!(held.core.measures_of_served(), held.core.flights().len(), "{name}");
+        assert_eq!(held.core.unexpected_deadlocks(), 0, "{name}");
+    }
+}
