@@ -1,4 +1,4 @@
-//! What an executable says of its own making: the commit, and a hash over the sources that decide results.
+//! What an executable says of its own making (the commit, a hash over the sources that decide results), and the page that it carries.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -23,11 +23,36 @@ fn main() {
         println!("cargo:rerun-if-changed={place}");
         feed(&root, &root.join(place), &mut hash);
     }
+    list_page(&root);
     println!("cargo:rustc-env=SEEDS_SOURCES={:016x}", hash.0);
     println!(
         "cargo:rustc-env=SEEDS_COMMIT={}",
         commit(&root).unwrap_or_else(|| "unknown".to_owned())
     );
+}
+
+/// The files of the page as an array of path and octets, for `include!`.
+fn list_page(root: &Path) {
+    let web = root.join("federates/viewer_logger/web");
+    println!("cargo:rerun-if-changed={}", web.display());
+    let mut files = Vec::new();
+    let mut folders = vec![web.clone()];
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(folder).expect("a folder of the page").flatten() {
+            match entry.path() {
+                path if path.is_dir() => folders.push(path),
+                path => files.push(path),
+            }
+        }
+    }
+    files.sort();
+    let row = |path: &PathBuf| {
+        let name = path.strip_prefix(&web).unwrap_or(path).to_string_lossy().replace('\\', "/");
+        format!("    ({name:?}, include_bytes!({:?}) as &[u8]),\n", path.display().to_string())
+    };
+    let text = format!("&[\n{}]\n", files.iter().map(row).collect::<String>());
+    let out = PathBuf::from(std::env::var("OUT_DIR").expect("set by cargo"));
+    std::fs::write(out.join("web_files.rs"), text).expect("written");
 }
 
 /// The commit that is checked out, and word to cargo to look again after the next one.

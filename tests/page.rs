@@ -121,6 +121,7 @@ impl Watched {
 
     /// Colour of the canvas at a target's symbol: red, green, blue.
     fn pixel_at(&mut self, number: u16) -> Vec<i64> {
+        self.drawn();
         let colour = self.browser.eval(&format!(
             "(() => {{ const t = __viewer.tracks.find((t) => t.number === {number}); \
              return [...document.getElementById('map').getContext('2d').getImageData(t.screen.x, t.screen.y, 1, 1).data]; }})()"
@@ -420,8 +421,14 @@ fn every_list_is_filled_for_the_target_clicked_and_fits_its_box() {
     w.browser.click_on("#compare");
     w.browser.until("document.getElementById('compare').getAttribute('aria-pressed') === 'false'");
 
-    for tab in ["tracks", "strips", "effects", "filter", "flights", "federates", "sensors", "log"] {
+    let tabs =
+        w.browser.eval("[...document.querySelectorAll('[data-tab]')].map((t) => t.dataset.tab)");
+    let tabs: Vec<String> = serde_json::from_value(tabs).expect("words");
+    assert!(tabs.len() >= 8, "{tabs:?}");
+    for tab in &tabs {
         w.browser.click_on(&format!("#tab-{tab}"));
+        // A panel that lives by pictures fills itself with the next one.
+        w.page.update(|viewer| viewer.on_scan(&w.demo.scan(41)));
         w.drawn();
         let panel = w.browser.eval(&format!(
             "(() => {{ const p = document.getElementById('panel-{tab}'); return [p.innerText.trim().length > 10, p.scrollWidth - p.clientWidth]; }})()"

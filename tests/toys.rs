@@ -37,6 +37,13 @@ const TOYS: &[Toy] = &[
         behind: "    [six_state] Ca6 = six_state::CA6,\n",
         line: "    [rolling] Rolling = rolling::ROLLING,\n",
     },
+    Toy {
+        file: "pace.js",
+        goes_to: "federates/viewer_logger/web/panels/pace.js",
+        registry: "federates/viewer_logger/web/panels.js",
+        behind: "  \"sensors\",\n",
+        line: "  \"pace\",\n",
+    },
 ];
 
 fn root() -> PathBuf {
@@ -126,6 +133,8 @@ fn toys_are_built_and_run_in_a_copy() {
     // Laws of all rungs: sound whatever comes, on the road with missing and gross plots, bounded errors.
     cargo(&["test", "--release", "-p", "models", "--lib", "--", "filter::hard_cases"]);
     cargo(&["test", "--release", "-p", "scenarios", "--test", "toy"]);
+    // Every panel of the page has a tab, is filled and fits its box.
+    cargo(&["test", "--release", "--test", "page", "--", "every_list_is_filled"]);
     // The whole of the product, pages and tools included.
     cargo(&["check", "--release", "--workspace", "--all-targets"]);
     std::fs::remove_dir_all(&home).expect("cleaned up");

@@ -13,58 +13,8 @@ const DATA: &str = "application/json";
 const FONT: &str = "font/woff2";
 const PICTURE: &str = "image/svg+xml";
 
-macro_rules! files {
-    ($($path:literal $kind:expr;)*) => { &[$(($path, $kind, include_bytes!(concat!("web/", $path)))),*] };
-}
-
-/// Path, type and octets of everything the browser may ask for.
-const FILES: &[(&str, &str, &[u8])] = files! {
-    "index.html" HTML;
-    "style.css" STYLE;
-    "main.js" SCRIPT;
-    "link.js" SCRIPT;
-    "local.js" SCRIPT;
-    "frame.js" SCRIPT;
-    "hook.js" SCRIPT;
-    "keys.js" SCRIPT;
-    "state.js" SCRIPT;
-    "switches.js" SCRIPT;
-    "takeaway.js" SCRIPT;
-    "address.js" SCRIPT;
-    "alerts.js" SCRIPT;
-    "position.js" SCRIPT;
-    "strips.js" SCRIPT;
-    "camera.js" SCRIPT;
-    "closeup.js" SCRIPT;
-    "export.js" SCRIPT;
-    "eye.js" SCRIPT;
-    "eye_gl.js" SCRIPT;
-    "eye_light.js" SCRIPT;
-    "eye_scene.js" SCRIPT;
-    "eye_see.js" SCRIPT;
-    "paint.js" SCRIPT;
-    "situation.js" SCRIPT;
-    "time.js" SCRIPT;
-    "tools.js" SCRIPT;
-    "traffic.js" SCRIPT;
-    "eye.html" HTML;
-    "eye.css" STYLE;
-    "line.js" SCRIPT;
-    "labels.js" SCRIPT;
-    "map.js" SCRIPT;
-    "panels.js" SCRIPT;
-    "curve.js" SCRIPT;
-    "dial.js" SCRIPT;
-    "panes.js" SCRIPT;
-    "text.js" SCRIPT;
-    "icon.svg" PICTURE;
-    "vendor/uPlot.iife.min.js" SCRIPT;
-    "vendor/uPlot.min.css" STYLE;
-    "vendor/b612-latin-400-normal.woff2" FONT;
-    "vendor/b612-latin-700-normal.woff2" FONT;
-    "vendor/b612-mono-latin-400-normal.woff2" FONT;
-    "vendor/b612-mono-latin-700-normal.woff2" FONT;
-};
+/// Path and octets of everything the browser may ask for: all files of the folder, listed by the build.
+const FILES: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/web_files.rs"));
 
 /// Type and octets of the file at a path of the address.
 #[must_use]
@@ -77,13 +27,13 @@ pub fn find(path: &str) -> Option<(&'static str, Cow<'static, [u8]>)> {
     if let Some(folder) = std::env::var_os("SEEDS_WEB") {
         return in_folder(Path::new(&folder), name);
     }
-    FILES.iter().find(|f| f.0 == name).map(|f| (f.1, Cow::Borrowed(f.2)))
+    let (_, octets) = FILES.iter().find(|file| file.0 == name)?;
+    Some((kind(name)?, Cow::Borrowed(*octets)))
 }
 
-fn in_folder(folder: &Path, name: &str) -> Option<(&'static str, Cow<'static, [u8]>)> {
-    let plain = Path::new(name).components().all(|c| matches!(c, Component::Normal(_)));
-    let octets = std::fs::read(folder.join(name)).ok().filter(|_| plain)?;
-    let kind = match Path::new(name).extension()?.to_str()? {
+/// Type of a file by its ending; `None` where nobody may have it.
+fn kind(name: &str) -> Option<&'static str> {
+    Some(match Path::new(name).extension()?.to_str()? {
         "html" => HTML,
         "js" => SCRIPT,
         "css" => STYLE,
@@ -91,8 +41,13 @@ fn in_folder(folder: &Path, name: &str) -> Option<(&'static str, Cow<'static, [u
         "woff2" => FONT,
         "svg" => PICTURE,
         _ => return None,
-    };
-    Some((kind, Cow::Owned(octets)))
+    })
+}
+
+fn in_folder(folder: &Path, name: &str) -> Option<(&'static str, Cow<'static, [u8]>)> {
+    let plain = Path::new(name).components().all(|c| matches!(c, Component::Normal(_)));
+    let octets = std::fs::read(folder.join(name)).ok().filter(|_| plain)?;
+    Some((kind(name)?, Cow::Owned(octets)))
 }
 
 #[cfg(test)]
@@ -100,20 +55,23 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_script_of_the_folder_is_inside_the_executable() {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("federates/viewer_logger/web");
-        let mut count = 0;
-        for entry in std::fs::read_dir(&folder).expect("the folder").flatten() {
-            let name = entry.file_name().into_string().expect("a name");
-            if entry.path().is_file() {
-                assert!(
-                    FILES.iter().any(|f| f.0 == name),
-                    "{name} is not in the list of assets.rs"
-                );
-                count += 1;
+    fn what_the_page_imports_is_inside_the_executable() {
+        let mut imports = 0;
+        for (name, octets) in FILES.iter().filter(|file| file.0.ends_with(".js")) {
+            let text = String::from_utf8_lossy(octets);
+            let folder = Path::new(name).parent().unwrap_or(Path::new(""));
+            for from in text.split("from \"").skip(1).filter_map(|rest| rest.split('"').next()) {
+                let path = if let Some(up) = from.strip_prefix("../") {
+                    up.to_owned()
+                } else {
+                    folder.join(from.trim_start_matches("./")).to_string_lossy().into_owned()
+                };
+                let found = find(&format!("/{path}"));
+                assert_eq!(found.map(|f| f.0), Some(SCRIPT), "{name} imports {from}");
+                imports += 1;
             }
         }
-        assert!(count >= 10);
+        assert!(imports > 50, "{imports}");
     }
 
     #[test]

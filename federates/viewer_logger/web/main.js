@@ -5,7 +5,6 @@ import { AlertPanel, alertWords, subjectOf } from "./alerts.js";
 import { closeUp, watch } from "./closeup.js";
 import { Curve } from "./curve.js";
 import { backgroundOf, extinction, rvr, sunElevation } from "./eye_light.js";
-import { Dial } from "./dial.js";
 import { decode } from "./frame.js";
 import { expose } from "./hook.js";
 import { keyboard } from "./keys.js";
@@ -18,16 +17,15 @@ import { nextEvent, TimeLine, typedTime } from "./time.js";
 import { found, latLon, Tools, tutorial } from "./tools.js";
 import { switches } from "./switches.js";
 import { takeaway } from "./takeaway.js";
-import {
-  facts, flightColumns, showEffects, showFederates, showOperations, showRun, showSensors, Table, targetFacts, TRACK_COLUMNS,
-} from "./panels.js";
+import { facts, targetFacts } from "./lists.js";
+import { panels } from "./panels.js";
 import { element, elapsed, fixed, place, utc, visibility, wind } from "./text.js";
 
 const byId = (id) => document.getElementById(id);
 
 const state = {
   run: null, airport: null, notices: [], runState: null, timeline: null, weather: null, flights: [], federates: [], operations: [],
-  plan: [], scan: null, live: true, selected: null, link: "connecting", notice: null, playing: false, answer: null,
+  scan: null, live: true, selected: null, link: "connecting", notice: null, playing: false, answer: null,
   runs: [], shownRuns: [], loop: null, wish: {}, tab: "tracks", traffic: null, strips: [],
 };
 
@@ -51,16 +49,6 @@ const curve = new Curve(byId("curve"), (scan) => showScan(scan));
 
 const line = new TimeLine(byId("strip"), byId("scrub"), byId("event-kinds"));
 
-const tracks = new Table(byId("tracks"), TRACK_COLUMNS, { id: (t) => t.id, onSelect: (id) => select(id), sortBy: "callsign" });
-const flights = new Table(byId("flights"), flightColumns(() => state.run?.start_utc_ns), {
-  id: (f) => f.callsign, sortBy: "time",
-  onSelect: (callsign) => {
-    const target = targets().find((t) => t.callsign === callsign);
-    if (target) select(target.id);
-    flights.select(callsign);
-  },
-});
-
 const alerts = new AlertPanel(byId("alerts"), {
   time: (s) => utc(state.run?.start_utc_ns, s),
   pick: showAlert,
@@ -68,11 +56,8 @@ const alerts = new AlertPanel(byId("alerts"), {
 });
 const onPick = (strip) => {
   if (strip.trackId) select(strip.trackId);
-  flights.select(strip.callsign);
+  lists.flight(strip.callsign);
 };
-const strips = ["strips", "bays-list"].map((id) => new StripPanel(byId(id), { onPick, time: (s) => utc(state.run?.start_utc_ns, s) }));
-
-const dial = new Dial(byId("dial-box"), { send: (message) => link.send(message) });
 const panes = new Panes(byId("panes"), map, { onPick: (id) => select(id), onChange: () => panesChanged() });
 map.onDrawn = () => panes.draw();
 function panesChanged() {
@@ -105,6 +90,14 @@ const link = new Link({
   return hello;
 });
 
+const stripBoxes = [byId("bays-list")];
+const page = { state, map, link, select, selectedNumber, targets, stripBoxes, showStrips };
+const lists = panels(byId("tabs"), page, (key) => {
+  state.tab = key;
+  addressChanged();
+});
+const strips = stripBoxes.map((box) => new StripPanel(box, { onPick, time: (s) => utc(state.run?.start_utc_ns, s) }));
+
 // ---- messages ----
 
 function onText(message) {
@@ -117,7 +110,6 @@ function onText(message) {
       byId("title").textContent = message.run.title || message.run.scene;
       document.title = `${message.run.title || message.run.scene} \u2013 SEEDS`;
       makeSensorLayers();
-      showFlights();
       break;
     case "timeline":
       state.timeline = message;
@@ -164,31 +156,12 @@ function onText(message) {
       break;
     case "flights":
       state.flights = message.entries;
-      showFlights();
       break;
     case "federates":
       state.federates = message.federates;
-      showPanel("federates");
       break;
     case "operations":
       state.operations = message.operations;
-      showPanel("log");
-      break;
-    case "plan":
-      state.plan = message.rows;
-      showPanel("effects");
-      break;
-    case "rungs":
-      state.rungs = message;
-      dial.show(message);
-      map.ghost = message.ghost ?? null;
-      map.need("traffic");
-      showPanel("filter");
-      break;
-    case "effects":
-      if (message.track !== selectedNumber()) break;
-      state.effects = message;
-      showPanel("effects");
       break;
     case "curve":
       if (message.track === selectedNumber()) curve.add(message);
@@ -204,8 +177,9 @@ function onText(message) {
     case "refused":
       showAnswer({ accepted: false, text: message.text });
       break;
-    default: // reply is handled by the link; alive says no more than that; later versions may send others
+    default: // the panels' own; reply is handled by the link; alive says no more than that; later versions may send others
   }
+  lists.came(message.type, message);
 }
 
 function onScan(buffer) {
@@ -231,11 +205,11 @@ function onScan(buffer) {
   // The lists wait until the map is drawn: nobody's frame is held up by a table.
   clearTimeout(onScan.later);
   onScan.later = setTimeout(() => {
-    tracks.show(targets());
+    lists.scan();
     showTarget();
     setTimeout(() => {
       showStrips();
-      showPanel("sensors");
+      lists.came("scan");
       makeSensorLayers();
     }, 0);
   }, 0);
@@ -260,11 +234,8 @@ function select(id) {
   map.selected = id;
   if (id === null) map.follow = false;
   curve.clear();
-  state.effects = null;
-  showPanel("effects");
   link.send({ type: "select", track: selectedNumber() });
-  tracks.select(id);
-  if (state.callsign) flights.select(state.callsign);
+  lists.selected(id, state.callsign);
   showStrips();
   if (map.follow) map.setFollow(true);
   showFollow();
@@ -280,7 +251,7 @@ function keepSelection() {
 }
 
 function selectNext(step) {
-  const order = tracks.order();
+  const order = lists.order();
   if (!order.length) return;
   const at = order.indexOf(state.selected);
   select(order[(at < 0 ? (step > 0 ? 0 : order.length - 1) : at + step + order.length) % order.length]);
@@ -399,7 +370,6 @@ function showState() {
   }
   showClock();
   showLink();
-  showPanel("federates");
 }
 
 function showLink() {
@@ -461,13 +431,9 @@ function runwayRange(w) {
   return rvr(extinction(w.visibility_m, w.rain_mm_per_h), backgroundOf(sunElevation(utcMs, lat, lon)));
 }
 
-function showFlights() {
-  flights.show(state.flights);
-}
-
 /** Strips of the time shown, where they are seen. */
 function showStrips() {
-  if (!state.scan || (byId("panel-strips").hidden && map.skin !== "controller")) return;
+  if (!state.scan || (!lists.isShown("strips") && map.skin !== "controller")) return;
   const { flights: list, scan, traffic } = state;
   state.strips = stripsOf({ flights: list, scan, traffic, ground: map.situation, timeS: scan.timeS });
   for (const panel of strips) panel.show(state.strips, traffic, state.callsign);
@@ -493,25 +459,6 @@ function showTarget() {
   closeUp(byId("close-up"), map, target);
 }
 
-function showPanel(name) {
-  if (byId(`panel-${name}`).hidden) return;
-  if (name === "effects") {
-    showEffects(byId("effects"), { of: state.selected && (state.callsign || state.selected.replace(/^t/, "Track ")), message: state.effects, sensors: state.airport?.sensors ?? [], plan: state.plan });
-  }
-  if (name === "filter") {
-    showRun(byId("filter"), { measures: state.timeline?.measures, tookUs: state.timeline?.took_us });
-    dial.draw();
-  }
-  if (name === "federates") showFederates(byId("federates"), state.federates, state.runState?.members ?? []);
-  if (name === "sensors") {
-    showSensors(byId("sensors"), {
-      scan: state.scan, sensors: state.airport?.sensors ?? [], measures: state.timeline?.measures, tookUs: state.timeline?.took_us,
-    });
-  }
-  if (name === "strips") showStrips();
-  if (name === "log") showOperations(byId("operations"), state.operations);
-}
-
 function showFollow() {
   byId("zoom").querySelector("[data-view=follow]").setAttribute("aria-pressed", String(map.follow));
 }
@@ -526,29 +473,7 @@ function showAnswer({ accepted, text }) {
   answerTimer = setTimeout(() => (box.textContent = ""), 12000);
 }
 
-// ---- layers, tabs, controls ----
-
-const TABS = [["tracks", "Targets"], ["strips", "Strips"], ["effects", "Effects"], ["filter", "Filter"], ["flights", "Flights"], ["federates", "Federates"], ["sensors", "Sensors"], ["log", "Log"]];
-
-function makeTabs() {
-  for (const [key, title] of TABS) {
-    const tab = element("button", title, { type: "button", role: "tab", id: `tab-${key}`, "aria-controls": `panel-${key}`, "data-tab": key });
-    tab.addEventListener("click", () => showTab(key));
-    byId("tabs").append(tab);
-  }
-  showTab("tracks");
-}
-
-function showTab(key) {
-  if (!TABS.some(([known]) => known === key)) return;
-  state.tab = key;
-  addressChanged();
-  for (const [other] of TABS) {
-    byId(`panel-${other}`).hidden = other !== key;
-    byId(`tab-${other}`).setAttribute("aria-selected", String(other === key));
-  }
-  showPanel(key);
-}
+// ---- controls ----
 
 async function command(word, shift = false) {
   const message = { command: word };
@@ -722,7 +647,7 @@ const address = new Address({
     if (wanted.rb) map.tools.setPairs(wanted.rb);
     if (wanted.pane) panes.set(wanted.pane);
     if (wanted.find) setTimeout(() => search(wanted.find), 500);
-    if (wanted.tab) showTab(wanted.tab);
+    if (wanted.tab) lists.showTab(wanted.tab);
     if (wanted.run && state.runs.length) openRuns(wanted.run);
     if (wanted.fit === "targets") setTimeout(() => map.fitTargets(), 600);
     grantTime();
@@ -760,7 +685,7 @@ function setSkin(skin) {
 // ---- start ----
 
 makeLayers();
-makeTabs();
+lists.showTab("tracks");
 keyboard({
   state, map, link, alerts, views, times, finished, setPlaying, toggleRun, command, showTime, showScan, toEvent, setLoop, askTime,
   showTimeline, selectNext, select, addressChanged, setColours, setLayer, bookmark,
