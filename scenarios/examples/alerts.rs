@@ -1,7 +1,7 @@
 //! Runs the traffic of scenes and prints every control alert, on its exact truth and, with `--tracks`, on the tracks of
 //! the scene's sensors and tracker, with the score of the second against the first. Several seeds: `--seeds A..B`.
 //!
-//! `cargo run --release -p scenarios --example alerts -- [--tracks] [--quiet] [--seeds A..B] [--seconds S] SCENE…`
+//! `cargo run --release -p scenarios --example alerts -- [--tracks] [--quiet] [--clearances] [--watch CALLSIGN] [--seeds A..B] [--seconds S] SCENE…`
 #![allow(clippy::print_stdout, reason = "a tool for the terminal")]
 
 use models::control::alert::{Alert, Change};
@@ -25,17 +25,21 @@ use std::collections::BTreeMap;
 struct Options {
     tracks: bool,
     quiet: bool,
+    clearances: bool,
+    watch: String,
     seconds: f64,
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let mut options = Options { tracks: false, quiet: false, seconds: f64::INFINITY };
+    let mut options = Options { tracks: false, quiet: false, clearances: false, watch: String::new(), seconds: f64::INFINITY };
     let (mut seeds, mut paths) = (None, Vec::new());
     let mut args = std::env::args().skip(1);
     while let Some(arg) = args.next() {
         match arg.as_str() {
             "--tracks" => options.tracks = true,
             "--quiet" => options.quiet = true,
+            "--clearances" => options.clearances = true,
+            "--watch" => options.watch = args.next().unwrap_or_default(),
             "--seconds" => options.seconds = args.next().unwrap_or_default().parse()?,
             "--seeds" => {
                 let text = args.next().unwrap_or_default();
@@ -246,6 +250,7 @@ fn run(
     let (mut exact, mut tracked) = (Book::default(), Book::default());
     let mut ages: BTreeMap<u16, u32> = BTreeMap::new();
     let mut lines: BTreeMap<u32, String> = BTreeMap::new();
+    let mut past: BTreeMap<u16, Vec<String>> = BTreeMap::new();
     let count = scene.traffic.entities.len() - behaving.first_entity;
     let first = behaving.first_entity;
     let mut frames = Frames { scene, first, states: vec![Vec::new(); count] };
@@ -263,7 +268,25 @@ fn run(
         if !frame.is_multiple_of(per_scan) {
             continue;
         }
-        for (change, alert) in watch.scan(&core, now) {
+        let told = watch.scan(&core, now).to_vec();
+        for s in watch.net().surveillance().situations() {
+            let own = s.target.callsign.is_some_and(|c| c.as_str() == options.watch);
+            if !own {
+                continue;
+            }
+            for (r, axis) in layout().runways.iter().enumerate() {
+                let ((p, d), (nose_p, nose_d)) =
+                    (axis.place_m(s.target.position_m), axis.place_m(s.nose_m));
+                let hold_m = axis.hold_at_m(p, d);
+                if d.abs() < 150.0 && (-200.0..axis.length_m + 200.0).contains(&p) {
+                    println!(
+                        "{:8.1} {} {}: {p:.0} {d:.1}, nose {nose_p:.0} {nose_d:.1}, hold {hold_m:.1}, in {} {:.1} m/s",
+                        now.s(), options.watch, axis.names[0], s.in_strip(r), s.speed_mps
+                    );
+                }
+            }
+        }
+        for (change, alert) in &told {
             exact.enter(now, *change, alert);
             if !options.quiet {
                 print("truth ", now, *change, alert, "");
@@ -297,13 +320,34 @@ fn run(
         for t in &targets {
             let age = ages.entry(t.number).or_default();
             *age = if t.first { 1 } else { *age + 1 };
+            let own = core.flights().iter().position(|f| {
+                t.callsign.is_some_and(|c| c == Callsign::new(&f.callsign))
+            });
+            let line = past.entry(t.number).or_default();
+            if t.first || line.len() > 16 {
+                line.drain(..if t.first { line.len() } else { 1 });
+            }
+            let truth = own.and_then(|f| core.state(f));
+            line.push(match truth {
+                Some(s) => format!(
+                    "{:.0}m {:.0}/{:.0}",
+                    (s.position_m.xy() - t.position_m).norm(),
+                    t.velocity_mps.norm(),
+                    s.velocity_mps.norm()
+                ),
+                None => format!("? {:.0}", t.velocity_mps.norm()),
+            });
         }
         let told = seen.scan_targets(&core, now, &targets).to_vec();
         for (change, alert) in &told {
             tracked.enter(now, *change, alert);
             let about = about(&core, alert, &ages, &targets);
             if *change == Change::Raised {
-                lines.insert(alert.id, about.clone());
+                let mut about = about.clone();
+                if let models::control::alert::Subject::Track(n) = alert.condition.subjects.0 {
+                    about += &format!(" | {}", past.get(&n).map_or(String::new(), |l| l.join(" ")));
+                }
+                lines.insert(alert.id, about);
             }
             if !options.quiet {
                 print("tracks", now, *change, alert, &about);
@@ -313,6 +357,12 @@ fn run(
     }
     for shown in core.shown() {
         println!("{:8.1} failure {} {}", shown.time_s, shown.kind.word(), shown.callsign);
+    }
+    if options.clearances {
+        for c in core.clearances() {
+            let (name, until) = (&core.flights()[c.flight].callsign, c.until_s);
+            println!("{:8.1} {} {name} {} until {until:?} at {:?}", c.from_s, c.kind, c.runway, c.place_m);
+        }
     }
     if !options.quiet {
         for remark in core.remarks() {

@@ -14,8 +14,8 @@ use ClearanceKind::{Backtrack, Cross, Enter, GoAround, Land, LineUp, Push, TakeO
 /// What the conformance monitor remembers of a track.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Remembered {
-    /// It went over a lit bar of this runway and is still there.
-    over_bar: Option<u8>,
+    /// It went over a lit bar of this runway, at this distance from its axis, m, and is still there.
+    over_bar: Option<(u8, f64)>,
     /// Segment of the cleared way that was nearest last.
     segment: u32,
 }
@@ -143,10 +143,10 @@ impl One<'_, '_> {
             let pair = [r.min(other), r.max(other)];
             self.rules.layout.crossings.iter().any(|c| c.runways == pair)
         };
-        // Where two runways cross the strip of one is the strip of the other.
+        // Where the strips of two runways overlap, who is cleared for one is in that of the other, too.
         let elsewhere = || {
             let others = (0..self.rules.layout.runways.len()).filter(|o| *o != r && s.in_strip(*o));
-            others.into_iter().any(|o| crosses(o) && self.cleared(&allowed, o, None))
+            others.into_iter().any(|o| self.cleared(&allowed, o, None))
         };
         let landed = landed_on.is_some_and(|runway| runway == r || crosses(runway));
         let entered = s.fast.is_none() && s.on_final.is_none() && !s.airborne && !landed;
@@ -170,11 +170,10 @@ impl One<'_, '_> {
 
     fn bar(&mut self, remembered: &mut Remembered) {
         let (p, s) = (self.rules.parameters, self.situation);
-        if let Some(r) = remembered.over_bar {
+        if let Some((r, line_m)) = remembered.over_bar {
             let Some(runway) = self.rules.layout.runways.get(usize::from(r)) else { return };
             let beyond = |m: Vector2<f64>| {
-                let (place_m, across_m) = runway.place_m(m);
-                across_m.abs() > runway.hold_at_m(place_m, across_m)
+                runway.place_m(m).1.abs() > line_m
             };
             if beyond(s.nose_m) && beyond(s.target.position_m) {
                 remembered.over_bar = None;
@@ -183,7 +182,8 @@ impl One<'_, '_> {
             }
             return;
         }
-        let Some(before_m) = s.nose_before_m else { return };
+        let needed = p.doubt.map_or(1, |doubt| doubt.before_bar_scans).min(3);
+        let Some(before) = s.noses_before_m.get(..needed) else { return };
         for bar in self.rules.bars.iter().filter(|bar| bar.lit) {
             let Some(runway) = self.rules.layout.runways.get(bar.runway) else { continue };
             let (place_m, d) = runway.place_m(s.nose_m);
@@ -192,8 +192,12 @@ impl One<'_, '_> {
                 continue;
             }
             let other_side = bar.across_m.is_some_and(|across| across * d < 0.0);
-            if !other_side && runway.place_m(before_m).1.abs() >= line_m && !s.airborne {
-                remembered.over_bar = Some(bar.runway as u8);
+            let before_it = |m: &Option<Vector2<f64>>| {
+                m.is_some_and(|m| runway.place_m(m).1.abs() >= line_m)
+            };
+            let comes = before.iter().all(before_it);
+            if !other_side && comes && !s.airborne {
+                remembered.over_bar = Some((bar.runway as u8, line_m));
                 self.raise(AlertKind::StopBar, Stage::Alarm, Some(bar.runway));
                 return;
             }
@@ -208,7 +212,9 @@ impl One<'_, '_> {
             return;
         }
         let kinds = self.kinds();
-        if s.mean_mps > p.push_mps {
+        // Its mean looks back: who has come back to where he was moves no more.
+        let moves = p.doubt.is_none() || s.recent_mps > 0.5 * p.push_mps;
+        if s.mean_mps > p.push_mps && moves {
             // The mean looks back: a clearance that ended within its time still explains it.
             let just = self
                 .strip

@@ -13,16 +13,36 @@ pub struct Doubt {
     pub double_m: f64,
     /// And these seconds.
     pub double_s: f64,
-    /// A track whose velocity has changed by more than this, m/s², over three scans, and 5 m/s; for the next while, s.
+    /// A track whose velocity has changed by more than this, m/s², over three scans
     pub jump_mps2: f64,
+    /// and this, m/s, or that is farther from where its last three seconds lead than this, m,
+    pub jump_mps: f64,
+    /// and
+    pub step_m: f64,
+    /// so many seconds of its way: it moves as nothing can, for the next while, s.
+    pub step_s: f64,
     /// That while.
     pub jump_s: f64,
+    /// The same, for everything about the track: change of velocity, m/s², over three scans
+    pub leap_mps2: f64,
+    /// and this, m/s,
+    pub leap_mps: f64,
+    /// or so many times the distance,
+    pub leap_steps: f64,
+    /// for so long, s.
+    pub leap_s: f64,
+    /// A name that was another track's is doubted for so long, s.
+    pub taken_over_s: f64,
+    /// The nose of one slower than this is taken from its cleared way, m/s: its velocity is noise.
+    pub slow_mps: f64,
+    /// Scans in a row (1 to 3) with the nose before a bar, then one over it: it was passed.
+    pub before_bar_scans: usize,
     /// A track without a name that was never slower than a roll has to have been on one final for so long, s: else it
     /// flies over, or is an echo of one that does.
     pub final_s: f64,
     /// A name that a track had so recently, s, and that nobody has now, is still its name.
     pub name_s: f64,
-    /// Scans in a row for movements off the runways (push, taxi, speed, way).
+    /// Scans in a row for movements off the runways (push, taxi, speed, way), stop bars and landings without clearance.
     pub move_scans: u32,
 }
 
@@ -34,10 +54,20 @@ impl Default for Doubt {
             coasting_s: 2.2,
             double_m: 45.0,
             double_s: 1.5,
-            jump_mps2: 4.0,
-            jump_s: 10.0,
+            jump_mps2: 1.7,
+            jump_mps: 3.0,
+            step_m: 5.0,
+            step_s: 0.15,
+            jump_s: 12.0,
+            leap_mps2: 4.0,
+            leap_mps: 5.0,
+            leap_steps: 2.5,
+            leap_s: 5.0,
+            taken_over_s: 8.0,
+            slow_mps: 10.0,
+            before_bar_scans: 3,
             final_s: 10.0,
-            name_s: 15.0,
+            name_s: 60.0,
             move_scans: 2,
         }
     }

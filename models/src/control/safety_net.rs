@@ -121,7 +121,7 @@ impl SafetyNet {
     /// Scans in a row that raise an alert of a kind.
     fn scans_for(&self, kind: AlertKind) -> u32 {
         let moves = match &self.parameters.doubt {
-            Some(doubt) if of_movement(kind) => doubt.move_scans,
+            Some(doubt) if of_movement(kind) || of_a_line(kind) => doubt.move_scans,
             _ => 1,
         };
         self.parameters.confirm_scans.max(moves)
@@ -134,8 +134,12 @@ impl SafetyNet {
         }
         let (first, second) = condition.subjects;
         [Some(first), second].into_iter().flatten().any(|subject| {
-            let Subject::Track(number) = subject else { return false };
-            match situation_of(self.surveillance.situations(), number).and_then(|s| s.doubt) {
+            let of = match subject {
+                Subject::Track(number) => situation_of(self.surveillance.situations(), number),
+                // Where the holder of a clearance is decides whether it excludes another.
+                Subject::Strip(index) => self.surveillance.of_strip(index),
+            };
+            match of.and_then(|s| s.doubt) {
                 Some(Doubted::Weak) => true,
                 Some(Doubted::Jumps) => of_movement(condition.kind),
                 None => false,
@@ -269,6 +273,11 @@ impl Open {
 fn of_movement(kind: AlertKind) -> bool {
     use AlertKind::{HighSpeed, NoPushClearance, NoTaxiClearance, OffWay, StandOccupied};
     matches!(kind, NoPushClearance | NoTaxiClearance | HighSpeed | OffWay | StandOccupied)
+}
+
+/// Kinds that begin at a line or a time that noise alone passes for one scan.
+fn of_a_line(kind: AlertKind) -> bool {
+    matches!(kind, AlertKind::StopBar | AlertKind::NoLandingClearance)
 }
 
 /// A track of this scan; its tracks are sorted by number.

@@ -3,8 +3,8 @@
 //! Tracks in, one [`Situation`] a track out: nose, mean speed, relation to the runways, clearances. Alerts,
 //! guidance and planning read nothing else. What lies more than a scan back is kept per track, bounded.
 
-use super::clearance::Board;
-use super::layout::Layout;
+use super::clearance::{Board, ClearanceKind};
+use super::layout::{Layout, RunwayAxis};
 use super::parameters::Parameters;
 use crate::frames::Vector2;
 use crate::plot::Callsign;
@@ -73,12 +73,14 @@ pub struct Situation {
     pub strip: Option<u32>,
     /// Its nose, m.
     pub nose_m: Vector2<f64>,
-    /// Where the nose was a scan before.
-    pub nose_before_m: Option<Vector2<f64>>,
+    /// Where the nose was in the scans before, the last one first.
+    pub noses_before_m: [Option<Vector2<f64>>; 3],
     /// Ground speed, m/s.
     pub speed_mps: f64,
     /// Mean speed over the last ten seconds; 0 for a younger track.
     pub mean_mps: f64,
+    /// Mean speed over the last three seconds; 0 for a younger track.
+    pub recent_mps: f64,
     /// Not moved since.
     pub still_since: SimTime,
     /// Known to be in the air.
@@ -125,6 +127,8 @@ impl Situation {
 const KEPT: usize = 12;
 /// Runways that are looked at; more than any airport has.
 pub const MOST_RUNWAYS: usize = 32;
+/// A name that another track had so recently is taken over, s.
+const TAKEN_OVER_S: f64 = 30.0;
 /// A track not seen for so long is another one when its number comes again, s.
 const FORGET_S: f64 = 20.0;
 
@@ -135,7 +139,7 @@ struct Memory {
     next: usize,
     kept: usize,
     heading: Option<Vector2<f64>>,
-    nose_m: Option<Vector2<f64>>,
+    noses_m: [Option<Vector2<f64>>; 3],
     anchor_m: Vector2<f64>,
     still_since: SimTime,
     last_final: Option<(SimTime, usize)>,
@@ -147,12 +151,27 @@ struct Memory {
     /// Velocities of the last scans, the latest first.
     velocities: [Vector2<f64>; 3],
     jumped: Option<SimTime>,
+    /// Was last far from where it had to be.
+    leapt: Option<SimTime>,
     /// Was slower than a roll.
     was_slow: bool,
     /// The strip that it had, as it was then, and when last.
     had: Option<(u32, Target, SimTime)>,
     /// On final to a runway since, and until.
     final_span: Option<(SimTime, SimTime, usize)>,
+    /// Under its present strip since.
+    named: SimTime,
+    /// Its strip was another track's shortly before.
+    taken_over: bool,
+}
+
+/// What is remembered of a strip, whichever track has it: a track that is lost and found again has landed, too.
+#[derive(Clone, Copy, Debug, Default)]
+struct OfStrip {
+    last_final: Option<(SimTime, usize)>,
+    last_fast: Option<SimTime>,
+    /// The track that had it last, and when.
+    had: Option<(u16, SimTime)>,
 }
 
 impl Memory {
@@ -163,7 +182,7 @@ impl Memory {
             next: 0,
             kept: 0,
             heading: None,
-            nose_m: None,
+            noses_m: [None; 3],
             anchor_m: target.position_m,
             still_since: now,
             last_final: None,
@@ -174,9 +193,12 @@ impl Memory {
             born: now,
             velocities: [target.velocity_mps; 3],
             jumped: None,
+            leapt: None,
             was_slow: false,
             had: None,
             final_span: None,
+            named: now,
+            taken_over: false,
         }
     }
 
@@ -197,6 +219,24 @@ impl Memory {
         })
     }
 
+    /// Finds the strip of a track; what is remembered of the strip is the track's, too.
+    fn name(&mut self, now: SimTime, board: &Board, target: &Target, of_strips: &mut [OfStrip]) {
+        if self.callsign == target.callsign && self.board_version == board.version() {
+            return;
+        }
+        self.callsign = target.callsign;
+        self.board_version = board.version();
+        let before = self.strip;
+        self.strip = target.callsign.and_then(|c| board.find(c)).map(|i| i as u32);
+        let Some(known) = self.strip.filter(|s| before != Some(*s)) else { return };
+        let Some(known) = of_strips.get(known as usize) else { return };
+        self.named = now;
+        let other = known.had.filter(|(number, _)| *number != target.number);
+        self.taken_over = other.is_some_and(|(_, at)| now.since_s(at) <= TAKEN_OVER_S);
+        self.last_final = self.last_final.max(known.last_final);
+        self.last_fast = self.last_fast.max(known.last_fast);
+    }
+
     fn keep(&mut self, now: SimTime, position_m: Vector2<f64>) {
         self.places[self.next] = (now, position_m);
         self.next = (self.next + 1) % KEPT;
@@ -215,6 +255,8 @@ pub struct Surveillance {
     of_runways: Vec<u32>,
     /// By strip: place in `situations`, plus one.
     by_strip: Vec<u32>,
+    /// By strip: what outlives its track.
+    of_strips: Vec<OfStrip>,
 }
 
 impl Default for Surveillance {
@@ -225,6 +267,7 @@ impl Default for Surveillance {
             situations: Vec::new(),
             of_runways: Vec::new(),
             by_strip: Vec::new(),
+            of_strips: Vec::new(),
         }
     }
 }
@@ -262,6 +305,7 @@ impl Surveillance {
         self.of_runways.clear();
         self.by_strip.clear();
         self.by_strip.resize(board.strips().len(), 0);
+        self.of_strips.resize(board.strips().len(), OfStrip::default());
         let cos_aligned = libm::cos(parameters.aligned_deg.to_radians());
         for target in targets {
             let finite =
@@ -283,10 +327,16 @@ impl Surveillance {
             if target.first || now.since_s(memory.seen) > FORGET_S {
                 *memory = Memory::new(now, target);
             }
+            memory.name(now, board, target, &mut self.of_strips);
             let situation = look(now, layout, parameters, cos_aligned, board, target, memory);
             let index = self.situations.len() as u32;
             if let Some(strip) = situation.strip {
                 self.by_strip[strip as usize] = index + 1;
+                self.of_strips[strip as usize] = OfStrip {
+                    last_final: situation.last_final,
+                    last_fast: situation.last_fast,
+                    had: Some((target.number, now)),
+                };
             }
             if situation.of_a_runway() {
                 self.of_runways.push(index);
@@ -311,31 +361,52 @@ fn look(
 ) -> Situation {
     let (position_m, velocity) = (target.position_m, target.velocity_mps);
     let speed_mps = velocity.norm();
-    if speed_mps >= parameters.heading_mps {
+    // The velocity of one that stands is noise: on tracks the places have to move, too.
+    let recent_mps = match &parameters.doubt {
+        Some(_) => memory.mean_mps(now, position_m, 3.0),
+        None => 0.0,
+    };
+    let moves = parameters.doubt.is_none()
+        || recent_mps >= parameters.heading_mps
+        || memory.heading.is_none();
+    if speed_mps >= parameters.heading_mps && moves {
         memory.heading = Some(velocity / speed_mps);
     }
-    let nose_m = position_m + memory.heading.unwrap_or_default() * (0.5 * target.length_m);
+    let half_m = 0.5 * target.length_m;
+    let by_way = parameters.doubt.as_ref().filter(|doubt| speed_mps < doubt.slow_mps).and_then(|_| {
+        let near = |r: &RunwayAxis| r.place_m(position_m).1.abs() < r.hold_m + target.length_m;
+        let strip = &board.strips()[memory.strip? as usize];
+        layout.runways.iter().any(near).then(|| doubt::nose_on(&strip.way_m, position_m, half_m))?
+    });
+    let nose_m =
+        by_way.unwrap_or_else(|| position_m + memory.heading.unwrap_or_default() * half_m);
     let mean_mps = memory.mean_mps(now, position_m, parameters.mean_s);
+    if let Some(doubt) = &parameters.doubt {
+        memory.watch_steps(doubt, now, position_m);
+    }
     memory.keep(now, position_m);
     memory.seen = now;
     if (position_m - memory.anchor_m).norm_squared() > parameters.anchor_m * parameters.anchor_m {
         memory.anchor_m = position_m;
         memory.still_since = now;
     }
-    if memory.callsign != target.callsign || memory.board_version != board.version() {
-        memory.callsign = target.callsign;
-        memory.board_version = board.version();
-        memory.strip = target.callsign.and_then(|c| board.find(c)).map(|i| i as u32);
-    }
-    let airborne = target.altitude_m.is_some_and(|altitude| altitude > parameters.airborne_m);
+    // Without altitude: in the air who goes around.
+    let goes_around = memory
+        .strip
+        .is_some_and(|i| board.strips()[i as usize].kinds.has(ClearanceKind::GoAround));
+    let airborne = match target.altitude_m {
+        Some(altitude_m) => altitude_m > parameters.airborne_m,
+        None => goes_around && speed_mps >= 0.75 * parameters.final_mps,
+    };
     let too_high = target.altitude_m.is_some_and(|altitude| altitude > parameters.strip_top_m);
     let mut situation = Situation {
         target: *target,
         strip: memory.strip,
         nose_m,
-        nose_before_m: memory.nose_m,
+        noses_before_m: memory.noses_m,
         speed_mps,
         mean_mps,
+        recent_mps,
         still_since: memory.still_since,
         airborne,
         strips: 0,
@@ -350,11 +421,10 @@ fn look(
         judged_mps: speed_mps,
         doubt: None,
     };
-    memory.nose_m = Some(nose_m);
+    memory.noses_m = [Some(nose_m), memory.noses_m[0], memory.noses_m[1]];
     memory.was_slow |= speed_mps < parameters.fast_mps;
-    let mean_mps = memory.mean_mps(now, position_m, 3.0);
-    if parameters.doubt.is_some() && mean_mps > 0.0 {
-        situation.judged_mps = speed_mps.min(mean_mps + 2.0);
+    if recent_mps > 0.0 {
+        situation.judged_mps = speed_mps.min(recent_mps + 2.0);
     }
     let mut nearest = f64::INFINITY;
     for (r, runway) in layout.runways.iter().take(MOST_RUNWAYS).enumerate() {
@@ -385,6 +455,7 @@ fn look(
             situation.fast = Some(r);
         }
         if target.class != TargetClass::Vehicle
+            && !goes_around
             && speed_mps >= parameters.final_mps
             && along.abs() >= speed_mps * cos_aligned
         {
@@ -400,6 +471,11 @@ fn look(
                 situation.on_final = Some(Final { runway: r, end, distance_m, time_s });
             }
         }
+    }
+    // Without altitude: nobody is that fast on the ground but along a runway.
+    if target.altitude_m.is_none() && speed_mps >= parameters.final_mps && situation.fast.is_none()
+    {
+        situation.strips = 0;
     }
     if let Some(on_final) = situation.on_final {
         memory.last_final = Some((now, on_final.runway));

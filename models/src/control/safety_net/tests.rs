@@ -129,3 +129,145 @@ fn a_velocity_that_jumps_is_no_speed_and_a_steady_one_is() {
     assert_eq!(of(9.0, 13.0), 0, "a speed that its places do not show");
     assert_eq!(of(22.0, 0.0), 1);
 }
+
+/// An aircraft on its stand whose track is drawn away by one that passes, at 12 m/s at once, and comes back: no push-back.
+#[test]
+fn a_parked_track_that_is_drawn_away_is_no_push_back_and_a_push_back_is_one() {
+    let pushed = |place: fn(f64) -> f64| {
+        let mut net = SafetyNet::new(layout(), Parameters::on_tracks());
+        let mut board = Board::default();
+        if let Some(strip) = board.strip(Callsign::new("ABC1")) {
+            strip.stand_m = Some(Vector2::new(600.0, 500.0));
+        }
+        let mut found = None;
+        for second in 1..=80_u32 {
+            let (t, before) = (f64::from(second), f64::from(second - 1));
+            let speed_mps = place(t) - place(before);
+            let targets =
+                [target(7, "ABC1", (600.0, 500.0 + place(t)), (0.0, speed_mps), second)];
+            let scan = Scan {
+                now: SimTime::from_s(t),
+                targets: &targets,
+                board: &board,
+                bars: &[],
+                areas: &[],
+                low_visibility: false,
+            };
+            let raised = net.scan(&scan).iter().any(|(_, a)| {
+                a.condition.kind == crate::control::alert::AlertKind::NoPushClearance
+            });
+            if raised && found.is_none() {
+                found = Some(second);
+            }
+        }
+        found
+    };
+    let drawn = |t: f64| match t - 40.0 {
+        t if t <= 0.0 => 0.0,
+        t if t <= 3.0 => 12.0 * t,
+        t if t <= 12.0 => 36.0 - 4.0 * (t - 3.0),
+        _ => 0.0,
+    };
+    assert_eq!(pushed(drawn), None);
+    // 0.2 m/s² to 1.5 m/s from 40 s on: within 14 s.
+    let backs = |t: f64| match (t - 40.0).max(0.0) {
+        t if t <= 7.5 => 0.1 * t * t,
+        t => 5.625 + 1.5 * (t - 7.5),
+    };
+    assert!(pushed(backs).is_some_and(|s| (49..=54).contains(&s)), "{:?}", pushed(backs));
+}
+
+/// A name that another track had a moment ago is not believed at once; one that comes without a bearer is.
+#[test]
+fn a_name_that_is_taken_over_is_doubted_for_eight_seconds() {
+    let when = |other: bool| {
+        let found = raised(Parameters::on_tracks(), 60, |s| {
+            let stands = |number, name, x| target(number, name, (x, 1000.0), (0.0, 0.0), s);
+            match (other, s < 20) {
+                (true, true) => vec![stands(3, "ABC1", 400.0), stands(7, "", 900.0)],
+                (false, true) => vec![stands(7, "", 900.0)],
+                // The number 7 jumps nowhere: it stands on the runway from its first scan with the name on.
+                _ => vec![Target { first: s == 20, ..stands(8, "ABC1", 30.0) }],
+            }
+        });
+        found.iter().find(|r| r.1 == "NOCLR_RWY").map(|r| r.0)
+    };
+    assert_eq!((when(false), when(true)), (Some(23), Some(28)));
+}
+
+/// Who goes around is not on final, and without altitude he is in the air: nobody below is in his way.
+#[test]
+fn who_was_sent_around_lands_no_more() {
+    use crate::control::clearance::{Clearance, ClearanceKind};
+    let kinds = |sent: bool| {
+        let mut net = SafetyNet::new(layout(), Parameters::on_tracks());
+        let mut board = Board::default();
+        let give = |board: &mut Board, name: &str, kind| {
+            board.give(Clearance {
+                callsign: Callsign::new(name),
+                kind,
+                runway: Some((0, Some(0))),
+                place_m: None,
+                from: SimTime::from_s(0.0),
+                until: None,
+            })
+        };
+        give(&mut board, "ABC1", if sent { ClearanceKind::GoAround } else { ClearanceKind::Land });
+        give(&mut board, "CAR1", ClearanceKind::Enter);
+        let mut found = Vec::new();
+        for second in 1..=70_u32 {
+            let t = f64::from(second);
+            board.advance(SimTime::from_s(t));
+            let y = -3500.0 + 70.0 * t;
+            let targets = [
+                target(3, "ABC1", (0.0, y), (0.0, 70.0), second),
+                target(7, "CAR1", (20.0, 1000.0), (0.0, 0.0), second),
+            ];
+            let scan = Scan {
+                now: SimTime::from_s(t),
+                targets: &targets,
+                board: &board,
+                bars: &[],
+                areas: &[],
+                low_visibility: false,
+            };
+            found.extend(net.scan(&scan).iter().map(|(_, a)| a.condition.kind.word()));
+        }
+        found.retain(|k| k.starts_with("RMCA"));
+        found.dedup();
+        found
+    };
+    assert_eq!(kinds(true), Vec::<String>::new());
+    assert_eq!(kinds(false)[..2], ["RMCA_ARR", "RMCA_ROLL"].map(str::to_owned));
+}
+
+/// The nose of one that stands before a line is where its way leads, not where the noise of its velocity points.
+#[test]
+fn the_nose_of_a_standing_track_does_not_turn_with_its_noise() {
+    let at = |on_way: bool| {
+        let mut net = SafetyNet::new(layout(), Parameters::on_tracks());
+        let mut board = Board::default();
+        if let Some(strip) = board.strip(Callsign::new("ABC1")).filter(|_| on_way) {
+            strip.way_m = (0..40).map(|i| Vector2::new(110.0, 800.0 + 8.0 * f64::from(i))).collect();
+        }
+        let mut worst: f64 = 0.0;
+        for second in 1..=40_u32 {
+            let noise = if second % 2 == 0 { 1.5 } else { -1.5 };
+            let targets = [target(3, "ABC1", (110.0 + noise, 900.0), (-2.0 * noise, 0.3), second)];
+            let scan = Scan {
+                now: SimTime::from_s(f64::from(second)),
+                targets: &targets,
+                board: &board,
+                bars: &[],
+                areas: &[],
+                low_visibility: false,
+            };
+            net.scan(&scan);
+            let situation = net.surveillance().situations()[0];
+            worst = worst.max((situation.nose_m - Vector2::new(110.0, 919.0)).norm());
+        }
+        worst
+    };
+    assert!(at(true) < 2.0, "{}", at(true));
+    assert!(at(false) > 5.0, "{}", at(false));
+}

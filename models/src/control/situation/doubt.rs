@@ -1,6 +1,6 @@
 //! Which tracks raise no alert by themselves: what a tracker makes beside its targets, and what moved as nothing can.
 
-use super::{Memory, Situation, Surveillance, Target};
+use super::{KEPT, Memory, Situation, Surveillance, Target};
 use crate::control::parameters::Doubt;
 use crate::frames::Vector2;
 use crate::time::SimTime;
@@ -39,8 +39,9 @@ impl Surveillance {
                 self.by_strip[strip as usize] = index as u32 + 1;
                 let young = now.since_s(memory.born) < doubt.unnamed_s;
                 let coasts = now.since_s(situation.target.last_plot) > doubt.coasting_s;
-                if !young && !coasts {
-                    situation.doubt = None;
+                if !young && !coasts && !memory.within(memory.leapt, now, doubt.leap_s) {
+                    let jumps = memory.within(memory.jumped, now, doubt.jump_s);
+                    situation.doubt = jumps.then_some(Doubted::Jumps);
                 }
             }
         }
@@ -70,6 +71,33 @@ impl Surveillance {
 }
 
 impl Memory {
+    fn within(&self, at: Option<SimTime>, now: SimTime, seconds: f64) -> bool {
+        at.is_some_and(|at| now.since_s(at) <= seconds)
+    }
+
+    /// Whether this place can follow the last ones: where the mean velocity of three seconds leads, within
+    /// [`Doubt::step_m`] and a share of the way of a second.
+    pub(super) fn watch_steps(&mut self, doubt: &Doubt, now: SimTime, position_m: Vector2<f64>) {
+        if self.kept < 4 {
+            return;
+        }
+        let back = |n: usize| self.places[(self.next + 2 * KEPT - n) % KEPT];
+        let ((last_at, last_m), (first_at, first_m)) = (back(1), back(4));
+        let (since_s, over_s) = (now.since_s(last_at), last_at.since_s(first_at));
+        if !(0.1..=3.5).contains(&since_s) || !(0.3..=6.0).contains(&over_s) {
+            return;
+        }
+        let mean_mps = (last_m - first_m) / over_s;
+        let off_m = (position_m - last_m - mean_mps * since_s).norm();
+        let room_m = doubt.step_m + doubt.step_s * mean_mps.norm();
+        if off_m > room_m {
+            self.jumped = Some(now);
+        }
+        if off_m > doubt.leap_steps * room_m {
+            self.leapt = Some(now);
+        }
+    }
+
     /// Whether, and why, the track raises nothing by itself.
     pub(super) fn doubted(
         &mut self,
@@ -79,13 +107,19 @@ impl Memory {
         named: bool,
     ) -> Option<Doubted> {
         let change_mps = (target.velocity_mps - self.velocities[2]).norm();
-        if change_mps > 3.0 * doubt.jump_mps2 + 5.0 {
+        if change_mps > 3.0 * doubt.jump_mps2 + doubt.jump_mps {
             self.jumped = Some(now);
         }
-        let jumps = self.jumped.is_some_and(|at| now.since_s(at) <= doubt.jump_s);
+        if change_mps > 3.0 * doubt.leap_mps2 + doubt.leap_mps {
+            self.leapt = Some(now);
+        }
+        let jumps = self.within(self.jumped, now, doubt.jump_s);
+        let leaps = self.within(self.leapt, now, doubt.leap_s);
         let age_s = now.since_s(self.born);
         let coasts = now.since_s(target.last_plot) > doubt.coasting_s;
-        if coasts || age_s < doubt.young_s {
+        let new_name =
+            named && self.taken_over && now.since_s(self.named) < doubt.taken_over_s;
+        if coasts || age_s < doubt.young_s || new_name || leaps {
             return Some(Doubted::Weak);
         }
         if named {
@@ -98,3 +132,39 @@ impl Memory {
         (young || flies || jumps).then_some(Doubted::Weak)
     }
 }
+
+/// Where the nose of a body is that has its middle at a place and follows a way: half its length ahead along it. `None`
+/// beyond [`OFF_WAY_M`] of the way, and where it ends before.
+pub(super) fn nose_on(
+    way_m: &[Vector2<f64>],
+    middle_m: Vector2<f64>,
+    half_m: f64,
+) -> Option<Vector2<f64>> {
+    let (mut best, mut found) = (OFF_WAY_M, None);
+    for (i, pair) in way_m.windows(2).enumerate() {
+        let along = pair[1] - pair[0];
+        let share = (middle_m - pair[0]).dot(&along) / along.norm_squared().max(1e-9);
+        let foot_m = pair[0] + along * share.clamp(0.0, 1.0);
+        let off_m = (middle_m - foot_m).norm();
+        if off_m < best {
+            (best, found) = (off_m, Some((i, foot_m)));
+        }
+    }
+    let (i, foot_m) = found?;
+    // The first point of the way that is half a length away, as the crow flies: a body is stiff.
+    let mut from_m = foot_m;
+    for to_m in &way_m[i + 1..] {
+        let (here, there) = ((from_m - foot_m).norm(), (to_m - foot_m).norm());
+        if there >= half_m && there > here {
+            let share = (half_m - here) / (there - here);
+            let ahead_m = from_m + (to_m - from_m) * share - foot_m;
+            let length_m = ahead_m.norm();
+            return (length_m > 0.0).then(|| middle_m + ahead_m * (half_m / length_m));
+        }
+        from_m = *to_m;
+    }
+    None
+}
+
+/// One farther from its way than this does not follow it, m (assumed).
+const OFF_WAY_M: f64 = 12.0;

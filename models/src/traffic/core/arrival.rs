@@ -307,7 +307,7 @@ impl Core {
                     None => self.clear(m, "LND", self.end_name(m)),
                 }
                 self.clear_against(m);
-            } else if distance < NAUTICAL_MILE_M {
+            } else if distance < self.decides_at_m(m) {
                 let waits_for = self.movers[m].waits_for;
                 let owner =
                     self.crossing[r].iter().find_map(|c| self.owner[*c].filter(|o| *o != m));
@@ -345,6 +345,15 @@ impl Core {
             mover.measures.aldt_s = Some(now);
             mover.ready_s = now + 2.0;
         }
+    }
+
+    /// Distance from the threshold at which an arrival that is not cleared goes around, m: a mile, and before it would be
+    /// without clearance half a minute from the threshold. For what nobody has cleared, a mile.
+    fn decides_at_m(&self, m: usize) -> f64 {
+        let known = !self.car_blocks(self.flights[m].runway.0)
+            && self.failing(m, FailureKind::ForgetLandingClearance).is_none();
+        let half_minute_m = if known { 31.0 * self.movers[m].v } else { 0.0 };
+        half_minute_m.max(NAUTICAL_MILE_M)
     }
 
     fn go_around(&mut self, m: usize, why: &str) {

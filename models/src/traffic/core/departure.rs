@@ -4,7 +4,7 @@ use super::drive::Tick;
 use super::failures::FailureKind;
 use super::plan::Start;
 use super::runway::take_off_of;
-use super::{Core, GAP_M, PUSH_BEFORE_M, Phase, Policy, RETRY_S, TAIL_M, Timing};
+use super::{Core, HOLD_GAP_M, PUSH_BEFORE_M, Phase, Policy, RETRY_S, TAIL_M, Timing};
 use crate::control::clearance::ClearanceKind;
 use crate::draw::uniform;
 use crate::frames::{Azimuth, Vector2, wrap_pi};
@@ -255,7 +255,7 @@ impl Core {
         let push_s = (mover.push.stop_m - mover.s.max(0.0)).max(0.0) / 1.4 + 8.0;
         let (_, place_m, _) = self.after_push(m, mover.push.stop_m);
         let alone = mover.way.alone(place_m, 0.3, &mover.driving);
-        let (ahead, _) = (0.1 * self.flights[m].size.length_m + GAP_M, ());
+        let (ahead, _) = (0.1 * self.flights[m].size.length_m + HOLD_GAP_M[1], ());
         let end = mover.way.ends_m[mover.under.end - 1];
         let front_s = push_s + 105.0 + alone.time_s(end - ahead);
         Start::Stand { place_m, first: mover.under.start, pushed: mover.under.end, push_s, front_s }

@@ -6,6 +6,7 @@
 use super::{Arcs, Core, Phase};
 use crate::airport::distance_to_segment_m;
 use crate::frames::{Azimuth, Vector2, Vector3};
+use crate::traffic::runway_roll::{NAUTICAL_MILE_M, approach_time_s};
 use crate::truth::TruthState;
 use std::sync::Arc;
 
@@ -128,6 +129,16 @@ impl Car {
     /// Time of one half of its way: from standing to standing, s.
     fn half_s(&self) -> f64 {
         CAR_MPS / CAR_MPS2 + self.half_m / CAR_MPS
+    }
+
+    /// Time from its begin to a place of its first half, s.
+    fn time_to_s(&self, place_m: f64) -> f64 {
+        let ramp_m = 0.5 * CAR_MPS * CAR_MPS / CAR_MPS2;
+        if place_m <= ramp_m {
+            return (2.0 * place_m.max(0.0) / CAR_MPS2).sqrt();
+        }
+        let steady_m = (place_m.min(self.half_m) - ramp_m).min(self.half_m - 2.0 * ramp_m);
+        CAR_MPS / CAR_MPS2 + steady_m / CAR_MPS
     }
 
     fn end_s(&self) -> f64 {
@@ -306,12 +317,27 @@ impl Core {
         Some(self.failing[f].failure.stay_s)
     }
 
-    /// The controller clears somebody against what `m` was just cleared for.
+    /// The controller clears somebody against what `m` was just cleared for: somebody else where the failure is of `m`, or
+    /// whose failure it is, when he is under way on the ground.
     pub(super) fn clear_against(&mut self, m: usize) {
-        let Some(f) = self.failing(m, FailureKind::ConflictingClearance) else { return };
-        if self.failing[f].begun_s.is_some() {
-            return;
-        }
+        let lands = |o: usize| self.flights[o].direction == super::Direction::Arrival;
+        let under_way = |o: usize| {
+            matches!(
+                self.movers[o].phase,
+                Phase::Pushing | Phase::Starting(_) | Phase::Taxiing
+            )
+        };
+        let open = |f: &Failing| {
+            f.failure.kind == FailureKind::ConflictingClearance
+                && f.begun_s.is_none()
+                && self.time_s >= f.failure.at_s
+        };
+        let own = self.failing.iter().position(|f| open(f) && f.failure.flight == m);
+        let of_other = self.failing.iter().position(|f| {
+            let o = f.failure.flight;
+            open(f) && o != m && under_way(o) && lands(o) == lands(m)
+        });
+        let Some(f) = own.or(of_other) else { return };
         let there = |o: &usize| {
             *o != m
                 && !matches!(
@@ -321,11 +347,11 @@ impl Core {
         };
         let taxies = |o: &usize| self.movers[*o].phase == Phase::Taxiing;
         let all = 0..self.movers.len();
-        let Some(other) =
-            all.clone().filter(there).find(taxies).or_else(|| all.clone().find(there))
-        else {
-            return;
+        let other = match own {
+            Some(_) => all.clone().filter(there).find(taxies).or_else(|| all.clone().find(there)),
+            None => Some(self.failing[f].failure.flight),
         };
+        let Some(other) = other else { return };
         self.begin_failure(f);
         self.failing[f].other = Some(other);
         let (r, end) = self.flights[m].runway;
@@ -523,8 +549,11 @@ impl Core {
             self.owner[*c]
                 .is_some_and(|o| matches!(self.movers[o].phase, Phase::Rolling | Phase::Landing))
         });
-        let to_threshold_s = (mover.threshold - mover.s) / mover.v.max(1.0);
-        if to_threshold_s <= lead_s + car.half_s() && !rolls {
+        // Its front is over the edge of the strip `lead_s` before the landing.
+        let distance_nm = (mover.threshold - mover.s) / NAUTICAL_MILE_M;
+        let to_threshold_s = approach_time_s(self.flights[m].landing.0, 0.0, distance_nm)
+            .unwrap_or((mover.threshold - mover.s) / mover.v.max(1.0));
+        if to_threshold_s <= lead_s + car.time_to_s(CAR_HALF_M - 2.3 - hold_m) && !rolls {
             car.start_s = now;
             self.failing[f].car = Some(car);
             self.begin_failure(f);

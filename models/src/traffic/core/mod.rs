@@ -29,7 +29,7 @@ use super::pieces::{Class, Pieces};
 use super::runway_roll::NAUTICAL_MILE_M;
 use super::way::{Arcs, Driving, Way};
 use crate::control::clearance::ClearanceKind;
-use crate::draw::{DrawKey, Purpose, normal_pair};
+use crate::draw::{DrawKey, Purpose, normal_pair, uniform};
 use crate::flight_list::WakeCategory;
 use failures::Failing;
 use notice::Granted;
@@ -243,6 +243,8 @@ struct Mover {
     stopped: bool,
     towed: bool,
     cleared_way_m: Vec<crate::frames::Vector2<f64>>,
+    /// Stops so far before the holding position of a runway, m.
+    hold_gap_m: f64,
 }
 
 /// Seconds between attempts of those who could not be given a way or a runway.
@@ -251,6 +253,8 @@ const FINAL_M: f64 = 10.0 * NAUTICAL_MILE_M;
 /// Gap that is kept ahead of the nose, m, and distance at which the next piece is asked for.
 const GAP_M: f64 = 2.0;
 const ASK_M: f64 = 15.0;
+/// Gap before the holding position of a runway, least and most, m: 5 ± 2, drawn once a mover (assumed).
+const HOLD_GAP_M: [f64; 2] = [3.0, 7.0];
 const TAIL_M: f64 = 5.0;
 /// Slope of the approach.
 const SLOPE: f64 = 0.052_407_779_283_041_2;
@@ -713,6 +717,7 @@ impl Mover {
             stopped: false,
             towed: false,
             cleared_way_m: Vec::new(),
+            hold_gap_m: HOLD_GAP_M[0] + (HOLD_GAP_M[1] - HOLD_GAP_M[0]) * uniform(&mut rng),
         }
     }
 }

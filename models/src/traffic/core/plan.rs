@@ -13,7 +13,7 @@
 //!
 //! Source: Gawrilow and others 2008 (time windows); Hönig and others 2019 (execution in planned order).
 
-use super::{Core, Direction, GAP_M, Phase, Policy, TAIL_M};
+use super::{Core, Direction, HOLD_GAP_M, Phase, Policy, TAIL_M};
 use crate::flight_list::WakeCategory;
 use std::ops::Range;
 
@@ -80,7 +80,7 @@ impl Core {
     /// Front of a mover ahead of its guided point, and tail behind it, m.
     fn reach_m(&self, m: usize) -> (f64, f64) {
         let length = self.flights[m].size.length_m;
-        (0.1 * length + GAP_M, 0.95 * length + TAIL_M)
+        (0.1 * length + HOLD_GAP_M[1], 0.95 * length + TAIL_M)
     }
 
     /// Times of a new way, without anybody else: to be filled by `schedule`.

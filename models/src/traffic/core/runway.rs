@@ -34,22 +34,29 @@ impl Core {
         })
     }
 
-    /// Somebody cleared to land, or rolling out, on a runway that `m` wants to cross, who has not passed the place: nobody
-    /// is ahead of a roll in its strip, also not beyond its exit.
+    /// Somebody cleared to land, or not yet off the strip after it, on a runway that `m` wants to cross, who has not passed
+    /// the place: nobody is ahead of a roll in its strip, also not beyond its exit.
     pub(super) fn lands_towards(&self, m: usize, r: usize) -> Option<usize> {
         let o = self.owner[r].filter(|o| *o != m)?;
         let other = &self.movers[o];
         let rolls = match other.phase {
             Phase::Final => other.cleared,
-            Phase::Landing => other.v > 10.0,
+            Phase::Landing => true,
+            // One that waits itself may wait for `m`.
+            Phase::Taxiing => {
+                self.flights[o].direction == Direction::Arrival && other.waits_since_s.is_none()
+            }
             _ => false,
         };
+        if !rolls {
+            return None;
+        }
         let runway = &self.net.runways[r];
         let end = self.flights[o].runway.1;
         let along = |place: f64| if end == 0 { place } else { runway.length_m - place };
         let theirs = self.state(o).map(|s| along(runway.place_m(s.position_m.xy()).0))?;
         let behind_m = theirs - along(self.entry_m(m, runway));
-        (rolls && behind_m < 30.0).then_some(o)
+        (behind_m < 30.0).then_some(o)
     }
 
     /// Whether somebody else holds a part of the strip of a runway.
