@@ -234,6 +234,10 @@ impl Layout {
             let Some(of) = node.hold_for.and_then(|r| net.runways.get(r)) else { continue };
             let Some((r, _)) = self.runway(&of.names[0]) else { continue };
             let (place_m, across_m) = self.runways[r].place_m(node.at_m);
+            // Who enters a runway along its axis holds beyond its end, where no bar is across a way beside it.
+            if across_m.abs() < 0.5 * self.runways[r].width_m {
+                continue;
+            }
             let entry_m = entry_of(net, index, node.hold_for.unwrap_or(0)).unwrap_or(place_m);
             self.bars.push(StopBar {
                 runway: r,
