@@ -31,7 +31,13 @@ struct Options {
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let mut options = Options { tracks: false, quiet: false, clearances: false, watch: String::new(), seconds: f64::INFINITY };
+    let mut options = Options {
+        tracks: false,
+        quiet: false,
+        clearances: false,
+        watch: String::new(),
+        seconds: f64::INFINITY,
+    };
     let (mut seeds, mut paths) = (None, Vec::new());
     let mut args = std::env::args().skip(1);
     while let Some(arg) = args.next() {
@@ -281,7 +287,11 @@ fn run(
                 if d.abs() < 150.0 && (-200.0..axis.length_m + 200.0).contains(&p) {
                     println!(
                         "{:8.1} {} {}: {p:.0} {d:.1}, nose {nose_p:.0} {nose_d:.1}, hold {hold_m:.1}, in {} {:.1} m/s",
-                        now.s(), options.watch, axis.names[0], s.in_strip(r), s.speed_mps
+                        now.s(),
+                        options.watch,
+                        axis.names[0],
+                        s.in_strip(r),
+                        s.speed_mps
                     );
                 }
             }
@@ -320,9 +330,10 @@ fn run(
         for t in &targets {
             let age = ages.entry(t.number).or_default();
             *age = if t.first { 1 } else { *age + 1 };
-            let own = core.flights().iter().position(|f| {
-                t.callsign.is_some_and(|c| c == Callsign::new(&f.callsign))
-            });
+            let own = core
+                .flights()
+                .iter()
+                .position(|f| t.callsign.is_some_and(|c| c == Callsign::new(&f.callsign)));
             let line = past.entry(t.number).or_default();
             if t.first || line.len() > 16 {
                 line.drain(..if t.first { line.len() } else { 1 });
@@ -361,7 +372,10 @@ fn run(
     if options.clearances {
         for c in core.clearances() {
             let (name, until) = (&core.flights()[c.flight].callsign, c.until_s);
-            println!("{:8.1} {} {name} {} until {until:?} at {:?}", c.from_s, c.kind, c.runway, c.place_m);
+            println!(
+                "{:8.1} {} {name} {} until {until:?} at {:?}",
+                c.from_s, c.kind, c.runway, c.place_m
+            );
         }
     }
     if !options.quiet {

@@ -172,9 +172,7 @@ impl One<'_, '_> {
         let (p, s) = (self.rules.parameters, self.situation);
         if let Some((r, line_m)) = remembered.over_bar {
             let Some(runway) = self.rules.layout.runways.get(usize::from(r)) else { return };
-            let beyond = |m: Vector2<f64>| {
-                runway.place_m(m).1.abs() > line_m
-            };
+            let beyond = |m: Vector2<f64>| runway.place_m(m).1.abs() > line_m;
             if beyond(s.nose_m) && beyond(s.target.position_m) {
                 remembered.over_bar = None;
             } else {
@@ -192,9 +190,8 @@ impl One<'_, '_> {
                 continue;
             }
             let other_side = bar.across_m.is_some_and(|across| across * d < 0.0);
-            let before_it = |m: &Option<Vector2<f64>>| {
-                m.is_some_and(|m| runway.place_m(m).1.abs() >= line_m)
-            };
+            let before_it =
+                |m: &Option<Vector2<f64>>| m.is_some_and(|m| runway.place_m(m).1.abs() >= line_m);
             let comes = before.iter().all(before_it);
             if !other_side && comes && !s.airborne {
                 remembered.over_bar = Some((bar.runway as u8, line_m));

@@ -373,13 +373,17 @@ fn look(
         memory.heading = Some(velocity / speed_mps);
     }
     let half_m = 0.5 * target.length_m;
-    let by_way = parameters.doubt.as_ref().filter(|doubt| speed_mps < doubt.slow_mps).and_then(|_| {
-        let near = |r: &RunwayAxis| r.place_m(position_m).1.abs() < r.hold_m + target.length_m;
-        let strip = &board.strips()[memory.strip? as usize];
-        layout.runways.iter().any(near).then(|| doubt::nose_on(&strip.way_m, position_m, half_m))?
-    });
-    let nose_m =
-        by_way.unwrap_or_else(|| position_m + memory.heading.unwrap_or_default() * half_m);
+    let by_way =
+        parameters.doubt.as_ref().filter(|doubt| speed_mps < doubt.slow_mps).and_then(|_| {
+            let near = |r: &RunwayAxis| r.place_m(position_m).1.abs() < r.hold_m + target.length_m;
+            let strip = &board.strips()[memory.strip? as usize];
+            layout
+                .runways
+                .iter()
+                .any(near)
+                .then(|| doubt::nose_on(&strip.way_m, position_m, half_m))?
+        });
+    let nose_m = by_way.unwrap_or_else(|| position_m + memory.heading.unwrap_or_default() * half_m);
     let mean_mps = memory.mean_mps(now, position_m, parameters.mean_s);
     if let Some(doubt) = &parameters.doubt {
         memory.watch_steps(doubt, now, position_m);
@@ -391,9 +395,8 @@ fn look(
         memory.still_since = now;
     }
     // Without altitude: in the air who goes around.
-    let goes_around = memory
-        .strip
-        .is_some_and(|i| board.strips()[i as usize].kinds.has(ClearanceKind::GoAround));
+    let goes_around =
+        memory.strip.is_some_and(|i| board.strips()[i as usize].kinds.has(ClearanceKind::GoAround));
     let airborne = match target.altitude_m {
         Some(altitude_m) => altitude_m > parameters.airborne_m,
         None => goes_around && speed_mps >= 0.75 * parameters.final_mps,

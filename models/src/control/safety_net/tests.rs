@@ -143,8 +143,7 @@ fn a_parked_track_that_is_drawn_away_is_no_push_back_and_a_push_back_is_one() {
         for second in 1..=80_u32 {
             let (t, before) = (f64::from(second), f64::from(second - 1));
             let speed_mps = place(t) - place(before);
-            let targets =
-                [target(7, "ABC1", (600.0, 500.0 + place(t)), (0.0, speed_mps), second)];
+            let targets = [target(7, "ABC1", (600.0, 500.0 + place(t)), (0.0, speed_mps), second)];
             let scan = Scan {
                 now: SimTime::from_s(t),
                 targets: &targets,
@@ -248,7 +247,8 @@ fn the_nose_of_a_standing_track_does_not_turn_with_its_noise() {
         let mut net = SafetyNet::new(layout(), Parameters::on_tracks());
         let mut board = Board::default();
         if let Some(strip) = board.strip(Callsign::new("ABC1")).filter(|_| on_way) {
-            strip.way_m = (0..40).map(|i| Vector2::new(110.0, 800.0 + 8.0 * f64::from(i))).collect();
+            strip.way_m =
+                (0..40).map(|i| Vector2::new(110.0, 800.0 + 8.0 * f64::from(i))).collect();
         }
         let mut worst: f64 = 0.0;
         for second in 1..=40_u32 {

@@ -117,8 +117,7 @@ impl Memory {
         let leaps = self.within(self.leapt, now, doubt.leap_s);
         let age_s = now.since_s(self.born);
         let coasts = now.since_s(target.last_plot) > doubt.coasting_s;
-        let new_name =
-            named && self.taken_over && now.since_s(self.named) < doubt.taken_over_s;
+        let new_name = named && self.taken_over && now.since_s(self.named) < doubt.taken_over_s;
         if coasts || age_s < doubt.young_s || new_name || leaps {
             return Some(Doubted::Weak);
         }

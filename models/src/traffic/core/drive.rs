@@ -98,7 +98,11 @@ impl Core {
         let departs = self.flights[m].direction == Direction::Departure
             && mover.next == mover.threshold as usize;
         let holds = departs
-            || mover.way.crossings.iter().any(|(i, _)| *i == mover.next && !mover.way.roll.contains(i));
+            || mover
+                .way
+                .crossings
+                .iter()
+                .any(|(i, _)| *i == mover.next && !mover.way.roll.contains(i));
         let gap_m = if holds { mover.hold_gap_m } else { GAP_M };
         // A short last piece takes nothing back of what the one before it gave.
         let before = mover.next.checked_sub(2).map_or(0.0, |i| mover.way.ends_m[i]);

@@ -322,10 +322,7 @@ impl Core {
     pub(super) fn clear_against(&mut self, m: usize) {
         let lands = |o: usize| self.flights[o].direction == super::Direction::Arrival;
         let under_way = |o: usize| {
-            matches!(
-                self.movers[o].phase,
-                Phase::Pushing | Phase::Starting(_) | Phase::Taxiing
-            )
+            matches!(self.movers[o].phase, Phase::Pushing | Phase::Starting(_) | Phase::Taxiing)
         };
         let open = |f: &Failing| {
             f.failure.kind == FailureKind::ConflictingClearance

@@ -122,7 +122,8 @@ impl Core {
             let tail = mover.way.stop_m - 0.95 * length - TAIL_M;
             return Some(mover.way.ends_m.partition_point(|e| *e < tail)..next);
         }
-        let tail = mover.way.ends_m[next - 1] - HOLD_GAP_M[1] - 0.1 * length - 0.95 * length - TAIL_M;
+        let tail =
+            mover.way.ends_m[next - 1] - HOLD_GAP_M[1] - 0.1 * length - 0.95 * length - TAIL_M;
         Some(mover.way.ends_m[..next].partition_point(|e| *e < tail)..next)
     }
 
