@@ -640,7 +640,8 @@ fn the_picture_without_a_browser_is_the_page() {
     let report = w.demo.scan(40);
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/zurich.toml");
     let map = AirportMap::of(&scenarios::load(&file).expect("the scene is sound"));
-    let shown = Shown { map: &map, scan: &report, trails: &[], weather: None, caption: "" };
+    let shown =
+        Shown { map: &map, scan: &report, trails: &[], weather: None, alerts: &[], caption: "" };
     let drawing = Drawing::of(&shown, &seen);
     assert_eq!(drawing.marks.len(), report.tracks.len(), "every track is in view");
     let tracks = w.browser.eval("__viewer.tracks");

@@ -270,7 +270,7 @@ fn made_good(summed: &serde_json::Value, names: &[&str]) {
 fn a_paused_and_a_killed_federate_come_back_and_nothing_is_missing() {
     let undisturbed = finish({
         let mut command = common::seeds();
-        command.args(["run", "--in-process", "--fast"]);
+        command.args(["run", "zurich", "--in-process", "--fast"]);
         command
     });
     let ports = Ports::new();
@@ -308,7 +308,7 @@ fn a_paused_and_a_killed_federate_come_back_and_nothing_is_missing() {
 fn whoever_is_killed_under_takeover_is_replaced_and_nothing_is_missing() {
     let undisturbed = finish({
         let mut command = common::seeds();
-        command.args(["run", "--in-process", "--fast", "--duration", "400"]);
+        command.args(["run", "zurich", "--in-process", "--fast", "--duration", "400"]);
         command
     });
     let ports = Ports::new();

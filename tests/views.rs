@@ -35,7 +35,8 @@ impl Folder {
     }
 
     fn run(&self) -> PathBuf {
-        let ended = self.seeds(&["run", "--fast", "--duration", "90", "--page", "127.0.0.1:0"]);
+        let ended =
+            self.seeds(&["run", "zurich", "--fast", "--duration", "90", "--page", "127.0.0.1:0"]);
         let said = String::from_utf8_lossy(&ended.stderr).into_owned();
         let last = said.lines().last().expect("a line");
         let folder = last.strip_prefix("seeds open ").unwrap_or_else(|| panic!("{said}"));
@@ -139,10 +140,18 @@ fn the_incursion_of_the_first_hour_is_one_alert_on_the_page_in_the_picture_and_i
         let octets = std::fs::read(file).expect("written");
         let words = String::from_utf8_lossy(&octets);
         match form {
-            "svg" => assert!(words.contains("<title>FOLLOW2</title>"), "its label"),
+            "svg" => {
+                assert!(words.contains("<title>FOLLOW2</title>"), "its label");
+                assert!(words.contains("RMCA_ROLL FOLLOW2 SWR137H"), "the alert");
+            }
             _ => assert!(octets.starts_with(b"\x89PNG")),
         }
     }
+    let before = folder.0.join("before.svg");
+    let before = before.to_str().expect("a name");
+    folder.seeds(&["picture", told, "--at", "60", "-o", before]);
+    let words = std::fs::read_to_string(before).expect("written");
+    assert!(!words.contains("RMCA"), "nothing stands yet");
     let series = folder.0.join("frames.svg");
     let series = series.to_str().expect("a name");
     folder.seeds(&["picture", told, "--from", "10", "--to", "12", "--every", "1", "-o", series]);

@@ -7,6 +7,7 @@ use crate::viewer_logger::drawing::view::{Fit, View};
 use crate::viewer_logger::drawing::{Drawing, Shown, png, svg};
 use crate::viewer_logger::opened;
 use crate::viewer_logger::picture::{AirportMap, RunInfo};
+use crate::viewer_logger::said::Said;
 use crate::viewer_logger::source::Source as _;
 use anyhow::{Context, bail, ensure};
 use clap::Args;
@@ -146,9 +147,9 @@ impl Task {
             std::fs::create_dir_all(folder)
                 .with_context(|| format!("making the folder {}", folder.display()))?;
         }
-        let weather = self.archive.weather()?;
+        let (weather, said) = (self.archive.weather()?, self.archive.alerts());
         for (scan, file) in &self.scans {
-            let drawing = self.drawing(*scan, &weather)?;
+            let drawing = self.drawing(*scan, &weather, &said)?;
             if self.as_png {
                 let octets = png::write(&drawing).context("the picture could not be made")?;
                 cli::save(file, octets)?;
@@ -163,6 +164,7 @@ impl Task {
         &self,
         scan: u64,
         weather: &[crate::runtime::messages::WeatherNotice],
+        said: &Said,
     ) -> anyhow::Result<Drawing> {
         let report = self.archive.report(scan)?.context("the scan is gone")?;
         let trails = self.archive.trails_of(scan)?;
@@ -187,11 +189,13 @@ impl Task {
             (time_s / 60.0) as u64,
             time_s as u64 % 60
         );
+        let (alerts, _) = said.alerts_at(report.time_ns);
         let shown = Shown {
             map: &self.map,
             scan: &report,
             trails: &trails,
             weather: weather.iter().rev().find(|w| w.from_ns <= report.time_ns),
+            alerts: &alerts,
             caption: &caption,
         };
         Ok(Drawing::of(&shown, &view))

@@ -272,6 +272,7 @@ pub(super) fn map(database: &Connection, map: &AirportMap) -> anyhow::Result<Str
         scan: &scan,
         trails: &[],
         weather: None,
+        alerts: &[],
         caption: "grey: truth; blue: system tracks; at the end of each way its name",
     };
     let ground = svg::write(&Drawing::of(&shown, &view));

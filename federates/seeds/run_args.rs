@@ -7,11 +7,14 @@ use clap::Args;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 
+/// The scene that a newcomer sees: everything that an A-SMGCS has, with one incursion.
+pub const FIRST_SCENE: &str = "asmgcs";
+
 /// Start all federates of a scene on this host
 #[derive(Args, Clone, Debug)]
 pub struct RunArgs {
     /// Scene: a TOML file, or the name of a scene that comes with SEEDS
-    #[arg(value_name = "SCENE", default_value = "zurich")]
+    #[arg(value_name = "SCENE", default_value = FIRST_SCENE)]
     pub scene: String,
 
     /// Simulated seconds per wall second, 0.001 to 1000

@@ -21,7 +21,11 @@ use std::collections::BTreeMap;
 pub fn json(core: &Core, time_s: f64) -> String {
     let net = core.network();
     let rounded = |line: Vec<[f64; 2]>| -> Value {
-        line.into_iter().map(|p| p.map(|x| (x * 10.0).round() / 10.0)).map(|p| json!(p)).collect()
+        thinned(&line)
+            .into_iter()
+            .map(|p| p.map(|x| (x * 10.0).round() / 10.0))
+            .map(|p| json!(p))
+            .collect()
     };
     let mut standing: BTreeMap<usize, Vec<Value>> = BTreeMap::new();
     for c in core.clearances().iter().filter(|c| c.until_s.is_none()) {
@@ -61,6 +65,36 @@ pub fn json(core: &Core, time_s: f64) -> String {
     json!({"time_s": time_s, "movers": movers, "runways": runways}).to_string()
 }
 
+/// How far a line may lie beside the one that is said for it, m: less than a pixel.
+const BESIDE_M: f64 = 0.25;
+
+/// A line with the points that its shape needs: of thousands of movers it goes out once a scan (Douglas and Peucker 1973).
+fn thinned(line: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let Some(last) = line.len().checked_sub(1).filter(|last| *last > 1) else {
+        return line.to_vec();
+    };
+    let mut kept = vec![false; line.len()];
+    (kept[0], kept[last]) = (true, true);
+    let mut open = vec![(0, last)];
+    while let Some((from, to)) = open.pop() {
+        let ([x, y], [u, v]) = (line[from], line[to]);
+        let (du, dv) = (u - x, v - y);
+        let length_m2 = (du * du + dv * dv).max(1e-12);
+        let beside = |p: &[f64; 2]| {
+            let along = (((p[0] - x) * du + (p[1] - y) * dv) / length_m2).clamp(0.0, 1.0);
+            libm::hypot(p[0] - x - along * du, p[1] - y - along * dv)
+        };
+        let far = (from + 1..to).map(|i| (i, beside(&line[i])));
+        if let Some((farthest, m)) = far.max_by(|a, b| a.1.total_cmp(&b.1))
+            && m > BESIDE_M
+        {
+            kept[farthest] = true;
+            open.extend([(from, farthest), (farthest, to)]);
+        }
+    }
+    line.iter().zip(kept).filter(|(_, kept)| *kept).map(|(point, _)| *point).collect()
+}
+
 /// Word of a phase; `None`: not in the run.
 fn word(phase: Phase) -> Option<&'static str> {
     Some(match phase {
@@ -76,4 +110,35 @@ fn word(phase: Phase) -> Option<&'static str> {
         Phase::Landing => "landing",
         Phase::Docked => "docked",
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_thinned_line_has_few_points_and_lies_where_the_line_was() {
+        // A straight way, a quarter of a circle of 40 m, and a straight way again, a point each metre.
+        let mut line: Vec<[f64; 2]> = (0..500).map(|i| [f64::from(i), 0.0]).collect();
+        let arc = (0..63).map(|i| f64::from(i) / 40.0);
+        line.extend(arc.map(|t| [500.0 + 40.0 * libm::sin(t), 40.0 * (1.0 - libm::cos(t))]));
+        line.extend((0..500).map(|i| [540.0, 40.0 + f64::from(i)]));
+        let few = thinned(&line);
+        assert!(few.len() <= 12, "{} of {}", few.len(), line.len());
+        assert_eq!((few.first(), few.last()), (line.first(), line.last()));
+        for p in &line {
+            let near = few.windows(2).map(|ends| {
+                let ([x, y], [u, v]) = (ends[0], ends[1]);
+                let (du, dv) = (u - x, v - y);
+                let along = ((p[0] - x) * du + (p[1] - y) * dv) / (du * du + dv * dv).max(1e-12);
+                let along = along.clamp(0.0, 1.0);
+                libm::hypot(p[0] - x - along * du, p[1] - y - along * dv)
+            });
+            assert!(near.fold(f64::INFINITY, f64::min) <= BESIDE_M + 1e-9, "{p:?}");
+        }
+        for short in [&line[..0], &line[..1], &line[..2]] {
+            assert_eq!(thinned(short), short);
+        }
+        assert_eq!(thinned(&[[1.0, 1.0]; 5]).len(), 2, "who stands has no way");
+    }
 }

@@ -324,7 +324,7 @@ impl Archive {
 
     /// The alerts of the run, with who acknowledged them.
     #[must_use]
-    pub(super) fn alerts(&self) -> Said {
+    pub fn alerts(&self) -> Said {
         let mut said = Said::default();
         if !self.columns.has("alerts", "id") {
             return said;

@@ -217,7 +217,7 @@ impl AirportMap {
             name: s.name.clone(),
             kind: s.kind.word.to_owned(),
             position_m: s.site_m.map(|p| metres(p.xy())),
-            range_m: None,
+            range_m: s.asde.as_ref().map(|radar| radar.parameters.range_max_m),
         };
         let reference = scene.airport.reference;
         Self {

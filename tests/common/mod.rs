@@ -65,10 +65,14 @@ pub fn seeds() -> Command {
     command
 }
 
-/// `seeds run` on ports of its own.
+/// `seeds run` on ports of its own; "zurich" where the arguments do not begin with a scene.
 pub fn run(ports: &Ports, arguments: &[&str]) -> Command {
     let mut command = seeds();
-    command.arg("run").args(arguments);
+    command.arg("run");
+    if arguments.first().is_none_or(|first| first.starts_with('-')) {
+        command.arg("zurich");
+    }
+    command.args(arguments);
     command.args(["--sync-listen", &ports.sync, "--dis", &ports.dis, "--page", &ports.page]);
     command
 }

@@ -8,6 +8,7 @@
 //! ```
 
 pub mod airport;
+pub mod alerts;
 pub mod font;
 pub mod labels;
 pub mod png;
@@ -17,6 +18,7 @@ pub mod view;
 
 use super::history::TRAIL;
 use super::picture::AirportMap;
+use super::said::AlertLine;
 use crate::runtime::messages::{ScanReport, WeatherNotice};
 use view::{Palette, View};
 
@@ -139,6 +141,8 @@ pub struct Shown<'a> {
     pub trails: &'a [super::frame::Trail],
     /// The weather of the time.
     pub weather: Option<&'a WeatherNotice>,
+    /// Alerts that stand.
+    pub alerts: &'a [AlertLine<'a>],
     /// Words below the map.
     pub caption: &'a str,
 }
@@ -155,6 +159,7 @@ impl Drawing {
         airport::draw(&mut pen, shown.map);
         targets::draw(&mut pen, shown);
         labels::draw(&mut pen, shown);
+        alerts::draw(&mut pen, shown);
         pen.scale();
         pen.area(vec![corners(0.0, height, width, CAPTION)], "panel", 1.0);
         pen.text([10.0, height + 17.0], shown.caption, 12.0, false, "text", Anchor::Start);

@@ -76,7 +76,7 @@ pub enum Fit {
 }
 
 /// Letter in the address and name of every layer that is drawn here.
-const LAYERS: [(char, &str); 13] = [
+const LAYERS: [(char, &str); 14] = [
     ('k', "tracks"),
     ('t', "truth"),
     ('e', "errors"),
@@ -89,6 +89,7 @@ const LAYERS: [(char, &str); 13] = [
     ('s', "stands"),
     ('p', "plots"),
     ('b', "buildings"),
+    ('a', "alerts"),
     ('g', "one second ago"),
 ];
 
