@@ -13,6 +13,7 @@ use federates::runtime::life_cycle::Phase;
 use federates::runtime::messages::{AlertMessage, Command, Operation, ScanReport};
 use federates::viewer_logger::Viewer;
 use federates::viewer_logger::beside::RungRow;
+use federates::viewer_logger::detection::Maps;
 use federates::viewer_logger::drawing::view::View;
 use federates::viewer_logger::drawing::{Drawing, Shown, png, svg};
 use federates::viewer_logger::picture::AirportMap;
@@ -672,6 +673,42 @@ fn the_picture_without_a_browser_is_the_page() {
     let png = png::write(&drawing).expect("a picture");
     assert!(png.starts_with(b"\x89PNG") && png.len() > 10_000);
     assert!(svg::write(&drawing).contains("<title>CAI3208</title>"));
+}
+
+#[test]
+fn where_the_radars_do_not_see_is_a_layer_under_the_map() {
+    let Some(mut w) = watch(40) else { return };
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/asmgcs.toml");
+    let scene = Arc::new(scenarios::load_without_truth(&file).expect("the scene is sound"));
+    w.page.update(|viewer| viewer.show_detection(Maps::of(Arc::clone(&scene))));
+    w.drawn();
+    // The pixel of a place on the map.
+    let at = |w: &mut Watched, place_m: [f64; 2]| -> Vec<i64> {
+        w.drawn();
+        let [x, y] = place_m;
+        let colour = w.browser.eval(&format!(
+            "(() => {{ const v = __viewer.view, d = [{x} - v.cx, {y} - v.cy].map((m) => m * v.scale), c = document.getElementById('map'); \
+             const k = c.width / v.width; return [...c.getContext('2d').getImageData((v.width / 2 + d[0]) * k, (v.height / 2 - d[1]) * k, 1, 1).data]; }})()"
+        ));
+        (0..3).map(|i| colour[i].as_i64().expect("0 to 255")).collect()
+    };
+    // Under the radar's mast nothing is displayed: grey there, and the ground's own colour without the layer.
+    let radar = scene.sensors.iter().find(|s| s.asde.is_some()).expect("a radar");
+    let mast = radar.site_m.expect("a site").xy();
+    let beside = [mast.x + 25.0, mast.y + 25.0];
+    let before = at(&mut w, beside);
+    w.browser.eval("document.getElementById('layer-detection').click()");
+    w.browser.until("__viewer.detection !== null");
+    let over = at(&mut w, beside);
+    assert_ne!(before, over, "grey under the mast");
+    assert!(
+        w.browser.eval("__viewer.state").as_str().is_some_and(|s| s.contains("lay=")),
+        "in the address"
+    );
+    w.keep_screenshot("detection");
+    w.browser.eval("document.getElementById('layer-detection').click()");
+    assert_eq!(at(&mut w, beside), before, "and gone again");
+    w.assert_no_complaint();
 }
 
 #[test]

@@ -12,9 +12,9 @@ use crate::smdfm::Smdfm;
 use crate::smdfm::change::{Amend, Anew};
 use crate::viewer_logger::archive::Archive;
 use crate::viewer_logger::log::Log;
-use crate::viewer_logger::opened;
 use crate::viewer_logger::picture::{AirportMap, RunInfo};
 use crate::viewer_logger::source::Event;
+use crate::viewer_logger::{kept_scene, opened};
 use anyhow::{Context, bail, ensure};
 use clap::Args;
 use scenarios::{Scene, change};
@@ -122,7 +122,7 @@ fn prepare(database: &Path, args: &ForkArgs) -> anyhow::Result<Fork> {
     let name = args.name.clone().unwrap_or_else(|| default_name(&args.changes));
     let forks = database.parent().unwrap_or(Path::new(".")).join("forks");
     let folder = free(&forks, &name);
-    let (text, path) = sources(&parent, &folder)?;
+    let (text, path) = kept_scene::write(&parent, &folder)?;
     let result = read_scenes(&parent, args, &text, &path);
     let (before, after, amend, anew, changes) = match result {
         Ok(read) => read,
@@ -240,31 +240,6 @@ fn free(forks: &Path, name: &str) -> PathBuf {
     }
     let named = (2..).map(|n| forks.join(format!("{name}-{n}")));
     named.into_iter().find(|f| !f.exists()).unwrap_or(first)
-}
-
-/// Puts the scene of a run and its files, as the log has them, into the fork's folder: the text, and where it lies.
-pub(super) fn sources(parent: &Archive, folder: &Path) -> anyhow::Result<(String, PathBuf)> {
-    let files = parent.files().context("reading the scene out of the log")?;
-    let scene = parent.fact("scene_file").unwrap_or_default();
-    ensure!(
-        !scene.is_empty() && files.iter().any(|f| f.0 == scene),
-        "{}: the log does not hold the scene of the run (it is of an earlier version)",
-        parent.path().display()
-    );
-    let inside = folder.join("scene");
-    for (name, octets) in &files {
-        let plain =
-            Path::new(name).components().all(|c| matches!(c, std::path::Component::Normal(_)));
-        ensure!(plain, "{name}: not a name of a file in the scene's folder");
-        let file = inside.join(name);
-        if let Some(of) = file.parent() {
-            std::fs::create_dir_all(of).with_context(|| format!("making {}", of.display()))?;
-        }
-        std::fs::write(&file, octets).with_context(|| format!("writing {}", file.display()))?;
-    }
-    let path = inside.join(&scene);
-    let text = std::fs::read_to_string(&path)?;
-    Ok((text, path))
 }
 
 impl Fork {

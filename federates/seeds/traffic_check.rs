@@ -2,10 +2,9 @@
 //!
 //! Reads the database of the run and the layout of its scene, nothing else: poses once a scan, clearances, flights.
 
-use super::fork;
 use crate::runtime::cli::{self, BAD_INPUT, FAILED, fail, out};
 use crate::viewer_logger::archive::Archive;
-use crate::viewer_logger::opened;
+use crate::viewer_logger::{kept_scene, opened};
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 use models::control::clearance::ClearanceKind;
@@ -143,7 +142,7 @@ fn scene_of(archive: &Archive) -> anyhow::Result<Scene> {
         return Ok(scene);
     }
     let folder = std::env::temp_dir().join(format!("seeds-check-{}", std::process::id()));
-    let read = fork::sources(archive, &folder).and_then(|(text, file)| {
+    let read = kept_scene::write(archive, &folder).and_then(|(text, file)| {
         std::fs::write(&file, text)?;
         Ok(scenarios::load_without_truth(&file)?)
     });

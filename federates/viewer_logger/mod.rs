@@ -14,10 +14,12 @@ pub mod assets;
 pub mod beside;
 pub mod command;
 mod connections;
+pub mod detection;
 pub mod drawing;
 pub mod frame;
 pub mod history;
 pub mod keeper;
+pub mod kept_scene;
 pub mod log;
 pub mod log_traffic;
 pub mod metrics;
@@ -60,6 +62,7 @@ pub struct Viewer {
     comparing: bool,
     ghost: Option<String>,
     said: Said,
+    detection: Option<Arc<detection::Maps>>,
 }
 
 /// Where the scans come from.
@@ -109,7 +112,19 @@ impl Viewer {
             comparing: false,
             ghost: None,
             said: Said::default(),
+            detection: None,
         }
+    }
+
+    /// Where the radars see can be shown from now on.
+    pub fn show_detection(&mut self, maps: Arc<detection::Maps>) {
+        self.detection = Some(maps);
+    }
+
+    /// Pictures of where the radars see.
+    #[must_use]
+    pub fn detection(&self) -> Option<Arc<detection::Maps>> {
+        self.detection.clone()
     }
 
     /// Whether a browser asked for what the other rungs would give.

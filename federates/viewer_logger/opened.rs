@@ -124,6 +124,7 @@ pub fn viewer(database: &Path) -> Result<Viewer, OpenError> {
     operations.into_iter().for_each(|o| viewer.on_operation(o));
     viewer.on_plan(&plan);
     viewer.on_state(&state);
+    viewer.show_detection(super::detection::Maps::stored(database.to_owned()));
     viewer.tell_end();
     Ok(viewer)
 }

@@ -4,6 +4,7 @@
 //! dropped here, counted, and told at the end.
 
 use super::Viewer;
+use super::detection::Maps;
 use super::keeper::{Files, Heard, Keeper, Kept};
 use super::said::Topic;
 use super::server::{Operate, Page, Server, serve};
@@ -117,6 +118,9 @@ pub fn run(
     told: impl FnOnce(Option<&Server>),
 ) -> anyhow::Result<Option<Kept>> {
     let page = task.page.map(|_| Page::new(Viewer::new(HISTORY)));
+    if let Some(page) = &page {
+        page.update(|viewer| viewer.show_detection(Maps::of(Arc::clone(&scene))));
+    }
     let server = open_page(task, page.as_ref(), &bus)?;
     let mut keeper = Keeper::open(Arc::clone(&scene), page, &task.files)?;
     subscribe(&*bus, &inbox)?;

@@ -39,6 +39,7 @@ export function expose({ state, map, line, curve, alerts, panes, address }) {
     rungs: () => copy(state.rungs),
     curve: () => copy(curve.points),
     weather: () => copy(state.weather),
+    detection: () => { const at = map.detection.picture; return at ? { width: at.image.width, height: at.image.height, west: at.west, north: at.north, step: at.step } : null; },
     flights: () => copy(state.flights),
     alerts: () => copy(alerts.open),
     strips: () => copy(state.strips),

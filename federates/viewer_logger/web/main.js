@@ -407,7 +407,7 @@ function showWeather() {
   const w = (state.notices ?? []).findLast((n) => n.from_ns <= now) ?? null;
   if (w === state.weather) return;
   state.weather = map.weather = w;
-  map.need("traffic");
+  map.need(map.layers.detection ? "ground" : "traffic", "traffic");
   if (!w) {
     byId("weather").replaceChildren();
     return;

@@ -7,6 +7,7 @@ import { kinds, setKinds } from "./frame.js";
 import { Field, place, thin } from "./labels.js";
 import { designators, paintAirport, paintScale } from "./paint.js";
 import { stagesOf } from "./alerts.js";
+import { Detection } from "./detection.js";
 import { paintGhost } from "./dial.js";
 import { paintAlerts, paintPosition } from "./position.js";
 import { Ground, importanceOf, LEVELS, runwayRing } from "./situation.js";
@@ -18,9 +19,9 @@ const SETTLE_MS = 120, ZOOM_MS = 80;
 export const LAYERS = [
   ["tracks", "Tracks"], ["truth", "Truth"], ["errors", "Errors"], ["labels", "Labels"], ["history", "History"],
   ["vectors", "Vectors"], ["ellipses", "Ellipses"], ["weather", "Weather"], ["taxiways", "Taxi names"],
-  ["stands", "Stands"], ["coverage", "Coverage"], ["plots", "Plots"], ["buildings", "Buildings"], ["one second ago", "A scan ago"], ["alerts", "Alerts, bars"], ["routes", "Ways"],
+  ["stands", "Stands"], ["coverage", "Coverage"], ["detection", "Detection"], ["plots", "Plots"], ["buildings", "Buildings"], ["one second ago", "A scan ago"], ["alerts", "Alerts, bars"], ["routes", "Ways"],
 ];
-const OFF = new Set(["coverage", "one second ago"]);
+const OFF = new Set(["coverage", "detection", "one second ago"]);
 
 /** A bitmap and the camera that it was drawn with. */
 class Layer {
@@ -86,6 +87,7 @@ export class MapView {
     Object.assign(this, { sensorsOff: new Set(), airport: null, scan: null, weather: null, selected: null, follow: false, lod: "auto", skin: "research", vectorS: 15, dots: 30, others: new Map() });
     Object.assign(this, { ghost: null, alerts: [], said: { traffic: null, lights: null } }); // what is said beside the scans
     Object.assign(this, { placed: new Map(), before: new Map(), dragged: new Map(), widths: new Map(), hidden: [], todo: new Set(), longestMs: 0, drawn: 0, overlays: [] });
+    this.detection = new Detection(null, () => this.need("ground"));
     this.#listen();
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement);
     // What lies over the map is measured when it changes, never in a drawing.
@@ -421,6 +423,7 @@ export class MapView {
       this.merged = false;
       const g = this.ground.begin(this.cam, this.ratio);
       paintAirport(g, { ...this.#see(), box: this.#room() });
+      if (this.layers.detection) this.detection.paint(g, this.cam, (this.weather?.from_ns ?? 0) / 1e9);
     }
     this.#show();
   }

@@ -1,5 +1,6 @@
 // Panes beside the map, on its clock and with its view: what one sensor sees, or the tracks alone.
 
+import { Detection } from "./detection.js";
 import { paintAirport, paintScale, paintWeather } from "./paint.js";
 import { paintSelected, paintTraffic, plotMark, sound } from "./traffic.js";
 import { element, fixed } from "./text.js";
@@ -76,14 +77,17 @@ class Pane {
 
   /** The airport, drawn again only where the view or the colours changed. */
   ground(g, cam, ratio) {
-    const { map } = this.panes, key = [cam.cx, cam.cy, cam.scale, cam.rot, cam.width, cam.height, ratio, map.c.ground, map.airport?.icao].join();
+    const { map } = this.panes, key = [cam.cx, cam.cy, cam.scale, cam.rot, cam.width, cam.height, ratio, map.c.ground, map.airport?.icao, map.weather?.from_ns, this.detection?.shown].join();
     if (key !== this.key) {
       this.key = key;
       this.under ??= document.createElement("canvas");
       Object.assign(this.under, { width: this.canvas.width, height: this.canvas.height });
       const u = this.under.getContext("2d");
       u.setTransform(ratio, 0, 0, ratio, 0, 0);
+      // Under what a radar sees: how surely it would.
+      if (this.site?.kind === "asde") this.detection ??= new Detection(this.sensor, () => this.panes.draw());
       paintAirport(u, { airport: map.airport, cam, c: map.c, layers: { buildings: true, coverage: this.sensor !== null }, box: { x: 0, y: 0, w: cam.width, h: cam.height } });
+      this.detection?.paint(u, cam, (map.weather?.from_ns ?? 0) / 1e9);
     }
     g.save();
     g.setTransform(1, 0, 0, 1, 0, 0);

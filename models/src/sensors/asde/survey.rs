@@ -90,35 +90,11 @@ impl Asde {
         aspect: &Aspect,
         place_m: Vector3<f64>,
     ) -> Option<Survey> {
-        let offset = place_m.xy() - self.site_m;
-        let (ground_m, azimuth_rad) = (offset.norm(), Azimuth::of(offset).rad());
+        let (budget, shadow_db) = self.budget_at(air, class, aspect, place_m)?;
+        let ground_m = (place_m.xy() - self.site_m).norm();
         let height_m = place_m.z.max(0.5 * class.height_m);
-        let down_m = self.radar.antenna_m - height_m;
-        let slant_m = libm::hypot(ground_m, down_m);
+        let slant_m = libm::hypot(ground_m, self.radar.antenna_m - height_m);
         let p = &self.parameters;
-        if slant_m < p.range_min_m || slant_m > p.range_max_m || ground_m <= 0.0 {
-            return None;
-        }
-        let line = SightLine {
-            site_m: self.site_m,
-            antenna_m: self.radar.antenna_m,
-            target_m: place_m.xy(),
-            height_m,
-            wavelength_m: self.radar.wavelength_m,
-        };
-        let shadow_db: f64 = self
-            .skyline
-            .before(azimuth_rad, ground_m)
-            .map(|i| {
-                2.0 * line
-                    .behind(&self.buildings[i].footprint_m, self.buildings[i].height_m)
-                    .loss_db
-            })
-            .sum();
-        let echo = Echo { ground_m, height_m, extent_m: class.height_m, rcs_m2: aspect.rcs_m2 };
-        let exact = BudgetLevels::EXACT;
-        let mut budget = self.radar.budget(air, &exact, &echo, self.site_m, place_m.xy());
-        budget.signal_w *= from_db(-shadow_db);
         let scnr = budget.scnr();
         let (range_sigma_m, azimuth_sigma_rad) = self.sigmas(scnr, budget.reflected);
         let below = p.antenna_height_m - p.assumed_height_m;
@@ -146,6 +122,54 @@ impl Asde {
             ghosts,
             left_out,
         })
+    }
+
+    /// Probability of detection, per scan, of a target of a class that stands at a place, as [`Self::survey`] has it. `None`
+    /// where the radar displays nothing.
+    #[must_use]
+    pub fn detection_at(
+        &self,
+        air: &Air,
+        class: &TargetClass,
+        aspect: &Aspect,
+        place_m: Vector3<f64>,
+    ) -> Option<f64> {
+        let (budget, _) = self.budget_at(air, class, aspect, place_m)?;
+        Some(self.chance(&budget))
+    }
+
+    /// The budget of such a target, shadows included, and the two-way loss by buildings, dB.
+    fn budget_at(
+        &self,
+        air: &Air,
+        class: &TargetClass,
+        aspect: &Aspect,
+        place_m: Vector3<f64>,
+    ) -> Option<(Budget, f64)> {
+        let offset = place_m.xy() - self.site_m;
+        let (ground_m, azimuth_rad) = (offset.norm(), Azimuth::of(offset).rad());
+        let height_m = place_m.z.max(0.5 * class.height_m);
+        let slant_m = libm::hypot(ground_m, self.radar.antenna_m - height_m);
+        let p = &self.parameters;
+        if slant_m < p.range_min_m || slant_m > p.range_max_m || ground_m <= 0.0 {
+            return None;
+        }
+        let line = SightLine {
+            site_m: self.site_m,
+            antenna_m: self.radar.antenna_m,
+            target_m: place_m.xy(),
+            height_m,
+            wavelength_m: self.radar.wavelength_m,
+        };
+        let behind = |i: usize| {
+            2.0 * line.behind(&self.buildings[i].footprint_m, self.buildings[i].height_m).loss_db
+        };
+        let shadow_db: f64 = self.skyline.before(azimuth_rad, ground_m).map(behind).sum();
+        let echo = Echo { ground_m, height_m, extent_m: class.height_m, rcs_m2: aspect.rcs_m2 };
+        let exact = BudgetLevels::EXACT;
+        let mut budget = self.radar.budget(air, &exact, &echo, self.site_m, place_m.xy());
+        budget.signal_w *= from_db(-shadow_db);
+        Some((budget, shadow_db))
     }
 
     /// Probability of detection of an echo, exact.
