@@ -231,7 +231,7 @@ impl<'a> Record<'a> {
     pub fn get(&self, item: &'static Item) -> Option<View<'a>> {
         let position = usize::from(item.position);
         let there = self.present >> position & 1 == 1
-            && self.category.uap[position].is_some_and(|own| std::ptr::eq(own, item));
+            && self.category.uap[position].is_some_and(|own| own.is(item));
         there.then(|| {
             let before = self.present & ((1 << position) - 1);
             self.view(item, before.count_ones() as usize)
@@ -242,6 +242,13 @@ impl<'a> Record<'a> {
     #[must_use]
     pub fn find(&self, id: &str) -> Option<View<'a>> {
         self.items().find(|view| view.item.id == id)
+    }
+
+    /// System area code and identification code of who sent it (item 010).
+    #[must_use]
+    pub fn source(&self) -> Option<(u8, u8)> {
+        let mut codes = self.find("010")?.data().filter_map(|datum| u8::try_from(datum.raw).ok());
+        Some((codes.next()?, codes.next()?))
     }
 
     /// First number of an item.

@@ -131,7 +131,7 @@ impl<'a> ItemWriter<'a> {
     #[inline(always)]
     fn claim(&mut self, item: &'static Item) -> Result<(), EncodeError> {
         let position = usize::from(item.position);
-        let own = matches!(self.table.get(position), Some(Some(own)) if std::ptr::eq(*own, item));
+        let own = matches!(self.table.get(position), Some(Some(own)) if own.is(item));
         // Later positions have lower bits.
         if !own || self.present & (item.bit | (item.bit - 1)) != 0 {
             return Err(misplaced(item, own));
@@ -316,7 +316,11 @@ impl<'a> ItemWriter<'a> {
             octets.copy_within(self.room.., used);
             self.out.end -= self.room - used;
         }
-        octets.iter_mut().zip(word).take(used).for_each(|(octet, word)| *octet = word);
+        if let (1, Some(first)) = (used, octets.first_mut()) {
+            *first = word[0];
+        } else {
+            octets.iter_mut().zip(word).take(used).for_each(|(octet, word)| *octet = word);
+        }
         used
     }
 }
@@ -389,9 +393,13 @@ fn write_codes<V: FieldValue>(
     let (mut word, mut beyond, mut last) = (0u64, 0u64, 64);
     for (value, &(down, bits)) in values.iter().zip(places) {
         let code = value.code().unwrap_or(u64::MAX);
+        last = down;
+        // Most codes of a status are 0: those have nothing to write.
+        if code == 0 {
+            continue;
+        }
         beyond |= code.wrapping_shr(u32::from(bits));
         word |= code.wrapping_shl(u32::from(down));
-        last = down;
     }
     let octets = match &item.structure {
         Structure::Fixed(part) if values.len() == places.len() => usize::from(part.octets),

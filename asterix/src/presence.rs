@@ -152,7 +152,7 @@ pub fn breaches(record: &Record<'_>) -> Vec<Breach> {
         }
     }
     for view in record.items() {
-        let is = |item: &&&'static Item| std::ptr::eq(**item, view.item);
+        let is = |item: &&&'static Item| item.is(view.item);
         if rules.never.iter().any(|item| is(&item)) {
             say(view.item, How::OutOfPlace { message: 0 });
         } else if let Some((types, _)) = rules.only.iter().find(|(_, item)| is(&item)) {

@@ -142,6 +142,8 @@ pub struct Item {
     pub(crate) octets: u8,
     /// Its bit in a field specification of eight octets, extension bits not set.
     pub(crate) bit: u64,
+    /// Unlike in any two rows of all tables.
+    pub(crate) key: u64,
     codes: Codes,
 }
 
@@ -210,6 +212,7 @@ pub const MOST_POSITIONS: usize = 56;
 
 impl Item {
     pub(crate) const fn new(
+        key: u64,
         position: u8,
         id: &'static str,
         title: &'static str,
@@ -218,7 +221,13 @@ impl Item {
         let octets = if let Structure::Fixed(part) = &structure { part.octets } else { 0 };
         let bit = 1 << (63 - (position as u32 / 7 * 8 + position as u32 % 7));
         let codes = Codes::of(&structure);
-        Self { position, id, title, structure, octets, bit, codes }
+        Self { position, id, title, structure, octets, bit, key, codes }
+    }
+
+    /// Whether both are the same row of the same table. Rows are constants: their addresses say nothing.
+    #[inline(always)]
+    pub(crate) fn is(&self, other: &Self) -> bool {
+        self.key == other.key
     }
 
     /// Places of its fields if all of them are codes in one run of bits; else none.
@@ -394,12 +403,53 @@ pub(crate) const fn deg(n: u32) -> f64 {
     180.0 / (1u64 << n) as f64
 }
 
-/// Rows of a table: a documented static an item.
+/// Hash of the name of a row (FNV-1a), for its key.
+pub(crate) const fn key(module: &str, name: &str) -> u64 {
+    let (mut hash, mut text, mut i) = (0xcbf2_9ce4_8422_2325_u64, module.as_bytes(), 0);
+    while i < text.len() {
+        hash = (hash ^ text[i] as u64).wrapping_mul(0x0100_0000_01b3);
+        i += 1;
+    }
+    (text, i) = (name.as_bytes(), 0);
+    while i < text.len() {
+        hash = (hash ^ text[i] as u64).wrapping_mul(0x0100_0000_01b3);
+        i += 1;
+    }
+    hash
+}
+
+/// Rows of a table: a documented constant an item. What encodes an item knows its layout when it is compiled, in any crate.
 macro_rules! items {
     ($($name:ident = $position:literal, $id:literal, $title:literal, $structure:expr;)*) => {$(
         #[doc = concat!($id, ": ", $title, ".")]
-        pub static $name: Item =
-            Item::new($position, $id, $title, $structure);
+        pub const $name: Item =
+            Item::new(key(module_path!(), concat!("::", stringify!($name))), $position, $id, $title, $structure);
     )*};
 }
 pub(crate) use items;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeMap;
+
+    fn rows(table: &[Option<&'static Item>], of: &str, keys: &mut BTreeMap<u64, String>) {
+        for item in table.iter().flatten() {
+            let name = format!("{of}/{}", item.id);
+            if let Structure::Compound(inner) | Structure::Explicit(inner) = item.structure {
+                rows(inner, &name, keys);
+            }
+            let before = keys.insert(item.key, name.clone());
+            assert_eq!(before, None, "{name}: one key for two rows");
+        }
+    }
+
+    #[test]
+    fn no_two_rows_have_one_key() {
+        let mut keys = BTreeMap::new();
+        for category in (0..=255).filter_map(crate::category) {
+            rows(category.uap, &category.number.to_string(), &mut keys);
+        }
+        assert!(keys.len() > 300, "{} rows", keys.len());
+    }
+}

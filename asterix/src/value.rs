@@ -234,34 +234,49 @@ impl FieldValue for &str {
             _ => return Err(ValueError::Kind("a number")),
         };
         let most = field.bits / bits;
+        if most <= 8 && self.len() <= usize::from(most) && self.is_ascii() {
+            return short_text(self.as_bytes(), field.bits, bits);
+        }
         let (mut raw, mut count) = (0u64, 0);
-        if self.is_ascii() && self.len() <= usize::from(most) {
-            for &code in self.as_bytes() {
-                if bits == 6 && !(b' '..=b'_').contains(&code) {
-                    return Err(ValueError::Character);
-                }
-                raw = raw << bits | u64::from(code) & (0xff >> (8 - bits));
+        for character in self.chars() {
+            let code = match field.kind {
+                Kind::Ascii => u8::try_from(character).map_err(|_| ValueError::Character)?,
+                _ if (' '..='_').contains(&character) => character as u8 & 0x3f,
+                _ => return Err(ValueError::Character),
+            };
+            if count == most {
+                return Err(ValueError::TooLong(most));
             }
-            count = self.len() as u8;
-        } else {
-            for character in self.chars() {
-                let code = match field.kind {
-                    Kind::Ascii => u8::try_from(character).map_err(|_| ValueError::Character)?,
-                    _ if (' '..='_').contains(&character) => character as u8 & 0x3f,
-                    _ => return Err(ValueError::Character),
-                };
-                if count == most {
-                    return Err(ValueError::TooLong(most));
-                }
-                raw = raw << bits | u64::from(code);
-                count += 1;
-            }
+            raw = raw << bits | u64::from(code);
+            count += 1;
         }
         for _ in count..most {
             raw = raw << bits | pad;
         }
         Ok(raw)
     }
+}
+
+/// Up to eight ASCII characters, all at once: padded with spaces, of six bits those of them that a table of 64 has.
+#[inline]
+fn short_text(text: &[u8], field_bits: u8, bits: u8) -> Result<u64, ValueError> {
+    const SIX: u64 = 0x3f3f_3f3f_3f3f_3f3f;
+    const ONES: u64 = 0x0101_0101_0101_0101;
+    let mut octets = [b' '; 8];
+    octets.iter_mut().zip(text).for_each(|(octet, character)| *octet = *character);
+    let word = u64::from_be_bytes(octets);
+    if bits == 8 {
+        return Ok(word >> (64 - field_bits));
+    }
+    // Space to underline: bit 5 or bit 6, not both.
+    if (word >> 6 ^ word >> 5) & ONES != ONES {
+        return Err(ValueError::Character);
+    }
+    let pairs = word & SIX;
+    let pairs = pairs & 0x003f_003f_003f_003f | (pairs & 0x3f00_3f00_3f00_3f00) >> 2;
+    let fours = pairs & 0x0000_0fff_0000_0fff | (pairs & 0x0fff_0000_0fff_0000) >> 4;
+    let all = fours & 0xff_ffff | (fours & 0x00ff_ffff_0000_0000) >> 8;
+    Ok(all >> (48 - field_bits))
 }
 
 impl FieldValue for Value {

@@ -124,7 +124,7 @@ impl<'a> View<'a> {
     /// A subitem by its row.
     #[must_use]
     pub fn sub(&self, item: &'static Item) -> Option<View<'a>> {
-        self.subitems().find(|view| std::ptr::eq(view.item, item))
+        self.subitems().find(|view| view.item.is(item))
     }
 }
 
