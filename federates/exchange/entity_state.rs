@@ -15,6 +15,9 @@ use scenarios::{Entity, Scene};
 /// Appearance bit of a platform that leaves the exercise (bit 23, "state": deactivated).
 const DEACTIVATED: u32 = 1 << 23;
 
+/// Appearance bit of a platform that stands because time does (bit 21).
+const FROZEN: u32 = 1 << 21;
+
 /// A target lower than this has its weight on its wheels, m above the aerodrome reference.
 const ON_GROUND_BELOW_M: f64 = 15.0;
 
@@ -80,6 +83,28 @@ pub fn deactivated(mut state: EntityState<'static>) -> EntityState<'static> {
     state.linear_acceleration_mps2 = Vector32::default();
     state.angular_velocity_rad_s = Vector32::default();
     state
+}
+
+/// The same entity while time stands, at the place where it is: nobody is to move it on. With `over` it leaves with the run.
+///
+/// Bit 21 is in no PDU of a frame: by it, what is told aside is known again.
+#[must_use]
+pub fn frozen(state: EntityState<'static>, over: bool) -> EntityState<'static> {
+    let mut state = EntityState { appearance: state.appearance | FROZEN, ..state };
+    if over {
+        state.appearance |= DEACTIVATED;
+    }
+    state.dead_reckoning_algorithm = DeadReckoningAlgorithm(1);
+    state.linear_velocity_mps = Vector32::default();
+    state.linear_acceleration_mps2 = Vector32::default();
+    state.angular_velocity_rad_s = Vector32::default();
+    state
+}
+
+/// Whether a PDU of ours was told beside the frames, while time stood or at the end.
+#[must_use]
+pub fn is_frozen(state: &EntityState<'_>) -> bool {
+    state.appearance & FROZEN != 0
 }
 
 /// Whether a PDU says that its entity has left.

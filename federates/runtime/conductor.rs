@@ -385,7 +385,8 @@ impl Conductor {
     /// Numbers an order; a muster is repeated anyway.
     fn say(&mut self, order: Order, effects: &mut Vec<Effect>) {
         effects.push(Effect::Order(match order {
-            Order::Muster => self.outbox.loose(order),
+            // Outside the stream: nothing of the run depends on them.
+            Order::Muster | Order::Stand { .. } => self.outbox.loose(order),
             order => self.outbox.push(order),
         }));
     }

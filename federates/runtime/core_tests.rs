@@ -1,7 +1,7 @@
 //! Conductor, member, views and streams by hand: one message at a time, also those that no member of ours would send.
 
 use super::conductor::{Conductor, ConductorConfig, Effect};
-use super::federate::{Federate, FrameInputs, FrameOut};
+use super::federate::{Aside, Federate, FrameInputs, FrameOut, Octets};
 use super::life_cycle::Phase;
 use super::member::{CONDUCTOR, Effect as Act, Member};
 use super::messages::Weight;
@@ -566,6 +566,9 @@ impl Federate for Idle {
         }
     }
     fn finish(&mut self, _: &mut FinalReport) {}
+    fn aside(&mut self, what: Aside) -> Vec<Octets> {
+        if self.0 { Vec::new() } else { vec![vec![what as u8].into()] }
+    }
 }
 
 /// A configured member of federation 7, with inc 2, whose producer is the world of inc 1.
@@ -656,6 +659,42 @@ fn what_the_conductor_forgot_is_not_skipped() {
     let gone = super::messages::Fetched { of: CONDUCTOR.into(), items: Vec::new(), gone_before: 9 };
     member.fetched_orders(S, gone, &mut effects);
     assert!(effects.iter().any(|e| matches!(e, Act::Rejoin(_))));
+}
+
+/// What is told aside while time stands is of no frame, and comes again before others would forget an entity.
+#[test]
+fn a_producer_tells_aside_that_time_stands_goes_on_and_ends() {
+    let mut member = member(false);
+    let aside = |effects: &[Act]| -> Vec<u8> {
+        let sent = effects.iter().filter_map(|effect| match effect {
+            Act::Send(pdus) if pdus.len() == 1 => Some(pdus[0][0]),
+            _ => None,
+        });
+        sent.collect()
+    };
+    let stand = Order::Stand { run: 1 };
+    order(&mut member, 2, Order::Grant { run: 1, upto: 1 });
+    let sent = member.counters().sent;
+    assert!(aside(&order(&mut member, 3, Order::Stand { run: 2 })).is_empty(), "of another run");
+    assert_eq!(aside(&order(&mut member, 4, stand.clone())), [Aside::Stands as u8]);
+    let mut told = Vec::new();
+    for tick in 0..120 {
+        let mut effects = Vec::new();
+        assert!(member.deadline().is_some_and(|due| due <= S + tick * 100 * MS + 4 * S));
+        member.tick(S + tick * 100 * MS, &mut effects);
+        told.extend(aside(&effects));
+    }
+    assert_eq!(told, [Aside::Stands as u8; 2], "every four seconds in twelve");
+    let grant = |upto| Order::Grant { run: 1, upto };
+    assert_eq!(aside(&order(&mut member, 5, grant(1))), [Aside::GoesOn as u8]);
+    assert!(aside(&order(&mut member, 6, grant(1))).is_empty(), "once");
+    order(&mut member, 7, stand);
+    let over = order(&mut member, 8, Order::Finish { run: 1, frame: 1 });
+    assert_eq!(aside(&over), [Aside::Over as u8]);
+    let mut effects = Vec::new();
+    member.tick(100 * S, &mut effects);
+    assert!(aside(&effects).is_empty(), "over is over");
+    assert_eq!(member.counters().sent, sent, "nothing of it counts");
 }
 
 /// Frame ends and PDUs that nobody needs fill no memory, and what waits is used.

@@ -44,6 +44,17 @@ pub struct Publication {
     pub retained: Option<String>,
 }
 
+/// What becomes of time, beside the frames.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Aside {
+    /// It stands, and may stand for long: said at once and every few seconds.
+    Stands,
+    /// It goes on.
+    GoesOn,
+    /// The run is over.
+    Over,
+}
+
 /// The logic of an essential federate. No I/O, no clock, no global random numbers.
 pub trait Federate: Send {
     /// What it is.
@@ -74,6 +85,10 @@ pub trait Federate: Send {
     }
     /// Fills digests and counters at the end of a run.
     fn finish(&mut self, report: &mut FinalReport);
+    /// PDUs for those who look on, of no frame and in no digest: what they see would move on while time stands.
+    fn aside(&mut self, _what: Aside) -> Vec<Octets> {
+        Vec::new()
+    }
     /// Adds what it knows itself to its status (drops by reason).
     fn status(&self, _status: &mut FederateStatus) {}
 }

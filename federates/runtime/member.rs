@@ -7,7 +7,7 @@ mod returning;
 
 use super::clock::WallNs;
 use super::digest::{Digest, content, pdu_hash};
-use super::federate::{Federate, FrameOut, Octets, Publication};
+use super::federate::{Aside, Federate, FrameOut, Octets, Publication};
 use super::hearing::Hearing;
 use super::messages::{
     Accepted, Beat, Cuts, FetchOf, Fetched, FinalReport, Frame, FrameEnds, Joined, Notice,
@@ -109,6 +109,9 @@ impl Pulse {
     }
 }
 
+/// How often it is said that time stands: others forget an entity after 12 s of silence.
+const STANDS_EVERY_NS: WallNs = 4_000_000_000;
+
 /// What this member made in a frame.
 #[derive(Debug)]
 struct Own {
@@ -162,6 +165,8 @@ pub struct Member {
     /// Digest of all that was made.
     content: u64,
     closed: bool,
+    /// Time stands: when that is said again.
+    stands: Option<WallNs>,
     /// What frame 0 consists of, until time is granted.
     zero: Option<FrameOut>,
     made: Digest,
@@ -225,6 +230,7 @@ impl Member {
             states: VecDeque::new(),
             content: 0,
             closed: false,
+            stands: None,
             zero: None,
             made: Digest::default(),
             counters: LinkCounters::default(),
@@ -285,6 +291,24 @@ impl Member {
         self.tell(Report::Failed { reason }, effects);
     }
 
+    /// Says that time stands, where it is due and there is something to say.
+    fn stand(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
+        if self.stands.is_some_and(|due| now >= due) {
+            let told = self.aside(Aside::Stands, effects);
+            self.stands = told.then_some(now + STANDS_EVERY_NS);
+        }
+    }
+
+    /// Sends what belongs to no frame; says whether there was any.
+    fn aside(&mut self, what: Aside, effects: &mut Vec<Effect>) -> bool {
+        let pdus = self.federate.aside(what);
+        let any = !pdus.is_empty();
+        if any {
+            effects.push(Effect::Send(pdus));
+        }
+        any
+    }
+
     fn tell(&mut self, report: Report, effects: &mut Vec<Effect>) {
         effects.push(Effect::Report(self.outbox.push(report)));
     }
@@ -313,6 +337,9 @@ impl Member {
             }
             Order::Configure(config) => self.configure(config, effects),
             Order::Grant { run: of, upto } if of == run && !self.closed => {
+                if self.stands.take().is_some() {
+                    self.aside(Aside::GoesOn, effects);
+                }
                 self.granted = self.granted.max(upto);
                 // Every member is ready now, so frame 0 finds all its consumers.
                 if let Some(out) = self.zero.take() {
@@ -320,6 +347,10 @@ impl Member {
                     self.report_ends(effects);
                 }
                 self.advance(effects);
+            }
+            Order::Stand { run: of } if of == run && !self.closed => {
+                self.stands = Some(now);
+                self.stand(now, effects);
             }
             Order::Seal { run: of, view, lost } if of == run => self.seal(view, &lost, effects),
             Order::Cut { run: of, view, cuts } if of == run => {
@@ -357,6 +388,8 @@ impl Member {
                 report.digests.push(("pdus".into(), self.made.0));
                 self.federate.finish(&mut report);
                 self.tell(Report::Final(Box::new(report)), effects);
+                self.stands = None;
+                self.aside(Aside::Over, effects);
             }
             Order::Host { run: of, name, by } if of == run && by == self.name => {
                 let generators = self.config.as_ref().map_or(1, |c| c.generators);
@@ -473,6 +506,7 @@ impl Member {
         self.executed = 0;
         self.reported = None;
         self.closed = false;
+        self.stands = None;
         self.made = Digest::default();
         self.content = 0;
         self.early.clear();
@@ -669,6 +703,7 @@ impl Member {
     /// Time passed: asks for what is missing too long.
     pub fn tick(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
         self.ask_for_pdus(now, effects);
+        self.stand(now, effects);
         if let Some((fetch, _)) = self.orders.due(now) {
             let ask = FetchOf { of: CONDUCTOR.to_owned(), fetch };
             effects.push(Effect::Fetch { holder: CONDUCTOR.to_owned(), ask });
@@ -709,7 +744,7 @@ impl Member {
     pub fn deadline(&self) -> Option<WallNs> {
         let streams = self.peers.values().filter_map(Inbox::deadline);
         let pdus = self.incomplete.values().map(Incomplete::due);
-        streams.chain(self.orders.deadline()).chain(pdus).min()
+        streams.chain(self.orders.deadline()).chain(pdus).chain(self.stands).min()
     }
 }
 

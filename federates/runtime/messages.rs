@@ -325,6 +325,11 @@ pub enum Order {
         /// Exit code.
         code: u8,
     },
+    /// Time stands until more frames are granted.
+    Stand {
+        /// Number of the run.
+        run: u32,
+    },
 }
 
 /// What all federates of a run agree on.

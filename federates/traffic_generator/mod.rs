@@ -9,9 +9,9 @@
 pub mod command;
 pub mod traffic_state;
 
-use crate::exchange::entity_state::{deactivated, state_pdu, transponder, world_pose};
+use crate::exchange::entity_state::{deactivated, frozen, state_pdu, transponder, world_pose};
 use crate::runtime::bus::Class;
-use crate::runtime::federate::{Federate, FrameInputs, FrameOut, Publication};
+use crate::runtime::federate::{Aside, Federate, FrameInputs, FrameOut, Octets, Publication};
 use crate::runtime::frame_time::FrameTime;
 use crate::runtime::messages::{ClearanceNotice, FinalReport, Frame, Kind, Notice, RunConfig};
 use models::time::SimTime;
@@ -34,6 +34,8 @@ pub struct TrafficGenerator {
     /// Flights that behave, and the frame that their core has executed.
     core: Option<(Core, Frame)>,
     told: Told,
+    /// The frame executed last.
+    executed: Frame,
 }
 
 /// Clearances of the core that control was told.
@@ -78,11 +80,13 @@ impl TrafficGenerator {
             movers: Vec::new(),
             core: None,
             told: Told::default(),
+            executed: 0,
         }
     }
 
     fn frame(&mut self, frame: Frame, out: &mut FrameOut) {
         let now = self.time.time(frame);
+        self.executed = frame;
         if let Some((core, executed)) = &mut self.core {
             // Whoever joins late simulates itself to the present.
             while *executed < frame {
@@ -272,6 +276,32 @@ impl Federate for TrafficGenerator {
         self.core.as_ref().map_or(0, |(core, _)| core.digest())
     }
 
+    fn aside(&mut self, what: Aside) -> Vec<Octets> {
+        let now = self.time.time(self.executed);
+        let first = self.scene.traffic.behaving.as_ref().map_or(usize::MAX, |b| b.first_entity);
+        let envelope = Envelope::new(self.exercise, self.time.stamp(self.executed));
+        let mut out = FrameOut::default();
+        for mover in self.movers.iter().filter(|mover| mover.sent.is_some()) {
+            let entity = &self.scene.traffic.entities[mover.entity];
+            let truth = match &entity.trajectory {
+                Some(trajectory) => trajectory.at(now),
+                None => self
+                    .core
+                    .as_ref()
+                    .and_then(|(core, _)| core.state(mover.entity.checked_sub(first)?)),
+            };
+            let Some(truth) = truth else { continue };
+            let state = state_pdu(entity, &truth, truth.is_still(), &self.scene);
+            let state = match what {
+                Aside::Stands => frozen(state, false),
+                Aside::GoesOn => state,
+                Aside::Over => frozen(state, true),
+            };
+            send(&envelope, &state, &mut out);
+        }
+        out.pdus
+    }
+
     fn finish(&mut self, report: &mut FinalReport) {
         report.values.push(("entities".into(), self.movers.len() as f64));
         if let Some((core, _)) = &self.core {
@@ -286,6 +316,56 @@ impl Federate for TrafficGenerator {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_told_aside_leaves_every_frame_as_it_is() {
+        use crate::exchange::entity_state::{Reckoned, is_deactivated, is_frozen};
+        use pdu::Body;
+        let scene = scenarios::load(&scenarios::locate("zurich")).expect("the shipped scene");
+        let scene = Arc::new(scene);
+        let run = |told: bool| {
+            let mut generator = TrafficGenerator::new(Arc::clone(&scene), 1, 1, 1);
+            let config = RunConfig { generators: 1, seed: 1, ..RunConfig::default() };
+            let (mut sent, mut aside, mut out) = (Vec::new(), Vec::new(), FrameOut::default());
+            generator.configure(&config, &mut out).expect("it goes");
+            for frame in 1..2_000 {
+                generator.step(frame, &FrameInputs::default(), &mut out);
+                sent.push(std::mem::take(&mut out.pdus));
+                if told && frame % 300 == 0 {
+                    let stands = generator.aside(Aside::Stands);
+                    assert_eq!(generator.aside(Aside::Stands), stands, "the same again");
+                    aside.push((frame, stands, generator.aside(Aside::GoesOn)));
+                }
+            }
+            let over = generator.aside(Aside::Over);
+            (sent, aside, over)
+        };
+        let ((sent, aside, over), (alone, ..)) = (run(true), run(false));
+        assert!(sent == alone, "the same PDUs in the same frames");
+        let states = |pdus: &[Octets]| -> Vec<EntityState<'static>> {
+            let state = |octets: &Octets| {
+                let received = pdu::pdus(octets).next().expect("one").expect("sound");
+                let Body::EntityState(state) = received.body() else { panic!("a state") };
+                state.clone().into_owned()
+            };
+            pdus.iter().map(state).collect()
+        };
+        let mut moving = 0;
+        for (_, stands, goes_on) in &aside {
+            assert_eq!(stands.len(), goes_on.len());
+            for (stands, goes_on) in states(stands).iter().zip(states(goes_on)) {
+                assert!(is_frozen(stands) && !is_deactivated(stands) && !is_frozen(&goes_on));
+                let frame = &scene.airport.frame;
+                let (a, b) = (Reckoned::new(stands), Reckoned::new(&goes_on));
+                assert_eq!(a.at(9.0, frame).position_m, b.at(0.0, frame).position_m, "it stands");
+                moving += usize::from(b.at(0.0, frame).velocity_mps.norm() > 1.0);
+            }
+        }
+        assert!(moving > 5, "{moving}");
+        assert!(
+            !over.is_empty() && states(&over).iter().all(|s| is_deactivated(s) && is_frozen(s))
+        );
+    }
 
     #[test]
     fn what_stands_costs_nothing_and_is_sent_as_if_it_were_looked_at_every_frame() {

@@ -155,7 +155,14 @@ impl fmt::Display for Item<'_> {
                         let (l, v) = (s.location, s.linear_velocity_mps);
                         write!(f, ": {} `{}` {}", s.entity_id, s.marking.text(), s.entity_type)?;
                         write!(f, " at {:.2} {:.2} {:.2} m", l.x_m, l.y_m, l.z_m)?;
-                        write!(f, " moving {:.2} {:.2} {:.2} m/s", v.x, v.y, v.z)
+                        write!(f, " moving {:.2} {:.2} {:.2} m/s", v.x, v.y, v.z)?;
+                        // Bits 21 and 23 of every appearance word (SISO-REF-010).
+                        for (bit, word) in [(21, "frozen"), (23, "deactivated")] {
+                            if s.appearance >> bit & 1 == 1 {
+                                write!(f, " {word}")?;
+                            }
+                        }
+                        Ok(())
                     }
                     _ => Ok(()),
                 }

@@ -123,6 +123,7 @@ impl Conductor {
                 }
                 self.pause_clock(now);
                 self.phase = Phase::Frozen;
+                self.say(Order::Stand { run: self.run }, effects);
                 effects.push(Effect::Reached { phase: self.phase, frame, reason: None });
                 let text = format!("frozen at frame {frame}");
                 self.answer_pending(Transition::Freeze, &text, effects);
@@ -136,6 +137,7 @@ impl Conductor {
         self.pause_clock(now);
         self.phase = Phase::Frozen;
         self.frozen_by_fault = true;
+        self.say(Order::Stand { run: self.run }, effects);
         let reason = Some(self.open_faults().join("; "));
         effects.push(Effect::Reached { phase: self.phase, frame: self.frame(), reason });
         self.faulty_freeze(now, effects);
