@@ -39,6 +39,9 @@ pub struct RunSummary {
     /// Entities of outsiders that were let in.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub visitors: Option<u64>,
+    /// Plots of somebody else's sensors that went into the tracker; absent where the scene has no such sensor.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub foreign_plots: Option<u64>,
     /// Tracks that took plots of ours and of visitors.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub touched: Option<u64>,
@@ -178,6 +181,7 @@ impl RunSummary {
             faults: run.reasons.clone(),
             external: foreign.is_some(),
             visitors: foreign.map(|_| sum("visitors") as u64),
+            foreign_plots: one("foreign_plots").map(|n| n as u64),
             touched: foreign.map(|_| sum("touched") as u64),
             foreign: foreign.map(|digest| format!("{digest:016x}")),
         }

@@ -1,6 +1,7 @@
 //! What federates know of each other: the forms in which truth, weather, flights, outsiders and an operator's orders
 //! travel. No federate imports another one; each reads and writes these.
 
+pub mod asterix_file;
 pub mod dis_types;
 pub mod entity_state;
 pub mod flights;

@@ -40,9 +40,7 @@ pub enum ForeignPlace {
 /// Who sent a record.
 #[must_use]
 pub fn source(record: &Record<'_>) -> Option<(u8, u8)> {
-    let mut values = record.find("010")?.values();
-    let mut next = || values.next().and_then(|(_, v)| v.number()).map(|n| n as u8);
-    Some((next()?, next()?))
+    record.source()
 }
 
 /// The first time of day in a record, s.

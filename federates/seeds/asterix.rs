@@ -1,6 +1,6 @@
 //! `seeds asterix`: what is in a recording of ASTERIX, what is wrong with it, parts of it, other forms of it.
 
-use super::asterix_file::{Piece, Pieces, read, sound};
+use crate::exchange::asterix_file::{Piece, Pieces, read, sound};
 use crate::gateway::foreign::{of_day_s, source};
 use crate::runtime::cli::out;
 use crate::runtime::cli::{BAD_INPUT, FAILED, fail, save};

@@ -3,7 +3,6 @@
 pub mod accuracy;
 pub mod airport;
 pub mod asterix;
-pub mod asterix_file;
 pub mod certs;
 pub mod dis;
 pub mod export;

@@ -5,6 +5,7 @@
 
 use super::player::{self, PlayerArgs};
 use crate::admin_station::summary::RunSummary;
+use crate::exchange::entity_state::is_frozen;
 use crate::exchange::stamp;
 use crate::exchange::{flights::flight_notice, weather_pdu::WORLD_APPLICATION};
 use crate::runtime::cli::print_line;
@@ -19,6 +20,7 @@ use anyhow::Context;
 use clap::Args;
 use pdu::Body;
 use pdu::enumerations::StopReason;
+use pdu::records::EntityId;
 use scenarios::Scene;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -97,6 +99,8 @@ pub(super) struct Recorded {
     pub(super) seed: Option<u64>,
     unsound: u64,
     damaged: u64,
+    /// The frame in which an entity was last said to stand.
+    stood: BTreeMap<EntityId, Frame>,
 }
 
 /// Runs an SMDFM on a recording; the summary has the same keys as that of a run.
@@ -274,11 +278,24 @@ impl Recorded {
             id.site == site && scene.traffic.entities.iter().any(|e| known(e) == named)
         };
         let ours = match received.body() {
-            Body::EntityState(state) => of_scene(state.entity_id),
+            Body::EntityState(state) => {
+                let ours = of_scene(state.entity_id);
+                // What was told while time stood, and when it went on, is of no frame.
+                if ours && is_frozen(state) {
+                    self.stood.extend(frame.map(|frame| (state.entity_id, frame)));
+                    return;
+                }
+                if ours && frame.is_some() && self.stood.get(&state.entity_id) == frame.as_ref() {
+                    return;
+                }
+                ours
+            }
             Body::Iff(iff) => of_scene(iff.basic.emitting_entity),
             Body::EnvironmentalProcess(process) => station(process.process_id),
             Body::EventReport(report) => {
-                if stamp::decode(report, site).is_none() {
+                if stamp::decode(report, site).is_none()
+                    && stamp::decode_plots(report, site).is_none()
+                {
                     return;
                 }
                 true

@@ -11,8 +11,10 @@ use crate::runtime::clock::monotonic_ns;
 use crate::runtime::dis_socket::link_config;
 use crate::runtime::messages::Kind;
 use crate::runtime::process::{KEPT, LOGGING, NO_LOGGER};
+use crate::visitors::command::check_plots;
 use scenarios::control::Sees;
 use scenarios::losses::{Losses, OnLoss};
+use scenarios::{ForeignScene, Scene, SensorScene};
 use std::io::ErrorKind;
 use std::net::{SocketAddr, TcpListener};
 use std::process::ExitCode;
@@ -58,6 +60,9 @@ pub fn run(args: &RunArgs) -> ExitCode {
     if let Err(e) = args.protection() {
         return fail(BAD_INPUT, format!("{e:#}"));
     }
+    if let Err(e) = real_sensors(args, &scene) {
+        return fail(BAD_INPUT, format!("{e:#}"));
+    }
     if args.in_process {
         return match super::in_process::run(args, &scene) {
             Ok(code) => ExitCode::from(code),
@@ -75,6 +80,18 @@ pub fn run(args: &RunArgs) -> ExitCode {
         Ok(code) => ExitCode::from(code),
         Err(e) => fail(FAILED, format!("{e:#}")),
     }
+}
+
+/// Sensors that really are somewhere send in real time, through the member `visitors`.
+fn real_sensors(args: &RunArgs, scene: &Scene) -> anyhow::Result<()> {
+    let is_live = |s: &&SensorScene| s.foreign.as_ref().is_some_and(ForeignScene::is_live);
+    let Some(sensor) = scene.sensors.iter().find(is_live) else { return Ok(()) };
+    anyhow::ensure!(
+        args.with_visitors() && !args.fast,
+        "sensor '{}' is listened for on the network: leave out --fast, --in-process and --no-visitors, or give the sensor a recording (file = \"….pcapng\") in place of `listen`",
+        sensor.name
+    );
+    check_plots(scene)
 }
 
 /// A taken port is better said once, before anything is started.

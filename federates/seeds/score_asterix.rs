@@ -1,6 +1,6 @@
 //! Tracks of somebody's tracker out of a recording of ASTERIX.
 
-use super::asterix_file::{self, Pieces, sound};
+use crate::exchange::asterix_file::{self, Pieces, sound};
 use crate::gateway::foreign::{ForeignPlace, ForeignTrack, track};
 use anyhow::{Context, bail};
 use asterix::time::{Unwrap, of_day_s};

@@ -14,13 +14,13 @@
 use super::received_truth::View;
 use models::frames::{Vector2, wrap_pi};
 use models::fusion::Outcome;
-use models::plot::SensorKind;
+use models::plot::{SensorId, SensorKind};
 use models::score::robust::Robust;
 use models::score::run::Rules;
 use models::sensors::{PlotSink, Truth};
 use models::time::SimTime;
 use models::track::{SystemTrack, TrackStatus};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Slower targets are standing, m/s.
 const MOVING_MPS: f64 = 1.0;
@@ -84,9 +84,17 @@ pub struct Evaluation {
     outsiders_now: u64,
     /// Track number → key of the entity whose plots it takes.
     follows: BTreeMap<u16, u64>,
+    /// Sensors of somebody else: nobody knows what caused their plots.
+    strangers: BTreeSet<SensorId>,
 }
 
 impl Evaluation {
+    /// Nothing measured yet, where the plots of `strangers` come from outside.
+    #[must_use]
+    pub fn beside(strangers: BTreeSet<SensorId>) -> Self {
+        Self { strangers, ..Self::default() }
+    }
+
     /// Adds one scan. `looks`: per sensor its kind, looks and plots.
     pub fn scan(
         &mut self,
@@ -104,7 +112,7 @@ impl Evaluation {
         }
         for ((plot, cause), outcome) in sink.plots.iter().zip(&sink.causes).zip(outcomes) {
             let Some(key) = cause.key else {
-                self.false_plots += 1;
+                self.false_plots += u64::from(!self.strangers.contains(&plot.sensor));
                 continue;
             };
             self.looks.entry(plot.kind).or_default().1 += 1;

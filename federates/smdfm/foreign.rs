@@ -1,10 +1,11 @@
 //! What visitors did to a run, kept apart from what is ours.
 //!
-//! Plots of visitors, and tracks from the scan on in which they took such a plot, go into the digest
+//! Plots of visitors and of real sensors, and tracks from the scan on in which they took such a plot, go into the digest
 //! `foreign`; `digest` and `track_digest` hold the rest as if no visitor had been there. One that
 //! touches ours (a common track, a gate, a shadow, an echo that merges) changes them, as it should;
 //! tracks that took plots of ours and of visitors are counted.
 
+use super::inlets::Inlets;
 use super::received_truth::View;
 use super::report::{plot_octets, track_octets};
 use crate::runtime::digest::{Digest, combine};
@@ -36,11 +37,13 @@ pub struct Digests {
 /// Frames after which what is remembered of tracks is looked through.
 const PRUNE_EVERY: Frame = 1200;
 
-/// Which plots of a scan visitors caused, index by index.
+/// Which plots of a scan visitors caused or sensors of somebody else sent live, index by index.
 #[must_use]
-pub fn of_visitors(view: &View<'_>, sink: &PlotSink) -> Vec<bool> {
+pub fn of_outsiders(view: &View<'_>, sink: &PlotSink, inlets: &Inlets) -> Vec<bool> {
     let visitor = |key| view.index_of(key).is_some_and(|index| !view.is_ours(index));
-    sink.causes.iter().map(|cause| cause.key.is_some_and(visitor)).collect()
+    let live = |plot: &Plot| !inlets.is_empty() && inlets.is_live(plot.sensor);
+    let plots = sink.plots.iter().zip(&sink.causes);
+    plots.map(|(plot, cause)| cause.key.is_some_and(visitor) || live(plot)).collect()
 }
 
 impl Digests {
@@ -55,7 +58,7 @@ impl Digests {
         self.external = true;
     }
 
-    /// Adds one scan; `outside` as [`of_visitors`] gives it.
+    /// Adds one scan; `outside` as [`of_outsiders`] gives it.
     pub fn scan(
         &mut self,
         frame: Frame,
@@ -79,7 +82,7 @@ impl Digests {
         let causes = sink.causes.iter().map(|cause| cause.key.is_some());
         for ((outcome, outside), caused) in tracker.outcomes().iter().zip(outside).zip(causes) {
             let Outcome::Used { serial, .. } = outcome else { continue };
-            if !caused {
+            if !caused && !outside {
                 continue;
             }
             let (set, other) = match outside {

@@ -8,10 +8,14 @@ pub mod change;
 pub mod command;
 pub mod evaluation;
 pub mod foreign;
+pub mod foreign_plot;
+pub mod inlets;
 pub mod received_truth;
 pub mod report;
 pub mod setup;
 
+#[cfg(test)]
+mod inlet_tests;
 #[cfg(test)]
 mod visitor_tests;
 
@@ -20,13 +24,14 @@ use crate::exchange::{stamp, weather_pdu};
 use crate::runtime::bus::Class;
 use crate::runtime::clock::monotonic_ns;
 use crate::runtime::codec::{encode, encode_parts};
-use crate::runtime::federate::{Federate, FrameInputs, FrameOut, Publication};
+use crate::runtime::federate::{Federate, FrameInputs, FrameOut, Octets, Publication};
 use crate::runtime::frame_time::FrameTime;
 use crate::runtime::messages::{
     FederateStatus, FinalReport, Frame, Kind, Notice, RunConfig, ScanReport, TrackNotice,
 };
 use evaluation::Evaluation;
 use foreign::Digests;
+use inlets::Inlets;
 use models::environment::Weather;
 use models::flight_list::FlightList;
 use models::fusion::Tracker;
@@ -51,6 +56,7 @@ pub struct Smdfm {
     weather: Vec<(Frame, Weather)>,
     flights: FlightList,
     sensors: Vec<Box<dyn Sensor>>,
+    inlets: Inlets,
     tracker: Tracker,
     evaluation: Evaluation,
     digests: Digests,
@@ -77,6 +83,7 @@ impl Smdfm {
             weather: Vec::new(),
             flights: FlightList::default(),
             sensors: Vec::new(),
+            inlets: Inlets::default(),
             tracker: Tracker::new(scene.tracking_config()),
             evaluation: Evaluation::default(),
             digests: Digests::default(),
@@ -97,8 +104,16 @@ impl Smdfm {
     }
 
     fn take_in(&mut self, inputs: &FrameInputs, now: Frame) {
-        self.unstamped += inputs.outsiders.len() as u64;
-        let mut stamped = Vec::new();
+        // What our own told while time stood is of no frame, and nobody's visit.
+        let strange = |octets: &Octets| match pdu::pdus(octets).next() {
+            Some(Ok(received)) => match received.body() {
+                Body::EntityState(state) => !self.truth.is_of_scene(state.entity_id),
+                _ => true,
+            },
+            _ => true,
+        };
+        self.unstamped += inputs.outsiders.iter().filter(|(_, o)| strange(o)).count() as u64;
+        let (mut stamped, mut plots) = (Vec::new(), Vec::new());
         for (frame, octets) in &inputs.pdus {
             let frame = *frame;
             // The runtime has checked that these octets are one sound PDU.
@@ -111,7 +126,9 @@ impl Smdfm {
                     }
                 }
                 Body::EventReport(report) => {
-                    stamped.extend(stamp::decode(report, self.scene.run.site).map(|s| (frame, s)));
+                    let site = self.scene.run.site;
+                    stamped.extend(stamp::decode(report, site).map(|s| (frame, s)));
+                    plots.extend(stamp::decode_plots(report, site).map(|s| (frame, s)));
                 }
                 _ => {}
             }
@@ -122,6 +139,16 @@ impl Smdfm {
         });
         for (_, stamped) in &stamped {
             if self.truth.take_visitor(stamped) {
+                self.digests.external();
+            }
+        }
+        plots.sort_by(|(f, a), (g, b)| {
+            let key =
+                |s: &stamp::StampedPlots| (s.arrival.utc_ns, s.sensor, s.from.ip(), s.from.port());
+            f.cmp(g).then(key(a).cmp(&key(b))).then_with(|| a.octets.cmp(&b.octets))
+        });
+        for (_, plots) in &plots {
+            if self.inlets.take(plots, self.time.start_utc_ns) {
                 self.digests.external();
             }
         }
@@ -187,7 +214,8 @@ impl Federate for Smdfm {
         let tracking = self.scene.tracking_config();
         tracking.check().map_err(|e| format!("tracking: {e}"))?;
         self.tracker = Tracker::new(tracking);
-        self.evaluation = Evaluation::default();
+        self.inlets = Inlets::of(&self.scene)?;
+        self.evaluation = Evaluation::beside(self.inlets.ids());
         self.digests = Digests::default();
         self.unstamped = 0;
         Ok(())
@@ -211,9 +239,10 @@ impl Federate for Smdfm {
         for sensor in &mut self.sensors {
             let (plots, before) = (sink.plots.len(), sink.looks);
             sensor.scan(&interval, &view, &weather, &mut sink);
+            self.inlets.scan(sensor.id(), &interval, &mut sink);
             looks.push((sensor.kind(), sink.looks - before, sink.plots.len() - plots));
         }
-        let outside = foreign::of_visitors(&view, &sink);
+        let outside = foreign::of_outsiders(&view, &sink, &self.inlets);
         if outside.contains(&true) {
             self.tracker.mark_outside(outside.clone());
         }
@@ -239,6 +268,9 @@ impl Federate for Smdfm {
             took_us: took_ns / 1000,
         });
         report.measures.extend(self.truth.clocks().take(MOST_CLOCKS));
+        if !self.inlets.is_empty() {
+            report.measures.push(("foreign_plots".into(), self.inlets.taken() as f64));
+        }
         let mut parts = encode_parts(&report);
         let publish = |key: &str, body, retained: Option<&str>| Publication {
             key: key.into(),
@@ -266,10 +298,14 @@ impl Federate for Smdfm {
     fn finish(&mut self, report: &mut FinalReport) {
         self.digests.finish(self.truth.visitors_ever(), report);
         report.values.extend(self.evaluation.values());
+        if !self.inlets.is_empty() {
+            report.values.push(("foreign_plots".into(), self.inlets.taken() as f64));
+        }
     }
 
     fn status(&self, status: &mut FederateStatus) {
         status.dropped.extend(self.truth.refused());
+        status.dropped.extend(self.inlets.refused());
         if self.unstamped > 0 {
             let reason = "PDU of an outsider, not let in by the member visitors";
             status.dropped.push((reason.into(), self.unstamped));

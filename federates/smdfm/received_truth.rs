@@ -114,7 +114,9 @@ impl ReceivedTruth {
         effect
     }
 
-    fn is_of_scene(&self, id: EntityId) -> bool {
+    /// Whether this is the identifier of an entity of the scene.
+    #[must_use]
+    pub fn is_of_scene(&self, id: EntityId) -> bool {
         id.site == self.scene.run.site && self.known.contains_key(&(id.application, id.entity))
     }
 

@@ -1,5 +1,6 @@
 //! From a scene to its sensors.
 
+use super::inlets::Elsewhere;
 use models::effects::Tolerance;
 use models::sensors::Sensor;
 use scenarios::{Scene, SensorScene};
@@ -36,6 +37,9 @@ fn make_sensor(
         }
         (None, Some(reported)) => {
             reported.sensor(tolerance, scene.run.duration.s()).map_err(|e| failed(&e))
+        }
+        (None, None) if sensor.foreign.is_some() => {
+            Ok(Box::new(Elsewhere { id: sensor.id, kind: sensor.kind }))
         }
         (None, None) => Err(failed(&"the scene gives it no parameters")),
     }

@@ -69,6 +69,24 @@ fn run(
     seconds: u64,
     mut visits: impl FnMut(u64) -> Vec<Stamped>,
 ) -> RunSummary {
+    let time = FrameTime::of(&scene.run);
+    let reports = |frame: u64| {
+        let envelope = Envelope::new(1, time.stamp(frame));
+        let stamped = visits(frame);
+        let encode = |s: &Stamped| stamp::encode(scene.run.site, &envelope, s).expect("fits");
+        stamped.iter().map(encode).collect()
+    };
+    drive(scene, seconds, reports, |_| {})
+}
+
+/// Drives generator, world and SMDFM for `seconds`; `visits` gives the reports of the member `visitors` in a frame, `each`
+/// gets what the SMDFM published.
+pub(super) fn drive(
+    scene: &Arc<Scene>,
+    seconds: u64,
+    mut visits: impl FnMut(u64) -> Vec<Vec<u8>>,
+    mut each: impl FnMut(FrameOut),
+) -> RunSummary {
     let mut smdfm = Smdfm::new(Arc::clone(scene), 1);
     let mut producers: [(&str, Box<dyn Federate>, Digest); 2] = [
         (
@@ -87,7 +105,6 @@ fn run(
         last_frame: seconds * period,
         ..RunConfig::default()
     };
-    let time = FrameTime::of(&scene.run);
     let mut inputs = FrameInputs::default();
     smdfm.configure(&config, &mut FrameOut::default()).expect("configured");
     for frame in 0..=config.last_frame {
@@ -101,13 +118,11 @@ fn run(
             inputs.pdus.extend(out.pdus.into_iter().map(|octets| (frame, octets)));
             inputs.notices.extend(out.notices.into_iter().map(|notice| (frame, notice)));
         }
-        let envelope = Envelope::new(1, time.stamp(frame));
-        for stamped in visits(frame) {
-            let octets = stamp::encode(scene.run.site, &envelope, &stamped).expect("fits");
-            inputs.pdus.push((frame, octets.into()));
-        }
+        inputs.pdus.extend(visits(frame).into_iter().map(|octets| (frame, octets.into())));
         if frame > 0 && frame.is_multiple_of(period) {
-            smdfm.step(frame, &std::mem::take(&mut inputs), &mut FrameOut::default());
+            let mut out = FrameOut::default();
+            smdfm.step(frame, &std::mem::take(&mut inputs), &mut out);
+            each(out);
         }
     }
     let mut reports = vec![FinalReport { name: "smdfm".into(), ..FinalReport::default() }];

@@ -3,11 +3,12 @@
 //! It hears the UDP of everybody; what is not of the federation and about an entity of others waits at
 //! the [`door`] for the next frame, and goes into it as an Event Report ([`stamp`]) with the time of
 //! its arrival ([`pace`]). Consumers take outsiders from there and nowhere else: equal stamps give
-//! equal runs, and a recording of them is the run.
+//! equal runs, and a recording of them is the run. Plots of real sensors ([`plots`]) come in alike.
 
 pub mod command;
 pub mod door;
 pub mod pace;
+pub mod plots;
 
 use crate::exchange::stamp::{self, Stamped};
 use crate::runtime::clock::utc_ns;
@@ -18,6 +19,7 @@ use door::Door;
 use pace::Pace;
 use pdu::Envelope;
 use pdu::exercise::Arrival;
+use plots::PlotDoor;
 use scenarios::Scene;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -27,10 +29,22 @@ pub struct Visitors {
     exercise: u8,
     time: FrameTime,
     door: SharedDoor,
+    plots: SharedPlots,
     pace: Pace,
     admitted: u64,
     /// UTC and what was refused when it was last said.
     said: (i64, u64),
+}
+
+/// The door for plots as the threads of the sockets and the federate share it.
+#[derive(Clone)]
+pub struct SharedPlots(Arc<Mutex<PlotDoor>>);
+
+impl SharedPlots {
+    /// The door, to knock at it.
+    pub fn lock(&self) -> MutexGuard<'_, PlotDoor> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
 }
 
 /// The door as the thread of the socket and the federate share it.
@@ -54,6 +68,7 @@ impl Visitors {
             time: FrameTime::of(&scene.run),
             exercise,
             door: SharedDoor(Arc::new(Mutex::new(door))),
+            plots: SharedPlots(Arc::new(Mutex::new(PlotDoor::new(&scene)))),
             pace: Pace::default(),
             admitted: 0,
             said: (0, 0),
@@ -67,6 +82,12 @@ impl Visitors {
         self.door.clone()
     }
 
+    /// Where plots of real sensors are handed in.
+    #[must_use]
+    pub fn plots(&self) -> SharedPlots {
+        self.plots.clone()
+    }
+
     fn frame(&mut self, frame: Frame, now_utc_ns: i64, out: &mut FrameOut) {
         let time_ns = self.time.start_utc_ns.saturating_add(self.time.time(frame).0);
         self.pace.executed(time_ns, now_utc_ns);
@@ -74,10 +95,25 @@ impl Visitors {
             let mut door = self.door.lock();
             (door.admit(now_utc_ns), door.refused().values().sum::<u64>())
         };
+        let (plots, plots_refused) = {
+            let mut door = self.plots.lock();
+            (door.admit(now_utc_ns), door.refused().values().sum::<u64>())
+        };
+        let refused = refused + plots_refused;
         let envelope = Envelope::new(self.exercise, self.time.stamp(frame));
+        let arrival = |utc_ns: i64| {
+            let (time_ns, rate) = self.pace.at(utc_ns).unwrap_or((time_ns, 1.0));
+            Arrival { time_ns, utc_ns, rate }
+        };
+        for waiting in plots {
+            let arrival = arrival(waiting.utc_ns);
+            let stamped = waiting.stamped(arrival);
+            if let Ok(octets) = stamp::encode_plots(self.scene.run.site, &envelope, &stamped) {
+                out.pdus.push(octets.into());
+            }
+        }
         for waiting in admitted {
-            let (time_ns, rate) = self.pace.at(waiting.utc_ns).unwrap_or((time_ns, 1.0));
-            let arrival = Arrival { time_ns, utc_ns: waiting.utc_ns, rate };
+            let arrival = arrival(waiting.utc_ns);
             let stamped = Stamped { arrival, from: waiting.from, octets: waiting.octets };
             // The door lets nothing in that would not fit.
             if let Ok(octets) = stamp::encode(self.scene.run.site, &envelope, &stamped) {
@@ -94,9 +130,9 @@ impl Visitors {
     }
 
     fn reasons(&self) -> String {
-        let door = self.door.lock();
-        let words = door.refused().iter().map(|(reason, count)| format!("{count} {reason}"));
-        words.collect::<Vec<_>>().join(", ")
+        let (door, plots) = (self.door.lock(), self.plots.lock());
+        let all = door.refused().iter().chain(plots.refused());
+        all.map(|(reason, count)| format!("{count} {reason}")).collect::<Vec<_>>().join(", ")
     }
 }
 
@@ -107,6 +143,7 @@ impl Federate for Visitors {
 
     fn configure(&mut self, _config: &RunConfig, _out: &mut FrameOut) -> Result<(), String> {
         self.door.lock().clear();
+        self.plots.lock().clear();
         self.pace = Pace::default();
         self.admitted = 0;
         self.said = (0, 0);
@@ -121,12 +158,14 @@ impl Federate for Visitors {
         let door = self.door.lock();
         report.values.push(("visitor_pdus_heard".into(), door.heard() as f64));
         report.values.push(("visitor_pdus_admitted".into(), self.admitted as f64));
+        report.values.push(("plot_datagrams_heard".into(), self.plots.lock().heard() as f64));
     }
 
     fn status(&self, status: &mut FederateStatus) {
         let door = self.door.lock();
         status.pdus_in = door.heard();
-        let refused = door.refused().iter();
+        let plots = self.plots.lock();
+        let refused = door.refused().iter().chain(plots.refused());
         status.dropped.extend(refused.map(|(reason, count)| ((*reason).to_owned(), *count)));
     }
 }

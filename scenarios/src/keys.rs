@@ -293,7 +293,7 @@ pub(crate) const BUILDING: &[Key] = &[
 pub(crate) const SENSOR: &[Key] = &[
     Key::word(
         "kind",
-        || KINDS.iter().map(|d| d.kind.word).chain(["offline"]).collect(),
+        || KINDS.iter().map(|d| d.kind.word).chain(["offline", "asterix"]).collect(),
         "The kind of sensor",
     )
     .needed(),
@@ -313,7 +313,42 @@ pub(crate) const SENSOR: &[Key] = &[
     )
     .or("auto"),
     Key::new("figures", Holds::File, "offline: figures that `seeds fit` wrote"),
-    Key::text("of", "offline: which sensor of that file"),
+    Key::text(
+        "of",
+        "offline: which sensor of that file; asterix: the kind of sensor that it is (asde)",
+    ),
+    Key::text("listen", "asterix: own address, multicast group or broadcast address with the port"),
+    Key::text("interface", "asterix: address of the interface of a multicast group"),
+    Key::new("from", Holds::Texts, "asterix: only these senders' addresses"),
+    Key::new(
+        "file",
+        Holds::File,
+        "asterix: a recording in place of the network, part of the scene",
+    ),
+    Key::whole("sac", 0, 255, "asterix: system area code of its reports").or("any"),
+    Key::whole("sic", 0, 255, "asterix: system identification code of its reports").or("any"),
+    Key::new(
+        "categories",
+        Holds::Numbers { least: 0.0, most: 255.0 },
+        "asterix: categories taken, of 10, 20, 21, 48, 62",
+    )
+    .or("all of them"),
+    Key::number(
+        "sigma_m",
+        "m",
+        0.01,
+        1000.0,
+        "asterix: standard deviation of a position whose report says none",
+    )
+    .or("5"),
+    Key::number("interval_s", "s", 0.05, 60.0, "asterix: time between two reports of a target")
+        .or("a scan"),
+    Key::word(
+        "clock",
+        || vec!["utc", "first"],
+        "asterix: its times are the scene's, or count from its first plot",
+    )
+    .or("utc"),
 ];
 
 pub(crate) const TRACKING: &[Key] = &[

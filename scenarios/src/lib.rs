@@ -39,7 +39,7 @@ pub use entity::Entity;
 pub use error::{Problem, ScenarioError};
 pub use network::Network;
 pub use run::Run;
-pub use sensors::{AsdeScene, SensorScene};
+pub use sensors::{AsdeScene, ForeignScene, ForeignSource, SensorScene};
 pub use tracking::{Accuracy, Tracking};
 pub use traffic::Traffic;
 pub use weather::WeatherNotice;

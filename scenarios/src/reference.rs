@@ -1,6 +1,7 @@
 //! The reference of scene files, as text and as a JSON schema, made of the reader's own tables.
 
 use crate::keys::{GENERATED, MOVER, ROOT, SCHEDULE, TABLES, Table};
+use crate::sensors::FOREIGN;
 use models::frames::Vector3;
 use models::keys::{Holds, Key, PLACE};
 use models::plot::SensorId;
@@ -166,6 +167,7 @@ pub fn markdown() -> String {
         );
     }
     out.push_str("| `offline` | Fitted figures | What `seeds fit` wrote of any of these | of a radar's figures | as the kind |\n");
+    out.push_str("| `asterix` | Somebody's real sensor | Nothing: its plots come in ASTERIX ([asterix.md](asterix.md#a-real-sensor)) | of one that reports range and azimuth alone | no |\n");
     for declared in KINDS {
         let kind = &declared.kind;
         let _ = writeln!(out, "\n### sensor.overrides of kind = \"{}\"\n", kind.word);
@@ -298,7 +300,7 @@ fn sensor_schema(keys: &'static [Key]) -> Value {
             "processing" => !kind.radar,
             "figures" | "of" => true,
             "equipped" => !kind.carried,
-            _ => false,
+            word => FOREIGN.contains(&word),
         };
         let own: Vec<Key> = keys
             .iter()
@@ -323,7 +325,16 @@ fn sensor_schema(keys: &'static [Key]) -> Value {
         }
         forms.push(schema);
     }
-    let own = keys.iter().filter(|k| !["processing", "parameters", "overrides"].contains(&k.word));
+    let not = ["processing", "parameters", "overrides", "figures", "equipped"];
+    let own: Vec<Key> = keys.iter().filter(|k| !not.contains(&k.word)).copied().collect();
+    let mut foreign = table_schema(&own, &[]);
+    foreign["properties"]["kind"] = json!({ "const": "asterix" });
+    foreign["oneOf"] = json!([{ "required": ["listen"] }, { "required": ["file"] }]);
+    forms.push(foreign);
+    let not = |word: &str| {
+        ["processing", "parameters", "overrides"].contains(&word) || FOREIGN.contains(&word)
+    };
+    let own = keys.iter().filter(|k| !not(k.word));
     let own: Vec<Key> =
         own.map(|key| Key { needed: key.needed || key.word == "figures", ..*key }).collect();
     let mut offline = table_schema(&own, &[]);

@@ -1,10 +1,13 @@
 //! `[[sensor]]`: kind, place, parameters, and who carries it.
 
 pub mod asde;
+pub mod foreign;
 mod offline;
 mod reported;
 
 pub use asde::AsdeScene;
+pub(crate) use foreign::KEYS as FOREIGN;
+pub use foreign::{ForeignScene, ForeignSource};
 
 use crate::airport::AirportScene;
 use crate::document::{Section, within};
@@ -16,7 +19,7 @@ use crate::traffic::Traffic;
 use models::frames::{Vector2, Vector3};
 use models::plot::{Callsign, SensorId, SensorKind};
 use models::sensors::KINDS;
-use models::sensors::declared::Settings;
+use models::sensors::declared::{Declared, Settings};
 use models::sensors::radar::levels::Processing;
 use models::sensors::radar::shadow::Building;
 use models::sensors::radar::video::{CellRadar, MOST_CELLS};
@@ -28,7 +31,7 @@ use std::sync::Arc;
 pub struct SensorScene {
     /// Number: its place in the file, from 1.
     pub id: SensorId,
-    /// What kind of sensor; of an off-line one, the kind that its figures are of.
+    /// What kind of sensor; of an off-line one the kind that its figures are of, of somebody else's the kind that it is.
     pub kind: SensorKind,
     /// Name for people, unique in the scene.
     pub name: String,
@@ -44,8 +47,10 @@ pub struct SensorScene {
     pub equipped: Equipped,
     /// The checked radar, for `kind = "asde"`.
     pub asde: Option<AsdeScene>,
-    /// The checked sensor, for every other kind.
+    /// The checked sensor, for every other kind that is simulated.
     pub reported: Option<Arc<dyn Settings>>,
+    /// Of `kind = "asterix"`: whose plots they are.
+    pub foreign: Option<ForeignScene>,
 }
 
 /// Which targets carry a sensor.
@@ -67,6 +72,7 @@ impl SensorScene {
             && self.equipped == other.equipped
             && self.reported == other.reported
             && self.asde == other.asde
+            && self.foreign == other.foreign
     }
 
     /// True if the target of this name carries the sensor. The answer depends on nothing else, so it
@@ -101,12 +107,15 @@ pub(crate) fn read(
     let mut sensors: Vec<SensorScene> = Vec::new();
     let sections = root.sections("sensor", &words(keys::SENSOR))?;
     for (index, section) in sections.iter().enumerate() {
-        // `None`: off-line, of the kind that its figures are of.
-        let mut kinds: Vec<_> = KINDS.iter().map(|d| (d.kind.word, Some(*d))).collect();
-        kinds.push(("offline", None));
-        let declared = section
+        let mut kinds: Vec<_> = KINDS.iter().map(|d| (d.kind.word, Form::Of(d))).collect();
+        kinds.extend([("offline", Form::Offline), ("asterix", Form::Foreign)]);
+        let form = section
             .choice("kind", &kinds)?
             .ok_or_else(|| section.missing("kind", "the kind of sensor, like \"asde\"".into()))?;
+        let declared = match form {
+            Form::Of(declared) => Some(declared),
+            Form::Offline | Form::Foreign => None,
+        };
         let name = section.need_text("name", "a name for people")?.to_owned();
         if let Some(first) = sensors.iter().position(|s| s.name == name) {
             let first_line = sections[first].line_of("name");
@@ -140,22 +149,23 @@ pub(crate) fn read(
         }
         let equipped = equipped(section, traffic)?;
         let place = reported::Place { run, airport, id, site_m, equipped: &equipped, buildings };
-        let (kind, reported) = match declared {
-            Some(declared) => {
-                for key in ["figures", "of"] {
-                    if section.has(key) {
-                        let found = key.into();
-                        let allowed = "for kind = \"offline\" only".into();
-                        return Err(section.refuse(key, Problem::NotAllowed { found, allowed }));
-                    }
-                }
+        form.only_its_keys(section)?;
+        let mut foreign = None;
+        let (kind, reported) = match form {
+            Form::Of(declared) => {
                 let reported = reported::read(declared, section, &overrides, &place)?;
                 (SensorKind(&declared.kind), reported)
             }
-            None => {
+            Form::Offline => {
                 let (figures, file) = offline::read(section, &place)?;
                 files.push(file);
                 (figures.kind, Some(Arc::new(figures) as Arc<dyn Settings>))
+            }
+            Form::Foreign => {
+                let (sensor, kind, file) = foreign::read(section, run)?;
+                files.extend(file);
+                foreign = Some(sensor);
+                (kind, None)
             }
         };
         sensors.push(SensorScene {
@@ -168,9 +178,44 @@ pub(crate) fn read(
             equipped,
             asde,
             reported,
+            foreign,
         });
     }
     Ok((sensors, files))
+}
+
+/// What `kind` can say.
+#[derive(Clone, Copy)]
+enum Form {
+    /// A kind that is simulated.
+    Of(&'static Declared),
+    /// By fitted figures, of the kind that they are of.
+    Offline,
+    /// Somebody else's, which is there.
+    Foreign,
+}
+
+impl Form {
+    /// Refuses keys that only other forms have.
+    fn only_its_keys(self, section: &Section) -> Result<(), ScenarioError> {
+        let refused = |key: &str, kinds: &str| {
+            let allowed = format!("for kind = {kinds} only");
+            section.refuse(key, Problem::NotAllowed { found: key.to_owned(), allowed })
+        };
+        if section.has("figures") && !matches!(self, Self::Offline) {
+            return Err(refused("figures", "\"offline\""));
+        }
+        if section.has("of") && matches!(self, Self::Of(_)) {
+            return Err(refused("of", "\"offline\" and \"asterix\""));
+        }
+        if matches!(self, Self::Foreign) {
+            return Ok(());
+        }
+        match foreign::KEYS.iter().find(|key| section.has(key)) {
+            Some(key) => Err(refused(key, "\"asterix\"")),
+            None => Ok(()),
+        }
+    }
 }
 
 /// Refuses the whole video where a scan lasts longer than a turn (a cell would be painted twice), and

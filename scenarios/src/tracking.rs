@@ -184,7 +184,10 @@ fn model_of(sensor: &SensorScene) -> SensorModel {
     let (interval_s, latency_s) = match (&sensor.asde, &sensor.reported) {
         (Some(radar), _) => (60.0 / radar.parameters.rotation_rpm, 0.0),
         (None, Some(reported)) => reported.timing_s(),
-        (None, None) => return model,
+        (None, None) => match &sensor.foreign {
+            Some(foreign) => (foreign.interval_s, 0.0),
+            None => return model,
+        },
     };
     SensorModel { interval_s, latency_s, ..model }
 }

@@ -4,7 +4,7 @@ use anyhow::{Context, bail};
 use asterix::files::{Form, frames};
 use asterix::{Block, DecodeError, blocks};
 use std::fs::File;
-use std::io::Read;
+use std::io::{Cursor, Read, Seek};
 use std::path::Path;
 
 /// Octets of the largest recording that is read.
@@ -56,9 +56,24 @@ pub fn read(path: &Path, port: Option<u16>) -> anyhow::Result<Pieces> {
     if octets.is_empty() {
         bail!("{}: empty", path.display());
     }
-    let form = Form::of_octets(&octets);
+    Ok(bare(&octets))
+}
+
+/// A recording that is in memory already; `name` for what is wrong with it.
+///
+/// # Errors
+/// If it is a capture that cannot be read.
+pub fn of_octets(octets: &[u8], name: &str) -> anyhow::Result<Pieces> {
+    match octets.first_chunk() {
+        Some(head) if is_capture(*head) => pieces_of(Cursor::new(octets), name, None),
+        _ => Ok(bare(octets)),
+    }
+}
+
+fn bare(octets: &[u8]) -> Pieces {
+    let form = Form::of_octets(octets);
     let mut read = Pieces { form: form.to_string(), ..Pieces::default() };
-    for frame in frames(form, &octets) {
+    for frame in frames(form, octets) {
         match frame {
             Ok(frame) => read.pieces.push(Piece {
                 time_ns: frame.time_ns,
@@ -69,7 +84,7 @@ pub fn read(path: &Path, port: Option<u16>) -> anyhow::Result<Pieces> {
             Err(e) => read.problems.push(e.to_string()),
         }
     }
-    Ok(read)
+    read
 }
 
 /// Whether a file begins as a capture does: pcapng, or pcap of any byte order and stamp.
@@ -81,7 +96,11 @@ pub fn is_capture(head: [u8; 4]) -> bool {
 
 fn capture_of(path: &Path, port: Option<u16>) -> anyhow::Result<Pieces> {
     let file = File::open(path).with_context(|| path.display().to_string())?;
-    let reader = capture::Reader::new(file, &path.display().to_string(), false)?;
+    pieces_of(file, &path.display().to_string(), port)
+}
+
+fn pieces_of(source: impl Read + Seek, name: &str, port: Option<u16>) -> anyhow::Result<Pieces> {
+    let reader = capture::Reader::new(source, name, false)?;
     let mut read = Pieces { form: "capture".into(), ..Pieces::default() };
     let mut octets = 0;
     for item in reader {
@@ -97,7 +116,7 @@ fn capture_of(path: &Path, port: Option<u16>) -> anyhow::Result<Pieces> {
                 }
                 octets += datagram.payload.len() as u64;
                 if octets > LARGEST {
-                    bail!("{}: more than {} MiB of ASTERIX", path.display(), LARGEST >> 20);
+                    bail!("{name}: more than {} MiB of ASTERIX", LARGEST >> 20);
                 }
                 read.pieces.push(Piece {
                     time_ns: Some(datagram.utc_ns),
