@@ -1,5 +1,7 @@
 //! What a run sends in ASTERIX, held against its database; what comes back, scored.
 
+#![expect(clippy::print_stdout, reason = "what was measured")]
+
 mod common;
 
 use asterix::{Record, Value, blocks, cat010, cat011, cat020, cat021, cat062, presence};
@@ -16,26 +18,38 @@ use std::time::Duration;
 struct Listener {
     address: String,
     heard: Arc<Mutex<Vec<Vec<u8>>>>,
+    times: Arc<Mutex<Vec<i64>>>,
     stop: Arc<AtomicBool>,
     thread: Option<std::thread::JoinHandle<()>>,
 }
 
 impl Listener {
     fn new() -> Self {
-        let socket = UdpSocket::bind("127.0.0.1:0").expect("a port");
+        Self::on(UdpSocket::bind("127.0.0.1:0").expect("a port"))
+    }
+
+    fn on(socket: UdpSocket) -> Self {
         socket.set_read_timeout(Some(Duration::from_millis(50))).expect("a time-out");
         let address = socket.local_addr().expect("its address").to_string();
         let (heard, stop) = (Arc::new(Mutex::new(Vec::new())), Arc::new(AtomicBool::new(false)));
-        let (into, until) = (Arc::clone(&heard), Arc::clone(&stop));
+        let times = Arc::new(Mutex::new(Vec::new()));
+        let (into, at, until) = (Arc::clone(&heard), Arc::clone(&times), Arc::clone(&stop));
         let thread = std::thread::spawn(move || {
             let mut buffer = [0; 65_536];
             while !until.load(Ordering::SeqCst) {
                 if let Ok(length) = socket.recv(&mut buffer) {
+                    at.lock().expect("unbroken").push(federates::runtime::clock::utc_ns());
                     into.lock().expect("unbroken").push(buffer[..length].to_vec());
                 }
             }
         });
-        Self { address, heard, stop, thread: Some(thread) }
+        Self { address, heard, times, stop, thread: Some(thread) }
+    }
+
+    /// When they came, ns UTC; waits for what is still on its way.
+    fn times(&self) -> Vec<i64> {
+        std::thread::sleep(Duration::from_millis(300));
+        self.times.lock().expect("unbroken").clone()
     }
 
     fn end(mut self) -> Vec<Vec<u8>> {
@@ -87,7 +101,8 @@ fn every_plot_and_track_of_the_database_goes_out_once() {
     let (folder, listener, ports) = (Folder::new("gateway"), Listener::new(), Ports::new());
     let recording = folder.file("run.pcapng");
     let sent = folder.file("sent.pcapng");
-    let whole = ["zurich", "--rate", "4", "--duration", "24", "--seed", "3", "--no-viewer"];
+    // The one with GPS is there from 30 s on.
+    let whole = ["zurich", "--rate", "4", "--duration", "36", "--seed", "3", "--no-viewer"];
     let to = ["--asterix", &listener.address, "--asterix-record", &sent, "--record", &recording];
     // What it sends it hears as well, as if it were of somebody else's tracker.
     let own = free_udp_port();
@@ -97,7 +112,7 @@ fn every_plot_and_track_of_the_database_goes_out_once() {
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     foreign_tracks_are_kept(&folder);
     let digest = |output| summary(output)["digest"].clone();
-    let alone = ["zurich", "--fast", "--duration", "24", "--seed", "3", "--no-viewer"];
+    let alone = ["zurich", "--fast", "--duration", "36", "--seed", "3", "--no-viewer"];
     assert_eq!(
         digest(&output),
         digest(&finish(run(&Ports::new(), &alone))),
@@ -156,6 +171,85 @@ fn busy_night(folder: &Folder, movers: usize) -> String {
     let path = folder.file("night.toml");
     std::fs::write(&path, text).expect("written");
     path
+}
+
+/// A scene of parked aircraft that all report themselves: as many tracks.
+fn apron(folder: &Folder, count: usize) -> String {
+    let mut layout = String::from(
+        "I\n1000 Version - an apron, made by a test\n\n1 330 1 0 XAPR Apron\n\
+         100 45.00 1 0 0.25 1 3 1 09 45.05000000 9.98000000 0 0 3 2 1 0 27 45.05000000 10.02000000 0 0 3 2 1 0\n\
+         14 45.00000000 10.00000000 60 0 Tower\n1200\n\
+         1201 45.00000000 10.00000000 both 0 N0\n1201 45.00100000 10.00000000 both 1 N1\n1202 0 1 twoway taxiway_C A\n",
+    );
+    let mut scene = String::from(
+        "[run]\ntitle = \"apron\"\nseed = 1\nstart = 2026-01-01T06:00:00Z\nduration_s = 60\n\n\
+         [airport]\nicao = \"XAPR\"\nlayout = \"apron.apt.dat\"\n\n\
+         [[sensor]]\nkind = \"dgps\"\nname = \"DGPS\"\n",
+    );
+    for n in 0..count {
+        let (lat, lon) = (45.0 + (n / 25) as f64 * 8e-4, 10.0 + (n % 25) as f64 * 11e-4);
+        layout += &format!("1300 {lat:.8} {lon:.8} 0.00 gate jets S{n}\n");
+        scene += &format!(
+            "\n[[traffic]]\nkind = \"parked\"\ncallsign = \"P{n:04}\"\ntype = \"A320\"\nstand = \"S{n}\"\n"
+        );
+    }
+    std::fs::write(folder.file("apron.apt.dat"), layout + "99\n").expect("written");
+    let path = folder.file("apron.toml");
+    std::fs::write(&path, scene).expect("written");
+    path
+}
+
+/// In real time, over a multicast group of the loopback interface: every track of every scan, once. How long the burst of a scan takes
+/// is printed (goal: 100 ms), not judged: it is the machine's.
+#[test]
+fn five_hundred_tracks_go_out_live_and_none_is_lost() {
+    const TRACKS: usize = 500;
+    let (folder, ports) = (Folder::new("gateway-500"), Ports::new());
+    let scene = apron(&folder, TRACKS);
+    let group = std::net::Ipv4Addr::new(239, 9, 77, 1);
+    let socket = UdpSocket::bind((group, 0)).expect("a port of the group");
+    socket.join_multicast_v4(&group, &std::net::Ipv4Addr::LOCALHOST).expect("it joins");
+    let to = socket.local_addr().expect("its address").to_string();
+    let listener = Listener::on(socket);
+    let recording = folder.file("run.pcapng");
+    let mut command = run(&ports, &[&scene, "--duration", "14", "--no-viewer", "--no-visitors"]);
+    command.args(["--asterix", &to, "--asterix-send", "tracks", "--interface", "127.0.0.1"]);
+    command.args(["--record", &recording]);
+    let output = finish(command);
+    let times = listener.times();
+    let datagrams = listener.end();
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let database = Connection::open(folder.file("run.sqlite")).expect("the database");
+    let rows = numbers(&database, "SELECT scan, count(*) FROM tracks GROUP BY scan ORDER BY scan");
+    assert!(rows.iter().filter(|row| row[1] as usize == TRACKS).count() >= 8, "{rows:?}");
+    // Ends of batch (category 065) divide the scans.
+    let (mut heard, mut of_scan, mut first_ns, mut bursts_ms) = (Vec::new(), [0, 0], None, vec![]);
+    for (datagram, at_ns) in datagrams.iter().zip(&times) {
+        for block in blocks(datagram) {
+            let block = block.expect("sound");
+            for record in block.records().map(|r| r.expect("sound")) {
+                match block.number {
+                    62 => of_scan[0] += 1,
+                    11 => of_scan[1] += 1,
+                    65 if record.find("020").is_some() => {
+                        let begun_ns = first_ns.take().unwrap_or(*at_ns);
+                        bursts_ms.push((at_ns - begun_ns) as f64 * 1e-6);
+                        heard.push(std::mem::take(&mut of_scan));
+                        continue;
+                    }
+                    _ => continue,
+                }
+                first_ns.get_or_insert(*at_ns);
+            }
+        }
+    }
+    let scans = numbers(&database, "SELECT count(*) FROM scans")[0][0] as usize;
+    assert_eq!(heard.len(), scans, "one end of batch a scan");
+    let sent: Vec<[i64; 2]> = heard.into_iter().filter(|of| *of != [0, 0]).collect();
+    let expected: Vec<[i64; 2]> = rows.iter().map(|row| [row[1] as i64; 2]).collect();
+    assert_eq!(sent, expected);
+    bursts_ms.sort_by(f64::total_cmp);
+    println!("bursts of {TRACKS} tracks, ms: {bursts_ms:.1?}");
 }
 
 #[test]
@@ -223,7 +317,7 @@ fn held_against_the_database(folder: &Folder, scene: &scenarios::Scene, datagram
     }
     let mut expected: BTreeMap<u8, Vec<&Vec<f64>>> = BTreeMap::new();
     plots.iter().for_each(|row| expected.entry(row[0] as u8).or_default().push(row));
-    assert!(expected.len() >= 2 && plots.len() > 100, "{} plots", plots.len());
+    assert!(expected.len() >= 3 && plots.len() > 100, "{} plots", plots.len());
     assert_eq!(
         by_sensor.iter().map(|(s, r)| (*s, r.len())).collect::<Vec<_>>(),
         expected.iter().map(|(s, r)| (*s, r.len())).collect::<Vec<_>>()
