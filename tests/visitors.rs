@@ -1,5 +1,7 @@
 //! Runs with visitors from real sockets: the run is what it was, and a replay is the run.
 
+#![expect(clippy::print_stdout, reason = "what was measured")]
+
 mod common;
 
 use common::{Background, Folder, Ports, finish, run, seeds, stderr, summary};
@@ -135,4 +137,139 @@ fn a_run_goes_on_without_its_door() {
         .find(|pid| common::processes("seeds visitors").contains(pid));
     common::kill("KILL", door.expect("the member visitors"));
     assert_eq!(going.wait(Duration::from_secs(60)), Some(0), "the run ends as it would");
+}
+
+/// Somebody's radar: two cars, a report a second each, with a clock of its own.
+struct Radar {
+    over: Arc<AtomicBool>,
+    thread: Option<std::thread::JoinHandle<()>>,
+}
+
+impl Radar {
+    fn at(to: String) -> Self {
+        let over = Arc::new(AtomicBool::new(false));
+        let stop = Arc::clone(&over);
+        let thread = std::thread::spawn(move || {
+            let socket = std::net::UdpSocket::bind("127.0.0.1:0").expect("a socket");
+            let start = utc_ns();
+            while !stop.load(Ordering::Relaxed) {
+                let now = utc_ns();
+                let t_s = (now - start) as f64 * 1e-9;
+                let mut packer = asterix::Packer::new(1400);
+                for (n, north_m) in [(0.0, -2600.0), (1.0, -2800.0)] {
+                    packer
+                        .record(&asterix::cat010::CATEGORY, |items| {
+                            use asterix::cat010::*;
+                            items.put(&I010, &[7, 1])?;
+                            items.put(&I000, &[1])?;
+                            // Its clock goes as fast as the run's.
+                            let clock = asterix::time::of_day_s(now + (now - start));
+                            items.put(&I140, &[clock])?;
+                            items.put(&I042, &[-900.0 + 8.0 * t_s * n, north_m])?;
+                            items.put(&I500, &[3.0, 3.0, 0.0])
+                        })
+                        .expect("fits");
+                }
+                for datagram in packer.take() {
+                    let _ = socket.send_to(&datagram, &to);
+                    let _ = socket.send_to(&datagram[..20], &to);
+                }
+                std::thread::sleep(Duration::from_millis(250));
+            }
+        });
+        Self { over, thread: Some(thread) }
+    }
+}
+
+impl Drop for Radar {
+    fn drop(&mut self) {
+        self.over.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+#[test]
+fn a_real_sensor_feeds_the_tracker_and_a_replay_has_its_plots() {
+    let folder = Folder::new("foreign-sensor");
+    let path = &folder.file("run.pcapng");
+    let free = std::net::UdpSocket::bind("127.0.0.1:0").expect("a port");
+    let listen = free.local_addr().expect("its address").to_string();
+    drop(free);
+    let text =
+        std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/zurich.toml"))
+            .expect("the scene");
+    let sensor = format!(
+        "\n[[sensor]]\nname = \"their radar\"\nkind = \"asterix\"\nlisten = \"{listen}\"\nsac = 7\nsic = 1\nclock = \"first\"\ninterval_s = 0.25\n"
+    );
+    let scene = folder.file("theirs.toml");
+    std::fs::write(&scene, text + &sensor).expect("written");
+    let start = |more: &[&str]| {
+        let ports = Ports::new();
+        let mut command = seeds();
+        command.args(["run", &scene, "--dis", &ports.dis, "--sync-listen", &ports.sync]);
+        command.args(["--page", &ports.page]).args(more);
+        command
+    };
+    let refused = finish(start(&["--fast", "--duration", "5", "--no-viewer"]));
+    assert_eq!(refused.status.code(), Some(2), "{}", stderr(&refused));
+    assert!(stderr(&refused).contains("their radar"), "{}", stderr(&refused));
+
+    let of_run = ["--rate", "2", "--duration", "20", "--no-viewer", "--record", path];
+    let mut attempts = (0..4).map(|_| {
+        let radar = Radar::at(listen.clone());
+        let output = finish(start(&of_run));
+        drop(radar);
+        output
+    });
+    let complete = |output: &std::process::Output| output.status.code() == Some(0);
+    let output = attempts.find(complete).expect("one of four recordings is complete");
+    let heard = summary(&output);
+    assert_eq!(heard["external"], true, "{heard}");
+    assert!(heard["foreign_plots"].as_u64() > Some(20), "{heard}");
+
+    let mut replay = seeds();
+    replay.args(["replay", path, "--with-smdfm", "--scene", &scene]);
+    let output = finish(replay);
+    let replayed = summary(&output);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    for key in ["digest", "track_digest", "foreign", "foreign_plots", "touched", "external"] {
+        assert_eq!(replayed[key], heard[key], "{key}: {replayed}");
+    }
+}
+
+#[test]
+fn a_frozen_run_is_seen_to_stand_and_its_replay_is_the_run() {
+    let (ports, folder) = (Ports::new(), Folder::new("frozen"));
+    let path = &folder.file("run.pcapng");
+    let arguments = ["--rate", "2", "--duration", "20", "--no-viewer", "--no-visitors"];
+    let command = run(&ports, &[&arguments[..], &["--record", path]].concat());
+    let finished = std::thread::spawn(move || finish(command));
+    let soon = Duration::from_secs(60);
+    let running = || (common::status(&ports)?["state"]["phase"] == "RUNNING").then_some(());
+    assert!(common::wait_for(soon, running).is_some(), "{:?}", common::status(&ports));
+    let (frozen, words) = common::operate(&ports, &["freeze"]);
+    assert!(frozen, "{words}");
+    std::thread::sleep(Duration::from_millis(300));
+    let (going, words) = common::operate(&ports, &["start"]);
+    assert!(going, "{words}");
+    let output = finished.join().expect("it ends");
+    let going = summary(&output);
+    assert_eq!(going["faults"], serde_json::json!([]), "{going}");
+    let mut dump = seeds();
+    dump.args(["dis", "dump", path]);
+    let text = String::from_utf8(finish(dump).stdout).expect("text");
+    let stands = text.lines().filter(|l| l.ends_with(" frozen")).count();
+    assert!(stands >= 5, "{stands} entities stand");
+    let over = text.lines().filter(|l| l.ends_with(" frozen deactivated")).count();
+    println!("{stands} told while time stood, {over} at the end");
+    if output.status.code() == Some(0) {
+        let mut replay = seeds();
+        replay.args(["replay", path, "--with-smdfm", "--scene", "zurich"]);
+        let replayed = summary(&finish(replay));
+        for key in ["digest", "track_digest"] {
+            assert_eq!(replayed[key], going[key], "{key}: {replayed}");
+        }
+    }
 }

@@ -1,0 +1,340 @@
+"""Mirrors a run of SEEDS in BlueSky and BlueSky's aircraft in the run. SEEDS owns time.
+
+    seeds run zurich --public=tcp/127.0.0.1:7448
+    bluesky --headless
+    python clients/bluesky/bridge.py --dis 127.255.255.255:3000
+
+Ours go out as MOVE once a scan; theirs come in as DIS entities of application 300, as those of any visitor do. Who is in the run's truth
+and ours there is never taken from BlueSky. Freeze sends HOLD, going on OP, rate x DTMULT x. Ends with the run, or by Ctrl-C.
+"""
+
+import argparse
+import ipaddress
+import json
+import math
+import queue
+import socket
+import sys
+import threading
+import time
+
+import entity_pdu
+import seeds_client as seeds
+from wire import Wire
+
+FT_M, KT_MPS = 0.3048, 1852 / 3600
+MOST = 2000  # aircraft of theirs
+GONE_S = 2.0  # not in the data while their time moves
+LEAST_JUMP_M = 300.0
+HELD_S = 2.0
+HEARTBEAT_S = 4.0
+DRIFT_M = 1.0
+
+
+def cas_mps(tas_mps, altitude_m):
+    """Calibrated from true air speed in the standard atmosphere (below 11 km)."""
+    ratio = 1 - 2.25577e-5 * max(-500.0, min(altitude_m, 11_000.0))
+    pressure, temperature = 101_325 * ratio**5.25588, 288.15 * ratio
+    mach2 = tas_mps**2 / (1.4 * 287.053 * temperature)
+    impact = pressure * ((1 + 0.2 * mach2) ** 3.5 - 1)
+    return math.sqrt(5 * 1.4 * 287.053 * 288.15 * ((impact / 101_325 + 1) ** (1 / 3.5) - 1) / 1.0)
+
+
+def metres(a, b):
+    """Distance of two places (degrees) near each other."""
+    north, east = (a[0] - b[0]) * 111_194.9, (a[1] - b[1]) * 111_194.9 * math.cos(math.radians(a[0]))
+    return math.hypot(north, east)
+
+
+class Theirs:
+    """An aircraft of BlueSky in the run."""
+
+    def __init__(self, number):
+        self.number, self.seen_s, self.place, self.simt = number, 0.0, None, None
+        self.sent = None  # place, velocity, height and wall time as others know them
+
+
+class Bridge:
+    def __init__(self, arguments):
+        self.arguments = arguments
+        self.wire = Wire(arguments.host, arguments.receive, arguments.send)
+        self.node = None
+        self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
+        if ipaddress.ip_address(arguments.dis[0]).is_multicast:
+            self.socket.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton("127.0.0.1"))
+        self.log = open(arguments.log, "w", encoding="utf-8") if arguments.log else None
+        self.theirs, self.ours, self.numbers = {}, {}, {}
+        self.phase = self.rate = None
+        self.simt, self.moved_s, self.asked_op_s = None, time.monotonic(), 0.0
+        self.created, self.pending = {}, {}
+        self.count = {key: 0 for key in ("moves", "confirmed", "late", "dropped", "resets", "nodes_lost", "server_lost", "entities", "pdus", "damaged")}
+        self.latencies = []
+
+    # What goes out.
+
+    def say(self, line):
+        if self.node is None:
+            return
+        self.write("out", "STACK", line)
+        self.wire.command(self.node, line)
+
+    def write(self, direction, topic, body):
+        if self.log:
+            our_s = self.ours.get("time_s") if isinstance(self.ours, dict) else None
+            self.log.write(json.dumps({"wall_ns": time.time_ns(), "our_s": our_s, "dir": direction, "topic": topic, "body": body}) + "\n")
+
+    def pdu(self, callsign, entity, row, gone=False):
+        lat, lon, height_m, velocity = row
+        identifier = (self.arguments.site, 300, entity.number)
+        octets = entity_pdu.entity_state(self.arguments.exercise, identifier, callsign, "ZZZZ", lat, lon, height_m, velocity, gone)
+        try:
+            self.socket.sendto(octets, self.arguments.dis)
+            self.count["pdus"] += 1
+        except OSError:
+            pass  # the run has no network any more: it ends elsewhere
+
+    # The run.
+
+    def on_state(self, body):
+        phase, rate = body["phase"], body.get("rate")
+        if rate is None and phase == "RUNNING":
+            sys.exit("bridge: the run goes as fast as possible; BlueSky has real time: leave out --fast")
+        if rate != self.rate and rate:
+            self.say(f"DTMULT {max(1, min(20, round(rate)))}")
+        if phase != self.phase:
+            self.say("OP" if phase == "RUNNING" else "HOLD")
+        self.phase, self.rate = phase, rate
+
+    def on_truth(self, body):
+        rows = {row["callsign"].upper(): row for row in body["truth"] if row.get("ours") and row.get("lat_deg") is not None and row["callsign"]}
+        gone = [name for name in self.created if name not in rows]
+        lines = [f"DEL {name}" for name in gone]
+        for name in gone:
+            del self.created[name]
+            self.pending.pop(name, None)
+        now = time.monotonic()
+        for name, row in rows.items():
+            altitude_m = row["altitude_m"] + self.arguments.elevation
+            speed = math.hypot(row["vx_ms"], row["vy_ms"])
+            knots = cas_mps(speed, altitude_m) / KT_MPS
+            place = f"{row['lat_deg']:.7f},{row['lon_deg']:.7f}"
+            heading = row["heading_deg"] % 360.0
+            if name not in self.created:
+                kind = row.get("type") if row.get("aircraft") else "C172"
+                lines.append(f"CRE {name},{kind or 'A320'},{place},{heading:.2f},{altitude_m / FT_M:.1f},{knots:.2f}")
+                self.created[name] = now
+            lines.append(f"MOVE {name},{place},{altitude_m / FT_M:.1f},{heading:.2f},{knots:.2f},0")
+            if self.node is not None:
+                before = self.pending.get(name)
+                if before:
+                    self.count["late"] += 1
+                    self.write("own", "late", [name, before[3], before[1]])
+                self.count["moves"] += 1
+                self.pending[name] = [(row["lat_deg"], row["lon_deg"]), speed, now, None]
+        self.ours = {"time_s": body["time_s"], "names": set(rows)}
+        worst = sorted(self.latencies[-2000:])
+        spread = [worst[0], worst[len(worst) // 2], worst[-1]] if worst else None
+        self.write("own", "stats", {**self.count, "latency_s": spread})
+        del self.latencies[:-2000]
+        if self.log:
+            self.log.flush()
+        # One message a cycle, as long as a line may be.
+        for at in range(0, len(lines), 100):
+            self.say(";".join(lines[at:at + 100]))
+
+    # BlueSky.
+
+    def on_event(self, event):
+        topic = event[0]
+        if topic == "came":
+            if self.node is None:
+                self.take(event[1])
+        elif topic == "left":
+            self.write("in", "left", event[1].hex())
+            if event[1] == self.node:
+                self.count["nodes_lost"] += 1
+                self.leave()
+                if self.wire.nodes:
+                    self.take(self.wire.nodes[0])
+        elif topic == "lost":
+            self.count["server_lost"] += 1
+            self.leave()
+        elif topic == "damaged":
+            self.count["damaged"] += 1
+        elif event[1] == self.node:
+            self.from_node(topic, event[2])
+
+    def take(self, node):
+        """A node is there: everything begins again on it."""
+        self.node, self.simt, self.moved_s = node, None, time.monotonic()
+        self.created.clear()
+        self.pending.clear()
+        self.write("in", "came", node.hex())
+        self.say("OP" if self.phase in (None, "RUNNING") else "HOLD")
+        if self.rate:
+            self.say(f"DTMULT {max(1, min(20, round(self.rate)))}")
+
+    def leave(self):
+        """The node is gone: what was its own ends at once."""
+        self.node = None
+        self.created.clear()
+        self.pending.clear()
+        self.end(list(self.theirs))
+
+    def end(self, names):
+        for name in names:
+            entity = self.theirs.pop(name)
+            if entity.sent:
+                self.pdu(name, entity, (*entity.sent[0], entity.sent[1], (0.0, 0.0, 0.0)), gone=True)
+
+    def from_node(self, topic, data):
+        if topic == "RESET":
+            self.count["resets"] += 1
+            self.write("in", topic, None)
+            self.created.clear()
+            self.pending.clear()
+            self.end(list(self.theirs))
+            self.say("OP" if self.phase in (None, "RUNNING") else "HOLD")
+        elif topic == "ECHO":
+            self.write("in", topic, data if isinstance(data, (dict, str)) else str(data))
+        elif topic == "ACDATA" and isinstance(data, dict):
+            try:
+                self.aircraft(data)
+            except (KeyError, TypeError, ValueError):
+                self.count["damaged"] += 1
+
+    def aircraft(self, data):
+        now, simt = time.monotonic(), float(data["simt"])
+        if self.simt is None or simt != self.simt:
+            self.moved_s = now
+        if self.simt is not None and simt < self.simt:
+            self.created.clear()  # a reset that was not said
+        self.simt = simt
+        # SEEDS owns time: who holds it is told to go on.
+        if self.phase == "RUNNING" and now - self.moved_s > HELD_S and now - self.asked_op_s > HELD_S:
+            self.asked_op_s = now
+            self.say("OP")
+        ours = self.ours.get("names", set()) if self.ours else None
+        if ours is None:
+            return  # nobody has said yet who is ours
+        columns = [data[key] for key in ("id", "lat", "lon", "alt", "gs", "trk", "vs")]
+        for name, lat, lon, alt, gs, trk, vs in zip(*columns):
+            name = str(name).upper()
+            if not all(map(math.isfinite, (lat, lon, alt, gs, trk, vs))) or abs(lat) > 90 or abs(lon) > 360:
+                self.count["dropped"] += 1
+                continue
+            if name in ours or name in self.created:
+                self.confirm(name, (lat, lon), now)
+            else:
+                self.visit(name, (lat, lon), alt, gs, math.radians(trk), vs, now, simt)
+        if now - self.moved_s < GONE_S:
+            self.end([name for name, entity in self.theirs.items() if now - entity.seen_s > GONE_S])
+
+    def confirm(self, name, place, now):
+        asked = self.pending.get(name)
+        if not asked:
+            return
+        wanted, speed, at, _ = asked
+        # It rolls on from where it was put: so far at most until it was seen.
+        off_m = metres(place, wanted)
+        asked[3] = [off_m, now - at] if asked[3] is None or off_m < asked[3][0] else asked[3]
+        if off_m <= 2.0 + speed * (now - at) * 1.5 + 3.0 * (now - at):
+            del self.pending[name]
+            self.latencies.append(now - at)
+            self.count["confirmed" if now - at <= 0.5 else "late"] += 1
+
+    def visit(self, name, place, alt, gs, track, vs, now, simt):
+        entity = self.theirs.get(name)
+        if entity and entity.place:
+            elapsed = max(simt - entity.simt, 0.2)
+            if metres(place, entity.place) > max(LEAST_JUMP_M, 3 * gs * elapsed):
+                self.end([name])
+                entity = None
+        if entity is None:
+            if len(self.theirs) >= MOST:
+                self.count["dropped"] += 1
+                return
+            number = self.numbers.setdefault(name, len(self.numbers) % 65_000 + 1)
+            entity = self.theirs[name] = Theirs(number)
+            self.count["entities"] += 1
+        entity.seen_s, entity.place, entity.simt = now, place, simt
+        velocity = (gs * math.sin(track), gs * math.cos(track), vs)
+        if entity.sent:
+            (lat, lon), height_m, known, at = entity.sent
+            scale = (self.rate or 1.0) * (now - at)
+            believed = (lat + known[1] * scale / 111_194.9, lon + known[0] * scale / (111_194.9 * math.cos(math.radians(lat))))
+            off_m = math.hypot(metres(place, believed), alt - height_m - known[2] * scale)
+            if off_m < DRIFT_M and now - at < HEARTBEAT_S:
+                return
+        entity.sent = (place, alt, velocity, now)
+        self.pdu(name, entity, (*place, alt, velocity))
+
+    # All of it.
+
+    def run(self):
+        heard = queue.Queue(256)
+
+        def listen():
+            try:
+                with seeds.connect(self.arguments.endpoint, self.arguments.exercise, client="bluesky") as run:
+                    heard.put(("state", run.last("state")))
+                    for body in run.messages("truth", "state"):
+                        heard.put((body["schema"].split("/")[0].removeprefix("seeds."), body))
+                heard.put(("over", None))
+            except Exception as error:  # said by the main thread
+                heard.put(("over", str(error)))
+
+        threading.Thread(target=listen, daemon=True).start()
+        why = None
+        try:
+            while True:
+                for event in self.wire.poll(20):
+                    self.on_event(event)
+                while not heard.empty():
+                    kind, body = heard.get()
+                    if kind == "over":
+                        why = body
+                        return why
+                    (self.on_state if kind == "state" else self.on_truth)(body)
+        except KeyboardInterrupt:
+            return None
+        finally:
+            self.finish()
+
+    def finish(self):
+        self.end(list(self.theirs))
+        if self.created:
+            self.say(";".join(f"DEL {name}" for name in self.created))
+            time.sleep(0.2)
+        self.wire.close()
+        if self.log:
+            self.log.close()
+        worst = max(self.latencies, default=None)
+        share = self.count["confirmed"] / self.count["moves"] if self.count["moves"] else None
+        print(json.dumps({**self.count, "confirmed_share": share, "worst_s": worst}), flush=True)
+
+
+def address(text):
+    host, _, port = text.rpartition(":")
+    return str(ipaddress.ip_address(host)), int(port)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--endpoint", default=seeds.live.DEFAULT_ENDPOINT, help="public interface of the run")
+    parser.add_argument("--exercise", type=int, default=1)
+    parser.add_argument("--dis", type=address, default=("127.255.255.255", 3000), metavar="ADDR:PORT", help="data plane of the run")
+    parser.add_argument("--site", type=int, default=300, help="DIS site of BlueSky's aircraft")
+    parser.add_argument("--elevation", type=float, default=0.0, metavar="M", help="height of the aerodrome: ours fly as much higher in BlueSky")
+    parser.add_argument("--host", default="127.0.0.1", help="of the BlueSky server")
+    parser.add_argument("--receive", type=int, default=11000)
+    parser.add_argument("--send", type=int, default=11001)
+    parser.add_argument("--log", metavar="FILE", help="what comes and goes, one JSON object a line")
+    why = Bridge(parser.parse_args()).run()
+    if why:
+        sys.exit(f"bridge: {why}")
+
+
+if __name__ == "__main__":
+    main()
