@@ -190,7 +190,9 @@ impl Feed {
                     "category": format!("{:02X}", target.category),
                     "lat": round(target.lat_deg, 6),
                     "lon": round(target.lon_deg, 6),
-                    "nic": 8, "rc": 186, "nac_p": target.nac_p, "sil": 3, "version": 2,
+                    "nic": 8, "rc": 186, "nac_p": target.nac_p, "sil": 3, "sil_type": "perhour", "version": 2,
+                    // Nothing of it is by multilateration or traffic information.
+                    "mlat": [], "tisb": [],
                     "seen": 0.0, "seen_pos": 0.0,
                     "messages": self.schedules.get(id).map_or(0, |s| s.1),
                     "rssi": -6.0,

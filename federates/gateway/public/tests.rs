@@ -261,6 +261,27 @@ fn a_map_of_receivers_shows_the_targets() {
     let expected_s = 1_574_586_000.0 + 232.0;
     assert_eq!(aircraft["now"], json!(expected_s));
     assert_eq!(board.value("receiver.json").expect("a receiver")["refresh"], 1000);
+    // What a real readsb wrote of such targets: the same keys with values of the same kind, but for what only an antenna knows.
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/vectors/mode_s/aircraft-readsb.json");
+    let text = std::fs::read_to_string(path).expect("the example");
+    let real: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    let same = |ours: &serde_json::Value, theirs: &serde_json::Value| {
+        std::mem::discriminant(ours) == std::mem::discriminant(theirs)
+    };
+    for key in ["now", "messages", "aircraft"] {
+        assert!(same(&aircraft[key], &real[key]), "{key}");
+    }
+    let antenna = ["r_dst", "r_dir", "nac_v", "sda"];
+    for theirs in real["aircraft"].as_array().expect("a list") {
+        for (key, value) in theirs.as_object().expect("an object") {
+            let ours = match &key[..] {
+                // One or the other, by whether it moves.
+                "track" | "true_heading" => &target["track"],
+                key => &target[key],
+            };
+            assert!(antenna.contains(&&key[..]) || same(ours, value), "{key}: {ours}, {value}");
+        }
+    }
 }
 
 #[test]
