@@ -1,7 +1,5 @@
 //! What a run sends in ASTERIX, held against its database; what comes back, scored.
 
-#![expect(clippy::print_stdout, reason = "what was measured")]
-
 mod common;
 
 use asterix::{Record, Value, blocks, cat010, cat011, cat020, cat021, cat062, presence};

@@ -1,7 +1,5 @@
 //! Runs with visitors from real sockets: the run is what it was, and a replay is the run.
 
-#![expect(clippy::print_stdout, reason = "what was measured")]
-
 mod common;
 
 use common::{Background, Folder, Ports, finish, run, seeds, stderr, summary};

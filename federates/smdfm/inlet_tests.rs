@@ -110,7 +110,7 @@ fn error_m(reports: &[ScanReport]) -> (f64, usize) {
         for track in report.tracks.iter().filter(|t| t.status != "last") {
             let far = |truth: &[f64; 3]| {
                 let [east_m, north_m] = track.position_m;
-                (truth[0] - east_m).hypot(truth[1] - north_m)
+                libm::hypot(truth[0] - east_m, truth[1] - north_m)
             };
             let nearest = report.truth.iter().map(|t| far(&t.position_m)).fold(f64::MAX, f64::min);
             // What is farther is an echo of its own, not an error of a target.
