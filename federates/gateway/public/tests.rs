@@ -262,7 +262,8 @@ fn a_map_of_receivers_shows_the_targets() {
     assert_eq!(aircraft["now"], json!(expected_s));
     assert_eq!(board.value("receiver.json").expect("a receiver")["refresh"], 1000);
     // What a real readsb wrote of such targets: the same keys with values of the same kind, but for what only an antenna knows.
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/vectors/mode_s/aircraft-readsb.json");
+    let path =
+        concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/vectors/mode_s/aircraft-readsb.json");
     let text = std::fs::read_to_string(path).expect("the example");
     let real: serde_json::Value = serde_json::from_str(&text).expect("JSON");
     let same = |ours: &serde_json::Value, theirs: &serde_json::Value| {
