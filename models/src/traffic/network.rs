@@ -154,6 +154,9 @@ fn named(names: &[String]) -> String {
     }
 }
 
+/// A stand so near to a line lies on it, m.
+const ON_EDGE_M: f64 = 3.0;
+
 impl Network {
     /// Whether an end of one runway lies in the strip of the other: who has one of them has both.
     #[must_use]
@@ -650,9 +653,10 @@ impl Network {
     /// R5.
     fn lead_ins(&mut self) {
         let (mut joined, mut at_node, mut off) = (0, 0, Vec::new());
+        let mut on_edge: Vec<String> = Vec::new();
+        let has_edge = |net: &Self, node: usize| net.edges.iter().any(|e| e.nodes.contains(&node));
+        // First all that have a lead-in: nobody is joined to the lead-in of another.
         for s in 0..self.stands.len() {
-            let has_edge =
-                |net: &Self, node: usize| net.edges.iter().any(|e| e.nodes.contains(&node));
             if self.stands[s].node.is_some_and(|n| has_edge(self, n)) {
                 continue;
             }
@@ -672,9 +676,19 @@ impl Network {
                 self.nodes[node].stand = Some(s);
                 self.stands[s].node = Some(node);
                 at_node += 1;
+            }
+        }
+        for s in 0..self.stands.len() {
+            if self.stands[s].node.is_some_and(|n| has_edge(self, n)) {
                 continue;
             }
+            let stand = self.stands[s].clone();
             let ahead = crate::frames::Azimuth::from_rad(stand.heading_rad).unit();
+            if let Some((from, to)) = self.end_at_stand(s, ahead) {
+                on_edge.push(format!("{} ({from}-{to})", stand.name));
+                joined += 1;
+                continue;
+            }
             let mut best: Option<(bool, f64, usize, f64)> = None;
             for (e, edge) in self.edges.iter().enumerate() {
                 let stands_there = edge.nodes.iter().any(|n| self.nodes[*n].stand.is_some());
@@ -729,6 +743,13 @@ impl Network {
             "R5: {joined} stands joined to the nearest edge, {at_node} to the end of a lead-in, {} without a way within {STAND_REACH_M} m",
             off.len()
         ));
+        if !on_edge.is_empty() {
+            self.findings.push(format!(
+                "{} stands lie on a taxiway, which ends there: {}",
+                on_edge.len(),
+                named(&on_edge)
+            ));
+        }
         if !off.is_empty() {
             self.findings.push(format!(
                 "{} stands without a way to the network: {}",
@@ -736,6 +757,43 @@ impl Network {
                 named(&off)
             ));
         }
+    }
+
+    /// A stand on an edge that leads through it, the way it heads: the part behind it is its lead-in, what goes on from it is
+    /// cut off, since a way never leads over a stand. The names of the ends of that edge.
+    fn end_at_stand(&mut self, s: usize, ahead: Vector2<f64>) -> Option<(String, String)> {
+        let at_m = self.stands[s].at_m;
+        let mut best: Option<(f64, usize, f64)> = None;
+        for (e, edge) in self.edges.iter().enumerate() {
+            let stands_there = edge.nodes.iter().any(|n| self.nodes[*n].stand.is_some());
+            if edge.strip.is_some() || edge.runway.is_some() || stands_there {
+                continue;
+            }
+            let [a, b] = self.ends(edge);
+            let length = (b - a).norm();
+            let place = (at_m - a).dot(&(b - a)) / length;
+            let off_m = (a + (b - a) * (place / length) - at_m).norm();
+            let along = (b - a).dot(&ahead) / length;
+            let inside = place > 10.0 && length - place > 10.0;
+            if inside && off_m < ON_EDGE_M && along.abs() > 0.7 {
+                let nearer = best.is_none_or(|x| off_m < x.0);
+                best = if nearer { Some((off_m, e, place)) } else { best };
+            }
+        }
+        let (_, e, place) = best?;
+        let [first, second] = self.edges[e].nodes;
+        let names = [first, second].map(|n| self.nodes[n].name.clone());
+        let [a, b] = self.ends(&self.edges[e]);
+        let node = self.cut(e, place, self.stands[s].name.clone());
+        let rest = self.edges.len() - 1;
+        // The cut leaves the part from the first node in place and puts the other last.
+        let (kept, dropped) = if (b - a).dot(&ahead) > 0.0 { (e, rest) } else { (rest, e) };
+        self.edges[kept].two_way = true;
+        self.edges.remove(dropped);
+        self.nodes[node].stand = Some(s);
+        self.stands[s].node = Some(node);
+        let [from, to] = names;
+        Some((from, to))
     }
 
     /// A stand nearer to its lane than its largest aircraft needs goes on along its lead-in, until the tail is

@@ -2,7 +2,7 @@
 
 use super::{Breaches, Row, Rules, Seen};
 use crate::airport::{Airport, distance_to_segment_m};
-use crate::frames::Vector2;
+use crate::frames::{Azimuth, Vector2};
 use std::collections::BTreeMap;
 
 /// Lines of the network in squares.
@@ -25,22 +25,31 @@ fn square(at: Vector2<f64>) -> (i64, i64) {
 }
 
 impl Pavement {
-    /// Edges, centrelines, service roads, and from each stand the line to the nearest edge.
+    /// Edges, centrelines, service roads, and from each stand the line to the nearest edge that it heads away from (else to
+    /// the nearest of all) and is not the lead-in of a stand.
     pub(super) fn of(airport: &Airport) -> Self {
         let at = |n: usize| airport.nodes[n].position_m;
         let mut lines: Vec<[Vector2<f64>; 2]> =
             airport.edges.iter().map(|e| [at(e.from), at(e.to)]).collect();
-        let edges = lines.clone();
+        let of_stand =
+            |p: Vector2<f64>| airport.stands.iter().any(|s| (s.position_m - p).norm() < 2.0);
+        let lanes = lines.iter().filter(|l| !l.iter().any(|p| of_stand(*p)));
+        let edges: Vec<[Vector2<f64>; 2]> = lanes.copied().collect();
         for stand in &airport.stands {
             let p = stand.position_m;
+            let ahead = Azimuth::from_rad(stand.heading_rad).unit();
             let foot = |[a, b]: &[Vector2<f64>; 2]| {
                 let along = b - a;
                 let share = (p - a).dot(&along) / along.norm_squared().max(1e-9);
                 a + along * share.clamp(0.0, 1.0)
             };
             let feet = edges.iter().map(foot);
-            let nearest = feet.min_by(|a, b| (a - p).norm().total_cmp(&(b - p).norm()));
-            lines.extend(nearest.filter(|f| (f - p).norm() <= LEAD_IN_M).map(|f| [p, f]));
+            let key = |f: &Vector2<f64>| ((p - f).dot(&ahead) < 0.0, (f - p).norm());
+            let nearest = feet.filter(|f| (f - p).norm() <= LEAD_IN_M).min_by(|a, b| {
+                let (a, b) = (key(a), key(b));
+                a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+            });
+            lines.extend(nearest.map(|f| [p, f]));
         }
         lines.extend(airport.runways.iter().map(|r| r.ends_m));
         lines.extend(airport.details.roads.iter().map(|(ends_m, _)| *ends_m));
