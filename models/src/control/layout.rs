@@ -270,13 +270,15 @@ impl Layout {
                 .filter(|e| e.runway.is_none() && e.strip.is_none_or(|s| Some(s) != number))
             {
                 let [a, b] = edge.nodes.map(|n| net.nodes[n].at_m);
-                let count = ((b - a).norm() / 20.0).ceil().max(1.0) as usize;
+                let count = ((b - a).norm() / 2.0).ceil().clamp(1.0, 5_000.0) as usize;
                 for i in 0..=count {
                     let (s, d) = axis.place_m(a + (b - a) * (i as f64 / count as f64));
                     let beside = (-60.0..=axis.length_m + 60.0).contains(&s);
                     // What touches the runway itself is a crossing that the file does not end with a hold.
                     if beside && d.abs() < axis.hold_m && d.abs() > 0.5 * axis.width_m + 15.0 {
-                        least(s, d, 0, d.abs());
+                        // Between two points of an edge, too, where a step ends there.
+                        least(s - 2.0, d, 0, d.abs());
+                        least(s + 2.0, d, 0, d.abs());
                     }
                 }
             }
