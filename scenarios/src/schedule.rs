@@ -14,7 +14,7 @@ use models::frames::{Azimuth, wrap_pi};
 use models::plot::Callsign;
 use models::time::SimTime;
 use models::traffic::core::{Core, Direction, Failure, FailureKind, Flight, Obstacle, Policy};
-use models::traffic::network::{Network, code_of_span};
+use models::traffic::network::{NetEdge, Network, code_of_span};
 use models::traffic::outline::{Rectangle, Size, distance_m, outline};
 use models::traffic::pieces::Pieces;
 use models::traffic::way::Arcs;
@@ -530,6 +530,27 @@ fn generated(
         Ok(if given.is_empty() { default_ends(network, arrival) } else { given })
     };
     let (landing, leaving) = (ends("arrival_runways", true)?, ends("departure_runways", false)?);
+    let lacks = |designator: &str| {
+        types.get(designator).map_or(0.0, |row| {
+            let none: &[String] = &[];
+            let landing = if arrivals > 0.0 { &landing } else { none };
+            lacks_m(network, row, landing, if departures > 0.0 { &leaving } else { none })
+        })
+    };
+    let too_long = mix.iter().filter(|m| lacks(&m.0) > 0.0).map(|m| m.0.clone());
+    let too_long = too_long.collect::<Vec<_>>().join(", ");
+    let least = mix.iter().map(|m| lacks(&m.0)).fold(f64::INFINITY, f64::min);
+    if least > 0.0 {
+        let ends = landing.iter().chain(&leaving).cloned().collect::<Vec<_>>().join(", ");
+        let found =
+            format!("{too_long}, of which each lacks {least:.0} m or more from entry or to exit");
+        let needed = format!("a mix with a type that runway {ends} is long enough for");
+        return Err(section.refuse("mix", Problem::WrongKind { found, needed }));
+    }
+    mix.retain(|m| lacks(&m.0) <= 0.0);
+    if !too_long.is_empty() {
+        remarks.push(format!("{too_long}: left out, the runways are too short for them"));
+    }
     let usable: Vec<usize> = (0..network.stands.len())
         .filter(|s| network.stands[*s].node.is_some_and(|n| network.nodes[n].used))
         .collect();
@@ -624,6 +645,7 @@ fn on_stands(
     };
     let poses: Vec<_> = (0..network.stands.len()).map(heading).collect();
     let reached: Vec<Vec<bool>> = (0..6).map(|code| reached_stands(network, code)).collect();
+    let widest_m = drawn.iter().map(|d| size_of(d).span_m).fold(36.0, f64::max);
     // Who leaves as whose turn-round: the first that is ready.
     let mut order: Vec<usize> = (0..drawn.len()).collect();
     order.sort_by(|a, b| drawn[*a].time_s.total_cmp(&drawn[*b].time_s).then(a.cmp(b)));
@@ -678,7 +700,7 @@ fn on_stands(
         // Who would close a lane goes elsewhere, where there is an elsewhere.
         let clear = |s: &usize| {
             poses[*s].is_some_and(|(at_m, heading_rad)| {
-                clear_of_lanes(network, &outline(size, at_m, heading_rad))
+                clear_of_lanes(network, &outline(size, at_m, heading_rad), widest_m)
             })
         };
         if fitting.iter().any(clear) {
@@ -755,8 +777,8 @@ fn reached_stands(network: &Network, code: u8) -> Vec<bool> {
     stands
 }
 
-/// Whether somebody of code C can pass a parked outline on every lane.
-fn clear_of_lanes(network: &Network, parked: &[Rectangle; 2]) -> bool {
+/// Whether the widest of the demand can pass a parked outline on every lane that is wide enough for it.
+fn clear_of_lanes(network: &Network, parked: &[Rectangle; 2], widest_m: f64) -> bool {
     let middle = (parked[0].corners_m[0] + parked[0].corners_m[2]) * 0.5;
     network.edges.iter().all(|edge| {
         let lead_in = edge.nodes.iter().any(|n| network.nodes[*n].stand.is_some());
@@ -768,7 +790,8 @@ fn clear_of_lanes(network: &Network, parked: &[Rectangle; 2]) -> bool {
             return true;
         }
         let line = Rectangle { corners_m: [a, b, b, a] };
-        distance_m(parked, &[line; 2]) > 21.0
+        let span_m = if edge.code >= code_of_span(widest_m) { widest_m } else { 36.0 };
+        distance_m(parked, &[line; 2]) > 0.5 * span_m + 3.0
     })
 }
 
@@ -790,28 +813,7 @@ fn default_ends(network: &Network, arrival: bool) -> Vec<String> {
     };
     let second = order[1..].iter().copied().find(|r| !crosses(*r, first)).unwrap_or(first);
     let r = if arrival { first } else { second };
-    // Landings need exits far down the runway, take-offs entries with a long run ahead.
-    let reach = |end: usize, arrival: bool| {
-        let runway = &network.runways[r];
-        let direction = Azimuth::of(runway.ends_m[1 - end] - runway.ends_m[end]).rad();
-        let mut best = 0.0_f64;
-        for (place, node) in &runway.spine {
-            for edge in network
-                .edges
-                .iter()
-                .filter(|e| e.nodes.contains(node) && e.strip == Some(r) && e.runway.is_none())
-            {
-                let other = edge.nodes[usize::from(edge.nodes[0] == *node)];
-                let away = network.nodes[other].at_m - network.nodes[*node].at_m;
-                let heading = Azimuth::of(if arrival { away } else { -away }).rad();
-                if wrap_pi(heading - direction).abs() < 2.0 {
-                    let along = if end == 0 { *place } else { runway.length_m - place };
-                    best = best.max(if arrival { along } else { runway.length_m - along });
-                }
-            }
-        }
-        best
-    };
+    let reach = |end: usize, arrival: bool| reach_m(network, r, end, arrival);
     // One runway for both is used one way only.
     let score = |end: usize| match (second == first, arrival) {
         (true, _) => reach(end, true).min(reach(end, false)),
@@ -820,4 +822,46 @@ fn default_ends(network: &Network, arrival: bool) -> Vec<String> {
     };
     let end = usize::from(score(1) > score(0) + 1.0);
     vec![network.runways[r].names[end].clone()]
+}
+
+/// How far down a runway, m: the farthest exit of landings, or the longest run from an entry of take-offs.
+fn reach_m(network: &Network, r: usize, end: usize, arrival: bool) -> f64 {
+    let runway = &network.runways[r];
+    let direction = Azimuth::of(runway.ends_m[1 - end] - runway.ends_m[end]).rad();
+    let mut best = 0.0_f64;
+    for (place, node) in &runway.spine {
+        let on = |e: &&NetEdge| e.nodes.contains(node) && e.strip == Some(r) && e.runway.is_none();
+        for edge in network.edges.iter().filter(on) {
+            let other = edge.nodes[usize::from(edge.nodes[0] == *node)];
+            let away = network.nodes[other].at_m - network.nodes[*node].at_m;
+            let heading = Azimuth::of(if arrival { away } else { -away }).rad();
+            if wrap_pi(heading - direction).abs() < 2.0 {
+                let along = if end == 0 { *place } else { runway.length_m - place };
+                best = best.max(if arrival { along } else { runway.length_m - along });
+            }
+        }
+    }
+    best
+}
+
+/// What a type lacks on the runways of a demand, m; 0: it can use them. Take-offs need 1.05 of their run and 100 m, landings the
+/// way from 900 m behind the threshold with 2 s and 2.2 m/s² of braking (assumed).
+fn lacks_m(network: &Network, row: &TypeRow, landing: &[String], leaving: &[String]) -> f64 {
+    let f = flight_of(row);
+    let v = f.landing.0;
+    let need = [
+        (landing, true, 900.0 + 2.0 * v + v * v / 4.4),
+        (leaving, false, 1.05 * f.take_off.1 + 100.0),
+    ];
+    let mut lacks = 0.0_f64;
+    for (ends, arrival, need_m) in need {
+        for name in ends {
+            let found = network.runways.iter().enumerate().find_map(|(r, runway)| {
+                runway.names.iter().position(|n| n == name).map(|end| (r, end))
+            });
+            let Some((r, end)) = found else { continue };
+            lacks = lacks.max(need_m - reach_m(network, r, end, arrival));
+        }
+    }
+    lacks
 }

@@ -189,6 +189,8 @@ pub struct Way {
     pub roll: Range<usize>,
     /// Index of the first piece of each runway crossing, and the runway.
     pub crossings: Vec<(usize, usize)>,
+    /// Where one waits for a strip: the index of its first piece, and the place, m.
+    holds_m: Vec<(usize, f64)>,
     /// Where the guided point stops at last, m.
     pub stop_m: f64,
     /// Greatest speed every two metres.
@@ -326,6 +328,24 @@ impl Way {
             let farther = self.group_last[k..=end].iter().copied().max().unwrap_or(end);
             self.group_last[k] = farther;
         }
+    }
+
+    /// Finds where one waits for each crossing, and for the step `and`: at a holding position in a bend before its arc, which
+    /// cuts the corner and so leads over the line.
+    pub fn hold_before(&mut self, and: Option<usize>) {
+        let steps = self.crossings.iter().map(|c| c.0).chain(and).filter(|k| *k > 0);
+        let holds = steps.map(|k| {
+            let end = self.ends_m[k - 1];
+            let arc = self.path.arcs().find(|(from, to, _)| (*from..=*to).contains(&end));
+            (k, arc.map_or(end, |a| a.0))
+        });
+        self.holds_m = holds.collect();
+    }
+
+    /// Where one waits for the strip that begins with step `next`, m.
+    #[must_use]
+    pub fn hold_m(&self, next: usize) -> Option<f64> {
+        self.holds_m.iter().find(|h| h.0 == next).map(|h| h.1)
     }
 
     /// One group from `first` to `last`, taken as a roll where `roll`.

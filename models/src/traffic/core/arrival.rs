@@ -23,7 +23,7 @@ impl Core {
             return;
         }
         let r = f.runway.0;
-        let least = if self.mixed[r] && self.departures_wait(r) { 200.0 } else { 0.0 };
+        let least = if self.mixed[r] { self.departure_slot_s(r) } else { 0.0 };
         let too_near = self.crossing[r].iter().any(|c| {
             let (last_s, wake) = self.last_landing[*c];
             self.time_s + time < last_s + arrival_gap_s(wake, f).max(least)
@@ -248,6 +248,7 @@ impl Core {
                 .find(|c| c.0 == on_runway)
                 .map_or(on_runway, |_| way.group_last[on_runway]);
             way.crossings.retain(|c| c.0 != on_runway);
+            way.hold_before(None);
             way.group(0, exit_end.min(way.pieces.len() - 1));
             let free_to = way.path.arcs().next().map_or(way.ends_m[on_runway - 1], |a| a.0);
             let braking = (1.15 * needed.max(0.5)).max(f.landing.1.min(1.6)).min(3.0);
@@ -459,7 +460,8 @@ impl Core {
             mover.way.most_mps(mover.s + 0.3 * mover.v).min(mover.v.max(15.0)).min(mover.most_mps())
         };
         let wish = if mover.stopped { 0.0 } else { wish };
-        let dec = 1.2 * mover.braking;
+        // Nobody brakes harder than 3 m/s².
+        let dec = (1.2 * mover.braking).min(3.0);
         let limits = Tick { acc: 0.5, dec, jerk: 2.0, dt: self.step_s };
         let (s, v, a) = (mover.s, mover.v, mover.a);
         let end = mover.way.stop_m;

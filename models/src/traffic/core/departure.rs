@@ -4,7 +4,7 @@ use super::drive::Tick;
 use super::failures::FailureKind;
 use super::plan::Start;
 use super::runway::take_off_of;
-use super::{Core, HOLD_GAP_M, PUSH_BEFORE_M, Phase, Policy, RETRY_S, TAIL_M, Timing};
+use super::{Core, GAP_M, HOLD_GAP_M, PUSH_BEFORE_M, Phase, Policy, RETRY_S, TAIL_M, Timing};
 use crate::control::clearance::ClearanceKind;
 use crate::draw::uniform;
 use crate::frames::{Azimuth, Vector2, wrap_pi};
@@ -93,8 +93,11 @@ impl Core {
             }
             let now = self.time_s;
             let since = *self.movers[m].waits_since_s.get_or_insert(now);
+            if now - since > 300.0 && self.tow_elsewhere(m) {
+                return;
+            }
             if now - since > 120.0 {
-                self.tow_neighbour(m);
+                self.tow_blockers(m);
             }
             self.movers[m].next_try_s = now + 15.0;
             return;
@@ -168,24 +171,57 @@ impl Core {
         }
     }
 
-    /// Nothing leads away from a stand: the nearest aircraft that stands beside it without a next flight is towed away.
-    fn tow_neighbour(&mut self, m: usize) {
-        let at = self.net.stands[self.movers[m].stand].at_m;
-        let away_m = |o: &usize| (self.net.stands[self.movers[*o].stand].at_m - at).norm();
-        let idle = |o: &usize| {
-            self.movers[*o].phase == Phase::Docked
-                && away_m(o) < 150.0
-                && !self.flights.iter().any(|g| g.turnaround_of == Some(*o))
-        };
-        let all = (0..self.movers.len()).filter(|o| *o != m && idle(o));
-        let nearest = all.min_by(|a, b| away_m(a).total_cmp(&away_m(b)));
-        if let Some(o) = nearest {
+    /// Nothing leads away from a stand: of those who stand on the way that it has on an empty airport, the ones without a
+    /// next flight are towed away.
+    fn tow_blockers(&mut self, m: usize) {
+        let old = self.movers[m].clone();
+        let told = self.remarks.len();
+        let class = self.movers[m].class;
+        let narrow: Vec<bool> = self.net.edges.iter().map(|e| class > e.code + 1).collect();
+        let easy = vec![false; 2 * self.net.edges.len()];
+        let found = self.plan_departure(m, &narrow, &easy, &[]);
+        let way = std::mem::replace(&mut self.movers[m], old);
+        self.remarks.truncate(told);
+        if !found {
+            return;
+        }
+        let mut blockers: Vec<usize> = Vec::new();
+        for z in way.push.pieces.iter().chain(&way.way.pieces) {
+            for (other, least) in self.pieces.conflicts(*z as usize, class) {
+                let holders = self.holders[*other as usize].iter().map(|h| *h as usize);
+                blockers.extend(holders.filter(|h| *h != m && self.movers[*h].class >= *least));
+            }
+        }
+        blockers.sort_unstable();
+        blockers.dedup();
+        for o in blockers {
+            let next = self.flights.iter().any(|g| g.turnaround_of == Some(o));
+            if self.movers[o].phase != Phase::Docked || next {
+                continue;
+            }
             let (name, stand) = (&self.flights[o].callsign, self.movers[o].stand);
-            let stand = &self.net.stands[stand].name;
-            let text = format!("{name}: towed away from stand {stand}, out of the way");
+            let (stand, who) = (&self.net.stands[stand].name, &self.flights[m].callsign);
+            let text = format!("{name}: towed away from stand {stand}, out of the way of {who}");
             self.remark(text);
             self.leave_stand(o);
         }
+    }
+
+    /// Nothing has led away for long: it is towed to another stand, where it is again two minutes later.
+    fn tow_elsewhere(&mut self, m: usize) -> bool {
+        let here = self.movers[m].stand;
+        let found = self.free_stands(m, 6).into_iter().find(|(s, _)| *s != here);
+        let Some((stand, _)) = found else { return false };
+        let [from, to] = [here, stand].map(|s| self.net.stands[s].name.clone());
+        let name = &self.flights[m].callsign;
+        self.remark(format!("{name}: nothing leads away from stand {from}, towed to {to}"));
+        self.leave_stand(m);
+        let mover = &mut self.movers[m];
+        mover.phase = Phase::Absent;
+        mover.tow_to = Some(stand);
+        mover.waits_since_s = None;
+        mover.next_try_s = self.time_s + 120.0;
+        true
     }
 
     /// The departure's way: of several, under a plan, the one that is lined up first.
@@ -418,7 +454,6 @@ impl Core {
             first_strip -= 1;
         }
         way.group_crossings(&self.pieces, length + 10.0, first_strip..total);
-        way.group(first_strip, total - 1);
         let joined = way.ends_m[pieces_before - 1];
         let turned = way
             .path
@@ -426,6 +461,15 @@ impl Core {
             .find(|a| a.0 <= joined + 0.1 && a.1 >= joined - 0.1)
             .map_or(joined, |a| a.1);
         way.stop_m = (turned + 0.8 * length).min(way.ends_m[total - 1]);
+        // For the line-up as much of the runway as its nose needs, for the roll the rest.
+        let nose_m = way.stop_m + 0.1 * length + GAP_M + 1.0;
+        let lined_up = way.ends_m.partition_point(|e| *e < nose_m).max(pieces_before);
+        let roll_from = (lined_up + 1).min(total);
+        way.group(first_strip, roll_from - 1);
+        if roll_from < total {
+            way.group(roll_from, total - 1);
+        }
+        way.hold_before(Some(first_strip));
         let driving = self.movers[m].driving;
         way.limit(&net, &self.pieces, &driving, 0.0, 1.0);
         let push_arcs: Vec<usize> = back.iter().chain(&chain).copied().collect();
@@ -439,7 +483,10 @@ impl Core {
         let first_m = fillet.map_or(corner, |a| a.1) + f.wheelbase_m + 2.0;
         let tail = (0.9 * length - f.wheelbase_m) + TAIL_M;
         let room_m = push.ends_m.last().map_or(0.0, |end| end - tail - first_m);
-        let off_m = |gear_m: f64| nearest(&way.path, nose_of(&push.path, gear_m, f.wheelbase_m)).0;
+        let off_m = |gear_m: f64| {
+            let nose = nose_of(&push.path, gear_m, f.wheelbase_m);
+            nearest(&way.path, nose, push.path.length_m()).0
+        };
         let steps = (room_m.clamp(0.0, 60.0) / 2.0) as usize;
         let stops = (0..=steps).map(|k| first_m + 2.0 * k as f64).map(|stop| (off_m(stop), stop));
         let mut best = (f64::INFINITY, first_m);
@@ -470,6 +517,9 @@ impl Core {
         let pushed = push.stop_m - corner;
         let start = (skipped - pushed) + f.wheelbase_m;
         let cleared_way_m = Self::line_of(&way, 0.0);
+        let hold_m = first_strip.checked_sub(1).map_or(0.0, |i| way.ends_m[i]);
+        let line_up_s =
+            way.alone((hold_m - 0.1 * length).max(0.0), 0.3, &driving).time_s(way.stop_m);
         let mover = &mut self.movers[m];
         mover.cleared_way_m = cleared_way_m;
         mover.measures.unhindered_s =
@@ -477,6 +527,8 @@ impl Core {
         mover.push = push;
         mover.way = way;
         mover.threshold = first_strip as f64;
+        mover.roll_from = roll_from;
+        mover.line_up_s = line_up_s;
         let stop = self.movers[m].push.stop_m;
         self.movers[m].under = self.after_push(m, stop).0;
         self.movers[m].under.end <= first_strip
@@ -573,7 +625,8 @@ impl Core {
         let mover = &self.movers[m];
         let heading = push_heading(&mover.push.path, gear_m).0;
         // The nearest place of the way to the nose wheel, near its begin.
-        let (_, at) = nearest(&mover.way.path, nose_of(&mover.push.path, gear_m, wheelbase));
+        let nose = nose_of(&mover.push.path, gear_m, wheelbase);
+        let (_, at) = nearest(&mover.way.path, nose, mover.push.path.length_m());
         let slip = wrap_pi(mover.way.path.at(at).heading_rad - heading);
         let nose_tip = at + 0.1 * length + 1.0;
         let needed = mover.way.ends_m.iter().position(|e| *e >= nose_tip).unwrap_or(0);
@@ -675,8 +728,9 @@ pub(super) fn push_heading(push: &Path, gear_m: f64) -> (f64, f64) {
 /// Way over which the nose is swung into a bend of a pushback, before and behind it, m (assumed).
 const SWING_M: f64 = 3.0;
 
-/// Distance of a point from the first 400 m of a path, and the place nearest to it, m.
-fn nearest(path: &Path, point_m: Vector2<f64>) -> (f64, f64) {
+/// Distance of a point from the first `reach_m` of a path (the way begins where the line of the pushback ends: it is not
+/// farther on than that is long), and the place nearest to it, m.
+fn nearest(path: &Path, point_m: Vector2<f64>, reach_m: f64) -> (f64, f64) {
     let mut best = (f64::INFINITY, 0.0);
     let mut look = |from_m: f64, to_m: f64, step_m: f64| {
         let count = ((to_m - from_m) / step_m) as usize;
@@ -688,7 +742,7 @@ fn nearest(path: &Path, point_m: Vector2<f64>) -> (f64, f64) {
         }
         best.1
     };
-    let at = look(0.0, 400.0, 2.0);
+    let at = look(0.0, reach_m, 2.0);
     let at = look((at - 2.0).max(0.0), at + 2.0, 0.1);
     look((at - 0.1).max(0.0), at + 0.1, 0.01);
     best

@@ -23,11 +23,16 @@ impl Core {
             if mover.next >= mover.way.pieces.len() || enough || mover.stopped {
                 break;
             }
-            let departs = self.flights[m].direction == Direction::Departure
-                && mover.next == mover.threshold as usize;
+            let departure = self.flights[m].direction == Direction::Departure;
+            // The rest of the runway is taken for the roll.
+            if departure && mover.next == mover.roll_from {
+                break;
+            }
+            let departs = departure && mover.next == mover.threshold as usize;
             let told = !departs || self.permitted(m, ClearanceKind::LineUp);
             let uncleared = self.enters_uncleared(m).filter(|_| departs);
-            let may = !departs || told && self.may_line_up(m) && !self.owned(m);
+            let follows = departs && self.may_follow(m);
+            let may = !departs || told && self.may_line_up(m) && (follows || !self.owned(m));
             if uncleared.is_none() && !may {
                 let now = self.time_s;
                 self.movers[m].waits_since_s.get_or_insert(now);
@@ -39,7 +44,11 @@ impl Core {
             if departs {
                 self.used(m, ClearanceKind::LineUp);
                 let r = self.flights[m].runway.0;
-                self.owner[r] = Some(m);
+                if follows && uncleared.is_none() {
+                    self.behind[r] = Some(m);
+                } else {
+                    self.owner[r] = Some(m);
+                }
                 match uncleared {
                     Some(failure) => self.begin_failure(failure),
                     None => self.clear(m, "LUP", self.end_name(m)),
@@ -95,6 +104,7 @@ impl Core {
             return mover.way.stop_m;
         }
         let last = mover.next.checked_sub(1).map_or(0.0, |i| mover.way.ends_m[i]);
+        let last = mover.way.hold_m(mover.next).map_or(last, |hold_m| hold_m.min(last));
         let departs = self.flights[m].direction == Direction::Departure
             && mover.next == mover.threshold as usize;
         let holds = departs
@@ -123,8 +133,8 @@ impl Core {
     pub(super) fn taxiing(&mut self, m: usize) {
         self.drive(m);
         let mover = &self.movers[m];
-        if mover.v != 0.0 || mover.next < mover.way.pieces.len() || mover.way.stop_m - mover.s > 0.6
-        {
+        let to = mover.way.pieces.len().min(mover.roll_from);
+        if mover.v != 0.0 || mover.next < to || mover.way.stop_m - mover.s > 0.6 {
             return;
         }
         let now = self.time_s;

@@ -231,6 +231,11 @@ struct Mover {
     parked_pieces: Vec<u32>,
     /// Steps of the way that are under the mover when it has been pushed back.
     under: Range<usize>,
+    /// First step that is taken for the roll, not for the line-up; from the holding position to being lined up, s.
+    roll_from: usize,
+    line_up_s: f64,
+    /// Where it is towed to, out of a stand from which nothing leads away.
+    tow_to: Option<usize>,
     timing: Timing,
     /// Clearances from outside; what it waits for; told to hold; stands by itself until, s.
     granted: Granted,
@@ -283,8 +288,9 @@ pub struct Core {
     last_landing: Vec<(f64, WakeCategory)>,
     crossing: Vec<Vec<usize>>,
     mixed: Vec<bool>,
-    /// By runway: who rolls, lands or is lined up.
+    /// By runway: who rolls, lands or is lined up; who lines up behind him.
     owner: Vec<Option<usize>>,
+    behind: Vec<Option<usize>>,
     time_s: f64,
     frame: i64,
     cleared_by: ClearedBy,
@@ -346,6 +352,7 @@ impl Core {
             crossing,
             mixed,
             owner: vec![None; count],
+            behind: vec![None; count],
             time_s: 0.0,
             frame: 0,
             cleared_by: ClearedBy::Plan,
@@ -401,7 +408,10 @@ impl Core {
                     let uncleared = self.failing(m, FailureKind::TakeOffUncleared);
                     let may =
                         self.time_s >= until && !waits && (uncleared.is_some() || self.may_roll(m));
-                    if may && (uncleared.is_some() || self.permitted(m, ClearanceKind::TakeOff)) {
+                    if may
+                        && (uncleared.is_some() || self.permitted(m, ClearanceKind::TakeOff))
+                        && self.take_roll(m, uncleared.is_some())
+                    {
                         match uncleared {
                             Some(failure) => self.begin_failure(failure),
                             None if self.clear_take_off(m) => continue,
@@ -707,6 +717,9 @@ impl Mover {
             next_try_s: 0.0,
             parked_pieces: Vec::new(),
             under: 0..0,
+            roll_from: usize::MAX,
+            line_up_s: 35.0,
+            tow_to: None,
             timing: Timing::default(),
             granted: Granted::default(),
             wants: None,

@@ -13,6 +13,7 @@
 //!
 //! Source: Gawrilow and others 2008 (time windows); Hönig and others 2019 (execution in planned order).
 
+use super::runway::CLEARED_BEFORE_S;
 use super::{Core, Direction, HOLD_GAP_M, Phase, Policy, TAIL_M};
 use crate::flight_list::WakeCategory;
 use std::ops::Range;
@@ -58,6 +59,15 @@ struct Use {
     mover: usize,
     from_s: f64,
     to_s: f64,
+}
+
+/// Another's use of a runway, s.
+#[derive(Clone, Copy, Debug)]
+struct RunwayUse {
+    from_s: f64,
+    to_s: f64,
+    /// From then on somebody may line up behind.
+    passed_s: f64,
 }
 
 /// Pause between intervals of different movers, s.
@@ -138,7 +148,7 @@ impl Core {
                 WakeCategory::Heavy | WakeCategory::Super => 140.0,
                 _ => 90.0,
             };
-            runways.push((mover.threshold as usize, r, gap));
+            runways.push((mover.threshold as usize, r, self.slot_s(m).max(gap)));
         }
         let zeros = vec![0.0; count];
         Timing {
@@ -249,19 +259,25 @@ impl Core {
     }
 
     /// When each runway is used by others, s.
-    fn runway_uses(&self, without: usize) -> Vec<Vec<(f64, f64)>> {
+    fn runway_uses(&self, without: usize) -> Vec<Vec<RunwayUse>> {
         let mut uses = vec![Vec::new(); self.net.runways.len()];
         for (m, mover) in self.movers.iter().enumerate().filter(|(m, _)| *m != without) {
             if mover.phase == Phase::Final {
                 let r = self.flights[m].runway.0;
-                let span = (mover.landing_s - 130.0, mover.landing_s + 60.0);
-                self.crossing[r].iter().for_each(|c| uses[*c].push(span));
+                let from_s = mover.landing_s - CLEARED_BEFORE_S;
+                for c in &self.crossing[r] {
+                    let passed_s = if *c == r { 12.0 } else { 60.0 };
+                    let passed_s = mover.landing_s + passed_s;
+                    uses[*c].push(RunwayUse { from_s, to_s: mover.landing_s + 60.0, passed_s });
+                }
             }
             let open = self.open_steps(m);
             for (k, r, for_s) in &mover.timing.runways {
                 if open.contains(k) {
                     let from = mover.timing.take_s[*k];
-                    self.crossing[*r].iter().for_each(|c| uses[*c].push((from, from + for_s)));
+                    let to_s = from + for_s;
+                    let span = RunwayUse { from_s: from, to_s, passed_s: to_s };
+                    self.crossing[*r].iter().for_each(|c| uses[*c].push(span));
                 }
             }
         }
@@ -338,8 +354,12 @@ impl Core {
                     continue;
                 }
                 let take = t.take_s[*k];
-                for (from, to) in &runway_uses[*r] {
-                    if take < *to && *from < take + for_s {
+                let lines_up = self.flights[m].direction == Direction::Departure
+                    && *k == self.movers[m].threshold as usize;
+                for u in &runway_uses[*r] {
+                    // Who lines up does so behind a landed one.
+                    let to = if lines_up { u.passed_s } else { u.to_s };
+                    if take < to && u.from_s < take + for_s {
                         least[*k] = least[*k].max(to + PAUSE_S);
                         met = true;
                     }

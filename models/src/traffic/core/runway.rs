@@ -1,24 +1,92 @@
 //! Runways: who has them, wake, and when somebody may enter.
 
 use super::plan::LANDING_AHEAD_S;
-use super::{Core, Direction, Flight, Phase};
+use super::{Core, Direction, Flight, Phase, TAIL_M};
 use crate::flight_list::WakeCategory;
 #[cfg(test)]
 use crate::traffic::runway_roll::NAUTICAL_MILE_M;
 use crate::traffic::runway_roll::{TakeOff, approach_time_s, take_off_run};
 
 impl Core {
-    /// Whether a departure may go onto the runway now: wake and arrivals.
+    /// Whether a departure may go onto the runway now: wake, and airborne before the next arrival has to be cleared.
     pub(super) fn may_line_up(&self, m: usize) -> bool {
         let r = self.flights[m].runway.0;
-        for (o, other) in self.movers.iter().enumerate() {
-            let near =
-                other.phase == Phase::Final && self.crossing[r].contains(&self.flights[o].runway.0);
-            if near && !other.cleared && other.landing_s - self.time_s < 135.0 {
-                return false;
-            }
+        if self.wake_left_s(m) >= 30.0 || self.car_blocks(r) {
+            return false;
         }
-        self.wake_left_s(m) < 30.0 && !self.car_blocks(r)
+        let next_s = self.movers.iter().enumerate().filter(|(o, other)| {
+            let to_land = other.phase == Phase::Final && !other.cleared;
+            to_land && self.crossing[r].contains(&self.flights[*o].runway.0)
+        });
+        let next_s = next_s.map(|(_, o)| o.landing_s - self.time_s).fold(f64::INFINITY, f64::min);
+        let need_s = self.slot_s(m) + self.wake_left_s(m) + CLEARED_BEFORE_S;
+        if next_s < need_s {
+            return false;
+        }
+        // Behind one who is still on it: not before he is off.
+        next_s > need_s + 120.0
+            || next_s >= self.vacated_in_s(m, r) + self.run_s(m) + UP_S + CLEARED_BEFORE_S
+    }
+
+    /// From the holding position to being out of the way in the air, s: line-up (also a backtrack), pause, roll.
+    pub(super) fn slot_s(&self, m: usize) -> f64 {
+        self.movers[m].line_up_s + READY_S + self.run_s(m) + UP_S
+    }
+
+    /// Until who lands or rolls on a runway is off it, s; 0 if nobody does.
+    fn vacated_in_s(&self, m: usize, r: usize) -> f64 {
+        let Some(o) = self.owner[r].filter(|o| *o != m) else { return 0.0 };
+        let other = &self.movers[o];
+        match other.phase {
+            Phase::Landing | Phase::Taxiing => {
+                let exit = other.way.group_last.first().and_then(|k| other.way.ends_m.get(*k));
+                let behind_m = 0.95 * self.flights[o].size.length_m + TAIL_M;
+                let to_m = exit.map_or(other.s, |e| e + behind_m);
+                other.way.alone(other.s, other.v, &other.driving).time_s(to_m)
+            }
+            Phase::Rolling => {
+                self.run_s(o) * (1.0 - other.v / self.flights[o].take_off.0).max(0.0) + UP_S
+            }
+            _ => 0.0,
+        }
+    }
+
+    /// Whether a departure may line up behind the one who has its runway: he lands or rolls, is past the place where it
+    /// comes onto the runway, and nobody has a runway that crosses it.
+    pub(super) fn may_follow(&self, m: usize) -> bool {
+        let (r, end) = self.flights[m].runway;
+        let Some(o) = self.owner[r].filter(|o| *o != m) else { return false };
+        let alone = self.crossing[r].iter().all(|c| *c == r || self.owner[*c].is_none());
+        let other = &self.movers[o];
+        let same_end = self.flights[o].runway == (r, end);
+        if !alone || !same_end || self.behind[r].is_some_and(|b| b != m) || other.v < 5.0 {
+            return false;
+        }
+        if !matches!(other.phase, Phase::Landing | Phase::Rolling) {
+            return false;
+        }
+        let runway = &self.net.runways[r];
+        let along = |place: f64| if end == 0 { place } else { runway.length_m - place };
+        let theirs = self.state(o).map(|s| along(runway.place_m(s.position_m.xy()).0));
+        let tail = 0.5 * self.flights[o].size.length_m + PASSED_M;
+        theirs.is_some_and(|p| p - tail > along(self.entry_m(m, runway)))
+    }
+
+    /// Takes the rest of the runway for a roll: at once, if nobody has any of it. `anyway`: uncleared, whoever has it.
+    pub(super) fn take_roll(&mut self, m: usize, anyway: bool) -> bool {
+        let count = self.movers[m].way.pieces.len();
+        if self.movers[m].next >= count {
+            return true;
+        }
+        if !anyway {
+            return self.take(m);
+        }
+        for i in self.movers[m].next..count {
+            let (z, roll) = (self.movers[m].way.pieces[i], self.movers[m].way.roll.contains(&i));
+            self.hold(m, z, roll);
+        }
+        self.movers[m].next = count;
+        true
     }
 
     /// Somebody on final who is not cleared yet and has to be within `need_s`, for a runway or one that crosses it.
@@ -75,17 +143,26 @@ impl Core {
         })
     }
 
-    /// Whether a departure of this runway or of one that crosses it will want it soon.
-    pub(super) fn departures_wait(&self, r: usize) -> bool {
-        (0..self.movers.len()).any(|m| {
-            let f = &self.flights[m];
-            let soon = match self.movers[m].phase {
+    /// Gap between two landings that lets a departure of this runway, or of one that crosses it, out between them, s: the
+    /// longest of those who will want it soon; 0 if nobody will.
+    pub(super) fn departure_slot_s(&self, r: usize) -> f64 {
+        let wants = |m: &usize| {
+            let f = &self.flights[*m];
+            let soon = match self.movers[*m].phase {
                 Phase::Absent | Phase::Parked => (f.time_s - self.time_s).abs() < 300.0,
                 Phase::Pushing | Phase::Starting(_) | Phase::Taxiing => true,
                 _ => false,
             };
             soon && f.direction == Direction::Departure && self.crossing[r].contains(&f.runway.0)
-        })
+        };
+        let gap_s = |m: usize| {
+            // On the same runway it lines up behind the landed one; else it waits until he is off.
+            let same = self.flights[m].runway.0 == r;
+            let line_up_s = self.movers[m].line_up_s + READY_S;
+            let from_s = if same { (PASSES_S + line_up_s).max(OFF_S) } else { OFF_S + line_up_s };
+            from_s + self.run_s(m) + UP_S + CLEARED_BEFORE_S + SLACK_S
+        };
+        (0..self.movers.len()).filter(wants).map(gap_s).fold(0.0, f64::max)
     }
 
     /// Whether somebody else has this runway or one that crosses it.
@@ -96,9 +173,12 @@ impl Core {
 
     /// Off the runway: the next one may have it.
     pub(super) fn vacate(&mut self, m: usize) {
-        for owner in &mut self.owner {
+        for (owner, behind) in self.owner.iter_mut().zip(&mut self.behind) {
+            if *behind == Some(m) {
+                *behind = None;
+            }
             if *owner == Some(m) {
-                *owner = None;
+                *owner = behind.take();
             }
         }
     }
@@ -122,9 +202,23 @@ impl Core {
     }
 
     pub(super) fn may_roll(&self, m: usize) -> bool {
-        self.wake_left_s(m) <= 0.0 && !self.car_blocks(self.flights[m].runway.0)
+        self.wake_left_s(m) <= 0.0 && !self.car_blocks(self.flights[m].runway.0) && !self.owned(m)
     }
 }
+
+/// From the holding position: ready for the roll after being lined up, s (drawn 5 to 10).
+const READY_S: f64 = 8.0;
+/// From lift-off to 15 m of height, s.
+pub(super) const UP_S: f64 = 7.0;
+/// An arrival is cleared so long before the threshold at the latest, s: a little more than 1 NM.
+pub(super) const CLEARED_BEFORE_S: f64 = 38.0;
+/// How far the tail of one who rolls is beyond an entry when somebody may line up there, m (assumed).
+const PASSED_M: f64 = 60.0;
+/// From the threshold to having passed an entry near it, and to being off the runway, s (assumed, for spacing).
+const PASSES_S: f64 = 12.0;
+const OFF_S: f64 = 60.0;
+/// Room in the gap between two landings, s (assumed).
+const SLACK_S: f64 = 12.0;
 
 /// What the building-up of thrust adds to a take-off run, s.
 const SPOOL_S: f64 = 2.5;

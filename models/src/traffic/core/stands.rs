@@ -203,6 +203,17 @@ impl Core {
     }
 
     pub(super) fn appear_on_stand(&mut self, m: usize, f: &Flight) {
+        if self.movers[m].tow_to.is_some() {
+            if let Some((stand, _)) = self
+                .free_stands(m, 6)
+                .into_iter()
+                .find(|s| self.movers[m].tow_to == Some(s.0) || s.0 != f.stand)
+            {
+                self.movers[m].tow_to = None;
+                self.park(m, stand);
+            }
+            return;
+        }
         // The aircraft of a turn-round becomes the departure when it is due.
         if let Some(arrival) = f.turnaround_of {
             let docked = self.movers[arrival].phase == Phase::Docked;
