@@ -1,0 +1,305 @@
+//! Traffic on airports that nobody has drawn: made at random, written as files, read, and run for half an hour; and on files that
+//! are damaged.
+
+use models::draw::{DrawKey, Purpose, uniform};
+use models::traffic::core::Core;
+use scenarios::hours::{Held, Hour, hour};
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+/// Draws of one airport, in a row.
+struct Draws {
+    seed: u64,
+    counter: u64,
+}
+
+impl Draws {
+    fn next(&mut self) -> f64 {
+        self.counter += 1;
+        let (run_seed, entity) = (self.seed, self.counter);
+        uniform(&mut DrawKey { run_seed, sensor: 77, entity, scan: 0 }.rng(Purpose::Mover))
+    }
+
+    fn within(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.next()
+    }
+
+    fn chance(&mut self, share: f64) -> bool {
+        self.next() < share
+    }
+}
+
+/// An airport as a file: runway, taxiway with entries, an apron of lanes with stands, all of it turned.
+#[derive(Default)]
+struct Drawn {
+    turned_rad: f64,
+    nodes: Vec<(f64, f64)>,
+    edges: String,
+    stands: String,
+    runways: String,
+}
+
+impl Drawn {
+    /// Latitude and longitude of a place, m.
+    fn at(&self, x: f64, y: f64) -> (f64, f64) {
+        let (s, c) = libm::sincos(self.turned_rad);
+        let (e, n) = (x * c + y * s, y * c - x * s);
+        (45.0 + n / 111_132.0, 10.0 + e / 78_847.0)
+    }
+
+    fn node(&mut self, x: f64, y: f64) -> usize {
+        self.nodes.push((x, y));
+        self.nodes.len() - 1
+    }
+
+    fn edge(&mut self, a: usize, b: usize, one_way: bool, name: &str) {
+        let way = if one_way { "oneway" } else { "twoway" };
+        writeln!(self.edges, "1202 {a} {b} {way} taxiway_E {name}").expect("text");
+    }
+
+    fn runway(&mut self, x0: f64, y0: f64, x1: f64, y1: f64, names: [&str; 2]) {
+        let ((a, b), (c, d)) = (self.at(x0, y0), self.at(x1, y1));
+        let [first, second] = names;
+        writeln!(
+            self.runways,
+            "100 45.00 1 0 0.25 1 3 1 {first} {a:.8} {b:.8} 0.00 0.00 3 2 1 0 {second} {c:.8} {d:.8} 0.00 0.00 3 2 1 0"
+        )
+        .expect("text");
+    }
+
+    fn text(&self) -> String {
+        let mut text = "I\n1000 Version - drawn at random\n\n1 30 0 0 XRND Random\n".to_owned();
+        text += &self.runways;
+        text += &self.stands;
+        for (i, (x, y)) in self.nodes.iter().enumerate() {
+            let (lat, lon) = self.at(*x, *y);
+            writeln!(text, "1201 {lat:.8} {lon:.8} both {i} N{i}").expect("text");
+        }
+        text + &self.edges + "99\n"
+    }
+}
+
+fn drawn(seed: u64) -> String {
+    let mut d = Draws { seed, counter: 0 };
+    let turned_rad = d.within(0.0, std::f64::consts::TAU);
+    let mut a = Drawn { turned_rad, ..Drawn::default() };
+    let degrees = turned_rad.to_degrees() + 90.0;
+    let number = |deg: f64| ((deg / 10.0).round() as i64).rem_euclid(36);
+    let name = |n: i64| format!("{:02}", if n == 0 { 36 } else { n });
+    let (first, second) = (name(number(degrees)), name(number(degrees + 180.0)));
+    // The runway lies along x, the taxiway above it.
+    let length = d.within(1800.0, 3400.0);
+    a.runway(0.0, 0.0, length, 0.0, [&first, &second]);
+    let taxi_y = d.within(130.0, 200.0);
+    let entries = 2 + (d.next() * 5.0) as usize;
+    // Sometimes nothing leads to an end: a backtrack.
+    let (low, high) = (
+        if d.chance(0.3) { 0.15 * length } else { 10.0 },
+        if d.chance(0.3) { 0.85 * length } else { length - 10.0 },
+    );
+    let mut places: Vec<f64> = (0..entries).map(|_| d.within(low, high)).collect();
+    places.extend([low, high]);
+    let links = 1 + (d.next() * 3.0) as usize;
+    let mut feet: Vec<f64> = (0..links).map(|_| d.within(0.2 * length, 0.8 * length)).collect();
+    feet.sort_by(f64::total_cmp);
+    feet.dedup_by(|p, q| (*p - *q).abs() < 150.0);
+    let mut along: Vec<(f64, bool)> = places.iter().map(|p| (*p, false)).collect();
+    along.extend(feet.iter().map(|f| (*f, true)));
+    along.sort_by(|p, q| p.0.total_cmp(&q.0));
+    along.dedup_by(|p, q| !p.1 && (p.0 - q.0).abs() < 90.0);
+    let mut taxi: Vec<(f64, usize)> = Vec::new();
+    for (x, _) in &along {
+        let node = a.node(*x, taxi_y);
+        if let Some((_, before)) = taxi.last().copied() {
+            a.edge(before, node, false, "A");
+        }
+        taxi.push((*x, node));
+    }
+    for (i, x) in places.iter().enumerate() {
+        let Some((at, top)) = taxi.iter().copied().find(|t| (t.0 - x).abs() < 90.0) else {
+            continue;
+        };
+        // Straight or at an angle.
+        let slant = if d.chance(0.3) { d.within(-120.0, 120.0) } else { 0.0 };
+        let foot = a.node((at + slant).clamp(0.0, length), 0.0);
+        let half = a.node(at + 0.5 * slant, 0.55 * taxi_y);
+        a.edge(top, half, false, &format!("E{i}"));
+        a.edge(half, foot, false, &format!("E{i}"));
+    }
+    // The apron: a lane along the taxiway, stands beyond it.
+    let lane_y = taxi_y + d.within(90.0, 160.0);
+    let gap = d.within(52.0, 75.0);
+    let count = 4 + (d.next() * 14.0) as usize;
+    let reach = d.within(85.0, 110.0);
+    let from = (feet[0] - 0.5 * gap * count as f64).max(0.0);
+    let mut stops: Vec<(f64, Option<usize>)> = feet.iter().map(|f| (*f, None)).collect();
+    stops.extend((0..count).map(|k| (from + gap * (k as f64 + 0.5), Some(k))));
+    stops.sort_by(|p, q| p.0.total_cmp(&q.0));
+    let one_way = feet.len() > 1 && d.chance(0.3);
+    let mut before: Option<usize> = None;
+    for (x, stand) in stops {
+        let lane = a.node(x, lane_y);
+        if let Some(before) = before {
+            a.edge(before, lane, false, "L");
+        }
+        before = Some(lane);
+        match stand {
+            None => {
+                let foot = taxi.iter().find(|t| t.0 == x).map_or(taxi[0].1, |t| t.1);
+                a.edge(foot, lane, one_way && x == feet[0], "C");
+            }
+            Some(k) => {
+                let (lat, lon) = a.at(x, lane_y + reach);
+                let heading = turned_rad.to_degrees().rem_euclid(360.0);
+                writeln!(a.stands, "1300 {lat:.8} {lon:.8} {heading:.2} gate jets|turboprops S{k}")
+                    .expect("text");
+                if d.chance(0.7) {
+                    writeln!(a.stands, "1301 C airline").expect("text");
+                }
+                // Some lead-ins are in the file, some are not.
+                if d.chance(0.5) {
+                    let end = a.node(x, lane_y + reach);
+                    a.edge(lane, end, false, "");
+                }
+            }
+        }
+    }
+    a.text()
+}
+
+/// The airport of a file, driven for half an hour; else what its reader said.
+fn run(name: &str, text: &str, per_h: f64, looks: Hour, policy: &str) -> Result<Held, String> {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("airport-{name}"));
+    std::fs::create_dir_all(&folder).map_err(|e| e.to_string())?;
+    std::fs::write(folder.join("X.apt.dat"), text).map_err(|e| e.to_string())?;
+    let scene = format!(
+        "[run]\ntitle = \"t\"\nseed = {}\nduration_s = 1800\n[airport]\nlayout = \"X.apt.dat\"\n[[traffic]]\nkind = \"generated\"\n\
+         arrivals_per_h = {per_h}\ndepartures_per_h = {per_h}\n[control]\npolicy = \"{policy}\"\n",
+        looks.seed
+    );
+    let scene = scenarios::load_text(&folder.join("scene.toml"), &scene);
+    let scene = scene.map_err(|e| e.to_string())?;
+    // `SEEDS_KEEP=1`: the files stay where they were read.
+    if std::env::var_os("SEEDS_KEEP").is_none() {
+        std::fs::remove_dir_all(&folder).map_err(|e| e.to_string())?;
+    }
+    let behaving = scene.traffic.behaving.as_ref().ok_or("nothing behaves")?;
+    let step = |core: &mut Core, frame| core.step(frame);
+    hour(behaving, &scene.run, &scene.airport.layout, &looks, step).ok_or("without truth".into())
+}
+
+fn looks(seed: u64, stopping: f64) -> Hour {
+    Hour { seed, every: 4, drain_s: 7200.0, stopping }
+}
+
+/// How many airports: `SEEDS_AIRPORTS=from..to` for more of them.
+fn seeds() -> std::ops::Range<u64> {
+    let asked = std::env::var("SEEDS_AIRPORTS").ok();
+    let parts = asked.as_deref().and_then(|a| a.split_once(".."));
+    let numbers = parts.and_then(|(a, b)| Some((a.parse().ok()?, b.parse().ok()?)));
+    numbers.map_or(1..9, |(a, b)| a..b)
+}
+
+/// No overlap, no gridlock, everything cleared, everybody served in the end: on each of them, also where three in ten stop.
+#[test]
+fn airports_at_random_keep_what_traffic_has_to_keep() {
+    let mut broken = Vec::new();
+    let mut refused = 0;
+    for seed in seeds() {
+        let text = drawn(seed);
+        for (policy, stopping) in [("planned", 0.0), ("planned", 0.3), ("ordered", 0.3)] {
+            let name = format!("seed {seed}, {policy}, {stopping} stop");
+            match run(&format!("random-{seed}"), &text, 8.0, looks(seed, stopping), policy) {
+                // A short one whose entries leave less than a run: said so.
+                Err(said) if said.contains("is long enough for") => refused += 1,
+                Err(said) => broken.push(format!("{name}: {said}")),
+                Ok(held) => {
+                    let (done, of) = (held.core.measures_of_served(), held.core.flights().len());
+                    broken.extend(held.broken().iter().map(|b| format!("{name}: {b}")));
+                    if done < of || held.core.unexpected_deadlocks() > 0 {
+                        let rings = held.core.unexpected_deadlocks();
+                        broken.push(format!("{name}: served {done} of {of}, {rings} rings"));
+                    }
+                }
+            }
+        }
+    }
+    assert!(broken.is_empty(), "{}", broken.join("\n"));
+    assert!(
+        2 * refused < 3 * (seeds().end - seeds().start),
+        "{refused} refused: too few looked at"
+    );
+}
+
+/// Taking whatever is free ends in gridlock: on some of them it does, and then the ring is named within a minute of standing still.
+#[test]
+fn the_free_policy_names_its_deadlock_within_a_minute() {
+    let mut gridlocks = 0;
+    for seed in seeds() {
+        let held = run(&format!("free-{seed}"), &drawn(seed), 14.0, looks(seed, 0.3), "free");
+        let Ok(held) = held else { continue };
+        let row = held.rows.iter().find(|r| r.name == "gridlocks").expect("a row");
+        if row.kept {
+            continue;
+        }
+        gridlocks += 1;
+        let since: f64 = row.cases[0]
+            .split_whitespace()
+            .find_map(|w| w.parse().ok())
+            .unwrap_or_else(|| panic!("seed {seed}: {}", row.cases[0]));
+        let named = held.core.remarks().iter().find(|r| r.text.starts_with("deadlock"));
+        assert!(
+            named.is_some_and(|r| r.time_s <= since + 60.0),
+            "seed {seed}: nothing moves since {since} s, named {named:?}"
+        );
+    }
+    assert!(gridlocks > 0, "no gridlock at all: the test looks at nothing");
+}
+
+fn xsyn() -> String {
+    let file = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("airports/XSYN.apt.dat");
+    std::fs::read_to_string(file).expect("ships")
+}
+
+/// Without holding positions, runway edges or lead-ins a file is still usable.
+#[test]
+fn a_file_without_holds_spines_or_lead_ins_is_usable() {
+    let lines = |keep: &dyn Fn(&str) -> bool| -> String {
+        xsyn().lines().filter(|l| keep(l)).map(|l| format!("{l}\n")).collect()
+    };
+    let no_holds = lines(&|l| !l.starts_with("1204"));
+    let no_spine = lines(&|l| !(l.starts_with("1202") && l.contains(" runway ")));
+    // Nodes 50, 52, … are stands: without their edges they are joined to the nearest lane.
+    let no_lead_ins = lines(&|l| {
+        let mut words = l.split_whitespace();
+        let second = (words.next() == Some("1202")).then(|| words.nth(1)).flatten();
+        second.and_then(|n| n.parse::<u32>().ok()).is_none_or(|n| n < 50 || n % 2 == 1)
+    });
+    for (name, text) in [("holds", no_holds), ("spine", no_spine), ("lead-ins", no_lead_ins)] {
+        assert_ne!(text, xsyn(), "{name}: nothing was taken out");
+        let held = run(&format!("without-{name}"), &text, 10.0, looks(3, 0.0), "planned");
+        let held = held.unwrap_or_else(|e| panic!("without {name}: {e}"));
+        assert_eq!(held.broken(), Vec::<String>::new(), "without {name}");
+        assert_eq!(held.core.measures_of_served(), held.core.flights().len(), "without {name}");
+        assert!(held.core.flights().len() > 6, "without {name}");
+    }
+}
+
+/// What cannot be used says why.
+#[test]
+fn a_file_that_cannot_be_used_says_why() {
+    let without = |rows: &[&str]| -> String {
+        let kept = |l: &&str| !rows.iter().any(|r| l.starts_with(r));
+        xsyn().lines().filter(kept).map(|l| format!("{l}\n")).collect()
+    };
+    for (rows, says) in [
+        (&["1300", "1301"][..], "stands with a way"),
+        (&["1202"][..], "without a way to the network"),
+        (&["1201", "1202"][..], "without a way to the network"),
+        (&["100 "][..], "runway"),
+    ] {
+        let said = run("unusable", &without(rows), 10.0, looks(1, 0.0), "planned");
+        let said = said.map(|h| h.core.flights().len()).expect_err("cannot be used");
+        assert!(said.contains(says), "without {rows:?}: {said}");
+    }
+}
