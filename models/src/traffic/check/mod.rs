@@ -127,8 +127,8 @@ pub struct Rules {
     pub pavement_m: f64,
     /// Share of moving samples that have to be that near.
     pub pavement_share: f64,
-    /// A nose counts as over a holding position so far beyond it, m: the error of the positions, and that of a strip
-    /// that is known in steps of 50 m.
+    /// A nose counts as over a holding position so far beyond it, m: a strip that is narrower than its holding distance ends
+    /// at the lines of the taxiways beside it, and who turns there drives an arc that cuts their corners.
     pub hold_m: f64,
     /// Heights are right within this, m: higher it flies.
     pub height_m: f64,
@@ -146,7 +146,7 @@ impl Rules {
     pub fn exact() -> Self {
         Self {
             overlap_m: 0.0,
-            hold_m: 0.5,
+            hold_m: 4.0,
             height_m: 0.0,
             speed_mps: 1e-6,
             acceleration_mps2: 0.1,
@@ -165,7 +165,7 @@ impl Default for Rules {
             stuck_s: 1200.0,
             pavement_m: 11.5,
             pavement_share: 0.995,
-            hold_m: 1.0,
+            hold_m: 4.0,
             height_m: 0.1,
             speed_mps: 0.45,
             acceleration_mps2: 0.3,
