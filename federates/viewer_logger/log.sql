@@ -135,6 +135,12 @@ CREATE TABLE reference_alerts (
 );
 
 -- What went wrong, since when it shows in the truth.
+-- What each controller's seat did in a minute: share of it thinking, speaking or listening, and who wait for it.
+CREATE TABLE seats (time_ns INTEGER, seat TEXT, busy REAL, queue INTEGER);
+
+-- What was said on the frequencies, at its last word: request, clearance, readback or correction of a clearance (PSH, TAX, …).
+CREATE TABLE radio (time_ns INTEGER, sender TEXT, receiver TEXT, kind TEXT, clearance TEXT);
+
 CREATE TABLE failures (id TEXT, callsign TEXT, kind TEXT, time_ns INTEGER);
 
 -- Every operator action and its answer.

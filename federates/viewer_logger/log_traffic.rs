@@ -6,6 +6,7 @@
 use super::log::{Log, LogError, write_events};
 use super::said::alert_event;
 use crate::runtime::messages::AlertMessage;
+use models::control::actors::message::Seat;
 use models::control::alert::{Alert, Change};
 use models::control::layout::Layout;
 use models::control::parameters::Parameters;
@@ -40,6 +41,45 @@ pub fn core_after(scene: &Scene, seed: u64, frames: u64) -> Option<(Core, Vec<To
 
 /// A change of an alert on exact truth.
 pub type Told = (SimTime, Change, Alert);
+
+/// What the controllers' seats did, minute by minute and in all.
+fn write_seats(t: &Transaction<'_>, core: &Core, frame_ns: i64) -> rusqlite::Result<()> {
+    let Some(actors) = core.actors() else { return Ok(()) };
+    let mut insert = t.prepare("INSERT INTO seats VALUES (?,?,?,?)")?;
+    for s in actors.samples() {
+        let time_ns = SimTime::from_s(s.time_s).0;
+        insert.execute(params![time_ns, s.seat.name(), s.busy, s.queue])?;
+    }
+    let mut insert = t.prepare("INSERT INTO radio VALUES (?,?,?,?,?)")?;
+    let name = |seat: Seat| match seat {
+        Seat::Flight(flight) => core.flights()[flight as usize].callsign.clone(),
+        seat => seat.name(),
+    };
+    for m in actors.messages() {
+        let (sender, receiver) = (name(m.from), name(m.to));
+        let time_ns = m.at_frame * frame_ns;
+        insert.execute(params![time_ns, sender, receiver, m.kind.word(), m.body.word()])?;
+    }
+    let mut insert = t.prepare("INSERT INTO measures VALUES ('truth',?,?,?)")?;
+    let mut seats: Vec<_> = actors.samples().iter().map(|s| s.seat).collect();
+    seats.sort_unstable();
+    seats.dedup();
+    for seat in seats {
+        let own: Vec<_> = actors.samples().iter().filter(|s| s.seat == seat).collect();
+        let Some(last) = own.last() else { continue };
+        let name = seat.name();
+        let per_quarter_s = 900.0 * last.on_air_s / last.time_s.max(1.0);
+        let busiest = own.iter().map(|s| s.busy).fold(0.0, f64::max);
+        let longest = own.iter().map(|s| s.queue).max().unwrap_or(0);
+        insert.execute(params![format!("{name}: on air in 15 min"), per_quarter_s, "s"])?;
+        insert.execute(params![format!("{name}: busiest minute"), busiest, ""])?;
+        insert.execute(params![format!("{name}: longest queue"), longest, ""])?;
+    }
+    let (spoken, misheard) = actors.spoken();
+    insert.execute(params!["clearances spoken", spoken as f64, ""])?;
+    insert.execute(params!["clearances misheard", misheard as f64, ""])?;
+    Ok(())
+}
 
 /// A row of a table of alerts.
 struct Row<'a> {
@@ -171,9 +211,16 @@ impl Log {
         let Some(behaving) = &scene.traffic.behaving else { return Ok(()) };
         let ns = |s: f64| (s * 1e9).round() as i64;
         self.write(|t| {
-            for table in
-                ["clearances", "movements", "measures", "remarks", "failures", "reference_alerts"]
-            {
+            for table in [
+                "clearances",
+                "movements",
+                "measures",
+                "remarks",
+                "failures",
+                "reference_alerts",
+                "seats",
+                "radio",
+            ] {
                 t.execute(&format!("DELETE FROM {table}"), [])?;
             }
             let mut insert = t.prepare("INSERT INTO clearances VALUES (?,?,?,?,?,?,?)")?;
@@ -181,7 +228,15 @@ impl Log {
                 let callsign = &core.flights()[c.flight].callsign;
                 let (from, until) = (ns(c.from_s), c.until_s.map(ns));
                 let runway = (!c.runway.is_empty()).then_some(&c.runway);
-                insert.execute(params![from, callsign, c.kind, runway, until, "", "plan"])?;
+                insert.execute(params![
+                    from,
+                    callsign,
+                    c.kind,
+                    runway,
+                    until,
+                    "",
+                    core.seat_of(c)
+                ])?;
             }
             let mut insert = t.prepare("INSERT INTO movements VALUES (?,?,?,?,?,?,?,?,?,?,?,?)")?;
             let (mut taxi, mut additional, mut fuel) = (Vec::new(), Vec::new(), 0.0);
@@ -228,6 +283,7 @@ impl Log {
             ] {
                 insert.execute(params!["truth", name, value, unit])?;
             }
+            write_seats(t, core, scene.run.frame.0)?;
             let mut insert = t.prepare("INSERT INTO failures VALUES (?,?,?,?)")?;
             for f in core.shown() {
                 insert.execute(params![f.id, f.callsign, f.kind.word(), ns(f.time_s)])?;

@@ -14,6 +14,8 @@ pub enum Sees {
     /// There is no control: everything is cleared as the plan says.
     #[default]
     Nothing,
+    /// Exact truth: models of controllers clear inside the traffic's core.
+    Truth,
     /// System tracks: there is a federate `control`.
     Tracks,
 }
@@ -33,13 +35,15 @@ pub struct ControlScene {
     pub strip_margin_m: f64,
     /// The nose counts as over a bar so far behind it, m.
     pub bar_margin_m: f64,
+    /// Errors of pilots, in multiples of what is assumed; 0: none.
+    pub errors: f64,
 }
 
 /// Reads `[control]`.
 pub(crate) fn read(root: &Section) -> Result<ControlScene, ScenarioError> {
     let section =
         root.section("control", &words(keys::CONTROL))?.unwrap_or_else(|| root.empty("control"));
-    let sees = [("none", Sees::Nothing), ("tracks", Sees::Tracks)];
+    let sees = [("none", Sees::Nothing), ("truth", Sees::Truth), ("tracks", Sees::Tracks)];
     let policies =
         [("planned", Policy::Planned), ("ordered", Policy::Ordered), ("free", Policy::Free)];
     Ok(ControlScene {
@@ -48,6 +52,7 @@ pub(crate) fn read(root: &Section) -> Result<ControlScene, ScenarioError> {
         stop_bars: section.flag("stop_bars")?.unwrap_or(false),
         confirm_scans: section.integer("confirm_scans", 1, 10)?.unwrap_or(1) as u32,
         strip_margin_m: section.number_or("strip_margin_m", 7.5, within(0.0, 50.0, "m"))?,
+        errors: section.number_or("errors", 0.0, within(0.0, 1e5, ""))?,
         bar_margin_m: section.number_or("bar_margin_m", 0.0, within(0.0, 20.0, "m"))?,
     })
 }

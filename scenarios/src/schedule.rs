@@ -1,6 +1,7 @@
 //! `[[traffic]] kind = "schedule"` and `"generated"`: flights that behave, from a table or from rates.
 
 use crate::airport::AirportScene;
+use crate::control::Sees;
 use crate::document::{Section, days_from_civil, within};
 use crate::entity::{Entity, PARTITIONS};
 use crate::error::{Problem, ScenarioError};
@@ -36,6 +37,10 @@ pub struct Behaving {
     pub first_entity: usize,
     /// Which piece may be taken.
     pub policy: Policy,
+    /// Models of controllers clear, not the plan.
+    pub controllers: bool,
+    /// Errors of pilots, in multiples of what is assumed.
+    pub errors: f64,
     /// What goes wrong.
     pub failures: Vec<Failure>,
     /// Movers of the scene that are functions of time.
@@ -52,7 +57,8 @@ impl Behaving {
         let (net, flights) = (Arc::clone(&self.network), Arc::clone(&self.flights));
         let core = Core::new(net, pieces, flights, self.policy, seed, run.frame.s());
         let core = core.with_obstacles(self.obstacles.clone());
-        Some(core.with_failures(&self.failures))
+        let core = core.with_failures(&self.failures).with_errors(self.errors);
+        Some(if self.controllers { core.with_controllers() } else { core })
     }
 }
 
@@ -108,7 +114,7 @@ pub(crate) fn read(
     with_truth: bool,
 ) -> Result<(Option<Behaving>, Added), ScenarioError> {
     let mut added = Added { entities: Vec::new(), entries: Vec::new(), files: Vec::new() };
-    let policy = crate::control::read(root)?.policy;
+    let control = crate::control::read(root)?;
     if sections.is_empty() {
         return Ok((None, added));
     }
@@ -269,7 +275,9 @@ pub(crate) fn read(
         pieces,
         flights: Arc::new(flights),
         first_entity,
-        policy,
+        policy: control.policy,
+        controllers: control.sees == Sees::Truth,
+        errors: control.errors,
         failures,
         obstacles: Vec::new(),
         remarks,

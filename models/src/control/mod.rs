@@ -9,6 +9,7 @@
 //! Nothing here knows truth: a [`situation::Target`] is a track. What has to be scored gets exact
 //! positions in the same form.
 
+pub mod actors;
 pub mod alert;
 pub mod clearance;
 mod clearance_alerts;

@@ -294,9 +294,11 @@ impl Core {
         };
         mover.climb_mps = (mover.height_m - before) / dt;
         let (cleared, down) = (mover.cleared, mover.s >= mover.touchdown);
+        // It calls at four miles; what it is told holds from when the runway is its own.
+        let told =
+            !cleared && distance < 4.0 * NAUTICAL_MILE_M && self.permitted(m, ClearanceKind::Land);
         if !cleared && distance < 2.0 * NAUTICAL_MILE_M {
             // Taken at once: the landing group, if the runway is free and the exit beyond it.
-            let told = self.permitted(m, ClearanceKind::Land);
             let r = self.flights[m].runway.0;
             let free = !self.owned(m) && !self.car_blocks(r) && !self.strip_held(m, r);
             if told && free && self.take_landing(m) {
@@ -362,8 +364,10 @@ impl Core {
         let mover = &mut self.movers[m];
         mover.phase = Phase::GoAround;
         mover.measures.go_arounds += 1;
+        mover.wants = None;
         mover.parked_pieces.clear();
         mover.timing = Timing::default();
+        mover.granted = super::notice::Granted::default();
         // Straight on over the runway.
         let here = mover.way.path.at(mover.s);
         let ahead = here.at_m + Azimuth::from_rad(here.heading_rad).unit() * 30_000.0;

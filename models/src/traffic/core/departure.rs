@@ -103,7 +103,8 @@ impl Core {
             return;
         }
         self.movers[m].next_try_s = self.time_s + 1.0;
-        if !self.permitted(m, ClearanceKind::Push) {
+        let uncleared = self.failing(m, FailureKind::PushUncleared).is_some();
+        if !uncleared && !self.permitted(m, ClearanceKind::Push) {
             return;
         }
         // All pieces of the pushback at once, and what is under the mover after it.

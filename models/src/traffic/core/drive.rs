@@ -29,10 +29,12 @@ impl Core {
                 break;
             }
             let departs = departure && mover.next == mover.threshold as usize;
-            let told = !departs || self.permitted(m, ClearanceKind::LineUp);
             let uncleared = self.enters_uncleared(m).filter(|_| departs);
             let follows = departs && self.may_follow(m);
-            let may = !departs || told && self.may_line_up(m) && (follows || !self.owned(m));
+            let may = !departs
+                || self.may_line_up(m)
+                    && (follows || !self.owned(m))
+                    && self.permitted(m, ClearanceKind::LineUp);
             if uncleared.is_none() && !may {
                 let now = self.time_s;
                 self.movers[m].waits_since_s.get_or_insert(now);

@@ -5,6 +5,7 @@
 //! everybody sees them through their PDUs.
 
 mod arrival;
+mod controllers;
 mod departure;
 mod drive;
 mod failures;
@@ -28,6 +29,7 @@ use super::outline::Size;
 use super::pieces::{Class, Pieces};
 use super::runway_roll::NAUTICAL_MILE_M;
 use super::way::{Arcs, Driving, Way};
+use crate::control::actors::Actors;
 use crate::control::clearance::ClearanceKind;
 use crate::draw::{DrawKey, Purpose, normal_pair, uniform};
 use crate::flight_list::WakeCategory;
@@ -296,6 +298,9 @@ pub struct Core {
     cleared_by: ClearedBy,
     /// Notices whose effect frame has not come, in their order.
     waiting: Vec<Notice>,
+    actors: Option<Actors>,
+    /// Clearances that the controllers have spoken.
+    spoken: u64,
     clearances: Vec<Clearance>,
     remarks: Vec<Remark>,
     failing: Vec<Failing>,
@@ -357,6 +362,8 @@ impl Core {
             frame: 0,
             cleared_by: ClearedBy::Plan,
             waiting: Vec::new(),
+            actors: None,
+            spoken: 0,
             clearances: Vec::new(),
             remarks: Vec::new(),
             failing: Vec::new(),
@@ -405,6 +412,7 @@ impl Core {
                 Phase::Taxiing => self.taxiing(m),
                 Phase::LinedUp(until) => {
                     let waits = self.enters_uncleared(m).is_some();
+                    self.asks_for_take_off(m);
                     let uncleared = self.failing(m, FailureKind::TakeOffUncleared);
                     let may =
                         self.time_s >= until && !waits && (uncleared.is_some() || self.may_roll(m));
@@ -432,6 +440,9 @@ impl Core {
             self.count(m);
         }
         self.watch_failures();
+        if frame.rem_euclid(frames_a_second) == 0 {
+            self.control();
+        }
         if whole {
             self.find_deadlock();
         }

@@ -16,6 +16,8 @@ pub enum ClearedBy {
     /// Nothing without a notice: `PSH`, `TAX`, `CRO`, `LUP`, `TOF`, `LND`. A clearance is permission; space is still the
     /// core's.
     Notices,
+    /// As by notices, which the core's own controllers give.
+    Controllers,
 }
 
 /// What is asked of a flight.
@@ -75,6 +77,9 @@ impl Granted {
 /// Notices that wait at most; beyond that the one whose turn is last is left out and remarked.
 const MOST_WAITING: usize = 10_000;
 
+/// From the words of a take-off clearance to the roll it takes about so long, s.
+const SOON_S: f64 = 12.0;
+
 impl Core {
     /// Says who clears; before the first frame.
     pub fn cleared_by(&mut self, who: ClearedBy) {
@@ -102,6 +107,9 @@ impl Core {
             match notice.order {
                 Order::Clear(kind) => {
                     self.movers[m].granted.set(kind, true);
+                    if self.movers[m].wants == Some(kind) {
+                        self.movers[m].wants = None;
+                    }
                     if kind == ClearanceKind::Taxi {
                         self.movers[m].holds = false;
                     }
@@ -124,7 +132,17 @@ impl Core {
         may
     }
 
-    /// A permission has been used.
+    /// One that is lined up is cleared to take off when the wake of the one before is nearly gone, not only then.
+    pub(super) fn asks_for_take_off(&mut self, m: usize) {
+        let soon = self.cleared_by != ClearedBy::Plan
+            && self.wake_left_s(m) <= SOON_S
+            && !self.car_blocks(self.flights[m].runway.0);
+        if soon {
+            self.permitted(m, ClearanceKind::TakeOff);
+        }
+    }
+
+    /// A permission has been used, or is void.
     pub(super) fn used(&mut self, m: usize, kind: ClearanceKind) {
         self.movers[m].granted.set(kind, false);
     }

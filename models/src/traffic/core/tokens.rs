@@ -178,9 +178,6 @@ impl Core {
         let crosses = crosses.filter(|(i, _)| !mover.way.roll.contains(i)).copied();
         if let Some((_, r)) = crosses {
             let length_m = mover.way.ends_m[last] - mover.s;
-            if !self.permitted(m, ClearanceKind::Cross) {
-                return self.refuse_told(m);
-            }
             if let Some(near) = self.arrival_before(m, r, 15.0 + 0.16 * length_m) {
                 return self.refuse_now(m, near);
             }
@@ -205,6 +202,9 @@ impl Core {
             if let Some(before) = before {
                 return self.refuse(m, Some(before));
             }
+        }
+        if crosses.is_some() && !self.permitted(m, ClearanceKind::Cross) {
+            return self.refuse_told(m);
         }
         group.iter().for_each(|(z, r)| self.hold(m, *z, *r));
         if self.policy == Policy::Ordered

@@ -1,0 +1,111 @@
+//! Controllers in the core: models that clear what its movers ask for, on truth.
+//!
+//! They see what each mover waits for, and nothing a controller at a window would not; a clearance is acted upon after
+//! it has been thought of, spoken and read back ([`Actors`]). Space, wake and arrivals are still the core's.
+
+use super::notice::{ClearedBy, Notice, Order};
+use super::{Clearance, Core, Direction, Failure, FailureKind};
+use crate::control::actors::message::Seat;
+use crate::control::actors::pilot::Habits;
+use crate::control::actors::{Actors, Given, Wanted};
+use crate::control::clearance::ClearanceKind;
+use crate::draw::uniform;
+
+/// Errors of people, a movement (assumed): what, how often, and whether by departures, arrivals or both.
+const ERRORS: [(FailureKind, f64, Option<Direction>); 5] = [
+    (FailureKind::WrongTurn, 1e-3, Some(Direction::Arrival)),
+    (FailureKind::PassHold, 1e-4, Some(Direction::Departure)),
+    (FailureKind::WrongRunway, 1e-5, Some(Direction::Departure)),
+    (FailureKind::TakeOffUncleared, 1e-5, Some(Direction::Departure)),
+    (FailureKind::NoReply, 2e-3, Some(Direction::Departure)),
+];
+
+impl Core {
+    /// The same core with controllers at every seat, before its first step: nobody moves but by their clearances.
+    #[must_use]
+    pub fn with_controllers(mut self) -> Self {
+        self.cleared_by = ClearedBy::Controllers;
+        self.actors = Some(Actors::new(Habits::default(), self.seed, self.step_s));
+        self
+    }
+
+    /// The same core with errors of people, drawn for each flight by its key: `factor` times as often as assumed.
+    #[must_use]
+    pub fn with_errors(self, factor: f64) -> Self {
+        let mut failures = Vec::new();
+        for (flight, f) in self.flights.iter().enumerate() {
+            let mut rng = self.rng(flight, 900);
+            for (kind, rate, of) in ERRORS {
+                // Drawn for all, so that one more kind changes no other.
+                let happens = uniform(&mut rng) < rate * factor;
+                if happens && of.is_none_or(|direction| direction == f.direction) {
+                    failures.push(Failure {
+                        id: format!("{}-{}", kind.word(), f.callsign),
+                        kind,
+                        flight,
+                        at_s: 0.0,
+                        stay_s: 60.0,
+                        lead_s: 45.0,
+                        clearance: "CRO",
+                        vehicle: String::new(),
+                    });
+                }
+            }
+        }
+        self.with_failures(&failures)
+    }
+
+    /// What controllers and pilots said and did; `None` where the plan clears.
+    #[must_use]
+    pub fn actors(&self) -> Option<&Actors> {
+        self.actors.as_ref()
+    }
+
+    /// Who gave a clearance: the seat, or `plan`.
+    #[must_use]
+    pub fn seat_of(&self, clearance: &Clearance) -> String {
+        let kind = ClearanceKind::of(clearance.kind).filter(|_| self.actors.is_some());
+        kind.map_or_else(
+            || "plan".to_owned(),
+            |kind| {
+                let named =
+                    |w: &str| self.net.runways.iter().position(|r| r.names.iter().any(|n| n == w));
+                let runway = clearance.runway.split('/').find_map(named).unwrap_or(0);
+                Seat::of(kind, self.group(runway)).name()
+            },
+        )
+    }
+
+    /// Group of a runway: the first of those that cross it.
+    fn group(&self, runway: usize) -> u8 {
+        self.crossing[runway].first().copied().unwrap_or(runway).min(255) as u8
+    }
+
+    /// Lets the controllers look, once a second.
+    pub(super) fn control(&mut self) {
+        let Some(mut actors) = self.actors.take() else { return };
+        let of = |m: usize| {
+            let mover = &self.movers[m];
+            let kind = mover.wants?;
+            let crossed = mover.way.crossings.iter().find(|(i, _)| *i >= mover.next);
+            let runway = match (kind, crossed) {
+                (ClearanceKind::Cross, Some((_, r))) => *r,
+                _ => self.flights[m].runway.0,
+            };
+            Some(Wanted { flight: m as u32, kind, group: self.group(runway) })
+        };
+        let wanted: Vec<Wanted> = (0..self.movers.len()).filter_map(of).collect();
+        for given in actors.scan(self.time_s, &wanted) {
+            let Given { seat, flight, kind, acts_s } = given;
+            self.spoken += 1;
+            self.notice(Notice {
+                effect_frame: libm::ceil(acts_s / self.step_s) as i64,
+                source: seat.name(),
+                sequence: self.spoken,
+                flight: flight as usize,
+                order: Order::Clear(kind),
+            });
+        }
+        self.actors = Some(actors);
+    }
+}
