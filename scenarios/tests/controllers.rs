@@ -70,13 +70,16 @@ fn everybody_moves_by_what_was_read_back_and_everybody_is_served() {
                 continue;
             }
             let kind = ClearanceKind::of(c.kind).expect("a word");
-            let read = actors.messages().any(|m| {
-                let end_s = m.at_frame as f64 * step_s;
+            let read = actors.messages().filter(|m| {
                 m.from == Seat::Flight(c.flight as u32)
                     && m.kind == MessageKind::Readback
                     && m.body == kind
-                    && (c.from_s - 600.0..=c.from_s).contains(&end_s)
+                    && m.at_frame as f64 * step_s <= c.from_s
             });
+            let same = |o: &&models::traffic::core::Clearance| {
+                o.flight == c.flight && o.kind == c.kind && o.from_s <= c.from_s
+            };
+            let read = read.count() >= core.clearances().iter().filter(same).count();
             assert!(read, "{name}: {c:?} was not read back");
             assert_ne!(core.seat_of(c), "plan");
         }
