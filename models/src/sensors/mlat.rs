@@ -2,7 +2,8 @@
 //!
 //! The unknowns are position and time of transmission; rows of H are (u_x, u_y, 1) with the unit
 //! vector u from station to target, and cov = (c σ_t)² (HᵀH)⁻¹. That is the same as using time
-//! differences with their full, correlated covariance.
+//! differences with their full, correlated covariance. What a position states is that with the variance of a range as
+//! its own residuals show it, with or without late arrivals (`range_variance_m2`).
 //!
 //! Source: least squares of pseudoranges, as in Torrieri, "Statistical theory of passive location
 //! systems", IEEE Trans. AES-20 (1984). Timing errors and multipath are assumptions.
@@ -87,6 +88,23 @@ impl ArrivalGeometry {
     pub fn covariance_m2(&self, sigma_t_s: f64) -> [f64; 3] {
         let variance = (C * sigma_t_s) * (C * sigma_t_s);
         [self.q[0][0] * variance, self.q[0][1] * variance, self.q[1][1] * variance]
+    }
+
+    /// What the fit leaves of range errors, m²: the sum of the squared residuals of the ranges by least squares.
+    fn residual_m2(
+        &self,
+        stations_m: &[Vector2<f64>],
+        target_m: Vector2<f64>,
+        errors_m: &[f64],
+    ) -> f64 {
+        let rows: Vec<[f64; 3]> = stations_m.iter().map(|s| row(*s, target_m)).collect();
+        let mut sums = [0.0; 3];
+        for (h, error) in rows.iter().zip(errors_m) {
+            (0..3).for_each(|k| sums[k] += h[k] * error);
+        }
+        let fit = self.q.map(|q| q[0] * sums[0] + q[1] * sums[1] + q[2] * sums[2]);
+        let left = |h: &[f64; 3], e: &f64| e - h[0] * fit[0] - h[1] * fit[1] - h[2] * fit[2];
+        rows.iter().zip(errors_m).map(|(h, e)| left(h, e)).map(|r| r * r).sum()
     }
 
     /// Shift of the position (m east, north) per metre of range error at one station.
@@ -249,6 +267,26 @@ impl MlatConfig {
     pub fn middle_m(&self) -> Vector2<f64> {
         let sum = self.stations.iter().fold(Vector2::zeros(), |sum, s| sum + s.position_m);
         sum / self.stations.len().max(1) as f64
+    }
+
+    /// Variance of one range, m², as a fix of `stations` shows it whose residuals have the sum of squares `left_m2`.
+    ///
+    /// Two hypotheses: timing alone, variance s = (c σ_t)²; or some of the n times late, on average pn/π of them where any is,
+    /// π = 1 − (1 − p)ⁿ, variance v = s + 2μ²p/π. The residuals have n − 3 degrees of freedom:
+    /// ln w₁/w₀ = ln π/(1 − π) − ½(n − 3) ln v/s + ½R(1/s − 1/v), and w₀s + w₁v is stated.
+    fn range_variance_m2(&self, stations: usize, left_m2: f64) -> f64 {
+        let timing_m = C * self.sigma_t_s;
+        let s = timing_m * timing_m;
+        let n = stations as f64;
+        let late = -libm::expm1(n * libm::log1p(-self.multipath));
+        if !(late > 0.0) {
+            return s;
+        }
+        let v = s + 2.0 * self.multipath_m * self.multipath_m * self.multipath / late;
+        let spare = (n - 3.0).max(0.0);
+        let odds = libm::log(late) - libm::log(1.0 - late) - 0.5 * spare * libm::log(v / s)
+            + 0.5 * left_m2 * (1.0 / s - 1.0 / v);
+        s + (v - s) / (1.0 + libm::exp(-odds))
     }
 
     fn reporting(&self) -> Reporting {
@@ -417,7 +455,12 @@ impl Sensor for Mlat {
                     timing_m += shift * *noise_m;
                     multipath_m += shift * *detour_m;
                 }
-                let (axis, variance_m2) = ellipse(geometry.covariance_m2(config.sigma_t_s));
+                // What is stated follows from what the system sees: ranges that do not fit together are less certain.
+                let whole: Vec<f64> =
+                    errors_m.iter().map(|(noise, detour)| noise + detour).collect();
+                let left_m2 = geometry.residual_m2(&heard, target_m, &whole);
+                let range_m2 = config.range_variance_m2(heard.len(), left_m2);
+                let (axis, variance_m2) = ellipse(geometry.covariance_m2(range_m2.sqrt() / C));
                 reports.push(
                     due,
                     Fix {
@@ -499,8 +542,7 @@ pub static DECLARED: Declared = Declared {
         presets: &[("airport", "5 ns of timing error, a position a second")],
         keys: &[cooperative::KEYS, KEYS],
         draws: &[DRAWS],
-        // Ways round corners, which its own figures do not know of.
-        assumed: Assumed { extra_sigma_m: 2.0, ..Assumed::NOTHING },
+        assumed: Assumed::NOTHING,
     },
     read: Some(|given| Ok(Arc::new(MlatConfig::read(given)?))),
     models: &[Modelled {
@@ -800,5 +842,37 @@ mod tests {
         assert_eq!((sink.looks, sink.plots.len()), (1, 0), "nobody hears");
         config.stations.truncate(2);
         assert!(matches!(Mlat::new(config), Err(ConfigError::Count { found: 2, .. })));
+    }
+
+    /// By the timing alone the mean was 5.4.
+    #[test]
+    fn with_late_arrivals_errors_have_the_covariance_that_is_reported() {
+        let at = |x, y| Vector2::new(x, y);
+        let other =
+            vec![at(-900.0, 400.0), at(2600.0, -700.0), at(1800.0, 2100.0), at(-300.0, 1900.0)];
+        for (stations, multipath, multipath_m) in [
+            (square(), 0.02, 10.0),
+            (other.clone(), 0.02, 10.0),
+            (other, 0.1, 6.0),
+            (square(), 0.001, 10.0),
+        ] {
+            let config = MlatConfig {
+                multipath,
+                multipath_m,
+                report_s: 0.01,
+                ..MlatConfig::with_stations(SensorId(1), &stations)
+            };
+            let sink = scan(&config, &Parked::aircraft(&(0..200).collect::<Vec<_>>()));
+            let (mut sum, mut timing, mut n) = (0.0, 0.0, 0.0);
+            for (plot, cause) in sink.plots.iter().zip(&sink.causes) {
+                let error = plot.position_m - cause.truth_m.expect("a target");
+                let (along, across) = (error.dot(&plot.axis), error.dot(&plot.across_axis()));
+                sum += along * along / plot.along_m2 + across * across / plot.across_m2;
+                timing += plot.along_m2.min(1e3);
+                n += 1.0;
+            }
+            println!("{multipath} {multipath_m}: {n} plots, {:.2}, {:.2} m²", sum / n, timing / n);
+            assert!(n > 1_000.0 && (1.4..2.4).contains(&(sum / n)), "{multipath}: {}", sum / n);
+        }
     }
 }
