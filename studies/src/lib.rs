@@ -10,6 +10,7 @@ mod bounds;
 pub mod chain;
 mod chart;
 mod clock;
+pub mod crowds;
 mod dead_reckoning;
 pub mod effects;
 mod effects_common;

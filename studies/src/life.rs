@@ -71,7 +71,7 @@ pub fn lives(scene: &Scene, seen: &Seen, config: &TrackingConfig, flights: &Flig
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{chain, profiles, zurich};
+    use crate::{crowds, profiles, zurich};
     use models::fusion::config::ExistenceRules;
 
     /// Both ways on scenes and seeds that nothing was chosen on. Existence confirms a little sooner with no more tracks of
@@ -80,7 +80,7 @@ mod tests {
     fn existence_confirms_as_soon_as_counted_hits_and_costs_few_renewals() {
         let scenes = [
             ("Zurich", zurich::scene().expect("ships")),
-            ("35 movers", chain::thirty_five(17).expect("made of what ships")),
+            ("35 movers", crowds::thirty_five(17).expect("made of what ships")),
         ];
         for (name, scene) in &scenes {
             for seed in [611, 612] {

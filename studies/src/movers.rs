@@ -15,15 +15,14 @@ pub struct Movers<'a> {
     scene: &'a Scene,
     first: usize,
     kept_ns: i64,
-    from_ns: i64,
     /// Of each flight, state by state from the start on.
     driven: Vec<Vec<Option<TargetState>>>,
 }
 
 impl<'a> Movers<'a> {
-    /// Drives a scene for so many seconds; time 0 of what is seen is `from_s` of the run.
+    /// Drives a scene for so many seconds.
     #[must_use]
-    pub fn drive(scene: &'a Scene, from_s: f64, seconds: f64) -> Self {
+    pub fn drive(scene: &'a Scene, seconds: f64) -> Self {
         let frame_ns = scene.run.frame.0.max(1);
         let kept_ns = KEPT_FRAMES * frame_ns;
         let (mut first, mut driven) = (usize::MAX, Vec::new());
@@ -33,7 +32,7 @@ impl<'a> Movers<'a> {
         {
             first = behaving.first_entity;
             driven = vec![Vec::new(); core.flights().len()];
-            let frames = ((from_s + seconds) * 1e9) as i64 / frame_ns + KEPT_FRAMES;
+            let frames = (seconds * 1e9) as i64 / frame_ns + KEPT_FRAMES;
             for frame in 0..=frames {
                 if frame > 0 {
                     core.step(frame);
@@ -53,7 +52,7 @@ impl<'a> Movers<'a> {
                 }
             }
         }
-        Self { scene, first, kept_ns, from_ns: SimTime::from_s(from_s).0, driven }
+        Self { scene, first, kept_ns, driven }
     }
 
     /// The least distance of two movers at one second, m, and how many movers were there at all.
@@ -94,7 +93,6 @@ impl Truth for Movers<'_> {
         self.scene.traffic.entities[index].address
     }
     fn at(&self, index: usize, time: SimTime) -> Option<TargetState> {
-        let time = SimTime(time.0 + self.from_ns);
         if let Some(trajectory) = self.scene.traffic.entities[index].trajectory.as_ref() {
             let truth = trajectory.at(time)?;
             let p = truth.position_m;
