@@ -28,7 +28,7 @@ impl<'a> Movers<'a> {
         let (mut first, mut driven) = (usize::MAX, Vec::new());
         let behaving = scene.traffic.behaving.as_ref();
         if let Some(behaving) = behaving
-            && let Some(mut core) = behaving.core(&scene.run, u64::from(scene.run.seed))
+            && let Some(mut core) = behaving.core(&scene.run, scene.run.seed)
         {
             first = behaving.first_entity;
             driven = vec![Vec::new(); core.flights().len()];
