@@ -145,15 +145,9 @@ impl RadarLevels {
                 }
             }
             E::GroundClutter => b.ground_echo = on,
-            E::SurfaceReflection => {
-                if !on {
-                    b.reflection = Reflection::None;
-                }
-            }
-            E::Lobing => {
-                if b.reflection != Reflection::None {
-                    b.reflection = if on { Reflection::Extended } else { Reflection::Incoherent };
-                }
+            E::SurfaceReflection if !on => b.reflection = Reflection::None,
+            E::Lobing if b.reflection != Reflection::None => {
+                b.reflection = if on { Reflection::Extended } else { Reflection::Incoherent };
             }
             E::Roughness => {
                 b.roughness = match level {
@@ -196,7 +190,7 @@ impl RadarLevels {
                     Level::Exact => Processing::Video,
                 }
             }
-            // Those that are values are done; a law holds that no other comes here.
+            // The reflection where it stays as it is. Values are done, and a law holds that no other effect comes here.
             _ => {}
         }
         self
