@@ -56,11 +56,18 @@ struct Radars {
     high_m: Vector2<f64>,
 }
 
+/// What was made already: pictures by radar (none: all together) and weather.
+#[derive(Debug, Default)]
+struct Made {
+    radars: Option<Radars>,
+    kept: BTreeMap<(Option<u16>, usize), Arc<Picture>>,
+}
+
 /// The pictures of one run.
 #[derive(Debug)]
 pub struct Maps {
     from: From,
-    made: Mutex<(Option<Radars>, BTreeMap<(Option<u16>, usize), Arc<Picture>>)>,
+    made: Mutex<Made>,
 }
 
 impl Maps {
@@ -82,7 +89,7 @@ impl Maps {
     /// The scene cannot be had, or has no such radar; as one sentence.
     pub fn picture(&self, sensor: Option<u16>, time_s: f64) -> Result<Arc<Picture>, String> {
         let mut made = self.made.lock().unwrap_or_else(PoisonError::into_inner);
-        let (radars, kept) = &mut *made;
+        let Made { radars, kept } = &mut *made;
         if radars.is_none() {
             *radars = Some(Radars::of(&*self.scene()?)?);
         }
@@ -182,7 +189,7 @@ fn colour(missed: Option<f64>) -> [u8; 4] {
     // Amber at a tenth, red from a half on.
     let share = ((missed - 0.1) / 0.4).clamp(0.0, 1.0);
     let between = |from: f64, to: f64| (from + share * (to - from)).round() as u8;
-    let opacity = 190.0 * missed.clamp(0.0, 1.0).powf(0.6);
+    let opacity = 190.0 * libm::pow(missed.clamp(0.0, 1.0), 0.6);
     [255, between(178.0, 60.0), between(36.0, 50.0), opacity as u8]
 }
 
