@@ -27,7 +27,9 @@ fn stdout(output: &Output) -> String {
 fn a_copied_executable_runs_the_shipped_scene_and_an_own_one_from_any_folder() {
     let host = empty_host("run");
     let run = ["run", "--in-process", "--fast", "--no-viewer", "--duration", "5"];
-    let summary = stdout(&seeds(&host, &run));
+    let first = stdout(&seeds(&host, &run));
+    assert!(first.contains("\"scene\":\"asmgcs\""), "what a newcomer sees: {first}");
+    let summary = stdout(&seeds(&host, &[&["run", "zurich"], &run[1..]].concat()));
     assert!(summary.contains("\"digest\""), "{summary}");
 
     // An own scene names what ships as the shipped scene does, and gives the same bits.

@@ -527,8 +527,8 @@ fn a_movement_that_nothing_can_be_made_of_ends_the_launcher_with_its_words() {
         .expect("written");
     for generators in ["1", "3"] {
         let ports = Ports::new();
-        let mut command = run(&ports, &["--fast", "--no-viewer", "--generators", generators]);
-        command.args([&scene]);
+        let arguments = [&*scene, "--fast", "--no-viewer", "--generators", generators];
+        let command = run(&ports, &arguments);
         let output = finish(command);
         let words = stderr(&output);
         assert_eq!(output.status.code(), Some(2), "{words}");

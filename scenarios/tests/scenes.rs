@@ -78,7 +78,7 @@ fn bad_scenes_give_one_line() {
         (
             "kind = \"asde\"",
             "kind = \"sonar\"",
-            "zurich.toml:110: sensor[1].kind: found \"sonar\", allowed is \"asde\", \"gps\", \"dgps\", \"adsb\", \"mlat\", \"loop\", \"dynamic\", \"offline\"",
+            "zurich.toml:110: sensor[1].kind: found \"sonar\", allowed is \"asde\", \"gps\", \"dgps\", \"adsb\", \"mlat\", \"loop\", \"dynamic\", \"offline\", \"asterix\"",
         ),
         (
             "profile = \"paper\"",

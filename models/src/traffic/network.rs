@@ -158,19 +158,6 @@ fn named(names: &[String]) -> String {
 const ON_EDGE_M: f64 = 3.0;
 
 impl Network {
-    /// Whether an end of one runway lies in the strip of the other: who has one of them has both.
-    #[must_use]
-    pub fn strips_meet(&self, a: usize, b: usize) -> bool {
-        let within = |a: &NetRunway, b: &NetRunway| {
-            a.ends_m.iter().any(|end| {
-                let (place, across) = b.place_m(*end);
-                (0.0..=b.length_m).contains(&place) && across.abs() < b.hold_distance_m
-            })
-        };
-        let (a, b) = (&self.runways[a], &self.runways[b]);
-        within(a, b) || within(b, a)
-    }
-
     /// The network of a layout.
     #[must_use]
     pub fn of(airport: &Airport) -> Self {

@@ -137,8 +137,7 @@ pub(super) fn read(
 }
 
 fn source(section: &Section) -> Result<(ForeignSource, Option<PathBuf>), ScenarioError> {
-    let file = section.file_path("file")?;
-    if let Some(path) = file {
+    if section.has("file") {
         for key in ["listen", "interface", "from"] {
             if section.has(key) {
                 let allowed = "either the network (`listen`) or a recording (`file`)".into();
@@ -146,6 +145,8 @@ fn source(section: &Section) -> Result<(ForeignSource, Option<PathBuf>), Scenari
                 return Err(section.refuse(key, Problem::NotAllowed { found, allowed }));
             }
         }
+    }
+    if let Some(path) = section.file_path("file")? {
         let octets = crate::files::read(&path, crate::LARGEST_DATA).map_err(|error| {
             let reason = error.to_string();
             section.refuse("file", Problem::File { path: path.clone(), reason })

@@ -4,7 +4,7 @@ use super::drive::Tick;
 use super::failures::FailureKind;
 use super::plan::Start;
 use super::runway::take_off_of;
-use super::{Core, GAP_M, HOLD_GAP_M, PUSH_BEFORE_M, Phase, Policy, RETRY_S, TAIL_M, Timing};
+use super::{Core, HOLD_GAP_M, PUSH_BEFORE_M, Phase, Policy, RETRY_S, TAIL_M, Timing};
 use crate::control::clearance::ClearanceKind;
 use crate::draw::uniform;
 use crate::frames::{Azimuth, Vector2, wrap_pi};
@@ -462,14 +462,10 @@ impl Core {
             .find(|a| a.0 <= joined + 0.1 && a.1 >= joined - 0.1)
             .map_or(joined, |a| a.1);
         way.stop_m = (turned + 0.8 * length).min(way.ends_m[total - 1]);
-        // For the line-up as much of the runway as its nose needs, for the roll the rest.
-        let nose_m = way.stop_m + 0.1 * length + GAP_M + 1.0;
-        let lined_up = way.ends_m.partition_point(|e| *e < nose_m).max(pieces_before);
-        let roll_from = (lined_up + 1).min(total);
-        way.group(first_strip, roll_from - 1);
-        if roll_from < total {
-            way.group(roll_from, total - 1);
-        }
+        // The whole runway is taken with the line-up. Taken in two (line-up, then roll), who was lined up held the runway while others were
+        // planned before his roll: three hours at Schiphol stood still.
+        let roll_from = total;
+        way.group(first_strip, total - 1);
         way.hold_before(Some(first_strip));
         let driving = self.movers[m].driving;
         way.limit(&net, &self.pieces, &driving, 0.0, 1.0);

@@ -327,7 +327,7 @@ impl Core {
         let count = net.runways.len();
         let shared = |a: usize, b: usize| {
             let spine = |r: usize| net.runways[r].spine.iter().map(|(_, n)| *n);
-            a == b || spine(a).any(|n| spine(b).any(|m| m == n)) || net.strips_meet(a, b)
+            a == b || spine(a).any(|n| spine(b).any(|m| m == n))
         };
         let crossing = (0..count)
             .map(|a| (0..count).filter(|b| shared(a, *b)).collect())

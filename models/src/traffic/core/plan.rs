@@ -13,7 +13,6 @@
 //!
 //! Source: Gawrilow and others 2008 (time windows); Hönig and others 2019 (execution in planned order).
 
-use super::runway::CLEARED_BEFORE_S;
 use super::{Core, Direction, HOLD_GAP_M, Phase, Policy, TAIL_M};
 use crate::flight_list::WakeCategory;
 use std::ops::Range;
@@ -76,6 +75,12 @@ const PAUSE_S: f64 = 0.05;
 const HORIZON_S: f64 = 4.0 * 3600.0;
 /// From landing clearance to threshold, s: about 1.5 NM.
 pub(super) const LANDING_AHEAD_S: f64 = 45.0;
+/// From the holding position: ready for the roll after being lined up, s (drawn 5 to 10).
+pub(super) const READY_S: f64 = 8.0;
+/// From lift-off to 15 m of height, s.
+pub(super) const UP_S: f64 = 7.0;
+/// An arrival is cleared so long before the threshold at the latest, s: a little more than 1 NM.
+pub(super) const CLEARED_BEFORE_S: f64 = 38.0;
 
 impl Timing {
     fn release_s(&self, step: usize) -> f64 {

@@ -1,6 +1,6 @@
 //! Runways: who has them, wake, and when somebody may enter.
 
-use super::plan::LANDING_AHEAD_S;
+use super::plan::{CLEARED_BEFORE_S, LANDING_AHEAD_S, READY_S, UP_S};
 use super::{Core, Direction, Flight, Phase, TAIL_M};
 use crate::flight_list::WakeCategory;
 #[cfg(test)]
@@ -205,13 +205,6 @@ impl Core {
         self.wake_left_s(m) <= 0.0 && !self.car_blocks(self.flights[m].runway.0) && !self.owned(m)
     }
 }
-
-/// From the holding position: ready for the roll after being lined up, s (drawn 5 to 10).
-const READY_S: f64 = 8.0;
-/// From lift-off to 15 m of height, s.
-pub(super) const UP_S: f64 = 7.0;
-/// An arrival is cleared so long before the threshold at the latest, s: a little more than 1 NM.
-pub(super) const CLEARED_BEFORE_S: f64 = 38.0;
 /// How far the tail of one who rolls is beyond an entry when somebody may line up there, m (assumed).
 const PASSED_M: f64 = 60.0;
 /// From the threshold to having passed an entry near it, and to being off the runway, s (assumed, for spacing).
