@@ -332,6 +332,22 @@ fn a_consumer_that_dies_behind_a_producer_in_the_first_frames_returns_as_it_was(
     }
 }
 
+/// Found by a random case: a producer and the SMDFM wake up at the same time, and messages are lost.
+#[test]
+fn a_consumer_that_wakes_up_with_a_producer_goes_on_with_it() {
+    let pauses = [("external-world", 1_052, 3_745), ("smdfm", 2_602, 2_194)];
+    let network = Network { bus_loss: 69, ..network(10) };
+    let mut net = net(4_415_643_496_163_808_907, with_control(1.0), network);
+    run_until_running(&mut net);
+    let begun = net.now;
+    let faults =
+        pauses.map(|(name, at_ms, ms)| fault(begun + at_ms * MS, name, What::Pause(ms * MS)));
+    net.run(begun + 31_052 * MS, &faults);
+    let waits: Vec<_> = ALL.iter().filter_map(|n| Some((n, net.member(n)?.waits_for()))).collect();
+    assert_eq!(net.closed.len(), 1, "{:?} {waits:?}", net.reached);
+    assert_eq!(eaten(&net, 0), whole());
+}
+
 /// Found by `seeds sim`: the answer to its question was lost, then the process; another one of its name was
 /// refused for good, since the first was thought to be there.
 #[test]
@@ -585,7 +601,8 @@ proptest! {
         let [one, two] = what;
         let faults = [fault(at, pair[0], one), fault(at + gap_ms * MS, pair[1], two)];
         net.run(at + 30_000 * MS, &faults);
-        prop_assert_eq!(net.closed.len(), 1, "{:?} {:?}", net.reached, net.conductor.state());
+        let waits: Vec<_> = ALL.iter().filter_map(|n| Some((n, net.member(n)?.waits_for()))).collect();
+        prop_assert_eq!(net.closed.len(), 1, "{:?} {:?} {:?}", net.reached, net.conductor.state(), waits);
         prop_assert!(!net.closed[0].failed);
         let mut whole = super::simulated_network_tests::net(1, with_control(f64::INFINITY), network(0));
         whole.run(MINUTE, &[]);

@@ -79,8 +79,13 @@ impl Member {
             producer.bound = None;
             producer.absent = at.absent;
             producer.awaited = at.stream.is_none() && !at.absent;
-            if let Some((inc, next)) = at.stream {
-                self.peers.insert(at.name.clone(), Inbox::new(self.fed, inc, next));
+            match at.stream {
+                Some((inc, next)) => {
+                    self.peers.insert(at.name.clone(), Inbox::new(self.fed, inc, next));
+                }
+                // A successor is heard from its first word on: if the answer was lost and asked for again, it is older
+                // than what was heard meanwhile, and thrown away.
+                None => drop(self.peers.remove(&at.name)),
             }
         }
     }
