@@ -23,7 +23,8 @@ pub struct Wanted {
 /// The text of a scene of an airport, and the scene that it reads as.
 ///
 /// Traffic is what the airport can bear: flights that react to each other where its network has entries and exits,
-/// else aircraft on stands, else nobody.
+/// else aircraft on stands, else nobody. A ground network that lies beside the layout (`X.groundnet.xml` beside `X.apt.dat`)
+/// is taken with it: layouts of X-Plane often bear no way from stand to runway.
 ///
 /// # Errors
 /// If the layout cannot be read, or no scene can be made of it.
@@ -60,17 +61,34 @@ pub fn scene(wanted: &Wanted) -> Result<(String, Scene), ScenarioError> {
             )
         })
         .collect();
+    let beside = network_beside(wanted);
     let mut failed = None;
     for traffic in
         [generated(half, half), generated(half, 0.0), generated(0.0, half), parked, String::new()]
     {
-        let text = text(wanted, radius_m, reach_m, &traffic, &report.findings);
-        match load_text(&wanted.path, &text) {
-            Ok(scene) => return Ok((text, scene)),
-            Err(error) => failed = Some(failed.unwrap_or(error)),
+        for network in beside.iter().map(Some).chain([None]) {
+            let size = Size { radius_m, reach_m };
+            let text = text(wanted, size, network, &traffic, &report.findings);
+            match load_text(&wanted.path, &text) {
+                Ok(scene) => return Ok((text, scene)),
+                Err(error) => failed = Some(failed.unwrap_or(error)),
+            }
         }
     }
     Err(failed.unwrap_or_else(|| unreachable_error(&wanted.path)))
+}
+
+/// The ground network of the same airport, where one lies beside an `apt.dat`.
+fn network_beside(wanted: &Wanted) -> Option<String> {
+    let name = format!("{}.groundnet.xml", wanted.layout.strip_suffix(".apt.dat")?);
+    crate::files::is_file(&crate::data_file(&wanted.path, &name)).then_some(name)
+}
+
+/// How far an airport reaches from its reference point, m: its radius in the scene, and its outermost place.
+#[derive(Clone, Copy)]
+struct Size {
+    radius_m: f64,
+    reach_m: f64,
 }
 
 fn unreachable_error(path: &Path) -> ScenarioError {
@@ -80,8 +98,8 @@ fn unreachable_error(path: &Path) -> ScenarioError {
 
 fn text(
     wanted: &Wanted,
-    radius_m: f64,
-    reach_m: f64,
+    Size { radius_m, reach_m }: Size,
+    network: Option<&String>,
     traffic: &str,
     findings: &[impl std::fmt::Display],
 ) -> String {
@@ -98,11 +116,18 @@ fn text(
         out,
         "[run]\ntitle = \"{name}: generated traffic\"\nseed = 1                        # another number: other draws\n\
          start = 2026-01-01T06:00:00Z\nduration_s = {}\n\n\
-         [airport]\nlayout = {:?}\nradius_m = {radius_m}              # sensors are refused farther out\n\n\
-         [weather]\ntimeline = [\n    {{ at_s = 0 }},                                          # clear and dry\n    \
-         {{ at_s = {}, rain_mm_per_h = 5, visibility_m = 3000 }},  # then rain\n]\n\n",
+         [airport]\nlayout = {:?}\n",
         60.0 * wanted.minutes,
         wanted.layout,
+    );
+    if let Some(network) = network {
+        let _ = writeln!(out, "ground_network = {network:?}   # ways of taxiing and gates");
+    }
+    let _ = write!(
+        out,
+        "radius_m = {radius_m}              # sensors are refused farther out\n\n\
+         [weather]\ntimeline = [\n    {{ at_s = 0 }},                                          # clear and dry\n    \
+         {{ at_s = {}, rain_mm_per_h = 5, visibility_m = 3000 }},  # then rain\n]\n\n",
         (30.0 * wanted.minutes).round(),
     );
     out.push_str(traffic.trim_end());
