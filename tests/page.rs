@@ -708,6 +708,17 @@ fn where_the_radars_do_not_see_is_a_layer_under_the_map() {
     w.keep_screenshot("detection");
     w.browser.eval("document.getElementById('layer-detection').click()");
     assert_eq!(at(&mut w, beside), before, "and gone again");
+    // The video of the radar: its pane opens by itself, the turn of the scan is shown, and follows into the past.
+    w.browser.eval("document.getElementById('layer-video').click()");
+    w.browser.until("__viewer.panes.includes('sensor:1') && __viewer.videos[0]?.scan === 40");
+    let lit = "((c) => c.getContext('2d').getImageData(0, 0, c.width, c.height).data.filter((v, i) => i % 4 === 1 && v > 90).length) \
+               (document.querySelector('[data-pane=\"sensor:1\"] canvas'))";
+    w.browser.until(&format!("__viewer.videos[0].sweep === 32 && {lit} > 300"));
+    w.browser.eval("(() => { const s = document.getElementById('scrub'); s.value = 12; s.dispatchEvent(new Event('input')); })()");
+    w.browser.until("__viewer.scan === 12 && __viewer.videos[0].scan === 12");
+    w.keep_screenshot("video");
+    w.browser.eval("document.getElementById('layer-video').click()");
+    w.browser.until("__viewer.videos.length === 0");
     w.assert_no_complaint();
 }
 

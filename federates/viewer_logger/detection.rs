@@ -5,6 +5,7 @@
 
 use super::archive::Archive;
 use super::kept_scene;
+use super::video::{NoTurn, Turns};
 use models::environment::Weather;
 use models::frames::{Vector2, Vector3};
 use models::sensors::TargetClass;
@@ -13,7 +14,7 @@ use models::sensors::asde::survey::Aspect;
 use scenarios::Scene;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 /// Cells along the longer side, at most.
 const MOST_CELLS: f64 = 240.0;
@@ -63,24 +64,39 @@ struct Made {
     kept: BTreeMap<(Option<u16>, usize), Arc<Picture>>,
 }
 
-/// The pictures of one run.
+/// The pictures of one run, and the turns of its radars.
 #[derive(Debug)]
 pub struct Maps {
     from: From,
     made: Mutex<Made>,
+    turns: Turns,
+    stored: OnceLock<Arc<Scene>>,
 }
 
 impl Maps {
     /// Of a run that goes on.
     #[must_use]
     pub fn of(scene: Arc<Scene>) -> Arc<Self> {
-        Arc::new(Self { from: From::Scene(scene), made: Mutex::default() })
+        Arc::new(Self::from(From::Scene(scene)))
     }
 
     /// Of a run in a database.
     #[must_use]
     pub fn stored(database: PathBuf) -> Arc<Self> {
-        Arc::new(Self { from: From::Log(database), made: Mutex::default() })
+        Arc::new(Self::from(From::Log(database)))
+    }
+
+    fn from(from: From) -> Self {
+        Self { from, made: Mutex::default(), turns: Turns::default(), stored: OnceLock::new() }
+    }
+
+    /// The video of one turn of a radar: [`Turns::turn`]. Takes a second and more.
+    ///
+    /// # Errors
+    /// As [`Turns::turn`], or the scene cannot be had.
+    pub fn turn(&self, asked: &super::video::Asked) -> Result<Arc<Vec<u8>>, NoTurn> {
+        let scene = self.scene().map_err(NoTurn::Never)?;
+        self.turns.turn(&scene, asked)
     }
 
     /// The picture of one radar, or of all together, in the weather of a time, s. Takes a tenth of a second the first time.
@@ -113,8 +129,12 @@ impl Maps {
         match &self.from {
             From::Scene(scene) => Ok(Arc::clone(scene)),
             From::Log(database) => {
+                if let Some(scene) = self.stored.get() {
+                    return Ok(Arc::clone(scene));
+                }
                 let archive = Archive::open(database).map_err(|e| e.to_string())?;
-                kept_scene::load(&archive).map(Arc::new).map_err(|e| format!("{e:#}"))
+                let scene = kept_scene::load(&archive).map_err(|e| format!("{e:#}"))?;
+                Ok(Arc::clone(self.stored.get_or_init(|| Arc::new(scene))))
             }
         }
     }

@@ -13,6 +13,7 @@
 
 use crate::runtime::messages::{PlotMessage, ScanReport, TrackMessage, TruthMessage};
 use models::plot::SensorKind;
+use models::time::SimTime;
 use std::collections::BTreeMap;
 
 /// First octets of every message.
@@ -108,6 +109,59 @@ pub(super) fn pairs(scan: &ScanReport) -> BTreeMap<u16, (usize, f64)> {
 #[must_use]
 pub fn entity_key(id: [u16; 3]) -> u64 {
     u64::from(id[0]) << 32 | u64::from(id[1]) << 16 | u64::from(id[2])
+}
+
+/// An entity as a message has it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Entity {
+    /// Its identifier: [`entity_key`].
+    pub key: u64,
+    /// Call sign.
+    pub callsign: String,
+    /// Type designator.
+    pub designator: String,
+    /// Where it is, m east, north, up.
+    pub position_m: [f64; 3],
+    /// Velocity over ground, m/s east, north.
+    pub velocity_mps: [f64; 2],
+    /// Where the nose points, rad clockwise from north.
+    pub heading_rad: f64,
+}
+
+/// Number and time of the scan of a message; none if it is none.
+pub(super) fn number_and_time(message: &[u8]) -> Option<(u64, SimTime)> {
+    let scan = octets(message, 8).map(u64::from_le_bytes)?;
+    Some((scan, SimTime(octets(message, 16).map(i64::from_le_bytes)?)))
+}
+
+/// The entities of a message of [`encode`].
+pub(super) fn entities(message: &[u8]) -> Vec<Entity> {
+    let count = |at| octets(message, at).map_or(0, u32::from_le_bytes) as usize;
+    let from = HEADER + count(24) * TRACK;
+    (0..count(28))
+        .map_while(|i| entity(message.get(from + i * TRUTH..from + (i + 1) * TRUTH)?))
+        .collect()
+}
+
+fn entity(record: &[u8]) -> Option<Entity> {
+    let words = |from: usize, to: usize| {
+        let text = String::from_utf8_lossy(record.get(from..to)?).into_owned();
+        Some(text.trim_end_matches('\0').to_owned())
+    };
+    let double = |at| octets(record, at).map(f64::from_le_bytes);
+    let single = |at| octets(record, at).map(|o| f64::from(f32::from_le_bytes(o)));
+    Some(Entity {
+        key: octets(record, 0).map(u64::from_le_bytes)?,
+        callsign: words(8, 20)?,
+        designator: words(20, 28)?,
+        position_m: [double(32)?, double(40)?, single(68)?],
+        velocity_mps: [single(48)?, single(52)?],
+        heading_rad: single(56)?,
+    })
+}
+
+fn octets<const N: usize>(from: &[u8], at: usize) -> Option<[u8; N]> {
+    from.get(at..at + N)?.try_into().ok()
 }
 
 fn track(out: &mut Vec<u8>, t: &TrackMessage, truth_index: i32, error_m: f64) {

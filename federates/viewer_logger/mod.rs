@@ -30,6 +30,7 @@ pub mod said;
 pub mod server;
 pub mod session;
 pub mod source;
+pub mod video;
 
 use crate::runtime::messages::{
     AlertMessage, FederateStatus, FlightNotice, Operation, RunState, ScanReport, WeatherNotice,

@@ -2,6 +2,8 @@
 //!
 //! Who may do what stands in [`super::access`], how many connections there are in `connections`.
 
+mod asked_for;
+
 use super::Viewer;
 use super::access::{Access, Rights, Ticket, same_origin};
 use super::assets;
@@ -9,14 +11,12 @@ use super::connections::{self, Peer};
 use super::session::{Asked, Outgoing, Session, refused, reply};
 use crate::runtime::messages::Command;
 use axum::body::Body;
-use axum::extract::rejection::QueryRejection;
 use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
-use axum::extract::{DefaultBodyLimit, Extension, Query, Request, State};
+use axum::extract::{DefaultBodyLimit, Extension, Request, State};
 use axum::http::{HeaderMap, Method, StatusCode, header};
 use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
-use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::net::{IpAddr, SocketAddr};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -230,8 +230,9 @@ impl Drop for Seat {
 fn router(state: Arc<Shared>) -> axum::Router {
     axum::Router::new()
         .route("/socket", get(upgrade))
-        .route("/metrics", get(figures))
-        .route("/detection", get(detection))
+        .route("/metrics", get(asked_for::figures))
+        .route("/detection", get(asked_for::detection))
+        .route("/video", get(asked_for::turn))
         .fallback(file)
         .layer(middleware::from_fn(guard))
         .layer(DefaultBodyLimit::max(1024))
@@ -266,58 +267,6 @@ async fn file(request: Request) -> Response {
             ([(header::CONTENT_TYPE, kind)], Body::from(octets)).into_response()
         }
         None => (StatusCode::NOT_FOUND, "no such file\n").into_response(),
-    }
-}
-
-/// The run as Prometheus text; beyond loopback for whoever shows a token (`Authorization: Bearer`).
-async fn figures(headers: HeaderMap, State(shared): State<Arc<Shared>>) -> Response {
-    if let Err(reason) = shared.access.may_read(&headers) {
-        return (StatusCode::FORBIDDEN, format!("{reason}\n")).into_response();
-    }
-    let text = shared.page.viewer().metrics();
-    ([(header::CONTENT_TYPE, super::metrics::CONTENT_TYPE)], text).into_response()
-}
-
-/// What a page asks of the radars: one of them (`sensor`), or all together, at a time, s.
-#[derive(Clone, Copy, Debug, Deserialize)]
-struct Asking {
-    sensor: Option<u16>,
-    #[serde(default)]
-    t: f64,
-}
-
-/// Where the radars see, as a picture; its place (west and north edge, side of a cell, m) in `x-place`.
-async fn detection(
-    headers: HeaderMap,
-    asking: Result<Query<Asking>, QueryRejection>,
-    State(shared): State<Arc<Shared>>,
-) -> Response {
-    if let Err(reason) = shared.access.may_read(&headers) {
-        return (StatusCode::FORBIDDEN, format!("{reason}\n")).into_response();
-    }
-    let Ok(Query(asking)) = asking else {
-        let words = "sensor is a number of a sensor, t a time in seconds\n";
-        return (StatusCode::BAD_REQUEST, words).into_response();
-    };
-    let Some(maps) = shared.page.viewer().detection() else {
-        return (StatusCode::NOT_FOUND, "there is no scene yet\n").into_response();
-    };
-    // A tenth of a second of arithmetic: not on the thread that serves.
-    let made = tokio::task::spawn_blocking(move || maps.picture(asking.sensor, asking.t)).await;
-    match made {
-        Ok(Ok(picture)) => {
-            let [west, north] = picture.corner_m;
-            let place = format!("{west} {north} {}", picture.step_m);
-            let named = [
-                (header::CONTENT_TYPE, "image/png".to_owned()),
-                (header::HeaderName::from_static("x-place"), place),
-            ];
-            (named, picture.png.clone()).into_response()
-        }
-        Ok(Err(reason)) => (StatusCode::NOT_FOUND, format!("{reason}\n")).into_response(),
-        Err(_) => {
-            (StatusCode::INTERNAL_SERVER_ERROR, "the picture could not be made\n").into_response()
-        }
     }
 }
 

@@ -91,5 +91,5 @@ export class Address {
 }
 
 function defaultLayers() {
-  return LAYERS.map(([key]) => key).filter((key) => STORED.has(key) && !["coverage", "detection", "one second ago"].includes(key)).sort().join();
+  return LAYERS.map(([key]) => key).filter((key) => STORED.has(key) && !["coverage", "detection", "one second ago", "video"].includes(key)).sort().join();
 }

@@ -36,6 +36,7 @@ export function expose({ state, map, line, curve, alerts, panes, address }) {
     view: () => copy({ cx: map.view.cx, cy: map.view.cy, scale: map.view.scale, rot: map.view.rot, width: map.width, height: map.height, follow: map.follow }),
     colours: () => document.documentElement.dataset.colours,
     panes: () => copy(panes.names),
+    videos: () => copy(panes.list.filter((p) => p.video?.turn).map(({ sensor, video: { turn, sweep } }) => ({ sensor, scan: turn.scan, beams: turn.beams, ranges: turn.ranges, sweep }))),
     rungs: () => copy(state.rungs),
     curve: () => copy(curve.points),
     weather: () => copy(state.weather),

@@ -60,6 +60,7 @@ const onPick = (strip) => {
 };
 const panes = new Panes(byId("panes"), map, { onPick: (id) => select(id), onChange: () => panesChanged() });
 map.onDrawn = () => panes.draw();
+panes.wallS = () => (state.run?.scan_s || 1) / (state.runState?.achieved_rate || 1);
 function panesChanged() {
   for (const button of document.querySelectorAll("[data-pane-of]")) button.setAttribute("aria-pressed", String(panes.has(button.dataset.paneOf)));
   addressChanged(true);

@@ -19,9 +19,9 @@ const SETTLE_MS = 120, ZOOM_MS = 80;
 export const LAYERS = [
   ["tracks", "Tracks"], ["truth", "Truth"], ["errors", "Errors"], ["labels", "Labels"], ["history", "History"],
   ["vectors", "Vectors"], ["ellipses", "Ellipses"], ["weather", "Weather"], ["taxiways", "Taxi names"],
-  ["stands", "Stands"], ["coverage", "Coverage"], ["detection", "Detection"], ["plots", "Plots"], ["buildings", "Buildings"], ["one second ago", "A scan ago"], ["alerts", "Alerts, bars"], ["routes", "Ways"],
+  ["stands", "Stands"], ["coverage", "Coverage"], ["detection", "Detection"], ["plots", "Plots"], ["buildings", "Buildings"], ["one second ago", "A scan ago"], ["alerts", "Alerts, bars"], ["routes", "Ways"], ["video", "Radar video"],
 ];
-const OFF = new Set(["coverage", "detection", "one second ago"]);
+const OFF = new Set(["coverage", "detection", "one second ago", "video"]);
 
 /** A bitmap and the camera that it was drawn with. */
 class Layer {
@@ -137,7 +137,7 @@ export class MapView {
   colours() {
     const style = getComputedStyle(document.documentElement);
     const names = ["ground", "pavement", "pavement-edge", "runway", "runway-mark", "taxi", "taxi-name", "stand", "text", "dim",
-      "arrival", "departure", "vehicle", "unknown", "truth", "error", "rain", "coverage", "halo", "select", "label-back", "alarm", "information", "bar",
+      "arrival", "departure", "vehicle", "unknown", "truth", "error", "rain", "coverage", "halo", "select", "label-back", "alarm", "information", "bar", "video",
       ...kinds.map((k) => `plot-${k.word}`), "plot-other"];
     this.c = Object.fromEntries(names.map((n) => [n, style.getPropertyValue(`--${n}`).trim()]));
     this.need("ground", "traffic");

@@ -4,6 +4,7 @@ import { Detection } from "./detection.js";
 import { paintAirport, paintScale, paintWeather } from "./paint.js";
 import { paintSelected, paintTraffic, plotMark, sound } from "./traffic.js";
 import { element, fixed } from "./text.js";
+import { Video } from "./video.js";
 
 const TURNS = 6; // scans whose plots are still to be seen, fainter each
 export const MOST_PANES = 3;
@@ -24,8 +25,10 @@ class Pane {
     this.head = element("h2", this.title);
     this.told = element("span", "");
     const close = element("button", "\u00d7", { type: "button", title: "Close this pane", "aria-label": `Close the pane ${this.title}` });
+    this.closer = close;
     close.addEventListener("click", () => panes.toggle(name));
-    this.box = element("section", [element("header", [this.head, this.told, close]), this.canvas], { class: "pane", "data-pane": name });
+    this.knobs = element("div", [], { class: "knobs", hidden: "" });
+    this.box = element("section", [element("header", [this.head, this.told, this.knobs, close]), this.canvas], { class: "pane", "data-pane": name });
     this.canvas.addEventListener("click", (event) => panes.pick(this, event));
     new ResizeObserver(() => this.draw()).observe(this.box);
   }
@@ -40,6 +43,31 @@ class Pane {
 
   get title() {
     return this.sensor === null ? "Tracks" : this.site?.name || `Sensor ${this.sensor}`;
+  }
+
+  /** The radar's video, where it is asked for; what is asked of the server follows the scan shown. */
+  askVideo() {
+    const { map } = this.panes, on = map.layers.video && this.site?.kind === "asde";
+    this.knobs.hidden = !on;
+    if (!on) {
+      this.video?.close();
+      this.video = null;
+      this.videoSays = "";
+      return;
+    }
+    if (!this.video) {
+      this.video = new Video(this.sensor, () => this.draw(), (text) => (this.videoSays = text));
+      const knob = (name, title, key, max, step) => {
+        const input = element("input", [], { type: "range", min: "0", max: String(max), step: String(step), value: String(this.video[key]), "aria-label": `${title}, ${this.title}` });
+        input.addEventListener("input", () => {
+          this.video[key] = Number(input.value);
+          this.draw();
+        });
+        return element("label", [name, input], { title });
+      };
+      this.knobs.replaceChildren(knob("dB", "Threshold of the video over noise, dB", "thresholdDb", 30, 1), knob("s", "Half time of the afterglow, s", "afterglowS", 5, 0.5));
+    }
+    if (map.scan) this.video.want(map.scan.scan, { sweeping: map.live, wallS: this.panes.wallS?.() ?? 1 });
   }
 
   /** The map's camera, for as large a piece of the airport as fits. */
@@ -72,12 +100,15 @@ class Pane {
       paintSelected(g, cam, c, map.find(map.selected));
     }
     paintScale(g, cam, c);
-    if (this.head.textContent !== this.title) this.head.textContent = this.title;
+    if (this.head.textContent !== this.title) {
+      this.head.textContent = this.title;
+      this.closer.setAttribute("aria-label", `Close the pane ${this.title}`);
+    }
   }
 
   /** The airport, drawn again only where the view or the colours changed. */
   ground(g, cam, ratio) {
-    const { map } = this.panes, key = [cam.cx, cam.cy, cam.scale, cam.rot, cam.width, cam.height, ratio, map.c.ground, map.airport?.icao, map.weather?.from_ns, this.detection?.shown].join();
+    const { map } = this.panes, key = [cam.cx, cam.cy, cam.scale, cam.rot, cam.width, cam.height, ratio, map.c.ground, map.airport?.icao, map.weather?.from_ns, this.detection?.shown, Boolean(this.video)].join();
     if (key !== this.key) {
       this.key = key;
       this.under ??= document.createElement("canvas");
@@ -87,7 +118,7 @@ class Pane {
       // Under what a radar sees: how surely it would.
       if (this.site?.kind === "asde") this.detection ??= new Detection(this.sensor, () => this.panes.draw());
       paintAirport(u, { airport: map.airport, cam, c: map.c, layers: { buildings: true, coverage: this.sensor !== null }, box: { x: 0, y: 0, w: cam.width, h: cam.height } });
-      this.detection?.paint(u, cam, (map.weather?.from_ns ?? 0) / 1e9);
+      if (!this.video) this.detection?.paint(u, cam, (map.weather?.from_ns ?? 0) / 1e9);
     }
     g.save();
     g.setTransform(1, 0, 0, 1, 0, 0);
@@ -103,7 +134,8 @@ class Pane {
 
   seen(g, cam, scan) {
     const { map } = this.panes, { c } = map, { plots, ghosts, missed, rms } = sensorScan(scan, this.sensor, this.site), kind = this.site?.kind ?? plots[0]?.kind ?? "other";
-    if (this.site?.position_m) this.shadows(g, cam);
+    if (this.video) this.video.paint(g, cam, c.video, scan.timeS);
+    else if (this.site?.position_m) this.shadows(g, cam);
     paintWeather(g, { weather: map.weather, cam, c });
     g.strokeStyle = c[`plot-${kind}`] ?? c["plot-other"];
     this.past.forEach((turn, i) => {
@@ -115,7 +147,7 @@ class Pane {
     });
     g.globalAlpha = 1;
     if (map.skin === "controller") {
-      this.told.textContent = `${plots.length} plots`;
+      this.told.textContent = this.said(`${plots.length} plots`);
       return;
     }
     // Nothing caused these: rings; these it should have reported: crosses.
@@ -138,7 +170,11 @@ class Pane {
       g.lineTo(x + 4, y - 4);
     }
     g.stroke();
-    this.told.textContent = `${plots.length} plots, ${ghosts.length} false, ${missed.length} not reported, error ${fixed(rms, 1)} m`;
+    this.told.textContent = this.said(`${plots.length} plots, ${ghosts.length} false, ${missed.length} not reported, error ${fixed(rms, 1)} m`);
+  }
+
+  said(text) {
+    return this.videoSays ? `${text}; ${this.videoSays}` : text;
   }
 
   /** What the buildings of the scene hide from the sensor: from each wall away from it. */
@@ -174,13 +210,17 @@ export class Panes {
   }
 
   toggle(name) {
-    if (this.has(name)) this.list.find((p) => p.name === name).box.remove();
+    if (this.has(name)) {
+      const gone = this.list.find((p) => p.name === name);
+      gone.video?.close();
+      gone.box.remove();
+    }
     else if (this.list.length >= MOST_PANES) return false;
     const before = this.list.filter((p) => p.name !== name);
     this.list = this.has(name) ? before : [...before, new Pane(name, this)];
     this.box.replaceChildren(...this.list.map((p) => p.box));
     this.box.hidden = !this.list.length;
-    if (this.map.scan) for (const pane of this.list) pane.take(this.map.scan);
+    if (this.map.scan) this.scan(this.map.scan);
     this.draw();
     this.onChange();
     return true;
@@ -193,7 +233,18 @@ export class Panes {
   }
 
   scan(scan) {
-    for (const pane of this.list) pane.take(scan);
+    for (const pane of this.list) {
+      pane.take(scan);
+      pane.askVideo();
+    }
+  }
+
+  /** The layer of the video was switched: with no radar's pane open, the first radar's is opened. */
+  videoChanged() {
+    const { map } = this, radars = (map.airport?.sensors ?? []).filter((s) => s.kind === "asde");
+    if (map.layers.video && radars.length && !this.list.some((p) => p.site?.kind === "asde")) this.toggle(`sensor:${radars[0].id}`);
+    for (const pane of this.list) pane.askVideo();
+    this.draw();
   }
 
   draw() {

@@ -27,6 +27,7 @@ export function switches({ state, map, panes, changed: addressChanged, say: show
   function setLayer(key, on) {
     map.layers[key] = on;
     byId(`layer-${key}`).checked = on;
+    if (key === "video") panes.videoChanged();
     map.need("ground", "place");
     addressChanged();
   }

@@ -1,0 +1,150 @@
+//! What a page asks for beside its files and its WebSocket: figures, where the radars see, a turn of a radar's video.
+
+use super::super::metrics;
+use super::super::video::{self, NoTurn};
+use super::Shared;
+use axum::extract::rejection::QueryRejection;
+use axum::extract::{Query, State};
+use axum::http::{HeaderMap, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use serde::Deserialize;
+use std::sync::Arc;
+
+/// The run as Prometheus text; beyond loopback for whoever shows a token (`Authorization: Bearer`).
+pub(super) async fn figures(headers: HeaderMap, State(shared): State<Arc<Shared>>) -> Response {
+    if let Err(reason) = shared.access.may_read(&headers) {
+        return (StatusCode::FORBIDDEN, format!("{reason}\n")).into_response();
+    }
+    let text = shared.page.viewer().metrics();
+    ([(header::CONTENT_TYPE, metrics::CONTENT_TYPE)], text).into_response()
+}
+
+/// What a page asks of the radars: one of them (`sensor`), or all together, at a time, s.
+#[derive(Clone, Copy, Debug, Deserialize)]
+pub(super) struct Asking {
+    sensor: Option<u16>,
+    #[serde(default)]
+    t: f64,
+}
+
+/// Where the radars see, as a picture; its place (west and north edge, side of a cell, m) in `x-place`.
+pub(super) async fn detection(
+    headers: HeaderMap,
+    asking: Result<Query<Asking>, QueryRejection>,
+    State(shared): State<Arc<Shared>>,
+) -> Response {
+    if let Err(reason) = shared.access.may_read(&headers) {
+        return (StatusCode::FORBIDDEN, format!("{reason}\n")).into_response();
+    }
+    let asking = asking.ok().map(|Query(asking)| asking).filter(|asking| asking.t.is_finite());
+    let Some(asking) = asking else {
+        let words = "sensor is a number of a sensor, t a time in seconds\n";
+        return (StatusCode::BAD_REQUEST, words).into_response();
+    };
+    let Some(maps) = shared.page.viewer().detection() else {
+        return (StatusCode::NOT_FOUND, "there is no scene yet\n").into_response();
+    };
+    // A tenth of a second of arithmetic: not on the thread that serves.
+    let made = tokio::task::spawn_blocking(move || maps.picture(asking.sensor, asking.t)).await;
+    match made {
+        Ok(Ok(picture)) => {
+            let [west, north] = picture.corner_m;
+            let place = format!("{west} {north} {}", picture.step_m);
+            let named = [
+                (header::CONTENT_TYPE, "image/png".to_owned()),
+                (header::HeaderName::from_static("x-place"), place),
+            ];
+            (named, picture.png.clone()).into_response()
+        }
+        Ok(Err(reason)) => (StatusCode::NOT_FOUND, format!("{reason}\n")).into_response(),
+        Err(_) => {
+            (StatusCode::INTERNAL_SERVER_ERROR, "the picture could not be made\n").into_response()
+        }
+    }
+}
+
+/// Which turn of which radar a page asks for.
+#[derive(Clone, Copy, Debug, Deserialize)]
+pub(super) struct AskingTurn {
+    sensor: u16,
+    scan: u64,
+}
+
+/// The video of a turn; 202 and nothing while another one is made, with the seconds after which to ask again.
+pub(super) async fn turn(
+    headers: HeaderMap,
+    asking: Result<Query<AskingTurn>, QueryRejection>,
+    State(shared): State<Arc<Shared>>,
+) -> Response {
+    if let Err(reason) = shared.access.may_read(&headers) {
+        return (StatusCode::FORBIDDEN, format!("{reason}\n")).into_response();
+    }
+    let Ok(Query(AskingTurn { sensor, scan })) = asking else {
+        let words = "sensor is a number of a radar, scan the number of a scan\n";
+        return (StatusCode::BAD_REQUEST, words).into_response();
+    };
+    let found = {
+        let viewer = shared.page.viewer();
+        let source = viewer.source();
+        let there = source.nearest(scan).filter(|near| *near == scan);
+        let message = there.and_then(|scan| source.message(scan));
+        viewer.detection().zip(message).map(|(maps, scan)| (maps, viewer.info().seed, scan))
+    };
+    let Some((maps, seed, scan)) = found else {
+        return (StatusCode::NOT_FOUND, "there is no such scan\n").into_response();
+    };
+    let asked = video::Asked { sensor, seed, scan };
+    match tokio::task::spawn_blocking(move || maps.turn(&asked)).await {
+        Ok(Ok(turn)) => {
+            let kind = [(header::CONTENT_TYPE, "application/octet-stream")];
+            (kind, turn.as_ref().clone()).into_response()
+        }
+        Ok(Err(NoTurn::Busy)) => {
+            let again = [(header::RETRY_AFTER, "1")];
+            (StatusCode::ACCEPTED, again).into_response()
+        }
+        Ok(Err(NoTurn::Never(reason))) => {
+            (StatusCode::NOT_FOUND, format!("{reason}\n")).into_response()
+        }
+        Err(_) => {
+            (StatusCode::INTERNAL_SERVER_ERROR, "the turn could not be made\n").into_response()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::Viewer;
+    use super::super::{Operate, Page, serve};
+    use std::io::{Read, Write};
+
+    #[test]
+    fn what_is_no_time_or_no_number_is_refused_with_one_sentence() {
+        let page = Page::new(Viewer::new(1 << 16));
+        let operate: Operate = Box::new(|_, _| (true, String::new()));
+        let here = "127.0.0.1:0".parse().expect("an address");
+        let server = serve(here, page, operate).expect("served");
+        let port = server.address().port();
+        let get = |path: &str| {
+            let mut stream = std::net::TcpStream::connect(("127.0.0.1", port)).expect("connected");
+            write!(stream, "GET {path} HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: close\r\n\r\n")
+                .expect("sent");
+            let mut answer = String::new();
+            stream.read_to_string(&mut answer).expect("an answer");
+            answer
+        };
+        for query in ["t=NaN", "t=inf", "t=-inf", "t=x", "sensor=-1", "sensor=70000", "sensor=a"] {
+            let answer = get(&format!("/detection?{query}"));
+            assert!(answer.starts_with("HTTP/1.1 400"), "{query}: {answer}");
+            assert!(answer.contains("t a time in seconds"), "{query}: {answer}");
+        }
+        for query in ["", "sensor=1", "sensor=1&scan=-1", "sensor=1&scan=x", "scan=1"] {
+            let answer = get(&format!("/video?{query}"));
+            assert!(answer.starts_with("HTTP/1.1 400"), "{query}: {answer}");
+        }
+        // Sound, but there is no run yet.
+        assert!(get("/detection?t=3").starts_with("HTTP/1.1 404"));
+        assert!(get("/video?sensor=1&scan=1").starts_with("HTTP/1.1 404"));
+        server.stop();
+    }
+}
