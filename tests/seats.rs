@@ -1,0 +1,85 @@
+//! Controllers at their seats through the product: the same bits in every layout, and what they did in the run's log.
+
+mod common;
+
+use common::{Folder, Ports, finish, run, summary};
+
+/// A scene of generated traffic with controllers, at an airport whose ways nobody tuned anything on.
+fn scene(folder: &Folder, name: &str, control: &str) -> String {
+    let path = folder.file(&format!("{name}.toml"));
+    let airports = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/airports");
+    let text = format!(
+        "[run]\ntitle = \"seats\"\nseed = 11\nduration_s = 420\n[airport]\nlayout = \"{airports}/LZIB.apt.dat\"\n\
+         [[traffic]]\nkind = \"generated\"\narrivals_per_h = 20\ndepartures_per_h = 30\n[control]\n{control}\n"
+    );
+    std::fs::write(&path, text).expect("a scene");
+    path
+}
+
+fn digest(scene: &str, arguments: &[&str]) -> String {
+    let ports = Ports::new();
+    let fast = [scene, "--fast", "--no-viewer"];
+    let output = finish(run(&ports, &[&fast[..], arguments].concat()));
+    assert_eq!(output.status.code(), Some(0), "{arguments:?}: {}", common::stderr(&output));
+    let summary = summary(&output);
+    assert_eq!(summary["frames"], 8400, "{arguments:?}");
+    summary["digest"].as_str().expect("a digest").to_owned()
+}
+
+/// All layouts of a scene: one digest. The log of one of them.
+fn flown(folder: &Folder, name: &str, control: &str) -> (String, rusqlite::Connection) {
+    let scene = scene(folder, name, control);
+    let reference = digest(&scene, &["--in-process"]);
+    let record = folder.file(&format!("{name}.pcapng"));
+    for arguments in [
+        &["--in-process", "--generators", "2"][..],
+        &["--in-process", "--generators", "4"],
+        &["--record", &record],
+        &["--generators", "2"],
+        &["--generators", "4"],
+    ] {
+        assert_eq!(digest(&scene, arguments), reference, "{name}: {arguments:?}");
+    }
+    let log = folder.file(&format!("{name}.sqlite"));
+    (reference, rusqlite::Connection::open(log).expect("a database"))
+}
+
+fn count(log: &rusqlite::Connection, query: &str) -> i64 {
+    log.query_row(query, [], |row| row.get(0)).unwrap_or_else(|e| panic!("{query}: {e}"))
+}
+
+/// Everybody moves by what was said: each clearance of a seat was spoken and read back before it held.
+fn what_people_did_is_told(log: &rusqlite::Connection, name: &str) {
+    let given = "FROM clearances WHERE seat <> 'plan' AND kind IN ('PSH', 'TAX', 'LUP', 'TOF')";
+    let clearances = count(log, &format!("SELECT count(*) {given}"));
+    assert!(clearances >= 4, "{name}: {clearances}");
+    assert_eq!(count(log, "SELECT count(*) FROM clearances WHERE seat = 'plan'"), 0, "{name}");
+    let unread = count(
+        log,
+        &format!(
+            "SELECT count(*) {given} AND kind <> 'TAX' AND NOT EXISTS (SELECT 1 FROM radio WHERE radio.kind = 'readback' \
+             AND sender = callsign AND radio.time_ns <= clearances.time_ns AND clearance = clearances.kind)"
+        ),
+    );
+    assert_eq!(unread, 0, "{name}");
+    // Every seat says each minute how busy it was; those who spoke were.
+    assert!(count(log, "SELECT count(DISTINCT seat) FROM seats") >= 3, "{name}");
+    assert!(count(log, "SELECT count(*) FROM seats WHERE busy > 0.02") > 5, "{name}");
+    assert_eq!(count(log, "SELECT count(*) FROM seats WHERE busy > 1.000001"), 0, "{name}");
+    let load = "SELECT count(*) FROM measures WHERE name LIKE '%: on air in 15 min' AND value > 0";
+    assert!(count(log, load) >= 3, "{name}");
+    // One transmission at a time on each frequency: of two, the last words are further apart than the shortest message.
+    let doubled = "WITH said AS (SELECT time_ns, CASE WHEN sender IN (SELECT seat FROM seats) THEN sender ELSE receiver END AS f, rowid AS n \
+         FROM radio) SELECT count(*) FROM said a JOIN said b ON a.n < b.n AND a.f = b.f AND abs(a.time_ns - b.time_ns) < 2400000000";
+    assert_eq!(count(log, doubled), 0, "{name}");
+}
+
+#[test]
+fn controllers_on_truth_give_one_digest_in_every_layout_and_their_log() {
+    let folder = Folder::new("seats-truth");
+    let (digest_truth, log) = flown(&folder, "truth", "sees = \"truth\"");
+    what_people_did_is_told(&log, "truth");
+    // It is they who clear, not the plan.
+    let by_plan = scene(&folder, "plan", "sees = \"none\"");
+    assert_ne!(digest(&by_plan, &["--in-process"]), digest_truth);
+}
