@@ -206,7 +206,8 @@ pub fn run(context: AdminContext) -> Result<u8, BusError> {
                 }
                 Event::NoSpectators => conductor.await_no_spectators(now, &mut effects),
                 Event::Stop => {
-                    if conductor.phase() == Phase::Stopped || conductor.phase() == Phase::Init {
+                    let over = matches!(conductor.phase(), Phase::Stopped | Phase::Init);
+                    if over && !conductor.awaits_results() {
                         effects.push(Effect::Exit(conductor.exit_code()));
                     } else if stopping.is_none() {
                         conductor.command(now, Command::Stop, 0, &mut effects);

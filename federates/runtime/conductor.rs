@@ -21,7 +21,7 @@ use super::messages::{
 use super::stream::{Inbox, Outbox};
 use super::views::Views;
 use scenarios::losses::Losses;
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 pub use scenarios::losses::OnLoss;
 
@@ -251,6 +251,8 @@ pub struct Conductor {
     pending: Vec<(Token, Transition)>,
     finals: BTreeMap<String, FinalReport>,
     finish_deadline: Option<WallNs>,
+    /// Lost after the last frame of the run: their results are awaited.
+    late: BTreeSet<String>,
     restart_after: bool,
     faults: Vec<Fault>,
     /// What is worth a word and no fault of the run.
@@ -305,6 +307,7 @@ impl Conductor {
             pending: Vec::new(),
             finals: BTreeMap::new(),
             finish_deadline: None,
+            late: BTreeSet::new(),
             restart_after: false,
             faults: Vec::new(),
             notes: Vec::new(),

@@ -70,6 +70,11 @@ impl Conductor {
                     self.settle(now, effects);
                 }
             }
+            Command::Stop if self.awaits_results() => {
+                self.pending.push((token, Transition::Stop));
+                self.finish_deadline = Some(now);
+                self.try_close(now, effects);
+            }
             Command::Stop => match self.phase.after(Transition::Stop) {
                 Ok(_) => {
                     self.pending.push((token, Transition::Stop));

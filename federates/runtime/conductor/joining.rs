@@ -142,6 +142,7 @@ impl Conductor {
         self.goal = Goal::End;
         self.finals.clear();
         self.finish_deadline = None;
+        self.late.clear();
         self.restart_after = false;
         self.ran_ns = 0;
         self.running_since = None;

@@ -142,9 +142,9 @@ impl Conductor {
         member.due_since = None;
         let (inc, host, pid) = (member.inc, member.hello.host.clone(), member.hello.pid);
         self.outbox.forget(&name);
-        if !self.roster.contains(&name)
-            || self.phase == Phase::Stopped && self.finish_deadline.is_none()
-        {
+        // After the last frame only its results may be missing.
+        let over = self.finish_deadline.is_none() || self.finals.contains_key(&name);
+        if !self.roster.contains(&name) || self.phase == Phase::Stopped && over {
             return self.push_state(now, effects);
         }
         let reason = format!("{name} (process {pid} on {host}) is lost: {why}");
@@ -155,15 +155,10 @@ impl Conductor {
         } else if !optional {
             self.faults.push(Fault { name: name.clone(), text: reason, since: now, back: None });
         }
+        let awaited = self.phase == Phase::Stopped && !optional && self.await_results(now, &name);
         match self.phase {
-            Phase::Running | Phase::Frozen => {
-                let alive = |n: &&String| self.members.get(*n).is_some_and(|m| m.alive);
-                let survivors: Vec<_> = self.roster.iter().filter(alive).cloned().collect();
-                let order = self.views.lose(now, &name, inc, absent, &survivors);
-                self.say(order, effects);
-                self.fail_pending(effects);
-                self.settle_views(now, effects);
-            }
+            Phase::Running | Phase::Frozen => self.open_view(now, &name, inc, absent, effects),
+            Phase::Stopped if awaited => self.open_view(now, &name, inc, false, effects),
             _ if optional => self.try_close(now, effects),
             Phase::Stopped => self.try_close(now, effects),
             Phase::Init | Phase::Configured => {
@@ -178,6 +173,22 @@ impl Conductor {
             }
         }
         self.push_state(now, effects);
+    }
+
+    fn open_view(
+        &mut self,
+        now: WallNs,
+        name: &str,
+        inc: u64,
+        absent: bool,
+        effects: &mut Vec<Effect>,
+    ) {
+        let alive = |n: &&String| self.members.get(*n).is_some_and(|m| m.alive);
+        let survivors: Vec<_> = self.roster.iter().filter(alive).cloned().collect();
+        let order = self.views.lose(now, name, inc, absent, &survivors);
+        self.say(order, effects);
+        self.fail_pending(effects);
+        self.settle_views(now, effects);
     }
 
     /// Goes on with the view of lost members as far as the answers allow.
@@ -226,7 +237,7 @@ impl Conductor {
     }
 
     /// What becomes of the run when a member is lost; what holds for all does not speak of optional ones.
-    fn on_loss(&self, name: &str) -> OnLoss {
+    pub(super) fn on_loss(&self, name: &str) -> OnLoss {
         let losses = &self.config.losses.on_loss;
         match self.config.optional.iter().any(|optional| optional == name) {
             true => losses.by_name(name).unwrap_or(OnLoss::Degrade),
@@ -234,8 +245,13 @@ impl Conductor {
         }
     }
 
+    /// Whether a lost member of the run may come back to it.
+    fn may_return(&self) -> bool {
+        matches!(self.phase, Phase::Running | Phase::Frozen) || self.awaits_results()
+    }
+
     /// How long the lost are waited for. A batch ends at once where nobody would start them again.
-    fn return_ns(&self) -> Option<WallNs> {
+    pub(super) fn return_ns(&self) -> Option<WallNs> {
         let taken_over = |name: &String| self.on_loss(name) == OnLoss::TakeOver;
         match self.config.losses.return_ms {
             Some(ReturnWithin::Ms(ms)) => Some(ms * 1_000_000),
@@ -248,7 +264,7 @@ impl Conductor {
 
     /// Asks the processes of surviving producers to take the places of lost ones, where the policy says so.
     pub(super) fn ask_hosts(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
-        if !matches!(self.phase, Phase::Running | Phase::Frozen) || self.views.is_open() {
+        if !self.may_return() || self.views.is_open() {
             return;
         }
         let waits = |n: &String| {
@@ -283,7 +299,7 @@ impl Conductor {
         token: Token,
     ) -> Option<Effect> {
         let name = &hello.name;
-        if !matches!(self.phase, Phase::Running | Phase::Frozen) || !self.roster.contains(name) {
+        if !self.may_return() || !self.roster.contains(name) {
             return None;
         }
         let later = |why: &str| Some(Effect::Welcome(token, Welcome::Later(why.to_owned())));
@@ -399,6 +415,7 @@ impl Conductor {
         if self.granted > 0 {
             self.say(Order::Grant { run: self.run, upto: self.granted }, effects);
         }
+        self.finish_again(now, name, effects);
         if !self.views.waits() && !self.views.is_open() {
             self.go_on(now, effects);
         }

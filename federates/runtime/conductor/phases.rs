@@ -1,6 +1,6 @@
 //! From phase to phase: ready, started, frozen, closed.
 
-use super::{ClosedRun, Conductor, Effect, Goal};
+use super::{ClosedRun, Conductor, Effect, Goal, OnLoss};
 use crate::runtime::clock::WallNs;
 use crate::runtime::life_cycle::{Phase, Refused, Transition};
 use crate::runtime::messages::{Numbered, Order};
@@ -58,6 +58,49 @@ impl Conductor {
         self.try_close(now, effects);
     }
 
+    /// Whether every frame is made and results are still awaited of those that were lost after that.
+    #[must_use]
+    pub fn awaits_results(&self) -> bool {
+        !self.late.is_empty()
+    }
+
+    /// The results of a member that is lost are awaited: all frames are made, and the policy says that it comes back.
+    pub(super) fn await_results(&mut self, now: WallNs, name: &str) -> bool {
+        let all_made = self.goal == Goal::End
+            && !self.frozen_by_fault
+            && self.frame() >= self.config.last_frame;
+        let returns = matches!(self.on_loss(name), OnLoss::Freeze | OnLoss::TakeOver);
+        let within = self.return_ns();
+        if !all_made || !returns || within == Some(0) {
+            return false;
+        }
+        self.late.insert(name.to_owned());
+        self.finish_deadline = Some(within.map_or(WallNs::MAX, |ns| now.saturating_add(ns)));
+        true
+    }
+
+    /// One that was thought to be lost at the end of the run has told its results all the same.
+    pub(super) fn results_came(&mut self, now: WallNs, name: &str) {
+        if self.late.remove(name) {
+            let last = Some(self.config.last_frame);
+            for fault in self.faults.iter_mut().filter(|f| f.name == name && f.back.is_none()) {
+                fault.back = Some(last);
+                let after_s = now.saturating_sub(fault.since) as f64 * 1e-9;
+                fault.text += &format!("; its results came {after_s:.1} s later");
+            }
+        }
+    }
+
+    /// One that was lost at the end of the run is back: it is told again that the run is over.
+    pub(super) fn finish_again(&mut self, now: WallNs, name: &str, effects: &mut Vec<Effect>) {
+        if self.late.remove(name) {
+            if self.late.is_empty() {
+                self.finish_deadline = Some(now + FINISH_WITHIN_NS);
+            }
+            self.say(Order::Finish { run: self.run, frame: self.config.last_frame }, effects);
+        }
+    }
+
     pub(super) fn pause_clock(&mut self, now: WallNs) {
         if let Some(since) = self.running_since.take() {
             self.ran_ns += now.saturating_sub(since);
@@ -66,14 +109,14 @@ impl Conductor {
 
     pub(super) fn try_close(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
         let Some(deadline) = self.finish_deadline else { return };
-        let outstanding = self
-            .roster
-            .iter()
-            .any(|n| self.members.get(n).is_some_and(|m| m.alive) && !self.finals.contains_key(n));
+        let awaited =
+            |n: &String| self.late.contains(n) || self.members.get(n).is_some_and(|m| m.alive);
+        let outstanding = self.roster.iter().any(|n| awaited(n) && !self.finals.contains_key(n));
         if outstanding && now < deadline {
             return;
         }
         self.finish_deadline = None;
+        self.late.clear();
         effects.push(Effect::Closed(Box::new(ClosedRun {
             run: self.run,
             seed: self.config.seed,

@@ -174,6 +174,7 @@ impl Conductor {
             }
             Report::Final(report) if report.run == self.run => {
                 self.finals.insert(from.to_owned(), *report);
+                self.results_came(now, from);
                 self.try_close(now, effects);
             }
             Report::Failed { reason } if self.config.optional.iter().any(|o| o == from) => {
