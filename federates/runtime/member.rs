@@ -465,14 +465,19 @@ impl Member {
         if !self.federate.consumes() {
             return;
         }
+        let stepped = self.executed - self.executed % self.federate.period();
+        let used = Some(stepped).filter(|frame| *frame > 0);
         for (name, cut) in cuts {
             let Some(producer) = self.producers.get_mut(name) else { continue };
-            producer.ended = producer.ended.min(*cut);
+            // One that is lost itself may have used more than the others hold: a successor makes the same again.
+            let used = used.filter(|_| !absent.contains(name)).min(producer.ended);
+            let kept = (*cut).max(used);
+            producer.ended = producer.ended.min(kept);
             producer.bound = None;
             producer.inc = None;
             producer.absent = absent.contains(name);
             producer.awaited = !producer.absent;
-            let counts = |frame: Frame| Some(frame) <= *cut;
+            let counts = |frame: Frame| Some(frame) <= kept;
             self.ready.retain(|(frame, of), _| of != name || counts(*frame));
             for ((_, of), notices) in &mut self.notices {
                 if of == name {

@@ -333,17 +333,33 @@ fn a_consumer_that_dies_behind_a_producer_in_the_first_frames_returns_as_it_was(
 }
 
 /// Found by random cases: two that stood still or were cut off wake up at about the same time. An answer to a question
-/// that was asked twice was older than what had been heard since;
-/// results were not told before the run was over.
+/// that was asked twice was older than what had been heard since; a consumer that had used more than the others held
+/// used it again; results were not told before the run was over.
 #[test]
 fn two_that_wake_up_together_go_on_as_one_run() {
-    let cases: [(u64, u64, [(&str, u64, What); 2]); 3] = [
+    let cases: [(u64, u64, [(&str, u64, What); 2]); 5] = [
         (
             4_415_643_496_163_808_907,
             69,
             [
                 ("external-world", 1_052, What::Pause(3_745 * MS)),
                 ("smdfm", 2_602, What::Pause(2_194 * MS)),
+            ],
+        ),
+        (
+            125_297_936_774_898_397,
+            0,
+            [
+                ("external-world", 929, What::Cut(3_147 * MS)),
+                ("control", 1_002, What::Pause(3_180 * MS)),
+            ],
+        ),
+        (
+            8_171_326_735_776_529_985,
+            0,
+            [
+                ("traffic-generator", 1_303, What::Pause(4_688 * MS)),
+                ("control", 3_194, What::Pause(2_802 * MS)),
             ],
         ),
         (
