@@ -788,6 +788,8 @@ impl Network {
     fn clear_lanes(&mut self) {
         // Half a typical length and half the span on the lane, m, by code letter (assumed), and 9 m of margins.
         const NEEDED_M: [f64; 6] = [22.0, 36.0, 47.0, 60.0, 78.0, 88.0];
+        // So that each that fits has its middle within 0.7 of its length of the place of the file, m.
+        const MOST_MOVED_M: f64 = 44.0;
         let (mut moved, mut farthest) = (0, 0.0_f64);
         for s in 0..self.stands.len() {
             let Some(node) = self.stands[s].node else { continue };
@@ -809,7 +811,7 @@ impl Network {
                 (edge, at) = (beyond[0], other);
             }
             let code = if self.stands[s].code_known { self.stands[s].code.min(5) } else { 2 };
-            let short = NEEDED_M[usize::from(code)] - length;
+            let short = (NEEDED_M[usize::from(code)] - length).min(MOST_MOVED_M);
             let Some(from) = next_to.filter(|_| short > 0.5) else { continue };
             let ahead = self.nodes[node].at_m - self.nodes[from].at_m;
             if ahead.norm() < 0.1 {

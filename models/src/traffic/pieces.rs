@@ -68,6 +68,14 @@ pub struct Piece {
     pub runway: Option<usize>,
 }
 
+impl Piece {
+    /// Neither in the strip of a runway nor on its centreline.
+    #[must_use]
+    pub fn off_strip(&self) -> bool {
+        self.strip.is_none() && self.runway.is_none()
+    }
+}
+
 /// Half a fillet at the end of an edge.
 #[derive(Clone, Copy, Debug)]
 struct HalfFillet {

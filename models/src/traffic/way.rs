@@ -197,6 +197,8 @@ pub struct Way {
     envelope_mps: Vec<f64>,
 }
 
+/// Gap that is kept ahead of the nose, m.
+pub const GAP_M: f64 = 2.0;
 /// Spacing of the envelope, m.
 const STEP_M: f64 = 2.0;
 /// Speed on lead-ins and on lanes beside stands, m/s.
@@ -342,10 +344,44 @@ impl Way {
         self.holds_m = holds.collect();
     }
 
-    /// Where one waits for the strip that begins with step `next`, m.
+    /// Where the guided point stops while step `next` is the first that is not taken, m: the nose, `ahead_m` before it, keeps
+    /// [`GAP_M`] from the end of what is taken, at a strip `hold_gap_m` from where one waits for it. Never falls with `next`.
     #[must_use]
-    pub fn hold_m(&self, next: usize) -> Option<f64> {
-        self.holds_m.iter().find(|h| h.0 == next).map(|h| h.1)
+    pub fn stop_before_m(&self, next: usize, ahead_m: f64, hold_gap_m: f64) -> f64 {
+        if next >= self.pieces.len() {
+            return self.stop_m;
+        }
+        let end = |k: usize| next.checked_sub(k).map_or(0.0, |i| self.ends_m[i]);
+        let hold = self.holds_m.iter().find(|h| h.0 == next);
+        let (last, gap_m) = hold.map_or((end(1), GAP_M), |h| (h.1.min(end(1)), hold_gap_m));
+        // A short last piece takes nothing back of what the one before it gave.
+        ((last - gap_m).max(end(2) - GAP_M) - ahead_m).min(self.stop_m)
+    }
+
+    /// Lengthens the groups that begin with the steps `firsts` until whoever has driven to their end is off the strips in them
+    /// with all of its body (`ahead_m` before and `behind_m` behind the guided point): nobody in a strip needs a piece more
+    /// to leave it. `line_up`: from this step on nothing is taken with a crossing.
+    pub fn clear_strips(
+        &mut self,
+        pieces: &Pieces,
+        firsts: &[usize],
+        line_up: usize,
+        (ahead_m, behind_m, hold_gap_m): (f64, f64, f64),
+    ) {
+        let end = line_up.min(self.pieces.len());
+        for first in firsts {
+            let Some(mut last) = self.group_last.get(*first).copied() else { continue };
+            let off_m = |way: &Self, last: usize| {
+                let strip = |k: &usize| pieces.list[way.pieces[*k] as usize].strip.is_some();
+                (*first..=last).rev().find(strip).map_or(0.0, |k| way.ends_m[k] + behind_m)
+            };
+            while last + 1 < end
+                && self.stop_before_m(last + 1, ahead_m, hold_gap_m) < off_m(self, last)
+            {
+                last = self.group_last[last + 1].max(last + 1).min(end - 1);
+            }
+            self.group(*first, last);
+        }
     }
 
     /// One group from `first` to `last`, taken as a roll where `roll`.
@@ -456,5 +492,59 @@ impl Way {
             place += STEP_M;
         }
         time
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::traffic::pieces::Piece;
+
+    /// A way over pieces of 30 m, those of `strip` in a strip, with a place to wait for step `hold` at `hold_m`.
+    fn way(count: usize, strip: Range<usize>, hold: Option<(usize, f64)>) -> (Way, Pieces) {
+        let piece = |k: usize| {
+            let strip = strip.contains(&k).then_some(0);
+            Piece { edge: k, from_m: 0.0, to_m: 30.0, strip, runway: None }
+        };
+        let mut pieces = Pieces::default();
+        pieces.list.extend((0..count).map(piece));
+        let way = Way {
+            pieces: (0..count as u32).collect(),
+            ends_m: (1..=count).map(|k| 30.0 * k as f64).collect(),
+            group_last: (0..count).collect(),
+            holds_m: hold.into_iter().collect(),
+            stop_m: 30.0 * count as f64,
+            ..Way::default()
+        };
+        (way, pieces)
+    }
+
+    #[test]
+    fn a_place_to_wait_far_before_a_strip_never_takes_back_what_was_given() {
+        let (way, _) = way(10, 6..8, Some((6, 110.0)));
+        let stops: Vec<f64> = (0..=10).map(|k| way.stop_before_m(k, 4.0, 5.0)).collect();
+        assert!(stops.windows(2).all(|w| w[0] <= w[1]), "{stops:?}");
+        assert_eq!(stops[3], 90.0 - GAP_M - 4.0);
+        // The line lies at 110 m, two pieces back: no farther back than what the piece before gave.
+        assert_eq!(stops[6], 150.0 - GAP_M - 4.0);
+        assert_eq!(stops[10], way.stop_m);
+    }
+
+    #[test]
+    fn who_has_driven_to_the_end_of_a_crossing_is_off_the_strip() {
+        let body = (4.0, 61.0, 6.0);
+        for hold in [None, Some((9, 250.0)), Some((8, 225.0))] {
+            let (mut way, pieces) = way(20, 3..5, hold);
+            way.group(3, 4);
+            way.clear_strips(&pieces, &[3], usize::MAX, body);
+            let last = way.group_last[3];
+            let off_m = way.ends_m[4] + body.1;
+            assert!(way.stop_before_m(last + 1, body.0, body.2) >= off_m, "{hold:?}: {last}");
+            assert!(way.stop_before_m(last, body.0, body.2) < off_m, "{hold:?}: {last} is too far");
+        }
+        // A take-off is not begun by a crossing.
+        let (mut way, pieces) = way(20, 3..5, None);
+        way.clear_strips(&pieces, &[3], 6, body);
+        assert_eq!(way.group_last[3], 5);
     }
 }

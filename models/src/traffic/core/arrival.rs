@@ -250,6 +250,9 @@ impl Core {
             way.crossings.retain(|c| c.0 != on_runway);
             way.hold_before(None);
             way.group(0, exit_end.min(way.pieces.len() - 1));
+            let crossings = way.crossings.iter().map(|c| c.0);
+            let firsts: Vec<usize> = std::iter::once(0).chain(crossings).collect();
+            way.clear_strips(&self.pieces, &firsts, usize::MAX, self.body_m(m));
             let free_to = way.path.arcs().next().map_or(way.ends_m[on_runway - 1], |a| a.0);
             let braking = (1.15 * needed.max(0.5)).max(f.landing.1.min(1.6)).min(3.0);
             let driving = self.movers[m].driving;

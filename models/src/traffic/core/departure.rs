@@ -4,14 +4,14 @@ use super::drive::Tick;
 use super::failures::FailureKind;
 use super::plan::Start;
 use super::runway::take_off_of;
-use super::{Core, HOLD_GAP_M, PUSH_BEFORE_M, Phase, Policy, RETRY_S, TAIL_M, Timing};
+use super::{Core, PUSH_BEFORE_M, Phase, Policy, RETRY_S, TAIL_M, Timing};
 use crate::control::clearance::ClearanceKind;
 use crate::draw::uniform;
 use crate::frames::{Azimuth, Vector2, wrap_pi};
 use crate::traffic::path::Path;
 use crate::traffic::profile::stopping_speed_mps;
 use crate::traffic::runway_roll::take_off_run;
-use crate::traffic::way::{Arcs, Driving, Way};
+use crate::traffic::way::{Arcs, Driving, GAP_M, Way};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -292,9 +292,7 @@ impl Core {
         let push_s = (mover.push.stop_m - mover.s.max(0.0)).max(0.0) / 1.4 + 8.0;
         let (_, place_m, _) = self.after_push(m, mover.push.stop_m);
         let alone = mover.way.alone(place_m, 0.3, &mover.driving);
-        let (ahead, _) = (0.1 * self.flights[m].size.length_m + HOLD_GAP_M[1], ());
-        let end = mover.way.ends_m[mover.under.end - 1];
-        let front_s = push_s + 105.0 + alone.time_s(end - ahead);
+        let front_s = push_s + 105.0 + alone.time_s(self.stop_before_m(m, mover.under.end));
         Start::Stand { place_m, first: mover.under.start, pushed: mover.under.end, push_s, front_s }
     }
 
@@ -462,11 +460,15 @@ impl Core {
             .find(|a| a.0 <= joined + 0.1 && a.1 >= joined - 0.1)
             .map_or(joined, |a| a.1);
         way.stop_m = (turned + 0.8 * length).min(way.ends_m[total - 1]);
-        // The whole runway is taken with the line-up. Taken in two (line-up, then roll), who was lined up held the runway while others were
-        // planned before his roll: three hours at Schiphol stood still.
-        let roll_from = total;
+        // For the line-up as much of the runway as its nose needs, for the roll the rest. The banker's order takes all at once.
+        let nose_m = way.stop_m + 0.1 * length + GAP_M + 1.0;
+        let lined_up = way.ends_m.partition_point(|e| *e < nose_m).max(pieces_before);
+        let whole = self.policy == Policy::Ordered;
+        let roll_from = if whole { total } else { (lined_up + 1).min(total) };
         way.group(first_strip, total - 1);
         way.hold_before(Some(first_strip));
+        let crossings: Vec<usize> = way.crossings.iter().map(|c| c.0).collect();
+        way.clear_strips(&self.pieces, &crossings, first_strip, self.body_m(m));
         let driving = self.movers[m].driving;
         way.limit(&net, &self.pieces, &driving, 0.0, 1.0);
         let push_arcs: Vec<usize> = back.iter().chain(&chain).copied().collect();

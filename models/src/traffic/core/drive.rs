@@ -1,6 +1,6 @@
 //! One step along a way, under the authority.
 
-use super::{ASK_M, Core, Direction, GAP_M, Phase, TAIL_M, Timing};
+use super::{ASK_M, Core, Direction, Phase, TAIL_M, Timing};
 use crate::control::clearance::ClearanceKind;
 use crate::draw::uniform;
 use crate::traffic::profile::{stopping, stopping_speed_mps};
@@ -9,12 +9,11 @@ use crate::traffic::tractrix;
 impl Core {
     /// One step along the way in use, under the authority.
     pub(super) fn drive(&mut self, m: usize) {
-        let length = self.flights[m].size.length_m;
-        let (ahead, behind) = (0.1 * length, 0.95 * length + TAIL_M);
+        let behind = self.reach_m(m).1;
         let d = self.movers[m].driving;
         loop {
             let mover = &self.movers[m];
-            let authority = self.authority(m, ahead);
+            let authority = self.authority(m);
             let needed =
                 stopping(mover.v, mover.a.max(0.0), 0.8 * d.dec_mps2, d.jerk_mps3, self.step_s).0
                     + mover.v * self.step_s
@@ -57,7 +56,7 @@ impl Core {
                 }
             }
         }
-        let authority = self.authority(m, ahead);
+        let authority = self.authority(m);
         let mover = &mut self.movers[m];
         let (s, v, a) = (mover.s, mover.v, mover.a);
         let look = s + 0.4 * v;
@@ -100,25 +99,20 @@ impl Core {
     }
 
     /// Up to where the guided point may go.
-    pub(super) fn authority(&self, m: usize, ahead_m: f64) -> f64 {
+    pub(super) fn authority(&self, m: usize) -> f64 {
+        self.stop_before_m(m, self.movers[m].next)
+    }
+
+    /// Where the guided point stops while `next` is the first step that is not taken, m.
+    pub(super) fn stop_before_m(&self, m: usize, next: usize) -> f64 {
         let mover = &self.movers[m];
-        if mover.next >= mover.way.pieces.len() {
-            return mover.way.stop_m;
-        }
-        let last = mover.next.checked_sub(1).map_or(0.0, |i| mover.way.ends_m[i]);
-        let last = mover.way.hold_m(mover.next).map_or(last, |hold_m| hold_m.min(last));
-        let departs = self.flights[m].direction == Direction::Departure
-            && mover.next == mover.threshold as usize;
-        let holds = departs
-            || mover
-                .way
-                .crossings
-                .iter()
-                .any(|(i, _)| *i == mover.next && !mover.way.roll.contains(i));
-        let gap_m = if holds { mover.hold_gap_m } else { GAP_M };
-        // A short last piece takes nothing back of what the one before it gave.
-        let before = mover.next.checked_sub(2).map_or(0.0, |i| mover.way.ends_m[i]);
-        ((last - gap_m).max(before - GAP_M) - ahead_m).min(mover.way.stop_m)
+        mover.way.stop_before_m(next, self.reach_m(m).0, mover.hold_gap_m)
+    }
+
+    /// Nose ahead of the guided point of a mover, and end of its tail behind it, m.
+    pub(super) fn reach_m(&self, m: usize) -> (f64, f64) {
+        let length_m = self.flights[m].size.length_m;
+        (0.1 * length_m, 0.95 * length_m + TAIL_M)
     }
 
     /// The main gear is drawn behind.
@@ -130,6 +124,12 @@ impl Core {
             let on = mover.way.path.at(0.5 * (from + mover.s));
             mover.slip = tractrix::stepped_slip_rad(mover.slip, on.curvature, ds, wheelbase);
         }
+    }
+
+    /// Nose, tail, and the gap that it keeps before strips, m.
+    pub(super) fn body_m(&self, m: usize) -> (f64, f64, f64) {
+        let (ahead_m, behind_m) = self.reach_m(m);
+        (ahead_m, behind_m, self.movers[m].hold_gap_m)
     }
 
     pub(super) fn taxiing(&mut self, m: usize) {

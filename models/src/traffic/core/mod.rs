@@ -236,6 +236,8 @@ struct Mover {
     /// First step that is taken for the roll, not for the line-up; from the holding position to being lined up, s.
     roll_from: usize,
     line_up_s: f64,
+    /// Pieces of the roll that are held from the line-up on, as somebody off the strip could want them.
+    kept: Vec<u32>,
     /// Where it is towed to, out of a stand from which nothing leads away.
     tow_to: Option<usize>,
     timing: Timing,
@@ -257,8 +259,7 @@ struct Mover {
 /// Seconds between attempts of those who could not be given a way or a runway.
 const RETRY_S: f64 = 5.0;
 const FINAL_M: f64 = 10.0 * NAUTICAL_MILE_M;
-/// Gap that is kept ahead of the nose, m, and distance at which the next piece is asked for.
-const GAP_M: f64 = 2.0;
+/// Distance at which the next piece is asked for, m.
 const ASK_M: f64 = 15.0;
 /// Gap before the holding position of a runway, least and most, m: 5 ± 2, drawn once a mover (assumed).
 const HOLD_GAP_M: [f64; 2] = [3.0, 7.0];
@@ -288,6 +289,8 @@ pub struct Core {
     /// By runway: the last take-off, the last assigned landing time and its wake.
     last_take_off: Vec<Option<TookOff>>,
     last_landing: Vec<(f64, WakeCategory)>,
+    /// From the threshold to being off the runway, s, as the last landings took it.
+    occupied_s: Vec<f64>,
     crossing: Vec<Vec<usize>>,
     mixed: Vec<bool>,
     /// By runway: who rolls, lands or is lined up; who lines up behind him.
@@ -354,6 +357,7 @@ impl Core {
             version: 0,
             last_take_off: vec![None; count],
             last_landing: vec![(f64::NEG_INFINITY, WakeCategory::Light); count],
+            occupied_s: vec![runway::OFF_S; count],
             crossing,
             mixed,
             owner: vec![None; count],
@@ -553,8 +557,7 @@ impl Core {
         if !matches!(m.phase, Phase::Starting(_) | Phase::Taxiing | Phase::Landing) {
             return (Vec::new(), Vec::new());
         }
-        let ahead = 0.1 * self.flights[flight].size.length_m;
-        let held = self.authority(flight, ahead).max(m.s);
+        let held = self.authority(flight).max(m.s);
         let line = |from: f64, to: f64| -> Vec<[f64; 2]> {
             let count = (((to - from) / 20.0).ceil() as usize).min(2_000);
             let at = |i: usize| (from + 20.0 * i as f64).min(to);
@@ -730,6 +733,7 @@ impl Mover {
             under: 0..0,
             roll_from: usize::MAX,
             line_up_s: 35.0,
+            kept: Vec::new(),
             tow_to: None,
             timing: Timing::default(),
             granted: Granted::default(),

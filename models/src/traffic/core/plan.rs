@@ -8,12 +8,12 @@
 //! Takes ascend along a way, and a release comes after the take of the step that the front has to be in. Intervals
 //! of different movers on conflicting pieces do not overlap. So planned time is a strict potential of the
 //! dependencies, the unfinished event with the least planned time can always go on, and there is no deadlock,
-//! however long anybody is delayed. Runway centrelines are not in the order: whoever takes one leaves it
-//! without taking anything more.
+//! however long anybody is delayed. Who goes first in the strip of a runway, on its centreline or over it, is not in the
+//! order: whoever takes a piece there leaves the strip without taking anything more.
 //!
 //! Source: Gawrilow and others 2008 (time windows); Hönig and others 2019 (execution in planned order).
 
-use super::{Core, Direction, HOLD_GAP_M, Phase, Policy, TAIL_M};
+use super::{Core, Direction, Phase, Policy};
 use crate::flight_list::WakeCategory;
 use std::ops::Range;
 
@@ -92,16 +92,10 @@ impl Timing {
 }
 
 impl Core {
-    /// Front of a mover ahead of its guided point, and tail behind it, m.
-    fn reach_m(&self, m: usize) -> (f64, f64) {
-        let length = self.flights[m].size.length_m;
-        (0.1 * length + HOLD_GAP_M[1], 0.95 * length + TAIL_M)
-    }
-
     /// Times of a new way, without anybody else: to be filled by `schedule`.
     pub(super) fn timing(&self, m: usize, start: Start) -> Timing {
         let mover = &self.movers[m];
-        let (ahead, behind) = self.reach_m(m);
+        let behind_m = self.reach_m(m).1;
         let way = &mover.way;
         let count = way.pieces.len();
         let (from_m, v_mps, push_s, first, pushed) = match start {
@@ -111,12 +105,14 @@ impl Core {
             Start::Final => (mover.threshold, self.flights[m].landing.0, (0.0, 0.0), 0, 0),
         };
         let alone = way.alone(from_m, v_mps, &mover.driving);
-        let at = |front_m: f64| alone.time_s(front_m - ahead);
+        let at = |place_m: f64| alone.time_s(place_m);
+        // Where it waits for the step after each.
+        let stops_m: Vec<f64> = (0..count).map(|k| self.stop_before_m(m, k + 1)).collect();
         let landing = matches!(start, Start::Final);
-        let mut before = at(if pushed > 0 { way.ends_m[pushed - 1] } else { from_m + ahead });
+        let mut before = at(if pushed > 0 { stops_m[pushed - 1] } else { from_m });
         let mut pass_s = vec![0.0; count];
         for k in pushed..count {
-            let here = at(way.ends_m[k]).max(before);
+            let here = at(stops_m[k]).max(before);
             pass_s[k] = here - before;
             before = here;
         }
@@ -126,20 +122,18 @@ impl Core {
         let leaves = self.flights[m].direction == Direction::Departure;
         let release = (0..count)
             .map(|k| {
-                let front = way.ends_m[k] + behind + ahead;
-                let into = way.ends_m.partition_point(|e| *e < front);
-                if into >= count {
-                    let last = count - 1;
-                    if leaves {
-                        return Some((last, 0.0));
-                    }
-                    // On the stand all but what is under the aircraft is released.
-                    let stays = mover.parked_pieces.contains(&way.pieces[k]);
-                    let docked_s = at(way.stop_m + ahead) - at(way.ends_m[last]) + 10.0;
-                    return (!stays).then_some((last, -docked_s));
+                let off_m = way.ends_m[k] + behind_m;
+                let into = (k..count).find(|j| stops_m[*j] >= off_m);
+                if let Some(into) = into.filter(|j| *j + 1 < count) {
+                    let back_s = at(stops_m[into]) - at(off_m);
+                    return Some((into, back_s.clamp(0.0, pass_s[into])));
                 }
-                let back = at(way.ends_m[into]) - at(front);
-                Some((into, back.clamp(0.0, pass_s[into])))
+                if leaves {
+                    return Some((count - 1, -(READY_S + self.run_s(m))));
+                }
+                // On the stand all but what is under the aircraft is released.
+                let stays = mover.parked_pieces.contains(&way.pieces[k]);
+                (!stays).then_some((count - 1, -10.0))
             })
             .collect();
         let mut runways = Vec::new();
@@ -172,9 +166,11 @@ impl Core {
         }
     }
 
-    /// Whether pieces of this kind are in the planned order.
-    fn in_order(&self, piece: u32) -> bool {
-        self.pieces.list[piece as usize].runway.is_none()
+    /// Whether the planned order says who goes first over two pieces that conflict: not where one is on the centreline of a
+    /// runway and the other in a strip. Whoever takes such a piece leaves the strip without taking anything more.
+    fn in_order(&self, piece: u32, other: u32) -> bool {
+        let [a, b] = [piece, other].map(|z| &self.pieces.list[z as usize]);
+        a.off_strip() || b.off_strip() || a.runway.or(b.runway).is_none()
     }
 
     /// Steps of a mover that are planned and not yet taken.
@@ -187,9 +183,15 @@ impl Core {
             Phase::Parked => mover.timing.pushed,
             Phase::Pushing => mover.timing.pushed,
             Phase::Gone | Phase::Docked | Phase::Absent | Phase::GoAround => return 0..0,
-            _ => mover.next,
+            _ => self.taken(m),
         };
         from..mover.way.pieces.len()
+    }
+
+    /// Steps before this one have had their turn in the order: what is taken, and with a line-up the roll.
+    fn taken(&self, m: usize) -> usize {
+        let mover = &self.movers[m];
+        if mover.next == mover.roll_from { mover.way.pieces.len() } else { mover.next }
     }
 
     /// Every use of every piece that others have or plan, by piece. `without`: nobody, or a mover whose uses do
@@ -232,7 +234,7 @@ impl Core {
             let held_from = if pushing { t.first } else { mover.first_held };
             for k in held_from..mover.way.pieces.len() {
                 let taken =
-                    !pushing && k < mover.next || mover.phase == Phase::Pushing && k < t.pushed;
+                    !pushing && k < self.taken(m) || mover.phase == Phase::Pushing && k < t.pushed;
                 let from = if taken { f64::NEG_INFINITY } else { t.take_s[k] };
                 uses[mover.way.pieces[k] as usize].push(ever(m, from, t.release_s(k)));
             }
@@ -255,7 +257,8 @@ impl Core {
         piece: u32,
     ) -> impl Iterator<Item = Use> + 'a {
         let class = self.movers[m].class;
-        self.pieces.conflicts(piece as usize, class).iter().flat_map(move |(other, least)| {
+        let conflicts = self.pieces.conflicts(piece as usize, class).iter();
+        conflicts.filter(move |c| self.in_order(piece, c.0)).flat_map(move |(other, least)| {
             uses[*other as usize]
                 .iter()
                 .filter(move |u| u.mover != m && self.movers[u.mover].class >= *least)
@@ -302,9 +305,7 @@ impl Core {
         let start = if t.pushed > 0 { t.first } else { self.movers[m].next };
         let mut against: Vec<Vec<Use>> = vec![Vec::new(); count];
         for k in start..count {
-            if self.in_order(way.pieces[k]) {
-                against[k] = self.against(&uses, m, way.pieces[k]).collect();
-            }
+            against[k] = self.against(&uses, m, way.pieces[k]).collect();
         }
         let mut pushed_against: Vec<Use> = Vec::new();
         if t.pushed > 0 {
@@ -416,16 +417,15 @@ impl Core {
     /// When the front reaches the end of what is held, driven alone from now; the fronts of these steps.
     fn front_of_held(&self, m: usize, t: &mut Timing, now: f64) -> f64 {
         let mover = &self.movers[m];
-        let (ahead, _) = self.reach_m(m);
-        let place = mover.s + ahead;
         let mut front = now;
-        for k in 0..mover.next.min(mover.way.pieces.len()) {
-            let begin = if k == 0 { 0.0 } else { mover.way.ends_m[k - 1] };
-            let end = mover.way.ends_m[k];
+        let mut begin = 0.0;
+        for k in 0..self.taken(m).min(mover.way.pieces.len()) {
+            let (place, end) = (mover.s, self.stop_before_m(m, k + 1));
             let share =
                 if end > begin { ((end - place) / (end - begin)).clamp(0.0, 1.0) } else { 0.0 };
             front += t.pass_s[k] * share;
             t.front_s[k] = front;
+            begin = end;
         }
         front
     }
@@ -491,9 +491,7 @@ impl Core {
                 } else {
                     t.order_s[k]
                 };
-                if self.in_order(z) {
-                    users[z as usize].push((order, m, k));
-                }
+                users[z as usize].push((order, m, k));
             }
             if pushing {
                 let order =
@@ -524,10 +522,10 @@ impl Core {
                 };
                 let mut least = now;
                 for z in pieces.iter().chain(under) {
-                    if !self.in_order(*z) {
-                        continue;
-                    }
                     for (other, class) in self.pieces.conflicts(*z as usize, mover.class) {
+                        if !self.in_order(*z, *other) {
+                            continue;
+                        }
                         for (o_order, o, k) in &users[*other as usize] {
                             if *o == m
                                 || self.movers[*o].class < *class
@@ -620,10 +618,8 @@ impl Core {
             }
             for k in self.open_steps(m) {
                 let z = mover.way.pieces[k];
-                if self.in_order(z) {
-                    let booking = Booking { order_s: t.order_s[k], mover: mover_key };
-                    self.books[z as usize].push(booking);
-                }
+                let booking = Booking { order_s: t.order_s[k], mover: mover_key };
+                self.books[z as usize].push(booking);
             }
         }
         self.version += 1;
@@ -631,11 +627,9 @@ impl Core {
 
     /// Who is planned before `m` at a piece that conflicts with `piece`, and has not come yet.
     pub(super) fn planned_before(&self, m: usize, piece: u32, order_s: f64) -> Option<usize> {
-        if !self.in_order(piece) {
-            return None;
-        }
         let class = self.movers[m].class;
-        for (other, least) in self.pieces.conflicts(piece as usize, class) {
+        let conflicts = self.pieces.conflicts(piece as usize, class).iter();
+        for (other, least) in conflicts.filter(|c| self.in_order(piece, c.0)) {
             for b in &self.books[*other as usize] {
                 let o = b.mover as usize;
                 let earlier = (b.order_s, o) < (order_s, m);

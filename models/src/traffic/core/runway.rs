@@ -11,7 +11,8 @@ impl Core {
     /// Whether a departure may go onto the runway now: wake, and airborne before the next arrival has to be cleared.
     pub(super) fn may_line_up(&self, m: usize) -> bool {
         let r = self.flights[m].runway.0;
-        if self.wake_left_s(m) >= 30.0 || self.car_blocks(r) {
+        let (wake_s, ready_s) = (self.wake_left_s(m), self.movers[m].line_up_s + READY_S);
+        if wake_s >= ready_s.max(30.0) || self.car_blocks(r) {
             return false;
         }
         let next_s = self.movers.iter().enumerate().filter(|(o, other)| {
@@ -19,7 +20,7 @@ impl Core {
             to_land && self.crossing[r].contains(&self.flights[*o].runway.0)
         });
         let next_s = next_s.map(|(_, o)| o.landing_s - self.time_s).fold(f64::INFINITY, f64::min);
-        let need_s = self.slot_s(m) + self.wake_left_s(m) + CLEARED_BEFORE_S;
+        let need_s = ready_s.max(wake_s) + self.run_s(m) + UP_S + CLEARED_BEFORE_S;
         if next_s < need_s {
             return false;
         }
@@ -73,20 +74,53 @@ impl Core {
     }
 
     /// Takes the rest of the runway for a roll: at once, if nobody has any of it. `anyway`: uncleared, whoever has it.
+    ///
+    /// Its place in the order it has had since the line-up: who holds a part of the strip now leaves it without taking anything.
     pub(super) fn take_roll(&mut self, m: usize, anyway: bool) -> bool {
-        let count = self.movers[m].way.pieces.len();
-        if self.movers[m].next >= count {
-            return true;
+        let mover = &self.movers[m];
+        if mover.refused_at == Some(self.version) && !anyway {
+            return false;
         }
-        if !anyway {
-            return self.take(m);
+        let rest: Vec<u32> = mover.way.pieces[mover.next..].to_vec();
+        let blocker = rest.iter().find_map(|z| self.blocker(m, *z, true, &[]));
+        if let Some(blocker) = blocker.filter(|_| !anyway) {
+            return self.refuse(m, Some(blocker));
         }
-        for i in self.movers[m].next..count {
-            let (z, roll) = (self.movers[m].way.pieces[i], self.movers[m].way.roll.contains(&i));
-            self.hold(m, z, roll);
-        }
-        self.movers[m].next = count;
+        rest.iter().for_each(|z| self.hold(m, *z, true));
+        self.keep_for_roll(m, Vec::new());
+        let mover = &mut self.movers[m];
+        mover.next = mover.way.pieces.len();
+        (mover.waits_since_s, mover.waits_for) = (None, None);
         true
+    }
+
+    /// Pieces of the roll over which somebody off the strip could go: taken with the line-up, so that who is lined up waits
+    /// for nobody who could wait for him.
+    pub(super) fn wanted_for_roll(&self, m: usize) -> Vec<u32> {
+        let mover = &self.movers[m];
+        let class = mover.class;
+        let off_strip = |z: &&u32| {
+            let conflicts = self.pieces.conflicts(**z as usize, class);
+            conflicts.iter().any(|(o, _)| self.pieces.list[*o as usize].off_strip())
+        };
+        let roll = mover.way.pieces.iter().skip(mover.roll_from);
+        roll.filter(off_strip).copied().collect()
+    }
+
+    /// Holds these pieces beside its way, and those no more that it has held so.
+    pub(super) fn keep_for_roll(&mut self, m: usize, pieces: Vec<u32>) {
+        pieces.iter().for_each(|z| self.hold(m, *z, false));
+        let before = std::mem::replace(&mut self.movers[m].kept, pieces);
+        before.iter().for_each(|z| self.release(m, *z, false));
+    }
+
+    /// Somebody lined up on a runway who rolls before `m` is over it, `need_s` from now.
+    pub(super) fn rolls_before(&self, m: usize, r: usize, need_s: f64) -> Option<usize> {
+        let lined_up = |o: &usize| {
+            let ready = matches!(self.movers[*o].phase, Phase::LinedUp(_));
+            *o != m && ready && self.wake_left_s(*o) < need_s
+        };
+        self.owner[r].into_iter().chain(self.behind[r]).find(lined_up)
     }
 
     /// Somebody on final who is not cleared yet and has to be within `need_s`, for a runway or one that crosses it.
@@ -159,7 +193,8 @@ impl Core {
             // On the same runway it lines up behind the landed one; else it waits until he is off.
             let same = self.flights[m].runway.0 == r;
             let line_up_s = self.movers[m].line_up_s + READY_S;
-            let from_s = if same { (PASSES_S + line_up_s).max(OFF_S) } else { OFF_S + line_up_s };
+            let off_s = self.occupied_s[r];
+            let from_s = if same { (PASSES_S + line_up_s).max(off_s) } else { off_s + line_up_s };
             from_s + self.run_s(m) + UP_S + CLEARED_BEFORE_S + SLACK_S
         };
         (0..self.movers.len()).filter(wants).map(gap_s).fold(0.0, f64::max)
@@ -173,6 +208,11 @@ impl Core {
 
     /// Off the runway: the next one may have it.
     pub(super) fn vacate(&mut self, m: usize) {
+        let r = self.flights[m].runway.0;
+        if self.flights[m].direction == Direction::Arrival && self.owner[r] == Some(m) {
+            let took_s = (self.time_s - self.movers[m].landing_s).clamp(OFF_S, MOST_OFF_S);
+            self.occupied_s[r] = 0.5 * (self.occupied_s[r] + took_s);
+        }
         for (owner, behind) in self.owner.iter_mut().zip(&mut self.behind) {
             if *behind == Some(m) {
                 *behind = None;
@@ -207,9 +247,11 @@ impl Core {
 }
 /// How far the tail of one who rolls is beyond an entry when somebody may line up there, m (assumed).
 const PASSED_M: f64 = 60.0;
-/// From the threshold to having passed an entry near it, and to being off the runway, s (assumed, for spacing).
+/// From the threshold to having passed an entry near it, and to being off the runway at least and at most, s (assumed, for
+/// spacing: between, what the last landings took).
 const PASSES_S: f64 = 12.0;
-const OFF_S: f64 = 60.0;
+pub(super) const OFF_S: f64 = 60.0;
+const MOST_OFF_S: f64 = 200.0;
 /// Room in the gap between two landings, s (assumed).
 const SLACK_S: f64 = 12.0;
 

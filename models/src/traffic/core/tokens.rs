@@ -1,6 +1,6 @@
 //! Pieces taken and released, and who blocks whom.
 
-use super::{Core, Direction, HOLD_GAP_M, Phase, Policy, TAIL_M};
+use super::{Core, Direction, Phase, Policy};
 use crate::control::clearance::ClearanceKind;
 use std::ops::Range;
 
@@ -114,16 +114,15 @@ impl Core {
         if !on_way || next == 0 {
             return None;
         }
-        let length = self.flights[m].size.length_m;
+        let behind_m = self.reach_m(m).1;
         if next >= mover.way.pieces.len() {
             if self.flights[m].direction == Direction::Departure {
                 return Some(0..0);
             }
-            let tail = mover.way.stop_m - 0.95 * length - TAIL_M;
+            let tail = mover.way.stop_m - behind_m;
             return Some(mover.way.ends_m.partition_point(|e| *e < tail)..next);
         }
-        let tail =
-            mover.way.ends_m[next - 1] - HOLD_GAP_M[1] - 0.1 * length - 0.95 * length - TAIL_M;
+        let tail = self.stop_before_m(m, next) - behind_m;
         Some(mover.way.ends_m[..next].partition_point(|e| *e < tail)..next)
     }
 
@@ -174,14 +173,17 @@ impl Core {
         }
         let first = mover.next;
         let Some(last) = mover.way.group_last.get(first).copied() else { return false };
-        let crosses = mover.way.crossings.iter().find(|(i, _)| (first..=last).contains(i));
-        let crosses = crosses.filter(|(i, _)| !mover.way.roll.contains(i)).copied();
-        if let Some((_, r)) = crosses {
-            let length_m = mover.way.ends_m[last] - mover.s;
+        let within = |(i, _): &&(usize, usize)| (first..=last).contains(i);
+        let crossed: Vec<usize> = mover.way.crossings.iter().filter(within).map(|c| c.1).collect();
+        let length_m = mover.way.ends_m[last] - mover.s;
+        for r in crossed.iter().copied() {
             if let Some(near) = self.arrival_before(m, r, 15.0 + 0.16 * length_m) {
                 return self.refuse_now(m, near);
             }
             if let Some(near) = self.lands_towards(m, r) {
+                return self.refuse_now(m, near);
+            }
+            if let Some(near) = self.rolls_before(m, r, 10.0 + 0.16 * length_m) {
                 return self.refuse_now(m, near);
             }
             if let Some(near) = self.obstacle_on_runway(r) {
@@ -190,20 +192,26 @@ impl Core {
         }
         let mover = &self.movers[m];
         let roll = mover.way.roll.clone();
+        // Of a take-off all has its turn in the order now, and the line-up is taken.
+        let lines_up = (first + 1..=last).contains(&mover.roll_from);
+        let turn = mover.way.pieces[first..=last].to_vec();
+        let last = if lines_up { mover.roll_from - 1 } else { last };
         let group: Vec<(u32, bool)> =
             (first..=last).map(|i| (mover.way.pieces[i], roll.contains(&i))).collect();
+        let kept = if lines_up { self.wanted_for_roll(m) } else { Vec::new() };
         let blocker = group.iter().find_map(|(z, r)| self.blocker(m, *z, *r, &[]));
+        let blocker = blocker.or_else(|| kept.iter().find_map(|z| self.blocker(m, *z, false, &[])));
         if let Some(blocker) = blocker {
             return self.refuse(m, Some(blocker));
         }
         if self.policy == Policy::Planned {
             let order_s = self.order_of(m, first);
-            let before = group.iter().find_map(|(z, _)| self.planned_before(m, *z, order_s));
+            let before = turn.iter().find_map(|z| self.planned_before(m, *z, order_s));
             if let Some(before) = before {
                 return self.refuse(m, Some(before));
             }
         }
-        if crosses.is_some() && !self.permitted(m, ClearanceKind::Cross) {
+        if !crossed.is_empty() && !self.permitted(m, ClearanceKind::Cross) {
             return self.refuse_told(m);
         }
         group.iter().for_each(|(z, r)| self.hold(m, *z, *r));
@@ -214,19 +222,16 @@ impl Core {
             return self.refuse(m, None);
         }
         if self.policy == Policy::Planned {
-            group.iter().for_each(|(z, _)| self.booked_now(m, *z));
+            turn.iter().for_each(|z| self.booked_now(m, *z));
         }
+        self.keep_for_roll(m, kept);
         self.movers[m].next = last + 1;
         self.movers[m].waits_since_s = None;
         self.movers[m].waits_for = None;
-        let crossed = self.movers[m]
-            .way
-            .crossings
-            .iter()
-            .find(|(i, _)| (first..=last).contains(i))
-            .map(|(_, r)| *r);
-        if let Some(r) = crossed {
+        if !crossed.is_empty() {
             self.used(m, ClearanceKind::Cross);
+        }
+        for r in crossed {
             self.end_clearance(m, "CRO");
             self.clear(m, "CRO", self.net.runways[r].names.join("/"));
         }
