@@ -227,6 +227,52 @@ fn an_outsiders_entity_becomes_a_target_and_garbage_does_no_harm() {
     assert!(in_phase(&ports, "RUNNING"), "the run goes on");
 }
 
+/// Create Entity, Set Data, Remove Entity, octet by octet: the entity is a target of the sensors in between.
+#[test]
+fn an_entity_that_is_created_by_pdus_is_a_target_until_it_is_removed() {
+    let ports = Ports::new();
+    let _run = Background::start(run(&ports, &["--rate", "4", "--no-viewer"]));
+    assert!(in_phase(&ports, "RUNNING"), "it starts");
+    let socket = std::net::UdpSocket::bind("127.0.0.1:0").expect("a socket");
+    socket.set_broadcast(true).expect("broadcast");
+    // Of the scene.
+    let site: u16 = 417;
+    let pdu = |kind: u8, request: u32, rest: &[u8]| -> Vec<u8> {
+        let length = (28 + rest.len()) as u16;
+        let mut octets = vec![7, 1, kind, 5, 0, 0, 0, 0];
+        octets.extend(length.to_be_bytes());
+        octets.extend([0, 0, 0, 77, 0, 1, 0, 0]);
+        for number in [site, 9, 3000] {
+            octets.extend(number.to_be_bytes());
+        }
+        octets.extend(request.to_be_bytes());
+        octets.extend(rest);
+        octets
+    };
+    // Standing 400 m south of the tower: one variable datum, 240142, of 192 bits.
+    let place = geodesy::Geodetic::from_degrees(47.4502, 8.5569, 432.0).to_ecef();
+    let mut location = vec![0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 3, 0xaa, 0x0e, 0, 0, 0, 192];
+    for metres in [place.x_m, place.y_m, place.z_m] {
+        location.extend(metres.to_be_bytes());
+    }
+    let (create, set, remove) = (pdu(11, 1, &[]), pdu(19, 2, &location), pdu(12, 3, &[]));
+    let targets = || common::status(&ports)?["measures"]["outsiders_now"].as_f64();
+    let seen = wait_for(SOON, || {
+        // Datagrams may be lost; what is repeated is not done twice.
+        for octets in [&create, &set] {
+            socket.send_to(octets, &ports.dis).expect("sent");
+        }
+        targets().filter(|targets| *targets >= 1.0)
+    });
+    assert_eq!(seen, Some(1.0), "{:?}", common::status(&ports));
+    let gone = wait_for(SOON, || {
+        socket.send_to(&remove, &ports.dis).expect("sent");
+        targets().filter(|targets| *targets == 0.0)
+    });
+    assert_eq!(gone, Some(0.0), "{:?}", common::status(&ports));
+    assert!(in_phase(&ports, "RUNNING"), "the run goes on");
+}
+
 #[test]
 fn a_recording_that_lost_its_logger_is_not_called_complete() {
     let ports = Ports::new();

@@ -72,7 +72,7 @@ pub(super) fn wanted(body: &Body<'_>) -> Option<Wanted> {
         Body::ActionRequest(a) => wanted(
             a.originating_id,
             a.request_id,
-            Form::Action,
+            Form::Action(refusal(a.action_id, &a.fixed_datums)),
             a.receiving_id,
             action(a.action_id, &a.fixed_datums),
             0,
@@ -80,7 +80,7 @@ pub(super) fn wanted(body: &Body<'_>) -> Option<Wanted> {
         Body::ActionRequestR(a) => wanted(
             a.originating_id,
             a.request_id,
-            reliable(a.reliability, Form::ActionR),
+            reliable(a.reliability, Form::ActionR(refusal(a.action_id, &a.fixed_datums))),
             a.receiving_id,
             action(a.action_id, &a.fixed_datums),
             0,
@@ -135,6 +135,17 @@ fn stop(reason: StopReason, frozen_behaviour: u8) -> Option<Vec<Command>> {
     })
 }
 
+/// With which status an action is refused.
+fn refusal(id: ActionId, datums: &List<'_, FixedDatum>) -> RequestStatus {
+    match id {
+        ActionId::TIME_ADVANCE if action(id, datums).is_none() => {
+            RequestStatus::INVALID_TIME_PARAMETERS
+        }
+        ActionId::JOIN_EXERCISE => RequestStatus::JOIN_EXERCISE_REQUEST_REJECTED,
+        _ => RequestStatus::REQUEST_REJECTED,
+    }
+}
+
 fn action(id: ActionId, datums: &List<'_, FixedDatum>) -> Option<Vec<Command>> {
     match id {
         ActionId::RUN => Some(vec![Command::Start]),
@@ -145,6 +156,8 @@ fn action(id: ActionId, datums: &List<'_, FixedDatum>) -> Option<Vec<Command>> {
         }
         ActionId::RECALL_INITIAL_PARAMETERS => Some(vec![Command::Freeze, Command::Restart]),
         ActionId::STATUS_REQUEST
+        | ActionId::JOIN_EXERCISE
+        | ActionId::RESIGN_EXERCISE
         | ActionId::WAKEUP_GET_READY_FOR_INITIALIZATION
         | ActionId::INITIALIZE_INTERNAL_PARAMETERS => Some(vec![Command::Status]),
         _ => None,
@@ -193,8 +206,11 @@ pub(super) fn answer(
 ) -> Result<Vec<u8>, EncodeError> {
     let RequestId { from: receiving_id, request_id, form } = request;
     let able = response_flag == ResponseFlag::ABLE_TO_COMPLY;
-    let request_status =
-        if able { RequestStatus::COMPLETE } else { RequestStatus::REQUEST_REJECTED };
+    let request_status = match form {
+        _ if able => RequestStatus::COMPLETE,
+        Form::Action(refused) | Form::ActionR(refused) => refused,
+        _ => RequestStatus::REQUEST_REJECTED,
+    };
     let text = answer.map(|answer| told(&answer.state)).unwrap_or_default();
     // SISO-REF-010: datum identifiers of free text are the user's own; 0 says nothing.
     let datum = [VariableDatum::new(DatumId(0), text.as_bytes())];
@@ -222,7 +238,7 @@ pub(super) fn answer(
             },
             &mut octets,
         ),
-        Form::Action => envelope.append(
+        Form::Action(_) => envelope.append(
             &ActionResponse {
                 originating_id,
                 receiving_id,
@@ -233,7 +249,7 @@ pub(super) fn answer(
             },
             &mut octets,
         ),
-        Form::ActionR => envelope.append(
+        Form::ActionR(_) => envelope.append(
             &ActionResponseR {
                 originating_id,
                 receiving_id,

@@ -9,7 +9,7 @@ use crate::runtime::clock::{monotonic_ns, utc_ns};
 use crate::runtime::messages::{Answer, Command};
 use crate::runtime::threads::spawn_watched;
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, TryRecvError, bounded};
-use pdu::enumerations::{AcknowledgeFlag, ResponseFlag};
+use pdu::enumerations::{AcknowledgeFlag, RequestStatus, ResponseFlag};
 use pdu::records::EntityId;
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -48,10 +48,10 @@ pub(super) enum Form {
     Acknowledge(AcknowledgeFlag),
     /// Acknowledge-R, as what.
     AcknowledgeR(AcknowledgeFlag),
-    /// Action Response.
-    Action,
-    /// Action Response-R.
-    ActionR,
+    /// Action Response, with what it says where it is refused.
+    Action(RequestStatus),
+    /// Action Response-R, the same.
+    ActionR(RequestStatus),
     /// Data.
     Data,
     /// Data-R.
@@ -104,6 +104,12 @@ impl Answered {
                 Taken::New
             }
         }
+    }
+
+    /// Whether this was asked before.
+    pub(super) fn knows(&self, request: RequestId) -> bool {
+        let answers = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        answers.by_request.contains_key(&(request.from, request.request_id))
     }
 
     /// Notes the answer to a request taken before.

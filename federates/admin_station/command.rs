@@ -230,11 +230,13 @@ fn run_admin(args: &AdminArgs, scene: &Arc<Scene>) -> anyhow::Result<u8> {
     })?;
     let gateway = Gateway::open(network, scene, exercise, config.seed, events.0.clone())?;
     let (name, step_ns) = (scene.name.clone(), scene.run.frame.0);
+    let stated = gateway.listener();
     Ok(super::run(AdminContext {
         bus: Arc::new(bus),
         config,
         events,
         reached: gateway.announcer(),
+        stated,
         closed: Box::new(move |run| print_line(&RunSummary::of(run, &name, step_ns).line())),
         progress: args.progress.then(|| {
             Box::new(|frame, last| print_line(&format!("progress frame {frame} of {last}")))

@@ -5,7 +5,10 @@
 mod actions;
 mod asked;
 pub mod command;
+mod created;
+mod desk;
 mod operate;
+mod participants;
 pub mod simman;
 pub mod summary;
 
@@ -58,6 +61,9 @@ pub enum Event {
 /// Told of a phase reached: phase, frame, reason.
 pub type PhaseHook = Box<dyn FnMut(Phase, Frame, Option<&str>) + Send>;
 
+/// Told how the run stands.
+pub type StateHook = Box<dyn FnMut(&RunState) + Send>;
+
 /// Answers somebody's question, once.
 type Answerer = Box<dyn FnOnce(Answering<'_>) + Send>;
 
@@ -71,6 +77,8 @@ pub struct AdminContext {
     pub events: (Sender<Event>, Receiver<Event>),
     /// Told of every phase reached: phase, frame, reason.
     pub reached: PhaseHook,
+    /// Told how the run stands, some times a second.
+    pub stated: StateHook,
     /// Told of every closed run.
     pub closed: Box<dyn FnMut(&ClosedRun) + Send>,
     /// Told of the lowest frame executed and the last frame, about once a second.
@@ -111,8 +119,8 @@ impl Statistics {
 /// # Errors
 /// If the bus fails.
 pub fn run(context: AdminContext) -> Result<u8, BusError> {
-    let AdminContext { bus, config, events, mut reached, mut closed, mut progress, patience } =
-        context;
+    let AdminContext { bus, config, events, mut reached, mut stated, mut closed, .. } = context;
+    let (mut progress, patience) = (context.progress, context.patience);
     let (send, receive) = events;
     let statistics = Arc::new(Mutex::new(Statistics::default()));
     let expected = config.expected.clone();
@@ -255,6 +263,7 @@ pub fn run(context: AdminContext) -> Result<u8, BusError> {
                 }
                 Effect::State(state) => {
                     let body = encode(&state);
+                    stated(&state);
                     statistics.lock().unwrap_or_else(PoisonError::into_inner).state = state;
                     retained.publish(
                         &*bus,

@@ -1,15 +1,19 @@
 //! DIS simulation management drives the run, and hears of it.
 //!
 //! Start/Resume, Stop/Freeze, Action Request, Set Data and Data Query PDUs from this host, in both forms, become
-//! commands; the answer goes out when the state is *reached*, and a repeated request gets the same answer. The
-//! station announces its own transitions with the same PDUs, so that outsiders and recordings know when a run
-//! began and ended, and tells of faults in Event Reports.
+//! commands; the answer goes out when the state is *reached*, and a repeated request gets the same answer. What is
+//! about a single entity, or needs no command, is done at the [`super::desk`]. The station announces its own
+//! transitions with the same PDUs, so that outsiders and recordings know when a run began and ended, and tells of
+//! what happens in Event Reports.
 
 use super::Event;
 use super::actions::{self, Wanted, wanted};
 use super::asked::{Answered, Asked, Form, Reply, RequestId, Taken, operator};
+use super::created::Created;
+use super::desk::{Desk, Enveloper, Out};
 use crate::exchange::weather_pdu::WORLD_APPLICATION;
 use crate::runtime::cli::NetworkArgs;
+use crate::runtime::clock::monotonic_ns;
 use crate::runtime::dis_socket;
 use crate::runtime::frame_time::FrameTime;
 use crate::runtime::life_cycle::Phase;
@@ -20,17 +24,25 @@ use pdu::enumerations::DatumId;
 use pdu::enumerations::{EventType, ResponseFlag, StopReason};
 use pdu::management::{Comment, EventReport, StartResume, StopFreeze};
 use pdu::records::{ClockTime, EntityId, VariableDatum};
-use pdu::{Body, Envelope};
+use pdu::{Body, EncodeError, Envelope};
 use scenarios::Scene;
 use std::collections::BTreeSet;
 use std::net::IpAddr;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+/// Sends a datagram.
+type Post = Arc<dyn Fn(&[u8]) + Send + Sync>;
+
+/// How often the desk looks at the clock.
+const LOOK: Duration = Duration::from_millis(100);
 
 /// The gateway between the conductor and simulation management PDUs.
 pub struct Gateway {
-    sender: Arc<Mutex<datalink::Sender>>,
-    envelope: Arc<dyn Fn(Frame) -> Envelope + Send + Sync>,
+    sender: Post,
+    envelope: Enveloper,
     id: EntityId,
+    desk: Arc<Mutex<Desk>>,
     time: FrameTime,
     scene: Arc<Scene>,
     seed: u64,
@@ -53,9 +65,10 @@ pub fn seed_of(comment: &Comment<'_>) -> Option<u64> {
 }
 
 struct Requests {
-    sender: Arc<Mutex<datalink::Sender>>,
-    envelope: Arc<dyn Fn(Frame) -> Envelope + Send + Sync>,
+    sender: Post,
+    envelope: Enveloper,
     id: EntityId,
+    desk: Arc<Mutex<Desk>>,
     operator: Sender<Asked>,
     answered: Answered,
     /// Sites of other runs in this exercise that were told of.
@@ -76,16 +89,25 @@ impl Gateway {
     ) -> anyhow::Result<Self> {
         let config = dis_socket::link_config(args, &scene.network)?;
         let (sender, receiver) = datalink::Link::open(&config)?;
-        let sender = Arc::new(Mutex::new(sender));
+        let sender = Mutex::new(sender);
+        let sender: Post = Arc::new(move |octets: &[u8]| {
+            let mut sender = sender.lock().unwrap_or_else(PoisonError::into_inner);
+            if let Err(e) = sender.send(octets) {
+                tracing::warn!("simulation management: {e}");
+            }
+        });
         let id = EntityId::new(scene.run.site, WORLD_APPLICATION, 0);
         let time = FrameTime::of(&scene.run);
-        let envelope: Arc<dyn Fn(Frame) -> Envelope + Send + Sync> =
-            Arc::new(move |frame| Envelope::new(exercise, time.stamp(frame)));
+        let envelope: Enveloper = Arc::new(move |frame| Envelope::new(exercise, time.stamp(frame)));
+        let own = scene.traffic.entities.iter().map(|e| (e.application, e.number)).collect();
+        let created = Created::new(scene.run.site, own);
+        let desk = Arc::new(Mutex::new(Desk::new(id, Arc::clone(&envelope), created)));
         let answered = Answered::default();
         let mut requests = Requests {
             sender: Arc::clone(&sender),
             envelope: Arc::clone(&envelope),
             id,
+            desk: Arc::clone(&desk),
             operator: operator(events.clone(), answered.clone(), replies(&sender, &envelope, id))?,
             answered,
             neighbours: BTreeSet::new(),
@@ -96,7 +118,25 @@ impl Gateway {
             move |why| drop(died.send(Event::Broken(why))),
             move || listen(receiver, exercise, &mut requests, &events),
         )?;
-        Ok(Self { sender, envelope, id, time, scene: Arc::clone(scene), seed })
+        let (clocked, send) = (Arc::clone(&desk), Arc::clone(&sender));
+        std::thread::Builder::new().name("desk of DIS management".into()).spawn(move || {
+            loop {
+                std::thread::sleep(LOOK);
+                let due = locked(&clocked).due(monotonic_ns());
+                send_all(&send, due);
+            }
+        })?;
+        Ok(Self { sender, envelope, id, desk, time, scene: Arc::clone(scene), seed })
+    }
+
+    /// Hears how the run stands.
+    #[must_use]
+    pub fn listener(&self) -> super::StateHook {
+        let (desk, send) = (Arc::clone(&self.desk), Arc::clone(&self.sender));
+        Box::new(move |state| {
+            let news = locked(&desk).stated(monotonic_ns(), state);
+            send_all(&send, news);
+        })
     }
 
     /// Tells the exercise of phases that were reached.
@@ -116,6 +156,9 @@ impl Gateway {
                 ..StopFreeze::default()
             };
             let envelope = (self.envelope)(frame);
+            let now = (monotonic_ns(), crate::runtime::clock::utc_ns());
+            let told = locked(&self.desk).reached(now, (phase, frame), reason.is_some());
+            send_all(&self.sender, told);
             if let Some(reason) = reason {
                 let text = format!("SEEDS {phase} at frame {frame}: {reason}");
                 let text = &text[..text.floor_char_boundary(1_000)];
@@ -170,11 +213,19 @@ impl Gateway {
     }
 }
 
-fn send(sender: &Mutex<datalink::Sender>, octets: &[u8]) {
-    let mut sender = sender.lock().unwrap_or_else(PoisonError::into_inner);
-    if let Err(e) = sender.send(octets) {
-        tracing::warn!("simulation management: {e}");
+fn send(sender: &Post, octets: &[u8]) {
+    sender(octets);
+}
+
+fn send_all(sender: &Post, out: Result<Out, EncodeError>) {
+    match out {
+        Ok(out) => out.iter().for_each(|octets| sender(octets)),
+        Err(e) => tracing::warn!("simulation management: an answer was not sent: {e}"),
     }
+}
+
+fn locked(desk: &Mutex<Desk>) -> MutexGuard<'_, Desk> {
+    desk.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// DIS has no authentication: only this host commands.
@@ -209,6 +260,9 @@ fn listen(
 
 impl Requests {
     fn consider(&mut self, body: &Body<'_>) {
+        if let Some(out) = locked(&self.desk).consider(monotonic_ns(), body, &self.answered) {
+            return send_all(&self.sender, out);
+        }
         let Some(Wanted { request, to, commands, at_utc_ns }) = wanted(body) else { return };
         let from = request.from;
         if from == self.id || !to.addresses(self.id) {
@@ -225,6 +279,14 @@ impl Requests {
             return;
         }
         let unable = ResponseFlag::UNABLE_TO_COMPLY;
+        let possible = match body {
+            Body::StartResume(s) => locked(&self.desk).starts_here(s.simulation_time),
+            Body::StartResumeR(s) => locked(&self.desk).starts_here(s.simulation_time),
+            Body::ActionRequest(a) => locked(&self.desk).takes_part(from, a.action_id),
+            Body::ActionRequestR(a) => locked(&self.desk).takes_part(from, a.action_id),
+            _ => true,
+        };
+        let commands = commands.filter(|_| possible);
         let ask = |commands| self.operator.send(Asked::new(request, commands, at_utc_ns)).is_ok();
         // How the run stands is told as it is now, however often it is asked.
         let told_anew = matches!(request.form, Form::Data | Form::DataR);
@@ -246,11 +308,7 @@ impl Requests {
 }
 
 /// Sends the answer to a request.
-fn replies(
-    sender: &Arc<Mutex<datalink::Sender>>,
-    envelope: &Arc<dyn Fn(Frame) -> Envelope + Send + Sync>,
-    id: EntityId,
-) -> Reply {
+fn replies(sender: &Post, envelope: &Enveloper, id: EntityId) -> Reply {
     let (sender, envelope) = (Arc::clone(sender), Arc::clone(envelope));
     Box::new(move |request, response, answer| {
         reply(&sender, &*envelope, id, (request, response, answer));
@@ -258,7 +316,7 @@ fn replies(
 }
 
 fn reply(
-    sender: &Mutex<datalink::Sender>,
+    sender: &Post,
     envelope: &(dyn Fn(Frame) -> Envelope + Send + Sync),
     id: EntityId,
     (request, response, answer): (RequestId, ResponseFlag, Option<&Answer>),

@@ -117,6 +117,7 @@ pub fn federation(
         config: conductor_config(&scene, &options),
         events: admin_events,
         reached: Box::new(|_, _, _| {}),
+        stated: Box::new(|_| {}),
         closed: Box::new(move |run| {
             let mut kept = kept.lock().unwrap_or_else(PoisonError::into_inner);
             kept.push(RunSummary::of(run, &name, step_ns));
