@@ -11,6 +11,7 @@ mod operate;
 mod participants;
 pub mod simman;
 pub mod summary;
+mod watch;
 
 use crate::runtime::bus::{Bus, BusError, Class, Request, hear_parts};
 use crate::runtime::clock::monotonic_ns;

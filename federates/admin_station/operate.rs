@@ -1,5 +1,6 @@
 //! Operating a run that goes on from a terminal: one command, or how it stands.
 
+use super::watch;
 use crate::exchange::operator;
 use crate::runtime::bus::Bus;
 use crate::runtime::cli::{self, BAD_INPUT, CommonArgs, FAILED, NetworkArgs, fail, print_line};
@@ -18,6 +19,17 @@ pub(super) enum Operate {
         /// As one JSON object
         #[arg(long)]
         json: bool,
+        #[command(flatten)]
+        at: AtArgs,
+    },
+    /// How the run stands, again and again until it is over, in the terminal or as rows of figures
+    Watch {
+        /// Pause, s, 0.1 to 3600
+        #[arg(long, value_name = "S", default_value_t = 1.0, value_parser = pause)]
+        every: f64,
+        /// Write a row for each federate and time into this file; - for the output instead of tables
+        #[arg(long, value_name = "FILE")]
+        csv: Option<PathBuf>,
         #[command(flatten)]
         at: AtArgs,
     },
@@ -126,6 +138,14 @@ fn one_of<'a, T: PartialEq + std::fmt::Display>(
     }
 }
 
+fn pause(text: &str) -> Result<f64, String> {
+    let range = 0.1..=3600.0;
+    text.parse()
+        .ok()
+        .filter(|s| range.contains(s))
+        .ok_or_else(|| format!("'{text}' is not a number of seconds from 0.1 to 3600"))
+}
+
 /// Asks the run that the arguments name.
 pub(super) fn operate_run(common: &CommonArgs, operate: &Operate) -> ExitCode {
     let (command, at) = match operate {
@@ -133,6 +153,22 @@ pub(super) fn operate_run(common: &CommonArgs, operate: &Operate) -> ExitCode {
             return match Place::of(common, at) {
                 Ok(place) => status(&place, *json),
                 Err(e) => fail(BAD_INPUT, e),
+            };
+        }
+        Operate::Watch { every, csv, at } => {
+            let place = match Place::of(common, at) {
+                Ok(place) => place,
+                Err(e) => return fail(BAD_INPUT, e),
+            };
+            let every = Duration::from_secs_f64(*every);
+            let watched = operator_bus(&place).and_then(|bus| {
+                let watched = watch::watch(&bus, &place.endpoint, every, csv.as_deref());
+                bus.close();
+                watched
+            });
+            return match watched {
+                Ok(()) => ExitCode::SUCCESS,
+                Err(e) => fail(FAILED, format!("{e:#}")),
             };
         }
         Operate::Start { at } | Operate::Resume { at } => (Command::Start, at),

@@ -72,6 +72,23 @@ pub fn table(statistics: &serde_json::Value) -> String {
     }
     let _ = writeln!(
         out,
+        "\n{:<22}{:>11}{:>11}{:>8}{:>12}",
+        "federate", "health", "heard ms", "behind", "latency us"
+    );
+    for member in state["members"].as_array().into_iter().flatten() {
+        let heard_ms =
+            member["heard_ms"].as_u64().map_or_else(|| "-".to_owned(), |n| n.to_string());
+        let _ = writeln!(
+            out,
+            "{:<22}{:>11}{heard_ms:>11}{:>8}{:>12.0}",
+            text(&member["name"]),
+            text(&member["health"]),
+            member["behind"].to_string(),
+            number(&member["latency_us"]),
+        );
+    }
+    let _ = writeln!(
+        out,
         "\n{:<22}{:>8}{:>9}{:>8}{:>9}{:>9}{:>9}{:>6}{:>9}{:>11}{:>11}",
         "federate",
         "pid",

@@ -706,6 +706,46 @@ pub struct MemberState {
     pub frame: Frame,
     /// From a grant to the frame ends that answer it, smoothed over about a second, µs.
     pub latency_us: f64,
+    /// How it does.
+    pub health: Health,
+    /// Wall time since it was last heard of, ms; none of spectators, which do not beat.
+    pub heard_ms: Option<u64>,
+    /// Frames that it may execute and has not.
+    pub behind: Frame,
+}
+
+/// How a member does, as the conductor hears it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Health {
+    /// Heard of, and going on.
+    #[default]
+    Alive,
+    /// Heard of, and at one frame for more than two seconds that it could have finished.
+    Late,
+    /// Three beats are missing; it is not given up yet.
+    Silent,
+    /// Given up, or gone.
+    Lost,
+    /// A new process of it makes the run again.
+    Returning,
+}
+
+impl Health {
+    /// All of them.
+    pub const ALL: [Self; 5] = [Self::Alive, Self::Late, Self::Silent, Self::Lost, Self::Returning];
+
+    /// Its word.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Alive => "alive",
+            Self::Late => "late",
+            Self::Silent => "silent",
+            Self::Lost => "lost",
+            Self::Returning => "returning",
+        }
+    }
 }
 
 /// Statistics of one federate, about once a second of wall time.

@@ -4,7 +4,7 @@
 use super::conductor::ConductorConfig;
 use super::federate::{Federate, FrameInputs, FrameOut, Octets};
 use super::life_cycle::Phase;
-use super::messages::{Command, FinalReport, Frame, Kind, Notice, RunConfig};
+use super::messages::{Command, FinalReport, Frame, Health, Kind, Notice, RunConfig};
 use super::simulation::{Fault, MS, Network, Simulation, What};
 use proptest::prelude::*;
 use scenarios::losses::{Losses, ReturnWithin, on_loss_flag, stall_flag, step_flag};
@@ -550,6 +550,30 @@ fn how_long_the_lost_are_waited_for_is_what_was_said() {
         let after_ms = (net.now - at) / MS;
         let late = after_ms.saturating_sub(closed_after_ms);
         assert!(after_ms >= closed_after_ms && late < 700, "{batch} {within:?}: {after_ms} ms");
+    }
+}
+
+#[test]
+fn how_each_member_does_is_said() {
+    for (what, after_ms, expected) in [
+        (What::Slow(10_000 * MS), 500, Health::Alive),
+        (What::Vanish, 1_000, Health::Silent),
+        (What::Vanish, 3_000, Health::Lost),
+        (What::Slow(10_000 * MS), 4_000, Health::Late),
+    ] {
+        let mut net = net(3, config(1.0, false), network(0));
+        run_until_running(&mut net);
+        let at = net.now + 500 * MS;
+        net.run(at + after_ms * MS, &[fault(at, "smdfm", what.clone())]);
+        let members = net.conductor.state().members;
+        let of = |name: &str| members.iter().find(|m| m.name == name).expect("a member");
+        let smdfm = of("smdfm");
+        assert_eq!(smdfm.health, expected, "{what:?} {after_ms} ms: {smdfm:?}");
+        assert_eq!(of("external-world").health, Health::Alive);
+        let heard_ms = smdfm.heard_ms.expect("it beats");
+        let silent_ms = if matches!(what, What::Vanish) { after_ms } else { 0 };
+        assert!((silent_ms.saturating_sub(50)..silent_ms + 250).contains(&heard_ms), "{smdfm:?}");
+        assert_eq!(smdfm.behind, net.conductor.granted() - smdfm.frame);
     }
 }
 

@@ -1,7 +1,7 @@
 //! The run as Prometheus text, for `/metrics`. Format: Prometheus exposition format, version 0.0.4.
 
 use crate::runtime::life_cycle::Phase;
-use crate::runtime::messages::{FederateStatus, RunState};
+use crate::runtime::messages::{FederateStatus, Health, RunState};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
@@ -85,6 +85,31 @@ pub fn text<'a>(
             let _ = writeln!(out, "seeds_member_latency_seconds{{federate=\"{name}\"}} {latency}");
         }
     }
+    if let Some(state) = state {
+        head(&mut out, "seeds_member_health", "gauge", "1 for how a member does, 0 for the rest.");
+        for member in &state.members {
+            for health in Health::ALL {
+                let (name, is) = (label(&member.name), u8::from(member.health == health));
+                let word = health.word();
+                let _ = writeln!(
+                    out,
+                    "seeds_member_health{{federate=\"{name}\",health=\"{word}\"}} {is}"
+                );
+            }
+        }
+        head(&mut out, "seeds_member_heard_seconds", "gauge", "Since a member was last heard of.");
+        for member in &state.members {
+            let Some(heard_ms) = member.heard_ms else { continue };
+            let (name, heard_s) = (label(&member.name), number(heard_ms as f64 * 1e-3));
+            let _ = writeln!(out, "seeds_member_heard_seconds{{federate=\"{name}\"}} {heard_s}");
+        }
+        let help = "Frames that a member may execute and has not.";
+        head(&mut out, "seeds_member_behind_frames", "gauge", help);
+        for member in &state.members {
+            let (name, behind) = (label(&member.name), number(member.behind as f64));
+            let _ = writeln!(out, "seeds_member_behind_frames{{federate=\"{name}\"}} {behind}");
+        }
+    }
     for (name, kind, help, figure) in FIGURES {
         head(&mut out, &format!("seeds_federate_{name}"), kind, help);
         for status in federates.clone() {
@@ -146,7 +171,14 @@ mod tests {
 
     #[test]
     fn every_line_is_a_sample_of_a_metric_that_was_declared() {
-        let member = MemberState { name: "smdfm".into(), alive: true, ..MemberState::default() };
+        let member = MemberState {
+            name: "smdfm".into(),
+            alive: true,
+            health: Health::Late,
+            heard_ms: Some(120),
+            behind: 5,
+            ..MemberState::default()
+        };
         let state = RunState {
             phase: Phase::Running,
             frame: 40,
@@ -183,6 +215,10 @@ mod tests {
             ("seeds_simulated_seconds", "", 2.0),
             ("seeds_rate", "", f64::INFINITY),
             ("seeds_member_alive", "federate=\"smdfm\"", 1.0),
+            ("seeds_member_health", "federate=\"smdfm\",health=\"late\"", 1.0),
+            ("seeds_member_health", "federate=\"smdfm\",health=\"alive\"", 0.0),
+            ("seeds_member_heard_seconds", "federate=\"smdfm\"", 0.12),
+            ("seeds_member_behind_frames", "federate=\"smdfm\"", 5.0),
             ("seeds_measure", "name=\"rmse_m\"", 3.25),
             ("seeds_federate_dropped_total", r#"federate="sm\"d\\fm\n",host="here""#, 5.0),
             ("seeds_federate_pdus_received_total", r#"federate="sm\"d\\fm\n",host="here""#, 7.0),

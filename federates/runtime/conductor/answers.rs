@@ -1,9 +1,10 @@
 //! How the run stands: answers to operators, state for spectators.
 
-use super::{Conductor, Effect};
+use super::losses::{SILENT_NS, SLOW_NS};
+use super::{Conductor, Effect, MemberEntry};
 use crate::runtime::clock::WallNs;
 use crate::runtime::life_cycle::{Phase, Transition};
-use crate::runtime::messages::{Answer, MemberState, RunState};
+use crate::runtime::messages::{Answer, Health, MemberState, RunState};
 
 impl Conductor {
     pub(super) fn fail_pending(&mut self, effects: &mut Vec<Effect>) {
@@ -60,6 +61,25 @@ impl Conductor {
         effects.push(Effect::State(state));
     }
 
+    fn heard_ago(&self, member: &MemberEntry) -> WallNs {
+        self.last_tick.saturating_sub(member.heard_at)
+    }
+
+    fn health(&self, member: &MemberEntry) -> Health {
+        let slow = |since: WallNs| self.last_tick.saturating_sub(since) > SLOW_NS;
+        if member.returning {
+            Health::Returning
+        } else if !member.alive {
+            Health::Lost
+        } else if member.hello.kind.beats() && self.heard_ago(member) > SILENT_NS {
+            Health::Silent
+        } else if member.due_since.is_some_and(slow) {
+            Health::Late
+        } else {
+            Health::Alive
+        }
+    }
+
     /// How the run stands.
     #[must_use]
     pub fn state(&self) -> RunState {
@@ -92,6 +112,12 @@ impl Conductor {
                     alive: m.alive,
                     frame: m.executed.unwrap_or(0),
                     latency_us: m.latency_ns * 1e-3,
+                    health: self.health(m),
+                    heard_ms: m.hello.kind.beats().then(|| self.heard_ago(m) / 1_000_000),
+                    behind: match self.roster.contains(name) {
+                        true => self.granted.saturating_sub(m.executed.unwrap_or(0)),
+                        false => 0,
+                    },
                 })
                 .collect(),
         }

@@ -10,13 +10,13 @@ use crate::runtime::messages::{
 use scenarios::losses::ReturnWithin;
 
 /// Silence of a member whose connection is gone, before it is given up: three beats.
-const SILENT_NS: WallNs = 300_000_000;
+pub(super) const SILENT_NS: WallNs = 300_000_000;
 
 /// A pause of the conductor itself: what was not heard meanwhile says nothing about members.
 const OWN_PAUSE_NS: WallNs = 300_000_000;
 
 /// A frame that takes longer is spoken of.
-const SLOW_NS: WallNs = 2_000_000_000;
+pub(super) const SLOW_NS: WallNs = 2_000_000_000;
 
 /// At most so many returns of one member in a run end at the same frame.
 const DEATHS_AT_ONE_FRAME: usize = 3;
