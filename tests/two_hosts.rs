@@ -163,6 +163,9 @@ fn an_smdfm_in_the_wrong_group_is_told_of_and_the_run_is_exact() {
             "--duration",
             "30",
             "--batch",
+            // A busy host is none of this test's subjects, and ends a batch.
+            "--stall-ms",
+            "20000",
         ],
     );
     admin.args(["--dis", right, "--interface", "10.83.0.2"]);
