@@ -1,5 +1,7 @@
 //! `[[traffic]] kind = "schedule"` and `"generated"`: flights that behave, from a table or from rates.
 
+mod reach;
+
 use crate::airport::AirportScene;
 use crate::control::Sees;
 use crate::document::{Section, days_from_civil, within};
@@ -11,15 +13,14 @@ use crate::types::{TypeRow, TypeTable};
 use models::airport::distance_to_segment_m;
 use models::draw::{DrawKey, Purpose, exponential, normal_pair, uniform};
 use models::flight_list::{FlightEntry, MovementKind, WakeCategory};
-use models::frames::{Azimuth, wrap_pi};
+use models::frames::Azimuth;
 use models::plot::Callsign;
 use models::time::SimTime;
 use models::traffic::core::{Core, Direction, Failure, FailureKind, Flight, Obstacle, Policy};
-use models::traffic::network::{NetEdge, Network, code_of_span};
+use models::traffic::network::{Network, code_of_span};
 use models::traffic::outline::{Rectangle, Size, distance_m, outline};
 use models::traffic::pieces::Pieces;
-use models::traffic::way::Arcs;
-use models::traffic::ways::SHARPEST_TURN_DEG;
+use reach::{default_ends, lacks_m, lands_instead, reached_stands};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -123,6 +124,8 @@ pub(crate) fn read(
     let mut flights: Vec<Flight> = Vec::new();
     // Stands that a way leads to, by code letter, as they are needed.
     let mut reached: [Option<Vec<bool>>; 6] = [const { None }; 6];
+    // Where landings go for whom no way leads to a stand, by runway end and code letter.
+    let mut instead: BTreeMap<((usize, usize), u8), Option<(usize, usize)>> = BTreeMap::new();
     for section in sections {
         let (file, wanted) = match section.text("kind")? {
             Some("schedule") => {
@@ -160,10 +163,22 @@ pub(crate) fn read(
                     let names = network.runways.iter().flat_map(|r| r.names.iter());
                     refuse("runway", &w.runway, names.map(String::as_str).collect())
                 })?;
+            let need = code_of_span(row.class.span_m);
+            let arrival = w.direction == Direction::Arrival;
+            let known = arrival.then(|| instead.entry((runway, need)));
+            let other =
+                known.and_then(|k| *k.or_insert_with(|| lands_instead(&network, runway, need)));
+            let runway = other.unwrap_or(runway);
+            let runway_name = network.runways[runway.0].names[runway.1].clone();
+            if other.is_some() {
+                remarks.push(format!(
+                    "{}: no stand is reached from the exits of runway {}, lands on {runway_name}",
+                    w.callsign, w.runway
+                ));
+            }
             let mut stand = stand_named(&network, &w.stand).ok_or_else(|| {
                 refuse("stand", &w.stand, network.stands.iter().map(|s| s.name.as_str()).collect())
             })?;
-            let need = code_of_span(row.class.span_m);
             let reached = reached[usize::from(need.min(5))]
                 .get_or_insert_with(|| reached_stands(&network, need));
             let usable = |s: usize| {
@@ -197,14 +212,13 @@ pub(crate) fn read(
                 trajectory: None,
                 report: None,
             };
-            let arrival = w.direction == Direction::Arrival;
             added.entries.push(FlightEntry {
                 callsign,
                 address: w.address,
                 type_designator: w.designator.clone(),
                 wake: row.wake,
                 movement: if arrival { MovementKind::Arrival } else { MovementKind::Departure },
-                runway: w.runway.clone(),
+                runway: runway_name,
                 stand: network.stands[stand].name.clone(),
                 stand_m: Some(network.stands[stand].at_m),
                 eta_ctd: SimTime::from_s(if arrival { w.time_s } else { w.time_s + 900.0 }),
@@ -755,36 +769,6 @@ fn on_stands(
     wanted
 }
 
-/// Stands that an aircraft of a code reaches from an exit of any runway, at turns that are driven.
-fn reached_stands(network: &Network, code: u8) -> Vec<bool> {
-    let arcs = Arcs::of(network);
-    let mut seen = vec![false; 2 * network.edges.len()];
-    let usable = |arc: usize| {
-        let edge = &network.edges[arc / 2];
-        edge.code >= code && edge.runway.is_none()
-    };
-    let spine = network.runways.iter().flat_map(|r| r.spine.iter().map(|(_, n)| *n));
-    let mut open: Vec<usize> =
-        spine.flat_map(|n| arcs.leaving(n).to_vec()).filter(|a| usable(*a)).collect();
-    open.iter().for_each(|a| seen[*a] = true);
-    let mut stands = vec![false; network.stands.len()];
-    while let Some(arc) = open.pop() {
-        let node = Arcs::to(network, arc);
-        if let Some(stand) = network.nodes[node].stand {
-            stands[stand] = true;
-            continue;
-        }
-        for next in arcs.leaving(node) {
-            let sharp = arcs.turn_rad(arc, *next) > SHARPEST_TURN_DEG.to_radians();
-            if !sharp && next / 2 != arc / 2 && usable(*next) && !seen[*next] {
-                seen[*next] = true;
-                open.push(*next);
-            }
-        }
-    }
-    stands
-}
-
 /// Whether the widest of the demand can pass a parked outline on every lane that is wide enough for it.
 fn clear_of_lanes(network: &Network, parked: &[Rectangle; 2], widest_m: f64) -> bool {
     let middle = (parked[0].corners_m[0] + parked[0].corners_m[2]) * 0.5;
@@ -801,75 +785,4 @@ fn clear_of_lanes(network: &Network, parked: &[Rectangle; 2], widest_m: f64) -> 
         let span_m = if edge.code >= code_of_span(widest_m) { widest_m } else { 36.0 };
         distance_m(parked, &[line; 2]) > 0.5 * span_m + 3.0
     })
-}
-
-/// Ends that traffic uses where the scene says nothing: arrivals to the runway with most exits, departures
-/// from the next best one that does not cross it, else from the same.
-fn default_ends(network: &Network, arrival: bool) -> Vec<String> {
-    let exits = |r: usize| {
-        let strip = network.edges.iter().filter(|e| e.strip == Some(r) && e.runway.is_none());
-        strip.filter(|e| e.nodes.iter().all(|n| network.nodes[*n].used)).count()
-    };
-    let mut order: Vec<usize> = (0..network.runways.len()).filter(|r| exits(*r) > 0).collect();
-    order.sort_by_key(|r| (std::cmp::Reverse(exits(*r)), *r));
-    let Some(first) = order.first().copied() else { return Vec::new() };
-    let crosses = |a: usize, b: usize| {
-        network.runways[a]
-            .spine
-            .iter()
-            .any(|(_, n)| network.runways[b].spine.iter().any(|(_, m)| m == n))
-    };
-    let second = order[1..].iter().copied().find(|r| !crosses(*r, first)).unwrap_or(first);
-    let r = if arrival { first } else { second };
-    let reach = |end: usize, arrival: bool| reach_m(network, r, end, arrival);
-    // One runway for both is used one way only.
-    let score = |end: usize| match (second == first, arrival) {
-        (true, _) => reach(end, true).min(reach(end, false)),
-        (false, true) => f64::from(1 - end as u32),
-        (false, false) => reach(end, false),
-    };
-    let end = usize::from(score(1) > score(0) + 1.0);
-    vec![network.runways[r].names[end].clone()]
-}
-
-/// How far down a runway, m: the farthest exit of landings, or the longest run from an entry of take-offs.
-fn reach_m(network: &Network, r: usize, end: usize, arrival: bool) -> f64 {
-    let runway = &network.runways[r];
-    let direction = Azimuth::of(runway.ends_m[1 - end] - runway.ends_m[end]).rad();
-    let mut best = 0.0_f64;
-    for (place, node) in &runway.spine {
-        let on = |e: &&NetEdge| e.nodes.contains(node) && e.strip == Some(r) && e.runway.is_none();
-        for edge in network.edges.iter().filter(on) {
-            let other = edge.nodes[usize::from(edge.nodes[0] == *node)];
-            let away = network.nodes[other].at_m - network.nodes[*node].at_m;
-            let heading = Azimuth::of(if arrival { away } else { -away }).rad();
-            if wrap_pi(heading - direction).abs() < 2.0 {
-                let along = if end == 0 { *place } else { runway.length_m - place };
-                best = best.max(if arrival { along } else { runway.length_m - along });
-            }
-        }
-    }
-    best
-}
-
-/// What a type lacks on the runways of a demand, m; 0: it can use them. Take-offs need 1.05 of their run and 100 m, landings the
-/// way from 900 m behind the threshold with 2 s and 2.2 m/s² of braking (assumed).
-fn lacks_m(network: &Network, row: &TypeRow, landing: &[String], leaving: &[String]) -> f64 {
-    let f = flight_of(row);
-    let v = f.landing.0;
-    let need = [
-        (landing, true, 900.0 + 2.0 * v + v * v / 4.4),
-        (leaving, false, 1.05 * f.take_off.1 + 100.0),
-    ];
-    let mut lacks = 0.0_f64;
-    for (ends, arrival, need_m) in need {
-        for name in ends {
-            let found = network.runways.iter().enumerate().find_map(|(r, runway)| {
-                runway.names.iter().position(|n| n == name).map(|end| (r, end))
-            });
-            let Some((r, end)) = found else { continue };
-            lacks = lacks.max(need_m - reach_m(network, r, end, arrival));
-        }
-    }
-    lacks
 }

@@ -206,6 +206,37 @@ fn wrong_schedules_are_refused_with_line_and_nearest_name() {
     let _ = std::fs::remove_dir_all(&base);
 }
 
+/// Manchester's second runway has, behind a landing from the north-east, only exits that lead back onto it.
+#[test]
+fn who_would_land_where_no_exit_leads_to_a_stand_lands_on_the_parallel_runway() {
+    let base = std::env::temp_dir().join(format!("seeds-parallel-{}", std::process::id()));
+    std::fs::create_dir_all(&base).expect("a folder");
+    let layout = Path::new(env!("CARGO_MANIFEST_DIR")).join("airports/EGCC.nodes.csv");
+    let row = |n: u32, movement: &str, runway: &str, times: &str| {
+        format!("XAA{n},3c010{n},A319,{movement},{runway},26,{times}\n")
+    };
+    let csv = [
+        "callsign,address,type,movement,runway,stand,eobt,eldt\n".to_owned(),
+        row(1, "departure", "23L", "2026-01-01T00:05:00Z,"),
+        row(2, "arrival", "23L", ",2026-01-01T00:20:00Z"),
+        row(3, "arrival", "23R", ",2026-01-01T00:25:00Z"),
+        row(4, "arrival", "05R", ",2026-01-01T00:30:00Z"),
+    ];
+    std::fs::write(base.join("s.csv"), csv.concat()).expect("a file");
+    let text = format!(
+        "[run]\ntitle = \"t\"\nstart = 2026-01-01T00:00:00Z\nduration_s = 3600\n[airport]\nlayout = {:?}\n[[traffic]]\nkind = \"schedule\"\nfile = \"s.csv\"\n",
+        layout.display().to_string()
+    );
+    let scene = scenarios::load_text(&base.join("x.toml"), &text).unwrap_or_else(|e| panic!("{e}"));
+    let _ = std::fs::remove_dir_all(&base);
+    let behaving = scene.traffic.behaving.as_ref().expect("behaves");
+    let names = |r: (usize, usize)| behaving.network.runways[r.0].names[r.1].as_str();
+    let runways: Vec<&str> = behaving.flights.iter().map(|f| names(f.runway)).collect();
+    assert_eq!(runways, ["23L", "23R", "23R", "05R"]);
+    let told = behaving.remarks.iter().filter(|r| r.contains("runway 23L, lands on 23R"));
+    assert_eq!(told.count(), 1, "{:?}", behaving.remarks);
+}
+
 /// A car that stands on the runway for four minutes and a parked aircraft are given way to: nobody overlaps them, nobody
 /// rolls or lands beside the car, and all are served.
 #[test]

@@ -247,7 +247,16 @@ impl Core {
                 }
                 _ if leaves && self.time_s < f.time_s => return,
                 _ => {
-                    if let Some((stand, _)) = self.free_stand(m) {
+                    let mut found = self.free_stand(m);
+                    if found.is_none() && self.time_s >= f.time_s {
+                        found = self.make_room(m);
+                    }
+                    if found.is_none() && self.movers[m].waits_since_s.is_none() {
+                        self.remark(format!("{}: no free stand to leave from", f.callsign));
+                        self.movers[m].waits_since_s = Some(self.time_s);
+                    }
+                    if let Some((stand, _)) = found {
+                        self.movers[m].waits_since_s = None;
                         let why = if leaves { "is not free" } else { "has no way to the runway" };
                         let text = format!(
                             "{}: stand {} {why}, at {} instead",
