@@ -723,8 +723,45 @@ fn where_the_radars_do_not_see_is_a_layer_under_the_map() {
 }
 
 #[test]
+fn a_window_in_the_map_shows_its_own_place_and_stands_in_the_address() {
+    let Some(mut w) = watch(40) else { return };
+    w.browser.key("i");
+    w.browser.until("__viewer.insets.length === 1");
+    w.browser.key("i");
+    w.browser.until("__viewer.insets.length === 2");
+    w.browser.key("i");
+    w.browser.until("__viewer.answer?.text.includes('two windows at most')");
+    // As the address says: the second one over a target, turned; its call sign is in it, at the place of its own camera.
+    let target = w.browser.eval("(() => { const t = __viewer.tracks.find((t) => t.callsign === 'EDW229'); return [t.x, t.y]; })()");
+    let [x, y] = [0, 1].map(|i| target[i].as_f64().expect("metres"));
+    w.browser.eval(&format!("location.hash = '#in2={x:.1},{y:.1},1.5,90'"));
+    w.browser.until("__viewer.insets.length === 1 && __viewer.insets[0].number === 2");
+    w.drawn();
+    let inset = w.browser.eval("__viewer.insets[0]");
+    assert_eq!((inset["scale"].as_f64(), inset["rot"].as_f64()), (Some(1.5), Some(90.0)));
+    assert!((inset["cx"].as_f64().expect("m") - x).abs() < 0.06, "{inset}, not {x}");
+    let id = w.browser.eval("__viewer.tracks.find((t) => t.callsign === 'EDW229').id");
+    assert!(inset["labels"].as_array().expect("ids").contains(&id), "{inset}");
+    w.browser.until("__viewer.state.includes('in2=') && !__viewer.state.includes('in1=')");
+    // A click on its middle selects the target there.
+    w.browser.click_on(".inset canvas");
+    w.browser.until(&format!("__viewer.selected === {id}"));
+    // No label of the map lies under it.
+    let under = w.browser.eval(
+        "(() => { const b = document.querySelector('.inset').getBoundingClientRect(), m = document.getElementById('map').getBoundingClientRect(); \
+         return __viewer.labels.filter((l) => l.x < b.right - m.x && b.x - m.x < l.x + l.w && l.y < b.bottom - m.y && b.y - m.y < l.y + l.h).length; })()",
+    );
+    assert_eq!(under, 0);
+    w.keep_screenshot("window");
+    w.browser.click_on(".inset button");
+    w.browser.until("__viewer.insets.length === 0 && !__viewer.state.includes('in2=')");
+    w.assert_no_complaint();
+}
+
+#[test]
 fn nothing_is_cut_off_in_any_window() {
     let Some(mut w) = watch(95) else { return };
+    w.drawn();
     w.browser.click_on("#tracks tbody tr");
     w.browser.until("__viewer.curve.length > 50");
     for (size, name) in
@@ -764,6 +801,8 @@ fn axe_finds_nothing_to_complain_about() {
     w.page.update(|viewer| viewer.on_alerts(&[alert(5, "raised", 39)]));
     w.page.update(|viewer| viewer.compare(true, None));
     w.browser.click_on("[data-pane-of='sensor:1']");
+    w.browser.eval("document.getElementById('layer-video').click()");
+    w.browser.key("i");
     w.browser.eval(&format!("{axe};1"));
     for size in [WINDOW, [390, 800]] {
         w.browser.resize(size);
@@ -777,6 +816,20 @@ fn axe_finds_nothing_to_complain_about() {
                 );
                 assert_eq!(found, json!([]), "{tab} at {size:?}");
             }
+            for (what, show) in [
+                ("controller", "document.getElementById('skin').click()"),
+                ("what if", "document.getElementById('what-if-dialog').showModal()"),
+                ("help", "document.getElementById('help').showModal()"),
+            ] {
+                w.browser.eval(show);
+                let found = w.browser.eval(
+                    "axe.run(document, { resultTypes: ['violations'] }).then((r) => r.violations.map((v) => [v.id, v.nodes[0].html.slice(0, 120)]))",
+                );
+                assert_eq!(found, json!([]), "{what} at {size:?}");
+                w.browser
+                    .eval("for (const d of document.querySelectorAll('dialog[open]')) d.close()");
+            }
+            w.browser.eval("document.getElementById('skin').click()");
             w.browser.key("n");
         }
     }

@@ -3,8 +3,10 @@
 use federates::viewer_logger::archive::Archive;
 use federates::viewer_logger::opened;
 use federates::viewer_logger::source::Source;
+use serde_json::{Value, json};
+use std::io::BufRead as _;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 
 mod common;
 
@@ -95,12 +97,65 @@ fn a_fork_is_its_parent_until_it_begins_and_what_changed_after() {
         }
         assert!(fork.events().iter().any(|e| e.kind == "fork" && e.time_ns == 40_000_000_000));
     }
+    fork_from_the_page(&run);
     let refused = Command::new(env!("CARGO_BIN_EXE_seeds"))
         .args(["fork", run.to_str().expect("a name"), "--at", "4000"])
         .output()
         .expect("seeds starts");
     assert_eq!(refused.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&refused.stderr).contains("lasts from 0 to 90"));
+}
+
+/// A page asks for a fork: it is made, is among the runs, and the difference is told; what cannot be is refused with its reason.
+fn fork_from_the_page(run: &Path) {
+    let mut open = Command::new(env!("CARGO_BIN_EXE_seeds"))
+        .args(["open", run.to_str().expect("a name"), "--page", "127.0.0.1:0"])
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("seeds starts");
+    let mut line = String::new();
+    let out = open.stdout.take().expect("its output");
+    std::io::BufReader::new(out).read_line(&mut line).expect("an address");
+    let at = line.trim().trim_start_matches("http://").trim_end_matches('/').to_owned();
+    let uri = format!("ws://{at}/socket").parse().expect("a URI");
+    let request =
+        tungstenite::ClientRequestBuilder::new(uri).with_header("Origin", format!("http://{at}"));
+    let mut socket = tungstenite::connect(request).expect("connected").0;
+    let runs = loop {
+        let message = socket.read().expect("a message");
+        let found = message.to_text().ok().and_then(|t| serde_json::from_str::<Value>(t).ok());
+        if let Some(runs) = found.filter(|m| m["type"] == "runs") {
+            break runs;
+        }
+    };
+    let parent = runs["runs"][0]["id"].as_str().expect("a name").to_owned();
+    let mut ask = |id: u32, run: &str, key: &str, value: &str| {
+        let message =
+            json!({"type": "fork", "id": id, "run": run, "at_s": 40.0, "changes": [[key, value]]});
+        socket.send(tungstenite::Message::text(message.to_string())).expect("sent");
+        loop {
+            let message = socket.read().expect("a message");
+            let Ok(text) = message.to_text() else { continue };
+            let Ok(value) = serde_json::from_str::<Value>(text) else { continue };
+            let ended = value["type"] == "fork" && value["id"] == id && value["state"] != "running";
+            if ended || value["type"] == "refused" {
+                return value;
+            }
+        }
+    };
+    let done = ask(7, &parent, "sensor[ASDE tower].enabled", "false");
+    assert_eq!(done["state"], "done", "{done}");
+    assert!(done["run"].as_str().is_some_and(|r| r != parent), "{done}");
+    let first_s = done["difference"]["first_s"].as_f64().expect("it differs");
+    assert!((40.0..60.0).contains(&first_s), "{done}");
+    assert!(done["text"].as_str().is_some_and(|t| t.contains("untracked")), "{done}");
+    let bad = ask(8, &parent, "tracking.filter", "nonsense");
+    assert_eq!(bad["state"], "failed", "{bad}");
+    assert!(bad["text"].as_str().is_some_and(|t| t.contains("nonsense")), "{bad}");
+    let none = ask(9, "nobody", "tracking.filter", "imm3");
+    assert!(none["text"].as_str().is_some_and(|t| t.contains("no such run")), "{none}");
+    open.kill().ok();
+    open.wait().ok();
 }
 
 #[test]

@@ -2,13 +2,15 @@
 
 use crate::runtime::cli::out;
 use crate::runtime::cli::{self, BAD_INPUT, FAILED, fail};
+use crate::viewer_logger::forks::{Forks, Wanted};
 use crate::viewer_logger::opened;
 use crate::viewer_logger::server::{Operate, Page, PageError, serve};
 use clap::Args;
 use std::net::SocketAddr;
-use std::path::Path;
-use std::process::ExitCode;
-use std::time::Duration;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode, Stdio};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 
 /// Show the page on finished runs, any of up to 8 side by side
 #[derive(Args, Clone, Debug)]
@@ -50,6 +52,7 @@ pub fn run(args: &OpenArgs) -> ExitCode {
     let Some(first) = viewers.next() else { return fail(BAD_INPUT, "no run was named") };
     let page = Page::new(first);
     viewers.for_each(|viewer| page.add(viewer));
+    page.make_forks(Forks::new(Box::new(fork_beside)));
     let operate = || -> Operate {
         Box::new(|_, _| (false, "this run is finished: it takes no commands".to_owned()))
     };
@@ -94,6 +97,51 @@ pub fn run(args: &OpenArgs) -> ExitCode {
     ExitCode::SUCCESS
 }
 
+/// Makes a fork by `seeds fork` in a process of its own, for ten minutes at most.
+fn fork_beside(
+    database: &Path,
+    wanted: &Wanted,
+    cancelled: &AtomicBool,
+) -> Result<PathBuf, String> {
+    let seeds = std::env::current_exe().map_err(|e| e.to_string())?;
+    let mut command = Command::new(seeds);
+    command.arg("fork").arg(database).arg(format!("--at={}", wanted.at_s));
+    for (key, value) in &wanted.changes {
+        command.arg(format!("--set={key}={value}"));
+    }
+    command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut child = command.spawn().map_err(|e| format!("seeds fork cannot be started: {e}"))?;
+    let began = Instant::now();
+    let why = loop {
+        match child.try_wait() {
+            Ok(Some(_)) => break None,
+            Ok(None) if cancelled.load(Ordering::Relaxed) => break Some("cancelled".to_owned()),
+            Ok(None) if began.elapsed() > LONGEST_FORK => {
+                break Some(format!("not done after {} min: ended", LONGEST_FORK.as_secs() / 60));
+            }
+            Ok(None) => std::thread::sleep(Duration::from_millis(50)),
+            Err(error) => break Some(error.to_string()),
+        }
+    };
+    if why.is_some() {
+        child.kill().ok();
+    }
+    let done = child.wait_with_output().map_err(|e| e.to_string())?;
+    if let Some(why) = why {
+        return Err(why);
+    }
+    let told = String::from_utf8_lossy(&done.stdout);
+    let folder = told.trim_end().strip_prefix(&format!("seeds open {} ", database.display()));
+    match folder.filter(|_| done.status.success()) {
+        Some(folder) => Ok(PathBuf::from(folder)),
+        None => {
+            let why = String::from_utf8_lossy(&done.stderr);
+            let why = why.lines().find(|line| !line.trim().is_empty()).unwrap_or("no reason given");
+            Err(why.trim_start_matches("error: ").to_owned())
+        }
+    }
+}
+
 fn print_line(line: &str) {
     use std::io::Write as _;
     out!("{line}");
@@ -104,6 +152,8 @@ fn print_line(line: &str) {
 pub const RUNS: &str = "runs";
 const MOST_RUNS: usize = 8;
 const FIRST_PORT: u16 = 8600;
+/// A fork that takes longer is ended.
+const LONGEST_FORK: Duration = Duration::from_secs(600);
 /// Ports tried, where none was asked for.
 const TRIES: u16 = 40;
 /// How often a run that somebody else keeps is looked at for more.

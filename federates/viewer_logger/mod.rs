@@ -16,8 +16,10 @@ pub mod command;
 mod connections;
 pub mod detection;
 pub mod drawing;
+pub mod forks;
 pub mod frame;
 pub mod history;
+pub mod hold_lines;
 pub mod keeper;
 pub mod kept_scene;
 pub mod log;
@@ -167,7 +169,8 @@ impl Viewer {
     /// The scene: once, or again when another run begins.
     pub fn on_scene(&mut self, run: &RunInfo, map: &AirportMap) {
         self.info = run.clone();
-        self.set("scene", json!({"type": "scene", "run": run, "map": map}));
+        let filters = models::filter::Rung::ALL.map(|(_, name)| name);
+        self.set("scene", json!({"type": "scene", "run": run, "map": map, "filters": filters}));
     }
 
     /// One scan of the SMDFM. One that is not later than the last begins a new history (restart).
@@ -241,6 +244,15 @@ impl Viewer {
     #[must_use]
     pub fn info(&self) -> &RunInfo {
         &self.info
+    }
+
+    /// The database that a run is shown from; none of one that goes on in this process.
+    #[must_use]
+    pub fn database(&self) -> Option<&std::path::Path> {
+        match &self.scans {
+            Scans::Live(_) => None,
+            Scans::Stored(archive) => Some(archive.path()),
+        }
     }
 
     /// Whether the run goes on in this process.
@@ -391,6 +403,11 @@ impl Viewer {
     #[must_use]
     pub fn curve(&self, number: u16) -> Vec<CurvePoint> {
         self.source().curve(number, 0, u64::MAX)
+    }
+
+    /// Tells browsers something of this kind; they get what was told last.
+    fn tell(&mut self, topic: &'static str, message: Value) {
+        self.set(topic, message);
     }
 
     fn set(&mut self, topic: &'static str, message: Value) {

@@ -3,6 +3,7 @@
 //! Positions are metres east and north of the aerodrome reference point. Fields that go to the browser as
 //! JSON carry their unit in the name.
 
+use super::hold_lines::HoldLine;
 use models::frames::Vector2;
 use models::plot::SensorKind;
 use scenarios::Scene;
@@ -57,6 +58,8 @@ pub struct AirportMap {
     pub pavements: Vec<NamedArea>,
     /// Stands.
     pub stands: Vec<NamedPoint>,
+    /// Runway holding positions.
+    pub holds: Vec<HoldLine>,
     /// Buildings, rings as for pavements.
     pub buildings: Vec<NamedArea>,
     /// Sensors of the scene with a site.
@@ -232,6 +235,7 @@ impl AirportMap {
                 .iter()
                 .map(|s| NamedPoint { name: s.name.clone(), position_m: metres(s.position_m) })
                 .collect(),
+            holds: super::hold_lines::of(layout),
             buildings: layout.buildings.iter().map(area).collect(),
             sensors: scene.sensors.iter().map(sensor).collect(),
             kinds: KindLook::all(),

@@ -8,7 +8,9 @@ use super::Viewer;
 use super::access::{Access, Rights, Ticket, same_origin};
 use super::assets;
 use super::connections::{self, Peer};
-use super::session::{Asked, Outgoing, Session, refused, reply};
+use super::forks::{self, Forks};
+use super::session::{Asked, MOST_RUNS, Outgoing, Session, refused, reply};
+use super::source::Source;
 use crate::runtime::messages::Command;
 use axum::body::Body;
 use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
@@ -19,6 +21,7 @@ use axum::response::{IntoResponse, Response};
 use axum::routing::get;
 use std::collections::BTreeMap;
 use std::net::{IpAddr, SocketAddr};
+use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Duration;
@@ -55,6 +58,8 @@ pub struct Page {
     viewer: Mutex<Viewer>,
     /// Other runs that are open beside it, finished or kept by somebody else.
     others: Mutex<Vec<Viewer>>,
+    /// What makes forks, where they can be made.
+    forks: Mutex<Option<Arc<Forks>>>,
     version: watch::Sender<u64>,
 }
 
@@ -63,12 +68,57 @@ impl Page {
     #[must_use]
     pub fn new(viewer: Viewer) -> Arc<Self> {
         let version = watch::Sender::new(viewer.version());
-        Arc::new(Self { viewer: Mutex::new(viewer), others: Mutex::default(), version })
+        Arc::new(Self {
+            viewer: Mutex::new(viewer),
+            others: Mutex::default(),
+            forks: Mutex::default(),
+            version,
+        })
     }
 
     /// Puts another run beside the first.
     pub fn add(&self, viewer: Viewer) {
         self.others().push(viewer);
+        self.version.send_modify(|v| *v = v.wrapping_add(1));
+    }
+
+    /// From now on pages may ask for forks.
+    pub fn make_forks(&self, forks: Arc<Forks>) {
+        *self.forks.lock().unwrap_or_else(PoisonError::into_inner) = Some(forks);
+    }
+
+    pub(super) fn forks(&self) -> Option<Arc<Forks>> {
+        self.forks.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// The database of the run of this name, where there is room for a fork of it.
+    pub(super) fn database_of(&self, run: &str) -> Result<PathBuf, &'static str> {
+        self.with_all(|all| {
+            let viewer = all.iter().find(|v| v.id() == run).ok_or("there is no such run")?;
+            let database = viewer.database();
+            let database = database.ok_or("forks are made of finished runs; this one goes on")?;
+            if all.len() >= MOST_RUNS {
+                return Err("eight runs are open already: open fewer to make a fork");
+            }
+            Ok(database.to_owned())
+        })
+    }
+
+    /// Looks at the scans of the run of this name.
+    pub(super) fn with_source<T>(
+        &self,
+        run: &str,
+        look: impl FnOnce(&dyn Source) -> T,
+    ) -> Option<T> {
+        self.with_all(|all| Some(look(all.iter().find(|v| v.id() == run)?.source())))
+    }
+
+    /// Tells a topic to everybody, whichever run they look at.
+    pub(super) fn tell_all(&self, topic: &'static str, message: &serde_json::Value) {
+        self.viewer().tell(topic, message.clone());
+        for other in self.others().iter_mut() {
+            other.tell(topic, message.clone());
+        }
         self.version.send_modify(|v| *v = v.wrapping_add(1));
     }
 
@@ -338,6 +388,15 @@ async fn browser(mut socket: WebSocket, shared: &Arc<Shared>, rights: Rights) {
                     }
                     Asked::Compare(on, ghost) => {
                         shared.page.update(|viewer| viewer.compare(on, ghost));
+                        Vec::new()
+                    }
+                    Asked::Fork(..) if rights == Rights::Look => vec![refused(LOOK_ONLY)],
+                    Asked::Fork(Some(wanted)) => {
+                        let begun = forks::begin(&shared.page, wanted);
+                        begun.err().map(|why| refused(&why)).into_iter().collect()
+                    }
+                    Asked::Fork(None) => {
+                        shared.page.forks().inspect(|forks| forks.cancel());
                         Vec::new()
                     }
                     Asked::Acknowledge(_) if rights == Rights::Look => vec![refused(LOOK_ONLY)],

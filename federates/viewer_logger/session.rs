@@ -1,6 +1,7 @@
 //! One browser: what it was sent, what it looks at, and what it asks for. No I/O here.
 
 use super::Viewer;
+use super::forks::Wanted;
 use super::frame;
 use super::said::Topic;
 use super::source::Strip;
@@ -56,6 +57,8 @@ pub enum Asked {
     Open(Vec<String>),
     /// The time line of the run shown: [`Session::strip`].
     Strip(f64, f64, usize),
+    /// A fork ([`super::forks::begin`]), or none: the one that is being made is cancelled.
+    Fork(Option<Wanted>),
     /// An alert was seen: [`Viewer::acknowledge`].
     Acknowledge(u32),
     /// The message was not understood; send this.
@@ -283,6 +286,13 @@ impl Session {
             }
             FromPage::Ack { id } => Asked::Acknowledge(id),
             FromPage::Open { runs } => Asked::Open(runs),
+            FromPage::Fork { changes, .. } if changes.len() > MOST_CHANGES => {
+                Asked::Refused(refused(&format!("fork: at most {MOST_CHANGES} changes at once")))
+            }
+            FromPage::Fork { id, run, at_s, changes } => {
+                Asked::Fork(Some(Wanted { id, run, at_s, changes }))
+            }
+            FromPage::Cancel {} => Asked::Fork(None),
             FromPage::Strip { from_s, to_s, columns } => Asked::Strip(from_s, to_s, columns),
             FromPage::Command { id, command, frames, rate } => {
                 match command_of(&command, frames, rate) {
@@ -346,6 +356,14 @@ enum FromPage {
         to_s: f64,
         columns: usize,
     },
+    Fork {
+        id: u32,
+        run: String,
+        at_s: f64,
+        changes: Vec<(String, String)>,
+    },
+    /// The fork that is being made is to end.
+    Cancel {},
     /// Shown where none is needed; looked at before the session begins where one is.
     Token {
         #[serde(rename = "token")]
@@ -390,7 +408,9 @@ fn command_of(
 }
 
 /// Runs on one clock, at most.
-const MOST_RUNS: usize = 8;
+pub(super) const MOST_RUNS: usize = 8;
+/// Changes of one fork, at most.
+const MOST_CHANGES: usize = 16;
 /// Events in one message, at most.
 const MOST_EVENTS: usize = 2000;
 /// Most frames in one step command: an hour of 50 ms frames.

@@ -38,6 +38,11 @@ pub(super) fn draw(pen: &mut Pen<'_>, map: &AirportMap) {
         let points = line(pen, way);
         pen.line(points, taxi, (2.0 * scale).clamp(0.7, 1.6));
     }
+    let mark = pen.colour("runway-mark");
+    for [a, b] in map.holds.iter().map(|hold| hold.ends_m) {
+        let ends = vec![pen.at(a), pen.at(b)];
+        pen.line(ends, mark, (0.9 * scale).clamp(1.0, 2.5));
+    }
     if pen.on("stands") {
         stands(pen, map);
     }

@@ -3,7 +3,7 @@
 const copy = (value) => Object.freeze(JSON.parse(JSON.stringify(value ?? null)));
 
 /** Puts `window.__viewer` there; `page` has the state and the parts. */
-export function expose({ state, map, line, curve, alerts, panes, address }) {
+export function expose({ state, map, line, curve, alerts, panes, insets, address, whatIf }) {
   const drawn = (item) => {
     const [x, y] = map.toScreen(item.x, item.y);
     return { ...item, truth: undefined, screen: { x, y } };
@@ -30,12 +30,14 @@ export function expose({ state, map, line, curve, alerts, panes, address }) {
     others: () => copy([...map.others].map(([run, scan]) => ({ run, timeS: scan.timeS, tracks: scan.tracks.length }))),
     strip: () => copy(line.strip),
     events: () => copy(line.events),
-    busy: () => map.todo.size > 0,
+    busy: () => map.busy || Boolean(state.listing),
     selected: () => state.selected,
     layers: () => copy({ ...map.layers, sensorsOff: [...map.sensorsOff] }),
     view: () => copy({ cx: map.view.cx, cy: map.view.cy, scale: map.view.scale, rot: map.view.rot, width: map.width, height: map.height, follow: map.follow }),
     colours: () => document.documentElement.dataset.colours,
     panes: () => copy(panes.names),
+    fork: () => copy(whatIf.state),
+    insets: () => copy(insets.list.map(({ number, cam, placed }) => ({ number, cx: cam.cx, cy: cam.cy, scale: cam.scale, rot: cam.rot, width: cam.width, height: cam.height, labels: [...(placed ?? [])].map(([id]) => id) }))),
     videos: () => copy(panes.list.filter((p) => p.video?.turn).map(({ sensor, video: { turn, sweep } }) => ({ sensor, scan: turn.scan, beams: turn.beams, ranges: turn.ranges, sweep }))),
     rungs: () => copy(state.rungs),
     curve: () => copy(curve.points),

@@ -7,7 +7,7 @@ const byId = (id) => document.getElementById(id);
 
 /** Listens to the keys; `page` has the state, the parts and what can be done. */
 export function keyboard(page) {
-  const { state, map, link, alerts, views, times, finished, setPlaying, toggleRun, command, showTime, showScan, toEvent, setLoop, askTime } = page;
+  const { state, map, link, alerts, views, times, finished, setPlaying, toggleRun, command, showTime, showScan, toEvent, setLoop, askTime, insets } = page;
   const { showTimeline, selectNext, select, addressChanged, setColours, setLayer, bookmark } = page;
   const KEYS = [
     ["Space", "freeze or resume; play or pause a finished run", [" "], () => (finished() ? setPlaying(!state.playing) : toggleRun())],
@@ -41,6 +41,7 @@ export function keyboard(page) {
       const first = alerts.first();
       if (first) link.send({ type: "ack", id: first.id });
     }],
+    ["I", "a window of its own for the middle of the map (Shift: none)", ["i"], (e) => (e.shiftKey ? insets.closeAll() : views.inset())],
     ["C", "follow the selected target", ["c"], views.follow],
     ["arrows", "move the map", ["ArrowLeft"], () => map.pan(60, 0)], ["", "", ["ArrowRight"], () => map.pan(-60, 0)],
     ["", "", ["ArrowUp"], () => map.pan(0, 60)], ["", "", ["ArrowDown"], () => map.pan(0, -60)],

@@ -7,6 +7,7 @@ import { Curve } from "./curve.js";
 import { backgroundOf, extinction, rvr, sunElevation } from "./eye_light.js";
 import { decode } from "./frame.js";
 import { expose } from "./hook.js";
+import { Insets } from "./insets.js";
 import { keyboard } from "./keys.js";
 import { Link } from "./link.js";
 import { keepLocal, readLocal } from "./local.js";
@@ -19,9 +20,11 @@ import { switches } from "./switches.js";
 import { takeaway } from "./takeaway.js";
 import { facts, targetFacts } from "./lists.js";
 import { panels } from "./panels.js";
+import { WhatIf } from "./whatif.js";
 import { element, elapsed, fixed, place, utc, visibility, wind } from "./text.js";
 
 const byId = (id) => document.getElementById(id);
+const FRAME_MS = 17;
 
 const state = {
   run: null, airport: null, notices: [], runState: null, timeline: null, weather: null, flights: [], federates: [], operations: [],
@@ -59,7 +62,11 @@ const onPick = (strip) => {
   lists.flight(strip.callsign);
 };
 const panes = new Panes(byId("panes"), map, { onPick: (id) => select(id), onChange: () => panesChanged() });
-map.onDrawn = () => panes.draw();
+const insets = new Insets(byId("map-box"), map, { onPick: (id) => select(id), onChange: () => addressChanged() });
+map.onDrawn = () => {
+  panes.draw();
+  insets.draw();
+};
 panes.wallS = () => (state.run?.scan_s || 1) / (state.runState?.achieved_rate || 1);
 function panesChanged() {
   for (const button of document.querySelectorAll("[data-pane-of]")) button.setAttribute("aria-pressed", String(panes.has(button.dataset.paneOf)));
@@ -91,6 +98,8 @@ const link = new Link({
   return hello;
 });
 
+const whatIf = new WhatIf(byId("what-if"), { state, link, open: openRuns, say: (answer) => showAnswer(answer) });
+
 const stripBoxes = [byId("bays-list")];
 const page = { state, map, link, select, selectedNumber, targets, stripBoxes, showStrips };
 const lists = panels(byId("tabs"), page, (key) => {
@@ -106,6 +115,7 @@ function onText(message) {
     case "scene":
       state.run = message.run;
       state.airport = message.map;
+      state.filters = message.filters;
       map.dragged = new Map(readLocal(`labels ${message.run.scene}`) ?? []);
       map.setAirport(message.map);
       byId("title").textContent = message.run.title || message.run.scene;
@@ -130,6 +140,9 @@ function onText(message) {
       break;
     case "strip":
       line.show({ strip: message });
+      break;
+    case "fork":
+      whatIf.take(message);
       break;
     case "events":
       line.show({ events: message.events });
@@ -203,17 +216,23 @@ function onScan(buffer) {
   grantSelection();
   if (state.selected && !map.find(state.selected)) keepSelection();
   showTimeline();
-  // The lists wait until the map is drawn: nobody's frame is held up by a table.
-  clearTimeout(onScan.later);
-  onScan.later = setTimeout(() => {
+  clearTimeout(later);
+  state.listing = true;
+  later = setTimeout(() => inTurn([() => {
     lists.scan();
     showTarget();
-    setTimeout(() => {
-      showStrips();
-      lists.came("scan");
-      makeSensorLayers();
-    }, 0);
-  }, 0);
+  }, showStrips, () => {
+    lists.came("scan");
+    makeSensorLayers();
+  }]), 0);
+}
+
+let later = 0;
+/** The lists wait until the map is drawn, and for one another: no frame holds more than one of them. */
+function inTurn(steps) {
+  if (!map.busy || document.hidden) steps.shift()();
+  state.listing = steps.length > 0;
+  if (state.listing) later = setTimeout(() => inTurn(steps), FRAME_MS);
 }
 
 /** Tracks and the entities that no track follows: what the table lists. */
@@ -518,6 +537,7 @@ const views = {
     showFollow();
   },
   targets: () => map.fitTargets(),
+  inset: () => insets.open() || showAnswer({ accepted: false, text: "two windows at most: close one" }),
   follow: () => map.setFollow(!map.follow),
 };
 const times = {
@@ -647,6 +667,7 @@ const address = new Address({
     if (wanted.ab) state.loop = wanted.ab;
     if (wanted.rb) map.tools.setPairs(wanted.rb);
     if (wanted.pane) panes.set(wanted.pane);
+    insets.set([wanted.in1, wanted.in2]);
     if (wanted.find) setTimeout(() => search(wanted.find), 500);
     if (wanted.tab) lists.showTab(wanted.tab);
     if (wanted.run && state.runs.length) openRuns(wanted.run);
@@ -660,6 +681,7 @@ const address = new Address({
     if (!state.live && state.scan) shown.t = Number(state.scan.timeS.toFixed(3));
     if (map.tools.lines.length) shown.rb = map.tools.pairs();
     if (state.find) shown.find = state.find;
+    Object.assign(shown, insets.state);
     if (panes.list.length) shown.pane = ["map", ...panes.names];
     if (state.loop) shown.ab = state.loop.map((s) => Number(s.toFixed(3)));
     if (target) shown.sel = target.callsign || (target.number !== undefined ? `#${target.number}` : entityName(target));
@@ -688,11 +710,11 @@ function setSkin(skin) {
 makeLayers();
 lists.showTab("tracks");
 keyboard({
-  state, map, link, alerts, views, times, finished, setPlaying, toggleRun, command, showTime, showScan, toEvent, setLoop, askTime,
+  state, map, link, alerts, views, times, insets, finished, setPlaying, toggleRun, command, showTime, showScan, toEvent, setLoop, askTime,
   showTimeline, selectNext, select, addressChanged, setColours, setLayer, bookmark,
 });
 for (const button of byId("zoom").querySelectorAll("button")) button.addEventListener("click", views[button.dataset.view]);
-for (const button of byId("timeline").querySelectorAll("button")) {
+for (const button of byId("timeline").querySelectorAll("button[data-time]")) {
   button.addEventListener("click", () => {
     if (button.dataset.time !== "play") setPlaying(false);
     times[button.dataset.time]();
@@ -729,4 +751,4 @@ Promise.all(["700 12px B612", "11px B612", "11px 'B612 Mono'"].map((f) => docume
   map.need("ground", "place");
 });
 
-expose({ state, map, line, curve, alerts, panes, address });
+expose({ state, map, line, curve, alerts, panes, insets, address, whatIf });

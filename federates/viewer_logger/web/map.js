@@ -375,6 +375,11 @@ export class MapView {
 
   // ---- drawing ----
 
+  /** Whether parts are still to be made. */
+  get busy() {
+    return this.todo.size > 0;
+  }
+
   /** Has these parts made again: "ground", "traffic", "place" (and then the traffic). */
   need(...parts) {
     for (const part of parts) this.todo.add(part);
@@ -553,9 +558,14 @@ export class MapView {
     return field;
   }
 
+  /** What lies over the map is elsewhere now. */
+  overlaysChanged() {
+    this.#measureOverlays();
+  }
+
   #measureOverlays() {
     const map = this.canvas.parentElement.getBoundingClientRect();
-    const boxes = [...this.canvas.parentElement.querySelectorAll("#layers, #zoom, #past")].map((e) => e.getBoundingClientRect());
+    const boxes = [...this.canvas.parentElement.querySelectorAll("#layers, #zoom, #past, .inset")].map((e) => e.getBoundingClientRect());
     this.overlays = boxes.filter((b) => b.width).map((b) => ({ x: b.x - map.x, y: b.y - map.y, w: b.width, h: b.height }));
     this.need("place");
   }

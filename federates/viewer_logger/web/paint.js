@@ -32,10 +32,29 @@ export function paintAirport(g, { airport, cam, c, layers, box }) {
   g.beginPath();
   for (const way of airport.taxiways) path(g, cam, way.points_m);
   g.stroke();
+  paintHolds(g, cam, c, airport.holds ?? []);
   const seen = { airport, cam, c, box };
   if (layers.stands) paintStands(g, seen);
   if (layers.taxiways) paintNames(g, seen);
   paintSites(g, seen, layers);
+}
+
+/** Holding positions: a line across the taxiway, of category II/III with bars across it where there is room for them. */
+function paintHolds(g, cam, c, holds) {
+  g.strokeStyle = c["runway-mark"];
+  g.lineWidth = Math.min(2.5, Math.max(1, 0.9 * cam.scale));
+  g.beginPath();
+  for (const { ends_m: [a, b], cat3 } of holds) {
+    path(g, cam, [a, b]);
+    if (!cat3 || cam.scale < 0.5) continue;
+    const [p, q] = [cam.toScreen(...a), cam.toScreen(...b)], length = Math.hypot(q[0] - p[0], q[1] - p[1]) || 1;
+    const [ux, uy] = [(q[0] - p[0]) / length, (q[1] - p[1]) / length];
+    for (const at of [0.2, 0.5, 0.8].map((k) => [p[0] + k * (q[0] - p[0]), p[1] + k * (q[1] - p[1])])) {
+      g.moveTo(at[0] - 3 * uy, at[1] + 3 * ux);
+      g.lineTo(at[0] + 3 * uy, at[1] - 3 * ux);
+    }
+  }
+  g.stroke();
 }
 
 function areas(g, cam, list, colour) {

@@ -91,6 +91,8 @@ export function clearanceFacts(target, traffic) {
 
 export class StripPanel {
   #text = "";
+  #rows = new Map();
+  #bays = new Map();
 
   /** `onPick(strip)`; `time(seconds)` → text. */
   constructor(box, { onPick, time }) {
@@ -104,22 +106,45 @@ export class StripPanel {
     this.#text = text;
     const focus = document.activeElement?.closest?.("[data-strip]")?.dataset.strip, here = focus !== undefined && this.box.contains(document.activeElement);
     const parts = runways.map((r) => element("p", [element("b", r.name), ` ${r.owner ? `in use by ${r.owner}` : "free"}, ${r.queue} waiting`], { class: "runway", "data-busy": String(Boolean(r.owner)) }));
-    for (const [key, title, list] of bays) parts.push(element("section", [element("h3", `${title} (${list.length})`), element("ul", list.map((s) => this.#strip(s, selected)))], { "data-bay": key }));
+    // Bays and strips are kept: only what says something else is made again, only what stands elsewhere is moved.
+    const kept = new Map();
+    for (const [key, title, list] of bays) parts.push(this.#bay(key, `${title} (${list.length})`, list.map((s) => this.#strip(s, selected, kept))));
+    this.#rows = kept;
     if (!bays.length) parts.push(element("p", "No flight of the list is under way.", { class: "empty" }));
     else if (strips.every((s) => s.derived)) parts.push(element("p", "States by map and speed of the tracks: these movements follow no clearances.", { class: "where" }));
-    this.box.replaceChildren(...parts);
-    if (here) this.box.querySelector(`[data-strip="${CSS.escape(focus)}"]`)?.focus();
+    arrange(this.box, parts);
+    if (here && document.activeElement?.dataset?.strip !== focus) this.box.querySelector(`[data-strip="${CSS.escape(focus)}"]`)?.focus();
   }
 
-  #strip(s, selected) {
+  #bay(key, title, rows) {
+    let bay = this.#bays.get(key);
+    if (!bay) {
+      bay = { head: element("h3", ""), list: element("ul", []) };
+      bay.section = element("section", [bay.head, bay.list], { "data-bay": key });
+      this.#bays.set(key, bay);
+    }
+    if (bay.head.textContent !== title) bay.head.textContent = title;
+    arrange(bay.list, rows);
+    return bay.section;
+  }
+
+  #strip(s, selected, kept) {
+    const text = JSON.stringify(s), old = this.#rows.get(s.callsign), pressed = String(s.callsign === selected);
+    if (old?.text === text) {
+      kept.set(s.callsign, old);
+      if (old.button.getAttribute("aria-pressed") !== pressed) old.button.setAttribute("aria-pressed", pressed);
+      return old.row;
+    }
     const times = Number.isFinite(s.timeS) ? this.time(s.timeS).slice(0, 5) : "";
     const button = element("button", [
       element("b", s.callsign), element("span", s.type), element("span", s.stand), element("span", s.runway), element("span", times),
       element("small", [s.state, s.cleared.length ? ` \u00b7 ${s.cleared.join(", ")}` : "", waitText(s) ? ` \u00b7 ${waitText(s)}` : ""].join("")),
       s.lateS ? element("em", `\u2212${Math.round(s.lateS / 60)} min`, { title: "Late against its calculated time" }) : null,
-    ], { type: "button", class: "strip", "data-strip": s.callsign, "data-movement": s.movement, "aria-pressed": String(s.callsign === selected) });
+    ], { type: "button", class: "strip", "data-strip": s.callsign, "data-movement": s.movement, "aria-pressed": pressed });
     button.addEventListener("click", () => this.onPick(s));
-    return element("li", button);
+    const row = element("li", button);
+    kept.set(s.callsign, { row, button, text });
+    return row;
   }
 
   /** Arrows go from strip to strip. */
@@ -130,4 +155,13 @@ export class StripPanel {
     event.preventDefault();
     event.stopPropagation();
   }
+}
+
+/** Makes these the children of a box, in this order; those that are there already stay where they can. */
+function arrange(box, parts) {
+  const wanted = new Set(parts);
+  for (const child of [...box.children]) if (!wanted.has(child)) child.remove();
+  parts.forEach((part, i) => {
+    if (box.children[i] !== part) box.insertBefore(part, box.children[i] ?? null);
+  });
 }
