@@ -234,30 +234,24 @@ impl Desk {
     ) -> Result<Option<Vec<u8>>, EncodeError> {
         let RequestId { from: receiving_id, request_id, form } = request;
         let originating_id = self.id;
-        match form {
-            Form::Acknowledge(acknowledge_flag) => {
-                let of = (acknowledge_flag, response_flag, request_id);
-                let (acknowledge_flag, response_flag, request_id) = of;
-                self.encoded(&Acknowledge {
-                    originating_id,
-                    receiving_id,
-                    acknowledge_flag,
-                    response_flag,
-                    request_id,
-                })
-                .map(Some)
-            }
-            Form::AcknowledgeR(acknowledge_flag) => self
-                .encoded(&AcknowledgeR {
-                    originating_id,
-                    receiving_id,
-                    acknowledge_flag,
-                    response_flag,
-                    request_id,
-                })
-                .map(Some),
-            _ => Ok(None),
-        }
+        let octets = match form {
+            Form::Acknowledge(acknowledge_flag) => self.encoded(&Acknowledge {
+                originating_id,
+                receiving_id,
+                acknowledge_flag,
+                response_flag,
+                request_id,
+            })?,
+            Form::AcknowledgeR(acknowledge_flag) => self.encoded(&AcknowledgeR {
+                originating_id,
+                receiving_id,
+                acknowledge_flag,
+                response_flag,
+                request_id,
+            })?,
+            _ => return Ok(None),
+        };
+        Ok(Some(octets))
     }
 
     fn set(
@@ -291,8 +285,7 @@ impl Desk {
         taken: &created::Taken,
     ) -> Result<Option<Vec<u8>>, EncodeError> {
         let text = format!("frame={} phase={}", self.state.frame, self.state.phase);
-        let datum = |(id, value): &'_ (DatumId, Vec<u8>)| (*id, value.clone());
-        let mut values: Vec<_> = taken.variable.iter().map(datum).collect();
+        let mut values = taken.variable.clone();
         // SISO-REF-010: datum identifiers of free text are the user's own; 0 says nothing.
         values.push((DatumId(0), text.into_bytes()));
         let variable: Vec<_> = values.iter().map(|(id, v)| VariableDatum::new(*id, v)).collect();

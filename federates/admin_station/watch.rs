@@ -3,10 +3,11 @@
 use crate::exchange::operator;
 use crate::runtime::bus::Bus;
 use crate::runtime::cli::print_line;
+use crate::runtime::clock::utc_ns;
 use serde_json::Value;
 use std::io::{IsTerminal, Write};
 use std::path::Path;
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::time::Duration;
 
 /// Cursor to the upper left corner, and all below it cleared.
 const HOME: &str = "\x1b[H\x1b[J";
@@ -51,8 +52,7 @@ pub(super) fn watch(
             if !seen {
                 write(COLUMNS)?;
             }
-            let utc_s =
-                SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |d| d.as_secs_f64());
+            let utc_s = utc_ns() as f64 * 1e-9;
             let rows = rows(utc_s, &statistics);
             if !rows.is_empty() {
                 write(&rows.join("\n"))?;

@@ -337,7 +337,9 @@ fn a_consumer_that_dies_behind_a_producer_in_the_first_frames_returns_as_it_was(
 /// used it again; results were not told before the run was over.
 #[test]
 fn two_that_wake_up_together_go_on_as_one_run() {
-    let cases: [(u64, u64, [(&str, u64, What); 2]); 5] = [
+    /// Seed, messages lost of a thousand, and who is disturbed when.
+    type Case = (u64, u64, [(&'static str, u64, What); 2]);
+    let cases: [Case; 5] = [
         (
             4_415_643_496_163_808_907,
             69,
