@@ -10,6 +10,8 @@ const REST_S: f64 = 10.0;
 /// What the labels keep between the scans.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Resting {
+    /// When labels were first asked for.
+    pub(super) began: Option<SimTime>,
     /// When odds are weighed next.
     pub(super) next: Option<SimTime>,
     pub(super) resting: Vec<(Callsign, SimTime)>,

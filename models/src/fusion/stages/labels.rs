@@ -37,6 +37,8 @@ const MOST_PAIRS: usize = 200_000;
 const MOST_EVENTS: usize = 32;
 const MOST_LINES: usize = 64;
 const WINDOW_S: f64 = 900.0;
+/// An arrival that the list has so long before another one on its runway may be late enough to be taken for it, s.
+const IN_TURN_S: f64 = 300.0;
 
 /// What changed.
 #[derive(Clone, Copy, Debug, Default)]
@@ -84,6 +86,7 @@ pub(in crate::fusion) fn assign(
         tracks[index].label_p = Some(NAMED);
         tracks[index].name_settled = true;
     }
+    labels.began.get_or_insert(now);
     labels.resting.retain(|(_, until)| *until > now);
     news |= tracks.iter().any(|t| t.evidence.news);
     if news || labels.next.is_none_or(|next| next <= now) {
@@ -136,6 +139,13 @@ fn weigh(
     }
     budget.spend((8 * rows.len() * lines.len()) as u64);
     budget.spend(pairing.run(rows.len(), lines.len(), &edges, 200, 1e-6));
+    let mut shown = vec![false; lines.len()];
+    for row in 0..rows.len() {
+        for e in pairing.edges_of(row).filter(|&e| pairing.share(e) >= ASSUMED) {
+            shown[edges[e].column as usize] = true;
+        }
+    }
+    let began = labels.began.unwrap_or(now);
     let mut revisions = 0;
     for (row, &t) in rows.iter().enumerate() {
         let track = &mut tracks[t];
@@ -155,7 +165,8 @@ fn weigh(
         (track.assumed, track.label_p) = (None, None);
         let Some((share, entry)) = best.filter(|(share, _)| *share >= ASSUMED) else { continue };
         // What is only assumed says nothing of size and limits: a wrong type is worse than none.
-        if share >= GIVEN {
+        let lands = track.evidence.landed.is_some();
+        if share >= GIVEN && !(lands && comes_after_a_missing_one(entry, &lines, &shown, began)) {
             give(track, Some(entry), config);
         } else {
             track.assumed = Some(entry.callsign);
@@ -163,6 +174,21 @@ fn weigh(
         track.label_p = Some(share);
     }
     revisions
+}
+
+/// Whether an arrival that the list has on the same runway not long before this one has not been seen yet: arrivals keep their
+/// turn, so whoever lands at this one's time may well be that one, late.
+fn comes_after_a_missing_one(
+    entry: &FlightEntry,
+    lines: &[&FlightEntry],
+    shown: &[bool],
+    began: SimTime,
+) -> bool {
+    lines.iter().zip(shown).any(|(line, shown)| {
+        let before_s = entry.eta_ctd.since_s(line.eta_ctd);
+        let same = line.movement == MovementKind::Arrival && line.runway == entry.runway;
+        same && !shown && line.eta_ctd > began && before_s > 0.0 && before_s <= IN_TURN_S
+    })
 }
 
 /// How far the list is off, by all landings and take-offs: of tracks with a name against their own line, of others against

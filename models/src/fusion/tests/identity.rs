@@ -208,6 +208,42 @@ fn of_thirty_five_movers_hardly_one_label_in_a_hundred_is_wrong_and_they_know_ho
     assert!(f64::from(right) / given >= claimed / given - 0.03, "surer than right");
 }
 
+/// Two that land on time tell that the list is good; then one after the other comes as late as they follow each other. The first
+/// was called by the second's name until that landed (Manchester: 137 reports).
+#[test]
+fn who_lands_late_at_the_next_ones_time_is_not_called_by_its_name() {
+    let times = [(60.0, 60.0), (150.0, 152.0), (250.0, 348.0), (350.0, 440.0)];
+    let (mut movers, mut entries) = (Vec::new(), Vec::new());
+    for (n, (listed_s, lands_s)) in times.into_iter().enumerate() {
+        let line = ["ARR0", "ARR1", "ARR2", "ARR3"][n];
+        let path = lands(lands_s, 1.0 + 6.0 * (3 - n) as f64);
+        movers.push(Mover { path, size: [37.6, 34.1], line: Some(line) });
+        let eta_ctd = SimTime::from_s(listed_s);
+        entries.push(FlightEntry { eta_ctd, ..entry(line, "A320", MovementKind::Arrival) });
+    }
+    let far_end = Vector2::new(LANDING[1], 600.0);
+    let flights = FlightList { entries, runways: vec![("28".to_owned(), [threshold(), far_end])] };
+    let mut config = TrackingConfig::paper();
+    config.sizes.push(TypeSize { designator: "A320".to_owned(), length_m: 37.6, span_m: 34.1 });
+    for seed in 1..=3 {
+        let mut tracker = Tracker::new(config.clone());
+        let mut right = [0; 4];
+        for k in 1..=520 {
+            let seen = plots(&movers, seed, k);
+            for track in tracker.scan(SimTime::from_s(f64::from(k)), &seen, &flights) {
+                let mine = truth_of(&movers, &track).and_then(|m| m.line);
+                let Some(label) = &track.label else { continue };
+                let place =
+                    ["ARR0", "ARR1", "ARR2", "ARR3"].map(Some).iter().position(|l| *l == mine);
+                assert_eq!(mine, Some(label.callsign.as_str()), "seed {seed}, {k}");
+                right[place.expect("one of them")] += 1;
+            }
+        }
+        println!("seed {seed}: {right:?}");
+        assert!(right[0] > 100 && right[1] > 100, "seed {seed}: {right:?}");
+    }
+}
+
 #[test]
 fn what_turns_out_otherwise_loses_its_label() {
     // It stands at DEP0's stand; then it goes and lands: no such thing, but a swap can look like it.
