@@ -112,3 +112,36 @@ impl Local {
 
 /// Clusters of up to this many tracks are assigned by the dense solver.
 pub(super) const FEW_ROWS: usize = 8;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plot::{SensorId, SensorKind};
+
+    /// What is said without a logarithm is never said in vain, and hardly ever left unsaid: a determinant is within a factor
+    /// of two of the power that stands for it.
+    #[test]
+    fn what_is_surely_above_is_above_and_what_is_well_above_is_surely_so() {
+        let model = SensorModel::default_of(SensorId(1), SensorKind::Asde);
+        let weights = Weights::new(&model, 0.999);
+        let (mut sure, mut unsure) = (0, 0);
+        for step in 0..4_000 {
+            let det = libm::exp2(f64::from(step % 97) * 0.37 - 12.0);
+            let d2 = f64::from(step % 41) * 0.5;
+            for dof in [1, 2] {
+                let nis = Nis { d2, det, dof };
+                for above in [-0.4, -0.3, -1e-3, 0.0, 1e-3, 0.3, 0.4] {
+                    let least = weights.gain(&nis) - above;
+                    if weights.surely_above(&nis, least) {
+                        assert!(above > 0.0, "{nis:?}: {above}");
+                        sure += 1;
+                    } else {
+                        assert!(above < 0.5 * std::f64::consts::LN_2 + 1e-6, "{nis:?}: {above}");
+                        unsure += 1;
+                    }
+                }
+            }
+        }
+        assert!(sure > 8_000 && unsure > 8_000, "{sure} {unsure}");
+    }
+}

@@ -417,3 +417,56 @@ fn search_variance(plot: &Plot) -> f64 {
     let bounded = |v: f64| if v.is_finite() { v } else { 400.0 };
     bounded(plot.along_m2).max(bounded(plot.across_m2))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::association::kinematic_gate::{ClassLimits, Departure, reach};
+    use crate::frames::Matrix2;
+    use nalgebra::Matrix4;
+
+    /// What the first look leaves out the kinematic gate refuses too, up to the very limit straight ahead; and it does leave
+    /// out what is well beyond.
+    #[test]
+    fn what_is_surely_out_of_reach_is_refused_by_the_reachable_set() {
+        let limits = ClassLimits {
+            acceleration_ms2: 4.0,
+            braking_ms2: 8.0,
+            lateral_ms2: 5.0,
+            turn_rate_rads: 1.0,
+            turn_radius_m: 5.0,
+            speed_mps: 100.0,
+        };
+        let (limit, mut hopeless, mut hoped) = (9.21, 0, 0);
+        for case in 0..3_000_u32 {
+            let of = |n: u32, m: u32| f64::from((case / n) % m);
+            let (speed_mps, dt_s) = (2.0 + 4.0 * of(1, 11), 0.25 + 0.5 * of(11, 5));
+            // All that is uncertain lies straight ahead.
+            let (pp, pv, vv, r) = (1.0 + of(5, 4), 0.2, 0.1 + 0.3 * of(7, 3), 2.0 + of(3, 9));
+            let from =
+                Departed { time: SimTime(0), position_m: Vector2::zeros(), speed_mps, pp, pv, vv };
+            let way = (speed_mps + 2.0 * dt_s) * dt_s;
+            let spread = (limit * (pp + dt_s * (2.0 * pv + dt_s * vv) + r)).sqrt();
+            for share in [0.5, 0.97, 0.999, 1.001, 1.03, 1.5] {
+                let distance = way + share * spread;
+                let out = from.surely_out_of_reach(distance, 4.0, dt_s, r, limit);
+                let mut covariance = Matrix4::zeros();
+                covariance[(0, 0)] = pp;
+                (covariance[(0, 2)], covariance[(2, 0)]) = (pv, pv);
+                covariance[(2, 2)] = vv;
+                let target = Departure {
+                    position_m: Vector2::zeros(),
+                    velocity_mps: Vector2::new(speed_mps, 0.0),
+                    covariance,
+                };
+                let ahead = Vector2::new(distance, 0.0);
+                let cov = Matrix2::new(r, 0.0, 0.0, 1e-3);
+                let exact = reach(&limits, &target, dt_s, ahead, cov).expect("sound").m;
+                assert!(!out || exact > limit, "{case} {share}: {exact}");
+                assert!(out || share < 1.0, "{case} {share}: {exact}");
+                if out { hopeless += 1 } else { hoped += 1 }
+            }
+        }
+        assert!(hopeless > 5_000 && hoped > 5_000, "{hopeless} {hoped}");
+    }
+}

@@ -7,7 +7,7 @@ use crate::plot::{Callsign, Identity};
 use config::AssociationMethod;
 use proptest::prelude::*;
 
-fn plot(t_s: f64, sequence: u32, x: f64, y: f64) -> Plot {
+pub(super) fn plot(t_s: f64, sequence: u32, x: f64, y: f64) -> Plot {
     Plot {
         sensor: SensorId(1),
         kind: SensorKind::Asde,

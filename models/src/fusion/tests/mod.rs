@@ -9,6 +9,7 @@ use crate::time::SimTime;
 use crate::track::{SystemTrack, TrackStatus};
 
 mod crowds;
+mod decisions;
 mod doubles;
 mod echo;
 mod hard_cases;

@@ -196,11 +196,13 @@ fn a_hundred_thousand_plots_deviate_as_the_formulas_say() {
         assert!(out.plots.len() > 99_000, "{}", out.plots.len());
         let scnr = from_db(out.plots[0].scnr_db.expect("a radar's plot"));
         let (sigma_range_m, sigma_azimuth_rad) = radar.parameters().thermal_sigmas(scnr);
-        let (mut range, mut azimuth) = (0.0, 0.0);
+        let (mut range, mut azimuth, mut stated) = (0.0, 0.0, (0.0, 0.0));
         for (plot, cause) in out.plots.iter().zip(&out.causes) {
             let polar = plot.polar.expect("a radar's plot");
             let there = cause.truth_m.expect("known");
             let slant_m = libm::hypot(there.norm(), 60.0 - 1.5);
+            stated.0 += polar.sigma_range_m.powi(2);
+            stated.1 += polar.sigma_azimuth_rad.powi(2);
             range += (polar.range_m - slant_m).powi(2);
             azimuth += wrap_pi(polar.azimuth_rad - Azimuth::of(there).rad()).powi(2);
         }
@@ -208,6 +210,10 @@ fn a_hundred_thousand_plots_deviate_as_the_formulas_say() {
         let (range, azimuth) = ((range / n).sqrt(), (azimuth / n).sqrt());
         assert!((range / sigma_range_m - 1.0).abs() < 0.01, "{range} of {sigma_range_m}");
         assert!((azimuth / sigma_azimuth_rad - 1.0).abs() < 0.01, "{azimuth}");
+        // And each states what it deviates by.
+        let stated = ((stated.0 / n).sqrt(), (stated.1 / n).sqrt());
+        assert!((range / stated.0 - 1.0).abs() < 0.02, "{range} of {stated:?}");
+        assert!((azimuth / stated.1 - 1.0).abs() < 0.02, "{azimuth} of {stated:?}");
     }
 }
 

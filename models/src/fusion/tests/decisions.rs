@@ -1,0 +1,49 @@
+//! Single decisions of the tracker, each at its limit: who gets a plot that two want, and when a state is begun again.
+
+use super::hard_cases::plot;
+use super::*;
+use config::AssociationMethod;
+
+/// Two that stand 8 m apart, and looks that bring one plot between them: it is one track's, the other goes without.
+#[test]
+fn a_plot_that_two_tracks_want_is_taken_once() {
+    for association in [AssociationMethod::Nearest, AssociationMethod::Global] {
+        let mut tracker = Tracker::new(TrackingConfig { association, ..TrackingConfig::paper() });
+        let list = FlightList::default();
+        for k in 1..=12 {
+            let t = f64::from(k);
+            let both = [plot(t - 0.5, 0, 0.0, 0.0), plot(t - 0.5, 1, 8.0, 0.0)];
+            tracker.scan(SimTime::from_s(t), &both, &list);
+        }
+        for k in 13..=15 {
+            let t = f64::from(k);
+            let taken = tracker.statistics().gate_1;
+            let between = plot(t - 0.5, 0, 3.9, 0.0);
+            let tracks = tracker.scan(SimTime::from_s(t), &[between], &list);
+            assert_eq!(tracks.len(), 2, "{association:?} {k}");
+            let fresh = tracks.iter().filter(|track| track.last_plot == between.time).count();
+            assert_eq!(fresh, 1, "{association:?} {k}");
+            assert_eq!(tracker.statistics().gate_1, taken + 1, "{association:?} {k}");
+        }
+    }
+}
+
+/// Two refused plots begin a state again if they are of successive looks; what lies looks apart is no pair.
+#[test]
+fn refused_plots_begin_a_state_again_only_in_successive_looks() {
+    let list = FlightList::default();
+    let restarts = |gap_s: u32| {
+        let mut tracker = Tracker::new(TrackingConfig::paper());
+        for k in 1..=12 {
+            let t = f64::from(k);
+            tracker.scan(SimTime::from_s(t), &[plot(t - 0.5, 0, 0.0, 0.0)], &list);
+        }
+        for k in 13..=13 + gap_s {
+            let t = f64::from(k);
+            let seen = (k == 13 || k == 13 + gap_s).then(|| plot(t - 0.5, 0, 95.0, 0.0));
+            tracker.scan(SimTime::from_s(t), seen.as_slice(), &list);
+        }
+        tracker.statistics().restarts
+    };
+    assert_eq!([1, 2, 3, 4].map(restarts), [1, 1, 0, 0]);
+}
