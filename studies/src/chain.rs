@@ -4,7 +4,7 @@
 //! Targets and reports are paired by cause here, not by distance: a track belongs to the mover that caused the last of its
 //! plots, so that a label on a track that has lost its target counts as wrong.
 
-use crate::profiles::{Seen, report_of, targets};
+use crate::profiles::{Seen, report_of, targets_of};
 use crate::zurich::Traffic;
 use models::filter::consistency::nees_of;
 use models::flight_list::FlightList;
@@ -103,8 +103,9 @@ pub struct Published {
     pub worst: Vec<(f64, u64, String)>,
     /// What the tracker counted.
     pub statistics: Statistics,
-    /// Wrong labels: the one given, whose it was (empty: of no target), and in how many reports.
-    pub mistaken: BTreeMap<(String, String), u64>,
+    /// Wrong labels: the one given and whose track it was ("beside NAME": farther off than [`FAR_M`], or gone); in how many
+    /// reports, and in which scan first.
+    pub mistaken: BTreeMap<(String, String), (u64, u64)>,
     /// The reports, for the score.
     pub reports: Vec<Report>,
 }
@@ -168,7 +169,8 @@ pub fn publish_of(
             let target = key.and_then(|key| Some((key, truth.at(key as usize, *to)?)));
             let error = target.as_ref().map(|(_, s)| track.position_m - s.position_m.xy());
             let near = error.is_some_and(|e| e.norm() <= FAR_M);
-            label(&mut out, track, target.as_ref().filter(|_| near).map(|t| t.0), truth, flights);
+            let of = Whose { key, near, scan: scan as u64 + 1 };
+            label(&mut out, track, &of, truth, flights);
             let (Some((key, state)), Some(error)) = (target, error) else {
                 stretches.remove(&track.number);
                 continue;
@@ -232,8 +234,20 @@ pub fn publish_of(
 /// The score of what was published, as `seeds score` has it.
 #[must_use]
 pub fn scored(scene: &Scene, seen: &Seen, published: &Published, seconds: f64) -> Score {
+    scored_of(&Traffic(scene), scene, seen, published, seconds)
+}
+
+/// The same of any truth.
+#[must_use]
+pub fn scored_of(
+    truth: &dyn Truth,
+    scene: &Scene,
+    seen: &Seen,
+    published: &Published,
+    seconds: f64,
+) -> Score {
     let mut recording = Recording {
-        targets: targets(scene, seconds),
+        targets: targets_of(truth, scene, seconds),
         reports: published.reports.clone(),
         plots: seen.radar,
     };
@@ -242,17 +256,27 @@ pub fn scored(scene: &Scene, seen: &Seen, published: &Published, seconds: f64) -
     score(&recording, &areas, &Rules::default())
 }
 
+/// Whose track it is, by the last of its plots, and whether that target is where the track is.
+struct Whose {
+    key: Option<u64>,
+    near: bool,
+    scan: u64,
+}
+
 fn label(
     out: &mut Published,
     track: &SystemTrack,
-    target: Option<u64>,
+    of: &Whose,
     truth: &dyn Truth,
     flights: &FlightList,
 ) {
-    let name = target.map(|key| truth.callsign(key as usize));
+    let last = of.key.map(|key| truth.callsign(key as usize));
+    let name = last.filter(|_| of.near);
     if let Some(given) = track.label.as_ref().filter(|l| Some(l.callsign) != name) {
-        let whose = name.map_or_else(String::new, |n| n.as_str().to_owned());
-        *out.mistaken.entry((given.callsign.as_str().to_owned(), whose)).or_default() += 1;
+        let last = last.map_or_else(String::new, |n| n.as_str().to_owned());
+        let whose = if of.near { last } else { format!("beside {last}") };
+        let mistake = (given.callsign.as_str().to_owned(), whose);
+        out.mistaken.entry(mistake).or_insert((0, of.scan)).0 += 1;
     }
     let labels = &mut out.labels;
     let own = |callsign| Some(callsign) == name;

@@ -174,12 +174,20 @@ pub fn among_parked(airport: &str, seed: u64) -> Result<(Scene, f64), ScenarioEr
     let radar_m =
         base.sensors.first().and_then(|s| s.site_m).map_or_else(Vector2::zeros, |s| s.xy());
     let stands = &base.airport.layout.stands;
-    let near: Vec<usize> =
-        (0..stands.len()).filter(|&s| (stands[s].position_m - radar_m).norm() < 2_500.0).collect();
+    // A stand that the list gives to a flight has room for no other aircraft.
+    let listed = |stand: Vector2<f64>| {
+        let mut own = base.flight_list.entries.iter().filter_map(|e| e.stand_m);
+        own.any(|s| (s - stand).norm() < 30.0)
+    };
+    let near: Vec<usize> = (0..stands.len())
+        .filter(|&s| (stands[s].position_m - radar_m).norm() < 2_500.0)
+        .filter(|&s| !listed(stands[s].position_m))
+        .collect();
     let mut rng = DrawKey { run_seed: seed, sensor: 0, entity: 0, scan: 0 }.rng(Purpose::Study);
     let mut draw = |n: usize| ((uniform(&mut rng) * n as f64) as usize).min(n - 1);
     let mut chosen: Vec<usize> = Vec::new();
-    for _ in 0..4 {
+    let groups = if near.is_empty() { 0 } else { 4 };
+    for _ in 0..groups {
         let middle_m = stands[near[draw(near.len())]].position_m;
         let mut group = near.clone();
         group.sort_by(|a, b| {

@@ -196,7 +196,12 @@ pub fn see_of(
 /// The paths of a scene's movers at the end of every scan.
 #[must_use]
 pub fn targets(scene: &Scene, seconds: f64) -> Vec<Target> {
-    let truth = zurich::Traffic(scene);
+    targets_of(&zurich::Traffic(scene), scene, seconds)
+}
+
+/// The same of any truth.
+#[must_use]
+pub fn targets_of(truth: &dyn Truth, scene: &Scene, seconds: f64) -> Vec<Target> {
     let scan_ns = scene.run.scan().0;
     let last = (seconds * 1e9) as i64 / scan_ns;
     let path = |index: usize| {
@@ -235,15 +240,32 @@ pub fn track(
     config: &TrackingConfig,
     flights: &FlightList,
 ) -> (Vec<Report>, Vec<f64>) {
+    track_by(seen, config, flights, |ns, tracks| (tracks > 0).then(|| ns / tracks as f64))
+}
+
+/// The same with the time of each whole scan, ns.
+#[must_use]
+pub fn track_scans(
+    seen: &Seen,
+    config: &TrackingConfig,
+    flights: &FlightList,
+) -> (Vec<Report>, Vec<f64>) {
+    track_by(seen, config, flights, |ns, _| Some(ns))
+}
+
+fn track_by(
+    seen: &Seen,
+    config: &TrackingConfig,
+    flights: &FlightList,
+    time: impl Fn(f64, usize) -> Option<f64>,
+) -> (Vec<Report>, Vec<f64>) {
     let mut tracker = Tracker::new(config.clone());
     let (mut reports, mut times) = (Vec::new(), Vec::new());
     for (to, plots) in &seen.scans {
         let begin = clock::thread_ns();
         let tracks = tracker.scan(*to, plots, flights);
         let ns = (clock::thread_ns() - begin) as f64;
-        if !tracks.is_empty() {
-            times.push(ns / tracks.len() as f64);
-        }
+        times.extend(time(ns, tracks.len()));
         reports.extend(tracks.iter().filter_map(|t| report_of(t, *to)));
     }
     (reports, times)
