@@ -2,6 +2,7 @@
 
 use crate::runtime::cli::out;
 use crate::runtime::cli::{self, BAD_INPUT, FAILED, fail};
+use crate::runtime::clock::monotonic_ns;
 use crate::viewer_logger::forks::{Forks, Wanted};
 use crate::viewer_logger::opened;
 use crate::viewer_logger::server::{Operate, Page, PageError, serve};
@@ -10,7 +11,7 @@ use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Show the page on finished runs, any of up to 8 side by side
 #[derive(Args, Clone, Debug)]
@@ -111,12 +112,12 @@ fn fork_beside(
     }
     command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
     let mut child = command.spawn().map_err(|e| format!("seeds fork cannot be started: {e}"))?;
-    let began = Instant::now();
+    let (began_ns, longest_ns) = (monotonic_ns(), 1_000_000_000 * LONGEST_FORK.as_secs());
     let why = loop {
         match child.try_wait() {
             Ok(Some(_)) => break None,
             Ok(None) if cancelled.load(Ordering::Relaxed) => break Some("cancelled".to_owned()),
-            Ok(None) if began.elapsed() > LONGEST_FORK => {
+            Ok(None) if monotonic_ns().saturating_sub(began_ns) > longest_ns => {
                 break Some(format!("not done after {} min: ended", LONGEST_FORK.as_secs() / 60));
             }
             Ok(None) => std::thread::sleep(Duration::from_millis(50)),

@@ -5,6 +5,7 @@
 //! pane can hold the run up.
 
 use super::frame;
+use crate::runtime::clock::monotonic_ns;
 use models::environment::Weather;
 use models::frames::{Vector2, Vector3};
 use models::plot::Callsign;
@@ -17,7 +18,6 @@ use models::time::SimTime;
 use scenarios::Scene;
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError, TryLockError};
-use std::time::{Duration, Instant};
 use studies::picture::Pavement;
 
 /// First octets of a turn.
@@ -34,6 +34,8 @@ pub const STEP_DB: f64 = 3.0;
 const MOST: (usize, usize) = (1024, 2048);
 /// Of the time, at most, that turns are made.
 const SHARE: f64 = 0.4;
+/// Nobody waits longer for the next one, ns.
+const MOST_PAUSE_NS: u64 = 10_000_000_000;
 /// Turns kept: a few of a few radars.
 const MOST_KEPT: usize = 16;
 /// What an entity is that the scene has no type for.
@@ -68,12 +70,15 @@ struct Ready {
     ground: Arc<Pavement>,
 }
 
+/// A turn by its radar and its scan.
+type Kept = ((u16, u64), Arc<Vec<u8>>);
+
 #[derive(Debug, Default)]
 struct Made {
     radars: Vec<Ready>,
-    kept: VecDeque<((u16, u64), Arc<Vec<u8>>)>,
-    /// Not before then the next one.
-    rest: Option<Instant>,
+    kept: VecDeque<Kept>,
+    /// Not before then the next one, ns of the wall clock.
+    rest_ns: u64,
 }
 
 /// The turns of one run.
@@ -97,13 +102,13 @@ impl Turns {
         if let Some((_, turn)) = made.kept.iter().find(|k| k.0 == key) {
             return Ok(Arc::clone(turn));
         }
-        let began = Instant::now();
-        if made.rest.is_some_and(|rest| began < rest) {
+        let began_ns = monotonic_ns();
+        if began_ns < made.rest_ns {
             return Err(NoTurn::Busy);
         }
         let turn = Arc::new(made.make(scene, asked, (scan, time)).map_err(NoTurn::Never)?);
-        let took = began.elapsed();
-        made.rest = Some(Instant::now() + pause_after(took));
+        let now_ns = monotonic_ns();
+        made.rest_ns = now_ns + pause_after_ns(now_ns.saturating_sub(began_ns));
         if made.kept.len() >= MOST_KEPT {
             made.kept.pop_front();
         }
@@ -112,9 +117,9 @@ impl Turns {
     }
 }
 
-/// How long nothing is made after a turn that took so long.
-fn pause_after(took: Duration) -> Duration {
-    took.mul_f64(1.0 / SHARE - 1.0).min(Duration::from_secs(10))
+/// How long nothing is made after a turn that took so long, ns.
+fn pause_after_ns(took_ns: u64) -> u64 {
+    ((took_ns as f64 * (1.0 / SHARE - 1.0)) as u64).min(MOST_PAUSE_NS)
 }
 
 impl Made {
@@ -363,7 +368,7 @@ mod tests {
         let target_m = [site_m.x + 620.0, site_m.y + 300.0];
         let turns = Turns::default();
         let turn = |scan: Vec<u8>| {
-            turns.0.lock().expect("sound").rest = None;
+            turns.0.lock().expect("sound").rest_ns = 0;
             turns.turn(&scene, &Asked { sensor: radar.id.0, seed: 7, scan })
         };
         let dry = turn(scan(40, 40.0, target_m)).expect("a turn");
@@ -383,7 +388,7 @@ mod tests {
         // The same scan again is the same turn, and kept; another sensor has none.
         assert!(Arc::ptr_eq(&gone, &turn(scan(41, 41.0, target_m)).expect("kept")));
         let stranger = Asked { sensor: 999, seed: 7, scan: scan(42, 42.0, target_m) };
-        turns.0.lock().expect("sound").rest = None;
+        turns.0.lock().expect("sound").rest_ns = 0;
         assert!(matches!(turns.turn(&scene, &stranger), Err(NoTurn::Never(_))));
         // Rain of the scene's later weather: what lies open is brighter than when it was dry.
         let rain_s = scene.weather.iter().find(|n| n.weather.cells.is_empty() && n.time.s() > 0.0);
@@ -403,14 +408,14 @@ mod tests {
         let turns = Turns::default();
         let asked = |n| Asked { sensor, seed: 1, scan: scan(n, n as f64, [100.0, 900.0]) };
         turns.turn(&scene, &asked(1)).expect("a turn");
-        turns.0.lock().expect("sound").rest = Some(Instant::now() + Duration::from_secs(600));
+        turns.0.lock().expect("sound").rest_ns = u64::MAX;
         assert_eq!(turns.turn(&scene, &asked(2)), Err(NoTurn::Busy));
         turns.turn(&scene, &asked(1)).expect("what is there is given");
         let held = turns.0.lock().expect("sound");
         assert_eq!(turns.turn(&scene, &asked(1)), Err(NoTurn::Busy), "nobody waits");
         drop(held);
-        let took = Duration::from_millis(800);
-        let share = took.as_secs_f64() / (took + pause_after(took)).as_secs_f64();
+        let took_ns = 800_000_000;
+        let share = took_ns as f64 / (took_ns + pause_after_ns(took_ns)) as f64;
         assert!((share - SHARE).abs() < 1e-9, "{share}");
         let bad = Asked { sensor, seed: 1, scan: b"SEED".to_vec() };
         assert!(matches!(turns.turn(&scene, &bad), Err(NoTurn::Never(_))));
