@@ -218,7 +218,10 @@ fn airports_at_random_keep_what_traffic_has_to_keep() {
                     broken.extend(held.broken().iter().map(|b| format!("{name}: {b}")));
                     if done < of || held.core.unexpected_deadlocks() > 0 {
                         let rings = held.core.unexpected_deadlocks();
-                        broken.push(format!("{name}: served {done} of {of}, {rings} rings"));
+                        let said = held.core.remarks().iter().map(|r| r.text.as_str());
+                        let said = said.collect::<Vec<_>>().join("; ");
+                        broken
+                            .push(format!("{name}: served {done} of {of}, {rings} rings: {said}"));
                     }
                 }
             }

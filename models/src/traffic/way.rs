@@ -5,7 +5,8 @@ use super::path::{Corner, Path};
 use super::pieces::{Class, Pieces, wanted_radius_m};
 use super::ways::SHARPEST_TURN_DEG;
 use crate::frames::{Azimuth, Vector2, wrap_pi};
-use std::collections::BTreeSet;
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
 use std::ops::Range;
 
 /// Directed edges of a network, for searches: arc `2 e` runs from the first node of edge `e` to the second,
@@ -15,6 +16,8 @@ pub struct Arcs {
     out: Vec<Vec<usize>>,
     heading_rad: Vec<f64>,
     length_m: Vec<f64>,
+    /// By arc: arcs that can be driven after it, and what the turn takes, s.
+    onward: Vec<Vec<(usize, f64)>>,
 }
 
 /// A search's result: arcs in order and its time, s.
@@ -50,7 +53,23 @@ impl Arcs {
                 }
             }
         }
+        arcs.onward = (0..arcs.length_m.len()).map(|a| arcs.drivable_after(net, a)).collect();
         arcs
+    }
+
+    fn drivable_after(&self, net: &Network, arc: usize) -> Vec<(usize, f64)> {
+        let node = Self::to(net, arc);
+        if net.nodes[node].stand.is_some() {
+            return Vec::new();
+        }
+        let drivable = |next: &usize| {
+            let turn = self.turn_rad(arc, *next);
+            let slow_s = turn / std::f64::consts::FRAC_PI_2 * QUARTER_TURN_S;
+            let sharp = turn > SHARPEST_TURN_DEG.to_radians();
+            (next / 2 != arc / 2 && !sharp)
+                .then_some((*next, if turn > 0.35 { slow_s } else { 0.0 }))
+        };
+        self.out[node].iter().filter_map(drivable).collect()
     }
 
     /// Node that an arc reaches.
@@ -103,7 +122,7 @@ impl Arcs {
     ) -> Option<Found> {
         let mut least = vec![f64::INFINITY; self.length_m.len()];
         let mut before = vec![usize::MAX; self.length_m.len()];
-        let mut open = BTreeSet::new();
+        let mut open = BinaryHeap::new();
         let cost = |arc: usize| {
             let runway = net.edges[arc / 2].runway.is_some();
             let factor = if runway { RUNWAY_FACTOR } else { 1.0 };
@@ -113,10 +132,13 @@ impl Arcs {
         for (arc, time_s) in starts {
             if !closed(arc / 2) && *time_s + cost(*arc) < least[*arc] {
                 least[*arc] = *time_s + cost(*arc);
-                open.insert((least[*arc].to_bits(), *arc));
+                open.push(Reverse((least[*arc].to_bits(), *arc)));
             }
         }
-        while let Some((bits, arc)) = open.pop_first() {
+        while let Some(Reverse((bits, arc))) = open.pop() {
+            if least[arc].to_bits() != bits {
+                continue;
+            }
             if goal(arc) {
                 let mut arcs = vec![arc];
                 let mut at = arc;
@@ -127,27 +149,12 @@ impl Arcs {
                 arcs.reverse();
                 return Some(Found { arcs, time_s: f64::from_bits(bits) });
             }
-            let node = Self::to(net, arc);
-            if net.nodes[node].stand.is_some() {
-                continue;
-            }
-            for next in &self.out[node] {
-                let turn = self.turn_rad(arc, *next);
-                if next / 2 == arc / 2 || turn > SHARPEST_TURN_DEG.to_radians() || closed(next / 2)
-                {
-                    continue;
-                }
-                let slow = if turn > 0.35 {
-                    turn / std::f64::consts::FRAC_PI_2 * QUARTER_TURN_S
-                } else {
-                    0.0
-                };
-                let there = f64::from_bits(bits) + cost(*next) + slow;
-                if there < least[*next] {
-                    open.remove(&(least[*next].to_bits(), *next));
+            for (next, turn_s) in &self.onward[arc] {
+                let there = f64::from_bits(bits) + cost(*next) + turn_s;
+                if there < least[*next] && !closed(next / 2) {
                     least[*next] = there;
                     before[*next] = arc;
-                    open.insert((there.to_bits(), *next));
+                    open.push(Reverse((there.to_bits(), *next)));
                 }
             }
         }

@@ -13,6 +13,7 @@ use crate::traffic::runway_roll::{
     Exit, Landing, NAUTICAL_MILE_M, approach_airspeed_mps, approach_time_s,
 };
 use crate::traffic::way::{Arcs, Way};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 impl Core {
@@ -41,11 +42,15 @@ impl Core {
         let latest = if self.policy == Policy::Planned { 8 } else { 0 };
         let mut chosen = None;
         let mut delay_s = 0.0;
+        if self.policy == Policy::Planned {
+            self.retime();
+        }
+        let mut ways = BTreeMap::new();
         for k in 0..=latest {
             delay_s = 30.0 * f64::from(k);
             let most = if k == 0 { choices.len() } else { 2 };
             let some = choices.iter().take(most).cloned().collect();
-            chosen = self.choose_stand(m, some, self.time_s + time + delay_s);
+            chosen = self.choose_stand(m, some, self.time_s + time + delay_s, &mut ways);
             if chosen.is_some() || none {
                 break;
             }
@@ -90,17 +95,15 @@ impl Core {
     }
 
     /// The first stand to which there is a way; under a plan also the times for it, and the next one where it
-    /// would wait for more than two minutes.
+    /// would wait for more than two minutes. `ways`: what was found before by stand and kind of way, at the same time.
     fn choose_stand(
         &mut self,
         m: usize,
         choices: Vec<(usize, Vec<u32>)>,
         landing_s: f64,
+        ways: &mut BTreeMap<(usize, bool), Option<super::Mover>>,
     ) -> Option<(usize, Vec<u32>)> {
         let planned = self.policy == Policy::Planned;
-        if planned {
-            self.retime();
-        }
         let mut best: Option<(f64, (usize, Vec<u32>), super::Mover)> = None;
         let old = self.movers[m].landing_s;
         self.movers[m].landing_s = landing_s;
@@ -114,8 +117,13 @@ impl Core {
                 continue;
             }
             for lasting in [false, true] {
-                let found = self.plan_arrival(m, lasting)
-                    && self.plan(m, Start::Final, landing_s - LANDING_AHEAD_S);
+                let known = ways.entry((stand, lasting)).or_insert_with(|| {
+                    self.plan_arrival(m, lasting).then(|| self.movers[m].clone())
+                });
+                let Some(way) = known else { continue };
+                self.movers[m].clone_from(way);
+                self.movers[m].landing_s = landing_s;
+                let found = self.plan(m, Start::Final, landing_s - LANDING_AHEAD_S);
                 let end = self.planned_end_s(m);
                 if found && best.as_ref().is_none_or(|b| end < b.0 - 30.0) {
                     best = Some((end, (stand, pieces.clone()), self.movers[m].clone()));
