@@ -104,6 +104,9 @@ struct Wanted {
     turnaround_of: Option<String>,
 }
 
+/// Index of a runway and of its end.
+type RunwayEnd = (usize, usize);
+
 /// Reads all sections of these kinds.
 pub(crate) fn read(
     root: &Section,
@@ -125,7 +128,7 @@ pub(crate) fn read(
     // Stands that a way leads to, by code letter, as they are needed.
     let mut reached: [Option<Vec<bool>>; 6] = [const { None }; 6];
     // Where landings go for whom no way leads to a stand, by runway end and code letter.
-    let mut instead: BTreeMap<((usize, usize), u8), Option<(usize, usize)>> = BTreeMap::new();
+    let mut instead: BTreeMap<(RunwayEnd, u8), Option<RunwayEnd>> = BTreeMap::new();
     for section in sections {
         let (file, wanted) = match section.text("kind")? {
             Some("schedule") => {

@@ -1,6 +1,6 @@
 //! What can be reached on a network: stands from runways, ends that traffic uses, lengths that types need.
 
-use super::flight_of;
+use super::{RunwayEnd, flight_of};
 use crate::types::TypeRow;
 use models::frames::{Azimuth, wrap_pi};
 use models::traffic::network::{NetEdge, Network};
@@ -18,11 +18,7 @@ pub(super) fn reached_stands(network: &Network, code: u8) -> Vec<bool> {
 /// The end to land on instead where no stand is reached from the exits of the wanted one without the runway itself (a
 /// backtrack after a landing is not driven): of the runways of the same direction the first with a way. `None`: the wanted one
 /// will do, or no other is better.
-pub(super) fn lands_instead(
-    network: &Network,
-    (r, end): (usize, usize),
-    code: u8,
-) -> Option<(usize, usize)> {
+pub(super) fn lands_instead(network: &Network, (r, end): RunwayEnd, code: u8) -> Option<RunwayEnd> {
     let heading = |r: usize, end: usize| {
         let ends_m = network.runways[r].ends_m;
         Azimuth::of(ends_m[1 - end] - ends_m[end]).rad()
@@ -44,7 +40,7 @@ pub(super) fn lands_instead(
         return None;
     }
     let ends = (0..network.runways.len()).flat_map(|o| [(o, 0), (o, 1)]);
-    let along = |o: &(usize, usize)| wrap_pi(heading(o.0, o.1) - heading(r, end)).abs() < 0.35;
+    let along = |o: &RunwayEnd| wrap_pi(heading(o.0, o.1) - heading(r, end)).abs() < 0.35;
     ends.filter(|o| o.0 != r).filter(along).find(|o| leads_to_stands(o.0, o.1))
 }
 
