@@ -355,7 +355,7 @@ fn pick(w: &mut Watched, number: u16) {
          return [t.screen.x + b.x, t.screen.y + b.y]; }})()",
     ));
     w.browser.click(at[0].as_f64().expect("x"), at[1].as_f64().expect("y"));
-    w.browser.until(&format!("__viewer.selected === 't{number}' && __viewer.curve.length > 0"));
+    w.browser.until(&format!("__viewer.selected === 't{number}' && __viewer.curve.length > 0 && document.querySelector('#tracks tr[aria-selected=true]') !== null"));
 }
 
 #[test]

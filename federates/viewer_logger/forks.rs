@@ -1,11 +1,7 @@
-//! What if, from here: a page asks for a fork of a finished run, which a process beside makes, and sees it beside its parent,
-//! with the difference in numbers.
+//! What if, from here: a fork that a page asks for, what makes it, and the difference to its parent in numbers.
 
-use super::opened;
-use super::server::Page;
 use super::source::ScanSums;
 use serde::Serialize;
-use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -28,9 +24,9 @@ pub type Make = Box<dyn Fn(&Path, &Wanted, &AtomicBool) -> Result<PathBuf, Strin
 
 /// Makes forks, one at a time.
 pub struct Forks {
-    make: Make,
-    busy: AtomicBool,
-    cancelled: AtomicBool,
+    pub(super) make: Make,
+    pub(super) busy: AtomicBool,
+    pub(super) cancelled: AtomicBool,
 }
 
 impl Forks {
@@ -44,62 +40,6 @@ impl Forks {
     pub fn cancel(&self) {
         self.cancelled.store(true, Ordering::Relaxed);
     }
-}
-
-/// Begins to make a fork; what becomes of it is told to all pages as topic `fork`.
-///
-/// # Errors
-/// Why it cannot begin, as one sentence.
-pub fn begin(page: &Arc<Page>, wanted: Wanted) -> Result<(), String> {
-    let Some(forks) = page.forks() else {
-        return Err("forks are made of finished runs: seeds open RUN, or seeds fork in a terminal"
-            .to_owned());
-    };
-    let database = page.database_of(&wanted.run).map_err(str::to_owned)?;
-    if forks.busy.swap(true, Ordering::AcqRel) {
-        return Err("another fork is being made: wait for it, or cancel it".to_owned());
-    }
-    forks.cancelled.store(false, Ordering::Relaxed);
-    let (page, own) = (Arc::clone(page), Arc::clone(&forks));
-    let work = move || {
-        let tell = |state: &str, text: &str, more: serde_json::Value| {
-            let mut message =
-                json!({"type": "fork", "id": wanted.id, "state": state, "text": text});
-            if let Some(more) = more.as_object() {
-                more.iter().for_each(|(k, v)| message[k] = v.clone());
-            }
-            page.tell_all("fork", &message);
-        };
-        tell("running", "the recording is played again", json!({}));
-        let done = (own.make)(&database, &wanted, &own.cancelled)
-            .and_then(|folder| added(&page, &wanted, &folder));
-        own.busy.store(false, Ordering::Release);
-        match done {
-            Ok((run, difference)) => {
-                tell("done", &difference.words(), json!({"run": run, "difference": difference}));
-            }
-            Err(_) if own.cancelled.load(Ordering::Relaxed) => {
-                tell("cancelled", "cancelled; nothing was kept", json!({}));
-            }
-            Err(reason) => tell("failed", &reason, json!({})),
-        }
-    };
-    let begun = std::thread::Builder::new().name("fork".to_owned()).spawn(work);
-    begun.map(drop).map_err(|error| {
-        forks.busy.store(false, Ordering::Release);
-        format!("the fork cannot be begun: {error}")
-    })
-}
-
-/// Puts the fork among the runs of the page and holds it against its parent.
-fn added(page: &Page, wanted: &Wanted, folder: &Path) -> Result<(String, Difference), String> {
-    let viewer = opened::viewer(&folder.join("run.sqlite")).map_err(|e| e.to_string())?;
-    let (run, own) = (viewer.id().to_owned(), viewer.source().sums().to_vec());
-    let difference = page
-        .with_source(&wanted.run, |parent| Difference::of(parent.sums(), &own, wanted.at_s))
-        .ok_or("the run that it is a fork of is gone")?;
-    page.add(viewer);
-    Ok((run, difference))
 }
 
 /// A fork held against its parent, scan by scan, from the time of its changes on: each figure of the parent, then of the fork.
@@ -130,7 +70,7 @@ const BLOCK_S: f64 = 30.0;
 const LEAST_BLOCKS: usize = 5;
 
 impl Difference {
-    fn of(parent: &[ScanSums], fork: &[ScanSums], at_s: f64) -> Self {
+    pub(super) fn of(parent: &[ScanSums], fork: &[ScanSums], at_s: f64) -> Self {
         let mut out = Self::default();
         let mut blocks: Vec<(i64, f64, f64)> = Vec::new();
         for own in fork {
@@ -180,7 +120,7 @@ impl Difference {
     }
 
     /// The same for people.
-    fn words(&self) -> String {
+    pub(super) fn words(&self) -> String {
         let [a, b] = self.error_m;
         if self.compared == 0 {
             return "no scan in which both follow somebody: nothing to compare".to_owned();
@@ -217,7 +157,6 @@ fn student(freedom: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::viewer_logger::Viewer;
     use models::time::SimTime;
 
     fn sums(error_m: impl Fn(u64) -> Option<f32>) -> Vec<ScanSums> {
@@ -262,19 +201,5 @@ mod tests {
         for (freedom, exact) in [(4.0, 2.776), (9.0, 2.262), (29.0, 2.045)] {
             assert!((student(freedom) / exact - 1.0).abs() < 0.02, "{freedom}");
         }
-    }
-
-    #[test]
-    fn forks_are_made_of_finished_runs_only_and_one_at_a_time() {
-        let wanted =
-            |run: &str| Wanted { id: 1, run: run.to_owned(), at_s: 0.0, changes: Vec::new() };
-        let page = Page::new(Viewer::new(1 << 16));
-        let error = begin(&page, wanted("live")).expect_err("nobody makes forks here");
-        assert!(error.contains("seeds open"), "{error}");
-        page.make_forks(Forks::new(Box::new(|_, _, _| Err("never".to_owned()))));
-        let error = begin(&page, wanted("live")).expect_err("it goes on");
-        assert!(error.contains("finished"), "{error}");
-        let error = begin(&page, wanted("other")).expect_err("unknown");
-        assert!(error.contains("no such run"), "{error}");
     }
 }

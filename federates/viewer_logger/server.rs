@@ -3,12 +3,13 @@
 //! Who may do what stands in [`super::access`], how many connections there are in `connections`.
 
 mod asked_for;
+mod fork;
 
 use super::Viewer;
 use super::access::{Access, Rights, Ticket, same_origin};
 use super::assets;
 use super::connections::{self, Peer};
-use super::forks::{self, Forks};
+use super::forks::Forks;
 use super::session::{Asked, MOST_RUNS, Outgoing, Session, refused, reply};
 use super::source::Source;
 use crate::runtime::messages::Command;
@@ -392,7 +393,7 @@ async fn browser(mut socket: WebSocket, shared: &Arc<Shared>, rights: Rights) {
                     }
                     Asked::Fork(..) if rights == Rights::Look => vec![refused(LOOK_ONLY)],
                     Asked::Fork(Some(wanted)) => {
-                        let begun = forks::begin(&shared.page, wanted);
+                        let begun = fork::begin(&shared.page, wanted);
                         begun.err().map(|why| refused(&why)).into_iter().collect()
                     }
                     Asked::Fork(None) => {

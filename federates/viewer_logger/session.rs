@@ -57,7 +57,7 @@ pub enum Asked {
     Open(Vec<String>),
     /// The time line of the run shown: [`Session::strip`].
     Strip(f64, f64, usize),
-    /// A fork ([`super::forks::begin`]), or none: the one that is being made is cancelled.
+    /// A fork, or none: the one that is being made is cancelled.
     Fork(Option<Wanted>),
     /// An alert was seen: [`Viewer::acknowledge`].
     Acknowledge(u32),
