@@ -1,7 +1,7 @@
 //! Which federates a scene needs, how they are called, and how the conductor is set up for them.
 
 use crate::runtime::conductor::ConductorConfig;
-use crate::runtime::messages::Kind;
+use crate::runtime::messages::{Frame, Kind};
 use scenarios::Scene;
 use scenarios::control::Sees;
 use scenarios::losses::Losses;
@@ -58,6 +58,18 @@ pub fn generator_name(share: u32, of: u32) -> String {
     }
 }
 
+/// Whether models of controllers clear on tracks, so that control tells the traffic what it tells control.
+#[must_use]
+pub fn closes_loop(scene: &Scene) -> bool {
+    scene.control.on_tracks() && scene.traffic.behaving.is_some()
+}
+
+/// Frames from a scan to the first in which something takes effect that controllers say then: one scan.
+#[must_use]
+pub fn loop_frames(scene: &Scene) -> Frame {
+    u64::from(scene.run.frames_per_scan)
+}
+
 /// The conductor's configuration for a scene.
 #[must_use]
 pub fn conductor_config(scene: &Scene, options: &RunOptions) -> ConductorConfig {
@@ -73,6 +85,12 @@ pub fn conductor_config(scene: &Scene, options: &RunOptions) -> ConductorConfig 
         producers.push(Kind::Smdfm.name().to_owned());
         producers.sort();
         expected.insert(0, Kind::Control.name().to_owned());
+    }
+    let on_tracks = closes_loop(scene);
+    if on_tracks {
+        // What its controllers clear, the traffic does a scan later at the earliest.
+        producers.push(Kind::Control.name().to_owned());
+        producers.sort();
     }
     let last_frame = match options.duration_s {
         Some(seconds) => (seconds * 1e9 / scene.run.frame.0 as f64).round().max(1.0) as u64,
@@ -100,6 +118,7 @@ pub fn conductor_config(scene: &Scene, options: &RunOptions) -> ConductorConfig 
         // The door of visitors is a process that a loaded host may be slow to start.
         await_spectators_ns: if options.visitors { 15_000_000_000 } else { 2_000_000_000 },
         window: WINDOW_SCANS * u64::from(scene.run.frames_per_scan),
+        closes: on_tracks.then(|| (Kind::Control.name().to_owned(), loop_frames(scene))),
         fed: crate::runtime::process::random_id(),
         losses: options.losses.over(&scene.network.losses),
     }

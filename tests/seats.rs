@@ -83,3 +83,32 @@ fn controllers_on_truth_give_one_digest_in_every_layout_and_their_log() {
     let by_plan = scene(&folder, "plan", "sees = \"none\"");
     assert_ne!(digest(&by_plan, &["--in-process"]), digest_truth);
 }
+
+/// The same with the loop closed: traffic, sensors, tracks, controllers, and what they clear back to the traffic.
+#[test]
+fn controllers_on_tracks_give_one_digest_in_every_layout_and_their_log() {
+    let folder = Folder::new("seats-tracks");
+    let on_tracks = "sees = \"tracks\"\ncontrollers = \"model\"";
+    let (digest_tracks, log) = flown(&folder, "tracks", on_tracks);
+    what_people_did_is_told(&log, "tracks");
+    assert_eq!(count(&log, "SELECT count(*) FROM run WHERE name = 'seat_events_lost'"), 0);
+    // The log flies the traffic again with what was said: whoever left his block in it was seen to do so then.
+    let mut left = log
+        .prepare("SELECT callsign, aobt_ns FROM movements WHERE aobt_ns < 390000000000")
+        .expect("a table");
+    let rows = left.query_map([], |row| Ok((row.get(0)?, row.get::<_, i64>(1)? / 1_000_000_000)));
+    let all: Vec<(String, i64)> = rows.and_then(Iterator::collect).expect("rows");
+    assert!(!all.is_empty());
+    for (callsign, at_s) in all {
+        let moved = |from: i64, to: i64| -> f64 {
+            let query = "SELECT max(x_m) - min(x_m) + max(y_m) - min(y_m) FROM truth WHERE callsign = ? AND scan BETWEEN ? AND ?";
+            log.query_row(query, (&callsign, from, to), |row| row.get(0)).expect("seen")
+        };
+        let (before_m, after_m) = (moved(at_s - 10, at_s - 1), moved(at_s + 3, at_s + 25));
+        assert!(before_m < 0.5 && after_m > 2.0, "{callsign} {at_s} s: {before_m} {after_m} m");
+    }
+    let by_truth = scene(&folder, "truth", "sees = \"truth\"");
+    let by_plan = scene(&folder, "plan", "sees = \"tracks\"");
+    assert_ne!(digest(&by_truth, &["--in-process"]), digest_tracks);
+    assert_ne!(digest(&by_plan, &["--in-process"]), digest_tracks);
+}

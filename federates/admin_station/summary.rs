@@ -3,6 +3,7 @@
 use crate::runtime::conductor::ClosedRun;
 use crate::runtime::digest::combine;
 use serde::Serialize;
+use std::collections::BTreeMap;
 
 /// One run in one line; `None` (null) where a figure could not be measured.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -31,6 +32,10 @@ pub struct RunSummary {
     pub digest: String,
     /// Digest of plots and tracks alone.
     pub track_digest: String,
+    /// Controllers' seats by name: seconds on the air in a quarter of an hour, share of the busiest minute in which it
+    /// worked, longest queue; absent where the plan clears.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub seats: BTreeMap<String, BTreeMap<String, f64>>,
     /// Faults; empty when all went well.
     pub faults: Vec<String>,
     /// True if a datagram from outside the federation took effect; absent if none did, as what follows.
@@ -103,6 +108,17 @@ pub struct TrackSummary {
     pub gross_plots: u64,
     /// Reports more than 60 m from the target that their plots came from: false ones, in no figure.
     pub far_reports: u64,
+}
+
+/// What the reports say of seats: "seat ground busiest_minute".
+fn seats_of(run: &ClosedRun) -> BTreeMap<String, BTreeMap<String, f64>> {
+    let mut seats: BTreeMap<String, BTreeMap<String, f64>> = BTreeMap::new();
+    for (key, value) in run.reports.iter().flat_map(|r| &r.values) {
+        if let Some((seat, figure)) = key.strip_prefix("seat ").and_then(|k| k.rsplit_once(' ')) {
+            seats.entry(seat.to_owned()).or_default().insert(figure.to_owned(), *value);
+        }
+    }
+    seats
 }
 
 impl RunSummary {
@@ -178,6 +194,7 @@ impl RunSummary {
             },
             digest: format!("{:016x}", combine(&[truth, weather, plots, tracks])),
             track_digest: format!("{:016x}", combine(&[plots, tracks])),
+            seats: seats_of(run),
             faults: run.reasons.clone(),
             external: foreign.is_some(),
             visitors: foreign.map(|_| sum("visitors") as u64),

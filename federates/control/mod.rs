@@ -4,15 +4,20 @@
 //! theirs. It takes no PDU in, so a run gives the same alerts in every layout.
 
 pub mod command;
+mod repeated;
+mod seats;
 
 use crate::exchange::flights::{flight_list, movement_word};
+use crate::exchange::seats::{seat_facts, seat_values};
+use crate::federation::{closes_loop, loop_frames};
 use crate::runtime::bus::Class;
 use crate::runtime::codec::encode;
 use crate::runtime::digest::Digest;
 use crate::runtime::federate::{Federate, FrameInputs, FrameOut, Publication};
 use crate::runtime::frame_time::FrameTime;
 use crate::runtime::messages::{
-    AlertMessage, ClearanceNotice, FinalReport, Frame, Kind, Notice, RunConfig, TrackNotice,
+    AlertMessage, ClearanceNotice, FederateStatus, FinalReport, Frame, Kind, Notice, RunConfig,
+    SeatMessage, TrackNotice,
 };
 use models::control::alert::{Alert, AlertKind, Change};
 use models::control::clearance::{Board, Clearance, ClearanceKind};
@@ -26,7 +31,9 @@ use models::frames::Vector2;
 use models::plot::Callsign;
 use models::time::SimTime;
 use models::traffic::network::Network;
+use repeated::Repeated;
 use scenarios::Scene;
+use seats::Seats;
 use serde_json::json;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -45,6 +52,10 @@ pub struct Control {
     raised: BTreeMap<String, u64>,
     /// Which bars are lit, as they were told last.
     lights_told: Option<Vec<bool>>,
+    /// Controllers as models, where they clear on tracks.
+    seats: Option<Seats>,
+    alerts: Repeated<AlertMessage>,
+    seat_events: Repeated<SeatMessage>,
 }
 
 fn net_of(scene: &Scene) -> SafetyNet {
@@ -79,6 +90,9 @@ impl Control {
             digest: Digest::default(),
             raised: BTreeMap::new(),
             lights_told: None,
+            seats: None,
+            alerts: Repeated::default(),
+            seat_events: Repeated::default(),
             scene,
         }
     }
@@ -96,7 +110,12 @@ impl Control {
                 }
                 Notice::Tracks(tracks) => self.tracks.clone_from(tracks),
                 Notice::Clearances(clearances) => clearances.iter().for_each(|c| self.clear(c)),
-                Notice::Outsider { .. } | Notice::MoreFlights(_) => {}
+                Notice::Wants { share, wants } => {
+                    if let Some(seats) = &mut self.seats {
+                        seats.take(*share, wants);
+                    }
+                }
+                Notice::Outsider { .. } | Notice::MoreFlights(_) | Notice::Given(_) => {}
             }
         }
     }
@@ -224,6 +243,7 @@ fn message(run: u32, now: SimTime, change: Change, alert: &Alert) -> AlertMessag
         since_ns: alert.since.0,
         asterix: alert.condition.kind.asterix(),
         place_m: [place.x, place.y],
+        number: 0,
     }
 }
 
@@ -244,10 +264,18 @@ impl Federate for Control {
         false
     }
 
+    fn in_loop(&self) -> bool {
+        closes_loop(&self.scene)
+    }
+
     fn configure(&mut self, config: &RunConfig, _out: &mut FrameOut) -> Result<(), String> {
         let scene = Arc::clone(&self.scene);
         *self = Self::new(scene);
         self.run = config.run;
+        self.seats = closes_loop(&self.scene).then(|| {
+            let step_s = self.scene.run.frame.s();
+            Seats::new(config.seed, step_s, loop_frames(&self.scene))
+        });
         Ok(())
     }
 
@@ -288,14 +316,29 @@ impl Federate for Control {
             }
         }
         if !told.is_empty() {
-            let body = encode(&told);
-            self.digest.add(frame, &body);
-            out.publish.push(Publication {
-                key: "control/1/alerts".into(),
-                class: Class::Lossy,
-                body,
-                retained: None,
-            });
+            self.digest.add(frame, &encode(&told));
+        }
+        for message in told {
+            self.alerts.tell(AlertMessage { number: self.alerts.next(), ..message });
+        }
+        let message = |key: &str, body: Vec<u8>| Publication {
+            key: key.into(),
+            class: Class::Lossy,
+            body,
+            retained: None,
+        };
+        out.publish.extend(self.alerts.scan().map(|m| message("control/1/alerts", encode(&m))));
+        if let (Some(seats), Some(behaving)) = (&mut self.seats, &self.scene.traffic.behaving) {
+            let events = seats.scan(frame, now, &self.net, &self.board, &behaving.flights, out);
+            if !events.is_empty() {
+                self.digest.add(frame, &encode(&events));
+            }
+            for event in events {
+                let number = self.seat_events.next();
+                self.seat_events.tell(SeatMessage { run: self.run, number, event });
+            }
+            let told = self.seat_events.scan();
+            out.publish.extend(told.map(|m| message("control/1/seats", encode(&m))));
         }
     }
 
@@ -303,7 +346,12 @@ impl Federate for Control {
         self.digest.0
     }
 
+    fn status(&self, status: &mut FederateStatus) {
+        status.facts.extend(self.seats.iter().flat_map(|seats| seat_facts(seats.actors())));
+    }
+
     fn finish(&mut self, report: &mut FinalReport) {
+        report.values.extend(self.seats.iter().flat_map(|seats| seat_values(seats.actors())));
         report.digests.push(("alerts".into(), self.digest.0));
         for (kind, count) in &self.raised {
             report.values.push((format!("alerts {kind}"), *count as f64));

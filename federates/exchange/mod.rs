@@ -6,6 +6,7 @@ pub mod dis_types;
 pub mod entity_state;
 pub mod flights;
 pub mod operator;
+pub mod seats;
 pub mod stamp;
 pub mod weather_notice;
 pub mod weather_pdu;

@@ -117,6 +117,8 @@ pub struct ConductorConfig {
     pub await_spectators_ns: WallNs,
     /// Frames that may be granted ahead of the slowest member when as fast as possible.
     pub window: Frame,
+    /// Who closes a loop, and by how many frames the traffic generators, who alone read it, may be ahead of it.
+    pub closes: Option<(String, Frame)>,
     /// Drawn at the start; messages of another federation have no effect.
     pub fed: u128,
     /// When a member is given up, and what becomes of the run then.

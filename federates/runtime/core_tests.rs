@@ -70,6 +70,7 @@ impl Hand {
             await_spectators: Vec::new(),
             await_spectators_ns: 0,
             window,
+            closes: None,
             fed: 7,
             losses,
         });

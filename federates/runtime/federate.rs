@@ -71,6 +71,15 @@ pub trait Federate: Send {
     fn reads_pdus(&self) -> bool {
         self.consumes()
     }
+    /// Frames that it may be ahead of a producer whose notices it waits for, because they take effect so much later;
+    /// `None`: it reads nothing of this producer. Asked of those that need producers.
+    fn ahead_of(&self, _producer: &str) -> Option<Frame> {
+        Some(0)
+    }
+    /// Whether those who read its frames may be those whose frames it waits for: it keeps nobody waiting for a report.
+    fn in_loop(&self) -> bool {
+        false
+    }
     /// Back to frame 0 of a run. What it makes at frame 0 goes out with frame 1's predecessor, frame 0.
     ///
     /// # Errors

@@ -505,7 +505,8 @@ impl Member {
         let inc = |name: &String| config.incs.iter().find(|(n, _)| n == name).map(|(_, inc)| *inc);
         let producer = |name: &String| Producer { inc: inc(name), ..Producer::default() };
         // One that makes notices for other consumers does not wait for itself.
-        let others = config.producers.iter().filter(|n| **n != self.name);
+        let reads = |n: &&String| **n != self.name && self.federate.ahead_of(n).is_some();
+        let others = config.producers.iter().filter(reads);
         self.producers = others.map(|n| (n.clone(), producer(n))).collect();
         self.granted = 0;
         self.executed = 0;
@@ -550,7 +551,9 @@ impl Member {
         }
         let reported = self.reported.unwrap_or(0);
         // Report at the horizon and often enough before it that the conductor can move it.
-        let stands = self.executed == self.granted || self.producers.values().any(|p| p.awaited);
+        let stands = self.executed == self.granted
+            || self.federate.in_loop()
+            || self.producers.values().any(|p| p.awaited);
         if self.executed > before && (stands || self.executed - reported >= self.window) {
             self.report_ends(effects);
         }

@@ -19,7 +19,8 @@
 //! | `obs/weather`, `obs/flights` | may be lost, last value served | [`WeatherNotice`], [`FlightNotice`]s |
 //! | `obs/traffic` | may be lost, last value served | JSON: what flights that behave are about |
 //! | `tracks/1/scan` | may be lost | [`ScanReport`] |
-//! | `control/1/alerts` | may be lost | [`AlertMessage`]s, what changed in a scan |
+//! | `control/1/alerts` | may be lost, repeated | [`AlertMessage`]s, what changed in the last two minutes, numbered |
+//! | `control/1/seats` | may be lost, repeated | [`SeatMessage`]s, what controllers on tracks did in the last two minutes, numbered |
 //! | `control/1/lights` | may be lost, last value served | JSON: stop bars, when one changed |
 //! | `tracks/1/list` | request (`getTracksList`) | empty → [`ScanReport`] |
 
@@ -31,7 +32,8 @@ use super::life_cycle::Phase;
 use serde::{Deserialize, Serialize};
 
 pub use notices::{
-    AlertMessage, ClearanceNotice, FlightNotice, Notice, TrackNotice, WeatherNotice,
+    AlertMessage, ClearanceNotice, FlightNotice, GivenNotice, Notice, SeatEvent, SeatMessage,
+    TrackNotice, WantNotice, WeatherNotice,
 };
 pub use scan::{ForeignReport, LagMessage, PlotMessage, ScanReport, TrackMessage, TruthMessage};
 
@@ -570,6 +572,8 @@ impl Weight for FrameEnds {
             Notice::Outsider { octets, .. } => 64 + octets.len(),
             Notice::Tracks(tracks) => 64 + 128 * tracks.len(),
             Notice::Clearances(all) => all.iter().map(|c| 128 + 16 * c.way_m.len()).sum(),
+            Notice::Wants { wants, .. } => 64 + 64 * wants.len(),
+            Notice::Given(_) => 128,
         });
         128 + hashes + notices.sum::<usize>()
     }

@@ -142,6 +142,7 @@ fn config(rate: f64, batch: bool) -> ConductorConfig {
         await_spectators: Vec::new(),
         await_spectators_ns: 0,
         window: 8,
+        closes: None,
         fed: 42,
         losses: Losses::default(),
     }

@@ -24,6 +24,7 @@ fn conductor() -> Conductor {
         await_spectators: vec!["viewer-logger".into()],
         await_spectators_ns: 2 * S,
         window: 8,
+        closes: None,
         fed: 7,
         losses: scenarios::losses::Losses::default(),
     })

@@ -21,6 +21,7 @@ mod visitor_tests;
 
 use crate::exchange::flights::{flight_list, movement_word};
 use crate::exchange::{stamp, weather_pdu};
+use crate::federation::closes_loop;
 use crate::runtime::bus::Class;
 use crate::runtime::clock::monotonic_ns;
 use crate::runtime::codec::{encode, encode_parts};
@@ -160,6 +161,8 @@ impl Smdfm {
                 Notice::Outsider { .. }
                 | Notice::MoreFlights(_)
                 | Notice::Tracks(_)
+                | Notice::Wants { .. }
+                | Notice::Given(_)
                 | Notice::Clearances(_) => {}
             }
         }
@@ -202,6 +205,15 @@ impl Federate for Smdfm {
 
     fn consumes(&self) -> bool {
         true
+    }
+
+    fn ahead_of(&self, producer: &str) -> Option<Frame> {
+        // Control reads the tracks; nothing of it is for the sensors.
+        (producer != Kind::Control.name()).then_some(0)
+    }
+
+    fn in_loop(&self) -> bool {
+        closes_loop(&self.scene)
     }
 
     fn configure(&mut self, config: &RunConfig, _out: &mut FrameOut) -> Result<(), String> {

@@ -10,12 +10,17 @@ pub mod command;
 pub mod traffic_state;
 
 use crate::exchange::entity_state::{deactivated, frozen, state_pdu, transponder, world_pose};
+use crate::exchange::seats::{seat_facts, seat_values};
+use crate::federation::{closes_loop, loop_frames};
 use crate::runtime::bus::Class;
 use crate::runtime::federate::{Aside, Federate, FrameInputs, FrameOut, Octets, Publication};
 use crate::runtime::frame_time::FrameTime;
-use crate::runtime::messages::{ClearanceNotice, FinalReport, Frame, Kind, Notice, RunConfig};
+use crate::runtime::messages::{
+    ClearanceNotice, FederateStatus, FinalReport, Frame, Kind, Notice, RunConfig, WantNotice,
+};
+use models::control::clearance::ClearanceKind;
 use models::time::SimTime;
-use models::traffic::core::Core;
+use models::traffic::core::{self, Core, Order};
 use pdu::exercise::Transponder;
 use pdu::publishing::{Publisher, Thresholds};
 use pdu::{EncodeBody, EntityState, Envelope};
@@ -43,6 +48,8 @@ pub struct TrafficGenerator {
 struct Told {
     given: usize,
     open: Vec<usize>,
+    /// What flights of this share wait for.
+    wants: Vec<WantNotice>,
 }
 
 /// One mover of this share.
@@ -84,6 +91,47 @@ impl TrafficGenerator {
         }
     }
 
+    /// Takes in what controllers on tracks cleared, before the frame of its effect.
+    fn take_given(&mut self, inputs: &FrameInputs) {
+        let Some((core, _)) = &mut self.core else { return };
+        for (effect, notice) in &inputs.notices {
+            let Notice::Given(given) = notice else { continue };
+            let Some(kind) = ClearanceKind::of(&given.kind) else { continue };
+            core.notice(core::Notice {
+                effect_frame: *effect as i64,
+                source: given.seat.clone(),
+                sequence: given.number,
+                flight: given.flight as usize,
+                order: Order::Clear(kind),
+            });
+        }
+    }
+
+    /// Tells controllers on tracks what the flights of this share wait for, once a scan, where it changed.
+    fn tell_wants(&mut self, frame: Frame, out: &mut FrameOut) {
+        let scan = frame.is_multiple_of(u64::from(self.scene.run.frames_per_scan));
+        if !scan || !closes_loop(&self.scene) {
+            return;
+        }
+        let (Some((core, _)), Some(behaving)) = (&self.core, &self.scene.traffic.behaving) else {
+            return;
+        };
+        let own = |flight: u32| {
+            scenarios::in_share(behaving.first_entity + flight as usize, self.share, self.of)
+        };
+        let want = |(w, runway): (models::control::actors::Wanted, usize)| WantNotice {
+            flight: w.flight,
+            kind: w.kind.word().to_owned(),
+            group: w.group,
+            runway: behaving.network.runways[runway].names[0].clone(),
+        };
+        let wants = core.wanted().into_iter().filter(|(w, _)| own(w.flight)).map(want).collect();
+        if wants != self.told.wants {
+            self.told.wants.clone_from(&wants);
+            out.notices.push(Notice::Wants { share: self.share, wants });
+        }
+    }
+
     fn frame(&mut self, frame: Frame, out: &mut FrameOut) {
         let now = self.time.time(frame);
         self.executed = frame;
@@ -95,6 +143,7 @@ impl TrafficGenerator {
             }
         }
         self.tell_clearances(out);
+        self.tell_wants(frame, out);
         let first = self.scene.traffic.behaving.as_ref().map_or(usize::MAX, |b| b.first_entity);
         let run = &self.scene.run;
         let envelope = Envelope::new(self.exercise, self.time.stamp(frame));
@@ -230,6 +279,26 @@ impl Federate for TrafficGenerator {
         Kind::TrafficGenerator
     }
 
+    fn consumes(&self) -> bool {
+        closes_loop(&self.scene)
+    }
+
+    fn reads_pdus(&self) -> bool {
+        false
+    }
+
+    fn ahead_of(&self, producer: &str) -> Option<Frame> {
+        // What control says in a frame takes effect a scan later at the earliest; nobody else is read.
+        match closes_loop(&self.scene) {
+            true => (producer == Kind::Control.name()).then(|| loop_frames(&self.scene)),
+            false => Some(0),
+        }
+    }
+
+    fn in_loop(&self) -> bool {
+        closes_loop(&self.scene)
+    }
+
     fn configure(&mut self, config: &RunConfig, out: &mut FrameOut) -> Result<(), String> {
         if config.generators != self.of {
             return Err(format!(
@@ -256,7 +325,8 @@ impl Federate for TrafficGenerator {
         Ok(())
     }
 
-    fn step(&mut self, frame: Frame, _inputs: &FrameInputs, out: &mut FrameOut) {
+    fn step(&mut self, frame: Frame, inputs: &FrameInputs, out: &mut FrameOut) {
+        self.take_given(inputs);
         self.frame(frame, out);
         let per_scan = (self.scene.run.scan().0 / self.scene.run.frame.0).max(1) as u64;
         // One of all says what all of them know.
@@ -302,6 +372,12 @@ impl Federate for TrafficGenerator {
         out.pdus
     }
 
+    fn status(&self, status: &mut FederateStatus) {
+        let told = self.core.as_ref().filter(|_| self.share == 1);
+        let actors = told.and_then(|(core, _)| core.actors());
+        status.facts.extend(actors.into_iter().flat_map(seat_facts));
+    }
+
     fn finish(&mut self, report: &mut FinalReport) {
         report.values.push(("entities".into(), self.movers.len() as f64));
         if let Some((core, _)) = &self.core {
@@ -309,6 +385,9 @@ impl Federate for TrafficGenerator {
             let digest = core.digest();
             report.values.push(("core_digest_high".into(), (digest >> 32) as f64));
             report.values.push(("core_digest_low".into(), (digest & 0xffff_ffff) as f64));
+            // Equal in every generator, too: one says it.
+            let actors = core.actors().filter(|_| self.share == 1);
+            report.values.extend(actors.into_iter().flat_map(seat_values));
         }
     }
 }

@@ -14,7 +14,7 @@ use crate::exchange::flights::flight_list;
 use crate::runtime::clock::utc_ns;
 use crate::runtime::messages::{
     AlertMessage, FederateStatus, FlightNotice, ForeignReport, Operation, RunState, ScanReport,
-    WeatherNotice,
+    SeatMessage, WeatherNotice,
 };
 use capture::Recorder;
 use models::flight_list::FlightList;
@@ -42,6 +42,8 @@ pub enum Heard {
     Operation(Operation),
     /// What changed of the control alerts in a scan.
     Alerts(Vec<AlertMessage>),
+    /// What controllers on tracks did.
+    Seats(Vec<SeatMessage>),
     /// How traffic stands, or the stop bars (JSON).
     Said(Topic, String),
 }
@@ -107,7 +109,14 @@ pub struct Keeper {
     kept: Kept,
     flights: FlightList,
     beside: Option<Beside>,
+    /// What controllers on tracks did in this run.
+    people: Vec<SeatMessage>,
+    /// Numbers of the last alert and the last event of a seat.
+    last_told: [u64; 2],
 }
+
+/// Events of seats that are kept at most: days of a busy airport.
+const MOST_EVENTS: usize = 1_000_000;
 
 impl Keeper {
     /// Opens the files and shows the scene on the page.
@@ -153,6 +162,8 @@ impl Keeper {
             kept: Kept::default(),
             flights: FlightList::default(),
             beside: None,
+            people: Vec::new(),
+            last_told: [0; 2],
         })
     }
 
@@ -183,9 +194,20 @@ impl Keeper {
             Heard::Foreign(reports) => self.logged(|log| log.foreign(&reports)),
             Heard::Alerts(alerts) => {
                 let run = self.state.as_ref().map_or(0, |s| s.run);
-                let now: Vec<_> = alerts.into_iter().filter(|a| a.run >= run).collect();
+                let mut now: Vec<_> = alerts.into_iter().filter(|a| a.run >= run).collect();
+                self.only_new(0, "alerts", &mut now, |a| a.number);
+                if now.is_empty() {
+                    return;
+                }
                 self.logged(|log| log.alerts(&now));
                 self.shown(|viewer| viewer.on_alerts(&now));
+            }
+            Heard::Seats(mut told) => {
+                let run = self.state.as_ref().map_or(0, |s| s.run);
+                told.retain(|m| m.run >= run);
+                self.only_new(1, "seat_events", &mut told, |m| m.number);
+                told.truncate(MOST_EVENTS - self.people.len().min(MOST_EVENTS));
+                self.people.extend(told);
             }
             Heard::Said(topic, text) => {
                 self.logged(|log| log.said(topic, &text));
@@ -244,6 +266,19 @@ impl Keeper {
         self.kept.clone()
     }
 
+    /// Keeps of what is told again and again only what is new; what was lost for good is said and noted.
+    fn only_new<T>(&mut self, stream: usize, what: &str, told: &mut Vec<T>, number: fn(&T) -> u64) {
+        let last = self.last_told[stream];
+        told.retain(|one| number(one) == 0 || number(one) > last);
+        let Some(first) = told.iter().map(number).find(|n| *n > 0) else { return };
+        self.last_told[stream] = told.iter().map(number).fold(last, u64::max);
+        let lost = first - last - 1;
+        if lost > 0 {
+            tracing::warn!(lost, "{what} did not arrive: the log has a hole there");
+            self.fact(&format!("{what}_lost"), &lost.to_string());
+        }
+    }
+
     fn scan(&mut self, scan: &ScanReport) {
         if self.state.as_ref().is_some_and(|s| s.run > scan.run) {
             return; // a straggler of the run before
@@ -296,6 +331,8 @@ impl Keeper {
             self.last_scan = None;
             self.beside = None;
             self.close_log();
+            self.people.clear();
+            self.last_told = [0; 2];
             self.open_log(state.run, state.seed);
         }
         let seed = before.as_ref().map_or(self.scene.run.seed, |b| b.seed);
@@ -330,8 +367,9 @@ impl Keeper {
     fn close_log(&mut self) {
         let Some(mut log) = self.log.take() else { return };
         if let Some(state) = &self.state
-            && let Some((core, told)) = core_after(&self.scene, state.seed, state.frame)
-            && let Err(error) = log.traffic(&self.scene, &core, &told)
+            && let Some((core, told)) =
+                core_after(&self.scene, state.seed, state.frame, &self.people)
+            && let Err(error) = log.traffic(&self.scene, &core, &told, &self.people)
         {
             tracing::error!("{error}");
         }
@@ -445,6 +483,43 @@ mod tests {
         assert_eq!(rows(&second, "SELECT count(*) FROM scans"), 1);
         let recorded = std::fs::metadata(files.recording.expect("a recording")).expect("a file");
         assert!(recorded.len() > 4 * 46);
+    }
+
+    /// What is told again is taken once; a hole is noted.
+    #[test]
+    fn alerts_that_were_lost_and_told_again_are_all_there_and_once() {
+        let folder = Folder::new();
+        let files = Files::in_folder(&folder.0, 1_763_684_465_000_000_000);
+        let file = files.database.clone().expect("a database");
+        let mut keeper = Keeper::open(scene(), None, &files).expect("opened");
+        keeper.hear(state(1, Phase::Running), 1);
+        let alert = |number: u64| AlertMessage {
+            run: 1,
+            number,
+            id: number as u32,
+            time_ns: number as i64,
+            change: "raised".into(),
+            kind: "RMCA_ARR".into(),
+            stage: "alarm".into(),
+            subjects: format!("A{number}"),
+            ..AlertMessage::default()
+        };
+        let of = |range: std::ops::RangeInclusive<u64>| Heard::Alerts(range.map(alert).collect());
+        keeper.hear(of(1..=1), 1);
+        keeper.hear(of(1..=1), 2);
+        // The messages of 2 and 3 were lost.
+        keeper.hear(of(1..=4), 3);
+        keeper.hear(of(2..=4), 4);
+        assert_eq!(keeper.last_told, [4, 0]);
+        // 5 was lost for good.
+        keeper.hear(of(6..=7), 5);
+        keeper.close(0);
+        assert_eq!(rows(&file, "SELECT count(*) FROM alerts"), 6);
+        assert_eq!(rows(&file, "SELECT count(DISTINCT subjects) FROM alerts"), 6);
+        let lost = "SELECT value FROM run WHERE name = 'alerts_lost'";
+        let reader = rusqlite::Connection::open(&file).expect("a database");
+        let lost: String = reader.query_row(lost, [], |row| row.get(0)).expect("noted");
+        assert_eq!(lost, "1");
     }
 
     #[test]

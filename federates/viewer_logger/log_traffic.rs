@@ -5,23 +5,30 @@
 
 use super::log::{Log, LogError, write_events};
 use super::said::alert_event;
-use crate::runtime::messages::AlertMessage;
-use models::control::actors::message::Seat;
+use crate::exchange::seats::{People, figures};
+use crate::runtime::messages::{AlertMessage, SeatEvent, SeatMessage};
 use models::control::alert::{Alert, Change};
+use models::control::clearance::ClearanceKind;
 use models::control::layout::Layout;
 use models::control::parameters::Parameters;
 use models::control::scoring;
 use models::time::SimTime;
-use models::traffic::core::{Core, Direction};
+use models::traffic::core::{Core, Direction, Notice, Order};
 use models::traffic::exact::Watch;
 use rusqlite::{Transaction, params};
 use scenarios::Scene;
 use scenarios::control::Sees;
+use std::collections::BTreeMap;
 
 /// The core after `frames` frames with the alerts that the rules raise on its exact truth, or `None` where nothing behaves or the scene
-/// cannot be read again.
+/// cannot be read again. `people`: what controllers on tracks cleared.
 #[must_use]
-pub fn core_after(scene: &Scene, seed: u64, frames: u64) -> Option<(Core, Vec<Told>)> {
+pub fn core_after(
+    scene: &Scene,
+    seed: u64,
+    frames: u64,
+    people: &[SeatMessage],
+) -> Option<(Core, Vec<Told>)> {
     scene.traffic.behaving.as_ref()?;
     let whole = scenarios::load(&scene.path).ok().filter(|s| s.hash == scene.hash)?;
     let mut core = whole.traffic.behaving.as_ref()?.core(&whole.run, seed)?;
@@ -29,7 +36,22 @@ pub fn core_after(scene: &Scene, seed: u64, frames: u64) -> Option<(Core, Vec<To
         Layout::of(&whole.airport.layout).with_network(&whole.traffic.behaving.as_ref()?.network);
     let mut watch = Watch::new(layout, Parameters::default(), whole.control.stop_bars);
     let mut told = Vec::new();
+    let mut given: BTreeMap<u64, Vec<Notice>> = BTreeMap::new();
+    for message in people {
+        let SeatEvent::Given(effect, g) = &message.event else { continue };
+        let Some(kind) = ClearanceKind::of(&g.kind) else { continue };
+        given.entry(*effect).or_default().push(Notice {
+            effect_frame: *effect as i64,
+            source: g.seat.clone(),
+            sequence: g.number,
+            flight: g.flight as usize,
+            order: Order::Clear(kind),
+        });
+    }
     for frame in 1..=frames.min(whole.run.frames()) {
+        for notice in given.remove(&frame).into_iter().flatten() {
+            core.notice(notice);
+        }
         core.step(frame as i64);
         if frame.is_multiple_of(u64::from(whole.run.frames_per_scan)) {
             let now = SimTime(frame as i64 * whole.run.frame.0);
@@ -43,41 +65,25 @@ pub fn core_after(scene: &Scene, seed: u64, frames: u64) -> Option<(Core, Vec<To
 pub type Told = (SimTime, Change, Alert);
 
 /// What the controllers' seats did, minute by minute and in all.
-fn write_seats(t: &Transaction<'_>, core: &Core, frame_ns: i64) -> rusqlite::Result<()> {
-    let Some(actors) = core.actors() else { return Ok(()) };
+fn write_seats(t: &Transaction<'_>, people: &People, source: &str) -> rusqlite::Result<()> {
     let mut insert = t.prepare("INSERT INTO seats VALUES (?,?,?,?)")?;
-    for s in actors.samples() {
-        let time_ns = SimTime::from_s(s.time_s).0;
-        insert.execute(params![time_ns, s.seat.name(), s.busy, s.queue])?;
+    for m in &people.minutes {
+        insert.execute(params![m.time_ns, m.seat, m.busy, m.queue])?;
     }
     let mut insert = t.prepare("INSERT INTO radio VALUES (?,?,?,?,?)")?;
-    let name = |seat: Seat| match seat {
-        Seat::Flight(flight) => core.flights()[flight as usize].callsign.clone(),
-        seat => seat.name(),
-    };
-    for m in actors.messages() {
-        let (sender, receiver) = (name(m.from), name(m.to));
-        let time_ns = m.at_frame * frame_ns;
-        insert.execute(params![time_ns, sender, receiver, m.kind.word(), m.body.word()])?;
+    for (time_ns, [sender, receiver], kind, clearance) in &people.messages {
+        insert.execute(params![time_ns, sender, receiver, kind, clearance])?;
     }
-    let mut insert = t.prepare("INSERT INTO measures VALUES ('truth',?,?,?)")?;
-    let mut seats: Vec<_> = actors.samples().iter().map(|s| s.seat).collect();
-    seats.sort_unstable();
-    seats.dedup();
-    for seat in seats {
-        let own: Vec<_> = actors.samples().iter().filter(|s| s.seat == seat).collect();
-        let Some(last) = own.last() else { continue };
-        let name = seat.name();
-        let per_quarter_s = 900.0 * last.on_air_s / last.time_s.max(1.0);
-        let busiest = own.iter().map(|s| s.busy).fold(0.0, f64::max);
-        let longest = own.iter().map(|s| s.queue).max().unwrap_or(0);
-        insert.execute(params![format!("{name}: on air in 15 min"), per_quarter_s, "s"])?;
-        insert.execute(params![format!("{name}: busiest minute"), busiest, ""])?;
-        insert.execute(params![format!("{name}: longest queue"), longest, ""])?;
+    let mut insert = t.prepare("INSERT INTO measures VALUES (?,?,?,?)")?;
+    for (seat, figures) in figures(&people.minutes) {
+        for (key, name, value) in figures {
+            let unit = if key.contains("_s_") { "s" } else { "" };
+            insert.execute(params![source, format!("{seat}: {name}"), value, unit])?;
+        }
     }
-    let (spoken, misheard) = actors.spoken();
-    insert.execute(params!["clearances spoken", spoken as f64, ""])?;
-    insert.execute(params!["clearances misheard", misheard as f64, ""])?;
+    for (name, count) in &people.counts {
+        insert.execute(params![source, name, *count as f64, ""])?;
+    }
     Ok(())
 }
 
@@ -207,7 +213,13 @@ impl Log {
     ///
     /// # Errors
     /// If the database cannot be written.
-    pub fn traffic(&mut self, scene: &Scene, core: &Core, told: &[Told]) -> Result<(), LogError> {
+    pub fn traffic(
+        &mut self,
+        scene: &Scene,
+        core: &Core,
+        told: &[Told],
+        people: &[SeatMessage],
+    ) -> Result<(), LogError> {
         let Some(behaving) = &scene.traffic.behaving else { return Ok(()) };
         let ns = |s: f64| (s * 1e9).round() as i64;
         self.write(|t| {
@@ -283,7 +295,11 @@ impl Log {
             ] {
                 insert.execute(params!["truth", name, value, unit])?;
             }
-            write_seats(t, core, scene.run.frame.0)?;
+            if let Some(people) = People::of_core(core, scene.run.frame.0) {
+                write_seats(t, &people, "truth")?;
+            } else if let Some(people) = People::of_told(people) {
+                write_seats(t, &people, "tracks")?;
+            }
             let mut insert = t.prepare("INSERT INTO failures VALUES (?,?,?,?)")?;
             for f in core.shown() {
                 insert.execute(params![f.id, f.callsign, f.kind.word(), ns(f.time_s)])?;

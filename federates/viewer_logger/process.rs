@@ -183,6 +183,7 @@ fn subscribe(bus: &dyn Bus, inbox: &Inbox) -> Result<(), BusError> {
     hear(bus, "obs/flights", inbox.taking(Heard::Flights))?;
     hear(bus, "obs/foreign", inbox.taking(Heard::Foreign))?;
     hear(bus, "control/1/alerts", inbox.taking(Heard::Alerts))?;
+    hear(bus, "control/1/seats", inbox.taking(Heard::Seats))?;
     hear_text(bus, "obs/traffic", Topic::Traffic, inbox)?;
     hear_text(bus, "control/1/lights", Topic::Lights, inbox)?;
     hear(bus, "obs/operation", inbox.taking(Heard::Operation))

@@ -289,6 +289,7 @@ mod tests {
             since_ns: 0,
             asterix: 9,
             place_m: [1.0, 2.0],
+            number: 0,
         }
     }
 

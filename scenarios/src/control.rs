@@ -25,6 +25,8 @@ pub enum Sees {
 pub struct ControlScene {
     /// What control reads.
     pub sees: Sees,
+    /// Models of controllers clear, not the plan.
+    pub controllers: bool,
     /// Which piece may be taken.
     pub policy: Policy,
     /// Stop bars are in use.
@@ -39,6 +41,14 @@ pub struct ControlScene {
     pub errors: f64,
 }
 
+impl ControlScene {
+    /// Models of controllers clear on tracks: the member `control` tells the traffic what to do.
+    #[must_use]
+    pub fn on_tracks(&self) -> bool {
+        self.sees == Sees::Tracks && self.controllers
+    }
+}
+
 /// Reads `[control]`.
 pub(crate) fn read(root: &Section) -> Result<ControlScene, ScenarioError> {
     let section =
@@ -46,8 +56,26 @@ pub(crate) fn read(root: &Section) -> Result<ControlScene, ScenarioError> {
     let sees = [("none", Sees::Nothing), ("truth", Sees::Truth), ("tracks", Sees::Tracks)];
     let policies =
         [("planned", Policy::Planned), ("ordered", Policy::Ordered), ("free", Policy::Free)];
+    let sees = section.choice("sees", &sees)?.unwrap_or_default();
+    let who = section.choice("controllers", &[("plan", false), ("model", true)])?;
+    let controllers = who.unwrap_or(sees == Sees::Truth);
+    let fits = match sees {
+        Sees::Nothing => !controllers,
+        Sees::Truth => controllers,
+        Sees::Tracks => true,
+    };
+    if !fits {
+        let found = if controllers { "model" } else { "plan" };
+        let allowed = match sees {
+            Sees::Truth => "\"model\": with sees = \"truth\" controllers clear",
+            _ => "\"plan\": controllers need something to see, sees = \"truth\" or \"tracks\"",
+        };
+        let problem = Problem::NotAllowed { found: found.into(), allowed: allowed.into() };
+        return Err(section.refuse("controllers", problem));
+    }
     Ok(ControlScene {
-        sees: section.choice("sees", &sees)?.unwrap_or_default(),
+        sees,
+        controllers,
         policy: section.choice("policy", &policies)?.unwrap_or_default(),
         stop_bars: section.flag("stop_bars")?.unwrap_or(false),
         confirm_scans: section.integer("confirm_scans", 1, 10)?.unwrap_or(1) as u32,

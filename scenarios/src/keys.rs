@@ -529,6 +529,8 @@ pub(crate) const NETWORK: &[Key] = &[
 
 pub(crate) const CONTROL: &[Key] = &[
     Key::word("sees", || vec!["none", "truth", "tracks"], "What control reads").or("none"),
+    Key::word("controllers", || vec!["plan", "model"], "Who clears, where control reads tracks")
+        .or("plan; model where sees is truth"),
     Key::word("policy", || vec!["planned", "ordered", "free"], "How ways are cleared")
         .or("planned"),
     Key::number("errors", "", 0.0, 1e5, "Errors of pilots, in multiples of what is assumed")

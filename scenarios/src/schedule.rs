@@ -16,7 +16,9 @@ use models::flight_list::{FlightEntry, MovementKind, WakeCategory};
 use models::frames::Azimuth;
 use models::plot::Callsign;
 use models::time::SimTime;
-use models::traffic::core::{Core, Direction, Failure, FailureKind, Flight, Obstacle, Policy};
+use models::traffic::core::{
+    ClearedBy, Core, Direction, Failure, FailureKind, Flight, Obstacle, Policy,
+};
 use models::traffic::network::{Network, code_of_span};
 use models::traffic::outline::{Rectangle, Size, distance_m, outline};
 use models::traffic::pieces::Pieces;
@@ -38,8 +40,8 @@ pub struct Behaving {
     pub first_entity: usize,
     /// Which piece may be taken.
     pub policy: Policy,
-    /// Models of controllers clear, not the plan.
-    pub controllers: bool,
+    /// Who clears: the plan, models of controllers in the core, or those of the member `control` by notices.
+    pub cleared_by: ClearedBy,
     /// Errors of pilots, in multiples of what is assumed.
     pub errors: f64,
     /// What goes wrong.
@@ -59,7 +61,10 @@ impl Behaving {
         let core = Core::new(net, pieces, flights, self.policy, seed, run.frame.s());
         let core = core.with_obstacles(self.obstacles.clone());
         let core = core.with_failures(&self.failures).with_errors(self.errors);
-        Some(if self.controllers { core.with_controllers() } else { core })
+        Some(match self.cleared_by {
+            ClearedBy::Controllers => core.with_controllers(),
+            by => core.cleared_by(by),
+        })
     }
 }
 
@@ -293,7 +298,11 @@ pub(crate) fn read(
         flights: Arc::new(flights),
         first_entity,
         policy: control.policy,
-        controllers: control.sees == Sees::Truth,
+        cleared_by: match (control.sees, control.controllers) {
+            (Sees::Truth, true) => ClearedBy::Controllers,
+            (Sees::Tracks, true) => ClearedBy::Notices,
+            _ => ClearedBy::Plan,
+        },
         errors: control.errors,
         failures,
         obstacles: Vec::new(),

@@ -143,8 +143,7 @@ fn every_scene_with_flights_that_ships_is_read() {
 fn with_notices_a_departure_waits_for_each_clearance() {
     use models::control::clearance::ClearanceKind as Kind;
     let scene = scene(XSYN, 4, 2400, 3, "planned");
-    let mut core = core_of(&scene);
-    core.cleared_by(ClearedBy::Notices);
+    let mut core = core_of(&scene).cleared_by(ClearedBy::Notices);
     let flight = (0..core.flights().len())
         .find(|f| core.flights()[*f].direction == Direction::Departure)
         .expect("a departure");

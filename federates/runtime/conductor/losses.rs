@@ -5,7 +5,7 @@ use crate::runtime::clock::WallNs;
 use crate::runtime::digest::content;
 use crate::runtime::life_cycle::Phase;
 use crate::runtime::messages::{
-    Accepted, Frame, Hello, Order, ProducerAt, Return, Standing, Welcome,
+    Accepted, Frame, Hello, Kind, Order, ProducerAt, Return, Standing, Welcome,
 };
 use scenarios::losses::ReturnWithin;
 
@@ -57,10 +57,25 @@ impl Conductor {
     /// Whether a member could execute a frame that it has not: granted, and of a consumer every input made.
     fn is_due(&self, name: &str, member: &MemberEntry) -> bool {
         let executed = member.executed.unwrap_or(0);
+        let generates = member.hello.kind == Kind::TrafficGenerator;
         let made = |producer: &String| {
             let Some(made) = self.members.get(producer) else { return true };
+            // In a loop generators read him who closes it, and nobody else does.
+            let ahead = match &self.config.closes {
+                Some((by, ahead)) if (by == producer) == generates => {
+                    if generates {
+                        *ahead
+                    } else {
+                        0
+                    }
+                }
+                Some(_) => return true,
+                None => 0,
+            };
             let counts = self.views.cut(producer).unwrap_or(made.executed);
-            producer == name || self.views.is_absent(producer) || counts > Some(executed)
+            producer == name
+                || self.views.is_absent(producer)
+                || counts.map(|c| c + ahead) > Some(executed)
         };
         self.phase == Phase::Running
             && member.alive

@@ -363,7 +363,7 @@ impl Member {
         }
     }
 
-    /// Last frame whose inputs are complete; none if not even those of frame 0 are.
+    /// Last frame that may be executed with the inputs that are here; none if not even those of frame 0 are.
     pub(super) fn complete(&self) -> Option<Frame> {
         if !self.federate.consumes() {
             return Some(Frame::MAX);
@@ -373,7 +373,9 @@ impl Member {
                 return Some(Frame::MAX);
             }
             let complete = self.complete_of(name);
-            producer.bound.map_or(complete, |bound| complete.min(bound))
+            let ahead = self.federate.ahead_of(name).unwrap_or(0);
+            let usable = producer.bound.map_or(complete, |bound| complete.min(bound));
+            usable.map(|frame| frame.saturating_add(ahead))
         };
         self.producers.iter().map(of).min().unwrap_or(Some(Frame::MAX))
     }

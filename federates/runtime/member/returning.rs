@@ -52,6 +52,7 @@ impl Member {
             let settled = p.stream.is_some() || p.absent || Some(self.executed) <= p.made;
             settled && self.complete_of(&p.name) >= p.made
         };
+        let read = |p: &&ProducerAt| self.federate.ahead_of(&p.name).is_some();
         let reaches = match to.upto {
             None => self.zero.is_some() || self.own.front().is_some_and(|o| o.frame == 0),
             Some(upto) => upto <= self.executed && self.zero.is_none(),
@@ -59,7 +60,7 @@ impl Member {
         let standing = self.standing(to.upto);
         let known = to.upto.is_none() || self.own.iter().any(|o| Some(o.frame) == to.upto);
         let state = !self.federate.consumes() || standing.state.is_some();
-        same_run && reaches && known && state && to.producers.iter().all(behind)
+        same_run && reaches && known && state && to.producers.iter().filter(read).all(behind)
     }
 
     fn standing(&self, frame: Option<Frame>) -> Standing {
@@ -94,13 +95,19 @@ impl Member {
     fn make_again(&mut self, to: &Return, remake: Option<&Remake>) -> Result<(), String> {
         let consumes = self.federate.consumes();
         let mut makers = Makers::new();
+        let read: Vec<ProducerAt> = to
+            .producers
+            .iter()
+            .filter(|p| self.federate.ahead_of(&p.name).is_some())
+            .cloned()
+            .collect();
         let needed = |p: &&ProducerAt| p.made.is_some() && !p.empty;
-        if consumes && to.producers.iter().any(|p| needed(&p)) {
+        if consumes && read.iter().any(|p| needed(&p)) {
             let remake = remake.ok_or("nothing here can make the inputs again")?;
             makers = remake(&to.config)?;
         }
         let out = self.begin(to.config.clone())?;
-        for at in to.producers.iter().filter(needed) {
+        for at in read.iter().filter(needed) {
             let maker = makers.get_mut(&at.name);
             let maker =
                 maker.ok_or_else(|| format!("frames of {} cannot be made again", at.name))?;
@@ -108,22 +115,22 @@ impl Member {
             maker.configure(&to.config, &mut made)?;
             self.take_made(&at.name, 0, made);
         }
-        let last = to.producers.iter().filter_map(|p| p.made).max();
+        let last = read.iter().filter_map(|p| p.made).max();
         let Some(upto) = to.upto else {
             self.zero = Some(out);
-            self.make_inputs(&to.producers, &mut makers, last.unwrap_or(0));
+            self.make_inputs(&read, &mut makers, last.unwrap_or(0));
             return Ok(());
         };
         self.keep(0, &mut { out });
         for frame in 1..=upto {
-            self.make_frame(&to.producers, &mut makers, frame);
+            self.make_frame(&read, &mut makers, frame);
             let mut out = self.execute(frame);
             self.keep(frame, &mut out);
         }
         for frame in upto + 1..=last.unwrap_or(0) {
-            self.make_frame(&to.producers, &mut makers, frame);
+            self.make_frame(&read, &mut makers, frame);
         }
-        for at in &to.producers {
+        for at in &read {
             if let Some(producer) = self.producers.get_mut(&at.name) {
                 producer.ended = at.made;
             }

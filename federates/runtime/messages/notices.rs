@@ -1,6 +1,6 @@
 //! What members tell the federation beside their PDUs, and spectators with it: flights, weather, tracks, clearances, alerts.
 
-use super::REPORT_OCTETS;
+use super::{Frame, REPORT_OCTETS};
 use crate::runtime::codec::encoded_size;
 use serde::{Deserialize, Serialize};
 use std::net::SocketAddr;
@@ -25,6 +25,85 @@ pub enum Notice {
     Tracks(Vec<TrackNotice>),
     /// Clearances that were given or ended.
     Clearances(Vec<ClearanceNotice>),
+    /// What all flights of a generator's share wait for, for controllers on tracks: told when it changed.
+    Wants {
+        /// Share, from 1.
+        share: u32,
+        /// All of them, by flight.
+        wants: Vec<WantNotice>,
+    },
+    /// What controllers on tracks cleared, read back: the traffic does it from the frame of its effect on.
+    Given(GivenNotice),
+}
+
+/// What a flight waits for.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct WantNotice {
+    /// Flight, counted in the scene from 0.
+    pub flight: u32,
+    /// Word of the clearance ("LUP").
+    pub kind: String,
+    /// Group of the runway: of those that cross.
+    pub group: u8,
+    /// Designator of one of its ends.
+    pub runway: String,
+}
+
+/// A clearance of a controller's model.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct GivenNotice {
+    /// Flight, counted in the scene from 0.
+    pub flight: u32,
+    /// Word of the clearance.
+    pub kind: String,
+    /// Seat that gave it.
+    pub seat: String,
+    /// Counted in the run from 1.
+    pub number: u64,
+}
+
+/// What happened at a controller's seat: numbered, and told again for a while, because a message may be lost.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SeatMessage {
+    /// Number of the run.
+    pub run: u32,
+    /// Counted in the run from 1.
+    pub number: u64,
+    /// What.
+    pub event: SeatEvent,
+}
+
+/// What happens at a seat.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum SeatEvent {
+    /// A clearance that the traffic acts upon from a frame on.
+    Given(Frame, GivenNotice),
+    /// A message on its frequency.
+    Spoke {
+        /// Time of its last word, ns of simulated time.
+        time_ns: i64,
+        /// Who spoke, and to whom.
+        between: [String; 2],
+        /// Word of its kind ("readback").
+        kind: String,
+        /// Word of the clearance.
+        clearance: String,
+    },
+    /// The last minute of a seat.
+    Minute {
+        /// End of the minute, ns of simulated time.
+        time_ns: i64,
+        /// Whose.
+        seat: String,
+        /// Share of it in which somebody thought, spoke or listened.
+        busy: f64,
+        /// How many waited at its end.
+        queue: u32,
+        /// Seconds on the air since the begin.
+        on_air_s: f64,
+    },
+    /// Counts since the begin: clearances spoken, misheard, given on a call alone, seconds of runways that looked occupied.
+    Counts([u64; 4]),
 }
 
 /// A system track as control takes it; airport frame, SI units.
@@ -92,6 +171,8 @@ pub struct AlertMessage {
     pub asterix: u8,
     /// Where, m east and north.
     pub place_m: [f64; 2],
+    /// Counted in the run from 1: told again for a while, because a message may be lost. 0: not counted.
+    pub number: u64,
 }
 
 impl Notice {

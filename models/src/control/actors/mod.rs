@@ -6,6 +6,7 @@
 
 pub mod message;
 pub mod pilot;
+pub mod sight;
 
 use super::clearance::ClearanceKind;
 use crate::draw::{DrawKey, Purpose};
@@ -128,6 +129,8 @@ pub struct Actors {
     samples: Vec<Sample>,
     messages: VecDeque<Message>,
     sampled_s: f64,
+    /// Messages in all.
+    told: u64,
     said: u64,
     misheard: u64,
 }
@@ -145,6 +148,7 @@ impl Actors {
             samples: Vec::new(),
             messages: VecDeque::new(),
             sampled_s: 0.0,
+            told: 0,
             said: 0,
             misheard: 0,
         }
@@ -161,6 +165,13 @@ impl Actors {
         self.messages.iter()
     }
 
+    /// The messages after the first `known` of the run, as far as they are kept, and how many there are by now.
+    #[must_use]
+    pub fn messages_after(&self, known: u64) -> (Vec<Message>, u64) {
+        let new = (self.told.saturating_sub(known) as usize).min(self.messages.len());
+        (self.messages.range(self.messages.len() - new..).copied().collect(), self.told)
+    }
+
     /// How many clearances were spoken, and how many of them misheard.
     #[must_use]
     pub fn spoken(&self) -> (u64, u64) {
@@ -169,10 +180,15 @@ impl Actors {
 
     /// One scan: who wants what now, sorted by flight and each flight once. What is given, with its time.
     pub fn scan(&mut self, now_s: f64, wanted: &[Wanted]) -> Vec<Given> {
+        self.scan_seen(now_s, wanted, &vec![true; wanted.len()])
+    }
+
+    /// The same where not everybody may be cleared as it looks: `may`, one for each that wants something.
+    pub fn scan_seen(&mut self, now_s: f64, wanted: &[Wanted], may: &[bool]) -> Vec<Given> {
         self.hear(now_s, wanted);
         let mut given = Vec::new();
         let mut by_seat: BTreeMap<Seat, Vec<Wanted>> = BTreeMap::new();
-        for w in wanted {
+        for (w, _) in wanted.iter().zip(may).filter(|(_, may)| **may) {
             by_seat.entry(Seat::of(w.kind, w.group)).or_default().push(*w);
         }
         for (seat, mut all) in by_seat {
@@ -231,6 +247,7 @@ impl Actors {
         if self.messages.len() >= MOST_MESSAGES {
             self.messages.pop_front();
         }
+        self.told += 1;
         let at_frame = libm::ceil(end_s / self.frame_s - 1e-9) as i64;
         self.messages.push_back(Message { from, to, at_frame, kind, body });
     }

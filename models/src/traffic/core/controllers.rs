@@ -64,7 +64,7 @@ impl Core {
     /// Who gave a clearance: the seat, or `plan`.
     #[must_use]
     pub fn seat_of(&self, clearance: &Clearance) -> String {
-        let kind = ClearanceKind::of(clearance.kind).filter(|_| self.actors.is_some());
+        let kind = ClearanceKind::of(clearance.kind).filter(|_| self.cleared_by != ClearedBy::Plan);
         kind.map_or_else(
             || "plan".to_owned(),
             |kind| {
@@ -81,9 +81,9 @@ impl Core {
         self.crossing[runway].first().copied().unwrap_or(runway).min(255) as u8
     }
 
-    /// Lets the controllers look, once a second.
-    pub(super) fn control(&mut self) {
-        let Some(mut actors) = self.actors.take() else { return };
+    /// What flights wait for now, by flight, each with its runway: that to cross, else its own.
+    #[must_use]
+    pub fn wanted(&self) -> Vec<(Wanted, usize)> {
         let of = |m: usize| {
             let mover = &self.movers[m];
             let kind = mover.wants?;
@@ -92,9 +92,15 @@ impl Core {
                 (ClearanceKind::Cross, Some((_, r))) => *r,
                 _ => self.flights[m].runway.0,
             };
-            Some(Wanted { flight: m as u32, kind, group: self.group(runway) })
+            Some((Wanted { flight: m as u32, kind, group: self.group(runway) }, runway))
         };
-        let wanted: Vec<Wanted> = (0..self.movers.len()).filter_map(of).collect();
+        (0..self.movers.len()).filter_map(of).collect()
+    }
+
+    /// Lets the controllers look, once a second.
+    pub(super) fn control(&mut self) {
+        let Some(mut actors) = self.actors.take() else { return };
+        let wanted: Vec<Wanted> = self.wanted().into_iter().map(|(w, _)| w).collect();
         for given in actors.scan(self.time_s, &wanted) {
             let Given { seat, flight, kind, acts_s } = given;
             self.spoken += 1;

@@ -81,9 +81,11 @@ const MOST_WAITING: usize = 10_000;
 const SOON_S: f64 = 12.0;
 
 impl Core {
-    /// Says who clears; before the first frame.
-    pub fn cleared_by(&mut self, who: ClearedBy) {
+    /// The same core with somebody else who clears, before its first step.
+    #[must_use]
+    pub fn cleared_by(mut self, who: ClearedBy) -> Self {
         self.cleared_by = who;
+        self
     }
 
     /// Takes a notice in; the frame at which it takes effect.

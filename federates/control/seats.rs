@@ -1,0 +1,134 @@
+//! Controllers as models, on tracks: what flights wait for comes with the frame ends of the generators, what is cleared
+//! goes out with one's own, each with the frame from which the traffic acts upon it.
+
+use crate::runtime::federate::FrameOut;
+use crate::runtime::messages::{Frame, GivenNotice, Notice, SeatEvent, WantNotice};
+use models::control::actors::message::{Message, Seat};
+use models::control::actors::pilot::Habits;
+use models::control::actors::sight::{Sight, Waiting};
+use models::control::actors::{Actors, Wanted};
+use models::control::clearance::{Board, ClearanceKind};
+use models::control::safety_net::SafetyNet;
+use models::plot::Callsign;
+use models::time::SimTime;
+use models::traffic::core::Flight;
+use std::collections::BTreeMap;
+
+/// Shares of generators that are listened to at most.
+const MOST_SHARES: u32 = 64;
+
+/// All seats of controllers.
+#[derive(Debug)]
+pub(super) struct Seats {
+    actors: Actors,
+    sight: Sight,
+    wants: BTreeMap<u32, Vec<WantNotice>>,
+    step_s: f64,
+    ahead: Frame,
+    given: u64,
+    messages: u64,
+    samples: usize,
+}
+
+impl Seats {
+    /// Nobody has said anything; what is said takes effect `ahead` frames later at the earliest.
+    pub(super) fn new(seed: u64, step_s: f64, ahead: Frame) -> Self {
+        Self {
+            actors: Actors::new(Habits::default(), seed, step_s),
+            sight: Sight::default(),
+            wants: BTreeMap::new(),
+            step_s,
+            ahead,
+            given: 0,
+            messages: 0,
+            samples: 0,
+        }
+    }
+
+    /// The controllers and pilots.
+    pub(super) fn actors(&self) -> &Actors {
+        &self.actors
+    }
+
+    /// What the flights of a share wait for from now on.
+    pub(super) fn take(&mut self, share: u32, wants: &[WantNotice]) {
+        if share <= MOST_SHARES {
+            self.wants.insert(share, wants.to_vec());
+        }
+    }
+
+    /// One scan, after the safety net has looked at its tracks: what is cleared goes into `out`; what happened.
+    pub(super) fn scan(
+        &mut self,
+        frame: Frame,
+        now: SimTime,
+        net: &SafetyNet,
+        board: &Board,
+        flights: &[Flight],
+        out: &mut FrameOut,
+    ) -> Vec<SeatEvent> {
+        let layout = net.layout();
+        let waiting = |w: &WantNotice| {
+            let kind = ClearanceKind::of(&w.kind)?;
+            let callsign = &flights.get(w.flight as usize)?.callsign;
+            Some(Waiting {
+                wanted: Wanted { flight: w.flight, kind, group: w.group },
+                strip: board.find(Callsign::new(callsign)).map(|i| i as u32),
+                runway: layout.runway(&w.runway).map(|r| r.0),
+            })
+        };
+        let mut all: Vec<Waiting> = self.wants.values().flatten().filter_map(waiting).collect();
+        all.sort_by_key(|w| w.wanted.flight);
+        all.dedup_by_key(|w| w.wanted.flight);
+        let may = self.sight.look(now.s(), &all, layout, net.surveillance());
+        let wanted: Vec<Wanted> = all.iter().map(|w| w.wanted).collect();
+        let mut events = Vec::new();
+        for given in self.actors.scan_seen(now.s(), &wanted, &may) {
+            self.given += 1;
+            let notice = GivenNotice {
+                flight: given.flight,
+                kind: given.kind.word().to_owned(),
+                seat: given.seat.name(),
+                number: self.given,
+            };
+            let acts = libm::ceil(given.acts_s / self.step_s) as Frame;
+            let effect = acts.max(frame + self.ahead);
+            out.later.push((effect, Notice::Given(notice.clone())));
+            events.push(SeatEvent::Given(effect, notice));
+        }
+        self.tell(flights, &mut events);
+        events
+    }
+
+    /// What was said, and every seat's last minute.
+    fn tell(&mut self, flights: &[Flight], events: &mut Vec<SeatEvent>) {
+        let name = |seat: Seat| match seat {
+            Seat::Flight(flight) => {
+                flights.get(flight as usize).map_or_else(String::new, |f| f.callsign.clone())
+            }
+            seat => seat.name(),
+        };
+        let (messages, told) = self.actors.messages_after(self.messages);
+        self.messages = told;
+        events.extend(messages.into_iter().map(|m: Message| SeatEvent::Spoke {
+            time_ns: SimTime::from_s(m.at_frame as f64 * self.step_s).0,
+            between: [name(m.from), name(m.to)],
+            kind: m.kind.word().to_owned(),
+            clearance: m.body.word().to_owned(),
+        }));
+        let samples = &self.actors.samples()[self.samples..];
+        if samples.is_empty() {
+            return;
+        }
+        events.extend(samples.iter().map(|s| SeatEvent::Minute {
+            time_ns: SimTime::from_s(s.time_s).0,
+            seat: s.seat.name(),
+            busy: s.busy,
+            queue: s.queue,
+            on_air_s: s.on_air_s,
+        }));
+        self.samples += samples.len();
+        let ((spoken, misheard), (called, kept_back)) = (self.actors.spoken(), self.sight.cost());
+        events.push(SeatEvent::Counts([spoken, misheard, called, kept_back]));
+    }
+}
