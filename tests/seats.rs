@@ -107,8 +107,10 @@ fn controllers_on_tracks_give_one_digest_in_every_layout_and_their_log() {
         let (before_m, after_m) = (moved(at_s - 10, at_s - 1), moved(at_s + 3, at_s + 25));
         assert!(before_m < 0.5 && after_m > 2.0, "{callsign} {at_s} s: {before_m} {after_m} m");
     }
+    // Without a sensor nothing looks occupied, and who calls is believed: bit for bit what the same people clear on truth, though here
+    // every clearance has come through the federation.
     let by_truth = scene(&folder, "truth", "sees = \"truth\"");
     let by_plan = scene(&folder, "plan", "sees = \"tracks\"");
-    assert_ne!(digest(&by_truth, &["--in-process"]), digest_tracks);
+    assert_eq!(digest(&by_truth, &["--in-process"]), digest_tracks);
     assert_ne!(digest(&by_plan, &["--in-process"]), digest_tracks);
 }
