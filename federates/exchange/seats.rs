@@ -50,9 +50,12 @@ pub struct Minute {
     pub on_air_s: f64,
 }
 
-/// Three figures of each seat: (key, words, value).
+/// Figures of a seat: key, words, value.
+type Figures = [(&'static str, &'static str, f64); 3];
+
+/// Three figures of each seat.
 #[must_use]
-pub fn figures(minutes: &[Minute]) -> Vec<(String, [(&'static str, &'static str, f64); 3])> {
+pub fn figures(minutes: &[Minute]) -> Vec<(String, Figures)> {
     let mut by_seat: BTreeMap<&str, Vec<&Minute>> = BTreeMap::new();
     for m in minutes {
         by_seat.entry(&m.seat).or_default().push(m);

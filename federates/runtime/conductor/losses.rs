@@ -62,15 +62,9 @@ impl Conductor {
             let Some(made) = self.members.get(producer) else { return true };
             // In a loop generators read him who closes it, and nobody else does.
             let ahead = match &self.config.closes {
-                Some((by, ahead)) if (by == producer) == generates => {
-                    if generates {
-                        *ahead
-                    } else {
-                        0
-                    }
-                }
-                Some(_) => return true,
-                None => 0,
+                Some((by, ahead)) if generates && by == producer => *ahead,
+                Some((by, _)) if generates || by == producer => return true,
+                _ => 0,
             };
             let counts = self.views.cut(producer).unwrap_or(made.executed);
             producer == name
