@@ -274,7 +274,9 @@ impl Federate for Control {
         self.run = config.run;
         self.seats = closes_loop(&self.scene).then(|| {
             let step_s = self.scene.run.frame.s();
-            Seats::new(config.seed, step_s, loop_frames(&self.scene))
+            let flights = self.scene.traffic.behaving.iter().flat_map(|b| b.flights.iter());
+            let callsigns = flights.map(|f| f.callsign.clone()).collect();
+            Seats::new(callsigns, config.seed, step_s, loop_frames(&self.scene))
         });
         Ok(())
     }
@@ -328,8 +330,8 @@ impl Federate for Control {
             retained: None,
         };
         out.publish.extend(self.alerts.scan().map(|m| message("control/1/alerts", encode(&m))));
-        if let (Some(seats), Some(behaving)) = (&mut self.seats, &self.scene.traffic.behaving) {
-            let events = seats.scan(frame, now, &self.net, &self.board, &behaving.flights, out);
+        if let Some(seats) = &mut self.seats {
+            let events = seats.scan(frame, now, &self.net, &self.board, out);
             if !events.is_empty() {
                 self.digest.add(frame, &encode(&events));
             }

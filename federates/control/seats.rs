@@ -11,7 +11,6 @@ use models::control::clearance::{Board, ClearanceKind};
 use models::control::safety_net::SafetyNet;
 use models::plot::Callsign;
 use models::time::SimTime;
-use models::traffic::core::Flight;
 use std::collections::BTreeMap;
 
 /// Shares of generators that are listened to at most.
@@ -21,6 +20,8 @@ const MOST_SHARES: u32 = 64;
 #[derive(Debug)]
 pub(super) struct Seats {
     actors: Actors,
+    /// Call signs of the flights of the scene, in their order.
+    callsigns: Vec<String>,
     sight: Sight,
     wants: BTreeMap<u32, Vec<WantNotice>>,
     step_s: f64,
@@ -32,8 +33,9 @@ pub(super) struct Seats {
 
 impl Seats {
     /// Nobody has said anything; what is said takes effect `ahead` frames later at the earliest.
-    pub(super) fn new(seed: u64, step_s: f64, ahead: Frame) -> Self {
+    pub(super) fn new(callsigns: Vec<String>, seed: u64, step_s: f64, ahead: Frame) -> Self {
         Self {
+            callsigns,
             actors: Actors::new(Habits::default(), seed, step_s),
             sight: Sight::default(),
             wants: BTreeMap::new(),
@@ -64,13 +66,12 @@ impl Seats {
         now: SimTime,
         net: &SafetyNet,
         board: &Board,
-        flights: &[Flight],
         out: &mut FrameOut,
     ) -> Vec<SeatEvent> {
         let layout = net.layout();
         let waiting = |w: &WantNotice| {
             let kind = ClearanceKind::of(&w.kind)?;
-            let callsign = &flights.get(w.flight as usize)?.callsign;
+            let callsign = self.callsigns.get(w.flight as usize)?;
             Some(Waiting {
                 wanted: Wanted { flight: w.flight, kind, group: w.group },
                 strip: board.find(Callsign::new(callsign)).map(|i| i as u32),
@@ -96,26 +97,26 @@ impl Seats {
             out.later.push((effect, Notice::Given(notice.clone())));
             events.push(SeatEvent::Given(effect, notice));
         }
-        self.tell(flights, &mut events);
+        self.tell(&mut events);
         events
     }
 
     /// What was said, and every seat's last minute.
-    fn tell(&mut self, flights: &[Flight], events: &mut Vec<SeatEvent>) {
+    fn tell(&mut self, events: &mut Vec<SeatEvent>) {
         let name = |seat: Seat| match seat {
             Seat::Flight(flight) => {
-                flights.get(flight as usize).map_or_else(String::new, |f| f.callsign.clone())
+                self.callsigns.get(flight as usize).cloned().unwrap_or_default()
             }
             seat => seat.name(),
         };
         let (messages, told) = self.actors.messages_after(self.messages);
-        self.messages = told;
         events.extend(messages.into_iter().map(|m: Message| SeatEvent::Spoke {
             time_ns: SimTime::from_s(m.at_frame as f64 * self.step_s).0,
             between: [name(m.from), name(m.to)],
             kind: m.kind.word().to_owned(),
             clearance: m.body.word().to_owned(),
         }));
+        self.messages = told;
         let samples = &self.actors.samples()[self.samples..];
         if samples.is_empty() {
             return;
