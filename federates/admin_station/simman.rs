@@ -2,7 +2,7 @@
 //!
 //! Start/Resume, Stop/Freeze, Action Request, Set Data and Data Query PDUs from this host, in both forms, become
 //! commands; the answer goes out when the state is *reached*, and a repeated request gets the same answer. What is
-//! about a single entity, or needs no command, is done at the [`super::desk`]. The station announces its own
+//! about a single entity, or needs no command, is done at the desk. The station announces its own
 //! transitions with the same PDUs, so that outsiders and recordings know when a run began and ended, and tells of
 //! what happens in Event Reports.
 

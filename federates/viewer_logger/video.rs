@@ -1,7 +1,7 @@
 //! The rotating video of a radar: all cells of one turn, from the radar's own model, made when a pane of a page asks for one.
 //!
 //! Everything exact, the truth of the scan dead-reckoned within it, the draws of the run (seed, sensor, entity, scan). One turn is
-//! made at a time, never a queue, and at most for [`SHARE`] of the time: whoever asks meanwhile is told to ask again. So no
+//! made at a time, never a queue, and at most for `SHARE` of the time: whoever asks meanwhile is told to ask again. So no
 //! pane can hold the run up.
 
 use super::frame;
@@ -86,7 +86,7 @@ struct Made {
 pub struct Turns(Mutex<Made>);
 
 impl Turns {
-    /// The turn of a radar that ended with a scan, as it goes to the browser: see [`encode`].
+    /// The turn of a radar that ended with a scan, as it goes to the browser: see `encode`.
     ///
     /// # Errors
     /// Another turn is being made; or the scene has no such radar, or one with more cells than can be kept.
