@@ -21,14 +21,7 @@ pub fn seat_facts(actors: &Actors) -> Vec<(String, String)> {
 /// Figures of each seat over the run, as values of a report: "seat ground busiest_minute" and others.
 #[must_use]
 pub fn seat_values(actors: &Actors) -> Vec<(String, f64)> {
-    let minute = |s: &Sample| Minute {
-        time_ns: SimTime::from_s(s.time_s).0,
-        seat: s.seat.name(),
-        busy: s.busy,
-        queue: s.queue,
-        on_air_s: s.on_air_s,
-    };
-    let minutes: Vec<Minute> = actors.samples().iter().map(minute).collect();
+    let minutes: Vec<Minute> = actors.samples().iter().map(Minute::of).collect();
     let figures = figures(&minutes).into_iter();
     figures
         .flat_map(|(seat, f)| f.map(|(name, _, value)| (format!("seat {seat} {name}"), value)))
@@ -48,6 +41,18 @@ pub struct Minute {
     pub queue: u32,
     /// Seconds on the air since the begin.
     pub on_air_s: f64,
+}
+
+impl Minute {
+    fn of(s: &Sample) -> Self {
+        Self {
+            time_ns: SimTime::from_s(s.time_s).0,
+            seat: s.seat.name(),
+            busy: s.busy,
+            queue: s.queue,
+            on_air_s: s.on_air_s,
+        }
+    }
 }
 
 /// Figures of a seat: key, words, value.
@@ -100,16 +105,9 @@ impl People {
             Seat::Flight(flight) => core.flights()[flight as usize].callsign.clone(),
             seat => seat.name(),
         };
-        let minute = |s: &Sample| Minute {
-            time_ns: SimTime::from_s(s.time_s).0,
-            seat: s.seat.name(),
-            busy: s.busy,
-            queue: s.queue,
-            on_air_s: s.on_air_s,
-        };
         let (spoken, misheard) = actors.spoken();
         Some(Self {
-            minutes: actors.samples().iter().map(minute).collect(),
+            minutes: actors.samples().iter().map(Minute::of).collect(),
             messages: actors
                 .messages()
                 .map(|m| {
