@@ -6,6 +6,8 @@
 mod browser;
 #[path = "page/demo.rs"]
 mod demo;
+#[path = "page/seats.rs"]
+mod seats;
 
 use browser::Browser;
 use demo::Demo;
@@ -803,13 +805,22 @@ fn axe_finds_nothing_to_complain_about() {
     w.browser.click_on("[data-pane-of='sensor:1']");
     w.browser.eval("document.getElementById('layer-video').click()");
     w.browser.key("i");
+    seats::sit_down(&mut w);
     w.browser.eval(&format!("{axe};1"));
     for size in [WINDOW, [390, 800]] {
         w.browser.resize(size);
         for _ in ["night", "day"] {
-            for tab in
-                ["tracks", "strips", "effects", "filter", "flights", "federates", "sensors", "log"]
-            {
+            for tab in [
+                "tracks",
+                "strips",
+                "seats",
+                "effects",
+                "filter",
+                "flights",
+                "federates",
+                "sensors",
+                "log",
+            ] {
                 w.browser.eval(&format!("document.getElementById('tab-{tab}').click()"));
                 let found = w.browser.eval(
                     "axe.run(document, { resultTypes: ['violations'] }).then((r) => r.violations.map((v) => [v.id, v.nodes[0].html.slice(0, 120)]))",

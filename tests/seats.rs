@@ -114,3 +114,113 @@ fn controllers_on_tracks_give_one_digest_in_every_layout_and_their_log() {
     assert_eq!(digest(&by_truth, &["--in-process"]), digest_tracks);
     assert_ne!(digest(&by_plan, &["--in-process"]), digest_tracks);
 }
+
+/// What a person does, as lines of `--inputs`: sits down at the apron, clears those who wait there at times, tries what is not
+/// possible, and leaves. `late`: frames by which the clearances come later.
+fn a_person(folder: &Folder, name: &str, asked: &[(u64, String, String)], late: u64) -> String {
+    let path = folder.file(name);
+    let line = |frame: u64, action: &str, more: &str| {
+        format!(
+            "{{\"frame\":{frame},\"seat\":\"apron\",\"person\":\"anna\",\"action\":\"{action}\"{more}}}\n"
+        )
+    };
+    let mut text = line(20, "take", "");
+    for (frame, callsign, clearance) in asked {
+        let more = format!(",\"callsign\":\"{callsign}\",\"clearance\":\"{clearance}\"");
+        text += &line(frame + late, "say", &more);
+        text += &line(frame + late + 7, "here", "");
+    }
+    text += &line(7000, "leave", "");
+    std::fs::write(&path, text).expect("inputs");
+    path
+}
+
+/// A person has the apron for five minutes: nobody is pushed but as he says, equal inputs give equal runs in every layout, and
+/// so do the inputs that the log of the run kept; a frame later is another run.
+#[test]
+fn a_person_at_a_seat_gives_one_digest_in_every_layout_and_again_from_the_log() {
+    let folder = Folder::new("seats-person");
+    let scene = scene(&folder, "person", "sees = \"tracks\"\ncontrollers = \"model\"");
+    let text = std::fs::read_to_string(&scene).expect("the scene");
+    std::fs::write(&scene, text.replace("per_h = 30", "per_h = 120")).expect("a busier one");
+    let fly = |arguments: &[&str]| digest(&scene, arguments);
+    // Who wants to be pushed, and when, once nobody answers.
+    let silent = a_person(&folder, "silent.jsonl", &[], 0);
+    let record = folder.file("silent.pcapng");
+    let unanswered = fly(&["--record", &record, "--inputs", &silent]);
+    let by_model = fly(&["--in-process"]);
+    assert_ne!(unanswered, by_model);
+    let log = rusqlite::Connection::open(folder.file("silent.sqlite")).expect("a database");
+    let calls = "SELECT sender, time_ns / 50000000 FROM radio WHERE kind = 'request' AND clearance = 'PSH' AND time_ns < 290000000000";
+    let mut rows = log.prepare(calls).expect("a table");
+    let rows =
+        rows.query_map([], |row| Ok((row.get::<_, String>(0)?, row.get::<_, i64>(1)? as u64)));
+    let calls: Vec<(String, u64)> = rows.and_then(Iterator::collect).expect("rows");
+    assert!(calls.len() >= 2, "{calls:?}");
+    let pushed = "SELECT count(*) FROM clearances WHERE kind = 'PSH' AND seat = 'apron' AND time_ns < 150000000000";
+    assert_eq!(count(&log, pushed), 0, "nobody is pushed whom nobody cleared");
+    // Nothing was heard of him for 150 s: the model takes the seat back, and clears them.
+    assert!(
+        count(&log, "SELECT count(*) FROM clearances WHERE kind = 'PSH' AND seat = 'apron'") > 0
+    );
+
+    let mut asked = vec![(300, calls[0].0.clone(), "LUP".to_owned())];
+    for (callsign, frame) in &calls {
+        asked.push((frame + 203, callsign.clone(), "PSH".to_owned()));
+    }
+    asked.sort();
+    let inputs = a_person(&folder, "inputs.jsonl", &asked, 0);
+    let reference = fly(&["--in-process", "--inputs", &inputs]);
+    assert!(reference != unanswered && reference != by_model);
+    let record = folder.file("said.pcapng");
+    for arguments in
+        [&["--in-process", "--generators", "4"][..], &["--generators", "2"], &["--record", &record]]
+    {
+        let all = [arguments, &["--inputs", &inputs]].concat();
+        assert_eq!(fly(&all), reference, "{arguments:?}");
+    }
+    let log = rusqlite::Connection::open(folder.file("said.sqlite")).expect("a database");
+    // Everything that he did is there with its frame; what was not possible with its reason.
+    assert_eq!(count(&log, "SELECT count(*) FROM inputs"), 2 + 2 * asked.len() as i64);
+    let refused =
+        "SELECT count(*) FROM inputs WHERE refused <> '' AND clearance = 'LUP' AND frame = 300";
+    assert_eq!(count(&log, refused), 1);
+    let said = count(&log, "SELECT count(*) FROM inputs WHERE action = 'say' AND refused = ''");
+    assert!(said >= 2, "{said}");
+    // Each was spoken on the frequency after it was said, read back, and only then acted upon.
+    let unread = "SELECT count(*) FROM inputs i JOIN clearances c ON c.callsign = i.callsign AND c.kind = i.clearance \
+         WHERE i.refused = '' AND action = 'say' AND NOT EXISTS (SELECT 1 FROM radio r WHERE r.sender = i.callsign \
+         AND r.kind = 'readback' AND r.time_ns > i.time_ns AND r.time_ns <= c.time_ns)";
+    assert_eq!(count(&log, unread), 0);
+    let early = "SELECT count(*) FROM clearances c WHERE kind = 'PSH' AND seat = 'apron' AND time_ns < 350000000000 \
+         AND NOT EXISTS (SELECT 1 FROM inputs i WHERE i.callsign = c.callsign AND i.refused = '' AND i.time_ns < c.time_ns)";
+    assert_eq!(count(&log, early), 0, "the model of his seat is silent");
+    let again = folder.file("said.sqlite");
+    assert_eq!(fly(&["--in-process", "--inputs", &again]), reference, "from the log");
+    // Who waits to be pushed looks once a second: a second later the truth is another, a frame later only the words are.
+    let late = a_person(&folder, "late.jsonl", &asked, 20);
+    assert_ne!(fly(&["--in-process", "--inputs", &late]), reference, "a second later");
+    let (late, record) = (a_person(&folder, "frame.jsonl", &asked, 1), folder.file("frame.pcapng"));
+    fly(&["--record", &record, "--inputs", &late]);
+    let shifted = rusqlite::Connection::open(folder.file("frame.sqlite")).expect("a database");
+    let first = "SELECT min(time_ns) FROM radio WHERE kind = 'readback' AND sender IN (SELECT callsign FROM inputs)";
+    assert_eq!(count(&shifted, first), count(&log, first) + 50_000_000, "a frame later");
+}
+
+#[test]
+fn inputs_that_cannot_be_read_are_refused_before_anything_is_started() {
+    let folder = Folder::new("seats-inputs");
+    let path = folder.file("inputs.jsonl");
+    std::fs::write(
+        &path,
+        "{\"frame\":1,\"seat\":\"ground\",\"person\":\"a\",\"action\":\"fly\"}\n",
+    )
+    .expect("written");
+    let output = finish(run(&Ports::new(), &["--fast", "--no-viewer", "--inputs", &path]));
+    assert_eq!(output.status.code(), Some(2));
+    assert!(
+        common::stderr(&output).contains("inputs.jsonl:1: there is no action \"fly\""),
+        "{}",
+        common::stderr(&output)
+    );
+}

@@ -4,6 +4,7 @@
 //! theirs. It takes no PDU in, so a run gives the same alerts in every layout.
 
 pub mod command;
+mod people;
 mod repeated;
 mod seats;
 
@@ -98,7 +99,7 @@ impl Control {
     }
 
     fn take_in(&mut self, inputs: &FrameInputs) {
-        for (_, notice) in &inputs.notices {
+        for (effect, notice) in &inputs.notices {
             match notice {
                 Notice::Flights(flights) => {
                     self.flights = flight_list(flights, self.scene.flight_list.runways.clone());
@@ -113,6 +114,11 @@ impl Control {
                 Notice::Wants { share, wants } => {
                     if let Some(seats) = &mut self.seats {
                         seats.take(*share, wants);
+                    }
+                }
+                Notice::Seat(input) => {
+                    if let Some(seats) = &mut self.seats {
+                        seats.input(*effect, input);
                     }
                 }
                 Notice::Outsider { .. } | Notice::MoreFlights(_) | Notice::Given(_) => {}
@@ -276,7 +282,9 @@ impl Federate for Control {
             let step_s = self.scene.run.frame.s();
             let flights = self.scene.traffic.behaving.iter().flat_map(|b| b.flights.iter());
             let callsigns = flights.map(|f| f.callsign.clone()).collect();
-            Seats::new(callsigns, config.seed, step_s, loop_frames(&self.scene))
+            let network = self.scene.traffic.behaving.iter().map(|b| &b.network);
+            let seats = network.flat_map(|n| models::control::actors::seats::seats(n)).collect();
+            Seats::new(callsigns, seats, config.seed, step_s, loop_frames(&self.scene))
         });
         Ok(())
     }

@@ -1,8 +1,11 @@
 //! Controllers as models, on tracks: what flights wait for comes with the frame ends of the generators, what is cleared
 //! goes out with one's own, each with the frame from which the traffic acts upon it.
 
+use super::people::People;
+use crate::runtime::bus::Class;
 use crate::runtime::federate::FrameOut;
-use crate::runtime::messages::{Frame, GivenNotice, Notice, SeatEvent, WantNotice};
+use crate::runtime::federate::Publication;
+use crate::runtime::messages::{Frame, GivenNotice, Notice, SeatEvent, SeatInput, WantNotice};
 use models::control::actors::message::{Message, Seat};
 use models::control::actors::pilot::Habits;
 use models::control::actors::sight::{Sight, Waiting};
@@ -23,6 +26,7 @@ pub(super) struct Seats {
     /// Call signs of the flights of the scene, in their order.
     callsigns: Vec<String>,
     sight: Sight,
+    people: People,
     wants: BTreeMap<u32, Vec<WantNotice>>,
     step_s: f64,
     ahead: Frame,
@@ -33,11 +37,18 @@ pub(super) struct Seats {
 
 impl Seats {
     /// Nobody has said anything; what is said takes effect `ahead` frames later at the earliest.
-    pub(super) fn new(callsigns: Vec<String>, seed: u64, step_s: f64, ahead: Frame) -> Self {
+    pub(super) fn new(
+        callsigns: Vec<String>,
+        seats: Vec<Seat>,
+        seed: u64,
+        step_s: f64,
+        ahead: Frame,
+    ) -> Self {
         Self {
             callsigns,
             actors: Actors::new(Habits::default(), seed, step_s),
             sight: Sight::default(),
+            people: People::new(seats, step_s),
             wants: BTreeMap::new(),
             step_s,
             ahead,
@@ -50,6 +61,11 @@ impl Seats {
     /// The controllers and pilots.
     pub(super) fn actors(&self) -> &Actors {
         &self.actors
+    }
+
+    /// What somebody does at a seat, from a frame on.
+    pub(super) fn input(&mut self, frame: Frame, input: &SeatInput) {
+        self.people.take(frame, input);
     }
 
     /// What the flights of a share wait for from now on.
@@ -84,7 +100,10 @@ impl Seats {
         let may = self.sight.look(now.s(), &all, layout, net.surveillance());
         let wanted: Vec<Wanted> = all.iter().map(|w| w.wanted).collect();
         let mut events = Vec::new();
-        for given in self.actors.scan_seen(now.s(), &wanted, &may) {
+        let (actors, callsigns) = (&mut self.actors, &self.callsigns);
+        let mut all = self.people.scan(now.s(), &wanted, callsigns, actors, &mut events);
+        all.extend(actors.scan_seen(now.s(), &wanted, &may));
+        for given in all {
             self.given += 1;
             let notice = GivenNotice {
                 flight: given.flight,
@@ -98,18 +117,34 @@ impl Seats {
             events.push(SeatEvent::Given(effect, notice));
         }
         self.tell(&mut events);
+        self.show(now.s(), &wanted, out);
         events
+    }
+
+    fn name(callsigns: &[String], seat: Seat) -> String {
+        match seat {
+            Seat::Flight(flight) => callsigns.get(flight as usize).cloned().unwrap_or_default(),
+            seat => seat.name(),
+        }
+    }
+
+    /// Shows pages who sits where, who waits for what, and what was said.
+    fn show(&mut self, now_s: f64, wanted: &[Wanted], out: &mut FrameOut) {
+        let callsigns = &self.callsigns;
+        let state = self.people.told(now_s, wanted, &|seat| Self::name(callsigns, seat));
+        out.publish.extend(state.map(|state| Publication {
+            key: "control/1/positions".into(),
+            class: Class::Lossy,
+            body: state.to_string().into_bytes(),
+            retained: Some("control/1/positions/last".into()),
+        }));
     }
 
     /// What was said, and every seat's last minute.
     fn tell(&mut self, events: &mut Vec<SeatEvent>) {
-        let name = |seat: Seat| match seat {
-            Seat::Flight(flight) => {
-                self.callsigns.get(flight as usize).cloned().unwrap_or_default()
-            }
-            seat => seat.name(),
-        };
+        let name = |seat: Seat| Self::name(&self.callsigns, seat);
         let (messages, told) = self.actors.messages_after(self.messages);
+        self.people.heard(&messages);
         events.extend(messages.into_iter().map(|m: Message| SeatEvent::Spoke {
             time_ns: SimTime::from_s(m.at_frame as f64 * self.step_s).0,
             between: [name(m.from), name(m.to)],

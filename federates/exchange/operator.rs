@@ -2,7 +2,7 @@
 
 use crate::runtime::bus::{Bus, BusError, ask};
 use crate::runtime::codec::{CodecError, decode, encode};
-use crate::runtime::messages::{Answer, Command, OperatorCommand};
+use crate::runtime::messages::{Answer, Command, OperatorCommand, SeatAnswer, SeatOrder, seat_key};
 use std::time::Duration;
 
 /// Why a command got no answer.
@@ -36,6 +36,33 @@ pub fn command(
     let answer = ask(bus, "ctl/command", encode(&order), Duration::from_secs(10))?;
     Ok(decode(&answer.ok_or_else(|| ClientError::Nobody(endpoint.to_owned()))?)?)
 }
+
+/// Does something at a controller's seat, through the member `visitors`.
+///
+/// # Errors
+/// Why it is not done, in a sentence.
+pub fn at_seat(bus: &dyn Bus, order: &SeatOrder) -> Result<SeatAnswer, String> {
+    let name: String = order.seat.chars().take(32).collect();
+    let sound = |c: char| c.is_ascii_alphanumeric() || c == ' ';
+    if name.is_empty() || !name.chars().all(sound) {
+        return Err(format!("there is no seat {name:?}: apron, ground, or tower with its number"));
+    }
+    let asked = |name: &str| ask(bus, &seat_key(name), encode(order), SEAT_WITHIN);
+    // Whoever sits at the door says which seats there are.
+    let answer = match asked(&name).map_err(|e| e.to_string())? {
+        Some(answer) => Some(answer),
+        None if name == "ground" => None,
+        None => asked("ground").map_err(|e| e.to_string())?,
+    };
+    let answer = answer.ok_or(
+        "nobody lets people in: the member 'visitors' takes no part in this run (leave out --no-visitors, or give --visitors)",
+    )?;
+    let answer: SeatAnswer = decode(&answer).map_err(|e| e.to_string())?;
+    if answer.accepted { Ok(answer) } else { Err(answer.text) }
+}
+
+/// How long the member `visitors` is asked.
+const SEAT_WITHIN: Duration = Duration::from_secs(5);
 
 /// The federation's statistics as JSON.
 ///

@@ -125,7 +125,7 @@ impl People {
         let mut people = Self::default();
         for message in told {
             match &message.event {
-                SeatEvent::Given(..) => {}
+                SeatEvent::Given(..) | SeatEvent::Input { .. } => {}
                 SeatEvent::Spoke { time_ns, between, kind, clearance } => people.messages.push((
                     *time_ns,
                     between.clone(),

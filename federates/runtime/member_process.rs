@@ -1,6 +1,6 @@
 //! A member as a process of its own: its end of both planes, its patience, how it ends.
 
-use super::bus::Bus;
+use super::bus::{Bus, Request};
 use super::certs::is_loopback;
 use super::cli::{self, CommonArgs, FAILED, NetworkArgs, fail};
 use super::dis_socket::{self, Receiving};
@@ -23,6 +23,9 @@ pub fn patience() -> Duration {
     Duration::from_secs(if crate::runtime::process::launched() { 120 } else { 9 })
 }
 
+/// Answers requests of others.
+pub(crate) type Handler = Box<dyn Fn(Request) + Send + Sync>;
+
 /// What a member's process can make beside its own federate.
 #[derive(Default)]
 pub(crate) struct Makes {
@@ -30,6 +33,8 @@ pub(crate) struct Makes {
     pub(crate) remake: Option<Remake>,
     /// Takes the place of lost producers.
     pub(crate) host: Option<Host>,
+    /// Requests that it answers beside those of every member, by key.
+    pub(crate) serves: Vec<(String, Handler)>,
 }
 
 /// Ctrl-C ends this process in order.
@@ -94,6 +99,9 @@ pub(crate) fn run_federate(
     };
     let data = dis_socket::open(&args.network, &scene.network, receiving, events.0.clone())?;
     let (bus, endpoint) = open_bus(&args.network, &scene.network, exercise, name)?;
+    for (key, handler) in makes.serves {
+        bus.serve(&key, handler)?;
+    }
     let context = MemberContext {
         name: name.to_owned(),
         scene_hash: scene.hash,

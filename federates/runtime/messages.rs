@@ -22,10 +22,13 @@
 //! | `control/1/alerts` | may be lost, repeated | [`AlertMessage`]s, what changed in the last two minutes, numbered |
 //! | `control/1/seats` | may be lost, repeated | [`SeatMessage`]s, what controllers on tracks did in the last two minutes, numbered |
 //! | `control/1/lights` | may be lost, last value served | JSON: stop bars, when one changed |
+//! | `control/1/positions` | may be lost, last value served | JSON: seats, who waits, radio, answers, when one changed |
+//! | `seat/{name}/say` | request | [`SeatOrder`] → [`SeatAnswer`], a person at a seat to the member `visitors` |
 //! | `tracks/1/list` | request (`getTracksList`) | empty → [`ScanReport`] |
 
 mod notices;
 mod scan;
+mod seat;
 
 use super::codec::encoded_size;
 use super::life_cycle::Phase;
@@ -36,6 +39,7 @@ pub use notices::{
     TrackNotice, WantNotice, WeatherNotice,
 };
 pub use scan::{ForeignReport, LagMessage, PlotMessage, ScanReport, TrackMessage, TruthMessage};
+pub use seat::{SeatAction, SeatAnswer, SeatInput, SeatOrder, seat_key};
 
 /// Number of a frame; frame 0 is the initial state, frame k ends at k · step.
 pub type Frame = u64;
@@ -573,7 +577,7 @@ impl Weight for FrameEnds {
             Notice::Tracks(tracks) => 64 + 128 * tracks.len(),
             Notice::Clearances(all) => all.iter().map(|c| 128 + 16 * c.way_m.len()).sum(),
             Notice::Wants { wants, .. } => 64 + 64 * wants.len(),
-            Notice::Given(_) => 128,
+            Notice::Given(_) | Notice::Seat(_) => 256,
         });
         128 + hashes + notices.sum::<usize>()
     }

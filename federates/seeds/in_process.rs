@@ -13,6 +13,8 @@ use crate::runtime::local_bus::LocalHub;
 use crate::runtime::member_driver::{self, Event, MemberContext};
 use crate::smdfm::Smdfm;
 use crate::traffic_generator::TrafficGenerator;
+use crate::visitors::Visitors;
+use crate::visitors::seats::read_inputs;
 use crossbeam_channel::unbounded;
 use scenarios::Scene;
 use scenarios::control::Sees;
@@ -72,6 +74,11 @@ pub fn federation(
     federates.push(("smdfm".into(), Box::new(Smdfm::new(Arc::clone(&scene), exercise))));
     if scene.control.sees == Sees::Tracks {
         federates.push(("control".into(), Box::new(Control::new(Arc::clone(&scene)))));
+    }
+    if let Some(file) = &args.inputs {
+        let visitors = Visitors::new(Arc::clone(&scene), exercise);
+        visitors.seats().lock().follow(read_inputs(file)?);
+        federates.push(("visitors".into(), Box::new(visitors)));
     }
     let mut threads = Vec::new();
     for (name, federate) in federates {

@@ -12,6 +12,7 @@ use crate::runtime::dis_socket::link_config;
 use crate::runtime::messages::Kind;
 use crate::runtime::process::{KEPT, LOGGING, NO_LOGGER};
 use crate::visitors::command::check_plots;
+use crate::visitors::seats::read_inputs;
 use scenarios::control::Sees;
 use scenarios::losses::{Losses, OnLoss};
 use scenarios::{ForeignScene, Scene, SensorScene};
@@ -59,6 +60,9 @@ pub fn run(args: &RunArgs) -> ExitCode {
     }
     if let Err(e) = args.protection() {
         return fail(BAD_INPUT, format!("{e:#}"));
+    }
+    if let Err(e) = args.inputs.as_deref().map(read_inputs).transpose() {
+        return fail(BAD_INPUT, format!("--inputs {e:#}"));
     }
     if let Err(e) = real_sensors(args, &scene) {
         return fail(BAD_INPUT, format!("{e:#}"));
@@ -347,7 +351,10 @@ fn start_all(
     }
     launched.start("external-world", &with("external-world", &[]))?;
     if options.visitors {
-        launched.start("visitors", &with("visitors", &[]))?;
+        let inputs = args.inputs.iter();
+        let inputs: Vec<String> =
+            inputs.flat_map(|f| ["--inputs".to_owned(), f.display().to_string()]).collect();
+        launched.start("visitors", &with("visitors", &inputs))?;
     }
     let loss = ["--inject-loss".to_owned(), args.inject_loss.to_string()];
     let mut smdfm = loss.to_vec();

@@ -65,6 +65,10 @@ pub struct RunArgs {
     #[arg(long, conflicts_with_all = ["no_visitors", "in_process"])]
     pub visitors: bool,
 
+    /// Say again what people at controllers' seats said in another run: its database (.sqlite), or a line of JSON each
+    #[arg(long, value_name = "FILE", conflicts_with = "no_visitors")]
+    pub inputs: Option<PathBuf>,
+
     /// Nobody from outside is let in
     #[arg(long)]
     pub no_visitors: bool,
@@ -120,7 +124,8 @@ impl RunArgs {
     /// Whether the member `visitors` takes part.
     #[must_use]
     pub fn with_visitors(&self) -> bool {
-        !self.in_process && !self.no_visitors && (self.visitors || !self.fast)
+        let heard = !self.in_process && !self.no_visitors && (self.visitors || !self.fast);
+        heard || self.inputs.is_some()
     }
 
     /// Checks what protects the synchronisation plane, before anything is started.

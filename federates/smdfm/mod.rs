@@ -163,6 +163,7 @@ impl Smdfm {
                 | Notice::Tracks(_)
                 | Notice::Wants { .. }
                 | Notice::Given(_)
+                | Notice::Seat(_)
                 | Notice::Clearances(_) => {}
             }
         }

@@ -102,7 +102,7 @@ impl TrafficGenerator {
                 source: given.seat.clone(),
                 sequence: given.number,
                 flight: given.flight as usize,
-                order: Order::Clear(kind),
+                order: Order::told(kind),
             });
         }
     }

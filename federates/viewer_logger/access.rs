@@ -28,6 +28,9 @@ pub(super) enum Ticket {
     AskToken,
 }
 
+/// What is said to somebody who may not command.
+pub(super) const LOOK_ONLY: &str = "this address of the page is for looking; the other one that was printed at the start may command";
+
 /// 128 random bits as 32 hexadecimal digits. Neither printed by `Debug` nor logged.
 struct Token(String);
 
@@ -122,6 +125,21 @@ impl Access {
         }
     }
 
+    /// Whether a request without a WebSocket may command the run: who shows the token, and on loopback a program of this host
+    /// (a page of somebody else is refused before, by its origin).
+    ///
+    /// # Errors
+    /// Why it is refused.
+    pub(super) fn may_command(&self, headers: &HeaderMap) -> Result<(), &'static str> {
+        let shown = headers.get(header::AUTHORIZATION).and_then(|v| v.to_str().ok());
+        match shown.and_then(|text| text.strip_prefix("Bearer ")).map(|token| self.rights(token)) {
+            Some(Some(Rights::Command)) => Ok(()),
+            Some(Some(Rights::Look)) => Err(LOOK_ONLY),
+            None if !self.needs_token() => Ok(()),
+            _ => Err(self.needed()),
+        }
+    }
+
     /// What a browser's first message gives it.
     pub(super) fn rights_of_message(&self, text: &str) -> Option<Rights> {
         #[derive(Deserialize)]
@@ -185,6 +203,11 @@ mod tests {
         let page = headers("127.0.0.1:8600", Some("http://127.0.0.1:8600"));
         assert_eq!(access.ticket(&page), Ok(Ticket::Let(Rights::Command)));
         assert!(access.ticket(&headers("127.0.0.1:8600", None)).is_err());
+        assert!(
+            access.may_command(&headers("127.0.0.1:8600", None)).is_ok(),
+            "a program of this host"
+        );
+        assert!(at("0.0.0.0:8600").may_command(&headers("192.0.2.7:8600", None)).is_err());
         assert_eq!((access.url(), access.url_to_look()), ("http://127.0.0.1:8600/".into(), None));
     }
 
@@ -216,6 +239,7 @@ mod tests {
                 let bearer = format!("Bearer {token}").parse().expect("a header");
                 program.insert(header::AUTHORIZATION, bearer);
                 assert_eq!(access.ticket(&program).ok(), rights.map(Ticket::Let));
+                assert_eq!(access.may_command(&program).is_ok(), rights == Some(Rights::Command));
             }
             for other in ["", "{}", r#"{"type":"show","scan":null}"#, r#"{"type":"token"}"#] {
                 assert_eq!(access.rights_of_message(other), None, "{other}");

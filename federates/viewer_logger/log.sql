@@ -141,6 +141,12 @@ CREATE TABLE seats (time_ns INTEGER, seat TEXT, busy REAL, queue INTEGER);
 -- What was said on the frequencies, at its last word: request, clearance, readback or correction of a clearance (PSH, TAX, …).
 CREATE TABLE radio (time_ns INTEGER, sender TEXT, receiver TEXT, kind TEXT, clearance TEXT);
 
+-- What people at controllers' seats did (take, leave, here, say), from which frame on, and why not where it was refused: --inputs of
+-- another run says it again.
+CREATE TABLE inputs (
+  number INTEGER, frame INTEGER, time_ns INTEGER, seat TEXT, person TEXT, action TEXT, callsign TEXT, clearance TEXT, refused TEXT
+);
+
 CREATE TABLE failures (id TEXT, callsign TEXT, kind TEXT, time_ns INTEGER);
 
 -- Every operator action and its answer.

@@ -45,7 +45,7 @@ pub fn core_after(
             source: g.seat.clone(),
             sequence: g.number,
             flight: g.flight as usize,
-            order: Order::Clear(kind),
+            order: Order::told(kind),
         });
     }
     for frame in 1..=frames.min(whole.run.frames()) {
@@ -83,6 +83,28 @@ fn write_seats(t: &Transaction<'_>, people: &People, source: &str) -> rusqlite::
     }
     for (name, count) in &people.counts {
         insert.execute(params![source, name, *count as f64, ""])?;
+    }
+    Ok(())
+}
+
+/// What people at the seats did, whether it was possible or not.
+fn write_inputs(t: &Transaction<'_>, told: &[SeatMessage], frame_ns: i64) -> rusqlite::Result<()> {
+    let mut insert = t.prepare("INSERT INTO inputs VALUES (?,?,?,?,?,?,?,?,?)")?;
+    for message in told {
+        let SeatEvent::Input { frame, input, refused } = &message.event else { continue };
+        let (order, (callsign, clearance)) = (&input.order, input.order.action.said());
+        let time_ns = *frame as i64 * frame_ns;
+        insert.execute(params![
+            input.number as i64,
+            *frame as i64,
+            time_ns,
+            order.seat,
+            order.person,
+            order.action.word(),
+            callsign,
+            clearance,
+            refused
+        ])?;
     }
     Ok(())
 }
@@ -232,6 +254,7 @@ impl Log {
                 "reference_alerts",
                 "seats",
                 "radio",
+                "inputs",
             ] {
                 t.execute(&format!("DELETE FROM {table}"), [])?;
             }
@@ -300,6 +323,7 @@ impl Log {
             } else if let Some(people) = People::of_told(people) {
                 write_seats(t, &people, "tracks")?;
             }
+            write_inputs(t, people, scene.run.frame.0)?;
             let mut insert = t.prepare("INSERT INTO failures VALUES (?,?,?,?)")?;
             for f in core.shown() {
                 insert.execute(params![f.id, f.callsign, f.kind.word(), ns(f.time_s)])?;

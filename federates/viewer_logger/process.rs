@@ -163,6 +163,8 @@ fn open_page(
 ) -> anyhow::Result<Option<Server>> {
     let (Some(address), Some(page)) = (task.page, page) else { return Ok(None) };
     let (bus, endpoint) = (Arc::clone(bus), task.endpoint.clone());
+    let door = Arc::clone(&bus);
+    page.let_speak(Arc::new(move |order| operator::at_seat(&*door, order)));
     let operate: Operate = Box::new(move |_, order| operate_run(&*bus, &endpoint, order));
     Ok(Some(serve(address, Arc::clone(page), operate)?))
 }
@@ -186,6 +188,7 @@ fn subscribe(bus: &dyn Bus, inbox: &Inbox) -> Result<(), BusError> {
     hear(bus, "control/1/seats", inbox.taking(Heard::Seats))?;
     hear_text(bus, "obs/traffic", Topic::Traffic, inbox)?;
     hear_text(bus, "control/1/lights", Topic::Lights, inbox)?;
+    hear_text(bus, "control/1/positions", Topic::Seats, inbox)?;
     hear(bus, "obs/operation", inbox.taking(Heard::Operation))
 }
 
@@ -204,10 +207,14 @@ fn last_values(bus: &dyn Bus, inbox: &Inbox) -> Result<(), BusError> {
     last(bus, "obs/state/last", inbox.taking(Heard::State))?;
     last(bus, "obs/weather/last", inbox.taking(Heard::Weather))?;
     last(bus, "obs/flights/last", inbox.taking(Heard::Flights))?;
-    if let Some(octets) = ask(bus, "control/1/lights/last", Vec::new(), LIGHTS_WITHIN)?
-        && let Ok(text) = String::from_utf8(octets)
+    for (key, topic) in
+        [("control/1/lights/last", Topic::Lights), ("control/1/positions/last", Topic::Seats)]
     {
-        inbox.heard(Heard::Said(Topic::Lights, text));
+        if let Some(octets) = ask(bus, key, Vec::new(), LIGHTS_WITHIN)?
+            && let Ok(text) = String::from_utf8(octets)
+        {
+            inbox.heard(Heard::Said(topic, text));
+        }
     }
     Ok(())
 }

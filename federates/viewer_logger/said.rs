@@ -17,11 +17,13 @@ pub enum Topic {
     Traffic,
     /// Stop bars (`control/1/lights`).
     Lights,
+    /// Controllers' seats (`control/1/positions`).
+    Seats,
 }
 
 impl Topic {
     /// All.
-    pub const ALL: [Self; 2] = [Self::Traffic, Self::Lights];
+    pub const ALL: [Self; 3] = [Self::Traffic, Self::Lights, Self::Seats];
 
     /// Its word in the database and for the page.
     #[must_use]
@@ -29,15 +31,16 @@ impl Topic {
         match self {
             Self::Traffic => "traffic",
             Self::Lights => "lights",
+            Self::Seats => "seats",
         }
     }
 
-    /// How long it holds after it was said, ns: traffic is said every scan, lights when they change.
+    /// How long it holds after it was said, ns: traffic is said every scan, the others when they change.
     #[must_use]
     pub fn holds_ns(self) -> i64 {
         match self {
             Self::Traffic => 10_000_000_000,
-            Self::Lights => i64::MAX,
+            Self::Lights | Self::Seats => i64::MAX,
         }
     }
 }

@@ -3,23 +3,24 @@
 //! Who may do what stands in [`super::access`], how many connections there are in `connections`.
 
 mod asked_for;
+mod at_seat;
 mod fork;
 
 use super::Viewer;
-use super::access::{Access, Rights, Ticket, same_origin};
+use super::access::{Access, LOOK_ONLY, Rights, Ticket, same_origin};
 use super::assets;
 use super::connections::{self, Peer};
 use super::forks::Forks;
 use super::session::{Asked, MOST_RUNS, Outgoing, Session, refused, reply};
 use super::source::Source;
-use crate::runtime::messages::Command;
+use crate::runtime::messages::{Command, SeatAnswer, SeatOrder};
 use axum::body::Body;
 use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
 use axum::extract::{DefaultBodyLimit, Extension, Request, State};
 use axum::http::{HeaderMap, Method, StatusCode, header};
 use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Response};
-use axum::routing::get;
+use axum::routing::{get, post};
 use std::collections::BTreeMap;
 use std::net::{IpAddr, SocketAddr};
 use std::path::PathBuf;
@@ -34,6 +35,9 @@ pub type Done = (bool, String);
 
 /// Carries a command out and waits for the answer. Called on a thread that may block.
 pub type Operate = Box<dyn Fn(&str, Command) -> Done + Send + Sync>;
+
+/// Does something at a controller's seat and waits for the answer. Called on a thread that may block.
+pub type Speak = Arc<dyn Fn(&SeatOrder) -> Result<SeatAnswer, String> + Send + Sync>;
 
 /// Why the page cannot be served.
 #[derive(Debug, thiserror::Error)]
@@ -61,6 +65,8 @@ pub struct Page {
     others: Mutex<Vec<Viewer>>,
     /// What makes forks, where they can be made.
     forks: Mutex<Option<Arc<Forks>>>,
+    /// What carries the words of people at seats, where somebody does.
+    speak: Mutex<Option<Speak>>,
     version: watch::Sender<u64>,
 }
 
@@ -73,6 +79,7 @@ impl Page {
             viewer: Mutex::new(viewer),
             others: Mutex::default(),
             forks: Mutex::default(),
+            speak: Mutex::default(),
             version,
         })
     }
@@ -81,6 +88,11 @@ impl Page {
     pub fn add(&self, viewer: Viewer) {
         self.others().push(viewer);
         self.version.send_modify(|v| *v = v.wrapping_add(1));
+    }
+
+    /// From now on people may sit down at controllers' seats.
+    pub fn let_speak(&self, speak: Speak) {
+        *self.speak.lock().unwrap_or_else(PoisonError::into_inner) = Some(speak);
     }
 
     /// From now on pages may ask for forks.
@@ -284,6 +296,8 @@ fn router(state: Arc<Shared>) -> axum::Router {
         .route("/metrics", get(asked_for::figures))
         .route("/detection", get(asked_for::detection))
         .route("/video", get(asked_for::turn))
+        .route("/seats", get(at_seat::seats))
+        .route("/seat", post(at_seat::act))
         .fallback(file)
         .layer(middleware::from_fn(guard))
         .layer(DefaultBodyLimit::max(1024))
@@ -406,6 +420,12 @@ async fn browser(mut socket: WebSocket, shared: &Arc<Shared>, rights: Rights) {
                         shared.page.update(|viewer| done = viewer.acknowledge(id));
                         done.err().map(|why| refused(&why)).into_iter().collect()
                     }
+                    Asked::Seat(id, _) if rights == Rights::Look => {
+                        vec![reply(id, "seat", false, LOOK_ONLY)]
+                    }
+                    Asked::Seat(id, order) => {
+                        vec![at_seat::answered(Arc::clone(&shared.page), id, order).await]
+                    }
                     Asked::Command(id, words, _) if rights == Rights::Look => {
                         vec![reply(id, &words, false, LOOK_ONLY)]
                     }
@@ -470,7 +490,6 @@ const MAX_BROWSERS: usize = 32;
 const MAX_OF_ONE_CLIENT: usize = 8;
 /// How long a browser that needs a token may take to say it.
 const FIRST_WORD: Duration = Duration::from_secs(5);
-const LOOK_ONLY: &str = "this address of the page is for looking; the other one that was printed at the start may command";
 const NOT_LIVE: &str = "filters run beside a run that goes on; of a finished one, seeds fork RUN --set tracking.filter=NAME shows another";
 /// Longest message of a browser, octets.
 const MAX_MESSAGE: usize = 4096;

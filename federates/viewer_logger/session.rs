@@ -5,7 +5,7 @@ use super::forks::Wanted;
 use super::frame;
 use super::said::Topic;
 use super::source::Strip;
-use crate::runtime::messages::Command;
+use crate::runtime::messages::{Command, SeatAction, SeatOrder};
 use models::time::SimTime;
 use serde::Deserialize;
 use serde_json::json;
@@ -23,7 +23,7 @@ pub struct Session {
     sent_scan: Option<u64>,
     sent_beside: Vec<Option<Option<u64>>>, // by place among the runs shown: what was sent, none being "no picture"
     sent_list: String,
-    sent_said: [Option<Option<Arc<str>>>; 2],
+    sent_said: [Option<Option<Arc<str>>>; 3],
     sent_alerts: String,
     explained: Option<(u64, u16)>, // scan and track
     curve_from: u64,
@@ -61,6 +61,8 @@ pub enum Asked {
     Fork(Option<Wanted>),
     /// An alert was seen: [`Viewer::acknowledge`].
     Acknowledge(u32),
+    /// Something at a controller's seat, with its number; answer with [`reply`].
+    Seat(f64, SeatOrder),
     /// The message was not understood; send this.
     Refused(Outgoing),
 }
@@ -294,6 +296,12 @@ impl Session {
             }
             FromPage::Cancel {} => Asked::Fork(None),
             FromPage::Strip { from_s, to_s, columns } => Asked::Strip(from_s, to_s, columns),
+            FromPage::Seat { id, seat, person, action, callsign, clearance } => {
+                match (FromSeat { seat, person, action, callsign, clearance }).read() {
+                    Ok(order) => Asked::Seat(id, order),
+                    Err(reason) => Asked::Refused(reply(id, "seat", false, &reason)),
+                }
+            }
             FromPage::Command { id, command, frames, rate } => {
                 match command_of(&command, frames, rate) {
                     Ok((words, order)) => Asked::Command(id, words, order),
@@ -369,6 +377,16 @@ enum FromPage {
         #[serde(rename = "token")]
         _token: String,
     },
+    Seat {
+        id: f64,
+        seat: String,
+        person: String,
+        action: String,
+        #[serde(default)]
+        callsign: String,
+        #[serde(default)]
+        clearance: String,
+    },
     Command {
         id: f64,
         command: String,
@@ -377,6 +395,29 @@ enum FromPage {
         #[serde(default)]
         rate: Option<f64>,
     },
+}
+
+/// What a page or a program does at a seat.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct FromSeat {
+    seat: String,
+    person: String,
+    action: String,
+    #[serde(default)]
+    callsign: String,
+    #[serde(default)]
+    clearance: String,
+}
+
+impl FromSeat {
+    /// # Errors
+    /// What is wrong, in a sentence.
+    pub(super) fn read(self) -> Result<SeatOrder, String> {
+        let Self { seat, person, action, callsign, clearance } = self;
+        let action = SeatAction::of(&action, &callsign, &clearance)?;
+        Ok(SeatOrder { seat, person, action })
+    }
 }
 
 /// The command and its words for the log.

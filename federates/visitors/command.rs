@@ -1,15 +1,21 @@
 //! The command line of the member `visitors`, and its process.
 
-use super::{SharedPlots, Visitors, plots};
-use crate::runtime::cli::{self, CommonArgs, FAILED, fail, load_scene_without_truth};
+use super::seats::read_inputs;
+use super::{SharedPlots, SharedSeats, Visitors, plots};
+use crate::runtime::bus::Request;
+use crate::runtime::cli::{self, BAD_INPUT, CommonArgs, FAILED, fail, load_scene_without_truth};
+use crate::runtime::clock::utc_ns;
+use crate::runtime::codec::{decode, encode};
 use crate::runtime::dis_socket;
 use crate::runtime::member_driver::Event;
-use crate::runtime::member_process::{Makes, end_on_interrupt, run_federate};
+use crate::runtime::member_process::{Handler, Makes, end_on_interrupt, run_federate};
+use crate::runtime::messages::{SeatAnswer, SeatOrder, seat_key};
 use crate::runtime::threads::spawn_watched;
 use anyhow::Context;
 use clap::Args;
 use crossbeam_channel::{Sender, unbounded};
 use scenarios::Scene;
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 
@@ -18,11 +24,16 @@ use std::sync::Arc;
 pub struct VisitorsArgs {
     #[command(flatten)]
     common: CommonArgs,
+
+    /// Say again what people at controllers' seats said in another run: its database (.sqlite), or a line of JSON each
+    #[arg(long, value_name = "FILE")]
+    inputs: Option<PathBuf>,
 }
 
 /// The process of the member `visitors`.
 #[must_use]
 pub fn run(args: &VisitorsArgs) -> ExitCode {
+    let inputs = args.inputs.as_deref().map(read_inputs);
     let args = &args.common;
     crate::runtime::process::end_with_launcher();
     cli::log_to_stderr(args.log_format, "warn");
@@ -32,6 +43,11 @@ pub fn run(args: &VisitorsArgs) -> ExitCode {
     };
     let exercise = args.exercise.unwrap_or(scene.run.exercise);
     let visitors = Visitors::new(Arc::clone(&scene), exercise);
+    match inputs.transpose() {
+        Ok(script) => visitors.seats().lock().follow(script.unwrap_or_default()),
+        Err(e) => return fail(BAD_INPUT, format!("--inputs {e:#}")),
+    }
+    let serves = serves(&visitors.seats());
     let events = unbounded();
     let (door, failed) = (visitors.door(), events.0.clone());
     let (plots, deaf) = (visitors.plots(), events.0.clone());
@@ -44,12 +60,38 @@ pub fn run(args: &VisitorsArgs) -> ExitCode {
     .and_then(|()| hear_plots(&scene, &plots, &deaf))
     .and_then(|()| {
         end_on_interrupt(events.0.clone())?;
-        run_federate(args, "visitors", &scene, Box::new(visitors), events, Makes::default())
+        run_federate(
+            args,
+            "visitors",
+            &scene,
+            Box::new(visitors),
+            events,
+            Makes { serves, ..Makes::default() },
+        )
     });
     match ended {
         Ok(code) => ExitCode::from(code),
         Err(e) => fail(FAILED, format!("{e:#}")),
     }
+}
+
+/// Hears people at the seats of controllers.
+fn serves(door: &SharedSeats) -> Vec<(String, Handler)> {
+    let names = door.lock().seats().to_vec();
+    let serve = |name: String| {
+        let door = door.clone();
+        let handler: Handler = Box::new(move |request: Request| {
+            let answer = match decode::<SeatOrder>(&request.body) {
+                Ok(order) => door.lock().ask(order, utc_ns()),
+                Err(e) => SeatAnswer { text: e.to_string(), ..SeatAnswer::default() },
+            };
+            request.answer(encode(&answer));
+        });
+        (seat_key(&name), handler)
+    };
+    // Where nobody can sit down, whoever asks for the ground hears why.
+    let names = if names.is_empty() { vec!["ground".to_owned()] } else { names };
+    names.into_iter().map(serve).collect()
 }
 
 /// Hears the real sensors of a scene, each place on a thread of its own, until the process ends.

@@ -9,18 +9,20 @@ pub mod command;
 pub mod door;
 pub mod pace;
 pub mod plots;
+pub mod seats;
 
 use crate::exchange::stamp::{self, Stamped};
 use crate::runtime::clock::utc_ns;
 use crate::runtime::federate::{Federate, FrameInputs, FrameOut};
 use crate::runtime::frame_time::FrameTime;
-use crate::runtime::messages::{FederateStatus, FinalReport, Frame, Kind, RunConfig};
+use crate::runtime::messages::{FederateStatus, FinalReport, Frame, Kind, Notice, RunConfig};
 use door::Door;
 use pace::Pace;
 use pdu::Envelope;
 use pdu::exercise::Arrival;
 use plots::PlotDoor;
 use scenarios::Scene;
+use seats::SeatDoor;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// The federate's logic.
@@ -30,6 +32,7 @@ pub struct Visitors {
     time: FrameTime,
     door: SharedDoor,
     plots: SharedPlots,
+    seats: SharedSeats,
     pace: Pace,
     admitted: u64,
     /// UTC and what was refused when it was last said.
@@ -43,6 +46,17 @@ pub struct SharedPlots(Arc<Mutex<PlotDoor>>);
 impl SharedPlots {
     /// The door, to knock at it.
     pub fn lock(&self) -> MutexGuard<'_, PlotDoor> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// The door for people at seats, as the threads of the bus and the federate share it.
+#[derive(Clone)]
+pub struct SharedSeats(Arc<Mutex<SeatDoor>>);
+
+impl SharedSeats {
+    /// The door, to ask at it.
+    pub fn lock(&self) -> MutexGuard<'_, SeatDoor> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -69,6 +83,7 @@ impl Visitors {
             exercise,
             door: SharedDoor(Arc::new(Mutex::new(door))),
             plots: SharedPlots(Arc::new(Mutex::new(PlotDoor::new(&scene)))),
+            seats: SharedSeats(Arc::new(Mutex::new(SeatDoor::new(&scene)))),
             pace: Pace::default(),
             admitted: 0,
             said: (0, 0),
@@ -88,9 +103,17 @@ impl Visitors {
         self.plots.clone()
     }
 
+    /// Where people at seats are heard.
+    #[must_use]
+    pub fn seats(&self) -> SharedSeats {
+        self.seats.clone()
+    }
+
     fn frame(&mut self, frame: Frame, now_utc_ns: i64, out: &mut FrameOut) {
         let time_ns = self.time.start_utc_ns.saturating_add(self.time.time(frame).0);
         self.pace.executed(time_ns, now_utc_ns);
+        let said = self.seats.lock().admit(frame, now_utc_ns);
+        out.notices.extend(said.into_iter().map(Notice::Seat));
         let (admitted, refused) = {
             let mut door = self.door.lock();
             (door.admit(now_utc_ns), door.refused().values().sum::<u64>())
@@ -144,6 +167,7 @@ impl Federate for Visitors {
     fn configure(&mut self, _config: &RunConfig, _out: &mut FrameOut) -> Result<(), String> {
         self.door.lock().clear();
         self.plots.lock().clear();
+        self.seats.lock().clear();
         self.pace = Pace::default();
         self.admitted = 0;
         self.said = (0, 0);

@@ -315,3 +315,14 @@ fn effects() -> Vec<(String, f64, String)> {
         .map(|(name, value, unit)| (name.to_owned(), value, unit.to_owned()))
         .to_vec()
 }
+
+/// Whether something becomes so within a minute and a half.
+pub(crate) fn soon(mut so: impl FnMut() -> bool) -> bool {
+    for _ in 0..900 {
+        if so() {
+            return true;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(100));
+    }
+    false
+}

@@ -1,6 +1,6 @@
 //! What members tell the federation beside their PDUs, and spectators with it: flights, weather, tracks, clearances, alerts.
 
-use super::{Frame, REPORT_OCTETS};
+use super::{Frame, REPORT_OCTETS, SeatInput};
 use crate::runtime::codec::encoded_size;
 use serde::{Deserialize, Serialize};
 use std::net::SocketAddr;
@@ -32,6 +32,8 @@ pub enum Notice {
         /// All of them, by flight.
         wants: Vec<WantNotice>,
     },
+    /// What a person at a controller's seat does.
+    Seat(SeatInput),
     /// What controllers on tracks cleared, read back: the traffic does it from the frame of its effect on.
     Given(GivenNotice),
 }
@@ -101,6 +103,15 @@ pub enum SeatEvent {
         queue: u32,
         /// Seconds on the air since the begin.
         on_air_s: f64,
+    },
+    /// What a person did there, from a frame on, and why not where it was refused.
+    Input {
+        /// The frame.
+        frame: Frame,
+        /// What.
+        input: SeatInput,
+        /// Why not; empty if it was done.
+        refused: String,
     },
     /// Counts since the begin: clearances spoken, misheard, given on a call alone, seconds of runways that looked occupied.
     Counts([u64; 4]),

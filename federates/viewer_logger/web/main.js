@@ -59,6 +59,7 @@ const alerts = new AlertPanel(byId("alerts"), {
 });
 const onPick = (strip) => {
   if (strip.trackId) select(strip.trackId);
+  else lists.selected(null, strip.callsign);
   lists.flight(strip.callsign);
 };
 const panes = new Panes(byId("panes"), map, { onPick: (id) => select(id), onChange: () => panesChanged() });
@@ -101,12 +102,12 @@ const link = new Link({
 const whatIf = new WhatIf(byId("what-if"), { state, link, open: openRuns, say: (answer) => showAnswer(answer) });
 
 const stripBoxes = [byId("bays-list")];
-const page = { state, map, link, select, selectedNumber, targets, stripBoxes, showStrips };
+const page = { state, map, link, select, selectedNumber, targets, stripBoxes, showStrips, showTab: (key) => lists.showTab(key) };
 const lists = panels(byId("tabs"), page, (key) => {
   state.tab = key;
   addressChanged();
 });
-const strips = stripBoxes.map((box) => new StripPanel(box, { onPick, time: (s) => utc(state.run?.start_utc_ns, s) }));
+const strips = stripBoxes.map((box) => new StripPanel(box, { onPick, onAct: (callsign, act) => page.seats.clear(act.seat, callsign, act.clearance), time: (s) => utc(state.run?.start_utc_ns, s) }));
 
 // ---- messages ----
 
@@ -456,6 +457,7 @@ function showStrips() {
   if (!state.scan || (!lists.isShown("strips") && map.skin !== "controller")) return;
   const { flights: list, scan, traffic } = state;
   state.strips = stripsOf({ flights: list, scan, traffic, ground: map.situation, timeS: scan.timeS });
+  for (const strip of state.strips) strip.act = page.seats.mine(strip.callsign).find((p) => p.asked) ?? null;
   for (const panel of strips) panel.show(state.strips, traffic, state.callsign);
 }
 

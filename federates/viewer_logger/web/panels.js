@@ -10,6 +10,7 @@ import { element } from "./text.js";
 const FILES = [
   "tracks",
   "strips",
+  "seats",
   "effects",
   "filter",
   "flights",

@@ -94,9 +94,9 @@ export class StripPanel {
   #rows = new Map();
   #bays = new Map();
 
-  /** `onPick(strip)`; `time(seconds)` → text. */
-  constructor(box, { onPick, time }) {
-    Object.assign(this, { box, onPick, time });
+  /** `onPick(strip)`; `onAct(callsign, act)` where a strip has an act: what a person at its seat may say; `time(seconds)` → text. */
+  constructor(box, { onPick, onAct, time }) {
+    Object.assign(this, { box, onPick, onAct, time });
     box.addEventListener("keydown", (event) => this.#move(event));
   }
 
@@ -142,7 +142,9 @@ export class StripPanel {
       s.lateS ? element("em", `\u2212${Math.round(s.lateS / 60)} min`, { title: "Late against its calculated time" }) : null,
     ], { type: "button", class: "strip", "data-strip": s.callsign, "data-movement": s.movement, "aria-pressed": pressed });
     button.addEventListener("click", () => this.onPick(s));
-    const row = element("li", button);
+    const act = s.act && element("button", s.act.clearance, { type: "button", class: "next", "aria-label": `${s.callsign}: clear ${s.act.clearance}` });
+    act?.addEventListener("click", () => this.onAct(s.callsign, s.act));
+    const row = element("li", [button, act], { class: act ? "with-act" : null });
     kept.set(s.callsign, { row, button, text });
     return row;
   }

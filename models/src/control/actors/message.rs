@@ -27,6 +27,20 @@ impl Seat {
         }
     }
 
+    /// The controller's seat of a name; none where it is nobody's or a flight's.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        match name {
+            "apron" => Some(Self::Apron),
+            "ground" => Some(Self::Ground),
+            _ => {
+                let number: u8 = name.strip_prefix("tower ")?.parse().ok()?;
+                let seat = Self::Tower(number.checked_sub(1)?);
+                (seat.name() == name).then_some(seat)
+            }
+        }
+    }
+
     /// The controller who gives a clearance of a kind; `group`: of the runway concerned.
     #[must_use]
     pub fn of(kind: ClearanceKind, group: u8) -> Self {

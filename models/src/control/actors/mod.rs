@@ -5,14 +5,16 @@
 //! and listens to the readback. A frequency carries one transmission at a time.
 
 pub mod message;
+pub mod people;
 pub mod pilot;
+pub mod seats;
 pub mod sight;
 
 use super::clearance::ClearanceKind;
 use crate::draw::{DrawKey, Purpose};
 use message::{Message, MessageKind, Seat};
 use pilot::{Habits, answer, lognormal_s};
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 /// Somebody who waits for a clearance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -130,7 +132,11 @@ pub struct Actors {
     messages: VecDeque<Message>,
     sampled_s: f64,
     /// Messages in all.
-    told: u64,
+    sent: u64,
+    /// Seats with a person.
+    taken: BTreeSet<Seat>,
+    /// Flights that a person told something, until they act, s.
+    told: BTreeMap<u32, f64>,
     said: u64,
     misheard: u64,
 }
@@ -148,7 +154,9 @@ impl Actors {
             samples: Vec::new(),
             messages: VecDeque::new(),
             sampled_s: 0.0,
-            told: 0,
+            sent: 0,
+            taken: BTreeSet::new(),
+            told: BTreeMap::new(),
             said: 0,
             misheard: 0,
         }
@@ -168,8 +176,8 @@ impl Actors {
     /// The messages after the first `known` of the run, as far as they are kept, and how many there are by now.
     #[must_use]
     pub fn messages_after(&self, known: u64) -> (Vec<Message>, u64) {
-        let new = (self.told.saturating_sub(known) as usize).min(self.messages.len());
-        (self.messages.range(self.messages.len() - new..).copied().collect(), self.told)
+        let new = (self.sent.saturating_sub(known) as usize).min(self.messages.len());
+        (self.messages.range(self.messages.len() - new..).copied().collect(), self.sent)
     }
 
     /// How many clearances were spoken, and how many of them misheard.
@@ -195,7 +203,7 @@ impl Actors {
             let position = self.positions.entry(seat).or_default();
             position.queue = all.len() as u32;
             let workload = position.workload(now_s);
-            if position.busy_until_s > now_s {
+            if position.busy_until_s > now_s || self.taken.contains(&seat) {
                 continue;
             }
             let talk = |w: &Wanted| self.talks.get(&w.flight).copied();
@@ -210,7 +218,7 @@ impl Actors {
                 pa.cmp(&pb).then(sa.total_cmp(&sb)).then(fa.cmp(&fb))
             });
             if let Some(next) = all.first() {
-                given.extend(self.clear(now_s, seat, *next, workload));
+                given.extend(self.clear(now_s, seat, *next, Some(workload)).0);
             }
         }
         self.sample(now_s, wanted);
@@ -247,13 +255,20 @@ impl Actors {
         if self.messages.len() >= MOST_MESSAGES {
             self.messages.pop_front();
         }
-        self.told += 1;
+        self.sent += 1;
         let at_frame = libm::ceil(end_s / self.frame_s - 1e-9) as i64;
         self.messages.push_back(Message { from, to, at_frame, kind, body });
     }
 
-    /// One clearance: thought of, spoken, read back, acted upon. `None` if it was misheard and nobody noticed.
-    fn clear(&mut self, now_s: f64, seat: Seat, w: Wanted, workload: f64) -> Option<Given> {
+    /// One clearance: thought of, spoken, read back, acted upon at a time, s. `None` if it was misheard and nobody noticed.
+    /// `workload`: of a model; a person has thought before.
+    fn clear(
+        &mut self,
+        now_s: f64,
+        seat: Seat,
+        w: Wanted,
+        workload: Option<f64>,
+    ) -> (Option<Given>, f64) {
         let habits = self.habits;
         self.said += 1;
         let key = DrawKey {
@@ -263,7 +278,7 @@ impl Actors {
             scan: self.said,
         };
         let mut rng = key.rng(Purpose::Mover);
-        let slower = if workload > BUSY { 1.5 } else { 1.0 };
+        let slower = workload.map_or(0.0, |busy| if busy > BUSY { 1.5 } else { 1.0 });
         let think_s = slower * lognormal_s(habits.think_s, &mut rng);
         let drawn = answer(&habits, &mut rng);
         let (clears_s, reads_s) = (
@@ -295,12 +310,8 @@ impl Actors {
             talk.said_until_s = read_s + habits.again_s;
         }
         let acts_s = read_s + drawn.acts_after_s;
-        (drawn.wrong != Some(false)).then_some(Given {
-            seat,
-            flight: w.flight,
-            kind: w.kind,
-            acts_s,
-        })
+        let given = Given { seat, flight: w.flight, kind: w.kind, acts_s };
+        ((drawn.wrong != Some(false)).then_some(given), acts_s)
     }
 
     fn sample(&mut self, now_s: f64, wanted: &[Wanted]) {

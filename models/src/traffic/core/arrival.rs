@@ -370,7 +370,7 @@ impl Core {
         half_minute_m.max(NAUTICAL_MILE_M)
     }
 
-    fn go_around(&mut self, m: usize, why: &str) {
+    pub(super) fn go_around(&mut self, m: usize, why: &str) {
         self.remark(format!("{} goes around: {why}", self.flights[m].callsign));
         let mover = &mut self.movers[m];
         mover.phase = Phase::GoAround;

@@ -7,6 +7,7 @@ use super::notice::{ClearedBy, Notice, Order};
 use super::{Clearance, Core, Direction, Failure, FailureKind};
 use crate::control::actors::message::Seat;
 use crate::control::actors::pilot::Habits;
+use crate::control::actors::seats::group_of;
 use crate::control::actors::{Actors, Given, Wanted};
 use crate::control::clearance::ClearanceKind;
 use crate::draw::uniform;
@@ -78,7 +79,7 @@ impl Core {
 
     /// Group of a runway: the first of those that cross it.
     fn group(&self, runway: usize) -> u8 {
-        self.crossing[runway].first().copied().unwrap_or(runway).min(255) as u8
+        group_of(&self.crossing, runway)
     }
 
     /// What flights wait for now, by flight, each with its runway: that to cross, else its own.

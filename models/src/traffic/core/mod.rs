@@ -30,6 +30,7 @@ use super::pieces::{Class, Pieces};
 use super::runway_roll::NAUTICAL_MILE_M;
 use super::way::{Arcs, Driving, Way};
 use crate::control::actors::Actors;
+use crate::control::actors::seats::crossings;
 use crate::control::clearance::ClearanceKind;
 use crate::draw::{DrawKey, Purpose, normal_pair, uniform};
 use crate::flight_list::WakeCategory;
@@ -328,13 +329,7 @@ impl Core {
     ) -> Self {
         let arcs = Arc::new(Arcs::of(&net));
         let count = net.runways.len();
-        let shared = |a: usize, b: usize| {
-            let spine = |r: usize| net.runways[r].spine.iter().map(|(_, n)| *n);
-            a == b || spine(a).any(|n| spine(b).any(|m| m == n))
-        };
-        let crossing = (0..count)
-            .map(|a| (0..count).filter(|b| shared(a, *b)).collect())
-            .collect::<Vec<Vec<usize>>>();
+        let crossing = crossings(&net);
         let of = |direction: Direction, r: usize| {
             flights.iter().any(|f| f.direction == direction && f.runway.0 == r)
         };

@@ -4,7 +4,7 @@
 //! later of that and the next frame, in the order (effect frame, source, sequence). So equal notices give equal
 //! bits, also in a replay and in whoever simulates itself to the present.
 
-use super::Core;
+use super::{Core, Phase};
 use crate::control::clearance::ClearanceKind;
 
 /// Who clears the movers.
@@ -31,6 +31,17 @@ pub enum Order {
     Hold,
     /// Stands still for so long, s: an engine, a tyre, somebody asleep.
     Stop(f64),
+}
+
+impl Order {
+    /// What a flight does that is told so by a controller.
+    #[must_use]
+    pub fn told(kind: ClearanceKind) -> Self {
+        match kind {
+            ClearanceKind::Hold => Self::Hold,
+            kind => Self::Clear(kind),
+        }
+    }
 }
 
 /// One input.
@@ -107,6 +118,13 @@ impl Core {
             let notice = self.waiting.remove(0);
             let (m, now) = (notice.flight, self.time_s);
             match notice.order {
+                // One that is cleared to land has the runway already, and lands.
+                Order::Clear(ClearanceKind::GoAround) => {
+                    let mover = &self.movers[m];
+                    if mover.phase == Phase::Final && !mover.cleared {
+                        self.go_around(m, "it was told to");
+                    }
+                }
                 Order::Clear(kind) => {
                     self.movers[m].granted.set(kind, true);
                     if self.movers[m].wants == Some(kind) {

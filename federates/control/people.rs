@@ -1,0 +1,281 @@
+//! People at controllers' seats: who sits where, what they say to whom, and what came of it.
+//!
+//! Inputs come with the frame ends of the member `visitors` and count from their frame on, so equal inputs give equal runs.
+//! Whoever is not heard of any more loses his seat to the model.
+
+use crate::runtime::messages::{Frame, SeatAction, SeatEvent, SeatInput};
+use models::control::actors::message::{Message, Seat};
+use models::control::actors::{Actors, Given, Wanted};
+use models::control::clearance::ClearanceKind;
+use serde_json::{Value, json};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+
+/// A person of whom nothing is heard for so long has gone, s of simulated time. Who sits at a door that works is told of
+/// every minute.
+const SILENT_S: f64 = 150.0;
+/// Inputs that wait for a scan at most.
+const MOST_WAITING: usize = 4096;
+/// Answers and messages that are shown.
+const SHOWN: usize = 24;
+
+/// Who has a seat.
+#[derive(Clone, Debug)]
+struct Holder {
+    person: String,
+    since_s: f64,
+    heard_s: f64,
+}
+
+/// What became of an input.
+#[derive(Clone, Debug)]
+struct Answered {
+    number: u64,
+    person: String,
+    seat: String,
+    time_s: f64,
+    accepted: bool,
+    text: String,
+}
+
+/// People at the seats of an airport.
+#[derive(Debug, Default)]
+pub(super) struct People {
+    seats: Vec<Seat>,
+    step_s: f64,
+    holders: BTreeMap<Seat, Holder>,
+    waiting: VecDeque<(Frame, SeatInput)>,
+    answers: VecDeque<Answered>,
+    radio: VecDeque<Message>,
+    /// Since when each flight wants what it wants, s.
+    since: BTreeMap<u32, (ClearanceKind, f64)>,
+    /// Flights that have wanted something, and on which group of runways last.
+    known: BTreeMap<u32, u8>,
+    /// Flights that a person told to hold.
+    held: BTreeSet<u32>,
+    /// Told by people, until it is acted upon: clearance, seat, s.
+    under_way: BTreeMap<u32, (ClearanceKind, Seat, f64)>,
+    /// What was shown last, but for its time.
+    shown: Value,
+}
+
+impl People {
+    /// Nobody sits anywhere.
+    pub(super) fn new(seats: Vec<Seat>, step_s: f64) -> Self {
+        Self { seats, step_s, ..Self::default() }
+    }
+
+    /// An input that counts from a frame on.
+    pub(super) fn take(&mut self, frame: Frame, input: &SeatInput) {
+        if self.waiting.len() < MOST_WAITING {
+            self.waiting.push_back((frame, input.clone()));
+        }
+    }
+
+    /// What was done since the last scan. `wanted` is sorted by flight.
+    pub(super) fn scan(
+        &mut self,
+        now_s: f64,
+        wanted: &[Wanted],
+        callsigns: &[String],
+        actors: &mut Actors,
+        events: &mut Vec<SeatEvent>,
+    ) -> Vec<Given> {
+        for w in wanted {
+            self.known.insert(w.flight, w.group);
+        }
+        self.since.retain(|flight, (kind, _)| {
+            let at = wanted.binary_search_by_key(flight, |w| w.flight);
+            at.is_ok_and(|at| wanted[at].kind == *kind)
+        });
+        for w in wanted {
+            self.since.entry(w.flight).or_insert((w.kind, now_s));
+        }
+        self.under_way.retain(|_, (_, _, until_s)| *until_s > now_s);
+        let mut given = Vec::new();
+        for (frame, input) in std::mem::take(&mut self.waiting) {
+            let at_s = frame as f64 * self.step_s;
+            let done = self.done(at_s, &input, wanted, callsigns, actors);
+            let (accepted, text) = match done {
+                Ok((text, clearance)) => {
+                    given.extend(clearance);
+                    (true, text)
+                }
+                Err(text) => (false, text),
+            };
+            if !text.is_empty() {
+                if self.answers.len() >= SHOWN {
+                    self.answers.pop_front();
+                }
+                self.answers.push_back(Answered {
+                    number: input.number,
+                    person: input.order.person.clone(),
+                    seat: input.order.seat.clone(),
+                    time_s: at_s,
+                    accepted,
+                    text: text.clone(),
+                });
+            }
+            events.push(SeatEvent::Input {
+                frame,
+                input,
+                refused: if accepted { String::new() } else { text },
+            });
+        }
+        let gone = |h: &Holder| now_s > h.heard_s + SILENT_S;
+        let silent: Vec<Seat> =
+            self.holders.iter().filter(|(_, h)| gone(h)).map(|(seat, _)| *seat).collect();
+        for seat in silent {
+            self.holders.remove(&seat);
+            actors.give_up(seat);
+        }
+        given
+    }
+
+    /// What an input does: words for its person, and a clearance that goes to the traffic.
+    fn done(
+        &mut self,
+        at_s: f64,
+        input: &SeatInput,
+        wanted: &[Wanted],
+        callsigns: &[String],
+        actors: &mut Actors,
+    ) -> Result<(String, Option<Given>), String> {
+        let order = &input.order;
+        let known = Seat::named(&order.seat).filter(|seat| self.seats.contains(seat));
+        let seat = known.ok_or_else(|| format!("there is no seat {:?}", order.seat))?;
+        if let Some(other) = self.holders.get(&seat).filter(|h| h.person != order.person) {
+            return Err(format!("{} is taken by {}", order.seat, other.person));
+        }
+        if order.action == SeatAction::Take {
+            let person = order.person.clone();
+            let holder = Holder { person, since_s: at_s, heard_s: at_s };
+            self.holders.entry(seat).or_insert(holder).heard_s = at_s;
+            actors.take(seat);
+            return Ok((format!("{} is yours", order.seat), None));
+        }
+        let Some(holder) = self.holders.get_mut(&seat) else {
+            return Err(format!("nobody sits at {}: take it first", order.seat));
+        };
+        holder.heard_s = at_s;
+        match &order.action {
+            SeatAction::Leave => {
+                self.holders.remove(&seat);
+                actors.give_up(seat);
+                Ok((format!("{} is the model's again", order.seat), None))
+            }
+            SeatAction::Say { callsign, clearance } => {
+                let flight = callsigns.iter().position(|c| c == callsign);
+                let flight = flight.ok_or_else(|| format!("there is no flight {callsign:?}"))?;
+                let kind = ClearanceKind::of(clearance)
+                    .ok_or_else(|| format!("there is no clearance {clearance:?}"))?;
+                let what = self.possible(flight as u32, callsign, kind, wanted)?;
+                let whose = Seat::of(kind, what.group);
+                if whose != seat {
+                    return Err(format!("{clearance} for {callsign} is given by {}", whose.name()));
+                }
+                let given =
+                    actors.say(at_s, seat, what).map_err(|why| format!("{callsign} {why}"))?;
+                match kind {
+                    ClearanceKind::Hold => drop(self.held.insert(what.flight)),
+                    ClearanceKind::Taxi => drop(self.held.remove(&what.flight)),
+                    _ => {}
+                }
+                if let Some(given) = &given {
+                    self.under_way.insert(what.flight, (kind, seat, given.acts_s));
+                }
+                Ok((format!("{callsign}: {clearance}"), given))
+            }
+            SeatAction::Here | SeatAction::Take => Ok((String::new(), None)),
+        }
+    }
+
+    /// What can be said to a flight: what it asks for; hold position, and taxi again after it; go around on final.
+    fn possible(
+        &self,
+        flight: u32,
+        callsign: &str,
+        kind: ClearanceKind,
+        wanted: &[Wanted],
+    ) -> Result<Wanted, String> {
+        let at = wanted.binary_search_by_key(&flight, |w| w.flight).ok();
+        let wants = at.map(|at| wanted[at]);
+        if let Some(wants) = wants.filter(|w| w.kind == kind) {
+            return Ok(wants);
+        }
+        let group = self.known.get(&flight).copied();
+        let Some(group) = group else {
+            return Err(format!("{callsign} has not called yet"));
+        };
+        let again = kind == ClearanceKind::Taxi && self.held.contains(&flight);
+        let lands = wants.is_some_and(|w| w.kind == ClearanceKind::Land);
+        if kind == ClearanceKind::Hold || again || (kind == ClearanceKind::GoAround && lands) {
+            return Ok(Wanted { flight, kind, group });
+        }
+        Err(match wants {
+            Some(w) => format!("{callsign} waits for {}, not for {}", w.kind.word(), kind.word()),
+            None => format!("{callsign} waits for no clearance now"),
+        })
+    }
+
+    /// Messages that were spoken.
+    pub(super) fn heard(&mut self, messages: &[Message]) {
+        self.radio.extend(messages.iter().copied());
+        self.radio.drain(..self.radio.len().saturating_sub(SHOWN));
+    }
+
+    /// How the seats stand (JSON), where something changed.
+    pub(super) fn told(
+        &mut self,
+        now_s: f64,
+        wanted: &[Wanted],
+        name: &dyn Fn(Seat) -> String,
+    ) -> Option<Value> {
+        let round = |s: f64| (10.0 * s).round() / 10.0;
+        let wants = |seat: Seat| -> Vec<Value> {
+            let own = wanted.iter().filter(|w| Seat::of(w.kind, w.group) == seat);
+            own.map(|w| {
+                let since_s = self.since.get(&w.flight).map_or(now_s, |(_, s)| *s);
+                json!({"callsign": name(Seat::Flight(w.flight)), "clearance": w.kind.word(), "since_s": round(since_s)})
+            })
+            .collect()
+        };
+        let seat = |seat: &Seat| {
+            let holder = self.holders.get(seat);
+            json!({
+                "name": seat.name(), "by": holder.map(|h| h.person.as_str()),
+                "since_s": holder.map(|h| round(h.since_s)), "wants": wants(*seat),
+            })
+        };
+        let pending = |(flight, (kind, seat, until_s)): (&u32, &(ClearanceKind, Seat, f64))| {
+            json!({
+                "callsign": name(Seat::Flight(*flight)), "clearance": kind.word(), "seat": seat.name(), "until_s": round(*until_s),
+            })
+        };
+        let radio = |m: &Message| {
+            json!({
+                "time_s": round(m.at_frame as f64 * self.step_s), "from": name(m.from), "to": name(m.to),
+                "kind": m.kind.word(), "clearance": m.body.word(),
+            })
+        };
+        let answer = |a: &Answered| {
+            json!({
+                "number": a.number, "person": a.person, "seat": a.seat, "time_s": round(a.time_s), "accepted": a.accepted,
+                "text": a.text,
+            })
+        };
+        let held: Vec<String> = self.held.iter().map(|f| name(Seat::Flight(*f))).collect();
+        let mut state = json!({
+            "seats": self.seats.iter().map(seat).collect::<Vec<_>>(),
+            "pending": self.under_way.iter().map(pending).collect::<Vec<_>>(),
+            "held": held,
+            "radio": self.radio.iter().map(radio).collect::<Vec<_>>(),
+            "answers": self.answers.iter().map(answer).collect::<Vec<_>>(),
+        });
+        if state == self.shown {
+            return None;
+        }
+        self.shown = state.clone();
+        state["time_s"] = now_s.into();
+        Some(state)
+    }
+}

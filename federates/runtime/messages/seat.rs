@@ -1,0 +1,103 @@
+//! What people at controllers' seats, or programs in their place, say: asked of the member `visitors`, which stamps it into
+//! a frame.
+
+use serde::{Deserialize, Serialize};
+
+/// What somebody does at a seat.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum SeatAction {
+    /// Sits down: the model of the seat decides nothing any more.
+    Take,
+    /// Gives it up to the model.
+    Leave,
+    /// Is still there.
+    Here,
+    /// Gives a clearance.
+    Say {
+        /// To whom.
+        callsign: String,
+        /// Word of the clearance ("TAX").
+        clearance: String,
+    },
+}
+
+impl SeatAction {
+    /// Its word.
+    #[must_use]
+    pub fn word(&self) -> &'static str {
+        match self {
+            Self::Take => "take",
+            Self::Leave => "leave",
+            Self::Here => "here",
+            Self::Say { .. } => "say",
+        }
+    }
+
+    /// The action of a word; to whom and which clearance where it says one.
+    ///
+    /// # Errors
+    /// What is wrong, in a sentence.
+    pub fn of(word: &str, callsign: &str, clearance: &str) -> Result<Self, String> {
+        match word {
+            "take" => Ok(Self::Take),
+            "leave" => Ok(Self::Leave),
+            "here" => Ok(Self::Here),
+            "say" if callsign.is_empty() || clearance.is_empty() => {
+                Err("say: name a callsign and a clearance (\"TAX\")".to_owned())
+            }
+            "say" => {
+                Ok(Self::Say { callsign: callsign.to_owned(), clearance: clearance.to_owned() })
+            }
+            other => {
+                let other: String = other.chars().take(32).collect();
+                Err(format!("there is no action {other:?}: take, leave, here or say"))
+            }
+        }
+    }
+
+    /// To whom something is said, and what; empty where nothing is.
+    #[must_use]
+    pub fn said(&self) -> (&str, &str) {
+        match self {
+            Self::Say { callsign, clearance } => (callsign, clearance),
+            _ => ("", ""),
+        }
+    }
+}
+
+/// Somebody at a seat does something: a question to `seat/{name}/say`.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SeatOrder {
+    /// Name of the seat ("tower 1").
+    pub seat: String,
+    /// Who: one person holds a seat.
+    pub person: String,
+    /// What.
+    pub action: SeatAction,
+}
+
+/// What is answered at once; whether a clearance was possible is told by control (`control/1/positions`).
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SeatAnswer {
+    /// It goes into the next frame.
+    pub accepted: bool,
+    /// Its number, by which control answers.
+    pub number: u64,
+    /// Why not.
+    pub text: String,
+}
+
+/// The same as it goes into a frame.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SeatInput {
+    /// Counted in the run from 1.
+    pub number: u64,
+    /// What was asked.
+    pub order: SeatOrder,
+}
+
+/// The key on which what is done at a seat is asked.
+#[must_use]
+pub fn seat_key(seat: &str) -> String {
+    format!("seat/{}/say", seat.replace(' ', "-"))
+}

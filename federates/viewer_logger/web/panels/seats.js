@@ -1,0 +1,119 @@
+// Controllers' seats: take one, clear who waits by click or by key, see what is read back and said on the frequencies.
+
+import { CLEARANCES, Seats } from "../seat.js";
+import { element, elapsed } from "../text.js";
+
+const MEANS = new Map(CLEARANCES.map(([word, , means]) => [word, means]));
+const KINDS = { request: "asks", clearance: "clears", readback: "reads back", correction: "corrects" };
+
+export default {
+  key: "seats",
+  title: "Seats",
+  make(section, page) {
+    const { state } = page;
+    const seats = new Seats(page.link, () => {
+      show();
+      page.showStrips();
+    });
+    page.seats = seats;
+    let selected = null, text = "";
+    const name = element("input", [], { id: "person", maxlength: "32", autocomplete: "off", spellcheck: "false" });
+    name.value = seats.person;
+    name.addEventListener("change", () => {
+      seats.rename(name.value);
+      name.value = seats.person;
+    });
+    const line = element("input", [], { id: "clearance-line", maxlength: "40", autocomplete: "off", spellcheck: "false", placeholder: "SWR1A TAX" });
+    const form = element("form", [element("label", "Clearance (Enter)", { for: "clearance-line" }), line], { class: "pair" });
+    form.addEventListener("submit", async (event) => {
+      event.preventDefault();
+      if (await seats.line(line.value, state.flights.map((f) => f.callsign), selected)) line.value = "";
+    });
+    const list = element("ul", [], { class: "seat-list" }), answer = element("p", "", { role: "status", class: "seat-answer" });
+    const waits = element("div", []), chosen = element("div", []), radio = element("ol", [], { class: "radio", "aria-label": "Frequencies" });
+    const none = element("p", "In this run nobody can sit down: the scene needs traffic that behaves and [control] sees = \"tracks\", controllers = \"model\".", { class: "empty" });
+    const body = element("div", [
+      element("p", [element("label", "You are ", { for: "person" }), name], { class: "pair" }), list, answer, form, chosen, waits, element("h3", "Radio"), radio,
+    ]);
+    const box = element("div", [none, body], { id: "seats", class: "seats" });
+    section.append(box);
+    body.hidden = true;
+
+    const button = (key, callsign, p) => {
+      const made = element("button", [key ? element("kbd", key) : null, `${p.clearance} `, element("small", MEANS.get(p.clearance) ?? "")], {
+        type: "button", "data-clear": `${callsign} ${p.clearance}`, "aria-label": `${callsign}: ${p.clearance}, ${MEANS.get(p.clearance)}`,
+      });
+      made.addEventListener("click", () => seats.clear(p.seat, callsign, p.clearance));
+      return made;
+    };
+    const seatRow = (seat) => {
+      const mine = seat.by === seats.person, act = element("button", mine ? "Give up" : "Take", { type: "button", "data-seat": seat.name, "aria-label": `${mine ? "Give up" : "Take"} ${seat.name}` });
+      act.disabled = Boolean(seat.by) && !mine;
+      act.addEventListener("click", () => seats.act(seat.name, mine ? "leave" : "take"));
+      return element("li", [act, element("b", seat.name), element("span", mine ? "you" : seat.by ?? "model"), element("span", seat.wants.length ? `${seat.wants.length} waiting` : "")], { "data-mine": String(mine) });
+    };
+
+    /** Made again where something changed, with the focus where it was. */
+    function show() {
+      const now = seats.state, at = state.scan?.timeS ?? now?.time_s, next = now?.radio.filter((m) => m.time_s > at).length;
+      const made = JSON.stringify([now && { ...now, time_s: 0 }, next, seats.person, seats.answer, selected]);
+      if (made === text) return;
+      text = made;
+      none.hidden = Boolean(now);
+      body.hidden = !now;
+      if (!now) return;
+      const focus = document.activeElement?.dataset ?? {}, own = seats.own();
+      name.disabled = own.length > 0;
+      form.hidden = own.length === 0;
+      list.replaceChildren(...now.seats.map(seatRow));
+      answer.textContent = seats.answer?.text ?? "";
+      answer.dataset.mark = seats.answer && !seats.answer.accepted ? "warn" : "";
+      const options = seats.mine(selected);
+      chosen.replaceChildren(...(selected && own.length ? [element("h3", `Selected: ${selected}`), element("p", options.length ? options.map((p) => button("", selected, p)) : "nothing can be said to it now", { class: "pair" })] : []));
+      const asked = now.seats.filter((s) => own.includes(s.name)).flatMap((s) => s.wants.map((w) => ({ ...w, seat: s.name })));
+      asked.sort((a, b) => a.since_s - b.since_s);
+      const rows = asked.map((w, i) => {
+        const told = now.pending.find((p) => p.callsign === w.callsign);
+        const act = told ? element("span", `${told.clearance} said; reads back, begins about ${elapsed(told.until_s)}`, { class: "told" }) : button(i < 9 ? String(i + 1) : "", w.callsign, w);
+        return element("li", [element("b", w.callsign), element("span", `since ${elapsed(w.since_s)}`), act]);
+      });
+      waits.replaceChildren(...(own.length ? [element("h3", `Waiting for you (${asked.length})`), rows.length ? element("ul", rows, { class: "waiting" }) : element("p", "Nobody waits.", { class: "empty" })] : []));
+      radio.replaceChildren(...[...now.radio].reverse().slice(0, 16).map((m) => element("li", [
+        element("time", elapsed(m.time_s)), element("b", m.from), element("span", `${KINDS[m.kind] ?? m.kind} ${m.clearance}`), element("span", m.time_s > at ? `${m.to} (to come)` : m.to),
+      ], { "data-next": m.time_s > at ? "" : null })));
+      const again = focus.clear ? `[data-clear="${CSS.escape(focus.clear)}"]` : focus.seat ? `[data-seat="${CSS.escape(focus.seat)}"]` : null;
+      // A strip of the list beside keeps its own focus.
+      if (again && !box.contains(document.activeElement) && document.activeElement === document.body) (box.querySelector(again) ?? box.querySelector("button"))?.focus();
+    }
+
+    // Digits give what the first nine wait for, while the panel has the keyboard; Enter on the map goes to the line.
+    section.addEventListener("keydown", (event) => {
+      if (event.target.matches("input")) {
+        event.stopPropagation();
+        return;
+      }
+      if (event.ctrlKey || event.altKey || event.metaKey || !/^[1-9]$/.test(event.key)) return;
+      const act = [...waits.querySelectorAll("button")].find((b) => b.querySelector("kbd")?.textContent === event.key);
+      event.preventDefault();
+      event.stopPropagation();
+      act?.click();
+    });
+    document.addEventListener("keydown", (event) => {
+      if (event.key !== "Enter" || !seats.own().length || document.querySelector("dialog[open]")) return;
+      if (event.target.closest?.("input, select, button, a, tr[tabindex]") || section.contains(event.target)) return;
+      page.showTab("seats");
+      line.focus();
+      event.preventDefault();
+    });
+
+    return {
+      show,
+      scan: () => !section.hidden && show(),
+      take: { seats: (message) => seats.take(message.state), new_run: () => seats.take(null) },
+      selected(_, callsign) {
+        selected = callsign;
+        show();
+      },
+    };
+  },
+};

@@ -1,0 +1,111 @@
+// A person at controllers' seats: what the run says of them, what can be said to whom, and the line that is typed. The state and the
+// line are pure; the panel is in `panels/seats.js`.
+
+import { readLocal, keepLocal } from "./local.js";
+
+/** Clearances in the order of their keys: word, letter of the typed line, what it says. */
+export const CLEARANCES = [
+  ["PSH", "p", "push and start"], ["TAX", "t", "taxi"], ["CRO", "x", "cross the runway"], ["LUP", "u", "line up"],
+  ["TOF", "", "take off"], ["LND", "l", "land"], ["HLD", "h", "hold position"], ["GOA", "", "go around"],
+];
+const WORDS = new Map(CLEARANCES.flatMap(([word, letter]) => [[word, word], ...(letter ? [[letter.toUpperCase(), word]] : [])]));
+const HERE_MS = 5000, MOST_NAME = 32;
+
+/** Who gives a clearance to a flight that wants something: the seat of its list, else ground or the only tower. */
+function seatFor(state, word, callsign) {
+  const asks = state.seats.find((s) => s.wants.some((w) => w.callsign === callsign));
+  if (word === "PSH") return "apron";
+  if (word === "TAX" || word === "HLD") return "ground";
+  return asks?.name.startsWith("tower") ? asks.name : state.seats.find((s) => s.name.startsWith("tower"))?.name ?? "ground";
+}
+
+/** What can be said to a flight now: [{ seat, clearance, asked }], what it asks for first. */
+export function possible(state, callsign) {
+  if (!state || !callsign || state.pending.some((p) => p.callsign === callsign)) return [];
+  const wants = state.seats.flatMap((s) => s.wants.filter((w) => w.callsign === callsign).map((w) => ({ seat: s.name, clearance: w.clearance, asked: true })));
+  const add = (clearance) => ({ seat: seatFor(state, clearance, callsign), clearance, asked: false });
+  if (wants.some((w) => w.clearance === "LND")) wants.push(add("GOA"));
+  if (state.held.includes(callsign)) wants.push(add("TAX"));
+  else if (!wants.some((w) => ["PSH", "LND", "TOF"].includes(w.clearance))) wants.push(add("HLD"));
+  return wants;
+}
+
+/** A typed line: "SWR1A TAX", "1A t", ". t" (the selected) → { callsign, clearance } or { error }. */
+export function typed(line, callsigns, selected) {
+  const [name, kind, ...more] = line.trim().toUpperCase().split(/\s+/);
+  if (!name) return { error: "type a call sign and a clearance, like SWR1A TAX" };
+  if (!kind) return { error: `${name}: a clearance is missing: ${CLEARANCES.map(([word]) => word).join(", ")}` };
+  if (more.length) return { error: `too much: ${more.join(" ")}` };
+  if (name === "." && !selected) return { error: "no flight is selected" };
+  const found = name === "." ? [selected] : callsigns.filter((c) => c.toUpperCase() === name);
+  const ends = found.length ? found : callsigns.filter((c) => c.toUpperCase().endsWith(name));
+  if (!ends.length) return { error: `no flight is called ${name}` };
+  if (ends.length > 1) return { error: `${name} may be ${ends.slice(0, 4).join(", ")}` };
+  const clearance = WORDS.get(kind);
+  return clearance ? { callsign: ends[0], clearance } : { error: `no clearance is called ${kind}: ${CLEARANCES.map(([word]) => word).join(", ")}` };
+}
+
+/** The seats of the run and this person at them. */
+export class Seats {
+  state = null;
+  answer = null;
+
+  /** `link` carries what is done; `changed()` is called when something else is to be shown. */
+  constructor(link, changed) {
+    Object.assign(this, { link, changed });
+    this.person = readLocal("person") || `page-${Math.floor(Math.random() * 65536).toString(16).padStart(4, "0")}`;
+    keepLocal("person", this.person);
+    setInterval(() => {
+      for (const seat of this.own()) this.link.send({ type: "seat", id: 0, seat, person: this.person, action: "here" });
+    }, HERE_MS);
+  }
+
+  take(state) {
+    this.state = state;
+    const mine = state?.answers.filter((a) => a.number && a.person === this.person).at(-1);
+    if (mine && mine.number !== this.answer?.number) this.answer = mine;
+    this.changed();
+  }
+
+  /** Names of the seats that this person has. */
+  own() {
+    return (this.state?.seats ?? []).filter((s) => s.by === this.person).map((s) => s.name);
+  }
+
+  rename(name) {
+    const sound = name.replace(/[^A-Za-z0-9._ -]/g, "").trim().slice(0, MOST_NAME);
+    if (!sound || this.own().length) return;
+    this.person = sound;
+    keepLocal("person", sound);
+  }
+
+  /** What this person can say to a flight now. */
+  mine(callsign) {
+    const own = this.own();
+    return possible(this.state, callsign).filter((p) => own.includes(p.seat));
+  }
+
+  async act(seat, action, more = {}) {
+    const { accepted, text } = await this.link.command({ type: "seat", seat, person: this.person, action, ...more });
+    if (!accepted) this.say(false, text);
+    return accepted;
+  }
+
+  clear(seat, callsign, clearance) {
+    return this.act(seat, "say", { callsign, clearance });
+  }
+
+  line(text, callsigns, selected) {
+    const said = typed(text, callsigns, selected);
+    if (said.error) {
+      this.say(false, said.error);
+      return Promise.resolve(false);
+    }
+    return this.clear(seatFor(this.state, said.clearance, said.callsign), said.callsign, said.clearance);
+  }
+
+  say(accepted, text) {
+    this.answer = { accepted, text, number: this.answer?.number };
+    this.changed();
+  }
+}

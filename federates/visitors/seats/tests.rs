@@ -1,0 +1,108 @@
+//! Laws of the door for people at seats.
+
+use super::*;
+
+const SECOND_NS: i64 = 1_000_000_000;
+
+fn door() -> SeatDoor {
+    SeatDoor {
+        seats: vec!["apron".into(), "ground".into(), "tower 1".into()],
+        callsigns: BTreeSet::from(["SWR1A".to_owned()]),
+        frame_ns: 50_000_000,
+        ..SeatDoor::default()
+    }
+}
+
+fn order(seat: &str, person: &str, action: SeatAction) -> SeatOrder {
+    SeatOrder { seat: seat.into(), person: person.into(), action }
+}
+
+fn say(callsign: &str, clearance: &str) -> SeatAction {
+    SeatAction::Say { callsign: callsign.into(), clearance: clearance.into() }
+}
+
+#[test]
+fn a_seat_has_one_person_and_what_is_wrong_is_said_in_one_sentence() {
+    let mut door = door();
+    let taken = door.ask(order("ground", "anna", SeatAction::Take), 0);
+    assert_eq!((taken.accepted, taken.number), (true, 1));
+    for (asked, why) in [
+        (order("ground", "ben", SeatAction::Take), "ground is taken by anna"),
+        (order("ground", "ben", say("SWR1A", "TAX")), "ground is taken by anna"),
+        (
+            order("tower 2", "anna", SeatAction::Take),
+            "there is no seat \"tower 2\"; there are apron",
+        ),
+        (order("apron", "anna", SeatAction::Leave), "nobody sits at apron: take it first"),
+        (order("apron", "", SeatAction::Take), "person: 1 to 32"),
+        (order("apron", "<b>", SeatAction::Take), "person: 1 to 32"),
+        (order("ground", "anna", say("XXX9", "TAX")), "there is no flight \"XXX9\" in this scene"),
+        (order("ground", "anna", say("SWR1A", "FLY")), "there is no clearance \"FLY\""),
+    ] {
+        let answer = door.ask(asked, 0);
+        assert!(!answer.accepted && answer.text.starts_with(why), "{answer:?}");
+    }
+    let said = door.ask(order("ground", "anna", say("SWR1A", "TAX")), 0);
+    let inputs = door.admit(7, 0);
+    assert_eq!(inputs.iter().map(|i| i.number).collect::<Vec<_>>(), [1, said.number]);
+    assert!(door.admit(8, 0).is_empty(), "once");
+    // Time stands: what cannot go into a frame is refused, however often it is asked.
+    let refused =
+        (0..1000).filter(|_| !door.ask(order("ground", "anna", say("SWR1A", "TAX")), 0).accepted);
+    assert_eq!(refused.count(), 1000 - MOST_WAITING);
+    assert!(
+        SeatDoor::default()
+            .ask(order("ground", "anna", SeatAction::Take), 0)
+            .text
+            .contains("[control]")
+    );
+}
+
+#[test]
+fn who_is_silent_loses_his_seat_and_who_is_there_is_told_of_every_minute() {
+    let mut door = door();
+    door.ask(order("ground", "anna", SeatAction::Take), 0);
+    door.admit(1, 0);
+    let mut told = Vec::new();
+    for frame in 2..4000_u64 {
+        let utc_ns = frame as i64 * 50_000_000;
+        // A word every five seconds, for two minutes.
+        if frame % 100 == 0 && frame <= 2400 {
+            assert!(door.ask(order("ground", "anna", SeatAction::Here), utc_ns).accepted);
+        }
+        told.extend(door.admit(frame, utc_ns).into_iter().map(|i| (frame, i.order.action)));
+    }
+    use SeatAction::{Here, Leave};
+    // 2400 frames are 120 s; silent for 30 s more.
+    assert_eq!(told, [(1201, Here), (2401, Here), (2400 + 601, Leave)]);
+    assert!(door.ask(order("ground", "ben", SeatAction::Take), 300 * SECOND_NS).accepted);
+}
+
+#[test]
+fn inputs_of_another_run_come_in_their_frames_with_their_numbers() {
+    let folder = std::env::temp_dir().join(format!("seeds-inputs-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("a folder");
+    let file = folder.join("inputs.jsonl");
+    let line = r#"{"frame":40,"seat":"ground","person":"anna","action":"take"}"#;
+    let more = r#"{"frame":90,"seat":"ground","person":"anna","action":"say","callsign":"SWR1A","clearance":"TAX"}"#;
+    std::fs::write(&file, format!("{line}\n\n{more}\n")).expect("written");
+    let mut door = door();
+    door.follow(read_inputs(&file).expect("read"));
+    for _ in 0..2 {
+        door.clear();
+        let frames: Vec<(u64, u64)> = (1..200)
+            .flat_map(|f| door.admit(f, 0).into_iter().map(move |i| (f, i.number)))
+            .collect();
+        assert_eq!(frames, [(40, 1), (90, 2)]);
+    }
+    for (text, why) in [
+        ("{\"frame\":1}", "inputs.jsonl:1: missing field `seat`"),
+        (&line.replace("take", "fly"), "inputs.jsonl:1: there is no action \"fly\""),
+        (&line.replace("take", "say"), "inputs.jsonl:1: say: name a callsign"),
+    ] {
+        std::fs::write(&file, text).expect("written");
+        let error = format!("{:#}", read_inputs(&file).expect_err("refused"));
+        assert!(error.contains(why), "{error}");
+    }
+    let _ = std::fs::remove_dir_all(&folder);
+}
