@@ -22,7 +22,7 @@ use models::traffic::core::{
 use models::traffic::network::{Network, code_of_span};
 use models::traffic::outline::{Rectangle, Size, distance_m, outline};
 use models::traffic::pieces::Pieces;
-use reach::{default_ends, lacks_m, lands_instead, reached_stands};
+use reach::{Reach, default_ends, end_named, lacks_m, lands_instead, reached_stands};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -160,17 +160,10 @@ pub(crate) fn read(
             let row = types
                 .get(&w.designator)
                 .ok_or_else(|| refuse("type", &w.designator, types.designators().collect()))?;
-            let runway = network
-                .runways
-                .iter()
-                .enumerate()
-                .find_map(|(r, runway)| {
-                    runway.names.iter().position(|n| *n == w.runway).map(|end| (r, end))
-                })
-                .ok_or_else(|| {
-                    let names = network.runways.iter().flat_map(|r| r.names.iter());
-                    refuse("runway", &w.runway, names.map(String::as_str).collect())
-                })?;
+            let runway = end_named(&network, &w.runway).ok_or_else(|| {
+                let names = network.runways.iter().flat_map(|r| r.names.iter());
+                refuse("runway", &w.runway, names.map(String::as_str).collect())
+            })?;
             let need = code_of_span(row.class.span_m);
             let arrival = w.direction == Direction::Arrival;
             let known = arrival.then(|| instead.entry((runway, need)));
@@ -564,6 +557,17 @@ fn generated(
         Ok(if given.is_empty() { default_ends(network, arrival) } else { given })
     };
     let (landing, leaving) = (ends("arrival_runways", true)?, ends("departure_runways", false)?);
+    let usable: Vec<usize> = (0..network.stands.len())
+        .filter(|s| network.stands[*s].node.is_some_and(|n| network.nodes[n].used))
+        .collect();
+    if (arrivals > 0.0 && landing.is_empty())
+        || (departures > 0.0 && leaving.is_empty())
+        || usable.is_empty()
+    {
+        let needed = "a runway with entries and exits, and stands with a way".into();
+        let found = format!("an airport where {}", network.findings.join("; "));
+        return Err(section.refuse("kind", Problem::WrongKind { found, needed }));
+    }
     let lacks = |designator: &str| {
         types.get(designator).map_or(0.0, |row| {
             let none: &[String] = &[];
@@ -576,25 +580,16 @@ fn generated(
     let least = mix.iter().map(|m| lacks(&m.0)).fold(f64::INFINITY, f64::min);
     if least > 0.0 {
         let ends = landing.iter().chain(&leaving).cloned().collect::<Vec<_>>().join(", ");
-        let found =
-            format!("{too_long}, of which each lacks {least:.0} m or more from entry or to exit");
+        let found = format!(
+            "{too_long}, of which each lacks {least:.0} m or more to an exit, or from an entry, that stands have a way to \
+             without a backtrack"
+        );
         let needed = format!("a mix with a type that runway {ends} is long enough for");
         return Err(section.refuse("mix", Problem::WrongKind { found, needed }));
     }
     mix.retain(|m| lacks(&m.0) <= 0.0);
     if !too_long.is_empty() {
         remarks.push(format!("{too_long}: left out, the runways are too short for them"));
-    }
-    let usable: Vec<usize> = (0..network.stands.len())
-        .filter(|s| network.stands[*s].node.is_some_and(|n| network.nodes[n].used))
-        .collect();
-    if (arrivals > 0.0 && landing.is_empty())
-        || (departures > 0.0 && leaving.is_empty())
-        || usable.is_empty()
-    {
-        let needed = "a runway with entries and exits, and stands with a way".into();
-        let found = format!("an airport where {}", network.findings.join("; "));
-        return Err(section.refuse("kind", Problem::WrongKind { found, needed }));
     }
     let mut drawn: Vec<Drawn> = Vec::new();
     let kinds =
@@ -678,7 +673,16 @@ fn on_stands(
         Some((at_m, Azimuth::of(at_m - network.nodes[from].at_m).rad()))
     };
     let poses: Vec<_> = (0..network.stands.len()).map(heading).collect();
-    let reached: Vec<Vec<bool>> = (0..6).map(|code| reached_stands(network, code)).collect();
+    // Stands by runway end, code and direction.
+    let mut known: BTreeMap<(String, u8, bool), Vec<bool>> = BTreeMap::new();
+    let mut reach = |name: &str, code: u8, arrival: bool| -> Vec<bool> {
+        let key = (name.to_owned(), code, arrival);
+        let found = known.entry(key).or_insert_with(|| match end_named(network, name) {
+            Some(end) => Reach::of(network, end, arrival).stands(code, 0.0),
+            None => vec![true; network.stands.len()],
+        });
+        found.clone()
+    };
     let widest_m = drawn.iter().map(|d| size_of(d).span_m).fold(36.0, f64::max);
     // Who leaves as whose turn-round: the first that is ready.
     let mut order: Vec<usize> = (0..drawn.len()).collect();
@@ -727,7 +731,11 @@ fn on_stands(
             })
         };
         let need = code_of_span(size.span_m);
-        let reached = &reached[usize::from(need)];
+        let mut reached = reach(&d.runway, need, d.direction == Direction::Arrival);
+        if let Some(next) = leaves_as[i] {
+            let left = reach(&drawn[next].runway, need, false);
+            reached.iter_mut().zip(left).for_each(|(r, l)| *r &= l);
+        }
         let fits = |s: usize| network.stands[s].code >= need && reached[s];
         let mut fitting: Vec<usize> =
             usable.iter().copied().filter(|s| fits(*s) && free(*s)).collect();

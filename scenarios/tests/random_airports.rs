@@ -234,6 +234,23 @@ fn airports_at_random_keep_what_traffic_has_to_keep() {
     );
 }
 
+/// Airports on which something broke once: a crawl that ended with a jolt, somebody who was passed by for longer than twenty
+/// minutes, and an airport that nobody can land on or leave without a backtrack, which is said when the scene is read.
+#[test]
+fn what_broke_on_an_airport_once_is_kept() {
+    for (seed, policy) in [(33, "planned"), (70, "planned"), (59, "ordered"), (94, "ordered")] {
+        let name = format!("once-{seed}");
+        let held = run(&name, &drawn(seed), 8.0, looks(seed, 0.3), policy);
+        let held = held.unwrap_or_else(|e| panic!("seed {seed}: {e}"));
+        assert_eq!(held.broken(), Vec::<String>::new(), "seed {seed}");
+    }
+    for seed in [29, 64] {
+        let said = run("once-refused", &drawn(seed), 8.0, looks(seed, 0.0), "planned");
+        let said = said.map(|h| h.core.flights().len()).expect_err("cannot be used");
+        assert!(said.contains("is long enough for"), "seed {seed}: {said}");
+    }
+}
+
 /// Taking whatever is free ends in gridlock: on some of them it does, and then the ring is named within a minute of standing still.
 #[test]
 fn the_free_policy_names_its_deadlock_within_a_minute() {

@@ -3,7 +3,7 @@
 use super::{RunwayEnd, flight_of};
 use crate::types::TypeRow;
 use models::frames::{Azimuth, wrap_pi};
-use models::traffic::network::{NetEdge, Network};
+use models::traffic::network::{NetEdge, Network, code_of_span};
 use models::traffic::way::Arcs;
 use models::traffic::ways::SHARPEST_TURN_DEG;
 
@@ -19,33 +19,97 @@ pub(super) fn reached_stands(network: &Network, code: u8) -> Vec<bool> {
 /// backtrack after a landing is not driven): of the runways of the same direction the first with a way. `None`: the wanted one
 /// will do, or no other is better.
 pub(super) fn lands_instead(network: &Network, (r, end): RunwayEnd, code: u8) -> Option<RunwayEnd> {
-    let heading = |r: usize, end: usize| {
-        let ends_m = network.runways[r].ends_m;
-        Azimuth::of(ends_m[1 - end] - ends_m[end]).rad()
-    };
-    let arcs = Arcs::of(network);
-    let leads_to_stands = |r: usize, end: usize| {
-        let runway = &network.runways[r];
-        let far = |place: f64| if end == 0 { place } else { runway.length_m - place } > 600.0;
-        let exits = runway.spine.iter().filter(|(place, _)| far(*place));
-        let exits = exits.flat_map(|(_, n)| arcs.leaving(*n).to_vec()).filter(|a| {
-            let edge = &network.edges[a / 2];
-            let turn_rad = wrap_pi(arcs.heading_rad(*a) - heading(r, end)).abs();
-            edge.strip == Some(r) && edge.runway.is_none() && turn_rad <= EXIT_DEG.to_radians()
-        });
-        let usable = |e: &NetEdge| e.code >= code && e.runway != Some(r);
-        flood(network, &arcs, exits.collect(), usable).contains(&true)
-    };
-    if leads_to_stands(r, end) {
+    let heading = |r: usize, end: usize| direction_rad(network, (r, end));
+    let leads_to_stands =
+        |end: RunwayEnd| Reach::of(network, end, true).stands(code, 600.0).contains(&true);
+    if leads_to_stands((r, end)) {
         return None;
     }
     let ends = (0..network.runways.len()).flat_map(|o| [(o, 0), (o, 1)]);
     let along = |o: &RunwayEnd| wrap_pi(heading(o.0, o.1) - heading(r, end)).abs() < 0.35;
-    ends.filter(|o| o.0 != r).filter(along).find(|o| leads_to_stands(o.0, o.1))
+    ends.filter(|o| o.0 != r).filter(along).find(|o| leads_to_stands(*o))
 }
 
-/// Sharpest turn off a runway, degrees.
+/// Sharpest turn off a runway or on to it, degrees.
 const EXIT_DEG: f64 = 115.0;
+
+fn direction_rad(network: &Network, (r, end): RunwayEnd) -> f64 {
+    let ends_m = network.runways[r].ends_m;
+    Azimuth::of(ends_m[1 - end] - ends_m[end]).rad()
+}
+
+/// What lies between one end of a runway and the stands, on an empty airport: for landings from its exits, for take-offs to its
+/// entries, at turns that are driven and without the runway itself.
+pub(super) struct Reach<'a> {
+    network: &'a Network,
+    arcs: Arcs,
+    runway: usize,
+    arrival: bool,
+    /// Exits or entries: how much of the runway lies before (landings) or behind them (take-offs), m, and the arc.
+    doors: Vec<(f64, usize)>,
+}
+
+impl<'a> Reach<'a> {
+    pub(super) fn of(network: &'a Network, (r, end): RunwayEnd, arrival: bool) -> Self {
+        let arcs = Arcs::of(network);
+        let runway = &network.runways[r];
+        let along =
+            |place: f64| if (end == 0) == arrival { place } else { runway.length_m - place };
+        let direction_rad = direction_rad(network, (r, end));
+        let all = (0..network.nodes.len()).flat_map(|n| arcs.leaving(n).to_vec());
+        let node = |arc| if arrival { Arcs::from(network, arc) } else { Arcs::to(network, arc) };
+        let doors = all.filter_map(|arc| {
+            let edge = &network.edges[arc / 2];
+            let (place, _) = runway.spine.iter().find(|(_, n)| *n == node(arc))?;
+            let turn_rad = wrap_pi(arcs.heading_rad(arc) - direction_rad).abs();
+            let off = edge.strip == Some(r) && edge.runway.is_none();
+            (off && turn_rad <= EXIT_DEG.to_radians()).then(|| (along(*place), arc))
+        });
+        let doors = doors.collect();
+        Self { network, arcs, runway: r, arrival, doors }
+    }
+
+    /// Stands that an aircraft of a code reaches from exits farther than `least_m`, or leaves for entries with more than that.
+    pub(super) fn stands(&self, code: u8, least_m: f64) -> Vec<bool> {
+        let doors = self.doors.iter().filter(|d| d.0 > least_m).map(|d| d.1);
+        self.behind(doors.collect(), code)
+    }
+
+    /// Length that can be used, m: up to the farthest exit of landings, or the longest run from an entry of take-offs; 0 where
+    /// no door has a way to or from a stand.
+    pub(super) fn length_m(&self, code: u8) -> f64 {
+        let used = self.doors.iter().filter(|d| self.behind(vec![d.1], code).contains(&true));
+        used.map(|d| d.0).fold(0.0, f64::max)
+    }
+
+    fn behind(&self, doors: Vec<usize>, code: u8) -> Vec<bool> {
+        let usable = |e: &NetEdge| e.code >= code && e.runway != Some(self.runway);
+        if self.arrival {
+            return flood(self.network, &self.arcs, doors, usable);
+        }
+        let seen = flood_back(self.network, &self.arcs, doors, usable);
+        let stands = self.network.stands.iter();
+        let leaves = |node| lane_arcs(self.network, &self.arcs, node).iter().any(|a| seen[*a]);
+        stands.map(|s| s.node.is_some_and(leaves)).collect()
+    }
+}
+
+/// Arcs that lead on from where the lead-in of a stand joins a lane: after the pushback one of them is driven.
+fn lane_arcs(network: &Network, arcs: &Arcs, stand: usize) -> Vec<usize> {
+    let (mut node, mut came) = (stand, usize::MAX);
+    for _ in 0..30 {
+        let on = |e: &usize| network.edges[*e].nodes.contains(&node) && *e != came;
+        let on: Vec<usize> = (0..network.edges.len()).filter(on).collect();
+        match on[..] {
+            [e] => {
+                let nodes = network.edges[e].nodes;
+                (node, came) = (nodes[usize::from(nodes[0] == node)], e);
+            }
+            _ => break,
+        }
+    }
+    arcs.leaving(node).iter().copied().filter(|a| a / 2 != came).collect()
+}
 
 /// Stands that are reached from some arcs over edges that can be used.
 fn flood(
@@ -54,30 +118,65 @@ fn flood(
     from: Vec<usize>,
     usable: impl Fn(&NetEdge) -> bool,
 ) -> Vec<bool> {
-    let usable = |arc: usize| usable(&network.edges[arc / 2]);
-    let mut seen = vec![false; 2 * network.edges.len()];
-    let mut open: Vec<usize> = from.into_iter().filter(|a| usable(*a)).collect();
-    open.iter().for_each(|a| seen[*a] = true);
-    let mut stands = vec![false; network.stands.len()];
-    while let Some(arc) = open.pop() {
+    let next = |arc: usize| {
         let node = Arcs::to(network, arc);
-        if let Some(stand) = network.nodes[node].stand {
+        let ends = network.nodes[node].stand.is_some();
+        let on = arcs.leaving(node).iter().copied().filter(move |_| !ends);
+        on.filter(move |n| arcs.turn_rad(arc, *n) <= SHARPEST_TURN_DEG.to_radians()).collect()
+    };
+    let seen = spread(network, from, usable, next);
+    let mut stands = vec![false; network.stands.len()];
+    for arc in (0..seen.len()).filter(|a| seen[*a]) {
+        if let Some(stand) = network.nodes[Arcs::to(network, arc)].stand {
             stands[stand] = true;
-            continue;
-        }
-        for next in arcs.leaving(node) {
-            let sharp = arcs.turn_rad(arc, *next) > SHARPEST_TURN_DEG.to_radians();
-            if !sharp && next / 2 != arc / 2 && usable(*next) && !seen[*next] {
-                seen[*next] = true;
-                open.push(*next);
-            }
         }
     }
     stands
 }
 
-/// Ends that traffic uses where the scene says nothing: arrivals to the runway with most exits, departures
-/// from the next best one that does not cross it, else from the same.
+/// Arcs from which some arcs are reached; not through stands.
+fn flood_back(
+    network: &Network,
+    arcs: &Arcs,
+    from: Vec<usize>,
+    usable: impl Fn(&NetEdge) -> bool,
+) -> Vec<bool> {
+    let mut entering = vec![Vec::new(); network.nodes.len()];
+    for arc in (0..network.nodes.len()).flat_map(|n| arcs.leaving(n).to_vec()) {
+        if network.nodes[Arcs::from(network, arc)].stand.is_none() {
+            entering[Arcs::to(network, arc)].push(arc);
+        }
+    }
+    spread(network, from, usable, |arc: usize| {
+        let before = entering[Arcs::from(network, arc)].iter().copied();
+        before.filter(|b| arcs.turn_rad(*b, arc) <= SHARPEST_TURN_DEG.to_radians()).collect()
+    })
+}
+
+/// Arcs that are reached from some over edges that can be used; nobody turns back on an edge.
+fn spread(
+    network: &Network,
+    from: Vec<usize>,
+    usable: impl Fn(&NetEdge) -> bool,
+    next: impl Fn(usize) -> Vec<usize>,
+) -> Vec<bool> {
+    let usable = |arc: usize| usable(&network.edges[arc / 2]);
+    let mut seen = vec![false; 2 * network.edges.len()];
+    let mut open: Vec<usize> = from.into_iter().filter(|a| usable(*a)).collect();
+    open.iter().for_each(|a| seen[*a] = true);
+    while let Some(arc) = open.pop() {
+        for other in next(arc) {
+            if other / 2 != arc / 2 && usable(other) && !seen[other] {
+                seen[other] = true;
+                open.push(other);
+            }
+        }
+    }
+    seen
+}
+
+/// Ends that traffic uses where the scene says nothing: arrivals to the runway with most exits from which stands are
+/// reached, departures from the next best one that does not cross it, else from the same.
 pub(super) fn default_ends(network: &Network, arrival: bool) -> Vec<String> {
     let exits = |r: usize| {
         let strip = network.edges.iter().filter(|e| e.strip == Some(r) && e.runway.is_none());
@@ -85,44 +184,28 @@ pub(super) fn default_ends(network: &Network, arrival: bool) -> Vec<String> {
     };
     let mut order: Vec<usize> = (0..network.runways.len()).filter(|r| exits(*r) > 0).collect();
     order.sort_by_key(|r| (std::cmp::Reverse(exits(*r)), *r));
-    let Some(first) = order.first().copied() else { return Vec::new() };
     let crosses = |a: usize, b: usize| {
         network.runways[a]
             .spine
             .iter()
             .any(|(_, n)| network.runways[b].spine.iter().any(|(_, m)| m == n))
     };
-    let second = order[1..].iter().copied().find(|r| !crosses(*r, first)).unwrap_or(first);
+    let reach_m = |r: usize, end: usize, arrival| Reach::of(network, (r, end), arrival).length_m(0);
+    let used = |r: usize, arrival| (0..2).any(|end| reach_m(r, end, arrival) > 0.0);
+    let best = order.iter().copied().find(|r| used(*r, true));
+    let Some(first) = best.or(order.first().copied()) else { return Vec::new() };
+    let others = order.iter().copied().filter(|r| *r != first);
+    let second = others.filter(|r| !crosses(*r, first)).find(|r| used(*r, false)).unwrap_or(first);
     let r = if arrival { first } else { second };
-    let reach = |end: usize, arrival: bool| reach_m(network, r, end, arrival);
     // One runway for both is used one way only.
     let score = |end: usize| match (second == first, arrival) {
-        (true, _) => reach(end, true).min(reach(end, false)),
-        (false, true) => f64::from(1 - end as u32),
-        (false, false) => reach(end, false),
+        (true, _) => reach_m(r, end, true).min(reach_m(r, end, false)),
+        (false, true) if reach_m(r, end, true) > 0.0 => f64::from(2 - end as u32),
+        (false, true) => 0.0,
+        (false, false) => reach_m(r, end, false),
     };
-    let end = usize::from(score(1) > score(0) + 1.0);
+    let end = usize::from(score(1) > score(0) + 1.0 || score(0) == 0.0 && score(1) > 0.0);
     vec![network.runways[r].names[end].clone()]
-}
-
-/// How far down a runway, m: the farthest exit of landings, or the longest run from an entry of take-offs.
-pub(super) fn reach_m(network: &Network, r: usize, end: usize, arrival: bool) -> f64 {
-    let runway = &network.runways[r];
-    let direction = Azimuth::of(runway.ends_m[1 - end] - runway.ends_m[end]).rad();
-    let mut best = 0.0_f64;
-    for (place, node) in &runway.spine {
-        let on = |e: &&NetEdge| e.nodes.contains(node) && e.strip == Some(r) && e.runway.is_none();
-        for edge in network.edges.iter().filter(on) {
-            let other = edge.nodes[usize::from(edge.nodes[0] == *node)];
-            let away = network.nodes[other].at_m - network.nodes[*node].at_m;
-            let heading = Azimuth::of(if arrival { away } else { -away }).rad();
-            if wrap_pi(heading - direction).abs() < 2.0 {
-                let along = if end == 0 { *place } else { runway.length_m - place };
-                best = best.max(if arrival { along } else { runway.length_m - along });
-            }
-        }
-    }
-    best
 }
 
 /// What a type lacks on the runways of a demand, m; 0: it can use them. Take-offs need 1.05 of their run and 100 m, landings the
@@ -142,12 +225,19 @@ pub(super) fn lacks_m(
     let mut lacks = 0.0_f64;
     for (ends, arrival, need_m) in need {
         for name in ends {
-            let found = network.runways.iter().enumerate().find_map(|(r, runway)| {
-                runway.names.iter().position(|n| n == name).map(|end| (r, end))
-            });
-            let Some((r, end)) = found else { continue };
-            lacks = lacks.max(need_m - reach_m(network, r, end, arrival));
+            let Some(end) = end_named(network, name) else { continue };
+            let code = code_of_span(row.class.span_m);
+            lacks = lacks.max(need_m - Reach::of(network, end, arrival).length_m(code));
         }
     }
     lacks
+}
+
+/// A runway's end by its name.
+pub(super) fn end_named(network: &Network, name: &str) -> Option<RunwayEnd> {
+    network
+        .runways
+        .iter()
+        .enumerate()
+        .find_map(|(r, runway)| runway.names.iter().position(|n| n == name).map(|end| (r, end)))
 }

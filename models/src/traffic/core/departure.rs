@@ -18,6 +18,9 @@ use std::sync::Arc;
 /// Arcs of a pushback up to the bend, arcs behind it, arcs of the way after it.
 type Pushback = (Vec<usize>, Vec<usize>, Vec<usize>);
 
+/// Standing under way for so long holds back pushbacks under [`Policy::Ordered`], s (assumed).
+const STARVED_S: f64 = 300.0;
+
 impl Core {
     /// Edges that a mover cannot use: too narrow, or under somebody who stands for long.
     pub(super) fn closed(&self, m: usize) -> Vec<bool> {
@@ -104,7 +107,7 @@ impl Core {
         }
         self.movers[m].next_try_s = self.time_s + 1.0;
         let uncleared = self.failing(m, FailureKind::PushUncleared).is_some();
-        if !uncleared && !self.permitted(m, ClearanceKind::Push) {
+        if !uncleared && (!self.permitted(m, ClearanceKind::Push) || self.starves(m)) {
             return;
         }
         // All pieces of the pushback at once, and what is under the mover after it.
@@ -170,6 +173,17 @@ impl Core {
             Some(failure) => self.begin_failure(failure),
             None => self.clear(m, "PSH", String::new()),
         }
+    }
+
+    /// Under the banker's rule whoever comes new may pass by somebody who waits, again and again: nobody is pushed back while
+    /// somebody under way has stood for [`STARVED_S`].
+    fn starves(&self, m: usize) -> bool {
+        let starved = |o: usize| {
+            let other = &self.movers[o];
+            let since = other.waits_since_s.filter(|_| other.phase == Phase::Taxiing);
+            o != m && since.is_some_and(|since| self.time_s - since > STARVED_S)
+        };
+        self.policy == Policy::Ordered && (0..self.movers.len()).any(starved)
     }
 
     /// Nothing leads away from a stand: of those who stand on the way that it has on an empty airport, the ones without a
@@ -516,9 +530,6 @@ impl Core {
         let pushed = push.stop_m - corner;
         let start = (skipped - pushed) + f.wheelbase_m;
         let cleared_way_m = Self::line_of(&way, 0.0);
-        let hold_m = first_strip.checked_sub(1).map_or(0.0, |i| way.ends_m[i]);
-        let line_up_s =
-            way.alone((hold_m - 0.1 * length).max(0.0), 0.3, &driving).time_s(way.stop_m);
         let mover = &mut self.movers[m];
         mover.cleared_way_m = cleared_way_m;
         mover.measures.unhindered_s =
@@ -527,7 +538,8 @@ impl Core {
         mover.way = way;
         mover.threshold = first_strip as f64;
         mover.roll_from = roll_from;
-        mover.line_up_s = line_up_s;
+        self.movers[m].line_up_s =
+            self.driven_alone_s(m, (self.stop_before_m(m, first_strip), 0.0, 0.0, 0.0));
         let stop = self.movers[m].push.stop_m;
         self.movers[m].under = self.after_push(m, stop).0;
         self.movers[m].under.end <= first_strip

@@ -5,6 +5,7 @@ use crate::control::clearance::ClearanceKind;
 use crate::draw::uniform;
 use crate::traffic::profile::{stopping, stopping_speed_mps};
 use crate::traffic::tractrix;
+use crate::traffic::way::{Driving, Way};
 
 impl Core {
     /// One step along the way in use, under the authority.
@@ -59,20 +60,13 @@ impl Core {
         let authority = self.authority(m);
         let mover = &mut self.movers[m];
         let (s, v, a) = (mover.s, mover.v, mover.a);
-        let look = s + 0.4 * v;
-        let wish = (0.98 * mover.way.most_mps(s).min(mover.way.most_mps(look)))
-            .min(stopping_speed_mps(authority - s, 0.7 * d.dec_mps2, Some(d.jerk_mps3)));
+        let wheelbase_m = self.flights[m].wheelbase_m;
+        let (wish, acc) = wish_mps(&mover.way, &d, wheelbase_m, (s, v, mover.slip), authority);
         let stands = mover.holds || self.time_s < mover.stopped_until_s;
         let wish = if stands { 0.0 } else { wish };
         // Nobody creeps up by centimetres.
         let wish = if v == 0.0 && authority - s < 0.5 { 0.0 } else { wish };
         let wish = if mover.stopped { 0.0 } else { wish.min(mover.most_mps()) };
-        // A body that swings into line gains speed by that, too.
-        let sin = libm::sin(mover.slip).abs();
-        let swing = v * v * sin * sin / self.flights[m].wheelbase_m;
-        let steady_mps = (0.85 * d.acc_mps2 * self.flights[m].wheelbase_m).sqrt() / sin.max(1e-3);
-        let wish = wish.min(steady_mps);
-        let acc = (d.acc_mps2 - swing).max(0.15 * d.acc_mps2);
         let limits = Tick { acc, dec: d.dec_mps2, jerk: d.jerk_mps3, dt: self.step_s };
         (mover.s, mover.v, mover.a) = limits.tick(s, v, a, wish, authority);
         self.follow(m, s);
@@ -96,6 +90,27 @@ impl Core {
                 self.end_clearance(m, "LND");
             }
         }
+    }
+
+    /// From a place of its way, a speed, an acceleration and a slip to standing at its end, alone, s: driven with the same
+    /// wishes, in steps of [`DRY_S`].
+    pub(super) fn driven_alone_s(&self, m: usize, from: (f64, f64, f64, f64)) -> f64 {
+        let (mover, wheelbase_m) = (&self.movers[m], self.flights[m].wheelbase_m);
+        let (way, d) = (&mover.way, &mover.driving);
+        let ((mut s, mut v, mut a, mut slip), mut time_s) = (from, 0.0);
+        while s < way.stop_m && time_s < MOST_DRY_S {
+            let (wish, acc) = wish_mps(way, d, wheelbase_m, (s, v, slip), way.stop_m);
+            let limits = Tick { acc, dec: d.dec_mps2, jerk: d.jerk_mps3, dt: DRY_S };
+            let before = s;
+            (s, v, a) = limits.tick(s, v, a, wish, way.stop_m);
+            let curvature = way.path.at(0.5 * (before + s)).curvature;
+            slip = tractrix::stepped_slip_rad(slip, curvature, s - before, wheelbase_m);
+            time_s += DRY_S;
+            if v == 0.0 && a == 0.0 {
+                break;
+            }
+        }
+        time_s
     }
 
     /// Up to where the guided point may go.
@@ -168,6 +183,30 @@ impl Core {
     }
 }
 
+/// Step, and longest time, of a drive that is only reckoned, s.
+const DRY_S: f64 = 0.2;
+const MOST_DRY_S: f64 = 900.0;
+
+/// Speed that is wished at a place with a speed and a slip, m/s, and the acceleration that is left for it, m/s²: the way's
+/// limits, the stop ahead, and what a body gains while it swings into line.
+fn wish_mps(
+    way: &Way,
+    d: &Driving,
+    wheelbase_m: f64,
+    (s, v, slip): (f64, f64, f64),
+    stop_m: f64,
+) -> (f64, f64) {
+    let wish = (0.98 * way.most_mps(s).min(way.most_mps(s + 0.4 * v))).min(stopping_speed_mps(
+        stop_m - s,
+        0.7 * d.dec_mps2,
+        Some(d.jerk_mps3),
+    ));
+    let sin = libm::sin(slip).abs();
+    let swing = v * v * sin * sin / wheelbase_m;
+    let steady_mps = (0.85 * d.acc_mps2 * wheelbase_m).sqrt() / sin.max(1e-3);
+    (wish.min(steady_mps), (d.acc_mps2 - swing).max(0.15 * d.acc_mps2))
+}
+
 /// One step of a speed that follows a wish with limited acceleration and jerk.
 pub(super) struct Tick {
     pub(super) acc: f64,
@@ -193,11 +232,16 @@ impl Tick {
             ((half * half + 2.0 * jerk * e).sqrt() - half).max(0.0)
         };
         let mut want = if error >= 0.0 { reach(error).min(acc) } else { -(reach(-error).min(dec)) };
-        // Braking begins where the stop with the jerk limit needs it: the acceleration has to come down first.
-        if gap > 0.0 && stopping(v, a, 0.85 * dec, jerk, dt).0 + v * dt >= gap {
+        let towards = |want: f64| want.clamp(a - jerk * dt, a + jerk * dt).clamp(-dec, acc);
+        // Braking begins where the stop with the jerk limit needs it: the acceleration has to come down first. What counts is
+        // where this step would lead: one more step of gaining speed can cost more way than is left.
+        let ahead = towards(want);
+        let then_mps = (v + 0.5 * (a + ahead) * dt).max(0.0);
+        let gone_m = 0.5 * (v + then_mps) * dt;
+        if gap > 0.0 && gone_m + stopping(then_mps, ahead, 0.85 * dec, jerk, 0.0).0 >= gap {
             want = -dec;
         }
-        let next = want.clamp(a - jerk * dt, a + jerk * dt).clamp(-dec, acc);
+        let next = towards(want);
         let faster = v + 0.5 * (a + next) * dt;
         if faster <= 0.0 {
             let moved = if v > 0.0 { 0.5 * v * dt } else { 0.0 };
@@ -208,5 +252,34 @@ impl Tick {
             return (stop.max(s), 0.0, 0.0);
         }
         (s + moved, faster, next)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// From standing to a stop a few metres ahead: never a step that brakes harder than the type, also not the last one, by
+    /// which the naive rule (brake when the stop of *this* moment needs it) stood still at once from up to 0.2 m/s.
+    #[test]
+    fn a_crawl_ends_without_a_jolt() {
+        let limits = Tick { acc: 0.7, dec: 0.7, jerk: 0.6, dt: 0.05 };
+        for decimetres in 5..400 {
+            let stop = f64::from(decimetres) * 0.1;
+            let (mut s, mut v, mut a, mut steps) = (0.0, 0.0, 0.0, 0);
+            while s < stop - 0.15 {
+                let wish = stopping_speed_mps(stop - s, 0.7 * limits.dec, Some(limits.jerk));
+                let before = v;
+                (s, v, a) = limits.tick(s, v, a, wish.min(5.0), stop);
+                let braking = (before - v) / limits.dt;
+                assert!(braking < 1.0, "{stop} m: {braking} m/s2 at {s} m");
+                steps += 1;
+                assert!(steps < 1000, "{stop} m: at {s} m after {steps} steps");
+                if v == 0.0 && before > 0.0 {
+                    break;
+                }
+            }
+            assert!((stop - s).abs() < 0.6, "{stop} m: stands at {s} m");
+        }
     }
 }

@@ -11,7 +11,7 @@ impl Core {
     /// Whether a departure may go onto the runway now: wake, and airborne before the next arrival has to be cleared.
     pub(super) fn may_line_up(&self, m: usize) -> bool {
         let r = self.flights[m].runway.0;
-        let (wake_s, ready_s) = (self.wake_left_s(m), self.movers[m].line_up_s + READY_S);
+        let (wake_s, ready_s) = (self.wake_left_s(m), self.lined_up_in_s(m) + READY_S);
         if wake_s >= ready_s.max(30.0) || self.car_blocks(r) {
             return false;
         }
@@ -27,6 +27,15 @@ impl Core {
         // Behind one who is still on it: not before he is off.
         next_s > need_s + 120.0
             || next_s >= self.vacated_in_s(m, r) + self.run_s(m) + UP_S + CLEARED_BEFORE_S
+    }
+
+    /// Until it is lined up when it has the runway now, s: from the holding position, or from where it still rolls towards it.
+    fn lined_up_in_s(&self, m: usize) -> f64 {
+        let mover = &self.movers[m];
+        if mover.v == 0.0 || mover.phase != Phase::Taxiing {
+            return mover.line_up_s;
+        }
+        self.driven_alone_s(m, (mover.s, mover.v, mover.a, mover.slip))
     }
 
     /// From the holding position to being out of the way in the air, s: line-up (also a backtrack), pause, roll.
