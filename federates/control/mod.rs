@@ -23,7 +23,7 @@ use crate::runtime::messages::{
 use models::control::alert::{Alert, AlertKind, Change};
 use models::control::clearance::{Board, Clearance, ClearanceKind};
 use models::control::layout::{Layout, StopBar};
-use models::control::lights;
+use models::control::lights::{self, Failed};
 use models::control::parameters::Parameters;
 use models::control::safety_net::{SafetyNet, Scan};
 use models::control::situation::{Target, TargetClass};
@@ -31,6 +31,7 @@ use models::flight_list::FlightList;
 use models::frames::Vector2;
 use models::plot::Callsign;
 use models::time::SimTime;
+use models::traffic::core::FailedBars;
 use models::traffic::network::Network;
 use repeated::Repeated;
 use scenarios::Scene;
@@ -47,12 +48,14 @@ pub struct Control {
     net: SafetyNet,
     board: Board,
     bars: Vec<StopBar>,
+    /// Bars that fail in this run, which their monitors tell.
+    failed_bars: Vec<FailedBars>,
     tracks: Vec<TrackNotice>,
     flights: FlightList,
     digest: Digest,
     raised: BTreeMap<String, u64>,
-    /// Which bars are lit, as they were told last.
-    lights_told: Option<Vec<bool>>,
+    /// Which bars are lit and which fail, as they were told last.
+    lights_told: Option<Vec<(bool, bool)>>,
     /// Controllers as models, where they clear on tracks.
     seats: Option<Seats>,
     alerts: Repeated<AlertMessage>,
@@ -85,6 +88,7 @@ impl Control {
             run: 0,
             bars: net.layout().bars.clone(),
             net,
+            failed_bars: Vec::new(),
             board: Board::default(),
             tracks: Vec::new(),
             flights: FlightList::default(),
@@ -202,10 +206,11 @@ fn is_about_clearances(kind: AlertKind) -> bool {
 const HALF_BAR_M: f64 = 11.5;
 
 impl Control {
-    /// Tells pages the stop bars, whenever one changed: JSON, each with its runway, its ends in m east and north, and
-    /// whether it is lit.
-    fn tell_lights(&mut self, now: SimTime, out: &mut FrameOut) {
-        let lit: Vec<bool> = self.bars.iter().map(|bar| bar.lit).collect();
+    /// Tells pages the stop bars, whenever one changed: JSON, each with its runway, its ends in m east and north,
+    /// whether it is lit, and whether it fails.
+    fn tell_lights(&mut self, now: SimTime, failed: &[Failed], out: &mut FrameOut) {
+        let fails = |bar: &StopBar| failed.iter().any(|f| f.runway == bar.runway);
+        let lit: Vec<(bool, bool)> = self.bars.iter().map(|bar| (bar.lit, fails(bar))).collect();
         if self.bars.is_empty() || self.lights_told.as_ref() == Some(&lit) {
             return;
         }
@@ -219,7 +224,7 @@ impl Control {
             let ends = [-HALF_BAR_M, HALF_BAR_M].map(|m| middle + axis.along * m);
             let round = |x: f64| (10.0 * x).round() / 10.0;
             let ends = ends.map(|p| [round(p.x), round(p.y)]);
-            Some(json!({"runway": axis.names.join("/"), "ends_m": ends, "lit": bar.lit}))
+            Some(json!({"runway": axis.names.join("/"), "ends_m": ends, "lit": bar.lit, "failed": fails(bar)}))
         };
         let bars: Vec<_> = self.bars.iter().filter_map(bar).collect();
         out.publish.push(Publication {
@@ -278,6 +283,8 @@ impl Federate for Control {
         let scene = Arc::clone(&self.scene);
         *self = Self::new(scene);
         self.run = config.run;
+        let behaving = self.scene.traffic.behaving.as_ref();
+        self.failed_bars = behaving.map_or_else(Vec::new, |b| b.failed_bars(config.seed));
         self.seats = closes_loop(&self.scene).then(|| {
             let step_s = self.scene.run.frame.s();
             let flights = self.scene.traffic.behaving.iter().flat_map(|b| b.flights.iter());
@@ -296,13 +303,20 @@ impl Federate for Control {
         let mut targets: Vec<Target> = self.tracks.iter().map(|t| self.target(t)).collect();
         targets.sort_by_key(|t| t.number);
         let layout = self.net.layout();
+        let failed: Vec<Failed> = self
+            .failed_bars
+            .iter()
+            .filter(|bars| bars.at(now.s()))
+            .filter_map(|bars| Failed::of(layout, &bars.runway, bars.lit))
+            .collect();
         match self.scene.control.stop_bars {
             true => {
-                lights::switch(&mut self.bars, now, layout, &self.board, self.net.surveillance())
+                let seen = self.net.surveillance();
+                lights::switch(&mut self.bars, &failed, now, layout, &self.board, seen);
             }
             false => self.bars.clear(),
         }
-        self.tell_lights(now, out);
+        self.tell_lights(now, &failed, out);
         let scan = Scan {
             now,
             targets: &targets,

@@ -50,12 +50,16 @@ pub fn state_pdu(
     }
 }
 
-/// What the transponder of a mover says, where it has an address: Mode S with the call sign.
+/// What the transponder of a mover says, where it has an address or has failed (`on` is false): Mode S with the call
+/// sign.
 #[must_use]
-pub fn transponder(entity: &Entity, truth: &TruthState) -> Option<Transponder> {
+pub fn transponder(entity: &Entity, truth: &TruthState, on: bool) -> Option<Transponder> {
+    if entity.address.is_none() && on {
+        return None;
+    }
     Some(Transponder {
-        on: true,
-        address: Some(entity.address?),
+        on,
+        address: entity.address,
         identification: Some(Transponder::identification_of(entity.callsign.as_str())),
         on_ground: Some(truth.position_m.z < ON_GROUND_BELOW_M),
         ..Transponder::default()

@@ -17,6 +17,8 @@ pub mod setup;
 #[cfg(test)]
 mod inlet_tests;
 #[cfg(test)]
+mod silent_tests;
+#[cfg(test)]
 mod visitor_tests;
 
 use crate::exchange::flights::{flight_list, movement_word};
@@ -121,6 +123,7 @@ impl Smdfm {
             let Some(Ok(received)) = pdu::pdus(octets).next() else { continue };
             match received.body() {
                 Body::EntityState(state) => self.truth.take(frame, now, state),
+                Body::Iff(iff) => self.truth.take_answer(frame, now, iff),
                 Body::EnvironmentalProcess(process) => {
                     if let Some(weather) = weather_pdu::decode(process) {
                         self.weather.push((frame, weather));

@@ -15,6 +15,7 @@ use models::plot::Callsign;
 use models::sensors::{TargetClass, TargetState, Truth};
 use models::time::SimTime;
 use pdu::exercise::{Change, Entity, Exercise, Limits, Transponder};
+use pdu::iff::Iff;
 use pdu::records::{EntityId, EntityType};
 use pdu::{Body, EntityState};
 use scenarios::Scene;
@@ -57,6 +58,8 @@ struct Heard {
     class: TargetClass,
     /// PDUs by the time of validity, ascending; the first one may be from before the scan.
     states: Vec<(SimTime, Reckoned)>,
+    /// When its transponder went silent or answered again, by the time, ascending; at first it answers.
+    answers: Vec<(SimTime, bool)>,
     /// When it left.
     ended: Option<SimTime>,
     timeout_s: f64,
@@ -95,6 +98,19 @@ impl ReceivedTruth {
     pub fn take(&mut self, frame: Frame, now: Frame, state: &EntityState<'_>) {
         if let Err(reason) = self.try_take(frame, now, state) {
             *self.refused.entry(reason).or_default() += 1;
+        }
+    }
+
+    /// Takes what the transponder of an entity of the scene says, of the frame `frame`, while `now` is executed.
+    pub fn take_answer(&mut self, frame: Frame, now: Frame, iff: &Iff<'_>) {
+        let id = iff.basic.emitting_entity;
+        let Some(said) = Transponder::of(iff).filter(|_| self.is_of_scene(id)) else { return };
+        let time = self.time.time(frame.min(now));
+        let Some(heard) = self.entities.get_mut(&key_of(id)) else { return };
+        let place = heard.answers.partition_point(|(t, _)| *t <= time);
+        let before = place.checked_sub(1).is_none_or(|i| heard.answers[i].1);
+        if before != said.on {
+            heard.answers.insert(place, (time, said.on));
         }
     }
 
@@ -145,6 +161,7 @@ impl ReceivedTruth {
                 |e| e.class.clone(),
             ),
             states: Vec::new(),
+            answers: Vec::new(),
             ended: None,
             timeout_s: 2.4 * run.heartbeat_parked.s().max(run.heartbeat_moving.s()),
         });
@@ -290,6 +307,8 @@ impl ReceivedTruth {
         self.entities.retain(|_, heard| {
             let current = heard.states.partition_point(|(t, _)| *t <= time).saturating_sub(1);
             heard.states.drain(..current);
+            let told = heard.answers.partition_point(|(t, _)| *t <= time).saturating_sub(1);
+            heard.answers.drain(..told);
             let silent =
                 heard.states.last().is_some_and(|(t, _)| time.since_s(*t) >= heard.timeout_s);
             !silent && heard.ended.is_none_or(|ended| ended > time)
@@ -402,6 +421,11 @@ impl Truth for View<'_> {
             Target::Ours(heard) => heard.address,
             Target::Visitor(visitor) => visitor.address,
         }
+    }
+    fn answers(&self, index: usize, time: SimTime) -> bool {
+        let Target::Ours(heard) = &self.targets[index].1 else { return true };
+        let at = heard.answers.partition_point(|(t, _)| *t <= time);
+        at.checked_sub(1).is_none_or(|at| heard.answers[at].1)
     }
     fn at(&self, index: usize, time: SimTime) -> Option<TargetState> {
         match &self.targets[index].1 {

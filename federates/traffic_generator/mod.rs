@@ -182,7 +182,14 @@ impl TrafficGenerator {
                     state
                 }
             };
-            let answered = transponder(entity, &truth).map(|says| {
+            let on = self.core.as_ref().is_none_or(|(core, _)| {
+                mover.entity.checked_sub(first).is_none_or(|flight| core.answers(flight))
+            });
+            // Who has no address says so when he fails, and when he answers again.
+            let failed = answered.as_ref().is_some_and(|(said, _)| !said.on);
+            let says = transponder(entity, &truth, on && !failed)
+                .map(|says| Transponder { on, ..says });
+            let answered = says.map(|says| {
                 let every_ns = if still { run.heartbeat_parked.0 } else { IFF_EVERY_NS };
                 match answered {
                     Some((said, at)) if said == says && now.0 - at < every_ns => (said, at),

@@ -131,7 +131,8 @@ CREATE TABLE said (topic TEXT, time_ns INTEGER, octets BLOB, PRIMARY KEY (topic,
 
 -- The same rules on exact truth with the true clearances: what the alerts on tracks are scored against.
 CREATE TABLE reference_alerts (
-  time_ns INTEGER, kind TEXT, stage TEXT, subjects TEXT, end_ns INTEGER, place_x_m REAL, place_y_m REAL, id INTEGER
+  time_ns INTEGER, kind TEXT, stage TEXT, subjects TEXT, end_ns INTEGER, place_x_m REAL, place_y_m REAL, id INTEGER,
+  nearest_m REAL  -- how near its pair came while it stood, or its subject to anybody
 );
 
 -- What went wrong, since when it shows in the truth.

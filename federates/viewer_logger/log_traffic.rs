@@ -12,9 +12,10 @@ use models::control::clearance::ClearanceKind;
 use models::control::layout::Layout;
 use models::control::parameters::Parameters;
 use models::control::scoring;
+use models::frames::Vector2;
 use models::time::SimTime;
 use models::traffic::core::{Core, Direction, Notice, Order};
-use models::traffic::exact::Watch;
+use models::traffic::exact::{Watch, targets};
 use rusqlite::{Transaction, params};
 use scenarios::Scene;
 use scenarios::control::Sees;
@@ -28,14 +29,14 @@ pub fn core_after(
     seed: u64,
     frames: u64,
     people: &[SeatMessage],
-) -> Option<(Core, Vec<Told>)> {
+) -> Option<(Core, Reference)> {
     scene.traffic.behaving.as_ref()?;
     let whole = scenarios::load(&scene.path).ok().filter(|s| s.hash == scene.hash)?;
     let mut core = whole.traffic.behaving.as_ref()?.core(&whole.run, seed)?;
     let layout =
         Layout::of(&whole.airport.layout).with_network(&whole.traffic.behaving.as_ref()?.network);
     let mut watch = Watch::new(layout, Parameters::default(), whole.control.stop_bars);
-    let mut told = Vec::new();
+    let mut reference = Reference::default();
     let mut given: BTreeMap<u64, Vec<Notice>> = BTreeMap::new();
     for message in people {
         let SeatEvent::Given(effect, g) = &message.event else { continue };
@@ -55,14 +56,43 @@ pub fn core_after(
         core.step(frame as i64);
         if frame.is_multiple_of(u64::from(whole.run.frames_per_scan)) {
             let now = SimTime(frame as i64 * whole.run.frame.0);
-            told.extend(watch.scan(&core, now).iter().map(|(c, a)| (now, *c, a.clone())));
+            reference.scan(&mut watch, &core, now);
         }
     }
-    Some((core, told))
+    Some((core, reference))
 }
 
-/// A change of an alert on exact truth.
-pub type Told = (SimTime, Change, Alert);
+/// What the rules say of exact truth.
+#[derive(Debug, Default)]
+pub struct Reference {
+    /// Each change of an alert, at its time.
+    told: Vec<(SimTime, Change, Alert)>,
+    /// By number of the alert, while it stands and after: how near its subjects came.
+    near: BTreeMap<u32, scoring::Told>,
+}
+
+impl Reference {
+    fn scan(&mut self, watch: &mut Watch, core: &Core, now: SimTime) {
+        self.told.extend(watch.scan(core, now).iter().map(|(c, a)| (now, *c, a.clone())));
+        let exact = targets(core, now);
+        let names = exact.iter().filter_map(|t| Some((t.callsign.as_ref()?.as_str(), t.position_m)));
+        let mut places: Vec<(&str, Vector2<f64>)> = Vec::new();
+        for alert in watch.net().standing() {
+            if places.is_empty() {
+                places.extend(names.clone());
+            }
+            let near = self.near.entry(alert.id).or_insert_with(|| scoring::Told {
+                kind: alert.condition.kind.word(),
+                subjects: Vec::new(),
+                on_s: alert.since.s(),
+                end_s: f64::INFINITY,
+                nearest_m: None,
+            });
+            near.subjects = alert.subjects().split(' ').map(str::to_owned).collect();
+            near.look(now.s(), &places);
+        }
+    }
+}
 
 /// What the controllers' seats did, minute by minute and in all.
 fn write_seats(t: &Transaction<'_>, people: &People, source: &str) -> rusqlite::Result<()> {
@@ -121,8 +151,9 @@ struct Row<'a> {
 
 /// Alerts of a table, one for each number.
 fn told_of(t: &Transaction<'_>, table: &str) -> rusqlite::Result<Vec<scoring::Told>> {
+    let nearest = if table == "reference_alerts" { "max(nearest_m)" } else { "NULL" };
     let text = format!(
-        "SELECT kind, max(subjects), min(time_ns), max(end_ns) FROM {table} GROUP BY id ORDER BY id"
+        "SELECT kind, max(subjects), min(time_ns), max(end_ns), {nearest} FROM {table} GROUP BY id ORDER BY id"
     );
     let mut select = t.prepare(&text)?;
     let rows = select.query_map([], |row| {
@@ -133,6 +164,7 @@ fn told_of(t: &Transaction<'_>, table: &str) -> rusqlite::Result<Vec<scoring::To
             subjects: subjects.split(' ').map(str::to_owned).collect(),
             on_s: SimTime(row.get(2)?).s(),
             end_s: end_ns.map_or(f64::INFINITY, |ns| SimTime(ns).s()),
+            nearest_m: row.get(4)?,
         })
     })?;
     rows.collect()
@@ -144,18 +176,15 @@ fn score_alerts(t: &Transaction<'_>, core: &Core) -> rusqlite::Result<()> {
     let mut insert = t.prepare("INSERT INTO measures VALUES ('tracks',?,?,?)")?;
     let mut all = scoring::KindScore { kind: "all".into(), ..scoring::KindScore::default() };
     for score in &scores {
-        all.reference += score.reference;
-        all.detected += score.detected;
-        all.false_alerts += score.false_alerts;
-        all.responses_s.extend(&score.responses_s);
+        all.add(score);
     }
-    all.responses_s.sort_by(f64::total_cmp);
     for score in scores.iter().chain([&all]) {
         let counts = [
             ("reference", score.reference),
             ("detected", score.detected),
             ("missed", score.missed()),
             ("false", score.false_alerts),
+            ("nuisance", score.nuisance_alerts),
         ];
         for (name, count) in counts {
             insert.execute(params![format!("alerts {}: {name}", score.kind), count, ""])?;
@@ -167,8 +196,10 @@ fn score_alerts(t: &Transaction<'_>, core: &Core) -> rusqlite::Result<()> {
         }
     }
     let movements = core.measures_of_served().max(1) as f64;
-    let rate = 100.0 * f64::from(all.false_alerts) / movements;
-    insert.execute(params!["alerts all: false per 100 movements", rate, ""])?;
+    for (name, count) in [("false", all.false_alerts), ("nuisance", all.nuisance_alerts)] {
+        let rate = 100.0 * f64::from(count) / movements;
+        insert.execute(params![format!("alerts all: {name} per 100 movements"), rate, ""])?;
+    }
     Ok(())
 }
 
@@ -193,7 +224,8 @@ fn write_alert(
         t.prepare_cached(&name)?.execute(params![row.subjects, row.id])?;
         return Ok(());
     }
-    let insert = format!("INSERT INTO {table} VALUES (?,?,?,?,NULL,?,?,?)");
+    let insert = format!("INSERT INTO {table} (time_ns, kind, stage, subjects, place_x_m, place_y_m, id) \
+         VALUES (?,?,?,?,?,?,?)");
     let [x, y] = row.place_m;
     t.prepare_cached(&insert)?.execute(params![
         row.time_ns,
@@ -239,7 +271,7 @@ impl Log {
         &mut self,
         scene: &Scene,
         core: &Core,
-        told: &[Told],
+        reference: &Reference,
         people: &[SeatMessage],
     ) -> Result<(), LogError> {
         let Some(behaving) = &scene.traffic.behaving else { return Ok(()) };
@@ -328,7 +360,7 @@ impl Log {
             for f in core.shown() {
                 insert.execute(params![f.id, f.callsign, f.kind.word(), ns(f.time_s)])?;
             }
-            for (now, change, alert) in told {
+            for (now, change, alert) in &reference.told {
                 let (kind, stage) = (alert.condition.kind.word(), alert.condition.stage.word());
                 let place = alert.condition.place_m;
                 let row = Row {
@@ -340,6 +372,11 @@ impl Log {
                     place_m: [place.x, place.y],
                 };
                 write_alert(t, "reference_alerts", *change == Change::Ended, &row)?;
+            }
+            let mut near =
+                t.prepare("UPDATE reference_alerts SET nearest_m = ? WHERE id = ?")?;
+            for (id, told) in &reference.near {
+                near.execute(params![told.nearest_m, id])?;
             }
             if scene.control.sees == Sees::Tracks {
                 score_alerts(t, core)?;

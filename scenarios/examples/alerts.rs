@@ -11,13 +11,14 @@ use models::control::scoring::{self, Told};
 use models::control::situation::{Target, TargetClass};
 use models::environment::Weather;
 use models::flight_list::MovementKind;
+use models::frames::Vector2;
 use models::fusion::Tracker;
 use models::plot::Callsign;
 use models::sensors::{PlotSink, ScanInterval, Sensor, TargetState, Truth};
 use models::time::SimTime;
 use models::track::SystemTrack;
 use models::traffic::core::Core;
-use models::traffic::exact::Watch;
+use models::traffic::exact::{Watch, targets as exact_targets};
 use models::truth::TruthState;
 use scenarios::Scene;
 use std::collections::BTreeMap;
@@ -67,24 +68,26 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     if options.tracks {
         println!("== all: {movements} movements");
-        let mut all = [0_u32; 3];
+        let mut all = [0_u32; 4];
         for s in sum.values() {
-            all = [all[0] + s.reference, all[1] + s.detected, all[2] + s.false_alerts];
+            all[3] += s.nuisance_alerts;
+            all = [all[0] + s.reference, all[1] + s.detected, all[2] + s.false_alerts, all[3]];
             let response = |p| s.response_s(p).unwrap_or(f64::NAN);
             println!(
-                "{:14} of truth {:4}, detected {:4}, false {:4}, response {:.0} and {:.0} s",
+                "{:14} of truth {:4}, detected {:4}, false {:4}, nuisance {:4}, response {:.0} and {:.0} s",
                 s.kind,
                 s.reference,
                 s.detected,
                 s.false_alerts,
+                s.nuisance_alerts,
                 response(0.5),
                 response(0.95)
             );
         }
         let rate = 100.0 * f64::from(all[2]) / f64::from(movements.max(1));
         println!(
-            "all: of truth {}, detected {}, false {} ({rate:.1} per 100 movements)",
-            all[0], all[1], all[2]
+            "all: of truth {}, detected {}, false {} ({rate:.1} per 100 movements), nuisance {}",
+            all[0], all[1], all[2], all[3]
         );
     }
     Ok(())
@@ -96,6 +99,8 @@ struct Frames<'a> {
     first: usize,
     /// By entity: its states with their times.
     states: Vec<Vec<(SimTime, TruthState)>>,
+    /// Whose transponders are silent.
+    silent: Vec<bool>,
 }
 
 impl Truth for Frames<'_> {
@@ -113,6 +118,9 @@ impl Truth for Frames<'_> {
     }
     fn address(&self, index: usize) -> Option<u32> {
         self.scene.traffic.entities[self.first + index].address
+    }
+    fn answers(&self, index: usize, _: SimTime) -> bool {
+        !self.silent[index]
     }
     fn at(&self, index: usize, time: SimTime) -> Option<TargetState> {
         let (at, state) = self.states[index].iter().rev().find(|(at, _)| *at <= time)?;
@@ -177,6 +185,7 @@ impl Book {
             subjects: Vec::new(),
             on_s: now.s(),
             end_s: f64::INFINITY,
+            nearest_m: None,
         });
         told.subjects = subjects;
         if change == Change::Ended {
@@ -259,7 +268,7 @@ fn run(
     let mut past: BTreeMap<u16, Vec<String>> = BTreeMap::new();
     let count = scene.traffic.entities.len() - behaving.first_entity;
     let first = behaving.first_entity;
-    let mut frames = Frames { scene, first, states: vec![Vec::new(); count] };
+    let mut frames = Frames { scene, first, states: vec![Vec::new(); count], silent: vec![false; count] };
     let per_scan = u64::from(scene.run.frames_per_scan);
     let mut errors: BTreeMap<String, [f64; 5]> = BTreeMap::new();
     let last = scene.run.frames().min((options.seconds / scene.run.frame.s()) as u64);
@@ -269,6 +278,7 @@ fn run(
         if options.tracks {
             for (f, states) in frames.states.iter_mut().enumerate() {
                 states.extend(core.state(f).map(|s| (now, s)));
+                frames.silent[f] = !core.answers(f);
             }
         }
         if !frame.is_multiple_of(per_scan) {
@@ -302,6 +312,12 @@ fn run(
                 print("truth ", now, *change, alert, "");
             }
         }
+        let exactly = exact_targets(&core, now);
+        let places: Vec<(&str, Vector2<f64>)> = exactly
+            .iter()
+            .filter_map(|t| Some((t.callsign.as_ref()?.as_str(), t.position_m)))
+            .collect();
+        exact.0.values_mut().for_each(|told| told.look(now.s(), &places));
         if !options.tracks {
             continue;
         }
@@ -413,11 +429,7 @@ fn run(
                 kind: score.kind.clone(),
                 ..Default::default()
             });
-            all.reference += score.reference;
-            all.detected += score.detected;
-            all.false_alerts += score.false_alerts;
-            all.responses_s.extend(score.responses_s);
-            all.responses_s.sort_by(f64::total_cmp);
+            all.add(&score);
         }
     }
     let moved = (0..core.flights().len()).filter(|f| {

@@ -89,16 +89,33 @@ pub(crate) fn read(root: &Section) -> Result<ControlScene, ScenarioError> {
 const CLEARANCES: [(&str, &str); 5] =
     [("CRO", "CRO"), ("ENT", "ENT"), ("LUP", "LUP"), ("TOF", "TOF"), ("LND", "LND")];
 
+/// How long a failure stays where the scene does not say, s (assumed).
+fn usual_stay_s(kind: FailureKind) -> f64 {
+    match kind {
+        FailureKind::StopBar => 1800.0,
+        FailureKind::Transponder => 600.0,
+        _ => 60.0,
+    }
+}
+
 /// Reads `[[failure]]`.
 pub(crate) fn read_failures(
     root: &Section,
     flights: &[Flight],
+    stop_bars: bool,
 ) -> Result<Vec<Failure>, ScenarioError> {
     let mut failures: Vec<Failure> = Vec::new();
     for section in root.sections("failure", &words(keys::FAILURE))? {
         let kind = section.choice("kind", &FailureKind::WORDS)?;
         let kind = kind
             .ok_or_else(|| section.missing("kind", "what goes wrong, like \"pass_hold\"".into()))?;
+        if kind == FailureKind::StopBar && !stop_bars {
+            let problem = Problem::NotAllowed {
+                found: kind.word().into(),
+                allowed: "stop bars in use: [control] stop_bars = true".into(),
+            };
+            return Err(section.refuse("kind", problem));
+        }
         let callsign =
             section.need_text("callsign", "the call sign of a flight of the schedule")?;
         let Some(flight) = flights.iter().position(|f| f.callsign == callsign) else {
@@ -118,9 +135,12 @@ pub(crate) fn read_failures(
             kind,
             flight,
             at_s: seconds("at_s", 0.0)?,
-            stay_s: seconds("stay_s", 60.0)?,
+            stay_s: seconds("stay_s", usual_stay_s(kind))?,
             lead_s: seconds("lead_s", 45.0)?,
             clearance: section.choice("clearance", &CLEARANCES)?.unwrap_or("CRO"),
+            lamps_lit: section
+                .choice("lamps", &[("dark", false), ("lit", true)])?
+                .unwrap_or(false),
             vehicle: format!("CAR{number}"),
         });
     }

@@ -547,7 +547,8 @@ pub(crate) const FAILURE: &[Key] = &[
     Key::word("kind", || FailureKind::WORDS.map(|w| w.0).to_vec(), "What goes wrong").needed(),
     Key::text("callsign", "The flight of the schedule that does it").needed(),
     Key::number("at_s", "s", 0.0, 86_400.0, "Not before").or("0"),
-    Key::number("stay_s", "s", 0.0, 86_400.0, "How long it stays").or("60"),
+    Key::number("stay_s", "s", 0.0, 86_400.0, "How long it stays")
+        .or("60; stop bars 1800, transponders 600"),
     Key::number("lead_s", "s", 0.0, 86_400.0, "A vehicle is there so long before the arrival")
         .or("45"),
     Key::word(
@@ -556,6 +557,7 @@ pub(crate) const FAILURE: &[Key] = &[
         "What the controller clears another for",
     )
     .or("CRO"),
+    Key::word("lamps", || vec!["dark", "lit"], "What failed stop bars are").or("dark"),
 ];
 
 pub(crate) const SHAPE: &[Key] = &[

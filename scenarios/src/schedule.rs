@@ -17,7 +17,8 @@ use models::frames::Azimuth;
 use models::plot::Callsign;
 use models::time::SimTime;
 use models::traffic::core::{
-    ClearedBy, Core, Direction, Failure, FailureKind, Flight, Obstacle, Policy,
+    ClearedBy, Core, Direction, FailedBars, Failure, FailureKind, Flight, Obstacle, Policy,
+    drawn_failures,
 };
 use models::traffic::network::{Network, code_of_span};
 use models::traffic::outline::{Rectangle, Size, distance_m, outline};
@@ -44,6 +45,8 @@ pub struct Behaving {
     pub cleared_by: ClearedBy,
     /// Errors of pilots, in multiples of what is assumed.
     pub errors: f64,
+    /// Stop bars are in use.
+    pub stop_bars: bool,
     /// What goes wrong.
     pub failures: Vec<Failure>,
     /// Movers of the scene that are functions of time.
@@ -53,6 +56,20 @@ pub struct Behaving {
 }
 
 impl Behaving {
+    /// What goes wrong in a run with this seed: what the scene says and what is drawn.
+    #[must_use]
+    pub fn failures_of(&self, seed: u64) -> Vec<Failure> {
+        let drawn = drawn_failures(&self.flights, seed, self.errors, self.stop_bars);
+        self.failures.iter().cloned().chain(drawn).collect()
+    }
+
+    /// Stop bars that fail in a run with this seed.
+    #[must_use]
+    pub fn failed_bars(&self, seed: u64) -> Vec<FailedBars> {
+        let name = |f: &Failure| &self.network.runways[self.flights[f.flight].runway.0].names[0];
+        self.failures_of(seed).iter().filter_map(|f| f.bars(name(f))).collect()
+    }
+
     /// The core at time 0 of a run with this seed, or `None` in a scene loaded without truth.
     #[must_use]
     pub fn core(&self, run: &Run, seed: u64) -> Option<Core> {
@@ -60,7 +77,7 @@ impl Behaving {
         let (net, flights) = (Arc::clone(&self.network), Arc::clone(&self.flights));
         let core = Core::new(net, pieces, flights, self.policy, seed, run.frame.s());
         let core = core.with_obstacles(self.obstacles.clone());
-        let core = core.with_failures(&self.failures).with_errors(self.errors);
+        let core = core.with_failures(&self.failures_of(seed));
         Some(match self.cleared_by {
             ClearedBy::Controllers => core.with_controllers(),
             by => core.cleared_by(by),
@@ -253,7 +270,7 @@ pub(crate) fn read(
         };
         return Err(root.refuse("traffic", problem));
     }
-    let failures = crate::control::read_failures(root, &flights)?;
+    let failures = crate::control::read_failures(root, &flights, control.stop_bars)?;
     let vehicles = failures.iter().filter(|f| f.kind == FailureKind::VehicleOnRunway);
     for (n, failure) in vehicles.enumerate() {
         let row = types
@@ -297,6 +314,7 @@ pub(crate) fn read(
             _ => ClearedBy::Plan,
         },
         errors: control.errors,
+        stop_bars: control.stop_bars,
         failures,
         obstacles: Vec::new(),
         remarks,

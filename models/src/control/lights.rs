@@ -11,14 +11,33 @@ const SAME_ENTRY_M: f64 = 60.0;
 /// A bar that is not passed is lit again after, s (assumed).
 const UNUSED_S: f64 = 60.0;
 
-/// Switches stop bars by clearances and by who has passed.
+/// Bars of a runway that do not do what they are told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Failed {
+    /// Runway of the layout.
+    pub runway: usize,
+    /// Those that are lit stay lit; else all are dark.
+    pub lit: bool,
+}
+
+impl Failed {
+    /// The bars of the layout's runway of this name; `lit`: they stay lit, not dark.
+    #[must_use]
+    pub fn of(layout: &Layout, runway: &str, lit: bool) -> Option<Self> {
+        layout.runway(runway).map(|(runway, _)| Self { runway, lit })
+    }
+}
+
+/// Switches stop bars by clearances and by who has passed; `failed` ones stay as they are, or dark.
 pub fn switch(
     bars: &mut [StopBar],
+    failed: &[Failed],
     now: SimTime,
     layout: &Layout,
     board: &Board,
     surveillance: &Surveillance,
 ) {
+    let before: Vec<bool> = bars.iter().map(|bar| bar.lit).collect();
     bars.iter_mut().for_each(|bar| bar.lit = true);
     for index in board.on_runways() {
         let strip = &board.strips()[*index as usize];
@@ -35,6 +54,11 @@ pub fn switch(
                     situation.is_none_or(|s| before_bar(s, bar, layout, now.since_s(c.from)));
                 bar.lit = !(here && waits);
             }
+        }
+    }
+    for (bar, was_lit) in bars.iter_mut().zip(before) {
+        if let Some(failed) = failed.iter().find(|f| f.runway == bar.runway) {
+            bar.lit = failed.lit && (bar.lit || was_lit);
         }
     }
 }

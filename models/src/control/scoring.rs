@@ -1,4 +1,6 @@
-//! Alerts on tracks held against the alerts of the same rules on exact truth.
+//! Alerts on tracks, or of somebody else's safety net, held against the alerts of the rules on exact truth.
+
+use crate::frames::Vector2;
 
 /// An alert as it was told: by call signs, so that track numbers do not matter.
 #[derive(Clone, Debug, PartialEq)]
@@ -11,6 +13,51 @@ pub struct Told {
     pub on_s: f64,
     /// Ended at, s; infinite while it stands.
     pub end_s: f64,
+    /// How near the two came to each other while it stood, or one to whoever was nearest to it, m; `None`: not known.
+    pub nearest_m: Option<f64>,
+}
+
+impl Told {
+    /// Looks how near its subjects are at a time at which it stands: `places` by name, m.
+    pub fn look(&mut self, time_s: f64, places: &[(&str, Vector2<f64>)]) {
+        if time_s < self.on_s || time_s > self.end_s {
+            return;
+        }
+        let own = |name: &str| self.subjects.iter().any(|s| s == name);
+        let mut nearest_m = self.nearest_m.unwrap_or(f64::INFINITY);
+        for (name, at) in places.iter().filter(|(name, _)| own(name)) {
+            let others = places.iter().filter(|(other, _)| {
+                other != name && (self.subjects.len() < 2 || own(other))
+            });
+            nearest_m = others.map(|(_, p)| (p - at).norm()).fold(nearest_m, f64::min);
+        }
+        self.nearest_m = Some(nearest_m).filter(|m| m.is_finite());
+    }
+
+    /// Whether it says that a clearance or a limit was broken: then it is about something, however far others are.
+    fn tells_breach(&self) -> bool {
+        let words = ["STOPBAR", "ROUTE_DEV", "NOMOV", "HIGH_SPEED", "AREA", "WRTY", "RWY_CLOSED"];
+        self.kind.starts_with("NOCLR") || words.contains(&self.kind.as_str())
+    }
+
+    fn overlaps(&self, other: &Self) -> bool {
+        self.on_s <= other.end_s + EXPLAINED_S && other.on_s <= self.end_s + EXPLAINED_S
+    }
+}
+
+/// Nearer than this a situation came to something, m.
+pub const CAME_TO_M: f64 = 200.0;
+
+/// Whether a true alert came to nothing: its pair stayed farther than 200 m from each other, and none of its subjects broke
+/// a clearance meanwhile.
+fn came_to_nothing(told: &Told, reference: &[Told]) -> bool {
+    let far = told.nearest_m.is_some_and(|m| m > CAME_TO_M);
+    let breaks = |other: &Told| {
+        other.tells_breach()
+            && other.overlaps(told)
+            && other.subjects.iter().any(|s| told.subjects.contains(s))
+    };
+    far && !told.tells_breach() && !reference.iter().any(breaks)
 }
 
 /// How far apart the same alert may be raised on truth and on tracks, s.
@@ -31,9 +78,21 @@ pub struct KindScore {
     pub responses_s: Vec<f64>,
     /// Raised on tracks without a true one.
     pub false_alerts: u32,
+    /// Raised on tracks for a true one that came to nothing.
+    pub nuisance_alerts: u32,
 }
 
 impl KindScore {
+    /// Adds the score of another run, or another kind.
+    pub fn add(&mut self, other: &Self) {
+        self.reference += other.reference;
+        self.detected += other.detected;
+        self.false_alerts += other.false_alerts;
+        self.nuisance_alerts += other.nuisance_alerts;
+        self.responses_s.extend(&other.responses_s);
+        self.responses_s.sort_by(f64::total_cmp);
+    }
+
     /// True alerts that were not raised in time.
     #[must_use]
     pub fn missed(&self) -> u32 {
@@ -50,7 +109,8 @@ impl KindScore {
 }
 
 /// Scores by kind, sorted by word. Each true alert takes the nearest in time of the same kind and subjects that
-/// no other has; an alert on tracks is false if no true one of its kind and subjects stands within 10 s of it.
+/// no other has; an alert on tracks is false if no true one of its kind and subjects stands within 10 s of it, and a
+/// nuisance if all of these came to nothing.
 #[must_use]
 pub fn score(reference: &[Told], found: &[Told]) -> Vec<KindScore> {
     let mut kinds: Vec<&str> = reference.iter().chain(found).map(|t| t.kind.as_str()).collect();
@@ -65,6 +125,7 @@ fn score_kind(kind: &str, reference: &[Told], found: &[Told]) -> KindScore {
         own.sort_by(|a, b| a.on_s.total_cmp(&b.on_s).then_with(|| a.subjects.cmp(&b.subjects)));
         own
     };
+    let all = reference;
     let (reference, found) = (of(reference), of(found));
     let mut taken = vec![false; found.len()];
     let mut score = KindScore { kind: kind.to_owned(), ..KindScore::default() };
@@ -84,14 +145,21 @@ fn score_kind(kind: &str, reference: &[Told], found: &[Told]) -> KindScore {
         }
     }
     score.responses_s.sort_by(f64::total_cmp);
-    let explained = |f: &Told| {
-        reference.iter().any(|t| {
+    for f in &found {
+        let mut true_ones = reference.iter().filter(|t| {
             t.subjects == f.subjects
                 && f.on_s >= t.on_s - EXPLAINED_S
                 && f.on_s <= t.end_s + EXPLAINED_S
-        })
-    };
-    score.false_alerts = found.iter().filter(|f| !explained(f)).count() as u32;
+        });
+        match true_ones.next() {
+            None => score.false_alerts += 1,
+            Some(first) => {
+                let nothing = |t: &Told| came_to_nothing(t, all);
+                let nuisance = nothing(first) && true_ones.all(nothing);
+                score.nuisance_alerts += u32::from(nuisance);
+            }
+        }
+    }
     score
 }
 
@@ -101,7 +169,7 @@ mod tests {
 
     fn told(kind: &str, subjects: &str, on_s: f64, end_s: f64) -> Told {
         let subjects = subjects.split(' ').map(str::to_owned).collect();
-        Told { kind: kind.into(), subjects, on_s, end_s }
+        Told { kind: kind.into(), subjects, on_s, end_s, nearest_m: None }
     }
 
     #[test]
@@ -126,5 +194,48 @@ mod tests {
         assert_eq!(a.responses_s, [-3.0, 1.0]);
         assert_eq!((b.reference, b.detected, b.false_alerts), (1, 0, 0));
         assert_eq!(b.response_s(0.5), None);
+    }
+
+    #[test]
+    fn a_true_alert_that_came_to_nothing_is_a_nuisance_when_it_is_raised() {
+        let truth = |nearest_m: Option<f64>, breach: Option<Told>| {
+            let mut all = vec![Told { nearest_m, ..told("RMCA_ARR", "X Y", 10.0, 20.0) }];
+            all.extend(breach);
+            all
+        };
+        let found = [told("RMCA_ARR", "X Y", 10.0, 20.0)];
+        let count = |truth: &[Told], found: &[Told]| -> (u32, u32) {
+            let all = score(truth, found);
+            (all.iter().map(|s| s.nuisance_alerts).sum(), all.iter().map(|s| s.false_alerts).sum())
+        };
+        assert_eq!(count(&truth(Some(900.0), None), &found), (1, 0));
+        assert_eq!(count(&truth(Some(900.0), None), &[]), (0, 0), "not raised, nobody is disturbed");
+        assert_eq!(count(&truth(Some(150.0), None), &found), (0, 0), "they came near");
+        assert_eq!(count(&truth(None, None), &found), (0, 0), "nobody looked");
+        let breach = |subject: &str, at_s: f64| Some(told("NOCLR_RWY", subject, at_s, at_s + 5.0));
+        assert_eq!(count(&truth(Some(900.0), breach("Y", 12.0)), &found), (0, 0), "Y broke one");
+        assert_eq!(count(&truth(Some(900.0), breach("Z", 12.0)), &found), (1, 0), "somebody else");
+        assert_eq!(count(&truth(Some(900.0), breach("Y", 60.0)), &found), (1, 0), "later");
+        // A breach is about itself.
+        let mut alone = told("NOCLR_TAXI", "X", 10.0, 20.0);
+        alone.nearest_m = Some(5000.0);
+        assert_eq!(count(&[alone], &[told("NOCLR_TAXI", "X", 11.0, 20.0)]), (0, 0));
+    }
+
+    #[test]
+    fn nearness_is_that_of_the_pair_while_the_alert_stands() {
+        let at = |x: f64| Vector2::new(x, 0.0);
+        let mut pair = told("RMCA_ARR", "X Y", 10.0, 20.0);
+        let mut one = told("NOMOV", "X", 10.0, 20.0);
+        for (time_s, x, z) in [(5.0, 1.0, 2.0), (12.0, 400.0, 90.0), (15.0, 300.0, 80.0), (25.0, 3.0, 1.0)] {
+            let places = [("X", at(0.0)), ("Y", at(x)), ("Z", at(z))];
+            pair.look(time_s, &places);
+            one.look(time_s, &places);
+        }
+        assert_eq!((pair.nearest_m, one.nearest_m), (Some(300.0), Some(80.0)));
+        // Who is gone says nothing.
+        let mut gone = told("RMCA_ARR", "X Y", 10.0, 20.0);
+        gone.look(12.0, &[("X", at(0.0)), ("Z", at(1.0))]);
+        assert_eq!(gone.nearest_m, None);
     }
 }

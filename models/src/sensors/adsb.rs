@@ -164,6 +164,7 @@ impl AdsbConfig {
             kind: SensorKind::Adsb,
             equipped: self.equipped.clone(),
             period_s: self.moving_s,
+            transponder: true,
         }
     }
 }

@@ -253,6 +253,7 @@ impl DgpsConfig {
             kind: SensorKind::Dgps,
             equipped: self.equipped.clone(),
             period_s: self.report_s,
+            transponder: false,
         }
     }
 }

@@ -99,6 +99,7 @@ impl DynamicConfig {
             kind: SensorKind::Dynamic,
             equipped: self.equipped.clone(),
             period_s: self.report_s,
+            transponder: false,
         }
     }
 }

@@ -197,6 +197,7 @@ impl GpsConfig {
             kind: SensorKind::Gps,
             equipped: self.equipped.clone(),
             period_s: self.report_s,
+            transponder: false,
         }
     }
 }

@@ -295,6 +295,7 @@ impl MlatConfig {
             kind: SensorKind::Mlat,
             equipped: self.equipped.clone(),
             period_s: self.report_s,
+            transponder: true,
         }
     }
 }

@@ -106,6 +106,10 @@ pub trait Truth {
     fn callsign(&self, index: usize) -> Callsign;
     /// Its 24-bit address, where it has one.
     fn address(&self, index: usize) -> Option<u32>;
+    /// Whether its transponder answers at `time`.
+    fn answers(&self, _index: usize, _time: SimTime) -> bool {
+        true
+    }
     /// Its state at `time`, or `None` while it does not exist.
     fn at(&self, index: usize, time: SimTime) -> Option<TargetState>;
 }

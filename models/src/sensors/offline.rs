@@ -354,6 +354,7 @@ impl OfflineConfig {
             kind: self.kind,
             equipped: self.equipped.clone(),
             period_s: self.figures.period_s,
+            transponder: [SensorKind::Mlat, SensorKind::Adsb].contains(&self.kind),
         }
     }
 

@@ -6,7 +6,7 @@ use super::core::{Core, Direction};
 use crate::control::alert::{Alert, Change};
 use crate::control::clearance::{Board, Clearance, ClearanceKind};
 use crate::control::layout::{Layout, StopBar};
-use crate::control::lights;
+use crate::control::lights::{self, Failed};
 use crate::control::parameters::Parameters;
 use crate::control::safety_net::{SafetyNet, Scan};
 use crate::control::situation::{Target, TargetClass};
@@ -38,6 +38,12 @@ impl Watch {
     #[must_use]
     pub fn net(&self) -> &SafetyNet {
         &self.net
+    }
+
+    /// The clearances, as of the last scan.
+    #[must_use]
+    pub fn board(&self) -> &Board {
+        &self.board
     }
 
     /// Judges the core as it stands at `now`, on its exact truth.
@@ -92,8 +98,13 @@ impl Watch {
                 strip.stand_m = Some(at_m);
             }
         }
+        let failed: Vec<Failed> = core
+            .failed_bars()
+            .filter_map(|bars| Failed::of(self.net.layout(), &bars.runway, bars.lit))
+            .collect();
         lights::switch(
             &mut self.bars,
+            &failed,
             now,
             self.net.layout(),
             &self.board,

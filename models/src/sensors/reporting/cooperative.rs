@@ -83,6 +83,8 @@ pub struct Reporting {
     pub equipped: Equipage,
     /// Time between two reports of a target, s, 0.01 to 3 600.
     pub period_s: f64,
+    /// Whether a report needs the target's transponder: one that is silent is not seen.
+    pub transponder: bool,
 }
 
 impl Reporting {
@@ -169,7 +171,8 @@ impl<S> Fleet<S> {
                 if time > interval.to {
                     break;
                 }
-                if let Some(state) = truth.at(index, time) {
+                let heard = !reporting.transponder || truth.answers(index, time);
+                if let Some(state) = truth.at(index, time).filter(|_| heard) {
                     let due = Due { index, key, number: number as u64, time, state };
                     report(member.memory.get_or_insert_with(|| start(&due)), &due);
                 }
@@ -350,7 +353,7 @@ mod tests {
 
     fn reporting(period_s: f64, who: Equipped) -> Reporting {
         let equipped = Equipage { aircraft: true, vehicles: false, who };
-        Reporting { id: SensorId(3), kind: SensorKind::Gps, equipped, period_s }
+        Reporting { id: SensorId(3), kind: SensorKind::Gps, equipped, period_s, transponder: false }
     }
 
     fn times(

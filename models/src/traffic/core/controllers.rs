@@ -4,22 +4,12 @@
 //! it has been thought of, spoken and read back ([`Actors`]). Space, wake and arrivals are still the core's.
 
 use super::notice::{ClearedBy, Notice, Order};
-use super::{Clearance, Core, Direction, Failure, FailureKind};
+use super::{Clearance, Core};
 use crate::control::actors::message::Seat;
 use crate::control::actors::pilot::Habits;
 use crate::control::actors::seats::group_of;
 use crate::control::actors::{Actors, Given, Wanted};
 use crate::control::clearance::ClearanceKind;
-use crate::draw::uniform;
-
-/// Errors of people, a movement (assumed): what, how often, and whether by departures, arrivals or both.
-const ERRORS: [(FailureKind, f64, Option<Direction>); 5] = [
-    (FailureKind::WrongTurn, 1e-3, Some(Direction::Arrival)),
-    (FailureKind::PassHold, 1e-4, Some(Direction::Departure)),
-    (FailureKind::WrongRunway, 1e-5, Some(Direction::Departure)),
-    (FailureKind::TakeOffUncleared, 1e-5, Some(Direction::Departure)),
-    (FailureKind::NoReply, 2e-3, Some(Direction::Departure)),
-];
 
 impl Core {
     /// The same core with controllers at every seat, before its first step: nobody moves but by their clearances.
@@ -28,32 +18,6 @@ impl Core {
         self.cleared_by = ClearedBy::Controllers;
         self.actors = Some(Actors::new(Habits::default(), self.seed, self.step_s));
         self
-    }
-
-    /// The same core with errors of people, drawn for each flight by its key: `factor` times as often as assumed.
-    #[must_use]
-    pub fn with_errors(self, factor: f64) -> Self {
-        let mut failures = Vec::new();
-        for (flight, f) in self.flights.iter().enumerate() {
-            let mut rng = self.rng(flight, 900);
-            for (kind, rate, of) in ERRORS {
-                // Drawn for all, so that one more kind changes no other.
-                let happens = uniform(&mut rng) < rate * factor;
-                if happens && of.is_none_or(|direction| direction == f.direction) {
-                    failures.push(Failure {
-                        id: format!("{}-{}", kind.word(), f.callsign),
-                        kind,
-                        flight,
-                        at_s: 0.0,
-                        stay_s: 60.0,
-                        lead_s: 45.0,
-                        clearance: "CRO",
-                        vehicle: String::new(),
-                    });
-                }
-            }
-        }
-        self.with_failures(&failures)
     }
 
     /// What controllers and pilots said and did; `None` where the plan clears.

@@ -34,7 +34,8 @@ impl Core {
             let may = !departs
                 || self.may_line_up(m)
                     && (follows || !self.owned(m))
-                    && self.permitted(m, ClearanceKind::LineUp);
+                    && self.permitted(m, ClearanceKind::LineUp)
+                    && !self.bar_sticks(self.flights[m].runway.0);
             if uncleared.is_none() && !may {
                 let now = self.time_s;
                 self.movers[m].waits_since_s.get_or_insert(now);

@@ -37,11 +37,15 @@ pub enum FailureKind {
     ForgetLandingClearance,
     /// The controller clears somebody against this one's clearance for the runway.
     ConflictingClearance,
+    /// The stop bars of its runway stay dark, which it takes for its clearance, or stay lit.
+    StopBar,
+    /// Its transponder does not answer.
+    Transponder,
 }
 
 impl FailureKind {
     /// Kinds by the words of scenes.
-    pub const WORDS: [(&'static str, Self); 12] = [
+    pub const WORDS: [(&'static str, Self); 14] = [
         ("pass_hold", Self::PassHold),
         ("take_off_uncleared", Self::TakeOffUncleared),
         ("push_uncleared", Self::PushUncleared),
@@ -54,6 +58,8 @@ impl FailureKind {
         ("engine", Self::Engine),
         ("forget_landing_clearance", Self::ForgetLandingClearance),
         ("conflicting_clearance", Self::ConflictingClearance),
+        ("stop_bar", Self::StopBar),
+        ("transponder", Self::Transponder),
     ];
 
     /// Its word.
@@ -80,6 +86,8 @@ pub struct Failure {
     pub lead_s: f64,
     /// What the controller clears somebody else for.
     pub clearance: &'static str,
+    /// Stop bars stay lit, not dark.
+    pub lamps_lit: bool,
     /// Name of the vehicle.
     pub vehicle: String,
 }
@@ -99,10 +107,10 @@ pub struct Shown {
 
 #[derive(Clone, Debug)]
 pub(super) struct Failing {
-    failure: Failure,
-    begun_s: Option<f64>,
-    shown_s: Option<f64>,
-    over: bool,
+    pub(super) failure: Failure,
+    pub(super) begun_s: Option<f64>,
+    pub(super) shown_s: Option<f64>,
+    pub(super) over: bool,
     car: Option<Car>,
     /// Of a conflicting clearance: whose it is.
     other: Option<usize>,
@@ -279,7 +287,13 @@ impl Core {
     /// The failure by which a mover goes onto a runway uncleared.
     pub(super) fn enters_uncleared(&self, m: usize) -> Option<usize> {
         let passes = self.failing(m, FailureKind::PassHold);
-        passes.or_else(|| self.failing(m, FailureKind::WrongRunway))
+        let passes = passes.or_else(|| self.failing(m, FailureKind::WrongRunway));
+        let dark = |f: &usize| {
+            let Failing { failure, begun_s, .. } = &self.failing[*f];
+            let until_s = failure.at_s + failure.stay_s;
+            begun_s.is_some() || !failure.lamps_lit && self.time_s <= until_s
+        };
+        passes.or_else(|| self.failing(m, FailureKind::StopBar).filter(dark))
     }
 
     pub(super) fn begin_failure(&mut self, f: usize) {
@@ -287,7 +301,7 @@ impl Core {
         self.failing[f].begun_s.get_or_insert(now);
     }
 
-    fn show(&mut self, f: usize) {
+    pub(super) fn show(&mut self, f: usize) {
         let now = self.time_s;
         let failing = &mut self.failing[f];
         if failing.shown_s.is_none() {
@@ -507,6 +521,7 @@ impl Core {
                 }
             }
             FailureKind::VehicleOnRunway => self.watch_car(f),
+            FailureKind::StopBar | FailureKind::Transponder => self.watch_equipment(f),
             FailureKind::NoReply => {}
         }
     }

@@ -8,6 +8,7 @@ mod arrival;
 mod controllers;
 mod departure;
 mod drive;
+mod equipment;
 mod failures;
 mod measures;
 mod notice;
@@ -18,6 +19,7 @@ mod stands;
 mod state;
 mod tokens;
 
+pub use equipment::{FailedBars, drawn_failures};
 pub use failures::{Failure, FailureKind, Shown};
 pub use notice::{ClearedBy, Notice, Order};
 pub use obstacles::Obstacle;

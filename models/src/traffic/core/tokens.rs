@@ -211,7 +211,10 @@ impl Core {
                 return self.refuse(m, Some(before));
             }
         }
-        if !crossed.is_empty() && !self.permitted(m, ClearanceKind::Cross) {
+        if !crossed.is_empty()
+            && (!self.permitted(m, ClearanceKind::Cross)
+                || crossed.iter().any(|r| self.bar_sticks(*r)))
+        {
             return self.refuse_told(m);
         }
         group.iter().for_each(|(z, r)| self.hold(m, *z, *r));

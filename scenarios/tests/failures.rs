@@ -1,0 +1,252 @@
+//! Failures of equipment on airports that nothing was fitted on: silent transponders, stop bars that stay dark or stay lit.
+
+use models::control::alert::Change;
+use models::control::layout::Layout;
+use models::control::parameters::Parameters;
+use models::environment::Weather;
+use models::plot::Callsign;
+use models::sensors::{PlotSink, ScanInterval, Sensor, TargetClass, TargetState, Truth};
+use models::time::SimTime;
+use models::traffic::core::{Core, Direction, FailureKind, drawn_failures};
+use models::traffic::exact::Watch;
+use scenarios::Scene;
+use std::path::Path;
+
+const LIMC: &str =
+    "layout = \"airports/LIMC.apt.dat\"\nground_network = \"airports/LIMC.groundnet.xml\"";
+const LSZH: &str =
+    "layout = \"airports/LSZH.apt.dat\"\nground_network = \"airports/LSZH.groundnet.xml\"";
+const LZIB: &str = "layout = \"airports/LZIB.apt.dat\"";
+
+fn text(airport: &str, seed: u32, rest: &str) -> String {
+    format!(
+        "[run]\ntitle = \"t\"\nseed = {seed}\nduration_s = 2400\n[airport]\n{airport}\n[[traffic]]\n\
+         kind = \"generated\"\narrivals_per_h = 6\ndepartures_per_h = 8\n{rest}"
+    )
+}
+
+fn load(text: &str) -> Result<Scene, scenarios::ScenarioError> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("failures.toml");
+    scenarios::load_text(&path, text)
+}
+
+fn scene(airport: &str, seed: u32, rest: &str) -> Scene {
+    load(&text(airport, seed, rest)).unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn core_of(scene: &Scene) -> Core {
+    let behaving = scene.traffic.behaving.as_ref().expect("behaves");
+    behaving.core(&scene.run, scene.run.seed).expect("with truth")
+}
+
+/// The first departure that lines up within half an hour when nothing fails: its index, its name, when.
+fn first_off(airport: &str, seed: u32) -> (usize, String, f64) {
+    let mut core = core_of(&scene(airport, seed, ""));
+    for frame in 1..=36_000 {
+        core.step(frame);
+        if let Some(c) = core.clearances().iter().find(|c| c.kind == "LUP") {
+            let name = core.flights()[c.flight].callsign.clone();
+            return (c.flight, name, c.from_s);
+        }
+    }
+    panic!("{airport}: nobody lines up")
+}
+
+/// The core until everybody is served, and which alerts were raised: kind and subjects.
+fn flown(scene: &Scene) -> (Core, Vec<(String, String)>) {
+    let mut core = core_of(scene);
+    let network = &scene.traffic.behaving.as_ref().expect("behaves").network;
+    let layout = Layout::of(&scene.airport.layout).with_network(network);
+    let mut watch = Watch::new(layout, Parameters::default(), true);
+    let mut raised = Vec::new();
+    for frame in 1..=scene.run.frames() as i64 + 54_000 {
+        core.step(frame);
+        if frame % 20 == 0 {
+            let now = SimTime(frame * scene.run.frame.0);
+            let new = watch.scan(&core, now).iter().filter(|(c, _)| *c == Change::Raised);
+            raised.extend(new.map(|(_, a)| (a.condition.kind.word(), a.subjects())));
+        }
+        if frame % 1200 == 0 && core.measures_of_served() == core.flights().len() {
+            break;
+        }
+    }
+    (core, raised)
+}
+
+fn fails(kind: &str, callsign: &str, rest: &str) -> String {
+    format!(
+        "[control]\nstop_bars = true\n[[failure]]\nkind = \"{kind}\"\ncallsign = \"{callsign}\"\n{rest}\n"
+    )
+}
+
+#[test]
+fn by_dark_bars_somebody_enters_without_an_alert_of_the_bar_and_by_lit_ones_nobody_does() {
+    for (airport, seed) in [(LIMC, 3), (LSZH, 5), (LZIB, 7)] {
+        let (flight, name, lines_up_s) = first_off(airport, seed);
+        let about = |raised: &[(String, String)], kind: &str| {
+            raised.iter().any(|(k, subjects)| k == kind && subjects.contains(&name))
+        };
+        // Without the lamps' failure the bar tells.
+        let (core, raised) = flown(&scene(airport, seed, &fails("pass_hold", &name, "")));
+        assert!(about(&raised, "STOPBAR"), "{airport}: {raised:?}");
+        assert_eq!(core.measures_of_served(), core.flights().len(), "{airport}: pass_hold");
+        let (core, raised) =
+            flown(&scene(airport, seed, &fails("stop_bar", &name, "stay_s = 7200")));
+        assert!(about(&raised, "NOCLR_RWY") && !about(&raised, "STOPBAR"), "{airport}: {raised:?}");
+        let [shown] = core.shown() else { panic!("{airport}: {:?}", core.shown()) };
+        assert_eq!((shown.kind, &shown.callsign), (FailureKind::StopBar, &name));
+        assert!((shown.time_s - lines_up_s).abs() < 120.0, "{airport}: {}", shown.time_s);
+        assert_eq!(core.measures_of_served(), core.flights().len(), "{airport}: dark");
+        // Lit ones keep everybody off the runway until they are mended, and nobody is blamed.
+        let until_s = lines_up_s + 200.0;
+        let from_s = lines_up_s - 30.0;
+        let lit = format!("at_s = {from_s}\nstay_s = {}\nlamps = \"lit\"", until_s - from_s);
+        let (core, raised) = flown(&scene(airport, seed, &fails("stop_bar", &name, &lit)));
+        let runway = core.flights()[flight].runway.0;
+        let entered = core.clearances().iter().filter(|c| {
+            let own = core.flights()[c.flight].runway.0 == runway;
+            own && c.kind == "LUP" && (from_s..until_s).contains(&c.from_s)
+        });
+        assert_eq!(entered.count(), 0, "{airport}");
+        assert_eq!(core.shown().len(), 1, "{airport}: {:?}", core.shown());
+        assert!((from_s..until_s).contains(&core.shown()[0].time_s), "{airport}");
+        // An arrival that cannot leave the runway for them may be blamed for standing there; nobody who waits is.
+        let departs = |name: &str| {
+            let own = |f: &&models::traffic::core::Flight| f.callsign == name;
+            core.flights().iter().find(own).is_some_and(|f| f.direction == Direction::Departure)
+        };
+        let blamed = |(kind, name): &(String, String)| {
+            kind == "STOPBAR" || kind == "NOCLR_RWY" && departs(name)
+        };
+        assert!(!raised.iter().any(blamed), "{airport}: {raised:?}");
+        assert_eq!(core.measures_of_served(), core.flights().len(), "{airport}: lit");
+    }
+}
+
+/// The flights of a core as sensors look at them at the end of a second.
+struct Now<'a> {
+    scene: &'a Scene,
+    core: &'a Core,
+}
+
+impl Truth for Now<'_> {
+    fn len(&self) -> usize {
+        self.core.flights().len()
+    }
+    fn key(&self, index: usize) -> u64 {
+        index as u64
+    }
+    fn class(&self, index: usize) -> &TargetClass {
+        let first = self.scene.traffic.behaving.as_ref().expect("behaves").first_entity;
+        &self.scene.traffic.entities[first + index].class
+    }
+    fn callsign(&self, index: usize) -> Callsign {
+        Callsign::new(&self.core.flights()[index].callsign)
+    }
+    fn address(&self, _: usize) -> Option<u32> {
+        None
+    }
+    fn answers(&self, index: usize, _: SimTime) -> bool {
+        self.core.answers(index)
+    }
+    fn at(&self, index: usize, _: SimTime) -> Option<TargetState> {
+        let state = self.core.state(index)?;
+        Some(TargetState {
+            position_m: state.position_m,
+            velocity_mps: state.velocity_mps,
+            heading_rad: state.heading_rad,
+        })
+    }
+}
+
+#[test]
+fn who_has_a_silent_transponder_is_seen_by_the_radar_alone_and_moves_as_before() {
+    for (airport, seed) in [(LIMC, 3), (LSZH, 5)] {
+        let watched = "[control]\nsees = \"tracks\"\n";
+        let plain = core_of(&scene(airport, seed, watched));
+        let flight = (0..plain.flights().len())
+            .find(|f| plain.flights()[*f].direction == Direction::Departure)
+            .expect("a departure");
+        let name = plain.flights()[flight].callsign.clone();
+        let failure = format!(
+            "{watched}[[failure]]\nkind = \"transponder\"\ncallsign = \"{name}\"\nat_s = 20\nstay_s = 30\n"
+        );
+        let scene = scene(airport, seed, &failure);
+        let (mut core, mut plain) = (core_of(&scene), plain);
+        let mut sensors: Vec<(bool, Box<dyn Sensor>)> = Vec::new();
+        for s in &scene.sensors {
+            if let Some(radar) = &s.asde {
+                let radar = radar.radar_for(&scene, s, scene.tolerance()).expect("a radar");
+                sensors.push((false, Box::new(radar)));
+            } else if let Some(reported) = &s.reported {
+                sensors.push((true, reported.sensor(scene.tolerance(), 2400.0).expect("a sensor")));
+            }
+        }
+        assert_eq!(sensors.len(), 2, "the standard set");
+        // Seconds in which each sensor saw it, before, while and after it was silent.
+        let mut seen = [[0_u32; 3]; 2];
+        for second in 1..=80_i64 {
+            for frame in 20 * (second - 1) + 1..=20 * second {
+                core.step(frame);
+                plain.step(frame);
+            }
+            let place = |f: usize| core.state(f).map(|s| s.position_m);
+            let same =
+                (0..core.flights().len()).all(|f| place(f) == plain.state(f).map(|s| s.position_m));
+            assert!(same, "{airport}: it moves as before");
+            let [from, to] = [second - 1, second].map(|s| SimTime::from_s(s as f64));
+            let interval = ScanInterval { run_seed: 1, scan: second as u64, from, to };
+            let phase = usize::from(second > 20) + usize::from(second >= 50);
+            for (cooperative, sensor) in &mut sensors {
+                let mut sink = PlotSink::default();
+                let truth = Now { scene: &scene, core: &core };
+                sensor.scan(&interval, &truth, &Weather::default(), &mut sink);
+                let own = sink.causes.iter().any(|c| c.key == Some(flight as u64));
+                seen[usize::from(*cooperative)][phase] += u32::from(own);
+            }
+        }
+        let [radar, multilateration] = seen;
+        assert_eq!(multilateration[1], 0, "{airport}: {seen:?}");
+        assert!(multilateration[0] >= 10 && multilateration[2] >= 15, "{airport}: {seen:?}");
+        assert!(radar[1] >= 15, "{airport}: {seen:?}");
+        let [shown] = core.shown() else { panic!("{airport}: {:?}", core.shown()) };
+        assert_eq!((shown.kind, &shown.callsign), (FailureKind::Transponder, &name));
+        assert!((shown.time_s - 20.0).abs() < 0.1, "{}", shown.time_s);
+    }
+}
+
+#[test]
+fn equipment_fails_by_rate_and_bars_only_where_they_are_in_use() {
+    let core = core_of(&scene(LSZH, 4, ""));
+    let flights: Vec<_> = (0..4000)
+        .map(|n| {
+            let mut flight = core.flights()[n % core.flights().len()].clone();
+            flight.key = 1_000_000 + n as u64;
+            flight
+        })
+        .collect();
+    let count = |factor: f64, bars: bool, kind: FailureKind| {
+        let drawn = drawn_failures(&flights, 9, factor, bars);
+        drawn.iter().filter(|f| f.kind == kind).count()
+    };
+    // 4 000 at 0.05, and about half of them at 0.005: within four standard deviations.
+    let silent = count(50.0, true, FailureKind::Transponder);
+    assert!((145..=255).contains(&silent), "{silent}");
+    let dark = count(50.0, true, FailureKind::StopBar);
+    assert!((1..=30).contains(&dark), "{dark}");
+    assert_eq!(count(50.0, false, FailureKind::StopBar), 0);
+    assert_eq!(count(0.0, true, FailureKind::Transponder), 0);
+    let ids = |factor: f64| -> Vec<String> {
+        drawn_failures(&flights, 9, factor, true).into_iter().map(|f| f.id).collect()
+    };
+    let (few, many) = (ids(10.0), ids(20.0));
+    assert!(few.iter().all(|id| many.contains(id)), "a larger factor keeps those of a smaller one");
+}
+
+#[test]
+fn bars_that_fail_where_none_are_in_use_are_refused_with_what_to_do() {
+    let name = core_of(&scene(LSZH, 4, "")).flights()[0].callsign.clone();
+    let rest = format!("[[failure]]\nkind = \"stop_bar\"\ncallsign = \"{name}\"\n");
+    let error = load(&text(LSZH, 4, &rest)).expect_err("refused").to_string();
+    assert!(error.contains("stop_bars = true"), "{error}");
+}
