@@ -40,7 +40,8 @@ fn sensors_hear_no_answer_while_a_transponder_is_silent_whether_it_has_an_addres
             Arc::make_mut(&mut scene).traffic.entities[entity].address = None;
         }
         let mut generator = TrafficGenerator::new(Arc::clone(&scene), 1, 1, 1);
-        let config = RunConfig { seed: 7, ..RunConfig::default() };
+        let config =
+            RunConfig { run: 1, seed: 7, generators: 1, last_frame: 200, ..RunConfig::default() };
         generator.configure(&config, &mut FrameOut::default()).expect("configured");
         let mut truth = ReceivedTruth::new(Arc::clone(&scene), 1);
         let mut said = Vec::new();
