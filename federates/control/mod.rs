@@ -224,7 +224,9 @@ impl Control {
             let ends = [-HALF_BAR_M, HALF_BAR_M].map(|m| middle + axis.along * m);
             let round = |x: f64| (10.0 * x).round() / 10.0;
             let ends = ends.map(|p| [round(p.x), round(p.y)]);
-            Some(json!({"runway": axis.names.join("/"), "ends_m": ends, "lit": bar.lit, "failed": fails(bar)}))
+            Some(
+                json!({"runway": axis.names.join("/"), "ends_m": ends, "lit": bar.lit, "failed": fails(bar)}),
+            )
         };
         let bars: Vec<_> = self.bars.iter().filter_map(bar).collect();
         out.publish.push(Publication {

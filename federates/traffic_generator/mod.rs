@@ -187,8 +187,8 @@ impl TrafficGenerator {
             });
             // Who has no address says so when he fails, and when he answers again.
             let failed = answered.as_ref().is_some_and(|(said, _)| !said.on);
-            let says = transponder(entity, &truth, on && !failed)
-                .map(|says| Transponder { on, ..says });
+            let says =
+                transponder(entity, &truth, on && !failed).map(|says| Transponder { on, ..says });
             let answered = says.map(|says| {
                 let every_ns = if still { run.heartbeat_parked.0 } else { IFF_EVERY_NS };
                 match answered {

@@ -75,7 +75,8 @@ impl Reference {
     fn scan(&mut self, watch: &mut Watch, core: &Core, now: SimTime) {
         self.told.extend(watch.scan(core, now).iter().map(|(c, a)| (now, *c, a.clone())));
         let exact = targets(core, now);
-        let names = exact.iter().filter_map(|t| Some((t.callsign.as_ref()?.as_str(), t.position_m)));
+        let names =
+            exact.iter().filter_map(|t| Some((t.callsign.as_ref()?.as_str(), t.position_m)));
         let mut places: Vec<(&str, Vector2<f64>)> = Vec::new();
         for alert in watch.net().standing() {
             if places.is_empty() {
@@ -224,8 +225,10 @@ fn write_alert(
         t.prepare_cached(&name)?.execute(params![row.subjects, row.id])?;
         return Ok(());
     }
-    let insert = format!("INSERT INTO {table} (time_ns, kind, stage, subjects, place_x_m, place_y_m, id) \
-         VALUES (?,?,?,?,?,?,?)");
+    let insert = format!(
+        "INSERT INTO {table} (time_ns, kind, stage, subjects, place_x_m, place_y_m, id) \
+         VALUES (?,?,?,?,?,?,?)"
+    );
     let [x, y] = row.place_m;
     t.prepare_cached(&insert)?.execute(params![
         row.time_ns,
@@ -373,8 +376,7 @@ impl Log {
                 };
                 write_alert(t, "reference_alerts", *change == Change::Ended, &row)?;
             }
-            let mut near =
-                t.prepare("UPDATE reference_alerts SET nearest_m = ? WHERE id = ?")?;
+            let mut near = t.prepare("UPDATE reference_alerts SET nearest_m = ? WHERE id = ?")?;
             for (id, told) in &reference.near {
                 near.execute(params![told.nearest_m, id])?;
             }

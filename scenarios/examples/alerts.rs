@@ -268,7 +268,8 @@ fn run(
     let mut past: BTreeMap<u16, Vec<String>> = BTreeMap::new();
     let count = scene.traffic.entities.len() - behaving.first_entity;
     let first = behaving.first_entity;
-    let mut frames = Frames { scene, first, states: vec![Vec::new(); count], silent: vec![false; count] };
+    let mut frames =
+        Frames { scene, first, states: vec![Vec::new(); count], silent: vec![false; count] };
     let per_scan = u64::from(scene.run.frames_per_scan);
     let mut errors: BTreeMap<String, [f64; 5]> = BTreeMap::new();
     let last = scene.run.frames().min((options.seconds / scene.run.frame.s()) as u64);

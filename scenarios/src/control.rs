@@ -138,9 +138,7 @@ pub(crate) fn read_failures(
             stay_s: seconds("stay_s", usual_stay_s(kind))?,
             lead_s: seconds("lead_s", 45.0)?,
             clearance: section.choice("clearance", &CLEARANCES)?.unwrap_or("CRO"),
-            lamps_lit: section
-                .choice("lamps", &[("dark", false), ("lit", true)])?
-                .unwrap_or(false),
+            lamps_lit: section.choice("lamps", &[("dark", false), ("lit", true)])?.unwrap_or(false),
             vehicle: format!("CAR{number}"),
         });
     }

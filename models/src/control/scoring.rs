@@ -26,9 +26,9 @@ impl Told {
         let own = |name: &str| self.subjects.iter().any(|s| s == name);
         let mut nearest_m = self.nearest_m.unwrap_or(f64::INFINITY);
         for (name, at) in places.iter().filter(|(name, _)| own(name)) {
-            let others = places.iter().filter(|(other, _)| {
-                other != name && (self.subjects.len() < 2 || own(other))
-            });
+            let others = places
+                .iter()
+                .filter(|(other, _)| other != name && (self.subjects.len() < 2 || own(other)));
             nearest_m = others.map(|(_, p)| (p - at).norm()).fold(nearest_m, f64::min);
         }
         self.nearest_m = Some(nearest_m).filter(|m| m.is_finite());
@@ -209,7 +209,11 @@ mod tests {
             (all.iter().map(|s| s.nuisance_alerts).sum(), all.iter().map(|s| s.false_alerts).sum())
         };
         assert_eq!(count(&truth(Some(900.0), None), &found), (1, 0));
-        assert_eq!(count(&truth(Some(900.0), None), &[]), (0, 0), "not raised, nobody is disturbed");
+        assert_eq!(
+            count(&truth(Some(900.0), None), &[]),
+            (0, 0),
+            "not raised, nobody is disturbed"
+        );
         assert_eq!(count(&truth(Some(150.0), None), &found), (0, 0), "they came near");
         assert_eq!(count(&truth(None, None), &found), (0, 0), "nobody looked");
         let breach = |subject: &str, at_s: f64| Some(told("NOCLR_RWY", subject, at_s, at_s + 5.0));
@@ -227,7 +231,9 @@ mod tests {
         let at = |x: f64| Vector2::new(x, 0.0);
         let mut pair = told("RMCA_ARR", "X Y", 10.0, 20.0);
         let mut one = told("NOMOV", "X", 10.0, 20.0);
-        for (time_s, x, z) in [(5.0, 1.0, 2.0), (12.0, 400.0, 90.0), (15.0, 300.0, 80.0), (25.0, 3.0, 1.0)] {
+        for (time_s, x, z) in
+            [(5.0, 1.0, 2.0), (12.0, 400.0, 90.0), (15.0, 300.0, 80.0), (25.0, 3.0, 1.0)]
+        {
             let places = [("X", at(0.0)), ("Y", at(x)), ("Z", at(z))];
             pair.look(time_s, &places);
             one.look(time_s, &places);
