@@ -1,6 +1,6 @@
 //! What the tracker publishes, case by case: scene, seed and profile a line, nothing pooled.
 //!
-//! `cargo run --release -p studies --example chain -- [--seeds A..B] [--seconds S] [--profiles paper,accurate] [--types] [--mistaken] SCENE…`
+//! `cargo run --release -p studies --example chain -- [--seeds A..B] [--seconds S] [--profiles paper,accurate] [--types] [--mistaken] [--strays] SCENE…`
 //!
 //! SCENE is a scene that ships, a file, `35` (thirty-five movers at Zurich under the radar alone) or `parked:SCENE` (a scene of
 //! flights that behave, with parked aircraft and vehicles between them). Behaving flights are driven with each seed anew.
@@ -19,6 +19,7 @@ struct Options {
     profiles: Vec<String>,
     types: bool,
     mistaken: bool,
+    strays: bool,
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -27,6 +28,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         profiles: vec!["paper".into(), "accurate".into()],
         types: false,
         mistaken: false,
+        strays: false,
     };
     let (mut seeds, mut names) = (None, Vec::new());
     let mut args = std::env::args().skip(1);
@@ -39,6 +41,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             }
             "--types" => options.types = true,
             "--mistaken" => options.mistaken = true,
+            "--strays" => options.strays = true,
             "--seeds" => {
                 let text = args.next().unwrap_or_default();
                 let (a, b) = text.split_once("..").unwrap_or((&text, &text));
@@ -137,6 +140,19 @@ fn details(found: &Published, options: &Options) {
         }
         let [off, fast] = &found.standing;
         println!("  standing: {} m of {}, {} m/s of {}", off.0, off.1, fast.0, fast.1);
+    }
+    if options.strays {
+        for s in &found.strayed {
+            let [before, now] = &s.targets;
+            println!(
+                "  scan {} track {}: {before} -> {now}, {:.0} m apart, {:.1} m/s, {}",
+                s.scan,
+                s.track,
+                s.apart_m,
+                s.speed_mps,
+                if s.seen { "seen" } else { "not seen" }
+            );
+        }
     }
     if options.mistaken {
         for ((given, whose), (reports, first)) in &found.mistaken {

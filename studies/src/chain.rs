@@ -14,6 +14,7 @@ use models::score::areas::{AreaMap, AreaRules};
 use models::score::recording::{Recording, Report};
 use models::score::run::{Rules, Score, score};
 use models::sensors::Truth;
+use models::time::SimTime;
 use models::track::{SystemTrack, TrackStatus};
 use scenarios::Scene;
 use std::collections::{BTreeMap, BTreeSet};
@@ -106,9 +107,31 @@ pub struct Published {
     /// Wrong labels: the one given and whose track it was ("beside NAME": farther off than [`FAR_M`], or gone); in how many
     /// reports, and in which scan first.
     pub mistaken: BTreeMap<(String, String), (u64, u64)>,
+    /// The first thousand strays.
+    pub strayed: Vec<Stray>,
     /// The reports, for the score.
     pub reports: Vec<Report>,
 }
+
+/// A track that took the plot of another target than before.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stray {
+    /// In which scan.
+    pub scan: u64,
+    /// The track's number.
+    pub track: u16,
+    /// Whose plots it took before, and whose now.
+    pub targets: [String; 2],
+    /// How far these two were from one another, m, and how fast the first one was, m/s.
+    pub apart_m: f64,
+    /// See `apart_m`.
+    pub speed_mps: f64,
+    /// Whether the first one was caught by a plot of its own in this scan.
+    pub seen: bool,
+}
+
+/// Strays that are kept.
+const MOST_STRAYED: usize = 1_000;
 
 /// A stretch of reports of one track on one target.
 #[derive(Clone, Copy, Debug)]
@@ -151,8 +174,13 @@ pub fn publish_of(
             }
         }
         for (number, key) in &now {
-            if follows.insert(*number, *key).is_some_and(|before| before != *key) {
+            if let Some(before) = follows.insert(*number, *key).filter(|before| before != key) {
                 out.strays += u64::from(truth.at(*key as usize, *to).is_some());
+                if let Some(s) = stray(truth, [before, *key], *to, causes)
+                    && out.strayed.len() < MOST_STRAYED
+                {
+                    out.strayed.push(Stray { scan: scan as u64 + 1, track: *number, ..s });
+                }
             }
         }
         out.reports.extend(tracks.iter().filter_map(|t| report_of(t, *to)));
@@ -229,6 +257,20 @@ pub fn publish_of(
     out.targets = had.len() as u64;
     out.statistics = *tracker.statistics();
     out
+}
+
+fn stray(truth: &dyn Truth, pair: [u64; 2], at: SimTime, causes: &[Option<u64>]) -> Option<Stray> {
+    let [before, now] = pair.map(|key| truth.at(key as usize, at));
+    let now = now?;
+    let apart_m = before.as_ref().map_or(f64::NAN, |b| (b.position_m - now.position_m).norm());
+    Some(Stray {
+        scan: 0,
+        track: 0,
+        targets: pair.map(|key| truth.callsign(key as usize).as_str().to_owned()),
+        apart_m,
+        speed_mps: before.map_or(f64::NAN, |b| b.velocity_mps.norm()),
+        seen: causes.contains(&Some(pair[0])),
+    })
 }
 
 /// The score of what was published, as `seeds score` has it.

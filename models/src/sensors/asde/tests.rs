@@ -4,6 +4,7 @@ use crate::frames::Vector3;
 use crate::plot::Callsign;
 use crate::sensors::radar::equation::{BudgetLevels, Echo, Polarisation};
 
+mod shadows;
 mod stated;
 
 type Pair = (f64, f64);

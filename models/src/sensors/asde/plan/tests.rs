@@ -8,8 +8,8 @@ use super::planner::Planner;
 use super::reflection::Refinement;
 use crate::draw::{DrawKey, Purpose, uniform};
 use crate::effects::{Level, Loss, Tolerance};
-use crate::environment::Weather;
 use crate::environment::surface::MATERIALS;
+use crate::environment::{RainCell, Weather};
 use crate::frames::Vector2;
 use crate::keys::Holds;
 use crate::sensors::TargetClass;
@@ -248,6 +248,67 @@ fn no_effect_changes_more_than_its_bound_anywhere_in_its_box() {
         );
     }
     assert!(failed.is_empty(), "{} beyond: {failed:#?}", failed.len());
+}
+
+/// Cells on the way, of any size: nothing that they take is more than the bound, and the bound is not wide.
+#[test]
+fn rain_in_cells_takes_no_more_than_its_bound_says() {
+    let mut nearest = [0.0f64; 2];
+    for n in 0..300 {
+        let g = &mut Genes::of(50_000 + n);
+        let (p, _) = radar_and_weather(g);
+        let radar = p.radar();
+        let ring = g.pick(&[3, 5, 7, 9]);
+        let (near_m, far_m) = ring_m(ring);
+        let cells = (0..g.pick(&[1, 1, 2, 4])).map(|_| RainCell {
+            centre_m: Vector2::new(0.0, far_m * g.between(0.0, 1.0)),
+            radius_m: g.scaled(20.0, 5_000.0),
+            rain_mm_per_h: g.scaled(5.0, 150.0),
+        });
+        let cells: Vec<RainCell> = cells.collect();
+        let rain_mm_per_h = g.pick(&[0.0, 0.0, 4.0]);
+        let weather = Weather { rain_mm_per_h, cells, ..Weather::default() };
+        let air = radar.air(&weather);
+        let class = class(g.pick(&[0, 1, 3]));
+        let facts = ClassFacts::of(&class);
+        let half = 0.5 * class.height_m;
+        let place = Place {
+            ground_m: (near_m, far_m),
+            height_m: (half, half.max(band_m(0).1)),
+            rain_on_way: true,
+            rain_here: true,
+        };
+        let correlation = p.rain_correlation();
+        let bounds = BoxGrid::new(&radar, &air, correlation, &facts, place).bounds(Refinement::ANY);
+        for _ in 0..40 {
+            let d = g.scaled(near_m, far_m);
+            let h = g.between(place.height_m.0, place.height_m.1);
+            let echo =
+                Echo { ground_m: d, height_m: h, extent_m: class.height_m, rcs_m2: class.rcs_m2 };
+            let budget = |levels: RadarLevels| {
+                let to = Vector2::new(0.0, d);
+                radar.budget(&air, &levels.budget, &echo, Vector2::zeros(), to)
+            };
+            let exact = RadarLevels::EXACT;
+            for level in [Level::Middle, Level::Exact] {
+                let with = budget(exact.with(RadarEffect::RainAttenuation, level));
+                let dry = budget(exact.with(RadarEffect::RainAttenuation, Level::Skipped));
+                // What the way there and back takes of the signal.
+                let lost = to_db(dry.signal_w / with.signal_w);
+                let most = 2.0 * air.most_rain_db(with.range_m, with.range_m / d);
+                assert!(lost <= most * (1.0 + 1e-9) + 1e-9, "{n}: {lost} of {most} dB");
+                nearest[0] = nearest[0].max(lost / most);
+                if level == Level::Exact {
+                    // What leaving it out does to the ratio.
+                    let raised = to_db(dry.scnr()) - to_db(with.scnr());
+                    assert!(raised <= bounds.rain_db + 1e-6, "{n}: {raised} of {bounds:?}");
+                    nearest[1] = nearest[1].max(raised / bounds.rain_db);
+                }
+            }
+        }
+    }
+    // A bound of half the size would be broken.
+    assert!(nearest[0] > 0.99 && nearest[1] > 0.6, "{nearest:?}");
 }
 
 #[test]
