@@ -40,9 +40,8 @@ export default {
     body.hidden = true;
 
     const button = (key, callsign, p) => {
-      const made = element("button", [key ? element("kbd", key) : null, `${p.clearance} `, element("small", MEANS.get(p.clearance) ?? "")], {
-        type: "button", "data-clear": `${callsign} ${p.clearance}`, "aria-label": `${callsign}: ${p.clearance}, ${MEANS.get(p.clearance)}`,
-      });
+      const words = [key ? element("kbd", key) : null, element("span", `${callsign} `, { class: "hidden" }), `${p.clearance} `, element("small", MEANS.get(p.clearance) ?? "")];
+      const made = element("button", words, { type: "button", "data-clear": `${callsign} ${p.clearance}` });
       made.addEventListener("click", () => seats.clear(p.seat, callsign, p.clearance));
       return made;
     };
