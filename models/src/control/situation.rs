@@ -129,6 +129,8 @@ const KEPT: usize = 12;
 pub const MOST_RUNWAYS: usize = 32;
 /// A name that another track had so recently is taken over, s.
 const TAKEN_OVER_S: f64 = 30.0;
+/// A final of a track that has lasted so long stays that to its runway, s (assumed).
+const STEADY_FINAL_S: f64 = 3.0;
 /// A track not seen for so long is another one when its number comes again, s.
 const FORGET_S: f64 = 20.0;
 
@@ -430,6 +432,12 @@ fn look(
         situation.judged_mps = speed_mps.min(recent_mps + 2.0);
     }
     let mut nearest = f64::INFINITY;
+    // On tracks a final that has lasted stays the same one while it goes on: to the runway of one whose path crosses the
+    // line of another's, nearest of all for a scan, nobody lands.
+    let steady = memory.final_span.filter(|(since, until, _)| {
+        parameters.doubt.is_some() && until.since_s(*since) >= STEADY_FINAL_S
+    });
+    let mut stays = None;
     for (r, runway) in layout.runways.iter().take(MOST_RUNWAYS).enumerate() {
         let (s, d) = runway.place_m(position_m);
         let within = |s: f64| {
@@ -468,13 +476,20 @@ fn look(
             let wide = parameters.funnel_m + parameters.funnel_slope * distance_m;
             let before = (0.0..=parameters.funnel_length_m).contains(&distance_m);
             // Of parallel runways the one whose centreline is nearest.
-            if before && d.abs() <= wide && d.abs() < nearest {
-                nearest = d.abs();
+            if before && d.abs() <= wide {
                 let time_s = distance_m / along.abs();
-                situation.on_final = Some(Final { runway: r, end, distance_m, time_s });
+                let here = Some(Final { runway: r, end, distance_m, time_s });
+                if d.abs() < nearest {
+                    nearest = d.abs();
+                    situation.on_final = here;
+                }
+                if steady.is_some_and(|(_, _, runway)| runway == r) {
+                    stays = here;
+                }
             }
         }
     }
+    situation.on_final = stays.or(situation.on_final);
     // Without altitude: nobody is that fast on the ground but along a runway.
     if target.altitude_m.is_none() && speed_mps >= parameters.final_mps && situation.fast.is_none()
     {

@@ -1,0 +1,75 @@
+//! Alerts on tracks at runways whose finals cross, as Zurich's 14 and 16 do.
+
+use models::control::alert::Change;
+use models::control::clearance::Board;
+use models::control::layout::{Layout, RunwayAxis};
+use models::control::parameters::Parameters;
+use models::control::safety_net::{SafetyNet, Scan};
+use models::control::situation::{Target, TargetClass};
+use models::frames::Vector2;
+use models::plot::Callsign;
+use models::time::SimTime;
+
+fn target(number: u16, name: &str, at: (f64, f64), v: (f64, f64), second: u32) -> Target {
+    Target {
+        number,
+        callsign: Some(Callsign::new(name)),
+        class: TargetClass::Aircraft,
+        arriving: false,
+        length_m: 38.0,
+        position_m: Vector2::new(at.0, at.1),
+        velocity_mps: Vector2::new(v.0, v.1),
+        altitude_m: None,
+        last_plot: SimTime::from_s(f64::from(second)),
+        first: second == 1,
+    }
+}
+
+/// Finals of two runways whose lines meet before the thresholds: Zurich's 14 and 16. Whose path crosses the other line is
+/// nearest to that for a scan, and does not land there against somebody's roll.
+#[test]
+fn who_crosses_the_line_of_another_final_is_on_his_own() {
+    let (u, n) = (Vector2::new(0.2924, 0.9563), Vector2::new(0.9563, -0.2924));
+    let threshold = Vector2::new(0.0, -1200.0) + u * 1500.0 + n * 10.0;
+    let other = [threshold, threshold + u * 3000.0];
+    let own = [Vector2::new(0.0, 0.0), Vector2::new(0.0, 3000.0)];
+    let axes = [
+        RunwayAxis::new(["36".into(), "18".into()], own, 45.0, 90.0),
+        RunwayAxis::new(["02".into(), "20".into()], other, 45.0, 90.0),
+    ];
+    let raised = |parameters: Parameters, crosses: bool| {
+        let mut net =
+            SafetyNet::new(Layout::new(axes.iter().flatten().cloned().collect()), parameters);
+        let mut board = Board::default();
+        for name in ["ABC1", "XYZ2"] {
+            assert!(board.strip(Callsign::new(name)).is_some());
+        }
+        let mut found = Vec::new();
+        for second in 1..=45_u32 {
+            let t = f64::from(second);
+            let (p, v) = if crosses {
+                (Vector2::new(0.0, -1200.0) + u * (70.0 * (t - 30.0)), u * 70.0)
+            } else {
+                (Vector2::new(0.0, -1200.0 + 70.0 * (t - 30.0)), Vector2::new(0.0, 70.0))
+            };
+            let targets = [
+                target(3, "ABC1", (p.x, p.y), (v.x, v.y), second),
+                target(7, "XYZ2", (0.0, 2900.0 - 50.0 * t), (0.0, -50.0), second),
+            ];
+            let scan = Scan {
+                now: SimTime::from_s(t),
+                targets: &targets,
+                board: &board,
+                bars: &[],
+                areas: &[],
+                low_visibility: false,
+            };
+            let new = net.scan(&scan).iter().filter(|(c, _)| *c == Change::Raised);
+            found.extend(new.map(|(_, a)| a.condition.kind.word()));
+        }
+        found.iter().any(|k| k == "RMCA_OPP")
+    };
+    assert!(raised(Parameters::default(), true), "by the definition, for a scan");
+    assert!(!raised(Parameters::on_tracks(), true));
+    assert!(raised(Parameters::on_tracks(), false), "who does land against a roll");
+}
