@@ -26,9 +26,9 @@ fn sensors_hear_no_answer_while_a_transponder_is_silent_whether_it_has_an_addres
     let plain = load("");
     let behaving = plain.traffic.behaving.as_ref().expect("behaves");
     let parked = |f: &usize| behaving.flights[*f].time_s > 60.0;
-    let departs = (0..behaving.flights.len())
+    let mut departs = (0..behaving.flights.len())
         .filter(|f| behaving.flights[*f].direction == models::traffic::core::Direction::Departure);
-    let flight = departs.filter(parked).next().expect("a parked departure");
+    let flight = departs.find(parked).expect("a parked departure");
     let name = &behaving.flights[flight].callsign;
     let failure = format!(
         "[[failure]]\nkind = \"transponder\"\ncallsign = \"{name}\"\nat_s = 3\nstay_s = 4\n"
