@@ -23,7 +23,7 @@ use crate::runtime::messages::{
 use models::control::alert::{Alert, AlertKind, Change};
 use models::control::clearance::{Board, Clearance, ClearanceKind};
 use models::control::layout::{Layout, StopBar};
-use models::control::lights::{self, Failed};
+use models::control::lights::{self, Failed, FailedBars};
 use models::control::parameters::Parameters;
 use models::control::safety_net::{SafetyNet, Scan};
 use models::control::situation::{Target, TargetClass};
@@ -31,7 +31,6 @@ use models::flight_list::FlightList;
 use models::frames::Vector2;
 use models::plot::Callsign;
 use models::time::SimTime;
-use models::traffic::core::FailedBars;
 use models::traffic::network::Network;
 use repeated::Repeated;
 use scenarios::Scene;

@@ -11,14 +11,14 @@ use crate::keys::{self, words};
 use crate::run::Run;
 use crate::types::{TypeRow, TypeTable};
 use models::airport::distance_to_segment_m;
+use models::control::lights::FailedBars;
 use models::draw::{DrawKey, Purpose, exponential, normal_pair, uniform};
 use models::flight_list::{FlightEntry, MovementKind, WakeCategory};
 use models::frames::Azimuth;
 use models::plot::Callsign;
 use models::time::SimTime;
 use models::traffic::core::{
-    ClearedBy, Core, Direction, FailedBars, Failure, FailureKind, Flight, Obstacle, Policy,
-    drawn_failures,
+    ClearedBy, Core, Direction, Failure, FailureKind, Flight, Obstacle, Policy, drawn_failures,
 };
 use models::traffic::network::{Network, code_of_span};
 use models::traffic::outline::{Rectangle, Size, distance_m, outline};

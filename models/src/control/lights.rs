@@ -11,6 +11,27 @@ const SAME_ENTRY_M: f64 = 60.0;
 /// A bar that is not passed is lit again after, s (assumed).
 const UNUSED_S: f64 = 60.0;
 
+/// Stop bars of a runway that do not do what they are told, for a time: a function of the scene and its seed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FailedBars {
+    /// One of the names of the runway.
+    pub runway: String,
+    /// From, s of the run.
+    pub from_s: f64,
+    /// Until, s of the run.
+    pub until_s: f64,
+    /// Those that are lit stay lit; else all are dark.
+    pub lit: bool,
+}
+
+impl FailedBars {
+    /// Whether they fail at a time, s.
+    #[must_use]
+    pub fn at(&self, time_s: f64) -> bool {
+        (self.from_s..=self.until_s).contains(&time_s)
+    }
+}
+
 /// Bars of a runway that do not do what they are told.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Failed {

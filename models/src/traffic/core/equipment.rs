@@ -2,28 +2,8 @@
 
 use super::failures::{Failure, FailureKind};
 use super::{Core, Direction, Flight, Phase};
+use crate::control::lights::FailedBars;
 use crate::draw::{DrawKey, Purpose, uniform};
-
-/// Stop bars of a runway that do not do what they are told, for a time: a function of the scene and its seed.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FailedBars {
-    /// One of the names of the runway.
-    pub runway: String,
-    /// From, s of the run.
-    pub from_s: f64,
-    /// Until, s of the run.
-    pub until_s: f64,
-    /// Those that are lit stay lit; else all are dark.
-    pub lit: bool,
-}
-
-impl FailedBars {
-    /// Whether they fail at a time, s.
-    #[must_use]
-    pub fn at(&self, time_s: f64) -> bool {
-        (self.from_s..=self.until_s).contains(&time_s)
-    }
-}
 
 /// Who goes onto a runway by a dark bar is cleared where he stands after so long, s (assumed).
 pub(super) const SEEN_S: f64 = 60.0;

@@ -19,7 +19,7 @@ mod stands;
 mod state;
 mod tokens;
 
-pub use equipment::{FailedBars, drawn_failures};
+pub use equipment::drawn_failures;
 pub use failures::{Failure, FailureKind, Shown};
 pub use notice::{ClearedBy, Notice, Order};
 pub use obstacles::Obstacle;
