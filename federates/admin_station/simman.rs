@@ -21,8 +21,8 @@ use crate::runtime::messages::{Answer, Command, Frame};
 use crate::runtime::threads::spawn_watched;
 use crossbeam_channel::Sender;
 use pdu::enumerations::DatumId;
-use pdu::enumerations::{EventType, ResponseFlag, StopReason};
-use pdu::management::{Comment, EventReport, StartResume, StopFreeze};
+use pdu::enumerations::{ResponseFlag, StopReason};
+use pdu::management::{Comment, StartResume, StopFreeze};
 use pdu::records::{ClockTime, EntityId, VariableDatum};
 use pdu::{Body, EncodeError, Envelope};
 use scenarios::Scene;
@@ -158,22 +158,8 @@ impl Gateway {
             let envelope = (self.envelope)(frame);
             let now = (monotonic_ns(), crate::runtime::clock::utc_ns());
             let told = locked(&self.desk).reached(now, (phase, frame), reason.is_some());
+            // Why a run stands is told with how it stands.
             send_all(&self.sender, told);
-            if let Some(reason) = reason {
-                let text = format!("SEEDS {phase} at frame {frame}: {reason}");
-                let text = &text[..text.floor_char_boundary(1_000)];
-                let report = EventReport {
-                    originating_id: self.id,
-                    receiving_id: EntityId::ALL,
-                    event_type: EventType::OTHER,
-                    variable_datums: vec![VariableDatum::new(DatumId(0), text.as_bytes())].into(),
-                    ..EventReport::default()
-                };
-                let mut octets = Vec::new();
-                if envelope.append(&report, &mut octets).is_ok() {
-                    send(&self.sender, &octets);
-                }
-            }
             let mut octets = Vec::new();
             let encoded = match (phase, reason) {
                 (Phase::Running, _) => {
@@ -332,6 +318,52 @@ fn reply(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::runtime::messages::RunState;
+
+    /// What the station tells the exercise: a phase that is reached by a fault, and how the run stands, again and again.
+    #[test]
+    fn a_loss_is_told_once() {
+        let scene = scenarios::load_without_truth(&scenarios::locate("zurich")).expect("a scene");
+        let scene = Arc::new(scene);
+        let sent = Arc::new(Mutex::new(Vec::<Vec<u8>>::new()));
+        let to = Arc::clone(&sent);
+        let time = FrameTime::of(&scene.run);
+        let envelope: Enveloper = Arc::new(move |frame| Envelope::new(1, time.stamp(frame)));
+        let id = EntityId::new(1, WORLD_APPLICATION, 0);
+        let created = Created::new(1, std::collections::BTreeSet::new());
+        let gateway = Gateway {
+            sender: Arc::new(move |octets: &[u8]| {
+                to.lock().unwrap_or_else(PoisonError::into_inner).push(octets.to_vec());
+            }),
+            desk: Arc::new(Mutex::new(Desk::new(id, Arc::clone(&envelope), created))),
+            envelope,
+            id,
+            time: FrameTime::of(&scene.run),
+            scene,
+            seed: 1,
+        };
+        let (mut stated, reason) = (gateway.listener(), "smdfm is lost: it is gone");
+        let mut reached = gateway.announcer();
+        let state = |phase, reasons: &[&str]| RunState {
+            phase,
+            run: 1,
+            frame: 40,
+            step_ns: 50_000_000,
+            reasons: reasons.iter().map(|r| (*r).to_owned()).collect(),
+            ..RunState::default()
+        };
+        stated(&state(Phase::Running, &[]));
+        stated(&state(Phase::Running, &[reason]));
+        reached(Phase::Frozen, 40, Some(reason));
+        (0..3).for_each(|_| stated(&state(Phase::Frozen, &[reason])));
+        let sent = sent.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        let of = |kind: &dyn Fn(&Body<'_>) -> bool| {
+            let sound = sent.iter().flat_map(|octets| pdu::pdus(octets).filter_map(Result::ok));
+            sound.filter(|received| kind(received.body())).count()
+        };
+        assert_eq!(of(&|body| matches!(body, Body::EventReport(_))), 1);
+        assert_eq!(of(&|body| matches!(body, Body::StopFreeze(_))), 1, "and that time stands");
+    }
 
     #[test]
     fn only_this_host_commands() {
