@@ -1,7 +1,7 @@
 //! Producers made in the process of another member: for an SMDFM that returns, in the place of one that is lost.
 
 use crate::external_world::ExternalWorld;
-use crate::federation::{closes_loop, generator_name};
+use crate::federation::generator_name;
 use crate::runtime::cli::CommonArgs;
 use crate::runtime::federate::Federate;
 use crate::runtime::member::Makers;
@@ -19,9 +19,6 @@ pub(crate) fn make_producers(
     config: &RunConfig,
 ) -> Result<Makers, String> {
     let scene = scenarios::load(&scenarios::locate(scene)).map_err(|e| e.to_string())?;
-    if closes_loop(&scene) {
-        return Err("its controllers clear on tracks, and what they said is only in the member that is lost".into());
-    }
     let (scene, of) = (Arc::new(scene), config.generators);
     let exercise = exercise.unwrap_or(scene.run.exercise);
     let mut makers = Makers::new();

@@ -22,10 +22,11 @@ use crate::runtime::life_cycle::Phase;
 use crate::runtime::member::CONDUCTOR;
 use crate::runtime::member_driver::Retained;
 use crate::runtime::messages::{
-    Answer, Beat, Command, FederateStatus, FetchOf, Frame, Hello, Numbered, Operation,
+    Answer, Beat, Command, FederateStatus, FetchOf, Frame, Hello, LogAsk, Numbered, Operation,
     OperatorCommand, Report, RunState, ScanReport,
 };
 use crate::runtime::process::Usage;
+use crate::runtime::run_log::RunLog;
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -44,6 +45,8 @@ pub enum Event {
     Fetch(Request),
     /// Lost reports were told again.
     Fetched(Vec<u8>),
+    /// One that returns reads the log of the run.
+    Log(Request),
     /// A command from a second terminal or the page.
     Command(Request),
     /// A command from inside this process (DIS simulation management), with where it came from and
@@ -125,7 +128,8 @@ pub fn run(context: AdminContext) -> Result<u8, BusError> {
     let (send, receive) = events;
     let statistics = Arc::new(Mutex::new(Statistics::default()));
     let expected = config.expected.clone();
-    let (batch, last_frame) = (config.batch, config.last_frame);
+    let (batch, last_frame, fed) = (config.batch, config.last_frame, config.fed);
+    let mut log = RunLog::default();
     let mut conductor = Conductor::new(config);
     let retained = Retained::default();
 
@@ -181,6 +185,13 @@ pub fn run(context: AdminContext) -> Result<u8, BusError> {
                 Event::Fetched(body) => match decode(&body) {
                     Ok(fetched) => conductor.fetched(now, fetched, &mut effects),
                     Err(e) => tracing::warn!("reports told again were dropped: {e}"),
+                },
+                Event::Log(request) => match decode::<LogAsk>(&request.body) {
+                    Ok(asked) if asked.fed == fed => {
+                        request.answer(encode(&log.page(asked.run, asked.page)));
+                    }
+                    Ok(_) => {}
+                    Err(e) => tracing::warn!("a question for the log was dropped: {e}"),
                 },
                 Event::Report(from, body) => match decode::<Numbered<Report>>(&body) {
                     Ok(report) => conductor.report(now, &from, report, &mut effects),
@@ -262,6 +273,7 @@ pub fn run(context: AdminContext) -> Result<u8, BusError> {
                         }),
                     )?;
                 }
+                Effect::Record(run, record) => log.append(run, &record),
                 Effect::State(state) => {
                     let body = encode(&state);
                     stated(&state);
@@ -428,6 +440,13 @@ fn serve(
         "log/conductor",
         Box::new(move |request| {
             let _ = to.send(Event::Fetch(request));
+        }),
+    )?;
+    let to = send.clone();
+    bus.serve(
+        "log/run",
+        Box::new(move |request| {
+            let _ = to.send(Event::Log(request));
         }),
     )?;
     let to = send.clone();

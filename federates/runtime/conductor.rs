@@ -9,14 +9,15 @@ mod joining;
 mod losses;
 mod pace;
 mod phases;
+mod recording;
 mod reports;
 
 use super::clock::WallNs;
 use super::digest::content;
 use super::life_cycle::{Phase, Transition};
 use super::messages::{
-    Accepted, Answer, FetchOf, FinalReport, Frame, FrameEnds, Hello, Joined, Numbered, Order,
-    Report, RunState, Welcome,
+    Accepted, Answer, FetchOf, FinalReport, Frame, FrameEnds, Hello, Joined, LogRecord, Numbered,
+    Order, Report, RunState, Welcome,
 };
 use super::stream::{Inbox, Outbox};
 use super::views::Views;
@@ -44,6 +45,8 @@ pub enum Effect {
     },
     /// Answer a [`super::messages::Command`].
     Answer(Token, Answer),
+    /// Keep for whoever has to make a run again: its number, and the record.
+    Record(u32, LogRecord),
     /// Tell spectators how the run stands.
     State(RunState),
     /// A phase was reached at a frame: for DIS simulation management, log and page.
@@ -93,7 +96,8 @@ pub struct ConductorConfig {
     pub expected: Vec<String>,
     /// Members that make PDUs, sorted.
     pub producers: Vec<String>,
-    /// Producers without which the run begins and goes on (visitors), sorted: their loss degrades it.
+    /// Producers without which the run begins and goes on (visitors), sorted: their loss degrades it, and nobody can
+    /// make their frames again.
     pub optional: Vec<String>,
     /// Number of traffic generators.
     pub generators: u32,
@@ -168,6 +172,10 @@ struct MemberLog {
     reports: VecDeque<(u64, Frame)>,
     /// Frames up to here were made by an incarnation before.
     before: Option<Frame>,
+    /// Frames up to here are in the log of the run.
+    recorded: Option<Frame>,
+    /// PDUs of frames that have not ended, for the log.
+    whole: Vec<(Frame, Vec<u8>)>,
 }
 
 impl MemberEntry {

@@ -80,6 +80,10 @@ pub trait Federate: Send {
     fn in_loop(&self) -> bool {
         false
     }
+    /// Whether nobody can make its frames again: what outsiders do. The log of the run keeps its PDUs.
+    fn live(&self) -> bool {
+        false
+    }
     /// Back to frame 0 of a run. What it makes at frame 0 goes out with frame 1's predecessor, frame 0.
     ///
     /// # Errors

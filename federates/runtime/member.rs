@@ -3,6 +3,7 @@
 //! is complete, never because a timer fired.
 
 mod inputs;
+mod past;
 mod returning;
 
 use super::clock::WallNs;
@@ -19,6 +20,7 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+pub use past::Pages;
 pub use returning::{Makers, Remake};
 
 /// How the conductor is called where messages of streams are asked for.
@@ -26,6 +28,9 @@ pub const CONDUCTOR: &str = "conductor";
 
 /// Frames of own PDUs kept for repair and return: far more than any grant horizon.
 const KEPT_FRAMES: usize = 512;
+
+/// Octets of PDUs told whole in one report.
+const WHOLE_OCTETS: usize = 128 << 10;
 
 /// PDUs waiting for the frame end that names them, at most; beyond, the oldest go.
 const MAX_WAITING: usize = 200_000;
@@ -391,6 +396,12 @@ impl Member {
                 self.stands = None;
                 self.aside(Aside::Over, effects);
             }
+            Order::Logged { run: of, name, upto } if of == run => {
+                if let Some(producer) = self.producers.get_mut(&name) {
+                    producer.logged = producer.logged.max(Some(upto));
+                    self.advance(effects);
+                }
+            }
             Order::Host { run: of, name, by } if of == run && by == self.name => {
                 let generators = self.config.as_ref().map_or(1, |c| c.generators);
                 effects.push(Effect::Host { name, generators });
@@ -418,6 +429,7 @@ impl Member {
             }
             // No further than granted: what nobody may use yet, nobody has used.
             let complete = self.complete_of(name).map(|c| c.min(self.granted));
+            let complete = self.in_log(name, complete);
             if let Some(producer) = self.producers.get_mut(name) {
                 producer.bound = Some(complete);
                 holds.push((name.clone(), complete));
@@ -503,7 +515,9 @@ impl Member {
     fn begin(&mut self, config: RunConfig) -> Result<FrameOut, String> {
         let mut out = FrameOut::default();
         let inc = |name: &String| config.incs.iter().find(|(n, _)| n == name).map(|(_, inc)| *inc);
-        let producer = |name: &String| Producer { inc: inc(name), ..Producer::default() };
+        let live = |name: &String| config.live.contains(name);
+        let producer =
+            |name: &String| Producer { inc: inc(name), live: live(name), ..Producer::default() };
         // One that makes notices for other consumers does not wait for itself.
         let reads = |n: &&String| **n != self.name && self.federate.ahead_of(n).is_some();
         let others = config.producers.iter().filter(reads);
@@ -620,8 +634,32 @@ impl Member {
         while self.states.len() > KEPT_FRAMES {
             self.states.pop_front();
         }
+        if self.federate.live() {
+            self.tell_whole(ends.first, effects);
+        }
         for part in ends.parts() {
             self.tell(Report::Ends(part), effects);
+        }
+    }
+
+    /// The PDUs of frames from `first` on, for the log.
+    fn tell_whole(&mut self, first: Frame, effects: &mut Vec<Effect>) {
+        let run = self.run();
+        let frames = self.own.iter().filter(|own| own.frame >= first);
+        let all = frames.flat_map(|own| own.pdus.iter().map(|(_, octets)| (own.frame, octets)));
+        let (mut parts, mut octets) = (Vec::<Vec<(Frame, Vec<u8>)>>::new(), usize::MAX);
+        for (frame, pdu) in all {
+            if octets.saturating_add(pdu.len()) > WHOLE_OCTETS {
+                parts.push(Vec::new());
+                octets = 0;
+            }
+            octets += pdu.len();
+            if let Some(part) = parts.last_mut() {
+                part.push((frame, pdu.to_vec()));
+            }
+        }
+        for pdus in parts {
+            self.tell(Report::Whole { run, pdus }, effects);
         }
     }
 

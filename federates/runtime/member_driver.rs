@@ -8,7 +8,8 @@ use super::federate::{Federate, Octets, Publication};
 use super::hearing::LOOK_NS;
 use super::member::{CONDUCTOR, Effect, Member, Pulse, Remake};
 use super::messages::{
-    Accepted, Beat, FederateStatus, FetchOf, Hello, Numbered, Order, Report, Welcome,
+    Accepted, Beat, FederateStatus, FetchOf, Hello, LogAsk, LogPage, Numbered, Order, Report,
+    Welcome,
 };
 use super::process::Usage;
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender};
@@ -120,6 +121,9 @@ pub enum MemberError {
 const STATUS_EVERY_NS: u64 = 1_000_000_000;
 const CONDUCTOR_GRACE_NS: u64 = 120_000_000_000;
 const BEAT_EVERY: Duration = Duration::from_millis(100);
+/// How often and how long a page of the log of the run is asked for.
+const LOG_TRIES: u32 = 10;
+const LOG_WITHIN: Duration = Duration::from_millis(1_000);
 const PROBE_EVERY_NS: u64 = 300_000_000;
 /// Probes of a run, at least: one that is lost is no word.
 const PROBES: u32 = 3;
@@ -221,7 +225,8 @@ pub fn run(context: MemberContext, federate: Box<dyn Federate>) -> Result<u8, Me
     let mut conductor_lost_at: Option<u64> = None;
     let mut effects = Vec::new();
     if accepted.enter.is_some() {
-        member.enter(&accepted, remake.as_ref(), &mut effects);
+        let mut pages = |page| log_page(&*bus, &accepted, page);
+        member.enter(&accepted, remake.as_ref(), &mut pages, &mut effects);
     }
     let code = 'run: loop {
         let now = monotonic_ns();
@@ -377,7 +382,8 @@ pub fn run(context: MemberContext, federate: Box<dyn Federate>) -> Result<u8, Me
             joining.patience = Duration::from_nanos(CONDUCTOR_GRACE_NS);
             let Some(accepted) = joining.join(&*bus, &receive)? else { break 'run 0 };
             bus.announce(&format!("alive/{name}/{}", accepted.inc))?;
-            member.enter(&accepted, remake.as_ref(), &mut effects);
+            let mut pages = |page| log_page(&*bus, &accepted, page);
+            member.enter(&accepted, remake.as_ref(), &mut pages, &mut effects);
             beating.refresh(u64::MAX, || member.beat());
             conductor_lost_at = None;
         }
@@ -396,6 +402,19 @@ pub fn run(context: MemberContext, federate: Box<dyn Federate>) -> Result<u8, Me
     };
     bus.close();
     Ok(code)
+}
+
+/// A page of the log of the run that a member returns to.
+fn log_page(bus: &dyn Bus, accepted: &Accepted, page: u64) -> Result<LogPage, String> {
+    let run = accepted.enter.as_ref().map_or(0, |enter| enter.config.run);
+    let question = encode(&LogAsk { fed: accepted.fed, run, page });
+    for _ in 0..LOG_TRIES {
+        let answer = ask(bus, "log/run", question.clone(), LOG_WITHIN);
+        if let Some(body) = answer.map_err(|e| e.to_string())? {
+            return decode(&body).map_err(|e| e.to_string());
+        }
+    }
+    Err(format!("page {page} of the log of the run was not answered"))
 }
 
 /// What a consumer does not hear is said where it runs; the administration station tells of it as well.

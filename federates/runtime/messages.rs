@@ -8,6 +8,7 @@
 //! | `ctl/order` | must arrive | [`Numbered`] [`Order`], conductor to members |
 //! | `ctl/beat`, `beat/{name}` | may be lost | [`Beat`], ten times a second |
 //! | `log/conductor`, `log/{name}` | request | [`Fetch`] → [`Fetched`]: messages that were lost |
+//! | `log/run` | request | [`LogAsk`] → [`LogPage`]: what the run cannot be made again without |
 //! | `ctl/command` | request | [`Command`] → [`Answer`], operator to conductor |
 //! | `fed/{name}` | must arrive | [`Numbered`] [`Report`], member to conductor and consumers |
 //! | `frames/{name}` | request | [`Repair`] → [`Repaired`], by the producer and by every consumer |
@@ -26,6 +27,7 @@
 //! | `seat/{name}/say` | request | [`SeatOrder`] → [`SeatAnswer`], a person at a seat to the member `visitors` |
 //! | `tracks/1/list` | request (`getTracksList`) | empty → [`ScanReport`] |
 
+mod log;
 mod notices;
 mod scan;
 mod seat;
@@ -34,6 +36,7 @@ use super::codec::encoded_size;
 use super::life_cycle::Phase;
 use serde::{Deserialize, Serialize};
 
+pub use log::{LogAsk, LogPage, LogRecord};
 pub use notices::{
     AlertMessage, ClearanceNotice, FlightNotice, GivenNotice, Notice, SeatEvent, SeatMessage,
     TrackNotice, WantNotice, WeatherNotice,
@@ -180,6 +183,8 @@ pub struct ProducerAt {
     pub absent: bool,
     /// It has made nothing so far: no PDU, no notice.
     pub empty: bool,
+    /// Up to which frame the log of the run has it.
+    pub logged: Option<Frame>,
 }
 
 /// A message of a stream: numbers count up by one, so a receiver knows what it lacks.
@@ -336,6 +341,15 @@ pub enum Order {
         /// Number of the run.
         run: u32,
     },
+    /// The frames of a producer that nobody can make again are in the log up to this one: now they may be used.
+    Logged {
+        /// Number of the run.
+        run: u32,
+        /// The producer.
+        name: String,
+        /// Its last frame that is logged.
+        upto: Frame,
+    },
 }
 
 /// What all federates of a run agree on.
@@ -347,6 +361,8 @@ pub struct RunConfig {
     pub seed: u64,
     /// Members that make PDUs, sorted by name.
     pub producers: Vec<String>,
+    /// Those of them whose frames nobody can make again, sorted by name.
+    pub live: Vec<String>,
     /// Members that read them, sorted by name.
     pub consumers: Vec<String>,
     /// Incarnation of each member.
@@ -400,6 +416,13 @@ pub enum Report {
         /// Why, for a person.
         reason: String,
     },
+    /// PDUs of the frames that end with the next report, whole: of a member whose frames nobody can make again.
+    Whole {
+        /// Number of the run.
+        run: u32,
+        /// (frame, octets).
+        pdus: Vec<(Frame, Vec<u8>)>,
+    },
 }
 
 /// How a member stands at a frame.
@@ -433,7 +456,7 @@ pub struct FrameEnds {
 }
 
 /// Octets of one report: a longer one is told in parts.
-const REPORT_OCTETS: usize = 192 << 10;
+pub(super) const REPORT_OCTETS: usize = 192 << 10;
 
 /// Octets of what one frame may consist of in all: 64 MiB, four million PDUs.
 const FRAME_OCTETS: usize = 64 << 20;
@@ -585,8 +608,11 @@ impl Weight for FrameEnds {
 
 impl Weight for Report {
     fn octets(&self) -> usize {
-        let Self::Ends(ends) = self else { return 1024 };
-        ends.octets()
+        match self {
+            Self::Ends(ends) => ends.octets(),
+            Self::Whole { pdus, .. } => 64 + pdus.iter().map(|(_, o)| 16 + o.len()).sum::<usize>(),
+            _ => 1024,
+        }
     }
 }
 

@@ -24,6 +24,7 @@ pub mod member_driver;
 pub mod member_process;
 pub mod messages;
 pub mod process;
+pub mod run_log;
 pub mod simulation;
 pub mod spectator;
 pub mod stream;
@@ -35,6 +36,8 @@ pub mod zenoh_bus;
 mod core_tests;
 #[cfg(test)]
 mod intruder_tests;
+#[cfg(test)]
+mod return_tests;
 #[cfg(test)]
 mod simulated_network_tests;
 #[cfg(test)]

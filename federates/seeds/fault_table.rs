@@ -25,6 +25,7 @@ struct Row {
 const GENERATOR: &str = "traffic-generator-2";
 const WORLD: &str = "external-world";
 const SMDFM: &str = "smdfm";
+const CONTROL: &str = "control";
 
 /// How long a table's run may take, ns of simulated wall time.
 const WITHIN_NS: u64 = 2_000_000 * MS;
@@ -145,6 +146,7 @@ fn rows() -> Vec<Row> {
             vec![(5.0, GENERATOR, What::Kill)],
         ),
     ];
+    rows.extend(rows_of_control());
     for (name, who, called) in
         [("generator", GENERATOR, "a generator"), ("smdfm", SMDFM, "the SMDFM")]
     {
@@ -176,6 +178,31 @@ fn rows() -> Vec<Row> {
         }
     }
     rows
+}
+
+/// Faults of the functions on tracks, in a scene that has them.
+fn rows_of_control() -> Vec<Row> {
+    let again = |who, kill_s, start_s| [(kill_s, who, What::Kill), (start_s, who, What::Start)];
+    vec![
+        row(
+            "kill-control",
+            "control is killed, the launcher starts it again after 0.5 s",
+            "takeover",
+            again(CONTROL, 5.0, 5.5).to_vec(),
+        ),
+        row(
+            "kill-smdfm-control",
+            "the SMDFM and, 50 ms later, control are killed, both are started again after 0.5 s",
+            "takeover",
+            [again(SMDFM, 5.0, 5.5), again(CONTROL, 5.05, 5.55)].concat(),
+        ),
+        row(
+            "kill-generator-control",
+            "a generator and, 50 ms later, control are killed",
+            "takeover",
+            [vec![(5.0, GENERATOR, What::Kill)], again(CONTROL, 5.05, 5.55).to_vec()].concat(),
+        ),
+    ]
 }
 
 /// What was seen of a fault.
@@ -243,10 +270,14 @@ fn see(trial: &Trial, row: &Row, whole: &Digests) -> Result<Seen, String> {
 /// # Errors
 /// If no row is called so, or a run does not end.
 pub(super) fn print(trial: &Trial, whole: &Digests, only: Option<&str>) -> Result<(), String> {
-    let rows: Vec<Row> =
-        rows().into_iter().filter(|row| only.is_none_or(|word| row.name.contains(word))).collect();
+    let names = trial.names();
+    let known =
+        |row: &Row| row.faults.iter().all(|(_, who, _)| who.is_empty() || names.contains(who));
+    let all: Vec<Row> = rows().into_iter().filter(known).collect();
+    let named = |row: &Row| only.is_none_or(|word| row.name.contains(word));
+    let (rows, others): (Vec<Row>, Vec<Row>) = all.into_iter().partition(named);
     if rows.is_empty() {
-        let names: Vec<_> = self::rows().into_iter().map(|row| row.name).collect();
+        let names: Vec<_> = others.into_iter().map(|row| row.name).collect();
         return Err(format!("no fault is called so; there are {}", names.join(", ")));
     }
     out!(
@@ -281,7 +312,7 @@ mod tests {
         let scene = scenarios::load(&scenarios::locate("zurich")).expect("the shipped scene");
         let trial = Trial::new(Arc::new(scene), 12.0);
         let whole = trial.undisturbed().expect("it ends");
-        for row in rows() {
+        for row in rows().into_iter().filter(|row| !row.faults.iter().any(|f| f.1 == CONTROL)) {
             let seen =
                 see(&trial, &row, &whole).unwrap_or_else(|why| panic!("{}: {why}", row.name));
             let told = ["degrade", "abort"].contains(&row.on_loss);

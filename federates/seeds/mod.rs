@@ -9,6 +9,7 @@ pub mod export;
 mod fault_table;
 pub mod fit;
 pub mod fork;
+mod guests;
 pub mod in_process;
 pub mod launch;
 pub mod link_args;

@@ -36,6 +36,10 @@ pub struct SimArgs {
     #[arg(long)]
     table: bool,
 
+    /// With a car of an outsider, which nobody can make again
+    #[arg(long)]
+    visitors: bool,
+
     /// Only the rows of the table whose names hold this
     #[arg(long, value_name = "WORD", requires = "table")]
     only: Option<String>,
@@ -63,7 +67,7 @@ pub fn run(args: &SimArgs) -> ExitCode {
             Err(e) => return fail(BAD_INPUT, format!("{}: {e}", file.display())),
         },
     };
-    let trial = Trial::new(scene, args.duration);
+    let trial = Trial::new(scene, args.duration).with_visitors(args.visitors);
     let whole = match trial.undisturbed() {
         Ok(whole) => whole,
         Err(why) => return fail(FAILED, why),
@@ -86,8 +90,10 @@ pub fn run(args: &SimArgs) -> ExitCode {
         return fail(
             FAILED,
             format!(
-                "seed {seed}: {why}; again with: seeds sim {} --duration {} --seeds {seed}..{seed} --faults FILE (the line on standard output)",
-                args.scene, args.duration
+                "seed {seed}: {why}; again with: seeds sim {} --duration {}{} --seeds {seed}..{seed} --faults FILE (the line on standard output)",
+                args.scene,
+                args.duration,
+                if args.visitors { " --visitors" } else { "" }
             ),
         );
     }
@@ -190,6 +196,51 @@ mod tests {
                 held.unwrap_or_else(|why| panic!("seed {seed}, {losses:?}: {why}"));
             }
         }
+    }
+
+    /// Controllers clear on the tracks of an airport that nothing was tuned on, and a car of somebody else drives there.
+    #[test]
+    fn who_is_killed_in_the_loop_with_an_outsider_there_makes_the_same_run() {
+        let airport = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/airports/LZIB.apt.dat");
+        let text = format!(
+            "[run]\ntitle = \"loop\"\nseed = 11\nduration_s = 100\n[airport]\nlayout = \"{airport}\"\n[[traffic]]\nkind = \"generated\"\n\
+             arrivals_per_h = 20\ndepartures_per_h = 30\n[control]\nsees = \"tracks\"\ncontrollers = \"model\"\n"
+        );
+        let scene =
+            scenarios::load_text(std::path::Path::new("loop.toml"), &text).expect("a scene");
+        let trial = Trial::new(Arc::new(scene), 100.0).with_visitors(true);
+        let whole = trial.undisturbed().expect("it ends");
+        let pair = |at_ms, one: &str, gap_ms, two: &str, again_ms| {
+            let fault = |at_ms: u64, who: &str, what| Fault {
+                at_ns: at_ms * MS,
+                who: who.to_owned(),
+                what,
+            };
+            let mut faults =
+                vec![fault(at_ms, one, What::Kill), fault(at_ms + again_ms, one, What::Start)];
+            if one != two {
+                faults.push(fault(at_ms + gap_ms, two, What::Kill));
+                faults.push(fault(at_ms + gap_ms + again_ms, two, What::Start));
+            }
+            faults
+        };
+        let (smdfm, control, second) = ("smdfm", "control", "traffic-generator-2");
+        let cases = [
+            pair(41_300, smdfm, 0, smdfm, 700),
+            pair(41_300, control, 0, control, 700),
+            pair(41_300, second, 0, second, 700),
+            pair(30_010, smdfm, 450, control, 900),
+            pair(44_020, second, 30, smdfm, 900),
+        ];
+        for (n, faults) in cases.into_iter().enumerate() {
+            let losses = if n % 2 == 0 { taking_over() } else { Losses::default() };
+            let seen = &mut BTreeMap::new();
+            let held = trial.holds_with(3 + n as u64, &faults, &whole, seen, &losses);
+            held.unwrap_or_else(|why| panic!("{faults:?}, {losses:?}: {why}"));
+            assert!(seen.contains_key("return that makes the run again"), "{seen:?}");
+        }
+        // It is the loop that is tested: something was cleared in it.
+        assert!(whole.iter().any(|(of, what, _)| of == control && what != "pdus"), "{whole:?}");
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! A scene that is run again and again in the simulated network, with faults that a seed draws.
 
+use super::guests::Guests;
 use crate::control::Control;
 use crate::external_world::ExternalWorld;
 use crate::federation::{RunOptions, conductor_config};
@@ -10,6 +11,7 @@ use crate::runtime::simulation::{Fault, MS, Make, Network, Simulation, What};
 use crate::smdfm::Smdfm;
 use crate::traffic_generator::TrafficGenerator;
 use scenarios::Scene;
+use scenarios::control::Sees;
 use scenarios::losses::{ByMember, Losses, OnLoss};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -21,13 +23,30 @@ pub(super) type Digests = Vec<(String, String, u64)>;
 pub struct Trial {
     scene: Arc<Scene>,
     duration_s: f64,
+    visitors: bool,
 }
 
 impl Trial {
     /// Of a scene, for so many simulated seconds.
     #[must_use]
     pub fn new(scene: Arc<Scene>, duration_s: f64) -> Self {
-        Self { scene, duration_s }
+        Self { scene, duration_s, visitors: false }
+    }
+
+    /// The same, or with an outsider.
+    #[must_use]
+    pub fn with_visitors(self, visitors: bool) -> Self {
+        Self { visitors, ..self }
+    }
+
+    /// Members that may be lost, by name.
+    pub(super) fn names(&self) -> Vec<&'static str> {
+        let mut names =
+            vec!["external-world", "smdfm", "traffic-generator-1", "traffic-generator-2"];
+        if self.scene.control.sees == Sees::Tracks {
+            names.push("control");
+        }
+        names
     }
 
     pub(super) fn simulation(
@@ -43,6 +62,7 @@ impl Trial {
             rate,
             generators: 2,
             batch,
+            visitors: self.visitors,
             losses: losses.clone(),
             ..RunOptions::default()
         };
@@ -51,9 +71,12 @@ impl Trial {
             "external-world" => Kind::ExternalWorld,
             "smdfm" => Kind::Smdfm,
             "control" => Kind::Control,
+            "visitors" => Kind::Visitors,
             _ => Kind::TrafficGenerator,
         };
-        let kinds: Vec<_> = config.expected.iter().map(|n| (n.clone(), kind(n))).collect();
+        let guests = config.optional.iter().filter(|_| self.visitors);
+        let all = config.expected.iter().chain(guests);
+        let kinds: Vec<_> = all.map(|n| (n.clone(), kind(n))).collect();
         let (scene, exercise) = (Arc::clone(&self.scene), self.scene.run.exercise);
         let make: Make = Arc::new(move |name: &str| -> Box<dyn Federate> {
             let scene = Arc::clone(&scene);
@@ -61,6 +84,7 @@ impl Trial {
                 "external-world" => Box::new(ExternalWorld::new(scene, exercise)),
                 "smdfm" => Box::new(Smdfm::new(scene, exercise)),
                 "control" => Box::new(Control::new(scene)),
+                "visitors" => Box::new(Guests::new(scene)),
                 name => {
                     let share = if name.ends_with("-2") { 2 } else { 1 };
                     Box::new(TrafficGenerator::new(scene, exercise, share, 2))
@@ -97,7 +121,7 @@ impl Trial {
             dice ^= dice << 17;
             (dice >> 11) % below
         };
-        let names = ["external-world", "smdfm", "traffic-generator-1", "traffic-generator-2"];
+        let names = self.names();
         let joining = seed % 6 == 5;
         let mut at_ns = match joining {
             true => draw(60 * MS),
@@ -116,7 +140,7 @@ impl Trial {
             }
         }
         for _ in 0..=draw(3) {
-            let who = names[draw(4) as usize].to_owned();
+            let who = names[draw(names.len() as u64) as usize].to_owned();
             let for_ns = (50 + draw(6_000)) * MS;
             let what = match draw(8) {
                 0 | 1 => What::Kill,
@@ -129,7 +153,8 @@ impl Trial {
             };
             if matches!(what, What::Kill | What::Vanish) {
                 // Where others take its place, somebody comes only where there is nobody left.
-                let late_ns = if takes_over(seed) && who != "smdfm" { 8_000 * MS } else { 0 };
+                let taken = !["smdfm", "control"].contains(&&*who);
+                let late_ns = if takes_over(seed) && taken { 8_000 * MS } else { 0 };
                 let again_ns = at_ns + late_ns + (300 + draw(6_000)) * MS;
                 faults.push(Fault { at_ns: again_ns, who: who.clone(), what: What::Start });
             }

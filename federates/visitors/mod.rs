@@ -164,6 +164,10 @@ impl Federate for Visitors {
         Kind::Visitors
     }
 
+    fn live(&self) -> bool {
+        true
+    }
+
     fn configure(&mut self, _config: &RunConfig, _out: &mut FrameOut) -> Result<(), String> {
         self.door.lock().clear();
         self.plots.lock().clear();

@@ -180,6 +180,12 @@ impl Conductor {
             run: self.run,
             seed: self.config.seed,
             producers: self.producers(),
+            live: self
+                .roster
+                .iter()
+                .filter(|n| self.config.optional.contains(n))
+                .cloned()
+                .collect(),
             consumers: self.roster.iter().filter(consumes).cloned().collect(),
             incs: self.roster.iter().filter_map(inc).collect(),
             generators: self.config.generators,

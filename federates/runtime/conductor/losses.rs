@@ -324,6 +324,7 @@ impl Conductor {
             return later("a loss is being settled");
         }
         let old = self.members.get(name)?;
+        let cut = self.returns_at(name, cut);
         let at_cut = |fault: &&Fault| fault.name == *name && fault.back == Some(cut);
         if self.faults.iter().filter(at_cut).count() >= DEATHS_AT_ONE_FRAME {
             let text =
@@ -337,7 +338,7 @@ impl Conductor {
             true => {
                 let names = self.producers();
                 let others = names.iter().filter(|n| *n != name);
-                others.map(|n| self.producer_at(n, cut)).collect()
+                others.map(|n| self.producer_at(old.hello.kind, n, cut)).collect()
             }
             false => Vec::new(),
         };
@@ -359,8 +360,8 @@ impl Conductor {
         Some(Effect::Welcome(token, Welcome::Accepted(Box::new(accepted))))
     }
 
-    /// Where the frames of a producer come from, for a consumer that has those up to `upto`.
-    fn producer_at(&self, name: &str, upto: Option<Frame>) -> ProducerAt {
+    /// Where the frames of a producer come from, for a consumer of a kind that has those up to `upto`.
+    fn producer_at(&self, reader: Kind, name: &str, upto: Option<Frame>) -> ProducerAt {
         let absent = self.views.is_absent(name);
         let name = name.to_owned();
         let member = self.members.get(&name);
@@ -368,18 +369,21 @@ impl Conductor {
         let used = upto.filter(|frame| *frame > 0);
         // It has made nothing only if what the consumer used is known here.
         let empty = |made| member.is_some_and(|m| m.log.content == 0 && m.executed >= made);
+        let logged = member.and_then(|m| m.executed);
         if let Some(cut) = self.views.cut(&name) {
             // The lost consumer may have been ahead of the survivors: what it used is made again too.
-            let made = cut.max(used);
-            return ProducerAt { name, made, stream: None, absent, empty: empty(made) };
+            let made = if absent { cut } else { cut.max(used) };
+            let made = self.made_again(reader, &name, made);
+            return ProducerAt { empty: empty(made), name, made, stream: None, absent, logged };
         }
         // What an incarnation before made is not in this one's stream.
         let made = used.max(member.and_then(|m| m.log.before));
+        let made = self.made_again(reader, &name, made);
         let stream = member.map(|m| {
             let later = m.log.reports.iter().find(|(_, last)| Some(*last) > made);
             (m.inc, later.map_or(m.stream.seen() + 1, |(seq, _)| *seq))
         });
-        ProducerAt { name, made, stream, absent, empty: empty(made) }
+        ProducerAt { empty: empty(made), name, made, stream, absent, logged }
     }
 
     /// A member that returns says how it stands; if that is how the lost one stood, the run goes on with it.
@@ -479,6 +483,7 @@ impl MemberLog {
         self.made.retain(|(f, _)| Some(*f) <= frame);
         self.states.retain(|(f, _)| Some(*f) <= frame);
         self.reports.clear();
+        self.whole.clear();
         self.before = frame;
         self.content = self.made.back().map_or(0, |(_, made)| *made);
     }

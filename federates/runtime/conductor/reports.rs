@@ -158,12 +158,14 @@ impl Conductor {
                     let took = now.saturating_sub(*at) as f64;
                     member.latency_ns += (took - member.latency_ns) * LATENCY_SMOOTHING;
                 }
+                self.record(from, ends, effects);
                 if let Some((frame, state)) = told {
                     self.compare_traffic(now, from, frame, state, effects);
                 }
                 self.settle(now, effects);
                 self.extend(now, effects);
             }
+            Report::Whole { run, pdus } if run == self.run => self.take_whole(from, pdus),
             Report::Sealed { run, view, holds } if run == self.run => {
                 self.views.sealed(from, view, holds);
                 self.settle_views(now, effects);

@@ -38,6 +38,10 @@ pub(super) struct Producer {
     pub(super) absent: bool,
     /// Frames that have not ended are awaited from a successor.
     pub(super) awaited: bool,
+    /// Nobody can make its frames again: only what the log has may be used.
+    pub(super) live: bool,
+    /// The log has its frames up to here.
+    pub(super) logged: Option<Frame>,
 }
 
 /// One frame's PDUs that are named but not all here.
@@ -375,9 +379,16 @@ impl Member {
             let complete = self.complete_of(name);
             let ahead = self.federate.ahead_of(name).unwrap_or(0);
             let usable = producer.bound.map_or(complete, |bound| complete.min(bound));
+            let usable = self.in_log(name, usable);
             usable.map(|frame| frame.saturating_add(ahead))
         };
         self.producers.iter().map(of).min().unwrap_or(Some(Frame::MAX))
+    }
+
+    /// Frames up to `complete` of a producer that may be used as far as the log goes.
+    pub(super) fn in_log(&self, name: &str, complete: Option<Frame>) -> Option<Frame> {
+        let live = self.producers.get(name).filter(|producer| producer.live);
+        live.map_or(complete, |producer| complete.min(producer.logged))
     }
 
     pub(super) fn inputs_up_to(&mut self, frame: Frame) -> FrameInputs {

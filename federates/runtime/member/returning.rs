@@ -1,8 +1,9 @@
-//! Return of a lost member: by keeping its state, or by making the run again from frame 0.
+//! Return of a lost member: by keeping its state, or by making the run again from frame 0, with the log of the run.
 
 use super::name_frame;
+use super::past::{Logged, Making, Pages, Past};
 use super::{Effect, Member};
-use crate::runtime::federate::{Federate, FrameInputs, FrameOut};
+use crate::runtime::federate::{Federate, FrameOut};
 use crate::runtime::messages::{
     Accepted, Frame, FrameEnds, ProducerAt, Report, Return, RunConfig, Standing,
 };
@@ -22,6 +23,7 @@ impl Member {
         &mut self,
         accepted: &Accepted,
         remake: Option<&Remake>,
+        pages: &mut Pages<'_>,
         effects: &mut Vec<Effect>,
     ) {
         let Accepted { fed, inc, orders, .. } = *accepted;
@@ -33,7 +35,7 @@ impl Member {
         self.early.clear();
         let Some(to) = &accepted.enter else { return };
         if !(to.keep && self.can_keep(to))
-            && let Err(reason) = self.make_again(to, remake)
+            && let Err(reason) = self.make_again(to, remake, pages)
         {
             let text = format!("the run cannot be made again here: {reason}");
             return self.tell(Report::Failed { reason: text }, effects);
@@ -79,6 +81,7 @@ impl Member {
             producer.inc = at.stream.map(|(inc, _)| inc);
             producer.bound = None;
             producer.absent = at.absent;
+            producer.logged = at.logged;
             producer.awaited = at.stream.is_none() && !at.absent;
             match at.stream {
                 Some((inc, next)) => {
@@ -92,69 +95,88 @@ impl Member {
     }
 
     /// Makes the run again from frame 0 to the frame that is to be reached; nothing is sent.
-    fn make_again(&mut self, to: &Return, remake: Option<&Remake>) -> Result<(), String> {
-        let consumes = self.federate.consumes();
+    fn make_again(
+        &mut self,
+        to: &Return,
+        remake: Option<&Remake>,
+        pages: &mut Pages<'_>,
+    ) -> Result<(), String> {
+        let config = &to.config;
+        let own = |p: &&ProducerAt| self.federate.ahead_of(&p.name).is_some();
+        let read: Vec<ProducerAt> = to.producers.iter().filter(own).cloned().collect();
+        // PDUs are made again, where they can be; all else that was said is in the log.
+        let reads_pdus = self.federate.reads_pdus();
+        let is_made = |p: &&ProducerAt| reads_pdus && !config.live.contains(&p.name);
+        let needed: Vec<ProducerAt> = read.iter().filter(is_made).cloned().collect();
         let mut makers = Makers::new();
-        let read: Vec<ProducerAt> = to
-            .producers
-            .iter()
-            .filter(|p| self.federate.ahead_of(&p.name).is_some())
-            .cloned()
-            .collect();
-        let needed = |p: &&ProducerAt| p.made.is_some() && !p.empty;
-        if consumes && read.iter().any(|p| needed(&p)) {
+        if needed.iter().any(|p| p.made.is_some() && !p.empty) {
             let remake = remake.ok_or("nothing here can make the inputs again")?;
-            makers = remake(&to.config)?;
+            makers = remake(config)?;
         }
-        let out = self.begin(to.config.clone())?;
-        for at in read.iter().filter(needed) {
-            let maker = makers.get_mut(&at.name);
-            let maker =
-                maker.ok_or_else(|| format!("frames of {} cannot be made again", at.name))?;
-            let mut made = FrameOut::default();
-            maker.configure(&to.config, &mut made)?;
-            self.take_made(&at.name, 0, made);
-        }
-        let last = read.iter().filter_map(|p| p.made).max();
-        let Some(upto) = to.upto else {
+        let mut making = Making::new(makers, &needed)?;
+        let is_read = |p: &&ProducerAt| own(p) && !is_made(p) || making.reads(&p.name);
+        let logged: Vec<ProducerAt> = to.producers.iter().filter(is_read).cloned().collect();
+        let mut past = Past::new(pages, logged.iter().map(|p| p.name.clone()));
+        let out = self.begin(config.clone())?;
+        self.make_frame(config, &logged, &mut past, &mut making, 0)?;
+        let upto = to.upto.unwrap_or(0);
+        if to.upto.is_some() {
+            self.keep(0, &mut { out });
+        } else {
             self.zero = Some(out);
-            self.make_inputs(&read, &mut makers, last.unwrap_or(0));
-            return Ok(());
-        };
-        self.keep(0, &mut { out });
+        }
         for frame in 1..=upto {
-            self.make_frame(&read, &mut makers, frame);
+            self.make_frame(config, &logged, &mut past, &mut making, frame)?;
             let mut out = self.execute(frame);
             self.keep(frame, &mut out);
         }
-        for frame in upto + 1..=last.unwrap_or(0) {
-            self.make_frame(&read, &mut makers, frame);
+        for frame in upto + 1..=read.iter().filter_map(|p| p.made).max().unwrap_or(0) {
+            self.make_frame(config, &logged, &mut past, &mut making, frame)?;
         }
         for at in &read {
             if let Some(producer) = self.producers.get_mut(&at.name) {
                 producer.ended = at.made;
             }
         }
-        self.stand_at(upto);
+        if to.upto.is_some() {
+            self.stand_at(upto);
+        }
         Ok(())
     }
 
-    fn make_inputs(&mut self, producers: &[ProducerAt], makers: &mut Makers, last: Frame) {
-        for frame in 1..=last {
-            self.make_frame(producers, makers, frame);
+    /// The inputs of a frame: what the log has of it is read, by those that are made again too, who then make theirs.
+    fn make_frame(
+        &mut self,
+        config: &RunConfig,
+        logged: &[ProducerAt],
+        past: &mut Past<'_, '_>,
+        making: &mut Making,
+        frame: Frame,
+    ) -> Result<(), String> {
+        for at in logged {
+            let Some(upto) = at.made.map(|made| made.min(frame)) else { continue };
+            for told in past.read(&at.name, upto)? {
+                making.hear(&at.name, &told);
+                if self.producers.contains_key(&at.name) {
+                    self.take_logged(&at.name, told);
+                }
+            }
         }
-        for at in producers {
-            let producer = self.producers.entry(at.name.clone()).or_default();
-            producer.ended = at.made;
+        for (name, made) in making.make(config, frame)? {
+            self.take_made(&name, frame, made);
         }
+        Ok(())
     }
 
-    fn make_frame(&mut self, producers: &[ProducerAt], makers: &mut Makers, frame: Frame) {
-        for at in producers.iter().filter(|at| Some(frame) <= at.made) {
-            let Some(maker) = makers.get_mut(&at.name) else { continue };
-            let mut made = FrameOut::default();
-            maker.step(frame, &FrameInputs::default(), &mut made);
-            self.take_made(&at.name, frame, made);
+    /// Inputs that are in the log.
+    fn take_logged(&mut self, name: &str, told: Logged) {
+        let Logged { frame, pdus, notices } = told;
+        if self.federate.reads_pdus() && !pdus.is_empty() {
+            self.ready.entry((frame, name.to_owned())).or_default().extend(pdus);
+        }
+        for (effect, notice) in notices {
+            let notices = self.notices.entry((effect.max(frame), name.to_owned())).or_default();
+            notices.push((frame, notice));
         }
     }
 
