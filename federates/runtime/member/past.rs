@@ -1,6 +1,5 @@
 //! What a member that returns reads in the log of the run, and the producers that it makes again.
 
-use super::Makers;
 use crate::runtime::codec::decode;
 use crate::runtime::federate::{Federate, FrameInputs, FrameOut, Octets};
 use crate::runtime::messages::{Frame, Joined, LogPage, LogRecord, Notice, ProducerAt, RunConfig};
@@ -106,7 +105,10 @@ pub(super) struct Making(BTreeMap<String, Maker>);
 
 impl Making {
     /// Of those among `makers` that are needed.
-    pub(super) fn new(mut makers: Makers, needed: &[ProducerAt]) -> Result<Self, String> {
+    pub(super) fn new(
+        mut makers: BTreeMap<String, Box<dyn Federate>>,
+        needed: &[ProducerAt],
+    ) -> Result<Self, String> {
         let mut making = BTreeMap::new();
         for at in needed.iter().filter(|at| at.made.is_some() && !at.empty) {
             let federate = makers.remove(&at.name);
