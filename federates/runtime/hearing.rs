@@ -148,8 +148,12 @@ impl Hearing {
     pub fn finish(&mut self) -> Vec<String> {
         let Some(plane) = &self.plane else { return Vec::new() };
         let needed = (NAMED / (1.0 - plane.loss)) as u64;
+        let now = self.now;
         let deaf = |(_, h): &(&String, &mut Heard)| {
-            h.direct == 0 && h.repaired >= needed && h.alarm.is_none()
+            // A producer of few PDUs: not one came, and none of its probes for a second.
+            let probed = h.ready_at.is_some_and(|at| now.saturating_sub(at) >= SILENT_NS);
+            let few = h.repaired > 0 && probed && plane.loss == 0.0;
+            h.direct == 0 && (few || h.repaired >= needed) && h.alarm.is_none()
         };
         let deaf = self.producers.iter_mut().filter(deaf);
         deaf.map(|(name, heard)| heard.sound(none_of(name, heard.repaired, plane))).collect()
@@ -273,6 +277,14 @@ mod tests {
         deaf.named(0, "g", 100, 0);
         deaf.repaired("g", 100);
         assert_eq!(deaf.finish().len(), 1);
+        // A producer of few PDUs, of whose probes none has come for a second either; one that was ready just now is not told.
+        for (ready_ms, told) in [(0, 1), (700, 0)] {
+            let mut deaf = hearing(0.0);
+            deaf.ready(ready_ms * MS, "world");
+            deaf.named(1_500 * MS, "world", 3, 0);
+            deaf.repaired("world", 3);
+            assert_eq!(deaf.finish().len(), told, "ready at {ready_ms} ms");
+        }
         let mut in_one_process = Hearing::default();
         in_one_process.named(0, "g", 100, 0);
         in_one_process.repaired("g", 100);

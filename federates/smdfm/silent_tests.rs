@@ -42,12 +42,16 @@ fn sensors_hear_no_answer_while_a_transponder_is_silent_whether_it_has_an_addres
         let mut generator = TrafficGenerator::new(Arc::clone(&scene), 1, 1, 1);
         let config =
             RunConfig { run: 1, seed: 7, generators: 1, last_frame: 200, ..RunConfig::default() };
-        generator.configure(&config, &mut FrameOut::default()).expect("configured");
+        // The first states are sent before the first frame.
+        let mut first = FrameOut::default();
+        generator.configure(&config, &mut first).expect("configured");
         let mut truth = ReceivedTruth::new(Arc::clone(&scene), 1);
         let mut said = Vec::new();
-        for frame in 1..=200 {
-            let mut out = FrameOut::default();
-            generator.step(frame, &FrameInputs::default(), &mut out);
+        for frame in 0..=200 {
+            let mut out = std::mem::take(&mut first);
+            if frame > 0 {
+                generator.step(frame, &FrameInputs::default(), &mut out);
+            }
             for octets in &out.pdus {
                 let Some(Ok(received)) = pdu::pdus(octets).next() else { panic!("a PDU") };
                 match received.body() {
@@ -70,7 +74,10 @@ fn sensors_hear_no_answer_while_a_transponder_is_silent_whether_it_has_an_addres
         let own = scene.traffic.entities[entity].number;
         let index = (0..view.len())
             .find(|i| view.callsign(*i).as_str() == name.as_str())
-            .expect("it is there");
+            .unwrap_or_else(|| {
+                let names: Vec<_> = (0..view.len()).map(|i| view.callsign(i)).collect();
+                panic!("{name} is not in {names:?}; refused {:?}", truth.refused())
+            });
         assert_eq!(view.key(index) & 0xffff, u64::from(own));
         for tenth in 1..=99_u32 {
             let at = SimTime::from_s(0.1 * f64::from(tenth));
