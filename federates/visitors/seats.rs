@@ -11,6 +11,8 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 /// Longest name of a person.
 const NAME: usize = 32;
+/// Largest file of inputs that is read, octets: some hundred thousand of them.
+const LARGEST_INPUTS: u64 = 16 << 20;
 /// What may wait for one frame.
 const MOST_WAITING: usize = 64;
 /// So long after his last word a person is gone, ns of the host's clock.
@@ -194,6 +196,7 @@ impl SeatDoor {
 /// What cannot be read, and where.
 pub fn read_inputs(path: &std::path::Path) -> anyhow::Result<Vec<(Frame, SeatInput)>> {
     use anyhow::Context;
+    use std::io::Read;
     let at = || path.display().to_string();
     if path.extension().is_some_and(|e| e == "sqlite") {
         let flags = rusqlite::OpenFlags::SQLITE_OPEN_READ_ONLY;
@@ -214,7 +217,14 @@ pub fn read_inputs(path: &std::path::Path) -> anyhow::Result<Vec<(Frame, SeatInp
         let lines = rows.query_map([], row).and_then(Iterator::collect::<Result<Vec<_>, _>>);
         return lines.with_context(at)?.into_iter().map(|l| l.input().with_context(at)).collect();
     }
-    let text = std::fs::read_to_string(path).with_context(at)?;
+    let (mut text, file) = (String::new(), std::fs::File::open(path).with_context(at)?);
+    file.take(LARGEST_INPUTS + 1).read_to_string(&mut text).with_context(at)?;
+    anyhow::ensure!(
+        text.len() as u64 <= LARGEST_INPUTS,
+        "{}: longer than {} MiB: no run has so many inputs",
+        at(),
+        LARGEST_INPUTS >> 20
+    );
     let mut inputs = Vec::new();
     for (index, text) in text.lines().enumerate().filter(|(_, text)| !text.trim().is_empty()) {
         let place = || format!("{}:{}", path.display(), index + 1);

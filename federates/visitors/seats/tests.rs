@@ -104,5 +104,9 @@ fn inputs_of_another_run_come_in_their_frames_with_their_numbers() {
         let error = format!("{:#}", read_inputs(&file).expect_err("refused"));
         assert!(error.contains(why), "{error}");
     }
+    // What has no end is refused, not read.
+    std::fs::File::create(&file).and_then(|f| f.set_len(LARGEST_INPUTS + 1)).expect("made");
+    let error = format!("{:#}", read_inputs(&file).expect_err("refused"));
+    assert!(error.contains("inputs.jsonl: longer than 16 MiB"), "{error}");
     let _ = std::fs::remove_dir_all(&folder);
 }
