@@ -90,6 +90,6 @@ function makeHelp(KEYS) {
     "Red line: error, from track to truth. Ellipse: where the track claims to be with 95 % probability.",
     "Line ahead: where the target will be in 15 s. Dots: where the track was.",
     "Amber arrival, blue departure, green vehicle, grey unknown.",
-    "Solid red frame: alarm; broken amber frame: information. Runway outlined: white occupied, blue reserved, red alarm. Stop bars: solid lit, dotted off. Way of the selected: green where it may drive, broken where it is to go.",
+    "Solid red frame: alarm; broken amber frame: information. Runway outlined: white occupied, blue reserved, red alarm. Stop bars: solid lit, dotted off, crossed: fails. Way of the selected: green where it may drive, broken where it is to go.",
   ].map((text) => element("li", text)));
 }

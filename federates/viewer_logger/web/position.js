@@ -35,23 +35,36 @@ export function paintPosition(g, see) {
   if (layers.routes) routes(g, see);
 }
 
-/** Stop bars: lit ones solid with a tick at each end, others hollow. */
+/** Stop bars: lit ones solid, others dotted; one that fails is crossed, whether it stays lit or dark. */
 function bars(g, { said, cam, c }) {
+  const all = (said.lights?.bars ?? []).map((bar) => ({ ...bar, ends: bar.ends_m.map(([x, y]) => cam.toScreen(x, y)) }));
   for (const lit of [false, true]) {
     g.strokeStyle = lit ? c.bar : c.dim;
     g.lineWidth = lit ? Math.max(2, Math.min(4, 2.5 * cam.scale + 1)) : 1;
     g.setLineDash(lit ? [] : [2, 2]);
     g.beginPath();
-    for (const bar of said.lights?.bars ?? []) {
-      if (bar.lit !== lit) continue;
-      const [a, b] = bar.ends_m.map(([x, y]) => cam.toScreen(x, y));
+    for (const { ends: [a, b] } of all.filter((bar) => bar.lit === lit)) {
       g.moveTo(...a);
       g.lineTo(...b);
     }
     g.stroke();
   }
   g.setLineDash([]);
+  g.strokeStyle = c.select;
+  g.lineWidth = 1.5;
+  g.beginPath();
+  for (const { ends: [a, b] } of all.filter((bar) => bar.failed)) {
+    const [x, y] = [(a[0] + b[0]) / 2, (a[1] + b[1]) / 2];
+    for (const side of [-1, 1]) {
+      g.moveTo(x - CROSS_PX, y - side * CROSS_PX);
+      g.lineTo(x + CROSS_PX, y + side * CROSS_PX);
+    }
+  }
+  g.stroke();
 }
+
+/** Half the cross over a bar that fails, pixels. */
+const CROSS_PX = 5;
 
 /** Where the selected one may drive, and where it is to go after that. */
 function routes(g, { said, cam, c, scan, selected }) {

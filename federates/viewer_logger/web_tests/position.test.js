@@ -4,7 +4,7 @@ import { test } from "node:test";
 import { alertWords, stagesOf, subjectOf } from "../web/alerts.js";
 import { errorOf, front, pick } from "../web/dial.js";
 import { sensorScan } from "../web/panes.js";
-import { runwayState } from "../web/position.js";
+import { paintPosition, runwayState } from "../web/position.js";
 import { Ground } from "../web/situation.js";
 import { baysOf, clearanceFacts, stripsOf, waitText } from "../web/strips.js";
 
@@ -88,4 +88,24 @@ test("a pane tells what its sensor reported, what nothing caused, and whom it le
   assert.deepEqual([seen.plots.length, seen.ghosts.length, seen.missed.map((t) => t.x)], [3, 1, [20]]);
   assert.equal(seen.rms, Math.sqrt(12.5));
   assert.deepEqual(sensorScan(scan, 2, null).missed.map((t) => t.x), [10, 9000], "without a range everybody is within reach");
+});
+
+test("a stop bar that fails is crossed, dark or lit, and one that works is not", () => {
+  const bar = (x, lit, failed) => ({ runway: "09/27", ends_m: [[x, -10], [x, 10]], lit, failed });
+  const drawn = (bars) => {
+    const strokes = [];
+    let path = [];
+    const g = { setLineDash(d) { this.dash = d.length; }, beginPath: () => (path = []), moveTo: (...p) => path.push([p]), lineTo: (...p) => path.at(-1).push(p), stroke() { strokes.push({ colour: this.strokeStyle, dash: this.dash, path }); } };
+    const cam = { scale: 1, toScreen: (x, y) => [x, -y] }, c = { bar: "red", dim: "grey", select: "white" };
+    paintPosition(g, { airport: null, cam, c, layers: { alerts: true }, said: { traffic: null, lights: { bars } }, scan: null, alerts: [] });
+    return strokes.filter((s) => s.path.length);
+  };
+  assert.deepEqual(drawn([bar(0, true, false), bar(50, false, false)]).map((s) => [s.colour, s.dash]), [["grey", 2], ["red", 0]]);
+  for (const lit of [true, false]) {
+    const strokes = drawn([bar(0, lit, true), bar(50, lit, false)]), cross = strokes.at(-1);
+    assert.deepEqual([cross.colour, cross.dash, cross.path.length], ["white", 0, 2]);
+    for (const [a, b] of cross.path) assert.deepEqual([(a[0] + b[0]) / 2, (a[1] + b[1]) / 2], [0, 0], "over the middle of the one that fails");
+    assert.equal(strokes[0].path.length, 2, "both bars are drawn as lit or dark as they are");
+  }
+  assert.deepEqual(drawn([]), []);
 });
