@@ -268,6 +268,10 @@ impl Section {
         let Some(item) = self.item(key) else { return Ok(None) };
         match item.value {
             Value::Time(Some(ns), _) => Ok(Some(ns)),
+            Value::Text(_) => {
+                let needed = "a time without quotation marks, like 2019-11-24T09:00:00Z";
+                Err(self.wrong_kind(key, item, needed.into()))
+            }
             _ => Err(self.wrong_kind(key, item, "a UTC time like 2019-11-24T09:00:00Z".into())),
         }
     }
@@ -593,13 +597,17 @@ mod tests {
 
     #[test]
     fn dates_count_from_1970() {
-        let s = read("a = 1970-01-01T00:00:00Z\nb = 2000-02-29T12:00:00.5+01:00\nc = 2020-01-01");
+        let s = read(
+            "a = 1970-01-01T00:00:00Z\nb = 2000-02-29T12:00:00.5+01:00\nc = 2020-01-01\nd = \"2020-01-01T00:00:00Z\"",
+        );
         assert_eq!(s.time_utc_ns("a").unwrap(), Some(0));
         assert_eq!(s.time_utc_ns("b").unwrap(), Some(951_822_000_500_000_000));
         assert_eq!(
             s.time_utc_ns("c").unwrap_err().to_string(),
             "scene.toml:3: c: found the time 2020-01-01, needed is a UTC time like 2019-11-24T09:00:00Z"
         );
+        let quoted = s.time_utc_ns("d").unwrap_err().to_string();
+        assert!(quoted.contains("without quotation marks, like"), "{quoted}");
     }
 
     #[test]
