@@ -265,13 +265,19 @@ fn table_schema(keys: &[Key], more: &[Key]) -> Value {
     schema
 }
 
+/// Narrows the value of one property; what the key is stays said.
+fn say(schema: &mut Value, word: &str, key: Option<&Key>, mut narrowed: Value) {
+    narrowed["description"] = json!(key.map_or("", |key| key.doc));
+    schema["properties"][word] = narrowed;
+}
+
 /// A table that comes in kinds: one form for each.
 fn by_kind(forms: Vec<(Value, Vec<Key>)>) -> Value {
     let forms: Vec<Value> = forms
         .into_iter()
         .map(|(kinds, keys)| {
             let mut schema = table_schema(&keys, &[]);
-            schema["properties"]["kind"] = json!({ "enum": kinds });
+            say(&mut schema, "kind", keys.iter().find(|k| k.word == "kind"), json!({ "enum": kinds }));
             schema
         })
         .collect();
@@ -311,24 +317,26 @@ fn sensor_schema(keys: &'static [Key]) -> Value {
             })
             .collect();
         let mut schema = table_schema(&own, &[]);
-        schema["properties"]["kind"] = json!({ "const": kind.word });
+        let doc = |word: &str| keys.iter().find(|key| key.word == word);
+        say(&mut schema, "kind", doc("kind"), json!({ "const": kind.word }));
         let overrides: Vec<Key> = kind
             .keys
             .iter()
             .flat_map(|group| group.iter())
             .map(|key| Key { needed: key.needed && !kind.radar, ..*key })
             .collect();
-        schema["properties"]["overrides"] = table_schema(&overrides, &[]);
+        say(&mut schema, "overrides", doc("overrides"), table_schema(&overrides, &[]));
         if !kind.presets.is_empty() {
             let names: Vec<&str> = kind.presets.iter().map(|preset| preset.0).collect();
-            schema["properties"]["parameters"] = json!({ "enum": names });
+            say(&mut schema, "parameters", doc("parameters"), json!({ "enum": names }));
         }
         forms.push(schema);
     }
     let not = ["processing", "parameters", "overrides", "figures", "equipped"];
     let own: Vec<Key> = keys.iter().filter(|k| !not.contains(&k.word)).copied().collect();
     let mut foreign = table_schema(&own, &[]);
-    foreign["properties"]["kind"] = json!({ "const": "asterix" });
+    let doc = keys.iter().find(|key| key.word == "kind");
+    say(&mut foreign, "kind", doc, json!({ "const": "asterix" }));
     foreign["oneOf"] = json!([{ "required": ["listen"] }, { "required": ["file"] }]);
     forms.push(foreign);
     let not = |word: &str| {
@@ -338,7 +346,7 @@ fn sensor_schema(keys: &'static [Key]) -> Value {
     let own: Vec<Key> =
         own.map(|key| Key { needed: key.needed || key.word == "figures", ..*key }).collect();
     let mut offline = table_schema(&own, &[]);
-    offline["properties"]["kind"] = json!({ "const": "offline" });
+    say(&mut offline, "kind", doc, json!({ "const": "offline" }));
     forms.push(offline);
     json!({ "oneOf": forms })
 }
@@ -357,7 +365,8 @@ pub fn schema() -> Value {
         schema["description"] = json!(table.doc);
         defs.insert(table.word.to_owned(), schema);
         let of = json!({ "$ref": format!("#/$defs/{}", table.word) });
-        let of = if table.many { json!({ "type": "array", "items": of }) } else { of };
+        let mut of = if table.many { json!({ "type": "array", "items": of }) } else { of };
+        of["description"] = json!(table.doc);
         properties.insert(table.word.to_owned(), of);
         if table.needed {
             needed.push(table.word);
@@ -375,4 +384,36 @@ pub fn schema() -> Value {
         "additionalProperties": false,
         "$defs": defs
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Path of every property that says nothing, and how many there are in all.
+    fn silent(of: &Value, path: &str, found: &mut Vec<String>, count: &mut usize) {
+        match of {
+            Value::Object(table) => {
+                // A scene's own table `properties` there is none, so each of the name lists keys.
+                if let Some(Value::Object(keys)) = table.get("properties") {
+                    *count += keys.len();
+                    let mute = |v: &Value| v["description"].as_str().is_none_or(str::is_empty);
+                    found.extend(
+                        keys.iter().filter(|(_, v)| mute(v)).map(|(k, _)| format!("{path}.{k}")),
+                    );
+                }
+                table.iter().for_each(|(k, v)| silent(v, &format!("{path}.{k}"), found, count));
+            }
+            Value::Array(list) => list.iter().for_each(|v| silent(v, path, found, count)),
+            _ => {}
+        }
+    }
+
+    #[test]
+    fn every_key_of_the_schema_says_what_it_is() {
+        let (mut found, mut count) = (Vec::new(), 0);
+        silent(&schema(), "", &mut found, &mut count);
+        assert_eq!(found, Vec::<String>::new());
+        assert!(count > 400, "{count} keys");
+    }
 }
