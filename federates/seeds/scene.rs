@@ -75,11 +75,8 @@ pub fn run(args: &SceneArgs) -> ExitCode {
 
 fn check(file: &str, as_json: bool, strict: bool) -> ExitCode {
     let path = scenarios::locate(file);
-    let text = match scenarios::files::read_text(&path, 16 << 20) {
-        Ok(text) => text,
-        Err(error) => return fail(BAD_INPUT, format!("scene {}: {error}", path.display())),
-    };
-    match warnings::check(&path, &text) {
+    let read = scenarios::text_of(&path).and_then(|text| warnings::check(&path, &text));
+    match read {
         Err(error) => {
             if as_json {
                 out!("{}", json!({"file": path, "error": error.to_string(), "warnings": []}));

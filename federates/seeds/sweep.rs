@@ -123,8 +123,7 @@ struct One {
 fn runs(args: &SweepArgs) -> anyhow::Result<Vec<One>> {
     cli::writable(&args.out)?;
     let path = scenarios::locate(&args.scene);
-    let text =
-        scenarios::files::read_text(&path, 16 << 20).with_context(|| path.display().to_string())?;
+    let text = scenarios::text_of(&path)?;
     let mut combinations: Vec<Vec<String>> = vec![Vec::new()];
     for Vary { values, .. } in &args.vary {
         ensure!(

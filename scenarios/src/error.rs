@@ -188,5 +188,7 @@ mod tests {
         let missing = crate::load(Path::new("paris")).expect_err("there is none").to_string();
         assert!(missing.starts_with("scene paris: No such file"), "{missing}");
         assert!(missing.contains("zurich"), "{missing}");
+        let named = crate::load(Path::new("no/paris.toml")).expect_err("none").to_string();
+        assert!(named.contains("`seeds scene new AIRPORT -o FILE`"), "{named}");
     }
 }

@@ -191,7 +191,11 @@ pub(crate) const LARGEST_DATA: u64 = 64 << 20;
 /// Octets of the largest scene: ten thousand movers with everything that they can have.
 const LARGEST_SCENE: u64 = 16 << 20;
 
-fn text_of(path: &Path) -> Result<String, ScenarioError> {
+/// The text of a scene file.
+///
+/// # Errors
+/// One sentence if it is not there (and how to have one), too long, or not UTF-8.
+pub fn text_of(path: &Path) -> Result<String, ScenarioError> {
     let refuse = |line, reason: String| {
         let problem = Problem::Unreadable { reason };
         ScenarioError::new(path, line, "scene", problem)
@@ -200,12 +204,13 @@ fn text_of(path: &Path) -> Result<String, ScenarioError> {
         let no_path = path.components().count() == 1 && path.extension().is_none();
         let unknown = error.kind() == std::io::ErrorKind::NotFound && no_path;
         let known = if unknown { shipped_scenes() } else { String::new() };
+        let missing = error.kind() == std::io::ErrorKind::NotFound;
         refuse(
             0,
-            if known.is_empty() {
-                error.to_string()
-            } else {
-                format!("{error}; scenes that come with SEEDS: {known}")
+            match (known.is_empty(), missing) {
+                (false, _) => format!("{error}; scenes that come with SEEDS: {known}"),
+                (true, true) => format!("{error}; {HOW_TO_HAVE_ONE}"),
+                (true, false) => error.to_string(),
             },
         )
     })?;
@@ -215,6 +220,10 @@ fn text_of(path: &Path) -> Result<String, ScenarioError> {
         refuse(line, "not UTF-8 text".to_owned())
     })
 }
+
+/// What helps where a scene file is not there.
+const HOW_TO_HAVE_ONE: &str =
+    "`seeds scene new AIRPORT -o FILE` writes one that runs, and `seeds run asmgcs` needs no file";
 
 /// Names of the scenes where [`locate`] looks.
 fn shipped_scenes() -> String {
