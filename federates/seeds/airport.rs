@@ -78,7 +78,7 @@ enum Command {
     },
 }
 
-/// What was done to the recorded movements of a scene, by rule and number, and what its movers do; `check`: a finished run
+/// What was done to the recorded movements of a scene, by rule and number, and what its movers do; `check`: a finished run; `import`: movements out of somebody's table
 #[derive(Args, Clone, Debug)]
 #[command(args_conflicts_with_subcommands = true)]
 pub struct TrafficArgs {
@@ -96,6 +96,7 @@ pub struct TrafficArgs {
 #[derive(Subcommand, Clone, Debug)]
 enum TrafficCommand {
     Check(super::traffic_check::CheckArgs),
+    Import(super::traffic_import::ImportArgs),
 }
 
 /// `seeds airport …`.
@@ -351,8 +352,10 @@ fn driving_s(trajectory: &Trajectory) -> f64 {
 /// `seeds traffic SCENE`.
 #[must_use]
 pub fn traffic(args: &TrafficArgs) -> ExitCode {
-    if let Some(TrafficCommand::Check(check)) = &args.command {
-        return super::traffic_check::run(check);
+    match &args.command {
+        Some(TrafficCommand::Check(check)) => return super::traffic_check::run(check),
+        Some(TrafficCommand::Import(import)) => return super::traffic_import::run(import),
+        None => {}
     }
     cli::log_to_stderr(cli::LogFormat::Text, "warn");
     let scene = match load_scene(&args.scene) {

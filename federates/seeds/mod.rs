@@ -32,6 +32,7 @@ pub mod sim;
 pub mod site;
 pub mod sweep;
 pub mod traffic_check;
+pub mod traffic_import;
 pub mod trial;
 pub mod verify;
 

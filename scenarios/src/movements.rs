@@ -1,10 +1,14 @@
-//! Recorded movements: one CSV file a flight (columns in `movements/PROVENANCE.md`).
+//! Recorded movements: one CSV file a flight, its columns by [`columns`]; [`import`] makes such files of others.
 //!
 //! A missing or damaged cell does not refuse the file: the import of the truth counts it. A file
 //! without the columns for time and position, or of nothing but damage, is refused.
 
+mod columns;
+pub mod import;
+
 use crate::airport::AirportScene;
 use crate::error::{Problem, ScenarioError};
+use columns::{Columns, Says};
 use models::truth::recorded::Record;
 use std::path::{Path, PathBuf};
 
@@ -21,7 +25,6 @@ pub struct Movement {
     pub records: Vec<Record>,
 }
 
-const FOOT_M: f64 = 0.3048;
 /// Most records of one movement: 4 h at 10 a second.
 const MOST_RECORDS: usize = 144_000;
 
@@ -43,29 +46,16 @@ pub fn read(
     let octets = crate::files::read(file, crate::LARGEST_DATA)
         .map_err(|e| error(1, Problem::File { path: file.to_path_buf(), reason: e.to_string() }))?;
     let mut reader = csv::ReaderBuilder::new().flexible(true).from_reader(octets.as_ref());
-    let header = reader.byte_headers().map_err(unreadable)?.clone();
-    let column = |name: &str| header.iter().position(|cell| cell.trim_ascii() == name.as_bytes());
-    let needed = |name: &'static str| {
-        column(name).ok_or_else(|| {
-            let needed = format!("a column {name} in the header");
-            ScenarioError::new(file, 1, name, Problem::Missing { needed })
-        })
-    };
-    let (time, lat, lon) =
-        (needed("timestamp_ms")?, needed("latitude_deg")?, needed("longitude_deg")?);
-    let (altitude, on_ground) = (column("altitude_ft"), column("onground"));
-    let (callsign, icao24) = (column("callsign"), column("icao24"));
+    let columns = Columns::of(reader.byte_headers().map_err(unreadable)?).map_err(
+        |(name, needed)| ScenarioError::new(file, 1, name, Problem::Missing { needed }),
+    )?;
     let elevation_m = airport.reference.height_m;
     let mut movement =
         Movement { file: file.to_path_buf(), callsign: None, address: None, records: Vec::new() };
     let mut first_ms: Option<i64> = None;
     let mut row = csv::ByteRecord::new();
     while reader.read_byte_record(&mut row).map_err(unreadable)? {
-        let cell = |column: usize| {
-            row.get(column).and_then(|c| std::str::from_utf8(c).ok()).map(str::trim).unwrap_or("")
-        };
-        let number = |column: usize| cell(column).parse().ok().filter(|n: &f64| n.is_finite());
-        let time_ms: Option<i64> = cell(time).parse().ok();
+        let time_ms = columns.time_ms(&row);
         if first_ms.is_none() {
             first_ms = time_ms;
         }
@@ -78,14 +68,12 @@ pub fn read(
             continue;
         }
         if movement.address.is_none() {
-            let hex = icao24.map(cell).and_then(|text| u32::from_str_radix(text, 16).ok());
-            movement.address = hex.filter(|a| (1..0x100_0000).contains(a));
+            movement.address = columns.address(&row);
         }
         if movement.callsign.is_none() {
-            movement.callsign = callsign.map(cell).filter(|c| !c.is_empty()).map(Into::into);
+            let callsign = columns.text(&row, Says::Callsign);
+            movement.callsign = (!callsign.is_empty()).then(|| callsign.to_owned());
         }
-        let place = number(lat).zip(number(lon));
-        let sound = place.filter(|(lat, lon)| lat.abs() <= 90.0 && lon.abs() <= 180.0);
         if movement.records.len() == MOST_RECORDS {
             let line = row.position().map_or(1, |p| p.line() as usize);
             let found = format!("more than {MOST_RECORDS} records");
@@ -94,13 +82,9 @@ pub fn read(
         movement.records.push(Record {
             line: row.position().map_or(0, |p| p.line() as usize),
             time_ms,
-            position_m: sound.map(|(lat, lon)| airport.local_m(lat, lon)),
-            altitude_m: altitude.and_then(number).map(|feet| feet * FOOT_M - elevation_m),
-            on_ground: on_ground.map(cell).and_then(|text| match text {
-                "true" | "True" | "1" => Some(true),
-                "false" | "False" | "0" => Some(false),
-                _ => None,
-            }),
+            position_m: columns.place(&row).map(|place| place.local_m(airport)),
+            altitude_m: columns.altitude_m(&row).map(|m| m - elevation_m),
+            on_ground: columns.on_ground(&row),
         });
     }
     if movement.records.is_empty() {

@@ -482,7 +482,7 @@ fn rows_of(file: &Path) -> Result<Vec<CsvRow>, ScenarioError> {
 }
 
 /// `2026-05-12T06:05:00Z`, nanoseconds since 1970.
-fn utc_ns(text: &str) -> Option<i64> {
+pub(crate) fn utc_ns(text: &str) -> Option<i64> {
     let (date, clock) = text.strip_suffix('Z')?.split_once('T')?;
     let numbers = |text: &str, separator: char| -> Option<Vec<i64>> {
         text.split(separator).map(|p| p.parse().ok()).collect()

@@ -61,7 +61,7 @@ fn what_cannot_be_repaired_is_refused_with_file_line_and_reason() {
         ("header", format!("{HEADER}\n"), "header.csv:1: movement: found \"no record\""),
         (
             "column",
-            changed(|_| ()).replacen("latitude_deg", "lat", 1),
+            changed(|_| ()).replacen("latitude_deg", "breadth", 1),
             "column.csv:1: latitude_deg: missing; needed is a column latitude_deg in the header",
         ),
         (

@@ -133,7 +133,7 @@ fn bad_scenes_give_one_line() {
         (
             "movements/SWR137H.csv",
             "types.csv",
-            "types.csv:1: timestamp_ms: missing; needed is a column timestamp_ms in the header",
+            "types.csv:1: timestamp_ms: missing; needed is a column timestamp_ms in the header (or time_s), and one latitude_deg in the header (or lat_deg; or x_m), and one longitude_deg in the header (or lon_deg; or y_m)",
         ),
     ] {
         assert_eq!(error_with(from, to), expected, "{from:?} -> {to:?}");
