@@ -92,18 +92,31 @@ export class Field {
  * `before`, and the cells of runway under it.
  */
 export function place(items, options) {
+  return whole(placing(items, options));
+}
+
+/** What work in steps returns, done at once. */
+export function whole(work) {
+  for (;;) {
+    const { done, value } = work.next();
+    if (done) return value;
+  }
+}
+
+/** The same in steps of a few labels each. */
+export function* placing(items, options) {
   const crowd = items.length > CROWD; // sees at once that all cannot say all, and costs one frame only
-  const first = tryAll(crowd ? items.map(shorter) : items, options, crowd ? SWAPS / 6 : SWAPS);
+  const first = yield* tryAll(crowd ? items.map(shorter) : items, options, crowd ? SWAPS / 6 : SWAPS);
   if (crowd) return first;
   // Where many find no room, all but the important ones say less, and more are shown.
   if (items.length - first.size <= 0.05 * items.length) return first;
-  const second = tryAll(items.map(shorter), options, SWAPS);
+  const second = yield* tryAll(items.map(shorter), options, SWAPS);
   return second.size > first.size ? second : first;
 }
 
 const shorter = (item) => (item.must || item.level === 1 ? item : { ...item, level: 1 });
 
-function tryAll(items, { view, room = view, field = null, before = new Map(), marks = [] }, swaps) {
+function* tryAll(items, { view, room = view, field = null, before = new Map(), marks = [] }, swaps) {
   const context = { view, room, field, before, placed: new Map(), crossings: 0, boxes: new Grid(), leaders: new Grid(), symbols: new Grid(), swaps };
   for (const item of items) {
     const r = item.reach ?? 6;
@@ -114,15 +127,28 @@ function tryAll(items, { view, room = view, field = null, before = new Map(), ma
   const poor = [];
   for (const item of order) {
     if (!settle(item, context)) poor.push(item);
+    yield;
   }
-  let left = poor.filter((item) => !makeRoom(item, context));
-  for (const rules of [ANY_GROUND, ANY_WAY]) left = left.filter((item) => !(item.must && settle(item, context, rules)));
+  let left = [];
+  for (const item of poor) {
+    if (!makeRoom(item, context)) left.push(item);
+    yield;
+  }
+  for (const rules of [ANY_GROUND, ANY_WAY]) {
+    const still = [];
+    for (const item of left) {
+      if (!(item.must && settle(item, context, rules))) still.push(item);
+      yield;
+    }
+    left = still;
+  }
   // Two leaders in a hundred labels may cross.
   let allowed = Math.floor(context.placed.size / 50) - context.crossings;
   for (const item of left) {
     if (allowed <= 0) break;
     if (item.must || !settle({ ...item, level: 1 }, context, ONE_CROSSING)) continue;
     allowed -= context.placed.get(item.id).crossings;
+    yield;
   }
   return context.placed;
 }

@@ -25,6 +25,8 @@ import { element, elapsed, fixed, place, utc, visibility, wind } from "./text.js
 
 const byId = (id) => document.getElementById(id);
 const FRAME_MS = 17;
+/** Frames that a list waits for the map, at most: it may always be busy where scans come fast. */
+const MOST_WAITED = 40;
 
 const state = {
   run: null, airport: null, notices: [], runState: null, timeline: null, weather: null, flights: [], federates: [], operations: [],
@@ -230,10 +232,11 @@ function onScan(buffer) {
 
 let later = 0;
 /** The lists wait until the map is drawn, and for one another: no frame holds more than one of them. */
-function inTurn(steps) {
-  if (!map.busy || document.hidden) steps.shift()();
+function inTurn(steps, waited = 0) {
+  const due = !map.busy || document.hidden || waited > MOST_WAITED;
+  if (due) steps.shift()();
   state.listing = steps.length > 0;
-  if (state.listing) later = setTimeout(() => inTurn(steps), FRAME_MS);
+  if (state.listing) later = setTimeout(() => inTurn(steps, due ? 0 : waited + 1), FRAME_MS);
 }
 
 /** Tracks and the entities that no track follows: what the table lists. */
@@ -749,7 +752,7 @@ setColours(readLocal("colours") === "day" ? "day" : "night");
 started = true;
 address.read();
 Promise.all(["700 12px B612", "11px B612", "11px 'B612 Mono'"].map((f) => document.fonts.load(f))).then(() => {
-  map.widths.clear();
+  map.wishes.forget();
   map.need("ground", "place");
 });
 

@@ -1,20 +1,26 @@
 // The map on its canvas: two bitmaps larger than the view, airport and traffic, that panning only shifts. They are drawn
 // again for a new scan, when a movement of the map ends, or when their margin is used up; labels are placed once a scan.
-// Work is cut into steps of one animation frame each: place, draw the traffic, draw the airport.
+// Work is done in steps, some milliseconds in each animation frame: place, draw the traffic, draw the airport. What is being
+// drawn becomes seen when it is whole.
 
+import { Bitmap, MARGIN } from "./bitmap.js";
 import { Camera } from "./camera.js";
 import { kinds, setKinds } from "./frame.js";
-import { Field, place, thin } from "./labels.js";
-import { designators, paintAirport, paintScale } from "./paint.js";
+import { placing, thin } from "./labels.js";
+import { paintAirport, paintScale } from "./paint.js";
 import { stagesOf } from "./alerts.js";
 import { Detection } from "./detection.js";
 import { paintGhost } from "./dial.js";
 import { paintAlerts, paintPosition } from "./position.js";
-import { Ground, importanceOf, LEVELS, runwayRing } from "./situation.js";
-import { BOLD, colourOf, labelLines, paintLabels, paintSelected, paintTraffic, PLAIN, sound, targetsOf } from "./traffic.js";
+import { Ground } from "./situation.js";
+import { colourOf, paintingLabels, paintingTraffic, paintSelected, sound, targetsOf } from "./traffic.js";
+import { nameOf, Wishes } from "./wishes.js";
 
-const MARGIN = 160; // pixels of the bitmaps beyond the view
 const SETTLE_MS = 120, ZOOM_MS = 80;
+/** Work of a frame, ms: what a step takes beyond it and the picture come on top. */
+const WORK_MS = 8;
+/** Putting two bitmaps together takes a graphics card less, ms. */
+const SLOW_MS = 12;
 
 export const LAYERS = [
   ["tracks", "Tracks"], ["truth", "Truth"], ["errors", "Errors"], ["labels", "Labels"], ["history", "History"],
@@ -23,70 +29,23 @@ export const LAYERS = [
 ];
 const OFF = new Set(["coverage", "detection", "one second ago", "video"]);
 
-/** A bitmap and the camera that it was drawn with. */
-class Layer {
-  constructor(alpha = true) {
-    this.canvas = document.createElement("canvas");
-    this.g = this.canvas.getContext("2d", { alpha });
-    this.cam = null;
-  }
-
-  begin(cam, ratio) {
-    const w = Math.round((cam.width + 2 * MARGIN) * ratio), h = Math.round((cam.height + 2 * MARGIN) * ratio);
-    if (this.canvas.width !== w || this.canvas.height !== h) Object.assign(this.canvas, { width: w, height: h });
-    else {
-      this.g.setTransform(1, 0, 0, 1, 0, 0);
-      this.g.clearRect(0, 0, w, h);
-    }
-    this.g.setTransform(ratio, 0, 0, ratio, MARGIN * ratio, MARGIN * ratio);
-    this.cam = cam.copy();
-    return this.g;
-  }
-
-  /** Where its middle is now, in pixels from the middle of the view. */
-  offset(cam) {
-    const [x, y] = cam.toScreen(this.cam.cx, this.cam.cy);
-    return [x - cam.width / 2, y - cam.height / 2];
-  }
-
-  onto(g, cam, ratio) {
-    if (!this.cam) return;
-    const [dx, dy] = this.offset(cam), k = cam.scale / this.cam.scale, turn = ((this.cam.rot - cam.rot) * Math.PI) / 180;
-    if (k === 1 && turn === 0) {
-      // Whole pixels: nothing is resampled.
-      g.setTransform(1, 0, 0, 1, 0, 0);
-      g.drawImage(this.canvas, Math.round((dx - MARGIN) * ratio), Math.round((dy - MARGIN) * ratio));
-      return;
-    }
-    g.setTransform(ratio, 0, 0, ratio, (cam.width / 2 + dx) * ratio, (cam.height / 2 + dy) * ratio);
-    g.rotate(turn);
-    g.scale(k, k);
-    const w = this.cam.width + 2 * MARGIN, h = this.cam.height + 2 * MARGIN;
-    g.drawImage(this.canvas, -w / 2, -h / 2, w, h);
-  }
-
-  /** Whether it still covers the view. */
-  covers(cam) {
-    if (!this.cam || this.cam.width !== cam.width || this.cam.height !== cam.height) return false;
-    const [dx, dy] = this.offset(cam), k = cam.scale / this.cam.scale;
-    return k >= 1 && this.cam.rot === cam.rot ? Math.abs(dx) <= MARGIN * k + ((k - 1) * cam.width) / 2 && Math.abs(dy) <= MARGIN * k + ((k - 1) * cam.height) / 2 : false;
-  }
-}
-
 export class MapView {
   constructor(canvas, changed) {
     this.canvas = canvas;
     this.changed = changed;
     this.g = canvas.getContext("2d", { alpha: false });
     this.cam = new Camera();
-    this.ground = new Layer();
-    this.traffic = new Layer();
-    this.whole = new Layer(false);
+    this.ground = new Bitmap();
+    this.traffic = new Bitmap();
+    this.next = new Bitmap(); // the traffic that is being drawn
+    this.job = null;
+    this.wishes = new Wishes();
+    this.whole = new Bitmap(false);
     this.touched = false; // whether the user chose the view
     this.layers = Object.fromEntries(LAYERS.map(([key]) => [key, !OFF.has(key)]));
     Object.assign(this, { sensorsOff: new Set(), airport: null, scan: null, weather: null, selected: null, follow: false, lod: "auto", skin: "research", vectorS: 15, dots: 30, others: new Map() });
     Object.assign(this, { ghost: null, alerts: [], said: { traffic: null, lights: null } }); // what is said beside the scans
-    Object.assign(this, { placed: new Map(), before: new Map(), dragged: new Map(), widths: new Map(), hidden: [], todo: new Set(), longestMs: 0, drawn: 0, overlays: [] });
+    Object.assign(this, { placed: new Map(), before: new Map(), dragged: new Map(), hidden: [], todo: new Set(), longestMs: 0, drawn: 0, overlays: [] });
     this.detection = new Detection(null, () => this.need("ground"));
     this.#listen();
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement);
@@ -361,15 +320,19 @@ export class MapView {
   }
 
   /** How far the map has moved since the labels were placed, pixels. */
-  #labelShift() {
+  #labelShift(cam = this.cam) {
     if (!this.placedFor) return [0, 0];
-    const [x, y] = this.toScreen(this.placedFor.cx, this.placedFor.cy);
-    return [x - this.width / 2, y - this.height / 2];
+    const [x, y] = cam.toScreen(this.placedFor.cx, this.placedFor.cy);
+    return [x - cam.width / 2, y - cam.height / 2];
   }
 
   /** Labels as they are on the screen now. */
   get labels() {
-    const [dx, dy] = this.#labelShift();
+    return this.#labelsOf(this.cam);
+  }
+
+  #labelsOf(cam) {
+    const [dx, dy] = this.#labelShift(cam);
     return new Map([...this.placed].map(([id, p]) => [id, { ...p, x: p.x + dx, y: p.y + dy, ax: p.ax + dx, ay: p.ay + dy, sx: p.item.x + dx, sy: p.item.y + dy }]));
   }
 
@@ -377,7 +340,7 @@ export class MapView {
 
   /** Whether parts are still to be made. */
   get busy() {
-    return this.todo.size > 0;
+    return this.todo.size > 0 || this.job !== null;
   }
 
   /** Has these parts made again: "ground", "traffic", "place" (and then the traffic). */
@@ -388,49 +351,87 @@ export class MapView {
 
   /** The whole picture again: something that decides what is drawn has changed. */
   dirty() {
+    this.stale = true;
+    this.#ask();
+  }
+
+  #ask() {
     if (this.asked) return;
     this.asked = true;
     requestAnimationFrame(() => {
       this.asked = false;
       const began = performance.now();
-      this.#step();
+      this.#step(began + WORK_MS);
       this.longestMs = Math.max(this.longestMs, performance.now() - began);
-      if (this.todo.size) this.dirty();
+      if (this.busy) this.#ask();
     });
   }
 
-  /** One part, then the picture. */
-  #step() {
+  /** Some of the work, then the picture if it is another one. */
+  #step(until) {
+    this.job ??= this.#begin();
+    while (this.job && performance.now() < until) {
+      if (!this.job.next().done) continue;
+      this.job = null;
+      this.stale = true;
+      break; // the next part has a frame of its own
+    }
+    if (this.stale) this.#show();
+    this.stale = false;
+  }
+
+  /** What is to be done first. */
+  #begin() {
     if (this.todo.delete("place")) {
-      this.#place();
-      this.todo.add("traffic");
-      if (this.traffic.cam) return this.#show();
+      this.todo.delete("traffic");
+      return this.#placingAndPainting(this.scan);
     }
-    if (this.todo.delete("traffic")) {
-      this.merged = false;
-      const g = this.traffic.begin(this.cam, this.ratio);
-      for (const scan of this.others.values()) paintTraffic(g, { ...this.#see(), scan, layers: BESIDE, c: { ...this.c, arrival: this.c.coverage, departure: this.c.coverage, vehicle: this.c.coverage, unknown: this.c.coverage } });
-      paintPosition(g, this.#see());
-      paintTraffic(g, this.#see());
-      if (this.layers.labels && this.placedFor) {
-        g.save();
-        g.translate(...this.#labelShift());
-        if (this.placedFor.scale === this.cam.scale && this.placedFor.rot === this.cam.rot) paintLabels(g, this.#see(), this.placed);
-        g.restore();
+    if (this.todo.delete("traffic")) return this.#painting(this.scan);
+    if (this.todo.delete("ground")) return this.#groundwork();
+    return null;
+  }
+
+  *#placingAndPainting(scan) {
+    yield* this.#placing(scan);
+    yield* this.#painting(scan);
+  }
+
+  *#painting(scan) {
+    const see = { ...this.#see(), scan, cam: this.cam.copy() }, g = this.next.begin(see.cam, this.ratio), faint = see.c.coverage;
+    for (const other of this.others.values()) yield* paintingTraffic(g, { ...see, scan: other, layers: BESIDE, c: { ...see.c, arrival: faint, departure: faint, vehicle: faint, unknown: faint } });
+    paintPosition(g, see);
+    yield;
+    for (const _ of paintingTraffic(g, see)) {
+      this.#settle();
+      yield;
+    }
+    const labelled = this.layers.labels && this.placedFor && this.placedFor.scale === see.cam.scale && this.placedFor.rot === see.cam.rot;
+    if (labelled) {
+      g.save();
+      g.translate(...this.#labelShift(see.cam));
+      for (const _ of paintingLabels(g, see, this.placed)) {
+        this.#settle();
+        yield;
       }
-      paintGhost(g, this.#see());
-      paintAlerts(g, this.#see(), this.layers.labels ? this.labels : null);
-      this.lastDrawn = performance.now();
-      this.onDrawn?.();
-      if (this.ground.cam) return this.#show();
+      g.restore();
     }
-    if (this.todo.delete("ground")) {
-      this.merged = false;
-      const g = this.ground.begin(this.cam, this.ratio);
-      paintAirport(g, { ...this.#see(), box: this.#room() });
-      if (this.layers.detection) this.detection.paint(g, this.cam, (this.weather?.from_ns ?? 0) / 1e9);
-    }
-    this.#show();
+    paintGhost(g, see);
+    paintAlerts(g, see, this.layers.labels ? this.#labelsOf(see.cam) : null);
+    this.#settle();
+    yield;
+    [this.traffic, this.next] = [this.next, this.traffic];
+    this.merged = false;
+    this.lastDrawn = performance.now();
+    if (!this.todo.size) this.#merge();
+    yield;
+    this.onDrawn?.();
+  }
+
+  *#groundwork() {
+    this.merged = false;
+    const g = this.ground.begin(this.cam, this.ratio);
+    paintAirport(g, { ...this.#see(), box: this.#room() });
+    if (this.layers.detection) this.detection.paint(g, this.cam, (this.weather?.from_ns ?? 0) / 1e9);
   }
 
   #see() {
@@ -441,6 +442,24 @@ export class MapView {
     return { x: -MARGIN, y: -MARGIN, w: this.width + 2 * MARGIN, h: this.height + 2 * MARGIN };
   }
 
+  /** Where pixels are made by this thread, as they turn out to be, they are made bit by bit. */
+  #settle() {
+    if (this.settles) this.next.settle();
+  }
+
+  /** Where nothing but a shift is left to do, both are one opaque bitmap, made once. */
+  #merge() {
+    if (!this.ground.cam || !this.traffic.cam || !this.ground.cam.same(this.traffic.cam)) return false;
+    if (this.merged) return true;
+    const began = performance.now(), whole = this.whole.begin(this.ground.cam, this.ratio);
+    whole.setTransform(1, 0, 0, 1, 0, 0);
+    whole.drawImage(this.ground.canvas, 0, 0);
+    whole.drawImage(this.traffic.canvas, 0, 0);
+    this.merged = true;
+    this.settles ||= performance.now() - began > SLOW_MS;
+    return true;
+  }
+
   #show() {
     const { g, ratio, cam } = this;
     if (!this.ground.covers(cam)) {
@@ -448,16 +467,7 @@ export class MapView {
       g.fillStyle = this.c.ground;
       g.fillRect(0, 0, this.canvas.width, this.canvas.height);
     }
-    const one = this.ground.cam && this.traffic.cam && this.ground.cam.same(this.traffic.cam);
-    if (one) {
-      // Nothing but a shift: both are one opaque bitmap, made once.
-      if (!this.merged) {
-        const whole = this.whole.begin(this.ground.cam, ratio);
-        whole.setTransform(1, 0, 0, 1, 0, 0);
-        whole.drawImage(this.ground.canvas, 0, 0);
-        whole.drawImage(this.traffic.canvas, 0, 0);
-        this.merged = true;
-      }
+    if (this.#merge()) {
       this.whole.onto(g, cam, ratio);
     } else {
       this.ground.onto(g, cam, ratio);
@@ -479,20 +489,21 @@ export class MapView {
 
   // ---- labels ----
 
-  #place() {
+  *#placing(scan) {
     const cam = this.cam.copy(), items = [];
-    this.placedFor = cam;
-    if (!this.layers.labels || !this.scan || !this.situation) {
+    if (!this.layers.labels || !scan || !this.situation) {
+      this.placedFor = cam;
       this.placed = new Map();
       this.hidden = [];
       return;
     }
     const view = { x: 0, y: 0, w: cam.width, h: cam.height }, room = this.#room(), marks = [];
-    this.alerted = stagesOf(this.scan, this.layers.alerts ? this.alerts : []);
-    for (const target of targetsOf(this.scan, this.layers)) {
+    this.alerted = stagesOf(scan, this.layers.alerts ? this.alerts : []);
+    for (const target of targetsOf(scan, this.layers)) {
       const [x, y] = cam.toScreen(target.x, target.y);
       if (x < room.x || y < room.y || x > room.x + room.w || y > room.y + room.h) continue;
-      items.push(this.#item(target, x, y));
+      items.push(this.wishes.item(this, target, x, y));
+      yield;
       // The way ahead stays free, too.
       if (!this.layers.vectors || !(Math.hypot(target.vx, target.vy) > 0.5)) continue;
       for (const s of [0.5, 1]) {
@@ -500,62 +511,17 @@ export class MapView {
         marks.push({ x: ex, y: ey, r: 3, weight: 6 });
       }
     }
-    const field = this.#field(cam, room);
+    const field = this.wishes.field(this, cam, room);
     const free = cam.width * cam.height - field.under(view) * 64;
     if (this.lod === "auto") thin(items.filter((i) => inBox(view, i)), Math.max(free, 1), this.skin === "controller");
     const wanted = items.filter((i) => i.level > 0);
+    yield;
     // Labels stay where they were from one scan to the next; a moment that was jumped to has the same picture for everybody.
-    const follows = this.live || this.scan.scan === this.placedScan + 1;
-    this.placedScan = this.scan.scan;
-    this.placed = place(wanted, { view, room, field, before: follows ? this.before : new Map(), marks });
+    const follows = this.live || scan.scan === this.placedScan + 1;
+    const placed = yield* placing(wanted, { view, room, field, before: follows ? this.before : new Map(), marks });
+    Object.assign(this, { placed, placedFor: cam, placedScan: scan.scan });
     this.before = new Map([...this.placed].map(([id, p]) => [id, { dx: p.dx, dy: p.dy }]));
     this.hidden = items.filter((i) => inBox(view, i) && !this.placed.has(i.id)).map((i) => i.id);
-  }
-
-  #item(target, x, y) {
-    const state = this.situation.stateOf(target), chosen = target.id === this.selected, alert = this.alerted.has(target.id);
-    const must = chosen || alert || state === "runway" || state === "vehicle on a runway" || state === "airborne";
-    const lines = labelLines(target), sizes = {};
-    let w = this.#width(BOLD, lines[0]);
-    for (let level = 1; level <= 3; level++) {
-      if (level > 1 && lines[level - 1]) w = Math.max(w, this.#width(PLAIN, lines[level - 1]));
-      sizes[level] = { w: Math.ceil(w) + 10, h: 19 + 13 * (Math.min(level, lines.length) - 1) };
-    }
-    const rule = this.lod !== "auto" ? this.lod : this.skin === "controller" ? LEVELS[state] ?? 2 : 3;
-    const level = Math.min(chosen || alert ? 3 : rule, lines.length);
-    const size = Math.max(target.truth?.lengthM ?? target.lengthM ?? 0, target.truth?.spanM ?? target.spanM ?? 0);
-    const reach = this.layers.truth ? Math.max(6, Math.min(60, 0.5 * size * this.cam.scale)) : 6;
-    return {
-      id: target.id, target, x, y, lines, sizes, level, must, state, reach, standing: state === "parked" || state === "holding",
-      importance: importanceOf(target, state, { selected: chosen, alert }), dragged: this.dragged.get(nameOf(target)),
-    };
-  }
-
-  #width(font, text) {
-    const key = font + text;
-    let w = this.widths.get(key);
-    if (w === undefined) {
-      this.g.font = font;
-      w = this.g.measureText(text).width;
-      if (this.widths.size > 20_000) this.widths.clear();
-      this.widths.set(key, w);
-    }
-    return w;
-  }
-
-  /** Where labels must not be: runways with 10 m around, their designators, what lies over the map. */
-  #field(cam, room) {
-    const key = [cam.cx, cam.cy, cam.scale, cam.rot, cam.width, cam.height, this.airport?.icao, JSON.stringify(this.overlays)].join();
-    if (this.fieldKey === key) return this.fieldMade;
-    const field = new Field(room.x, room.y, room.w, room.h);
-    for (const runway of this.airport?.runways ?? []) {
-      field.polygon(runwayRing(runway, 10).map(([x, y]) => cam.toScreen(x, y)));
-      for (const [x, y] of designators(cam, runway)) field.box({ x: x - 11, y: y - 9, w: 22, h: 18 });
-    }
-    for (const box of this.overlays) field.box(box);
-    this.fieldKey = key;
-    this.fieldMade = field;
-    return field;
   }
 
   /** What lies over the map is elsewhere now. */
@@ -577,10 +543,6 @@ export class MapView {
 
 /** What is drawn of a run beside the first. */
 const BESIDE = { tracks: true, truth: false, plots: false, weather: false };
-
-function nameOf(target) {
-  return target.callsign || target.id;
-}
 
 function inBox(box, p) {
   return p.x >= box.x && p.y >= box.y && p.x <= box.x + box.w && p.y <= box.y + box.h;

@@ -2,7 +2,7 @@
 
 import { kinds } from "./frame.js";
 import { paintWeather } from "./paint.js";
-import { SHORT_LEADER } from "./labels.js";
+import { SHORT_LEADER, whole } from "./labels.js";
 
 const KNOT = 1.943844, FOOT = 3.28084, STILL_MPS = 0.5, AIRBORNE_M = 15;
 export const BOLD = "700 12px B612, sans-serif", PLAIN = "11px B612, sans-serif";
@@ -39,21 +39,46 @@ const cut = (text) => ([...text].length > 24 ? `${[...text].slice(0, 23).join(""
 
 /** Everything of the scan but the labels; `see` has scan, cam, c, layers, weather, sensorsOff, vectorS, dots. */
 export function paintTraffic(g, see) {
+  whole(paintingTraffic(g, see));
+}
+
+/** Targets that are drawn without a pause. */
+const A_STEP = 100;
+
+/** The same in steps. */
+export function* paintingTraffic(g, see) {
   const { scan, cam, c, layers } = see;
   if (layers.weather) paintWeather(g, see);
   if (!scan) return;
   const tracks = layers.tracks ? scan.tracks.filter(sound) : [];
-  if (layers.history) trails(g, see);
+  yield;
+  if (layers.history) yield* trails(g, see);
   if (layers.plots !== false) plots(g, see);
-  if (layers.ellipses) for (const t of tracks) ellipse(g, cam, t, colourOf(c, t));
-  if (layers.truth) truths(g, see);
+  yield;
+  if (layers.ellipses) {
+    for (const [i, t] of tracks.entries()) {
+      ellipse(g, cam, t, colourOf(c, t));
+      if (i % A_STEP === A_STEP - 1) yield;
+    }
+  }
+  for (const part of layers.truth ? parts(scan.truth) : []) {
+    truths(g, { ...see, scan: { truth: part } });
+    yield;
+  }
   if (layers.errors) errors(g, see);
   if (layers["one second ago"]) lags(g, see, tracks);
+  yield;
   if (layers.vectors) vectors(g, see, targetsOf(scan, layers));
+  yield;
   symbols(g, see, tracks);
+  yield;
 }
 
-function trails(g, { scan, cam, c, dots }) {
+function parts(list) {
+  return Array.from({ length: Math.ceil(list.length / A_STEP) }, (_, i) => list.slice(i * A_STEP, (i + 1) * A_STEP));
+}
+
+function* trails(g, { scan, cam, c, dots }) {
   const parts = new Map(); // by colour: by age: pixels
   for (const track of scan.tracks) {
     const points = scan.trails.get(track.number) ?? [], colour = colourOf(c, track), n = Math.min(points.length, dots);
@@ -68,10 +93,11 @@ function trails(g, { scan, cam, c, dots }) {
   }
   for (const [colour, ages] of parts) {
     g.fillStyle = colour;
-    ages.forEach((pixels, age) => {
+    for (const [age, pixels] of ages.entries()) {
       g.globalAlpha = 0.6 - 0.09 * age;
       for (let i = 0; i < pixels.length; i += 2) g.fillRect(pixels[i], pixels[i + 1], 2, 2);
-    });
+      yield;
+    }
   }
   g.globalAlpha = 1;
 }
@@ -182,8 +208,13 @@ function symbols(g, { cam, c }, tracks) {
   }
 }
 
-/** Labels where they were placed; `items` have lines and target. */
-export function paintLabels(g, { c, selected }, placed) {
+/** Labels where they were placed; their items have lines and target. */
+export function paintLabels(g, see, placed) {
+  whole(paintingLabels(g, see, placed));
+}
+
+/** The same in steps. */
+export function* paintingLabels(g, { c, selected }, placed) {
   g.textAlign = "left";
   g.textBaseline = "alphabetic";
   g.lineWidth = 1;
@@ -205,10 +236,12 @@ export function paintLabels(g, { c, selected }, placed) {
     g.fillStyle = colour;
     g.font = BOLD;
     for (const p of list) g.fillText(p.item.lines[0], p.x + 5, p.y + 14);
+    yield;
   }
   g.fillStyle = c.text;
   g.font = PLAIN;
   for (const p of all) for (let i = 1; i < p.level && i < p.item.lines.length; i++) g.fillText(p.item.lines[i], p.x + 5, p.y + 14 + 13 * i);
+  yield;
   const chosen = placed.get(selected);
   if (chosen) {
     g.strokeStyle = c.select;
