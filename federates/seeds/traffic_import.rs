@@ -50,7 +50,7 @@ pub fn run(args: &ImportArgs) -> ExitCode {
             out!("{}", one.csv.trim_end());
             ExitCode::SUCCESS
         }
-        Some(folder) if folder.is_dir() => many(&found, folder),
+        Some(folder) if folder.is_dir() || folder.extension().is_none() => many(&found, folder),
         Some(file) => match write(one, file) {
             Ok(()) => ExitCode::SUCCESS,
             Err(code) => code,

@@ -21,28 +21,11 @@ pub fn make_sensors_for(
     scene: &Scene,
     tolerance: Tolerance,
 ) -> Result<Vec<Box<dyn Sensor>>, String> {
-    scene.sensors.iter().map(|sensor| make_sensor(scene, sensor, tolerance)).collect()
-}
-
-fn make_sensor(
-    scene: &Scene,
-    sensor: &SensorScene,
-    tolerance: Tolerance,
-) -> Result<Box<dyn Sensor>, String> {
-    let failed = |e: &dyn std::fmt::Display| format!("sensor '{}': {e}", sensor.name);
-    match (&sensor.asde, &sensor.reported) {
-        (Some(radar), _) => {
-            let asde = radar.radar_for(scene, sensor, tolerance).map_err(|e| failed(&e))?;
-            Ok(Box::new(asde))
-        }
-        (None, Some(reported)) => {
-            reported.sensor(tolerance, scene.run.duration.s()).map_err(|e| failed(&e))
-        }
-        (None, None) if sensor.foreign.is_some() => {
-            Ok(Box::new(Elsewhere { id: sensor.id, kind: sensor.kind }))
-        }
-        (None, None) => Err(failed(&"the scene gives it no parameters")),
-    }
+    let one = |sensor: &SensorScene| -> Result<Box<dyn Sensor>, String> {
+        let elsewhere = || Box::new(Elsewhere { id: sensor.id, kind: sensor.kind }) as _;
+        Ok(sensor.made(scene, tolerance)?.unwrap_or_else(elsewhere))
+    };
+    scene.sensors.iter().map(one).collect()
 }
 
 /// What the scene tolerates against everything simulated exactly.

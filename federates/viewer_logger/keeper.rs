@@ -10,6 +10,7 @@ use super::log_traffic::core_after;
 use super::picture::{AirportMap, RunInfo};
 use super::said::Topic;
 use super::server::Page;
+use super::tolerances::Tolerances;
 use crate::exchange::flights::flight_list;
 use crate::runtime::clock::utc_ns;
 use crate::runtime::messages::{
@@ -109,6 +110,7 @@ pub struct Keeper {
     kept: Kept,
     flights: FlightList,
     beside: Option<Beside>,
+    tolerances: Option<Tolerances>,
     /// What controllers on tracks did in this run.
     people: Vec<SeatMessage>,
     /// Numbers of the last alert and the last event of a seat.
@@ -162,6 +164,7 @@ impl Keeper {
             kept: Kept::default(),
             flights: FlightList::default(),
             beside: None,
+            tolerances: None,
             people: Vec::new(),
             last_told: [0; 2],
         })
@@ -296,6 +299,7 @@ impl Keeper {
         self.shown(|viewer| viewer.on_scan(scan));
         self.write_done();
         self.compare(scan);
+        self.compare_tolerances(scan);
     }
 
     /// Writes down what people did on the page, and shows it in its list.
@@ -323,6 +327,23 @@ impl Keeper {
         self.shown(|viewer| viewer.on_rungs(&rows, &ghosts_m, few));
     }
 
+    /// Has other tolerances of the effect plan simulated beside the run while a browser asks for them.
+    fn compare_tolerances(&mut self, scan: &ScanReport) {
+        let Some(page) = self.page.as_ref() else { return };
+        let Some(ghost_m) = page.viewer().tolerances() else {
+            self.tolerances = None;
+            return;
+        };
+        let seed = self.state.as_ref().map_or(self.scene.run.seed, |s| s.seed);
+        let (scene, shown) = (&self.scene, Arc::clone(page));
+        let beside = self.tolerances.get_or_insert_with(|| {
+            Tolerances::begin(Arc::clone(scene), seed, move |told| {
+                shown.update(|viewer| viewer.on_tolerances(&told));
+            })
+        });
+        beside.scan(scan, &self.flights, ghost_m);
+    }
+
     fn run_state(&mut self, state: RunState, utc_ns: i64) {
         let before = self.state.take();
         // Run 0 is none yet: the federates are joining.
@@ -330,6 +351,7 @@ impl Keeper {
         if new_run {
             self.last_scan = None;
             self.beside = None;
+            self.tolerances = None;
             self.close_log();
             self.people.clear();
             self.last_told = [0; 2];

@@ -32,6 +32,7 @@ pub mod said;
 pub mod server;
 pub mod session;
 pub mod source;
+pub mod tolerances;
 pub mod video;
 
 use crate::runtime::messages::{
@@ -64,6 +65,8 @@ pub struct Viewer {
     measures: BTreeMap<String, f64>,
     comparing: bool,
     ghost: Option<String>,
+    /// Whether a browser asked for other tolerances, and whose tracks it wants, m.
+    tolerances: Option<Option<f64>>,
     said: Said,
     detection: Option<Arc<detection::Maps>>,
 }
@@ -114,6 +117,7 @@ impl Viewer {
             measures: BTreeMap::new(),
             comparing: false,
             ghost: None,
+            tolerances: None,
             said: Said::default(),
             detection: None,
         }
@@ -164,6 +168,34 @@ impl Viewer {
             "left_out": left_out,
         });
         self.set("rungs", message);
+    }
+
+    /// Whether a browser asked for other tolerances of the effect plan, and by which one the tracks are wanted beside the run's own, m.
+    #[must_use]
+    pub fn tolerances(&self) -> Option<Option<f64>> {
+        self.tolerances
+    }
+
+    /// A browser asks for other tolerances, and for the tracks of one of them (m), or has seen enough.
+    pub fn compare_tolerances(&mut self, on: bool, ghost_m: Option<f64>) {
+        let before = std::mem::replace(&mut self.tolerances, on.then_some(ghost_m));
+        if before.is_some() != on {
+            self.tell_tolerances(&tolerances::Told::default());
+        }
+    }
+
+    /// What the tolerances have given so far; nothing while nobody asks.
+    pub fn on_tolerances(&mut self, told: &tolerances::Told) {
+        if self.tolerances.is_some() {
+            self.tell_tolerances(told);
+        }
+    }
+
+    fn tell_tolerances(&mut self, told: &tolerances::Told) {
+        let mut message = json!(told);
+        message["type"] = "tolerances".into();
+        message["comparing"] = self.tolerances.is_some().into();
+        self.set("tolerances", message);
     }
 
     /// The scene: once, or again when another run begins.

@@ -405,6 +405,14 @@ async fn browser(mut socket: WebSocket, shared: &Arc<Shared>, rights: Rights) {
                         shared.page.update(|viewer| viewer.compare(on, ghost));
                         Vec::new()
                     }
+                    Asked::Tolerances(..) if rights == Rights::Look => vec![refused(LOOK_ONLY)],
+                    Asked::Tolerances(true, _) if !shared.page.viewer().is_live() => {
+                        vec![refused(NOT_LIVE)]
+                    }
+                    Asked::Tolerances(on, ghost_m) => {
+                        shared.page.update(|viewer| viewer.compare_tolerances(on, ghost_m));
+                        Vec::new()
+                    }
                     Asked::Fork(..) if rights == Rights::Look => vec![refused(LOOK_ONLY)],
                     Asked::Fork(Some(wanted)) => {
                         let begun = fork::begin(&shared.page, wanted);
@@ -490,7 +498,7 @@ const MAX_BROWSERS: usize = 32;
 const MAX_OF_ONE_CLIENT: usize = 8;
 /// How long a browser that needs a token may take to say it.
 const FIRST_WORD: Duration = Duration::from_secs(5);
-const NOT_LIVE: &str = "filters run beside a run that goes on; of a finished one, seeds fork RUN --set tracking.filter=NAME shows another";
+const NOT_LIVE: &str = "filters and tolerances run beside a run that goes on; of a finished one, seeds fork RUN --set tracking.filter=NAME (or accuracy.position_m=M) shows another";
 /// Longest message of a browser, octets.
 const MAX_MESSAGE: usize = 4096;
 /// At most this often a new picture.

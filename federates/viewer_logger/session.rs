@@ -53,6 +53,8 @@ pub enum Asked {
     Command(f64, String, Command),
     /// What the other rungs would give, from now on or no more, and whose tracks as a ghost: [`Viewer::compare`].
     Compare(bool, Option<String>),
+    /// What other tolerances would give, from now on or no more, and whose tracks as a ghost, m: [`Viewer::compare_tolerances`].
+    Tolerances(bool, Option<f64>),
     /// These runs side by side: [`Session::open`].
     Open(Vec<String>),
     /// The time line of the run shown: [`Session::strip`].
@@ -286,6 +288,9 @@ impl Session {
             FromPage::Compare { on, ghost } => {
                 Asked::Compare(on, ghost.map(|g| g.chars().take(32).collect()))
             }
+            FromPage::Tolerances { on, ghost_m } => {
+                Asked::Tolerances(on, ghost_m.filter(|m| m.is_finite()))
+            }
             FromPage::Ack { id } => Asked::Acknowledge(id),
             FromPage::Open { runs } => Asked::Open(runs),
             FromPage::Fork { changes, .. } if changes.len() > MOST_CHANGES => {
@@ -352,6 +357,11 @@ enum FromPage {
         on: bool,
         #[serde(default)]
         ghost: Option<String>,
+    },
+    Tolerances {
+        on: bool,
+        #[serde(default)]
+        ghost_m: Option<f64>,
     },
     Ack {
         id: u32,

@@ -16,6 +16,9 @@ use crate::hash::Fnv;
 use crate::keys::{self, words};
 use crate::run::Run;
 use crate::traffic::Traffic;
+use crate::Scene;
+use models::effects::Tolerance;
+use models::sensors::Sensor;
 use models::frames::{Vector2, Vector3};
 use models::plot::{Callsign, SensorId, SensorKind};
 use models::sensors::KINDS;
@@ -73,6 +76,30 @@ impl SensorScene {
             && self.reported == other.reported
             && self.asde == other.asde
             && self.foreign == other.foreign
+    }
+
+    /// The sensor itself, planned for a tolerance; none for one of somebody else, whose plots come from outside.
+    ///
+    /// # Errors
+    /// One sentence if it cannot be made; the scene's check should have said so before.
+    pub fn made(
+        &self,
+        scene: &Scene,
+        tolerance: Tolerance,
+    ) -> Result<Option<Box<dyn Sensor>>, String> {
+        let failed = |e: &dyn std::fmt::Display| format!("sensor '{}': {e}", self.name);
+        match (&self.asde, &self.reported) {
+            (Some(radar), _) => {
+                let asde = radar.radar_for(scene, self, tolerance).map_err(|e| failed(&e))?;
+                Ok(Some(Box::new(asde)))
+            }
+            (None, Some(reported)) => {
+                let made = reported.sensor(tolerance, scene.run.duration.s());
+                Ok(Some(made.map_err(|e| failed(&e))?))
+            }
+            (None, None) if self.foreign.is_some() => Ok(None),
+            (None, None) => Err(failed(&"the scene gives it no parameters")),
+        }
     }
 
     /// True if the target of this name carries the sensor. The answer depends on nothing else, so it

@@ -1,31 +1,25 @@
 // The dial: every filter on the same plots, what it errs and what it costs; one slider over them, budgets that choose, a ghost on the map.
 
+import { best, front as frontOf, scatter } from "./scatter.js";
 import { element, elapsed, fixed } from "./text.js";
 
+const COST = (row) => row.us_per_track;
+
 /** The most exact row within `us` a track, or the cheapest within `m`; null where none is. */
-export function pick(rows, { us = null, m = null }) {
-  const known = rows.filter((r) => Number.isFinite(errorOf(r)) && Number.isFinite(r.us_per_track));
-  const least = (list, of) => list.reduce((best, r) => (best === null || of(r) < of(best) ? r : best), null);
-  if (us !== null) return least(known.filter((r) => r.us_per_track <= us), errorOf);
-  if (m !== null) return least(known.filter((r) => errorOf(r) <= m), (r) => r.us_per_track);
-  return null;
-}
+export const pick = (rows, { us = null, m = null }) => best(rows, { cost: COST, error: errorOf }, { cost: us, error: m });
 
 /** Error over the last minute where it is known, else since the comparison began. */
 export const errorOf = (row) => row.rmse_60s_m ?? row.rmse_m ?? NaN;
 
 /** Rows that no other row beats in both, by cost. */
-export function front(rows) {
-  const known = rows.filter((r) => Number.isFinite(errorOf(r)) && Number.isFinite(r.us_per_track));
-  return known.filter((r) => !known.some((o) => o !== r && o.us_per_track <= r.us_per_track && errorOf(o) < errorOf(r))).sort((a, b) => a.us_per_track - b.us_per_track);
-}
+export const front = (rows) => frontOf(rows, { cost: COST, error: errorOf });
 
 const FEW = 30;
 
 export class Dial {
-  /** `send(message)`. */
-  constructor(box, { send }) {
-    Object.assign(this, { box, send, rungs: null, ghost: null });
+  /** `send(message)`; `chosen()` when a ghost is asked for. */
+  constructor(box, { send, chosen }) {
+    Object.assign(this, { box, send, chosen, rungs: null, ghost: null });
     this.on = element("button", "Compare all filters", { type: "button", id: "compare", "aria-pressed": "false" });
     this.on.addEventListener("click", () => this.#ask(!this.rungs?.comparing, this.ghost));
     this.slider = element("input", [], { type: "range", id: "dial", min: 0, max: 0, step: 1, value: 0, list: "dial-ticks" });
@@ -62,6 +56,14 @@ export class Dial {
   #chose(at) {
     const row = this.rungs?.rows[at];
     if (row) this.#ask(true, row.chosen ? null : row.rung);
+    if (this.ghost !== null) this.chosen?.();
+    this.draw();
+  }
+
+  /** No ghost any more. */
+  release() {
+    if (this.ghost === null) return;
+    this.#ask(true, null);
     this.draw();
   }
 
@@ -105,38 +107,9 @@ export class Dial {
       element("p", first ? `Since ${elapsed(first.since_s)}, on the same plots; all filters began then. Errors: root mean square just after each radar plot of a moving target; those plots themselves have ${fixed(raw, 2)} m. ${this.rungs.left_out ?? ""}` : "", { class: "where" }));
   }
 
-  /** Microseconds across, metres up, both logarithmic; the front is drawn. */
   #scatter() {
-    const { plot } = this, rows = (this.rungs?.rows ?? []).filter((r) => errorOf(r) > 0 && r.us_per_track > 0), ratio = window.devicePixelRatio || 1, w = plot.clientWidth, h = plot.clientHeight;
-    if (!w || !h) return;
-    Object.assign(plot, { width: Math.round(w * ratio), height: Math.round(h * ratio) });
-    const g = plot.getContext("2d"), style = getComputedStyle(plot), c = (n) => style.getPropertyValue(`--${n}`).trim();
-    g.setTransform(ratio, 0, 0, ratio, 0, 0);
-    if (rows.length < 2) return;
-    const ends = (list) => [Math.min(...list) / 1.15, Math.max(...list) * 1.15], [x0, x1] = ends(rows.map((r) => r.us_per_track)), [y0, y1] = ends(rows.map(errorOf));
-    const X = (v) => 34 + (Math.log(v / x0) / Math.log(x1 / x0)) * (w - 84), Y = (v) => h - 18 - (Math.log(v / y0) / Math.log(y1 / y0)) * (h - 28);
-    g.font = "10px B612, sans-serif";
-    g.fillStyle = g.strokeStyle = c("dim");
-    g.beginPath();
-    g.moveTo(34, 4);
-    g.lineTo(34, h - 18);
-    g.lineTo(w - 4, h - 18);
-    g.stroke();
-    g.fillText(`${fixed(y1 / 1.15, 1)} m`, 0, 12);
-    g.fillText(`${fixed(y0 * 1.15, 1)} m`, 0, h - 20);
-    g.fillText(`${fixed(x0 * 1.15, 2)} \u00b5s`, 34, h - 5);
-    g.fillText(`${fixed(x1 / 1.15, 2)} \u00b5s`, w - 54, h - 5);
-    g.strokeStyle = c("good");
-    g.beginPath();
-    front(rows).forEach((r, i) => (i ? g.lineTo(X(r.us_per_track), Y(errorOf(r))) : g.moveTo(X(r.us_per_track), Y(errorOf(r)))));
-    g.stroke();
-    for (const r of rows) {
-      g.beginPath();
-      g.arc(X(r.us_per_track), Y(errorOf(r)), r.chosen ? 4.5 : 3, 0, 7);
-      g.fillStyle = r.chosen ? c("strong") : r.rung === this.ghost ? c("departure") : c("dim");
-      g.fill();
-      g.fillText(r.rung, X(r.us_per_track) + 6, Y(errorOf(r)) + 3);
-    }
+    const points = (this.rungs?.rows ?? []).map((r) => ({ name: r.rung, cost: r.us_per_track, error: errorOf(r), own: r.chosen, ghost: r.rung === this.ghost }));
+    scatter(this.plot, points, "\u00b5s");
   }
 }
 
