@@ -82,7 +82,8 @@ fn write(movement: &Imported, file: &Path) -> Result<(), ExitCode> {
         return Err(fail(FAILED, format!("{}: {error}", file.display())));
     }
     let Imported { callsign, designator, records, damaged, lasts_s, .. } = movement;
-    let left = damaged.iter().map(|(why, n, line)| format!("; {n} with {why} left out (line {line})"));
+    let left =
+        damaged.iter().map(|(why, n, line)| format!("; {n} with {why} left out (line {line})"));
     out!("# {records} records, {lasts_s:.0} s{}", left.collect::<String>());
     let text = |text: &str| serde_json::Value::from(text).to_string(); // a JSON text is a TOML text
     let (kind, remark) = match designator {

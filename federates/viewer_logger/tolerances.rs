@@ -178,8 +178,7 @@ impl Chains {
         self.since.get_or_insert(work.to);
         let scan = self.scene.run.scan();
         let from = SimTime(work.to.0 - scan.0);
-        let interval =
-            ScanInterval { run_seed: self.seed, scan: work.scan, from, to: work.to };
+        let interval = ScanInterval { run_seed: self.seed, scan: work.scan, from, to: work.to };
         let notice = self.scene.weather.iter().rev().find(|n| n.time <= from);
         let weather =
             notice.map_or_else(Weather::default, |n| n.weather.after(from.since_s(n.time)));
@@ -260,7 +259,11 @@ fn apart(exact: &ByTarget, own: &ByTarget) -> (f64, u32, u32) {
                 continue;
             }
             alone += 1;
-            if later_ns < 0 { a.next() } else { b.next() };
+            if later_ns < 0 {
+                a.next()
+            } else {
+                b.next()
+            };
         }
         alone += (a.count() + b.count()) as u32;
     }
@@ -403,7 +406,11 @@ impl Truth for Between<'_> {
         let since_s = time.since_s(self.at);
         let Some(before) = before.filter(|_| since_s > -self.step_s && since_s < 0.0) else {
             let position_m = p1 + v1 * since_s;
-            return Some(TargetState { position_m, velocity_mps: v1, heading_rad: now.heading_rad });
+            return Some(TargetState {
+                position_m,
+                velocity_mps: v1,
+                heading_rad: now.heading_rad,
+            });
         };
         // Hermite's cubic through both states.
         let (h, u) = (self.step_s, 1.0 + since_s / self.step_s);

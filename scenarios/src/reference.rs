@@ -277,7 +277,12 @@ fn by_kind(forms: Vec<(Value, Vec<Key>)>) -> Value {
         .into_iter()
         .map(|(kinds, keys)| {
             let mut schema = table_schema(&keys, &[]);
-            say(&mut schema, "kind", keys.iter().find(|k| k.word == "kind"), json!({ "enum": kinds }));
+            say(
+                &mut schema,
+                "kind",
+                keys.iter().find(|k| k.word == "kind"),
+                json!({ "enum": kinds }),
+            );
             schema
         })
         .collect();

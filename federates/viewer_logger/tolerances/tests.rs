@@ -69,12 +69,20 @@ fn every_tolerance_keeps_what_it_promises_and_the_exact_one_leaves_nothing_out()
             assert!(row.ns_per_target.is_some_and(|ns| ns > 0.0) && row.tracks > 0, "{case}");
         }
         let (exact, loosest) = (&rows[0], &rows[rows.len() - 1]);
-        assert_eq!((exact.tolerance_m, exact.apart_60s_m, exact.alone_60s), (0.0, Some(0.0), Some(0.0)));
+        assert_eq!(
+            (exact.tolerance_m, exact.apart_60s_m, exact.alone_60s),
+            (0.0, Some(0.0), Some(0.0))
+        );
         assert!(exact.skipped.is_empty() && exact.cheaper == 0, "{name}: {exact:?}");
         assert!(!loosest.skipped.is_empty(), "{name}: {loosest:?}");
         assert!(loosest.apart_60s_m > Some(0.0), "what is left out is missed: {loosest:?}");
-        assert_eq!(told.ghosts_m.len(), rows.iter().find(|r| r.tolerance_m == 0.5).expect("it").tracks);
-        assert!(chains.told(None).ghosts_m.is_empty() && chains.told(Some(0.3)).ghosts_m.is_empty());
+        assert_eq!(
+            told.ghosts_m.len(),
+            rows.iter().find(|r| r.tolerance_m == 0.5).expect("it").tracks
+        );
+        assert!(
+            chains.told(None).ghosts_m.is_empty() && chains.told(Some(0.3)).ghosts_m.is_empty()
+        );
     }
 }
 

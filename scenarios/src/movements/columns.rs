@@ -107,7 +107,8 @@ impl Columns {
                 missing.push((name, words));
             } else {
                 if !has(Says::Latitude) {
-                    missing.push(("latitude_deg", "latitude_deg in the header (or lat_deg; or x_m)"));
+                    missing
+                        .push(("latitude_deg", "latitude_deg in the header (or lat_deg; or x_m)"));
                 }
                 if !has(Says::Longitude) {
                     let words = "longitude_deg in the header (or lon_deg; or y_m)";

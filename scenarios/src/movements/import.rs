@@ -1,7 +1,7 @@
 //! Movements out of somebody's table: one file of any of the known columns becomes one movement a call sign, in our dialect.
 
-use super::columns::{Columns, Place, Says};
 use super::MOST_RECORDS;
+use super::columns::{Columns, Place, Says};
 use crate::error::{Problem, ScenarioError};
 use csv::ByteRecord;
 use std::collections::BTreeMap;
@@ -126,7 +126,8 @@ pub fn import(file: &Path, wanted: &[String]) -> Result<Vec<Imported>, ScenarioE
             return Err(ScenarioError::new(file, 1, "callsign", problem));
         }
     }
-    let asked = |name: &str| wanted.is_empty() || wanted.iter().any(|w| w.eq_ignore_ascii_case(name));
+    let asked =
+        |name: &str| wanted.is_empty() || wanted.iter().any(|w| w.eq_ignore_ascii_case(name));
     let chosen: Vec<(String, Flight)> = flights.into_iter().filter(|f| asked(&f.0)).collect();
     if chosen.is_empty() {
         let found = match nobody {
@@ -201,7 +202,9 @@ impl Flight {
         for row in &rows {
             let (seconds, ms) = (row.time_ms.div_euclid(1000), row.time_ms.rem_euclid(1000));
             let _ = match row.place {
-                Place::Degrees(lat, lon) => write!(csv, "{seconds}.{ms:03},{callsign},{lat:.7},{lon:.7},"),
+                Place::Degrees(lat, lon) => {
+                    write!(csv, "{seconds}.{ms:03},{callsign},{lat:.7},{lon:.7},")
+                }
                 Place::Metres(x, y) => write!(csv, "{seconds}.{ms:03},{callsign},{x:.2},{y:.2},"),
             };
             let altitude = row.altitude_m.map_or_else(String::new, |m| format!("{m:.1}"));
@@ -225,7 +228,8 @@ mod tests {
     use super::*;
 
     fn of(name: &str, text: &str, wanted: &[&str]) -> Result<Vec<Imported>, String> {
-        let file = std::env::temp_dir().join(format!("seeds-import-{}-{name}.csv", std::process::id()));
+        let file =
+            std::env::temp_dir().join(format!("seeds-import-{}-{name}.csv", std::process::id()));
         std::fs::write(&file, text).expect("a file");
         let wanted: Vec<String> = wanted.iter().map(|w| (*w).to_owned()).collect();
         let result = import(&file, &wanted);
@@ -270,18 +274,45 @@ mod tests {
         assert!(found[0].csv.contains("\n0.500,FOLLOW1,11.00,20.00,,,\n"), "{}", found[0].csv);
         assert!(found[0].csv.starts_with("time_s,callsign,x_m,y_m,"));
         let tabs = "time\tcallsign\tposition\n10\tA1\t47.1,8.2\n11\tA1\t47.2,8.2\n";
-        assert!(of("tabs", tabs, &[]).expect("tabs")[0].csv.contains("11.000,A1,47.2000000,8.2000000"));
+        assert!(
+            of("tabs", tabs, &[]).expect("tabs")[0].csv.contains("11.000,A1,47.2000000,8.2000000")
+        );
     }
 
     #[test]
     fn what_cannot_be_taken_is_said_with_file_and_line() {
         for (name, text, wanted, expected) in [
-            ("no", "", &[][..], "FILE:1: timestamp_ms: missing; needed is a column timestamp_ms in the header (or time_s), and one latitude_deg"),
-            ("half", "time_s,callsign,x_m\n1,A,2\n", &[], "FILE:1: y_m: missing; needed is a column y_m beside x_m"),
+            (
+                "no",
+                "",
+                &[][..],
+                "FILE:1: timestamp_ms: missing; needed is a column timestamp_ms in the header (or time_s), and one latitude_deg",
+            ),
+            (
+                "half",
+                "time_s,callsign,x_m\n1,A,2\n",
+                &[],
+                "FILE:1: y_m: missing; needed is a column y_m beside x_m",
+            ),
             ("none", "time_s,callsign,lat,lon\n", &[], "FILE:2: movement: found \"no record\""),
-            ("nobody", "time_s,lat,lon\n1,47,8\n", &[], "FILE:1: callsign: missing; needed is a column callsign in the header, or one --callsign NAME"),
-            ("other", "time_s,callsign,lat,lon\n1,A1,47,8\n2,B2,47,8\n", &["C3"], "FILE:1: callsign: found \"C3\", allowed is A1, B2"),
-            ("damage", "time_s,callsign,lat,lon\n1,A1,47,8\nx,A1,47,8\n2,A1,99,8\n", &[], "FILE:3: movement: found \"A1: 1 sound records; 1 with no place that can be read, first in line 4; 1 with "),
+            (
+                "nobody",
+                "time_s,lat,lon\n1,47,8\n",
+                &[],
+                "FILE:1: callsign: missing; needed is a column callsign in the header, or one --callsign NAME",
+            ),
+            (
+                "other",
+                "time_s,callsign,lat,lon\n1,A1,47,8\n2,B2,47,8\n",
+                &["C3"],
+                "FILE:1: callsign: found \"C3\", allowed is A1, B2",
+            ),
+            (
+                "damage",
+                "time_s,callsign,lat,lon\n1,A1,47,8\nx,A1,47,8\n2,A1,99,8\n",
+                &[],
+                "FILE:3: movement: found \"A1: 1 sound records; 1 with no place that can be read, first in line 4; 1 with ",
+            ),
         ] {
             let error = of(name, text, wanted).expect_err(name);
             assert!(error.starts_with(expected), "{name}:\n{error}\n{expected}");
