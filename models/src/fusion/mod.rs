@@ -21,6 +21,7 @@ pub mod offline;
 pub mod own;
 mod places;
 pub mod registration;
+mod rest;
 mod resting;
 mod ring;
 pub mod shadow;

@@ -9,6 +9,7 @@ use super::identity::Evidence;
 use super::lag::Lag;
 use super::near_side::{Body, EchoLaw};
 use super::registration::{Reference, Registration};
+use super::rest::Rest;
 use super::ring::{Past, RingOf, Slotted};
 use super::size::Spread;
 use crate::association::kinematic_gate::{ClassLimits, Departure};
@@ -162,6 +163,8 @@ pub(super) struct Track {
     /// Updated in this scan.
     pub(super) updated: bool,
     pub(super) manoeuvre: bool,
+    /// Whether it stands, by its own plots.
+    pub(super) rest: Rest,
     pub(super) published: bool,
     /// Plot of the last scan that both gates refused.
     pub(super) refused: Option<Box<Plot>>,
@@ -270,6 +273,7 @@ impl Track {
             interval_s,
             updated: true,
             manoeuvre: false,
+            rest: Rest::begun(plot),
             published: false,
             refused: None,
             restarted: false,

@@ -394,6 +394,7 @@ impl Tracker {
         let config = &self.config;
         let filter = track.filter_before(time, &self.ring)?;
         let soon = time.since_s(filter.time()) <= config.life.constant_velocity_after_s;
+        let time = filter.time().plus_s(self.reckoned_s(track, time.since_s(filter.time())));
         let known = self.registration.knows(plot).then(|| track.as_known(plot, &self.registration));
         let nis = match filter.considered(known.as_ref().unwrap_or(plot), config) {
             Some(found) if soon => found.ok()?,
@@ -404,6 +405,15 @@ impl Tracker {
             }
         };
         (nis.d2.is_finite() && nis.det > 0.0 && nis.det < f64::INFINITY).then_some(nis)
+    }
+}
+
+impl Tracker {
+    /// For how long a track that was last seen so long before `plot` is reckoned to have moved, s. One that stood then is
+    /// looked for there: as if a look or two had passed.
+    pub(in crate::fusion) fn reckoned_s(&self, track: &Track, dt_s: f64) -> f64 {
+        let longest_s = self.config.life.constant_velocity_after_s;
+        if track.rest.place_m().is_some() { dt_s.min(longest_s) } else { dt_s }
     }
 }
 

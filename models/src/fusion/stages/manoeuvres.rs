@@ -19,7 +19,7 @@ impl Tracker {
             let k = pair.k as usize;
             let plot = &work.candidates[k].plot;
             let Some(filter) = track.filter_before(plot.time, &self.ring) else { continue };
-            let dt_s = plot.time.since_s(filter.time());
+            let dt_s = self.reckoned_s(track, plot.time.since_s(filter.time()));
             let (target, r) = (Track::departure(filter), plot.covariance_m2());
             let reach = kinematic_gate::reach(&track.limits, &target, dt_s, plot.position_m, r);
             let Some(reach) = reach.filter(|reach| reach.m <= limit) else { continue };
@@ -56,6 +56,13 @@ impl Tracker {
                     continue;
                 };
                 let distance = (plot.position_m - at).norm();
+                if track.rest.place_m().is_some() && plot.identity.is_none() {
+                    let most_s = self.reckoned_s(track, plot.time.since_s(filter.time()));
+                    let way_m = 0.5 * track.limits.acceleration_ms2 * most_s * most_s;
+                    if distance > way_m + 3.0 * trace(plot).sqrt() {
+                        continue;
+                    }
+                }
                 if nearest.is_none_or(|best| (distance, k) < best) {
                     nearest = Some((distance, k));
                 }

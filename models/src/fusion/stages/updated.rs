@@ -82,6 +82,7 @@ impl Tracker {
         }
         if hit {
             track.note_course(velocity_mps);
+            track.rest.note(plot, velocity_mps, matches!(how, How::Restart(_)));
         }
         if hit && !manoeuvre {
             track.note_extent(&stated);

@@ -28,7 +28,7 @@ fn a_plot_that_two_tracks_want_is_taken_once() {
     }
 }
 
-/// Two refused plots begin a state again if they are of successive looks; what lies looks apart is no pair.
+/// Two refused plots begin the state of what moves again if they are of successive looks; what lies looks apart is no pair.
 #[test]
 fn refused_plots_begin_a_state_again_only_in_successive_looks() {
     let list = FlightList::default();
@@ -36,14 +36,29 @@ fn refused_plots_begin_a_state_again_only_in_successive_looks() {
         let mut tracker = Tracker::new(TrackingConfig::paper());
         for k in 1..=12 {
             let t = f64::from(k);
-            tracker.scan(SimTime::from_s(t), &[plot(t - 0.5, 0, 0.0, 0.0)], &list);
+            tracker.scan(SimTime::from_s(t), &[plot(t - 0.5, 0, 8.0 * t, 0.0)], &list);
         }
         for k in 13..=13 + gap_s {
             let t = f64::from(k);
-            let seen = (k == 13 || k == 13 + gap_s).then(|| plot(t - 0.5, 0, 95.0, 0.0));
+            let seen = (k == 13 || k == 13 + gap_s).then(|| plot(t - 0.5, 0, 100.0, 95.0));
             tracker.scan(SimTime::from_s(t), seen.as_slice(), &list);
         }
         tracker.statistics().restarts
     };
     assert_eq!([1, 2, 3, 4].map(restarts), [1, 1, 0, 0]);
+}
+
+/// What stands is where it was: two plots of another one beside it, which is seen when it is not, begin nothing again.
+#[test]
+fn refused_plots_do_not_begin_the_state_of_what_stands_again() {
+    let list = FlightList::default();
+    let mut tracker = Tracker::new(TrackingConfig::paper());
+    for k in 1..=24 {
+        let t = f64::from(k);
+        let seen = plot(t - 0.5, 0, if k <= 16 { 0.0 } else { 95.0 }, 0.0);
+        let tracks = tracker.scan(SimTime::from_s(t), &[seen], &list);
+        let first = tracks.iter().find(|track| track.position_m.x < 20.0);
+        assert!(k < 4 || first.is_some(), "{k}: {tracks:?}");
+    }
+    assert_eq!((tracker.statistics().restarts, tracker.tracks.len()), (0, 2));
 }

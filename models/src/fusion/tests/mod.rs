@@ -17,6 +17,7 @@ mod identity;
 mod labelled;
 mod lag;
 mod own;
+mod rests;
 mod several;
 mod shadows;
 
