@@ -42,7 +42,7 @@ pub use notices::{
     TrackNotice, WantNotice, WeatherNotice,
 };
 pub use scan::{ForeignReport, LagMessage, PlotMessage, ScanReport, TrackMessage, TruthMessage};
-pub use seat::{SeatAction, SeatAnswer, SeatInput, SeatOrder, seat_key};
+pub use seat::{SeatAction, SeatAnswer, SeatInput, SeatOrder, SeatWords, seat_key};
 
 /// Number of a frame; frame 0 is the initial state, frame k ends at k · step.
 pub type Frame = u64;

@@ -77,7 +77,7 @@ pub fn federation(
     }
     if let Some(file) = &args.inputs {
         let visitors = Visitors::new(Arc::clone(&scene), exercise);
-        visitors.seats().lock().follow(read_inputs(file)?);
+        visitors.seats().lock().follow(read_inputs(file, &scene)?);
         federates.push(("visitors".into(), Box::new(visitors)));
     }
     let mut threads = Vec::new();

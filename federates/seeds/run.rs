@@ -61,7 +61,7 @@ pub fn run(args: &RunArgs) -> ExitCode {
     if let Err(e) = args.protection() {
         return fail(BAD_INPUT, format!("{e:#}"));
     }
-    if let Err(e) = args.inputs.as_deref().map(read_inputs).transpose() {
+    if let Err(e) = args.inputs.as_deref().map(|file| read_inputs(file, &scene)).transpose() {
         return fail(BAD_INPUT, format!("--inputs {e:#}"));
     }
     if let Err(e) = real_sensors(args, &scene) {

@@ -5,7 +5,7 @@ use super::forks::Wanted;
 use super::frame;
 use super::said::Topic;
 use super::source::Strip;
-use crate::runtime::messages::{Command, SeatAction, SeatOrder};
+use crate::runtime::messages::{Command, SeatOrder, SeatWords};
 use models::time::SimTime;
 use serde::Deserialize;
 use serde_json::json;
@@ -301,8 +301,11 @@ impl Session {
             }
             FromPage::Cancel {} => Asked::Fork(None),
             FromPage::Strip { from_s, to_s, columns } => Asked::Strip(from_s, to_s, columns),
-            FromPage::Seat { id, seat, person, action, callsign, clearance } => {
-                match (FromSeat { seat, person, action, callsign, clearance }).read() {
+            FromPage::Seat(mut fields) => {
+                let Some(id) = fields.remove("id").and_then(|id| id.as_f64()) else {
+                    return Asked::Refused(refused("seat: missing field `id`, a number"));
+                };
+                match SeatWords::of(fields).and_then(SeatWords::read) {
                     Ok(order) => Asked::Seat(id, order),
                     Err(reason) => Asked::Refused(reply(id, "seat", false, &reason)),
                 }
@@ -387,16 +390,8 @@ enum FromPage {
         #[serde(rename = "token")]
         _token: String,
     },
-    Seat {
-        id: f64,
-        seat: String,
-        person: String,
-        action: String,
-        #[serde(default)]
-        callsign: String,
-        #[serde(default)]
-        clearance: String,
-    },
+    /// Its number `id`, and [`SeatWords`].
+    Seat(serde_json::Map<String, serde_json::Value>),
     Command {
         id: f64,
         command: String,
@@ -405,29 +400,6 @@ enum FromPage {
         #[serde(default)]
         rate: Option<f64>,
     },
-}
-
-/// What a page or a program does at a seat.
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct FromSeat {
-    seat: String,
-    person: String,
-    action: String,
-    #[serde(default)]
-    callsign: String,
-    #[serde(default)]
-    clearance: String,
-}
-
-impl FromSeat {
-    /// # Errors
-    /// What is wrong, in a sentence.
-    pub(super) fn read(self) -> Result<SeatOrder, String> {
-        let Self { seat, person, action, callsign, clearance } = self;
-        let action = SeatAction::of(&action, &callsign, &clearance)?;
-        Ok(SeatOrder { seat, person, action })
-    }
 }
 
 /// The command and its words for the log.

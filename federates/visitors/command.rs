@@ -33,7 +33,7 @@ pub struct VisitorsArgs {
 /// The process of the member `visitors`.
 #[must_use]
 pub fn run(args: &VisitorsArgs) -> ExitCode {
-    let inputs = args.inputs.as_deref().map(read_inputs);
+    let inputs = args.inputs.as_deref();
     let args = &args.common;
     crate::runtime::process::end_with_launcher();
     cli::log_to_stderr(args.log_format, "warn");
@@ -43,7 +43,7 @@ pub fn run(args: &VisitorsArgs) -> ExitCode {
     };
     let exercise = args.exercise.unwrap_or(scene.run.exercise);
     let visitors = Visitors::new(Arc::clone(&scene), exercise);
-    match inputs.transpose() {
+    match inputs.map(|file| read_inputs(file, &scene)).transpose() {
         Ok(script) => visitors.seats().lock().follow(script.unwrap_or_default()),
         Err(e) => return fail(BAD_INPUT, format!("--inputs {e:#}")),
     }

@@ -4,7 +4,7 @@
 //! goes on. Everything that takes effect is in a frame end, with its number; the log of one run (`inputs`) fed to another
 //! gives the same bits.
 
-use crate::runtime::messages::{Frame, SeatAction, SeatAnswer, SeatInput, SeatOrder};
+use crate::runtime::messages::{Frame, SeatAction, SeatAnswer, SeatInput, SeatOrder, SeatWords};
 use models::control::clearance::ClearanceKind;
 use scenarios::Scene;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
@@ -98,18 +98,24 @@ impl SeatDoor {
         self.numbers
     }
 
-    /// Whether it goes into a frame.
-    fn check(&mut self, order: &SeatOrder, utc_ns: i64) -> Result<bool, String> {
-        let SeatOrder { seat, person, action } = order;
+    /// Whether there is such a seat, and if not, why.
+    fn has(&self, seat: &str) -> Result<(), String> {
         if self.seats.is_empty() {
             return Err("nobody can sit down in this scene: it needs traffic that behaves (kind = \"schedule\" or \
                  \"generated\") and [control] sees = \"tracks\", controllers = \"model\""
                 .to_owned());
         }
-        if !self.seats.contains(seat) {
+        if !self.seats.iter().any(|s| s == seat) {
             let seat: String = seat.chars().take(NAME).collect();
             return Err(format!("there is no seat {seat:?}; there are {}", self.seats.join(", ")));
         }
+        Ok(())
+    }
+
+    /// Whether it goes into a frame.
+    fn check(&mut self, order: &SeatOrder, utc_ns: i64) -> Result<bool, String> {
+        let SeatOrder { seat, person, action } = order;
+        self.has(seat)?;
         let sound = |c: char| c.is_ascii_alphanumeric() || "-_. ".contains(c);
         if person.is_empty() || person.len() > NAME || !person.chars().all(sound) {
             return Err(format!(
@@ -127,7 +133,7 @@ impl SeatDoor {
             if ClearanceKind::of(clearance).is_none() {
                 let word: String = clearance.chars().take(NAME).collect();
                 return Err(format!(
-                    "there is no clearance {word:?}: PSH, TAX, HLD, CRO, LUP, TOF, LND or GOA"
+                    "there is no clearance {word:?}: PSH, TAX, HLD, CRO, LUP, TOF, LND, GOA or REV"
                 ));
             }
         }
@@ -193,29 +199,44 @@ impl SeatDoor {
 /// (`{"frame": 1200, "seat": "ground", "person": "anna", "action": "say", "callsign": "SWR1A", "clearance": "TAX"}`).
 ///
 /// # Errors
-/// What cannot be read, and where.
-pub fn read_inputs(path: &std::path::Path) -> anyhow::Result<Vec<(Frame, SeatInput)>> {
+/// What cannot be read, and where; a seat that the scene does not have.
+pub fn read_inputs(
+    path: &std::path::Path,
+    scene: &Scene,
+) -> anyhow::Result<Vec<(Frame, SeatInput)>> {
+    read_for(path, &SeatDoor::new(scene))
+}
+
+fn read_for(path: &std::path::Path, door: &SeatDoor) -> anyhow::Result<Vec<(Frame, SeatInput)>> {
     use anyhow::Context;
     use std::io::Read;
     let at = || path.display().to_string();
+    let sound = |frame: Frame, number: u64, words: SeatWords| {
+        let order = words.read()?;
+        door.has(&order.seat)?;
+        Ok::<_, String>((frame, SeatInput { number, order }))
+    };
     if path.extension().is_some_and(|e| e == "sqlite") {
         let flags = rusqlite::OpenFlags::SQLITE_OPEN_READ_ONLY;
         let log = rusqlite::Connection::open_with_flags(path, flags).with_context(at)?;
         let query = "SELECT frame, number, seat, person, action, callsign, clearance FROM inputs ORDER BY frame, number";
         let mut rows = log.prepare(query).with_context(at)?;
         let row = |row: &rusqlite::Row<'_>| {
-            Ok(Line {
-                frame: row.get::<_, i64>(0)? as u64,
-                number: row.get::<_, i64>(1)? as u64,
+            let words = SeatWords {
                 seat: row.get(2)?,
                 person: row.get(3)?,
                 action: row.get(4)?,
                 callsign: row.get(5)?,
                 clearance: row.get(6)?,
-            })
+            };
+            Ok((row.get::<_, i64>(0)? as Frame, row.get::<_, i64>(1)? as u64, words))
         };
-        let lines = rows.query_map([], row).and_then(Iterator::collect::<Result<Vec<_>, _>>);
-        return lines.with_context(at)?.into_iter().map(|l| l.input().with_context(at)).collect();
+        let rows = rows.query_map([], row).and_then(Iterator::collect::<Result<Vec<_>, _>>);
+        let input = |(frame, number, words): (Frame, u64, SeatWords)| {
+            let place = || format!("{}: table inputs, frame {frame}", path.display());
+            sound(frame, number, words).map_err(anyhow::Error::msg).with_context(place)
+        };
+        return rows.with_context(at)?.into_iter().map(input).collect();
     }
     let (mut text, file) = (String::new(), std::fs::File::open(path).with_context(at)?);
     file.take(LARGEST_INPUTS + 1).read_to_string(&mut text).with_context(at)?;
@@ -228,34 +249,20 @@ pub fn read_inputs(path: &std::path::Path) -> anyhow::Result<Vec<(Frame, SeatInp
     let mut inputs = Vec::new();
     for (index, text) in text.lines().enumerate().filter(|(_, text)| !text.trim().is_empty()) {
         let place = || format!("{}:{}", path.display(), index + 1);
-        let line: Line = serde_json::from_str(text).with_context(place)?;
-        let line = Line { number: line.number.max(inputs.len() as u64 + 1), ..line };
-        inputs.push(line.input().with_context(place)?);
+        let mut fields: serde_json::Map<String, serde_json::Value> =
+            serde_json::from_str(text).with_context(place)?;
+        let mut whole = |key: &str| fields.remove(key).map(|v| v.as_u64().ok_or(key.to_owned()));
+        let (frame, number) = (whole("frame").transpose(), whole("number").transpose());
+        let wrong = |key: String| anyhow::anyhow!("{key}: a whole number, at least 0");
+        let number = number.map_err(wrong).with_context(place)?.unwrap_or(0);
+        let frame = frame.map_err(wrong).with_context(place)?;
+        let frame =
+            frame.ok_or_else(|| anyhow::anyhow!("missing field `frame`")).with_context(place)?;
+        let number = number.max(inputs.len() as u64 + 1);
+        let words = SeatWords::of(fields).map_err(anyhow::Error::msg).with_context(place)?;
+        inputs.push(sound(frame, number, words).map_err(anyhow::Error::msg).with_context(place)?);
     }
     Ok(inputs)
-}
-
-#[derive(serde::Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Line {
-    frame: Frame,
-    #[serde(default)]
-    number: u64,
-    seat: String,
-    person: String,
-    action: String,
-    #[serde(default)]
-    callsign: String,
-    #[serde(default)]
-    clearance: String,
-}
-
-impl Line {
-    fn input(self) -> anyhow::Result<(Frame, SeatInput)> {
-        let Self { frame, number, seat, person, action, callsign, clearance } = self;
-        let action = SeatAction::of(&action, &callsign, &clearance).map_err(anyhow::Error::msg)?;
-        Ok((frame, SeatInput { number, order: SeatOrder { seat, person, action } }))
-    }
 }
 
 #[cfg(test)]

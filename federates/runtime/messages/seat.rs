@@ -76,6 +76,44 @@ pub struct SeatOrder {
     pub action: SeatAction,
 }
 
+/// The same in words, flat, as pages, programs and files of inputs say it (JSON).
+#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SeatWords {
+    /// Name of the seat.
+    pub seat: String,
+    /// Who.
+    pub person: String,
+    /// Word of the action ("say").
+    pub action: String,
+    /// To whom, with `say`.
+    #[serde(default)]
+    pub callsign: String,
+    /// Which clearance, with `say`.
+    #[serde(default)]
+    pub clearance: String,
+}
+
+impl SeatWords {
+    /// Of a JSON object whose other fields have been taken out.
+    ///
+    /// # Errors
+    /// A field that is missing or not known.
+    pub fn of(fields: serde_json::Map<String, serde_json::Value>) -> Result<Self, String> {
+        serde_json::from_value(fields.into()).map_err(|e| e.to_string())
+    }
+
+    /// What is asked with them.
+    ///
+    /// # Errors
+    /// What is wrong, in a sentence.
+    pub fn read(self) -> Result<SeatOrder, String> {
+        let Self { seat, person, action, callsign, clearance } = self;
+        let action = SeatAction::of(&action, &callsign, &clearance)?;
+        Ok(SeatOrder { seat, person, action })
+    }
+}
+
 /// What is answered at once; whether a clearance was possible is told by control (`control/1/positions`).
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SeatAnswer {

@@ -1,9 +1,9 @@
 //! People at controllers' seats, from a page or a program: what they do goes to the member `visitors`.
 
 use super::super::said::Topic;
-use super::super::session::{FromSeat, Outgoing, reply};
+use super::super::session::{Outgoing, reply};
 use super::{ANSWER, Page, Shared};
-use crate::runtime::messages::SeatOrder;
+use crate::runtime::messages::{SeatOrder, SeatWords};
 use axum::extract::State;
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
@@ -60,8 +60,8 @@ pub(super) async fn act(
     if let Err(reason) = shared.access.may_command(&headers) {
         return (StatusCode::FORBIDDEN, format!("{reason}\n")).into_response();
     }
-    let order = serde_json::from_str::<FromSeat>(&body).map_err(|e| e.to_string());
-    let done = match order.and_then(FromSeat::read) {
+    let order = serde_json::from_str::<SeatWords>(&body).map_err(|e| e.to_string());
+    let done = match order.and_then(SeatWords::read) {
         Ok(order) => carried(Arc::clone(&shared.page), order).await,
         Err(why) => Err(why),
     };
@@ -71,4 +71,60 @@ pub(super) async fn act(
     };
     let kind = [(header::CONTENT_TYPE, "application/json")];
     (status, kind, format!("{answer}\n")).into_response()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::Viewer;
+    use super::super::{Operate, Page, serve};
+    use super::*;
+    use crate::runtime::messages::SeatAnswer;
+    use std::io::{Read, Write};
+
+    #[test]
+    fn a_program_sits_down_by_http_and_hears_in_one_sentence_why_not() {
+        let page = Page::new(Viewer::new(1 << 16));
+        let operate: Operate = Box::new(|_, _| (true, String::new()));
+        let here = "127.0.0.1:0".parse().expect("an address");
+        let server = serve(here, Arc::clone(&page), operate).expect("served");
+        let port = server.address().port();
+        let ask = |head: &str, body: &str| {
+            let mut stream = std::net::TcpStream::connect(("127.0.0.1", port)).expect("connected");
+            write!(
+                stream,
+                "{head} HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: close\r\nContent-Length: {}\r\n\r\n{body}",
+                body.len()
+            )
+            .expect("sent");
+            let patience = Some(std::time::Duration::from_secs(90));
+            stream.set_read_timeout(patience).expect("a time");
+            let mut answer = String::new();
+            stream.read_to_string(&mut answer).expect("an answer");
+            answer
+        };
+        let take = r#"{"seat":"ground","person":"me","action":"take"}"#;
+        let over = ask("POST /seat", take);
+        assert!(over.starts_with("HTTP/1.1 400") && over.contains("this run is over"), "{over}");
+        page.let_speak(Arc::new(|order| match &order.seat[..] {
+            "ground" => Ok(SeatAnswer { accepted: true, number: 7, text: String::new() }),
+            other => Err(format!("there is no seat {other:?}")),
+        }));
+        let taken = ask("POST /seat", take);
+        assert!(taken.starts_with("HTTP/1.1 200") && taken.contains("\"number\":7"), "{taken}");
+        for (body, why) in [
+            (take.replace("ground", "cab"), "there is no seat"),
+            (take.replace("take", "fly"), "there is no action"),
+            (take.replace("take", "say"), "name a callsign and a clearance"),
+            (take.replace("person", "who"), "unknown field `who`"),
+            ("{".to_owned(), "EOF while parsing"),
+        ] {
+            let answer = ask("POST /seat", &body);
+            assert!(answer.starts_with("HTTP/1.1 400") && answer.contains(why), "{body}: {answer}");
+        }
+        assert!(ask("GET /seats", "").starts_with("HTTP/1.1 404"), "nothing was said yet");
+        let said = r#"{"time_s":3.0,"seats":[]}"#;
+        page.update(|viewer| viewer.on_said(Topic::Seats, said));
+        assert!(ask("GET /seats", "").ends_with(said));
+        server.stop();
+    }
 }

@@ -87,7 +87,8 @@ fn inputs_of_another_run_come_in_their_frames_with_their_numbers() {
     let more = r#"{"frame":90,"seat":"ground","person":"anna","action":"say","callsign":"SWR1A","clearance":"TAX"}"#;
     std::fs::write(&file, format!("{line}\n\n{more}\n")).expect("written");
     let mut door = door();
-    door.follow(read_inputs(&file).expect("read"));
+    let script = read_for(&file, &door);
+    door.follow(script.expect("read"));
     for _ in 0..2 {
         door.clear();
         let frames: Vec<(u64, u64)> = (1..200)
@@ -99,14 +100,18 @@ fn inputs_of_another_run_come_in_their_frames_with_their_numbers() {
         ("{\"frame\":1}", "inputs.jsonl:1: missing field `seat`"),
         (&line.replace("take", "fly"), "inputs.jsonl:1: there is no action \"fly\""),
         (&line.replace("take", "say"), "inputs.jsonl:1: say: name a callsign"),
+        (&line.replace("ground", "attic"), "inputs.jsonl:1: there is no seat \"attic\"; there are"),
+        (&line.replace("person", "who"), "inputs.jsonl:1: unknown field `who`"),
+        (&line.replace("40", "-4"), "inputs.jsonl:1: frame: a whole number"),
+        (&line.replace("frame", "fame"), "inputs.jsonl:1: missing field `frame`"),
     ] {
         std::fs::write(&file, text).expect("written");
-        let error = format!("{:#}", read_inputs(&file).expect_err("refused"));
+        let error = format!("{:#}", read_for(&file, &door).expect_err("refused"));
         assert!(error.contains(why), "{error}");
     }
     // What has no end is refused, not read.
     std::fs::File::create(&file).and_then(|f| f.set_len(LARGEST_INPUTS + 1)).expect("made");
-    let error = format!("{:#}", read_inputs(&file).expect_err("refused"));
+    let error = format!("{:#}", read_for(&file, &door).expect_err("refused"));
     assert!(error.contains("inputs.jsonl: longer than 16 MiB"), "{error}");
     let _ = std::fs::remove_dir_all(&folder);
 }
