@@ -597,17 +597,20 @@ fn generated(
     let too_long = too_long.collect::<Vec<_>>().join(", ");
     let least = mix.iter().map(|m| lacks(&m.0)).fold(f64::INFINITY, f64::min);
     if least > 0.0 {
-        let ends = landing.iter().chain(&leaving).cloned().collect::<Vec<_>>().join(", ");
+        let ends: std::collections::BTreeSet<&str> =
+            landing.iter().chain(&leaving).map(String::as_str).collect();
+        let ends = ends.into_iter().collect::<Vec<_>>().join(", ");
         let found = format!(
-            "{too_long}, of which each lacks {least:.0} m or more to an exit, or from an entry, that stands have a way to \
-             without a backtrack"
+            "{too_long}, of which each lacks {least:.0} m or more to an exit, or from an entry, that stands have a way to"
         );
         let needed = format!("a mix with a type that runway {ends} is long enough for");
         return Err(section.refuse("mix", Problem::WrongKind { found, needed }));
     }
     mix.retain(|m| lacks(&m.0) <= 0.0);
     if !too_long.is_empty() {
-        remarks.push(format!("{too_long}: left out, the runways are too short for them"));
+        remarks.push(format!(
+            "{too_long}: left out, the runways are too short for them or too narrow to turn on"
+        ));
     }
     let mut drawn: Vec<Drawn> = Vec::new();
     let kinds =

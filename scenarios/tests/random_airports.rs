@@ -235,7 +235,7 @@ fn airports_at_random_keep_what_traffic_has_to_keep() {
 }
 
 /// Airports on which something broke once: a crawl that ended with a jolt, somebody who was passed by for longer than twenty
-/// minutes, and an airport that nobody can land on or leave without a backtrack, which is said when the scene is read.
+/// minutes, and airports that nobody can land on or leave without a backtrack. One that is too short is refused with the reason.
 #[test]
 fn what_broke_on_an_airport_once_is_kept() {
     for (seed, policy) in [(33, "planned"), (70, "planned"), (59, "ordered"), (94, "ordered")] {
@@ -244,10 +244,81 @@ fn what_broke_on_an_airport_once_is_kept() {
         let held = held.unwrap_or_else(|e| panic!("seed {seed}: {e}"));
         assert_eq!(held.broken(), Vec::<String>::new(), "seed {seed}");
     }
+    // Ends that are reached by a backtrack only.
     for seed in [29, 64] {
-        let said = run("once-refused", &drawn(seed), 8.0, looks(seed, 0.0), "planned");
-        let said = said.map(|h| h.core.flights().len()).expect_err("cannot be used");
-        assert!(said.contains("is long enough for"), "seed {seed}: {said}");
+        let held = run("once-backtrack", &drawn(seed), 8.0, looks(seed, 0.0), "planned");
+        let held = held.unwrap_or_else(|e| panic!("seed {seed}: {e}"));
+        assert_eq!(held.broken(), Vec::<String>::new(), "seed {seed}");
+        assert_eq!(held.core.measures_of_served(), held.core.flights().len(), "seed {seed}");
+    }
+    let short = backtracked(1100.0, 45.0, &[0.5]);
+    let said = run("once-short", &short, 8.0, looks(1, 0.0), "planned");
+    let said = said.map(|h| h.core.flights().len()).expect_err("too short for the mix");
+    assert!(said.contains("is long enough for"), "{said}");
+}
+
+/// An airport with its taxiways only where `shares` of the runway say: everybody backtracks to the ends.
+fn backtracked(length_m: f64, width_m: f64, shares: &[f64]) -> String {
+    let mut a = Drawn { turned_rad: 0.7, ..Drawn::default() };
+    a.runway(0.0, 0.0, length_m, 0.0, ["05", "23"]);
+    a.runways = a.runways.replacen("100 45.00", &format!("100 {width_m:.2}"), 1);
+    let mut before = None;
+    for share in shares {
+        let x = share * length_m;
+        let (foot, half, top) = (a.node(x, 0.0), a.node(x, 95.0), a.node(x, 170.0));
+        a.edge(foot, half, false, "E");
+        a.edge(half, top, false, "E");
+        if let Some(before) = before.replace(top) {
+            a.edge(before, top, false, "A");
+        }
+    }
+    let middle = shares[shares.len() / 2] * length_m;
+    let foot = a.node(middle, 280.0);
+    a.edge(
+        before.map_or(0, |last| last - 3 * (shares.len() - 1 - shares.len() / 2)),
+        foot,
+        false,
+        "C",
+    );
+    for side in [-1.0, 1.0] {
+        let mut lane = foot;
+        for k in 1..=5 {
+            let x = middle + side * 60.0 * f64::from(k);
+            let next = a.node(x, 280.0);
+            a.edge(lane, next, false, "L");
+            lane = next;
+            if k < 5 {
+                let (lat, lon) = a.at(x, 375.0);
+                let heading = a.turned_rad.to_degrees().rem_euclid(360.0);
+                writeln!(a.stands, "1300 {lat:.8} {lon:.8} {heading:.2} gate jets|turboprops S{x:.0}\n1301 C airline")
+                    .expect("text");
+            }
+        }
+    }
+    a.text()
+}
+
+/// Where the only ways off the runway lie in its middle, or near one end, flights backtrack and turn on it: everybody is served,
+/// and at both ends at least one used a pad. Wide bodies, who cannot turn on 45 m, are left out.
+#[test]
+fn airports_without_entries_at_their_ends_are_served_by_backtracks() {
+    for (name, length_m, width_m, shares) in [
+        ("middle", 2300.0, 45.0, &[0.45][..]),
+        ("two", 3000.0, 45.0, &[0.35, 0.6]),
+        ("end", 2500.0, 45.0, &[0.02]),
+        ("narrow", 2400.0, 30.0, &[0.6]),
+    ] {
+        let text = backtracked(length_m, width_m, shares);
+        let held = run(&format!("back-{name}"), &text, 5.0, looks(1, 0.0), "planned");
+        let held = held.unwrap_or_else(|e| panic!("{name}: {e}"));
+        assert_eq!(held.broken(), Vec::<String>::new(), "{name}");
+        let (done, of) = (held.core.measures_of_served(), held.core.flights().len());
+        assert_eq!(done, of, "{name}");
+        assert!(of >= 3, "{name}: {of} flights");
+        let report = held.core.network().report.join("; ");
+        assert!(report.contains("backtrack to a turn pad"), "{name}: {report}");
+        let around = held.core.remarks().iter().filter(|r| r.text.contains("goes around")).count();
+        assert!(2 * around <= of, "{name}: {around} go-arounds of {of} flights");
     }
 }
 

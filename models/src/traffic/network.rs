@@ -6,6 +6,7 @@
 //! | R2 | edges that cross without a node are reported (bridges and tunnels are not in the files) |
 //! | R3 | runway spine: nodes on a runway go to its centreline, neighbours and ends are joined both ways |
 //! | R4 | runway holding positions: those of the file, else cut at a distance by the runway's length |
+//! | R4b | a turn pad at ends that nobody enters near: see [`turn_pads`] |
 //! | R5 | stands without a node: a lead-in to the nearest edge, at most 150 m |
 //! | R6 | pushbacks: planned from lead-in and lane when they are needed |
 //! | R7 | only the largest strongly connected part is used |
@@ -15,6 +16,8 @@
 use crate::airport::{Airport, Hold};
 use crate::frames::Vector2;
 use std::collections::{BTreeMap, BTreeSet};
+
+mod turn_pads;
 
 /// A point of the network.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,6 +47,8 @@ pub struct NetEdge {
     pub runway: Option<usize>,
     /// Between runway and holding position of this runway.
     pub strip: Option<usize>,
+    /// Along a runway to or from the turn pad at its end.
+    pub backtrack: bool,
     /// Name of the taxiway.
     pub name: String,
     /// Largest code letter, 0 (A) to 5 (F).
@@ -167,6 +172,7 @@ impl Network {
         net.crossings();
         net.spines();
         net.holds(airport);
+        net.turn_pads();
         net.lead_ins();
         net.report.push("R6: pushbacks follow lead-in and lane, L + 20 m away from the way".into());
         net.parts();
@@ -200,6 +206,7 @@ impl Network {
                 two_way: edge.two_way,
                 runway: None,
                 strip: None,
+                backtrack: false,
                 name: edge.name.clone(),
                 code: code.map_or(5, code_index),
                 origin: Some(index),
@@ -517,6 +524,7 @@ impl Network {
                     two_way: true,
                     runway: Some(r),
                     strip: Some(r),
+                    backtrack: false,
                     name: self.runways[r].names.join("/"),
                     code: 5,
                     origin: None,
@@ -720,6 +728,7 @@ impl Network {
                 two_way: true,
                 runway: None,
                 strip: None,
+                backtrack: false,
                 name,
                 code,
                 origin: None,
@@ -925,7 +934,8 @@ impl Network {
             ));
         }
         let long = (0..self.edges.len())
-            .filter(|e| self.edges[*e].runway.is_none() && self.length_m(*e) > 500.0)
+            .filter(|e| self.edges[*e].runway.is_none() && !self.edges[*e].backtrack)
+            .filter(|e| self.length_m(*e) > 500.0)
             .count();
         if long > 0 {
             self.findings.push(format!("{long} taxiway edges longer than 500 m"));

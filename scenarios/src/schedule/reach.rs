@@ -15,8 +15,8 @@ pub(super) fn reached_stands(network: &Network, code: u8) -> Vec<bool> {
     flood(network, &arcs, from, |e| e.code >= code && e.runway.is_none())
 }
 
-/// The end to land on instead where no stand is reached from the exits of the wanted one without the runway itself (a
-/// backtrack after a landing is not driven): of the runways of the same direction the first with a way. `None`: the wanted one
+/// The end to land on instead where no stand is reached from the exits of the wanted one without the runway itself, or by a
+/// backtrack from a turn pad: of the runways of the same direction the first with a way. `None`: the wanted one
 /// will do, or no other is better.
 pub(super) fn lands_instead(network: &Network, (r, end): RunwayEnd, code: u8) -> Option<RunwayEnd> {
     let heading = |r: usize, end: usize| direction_rad(network, (r, end));
@@ -179,7 +179,8 @@ fn spread(
 /// reached, departures from the next best one that does not cross it, else from the same.
 pub(super) fn default_ends(network: &Network, arrival: bool) -> Vec<String> {
     let exits = |r: usize| {
-        let strip = network.edges.iter().filter(|e| e.strip == Some(r) && e.runway.is_none());
+        let off = |e: &&NetEdge| e.runway.is_none() && !e.backtrack;
+        let strip = network.edges.iter().filter(|e| e.strip == Some(r)).filter(off);
         strip.filter(|e| e.nodes.iter().all(|n| network.nodes[*n].used)).count()
     };
     let mut order: Vec<usize> = (0..network.runways.len()).filter(|r| exits(*r) > 0).collect();

@@ -16,6 +16,9 @@ use crate::traffic::way::{Arcs, Way};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+/// At the begin of the loop of a turn pad, m/s (assumed).
+const PAD_MPS: f64 = 8.0;
+
 impl Core {
     pub(super) fn appear_on_final(&mut self, m: usize, f: &Flight) {
         let Some(time) = approach_time_s(f.landing.0, 0.0, 10.0) else { return };
@@ -27,7 +30,8 @@ impl Core {
         let least = if self.mixed[r] { self.departure_slot_s(r) } else { 0.0 };
         let too_near = self.crossing[r].iter().any(|c| {
             let (last_s, wake) = self.last_landing[*c];
-            self.time_s + time < last_s + arrival_gap_s(wake, f).max(least)
+            let gap_s = arrival_gap_s(wake, f).max(least).max(self.backtrack_gap_s(*c));
+            self.time_s + time < last_s + gap_s || self.backtracks_for_s(*c) > time
         });
         if too_near {
             self.movers[m].next_try_s = self.time_s + RETRY_S;
@@ -197,7 +201,9 @@ impl Core {
                 if edge.runway.is_some() || edge.strip != Some(r) || turn > 115.0 {
                     continue;
                 }
-                let speed_mps = if turn <= 35.0 {
+                let speed_mps = if edge.backtrack {
+                    PAD_MPS
+                } else if turn <= 35.0 {
                     25.7
                 } else if turn <= 60.0 {
                     12.9
@@ -271,7 +277,9 @@ impl Core {
             }
             let mover = &mut self.movers[m];
             mover.cleared_way_m = cleared_way_m;
-            mover.measures.unhindered_s = way.unhindered_s(vacated, way.stop_m, &driving);
+            // It taxies from where it turns off: a backtrack is no delay.
+            let begin_m = if net.edges[arc / 2].backtrack { free_to } else { vacated };
+            mover.measures.unhindered_s = way.unhindered_s(begin_m, way.stop_m, &driving);
             mover.threshold = threshold;
             mover.touchdown = threshold + touchdown_m;
             mover.braking = braking;

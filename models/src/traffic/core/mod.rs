@@ -339,6 +339,7 @@ impl Core {
             (0..count).map(|r| crossing[r].iter().any(|c| of(Direction::Departure, *c))).collect();
         let movers = (0..flights.len()).map(|f| Mover::of(f, &flights[f], seed)).collect();
         let all = pieces.list.len();
+        let occupied_s = (0..count).map(|r| runway::occupied_first_s(&net, r)).collect();
         let mut core = Self {
             net,
             pieces,
@@ -354,7 +355,7 @@ impl Core {
             version: 0,
             last_take_off: vec![None; count],
             last_landing: vec![(f64::NEG_INFINITY, WakeCategory::Light); count],
-            occupied_s: vec![runway::OFF_S; count],
+            occupied_s,
             crossing,
             mixed,
             owner: vec![None; count],

@@ -3,6 +3,7 @@
 use super::plan::{CLEARED_BEFORE_S, LANDING_AHEAD_S, READY_S, UP_S};
 use super::{Core, Direction, Flight, Phase, TAIL_M};
 use crate::flight_list::WakeCategory;
+use crate::traffic::network::Network;
 #[cfg(test)]
 use crate::traffic::runway_roll::NAUTICAL_MILE_M;
 use crate::traffic::runway_roll::{TakeOff, approach_time_s, take_off_run};
@@ -35,7 +36,12 @@ impl Core {
         if mover.v == 0.0 || mover.phase != Phase::Taxiing {
             return mover.line_up_s;
         }
-        self.driven_alone_s(m, (mover.s, mover.v, mover.a, mover.slip))
+        let driven_s = self.driven_alone_s(m, (mover.s, mover.v, mover.a, mover.slip));
+        let r = self.flights[m].runway.0;
+        // Who comes to a stop at the holding position just now is taken to be lined up already, and so gets gaps in which one
+        // who stands there would not fit: without that departures starve. A backtrack is too long for it.
+        let begins = self.owner[r] != Some(m) && backtracked(&self.net, r);
+        if begins { driven_s.max(mover.line_up_s) } else { driven_s }
     }
 
     /// From the holding position to being out of the way in the air, s: line-up (also a backtrack), pause, roll.
@@ -209,6 +215,32 @@ impl Core {
         (0..self.movers.len()).filter(wants).map(gap_s).fold(0.0, f64::max)
     }
 
+    /// Gap between two landings where they backtrack, s: the one before is off when the next one is to be cleared; else 0.
+    pub(super) fn backtrack_gap_s(&self, r: usize) -> f64 {
+        if backtracked(&self.net, r) {
+            self.occupied_s[r] + CLEARED_BEFORE_S + SLACK_S
+        } else {
+            0.0
+        }
+    }
+
+    /// Until a departure that has a runway on which one backtracks is out of the way of a landing, s: longer than a final
+    /// takes, so that who is not on final yet counts too; else 0.
+    pub(super) fn backtracks_for_s(&self, r: usize) -> f64 {
+        let leaves = |o: &usize| {
+            let ready = matches!(self.movers[*o].phase, Phase::Taxiing | Phase::LinedUp(_));
+            ready && self.flights[*o].direction == Direction::Departure
+        };
+        let owner = self.owner[r].filter(|_| backtracked(&self.net, r)).filter(leaves);
+        owner.map_or(0.0, |o| {
+            let line_up_s = match self.movers[o].phase {
+                Phase::Taxiing => self.lined_up_in_s(o),
+                _ => 0.0,
+            };
+            line_up_s + READY_S + self.run_s(o) + UP_S + CLEARED_BEFORE_S + SLACK_S
+        })
+    }
+
     /// Whether somebody else has this runway or one that crosses it.
     pub(super) fn owned(&self, m: usize) -> bool {
         let r = self.flights[m].runway.0;
@@ -219,7 +251,8 @@ impl Core {
     pub(super) fn vacate(&mut self, m: usize) {
         let r = self.flights[m].runway.0;
         if self.flights[m].direction == Direction::Arrival && self.owner[r] == Some(m) {
-            let took_s = (self.time_s - self.movers[m].landing_s).clamp(OFF_S, MOST_OFF_S);
+            let most_s = if backtracked(&self.net, r) { MOST_BACK_S } else { MOST_OFF_S };
+            let took_s = (self.time_s - self.movers[m].landing_s).clamp(OFF_S, most_s);
             self.occupied_s[r] = 0.5 * (self.occupied_s[r] + took_s);
         }
         for (owner, behind) in self.owner.iter_mut().zip(&mut self.behind) {
@@ -259,8 +292,22 @@ const PASSED_M: f64 = 60.0;
 /// From the threshold to having passed an entry near it, and to being off the runway at least and at most, s (assumed, for
 /// spacing: between, what the last landings took).
 const PASSES_S: f64 = 12.0;
-pub(super) const OFF_S: f64 = 60.0;
+const OFF_S: f64 = 60.0;
 const MOST_OFF_S: f64 = 200.0;
+/// The same where landings may have to backtrack, s, and how fast the runway is driven then before any did, m/s.
+const MOST_BACK_S: f64 = 500.0;
+const BACK_MPS: f64 = 14.0;
+
+/// Whether a runway has a turn pad.
+fn backtracked(net: &Network, r: usize) -> bool {
+    net.edges.iter().any(|e| e.strip == Some(r) && e.backtrack)
+}
+
+/// What a landing is taken to need on a runway before one did, s.
+pub(super) fn occupied_first_s(net: &Network, r: usize) -> f64 {
+    let back_s = net.runways[r].length_m / BACK_MPS;
+    OFF_S + if backtracked(net, r) { back_s } else { 0.0 }
+}
 /// Room in the gap between two landings, s (assumed).
 const SLACK_S: f64 = 12.0;
 
