@@ -22,7 +22,9 @@ fn digest(scene: &str, arguments: &[&str]) -> String {
     let output = finish(run(&ports, &[&fast[..], arguments].concat()));
     assert_eq!(output.status.code(), Some(0), "{arguments:?}: {}", common::stderr(&output));
     let summary = summary(&output);
-    assert_eq!(summary["frames"], 8400, "{arguments:?}");
+    let text = std::fs::read_to_string(scene).expect("the scene");
+    let frames = if text.contains("duration_s = 900") { 18_000 } else { 8400 };
+    assert_eq!(summary["frames"], frames, "{arguments:?}");
     summary["digest"].as_str().expect("a digest").to_owned()
 }
 
@@ -205,6 +207,74 @@ fn a_person_at_a_seat_gives_one_digest_in_every_layout_and_again_from_the_log() 
     let shifted = rusqlite::Connection::open(folder.file("frame.sqlite")).expect("a database");
     let first = "SELECT min(time_ns) FROM radio WHERE kind = 'readback' AND sender IN (SELECT callsign FROM inputs)";
     assert_eq!(count(&shifted, first), count(&log, first) + 50_000_000, "a frame later");
+}
+
+/// A person at the tower clears everybody to land and everybody to line up, and nobody to take off: an incursion. It is raised on
+/// tracks of these two when it is on truth, whoever lands sees it in time, and it is the same run in every layout and from its log.
+#[test]
+fn a_person_provokes_an_incursion_and_the_alert_is_raised_on_tracks() {
+    let folder = Folder::new("seats-incursion");
+    let scene = scene(&folder, "tower", "sees = \"tracks\"\ncontrollers = \"model\"");
+    let text = std::fs::read_to_string(&scene).expect("the scene");
+    std::fs::write(&scene, text.replace("= 420", "= 900")).expect("a longer one");
+    let fly = |arguments: &[&str]| digest(&scene, arguments);
+    let line = |frame: u64, action: &str, more: &str| {
+        format!(
+            "{{\"frame\":{frame},\"seat\":\"tower 1\",\"person\":\"eve\",\"action\":\"{action}\"{more}}}\n"
+        )
+    };
+    // Call signs of generated flights are their numbers.
+    let mut text = line(20, "take", "");
+    for frame in (1000..18_000).step_by(200) {
+        text += &line(frame, "here", "");
+        for n in 1..=8 {
+            for (letter, clearance) in [('A', "LND"), ('D', "LUP")] {
+                let more =
+                    format!(",\"callsign\":\"G{letter}{n:04}\",\"clearance\":\"{clearance}\"");
+                text += &line(frame + 10 * n, "say", &more);
+            }
+        }
+    }
+    let inputs = folder.file("tower.jsonl");
+    std::fs::write(&inputs, text).expect("inputs");
+    let record = folder.file("tower.pcapng");
+    let reference = fly(&["--record", &record, "--inputs", &inputs]);
+    let sqlite = folder.file("tower.sqlite");
+    let log = rusqlite::Connection::open(&sqlite).expect("a database");
+    for kind in ["CATC_LND_LUP", "RMCA_ARR"] {
+        let mut rows = log
+            .prepare(
+                "SELECT r.subjects, r.time_ns, (SELECT min(a.time_ns) FROM alerts a WHERE a.kind = r.kind AND a.subjects = r.subjects) \
+                 FROM reference_alerts r WHERE r.kind = ? GROUP BY r.id",
+            )
+            .expect("tables");
+        let row = |row: &rusqlite::Row<'_>| {
+            Ok((row.get::<_, String>(0)?, row.get::<_, i64>(1)?, row.get::<_, Option<i64>>(2)?))
+        };
+        let rows = rows.query_map([kind], row).and_then(Iterator::collect::<Result<Vec<_>, _>>);
+        let rows = rows.expect("rows");
+        assert!(!rows.is_empty(), "{kind}");
+        for (subjects, truth_ns, tracks_ns) in rows {
+            let said = |word: &str| {
+                let said = "SELECT count(*) FROM inputs WHERE refused = '' AND clearance = ? AND instr(?, callsign) > 0";
+                log.query_row(said, (word, &subjects), |r| r.get::<_, i64>(0)).expect("inputs")
+            };
+            assert!(said("LND") == 1 && said("LUP") == 1, "{kind} {subjects}");
+            let late_s = tracks_ns.map(|ns| (ns - truth_ns) as f64 * 1e-9);
+            assert!(late_s.is_some_and(|s| s.abs() <= 3.0), "{kind} {subjects}: {late_s:?} s");
+        }
+    }
+    let around =
+        "SELECT count(*) FROM remarks WHERE text LIKE '%goes around: GD% is on the runway'";
+    assert!(count(&log, around) >= 1);
+    assert_eq!(count(&log, "SELECT count(*) FROM remarks WHERE text LIKE '% touch'"), 0);
+    for arguments in [
+        &["--in-process", "--inputs", &inputs][..],
+        &["--generators", "2", "--inputs", &inputs],
+        &["--in-process", "--inputs", &sqlite],
+    ] {
+        assert_eq!(fly(arguments), reference, "{arguments:?}");
+    }
 }
 
 #[test]

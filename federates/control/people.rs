@@ -37,6 +37,19 @@ struct Answered {
     text: String,
 }
 
+/// What flights wait for now, and what those that wait for nothing could be cleared for; by flight.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Asked<'a> {
+    pub(super) wanted: &'a [Wanted],
+    pub(super) could: &'a [Wanted],
+}
+
+impl Asked<'_> {
+    fn find(list: &[Wanted], flight: u32) -> Option<Wanted> {
+        list.binary_search_by_key(&flight, |w| w.flight).ok().map(|at| list[at])
+    }
+}
+
 /// People at the seats of an airport.
 #[derive(Debug, Default)]
 pub(super) struct People {
@@ -71,16 +84,17 @@ impl People {
         }
     }
 
-    /// What was done since the last scan. `wanted` is sorted by flight.
+    /// What was done since the last scan.
     pub(super) fn scan(
         &mut self,
         now_s: f64,
-        wanted: &[Wanted],
+        asked: Asked<'_>,
         callsigns: &[String],
         actors: &mut Actors,
         events: &mut Vec<SeatEvent>,
     ) -> Vec<Given> {
-        for w in wanted {
+        let wanted = asked.wanted;
+        for w in wanted.iter().chain(asked.could) {
             self.known.insert(w.flight, w.group);
         }
         self.since.retain(|flight, (kind, _)| {
@@ -94,7 +108,7 @@ impl People {
         let mut given = Vec::new();
         for (frame, input) in std::mem::take(&mut self.waiting) {
             let at_s = frame as f64 * self.step_s;
-            let done = self.done(at_s, &input, wanted, callsigns, actors);
+            let done = self.done(at_s, &input, asked, callsigns, actors);
             let (accepted, text) = match done {
                 Ok((text, clearance)) => {
                     given.extend(clearance);
@@ -136,7 +150,7 @@ impl People {
         &mut self,
         at_s: f64,
         input: &SeatInput,
-        wanted: &[Wanted],
+        asked: Asked<'_>,
         callsigns: &[String],
         actors: &mut Actors,
     ) -> Result<(String, Option<Given>), String> {
@@ -168,7 +182,7 @@ impl People {
                 let flight = flight.ok_or_else(|| format!("there is no flight {callsign:?}"))?;
                 let kind = ClearanceKind::of(clearance)
                     .ok_or_else(|| format!("there is no clearance {clearance:?}"))?;
-                let what = self.possible(flight as u32, callsign, kind, wanted)?;
+                let what = self.possible(flight as u32, callsign, kind, asked)?;
                 let whose = Seat::of(kind, what.group);
                 if whose != seat {
                     return Err(format!("{clearance} for {callsign} is given by {}", whose.name()));
@@ -189,31 +203,37 @@ impl People {
         }
     }
 
-    /// What can be said to a flight: what it asks for; hold position, and taxi again after it; go around on final.
+    /// What can be said to a flight: what it asks for, or could do though nobody would ask for it; hold position, and taxi again
+    /// after it; go around on final.
     fn possible(
         &self,
         flight: u32,
         callsign: &str,
         kind: ClearanceKind,
-        wanted: &[Wanted],
+        asked: Asked<'_>,
     ) -> Result<Wanted, String> {
-        let at = wanted.binary_search_by_key(&flight, |w| w.flight).ok();
-        let wants = at.map(|at| wanted[at]);
-        if let Some(wants) = wants.filter(|w| w.kind == kind) {
-            return Ok(wants);
+        let wants = Asked::find(asked.wanted, flight);
+        let could = Asked::find(asked.could, flight);
+        if let Some(what) = wants.into_iter().chain(could).find(|w| w.kind == kind) {
+            return Ok(what);
         }
         let group = self.known.get(&flight).copied();
         let Some(group) = group else {
             return Err(format!("{callsign} has not called yet"));
         };
         let again = kind == ClearanceKind::Taxi && self.held.contains(&flight);
-        let lands = wants.is_some_and(|w| w.kind == ClearanceKind::Land);
+        let lands = wants.or(could).is_some_and(|w| w.kind == ClearanceKind::Land);
         if kind == ClearanceKind::Hold || again || (kind == ClearanceKind::GoAround && lands) {
             return Ok(Wanted { flight, kind, group });
         }
-        Err(match wants {
-            Some(w) => format!("{callsign} waits for {}, not for {}", w.kind.word(), kind.word()),
-            None => format!("{callsign} waits for no clearance now"),
+        Err(match (wants, could) {
+            (Some(w), _) => {
+                format!("{callsign} waits for {}, not for {}", w.kind.word(), kind.word())
+            }
+            (None, Some(w)) => {
+                format!("{callsign} could do {} now, not {}", w.kind.word(), kind.word())
+            }
+            (None, None) => format!("{callsign} waits for no clearance now"),
         })
     }
 
@@ -227,16 +247,23 @@ impl People {
     pub(super) fn told(
         &mut self,
         now_s: f64,
-        wanted: &[Wanted],
+        asked: Asked<'_>,
         name: &dyn Fn(Seat) -> String,
     ) -> Option<Value> {
         let round = |s: f64| (10.0 * s).round() / 10.0;
         let wants = |seat: Seat| -> Vec<Value> {
-            let own = wanted.iter().filter(|w| Seat::of(w.kind, w.group) == seat);
+            let own = asked.wanted.iter().filter(|w| Seat::of(w.kind, w.group) == seat);
             own.map(|w| {
                 let since_s = self.since.get(&w.flight).map_or(now_s, |(_, s)| *s);
                 json!({"callsign": name(Seat::Flight(w.flight)), "clearance": w.kind.word(), "since_s": round(since_s)})
             })
+            .collect()
+        };
+        let could = |seat: Seat| -> Vec<Value> {
+            let own = asked.could.iter().filter(|w| Seat::of(w.kind, w.group) == seat);
+            own.map(
+                |w| json!({"callsign": name(Seat::Flight(w.flight)), "clearance": w.kind.word()}),
+            )
             .collect()
         };
         let seat = |seat: &Seat| {
@@ -244,6 +271,7 @@ impl People {
             json!({
                 "name": seat.name(), "by": holder.map(|h| h.person.as_str()),
                 "since_s": holder.map(|h| round(h.since_s)), "wants": wants(*seat),
+                "could": could(*seat),
             })
         };
         let pending = |(flight, (kind, seat, until_s)): (&u32, &(ClearanceKind, Seat, f64))| {

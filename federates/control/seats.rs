@@ -1,7 +1,7 @@
 //! Controllers as models, on tracks: what flights wait for comes with the frame ends of the generators, what is cleared
 //! goes out with one's own, each with the frame from which the traffic acts upon it.
 
-use super::people::People;
+use super::people::{Asked, People};
 use crate::runtime::bus::Class;
 use crate::runtime::federate::FrameOut;
 use crate::runtime::federate::Publication;
@@ -94,14 +94,19 @@ impl Seats {
                 runway: layout.runway(&w.runway).map(|r| r.0),
             })
         };
-        let mut all: Vec<Waiting> = self.wants.values().flatten().filter_map(waiting).collect();
+        let told = self.wants.values().flatten();
+        let mut could: Vec<Wanted> =
+            told.clone().filter(|w| !w.asks).filter_map(waiting).map(|w| w.wanted).collect();
+        could.sort_by_key(|w| w.flight);
+        let mut all: Vec<Waiting> = told.filter(|w| w.asks).filter_map(waiting).collect();
         all.sort_by_key(|w| w.wanted.flight);
         all.dedup_by_key(|w| w.wanted.flight);
         let may = self.sight.look(now.s(), &all, layout, net.surveillance());
         let wanted: Vec<Wanted> = all.iter().map(|w| w.wanted).collect();
         let mut events = Vec::new();
         let (actors, callsigns) = (&mut self.actors, &self.callsigns);
-        let mut all = self.people.scan(now.s(), &wanted, callsigns, actors, &mut events);
+        let asked = Asked { wanted: &wanted, could: &could };
+        let mut all = self.people.scan(now.s(), asked, callsigns, actors, &mut events);
         all.extend(actors.scan_seen(now.s(), &wanted, &may));
         for given in all {
             self.given += 1;
@@ -109,6 +114,7 @@ impl Seats {
                 flight: given.flight,
                 kind: given.kind.word().to_owned(),
                 seat: given.seat.name(),
+                by_person: given.by_person,
                 number: self.given,
             };
             let acts = libm::ceil(given.acts_s / self.step_s) as Frame;
@@ -117,7 +123,7 @@ impl Seats {
             events.push(SeatEvent::Given(effect, notice));
         }
         self.tell(&mut events);
-        self.show(now.s(), &wanted, out);
+        self.show(now.s(), asked, out);
         events
     }
 
@@ -129,7 +135,7 @@ impl Seats {
     }
 
     /// Shows pages who sits where, who waits for what, and what was said.
-    fn show(&mut self, now_s: f64, wanted: &[Wanted], out: &mut FrameOut) {
+    fn show(&mut self, now_s: f64, wanted: Asked<'_>, out: &mut FrameOut) {
         let callsigns = &self.callsigns;
         let state = self.people.told(now_s, wanted, &|seat| Self::name(callsigns, seat));
         out.publish.extend(state.map(|state| Publication {

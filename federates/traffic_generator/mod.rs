@@ -102,7 +102,7 @@ impl TrafficGenerator {
                 source: given.seat.clone(),
                 sequence: given.number,
                 flight: given.flight as usize,
-                order: Order::told(kind),
+                order: Order::told(kind, given.by_person),
             });
         }
     }
@@ -119,13 +119,16 @@ impl TrafficGenerator {
         let own = |flight: u32| {
             scenarios::in_share(behaving.first_entity + flight as usize, self.share, self.of)
         };
-        let want = |(w, runway): (models::control::actors::Wanted, usize)| WantNotice {
+        let want = |(w, runway): (models::control::actors::Wanted, usize), asks: bool| WantNotice {
             flight: w.flight,
             kind: w.kind.word().to_owned(),
             group: w.group,
             runway: behaving.network.runways[runway].names[0].clone(),
+            asks,
         };
-        let wants = core.wanted().into_iter().filter(|(w, _)| own(w.flight)).map(want).collect();
+        let asked = core.wanted().into_iter().map(|w| want(w, true));
+        let could = core.could_be_cleared().into_iter().map(|w| want(w, false));
+        let wants = asked.chain(could).filter(|w| own(w.flight)).collect();
         if wants != self.told.wants {
             self.told.wants.clone_from(&wants);
             out.notices.push(Notice::Wants { share: self.share, wants });

@@ -46,7 +46,7 @@ pub fn core_after(
             source: g.seat.clone(),
             sequence: g.number,
             flight: g.flight as usize,
-            order: Order::told(kind),
+            order: Order::told(kind, g.by_person),
         });
     }
     for frame in 1..=frames.min(whole.run.frames()) {

@@ -49,9 +49,11 @@ pub struct WantNotice {
     pub group: u8,
     /// Designator of one of its ends.
     pub runway: String,
+    /// It asks for it; else only a person would clear it for that now.
+    pub asks: bool,
 }
 
-/// A clearance of a controller's model.
+/// A clearance of a controller.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct GivenNotice {
     /// Flight, counted in the scene from 0.
@@ -60,6 +62,8 @@ pub struct GivenNotice {
     pub kind: String,
     /// Seat that gave it.
     pub seat: String,
+    /// A person sits there: it is acted upon whatever the plan says.
+    pub by_person: bool,
     /// Counted in the run from 1.
     pub number: u64,
 }

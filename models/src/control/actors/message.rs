@@ -96,13 +96,13 @@ pub struct Message {
 /// Words of a message about a clearance (assumed).
 #[must_use]
 pub fn words(kind: MessageKind, about: ClearanceKind) -> u32 {
-    use ClearanceKind::{Cross, GoAround, Hold, Land, LineUp, Push, TakeOff, Taxi};
+    use ClearanceKind::{Cross, GoAround, Hold, Land, LineUp, Push, Revoke, TakeOff, Taxi};
     let clearance = match about {
         Push => 8,
         Taxi => 12,
         Cross => 7,
         LineUp | TakeOff | Land => 6,
-        GoAround => 4,
+        GoAround | Revoke => 4,
         Hold => 3,
         _ => 8,
     };

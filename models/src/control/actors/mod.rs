@@ -38,6 +38,8 @@ pub struct Given {
     pub kind: ClearanceKind,
     /// From then on, s.
     pub acts_s: f64,
+    /// A person gave it.
+    pub by_person: bool,
 }
 
 /// What a seat did in a minute.
@@ -310,7 +312,8 @@ impl Actors {
             talk.said_until_s = read_s + habits.again_s;
         }
         let acts_s = read_s + drawn.acts_after_s;
-        let given = Given { seat, flight: w.flight, kind: w.kind, acts_s };
+        let by_person = workload.is_none();
+        let given = Given { seat, flight: w.flight, kind: w.kind, acts_s, by_person };
         ((drawn.wrong != Some(false)).then_some(given), acts_s)
     }
 

@@ -329,6 +329,16 @@ impl Core {
                     None => self.clear(m, "LND", self.end_name(m)),
                 }
                 self.clear_against(m);
+            } else if distance < self.decides_at_m(m)
+                && self.movers[m].insisted.has(ClearanceKind::Land)
+                && self.take_told(m)
+            {
+                // A person's word, whoever has the runway.
+                self.used(m, ClearanceKind::Land);
+                self.joins_runway(m);
+                self.goes_by_sight(m);
+                self.movers[m].cleared = true;
+                self.clear(m, "LND", self.end_name(m));
             } else if distance < self.decides_at_m(m) {
                 let waits_for = self.movers[m].waits_for;
                 let owner =
@@ -348,15 +358,12 @@ impl Core {
         }
         let r = self.flights[m].runway.0;
         if cleared && distance > 0.0 && distance < NAUTICAL_MILE_M && self.car_blocks(r) {
-            // What was taken for the landing is given back.
-            for i in self.movers[m].first_held..self.movers[m].next {
-                let mover = &self.movers[m];
-                let (z, roll) = (mover.way.pieces[i], mover.way.roll.contains(&i));
-                self.release(m, z, roll);
-            }
-            self.vacate(m);
-            self.end_clearance(m, "LND");
-            self.go_around(m, "a vehicle is on the runway");
+            self.give_up_landing(m, "a vehicle is on the runway");
+            return;
+        }
+        if let Some(o) = self.seen_on_runway(m).filter(|_| cleared) {
+            let why = format!("{} is on the runway", self.flights[o].callsign);
+            self.give_up_landing(m, &why);
             return;
         }
         if down {
@@ -386,7 +393,7 @@ impl Core {
         mover.wants = None;
         mover.parked_pieces.clear();
         mover.timing = Timing::default();
-        mover.granted = super::notice::Granted::default();
+        (mover.granted, mover.insisted) = Default::default();
         // Straight on over the runway.
         let here = mover.way.path.at(mover.s);
         let ahead = here.at_m + Azimuth::from_rad(here.heading_rad).unit() * 30_000.0;
@@ -485,6 +492,11 @@ impl Core {
         let wish = if mover.stopped { 0.0 } else { wish };
         // Nobody brakes harder than 3 m/s².
         let dec = (1.2 * mover.braking).min(3.0);
+        let (wish, dec) = match self.wish_by_sight(m) {
+            Some((most, hard)) if most < wish => (most, hard),
+            _ => (wish, dec),
+        };
+        let mover = &self.movers[m];
         let limits = Tick { acc: 0.5, dec, jerk: 2.0, dt: self.step_s };
         let (s, v, a) = (mover.s, mover.v, mover.a);
         let end = mover.way.stop_m;

@@ -49,17 +49,27 @@ impl Core {
     /// What flights wait for now, by flight, each with its runway: that to cross, else its own.
     #[must_use]
     pub fn wanted(&self) -> Vec<(Wanted, usize)> {
-        let of = |m: usize| {
-            let mover = &self.movers[m];
-            let kind = mover.wants?;
-            let crossed = mover.way.crossings.iter().find(|(i, _)| *i >= mover.next);
-            let runway = match (kind, crossed) {
-                (ClearanceKind::Cross, Some((_, r))) => *r,
-                _ => self.flights[m].runway.0,
-            };
-            Some((Wanted { flight: m as u32, kind, group: self.group(runway) }, runway))
-        };
+        let of = |m: usize| Some(self.concerning(m, self.movers[m].wants?));
         (0..self.movers.len()).filter_map(of).collect()
+    }
+
+    /// What flights that wait for nothing could be cleared for by a person, likewise.
+    #[must_use]
+    pub fn could_be_cleared(&self) -> Vec<(Wanted, usize)> {
+        let free = |m: &usize| self.movers[*m].wants.is_none();
+        let of = |m: usize| Some(self.concerning(m, self.could(m)?));
+        (0..self.movers.len()).filter(free).filter_map(of).collect()
+    }
+
+    /// A clearance of a flight with its runway: that to cross, else its own.
+    fn concerning(&self, m: usize, kind: ClearanceKind) -> (Wanted, usize) {
+        let mover = &self.movers[m];
+        let crossed = mover.way.crossings.iter().find(|(i, _)| *i >= mover.next);
+        let runway = match (kind, crossed) {
+            (ClearanceKind::Cross, Some((_, r))) => *r,
+            _ => self.flights[m].runway.0,
+        };
+        (Wanted { flight: m as u32, kind, group: self.group(runway) }, runway)
     }
 
     /// Lets the controllers look, once a second.
@@ -67,14 +77,14 @@ impl Core {
         let Some(mut actors) = self.actors.take() else { return };
         let wanted: Vec<Wanted> = self.wanted().into_iter().map(|(w, _)| w).collect();
         for given in actors.scan(self.time_s, &wanted) {
-            let Given { seat, flight, kind, acts_s } = given;
+            let Given { seat, flight, kind, acts_s, by_person } = given;
             self.spoken += 1;
             self.notice(Notice {
                 effect_frame: libm::ceil(acts_s / self.step_s) as i64,
                 source: seat.name(),
                 sequence: self.spoken,
                 flight: flight as usize,
-                order: Order::Clear(kind),
+                order: Order::told(kind, by_person),
             });
         }
         self.actors = Some(actors);

@@ -667,6 +667,9 @@ impl Core {
     }
 
     pub(super) fn rolling(&mut self, m: usize) {
+        if self.rejects_take_off(m) {
+            return;
+        }
         let f = self.flights[m].clone();
         let day = take_off_of(&f);
         let (a0, b) = take_off_run(&day).map_or((2.0, 0.0), |r| (r.a_mps2, r.b_per_m));

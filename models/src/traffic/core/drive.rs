@@ -36,7 +36,10 @@ impl Core {
                     && (follows || !self.owned(m))
                     && self.permitted(m, ClearanceKind::LineUp)
                     && !self.bar_sticks(self.flights[m].runway.0);
-            if uncleared.is_none() && !may {
+            let told = departs
+                && self.movers[m].insisted.has(ClearanceKind::LineUp)
+                && !self.bar_sticks(self.flights[m].runway.0);
+            if uncleared.is_none() && !may && !told {
                 let now = self.time_s;
                 self.movers[m].waits_since_s.get_or_insert(now);
                 break;
@@ -47,7 +50,12 @@ impl Core {
             if departs {
                 self.used(m, ClearanceKind::LineUp);
                 let r = self.flights[m].runway.0;
-                if follows && uncleared.is_none() {
+                if told && !may {
+                    if self.owned(m) {
+                        self.goes_by_sight(m);
+                    }
+                    self.joins_runway(m);
+                } else if follows && uncleared.is_none() {
                     self.behind[r] = Some(m);
                 } else {
                     self.owner[r] = Some(m);
@@ -59,6 +67,7 @@ impl Core {
             }
         }
         let authority = self.authority(m);
+        let sight = self.wish_by_sight(m);
         let mover = &mut self.movers[m];
         let (s, v, a) = (mover.s, mover.v, mover.a);
         let wheelbase_m = self.flights[m].wheelbase_m;
@@ -68,7 +77,11 @@ impl Core {
         // Nobody creeps up by centimetres.
         let wish = if v == 0.0 && authority - s < 0.5 { 0.0 } else { wish };
         let wish = if mover.stopped { 0.0 } else { wish.min(mover.most_mps()) };
-        let limits = Tick { acc, dec: d.dec_mps2, jerk: d.jerk_mps3, dt: self.step_s };
+        let (wish, dec, jerk) = match sight {
+            Some((most, hard)) if most < wish => (most, hard, 2.0),
+            _ => (wish, d.dec_mps2, d.jerk_mps3),
+        };
+        let limits = Tick { acc, dec, jerk, dt: self.step_s };
         (mover.s, mover.v, mover.a) = limits.tick(s, v, a, wish, authority);
         self.follow(m, s);
         loop {

@@ -18,6 +18,7 @@ mod runway;
 mod stands;
 mod state;
 mod tokens;
+mod told;
 
 pub use equipment::drawn_failures;
 pub use failures::{Failure, FailureKind, Shown};
@@ -39,7 +40,7 @@ use crate::flight_list::WakeCategory;
 use failures::Failing;
 use notice::Granted;
 use plan::{Booking, Timing};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -246,6 +247,10 @@ struct Mover {
     timing: Timing,
     /// Clearances from outside; what it waits for; told to hold; stands by itself until, s.
     granted: Granted,
+    /// Of these, those of a person: used whoever has the runway.
+    insisted: Granted,
+    /// Brakes on its take-off run.
+    rejects: bool,
     wants: Option<ClearanceKind>,
     holds: bool,
     stopped_until_s: f64,
@@ -307,6 +312,9 @@ pub struct Core {
     actors: Option<Actors>,
     /// Clearances that the controllers have spoken.
     spoken: u64,
+    /// Who goes by sight, by a person's word; who touched whom.
+    by_sight: Vec<usize>,
+    contacts: BTreeSet<(usize, usize)>,
     clearances: Vec<Clearance>,
     remarks: Vec<Remark>,
     failing: Vec<Failing>,
@@ -366,6 +374,8 @@ impl Core {
             waiting: Vec::new(),
             actors: None,
             spoken: 0,
+            by_sight: Vec::new(),
+            contacts: BTreeSet::new(),
             clearances: Vec::new(),
             remarks: Vec::new(),
             failing: Vec::new(),
@@ -415,12 +425,19 @@ impl Core {
                 Phase::LinedUp(until) => {
                     let waits = self.enters_uncleared(m).is_some();
                     self.asks_for_take_off(m);
+                    if self.by_sight.contains(&m) {
+                        self.joins_runway(m);
+                    }
                     let uncleared = self.failing(m, FailureKind::TakeOffUncleared);
-                    let may =
-                        self.time_s >= until && !waits && (uncleared.is_some() || self.may_roll(m));
+                    let told = self.movers[m].insisted.has(ClearanceKind::TakeOff);
+                    let anyway = uncleared.is_some() || told;
+                    let may = self.time_s >= until && !waits && (anyway || self.may_roll(m));
                     if may
                         && (uncleared.is_some() || self.permitted(m, ClearanceKind::TakeOff))
-                        && self.take_roll(m, uncleared.is_some())
+                        && match told {
+                            true => self.take_roll_told(m),
+                            false => self.take_roll(m, uncleared.is_some()),
+                        }
                     {
                         match uncleared {
                             Some(failure) => self.begin_failure(failure),
@@ -443,6 +460,7 @@ impl Core {
         }
         self.watch_failures();
         if frame.rem_euclid(frames_a_second) == 0 {
+            self.look_for_contact();
             self.control();
         }
         if whole {
@@ -735,6 +753,8 @@ impl Mover {
             tow_to: None,
             timing: Timing::default(),
             granted: Granted::default(),
+            insisted: Granted::default(),
+            rejects: false,
             wants: None,
             holds: false,
             stopped_until_s: f64::NEG_INFINITY,

@@ -25,7 +25,9 @@ pub enum ClearedBy {
 pub enum Order {
     /// May do this once, from now on (`TAX` also ends a hold); `GOA` sends an arrival around.
     Clear(ClearanceKind),
-    /// May not do it any more, if it has not begun.
+    /// Does this by a person's word: onto a runway whoever has it, with nothing but eyes.
+    Insist(ClearanceKind),
+    /// May not do it any more, if it has not begun; a take-off run stops if it still can.
     Revoke(ClearanceKind),
     /// Holds position where it can stop, until `TAX`.
     Hold,
@@ -34,11 +36,13 @@ pub enum Order {
 }
 
 impl Order {
-    /// What a flight does that is told so by a controller.
+    /// What a flight does that is told so by a controller: a model, or a person.
     #[must_use]
-    pub fn told(kind: ClearanceKind) -> Self {
+    pub fn told(kind: ClearanceKind, by_person: bool) -> Self {
         match kind {
             ClearanceKind::Hold => Self::Hold,
+            ClearanceKind::Revoke => Self::Revoke(ClearanceKind::TakeOff),
+            kind if by_person => Self::Insist(kind),
             kind => Self::Clear(kind),
         }
     }
@@ -68,7 +72,7 @@ impl Granted {
         1 << (kind as u16)
     }
 
-    fn set(&mut self, kind: ClearanceKind, on: bool) {
+    pub(super) fn set(&mut self, kind: ClearanceKind, on: bool) {
         if on {
             self.0 |= Self::bit(kind);
         } else {
@@ -76,7 +80,7 @@ impl Granted {
         }
     }
 
-    fn has(self, kind: ClearanceKind) -> bool {
+    pub(super) fn has(self, kind: ClearanceKind) -> bool {
         self.0 & Self::bit(kind) != 0
     }
 
@@ -118,15 +122,18 @@ impl Core {
             let notice = self.waiting.remove(0);
             let (m, now) = (notice.flight, self.time_s);
             match notice.order {
-                // One that is cleared to land has the runway already, and lands.
+                // One that is cleared to land has the runway already, and lands; a person may think better of it.
                 Order::Clear(ClearanceKind::GoAround) => {
                     let mover = &self.movers[m];
                     if mover.phase == Phase::Final && !mover.cleared {
                         self.go_around(m, "it was told to");
                     }
                 }
-                Order::Clear(kind) => {
-                    self.movers[m].granted.set(kind, true);
+                Order::Clear(kind) | Order::Insist(kind) => {
+                    match notice.order {
+                        Order::Insist(kind) => self.insist(m, kind),
+                        _ => self.movers[m].granted.set(kind, true),
+                    }
                     if self.movers[m].wants == Some(kind) {
                         self.movers[m].wants = None;
                     }
@@ -134,7 +141,12 @@ impl Core {
                         self.movers[m].holds = false;
                     }
                 }
-                Order::Revoke(kind) => self.movers[m].granted.set(kind, false),
+                Order::Revoke(kind) => {
+                    self.used(m, kind);
+                    if kind == ClearanceKind::TakeOff {
+                        self.cancel_take_off(m);
+                    }
+                }
                 Order::Hold => self.movers[m].holds = true,
                 Order::Stop(for_s) => {
                     let until = now + for_s.max(0.0);
@@ -165,6 +177,7 @@ impl Core {
     /// A permission has been used, or is void.
     pub(super) fn used(&mut self, m: usize, kind: ClearanceKind) {
         self.movers[m].granted.set(kind, false);
+        self.movers[m].insisted.set(kind, false);
     }
 
     /// The clearance that a flight waits for.

@@ -249,6 +249,7 @@ impl Core {
 
     /// Off the runway: the next one may have it.
     pub(super) fn vacate(&mut self, m: usize) {
+        self.by_sight.retain(|o| *o != m);
         let r = self.flights[m].runway.0;
         if self.flights[m].direction == Direction::Arrival && self.owner[r] == Some(m) {
             let most_s = if backtracked(&self.net, r) { MOST_BACK_S } else { MOST_OFF_S };
@@ -284,7 +285,9 @@ impl Core {
     }
 
     pub(super) fn may_roll(&self, m: usize) -> bool {
-        self.wake_left_s(m) <= 0.0 && !self.car_blocks(self.flights[m].runway.0) && !self.owned(m)
+        self.wake_left_s(m) <= 0.0
+            && !self.car_blocks(self.flights[m].runway.0)
+            && (!self.owned(m) || self.waits_in_front(m))
     }
 }
 /// How far the tail of one who rolls is beyond an entry when somebody may line up there, m (assumed).

@@ -99,7 +99,8 @@ impl Core {
             feed(phase);
             feed(m.stand as u64);
             feed((m.first_held as u64) << 32 | m.next as u64);
-            feed(u64::from(m.granted.bits()) << 1 | u64::from(m.holds));
+            let (granted, insisted) = (u64::from(m.granted.bits()), u64::from(m.insisted.bits()));
+            feed(insisted << 32 | granted << 1 | u64::from(m.holds));
             [m.s, m.v, m.a, m.slip, m.height_m, m.beside_m.x, m.beside_m.y]
                 .iter()
                 .for_each(|x| feed(x.to_bits()));

@@ -4,6 +4,20 @@ use super::{Core, Direction, Phase, Policy};
 use crate::control::clearance::ClearanceKind;
 use std::ops::Range;
 
+/// What is taken at once.
+pub(super) struct Group {
+    /// Its last step.
+    last: usize,
+    /// Pieces that have their turn in the order with it.
+    turn: Vec<u32>,
+    /// Pieces that are taken, and whether for a roll.
+    pieces: Vec<(u32, bool)>,
+    /// Pieces that are held beside its way until the roll.
+    kept: Vec<u32>,
+    /// Runways that it crosses.
+    pub(super) crossed: Vec<usize>,
+}
+
 impl Core {
     /// Somebody else who holds a piece that conflicts with `piece` for `m`, or rolls beside it.
     pub(super) fn blocker(&self, m: usize, piece: u32, roll: bool, gone: &[bool]) -> Option<usize> {
@@ -165,8 +179,54 @@ impl Core {
         }
     }
 
-    /// Takes the group that begins at `next` of the way in use, if all of it is free and the policy agrees.
+    /// The group that begins at `next` of the way in use; of a take-off all has its turn in the order now, and the line-up is taken.
+    pub(super) fn next_group(&self, m: usize) -> Option<Group> {
+        let mover = &self.movers[m];
+        let first = mover.next;
+        let last = mover.way.group_last.get(first).copied()?;
+        let within = |(i, _): &&(usize, usize)| (first..=last).contains(i);
+        let crossed = mover.way.crossings.iter().filter(within).map(|c| c.1).collect();
+        let roll = &mover.way.roll;
+        let lines_up = (first + 1..=last).contains(&mover.roll_from);
+        let turn = mover.way.pieces[first..=last].to_vec();
+        let last = if lines_up { mover.roll_from - 1 } else { last };
+        let pieces = (first..=last).map(|i| (mover.way.pieces[i], roll.contains(&i))).collect();
+        let kept = if lines_up { self.wanted_for_roll(m) } else { Vec::new() };
+        Some(Group { last, turn, pieces, kept, crossed })
+    }
+
+    /// Has a group from now on.
+    pub(super) fn seize(&mut self, m: usize, group: Group) {
+        group.pieces.iter().for_each(|(z, r)| self.hold(m, *z, *r));
+        self.has_taken(m, group);
+    }
+
+    /// A group that is held now: out of the order, and its clearances are used.
+    fn has_taken(&mut self, m: usize, group: Group) {
+        let Group { last, turn, kept, crossed, .. } = group;
+        if self.policy == Policy::Planned {
+            turn.iter().for_each(|z| self.booked_now(m, *z));
+        }
+        self.keep_for_roll(m, kept);
+        self.movers[m].next = last + 1;
+        self.movers[m].waits_since_s = None;
+        self.movers[m].waits_for = None;
+        if !crossed.is_empty() {
+            self.used(m, ClearanceKind::Cross);
+        }
+        for r in crossed {
+            self.end_clearance(m, "CRO");
+            self.clear(m, "CRO", self.net.runways[r].names.join("/"));
+        }
+    }
+
+    /// Takes the group that begins at `next` of the way in use, if all of it is free and the policy agrees; by a person's word also
+    /// where it is not.
     pub(super) fn take(&mut self, m: usize) -> bool {
+        self.take_free(m) || self.take_told(m)
+    }
+
+    pub(super) fn take_free(&mut self, m: usize) -> bool {
         let mover = &self.movers[m];
         if mover.refused_at == Some(self.version) {
             return false;
@@ -190,16 +250,9 @@ impl Core {
                 return self.refuse_now(m, near);
             }
         }
-        let mover = &self.movers[m];
-        let roll = mover.way.roll.clone();
-        // Of a take-off all has its turn in the order now, and the line-up is taken.
-        let lines_up = (first + 1..=last).contains(&mover.roll_from);
-        let turn = mover.way.pieces[first..=last].to_vec();
-        let last = if lines_up { mover.roll_from - 1 } else { last };
-        let group: Vec<(u32, bool)> =
-            (first..=last).map(|i| (mover.way.pieces[i], roll.contains(&i))).collect();
-        let kept = if lines_up { self.wanted_for_roll(m) } else { Vec::new() };
-        let blocker = group.iter().find_map(|(z, r)| self.blocker(m, *z, *r, &[]));
+        let Some(group) = self.next_group(m) else { return false };
+        let Group { last, turn, pieces, kept, crossed } = &group;
+        let blocker = pieces.iter().find_map(|(z, r)| self.blocker(m, *z, *r, &[]));
         let blocker = blocker.or_else(|| kept.iter().find_map(|z| self.blocker(m, *z, false, &[])));
         if let Some(blocker) = blocker {
             return self.refuse(m, Some(blocker));
@@ -217,27 +270,14 @@ impl Core {
         {
             return self.refuse_told(m);
         }
-        group.iter().for_each(|(z, r)| self.hold(m, *z, *r));
+        pieces.iter().for_each(|(z, r)| self.hold(m, *z, *r));
         if self.policy == Policy::Ordered
             && !self.ordered(m, self.movers[m].push.pieces.len(), last + 1)
         {
-            group.iter().for_each(|(z, r)| self.release_quietly(m, *z, *r));
+            pieces.iter().for_each(|(z, r)| self.release_quietly(m, *z, *r));
             return self.refuse(m, None);
         }
-        if self.policy == Policy::Planned {
-            turn.iter().for_each(|z| self.booked_now(m, *z));
-        }
-        self.keep_for_roll(m, kept);
-        self.movers[m].next = last + 1;
-        self.movers[m].waits_since_s = None;
-        self.movers[m].waits_for = None;
-        if !crossed.is_empty() {
-            self.used(m, ClearanceKind::Cross);
-        }
-        for r in crossed {
-            self.end_clearance(m, "CRO");
-            self.clear(m, "CRO", self.net.runways[r].names.join("/"));
-        }
+        self.has_taken(m, group);
         true
     }
 
