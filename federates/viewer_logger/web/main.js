@@ -4,8 +4,8 @@ import { Address } from "./address.js";
 import { AlertPanel, alertWords, subjectOf } from "./alerts.js";
 import { closeUp, watch } from "./closeup.js";
 import { Curve } from "./curve.js";
-import { backgroundOf, extinction, rvr, sunElevation } from "./eye_light.js";
 import { decode } from "./frame.js";
+import { head } from "./head.js";
 import { expose } from "./hook.js";
 import { Insets } from "./insets.js";
 import { keyboard } from "./keys.js";
@@ -14,14 +14,15 @@ import { keepLocal, readLocal } from "./local.js";
 import { Panes } from "./panes.js";
 import { MapView } from "./map.js";
 import { clearanceFacts, StripPanel, stripsOf } from "./strips.js";
-import { nextEvent, TimeLine, typedTime } from "./time.js";
+import { playback } from "./playback.js";
+import { TimeLine } from "./time.js";
 import { found, latLon, Tools, tutorial } from "./tools.js";
 import { switches } from "./switches.js";
 import { takeaway } from "./takeaway.js";
 import { facts, targetFacts } from "./lists.js";
 import { panels } from "./panels.js";
 import { WhatIf } from "./whatif.js";
-import { element, elapsed, fixed, place, utc, visibility, wind } from "./text.js";
+import { element, place, utc } from "./text.js";
 
 const byId = (id) => document.getElementById(id);
 const FRAME_MS = 17;
@@ -100,6 +101,15 @@ const link = new Link({
   if (state.wish.run) hello.unshift({ type: "open", runs: state.wish.run });
   return hello;
 });
+
+const { showScan, showTime, setLive, setPlaying, showTimeline, finished, askStrip, forgetStrip, toEvent, setLoop, askTime, goTo, grantTime, times } = playback({
+  state, map, link, line, changed: () => addressChanged(), say: (answer) => showAnswer(answer),
+  shown: () => {
+    showClock();
+    showWeather();
+  },
+});
+const { showClock, showState, showLink, showWeather } = head({ state, map, curve, finished });
 
 const whatIf = new WhatIf(byId("what-if"), { state, link, open: openRuns, say: (answer) => showAnswer(answer) });
 
@@ -281,179 +291,8 @@ function selectNext(step) {
   select(order[(at < 0 ? (step > 0 ? 0 : order.length - 1) : at + step + order.length) % order.length]);
 }
 
-// ---- time ----
-
-function showScan(scan) {
-  const { first, last } = state.timeline ?? {};
-  if (first === undefined) return;
-  const wanted = Math.min(last, Math.max(first, Math.round(scan)));
-  state.live = false;
-  link.send({ type: "show", scan: wanted });
-  showTimeline(wanted);
-}
-
-/** A time in seconds instead of a scan; beyond the ends of what there is, the nearest end, and said. */
-function showTime(seconds) {
-  const { first, last, first_s: from, last_s: to } = state.timeline ?? {};
-  if (first === undefined) return;
-  if (seconds < from - 0.5 || seconds > to + 0.5) showAnswer({ accepted: false, text: `${elapsed(seconds)} is outside ${elapsed(from)} to ${elapsed(to)}` });
-  showScan(to > from ? Math.floor(first + ((Math.min(to, Math.max(from, seconds)) - from) / (to - from)) * (last - first) + 1e-6) : first);
-}
-
-function setLive(live) {
-  state.live = live;
-  setPlaying(false);
-  if (live) link.send({ type: "show", scan: null });
-  showTimeline();
-}
-
-let playTimer = 0;
-function setPlaying(on) {
-  state.playing = on;
-  clearInterval(playTimer);
-  if (on) {
-    if (state.live) showScan(state.timeline?.first ?? 0);
-    const rate = state.runState?.rate ?? 1;
-    const every = Math.max(60, (1000 * (state.run?.scan_s || 1)) / Math.min(10, Math.max(0.2, rate || 1)));
-    playTimer = setInterval(() => {
-      const { loop, scan } = state;
-      if (loop && scan && (scan.timeS >= loop[1] || scan.timeS < loop[0])) showTime(loop[0]);
-      else if (!scan || scan.newest) finished() ? setPlaying(false) : setLive(true);
-      else showScan(scan.scan + 1);
-    }, every);
-  }
-  byId("timeline").querySelector("[data-time=play]").setAttribute("aria-pressed", String(on));
-}
-
-function showTimeline(wanted) {
-  map.live = state.live && !finished();
-  const strip = line;
-  showTimes(state.timeline, byId("scrub"), strip, wanted);
-}
-
-function showTimes(line, scrub, strip, wanted) {
-  if (line) {
-    scrub.min = line.first;
-    scrub.max = line.last;
-    scrub.value = wanted ?? (state.live ? line.last : state.scan?.scan ?? line.last);
-    const shown = wanted ?? (state.live ? line.last : state.scan?.scan ?? line.last);
-    const timeS = line.last > line.first ? line.first_s + ((shown - line.first) / (line.last - line.first)) * (line.last_s - line.first_s) : line.first_s;
-    strip.show({ firstS: line.first_s, lastS: line.last_s, timeS, loop: state.loop, notices: state.notices ?? [] });
-    scrub.setAttribute("aria-valuetext", strip.textAt(state.scan?.timeS ?? timeS).replaceAll("\n", ", "));
-  }
-  addressChanged();
-  byId("timeline").querySelector("[data-time=live]").setAttribute("aria-pressed", String(state.live));
-  byId("timeline").querySelector("[data-time=live]").textContent = finished() ? "End" : "Live";
-  document.body.classList.toggle("past", !state.live && !finished());
-  document.body.classList.toggle("finished", finished());
-  const past = byId("past");
-  past.hidden = state.live || finished();
-  if (!past.hidden && state.scan) {
-    const behind = (line?.last_s ?? state.scan.timeS) - state.scan.timeS;
-    past.textContent = `PAST  ${elapsed(state.scan.timeS)}  (${elapsed(behind).slice(3)} before now)`;
-  }
-  showClock();
-  showWeather();
-}
 
 // ---- what the parts show ----
-
-function showClock() {
-  const seconds = state.live && !finished() ? state.runState ? frameTime() ?? state.scan?.timeS : state.scan?.timeS : state.scan?.timeS;
-  byId("utc").textContent = Number.isFinite(seconds) && state.run ? utc(state.run.start_utc_ns, seconds) : "--:--:--";
-  byId("elapsed").textContent = elapsed(seconds);
-  curve.mark(state.live ? null : state.scan?.timeS);
-}
-
-function frameTime() {
-  const { frame, step_ns: step } = state.runState ?? {};
-  return Number.isFinite(frame * step) ? (frame * step) / 1e9 : null;
-}
-
-function showState() {
-  const s = state.runState, pill = byId("phase");
-  pill.textContent = s.phase;
-  pill.dataset.phase = s.phase;
-  const asked = s.rate === null ? "fast" : `${s.rate}\u00d7`;
-  const achieved = `${fixed(s.achieved_rate, s.achieved_rate < 10 ? 1 : 0)}\u00d7`;
-  byId("rate").textContent = s.phase !== "RUNNING" ? asked : s.rate === null ? `fast: ${achieved}` : `${achieved} of ${asked}`;
-  const can = {
-    start: ["CONFIGURED", "FROZEN"], freeze: ["RUNNING"], step: ["CONFIGURED", "FROZEN"],
-    stop: ["CONFIGURED", "RUNNING", "FROZEN"], restart: ["FROZEN", "STOPPED"],
-  };
-  for (const button of byId("controls").querySelectorAll("button")) {
-    // A button that will be refused is dimmed, not dead: the reason why not is an answer, too.
-    button.classList.toggle("unlikely", !can[button.dataset.command]?.includes(s.phase));
-  }
-  byId("controls").querySelector("[data-command=start]").textContent = s.phase === "FROZEN" ? "Resume" : "Start";
-  const choice = s.rate === null ? "fast" : String(s.rate);
-  const select = byId("rate-ask");
-  if (document.activeElement !== select) {
-    if (![...select.options].some((o) => o.value === choice)) select.append(element("option", choice, { value: choice }));
-    select.value = choice;
-  }
-  showClock();
-  showLink();
-}
-
-function showLink() {
-  const pill = byId("link"), alert = byId("alert");
-  const words = { open: "live", connecting: "connecting", silent: "silent", lost: "disconnected" };
-  pill.textContent = state.link === "open" && (!state.live || finished()) ? "connected" : words[state.link];
-  pill.dataset.link = state.link;
-  document.body.classList.toggle("stale", state.link === "lost" || state.link === "silent");
-  const at = state.lostAt?.toTimeString().slice(0, 8) ?? "";
-  const reasons = state.runState?.reasons ?? [];
-  let text = "", level = "bad";
-  if (state.link === "lost") {
-    text = state.scan ? `Connection to the viewer lost at ${at}. The picture is of ${elapsed(state.scan.timeS)} and is not renewed. Trying again \u2026`
-      : "No connection to the viewer. Trying again \u2026";
-  } else if (state.link === "silent") text = `Nothing heard from the viewer since ${at}; the picture may be old.`;
-  else if (state.notice) text = state.notice;
-  else if (reasons.length) [text, level] = [`${state.runState.phase}: ${reasons.join("; ")}`, "warn"];
-  else if (lateScans()) [text, level] = [`No tracks since ${elapsed(state.scan?.timeS ?? 0)}: the SMDFM is behind or its messages are lost.`, "warn"];
-  alert.hidden = !text;
-  if (alert.textContent !== text) alert.textContent = text;
-  alert.dataset.level = level;
-}
-
-/** Whether the run goes on while scans stay away. */
-function lateScans() {
-  const now = frameTime();
-  if (state.runState?.phase !== "RUNNING" || now === null || !state.timeline) return false;
-  const slack = Math.max(4 * (state.run?.scan_s || 1), 3 * (state.runState.achieved_rate || 1));
-  return now - state.timeline.last_s > slack;
-}
-
-/** The weather at the time of the picture. */
-function showWeather() {
-  const now = state.live ? Infinity : (state.scan?.timeS ?? 0) * 1e9;
-  const w = (state.notices ?? []).findLast((n) => n.from_ns <= now) ?? null;
-  if (w === state.weather) return;
-  state.weather = map.weather = w;
-  map.need(map.layers.detection ? "ground" : "traffic", "traffic");
-  if (!w) {
-    byId("weather").replaceChildren();
-    return;
-  }
-  const rain = w.rain_mm_per_h > 0 ? `rain ${fixed(w.rain_mm_per_h, w.rain_mm_per_h < 10 ? 1 : 0)} mm/h` : "dry";
-  const parts = [
-    [w.rain_mm_per_h > 0 || w.cells.length ? "wet" : "", w.cells.length ? `${rain}, ${w.cells.length} cell${w.cells.length > 1 ? "s" : ""}` : rain],
-    ["", `vis ${visibility(w.visibility_m)}`], ["", wind(w.wind_mps)], ["", `${fixed(w.temperature_k - 273.15, 0)} \u00b0C`],
-    ["", `QNH ${fixed(w.pressure_hpa, 0)}`],
-    ...(runwayRange(w) < 2000 ? [["", `RVR ${runwayRange(w)} m`]] : []),
-    ...(w.film_mm > 0 ? [["", `film ${fixed(w.film_mm, 1)} mm`]] : []),
-  ];
-  byId("weather").replaceChildren(...parts.map(([mark, text]) => element("span", text, { "data-mark": mark })));
-  byId("weather").title = `Since ${elapsed(w.from_ns / 1e9)}; ${fixed(w.pressure_hpa, 0)} hPa, vapour ${fixed(w.vapour_g_per_m3, 1)} g/m\u00b3`;
-}
-
-/** Runway visual range, m: of the edge lights and of contrast, by the light of the hour, as it would be reported. */
-function runwayRange(w) {
-  const { run, airport, scan } = state, [lat, lon] = airport?.reference_deg ?? [0, 0];
-  const utcMs = Number(BigInt(run?.start_utc_ns || "0") / 1_000_000n) + (scan?.timeS ?? 0) * 1000;
-  return rvr(extinction(w.visibility_m, w.rain_mm_per_h), backgroundOf(sunElevation(utcMs, lat, lon)));
-}
 
 /** Strips of the time shown, where they are seen. */
 function showStrips() {
@@ -545,52 +384,6 @@ const views = {
   inset: () => insets.open() || showAnswer({ accepted: false, text: "two windows at most: close one" }),
   follow: () => map.setFollow(!map.follow),
 };
-const times = {
-  back: () => showScan((state.scan?.scan ?? 1) - 1), forth: () => showScan((state.scan?.scan ?? 0) + 1),
-  play: () => setPlaying(!state.playing), live: () => setLive(true),
-};
-
-/** Whether the run shown no longer goes on: nothing can be commanded, and its end is not "now". */
-function finished() {
-  return state.timeline?.live === false;
-}
-
-/** The time line's columns and events: once for what is finished, every two seconds for what grows. */
-let stripAsked = -Infinity;
-function askStrip(force = false) {
-  const { first_s: from, last_s: to } = state.timeline ?? {}, now = performance.now();
-  if (from === undefined || (!force && now - stripAsked < 2000)) return;
-  if (link.send({ type: "strip", from_s: from, to_s: Math.max(to, from + 1), columns: Math.max(1, Math.min(2000, line.width - 16, state.timeline.last - state.timeline.first + 1)) })) stripAsked = now;
-}
-
-function toEvent(step) {
-  const t = nextEvent(line.events, state.scan?.timeS ?? 0, step, line.wanted);
-  if (t === null) showAnswer({ accepted: false, text: step > 0 ? "no later event of these kinds" : "no earlier event of these kinds" });
-  else showTime(t);
-}
-
-/** Start or end of the loop at the time shown; the two change places where they must. */
-function setLoop(end) {
-  const now = state.scan?.timeS ?? 0, loop = state.loop ?? [now, now];
-  loop[end] = now;
-  state.loop = loop.sort((a, b) => a - b);
-  showTimeline();
-}
-
-function askTime() {
-  byId("go").showModal();
-  byId("go-time").select();
-}
-
-function goTo(text) {
-  const of = utc(state.run?.start_utc_ns, 0).split(":").map(Number), startS = of[0] * 3600 + of[1] * 60 + of[2];
-  const seconds = typedTime(text, startS);
-  if (seconds === null) showAnswer({ accepted: false, text: `"${text.slice(0, 20)}" is not a time: 215, 3:35 or 09:03:35Z` });
-  else {
-    setPlaying(false);
-    showTime(seconds);
-  }
-}
 
 // ---- several runs, links, exports ----
 
@@ -614,7 +407,7 @@ function showRuns() {
 
 function openRuns(ids) {
   state.wish.run = ids;
-  stripAsked = -Infinity;
+  forgetStrip();
   link.send({ type: "open", runs: ids });
   addressChanged(true);
 }
@@ -632,16 +425,6 @@ function search(text) {
   showAnswer({ accepted: hits.length > 0, text: hits.length ? `${hits.length} found: ${hits.slice(0, 6).map((h) => h.name).join(", ")}` : `nothing is called "${text.slice(0, 20)}"` });
   map.dirty();
   addressChanged();
-}
-
-/** A time out of the address is shown as soon as there is one. */
-function grantTime() {
-  const { wish } = state;
-  if (wish.t === undefined || !state.timeline) return;
-  if (wish.t === "live") setLive(true);
-  else showTime(wish.t);
-  if (wish.play) setPlaying(true);
-  delete wish.t;
 }
 
 function grantSelection() {
