@@ -3,6 +3,7 @@
 pub mod accuracy;
 pub mod airport;
 pub mod asterix;
+pub mod author;
 pub mod certs;
 pub mod dis;
 pub mod export;

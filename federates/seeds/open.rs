@@ -5,11 +5,12 @@ use crate::runtime::cli::{self, BAD_INPUT, FAILED, fail};
 use crate::runtime::clock::monotonic_ns;
 use crate::viewer_logger::forks::{Forks, Wanted};
 use crate::viewer_logger::opened;
-use crate::viewer_logger::server::{Operate, Page, PageError, serve};
+use crate::viewer_logger::server::{Operate, Page, PageError, Server, serve};
 use clap::Args;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Stdio};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
@@ -57,33 +58,51 @@ pub fn run(args: &OpenArgs) -> ExitCode {
     let operate = || -> Operate {
         Box::new(|_, _| (false, "this run is finished: it takes no commands".to_owned()))
     };
-    let tries = match args.page {
-        Some(address) => vec![address],
-        None => (0..TRIES).map(|n| SocketAddr::from(([127, 0, 0, 1], FIRST_PORT + n))).collect(),
+    let server = match serve_at(args.page, &page, operate) {
+        Ok(server) => server,
+        Err(code) => return code,
     };
-    let mut served = None;
-    for address in &tries {
-        match serve(*address, page.clone(), operate()) {
-            Ok(server) => {
-                served = Some(server);
-                break;
-            }
-            Err(error @ PageError::Listen { .. }) if *address == tries[tries.len() - 1] => {
-                return fail(BAD_INPUT, error);
-            }
-            Err(PageError::Listen { .. }) => {}
-            Err(error) => return fail(FAILED, error),
-        }
-    }
-    let Some(server) = served else { return fail(FAILED, "the page cannot be served") };
-    if args.page.is_none() && server.address().port() != FIRST_PORT {
-        tracing::warn!("port {FIRST_PORT} is taken: the page is at {}", server.address());
-    }
     let url = server.access().url();
     print_line(&url);
     if args.browser && std::process::Command::new("xdg-open").arg(&url).spawn().is_err() {
         tracing::warn!("no browser could be started (xdg-open): open {url}");
     }
+    until_interrupted(server, || page.follow())
+}
+
+/// Serves at the address asked for, else at the first port from 8600 on that is free.
+pub(super) fn serve_at(
+    asked: Option<SocketAddr>,
+    page: &Arc<Page>,
+    operate: impl Fn() -> Operate,
+) -> Result<Server, ExitCode> {
+    let tries = match asked {
+        Some(address) => vec![address],
+        None => (0..TRIES).map(|n| SocketAddr::from(([127, 0, 0, 1], FIRST_PORT + n))).collect(),
+    };
+    let mut served = None;
+    for address in &tries {
+        match serve(*address, Arc::clone(page), operate()) {
+            Ok(server) => {
+                served = Some(server);
+                break;
+            }
+            Err(error @ PageError::Listen { .. }) if *address == tries[tries.len() - 1] => {
+                return Err(fail(BAD_INPUT, error));
+            }
+            Err(PageError::Listen { .. }) => {}
+            Err(error) => return Err(fail(FAILED, error)),
+        }
+    }
+    let Some(server) = served else { return Err(fail(FAILED, "the page cannot be served")) };
+    if asked.is_none() && server.address().port() != FIRST_PORT {
+        tracing::warn!("port {FIRST_PORT} is taken: the page is at {}", server.address());
+    }
+    Ok(server)
+}
+
+/// Serves until Ctrl-C, and does something twice a second meanwhile.
+pub(super) fn until_interrupted(server: Server, each: impl Fn()) -> ExitCode {
     let (stop, stopped) = std::sync::mpsc::channel();
     let set = ctrlc::set_handler(move || {
         stop.send(()).ok();
@@ -92,7 +111,7 @@ pub fn run(args: &OpenArgs) -> ExitCode {
         return fail(FAILED, error);
     }
     while stopped.recv_timeout(FOLLOW).is_err() {
-        page.follow();
+        each();
     }
     server.stop();
     ExitCode::SUCCESS
@@ -143,7 +162,7 @@ fn fork_beside(
     }
 }
 
-fn print_line(line: &str) {
+pub(super) fn print_line(line: &str) {
     use std::io::Write as _;
     out!("{line}");
     std::io::stdout().flush().ok();

@@ -34,6 +34,7 @@ enum Command {
     Schema,
     /// Reference of scene files, in Markdown
     Doc,
+    Author(super::author::AuthorArgs),
     /// A scene of an airport that runs at once
     New {
         /// Airport that comes with SEEDS (EHAM), or its layout: apt.dat, .xml, nodes.csv, .json, .geojson
@@ -64,6 +65,7 @@ pub fn run(args: &SceneArgs) -> ExitCode {
             out!("{}", reference::markdown().trim_end());
             ExitCode::SUCCESS
         }
+        Command::Author(args) => super::author::run(args),
         Command::New { airport, out, minutes, movers } => {
             if !(1.0..=1440.0).contains(minutes) || !(0.0..=4000.0).contains(movers) {
                 return fail(BAD_INPUT, "--minutes goes from 1 to 1440, --movers from 0 to 4000");

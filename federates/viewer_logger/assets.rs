@@ -22,6 +22,7 @@ pub fn find(path: &str) -> Option<(&'static str, Cow<'static, [u8]>)> {
     let name = match path.strip_prefix('/')? {
         "" => "index.html",
         "eye" => "eye.html",
+        "author" => "author.html",
         name => name,
     };
     if let Some(folder) = std::env::var_os("SEEDS_WEB") {

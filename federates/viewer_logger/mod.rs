@@ -11,6 +11,7 @@
 pub mod access;
 pub mod archive;
 pub mod assets;
+pub mod author;
 pub mod beside;
 pub mod command;
 mod connections;

@@ -10,6 +10,7 @@ pub mod building;
 pub mod change;
 pub mod control;
 pub mod document;
+pub mod edit;
 pub mod entity;
 pub mod error;
 pub mod files;
