@@ -28,7 +28,9 @@ pub struct AuthorArgs {
 pub fn run(args: &AuthorArgs) -> ExitCode {
     cli::log_to_stderr(cli::LogFormat::Text, "warn");
     if let Some(address) = args.page.filter(|a| !a.ip().is_loopback()) {
-        let text = format!("--page {address}: a scene is written from this host only, like 127.0.0.1:8600");
+        let text = format!(
+            "--page {address}: a scene is written from this host only, like 127.0.0.1:8600"
+        );
         return fail(BAD_INPUT, text);
     }
     let author = match Author::of(&args.file) {

@@ -190,12 +190,12 @@ impl Author {
         }
         // Whole or not at all.
         let beside = self.file.with_extension("toml.new");
-        std::fs::write(&beside, text)
-            .and_then(|()| std::fs::rename(&beside, &self.file))
-            .map_err(|e| {
+        std::fs::write(&beside, text).and_then(|()| std::fs::rename(&beside, &self.file)).map_err(
+            |e| {
                 let _ = std::fs::remove_file(&beside);
                 failed(&e)
-            })
+            },
+        )
     }
 }
 

@@ -110,10 +110,13 @@ mod tests {
         assert_eq!(a.len(), b.len(), "comments and lines stay");
         assert_eq!(a.iter().zip(&b).filter(|(a, b)| a != b).count(), 1);
         // Once by metres, always by metres; a comment on the line stays.
-        let plain = "[[sensor]]\nname = \"x\"\nsite = { east_m = 1, north_m = 2, height_m = 9 } # mast\n";
+        let plain =
+            "[[sensor]]\nname = \"x\"\nsite = { east_m = 1, north_m = 2, height_m = 9 } # mast\n";
         assert_eq!(
             move_sensor(plain, "x", [3.0, 4.0]).as_deref(),
-            Ok("[[sensor]]\nname = \"x\"\nsite = { east_m = 3.0, north_m = 4.0, height_m = 9 } # mast\n")
+            Ok(
+                "[[sensor]]\nname = \"x\"\nsite = { east_m = 3.0, north_m = 4.0, height_m = 9 } # mast\n"
+            )
         );
         for (text, name, part) in [
             ("a = ", "x", "not TOML"),
@@ -131,7 +134,8 @@ mod tests {
         for airport in ["LZIB", "XSYN"] {
             let layout = crate::template::layout_of(airport).expect("it ships");
             let path = Path::new("scene.toml").to_path_buf();
-            let wanted = crate::template::Wanted { layout, path: path.clone(), minutes: 5.0, per_h: 0.0 };
+            let wanted =
+                crate::template::Wanted { layout, path: path.clone(), minutes: 5.0, per_h: 0.0 };
             let (text, scene) = crate::template::scene(&wanted).expect("a scene");
             let layout = &scene.airport.layout;
             let on_runway = layout.edges.iter().filter(|e| e.runway).map(|e| e.to);

@@ -1,8 +1,10 @@
 use super::*;
+use crate::runtime::messages::Operation;
 use crate::viewer_logger::history::History;
 use crate::viewer_logger::log::Log;
 use crate::viewer_logger::log::tests::Folder;
 use crate::viewer_logger::picture::{AirportMap, RunInfo};
+use crate::viewer_logger::said::Topic;
 use crate::viewer_logger::tests::{scan, weather};
 
 /// Scans with everything that a frame may hold, wild figures included.

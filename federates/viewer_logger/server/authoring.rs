@@ -54,9 +54,8 @@ async fn done(
         Ok(answer) => {
             ([(header::CONTENT_TYPE, "application/json")], answer.to_string()).into_response()
         }
-        Err(_) => {
-            (StatusCode::INTERNAL_SERVER_ERROR, "it failed; see the program's log\n").into_response()
-        }
+        Err(_) => (StatusCode::INTERNAL_SERVER_ERROR, "it failed; see the program's log\n")
+            .into_response(),
     }
 }
 

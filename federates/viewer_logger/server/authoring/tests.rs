@@ -58,7 +58,8 @@ fn a_route_clicked_and_a_sensor_dragged_are_saved_and_checked() {
     let tries = holds.iter().flat_map(|hold| runway.iter().map(move |end| (hold, end))).take(300);
     let mut made = None;
     for (hold, end) in tries {
-        let answer = acted(json!({"text": text, "route": {"via": [stands[0], hold, end], "start_s": 10}}));
+        let answer =
+            acted(json!({"text": text, "route": {"via": [stands[0], hold, end], "start_s": 10}}));
         if answer["error"].is_null() {
             made = Some(answer);
             break;
