@@ -3,9 +3,7 @@
 //! The draft is the page's; here it is changed, checked and saved, to the one file that was named, and only if it is sound and
 //! nobody else changed the file meanwhile.
 
-use super::detection::Maps;
 use super::picture::{AirportMap, RunInfo};
-use super::server::Page;
 use models::airport::{Airport, Hold};
 use models::frames::Vector2;
 use models::time::SimTime;
@@ -54,6 +52,9 @@ pub struct Route {
     pub start_s: f64,
 }
 
+/// Has a sound draft shown elsewhere: what the radars of it see.
+pub type Show<'a> = dyn Fn(&RunInfo, &AirportMap, Arc<Scene>) + 'a;
+
 /// The scene of one file.
 #[derive(Debug)]
 pub struct Author {
@@ -77,19 +78,19 @@ impl Author {
     }
 
     /// The scene on disk, with airport and places.
-    pub fn begin(&self, page: &Page) -> Value {
+    pub fn begin(&self, show: &Show<'_>) -> Value {
         let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
         match scenarios::text_of(&self.file) {
             Ok(text) => *known = text,
             Err(error) => return json!({"error": error.to_string()}),
         }
-        let mut answer = self.checked(page, known.clone(), true);
+        let mut answer = self.checked(show, known.clone(), true);
         answer["file"] = self.file.display().to_string().into();
         answer
     }
 
     /// Does something to a draft.
-    pub fn act(&self, page: &Page, act: Act) -> Value {
+    pub fn act(&self, show: &Show<'_>, act: Act) -> Value {
         let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
         let mut text = act.text;
         if let Some((name, place_m)) = &act.sensor {
@@ -104,7 +105,7 @@ impl Author {
                 Err(error) => return json!({"text": text, "error": error}),
             }
         }
-        let mut answer = self.checked(page, text, false);
+        let mut answer = self.checked(show, text, false);
         if act.save && answer["error"].is_null() {
             let text = answer["text"].as_str().unwrap_or_default().to_owned();
             match self.save(&known, &text) {
@@ -151,7 +152,7 @@ impl Author {
     }
 
     /// What the scene's reader and its warnings say; whatever is shown of the scene elsewhere follows a sound draft.
-    fn checked(&self, page: &Page, text: String, whole: bool) -> Value {
+    fn checked(&self, show: &Show<'_>, text: String, whole: bool) -> Value {
         let (scene, found) = match warnings::check(&self.file, &text) {
             Ok(read) => read,
             Err(error) => return json!({"text": text, "error": error.to_string()}),
@@ -172,10 +173,7 @@ impl Author {
             answer["places"] = places(&scene.airport.layout);
             answer["types"] = scene.traffic.types.designators().collect();
         }
-        page.update(|viewer| {
-            viewer.on_scene(&info, &map);
-            viewer.show_detection(Maps::of(scene));
-        });
+        show(&info, &map, scene);
         answer
     }
 

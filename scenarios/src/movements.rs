@@ -1,4 +1,4 @@
-//! Recorded movements: one CSV file a flight, its columns by [`columns`]; [`import`] makes such files of others.
+//! Recorded movements: one CSV file a flight, its columns by `movements/columns.rs`; [`import`] makes such files of others.
 //!
 //! A missing or damaged cell does not refuse the file: the import of the truth counts it. A file
 //! without the columns for time and position, or of nothing but damage, is refused.

@@ -1,11 +1,14 @@
 //! The page of a scene's author: the scene, and what is done to it. Whoever may command may write.
 
 use super::super::author::{Act, Author};
+use super::super::detection::Maps;
+use super::super::picture::{AirportMap, RunInfo};
 use super::{Page, Shared};
 use axum::extract::{DefaultBodyLimit, State};
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{MethodRouter, post};
+use scenarios::Scene;
 use serde_json::Value;
 use std::sync::{Arc, PoisonError};
 
@@ -23,7 +26,7 @@ fn author_of(page: &Page) -> Option<Arc<Author>> {
 
 /// The scene as it is on disk, with the airport to draw.
 pub(super) async fn scene(headers: HeaderMap, State(shared): State<Arc<Shared>>) -> Response {
-    done(&headers, &shared, |author, page| author.begin(page)).await
+    done(&headers, &shared, |author, page| author.begin(&shown_on(page))).await
 }
 
 async fn act(headers: HeaderMap, State(shared): State<Arc<Shared>>, body: String) -> Response {
@@ -33,7 +36,17 @@ async fn act(headers: HeaderMap, State(shared): State<Arc<Shared>>, body: String
             return (StatusCode::BAD_REQUEST, format!("not understood: {error}\n")).into_response();
         }
     };
-    done(&headers, &shared, move |author, page| author.act(page, act)).await
+    done(&headers, &shared, move |author, page| author.act(&shown_on(page), act)).await
+}
+
+/// Has the page's other parts follow a draft.
+fn shown_on(page: &Page) -> impl Fn(&RunInfo, &AirportMap, Arc<Scene>) {
+    |info, map, scene| {
+        page.update(|viewer| {
+            viewer.on_scene(info, map);
+            viewer.show_detection(Maps::of(scene));
+        });
+    }
 }
 
 /// Does it on a thread that may take its time.

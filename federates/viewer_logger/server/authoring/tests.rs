@@ -43,7 +43,7 @@ fn a_route_clicked_and_a_sensor_dragged_are_saved_and_checked() {
     let (folder, file) = new_scene("whole");
     let author = Author::of(&file).expect("a scene");
     let page = Page::new(Viewer::new(1 << 16));
-    let scene = author.begin(&page);
+    let scene = author.begin(&shown_on(&page));
     assert!(scene["error"].is_null() && page.viewer().detection().is_some(), "{scene}");
     let places = scene["places"].as_array().expect("places");
     let of = |kind: &str| {
@@ -53,7 +53,8 @@ fn a_route_clicked_and_a_sensor_dragged_are_saved_and_checked() {
     let (stands, holds, runway) = (of("stand"), of("hold"), of("runway"));
     assert!(!stands.is_empty() && !holds.is_empty() && !runway.is_empty(), "{}", places.len());
     let text = scene["text"].as_str().expect("a text").to_owned();
-    let acted = |act: Value| author.act(&page, serde_json::from_value(act).expect("an act"));
+    let acted =
+        |act: Value| author.act(&shown_on(&page), serde_json::from_value(act).expect("an act"));
     // The first of these that are connected: stand, hold, runway.
     let tries = holds.iter().flat_map(|hold| runway.iter().map(move |end| (hold, end))).take(300);
     let mut made = None;
