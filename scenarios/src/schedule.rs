@@ -335,9 +335,21 @@ fn stand_named(network: &Network, name: &str) -> Option<usize> {
     })
 }
 
-/// What a type says of a flight; figures that the table lacks are those of an A320.
+/// Types of a demand that names none, with weights, and what comes instead where the runways are too short for all of them.
+const USUAL_MIX: [(&str, f64); 4] = [("A320", 5.0), ("B738", 4.0), ("E190", 2.0), ("A333", 1.0)];
+const SMALLER_MIXES: [&[(&str, f64)]; 2] = [
+    &[("AT75", 3.0), ("DH8D", 2.0), ("E145", 1.0), ("C550", 2.0)],
+    &[("C550", 1.0), ("C172", 4.0)],
+];
+
+fn owned(mix: &[(&str, f64)]) -> Vec<(String, f64)> {
+    mix.iter().map(|(d, w)| ((*d).to_owned(), *w)).collect()
+}
+
+/// What a type says of a flight.
 fn flight_of(row: &TypeRow) -> Flight {
     let (class, k) = (&row.class, &row.kinematics);
+    let usual = runs_where_unknown(&class.designator, row.wake);
     Flight {
         callsign: String::new(),
         size: Size { length_m: class.length_m, span_m: class.span_m, aircraft: class.aircraft },
@@ -349,12 +361,41 @@ fn flight_of(row: &TypeRow) -> Flight {
         wake: row.wake.unwrap_or(WakeCategory::Medium),
         taxi_mps: (k.taxi_straight_mps, k.taxi_turn_mps),
         taxi_acc_mps2: (k.taxi_acc_ms2, k.taxi_dec_ms2),
-        take_off: (k.liftoff_mps.unwrap_or(85.3), row.takeoff_dist_m.unwrap_or(1650.0)),
-        landing: (k.touchdown_mps.unwrap_or(69.4), k.braking_ms2.unwrap_or(1.22)),
+        take_off: (
+            k.liftoff_mps.unwrap_or(usual.liftoff_mps),
+            row.takeoff_dist_m.unwrap_or(usual.run_m),
+        ),
+        landing: (
+            k.touchdown_mps.unwrap_or(usual.touchdown_mps),
+            k.braking_ms2.unwrap_or(usual.braking_mps2),
+        ),
         wheelbase_m: wheelbase_m(&class.designator, class.length_m),
         idle_kg_per_s: idle_kg_per_s(&class.designator),
         key: 0,
     }
+}
+
+/// Runs of a type where `types.csv` knows none.
+struct UsualRuns {
+    liftoff_mps: f64,
+    run_m: f64,
+    touchdown_mps: f64,
+    braking_mps2: f64,
+}
+
+/// Usual values of manuals, from memory; other light types fly like a light twin, all others like an A320.
+fn runs_where_unknown(designator: &str, wake: Option<WakeCategory>) -> UsualRuns {
+    let (liftoff_mps, run_m, touchdown_mps, braking_mps2) = match (designator, wake) {
+        ("C172", _) => (30.0, 290.0, 28.0, 1.2),
+        ("C550", _) => (55.0, 850.0, 54.0, 1.4),
+        ("AT75", _) => (56.6, 1100.0, 56.0, 1.3),
+        ("DH8D", _) => (62.0, 1100.0, 61.0, 1.4),
+        ("E145", _) => (68.0, 1500.0, 66.0, 1.3),
+        ("CRJ9", _) => (76.0, 1600.0, 71.0, 1.3),
+        (_, Some(WakeCategory::Light)) => (45.0, 600.0, 42.0, 1.2),
+        _ => (85.3, 1650.0, 69.4, 1.22),
+    };
+    UsualRuns { liftoff_mps, run_m, touchdown_mps, braking_mps2 }
 }
 
 /// From nose wheel to main gear, m (standard literature, from memory; others 0.37 of the length).
@@ -565,10 +606,9 @@ fn generated(
             mix.push((designator.to_owned(), weight));
         }
     }
-    if mix.iter().all(|m| m.1 <= 0.0) {
-        mix = [("A320", 5.0), ("B738", 4.0), ("E190", 2.0), ("A333", 1.0)]
-            .map(|(d, w)| (d.to_owned(), w))
-            .to_vec();
+    let drawn_mix = mix.iter().all(|m| m.1 <= 0.0);
+    if drawn_mix {
+        mix = owned(&USUAL_MIX);
     }
     let ends = |key: &str, arrival: bool| -> Result<Vec<String>, ScenarioError> {
         let given: Vec<String> = section.texts(key)?.into_iter().map(|(n, _)| n).collect();
@@ -593,6 +633,13 @@ fn generated(
             lacks_m(network, row, landing, if departures > 0.0 { &leaving } else { none })
         })
     };
+    // Nobody asked for airliners: where none fits, smaller ones come.
+    let fits =
+        |mix: &[(String, f64)]| mix.iter().any(|m| types.get(&m.0).is_some() && lacks(&m.0) <= 0.0);
+    if drawn_mix && !fits(&mix) {
+        let smaller = SMALLER_MIXES.iter().map(|m| owned(m)).find(|m| fits(m));
+        mix = smaller.unwrap_or(mix);
+    }
     let too_long = mix.iter().filter(|m| lacks(&m.0) > 0.0).map(|m| m.0.clone());
     let too_long = too_long.collect::<Vec<_>>().join(", ");
     let least = mix.iter().map(|m| lacks(&m.0)).fold(f64::INFINITY, f64::min);
@@ -606,7 +653,7 @@ fn generated(
         let needed = format!("a mix with a type that runway {ends} is long enough for");
         return Err(section.refuse("mix", Problem::WrongKind { found, needed }));
     }
-    mix.retain(|m| lacks(&m.0) <= 0.0);
+    mix.retain(|m| (!drawn_mix || types.get(&m.0).is_some()) && lacks(&m.0) <= 0.0);
     if !too_long.is_empty() {
         remarks.push(format!(
             "{too_long}: left out, the runways are too short for them or too narrow to turn on"

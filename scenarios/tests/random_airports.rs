@@ -251,7 +251,7 @@ fn what_broke_on_an_airport_once_is_kept() {
         assert_eq!(held.broken(), Vec::<String>::new(), "seed {seed}");
         assert_eq!(held.core.measures_of_served(), held.core.flights().len(), "seed {seed}");
     }
-    let short = backtracked(1100.0, 45.0, &[0.5]);
+    let short = backtracked(450.0, 18.0, &[0.5]);
     let said = run("once-short", &short, 8.0, looks(1, 0.0), "planned");
     let said = said.map(|h| h.core.flights().len()).expect_err("too short for the mix");
     assert!(said.contains("is long enough for"), "{said}");
@@ -307,6 +307,9 @@ fn airports_without_entries_at_their_ends_are_served_by_backtracks() {
         ("two", 3000.0, 45.0, &[0.35, 0.6]),
         ("end", 2500.0, 45.0, &[0.02]),
         ("narrow", 2400.0, 30.0, &[0.6]),
+        // Too short for airliners: turboprops, and a field for light ones.
+        ("regional", 1700.0, 30.0, &[0.5]),
+        ("field", 1100.0, 18.0, &[0.4]),
     ] {
         let text = backtracked(length_m, width_m, shares);
         let held = run(&format!("back-{name}"), &text, 5.0, looks(1, 0.0), "planned");

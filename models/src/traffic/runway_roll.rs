@@ -68,12 +68,41 @@ pub fn take_off_run(t: &TakeOff) -> Option<Run> {
     (run.distance_m.is_finite() && run.time_s.is_finite()).then_some(run)
 }
 
-/// Airspeed on final, m/s: 160 kt (or the approach speed, where that is more) to 4 NM from the threshold,
+/// Where aircraft touch down behind a threshold, m.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TouchdownZone {
+    /// Mean and spread of a normal distribution.
+    pub mean_m: f64,
+    /// Standard deviation.
+    pub sigma_m: f64,
+    /// Nobody is outside of these.
+    pub within_m: (f64, f64),
+}
+
+/// The zone of a runway of a length, m: beyond the aiming point, which Annex 14 puts nearer to the threshold of a runway under
+/// 1 200 m (250 m) and under 800 m (150 m); spreads of those are assumed in proportion.
+#[must_use]
+pub fn touchdown_zone(length_m: f64) -> TouchdownZone {
+    let zone = |mean_m, sigma_m, within_m| TouchdownZone { mean_m, sigma_m, within_m };
+    match length_m {
+        l if l < 800.0 => zone(150.0, 35.0, (60.0, 260.0)),
+        l if l < 1200.0 => zone(250.0, 60.0, (100.0, 430.0)),
+        _ => zone(420.0, 110.0, (150.0, 900.0)),
+    }
+}
+
+/// Airspeed up to 4 NM from the threshold, m/s: 160 kt, or the approach speed where that is more; what touches down slower
+/// than 73 kt does not fly as fast: 2.2 times its touchdown (assumed; a light single 120 kt).
+fn first_airspeed_mps(touchdown_mps: f64) -> f64 {
+    (1.03 * touchdown_mps).max((160.0 * KNOT_MPS).min(2.2 * touchdown_mps))
+}
+
+/// Airspeed on final, m/s: 160 kt (or the approach speed, where that is more; light ones less) to 4 NM from the threshold,
 /// linear in distance to `1.03 V_td` at 3 NM, then that.
 #[must_use]
 pub fn approach_airspeed_mps(distance_m: f64, touchdown_mps: f64) -> f64 {
     let last = 1.03 * touchdown_mps;
-    let first = last.max(160.0 * KNOT_MPS);
+    let first = first_airspeed_mps(touchdown_mps);
     let share = ((distance_m / NAUTICAL_MILE_M) - 3.0).clamp(0.0, 1.0);
     last + (first - last) * share
 }
@@ -82,7 +111,7 @@ pub fn approach_airspeed_mps(distance_m: f64, touchdown_mps: f64) -> f64 {
 #[must_use]
 pub fn approach_time_s(touchdown_mps: f64, headwind_mps: f64, from_nm: f64) -> Option<f64> {
     let last = 1.03 * touchdown_mps - headwind_mps;
-    let first = (1.03 * touchdown_mps).max(160.0 * KNOT_MPS) - headwind_mps;
+    let first = first_airspeed_mps(touchdown_mps) - headwind_mps;
     if !(last > 0.0 && from_nm >= 4.0) {
         return None;
     }

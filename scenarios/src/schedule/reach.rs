@@ -4,6 +4,7 @@ use super::{RunwayEnd, flight_of};
 use crate::types::TypeRow;
 use models::frames::{Azimuth, wrap_pi};
 use models::traffic::network::{NetEdge, Network, code_of_span};
+use models::traffic::runway_roll::touchdown_zone;
 use models::traffic::way::Arcs;
 use models::traffic::ways::SHARPEST_TURN_DEG;
 
@@ -210,7 +211,7 @@ pub(super) fn default_ends(network: &Network, arrival: bool) -> Vec<String> {
 }
 
 /// What a type lacks on the runways of a demand, m; 0: it can use them. Take-offs need 1.05 of their run and 100 m, landings the
-/// way from 900 m behind the threshold with 2 s and 2.2 m/s² of braking (assumed).
+/// way from the farthest touchdown (900 m behind the threshold, less on a short runway) with 2 s and 2.2 m/s² of braking (assumed).
 pub(super) fn lacks_m(
     network: &Network,
     row: &TypeRow,
@@ -219,15 +220,18 @@ pub(super) fn lacks_m(
 ) -> f64 {
     let f = flight_of(row);
     let v = f.landing.0;
-    let need = [
-        (landing, true, 900.0 + 2.0 * v + v * v / 4.4),
-        (leaving, false, 1.05 * f.take_off.1 + 100.0),
-    ];
+    let landing_m = |(r, end): RunwayEnd| {
+        let runway = &network.runways[r];
+        let zone = touchdown_zone(runway.length_m - runway.displaced_m[end]);
+        zone.within_m.1 + 2.0 * v + v * v / 4.4
+    };
+    let take_off_m = 1.05 * f.take_off.1 + 100.0;
     let mut lacks = 0.0_f64;
-    for (ends, arrival, need_m) in need {
+    for (ends, arrival) in [(landing, true), (leaving, false)] {
         for name in ends {
             let Some(end) = end_named(network, name) else { continue };
             let code = code_of_span(row.class.span_m);
+            let need_m = if arrival { landing_m(end) } else { take_off_m };
             lacks = lacks.max(need_m - Reach::of(network, end, arrival).length_m(code));
         }
     }

@@ -10,7 +10,7 @@ use crate::draw::normal_pair;
 use crate::frames::{Azimuth, wrap_pi};
 use crate::traffic::path::Path;
 use crate::traffic::runway_roll::{
-    Exit, Landing, NAUTICAL_MILE_M, approach_airspeed_mps, approach_time_s,
+    Exit, Landing, NAUTICAL_MILE_M, approach_airspeed_mps, approach_time_s, touchdown_zone,
 };
 use crate::traffic::way::{Arcs, Way};
 use std::collections::BTreeMap;
@@ -177,7 +177,10 @@ impl Core {
         let Some(node) = net.stands[self.movers[m].stand].node else { return false };
         let closed = if lasting { self.closed_for_ever(m) } else { self.closed(m) };
         let mut rng = self.rng(m, 4);
-        let touchdown_m = (420.0 + 110.0 * normal_pair(&mut rng).0).clamp(150.0, 900.0);
+        let zone = touchdown_zone(runway.length_m - runway.displaced_m[end]);
+        let (least_m, most_m) = zone.within_m;
+        let touchdown_m =
+            (zone.mean_m + zone.sigma_m * normal_pair(&mut rng).0).clamp(least_m, most_m);
         let landing = Landing {
             touchdown_mps: f.landing.0,
             touchdown_m,
