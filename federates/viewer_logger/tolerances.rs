@@ -255,7 +255,8 @@ fn apart(exact: &ByTarget, own: &ByTarget) -> (f64, u32, u32) {
             if later_ns.abs() <= ONE_LOOK_NS {
                 apart2 += (x.1 - y.1).norm_squared();
                 pairs += 1;
-                (a.next(), b.next());
+                a.next();
+                b.next();
                 continue;
             }
             alone += 1;
