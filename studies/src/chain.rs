@@ -412,6 +412,11 @@ mod tests {
                     stays(&found, airport);
                 }
                 assert_eq!(found.statistics.merged, 0, "{airport} {seed} {name}");
+                // No kind of target is farther off than its tracks say: a B777's was by three times (NEES 9.2, `paper`).
+                assert!(found.settled.nees() <= 2.3, "{airport} {name}: {}", found.settled.nees());
+                for ((kind, moves), sum) in found.by_type.iter().filter(|of| of.1.count >= 200) {
+                    assert!(sum.nees() <= 4.0, "{name}, {kind} moves {moves}: {}", sum.nees());
+                }
             }
         }
     }

@@ -403,12 +403,6 @@ impl Registration {
         plot.axis * range + plot.across_axis() * (polar.range_m * azimuth)
     }
 
-    /// Whether a plot is of a radar of which anything is known or assumed.
-    #[inline]
-    pub(super) fn knows(&self, plot: &Plot) -> bool {
-        plot.polar.is_some() && (self.law.wanders || self.sites.contains(&plot.sensor))
-    }
-
     /// How late a radar's stamps are, s.
     pub(super) fn late_s(&self, sensor: SensorId) -> f64 {
         let site = self.sites.iter().position(|id| *id == sensor);

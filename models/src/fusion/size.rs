@@ -39,6 +39,12 @@ pub(super) fn diagonal_m(variance_m2: f64) -> f64 {
     ((variance_m2 - 0.12).max(0.0) / 0.0026).sqrt()
 }
 
+/// Mean square of how far towards the radar the echo of an aircraft lies that shows such a variance, m²: (2/π)(0.095 ½L + 0.11 ½S)
+/// of [`super::near_side`] with L = S by [`diagonal_m`]; of a target that has shown none yet (1.9 m)².
+pub(super) fn near_side_m2(variance_m2: Option<f64>) -> f64 {
+    variance_m2.map_or(3.6, |v| 0.82 * (v - 0.12).max(0.0))
+}
+
 /// ln of how likely it is that a body of this size shows such a variance in so many triples, but for a constant.
 pub(super) fn ln_density(seen_m2: f64, triples: f64, length_m: f64, span_m: f64) -> f64 {
     let sigma2 = 4.0 / triples.max(0.1) + WITHIN_CLASS * WITHIN_CLASS;
@@ -63,7 +69,7 @@ const PRIOR: f64 = 12.0;
 const KEPT: f64 = 0.98;
 /// Limits of the ratio (assumed): thermal errors are stated rightly, and a manoeuvre is not glint.
 const LEAST: f64 = 0.12;
-const MOST: f64 = 3.0;
+const MOST: f64 = 5.0;
 
 /// A plot's time and place.
 type At = (SimTime, Vector2<f64>);

@@ -11,7 +11,7 @@ use super::near_side::{Body, EchoLaw};
 use super::registration::{Reference, Registration};
 use super::rest::Rest;
 use super::ring::{Past, RingOf, Slotted};
-use super::size::Spread;
+use super::size::{self, Spread};
 use crate::association::kinematic_gate::{ClassLimits, Departure};
 use crate::filter::{Gaussian, UpdateError};
 use crate::frames::{Matrix2, Vector2};
@@ -44,6 +44,9 @@ pub(super) enum Update<'a> {
 
 /// Slower targets show no course, m/s.
 const COURSE_FROM_MPS: f64 = 2.0;
+
+/// Echoes whose variance is so many times what is stated are those of a large body.
+const WANDERS: f64 = 1.5;
 
 /// An update as it is kept, so that it can be done again.
 #[derive(Clone, Debug)]
@@ -326,7 +329,7 @@ impl Track {
     /// is known of the radar's clock, and as uncertain as this target's echoes have been. Other plots as they are.
     pub(super) fn as_known(&self, plot: &Plot, registration: &Registration) -> Plot {
         let mut plot = *plot;
-        if !registration.knows(&plot) {
+        if plot.polar.is_none() {
             return plot;
         }
         let law = registration.law();
@@ -337,10 +340,12 @@ impl Track {
         if law.wanders {
             let (offset_m, _) = self.offset_m(law, plot.axis);
             plot.position_m += plot.axis * (offset_m - law.unknown_m.0);
-            let [along, across] = self.spread.factors(&plot);
-            plot.along_m2 *= along;
-            plot.across_m2 *= across;
         }
+        // Where echoes are taken for those of points, what is stated holds until they clearly wander more.
+        let clear = |factor: f64| law.wanders || factor >= WANDERS;
+        let [along, across] = self.spread.factors(&plot).map(|f| if clear(f) { f } else { 1.0 });
+        plot.along_m2 *= along;
+        plot.across_m2 *= across;
         plot
     }
 
@@ -370,9 +375,15 @@ impl Track {
 
     /// A radar's plot has updated the track: what is left open of its echo.
     pub(super) fn note_echo(&mut self, plot: &Plot, law: &EchoLaw) {
-        let (_, sigma) = self.offset_m(law, plot.axis);
-        let known = matches!(self.now, TrackFilter::Considering(_));
-        let left = if known { 0.0 } else { sigma * sigma };
+        let left = if !law.wanders {
+            // The near side is not taken off: all of it is left.
+            size::near_side_m2(self.spread.variance_m2().map(|seen| seen.0))
+        } else if matches!(self.now, TrackFilter::Considering(_)) {
+            0.0
+        } else {
+            let (_, sigma) = self.offset_m(law, plot.axis);
+            sigma * sigma
+        };
         self.echo_left_m2 = plot.axis * plot.axis.transpose() * left;
     }
 

@@ -395,7 +395,7 @@ impl Tracker {
         let filter = track.filter_before(time, &self.ring)?;
         let soon = time.since_s(filter.time()) <= config.life.constant_velocity_after_s;
         let time = filter.time().plus_s(self.reckoned_s(track, time.since_s(filter.time())));
-        let known = self.registration.knows(plot).then(|| track.as_known(plot, &self.registration));
+        let known = plot.polar.is_some().then(|| track.as_known(plot, &self.registration));
         let nis = match filter.considered(known.as_ref().unwrap_or(plot), config) {
             Some(found) if soon => found.ok()?,
             _ => {

@@ -26,7 +26,7 @@ impl Tracker {
         let plot = &known;
         let several: Vec<(Plot, f64)>;
         let how = match how {
-            How::Weighted { plots, hit } if self.config.register_echo => {
+            How::Weighted { plots, hit } if plot.polar.is_some() => {
                 several = {
                     let (track, sites) = (&self.tracks[index], &self.registration);
                     plots.iter().map(|(p, beta)| (track.as_known(p, sites), *beta)).collect()
@@ -87,7 +87,7 @@ impl Tracker {
         if hit && !manoeuvre {
             track.note_extent(&stated);
             track.spread.learn(&stated, model.interval_s);
-            if self.config.register_echo && stated.polar.is_some() {
+            if stated.polar.is_some() {
                 track.note_echo(&stated, self.registration.law());
             }
         }
