@@ -31,8 +31,8 @@ pub struct Gates {
     pub identified_probability: f64,
     /// Whether plots that the first gate refused are offered to the kinematic gate.
     pub kinematic: bool,
-    /// Largest squared distance from the reachable set, χ² with two degrees of freedom.
-    pub kinematic_limit: f64,
+    /// Probability that the reachable set, widened by what is uncertain, holds a true plot.
+    pub kinematic_probability: f64,
     /// Whether two refused plots in successive scans start the track's state anew.
     pub restart: bool,
 }
@@ -237,7 +237,7 @@ impl TrackingConfig {
                 probability: 0.999,
                 identified_probability: 0.9999,
                 kinematic: true,
-                kinematic_limit: 9.21,
+                kinematic_probability: 0.99,
                 restart: true,
             },
             association: AssociationMethod::Nearest,

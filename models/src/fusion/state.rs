@@ -133,6 +133,8 @@ pub struct Tracker {
     pub(super) outcomes: Vec<Outcome>,
     pub(super) gate_1: f64,
     pub(super) identified_gate: f64,
+    /// The same of the kinematic gate: squared distance from the reachable set.
+    pub(super) kinematic_gate: f64,
     /// What is older than this in the scan in hand is forgotten.
     pub(super) oldest: SimTime,
     pub(super) ring: Ring,

@@ -38,6 +38,7 @@ impl Tracker {
         let registration = Registration::new(config.echo_law());
         let gate_1 = chi_square_quantile(2, config.gates.probability);
         let identified_gate = chi_square_quantile(2, config.gates.identified_probability);
+        let kinematic_gate = chi_square_quantile(2, config.gates.kinematic_probability);
         let work = Work { budget: Budget::new(&config), ..Work::default() };
         Self {
             config,
@@ -52,6 +53,7 @@ impl Tracker {
             outcomes: Vec::new(),
             gate_1,
             identified_gate,
+            kinematic_gate,
             oldest: SimTime(i64::MIN),
             ring: Ring::default(),
             outside: Vec::new(),

@@ -214,7 +214,7 @@ impl Tracker {
         let Work { candidates, used, gated, confirmed, track_used, span, reaches, .. } = work;
         let Work { crowd, budget, .. } = work;
         let (plots, looks) = (&work.plots, &work.looks);
-        let limit = self.config.gates.kinematic_limit;
+        let limit = self.kinematic_gate;
         reaches.clear();
         for &index in &*confirmed {
             let track = &self.tracks[index as usize];

@@ -13,7 +13,7 @@ impl Tracker {
     /// Offers what the covariance gate left to the reachable sets of confirmed tracks without a plot.
     pub(in crate::fusion) fn take_manoeuvres(&mut self, model: &SensorModel, work: &mut Work) {
         let mut offers: Vec<(f64, f64, u32, usize)> = Vec::new();
-        let limit = self.config.gates.kinematic_limit;
+        let limit = self.kinematic_gate;
         for pair in work.reaches.iter().filter(|pair| !pair.hopeless) {
             let track = &self.tracks[pair.track as usize];
             let k = pair.k as usize;
