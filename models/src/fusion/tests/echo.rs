@@ -180,7 +180,7 @@ fn errors_of_a_site_are_found_beside_the_near_side_and_cost_others_little() {
         assert!((b.range_m - range).abs() < 3.0 * b.sigma_range_m, "{range}: {b:?}");
         assert!((b.azimuth_rad - azimuth).abs() < 3.0 * b.sigma_azimuth_rad, "{azimuth}: {b:?}");
         assert!((b.time_s - late).abs() < 3.0 * b.sigma_time_s, "{late}: {b:?}");
-        assert!(found.silent_m < 1.25 * clean.silent_m, "{} {}", found.silent_m, clean.silent_m);
+        assert!(found.silent_m <= 1.2 * clean.silent_m, "{} {}", found.silent_m, clean.silent_m);
     }
 }
 
