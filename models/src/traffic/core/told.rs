@@ -41,7 +41,7 @@ struct Body {
 }
 
 fn body(size: Size, middle_m: Vector2<f64>, heading_rad: f64, after_s: f64) -> Body {
-    let reach_m = 0.5 * size.length_m.hypot(size.span_m);
+    let reach_m = 0.5 * libm::hypot(size.length_m, size.span_m);
     Body { after_s, middle_m, reach_m, outline: outline(size, middle_m, heading_rad) }
 }
 
