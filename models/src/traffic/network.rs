@@ -6,7 +6,7 @@
 //! | R2 | edges that cross without a node are reported (bridges and tunnels are not in the files) |
 //! | R3 | runway spine: nodes on a runway go to its centreline, neighbours and ends are joined both ways |
 //! | R4 | runway holding positions: those of the file, else cut at a distance by the runway's length |
-//! | R4b | a turn pad at ends that nobody enters near: see [`turn_pads`] |
+//! | R4b | a turn pad at ends that nobody enters near, and ways to it along the runway |
 //! | R5 | stands without a node: a lead-in to the nearest edge, at most 150 m |
 //! | R6 | pushbacks: planned from lead-in and lane when they are needed |
 //! | R7 | only the largest strongly connected part is used |
