@@ -5,7 +5,7 @@ use models::control::clearance::ClearanceKind::{self, Cross, Land, LineUp, TakeO
 use models::control::layout::Layout;
 use models::control::parameters::Parameters;
 use models::time::SimTime;
-use models::traffic::core::{Core, Notice, Order, Phase};
+use models::traffic::core::{ClearedBy, Core, Notice, Order, Phase};
 use models::traffic::exact::Watch;
 use models::traffic::outline::{distance_m, outline};
 use models::truth::TruthState;
@@ -222,6 +222,47 @@ fn who_is_cleared_onto_a_runway_that_is_anothers_goes_there_and_the_alert_is_rai
         assert_eq!(core.unexpected_deadlocks(), 0, "{case}");
     }
     assert!(movements.get("RMCA_ARR").is_some_and(|n| *n >= 15), "{movements:?}");
+}
+
+/// Everything that is asked for is cleared but the take-off, and everybody who comes to the line of an occupied runway is lined up by a
+/// person: a queue on the runway, in which only eyes keep bodies apart.
+#[test]
+fn who_lines_up_behind_somebody_stops_short_of_him() {
+    for (name, seed, least) in [("XSYN", 3, 4), ("LZIB", 5, 4), ("EHAM", 7, 3)] {
+        let scene = scene(&airport(name), 25, seed);
+        let behaving = scene.traffic.behaving.as_ref().expect("behaves");
+        let core = behaving.core(&scene.run, scene.run.seed).expect("with truth");
+        let mut core = core.cleared_by(ClearedBy::Notices);
+        let (mut sequence, mut touched) = (0, Vec::new());
+        for frame in 1..=40_000 {
+            core.step(frame);
+            if frame % 20 == 0 {
+                let asked = core.wanted().into_iter().map(|(w, _)| (w, false));
+                let could = core.could_be_cleared().into_iter().map(|(w, _)| (w, true));
+                let all: Vec<_> = asked.chain(could.filter(|(w, _)| w.kind == LineUp)).collect();
+                for (w, by_person) in all.into_iter().filter(|(w, _)| w.kind != TakeOff) {
+                    sequence += 1;
+                    core.notice(Notice {
+                        effect_frame: frame + 1,
+                        source: "person".into(),
+                        sequence,
+                        flight: w.flight as usize,
+                        order: Order::told(w.kind, by_person),
+                    });
+                }
+            }
+            if frame % 4 == 0 {
+                touched.extend(overlap(&core).map(|who| format!("{} s: {who}", frame / 20)));
+            }
+        }
+        let on_runway = |f: &usize| {
+            let entered = core.clearances().iter().any(|c| c.flight == *f && c.kind == "LUP");
+            entered && core.state(*f).is_some()
+        };
+        let queue = (0..core.flights().len()).filter(on_runway).count();
+        assert!(queue >= least, "{name}: {queue} on runways");
+        assert!(touched.is_empty(), "{name}: {touched:?}");
+    }
 }
 
 /// The same words at the same frames, the same bits; and a clearance of a model is permission only.
