@@ -280,6 +280,73 @@ fn twenty_thousand_hostile_datagrams_leave_a_run_and_its_recording_whole() {
     stands(20_000, "4", "40", 8.0, true);
 }
 
+/// Octets that are no message, no request and no handshake, requests without an end, and connections on which nothing is said, on the
+/// synchronisation port and on the page's: the run is what it is without them, and both ports answer afterwards.
+#[test]
+fn garbage_on_the_tcp_ports_leaves_the_run_as_it_was_and_both_answering() {
+    use std::io::{Read as _, Write as _};
+    use std::net::TcpStream;
+    let ports = Ports::new();
+    let alone = finish(run(&ports, &["--in-process", "--fast", "--duration", "60"]));
+    let going = common::Background::start(run(&ports, &["--rate", "4", "--duration", "60"]));
+    let in_phase = |phase: &str| {
+        let there = || (common::status(&ports)?["state"]["phase"] == phase).then_some(());
+        common::wait_for(common::SOON, there).is_some()
+    };
+    assert!(in_phase("RUNNING"), "{:?}", common::status(&ports));
+    let mut hostile = Hostile::new();
+    let sync = ports.sync.trim_start_matches("tcp/").to_owned();
+    let mut kept = Vec::new();
+    let mut sent = 0;
+    for round in 0..240 {
+        let to = [&sync, &ports.page][round % 2];
+        // A port whose connections are taken refuses more: no fault of the run.
+        let Ok(mut stream) = TcpStream::connect(to) else { continue };
+        let _ = stream.set_write_timeout(Some(Duration::from_secs(1)));
+        let length = 1 + hostile.below(20_000);
+        let noise = hostile.octets(length);
+        let octets = match round / 2 % 6 {
+            0 => noise,
+            // Length of a message, then something else; the longest that two octets can say.
+            1 => [&[0xff, 0xff], &noise[..]].concat(),
+            2 => [b"GET / HTTP/1.1\r\nX: ", &noise[..]].concat(),
+            3 => [
+                &b"GET /ws HTTP/1.1\r\nHost: 127.0.0.1\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"[..],
+                b"Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n",
+                &noise,
+            ]
+            .concat(),
+            4 => b"POST /seat HTTP/1.1\r\nContent-Length: 18446744073709551615\r\n\r\n{".to_vec(),
+            _ => Vec::new(),
+        };
+        sent += usize::from(stream.write_all(&octets).is_ok());
+        if round % 8 < 2 {
+            kept.push(stream);
+        }
+    }
+    assert!(sent > 120, "{sent} of 240");
+    assert!(in_phase("STOPPED"), "{:?}", common::status(&ports));
+    drop(kept);
+    let answers = || {
+        let mut stream = TcpStream::connect(&ports.page).ok()?;
+        stream.set_read_timeout(Some(Duration::from_secs(5))).ok()?;
+        let head = format!("GET / HTTP/1.1\r\nHost: {}\r\nConnection: close\r\n\r\n", ports.page);
+        stream.write_all(head.as_bytes()).ok()?;
+        let mut start = [0; 12];
+        stream.read_exact(&mut start).ok()?;
+        (start == *b"HTTP/1.1 200").then_some(())
+    };
+    assert!(common::wait_for(common::SOON, answers).is_some(), "the page answers");
+    let mut going = going;
+    let stdout = going.0.stdout.take().expect("piped");
+    assert_eq!(going.interrupt(), Some(0));
+    let text = std::io::read_to_string(stdout).expect("its words");
+    let line = text.lines().find(|line| line.starts_with('{')).expect("a summary");
+    let found: Value = serde_json::from_str(line).expect("JSON");
+    assert_eq!(found["digest"], summary(&alone)["digest"], "{found}");
+    assert_eq!(found["faults"], Value::Array(Vec::new()), "{found}");
+}
+
 #[test]
 #[ignore = "a million; named in CONTRIBUTING.md"]
 fn a_million_hostile_datagrams_leave_a_run_whole() {

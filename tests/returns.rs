@@ -1,0 +1,232 @@
+//! Return as processes: whoever is killed is started again by hand, with an outsider there and controllers who clear on tracks, and
+//! the run is the one in which nothing happened. And what is said where the log of the run finds no room.
+
+mod common;
+
+use common::{Background, Folder, Ports, SOON, finish, operate, run, summary, wait_for};
+use geodesy::{Enu, Geodetic, LocalFrame};
+use pdu::enumerations::DeadReckoningAlgorithm;
+use pdu::records::{EntityId, EntityType, Marking};
+use pdu::{DisTime, EntityState, Envelope};
+use serde_json::Value;
+use std::process::Stdio;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+/// Entities of somebody else's simulator, ten reports a second each, 5 km and more from the airport and off its approaches.
+struct Guests(Arc<AtomicBool>, Option<std::thread::JoinHandle<()>>);
+
+impl Guests {
+    fn of(ports: &Ports, airport: Geodetic, number: u16) -> Self {
+        let over = Arc::new(AtomicBool::new(false));
+        let (stop, to) = (Arc::clone(&over), ports.dis.clone());
+        let thread = std::thread::spawn(move || {
+            let socket = std::net::UdpSocket::bind("127.0.0.1:0").expect("a socket");
+            socket.set_broadcast(true).expect("broadcast");
+            let airport = LocalFrame::at(airport);
+            while !stop.load(Ordering::Relaxed) {
+                for entity in 1..=number {
+                    let here =
+                        Enu { east_m: 5_000.0 + 40.0 * f64::from(entity), north_m: 0.0, up_m: 0.0 };
+                    let state = EntityState {
+                        entity_id: EntityId::new(900, 9, entity),
+                        entity_type: EntityType::new(1, 1, 225, 85, 0, 0, 0),
+                        location: airport.to_ecef(here).into(),
+                        dead_reckoning_algorithm: DeadReckoningAlgorithm::FPW,
+                        marking: Marking::new("GUEST").expect("short"),
+                        ..EntityState::default()
+                    };
+                    let mut octets = Vec::new();
+                    let now = federates::runtime::clock::utc_ns();
+                    let envelope = Envelope::new(1, DisTime::absolute(now as u64));
+                    envelope.append(&state, &mut octets).expect("fits");
+                    let _ = socket.send_to(&octets, &to);
+                }
+                std::thread::sleep(Duration::from_millis(100));
+            }
+        });
+        Self(over, Some(thread))
+    }
+}
+
+impl Drop for Guests {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.1.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+/// Traffic, sensors, tracks, controllers on these tracks, and back: the closed loop, with a person at the apron who asks for what
+/// cannot be and leaves. The scene and his inputs.
+fn closed_loop(folder: &Folder) -> (String, String) {
+    let airports = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/airports");
+    let scene = folder.file("loop.toml");
+    let text = format!(
+        "[run]\ntitle = \"returns\"\nseed = 23\nduration_s = 240\n[airport]\nlayout = \"{airports}/LZIB.apt.dat\"\n\
+         [[traffic]]\nkind = \"generated\"\narrivals_per_h = 20\ndepartures_per_h = 60\n\
+         [control]\nsees = \"tracks\"\ncontrollers = \"model\"\n"
+    );
+    std::fs::write(&scene, text).expect("a scene");
+    let inputs = folder.file("inputs.jsonl");
+    let line = |frame: u64, action: &str, more: &str| {
+        format!(
+            "{{\"frame\":{frame},\"seat\":\"apron\",\"person\":\"anna\",\"action\":\"{action}\"{more}}}\n"
+        )
+    };
+    let mut said = line(20, "take", "");
+    for frame in (100..1500).step_by(300) {
+        said += &line(frame, "say", ",\"callsign\":\"NOBODY\",\"clearance\":\"PSH\"");
+    }
+    said += &line(1600, "leave", "");
+    std::fs::write(&inputs, said).expect("inputs");
+    (scene, inputs)
+}
+
+fn lzib() -> Geodetic {
+    Geodetic::from_degrees(48.170, 17.213, 133.0)
+}
+
+fn members(ports: &Ports) -> Option<Vec<Value>> {
+    Some(common::status(ports)?["state"]["members"].as_array()?.clone())
+}
+
+fn is_in(ports: &Ports, phase: &str) -> bool {
+    common::status(ports).is_some_and(|status| status["state"]["phase"] == phase)
+}
+
+/// The living process that is `name` in this run, and the frame that it has executed.
+fn alive(ports: &Ports, name: &str) -> Option<(i32, u64)> {
+    let members = members(ports)?;
+    let member = members.iter().find(|m| m["name"] == name && m["alive"] == true)?;
+    Some((member["pid"].as_i64()? as i32, member["frame"].as_u64().unwrap_or(0)))
+}
+
+/// Starts federate `name` of a run by hand.
+fn start(ports: &Ports, scene: &str, name: &str) -> Background {
+    let mut command = common::seeds();
+    command.args([name, "--scene", scene, "--sync-connect", &ports.sync, "--dis", &ports.dis]);
+    common::patient(&mut command);
+    command.stdout(Stdio::null()).stderr(Stdio::null());
+    Background(command.spawn().expect("it starts"))
+}
+
+/// Kills each set of federates, one after the other within a third of a second, starts them again, and goes on: the run's summary.
+fn with_losses(scene: &str, inputs: &str, sets: &[&[&str]]) -> Value {
+    let ports = Ports::new();
+    let arguments = [scene, "--rate", "4", "--no-viewer", "--inputs", inputs];
+    let mut command = run(&ports, &arguments);
+    command.args(["--return-ms", "none", "--stall-ms", "10000"]);
+    let mut going = Background::start(command);
+    let guests = Guests::of(&ports, lzib(), 3);
+    let inside = || {
+        let status = common::status(&ports)?;
+        let inside = status["measures"]["outsiders_now"].as_f64()? >= 3.0;
+        (inside && status["state"]["phase"] == "RUNNING").then_some(())
+    };
+    assert!(wait_for(SOON, inside).is_some(), "guests: {:?}", common::status(&ports));
+    let mut started = Vec::new();
+    for set in sets {
+        let found =
+            |name: &&str| wait_for(SOON, || alive(&ports, name)).expect("a living member").0;
+        let pids: Vec<i32> = set.iter().map(found).collect();
+        for pid in &pids {
+            common::kill("KILL", *pid);
+            std::thread::sleep(Duration::from_millis(100));
+        }
+        let missed = || {
+            let gone = set.iter().all(|name| alive(&ports, name).is_none());
+            (gone && is_in(&ports, "FROZEN")).then_some(())
+        };
+        assert!(wait_for(SOON, missed).is_some(), "{set:?}: {:?}", common::status(&ports));
+        started.extend(set.iter().map(|name| start(&ports, scene, name)));
+        let back = |name: &str| {
+            let (pid, frame) = alive(&ports, name)?;
+            (!pids.contains(&pid) && is_in(&ports, "RUNNING")).then_some(frame)
+        };
+        for name in *set {
+            let at = wait_for(SOON, || back(name));
+            let at = at.unwrap_or_else(|| panic!("{name}: {:?}", common::status(&ports)));
+            let on = wait_for(SOON, || back(name).filter(|frame| *frame > at + 40));
+            assert!(on.is_some(), "{name} goes on: {:?}", common::status(&ports));
+        }
+    }
+    drop(guests);
+    assert!(operate(&ports, &["rate", "fast"]).0);
+    let stdout = going.0.stdout.take().expect("piped");
+    assert_eq!(going.wait(SOON), Some(0), "made good: no failure");
+    let text = std::io::read_to_string(stdout).expect("its words");
+    let line = text.lines().find(|l| l.starts_with('{')).expect("a summary");
+    serde_json::from_str(line).expect("JSON")
+}
+
+fn comes_back(name: &str, sets: &[&[&str]]) {
+    let folder = Folder::new(name);
+    let (scene, inputs) = closed_loop(&folder);
+    let command = run(&Ports::new(), &[&scene, "--in-process", "--fast", "--inputs", &inputs]);
+    let undisturbed = summary(&finish(command));
+    let found = with_losses(&scene, &inputs, sets);
+    for key in ["digest", "track_digest", "frames"] {
+        assert_eq!(found[key], undisturbed[key], "{key}: {found}");
+    }
+    assert_eq!(found["external"], true, "outsiders were in it: {found}");
+    let faults: Vec<&str> =
+        found["faults"].as_array().expect("a list").iter().filter_map(Value::as_str).collect();
+    assert!(faults.iter().all(|fault| fault.contains("back after")), "{faults:?}");
+    for lost in sets.concat() {
+        assert!(faults.iter().any(|fault| fault.starts_with(lost)), "{lost}: {faults:?}");
+    }
+}
+
+#[test]
+fn a_killed_smdfm_control_and_generator_each_return_to_the_same_run() {
+    comes_back("returns-one", &[&["smdfm"], &["control"], &["traffic-generator"]]);
+}
+
+#[test]
+fn two_that_are_killed_within_half_a_second_return_to_the_same_run() {
+    comes_back("returns-two", &[&["smdfm", "control"], &["control", "traffic-generator"]]);
+}
+
+/// The disk is full from the second page of the log on: the run goes on and ends as it would, it is said when it happens, and who
+/// would need the log to return says why he cannot.
+#[test]
+fn a_log_of_the_run_without_room_is_told_at_once_and_to_who_would_return() {
+    let folder = Folder::new("returns-full");
+    let ports = Ports::new();
+    let words = folder.file("words");
+    let to = std::fs::File::create(&words).expect("a file");
+    let mut command = std::process::Command::new("sh");
+    // 300 kB are the largest file; a write beyond is an error and no signal.
+    let line = format!(
+        "trap '' XFSZ; ulimit -f 600; exec {} run zurich --rate 4 --duration 900 --no-viewer --return-ms none --stall-ms 10000 \
+         --sync-listen {} --dis {}",
+        env!("CARGO_BIN_EXE_seeds"),
+        ports.sync,
+        ports.dis
+    );
+    command.args(["-c", &line]).current_dir(env!("CARGO_MANIFEST_DIR")).stdin(Stdio::null());
+    command.stdout(Stdio::piped()).stderr(to);
+    let going = Background(command.spawn().expect("it starts"));
+    let _guests = Guests::of(&ports, Geodetic::from_degrees(47.43, 8.52, 432.0), 100);
+    let said = || std::fs::read_to_string(&words).unwrap_or_default();
+    let full = "the log of the run could not be written to";
+    let told = wait_for(SOON, || said().contains(full).then_some(()));
+    assert!(told.is_some(), "{}: {:?}", said(), common::status(&ports));
+    assert!(said().contains("TMPDIR"), "what to do: {}", said());
+    assert!(is_in(&ports, "RUNNING"), "it goes on: {:?}", common::status(&ports));
+    let (pid, _) = alive(&ports, "smdfm").expect("the SMDFM");
+    common::kill("KILL", pid);
+    let frozen = || (alive(&ports, "smdfm").is_none() && is_in(&ports, "FROZEN")).then_some(());
+    assert!(wait_for(SOON, frozen).is_some(), "{:?}", common::status(&ports));
+    let mut again = common::seeds();
+    again.args(["smdfm", "--sync-connect", &ports.sync, "--dis", &ports.dis]);
+    let output = finish(again);
+    let reason = common::stderr(&output);
+    assert_eq!(output.status.code(), Some(1), "{reason}");
+    assert!(reason.contains(full) && !reason.contains("panicked"), "{reason}");
+    assert!(is_in(&ports, "FROZEN"), "nobody is let in without his inputs");
+    let _ = going.interrupt();
+}
