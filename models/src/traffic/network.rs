@@ -93,6 +93,8 @@ pub struct NetRunway {
     pub spine: Vec<(f64, usize)>,
     /// Distance of holding positions where the file has none, m.
     pub hold_distance_m: f64,
+    /// By end: nobody enters near it, one backtracks to a turn pad there.
+    pub turn_pads: [bool; 2],
 }
 
 /// The network with everything that the repairs said.
@@ -254,6 +256,7 @@ impl Network {
                 spine: Vec::new(),
                 // Code number 1 and 2: up to 1 200 m; longer ones are taken for precision runways.
                 hold_distance_m: if length_m < 1200.0 { 40.0 } else { 90.0 },
+                turn_pads: [false; 2],
             });
         }
     }

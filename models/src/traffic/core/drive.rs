@@ -182,11 +182,7 @@ impl Core {
         let size = self.flights[m].size;
         let parked = self.pieces_of_stand(self.movers[m].stand, size);
         parked.iter().for_each(|z| self.hold(m, *z, false));
-        let mover = &self.movers[m];
-        let held: Vec<(u32, bool)> = (mover.first_held..mover.next)
-            .map(|i| (mover.way.pieces[i], mover.way.roll.contains(&i)))
-            .collect();
-        held.iter().for_each(|(z, r)| self.release(m, *z, *r));
+        self.release_held(m);
         let mover = &mut self.movers[m];
         mover.parked_pieces = parked;
         mover.phase = Phase::Docked;

@@ -301,9 +301,9 @@ const MOST_OFF_S: f64 = 200.0;
 const MOST_BACK_S: f64 = 500.0;
 const BACK_MPS: f64 = 14.0;
 
-/// Whether a runway has a turn pad.
+/// Whether flights backtrack on a runway.
 fn backtracked(net: &Network, r: usize) -> bool {
-    net.edges.iter().any(|e| e.strip == Some(r) && e.backtrack)
+    net.runways[r].turn_pads.contains(&true)
 }
 
 /// What a landing is taken to need on a runway before one did, s.

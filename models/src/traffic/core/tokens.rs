@@ -70,6 +70,15 @@ impl Core {
         self.version += 1;
     }
 
+    /// Gives back everything that it holds along its way.
+    pub(super) fn release_held(&mut self, m: usize) {
+        for i in self.movers[m].first_held..self.movers[m].next {
+            let mover = &self.movers[m];
+            let (z, roll) = (mover.way.pieces[i], mover.way.roll.contains(&i));
+            self.release(m, z, roll);
+        }
+    }
+
     pub(super) fn active(&self, m: usize) -> bool {
         match self.movers[m].phase {
             Phase::Pushing

@@ -318,11 +318,7 @@ impl Core {
         let Some((stand, _)) = self.free_stands(m, 6).into_iter().next() else { return };
         let to = self.net.stands[stand].name.clone();
         self.remark(format!("{name}: too little runway is left, towed to stand {to}"));
-        for i in self.movers[m].first_held..self.movers[m].next {
-            let mover = &self.movers[m];
-            let (z, roll) = (mover.way.pieces[i], mover.way.roll.contains(&i));
-            self.release(m, z, roll);
-        }
+        self.release_held(m);
         self.keep_for_roll(m, Vec::new());
         self.vacate(m);
         let mover = &mut self.movers[m];
@@ -365,11 +361,7 @@ impl Core {
     /// On final, cleared or not: what was taken for the landing is given back, and it goes around.
     pub(super) fn give_up_landing(&mut self, m: usize, why: &str) {
         if self.movers[m].cleared {
-            for i in self.movers[m].first_held..self.movers[m].next {
-                let mover = &self.movers[m];
-                let (z, roll) = (mover.way.pieces[i], mover.way.roll.contains(&i));
-                self.release(m, z, roll);
-            }
+            self.release_held(m);
             self.vacate(m);
             self.end_clearance(m, "LND");
         }

@@ -78,6 +78,7 @@ impl Network {
         let cut_m = (at(begin_m, 0.0) - first_m).norm();
         let roll = self.cut(edge, cut_m, format!("pad_{designator}"));
         self.nodes[roll].runway = Some(r);
+        self.runways[r].turn_pads[end] = true;
         let spine = &mut self.runways[r].spine;
         spine.push((place_of(begin_m), roll));
         spine.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
