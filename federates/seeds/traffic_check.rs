@@ -10,7 +10,7 @@ use clap::{Args, ValueEnum};
 use models::control::clearance::ClearanceKind;
 use models::frames::{Vector2, Vector3};
 use models::time::SimTime;
-use models::traffic::check::{Checker, Given, Row, Rules, Seen, TypeLimits, Who};
+use models::traffic::check::{CHECKED_WITHIN_M, Checker, Given, Row, Rules, Seen, TypeLimits, Who};
 use models::traffic::core::Direction;
 use models::traffic::outline::Size;
 use rusqlite::{Connection, OpenFlags};
@@ -123,6 +123,14 @@ fn check(path: &Path, args: &CheckArgs) -> anyhow::Result<Vec<Row>> {
         bail!("{}: no truth in it: nothing can be checked", path.display());
     }
     let given = read.given(&database).context("reading the clearances")?;
+    let within_m = scene.run.dead_reckoning.position_m;
+    if within_m > CHECKED_WITHIN_M {
+        tracing::warn!(
+            "{}: its positions are right within {within_m} m only (run.dead_reckoning.position_m), speeds and accelerations \
+             less than the check wants: run the scene with {CHECKED_WITHIN_M}",
+            path.display()
+        );
+    }
     let rules = Rules { serve_s: args.serve, ..Rules::default() };
     let mut checker = Checker::new(&scene.airport.layout, read.who, rules);
     for (time_s, seen) in &frames {

@@ -115,7 +115,9 @@ fn text(
     let _ = write!(
         out,
         "[run]\ntitle = \"{name}: generated traffic\"\nseed = 1                        # another number: other draws\n\
-         start = 2026-01-01T06:00:00Z\nduration_s = {}\n\n\
+         start = 2026-01-01T06:00:00Z\nduration_s = {}\n\
+         # Truth of the log and of others within 0.1 m: `seeds traffic check` judges speeds and accelerations by it.\n\
+         dead_reckoning = {{ algorithm = \"rvw\", position_m = 0.1, orientation_deg = 0.5 }}\n\n\
          [airport]\nlayout = {:?}\n",
         60.0 * wanted.minutes,
         wanted.layout,

@@ -1,6 +1,7 @@
 //! New scenes of known and of synthetic airports, and what is silly in a scene.
 
 use models::flight_list::MovementKind;
+use models::traffic::check::CHECKED_WITHIN_M;
 use scenarios::template::{Wanted, layout_of, scene};
 use scenarios::warnings::check;
 use std::path::{Path, PathBuf};
@@ -17,6 +18,8 @@ fn a_new_scene_of_every_shipped_airport_is_read_and_nothing_in_it_is_silly() {
         let wanted = Wanted { layout, path, minutes: 20.0, per_h: 60.0 };
         let (text, made) = scene(&wanted).unwrap_or_else(|e| panic!("{icao}: {e}"));
         assert_eq!(made.sensors.len(), 3, "{icao}");
+        // As fine as the check of its traffic wants it.
+        assert!(made.run.dead_reckoning.position_m <= CHECKED_WITHIN_M, "{icao}");
         // Flights land and depart; nobody is left with a handful on stands. (60 an hour for 20 minutes, drawn.)
         let of = |m| made.flight_list.entries.iter().filter(|f| f.movement == m).count();
         let (landing, departing) = (of(MovementKind::Arrival), of(MovementKind::Departure));

@@ -155,8 +155,11 @@ impl Rules {
     }
 }
 
+/// How right the positions in a database have to be for [`Rules::default`], m: the largest threshold of dead reckoning.
+pub const CHECKED_WITHIN_M: f64 = 0.1;
+
 impl Default for Rules {
-    /// For the database of a run: once a second, positions right within 0.1 m, the threshold of dead reckoning. Within it a
+    /// For the database of a run: once a second, positions right within 0.1 m ([`CHECKED_WITHIN_M`]), the threshold of dead reckoning. Within it a
     /// jerk of 2 m/s³ has gained 0.45 m/s.
     fn default() -> Self {
         Self {
