@@ -145,17 +145,12 @@ fn axe_finds_nothing_to_complain_about() {
     for size in [WINDOW, [390, 800]] {
         w.browser.resize(size);
         for _ in ["night", "day"] {
-            for tab in [
-                "tracks",
-                "strips",
-                "seats",
-                "effects",
-                "filter",
-                "flights",
-                "federates",
-                "sensors",
-                "log",
-            ] {
+            let tabs = "[...document.querySelectorAll('[data-tab]')].map((t) => t.dataset.tab)";
+            let tabs = w.browser.eval(tabs);
+            let tabs: Vec<&str> =
+                tabs.as_array().into_iter().flatten().filter_map(|t| t.as_str()).collect();
+            assert!(tabs.len() >= 9, "{tabs:?}");
+            for tab in tabs {
                 w.browser.eval(&format!("document.getElementById('tab-{tab}').click()"));
                 let found = w.browser.eval(
                     "axe.run(document, { resultTypes: ['violations'] }).then((r) => r.violations.map((v) => [v.id, v.nodes[0].html.slice(0, 120)]))",
