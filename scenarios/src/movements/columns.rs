@@ -4,7 +4,7 @@
 //! `altitude_m` (or `altitude_ft`) and `on_ground` are not. Other columns are passed over.
 
 use crate::airport::AirportScene;
-use crate::schedule::utc_ns;
+use crate::schedule::table::utc_ns;
 use csv::ByteRecord;
 use models::frames::Vector2;
 

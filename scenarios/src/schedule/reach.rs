@@ -1,6 +1,7 @@
 //! What can be reached on a network: stands from runways, ends that traffic uses, lengths that types need.
 
-use super::{RunwayEnd, flight_of};
+use super::RunwayEnd;
+use super::flights::flight_of;
 use crate::types::TypeRow;
 use models::frames::{Azimuth, wrap_pi};
 use models::traffic::network::{NetEdge, Network, code_of_span};

@@ -5,11 +5,13 @@
 //! everybody sees them through their PDUs.
 
 mod arrival;
+mod asked;
 mod controllers;
 mod departure;
 mod drive;
 mod equipment;
 mod failures;
+mod flight;
 mod measures;
 mod notice;
 mod obstacles;
@@ -22,6 +24,7 @@ mod told;
 
 pub use equipment::drawn_failures;
 pub use failures::{Failure, FailureKind, Shown};
+pub use flight::{Clearance, Direction, Flight, Measures, Phase, Policy, Remark, Waiting};
 pub use notice::{ClearedBy, Notice, Order};
 pub use obstacles::Obstacle;
 use runway::TookOff;
@@ -43,162 +46,6 @@ use plan::{Booking, Timing};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::sync::Arc;
-
-/// Which piece may be taken when it is free.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Policy {
-    /// In the order of planned times: every way is planned in the time windows that the others leave.
-    #[default]
-    Planned,
-    /// Only if everybody can finish afterwards, one after the other (banker's algorithm).
-    Ordered,
-    /// Always: ends in gridlock sooner or later, which is found and named.
-    Free,
-}
-
-/// Arrival or departure.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Direction {
-    /// Lands at its time and taxis to a stand.
-    Arrival,
-    /// Leaves its stand at its time and takes off.
-    Departure,
-}
-
-/// One flight of a schedule.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Flight {
-    /// For messages.
-    pub callsign: String,
-    /// Size on the ground.
-    pub size: Size,
-    /// Arrival or departure.
-    pub direction: Direction,
-    /// Runway, and which end it lands or takes off from (0 or 1).
-    pub runway: (usize, usize),
-    /// Stand wanted.
-    pub stand: usize,
-    /// Landing time (threshold) or off-block time, s since the start of the run.
-    pub time_s: f64,
-    /// Arrival whose aircraft this departure is.
-    pub turnaround_of: Option<usize>,
-    /// Wake category.
-    pub wake: WakeCategory,
-    /// Taxi speed on straights and in quarter turns, m/s.
-    pub taxi_mps: (f64, f64),
-    /// Acceleration and braking when taxiing, m/s².
-    pub taxi_acc_mps2: (f64, f64),
-    /// Lift-off speed, m/s, and run, m.
-    pub take_off: (f64, f64),
-    /// Touchdown speed, m/s, and usual braking, m/s².
-    pub landing: (f64, f64),
-    /// From nose wheel to main gear, m.
-    pub wheelbase_m: f64,
-    /// Fuel of all engines at idle, kg/s.
-    pub idle_kg_per_s: f64,
-    /// Key of its draws.
-    pub key: u64,
-}
-
-impl Flight {
-    /// What tells sizes apart.
-    fn key_of_size(&self) -> (u64, u64) {
-        (self.size.length_m.to_bits(), self.size.span_m.to_bits())
-    }
-}
-
-/// Where a flight is in its life.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Phase {
-    /// Not yet in the run.
-    Absent,
-    /// On its stand before the pushback.
-    Parked,
-    /// Pushed back.
-    Pushing,
-    /// Tug leaves, engines start; until this time, s.
-    Starting(f64),
-    /// Under way on the ground.
-    Taxiing,
-    /// On the runway, not yet rolling; until this time, s.
-    LinedUp(f64),
-    /// Take-off run, and the climb after it.
-    Rolling,
-    /// On final.
-    Final,
-    /// Gone around: climbs away.
-    GoAround,
-    /// From touchdown on, until it has left the runway.
-    Landing,
-    /// On its stand, for good or until its turn-round.
-    Docked,
-    /// Left the run.
-    Gone,
-}
-
-/// A clearance, as the plan gives it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Clearance {
-    /// Flight.
-    pub flight: usize,
-    /// `PSH`, `TAX`, `CRO`, `LUP`, `TOF`, `LND`, `GOA`.
-    pub kind: &'static str,
-    /// Runway: an end (`18R`) or both (`18R/36L`); empty off the runways.
-    pub runway: String,
-    /// Holds from, s.
-    pub from_s: f64,
-    /// Ended, s.
-    pub until_s: Option<f64>,
-    /// Entry, crossing or line-up place along the runway from its first end, m.
-    pub place_m: Option<f64>,
-}
-
-/// Times and measures of one flight (`docs/traffic.md`).
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Measures {
-    /// Actual off-block time, s.
-    pub aobt_s: Option<f64>,
-    /// Actual take-off time.
-    pub atot_s: Option<f64>,
-    /// Actual landing time.
-    pub aldt_s: Option<f64>,
-    /// Actual in-block time.
-    pub aibt_s: Option<f64>,
-    /// Stops of 5 s or more off stands.
-    pub stops: u32,
-    /// Time of these stops, s.
-    pub stopped_s: f64,
-    /// Off-block to line-up, or runway vacated to in-block, s.
-    pub taxi_s: f64,
-    /// The same way driven alone, s.
-    pub unhindered_s: f64,
-    /// Fuel on the ground, kg.
-    pub fuel_kg: f64,
-    /// Go-arounds.
-    pub go_arounds: u32,
-}
-
-/// What an input or a finding says, for the log.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Remark {
-    /// Time, s.
-    pub time_s: f64,
-    /// One line.
-    pub text: String,
-}
-
-/// Why a mover waits.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Waiting<'a> {
-    /// Call sign of the one for whom it waits; `None`: for the policy or a clearance.
-    pub behind: Option<&'a str>,
-    /// Name of the edge that it wants.
-    pub place: String,
-    /// Since when, s of the run.
-    pub since_s: f64,
-    /// Time that is still planned, s; negative when it is late.
-    pub planned_s: Option<f64>,
-}
 
 #[derive(Clone, Debug)]
 struct Mover {
@@ -483,130 +330,6 @@ impl Core {
             }
             None => false,
         }
-    }
-
-    /// Phase of a flight.
-    #[must_use]
-    pub fn phase(&self, flight: usize) -> Phase {
-        self.movers[flight].phase
-    }
-
-    /// Measures of a flight.
-    #[must_use]
-    pub fn measures(&self, flight: usize) -> &Measures {
-        &self.movers[flight].measures
-    }
-
-    /// Stand of a flight: given, or taken in its place.
-    #[must_use]
-    pub fn stand(&self, flight: usize) -> usize {
-        self.movers[flight].stand
-    }
-
-    /// How many flights have taken off or are in block.
-    #[must_use]
-    pub fn measures_of_served(&self) -> usize {
-        let done = |m: &&Mover| match self.flights[m.flight].direction {
-            Direction::Arrival => m.measures.aibt_s.is_some(),
-            Direction::Departure => m.measures.atot_s.is_some(),
-        };
-        self.movers.iter().filter(done).count()
-    }
-
-    /// Clearances so far, in the order of their begin.
-    #[must_use]
-    pub fn clearances(&self) -> &[Clearance] {
-        &self.clearances
-    }
-
-    /// What was remarked so far.
-    #[must_use]
-    pub fn remarks(&self) -> &[Remark] {
-        &self.remarks
-    }
-
-    /// How many rings of movers that wait for each other were found under a policy that rules them out: 0.
-    #[must_use]
-    pub fn unexpected_deadlocks(&self) -> u64 {
-        self.unexpected
-    }
-
-    /// The network that its movers use.
-    #[must_use]
-    pub fn network(&self) -> &Network {
-        &self.net
-    }
-
-    /// Flights of the core.
-    #[must_use]
-    pub fn flights(&self) -> &[Flight] {
-        &self.flights
-    }
-
-    /// Why a flight waits: for whom, at which piece, and how long by the plan, s (`None`: not planned).
-    #[must_use]
-    pub fn waiting(&self, flight: usize) -> Option<Waiting<'_>> {
-        let m = &self.movers[flight];
-        let since_s = m.waits_since_s?;
-        let step = m.next.min(m.way.pieces.len().saturating_sub(1));
-        let piece = m.way.pieces.get(step).map(|z| self.pieces.list[*z as usize].edge);
-        let edge = piece.map(|e| &self.net.edges[e]);
-        let place = edge.map_or(String::new(), |e| {
-            let [a, b] = e.nodes.map(|n| self.net.nodes[n].name.as_str());
-            if e.name.is_empty() { format!("{a}-{b}") } else { format!("{} ({a}-{b})", e.name) }
-        });
-        let parked = m.phase == Phase::Parked;
-        let take_s = if parked { m.timing.push_take_s } else { self.order_of(flight, step) };
-        Some(Waiting {
-            behind: m.waits_for.map(|o| self.name_of(o)),
-            place,
-            since_s,
-            planned_s: m.timing.planned.then_some(take_s - self.time_s).filter(|s| s.is_finite()),
-        })
-    }
-
-    /// Place up to which a flight may drive, m from it, and the line there: its authority and, behind it, its
-    /// planned way to the end, east and north, every 20 m. Empty off the ground and on stands.
-    #[must_use]
-    pub fn ways_ahead(&self, flight: usize) -> (Vec<[f64; 2]>, Vec<[f64; 2]>) {
-        let m = &self.movers[flight];
-        if !matches!(m.phase, Phase::Starting(_) | Phase::Taxiing | Phase::Landing) {
-            return (Vec::new(), Vec::new());
-        }
-        let held = self.authority(flight).max(m.s);
-        let line = |from: f64, to: f64| -> Vec<[f64; 2]> {
-            let count = (((to - from) / 20.0).ceil() as usize).min(2_000);
-            let at = |i: usize| (from + 20.0 * i as f64).min(to);
-            (0..=count).map(|i| m.way.path.at(at(i)).at_m).map(|p| [p.x, p.y]).collect()
-        };
-        (line(m.s, held), line(held, m.way.stop_m.max(held)))
-    }
-
-    /// Who has a runway (rolls, lands, is lined up), and how many wait on the ground to enter it.
-    #[must_use]
-    pub fn runway_state(&self, runway: usize) -> (Option<&str>, usize) {
-        let owner = self.owner.get(runway).copied().flatten();
-        let queue = self.movers.iter().filter(|m| {
-            let f = &self.flights[m.flight];
-            let departs = f.direction == Direction::Departure && f.runway.0 == runway;
-            departs && m.phase == Phase::Taxiing && m.v == 0.0
-        });
-        (owner.map(|o| self.flights[o].callsign.as_str()), queue.count())
-    }
-
-    /// Names of the pieces that a flight holds: edge and number along it.
-    #[must_use]
-    pub fn held_pieces(&self, flight: usize) -> Vec<u32> {
-        let mine = |(z, h): (usize, &Vec<u32>)| h.contains(&(flight as u32)).then_some(z as u32);
-        self.holders.iter().enumerate().filter_map(mine).collect()
-    }
-
-    /// Why a flight waits: "for KLM123", or `None` while it does not.
-    #[must_use]
-    pub fn waits_for(&self, flight: usize) -> Option<&str> {
-        let m = &self.movers[flight];
-        m.waits_since_s?;
-        m.waits_for.map(|o| self.name_of(o))
     }
 
     fn rng(&self, m: usize, counter: u64) -> rand::rngs::ChaCha8Rng {

@@ -1,0 +1,123 @@
+//! R3: the centreline of a runway as a row of nodes.
+
+use super::{JOINED_M, NetEdge, Network, crossing};
+use std::collections::BTreeSet;
+
+impl Network {
+    /// R3.
+    pub(super) fn spines(&mut self) {
+        for r in 0..self.runways.len() {
+            let (mut moved, mut cut) = (0, 0);
+            let runway = self.runways[r].clone();
+            // Where another runway crosses, both have a node.
+            let mut spine: Vec<(f64, usize)> = Vec::new();
+            for other in 0..r {
+                let [a, b] = runway.ends_m;
+                let [c, d] = self.runways[other].ends_m;
+                if let Some((s, _)) = crossing(a, b, c, d) {
+                    let place = s * runway.length_m;
+                    let on_other = self.runways[other].place_m(runway.at(place)).0;
+                    let known = self.runways[other].spine.iter();
+                    let near = known
+                        .filter(|(p, _)| (p - on_other).abs() < JOINED_M)
+                        .map(|(_, node)| *node)
+                        .next();
+                    let name = format!("{}x{}", runway.names[0], self.runways[other].names[0]);
+                    let node = match near {
+                        Some(node) => node,
+                        None => self.add_node(name, runway.at(place)),
+                    };
+                    spine.push((place, node));
+                    if near.is_none() {
+                        self.nodes[node].runway = Some(other);
+                        self.runways[other].spine.push((on_other, node));
+                    }
+                }
+            }
+            for n in 0..self.nodes.len() {
+                let node = &self.nodes[n];
+                let (place, off) = runway.place_m(node.at_m);
+                let on = off.abs() <= 0.5 * runway.width_m + 1.0
+                    && (-1.0..=runway.length_m + 1.0).contains(&place);
+                let in_use = self.edges.iter().any(|e| e.nodes.contains(&n));
+                if on && in_use && node.runway.is_none() && node.stand.is_none() {
+                    moved += usize::from(off.abs() > 0.01);
+                    let place = place.clamp(0.0, runway.length_m);
+                    self.nodes[n].at_m = runway.at(place);
+                    self.nodes[n].runway = Some(r);
+                    self.nodes[n].hold_for = None;
+                    spine.push((place, n));
+                }
+            }
+            let on: BTreeSet<usize> = spine.iter().map(|(_, n)| *n).collect();
+            for e in 0..self.edges.len() {
+                let edge = &self.edges[e];
+                if edge.nodes.iter().any(|n| on.contains(n)) {
+                    continue;
+                }
+                let [a, b] = self.ends(edge);
+                if let Some((s, t)) = crossing(a, b, runway.ends_m[0], runway.ends_m[1]) {
+                    let node = self.cut(
+                        e,
+                        s * (b - a).norm(),
+                        format!("{}_at_{:.0}", runway.names[0], t * runway.length_m),
+                    );
+                    self.nodes[node].runway = Some(r);
+                    spine.push((t * runway.length_m, node));
+                    cut += 1;
+                }
+            }
+            for (place, end) in [(0.0, 0), (runway.length_m, 1)] {
+                if !spine.iter().any(|(p, _)| (p - place).abs() < 5.0) {
+                    let node =
+                        self.add_node(format!("end_{}", runway.names[end]), runway.at(place));
+                    self.nodes[node].runway = Some(r);
+                    spine.push((place, node));
+                }
+            }
+            self.runways[r].spine = spine;
+            let name = runway.names.join("/");
+            self.report.push(format!("R3: runway {name}: {moved} nodes put on the centreline, {cut} edges that cross it cut, spine made"));
+        }
+        for r in 0..self.runways.len() {
+            let mut spine = std::mem::take(&mut self.runways[r].spine);
+            spine.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+            // Places nearer than a metre are one.
+            let mut kept: Vec<(f64, usize)> = Vec::new();
+            for (place, node) in spine {
+                match kept.last() {
+                    Some((p, known)) if place - p < JOINED_M => {
+                        let known = *known;
+                        self.edges.iter_mut().for_each(|e| {
+                            e.nodes = e.nodes.map(|n| if n == node { known } else { n })
+                        });
+                        for other in &mut self.runways {
+                            other
+                                .spine
+                                .iter_mut()
+                                .filter(|s| s.1 == node)
+                                .for_each(|s| s.1 = known);
+                        }
+                    }
+                    _ => kept.push((place, node)),
+                }
+            }
+            let on: BTreeSet<usize> = kept.iter().map(|(_, n)| *n).collect();
+            self.edges.retain(|e| !e.nodes.iter().all(|n| on.contains(n)));
+            for pair in kept.windows(2) {
+                self.edges.push(NetEdge {
+                    nodes: [pair[0].1, pair[1].1],
+                    two_way: true,
+                    runway: Some(r),
+                    strip: Some(r),
+                    backtrack: false,
+                    name: self.runways[r].names.join("/"),
+                    code: 5,
+                    origin: None,
+                });
+            }
+            self.runways[r].spine = kept;
+        }
+        self.unique();
+    }
+}

@@ -1,0 +1,322 @@
+//! Flights drawn by rates, with stands for all of them.
+
+use super::Wanted;
+use super::reach::{Reach, default_ends, end_named, lacks_m};
+use crate::document::{Section, within};
+use crate::error::{Problem, ScenarioError};
+use crate::run::Run;
+use crate::types::TypeTable;
+use models::airport::distance_to_segment_m;
+use models::draw::{DrawKey, Purpose, exponential, normal_pair, uniform};
+use models::frames::Azimuth;
+use models::traffic::core::Direction;
+use models::traffic::network::{Network, code_of_span};
+use models::traffic::outline::{Rectangle, Size, distance_m, outline};
+use std::collections::BTreeMap;
+
+/// When a demand begins whose scene states no time: 2026-01-01T06:00:00Z (assumed).
+pub(super) const GENERATED_START_NS: i64 = 1_767_247_200_000_000_000;
+
+/// Types of a demand that names none, with weights, and what comes instead where the runways are too short for all of them.
+const USUAL_MIX: [(&str, f64); 4] = [("A320", 5.0), ("B738", 4.0), ("E190", 2.0), ("A333", 1.0)];
+const SMALLER_MIXES: [&[(&str, f64)]; 2] = [
+    &[("AT75", 3.0), ("DH8D", 2.0), ("E145", 1.0), ("C550", 2.0)],
+    &[("C550", 1.0), ("C172", 4.0)],
+];
+
+fn owned(mix: &[(&str, f64)]) -> Vec<(String, f64)> {
+    mix.iter().map(|(d, w)| ((*d).to_owned(), *w)).collect()
+}
+
+/// Flights by rates: draws belong to a flight's number, so that another rate keeps who they are.
+pub(super) fn generated(
+    section: &Section,
+    run: &Run,
+    network: &Network,
+    types: &TypeTable,
+    remarks: &mut Vec<String>,
+) -> Result<Vec<Wanted>, ScenarioError> {
+    let rate = |key: &str| section.number_or(key, 0.0, within(0.0, 2000.0, "flights/h"));
+    let (arrivals, departures) = (rate("arrivals_per_h")?, rate("departures_per_h")?);
+    let seed = section.integer("seed", 0, i64::MAX)?.map_or(run.seed, |s| s as u64);
+    let even = section.choice("profile", &[("poisson", false), ("even", true)])?.unwrap_or(false);
+    let mut mix: Vec<(String, f64)> = Vec::new();
+    if let Some(table) = section.any_section("mix")? {
+        for designator in table.keys() {
+            let weight = table.need_number(designator, within(0.0, 1e6, ""))?;
+            if types.get(designator).is_none_or(|t| !t.class.aircraft) {
+                let allowed = types.designators().collect::<Vec<_>>().join(", ");
+                let found = designator.into();
+                return Err(table.refuse(designator, Problem::NotAllowed { found, allowed }));
+            }
+            mix.push((designator.to_owned(), weight));
+        }
+    }
+    let drawn_mix = mix.iter().all(|m| m.1 <= 0.0);
+    if drawn_mix {
+        mix = owned(&USUAL_MIX);
+    }
+    let ends = |key: &str, arrival: bool| -> Result<Vec<String>, ScenarioError> {
+        let given: Vec<String> = section.texts(key)?.into_iter().map(|(n, _)| n).collect();
+        Ok(if given.is_empty() { default_ends(network, arrival) } else { given })
+    };
+    let (landing, leaving) = (ends("arrival_runways", true)?, ends("departure_runways", false)?);
+    let usable: Vec<usize> = (0..network.stands.len())
+        .filter(|s| network.stands[*s].node.is_some_and(|n| network.nodes[n].used))
+        .collect();
+    if (arrivals > 0.0 && landing.is_empty())
+        || (departures > 0.0 && leaving.is_empty())
+        || usable.is_empty()
+    {
+        let needed = "a runway with entries and exits, and stands with a way".into();
+        let found = format!("an airport where {}", network.findings.join("; "));
+        return Err(section.refuse("kind", Problem::WrongKind { found, needed }));
+    }
+    let lacks = |designator: &str| {
+        types.get(designator).map_or(0.0, |row| {
+            let none: &[String] = &[];
+            let landing = if arrivals > 0.0 { &landing } else { none };
+            lacks_m(network, row, landing, if departures > 0.0 { &leaving } else { none })
+        })
+    };
+    // Nobody asked for airliners: where none fits, smaller ones come.
+    let fits =
+        |mix: &[(String, f64)]| mix.iter().any(|m| types.get(&m.0).is_some() && lacks(&m.0) <= 0.0);
+    if drawn_mix && !fits(&mix) {
+        let smaller = SMALLER_MIXES.iter().map(|m| owned(m)).find(|m| fits(m));
+        mix = smaller.unwrap_or(mix);
+    }
+    let too_long = mix.iter().filter(|m| lacks(&m.0) > 0.0).map(|m| m.0.clone());
+    let too_long = too_long.collect::<Vec<_>>().join(", ");
+    let least = mix.iter().map(|m| lacks(&m.0)).fold(f64::INFINITY, f64::min);
+    if least > 0.0 {
+        let ends: std::collections::BTreeSet<&str> =
+            landing.iter().chain(&leaving).map(String::as_str).collect();
+        let ends = ends.into_iter().collect::<Vec<_>>().join(", ");
+        let found = format!(
+            "{too_long}, of which each lacks {least:.0} m or more to an exit, or from an entry, that stands have a way to"
+        );
+        let needed = format!("a mix with a type that runway {ends} is long enough for");
+        return Err(section.refuse("mix", Problem::WrongKind { found, needed }));
+    }
+    mix.retain(|m| (!drawn_mix || types.get(&m.0).is_some()) && lacks(&m.0) <= 0.0);
+    if !too_long.is_empty() {
+        remarks.push(format!(
+            "{too_long}: left out, the runways are too short for them or too narrow to turn on"
+        ));
+    }
+    let mut drawn: Vec<Drawn> = Vec::new();
+    let kinds =
+        [(Direction::Arrival, arrivals, landing), (Direction::Departure, departures, leaving)];
+    for (kind, (direction, per_h, runways)) in kinds.into_iter().enumerate() {
+        if per_h <= 0.0 {
+            continue;
+        }
+        let mut time_s = if direction == Direction::Arrival { 260.0 } else { 30.0 };
+        for number in 0..5000_u64 {
+            let key = DrawKey { run_seed: seed, sensor: 1 + kind as u32, entity: number, scan: 0 };
+            let mut rng = key.rng(Purpose::Mover);
+            let gap = if even { 1.0 } else { exponential(&mut rng) };
+            time_s += gap * 3600.0 / per_h;
+            if time_s > run.duration.s() {
+                break;
+            }
+            let total: f64 = mix.iter().map(|m| m.1).sum();
+            let mut left = uniform(&mut rng) * total;
+            let designator = mix
+                .iter()
+                .find(|m| {
+                    left -= m.1;
+                    left <= 0.0
+                })
+                .map_or("A320", |m| m.0.as_str());
+            let place = uniform(&mut rng);
+            let (mean_min, sigma_min) =
+                match types.get(designator).map(|t| code_of_span(t.class.span_m)) {
+                    Some(0..=2) | None => (48.0, 12.0),
+                    _ => (95.0, 15.0),
+                };
+            let turn_round_s = 60.0 * (mean_min + sigma_min * normal_pair(&mut rng).0).max(35.0);
+            drawn.push(Drawn {
+                number,
+                direction,
+                time_s,
+                designator: designator.to_owned(),
+                runway: runways[number as usize % runways.len()].clone(),
+                place,
+                turn_round_s,
+            });
+        }
+    }
+    Ok(on_stands(section, network, types, &usable, drawn, remarks))
+}
+
+/// A flight by rates, before it has a stand.
+struct Drawn {
+    number: u64,
+    direction: Direction,
+    time_s: f64,
+    designator: String,
+    runway: String,
+    /// Draw for its stand.
+    place: f64,
+    /// Of an arrival: from its landing to its earliest off-block, s.
+    turn_round_s: f64,
+}
+
+/// Stands for drawn flights: a departure is the turn-round of the first arrival that is ready, else of the first
+/// population; nobody is put where somebody else is or beside whom there is no room. Who finds none is left out.
+fn on_stands(
+    section: &Section,
+    network: &Network,
+    types: &TypeTable,
+    usable: &[usize],
+    drawn: Vec<Drawn>,
+    remarks: &mut Vec<String>,
+) -> Vec<Wanted> {
+    let size_of = |d: &Drawn| {
+        let (length_m, span_m) =
+            types.get(&d.designator).map_or((37.6, 35.8), |t| (t.class.length_m, t.class.span_m));
+        Size { length_m, span_m, aircraft: true }
+    };
+    let heading = |s: usize| {
+        let node = network.stands[s].node?;
+        let edge = network.edges.iter().find(|e| e.nodes.contains(&node))?;
+        let from = edge.nodes[usize::from(edge.nodes[0] == node)];
+        let at_m = network.nodes[node].at_m;
+        Some((at_m, Azimuth::of(at_m - network.nodes[from].at_m).rad()))
+    };
+    let poses: Vec<_> = (0..network.stands.len()).map(heading).collect();
+    // Stands by runway end, code and direction.
+    let mut known: BTreeMap<(String, u8, bool), Vec<bool>> = BTreeMap::new();
+    let mut reach = |name: &str, code: u8, arrival: bool| -> Vec<bool> {
+        let key = (name.to_owned(), code, arrival);
+        let found = known.entry(key).or_insert_with(|| match end_named(network, name) {
+            Some(end) => Reach::of(network, end, arrival).stands(code, 0.0),
+            None => vec![true; network.stands.len()],
+        });
+        found.clone()
+    };
+    let widest_m = drawn.iter().map(|d| size_of(d).span_m).fold(36.0, f64::max);
+    // Who leaves as whose turn-round: the first that is ready.
+    let mut order: Vec<usize> = (0..drawn.len()).collect();
+    order.sort_by(|a, b| drawn[*a].time_s.total_cmp(&drawn[*b].time_s).then(a.cmp(b)));
+    let mut leaves_as: Vec<Option<usize>> = vec![None; drawn.len()];
+    let mut comes_as: Vec<Option<usize>> = vec![None; drawn.len()];
+    for d in order.iter().filter(|d| drawn[**d].direction == Direction::Departure) {
+        let ready = order.iter().copied().find(|a| {
+            drawn[*a].direction == Direction::Arrival
+                && leaves_as[*a].is_none()
+                && drawn[*a].time_s + 480.0 + drawn[*a].turn_round_s <= drawn[*d].time_s
+        });
+        if let Some(a) = ready {
+            (leaves_as[a], comes_as[*d]) = (Some(*d), Some(a));
+        }
+    }
+    // Occupied: stand, from, to, size.
+    let mut taken: Vec<(usize, f64, f64, Size)> = Vec::new();
+    let mut stand_of: Vec<Option<usize>> = vec![None; drawn.len()];
+    let first_population = order
+        .iter()
+        .copied()
+        .filter(|i| drawn[*i].direction == Direction::Departure && comes_as[*i].is_none());
+    let landing = order.iter().copied().filter(|i| drawn[*i].direction == Direction::Arrival);
+    for i in first_population.chain(landing) {
+        let d = &drawn[i];
+        let size = size_of(d);
+        let (from, to) = match (d.direction, leaves_as[i]) {
+            (Direction::Departure, _) => (d.time_s - 2400.0, d.time_s + 900.0),
+            (_, Some(next)) => (d.time_s - 300.0, drawn[next].time_s + 900.0),
+            _ => (d.time_s - 300.0, f64::INFINITY),
+        };
+        let free = |s: usize| {
+            let Some((at_m, heading_rad)) = poses[s] else { return false };
+            taken.iter().all(|(other, begin, end, theirs)| {
+                if *begin >= to || *end <= from {
+                    return true;
+                }
+                let Some((there, towards)) = poses[*other] else { return true };
+                *other != s
+                    && ((there - at_m).norm() > 120.0
+                        || distance_m(
+                            &outline(size, at_m, heading_rad),
+                            &outline(*theirs, there, towards),
+                        ) > 4.0)
+            })
+        };
+        let need = code_of_span(size.span_m);
+        let mut reached = reach(&d.runway, need, d.direction == Direction::Arrival);
+        if let Some(next) = leaves_as[i] {
+            let left = reach(&drawn[next].runway, need, false);
+            reached.iter_mut().zip(left).for_each(|(r, l)| *r &= l);
+        }
+        let fits = |s: usize| network.stands[s].code >= need && reached[s];
+        let mut fitting: Vec<usize> =
+            usable.iter().copied().filter(|s| fits(*s) && free(*s)).collect();
+        // Who would close a lane goes elsewhere, where there is an elsewhere.
+        let clear = |s: &usize| {
+            poses[*s].is_some_and(|(at_m, heading_rad)| {
+                clear_of_lanes(network, &outline(size, at_m, heading_rad), widest_m)
+            })
+        };
+        if fitting.iter().any(clear) {
+            fitting.retain(clear);
+        }
+        if fitting.is_empty() {
+            continue;
+        }
+        let stand = fitting[(d.place * fitting.len() as f64) as usize % fitting.len()];
+        taken.push((stand, from, to, size));
+        stand_of[i] = Some(stand);
+    }
+    let mut wanted = Vec::new();
+    let mut left_out = 0;
+    let name = |d: &Drawn| {
+        let letter = if d.direction == Direction::Arrival { "A" } else { "D" };
+        format!("G{letter}{:04}", d.number + 1)
+    };
+    for (i, d) in drawn.iter().enumerate() {
+        let aircraft = comes_as[i].unwrap_or(i);
+        let Some(stand) = stand_of[aircraft] else {
+            left_out += 1;
+            continue;
+        };
+        let kind = u32::from(d.direction == Direction::Departure);
+        wanted.push(Wanted {
+            line: section.line_of("kind"),
+            callsign: name(d),
+            address: Some(0x50_0000 + kind * 0x1_0000 + d.number as u32 + 1),
+            designator: drawn[aircraft].designator.clone(),
+            direction: d.direction,
+            runway: d.runway.clone(),
+            stand: network.stands[stand].name.clone(),
+            time_s: d.time_s,
+            turnaround_of: comes_as[i].map(|a| name(&drawn[a])),
+        });
+    }
+    if left_out > 0 {
+        remarks.push(format!(
+            "{left_out} of {} drawn flights are left out: no stand is free for them",
+            drawn.len()
+        ));
+    }
+    wanted
+}
+
+/// Whether the widest of the demand can pass a parked outline on every lane that is wide enough for it.
+fn clear_of_lanes(network: &Network, parked: &[Rectangle; 2], widest_m: f64) -> bool {
+    let middle = (parked[0].corners_m[0] + parked[0].corners_m[2]) * 0.5;
+    network.edges.iter().all(|edge| {
+        let lead_in = edge.nodes.iter().any(|n| network.nodes[*n].stand.is_some());
+        if lead_in || edge.strip.is_some() || edge.runway.is_some() {
+            return true;
+        }
+        let [a, b] = edge.nodes.map(|n| network.nodes[n].at_m);
+        if distance_to_segment_m(middle, a, b) > 80.0 {
+            return true;
+        }
+        let line = Rectangle { corners_m: [a, b, b, a] };
+        let span_m = if edge.code >= code_of_span(widest_m) { widest_m } else { 36.0 };
+        distance_m(parked, &[line; 2]) > 0.5 * span_m + 3.0
+    })
+}

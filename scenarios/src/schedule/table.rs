@@ -1,0 +1,145 @@
+//! Schedules as tables (CSV).
+
+use super::Wanted;
+use crate::document::days_from_civil;
+use crate::error::{Problem, ScenarioError};
+use crate::run::Run;
+use models::plot::Callsign;
+use models::traffic::core::Direction;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+/// A row with its cells by column and its time.
+pub(super) struct CsvRow {
+    line: usize,
+    cells: BTreeMap<String, String>,
+    pub(super) departs_ns: Option<i64>,
+    pub(super) lands_ns: Option<i64>,
+}
+
+impl CsvRow {
+    fn cell(&self, name: &str) -> &str {
+        self.cells.get(name).map_or("", String::as_str)
+    }
+}
+
+/// The rows of a schedule, with their times.
+pub(super) fn rows_of(file: &Path) -> Result<Vec<CsvRow>, ScenarioError> {
+    let damaged = |line: usize, column: &str, found: String, needed: &'static str| {
+        ScenarioError::new(file, line, column, Problem::Line { found, needed })
+    };
+    const TABLE: &str = "a comma-separated table with a header";
+    let octets = crate::files::read(file, crate::LARGEST_DATA)
+        .map_err(|e| damaged(1, "schedule", e.to_string(), TABLE))?;
+    let mut reader = csv::ReaderBuilder::new()
+        .comment(Some(b'#'))
+        .trim(csv::Trim::All)
+        .from_reader(octets.as_ref());
+    let header =
+        reader.headers().map_err(|e| damaged(1, "schedule", e.to_string(), TABLE))?.clone();
+    for needed in ["callsign", "type", "movement", "runway", "stand"] {
+        if !header.iter().any(|h| h == needed) {
+            return Err(damaged(1, "schedule", format!("no column {needed}"), TABLE));
+        }
+    }
+    let mut rows = Vec::new();
+    for record in reader.records() {
+        let line_of = |p: Option<&csv::Position>| p.map_or(1, |p| p.line() as usize);
+        let record =
+            record.map_err(|e| damaged(line_of(e.position()), "schedule", e.to_string(), TABLE))?;
+        let line = line_of(record.position());
+        let pairs = header.iter().zip(record.iter());
+        let cells: BTreeMap<String, String> =
+            pairs.map(|(k, v)| (k.to_owned(), v.to_owned())).collect();
+        let mut row = CsvRow { line, cells, departs_ns: None, lands_ns: None };
+        let time = |name: &'static str| -> Result<Option<i64>, ScenarioError> {
+            let text = row.cell(name);
+            if text.is_empty() {
+                return Ok(None);
+            }
+            let ns = utc_ns(text);
+            ns.map(Some).ok_or_else(|| {
+                damaged(line, name, text.into(), "a UTC time like 2026-05-12T06:05:00Z")
+            })
+        };
+        match row.cell("movement") {
+            "departure" => {
+                let times = [time("tobt")?, time("eobt")?, time("sobt")?];
+                let departs = times.into_iter().flatten().next();
+                row.departs_ns = Some(departs.ok_or_else(|| {
+                    damaged(line, "eobt", String::new(), "one of tobt, eobt, sobt")
+                })?);
+            }
+            "arrival" => {
+                let lands = time("eldt")?.or(time("sibt")?.map(|t| t - 480_000_000_000));
+                row.lands_ns =
+                    Some(lands.ok_or_else(|| {
+                        damaged(line, "eldt", String::new(), "one of eldt, sibt")
+                    })?);
+            }
+            other => {
+                return Err(damaged(line, "movement", other.into(), "arrival or departure"));
+            }
+        }
+        rows.push(row);
+    }
+    Ok(rows)
+}
+
+/// `2026-05-12T06:05:00Z`, nanoseconds since 1970.
+pub(crate) fn utc_ns(text: &str) -> Option<i64> {
+    let (date, clock) = text.strip_suffix('Z')?.split_once('T')?;
+    let numbers = |text: &str, separator: char| -> Option<Vec<i64>> {
+        text.split(separator).map(|p| p.parse().ok()).collect()
+    };
+    let (date, clock) = (numbers(date, '-')?, numbers(clock, ':')?);
+    let [year, month, day] = date[..] else { return None };
+    let [hour, minute, second] = clock[..] else { return None };
+    let sound = (1900..2200).contains(&year)
+        && (1..=12).contains(&month)
+        && (1..=31).contains(&day)
+        && (0..24).contains(&hour)
+        && (0..60).contains(&minute)
+        && (0..=60).contains(&second);
+    let days = days_from_civil(year, month, day);
+    sound.then(|| (((days * 24 + hour) * 60 + minute) * 60 + second) * 1_000_000_000)
+}
+
+/// The flights of a table; what lies before the start of the run is over.
+pub(super) fn scheduled(file: &Path, run: &Run) -> Result<Vec<Wanted>, ScenarioError> {
+    const DAY_NS: i64 = 86_400_000_000_000;
+    let rows = rows_of(file)?;
+    let times = || rows.iter().filter_map(|r| r.departs_ns.or(r.lands_ns));
+    let first_day = times().min().map_or(0, |t| t.div_euclid(DAY_NS));
+    let shift_ns = (run.start_utc_ns.div_euclid(DAY_NS) - first_day) * DAY_NS;
+    let mut names = BTreeSet::new();
+    let mut wanted = Vec::new();
+    for row in &rows {
+        let Some(ns) = row.departs_ns.or(row.lands_ns) else { continue };
+        let time_s = (ns + shift_ns - run.start_utc_ns) as f64 / 1e9;
+        let departure = row.departs_ns.is_some();
+        if time_s < if departure { -900.0 } else { 0.0 } || time_s > run.duration.s() {
+            continue;
+        }
+        let callsign = row.cell("callsign").to_owned();
+        let sound = Callsign::new(&callsign).as_str() == callsign && !callsign.is_empty();
+        if !sound || !names.insert(callsign.clone()) {
+            let needed = "1 to 11 upper-case letters, digits or signs, each once";
+            let problem = Problem::Line { found: callsign, needed };
+            return Err(ScenarioError::new(file, row.line, "callsign", problem));
+        }
+        let after = row.cell("turnaround_of");
+        wanted.push(Wanted {
+            line: row.line,
+            callsign,
+            address: u32::from_str_radix(row.cell("address"), 16).ok().filter(|a| *a > 0),
+            designator: row.cell("type").into(),
+            direction: if departure { Direction::Departure } else { Direction::Arrival },
+            runway: row.cell("runway").into(),
+            stand: row.cell("stand").replace(' ', "_"),
+            time_s: time_s.max(0.0),
+            turnaround_of: (!after.is_empty()).then(|| after.into()),
+        });
+    }
+    Ok(wanted)
+}
