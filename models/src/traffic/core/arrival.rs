@@ -4,7 +4,7 @@ use super::drive::Tick;
 use super::failures::FailureKind;
 use super::plan::{LANDING_AHEAD_S, Start};
 use super::runway::arrival_gap_s;
-use super::{Core, FINAL_M, Flight, Phase, Policy, RETRY_S, SLOPE, TAIL_M, Timing};
+use super::{Core, Direction, FINAL_M, Flight, Phase, Policy, RETRY_S, SLOPE, TAIL_M, Timing};
 use crate::control::clearance::ClearanceKind;
 use crate::draw::normal_pair;
 use crate::frames::{Azimuth, wrap_pi};
@@ -115,14 +115,14 @@ impl Core {
             self.movers[m].stand = stand;
             self.movers[m].parked_pieces.clone_from(&pieces);
             if !planned {
-                if self.plan_arrival(m, false) {
+                if self.plan_arrival(m, false, &[]) {
                     return Some((stand, pieces));
                 }
                 continue;
             }
             for lasting in [false, true] {
                 let known = ways.entry((stand, lasting)).or_insert_with(|| {
-                    self.plan_arrival(m, lasting).then(|| self.movers[m].clone())
+                    self.plan_arrival(m, lasting, &[]).then(|| self.movers[m].clone())
                 });
                 let Some(way) = known else { continue };
                 self.movers[m].clone_from(way);
@@ -168,8 +168,9 @@ impl Core {
 
     /// Exit and way to the stand.
     ///
-    /// `lasting`: only what stands without end is passed by.
-    pub(super) fn plan_arrival(&mut self, m: usize, lasting: bool) -> bool {
+    /// `lasting`: only what stands without end is passed by. `left_out`: exits, as the arcs by which one leaves the runway,
+    /// that are not taken.
+    pub(super) fn plan_arrival(&mut self, m: usize, lasting: bool, left_out: &[usize]) -> bool {
         let f = self.flights[m].clone();
         let net = Arc::clone(&self.net);
         let (r, end) = f.runway;
@@ -201,7 +202,8 @@ impl Core {
             for arc in self.arcs.leaving(*n) {
                 let edge = &net.edges[arc / 2];
                 let turn = wrap_pi(self.arcs.heading_rad(*arc) - direction).abs().to_degrees();
-                if edge.runway.is_some() || edge.strip != Some(r) || turn > 115.0 {
+                let off = edge.runway.is_none() && edge.strip == Some(r) && turn <= 115.0;
+                if !off || left_out.contains(arc) {
                     continue;
                 }
                 let speed_mps = if edge.backtrack {
@@ -419,7 +421,7 @@ impl Core {
                 return self.land_otherwise(m, before);
             }
             let old = self.movers[m].clone();
-            if self.plan_arrival(m, false) && self.movers[m].way.arcs != old.way.arcs {
+            if self.plan_arrival(m, false, &[]) && self.movers[m].way.arcs != old.way.arcs {
                 self.movers[m].refused_at = None;
                 taken = self.take(m);
             } else {
@@ -444,18 +446,38 @@ impl Core {
         self.retime();
         let old = self.movers[m].clone();
         let mut taken = false;
-        if self.plan_arrival(m, true) && self.plan(m, Start::Final, self.time_s) {
-            self.book();
-            self.movers[m].refused_at = None;
-            self.movers[m].phase = Phase::Landing;
-            taken = self.take(m);
-            self.movers[m].phase = before;
+        let mut left_out = Vec::new();
+        while !taken && self.plan_arrival(m, true, &left_out) {
+            if self.plan(m, Start::Final, self.time_s) {
+                self.book();
+                self.movers[m].refused_at = None;
+                self.movers[m].phase = Phase::Landing;
+                taken = self.take(m);
+                self.movers[m].phase = before;
+            }
+            let in_way = self.movers[m].waits_for.filter(|o| self.stands_at_hold(*o));
+            match self.exit_of(m).filter(|_| in_way.is_some()) {
+                Some(exit) => left_out.push(exit),
+                None => break,
+            }
         }
         if !taken {
             self.movers[m] = old;
             self.book();
         }
         taken
+    }
+
+    /// Whether this is a departure that stands on its way to the runway: it stays in an exit that it has, until others landed.
+    fn stands_at_hold(&self, o: usize) -> bool {
+        let departs = self.flights.get(o).is_some_and(|f| f.direction == Direction::Departure);
+        departs && self.movers[o].phase == Phase::Taxiing && self.movers[o].v == 0.0
+    }
+
+    /// The arc by which the way of a landing leaves the runway.
+    fn exit_of(&self, m: usize) -> Option<usize> {
+        let off = |a: &&usize| self.net.edges[**a / 2].runway.is_none();
+        self.movers[m].way.arcs.iter().find(off).copied()
     }
 
     pub(super) fn going_around(&mut self, m: usize) {
