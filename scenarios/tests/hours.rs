@@ -76,3 +76,17 @@ fn three_full_hours_at_amsterdam_serve_everybody_without_a_ring_of_waiting() {
         assert!(row.kept, "{seed}: {} {:?}", row.name, row.cases);
     }
 }
+
+/// Zurich's file gives 23 of its 35 stands to light aircraft and helicopters: a demand of airliners that the gates hold is on the
+/// gates.
+#[test]
+fn airliners_of_a_drawn_demand_stand_at_gates_while_there_are_any() {
+    for seed in 1..=3 {
+        let held = held("LSZH", 5, 30, 0.0, seed, "planned");
+        let at_light =
+            |f: &&models::traffic::core::Flight| held.core.network().stands[f.stand].light;
+        let flights = held.core.flights();
+        assert!(flights.len() > 2, "{seed}");
+        assert_eq!(flights.iter().filter(at_light).count(), 0, "{seed}");
+    }
+}

@@ -77,6 +77,8 @@ pub struct NetStand {
     pub code: u8,
     /// Whether the file says it; else E is assumed.
     pub code_known: bool,
+    /// The file gives it to light aircraft and helicopters.
+    pub light: bool,
     /// Its node lies so far beyond the place of the file, m, that the tail of the longest is clear of the lane.
     pub moved_m: f64,
 }
@@ -233,6 +235,7 @@ impl Network {
                 heading_rad: stand.heading_rad,
                 code: letter.or(by_radius).unwrap_or(4),
                 code_known: letter.or(by_radius).is_some(),
+                light: detail.is_some_and(|d| ["ga", "tie_down"].contains(&d.kind.as_str())),
                 moved_m: 0.0,
             });
         }

@@ -151,6 +151,9 @@ pub(super) fn generated(
     Ok(on_stands(section, network, types, &usable, drawn, remarks))
 }
 
+/// Index of the code letter from which on a type is an airliner: C.
+const AIRLINER_CODE: u8 = 2;
+
 /// A flight by rates, before it has a stand.
 struct Drawn {
     number: u64,
@@ -253,6 +256,11 @@ fn on_stands(
         let fits = |s: usize| network.stands[s].code >= need && reached[s];
         let mut fitting: Vec<usize> =
             usable.iter().copied().filter(|s| fits(*s) && free(*s)).collect();
+        // Airliners stand among light aircraft and helicopters only where nothing else is left.
+        let usual = |s: &usize| need < AIRLINER_CODE || !network.stands[*s].light;
+        if fitting.iter().any(usual) {
+            fitting.retain(usual);
+        }
         // Who would close a lane goes elsewhere, where there is an elsewhere.
         let clear = |s: &usize| {
             poses[*s].is_some_and(|(at_m, heading_rad)| {
