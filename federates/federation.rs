@@ -58,10 +58,22 @@ pub fn generator_name(share: u32, of: u32) -> String {
     }
 }
 
-/// Whether models of controllers clear on tracks, so that control tells the traffic what it tells control.
+/// Whether controllers clear at seats, which people may take, so that control tells the traffic what it tells control.
 #[must_use]
 pub fn closes_loop(scene: &Scene) -> bool {
-    scene.control.on_tracks() && scene.traffic.behaving.is_some()
+    scene.control.controllers && scene.traffic.behaving.is_some()
+}
+
+/// Whether there is a member `control`: for alerts on tracks, for controllers at seats, or for both.
+#[must_use]
+pub fn has_control(scene: &Scene) -> bool {
+    on_tracks(scene) || closes_loop(scene)
+}
+
+/// Whether control is told the tracks.
+#[must_use]
+pub fn on_tracks(scene: &Scene) -> bool {
+    scene.control.sees == Sees::Tracks
 }
 
 /// Frames from a scan to the first in which something takes effect that controllers say then: one scan.
@@ -80,14 +92,16 @@ pub fn conductor_config(scene: &Scene, options: &RunOptions) -> ConductorConfig 
     let mut expected = producers.clone();
     expected.push(Kind::Smdfm.name().to_owned());
     expected.sort();
-    if scene.control.sees == Sees::Tracks {
+    if has_control(scene) {
+        expected.insert(0, Kind::Control.name().to_owned());
+    }
+    if on_tracks(scene) {
         // Control waits for the tracks of each scan, which travel in the frame ends of the SMDFM.
         producers.push(Kind::Smdfm.name().to_owned());
         producers.sort();
-        expected.insert(0, Kind::Control.name().to_owned());
     }
-    let on_tracks = closes_loop(scene);
-    if on_tracks {
+    let closes = closes_loop(scene);
+    if closes {
         // What its controllers clear, the traffic does a scan later at the earliest.
         producers.push(Kind::Control.name().to_owned());
         producers.sort();
@@ -118,7 +132,7 @@ pub fn conductor_config(scene: &Scene, options: &RunOptions) -> ConductorConfig 
         // The door of visitors is a process that a loaded host may be slow to start.
         await_spectators_ns: if options.visitors { 15_000_000_000 } else { 2_000_000_000 },
         window: WINDOW_SCANS * u64::from(scene.run.frames_per_scan),
-        closes: on_tracks.then(|| (Kind::Control.name().to_owned(), loop_frames(scene))),
+        closes: closes.then(|| (Kind::Control.name().to_owned(), loop_frames(scene))),
         fed: crate::runtime::process::random_id(),
         losses: options.losses.over(&scene.network.losses),
     }

@@ -166,6 +166,12 @@ fn a_person_at_a_seat_gives_one_digest_in_every_layout_and_again_from_the_log() 
         count(&log, "SELECT count(*) FROM clearances WHERE kind = 'PSH' AND seat = 'apron'") > 0
     );
 
+    let spell = "SELECT person || ' ' || taken_frame || ' ' || ended || ' ' || until_s || ' ' || orders FROM people_seats";
+    let spell: String = log.query_row(spell, [], |row| row.get(0)).expect("one who sat there");
+    assert_eq!(spell, "anna 20 silent 152.0 0");
+    let again = folder.file("silent.sqlite");
+    assert_eq!(fly(&["--in-process", "--inputs", &again]), unanswered, "from the log");
+
     let mut asked = vec![(300, calls[0].0.clone(), "LUP".to_owned())];
     for (callsign, frame) in &calls {
         asked.push((frame + 203, callsign.clone(), "PSH".to_owned()));
@@ -181,6 +187,15 @@ fn a_person_at_a_seat_gives_one_digest_in_every_layout_and_again_from_the_log() 
         let all = [arguments, &["--inputs", &inputs]].concat();
         assert_eq!(fly(&all), reference, "{arguments:?}");
     }
+    // Where controllers know the truth there is the same seat, and here it makes no other run.
+    let text = std::fs::read_to_string(&scene).expect("the scene");
+    let on_truth = folder.file("on-truth.toml");
+    let tracks = "sees = \"tracks\"\ncontrollers = \"model\"";
+    std::fs::write(&on_truth, text.replace(tracks, "sees = \"truth\"")).expect("a scene");
+    for arguments in [&["--in-process"][..], &["--generators", "2"]] {
+        let all = [arguments, &["--inputs", &inputs]].concat();
+        assert_eq!(digest(&on_truth, &all), reference, "on truth, {arguments:?}");
+    }
     let log = rusqlite::Connection::open(folder.file("said.sqlite")).expect("a database");
     // Everything that he did is there with its frame; what was not possible with its reason.
     assert_eq!(count(&log, "SELECT count(*) FROM inputs"), 2 + 2 * asked.len() as i64);
@@ -194,6 +209,16 @@ fn a_person_at_a_seat_gives_one_digest_in_every_layout_and_again_from_the_log() 
          WHERE i.refused = '' AND action = 'say' AND NOT EXISTS (SELECT 1 FROM radio r WHERE r.sender = i.callsign \
          AND r.kind = 'readback' AND r.time_ns > i.time_ns AND r.time_ns <= c.time_ns)";
     assert_eq!(count(&log, unread), 0);
+    // The same in the report: who sat where, what came of each order.
+    let one = "SELECT count(*) FROM people_seats WHERE seat = 'apron' AND taken_s = 1.0 AND until_s = 350.0 AND ended = 'leave'";
+    assert_eq!(count(&log, one), 1);
+    let orders = "SELECT count(*) FROM people_orders WHERE answer = 'accepted' AND time_s < read_back_s AND \
+         (holds_s IS NULL OR read_back_s < holds_s)";
+    assert_eq!(count(&log, orders), said, "accepted, read back, held");
+    let held = "SELECT count(*) FROM people_orders WHERE holds_s IS NOT NULL";
+    assert!(count(&log, held) >= 2);
+    let why = "SELECT count(*) FROM people_orders WHERE frame = 300 AND answer LIKE '%LUP%' AND read_back_s IS NULL AND holds_s IS NULL";
+    assert_eq!(count(&log, why), 1, "refused, and why");
     let early = "SELECT count(*) FROM clearances c WHERE kind = 'PSH' AND seat = 'apron' AND time_ns < 350000000000 \
          AND NOT EXISTS (SELECT 1 FROM inputs i WHERE i.callsign = c.callsign AND i.refused = '' AND i.time_ns < c.time_ns)";
     assert_eq!(count(&log, early), 0, "the model of his seat is silent");
@@ -207,6 +232,106 @@ fn a_person_at_a_seat_gives_one_digest_in_every_layout_and_again_from_the_log() 
     let shifted = rusqlite::Connection::open(folder.file("frame.sqlite")).expect("a database");
     let first = "SELECT min(time_ns) FROM radio WHERE kind = 'readback' AND sender IN (SELECT callsign FROM inputs)";
     assert_eq!(count(&shifted, first), count(&log, first) + 50_000_000, "a frame later");
+}
+
+/// `seeds score --alerts` of a run: all figures of all kinds, and those in all.
+fn scored(truth: &str, alerts: &str) -> serde_json::Value {
+    let mut command = common::seeds();
+    command.args(["score", "--truth", truth, "--alerts", alerts, "--json"]);
+    let output = finish(command);
+    assert_eq!(output.status.code(), Some(0), "{}", common::stderr(&output));
+    serde_json::from_slice(&output.stdout).expect("one JSON object")
+}
+
+/// The alerts that a run exported score as the run itself says; late, removed and invented ones as what they are.
+fn the_score_of_exported_alerts_is_that_of_the_run(
+    folder: &Folder,
+    log: &rusqlite::Connection,
+    sqlite: &str,
+    exported: &str,
+) {
+    let write = |name: &str, text: String| {
+        let path = folder.file(name);
+        std::fs::write(&path, text).expect("written");
+        path
+    };
+    let whole = write("alerts.csv", exported.to_owned());
+    let own = scored(sqlite, &whole);
+    let mut kinds = own["kinds"].as_array().expect("kinds").clone();
+    kinds.push(own["all"].clone());
+    let mut compared = 0;
+    for kind in &kinds {
+        for (word, key) in [
+            ("reference", "reference"),
+            ("detected", "detected"),
+            ("missed", "missed"),
+            ("false", "false"),
+            ("nuisance", "nuisance"),
+            ("response median", "response_median_s"),
+            ("response 95 %", "response_95_percent_s"),
+            ("false per 100 movements", "false_per_100_movements"),
+            ("nuisance per 100 movements", "nuisance_per_100_movements"),
+        ] {
+            let name = format!("alerts {}: {word}", kind["kind"].as_str().expect("a word"));
+            let value = "SELECT value FROM measures WHERE source = 'tracks' AND name = ?";
+            let value: Option<f64> = log.query_row(value, [&name], |row| row.get(0)).ok();
+            if let Some(value) = value {
+                assert!((kind[key].as_f64().expect(key) - value).abs() < 1e-9, "{name}");
+                compared += 1;
+            }
+        }
+    }
+    assert!(compared > 10, "{compared}");
+    let of_database = scored(sqlite, sqlite);
+    assert_eq!(own["kinds"], of_database["kinds"], "the database is as good as the table");
+    let figure =
+        |score: &serde_json::Value, key: &str| score["all"][key].as_f64().expect("a figure");
+    let (detected, false_ones) = (figure(&own, "detected"), figure(&own, "false"));
+    assert!(detected >= 2.0);
+    // Half a minute late: some still while the true one stands, none in time.
+    let columns: Vec<&str> = exported.lines().next().expect("heads").split(',').collect();
+    let at = columns.iter().position(|c| *c == "time_ns").expect("a time");
+    let late = |line: &str| {
+        let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
+        if let Ok(ns) = fields[at].parse::<i64>() {
+            fields[at] = (ns + 30_000_000_000).to_string();
+        }
+        fields.join(",") + "\n"
+    };
+    let late = scored(sqlite, &write("late.csv", exported.lines().map(late).collect()));
+    assert_eq!(figure(&late, "detected"), 0.0);
+    // Two seconds late: detected, and so much later.
+    let median = figure(&own, "response_median_s");
+    let heads = "time_s,kind,subjects,end_s\n".to_owned();
+    let row = |alert: &serde_json::Value, by_s: f64| {
+        let subjects: Vec<&str> =
+            alert["subjects"].as_array().expect("some").iter().filter_map(|s| s.as_str()).collect();
+        let (time_s, end_s) = (alert["time_s"].as_f64().expect("a time"), alert["end_s"].as_f64());
+        let end_s = end_s.map_or(String::new(), |s| s.to_string());
+        format!(
+            "{},{},{},{end_s}\n",
+            time_s + by_s,
+            alert["kind"].as_str().expect("a kind"),
+            subjects.join(" ")
+        )
+    };
+    let truth = own["truth"].as_array().expect("true ones");
+    let exact: String = truth.iter().map(|a| row(a, 2.0)).collect();
+    let score = scored(sqlite, &write("exact.csv", heads.clone() + &exact));
+    assert_eq!((figure(&score, "missed"), figure(&score, "false")), (0.0, 0.0));
+    assert_eq!(
+        (figure(&score, "response_median_s"), figure(&score, "response_95_percent_s")),
+        (2.0, 2.0)
+    );
+    assert!(median < 2.0, "{median}");
+    // One removed is one missed, one invented is one false.
+    let less: String = truth.iter().skip(1).map(|a| row(a, 0.0)).collect();
+    let score = scored(sqlite, &write("less.csv", heads + &less + "100,STOPBAR,NOBODY,110\n"));
+    assert_eq!((figure(&score, "missed"), figure(&score, "false")), (1.0, 1.0));
+    let silent = scored(sqlite, &write("silent.csv", "time_s,kind,subjects\n".to_owned()));
+    assert_eq!((figure(&silent, "detected"), figure(&silent, "false")), (0.0, 0.0));
+    assert_eq!(figure(&silent, "missed"), figure(&own, "reference"));
+    assert!(false_ones <= figure(&late, "false"), "late ones are not less false");
 }
 
 /// A person at the tower clears everybody to land and everybody to line up, and nobody to take off: an incursion. It is raised on
@@ -237,8 +362,8 @@ fn a_person_provokes_an_incursion_and_the_alert_is_raised_on_tracks() {
     }
     let inputs = folder.file("tower.jsonl");
     std::fs::write(&inputs, text).expect("inputs");
-    let record = folder.file("tower.pcapng");
-    let reference = fly(&["--record", &record, "--inputs", &inputs]);
+    let (record, report) = (folder.file("tower.pcapng"), folder.file("report"));
+    let reference = fly(&["--record", &record, "--report", &report, "--inputs", &inputs]);
     let sqlite = folder.file("tower.sqlite");
     let log = rusqlite::Connection::open(&sqlite).expect("a database");
     for kind in ["CATC_LND_LUP", "RMCA_ARR"] {
@@ -264,6 +389,18 @@ fn a_person_provokes_an_incursion_and_the_alert_is_raised_on_tracks() {
             assert!(late_s.is_some_and(|s| s.abs() <= 3.0), "{kind} {subjects}: {late_s:?} s");
         }
     }
+    // The report says what she did and what followed, on tracks and on truth.
+    let read = |name: &str| std::fs::read_to_string(format!("{report}/{name}")).expect("a report");
+    let alerts = read("people_alerts.csv");
+    for followed in [",LUP,tracks,RMCA_ARR,alarm,", ",LUP,truth,RMCA_ARR,alarm,"] {
+        let row = |line: &&str| line.contains(",tower 1,eve,GD") && line.contains(followed);
+        assert!(alerts.lines().any(|line| row(&line)), "{followed}: {alerts}");
+    }
+    assert!(read("people_orders.csv").lines().count() > 100, "each order");
+    assert!(read("people_seats.csv").contains("tower 1,eve,20,1.0,"));
+    let page = read("report.html");
+    assert!(page.contains("<h2>People at seats</h2>") && page.contains("<td>RMCA_ARR</td>"));
+    the_score_of_exported_alerts_is_that_of_the_run(&folder, &log, &sqlite, &read("alerts.csv"));
     let around =
         "SELECT count(*) FROM remarks WHERE text LIKE '%goes around: GD% is on the runway'";
     assert!(count(&log, around) >= 1);

@@ -10,7 +10,7 @@ mod seats;
 
 use crate::exchange::flights::{flight_list, movement_word};
 use crate::exchange::seats::{seat_facts, seat_values};
-use crate::federation::{closes_loop, loop_frames};
+use crate::federation::{closes_loop, loop_frames, on_tracks};
 use crate::runtime::bus::Class;
 use crate::runtime::codec::encode;
 use crate::runtime::digest::Digest;
@@ -20,7 +20,7 @@ use crate::runtime::messages::{
     AlertMessage, ClearanceNotice, FederateStatus, FinalReport, Frame, Kind, Notice, RunConfig,
     SeatMessage, TrackNotice,
 };
-use models::control::alert::{Alert, AlertKind, Change};
+use models::control::alert::{Alert, Change};
 use models::control::clearance::{Board, Clearance, ClearanceKind};
 use models::control::layout::{Layout, StopBar};
 use models::control::lights::{self, Failed, FailedBars};
@@ -55,7 +55,7 @@ pub struct Control {
     raised: BTreeMap<String, u64>,
     /// Which bars are lit and which fail, as they were told last.
     lights_told: Option<Vec<(bool, bool)>>,
-    /// Controllers as models, where they clear on tracks.
+    /// Controllers' seats, where they clear.
     seats: Option<Seats>,
     alerts: Repeated<AlertMessage>,
     seat_events: Repeated<SeatMessage>,
@@ -181,26 +181,6 @@ impl Control {
     }
 }
 
-/// Whether an alert compares what is done with what was cleared.
-fn is_about_clearances(kind: AlertKind) -> bool {
-    use AlertKind::{
-        Conflicting, NoLandingClearance, NoMovement, NoPushClearance, NoRunwayClearance,
-        NoTakeOffClearance, NoTaxiClearance, OffWay, StopBar,
-    };
-    matches!(
-        kind,
-        Conflicting(..)
-            | NoLandingClearance
-            | NoMovement
-            | NoPushClearance
-            | NoRunwayClearance
-            | NoTakeOffClearance
-            | NoTaxiClearance
-            | OffWay
-            | StopBar
-    )
-}
-
 /// Half the length of a stop bar as it is drawn, m (assumed: 23 m of taxiway).
 const HALF_BAR_M: f64 = 11.5;
 
@@ -292,7 +272,8 @@ impl Federate for Control {
             let callsigns = flights.map(|f| f.callsign.clone()).collect();
             let network = self.scene.traffic.behaving.iter().map(|b| &b.network);
             let seats = network.flat_map(|n| models::control::actors::seats::seats(n)).collect();
-            Seats::new(callsigns, seats, config.seed, step_s, loop_frames(&self.scene))
+            let ahead = loop_frames(&self.scene);
+            Seats::new(callsigns, seats, config.seed, step_s, ahead, on_tracks(&self.scene))
         });
         Ok(())
     }
@@ -310,7 +291,7 @@ impl Federate for Control {
             .filter(|bars| bars.at(now.s()))
             .filter_map(|bars| Failed::of(layout, &bars.runway, bars.lit))
             .collect();
-        match self.scene.control.stop_bars {
+        match self.scene.control.stop_bars && on_tracks(&self.scene) {
             true => {
                 let seen = self.net.surveillance();
                 lights::switch(&mut self.bars, &failed, now, layout, &self.board, seen);
@@ -329,7 +310,7 @@ impl Federate for Control {
         // Recorded movements follow no clearances, so that nobody is without one.
         let cleared = self.scene.traffic.behaving.is_some();
         let changes = self.net.scan(&scan);
-        let meant = |c: &&(Change, Alert)| cleared || !is_about_clearances(c.1.condition.kind);
+        let meant = |c: &&(Change, Alert)| cleared || !c.1.condition.kind.is_about_clearances();
         let told: Vec<AlertMessage> = changes
             .iter()
             .filter(meant)

@@ -139,8 +139,10 @@ impl People {
         let silent: Vec<Seat> =
             self.holders.iter().filter(|(_, h)| gone(h)).map(|(seat, _)| *seat).collect();
         for seat in silent {
-            self.holders.remove(&seat);
+            let Some(holder) = self.holders.remove(&seat) else { continue };
             actors.give_up(seat);
+            let frame = libm::round(now_s / self.step_s) as Frame;
+            events.push(SeatEvent::Silent { frame, seat: seat.name(), person: holder.person });
         }
         given
     }

@@ -1,4 +1,4 @@
-//! Controllers as models, on tracks: what flights wait for comes with the frame ends of the generators, what is cleared
+//! Controllers at their seats: what flights wait for comes with the frame ends of the generators, what is cleared
 //! goes out with one's own, each with the frame from which the traffic acts upon it.
 
 use super::people::{Asked, People};
@@ -25,7 +25,8 @@ pub(super) struct Seats {
     actors: Actors,
     /// Call signs of the flights of the scene, in their order.
     callsigns: Vec<String>,
-    sight: Sight,
+    /// What they see of the traffic on tracks; none where they know it.
+    sight: Option<Sight>,
     people: People,
     wants: BTreeMap<u32, Vec<WantNotice>>,
     step_s: f64,
@@ -43,11 +44,12 @@ impl Seats {
         seed: u64,
         step_s: f64,
         ahead: Frame,
+        on_tracks: bool,
     ) -> Self {
         Self {
             callsigns,
             actors: Actors::new(Habits::default(), seed, step_s),
-            sight: Sight::default(),
+            sight: on_tracks.then(Sight::default),
             people: People::new(seats, step_s),
             wants: BTreeMap::new(),
             step_s,
@@ -101,7 +103,10 @@ impl Seats {
         let mut all: Vec<Waiting> = told.filter(|w| w.asks).filter_map(waiting).collect();
         all.sort_by_key(|w| w.wanted.flight);
         all.dedup_by_key(|w| w.wanted.flight);
-        let may = self.sight.look(now.s(), &all, layout, net.surveillance());
+        let may = match &mut self.sight {
+            Some(sight) => sight.look(now.s(), &all, layout, net.surveillance()),
+            None => vec![true; all.len()],
+        };
         let wanted: Vec<Wanted> = all.iter().map(|w| w.wanted).collect();
         let mut events = Vec::new();
         let (actors, callsigns) = (&mut self.actors, &self.callsigns);
@@ -170,7 +175,8 @@ impl Seats {
             on_air_s: s.on_air_s,
         }));
         self.samples += samples.len();
-        let ((spoken, misheard), (called, kept_back)) = (self.actors.spoken(), self.sight.cost());
-        events.push(SeatEvent::Counts([spoken, misheard, called, kept_back]));
+        let (spoken, misheard) = self.actors.spoken();
+        let seen = self.sight.as_ref().map(Sight::cost);
+        events.push(SeatEvent::Counts { spoken, misheard, seen });
     }
 }

@@ -4,7 +4,6 @@ use crate::runtime::messages::{SeatEvent, SeatMessage};
 use models::control::actors::message::Seat;
 use models::control::actors::{Actors, Sample};
 use models::time::SimTime;
-use models::traffic::core::Core;
 use std::collections::BTreeMap;
 
 /// The last minute of each seat for people: ("seat ground", "busy 34 %, 1 waiting").
@@ -97,35 +96,13 @@ pub struct People {
 }
 
 impl People {
-    /// Of a core whose own controllers clear; `None` where the plan does.
-    #[must_use]
-    pub fn of_core(core: &Core, frame_ns: i64) -> Option<Self> {
-        let actors = core.actors()?;
-        let name = |seat: Seat| match seat {
-            Seat::Flight(flight) => core.flights()[flight as usize].callsign.clone(),
-            seat => seat.name(),
-        };
-        let (spoken, misheard) = actors.spoken();
-        Some(Self {
-            minutes: actors.samples().iter().map(Minute::of).collect(),
-            messages: actors
-                .messages()
-                .map(|m| {
-                    let between = [name(m.from), name(m.to)];
-                    (m.at_frame * frame_ns, between, m.kind.word().into(), m.body.word().into())
-                })
-                .collect(),
-            counts: vec![("clearances spoken", spoken), ("clearances misheard", misheard)],
-        })
-    }
-
-    /// As it was told by controllers on tracks; `None` if nothing was.
+    /// As it was told by control; `None` if nothing was.
     #[must_use]
     pub fn of_told(told: &[SeatMessage]) -> Option<Self> {
         let mut people = Self::default();
         for message in told {
             match &message.event {
-                SeatEvent::Given(..) | SeatEvent::Input { .. } => {}
+                SeatEvent::Given(..) | SeatEvent::Input { .. } | SeatEvent::Silent { .. } => {}
                 SeatEvent::Spoke { time_ns, between, kind, clearance } => people.messages.push((
                     *time_ns,
                     between.clone(),
@@ -141,14 +118,18 @@ impl People {
                         on_air_s: *on_air_s,
                     });
                 }
-                SeatEvent::Counts(counts) => {
-                    let words = [
-                        "clearances spoken",
-                        "clearances misheard",
-                        "clearances on a call, no track being there",
-                        "scans in which a runway looked occupied to one who waited",
-                    ];
-                    people.counts = words.into_iter().zip(*counts).collect();
+                SeatEvent::Counts { spoken, misheard, seen } => {
+                    people.counts =
+                        vec![("clearances spoken", *spoken), ("clearances misheard", *misheard)];
+                    if let Some((called, kept_back)) = seen {
+                        people.counts.extend([
+                            ("clearances on a call, no track being there", *called),
+                            (
+                                "scans in which a runway looked occupied to one who waited",
+                                *kept_back,
+                            ),
+                        ]);
+                    }
                 }
             }
         }

@@ -4,7 +4,7 @@ use super::run_args::RunArgs;
 use crate::admin_station::{self, AdminContext, summary::RunSummary};
 use crate::control::Control;
 use crate::external_world::ExternalWorld;
-use crate::federation::{conductor_config, generator_name};
+use crate::federation::{conductor_config, generator_name, has_control};
 use crate::runtime::cli::print_line;
 use crate::runtime::data_plane::LocalEther;
 use crate::runtime::dis_socket::{Receiving, Sorter};
@@ -17,7 +17,6 @@ use crate::visitors::Visitors;
 use crate::visitors::seats::read_inputs;
 use crossbeam_channel::unbounded;
 use scenarios::Scene;
-use scenarios::control::Sees;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
@@ -72,7 +71,7 @@ pub fn federation(
         Box::new(ExternalWorld::new(Arc::clone(&scene), exercise)),
     ));
     federates.push(("smdfm".into(), Box::new(Smdfm::new(Arc::clone(&scene), exercise))));
-    if scene.control.sees == Sees::Tracks {
+    if has_control(&scene) {
         federates.push(("control".into(), Box::new(Control::new(Arc::clone(&scene)))));
     }
     if let Some(file) = &args.inputs {

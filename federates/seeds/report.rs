@@ -331,6 +331,7 @@ fn page(database: &Connection, files: &str) -> anyhow::Result<String> {
         }),
         ("Tracks that followed nothing", Table::of(database, "SELECT * FROM false_tracks")?.html()),
         ("Network and load", Table::of(database, "SELECT * FROM network_losses")?.html()),
+        ("People at seats", people(database)?),
         ("Operator actions", {
             Table::of(
                 database,
@@ -348,12 +349,33 @@ fn page(database: &Connection, files: &str) -> anyhow::Result<String> {
         ("About the run", about.html()),
         ("The scene", scene_text(database)),
         ("All tables", format!("<ul>{files}</ul>")),
-    ] {
+    ]
+    .into_iter()
+    .filter(|(_, inside)| !inside.is_empty())
+    {
         let _ = write!(body, "<section><h2>{heading}</h2>{inside}</section>");
     }
     Ok(format!(
         "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width\"><title>{} – SEEDS</title><style>{STYLE}</style><main>{body}</main></html>",
         escaped(&title)
+    ))
+}
+
+/// What people at controllers' seats did, and which alerts followed; empty where nobody sat down.
+fn people(database: &Connection) -> anyhow::Result<String> {
+    let known = "SELECT count(*) FROM sqlite_master WHERE name = 'people_seats'";
+    if database.query_row(known, [], |row| row.get::<_, i64>(0))? == 0 {
+        return Ok(String::new());
+    }
+    let seats = Table::of(database, "SELECT * FROM people_seats")?;
+    if seats.rows.is_empty() {
+        return Ok(String::new());
+    }
+    let orders = Table::of(database, "SELECT * FROM people_orders")?.html();
+    let alerts = Table::of(database, "SELECT * FROM people_alerts")?.html();
+    Ok(format!(
+        "{}<h3>What was said</h3>{orders}<h3>Alerts within 300 s of whom it was said to</h3>{alerts}",
+        seats.html()
     ))
 }
 

@@ -2,7 +2,7 @@
 
 use super::launch::{Launched, News, STARTS_A_MINUTE, common_arguments};
 use super::run_args::RunArgs;
-use crate::federation::{GATEWAY, generator_name};
+use crate::federation::{GATEWAY, generator_name, has_control};
 use crate::runtime::cli::print_line;
 use crate::runtime::cli::{
     self, BAD_INPUT, COMPLETE, DATA_LOST, FAILED, fail, load_scene, load_scene_without_truth,
@@ -13,7 +13,6 @@ use crate::runtime::messages::Kind;
 use crate::runtime::process::{KEPT, LOGGING, NO_LOGGER};
 use crate::visitors::command::check_plots;
 use crate::visitors::seats::read_inputs;
-use scenarios::control::Sees;
 use scenarios::losses::{Losses, OnLoss};
 use scenarios::{ForeignScene, Scene, SensorScene};
 use std::io::ErrorKind;
@@ -79,7 +78,7 @@ pub fn run(args: &RunArgs) -> ExitCode {
     if let Err(e) = link {
         return fail(BAD_INPUT, format!("{e:#}"));
     }
-    let control = scene.control.sees == Sees::Tracks;
+    let control = has_control(&scene);
     match processes(args, control, &args.losses.losses().over(&scene.network.losses)) {
         Ok(code) => ExitCode::from(code),
         Err(e) => fail(FAILED, format!("{e:#}")),

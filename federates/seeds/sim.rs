@@ -198,18 +198,20 @@ mod tests {
         }
     }
 
-    /// Controllers clear on the tracks of an airport that nothing was tuned on, and a car of somebody else drives there.
-    #[test]
-    fn who_is_killed_in_the_loop_with_an_outsider_there_makes_the_same_run() {
+    /// Controllers clear at an airport that nothing was tuned on, and a car of somebody else drives there.
+    fn loop_of(control: &str) -> Trial {
         let airport = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/airports/LZIB.apt.dat");
         let text = format!(
             "[run]\ntitle = \"loop\"\nseed = 11\nduration_s = 100\n[airport]\nlayout = \"{airport}\"\n[[traffic]]\nkind = \"generated\"\n\
-             arrivals_per_h = 20\ndepartures_per_h = 30\n[control]\nsees = \"tracks\"\ncontrollers = \"model\"\n"
+             arrivals_per_h = 20\ndepartures_per_h = 30\n[control]\n{control}\n"
         );
         let scene =
             scenarios::load_text(std::path::Path::new("loop.toml"), &text).expect("a scene");
-        let trial = Trial::new(Arc::new(scene), 100.0).with_visitors(true);
-        let whole = trial.undisturbed().expect("it ends");
+        Trial::new(Arc::new(scene), 100.0).with_visitors(true)
+    }
+
+    #[test]
+    fn who_is_killed_in_the_loop_with_an_outsider_there_makes_the_same_run() {
         let pair = |at_ms, one: &str, gap_ms, two: &str, again_ms| {
             let fault = |at_ms: u64, who: &str, what| Fault {
                 at_ns: at_ms * MS,
@@ -225,22 +227,30 @@ mod tests {
             faults
         };
         let (smdfm, control, second) = ("smdfm", "control", "traffic-generator-2");
-        let cases = [
+        let on_tracks = [
             pair(41_300, smdfm, 0, smdfm, 700),
             pair(41_300, control, 0, control, 700),
             pair(41_300, second, 0, second, 700),
             pair(30_010, smdfm, 450, control, 900),
             pair(44_020, second, 30, smdfm, 900),
         ];
-        for (n, faults) in cases.into_iter().enumerate() {
-            let losses = if n % 2 == 0 { taking_over() } else { Losses::default() };
-            let seen = &mut BTreeMap::new();
-            let held = trial.holds_with(3 + n as u64, &faults, &whole, seen, &losses);
-            held.unwrap_or_else(|why| panic!("{faults:?}, {losses:?}: {why}"));
-            assert!(seen.contains_key("return that makes the run again"), "{seen:?}");
+        let on_truth =
+            [pair(41_300, control, 0, control, 700), pair(30_010, second, 450, control, 900)];
+        let tracks = "sees = \"tracks\"\ncontrollers = \"model\"";
+        for (sees, cases) in [(tracks, &on_tracks[..]), ("sees = \"truth\"", &on_truth)] {
+            let trial = loop_of(sees);
+            let whole = trial.undisturbed().expect("it ends");
+            for (n, faults) in cases.iter().enumerate() {
+                let losses = if n % 2 == 0 { taking_over() } else { Losses::default() };
+                let seen = &mut BTreeMap::new();
+                let held = trial.holds_with(3 + n as u64, faults, &whole, seen, &losses);
+                held.unwrap_or_else(|why| panic!("{sees}, {faults:?}, {losses:?}: {why}"));
+                assert!(seen.contains_key("return that makes the run again"), "{sees}: {seen:?}");
+            }
+            // It is the loop that is tested: something was cleared in it.
+            let cleared = |(of, what, _): &(String, String, u64)| of == control && what != "pdus";
+            assert!(whole.iter().any(cleared), "{sees}: {whole:?}");
         }
-        // It is the loop that is tested: something was cleared in it.
-        assert!(whole.iter().any(|(of, what, _)| of == control && what != "pdus"), "{whole:?}");
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use super::guests::Guests;
 use crate::control::Control;
 use crate::external_world::ExternalWorld;
-use crate::federation::{RunOptions, conductor_config};
+use crate::federation::{RunOptions, conductor_config, has_control};
 use crate::runtime::conductor::ConductorConfig;
 use crate::runtime::federate::Federate;
 use crate::runtime::messages::{Command, Kind};
@@ -11,7 +11,6 @@ use crate::runtime::simulation::{Fault, MS, Make, Network, Simulation, What};
 use crate::smdfm::Smdfm;
 use crate::traffic_generator::TrafficGenerator;
 use scenarios::Scene;
-use scenarios::control::Sees;
 use scenarios::losses::{ByMember, Losses, OnLoss};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -43,7 +42,7 @@ impl Trial {
     pub(super) fn names(&self) -> Vec<&'static str> {
         let mut names =
             vec!["external-world", "smdfm", "traffic-generator-1", "traffic-generator-2"];
-        if self.scene.control.sees == Sees::Tracks {
+        if has_control(&self.scene) {
             names.push("control");
         }
         names

@@ -23,7 +23,7 @@ mod visitor_tests;
 
 use crate::exchange::flights::{flight_list, movement_word};
 use crate::exchange::{stamp, weather_pdu};
-use crate::federation::closes_loop;
+use crate::federation::{closes_loop, on_tracks};
 use crate::runtime::bus::Class;
 use crate::runtime::clock::monotonic_ns;
 use crate::runtime::codec::{encode, encode_parts};
@@ -43,7 +43,6 @@ use models::track::SystemTrack;
 use pdu::Body;
 use received_truth::ReceivedTruth;
 use scenarios::Scene;
-use scenarios::control::Sees;
 use std::sync::Arc;
 
 /// Figures on the clocks of visitors' senders in a report, at most.
@@ -217,7 +216,7 @@ impl Federate for Smdfm {
     }
 
     fn in_loop(&self) -> bool {
-        closes_loop(&self.scene)
+        closes_loop(&self.scene) && on_tracks(&self.scene)
     }
 
     fn configure(&mut self, config: &RunConfig, _out: &mut FrameOut) -> Result<(), String> {
@@ -269,7 +268,7 @@ impl Federate for Smdfm {
         }
         self.evaluation.scan(&view, interval.to, &sink, self.tracker.outcomes(), &tracks, &looks);
         self.digests.scan(frame, &sink, &outside, &self.tracker, &tracks);
-        if self.scene.control.sees == Sees::Tracks {
+        if on_tracks(&self.scene) {
             out.notices.push(Notice::Tracks(tracks.iter().map(track_notice).collect()));
         }
         let mut report = report::scan_report(&report::ScanParts {

@@ -10,13 +10,12 @@ pub mod command;
 pub mod traffic_state;
 
 use crate::exchange::entity_state::{deactivated, frozen, state_pdu, transponder, world_pose};
-use crate::exchange::seats::{seat_facts, seat_values};
-use crate::federation::{closes_loop, loop_frames};
+use crate::federation::{closes_loop, loop_frames, on_tracks};
 use crate::runtime::bus::Class;
 use crate::runtime::federate::{Aside, Federate, FrameInputs, FrameOut, Octets, Publication};
 use crate::runtime::frame_time::FrameTime;
 use crate::runtime::messages::{
-    ClearanceNotice, FederateStatus, FinalReport, Frame, Kind, Notice, RunConfig, WantNotice,
+    ClearanceNotice, FinalReport, Frame, Kind, Notice, RunConfig, WantNotice,
 };
 use models::control::clearance::ClearanceKind;
 use models::time::SimTime;
@@ -25,7 +24,6 @@ use pdu::exercise::Transponder;
 use pdu::publishing::{Publisher, Thresholds};
 use pdu::{EncodeBody, EntityState, Envelope};
 use scenarios::Scene;
-use scenarios::control::Sees;
 use std::sync::Arc;
 
 /// The federate's logic.
@@ -91,7 +89,7 @@ impl TrafficGenerator {
         }
     }
 
-    /// Takes in what controllers on tracks cleared, before the frame of its effect.
+    /// Takes in what controllers at seats cleared, before the frame of its effect.
     fn take_given(&mut self, inputs: &FrameInputs) {
         let Some((core, _)) = &mut self.core else { return };
         for (effect, notice) in &inputs.notices {
@@ -107,7 +105,7 @@ impl TrafficGenerator {
         }
     }
 
-    /// Tells controllers on tracks what the flights of this share wait for, once a scan, where it changed.
+    /// Tells controllers at seats what the flights of this share wait for, once a scan, where it changed.
     fn tell_wants(&mut self, frame: Frame, out: &mut FrameOut) {
         let scan = frame.is_multiple_of(u64::from(self.scene.run.frames_per_scan));
         if !scan || !closes_loop(&self.scene) {
@@ -220,7 +218,7 @@ impl TrafficGenerator {
 impl TrafficGenerator {
     /// Tells control what was cleared, and what ended, of the flights of this share.
     fn tell_clearances(&mut self, out: &mut FrameOut) {
-        if self.scene.control.sees != Sees::Tracks {
+        if !on_tracks(&self.scene) {
             return;
         }
         let (Some((core, _)), Some(behaving)) = (&self.core, &self.scene.traffic.behaving) else {
@@ -319,7 +317,7 @@ impl Federate for TrafficGenerator {
         let entities = &self.scene.traffic.entities;
         let behaving = self.scene.traffic.behaving.as_ref();
         self.core =
-            behaving.and_then(|b| b.core(&self.scene.run, config.seed)).map(|core| (core, 0));
+            behaving.and_then(|b| b.told_core(&self.scene.run, config.seed)).map(|core| (core, 0));
         let first = behaving.filter(|_| self.core.is_some()).map_or(usize::MAX, |b| b.first_entity);
         let own = |entity: &usize| scenarios::in_share(*entity, self.share, self.of);
         let own: Vec<usize> = (0..entities.len()).filter(own).collect();
@@ -382,12 +380,6 @@ impl Federate for TrafficGenerator {
         out.pdus
     }
 
-    fn status(&self, status: &mut FederateStatus) {
-        let told = self.core.as_ref().filter(|_| self.share == 1);
-        let actors = told.and_then(|(core, _)| core.actors());
-        status.facts.extend(actors.into_iter().flat_map(seat_facts));
-    }
-
     fn finish(&mut self, report: &mut FinalReport) {
         report.values.push(("entities".into(), self.movers.len() as f64));
         if let Some((core, _)) = &self.core {
@@ -395,9 +387,6 @@ impl Federate for TrafficGenerator {
             let digest = core.digest();
             report.values.push(("core_digest_high".into(), (digest >> 32) as f64));
             report.values.push(("core_digest_low".into(), (digest & 0xffff_ffff) as f64));
-            // Equal in every generator, too: one says it.
-            let actors = core.actors().filter(|_| self.share == 1);
-            report.values.extend(actors.into_iter().flat_map(seat_values));
         }
     }
 }

@@ -143,7 +143,7 @@ CREATE TABLE seats (time_ns INTEGER, seat TEXT, busy REAL, queue INTEGER);
 CREATE TABLE radio (time_ns INTEGER, sender TEXT, receiver TEXT, kind TEXT, clearance TEXT);
 
 -- What people at controllers' seats did (take, leave, here, say), from which frame on, and why not where it was refused: --inputs of
--- another run says it again.
+-- another run says it again. "silent": nothing was heard of the person for long, and the model had the seat again.
 CREATE TABLE inputs (
   number INTEGER, frame INTEGER, time_ns INTEGER, seat TEXT, person TEXT, action TEXT, callsign TEXT, clearance TEXT, refused TEXT
 );
@@ -226,3 +226,44 @@ CREATE VIEW network_losses AS
 SELECT name, max(pdus_in) AS pdus_in, max(pdus_out) AS pdus_out, max(lost) AS lost, max(repaired) AS repaired,
   max(dropped) AS dropped, max(cpu_s) AS cpu_s, max(memory_bytes) AS most_memory_bytes
 FROM federates GROUP BY name;
+
+-- Who sat at which seat, from when until when, how it ended (leave, silent; NULL: with the run), and how much was said.
+CREATE VIEW people_seats AS
+WITH turns AS (
+  SELECT *, lag(action, 1, '') OVER (PARTITION BY seat ORDER BY frame, number) AS before
+  FROM inputs WHERE refused = '' AND action IN ('take', 'leave', 'silent')
+), spells AS (
+  SELECT seat, person, action, frame, time_ns, lead(frame) OVER turn AS until_frame, lead(time_ns) OVER turn AS until_ns,
+    lead(action) OVER turn AS ended
+  FROM turns WHERE action <> 'take' OR before <> 'take'
+  WINDOW turn AS (PARTITION BY seat ORDER BY frame, number)
+)
+SELECT seat, person, frame AS taken_frame, time_ns / 1e9 AS taken_s, until_frame, until_ns / 1e9 AS until_s, ended,
+  (SELECT count(*) FROM inputs i WHERE action = 'say' AND i.seat = s.seat AND i.person = s.person
+    AND i.frame >= s.frame AND (until_frame IS NULL OR i.frame <= until_frame)) AS orders,
+  (SELECT count(*) FROM inputs i WHERE action = 'say' AND refused <> '' AND i.seat = s.seat AND i.person = s.person
+    AND i.frame >= s.frame AND (until_frame IS NULL OR i.frame <= until_frame)) AS refused
+FROM spells s WHERE action = 'take' ORDER BY frame, seat;
+
+-- What people said to whom, and what came of it: the answer, when it was first read back and since when it held, within 300 s.
+CREATE VIEW people_orders AS
+SELECT number, frame, time_ns / 1e9 AS time_s, seat, person, callsign, clearance,
+  CASE refused WHEN '' THEN 'accepted' ELSE refused END AS answer,
+  CASE refused WHEN '' THEN (SELECT min(r.time_ns) / 1e9 FROM radio r WHERE r.sender = i.callsign AND r.kind = 'readback'
+    AND r.clearance = i.clearance AND r.time_ns BETWEEN i.time_ns AND i.time_ns + 300000000000) END AS read_back_s,
+  CASE refused WHEN '' THEN (SELECT min(c.time_ns) / 1e9 FROM clearances c WHERE c.callsign = i.callsign
+    AND c.kind = i.clearance AND c.time_ns BETWEEN i.time_ns AND i.time_ns + 300000000000) END AS holds_s
+FROM inputs i WHERE action = 'say' ORDER BY frame, number;
+
+-- Which alerts were raised within 300 s after an order, of whom it was given to; source: tracks, or truth (reference_alerts).
+CREATE VIEW people_alerts AS
+WITH raised AS (
+  SELECT 'tracks' AS source, id, kind, min(stage) AS stage, max(subjects) AS subjects, min(time_ns) AS time_ns FROM alerts GROUP BY id
+  UNION ALL
+  SELECT 'truth', id, kind, min(stage), max(subjects), min(time_ns) FROM reference_alerts GROUP BY id
+)
+SELECT i.number, i.frame, i.time_ns / 1e9 AS time_s, i.seat, i.person, i.callsign, i.clearance,
+  a.source, a.kind, a.stage, a.subjects, (a.time_ns - i.time_ns) / 1e9 AS raised_after_s
+FROM inputs i JOIN raised a ON a.time_ns BETWEEN i.time_ns AND i.time_ns + 300000000000
+  AND instr(' ' || a.subjects || ' ', ' ' || i.callsign || ' ') > 0
+WHERE i.action = 'say' AND i.refused = '' ORDER BY a.time_ns, i.frame, i.number, a.source;

@@ -16,13 +16,13 @@ use models::frames::Vector2;
 use models::time::SimTime;
 use models::traffic::core::{Core, Direction, Notice, Order};
 use models::traffic::exact::{Watch, targets};
-use rusqlite::{Transaction, params};
+use rusqlite::{Connection, Transaction, params};
 use scenarios::Scene;
 use scenarios::control::Sees;
 use std::collections::BTreeMap;
 
 /// The core after `frames` frames with the alerts that the rules raise on its exact truth, or `None` where nothing behaves or the scene
-/// cannot be read again. `people`: what controllers on tracks cleared.
+/// cannot be read again. `people`: what controllers at seats cleared.
 #[must_use]
 pub fn core_after(
     scene: &Scene,
@@ -32,7 +32,7 @@ pub fn core_after(
 ) -> Option<(Core, Reference)> {
     scene.traffic.behaving.as_ref()?;
     let whole = scenarios::load(&scene.path).ok().filter(|s| s.hash == scene.hash)?;
-    let mut core = whole.traffic.behaving.as_ref()?.core(&whole.run, seed)?;
+    let mut core = whole.traffic.behaving.as_ref()?.told_core(&whole.run, seed)?;
     let layout =
         Layout::of(&whole.airport.layout).with_network(&whole.traffic.behaving.as_ref()?.network);
     let mut watch = Watch::new(layout, Parameters::default(), whole.control.stop_bars);
@@ -122,20 +122,28 @@ fn write_seats(t: &Transaction<'_>, people: &People, source: &str) -> rusqlite::
 fn write_inputs(t: &Transaction<'_>, told: &[SeatMessage], frame_ns: i64) -> rusqlite::Result<()> {
     let mut insert = t.prepare("INSERT INTO inputs VALUES (?,?,?,?,?,?,?,?,?)")?;
     for message in told {
-        let SeatEvent::Input { frame, input, refused } = &message.event else { continue };
-        let (order, (callsign, clearance)) = (&input.order, input.order.action.said());
-        let time_ns = *frame as i64 * frame_ns;
-        insert.execute(params![
-            input.number as i64,
-            *frame as i64,
-            time_ns,
-            order.seat,
-            order.person,
-            order.action.word(),
-            callsign,
-            clearance,
-            refused
-        ])?;
+        let time_ns = |frame: &u64| *frame as i64 * frame_ns;
+        match &message.event {
+            SeatEvent::Input { frame, input, refused } => {
+                let (order, (callsign, clearance)) = (&input.order, input.order.action.said());
+                insert.execute(params![
+                    input.number as i64,
+                    *frame as i64,
+                    time_ns(frame),
+                    order.seat,
+                    order.person,
+                    order.action.word(),
+                    callsign,
+                    clearance,
+                    refused
+                ])?;
+            }
+            SeatEvent::Silent { frame, seat, person } => {
+                let (time_ns, frame) = (time_ns(frame), *frame as i64);
+                insert.execute(params![0, frame, time_ns, seat, person, "silent", "", "", ""])?;
+            }
+            _ => {}
+        }
     }
     Ok(())
 }
@@ -150,8 +158,11 @@ struct Row<'a> {
     place_m: [f64; 2],
 }
 
-/// Alerts of a table, one for each number.
-fn told_of(t: &Transaction<'_>, table: &str) -> rusqlite::Result<Vec<scoring::Told>> {
+/// Alerts of a table (`alerts` or `reference_alerts`) of a run's database, one for each number.
+///
+/// # Errors
+/// If there is no such table, or it cannot be read.
+pub fn told_of(t: &Connection, table: &str) -> rusqlite::Result<Vec<scoring::Told>> {
     let nearest = if table == "reference_alerts" { "max(nearest_m)" } else { "NULL" };
     let text = format!(
         "SELECT kind, max(subjects), min(time_ns), max(end_ns), {nearest} FROM {table} GROUP BY id ORDER BY id"
@@ -175,10 +186,7 @@ fn told_of(t: &Transaction<'_>, table: &str) -> rusqlite::Result<Vec<scoring::To
 fn score_alerts(t: &Transaction<'_>, core: &Core) -> rusqlite::Result<()> {
     let scores = scoring::score(&told_of(t, "reference_alerts")?, &told_of(t, "alerts")?);
     let mut insert = t.prepare("INSERT INTO measures VALUES ('tracks',?,?,?)")?;
-    let mut all = scoring::KindScore { kind: "all".into(), ..scoring::KindScore::default() };
-    for score in &scores {
-        all.add(score);
-    }
+    let all = scoring::in_all(&scores);
     for score in scores.iter().chain([&all]) {
         let counts = [
             ("reference", score.reference),
@@ -353,10 +361,9 @@ impl Log {
             ] {
                 insert.execute(params!["truth", name, value, unit])?;
             }
-            if let Some(people) = People::of_core(core, scene.run.frame.0) {
-                write_seats(t, &people, "truth")?;
-            } else if let Some(people) = People::of_told(people) {
-                write_seats(t, &people, "tracks")?;
+            if let Some(people) = People::of_told(people) {
+                let sees = if scene.control.sees == Sees::Tracks { "tracks" } else { "truth" };
+                write_seats(t, &people, sees)?;
             }
             write_inputs(t, people, scene.run.frame.0)?;
             let mut insert = t.prepare("INSERT INTO failures VALUES (?,?,?,?)")?;

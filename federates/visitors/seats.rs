@@ -4,6 +4,7 @@
 //! goes on. Everything that takes effect is in a frame end, with its number; the log of one run (`inputs`) fed to another
 //! gives the same bits.
 
+use crate::federation::closes_loop;
 use crate::runtime::messages::{Frame, SeatAction, SeatAnswer, SeatInput, SeatOrder, SeatWords};
 use models::control::clearance::ClearanceKind;
 use scenarios::Scene;
@@ -48,7 +49,7 @@ impl SeatDoor {
     /// The door of a scene.
     #[must_use]
     pub fn new(scene: &Scene) -> Self {
-        let behaving = scene.traffic.behaving.as_ref().filter(|_| scene.control.on_tracks());
+        let behaving = scene.traffic.behaving.as_ref().filter(|_| closes_loop(scene));
         let seats = behaving.map(|b| models::control::actors::seats::seats(&b.network));
         Self {
             seats: seats.iter().flatten().map(|seat| seat.name()).collect(),
@@ -102,7 +103,7 @@ impl SeatDoor {
     fn has(&self, seat: &str) -> Result<(), String> {
         if self.seats.is_empty() {
             return Err("nobody can sit down in this scene: it needs traffic that behaves (kind = \"schedule\" or \
-                 \"generated\") and [control] sees = \"tracks\", controllers = \"model\""
+                 \"generated\") and [control] sees = \"truth\", or sees = \"tracks\" with controllers = \"model\""
                 .to_owned());
         }
         if !self.seats.iter().any(|s| s == seat) {
@@ -219,7 +220,7 @@ fn read_for(path: &std::path::Path, door: &SeatDoor) -> anyhow::Result<Vec<(Fram
     if path.extension().is_some_and(|e| e == "sqlite") {
         let flags = rusqlite::OpenFlags::SQLITE_OPEN_READ_ONLY;
         let log = rusqlite::Connection::open_with_flags(path, flags).with_context(at)?;
-        let query = "SELECT frame, number, seat, person, action, callsign, clearance FROM inputs ORDER BY frame, number";
+        let query = "SELECT frame, number, seat, person, action, callsign, clearance FROM inputs WHERE action <> 'silent' ORDER BY frame, number";
         let mut rows = log.prepare(query).with_context(at)?;
         let row = |row: &rusqlite::Row<'_>| {
             let words = SeatWords {

@@ -14,7 +14,7 @@ pub enum Sees {
     /// There is no control: everything is cleared as the plan says.
     #[default]
     Nothing,
-    /// Exact truth: models of controllers clear inside the traffic's core.
+    /// Exact truth: controllers know of the traffic what its core knows.
     Truth,
     /// System tracks: there is a federate `control`.
     Tracks,
@@ -39,14 +39,6 @@ pub struct ControlScene {
     pub bar_margin_m: f64,
     /// Errors of pilots, in multiples of what is assumed; 0: none.
     pub errors: f64,
-}
-
-impl ControlScene {
-    /// Models of controllers clear on tracks: the member `control` tells the traffic what to do.
-    #[must_use]
-    pub fn on_tracks(&self) -> bool {
-        self.sees == Sees::Tracks && self.controllers
-    }
 }
 
 /// Reads `[control]`.

@@ -75,15 +75,25 @@ impl Behaving {
     /// The core at time 0 of a run with this seed, or `None` in a scene loaded without truth.
     #[must_use]
     pub fn core(&self, run: &Run, seed: u64) -> Option<Core> {
+        let core = self.told_core(run, seed)?;
+        Some(match self.cleared_by {
+            ClearedBy::Controllers => core.with_controllers(),
+            _ => core,
+        })
+    }
+
+    /// The same in a run of the federation, where controllers are the member `control`: what they clear comes as notices.
+    #[must_use]
+    pub fn told_core(&self, run: &Run, seed: u64) -> Option<Core> {
         let pieces = self.pieces.clone()?;
         let (net, flights) = (Arc::clone(&self.network), Arc::clone(&self.flights));
         let core = Core::new(net, pieces, flights, self.policy, seed, run.frame.s());
         let core = core.with_obstacles(self.obstacles.clone());
         let core = core.with_failures(&self.failures_of(seed));
-        Some(match self.cleared_by {
-            ClearedBy::Controllers => core.with_controllers(),
-            by => core.cleared_by(by),
-        })
+        Some(core.cleared_by(match self.cleared_by {
+            ClearedBy::Plan => ClearedBy::Plan,
+            ClearedBy::Notices | ClearedBy::Controllers => ClearedBy::Notices,
+        }))
     }
 }
 

@@ -117,8 +117,24 @@ pub enum SeatEvent {
         /// Why not; empty if it was done.
         refused: String,
     },
-    /// Counts since the begin: clearances spoken, misheard, given on a call alone, seconds of runways that looked occupied.
-    Counts([u64; 4]),
+    /// Nothing was heard of a person for long: the model has the seat again, from a frame on.
+    Silent {
+        /// The frame.
+        frame: Frame,
+        /// Of which seat.
+        seat: String,
+        /// Who sat there.
+        person: String,
+    },
+    /// Counts since the begin.
+    Counts {
+        /// Clearances spoken.
+        spoken: u64,
+        /// Of these misheard.
+        misheard: u64,
+        /// On tracks: clearances given on a call alone, and seconds of runways that looked occupied.
+        seen: Option<(u64, u64)>,
+    },
 }
 
 /// A system track as control takes it; airport frame, SI units.

@@ -96,6 +96,53 @@ impl AlertKind {
         word.to_owned()
     }
 
+    /// Whether it compares what is done with what was cleared: where nobody follows clearances, it says nothing.
+    #[must_use]
+    pub fn is_about_clearances(self) -> bool {
+        matches!(
+            self,
+            Self::Conflicting(..)
+                | Self::NoLandingClearance
+                | Self::NoMovement
+                | Self::NoPushClearance
+                | Self::NoRunwayClearance
+                | Self::NoTakeOffClearance
+                | Self::NoTaxiClearance
+                | Self::OffWay
+                | Self::StopBar
+        )
+    }
+
+    /// The kind of a word; none where there is no such kind.
+    #[must_use]
+    pub fn of(word: &str) -> Option<Self> {
+        if let Some((a, b)) = word.strip_prefix("CATC_").and_then(|pair| pair.split_once('_')) {
+            return Some(Self::Conflicting(ClearanceKind::of(a)?, ClearanceKind::of(b)?));
+        }
+        Self::ALONE.into_iter().find(|kind| kind.word() == word)
+    }
+
+    /// All kinds but those of pairs of clearances.
+    const ALONE: [Self; 17] = [
+        Self::RunwayOpposite,
+        Self::RunwayCrossing,
+        Self::RunwayRoll,
+        Self::RunwayArrival,
+        Self::RunwayClosed,
+        Self::NoRunwayClearance,
+        Self::NoTakeOffClearance,
+        Self::NoLandingClearance,
+        Self::NoPushClearance,
+        Self::NoTaxiClearance,
+        Self::StopBar,
+        Self::OffWay,
+        Self::NoMovement,
+        Self::HighSpeed,
+        Self::Area,
+        Self::TooSmall,
+        Self::StandOccupied,
+    ];
+
     /// Message type in ASTERIX category 004 (I004/000). A roll with a crosser is 13.
     #[must_use]
     pub fn asterix(self) -> u8 {

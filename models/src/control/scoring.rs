@@ -1,6 +1,7 @@
 //! Alerts on tracks, or of somebody else's safety net, held against the alerts of the rules on exact truth.
 
 use crate::frames::Vector2;
+use std::collections::BTreeMap;
 
 /// An alert as it was told: by call signs, so that track numbers do not matter.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,7 +38,10 @@ impl Told {
     /// Whether it says that a clearance or a limit was broken: then it is about something, however far others are.
     fn tells_breach(&self) -> bool {
         let words = ["STOPBAR", "ROUTE_DEV", "NOMOV", "HIGH_SPEED", "AREA", "WRTY", "RWY_CLOSED"];
-        self.kind.starts_with("NOCLR") || words.contains(&self.kind.as_str())
+        // The same as message types of ASTERIX category 004.
+        let types = ["16", "2", "40", "29", "32", "42", "10", "39", "15"];
+        let kind = self.kind.as_str();
+        kind.starts_with("NOCLR") || words.contains(&kind) || types.contains(&kind)
     }
 
     fn overlaps(&self, other: &Self) -> bool {
@@ -108,59 +112,108 @@ impl KindScore {
     }
 }
 
-/// Scores by kind, sorted by word. Each true alert takes the nearest in time of the same kind and subjects that
-/// no other has; an alert on tracks is false if no true one of its kind and subjects stands within 10 s of it, and a
-/// nuisance if all of these came to nothing.
-#[must_use]
-pub fn score(reference: &[Told], found: &[Told]) -> Vec<KindScore> {
-    let mut kinds: Vec<&str> = reference.iter().chain(found).map(|t| t.kind.as_str()).collect();
-    kinds.sort_unstable();
-    kinds.dedup();
-    kinds.into_iter().map(|kind| score_kind(kind, reference, found)).collect()
+/// What an alert on tracks was.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// A true one stands within 10 s of it.
+    Right,
+    /// The same, but all of these came to nothing.
+    Nuisance,
+    /// There is no true one.
+    False,
 }
 
-fn score_kind(kind: &str, reference: &[Told], found: &[Told]) -> KindScore {
-    let of = |all: &[Told]| -> Vec<Told> {
-        let mut own: Vec<Told> = all.iter().filter(|t| t.kind == kind).cloned().collect();
-        own.sort_by(|a, b| a.on_s.total_cmp(&b.on_s).then_with(|| a.subjects.cmp(&b.subjects)));
-        own
-    };
-    let all = reference;
-    let (reference, found) = (of(reference), of(found));
-    let mut taken = vec![false; found.len()];
-    let mut score = KindScore { kind: kind.to_owned(), ..KindScore::default() };
-    for told in &reference {
-        score.reference += 1;
-        let near = |i: &usize| {
-            !taken[*i]
-                && found[*i].subjects == told.subjects
-                && (found[*i].on_s - told.on_s).abs() <= DETECTED_S
-        };
-        let apart = |i: usize| (found[i].on_s - told.on_s).abs();
-        let nearest = (0..found.len()).filter(near).min_by(|a, b| apart(*a).total_cmp(&apart(*b)));
-        if let Some(i) = nearest {
-            taken[i] = true;
-            score.detected += 1;
-            score.responses_s.push(found[i].on_s - told.on_s);
+impl Verdict {
+    /// Its word.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Right => "right",
+            Self::Nuisance => "nuisance",
+            Self::False => "false",
         }
     }
-    score.responses_s.sort_by(f64::total_cmp);
-    for f in &found {
-        let mut true_ones = reference.iter().filter(|t| {
-            t.subjects == f.subjects
-                && f.on_s >= t.on_s - EXPLAINED_S
-                && f.on_s <= t.end_s + EXPLAINED_S
+}
+
+/// Every alert judged, in the order in which they were given.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Judged {
+    /// Of each true alert, raised on tracks minus raised on truth, s; `None`: missed.
+    pub responses_s: Vec<Option<f64>>,
+    /// Of each alert on tracks.
+    pub found: Vec<Verdict>,
+}
+
+/// Judges alerts on tracks against true ones. Each true alert takes the nearest in time of the same kind and subjects
+/// that no other has; an alert on tracks is false if no true one of its kind and subjects stands within 10 s of it, and a
+/// nuisance if all of these came to nothing.
+#[must_use]
+pub fn judge(reference: &[Told], found: &[Told]) -> Judged {
+    let in_order = |all: &[Told]| -> Vec<usize> {
+        let mut order: Vec<usize> = (0..all.len()).collect();
+        order.sort_by(|a, b| {
+            let (a, b) = (&all[*a], &all[*b]);
+            a.on_s.total_cmp(&b.on_s).then_with(|| a.subjects.cmp(&b.subjects))
         });
-        match true_ones.next() {
-            None => score.false_alerts += 1,
-            Some(first) => {
-                let nothing = |t: &Told| came_to_nothing(t, all);
-                let nuisance = nothing(first) && true_ones.all(nothing);
-                score.nuisance_alerts += u32::from(nuisance);
-            }
+        order
+    };
+    let same = |a: &Told, b: &Told| a.kind == b.kind && a.subjects == b.subjects;
+    let found_order = in_order(found);
+    let mut taken = vec![false; found.len()];
+    let mut responses_s = vec![None; reference.len()];
+    for r in in_order(reference) {
+        let told = &reference[r];
+        let apart = |f: usize| (found[f].on_s - told.on_s).abs();
+        let near = |f: &usize| !taken[*f] && same(&found[*f], told) && apart(*f) <= DETECTED_S;
+        let free = found_order.iter().copied().filter(near);
+        if let Some(f) = free.min_by(|a, b| apart(*a).total_cmp(&apart(*b))) {
+            taken[f] = true;
+            responses_s[r] = Some(found[f].on_s - told.on_s);
         }
     }
-    score
+    let verdict = |f: &Told| {
+        let explains = |t: &&Told| {
+            same(t, f) && f.on_s >= t.on_s - EXPLAINED_S && f.on_s <= t.end_s + EXPLAINED_S
+        };
+        let mut nothing = reference.iter().filter(explains).map(|t| came_to_nothing(t, reference));
+        match nothing.next() {
+            None => Verdict::False,
+            Some(first) if first && nothing.all(|n| n) => Verdict::Nuisance,
+            Some(_) => Verdict::Right,
+        }
+    };
+    Judged { responses_s, found: found.iter().map(verdict).collect() }
+}
+
+/// Scores by kind, sorted by word.
+#[must_use]
+pub fn score(reference: &[Told], found: &[Told]) -> Vec<KindScore> {
+    let judged = judge(reference, found);
+    let mut kinds: BTreeMap<&str, KindScore> = BTreeMap::new();
+    for (told, response_s) in reference.iter().zip(&judged.responses_s) {
+        let score = kinds.entry(&told.kind).or_default();
+        score.reference += 1;
+        score.detected += u32::from(response_s.is_some());
+        score.responses_s.extend(response_s);
+    }
+    for (told, verdict) in found.iter().zip(&judged.found) {
+        let score = kinds.entry(&told.kind).or_default();
+        score.false_alerts += u32::from(*verdict == Verdict::False);
+        score.nuisance_alerts += u32::from(*verdict == Verdict::Nuisance);
+    }
+    let of = |(kind, mut score): (&str, KindScore)| {
+        score.responses_s.sort_by(f64::total_cmp);
+        KindScore { kind: kind.to_owned(), ..score }
+    };
+    kinds.into_iter().map(of).collect()
+}
+
+/// The sum over all kinds, named "all".
+#[must_use]
+pub fn in_all(scores: &[KindScore]) -> KindScore {
+    let mut all = KindScore { kind: "all".into(), ..KindScore::default() };
+    scores.iter().for_each(|score| all.add(score));
+    all
 }
 
 #[cfg(test)]
