@@ -1,25 +1,22 @@
-//! `seeds score --truth FILE --tracks FILE`: a recorded run held against its truth.
+//! `seeds score --truth FILE --tracks FILE`: a recorded run held against its truth; `--alerts FILE`: a safety net ([`score_alerts`]).
 
+use super::score_alerts;
 use super::score_asterix::{self, Which};
+use super::score_source::{Source, scene};
 use crate::runtime::cli::out;
 use crate::runtime::cli::{self, BAD_INPUT, FAILED, fail};
 use anyhow::{Context, bail};
 use clap::Args;
 use models::frames::Vector2;
 use models::score::areas::{AreaMap, AreaRules};
-use models::score::recording::{PlotSum, Recording, Report, Target, TruthPoint};
+use models::score::recording::Recording;
 use models::score::run::Rules;
-use models::time::SimTime;
-use rusqlite::{Connection, OpenFlags};
-use scenarios::Scene;
-use std::collections::BTreeMap;
-use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use studies::score::ScoreReport;
 use studies::score_files;
 
-/// How good recorded tracks are, held against the truth: errors by area, gaps, labels, requirements
+/// How good recorded tracks, or the alerts of a safety net, are, held against the truth of their run
 #[derive(Args, Clone, Debug)]
 pub struct ScoreArgs {
     /// True states: the database of a run, or CSV (time_s, target, x_m, y_m or lat_deg, lon_deg; vx_ms, vy_ms, altitude_m)
@@ -27,8 +24,12 @@ pub struct ScoreArgs {
     truth: PathBuf,
 
     /// Tracks: the database of a run, CSV (time_s, track, x_m, y_m or lat_deg, lon_deg; vx_ms, vy_ms, label, published_s), or a recording of ASTERIX (pcap, pcapng, .ast, .ff, .rff)
-    #[arg(long, value_name = "FILE")]
-    tracks: PathBuf,
+    #[arg(long, value_name = "FILE", required_unless_present = "alerts")]
+    tracks: Option<PathBuf>,
+
+    /// Alerts of a safety net, held against those of the rules on the exact truth of the run: CSV (time_s, kind, subjects; end_s, id), or the database of a run
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["tracks", "source", "category", "shift", "scan"])]
+    alerts: Option<PathBuf>,
 
     /// Of a recording only the tracks of this sender
     #[arg(long, value_name = "SAC/SIC", value_parser = score_asterix::source_of)]
@@ -50,7 +51,7 @@ pub struct ScoreArgs {
     #[arg(long, value_name = "S")]
     scan: Option<f64>,
 
-    /// Writes the report as a page
+    /// Writes the report as a page; of alerts as CSV or JSON where the file is called so
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 
@@ -68,7 +69,18 @@ pub fn run(args: &ScoreArgs) -> ExitCode {
     if let Some(Err(e)) = args.out.as_deref().map(cli::writable) {
         return fail(FAILED, format!("{e:#}"));
     }
-    let report = match scored(args) {
+    if let Some(alerts) = &args.alerts {
+        let report = match score_alerts::scored(&args.truth, alerts, args.scene.as_deref()) {
+            Ok(report) => report,
+            Err(e) => return fail(BAD_INPUT, format!("{e:#}")),
+        };
+        return match score_alerts::write(&report, args.out.as_deref(), args.json) {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(e) => fail(FAILED, format!("{e:#}")),
+        };
+    }
+    let tracks = args.tracks.as_deref().unwrap_or(Path::new(""));
+    let report = match scored(args, tracks) {
         Ok(report) => report,
         Err(e) => return fail(BAD_INPUT, format!("{e:#}")),
     };
@@ -90,10 +102,10 @@ fn write(args: &ScoreArgs, report: &ScoreReport) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn scored(args: &ScoreArgs) -> anyhow::Result<ScoreReport> {
+fn scored(args: &ScoreArgs, path: &Path) -> anyhow::Result<ScoreReport> {
     let truth = Source::open(&args.truth)?;
-    let recording = score_asterix::is_recording(&args.tracks)?;
-    let tracks = if recording { Source::Recording } else { Source::open(&args.tracks)? };
+    let recording = score_asterix::is_recording(path)?;
+    let tracks = if recording { Source::Recording } else { Source::open(path)? };
     let mut notes = Vec::new();
     let named = [&truth, &tracks].into_iter().find_map(|s| s.fact("scene"));
     let scene = scene(args.scene.as_deref(), named.as_deref(), &mut notes)?;
@@ -113,12 +125,12 @@ fn scored(args: &ScoreArgs) -> anyhow::Result<ScoreReport> {
                 Some(shift_ns * 1e-9)
             }),
         };
-        let (reports, remarks) = score_asterix::reports(&args.tracks, &which, place)
-            .with_context(|| args.tracks.display().to_string())?;
+        let (reports, remarks) = score_asterix::reports(path, &which, place)
+            .with_context(|| path.display().to_string())?;
         notes.extend(remarks);
         reports
     } else {
-        tracks.reports(place).with_context(|| args.tracks.display().to_string())?
+        tracks.reports(place).with_context(|| path.display().to_string())?
     };
     let plots = tracks.plots()?;
     let mut recording = Recording { targets, reports, plots };
@@ -127,7 +139,7 @@ fn scored(args: &ScoreArgs) -> anyhow::Result<ScoreReport> {
         notes.push(format!("{left_out} rows with numbers that are not finite were left out."));
     }
     if recording.reports.is_empty() {
-        bail!("{}: no track", args.tracks.display());
+        bail!("{}: no track", path.display());
     }
     let spans_s = spans_s(&recording);
     if spans_s > MOST_SPAN_S {
@@ -158,7 +170,7 @@ fn scored(args: &ScoreArgs) -> anyhow::Result<ScoreReport> {
         || AreaMap::open(AreaRules::default()),
         |s| AreaMap::of(&s.airport.layout, AreaRules::default()),
     );
-    let title = format!("{} against {}", args.tracks.display(), args.truth.display());
+    let title = format!("{} against {}", path.display(), args.truth.display());
     let report = ScoreReport::of(title, notes, &recording, &areas, &rules);
     Ok(report.with_second_ago(&recording, tracks.second_ago(), &areas, &rules))
 }
@@ -171,150 +183,4 @@ fn spans_s(recording: &Recording) -> f64 {
     let truth = recording.targets.iter().flat_map(|t| &t.path).map(|p| p.time.s());
     let times = || truth.clone().chain(recording.reports.iter().map(|r| r.time.s()));
     times().fold(f64::MIN, f64::max) - times().fold(f64::MAX, f64::min)
-}
-
-/// The scene that says what is where: the one asked for has to be there, the database's may be gone.
-fn scene(
-    asked: Option<&str>,
-    named: Option<&str>,
-    notes: &mut Vec<String>,
-) -> anyhow::Result<Option<Scene>> {
-    let load = |name: &str| scenarios::load_without_truth(&scenarios::locate(name));
-    if let Some(asked) = asked {
-        return Ok(Some(load(asked)?));
-    }
-    let found = named.and_then(|name| load(name).ok());
-    notes.push(match (&found, named) {
-        (Some(s), _) => format!("Areas are those of scene {} ({}).", s.name, s.airport.layout.icao),
-        (None, Some(name)) => {
-            format!("Scene {name} is not here: areas are unknown; name one with --scene.")
-        }
-        (None, None) => "Areas are unknown: name the scene of the airport with --scene.".into(),
-    });
-    Ok(found)
-}
-
-/// Octets of the largest text that is read.
-const LARGEST_TEXT: u64 = 1 << 30;
-
-/// A file with truth or tracks.
-enum Source {
-    Database(Connection),
-    Text(String),
-    /// A recording of ASTERIX, which is read by [`score_asterix`].
-    Recording,
-}
-
-impl Source {
-    fn open(path: &Path) -> anyhow::Result<Self> {
-        let doing = || path.display().to_string();
-        let mut head = [0; 15];
-        let mut file = std::fs::File::open(path).with_context(doing)?;
-        let length = file.read(&mut head).with_context(doing)?;
-        if &head[..length] == b"SQLite format 3" {
-            let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
-            return Ok(Self::Database(
-                Connection::open_with_flags(path, flags).with_context(doing)?,
-            ));
-        }
-        let mut text = head[..length].to_vec();
-        // Read on from where it is (a pipe has no second beginning); a device may never end.
-        file.take(LARGEST_TEXT).read_to_end(&mut text).with_context(doing)?;
-        if text.len() as u64 > LARGEST_TEXT {
-            bail!("{}: longer than {} MiB", path.display(), LARGEST_TEXT >> 20);
-        }
-        match String::from_utf8(text) {
-            Ok(text) => Ok(Self::Text(text)),
-            Err(_) => bail!("{}: neither the database of a run nor text", path.display()),
-        }
-    }
-
-    /// A figure of the run.
-    fn fact(&self, name: &str) -> Option<String> {
-        let Self::Database(database) = self else { return None };
-        database.query_row("SELECT value FROM run WHERE name = ?", [name], |r| r.get(0)).ok()
-    }
-
-    fn targets(&self, place: score_files::Place<'_>) -> anyhow::Result<Vec<Target>> {
-        let database = match self {
-            Self::Text(text) => return Ok(score_files::truth(text, place)?),
-            Self::Database(database) => database,
-            Self::Recording => return Ok(Vec::new()),
-        };
-        let mut query = database.prepare(
-            "SELECT entity, callsign, time_ns, x_m, y_m, vx_ms, vy_ms, altitude_m \
-             FROM truth JOIN scans USING (scan)",
-        )?;
-        let mut rows = query.query([])?;
-        let mut targets: BTreeMap<i64, Target> = BTreeMap::new();
-        while let Some(row) = rows.next()? {
-            let target = targets.entry(row.get(0)?).or_default();
-            target.name = row.get::<_, Option<String>>(1)?.unwrap_or_default();
-            target.path.push(TruthPoint {
-                time: SimTime(row.get(2)?),
-                position_m: Vector2::new(row.get(3)?, row.get(4)?),
-                velocity_mps: Vector2::new(row.get(5)?, row.get(6)?),
-                height_m: row.get(7)?,
-            });
-        }
-        Ok(targets.into_values().collect())
-    }
-
-    /// Reports; of our own runs the publication is late by what the scan took.
-    fn reports(&self, place: score_files::Place<'_>) -> anyhow::Result<Vec<Report>> {
-        let database = match self {
-            Self::Text(text) => return Ok(score_files::tracks(text, place)?),
-            Self::Database(database) => database,
-            Self::Recording => return Ok(Vec::new()),
-        };
-        let mut query = database.prepare(
-            "SELECT track, time_ns, took_us, x_m, y_m, vx_ms, vy_ms, callsign \
-             FROM tracks JOIN scans USING (scan) WHERE status NOT IN ('last', 'tentative')",
-        )?;
-        let reports = query.query_map([], |row| {
-            let time: i64 = row.get(1)?;
-            let took_us: Option<i64> = row.get(2)?;
-            Ok(Report {
-                track: row.get::<_, i64>(0)?.unsigned_abs(),
-                time: SimTime(time),
-                published: took_us.map(|us| SimTime(time + us * 1000)),
-                position_m: Vector2::new(row.get(3)?, row.get(4)?),
-                velocity_mps: Some(Vector2::new(row.get(5)?, row.get(6)?)),
-                label: row.get::<_, Option<String>>(7)?.unwrap_or_default(),
-            })
-        })?;
-        Ok(reports.collect::<Result<_, _>>()?)
-    }
-
-    /// The tracks one scan earlier, as they were revised; none where a log does not hold them.
-    fn second_ago(&self) -> Vec<Report> {
-        let Self::Database(database) = self else { return Vec::new() };
-        let query = database.prepare(
-            "SELECT track, lag_time_ns, time_ns, lag_x_m, lag_y_m, callsign FROM tracks JOIN scans USING (scan) \
-             WHERE status NOT IN ('last', 'tentative') AND lag_time_ns IS NOT NULL",
-        );
-        let Ok(mut query) = query else { return Vec::new() };
-        let reports = query.query_map([], |row| {
-            Ok(Report {
-                track: row.get::<_, i64>(0)?.unsigned_abs(),
-                time: SimTime(row.get(1)?),
-                published: Some(SimTime(row.get(2)?)),
-                position_m: Vector2::new(row.get(3)?, row.get(4)?),
-                velocity_mps: None,
-                label: row.get::<_, Option<String>>(5)?.unwrap_or_default(),
-            })
-        });
-        reports.map_or_else(|_| Vec::new(), |rows| rows.flatten().collect())
-    }
-
-    /// The radars' plots of targets.
-    fn plots(&self) -> anyhow::Result<PlotSum> {
-        let Self::Database(database) = self else { return Ok(PlotSum::default()) };
-        let mut query = database.prepare(
-            "SELECT error_m FROM plots \
-             WHERE kind = 'asde' AND cause IS NOT NULL AND error_m IS NOT NULL",
-        )?;
-        let errors_m = query.query_map([], |row| row.get(0))?;
-        Ok(PlotSum::of(errors_m.collect::<Result<_, _>>()?))
-    }
 }

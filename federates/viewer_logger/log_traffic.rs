@@ -204,9 +204,13 @@ fn score_alerts(t: &Transaction<'_>, core: &Core) -> rusqlite::Result<()> {
             }
         }
     }
-    let movements = core.measures_of_served().max(1) as f64;
+    let movements = core.measures_of_served();
     for (name, count) in [("false", all.false_alerts), ("nuisance", all.nuisance_alerts)] {
-        let rate = 100.0 * f64::from(count) / movements;
+        // Of a run in which nobody was served there is no rate.
+        if movements == 0 {
+            break;
+        }
+        let rate = 100.0 * f64::from(count) / movements as f64;
         insert.execute(params![format!("alerts all: {name} per 100 movements"), rate, ""])?;
     }
     Ok(())

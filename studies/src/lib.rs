@@ -34,6 +34,7 @@ mod report;
 pub mod requirements;
 pub mod scenes;
 pub mod score;
+pub mod score_alerts;
 pub mod score_files;
 pub mod siting;
 pub mod siting_picture;

@@ -3,8 +3,9 @@
 //! The first line names the columns, in any order; what is not known here is ignored. Truth:
 //! `time_s`, `target`, a position, and if there are `vx_ms`, `vy_ms`, `altitude_m`. Tracks: `time_s`,
 //! `track`, a position, and if there are `vx_ms`, `vy_ms`, `label` (or `callsign`), `published_s`,
-//! `status`. A position is `x_m`, `y_m` (east, north of the reference point) or `lat_deg`, `lon_deg`.
+//! `status`. Alerts: see [`alerts`]. A position is `x_m`, `y_m` (east, north of the reference point) or `lat_deg`, `lon_deg`.
 
+use models::control::scoring::Told;
 use models::frames::Vector2;
 use models::score::recording::{Report, Target, TruthPoint, differentiate};
 use models::time::SimTime;
@@ -57,6 +58,12 @@ struct Table<'t> {
 
 impl<'t> Table<'t> {
     fn read(text: &'t str) -> Result<Self, FileError> {
+        let table = Self::heads_of(text)?;
+        if table.lines.is_empty() { Err(FileError::Empty) } else { Ok(table) }
+    }
+
+    /// The same where there may be nothing but the heads.
+    fn heads_of(text: &'t str) -> Result<Self, FileError> {
         let mut lines = text.lines().enumerate().map(|(n, line)| (n + 1, line));
         let mut lines = lines.by_ref().filter(|(_, l)| !l.trim().is_empty() && !l.starts_with('#'));
         let cut = |line: &'t str| -> Vec<&'t str> {
@@ -65,7 +72,7 @@ impl<'t> Table<'t> {
         let (_, first) = lines.next().ok_or(FileError::Empty)?;
         let heads = cut(first).into_iter().map(str::to_ascii_lowercase).collect();
         let lines: Vec<_> = lines.map(|(n, line)| (n, cut(line))).collect();
-        if lines.is_empty() { Err(FileError::Empty) } else { Ok(Self { heads, lines }) }
+        Ok(Self { heads, lines })
     }
 
     fn column(&self, name: &str) -> Option<usize> {
@@ -209,9 +216,101 @@ pub fn tracks(text: &str, place: Place<'_>) -> Result<Vec<Report>, FileError> {
     Ok(reports)
 }
 
+/// A time in seconds (`name_s`) or nanoseconds (`name_ns`) of the run.
+struct TimeColumn {
+    at: usize,
+    name: &'static str,
+    unit_s: f64,
+}
+
+impl TimeColumn {
+    fn of(table: &Table<'_>, names: [&'static str; 2]) -> Option<Self> {
+        let [s, ns] = names;
+        let of = |name, unit_s| table.column(name).map(|at| Self { at, name, unit_s });
+        of(s, 1.0).or_else(|| of(ns, 1e-9))
+    }
+
+    fn read(&self, line: usize, fields: &[&str]) -> Result<Option<f64>, FileError> {
+        let time_s = number(line, fields, Some(self.at), self.name)?.map(|t| t * self.unit_s);
+        if time_s.is_some_and(|s| s.abs() > MOST_TIME_S) {
+            return Err(FileError::Time { line, found: fields[self.at].to_owned() });
+        }
+        Ok(time_s)
+    }
+}
+
+/// Alerts of a safety net: `time_s` (or `time_ns`) at which it was raised, `kind` (a word of the rules or a message type of
+/// ASTERIX category 004), `subjects` (call signs with blanks between, in any order), and if there are `end_s` (or `end_ns`;
+/// empty: it stands) and `id`: rows with one `id`, like the stages of an alert, are one. So the table `alerts` of a run can be read.
+///
+/// # Errors
+/// With line and column.
+pub fn alerts(text: &str) -> Result<Vec<Told>, FileError> {
+    let table = Table::heads_of(text)?;
+    let time = TimeColumn::of(&table, ["time_s", "time_ns"]);
+    let time = time.map_or_else(|| table.need("time_s").map(|_| None), |t| Ok(Some(t)))?;
+    let Some(time) = time else { return Err(FileError::Empty) };
+    let (kind, subjects) = (table.need("kind")?, table.need("subjects")?);
+    let (end, id) = (TimeColumn::of(&table, ["end_s", "end_ns"]), table.column("id"));
+    let mut alerts: Vec<Told> = Vec::new();
+    let mut known: BTreeMap<&str, usize> = BTreeMap::new();
+    for (line, fields) in &table.lines {
+        let on_s = time.read(*line, fields)?.ok_or(FileError::Number {
+            line: *line,
+            column: time.name,
+            found: String::new(),
+        })?;
+        let end_s = end.as_ref().map(|end| end.read(*line, fields)).transpose()?.flatten();
+        let text = |at| field(fields, Some(at)).unwrap_or("");
+        let mut names: Vec<String> = text(subjects).split_whitespace().map(str::to_owned).collect();
+        names.sort();
+        let told = Told {
+            kind: text(kind).to_owned(),
+            subjects: names,
+            on_s,
+            end_s: end_s.unwrap_or(f64::INFINITY),
+            nearest_m: None,
+        };
+        let place = field(fields, id).map(|id| *known.entry(id).or_insert(alerts.len()));
+        match place.and_then(|at| alerts.get_mut(at)) {
+            Some(first) => {
+                first.on_s = first.on_s.min(told.on_s);
+                let ends = [first.end_s, told.end_s].into_iter().filter(|s| s.is_finite());
+                first.end_s = ends.reduce(f64::max).unwrap_or(f64::INFINITY);
+                first.subjects = first.subjects.clone().max(told.subjects);
+            }
+            None => alerts.push(told),
+        }
+    }
+    Ok(alerts)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn alerts_of_any_net_are_read_and_the_stages_of_one_are_one() {
+        let text = "id,kind,subjects,time_s,end_s\n7,RMCA_ARR,B A,12.5,40\n7,RMCA_ARR,B A,15,40\n8,STOPBAR,C,9,\n";
+        let found = alerts(text).expect("sound");
+        let row = |t: &Told| (t.kind.clone(), t.subjects.join("+"), t.on_s, t.end_s);
+        let expected = [
+            ("RMCA_ARR".to_owned(), "A+B".to_owned(), 12.5, 40.0),
+            ("STOPBAR".to_owned(), "C".to_owned(), 9.0, f64::INFINITY),
+        ];
+        assert_eq!(found.iter().map(row).collect::<Vec<_>>(), expected);
+        // The table of a run: nanoseconds; without an id every row is one.
+        let text = "time_ns,kind,stage,subjects,end_ns\n12500000000,A,alarm,X,\n13500000000,A,alarm,X,14e9\n";
+        let found = alerts(text).expect("sound");
+        assert_eq!((found.len(), found[0].on_s, found[1].end_s), (2, 12.5, 14.0));
+        assert_eq!(alerts("time_s,kind,subjects\n").expect("a net that says nothing"), []);
+        let said = |text: &str| alerts(text).expect_err(text).to_string();
+        assert!(said("time_s,kind\n1,A").contains("column subjects is missing"));
+        assert!(said("kind,subjects\nA,X").contains("column time_s is missing"));
+        assert_eq!(said("time_s,kind,subjects\n,A,X"), "line 2: time_s: '' is not a number");
+        assert!(said("time_s,kind,subjects\n9e12,A,X").contains("line 2: time_s: '9e12'"));
+        assert_eq!(said(""), "no line of data");
+    }
 
     #[test]
     fn columns_may_come_in_any_order_and_velocities_may_be_missing() {

@@ -1,0 +1,184 @@
+//! `seeds score --truth RUN --alerts FILE`: the alerts of a safety net held against those of the rules on exact truth.
+//!
+//! The log of a run with traffic that behaves holds the true alerts (`reference_alerts`). Of recorded traffic, in which nobody
+//! follows clearances, they are made here from the true states, by the same rules but those about clearances.
+
+use super::score_source::{Source, scene};
+use crate::runtime::cli::{self, out};
+use crate::viewer_logger::log_traffic::told_of;
+use anyhow::{Context, bail};
+use models::control::alert::{AlertKind, Change};
+use models::control::clearance::Board;
+use models::control::layout::Layout;
+use models::control::parameters::Parameters;
+use models::control::safety_net::{SafetyNet, Scan};
+use models::control::scoring::Told;
+use models::control::situation::{Target, TargetClass};
+use models::frames::Vector2;
+use models::plot::Callsign;
+use models::time::SimTime;
+use models::traffic::network::Network;
+use rusqlite::Connection;
+use scenarios::Scene;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+use studies::score_alerts::AlertReport;
+use studies::score_files;
+
+/// Says the report, and saves it where a file is asked for.
+///
+/// # Errors
+/// If the file cannot be written.
+pub fn write(report: &AlertReport, file: Option<&Path>, json: bool) -> anyhow::Result<()> {
+    if let Some(path) = file {
+        let form = path.extension().and_then(|e| e.to_str()).unwrap_or_default();
+        let text = match form {
+            "csv" => report.to_csv(),
+            "json" => format!("{:#}\n", report.to_json()),
+            _ => report.to_html(),
+        };
+        cli::save(path, text)?;
+    }
+    match json {
+        true => out!("{}", report.to_json()),
+        false => out!("{}", report.to_text().trim_end()),
+    }
+    Ok(())
+}
+
+/// Scores alerts against the truth of a run.
+///
+/// # Errors
+/// What cannot be read, and where.
+pub fn scored(
+    truth: &Path,
+    alerts: &Path,
+    asked_scene: Option<&str>,
+) -> anyhow::Result<AlertReport> {
+    let run = Source::open(truth)?;
+    let Source::Database(database) = &run else {
+        bail!(
+            "{}: the truth of alerts is the database of a run (.sqlite): clearances and stop bars belong to it",
+            truth.display()
+        );
+    };
+    let mut notes = Vec::new();
+    let at_truth = || truth.display().to_string();
+    let count = |query: &str| database.query_row(query, [], |row| row.get::<_, i64>(0));
+    let behaves = count("SELECT count(*) FROM movements").with_context(at_truth)? > 0;
+    let mut found = match Source::open(alerts)? {
+        Source::Database(other) => told_of(&other, "alerts").map_err(anyhow::Error::from),
+        Source::Text(text) => score_files::alerts(&text).map_err(anyhow::Error::from),
+        Source::Recording => bail!("{}: neither CSV nor the database of a run", alerts.display()),
+    }
+    .with_context(|| alerts.display().to_string())?;
+    let (reference, movements) = if behaves {
+        let served = "SELECT value FROM measures WHERE source = 'truth' AND name = 'served'";
+        let served: f64 =
+            database.query_row(served, [], |row| row.get(0)).with_context(at_truth)?;
+        (told_of(database, "reference_alerts").with_context(at_truth)?, served as u32)
+    } else {
+        let named = run.fact("scene");
+        let Some(scene) = scene(asked_scene, named.as_deref(), &mut notes)? else {
+            bail!("{}: the airport is needed; name its scene with --scene", truth.display());
+        };
+        notes.push(
+            "The run is one of recorded traffic: nobody follows clearances, and alerts about them are left out."
+                .into(),
+        );
+        found.retain(|t| !AlertKind::of(&t.kind).is_some_and(AlertKind::is_about_clearances));
+        of_truth(database, &scene).with_context(at_truth)?
+    };
+    let hours = count("SELECT coalesce(max(time_ns), 0) FROM scans").with_context(at_truth)? as f64
+        / 3.6e12;
+    let beyond = found.iter().filter(|t| t.on_s < 0.0 || t.on_s > 3600.0 * hours + 1.0).count();
+    if beyond > 0 {
+        notes.push(format!(
+            "{beyond} alerts are from before or after the run: times count in seconds from its begin."
+        ));
+    }
+    let title = format!("{} against {}", alerts.display(), truth.display());
+    Ok(AlertReport::of(title, notes, reference, found, (hours, movements)))
+}
+
+/// What moves counts as a movement from this speed on, m/s.
+const MOVES_MPS: f64 = 1.0;
+
+/// The alerts of the rules on the true states of a run of recorded traffic, and how many aircraft moved in it.
+fn of_truth(database: &Connection, scene: &Scene) -> anyhow::Result<(Vec<Told>, u32)> {
+    let layout = &scene.airport.layout;
+    let layout = Layout::of(layout).with_network(&Network::of(layout));
+    let mut net = SafetyNet::new(layout, Parameters::default());
+    let mut arrivals =
+        database.prepare("SELECT callsign FROM flights WHERE movement = 'arrival'")?;
+    let arrivals: BTreeSet<String> =
+        arrivals.query_map([], |row| row.get(0))?.collect::<Result<_, _>>()?;
+    let mut query = database.prepare(
+        "SELECT time_ns, entity, callsign, x_m, y_m, altitude_m, vx_ms, vy_ms, length_m, aircraft \
+         FROM scans LEFT JOIN truth USING (scan) ORDER BY scan, entity",
+    )?;
+    let mut rows = query.query([])?;
+    let (mut numbers, mut moved) = (BTreeMap::new(), BTreeSet::new());
+    let mut told: BTreeMap<u32, Told> = BTreeMap::new();
+    let (mut at, mut targets): (Option<SimTime>, Vec<Target>) = (None, Vec::new());
+    loop {
+        let row = rows.next()?;
+        let time = row.map(|row| row.get(0)).transpose()?.map(SimTime);
+        if let Some(now) = at.filter(|now| time != Some(*now)) {
+            targets.sort_by_key(|t| t.number);
+            judge(&mut net, now, &targets, &mut told);
+            targets.clear();
+        }
+        let (Some(row), Some(now)) = (row, time) else { break };
+        at = Some(now);
+        let Some(entity) = row.get::<_, Option<i64>>(1)? else { continue };
+        let next = numbers.len().min(usize::from(u16::MAX)) as u16;
+        let number = *numbers.entry(entity).or_insert(next);
+        let callsign: String = row.get::<_, Option<String>>(2)?.unwrap_or_default();
+        let velocity_mps = Vector2::new(row.get(6)?, row.get(7)?);
+        let is_aircraft = row.get::<_, Option<i64>>(9)? == Some(1);
+        if is_aircraft && velocity_mps.norm() > MOVES_MPS {
+            moved.insert(entity);
+        }
+        targets.push(Target {
+            number,
+            callsign: (!callsign.is_empty()).then(|| Callsign::new(&callsign)),
+            class: if is_aircraft { TargetClass::Aircraft } else { TargetClass::Vehicle },
+            arriving: arrivals.contains(&callsign),
+            length_m: row.get::<_, Option<f64>>(8)?.unwrap_or(0.0),
+            position_m: Vector2::new(row.get(3)?, row.get(4)?),
+            velocity_mps,
+            altitude_m: row.get(5)?,
+            last_plot: now,
+            first: false,
+        });
+    }
+    Ok((told.into_values().collect(), moved.len() as u32))
+}
+
+/// One scan of exact states: what is raised, how near its subjects are, what ends.
+fn judge(net: &mut SafetyNet, now: SimTime, targets: &[Target], told: &mut BTreeMap<u32, Told>) {
+    let board = Board::default();
+    let scan = Scan { now, targets, board: &board, bars: &[], areas: &[], low_visibility: false };
+    let changes = net.scan(&scan);
+    for (change, alert) in changes.iter().filter(|(_, a)| !a.condition.kind.is_about_clearances()) {
+        let one = told.entry(alert.id).or_insert_with(|| Told {
+            kind: alert.condition.kind.word(),
+            subjects: Vec::new(),
+            on_s: now.s(),
+            end_s: f64::INFINITY,
+            nearest_m: None,
+        });
+        one.subjects = alert.subjects().split(' ').map(str::to_owned).collect();
+        if *change == Change::Ended {
+            one.end_s = now.s();
+        }
+    }
+    let named = |t: &'_ Target| Some((t.callsign?, t.position_m));
+    let places: Vec<(Callsign, Vector2<f64>)> = targets.iter().filter_map(named).collect();
+    let places: Vec<(&str, Vector2<f64>)> =
+        places.iter().map(|(c, at)| (c.as_str(), *at)).collect();
+    for one in told.values_mut().filter(|one| one.end_s.is_infinite()) {
+        one.look(now.s(), &places);
+    }
+}

@@ -1,0 +1,158 @@
+//! What is scored and against what: files of truth, tracks and alerts, and the scene of the airport.
+
+use anyhow::{Context, bail};
+use models::frames::Vector2;
+use models::score::recording::{PlotSum, Report, Target, TruthPoint};
+use models::time::SimTime;
+use rusqlite::{Connection, OpenFlags};
+use scenarios::Scene;
+use std::collections::BTreeMap;
+use std::io::Read;
+use std::path::Path;
+use studies::score_files;
+
+/// The scene that says what is where: the one asked for has to be there, the database's may be gone.
+pub(super) fn scene(
+    asked: Option<&str>,
+    named: Option<&str>,
+    notes: &mut Vec<String>,
+) -> anyhow::Result<Option<Scene>> {
+    let load = |name: &str| scenarios::load_without_truth(&scenarios::locate(name));
+    if let Some(asked) = asked {
+        return Ok(Some(load(asked)?));
+    }
+    let found = named.and_then(|name| load(name).ok());
+    notes.push(match (&found, named) {
+        (Some(s), _) => format!("Areas are those of scene {} ({}).", s.name, s.airport.layout.icao),
+        (None, Some(name)) => {
+            format!("Scene {name} is not here: areas are unknown; name one with --scene.")
+        }
+        (None, None) => "Areas are unknown: name the scene of the airport with --scene.".into(),
+    });
+    Ok(found)
+}
+
+/// Octets of the largest text that is read.
+const LARGEST_TEXT: u64 = 1 << 30;
+
+/// A file with truth or tracks.
+pub(super) enum Source {
+    Database(Connection),
+    Text(String),
+    /// A recording of ASTERIX, which is read by [`super::score_asterix`].
+    Recording,
+}
+
+impl Source {
+    pub(super) fn open(path: &Path) -> anyhow::Result<Self> {
+        let doing = || path.display().to_string();
+        let mut head = [0; 15];
+        let mut file = std::fs::File::open(path).with_context(doing)?;
+        let length = file.read(&mut head).with_context(doing)?;
+        if &head[..length] == b"SQLite format 3" {
+            let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
+            return Ok(Self::Database(
+                Connection::open_with_flags(path, flags).with_context(doing)?,
+            ));
+        }
+        let mut text = head[..length].to_vec();
+        // Read on from where it is (a pipe has no second beginning); a device may never end.
+        file.take(LARGEST_TEXT).read_to_end(&mut text).with_context(doing)?;
+        if text.len() as u64 > LARGEST_TEXT {
+            bail!("{}: longer than {} MiB", path.display(), LARGEST_TEXT >> 20);
+        }
+        match String::from_utf8(text) {
+            Ok(text) => Ok(Self::Text(text)),
+            Err(_) => bail!("{}: neither the database of a run nor text", path.display()),
+        }
+    }
+
+    /// A figure of the run.
+    pub(super) fn fact(&self, name: &str) -> Option<String> {
+        let Self::Database(database) = self else { return None };
+        database.query_row("SELECT value FROM run WHERE name = ?", [name], |r| r.get(0)).ok()
+    }
+
+    pub(super) fn targets(&self, place: score_files::Place<'_>) -> anyhow::Result<Vec<Target>> {
+        let database = match self {
+            Self::Text(text) => return Ok(score_files::truth(text, place)?),
+            Self::Database(database) => database,
+            Self::Recording => return Ok(Vec::new()),
+        };
+        let mut query = database.prepare(
+            "SELECT entity, callsign, time_ns, x_m, y_m, vx_ms, vy_ms, altitude_m \
+             FROM truth JOIN scans USING (scan)",
+        )?;
+        let mut rows = query.query([])?;
+        let mut targets: BTreeMap<i64, Target> = BTreeMap::new();
+        while let Some(row) = rows.next()? {
+            let target = targets.entry(row.get(0)?).or_default();
+            target.name = row.get::<_, Option<String>>(1)?.unwrap_or_default();
+            target.path.push(TruthPoint {
+                time: SimTime(row.get(2)?),
+                position_m: Vector2::new(row.get(3)?, row.get(4)?),
+                velocity_mps: Vector2::new(row.get(5)?, row.get(6)?),
+                height_m: row.get(7)?,
+            });
+        }
+        Ok(targets.into_values().collect())
+    }
+
+    /// Reports; of our own runs the publication is late by what the scan took.
+    pub(super) fn reports(&self, place: score_files::Place<'_>) -> anyhow::Result<Vec<Report>> {
+        let database = match self {
+            Self::Text(text) => return Ok(score_files::tracks(text, place)?),
+            Self::Database(database) => database,
+            Self::Recording => return Ok(Vec::new()),
+        };
+        let mut query = database.prepare(
+            "SELECT track, time_ns, took_us, x_m, y_m, vx_ms, vy_ms, callsign \
+             FROM tracks JOIN scans USING (scan) WHERE status NOT IN ('last', 'tentative')",
+        )?;
+        let reports = query.query_map([], |row| {
+            let time: i64 = row.get(1)?;
+            let took_us: Option<i64> = row.get(2)?;
+            Ok(Report {
+                track: row.get::<_, i64>(0)?.unsigned_abs(),
+                time: SimTime(time),
+                published: took_us.map(|us| SimTime(time + us * 1000)),
+                position_m: Vector2::new(row.get(3)?, row.get(4)?),
+                velocity_mps: Some(Vector2::new(row.get(5)?, row.get(6)?)),
+                label: row.get::<_, Option<String>>(7)?.unwrap_or_default(),
+            })
+        })?;
+        Ok(reports.collect::<Result<_, _>>()?)
+    }
+
+    /// The tracks one scan earlier, as they were revised; none where a log does not hold them.
+    pub(super) fn second_ago(&self) -> Vec<Report> {
+        let Self::Database(database) = self else { return Vec::new() };
+        let query = database.prepare(
+            "SELECT track, lag_time_ns, time_ns, lag_x_m, lag_y_m, callsign FROM tracks JOIN scans USING (scan) \
+             WHERE status NOT IN ('last', 'tentative') AND lag_time_ns IS NOT NULL",
+        );
+        let Ok(mut query) = query else { return Vec::new() };
+        let reports = query.query_map([], |row| {
+            Ok(Report {
+                track: row.get::<_, i64>(0)?.unsigned_abs(),
+                time: SimTime(row.get(1)?),
+                published: Some(SimTime(row.get(2)?)),
+                position_m: Vector2::new(row.get(3)?, row.get(4)?),
+                velocity_mps: None,
+                label: row.get::<_, Option<String>>(5)?.unwrap_or_default(),
+            })
+        });
+        reports.map_or_else(|_| Vec::new(), |rows| rows.flatten().collect())
+    }
+
+    /// The radars' plots of targets.
+    pub(super) fn plots(&self) -> anyhow::Result<PlotSum> {
+        let Self::Database(database) = self else { return Ok(PlotSum::default()) };
+        let mut query = database.prepare(
+            "SELECT error_m FROM plots \
+             WHERE kind = 'asde' AND cause IS NOT NULL AND error_m IS NOT NULL",
+        )?;
+        let errors_m = query.query_map([], |row| row.get(0))?;
+        Ok(PlotSum::of(errors_m.collect::<Result<_, _>>()?))
+    }
+}
