@@ -123,6 +123,8 @@ pub struct Details {
     pub cat3_holds: Vec<usize>,
     /// Service roads for vehicles: begin and end, m, and whether both ways.
     pub roads: Vec<([Vector2<f64>; 2], bool)>,
+    /// Runway ends in use for arrivals and departures, where somebody says them.
+    pub in_use: [Vec<String>; 2],
     /// Stands and destinations of vehicles: place, m, and its word ("fuel_jets", "crew_car").
     pub vehicle_places: Vec<(Vector2<f64>, String)>,
 }
@@ -177,6 +179,17 @@ impl Airport {
         let numbered = || self.details.numbers.iter().position(|n| n == name);
         self.nodes.iter().position(|n| n.name == name).or_else(stand).or_else(numbered)
     }
+}
+
+/// Whether a point lies inside an outline that is not closed (even-odd rule), both in m.
+#[must_use]
+pub fn inside(outline_m: &[Vector2<f64>], point_m: Vector2<f64>) -> bool {
+    let next = outline_m.iter().cycle().skip(1);
+    let crossed = outline_m.iter().zip(next).filter(|(a, b)| {
+        (a.y > point_m.y) != (b.y > point_m.y)
+            && point_m.x < a.x + (b.x - a.x) * (point_m.y - a.y) / (b.y - a.y)
+    });
+    crossed.count() % 2 == 1
 }
 
 /// Distance of a point from the segment `a` to `b`, m.

@@ -13,6 +13,7 @@ mod findings;
 mod groundnet;
 mod network_csv;
 mod osm;
+mod overlay;
 
 /// The airport of a scene with its place on the earth.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,6 +48,7 @@ pub(crate) fn read(root: &Section) -> Result<(AirportScene, Vec<PathBuf>), Scena
         .file_path("layout")?
         .ok_or_else(|| section.missing("layout", "the name of an apt.dat file".into()))?;
     let network_file = section.file_path("ground_network")?;
+    let overlay_file = section.file_path("overlay")?;
     let width_m = section.number_or("taxiway_width_m", ASSUMED_WIDTH_M, within(5.0, 100.0, "m"))?;
     let raw = Layout::read(&layout_file)?;
     if let Some(icao) = section.text("icao")?
@@ -76,7 +78,12 @@ pub(crate) fn read(root: &Section) -> Result<(AirportScene, Vec<PathBuf>), Scena
         network.into_airport(&frame, width_m, &mut layout, &mut report);
     }
     let radius_m = section.number_or("radius_m", 10_000.0, within(500.0, 50_000.0, "m"))?;
-    Ok((AirportScene { layout, reference, frame, radius_m, report }, files))
+    let mut airport = AirportScene { layout, reference, frame, radius_m, report };
+    if let Some(file) = overlay_file {
+        overlay::apply(&mut airport, &file)?;
+        files.push(file);
+    }
+    Ok((airport, files))
 }
 
 /// A layout file of any known kind, told by its name.
@@ -152,7 +159,7 @@ pub fn check(path: &Path) -> Result<(Airport, LayoutReport), ScenarioError> {
     check_files(&[path.to_path_buf()], None)
 }
 
-/// [`check`] for a layout and the files that complete it (a network), around `reference` if given.
+/// [`check`] for a layout and the files that complete it (a network; `.toml`: an overlay), around `reference` if given.
 ///
 /// # Errors
 /// As [`check`].
@@ -162,7 +169,10 @@ pub fn check_files(
 ) -> Result<(Airport, LayoutReport), ScenarioError> {
     let (mut report, mut layout) = (LayoutReport::default(), Airport::default());
     let mut frame = reference.map(LocalFrame::at);
-    for path in paths {
+    let is_overlay = |p: &PathBuf| p.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
+    let (overlays, layouts): (Vec<&PathBuf>, Vec<&PathBuf>) =
+        paths.iter().partition(|p| is_overlay(p));
+    for path in layouts {
         let raw = Layout::read(path)?;
         let frame = frame.get_or_insert_with(|| LocalFrame::at(raw.reference()));
         raw.into_airport(frame, ASSUMED_WIDTH_M, &mut layout, &mut report);
@@ -170,6 +180,12 @@ pub fn check_files(
     if !layout.edges.is_empty() {
         let width = format!("width of every taxiway: {ASSUMED_WIDTH_M} m (assumed)");
         report.lines.push(width);
+    }
+    if let Some(frame) = frame.filter(|_| !overlays.is_empty()) {
+        let reference = frame.origin_geodetic();
+        let mut airport = AirportScene { layout, reference, frame, radius_m: 50_000.0, report };
+        overlays.into_iter().try_for_each(|file| overlay::apply(&mut airport, file))?;
+        (layout, report) = (airport.layout, airport.report);
     }
     report.findings = findings::of(&layout);
     Ok((layout, report))

@@ -2,7 +2,7 @@
 //! watched by where it names no sensors.
 
 use crate::airport::AirportScene;
-use crate::document::{Section, nearest_of, within};
+use crate::document::{Section, one_of, within};
 use crate::error::{Problem, ScenarioError};
 use crate::keys::{self, words};
 use models::traffic::core::{Failure, FailureKind, Flight, Policy};
@@ -112,8 +112,7 @@ pub(crate) fn read_failures(
             section.need_text("callsign", "the call sign of a flight of the schedule")?;
         let Some(flight) = flights.iter().position(|f| f.callsign == callsign) else {
             let known: Vec<&str> = flights.iter().map(|f| f.callsign.as_str()).collect();
-            let allowed = nearest_of(callsign, &known)
-                .unwrap_or_else(|| format!("one of {} flights", known.len()));
+            let allowed = one_of(callsign, &known);
             return Err(
                 section.refuse("callsign", Problem::NotAllowed { found: callsign.into(), allowed })
             );

@@ -487,10 +487,11 @@ fn of_unit(limits: Limits) -> String {
     if limits.unit.is_empty() { String::new() } else { format!(" in {} (no unit)", limits.unit) }
 }
 
-/// The allowed word that is nearest to a wrong one.
-pub(crate) fn nearest_of(word: &str, allowed: &[&str]) -> Option<String> {
-    let near = allowed.iter().map(|a| (edit_distance(word, a), *a)).min()?;
-    Some(format!("nearest is \"{}\"", near.1))
+/// How many names are allowed, and the one that is nearest to a wrong one.
+pub(crate) fn one_of(word: &str, allowed: &[&str]) -> String {
+    let near = allowed.iter().map(|a| (edit_distance(word, a), *a)).min();
+    let near = near.map_or(String::new(), |(_, near)| format!(", the nearest is \"{near}\""));
+    format!("one of {} names{near}", allowed.len())
 }
 
 /// The allowed key with the smallest edit distance, if it is close, or one that differs in its unit only.

@@ -122,6 +122,7 @@ pub(crate) const AIRPORT: &[Key] = &[
     )
     .needed(),
     Key::new("ground_network", Holds::File, "A network that replaces the layout's own"),
+    Key::new("overlay", Holds::File, "What the files lack or say wrongly: keys below, *Overlay*"),
     Key::new("reference", Holds::Table(REFERENCE), "Reference point").or("that of the layout"),
     Key::number("radius_m", "m", 500.0, 50_000.0, "Farthest place of a sensor").or("10000"),
     Key::number(
@@ -133,6 +134,79 @@ pub(crate) const AIRPORT: &[Key] = &[
     )
     .or("23"),
 ];
+
+/// Tables of an overlay of an airport (`[airport] overlay`): a file of its own.
+pub const OVERLAY: &[Table] = &[
+    many(
+        "hold",
+        OVERLAY_HOLD,
+        "A runway holding position: a node, or a place on a taxiway (as *Places*)",
+    ),
+    many("edge", OVERLAY_EDGE, "An edge that the file lacks"),
+    many("taxiway", OVERLAY_TAXIWAY, "Width, code letter and direction of a taxiway or an edge"),
+    many("stand", OVERLAY_STAND, "What a stand is for"),
+    many("closed", OVERLAY_CLOSED, "What nobody uses: one of these keys"),
+    one("runways", OVERLAY_RUNWAYS, "Runway ends in use where a demand names none"),
+];
+
+const CODE: fn() -> Vec<&'static str> = || vec!["A", "B", "C", "D", "E", "F"];
+
+const OVERLAY_HOLD: &[Key] = &[
+    Key::text(
+        "node",
+        "Node by name, or by `#` and its number; or a place within 30 m of a taxiway",
+    ),
+    Key::flag("off", "Nobody holds there, whatever the file says").or("false"),
+];
+
+const OVERLAY_EDGE: &[Key] = &[
+    Key::new("between", Holds::Texts, "Its two nodes").needed(),
+    Key::text("name", "Name of the taxiway"),
+    Key::flag("one_way", "Driven from the first to the second only").or("false"),
+    Key::word("code", CODE, "Largest code letter"),
+    Key::number("width_m", "m", 5.0, 100.0, "Width").or("23"),
+];
+
+const OVERLAY_TAXIWAY: &[Key] = &[
+    Key::text("name", "All edges of this name"),
+    Key::new("edge", Holds::Texts, "Or the edge between these two nodes"),
+    Key::word("code", CODE, "Largest code letter"),
+    Key::number("width_m", "m", 5.0, 100.0, "Width"),
+    Key::flag("one_way", "With `edge`: from the first node to the second only; false: both ways"),
+];
+
+const OVERLAY_STAND: &[Key] = &[
+    Key::text("name", "Its name").needed(),
+    Key::word("code", CODE, "Largest code letter"),
+    Key::text("kind", "As in layout files: `gate`, `cargo`, `ga`, `tie_down`, …"),
+    Key::number("heading_deg", "deg", 0.0, 360.0, "Heading of a parked aircraft"),
+];
+
+const OVERLAY_CLOSED: &[Key] = &[
+    Key::text("taxiway", "All edges of this name"),
+    Key::new("edge", Holds::Texts, "The edge between these two nodes"),
+    Key::text("stand", "A stand"),
+    Key::new(
+        "area",
+        Holds::Places(&[]),
+        "Corners in order, 3 at least: every edge and stand in it",
+    ),
+];
+
+const OVERLAY_RUNWAYS: &[Key] = &[
+    Key::new("arrival", Holds::Texts, "Ends for landings"),
+    Key::new("departure", Holds::Texts, "Ends for take-offs"),
+];
+
+/// The words of a table of an overlay; those of a place too where it may stand for a node.
+pub(crate) fn overlay_words(word: &str) -> Vec<&'static str> {
+    let table = OVERLAY.iter().find(|t| t.word == word);
+    let mut all = table.map_or(Vec::new(), |t| words(t.keys));
+    if word == "hold" {
+        all.extend(place_words());
+    }
+    all
+}
 
 pub(crate) const REFERENCE: &[Key] = &[
     Key::number("lat_deg", "deg", -90.0, 90.0, "Latitude").needed(),

@@ -1,6 +1,6 @@
 //! The reference of scene files, as text and as a JSON schema, made of the reader's own tables.
 
-use crate::keys::{GENERATED, MOVER, ROOT, SCHEDULE, TABLES, Table};
+use crate::keys::{GENERATED, MOVER, OVERLAY, ROOT, SCHEDULE, TABLES, Table};
 use crate::sensors::FOREIGN;
 use models::frames::Vector3;
 use models::keys::{Holds, Key, PLACE};
@@ -142,16 +142,24 @@ pub fn markdown() -> String {
          refused.\n",
     );
     let none = BTreeMap::new();
-    for Table { word, many, doc, keys, .. } in TABLES {
-        let title = if *many { format!("[[{word}]]") } else { format!("[{word}]") };
-        let _ = writeln!(out, "\n## {title}\n\n{doc}.\n");
-        rows(&mut out, keys, &none);
-        below(&mut out, word, keys);
-    }
+    let tables = |out: &mut String, tables: &[Table], level: &str| {
+        for Table { word, many, doc, keys, .. } in tables {
+            let title = if *many { format!("[[{word}]]") } else { format!("[{word}]") };
+            let _ = writeln!(out, "\n{level} {title}\n\n{doc}.\n");
+            rows(out, keys, &none);
+            below(out, word, keys);
+        }
+    };
+    tables(&mut out, TABLES, "##");
     out.push_str("\n## Above all tables\n\n");
     rows(&mut out, ROOT, &none);
     out.push_str("\n## Places\n\nBy latitude and longitude, or from the reference point.\n\n");
     rows(&mut out, PLACE, &none);
+    out.push_str(
+        "\n## Overlay\n\nA TOML file beside the layout (`[airport] overlay`, `seeds airport check LAYOUT --with FILE.toml`) says what \
+         the layout lacks or says\nwrongly. Applied in this order; the import report has a line for each row.\n",
+    );
+    tables(&mut out, OVERLAY, "###");
     out.push_str("\n## Kinds of sensors\n\n| kind | name | what of it is simulated | site | carried by targets |\n| --- | --- | --- | --- | --- |\n");
     for declared in KINDS {
         let kind = &declared.kind;

@@ -172,14 +172,20 @@ pub(crate) fn read(
             }
             _ => (
                 section.file().to_path_buf(),
-                generated(section, run, &network, types, &mut remarks)?,
+                generated(
+                    section,
+                    run,
+                    &network,
+                    &airport.layout.details.in_use,
+                    types,
+                    &mut remarks,
+                )?,
             ),
         };
         for w in wanted {
             let index = first_entity + flights.len();
             let refuse = |column: &'static str, found: &str, allowed: Vec<&str>| {
-                let near = crate::document::nearest_of(found, &allowed);
-                let allowed = near.unwrap_or_else(|| format!("one of {} names", allowed.len()));
+                let allowed = crate::document::one_of(found, &allowed);
                 let problem = Problem::NotAllowed { found: found.into(), allowed };
                 ScenarioError::new(&file, w.line, column, problem)
             };

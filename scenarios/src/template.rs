@@ -23,7 +23,7 @@ pub struct Wanted {
 /// The text of a scene of an airport, and the scene that it reads as.
 ///
 /// Traffic is what the airport can bear: flights that react to each other where its network has entries and exits,
-/// else aircraft on stands, else nobody. A ground network that lies beside the layout (`X.groundnet.xml` beside `X.apt.dat`)
+/// else aircraft on stands, else nobody. What lies beside the layout (`X.groundnet.xml`, `X.overlay.toml` beside `X.apt.dat`)
 /// is taken with it: layouts of X-Plane often bear no way from stand to runway.
 ///
 /// # Errors
@@ -84,6 +84,14 @@ fn network_beside(wanted: &Wanted) -> Option<String> {
     crate::files::is_file(&crate::data_file(&wanted.path, &name)).then_some(name)
 }
 
+/// The overlay of an airport (`X.overlay.toml` beside `X.apt.dat`, `X.nodes.csv`, `X.osm.json`), where there is one.
+fn overlay_beside(wanted: &Wanted) -> Option<String> {
+    let known = [".apt.dat", ".groundnet.xml", ".nodes.csv", ".osm.json", ".geojson", ".json"];
+    let stem = known.iter().find_map(|end| wanted.layout.strip_suffix(end))?;
+    let name = format!("{stem}.overlay.toml");
+    crate::files::is_file(&crate::data_file(&wanted.path, &name)).then_some(name)
+}
+
 /// How far an airport reaches from its reference point, m: its radius in the scene, and its outermost place.
 #[derive(Clone, Copy)]
 struct Size {
@@ -124,6 +132,9 @@ fn text(
     );
     if let Some(network) = network {
         let _ = writeln!(out, "ground_network = {network:?}   # ways of taxiing and gates");
+    }
+    if let Some(overlay) = overlay_beside(wanted) {
+        let _ = writeln!(out, "overlay = {overlay:?}   # what these files lack");
     }
     let _ = write!(
         out,

@@ -141,16 +141,7 @@ impl Area {
         if time < self.from || time >= self.until {
             return false;
         }
-        let mut inside = false;
-        let n = self.outline_m.len();
-        for i in 0..n {
-            let (a, b) = (self.outline_m[i], self.outline_m[(i + 1) % n]);
-            if (a.y > point_m.y) != (b.y > point_m.y) {
-                let at = a.x + (b.x - a.x) * (point_m.y - a.y) / (b.y - a.y);
-                inside ^= point_m.x < at;
-            }
-        }
-        inside
+        crate::airport::inside(&self.outline_m, point_m)
     }
 }
 

@@ -33,6 +33,7 @@ pub(super) fn generated(
     section: &Section,
     run: &Run,
     network: &Network,
+    in_use: &[Vec<String>; 2],
     types: &TypeTable,
     remarks: &mut Vec<String>,
 ) -> Result<Vec<Wanted>, ScenarioError> {
@@ -58,7 +59,12 @@ pub(super) fn generated(
     }
     let ends = |key: &str, arrival: bool| -> Result<Vec<String>, ScenarioError> {
         let given: Vec<String> = section.texts(key)?.into_iter().map(|(n, _)| n).collect();
-        Ok(if given.is_empty() { default_ends(network, arrival) } else { given })
+        let known = &in_use[usize::from(!arrival)];
+        Ok(match (given.is_empty(), known.is_empty()) {
+            (false, _) => given,
+            (true, false) => known.clone(),
+            (true, true) => default_ends(network, arrival),
+        })
     };
     let (landing, leaving) = (ends("arrival_runways", true)?, ends("departure_runways", false)?);
     let usable: Vec<usize> = (0..network.stands.len())
