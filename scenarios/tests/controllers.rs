@@ -1,11 +1,13 @@
 //! Controllers and pilots as models: everybody moves by what was said and read back, everybody is served, the same bits.
 
 use models::control::actors::message::{MessageKind, Seat};
+use models::control::actors::pilot::Habits;
+use models::control::actors::{Actors, Wanted};
 use models::control::clearance::ClearanceKind;
 use models::control::layout::Layout;
 use models::control::parameters::Parameters;
 use models::time::SimTime;
-use models::traffic::core::Core;
+use models::traffic::core::{ClearedBy, Core, Direction, Flight, Notice, Order};
 use models::traffic::exact::Watch;
 use std::path::Path;
 
@@ -89,6 +91,61 @@ fn everybody_moves_by_what_was_read_back_and_everybody_is_served() {
         assert!(alerts.is_empty(), "{name}: {alerts:?}");
         let most = actors.samples().iter().map(|s| s.busy).fold(0.0, f64::max);
         assert!(most > 0.05 && most <= 1.0 + 1e-9, "{name}: {most}");
+    }
+}
+
+/// One whom nobody clears to push stands on his stand for half an hour, and keeps nobody else waiting; then he goes, too.
+#[test]
+fn who_is_not_cleared_to_push_keeps_nobody_waiting_behind_his_plan() {
+    for (airport, rate, seed) in [(XSYN, 12, 3), (LIMC, 10, 4), (LSZH, 10, 5)] {
+        let scene = scene(airport, rate, seed, "sees = \"truth\"");
+        let behaving = scene.traffic.behaving.as_ref().expect("behaves");
+        let core = behaving.told_core(&scene.run, seed.into()).expect("with truth");
+        let mut core = core.cleared_by(ClearedBy::Notices);
+        let mut actors = Actors::new(Habits::default(), seed.into(), 0.05);
+        let departs = |f: &Flight| f.direction == Direction::Departure;
+        let first = core.flights().iter().position(departs).expect("a departure");
+        let (held_until_s, mut told) = (core.flights()[first].time_s + 1800.0, 0);
+        let mut served_by_s = vec![0.0; core.flights().len()];
+        for frame in 1..=90_000_i64 {
+            core.step(frame);
+            if frame % 20 != 0 {
+                continue;
+            }
+            let now_s = frame as f64 * 0.05;
+            for (flight, at_s) in served_by_s.iter_mut().enumerate() {
+                let m = core.measures(flight);
+                if *at_s == 0.0 && (m.atot_s.is_some() || m.aibt_s.is_some()) {
+                    *at_s = now_s;
+                }
+            }
+            let wanted: Vec<Wanted> = core.wanted().into_iter().map(|(w, _)| w).collect();
+            let held = |w: &Wanted| w.flight as usize == first && now_s < held_until_s;
+            let may: Vec<bool> = wanted.iter().map(|w| !held(w)).collect();
+            for given in actors.scan_seen(now_s, &wanted, &may) {
+                told += 1;
+                core.notice(Notice {
+                    effect_frame: (given.acts_s / 0.05).ceil() as i64,
+                    source: given.seat.name(),
+                    sequence: told,
+                    flight: given.flight as usize,
+                    order: Order::told(given.kind, false),
+                });
+            }
+        }
+        let name = format!("{airport}, seed {seed}");
+        let out_s = core.measures(first).aobt_s.expect("pushed at last");
+        assert!((held_until_s..held_until_s + 300.0).contains(&out_s), "{name}: {out_s}");
+        for (flight, f) in core.flights().iter().enumerate().filter(|(at, _)| *at != first) {
+            let waited_s = served_by_s[flight] - f.time_s;
+            assert!(
+                served_by_s[flight] > 0.0 && waited_s < 1500.0,
+                "{name}: {} {waited_s}",
+                f.callsign
+            );
+        }
+        assert!(served_by_s[first] > 0.0, "{name}");
+        assert_eq!(core.unexpected_deadlocks(), 0, "{name}");
     }
 }
 

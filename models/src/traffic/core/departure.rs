@@ -21,6 +21,9 @@ type Pushback = (Vec<usize>, Vec<usize>, Vec<usize>);
 /// Standing under way for so long holds back pushbacks under [`Policy::Ordered`], s (assumed).
 const STARVED_S: f64 = 300.0;
 
+/// Who is not cleared to push for so long after his planned time gives his plan up, s (assumed).
+const UNCLEARED_S: f64 = 60.0;
+
 impl Core {
     /// Edges that a mover cannot use: too narrow, or under somebody who stands for long.
     pub(super) fn closed(&self, m: usize) -> Vec<bool> {
@@ -83,6 +86,11 @@ impl Core {
         if self.time_s < f.time_s || self.time_s < self.movers[m].next_try_s {
             return;
         }
+        let uncleared = self.failing(m, FailureKind::PushUncleared).is_some();
+        if self.movers[m].push.pieces.is_empty() && self.waits_to_push(m) && !uncleared {
+            self.movers[m].next_try_s = self.time_s + 1.0;
+            return;
+        }
         self.movers[m].next_try_s = self.time_s + RETRY_S;
         if self.movers[m].push.pieces.is_empty() && !self.find_departure(m) {
             if self.movers[m].waits_since_s.is_none() {
@@ -106,8 +114,19 @@ impl Core {
             return;
         }
         self.movers[m].next_try_s = self.time_s + 1.0;
-        let uncleared = self.failing(m, FailureKind::PushUncleared).is_some();
         if !uncleared && (!self.permitted(m, ClearanceKind::Push) || self.starves(m)) {
+            // Whom nobody clears keeps nobody waiting behind his plan: he gets another one when he is cleared.
+            if self.waits_to_push(m)
+                && self.time_s > self.movers[m].timing.push_take_s + UNCLEARED_S
+            {
+                self.movers[m].push = Way::default();
+                self.movers[m].way = Way::default();
+                self.movers[m].timing = Timing::default();
+                self.movers[m].waits_since_s = None;
+                if self.policy == Policy::Planned {
+                    self.book();
+                }
+            }
             return;
         }
         // All pieces of the pushback at once, and what is under the mover after it.
@@ -173,6 +192,11 @@ impl Core {
             Some(failure) => self.begin_failure(failure),
             None => self.clear(m, "PSH", String::new()),
         }
+    }
+
+    /// Whether a flight has asked for its push-back and is not cleared.
+    fn waits_to_push(&self, m: usize) -> bool {
+        self.movers[m].wants == Some(ClearanceKind::Push)
     }
 
     /// Under the banker's rule whoever comes new may pass by somebody who waits, again and again: nobody is pushed back while
