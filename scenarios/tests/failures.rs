@@ -250,3 +250,26 @@ fn bars_that_fail_where_none_are_in_use_are_refused_with_what_to_do() {
     let error = load(&text(LSZH, 4, &rest)).expect_err("refused").to_string();
     assert!(error.contains("stop_bars = true"), "{error}");
 }
+
+/// The bars that fail are those of the runway that the plan names, for the core as for whoever reads the scene, also where the flight
+/// itself goes to another by mistake.
+#[test]
+fn the_bars_that_fail_are_those_of_the_planned_runway_for_everybody() {
+    for (airport, seed) in [(LIMC, 3), (LSZH, 5)] {
+        let (flight, name, _) = first_off(airport, seed);
+        let fails = |kind: &str| format!("[[failure]]\nkind = \"{kind}\"\ncallsign = \"{name}\"\n");
+        for order in [["wrong_runway", "stop_bar"], ["stop_bar", "wrong_runway"]] {
+            let rest = "[control]\nstop_bars = true\n".to_owned() + &order.map(fails).concat();
+            let scene = scene(airport, seed, &rest);
+            let behaving = scene.traffic.behaving.as_ref().expect("behaves");
+            let mut core = core_of(&scene);
+            assert_ne!(core.flights()[flight].runway, behaving.flights[flight].runway, "{airport}");
+            (1..=20).for_each(|frame| core.step(frame));
+            let told = behaving.failed_bars(scene.run.seed);
+            let failed: Vec<_> = core.failed_bars().collect();
+            assert_eq!(failed, told, "{airport}: {order:?}");
+            let planned = &behaving.network.runways[behaving.flights[flight].runway.0].names[0];
+            assert_eq!(&failed[0].runway, planned, "{airport}");
+        }
+    }
+}

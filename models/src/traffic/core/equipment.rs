@@ -68,10 +68,8 @@ impl Failure {
 impl Core {
     /// Stop bars that fail now.
     pub fn failed_bars(&self) -> impl Iterator<Item = FailedBars> {
-        let of = |f: &super::failures::Failing| {
-            let runway = self.flights[f.failure.flight].runway.0;
-            f.failure.bars(&self.net.runways[runway].names[0])
-        };
+        let of =
+            |f: &super::failures::Failing| f.failure.bars(&self.net.runways[f.runway].names[0]);
         self.failing.iter().filter_map(of).filter(|bars| bars.at(self.time_s))
     }
 
@@ -90,11 +88,11 @@ impl Core {
     pub(super) fn bar_sticks(&mut self, runway: usize) -> bool {
         let now = self.time_s;
         let sticks = self.failing.iter().position(|f| {
-            let Failure { kind, flight, at_s, stay_s, lamps_lit, .. } = f.failure;
+            let Failure { kind, at_s, stay_s, lamps_lit, .. } = f.failure;
             kind == FailureKind::StopBar
                 && lamps_lit
                 && (at_s..=at_s + stay_s).contains(&now)
-                && self.flights[flight].runway.0 == runway
+                && f.runway == runway
         });
         if let Some(f) = sticks {
             self.show(f);

@@ -108,6 +108,8 @@ pub struct Shown {
 #[derive(Clone, Debug)]
 pub(super) struct Failing {
     pub(super) failure: Failure,
+    /// Runway of its flight by the plan: whose bars fail, whichever the flight goes to by mistake.
+    pub(super) runway: usize,
     pub(super) begun_s: Option<f64>,
     pub(super) shown_s: Option<f64>,
     pub(super) over: bool,
@@ -203,12 +205,14 @@ impl Core {
     #[must_use]
     pub fn with_failures(mut self, failures: &[Failure]) -> Self {
         let count = self.movers.len();
+        let planned: Vec<usize> = self.flights.iter().map(|f| f.runway.0).collect();
         for failure in failures.iter().filter(|f| f.flight < count) {
             if failure.kind == FailureKind::WrongRunway {
                 self.mistake_runway(failure.flight);
             }
             let failure = failure.clone();
             let failing = Failing {
+                runway: planned[failure.flight],
                 failure,
                 begun_s: None,
                 shown_s: None,
