@@ -125,11 +125,14 @@ impl One<'_, '_> {
             && !ended(r)
             && !self.cleared(&[TakeOff, Land], r, None)
         {
-            let kind = match landed_on {
-                Some(_) => AlertKind::NoLandingClearance,
-                None => AlertKind::NoTakeOffClearance,
-            };
-            self.raise(kind, Stage::Alarm, Some(r));
+            // The speed of a track may be far above what its places show.
+            let shows =
+                p.doubt.as_ref().is_none_or(|d| s.recent_mps + d.roll_lag_mps >= p.fast_mps);
+            match landed_on {
+                Some(_) => self.raise(AlertKind::NoLandingClearance, Stage::Alarm, Some(r)),
+                None if shows => self.raise(AlertKind::NoTakeOffClearance, Stage::Alarm, Some(r)),
+                None => {}
+            }
         }
         for r in (0..self.rules.layout.runways.len()).filter(|r| s.in_strip(*r)) {
             self.in_strip(r, landed_on);

@@ -35,6 +35,8 @@ pub struct Doubt {
     pub taken_over_s: f64,
     /// The nose of one slower than this is taken from its cleared way, m/s: its velocity is noise.
     pub slow_mps: f64,
+    /// A roll without clearance is one whose places of three seconds show its speed but for this, m/s.
+    pub roll_lag_mps: f64,
     /// Scans in a row (1 to 3) with the nose before a bar, then one over it: it was passed.
     pub before_bar_scans: usize,
     /// A track without a name that was never slower than a roll has to have been on one final for so long, s: else it
@@ -65,6 +67,7 @@ impl Default for Doubt {
             leap_s: 5.0,
             taken_over_s: 8.0,
             slow_mps: 10.0,
+            roll_lag_mps: 5.0,
             before_bar_scans: 3,
             final_s: 10.0,
             name_s: 60.0,

@@ -113,6 +113,32 @@ fn an_echo_that_flies_along_a_runway_is_no_roll_and_a_roll_from_rest_is_one() {
     assert!(roll(&found).is_some());
 }
 
+/// A track that says 18 to 28 m/s of somebody who drives along the runway at 11 is no roll; rolls of every acceleration that
+/// aircraft have are raised when they are on exact truth, at most a second later.
+#[test]
+fn a_speed_that_its_places_do_not_show_is_no_take_off() {
+    let drives = |says: f64| {
+        move |s: u32| {
+            let y = 300.0 + 11.0 * f64::from(s);
+            vec![target(5, "ABC1", (0.0, y), (0.0, says), s)]
+        }
+    };
+    let take_off = |found: &[(u32, String)]| found.iter().find(|r| r.1 == "NOCLR_TOF").map(|r| r.0);
+    for says in [18.5, 22.0, 28.0] {
+        assert_eq!(take_off(&raised(Parameters::on_tracks(), 60, drives(says))), None, "{says}");
+        assert!(take_off(&raised(Parameters::default(), 60, drives(says))).is_some());
+    }
+    for mps2 in [1.0, 1.8, 2.5, 3.0] {
+        let rolls = |s: u32| {
+            let t = f64::from(s.saturating_sub(15));
+            vec![target(5, "ABC1", (0.0, 300.0 + 0.5 * mps2 * t * t), (0.0, mps2 * t), s)]
+        };
+        let exact = take_off(&raised(Parameters::default(), 40, rolls)).expect("a roll");
+        let found = take_off(&raised(Parameters::on_tracks(), 40, rolls)).expect("a roll");
+        assert!((exact..=exact + 1).contains(&found), "{mps2} m/s²: {exact} s, {found} s");
+    }
+}
+
 #[test]
 fn a_velocity_that_jumps_is_no_speed_and_a_steady_one_is() {
     let at = |v: f64, swing: f64| {
