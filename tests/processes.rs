@@ -696,6 +696,7 @@ fn bad_input_gives_one_line_and_the_right_code() {
         (&["plan", "--explain", "NOBODY", "--at", "10"], 2, "--explain NOBODY"),
         (&["plan", "--video", "/dev/null", "--at", "10", "--rim", "nan"], 2, "is not a distance"),
         (&["airport", "check", "/dev/zero"], 2, "longer than"),
+        (&["airport", "nodes", "PARIS"], 2, "airports that come with SEEDS: EGCC"),
         (&["fit", "--out", "/nowhere/figures.json"], 1, "/nowhere/figures.json"),
         (&["accuracy", "--out", "/dev/null"], 1, "/dev/null"),
     ] {

@@ -11,7 +11,7 @@ use models::truth::recorded::Report;
 use models::truth::{Limits, Trajectory, route};
 use scenarios::Entity;
 use scenarios::ScenarioError;
-use scenarios::airport::{LayoutReport, check, check_files};
+use scenarios::airport::{LayoutReport, check_files, files_meant};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -27,7 +27,7 @@ pub struct AirportArgs {
 enum Command {
     /// What is in a layout, what was mended and assumed, and what is wrong with it
     Check {
-        /// Layouts
+        /// Layouts: files, or airports that come with SEEDS, like LSZH
         #[arg(value_name = "FILE", required = true)]
         files: Vec<PathBuf>,
         /// Files that complete the first one, like its ground network
@@ -45,7 +45,7 @@ enum Command {
     },
     /// Names of everything a way may begin or end at: stands, nodes, holding positions, runway ends, exits
     Nodes {
-        /// Layout
+        /// Layout: a file, or an airport that comes with SEEDS, like LSZH
         #[arg(value_name = "FILE")]
         file: PathBuf,
         /// Files that complete it, like its ground network
@@ -57,7 +57,7 @@ enum Command {
     },
     /// The shortest way along the ground network, and how long a mover takes for it (never over a stand)
     Route {
-        /// Layout
+        /// Layout: a file, or an airport that comes with SEEDS, like LSZH
         #[arg(value_name = "FILE")]
         file: PathBuf,
         /// Node or stand to begin at: a name, or #INDEX of the file
@@ -115,8 +115,8 @@ pub fn run(args: &AirportArgs) -> ExitCode {
 
 /// A layout with the files that complete it.
 fn read(file: &Path, with: &[PathBuf]) -> Result<(Airport, LayoutReport), ScenarioError> {
-    let files: Vec<PathBuf> =
-        std::iter::once(file.to_path_buf()).chain(with.iter().cloned()).collect();
+    let named = std::iter::once(file).chain(with.iter().map(PathBuf::as_path));
+    let files: Vec<PathBuf> = named.flat_map(files_meant).collect();
     check_files(&files, None)
 }
 
@@ -271,7 +271,7 @@ fn route_preview(
     ways: usize,
     json: bool,
 ) -> ExitCode {
-    let (layout, _) = match check(file) {
+    let (layout, _) = match read(file, &[]) {
         Ok(found) => found,
         Err(e) => return fail(BAD_INPUT, e),
     };

@@ -191,6 +191,23 @@ pub fn check_files(
     Ok((layout, report))
 }
 
+/// The files that a name means: a file that is there; else one that comes with SEEDS, by its own name
+/// (`airports/LSZH.apt.dat`) or by the airport's (`LSZH`: its layout, and the ground network beside it).
+#[must_use]
+pub fn files_meant(name: &Path) -> Vec<PathBuf> {
+    let shipped =
+        |name: &str| Some(crate::files::shipped(name)).filter(|path| crate::files::is_file(path));
+    let text = name.to_str().filter(|_| !crate::files::is_file(name));
+    let Some(text) = text else { return vec![name.to_path_buf()] };
+    let by_airport = crate::template::layout_of(text).map(|layout| {
+        let network = layout.replace(".apt.dat", ".groundnet.xml");
+        let network = Some(network).filter(|n| *n != layout);
+        shipped(&layout).into_iter().chain(network.and_then(|n| shipped(&n))).collect()
+    });
+    let found = by_airport.or_else(|| shipped(text).map(|path| vec![path]));
+    found.unwrap_or_else(|| vec![name.to_path_buf()])
+}
+
 /// Width of taxiways where the scene does not say it, m: that of code letter D and E.
 const ASSUMED_WIDTH_M: f64 = 23.0;
 
@@ -248,9 +265,13 @@ fn local_m(frame: &LocalFrame, lat_deg: f64, lon_deg: f64) -> Vector2<f64> {
 /// Reads a whole file as text. Names in old files are not always UTF-8: such letters are replaced.
 fn text_of(path: &Path) -> Result<String, ScenarioError> {
     let refused =
-        |reason: String| ScenarioError::new(path, 1, "file", Problem::Unreadable { reason });
+        |reason: String| ScenarioError::new(path, 0, "file", Problem::Unreadable { reason });
     let octets =
         crate::files::read(path, crate::LARGEST_DATA).map_err(|error| match error.kind() {
+            std::io::ErrorKind::NotFound => refused(format!(
+                "{error}; airports that come with SEEDS: {}",
+                crate::files::airports().join(", ")
+            )),
             std::io::ErrorKind::FileTooLarge => refused(format!("{error}; needed is one airport")),
             _ => refused(error.to_string()),
         })?;

@@ -86,6 +86,16 @@ pub fn toml_names(folder: &Path) -> Vec<String> {
         .collect()
 }
 
+/// Location indicators of the airports that are inside the executable.
+#[must_use]
+pub fn airports() -> Vec<&'static str> {
+    let names =
+        FILES.iter().filter_map(|(name, _)| name.strip_prefix("airports/")?.split('.').next());
+    let mut names: Vec<&str> = names.filter(|n| n.len() == 4).collect();
+    names.dedup();
+    names
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -242,3 +242,20 @@ fn no_way_leads_over_a_stand() {
         None
     );
 }
+
+/// An airport that ships is found by its indicator, with the ground network beside it; one that is not there is said so, with those
+/// that are, and without the line of a file that nobody has.
+#[test]
+fn shipped_airports_are_found_by_name() {
+    use scenarios::airport::{check_files, files_meant};
+    let meant = |name: &str| files_meant(Path::new(name));
+    assert_eq!(meant("lszh").len(), 2);
+    assert_eq!(meant("EGCC").len(), 1);
+    assert_eq!(meant("airports/LZIB.apt.dat").len(), 1);
+    let own = shipped("LSZH.apt.dat");
+    assert_eq!(files_meant(&own), [own.clone()], "a file that is there is meant as it is");
+    let (layout, _) = check_files(&meant("LSZH"), None).unwrap_or_else(|e| panic!("{e}"));
+    assert!(layout.runways.len() == 3 && layout.nodes.len() > 300);
+    let said = check_files(&meant("PARIS"), None).err().map(|e| e.to_string()).unwrap_or_default();
+    assert!(said.contains("EGCC, EHAM, LIMC, LSZH, LZIB, XSYN") && !said.contains(":1:"), "{said}");
+}
