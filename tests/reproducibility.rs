@@ -123,8 +123,10 @@ fn a_spectator_that_stops_or_dies_changes_nothing() {
 #[test]
 fn echoes_of_a_pulse_before_the_last_are_counted_and_in_no_error() {
     let ports = Ports::new();
-    let arguments = ["--in-process", "--fast", "--duration", "900", "--no-viewer"];
-    let summary = summary(&finish(run(&ports, &[&["eham"][..], &arguments[..]].concat())));
+    let folder = Folder::new("far");
+    let report = folder.file("report");
+    let arguments = ["eham", "--fast", "--duration", "900", "--report", &report];
+    let summary = summary(&finish(run(&ports, &arguments)));
     let tracks = &summary["tracks"];
     let of = |key: &str| tracks[key].as_f64().unwrap_or_else(|| panic!("{key}: {tracks}"));
     for key in ["raw_rmse_m", "rmse_m", "straight_raw_rmse_m", "straight_rmse_m"] {
@@ -132,4 +134,10 @@ fn echoes_of_a_pulse_before_the_last_are_counted_and_in_no_error() {
     }
     assert!(of("rmse_m") < of("raw_rmse_m"), "{tracks}");
     assert!(of("gross_plots") > 300.0 && of("far_reports") > 300.0, "{tracks}");
+    // Nor in the log: whoever follows an echo kilometres off follows nobody, and the target's error is not his.
+    let log = rusqlite::Connection::open(format!("{report}/run.sqlite")).expect("the log");
+    let number = |sql: &str| log.query_row(sql, [], |row| row.get::<_, f64>(0)).expect("a number");
+    assert!(number("SELECT max(track_error_m) FROM truth") <= 60.0);
+    assert!(number("SELECT max(worst_m) FROM target_accuracy") <= 60.0);
+    assert!(number("SELECT count(*) FROM false_tracks WHERE scans > 3") > 0.0);
 }

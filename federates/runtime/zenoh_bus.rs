@@ -67,6 +67,9 @@ impl ZenohBus {
             ("transport/link/tx/lease", "2000"),
             // A receiver that stands still holds a sender for at most half a second.
             ("transport/link/tx/queue/congestion_control/block/wait_before_close", "500000"),
+            // A scan of some hundred targets is longer than the two batches that it has as it comes, and would be dropped for
+            // readers that are only late.
+            ("transport/link/tx/queue/size/data", "16"),
             ("transport/link/rx/max_message_size", "8388608"),
             ("queries_default_timeout", "2000"),
         ] {

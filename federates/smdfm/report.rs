@@ -7,6 +7,7 @@ use crate::runtime::messages::{LagMessage, PlotMessage, ScanReport, TrackMessage
 use models::effects::PlanRow;
 use models::fusion::Outcome;
 use models::plot::{Identity, Plot};
+use models::score::run::Rules;
 use models::sensors::{PlotSink, ScanInterval, Truth};
 use models::track::{SystemTrack, TrackStatus, TrackType};
 
@@ -99,8 +100,10 @@ pub fn scan_report(parts: &ScanParts<'_>) -> ScanReport {
     let view = parts.view;
     let mut followed = vec![None; view.len()];
     for track in parts.tracks.iter().filter(|t| t.status != TrackStatus::Last) {
-        if let Some((index, distance_m)) = parts.evaluation.truth_of(view, track, parts.interval.to)
-        {
+        // Of an echo of a pulse before the last, kilometres from its target: a false track, as for `seeds score`.
+        let near = |(_, distance_m): &(usize, f64)| *distance_m <= Rules::default().pair_m;
+        let of = parts.evaluation.truth_of(view, track, parts.interval.to);
+        if let Some((index, distance_m)) = of.filter(near) {
             let nearer = |(_, d): &(u16, f64)| distance_m < *d;
             if followed[index].as_ref().is_none_or(nearer) {
                 followed[index] = Some((track.number, distance_m));
