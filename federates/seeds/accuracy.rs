@@ -148,7 +148,7 @@ fn show_closing(text: &str) {
 }
 
 #[expect(clippy::print_stderr, reason = "progress for a person at a terminal")]
-fn show(text: &str) {
+pub(super) fn show(text: &str) {
     if std::io::IsTerminal::is_terminal(&std::io::stderr()) {
         eprint!("\r\x1b[K{text}");
     } else {
@@ -157,7 +157,7 @@ fn show(text: &str) {
 }
 
 #[expect(clippy::print_stderr, reason = "progress for a person at a terminal")]
-fn end_of_progress() {
+pub(super) fn end_of_progress() {
     eprintln!();
 }
 

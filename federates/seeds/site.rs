@@ -1,7 +1,9 @@
 //! `seeds site SCENE -o DIR`: maps of what the sensors of a scene make of every place of the airport.
 
+use super::accuracy::{end_of_progress, show};
 use crate::runtime::cli::out;
 use crate::runtime::cli::{self, BAD_INPUT, FAILED, fail, load_scene};
+use crate::runtime::clock::monotonic_ns;
 use anyhow::{Context, bail};
 use clap::Args;
 use models::environment::Weather;
@@ -9,14 +11,16 @@ use models::frames::Vector2;
 use models::sensors::TargetClass;
 use models::sensors::mlat::MlatConfig;
 use scenarios::{Scene, SensorScene};
-use serde_json::{Value, json};
+use serde_json::json;
 use std::any::Any;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use studies::metar;
 use studies::siting::{self, Grid, Map, Subject};
+use studies::siting_candidates::{self, Candidate, PRESENT};
 use studies::siting_picture;
+use studies::siting_rating::{self, Area, Objective};
 
 /// Maps of a site: detection, ratio, deviation, shadows and ghosts of every radar, dilution of multilateration
 #[derive(Args, Clone, Debug)]
@@ -53,13 +57,69 @@ pub struct SiteArgs {
     #[arg(long, value_name = "SCENE", conflicts_with = "candidates")]
     against: Option<String>,
 
-    /// Sites for one radar: lines "name,east_m,north_m"; rates each, best first, and writes no maps
+    /// Sites for one radar (CSV: name, then lat_deg,lon_deg or east_m,north_m, height_m): ranks them and the
+    /// present one over the movement area; the maps are the best candidate's
     #[arg(long, value_name = "FILE")]
     candidates: Option<PathBuf>,
 
-    /// Name of the radar that --candidates places [default: the first one]
+    /// Name of the radar that --candidates places [default: the only one]
     #[arg(long, value_name = "NAME", requires = "candidates")]
     sensor: Option<String>,
+
+    /// Probability of detection that a place needs, for --candidates
+    #[arg(long, value_name = "P", default_value_t = 0.9, value_parser = probability, requires = "candidates")]
+    pd_bound: f64,
+
+    /// What --candidates are ranked by, among equals the next: pd, covered, worst-pd, sigma, shadow, ghosts
+    #[arg(
+        long,
+        value_name = "WORDS",
+        value_delimiter = ',',
+        default_value = "pd,worst-pd,sigma,shadow,ghosts",
+        value_parser = objective,
+        requires = "candidates"
+    )]
+    by: Vec<Objective>,
+}
+
+fn probability(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(p) if p > 0.0 && p <= 1.0 => Ok(p),
+        _ => Err(format!("'{text}' is not a probability above 0, to 1")),
+    }
+}
+
+fn objective(word: &str) -> Result<Objective, String> {
+    let known = || Objective::WORDS.map(|w| w.0).join(", ");
+    Objective::named(word).ok_or_else(|| format!("'{word}' is none of {}", known()))
+}
+
+/// Progress for people, from two seconds on, at most every second.
+struct Progress {
+    next_ns: u64,
+    shown: bool,
+}
+
+impl Progress {
+    fn new() -> Self {
+        Self { next_ns: monotonic_ns() + 2_000_000_000, shown: false }
+    }
+
+    fn tell(&mut self, done: usize, total: usize, what: &str) {
+        let now_ns = monotonic_ns();
+        if now_ns >= self.next_ns {
+            (self.next_ns, self.shown) = (now_ns + 1_000_000_000, true);
+            show(&format!("site {done}/{total}: {what}"));
+        }
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        if self.shown {
+            end_of_progress();
+        }
+    }
 }
 
 fn bounded(text: &str, low: f64, high: f64) -> Result<f64, String> {
@@ -95,7 +155,10 @@ pub fn run(args: &SiteArgs) -> ExitCode {
     };
     let subject = Subject { class, height_m: args.height, worst: args.worst };
     let made = match &args.candidates {
-        Some(file) => rate(&scene, args, file, &subject),
+        Some(file) => match candidates(&scene, args, file) {
+            Ok((radar, candidates)) => rate(&scene, args, radar, &candidates, &subject),
+            Err(e) => return fail(BAD_INPUT, e),
+        },
         None => maps(&scene, against.as_ref(), args, &subject),
     };
     match made {
@@ -161,10 +224,14 @@ fn all_maps(
     subject: &Subject,
 ) -> anyhow::Result<Vec<Map>> {
     let mut found = Vec::new();
-    for (name, weather) in weathers {
+    let mut progress = Progress::new();
+    let total = weathers.len() * radars(scene).count();
+    for (nth, (name, weather)) in weathers.iter().enumerate() {
         let first = found.len();
-        for radar in radars(scene) {
-            let made = siting::radar_maps(scene, radar, None, (name, weather), grid, subject);
+        for (of, radar) in radars(scene).enumerate() {
+            let done = nth * radars(scene).count() + of;
+            progress.tell(done, total, &format!("{}, {name}", radar.name));
+            let made = siting::radar_maps(scene, radar, (name, weather), grid, subject);
             found.extend(made.map_err(anyhow::Error::msg).with_context(|| radar.name.clone())?);
         }
         let pds: Vec<&Map> = found[first..].iter().filter(|m| m.layer == "pd").collect();
@@ -272,53 +339,82 @@ fn worst_places(scene: &Scene, map: &Map, all: &[Map], grid: &Grid) -> String {
     text
 }
 
-fn rate(scene: &Scene, args: &SiteArgs, file: &Path, subject: &Subject) -> anyhow::Result<()> {
-    let radar = match &args.sensor {
-        Some(name) => radars(scene).find(|s| s.name == *name),
-        None => radars(scene).next(),
+/// The radar that is placed, by its place among the sensors, and the sites: the present one and those of the file.
+fn candidates(
+    scene: &Scene,
+    args: &SiteArgs,
+    file: &Path,
+) -> Result<(usize, Vec<Candidate>), String> {
+    let known = radars(scene).map(|s| &*s.name).collect::<Vec<_>>().join(", ");
+    let wanted =
+        |s: &SensorScene| s.asde.is_some() && args.sensor.as_ref().is_none_or(|n| s.name == *n);
+    let found: Vec<usize> =
+        (0..scene.sensors.len()).filter(|i| wanted(&scene.sensors[*i])).collect();
+    let &[index] = &found[..] else {
+        return Err(match (&args.sensor, &*known) {
+            (_, "") => "--candidates places a radar, and the scene has none".to_owned(),
+            (Some(name), _) => format!("--sensor {name}: the scene's radars are {known}"),
+            (None, _) => format!("--candidates places one radar; name it with --sensor: {known}"),
+        });
     };
-    let Some(radar) = radar else {
-        let known: Vec<&str> = radars(scene).map(|s| &*s.name).collect();
-        bail!("--candidates places a radar; the scene has: {}", known.join(", "));
-    };
-    let text = std::fs::read_to_string(file).with_context(|| file.display().to_string())?;
-    let mut candidates = Vec::new();
-    for (line, row) in (1..).zip(text.lines()) {
-        let row = row.trim();
-        if row.is_empty() || row.starts_with('#') || row.starts_with("name,") {
-            continue;
-        }
-        let parts: Vec<&str> = row.split(',').map(str::trim).collect();
-        let number =
-            |i: usize| parts.get(i).and_then(|p| p.parse::<f64>().ok()).filter(|x| x.abs() < 1e6);
-        let (Some(east), Some(north)) = (number(1), number(2)) else {
-            bail!("{}:{line}: '{row}' is not \"name,east_m,north_m\"", file.display());
-        };
-        candidates.push((parts[0].to_owned(), Vector2::new(east, north)));
-    }
-    if candidates.is_empty() || candidates.len() > 1000 {
-        bail!("{}: {} candidates; 1 to 1000 are possible", file.display(), candidates.len());
-    }
+    let sensor = &scene.sensors[index];
+    let height_m = sensor.asde.as_ref().map_or(0.0, |radar| radar.parameters.antenna_height_m);
+    let at = sensor.site_m.map_or_else(Vector2::zeros, |site| site.xy());
+    let mut all =
+        vec![Candidate { name: PRESENT.into(), site_m: at.push(height_m), present: true }];
+    let text = std::fs::read_to_string(file)
+        .map_err(|e| format!("{}: {e}; --candidates takes a CSV file", file.display()))?;
+    let name = file.display().to_string();
+    all.extend(siting_candidates::read(&name, &text, scene, height_m)?);
+    Ok((index, all))
+}
+
+fn rate(
+    scene: &Scene,
+    args: &SiteArgs,
+    index: usize,
+    candidates: &[Candidate],
+    subject: &Subject,
+) -> anyhow::Result<()> {
+    let radar = &scene.sensors[index];
     let grid = Grid::of(scene, args.step).map_err(anyhow::Error::msg)?;
+    let area = Area::of(scene, &grid).map_err(anyhow::Error::msg)?;
     let weathers = weathers(scene, args)?;
-    let rated = siting::rate(scene, radar, &candidates, &weathers, &grid, subject);
-    let rated = rated.map_err(anyhow::Error::msg)?;
-    std::fs::create_dir_all(&args.out).with_context(|| args.out.display().to_string())?;
-    let mut table = String::from("name,east_m,north_m,share,sigma_m\n");
-    out!("{}: share of the weighted area with Pd 0.9 and sigma 3.5 m, worst weather", radar.name);
-    for r in &rated {
-        let (east, north) = (r.site_m.x, r.site_m.y);
-        let _ = writeln!(table, "{},{east},{north},{},{}", r.name, r.share, r.sigma_m);
-        out!("  {:<24} {:>7.3}  mean sigma {:.2} m", r.name, r.share, r.sigma_m);
+    let mut rated = Vec::new();
+    let mut progress = Progress::new();
+    for (done, candidate) in candidates.iter().enumerate() {
+        progress.tell(done, candidates.len(), &candidate.name);
+        let one =
+            siting_rating::rate(scene, radar, candidate, &weathers, &area, subject, args.pd_bound);
+        rated.push(one.map_err(anyhow::Error::msg).with_context(|| candidate.name.clone())?);
     }
-    cli::save(&args.out.join("candidates.csv"), table)?;
-    let rows: Vec<Value> = rated
-        .iter()
-        .map(|r| {
-            json!({ "name": r.name, "east_m": r.site_m.x, "north_m": r.site_m.y,
-                         "share": r.share, "sigma_m": r.sigma_m })
-        })
-        .collect();
-    let document = json!({ "scene": scene.name, "sensor": radar.name, "candidates": rows });
-    cli::save(&args.out.join("site.json"), format!("{document:#}\n"))
+    drop(progress);
+    siting_rating::rank(&mut rated, &args.by);
+    let words = |o: &Objective| Objective::WORDS.iter().find(|w| w.1 == *o).map_or("", |w| w.0);
+    let by: Vec<&str> = args.by.iter().map(words).collect();
+    out!(
+        "{}: {} sites, each figure in the worst of {} weathers over {} cells of the movement area; by {}",
+        radar.name,
+        rated.len(),
+        weathers.len(),
+        area.cells(),
+        by.join(", ")
+    );
+    out!("{}", siting_rating::text(&rated, args.pd_bound).trim_end());
+    std::fs::create_dir_all(&args.out).with_context(|| args.out.display().to_string())?;
+    cli::save(&args.out.join("candidates.csv"), siting_rating::csv(&rated))?;
+    let document = json!({
+        "scene": scene.name, "sensor": radar.name, "class": subject.class.designator,
+        "height_m": subject.height_m, "worst_aspect": subject.worst, "step_m": args.step,
+        "cells": area.cells(), "pd_bound": args.pd_bound, "by": by,
+        "candidates": siting_rating::json(&rated),
+    });
+    cli::save(&args.out.join("candidates.json"), format!("{document:#}\n"))?;
+    let picture = siting_picture::candidates_png(scene, &grid, &rated);
+    cli::save(&args.out.join("candidates.png"), picture.map_err(anyhow::Error::msg)?)?;
+    let best = rated.iter().find(|r| !r.candidate.present).context("a candidate")?;
+    out!("maps with {} at {}:", radar.name, best.candidate.name);
+    let mut moved = scene.clone();
+    moved.sensors[index] = siting_rating::placed(radar, &best.candidate);
+    maps(&moved, None, args, subject)
 }

@@ -37,7 +37,9 @@ pub mod score;
 pub mod score_alerts;
 pub mod score_files;
 pub mod siting;
+pub mod siting_candidates;
 pub mod siting_picture;
+pub mod siting_rating;
 #[cfg(test)]
 mod tests;
 pub mod unseen;

@@ -144,25 +144,20 @@ fn empty(
     }
 }
 
-/// The maps of one radar of a scene in one weather, at its site or another one (m east, north).
+/// The maps of one radar of a scene in one weather.
 ///
 /// # Errors
 /// If the sensor is no radar, or cannot be made.
 pub fn radar_maps(
     scene: &Scene,
     sensor: &SensorScene,
-    site_m: Option<Vector2<f64>>,
     (name, weather): (&str, &Weather),
     grid: &Grid,
     subject: &Subject,
 ) -> Result<Vec<Map>, String> {
     let parameters = sensor.asde.as_ref().ok_or("no radar")?;
-    let mut moved = sensor.clone();
-    if let (Some(site), Some(at)) = (site_m, moved.site_m.as_mut()) {
-        (at.x, at.y) = (site.x, site.y);
-    }
     let tolerance: Tolerance = scene.tolerance();
-    let mut radar = parameters.radar_for(scene, &moved, tolerance).map_err(|e| e.to_string())?;
+    let mut radar = parameters.radar_for(scene, sensor, tolerance).map_err(|e| e.to_string())?;
     let air = radar.air(weather);
     let class = &subject.class;
     let aspect = if subject.worst { Aspect::worst(class) } else { Aspect::mean(class) };
@@ -357,7 +352,7 @@ pub fn nearest(scene: &Scene, place: Vector2<f64>) -> String {
 }
 
 /// Weight of a place when sites are compared: runways 4, taxiways 2, the rest 1 (assumed).
-fn weight(scene: &Scene, place: Vector2<f64>) -> f64 {
+pub(crate) fn weight(scene: &Scene, place: Vector2<f64>) -> f64 {
     let layout = &scene.airport.layout;
     let on_runway = layout
         .runways
@@ -371,63 +366,6 @@ fn weight(scene: &Scene, place: Vector2<f64>) -> f64 {
         distance_to_segment_m(place, ends[0], ends[1]) <= 0.5 * e.width_m
     });
     if on_taxiway { 2.0 } else { 1.0 }
-}
-
-/// How good a site is.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Rating {
-    /// Its name.
-    pub name: String,
-    /// Where it is, m east and north.
-    pub site_m: Vector2<f64>,
-    /// Share of the weighted area with a probability of detection of 0.9 and sigma of 3.5 m, worst weather.
-    pub share: f64,
-    /// Mean sigma, m.
-    pub sigma_m: f64,
-}
-
-/// Detection and deviation that a place needs to count as covered.
-const COVERED: (f32, f32) = (0.9, 3.5);
-
-/// Candidate sites for one radar, best first: by the share of the weighted area that is covered in the worst
-/// weather, then by the least mean deviation, then by name.
-///
-/// # Errors
-/// As [`radar_maps`].
-pub fn rate(
-    scene: &Scene,
-    sensor: &SensorScene,
-    candidates: &[(String, Vector2<f64>)],
-    weathers: &[(String, Weather)],
-    grid: &Grid,
-    subject: &Subject,
-) -> Result<Vec<Rating>, String> {
-    let cells: Vec<usize> = (0..grid.area.len()).filter(|i| grid.area[*i]).collect();
-    let weights: Vec<f64> = cells.iter().map(|&i| weight(scene, grid.place(i))).collect();
-    let all: f64 = weights.iter().sum();
-    let mut found = Vec::new();
-    for (name, site_m) in candidates {
-        let mut worst = (f64::INFINITY, 0.0f64);
-        for (word, weather) in weathers {
-            let maps = radar_maps(scene, sensor, Some(*site_m), (word, weather), grid, subject)?;
-            let (pd, sigma) = (&maps[1].values, &maps[2].values);
-            let good = |i: usize| pd[i] >= COVERED.0 && sigma[i] >= 0.0 && sigma[i] <= COVERED.1;
-            let covered = cells.iter().zip(&weights).filter(|(i, _)| good(**i));
-            let share = covered.fold(0.0, |sum, (_, w)| sum + w) / all.max(1e-9);
-            let (mut sum, mut n) = (0.0, 0.0);
-            for value in maps[2].known() {
-                (sum, n) = (sum + f64::from(value), n + 1.0);
-            }
-            worst = (worst.0.min(share), worst.1.max(sum / f64::max(n, 1.0)));
-        }
-        let (share, sigma_m) = worst;
-        found.push(Rating { name: name.clone(), site_m: *site_m, share, sigma_m });
-    }
-    found.sort_by(|a, b| {
-        let by_share = b.share.total_cmp(&a.share);
-        by_share.then(a.sigma_m.total_cmp(&b.sigma_m)).then(a.name.cmp(&b.name))
-    });
-    Ok(found)
 }
 
 #[cfg(test)]
@@ -447,7 +385,7 @@ mod tests {
     fn maps_at(scene: &Scene, step_m: f64, weather: &Weather) -> (Grid, Vec<Map>) {
         let grid = Grid::of(scene, step_m).expect("pavement");
         let radar = scene.sensors.iter().find(|s| s.asde.is_some()).expect("a radar");
-        let maps = radar_maps(scene, radar, None, ("w", weather), &grid, &subject());
+        let maps = radar_maps(scene, radar, ("w", weather), &grid, &subject());
         (grid, maps.expect("maps"))
     }
 

@@ -1,8 +1,12 @@
 //! A map of a site as a picture: colours by value, sites, footprints, a scale and a colour bar with its ends.
 
+use crate::picture::Pavement;
 use crate::siting::{Grid, Map, NO_DATA};
+use crate::siting_rating::Rating;
 use models::frames::Vector2;
+use models::sensors::asde::picture::Ground as _;
 use models::sensors::radar::shadow::Building;
+use scenarios::Scene;
 
 /// Colours from low to high: dark blue, green, yellow.
 const COLOURS: [[f32; 3]; 5] = [
@@ -185,8 +189,69 @@ pub fn png(
     canvas.text(140, top + 14, &format!("{scale_m:.0} M"));
     let words = format!("{} {} {}", map.layer, map.unit, map.weather);
     canvas.text(300, top + 14, words.trim());
+    encoded(&canvas)
+}
+
+/// Longer side of the picture of candidates, pixels.
+const CANDIDATES_SIDE: f64 = 900.0;
+/// Most names below it.
+const MOST_NAMES: usize = 20;
+
+/// The airport with ranked sites as a PNG file's octets: each with its rank, the present one in red, names and
+/// shares below.
+///
+/// # Errors
+/// What the encoder says.
+pub fn candidates_png(scene: &Scene, grid: &Grid, ratings: &[Rating]) -> Result<Vec<u8>, String> {
+    let ends = [grid.place(0), grid.place(grid.area.len().saturating_sub(1))];
+    let places = || ends.into_iter().chain(ratings.iter().map(|r| r.candidate.site_m.xy()));
+    let margin = Vector2::repeat(100.0);
+    let low = places().fold(ends[0], |m, p| m.inf(&p)) - margin;
+    let high = places().fold(ends[0], |m, p| m.sup(&p)) + margin;
+    let size = high - low;
+    let step_m = size.max() / CANDIDATES_SIDE;
+    let [columns, rows] = [size.x, size.y].map(|side| ((side / step_m) as usize).max(1));
+    let names = ratings.len().min(MOST_NAMES);
+    let (width, height) = (columns.max(LEAST_WIDTH), rows + 14 * names + 8);
+    let mut canvas = Canvas { width, height, rgb: vec![255; 3 * width * height] };
+    let pavement = Pavement::of(&scene.airport.layout, low.abs().sup(&high.abs()).max() + 10.0);
+    for (x, y) in (0..rows).flat_map(|y| (0..columns).map(move |x| (x, y))) {
+        let place = Vector2::new(low.x + x as f64 * step_m, high.y - y as f64 * step_m);
+        if pavement.factor(place) == 1.0 {
+            canvas.set(x as i64, y as i64, [190; 3]);
+        }
+    }
+    let pixel = |place: Vector2<f64>| ((place.x - low.x) / step_m, (high.y - place.y) / step_m);
+    for (a, b) in scene.buildings.iter().flat_map(Building::walls) {
+        canvas.line(pixel(a), pixel(b), [0; 3]);
+    }
+    // The best ones last: they stay legible where sites are close together.
+    for (rank, r) in (1..).zip(ratings).collect::<Vec<(usize, _)>>().into_iter().rev() {
+        let (x, y) = pixel(r.candidate.site_m.xy());
+        let (x, y) = (x.round() as i64, y.round() as i64);
+        let (best, present) = ([0, 140, 0], [220, 0, 0]);
+        let of = match () {
+            () if r.candidate.present => present,
+            () if rank == 1 => best,
+            () => [0, 60, 200],
+        };
+        for (dx, dy) in (-4..=4i64).flat_map(|dx| (-4..=4i64).map(move |dy| (dx, dy))) {
+            if dx * dx + dy * dy <= 18 {
+                canvas.set(x + dx, y + dy, of);
+            }
+        }
+        canvas.text(x + 7, y - 5, &rank.to_string());
+    }
+    for (rank, r) in (1usize..).zip(ratings).take(names) {
+        let line = format!("{rank} {} {:.3}", r.candidate.name, r.worst.share);
+        canvas.text(4, (rows + 14 * (rank - 1) + 6) as i64, &line);
+    }
+    encoded(&canvas)
+}
+
+fn encoded(canvas: &Canvas) -> Result<Vec<u8>, String> {
     let mut out = Vec::new();
-    let [w, h] = [width, height].map(|n| u32::try_from(n).unwrap_or(u32::MAX));
+    let [w, h] = [canvas.width, canvas.height].map(|n| u32::try_from(n).unwrap_or(u32::MAX));
     let mut encoder = png::Encoder::new(&mut out, w, h);
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
