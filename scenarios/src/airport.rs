@@ -199,7 +199,7 @@ pub fn files_meant(name: &Path) -> Vec<PathBuf> {
         |name: &str| Some(crate::files::shipped(name)).filter(|path| crate::files::is_file(path));
     let text = name.to_str().filter(|_| !crate::files::is_file(name));
     let Some(text) = text else { return vec![name.to_path_buf()] };
-    let by_airport = crate::template::layout_of(text).map(|layout| {
+    let by_airport = crate::files::layout_of(text).map(|layout| {
         let network = layout.replace(".apt.dat", ".groundnet.xml");
         let network = Some(network).filter(|n| *n != layout);
         shipped(&layout).into_iter().chain(network.and_then(|n| shipped(&n))).collect()

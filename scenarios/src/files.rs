@@ -96,6 +96,16 @@ pub fn airports() -> Vec<&'static str> {
     names
 }
 
+/// The shipped layout of an airport, by its location indicator.
+#[must_use]
+pub fn layout_of(icao: &str) -> Option<String> {
+    let name = icao.to_ascii_uppercase();
+    ["apt.dat", "nodes.csv", "osm.json", "geojson"]
+        .iter()
+        .map(|ending| format!("airports/{name}.{ending}"))
+        .find(|file| is_file(&shipped(file)))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -2,6 +2,7 @@
 
 use crate::airport::check;
 use crate::error::ScenarioError;
+pub use crate::files::layout_of;
 use crate::{Scene, load_text};
 use models::frames::Azimuth;
 use std::fmt::Write as _;
@@ -172,14 +173,4 @@ fn text(
         }
     }
     out
-}
-
-/// The shipped layout of an airport, by its location indicator.
-#[must_use]
-pub fn layout_of(icao: &str) -> Option<String> {
-    let name = icao.to_ascii_uppercase();
-    ["apt.dat", "nodes.csv", "osm.json", "geojson"]
-        .iter()
-        .map(|ending| format!("airports/{name}.{ending}"))
-        .find(|file| crate::files::is_file(&crate::data_file(Path::new("scene.toml"), file)))
 }
