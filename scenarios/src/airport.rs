@@ -172,6 +172,10 @@ pub fn check_files(
     let is_overlay = |p: &PathBuf| p.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
     let (overlays, layouts): (Vec<&PathBuf>, Vec<&PathBuf>) =
         paths.iter().partition(|p| is_overlay(p));
+    if let (Some(overlay), true) = (overlays.first(), layouts.is_empty()) {
+        let reason = "an overlay changes a layout: name that one first".into();
+        return Err(ScenarioError::new(overlay, 0, "layout", Problem::Unreadable { reason }));
+    }
     for path in layouts {
         let raw = Layout::read(path)?;
         let frame = frame.get_or_insert_with(|| LocalFrame::at(raw.reference()));

@@ -156,6 +156,12 @@ fn an_overlay_that_names_nothing_is_refused_with_its_line() {
         ("corners.toml", "[[closed]]\narea = [{ east_m = 0, north_m = 0 }]\n", "1 corners"),
         ("way.toml", "[[taxiway]]\nname = \"D\"\none_way = true\n", "edge = [from, to]"),
         ("end.toml", "[runways]\narrival = [\"14\"]\n", "end.toml:2"),
+        ("two.toml", "[[hold]]\nnode = \"12006\"\neast_m = 0\n", "either node or a place"),
+        (
+            "way2.toml",
+            "[[taxiway]]\nname = \"D\"\nedge = [\"12006\", \"6544\"]\n",
+            "either name or edge",
+        ),
         ("key.toml", "[[stand]]\nname = \"Ramp_20\"\ncolour = \"red\"\n", "colour"),
         ("table.toml", "[[stands]]\nname = \"Ramp_20\"\n", "stands"),
     ] {
@@ -163,6 +169,9 @@ fn an_overlay_that_names_nothing_is_refused_with_its_line() {
         assert!(said.contains(wanted), "{name}: {said}");
         assert!(said.lines().count() == 1, "{said}");
     }
+    let alone = scenarios::airport::check(&written("alone.toml", "[[closed]]\ntaxiway = \"D\"\n"));
+    let said = alone.err().map(|e| e.to_string()).unwrap_or_default();
+    assert!(said.contains("an overlay changes a layout"), "{said}");
     // And of `seeds airport check LAYOUT --with FILE`.
     let files = [
         base().join("airports/LZIB.apt.dat"),

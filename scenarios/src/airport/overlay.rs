@@ -124,6 +124,12 @@ fn edges_meant(
 /// A runway holding position at a node, or at a place, where its taxiway is cut.
 fn hold(scene: &mut AirportScene, row: &Section) -> Result<String, ScenarioError> {
     let off = row.flag("off")?.unwrap_or(false);
+    if row.has("node")
+        && let Some(place) = keys::place_words().into_iter().find(|word| row.has(word))
+    {
+        let needed = "either node or a place".into();
+        return Err(row.refuse(place, Problem::WrongKind { found: "both".into(), needed }));
+    }
     let node = match row.text("node")? {
         Some(name) => node_named(&scene.layout, row, "node", name)?,
         None => {
@@ -191,6 +197,10 @@ fn edge(layout: &mut Airport, row: &Section) -> Result<String, ScenarioError> {
 
 /// Width, code and direction of what is there.
 fn taxiway(layout: &mut Airport, row: &Section) -> Result<String, ScenarioError> {
+    if row.has("name") && row.has("edge") {
+        let needed = "either name or edge".into();
+        return Err(row.refuse("edge", Problem::WrongKind { found: "both".into(), needed }));
+    }
     let meant = edges_meant(layout, row, "name")?;
     let (code, width) = (code_of(row)?, row.number("width_m", within(5.0, 100.0, "m"))?);
     let one_way = row.flag("one_way")?;

@@ -321,8 +321,7 @@ fn on_stands(
 fn clear_of_lanes(network: &Network, parked: &[Rectangle; 2], widest_m: f64) -> bool {
     let middle = (parked[0].corners_m[0] + parked[0].corners_m[2]) * 0.5;
     network.edges.iter().all(|edge| {
-        let lead_in = edge.nodes.iter().any(|n| network.nodes[*n].stand.is_some());
-        if lead_in || edge.strip.is_some() || edge.runway.is_some() {
+        if !network.is_taxiway(edge) {
             return true;
         }
         let [a, b] = edge.nodes.map(|n| network.nodes[n].at_m);

@@ -1,6 +1,6 @@
 //! R4: where aircraft hold before a runway.
 
-use super::{NetEdge, Network};
+use super::{NetEdge, Network, named};
 use crate::airport::Airport;
 use std::collections::BTreeSet;
 
@@ -108,10 +108,19 @@ impl Network {
                 runway.hold_distance_m
             ));
         }
+        let mut unused = Vec::new();
         for node in &mut self.nodes {
             if node.hold_for == Some(usize::MAX) {
                 node.hold_for = None;
+                unused.push(node.name.clone());
             }
+        }
+        if !unused.is_empty() {
+            self.report.push(format!(
+                "R4: {} holding positions of the file are not the first on a way off a runway, not used: {}",
+                unused.len(),
+                named(&unused)
+            ));
         }
     }
 }

@@ -50,8 +50,7 @@ impl Network {
             }
             let mut best: Option<(bool, f64, usize, f64)> = None;
             for (e, edge) in self.edges.iter().enumerate() {
-                let stands_there = edge.nodes.iter().any(|n| self.nodes[*n].stand.is_some());
-                if edge.strip.is_some() || edge.runway.is_some() || stands_there {
+                if !self.is_taxiway(edge) {
                     continue;
                 }
                 let [a, b] = self.ends(edge);
@@ -119,14 +118,20 @@ impl Network {
         }
     }
 
+    /// Whether an edge is a taxiway or a lane: off the strips of runways, and no lead-in to a stand.
+    #[must_use]
+    pub fn is_taxiway(&self, edge: &NetEdge) -> bool {
+        let lead_in = edge.nodes.iter().any(|n| self.nodes[*n].stand.is_some());
+        edge.strip.is_none() && edge.runway.is_none() && !lead_in
+    }
+
     /// A stand on an edge that leads through it, the way it heads: the part behind it is its lead-in, what goes on from it is
     /// cut off, since a way never leads over a stand. The names of the ends of that edge.
     fn end_at_stand(&mut self, s: usize, ahead: Vector2<f64>) -> Option<(String, String)> {
         let at_m = self.stands[s].at_m;
         let mut best: Option<(f64, usize, f64)> = None;
         for (e, edge) in self.edges.iter().enumerate() {
-            let stands_there = edge.nodes.iter().any(|n| self.nodes[*n].stand.is_some());
-            if edge.strip.is_some() || edge.runway.is_some() || stands_there {
+            if !self.is_taxiway(edge) {
                 continue;
             }
             let [a, b] = self.ends(edge);
