@@ -275,6 +275,35 @@ fn what_is_thrown_is_hostile_and_gives_no_orders() {
     assert!(types.len() > 40 && types.contains(&PduType::ENTITY_STATE.0), "{} types", types.len());
 }
 
+/// Who connects and says nothing takes places of the port for a few seconds; with a hundred of them, as the library has it, nobody else was let
+/// in for ten. Whoever operates the run is let in meanwhile, and the run is what it is without them.
+#[test]
+fn two_hundred_silent_connections_leave_the_synchronisation_port_answering() {
+    let ports = Ports::new();
+    let alone = finish(run(&ports, &["--in-process", "--fast", "--duration", "120"]));
+    let arguments = ["--rate", "2", "--duration", "120", "--no-viewer", "--no-visitors"];
+    let mut going = common::Background::start(run(&ports, &arguments));
+    let running = || (common::status(&ports)?["state"]["phase"] == "RUNNING").then_some(());
+    assert!(common::wait_for(common::SOON, running).is_some(), "{:?}", common::status(&ports));
+    let to = ports.sync.trim_start_matches("tcp/");
+    let silent: Vec<_> = (0..200).map_while(|_| std::net::TcpStream::connect(to).ok()).collect();
+    assert_eq!(silent.len(), 200);
+    let within = Duration::from_secs(8);
+    assert!(common::wait_for(within, running).is_some(), "it does not answer");
+    let (frozen, words) = common::operate(&ports, &["freeze"]);
+    assert!(frozen, "{words}");
+    drop(silent);
+    assert!(common::operate(&ports, &["rate", "200"]).0);
+    assert!(common::operate(&ports, &["resume"]).0);
+    let stdout = going.0.stdout.take().expect("piped");
+    assert_eq!(going.wait(common::SOON), Some(0));
+    let text = std::io::read_to_string(stdout).expect("its words");
+    let line = text.lines().find(|line| line.starts_with('{')).expect("a summary");
+    let found: Value = serde_json::from_str(line).expect("JSON");
+    assert_eq!(found["digest"], summary(&alone)["digest"], "{found}");
+    assert_eq!(found["faults"], Value::Array(Vec::new()), "{found}");
+}
+
 #[test]
 fn twenty_thousand_hostile_datagrams_leave_a_run_and_its_recording_whole() {
     stands(20_000, "4", "40", 8.0, true);
@@ -325,7 +354,7 @@ fn garbage_on_the_tcp_ports_leaves_the_run_as_it_was_and_both_answering() {
         }
     }
     assert!(sent > 120, "{sent} of 240");
-    // Silent connections may take all places of a port for the ten seconds that it gives them.
+    // Silent connections may take all places of a port for the seconds that it gives them.
     assert!(in_phase("RUNNING"), "{:?}", common::status(&ports));
     let answers = || {
         let mut stream = TcpStream::connect(&ports.page).ok()?;

@@ -190,6 +190,80 @@ fn two_that_are_killed_within_half_a_second_return_to_the_same_run() {
     comes_back("returns-two", &[&["smdfm", "control"], &["control", "traffic-generator"]]);
 }
 
+/// A process stands still for 3 s. A connection on which nothing is said is closed after 2 s; what `stall_ms` says decides all the same:
+/// 2 s freeze the run until it wakes up, 20 s do not, and it is heard again by itself. A process that is killed afterwards is missed at
+/// once all the same. The digest is the undisturbed run's.
+fn stands_still(stall_ms: Option<&str>) {
+    let ports = Ports::new();
+    let scene = ["--duration", "150", "--no-viewer", "--no-visitors"];
+    let undisturbed = {
+        let mut command = common::seeds();
+        command.args(["run", "zurich", "--in-process", "--fast", "--duration", "150"]);
+        summary(&finish(command))
+    };
+    let mut command = run(&ports, &scene);
+    command.args(["--rate", "2", "--return-ms", "none"]);
+    command.args(stall_ms.iter().flat_map(|ms| ["--stall-ms", *ms]));
+    let mut going = Background::start(command);
+    let name = "traffic-generator";
+    let at =
+        |least: u64| alive(&ports, name).filter(|(_, f)| *f > least && is_in(&ports, "RUNNING"));
+    let (pid, frame) = wait_for(SOON, || at(40)).expect("it runs");
+    common::kill("STOP", pid);
+    // Two statuses a second: none of them may be missed.
+    let seen: Vec<bool> = (0..6)
+        .map(|_| {
+            std::thread::sleep(Duration::from_millis(500));
+            is_in(&ports, "FROZEN")
+        })
+        .collect();
+    common::kill("CONT", pid);
+    if stall_ms.is_none() {
+        assert!(seen.contains(&true), "it is missed: {seen:?}");
+    } else {
+        assert!(!seen.contains(&true) && !is_in(&ports, "FROZEN"), "{:?}", common::status(&ports));
+    }
+    // Beyond the window of grants: consumers hear it too.
+    let on = wait_for(SOON, || at(frame + 80));
+    assert_eq!(on.map(|(again, _)| again), Some(pid), "{:?}", common::status(&ports));
+    if stall_ms.is_some() {
+        common::kill("KILL", pid);
+        let missed = || is_in(&ports, "FROZEN").then_some(());
+        let within = Duration::from_secs(10);
+        assert!(wait_for(within, missed).is_some(), "{:?}", common::status(&ports));
+        let _again = start(&ports, "zurich", name);
+        assert!(wait_for(SOON, || at(0)).is_some(), "{:?}", common::status(&ports));
+        ended(&ports, &mut going, &undisturbed, "its process or connection is gone");
+    } else {
+        ended(&ports, &mut going, &undisturbed, "nothing was heard of it for 2 s");
+    }
+}
+
+/// Lets a run go on to its end: its digest is that of the undisturbed one, and it had one fault, which is named and made good.
+fn ended(ports: &Ports, going: &mut Background, undisturbed: &Value, fault: &str) {
+    assert!(operate(ports, &["rate", "fast"]).0);
+    let stdout = going.0.stdout.take().expect("piped");
+    assert_eq!(going.wait(SOON), Some(0), "made good: no failure");
+    let text = std::io::read_to_string(stdout).expect("its words");
+    let line = text.lines().find(|l| l.starts_with('{')).expect("a summary");
+    let found: Value = serde_json::from_str(line).expect("JSON");
+    assert_eq!(found["digest"], undisturbed["digest"], "{found}");
+    let faults = found["faults"].as_array().expect("a list");
+    let told =
+        |f: &Value| f.as_str().is_some_and(|f| f.contains(fault) && f.contains("back after"));
+    assert!(faults.len() == 1 && told(&faults[0]), "{faults:?}");
+}
+
+#[test]
+fn a_pause_beyond_stall_ms_freezes_until_it_is_over() {
+    stands_still(None);
+}
+
+#[test]
+fn a_pause_within_a_long_stall_ms_freezes_nothing_and_a_kill_after_it_does_at_once() {
+    stands_still(Some("20000"));
+}
+
 /// The disk is full from the second page of the log on: the run goes on and ends as it would, it is said when it happens, and who
 /// would need the log to return says why he cannot.
 #[test]

@@ -138,6 +138,8 @@ struct MemberEntry {
     /// Accepted in the place of a lost one, not admitted yet.
     returning: bool,
     token_gone: bool,
+    /// It was unheard of before its token went: its connection ran out, which says nothing of its process.
+    ran_out: bool,
     /// A message or beat of this incarnation came: its process knows that it was accepted.
     heard: bool,
     ready: Option<u32>,
@@ -188,6 +190,7 @@ impl MemberEntry {
             alive: true,
             returning: false,
             token_gone: false,
+            ran_out: false,
             heard: false,
             ready: None,
             present: false,

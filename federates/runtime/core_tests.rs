@@ -254,6 +254,31 @@ fn a_connection_that_is_gone_is_a_hint_about_its_own_incarnation_only() {
     assert!(hand.lost().contains("its process or connection is gone"), "{}", hand.lost());
 }
 
+/// A connection is closed after 2 s of silence: that may not shorten a longer `stall_ms`, nor lengthen what becomes of a process
+/// that is killed when it is back.
+#[test]
+fn a_connection_that_ran_out_leaves_a_longer_stall_as_it_is() {
+    let stall_ms = stall_flag("20000").expect("a clock");
+    let mut hand = Hand::running(Losses { stall_ms, ..Losses::default() });
+    hand.pass_with(2 * S, &[WORLD]);
+    hand.token(SMDFM, hand.incs[SMDFM], false);
+    hand.pass_with(17 * S, &[WORLD]);
+    assert!(hand.lost().is_empty(), "{}", hand.lost());
+    // Heard again, over another connection; then its process ends.
+    hand.token(SMDFM, hand.incs[SMDFM], true);
+    hand.pass_with(S, &[WORLD, SMDFM]);
+    hand.token(SMDFM, hand.incs[SMDFM], false);
+    hand.pass_with(S / 2, &[WORLD]);
+    assert!(hand.lost().contains("its process or connection is gone"), "{}", hand.lost());
+
+    let stall_ms = stall_flag("20000").expect("a clock");
+    let mut hand = Hand::running(Losses { stall_ms, ..Losses::default() });
+    hand.pass_with(2 * S, &[WORLD]);
+    hand.token(SMDFM, hand.incs[SMDFM], false);
+    hand.pass_with(19 * S, &[WORLD]);
+    assert!(hand.lost().contains("nothing was heard of it for 20 s"), "{}", hand.lost());
+}
+
 #[test]
 fn what_the_conductor_did_not_hear_while_it_stood_still_is_nobodys_fault() {
     let mut hand = Hand::running(Losses::default());

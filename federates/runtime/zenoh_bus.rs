@@ -65,6 +65,9 @@ impl ZenohBus {
             ("scouting/multicast/enabled", "false"),
             ("scouting/gossip/enabled", "true"),
             ("transport/link/tx/lease", "2000"),
+            // Who connects and says nothing has a place for 4 s, not 10, and takes one of 400, not of 100.
+            ("transport/unicast/accept_pending", "400"),
+            ("transport/unicast/accept_timeout", "4000"),
             // A receiver that stands still holds a sender for at most half a second.
             ("transport/link/tx/queue/congestion_control/block/wait_before_close", "500000"),
             // A scan of some hundred targets is longer than the two batches that it has as it comes, and would be dropped for

@@ -49,6 +49,7 @@ impl Conductor {
     ) {
         let Some(member) = self.members.get_mut(name).filter(|m| m.inc == inc) else { return };
         member.token_gone = !alive;
+        member.ran_out = !alive && now.saturating_sub(member.heard_at) > SILENT_NS;
         if !alive && member.alive && !member.hello.kind.beats() {
             self.lose(now, name.to_owned(), "its process or connection is gone", effects);
         }
@@ -106,7 +107,7 @@ impl Conductor {
             }
             let heard_ago = now.saturating_sub(member.heard_at);
             let owes = settling && silent.contains(name) && now.saturating_sub(asked_at) > hang_ns;
-            if member.token_gone && heard_ago > SILENT_NS {
+            if member.token_gone && !member.ran_out && heard_ago > SILENT_NS {
                 lost.push((
                     member.heard_at,
                     name.clone(),
