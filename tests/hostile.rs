@@ -304,6 +304,52 @@ fn two_hundred_silent_connections_leave_the_synchronisation_port_answering() {
     assert_eq!(found["faults"], Value::Array(Vec::new()), "{found}");
 }
 
+/// The SMDFM stands still while forty thousand datagrams come for it: what its receive buffer cannot hold is thrown away, which it says within
+/// 2 s of waking up, with what to do; the run is what it is without that.
+#[test]
+fn a_receive_buffer_that_overflows_is_told_and_the_run_is_exact() {
+    let ports = Ports::new();
+    let alone = finish(run(&ports, &["--in-process", "--fast", "--duration", "60"]));
+    let arguments = ["--rate", "2", "--duration", "60", "--no-viewer", "--no-visitors"];
+    let mut command = run(&ports, &arguments);
+    command.args(["--stall-ms", "60000"]);
+    let mut going = common::Background::start(command);
+    let pid = || {
+        let status = common::status(&ports)?;
+        let smdfm = status["state"]["members"].as_array()?.iter().find(|m| m["name"] == "smdfm")?;
+        let running = status["state"]["phase"] == "RUNNING" && smdfm["frame"].as_u64()? > 20;
+        running.then(|| smdfm["pid"].as_i64())?
+    };
+    let pid = common::wait_for(common::SOON, pid).expect("it runs") as i32;
+    common::kill("STOP", pid);
+    let socket = UdpSocket::bind("127.0.0.1:0").expect("a socket");
+    socket.set_broadcast(true).expect("broadcast");
+    for _ in 0..40_000 {
+        let _ = socket.send_to(&[7; 200], &ports.dis);
+    }
+    common::kill("CONT", pid);
+    let told = || {
+        let status = common::status(&ports)?;
+        let alarms = status["federates"]["smdfm"]["alarms"].as_array()?.clone();
+        alarms
+            .into_iter()
+            .find(|alarm| alarm.as_str().is_some_and(|a| a.contains("loses datagrams")))
+    };
+    let told = common::wait_for(Duration::from_secs(10), told);
+    let told = told.unwrap_or_else(|| panic!("{:?}", common::status(&ports)));
+    let words = told.as_str().expect("a sentence");
+    assert!(words.contains("receive buffer is full"), "{words}");
+    assert!(words.contains(&ports.dis), "{words}");
+    assert!(words.contains("rmem_max") || words.contains("too much to do"), "{words}");
+    assert!(common::operate(&ports, &["rate", "200"]).0);
+    let stdout = going.0.stdout.take().expect("piped");
+    assert_eq!(going.wait(common::SOON), Some(0));
+    let text = std::io::read_to_string(stdout).expect("its words");
+    let line = text.lines().find(|line| line.starts_with('{')).expect("a summary");
+    let found: Value = serde_json::from_str(line).expect("JSON");
+    assert_eq!(found["digest"], summary(&alone)["digest"], "{found}");
+}
+
 #[test]
 fn twenty_thousand_hostile_datagrams_leave_a_run_and_its_recording_whole() {
     stands(20_000, "4", "40", 8.0, true);

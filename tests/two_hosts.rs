@@ -9,6 +9,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 struct Hosts {
     names: [String; 2],
+    tag: u32,
     bridge: String,
 }
 
@@ -32,7 +33,7 @@ impl Hosts {
         let made = ip(&["netns", "add", &bridge])
             && ip(&["-n", &bridge, "link", "add", "br0", "type", "bridge"])
             && ip(&["-n", &bridge, "link", "set", "br0", "up"]);
-        let hosts = Self { names, bridge };
+        let hosts = Self { names, tag, bridge };
         if !made {
             return None;
         }
@@ -64,6 +65,12 @@ impl Hosts {
             }
         }
         Some(hosts)
+    }
+
+    /// The longest datagram that the interface of a host takes, with its head.
+    fn mtu(&self, host: usize, octets: u32) -> bool {
+        let interface = format!("v{host}{}", self.tag);
+        ip(&["-n", &self.names[host], "link", "set", &interface, "mtu", &octets.to_string()])
     }
 
     fn on(&self, host: usize, arguments: &[&str]) -> Command {
@@ -185,6 +192,50 @@ fn an_smdfm_in_the_wrong_group_is_told_of_and_the_run_is_exact() {
         assert!(said.contains(&words), "{said}");
     }
     assert!(said.contains("wrong group, interface or firewall"), "{said}");
+}
+
+/// One host takes datagrams up to 1280 octets, the other sends some of 1400: nobody refuses them, they are just not there. It is said at the start,
+/// with what to do, by the consumer and by the administration station on the other host; the same hosts with one MTU say nothing.
+#[test]
+fn a_smaller_mtu_on_one_host_is_told_and_the_run_is_exact() {
+    let alone =
+        finish(common::run(&common::Ports::new(), &["--fast", "--duration", "30", "--no-viewer"]));
+    for mtu in [1280, 1500] {
+        let Some(hosts) = Hosts::new() else {
+            eprintln!("skipped: network namespaces cannot be made here (needs root and iproute2)");
+            return;
+        };
+        assert!(hosts.mtu(0, mtu), "an interface");
+        let (at, group) = ("tcp/10.83.0.2:7447", "239.83.0.1:3000");
+        let start = |host: usize, arguments: &[&str]| {
+            let mut command = hosts.on(host, arguments);
+            let interface = ["10.83.0.1", "10.83.0.2"][host];
+            common::patient(&mut command).args(["--dis", group, "--interface", interface]);
+            command.args(["--open", "--sync-connect", at]);
+            command.stdout(Stdio::null()).stderr(Stdio::piped());
+            common::Background(command.spawn().expect("it starts"))
+        };
+        let mut admin = hosts.on(1, &["admin-station", "--open", "--sync-listen", at]);
+        admin.args(["--rate", "8", "--duration", "30", "--batch", "--stall-ms", "20000"]);
+        admin.args(["--dis", group, "--interface", "10.83.0.2"]);
+        let admin = std::thread::spawn(move || finish(admin));
+        let mut smdfm = start(0, &["smdfm"]);
+        let _traffic = start(1, &["traffic-generator"]);
+        let _world = start(1, &["external-world"]);
+        let output = admin.join().expect("the administration station ends");
+        assert_eq!(output.status.code(), Some(0), "{}", common::stderr(&output));
+        assert_eq!(summary(&output)["digest"], summary(&alone)["digest"]);
+        smdfm.wait(common::SOON);
+        let mut said = String::new();
+        use std::io::Read;
+        smdfm.0.stderr.take().expect("piped").read_to_string(&mut said).expect("text");
+        for producer in ["traffic-generator", "external-world"] {
+            let words = format!("smdfm hears short PDUs of {producer} on {group} via 10.83.0.1");
+            assert_eq!(said.contains(&words), mtu == 1280, "{mtu}: {said}");
+        }
+        assert_eq!(said.contains("ip link set dev INTERFACE mtu 1500"), mtu == 1280, "{said}");
+        assert!(!said.contains("hears none of"), "{said}");
+    }
 }
 
 #[test]

@@ -4,6 +4,8 @@
 
 mod actions;
 mod asked;
+#[cfg(test)]
+mod clock_tests;
 pub mod command;
 mod created;
 mod desk;
@@ -14,7 +16,8 @@ pub mod summary;
 mod watch;
 
 use crate::runtime::bus::{Bus, BusError, Class, Request, hear_parts};
-use crate::runtime::clock::monotonic_ns;
+use crate::runtime::clock::{monotonic_ns, utc_ns};
+use crate::runtime::clock_watch::Clocks;
 use crate::runtime::codec::{decode, encode};
 use crate::runtime::conductor::{ClosedRun, Conductor, ConductorConfig, Effect, Token};
 use crate::runtime::federate::Publication;
@@ -130,6 +133,7 @@ pub fn run(context: AdminContext) -> Result<u8, BusError> {
     let expected = config.expected.clone();
     let (batch, last_frame, fed) = (config.batch, config.last_frame, config.fed);
     let mut log = RunLog::default();
+    let mut clocks = Clocks::of(crate::runtime::process::host_name());
     let mut conductor = Conductor::new(config);
     let retained = Retained::default();
 
@@ -172,7 +176,14 @@ pub fn run(context: AdminContext) -> Result<u8, BusError> {
                     }
                 },
                 Event::Beat(from, body) => match decode::<Beat>(&body) {
-                    Ok(beat) => conductor.beat(now, &from, &beat),
+                    Ok(beat) => {
+                        conductor.beat(now, &from, &beat);
+                        let host = conductor.host_of(&from).filter(|_| beat.fed == fed);
+                        let apart = host.and_then(|h| clocks.heard(now, h, beat.utc_ns, utc_ns()));
+                        if let Some(text) = apart {
+                            tracing::warn!("{text}");
+                        }
+                    }
                     Err(e) => tracing::warn!("a beat of {from} was dropped: {e}"),
                 },
                 Event::Fetch(request) => match decode::<FetchOf>(&request.body) {
@@ -325,6 +336,7 @@ pub fn run(context: AdminContext) -> Result<u8, BusError> {
                 cpu_s: usage.cpu_s,
                 cpu_pct: usage.cpu_pct,
                 rss_bytes: usage.rss_bytes,
+                alarms: clocks.alarms().map(str::to_owned).collect(),
                 ..Default::default()
             };
             bus.publish("obs/fed/admin-station", Class::Lossy, encode(&status))?;

@@ -7,7 +7,7 @@ use bincode::Options;
 use serde::{Serialize, de::DeserializeOwned};
 
 /// Raised with every incompatible change of [`super::messages`].
-pub const VERSION: u8 = 3;
+pub const VERSION: u8 = 4;
 
 /// Largest message, octets.
 pub const LIMIT: u64 = 8 << 20;
@@ -182,7 +182,7 @@ mod tests {
     fn golden_octets() {
         let grant = Order::Grant { run: 2, upto: 300 };
         let octets = encode(&grant);
-        assert_eq!(octets, [3, 2, 0, 0, 0, 2, 0, 0, 0, 44, 1, 0, 0, 0, 0, 0, 0]);
+        assert_eq!(octets, [4, 2, 0, 0, 0, 2, 0, 0, 0, 44, 1, 0, 0, 0, 0, 0, 0]);
         assert_eq!(decode::<Order>(&octets).unwrap(), grant);
     }
 

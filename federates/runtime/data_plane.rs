@@ -29,11 +29,16 @@ pub trait DataPlane: Send {
     fn kernel_drops(&self) -> u64 {
         0
     }
+    /// Octets of receive buffer: asked for, obtained.
+    fn buffer_octets(&self) -> (usize, usize) {
+        (0, 0)
+    }
     /// What it is called, where it can fail without the synchronisation plane failing.
     fn plane(&self) -> Option<Plane> {
         None
     }
-    /// Sends a probe of the federate called `name`, so that others hear it before there is anything to send.
+    /// Sends probes of the federate called `name`, a short one and one as long as the longest datagram, so that others hear it before there is
+    /// anything to send.
     fn probe(&mut self, _name: &str) {}
 }
 

@@ -64,8 +64,10 @@ pub fn open(
 ) -> anyhow::Result<Box<dyn DataPlane>> {
     let config = link_config(args, scene)?;
     let drops = Arc::new(AtomicU64::new(0));
+    let mut buffer = (0, 0);
     let sender = if receiving.consumes {
         let (sender, mut receiver) = datalink::Link::open(&config)?;
+        buffer = receiver.buffer_octets();
         for warning in receiver.warnings() {
             tracing::warn!("{warning}");
         }
@@ -85,7 +87,8 @@ pub fn open(
                 let sent = pdus.is_empty() || events.send(Event::Pdus(pdus)).is_ok();
                 let told =
                     sorter.take_drops().all(|(r, n)| events.send(Event::Dropped(r, n)).is_ok());
-                let probed = sorter.take_probes().all(|p| events.send(Event::Probe(p)).is_ok());
+                let mut probed = sorter.take_probes();
+                let probed = probed.all(|(p, long)| events.send(Event::Probe(p, long)).is_ok());
                 if !sent || !told || !probed {
                     return;
                 }
@@ -101,7 +104,7 @@ pub fn open(
         interface: interface.unwrap_or_else(|| "the interface that the system chose".to_owned()),
         loss: receiving.loss,
     };
-    Ok(Box::new(UdpPlane { sender, refused: 0, drops, receiving, plane }))
+    Ok(Box::new(UdpPlane { sender, refused: 0, drops, buffer, receiving, plane }))
 }
 
 /// Hears everything on the data plane, on a thread of its own, until the process ends.
@@ -131,7 +134,7 @@ pub struct Sorter {
     receiving: Receiving,
     arrived: u64,
     drops: BTreeMap<&'static str, u64>,
-    probes: BTreeSet<String>,
+    probes: BTreeSet<(String, bool)>,
 }
 
 impl Sorter {
@@ -176,8 +179,8 @@ impl Sorter {
         }
     }
 
-    /// Producers whose probes came since the last call.
-    pub fn take_probes(&mut self) -> impl Iterator<Item = String> + use<> {
+    /// Producers whose probes came since the last call, and whether long ones did.
+    pub fn take_probes(&mut self) -> impl Iterator<Item = (String, bool)> + use<> {
         std::mem::take(&mut self.probes).into_iter()
     }
 
@@ -197,41 +200,61 @@ impl Sorter {
 }
 
 /// Names kept from one arrival to the next, at most: anybody may send probes.
-const PROBES: usize = 32;
+const PROBES: usize = 64;
 
 /// DIS application of a probe: neither traffic nor world.
 const PROBE_APPLICATION: u16 = 65_001;
 
-/// A probe: an Event Report PDU that names its federate.
-fn probe(receiving: Receiving, name: &str) -> Option<Octets> {
+/// A probe that is longer is a long one: filled up to the longest datagram that is sent.
+const LONG_OCTETS: usize = 1024;
+
+/// A probe: an Event Report PDU that names its federate; a long one says nothing more.
+fn probe(receiving: Receiving, name: &str, long: bool) -> Option<Octets> {
     let text = format!("SEEDS probe {name}");
-    let report = EventReport {
-        originating_id: EntityId::new(receiving.site, PROBE_APPLICATION, 0),
-        receiving_id: EntityId::ALL,
+    let encoded = |filling: &[u8]| {
         // SISO-REF-010: datum identifiers of free text are the user's own; 0 says nothing.
-        variable_datums: vec![VariableDatum::new(DatumId(0), text.as_bytes())].into(),
-        ..EventReport::default()
+        let mut datums = vec![VariableDatum::new(DatumId(0), text.as_bytes())];
+        if !filling.is_empty() {
+            datums.push(VariableDatum::new(DatumId(0), filling));
+        }
+        let report = EventReport {
+            originating_id: EntityId::new(receiving.site, PROBE_APPLICATION, 0),
+            receiving_id: EntityId::ALL,
+            variable_datums: datums.into(),
+            ..EventReport::default()
+        };
+        let mut octets = Vec::new();
+        Envelope::new(receiving.exercise, DisTime::relative(0))
+            .append(&report, &mut octets)
+            .ok()?;
+        Some(octets)
     };
-    let mut octets = Vec::new();
-    Envelope::new(receiving.exercise, DisTime::relative(0)).append(&report, &mut octets).ok()?;
+    let mut octets = encoded(&[])?;
+    if long {
+        // The head of a datum takes 8 octets, and it ends on a multiple of 8.
+        let left = Bundle::default().most_octets.saturating_sub(octets.len() + 8) & !7;
+        octets = encoded(&vec![0; left])?;
+    }
     Some(octets.into())
 }
 
-/// The name in a probe.
-fn probe_of(received: &pdu::Received<'_>, site: u16) -> Option<String> {
+/// The name in a probe, and whether it is a long one.
+fn probe_of(received: &pdu::Received<'_>, site: u16) -> Option<(String, bool)> {
     let Body::EventReport(report) = received.body() else { return None };
     if report.originating_id != EntityId::new(site, PROBE_APPLICATION, 0) {
         return None;
     }
     let text = std::str::from_utf8(report.variable_datums.iter().next()?.value).ok()?;
     let name = text.strip_prefix("SEEDS probe ")?.trim_end_matches('\0');
-    (name.len() <= 64).then(|| name.to_owned())
+    let long = received.octets.len() > LONG_OCTETS;
+    (name.len() <= 64).then(|| (name.to_owned(), long))
 }
 
 struct UdpPlane {
     sender: datalink::Sender,
     refused: u64,
     drops: Arc<AtomicU64>,
+    buffer: (usize, usize),
     receiving: Receiving,
     plane: Plane,
 }
@@ -256,12 +279,17 @@ impl DataPlane for UdpPlane {
     fn kernel_drops(&self) -> u64 {
         self.drops.load(Ordering::Relaxed)
     }
+    fn buffer_octets(&self) -> (usize, usize) {
+        self.buffer
+    }
     fn plane(&self) -> Option<Plane> {
         Some(self.plane.clone())
     }
     fn probe(&mut self, name: &str) {
-        if let Some(octets) = probe(self.receiving, name) {
-            self.send(&[octets]);
+        for long in [false, true] {
+            if let Some(octets) = probe(self.receiving, name, long) {
+                self.send(&[octets]);
+            }
         }
     }
 }
@@ -273,7 +301,10 @@ mod tests {
     #[test]
     fn a_probe_is_heard_by_its_own_federation_only() {
         let receiving = Receiving { exercise: 3, site: 9, consumes: true, loss: 0.5 };
-        let octets = probe(receiving, "traffic-generator-2").expect("it encodes");
+        let octets = [false, true]
+            .map(|long| probe(receiving, "traffic-generator-2", long).expect("it encodes"));
+        let lengths = octets.each_ref().map(|octets| octets.len());
+        assert!(lengths[0] < 100 && (1393..=1400).contains(&lengths[1]), "{lengths:?}");
         for (other, heard) in [
             (receiving, true),
             (Receiving { exercise: 4, ..receiving }, false),
@@ -281,14 +312,13 @@ mod tests {
         ] {
             let (mut sorter, mut pdus) = (Sorter::new(other), Vec::new());
             for _ in 0..1000 {
-                sorter.sort(&octets, &mut pdus);
+                for octets in &octets {
+                    sorter.sort(octets, &mut pdus);
+                }
             }
             let probes: Vec<_> = sorter.take_probes().collect();
-            assert_eq!(
-                probes.as_slice() == ["traffic-generator-2"],
-                heard,
-                "{other:?}: {probes:?}"
-            );
+            let both = [false, true].map(|long| ("traffic-generator-2".to_owned(), long));
+            assert_eq!(probes == both, heard, "{other:?}: {probes:?}");
             assert!(pdus.is_empty(), "a probe is no truth");
         }
     }
@@ -298,7 +328,7 @@ mod tests {
         let receiving = Receiving { exercise: 3, site: 9, consumes: true, loss: 0.0 };
         let (mut sorter, mut pdus) = (Sorter::new(receiving), Vec::new());
         for n in 0..1000 {
-            let octets = probe(receiving, &format!("forged-{n}")).expect("it encodes");
+            let octets = probe(receiving, &format!("forged-{n}"), false).expect("it encodes");
             sorter.sort(&octets, &mut pdus);
         }
         assert_eq!(sorter.take_probes().count(), PROBES);

@@ -38,6 +38,11 @@ struct Heard {
     /// The last 10 s: since when, PDUs that came by themselves and by repair.
     lately: (WallNs, u64, u64),
     alarm: Option<String>,
+    /// Short probes that came, since when, and whether a long one did.
+    short: (u32, WallNs),
+    long: bool,
+    /// Short datagrams come and long ones do not.
+    narrow: Option<String>,
 }
 
 /// PDUs named without one that came: beyond this, loss by chance is ruled out.
@@ -47,6 +52,9 @@ const SILENT_NS: WallNs = 1_000_000_000;
 /// How long that must be seen, on top of it.
 const SUSPECT_NS: WallNs = 400_000_000;
 const LATELY_NS: WallNs = 10_000_000_000;
+/// Short probes without a long one, and for how long: beyond this, loss by chance is ruled out.
+const SHORT: u32 = 4;
+const NARROW_NS: WallNs = 1_000_000_000;
 /// How often [`Hearing::tick`] wants to be called.
 pub const LOOK_NS: WallNs = 200_000_000;
 
@@ -99,6 +107,19 @@ impl Hearing {
         }
     }
 
+    /// A probe of `producer` came, a short one or one as long as the longest datagram.
+    pub fn probed(&mut self, producer: &str, long: bool) {
+        let now = self.now;
+        let heard = self.of(producer);
+        heard.long |= long;
+        if !long {
+            heard.short = (heard.short.0 + 1, if heard.short.0 == 0 { now } else { heard.short.1 });
+        } else if heard.narrow.take().is_some() {
+            tracing::info!("hears long PDUs of {producer} now");
+        }
+        self.came(producer, 1);
+    }
+
     /// `count` PDUs of `producer` came by repair.
     pub fn repaired(&mut self, producer: &str, count: u64) {
         let heard = self.of(producer);
@@ -127,6 +148,16 @@ impl Hearing {
                 if now.saturating_sub(since) >= SUSPECT_NS && heard.alarm.is_none() {
                     said.push(heard.sound(none_of(name, heard.repaired, plane)));
                 }
+            }
+            let (short, since) = heard.short;
+            let only_short = !heard.long && short >= SHORT;
+            if only_short && heard.narrow.is_none() && now.saturating_sub(since) >= NARROW_NS {
+                let text = format!(
+                    "hears short PDUs of {name} on {} via {} and none of 1400 octets, which are repaired over the other plane: a host or switch between has a smaller MTU: give all of them the same (ip link set dev INTERFACE mtu 1500)",
+                    plane.group, plane.interface
+                );
+                heard.narrow = Some(text.clone());
+                said.push(text);
             }
             let (since, direct, repaired) = heard.lately;
             if now.saturating_sub(since) >= LATELY_NS {
@@ -161,7 +192,10 @@ impl Hearing {
 
     /// What is wrong now.
     pub fn alarms(&self) -> impl Iterator<Item = &str> {
-        self.producers.values().filter_map(|h| h.alarm.as_deref())
+        self.producers
+            .values()
+            .flat_map(|h| [&h.alarm, &h.narrow])
+            .filter_map(|alarm| alarm.as_deref())
     }
 }
 
@@ -222,6 +256,35 @@ mod tests {
         assert_eq!(hearing.alarms().count(), 1);
         hearing.came("traffic-generator", 1);
         assert_eq!(hearing.alarms().count(), 0, "heard again");
+    }
+
+    #[test]
+    fn a_way_that_lets_short_datagrams_through_only_is_told_within_two_seconds() {
+        let probes = |longs: &[u64]| {
+            let mut hearing = hearing(0.0);
+            hearing.ready(0, "g");
+            let (mut said, mut first) = (Vec::new(), None);
+            for ms in (0..6_000).step_by(100) {
+                said.extend(hearing.tick(ms * MS));
+                if !said.is_empty() {
+                    first.get_or_insert(ms);
+                }
+                if ms % 300 == 0 && ms < 3_000 {
+                    hearing.probed("g", false);
+                }
+                if longs.contains(&ms) {
+                    hearing.probed("g", true);
+                }
+            }
+            (said, first, hearing.alarms().count())
+        };
+        let (said, first, alarms) = probes(&[]);
+        assert!(said.len() == 1 && said[0].contains("smaller MTU") && said[0].contains("ip link"));
+        assert!(first.is_some_and(|ms| ms <= 2_000) && alarms == 1, "{first:?}, {alarms}");
+        // Three of four lost by chance are no word; one that comes later ends it.
+        assert_eq!(probes(&[900]).0, Vec::<String>::new());
+        let (said, _, alarms) = probes(&[3_000]);
+        assert_eq!((said.len(), alarms), (1, 0));
     }
 
     #[test]

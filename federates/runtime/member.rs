@@ -702,6 +702,7 @@ impl Member {
             executed: self.executed,
             working: None,
             seen,
+            utc_ns: 0,
         }
     }
 

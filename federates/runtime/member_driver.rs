@@ -1,7 +1,7 @@
 //! Runs a [`Member`] on a bus and a data plane: the only loop of an essential federate.
 
 use super::bus::{Bus, BusError, Class, Request, ask};
-use super::clock::{monotonic_ns, monotonic_us};
+use super::clock::{monotonic_ns, monotonic_us, utc_ns};
 use super::codec::{decode, encode};
 use super::data_plane::DataPlane;
 use super::federate::{Federate, Octets, Publication};
@@ -11,6 +11,7 @@ use super::messages::{
     Accepted, Beat, FederateStatus, FetchOf, Hello, LogAsk, LogPage, Numbered, Order, Report,
     Welcome,
 };
+use super::overflow::Overflow;
 use super::process::Usage;
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender};
 use std::collections::BTreeMap;
@@ -36,8 +37,8 @@ pub enum Event {
     FetchWanted(Request),
     /// A datagram or PDU was dropped, and why.
     Dropped(&'static str, u64),
-    /// The producer of this name was heard on the data plane.
-    Probe(String),
+    /// A probe of the producer of this name was heard on the data plane: a short or a long one.
+    Probe(String, bool),
     /// A repair was answered.
     Repaired(Vec<u8>),
     /// A consumer misses PDUs.
@@ -126,7 +127,7 @@ const LOG_TRIES: u32 = 10;
 const LOG_WITHIN: Duration = Duration::from_millis(1_000);
 const PROBE_EVERY_NS: u64 = 300_000_000;
 /// Probes of a run, at least: one that is lost is no word.
-const PROBES: u32 = 3;
+const PROBES: u32 = 4;
 /// How old what a beat says may be.
 const BEAT_FRESH_NS: u64 = 20_000_000;
 
@@ -285,7 +286,7 @@ pub fn run(context: MemberContext, federate: Box<dyn Federate>) -> Result<u8, Me
                 },
                 Event::Pdus(pdus) => member.pdus(now, pdus, &mut effects),
                 Event::Dropped(reason, count) => status.dropped(reason, count),
-                Event::Probe(producer) => member.hearing().came(&producer, 1),
+                Event::Probe(producer, long) => member.hearing().probed(&producer, long),
                 Event::Repaired(body) => match decode(&body) {
                     Ok(repaired) => member.repaired(now, repaired, &mut effects),
                     Err(e) => tracing::warn!("a repair was dropped: {e}"),
@@ -513,6 +514,7 @@ impl Beating {
             while !end.load(Ordering::Relaxed) {
                 let mut beat = of.lock().unwrap_or_else(PoisonError::into_inner).1.clone();
                 beat.working = pulse.working(monotonic_us());
+                beat.utc_ns = utc_ns();
                 if bus.publish(&key, Class::Lossy, encode(&beat)).is_err() {
                     return;
                 }
@@ -578,6 +580,7 @@ struct StatusKeeper {
     usage: Usage,
     next: u64,
     dropped: BTreeMap<&'static str, u64>,
+    overflow: Overflow,
 }
 
 impl StatusKeeper {
@@ -588,7 +591,13 @@ impl StatusKeeper {
             host: super::process::host_name(),
             ..Default::default()
         };
-        Self { status, usage: Usage::default(), next: 0, dropped: BTreeMap::new() }
+        Self {
+            status,
+            usage: Usage::default(),
+            next: 0,
+            dropped: BTreeMap::new(),
+            overflow: Overflow::default(),
+        }
     }
 
     fn due(&self) -> u64 {
@@ -629,7 +638,33 @@ impl StatusKeeper {
             status.dropped.push(("receive buffer full".into(), data.kernel_drops()));
         }
         member.federate().status(&mut status);
-        status.alarms = member.hearing().alarms().map(str::to_owned).collect();
+        let (drops, buffer) = (data.kernel_drops(), data.buffer_octets());
+        let word = self.overflow.look(now, drops, buffer, data.plane().as_ref());
+        told(&status.name, word.into_iter().collect());
+        let alarms = member.hearing().alarms().chain(self.overflow.alarm());
+        status.alarms = alarms.map(str::to_owned).collect();
         status
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::runtime::local_bus::LocalHub;
+
+    #[test]
+    fn a_beat_tells_the_time_of_its_host() {
+        let hub = LocalHub::default();
+        let (member, station) = (hub.join(), hub.join());
+        let (heard, beats) = crossbeam_channel::unbounded();
+        let sink = move |_: &str, octets: &[u8]| drop(heard.send(octets.to_vec()));
+        station.subscribe("beat/*", Box::new(sink)).expect("heard");
+        let before = utc_ns();
+        let _beating = Beating::start(Arc::new(member), "x", Arc::default(), Beat::default());
+        let beats: Vec<Beat> =
+            beats.iter().take(3).map(|octets| decode(&octets).expect("a beat")).collect();
+        let times: Vec<i64> = beats.iter().map(|beat| beat.utc_ns).collect();
+        assert!(times.is_sorted() && times[0] >= before && times[2] <= utc_ns(), "{times:?}");
+        assert!(times[2] > times[0], "each its own");
     }
 }

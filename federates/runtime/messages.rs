@@ -217,6 +217,8 @@ pub struct Beat {
     pub working: Option<(Frame, u64)>,
     /// Of each stream that it reads: sender, incarnation, and the number up to which it has all.
     pub seen: Vec<(String, u64, u64)>,
+    /// UTC of the sender's host when it was sent, ns; 0: not told.
+    pub utc_ns: i64,
 }
 
 /// Ask for messages of a stream that did not arrive.

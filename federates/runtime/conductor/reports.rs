@@ -76,7 +76,14 @@ impl Conductor {
             executed: self.granted,
             working: None,
             seen: seen.collect(),
+            utc_ns: 0,
         }
+    }
+
+    /// The host of the member called `name`, as it said when it joined.
+    #[must_use]
+    pub fn host_of(&self, name: &str) -> Option<&str> {
+        self.members.get(name).map(|member| &member.hello.host[..])
     }
 
     /// Answers a member that lacks orders.
