@@ -1,8 +1,13 @@
 //! Traffic on airports that nobody has drawn: made at random, written as files, read, and run for half an hour; and on files that
 //! are damaged.
 
+use models::control::alert::Change;
+use models::control::layout::Layout;
+use models::control::parameters::Parameters;
 use models::draw::{DrawKey, Purpose, uniform};
+use models::time::SimTime;
 use models::traffic::core::Core;
+use models::traffic::exact::Watch;
 use scenarios::hours::{Held, Hour, hour};
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -169,6 +174,19 @@ fn drawn(seed: u64) -> String {
 
 /// The airport of a file, driven for half an hour; else what its reader said.
 fn run(name: &str, text: &str, per_h: f64, looks: Hour, policy: &str) -> Result<Held, String> {
+    let scene = scene(name, text, per_h, &looks, policy)?;
+    let behaving = scene.traffic.behaving.as_ref().ok_or("nothing behaves")?;
+    let step = |core: &mut Core, frame| core.step(frame);
+    hour(behaving, &scene.run, &scene.airport.layout, &looks, step).ok_or("without truth".into())
+}
+
+fn scene(
+    name: &str,
+    text: &str,
+    per_h: f64,
+    looks: &Hour,
+    policy: &str,
+) -> Result<scenarios::Scene, String> {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("airport-{name}"));
     std::fs::create_dir_all(&folder).map_err(|e| e.to_string())?;
     std::fs::write(folder.join("X.apt.dat"), text).map_err(|e| e.to_string())?;
@@ -183,9 +201,28 @@ fn run(name: &str, text: &str, per_h: f64, looks: Hour, policy: &str) -> Result<
     if std::env::var_os("SEEDS_KEEP").is_none() {
         std::fs::remove_dir_all(&folder).map_err(|e| e.to_string())?;
     }
+    Ok(scene)
+}
+
+/// The same, and what the safety net raises on the exact truth in the hour: nothing, where nobody errs.
+fn alerts(name: &str, text: &str, per_h: f64, looks: Hour) -> Result<(Held, Vec<String>), String> {
+    let scene = scene(name, text, per_h, &looks, "planned")?;
     let behaving = scene.traffic.behaving.as_ref().ok_or("nothing behaves")?;
-    let step = |core: &mut Core, frame| core.step(frame);
-    hour(behaving, &scene.run, &scene.airport.layout, &looks, step).ok_or("without truth".into())
+    let layout = Layout::of(&scene.airport.layout).with_network(&behaving.network);
+    let mut watch = Watch::new(layout, Parameters::default(), false);
+    let mut raised = Vec::new();
+    let step = |core: &mut Core, frame: i64| {
+        core.step(frame);
+        let now = SimTime(frame * scene.run.frame.0);
+        if frame % 20 == 0 {
+            let new = watch.scan(core, now).iter().filter(|c| c.0 == Change::Raised);
+            raised.extend(new.map(|(_, alert)| {
+                format!("{:.0} s {} {}", now.s(), alert.condition.kind.word(), alert.subjects())
+            }));
+        }
+    };
+    let held = hour(behaving, &scene.run, &scene.airport.layout, &looks, step);
+    Ok((held.ok_or("without truth")?, raised))
 }
 
 fn looks(seed: u64, stopping: f64) -> Hour {
@@ -214,6 +251,12 @@ fn airports_at_random_keep_what_traffic_has_to_keep() {
                 Err(said) if said.contains("is long enough for") => refused += 1,
                 Err(said) => broken.push(format!("{name}: {said}")),
                 Ok(held) => {
+                    if stopping == 0.0 {
+                        let raised =
+                            alerts(&format!("alerts-{seed}"), &text, 8.0, looks(seed, 0.0));
+                        let raised = raised.map(|(_, raised)| raised).unwrap_or_default();
+                        broken.extend(raised.iter().map(|r| format!("{name}: on truth {r}")));
+                    }
                     let (done, of) = (held.core.measures_of_served(), held.core.flights().len());
                     broken.extend(held.broken().iter().map(|b| format!("{name}: {b}")));
                     if done < of || held.core.unexpected_deadlocks() > 0 {
@@ -322,6 +365,58 @@ fn airports_without_entries_at_their_ends_are_served_by_backtracks() {
         assert!(report.contains("backtrack to a turn pad"), "{name}: {report}");
         let around = held.core.remarks().iter().filter(|r| r.text.contains("goes around")).count();
         assert!(2 * around <= of, "{name}: {around} go-arounds of {of} flights");
+    }
+}
+
+/// A taxiway that leads around the end of a runway, to an apron on the other side.
+fn around_the_end(behind_m: f64) -> String {
+    let mut a = Drawn { turned_rad: 2.1, ..Drawn::default() };
+    let length_m = 2600.0;
+    a.runway(0.0, 0.0, length_m, 0.0, ["12", "30"]);
+    let mut before = None;
+    for x in [10.0, 0.3 * length_m, 0.6 * length_m, length_m - 10.0] {
+        let (foot, top) = (a.node(x, 0.0), a.node(x, 170.0));
+        a.edge(foot, top, false, "E");
+        if let Some(before) = before.replace(top) {
+            a.edge(before, top, false, "A");
+        }
+    }
+    let corners = [170.0, -170.0].map(|y| a.node(length_m + behind_m, y));
+    a.edge(before.unwrap_or(0), corners[0], false, "A");
+    a.edge(corners[0], corners[1], false, "Z");
+    let mut lane = corners[1];
+    for k in 0..8 {
+        let x = length_m - 70.0 * f64::from(k);
+        let next = a.node(x, -230.0);
+        a.edge(lane, next, false, "L");
+        lane = next;
+        let (lat, lon) = a.at(x - 35.0, -330.0);
+        let heading = (a.turned_rad.to_degrees() + 180.0).rem_euclid(360.0);
+        writeln!(
+            a.stands,
+            "1300 {lat:.8} {lon:.8} {heading:.2} gate jets|turboprops S{k}\n1301 C airline"
+        )
+        .expect("text");
+    }
+    a.text()
+}
+
+/// Whoever goes around the end of a runway within its strip is in the way of who lands over it: he crosses, with a clearance, and
+/// waits for it off the strip. Farther away nobody asks.
+#[test]
+fn a_taxiway_behind_the_end_of_a_runway_is_crossed_with_a_clearance() {
+    for (behind_m, crosses) in [(25.0, true), (45.0, true), (75.0, false)] {
+        let name = format!("around-{behind_m}");
+        let (held, raised) =
+            alerts(&name, &around_the_end(behind_m), 9.0, looks(1, 0.0)).expect("usable");
+        assert_eq!(held.broken(), Vec::<String>::new(), "{name}");
+        assert_eq!(raised, Vec::<String>::new(), "{name}");
+        let (core, of) = (&held.core, held.core.flights().len());
+        assert_eq!(core.measures_of_served(), of, "{name}");
+        let crossed = core.clearances().iter().filter(|c| c.kind == "CRO").count();
+        assert!(of >= 6 && if crosses { crossed >= of } else { crossed == 0 }, "{crossed} of {of}");
+        let report = core.network().report.join("; ");
+        assert_eq!(report.contains("behind an end"), crosses, "{name}: {report}");
     }
 }
 

@@ -8,6 +8,9 @@ use crate::traffic::network::Network;
 use crate::traffic::runway_roll::NAUTICAL_MILE_M;
 use crate::traffic::runway_roll::{TakeOff, approach_time_s, take_off_run};
 
+/// Longest time for which somebody lines up behind one who is still on the runway, s (assumed; the safety net asks after 90 s).
+const STANDS_LINED_UP_S: f64 = 75.0;
+
 impl Core {
     /// Whether a departure may go onto the runway now: wake, and airborne before the next arrival has to be cleared.
     pub(super) fn may_line_up(&self, m: usize) -> bool {
@@ -85,7 +88,9 @@ impl Core {
         let along = |place: f64| if end == 0 { place } else { runway.length_m - place };
         let theirs = self.state(o).map(|s| along(runway.place_m(s.position_m.xy()).0));
         let tail = 0.5 * self.flights[o].size.length_m + PASSED_M;
+        // Who backtracks to his exit is on it for long: nobody stands lined up for that.
         theirs.is_some_and(|p| p - tail > along(self.entry_m(m, runway)))
+            && self.vacated_in_s(m, r) < self.movers[m].line_up_s + STANDS_LINED_UP_S
     }
 
     /// Takes the rest of the runway for a roll: at once, if nobody has any of it. `anyway`: uncleared, whoever has it.
@@ -205,10 +210,11 @@ impl Core {
             soon && f.direction == Direction::Departure && self.crossing[r].contains(&f.runway.0)
         };
         let gap_s = |m: usize| {
-            // On the same runway it lines up behind the landed one; else it waits until he is off.
-            let same = self.flights[m].runway.0 == r;
-            let line_up_s = self.movers[m].line_up_s + READY_S;
+            // On the same runway it lines up behind the landed one, if he is off soon; else it waits until he is off.
             let off_s = self.occupied_s[r];
+            let soon = off_s - PASSES_S < self.movers[m].line_up_s + STANDS_LINED_UP_S;
+            let same = self.flights[m].runway.0 == r && soon;
+            let line_up_s = self.movers[m].line_up_s + READY_S;
             let from_s = if same { (PASSES_S + line_up_s).max(off_s) } else { off_s + line_up_s };
             from_s + self.run_s(m) + UP_S + CLEARED_BEFORE_S + SLACK_S
         };

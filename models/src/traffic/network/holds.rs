@@ -1,16 +1,68 @@
 //! R4: where aircraft hold before a runway.
 
-use super::{NetEdge, Network, named};
+use super::{NetEdge, NetRunway, Network, named};
 use crate::airport::Airport;
+use crate::frames::Vector2;
 use std::collections::BTreeSet;
 
+/// The strip of a runway goes on behind its ends for so long, m.
+const BEYOND_END_M: f64 = 60.0;
+
+impl NetRunway {
+    /// Whether a place lies in the strip behind an end, not beside the runway.
+    fn has_behind_end(&self, at_m: Vector2<f64>) -> bool {
+        let (place_m, across_m) = self.place_m(at_m);
+        let behind_m = (-place_m).max(place_m - self.length_m);
+        (0.0..BEYOND_END_M).contains(&behind_m) && across_m.abs() < self.hold_distance_m
+    }
+}
+
 impl Network {
+    /// A node of every taxiway that crosses the axis of a runway in its strip behind an end, where no runway is: who goes there is in
+    /// the way of who lands over it. Cut where none is there.
+    fn behind_ends(&mut self, runway: &NetRunway) -> Vec<usize> {
+        let mut found = BTreeSet::new();
+        for e in 0..self.edges.len() {
+            let edge = &self.edges[e];
+            let stands = edge.nodes.iter().any(|n| self.nodes[*n].stand.is_some());
+            if edge.runway.is_some() || edge.strip.is_some() || stands {
+                continue;
+            }
+            let [a, b] = self.ends(edge);
+            let [across_a, across_b] = [a, b].map(|p| runway.place_m(p).1);
+            if across_a * across_b > 0.0 || across_a == across_b {
+                continue;
+            }
+            let share = across_a / (across_a - across_b);
+            if !runway.has_behind_end(a + (b - a) * share) {
+                continue;
+            }
+            let nodes = edge.nodes;
+            let near = [a, b].map(|p| runway.has_behind_end(p));
+            let node = match near {
+                [true, true] => nodes[usize::from(across_b.abs() < across_a.abs())],
+                [true, false] => nodes[0],
+                [false, true] => nodes[1],
+                [false, false] => {
+                    let name = format!("behind_{}_{}", runway.names.join("_"), self.nodes.len());
+                    self.cut(e, share * (b - a).norm(), name)
+                }
+            };
+            if self.nodes[node].runway.is_none() {
+                found.insert(node);
+            }
+        }
+        found.into_iter().collect()
+    }
+
     /// R4.
     pub(super) fn holds(&mut self, airport: &Airport) {
         for r in 0..self.runways.len() {
             let (mut of_file, mut of_zone, mut made) = (0, 0, 0);
             let runway = self.runways[r].clone();
             let mut open: Vec<usize> = runway.spine.iter().map(|(_, n)| *n).collect();
+            let behind = self.behind_ends(&runway);
+            open.extend(&behind);
             let mut inside: BTreeSet<usize> = open.iter().copied().collect();
             while let Some(node) = open.pop() {
                 let leaving: Vec<usize> = (0..self.edges.len())
@@ -66,13 +118,17 @@ impl Network {
                     let wanted = runway.hold_distance_m;
                     let other_runway = self.nodes[next].runway.is_some();
                     let flat = far - near < 0.3 * length;
+                    let behind_end = runway.has_behind_end(self.nodes[next].at_m)
+                        && !other_runway
+                        && self.nodes[next].stand.is_none();
                     let place = if far >= wanted {
                         // The distance grows evenly along a straight edge off the runway.
                         Some(length * ((wanted - near) / (far - near)).clamp(0.0, 1.0))
-                    } else if degree != 1
-                        || other_runway
-                        || self.nodes[next].stand.is_some()
-                        || (flat && near > 30.0)
+                    } else if !behind_end
+                        && (degree != 1
+                            || other_runway
+                            || self.nodes[next].stand.is_some()
+                            || (flat && near > 30.0))
                     {
                         // A junction nearer than that: hold short of it, as far from the runway as there is room.
                         Some((length - 25.0).max(0.5 * length))
@@ -107,6 +163,12 @@ impl Network {
                 "R4: runway {name}: {of_file} holding positions of the file, {of_zone} at the end of active zones, {made} made at {} m (assumed) or short of a junction",
                 runway.hold_distance_m
             ));
+            if !behind.is_empty() {
+                self.report.push(format!(
+                    "R4: runway {name}: {} pass within {BEYOND_END_M} m behind an end: crossed with a clearance",
+                    if behind.len() == 1 { "1 taxiway".into() } else { format!("{} taxiways", behind.len()) }
+                ));
+            }
         }
         let mut unused = Vec::new();
         for node in &mut self.nodes {
