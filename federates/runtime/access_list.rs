@@ -26,7 +26,7 @@ const MEMBER_ASKS: [&str; 5] = ["ctl/join", "ctl/log", "frames/**", "log/*", "ca
 /// Names that a certificate of a spectator stands for: its own, and that with a number.
 const SPECTATOR: &str = "{n}$*";
 
-const ROLES: [Role; 10] = [
+const ROLES: [Role; 11] = [
     Role {
         names: &["admin-station", "admin-station-standby"],
         says: &["ctl/order", "ctl/beat", "obs/**"],
@@ -100,6 +100,7 @@ const ROLES: [Role; 10] = [
         hears: &[],
         asks: &["ctl/command", "ctl/statistics", "seat/*/say"],
     },
+    Role { names: &["agent"], says: &[], serves: &["agent/*"], hears: &[], asks: &[] },
     Role {
         names: &["recorder"],
         says: &["fed/{n}$*", "beat/{n}$*", "obs/fed/{n}$*"],
@@ -248,7 +249,7 @@ mod tests {
         for name in names(3) {
             for key in ["fed", "beat"].map(|kind| format!("seeds/7/{kind}/{name}")) {
                 let allowed = who(&list, "put", &key);
-                let says = !["admin-station", "admin-station-standby", "operator"]
+                let says = !["admin-station", "admin-station-standby", "operator", "agent"]
                     .contains(&name.as_str());
                 assert_eq!(allowed == [name.clone()], says, "{key}: {allowed:?}");
             }
@@ -261,6 +262,9 @@ mod tests {
             who(&list, "query", "seeds/7/ctl/command"),
             ["admin-station", "admin-station-standby", "operator", "viewer-logger"]
         );
+        let station = who(&list, "query", "seeds/7/agent/do");
+        assert_eq!(station, ["admin-station", "admin-station-standby"], "who starts processes");
+        assert_eq!(who(&list, "reply", "seeds/7/agent/do"), ["agent"]);
         for key in ["seeds/8/ctl/order", "seeds/7/unknown", "other"] {
             assert!(who(&list, "put", key).is_empty(), "{key}");
         }

@@ -122,7 +122,8 @@ fn protection(config: &ZenohConfig) -> Vec<(&'static str, Value)> {
             "size_limit": octets,
         })
     };
-    let short = keys(&["ctl/order", "ctl/beat", "ctl/join", "ctl/command", "ctl/statistics"]);
+    let short =
+        keys(&["ctl/order", "ctl/beat", "ctl/join", "ctl/command", "ctl/statistics", "agent/*"]);
     let long = keys(&["fed/*", "frames/**", "log/**", "obs/**", "tracks/**", "control/**"]);
     let data = ["put", "delete", "query", "reply"];
     let bounds = json!([

@@ -1,5 +1,6 @@
 //! Starts federates as processes of this host, relays the summary, and ends them all.
 
+use super::agent::client::Agent;
 use crate::runtime::cli::{CommonArgs, FAILED};
 use crate::runtime::clock::monotonic_ns;
 use crate::runtime::process::{self, COMMAND_LINE, LAUNCHED, command_line};
@@ -11,6 +12,7 @@ use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader, Write};
 use std::os::unix::process::CommandExt;
 use std::process::{Child, ChildStdin, Command, Stdio};
+use std::sync::Arc;
 use std::time::Duration;
 
 /// What a launched process tells the launcher.
@@ -23,17 +25,20 @@ pub enum News {
     Interrupted,
 }
 
-/// The processes of one federation on this host.
+/// The processes of one federation: on this host, and through agents on others.
 pub struct Launched {
     children: Vec<Started>,
     /// What each was started with, and when the latest of that name was.
     arguments: BTreeMap<String, (Vec<String>, Vec<u64>)>,
+    /// Who runs on another host, by name.
+    elsewhere: BTreeMap<String, Arc<Agent>>,
     news: (Sender<News>, Receiver<News>),
 }
 
 struct Started {
     name: String,
-    pid: u32,
+    /// None of a process on another host.
+    pid: Option<u32>,
     /// Its standard input, where it listens to its launcher.
     input: Option<ChildStdin>,
     progress: Progress,
@@ -73,7 +78,12 @@ impl Progress {
 
 impl Default for Launched {
     fn default() -> Self {
-        Self { children: Vec::new(), arguments: BTreeMap::new(), news: unbounded() }
+        Self {
+            children: Vec::new(),
+            arguments: BTreeMap::new(),
+            elsewhere: BTreeMap::new(),
+            news: unbounded(),
+        }
     }
 }
 
@@ -90,11 +100,31 @@ impl Launched {
         &self.news.1
     }
 
-    /// Starts this executable again as `name` with the arguments of the subcommand.
+    /// Lets those of `names` run where `agent` is.
+    pub fn place(&mut self, names: Vec<String>, agent: Agent) {
+        let agent = Arc::new(agent);
+        let (watched, tell) = (Arc::clone(&agent), self.news.0.clone());
+        std::thread::spawn(move || {
+            watched.watch(|name, code| tell.send(News::Ended(name, code)).is_ok());
+        });
+        self.elsewhere.extend(names.into_iter().map(|name| (name, Arc::clone(&agent))));
+    }
+
+    /// Starts this executable again as `name` with the arguments of the subcommand, here or where it belongs.
     ///
     /// # Errors
     /// If the process cannot be started.
     pub fn start(&mut self, name: &str, arguments: &[String]) -> anyhow::Result<()> {
+        let started = self.arguments.entry(name.to_owned()).or_default();
+        started.0 = arguments.to_vec();
+        started.1.push(monotonic_ns());
+        if let Some(agent) = self.elsewhere.get(name) {
+            let refused = |why| anyhow::anyhow!("starting {name} at {}: {why}", agent.endpoint());
+            agent.start(name, arguments).map_err(refused)?;
+            let (input, progress) = (None, Progress::default());
+            self.children.push(Started { name: name.to_owned(), pid: None, input, progress });
+            return Ok(());
+        }
         let listens = name == "admin-station";
         let executable = std::env::current_exe().context("finding this executable")?;
         let mut child = Command::new(&executable)
@@ -110,13 +140,10 @@ impl Launched {
         let lines = child.stdout.take();
         self.children.push(Started {
             name: name.to_owned(),
-            pid: child.id(),
+            pid: Some(child.id()),
             input: child.stdin.take(),
             progress: Progress::default(),
         });
-        let started = self.arguments.entry(name.to_owned()).or_default();
-        started.0 = arguments.to_vec();
-        started.1.push(monotonic_ns());
         let (tell, called) = (self.news.0.clone(), name.to_owned());
         std::thread::spawn(move || watch(child, lines, &called, &tell));
         Ok(())
@@ -134,7 +161,14 @@ impl Launched {
             return Ok(false);
         }
         let arguments = arguments.clone();
-        self.start(name, &arguments).map(|()| true)
+        let again = self.start(name, &arguments);
+        if let (Err(why), true) = (&again, self.elsewhere.contains_key(name)) {
+            // Its host may be back for the next start.
+            tracing::warn!("{why:#}");
+            let _ = self.news.0.send(News::Ended(name.to_owned(), i32::from(FAILED)));
+            return Ok(true);
+        }
+        again.map(|()| true)
     }
 
     /// Says a line to the process called `name`, where it listens.
@@ -150,7 +184,8 @@ impl Launched {
         let now = monotonic_ns();
         let child = self.children.iter_mut().find(|child| child.name == name);
         child.is_some_and(|child| {
-            child.progress.goes_on(child.pid, now);
+            let Some(pid) = child.pid else { return false };
+            child.progress.goes_on(pid, now);
             child.progress.stopped_ns.is_some_and(|since| now - since >= STOPPED_NS)
         })
     }
@@ -160,8 +195,9 @@ impl Launched {
     pub fn end_if_idle(&mut self, name: &str) {
         let now = monotonic_ns();
         for child in self.children.iter_mut().filter(|child| child.name == name) {
-            if !child.progress.goes_on(child.pid, now) {
-                let _ = kill(Pid::from_raw(child.pid as i32), Signal::SIGKILL);
+            let Some(pid) = child.pid else { continue };
+            if !child.progress.goes_on(pid, now) {
+                let _ = kill(Pid::from_raw(pid as i32), Signal::SIGKILL);
             }
         }
     }
@@ -169,6 +205,11 @@ impl Launched {
     /// Asks the process called `name` to end in order.
     pub fn interrupt(&self, name: &str) {
         self.signal(name, Signal::SIGTERM);
+    }
+
+    /// Ends the process called `name` at once.
+    pub fn kill(&self, name: &str) {
+        self.signal(name, Signal::SIGKILL);
     }
 
     /// Asks all that still run to end in order.
@@ -180,18 +221,29 @@ impl Launched {
 
     fn signal(&self, name: &str, signal: Signal) {
         for child in self.children.iter().filter(|child| child.name == name) {
-            let _ = kill(Pid::from_raw(child.pid as i32), signal);
+            match (child.pid, self.elsewhere.get(name)) {
+                (Some(pid), _) => drop(kill(Pid::from_raw(pid as i32), signal)),
+                (None, Some(agent)) => agent.end(name, signal == Signal::SIGKILL),
+                (None, None) => {}
+            }
         }
     }
 
     /// Kills what still runs after `within`, except the process called `except`; to be called when the run is over.
     pub fn end_after(&self, within: Duration, except: &str) {
         let others = self.children.iter().filter(|child| child.name != except);
-        let pids: Vec<u32> = others.map(|child| child.pid).collect();
+        let place = |child: &Started| {
+            (child.pid, child.name.clone(), self.elsewhere.get(&child.name).cloned())
+        };
+        let places: Vec<_> = others.map(place).collect();
         std::thread::spawn(move || {
             std::thread::sleep(within);
-            for pid in pids {
-                let _ = kill(Pid::from_raw(pid as i32), Signal::SIGKILL);
+            for (pid, name, agent) in places {
+                match (pid, agent) {
+                    (Some(pid), _) => drop(kill(Pid::from_raw(pid as i32), Signal::SIGKILL)),
+                    (None, Some(agent)) => agent.end(&name, true),
+                    (None, None) => {}
+                }
             }
         });
     }

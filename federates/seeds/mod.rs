@@ -1,6 +1,7 @@
 //! `seeds`: starts federations, and carries every federate and tool as a subcommand.
 
 pub mod accuracy;
+pub mod agent;
 pub mod airport;
 pub mod asterix;
 pub mod author;
@@ -82,6 +83,7 @@ enum Command {
     Gateway(Box<crate::gateway::command::GatewayArgs>),
     ViewerLogger(crate::viewer_logger::command::ViewerArgs),
     AdminStation(crate::admin_station::command::AdminArgs),
+    Agent(agent::AgentArgs),
     /// Write the manual pages, one a command, into a folder
     Man {
         /// Folder
@@ -130,6 +132,7 @@ pub fn main() -> ExitCode {
         Some(Command::Control(args)) => crate::control::command::run(&args),
         Some(Command::Visitors(args)) => crate::visitors::command::run(&args),
         Some(Command::ViewerLogger(args)) => crate::viewer_logger::command::run(&args),
+        Some(Command::Agent(args)) => agent::run(&args),
         Some(Command::AdminStation(args)) => crate::admin_station::command::run(&args),
         Some(Command::Man { folder }) => {
             let made = std::fs::create_dir_all(&folder)

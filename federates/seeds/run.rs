@@ -1,5 +1,6 @@
 //! `seeds run`: a whole federation on this host, one process a federate, or all in one.
 
+use super::agent::places;
 use super::launch::{Launched, News, STARTS_A_MINUTE, common_arguments};
 use super::run_args::RunArgs;
 use crate::federation::{GATEWAY, generator_name, has_control};
@@ -13,7 +14,7 @@ use crate::runtime::messages::Kind;
 use crate::runtime::process::{KEPT, LOGGING, NO_LOGGER};
 use crate::visitors::command::check_plots;
 use crate::visitors::seats::read_inputs;
-use scenarios::losses::{Losses, OnLoss};
+use scenarios::losses::{ByMember, Losses, OnLoss};
 use scenarios::{ForeignScene, Scene, SensorScene};
 use std::io::ErrorKind;
 use std::net::{SocketAddr, TcpListener};
@@ -79,7 +80,14 @@ pub fn run(args: &RunArgs) -> ExitCode {
         return fail(BAD_INPUT, format!("{e:#}"));
     }
     let control = has_control(&scene);
-    match processes(args, control, &args.losses.losses().over(&scene.network.losses)) {
+    let agents = args.agents(&scene);
+    let endpoint = args.sync_endpoint(&scene);
+    let reach = args.network.check_listening(&endpoint);
+    if let Err(e) = reach.and_then(|()| places::check(&agents, &args.network, &endpoint)) {
+        return fail(BAD_INPUT, format!("{e:#}"));
+    }
+    let losses = args.losses.losses().over(&scene.network.losses);
+    match processes(args, control, &losses, &endpoint, &agents) {
         Ok(code) => ExitCode::from(code),
         Err(e) => fail(FAILED, format!("{e:#}")),
     }
@@ -109,9 +117,13 @@ fn port_is_free(address: SocketAddr, what: &str, flag: &str) -> anyhow::Result<(
     })
 }
 
-fn processes(args: &RunArgs, control: bool, losses: &Losses) -> anyhow::Result<u8> {
-    let endpoint =
-        args.network.sync_listen.clone().unwrap_or_else(|| args.network.default_endpoint());
+fn processes(
+    args: &RunArgs,
+    control: bool,
+    losses: &Losses,
+    endpoint: &str,
+    agents: &ByMember<String>,
+) -> anyhow::Result<u8> {
     let place = endpoint.split_once('/').map(|(_, place)| place);
     if let Some(address) = place.and_then(|a| a.parse().ok()) {
         port_is_free(address, "synchronisation plane", "--sync-listen tcp/127.0.0.1:PORT")?;
@@ -124,7 +136,11 @@ fn processes(args: &RunArgs, control: bool, losses: &Losses) -> anyhow::Result<u
     ctrlc::set_handler(move || {
         let _ = interrupted.send(News::Interrupted);
     })?;
-    start_all(args, control, &endpoint, &mut launched)?;
+    let mut names: Vec<String> =
+        (1..=args.generators).map(|share| generator_name(share, args.generators)).collect();
+    names.extend(["external-world", "smdfm", "control", "visitors"].map(str::to_owned));
+    places::place(&mut launched, agents, &names, &args.network)?;
+    start_all(args, control, endpoint, &mut launched)?;
 
     let mut summary = None;
     let mut code = None;
@@ -210,7 +226,7 @@ fn processes(args: &RunArgs, control: bool, losses: &Losses) -> anyhow::Result<u
                         say(&format!(
                             "the viewer-logger ended ({}); the run goes on without it. Another one: {}",
                             ending(ended_with),
-                            another_logger(args, &endpoint)
+                            another_logger(args, endpoint)
                         ));
                     }
                     lost |= ended_with != 0 && (args.record.is_some() || args.report.is_some())

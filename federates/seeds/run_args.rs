@@ -4,6 +4,9 @@ use crate::federation::RunOptions;
 use crate::gateway::command::AsterixArgs;
 use crate::runtime::cli::{self, CommonArgs, DEFAULT_PAGE, LogFormat, LossArgs, NetworkArgs};
 use clap::Args;
+use scenarios::Scene;
+use scenarios::losses::ByMember;
+use scenarios::network::agents_flag;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 
@@ -83,6 +86,10 @@ pub struct RunArgs {
     #[command(flatten)]
     pub(crate) network: NetworkArgs,
 
+    /// Endpoints of the agents (`seeds agent`) that start federates on other hosts, for all or by name as smdfm=tls/10.0.0.2:7450 [default: the scene's, else all run here]
+    #[arg(long, value_name = "ENDPOINT", value_parser = agents_flag, conflicts_with = "in_process")]
+    agents: Option<ByMember<String>>,
+
     #[command(flatten)]
     pub(crate) losses: LossArgs,
 
@@ -126,6 +133,18 @@ impl RunArgs {
     pub fn with_visitors(&self) -> bool {
         let heard = !self.in_process && !self.no_visitors && (self.visitors || !self.fast);
         heard || self.inputs.is_some()
+    }
+
+    /// Who is started by an agent of another host.
+    pub(super) fn agents(&self, scene: &Scene) -> ByMember<String> {
+        self.agents.clone().unwrap_or_else(|| scene.network.agents.clone())
+    }
+
+    /// Where the administration station will listen. What a scene says of that holds where it names other hosts, too.
+    pub(super) fn sync_endpoint(&self, scene: &Scene) -> String {
+        let told = scene.network.sync_listen.first().filter(|_| self.agents(scene).is_given());
+        let told = self.network.sync_listen.as_ref().or(told);
+        told.cloned().unwrap_or_else(|| self.network.default_endpoint())
     }
 
     /// Checks what protects the synchronisation plane, before anything is started.

@@ -599,6 +599,11 @@ pub(crate) const NETWORK: &[Key] = &[
         Holds::WholeOr { least: 0, most: 86_400_000, word: "none" },
         "How long a run waits for it [ms]; none: as long as it takes",
     ),
+    Key::new(
+        "agents",
+        Holds::ByName(&Holds::Text),
+        "Endpoints of the `seeds agent` that starts a federate on its host; others run here",
+    ),
 ];
 
 pub(crate) const CONTROL: &[Key] = &[

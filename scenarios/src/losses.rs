@@ -74,11 +74,11 @@ impl<T> Default for ByMember<T> {
     }
 }
 
-impl<T: Copy> ByMember<T> {
+impl<T: Clone> ByMember<T> {
     /// The value of the federate called `name`: its own, that of its kind, or that of all.
     #[must_use]
     pub fn of(&self, name: &str) -> Option<T> {
-        self.by_name(name).or(self.all)
+        self.by_name(name).or_else(|| self.all.clone())
     }
 
     /// The same where only what names the federate or its kind counts.
@@ -86,10 +86,12 @@ impl<T: Copy> ByMember<T> {
     pub fn by_name(&self, name: &str) -> Option<T> {
         let number = |c: char| c.is_ascii_digit() || c == '-';
         let own = self.named.get(name).or_else(|| self.named.get(name.trim_end_matches(number)));
-        own.copied()
+        own.cloned()
     }
 
-    fn is_given(&self) -> bool {
+    /// Whether there is any value.
+    #[must_use]
+    pub fn is_given(&self) -> bool {
         self.all.is_some() || !self.named.is_empty()
     }
 }
@@ -102,7 +104,7 @@ impl<T: Display> Display for ByMember<T> {
     }
 }
 
-/// Federates that can be lost, as keys and flags name them.
+/// Federates of a run, as keys and flags name them.
 const KINDS: [&str; 5] = ["traffic-generator", "external-world", "smdfm", "control", "visitors"];
 
 /// Bounds of the clocks, ms.
@@ -127,7 +129,7 @@ impl Losses {
     /// These, and what they do not say as `scene` has it.
     #[must_use]
     pub fn over(&self, scene: &Self) -> Self {
-        fn first<T: Copy>(a: &ByMember<T>, b: &ByMember<T>) -> ByMember<T> {
+        fn first<T: Clone>(a: &ByMember<T>, b: &ByMember<T>) -> ByMember<T> {
             if a.is_given() { a.clone() } else { b.clone() }
         }
         Self {
@@ -140,7 +142,7 @@ impl Losses {
 }
 
 /// `VALUE`, `NAME=VALUE` or both, with commas between, as flags take them.
-fn by_member<T>(
+pub(crate) fn by_member<T>(
     text: &str,
     value: impl Fn(&str) -> Result<T, String>,
 ) -> Result<ByMember<T>, String> {
@@ -153,7 +155,7 @@ fn by_member<T>(
                 let number = |c: char| c.is_ascii_digit() || c == '-';
                 if !KINDS.contains(&name.trim_end_matches(number)) {
                     let known = KINDS.join(", ");
-                    return Err(format!("'{name}' is not a federate that can be lost: {known}"));
+                    return Err(format!("'{name}' is not a federate of a run: {known}"));
                 }
                 read.named.insert(name.to_owned(), value(of)?);
             }
@@ -246,7 +248,7 @@ pub(crate) fn read(network: &Section) -> Result<Losses, ScenarioError> {
 }
 
 /// One value for all, or a table by federate with `all` among its keys.
-fn members<T>(
+pub(crate) fn members<T>(
     network: &Section,
     key: &str,
     read: impl Fn(&Section, &str) -> Result<Option<T>, ScenarioError>,

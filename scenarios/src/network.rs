@@ -3,7 +3,7 @@
 use crate::document::Section;
 use crate::error::{Problem, ScenarioError};
 use crate::keys::{self, words};
-use crate::losses::{self, Losses};
+use crate::losses::{self, ByMember, Losses};
 use std::net::{IpAddr, SocketAddr};
 
 /// `[network]` of a scene. Not part of the scene's hash.
@@ -23,6 +23,8 @@ pub struct Network {
     pub sync_connect: Vec<String>,
     /// What becomes of a run that loses a federate.
     pub losses: Losses,
+    /// Endpoints of the agents that start federates on other hosts.
+    pub agents: ByMember<String>,
 }
 
 impl Default for Network {
@@ -36,6 +38,7 @@ impl Default for Network {
             sync_listen: Vec::new(),
             sync_connect: Vec::new(),
             losses: Losses::default(),
+            agents: ByMember::default(),
         }
     }
 }
@@ -73,5 +76,42 @@ pub(crate) fn read(root: &Section) -> Result<Network, ScenarioError> {
     network.sync_listen = endpoints("sync_listen")?;
     network.sync_connect = endpoints("sync_connect")?;
     network.losses = losses::read(&section)?;
+    network.agents = losses::members(&section, "agents", |section, key| {
+        Ok(section.text(key)?.map(str::to_owned))
+    })?;
     Ok(network)
+}
+
+/// The value of a flag for `agents`: `tls/10.0.0.2:7450`, `smdfm=tls/10.0.0.2:7450`, or several with commas between.
+///
+/// # Errors
+/// What is wrong with it.
+pub fn agents_flag(text: &str) -> Result<ByMember<String>, String> {
+    losses::by_member(text, |endpoint| Ok(endpoint.to_owned()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    #[test]
+    fn agents_are_named_for_all_or_by_federate() {
+        let network = |text: &str| {
+            read(&Section::parse(Path::new("x.toml"), text).expect("TOML"))
+                .map_err(|e| e.to_string())
+        };
+        let read =
+            network("[network]\nagents = { smdfm = \"tls/b:1\", traffic-generator = \"tls/c:1\" }");
+        let agents = read.expect("sound").agents;
+        assert_eq!(agents.of("smdfm").as_deref(), Some("tls/b:1"));
+        assert_eq!(agents.of("traffic-generator-2").as_deref(), Some("tls/c:1"));
+        assert_eq!(agents.of("control"), None);
+        let flag = agents_flag("tcp/d:1,smdfm=tls/b:1").expect("sound");
+        assert_eq!(flag.of("control").as_deref(), Some("tcp/d:1"));
+        assert_eq!(agents_flag(&flag.to_string()), Ok(flag));
+        assert!(agents_flag("gateway=tcp/d:1").expect_err("here").contains("not a federate"));
+        let wrong = network("[network]\nagents = { gateway = \"tcp/d:1\" }").expect_err("here");
+        assert!(wrong.contains("gateway"), "{wrong}");
+    }
 }

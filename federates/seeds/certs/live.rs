@@ -35,6 +35,8 @@ struct Needs {
 fn needs(name: &str) -> Needs {
     let (hears, asks, refused) = match name {
         "operator" => (None, Some("ctl/statistics"), Some("log/conductor")),
+        // It is asked where it listens itself.
+        "agent" => (None, None, Some("ctl/statistics")),
         "viewer-logger" => (Some("obs/state"), Some("ctl/statistics"), Some("log/conductor")),
         "gateway" => (Some("obs/state"), Some("obs/state/last"), Some("ctl/statistics")),
         "recorder" => (Some("obs/state"), Some("obs/state/last"), Some("ctl/statistics")),
