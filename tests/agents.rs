@@ -6,7 +6,7 @@ mod common;
 use common::{Background, Folder, Ports, SOON, finish, run, seeds, stderr, summary, wait_for};
 use federates::runtime::bus::ask;
 use federates::runtime::certs::Certs;
-use federates::runtime::zenoh_bus::{ZenohBus, ZenohConfig};
+use federates::runtime::zenoh_bus::{Part, ZenohBus, ZenohConfig};
 use serde_json::Value;
 use std::path::Path;
 use std::process::Stdio;
@@ -174,6 +174,7 @@ fn an_agent_obeys_nobody_but_the_station() {
     let (there, endpoint) = agent(Some(&certs));
     let answered = |name: &str| {
         let bus = ZenohBus::open(&ZenohConfig {
+            part: Part::Peer,
             listen: Vec::new(),
             connect: vec![endpoint.clone()],
             exercise: 0,

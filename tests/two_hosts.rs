@@ -238,6 +238,75 @@ fn a_smaller_mtu_on_one_host_is_told_and_the_run_is_exact() {
     }
 }
 
+/// Two hosts that cannot reach each other, and a third that both reach: all speak through the router there, with certificates and without, and a
+/// command from a third terminal as well. The run is that of one host, and all processes end.
+#[test]
+fn hosts_that_cannot_reach_each_other_meet_at_a_router() {
+    let Some(hosts) = Hosts::new() else {
+        eprintln!("skipped: network namespaces cannot be made here (needs root and iproute2)");
+        return;
+    };
+    let folder = common::Folder::new("router");
+    let alone =
+        finish(common::run(&common::Ports::new(), &["--fast", "--duration", "30", "--no-viewer"]));
+    let between = &hosts.bridge;
+    assert!(ip(&["-n", between, "addr", "add", "10.83.0.9/24", "dev", "br0"]), "an address");
+    for (host, other) in [(0, "10.83.0.2/32"), (1, "10.83.0.1/32")] {
+        assert!(ip(&["-n", &hosts.names[host], "route", "add", "unreachable", other]), "{other}");
+    }
+    let certs = folder.0.join("certs");
+    let certs = certs.to_str().expect("a name");
+    let mut make = common::seeds();
+    make.args(["certs", certs, "--host", "10.83.0.9"]);
+    assert_eq!(finish(make).status.code(), Some(0));
+    for (transport, protection) in [("tcp", &["--open"][..]), ("tls", &["--certs", certs])] {
+        let at = format!("{transport}/10.83.0.9:7447");
+        let spawn = |mut command: Command| {
+            command.stdout(Stdio::null()).stderr(Stdio::null());
+            common::Background(command.spawn().expect("it starts"))
+        };
+        let on = |namespace: &str, arguments: &[&str]| {
+            let mut command = Command::new("ip");
+            command.args(["netns", "exec", namespace, env!("CARGO_BIN_EXE_seeds")]);
+            command.args(arguments).args(protection);
+            command.current_dir(env!("CARGO_MANIFEST_DIR")).stdin(Stdio::null());
+            command
+        };
+        let router = spawn(on(between, &["router", "--listen", &at]));
+        let federate = |host: usize, arguments: &[&str]| {
+            let mut command = on(&hosts.names[host], arguments);
+            let interface = ["10.83.0.1", "10.83.0.2"][host];
+            command.args(["--sync-router", &at, "--dis", "10.83.0.255:3000"]);
+            common::patient(&mut command).args(["--interface", interface]);
+            command
+        };
+        let admin = federate(
+            1,
+            &["admin-station", "--rate", "4", "--duration", "30", "--batch", "--stall-ms", "20000"],
+        );
+        let admin = std::thread::spawn(move || finish(admin));
+        let mut members = ["smdfm", "traffic-generator", "external-world"]
+            .map(|name| (name, spawn(federate(usize::from(name == "smdfm"), &[name]))));
+        let mut ask = hosts.on(0, &["admin-station", "status", "--json", "--at", &at]);
+        if transport == "tls" {
+            ask.args(protection);
+        }
+        let status = common::wait_for(common::SOON, || {
+            let output = ask.output().expect("it runs");
+            let text = String::from_utf8_lossy(&output.stdout).into_owned();
+            (output.status.success() && text.contains("RUNNING")).then_some(text)
+        });
+        assert!(status.is_some(), "{transport}: a command through the router is answered");
+        let output = admin.join().expect("the administration station ends");
+        assert_eq!(output.status.code(), Some(0), "{}", common::stderr(&output));
+        assert_eq!(summary(&output)["digest"], summary(&alone)["digest"], "{transport}");
+        for (name, member) in &mut members {
+            assert_eq!(member.wait(common::SOON), Some(0), "{transport}: {name} ends");
+        }
+        assert_eq!(router.interrupt(), Some(0), "{transport}: the router ends when it is told to");
+    }
+}
+
 #[test]
 fn what_goes_wrong_between_hosts_is_named_within_ten_seconds() {
     let Some(hosts) = Hosts::new() else {

@@ -10,7 +10,7 @@ use crate::runtime::cli::{
 };
 use crate::runtime::member_process::patience;
 use crate::runtime::process::{NO_LOGGER, on_interrupt};
-use crate::runtime::zenoh_bus::{ZenohBus, ZenohConfig};
+use crate::runtime::zenoh_bus::{Part, ZenohBus, ZenohConfig};
 use clap::{Args, CommandFactory, Subcommand};
 use crossbeam_channel::{Sender, unbounded};
 use scenarios::Scene;
@@ -116,6 +116,7 @@ impl AdminArgs {
             (network.interface.is_some(), "--interface"),
             (network.ttl.is_some(), "--ttl"),
             (network.sync_listen.is_some(), "--sync-listen"),
+            (network.sync_router.is_some(), "--sync-router"),
             (self.rate.is_some(), "--rate"),
             (self.fast, "--fast"),
             (self.duration.is_some(), "--duration"),
@@ -213,17 +214,25 @@ fn run_admin(args: &AdminArgs, scene: &Arc<Scene>) -> anyhow::Result<u8> {
         let _ = stop.send(Event::Stop);
     })?;
     let network = &args.common.network;
-    let listen = match (&network.sync_listen, scene.network.sync_listen.first()) {
-        (Some(endpoint), _) | (None, Some(endpoint)) => endpoint.clone(),
-        (None, None) => network.default_endpoint(),
-    };
-    network.check_listening(&listen)?;
-    if network.open && !is_loopback(&listen) {
-        tracing::warn!("{listen} is open: everybody who reaches it can command this run");
+    let (mut listen, mut connect) = (Vec::new(), Vec::new());
+    if let Some(router) = &network.sync_router {
+        network.check_connecting(router)?;
+        connect.push(router.clone());
+    } else {
+        let endpoint = match (&network.sync_listen, scene.network.sync_listen.first()) {
+            (Some(endpoint), _) | (None, Some(endpoint)) => endpoint.clone(),
+            (None, None) => network.default_endpoint(),
+        };
+        network.check_listening(&endpoint)?;
+        if network.open && !is_loopback(&endpoint) {
+            tracing::warn!("{endpoint} is open: everybody who reaches it can command this run");
+        }
+        listen.push(endpoint);
     }
     let bus = ZenohBus::open(&ZenohConfig {
-        listen: vec![listen],
-        connect: vec![],
+        part: if connect.is_empty() { Part::Peer } else { Part::Client },
+        listen,
+        connect,
         exercise,
         connect_timeout: patience(),
         certs: network.certs_of("admin-station")?,

@@ -5,7 +5,7 @@ use crate::exchange::operator;
 use crate::runtime::bus::Bus;
 use crate::runtime::cli::{self, BAD_INPUT, CommonArgs, FAILED, NetworkArgs, fail, print_line};
 use crate::runtime::messages::Command;
-use crate::runtime::zenoh_bus::{ZenohBus, ZenohConfig};
+use crate::runtime::zenoh_bus::{Part, ZenohBus, ZenohConfig};
 use clap::{Args, Subcommand};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -205,6 +205,7 @@ pub(super) fn operate_run(common: &CommonArgs, operate: &Operate) -> ExitCode {
 
 fn operator_bus(at: &Place) -> anyhow::Result<ZenohBus> {
     Ok(ZenohBus::open(&ZenohConfig {
+        part: Part::Peer,
         listen: vec![],
         connect: vec![at.endpoint.clone()],
         exercise: at.exercise,

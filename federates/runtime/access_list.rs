@@ -23,10 +23,13 @@ const MEMBER_SERVES: [&str; 4] = ["frames/{n}", "frames/{n}/**", "log/{n}", "can
 const MEMBER_HEARS: [&str; 4] = ["ctl/order", "ctl/beat", "fed/*", "beat/*"];
 const MEMBER_ASKS: [&str; 5] = ["ctl/join", "ctl/log", "frames/**", "log/*", "candidate/*"];
 
+/// Who passes on what others say. It holds the list against them; at their ends nobody but it is seen.
+const ROUTER: &str = "router";
+
 /// Names that a certificate of a spectator stands for: its own, and that with a number.
 const SPECTATOR: &str = "{n}$*";
 
-const ROLES: [Role; 11] = [
+const ROLES: [Role; 12] = [
     Role {
         names: &["admin-station", "admin-station-standby"],
         says: &["ctl/order", "ctl/beat", "obs/**"],
@@ -100,6 +103,7 @@ const ROLES: [Role; 11] = [
         hears: &[],
         asks: &["ctl/command", "ctl/statistics", "seat/*/say"],
     },
+    Role { names: &[ROUTER], says: &[], serves: &[], hears: &[], asks: &[] },
     Role { names: &["agent"], says: &[], serves: &["agent/*"], hears: &[], asks: &[] },
     Role {
         names: &["recorder"],
@@ -157,6 +161,19 @@ pub fn access_control(exercise: u8) -> Value {
     })
 }
 
+/// Kinds of messages that the list knows.
+const EVERYTHING: [&str; 9] = [
+    "put",
+    "delete",
+    "query",
+    "reply",
+    "declare_subscriber",
+    "declare_queryable",
+    "liveliness_token",
+    "declare_liveliness_subscriber",
+    "liveliness_query",
+];
+
 /// What may come from `name` (ingress) and go to it (egress).
 fn rules_of(role: &Role, base: &str, name: &str, exercise: u8) -> Vec<Value> {
     let member = MEMBERS.contains(&base);
@@ -187,6 +204,10 @@ fn rules_of(role: &Role, base: &str, name: &str, exercise: u8) -> Vec<Value> {
             }));
         }
     };
+    if name == ROUTER {
+        rule("passes on", "ingress", &EVERYTHING, &everything);
+        rule("is told", "egress", &EVERYTHING, &everything);
+    }
     rule("says", "ingress", &["put"], &says);
     rule("is alive", "ingress", &["liveliness_token"], &own_alive);
     rule("listens", "ingress", &["declare_subscriber"], &hears);
@@ -236,6 +257,10 @@ mod tests {
             .filter_map(|p| p["subjects"][0].as_str().map(str::to_owned))
             .collect();
         names.sort();
+        // A router passes on whatever it let in, of this exercise only.
+        let ours = key.as_str().starts_with("seeds/1/") || key.as_str().starts_with("seeds/7/");
+        assert_eq!(names.iter().any(|name| name == ROUTER), ours, "{key}");
+        names.retain(|name| name != ROUTER);
         names
     }
 
@@ -246,7 +271,7 @@ mod tests {
         for key in ["ctl/order", "ctl/beat", "obs/state", "obs/operation"] {
             assert_eq!(who(&list, "put", &format!("seeds/7/{key}")), station, "{key}");
         }
-        for name in names(3) {
+        for name in names(3).into_iter().filter(|name| name != ROUTER) {
             for key in ["fed", "beat"].map(|kind| format!("seeds/7/{kind}/{name}")) {
                 let allowed = who(&list, "put", &key);
                 let says = !["admin-station", "admin-station-standby", "operator", "agent"]

@@ -78,6 +78,10 @@ pub struct NetworkArgs {
     #[arg(long, value_name = "ENDPOINT", value_parser = endpoint_of_another)]
     pub sync_connect: Option<String>,
 
+    /// Endpoint of a `seeds router` through which all federates of the run speak, where hosts cannot reach each other
+    #[arg(long, value_name = "ENDPOINT", value_parser = endpoint_of_another, conflicts_with_all = ["sync_listen", "sync_connect"])]
+    pub sync_router: Option<String>,
+
     /// Folder with the certificates of the federation, made by `seeds certs`; endpoints are tls/ADDRESS:PORT then
     #[arg(long, value_name = "DIR")]
     pub certs: Option<PathBuf>,

@@ -5,7 +5,7 @@ use super::bus::{Bus, Class, ask};
 use super::certs::Certs;
 use super::codec::{decode, encode};
 use super::messages::{Order, Report};
-use super::zenoh_bus::{ZenohBus, ZenohConfig};
+use super::zenoh_bus::{Part, ZenohBus, ZenohConfig};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex};
@@ -38,6 +38,7 @@ fn free_port() -> u16 {
 
 fn open(certs: Option<&Path>, name: &str, listen: &str, connect: Option<&str>) -> ZenohBus {
     let config = ZenohConfig {
+        part: Part::Peer,
         listen: vec![listen.to_owned()],
         connect: connect.into_iter().map(str::to_owned).collect(),
         exercise: 1,

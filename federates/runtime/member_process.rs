@@ -8,7 +8,7 @@ use super::federate::Federate;
 use super::member::Remake;
 use super::member_driver::{self, Event, Host, MemberContext};
 use super::process::{on_interrupt, while_connecting};
-use super::zenoh_bus::{ZenohBus, ZenohConfig};
+use super::zenoh_bus::{Part, ZenohBus, ZenohConfig};
 use crossbeam_channel::{Receiver, Sender, unbounded};
 use scenarios::Scene;
 use std::net::SocketAddr;
@@ -126,6 +126,19 @@ pub fn open_bus(
     exercise: u8,
     name: &str,
 ) -> anyhow::Result<(Arc<dyn Bus>, String)> {
+    if let Some(router) = &args.sync_router {
+        args.check_connecting(router)?;
+        let config = ZenohConfig {
+            part: Part::Client,
+            listen: Vec::new(),
+            connect: vec![router.clone()],
+            exercise,
+            connect_timeout: patience(),
+            certs: args.certs_of(name)?,
+        };
+        let bus = while_connecting(|| ZenohBus::open(&config))?;
+        return Ok((Arc::new(bus), router.clone()));
+    }
     let connect = match (&args.sync_connect, scene.sync_connect.first()) {
         (Some(endpoint), _) | (None, Some(endpoint)) => endpoint.clone(),
         (None, None) => args.default_endpoint(),
@@ -142,6 +155,7 @@ pub fn open_bus(
     };
     args.check_listening(&listen)?;
     let config = ZenohConfig {
+        part: Part::Peer,
         listen: vec![listen],
         connect: vec![connect.clone()],
         exercise,

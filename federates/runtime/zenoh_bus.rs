@@ -1,4 +1,4 @@
-//! The bus over Eclipse Zenoh: peer mode, explicit endpoints, gossip on, no server.
+//! The bus over Eclipse Zenoh: peer mode, explicit endpoints, gossip on, no server; or clients of one router.
 //!
 //! With certificates, every link is mutual TLS and [`super::access_list`] is enforced at both of its ends. Messages are
 //! bounded either way: `max_message_size` of the library is no exact bound, its low-pass filter is.
@@ -15,6 +15,17 @@ use zenoh::qos::CongestionControl;
 use zenoh::sample::SampleKind;
 use zenoh::{Config, Session, Wait};
 
+/// What a session is to the others.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// Connects to everybody whom it learns of, and passes nothing on.
+    Peer,
+    /// Speaks with everybody through the router that it connects to.
+    Client,
+    /// Passes on what its clients say.
+    Router,
+}
+
 /// How to find the others.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ZenohConfig {
@@ -28,6 +39,8 @@ pub struct ZenohConfig {
     pub connect_timeout: Duration,
     /// What proves who this is; without it anybody who connects is believed.
     pub certs: Option<Certs>,
+    /// What it is to the others.
+    pub part: Part,
 }
 
 /// A session of the federation.
@@ -52,10 +65,15 @@ impl ZenohBus {
             let quoted: Vec<_> = endpoints.iter().map(|e| format!("{e:?}")).collect();
             format!("[{}]", quoted.join(","))
         };
+        let mode = match config.part {
+            Part::Peer => "\"peer\"",
+            Part::Client => "\"client\"",
+            Part::Router => "\"router\"",
+        };
         let mut zenoh = Config::default();
         let timeout_ms = config.connect_timeout.as_millis().to_string();
         for (key, value) in [
-            ("mode", "\"peer\""),
+            ("mode", mode),
             ("listen/endpoints", &list(&config.listen)),
             ("connect/endpoints", &list(&config.connect)),
             ("connect/timeout_ms", &timeout_ms),

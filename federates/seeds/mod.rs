@@ -25,6 +25,7 @@ pub mod record;
 pub mod replay;
 pub mod report;
 mod report_areas;
+pub mod router;
 pub mod run;
 pub mod run_args;
 pub mod scene;
@@ -84,6 +85,7 @@ enum Command {
     ViewerLogger(crate::viewer_logger::command::ViewerArgs),
     AdminStation(crate::admin_station::command::AdminArgs),
     Agent(agent::AgentArgs),
+    Router(router::RouterArgs),
     /// Write the manual pages, one a command, into a folder
     Man {
         /// Folder
@@ -133,6 +135,7 @@ pub fn main() -> ExitCode {
         Some(Command::Visitors(args)) => crate::visitors::command::run(&args),
         Some(Command::ViewerLogger(args)) => crate::viewer_logger::command::run(&args),
         Some(Command::Agent(args)) => agent::run(&args),
+        Some(Command::Router(args)) => router::run(&args),
         Some(Command::AdminStation(args)) => crate::admin_station::command::run(&args),
         Some(Command::Man { folder }) => {
             let made = std::fs::create_dir_all(&folder)

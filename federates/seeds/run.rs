@@ -51,6 +51,10 @@ pub fn run(args: &RunArgs) -> ExitCode {
         let help = "a run listens for its federates: --sync-listen ENDPOINT";
         return fail(BAD_INPUT, format!("--sync-connect: {help}"));
     }
+    if args.network.sync_router.is_some() {
+        let help = "the federates of one host need no router: start each by itself on its host (docs/hosts.md)";
+        return fail(BAD_INPUT, format!("--sync-router: {help}"));
+    }
     if args.network.sync_listen.as_ref().is_some_and(|e| e.ends_with(":0")) {
         let help = "the federates of a run must know its port: choose one, not 0";
         return fail(BAD_INPUT, format!("--sync-listen: {help}"));

@@ -3,11 +3,11 @@
 use super::words::{Answer, Ask, EXERCISE, KEY, Process, What};
 use crate::runtime::build;
 use crate::runtime::bus::ask;
-use crate::runtime::certs::{Certs, is_loopback};
+use crate::runtime::certs::Certs;
 use crate::runtime::cli::FAILED;
 use crate::runtime::clock::monotonic_ns;
 use crate::runtime::codec::{decode, encode};
-use crate::runtime::zenoh_bus::{ZenohBus, ZenohConfig};
+use crate::runtime::zenoh_bus::{Part, ZenohBus, ZenohConfig};
 use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
@@ -50,25 +50,32 @@ impl Agent {
     /// If none answers there, or it is one of another build.
     pub fn connect(endpoint: &str, certs: Option<Certs>, session: u128) -> Result<Self, String> {
         let config = ZenohConfig {
+            part: Part::Peer,
             listen: Vec::new(),
             connect: vec![endpoint.to_owned()],
             exercise: EXERCISE,
             connect_timeout: Duration::from_secs(5),
             certs,
         };
-        let help = |e: String| {
-            let at = if is_loopback(endpoint) { "" } else { " --certs DIR" };
+        let (with, or) = match config.certs {
+            Some(_) => (
+                " --certs DIR",
+                ", or one of the two certificates is not of this federation: `seeds certs check DIR`",
+            ),
+            None => ("", ""),
+        };
+        let help = |why: &str| {
             format!(
-                "no agent answers at {endpoint}: {e}: start one there (seeds agent --listen {endpoint}{at})"
+                "no agent answers at {endpoint} ({why}): start one there (seeds agent --listen {endpoint}{with}){or}"
             )
         };
-        let bus = ZenohBus::open(&config).map_err(|e| help(e.to_string()))?;
+        let bus = ZenohBus::open(&config).map_err(|_| help("5 s tried"))?;
         let started = Mutex::default();
         let agent = Self { bus, endpoint: endpoint.to_owned(), session, started };
         match agent.ask(What::Look) {
             Ok(Answer::Refused(why)) => Err(format!("the agent at {endpoint} refuses: {why}")),
             Ok(_) => Ok(agent),
-            Err(e) => Err(help(e)),
+            Err(e) => Err(help(&e)),
         }
     }
 

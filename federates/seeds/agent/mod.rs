@@ -11,7 +11,7 @@ use crate::runtime::cli::{self, BAD_INPUT, COMPLETE, FAILED, LogFormat, NetworkA
 use crate::runtime::clock::monotonic_ns;
 use crate::runtime::codec::{decode, encode};
 use crate::runtime::process::on_interrupt;
-use crate::runtime::zenoh_bus::{ZenohBus, ZenohConfig};
+use crate::runtime::zenoh_bus::{Part, ZenohBus, ZenohConfig};
 use clap::Args;
 use crossbeam_channel::{RecvTimeoutError, unbounded};
 use sessions::Sessions;
@@ -82,6 +82,7 @@ pub fn run(args: &AgentArgs) -> ExitCode {
 fn serve(args: &AgentArgs, listen: &str) -> anyhow::Result<()> {
     let network = NetworkArgs { certs: args.certs.clone(), ..NetworkArgs::default() };
     let bus = ZenohBus::open(&ZenohConfig {
+        part: Part::Peer,
         listen: vec![listen.to_owned()],
         connect: Vec::new(),
         exercise: EXERCISE,

@@ -8,7 +8,7 @@ use crate::runtime::clock::monotonic_ns;
 use crate::runtime::codec::encode;
 use crate::runtime::member::CONDUCTOR;
 use crate::runtime::messages::{Fetch, FetchOf};
-use crate::runtime::zenoh_bus::{ZenohBus, ZenohConfig};
+use crate::runtime::zenoh_bus::{Part, ZenohBus, ZenohConfig};
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
@@ -40,7 +40,7 @@ fn needs(name: &str) -> Needs {
         "viewer-logger" => (Some("obs/state"), Some("ctl/statistics"), Some("log/conductor")),
         "gateway" => (Some("obs/state"), Some("obs/state/last"), Some("ctl/statistics")),
         "recorder" => (Some("obs/state"), Some("obs/state/last"), Some("ctl/statistics")),
-        "admin-station" | "admin-station-standby" => {
+        "admin-station" | "admin-station-standby" | "router" => {
             (Some("ctl/beat"), Some("ctl/statistics"), None)
         }
         _ => (Some("ctl/beat"), Some("log/conductor"), Some("ctl/statistics")),
@@ -61,6 +61,7 @@ fn question(key: &str) -> Vec<u8> {
 
 fn open(folder: &Path, name: &str, endpoint: &str, exercise: u8) -> Result<ZenohBus, String> {
     let config = ZenohConfig {
+        part: Part::Peer,
         // Members hear each other directly: nobody passes on what is said to him.
         listen: vec!["tls/127.0.0.1:0".to_owned()],
         connect: vec![endpoint.to_owned()],
@@ -171,6 +172,7 @@ mod tests {
         };
         let endpoint = format!("tls/127.0.0.1:{port}");
         let config = ZenohConfig {
+            part: Part::Peer,
             listen: vec![endpoint.clone()],
             connect: vec![],
             exercise: 1,

@@ -3,7 +3,7 @@
 use crate::exchange::operator;
 use crate::runtime::bus::Bus as _;
 use crate::runtime::clock::monotonic_ns;
-use crate::runtime::zenoh_bus::{ZenohBus, ZenohConfig};
+use crate::runtime::zenoh_bus::{Part, ZenohBus, ZenohConfig};
 use anyhow::Context;
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -138,6 +138,7 @@ pub(super) fn measure(scene: &Path, movers: usize, generators: u32) -> anyhow::R
         std::thread::sleep(LOOK_EVERY);
         if bus.is_none() {
             bus = ZenohBus::open(&ZenohConfig {
+                part: Part::Peer,
                 listen: vec![],
                 connect: vec![endpoint.clone()],
                 exercise: 1,
