@@ -666,6 +666,40 @@ fn a_beat_tells_of_orders_and_reports_that_were_lost() {
     assert!(asked(&mut known, 7 * S).contains(&WORLD.to_owned()), "its last report");
 }
 
+/// What a producer does not tell again, whoever else may hold it is asked for, in turn.
+#[test]
+fn others_are_asked_for_what_a_producer_does_not_tell_again() {
+    let mut member = member(true);
+    member.hear_beat(S, WORLD, &Beat { fed: 7, inc: 1, last_seq: 1, ..Beat::default() });
+    let mut asked = Vec::new();
+    for n in 0..100 {
+        let mut effects = Vec::new();
+        member.tick(S + n * 50 * MS, &mut effects);
+        asked.extend(effects.into_iter().filter_map(|effect| match effect {
+            Act::Fetch { holder, ask } if ask.of == WORLD => Some(holder),
+            _ => None,
+        }));
+    }
+    assert!(asked.len() > 4 && asked[..2] == [WORLD, WORLD], "{asked:?}");
+    assert!(asked[2..].iter().any(|holder| holder != WORLD), "{asked:?}");
+    assert!(asked[3..].iter().any(|holder| holder == WORLD), "and itself again: {asked:?}");
+}
+
+/// Who is ready before a run sends probes until it begins; who returns to one sends none, and may have nothing to send for long.
+#[test]
+fn a_producer_that_returns_is_not_missed_on_the_data_plane_at_once() {
+    let stands = Standing { frame: Some(0), made: 0, state: Some(0) };
+    for (at, told) in [(None, true), (Some(stands), false)] {
+        let mut member = member(true);
+        let (group, interface) = ("239.1.2.3:3000".to_owned(), "10.0.0.1".to_owned());
+        member.hearing().on(super::hearing::Plane { group, interface, loss: 0.0 });
+        let ready = Numbered { fed: 7, inc: 1, seq: 1, body: Report::Ready { run: 1, at } };
+        member.report(S, WORLD, ready, &mut Vec::new());
+        let said = (10..60).any(|n| !member.hearing().tick(n * 100 * MS).is_empty());
+        assert_eq!(said, told, "{at:?}");
+    }
+}
+
 #[test]
 fn an_outcast_does_nothing_more_and_asks_to_join_again() {
     let mut member = member(false);

@@ -115,11 +115,18 @@ fn what_was_made_beyond_a_cut_is_in_no_later_comparison() {
     hand.lose(&[WORLD], &[SMDFM]);
     hand.settled_by_smdfm(Some(1));
     assert!(hand.world_returns(2, 1));
-    hand.world_makes(2, 3);
-    hand.ends(SMDFM, 2, 3);
+    // Beyond what the first one had made: its sum is not begun with frames that were cut off.
+    let mut looks = 0;
+    while hand.conductor.granted() < 5 {
+        hand.pass_with(100 * MS, &[WORLD, SMDFM]);
+        looks += 1;
+        assert!(looks < 50, "granted up to {}", hand.conductor.granted());
+    }
+    hand.world_makes(2, 5);
+    hand.ends(SMDFM, 2, 5);
     hand.lose(&[WORLD], &[SMDFM]);
-    hand.settled_by_smdfm(Some(3));
-    assert!(hand.world_returns(3, 3), "{:?}", hand.conductor.state().reasons);
+    hand.settled_by_smdfm(Some(5));
+    assert!(hand.world_returns(3, 5), "{:?}", hand.conductor.state().reasons);
 }
 
 /// Survivors may finish what was granted; nothing more is granted until the lost one is back.

@@ -99,7 +99,8 @@ impl Member {
         let reports = inbox.take(now, report);
         let mut ended = false;
         for report in reports {
-            if let Report::Ready { .. } = report
+            // One that returns to a run sends no probes, and may have nothing to send for long.
+            if let Report::Ready { at: None, .. } = report
                 && self.producers.contains_key(from)
             {
                 self.hearing.ready(now, from);
