@@ -431,3 +431,92 @@ fn inputs_that_cannot_be_read_are_refused_before_anything_is_started() {
         common::stderr(&output)
     );
 }
+
+/// Departures that would queue are advised to be held, the models mostly follow it and a person at the apron decides himself: one
+/// digest in every layout and from the log, every advice in the table `advice`, and nobody pushed whom an accepted advice holds.
+#[test]
+fn advice_is_given_decided_upon_and_followed_to_one_digest_in_every_layout() {
+    let folder = Folder::new("seats-advice");
+    let scene = scene(&folder, "advice", "sees = \"truth\"\nadvice = true");
+    let text = std::fs::read_to_string(&scene).expect("the scene");
+    std::fs::write(&scene, text.replace("per_h = 30", "per_h = 150")).expect("a busier one");
+    let fly = |arguments: &[&str]| digest(&scene, arguments);
+    let record = folder.file("advice.pcapng");
+    let by_models = fly(&["--record", &record]);
+    for arguments in [&["--in-process"][..], &["--generators", "2"]] {
+        assert_eq!(fly(arguments), by_models, "{arguments:?}");
+    }
+    let log = rusqlite::Connection::open(folder.file("advice.sqlite")).expect("a database");
+    let given = count(
+        &log,
+        "SELECT count(*) FROM advice WHERE change = 'given' AND kind = 'HOLD_STAND' AND value >= 60",
+    );
+    assert!(given >= 2, "{given}");
+    let decided = count(
+        &log,
+        "SELECT count(*) FROM advice WHERE change = 'decided' AND decided_by = 'model'",
+    );
+    assert_eq!(decided, given, "each once");
+    // Whom an accepted advice holds is not cleared before it is over.
+    let early = "SELECT count(*) FROM advice a JOIN clearances c ON c.kind = 'PSH' AND instr(a.subjects || ' ', c.callsign || ' ') = 1 \
+         WHERE a.change = 'decided' AND a.decision = 'accepted' AND c.time_ns > a.time_ns AND c.time_ns < \
+         (SELECT min(e.time_ns) FROM advice e WHERE e.id = a.id AND e.change = 'ended')";
+    assert_eq!(count(&log, early), 0);
+    // Without the word in the scene nobody is advised, and it is another run.
+    let plain = folder.file("plain.toml");
+    let text = std::fs::read_to_string(&scene).expect("the scene");
+    std::fs::write(&plain, text.replace("advice = true", "")).expect("a scene");
+    assert_ne!(digest(&plain, &["--in-process"]), by_models);
+
+    // A person at the apron: nobody decides for her.
+    let line = |frame: u64, action: &str, more: &str| {
+        format!(
+            "{{\"frame\":{frame},\"seat\":\"apron\",\"person\":\"anna\",\"action\":\"{action}\"{more}}}\n"
+        )
+    };
+    let there: String = (1..7).map(|n| line(1000 * n, "here", "")).collect();
+    let sits = folder.file("sits.jsonl");
+    std::fs::write(&sits, line(20, "take", "") + &there).expect("inputs");
+    fly(&["--record", &folder.file("sits.pcapng"), "--inputs", &sits]);
+    let log = rusqlite::Connection::open(folder.file("sits.sqlite")).expect("a database");
+    assert_eq!(count(&log, "SELECT count(*) FROM advice WHERE change = 'decided'"), 0);
+    let mut rows = log
+        .prepare("SELECT subjects, frame FROM advice WHERE change = 'given' ORDER BY id LIMIT 2")
+        .expect("a table");
+    let rows =
+        rows.query_map([], |row| Ok((row.get::<_, String>(0)?, row.get::<_, i64>(1)? as u64)));
+    let open: Vec<(String, u64)> = rows.and_then(Iterator::collect).expect("rows");
+    assert_eq!(open.len(), 2, "{open:?}");
+    let of = |subjects: &str| subjects.split(' ').next().unwrap_or_default().to_owned();
+    let decide = |n: usize, action: &str, kind: &str| {
+        let more = format!(",\"callsign\":\"{}\",\"clearance\":\"{kind}\"", of(&open[n].0));
+        line(open[n].1.max(open[0].1) + 21, action, &more)
+    };
+    let decides = folder.file("decides.jsonl");
+    let words = [
+        decide(0, "accept", "HOLD_STAND"),
+        decide(1, "refuse", "HOLD_STAND"),
+        decide(0, "accept", "FLY"),
+    ];
+    std::fs::write(&decides, line(20, "take", "") + &there + &words.concat()).expect("inputs");
+    let record = folder.file("decides.pcapng");
+    let reference = fly(&["--record", &record, "--inputs", &decides]);
+    let log = folder.file("decides.sqlite");
+    for arguments in
+        [&["--in-process", "--inputs", &decides][..], &["--generators", "2", "--inputs", &log]]
+    {
+        assert_eq!(fly(arguments), reference, "{arguments:?}");
+    }
+    let log = rusqlite::Connection::open(log).expect("a database");
+    for (n, decision) in [(0, "accepted"), (1, "refused")] {
+        let query = format!(
+            "SELECT count(*) FROM advice WHERE change = 'decided' AND decided_by = 'person' AND decision = '{decision}' \
+             AND subjects LIKE '{} %'",
+            of(&open[n].0)
+        );
+        assert_eq!(count(&log, &query), 1, "{decision}");
+    }
+    assert_eq!(count(&log, "SELECT count(*) FROM advice WHERE change = 'decided'"), 2);
+    let why = "SELECT count(*) FROM inputs WHERE refused LIKE 'there is no advice \"FLY\"%'";
+    assert_eq!(count(&log, why), 1);
+}

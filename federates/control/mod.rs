@@ -273,7 +273,14 @@ impl Federate for Control {
             let network = self.scene.traffic.behaving.iter().map(|b| &b.network);
             let seats = network.flat_map(|n| models::control::actors::seats::seats(n)).collect();
             let ahead = loop_frames(&self.scene);
-            Seats::new(callsigns, seats, config.seed, step_s, ahead, on_tracks(&self.scene))
+            let seats =
+                Seats::new(callsigns, seats, config.seed, step_s, ahead, on_tracks(&self.scene));
+            let Some(behaving) = behaving.filter(|_| self.scene.control.advice) else {
+                return seats;
+            };
+            let runways = behaving.network.runways.iter().map(|r| r.names.join("/")).collect();
+            let start_utc_ns = self.scene.run.start_utc_ns;
+            seats.with_advice(config.seed, behaving.departing(), runways, start_utc_ns)
         });
         Ok(())
     }

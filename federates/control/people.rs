@@ -6,6 +6,7 @@
 use crate::runtime::messages::{Frame, SeatAction, SeatEvent, SeatInput};
 use models::control::actors::message::{Message, Seat};
 use models::control::actors::{Actors, Given, Wanted};
+use models::control::advice::{self, Advisor, Decision, HOLD_AT_STAND};
 use models::control::clearance::ClearanceKind;
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
@@ -90,8 +91,8 @@ impl People {
         now_s: f64,
         asked: Asked<'_>,
         callsigns: &[String],
-        actors: &mut Actors,
-        events: &mut Vec<SeatEvent>,
+        (actors, advisor): (&mut Actors, &mut Option<Advisor>),
+        (events, advised): (&mut Vec<SeatEvent>, &mut Vec<advice::Change>),
     ) -> Vec<Given> {
         let wanted = asked.wanted;
         for w in wanted.iter().chain(asked.could) {
@@ -108,7 +109,17 @@ impl People {
         let mut given = Vec::new();
         for (frame, input) in std::mem::take(&mut self.waiting) {
             let at_s = frame as f64 * self.step_s;
-            let done = self.done(at_s, &input, asked, callsigns, actors);
+            let done = match &input.order.action {
+                SeatAction::Decide { callsign, kind, accept } => {
+                    let decided =
+                        self.decided(at_s, &input, (callsign, kind, *accept), callsigns, advisor);
+                    decided.map(|(text, change)| {
+                        advised.push(change);
+                        (text, None)
+                    })
+                }
+                _ => self.done(at_s, &input, asked, callsigns, actors),
+            };
             let (accepted, text) = match done {
                 Ok((text, clearance)) => {
                     given.extend(clearance);
@@ -201,8 +212,46 @@ impl People {
                 }
                 Ok((format!("{callsign}: {clearance}"), given))
             }
-            SeatAction::Here | SeatAction::Take => Ok((String::new(), None)),
+            SeatAction::Here | SeatAction::Take | SeatAction::Decide { .. } => {
+                Ok((String::new(), None))
+            }
         }
+    }
+
+    /// Decides upon an advice for one's own seat: words, and what became of it.
+    fn decided(
+        &mut self,
+        at_s: f64,
+        input: &SeatInput,
+        (callsign, kind, accept): (&str, &str, bool),
+        callsigns: &[String],
+        advisor: &mut Option<Advisor>,
+    ) -> Result<(String, advice::Change), String> {
+        let order = &input.order;
+        let seat = Seat::named(&order.seat).filter(|seat| self.seats.contains(seat));
+        let seat = seat.ok_or_else(|| format!("there is no seat {:?}", order.seat))?;
+        let holder = self.holders.get_mut(&seat).filter(|h| h.person == order.person);
+        let holder = holder.ok_or_else(|| format!("{} is not yours: take it first", order.seat))?;
+        holder.heard_s = at_s;
+        let advisor =
+            advisor.as_mut().ok_or("this scene gives no advice: [control] advice = true")?;
+        if kind != HOLD_AT_STAND {
+            return Err(format!("there is no advice {kind:?}: {HOLD_AT_STAND}"));
+        }
+        let flight = callsigns.iter().position(|c| c == callsign);
+        let flight = flight.ok_or_else(|| format!("there is no flight {callsign:?}"))? as u32;
+        if let Some(other) = advisor.standing().find(|a| a.flight == flight && a.seat != seat) {
+            return Err(format!("the advice for {callsign} is for {}", other.seat.name()));
+        }
+        let decision = if accept { Decision::Accepted } else { Decision::Refused };
+        let change =
+            advisor.decide(flight, decision, true).map_err(|why| format!("{callsign}: {why}"))?;
+        Ok((format!("{callsign}: {kind} {}", decision.word()), change))
+    }
+
+    /// Whether a person has a seat.
+    pub(super) fn has(&self, seat: Seat) -> bool {
+        self.holders.contains_key(&seat)
     }
 
     /// What can be said to a flight: what it asks for, or could do though nobody would ask for it; hold position, and taxi again
@@ -250,6 +299,7 @@ impl People {
         &mut self,
         now_s: f64,
         asked: Asked<'_>,
+        advice: &[Value],
         name: &dyn Fn(Seat) -> String,
     ) -> Option<Value> {
         let round = |s: f64| (10.0 * s).round() / 10.0;
@@ -298,6 +348,7 @@ impl People {
             "seats": self.seats.iter().map(seat).collect::<Vec<_>>(),
             "pending": self.under_way.iter().map(pending).collect::<Vec<_>>(),
             "held": held,
+            "advice": advice,
             "radio": self.radio.iter().map(radio).collect::<Vec<_>>(),
             "answers": self.answers.iter().map(answer).collect::<Vec<_>>(),
         });

@@ -5,15 +5,19 @@ use super::people::{Asked, People};
 use crate::runtime::bus::Class;
 use crate::runtime::federate::FrameOut;
 use crate::runtime::federate::Publication;
-use crate::runtime::messages::{Frame, GivenNotice, Notice, SeatEvent, SeatInput, WantNotice};
+use crate::runtime::messages::{
+    AdviceNotice, Frame, GivenNotice, Notice, SeatEvent, SeatInput, WantNotice,
+};
 use models::control::actors::message::{Message, Seat};
 use models::control::actors::pilot::Habits;
 use models::control::actors::sight::{Sight, Waiting};
 use models::control::actors::{Actors, Wanted};
+use models::control::advice::{self, Advice, Advisor, Departing, HOLD_AT_STAND};
 use models::control::clearance::{Board, ClearanceKind};
 use models::control::safety_net::SafetyNet;
 use models::plot::Callsign;
 use models::time::SimTime;
+use serde_json::json;
 use std::collections::BTreeMap;
 
 /// Shares of generators that are listened to at most.
@@ -28,6 +32,12 @@ pub(super) struct Seats {
     /// What they see of the traffic on tracks; none where they know it.
     sight: Option<Sight>,
     people: People,
+    /// Where controllers are advised.
+    advisor: Option<Advisor>,
+    /// Designators of the runways, as advice names them.
+    runways: Vec<String>,
+    /// UTC of the begin, ns.
+    start_utc_ns: i64,
     wants: BTreeMap<u32, Vec<WantNotice>>,
     step_s: f64,
     ahead: Frame,
@@ -51,6 +61,9 @@ impl Seats {
             actors: Actors::new(Habits::default(), seed, step_s),
             sight: on_tracks.then(Sight::default),
             people: People::new(seats, step_s),
+            advisor: None,
+            runways: Vec::new(),
+            start_utc_ns: 0,
             wants: BTreeMap::new(),
             step_s,
             ahead,
@@ -58,6 +71,18 @@ impl Seats {
             messages: 0,
             samples: 0,
         }
+    }
+
+    /// The same with advice for these departures; `runways`: their names, `start_utc_ns`: of the run.
+    pub(super) fn with_advice(
+        self,
+        seed: u64,
+        departures: Vec<Departing>,
+        runways: Vec<String>,
+        start_utc_ns: i64,
+    ) -> Self {
+        let advisor = Some(Advisor::new(advice::Habits::default(), seed, departures));
+        Self { advisor, runways, start_utc_ns, ..self }
     }
 
     /// The controllers and pilots.
@@ -103,17 +128,31 @@ impl Seats {
         let mut all: Vec<Waiting> = told.filter(|w| w.asks).filter_map(waiting).collect();
         all.sort_by_key(|w| w.wanted.flight);
         all.dedup_by_key(|w| w.wanted.flight);
-        let may = match &mut self.sight {
+        let mut may = match &mut self.sight {
             Some(sight) => sight.look(now.s(), &all, layout, net.surveillance()),
             None => vec![true; all.len()],
         };
         let wanted: Vec<Wanted> = all.iter().map(|w| w.wanted).collect();
         let mut events = Vec::new();
-        let (actors, callsigns) = (&mut self.actors, &self.callsigns);
+        let mut advised = Vec::new();
         let asked = Asked { wanted: &wanted, could: &could };
-        let mut all = self.people.scan(now.s(), asked, callsigns, actors, &mut events);
-        all.extend(actors.scan_seen(now.s(), &wanted, &may));
+        let mut all = self.people.scan(
+            now.s(),
+            asked,
+            &self.callsigns,
+            (&mut self.actors, &mut self.advisor),
+            (&mut events, &mut advised),
+        );
+        if let Some(advisor) = &mut self.advisor {
+            let taken = self.people.has(Seat::Apron);
+            advised.extend(advisor.scan(now.s(), &wanted, taken));
+            for (w, may) in wanted.iter().zip(&mut may) {
+                *may &= w.kind != ClearanceKind::Push || advisor.may_push(w.flight);
+            }
+        }
+        all.extend(self.actors.scan_seen(now.s(), &wanted, &may));
         for given in all {
+            self.advisor.iter_mut().for_each(|advisor| advisor.given(&given));
             self.given += 1;
             let notice = GivenNotice {
                 flight: given.flight,
@@ -127,9 +166,49 @@ impl Seats {
             out.later.push((effect, Notice::Given(notice.clone())));
             events.push(SeatEvent::Given(effect, notice));
         }
+        let advised = advised.iter().map(|c| self.advice_notice(frame, c.word(), c.advice()));
+        events.extend(advised.map(SeatEvent::Advised));
         self.tell(&mut events);
-        self.show(now.s(), asked, out);
+        self.show(frame, now.s(), asked, out);
         events
+    }
+
+    /// An advice in words.
+    fn advice_notice(&self, frame: Frame, change: &str, a: &Advice) -> AdviceNotice {
+        let name = |flight: u32| Self::name(&self.callsigns, Seat::Flight(flight));
+        let clock = |s: f64| {
+            let of_day_s =
+                (self.start_utc_ns / 1_000_000_000 + s.round() as i64).rem_euclid(86_400);
+            format!("{:02}:{:02}:{:02}", of_day_s / 3600, of_day_s / 60 % 60, of_day_s % 60)
+        };
+        let runway = self.runways.get(a.runway).map_or("", String::as_str);
+        let behind = a.behind.map_or(String::new(), |f| format!(" behind {}", name(f)));
+        AdviceNotice {
+            id: a.id,
+            frame,
+            change: change.to_owned(),
+            kind: HOLD_AT_STAND.to_owned(),
+            seat: a.seat.name(),
+            subjects: [Some(a.flight), a.behind]
+                .into_iter()
+                .flatten()
+                .map(name)
+                .collect::<Vec<_>>()
+                .join(" "),
+            text: format!(
+                "hold {} at its stand until {}: it takes off from {runway} at {}{behind}, {} before it",
+                name(a.flight),
+                clock(a.until_s),
+                clock(a.take_off_s),
+                a.before
+            ),
+            value: a.value_s.round(),
+            unit: "s".to_owned(),
+            otherwise: format!("waits {:.0} s longer at the line, with engines running", a.value_s),
+            until_ns: SimTime::from_s(a.until_s).0,
+            decision: a.decision.0.word().to_owned(),
+            by_person: a.decision.1,
+        }
     }
 
     fn name(callsigns: &[String], seat: Seat) -> String {
@@ -140,9 +219,20 @@ impl Seats {
     }
 
     /// Shows pages who sits where, who waits for what, and what was said.
-    fn show(&mut self, now_s: f64, wanted: Asked<'_>, out: &mut FrameOut) {
+    fn show(&mut self, frame: Frame, now_s: f64, wanted: Asked<'_>, out: &mut FrameOut) {
+        let standing = self.advisor.iter().flat_map(Advisor::standing);
+        let advice: Vec<serde_json::Value> = standing
+            .map(|a| {
+                let told = self.advice_notice(frame, "", a);
+                json!({
+                    "id": told.id, "kind": told.kind, "seat": told.seat, "subjects": told.subjects, "text": told.text,
+                    "value": told.value, "unit": told.unit, "otherwise": told.otherwise,
+                    "until_s": SimTime(told.until_ns).s(), "decision": told.decision, "by_person": told.by_person,
+                })
+            })
+            .collect();
         let callsigns = &self.callsigns;
-        let state = self.people.told(now_s, wanted, &|seat| Self::name(callsigns, seat));
+        let state = self.people.told(now_s, wanted, &advice, &|seat| Self::name(callsigns, seat));
         out.publish.extend(state.map(|state| Publication {
             key: "control/1/positions".into(),
             class: Class::Lossy,

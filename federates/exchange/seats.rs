@@ -102,7 +102,10 @@ impl People {
         let mut people = Self::default();
         for message in told {
             match &message.event {
-                SeatEvent::Given(..) | SeatEvent::Input { .. } | SeatEvent::Silent { .. } => {}
+                SeatEvent::Given(..)
+                | SeatEvent::Input { .. }
+                | SeatEvent::Silent { .. }
+                | SeatEvent::Advised(_) => {}
                 SeatEvent::Spoke { time_ns, between, kind, clearance } => people.messages.push((
                     *time_ns,
                     between.clone(),

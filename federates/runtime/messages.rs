@@ -38,8 +38,8 @@ use serde::{Deserialize, Serialize};
 
 pub use log::{LogAsk, LogPage, LogRecord};
 pub use notices::{
-    AlertMessage, ClearanceNotice, FlightNotice, GivenNotice, Notice, SeatEvent, SeatMessage,
-    TrackNotice, WantNotice, WeatherNotice,
+    AdviceNotice, AlertMessage, ClearanceNotice, FlightNotice, GivenNotice, Notice, SeatEvent,
+    SeatMessage, TrackNotice, WantNotice, WeatherNotice,
 };
 pub use scan::{ForeignReport, LagMessage, PlotMessage, ScanReport, TrackMessage, TruthMessage};
 pub use seat::{SeatAction, SeatAnswer, SeatInput, SeatOrder, SeatWords, seat_key};

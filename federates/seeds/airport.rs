@@ -96,6 +96,7 @@ pub struct TrafficArgs {
 #[derive(Subcommand, Clone, Debug)]
 enum TrafficCommand {
     Check(super::traffic_check::CheckArgs),
+    Advice(super::traffic_advice::AdviceArgs),
     Import(super::traffic_import::ImportArgs),
 }
 
@@ -354,6 +355,7 @@ fn driving_s(trajectory: &Trajectory) -> f64 {
 pub fn traffic(args: &TrafficArgs) -> ExitCode {
     match &args.command {
         Some(TrafficCommand::Check(check)) => return super::traffic_check::run(check),
+        Some(TrafficCommand::Advice(advice)) => return super::traffic_advice::run(advice),
         Some(TrafficCommand::Import(import)) => return super::traffic_import::run(import),
         None => {}
     }

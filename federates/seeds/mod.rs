@@ -36,6 +36,7 @@ mod score_source;
 pub mod sim;
 pub mod site;
 pub mod sweep;
+pub mod traffic_advice;
 pub mod traffic_check;
 pub mod traffic_import;
 pub mod trial;

@@ -148,6 +148,12 @@ CREATE TABLE inputs (
   number INTEGER, frame INTEGER, time_ns INTEGER, seat TEXT, person TEXT, action TEXT, callsign TEXT, clearance TEXT, refused TEXT
 );
 
+-- Advice for controllers, a row for each time that something became of it: given, moved, decided, ended; decided by: person or model.
+CREATE TABLE advice (
+  id INTEGER, frame INTEGER, time_ns INTEGER, change TEXT, kind TEXT, seat TEXT, subjects TEXT, text TEXT,
+  value REAL, unit TEXT, otherwise TEXT, until_ns INTEGER, decision TEXT, decided_by TEXT
+);
+
 CREATE TABLE failures (id TEXT, callsign TEXT, kind TEXT, time_ns INTEGER);
 
 -- Every operator action and its answer.

@@ -118,9 +118,10 @@ fn write_seats(t: &Transaction<'_>, people: &People, source: &str) -> rusqlite::
     Ok(())
 }
 
-/// What people at the seats did, whether it was possible or not.
+/// What people at the seats did, whether it was possible or not, and what became of advice for them.
 fn write_inputs(t: &Transaction<'_>, told: &[SeatMessage], frame_ns: i64) -> rusqlite::Result<()> {
     let mut insert = t.prepare("INSERT INTO inputs VALUES (?,?,?,?,?,?,?,?,?)")?;
+    let mut advise = t.prepare("INSERT INTO advice VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?,?)")?;
     for message in told {
         let time_ns = |frame: &u64| *frame as i64 * frame_ns;
         match &message.event {
@@ -136,6 +137,24 @@ fn write_inputs(t: &Transaction<'_>, told: &[SeatMessage], frame_ns: i64) -> rus
                     callsign,
                     clearance,
                     refused
+                ])?;
+            }
+            SeatEvent::Advised(a) => {
+                advise.execute(params![
+                    a.id,
+                    a.frame as i64,
+                    time_ns(&a.frame),
+                    a.change,
+                    a.kind,
+                    a.seat,
+                    a.subjects,
+                    a.text,
+                    a.value,
+                    a.unit,
+                    a.otherwise,
+                    a.until_ns,
+                    a.decision,
+                    if a.by_person { "person" } else { "model" }
                 ])?;
             }
             SeatEvent::Silent { frame, seat, person } => {
@@ -302,6 +321,7 @@ impl Log {
                 "seats",
                 "radio",
                 "inputs",
+                "advice",
             ] {
                 t.execute(&format!("DELETE FROM {table}"), [])?;
             }

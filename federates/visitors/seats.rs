@@ -138,6 +138,12 @@ impl SeatDoor {
                 ));
             }
         }
+        if let SeatAction::Decide { callsign, .. } = action
+            && !self.callsigns.contains(callsign)
+        {
+            let callsign: String = callsign.chars().take(NAME).collect();
+            return Err(format!("there is no flight {callsign:?} in this scene"));
+        }
         if self.waiting.len() >= MOST_WAITING {
             return Err(format!(
                 "{MOST_WAITING} inputs wait for a frame: does time stand? Try again when it goes on"

@@ -31,6 +31,8 @@ pub struct ControlScene {
     pub policy: Policy,
     /// Stop bars are in use.
     pub stop_bars: bool,
+    /// Controllers are advised.
+    pub advice: bool,
     /// Scans in a row before an alert is raised.
     pub confirm_scans: u32,
     /// Off the hold distance, m.
@@ -65,8 +67,18 @@ pub(crate) fn read(root: &Section) -> Result<ControlScene, ScenarioError> {
         let problem = Problem::NotAllowed { found: found.into(), allowed: allowed.into() };
         return Err(section.refuse("controllers", problem));
     }
+    let advice = section.flag("advice")?.unwrap_or(false);
+    if advice && !controllers {
+        let problem = Problem::NotAllowed {
+            found: "true".into(),
+            allowed: "false where the plan clears: advice is for controllers, sees = \"truth\" or controllers = \"model\""
+                .into(),
+        };
+        return Err(section.refuse("advice", problem));
+    }
     Ok(ControlScene {
         sees,
+        advice,
         controllers,
         policy: section.choice("policy", &policies)?.unwrap_or_default(),
         stop_bars: section.flag("stop_bars")?.unwrap_or(false),

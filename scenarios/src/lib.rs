@@ -5,6 +5,7 @@
 //! [`run`], [`airport`], [`traffic`], [`weather`], [`sensors`], [`tracking`], [`network`]; they read
 //! through [`document::Section`], so adding a key is one line and its errors come by themselves.
 
+mod advice;
 pub mod airport;
 pub mod building;
 pub mod change;

@@ -4,6 +4,7 @@
 //! and one line of JSON. Nothing here enters a run of the federation; this crate reads the clock, to
 //! measure. A new ladder is one function that fills [`Row`]s, and one line in [`GROUPS`].
 
+pub mod advice;
 mod arithmetic;
 pub mod association;
 mod bounds;

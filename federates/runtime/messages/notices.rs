@@ -126,6 +126,8 @@ pub enum SeatEvent {
         /// Who sat there.
         person: String,
     },
+    /// What became of an advice.
+    Advised(AdviceNotice),
     /// Counts since the begin.
     Counts {
         /// Clearances spoken.
@@ -135,6 +137,37 @@ pub enum SeatEvent {
         /// On tracks: clearances given on a call alone, and seconds of runways that looked occupied.
         seen: Option<(u64, u64)>,
     },
+}
+
+/// An advice for a controller, as it stands after something became of it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct AdviceNotice {
+    /// Counted in the run from 1.
+    pub id: u32,
+    /// Frame of the change.
+    pub frame: Frame,
+    /// What became of it: "given", "moved", "decided", "ended".
+    pub change: String,
+    /// Word of its kind ("HOLD_STAND").
+    pub kind: String,
+    /// For whom ("apron").
+    pub seat: String,
+    /// Call signs, with blanks between: who should do something, then whom it depends on.
+    pub subjects: String,
+    /// What to do, in words.
+    pub text: String,
+    /// What it is worth,
+    pub value: f64,
+    /// in this.
+    pub unit: String,
+    /// What happens otherwise.
+    pub otherwise: String,
+    /// Holds until, ns of simulated time.
+    pub until_ns: i64,
+    /// "open", "accepted", "refused",
+    pub decision: String,
+    /// by a person; else by the model at the seat.
+    pub by_person: bool,
 }
 
 /// A system track as control takes it; airport frame, SI units.

@@ -12,6 +12,15 @@ pub enum SeatAction {
     Leave,
     /// Is still there.
     Here,
+    /// Decides upon an advice.
+    Decide {
+        /// For whom it is: the first of its subjects.
+        callsign: String,
+        /// Word of its kind ("HOLD_STAND").
+        kind: String,
+        /// It is followed.
+        accept: bool,
+    },
     /// Gives a clearance.
     Say {
         /// To whom.
@@ -29,6 +38,8 @@ impl SeatAction {
             Self::Take => "take",
             Self::Leave => "leave",
             Self::Here => "here",
+            Self::Decide { accept: true, .. } => "accept",
+            Self::Decide { accept: false, .. } => "refuse",
             Self::Say { .. } => "say",
         }
     }
@@ -48,18 +59,29 @@ impl SeatAction {
             "say" => {
                 Ok(Self::Say { callsign: callsign.to_owned(), clearance: clearance.to_owned() })
             }
+            "accept" | "refuse" if callsign.is_empty() || clearance.is_empty() => Err(format!(
+                "{word}: name the callsign and, as clearance, the kind of the advice (\"HOLD_STAND\")"
+            )),
+            "accept" | "refuse" => Ok(Self::Decide {
+                callsign: callsign.to_owned(),
+                kind: clearance.to_owned(),
+                accept: word == "accept",
+            }),
             other => {
                 let other: String = other.chars().take(32).collect();
-                Err(format!("there is no action {other:?}: take, leave, here or say"))
+                Err(format!(
+                    "there is no action {other:?}: take, leave, here, say, accept or refuse"
+                ))
             }
         }
     }
 
-    /// To whom something is said, and what; empty where nothing is.
+    /// To whom something is said, and what, or which advice is decided upon; empty where nothing is.
     #[must_use]
     pub fn said(&self) -> (&str, &str) {
         match self {
             Self::Say { callsign, clearance } => (callsign, clearance),
+            Self::Decide { callsign, kind, .. } => (callsign, kind),
             _ => ("", ""),
         }
     }
@@ -86,10 +108,10 @@ pub struct SeatWords {
     pub person: String,
     /// Word of the action ("say").
     pub action: String,
-    /// To whom, with `say`.
+    /// To whom, with `say`; of whom the advice is, with `accept` and `refuse`.
     #[serde(default)]
     pub callsign: String,
-    /// Which clearance, with `say`.
+    /// Which clearance, with `say`; which kind of advice, with `accept` and `refuse`.
     #[serde(default)]
     pub clearance: String,
 }

@@ -10,6 +10,7 @@
 //! positions in the same form.
 
 pub mod actors;
+pub mod advice;
 pub mod alert;
 pub mod clearance;
 mod clearance_alerts;

@@ -30,10 +30,10 @@ export default {
       if (await seats.line(line.value, state.flights.map((f) => f.callsign), selected)) line.value = "";
     });
     const list = element("ul", [], { class: "seat-list" }), answer = element("p", "", { role: "status", class: "seat-answer" });
-    const waits = element("div", []), chosen = element("div", []), radio = element("ol", [], { class: "radio", "aria-label": "Frequencies" });
-    const none = element("p", "In this run nobody can sit down: the scene needs traffic that behaves and [control] sees = \"tracks\", controllers = \"model\".", { class: "empty" });
+    const advised = element("div", []), waits = element("div", []), chosen = element("div", []), radio = element("ol", [], { class: "radio", "aria-label": "Frequencies" });
+    const none = element("p", "In this run nobody can sit down: the scene needs traffic that behaves and [control] sees = \"truth\", or sees = \"tracks\" with controllers = \"model\".", { class: "empty" });
     const body = element("div", [
-      element("p", [element("label", "You are ", { for: "person" }), name], { class: "pair" }), list, answer, form, chosen, waits, element("h3", "Radio"), radio,
+      element("p", [element("label", "You are ", { for: "person" }), name], { class: "pair" }), list, answer, form, chosen, advised, waits, element("h3", "Radio"), radio,
     ]);
     const box = element("div", [none, body], { id: "seats", class: "seats" });
     section.append(box);
@@ -50,6 +50,19 @@ export default {
       act.disabled = Boolean(seat.by) && !mine;
       act.addEventListener("click", () => seats.act(seat.name, mine ? "leave" : "take"));
       return element("li", [act, element("b", seat.name), element("span", mine ? "you" : seat.by ?? "model"), element("span", seat.wants.length ? `${seat.wants.length} waiting` : "")], { "data-mine": String(mine) });
+    };
+
+    // What the planner advises: whoever has the seat decides, else the model there has.
+    const advice = (a, mine) => {
+      const decide = (action, words) => {
+        const made = element("button", words, { type: "button", "data-clear": `${a.subjects} ${action}`, "aria-label": `${words}: ${a.text}` });
+        made.disabled = a.decision === (action === "accept" ? "accepted" : "refused");
+        made.addEventListener("click", () => seats.act(a.seat, action, { callsign: a.subjects.split(" ")[0], clearance: a.kind }));
+        return made;
+      };
+      const stands = element("span", a.decision === "open" ? "open" : `${a.decision} by ${a.by_person ? "a person" : "the model"}`);
+      const says = element("p", [`${a.seat}: ${a.text}. `, element("small", `Otherwise it ${a.otherwise}.`)]);
+      return element("li", [says, element("p", mine ? [decide("accept", "Accept"), decide("refuse", "Refuse"), stands] : [stands], { class: "pair" })]);
     };
 
     /** Made again where something changed, with the focus where it was. */
@@ -77,6 +90,8 @@ export default {
         return element("li", [element("b", w.callsign), element("span", `since ${elapsed(w.since_s)}`), act]);
       });
       waits.replaceChildren(...(own.length ? [element("h3", `Waiting for you (${asked.length})`), rows.length ? element("ul", rows, { class: "waiting" }) : element("p", "Nobody waits.", { class: "empty" })] : []));
+      const told = now.advice ?? [];
+      advised.replaceChildren(...(told.length ? [element("h3", `Advice (${told.length})`), element("ul", told.map((a) => advice(a, own.includes(a.seat))), { class: "advice" })] : []));
       radio.replaceChildren(...[...now.radio].reverse().slice(0, 16).map((m) => element("li", [
         element("time", elapsed(m.time_s)), element("b", m.from), element("span", `${KINDS[m.kind] ?? m.kind} ${m.clearance}`), element("span", m.time_s > at ? `${m.to} (to come)` : m.to),
       ], { "data-next": m.time_s > at ? "" : null })));

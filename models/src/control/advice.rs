@@ -1,0 +1,677 @@
+//! Advice for controllers: what a planner would do, with its value; never an action.
+//!
+//! One kind so far, the hold at the stand: who asks for push-back while so many are on their way to his runway that he would
+//! wait at its line is better pushed later. When, and in which order, says [`pre_departure`](super::pre_departure). An advice
+//! is accepted or refused by the person at its seat, or by the model there with a probability; a flight with an accepted one is
+//! not pushed by the model before its time.
+//!
+//! It knows what a controller knows: flight plans, who asks for what, what was cleared. So it is the same on truth and on
+//! tracks, and in every layout of a federation.
+
+use super::actors::message::Seat;
+use super::actors::{Given, Wanted};
+use super::clearance::ClearanceKind;
+use super::departure_sequence::{Departure, Recat, Rules, in_order};
+use super::pre_departure::{Planned, PreDeparture, targets};
+use crate::draw::{DrawKey, Purpose, uniform};
+use crate::flight_list::WakeCategory;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// A departure as the flight plan has it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Departing {
+    /// Flight, by index.
+    pub flight: u32,
+    /// Runway, by index.
+    pub runway: usize,
+    /// Wake category.
+    pub wake: WakeCategory,
+    /// Off-block time of the plan, s.
+    pub tobt_s: f64,
+    /// Expected time from the clearance to push to the runway, s.
+    pub exot_s: f64,
+    /// An arrival is planned to land at this time for the same stand, s: nobody is held who stands in its way.
+    pub stand_wanted_s: Option<f64>,
+}
+
+/// Figures of the planner; all assumed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Habits {
+    /// Shorter holds are no advice, s.
+    pub least_s: f64,
+    /// Nobody is held longer, s.
+    pub most_s: f64,
+    /// A stand is free so long before the landing of who wants it, s.
+    pub stand_before_s: f64,
+    /// Plans are made anew so often, s.
+    pub again_s: f64,
+    /// Those of the plan who leave within this are planned with those who ask, s.
+    pub ahead_s: f64,
+    /// Largest shift of the departure sequence.
+    pub shift: usize,
+    /// Departures that wait at the line on purpose.
+    pub queue: usize,
+    /// Between take-offs where nothing was observed, s.
+    pub interval_s: f64,
+    /// The way to the line takes so many times as long as expected, where fewer than two were seen to reach it.
+    pub taxi_factor: f64,
+    /// A model accepts an advice with this probability.
+    pub accepts: f64,
+}
+
+impl Default for Habits {
+    fn default() -> Self {
+        Self {
+            least_s: 60.0,
+            most_s: 900.0,
+            stand_before_s: 180.0,
+            again_s: 30.0,
+            ahead_s: 600.0,
+            shift: 2,
+            queue: 2,
+            interval_s: 90.0,
+            taxi_factor: 1.5,
+            accepts: 0.8,
+        }
+    }
+}
+
+/// Expected time from the clearance to push to the runway over a distance as the crow flies, s: 180 s for push-back and start,
+/// then 1.35 times the distance at 8 m/s (assumed).
+#[must_use]
+pub fn expected_taxi_out_s(distance_m: f64) -> f64 {
+    180.0 + 1.35 * distance_m / 8.0
+}
+
+/// What somebody thought of an advice.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Decision {
+    /// Nobody has decided.
+    Open,
+    /// It is followed.
+    Accepted,
+    /// It is not.
+    Refused,
+}
+
+impl Decision {
+    /// Its word.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Open => "open",
+            Self::Accepted => "accepted",
+            Self::Refused => "refused",
+        }
+    }
+}
+
+/// Word of the only kind there is.
+pub const HOLD_AT_STAND: &str = "HOLD_STAND";
+
+/// Hold a departure at its stand until a time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Advice {
+    /// Counted in the run from 1.
+    pub id: u32,
+    /// For whom.
+    pub seat: Seat,
+    /// Who is to be held.
+    pub flight: u32,
+    /// His runway, by index.
+    pub runway: usize,
+    /// Given at, s.
+    pub since_s: f64,
+    /// Push then, s (TSAT).
+    pub until_s: f64,
+    /// Takes off then, s (TTOT).
+    pub take_off_s: f64,
+    /// How many take off before him.
+    pub before: u32,
+    /// The last of them, by index.
+    pub behind: Option<u32>,
+    /// Seconds with engines running that he waits otherwise.
+    pub value_s: f64,
+    /// What was decided, and whether by a person.
+    pub decision: (Decision, bool),
+}
+
+/// What became of an advice.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Change {
+    /// Given.
+    Given(Advice),
+    /// Its time moved by more than 15 s.
+    Moved(Advice),
+    /// Decided upon.
+    Decided(Advice),
+    /// Over: its time has come, or the flight was pushed.
+    Ended(Advice),
+}
+
+impl Change {
+    /// Its word.
+    #[must_use]
+    pub fn word(&self) -> &'static str {
+        match self {
+            Self::Given(_) => "given",
+            Self::Moved(_) => "moved",
+            Self::Decided(_) => "decided",
+            Self::Ended(_) => "ended",
+        }
+    }
+
+    /// The advice.
+    #[must_use]
+    pub fn advice(&self) -> &Advice {
+        match self {
+            Self::Given(a) | Self::Moved(a) | Self::Decided(a) | Self::Ended(a) => a,
+        }
+    }
+}
+
+/// Where a departure is, as far as the radio tells.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Where {
+    Stand,
+    /// Pushed at, s.
+    UnderWay(f64),
+    /// Waits at the line.
+    AtLine,
+    /// Took off at, s.
+    Away(f64),
+}
+
+/// Take-off intervals that are averaged.
+const INTERVALS: usize = 5;
+/// Ways to the line that are averaged.
+const FACTORS: usize = 8;
+/// From the clearance to take off to the lift-off, s (assumed).
+const ROLL_S: f64 = 40.0;
+/// A time that moves by less is not told, s.
+const STEADY_S: f64 = 15.0;
+
+/// One runway's take-offs.
+#[derive(Clone, Debug, Default)]
+struct Runway {
+    /// The last take-off, s, and by whom.
+    last: Option<(f64, usize)>,
+    /// Somebody waited at the line then.
+    waited: bool,
+    intervals_s: Vec<f64>,
+    /// How much longer than expected the last ones took to the line.
+    factors: Vec<f64>,
+}
+
+impl Runway {
+    fn taxi_factor(&self, habits: &Habits) -> f64 {
+        match self.factors.len() {
+            0 | 1 => habits.taxi_factor,
+            n => self.factors.iter().sum::<f64>() / n as f64,
+        }
+    }
+}
+
+/// Keeps the last ones of a list.
+fn keep_last(list: &mut Vec<f64>, most: usize, value: f64) {
+    if list.len() >= most {
+        list.remove(0);
+    }
+    list.push(value);
+}
+
+/// The planner of an airport's departures.
+#[derive(Clone, Debug)]
+pub struct Advisor {
+    habits: Habits,
+    seed: u64,
+    departures: Vec<Departing>,
+    /// By flight: place in `departures`.
+    places: BTreeMap<u32, usize>,
+    stages: Vec<Where>,
+    runways: BTreeMap<usize, Runway>,
+    /// By flight.
+    open: BTreeMap<u32, Advice>,
+    /// Decided once, for all that follows.
+    decided: BTreeMap<u32, (Decision, bool)>,
+    /// Whose advice is over: nobody is advised twice.
+    over: BTreeSet<u32>,
+    planned_s: f64,
+    told: u32,
+}
+
+impl Advisor {
+    /// The planner of a run: nothing has happened.
+    #[must_use]
+    pub fn new(habits: Habits, seed: u64, departures: Vec<Departing>) -> Self {
+        let places = departures.iter().enumerate().map(|(at, d)| (d.flight, at)).collect();
+        Self {
+            habits,
+            seed,
+            stages: vec![Where::Stand; departures.len()],
+            departures,
+            places,
+            runways: BTreeMap::new(),
+            open: BTreeMap::new(),
+            decided: BTreeMap::new(),
+            over: BTreeSet::new(),
+            planned_s: f64::NEG_INFINITY,
+            told: 0,
+        }
+    }
+
+    /// The advice that stands, by flight.
+    pub fn standing(&self) -> impl Iterator<Item = &Advice> {
+        self.open.values()
+    }
+
+    /// Whether the model may push a flight now: there is no accepted advice to hold it.
+    #[must_use]
+    pub fn may_push(&self, flight: u32) -> bool {
+        self.open.get(&flight).is_none_or(|a| a.decision.0 != Decision::Accepted)
+    }
+
+    /// A clearance was given.
+    pub fn given(&mut self, given: &Given) {
+        let Some(at) = self.places.get(&given.flight).copied() else { return };
+        match given.kind {
+            ClearanceKind::Push => self.stages[at] = Where::UnderWay(given.acts_s),
+            ClearanceKind::TakeOff => {
+                let took_off_s = given.acts_s + ROLL_S;
+                self.stages[at] = Where::Away(took_off_s);
+                let runway = self.runways.entry(self.departures[at].runway).or_default();
+                if let Some((before_s, _)) = runway.last.filter(|_| runway.waited) {
+                    let interval_s = (took_off_s - before_s).clamp(60.0, 300.0);
+                    keep_last(&mut runway.intervals_s, INTERVALS, interval_s);
+                }
+                runway.last = Some((took_off_s, at));
+                runway.waited = false;
+            }
+            _ => {}
+        }
+    }
+
+    /// Somebody decides upon the advice that stands for a flight.
+    ///
+    /// # Errors
+    /// Why not, in words.
+    pub fn decide(
+        &mut self,
+        flight: u32,
+        decision: Decision,
+        by_person: bool,
+    ) -> Result<Change, String> {
+        let advice = self.open.get_mut(&flight).ok_or("there is no advice that stands for it")?;
+        if by_person && advice.decision.0 == decision {
+            return Err(format!("the advice is {} already", decision.word()));
+        }
+        advice.decision = (decision, by_person);
+        self.decided.insert(flight, advice.decision);
+        Ok(Change::Decided(advice.clone()))
+    }
+
+    /// One scan: who wants what, by flight; `taken`: whether a person has the seat that advice is for. What changed.
+    pub fn scan(&mut self, now_s: f64, wanted: &[Wanted], taken: bool) -> Vec<Change> {
+        use ClearanceKind::{LineUp, Push, TakeOff};
+        for w in wanted.iter().filter(|w| matches!(w.kind, LineUp | TakeOff)) {
+            let Some(at) = self.places.get(&w.flight).copied() else { continue };
+            let departure = self.departures[at];
+            let runway = self.runways.entry(departure.runway).or_default();
+            runway.waited = true;
+            if let (Where::UnderWay(since_s), LineUp) = (self.stages[at], w.kind) {
+                // Who had to queue behind others took longer: nobody is pushed too late by that.
+                let factor = ((now_s - since_s) / departure.exot_s.max(1.0)).clamp(0.7, 4.0);
+                keep_last(&mut runway.factors, FACTORS, factor);
+                self.stages[at] = Where::AtLine;
+            }
+        }
+        let asks = |flight: &u32| wanted.iter().any(|w| w.flight == *flight && w.kind == Push);
+        let mut changes = Vec::new();
+        let over: Vec<u32> = self
+            .open
+            .values()
+            .filter(|a| !asks(&a.flight) || a.until_s <= now_s)
+            .map(|a| a.flight)
+            .collect();
+        changes.extend(over.iter().filter_map(|f| self.open.remove(f)).map(Change::Ended));
+        self.over.extend(over);
+        let new = wanted.iter().any(|w| {
+            w.kind == Push
+                && self.places.contains_key(&w.flight)
+                && !self.open.contains_key(&w.flight)
+        });
+        if now_s >= self.planned_s + self.habits.again_s || (new && now_s >= self.planned_s + 5.0) {
+            self.planned_s = now_s;
+            let runways: Vec<usize> = self.runways_of(wanted);
+            for runway in runways {
+                self.plan(now_s, runway, &asks, &mut changes);
+            }
+        }
+        if !taken {
+            self.decide_by_model(&mut changes);
+        }
+        changes
+    }
+
+    /// Runways that somebody who asks for push-back wants.
+    fn runways_of(&self, wanted: &[Wanted]) -> Vec<usize> {
+        let pushes = wanted.iter().filter(|w| w.kind == ClearanceKind::Push);
+        let runway = |w: &Wanted| Some(self.departures[*self.places.get(&w.flight)?].runway);
+        let mut runways: Vec<usize> = pushes.filter_map(runway).collect();
+        runways.sort_unstable();
+        runways.dedup();
+        runways
+    }
+
+    fn plan(
+        &mut self,
+        now_s: f64,
+        runway: usize,
+        asks: &dyn Fn(&u32) -> bool,
+        changes: &mut Vec<Change>,
+    ) {
+        let habits = self.habits;
+        let observed = self.runways.get(&runway);
+        let intervals = observed.map_or(&[][..], |r| &r.intervals_s);
+        let interval_s = match intervals.len() {
+            0 | 1 => habits.interval_s,
+            n => intervals.iter().sum::<f64>() / n as f64,
+        };
+        let factor = observed.map_or(habits.taxi_factor, |r| r.taxi_factor(&habits));
+        let rules = Rules { same_way_s: interval_s, ..Rules::default() };
+        let departure = |d: &Departing, ready_s: f64| Departure {
+            ready_s,
+            recat: recat(d.wake),
+            way: Some(0),
+            ctot_s: None,
+        };
+        let own = |at: &usize| self.departures[*at].runway == runway;
+        let all: Vec<usize> = (0..self.departures.len()).filter(own).collect();
+        // Those under way, in the order in which they reach the line.
+        let mut under_way: Vec<(f64, usize)> = all
+            .iter()
+            .filter_map(|at| match self.stages[*at] {
+                Where::UnderWay(since_s) => {
+                    Some(((since_s + factor * self.departures[*at].exot_s).max(now_s), *at))
+                }
+                Where::AtLine => Some((now_s, *at)),
+                _ => None,
+            })
+            .collect();
+        under_way.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let line: Vec<Departure> = under_way
+            .iter()
+            .map(|(ready_s, at)| departure(&self.departures[*at], *ready_s))
+            .collect();
+        let order: Vec<usize> = (0..line.len()).collect();
+        let last = observed.and_then(|r| r.last);
+        let last = last.map(|(s, at)| (s, departure(&self.departures[at], s)));
+        let frozen = in_order(&line, &order, last, &rules);
+        let mut who: Vec<usize> = under_way.iter().map(|(_, at)| *at).collect();
+        let mut planned: Vec<Planned> = line
+            .iter()
+            .zip(&frozen.times_s)
+            .map(|(d, s)| Planned { tobt_s: 0.0, exot_s: 0.0, departure: *d, frozen_s: Some(*s) })
+            .collect();
+        if let (true, Some((s, last))) = (planned.is_empty(), last) {
+            // The last one that took off keeps the others behind it.
+            planned.push(Planned { tobt_s: 0.0, exot_s: 0.0, departure: last, frozen_s: Some(s) });
+            who.push(usize::MAX);
+        }
+        for at in &all {
+            let d = &self.departures[*at];
+            let due = asks(&d.flight) || (d.tobt_s > now_s && d.tobt_s < now_s + habits.ahead_s);
+            if self.stages[*at] == Where::Stand && due {
+                let tobt_s = if asks(&d.flight) { now_s } else { d.tobt_s };
+                let departure = departure(d, 0.0);
+                planned.push(Planned {
+                    tobt_s,
+                    exot_s: factor * d.exot_s,
+                    departure,
+                    frozen_s: None,
+                });
+                who.push(*at);
+            }
+        }
+        let planner = PreDeparture { rules, shift: Some(habits.shift), queue: habits.queue };
+        let Ok(found) = targets(&planned, &planner) else { return };
+        let mut take_offs: Vec<(f64, usize)> =
+            found.iter().zip(&who).map(|(t, at)| (t.ttot_s, *at)).collect();
+        take_offs.retain(|(_, at)| *at != usize::MAX);
+        take_offs.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        for (target, at) in found.iter().zip(&who).filter(|(_, at)| **at != usize::MAX) {
+            let d = self.departures[*at];
+            if self.stages[*at] != Where::Stand || !asks(&d.flight) {
+                continue;
+            }
+            let since_s = self.open.get(&d.flight).map_or(now_s, |a| a.since_s);
+            let stand_s = d.stand_wanted_s.filter(|s| *s > now_s - 3600.0);
+            let latest_s = stand_s.map_or(f64::INFINITY, |s| s - habits.stand_before_s);
+            let until_s = target.tsat_s.min(since_s + habits.most_s).min(latest_s);
+            let before = take_offs.iter().take_while(|(_, other)| other != at).count();
+            let known = self.open.get(&d.flight);
+            let late = until_s < now_s + habits.least_s || self.over.contains(&d.flight);
+            if known.is_none() && late {
+                continue;
+            }
+            let moved = known.is_some_and(|a| (a.until_s - until_s).abs() > STEADY_S);
+            if known.is_some() && !moved {
+                continue;
+            }
+            let id = known.map_or(self.told + 1, |a| a.id);
+            self.told = self.told.max(id);
+            let advice = Advice {
+                id,
+                seat: Seat::Apron,
+                flight: d.flight,
+                runway,
+                since_s,
+                until_s: until_s.max(now_s),
+                take_off_s: target.ttot_s,
+                before: before as u32,
+                behind: before
+                    .checked_sub(1)
+                    .and_then(|b| take_offs.get(b))
+                    .map(|(_, at)| self.departures[*at].flight),
+                value_s: (until_s - since_s).max(0.0),
+                decision: self.decided.get(&d.flight).copied().unwrap_or((Decision::Open, false)),
+            };
+            changes.push(match moved {
+                true => Change::Moved(advice.clone()),
+                false => Change::Given(advice.clone()),
+            });
+            self.open.insert(d.flight, advice);
+        }
+    }
+
+    /// The model at its seat decides upon what nobody has decided.
+    fn decide_by_model(&mut self, changes: &mut Vec<Change>) {
+        for advice in self.open.values_mut().filter(|a| a.decision.0 == Decision::Open) {
+            let key = DrawKey {
+                run_seed: self.seed,
+                sensor: 2,
+                entity: u64::from(advice.flight),
+                scan: u64::from(advice.id),
+            };
+            let accepts = uniform(&mut key.rng(Purpose::Mover)) < self.habits.accepts;
+            let decision = if accepts { Decision::Accepted } else { Decision::Refused };
+            advice.decision = (decision, false);
+            self.decided.insert(advice.flight, advice.decision);
+            changes.push(Change::Decided(advice.clone()));
+        }
+    }
+}
+
+/// The European wake category that stands for one of ICAO.
+fn recat(wake: WakeCategory) -> Recat {
+    match wake {
+        WakeCategory::Super => Recat::A,
+        WakeCategory::Heavy => Recat::B,
+        WakeCategory::Medium => Recat::D,
+        WakeCategory::Light => Recat::F,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn departing(flight: u32, wake: WakeCategory, exot_s: f64) -> Departing {
+        Departing { flight, runway: 0, wake, tobt_s: 0.0, exot_s, stand_wanted_s: None }
+    }
+
+    fn pushes(flights: impl Iterator<Item = u32>) -> Vec<Wanted> {
+        flights.map(|flight| Wanted { flight, kind: ClearanceKind::Push, group: 0 }).collect()
+    }
+
+    fn given(flight: u32, kind: ClearanceKind, acts_s: f64) -> Given {
+        Given { seat: Seat::Apron, flight, kind, acts_s, by_person: false }
+    }
+
+    fn always(accepts: f64) -> Habits {
+        Habits { accepts, taxi_factor: 1.0, ..Habits::default() }
+    }
+
+    #[test]
+    fn who_would_wait_at_the_line_is_held_so_that_two_wait_there() {
+        // Ten mediums ask at once; a take-off each 90 s, 300 s to the line.
+        let flights: Vec<Departing> =
+            (0..10).map(|f| departing(f, WakeCategory::Medium, 300.0)).collect();
+        let mut advisor = Advisor::new(always(1.0), 1, flights);
+        let changes = advisor.scan(1000.0, &pushes(0..10), false);
+        let held: Vec<&Advice> = advisor.standing().collect();
+        // Nobody waits longer than behind two others: the fourth is the first that is held for a minute or more.
+        assert_eq!(held.iter().map(|a| a.flight).collect::<Vec<_>>(), [3, 4, 5, 6, 7, 8, 9]);
+        for a in &held {
+            let take_off_s = 1300.0 + 90.0 * f64::from(a.flight);
+            assert_eq!(a.take_off_s, take_off_s, "{a:?}");
+            assert_eq!(a.until_s, take_off_s - 300.0 - 180.0, "{a:?}");
+            assert_eq!((a.before, a.behind), (a.flight, Some(a.flight - 1)));
+            assert_eq!(a.value_s, a.until_s - 1000.0);
+            assert!(a.decision == (Decision::Accepted, false) && !advisor.may_push(a.flight));
+        }
+        assert!((0..3).all(|f| advisor.may_push(f)));
+        let words: Vec<&str> = changes.iter().map(Change::word).collect();
+        assert_eq!(words.iter().filter(|w| **w == "given").count(), 7);
+        assert_eq!(words.iter().filter(|w| **w == "decided").count(), 7);
+        // When its time has come it is over, and he may be pushed.
+        let until_s = held[0].until_s;
+        let changes = advisor.scan(until_s, &pushes(0..10), false);
+        assert!(changes.iter().any(|c| matches!(c, Change::Ended(a) if a.flight == 3)));
+        assert!(advisor.may_push(3));
+        // He still asks, while the apron thinks: he is not held again.
+        advisor.scan(until_s + 31.0, &pushes(0..10), false);
+        assert!(advisor.may_push(3));
+    }
+
+    #[test]
+    fn those_on_their_way_count_and_a_slower_runway_holds_longer() {
+        let flights: Vec<Departing> =
+            (0..8).map(|f| departing(f, WakeCategory::Medium, 300.0)).collect();
+        let until = |interval_s: f64| {
+            let mut advisor = Advisor::new(always(1.0), 1, flights.clone());
+            for f in 0..7 {
+                advisor.given(&given(f, ClearanceKind::Push, 10.0));
+            }
+            for f in 0..3 {
+                let waits = [Wanted { flight: f + 1, kind: ClearanceKind::TakeOff, group: 0 }];
+                advisor.given(&given(f, ClearanceKind::TakeOff, 400.0 + interval_s * f64::from(f)));
+                advisor.scan(400.0 + interval_s * f64::from(f), &waits, false);
+            }
+            advisor.scan(700.0, &pushes(7..8), false);
+            advisor.standing().map(|a| a.until_s).next()
+        };
+        // Last take-off at 640 s, four before him: 640 + 5 · 100 − 300 − 2 · 100.
+        let quick = until(100.0);
+        assert_eq!(quick, None, "640 s: at once");
+        let slow = until(150.0).expect("held");
+        // Last take-off at 740 s: 740 + 5 · 150 − 300 − 2 · 150.
+        assert!((slow - 890.0).abs() < 1.0, "{slow}");
+    }
+
+    #[test]
+    fn who_takes_longer_to_the_line_than_expected_is_pushed_sooner_the_next_time() {
+        let until = |reaches_s: f64| {
+            let flights = (0..12).map(|f| departing(f, WakeCategory::Medium, 300.0)).collect();
+            let mut advisor = Advisor::new(always(1.0), 1, flights);
+            for f in 0..2 {
+                advisor.given(&given(f, ClearanceKind::Push, 0.0));
+                let at_line = [Wanted { flight: f, kind: ClearanceKind::LineUp, group: 0 }];
+                advisor.scan(reaches_s, &at_line, false);
+                advisor.given(&given(f, ClearanceKind::TakeOff, reaches_s + 10.0));
+            }
+            advisor.scan(1000.0, &pushes(2..12), false);
+            advisor.standing().find(|a| a.flight == 11).map(|a| a.until_s - a.take_off_s)
+        };
+        let (quick, slow) = (until(300.0).expect("held"), until(450.0).expect("held"));
+        // 300 and 450 s to the line, and the time that two before him take.
+        assert!((quick + 300.0 + 180.0).abs() < 1.0, "{quick}");
+        assert!((slow + 450.0 + 180.0).abs() < 1.0, "{slow}");
+    }
+
+    #[test]
+    fn a_heavy_goes_after_the_mediums_that_it_would_keep_waiting() {
+        let wakes = [WakeCategory::Super, WakeCategory::Light, WakeCategory::Light];
+        let flights = (0..3).map(|f| departing(f, wakes[f as usize], 300.0)).collect();
+        let habits = Habits { least_s: 1.0, queue: 0, ..always(1.0) };
+        let mut advisor = Advisor::new(habits, 1, flights);
+        advisor.scan(0.0, &pushes(0..3), false);
+        let held: Vec<(u32, u32)> = advisor.standing().map(|a| (a.flight, a.before)).collect();
+        assert_eq!(held, [(0, 2), (2, 1)], "the largest last: nobody flies in its wake");
+    }
+
+    #[test]
+    fn a_person_decides_at_his_seat_and_what_was_decided_stays() {
+        let flights: Vec<Departing> =
+            (0..10).map(|f| departing(f, WakeCategory::Medium, 300.0)).collect();
+        let mut advisor = Advisor::new(always(1.0), 1, flights);
+        advisor.scan(0.0, &pushes(0..10), true);
+        assert!(advisor.standing().all(|a| a.decision.0 == Decision::Open));
+        assert!(advisor.may_push(9), "an advice is no action");
+        assert!(matches!(advisor.decide(9, Decision::Accepted, true), Ok(Change::Decided(_))));
+        assert!(!advisor.may_push(9));
+        assert!(advisor.decide(9, Decision::Accepted, true).is_err(), "twice");
+        assert!(advisor.decide(9, Decision::Refused, true).is_ok(), "he thinks again");
+        assert!(advisor.decide(0, Decision::Accepted, true).is_err(), "nobody advised it");
+        // He leaves: the model decides upon the others, not upon this one.
+        advisor.scan(31.0, &pushes(0..10), false);
+        let of = |f: u32| advisor.standing().find(|a| a.flight == f).map(|a| a.decision);
+        assert_eq!(of(9), Some((Decision::Refused, true)));
+        assert_eq!(of(8), Some((Decision::Accepted, false)));
+    }
+
+    #[test]
+    fn models_accept_as_often_as_they_are_said_to_and_the_same_again() {
+        let flights: Vec<Departing> = (0..400)
+            .map(|f| Departing {
+                runway: f as usize / 40,
+                ..departing(f, WakeCategory::Medium, 60.0)
+            })
+            .collect();
+        let accepted = |seed: u64| {
+            let mut advisor = Advisor::new(always(0.8), seed, flights.clone());
+            advisor.scan(0.0, &pushes(0..400), false);
+            let all: Vec<bool> =
+                advisor.standing().map(|a| a.decision.0 == Decision::Accepted).collect();
+            all
+        };
+        let first = accepted(7);
+        let share = first.iter().filter(|a| **a).count() as f64 / first.len() as f64;
+        // Four standard deviations.
+        assert!((share - 0.8).abs() < 4.0 * (0.16 / first.len() as f64).sqrt(), "{share}");
+        assert_eq!(first, accepted(7));
+        assert_ne!(first, accepted(8));
+    }
+
+    #[test]
+    fn nobody_is_held_where_an_arrival_wants_the_stand_nor_for_long() {
+        let mut flights: Vec<Departing> =
+            (0..30).map(|f| departing(f, WakeCategory::Medium, 300.0)).collect();
+        flights[20].stand_wanted_s = Some(400.0);
+        let mut advisor = Advisor::new(always(1.0), 1, flights);
+        advisor.scan(0.0, &pushes(0..30), false);
+        let until = |f: u32| advisor.standing().find(|a| a.flight == f).map(|a| a.until_s);
+        assert_eq!(until(20), Some(220.0), "free three minutes before the landing");
+        assert_eq!(until(29), Some(900.0), "a quarter of an hour at most");
+    }
+}

@@ -1,0 +1,31 @@
+//! The departures of a scene as a planner of advice knows them: their flight plans.
+
+use crate::schedule::Behaving;
+use models::control::advice::{Departing, expected_taxi_out_s};
+use models::traffic::core::{Direction, Flight};
+
+impl Behaving {
+    /// The departures as their flight plans have them, for advice.
+    #[must_use]
+    pub fn departing(&self) -> Vec<Departing> {
+        let departure = |(at, f): (usize, &Flight)| {
+            let (runway, end) = f.runway;
+            let stand_m = self.network.stands[f.stand].at_m;
+            let begin_m = self.network.runways[runway].ends_m[end];
+            let wants = |o: &&Flight| {
+                o.direction == Direction::Arrival && o.stand == f.stand && o.time_s > f.time_s
+            };
+            let next = self.flights.iter().filter(wants).map(|o| o.time_s);
+            Departing {
+                flight: at as u32,
+                runway,
+                wake: f.wake,
+                tobt_s: f.time_s,
+                exot_s: expected_taxi_out_s((stand_m - begin_m).norm()),
+                stand_wanted_s: next.reduce(f64::min),
+            }
+        };
+        let all = self.flights.iter().enumerate();
+        all.filter(|(_, f)| f.direction == Direction::Departure).map(departure).collect()
+    }
+}
