@@ -227,14 +227,14 @@ impl Benefit {
     }
 }
 
-/// The two-sided 95 % point of Student's distribution: an expansion in 1/ν after Cornish and Fisher, exact for one to three.
+/// The two-sided 95 % point of Student's distribution: from its table up to nine degrees of freedom, then by the expansion in
+/// 1/ν after Cornish and Fisher, right to 0.001 there.
 #[must_use]
 pub fn student_95(freedom: usize) -> f64 {
+    const TABLE: [f64; 9] = [12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262];
     match freedom {
         0 => f64::INFINITY,
-        1 => 12.706,
-        2 => 4.303,
-        3 => 3.182,
+        n @ 1..=9 => TABLE[n - 1],
         n => {
             let (z, v) = (1.959_964_f64, n as f64);
             let g1 = (z.powi(3) + z) / 4.0;
@@ -254,15 +254,15 @@ mod tests {
         let airport = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios/airports/LZIB.apt.dat");
         let text = format!(
             "[run]\ntitle = \"advice\"\nseed = {seed}\nduration_s = 2400\n[airport]\nlayout = \"{airport}\"\n[[traffic]]\n\
-             kind = \"generated\"\narrivals_per_h = {arrivals}\ndepartures_per_h = {departures}\n[control]\nsees = \"truth\"\n"
+             kind = \"generated\"\narrivals_per_h = {arrivals}\ndepartures_per_h = {departures}\n[control]\nsees = \"truth\"\npolicy = \"ordered\"\n"
         );
         scenarios::load_text(std::path::Path::new("advice.toml"), &text).expect("a scene")
     }
 
     #[test]
     fn the_interval_of_a_mean_of_pairs_is_students() {
-        for (freedom, table) in [(4, 2.776), (9, 2.262), (19, 2.093), (60, 2.000)] {
-            assert!((student_95(freedom) - table).abs() < 3e-3, "{freedom}");
+        for (freedom, table) in [(4, 2.776), (9, 2.262), (10, 2.228), (19, 2.093), (60, 2.000)] {
+            assert!((student_95(freedom) - table).abs() < 1e-3, "{freedom}");
         }
         let flown = |x: f64| Flown { measures: [x; 8], advised: (2, 1) };
         let pairs = [(1.0, 2.0), (5.0, 5.0), (9.0, 10.0), (0.0, 4.0), (3.0, 3.0)];
@@ -295,7 +295,8 @@ mod tests {
             with.measures[taxi_out] < without.measures[taxi_out] - 20.0,
             "{with:?} {without:?}"
         );
-        assert!(with.measures[to_air] < without.measures[to_air] + 90.0, "{with:?} {without:?}");
+        // And nobody pays for it with a later take-off, on the mean by less than half a minute.
+        assert!(with.measures[to_air] < without.measures[to_air] + 30.0, "{with:?} {without:?}");
         assert_eq!((with.measures[unserved], without.measures[unserved]), (0.0, 0.0));
         assert_eq!(fly(&scene, 3, Some(always)), Ok(with), "the same again");
         // Where nobody waits, nobody is advised.

@@ -68,7 +68,7 @@ impl Default for Habits {
             again_s: 30.0,
             ahead_s: 600.0,
             shift: 2,
-            queue: 2,
+            queue: 4,
             interval_s: 90.0,
             taxi_factor: 1.5,
             accepts: 0.8,
@@ -529,7 +529,7 @@ mod tests {
     }
 
     fn always(accepts: f64) -> Habits {
-        Habits { accepts, taxi_factor: 1.0, ..Habits::default() }
+        Habits { accepts, taxi_factor: 1.0, queue: 2, ..Habits::default() }
     }
 
     #[test]
