@@ -285,6 +285,13 @@ mod tests {
         assert_eq!(probes(&[900]).0, Vec::<String>::new());
         let (said, _, alarms) = probes(&[3_000]);
         assert_eq!((said.len(), alarms), (1, 0));
+        // Three short ones: chance may have taken the long ones.
+        let mut few = hearing(0.0);
+        few.ready(0, "g");
+        for _ in 0..3 {
+            few.probed("g", false);
+        }
+        assert_eq!(ticks(&mut few, 200, 9_000).0, Vec::<String>::new());
     }
 
     #[test]

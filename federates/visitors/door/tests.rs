@@ -97,6 +97,45 @@ fn every_map_has_its_bound() {
     assert!(door.refused().contains_key("more than 4096 entities"));
 }
 
+/// Who comes and goes all the time does not fill the memory with names, either.
+#[test]
+fn identifiers_of_a_run_have_their_bound() {
+    let mut door = door();
+    for frame in 0..300_i64 {
+        // All of the frame before are forgotten by now.
+        let utc_ns = UTC_NS + frame * (ROOM_AFTER_NS + FRAME_NS);
+        for n in 0..256_i64 {
+            let number = frame * 256 + n;
+            let id = EntityId::new((number >> 16) as u16, 7, number as u16);
+            door.knock(utc_ns, source(1), &state(id));
+        }
+        door.admit(utc_ns);
+    }
+    assert_eq!(door.ever.len(), EVER);
+    assert!(door.refused().contains_key("more than 65 536 identifiers in one run"));
+}
+
+/// What came first is chance: what is let in stands by sender and entity.
+#[test]
+fn what_is_let_in_is_in_one_order_however_it_came() {
+    let said = [(2, 5), (1, 9), (2, 3), (1, 4), (3, 1)];
+    let let_in = |turned: usize| -> Vec<(SocketAddr, EntityId)> {
+        let mut door = door();
+        for n in 0..said.len() {
+            let (from, id) = said[(n + turned) % said.len()];
+            door.knock(UTC_NS, source(from), &state(EntityId::new(9, 9, id)));
+        }
+        door.admit(UTC_NS).iter().map(|w| (w.from, w.about)).collect()
+    };
+    let mut sorted = said;
+    sorted.sort_unstable();
+    let sorted: Vec<_> =
+        sorted.iter().map(|(from, id)| (source(*from), EntityId::new(9, 9, *id))).collect();
+    for turned in 0..said.len() {
+        assert_eq!(let_in(turned), sorted);
+    }
+}
+
 #[test]
 fn garbage_is_refused_and_counted() {
     let mut door = door();
