@@ -69,8 +69,12 @@ pub fn switch(
             if !matches!(c.kind, LineUp | TakeOff | Cross | Enter | Backtrack) {
                 continue;
             }
+            // Who crosses behind an end is at that end.
+            let length_m = layout.runways.get(runway).map_or(f64::INFINITY, |r| r.length_m);
+            let on_it = |place_m: f64| place_m.clamp(0.0, length_m);
             for bar in bars.iter_mut().filter(|bar| bar.runway == runway && bar.lit) {
-                let here = c.place_m.is_none_or(|p| (p - bar.entry_m).abs() <= SAME_ENTRY_M);
+                let apart_m = |p: f64| (on_it(p) - on_it(bar.entry_m)).abs();
+                let here = c.place_m.is_none_or(|p| apart_m(p) <= SAME_ENTRY_M);
                 let waits =
                     situation.is_none_or(|s| before_bar(s, bar, layout, now.since_s(c.from)));
                 bar.lit = !(here && waits);
