@@ -8,6 +8,8 @@ mod alerts;
 mod browser;
 #[path = "page/demo.rs"]
 mod demo;
+#[path = "page/drive.rs"]
+mod drive;
 #[path = "page/looks.rs"]
 mod looks;
 #[path = "page/seats.rs"]

@@ -520,3 +520,92 @@ fn advice_is_given_decided_upon_and_followed_to_one_digest_in_every_layout() {
     let why = "SELECT count(*) FROM inputs WHERE refused LIKE 'there is no advice \"FLY\"%'";
     assert_eq!(count(&log, why), 1);
 }
+
+/// A car that is driven through the inputs of a file: forward, wheels to the right for a while, backwards, and a silence of its driver.
+fn a_drive(folder: &Folder, name: &str, from: u64) -> String {
+    let path = folder.file(name);
+    let line = |frame: u64, action: &str, wish: &str| {
+        format!(
+            "{{\"frame\":{frame},\"seat\":\"driver FOLLOW1\",\"person\":\"anna\",\"action\":\"{action}\",\"clearance\":\"{wish}\"}}\n"
+        )
+    };
+    let mut text = line(from, "take", "");
+    for (k, wish) in (0..160).map(|k| match k {
+        0..50 => (k, "300 0 0"),
+        50..70 => (k, "100 0 350"),
+        70..100 => (k, "400 0 0"),
+        100..120 => (k, "0 1000 0"),
+        _ => (k, "-600 0 -200"),
+    }) {
+        text += &line(from + 20 + 10 * k, "drive", wish);
+    }
+    // Nothing for ten seconds, and a last word.
+    text += &line(from + 1820, "drive", "200 0 0");
+    text += &line(from + 1900, "leave", "");
+    std::fs::write(&path, text).expect("inputs");
+    path
+}
+
+/// A person drives a car among flights: equal inputs give equal runs in every layout, and so do those that the log kept; the log has
+/// each with its frame, and flies the traffic again with them.
+#[test]
+fn a_car_that_is_driven_gives_one_digest_in_every_layout_and_again_from_the_log() {
+    let folder = Folder::new("seats-driven");
+    for control in ["sees = \"none\"", "sees = \"tracks\"\ncontrollers = \"model\""] {
+        let path = scene(&folder, "driven", control);
+        let text = std::fs::read_to_string(&path)
+            .expect("the scene")
+            .replace("duration_s = 420", "duration_s = 120");
+        let car = "[[traffic]]\nkind = \"driven\"\ncallsign = \"FOLLOW1\"\ntype = \"FOLLOWME\"\nstand = \"GA_Ramp_14\"\n[control]";
+        std::fs::write(&path, text.replace("[control]", car)).expect("with a car");
+        let fly = |arguments: &[&str]| {
+            let ports = Ports::new();
+            let all = [&[path.as_str(), "--fast", "--no-viewer"][..], arguments].concat();
+            let output = finish(run(&ports, &all));
+            assert_eq!(output.status.code(), Some(0), "{arguments:?}: {}", common::stderr(&output));
+            summary(&output)["digest"].as_str().expect("a digest").to_owned()
+        };
+        let inputs = a_drive(&folder, "drive.jsonl", 200);
+        let reference = fly(&["--in-process", "--inputs", &inputs]);
+        assert_ne!(fly(&["--in-process"]), reference, "{control}: it was driven");
+        let record = folder.file("driven.pcapng");
+        for arguments in [&["--generators", "2"][..], &["--record", &record]] {
+            let all = [arguments, &["--inputs", &inputs]].concat();
+            assert_eq!(fly(&all), reference, "{control}: {arguments:?}");
+        }
+        let log = rusqlite::Connection::open(folder.file("driven.sqlite")).expect("a database");
+        assert_eq!(count(&log, "SELECT count(*) FROM inputs"), 163, "{control}");
+        assert_eq!(
+            count(&log, "SELECT count(*) FROM run WHERE name = 'inputs_lost'"),
+            0,
+            "{control}"
+        );
+        let first = "SELECT frame FROM inputs WHERE action = 'drive' AND clearance = '300 0 0' ORDER BY frame LIMIT 1";
+        assert_eq!(count(&log, first), 220, "{control}");
+        // It stood until the first wish worked, drove, and stands again after its driver fell silent.
+        let moved = |from: i64, to: i64| -> f64 {
+            let query = "SELECT max(x_m) - min(x_m) + max(y_m) - min(y_m) FROM truth WHERE callsign = 'FOLLOW1' AND scan BETWEEN ? AND ?";
+            log.query_row(query, (from, to), |row| row.get(0)).expect("seen")
+        };
+        assert!(
+            moved(1, 11) < 0.01 && moved(12, 60) > 60.0,
+            "{control}: {} {}",
+            moved(1, 11),
+            moved(12, 60)
+        );
+        assert!(moved(95, 100) < 0.3, "{control}: {}", moved(95, 100));
+        let again = folder.file("driven.sqlite");
+        assert_eq!(
+            fly(&["--in-process", "--inputs", &again]),
+            reference,
+            "{control}: from the log"
+        );
+        // A frame later it is another run.
+        let late = a_drive(&folder, "late.jsonl", 201);
+        assert_ne!(
+            fly(&["--in-process", "--inputs", &late]),
+            reference,
+            "{control}: a frame later"
+        );
+    }
+}

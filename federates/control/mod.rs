@@ -5,10 +5,11 @@
 
 pub mod command;
 mod people;
-mod repeated;
 mod seats;
 
+use crate::exchange::driven;
 use crate::exchange::flights::{flight_list, movement_word};
+use crate::exchange::repeated::Repeated;
 use crate::exchange::seats::{seat_facts, seat_values};
 use crate::federation::{closes_loop, loop_frames, on_tracks};
 use crate::runtime::bus::Class;
@@ -32,7 +33,6 @@ use models::frames::Vector2;
 use models::plot::Callsign;
 use models::time::SimTime;
 use models::traffic::network::Network;
-use repeated::Repeated;
 use scenarios::Scene;
 use seats::Seats;
 use serde_json::json;
@@ -119,12 +119,18 @@ impl Control {
                         seats.take(*share, wants);
                     }
                 }
-                Notice::Seat(input) => {
+                // Whoever drives himself is nobody's controller.
+                Notice::Seat(input)
+                    if driven::index_of(&self.scene, &input.order.seat).is_none() =>
+                {
                     if let Some(seats) = &mut self.seats {
                         seats.input(*effect, input);
                     }
                 }
-                Notice::Outsider { .. } | Notice::MoreFlights(_) | Notice::Given(_) => {}
+                Notice::Outsider { .. }
+                | Notice::MoreFlights(_)
+                | Notice::Given(_)
+                | Notice::Seat(_) => {}
             }
         }
     }

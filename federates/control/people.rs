@@ -212,9 +212,10 @@ impl People {
                 }
                 Ok((format!("{callsign}: {clearance}"), given))
             }
-            SeatAction::Here | SeatAction::Take | SeatAction::Decide { .. } => {
-                Ok((String::new(), None))
-            }
+            SeatAction::Here
+            | SeatAction::Take
+            | SeatAction::Decide { .. }
+            | SeatAction::Drive { .. } => Ok((String::new(), None)),
         }
     }
 

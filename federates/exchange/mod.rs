@@ -3,9 +3,11 @@
 
 pub mod asterix_file;
 pub mod dis_types;
+pub mod driven;
 pub mod entity_state;
 pub mod flights;
 pub mod operator;
+pub mod repeated;
 pub mod seats;
 pub mod stamp;
 pub mod weather_notice;

@@ -45,7 +45,9 @@ pub fn at_seat(bus: &dyn Bus, order: &SeatOrder) -> Result<SeatAnswer, String> {
     let name: String = order.seat.chars().take(32).collect();
     let sound = |c: char| c.is_ascii_alphanumeric() || c == ' ';
     if name.is_empty() || !name.chars().all(sound) {
-        return Err(format!("there is no seat {name:?}: apron, ground, or tower with its number"));
+        return Err(format!(
+            "there is no seat {name:?}: apron, ground, tower with its number, or driver or pilot with what he drives"
+        ));
     }
     let asked = |name: &str| ask(bus, &seat_key(name), encode(order), SEAT_WITHIN);
     // Whoever sits at the door says which seats there are.

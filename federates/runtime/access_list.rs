@@ -39,8 +39,8 @@ const ROLES: [Role; 12] = [
     },
     Role {
         names: &["traffic-generator"],
-        says: &["obs/traffic"],
-        serves: &["obs/traffic/**"],
+        says: &["obs/traffic", "obs/driven", "obs/inputs"],
+        serves: &["obs/traffic/**", "obs/driven/**"],
         hears: &[],
         asks: &[],
     },

@@ -19,6 +19,8 @@
 //! | `obs/foreign` | may be lost | [`ForeignReport`]s: tracks of somebody else's tracker |
 //! | `obs/weather`, `obs/flights` | may be lost, last value served | [`WeatherNotice`], [`FlightNotice`]s |
 //! | `obs/traffic` | may be lost, last value served | JSON: what flights that behave are about |
+//! | `obs/driven` | may be lost, last value served | JSON: what people drive, ten times a second |
+//! | `obs/inputs` | may be lost, repeated | [`SeatMessage`]s, what people who drive did in the last ten seconds, numbered |
 //! | `tracks/1/scan` | may be lost | [`ScanReport`] |
 //! | `control/1/alerts` | may be lost, repeated | [`AlertMessage`]s, what changed in the last two minutes, numbered |
 //! | `control/1/seats` | may be lost, repeated | [`SeatMessage`]s, what controllers on tracks did in the last two minutes, numbered |

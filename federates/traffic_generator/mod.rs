@@ -7,15 +7,20 @@
 //! same bits everywhere, and publishes its share.
 
 pub mod command;
+pub mod driven_state;
 pub mod traffic_state;
 
+use crate::exchange::driven;
 use crate::exchange::entity_state::{deactivated, frozen, state_pdu, transponder, world_pose};
+use crate::exchange::repeated::Repeated;
 use crate::federation::{closes_loop, loop_frames, on_tracks};
 use crate::runtime::bus::Class;
+use crate::runtime::codec::encode;
 use crate::runtime::federate::{Aside, Federate, FrameInputs, FrameOut, Octets, Publication};
 use crate::runtime::frame_time::FrameTime;
 use crate::runtime::messages::{
-    ClearanceNotice, FinalReport, Frame, Kind, Notice, RunConfig, WantNotice,
+    ClearanceNotice, FinalReport, Frame, Kind, Notice, RunConfig, SeatEvent, SeatMessage,
+    WantNotice,
 };
 use models::control::clearance::ClearanceKind;
 use models::time::SimTime;
@@ -37,6 +42,9 @@ pub struct TrafficGenerator {
     /// Flights that behave, and the frame that their core has executed.
     core: Option<(Core, Frame)>,
     told: Told,
+    /// What people who drive did, told by the generator of share 1; number of the run.
+    drivers: Repeated<SeatMessage>,
+    run: u32,
     /// The frame executed last.
     executed: Frame,
 }
@@ -68,6 +76,9 @@ struct Sent {
     answered: Option<(Transponder, i64)>,
 }
 
+/// Scans for which it is told again what a driver did: ten times a second.
+const TOLD_FOR: u64 = 10;
+
 /// Longest time between two IFF PDUs of a moving target, ns; parked ones: their heartbeat.
 const IFF_EVERY_NS: i64 = 10_000_000_000;
 
@@ -85,6 +96,8 @@ impl TrafficGenerator {
             movers: Vec::new(),
             core: None,
             told: Told::default(),
+            drivers: Repeated::told_for(TOLD_FOR),
+            run: 0,
             executed: 0,
         }
     }
@@ -93,6 +106,21 @@ impl TrafficGenerator {
     fn take_given(&mut self, inputs: &FrameInputs) {
         let Some((core, _)) = &mut self.core else { return };
         for (effect, notice) in &inputs.notices {
+            if let Notice::Seat(input) = notice {
+                let said = effect.saturating_sub(driven::delay_frames(&self.scene));
+                let Some(notice) = driven::notice(&self.scene, core, said, input) else { continue };
+                core.notice(notice);
+                if self.share == 1 {
+                    let event = SeatEvent::Input {
+                        frame: said,
+                        input: input.clone(),
+                        refused: String::new(),
+                    };
+                    let number = self.drivers.next();
+                    self.drivers.tell(SeatMessage { run: self.run, number, event });
+                }
+                continue;
+            }
             let Notice::Given(given) = notice else { continue };
             let Some(kind) = ClearanceKind::of(&given.kind) else { continue };
             core.notice(core::Notice {
@@ -130,6 +158,28 @@ impl TrafficGenerator {
         if wants != self.told.wants {
             self.told.wants.clone_from(&wants);
             out.notices.push(Notice::Wants { share: self.share, wants });
+        }
+    }
+
+    /// Tells pages what people drive: ten times a second while somebody does, once a second else.
+    fn tell_driven(&self, frame: Frame, out: &mut FrameOut) {
+        let Some((core, _)) = self.core.as_ref().filter(|_| self.share == 1) else { return };
+        let Some(behaving) = self.scene.traffic.behaving.as_ref().filter(|b| !b.driven.is_empty())
+        else {
+            return;
+        };
+        let all: Vec<_> = (0..behaving.driven.len()).filter_map(|n| core.at_wheel(n)).collect();
+        let used = all.iter().any(|hand| hand.taken || hand.speed_mps != 0.0);
+        let every_s = if used { 0.1 } else { 1.0 };
+        let every = (every_s / self.scene.run.frame.s()).round().max(1.0) as u64;
+        if frame.is_multiple_of(every) {
+            out.publish.push(Publication {
+                key: "obs/driven".into(),
+                class: Class::Lossy,
+                body: driven_state::json(&behaving.driven, &all, self.time.time(frame).s())
+                    .into_bytes(),
+                retained: Some("obs/driven/last".into()),
+            });
         }
     }
 
@@ -288,7 +338,7 @@ impl Federate for TrafficGenerator {
     }
 
     fn consumes(&self) -> bool {
-        closes_loop(&self.scene)
+        closes_loop(&self.scene) || driven::any(&self.scene)
     }
 
     fn reads_pdus(&self) -> bool {
@@ -296,15 +346,21 @@ impl Federate for TrafficGenerator {
     }
 
     fn ahead_of(&self, producer: &str) -> Option<Frame> {
-        // What control says in a frame takes effect a scan later at the earliest; nobody else is read.
-        match closes_loop(&self.scene) {
-            true => (producer == Kind::Control.name()).then(|| loop_frames(&self.scene)),
-            false => Some(0),
+        // What control says in a frame takes effect a scan later at the earliest, what a driver does a little later; nobody
+        // else is read.
+        let scene = &self.scene;
+        match producer {
+            _ if !self.consumes() => Some(0),
+            name if name == Kind::Control.name() => closes_loop(scene).then(|| loop_frames(scene)),
+            name if name == Kind::Visitors.name() => {
+                driven::any(scene).then(|| driven::delay_frames(scene))
+            }
+            _ => None,
         }
     }
 
     fn in_loop(&self) -> bool {
-        closes_loop(&self.scene)
+        self.consumes()
     }
 
     fn configure(&mut self, config: &RunConfig, out: &mut FrameOut) -> Result<(), String> {
@@ -325,6 +381,7 @@ impl Federate for TrafficGenerator {
             return Err("the scene was loaded without this share of its truth".into());
         }
         self.told = Told::default();
+        (self.drivers, self.run) = (Repeated::told_for(TOLD_FOR), config.run);
         self.movers = own
             .into_iter()
             .map(|entity| Mover { entity, sent: None, rests_until: SimTime(i64::MIN) })
@@ -336,11 +393,20 @@ impl Federate for TrafficGenerator {
     fn step(&mut self, frame: Frame, inputs: &FrameInputs, out: &mut FrameOut) {
         self.take_given(inputs);
         self.frame(frame, out);
+        self.tell_driven(frame, out);
         let per_scan = (self.scene.run.scan().0 / self.scene.run.frame.0).max(1) as u64;
         // One of all says what all of them know.
         if let Some((core, _)) =
             self.core.as_ref().filter(|_| self.share == 1 && frame.is_multiple_of(per_scan))
         {
+            if let Some(told) = self.drivers.scan() {
+                out.publish.push(Publication {
+                    key: "obs/inputs".into(),
+                    class: Class::Lossy,
+                    body: encode(&told),
+                    retained: None,
+                });
+            }
             out.publish.push(Publication {
                 key: "obs/traffic".into(),
                 class: Class::Lossy,

@@ -45,6 +45,8 @@ pub enum Heard {
     Alerts(Vec<AlertMessage>),
     /// What controllers on tracks did.
     Seats(Vec<SeatMessage>),
+    /// What people who drive did.
+    Inputs(Vec<SeatMessage>),
     /// How traffic stands, or the stop bars (JSON).
     Said(Topic, String),
 }
@@ -114,7 +116,7 @@ pub struct Keeper {
     /// What controllers on tracks did in this run.
     people: Vec<SeatMessage>,
     /// Numbers of the last alert and the last event of a seat.
-    last_told: [u64; 2],
+    last_told: [u64; 3],
 }
 
 /// Events of seats that are kept at most: days of a busy airport.
@@ -166,7 +168,7 @@ impl Keeper {
             beside: None,
             tolerances: None,
             people: Vec::new(),
-            last_told: [0; 2],
+            last_told: [0; 3],
         })
     }
 
@@ -205,13 +207,8 @@ impl Keeper {
                 self.logged(|log| log.alerts(&now));
                 self.shown(|viewer| viewer.on_alerts(&now));
             }
-            Heard::Seats(mut told) => {
-                let run = self.state.as_ref().map_or(0, |s| s.run);
-                told.retain(|m| m.run >= run);
-                self.only_new(1, "seat_events", &mut told, |m| m.number);
-                told.truncate(MOST_EVENTS - self.people.len().min(MOST_EVENTS));
-                self.people.extend(told);
-            }
+            Heard::Seats(told) => self.take_people(1, "seat_events", told),
+            Heard::Inputs(told) => self.take_people(2, "inputs", told),
             Heard::Said(topic, text) => {
                 self.logged(|log| log.said(topic, &text));
                 self.shown(|viewer| viewer.on_said(topic, &text));
@@ -270,6 +267,14 @@ impl Keeper {
     }
 
     /// Keeps of what is told again and again only what is new; what was lost for good is said and noted.
+    fn take_people(&mut self, stream: usize, what: &str, mut told: Vec<SeatMessage>) {
+        let run = self.state.as_ref().map_or(0, |s| s.run);
+        told.retain(|m| m.run >= run);
+        self.only_new(stream, what, &mut told, |m| m.number);
+        told.truncate(MOST_EVENTS - self.people.len().min(MOST_EVENTS));
+        self.people.extend(told);
+    }
+
     fn only_new<T>(&mut self, stream: usize, what: &str, told: &mut Vec<T>, number: fn(&T) -> u64) {
         let last = self.last_told[stream];
         told.retain(|one| number(one) == 0 || number(one) > last);
@@ -354,7 +359,7 @@ impl Keeper {
             self.tolerances = None;
             self.close_log();
             self.people.clear();
-            self.last_told = [0; 2];
+            self.last_told = [0; 3];
             self.open_log(state.run, state.seed);
         }
         let seed = before.as_ref().map_or(self.scene.run.seed, |b| b.seed);
@@ -532,7 +537,7 @@ mod tests {
         // The messages of 2 and 3 were lost.
         keeper.hear(of(1..=4), 3);
         keeper.hear(of(2..=4), 4);
-        assert_eq!(keeper.last_told, [4, 0]);
+        assert_eq!(keeper.last_told, [4, 0, 0]);
         // 5 was lost for good.
         keeper.hear(of(6..=7), 5);
         keeper.close(0);

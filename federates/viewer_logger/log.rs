@@ -193,7 +193,9 @@ impl Log {
     /// # Errors
     /// As [`Self::scan`].
     pub fn said(&mut self, topic: Topic, text: &str) -> Result<(), LogError> {
-        let Some(time_ns) = said::time_of(text) else { return Ok(()) };
+        let Some(time_ns) = said::time_of(text).filter(|t| topic.is_kept(*t)) else {
+            return Ok(());
+        };
         let octets = deflated(text);
         self.write(|t| {
             t.prepare_cached("INSERT OR REPLACE INTO said VALUES (?,?,?)")?.execute(params![

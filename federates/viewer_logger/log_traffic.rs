@@ -5,6 +5,7 @@
 
 use super::log::{Log, LogError, write_events};
 use super::said::alert_event;
+use crate::exchange::driven;
 use crate::exchange::seats::{People, figures};
 use crate::runtime::messages::{AlertMessage, SeatEvent, SeatMessage};
 use models::control::alert::{Alert, Change};
@@ -39,6 +40,12 @@ pub fn core_after(
     let mut reference = Reference::default();
     let mut given: BTreeMap<u64, Vec<Notice>> = BTreeMap::new();
     for message in people {
+        if let SeatEvent::Input { frame, input, refused } = &message.event
+            && refused.is_empty()
+            && let Some(notice) = driven::notice(&whole, &core, *frame, input)
+        {
+            given.entry(frame + 1).or_default().push(notice);
+        }
         let SeatEvent::Given(effect, g) = &message.event else { continue };
         let Some(kind) = ClearanceKind::of(&g.kind) else { continue };
         given.entry(*effect).or_default().push(Notice {

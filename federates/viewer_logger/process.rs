@@ -186,6 +186,8 @@ fn subscribe(bus: &dyn Bus, inbox: &Inbox) -> Result<(), BusError> {
     hear(bus, "obs/foreign", inbox.taking(Heard::Foreign))?;
     hear(bus, "control/1/alerts", inbox.taking(Heard::Alerts))?;
     hear(bus, "control/1/seats", inbox.taking(Heard::Seats))?;
+    hear(bus, "obs/inputs", inbox.taking(Heard::Inputs))?;
+    hear_text(bus, "obs/driven", Topic::Driven, inbox)?;
     hear_text(bus, "obs/traffic", Topic::Traffic, inbox)?;
     hear_text(bus, "control/1/lights", Topic::Lights, inbox)?;
     hear_text(bus, "control/1/positions", Topic::Seats, inbox)?;

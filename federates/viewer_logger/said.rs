@@ -19,11 +19,13 @@ pub enum Topic {
     Lights,
     /// Controllers' seats (`control/1/positions`).
     Seats,
+    /// What people drive (`obs/driven`).
+    Driven,
 }
 
 impl Topic {
     /// All.
-    pub const ALL: [Self; 3] = [Self::Traffic, Self::Lights, Self::Seats];
+    pub const ALL: [Self; 4] = [Self::Traffic, Self::Lights, Self::Seats, Self::Driven];
 
     /// Its word in the database and for the page.
     #[must_use]
@@ -32,7 +34,14 @@ impl Topic {
             Self::Traffic => "traffic",
             Self::Lights => "lights",
             Self::Seats => "seats",
+            Self::Driven => "driven",
         }
+    }
+
+    /// Whether what is said as of a time is kept, to be looked back to: of what people drive that of whole seconds.
+    #[must_use]
+    pub fn is_kept(self, time_ns: i64) -> bool {
+        self != Self::Driven || time_ns % 1_000_000_000 == 0
     }
 
     /// How long it holds after it was said, ns: traffic is said every scan, the others when they change.
@@ -40,6 +49,7 @@ impl Topic {
     pub fn holds_ns(self) -> i64 {
         match self {
             Self::Traffic => 10_000_000_000,
+            Self::Driven => 2_000_000_000,
             Self::Lights | Self::Seats => i64::MAX,
         }
     }
@@ -118,6 +128,14 @@ impl Said {
     /// Takes a text in; false if it does not say its time.
     pub fn tell(&mut self, topic: Topic, text: &str) -> bool {
         let Some(time_ns) = time_of(text) else { return false };
+        // What is said ten times a second is kept once.
+        if let Some((&(_, before_ns), _)) =
+            self.texts.range((topic, i64::MIN)..(topic, time_ns)).next_back()
+            && !topic.is_kept(before_ns)
+            && let Some(before) = self.texts.remove(&(topic, before_ns))
+        {
+            self.octets -= before.len();
+        }
         let text: Arc<str> = text.into();
         self.octets += text.len();
         if let Some(before) = self.texts.insert((topic, time_ns), text) {
@@ -298,6 +316,22 @@ mod tests {
 
     fn s(time_s: i64) -> i64 {
         time_s * 1_000_000_000
+    }
+
+    /// An hour at ten times a second: the newest is there at once, each second can be looked back to, and no more is kept.
+    #[test]
+    fn of_what_is_driven_each_second_is_kept() {
+        let mut said = Said::default();
+        for tenth in 0..36_000_i64 {
+            let text = format!("{{\"time_s\":{}.{}}}", tenth / 10, tenth % 10);
+            assert!(said.tell(Topic::Driven, &text));
+            assert_eq!(said.at(Topic::Driven, i64::MAX).as_deref(), Some(text.as_str()));
+        }
+        assert_eq!(said.texts.len(), 3_601);
+        assert_eq!(said.octets, said.texts.values().map(|text| text.len()).sum::<usize>());
+        let at = |time_s: i64| said.at(Topic::Driven, s(time_s));
+        assert_eq!(at(1234).as_deref(), Some("{\"time_s\":1234.0}"));
+        assert_eq!(at(3602), None, "it holds two seconds");
     }
 
     #[test]

@@ -23,7 +23,7 @@ pub struct Session {
     sent_scan: Option<u64>,
     sent_beside: Vec<Option<Option<u64>>>, // by place among the runs shown: what was sent, none being "no picture"
     sent_list: String,
-    sent_said: [Option<Option<Arc<str>>>; 3],
+    sent_said: [Option<Option<Arc<str>>>; Topic::ALL.len()],
     sent_alerts: String,
     explained: Option<(u64, u16)>, // scan and track
     curve_from: u64,

@@ -89,9 +89,9 @@ fn serves(door: &SharedSeats) -> Vec<(String, Handler)> {
         });
         (seat_key(&name), handler)
     };
-    // Where nobody can sit down, whoever asks for the ground hears why.
-    let names = if names.is_empty() { vec!["ground".to_owned()] } else { names };
-    names.into_iter().map(serve).collect()
+    // Where there is no such seat, whoever asks for the ground hears which there are.
+    let ground = (!names.iter().any(|name| name == "ground")).then(|| "ground".to_owned());
+    names.into_iter().chain(ground).map(serve).collect()
 }
 
 /// Hears the real sensors of a scene, each place on a thread of its own, until the process ends.

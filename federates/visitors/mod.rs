@@ -11,6 +11,7 @@ pub mod pace;
 pub mod plots;
 pub mod seats;
 
+use crate::exchange::driven;
 use crate::exchange::stamp::{self, Stamped};
 use crate::runtime::clock::utc_ns;
 use crate::runtime::federate::{Federate, FrameInputs, FrameOut};
@@ -112,8 +113,22 @@ impl Visitors {
     fn frame(&mut self, frame: Frame, now_utc_ns: i64, out: &mut FrameOut) {
         let time_ns = self.time.start_utc_ns.saturating_add(self.time.time(frame).0);
         self.pace.executed(time_ns, now_utc_ns);
-        let said = self.seats.lock().admit(frame, now_utc_ns);
-        out.notices.extend(said.into_iter().map(Notice::Seat));
+        let rate = self.pace.at(now_utc_ns).map_or(1.0, |(_, rate)| rate);
+        let said = {
+            let mut seats = self.seats.lock();
+            seats.paced(rate);
+            seats.admit(frame, now_utc_ns)
+        };
+        for input in said {
+            // What is driven moves a little later, so that nobody waits for this frame.
+            match driven::index_of(&self.scene, &input.order.seat) {
+                Some(_) => {
+                    let effect = frame + driven::delay_frames(&self.scene);
+                    out.later.push((effect, Notice::Seat(input)));
+                }
+                None => out.notices.push(Notice::Seat(input)),
+            }
+        }
         let (admitted, refused) = {
             let mut door = self.door.lock();
             (door.admit(now_utc_ns), door.refused().values().sum::<u64>())

@@ -1,9 +1,10 @@
-//! The door for people at controllers' seats: what they do waits here for the next frame, and goes into it.
+//! The door for people at controllers' seats and at the wheel: what they do waits here for the next frame, and goes into it.
 //!
 //! Whoever sits down is looked for: after 30 s without a word of him the seat is given up in his name, so that the model of it
-//! goes on. Everything that takes effect is in a frame end, with its number; the log of one run (`inputs`) fed to another
+//! goes on; who drives, after 5 s. Everything that takes effect is in a frame end, with its number; the log of one run (`inputs`) fed to another
 //! gives the same bits.
 
+use crate::exchange::driven;
 use crate::federation::closes_loop;
 use crate::runtime::messages::{Frame, SeatAction, SeatAnswer, SeatInput, SeatOrder, SeatWords};
 use models::control::clearance::ClearanceKind;
@@ -18,6 +19,10 @@ const LARGEST_INPUTS: u64 = 16 << 20;
 const MOST_WAITING: usize = 64;
 /// So long after his last word a person is gone, ns of the host's clock.
 pub const SILENT_NS: i64 = 30_000_000_000;
+/// The same of a person who drives, ns.
+pub const WHEEL_SILENT_NS: i64 = 5_000_000_000;
+/// Nobody drives in a run that goes faster than this, simulated seconds in a second: real time, as it is measured.
+const MOST_RATE: f64 = 1.2;
 /// How often it is said in frames that somebody is still there, ns of simulated time.
 const HERE_NS: i64 = 60_000_000_000;
 
@@ -34,6 +39,10 @@ struct Holder {
 pub struct SeatDoor {
     /// Names of seats; none where nobody can sit down.
     seats: Vec<String>,
+    /// Those of them from which somebody drives.
+    wheels: BTreeSet<String>,
+    /// Simulated seconds in a second of the host's clock.
+    rate: f64,
     callsigns: BTreeSet<String>,
     frame_ns: i64,
     holders: BTreeMap<String, Holder>,
@@ -51,8 +60,10 @@ impl SeatDoor {
     pub fn new(scene: &Scene) -> Self {
         let behaving = scene.traffic.behaving.as_ref().filter(|_| closes_loop(scene));
         let seats = behaving.map(|b| models::control::actors::seats::seats(&b.network));
+        let wheels = driven::seats(scene);
         Self {
-            seats: seats.iter().flatten().map(|seat| seat.name()).collect(),
+            seats: seats.iter().flatten().map(|seat| seat.name()).chain(wheels.clone()).collect(),
+            wheels: wheels.into_iter().collect(),
             callsigns: behaving
                 .iter()
                 .flat_map(|b| b.flights.iter().map(|f| f.callsign.clone()))
@@ -81,11 +92,21 @@ impl SeatDoor {
         (self.next, self.numbers, self.frame) = (0, 0, 0);
     }
 
+    /// How fast simulated time goes now.
+    pub fn paced(&mut self, rate: f64) {
+        self.rate = rate;
+    }
+
     /// Somebody does something, at a time of the host's clock.
     pub fn ask(&mut self, order: SeatOrder, utc_ns: i64) -> SeatAnswer {
         match self.check(&order, utc_ns) {
             Ok(true) => {
                 let number = self.number();
+                // Of what is driven in one frame the last counts.
+                if matches!(order.action, SeatAction::Drive { .. }) {
+                    let drives = |i: &SeatInput| matches!(i.order.action, SeatAction::Drive { .. });
+                    self.waiting.retain(|i| i.order.seat != order.seat || !drives(i));
+                }
                 self.waiting.push_back(SeatInput { number, order });
                 SeatAnswer { accepted: true, number, text: String::new() }
             }
@@ -111,6 +132,17 @@ impl SeatDoor {
             return Err(format!("there is no seat {seat:?}; there are {}", self.seats.join(", ")));
         }
         Ok(())
+    }
+
+    /// From where one drives, in words.
+    fn driven(&self) -> String {
+        match self.wheels.is_empty() {
+            true => "this scene has no [[traffic]] of kind \"driven\"".to_owned(),
+            false => {
+                let all: Vec<&str> = self.wheels.iter().map(String::as_str).collect();
+                format!("there are {}", all.join(", "))
+            }
+        }
     }
 
     /// Whether it goes into a frame.
@@ -143,6 +175,20 @@ impl SeatDoor {
         {
             let callsign: String = callsign.chars().take(NAME).collect();
             return Err(format!("there is no flight {callsign:?} in this scene"));
+        }
+        let wheel = self.wheels.contains(seat);
+        let drives = matches!(action, SeatAction::Drive { .. });
+        if wheel && matches!(action, SeatAction::Say { .. } | SeatAction::Decide { .. }) {
+            return Err(format!("{seat} drives: take, drive, here or leave"));
+        }
+        if !wheel && drives {
+            return Err(format!("nothing is driven from {seat}; {}", self.driven()));
+        }
+        if (drives || wheel && *action == SeatAction::Take) && self.rate > MOST_RATE {
+            return Err(format!(
+                "the run goes at {:.1} times real time: nobody can drive; `rate 1` is needed",
+                self.rate
+            ));
         }
         if self.waiting.len() >= MOST_WAITING {
             return Err(format!(
@@ -179,8 +225,10 @@ impl SeatDoor {
         let here_frames = (HERE_NS / self.frame_ns.max(1)) as Frame;
         let mut of_holders = Vec::new();
         self.holders.retain(|seat, holder| {
-            let gone = utc_ns - holder.heard_utc_ns > SILENT_NS;
-            let due = frame >= holder.told + here_frames;
+            let wheel = self.wheels.contains(seat);
+            let most_ns = if wheel { WHEEL_SILENT_NS } else { SILENT_NS };
+            let gone = utc_ns - holder.heard_utc_ns > most_ns;
+            let due = !wheel && frame >= holder.told + here_frames;
             if gone || due {
                 let action = if gone { SeatAction::Leave } else { SeatAction::Here };
                 let (seat, person) = (seat.clone(), holder.person.clone());

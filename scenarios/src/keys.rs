@@ -217,7 +217,7 @@ pub(crate) const REFERENCE: &[Key] = &[
 pub(crate) const TRAFFIC: &[Key] = &[
     Key::word(
         "kind",
-        || vec!["parked", "recorded", "route", "schedule", "generated"],
+        || vec!["parked", "recorded", "route", "driven", "schedule", "generated"],
         "What moves it",
     )
     .needed(),
@@ -232,7 +232,10 @@ pub(crate) const TRAFFIC: &[Key] = &[
         Holds::Table(FLIGHT),
         "Of a mover: its line of the flight list; without it nobody expects it",
     ),
-    Key::text("stand", "parked: name of the stand"),
+    Key::text(
+        "stand",
+        "parked: name of the stand; driven: where it stands until a person takes it, a stand or a node",
+    ),
     Key::new("file", Holds::File, "recorded: movement (CSV); schedule: flights (CSV)"),
     Key::number(
         "start_s",
@@ -287,6 +290,8 @@ pub const MOVER: &[&str] = &[
     "via",
     "halts",
 ];
+/// Keys of what a person drives.
+pub const DRIVEN: &[&str] = &["kind", "callsign", "type", "address", "flight", "stand"];
 /// Keys of a schedule.
 pub const SCHEDULE: &[&str] = &["kind", "file"];
 /// Keys of generated traffic.

@@ -11,6 +11,7 @@ pub mod building;
 pub mod change;
 pub mod control;
 pub mod document;
+pub mod driven;
 pub mod edit;
 pub mod entity;
 pub mod error;

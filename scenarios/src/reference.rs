@@ -1,6 +1,6 @@
 //! The reference of scene files, as text and as a JSON schema, made of the reader's own tables.
 
-use crate::keys::{GENERATED, MOVER, OVERLAY, ROOT, SCHEDULE, TABLES, Table};
+use crate::keys::{DRIVEN, GENERATED, MOVER, OVERLAY, ROOT, SCHEDULE, TABLES, Table};
 use crate::sensors::FOREIGN;
 use models::frames::Vector3;
 use models::keys::{Holds, Key, PLACE};
@@ -306,6 +306,7 @@ fn traffic_schema(keys: &'static [Key]) -> Value {
         (json!(["parked"]), of(MOVER, &["callsign", "type", "stand"])),
         (json!(["recorded"]), of(MOVER, &["callsign", "type", "file", "start_s"])),
         (json!(["route"]), of(MOVER, &["callsign", "type", "via", "start_s"])),
+        (json!(["driven"]), of(DRIVEN, &["callsign", "type", "stand"])),
         (json!(["schedule"]), of(SCHEDULE, &["file"])),
         (json!(["generated"]), of(GENERATED, &[])),
     ])

@@ -14,13 +14,16 @@ use crate::keys::{self, words};
 use crate::run::Run;
 use crate::types::TypeTable;
 use flights::flight_of;
+pub(crate) use flights::wheelbase_m;
 use generated::{GENERATED_START_NS, generated};
 use models::control::lights::FailedBars;
 use models::flight_list::{FlightEntry, MovementKind};
+use models::frames::Vector2;
 use models::plot::Callsign;
 use models::time::SimTime;
 use models::traffic::core::{
-    ClearedBy, Core, Direction, Failure, FailureKind, Flight, Obstacle, Policy, drawn_failures,
+    ClearedBy, Core, Direction, Driven, Failure, FailureKind, Flight, Obstacle, Policy,
+    drawn_failures,
 };
 use models::traffic::network::{Network, code_of_span};
 use models::traffic::pieces::Pieces;
@@ -53,6 +56,10 @@ pub struct Behaving {
     pub failures: Vec<Failure>,
     /// Movers of the scene that are functions of time.
     pub obstacles: Vec<Obstacle>,
+    /// Movers that people drive; their entities are the last ones.
+    pub driven: Vec<Driven>,
+    /// Where it is paved, for these: outlines, m, not closed.
+    pub pavement_m: Vec<Vec<Vector2<f64>>>,
     /// What was moved or assumed, one line each.
     pub remarks: Vec<String>,
 }
@@ -90,6 +97,7 @@ impl Behaving {
         let core = Core::new(net, pieces, flights, self.policy, seed, run.frame.s());
         let core = core.with_obstacles(self.obstacles.clone());
         let core = core.with_failures(&self.failures_of(seed));
+        let core = core.with_driven(&self.driven, self.pavement_m.clone());
         Some(core.cleared_by(match self.cleared_by {
             ClearedBy::Plan => ClearedBy::Plan,
             ClearedBy::Notices | ClearedBy::Controllers => ClearedBy::Notices,
@@ -332,6 +340,8 @@ pub(crate) fn read(
         stop_bars: control.stop_bars,
         failures,
         obstacles: Vec::new(),
+        driven: Vec::new(),
+        pavement_m: Vec::new(),
         remarks,
     };
     Ok((Some(behaving), added))

@@ -2,6 +2,7 @@
 
 use crate::airport::AirportScene;
 use crate::document::{Section, within};
+use crate::driven;
 use crate::entity::{Entity, PARTITIONS};
 use crate::error::{Problem, ScenarioError};
 use crate::hash::Fnv;
@@ -62,7 +63,7 @@ pub(crate) fn read(
     let mut callsigns: BTreeMap<Callsign, usize> = BTreeMap::new();
     let places = Places::of(&airport.layout);
     let all = root.sections("traffic", &words(keys::TRAFFIC))?;
-    let (mut sections, mut schedules) = (Vec::new(), Vec::new());
+    let (mut sections, mut schedules, mut by_hand) = (Vec::new(), Vec::new(), Vec::new());
     for section in &all {
         match section.text("kind")? {
             Some("schedule") => {
@@ -73,6 +74,10 @@ pub(crate) fn read(
                 section.only(keys::GENERATED)?;
                 schedules.push(section);
             }
+            Some("driven") => {
+                section.only(keys::DRIVEN)?;
+                by_hand.push(section);
+            }
             _ => {
                 section.only(keys::MOVER)?;
                 sections.push(section);
@@ -81,33 +86,15 @@ pub(crate) fn read(
     }
     let with_truth = !matches!(truth_of, crate::TruthOf::Nobody);
     for (index, section) in sections.iter().enumerate() {
-        let text = section.need_text("callsign", "a call sign or vehicle name")?;
-        let callsign = Callsign::new(text);
-        if callsign.as_str() != text || text.is_empty() {
-            let needed = "1 to 11 upper-case letters, digits or signs".into();
-            let found = format!("the text {text:?}");
-            return Err(section.refuse("callsign", Problem::WrongKind { found, needed }));
-        }
-        if let Some(first) = callsigns.insert(callsign, index) {
-            let first_line = sections[first].line_of("callsign");
-            return Err(
-                section.refuse("callsign", Problem::Duplicate { found: text.into(), first_line })
-            );
-        }
+        let callsign = name_of(section, &mut callsigns)?;
         let row = type_row(section, &types)?;
         let kinds =
             [("parked", Kind::Parked), ("recorded", Kind::Recorded), ("route", Kind::Route)];
         let kind = section.choice("kind", &kinds)?.ok_or_else(|| {
             section.missing("kind", "the kind of movement, like \"parked\"".into())
         })?;
-        let mut address = section.integer("address", 1, 0xff_fffe)?.map(|a| a as u32);
-        if let Some(address) = address {
-            // What a recording says of itself may come twice: one aircraft on two days.
-            if let Some(first_line) = addresses.insert(address, section.line_of("address")) {
-                let found = address.to_string();
-                return Err(section.refuse("address", Problem::Duplicate { found, first_line }));
-            }
-        }
+        // What a recording says of itself may come twice: one aircraft on two days.
+        let mut address = address_of(section, &mut addresses)?;
         // What behaves gives way to all the others, whoever publishes them.
         let with_truth = truth_of.has(index) || with_truth && !schedules.is_empty();
         let (trajectory, report) = match kind {
@@ -133,18 +120,48 @@ pub(crate) fn read(
             report,
         });
     }
+    let mut driven = Vec::new();
+    for section in &by_hand {
+        let callsign = name_of(section, &mut callsigns)?;
+        let row = type_row(section, &types)?;
+        let address = address_of(section, &mut addresses)?;
+        entries.extend(flight(section, airport, callsign, address, row)?);
+        driven.push((driven::read(section, &places, callsign, row)?, address, row.class.clone()));
+    }
     let first = entities.len();
-    let (behaving, added) =
+    let (mut behaving, mut added) =
         schedule::read(root, &schedules, run, airport, &types, first, with_truth)?;
     if let Some(both) = added.entities.iter().find(|a| callsigns.contains_key(&a.callsign)) {
         let problem = Problem::Duplicate { found: both.callsign.to_string(), first_line: 1 };
         return Err(root.refuse("traffic", problem));
+    }
+    if let (Some(section), None) = (by_hand.first(), &behaving) {
+        let needed = "a [[traffic]] of kind \"schedule\" or \"generated\" beside it: what is driven moves among flights that behave".into();
+        return Err(section.missing("kind", needed));
+    }
+    for (mover, address, class) in driven {
+        let index = first + added.entities.len();
+        added.entities.push(Entity {
+            callsign: Callsign::new(&mover.callsign),
+            address,
+            class,
+            application: 1 + (index as u16) % PARTITIONS,
+            number: 1 + index as u16,
+            trajectory: None,
+            report: None,
+        });
+        if let Some(behaving) = &mut behaving {
+            behaving.driven.push(mover);
+        }
     }
     entities.extend(added.entities);
     entries.extend(added.entries);
     files.extend(added.files);
     let behaving = behaving.map(|mut behaving| {
         behaving.obstacles = entities[..first].iter().filter_map(obstacle).collect();
+        if !behaving.driven.is_empty() {
+            behaving.pavement_m = driven::pavement_m(&airport.layout);
+        }
         Arc::new(behaving)
     });
     entries.sort_by_key(|e: &FlightEntry| e.callsign);
@@ -154,6 +171,43 @@ pub(crate) fn read(
     });
     let flight_list = FlightList { entries, runways: ends.collect() };
     Ok((Traffic { entities, types, behaving }, flight_list, files))
+}
+
+/// The name of a mover, which no other has; `known`: lines of names.
+fn name_of(
+    section: &Section,
+    known: &mut BTreeMap<Callsign, usize>,
+) -> Result<Callsign, ScenarioError> {
+    let text = section.need_text("callsign", "a call sign or vehicle name")?;
+    let callsign = Callsign::new(text);
+    if callsign.as_str() != text || text.is_empty() {
+        let needed = "1 to 11 upper-case letters, digits or signs".into();
+        let found = format!("the text {text:?}");
+        return Err(section.refuse("callsign", Problem::WrongKind { found, needed }));
+    }
+    match known.insert(callsign, section.line_of("callsign")) {
+        Some(first_line) => {
+            let found = text.into();
+            Err(section.refuse("callsign", Problem::Duplicate { found, first_line }))
+        }
+        None => Ok(callsign),
+    }
+}
+
+/// The address of a mover, which no other has; `known`: lines of addresses.
+fn address_of(
+    section: &Section,
+    known: &mut BTreeMap<u32, usize>,
+) -> Result<Option<u32>, ScenarioError> {
+    let address = section.integer("address", 1, 0xff_fffe)?.map(|a| a as u32);
+    let line = section.line_of("address");
+    match address.and_then(|a| Some((a, known.insert(a, line)?))) {
+        Some((address, first_line)) => {
+            let found = address.to_string();
+            Err(section.refuse("address", Problem::Duplicate { found, first_line }))
+        }
+        None => Ok(address),
+    }
 }
 
 /// A mover of which every place is known, as those who behave see it.

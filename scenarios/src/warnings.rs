@@ -100,7 +100,7 @@ fn of(scene: &Scene, root: &Section) -> Result<Vec<Warning>, ScenarioError> {
                 ),
             );
         }
-        if ["parked", "recorded", "route"].contains(&kind) && !section.has("flight") {
+        if ["parked", "recorded", "route", "driven"].contains(&kind) && !section.has("flight") {
             let name = section.text("callsign")?.unwrap_or("");
             say(
                 3,

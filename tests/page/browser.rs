@@ -81,6 +81,11 @@ impl Browser {
         Some(browser)
     }
 
+    /// Leaves the page for another one.
+    pub(crate) fn go(&mut self, url: &str) {
+        self.call("Page.navigate", json!({"url": url}));
+    }
+
     /// Sets the size of the window.
     pub(crate) fn resize(&mut self, [width, height]: [u32; 2]) {
         self.call(

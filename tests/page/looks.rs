@@ -141,6 +141,7 @@ fn axe_finds_nothing_to_complain_about() {
     w.browser.eval("document.getElementById('layer-video').click()");
     w.browser.key("i");
     seats::sit_down(&mut w);
+    drive::at_the_wheel(&mut w);
     w.browser.eval(&format!("{axe};1"));
     for size in [WINDOW, [390, 800]] {
         w.browser.resize(size);

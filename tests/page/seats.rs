@@ -45,7 +45,7 @@ fn orders(w: &Watched) -> Arc<Mutex<Vec<SeatOrder>>> {
 
 /// Takes the ground and shows who waits there.
 pub(super) fn sit_down(w: &mut Watched) -> Value {
-    w.browser.click_on("#tab-seats");
+    w.browser.eval("document.getElementById('tab-seats').click()");
     stands(w, 40.0, &Value::Null, &json!([]));
     w.browser.until(&format!("document.querySelector('{GROUND}')?.textContent === 'Take'"));
     let me = w.browser.eval("document.getElementById('person').value");

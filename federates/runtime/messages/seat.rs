@@ -2,6 +2,7 @@
 //! a frame.
 
 use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 
 /// What somebody does at a seat.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -28,6 +29,15 @@ pub enum SeatAction {
         /// Word of the clearance ("TAX").
         clearance: String,
     },
+    /// Drives what the seat has, in thousandths: throttle −1000 (backwards) to 1000, brake 0 to 1000, steer −1000 (left) to 1000.
+    Drive {
+        /// Share of the largest speed.
+        throttle: i16,
+        /// Share of the brake.
+        brake: i16,
+        /// Share of the largest angle of the wheels.
+        steer: i16,
+    },
 }
 
 impl SeatAction {
@@ -41,6 +51,7 @@ impl SeatAction {
             Self::Decide { accept: true, .. } => "accept",
             Self::Decide { accept: false, .. } => "refuse",
             Self::Say { .. } => "say",
+            Self::Drive { .. } => "drive",
         }
     }
 
@@ -67,22 +78,41 @@ impl SeatAction {
                 kind: clearance.to_owned(),
                 accept: word == "accept",
             }),
+            "drive" => {
+                let wish = clearance.split_whitespace().map(str::parse::<i16>);
+                match wish.collect::<Result<Vec<_>, _>>().as_deref() {
+                    Ok(&[throttle, brake, steer])
+                        if throttle.abs() <= 1000
+                            && (0..=1000).contains(&brake)
+                            && steer.abs() <= 1000 =>
+                    {
+                        Ok(Self::Drive { throttle, brake, steer })
+                    }
+                    _ => Err("drive: give as clearance throttle (-1000 to 1000), brake (0 to 1000) and steer (-1000 to 1000) \
+                         with blanks between, like \"300 0 -150\""
+                        .to_owned()),
+                }
+            }
             other => {
                 let other: String = other.chars().take(32).collect();
                 Err(format!(
-                    "there is no action {other:?}: take, leave, here, say, accept or refuse"
+                    "there is no action {other:?}: take, leave, here, say, accept, refuse or drive"
                 ))
             }
         }
     }
 
-    /// To whom something is said, and what, or which advice is decided upon; empty where nothing is.
+    /// To whom something is said, and what, which advice is decided upon, or how it is driven; empty where nothing is. What
+    /// [`SeatAction::of`] reads.
     #[must_use]
-    pub fn said(&self) -> (&str, &str) {
+    pub fn said(&self) -> (&str, Cow<'_, str>) {
         match self {
-            Self::Say { callsign, clearance } => (callsign, clearance),
-            Self::Decide { callsign, kind, .. } => (callsign, kind),
-            _ => ("", ""),
+            Self::Say { callsign, clearance } => (callsign, clearance.into()),
+            Self::Decide { callsign, kind, .. } => (callsign, kind.into()),
+            Self::Drive { throttle, brake, steer } => {
+                ("", format!("{throttle} {brake} {steer}").into())
+            }
+            _ => ("", "".into()),
         }
     }
 }
@@ -111,7 +141,7 @@ pub struct SeatWords {
     /// To whom, with `say`; of whom the advice is, with `accept` and `refuse`.
     #[serde(default)]
     pub callsign: String,
-    /// Which clearance, with `say`; which kind of advice, with `accept` and `refuse`.
+    /// Which clearance, with `say`; which kind of advice, with `accept` and `refuse`; throttle, brake and steer, with `drive`.
     #[serde(default)]
     pub clearance: String,
 }

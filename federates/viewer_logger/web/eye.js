@@ -9,6 +9,7 @@ import { Link } from "./link.js";
 import { MapView } from "./map.js";
 import { readState } from "./state.js";
 import { element, utc } from "./text.js";
+import { Wheel, wordsOf } from "./wheel.js";
 
 const byId = (id) => document.getElementById(id);
 const AHEAD_S = 2, CLEAR_FOV = 40, NEAR_FOV = 7;
@@ -69,6 +70,7 @@ const link = new Link({
       build();
       map?.setAirport(message.map);
     } else if (message.type === "weather") state.notices = message.notices;
+    else if (message.type === "driven") wheel.take(message.state);
     else if (message.type === "state") state.rate = message.state.phase === "RUNNING" ? message.state.achieved_rate || message.state.rate || 0 : 0;
     else if (message.type === "timeline") {
       const first = !state.timeline;
@@ -90,6 +92,42 @@ const link = new Link({
   },
   state: () => {},
 }, () => []);
+
+// ---- at the wheel of what one looks out of, where people may drive it ----
+
+const wheel = new Wheel(link, {
+  changed: () => draw(),
+  rate: () => (state.scan?.newest ? state.rate : 0),
+  refused: (why) => (state.refused = why),
+});
+
+/** What people drive, by call sign, as it is now; nothing in the past. */
+function drivenNow() {
+  return new Map(state.scan?.newest ? wheel.movers().map((m) => [m.callsign, m]) : []);
+}
+
+/** Truth of a target, brought to now where somebody drives it. */
+function asDriven(t, driven) {
+  const m = driven.get(t.callsign);
+  return m ? { truth: { ...t, x: m.at_m[0], y: m.at_m[1], vx: 0, vy: 0, ax: 0, ay: 0, heading: m.heading_rad }, now: true } : { truth: t, now: false };
+}
+
+async function drive() {
+  const mover = drivenNow().get(state.of);
+  state.refused = "";
+  if (wheel.mine) await wheel.leave();
+  else if (mover) await wheel.sit(mover.seat);
+  draw();
+}
+
+function showWheel() {
+  const aboardOne = state.eye === "pilot" || state.eye === "driver", mover = aboardOne ? drivenNow().get(state.of) : null, button = byId("drive");
+  button.hidden = !mover;
+  button.setAttribute("aria-pressed", String(Boolean(mover && wheel.mine === mover.seat)));
+  button.disabled = Boolean(mover?.taken && wheel.mine !== mover.seat);
+  const words = state.refused || (mover && wheel.mine === mover.seat ? wordsOf(mover, wheel.parked) : "");
+  if (byId("wheel-says").textContent !== words) byId("wheel-says").textContent = words;
+}
 
 /** Who can be looked out of. */
 function offer() {
@@ -123,7 +161,8 @@ function pose() {
   if ((state.eye === "pilot" || state.eye === "driver") && state.scan) {
     const own = state.scan.truth.find((t) => t.callsign === state.of);
     if (own) {
-      const { eye, look } = aboard(own, dt, state.eye);
+      const { truth, now } = asDriven(own, drivenNow());
+      const { eye, look } = aboard(truth, now ? 0 : dt, state.eye);
       return { eye, look: [look[0] + state.look[0], state.look[1]], own: own.id };
     }
   }
@@ -151,8 +190,9 @@ function light(eye) {
 }
 
 function targetsAt(dt) {
-  return (state.scan?.truth ?? []).filter((t) => Number.isFinite(t.x + t.y)).map((t) => {
-    const at = reckoned(t, dt), height = t.aircraft ? Math.min(20, 0.3 * (t.lengthM || 10)) : 2;
+  const driven = drivenNow();
+  return (state.scan?.truth ?? []).filter((t) => Number.isFinite(t.x + t.y)).map((t0) => {
+    const { truth: t, now } = asDriven(t0, driven), at = reckoned(t, now ? 0 : dt), height = t.aircraft ? Math.min(20, 0.3 * (t.lengthM || 10)) : 2;
     return { id: t.callsign || t.id, key: t.id, truth: t, ground: at, at: [at[0], at[1], Math.max(0, at[2]) + height / 2] };
   });
 }
@@ -193,7 +233,7 @@ function draw() {
   requestAnimationFrame(() => {
     asked = false;
     paint();
-    if (age() > 0 && age() < AHEAD_S) draw(); // truth is carried on: the picture moves
+    if ((age() > 0 && age() < AHEAD_S) || wheel.mine) draw(); // truth is carried on: the picture moves
   });
 }
 
@@ -204,6 +244,7 @@ function paint() {
   byId("who").textContent = state.eye === "tower" || state.eye === "free" ? state.eye : `${state.eye} ${state.of ?? ""}`;
   byId("utc").textContent = `${utc(state.run?.start_utc_ns, (state.scan?.timeS ?? 0) + dt)} UTC`;
   byId("air").textContent = Number.isFinite(l.visibility) && l.visibility !== null ? `visibility ${Math.round(l.visibility)} m` : "clear";
+  showWheel();
   byId("age").textContent = dt > 0 ? `reckoned ${dt.toFixed(1)} s` : "";
   if (map) map.unseen = new Set(visible());
   map?.dirty();
@@ -290,12 +331,26 @@ const KEYS = {
 };
 document.addEventListener("keydown", (event) => {
   if (event.ctrlKey || event.altKey || event.metaKey || event.target.matches("select")) return;
+  // Who drives, drives with these keys; he looks around with the mouse.
+  if (wheel.mine && event.key !== "Tab") {
+    if (event.key === "Escape") drive();
+    else if (!wheel.key(event.key, true) && !["b", "m"].includes(event.key.toLowerCase())) return;
+    else if (["b", "m"].includes(event.key.toLowerCase())) KEYS[event.key.toLowerCase()]();
+    event.preventDefault();
+    return;
+  }
   const act = KEYS[event.key] ?? KEYS[event.key.toLowerCase()];
   if (!act) return;
   act();
   event.preventDefault();
 });
 for (const button of document.querySelectorAll("[data-eye]")) button.addEventListener("click", () => choose(button.dataset.eye));
+document.addEventListener("keyup", (event) => wheel.key(event.key, false));
+window.addEventListener("blur", () => wheel.held.clear());
+byId("drive").addEventListener("click", () => {
+  drive();
+  byId("drive").blur();
+});
 byId("binoculars").addEventListener("click", binoculars);
 byId("split").addEventListener("click", split);
 byId("of").addEventListener("change", (event) => {

@@ -46,6 +46,7 @@ export function expose({ state, map, line, curve, alerts, panes, insets, address
     flights: () => copy(state.flights),
     alerts: () => copy(alerts.open),
     strips: () => copy(state.strips),
+    driven: () => copy(state.driven),
     said: () => copy({ traffic: state.traffic, lights: map.said.lights }),
     federates: () => copy(state.federates),
     operations: () => copy(state.operations),

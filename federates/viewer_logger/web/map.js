@@ -476,6 +476,7 @@ export class MapView {
     g.setTransform(ratio, 0, 0, ratio, 0, 0);
     paintSelected(g, cam, this.c, this.find(this.selected));
     this.tools?.paint(g, this);
+    this.driven?.paint(g);
     paintScale(g, cam, this.c);
     if (this.hidden.length) {
       g.font = "11px B612, sans-serif";

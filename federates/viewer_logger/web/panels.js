@@ -11,6 +11,7 @@ const FILES = [
   "tracks",
   "strips",
   "seats",
+  "drive",
   "effects",
   "filter",
   "flights",

@@ -115,3 +115,77 @@ fn inputs_of_another_run_come_in_their_frames_with_their_numbers() {
     assert!(error.contains("inputs.jsonl: longer than 16 MiB"), "{error}");
     let _ = std::fs::remove_dir_all(&folder);
 }
+
+fn wheel() -> SeatDoor {
+    let mut door = door();
+    door.seats.push("driver FOLLOW1".into());
+    door.wheels.insert("driver FOLLOW1".into());
+    door.paced(1.0);
+    door
+}
+
+fn drive(throttle: i16) -> SeatAction {
+    SeatAction::Drive { throttle, brake: 0, steer: 0 }
+}
+
+/// Of what one driver wishes before a frame the last counts, and of nobody else's anything is lost; after 5 s of silence he is gone.
+#[test]
+fn of_many_wishes_before_a_frame_the_last_counts_and_a_silent_driver_is_gone_soon() {
+    let mut door = wheel();
+    assert!(door.ask(order("driver FOLLOW1", "anna", SeatAction::Take), 0).accepted);
+    assert!(door.ask(order("ground", "ben", SeatAction::Take), 0).accepted);
+    for throttle in 0..500 {
+        assert!(door.ask(order("driver FOLLOW1", "anna", drive(throttle)), 0).accepted);
+    }
+    let inputs = door.admit(1, 0);
+    let actions: Vec<_> = inputs.iter().map(|i| i.order.action.clone()).collect();
+    assert_eq!(actions, [SeatAction::Take, SeatAction::Take, drive(499)]);
+    assert!(inputs.windows(2).all(|w| w[0].number < w[1].number));
+    assert!(door.admit(2, 4 * SECOND_NS).is_empty());
+    let gone = door.admit(3, 6 * SECOND_NS);
+    assert_eq!(gone.len(), 1, "{gone:?}");
+    assert_eq!(gone[0].order, order("driver FOLLOW1", "anna", SeatAction::Leave));
+    assert!(door.ask(order("driver FOLLOW1", "ben", SeatAction::Take), 6 * SECOND_NS).accepted);
+}
+
+#[test]
+fn who_cannot_drive_hears_why() {
+    let mut door = wheel();
+    door.ask(order("driver FOLLOW1", "anna", SeatAction::Take), 0);
+    door.ask(order("ground", "anna", SeatAction::Take), 0);
+    for (asked, why) in [
+        (order("driver FOLLOW1", "ben", drive(1)), "driver FOLLOW1 is taken by anna"),
+        (order("driver FOLLOW1", "anna", say("SWR1A", "TAX")), "driver FOLLOW1 drives"),
+        (
+            order("ground", "anna", drive(1)),
+            "nothing is driven from ground; there are driver FOLLOW1",
+        ),
+        (order("driver CAR9", "anna", SeatAction::Take), "there is no seat \"driver CAR9\""),
+    ] {
+        let answer = door.ask(asked, 0);
+        assert!(!answer.accepted && answer.text.starts_with(why), "{answer:?}");
+    }
+    // Faster than real time nobody drives; as fast as it he does, and giving up is always possible.
+    door.paced(4.0);
+    let answer = door.ask(order("driver FOLLOW1", "anna", drive(1)), 0);
+    assert!(!answer.accepted && answer.text.contains("4.0 times real time"), "{answer:?}");
+    assert!(door.ask(order("driver FOLLOW1", "anna", SeatAction::Leave), 0).accepted);
+    let answer = door.ask(order("driver FOLLOW1", "anna", SeatAction::Take), 0);
+    assert!(!answer.accepted && answer.text.contains("rate 1"), "{answer:?}");
+    door.paced(1.0);
+    assert!(door.ask(order("driver FOLLOW1", "anna", SeatAction::Take), 0).accepted);
+}
+
+/// Words and actions are each other's: what the log keeps is read back the same.
+#[test]
+fn what_is_driven_is_written_and_read_back_the_same() {
+    for (throttle, brake, steer) in [(0, 0, 0), (-1000, 1000, 1000), (333, 0, -1000)] {
+        let action = SeatAction::Drive { throttle, brake, steer };
+        let (callsign, clearance) = action.said();
+        assert_eq!(SeatAction::of(action.word(), callsign, &clearance), Ok(action.clone()));
+    }
+    for wrong in ["", "1 2", "1 2 3 4", "1001 0 0", "0 -1 0", "0 0 -1001", "a b c", "1e9 0 0"] {
+        let why = SeatAction::of("drive", "", wrong).expect_err(wrong);
+        assert!(why.starts_with("drive: give"), "{why}");
+    }
+}

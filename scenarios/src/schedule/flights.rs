@@ -58,7 +58,7 @@ fn runs_where_unknown(designator: &str, wake: Option<WakeCategory>) -> UsualRuns
 }
 
 /// From nose wheel to main gear, m (standard literature, from memory; others 0.37 of the length).
-fn wheelbase_m(designator: &str, length_m: f64) -> f64 {
+pub(crate) fn wheelbase_m(designator: &str, length_m: f64) -> f64 {
     let known = [
         ("A319", 11.0),
         ("A320", 12.6),

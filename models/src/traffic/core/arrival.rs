@@ -367,7 +367,7 @@ impl Core {
             return;
         }
         if let Some(o) = self.seen_on_runway(m).filter(|_| cleared) {
-            let why = format!("{} is on the runway", self.flights[o].callsign);
+            let why = format!("{} is on the runway", self.name_of(o));
             self.give_up_landing(m, &why);
             return;
         }

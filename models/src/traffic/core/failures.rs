@@ -242,6 +242,9 @@ impl Core {
     pub fn vehicle_name(&self, n: usize) -> Option<&str> {
         let with_car = |f: &&Failing| f.failure.kind == FailureKind::VehicleOnRunway;
         let place = n.checked_sub(self.movers.len())?;
+        if let Some(driven) = place.checked_sub(self.cars()) {
+            return self.hands.get(driven).map(|hand| hand.of.callsign.as_str());
+        }
         self.failing.iter().filter(with_car).nth(place).map(|f| f.failure.vehicle.as_str())
     }
 
@@ -249,6 +252,12 @@ impl Core {
     #[must_use]
     pub fn stand_m(&self, stand: usize) -> Vector2<f64> {
         self.net.stands[stand].at_m
+    }
+
+    /// How many failures have a vehicle.
+    pub(super) fn cars(&self) -> usize {
+        let with_car = |f: &&Failing| f.failure.kind == FailureKind::VehicleOnRunway;
+        self.failing.iter().filter(with_car).count()
     }
 
     /// State of the vehicle of the `n`-th failure that has one.

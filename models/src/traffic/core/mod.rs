@@ -12,6 +12,7 @@ mod drive;
 mod equipment;
 mod failures;
 mod flight;
+mod hand;
 mod measures;
 mod notice;
 mod obstacles;
@@ -25,6 +26,7 @@ mod told;
 pub use equipment::drawn_failures;
 pub use failures::{Failure, FailureKind, Shown};
 pub use flight::{Clearance, Direction, Flight, Measures, Phase, Policy, Remark, Waiting};
+pub use hand::{AtWheel, Driven, SILENT_S, Wish};
 pub use notice::{ClearedBy, Notice, Order};
 pub use obstacles::Obstacle;
 use runway::TookOff;
@@ -167,6 +169,9 @@ pub struct Core {
     failing: Vec<Failing>,
     shown: Vec<Shown>,
     obstacles: obstacles::Obstacles,
+    /// Movers that people drive, and where it is paved.
+    hands: Vec<hand::Hand>,
+    pavement_m: Arc<Vec<Vec<crate::frames::Vector2<f64>>>>,
     /// By stand, size, runway and end: whether there is a way to leave it by.
     leaves: BTreeMap<(usize, (u64, u64), usize, usize), bool>,
     /// Rings of movers that wait for each other under a policy that rules them out.
@@ -228,6 +233,8 @@ impl Core {
             failing: Vec::new(),
             shown: Vec::new(),
             obstacles: obstacles::Obstacles::default(),
+            hands: Vec::new(),
+            pavement_m: Arc::default(),
             leaves: BTreeMap::new(),
             unexpected: 0,
         };
@@ -249,6 +256,7 @@ impl Core {
         self.time_s = frame as f64 * self.step_s;
         self.frame = frame;
         self.apply_notices();
+        self.move_hands();
         let frames_a_second = (1.0 / self.step_s).round().max(1.0) as i64;
         if frame.rem_euclid(frames_a_second) == 0 {
             self.look_at_obstacles();

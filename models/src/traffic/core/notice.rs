@@ -4,6 +4,7 @@
 //! later of that and the next frame, in the order (effect frame, source, sequence). So equal notices give equal
 //! bits, also in a replay and in whoever simulates itself to the present.
 
+use super::hand::Wish;
 use super::{Core, Phase};
 use crate::control::clearance::ClearanceKind;
 
@@ -33,6 +34,12 @@ pub enum Order {
     Hold,
     /// Stands still for so long, s: an engine, a tyre, somebody asleep.
     Stop(f64),
+    /// A person takes a driven mover,
+    Take,
+    /// gives it up, so that it brakes and stands,
+    Leave,
+    /// and drives it.
+    Drive(Wish),
 }
 
 impl Order {
@@ -57,7 +64,7 @@ pub struct Notice {
     pub source: String,
     /// Number of its source.
     pub sequence: u64,
-    /// Flight (index into [`Core::flights`]).
+    /// Flight (index into [`Core::flights`]), or a driven mover (from [`Core::first_driven`] on).
     pub flight: usize,
     /// What is asked.
     pub order: Order,
@@ -106,7 +113,7 @@ impl Core {
     /// Takes a notice in; the frame at which it takes effect.
     pub fn notice(&mut self, notice: Notice) -> i64 {
         let effect_frame = notice.effect_frame.max(self.frame + 1);
-        if self.waiting.len() >= MOST_WAITING || notice.flight >= self.flights.len() {
+        if self.waiting.len() >= MOST_WAITING || !self.takes(&notice) {
             self.remark(format!("a notice of {} was left out", notice.source));
             return effect_frame;
         }
@@ -117,11 +124,26 @@ impl Core {
         effect_frame
     }
 
+    /// Whether there is such a mover, and it can do that.
+    fn takes(&self, notice: &Notice) -> bool {
+        let by_hand = matches!(notice.order, Order::Take | Order::Leave | Order::Drive(_));
+        let hand = notice.flight.checked_sub(self.first_driven());
+        match by_hand {
+            true => hand.is_some_and(|n| n < self.hands.len()),
+            false => notice.flight < self.flights.len(),
+        }
+    }
+
     pub(super) fn apply_notices(&mut self) {
         while self.waiting.first().is_some_and(|n| n.effect_frame <= self.frame) {
             let notice = self.waiting.remove(0);
             let (m, now) = (notice.flight, self.time_s);
+            if m >= self.flights.len() {
+                self.drive_by_hand(m - self.first_driven(), notice.order);
+                continue;
+            }
             match notice.order {
+                Order::Take | Order::Leave | Order::Drive(_) => {}
                 // One that is cleared to land has the runway already, and lands; a person may think better of it.
                 Order::Clear(ClearanceKind::GoAround) => {
                     let mover = &self.movers[m];

@@ -2,7 +2,7 @@
 //!
 //! Once a second each of them holds the pieces that its outline touches now and on the way on which it could stop, and
 //! every runway in whose strip it is within the next minute. Nobody behaving takes these; who has taken one before is
-//! reported if they overlap.
+//! reported if they overlap. Movers that people drive ([`hand`](super::hand)) are looked at alike, on the way on which they could stop.
 
 use super::{Core, Mover, Phase};
 use crate::frames::Vector2;
@@ -58,6 +58,13 @@ impl Core {
         if all.is_empty() {
             return self;
         }
+        self.obstacles.all = Arc::new(all);
+        self.beside_others();
+        self
+    }
+
+    /// Whoever was put on a stand is put again, beside obstacles and what people drive.
+    pub(super) fn beside_others(&mut self) {
         let line = |piece: &crate::traffic::pieces::Piece| {
             let [a, b] = self.net.edges[piece.edge].nodes.map(|n| self.net.nodes[n].at_m);
             let along = (b - a) / (b - a).norm().max(1e-9);
@@ -71,14 +78,13 @@ impl Core {
             ends.into_iter().for_each(|s| squares.entry(s).or_default().push(z as u32));
         }
         self.obstacles = Obstacles {
-            all: Arc::new(all),
+            all: Arc::clone(&self.obstacles.all),
             lines: Arc::new(lines),
             squares: Arc::new(squares),
             held: BTreeMap::new(),
             runways: vec![None; self.net.runways.len()],
             told: BTreeSet::new(),
         };
-        // Whoever was put on a stand is put again, beside them.
         let seed = self.seed;
         let flights = Arc::clone(&self.flights);
         self.movers =
@@ -89,7 +95,24 @@ impl Core {
         self.clearances.clear();
         self.look_at_obstacles();
         self.appear();
-        self
+    }
+
+    /// Nobody is there but those who behave.
+    fn alone(&self) -> bool {
+        self.obstacles.all.is_empty() && self.hands.is_empty()
+    }
+
+    /// A driven mover among those that `obstacle_on` names.
+    pub(super) fn beside_hand(&self, n: usize) -> usize {
+        self.movers.len() + self.obstacles.all.len() + n
+    }
+
+    /// Lines of pieces within a square of a place.
+    pub(super) fn lines_near(&self, at: Vector2<f64>) -> impl Iterator<Item = [Vector2<f64>; 2]> {
+        let (x, y) = square(at);
+        let squares = (x - 1..=x + 1).flat_map(move |x| (y - 1..=y + 1).map(move |y| (x, y)));
+        let pieces = squares.filter_map(|s| self.obstacles.squares.get(&s)).flatten();
+        pieces.map(|z| self.obstacles.lines[*z as usize])
     }
 
     /// An obstacle that holds a piece against a mover of a class: counted on from the movers.
@@ -102,48 +125,50 @@ impl Core {
 
     /// An obstacle in, or soon in, the strip of this runway or of one that crosses it.
     pub(super) fn obstacle_on_runway(&self, r: usize) -> Option<usize> {
-        if self.obstacles.all.is_empty() {
+        if self.alone() {
             return None;
         }
         self.crossing[r].iter().find_map(|c| self.obstacles.runways[*c])
     }
 
-    /// Name of a flight or obstacle.
+    /// Name of a flight, an obstacle or a driven mover.
     pub(super) fn name_of(&self, who: usize) -> &str {
-        match self.flights.get(who) {
-            Some(flight) => &flight.callsign,
-            None => self.obstacles.all.get(who - self.flights.len()).map_or("", |o| &o.callsign),
+        let Some(other) = who.checked_sub(self.flights.len()) else {
+            return &self.flights[who].callsign;
+        };
+        match other.checked_sub(self.obstacles.all.len()) {
+            None => &self.obstacles.all[other].callsign,
+            Some(n) => self.hands.get(n).map_or("", |hand| &hand.of.callsign),
         }
     }
 
     /// Once a second: what obstacles hold, and whom they overlap.
     pub(super) fn look_at_obstacles(&mut self) {
-        if self.obstacles.all.is_empty() {
+        if self.alone() {
             return;
         }
         let all = Arc::clone(&self.obstacles.all);
-        let now = SimTime::from_s(self.time_s);
-        let after = |s: f64| SimTime::from_s(self.time_s + s);
         let mut held: BTreeMap<u32, Vec<(u32, f64)>> = BTreeMap::new();
         let mut runways = vec![None; self.net.runways.len()];
         let mut bodies: Vec<(usize, Vector2<f64>, [Rectangle; 2])> = Vec::new();
+        let mut hold = |o: usize, touched: BTreeMap<u32, f64>| {
+            for (z, distance_m) in touched {
+                held.entry(z).or_default().push((o as u32, distance_m));
+            }
+        };
+        let after = |s: f64| SimTime::from_s(self.time_s + s);
         for (o, obstacle) in all.iter().enumerate() {
             for k in 0..=12 {
                 let ahead_s = RUNWAY_AHEAD_S * f64::from(k) / 12.0;
                 let Some(state) = obstacle.trajectory.at(after(ahead_s)) else { continue };
-                for (r, runway) in self.net.runways.iter().enumerate() {
-                    let (place, across) = runway.place_m(state.position_m.xy());
-                    let beside = (-60.0..=runway.length_m + 60.0).contains(&place);
+                if state.position_m.z < 150.0 {
                     // One that is only parked beside it has been there when the airport was made.
                     let moves = state.velocity_mps.norm() > 0.0;
-                    let inside = beside && across.abs() < runway.hold_distance_m - 5.0;
-                    let on = across.abs() < 0.5 * runway.width_m + 5.0;
-                    if inside && (moves || on) && state.position_m.z < 150.0 {
-                        runways[r].get_or_insert(self.movers.len() + o);
-                    }
+                    self.occupy(&mut runways, o, state.position_m.xy(), moves);
                 }
             }
-            let Some(state) = obstacle.trajectory.at(now).filter(|s| s.position_m.z < 3.0) else {
+            let on_ground = |s: &crate::truth::TruthState| s.position_m.z < 3.0;
+            let Some(state) = obstacle.trajectory.at(after(0.0)).filter(on_ground) else {
                 continue;
             };
             let speed = state.velocity_mps.norm();
@@ -153,36 +178,22 @@ impl Core {
                 // About to start: where it is in two seconds.
                 2.0
             };
-            let mut touched: BTreeMap<u32, f64> = BTreeMap::new();
-            let mut ahead_s = 0.0;
-            let mut last = None;
-            while ahead_s <= most_s {
-                let then = obstacle.trajectory.at(after(ahead_s)).filter(|s| s.position_m.z < 3.0);
-                ahead_s += 1.0;
-                let Some(then) = then else { continue };
-                let at = then.position_m.xy();
-                if last == Some(at) {
-                    continue;
-                }
-                last = Some(at);
-                let body = outline(obstacle.size, at, then.heading_rad);
-                let (x, y) = square(at);
-                for near in (x - 1..=x + 1).flat_map(|x| (y - 1..=y + 1).map(move |y| (x, y))) {
-                    for z in self.obstacles.squares.get(&near).into_iter().flatten() {
-                        let line = self.obstacles.lines[*z as usize];
-                        let distance_m = distance_to_line_m(&body, line);
-                        if distance_m < SIZES[SIZES.len() - 1].half_span_m + ROOM_M {
-                            let least = touched.entry(*z).or_insert(f64::INFINITY);
-                            *least = least.min(distance_m);
-                        }
-                    }
-                }
-            }
-            for (z, distance_m) in touched {
-                held.entry(z).or_default().push((o as u32, distance_m));
-            }
+            let times = (0..=most_s as u32).map(|k| after(f64::from(k)));
+            let there = times.filter_map(|then| obstacle.trajectory.at(then).filter(on_ground));
+            let poses = there.map(|s| (s.position_m.xy(), s.heading_rad));
+            hold(o, self.touched(obstacle.size, poses));
             let body = outline(obstacle.size, state.position_m.xy(), state.heading_rad);
             bodies.push((o, state.position_m.xy(), body));
+        }
+        for (n, hand) in self.hands.iter().enumerate() {
+            let o = all.len() + n;
+            let way = hand.stopping();
+            for (_, at, _) in &way {
+                self.occupy(&mut runways, o, *at, true);
+            }
+            hold(o, self.touched(hand.of.size, way.into_iter().map(|(_, at, to)| (at, to))));
+            let at = hand.middle_m();
+            bodies.push((o, at, outline(hand.of.size, at, hand.heading_rad())));
         }
         if held != self.obstacles.held || runways != self.obstacles.runways {
             self.version += 1;
@@ -190,6 +201,47 @@ impl Core {
         self.obstacles.held = held;
         self.obstacles.runways = runways;
         self.tell_overlaps(&bodies);
+    }
+
+    /// An obstacle at a place has the runways in whose strips that is; one that never moves only those that it stands on.
+    fn occupy(&self, runways: &mut [Option<usize>], o: usize, at: Vector2<f64>, moves: bool) {
+        for (r, runway) in self.net.runways.iter().enumerate() {
+            let (place, across) = runway.place_m(at);
+            let beside = (-60.0..=runway.length_m + 60.0).contains(&place);
+            let inside = beside && across.abs() < runway.hold_distance_m - 5.0;
+            let on = across.abs() < 0.5 * runway.width_m + 5.0;
+            if inside && (moves || on) {
+                runways[r].get_or_insert(self.movers.len() + o);
+            }
+        }
+    }
+
+    /// Pieces that somebody is near at some poses (place of the middle, heading), and how near, m.
+    fn touched(
+        &self,
+        size: Size,
+        poses: impl Iterator<Item = (Vector2<f64>, f64)>,
+    ) -> BTreeMap<u32, f64> {
+        let mut touched: BTreeMap<u32, f64> = BTreeMap::new();
+        let mut last = None;
+        for (at, heading_rad) in poses {
+            if last.replace(at) == Some(at) {
+                continue;
+            }
+            let body = outline(size, at, heading_rad);
+            let (x, y) = square(at);
+            for near in (x - 1..=x + 1).flat_map(|x| (y - 1..=y + 1).map(move |y| (x, y))) {
+                for z in self.obstacles.squares.get(&near).into_iter().flatten() {
+                    let line = self.obstacles.lines[*z as usize];
+                    let distance_m = distance_to_line_m(&body, line);
+                    if distance_m < SIZES[SIZES.len() - 1].half_span_m + ROOM_M {
+                        let least = touched.entry(*z).or_insert(f64::INFINITY);
+                        *least = least.min(distance_m);
+                    }
+                }
+            }
+        }
+        touched
     }
 
     fn tell_overlaps(&mut self, bodies: &[(usize, Vector2<f64>, [Rectangle; 2])]) {
@@ -212,10 +264,24 @@ impl Core {
                 }
             }
         }
+        let driven = |o: usize| o >= self.obstacles.all.len();
+        for (i, (b, _, body_b)) in bodies.iter().enumerate().filter(|(_, body)| driven(body.0)) {
+            for (a, _, body_a) in &bodies[..i] {
+                let both = (self.movers.len() + a, *b);
+                if !self.obstacles.told.contains(&both) && distance_m(body_a, body_b) == 0.0 {
+                    found.push(both);
+                }
+            }
+        }
+        let fixed = self.obstacles.all.len();
         for (m, o) in found {
             self.obstacles.told.insert((m, o));
-            let theirs = self.obstacles.all[o].callsign.clone();
-            self.remark(format!("{theirs} overlaps {}", self.flights[m].callsign));
+            let theirs = self.name_of(self.movers.len() + o).to_owned();
+            self.remark(format!("{theirs} overlaps {}", self.name_of(m)));
+            let other = m.checked_sub(self.movers.len()).and_then(|m| m.checked_sub(fixed));
+            for n in [o.checked_sub(fixed), other].into_iter().flatten() {
+                self.hands[n].contacts += 1;
+            }
         }
     }
 }

@@ -10,7 +10,11 @@ impl Core {
     #[must_use]
     pub fn state(&self, flight: usize) -> Option<TruthState> {
         if let Some(vehicle) = flight.checked_sub(self.movers.len()) {
-            return self.car_state(vehicle);
+            let cars = self.cars();
+            return match vehicle.checked_sub(cars) {
+                Some(driven) => self.hand_state(driven),
+                None => self.car_state(vehicle),
+            };
         }
         let m = self.movers.get(flight)?;
         let f = &self.flights[flight];
@@ -106,6 +110,7 @@ impl Core {
                 .for_each(|x| feed(x.to_bits()));
         }
         self.feed_failures(&mut feed);
+        self.feed_hands(&mut feed);
         hash
     }
 }

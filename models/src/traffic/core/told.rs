@@ -176,7 +176,7 @@ impl Core {
     /// Distance that is free before the guided point of a mover, m, as its pilot sees it; `None` while nobody goes by sight or nothing
     /// is near.
     pub(super) fn sees_free_m(&self, m: usize) -> Option<f64> {
-        if self.by_sight.is_empty() {
+        if self.by_sight.is_empty() && self.hands.is_empty() {
             return None;
         }
         let own = self.by_sight.contains(&m);
@@ -204,6 +204,14 @@ impl Core {
             let yields = own && !(self.by_sight.contains(&o) && o > m);
             if yields && self.movers[o].v > 0.5 {
                 bodies.extend(self.will_cover(o, theirs));
+            }
+        }
+        for hand in &self.hands {
+            if (hand.middle_m() - here.position_m.xy()).norm() < near_m {
+                let way = hand.stopping().into_iter();
+                bodies.extend(
+                    way.map(|(after_s, at, heading)| body(hand.of.size, at, heading, after_s)),
+                );
             }
         }
         if bodies.is_empty() {
@@ -276,7 +284,7 @@ impl Core {
     /// A roll that is rejected for what is ahead, or was cancelled: brakes, then stands lined up again. `true` while it does.
     pub(super) fn rejects_take_off(&mut self, m: usize) -> bool {
         if !self.movers[m].rejects {
-            if self.by_sight.is_empty() || self.movers[m].height_m > 0.0 {
+            if self.by_sight.is_empty() && self.hands.is_empty() || self.movers[m].height_m > 0.0 {
                 return false;
             }
             let Some(free_m) = self.sees_free_m(m) else { return false };
@@ -335,26 +343,33 @@ impl Core {
     pub(super) fn seen_on_runway(&self, m: usize) -> Option<usize> {
         let mover = &self.movers[m];
         let to_threshold_m = mover.threshold - mover.s;
-        if self.by_sight.is_empty() || !(0.0..LOOKS_M).contains(&to_threshold_m) {
+        if self.by_sight.is_empty() && self.hands.is_empty()
+            || !(0.0..LOOKS_M).contains(&to_threshold_m)
+        {
             return None;
         }
         let own = self.by_sight.contains(&m);
         let (r, end) = self.flights[m].runway;
         let runway = &self.net.runways[r];
-        (0..self.movers.len()).filter(|o| *o != m).find(|o| {
+        let on_it = |at: Vector2<f64>, length_m: f64| {
+            let (place_m, across_m) = runway.place_m(at);
+            let along_m = if end == 0 { place_m } else { runway.length_m - place_m };
+            let half_m = 0.5 * length_m;
+            (-60.0..runway.length_m + half_m).contains(&along_m)
+                && across_m.abs() < 0.5 * runway.width_m + half_m + 5.0
+        };
+        let mover = (0..self.movers.len()).filter(|o| *o != m).find(|o| {
             if !(own || self.by_sight.contains(o)) {
                 return false;
             }
             // Who rolls ahead is gone when it comes.
             let rolls = self.movers[*o].v > 20.0;
-            let Some(state) = self.state(*o).filter(|s| s.position_m.z < 12.0 && !rolls) else {
-                return false;
-            };
-            let (place_m, across_m) = runway.place_m(state.position_m.xy());
-            let along_m = if end == 0 { place_m } else { runway.length_m - place_m };
-            let half_m = 0.5 * self.flights[*o].size.length_m;
-            (-60.0..runway.length_m + half_m).contains(&along_m)
-                && across_m.abs() < 0.5 * runway.width_m + half_m + 5.0
+            let state = self.state(*o).filter(|s| s.position_m.z < 12.0 && !rolls);
+            state.is_some_and(|s| on_it(s.position_m.xy(), self.flights[*o].size.length_m))
+        });
+        mover.or_else(|| {
+            let on_it = |h: &super::hand::Hand| on_it(h.middle_m(), h.of.size.length_m);
+            self.hands.iter().position(on_it).map(|n| self.beside_hand(n))
         })
     }
 

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-/// Scans for which something is told again.
+/// Scans for which something is told again, if nothing else is said.
 const TOLD_FOR: u64 = 120;
 /// Scans between two messages that tell nothing new.
 const AGAIN_EVERY: u64 = 5;
@@ -11,26 +11,36 @@ const MOST: usize = 2000;
 
 /// What was told lately.
 #[derive(Debug)]
-pub(super) struct Repeated<T> {
+pub struct Repeated<T> {
     kept: VecDeque<(u64, T)>,
     scan: u64,
     told: u64,
+    told_for: u64,
 }
 
 impl<T> Default for Repeated<T> {
     fn default() -> Self {
-        Self { kept: VecDeque::new(), scan: 0, told: 0 }
+        Self::told_for(TOLD_FOR)
+    }
+}
+
+impl<T> Repeated<T> {
+    /// Tells everything again for so many scans.
+    #[must_use]
+    pub fn told_for(scans: u64) -> Self {
+        Self { kept: VecDeque::new(), scan: 0, told: 0, told_for: scans }
     }
 }
 
 impl<T: Clone> Repeated<T> {
     /// Number of the next one, from 1.
-    pub(super) fn next(&self) -> u64 {
+    #[must_use]
+    pub fn next(&self) -> u64 {
         self.told + 1
     }
 
     /// One more.
-    pub(super) fn tell(&mut self, one: T) {
+    pub fn tell(&mut self, one: T) {
         self.told += 1;
         if self.kept.len() >= MOST {
             self.kept.pop_front();
@@ -39,10 +49,10 @@ impl<T: Clone> Repeated<T> {
     }
 
     /// A scan is over: what is to be told with it, if anything.
-    pub(super) fn scan(&mut self) -> Option<Vec<T>> {
+    pub fn scan(&mut self) -> Option<Vec<T>> {
         let now = self.scan;
         self.scan += 1;
-        while self.kept.front().is_some_and(|(at, _)| at + TOLD_FOR < now) {
+        while self.kept.front().is_some_and(|(at, _)| at + self.told_for < now) {
             self.kept.pop_front();
         }
         let new = self.kept.back().is_some_and(|(at, _)| *at == now);

@@ -1,0 +1,58 @@
+//! What people drive, between the member `visitors`, the traffic generators and whoever replays a run: which seats there are, and what
+//! is done at them in which frame.
+//!
+//! An input is in the frame end of `visitors` at its own frame, and moves its vehicle [`delay_frames`] later, so that no generator
+//! waits for `visitors`.
+
+use crate::runtime::messages::{Frame, SeatAction, SeatInput};
+use models::traffic::core::{Core, Notice, Order, Wish};
+use scenarios::Scene;
+use scenarios::driven::{at_seat, seat_of};
+
+/// From an input to what it does, s of simulated time (`docs/traffic.md`, "By hand").
+const DELAY_S: f64 = 0.2;
+
+/// The same in frames, one at least.
+#[must_use]
+pub fn delay_frames(scene: &Scene) -> Frame {
+    (DELAY_S / scene.run.frame.s()).round().max(1.0) as Frame
+}
+
+/// Whether a scene has something to drive.
+#[must_use]
+pub fn any(scene: &Scene) -> bool {
+    scene.traffic.behaving.as_ref().is_some_and(|b| !b.driven.is_empty())
+}
+
+/// Names of the seats from which people drive.
+#[must_use]
+pub fn seats(scene: &Scene) -> Vec<String> {
+    scene.traffic.behaving.iter().flat_map(|b| b.driven.iter().map(seat_of)).collect()
+}
+
+/// The driven mover of a seat, from 0.
+#[must_use]
+pub fn index_of(scene: &Scene, seat: &str) -> Option<usize> {
+    scene.traffic.behaving.as_ref().and_then(|b| at_seat(&b.driven, seat))
+}
+
+/// What an input of frame `said` is to the core; `None` where it is none of a driver.
+#[must_use]
+pub fn notice(scene: &Scene, core: &Core, said: Frame, input: &SeatInput) -> Option<Notice> {
+    let mover = index_of(scene, &input.order.seat)?;
+    let order = match input.order.action {
+        SeatAction::Take => Order::Take,
+        SeatAction::Leave => Order::Leave,
+        SeatAction::Drive { throttle, brake, steer } => {
+            Order::Drive(Wish { throttle, brake, steer })
+        }
+        SeatAction::Here | SeatAction::Decide { .. } | SeatAction::Say { .. } => return None,
+    };
+    Some(Notice {
+        effect_frame: (said + delay_frames(scene)) as i64,
+        source: input.order.seat.clone(),
+        sequence: input.number,
+        flight: core.first_driven() + mover,
+        order,
+    })
+}
