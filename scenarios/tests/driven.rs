@@ -344,6 +344,141 @@ fn a_car_that_stands_on_a_taxiway_is_waited_for_and_not_touched() {
     }
 }
 
+/// Where a car darts in front of a flight: when, from where, and the line that the flight taxies along there.
+struct Dart {
+    flight: usize,
+    at_s: f64,
+    meets_m: Vector2<f64>,
+    across: Vector2<f64>,
+}
+
+/// Places where a flight taxies straight and fast with nobody near: one for each of some flights.
+fn darts(scene: &Scene) -> Vec<Dart> {
+    let behaving = scene.traffic.behaving.as_ref().expect("behaves");
+    let mut core = behaving.core(&scene.run, scene.run.seed).expect("with truth");
+    let mut seen: Vec<Vec<Option<(Vector2<f64>, f64, f64)>>> = Vec::new();
+    for frame in 1..=36_000 {
+        core.step(frame);
+        if frame % 20 == 0 {
+            let of = |f: usize| {
+                let s = core.state(f).filter(|_| core.phase(f) == Phase::Taxiing)?;
+                Some((s.position_m.xy(), s.heading_rad, s.velocity_mps.norm()))
+            };
+            seen.push((0..core.flights().len()).map(of).collect());
+        }
+    }
+    let mut found: Vec<Dart> = Vec::new();
+    for second in 60..seen.len().saturating_sub(60) {
+        for (flight, now) in seen[second].iter().enumerate() {
+            let Some((at, heading, speed)) = *now else { continue };
+            if !(6.0..13.0).contains(&speed) || found.iter().any(|d| d.flight == flight) {
+                continue;
+            }
+            let ahead = Azimuth::from_rad(heading).unit();
+            let meets_m = at + ahead * (8.0 * speed + 65.0);
+            let straight = (1..=22).all(|k| {
+                seen[second + k][flight].is_none_or(|(p, h, _)| {
+                    let off = p - at;
+                    (off - ahead * off.dot(&ahead)).norm() < 0.5
+                        && wrap_pi(h - heading).abs() < 0.03
+                })
+            });
+            let passes = seen[second + 22][flight]
+                .is_some_and(|(p, ..)| (p - at).dot(&ahead) > 8.0 * speed + 90.0);
+            let alone = (second - 30..second + 60).all(|k| {
+                let others = seen[k].iter().enumerate().filter(|(f, _)| *f != flight);
+                others.filter_map(|(_, o)| *o).all(|(p, ..)| (p - meets_m).norm() > 250.0)
+            });
+            let off_strips = behaving.network.runways.iter().all(|r| {
+                let (place, across) = r.place_m(meets_m);
+                !(-300.0..r.length_m + 300.0).contains(&place)
+                    || across.abs() > r.hold_distance_m + 90.0
+            });
+            if straight && passes && alone && off_strips {
+                let across = Vector2::new(ahead.y, -ahead.x);
+                found.push(Dart { flight, at_s: (second + 1) as f64, meets_m, across });
+            }
+        }
+    }
+    found
+}
+
+/// A car darts onto the line of a taxiing aircraft, 65 m before its nose, where it has taken all pieces to beyond: its pilot sees it, brakes,
+/// stands before it, and goes on when it has left.
+#[test]
+fn a_car_that_darts_in_front_of_an_aircraft_is_seen_and_not_hit() {
+    let mut met = 0;
+    for airport in ["LZIB", "LSZH", "LIMC", "EHAM"] {
+        let scene = loaded(airport, None);
+        let behaving = scene.traffic.behaving.as_ref().expect("behaves");
+        for dart in darts(&scene).into_iter().take(4) {
+            let from_m = dart.meets_m + dart.across * 62.0;
+            let car = models::traffic::core::Driven {
+                callsign: NAME.into(),
+                size: CAR,
+                wheelbase_m: 2.7,
+                most_mps: 27.8,
+                acc_dec_mps2: (2.0, 3.0),
+                at_m: from_m,
+                heading_rad: Azimuth::of(-dart.across).rad(),
+            };
+            let far = 300.0;
+            let square = [(-far, -far), (far, -far), (far, far), (-far, far)];
+            let pavement = square.map(|(x, y)| dart.meets_m + Vector2::new(x, y)).to_vec();
+            let core = behaving.core(&scene.run, scene.run.seed).expect("with truth");
+            let mut core = core.with_driven(&[car], vec![pavement]);
+            let case =
+                format!("{airport} {} at {} s", core.flights()[dart.flight].callsign, dart.at_s);
+            let (mut said, mut least_m, mut stood, mut beyond) = (0, f64::INFINITY, 0, false);
+            let start = (dart.at_s / scene.run.frame.s()) as i64;
+            for frame in 1..=start + 3000 {
+                core.step(frame);
+                let after_s = (frame - start) as f64 * scene.run.frame.s();
+                if after_s < 0.0 {
+                    continue;
+                }
+                let now = core.at_wheel(0).expect("a car");
+                let left_m = (now.at_m - dart.meets_m).dot(&dart.across);
+                if frame % 4 == 0 {
+                    said += 1;
+                    let stops = after_s < 40.0
+                        && left_m < 1.0 + now.speed_mps * (1.2 + now.speed_mps / 5.0);
+                    let wish = match stops {
+                        true => Wish { throttle: 0, brake: 1000, steer: 0 },
+                        false if after_s < 60.0 => Wish { throttle: 1000, brake: 0, steer: 0 },
+                        false => Wish { throttle: 0, brake: 1000, steer: 0 },
+                    };
+                    let order = if said == 1 { Order::Take } else { Order::Drive(wish) };
+                    let (source, flight) = ("driver".to_owned(), core.first_driven());
+                    core.notice(Notice {
+                        effect_frame: frame + 1,
+                        source,
+                        sequence: said,
+                        flight,
+                        order,
+                    });
+                }
+                let Some(state) = core.state(dart.flight) else { continue };
+                let size = core.flights()[dart.flight].size;
+                let theirs = outline(size, state.position_m.xy(), state.heading_rad);
+                let own = outline(CAR, now.at_m, now.heading_rad);
+                least_m = least_m.min(distance_m(&own, &theirs));
+                stood += u64::from(after_s < 40.0 && state.velocity_mps.norm() < 0.1);
+                let along = Vector2::new(-dart.across.y, dart.across.x);
+                beyond |=
+                    (state.position_m.xy() - dart.meets_m).dot(&along) > 20.0 && after_s > 45.0;
+            }
+            assert!(least_m > 1.0, "{case}: {least_m} m");
+            assert_eq!(core.at_wheel(0).map(|c| c.contacts), Some(0), "{case}");
+            if stood > 100 {
+                met += 1;
+                assert!(beyond, "{case}: it does not go on");
+            }
+        }
+    }
+    assert!(met >= 6, "{met} stood before the car");
+}
+
 /// Whoever plays with the wheel for half an hour among the traffic: the car stays a car, what it touches is counted, equal inputs give
 /// equal bits, and those it does not stand before are served.
 #[test]
