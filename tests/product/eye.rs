@@ -3,11 +3,7 @@
 //! Plates of known luminance stand before the horizon at seven distances; their contrast to the sky beside them is
 //! read from the picture. Four wrong renderers are made of the right one and must fail.
 
-#[path = "page/browser.rs"]
-#[expect(dead_code, reason = "the page's test uses more of it")]
-mod browser;
-
-use browser::Browser;
+use crate::page::browser::Browser;
 use federates::runtime::messages::{ScanReport, WeatherNotice};
 use federates::viewer_logger::Viewer;
 use federates::viewer_logger::picture::{AirportMap, BoardPlate, RunInfo};

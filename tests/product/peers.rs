@@ -2,9 +2,7 @@
 
 #![expect(clippy::print_stdout, reason = "what was skipped, and what was measured")]
 
-mod common;
-
-use common::{Background, Folder, Ports, finish, run, seeds, stderr, summary, wait_for};
+use crate::common::{Background, Folder, Ports, finish, run, seeds, stderr, summary, wait_for};
 use mode_s::cpr::{self, Span};
 use serde_json::Value;
 use std::io::{Read, Write};

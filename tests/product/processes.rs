@@ -1,8 +1,10 @@
 //! A run as an operator and an outsider meet it: real processes on loopback.
 
-mod common;
+use crate::common;
 
-use common::{Background, Folder, Ports, SOON, finish, operate, run, stderr, summary, wait_for};
+use crate::common::{
+    Background, Folder, Ports, SOON, finish, operate, run, stderr, summary, wait_for,
+};
 use pdu::enumerations::{ResponseFlag, StopReason};
 use pdu::management::{StartResume, StopFreeze};
 use pdu::records::{ClockTime, EntityId};

@@ -1,9 +1,9 @@
 //! Return as processes: whoever is killed is started again by hand, with an outsider there and controllers who clear on tracks, and
 //! the run is the one in which nothing happened. And what is said where the log of the run finds no room.
 
-mod common;
+use crate::common;
 
-use common::{Background, Folder, Ports, SOON, finish, operate, run, summary, wait_for};
+use crate::common::{Background, Folder, Ports, SOON, finish, operate, run, summary, wait_for};
 use geodesy::{Enu, Geodetic, LocalFrame};
 use pdu::enumerations::DeadReckoningAlgorithm;
 use pdu::records::{EntityId, EntityType, Marking};

@@ -1,9 +1,9 @@
 //! Two hosts: traffic generator and external world on one, the rest on the other, joined by a bridge
 //! of network namespaces that the test makes itself. Needs root; skipped with a word otherwise.
 
-mod common;
+use crate::common;
 
-use common::{finish, summary};
+use crate::common::{finish, summary};
 use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
 

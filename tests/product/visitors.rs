@@ -1,8 +1,8 @@
 //! Runs with visitors from real sockets: the run is what it was, and a replay is the run.
 
-mod common;
+use crate::common;
 
-use common::{Background, Folder, Ports, finish, run, seeds, stderr, summary};
+use crate::common::{Background, Folder, Ports, finish, run, seeds, stderr, summary};
 use federates::runtime::clock::utc_ns;
 use geodesy::{Enu, Geodetic, LocalFrame};
 use pdu::enumerations::DeadReckoningAlgorithm;

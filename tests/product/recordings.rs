@@ -1,9 +1,7 @@
 //! `seeds record`, `replay` and `dis` as a person or a script calls them: real processes on loopback.
 
-mod common;
-
+use crate::common::{Background, Folder, Ports, finish, run, seeds, stderr, summary, wait_for};
 use capture::Recorder;
-use common::{Background, Folder, Ports, finish, run, seeds, stderr, summary, wait_for};
 use pdu::enumerations::StopReason;
 use pdu::management::{StartResume, StopFreeze};
 use pdu::records::{ClockTime, EntityId};

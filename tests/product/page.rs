@@ -5,7 +5,7 @@
 #[path = "page/alerts.rs"]
 mod alerts;
 #[path = "page/browser.rs"]
-mod browser;
+pub(crate) mod browser;
 #[path = "page/demo.rs"]
 mod demo;
 #[path = "page/drive.rs"]

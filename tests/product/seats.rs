@@ -1,8 +1,8 @@
 //! Controllers at their seats through the product: the same bits in every layout, and what they did in the run's log.
 
-mod common;
+use crate::common;
 
-use common::{Folder, Ports, finish, run, summary};
+use crate::common::{Folder, Ports, finish, run, summary};
 
 /// A scene of generated traffic with controllers, at an airport whose ways nobody tuned anything on.
 fn scene(folder: &Folder, name: &str, control: &str) -> String {

@@ -1,12 +1,12 @@
 //! What anybody may throw at a run that goes on: damaged captures, random octets, sound PDUs that say nonsense. The run ends as it would.
 //!
-//! `cargo test --release --test hostile -- --ignored --nocapture`: a million of them (a minute and a half).
+//! `cargo test --release --test product hostile -- --ignored --nocapture`: a million of them (a minute and a half).
 
 #![expect(clippy::print_stdout, reason = "what was thrown, and what was measured")]
 
-mod common;
+use crate::common;
 
-use common::{Folder, Ports, finish, run, seeds, stderr, summary};
+use crate::common::{Folder, Ports, finish, run, seeds, stderr, summary};
 use pdu::enumerations::{DatumId, PduType};
 use pdu::management::EventReport;
 use pdu::records::{EntityId, Location, Marking, VariableDatum, Vector32};
@@ -18,7 +18,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-#[path = "../pdu/tests/common/samples.rs"]
+#[path = "../../pdu/tests/common/samples.rs"]
 mod samples;
 
 /// Orders to the administration station are obeyed when they come from this host: that is no attack. Stop, action, set

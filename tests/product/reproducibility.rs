@@ -1,8 +1,8 @@
 //! Same scene and seed, same bits, however many processes share the work and whatever gets lost.
 
-mod common;
+use crate::common;
 
-use common::{Folder, Ports, finish, run, summary};
+use crate::common::{Folder, Ports, finish, run, summary};
 use serde_json::Value;
 
 fn digest(arguments: &[&str]) -> (String, Value) {

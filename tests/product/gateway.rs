@@ -1,9 +1,7 @@
 //! What a run sends in ASTERIX, held against its database; what comes back, scored.
 
-mod common;
-
+use crate::common::{Folder, Ports, finish, run, seeds, stderr, summary};
 use asterix::{Record, Value, blocks, cat010, cat011, cat020, cat021, cat062, presence};
-use common::{Folder, Ports, finish, run, seeds, stderr, summary};
 use geodesy::{Geodetic, LocalFrame};
 use rusqlite::Connection;
 use std::collections::BTreeMap;

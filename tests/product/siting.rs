@@ -1,8 +1,6 @@
 //! `seeds site --candidates`: a site behind a building is worse than one with free sight.
 
-mod common;
-
-use common::{Folder, seeds};
+use crate::common::{Folder, seeds};
 use serde_json::Value;
 
 /// LZIB in two weathers with a hall of 40 m between the aprons and one of the candidates.

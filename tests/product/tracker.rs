@@ -1,8 +1,6 @@
 //! The worked example for people with a tracker of their own: a process of its own, fed live by multicast, recorded, scored.
 
-mod common;
-
-use common::{Folder, Ports, finish, stderr};
+use crate::common::{Folder, Ports, finish, stderr};
 use std::net::UdpSocket;
 use std::process::Command;
 

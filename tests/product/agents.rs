@@ -1,9 +1,11 @@
 //! Federates on other hosts, started by agents there; here on loopback: who may ask an agent, what one command starts and ends, and what
 //! becomes of an agent's processes.
 
-mod common;
+use crate::common;
 
-use common::{Background, Folder, Ports, SOON, finish, run, seeds, stderr, summary, wait_for};
+use crate::common::{
+    Background, Folder, Ports, SOON, finish, run, seeds, stderr, summary, wait_for,
+};
 use federates::runtime::bus::ask;
 use federates::runtime::certs::Certs;
 use federates::runtime::zenoh_bus::{Part, ZenohBus, ZenohConfig};

@@ -1,0 +1,24 @@
+//! The product as people run it: its executables, its pages in a browser, hosts in namespaces, logs and recordings.
+//!
+//! One executable for all of them: linked once, and who waits for a clock does so beside others.
+
+mod common;
+
+mod agents;
+mod eye;
+mod gateway;
+mod hostile;
+mod packaged;
+mod page;
+mod peers;
+mod processes;
+mod recordings;
+mod reproducibility;
+mod returns;
+mod seats;
+mod siting;
+mod tracker;
+mod two_hosts;
+mod views;
+mod visitors;
+mod web;
