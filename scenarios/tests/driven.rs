@@ -352,11 +352,14 @@ struct Dart {
     across: Vector2<f64>,
 }
 
+/// Place, heading and speed of who taxies.
+type Seen = (Vector2<f64>, f64, f64);
+
 /// Places where a flight taxies straight and fast with nobody near: one for each of some flights.
 fn darts(scene: &Scene) -> Vec<Dart> {
     let behaving = scene.traffic.behaving.as_ref().expect("behaves");
     let mut core = behaving.core(&scene.run, scene.run.seed).expect("with truth");
-    let mut seen: Vec<Vec<Option<(Vector2<f64>, f64, f64)>>> = Vec::new();
+    let mut seen: Vec<Vec<Option<Seen>>> = Vec::new();
     for frame in 1..=36_000 {
         core.step(frame);
         if frame % 20 == 0 {
