@@ -121,7 +121,7 @@ impl Control {
                 }
                 // Whoever drives himself is nobody's controller.
                 Notice::Seat(input)
-                    if driven::index_of(&self.scene, &input.order.seat).is_none() =>
+                    if driven::wheel_of(&self.scene, &input.order.seat).is_none() =>
                 {
                     if let Some(seats) = &mut self.seats {
                         seats.input(*effect, input);

@@ -7,7 +7,7 @@
 use crate::runtime::messages::{Frame, SeatAction, SeatInput};
 use models::traffic::core::{Core, Notice, Order, Wish};
 use scenarios::Scene;
-use scenarios::driven::{at_seat, seat_of};
+use scenarios::driven::{Wheel, at_seat, seat_of, seat_of_flight};
 
 /// From an input to what it does, s of simulated time (`docs/traffic.md`, "By hand").
 const DELAY_S: f64 = 0.2;
@@ -18,28 +18,38 @@ pub fn delay_frames(scene: &Scene) -> Frame {
     (DELAY_S / scene.run.frame.s()).round().max(1.0) as Frame
 }
 
-/// Whether a scene has something to drive.
+/// Whether people can drive anything of a scene.
 #[must_use]
 pub fn any(scene: &Scene) -> bool {
-    scene.traffic.behaving.as_ref().is_some_and(|b| !b.driven.is_empty())
+    scene.traffic.behaving.as_ref().is_some_and(|b| b.by_hand || !b.driven.is_empty())
 }
 
-/// Names of the seats from which people drive.
+/// Names of the seats from which people drive what is there to be driven.
 #[must_use]
 pub fn seats(scene: &Scene) -> Vec<String> {
     scene.traffic.behaving.iter().flat_map(|b| b.driven.iter().map(seat_of)).collect()
 }
 
-/// The driven mover of a seat, from 0.
+/// Names of the seats from which people take flights that taxi.
 #[must_use]
-pub fn index_of(scene: &Scene, seat: &str) -> Option<usize> {
-    scene.traffic.behaving.as_ref().and_then(|b| at_seat(&b.driven, seat))
+pub fn flight_seats(scene: &Scene) -> Vec<String> {
+    let behaving = scene.traffic.behaving.iter().filter(|b| b.by_hand);
+    behaving.flat_map(|b| b.flights.iter().map(|f| seat_of_flight(&f.callsign))).collect()
+}
+
+/// What is driven from a seat.
+#[must_use]
+pub fn wheel_of(scene: &Scene, seat: &str) -> Option<Wheel> {
+    scene.traffic.behaving.as_ref().and_then(|b| at_seat(b, seat))
 }
 
 /// What an input of frame `said` is to the core; `None` where it is none of a driver.
 #[must_use]
 pub fn notice(scene: &Scene, core: &Core, said: Frame, input: &SeatInput) -> Option<Notice> {
-    let mover = index_of(scene, &input.order.seat)?;
+    let flight = match wheel_of(scene, &input.order.seat)? {
+        Wheel::Driven(mover) => core.first_driven() + mover,
+        Wheel::Flight(flight) => flight,
+    };
     let order = match input.order.action {
         SeatAction::Take => Order::Take,
         SeatAction::Leave => Order::Leave,
@@ -52,7 +62,7 @@ pub fn notice(scene: &Scene, core: &Core, said: Frame, input: &SeatInput) -> Opt
         effect_frame: (said + delay_frames(scene)) as i64,
         source: input.order.seat.clone(),
         sequence: input.number,
-        flight: core.first_driven() + mover,
+        flight,
         order,
     })
 }

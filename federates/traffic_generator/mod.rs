@@ -163,20 +163,16 @@ impl TrafficGenerator {
 
     /// Tells pages what people drive: ten times a second while somebody does, once a second else.
     fn tell_driven(&self, frame: Frame, out: &mut FrameOut) {
-        let Some((core, _)) = self.core.as_ref().filter(|_| self.share == 1) else { return };
-        let Some(behaving) = self.scene.traffic.behaving.as_ref().filter(|b| !b.driven.is_empty())
-        else {
-            return;
-        };
-        let all: Vec<_> = (0..behaving.driven.len()).filter_map(|n| core.at_wheel(n)).collect();
-        let used = all.iter().any(|hand| hand.taken || hand.speed_mps != 0.0);
-        let every_s = if used { 0.1 } else { 1.0 };
-        let every = (every_s / self.scene.run.frame.s()).round().max(1.0) as u64;
-        if frame.is_multiple_of(every) {
+        let share_1 = self.share == 1 && driven::any(&self.scene);
+        let Some((core, _)) = self.core.as_ref().filter(|_| share_1) else { return };
+        let Some(behaving) = &self.scene.traffic.behaving else { return };
+        let frames = |s: f64| (s / self.scene.run.frame.s()).round().max(1.0) as u64;
+        let whole = frame.is_multiple_of(frames(1.0));
+        if whole || frame.is_multiple_of(frames(0.1)) && driven_state::moves(core, behaving) {
             out.publish.push(Publication {
                 key: "obs/driven".into(),
                 class: Class::Lossy,
-                body: driven_state::json(&behaving.driven, &all, self.time.time(frame).s())
+                body: driven_state::json(core, behaving, self.time.time(frame).s(), whole)
                     .into_bytes(),
                 retained: Some("obs/driven/last".into()),
             });

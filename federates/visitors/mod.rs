@@ -121,7 +121,7 @@ impl Visitors {
         };
         for input in said {
             // What is driven moves a little later, so that nobody waits for this frame.
-            match driven::index_of(&self.scene, &input.order.seat) {
+            match driven::wheel_of(&self.scene, &input.order.seat) {
                 Some(_) => {
                     let effect = frame + driven::delay_frames(&self.scene);
                     out.later.push((effect, Notice::Seat(input)));

@@ -39,7 +39,7 @@ struct Holder {
 pub struct SeatDoor {
     /// Names of seats; none where nobody can sit down.
     seats: Vec<String>,
-    /// Those of them from which somebody drives.
+    /// From which somebody drives: some of them, and those of flights that taxi.
     wheels: BTreeSet<String>,
     /// Simulated seconds in a second of the host's clock.
     rate: f64,
@@ -63,7 +63,7 @@ impl SeatDoor {
         let wheels = driven::seats(scene);
         Self {
             seats: seats.iter().flatten().map(|seat| seat.name()).chain(wheels.clone()).collect(),
-            wheels: wheels.into_iter().collect(),
+            wheels: wheels.into_iter().chain(driven::flight_seats(scene)).collect(),
             callsigns: behaving
                 .iter()
                 .flat_map(|b| b.flights.iter().map(|f| f.callsign.clone()))
@@ -122,6 +122,9 @@ impl SeatDoor {
 
     /// Whether there is such a seat, and if not, why.
     fn has(&self, seat: &str) -> Result<(), String> {
+        if self.wheels.contains(seat) {
+            return Ok(());
+        }
         if self.seats.is_empty() {
             return Err("nobody can sit down in this scene: it needs traffic that behaves (kind = \"schedule\" or \
                  \"generated\") and [control] sees = \"truth\", or sees = \"tracks\" with controllers = \"model\""
@@ -139,8 +142,9 @@ impl SeatDoor {
         match self.wheels.is_empty() {
             true => "this scene has no [[traffic]] of kind \"driven\"".to_owned(),
             false => {
-                let all: Vec<&str> = self.wheels.iter().map(String::as_str).collect();
-                format!("there are {}", all.join(", "))
+                let all: Vec<&str> = self.wheels.iter().map(String::as_str).take(12).collect();
+                let more = if self.wheels.len() > all.len() { ", …" } else { "" };
+                format!("there are {}{more}", all.join(", "))
             }
         }
     }

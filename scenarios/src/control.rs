@@ -33,6 +33,8 @@ pub struct ControlScene {
     pub stop_bars: bool,
     /// Controllers are advised.
     pub advice: bool,
+    /// People may take flights that taxi.
+    pub by_hand: bool,
     /// Scans in a row before an alert is raised.
     pub confirm_scans: u32,
     /// Off the hold distance, m.
@@ -79,6 +81,7 @@ pub(crate) fn read(root: &Section) -> Result<ControlScene, ScenarioError> {
     Ok(ControlScene {
         sees,
         advice,
+        by_hand: section.flag("by_hand")?.unwrap_or(false),
         controllers,
         policy: section.choice("policy", &policies)?.unwrap_or_default(),
         stop_bars: section.flag("stop_bars")?.unwrap_or(false),

@@ -3,7 +3,7 @@
 use crate::document::Section;
 use crate::error::{Problem, ScenarioError};
 use crate::places::Places;
-use crate::schedule::wheelbase_m;
+use crate::schedule::{Behaving, wheelbase_m};
 use crate::types::TypeRow;
 use models::airport::Airport;
 use models::frames::{Azimuth, Vector2};
@@ -84,8 +84,26 @@ pub fn seat_of(mover: &Driven) -> String {
     format!("{role} {}", mover.callsign)
 }
 
-/// The driven mover of a seat, counted from 0.
+/// Name of the seat from which a flight is taken while it taxies.
 #[must_use]
-pub fn at_seat(all: &[Driven], seat: &str) -> Option<usize> {
-    all.iter().position(|mover| seat_of(mover) == seat)
+pub fn seat_of_flight(callsign: &str) -> String {
+    format!("pilot {callsign}")
+}
+
+/// What is driven from a seat.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wheel {
+    /// A mover of the scene that is there to be driven, from 0.
+    Driven(usize),
+    /// A flight, from 0.
+    Flight(usize),
+}
+
+/// What is driven from a seat; none where it is no such seat.
+#[must_use]
+pub fn at_seat(behaving: &Behaving, seat: &str) -> Option<Wheel> {
+    let driven = behaving.driven.iter().position(|mover| seat_of(mover) == seat);
+    let callsign = seat.strip_prefix("pilot ").filter(|_| behaving.by_hand);
+    let flight = || behaving.flights.iter().position(|f| Some(&*f.callsign) == callsign);
+    driven.map(Wheel::Driven).or_else(|| flight().map(Wheel::Flight))
 }

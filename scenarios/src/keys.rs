@@ -622,6 +622,8 @@ pub(crate) const CONTROL: &[Key] = &[
     Key::flag("stop_bars", "Whether stop bars are in use").or("false"),
     Key::flag("advice", "Whether controllers at seats are advised, which models mostly follow")
         .or("false"),
+    Key::flag("by_hand", "Whether people may take flights that taxi, and give them back")
+        .or("false"),
     Key::whole("confirm_scans", 1, 10, "Scans in a row before an alert is raised").or("1"),
     Key::number("strip_margin_m", "m", 0.0, 50.0, "Off the hold distance: 95 % error of tracks")
         .or("7.5"),

@@ -58,7 +58,9 @@ pub struct Behaving {
     pub obstacles: Vec<Obstacle>,
     /// Movers that people drive; their entities are the last ones.
     pub driven: Vec<Driven>,
-    /// Where it is paved, for these: outlines, m, not closed.
+    /// People may take flights that taxi.
+    pub by_hand: bool,
+    /// Where it is paved, for both: outlines, m, not closed.
     pub pavement_m: Vec<Vec<Vector2<f64>>>,
     /// What was moved or assumed, one line each.
     pub remarks: Vec<String>,
@@ -97,7 +99,7 @@ impl Behaving {
         let core = Core::new(net, pieces, flights, self.policy, seed, run.frame.s());
         let core = core.with_obstacles(self.obstacles.clone());
         let core = core.with_failures(&self.failures_of(seed));
-        let core = core.with_driven(&self.driven, self.pavement_m.clone());
+        let core = core.with_driven(&self.driven, self.by_hand, self.pavement_m.clone());
         Some(core.cleared_by(match self.cleared_by {
             ClearedBy::Plan => ClearedBy::Plan,
             ClearedBy::Notices | ClearedBy::Controllers => ClearedBy::Notices,
@@ -341,6 +343,7 @@ pub(crate) fn read(
         failures,
         obstacles: Vec::new(),
         driven: Vec::new(),
+        by_hand: control.by_hand,
         pavement_m: Vec::new(),
         remarks,
     };

@@ -71,12 +71,28 @@ pub fn scene(wanted: &Wanted) -> Result<(String, Scene), ScenarioError> {
             let size = Size { radius_m, reach_m };
             let text = text(wanted, size, network, &traffic, &report.findings);
             match load_text(&wanted.path, &text) {
-                Ok(scene) => return Ok((text, scene)),
+                Ok(scene) => {
+                    let text = text + &to_drive(&scene);
+                    return load_text(&wanted.path, &text).map(|scene| (text, scene));
+                }
                 Err(error) => failed = Some(failed.unwrap_or(error)),
             }
         }
     }
     Err(failed.unwrap_or_else(|| unreachable_error(&wanted.path)))
+}
+
+/// A car to drive by oneself, to be uncommented, where flights behave and it has a place to stand.
+fn to_drive(scene: &Scene) -> String {
+    let stand = scene.airport.layout.stands.iter().rev().find(|s| s.node.is_some());
+    match (stand, &scene.traffic.behaving) {
+        (Some(stand), Some(_)) => format!(
+            "\n# A car to drive by yourself: take the `#` away, then tab Drive of the page.\n# [[traffic]]\n# kind = \"driven\"\n# callsign = \"FOLLOW1\"\n\
+             # type = \"FOLLOWME\"\n# stand = {:?}               # or a node: \"#12\"\n# flight = {{ movement = \"vehicle\" }}\n",
+            stand.name
+        ),
+        _ => String::new(),
+    }
 }
 
 /// The ground network of the same airport, where one lies beside an `apt.dat`.

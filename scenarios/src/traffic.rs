@@ -159,7 +159,7 @@ pub(crate) fn read(
     files.extend(added.files);
     let behaving = behaving.map(|mut behaving| {
         behaving.obstacles = entities[..first].iter().filter_map(obstacle).collect();
-        if !behaving.driven.is_empty() {
+        if behaving.by_hand || !behaving.driven.is_empty() {
             behaving.pavement_m = driven::pavement_m(&airport.layout);
         }
         Arc::new(behaving)

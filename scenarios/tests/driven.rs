@@ -12,13 +12,17 @@ use models::traffic::exact::Watch;
 use models::traffic::outline::{Size, distance_m, outline};
 use models::truth::route;
 use scenarios::Scene;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 const CAR: Size = Size { length_m: 4.6, span_m: 1.9, aircraft: false };
 const NAME: &str = "FOLLOW1";
 
 fn loaded(airport: &str, stand: Option<&str>) -> Scene {
+    loaded_with(airport, stand, "")
+}
+
+fn loaded_with(airport: &str, stand: Option<&str>, control: &str) -> Scene {
     let net = format!("airports/{airport}.groundnet.xml");
     let there = Path::new(env!("CARGO_MANIFEST_DIR")).join(&net).exists();
     let net = if there { format!("ground_network = \"{net}\"\n") } else { String::new() };
@@ -27,7 +31,7 @@ fn loaded(airport: &str, stand: Option<&str>) -> Scene {
     });
     let text = format!(
         "[run]\ntitle = \"t\"\nseed = 4\nduration_s = 2400\n[airport]\nlayout = \"airports/{airport}.apt.dat\"\n{net}[[traffic]]\n\
-         kind = \"generated\"\narrivals_per_h = 14\ndepartures_per_h = 14\n{car}[control]\nsees = \"truth\"\n"
+         kind = \"generated\"\narrivals_per_h = 14\ndepartures_per_h = 14\n{car}[control]\nsees = \"truth\"\n{control}"
     );
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("driven.toml");
     scenarios::load_text(&path, &text).unwrap_or_else(|e| panic!("{airport}: {e}"))
@@ -261,7 +265,7 @@ fn busiest_node(scene: &Scene) -> (usize, String) {
     let behaving = scene.traffic.behaving.as_ref().expect("behaves");
     let mut core = behaving.core(&scene.run, scene.run.seed).expect("with truth");
     let layout = &scene.airport.layout;
-    let mut by: BTreeMap<usize, std::collections::BTreeSet<usize>> = BTreeMap::new();
+    let mut by: BTreeMap<usize, BTreeSet<usize>> = BTreeMap::new();
     for frame in 1..36_000 {
         core.step(frame);
         if frame % 20 != 0 {
@@ -429,7 +433,7 @@ fn a_car_that_darts_in_front_of_an_aircraft_is_seen_and_not_hit() {
             let square = [(-far, -far), (far, -far), (far, far), (-far, far)];
             let pavement = square.map(|(x, y)| dart.meets_m + Vector2::new(x, y)).to_vec();
             let core = behaving.core(&scene.run, scene.run.seed).expect("with truth");
-            let mut core = core.with_driven(&[car], vec![pavement]);
+            let mut core = core.with_driven(&[car], false, vec![pavement]);
             let case =
                 format!("{airport} {} at {} s", core.flights()[dart.flight].callsign, dart.at_s);
             let (mut said, mut least_m, mut stood, mut beyond) = (0, f64::INFINITY, 0, false);
@@ -556,5 +560,144 @@ fn what_cannot_be_driven_is_refused_with_a_reason() {
     ] {
         let error = text(&traffic);
         assert!(error.contains(why), "{error}");
+    }
+}
+
+/// What a person wishes who taxies a flight along its own way, up to where it may, at some 6 m/s.
+fn along_its_way(core: &Core, flight: usize) -> Wish {
+    let now = core.flight_at_wheel(flight).expect("by hand");
+    let (may, planned) = core.ways_ahead(flight);
+    let line: Vec<_> =
+        may.iter().chain(planned.iter().skip(1)).map(|p| Vector2::new(p[0], p[1])).collect();
+    let step_m = |w: &[[f64; 2]]| Vector2::new(w[1][0] - w[0][0], w[1][1] - w[0][1]).norm();
+    let may_m: f64 = may.windows(2).map(step_m).sum();
+    let size = core.flights()[flight].size;
+    let nose = now.at_m + Azimuth::from_rad(now.heading_rad).unit() * (0.4 * size.length_m);
+    let ahead_m = 10.0 + now.speed_mps;
+    let far = line.iter().find(|p| (*p - nose).norm() > ahead_m).or(line.last());
+    let to = far.map_or(Vector2::new(0.0, 1.0), |p| p - nose);
+    let off = wrap_pi(Azimuth::of(to).rad() - now.heading_rad);
+    // The wheels point at the place: the nose goes where they point.
+    let wished_mps =
+        (if off.abs() > 0.3 { 3.0_f64 } else { 6.0 }).min((0.5 * (may_m - 25.0).max(0.0)).sqrt());
+    let most_mps = core.flights()[flight].taxi_mps.0;
+    Wish {
+        throttle: (1000.0 * wished_mps / most_mps) as i16,
+        brake: if may_m < 26.0 { 400 } else { 0 },
+        steer: (1000.0 * off / 1.134).clamp(-1000.0, 1000.0) as i16,
+    }
+}
+
+/// Persons take one flight after the other while it taxies and give it back: as `wish` drives it, for `for_s`. What was remarked.
+fn piloted(
+    scene: &Scene,
+    for_s: f64,
+    mut wish: impl FnMut(&Core, usize, f64) -> Wish,
+) -> (Core, Vec<String>) {
+    let behaving = scene.traffic.behaving.as_ref().expect("behaves");
+    let mut core = behaving.core(&scene.run, scene.run.seed).expect("with truth");
+    let step_s = scene.run.frame.s();
+    let (mut taken, mut said): (Option<(usize, f64)>, u64) = (None, 0);
+    let mut had: BTreeSet<usize> = BTreeSet::new();
+    let mut last: BTreeMap<usize, (Vector2<f64>, f64, Phase)> = BTreeMap::new();
+    let mut faults = Vec::new();
+    for frame in 1..=scene.run.frames() as i64 + 72_000 {
+        let now_s = frame as f64 * step_s;
+        let mut say = |core: &mut Core, flight: usize, order: Order| {
+            said += 1;
+            core.notice(Notice {
+                effect_frame: frame,
+                source: "pilot".into(),
+                sequence: said,
+                flight,
+                order,
+            });
+        };
+        match taken {
+            None if frame % 20 == 0 => {
+                let free = |f: &usize| {
+                    core.may_be_taken(*f)
+                        && !had.contains(f)
+                        && core.state(*f).is_some_and(|s| s.velocity_mps.norm() > 3.0)
+                };
+                if let Some(flight) = (0..core.flights().len()).find(free) {
+                    say(&mut core, flight, Order::Take);
+                    had.insert(flight);
+                    taken = Some((flight, now_s));
+                }
+            }
+            Some((flight, since)) if frame % 4 == 0 => {
+                let by_hand = core.flight_at_wheel(flight).is_some();
+                if by_hand && now_s - since < for_s {
+                    let wish = wish(&core, flight, now_s - since);
+                    say(&mut core, flight, Order::Drive(wish));
+                } else if now_s - since > 1.0 {
+                    say(&mut core, flight, Order::Leave);
+                    taken = None;
+                }
+            }
+            _ => {}
+        }
+        core.step(frame);
+        for flight in had.iter().copied() {
+            let Some(state) = core.state(flight) else { continue };
+            let now = (state.position_m.xy(), state.heading_rad, core.phase(flight));
+            if let Some((at, heading, phase)) = last.insert(flight, now)
+                && phase == Phase::Taxiing
+                && now.2 == Phase::Taxiing
+            {
+                let (moved, turned) = ((now.0 - at).norm(), wrap_pi(now.1 - heading).abs());
+                if moved > 17.0 * step_s || turned > 0.05 {
+                    faults.push(format!(
+                        "{}: {now_s:.2} s: {moved:.2} m, {turned:.3} rad in a frame",
+                        core.flights()[flight].callsign
+                    ));
+                }
+            }
+        }
+        if frame % 1200 == 0 && core.measures_of_served() == core.flights().len() {
+            break;
+        }
+    }
+    (core, faults)
+}
+
+/// Every flight that taxies is taken once by a person who taxies it for 40 s and gives it back: it goes on from where it is, nobody is touched,
+/// and all are served.
+#[test]
+fn a_flight_that_a_person_taxies_is_given_back_and_goes_on() {
+    for airport in ["LZIB", "LSZH", "XSYN", "LIMC"] {
+        let scene = loaded_with(airport, None, "by_hand = true\n");
+        let (core, faults) = piloted(&scene, 40.0, |core, flight, _| along_its_way(core, flight));
+        let told = |end: &str| core.remarks().iter().filter(|r| r.text.ends_with(end)).count();
+        let (back, flights) = (told("goes on by itself"), core.flights().len());
+        assert!(2 * back >= flights, "{airport}: {back} of {flights}: {:?}", core.remarks());
+        assert!(faults.is_empty(), "{airport}: {faults:?}");
+        assert_eq!(told(" touch"), 0, "{airport}: {:?}", core.remarks());
+        assert_eq!(core.measures_of_served(), flights, "{airport}: {:?}", core.remarks());
+        assert_eq!(core.unexpected_deadlocks(), 0, "{airport}");
+    }
+}
+
+/// Flights that are driven off their way and left there are towed to a stand: all are served.
+#[test]
+fn a_flight_that_is_left_beside_its_way_is_towed() {
+    for airport in ["LZIB", "XSYN"] {
+        let scene = loaded_with(airport, None, "by_hand = true\n");
+        let (core, faults) = piloted(&scene, 14.0, |_, _, for_s| Wish {
+            throttle: 400,
+            brake: 0,
+            steer: if for_s < 9.0 { 700 } else { 0 },
+        });
+        let towed =
+            core.remarks().iter().filter(|r| r.text.contains("left beside its way")).count();
+        assert!(towed >= 3, "{airport}: {towed}: {:?}", core.remarks());
+        assert!(faults.is_empty(), "{airport}: {faults:?}");
+        assert_eq!(
+            core.measures_of_served(),
+            core.flights().len(),
+            "{airport}: {:?}",
+            core.remarks()
+        );
     }
 }

@@ -26,6 +26,14 @@ fn a_new_scene_of_every_shipped_airport_is_read_and_nothing_in_it_is_silly() {
         assert!(landing + departing >= 8, "{icao}: {landing}, {departing}: {text}");
         let (_, found) = check(&wanted.path, &text).expect("sound");
         assert!(found.is_empty(), "{icao}: {found:?}");
+        // What it has in comments, to be driven, is sound as well.
+        let (before, car) = text.split_once("# [[traffic]]\n").expect("a car");
+        let car: Vec<&str> =
+            car.lines().map(|line| line.strip_prefix("# ").unwrap_or(line)).collect();
+        let text = format!("{before}[[traffic]]\n{}\n", car.join("\n"));
+        let (driven, found) = check(&wanted.path, &text).expect("sound with a car");
+        assert!(found.is_empty(), "{icao}: {found:?}");
+        assert_eq!(driven.traffic.behaving.as_ref().map(|b| b.driven.len()), Some(1), "{icao}");
     }
     assert_eq!(layout_of("XXXX"), None);
 }

@@ -60,13 +60,14 @@ impl Drop for Guests {
 }
 
 /// Traffic, sensors, tracks, controllers on these tracks, and back: the closed loop, with a person at the apron who asks for what
-/// cannot be and leaves. The scene and his inputs.
+/// cannot be and leaves, and another one who drives a car up and down all the time. The scene and their inputs.
 fn closed_loop(folder: &Folder) -> (String, String) {
     let airports = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/airports");
     let scene = folder.file("loop.toml");
     let text = format!(
         "[run]\ntitle = \"returns\"\nseed = 23\nduration_s = 240\n[airport]\nlayout = \"{airports}/LZIB.apt.dat\"\n\
          [[traffic]]\nkind = \"generated\"\narrivals_per_h = 20\ndepartures_per_h = 60\n\
+         [[traffic]]\nkind = \"driven\"\ncallsign = \"FOLLOW1\"\ntype = \"FOLLOWME\"\nstand = \"GA_Ramp_14\"\n\
          [control]\nsees = \"tracks\"\ncontrollers = \"model\"\n"
     );
     std::fs::write(&scene, text).expect("a scene");
@@ -81,6 +82,16 @@ fn closed_loop(folder: &Folder) -> (String, String) {
         said += &line(frame, "say", ",\"callsign\":\"NOBODY\",\"clearance\":\"PSH\"");
     }
     said += &line(1600, "leave", "");
+    let mut drives = |frame: u64, action: &str, wish: &str| {
+        said += &format!(
+            "{{\"frame\":{frame},\"seat\":\"driver FOLLOW1\",\"person\":\"ben\",\"action\":\"{action}\",\"clearance\":\"{wish}\"}}\n"
+        );
+    };
+    drives(40, "take", "");
+    for frame in (60..4700).step_by(15) {
+        let wish = if frame / 200 % 2 == 0 { "250 0 60" } else { "-400 0 -60" };
+        drives(frame, "drive", wish);
+    }
     std::fs::write(&inputs, said).expect("inputs");
     (scene, inputs)
 }

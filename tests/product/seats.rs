@@ -609,3 +609,42 @@ fn a_car_that_is_driven_gives_one_digest_in_every_layout_and_again_from_the_log(
         );
     }
 }
+
+/// A person takes a flight while it taxies, slows it down with the wheels straight, and gives it back: equal inputs give equal runs, and so do
+/// those that the log kept; the log flies the traffic again with them.
+#[test]
+fn a_flight_that_a_person_taxies_gives_one_digest_in_every_layout_and_again_from_the_log() {
+    let folder = Folder::new("seats-pilot");
+    let path = scene(&folder, "pilot", "by_hand = true");
+    let fly = |arguments: &[&str]| digest(&path, arguments);
+    let record = folder.file("before.pcapng");
+    let untouched = fly(&["--record", &record]);
+    let log = rusqlite::Connection::open(folder.file("before.sqlite")).expect("a database");
+    // Who taxies ten seconds after he was cleared to, and for long.
+    let query = "SELECT callsign, time_ns / 1000000000 + 12 FROM clearances WHERE kind = 'TAX' AND time_ns > 20000000000 AND \
+         (until_ns IS NULL OR until_ns - time_ns > 60000000000) ORDER BY time_ns LIMIT 1";
+    let (callsign, at_s): (String, i64) =
+        log.query_row(query, [], |row| Ok((row.get(0)?, row.get(1)?))).expect("one who taxies");
+    let inputs = folder.file("pilot.jsonl");
+    let line = |frame: i64, action: &str, wish: &str| {
+        format!(
+            "{{\"frame\":{frame},\"seat\":\"pilot {callsign}\",\"person\":\"anna\",\"action\":\"{action}\",\"clearance\":\"{wish}\"}}\n"
+        )
+    };
+    let mut text = line(20 * at_s, "take", "");
+    for k in 1..=30 {
+        text += &line(20 * at_s + 10 * k, "drive", "0 300 0");
+    }
+    text += &line(20 * at_s + 310, "leave", "");
+    std::fs::write(&inputs, text).expect("inputs");
+    let reference = fly(&["--in-process", "--inputs", &inputs]);
+    assert_ne!(reference, untouched, "{callsign} at {at_s} s: it stood");
+    let record = folder.file("flown.pcapng");
+    assert_eq!(fly(&["--generators", "2", "--inputs", &inputs]), reference);
+    assert_eq!(fly(&["--record", &record, "--inputs", &inputs]), reference);
+    let log = rusqlite::Connection::open(folder.file("flown.sqlite")).expect("a database");
+    let back = format!("SELECT count(*) FROM remarks WHERE text = '{callsign} goes on by itself'");
+    assert_eq!(count(&log, &back), 1, "{callsign}");
+    let again = folder.file("flown.sqlite");
+    assert_eq!(fly(&["--in-process", "--inputs", &again]), reference, "from the log");
+}

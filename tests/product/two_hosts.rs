@@ -148,7 +148,7 @@ fn an_smdfm_in_the_wrong_group_is_told_of_and_the_run_is_exact() {
         return;
     };
     let alone =
-        finish(common::run(&common::Ports::new(), &["--fast", "--duration", "30", "--no-viewer"]));
+        finish(common::run(&common::Ports::new(), &["--fast", "--duration", "60", "--no-viewer"]));
     let at = "tcp/10.83.0.2:7447";
     let start = |host: usize, group: &str, arguments: &[&str]| {
         let mut command = hosts.on(host, arguments);
@@ -168,7 +168,7 @@ fn an_smdfm_in_the_wrong_group_is_told_of_and_the_run_is_exact() {
             "--rate",
             "8",
             "--duration",
-            "30",
+            "60",
             "--batch",
             // A busy host is none of this test's subjects, and ends a batch.
             "--stall-ms",

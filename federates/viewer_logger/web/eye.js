@@ -117,12 +117,13 @@ async function drive() {
   state.refused = "";
   if (wheel.mine) await wheel.leave();
   else if (mover) await wheel.sit(mover.seat);
+  else if (wheel.flights.includes(`pilot ${state.of}`)) await wheel.sit(`pilot ${state.of}`);
   draw();
 }
 
 function showWheel() {
   const aboardOne = state.eye === "pilot" || state.eye === "driver", mover = aboardOne ? drivenNow().get(state.of) : null, button = byId("drive");
-  button.hidden = !mover;
+  button.hidden = !mover && !(aboardOne && wheel.flights.includes(`pilot ${state.of}`));
   button.setAttribute("aria-pressed", String(Boolean(mover && wheel.mine === mover.seat)));
   button.disabled = Boolean(mover?.taken && wheel.mine !== mover.seat);
   const words = state.refused || (mover && wheel.mine === mover.seat ? wordsOf(mover, wheel.parked) : "");

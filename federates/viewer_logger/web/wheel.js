@@ -55,6 +55,8 @@ export class Wheel {
   #said = "";
   #saidAt = 0;
   #heardAt = 0;
+  #had = false;
+  flights = [];
 
   /** `link` carries what is done; `changed()` is called when something else is to be shown; `rate()`: simulated seconds a second. */
   constructor(link, { changed, rate, refused }) {
@@ -68,8 +70,12 @@ export class Wheel {
 
   take(state) {
     this.state = state;
+    if (state?.flights || !state) this.flights = state?.flights ?? [];
     this.#heardAt = performance.now();
-    if (this.mine && !state?.movers.some((m) => m.seat === this.mine)) this.mine = null;
+    const own = state?.movers.find((m) => m.seat === this.mine);
+    this.#had ||= Boolean(own?.taken);
+    // A flight goes on by itself at the end of its way, a run ends.
+    if (this.mine && this.#had && !own) this.leave();
     this.changed();
   }
 
@@ -86,6 +92,7 @@ export class Wheel {
   async sit(seat) {
     if (this.mine) await this.leave();
     const { accepted, text } = await this.#act(seat, "take");
+    this.#had = false;
     if (accepted) Object.assign(this, { mine: seat, parked: false });
     else this.refused(text);
     this.changed();

@@ -16,7 +16,7 @@ export default {
       rate: () => (state.live && state.runState?.phase === "RUNNING" ? state.runState.achieved_rate || 0 : 0),
       refused: (why) => (refused = why),
     });
-    const none = element("p", "Nothing can be driven in this run: the scene needs a [[traffic]] of kind \"driven\" beside traffic that behaves.", { class: "empty" });
+    const none = element("p", "Nothing can be driven in this run: the scene needs a [[traffic]] of kind \"driven\" beside traffic that behaves, or [control] by_hand = true.", { class: "empty" });
     const list = element("ul", [], { class: "seat-list" }), answer = element("p", "", { role: "status", class: "seat-answer", "data-mark": "warn" });
     const speed = element("b", ""), wheels = element("span", ""), says = element("p", "", { role: "status", class: "seat-answer", "data-mark": "warn" });
     const wheelBox = element("div", [element("p", [speed, " ", wheels]), says], { id: "wheel", class: "wheel", role: "group", tabindex: "0", "aria-label": "Wheel: keys drive while this has the focus" });
@@ -41,12 +41,14 @@ export default {
         await (mine ? wheel.leave() : wheel.sit(m.seat));
         if (wheel.mine) wheelBox.focus();
       });
-      return element("li", [act, element("b", m.callsign), element("span", mine ? "you" : m.taken ? "a person" : "nobody")], { "data-mine": String(mine) });
+      return element("li", [act, element("b", m.callsign), element("span", mine ? "you" : m.taken ? "a person" : m.flight ? "itself, taxies" : "nobody")], { "data-mine": String(mine) });
     };
 
     function show() {
-      const movers = wheel.state?.movers ?? [], own = wheel.own();
-      state.driven = movers.length ? { mine: wheel.mine, movers: wheel.movers() } : null;
+      const own = wheel.own(), told = wheel.state?.movers ?? [];
+      const free = wheel.flights.filter((seat) => !told.some((m) => m.seat === seat)).map((seat) => ({ seat, callsign: seat.replace("pilot ", ""), taken: false, flight: true }));
+      const movers = [...told, ...free];
+      state.driven = movers.length ? { mine: wheel.mine, movers: wheel.movers(), flights: wheel.flights } : null;
       map.driven = movers.length ? { paint: (g) => paintDriven(g, map, wheel) } : null;
       if (section.hidden) return;
       const made = JSON.stringify([movers.map((m) => [m.seat, m.taken]), wheel.mine]);
@@ -75,6 +77,8 @@ export default {
         if (follow) {
           map.touched = true;
           map.look({ cx: own.at_m[0], cy: own.at_m[1], scale: Math.max(map.view.scale, 1.5) });
+          // It never comes to rest: at another scale it is drawn again while it moves.
+          if (map.ground.cam?.scale !== map.cam.scale && !map.busy) map.need("ground", "place");
         }
         show();
       }

@@ -10,7 +10,31 @@ use crate::traffic::way::{Driving, Way};
 impl Core {
     /// One step along the way in use, under the authority.
     pub(super) fn drive(&mut self, m: usize) {
-        let behind = self.reach_m(m).1;
+        self.take_ahead(m);
+        let d = self.movers[m].driving;
+        let authority = self.authority(m);
+        let sight = self.wish_by_sight(m);
+        let mover = &mut self.movers[m];
+        let (s, v, a) = (mover.s, mover.v, mover.a);
+        let wheelbase_m = self.flights[m].wheelbase_m;
+        let (wish, acc) = wish_mps(&mover.way, &d, wheelbase_m, (s, v, mover.slip), authority);
+        let stands = mover.holds || self.time_s < mover.stopped_until_s;
+        let wish = if stands { 0.0 } else { wish };
+        // Nobody creeps up by centimetres.
+        let wish = if v == 0.0 && authority - s < 0.5 { 0.0 } else { wish };
+        let wish = if mover.stopped { 0.0 } else { wish.min(mover.most_mps()) };
+        let (wish, dec, jerk) = match sight {
+            Some((most, hard)) if most < wish => (most, hard, 2.0),
+            _ => (wish, d.dec_mps2, d.jerk_mps3),
+        };
+        let limits = Tick { acc, dec, jerk, dt: self.step_s };
+        (mover.s, mover.v, mover.a) = limits.tick(s, v, a, wish, authority);
+        self.follow(m, s);
+        self.release_behind(m);
+    }
+
+    /// Takes the pieces ahead that it needs at its speed, as far as it may.
+    pub(super) fn take_ahead(&mut self, m: usize) {
         let d = self.movers[m].driving;
         loop {
             let mover = &self.movers[m];
@@ -66,24 +90,11 @@ impl Core {
                 }
             }
         }
-        let authority = self.authority(m);
-        let sight = self.wish_by_sight(m);
-        let mover = &mut self.movers[m];
-        let (s, v, a) = (mover.s, mover.v, mover.a);
-        let wheelbase_m = self.flights[m].wheelbase_m;
-        let (wish, acc) = wish_mps(&mover.way, &d, wheelbase_m, (s, v, mover.slip), authority);
-        let stands = mover.holds || self.time_s < mover.stopped_until_s;
-        let wish = if stands { 0.0 } else { wish };
-        // Nobody creeps up by centimetres.
-        let wish = if v == 0.0 && authority - s < 0.5 { 0.0 } else { wish };
-        let wish = if mover.stopped { 0.0 } else { wish.min(mover.most_mps()) };
-        let (wish, dec, jerk) = match sight {
-            Some((most, hard)) if most < wish => (most, hard, 2.0),
-            _ => (wish, d.dec_mps2, d.jerk_mps3),
-        };
-        let limits = Tick { acc, dec, jerk, dt: self.step_s };
-        (mover.s, mover.v, mover.a) = limits.tick(s, v, a, wish, authority);
-        self.follow(m, s);
+    }
+
+    /// Gives back the pieces that its tail has left.
+    pub(super) fn release_behind(&mut self, m: usize) {
+        let behind = self.reach_m(m).1;
         loop {
             let mover = &self.movers[m];
             let i = mover.first_held;
@@ -162,6 +173,10 @@ impl Core {
     }
 
     pub(super) fn taxiing(&mut self, m: usize) {
+        if self.movers[m].hand.is_some() {
+            self.taxi_by_hand(m);
+            return;
+        }
         self.drive(m);
         let mover = &self.movers[m];
         let to = mover.way.pieces.len().min(mover.roll_from);

@@ -97,25 +97,28 @@ const STOP_STEP_S: f64 = 0.25;
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Hand {
     pub(super) of: Arc<Driven>,
-    taken: bool,
-    wish: Wish,
+    pub(super) taken: bool,
+    pub(super) wish: Wish,
     heard_s: f64,
     /// Since when all of the brake is held, s of simulated time.
     held_since_s: Option<f64>,
     /// The guided point, m.
-    nose_m: Vector2<f64>,
-    heading_rad: f64,
-    v: f64,
-    a: f64,
-    backwards: bool,
-    steer_rad: f64,
+    pub(super) nose_m: Vector2<f64>,
+    pub(super) heading_rad: f64,
+    pub(super) v: f64,
+    pub(super) a: f64,
+    pub(super) backwards: bool,
+    pub(super) steer_rad: f64,
     steer_rate_radps: f64,
-    off_pavement: bool,
+    pub(super) off_pavement: bool,
     pub(super) contacts: usize,
+    /// Of a flight: it is beside its way, or beyond what it may; since when it stands there without a driver, s.
+    pub(super) beside: bool,
+    pub(super) left_s: Option<f64>,
 }
 
 impl Hand {
-    fn new(of: Driven) -> Self {
+    pub(super) fn new(of: Driven) -> Self {
         let heading_rad = wrap_pi(of.heading_rad);
         let nose_m = of.at_m + Azimuth::from_rad(heading_rad).unit() * (0.4 * of.size.length_m);
         Self {
@@ -133,6 +136,8 @@ impl Hand {
             steer_rate_radps: 0.0,
             off_pavement: false,
             contacts: 0,
+            beside: false,
+            left_s: None,
         }
     }
 
@@ -142,10 +147,6 @@ impl Hand {
 
     pub(super) fn middle_m(&self) -> Vector2<f64> {
         self.nose_m - Azimuth::from_rad(self.heading_rad).unit() * (0.4 * self.of.size.length_m)
-    }
-
-    pub(super) fn heading_rad(&self) -> f64 {
-        self.heading_rad
     }
 
     /// Largest angle of the wheels at the present speed, rad.
@@ -169,7 +170,7 @@ impl Hand {
     }
 
     /// One step of `dt` seconds that ends at `now_s`.
-    fn step(&mut self, now_s: f64, dt: f64) {
+    pub(super) fn step(&mut self, now_s: f64, dt: f64) {
         let silent = self.silent(now_s);
         let wish = if silent { Wish { throttle: 0, brake: 500, steer: 0 } } else { self.wish };
         self.held_since_s = (wish.brake >= 1000).then(|| self.held_since_s.unwrap_or(now_s));
@@ -242,7 +243,50 @@ impl Hand {
         way
     }
 
-    fn state(&self) -> TruthState {
+    pub(super) fn feed(&self, feed: &mut dyn FnMut(u64)) {
+        let Wish { throttle, brake, steer } = self.wish;
+        feed(u64::from(self.taken) | u64::from(self.backwards) << 1);
+        [throttle, brake, steer].iter().for_each(|x| feed(*x as u64));
+        [self.nose_m.x, self.nose_m.y, self.heading_rad, self.v, self.a, self.steer_rad]
+            .iter()
+            .for_each(|x| feed(x.to_bits()));
+    }
+
+    /// What a driver says; `now_s`: when it is heard.
+    pub(super) fn told(&mut self, order: Order, now_s: f64) {
+        match order {
+            Order::Take => {
+                (self.taken, self.wish, self.heard_s) = (true, Wish::default(), now_s);
+            }
+            Order::Leave => (self.taken, self.wish) = (false, Wish::default()),
+            Order::Drive(wish) => {
+                self.wish = Wish {
+                    throttle: wish.throttle.clamp(-1000, 1000),
+                    brake: wish.brake.clamp(0, 1000),
+                    steer: wish.steer.clamp(-1000, 1000),
+                };
+                self.heard_s = now_s;
+            }
+            _ => {}
+        }
+    }
+
+    pub(super) fn at_wheel(&self, now_s: f64) -> AtWheel {
+        let sign = if self.backwards { -1.0 } else { 1.0 };
+        AtWheel {
+            taken: self.taken,
+            at_m: self.middle_m(),
+            heading_rad: self.heading_rad,
+            speed_mps: sign * self.v,
+            acceleration_mps2: sign * self.a,
+            steer_rad: self.steer_rad,
+            off_pavement: self.off_pavement,
+            silent: self.silent(now_s),
+            contacts: self.contacts,
+        }
+    }
+
+    pub(super) fn state(&self) -> TruthState {
         let gear = 0.4 * self.of.size.length_m - self.of.wheelbase_m;
         let v = if self.backwards { -self.v } else { self.v };
         let along_a = if self.backwards { -self.a } else { self.a };
@@ -271,10 +315,16 @@ impl Hand {
 }
 
 impl Core {
-    /// The same core with movers that people can drive, before its first step. `pavement_m`: its outlines, not closed.
+    /// The same core with movers that people can drive, before its first step; `flights`: people may also take flights that taxi. `pavement_m`: its outlines, not closed.
     #[must_use]
-    pub fn with_driven(mut self, all: &[Driven], pavement_m: Vec<Vec<Vector2<f64>>>) -> Self {
-        if all.is_empty() {
+    pub fn with_driven(
+        mut self,
+        all: &[Driven],
+        flights: bool,
+        pavement_m: Vec<Vec<Vector2<f64>>>,
+    ) -> Self {
+        self.flights_by_hand = flights;
+        if all.is_empty() && !flights {
             return self;
         }
         self.hands = all.iter().cloned().map(Hand::new).collect();
@@ -292,19 +342,7 @@ impl Core {
     /// How driven mover `n` (from 0) is.
     #[must_use]
     pub fn at_wheel(&self, n: usize) -> Option<AtWheel> {
-        let hand = self.hands.get(n)?;
-        let sign = if hand.backwards { -1.0 } else { 1.0 };
-        Some(AtWheel {
-            taken: hand.taken,
-            at_m: hand.middle_m(),
-            heading_rad: hand.heading_rad,
-            speed_mps: sign * hand.v,
-            acceleration_mps2: sign * hand.a,
-            steer_rad: hand.steer_rad,
-            off_pavement: hand.off_pavement,
-            silent: hand.silent(self.time_s),
-            contacts: hand.contacts,
-        })
+        self.hands.get(n).map(|hand| hand.at_wheel(self.time_s))
     }
 
     /// The driven movers, in their order.
@@ -320,19 +358,8 @@ impl Core {
     /// What a driver does; `n` from 0.
     pub(super) fn drive_by_hand(&mut self, n: usize, order: Order) {
         let now = self.time_s;
-        let Some(hand) = self.hands.get_mut(n) else { return };
-        match order {
-            Order::Take => (hand.taken, hand.wish, hand.heard_s) = (true, Wish::default(), now),
-            Order::Leave => (hand.taken, hand.wish) = (false, Wish::default()),
-            Order::Drive(wish) => {
-                hand.wish = Wish {
-                    throttle: wish.throttle.clamp(-1000, 1000),
-                    brake: wish.brake.clamp(0, 1000),
-                    steer: wish.steer.clamp(-1000, 1000),
-                };
-                hand.heard_s = now;
-            }
-            _ => {}
+        if let Some(hand) = self.hands.get_mut(n) {
+            hand.told(order, now);
         }
     }
 
@@ -345,7 +372,7 @@ impl Core {
             if !look || self.hands[n].v == 0.0 {
                 continue;
             }
-            let off = !self.is_paved(n);
+            let off = !self.is_paved(&self.hands[n]);
             if off && !self.hands[n].off_pavement {
                 let name = self.hands[n].of.callsign.clone();
                 self.remark(format!("{name} leaves the pavement"));
@@ -354,9 +381,8 @@ impl Core {
         }
     }
 
-    /// Whether the middle of a driven mover is on pavement: an outline, a runway, or beside a way of the network.
-    fn is_paved(&self, n: usize) -> bool {
-        let hand = &self.hands[n];
+    /// Whether the middle of what is driven is on pavement: an outline, a runway, or beside a way of the network.
+    pub(super) fn is_paved(&self, hand: &Hand) -> bool {
         let at = hand.middle_m();
         let on_runway = self.net.runways.iter().any(|r| {
             let (place, across) = r.place_m(at);
@@ -370,14 +396,7 @@ impl Core {
     }
 
     pub(super) fn feed_hands(&self, feed: &mut dyn FnMut(u64)) {
-        for hand in &self.hands {
-            let Wish { throttle, brake, steer } = hand.wish;
-            feed(u64::from(hand.taken) | u64::from(hand.backwards) << 1);
-            [throttle, brake, steer].iter().for_each(|x| feed(*x as u64));
-            [hand.nose_m.x, hand.nose_m.y, hand.heading_rad, hand.v, hand.a, hand.steer_rad]
-                .iter()
-                .for_each(|x| feed(x.to_bits()));
-        }
+        self.hands.iter().for_each(|hand| hand.feed(feed));
     }
 }
 

@@ -13,6 +13,7 @@ mod equipment;
 mod failures;
 mod flight;
 mod hand;
+mod hand_flight;
 mod measures;
 mod notice;
 mod obstacles;
@@ -109,6 +110,8 @@ struct Mover {
     stopped: bool,
     towed: bool,
     cleared_way_m: Vec<crate::frames::Vector2<f64>>,
+    /// A person drives it.
+    hand: Option<Box<hand::Hand>>,
     /// Stops so far before the holding position of a runway, m.
     hold_gap_m: f64,
 }
@@ -171,6 +174,7 @@ pub struct Core {
     obstacles: obstacles::Obstacles,
     /// Movers that people drive, and where it is paved.
     hands: Vec<hand::Hand>,
+    flights_by_hand: bool,
     pavement_m: Arc<Vec<Vec<crate::frames::Vector2<f64>>>>,
     /// By stand, size, runway and end: whether there is a way to leave it by.
     leaves: BTreeMap<(usize, (u64, u64), usize, usize), bool>,
@@ -234,6 +238,7 @@ impl Core {
             shown: Vec::new(),
             obstacles: obstacles::Obstacles::default(),
             hands: Vec::new(),
+            flights_by_hand: false,
             pavement_m: Arc::default(),
             leaves: BTreeMap::new(),
             unexpected: 0,
@@ -494,6 +499,7 @@ impl Mover {
             stopped: false,
             towed: false,
             cleared_way_m: Vec::new(),
+            hand: None,
             hold_gap_m: HOLD_GAP_M[0] + (HOLD_GAP_M[1] - HOLD_GAP_M[0]) * uniform(&mut rng),
         }
     }

@@ -129,7 +129,10 @@ impl Core {
         let by_hand = matches!(notice.order, Order::Take | Order::Leave | Order::Drive(_));
         let hand = notice.flight.checked_sub(self.first_driven());
         match by_hand {
-            true => hand.is_some_and(|n| n < self.hands.len()),
+            true => {
+                hand.is_some_and(|n| n < self.hands.len())
+                    || self.flights_by_hand && notice.flight < self.flights.len()
+            }
             false => notice.flight < self.flights.len(),
         }
     }
@@ -143,7 +146,9 @@ impl Core {
                 continue;
             }
             match notice.order {
-                Order::Take | Order::Leave | Order::Drive(_) => {}
+                Order::Take | Order::Leave | Order::Drive(_) => {
+                    self.fly_by_hand(m, notice.order);
+                }
                 // One that is cleared to land has the runway already, and lands; a person may think better of it.
                 Order::Clear(ClearanceKind::GoAround) => {
                     let mover = &self.movers[m];

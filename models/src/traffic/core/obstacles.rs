@@ -99,7 +99,7 @@ impl Core {
 
     /// Nobody is there but those who behave.
     fn alone(&self) -> bool {
-        self.obstacles.all.is_empty() && self.hands.is_empty()
+        self.obstacles.all.is_empty() && self.hands.is_empty() && !self.flights_by_hand
     }
 
     /// A driven mover among those that `obstacle_on` names.
@@ -115,11 +115,12 @@ impl Core {
         pieces.map(|z| self.obstacles.lines[*z as usize])
     }
 
-    /// An obstacle that holds a piece against a mover of a class: counted on from the movers.
-    pub(super) fn obstacle_on(&self, piece: u32, class: super::Class) -> Option<usize> {
+    /// An obstacle that holds a piece against mover `m`: counted on from the movers.
+    pub(super) fn obstacle_on(&self, piece: u32, m: usize) -> Option<usize> {
         let held = self.obstacles.held.get(&piece)?;
-        let reach_m = SIZES[class as usize].half_span_m + ROOM_M;
-        let near = held.iter().find(|(_, distance_m)| *distance_m < reach_m);
+        let reach_m = SIZES[self.movers[m].class as usize].half_span_m + ROOM_M;
+        let own = self.obstacles.all.len() + self.hands.len() + m;
+        let near = held.iter().find(|(o, distance_m)| *distance_m < reach_m && *o as usize != own);
         near.map(|(o, _)| self.movers.len() + *o as usize)
     }
 
@@ -138,7 +139,10 @@ impl Core {
         };
         match other.checked_sub(self.obstacles.all.len()) {
             None => &self.obstacles.all[other].callsign,
-            Some(n) => self.hands.get(n).map_or("", |hand| &hand.of.callsign),
+            Some(n) => match n.checked_sub(self.hands.len()) {
+                None => &self.hands[n].of.callsign,
+                Some(m) => self.flights.get(m).map_or("", |f| &f.callsign),
+            },
         }
     }
 
@@ -185,15 +189,20 @@ impl Core {
             let body = outline(obstacle.size, state.position_m.xy(), state.heading_rad);
             bodies.push((o, state.position_m.xy(), body));
         }
-        for (n, hand) in self.hands.iter().enumerate() {
+        let hands = self.hands.iter().enumerate();
+        let flights = self.beside_their_ways().into_iter();
+        for (n, hand) in hands.chain(flights.map(|(m, hand)| (self.hands.len() + m, hand))) {
             let o = all.len() + n;
             let way = hand.stopping();
             for (_, at, _) in &way {
                 self.occupy(&mut runways, o, *at, true);
             }
             hold(o, self.touched(hand.of.size, way.into_iter().map(|(_, at, to)| (at, to))));
+            if n >= self.hands.len() {
+                continue; // touches of flights are looked for by eye
+            }
             let at = hand.middle_m();
-            bodies.push((o, at, outline(hand.of.size, at, hand.heading_rad())));
+            bodies.push((o, at, outline(hand.of.size, at, hand.heading_rad)));
         }
         if held != self.obstacles.held || runways != self.obstacles.runways {
             self.version += 1;

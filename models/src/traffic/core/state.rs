@@ -17,6 +17,9 @@ impl Core {
             };
         }
         let m = self.movers.get(flight)?;
+        if let Some(hand) = &m.hand {
+            return Some(hand.state());
+        }
         let f = &self.flights[flight];
         let guided = 0.4 * f.size.length_m;
         let gear = guided - f.wheelbase_m;
@@ -108,6 +111,9 @@ impl Core {
             [m.s, m.v, m.a, m.slip, m.height_m, m.beside_m.x, m.beside_m.y]
                 .iter()
                 .for_each(|x| feed(x.to_bits()));
+            if let Some(hand) = &m.hand {
+                hand.feed(&mut feed);
+            }
         }
         self.feed_failures(&mut feed);
         self.feed_hands(&mut feed);

@@ -21,7 +21,7 @@ pub(super) struct Group {
 impl Core {
     /// Somebody else who holds a piece that conflicts with `piece` for `m`, or rolls beside it.
     pub(super) fn blocker(&self, m: usize, piece: u32, roll: bool, gone: &[bool]) -> Option<usize> {
-        if let Some(obstacle) = self.obstacle_on(piece, self.movers[m].class) {
+        if let Some(obstacle) = self.obstacle_on(piece, m) {
             return Some(obstacle);
         }
         let here = |h: &u32| *h as usize != m && !gone.get(*h as usize).copied().unwrap_or(false);
