@@ -599,7 +599,7 @@ fn piloted(
     let step_s = scene.run.frame.s();
     let (mut taken, mut said): (Option<(usize, f64)>, u64) = (None, 0);
     let mut had: BTreeSet<usize> = BTreeSet::new();
-    let mut last: BTreeMap<usize, (Vector2<f64>, f64, Phase)> = BTreeMap::new();
+    let mut last: BTreeMap<usize, (Vector2<f64>, f64, f64, Phase)> = BTreeMap::new();
     let mut faults = Vec::new();
     for frame in 1..=scene.run.frames() as i64 + 72_000 {
         let now_s = frame as f64 * step_s;
@@ -641,11 +641,19 @@ fn piloted(
         core.step(frame);
         for flight in had.iter().copied() {
             let Some(state) = core.state(flight) else { continue };
-            let now = (state.position_m.xy(), state.heading_rad, core.phase(flight));
-            if let Some((at, heading, phase)) = last.insert(flight, now)
+            let speed = state.velocity_mps.norm();
+            let now = (state.position_m.xy(), state.heading_rad, speed, core.phase(flight));
+            if let Some((at, heading, before, phase)) = last.insert(flight, now)
                 && phase == Phase::Taxiing
-                && now.2 == Phase::Taxiing
+                && now.3 == Phase::Taxiing
             {
+                // Braking of 3 m/s² is the hardest there is; the last step to a stand may be one.
+                if before - speed > 4.0 * step_s && before > 0.5 {
+                    faults.push(format!(
+                        "{}: {now_s:.2} s: from {before:.2} to {speed:.2} m/s in a frame",
+                        core.flights()[flight].callsign
+                    ));
+                }
                 let (moved, turned) = ((now.0 - at).norm(), wrap_pi(now.1 - heading).abs());
                 if moved > 17.0 * step_s || turned > 0.05 {
                     faults.push(format!(
@@ -699,5 +707,23 @@ fn a_flight_that_is_left_beside_its_way_is_towed() {
             "{airport}: {:?}",
             core.remarks()
         );
+    }
+}
+
+/// Whoever gives a flight back at full speed gives it back to a model that brakes: never harder than anybody can, also where what it may
+/// use ends just ahead of it.
+#[test]
+fn a_flight_that_is_given_back_too_fast_brakes_and_goes_on() {
+    for airport in ["LZIB", "LSZH", "XSYN", "LIMC"] {
+        let scene = loaded_with(airport, None, "by_hand = true\n");
+        let (core, faults) = piloted(&scene, 12.0, |core, flight, _| Wish {
+            throttle: 900,
+            brake: 0,
+            ..along_its_way(core, flight)
+        });
+        assert!(faults.is_empty(), "{airport}: {faults:?}");
+        assert_eq!(core.unexpected_deadlocks(), 0, "{airport}");
+        let served = core.measures_of_served();
+        assert_eq!(served, core.flights().len(), "{airport}: {:?}", core.remarks());
     }
 }

@@ -115,6 +115,8 @@ pub(super) struct Hand {
     /// Of a flight: it is beside its way, or beyond what it may; since when it stands there without a driver, s.
     pub(super) beside: bool,
     pub(super) left_s: Option<f64>,
+    /// Of a flight that is given back: where its wheels turn to, rad.
+    pub(super) guided_rad: Option<f64>,
 }
 
 impl Hand {
@@ -138,6 +140,7 @@ impl Hand {
             contacts: 0,
             beside: false,
             left_s: None,
+            guided_rad: None,
         }
     }
 
@@ -207,7 +210,7 @@ impl Hand {
         let moved_m = if v == 0.0 && stands { 0.0 } else { 0.5 * (v + self.v) * dt };
 
         let target = f64::from(wish.steer) / 1000.0 * self.most_steer_rad();
-        let target = if silent { self.steer_rad } else { target };
+        let target = if silent { self.guided_rad.unwrap_or(self.steer_rad) } else { target };
         let turned = STEER_RATE_RADPS * dt;
         let before = self.steer_rad;
         let most_rad = self.most_steer_rad();

@@ -14,6 +14,8 @@ const ON_WAY_M: f64 = 5.0;
 const ON_WAY_RAD: f64 = core::f64::consts::PI / 6.0;
 /// The nearest place of its way is looked for so far back and ahead, m.
 const LOOKS_M: [f64; 2] = [5.0, 40.0];
+/// Wheels that point along the way, rad: the nose goes on in the same direction.
+const ALIGNED_RAD: f64 = 0.03;
 /// So near the end of its way the model goes on by itself, m: it lines up, or parks, to the decimetre.
 const AT_END_M: f64 = 4.0;
 /// Left beside its way it is towed after, s.
@@ -102,9 +104,12 @@ impl Core {
         let mover = &self.movers[m];
         let ahead_m = self.authority(m) - mover.s;
         hand.beside = !on_way || ahead_m < -1.0;
+        // Given back it steers onto its way; the model has it when the wheels point along that, or from a stand.
+        hand.guided_rad = (on_way && !hand.taken).then_some(turned);
+        let aligned = (turned - hand.steer_rad).abs() < ALIGNED_RAD;
         let needed =
             stopping(hand.v, hand.a, 0.7 * mover.driving.dec_mps2, mover.driving.jerk_mps3, dt).0;
-        let stops = needed + ASK_M <= ahead_m || hand.v == 0.0 && ahead_m >= -1.0;
+        let stops = aligned && needed + ASK_M <= ahead_m || hand.v == 0.0 && ahead_m >= -1.0;
         let ends = hand.v == 0.0 && mover.way.stop_m - mover.s < AT_END_M;
         if on_way && stops && (!hand.taken || ends) {
             self.goes_on_by_itself(m, &hand, place, off_m, turned);
