@@ -23,7 +23,8 @@ pub struct AccuracyArgs {
     #[arg(long, value_name = "GROUP")]
     only: Option<String>,
 
-    /// Random scenes of the group effects, each judged target by target [default: 400, 20 with --quick]
+    /// Random scenes of the group effects, each judged target by target [default: 400, 20 with --quick]; of the group control,
+    /// asked for alone, hours of traffic at each airport [default: 1]
     #[arg(long, value_name = "N")]
     scenes: Option<u64>,
 
@@ -40,7 +41,7 @@ pub struct AccuracyArgs {
     #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..=10_000_000))]
     targets: u64,
 
-    /// Folder for accuracy.html, accuracy.csv and accuracy.json
+    /// Folder for accuracy.html, accuracy.csv, accuracy.json and a .csv of each table
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 
@@ -131,6 +132,9 @@ fn write(args: &AccuracyArgs, report: &studies::Report) -> anyhow::Result<()> {
             ("accuracy.json", report.to_json()),
         ] {
             cli::save(&folder.join(name), text)?;
+        }
+        for table in report.tables() {
+            cli::save(&folder.join(format!("{}.csv", table.name)), table.to_csv())?;
         }
     }
     if args.json {

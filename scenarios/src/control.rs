@@ -5,6 +5,7 @@ use crate::airport::AirportScene;
 use crate::document::{Section, one_of, within};
 use crate::error::{Problem, ScenarioError};
 use crate::keys::{self, words};
+use models::airport::Airport;
 use models::traffic::core::{Failure, FailureKind, Flight, Policy};
 use std::path::Path;
 
@@ -154,8 +155,13 @@ pub(crate) fn read_failures(
 /// What watches an airport whose scene names no sensors (assumed): a radar on the tower, 60 m high, and
 /// multilateration from eight stations around the ground network; the profile `accurate`.
 pub(crate) fn standard(path: &Path, airport: &AirportScene) -> Result<Section, ScenarioError> {
-    let layout = &airport.layout;
-    let tower = layout.tower.map_or([0.0, 0.0], |(at, _)| [at.x, at.y]);
+    let text = standard_sensors(&airport.layout);
+    Section::parse(path, &format!("{text}[tracking]\nprofile = \"accurate\"\n"))
+}
+
+/// Least and greatest east and north of the ground network, m.
+#[must_use]
+pub fn extent_m(layout: &Airport) -> [[f64; 2]; 2] {
     let mut low = [f64::INFINITY; 2];
     let mut high = [f64::NEG_INFINITY; 2];
     for node in &layout.nodes {
@@ -164,6 +170,14 @@ pub(crate) fn standard(path: &Path, airport: &AirportScene) -> Result<Section, S
             high[axis] = high[axis].max(value);
         }
     }
+    [low, high]
+}
+
+/// The `[[sensor]]` tables of a scene that names none: `ASDE tower` and `MLAT`.
+#[must_use]
+pub fn standard_sensors(layout: &Airport) -> String {
+    let tower = layout.tower.map_or([0.0, 0.0], |(at, _)| [at.x, at.y]);
+    let [low, high] = extent_m(layout);
     let middle = [0, 1].map(|axis| 0.5 * (low[axis] + high[axis]));
     let places = [
         [low[0], low[1]],
@@ -179,14 +193,12 @@ pub(crate) fn standard(path: &Path, airport: &AirportScene) -> Result<Section, S
         .iter()
         .map(|[east, north]| format!("{{ east_m = {east:.1}, north_m = {north:.1} }}"))
         .collect();
-    let text = format!(
+    format!(
         "[[sensor]]\nkind = \"asde\"\nname = \"ASDE tower\"\nparameters = \"ku_asde3\"\n\
          site = {{ east_m = {:.1}, north_m = {:.1}, height_m = 60.0 }}\n\
-         [[sensor]]\nkind = \"mlat\"\nname = \"MLAT\"\noverrides = {{ stations = [{}] }}\n\
-         [tracking]\nprofile = \"accurate\"\n",
+         [[sensor]]\nkind = \"mlat\"\nname = \"MLAT\"\noverrides = {{ stations = [{}] }}\n",
         tower[0],
         tower[1],
         stations.join(", ")
-    );
-    Section::parse(path, &text)
+    )
 }

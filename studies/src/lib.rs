@@ -11,6 +11,8 @@ mod bounds;
 pub mod chain;
 mod chart;
 mod clock;
+pub mod control;
+mod control_picture;
 pub mod crowds;
 mod dead_reckoning;
 pub mod effects;
@@ -43,7 +45,9 @@ pub mod siting_picture;
 pub mod siting_rating;
 #[cfg(test)]
 mod tests;
+pub mod traffic;
 pub mod unseen;
+pub mod watched;
 pub mod zurich;
 
 use serde::Serialize;
@@ -186,6 +190,34 @@ pub struct Outcome {
     pub pictures: Vec<String>,
     /// Requirements held against one run of each of these rungs.
     pub verdicts: Vec<(String, Vec<models::score::requirements::Verdict>)>,
+    /// Tables of its own.
+    pub tables: Vec<Table>,
+    /// What it found, in place of the sentence that is made of rungs.
+    pub said: Option<String>,
+}
+
+/// A table with heads of its own, beside the rows.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Table {
+    /// Name of its file, without `.csv`.
+    pub name: String,
+    /// Heading.
+    pub title: String,
+    /// Names of the columns, with units.
+    pub heads: Vec<String>,
+    /// Cells, as many a row as heads; empty where a measure does not apply.
+    pub rows: Vec<Vec<String>>,
+}
+
+impl Table {
+    /// One line a row, with a head line.
+    #[must_use]
+    pub fn to_csv(&self) -> String {
+        let line = |cells: &Vec<String>| {
+            cells.iter().map(|c| report::quoted(c)).collect::<Vec<_>>().join(",") + "\n"
+        };
+        std::iter::once(&self.heads).chain(&self.rows).map(line).collect()
+    }
 }
 
 /// What to measure.
@@ -239,6 +271,8 @@ pub const GROUPS: &[(&str, Study)] = &[
     ("polar", arithmetic::polar),
     ("precision", arithmetic::precision),
     ("figures", figures::study),
+    ("traffic", traffic::run),
+    ("control", control::run),
 ];
 
 /// A refused study.
@@ -297,5 +331,10 @@ impl Report {
     /// All rows.
     pub fn rows(&self) -> impl Iterator<Item = &Row> {
         self.outcomes.iter().flat_map(|o| &o.rows)
+    }
+
+    /// All tables of their own.
+    pub fn tables(&self) -> impl Iterator<Item = &Table> {
+        self.outcomes.iter().flat_map(|o| &o.tables)
     }
 }

@@ -1,7 +1,7 @@
 //! The report: a page that explains itself, a table for programs, one line of JSON.
 
 use crate::chart::{chart, duration, escaped, pareto, times};
-use crate::{Bound, Ladder, Outcome, Report, Row, overview, requirements};
+use crate::{Bound, Ladder, Outcome, Report, Row, Table, overview, requirements};
 use models::score::requirements::{Measure, Requirement, Verdict};
 use serde_json::json;
 use std::fmt::Write;
@@ -58,9 +58,10 @@ impl Report {
             .flat_map(|o| &o.verdicts)
             .flat_map(|(run, list)| list.iter().map(move |v| verdict(run, v)))
             .collect();
+        let tables: Vec<&Table> = self.tables().collect();
         json!({
             "machine": self.machine, "commit": self.commit, "seed": self.seed, "quick": self.quick,
-            "rows": rows, "bounds": bounds, "requirements": verdicts,
+            "rows": rows, "bounds": bounds, "requirements": verdicts, "tables": tables,
         })
         .to_string()
     }
@@ -250,9 +251,31 @@ fn section(out: &mut String, outcome: &Outcome) {
         let _ = write!(out, "<figure>{picture}</figure>");
     }
     out.push_str("</div>");
+    outcome.tables.iter().for_each(|one| own_table(out, one));
     let _ = write!(out, "<details><summary>All {} rows as a table</summary>", outcome.rows.len());
     table(out, outcome);
     out.push_str("</details></section>");
+}
+
+fn own_table(out: &mut String, one: &Table) {
+    let cells = |out: &mut String, of: &[String], tag: &str| {
+        out.push_str("<tr>");
+        of.iter().for_each(|cell| {
+            let _ = write!(out, "<{tag}>{}</{tag}>", escaped(cell));
+        });
+        out.push_str("</tr>");
+    };
+    let _ = write!(
+        out,
+        "<details><summary>{} ({} rows; {}.csv)</summary><div class=\"wide\"><table><thead>",
+        escaped(&one.title),
+        one.rows.len(),
+        escaped(&one.name)
+    );
+    cells(out, &one.heads, "th");
+    out.push_str("</thead><tbody>");
+    one.rows.iter().for_each(|row| cells(out, row, "td"));
+    out.push_str("</tbody></table></div></details>");
 }
 
 /// Reductions of the mean squared error, rung by scene, with the bounds below.
@@ -328,6 +351,9 @@ const MOST_STEPS: usize = 3;
 
 /// What the next step up costs and what it buys, in words: over all scenes, and in numbers on the ladder's first one.
 fn closing(outcome: &Outcome) -> String {
+    if let Some(said) = &outcome.said {
+        return said.clone();
+    }
     let first = closing_on_first(outcome);
     match overview::sentence(outcome) {
         Some(all) => format!("{all} {first}"),
@@ -598,7 +624,7 @@ pub(crate) fn percent(share: f64) -> String {
     }
 }
 
-fn quoted(text: &str) -> String {
+pub(crate) fn quoted(text: &str) -> String {
     if text.contains([',', '"', '\n']) {
         format!("\"{}\"", text.replace('"', "\"\""))
     } else {

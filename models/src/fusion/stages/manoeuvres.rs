@@ -8,6 +8,7 @@ use crate::fusion::config::SensorModel;
 use crate::fusion::filter::position_at;
 use crate::fusion::state::{Tracker, Work};
 use crate::fusion::track_file::Track;
+use crate::plot::Plot;
 
 impl Tracker {
     /// Offers what the covariance gate left to the reachable sets of confirmed tracks without a plot.
@@ -56,7 +57,10 @@ impl Tracker {
                     continue;
                 };
                 let distance = (plot.position_m - at).norm();
-                if track.rest.place_m().is_some() && plot.identity.is_none() {
+                if track.rest.place_m().is_some()
+                    && plot.identity.is_none()
+                    && !track.refused.as_ref().is_some_and(|before| bears_out(track, before, plot))
+                {
                     let most_s = self.reckoned_s(track, plot.time.since_s(filter.time()));
                     let way_m = 0.5 * track.limits.acceleration_ms2 * most_s * most_s;
                     if distance > way_m + 3.0 * trace(plot).sqrt() {
@@ -86,6 +90,9 @@ impl Tracker {
                 );
             let before = track.refused.take().filter(|before| {
                 let dt_s = plot.time.since_s(before.time);
+                if bears_out(track, before, plot) {
+                    return true;
+                }
                 lone && before.sensor == plot.sensor
                     && dt_s > 0.0
                     && dt_s <= 2.5 * model.interval_s
@@ -102,3 +109,21 @@ impl Tracker {
         }
     }
 }
+
+/// Whether two plots of one second, of two sensors, say the same of a track: one with its name, one that sees who is there without
+/// being told. Neither alone moves a track that the other follows.
+fn bears_out(track: &Track, before: &Plot, plot: &Plot) -> bool {
+    let own = |p: &Plot| p.identity.map(|name| track.is(name));
+    let one_is_told = matches!((own(before), own(plot)), (Some(true), None) | (None, Some(true)));
+    let dt_s = plot.time.since_s(before.time);
+    let since_s = plot.time.since_s(track.time()).clamp(0.0, AGREES_S);
+    let speed_mps = track.filter().motion().1.norm() + track.limits.acceleration_ms2 * since_s;
+    let spread_m = 3.0 * (trace(before) + trace(plot)).sqrt();
+    one_is_told
+        && before.sensor != plot.sensor
+        && dt_s.abs() <= AGREES_S
+        && (plot.position_m - before.position_m).norm() <= speed_mps * dt_s.abs() + spread_m
+}
+
+/// Plots of two sensors are of one moment if they are no farther apart, s.
+const AGREES_S: f64 = 1.0;

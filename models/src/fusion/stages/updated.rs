@@ -3,7 +3,7 @@
 use crate::fusion::budget::MERGED_ABOVE;
 use crate::fusion::buffers::Candidate;
 use crate::fusion::config::SensorModel;
-use crate::fusion::registration::Reference;
+use crate::fusion::registration::{Reference, Waiting};
 use crate::fusion::state::{Outcome, Tracker, Work};
 use crate::fusion::track_file::{Applied, Update};
 use crate::plot::Plot;
@@ -93,31 +93,30 @@ impl Tracker {
         }
         if hit && self.config.register_sites && !outside {
             if plot.polar.is_some() && !manoeuvre {
-                if let Some(reference) = &track.reference {
-                    let (body, course) = (track.body(), track.course);
-                    let taken_off = self.registration.correction_m(&stated)
-                        - stated.axis * self.registration.law().unknown_m.0;
-                    self.registration.learn(
-                        &stated,
-                        taken_off,
-                        reference,
+                let (body, course) = (track.body(), track.course);
+                if let Some(reference) = &mut track.reference {
+                    reference.keep(Waiting {
+                        plot: stated,
+                        taken_off_m: self.registration.correction_m(&stated)
+                            - stated.axis * self.registration.law().unknown_m.0,
                         velocity_mps,
-                        body.as_ref(),
+                        body,
                         course,
-                        model.interval_s,
-                    );
+                        interval_s: model.interval_s,
+                    });
                 }
             } else if plot.identity.is_some() && plot.along_m2.is_finite() {
-                track.reference = Some(Box::new(Reference {
-                    time: plot.time,
-                    position_m: plot.position_m,
-                    variance_m2: 0.5 * (plot.along_m2 + plot.across_m2),
-                    repeats: if model.slow_share > 0.0 {
-                        (2.0 * model.slow_tau_s / model.interval_s.max(1e-3)).max(1.0)
-                    } else {
-                        1.0
-                    },
-                }));
+                let repeats = if model.slow_share > 0.0 {
+                    (2.0 * model.slow_tau_s / model.interval_s.max(1e-3)).max(1.0)
+                } else {
+                    1.0
+                };
+                let variance_m2 = 0.5 * (plot.along_m2 + plot.across_m2);
+                let next = Reference::new(plot.time, plot.position_m, variance_m2, repeats);
+                if let Some(before) = &track.reference {
+                    self.registration.learn(before, &next);
+                }
+                track.reference = Some(Box::new(next));
             }
         }
         if hit {

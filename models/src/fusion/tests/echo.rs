@@ -207,3 +207,103 @@ fn a_report_from_elsewhere_teaches_nothing() {
     assert_eq!(joint.parameter(0), (0.0, 3.0));
     assert_eq!(joint.parameter(4), (0.6, 0.1));
 }
+
+/// Aircraft that multilateration names: six that are pushed back and stand, and one that rolls each two minutes; their echoes lie
+/// off by a constant. Gives the largest error of those that roll, m.
+fn rolls(config: &TrackingConfig) -> (f64, Tracker) {
+    let mut config = config.clone();
+    config.sensors = vec![
+        SensorModel::default_of(SensorId(1), SensorKind::Asde),
+        SensorModel::default_of(SensorId(9), SensorKind::Mlat),
+    ];
+    let mut tracker = Tracker::new(config);
+    let pushed = |n: usize, t: f64| {
+        let gone = 1.5 * (t - 20.0 - 15.0 * n as f64).clamp(0.0, 60.0);
+        Vector2::new(500.0 + 90.0 * n as f64, -300.0 - 40.0 * n as f64)
+            + Vector2::new(0.6, 0.8) * gone
+    };
+    let roll = |n: usize, t: f64| {
+        let since = t - 100.0 - 120.0 * (n as f64 - 6.0);
+        let gone = 1.2 * since.clamp(0.0, 32.0).powi(2) + 76.8 * (since - 32.0).max(0.0);
+        (-50.0..50.0)
+            .contains(&since)
+            .then(|| Vector2::new(-1500.0, 300.0) + Vector2::new(0.8, 0.6) * gone)
+    };
+    let mut worst_m: f64 = 0.0;
+    for k in 1..=800_u32 {
+        let mut plots = Vec::new();
+        for n in 0..12 {
+            let path = |t: f64| if n < 6 { Some(pushed(n, t)) } else { roll(n, t) };
+            let key = DrawKey { run_seed: 21, sensor: 1, entity: n as u64, scan: k.into() };
+            let mut rng = key.rng(Purpose::Study);
+            let ((a, b), (c, d)) = (normal_pair(&mut rng), normal_pair(&mut rng));
+            let (heard, seen) = (f64::from(k) - 0.9, f64::from(k) - 0.5 + 0.03 * n as f64);
+            if let Some(at) = path(seen) {
+                let axis = at / at.norm();
+                let off = axis * -2.4 + Vector2::new(-axis.y, axis.x) * 1.5;
+                let at = at + off + Vector2::new(a, b) * 2.4;
+                let (range_m, azimuth_rad) = (at.norm(), libm::atan2(at.x, at.y));
+                let polar = Polar {
+                    range_m,
+                    azimuth_rad,
+                    sigma_range_m: 2.5,
+                    sigma_azimuth_rad: 2.5 / range_m,
+                    extent_m2: None,
+                };
+                plots.push(Plot {
+                    sensor: SensorId(1),
+                    kind: SensorKind::Asde,
+                    time: SimTime::from_s(seen),
+                    sequence: n as u32,
+                    position_m: at,
+                    axis: at / range_m,
+                    along_m2: 6.25,
+                    across_m2: 6.25,
+                    altitude_m: None,
+                    polar: Some(polar),
+                    identity: None,
+                    scnr_db: None,
+                });
+            }
+            if let Some(at) = path(heard) {
+                plots.push(Plot {
+                    sensor: SensorId(9),
+                    kind: SensorKind::Mlat,
+                    time: SimTime::from_s(heard),
+                    sequence: n as u32,
+                    position_m: at + Vector2::new(c, d) * 0.8,
+                    axis: Vector2::new(0.0, 1.0),
+                    along_m2: 0.64,
+                    across_m2: 0.64,
+                    altitude_m: None,
+                    polar: None,
+                    identity: Some(Identity::Callsign(Callsign::new(&format!("AC{n}")))),
+                    scnr_db: None,
+                });
+            }
+        }
+        let tracks = tracker.scan(SimTime::from_s(f64::from(k)), &plots, &FlightList::default());
+        for n in 6..12 {
+            // From half a minute before it rolls.
+            let begun = roll(n, f64::from(k) - 20.0);
+            let Some(truth) = roll(n, f64::from(k)).filter(|_| begun.is_some()) else { continue };
+            let name = Callsign::new(&format!("AC{n}"));
+            let track = tracks.iter().find(|t| t.callsign() == Some(name));
+            let off_m = track.map_or(f64::INFINITY, |t| (t.position_m - truth).norm());
+            worst_m = worst_m.max(off_m);
+        }
+    }
+    (worst_m, tracker)
+}
+
+/// The echo of an aircraft that is pushed back at 1.5 m/s, off by the same metre and a half in every scan, was a clock early by a
+/// second, and of one that stands a milliradian known to a tenth: tracks of take-offs were 361 m off with radar and multilateration.
+#[test]
+fn echoes_that_lie_off_by_a_constant_are_no_errors_of_a_site() {
+    let (worst_m, tracker) = rolls(&TrackingConfig::accurate());
+    let bias = tracker.site_biases()[0];
+    println!("{worst_m:.1} m, {bias:?}");
+    assert!(worst_m < 12.0, "{worst_m}");
+    assert!(bias.time_s.abs() < 0.06 && bias.time_s.abs() < 3.0 * bias.sigma_time_s, "{bias:?}");
+    assert!(bias.azimuth_rad.abs() < 3.0 * bias.sigma_azimuth_rad, "{bias:?}");
+}

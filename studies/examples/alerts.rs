@@ -1,27 +1,24 @@
 //! Runs the traffic of scenes and prints every control alert, on its exact truth and, with `--tracks`, on the tracks of
 //! the scene's sensors and tracker, with the score of the second against the first. Several seeds: `--seeds A..B`.
 //!
-//! `cargo run --release -p scenarios --example alerts -- [--tracks] [--quiet] [--clearances] [--watch CALLSIGN] [--seeds A..B] [--seconds S] SCENE…`
+//! `cargo run --release -p studies --example alerts -- [--tracks] [--quiet] [--clearances] [--watch CALLSIGN] [--seeds A..B] [--seconds S] SCENE…`
 #![allow(clippy::print_stdout, reason = "a tool for the terminal")]
 
 use models::control::alert::{Alert, Change};
-use models::control::layout::Layout;
 use models::control::parameters::Parameters;
-use models::control::scoring::{self, Told};
-use models::control::situation::{Target, TargetClass};
+use models::control::scoring;
+use models::control::situation::Target;
 use models::environment::Weather;
-use models::flight_list::MovementKind;
 use models::frames::Vector2;
 use models::fusion::Tracker;
 use models::plot::Callsign;
-use models::sensors::{PlotSink, ScanInterval, Sensor, TargetState, Truth};
+use models::sensors::{PlotSink, ScanInterval};
 use models::time::SimTime;
-use models::track::SystemTrack;
 use models::traffic::core::Core;
 use models::traffic::exact::{Watch, targets as exact_targets};
-use models::truth::TruthState;
 use scenarios::Scene;
 use std::collections::BTreeMap;
+use studies::watched::{Book, Frames, layout, net_on_tracks, target};
 
 struct Options {
     tracks: bool,
@@ -93,111 +90,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// States of a second, frame by frame, as sensors look at them.
-struct Frames<'a> {
-    scene: &'a Scene,
-    first: usize,
-    /// By entity: its states with their times.
-    states: Vec<Vec<(SimTime, TruthState)>>,
-    /// Whose transponders are silent.
-    silent: Vec<bool>,
-}
-
-impl Truth for Frames<'_> {
-    fn len(&self) -> usize {
-        self.states.len()
-    }
-    fn key(&self, index: usize) -> u64 {
-        (self.first + index) as u64
-    }
-    fn class(&self, index: usize) -> &models::sensors::TargetClass {
-        &self.scene.traffic.entities[self.first + index].class
-    }
-    fn callsign(&self, index: usize) -> Callsign {
-        self.scene.traffic.entities[self.first + index].callsign
-    }
-    fn address(&self, index: usize) -> Option<u32> {
-        self.scene.traffic.entities[self.first + index].address
-    }
-    fn answers(&self, index: usize, _: SimTime) -> bool {
-        !self.silent[index]
-    }
-    fn at(&self, index: usize, time: SimTime) -> Option<TargetState> {
-        let (at, state) = self.states[index].iter().rev().find(|(at, _)| *at <= time)?;
-        let ahead_s = time.since_s(*at);
-        (ahead_s <= 0.1).then_some(TargetState {
-            position_m: state.position_m + state.velocity_mps * ahead_s,
-            velocity_mps: state.velocity_mps,
-            heading_rad: state.heading_rad,
-        })
-    }
-}
-
-fn sensors(scene: &Scene) -> Result<Vec<Box<dyn Sensor>>, String> {
-    let tolerance = scene.tolerance();
-    let mut made: Vec<Box<dyn Sensor>> = Vec::new();
-    for s in &scene.sensors {
-        if let Some(radar) = &s.asde {
-            let radar = radar.radar_for(scene, s, tolerance).map_err(|e| e.to_string())?;
-            made.push(Box::new(radar));
-        } else if let Some(reported) = &s.reported {
-            let made_s = reported.sensor(tolerance, scene.run.duration.s());
-            made.push(made_s.map_err(|e| e.to_string())?);
-        }
-    }
-    Ok(made)
-}
-
-/// A track as control takes it.
-fn target(scene: &Scene, track: &SystemTrack) -> Target {
-    let callsign = track.callsign();
-    let entry = callsign.and_then(|c| scene.flight_list.entries.iter().find(|e| e.callsign == c));
-    let movement = track.label.as_ref().map(|l| l.movement).or(entry.map(|e| e.movement));
-    let class = match movement {
-        Some(MovementKind::Vehicle) => TargetClass::Vehicle,
-        Some(_) => TargetClass::Aircraft,
-        None => TargetClass::Unknown,
-    };
-    let row = entry.and_then(|e| scene.traffic.types.get(&e.type_designator));
-    Target {
-        number: track.number,
-        callsign,
-        class,
-        arriving: movement == Some(MovementKind::Arrival),
-        length_m: row.map_or(0.0, |r| r.class.length_m),
-        position_m: track.position_m,
-        velocity_mps: track.velocity_mps,
-        altitude_m: track.altitude_m,
-        last_plot: track.last_plot,
-        first: track.first,
-    }
-}
-
-/// Alerts by number.
-#[derive(Default)]
-struct Book(BTreeMap<u32, Told>);
-
-impl Book {
-    fn enter(&mut self, now: SimTime, change: Change, alert: &Alert) {
-        let subjects = alert.subjects().split(' ').map(str::to_owned).collect();
-        let told = self.0.entry(alert.id).or_insert_with(|| Told {
-            kind: alert.condition.kind.word(),
-            subjects: Vec::new(),
-            on_s: now.s(),
-            end_s: f64::INFINITY,
-            nearest_m: None,
-        });
-        told.subjects = subjects;
-        if change == Change::Ended {
-            told.end_s = now.s();
-        }
-    }
-
-    fn list(&self) -> Vec<Told> {
-        self.0.values().cloned().collect()
-    }
-}
-
 fn print(side: &str, now: SimTime, change: Change, alert: &Alert, about: &str) {
     let (kind, stage) = (alert.condition.kind.word(), alert.condition.stage.word());
     let word = match change {
@@ -248,28 +140,17 @@ fn run(
 ) -> Result<u32, Box<dyn std::error::Error>> {
     let behaving = scene.traffic.behaving.as_ref().ok_or("nothing behaves in this scene")?;
     let mut core = behaving.core(&scene.run, seed).ok_or("no truth")?;
-    let layout = || Layout::of(&scene.airport.layout).with_network(&behaving.network);
     let bars = scene.control.stop_bars;
-    let mut watch = Watch::new(layout(), Parameters::default(), bars);
-    let control = &scene.control;
-    let parameters = Parameters {
-        confirm_scans: control.confirm_scans,
-        strip_margin_m: control.strip_margin_m,
-        bar_margin_m: control.bar_margin_m,
-        ..Parameters::on_tracks()
-    };
-    let mut seen = Watch::new(layout(), parameters, bars);
-    let mut sensors = if options.tracks { sensors(scene)? } else { Vec::new() };
+    let mut watch = Watch::new(layout(scene), Parameters::default(), bars);
+    let mut seen = net_on_tracks(scene, scene.control.confirm_scans);
+    let mut sensors = if options.tracks { studies::zurich::sensors(scene)? } else { Vec::new() };
     let mut tracker = Tracker::new(scene.tracking_config());
     let weather = Weather::default();
     let (mut exact, mut tracked) = (Book::default(), Book::default());
     let mut ages: BTreeMap<u16, u32> = BTreeMap::new();
     let mut lines: BTreeMap<u32, String> = BTreeMap::new();
     let mut past: BTreeMap<u16, Vec<String>> = BTreeMap::new();
-    let count = scene.traffic.entities.len() - behaving.first_entity;
-    let first = behaving.first_entity;
-    let mut frames =
-        Frames { scene, first, states: vec![Vec::new(); count], silent: vec![false; count] };
+    let mut frames = Frames::of(scene, behaving.first_entity);
     let per_scan = u64::from(scene.run.frames_per_scan);
     let mut errors: BTreeMap<String, [f64; 5]> = BTreeMap::new();
     let last = scene.run.frames().min((options.seconds / scene.run.frame.s()) as u64);
@@ -277,10 +158,7 @@ fn run(
         core.step(frame as i64);
         let now = SimTime(frame as i64 * scene.run.frame.0);
         if options.tracks {
-            for (f, states) in frames.states.iter_mut().enumerate() {
-                states.extend(core.state(f).map(|s| (now, s)));
-                frames.silent[f] = !core.answers(f);
-            }
+            frames.take(&core, now);
         }
         if !frame.is_multiple_of(per_scan) {
             continue;
@@ -291,7 +169,7 @@ fn run(
             if !own {
                 continue;
             }
-            for (r, axis) in layout().runways.iter().enumerate() {
+            for (r, axis) in layout(scene).runways.iter().enumerate() {
                 let ((p, d), (nose_p, nose_d)) =
                     (axis.place_m(s.target.position_m), axis.place_m(s.nose_m));
                 let hold_m = axis.hold_at_m(p, d);
@@ -381,7 +259,7 @@ fn run(
                 print("tracks", now, *change, alert, &about);
             }
         }
-        frames.states.iter_mut().for_each(|s| s.drain(..s.len().saturating_sub(1)).for_each(drop));
+        frames.clear();
     }
     for shown in core.shown() {
         println!("{:8.1} failure {} {}", shown.time_s, shown.kind.word(), shown.callsign);
