@@ -56,7 +56,7 @@ impl Monitor {
             if situation.target.first {
                 *remembered = Remembered::default();
             }
-            let mut one = One { rules, situation, strip: None, out };
+            let mut one = One { rules, surveillance, situation, strip: None, out };
             one.strip = situation.strip.map(|i| &rules.board.strips()[i as usize]);
             one.bar(remembered);
             if situation.of_a_runway() {
@@ -81,6 +81,7 @@ impl Monitor {
 
 struct One<'a, 'b> {
     rules: &'a Rules<'b>,
+    surveillance: &'a Surveillance,
     situation: &'a Situation,
     strip: Option<&'a Strip>,
     out: &'a mut Vec<Condition>,
@@ -99,7 +100,41 @@ impl One<'_, '_> {
             let given = c.runway.and_then(|r| r.1);
             kinds.contains(&c.kind) && (end.is_none() || given.is_none() || given == end)
         };
-        self.strip.is_some_and(|s| s.on_runway(runway).any(fits))
+        match self.strip {
+            Some(strip) => strip.on_runway(runway).any(fits),
+            None => self.may_be_another(runway, fits),
+        }
+    }
+
+    /// Whether a track without a name may be one who is cleared on a runway and whom no track is known to be: as long as there
+    /// are at least as many of those as tracks without a name there.
+    fn may_be_another(
+        &self,
+        runway: usize,
+        fits: impl Fn(&super::clearance::Clearance) -> bool,
+    ) -> bool {
+        if !self.nameless() {
+            return false;
+        }
+        let unseen = self.unseen().filter(|strip| strip.on_runway(runway).any(&fits));
+        let nameless = self.surveillance.situations().iter().filter(|s| {
+            let there = s.in_strip(runway) || s.on_final.is_some_and(|f| f.runway == runway);
+            s.target.callsign.is_none() && there
+        });
+        let unseen = unseen.count();
+        unseen > 0 && nameless.count() <= unseen
+    }
+
+    /// Whether it has no name, as tracks may.
+    fn nameless(&self) -> bool {
+        self.rules.parameters.doubt.is_some() && self.situation.target.callsign.is_none()
+    }
+
+    /// Strips that no track is known to be of.
+    fn unseen(&self) -> impl Iterator<Item = &Strip> {
+        let strips = self.rules.board.strips().iter().enumerate();
+        let unseen = |i: usize| self.surveillance.of_strip(i as u32).is_none();
+        strips.filter(move |(i, _)| unseen(*i)).map(|(_, strip)| strip)
     }
 
     fn kinds(&self) -> Kinds {
@@ -109,7 +144,10 @@ impl One<'_, '_> {
     fn on_runway(&mut self) {
         let (p, now, s) = (self.rules.parameters, self.rules.now, self.situation);
         let landed_on = s.was_on_final(now, p.landed_s);
-        let goes_around = self.kinds().has(GoAround);
+        let goes_around = match self.strip {
+            Some(strip) => strip.kinds.has(GoAround),
+            None => self.nameless() && self.unseen().any(|strip| strip.kinds.has(GoAround)),
+        };
         if let Some(f) = s.on_final {
             let cleared = goes_around || self.cleared(&[Land], f.runway, Some(f.end));
             if f.time_s <= p.landing_clearance_s && !cleared && s.fast.is_none() {
@@ -118,8 +156,11 @@ impl One<'_, '_> {
         }
         // A clearance ends when the wheels leave the ground, before a track is known to be in the air.
         let ended = |r: usize| {
-            let flew = self.strip.and_then(|strip| strip.flew_until);
-            flew.is_some_and(|(runway, at)| runway == r && now.since_s(at) <= p.rolled_s)
+            let flew = |strip: &Strip| {
+                let until = strip.flew_until;
+                until.is_some_and(|(runway, at)| runway == r && now.since_s(at) <= p.rolled_s)
+            };
+            self.strip.map_or_else(|| self.nameless() && self.unseen().any(flew), flew)
         };
         if let Some(r) = s.fast.filter(|_| s.target.class != TargetClass::Vehicle && !goes_around)
             && !ended(r)

@@ -504,7 +504,9 @@ fn look(
         (None, span) => span.filter(|_| situation.fast.is_some()),
     };
     if let Some(doubt) = &parameters.doubt {
-        situation.doubt = memory.doubted(doubt, now, target, situation.strip.is_some());
+        // Who says his name has one, also where nobody has a strip of him: a car that was never cleared.
+        let named = situation.strip.is_some() || target.callsign.is_some();
+        situation.doubt = memory.doubted(doubt, now, target, named);
     }
     memory.velocities = [velocity, memory.velocities[0], memory.velocities[1]];
     if situation.fast.is_some() {

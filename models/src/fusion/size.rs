@@ -74,11 +74,22 @@ const MOST: f64 = 5.0;
 /// A plot's time and place.
 type At = (SimTime, Vector2<f64>);
 
+/// The last plot of a radar, and the one a turn before it.
+#[derive(Clone, Copy, Debug)]
+struct Last {
+    sensor: SensorId,
+    one: At,
+    before: Option<At>,
+}
+
+/// Radars whose plots of one target are compared; those of more are passed over.
+const MOST_RADARS: usize = 4;
+
 /// Ratio of the variances seen to the variances stated.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Spread {
-    last: Option<(SensorId, [At; 2])>,
-    one: Option<(SensorId, At)>,
+    /// Of each radar, the last plots.
+    last: [Option<Last>; MOST_RADARS],
     seen: [f64; 2],
     triples: f64,
     stated: [f64; 2],
@@ -123,10 +134,15 @@ impl Spread {
             let t = b.since_s(a);
             t > 0.5 * interval_s && t < 1.5 * interval_s
         };
-        if let Some((sensor, [first, second])) = self.last
-            && sensor == plot.sensor
-            && near(second.0, here.0)
-        {
+        // The plots of one radar lie as far off as its next: between those of two there is the body.
+        let own = |last: &Option<Last>| last.as_ref().is_some_and(|l| l.sensor == plot.sensor);
+        let place = self.last.iter().position(own);
+        let Some(place) = place.or_else(|| self.last.iter().position(Option::is_none)) else {
+            return;
+        };
+        let kept = self.last[place];
+        let two = kept.and_then(|l| Some((l.before?, l.one)));
+        if let Some((first, second)) = two.filter(|(_, second)| near(second.0, here.0)) {
             let bend = first.1 - second.1 * 2.0 + here.1;
             let parts = [bend.dot(&plot.axis), bend.dot(&plot.across_axis())];
             let stated = [plot.along_m2, plot.across_m2];
@@ -142,12 +158,7 @@ impl Spread {
                 self.stated[k] = KEPT * self.stated[k] + stated[k];
             }
         }
-        self.last = match self.one {
-            Some((sensor, before)) if sensor == plot.sensor && near(before.0, here.0) => {
-                Some((sensor, [before, here]))
-            }
-            _ => None,
-        };
-        self.one = Some((plot.sensor, here));
+        let before = kept.map(|l| l.one).filter(|one| near(one.0, here.0));
+        self.last[place] = Some(Last { sensor: plot.sensor, one: here, before });
     }
 }

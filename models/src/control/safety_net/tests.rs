@@ -1,4 +1,5 @@
 use super::*;
+use crate::control::clearance::{Clearance, ClearanceKind};
 use crate::control::layout::RunwayAxis;
 use crate::control::situation::TargetClass;
 use crate::frames::Vector2;
@@ -32,12 +33,23 @@ fn raised(
     seconds: u32,
     targets: impl Fn(u32) -> Vec<Target>,
 ) -> Vec<(u32, String)> {
-    let mut net = SafetyNet::new(layout(), parameters);
     let mut board = Board::default();
     board.strip(Callsign::new("ABC1"));
+    raised_with(board, parameters, seconds, targets)
+}
+
+/// The same with the strips and clearances of `board`.
+fn raised_with(
+    mut board: Board,
+    parameters: Parameters,
+    seconds: u32,
+    targets: impl Fn(u32) -> Vec<Target>,
+) -> Vec<(u32, String)> {
+    let mut net = SafetyNet::new(layout(), parameters);
     let mut found = Vec::new();
     for second in 1..=seconds {
         let targets = targets(second);
+        board.advance(SimTime::from_s(f64::from(second)));
         let scan = Scan {
             now: SimTime::from_s(f64::from(second)),
             targets: &targets,
@@ -73,6 +85,40 @@ fn a_track_without_a_name_raises_an_alert_when_it_is_four_seconds_old() {
     };
     assert_eq!(when(Parameters::on_tracks()), when(Parameters::default()));
     assert!(when(Parameters::default()).is_some());
+}
+
+/// A radar alone names nobody: whoever entered a runway by his clearance was "without clearance" (299 false alerts in six hours).
+#[test]
+fn a_track_without_a_name_may_be_one_who_is_cleared_and_whom_no_track_is_known_to_be() {
+    let board = || {
+        let mut board = Board::default();
+        board.give(Clearance {
+            callsign: Callsign::new("ABC1"),
+            kind: ClearanceKind::LineUp,
+            runway: Some((0, None)),
+            place_m: None,
+            from: SimTime::from_s(1.0),
+            until: None,
+        });
+        board
+    };
+    let enters = |number, x: f64| {
+        move |s: u32| target(number, "", (x - 6.0 * f64::from(s), 300.0), (-6.0, 0.0), s)
+    };
+    let count = |parameters, targets: &dyn Fn(u32) -> Vec<Target>| {
+        let all = raised_with(board(), parameters, 25, targets);
+        all.iter().filter(|r| r.1 == "NOCLR_RWY").count()
+    };
+    let one = |s: u32| vec![enters(4, 180.0)(s)];
+    assert_eq!(count(Parameters::on_tracks(), &one), 0);
+    assert_eq!(count(Parameters::default(), &one), 1, "exact truth has names");
+    // Two of them, and one clearance.
+    let far = |s: u32| target(5, "", (180.0 - 6.0 * f64::from(s), 2000.0), (-6.0, 0.0), s);
+    let two = |s: u32| vec![enters(4, 180.0)(s), far(s)];
+    assert_eq!(count(Parameters::on_tracks(), &two), 2);
+    // The one who is cleared is seen elsewhere.
+    let seen = |s: u32| vec![target(3, "ABC1", (800.0, 900.0), (0.0, 0.0), s), enters(4, 180.0)(s)];
+    assert_eq!(count(Parameters::on_tracks(), &seen), 1);
 }
 
 #[test]
@@ -111,6 +157,21 @@ fn an_echo_that_flies_along_a_runway_is_no_roll_and_a_roll_from_rest_is_one() {
     let roll = |all: &[(u32, String)]| all.iter().find(|r| r.1 == "NOCLR_TOF").map(|r| r.0);
     assert_eq!(roll(&found), roll(&exact));
     assert!(roll(&found).is_some());
+}
+
+/// The second echo of one on final, 7.5 km short of him, got his name and was high speed on a taxiway.
+#[test]
+fn what_crosses_the_airport_at_eighty_and_never_was_slow_is_no_taxiing() {
+    let mut found = 0;
+    for (v, most) in [(82.0, 0), (30.0, 1)] {
+        let passes =
+            |s: u32| vec![target(6, "ABC1", (-900.0 + v * f64::from(s), 900.0), (v, 0.0), s)];
+        let all = raised(Parameters::on_tracks(), 9, passes);
+        let alerts = all.iter().filter(|r| r.1 == "HIGH_SPEED").count();
+        assert!(alerts <= most, "{v}: {all:?}");
+        found += alerts;
+    }
+    assert_eq!(found, 1, "somebody who drives much too fast is told of");
 }
 
 /// A track that says 18 to 28 m/s of somebody who drives along the runway at 11 is no roll; rolls of every acceleration that
@@ -223,7 +284,6 @@ fn a_name_that_is_taken_over_is_doubted_for_eight_seconds() {
 /// Who goes around is not on final, and without altitude he is in the air: nobody below is in his way.
 #[test]
 fn who_was_sent_around_lands_no_more() {
-    use crate::control::clearance::{Clearance, ClearanceKind};
     let kinds = |sent: bool| {
         let mut net = SafetyNet::new(layout(), Parameters::on_tracks());
         let mut board = Board::default();

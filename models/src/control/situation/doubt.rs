@@ -49,7 +49,8 @@ impl Surveillance {
 
     /// Tracks without a name beside or right behind a named one are its doubles.
     pub(super) fn find_doubles(&mut self, doubt: &Doubt) {
-        let wanted = |s: &Situation| s.strip.is_none() && s.doubt.is_none();
+        let wanted =
+            |s: &Situation| s.strip.is_none() && s.target.callsign.is_none() && s.doubt.is_none();
         if !self.situations.iter().any(wanted) {
             return;
         }
@@ -121,13 +122,16 @@ impl Memory {
         if coasts || age_s < doubt.young_s || new_name || leaps {
             return Some(Doubted::Weak);
         }
-        if named {
-            return jumps.then_some(Doubted::Jumps);
-        }
-        let young = age_s < doubt.unnamed_s;
         let lands =
             self.final_span.is_some_and(|(since, until, _)| until.since_s(since) >= doubt.final_s);
         let flies = !self.was_slow && !lands;
+        // A name may have been put on the second echo of one who comes, kilometres short of him: nothing taxies as fast that never
+        // was slower.
+        if named {
+            let echo = flies && target.velocity_mps.norm() > ECHO_MPS;
+            return (jumps || echo).then_some(Doubted::Jumps);
+        }
+        let young = age_s < doubt.unnamed_s;
         (young || flies || jumps).then_some(Doubted::Weak)
     }
 }
@@ -164,6 +168,9 @@ pub(super) fn nose_on(
     }
     None
 }
+
+/// What was never slower than this is no taxiing, m/s (assumed).
+const ECHO_MPS: f64 = 40.0;
 
 /// One farther from its way than this does not follow it, m (assumed).
 const OFF_WAY_M: f64 = 12.0;

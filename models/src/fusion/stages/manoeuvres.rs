@@ -93,8 +93,10 @@ impl Tracker {
                 if bears_out(track, before, plot) {
                     return true;
                 }
-                lone && before.sensor == plot.sensor
-                    && dt_s > 0.0
+                // A second radar says it as well as a second look of the first.
+                let unnamed = before.identity.is_none() && plot.identity.is_none();
+                let two = before.sensor != plot.sensor && unnamed && dt_s >= 0.0;
+                lone && (two || before.sensor == plot.sensor && dt_s > 0.0)
                     && dt_s <= 2.5 * model.interval_s
                     && (plot.position_m - before.position_m).norm()
                         <= track.limits.speed_mps * dt_s + 3.0 * trace(plot).sqrt()

@@ -224,3 +224,30 @@ fn a_vehicle_that_names_itself_is_not_lost_where_it_brakes_harder_than_its_filte
     assert!(found.gate_2 + found.restarts >= 1, "the covariance gate alone refuses it: {found:?}");
     assert_eq!((found.confirmed, found.deleted, found.identity_conflicts), (1, 0, 0));
 }
+
+/// The plots of a second radar between those of the first hid each from the other: nothing was learnt of any body, and of
+/// fifteen parked aircraft whose type says who they are two had a name in place of fourteen.
+#[test]
+fn what_two_radars_see_of_a_body_is_learnt_from_both() {
+    let seen = |radars: &[u16]| {
+        let mut spread = size::Spread::default();
+        for k in 0..200_u32 {
+            for id in radars {
+                let key = DrawKey { run_seed: 3, sensor: (*id).into(), entity: 0, scan: k.into() };
+                let (a, b) = normal_pair(&mut key.rng(Purpose::Study));
+                let near_side = Vector2::new(f64::from(*id) * 4.0, 0.0);
+                let plot = Plot {
+                    sensor: SensorId(*id),
+                    position_m: Vector2::new(900.0, 700.0) + near_side + Vector2::new(a, b) * 3.0,
+                    ..hard_cases::plot(f64::from(k) + 0.3 * f64::from(*id), k, 0.0, 0.0)
+                };
+                spread.learn(&plot, 1.0);
+            }
+        }
+        spread.variance_m2().expect("triples")
+    };
+    let (one, both) = (seen(&[1]), seen(&[1, 2]));
+    println!("{one:?} {both:?}");
+    assert!(both.1 > 0.95 * one.1, "as many triples");
+    assert!((both.0 / 9.0 - 1.0).abs() < 0.3 && (one.0 / 9.0 - 1.0).abs() < 0.3, "9 m²");
+}

@@ -134,6 +134,8 @@ const CAR_MPS: f64 = 8.5;
 const CAR_MPS2: f64 = 1.0;
 /// Begin and end of its way beside the centreline, m (assumed).
 const CAR_HALF_M: f64 = 170.0;
+/// It begins so far outside the strip of any other runway, m (assumed).
+const CAR_CLEAR_M: f64 = 20.0;
 
 impl Car {
     /// Time of one half of its way: from standing to standing, s.
@@ -539,6 +541,32 @@ impl Core {
         }
     }
 
+    /// Where the vehicle comes to the centreline, m, and the side that it comes from: 900 m behind the threshold and from the right,
+    /// but that it does not begin in the strip of another runway, where there is such a place.
+    fn car_place(
+        &self,
+        r: usize,
+        end: usize,
+        toward: Vector2<f64>,
+        right: Vector2<f64>,
+    ) -> (Vector2<f64>, Vector2<f64>) {
+        let runway = &self.net.runways[r];
+        let centre = |more_m: f64| {
+            let place_m = runway.displaced_m[end] + 900.0 + more_m;
+            runway.ends_m[end] + toward * place_m.min(runway.length_m - 300.0)
+        };
+        let in_strip = |at: Vector2<f64>| {
+            self.net.runways.iter().enumerate().any(|(other, o)| {
+                let off_m = distance_to_segment_m(at, o.ends_m[0], o.ends_m[1]);
+                other != r && off_m <= o.hold_distance_m + CAR_CLEAR_M
+            })
+        };
+        let places = [0.0, 150.0, -150.0, 300.0, -300.0, 450.0].map(centre);
+        let all = places.iter().flat_map(|place| [(*place, right), (*place, -right)]);
+        let clear = all.into_iter().find(|(place, side)| !in_strip(place + side * CAR_HALF_M));
+        clear.unwrap_or((places[0], right))
+    }
+
     fn watch_car(&mut self, f: usize) {
         let now = self.time_s;
         let Failure { flight: m, stay_s, lead_s, .. } = self.failing[f].failure;
@@ -559,9 +587,8 @@ impl Core {
             return;
         }
         let toward = (runway.ends_m[1 - end] - runway.ends_m[end]) / runway.length_m;
-        let place_m = (runway.displaced_m[end] + 900.0).min(runway.length_m - 300.0);
         let right = Vector2::new(toward.y, -toward.x);
-        let centre = runway.ends_m[end] + toward * place_m;
+        let (centre, right) = self.car_place(r, end, toward, right);
         let mut car = Car {
             runway: r,
             from_m: centre + right * CAR_HALF_M,
