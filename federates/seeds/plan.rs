@@ -1,5 +1,6 @@
 //! `seeds plan SCENE`: which physical effects a scene calls for, without running it.
 
+use super::accuracy::{end_of_progress, show};
 use super::plan_report::{self, SensorPlan};
 use crate::exchange::flights::flight_notice;
 use crate::external_world::ExternalWorld;
@@ -49,6 +50,14 @@ pub struct PlanArgs {
     #[arg(long, value_name = "N", requires = "video", default_value_t = 1600, value_parser = clap::value_parser!(u16).range(64..=8192))]
     size: u16,
 
+    /// What another radar, ADS-B or multilateration would gain: runs the scene with each set and counts the requirements met
+    #[arg(long, conflicts_with_all = ["at", "explain", "video", "all"])]
+    advice: bool,
+
+    /// Simulated time of each of these runs at most, s, 10 to 86400
+    #[arg(long, value_name = "S", requires = "advice", default_value_t = 600.0, value_parser = advice_seconds)]
+    advice_s: f64,
+
     /// Every row of every sensor, also those of what is not there
     #[arg(long)]
     all: bool,
@@ -65,10 +74,65 @@ fn rim(text: &str) -> Result<f64, String> {
     }
 }
 
+fn advice_seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(seconds) if (10.0..=86_400.0).contains(&seconds) => Ok(seconds),
+        _ => Err(format!("'{text}' is not a time from 10 to 86400 s")),
+    }
+}
+
+/// What more sensors would gain, by running the scene with them.
+fn advice(args: &PlanArgs) -> ExitCode {
+    let file = scenarios::locate(&args.scene);
+    let text = match scenarios::text_of(&file) {
+        Ok(text) => text,
+        Err(e) => return fail(cli::BAD_INPUT, e),
+    };
+    let mut told = false;
+    let mut tell = |what: String| {
+        told = true;
+        show(&what);
+    };
+    let found = studies::sensor_advice::advise(&file, &text, args.advice_s, &[1, 2], &mut tell);
+    if told {
+        end_of_progress();
+    }
+    match found {
+        Ok(found) if args.json => {
+            let table = found.table();
+            let row = |row: &Vec<String>| {
+                let cells = table.heads.iter().cloned().zip(row.iter().map(|c| number(c)));
+                serde_json::Value::Object(cells.collect())
+            };
+            let rows: Vec<serde_json::Value> = table.rows.iter().map(row).collect();
+            let refused = &found.refused;
+            let whole = serde_json::json!({
+                "scene": args.scene, "seconds": found.seconds, "seeds": found.seeds, "choices": rows, "refused": refused,
+            });
+            out!("{whole}");
+            ExitCode::SUCCESS
+        }
+        Ok(found) => {
+            out!("{}", found.to_text().trim_end());
+            ExitCode::SUCCESS
+        }
+        Err(e) => fail(cli::BAD_INPUT, e),
+    }
+}
+
+/// A cell as a number where it is one.
+fn number(cell: &str) -> serde_json::Value {
+    let number = cell.parse::<f64>().ok().and_then(serde_json::Number::from_f64);
+    number.map_or_else(|| cell.into(), serde_json::Value::Number)
+}
+
 /// Prints the plan.
 #[must_use]
 pub fn run(args: &PlanArgs) -> ExitCode {
     cli::log_to_stderr(cli::LogFormat::Text, "warn");
+    if args.advice {
+        return advice(args);
+    }
     let scene = match load_scene(&args.scene) {
         Ok(scene) => Arc::new(scene),
         Err(code) => return code,

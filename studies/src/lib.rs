@@ -39,6 +39,7 @@ pub mod scenes;
 pub mod score;
 pub mod score_alerts;
 pub mod score_files;
+pub mod sensor_advice;
 pub mod siting;
 pub mod siting_candidates;
 pub mod siting_picture;
