@@ -3,11 +3,12 @@
 //! Traffic of an airport with failures is driven once; the alerts of the rules on its exact truth are the reference. Each
 //! sensor looks at it once, each profile tracks what the sensors of a set saw, and the safety net judges these tracks.
 
+use crate::control_found::{CONFIRMATIONS, Flown, Found, PROFILES, SETS, wrong};
 use crate::control_picture::{grid, verdict};
 use crate::watched::{Book, Frames, layout, net_on_tracks, target};
 use crate::{Draws, Ladder, Options, Outcome, Progress, Row, SceneAbout, Table, clock, zurich};
 use models::control::parameters::Parameters;
-use models::control::scoring::{KindScore, Told, Verdict, in_all, judge, score};
+use models::control::scoring::{in_all, score};
 use models::control::situation::Target;
 use models::environment::Weather;
 use models::frames::Vector2;
@@ -44,22 +45,6 @@ const AIRPORTS: [(&str, &str, u32); 6] = [
     ),
     ("EGCC", "layout = \"airports/EGCC.nodes.csv\"", 12),
 ];
-
-/// Sensor sets, by the names of their sensors in [`text`].
-const SETS: [(&str, &[&str]); 6] = [
-    ("radar", &["ASDE tower"]),
-    ("two radars", &["ASDE tower", "ASDE far"]),
-    ("MLAT", &["MLAT"]),
-    ("radar + ADS-B", &["ASDE tower", "ADS-B"]),
-    ("radar + MLAT", &["ASDE tower", "MLAT"]),
-    ("radar + MLAT + ADS-B", &["ASDE tower", "MLAT", "ADS-B"]),
-];
-
-/// Profiles of the tracker.
-pub(crate) const PROFILES: [&str; 3] = ["bulk", "paper", "accurate"];
-
-/// Scans in a row that raise an alert.
-pub(crate) const CONFIRMATIONS: [u32; 2] = [1, 2];
 
 /// What fails: kinds for arrivals and for departures, in turn, every third flight.
 const OF_ARRIVALS: [&str; 5] = [
@@ -137,41 +122,6 @@ struct Chain {
     /// Processor time of sensors and tracker, ns, and of each net.
     ns: f64,
     net_ns: Vec<f64>,
-}
-
-/// What one chain with one confirmation made of a scene.
-#[derive(Clone, Debug)]
-pub(crate) struct Found {
-    pub(crate) set: usize,
-    pub(crate) profile: usize,
-    pub(crate) confirm: usize,
-    pub(crate) score: KindScore,
-    pub(crate) us_per_scan: f64,
-    /// The alerts that were missed or are none: seconds, verdict, kind, subjects.
-    wrong: Vec<[String; 4]>,
-}
-
-/// The alerts of a safety net that were missed or are false or a nuisance, by time.
-fn wrong(reference: &[Told], found: &[Told]) -> Vec<[String; 4]> {
-    let judged = judge(reference, found);
-    let missed = reference.iter().zip(&judged.responses_s).filter(|(_, r)| r.is_none());
-    let missed = missed.map(|(told, _)| (told, "missed"));
-    let others = found.iter().zip(&judged.found).filter(|(_, v)| **v != Verdict::Right);
-    let mut all: Vec<(&Told, &str)> = missed.chain(others.map(|(t, v)| (t, v.word()))).collect();
-    all.sort_by(|a, b| a.0.on_s.total_cmp(&b.0.on_s).then(a.1.cmp(b.1)));
-    let line = |(told, word): (&Told, &str)| {
-        [told.on_s.to_string(), word.into(), told.kind.clone(), told.subjects.join(" ")]
-    };
-    all.into_iter().map(line).collect()
-}
-
-/// What came out of a scene.
-#[derive(Clone, Debug)]
-pub(crate) struct Flown {
-    pub(crate) hours: f64,
-    pub(crate) movements: u32,
-    pub(crate) truth_us: f64,
-    pub(crate) found: Vec<Found>,
 }
 
 fn chains(scene: &Scene, text: &str) -> Result<Vec<Chain>, String> {
@@ -278,33 +228,6 @@ fn fly(text: &str, seed: u64) -> Result<Flown, String> {
     });
     let hours = scans as f64 * per_scan as f64 * scene.run.frame.s() / 3600.0;
     Ok(Flown { hours, movements, truth_us: us(truth_ns), found: found.collect() })
-}
-
-impl Flown {
-    /// The sum of two scenes; times are means.
-    fn and(mut self, other: &Self) -> Self {
-        let (a, b) = (self.hours, other.hours);
-        let mean = |x: f64, y: f64| (x * a + y * b) / (a + b);
-        self.truth_us = mean(self.truth_us, other.truth_us);
-        for (one, more) in self.found.iter_mut().zip(&other.found) {
-            one.score.add(&more.score);
-            one.wrong.extend(more.wrong.iter().cloned());
-            one.us_per_scan = mean(one.us_per_scan, more.us_per_scan);
-        }
-        self.hours += other.hours;
-        self.movements += other.movements;
-        self
-    }
-}
-
-/// Name of a sensor set.
-pub(crate) fn set_name(set: usize) -> &'static str {
-    SETS[set].0
-}
-
-/// How many sensor sets there are.
-pub(crate) fn sets() -> usize {
-    SETS.len()
 }
 
 fn rung(found: &Found) -> String {

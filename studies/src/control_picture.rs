@@ -2,7 +2,7 @@
 //! confirmation.
 
 use crate::chart::escaped;
-use crate::control::{CONFIRMATIONS, Flown, Found, PROFILES, set_name, sets};
+use crate::control_found::{CONFIRMATIONS, Flown, Found, PROFILES, SETS};
 use std::fmt::Write;
 
 /// Least share of the true alerts that is detected.
@@ -32,7 +32,7 @@ const CELL: [f64; 2] = [132.0, 66.0];
 pub(crate) fn grid(flown: &Flown) -> String {
     let columns = PROFILES.len() * CONFIRMATIONS.len();
     let width = LEFT + CELL[0] * columns as f64 + 10.0;
-    let height = TOP + CELL[1] * sets() as f64 + 34.0;
+    let height = TOP + CELL[1] * SETS.len() as f64 + 34.0;
     let mut out = format!(
         "<svg viewBox=\"0 0 {width} {height}\" width=\"{width}\" height=\"{height}\" role=\"img\">\
          <title>Which sensor set makes the safety net good enough</title>\
@@ -51,9 +51,9 @@ pub(crate) fn grid(flown: &Flown) -> String {
             );
         }
     }
-    for set in 0..sets() {
+    for set in 0..SETS.len() {
         let y = TOP + CELL[1] * set as f64 + 0.5 * CELL[1] + 4.0;
-        let _ = write!(out, "<text x=\"8\" y=\"{y}\">{}</text>", escaped(set_name(set)));
+        let _ = write!(out, "<text x=\"8\" y=\"{y}\">{}</text>", escaped(SETS[set].0));
     }
     flown.found.iter().for_each(|found| cell(&mut out, found, flown));
     let _ = write!(

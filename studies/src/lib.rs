@@ -12,6 +12,7 @@ pub mod chain;
 mod chart;
 mod clock;
 pub mod control;
+mod control_found;
 mod control_picture;
 pub mod crowds;
 mod dead_reckoning;
