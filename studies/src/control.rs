@@ -66,7 +66,7 @@ multilateration around it, nine in ten aircraft with ADS-B. An alert about a tra
 processor time of a scan of sensors, tracker and safety net. Goals: 99 % detected, response 1 s (median) and 3 s (95 %), one false \
 alert per 100 movements; nuisance alerts are those of the failures, the same on exact truth, and not judged.";
 
-/// A scene in which things go wrong, watched by every sensor of [`SETS`].
+/// A scene in which things go wrong, watched by every sensor of the sets.
 ///
 /// # Errors
 /// If the scene is refused.
