@@ -51,8 +51,9 @@ fn target(n: u16, second: u32) -> Target {
     }
 }
 
-fn bench(c: &mut Criterion) {
-    let mut net = SafetyNet::new(layout(), Parameters::default());
+/// The same, every `nameless`-th track without a name (0: none).
+fn bench_with(c: &mut Criterion, name: &str, parameters: Parameters, nameless: u16) {
+    let mut net = SafetyNet::new(layout(), parameters);
     let mut board = Board::default();
     for n in 0..1000 {
         let (kind, runway) = match n {
@@ -68,10 +69,14 @@ fn bench(c: &mut Criterion) {
             strip.way_m = (0..100).map(|k| Vector2::new(30.0 * f64::from(k), y)).collect();
         }
     }
-    let scans: Vec<Vec<Target>> =
-        (0..60).map(|s| (0..1000).map(|n| target(n, s)).collect()).collect();
+    let one = |n: u16, s: u32| {
+        let named = nameless == 0 || !n.is_multiple_of(nameless);
+        let target = target(n, s);
+        Target { callsign: target.callsign.filter(|_| named), ..target }
+    };
+    let scans: Vec<Vec<Target>> = (0..60).map(|s| (0..1000).map(|n| one(n, s)).collect()).collect();
     let mut second = 0;
-    c.bench_function("alerts of 1000 tracks, 3 runways", |b| {
+    c.bench_function(name, |b| {
         b.iter(|| {
             second += 1;
             let now = SimTime::from_s(f64::from(second));
@@ -82,6 +87,12 @@ fn bench(c: &mut Criterion) {
             net.scan(&scan).len()
         });
     });
+}
+
+fn bench(c: &mut Criterion) {
+    bench_with(c, "alerts of 1000 tracks, 3 runways", Parameters::default(), 0);
+    bench_with(c, "the same as tracks", Parameters::on_tracks(), 0);
+    bench_with(c, "the same, every second without a name", Parameters::on_tracks(), 2);
 }
 
 criterion_group!(benches, bench);

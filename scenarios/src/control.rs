@@ -177,6 +177,28 @@ pub fn extent_m(layout: &Airport) -> [[f64; 2]; 2] {
 #[must_use]
 pub fn standard_sensors(layout: &Airport) -> String {
     let tower = layout.tower.map_or([0.0, 0.0], |(at, _)| [at.x, at.y]);
+    radar_at("ASDE tower", tower, 60.0) + &multilateration("MLAT", layout)
+}
+
+/// The `[[sensor]]` table of a radar like the standard one, mirrored about the middle of the ground network from where the first
+/// radar is, on a mast of 40 m (assumed): what a second site would be.
+#[must_use]
+pub fn second_radar(name: &str, layout: &Airport, first_m: [f64; 2]) -> String {
+    let [low, high] = extent_m(layout);
+    radar_at(name, [0, 1].map(|axis| low[axis] + high[axis] - first_m[axis]), 40.0)
+}
+
+fn radar_at(name: &str, at_m: [f64; 2], height_m: f64) -> String {
+    let [east, north] = at_m;
+    format!(
+        "[[sensor]]\nkind = \"asde\"\nname = \"{name}\"\nparameters = \"ku_asde3\"\n\
+         site = {{ east_m = {east:.1}, north_m = {north:.1}, height_m = {height_m:.1} }}\n"
+    )
+}
+
+/// The `[[sensor]]` table of multilateration by eight stations around the ground network (assumed).
+#[must_use]
+pub fn multilateration(name: &str, layout: &Airport) -> String {
     let [low, high] = extent_m(layout);
     let middle = [0, 1].map(|axis| 0.5 * (low[axis] + high[axis]));
     let places = [
@@ -194,11 +216,7 @@ pub fn standard_sensors(layout: &Airport) -> String {
         .map(|[east, north]| format!("{{ east_m = {east:.1}, north_m = {north:.1} }}"))
         .collect();
     format!(
-        "[[sensor]]\nkind = \"asde\"\nname = \"ASDE tower\"\nparameters = \"ku_asde3\"\n\
-         site = {{ east_m = {:.1}, north_m = {:.1}, height_m = 60.0 }}\n\
-         [[sensor]]\nkind = \"mlat\"\nname = \"MLAT\"\noverrides = {{ stations = [{}] }}\n",
-        tower[0],
-        tower[1],
+        "[[sensor]]\nkind = \"mlat\"\nname = \"{name}\"\noverrides = {{ stations = [{}] }}\n",
         stations.join(", ")
     )
 }

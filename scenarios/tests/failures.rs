@@ -273,3 +273,31 @@ fn the_bars_that_fail_are_those_of_the_planned_runway_for_everybody() {
         }
     }
 }
+
+/// The car of a failure once stood, at its begin, in the strip of a crossing runway: an alert in its first second.
+#[test]
+fn the_car_that_crosses_a_runway_begins_in_the_strip_of_no_other() {
+    let mut begun = 0;
+    for (airport, seed) in [(LZIB, 1), (LZIB, 2), (LZIB, 3), (LSZH, 2), (LIMC, 4)] {
+        let calm = core_of(&scene(airport, seed, ""));
+        let arrives = |f: &&models::traffic::core::Flight| f.direction == Direction::Arrival;
+        for flight in calm.flights().iter().filter(arrives).take(2) {
+            let with_car = scene(airport, seed, &fails("vehicle_on_runway", &flight.callsign, ""));
+            let mut core = core_of(&with_car);
+            let car = core.flights().len();
+            let first = (1..=48_000).find_map(|frame| {
+                core.step(frame);
+                core.state(car)
+            });
+            let Some(state) = first else { continue };
+            let network = &with_car.traffic.behaving.as_ref().expect("behaves").network;
+            for (r, runway) in network.runways.iter().enumerate() {
+                let [a, b] = runway.ends_m;
+                let off_m = models::airport::distance_to_segment_m(state.position_m.xy(), a, b);
+                assert!(off_m > runway.hold_distance_m, "{airport} {seed}: {off_m:.0} m of {r}");
+            }
+            begun += 1;
+        }
+    }
+    assert!(begun >= 8, "{begun} cars");
+}

@@ -9,16 +9,15 @@ use models::control::parameters::Parameters;
 use models::control::scoring;
 use models::control::situation::Target;
 use models::environment::Weather;
-use models::frames::Vector2;
 use models::fusion::Tracker;
 use models::plot::Callsign;
 use models::sensors::{PlotSink, ScanInterval};
 use models::time::SimTime;
 use models::traffic::core::Core;
-use models::traffic::exact::{Watch, targets as exact_targets};
+use models::traffic::exact::Watch;
 use scenarios::Scene;
 use std::collections::BTreeMap;
-use studies::watched::{Book, Frames, layout, net_on_tracks, target};
+use studies::watched::{Book, Frames, layout, movements, net_on_tracks, target};
 
 struct Options {
     tracks: bool,
@@ -54,17 +53,17 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
     }
     let mut sum: BTreeMap<String, scoring::KindScore> = BTreeMap::new();
-    let mut movements = 0;
+    let mut served = 0;
     for path in paths {
         let file = scenarios::locate(&path);
         let scene = scenarios::load(&file)?;
         for seed in seeds.clone().unwrap_or(scene.run.seed..=scene.run.seed) {
             println!("== {path} seed {seed}");
-            movements += run(&scene, seed, &options, &mut sum)?;
+            served += run(&scene, seed, &options, &mut sum)?;
         }
     }
     if options.tracks {
-        println!("== all: {movements} movements");
+        println!("== all: {served} movements");
         let mut all = [0_u32; 4];
         for s in sum.values() {
             all[3] += s.nuisance_alerts;
@@ -81,7 +80,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 response(0.95)
             );
         }
-        let rate = 100.0 * f64::from(all[2]) / f64::from(movements.max(1));
+        let rate = 100.0 * f64::from(all[2]) / f64::from(served.max(1));
         println!(
             "all: of truth {}, detected {}, false {} ({rate:.1} per 100 movements), nuisance {}",
             all[0], all[1], all[2], all[3]
@@ -191,12 +190,7 @@ fn run(
                 print("truth ", now, *change, alert, "");
             }
         }
-        let exactly = exact_targets(&core, now);
-        let places: Vec<(&str, Vector2<f64>)> = exactly
-            .iter()
-            .filter_map(|t| Some((t.callsign.as_ref()?.as_str(), t.position_m)))
-            .collect();
-        exact.0.values_mut().for_each(|told| told.look(now.s(), &places));
+        exact.look(&core, now);
         if !options.tracks {
             continue;
         }
@@ -311,9 +305,5 @@ fn run(
             all.add(&score);
         }
     }
-    let moved = (0..core.flights().len()).filter(|f| {
-        let m = core.measures(*f);
-        m.aldt_s.is_some() || m.aobt_s.is_some()
-    });
-    Ok(moved.count() as u32)
+    Ok(movements(&core))
 }

@@ -39,7 +39,7 @@ pub(crate) fn wrong(reference: &[Told], found: &[Told]) -> Vec<[String; 4]> {
     let mut all: Vec<(&Told, &str)> = missed.chain(others.map(|(t, v)| (t, v.word()))).collect();
     all.sort_by(|a, b| a.0.on_s.total_cmp(&b.0.on_s).then(a.1.cmp(b.1)));
     let line = |(told, word): (&Told, &str)| {
-        [told.on_s.to_string(), word.into(), told.kind.clone(), told.subjects.join(" ")]
+        [format!("{:.2}", told.on_s), word.into(), told.kind.clone(), told.subjects.join(" ")]
     };
     all.into_iter().map(line).collect()
 }

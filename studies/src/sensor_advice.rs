@@ -7,8 +7,9 @@ use crate::chain::{publish_of, scored_of};
 use crate::movers::Movers;
 use crate::profiles::{Seen, see_of};
 use crate::{Table, clock, requirements, zurich};
+use models::airport::Airport;
 use models::plot::{Plot, SensorId};
-use scenarios::Scene;
+use scenarios::{Scene, control};
 use std::fmt::Write;
 use std::path::Path;
 
@@ -48,35 +49,40 @@ pub struct Advice {
     pub seeds: Vec<u64>,
 }
 
-/// The menu: words, and the `[[sensor]]` tables.
-fn menu(scene: &Scene) -> [(&'static str, String); 3] {
+/// A sensor of the menu.
+struct Item {
+    /// In words.
+    words: &'static str,
+    /// Its name in the scene.
+    name: &'static str,
+    /// Its `[[sensor]]` table.
+    table: String,
+}
+
+fn menu(scene: &Scene) -> [Item; 3] {
     let layout = &scene.airport.layout;
-    let [low, high] = scenarios::control::extent_m(layout);
     let radar = scene.sensors.iter().find(|s| s.asde.is_some()).and_then(|s| s.site_m);
-    let own = radar.map_or([0.0, 0.0], |at| [at.x, at.y]);
-    let far = [0, 1].map(|axis| low[axis] + high[axis] - own[axis]);
-    let standard =
-        scenarios::control::standard_sensors(layout).replace("\"MLAT\"", "\"advice MLAT\"");
-    let mlat = standard.rfind("[[sensor]]").map_or("", |at| &standard[at..]);
+    let first_m = radar.map_or([0.0, 0.0], |at| [at.x, at.y]);
+    let item = |words, name, table: fn(&str, &Airport, [f64; 2]) -> String| Item {
+        words,
+        name,
+        table: table(name, layout, first_m),
+    };
     [
-        (
-            "a second radar",
-            format!(
-                "[[sensor]]\nkind = \"asde\"\nname = \"advice radar\"\nparameters = \"ku_asde3\"\n\
-                 site = {{ east_m = {:.1}, north_m = {:.1}, height_m = 40.0 }}\n",
-                far[0], far[1]
-            ),
-        ),
-        (
-            "ADS-B on all",
-            "[[sensor]]\nkind = \"adsb\"\nname = \"advice ADS-B\"\nequipped = 1.0\n".into(),
-        ),
-        ("multilateration", mlat.to_owned()),
+        item("a second radar", "advice radar", control::second_radar),
+        item("ADS-B on all", "advice ADS-B", |name, _, _| {
+            format!("[[sensor]]\nkind = \"adsb\"\nname = \"{name}\"\nequipped = 1.0\n")
+        }),
+        item("multilateration", "advice MLAT", |name, layout, _| {
+            control::multilateration(name, layout)
+        }),
     ]
 }
 
-/// Names of the sensors of the menu, in its order.
-const NAMES: [&str; 3] = ["advice radar", "advice ADS-B", "advice MLAT"];
+/// Whether a text of TOML has a table of this head ("[[sensor]]"), not only in a remark.
+fn has_table(text: &str, head: &str) -> bool {
+    text.lines().any(|line| line.trim_start().starts_with(head))
+}
 
 /// Runs a scene (its file and text) with every set of the menu, at most so many seconds each; `tell` is given what is done.
 ///
@@ -92,30 +98,31 @@ pub fn advise(
     let load = |text: &str| scenarios::load_text(file, text).map_err(|e| e.to_string());
     let own = load(text)?;
     let mut whole = text.to_owned();
-    if !text.contains("[[sensor]]") && own.sensors.iter().any(|s| s.asde.is_some()) {
-        let _ = write!(whole, "\n{}", scenarios::control::standard_sensors(&own.airport.layout));
-        if !text.contains("[tracking]") {
+    // What a scene that names no sensors is watched by would go with the first that is added.
+    if !has_table(text, "[[sensor]]") && !own.sensors.is_empty() {
+        let _ = write!(whole, "\n{}", control::standard_sensors(&own.airport.layout));
+        if !has_table(text, "[tracking]") {
             whole.push_str("[tracking]\nprofile = \"accurate\"\n");
         }
     }
     let seconds = own.run.duration.s().min(most_s);
     let mut advice = Advice { seconds, seeds: seeds.to_vec(), ..Advice::default() };
-    let mut items: Vec<(&'static str, &'static str)> = Vec::new();
-    for ((words, table), name) in menu(&own).into_iter().zip(NAMES) {
-        let with = format!("{whole}\n{table}");
+    let mut items: Vec<Item> = Vec::new();
+    for item in menu(&own) {
+        let with = format!("{whole}\n{}", item.table);
         match load(&with) {
             Ok(_) => {
                 whole = with;
-                items.push((words, name));
+                items.push(item);
             }
-            Err(e) => advice.refused.push(format!("{words}: {e}")),
+            Err(e) => advice.refused.push(format!("{}: {e}", item.words)),
         }
     }
     let mut choices: Vec<Choice> = (0..1_usize << items.len())
         .map(|set| {
             let of = |k: &usize| set >> k & 1 == 1;
             Choice {
-                added: (0..items.len()).filter(of).map(|k| items[k].0).collect(),
+                added: (0..items.len()).filter(of).map(|k| items[k].words).collect(),
                 ..Choice::default()
             }
         })
@@ -131,7 +138,7 @@ pub fn advise(
         for (set, choice) in choices.iter_mut().enumerate() {
             tell(format!("seed {seed}: {}", choice.name()));
             let out = |name: &str| {
-                items.iter().enumerate().any(|(k, item)| item.1 == name && set >> k & 1 == 0)
+                items.iter().enumerate().any(|(k, item)| item.name == name && set >> k & 1 == 0)
             };
             let used: Vec<SensorId> =
                 scene.sensors.iter().filter(|s| !out(&s.name)).map(|s| s.id).collect();

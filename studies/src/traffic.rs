@@ -47,8 +47,8 @@ const SCENES: [(&str, &str); 6] = [
 
 const ABOUT: &str = "Each scene is one task of the traffic in its cheap, middle and exact form, on draws of the seed. The time is that \
 of one leg, one heading, one take-off, one way, one sequence, and for policies of a mover from its begin to its end, its planning \
-included. A policy fails where somebody is not served within an hour after the last demand. The exact form of along and across is \
-what the movers drive; the lateral wander of a mover is not in it.";
+included. A policy fails where somebody is not served an hour after the end of the demand. The movers drive with jerk and \
+step their heading frame by frame; their lateral wander is not in it.";
 
 /// A draw of its own for each case of each task.
 fn draws(options: &Options, task: u32, case: usize) -> ChaCha8Rng {
@@ -87,7 +87,7 @@ fn numbers<T>(
         let (ns, _) = timed(blocks, |k| {
             black_box(form(black_box(&cases[k % cases.len()])));
         });
-        Row { ns_p99: None, ..row(scene, name, errors.rms(), unit, ns) }
+        row(scene, name, errors.rms(), unit, ns)
     };
     rungs.iter().map(of).collect()
 }

@@ -6,12 +6,13 @@ use models::control::parameters::Parameters;
 use models::control::scoring::Told;
 use models::control::situation::{Target, TargetClass};
 use models::flight_list::MovementKind;
+use models::frames::Vector2;
 use models::plot::Callsign;
 use models::sensors::{TargetState, Truth};
 use models::time::SimTime;
 use models::track::SystemTrack;
 use models::traffic::core::Core;
-use models::traffic::exact::Watch;
+use models::traffic::exact::{Watch, targets as exact_targets};
 use models::truth::TruthState;
 use scenarios::Scene;
 use std::collections::BTreeMap;
@@ -128,6 +129,16 @@ impl Book {
         }
     }
 
+    /// Looks how near the subjects of what stands really are to each other.
+    pub fn look(&mut self, core: &Core, now: SimTime) {
+        let exact = exact_targets(core, now);
+        let place = |t: &'_ Target| Some((t.callsign?, t.position_m));
+        let places: Vec<(Callsign, Vector2<f64>)> = exact.iter().filter_map(place).collect();
+        let places: Vec<(&str, Vector2<f64>)> =
+            places.iter().map(|(c, p)| (c.as_str(), *p)).collect();
+        self.0.values_mut().for_each(|told| told.look(now.s(), &places));
+    }
+
     /// All of them.
     #[must_use]
     pub fn list(&self) -> Vec<Told> {
@@ -156,4 +167,14 @@ pub fn layout(scene: &Scene) -> Layout {
         Some(behaving) => layout.with_network(&behaving.network),
         None => layout,
     }
+}
+
+/// Flights of a core that have moved: landed, or left their stand.
+#[must_use]
+pub fn movements(core: &Core) -> u32 {
+    let moved = (0..core.flights().len()).filter(|f| {
+        let m = core.measures(*f);
+        m.aldt_s.is_some() || m.aobt_s.is_some()
+    });
+    moved.count() as u32
 }

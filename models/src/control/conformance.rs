@@ -24,11 +24,52 @@ struct Remembered {
 #[derive(Clone, Debug)]
 pub(super) struct Monitor {
     remembered: Vec<Remembered>,
+    unknown: Unknown,
 }
 
 impl Default for Monitor {
     fn default() -> Self {
-        Self { remembered: vec![Remembered::default(); 4096] }
+        Self { remembered: vec![Remembered::default(); 4096], unknown: Unknown::default() }
+    }
+}
+
+/// Who could be whom in a scan: strips that no track is known to be of, and tracks without a name by runway.
+#[derive(Clone, Debug, Default)]
+struct Unknown {
+    /// Of those with anything to do with a runway; empty where tracks are exact truth, which has all names.
+    strips: Vec<u32>,
+    /// Tracks in the strip of each runway or on final to it.
+    nameless: Vec<u32>,
+}
+
+impl Unknown {
+    fn look(&mut self, rules: &Rules<'_>, surveillance: &Surveillance) {
+        self.strips.clear();
+        self.nameless.clear();
+        let runways = rules.layout.runways.len();
+        self.nameless.resize(runways, 0);
+        if rules.parameters.doubt.is_none() {
+            return;
+        }
+        let nameless = |s: &&Situation| s.target.callsign.is_none() && s.of_a_runway();
+        for s in surveillance.situations().iter().filter(nameless) {
+            for r in 0..runways {
+                let there =
+                    s.in_strip(r) || s.fast == Some(r) || s.on_final.is_some_and(|f| f.runway == r);
+                self.nameless[r] += u32::from(there);
+            }
+        }
+        if self.nameless.iter().all(|count| *count == 0) {
+            return;
+        }
+        let of_a_runway = |s: &Strip| {
+            s.flew_until.is_some()
+                || s.kinds.has(GoAround)
+                || s.standing.iter().any(|c| c.runway.is_some())
+        };
+        let strips = rules.board.strips().iter().enumerate();
+        let strips = strips.filter(|(_, strip)| of_a_runway(strip)).map(|(i, _)| i as u32);
+        self.strips.extend(strips.filter(|i| surveillance.of_strip(*i).is_none()));
     }
 }
 
@@ -51,12 +92,13 @@ impl Monitor {
         surveillance: &Surveillance,
         out: &mut Vec<Condition>,
     ) {
+        self.unknown.look(rules, surveillance);
         for situation in surveillance.situations() {
             let remembered = &mut self.remembered[usize::from(situation.target.number)];
             if situation.target.first {
                 *remembered = Remembered::default();
             }
-            let mut one = One { rules, surveillance, situation, strip: None, out };
+            let mut one = One { rules, unknown: &self.unknown, situation, strip: None, out };
             one.strip = situation.strip.map(|i| &rules.board.strips()[i as usize]);
             one.bar(remembered);
             if situation.of_a_runway() {
@@ -81,7 +123,7 @@ impl Monitor {
 
 struct One<'a, 'b> {
     rules: &'a Rules<'b>,
-    surveillance: &'a Surveillance,
+    unknown: &'a Unknown,
     situation: &'a Situation,
     strip: Option<&'a Strip>,
     out: &'a mut Vec<Condition>,
@@ -100,41 +142,30 @@ impl One<'_, '_> {
             let given = c.runway.and_then(|r| r.1);
             kinds.contains(&c.kind) && (end.is_none() || given.is_none() || given == end)
         };
-        match self.strip {
-            Some(strip) => strip.on_runway(runway).any(fits),
-            None => self.may_be_another(runway, fits),
+        self.its(runway, |strip| strip.on_runway(runway).any(fits))
+    }
+
+    /// Whether something is so of its strip. A track without a name may be any of those whom no track is known to be, as long as
+    /// there are at least as many of these, of whom it is so, as tracks without a name at that runway.
+    fn its(&self, runway: usize, so: impl Fn(&Strip) -> bool) -> bool {
+        if self.strip.is_some() || self.situation.target.callsign.is_some() {
+            return self.strip.is_some_and(so);
         }
+        let strips = self.rules.board.strips();
+        let could = self.unknown.strips.iter().filter(|i| so(&strips[**i as usize])).count();
+        could > 0 && self.unknown.nameless[runway] as usize <= could
     }
 
-    /// Whether a track without a name may be one who is cleared on a runway and whom no track is known to be: as long as there
-    /// are at least as many of those as tracks without a name there.
-    fn may_be_another(
-        &self,
-        runway: usize,
-        fits: impl Fn(&super::clearance::Clearance) -> bool,
-    ) -> bool {
-        if !self.nameless() {
-            return false;
-        }
-        let unseen = self.unseen().filter(|strip| strip.on_runway(runway).any(&fits));
-        let nameless = self.surveillance.situations().iter().filter(|s| {
-            let there = s.in_strip(runway) || s.on_final.is_some_and(|f| f.runway == runway);
-            s.target.callsign.is_none() && there
-        });
-        let unseen = unseen.count();
-        unseen > 0 && nameless.count() <= unseen
+    fn goes_around(&self, runway: usize) -> bool {
+        self.its(runway, |strip| strip.kinds.has(GoAround))
     }
 
-    /// Whether it has no name, as tracks may.
-    fn nameless(&self) -> bool {
-        self.rules.parameters.doubt.is_some() && self.situation.target.callsign.is_none()
-    }
-
-    /// Strips that no track is known to be of.
-    fn unseen(&self) -> impl Iterator<Item = &Strip> {
-        let strips = self.rules.board.strips().iter().enumerate();
-        let unseen = |i: usize| self.surveillance.of_strip(i as u32).is_none();
-        strips.filter(move |(i, _)| unseen(*i)).map(|(_, strip)| strip)
+    /// Whether its take-off or landing was cleared until just now: a clearance ends when the wheels leave the ground, before a
+    /// track is known to be in the air.
+    fn has_flown(&self, r: usize) -> bool {
+        let (now, most_s) = (self.rules.now, self.rules.parameters.rolled_s);
+        let just = |(runway, at): (usize, SimTime)| runway == r && now.since_s(at) <= most_s;
+        self.its(r, |strip| strip.flew_until.is_some_and(just))
     }
 
     fn kinds(&self) -> Kinds {
@@ -144,26 +175,16 @@ impl One<'_, '_> {
     fn on_runway(&mut self) {
         let (p, now, s) = (self.rules.parameters, self.rules.now, self.situation);
         let landed_on = s.was_on_final(now, p.landed_s);
-        let goes_around = match self.strip {
-            Some(strip) => strip.kinds.has(GoAround),
-            None => self.nameless() && self.unseen().any(|strip| strip.kinds.has(GoAround)),
-        };
         if let Some(f) = s.on_final {
-            let cleared = goes_around || self.cleared(&[Land], f.runway, Some(f.end));
+            let cleared =
+                self.goes_around(f.runway) || self.cleared(&[Land], f.runway, Some(f.end));
             if f.time_s <= p.landing_clearance_s && !cleared && s.fast.is_none() {
                 self.raise(AlertKind::NoLandingClearance, Stage::Information, Some(f.runway));
             }
         }
-        // A clearance ends when the wheels leave the ground, before a track is known to be in the air.
-        let ended = |r: usize| {
-            let flew = |strip: &Strip| {
-                let until = strip.flew_until;
-                until.is_some_and(|(runway, at)| runway == r && now.since_s(at) <= p.rolled_s)
-            };
-            self.strip.map_or_else(|| self.nameless() && self.unseen().any(flew), flew)
-        };
-        if let Some(r) = s.fast.filter(|_| s.target.class != TargetClass::Vehicle && !goes_around)
-            && !ended(r)
+        if let Some(r) = s.fast.filter(|_| s.target.class != TargetClass::Vehicle)
+            && !self.goes_around(r)
+            && !self.has_flown(r)
             && !self.cleared(&[TakeOff, Land], r, None)
         {
             // The speed of a track may be far above what its places show.

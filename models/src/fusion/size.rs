@@ -82,7 +82,7 @@ struct Last {
     before: Option<At>,
 }
 
-/// Radars whose plots of one target are compared; those of more are passed over.
+/// Radars whose plots of one target are compared; of more, the first, each until it sees the target no more.
 const MOST_RADARS: usize = 4;
 
 /// Ratio of the variances seen to the variances stated.
@@ -136,11 +136,11 @@ impl Spread {
         };
         // The plots of one radar lie as far off as its next: between those of two there is the body.
         let own = |last: &Option<Last>| last.as_ref().is_some_and(|l| l.sensor == plot.sensor);
-        let place = self.last.iter().position(own);
-        let Some(place) = place.or_else(|| self.last.iter().position(Option::is_none)) else {
-            return;
-        };
-        let kept = self.last[place];
+        let known = self.last.iter().position(own);
+        let gone = |l: &Last| here.0.since_s(l.one.0) > 2.5 * interval_s;
+        let free = || self.last.iter().position(|last| last.as_ref().is_none_or(gone));
+        let Some(place) = known.or_else(free) else { return };
+        let kept = known.and(self.last[place]);
         let two = kept.and_then(|l| Some((l.before?, l.one)));
         if let Some((first, second)) = two.filter(|(_, second)| near(second.0, here.0)) {
             let bend = first.1 - second.1 * 2.0 + here.1;

@@ -357,3 +357,44 @@ fn the_nose_of_a_standing_track_does_not_turn_with_its_noise() {
     assert!(at(true) < 2.0, "{}", at(true));
     assert!(at(false) > 5.0, "{}", at(false));
 }
+
+/// A clearance that ended as the wheels left the ground, and a go-around, are somebody's: of a track without a name, too, but of one
+/// only, and on that runway only.
+#[test]
+fn who_just_flew_or_was_sent_around_may_be_the_track_without_a_name() {
+    let give = |kind, until_s: Option<f64>| {
+        let mut board = Board::default();
+        board.give(Clearance {
+            callsign: Callsign::new("ABC1"),
+            kind,
+            runway: Some((0, Some(0))),
+            place_m: None,
+            from: SimTime::from_s(1.0),
+            until: until_s.map(SimTime::from_s),
+        });
+        board
+    };
+    let rolls = |x: f64| {
+        move |s: u32| {
+            let t = f64::from(s.saturating_sub(10));
+            target(9, "", (x, 300.0 + t * t), (0.0, 2.0 * t), s)
+        }
+    };
+    let comes = |number: u16, x: f64| {
+        move |s: u32| target(number, "", (x, -4000.0 + 70.0 * f64::from(s)), (0.0, 70.0), s)
+    };
+    let count = |board, seconds, kind: &str, targets: &dyn Fn(u32) -> Vec<Target>| {
+        let all = raised_with(board, Parameters::on_tracks(), seconds, targets);
+        all.iter().filter(|r| r.1 == kind).count()
+    };
+    let roll = |s: u32| vec![rolls(0.0)(s)];
+    let taken_off = |until| give(ClearanceKind::TakeOff, Some(until));
+    assert_eq!(count(taken_off(18.0), 45, "NOCLR_TOF", &roll), 0, "wheels up in the 18th second");
+    assert_eq!(count(Board::default(), 45, "NOCLR_TOF", &roll), 1);
+    let one = |s: u32| vec![comes(4, 0.0)(s)];
+    let around = || give(ClearanceKind::GoAround, None);
+    assert_eq!(count(around(), 50, "NOCLR_LND", &one), 0);
+    assert_eq!(count(Board::default(), 50, "NOCLR_LND", &one), 1);
+    let two = |s: u32| vec![comes(4, 0.0)(s), target(5, "", (20.0, 900.0), (0.0, 0.0), s)];
+    assert_eq!(count(around(), 50, "NOCLR_LND", &two), 1, "two without a name, one sent around");
+}

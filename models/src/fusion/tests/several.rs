@@ -229,10 +229,11 @@ fn a_vehicle_that_names_itself_is_not_lost_where_it_brakes_harder_than_its_filte
 /// fifteen parked aircraft whose type says who they are two had a name in place of fourteen.
 #[test]
 fn what_two_radars_see_of_a_body_is_learnt_from_both() {
-    let seen = |radars: &[u16]| {
+    // Each radar from its scan on, until it sees the target no more.
+    let seen = |radars: &[(u16, std::ops::Range<u32>)]| {
         let mut spread = size::Spread::default();
         for k in 0..200_u32 {
-            for id in radars {
+            for (id, _) in radars.iter().filter(|(_, scans)| scans.contains(&k)) {
                 let key = DrawKey { run_seed: 3, sensor: (*id).into(), entity: 0, scan: k.into() };
                 let (a, b) = normal_pair(&mut key.rng(Purpose::Study));
                 let near_side = Vector2::new(f64::from(*id) * 4.0, 0.0);
@@ -246,8 +247,42 @@ fn what_two_radars_see_of_a_body_is_learnt_from_both() {
         }
         spread.variance_m2().expect("triples")
     };
-    let (one, both) = (seen(&[1]), seen(&[1, 2]));
-    println!("{one:?} {both:?}");
+    let all = |id| (id, 0..200);
+    let (one, both) = (seen(&[all(1)]), seen(&[all(1), all(2)]));
+    let six = seen(&[1, 2, 3, 4, 5, 6].map(all));
+    let after = |id: u16| (id, 30 * u32::from(id)..30 * u32::from(id) + 25);
+    let handed_over = seen(&[0, 1, 2, 3, 4, 5].map(after));
+    let four = seen(&[0, 1, 2, 3].map(after));
+    println!("{one:?} {both:?} {six:?} {handed_over:?} {four:?}");
+    assert!((six.0 / 9.0 - 1.0).abs() < 0.3, "of more radars than are kept, the first");
+    assert!(handed_over.1 > four.1 + 3.0, "from one to the next, more than are kept");
     assert!(both.1 > 0.95 * one.1, "as many triples");
     assert!((both.0 / 9.0 - 1.0).abs() < 0.3 && (one.0 / 9.0 - 1.0).abs() < 0.3, "9 m²");
+}
+
+/// Where two radars look in turn, each refused plot took the place of the other's, and "two in a row of one sensor" never came:
+/// a track that had been left behind was so for a scan longer, until its uncertainty had grown.
+#[test]
+fn two_radars_in_turn_begin_a_lost_state_anew() {
+    let mut config = TrackingConfig::paper();
+    config.sensors =
+        [1, 2].map(|id| SensorModel::default_of(SensorId(id), SensorKind::Asde)).to_vec();
+    let mut tracker = Tracker::new(config);
+    let mut near = 0;
+    // Drives at 12 m/s; from the sixtieth second on its plots lie 30 m aside.
+    let at = |t: f64| Vector2::new(800.0 + 12.0 * t, if t < 60.0 { 300.0 } else { 330.0 });
+    for k in 1..=70_u32 {
+        let mut plots = Vec::new();
+        for id in [1_u16, 2] {
+            let t = f64::from(k) - 1.0 + 0.4 * f64::from(id);
+            let plot = hard_cases::plot(t, id.into(), at(t).x, at(t).y);
+            plots.push(Plot { sensor: SensorId(id), ..plot });
+        }
+        let tracks = tracker.scan(SimTime::from_s(k.into()), &plots, &FlightList::default());
+        let truth = at(k.into());
+        let first = |t: &SystemTrack| t.number == 0 && (t.position_m - truth).norm() < 8.0;
+        near += u32::from(k > 60 && tracks.iter().any(first));
+    }
+    println!("{near} {:?}", tracker.statistics());
+    assert_eq!(near, 10, "the first track has it again, in every scan from the next on");
 }

@@ -3,9 +3,10 @@
 //! A failure is done by its mover at the next occasion and is told (`Core::shown`) when it shows in the truth.
 //! Movers keep their pieces also then, so nobody overlaps: a hold is passed when the runway's pieces are free.
 
+use super::car::Car;
 use super::{Arcs, Core, Phase};
 use crate::airport::distance_to_segment_m;
-use crate::frames::{Azimuth, Vector2, Vector3};
+use crate::frames::Vector2;
 use crate::traffic::runway_roll::{NAUTICAL_MILE_M, approach_time_s};
 use crate::truth::TruthState;
 use std::sync::Arc;
@@ -118,89 +119,8 @@ pub(super) struct Failing {
     other: Option<usize>,
 }
 
-/// A vehicle that drives straight across a runway, with a stay on its centreline.
-#[derive(Clone, Debug)]
-struct Car {
-    runway: usize,
-    from_m: Vector2<f64>,
-    along: Vector2<f64>,
-    half_m: f64,
-    start_s: f64,
-    stay_s: f64,
-}
-
-/// Speed and acceleration of the vehicle.
-const CAR_MPS: f64 = 8.5;
-const CAR_MPS2: f64 = 1.0;
-/// Begin and end of its way beside the centreline, m (assumed).
-const CAR_HALF_M: f64 = 170.0;
-/// It begins so far outside the strip of any other runway, m (assumed).
+/// A vehicle begins so far outside the strip of any other runway, m (assumed).
 const CAR_CLEAR_M: f64 = 20.0;
-
-impl Car {
-    /// Time of one half of its way: from standing to standing, s.
-    fn half_s(&self) -> f64 {
-        CAR_MPS / CAR_MPS2 + self.half_m / CAR_MPS
-    }
-
-    /// Time from its begin to a place of its first half, s.
-    fn time_to_s(&self, place_m: f64) -> f64 {
-        let ramp_m = 0.5 * CAR_MPS * CAR_MPS / CAR_MPS2;
-        if place_m <= ramp_m {
-            return (2.0 * place_m.max(0.0) / CAR_MPS2).sqrt();
-        }
-        let steady_m = (place_m.min(self.half_m) - ramp_m).min(self.half_m - 2.0 * ramp_m);
-        CAR_MPS / CAR_MPS2 + steady_m / CAR_MPS
-    }
-
-    fn end_s(&self) -> f64 {
-        self.start_s + 2.0 * self.half_s() + self.stay_s
-    }
-
-    /// Distance, speed and acceleration on one half, `t` after its begin.
-    fn on_half(&self, t: f64) -> (f64, f64, f64) {
-        let (ramp, whole) = (CAR_MPS / CAR_MPS2, self.half_s());
-        if t <= 0.0 {
-            (0.0, 0.0, 0.0)
-        } else if t < ramp {
-            (0.5 * CAR_MPS2 * t * t, CAR_MPS2 * t, CAR_MPS2)
-        } else if t < whole - ramp {
-            (0.5 * CAR_MPS * ramp + CAR_MPS * (t - ramp), CAR_MPS, 0.0)
-        } else if t < whole {
-            let left = whole - t;
-            (self.half_m - 0.5 * CAR_MPS2 * left * left, CAR_MPS2 * left, -CAR_MPS2)
-        } else {
-            (self.half_m, 0.0, 0.0)
-        }
-    }
-
-    fn place(&self, now: f64) -> (f64, f64, f64) {
-        let t = now - self.start_s;
-        let second = t - self.half_s() - self.stay_s;
-        if second <= 0.0 {
-            return self.on_half(t);
-        }
-        let (d, v, a) = self.on_half(second);
-        (self.half_m + d, v, a)
-    }
-
-    fn state(&self, now: f64) -> Option<TruthState> {
-        if now < self.start_s || now > self.end_s() {
-            return None;
-        }
-        let (d, v, a) = self.place(now);
-        let (p, u) = (self.from_m + self.along * d, self.along);
-        Some(TruthState {
-            position_m: Vector3::new(p.x, p.y, 0.0),
-            velocity_mps: Vector3::new(u.x * v, u.y * v, 0.0),
-            acceleration_ms2: Vector3::new(u.x * a, u.y * a, 0.0),
-            heading_rad: Azimuth::of(u).rad(),
-            pitch_rad: 0.0,
-            roll_rad: 0.0,
-            angular_rate_rads: Vector3::zeros(),
-        })
-    }
-}
 
 impl Core {
     /// The same core with failures, before its first step.
@@ -563,7 +483,7 @@ impl Core {
         };
         let places = [0.0, 150.0, -150.0, 300.0, -300.0, 450.0].map(centre);
         let all = places.iter().flat_map(|place| [(*place, right), (*place, -right)]);
-        let clear = all.into_iter().find(|(place, side)| !in_strip(place + side * CAR_HALF_M));
+        let clear = all.into_iter().find(|(place, side)| !in_strip(Car::begin_m(*place, *side)));
         clear.unwrap_or((places[0], right))
     }
 
@@ -575,7 +495,7 @@ impl Core {
         let hold_m = runway.hold_distance_m;
         if let Some(car) = &self.failing[f].car {
             // Front bumper over the strip's edge.
-            let (over, gone) = (CAR_HALF_M - car.place(now).0 - 2.3 < hold_m, now > car.end_s());
+            let (over, gone) = (car.place(now).0 > Car::way_to_m(hold_m), now > car.end_s());
             if over {
                 self.show(f);
             }
@@ -589,14 +509,7 @@ impl Core {
         let toward = (runway.ends_m[1 - end] - runway.ends_m[end]) / runway.length_m;
         let right = Vector2::new(toward.y, -toward.x);
         let (centre, right) = self.car_place(r, end, toward, right);
-        let mut car = Car {
-            runway: r,
-            from_m: centre + right * CAR_HALF_M,
-            along: -right,
-            half_m: CAR_HALF_M,
-            start_s: now,
-            stay_s,
-        };
+        let mut car = Car::across(r, centre, right, now, stay_s);
         let rolls = self.crossing[r].iter().any(|c| {
             self.owner[*c]
                 .is_some_and(|o| matches!(self.movers[o].phase, Phase::Rolling | Phase::Landing))
@@ -605,7 +518,7 @@ impl Core {
         let distance_nm = (mover.threshold - mover.s) / NAUTICAL_MILE_M;
         let to_threshold_s = approach_time_s(self.flights[m].landing.0, 0.0, distance_nm)
             .unwrap_or((mover.threshold - mover.s) / mover.v.max(1.0));
-        if to_threshold_s <= lead_s + car.time_to_s(CAR_HALF_M - 2.3 - hold_m) && !rolls {
+        if to_threshold_s <= lead_s + car.time_to_s(Car::way_to_m(hold_m)) && !rolls {
             car.start_s = now;
             self.failing[f].car = Some(car);
             self.begin_failure(f);

@@ -6,6 +6,7 @@
 
 mod arrival;
 mod asked;
+mod car;
 mod controllers;
 mod departure;
 mod drive;
