@@ -6,6 +6,7 @@ use crate::document::{Section, one_of, within};
 use crate::error::{Problem, ScenarioError};
 use crate::keys::{self, words};
 use models::airport::Airport;
+use models::sensors::mlat::MAX_STATIONS;
 use models::traffic::core::{Failure, FailureKind, Flight, Policy};
 use std::path::Path;
 
@@ -153,9 +154,9 @@ pub(crate) fn read_failures(
 }
 
 /// What watches an airport whose scene names no sensors (assumed): a radar on the tower, 60 m high, and
-/// multilateration from eight stations around the ground network; the profile `accurate`.
+/// multilateration from eight stations around the ground network and one under each final; the profile `accurate`.
 pub(crate) fn standard(path: &Path, airport: &AirportScene) -> Result<Section, ScenarioError> {
-    let text = standard_sensors(&airport.layout);
+    let text = standard_sensors(&airport.layout, airport.radius_m);
     Section::parse(path, &format!("{text}[tracking]\nprofile = \"accurate\"\n"))
 }
 
@@ -173,11 +174,11 @@ pub fn extent_m(layout: &Airport) -> [[f64; 2]; 2] {
     [low, high]
 }
 
-/// The `[[sensor]]` tables of a scene that names none: `ASDE tower` and `MLAT`.
+/// The `[[sensor]]` tables of a scene that names none: `ASDE tower` and `MLAT`. No station farther than `radius_m`.
 #[must_use]
-pub fn standard_sensors(layout: &Airport) -> String {
+pub fn standard_sensors(layout: &Airport, radius_m: f64) -> String {
     let tower = layout.tower.map_or([0.0, 0.0], |(at, _)| [at.x, at.y]);
-    radar_at("ASDE tower", tower, 60.0) + &multilateration("MLAT", layout)
+    radar_at("ASDE tower", tower, 60.0) + &multilateration("MLAT", layout, radius_m)
 }
 
 /// The `[[sensor]]` table of a radar like the standard one, mirrored about the middle of the ground network from where the first
@@ -196,12 +197,19 @@ fn radar_at(name: &str, at_m: [f64; 2], height_m: f64) -> String {
     )
 }
 
-/// The `[[sensor]]` table of multilateration by eight stations around the ground network (assumed).
+/// From the threshold to the station under the final, m: 50 s of flight at 70 m/s, so that an arrival has a track when the
+/// alerts that look 30 s ahead are due (assumed).
+const UNDER_FINAL_M: f64 = 3500.0;
+
+/// The `[[sensor]]` table of multilateration by eight stations around the ground network and one under the final to each end of a
+/// runway (assumed). Under finals that reach beyond `radius_m` from the reference point there is none.
+///
+/// The ring alone sees arrivals late: outside it the dilution grows with the square of the distance.
 #[must_use]
-pub fn multilateration(name: &str, layout: &Airport) -> String {
+pub fn multilateration(name: &str, layout: &Airport, radius_m: f64) -> String {
     let [low, high] = extent_m(layout);
     let middle = [0, 1].map(|axis| 0.5 * (low[axis] + high[axis]));
-    let places = [
+    let mut places = vec![
         [low[0], low[1]],
         [middle[0], low[1]],
         [high[0], low[1]],
@@ -211,6 +219,16 @@ pub fn multilateration(name: &str, layout: &Airport) -> String {
         [low[0], high[1]],
         [low[0], middle[1]],
     ];
+    for runway in &layout.runways {
+        let [one, other] = runway.thresholds_m;
+        for (near, far) in [(one, other), (other, one)] {
+            let at = near + UNDER_FINAL_M * (near - far).normalize();
+            if at.norm() < radius_m {
+                places.push([at.x, at.y]);
+            }
+        }
+    }
+    places.truncate(MAX_STATIONS);
     let stations: Vec<String> = places
         .iter()
         .map(|[east, north]| format!("{{ east_m = {east:.1}, north_m = {north:.1} }}"))

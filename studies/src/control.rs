@@ -61,7 +61,7 @@ take-offs, landings and pushes without clearance, wrong turns, a car on the runw
 aircraft. Stop bars are in use. The alerts of the rules on exact truth are the reference: detected is raised on tracks within 3 s (so that no response is longer), \
 of the same kind and subjects; false has no true one within 10 s; a nuisance is true by rule and came to nothing. The sites of \
 the sensors are assumed: a Ku band radar on the tower, a second one mirrored about the airport's middle, eight stations of \
-multilateration around it, nine in ten aircraft with ADS-B. An alert about a track without a name is right of nobody. Time: \
+multilateration around it and one under each final, nine in ten aircraft with ADS-B. An alert about a track without a name is right of nobody. Time: \
 processor time of a scan of sensors, tracker and safety net. Goals: 99 % detected, response 1 s (median) and 3 s (95 %), one false \
 alert per 100 movements; nuisance alerts are those of the failures, the same on exact truth, and not judged.";
 
@@ -81,7 +81,7 @@ pub fn text(airport: &str, rate: u32, seed: u64, seconds: f64) -> Result<String,
     Ok(format!(
         "{base}{}{}{}[[sensor]]\nkind = \"adsb\"\nname = \"ADS-B\"\nequipped = 0.9\n",
         failures(flights),
-        scenarios::control::standard_sensors(layout),
+        scenarios::control::standard_sensors(layout, scene.airport.radius_m),
         scenarios::control::second_radar("ASDE far", layout, tower),
     ))
 }

@@ -7,9 +7,8 @@ use crate::chain::{publish_of, scored_of};
 use crate::movers::Movers;
 use crate::profiles::{Seen, see_of};
 use crate::{Table, clock, requirements, zurich};
-use models::airport::Airport;
 use models::plot::{Plot, SensorId};
-use scenarios::{Scene, control};
+use scenarios::{AirportScene, Scene, control};
 use std::fmt::Write;
 use std::path::Path;
 
@@ -60,21 +59,20 @@ struct Item {
 }
 
 fn menu(scene: &Scene) -> [Item; 3] {
-    let layout = &scene.airport.layout;
+    let AirportScene { layout, radius_m, .. } = &scene.airport;
     let radar = scene.sensors.iter().find(|s| s.asde.is_some()).and_then(|s| s.site_m);
     let first_m = radar.map_or([0.0, 0.0], |at| [at.x, at.y]);
-    let item = |words, name, table: fn(&str, &Airport, [f64; 2]) -> String| Item {
-        words,
-        name,
-        table: table(name, layout, first_m),
-    };
+    let item =
+        |words, name, table: &dyn Fn(&str) -> String| Item { words, name, table: table(name) };
     [
-        item("a second radar", "advice radar", control::second_radar),
-        item("ADS-B on all", "advice ADS-B", |name, _, _| {
+        item("a second radar", "advice radar", &|name| {
+            control::second_radar(name, layout, first_m)
+        }),
+        item("ADS-B on all", "advice ADS-B", &|name| {
             format!("[[sensor]]\nkind = \"adsb\"\nname = \"{name}\"\nequipped = 1.0\n")
         }),
-        item("multilateration", "advice MLAT", |name, layout, _| {
-            control::multilateration(name, layout)
+        item("multilateration", "advice MLAT", &|name| {
+            control::multilateration(name, layout, *radius_m)
         }),
     ]
 }
@@ -100,7 +98,11 @@ pub fn advise(
     let mut whole = text.to_owned();
     // What a scene that names no sensors is watched by would go with the first that is added.
     if !has_table(text, "[[sensor]]") && !own.sensors.is_empty() {
-        let _ = write!(whole, "\n{}", control::standard_sensors(&own.airport.layout));
+        let _ = write!(
+            whole,
+            "\n{}",
+            control::standard_sensors(&own.airport.layout, own.airport.radius_m)
+        );
         if !has_table(text, "[tracking]") {
             whole.push_str("[tracking]\nprofile = \"accurate\"\n");
         }

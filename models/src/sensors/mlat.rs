@@ -320,7 +320,7 @@ fn off_line_m(stations: &[Station]) -> f64 {
 const TRANSPONDER_GHZ: f64 = 1.09;
 
 /// Most stations of one system.
-const MAX_STATIONS: usize = 64;
+pub const MAX_STATIONS: usize = 64;
 
 /// A multilateration system.
 #[derive(Clone, Debug)]
