@@ -160,18 +160,19 @@ pub(crate) fn standard(path: &Path, airport: &AirportScene) -> Result<Section, S
     Section::parse(path, &format!("{text}[tracking]\nprofile = \"accurate\"\n"))
 }
 
-/// Least and greatest east and north of the ground network, m.
+/// Least and greatest east and north of the ground network, m; of the runways where there is none.
 #[must_use]
 pub fn extent_m(layout: &Airport) -> [[f64; 2]; 2] {
-    let mut low = [f64::INFINITY; 2];
-    let mut high = [f64::NEG_INFINITY; 2];
-    for node in &layout.nodes {
-        for (axis, value) in [node.position_m.x, node.position_m.y].into_iter().enumerate() {
-            low[axis] = low[axis].min(value);
-            high[axis] = high[axis].max(value);
-        }
+    let ends = layout.runways.iter().flat_map(|r| r.ends_m);
+    let mut places: Vec<_> = layout.nodes.iter().map(|node| node.position_m).collect();
+    if places.is_empty() {
+        places = ends.collect();
     }
-    [low, high]
+    let of = |least: fn(f64, f64) -> f64| {
+        let both = places.iter().map(|at| [at.x, at.y]);
+        both.reduce(|a, b| [least(a[0], b[0]), least(a[1], b[1])]).unwrap_or_default()
+    };
+    [of(f64::min), of(f64::max)]
 }
 
 /// The `[[sensor]]` tables of a scene that names none: `ASDE tower` and `MLAT`. No station farther than `radius_m`.

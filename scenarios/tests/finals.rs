@@ -1,4 +1,4 @@
-//! Alerts on tracks at runways whose finals cross, as Zurich's 14 and 16 do.
+//! Finals: alerts where those of two runways cross, as of Zurich's 14 and 16, and how far out arrivals are seen.
 
 use models::control::alert::Change;
 use models::control::clearance::Board;
@@ -8,7 +8,9 @@ use models::control::safety_net::{SafetyNet, Scan};
 use models::control::situation::{Target, TargetClass};
 use models::frames::Vector2;
 use models::plot::Callsign;
+use models::sensors::mlat::ArrivalGeometry;
 use models::time::SimTime;
+use std::path::Path;
 
 fn target(number: u16, name: &str, at: (f64, f64), v: (f64, f64), second: u32) -> Target {
     Target {
@@ -72,4 +74,51 @@ fn who_crosses_the_line_of_another_final_is_on_his_own() {
     assert!(raised(Parameters::default(), true), "by the definition, for a scan");
     assert!(!raised(Parameters::on_tracks(), true));
     assert!(raised(Parameters::on_tracks(), false), "who does land against a roll");
+}
+
+/// The standard multilateration locates who is 40 s of flight at 70 m/s from any threshold: alerts that look 30 s ahead need a
+/// track some seconds before. The ring alone is past its limit of dilution (10) at most of these. One has no ground network here.
+#[test]
+fn standard_multilateration_sees_every_final_before_its_alerts_are_due() {
+    for airport in [
+        "layout = \"airports/LZIB.apt.dat\"",
+        "layout = \"airports/XSYN.apt.dat\"",
+        "layout = \"airports/LIMC.apt.dat\"",
+        "layout = \"airports/LSZH.apt.dat\"\nground_network = \"airports/LSZH.groundnet.xml\"",
+        "layout = \"airports/EHAM.apt.dat\"\nground_network = \"airports/EHAM.groundnet.xml\"",
+        "layout = \"airports/EGCC.nodes.csv\"",
+    ] {
+        let text = format!(
+            "[run]\ntitle = \"t\"\nseed = 1\nstart = 2026-01-01T06:00:00Z\nduration_s = 60\n[airport]\n{airport}\n"
+        );
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("finals.toml");
+        let scene = scenarios::load_text(&path, &text).unwrap_or_else(|e| panic!("{e}"));
+        let layout = &scene.airport.layout;
+        let stations = |radius_m: f64| -> Vec<Vector2<f64>> {
+            let table = scenarios::control::multilateration("MLAT", layout, radius_m);
+            let table: toml::Table = table.parse().expect("TOML");
+            let stations = table["sensor"][0]["overrides"]["stations"].as_array().expect("places");
+            let number = |s: &toml::Value, key| s[key].as_float().expect("a number");
+            stations
+                .iter()
+                .map(|s| Vector2::new(number(s, "east_m"), number(s, "north_m")))
+                .collect()
+        };
+        let (all, ring) = (stations(10_000.0), stations(0.0));
+        assert_eq!(ring.len(), 8, "{airport}: none beyond the radius");
+        let worst = |stations: &[Vector2<f64>]| {
+            let ends = layout.runways.iter().flat_map(|r| {
+                let [one, other] = r.thresholds_m;
+                [(one, other), (other, one)]
+            });
+            let dilution = |(near, far): (Vector2<f64>, Vector2<f64>)| {
+                let at = near + (near - far).normalize() * (40.0 * 70.0);
+                ArrivalGeometry::of(stations, at).map_or(f64::INFINITY, |g| g.horizontal())
+            };
+            ends.map(dilution).fold(0.0, f64::max)
+        };
+        println!("{airport}: {:.1}, by the ring alone {:.1}", worst(&all), worst(&ring));
+        assert!(worst(&all) < 2.0, "{airport}: {}", worst(&all));
+        assert!(worst(&ring) > 3.0 * worst(&all), "{airport}: {}", worst(&ring));
+    }
 }

@@ -172,6 +172,13 @@ fn what_crosses_the_airport_at_eighty_and_never_was_slow_is_no_taxiing() {
         found += alerts;
     }
     assert_eq!(found, 1, "somebody who drives much too fast is told of");
+    // The scan in which the name goes from it to who it is of, and is kept for a while, makes no other of it.
+    let loses = |s: u32| {
+        let name = if s < 7 { "ABC1" } else { "" };
+        vec![target(6, name, (-900.0 + 82.0 * f64::from(s), 900.0), (82.0, 0.0), s)]
+    };
+    let all = raised(Parameters::on_tracks(), 12, loses);
+    assert!(all.is_empty(), "{all:?}");
 }
 
 /// A track that says 18 to 28 m/s of somebody who drives along the runway at 11 is no roll; rolls of every acceleration that

@@ -40,8 +40,7 @@ impl Surveillance {
                 let young = now.since_s(memory.born) < doubt.unnamed_s;
                 let coasts = now.since_s(situation.target.last_plot) > doubt.coasting_s;
                 if !young && !coasts && !memory.within(memory.leapt, now, doubt.leap_s) {
-                    let jumps = memory.within(memory.jumped, now, doubt.jump_s);
-                    situation.doubt = jumps.then_some(Doubted::Jumps);
+                    situation.doubt = memory.of_a_name(doubt, now, &situation.target);
                 }
             }
         }
@@ -122,17 +121,26 @@ impl Memory {
         if coasts || age_s < doubt.young_s || new_name || leaps {
             return Some(Doubted::Weak);
         }
-        let lands =
-            self.final_span.is_some_and(|(since, until, _)| until.since_s(since) >= doubt.final_s);
-        let flies = !self.was_slow && !lands;
-        // A name may have been put on the second echo of one who comes, kilometres short of him: nothing taxies as fast that never
-        // was slower.
         if named {
-            let echo = flies && target.velocity_mps.norm() > ECHO_MPS;
-            return (jumps || echo).then_some(Doubted::Jumps);
+            return self.of_a_name(doubt, now, target);
         }
         let young = age_s < doubt.unnamed_s;
-        (young || flies || jumps).then_some(Doubted::Weak)
+        (young || self.flies(doubt) || jumps).then_some(Doubted::Weak)
+    }
+
+    /// Whether it was never slower than a roll, and has not come by a final.
+    fn flies(&self, doubt: &Doubt) -> bool {
+        let lands =
+            self.final_span.is_some_and(|(since, until, _)| until.since_s(since) >= doubt.final_s);
+        !self.was_slow && !lands
+    }
+
+    /// What is doubted of one who has a name or just had it. A name may have been put on the second echo of one who comes,
+    /// kilometres short of him: nothing taxies as fast that never was slower.
+    fn of_a_name(&self, doubt: &Doubt, now: SimTime, target: &Target) -> Option<Doubted> {
+        let jumps = self.within(self.jumped, now, doubt.jump_s);
+        let echo = self.flies(doubt) && target.velocity_mps.norm() > ECHO_MPS;
+        (jumps || echo).then_some(Doubted::Jumps)
     }
 }
 
