@@ -92,6 +92,14 @@ fn control_cannot_name_truth() {
         }
     }
     assert!(found >= 12, "{found} files");
+    // What it looks ahead with is made of what it sees, and tells measures only.
+    for file in ["models/src/traffic/ahead.rs", "models/src/traffic/ahead/perceive.rs"] {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
+        let text = std::fs::read_to_string(&path).expect(file);
+        for word in ["truth::", "TruthState", ".state(", "Core::new"] {
+            assert!(!text.contains(word), "{file}: names {word}");
+        }
+    }
 }
 
 #[test]

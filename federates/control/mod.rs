@@ -3,7 +3,9 @@
 //! It sees tracks only: those that the SMDFM tells in its frame ends, with the clearances that the generators tell in
 //! theirs. It takes no PDU in, so a run gives the same alerts in every layout.
 
+mod advice_words;
 pub mod command;
+mod look_ahead;
 mod people;
 mod seats;
 
@@ -272,21 +274,16 @@ impl Federate for Control {
         self.run = config.run;
         let behaving = self.scene.traffic.behaving.as_ref();
         self.failed_bars = behaving.map_or_else(Vec::new, |b| b.failed_bars(config.seed));
-        self.seats = closes_loop(&self.scene).then(|| {
-            let step_s = self.scene.run.frame.s();
-            let flights = self.scene.traffic.behaving.iter().flat_map(|b| b.flights.iter());
-            let callsigns = flights.map(|f| f.callsign.clone()).collect();
-            let network = self.scene.traffic.behaving.iter().map(|b| &b.network);
-            let seats = network.flat_map(|n| models::control::actors::seats::seats(n)).collect();
-            let ahead = loop_frames(&self.scene);
-            let seats =
-                Seats::new(callsigns, seats, config.seed, step_s, ahead, on_tracks(&self.scene));
-            let Some(behaving) = behaving.filter(|_| self.scene.control.advice) else {
-                return seats;
-            };
-            let runways = behaving.network.runways.iter().map(|r| r.names.join("/")).collect();
-            let start_utc_ns = self.scene.run.start_utc_ns;
-            seats.with_advice(config.seed, behaving.departing(), runways, start_utc_ns)
+        self.seats = behaving.filter(|_| closes_loop(&self.scene)).map(|behaving| {
+            let run = &self.scene.run;
+            let times = (run.frame.s(), run.start_utc_ns);
+            let airport = (Arc::clone(&behaving.network), Arc::clone(&behaving.flights));
+            let (ahead, on_tracks) = (loop_frames(&self.scene), on_tracks(&self.scene));
+            let seats = Seats::new(airport, config.seed, times, ahead, on_tracks);
+            match self.scene.control.advice {
+                true => seats.with_advice(config.seed, behaving.departing()),
+                false => seats,
+            }
         });
         Ok(())
     }

@@ -3,10 +3,11 @@
 //! Inputs come with the frame ends of the member `visitors` and count from their frame on, so equal inputs give equal runs.
 //! Whoever is not heard of any more loses his seat to the model.
 
+use super::look_ahead::LookAhead;
 use crate::runtime::messages::{Frame, SeatAction, SeatEvent, SeatInput};
 use models::control::actors::message::{Message, Seat};
 use models::control::actors::{Actors, Given, Wanted};
-use models::control::advice::{self, Advisor, Decision, HOLD_AT_STAND};
+use models::control::advice::{self, Advisor, Decision, Kind, Picture};
 use models::control::clearance::ClearanceKind;
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
@@ -51,6 +52,15 @@ impl Asked<'_> {
     }
 }
 
+/// Whom people at seats have to do with.
+pub(super) struct With<'a> {
+    pub(super) actors: &'a mut Actors,
+    /// Where controllers are advised.
+    pub(super) advisor: &'a mut Option<Advisor>,
+    pub(super) look_ahead: &'a mut LookAhead,
+    pub(super) picture: &'a Picture<'a>,
+}
+
 /// People at the seats of an airport.
 #[derive(Debug, Default)]
 pub(super) struct People {
@@ -91,9 +101,10 @@ impl People {
         now_s: f64,
         asked: Asked<'_>,
         callsigns: &[String],
-        (actors, advisor): (&mut Actors, &mut Option<Advisor>),
+        with: With<'_>,
         (events, advised): (&mut Vec<SeatEvent>, &mut Vec<advice::Change>),
     ) -> Vec<Given> {
+        let With { actors, advisor, look_ahead, picture } = with;
         let wanted = asked.wanted;
         for w in wanted.iter().chain(asked.could) {
             self.known.insert(w.flight, w.group);
@@ -111,12 +122,26 @@ impl People {
             let at_s = frame as f64 * self.step_s;
             let done = match &input.order.action {
                 SeatAction::Decide { callsign, kind, accept } => {
-                    let decided =
-                        self.decided(at_s, &input, (callsign, kind, *accept), callsigns, advisor);
-                    decided.map(|(text, change)| {
+                    let of = (callsign.as_str(), kind.as_str(), *accept);
+                    let decided = self.decided(at_s, &input, of, callsigns, advisor);
+                    decided.and_then(|(text, change)| {
+                        let says = change.advice().what.clearance().filter(|_| *accept);
                         advised.push(change);
-                        (text, None)
+                        let Some(clearance) = says else { return Ok((text, None)) };
+                        // Accepting it is saying it.
+                        let mut said = input.clone();
+                        said.order.action = SeatAction::Say {
+                            callsign: callsign.clone(),
+                            clearance: clearance.word().to_owned(),
+                        };
+                        self.done(at_s, &said, asked, callsigns, actors)
                     })
+                }
+                SeatAction::WhatIf { callsign, change } => {
+                    let held = self.held_by(at_s, &input.order.seat, &input.order.person);
+                    let asks = (callsign.as_str(), change.as_str());
+                    held.and_then(|_| look_ahead.ask(&input.order.person, asks, picture))
+                        .map(|text| (text, None))
                 }
                 _ => self.done(at_s, &input, asked, callsigns, actors),
             };
@@ -215,6 +240,7 @@ impl People {
             SeatAction::Here
             | SeatAction::Take
             | SeatAction::Decide { .. }
+            | SeatAction::WhatIf { .. }
             | SeatAction::Drive { .. } => Ok((String::new(), None)),
         }
     }
@@ -228,26 +254,32 @@ impl People {
         callsigns: &[String],
         advisor: &mut Option<Advisor>,
     ) -> Result<(String, advice::Change), String> {
-        let order = &input.order;
-        let seat = Seat::named(&order.seat).filter(|seat| self.seats.contains(seat));
-        let seat = seat.ok_or_else(|| format!("there is no seat {:?}", order.seat))?;
-        let holder = self.holders.get_mut(&seat).filter(|h| h.person == order.person);
-        let holder = holder.ok_or_else(|| format!("{} is not yours: take it first", order.seat))?;
-        holder.heard_s = at_s;
+        let seat = self.held_by(at_s, &input.order.seat, &input.order.person)?;
         let advisor =
             advisor.as_mut().ok_or("this scene gives no advice: [control] advice = true")?;
-        if kind != HOLD_AT_STAND {
-            return Err(format!("there is no advice {kind:?}: {HOLD_AT_STAND}"));
-        }
+        let words = || Kind::ALL.map(Kind::word).join(", ");
+        let kind =
+            Kind::of(kind).ok_or_else(|| format!("there is no advice {kind:?}: {}", words()))?;
         let flight = callsigns.iter().position(|c| c == callsign);
         let flight = flight.ok_or_else(|| format!("there is no flight {callsign:?}"))? as u32;
-        if let Some(other) = advisor.standing().find(|a| a.flight == flight && a.seat != seat) {
+        if let Some(other) = advisor.of(kind, flight).filter(|a| a.seat != seat) {
             return Err(format!("the advice for {callsign} is for {}", other.seat.name()));
         }
         let decision = if accept { Decision::Accepted } else { Decision::Refused };
-        let change =
-            advisor.decide(flight, decision, true).map_err(|why| format!("{callsign}: {why}"))?;
-        Ok((format!("{callsign}: {kind} {}", decision.word()), change))
+        let change = advisor
+            .decide(kind, flight, decision, true)
+            .map_err(|why| format!("{callsign}: {why}"))?;
+        Ok((format!("{callsign}: {} {}", kind.word(), decision.word()), change))
+    }
+
+    /// The seat of a name, where this person has it; he is heard of.
+    fn held_by(&mut self, at_s: f64, seat: &str, person: &str) -> Result<Seat, String> {
+        let known = Seat::named(seat).filter(|seat| self.seats.contains(seat));
+        let known = known.ok_or_else(|| format!("there is no seat {seat:?}"))?;
+        let holder = self.holders.get_mut(&known).filter(|h| h.person == person);
+        let holder = holder.ok_or_else(|| format!("{seat} is not yours: take it first"))?;
+        holder.heard_s = at_s;
+        Ok(known)
     }
 
     /// Whether a person has a seat.
@@ -300,7 +332,7 @@ impl People {
         &mut self,
         now_s: f64,
         asked: Asked<'_>,
-        advice: &[Value],
+        (advice, what_if): (&[Value], &[Value]),
         name: &dyn Fn(Seat) -> String,
     ) -> Option<Value> {
         let round = |s: f64| (10.0 * s).round() / 10.0;
@@ -350,6 +382,7 @@ impl People {
             "pending": self.under_way.iter().map(pending).collect::<Vec<_>>(),
             "held": held,
             "advice": advice,
+            "what_if": what_if,
             "radio": self.radio.iter().map(radio).collect::<Vec<_>>(),
             "answers": self.answers.iter().map(answer).collect::<Vec<_>>(),
         });

@@ -1,24 +1,27 @@
 //! Controllers at their seats: what flights wait for comes with the frame ends of the generators, what is cleared
 //! goes out with one's own, each with the frame from which the traffic acts upon it.
 
-use super::people::{Asked, People};
+use super::advice_words::Names;
+use super::look_ahead::LookAhead;
+use super::people::{Asked, People, With};
 use crate::runtime::bus::Class;
 use crate::runtime::federate::FrameOut;
 use crate::runtime::federate::Publication;
-use crate::runtime::messages::{
-    AdviceNotice, Frame, GivenNotice, Notice, SeatEvent, SeatInput, WantNotice,
-};
+use crate::runtime::messages::{Frame, GivenNotice, Notice, SeatEvent, SeatInput, WantNotice};
 use models::control::actors::message::{Message, Seat};
 use models::control::actors::pilot::Habits;
 use models::control::actors::sight::{Sight, Waiting};
 use models::control::actors::{Actors, Wanted};
-use models::control::advice::{self, Advice, Advisor, Departing, HOLD_AT_STAND};
+use models::control::advice::{self, Advisor, Departing, Picture};
 use models::control::clearance::{Board, ClearanceKind};
 use models::control::safety_net::SafetyNet;
 use models::plot::Callsign;
 use models::time::SimTime;
+use models::traffic::ahead::{Flight, Known};
+use models::traffic::network::Network;
 use serde_json::json;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// Shares of generators that are listened to at most.
 const MOST_SHARES: u32 = 64;
@@ -34,8 +37,12 @@ pub(super) struct Seats {
     people: People,
     /// Where controllers are advised.
     advisor: Option<Advisor>,
-    /// Designators of the runways, as advice names them.
+    look_ahead: LookAhead,
+    network: Arc<Network>,
+    flights: Arc<Vec<Flight>>,
+    /// Names of its runways and stands, as advice says them.
     runways: Vec<String>,
+    stands: Vec<String>,
     /// UTC of the begin, ns.
     start_utc_ns: i64,
     wants: BTreeMap<u32, Vec<WantNotice>>,
@@ -49,21 +56,25 @@ pub(super) struct Seats {
 impl Seats {
     /// Nobody has said anything; what is said takes effect `ahead` frames later at the earliest.
     pub(super) fn new(
-        callsigns: Vec<String>,
-        seats: Vec<Seat>,
+        (network, flights): (Arc<Network>, Arc<Vec<Flight>>),
         seed: u64,
-        step_s: f64,
+        (step_s, start_utc_ns): (f64, i64),
         ahead: Frame,
         on_tracks: bool,
     ) -> Self {
+        let seats = models::control::actors::seats::seats(&network);
         Self {
-            callsigns,
+            callsigns: flights.iter().map(|f| f.callsign.clone()).collect(),
             actors: Actors::new(Habits::default(), seed, step_s),
             sight: on_tracks.then(Sight::default),
             people: People::new(seats, step_s),
             advisor: None,
-            runways: Vec::new(),
-            start_utc_ns: 0,
+            look_ahead: LookAhead::new(Arc::clone(&network), Arc::clone(&flights), seed),
+            runways: network.runways.iter().map(|r| r.names.join("/")).collect(),
+            stands: network.stands.iter().map(|s| s.name.clone()).collect(),
+            network,
+            flights,
+            start_utc_ns,
             wants: BTreeMap::new(),
             step_s,
             ahead,
@@ -73,16 +84,10 @@ impl Seats {
         }
     }
 
-    /// The same with advice for these departures; `runways`: their names, `start_utc_ns`: of the run.
-    pub(super) fn with_advice(
-        self,
-        seed: u64,
-        departures: Vec<Departing>,
-        runways: Vec<String>,
-        start_utc_ns: i64,
-    ) -> Self {
+    /// The same with advice for these departures.
+    pub(super) fn with_advice(self, seed: u64, departures: Vec<Departing>) -> Self {
         let advisor = Some(Advisor::new(advice::Habits::default(), seed, departures));
-        Self { advisor, runways, start_utc_ns, ..self }
+        Self { advisor, ..self }
     }
 
     /// The controllers and pilots.
@@ -122,6 +127,16 @@ impl Seats {
             })
         };
         let told = self.wants.values().flatten();
+        let waiting_all: Vec<Waiting> = told.clone().filter_map(waiting).collect();
+        let known = Known { board, surveillance: net.surveillance(), layout };
+        let (network, flights) = (Arc::clone(&self.network), Arc::clone(&self.flights));
+        let picture = Picture {
+            known,
+            network: &network,
+            flights: &flights,
+            waiting: &waiting_all,
+            frame: (frame as i64, self.step_s),
+        };
         let mut could: Vec<Wanted> =
             told.clone().filter(|w| !w.asks).filter_map(waiting).map(|w| w.wanted).collect();
         could.sort_by_key(|w| w.flight);
@@ -140,12 +155,17 @@ impl Seats {
             now.s(),
             asked,
             &self.callsigns,
-            (&mut self.actors, &mut self.advisor),
+            With {
+                actors: &mut self.actors,
+                advisor: &mut self.advisor,
+                look_ahead: &mut self.look_ahead,
+                picture: &picture,
+            },
             (&mut events, &mut advised),
         );
         if let Some(advisor) = &mut self.advisor {
             let taken = self.people.has(Seat::Apron);
-            advised.extend(advisor.scan(now.s(), &wanted, taken));
+            advised.extend(advisor.scan(now.s(), &wanted, taken, Some(&picture)));
             for (w, may) in wanted.iter().zip(&mut may) {
                 *may &= w.kind != ClearanceKind::Push || advisor.may_push(w.flight);
             }
@@ -166,48 +186,22 @@ impl Seats {
             out.later.push((effect, Notice::Given(notice.clone())));
             events.push(SeatEvent::Given(effect, notice));
         }
-        let advised = advised.iter().map(|c| self.advice_notice(frame, c.word(), c.advice()));
+        let axes: Vec<String> = layout.runways.iter().map(|axis| axis.names.join("/")).collect();
+        let names = self.names(&axes);
+        let advised = advised.iter().map(|c| names.notice(frame, c.word(), c.advice()));
         events.extend(advised.map(SeatEvent::Advised));
         self.tell(&mut events);
-        self.show(frame, now.s(), asked, out);
+        self.show(frame, now.s(), (asked, &axes), out);
         events
     }
 
-    /// An advice in words.
-    fn advice_notice(&self, frame: Frame, change: &str, a: &Advice) -> AdviceNotice {
-        let name = |flight: u32| Self::name(&self.callsigns, Seat::Flight(flight));
-        let clock = |s: f64| {
-            let of_day_s =
-                (self.start_utc_ns / 1_000_000_000 + s.round() as i64).rem_euclid(86_400);
-            format!("{:02}:{:02}:{:02}", of_day_s / 3600, of_day_s / 60 % 60, of_day_s % 60)
-        };
-        let runway = self.runways.get(a.runway).map_or("", String::as_str);
-        let behind = a.behind.map_or(String::new(), |f| format!(" behind {}", name(f)));
-        AdviceNotice {
-            id: a.id,
-            frame,
-            change: change.to_owned(),
-            kind: HOLD_AT_STAND.to_owned(),
-            seat: a.seat.name(),
-            subjects: [Some(a.flight), a.behind]
-                .into_iter()
-                .flatten()
-                .map(name)
-                .collect::<Vec<_>>()
-                .join(" "),
-            text: format!(
-                "hold {} at its stand until {}: it takes off from {runway} at {}{behind}, {} before it",
-                name(a.flight),
-                clock(a.until_s),
-                clock(a.take_off_s),
-                a.before
-            ),
-            value: a.value_s.round(),
-            unit: "s".to_owned(),
-            otherwise: format!("waits {:.0} s longer at the line, with engines running", a.value_s),
-            until_ns: SimTime::from_s(a.until_s).0,
-            decision: a.decision.0.word().to_owned(),
-            by_person: a.decision.1,
+    fn names<'a>(&'a self, axes: &'a [String]) -> Names<'a> {
+        Names {
+            callsigns: &self.callsigns,
+            runways: &self.runways,
+            axes,
+            stands: &self.stands,
+            start_utc_ns: self.start_utc_ns,
         }
     }
 
@@ -219,20 +213,29 @@ impl Seats {
     }
 
     /// Shows pages who sits where, who waits for what, and what was said.
-    fn show(&mut self, frame: Frame, now_s: f64, wanted: Asked<'_>, out: &mut FrameOut) {
+    fn show(
+        &mut self,
+        frame: Frame,
+        now_s: f64,
+        (wanted, axes): (Asked<'_>, &[String]),
+        out: &mut FrameOut,
+    ) {
+        let names = self.names(axes);
         let standing = self.advisor.iter().flat_map(Advisor::standing);
         let advice: Vec<serde_json::Value> = standing
             .map(|a| {
-                let told = self.advice_notice(frame, "", a);
+                let told = names.notice(frame, "", a);
                 json!({
                     "id": told.id, "kind": told.kind, "seat": told.seat, "subjects": told.subjects, "text": told.text,
                     "value": told.value, "unit": told.unit, "otherwise": told.otherwise,
                     "until_s": SimTime(told.until_ns).s(), "decision": told.decision, "by_person": told.by_person,
+                    "what_if": names.question(a, now_s),
                 })
             })
             .collect();
         let callsigns = &self.callsigns;
-        let state = self.people.told(now_s, wanted, &advice, &|seat| Self::name(callsigns, seat));
+        let shown = (&advice[..], &self.look_ahead.told()[..]);
+        let state = self.people.told(now_s, wanted, shown, &|seat| Self::name(callsigns, seat));
         out.publish.extend(state.map(|state| Publication {
             key: "control/1/positions".into(),
             class: Class::Lossy,

@@ -56,7 +56,10 @@ pub fn notice(scene: &Scene, core: &Core, said: Frame, input: &SeatInput) -> Opt
         SeatAction::Drive { throttle, brake, steer } => {
             Order::Drive(Wish { throttle, brake, steer })
         }
-        SeatAction::Here | SeatAction::Decide { .. } | SeatAction::Say { .. } => return None,
+        SeatAction::Here
+        | SeatAction::Decide { .. }
+        | SeatAction::WhatIf { .. }
+        | SeatAction::Say { .. } => return None,
     };
     Some(Notice {
         effect_frame: (said + delay_frames(scene)) as i64,

@@ -174,7 +174,7 @@ impl SeatDoor {
                 ));
             }
         }
-        if let SeatAction::Decide { callsign, .. } = action
+        if let SeatAction::Decide { callsign, .. } | SeatAction::WhatIf { callsign, .. } = action
             && !self.callsigns.contains(callsign)
         {
             let callsign: String = callsign.chars().take(NAME).collect();
@@ -182,7 +182,11 @@ impl SeatDoor {
         }
         let wheel = self.wheels.contains(seat);
         let drives = matches!(action, SeatAction::Drive { .. });
-        if wheel && matches!(action, SeatAction::Say { .. } | SeatAction::Decide { .. }) {
+        let to_flight = matches!(
+            action,
+            SeatAction::Say { .. } | SeatAction::Decide { .. } | SeatAction::WhatIf { .. }
+        );
+        if wheel && to_flight {
             return Err(format!("{seat} drives: take, drive, here or leave"));
         }
         if !wheel && drives {

@@ -62,7 +62,7 @@ pub fn fly(scene: &Scene, seed: u64, advice: Option<Habits>) -> Result<Flown, St
         let wanted: Vec<Wanted> = core.wanted().into_iter().map(|(w, _)| w).collect();
         let mut may = vec![true; wanted.len()];
         if let Some(advisor) = &mut advisor {
-            for change in advisor.scan(now_s, &wanted, false) {
+            for change in advisor.scan(now_s, &wanted, false, None) {
                 flown.advised.0 += u32::from(matches!(change, Change::Given(_)));
                 let accepted = change.advice().decision.0 == Decision::Accepted;
                 flown.advised.1 += u32::from(matches!(change, Change::Decided(_)) && accepted);

@@ -481,7 +481,7 @@ fn advice_is_given_decided_upon_and_followed_to_one_digest_in_every_layout() {
     let log = rusqlite::Connection::open(folder.file("sits.sqlite")).expect("a database");
     assert_eq!(count(&log, "SELECT count(*) FROM advice WHERE change = 'decided'"), 0);
     let mut rows = log
-        .prepare("SELECT subjects, frame FROM advice WHERE change = 'given' ORDER BY id LIMIT 2")
+        .prepare("SELECT subjects, frame FROM advice WHERE change = 'given' AND kind = 'HOLD_STAND' ORDER BY id LIMIT 2")
         .expect("a table");
     let rows =
         rows.query_map([], |row| Ok((row.get::<_, String>(0)?, row.get::<_, i64>(1)? as u64)));
@@ -497,6 +497,10 @@ fn advice_is_given_decided_upon_and_followed_to_one_digest_in_every_layout() {
         decide(0, "accept", "HOLD_STAND"),
         decide(1, "refuse", "HOLD_STAND"),
         decide(0, "accept", "FLY"),
+        // Asking what would be is no action.
+        decide(1, "what-if", "HOLD 120"),
+        decide(1, "what-if", "STAND 1"),
+        decide(1, "what-if", "HOLD long"),
     ];
     std::fs::write(&decides, line(20, "take", "") + &there + &words.concat()).expect("inputs");
     let record = folder.file("decides.pcapng");
@@ -517,8 +521,16 @@ fn advice_is_given_decided_upon_and_followed_to_one_digest_in_every_layout() {
         assert_eq!(count(&log, &query), 1, "{decision}");
     }
     assert_eq!(count(&log, "SELECT count(*) FROM advice WHERE change = 'decided'"), 2);
-    let why = "SELECT count(*) FROM inputs WHERE refused LIKE 'there is no advice \"FLY\"%'";
-    assert_eq!(count(&log, why), 1);
+    for (action, refused) in [
+        ("accept", "there is no advice \"FLY\"%"),
+        ("what-if", ""),
+        ("what-if", "there is no stand \"1\""),
+        ("what-if", "HOLD \"long\": give seconds%"),
+    ] {
+        let told = "SELECT count(*) FROM inputs WHERE action";
+        let query = format!("{told} = '{action}' AND refused LIKE '{refused}'");
+        assert!(count(&log, &query) >= 1, "{query}");
+    }
 }
 
 /// A car that is driven through the inputs of a file: forward, wheels to the right for a while, backwards, and a silence of its driver.

@@ -22,6 +22,13 @@ pub enum SeatAction {
         /// It is followed.
         accept: bool,
     },
+    /// Asks what would be if: the answer is shown, nothing is done.
+    WhatIf {
+        /// Whom it is about.
+        callsign: String,
+        /// What is done otherwise: "HOLD 120" (s), "STAND A12", "RUNWAY 28".
+        change: String,
+    },
     /// Gives a clearance.
     Say {
         /// To whom.
@@ -50,6 +57,7 @@ impl SeatAction {
             Self::Here => "here",
             Self::Decide { accept: true, .. } => "accept",
             Self::Decide { accept: false, .. } => "refuse",
+            Self::WhatIf { .. } => "what-if",
             Self::Say { .. } => "say",
             Self::Drive { .. } => "drive",
         }
@@ -78,6 +86,14 @@ impl SeatAction {
                 kind: clearance.to_owned(),
                 accept: word == "accept",
             }),
+            "what-if" if callsign.is_empty() || clearance.is_empty() => Err(
+                "what-if: name the callsign and, as clearance, what is done otherwise (\"HOLD 120\", \"STAND A12\" or \
+                 \"RUNWAY 28\")"
+                    .to_owned(),
+            ),
+            "what-if" => {
+                Ok(Self::WhatIf { callsign: callsign.to_owned(), change: clearance.to_owned() })
+            }
             "drive" => {
                 let wish = clearance.split_whitespace().map(str::parse::<i16>);
                 match wish.collect::<Result<Vec<_>, _>>().as_deref() {
@@ -96,7 +112,7 @@ impl SeatAction {
             other => {
                 let other: String = other.chars().take(32).collect();
                 Err(format!(
-                    "there is no action {other:?}: take, leave, here, say, accept, refuse or drive"
+                    "there is no action {other:?}: take, leave, here, say, accept, refuse, what-if or drive"
                 ))
             }
         }
@@ -109,6 +125,7 @@ impl SeatAction {
         match self {
             Self::Say { callsign, clearance } => (callsign, clearance.into()),
             Self::Decide { callsign, kind, .. } => (callsign, kind.into()),
+            Self::WhatIf { callsign, change } => (callsign, change.into()),
             Self::Drive { throttle, brake, steer } => {
                 ("", format!("{throttle} {brake} {steer}").into())
             }
@@ -138,10 +155,11 @@ pub struct SeatWords {
     pub person: String,
     /// Word of the action ("say").
     pub action: String,
-    /// To whom, with `say`; of whom the advice is, with `accept` and `refuse`.
+    /// To whom, with `say`; of whom the advice is, with `accept` and `refuse`; whom it is about, with `what-if`.
     #[serde(default)]
     pub callsign: String,
-    /// Which clearance, with `say`; which kind of advice, with `accept` and `refuse`; throttle, brake and steer, with `drive`.
+    /// Which clearance, with `say`; which kind of advice, with `accept` and `refuse`; what is done otherwise, with `what-if`; throttle,
+    /// brake and steer, with `drive`.
     #[serde(default)]
     pub clearance: String,
 }

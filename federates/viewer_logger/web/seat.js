@@ -30,19 +30,42 @@ export function possible(state, callsign) {
   return wants;
 }
 
+/** The flight of a typed name: all of it, its end where that is one flight's, "." for the selected. */
+function flightOf(name, callsigns, selected) {
+  if (name === "." && !selected) return { error: "no flight is selected" };
+  const found = name === "." ? [selected] : callsigns.filter((c) => c.toUpperCase() === name);
+  const ends = found.length ? found : callsigns.filter((c) => c.toUpperCase().endsWith(name));
+  if (!ends.length) return { error: `no flight is called ${name}` };
+  if (ends.length > 1) return { error: `${name} may be ${ends.slice(0, 4).join(", ")}` };
+  return { callsign: ends[0] };
+}
+
+const CHANGES = ["HOLD", "STAND", "RUNWAY"];
+
+/** A typed question: "SWR1A HOLD 120", "1A STAND A12", "RUNWAY 28" (the selected) → { callsign, change } or { error }. */
+export function question(line, callsigns, selected) {
+  const words = line.trim().split(/\s+/).filter(Boolean);
+  const upper = words.map((w) => w.toUpperCase());
+  if (CHANGES.includes(upper[0])) upper.unshift(".") && words.unshift(".");
+  const [name, kind] = upper, value = words.slice(2).join(" ");
+  if (!name) return { error: "type a call sign and what is done otherwise, like SWR1A HOLD 120" };
+  const { callsign, error } = flightOf(name, callsigns, selected);
+  if (error) return { error };
+  if (!CHANGES.includes(kind)) return { error: `${name}: what is done otherwise? HOLD and seconds, STAND and its name, RUNWAY and its end` };
+  if (!value) return { error: `${kind}: ${kind === "HOLD" ? "how many seconds?" : "which one?"}` };
+  return { callsign, change: `${kind} ${value}` };
+}
+
 /** A typed line: "SWR1A TAX", "1A t", ". t" (the selected) → { callsign, clearance } or { error }. */
 export function typed(line, callsigns, selected) {
   const [name, kind, ...more] = line.trim().toUpperCase().split(/\s+/);
   if (!name) return { error: "type a call sign and a clearance, like SWR1A TAX" };
   if (!kind) return { error: `${name}: a clearance is missing: ${CLEARANCES.map(([word]) => word).join(", ")}` };
   if (more.length) return { error: `too much: ${more.join(" ")}` };
-  if (name === "." && !selected) return { error: "no flight is selected" };
-  const found = name === "." ? [selected] : callsigns.filter((c) => c.toUpperCase() === name);
-  const ends = found.length ? found : callsigns.filter((c) => c.toUpperCase().endsWith(name));
-  if (!ends.length) return { error: `no flight is called ${name}` };
-  if (ends.length > 1) return { error: `${name} may be ${ends.slice(0, 4).join(", ")}` };
+  const { callsign, error } = flightOf(name, callsigns, selected);
+  if (error) return { error };
   const clearance = WORDS.get(kind);
-  return clearance ? { callsign: ends[0], clearance } : { error: `no clearance is called ${kind}: ${CLEARANCES.map(([word]) => word).join(", ")}` };
+  return clearance ? { callsign, clearance } : { error: `no clearance is called ${kind}: ${CLEARANCES.map(([word]) => word).join(", ")}` };
 }
 
 /** The seats of the run and this person at them. */
@@ -102,6 +125,16 @@ export class Seats {
       return Promise.resolve(false);
     }
     return this.clear(seatFor(this.state, said.clearance, said.callsign), said.callsign, said.clearance);
+  }
+
+  /** Asks what would be if; "SWR1A HOLD 120", or without a call sign for the selected flight. */
+  whatIf(text, callsigns, selected) {
+    const asked = question(text, callsigns, selected);
+    if (asked.error) {
+      this.say(false, asked.error);
+      return Promise.resolve(false);
+    }
+    return this.act(this.own()[0], "what-if", { callsign: asked.callsign, clearance: asked.change });
   }
 
   say(accepted, text) {

@@ -5,6 +5,7 @@
 //!                       schedule ─► movers ─────┴─► Core: plan, tokens, steps ─► states of a frame
 //! ```
 
+pub mod ahead;
 pub mod check;
 pub mod core;
 pub mod exact;

@@ -30,10 +30,18 @@ export default {
       if (await seats.line(line.value, state.flights.map((f) => f.callsign), selected)) line.value = "";
     });
     const list = element("ul", [], { class: "seat-list" }), answer = element("p", "", { role: "status", class: "seat-answer" });
+    const question = element("input", [], { id: "what-if-line", maxlength: "48", autocomplete: "off", spellcheck: "false", placeholder: "SWR1A HOLD 120" });
+    const ask = element("form", [element("label", "What if", { for: "what-if-line" }), question, element("button", "Look ahead", { type: "submit" })], { class: "pair" });
+    ask.title = "HOLD and seconds, STAND and its name, or RUNWAY and its end; without a call sign for the selected flight. Flown 15 minutes ahead from what is seen; nothing is done.";
+    ask.addEventListener("submit", async (event) => {
+      event.preventDefault();
+      if (await seats.whatIf(question.value, state.flights.map((f) => f.callsign), selected)) question.value = "";
+    });
+    const ahead = element("div", [], { class: "what-if" });
     const advised = element("div", []), waits = element("div", []), chosen = element("div", []), radio = element("ol", [], { class: "radio", "aria-label": "Frequencies" });
     const none = element("p", "In this run nobody can sit down: the scene needs traffic that behaves and [control] sees = \"truth\", or sees = \"tracks\" with controllers = \"model\".", { class: "empty" });
     const body = element("div", [
-      element("p", [element("label", "You are ", { for: "person" }), name], { class: "pair" }), list, answer, form, chosen, advised, waits, element("h3", "Radio"), radio,
+      element("p", [element("label", "You are ", { for: "person" }), name], { class: "pair" }), list, answer, form, chosen, advised, waits, ask, ahead, element("h3", "Radio"), radio,
     ]);
     const box = element("div", [none, body], { id: "seats", class: "seats" });
     section.append(box);
@@ -60,9 +68,30 @@ export default {
         made.addEventListener("click", () => seats.act(a.seat, action, { callsign: a.subjects.split(" ")[0], clearance: a.kind }));
         return made;
       };
+      const look = () => {
+        const made = element("button", "What if", { type: "button", "data-clear": `${a.subjects} what-if`, "aria-label": `What if ${a.subjects.split(" ")[0]} ${a.what_if}` });
+        made.addEventListener("click", () => seats.act(seats.own()[0], "what-if", { callsign: a.subjects.split(" ")[0], clearance: a.what_if }));
+        return made;
+      };
       const stands = element("span", a.decision === "open" ? "open" : `${a.decision} by ${a.by_person ? "a person" : "the model"}`);
       const says = element("p", [`${a.seat}: ${a.text}. `, element("small", `Otherwise it ${a.otherwise}.`)]);
-      return element("li", [says, element("p", mine ? [decide("accept", "Accept"), decide("refuse", "Refuse"), stands] : [stands], { class: "pair" })]);
+      return element("li", [says, element("p", [...(mine ? [decide("accept", "Accept"), decide("refuse", "Refuse")] : []), ...(seats.own().length && a.what_if ? [look()] : []), stands], { class: "pair" })]);
+    };
+
+    // What was asked and what came of it: measures without and with, and whose end moves.
+    const foreseen = (q) => {
+      const title = element("h4", `${q.callsign} ${q.change}, at ${elapsed(q.at_s)}`), a = q.answer;
+      if (!a) return [title, element("p", "is worked out …")];
+      if (a.refused) return [title, element("p", a.refused, { "data-mark": "warn" })];
+      const row = (cells) => element("tr", cells.map((c, i) => element(i ? "td" : "th", c, i ? {} : { scope: "row" })));
+      const number = (x, unit) => `${x}${unit ? ` ${unit}` : ""}`;
+      const clock = (s) => (s == null ? `not within ${a.ahead_s / 60} min` : elapsed(s));
+      const head = (cells) => element("tr", cells.map((c) => element("th", c, { scope: "col" })));
+      const changed = a.measures.filter((m) => m.without !== m.with);
+      const table = (rows) => element("table", [element("thead", [head(["", "as it is", "if"])]), element("tbody", rows)]);
+      const rows = [...changed.map((m) => row([m.words, number(m.without, m.unit), number(m.with, m.unit)])), ...a.flights.map((f) => row([`${f.callsign} ${f.end}`, clock(f.without_s), clock(f.with_s)]))];
+      const missing = [...a.unseen.map((c) => `${c} is not seen`), ...a.left_out.map((c) => `${c} fits into no plan`)];
+      return [title, rows.length ? table(rows) : element("p", "Nothing changes within the time looked ahead."), missing.length ? element("p", `Without: ${missing.join(", ")}.`) : null];
     };
 
     /** Made again where something changed, with the focus where it was. */
@@ -92,6 +121,8 @@ export default {
       waits.replaceChildren(...(own.length ? [element("h3", `Waiting for you (${asked.length})`), rows.length ? element("ul", rows, { class: "waiting" }) : element("p", "Nobody waits.", { class: "empty" })] : []));
       const told = now.advice ?? [];
       advised.replaceChildren(...(told.length ? [element("h3", `Advice (${told.length})`), element("ul", told.map((a) => advice(a, own.includes(a.seat))), { class: "advice" })] : []));
+      ask.hidden = own.length === 0;
+      ahead.replaceChildren(...(now.what_if ?? []).filter((q) => q.person === seats.person).reverse().flatMap(foreseen).filter(Boolean));
       radio.replaceChildren(...[...now.radio].reverse().slice(0, 16).map((m) => element("li", [
         element("time", elapsed(m.time_s)), element("b", m.from), element("span", `${KINDS[m.kind] ?? m.kind} ${m.clearance}`), element("span", m.time_s > at ? `${m.to} (to come)` : m.to),
       ], { "data-next": m.time_s > at ? "" : null })));

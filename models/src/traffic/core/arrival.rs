@@ -79,28 +79,34 @@ impl Core {
                 f.callsign, self.net.stands[f.stand].name, self.net.stands[stand].name
             ));
         }
-        let landing_s = self.time_s + time + delay_s;
-        self.last_landing[r] = (landing_s, f.wake);
-        let mover = &mut self.movers[m];
-        mover.parked_pieces = pieces;
-        mover.landing_s = landing_s;
-        mover.phase = Phase::Final;
-        mover.waits_since_s = None;
-        mover.cleared = false;
-        (mover.first_held, mover.next, mover.slip, mover.a) = (0, 0, 0.0, 0.0);
-        mover.v = approach_airspeed_mps(FINAL_M, f.landing.0);
-        let out_m = FINAL_M + mover.v * delay_s;
-        mover.s = mover.threshold - out_m;
-        mover.height_m = 15.0 + SLOPE * out_m;
-        mover.climb_mps = -SLOPE * mover.v;
+        let entry_mps = approach_airspeed_mps(FINAL_M, f.landing.0);
+        let out_m = FINAL_M + entry_mps * delay_s;
+        self.enters_final(m, pieces, self.time_s + time + delay_s, out_m);
         if self.policy == Policy::Planned {
             self.book();
         }
     }
 
+    /// Is on final from now on, so far before its threshold, m; it keeps a stand.
+    pub(super) fn enters_final(&mut self, m: usize, stand: Vec<u32>, landing_s: f64, out_m: f64) {
+        let f = &self.flights[m];
+        self.last_landing[f.runway.0] = (landing_s, f.wake);
+        let mover = &mut self.movers[m];
+        mover.parked_pieces = stand;
+        mover.landing_s = landing_s;
+        mover.phase = Phase::Final;
+        mover.waits_since_s = None;
+        mover.cleared = false;
+        (mover.first_held, mover.next, mover.slip, mover.a) = (0, 0, 0.0, 0.0);
+        mover.v = approach_airspeed_mps(out_m.min(FINAL_M), f.landing.0);
+        mover.s = mover.threshold - out_m;
+        mover.height_m = 15.0 + SLOPE * out_m;
+        mover.climb_mps = -SLOPE * mover.v;
+    }
+
     /// The first stand to which there is a way; under a plan also the times for it, and the next one where it
     /// would wait for more than two minutes. `ways`: what was found before by stand and kind of way, at the same time.
-    fn choose_stand(
+    pub(super) fn choose_stand(
         &mut self,
         m: usize,
         choices: Vec<(usize, Vec<u32>)>,

@@ -1,6 +1,7 @@
 //! Departures: pushback, taxi way, line-up and take-off.
 
 mod push;
+mod to_runway;
 
 pub(super) use push::push_heading;
 use push::{nearest, nose_of};
@@ -10,9 +11,8 @@ use super::plan::Start;
 use super::runway::take_off_of;
 use super::{Core, PUSH_BEFORE_M, Phase, Policy, RETRY_S, TAIL_M, Timing};
 use crate::control::clearance::ClearanceKind;
-use crate::frames::{Azimuth, wrap_pi};
 use crate::traffic::runway_roll::take_off_run;
-use crate::traffic::way::{Arcs, Driving, GAP_M, Way};
+use crate::traffic::way::{Arcs, Driving, Way};
 use std::sync::Arc;
 
 /// Arcs of a pushback up to the bend, arcs behind it, arcs of the way after it.
@@ -369,28 +369,8 @@ impl Core {
                 break;
             }
         }
-        let (r, end) = f.runway;
-        // Entries with enough runway ahead, the longest run first choice by time.
-        let runway = &net.runways[r];
-        let run_ahead = |node: usize| {
-            let place = runway.spine.iter().find(|(_, n)| *n == node).map_or(0.0, |(p, _)| *p);
-            if end == 0 { runway.length_m - place } else { place }
-        };
-        let direction = Azimuth::of(runway.ends_m[1 - end] - runway.ends_m[end]).rad();
-        let entry = |arc: usize| {
-            let edge = &net.edges[arc / 2];
-            let node = Arcs::to(&net, arc);
-            let turn = wrap_pi(direction - self.arcs.heading_rad(arc)).abs();
-            (edge.strip == Some(r)
-                && edge.runway.is_none()
-                && runway.spine.iter().any(|(_, n)| *n == node)
-                && turn < 2.1)
-                .then(|| run_ahead(node))
-        };
-        let longest = (0..2 * net.edges.len()).filter_map(entry).fold(0.0, f64::max);
-        let needed =
-            (1.15 * f.take_off.1 + 100.0).min(longest).max((runway.length_m - 300.0).min(longest));
-        let needed_again = (1.15 * f.take_off.1 + 100.0).min(longest);
+        let r = f.runway.0;
+        let entries = self.entries(m);
         let length = f.size.length_m;
         // Back to the lane and onto one side of it; where no way leads on from there (a dead end), farther back
         // along the lane to the next junctions. Against one-way lanes only if there is nothing else.
@@ -411,8 +391,8 @@ impl Core {
                     }
                     options += 1;
                     let (start, last) = (chain[0] ^ 1, back[back.len() - 1]);
-                    for least in [needed, needed_again] {
-                        let goal = |arc: usize| entry(arc).is_some_and(|run| run >= least - 1.0);
+                    for least_m in entries.least_m {
+                        let goal = |arc: usize| self.enters(&entries, arc, least_m);
                         let is_closed = |e: usize| {
                             (closed[e] && e != start / 2)
                                 || e == last / 2
@@ -463,52 +443,7 @@ impl Core {
         let mut arcs: Vec<usize> = chain.iter().rev().map(|a| a ^ 1).collect();
         let skipped: f64 = chain.iter().map(|a| self.arcs.length_m(*a)).sum();
         arcs.extend(taxi.iter().skip(1));
-        let line_up_node = Arcs::to(&net, arcs[arcs.len() - 1]);
-        let before_runway = arcs.len();
-        let at = runway.spine.iter().position(|(_, n)| *n == line_up_node).unwrap_or(0);
-        let ahead: Vec<usize> = if end == 0 {
-            runway.spine[at..].windows(2).filter_map(|w| self.arc_between(w[0].1, w[1].1)).collect()
-        } else {
-            runway.spine[..=at]
-                .windows(2)
-                .rev()
-                .filter_map(|w| self.arc_between(w[1].1, w[0].1))
-                .collect()
-        };
-        if ahead.is_empty() {
-            return false;
-        }
-        arcs.extend(ahead);
-        let mut way = Way::over(&net, &self.pieces, &arcs, class, (0.0, 3000.0), 0.0);
-        let pieces_before: usize =
-            arcs[..before_runway].iter().map(|a| self.pieces.of_edge[a / 2].1).sum();
-        let total = way.pieces.len();
-        way.roll = pieces_before..total;
-        let mut first_strip = pieces_before;
-        while first_strip > 0
-            && self.pieces.list[way.pieces[first_strip - 1] as usize].strip == Some(r)
-        {
-            first_strip -= 1;
-        }
-        way.group_crossings(&self.pieces, length + 10.0, first_strip..total);
-        let joined = way.ends_m[pieces_before - 1];
-        let turned = way
-            .path
-            .arcs()
-            .find(|a| a.0 <= joined + 0.1 && a.1 >= joined - 0.1)
-            .map_or(joined, |a| a.1);
-        way.stop_m = (turned + 0.8 * length).min(way.ends_m[total - 1]);
-        // For the line-up as much of the runway as its nose needs, for the roll the rest. The banker's order takes all at once.
-        let nose_m = way.stop_m + 0.1 * length + GAP_M + 1.0;
-        let lined_up = way.ends_m.partition_point(|e| *e < nose_m).max(pieces_before);
-        let whole = self.policy == Policy::Ordered;
-        let roll_from = if whole { total } else { (lined_up + 1).min(total) };
-        way.group(first_strip, total - 1);
-        way.hold_before(Some(first_strip));
-        let crossings: Vec<usize> = way.crossings.iter().map(|c| c.0).collect();
-        way.clear_strips(&self.pieces, &crossings, first_strip, self.body_m(m));
-        let driving = self.movers[m].driving;
-        way.limit(&net, &self.pieces, &driving, 0.0, 1.0);
+        let Some(first_strip) = self.lay_to_runway(m, arcs) else { return false };
         let push_arcs: Vec<usize> = back.iter().chain(&chain).copied().collect();
         let mut push = Way::over(&net, &self.pieces, &push_arcs, class, (PUSH_BEFORE_M, 0.0), 0.0);
         // The nose wheel ends 2 m beyond the fillet of lead-in and lane.
@@ -522,7 +457,7 @@ impl Core {
         let room_m = push.ends_m.last().map_or(0.0, |end| end - tail - first_m);
         let off_m = |gear_m: f64| {
             let nose = nose_of(&push.path, gear_m, f.wheelbase_m);
-            nearest(&way.path, nose, push.path.length_m()).0
+            nearest(&self.movers[m].way.path, nose, push.path.length_m()).0
         };
         let steps = (room_m.clamp(0.0, 60.0) / 2.0) as usize;
         let stops = (0..=steps).map(|k| first_m + 2.0 * k as f64).map(|stop| (off_m(stop), stop));
@@ -553,17 +488,10 @@ impl Core {
         // The nose stands `wheelbase` before the gear's place, seen from the far end of the chain.
         let pushed = push.stop_m - corner;
         let start = (skipped - pushed) + f.wheelbase_m;
-        let cleared_way_m = Self::line_of(&way, 0.0);
         let mover = &mut self.movers[m];
-        mover.cleared_way_m = cleared_way_m;
-        mover.measures.unhindered_s =
-            240.0 + way.unhindered_s(start.max(0.0), way.stop_m, &driving);
+        let (way, driving) = (&mover.way, &mover.driving);
+        mover.measures.unhindered_s = 240.0 + way.unhindered_s(start.max(0.0), way.stop_m, driving);
         mover.push = push;
-        mover.way = way;
-        mover.threshold = first_strip as f64;
-        mover.roll_from = roll_from;
-        self.movers[m].line_up_s =
-            self.driven_alone_s(m, (self.stop_before_m(m, first_strip), 0.0, 0.0, 0.0));
         let stop = self.movers[m].push.stop_m;
         self.movers[m].under = self.after_push(m, stop).0;
         self.movers[m].under.end <= first_strip

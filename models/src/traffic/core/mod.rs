@@ -18,6 +18,7 @@ mod hand_flight;
 mod measures;
 mod notice;
 mod obstacles;
+mod perceived;
 mod plan;
 mod runway;
 mod stands;
@@ -31,6 +32,7 @@ pub use flight::{Clearance, Direction, Flight, Measures, Phase, Policy, Remark, 
 pub use hand::{AtWheel, Driven, SILENT_S, Wish};
 pub use notice::{ClearedBy, Notice, Order};
 pub use obstacles::Obstacle;
+pub use perceived::{OnGround, Seen};
 use runway::TookOff;
 pub use runway::{departure_gap_s, landing_gap_nm};
 
@@ -194,6 +196,20 @@ impl Core {
         seed: u64,
         step_s: f64,
     ) -> Self {
+        let mut core = Self::empty(net, pieces, flights, policy, seed, step_s);
+        core.appear();
+        core
+    }
+
+    /// The same before anybody has come into it.
+    fn empty(
+        net: Arc<Network>,
+        pieces: Arc<Pieces>,
+        flights: Arc<Vec<Flight>>,
+        policy: Policy,
+        seed: u64,
+        step_s: f64,
+    ) -> Self {
         let arcs = Arc::new(Arcs::of(&net));
         let count = net.runways.len();
         let crossing = crossings(&net);
@@ -205,7 +221,7 @@ impl Core {
         let movers = (0..flights.len()).map(|f| Mover::of(f, &flights[f], seed)).collect();
         let all = pieces.list.len();
         let occupied_s = (0..count).map(|r| runway::occupied_first_s(&net, r)).collect();
-        let mut core = Self {
+        Self {
             net,
             pieces,
             arcs,
@@ -243,9 +259,7 @@ impl Core {
             pavement_m: Arc::default(),
             leaves: BTreeMap::new(),
             unexpected: 0,
-        };
-        core.appear();
-        core
+        }
     }
 
     /// Classes of the movers of some flights.

@@ -105,6 +105,7 @@ impl Core {
                 (place_m, 0.3, (front_s, push_s), first, pushed)
             }
             Start::Final => (mover.threshold, self.flights[m].landing.0, (0.0, 0.0), 0, 0),
+            Start::UnderWay => (0.0, 0.3, (0.0, 0.0), 0, 0),
         };
         let alone = way.alone(from_m, v_mps, &mover.driving);
         let at = |place_m: f64| alone.time_s(place_m);
@@ -474,4 +475,6 @@ pub(super) enum Start {
     Stand { place_m: f64, first: usize, pushed: usize, push_s: f64, front_s: f64 },
     /// Over the threshold.
     Final,
+    /// On its way already: what it holds is taken.
+    UnderWay,
 }

@@ -91,7 +91,11 @@ impl Core {
 
     /// The place on the taxi way at which the nose wheel is when the gear is at `gear_m` of the pushback: steps
     /// under the mover there, place, slip.
-    pub(super) fn after_push(&self, m: usize, gear_m: f64) -> (Range<usize>, f64, f64) {
+    pub(in crate::traffic::core) fn after_push(
+        &self,
+        m: usize,
+        gear_m: f64,
+    ) -> (Range<usize>, f64, f64) {
         let f = &self.flights[m];
         let (wheelbase, length) = (f.wheelbase_m, f.size.length_m);
         let mover = &self.movers[m];

@@ -1,18 +1,16 @@
-//! Advice for controllers: what a planner would do, with its value; never an action.
+//! The hold at the stand: who asks for push-back while so many are on their way to his runway that he would wait at its line is
+//! better pushed later.
 //!
-//! One kind so far, the hold at the stand: who asks for push-back while so many are on their way to his runway that he would
-//! wait at its line is better pushed later. When, and in which order, says [`pre_departure`](super::pre_departure). An advice
-//! is accepted or refused by the person at its seat, or by the model there with a probability; a flight with an accepted one is
-//! not pushed by the model before its time.
-//!
-//! It knows what a controller knows: flight plans, who asks for what, what was cleared. So it is the same on truth and on
-//! tracks, and in every layout of a federation.
+//! When, and in which order, says [`pre_departure`](crate::control::pre_departure). A flight with an accepted advice is not
+//! pushed by the model before its time. It knows flight plans, who asks for what, and what was cleared, so it is the same on
+//! truth and on tracks.
 
-use super::actors::message::Seat;
-use super::actors::{Given, Wanted};
-use super::clearance::ClearanceKind;
-use super::departure_sequence::{Departure, Recat, Rules, in_order};
-use super::pre_departure::{Planned, PreDeparture, targets};
+use super::{Advice, Change, Decision, What};
+use crate::control::actors::message::Seat;
+use crate::control::actors::{Given, Wanted};
+use crate::control::clearance::ClearanceKind;
+use crate::control::departure_sequence::{Departure, Recat, Rules, in_order};
+use crate::control::pre_departure::{Planned, PreDeparture, targets};
 use crate::draw::{DrawKey, Purpose, uniform};
 use crate::flight_list::WakeCategory;
 use std::collections::{BTreeMap, BTreeSet};
@@ -83,93 +81,6 @@ pub fn expected_taxi_out_s(distance_m: f64) -> f64 {
     180.0 + 1.35 * distance_m / 8.0
 }
 
-/// What somebody thought of an advice.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Decision {
-    /// Nobody has decided.
-    Open,
-    /// It is followed.
-    Accepted,
-    /// It is not.
-    Refused,
-}
-
-impl Decision {
-    /// Its word.
-    #[must_use]
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Open => "open",
-            Self::Accepted => "accepted",
-            Self::Refused => "refused",
-        }
-    }
-}
-
-/// Word of the only kind there is.
-pub const HOLD_AT_STAND: &str = "HOLD_STAND";
-
-/// Hold a departure at its stand until a time.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Advice {
-    /// Counted in the run from 1.
-    pub id: u32,
-    /// For whom.
-    pub seat: Seat,
-    /// Who is to be held.
-    pub flight: u32,
-    /// His runway, by index.
-    pub runway: usize,
-    /// Given at, s.
-    pub since_s: f64,
-    /// Push then, s (TSAT).
-    pub until_s: f64,
-    /// Takes off then, s (TTOT).
-    pub take_off_s: f64,
-    /// How many take off before him.
-    pub before: u32,
-    /// The last of them, by index.
-    pub behind: Option<u32>,
-    /// Seconds with engines running that he waits otherwise.
-    pub value_s: f64,
-    /// What was decided, and whether by a person.
-    pub decision: (Decision, bool),
-}
-
-/// What became of an advice.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Change {
-    /// Given.
-    Given(Advice),
-    /// Its time moved by more than 15 s.
-    Moved(Advice),
-    /// Decided upon.
-    Decided(Advice),
-    /// Over: its time has come, or the flight was pushed.
-    Ended(Advice),
-}
-
-impl Change {
-    /// Its word.
-    #[must_use]
-    pub fn word(&self) -> &'static str {
-        match self {
-            Self::Given(_) => "given",
-            Self::Moved(_) => "moved",
-            Self::Decided(_) => "decided",
-            Self::Ended(_) => "ended",
-        }
-    }
-
-    /// The advice.
-    #[must_use]
-    pub fn advice(&self) -> &Advice {
-        match self {
-            Self::Given(a) | Self::Moved(a) | Self::Decided(a) | Self::Ended(a) => a,
-        }
-    }
-}
-
 /// Where a departure is, as far as the radio tells.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Where {
@@ -222,7 +133,7 @@ fn keep_last(list: &mut Vec<f64>, most: usize, value: f64) {
 
 /// The planner of an airport's departures.
 #[derive(Clone, Debug)]
-pub struct Advisor {
+pub(super) struct StandHold {
     habits: Habits,
     seed: u64,
     departures: Vec<Departing>,
@@ -237,13 +148,11 @@ pub struct Advisor {
     /// Whose advice is over: nobody is advised twice.
     over: BTreeSet<u32>,
     planned_s: f64,
-    told: u32,
 }
 
-impl Advisor {
+impl StandHold {
     /// The planner of a run: nothing has happened.
-    #[must_use]
-    pub fn new(habits: Habits, seed: u64, departures: Vec<Departing>) -> Self {
+    pub(super) fn new(habits: Habits, seed: u64, departures: Vec<Departing>) -> Self {
         let places = departures.iter().enumerate().map(|(at, d)| (d.flight, at)).collect();
         Self {
             habits,
@@ -256,23 +165,21 @@ impl Advisor {
             decided: BTreeMap::new(),
             over: BTreeSet::new(),
             planned_s: f64::NEG_INFINITY,
-            told: 0,
         }
     }
 
     /// The advice that stands, by flight.
-    pub fn standing(&self) -> impl Iterator<Item = &Advice> {
+    pub(super) fn standing(&self) -> impl Iterator<Item = &Advice> {
         self.open.values()
     }
 
     /// Whether the model may push a flight now: there is no accepted advice to hold it.
-    #[must_use]
-    pub fn may_push(&self, flight: u32) -> bool {
+    pub(super) fn may_push(&self, flight: u32) -> bool {
         self.open.get(&flight).is_none_or(|a| a.decision.0 != Decision::Accepted)
     }
 
     /// A clearance was given.
-    pub fn given(&mut self, given: &Given) {
+    pub(super) fn given(&mut self, given: &Given) {
         let Some(at) = self.places.get(&given.flight).copied() else { return };
         match given.kind {
             ClearanceKind::Push => self.stages[at] = Where::UnderWay(given.acts_s),
@@ -295,7 +202,7 @@ impl Advisor {
     ///
     /// # Errors
     /// Why not, in words.
-    pub fn decide(
+    pub(super) fn decide(
         &mut self,
         flight: u32,
         decision: Decision,
@@ -311,7 +218,13 @@ impl Advisor {
     }
 
     /// One scan: who wants what, by flight; `taken`: whether a person has the seat that advice is for. What changed.
-    pub fn scan(&mut self, now_s: f64, wanted: &[Wanted], taken: bool) -> Vec<Change> {
+    pub(super) fn scan(
+        &mut self,
+        now_s: f64,
+        wanted: &[Wanted],
+        taken: bool,
+        told: &mut u32,
+    ) -> Vec<Change> {
         use ClearanceKind::{LineUp, Push, TakeOff};
         for w in wanted.iter().filter(|w| matches!(w.kind, LineUp | TakeOff)) {
             let Some(at) = self.places.get(&w.flight).copied() else { continue };
@@ -344,7 +257,7 @@ impl Advisor {
             self.planned_s = now_s;
             let runways: Vec<usize> = self.runways_of(wanted);
             for runway in runways {
-                self.plan(now_s, runway, &asks, &mut changes);
+                self.plan(now_s, runway, &asks, (&mut changes, told));
             }
         }
         if !taken {
@@ -368,7 +281,7 @@ impl Advisor {
         now_s: f64,
         runway: usize,
         asks: &dyn Fn(&u32) -> bool,
-        changes: &mut Vec<Change>,
+        (changes, told): (&mut Vec<Change>, &mut u32),
     ) {
         let habits = self.habits;
         let observed = self.runways.get(&runway);
@@ -458,22 +371,24 @@ impl Advisor {
             if known.is_some() && !moved {
                 continue;
             }
-            let id = known.map_or(self.told + 1, |a| a.id);
-            self.told = self.told.max(id);
+            let id = known.map_or(*told + 1, |a| a.id);
+            *told = (*told).max(id);
             let advice = Advice {
                 id,
                 seat: Seat::Apron,
                 flight: d.flight,
-                runway,
-                since_s,
-                until_s: until_s.max(now_s),
-                take_off_s: target.ttot_s,
-                before: before as u32,
-                behind: before
+                other: before
                     .checked_sub(1)
                     .and_then(|b| take_offs.get(b))
                     .map(|(_, at)| self.departures[*at].flight),
-                value_s: (until_s - since_s).max(0.0),
+                since_s,
+                until_s: until_s.max(now_s),
+                value: (until_s - since_s).max(0.0),
+                what: What::HoldAtStand {
+                    runway,
+                    take_off_s: target.ttot_s,
+                    before: before as u32,
+                },
                 decision: self.decided.get(&d.flight).copied().unwrap_or((Decision::Open, false)),
             };
             changes.push(match moved {
@@ -515,6 +430,7 @@ fn recat(wake: WakeCategory) -> Recat {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::control::advice::{Advisor, Kind};
 
     fn departing(flight: u32, wake: WakeCategory, exot_s: f64) -> Departing {
         Departing { flight, runway: 0, wake, tobt_s: 0.0, exot_s, stand_wanted_s: None }
@@ -528,6 +444,16 @@ mod tests {
         Given { seat: Seat::Apron, flight, kind, acts_s, by_person: false }
     }
 
+    fn before(a: &Advice) -> u32 {
+        let What::HoldAtStand { before, .. } = a.what else { panic!("{a:?}") };
+        before
+    }
+
+    fn take_off(a: &Advice) -> f64 {
+        let What::HoldAtStand { take_off_s, .. } = a.what else { panic!("{a:?}") };
+        take_off_s
+    }
+
     fn always(accepts: f64) -> Habits {
         Habits { accepts, taxi_factor: 1.0, queue: 2, ..Habits::default() }
     }
@@ -538,18 +464,18 @@ mod tests {
         let flights: Vec<Departing> =
             (0..10).map(|f| departing(f, WakeCategory::Medium, 300.0)).collect();
         let mut advisor = Advisor::new(always(1.0), 1, flights);
-        let changes = advisor.scan(1000.0, &pushes(0..10), false);
+        let changes = advisor.scan(1000.0, &pushes(0..10), false, None);
         let mut held: Vec<Advice> = advisor.standing().cloned().collect();
-        held.sort_by_key(|a| a.before);
+        held.sort_by_key(before);
         // Nobody waits longer than behind two others: the fourth is the first that is held for a minute or more. Equals may
         // change places, by two at most.
-        assert_eq!(held.iter().map(|a| a.before).collect::<Vec<_>>(), [3, 4, 5, 6, 7, 8, 9]);
+        assert_eq!(held.iter().map(before).collect::<Vec<_>>(), [3, 4, 5, 6, 7, 8, 9]);
         for a in &held {
-            let take_off_s = 1300.0 + 90.0 * f64::from(a.before);
-            assert_eq!(a.take_off_s, take_off_s, "{a:?}");
+            let take_off_s = 1300.0 + 90.0 * f64::from(before(a));
+            assert_eq!(take_off(a), take_off_s, "{a:?}");
             assert_eq!(a.until_s, take_off_s - 300.0 - 180.0, "{a:?}");
-            assert!(a.flight.abs_diff(a.before) <= 2 && a.behind.is_some(), "{a:?}");
-            assert_eq!(a.value_s, a.until_s - 1000.0);
+            assert!(a.flight.abs_diff(before(a)) <= 2 && a.other.is_some(), "{a:?}");
+            assert_eq!(a.value, a.until_s - 1000.0);
             assert!(a.decision == (Decision::Accepted, false) && !advisor.may_push(a.flight));
         }
         assert_eq!((0..10).filter(|f| advisor.may_push(*f)).count(), 3);
@@ -558,11 +484,11 @@ mod tests {
         assert_eq!(words.iter().filter(|w| **w == "decided").count(), 7);
         // When its time has come it is over, and he may be pushed.
         let (until_s, first) = (held[0].until_s, held[0].flight);
-        let changes = advisor.scan(until_s, &pushes(0..10), false);
+        let changes = advisor.scan(until_s, &pushes(0..10), false, None);
         assert!(changes.iter().any(|c| matches!(c, Change::Ended(a) if a.flight == first)));
         assert!(advisor.may_push(first));
         // He still asks, while the apron thinks: he is not held again.
-        advisor.scan(until_s + 31.0, &pushes(0..10), false);
+        advisor.scan(until_s + 31.0, &pushes(0..10), false, None);
         assert!(advisor.may_push(first));
     }
 
@@ -578,9 +504,9 @@ mod tests {
             for f in 0..3 {
                 let waits = [Wanted { flight: f + 1, kind: ClearanceKind::TakeOff, group: 0 }];
                 advisor.given(&given(f, ClearanceKind::TakeOff, 400.0 + interval_s * f64::from(f)));
-                advisor.scan(400.0 + interval_s * f64::from(f), &waits, false);
+                advisor.scan(400.0 + interval_s * f64::from(f), &waits, false, None);
             }
-            advisor.scan(706.0, &pushes(7..8), false);
+            advisor.scan(706.0, &pushes(7..8), false, None);
             advisor.standing().map(|a| a.until_s).next()
         };
         // Last take-off at 640 s, four before him: 640 + 5 · 100 − 300 − 2 · 100.
@@ -599,11 +525,11 @@ mod tests {
             for f in 0..2 {
                 advisor.given(&given(f, ClearanceKind::Push, 0.0));
                 let at_line = [Wanted { flight: f, kind: ClearanceKind::LineUp, group: 0 }];
-                advisor.scan(reaches_s, &at_line, false);
+                advisor.scan(reaches_s, &at_line, false, None);
                 advisor.given(&given(f, ClearanceKind::TakeOff, reaches_s + 10.0));
             }
-            advisor.scan(1000.0, &pushes(2..12), false);
-            advisor.standing().find(|a| a.flight == 11).map(|a| a.until_s - a.take_off_s)
+            advisor.scan(1000.0, &pushes(2..12), false, None);
+            advisor.standing().find(|a| a.flight == 11).map(|a| a.until_s - take_off(a))
         };
         let (quick, slow) = (until(300.0).expect("held"), until(450.0).expect("held"));
         // 300 and 450 s to the line, and the time that two before him take.
@@ -617,8 +543,8 @@ mod tests {
         let flights = (0..3).map(|f| departing(f, wakes[f as usize], 300.0)).collect();
         let habits = Habits { least_s: 1.0, queue: 0, ..always(1.0) };
         let mut advisor = Advisor::new(habits, 1, flights);
-        advisor.scan(0.0, &pushes(0..3), false);
-        let largest = advisor.standing().find(|a| a.flight == 0).map(|a| a.before);
+        advisor.scan(0.0, &pushes(0..3), false, None);
+        let largest = advisor.standing().find(|a| a.flight == 0).map(before);
         assert_eq!(largest, Some(2), "the largest last: nobody flies in its wake");
     }
 
@@ -627,16 +553,25 @@ mod tests {
         let flights: Vec<Departing> =
             (0..10).map(|f| departing(f, WakeCategory::Medium, 300.0)).collect();
         let mut advisor = Advisor::new(always(1.0), 1, flights);
-        advisor.scan(0.0, &pushes(0..10), true);
+        advisor.scan(0.0, &pushes(0..10), true, None);
         assert!(advisor.standing().all(|a| a.decision.0 == Decision::Open));
         assert!(advisor.may_push(9), "an advice is no action");
-        assert!(matches!(advisor.decide(9, Decision::Accepted, true), Ok(Change::Decided(_))));
+        assert!(matches!(
+            advisor.decide(Kind::HoldAtStand, 9, Decision::Accepted, true),
+            Ok(Change::Decided(_))
+        ));
         assert!(!advisor.may_push(9));
-        assert!(advisor.decide(9, Decision::Accepted, true).is_err(), "twice");
-        assert!(advisor.decide(9, Decision::Refused, true).is_ok(), "he thinks again");
-        assert!(advisor.decide(0, Decision::Accepted, true).is_err(), "nobody advised it");
+        assert!(advisor.decide(Kind::HoldAtStand, 9, Decision::Accepted, true).is_err(), "twice");
+        assert!(
+            advisor.decide(Kind::HoldAtStand, 9, Decision::Refused, true).is_ok(),
+            "he thinks again"
+        );
+        assert!(
+            advisor.decide(Kind::HoldAtStand, 0, Decision::Accepted, true).is_err(),
+            "nobody advised it"
+        );
         // He leaves: the model decides upon the others, not upon this one.
-        advisor.scan(31.0, &pushes(0..10), false);
+        advisor.scan(31.0, &pushes(0..10), false, None);
         let of = |f: u32| advisor.standing().find(|a| a.flight == f).map(|a| a.decision);
         assert_eq!(of(9), Some((Decision::Refused, true)));
         assert_eq!(of(8), Some((Decision::Accepted, false)));
@@ -652,7 +587,7 @@ mod tests {
             .collect();
         let accepted = |seed: u64| {
             let mut advisor = Advisor::new(always(0.8), seed, flights.clone());
-            advisor.scan(0.0, &pushes(0..400), false);
+            advisor.scan(0.0, &pushes(0..400), false, None);
             let all: Vec<bool> =
                 advisor.standing().map(|a| a.decision.0 == Decision::Accepted).collect();
             all
@@ -671,7 +606,7 @@ mod tests {
             (0..30).map(|f| departing(f, WakeCategory::Medium, 300.0)).collect();
         flights[20].stand_wanted_s = Some(400.0);
         let mut advisor = Advisor::new(always(1.0), 1, flights);
-        advisor.scan(0.0, &pushes(0..30), false);
+        advisor.scan(0.0, &pushes(0..30), false, None);
         let until = |f: u32| advisor.standing().find(|a| a.flight == f).map(|a| a.until_s);
         assert_eq!(until(20), Some(220.0), "free three minutes before the landing");
         assert_eq!(until(29), Some(900.0), "a quarter of an hour at most");

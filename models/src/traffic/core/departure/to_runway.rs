@@ -1,0 +1,120 @@
+//! The way to a runway: where a departure may enter it, and the way over the entry and along it.
+
+use crate::frames::{Azimuth, wrap_pi};
+use crate::traffic::core::{Core, Policy};
+use crate::traffic::way::{Arcs, GAP_M, Way};
+use std::sync::Arc;
+
+/// Where a departure may enter its runway.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::traffic::core) struct Entries {
+    /// Runway, and the end that is taken off from.
+    runway: (usize, usize),
+    /// Runway that is wanted ahead of the entry, m; where no way has that, less.
+    pub(in crate::traffic::core) least_m: [f64; 2],
+}
+
+impl Core {
+    /// Entries of a departure's runway with enough of it ahead.
+    pub(in crate::traffic::core) fn entries(&self, m: usize) -> Entries {
+        let f = &self.flights[m];
+        let runway = &self.net.runways[f.runway.0];
+        let entries = Entries { runway: f.runway, least_m: [0.0; 2] };
+        let all = 0..2 * self.net.edges.len();
+        let longest = all.filter_map(|arc| self.run_ahead_m(&entries, arc)).fold(0.0, f64::max);
+        let needed = (1.15 * f.take_off.1 + 100.0).min(longest);
+        Entries { least_m: [needed.max((runway.length_m - 300.0).min(longest)), needed], ..entries }
+    }
+
+    /// Whether an arc ends on the runway with so much of it ahead, m.
+    pub(in crate::traffic::core) fn enters(
+        &self,
+        entries: &Entries,
+        arc: usize,
+        least_m: f64,
+    ) -> bool {
+        self.run_ahead_m(entries, arc).is_some_and(|run_m| run_m >= least_m - 1.0)
+    }
+
+    /// Runway ahead of where an arc ends on it, m; none where it does not, or turns back.
+    fn run_ahead_m(&self, entries: &Entries, arc: usize) -> Option<f64> {
+        let (r, end) = entries.runway;
+        let runway = &self.net.runways[r];
+        let direction = Azimuth::of(runway.ends_m[1 - end] - runway.ends_m[end]).rad();
+        let edge = &self.net.edges[arc / 2];
+        let node = Arcs::to(&self.net, arc);
+        let turn = wrap_pi(direction - self.arcs.heading_rad(arc)).abs();
+        if edge.strip != Some(r) || edge.runway.is_some() || turn >= 2.1 {
+            return None;
+        }
+        let place = runway.spine.iter().find(|(_, n)| *n == node)?.0;
+        Some(if end == 0 { runway.length_m - place } else { place })
+    }
+
+    /// Lays a departure's way over arcs, the last of which enters its runway, and on along that; the first step in its strip.
+    /// `None`: no runway is ahead there, and nothing has changed.
+    pub(in crate::traffic::core) fn lay_to_runway(
+        &mut self,
+        m: usize,
+        mut arcs: Vec<usize>,
+    ) -> Option<usize> {
+        let net = Arc::clone(&self.net);
+        let (r, end) = self.flights[m].runway;
+        let (runway, length) = (&net.runways[r], self.flights[m].size.length_m);
+        let class = self.movers[m].class;
+        let line_up_node = Arcs::to(&net, arcs[arcs.len() - 1]);
+        let before_runway = arcs.len();
+        let at = runway.spine.iter().position(|(_, n)| *n == line_up_node).unwrap_or(0);
+        let ahead: Vec<usize> = if end == 0 {
+            runway.spine[at..].windows(2).filter_map(|w| self.arc_between(w[0].1, w[1].1)).collect()
+        } else {
+            runway.spine[..=at]
+                .windows(2)
+                .rev()
+                .filter_map(|w| self.arc_between(w[1].1, w[0].1))
+                .collect()
+        };
+        if ahead.is_empty() {
+            return None;
+        }
+        arcs.extend(ahead);
+        let mut way = Way::over(&net, &self.pieces, &arcs, class, (0.0, 3000.0), 0.0);
+        let pieces_before: usize =
+            arcs[..before_runway].iter().map(|a| self.pieces.of_edge[a / 2].1).sum();
+        let total = way.pieces.len();
+        way.roll = pieces_before..total;
+        let mut first_strip = pieces_before;
+        while first_strip > 0
+            && self.pieces.list[way.pieces[first_strip - 1] as usize].strip == Some(r)
+        {
+            first_strip -= 1;
+        }
+        way.group_crossings(&self.pieces, length + 10.0, first_strip..total);
+        let joined = way.ends_m[pieces_before - 1];
+        let turned = way
+            .path
+            .arcs()
+            .find(|a| a.0 <= joined + 0.1 && a.1 >= joined - 0.1)
+            .map_or(joined, |a| a.1);
+        way.stop_m = (turned + 0.8 * length).min(way.ends_m[total - 1]);
+        // For the line-up as much of the runway as its nose needs, for the roll the rest. The banker's order takes all at once.
+        let nose_m = way.stop_m + 0.1 * length + GAP_M + 1.0;
+        let lined_up = way.ends_m.partition_point(|e| *e < nose_m).max(pieces_before);
+        let whole = self.policy == Policy::Ordered;
+        let roll_from = if whole { total } else { (lined_up + 1).min(total) };
+        way.group(first_strip, total - 1);
+        way.hold_before(Some(first_strip));
+        let crossings: Vec<usize> = way.crossings.iter().map(|c| c.0).collect();
+        way.clear_strips(&self.pieces, &crossings, first_strip, self.body_m(m));
+        let driving = self.movers[m].driving;
+        way.limit(&net, &self.pieces, &driving, 0.0, 1.0);
+        let mover = &mut self.movers[m];
+        mover.cleared_way_m = Self::line_of(&way, 0.0);
+        mover.way = way;
+        mover.threshold = first_strip as f64;
+        mover.roll_from = roll_from;
+        let from = (self.stop_before_m(m, first_strip), 0.0, 0.0, 0.0);
+        self.movers[m].line_up_s = self.driven_alone_s(m, from);
+        Some(first_strip)
+    }
+}
