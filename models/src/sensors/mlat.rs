@@ -30,101 +30,10 @@ use crate::sensors::reporting::cooperative::{
 use crate::sensors::{PlotSink, ScanInterval, Sensor, TargetState, Truth};
 use std::sync::Arc;
 
-/// Speed of light, m/s.
-const C: f64 = 299_792_458.0;
+mod geometry;
 
-/// Geometry of a position from times of arrival: (HᵀH)⁻¹ in the order east, north, time.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ArrivalGeometry {
-    /// Q = (HᵀH)⁻¹.
-    pub q: [[f64; 3]; 3],
-}
-
-impl ArrivalGeometry {
-    /// Geometry of a target at `target_m` heard by `stations_m`; `None` with fewer than three stations
-    /// or where they do not span position and time (a pivot below 1e-9).
-    #[must_use]
-    pub fn of(stations_m: &[Vector2<f64>], target_m: Vector2<f64>) -> Option<Self> {
-        if stations_m.len() < 3 {
-            return None;
-        }
-        let mut a = [[0.0; 3]; 3];
-        for station_m in stations_m {
-            let row = row(*station_m, target_m);
-            for (r, line) in a.iter_mut().enumerate() {
-                for (c, value) in line.iter_mut().enumerate() {
-                    *value += row[r] * row[c];
-                }
-            }
-        }
-        // Cholesky, pivot by pivot.
-        let l00 = pivot(a[0][0])?;
-        let (l10, l20) = (a[1][0] / l00, a[2][0] / l00);
-        let l11 = pivot(a[1][1] - l10 * l10)?;
-        let l21 = (a[2][1] - l20 * l10) / l11;
-        let l22 = pivot(a[2][2] - l20 * l20 - l21 * l21)?;
-        let (m00, m11, m22) = (1.0 / l00, 1.0 / l11, 1.0 / l22);
-        let m10 = -l10 * m00 * m11;
-        let m21 = -l21 * m11 * m22;
-        let m20 = -(l20 * m00 + l21 * m10) * m22;
-        let (q01, q02, q12) = (m10 * m11 + m20 * m21, m20 * m22, m21 * m22);
-        Some(Self {
-            q: [
-                [m00 * m00 + m10 * m10 + m20 * m20, q01, q02],
-                [q01, m11 * m11 + m21 * m21, q12],
-                [q02, q12, m22 * m22],
-            ],
-        })
-    }
-
-    /// Horizontal dilution: deviation of the position per deviation of one range.
-    #[must_use]
-    pub fn horizontal(&self) -> f64 {
-        (self.q[0][0] + self.q[1][1]).sqrt()
-    }
-
-    /// Variance east, covariance, variance north in m² for timing errors of `sigma_t_s`.
-    #[must_use]
-    pub fn covariance_m2(&self, sigma_t_s: f64) -> [f64; 3] {
-        let variance = (C * sigma_t_s) * (C * sigma_t_s);
-        [self.q[0][0] * variance, self.q[0][1] * variance, self.q[1][1] * variance]
-    }
-
-    /// What the fit leaves of range errors, m²: the sum of the squared residuals of the ranges by least squares.
-    fn residual_m2(
-        &self,
-        stations_m: &[Vector2<f64>],
-        target_m: Vector2<f64>,
-        errors_m: &[f64],
-    ) -> f64 {
-        let rows: Vec<[f64; 3]> = stations_m.iter().map(|s| row(*s, target_m)).collect();
-        let mut sums = [0.0; 3];
-        for (h, error) in rows.iter().zip(errors_m) {
-            (0..3).for_each(|k| sums[k] += h[k] * error);
-        }
-        let fit = self.q.map(|q| q[0] * sums[0] + q[1] * sums[1] + q[2] * sums[2]);
-        let left = |h: &[f64; 3], e: &f64| e - h[0] * fit[0] - h[1] * fit[1] - h[2] * fit[2];
-        rows.iter().zip(errors_m).map(|(h, e)| left(h, e)).map(|r| r * r).sum()
-    }
-
-    /// Shift of the position (m east, north) per metre of range error at one station.
-    fn shift(&self, station_m: Vector2<f64>, target_m: Vector2<f64>) -> Vector2<f64> {
-        let h = row(station_m, target_m);
-        let of = |r: usize| self.q[r][0] * h[0] + self.q[r][1] * h[1] + self.q[r][2] * h[2];
-        Vector2::new(of(0), of(1))
-    }
-}
-
-/// (u_x, u_y, 1); a target on top of a station has no direction from it.
-fn row(station_m: Vector2<f64>, target_m: Vector2<f64>) -> [f64; 3] {
-    let d = target_m - station_m;
-    let far = libm::hypot(d.x, d.y);
-    if far > 0.0 { [d.x / far, d.y / far, 1.0] } else { [0.0, 0.0, 1.0] }
-}
-
-fn pivot(rest: f64) -> Option<f64> {
-    (rest >= 1e-9).then(|| rest.sqrt())
-}
+pub use geometry::ArrivalGeometry;
+use geometry::SPEED_OF_LIGHT_MPS;
 
 /// A direction in which a station hears nothing beyond some distance (a building stands there).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -275,7 +184,7 @@ impl MlatConfig {
     /// π = 1 − (1 − p)ⁿ, variance v = s + 2μ²p/π. The residuals have n − 3 degrees of freedom:
     /// ln w₁/w₀ = ln π/(1 − π) − ½(n − 3) ln v/s + ½R(1/s − 1/v), and w₀s + w₁v is stated.
     fn range_variance_m2(&self, stations: usize, left_m2: f64) -> f64 {
-        let timing_m = C * self.sigma_t_s;
+        let timing_m = SPEED_OF_LIGHT_MPS * self.sigma_t_s;
         let s = timing_m * timing_m;
         let n = stations as f64;
         let late = -libm::expm1(n * libm::log1p(-self.multipath));
@@ -434,7 +343,8 @@ impl Sensor for Mlat {
                     let (mut noise_m, mut detour_m) = (0.0, 0.0);
                     if timing {
                         planning.count(E::Timing);
-                        noise_m = C * config.sigma_t_s * normal_pair_of(first, second).0;
+                        noise_m =
+                            SPEED_OF_LIGHT_MPS * config.sigma_t_s * normal_pair_of(first, second).0;
                     }
                     if multipath {
                         planning.count(E::Multipath);
@@ -461,7 +371,8 @@ impl Sensor for Mlat {
                     errors_m.iter().map(|(noise, detour)| noise + detour).collect();
                 let left_m2 = geometry.residual_m2(&heard, target_m, &whole);
                 let range_m2 = config.range_variance_m2(heard.len(), left_m2);
-                let (axis, variance_m2) = ellipse(geometry.covariance_m2(range_m2.sqrt() / C));
+                let (axis, variance_m2) =
+                    ellipse(geometry.covariance_m2(range_m2.sqrt() / SPEED_OF_LIGHT_MPS));
                 reports.push(
                     due,
                     Fix {
@@ -696,184 +607,4 @@ fn ladders(config: &MlatConfig, scene: &PositioningScene) -> Ladders {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::sensors::testing::Parked;
-    use crate::time::SimTime;
-
-    fn square() -> Vec<Vector2<f64>> {
-        [(0.0, 0.0), (4000.0, 0.0), (4000.0, 2500.0), (0.0, 2500.0), (2000.0, -500.0)]
-            .map(|(x, y)| Vector2::new(x, y))
-            .to_vec()
-    }
-
-    fn scan(config: &MlatConfig, truth: &Parked) -> PlotSink {
-        let mut mlat = Mlat::new(config.clone()).expect("sound");
-        let mut sink = PlotSink::default();
-        let (from, to) = (SimTime::ZERO, SimTime::from_s(1.0));
-        let interval = ScanInterval { run_seed: 8, scan: 1, from, to };
-        mlat.scan(&interval, truth, &Weather::default(), &mut sink);
-        sink
-    }
-
-    #[test]
-    fn hard_geometries_give_no_position() {
-        let at = |x, y| Vector2::new(x, y);
-        for (name, stations, target, fix) in [
-            ("no stations", vec![], at(0.0, 0.0), false),
-            ("two stations", square()[..2].to_vec(), at(10.0, 20.0), false),
-            ("one station thrice", vec![at(0.0, 0.0); 3], at(10.0, 20.0), false),
-            (
-                "three on one side, in line with the target",
-                vec![at(0.0, 0.0), at(1.0, 0.0), at(2.0, 0.0)],
-                at(9.0, 0.0),
-                false,
-            ),
-            ("target far outside", square(), at(1e12, 1e12), false),
-            ("target on a station", square(), at(0.0, 0.0), true),
-            ("inside", square(), at(1500.0, 900.0), true),
-        ] {
-            let geometry = ArrivalGeometry::of(&stations, target);
-            assert_eq!(geometry.is_some(), fix, "{name}: {geometry:?}");
-            assert!(geometry.is_none_or(|g| g.horizontal().is_finite()), "{name}");
-        }
-    }
-
-    #[test]
-    fn errors_have_the_covariance_that_is_reported() {
-        let keys: Vec<u64> = (0..20).collect();
-        let config = MlatConfig {
-            multipath: 0.0,
-            report_s: 0.01,
-            ..MlatConfig::with_stations(SensorId(1), &square())
-        };
-        let sink = scan(&config, &Parked::aircraft(&keys));
-        let (mut sum, mut n) = (0.0, 0.0);
-        for (plot, cause) in sink.plots.iter().zip(&sink.causes) {
-            let error = plot.position_m - cause.truth_m.expect("a target");
-            let (along, across) = (error.dot(&plot.axis), error.dot(&plot.across_axis()));
-            sum += along * along / plot.along_m2 + across * across / plot.across_m2;
-            n += 1.0;
-        }
-        assert!(n > 1900.0, "{n}");
-        assert!((sum / n - 2.0).abs() < 4.0 * 2.0 / f64::sqrt(n), "{}", sum / n);
-    }
-
-    #[test]
-    fn multipath_is_a_one_sided_tail() {
-        let keys: Vec<u64> = (0..20).collect();
-        let config = MlatConfig {
-            multipath: 1.0,
-            reception: 1.0,
-            sigma_t_s: 1e-12,
-            report_s: 0.01,
-            stations: MlatConfig::with_stations(SensorId(1), &square()).stations,
-            ..MlatConfig::with_stations(SensorId(1), &square())
-        };
-        let sink = scan(&config, &Parked::aircraft(&keys));
-        assert_eq!(sink.plots.len(), 2000);
-        let mean = sink
-            .plots
-            .iter()
-            .zip(&sink.causes)
-            .map(|(p, c)| (p.position_m - c.truth_m.expect("a target")).norm())
-            .sum::<f64>()
-            / 2000.0;
-        assert!(mean > 5.0 && mean < 30.0, "{mean}");
-    }
-
-    #[test]
-    fn a_blind_sector_hides_what_is_behind_it() {
-        let sector = BlindSector { from_deg: 350.0, to_deg: 10.0, beyond_m: 100.0 };
-        let station = Station {
-            position_m: Vector2::zeros(),
-            height_m: 15.0,
-            range_m: 1000.0,
-            blind: vec![sector],
-        };
-        for (name, x, y, heard) in [
-            ("behind", 0.0, 200.0, false),
-            ("before", 0.0, 90.0, true),
-            ("beside", 100.0, 200.0, true),
-            ("opposite", 0.0, -200.0, true),
-            ("too far", -2000.0, 0.0, false),
-        ] {
-            assert_eq!(station.hears(Vector2::new(x, y)), heard, "{name}");
-        }
-        let c = Vector2::new;
-        let hangar = Building {
-            name: "hangar".into(),
-            footprint_m: vec![c(-40.0, 100.0), c(40.0, 100.0), c(40.0, 140.0), c(-40.0, 140.0)],
-            height_m: 20.0,
-            facade: crate::environment::surface::Material::named("metal").expect("known"),
-        };
-        for (name, x, y, height_m, seen) in [
-            ("behind the hangar", 0.0, 300.0, 3.0, false),
-            ("high above it", 0.0, 300.0, 60.0, true),
-            ("before it", 0.0, 90.0, 3.0, true),
-            ("beside it", 200.0, 300.0, 3.0, true),
-        ] {
-            let hangars = std::slice::from_ref(&hangar);
-            assert_eq!(station.sees(hangars, Vector2::new(x, y), height_m), seen, "{name}");
-        }
-        let mut config = MlatConfig::with_stations(SensorId(1), &square());
-        // Walls all round the parked target: nobody sees it.
-        let truth = Parked::aircraft(&[3]);
-        let place = truth.at(0, SimTime::ZERO).expect("parked").position_m.xy();
-        let wall = |low: Vector2<f64>, high: Vector2<f64>| Building {
-            footprint_m: vec![low, c(high.x, low.y), high, c(low.x, high.y)],
-            height_m: 100.0,
-            ..hangar.clone()
-        };
-        let ring = [
-            (-60.0, -60.0, 60.0, -50.0),
-            (-60.0, 50.0, 60.0, 60.0),
-            (-60.0, -60.0, -50.0, 60.0),
-            (50.0, -60.0, 60.0, 60.0),
-        ];
-        assert_eq!(scan(&config, &truth).plots.len(), 1, "in the open");
-        config.buildings =
-            ring.map(|(a, b, x, y)| wall(place + c(a, b), place + c(x, y))).to_vec().into();
-        assert_eq!(scan(&config, &truth).plots.len(), 0, "behind walls");
-        config.buildings = Arc::new([]);
-        for station in &mut config.stations {
-            station.range_m = 10.0;
-        }
-        let sink = scan(&config, &Parked::aircraft(&[3]));
-        assert_eq!((sink.looks, sink.plots.len()), (1, 0), "nobody hears");
-        config.stations.truncate(2);
-        assert!(matches!(Mlat::new(config), Err(ConfigError::Count { found: 2, .. })));
-    }
-
-    /// By the timing alone the mean was 5.4.
-    #[test]
-    fn with_late_arrivals_errors_have_the_covariance_that_is_reported() {
-        let at = |x, y| Vector2::new(x, y);
-        let other =
-            vec![at(-900.0, 400.0), at(2600.0, -700.0), at(1800.0, 2100.0), at(-300.0, 1900.0)];
-        for (stations, multipath, multipath_m) in [
-            (square(), 0.02, 10.0),
-            (other.clone(), 0.02, 10.0),
-            (other, 0.1, 6.0),
-            (square(), 0.001, 10.0),
-        ] {
-            let config = MlatConfig {
-                multipath,
-                multipath_m,
-                report_s: 0.01,
-                ..MlatConfig::with_stations(SensorId(1), &stations)
-            };
-            let sink = scan(&config, &Parked::aircraft(&(0..200).collect::<Vec<_>>()));
-            let (mut sum, mut timing, mut n) = (0.0, 0.0, 0.0);
-            for (plot, cause) in sink.plots.iter().zip(&sink.causes) {
-                let error = plot.position_m - cause.truth_m.expect("a target");
-                let (along, across) = (error.dot(&plot.axis), error.dot(&plot.across_axis()));
-                sum += along * along / plot.along_m2 + across * across / plot.across_m2;
-                timing += plot.along_m2.min(1e3);
-                n += 1.0;
-            }
-            println!("{multipath} {multipath_m}: {n} plots, {:.2}, {:.2} m²", sum / n, timing / n);
-            assert!(n > 1_000.0 && (1.4..2.4).contains(&(sum / n)), "{multipath}: {}", sum / n);
-        }
-    }
-}
+mod tests;
