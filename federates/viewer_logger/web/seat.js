@@ -68,6 +68,17 @@ export function typed(line, callsigns, selected) {
   return clearance ? { callsign, clearance } : { error: `no clearance is called ${kind}: ${CLEARANCES.map(([word]) => word).join(", ")}` };
 }
 
+const KINDS = { request: "asks", clearance: "clears", readback: "reads back", correction: "corrects" };
+
+/** What is said on the radio, in words. */
+export const saysOf = (m) => `${KINDS[m.kind] ?? m.kind} ${m.clearance}`;
+
+/** The last six messages to and from a flight, the newest first. */
+export function radioOf(seats, callsign) {
+  const own = (seats?.radio ?? []).filter((m) => m.from === callsign || m.to === callsign);
+  return own.slice(-6).reverse().map((m) => ({ ...m, says: saysOf(m) }));
+}
+
 /** The seats of the run and this person at them. */
 export class Seats {
   state = null;

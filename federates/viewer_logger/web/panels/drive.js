@@ -1,6 +1,8 @@
 // What people drive: take a vehicle, drive it by keyboard or gamepad, see its speed and what is wrong, give it up.
 
-import { element } from "../text.js";
+import { radioOf } from "../seat.js";
+import { clearanceFacts } from "../strips.js";
+import { element, elapsed } from "../text.js";
 import { KEYS, PAD, paintDriven, speedOf, warningsOf, Wheel } from "../wheel.js";
 
 const rows = (list) => list.map(([key, does]) => element("tr", [element("th", key, { scope: "row" }), element("td", does)]));
@@ -10,7 +12,7 @@ export default {
   title: "Drive",
   make(section, page) {
     const { state, map } = page;
-    let refused = "", text = "", follow = true;
+    let refused = "", text = "", heardText = "", follow = true;
     const wheel = new Wheel(page.link, {
       changed: () => show(),
       rate: () => (state.live && state.runState?.phase === "RUNNING" ? state.runState.achieved_rate || 0 : 0),
@@ -24,8 +26,10 @@ export default {
     following.checked = follow;
     following.addEventListener("change", () => (follow = following.checked));
     const view = element("a", "View from its seat", { target: "_blank", rel: "noopener", href: "eye" });
+    const told = element("dl", [], { class: "told" }), radio = element("ol", [], { class: "radio", "aria-label": "Radio" });
+    const heard = element("div", [element("h3", "Cleared, and on the radio"), told, radio], { hidden: "" });
     const at = element("div", [
-      wheelBox, element("p", [element("label", [following, " map follows it"], { for: "drive-follow" }), " ", view], { class: "pair" }),
+      wheelBox, element("p", [element("label", [following, " map follows it"], { for: "drive-follow" }), " ", view], { class: "pair" }), heard,
       element("h3", "Keys, while the box above has the focus (Esc leaves it)"),
       element("table", rows([...KEYS.map(([, , key, does]) => [key, does]), ["P", "parking brake"]]), { class: "keys" }),
       element("h3", "Gamepad"), element("table", rows(PAD), { class: "keys" }),
@@ -64,10 +68,23 @@ export default {
       if (!own) return;
       view.href = `eye#eye=${own.aircraft ? "pilot" : "driver"}:${encodeURIComponent(own.callsign)}`;
       speed.textContent = speedOf(own);
+      hear(own);
       const degrees = Math.round((own.steer_rad * 180) / Math.PI);
       wheels.textContent = degrees ? `wheels ${Math.abs(degrees)}\u00b0 ${degrees < 0 ? "left" : "right"}` : "wheels straight";
       const words = [...warningsOf(own, wheel.parked), state.live ? "" : "the page shows the past: End goes to now"].filter(Boolean).join("; ");
       if (says.textContent !== words) says.textContent = words;
+    }
+
+    /** What the pilot of a flight is cleared for, what it waits for, and what is said to it and by it. */
+    function hear(own) {
+      const facts = clearanceFacts(own, state.traffic).filter(([name]) => ["Cleared", "Why", "May drive"].includes(name));
+      const said = radioOf(page.seats?.state, own.callsign);
+      heard.hidden = !facts.length && !said.length;
+      const made = JSON.stringify([facts, said]);
+      if (made === heardText) return;
+      heardText = made;
+      told.replaceChildren(...facts.flatMap(([name, value, mark]) => [element("dt", name), element("dd", value, { "data-mark": mark ?? "" })]));
+      radio.replaceChildren(...said.map((m) => element("li", [element("time", elapsed(m.time_s)), element("b", m.from), element("span", m.says), element("span", m.to)])));
     }
 
     /** While somebody drives, the map is drawn as often as it can be; it follows one's own mover. */

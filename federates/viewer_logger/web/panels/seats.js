@@ -1,10 +1,9 @@
 // Controllers' seats: take one, clear who waits by click or by key, see what is read back and said on the frequencies.
 
-import { CLEARANCES, Seats } from "../seat.js";
+import { CLEARANCES, saysOf, Seats } from "../seat.js";
 import { element, elapsed } from "../text.js";
 
 const MEANS = new Map(CLEARANCES.map(([word, , means]) => [word, means]));
-const KINDS = { request: "asks", clearance: "clears", readback: "reads back", correction: "corrects" };
 
 export default {
   key: "seats",
@@ -124,7 +123,7 @@ export default {
       ask.hidden = own.length === 0;
       ahead.replaceChildren(...(now.what_if ?? []).filter((q) => q.person === seats.person).reverse().flatMap(foreseen).filter(Boolean));
       radio.replaceChildren(...[...now.radio].reverse().slice(0, 16).map((m) => element("li", [
-        element("time", elapsed(m.time_s)), element("b", m.from), element("span", `${KINDS[m.kind] ?? m.kind} ${m.clearance}`), element("span", m.time_s > at ? `${m.to} (to come)` : m.to),
+        element("time", elapsed(m.time_s)), element("b", m.from), element("span", saysOf(m)), element("span", m.time_s > at ? `${m.to} (to come)` : m.to),
       ], { "data-next": m.time_s > at ? "" : null })));
       const again = focus.clear ? `[data-clear="${CSS.escape(focus.clear)}"]` : focus.seat ? `[data-seat="${CSS.escape(focus.seat)}"]` : null;
       // A strip of the list beside keeps its own focus.
