@@ -5,7 +5,7 @@
 
 use models::control::advice::Picture;
 use models::traffic::ahead::{
-    AHEAD_S, Airport, Answer, Change, Direction, Flight, MEASURES, perceive,
+    AHEAD_S, Airport, Answer, Change, Direction, Flight, MEASURES, Moment, perceive,
 };
 use models::traffic::network::Network;
 use serde_json::{Value, json};
@@ -13,90 +13,112 @@ use std::collections::VecDeque;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::sync::{Arc, OnceLock};
 
-/// Questions that are worked out at a time; more are refused.
-const AT_ONCE: usize = 2;
+/// Questions that may be asked within a minute of simulated time; more are refused.
+const A_MINUTE: usize = 12;
+/// Questions that wait to be worked out; the oldest of more are not.
+const WAITING: usize = 8;
 /// Answers that are shown.
 const SHOWN: usize = 4;
 
-/// A question that is worked out.
+/// A question.
 #[derive(Debug)]
-struct Asked {
+struct Question {
     person: String,
     callsign: String,
-    change: String,
-    at_s: f64,
-    answer: Receiver<Result<Answer, String>>,
+    words: String,
+    change: Change,
+    moment: Moment,
 }
+
+/// Where an answer comes from.
+type Answering = Receiver<Result<Answer, String>>;
 
 /// The airport that is looked ahead on, and what was asked.
 #[derive(Debug)]
 pub(super) struct LookAhead {
     network: Arc<Network>,
     flights: Arc<Vec<Flight>>,
+    /// Whether control is told tracks, without which nobody is seen.
+    on_tracks: bool,
     /// Made when it is needed first.
     airport: Arc<OnceLock<Airport>>,
     seed: u64,
-    asked: Vec<Asked>,
+    /// When the last ones were asked, s of the run.
+    times_s: VecDeque<f64>,
+    waiting: VecDeque<Arc<Question>>,
+    /// What is worked out.
+    at_work: Option<(Arc<Question>, Answering)>,
     shown: VecDeque<Value>,
 }
 
 impl LookAhead {
     /// Nobody has asked anything.
-    pub(super) fn new(network: Arc<Network>, flights: Arc<Vec<Flight>>, seed: u64) -> Self {
+    pub(super) fn new(
+        network: Arc<Network>,
+        flights: Arc<Vec<Flight>>,
+        seed: u64,
+        on_tracks: bool,
+    ) -> Self {
         Self {
             network,
             flights,
+            on_tracks,
             airport: Arc::default(),
             seed,
-            asked: Vec::new(),
+            times_s: VecDeque::new(),
+            waiting: VecDeque::new(),
+            at_work: None,
             shown: VecDeque::new(),
         }
     }
 
-    /// Begins to work out what would be if; words for its person.
+    /// Takes a question; words for its person. What is refused depends on the run only, never on how long answers take:
+    /// refusals are part of the run.
     ///
     /// # Errors
     /// Why not, in words.
     pub(super) fn ask(
         &mut self,
         person: &str,
-        (callsign, change): (&str, &str),
+        (callsign, words): (&str, &str),
         picture: &Picture<'_>,
     ) -> Result<String, String> {
-        self.collect();
-        if self.asked.len() >= AT_ONCE {
-            return Err(format!(
-                "{AT_ONCE} questions are worked out: ask again when they are answered"
-            ));
+        if !self.on_tracks {
+            return Err("nobody is seen in this scene: it needs [control] sees = \"tracks\", controllers = \"model\"".to_owned());
         }
         let of = |f: &Flight| f.callsign == callsign;
         let flight = self.flights.iter().position(of);
         let flight = flight.ok_or_else(|| format!("there is no flight {callsign:?}"))?;
-        let what = self.change(flight as u32, change)?;
+        let change = self.change(flight as u32, words)?;
         let moment =
             perceive(picture.known, &self.network, &self.flights, picture.frame, self.seed);
         moment
-            .can(&self.network, &self.flights, what)
+            .can(&self.network, &self.flights, change)
             .map_err(|why| format!("{callsign} {why}"))?;
-        let (send, answer) = channel();
-        let (network, flights) = (Arc::clone(&self.network), Arc::clone(&self.flights));
-        let (airport, at_s) = (Arc::clone(&self.airport), moment.now_s());
-        let work = move || {
-            let airport = airport.get_or_init(|| Airport::new(network, flights));
-            // Whoever asked may be gone: then nobody hears it.
-            let _ = send.send(moment.what_if(airport, what));
-        };
-        let thread = std::thread::Builder::new().name("what-if".into());
-        thread.spawn(work).map_err(|e| format!("it cannot be worked out: no thread ({e})"))?;
-        let asked = Asked {
+        let now_s = moment.now_s();
+        self.times_s.retain(|s| now_s - *s < 60.0);
+        if self.times_s.len() >= A_MINUTE {
+            return Err(format!("{A_MINUTE} questions a minute are answered: ask again later"));
+        }
+        self.times_s.push_back(now_s);
+        let question = Question {
             person: person.to_owned(),
             callsign: callsign.to_owned(),
-            change: change.to_owned(),
-            at_s,
-            answer,
+            words: words.to_owned(),
+            change,
+            moment,
         };
-        self.asked.push(asked);
-        Ok(format!("{callsign}: what if {change}? is worked out"))
+        self.waiting.push_back(Arc::new(question));
+        while self.waiting.len() > WAITING {
+            if let Some(oldest) = self.waiting.pop_front() {
+                self.answered(
+                    &oldest,
+                    json!({ "refused": "was not worked out: others came faster" }),
+                );
+            }
+        }
+        self.go_on();
+        Ok(format!("{callsign}: what if {words}? is worked out"))
     }
 
     /// What words say is done otherwise.
@@ -129,32 +151,51 @@ impl LookAhead {
 
     /// What was answered last, and what is worked out (JSON).
     pub(super) fn told(&mut self) -> Vec<Value> {
-        self.collect();
-        let open = self.asked.iter().map(|a| head(a, Value::Null));
+        self.go_on();
+        let open = self.at_work.iter().map(|w| &w.0).chain(&self.waiting);
+        let open = open.map(|question| head(question, Value::Null));
         self.shown.iter().cloned().chain(open).collect()
     }
 
-    /// Takes what has been answered.
-    fn collect(&mut self) {
-        for asked in std::mem::take(&mut self.asked) {
-            let text = match asked.answer.try_recv() {
-                Ok(Ok(answer)) => Ok(answer),
-                Ok(Err(why)) => Err(why),
+    /// Takes what has been answered, and begins to work out the next.
+    fn go_on(&mut self) {
+        if let Some((question, answer)) = self.at_work.take() {
+            let told = match answer.try_recv() {
+                Ok(Ok(answer)) => self.words(&answer),
+                Ok(Err(why)) => json!({ "refused": why }),
                 Err(TryRecvError::Empty) => {
-                    self.asked.push(asked);
-                    continue;
+                    self.at_work = Some((question, answer));
+                    return;
                 }
-                Err(TryRecvError::Disconnected) => Err("could not be worked out".to_owned()),
+                Err(TryRecvError::Disconnected) => {
+                    json!({ "refused": "could not be worked out: its thread ended" })
+                }
             };
-            let told = match text {
-                Ok(answer) => head(&asked, self.words(&answer)),
-                Err(why) => head(&asked, json!({ "refused": why })),
-            };
-            if self.shown.len() >= SHOWN {
-                self.shown.pop_front();
-            }
-            self.shown.push_back(told);
+            self.answered(&question, told);
         }
+        let Some(question) = self.waiting.pop_front() else { return };
+        let (send, answer) = channel();
+        let (network, flights) = (Arc::clone(&self.network), Arc::clone(&self.flights));
+        let (airport, asked) = (Arc::clone(&self.airport), Arc::clone(&question));
+        let work = move || {
+            let airport = airport.get_or_init(|| Airport::new(network, flights));
+            // Whoever asked may be gone: then nobody hears it.
+            let _ = send.send(asked.moment.what_if(airport, asked.change));
+        };
+        match std::thread::Builder::new().name("what-if".into()).spawn(work) {
+            Ok(_) => self.at_work = Some((question, answer)),
+            Err(e) => {
+                let why = format!("could not be worked out: no thread ({e})");
+                self.answered(&question, json!({ "refused": why }));
+            }
+        }
+    }
+
+    fn answered(&mut self, question: &Question, answer: Value) {
+        if self.shown.len() >= SHOWN {
+            self.shown.pop_front();
+        }
+        self.shown.push_back(head(question, answer));
     }
 
     fn words(&self, answer: &Answer) -> Value {
@@ -192,9 +233,10 @@ impl LookAhead {
 }
 
 /// A question with its answer, or with none yet.
-fn head(asked: &Asked, answer: Value) -> Value {
+fn head(question: &Question, answer: Value) -> Value {
     json!({
-        "person": asked.person, "callsign": asked.callsign, "change": asked.change, "at_s": asked.at_s, "answer": answer,
+        "person": question.person, "callsign": question.callsign, "change": question.words,
+        "at_s": question.moment.now_s(), "answer": answer,
     })
 }
 
@@ -225,7 +267,7 @@ mod tests {
         let known = Known { board: &board, surveillance: net.surveillance(), layout: net.layout() };
         let picture =
             Picture { known, network, flights, waiting: &[], frame: (2000, scene.run.frame.s()) };
-        let mut look = LookAhead::new(Arc::clone(network), Arc::clone(flights), 3);
+        let mut look = LookAhead::new(Arc::clone(network), Arc::clone(flights), 3, true);
         let departs = |f: &&Flight| f.direction == Direction::Departure;
         let callsign = flights.iter().find(departs).expect("a departure").callsign.clone();
         let mut ask = |callsign: &str, change: &str| look.ask("anna", (callsign, change), &picture);
@@ -260,11 +302,18 @@ mod tests {
         assert_eq!(held["answer"]["flights"][0]["callsign"], callsign.as_str(), "{held}");
         assert_eq!(held["answer"]["measures"].as_array().map(Vec::len), Some(MEASURES.len()));
         assert_eq!(of("HOLD 0")["answer"]["flights"].as_array().map(Vec::len), Some(0));
-        // The oldest go.
-        for n in 0..2 * SHOWN {
+        // However fast they come, they are taken; only their number in a minute of the run counts.
+        let left = A_MINUTE - 2;
+        for n in 0..left {
             assert!(look.ask("anna", (&callsign, &format!("HOLD {n}")), &picture).is_ok());
-            wait(&mut look);
         }
-        assert_eq!(look.told().len(), SHOWN);
+        let text = look.ask("anna", (&callsign, "HOLD 7"), &picture).expect_err("too many");
+        assert!(text.contains("a minute"), "{text}");
+        let later = Picture { frame: (2000 + 61 * 20, 0.05), ..picture };
+        assert!(look.ask("anna", (&callsign, "HOLD 7"), &later).is_ok());
+        wait(&mut look);
+        let told = look.told();
+        assert_eq!(told.len(), SHOWN);
+        assert!(told.iter().any(|t| t["change"] == "HOLD 7" && t["answer"]["flights"].is_array()));
     }
 }

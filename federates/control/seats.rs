@@ -69,7 +69,7 @@ impl Seats {
             sight: on_tracks.then(Sight::default),
             people: People::new(seats, step_s),
             advisor: None,
-            look_ahead: LookAhead::new(Arc::clone(&network), Arc::clone(&flights), seed),
+            look_ahead: LookAhead::new(Arc::clone(&network), Arc::clone(&flights), seed, on_tracks),
             runways: network.runways.iter().map(|r| r.names.join("/")).collect(),
             stands: network.stands.iter().map(|s| s.name.clone()).collect(),
             network,

@@ -23,7 +23,8 @@ fn digest(scene: &str, arguments: &[&str]) -> String {
     assert_eq!(output.status.code(), Some(0), "{arguments:?}: {}", common::stderr(&output));
     let summary = summary(&output);
     let text = std::fs::read_to_string(scene).expect("the scene");
-    let frames = if text.contains("duration_s = 900") { 18_000 } else { 8400 };
+    let duration = text.split("duration_s = ").nth(1).and_then(|t| t.split_whitespace().next());
+    let frames = 20 * duration.and_then(|d| d.parse::<u64>().ok()).expect("a duration");
     assert_eq!(summary["frames"], frames, "{arguments:?}");
     summary["digest"].as_str().expect("a digest").to_owned()
 }
@@ -439,7 +440,10 @@ fn advice_is_given_decided_upon_and_followed_to_one_digest_in_every_layout() {
     let folder = Folder::new("seats-advice");
     let scene = scene(&folder, "advice", "sees = \"truth\"\nadvice = true");
     let text = std::fs::read_to_string(&scene).expect("the scene");
-    std::fs::write(&scene, text.replace("per_h = 30", "per_h = 150")).expect("a busier one");
+    // Somebody has to be seen to wait before anybody is held: a busier one, and longer.
+    let text = text.replace("LZIB.apt.dat", "EGCC.nodes.csv").replace("_s = 420", "_s = 1800");
+    std::fs::write(&scene, text.replace("departures_per_h = 30", "departures_per_h = 60"))
+        .expect("a scene");
     let fly = |arguments: &[&str]| digest(&scene, arguments);
     let record = folder.file("advice.pcapng");
     let by_models = fly(&["--record", &record]);
@@ -474,9 +478,9 @@ fn advice_is_given_decided_upon_and_followed_to_one_digest_in_every_layout() {
             "{{\"frame\":{frame},\"seat\":\"apron\",\"person\":\"anna\",\"action\":\"{action}\"{more}}}\n"
         )
     };
-    let there: String = (1..7).map(|n| line(1000 * n, "here", "")).collect();
+    let there: String = (26..36).map(|n| line(1000 * n, "here", "")).collect();
     let sits = folder.file("sits.jsonl");
-    std::fs::write(&sits, line(20, "take", "") + &there).expect("inputs");
+    std::fs::write(&sits, line(25_100, "take", "") + &there).expect("inputs");
     fly(&["--record", &folder.file("sits.pcapng"), "--inputs", &sits]);
     let log = rusqlite::Connection::open(folder.file("sits.sqlite")).expect("a database");
     assert_eq!(count(&log, "SELECT count(*) FROM advice WHERE change = 'decided'"), 0);
@@ -497,12 +501,10 @@ fn advice_is_given_decided_upon_and_followed_to_one_digest_in_every_layout() {
         decide(0, "accept", "HOLD_STAND"),
         decide(1, "refuse", "HOLD_STAND"),
         decide(0, "accept", "FLY"),
-        // Asking what would be is no action.
+        // Nobody is seen where control is told no tracks.
         decide(1, "what-if", "HOLD 120"),
-        decide(1, "what-if", "STAND 1"),
-        decide(1, "what-if", "HOLD long"),
     ];
-    std::fs::write(&decides, line(20, "take", "") + &there + &words.concat()).expect("inputs");
+    std::fs::write(&decides, line(25_100, "take", "") + &there + &words.concat()).expect("inputs");
     let record = folder.file("decides.pcapng");
     let reference = fly(&["--record", &record, "--inputs", &decides]);
     let log = folder.file("decides.sqlite");
@@ -521,16 +523,56 @@ fn advice_is_given_decided_upon_and_followed_to_one_digest_in_every_layout() {
         assert_eq!(count(&log, &query), 1, "{decision}");
     }
     assert_eq!(count(&log, "SELECT count(*) FROM advice WHERE change = 'decided'"), 2);
-    for (action, refused) in [
-        ("accept", "there is no advice \"FLY\"%"),
-        ("what-if", ""),
-        ("what-if", "there is no stand \"1\""),
-        ("what-if", "HOLD \"long\": give seconds%"),
-    ] {
+    for (action, refused) in
+        [("accept", "there is no advice \"FLY\"%"), ("what-if", "nobody is seen in this scene%")]
+    {
         let told = "SELECT count(*) FROM inputs WHERE action";
         let query = format!("{told} = '{action}' AND refused LIKE '{refused}'");
         assert!(count(&log, &query) >= 1, "{query}");
     }
+}
+
+/// What is asked of the look ahead is an input as any other, refused or not, and changes nothing: one digest in every layout,
+/// however long the answers take.
+#[test]
+fn questions_what_would_be_if_change_nothing_and_give_one_digest_in_every_layout() {
+    let folder = Folder::new("seats-what-if");
+    let control = "sees = \"tracks\"\ncontrollers = \"model\"\nadvice = true";
+    let scene = scene(&folder, "asked", control);
+    let line = |frame: u64, action: &str, more: &str| {
+        format!(
+            "{{\"frame\":{frame},\"seat\":\"ground\",\"person\":\"anna\",\"action\":\"{action}\"{more}}}\n"
+        )
+    };
+    let asks = |frame: u64, change: &str| {
+        let more = format!(",\"callsign\":\"GD0003\",\"clearance\":\"{change}\"");
+        line(frame, "what-if", &more)
+    };
+    let changes = ["HOLD 120", "HOLD 60", "HOLD 0", "STAND 1", "HOLD long", "RUNWAY 99"];
+    let all = changes.iter().map(|change| asks(1200, change)).collect::<String>();
+    // More than there are in a minute: refused by their number, never by a clock.
+    let many = (0..14).map(|n| asks(4000, &format!("HOLD {n}"))).collect::<String>();
+    let inputs = folder.file("asked.jsonl");
+    let text = asks(10, "HOLD 9") + &line(20, "take", "") + &all + &many;
+    std::fs::write(&inputs, text).expect("inputs");
+    let record = folder.file("asked.pcapng");
+    let reference = digest(&scene, &["--record", &record, "--inputs", &inputs]);
+    let log = folder.file("asked.sqlite");
+    for arguments in
+        [&["--in-process", "--inputs", &inputs][..], &["--generators", "2", "--inputs", &log]]
+    {
+        assert_eq!(digest(&scene, arguments), reference, "{arguments:?}");
+    }
+    let log = rusqlite::Connection::open(log).expect("a database");
+    let told = |refused: &str| {
+        let query = "SELECT count(*) FROM inputs WHERE action = 'what-if' AND refused LIKE";
+        count(&log, &format!("{query} '{refused}'"))
+    };
+    assert_eq!(told("ground is not yours%"), 1, "before she sat down");
+    assert_eq!(told("") + told("% a minute are answered%"), 3 + 14, "what can be asked");
+    assert!(told("") >= 12 && told("% a minute are answered%") >= 2, "{}", told(""));
+    assert_eq!(told("HOLD \"long\": give seconds%"), 1);
+    assert_eq!(told("there is no runway \"99\"") + told("there is no stand \"1\""), 2);
 }
 
 /// A car that is driven through the inputs of a file: forward, wheels to the right for a while, backwards, and a silence of its driver.
