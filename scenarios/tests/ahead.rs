@@ -136,6 +136,7 @@ fn everybody_is_found_where_he_is_and_what_is_foreseen_comes() {
 
 #[test]
 fn a_change_tells_who_gains_and_who_loses_by_it() {
+    let (mut looked, mut turned) = (0, 0);
     for (airport, rate, seed) in [(XSYN, 12, 8), (EGCC, 18, 9), (LIMC, 20, 10)] {
         let scene = scene(airport, rate, seed);
         let (core, moment, airport) = seen_at(&scene, seed, 1000.0);
@@ -178,18 +179,39 @@ fn a_change_tells_who_gains_and_who_loses_by_it() {
         assert!(refused(long).contains("0 to 900 s"), "{name}");
         let runway = Change::Runway { flight: held as u32, runway: (99, 0) };
         assert!(refused(runway).contains("no such runway"), "{name}");
-        // An arrival that has not landed goes to another stand, if that is free.
-        let Some(coming) = of(Direction::Arrival).find(|m| core.phase(*m) == Phase::Absent) else {
-            continue;
+        let as_it_is = moment.what_if(&airport, none(&moment, &airport)).expect("nothing").without;
+        // A departure that goes to the other end of its runway takes off at another time.
+        let leaves = |m: &usize| {
+            matches!(moment.seen[*m], Seen::OnStand(_)) && as_it_is.ends_s[*m].is_some()
         };
+        if let Some(leaves) = of(Direction::Departure).find(leaves) {
+            let (r, end) = airport.flights[leaves].runway;
+            let other_end = Change::Runway { flight: leaves as u32, runway: (r, 1 - end) };
+            let answer = moment.what_if(&airport, other_end).expect("both ends are used");
+            let moved = answer.moved().find(|(m, ..)| *m == leaves);
+            assert!(moved.is_some(), "{name}: {:?}", answer.with.ends_s[leaves]);
+            turned += 1;
+        }
+        // An arrival that has not landed goes to the farthest stand that it can use: it is there later.
+        let comes = |m: &usize| {
+            core.phase(*m) == Phase::Absent && as_it_is.ends_s[*m].is_some_and(|s| s < 1800.0)
+        };
+        let Some(coming) = of(Direction::Arrival).find(comes) else { continue };
+        let stands = &airport.network.stands;
+        let away_m =
+            |s: &usize| (stands[*s].at_m - stands[airport.flights[coming].stand].at_m).norm();
         let taken = |s: usize| moment.seen.contains(&Seen::OnStand(s));
-        let own = airport.flights[coming].stand;
-        let others = (0..airport.network.stands.len()).filter(|s| *s != own && !taken(*s));
-        let can =
-            |s: &usize| moment.can(&airport.network, &airport.flights, stand(coming, *s)).is_ok();
-        let other = others.clone().find(can).expect("another stand");
-        assert!(moment.what_if(&airport, stand(coming, other)).is_ok(), "{name}");
+        let can = |s: &usize| {
+            moment.can(&airport.network, &airport.flights, stand(coming, *s)).is_ok() && !taken(*s)
+        };
+        let all = (0..stands.len()).filter(can);
+        let far = all.max_by(|a, b| away_m(a).total_cmp(&away_m(b))).expect("another stand");
+        let answer = moment.what_if(&airport, stand(coming, far)).expect("can be given");
+        let moved = answer.moved().find(|(m, ..)| *m == coming);
+        assert!(moved.is_some(), "{name}: {} m away", away_m(&far));
+        looked += 1;
     }
+    assert!(looked >= 2 && turned >= 2, "{looked} arrivals, {turned} departures");
 }
 
 #[test]
