@@ -7,7 +7,7 @@ use crate::runtime::federate::Federate;
 use crate::runtime::member::Makers;
 use crate::runtime::member_driver::Host;
 use crate::runtime::member_process::{Makes, run_federate};
-use crate::runtime::messages::RunConfig;
+use crate::runtime::messages::{Kind, RunConfig};
 use crate::traffic_generator::TrafficGenerator;
 use crossbeam_channel::unbounded;
 use std::sync::Arc;
@@ -30,16 +30,27 @@ pub(crate) fn make_producers(
     Ok(makers)
 }
 
-/// Takes the place of lost producers: each on a thread of its own, with connections of its own, as a process has.
+/// Whether a lost member is made in another's process: generators and the external world, who need nothing but the scene.
+fn is_hosted(name: &str, generators: u32) -> bool {
+    name == Kind::ExternalWorld.name()
+        || (1..=generators).any(|share| generator_name(share, generators) == name)
+}
+
+/// Takes the place of lost producers: each on a thread of its own, with connections of its own, as a process has. Not of others:
+/// control is started again by whoever started it.
 pub(crate) fn hosting(args: &CommonArgs) -> Host {
     let args = args.clone();
     Box::new(move |name, generators| {
+        if !is_hosted(name, generators) {
+            return false;
+        }
         let (args, name) = (args.clone(), name.to_owned());
         std::thread::spawn(move || {
             if let Err(e) = take_over(&args, &name, generators) {
                 tracing::warn!("{name} was not taken over: {e:#}");
             }
         });
+        true
     })
 }
 
@@ -58,4 +69,25 @@ fn take_over(args: &CommonArgs, name: &str, generators: u32) -> anyhow::Result<u
         None => Box::new(ExternalWorld::new(Arc::clone(&scene), exercise)),
     };
     run_federate(args, name, &scene, federate, unbounded(), Makes::default())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Control produces notices, too, and an external world was made under its name: refused by its digest, after a warning
+    /// that named another build, scene or input.
+    #[test]
+    fn only_generators_and_the_external_world_are_made_in_another_process() {
+        for (name, generators, hosted) in [
+            ("external-world", 1, true),
+            (&generator_name(1, 1), 1, true),
+            (&generator_name(3, 4), 4, true),
+            ("control", 1, false),
+            ("visitors", 2, false),
+            ("smdfm", 1, false),
+        ] {
+            assert_eq!(is_hosted(name, generators), hosted, "{name}");
+        }
+    }
 }

@@ -73,8 +73,8 @@ pub struct MemberContext {
     pub host: Option<Host>,
 }
 
-/// Starts a member of a name, of so many traffic generators, in this process.
-pub type Host = Box<dyn Fn(&str, u32) + Send>;
+/// Starts a member of a name, of so many traffic generators, in this process; whether it does.
+pub type Host = Box<dyn Fn(&str, u32) -> bool + Send>;
 
 /// Why a federate ended badly.
 #[derive(Debug, thiserror::Error)]
@@ -360,9 +360,8 @@ pub fn run(context: MemberContext, federate: Box<dyn Federate>) -> Result<u8, Me
                     )?;
                 }
                 Effect::Host { name: lost, generators } => {
-                    tracing::warn!("{name}: takes the place of {lost}, which is lost");
-                    if let Some(host) = &host {
-                        host(&lost, generators);
+                    if host.as_ref().is_some_and(|host| host(&lost, generators)) {
+                        tracing::warn!("{name}: takes the place of {lost}, which is lost");
                     }
                 }
                 Effect::Rejoin(was) => outcast = Some(was),
