@@ -369,3 +369,31 @@ fn files_do_not_name_each_other_in_circles() {
     }
     assert!(arrows > 1000, "the sources were read: {arrows} arrows");
 }
+
+/// Documents print figures by examples: each that they name is there.
+#[test]
+fn examples_that_documents_name_exist() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let folders = ["", "docs", "docs/decisions"].map(|f| root.join(f));
+    let files = folders.iter().filter_map(|f| std::fs::read_dir(f).ok()).flatten().flatten();
+    let mut named = Vec::new();
+    for path in files.map(|f| f.path()).filter(|p| p.extension().is_some_and(|e| e == "md")) {
+        let text = std::fs::read_to_string(&path).expect("a document");
+        for part in text.split("--example ").skip(1) {
+            let word = |c: char| c.is_ascii_alphanumeric() || c == '_';
+            let name: String = part.chars().take_while(|c| word(*c)).collect();
+            if !name.is_empty() {
+                named.push((path.clone(), name));
+            }
+        }
+    }
+    assert!(named.len() >= 4, "{named:?}");
+    let crates = std::fs::read_dir(root).expect("the root").flatten().map(|f| f.path());
+    let folders: Vec<_> = crates.chain([root.to_path_buf()]).map(|f| f.join("examples")).collect();
+    for (path, name) in named {
+        let there = |f: &std::path::PathBuf| {
+            f.join(format!("{name}.rs")).is_file() || f.join(&name).join("main.rs").is_file()
+        };
+        assert!(folders.iter().any(there), "{}: --example {name}", path.display());
+    }
+}
