@@ -21,6 +21,9 @@ pub struct Hearing {
     plane: Option<Plane>,
     producers: BTreeMap<String, Heard>,
     now: WallNs,
+    run: u32,
+    /// Producers that were ready for a run before this process was configured for it, and which run.
+    early: BTreeMap<String, u32>,
 }
 
 #[derive(Debug, Default)]
@@ -55,6 +58,8 @@ const LATELY_NS: WallNs = 10_000_000_000;
 /// Short probes without a long one, and for how long: beyond this, loss by chance is ruled out.
 const SHORT: u32 = 4;
 const NARROW_NS: WallNs = 1_000_000_000;
+/// Producers that may be sooner than this process, more than a federation has.
+const EARLY: usize = 256;
 /// How often [`Hearing::tick`] wants to be called.
 pub const LOOK_NS: WallNs = 200_000_000;
 
@@ -64,14 +69,25 @@ impl Hearing {
         self.plane = Some(plane);
     }
 
-    /// A run begins.
-    pub fn configure(&mut self) {
+    /// A run begins, in which this process reads `producers`.
+    pub fn configure<'a>(&mut self, run: u32, producers: impl Iterator<Item = &'a String>) {
         self.producers.clear();
+        self.run = run;
+        let early = std::mem::take(&mut self.early);
+        for producer in producers.filter(|name| early.get(*name) == Some(&run)) {
+            self.ready(self.now, producer, run);
+        }
     }
 
-    /// `producer` is configured and sends probes from now on.
-    pub fn ready(&mut self, now: WallNs, producer: &str) {
+    /// `producer` is configured for `run` and sends probes from now on. It may be sooner than this process.
+    pub fn ready(&mut self, now: WallNs, producer: &str, run: u32) {
         self.now = now;
+        if run != self.run {
+            if run > self.run && (self.early.len() < EARLY || self.early.contains_key(producer)) {
+                self.early.insert(producer.to_owned(), run);
+            }
+            return;
+        }
         let heard = self.of(producer);
         heard.ready_at.get_or_insert(now);
         heard.silent.0 = now;
@@ -242,8 +258,8 @@ mod tests {
     #[test]
     fn a_dead_data_plane_is_told_within_two_seconds_of_being_configured() {
         let mut hearing = hearing(0.0);
-        hearing.ready(100 * MS, "traffic-generator");
-        hearing.ready(100 * MS, "external-world");
+        hearing.ready(100 * MS, "traffic-generator", 0);
+        hearing.ready(100 * MS, "external-world", 0);
         hearing.came("external-world", 1);
         let (said, first) = ticks(&mut hearing, 200, 20_000);
         assert_eq!(
@@ -259,10 +275,22 @@ mod tests {
     }
 
     #[test]
+    fn a_producer_that_was_ready_sooner_than_this_process_is_missed_as_well() {
+        for (run, missed) in [(1, 1), (2, 0)] {
+            let mut hearing = hearing(0.0);
+            hearing.ready(100 * MS, "external-world", run);
+            hearing.ready(100 * MS, "somebody", run);
+            hearing.configure(1, [&"external-world".to_owned()].into_iter());
+            let (said, _) = ticks(&mut hearing, 200, 20_000);
+            assert_eq!(said.len(), missed, "{run}: {said:?}");
+        }
+    }
+
+    #[test]
     fn a_way_that_lets_short_datagrams_through_only_is_told_within_two_seconds() {
         let probes = |longs: &[u64]| {
             let mut hearing = hearing(0.0);
-            hearing.ready(0, "g");
+            hearing.ready(0, "g", 0);
             let (mut said, mut first) = (Vec::new(), None);
             for ms in (0..6_000).step_by(100) {
                 said.extend(hearing.tick(ms * MS));
@@ -287,7 +315,7 @@ mod tests {
         assert_eq!((said.len(), alarms), (1, 0));
         // Three short ones: chance may have taken the long ones.
         let mut few = hearing(0.0);
-        few.ready(0, "g");
+        few.ready(0, "g", 0);
         for _ in 0..3 {
             few.probed("g", false);
         }
@@ -298,7 +326,7 @@ mod tests {
     fn a_data_plane_that_dies_under_way_is_told_and_chance_is_not() {
         for (loss, named, words) in [(0.0, 25, true), (0.9, 25, false), (0.9, 250, true)] {
             let mut hearing = hearing(loss);
-            hearing.ready(0, "g");
+            hearing.ready(0, "g", 0);
             hearing.named(0, "g", 500, 400);
             hearing.named(100 * MS, "g", named, 0);
             hearing.repaired("g", named);
@@ -308,7 +336,7 @@ mod tests {
         }
         // Silence with nothing named: a scene where everything is parked, or a producer that is gone.
         let mut quiet = hearing(0.0);
-        quiet.ready(0, "g");
+        quiet.ready(0, "g", 0);
         quiet.named(0, "g", 500, 500);
         assert_eq!(ticks(&mut quiet, 200, 60_000).0, Vec::<String>::new());
     }
@@ -316,7 +344,7 @@ mod tests {
     #[test]
     fn a_paused_consumer_first_reads_what_waits_for_it() {
         let mut hearing = hearing(0.0);
-        hearing.ready(0, "g");
+        hearing.ready(0, "g", 0);
         hearing.named(0, "g", 100, 100);
         // Paused for 5 s; the reports of that time come before the datagrams.
         hearing.named(5_000 * MS, "g", 100, 0);
@@ -330,7 +358,7 @@ mod tests {
     #[test]
     fn more_than_half_repaired_is_told() {
         let mut hearing = hearing(0.0);
-        hearing.ready(0, "g");
+        hearing.ready(0, "g", 0);
         let mut said = Vec::new();
         for ms in (0..30_000).step_by(200) {
             hearing.named(ms * MS, "g", 10, 4);
@@ -350,7 +378,7 @@ mod tests {
         // A producer of few PDUs, of whose probes none has come for a second either; one that was ready just now is not told.
         for (ready_ms, told) in [(0, 1), (700, 0)] {
             let mut deaf = hearing(0.0);
-            deaf.ready(ready_ms * MS, "world");
+            deaf.ready(ready_ms * MS, "world", 0);
             deaf.named(1_500 * MS, "world", 3, 0);
             deaf.repaired("world", 3);
             assert_eq!(deaf.finish().len(), told, "ready at {ready_ms} ms");

@@ -531,7 +531,7 @@ impl Member {
         self.content = 0;
         self.early.clear();
         self.incomplete.clear();
-        self.hearing.configure();
+        self.hearing.configure(config.run, self.producers.keys());
         self.ready.clear();
         self.notices.clear();
         self.eaten.clear();

@@ -127,7 +127,7 @@ const LOG_TRIES: u32 = 10;
 const LOG_WITHIN: Duration = Duration::from_millis(1_000);
 const PROBE_EVERY_NS: u64 = 300_000_000;
 /// Probes of a run, at least: one that is lost is no word.
-const PROBES: u32 = 4;
+const PROBES: u32 = 8;
 /// How old what a beat says may be.
 const BEAT_FRESH_NS: u64 = 20_000_000;
 
@@ -424,7 +424,8 @@ fn told(name: &str, words: Vec<String>) {
     }
 }
 
-/// When a producer probes the data plane: from its configuration on until the run has begun.
+/// When a producer probes the data plane: from its configuration on, and some times more once the run has begun, as others may
+/// be configured long after it.
 #[derive(Default)]
 struct Probing {
     next: Option<u64>,
@@ -436,7 +437,7 @@ impl Probing {
     fn order(&mut self, order: &Order, now: u64) {
         match order {
             Order::Configure(_) => *self = Self { next: Some(now), ..Self::default() },
-            Order::Grant { .. } => self.begun = true,
+            Order::Grant { .. } if !self.begun => (self.begun, self.sent) = (true, 0),
             Order::Finish { .. } => self.next = None,
             _ => {}
         }

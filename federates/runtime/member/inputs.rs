@@ -100,10 +100,10 @@ impl Member {
         let mut ended = false;
         for report in reports {
             // One that returns to a run sends no probes, and may have nothing to send for long.
-            if let Report::Ready { at: None, .. } = report
-                && self.producers.contains_key(from)
+            if let Report::Ready { at: None, run } = report
+                && (run != self.run() || self.producers.contains_key(from))
             {
-                self.hearing.ready(now, from);
+                self.hearing.ready(now, from, run);
             }
             if let Report::Ends(ends) = report {
                 let joined = self.joined.entry(from.to_owned()).or_default();
