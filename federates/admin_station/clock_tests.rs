@@ -44,6 +44,7 @@ fn alarms(ahead_ms: i64, fed: u128) -> Vec<String> {
     let events = unbounded();
     let stop = events.0.clone();
     let context = AdminContext {
+        journal: None,
         bus: station,
         config: config(),
         events,

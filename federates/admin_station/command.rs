@@ -9,11 +9,12 @@ use crate::runtime::cli::{
     self, BAD_INPUT, CommonArgs, FAILED, fail, load_scene_without_truth, print_line,
 };
 use crate::runtime::member_process::patience;
-use crate::runtime::process::{NO_LOGGER, on_interrupt};
+use crate::runtime::process::{NO_LOGGER, launched, on_interrupt, on_termination};
 use crate::runtime::zenoh_bus::{Part, ZenohBus, ZenohConfig};
 use clap::{Args, CommandFactory, Subcommand};
 use crossbeam_channel::{Sender, unbounded};
 use scenarios::Scene;
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Duration;
@@ -67,6 +68,11 @@ pub struct AdminArgs {
     /// Wait up to 10 s for a gateway before the run begins, so that what it sends is complete
     #[arg(long)]
     expect_gateway: bool,
+
+    /// Keep what this station is told in FILE: started again by the same command line after its process died, it goes on with the run.
+    /// The file is removed when the run is over
+    #[arg(long, value_name = "FILE")]
+    journal: Option<PathBuf>,
 
     #[command(flatten)]
     losses: cli::LossArgs,
@@ -126,6 +132,7 @@ impl AdminArgs {
             (self.wait, "--wait"),
             (self.expect_logger.is_some(), "--expect-logger"),
             (self.expect_gateway, "--expect-gateway"),
+            (self.journal.is_some(), "--journal"),
         ]
         .into_iter()
         .find_map(|(given, flag)| given.then_some(flag))
@@ -170,7 +177,7 @@ pub fn run(args: &AdminArgs) -> ExitCode {
 
 /// A launcher says on standard input when the viewer-logger that it started will not come.
 fn listen_to_launcher(events: Sender<Event>) {
-    if !crate::runtime::process::launched() {
+    if !launched() {
         return;
     }
     std::thread::spawn(move || {
@@ -208,6 +215,13 @@ fn run_admin(args: &AdminArgs, scene: &Arc<Scene>) -> anyhow::Result<u8> {
     if args.expect_gateway {
         config.await_spectators.push(GATEWAY.to_owned());
         config.await_spectators_ns = config.await_spectators_ns.max(10_000_000_000);
+    }
+    if args.journal.is_some() && !launched() {
+        // Who ends a process of a host, not a run: the next one with this journal goes on.
+        let leave = events.0.clone();
+        on_termination(move || {
+            let _ = leave.send(Event::Leave);
+        })?;
     }
     let stop = events.0.clone();
     on_interrupt(move || {
@@ -253,6 +267,7 @@ fn run_admin(args: &AdminArgs, scene: &Arc<Scene>) -> anyhow::Result<u8> {
         }),
         // It says after ten seconds whom it awaits, and gives them time to be started.
         patience: Duration::from_secs(120),
+        journal: args.journal.clone(),
     })?)
 }
 

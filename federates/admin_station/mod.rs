@@ -9,6 +9,7 @@ mod clock_tests;
 pub mod command;
 mod created;
 mod desk;
+mod lead;
 mod operate;
 mod participants;
 pub mod simman;
@@ -16,11 +17,12 @@ pub mod summary;
 mod watch;
 
 use crate::runtime::bus::{Bus, BusError, Class, Request, hear_parts};
-use crate::runtime::clock::{monotonic_ns, utc_ns};
+use crate::runtime::clock::utc_ns;
 use crate::runtime::clock_watch::Clocks;
 use crate::runtime::codec::{decode, encode};
-use crate::runtime::conductor::{ClosedRun, Conductor, ConductorConfig, Effect, Token};
+use crate::runtime::conductor::{ClosedRun, Conductor, ConductorConfig, Effect, Input, Token};
 use crate::runtime::federate::Publication;
+use crate::runtime::journal::JournalError;
 use crate::runtime::life_cycle::Phase;
 use crate::runtime::member::CONDUCTOR;
 use crate::runtime::member_driver::Retained;
@@ -31,8 +33,10 @@ use crate::runtime::messages::{
 use crate::runtime::process::Usage;
 use crate::runtime::run_log::RunLog;
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender};
+use lead::Lead;
 use serde::Serialize;
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
@@ -63,6 +67,8 @@ pub enum Event {
     NoSpectators,
     /// The operator of this process wants the run to end.
     Stop,
+    /// This process is to end, and the run to go on when it is started again.
+    Leave,
 }
 
 /// Told of a phase reached: phase, frame, reason.
@@ -92,6 +98,8 @@ pub struct AdminContext {
     pub progress: Option<Box<dyn FnMut(Frame, Frame) + Send>>,
     /// How long expected federates may take to join, when in batch.
     pub patience: Duration,
+    /// Where what the conductor is told is kept, so that a station that is started again goes on with the run.
+    pub journal: Option<PathBuf>,
 }
 
 /// Statistics of the whole federation, as `seeds admin-station status` and the page show them.
@@ -121,20 +129,38 @@ impl Statistics {
     }
 }
 
+/// Why an administration station cannot go on.
+#[derive(Debug, thiserror::Error)]
+pub enum StationError {
+    /// The synchronisation plane.
+    #[error(transparent)]
+    Bus(#[from] BusError),
+    /// The journal.
+    #[error(transparent)]
+    Journal(#[from] JournalError),
+}
+
 /// Runs the federation until it is over; returns the exit code.
 ///
 /// # Errors
-/// If the bus fails.
-pub fn run(context: AdminContext) -> Result<u8, BusError> {
+/// If the bus fails, or the journal belongs to another run.
+pub fn run(context: AdminContext) -> Result<u8, StationError> {
     let AdminContext { bus, config, events, mut reached, mut stated, mut closed, .. } = context;
     let (mut progress, patience) = (context.progress, context.patience);
     let (send, receive) = events;
     let statistics = Arc::new(Mutex::new(Statistics::default()));
     let expected = config.expected.clone();
-    let (batch, last_frame, fed) = (config.batch, config.last_frame, config.fed);
+    let (batch, last_frame) = (config.batch, config.last_frame);
     let mut log = RunLog::default();
     let mut clocks = Clocks::of(crate::runtime::process::host_name());
-    let mut conductor = Conductor::new(config);
+    let mut lead = Lead::open(context.journal.as_deref(), config, &mut log)?;
+    let fed = lead.conductor().fed();
+    if lead.again() {
+        tracing::warn!(
+            "goes on with the run of the station before: {}",
+            lead.conductor().standing()
+        );
+    }
     let retained = Retained::default();
 
     serve(&*bus, &send, &statistics)?;
@@ -143,24 +169,26 @@ pub fn run(context: AdminContext) -> Result<u8, BusError> {
     let mut asked: BTreeMap<Token, Answerer> = BTreeMap::new();
     let mut operations: BTreeMap<Token, Operation> = BTreeMap::new();
     let mut next_token: Token = 1;
-    let mut effects = Vec::new();
     let mut usage = Usage::default();
     let mut next_status = 0;
     let mut next_beat = 0;
     let mut stopping: Option<u64> = None;
     let mut broken: Vec<String> = Vec::new();
-    let started = monotonic_ns();
+    let started = lead.now();
     let mut said_awaiting = false;
     let code = 'run: loop {
-        let now = monotonic_ns();
-        let next = conductor.deadline(now).min(next_beat);
+        let now = lead.now();
+        let next = lead.conductor().deadline(now).min(next_beat);
         let wait = Duration::from_nanos(next.saturating_sub(now));
         let first = match receive.recv_timeout(wait) {
             Ok(event) => Some(event),
             Err(RecvTimeoutError::Timeout) => None,
             Err(RecvTimeoutError::Disconnected) => break 'run 1,
         };
-        let now = monotonic_ns();
+        let now = lead.now();
+        let mut exit = None;
+        // Answered when what they are answered from is in the journal.
+        let mut questions = Vec::new();
         for event in first.into_iter().chain(receive.try_iter().take(256)) {
             let token = next_token;
             next_token += 1;
@@ -168,7 +196,7 @@ pub fn run(context: AdminContext) -> Result<u8, BusError> {
                 Event::Join(request) => match decode::<Hello>(&request.body) {
                     Ok(hello) => {
                         asked.insert(token, Box::new(move |a| a.to(request)));
-                        conductor.hello(now, hello, token, &mut effects);
+                        lead.tell(now, Input::Hello(hello, token));
                     }
                     Err(e) => {
                         let why = crate::runtime::messages::Welcome::Refused(e.to_string());
@@ -177,42 +205,29 @@ pub fn run(context: AdminContext) -> Result<u8, BusError> {
                 },
                 Event::Beat(from, body) => match decode::<Beat>(&body) {
                     Ok(beat) => {
-                        conductor.beat(now, &from, &beat);
-                        let host = conductor.host_of(&from).filter(|_| beat.fed == fed);
+                        let host = lead.conductor().host_of(&from).filter(|_| beat.fed == fed);
                         let apart = host.and_then(|h| clocks.heard(now, h, beat.utc_ns, utc_ns()));
                         if let Some(text) = apart {
                             tracing::warn!("{text}");
                         }
+                        lead.tell(now, Input::Beat(from, beat));
                     }
                     Err(e) => tracing::warn!("a beat of {from} was dropped: {e}"),
                 },
-                Event::Fetch(request) => match decode::<FetchOf>(&request.body) {
-                    Ok(ask) if ask.of == CONDUCTOR => {
-                        request.answer(encode(&conductor.fetch_orders(&ask)));
-                    }
-                    Ok(ask) => request.answer(encode(&conductor.fetch_reports(&ask))),
-                    Err(e) => tracing::warn!("a question for messages was dropped: {e}"),
-                },
+                Event::Fetch(_) | Event::Log(_) => questions.push(event),
                 Event::Fetched(body) => match decode(&body) {
-                    Ok(fetched) => conductor.fetched(now, fetched, &mut effects),
+                    Ok(fetched) => lead.tell(now, Input::Fetched(fetched)),
                     Err(e) => tracing::warn!("reports told again were dropped: {e}"),
                 },
-                Event::Log(request) => match decode::<LogAsk>(&request.body) {
-                    Ok(asked) if asked.fed == fed => {
-                        request.answer(encode(&log.page(asked.run, asked.page)));
-                    }
-                    Ok(_) => {}
-                    Err(e) => tracing::warn!("a question for the log was dropped: {e}"),
-                },
                 Event::Report(from, body) => match decode::<Numbered<Report>>(&body) {
-                    Ok(report) => conductor.report(now, &from, report, &mut effects),
+                    Ok(report) => lead.tell(now, Input::Report(from, report)),
                     Err(e) => tracing::warn!("a report of {from} was dropped: {e}"),
                 },
                 Event::Command(request) => match decode::<OperatorCommand>(&request.body) {
                     Ok(OperatorCommand { source, command }) => {
                         operations.extend(operation(token, &command, &source));
                         asked.insert(token, Box::new(move |a| a.to(request)));
-                        conductor.command(now, command, token, &mut effects);
+                        lead.tell(now, Input::Command(command, token));
                     }
                     Err(e) => tracing::warn!("a command was dropped: {e}"),
                 },
@@ -226,30 +241,34 @@ pub fn run(context: AdminContext) -> Result<u8, BusError> {
                             }
                         }),
                     );
-                    conductor.command(now, command, token, &mut effects);
+                    lead.tell(now, Input::Command(command, token));
                 }
-                Event::Alive(name, inc, alive) => {
-                    conductor.alive(now, &name, inc, alive, &mut effects);
-                }
+                Event::Alive(name, inc, alive) => lead.tell(now, Input::Alive(name, inc, alive)),
                 Event::Broken(why) => {
                     tracing::error!("{why}");
                     broken.push(why);
                 }
-                Event::NoSpectators => conductor.await_no_spectators(now, &mut effects),
+                Event::NoSpectators => lead.tell(now, Input::NoSpectators),
+                Event::Leave => {
+                    tracing::warn!(
+                        "leaves at frame {}: started again with the same journal within two minutes, this station goes on with the run",
+                        lead.conductor().frame()
+                    );
+                    break 'run 0;
+                }
                 Event::Stop => {
+                    let conductor = lead.conductor();
                     let over = matches!(conductor.phase(), Phase::Stopped | Phase::Init);
                     if over && !conductor.awaits_results() {
-                        effects.push(Effect::Exit(conductor.exit_code()));
+                        exit = Some(conductor.exit_code());
                     } else if stopping.is_none() {
-                        conductor.command(now, Command::Stop, 0, &mut effects);
+                        lead.tell(now, Input::Command(Command::Stop, 0));
                     }
                     stopping.get_or_insert(now);
                 }
             }
         }
-        conductor.tick(now, &mut effects);
-        let mut exit = None;
-        for effect in effects.drain(..) {
+        for effect in lead.tick(now) {
             match effect {
                 Effect::Welcome(token, welcome) => {
                     if let Some(answer) = asked.remove(&token) {
@@ -316,6 +335,10 @@ pub fn run(context: AdminContext) -> Result<u8, BusError> {
                 Effect::Exit(code) => exit = Some(code),
             }
         }
+        let conductor = lead.conductor();
+        for question in questions {
+            answer_from(conductor, &mut log, question);
+        }
         if now >= next_beat {
             next_beat = now + 100_000_000;
             bus.publish("ctl/beat", Class::Lossy, encode(&conductor.own_beat()))?;
@@ -374,6 +397,7 @@ pub fn run(context: AdminContext) -> Result<u8, BusError> {
         if let Some(code) = exit {
             let code = if broken.is_empty() { code } else { code.max(1) };
             bus.publish("ctl/order", Class::Must, encode(&conductor.leave(code)))?;
+            lead.over();
             break 'run code;
         }
     };
@@ -381,6 +405,27 @@ pub fn run(context: AdminContext) -> Result<u8, BusError> {
     std::thread::sleep(Duration::from_millis(50));
     bus.close();
     Ok(code)
+}
+
+/// Answers who lacks orders, reports or the log of the run.
+fn answer_from(conductor: &Conductor, log: &mut RunLog, question: Event) {
+    match question {
+        Event::Fetch(request) => match decode::<FetchOf>(&request.body) {
+            Ok(ask) if ask.of == CONDUCTOR => {
+                request.answer(encode(&conductor.fetch_orders(&ask)));
+            }
+            Ok(ask) => request.answer(encode(&conductor.fetch_reports(&ask))),
+            Err(e) => tracing::warn!("a question for messages was dropped: {e}"),
+        },
+        Event::Log(request) => match decode::<LogAsk>(&request.body) {
+            Ok(asked) if asked.fed == conductor.fed() => {
+                request.answer(encode(&log.page(asked.run, asked.page)));
+            }
+            Ok(_) => {}
+            Err(e) => tracing::warn!("a question for the log was dropped: {e}"),
+        },
+        _ => {}
+    }
 }
 
 /// The answer to somebody's question.

@@ -5,6 +5,7 @@
 
 mod answers;
 mod commands;
+mod input;
 mod joining;
 mod losses;
 mod pace;
@@ -24,6 +25,7 @@ use super::views::Views;
 use scenarios::losses::Losses;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
+pub use input::{Again, Input, Step};
 pub use scenarios::losses::OnLoss;
 
 /// Names a question that waits for its answer.
@@ -249,6 +251,7 @@ enum Goal {
 }
 
 /// The clock authority.
+#[derive(Debug)]
 pub struct Conductor {
     config: ConductorConfig,
     phase: Phase,
@@ -349,6 +352,12 @@ impl Conductor {
     #[must_use]
     pub fn phase(&self) -> Phase {
         self.phase
+    }
+
+    /// The federation that it leads.
+    #[must_use]
+    pub fn fed(&self) -> u128 {
+        self.config.fed
     }
 
     /// The last frame that may be executed.

@@ -18,6 +18,7 @@ pub mod dis_socket;
 pub mod federate;
 pub mod frame_time;
 pub mod hearing;
+pub mod journal;
 pub mod life_cycle;
 pub mod local_bus;
 pub mod member;

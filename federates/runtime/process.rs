@@ -176,6 +176,24 @@ pub fn on_interrupt(stop: impl Fn() + Send + 'static) -> Result<(), ctrlc::Error
     })
 }
 
+/// Calls `leave` when somebody terminates this process (SIGTERM), which then is no interrupt. To be called before any other thread
+/// is started: they inherit that the signal is not theirs.
+///
+/// # Errors
+/// If the system refuses.
+pub fn on_termination(leave: impl Fn() + Send + 'static) -> nix::Result<()> {
+    use nix::sys::signal::{SigSet, Signal};
+    let mut signals = SigSet::empty();
+    signals.add(Signal::SIGTERM);
+    signals.thread_block()?;
+    std::thread::spawn(move || {
+        while signals.wait().is_ok() {
+            leave();
+        }
+    });
+    Ok(())
+}
+
 /// Connects by `connect`, which may wait for minutes and looks at nothing else: an interrupt ends the process.
 pub fn while_connecting<T>(connect: impl FnOnce() -> T) -> T {
     CONNECTING.store(true, SeqCst);

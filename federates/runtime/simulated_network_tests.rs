@@ -4,6 +4,7 @@
 use super::conductor::ConductorConfig;
 use super::federate::{Federate, FrameInputs, FrameOut, Octets};
 use super::life_cycle::Phase;
+use super::member::CONDUCTOR;
 use super::messages::{Command, FinalReport, Frame, Health, Kind, Notice, RunConfig};
 use super::simulation::{Fault, MS, Network, Simulation, What};
 use proptest::prelude::*;
@@ -720,6 +721,39 @@ proptest! {
         whole.run(MINUTE, &[]);
         prop_assert_eq!(eaten(&net, 0), eaten(&whole, 0));
         prop_assert!(net.broken.is_empty(), "{:?}", net.broken);
+    }
+
+    /// The station dies, also twice, also together with a member, and is started again from its journal: in any phase, under loss.
+    #[test]
+    fn a_station_that_is_made_again_from_its_journal_leads_the_same_run(
+        seed in 1u64..,
+        at_ms in prop_oneof![0u64..60, 5u64..1500],
+        gap_ms in prop_oneof![1u64..50, 1u64..4_000],
+        again_ms in prop_oneof![1u64..40, 1u64..3_000],
+        who in 0usize..4,
+        what in prop_oneof![Just(None), what().prop_map(Some), interruption().prop_map(Some)],
+        twice in any::<bool>(),
+        bus in prop_oneof![Just(0u64), 0u64..150],
+        rate in prop_oneof![Just(1.0), Just(f64::INFINITY)],
+    ) {
+        let mut net = net(seed, with_control(rate), Network { bus_loss: bus, ..network(10) });
+        let at = net.now + at_ms * MS;
+        let mut faults = vec![fault(at, CONDUCTOR, What::Kill), fault(at + again_ms * MS, CONDUCTOR, What::Start)];
+        if twice {
+            let at = at + again_ms * MS + gap_ms * MS;
+            faults.extend([fault(at, CONDUCTOR, What::Kill), fault(at + again_ms * MS, CONDUCTOR, What::Start)]);
+        }
+        if let Some(what) = what {
+            faults.extend([fault(at + gap_ms * MS, ALL[who], what), fault(at + (gap_ms + 9_000) * MS, ALL[who], What::Start)]);
+        }
+        net.run(at + 60_000 * MS, &faults);
+        prop_assert!(net.broken.is_empty(), "{:?}", net.broken);
+        prop_assert_eq!(net.closed.len(), 1, "{:?} {:?}", net.reached, net.conductor.state());
+        prop_assert!(!net.closed[0].failed, "{:?}", net.closed[0].reasons);
+        prop_assert!(net.seen.get("station made again").is_some_and(|n| *n == 1 + u64::from(twice)), "{:?}", net.seen);
+        let mut whole = super::simulated_network_tests::net(1, with_control(f64::INFINITY), network(0));
+        whole.run(MINUTE, &[]);
+        prop_assert_eq!(eaten(&net, 0), eaten(&whole, 0));
     }
 
     #[test]

@@ -1,7 +1,9 @@
 //! A whole federation in one thread over a simulated clock, bus and ether: the real [`Conductor`], the real
 //! [`Member`]s and whatever federates are put in. Everything follows from one seed and a list of faults.
 
-use super::conductor::{ClosedRun, Conductor, ConductorConfig, Effect as Decision};
+use super::conductor::{
+    Again, ClosedRun, Conductor, ConductorConfig, Effect as Decision, Input, Step,
+};
 use super::federate::{Federate, Octets};
 use super::life_cycle::Phase;
 use super::member::{CONDUCTOR, Effect, Member, Remake};
@@ -19,6 +21,8 @@ pub const MS: u64 = 1_000_000;
 
 /// How long a connection lives without a word, as the bus has it.
 const LEASE_NS: u64 = 2_000 * MS;
+/// A connection that is gone is tried anew as often at least.
+const RECONNECT_NS: u64 = 4_000 * MS;
 const BEAT_NS: u64 = 100 * MS;
 const HELLO_AGAIN_NS: u64 = 500 * MS;
 
@@ -101,6 +105,8 @@ struct Node {
     was: Option<Was>,
     /// In whose process it is, if not in one of its own.
     host: Option<String>,
+    /// When its connection to a station that was started again stands.
+    finds_station: u64,
 }
 
 /// The federation, its network and what became of it.
@@ -133,9 +139,12 @@ pub struct Simulation {
     ahead: Frame,
     /// The last grant that was looked at.
     granted: Frame,
-    scene_hash: u64,
-    version: String,
+    config: ConductorConfig,
     log: RunLog,
+    /// The journal of the station.
+    steps: Vec<Step>,
+    /// There is no station.
+    station_dead: bool,
 }
 
 impl Simulation {
@@ -149,11 +158,10 @@ impl Simulation {
         network: Network,
     ) -> Self {
         let (producers, window) = (config.producers.clone(), config.window);
-        let (scene_hash, version) = (config.scene_hash, config.version.clone());
         let ahead = config.closes.as_ref().map_or(0, |(_, ahead)| *ahead);
         let mut simulation = Self {
             now: 1,
-            conductor: Conductor::new(config),
+            conductor: Conductor::new(config.clone()),
             closed: Vec::new(),
             reached: Vec::new(),
             answers: Vec::new(),
@@ -171,9 +179,10 @@ impl Simulation {
             window,
             ahead,
             granted: 0,
-            scene_hash,
-            version,
+            config,
             log: RunLog::default(),
+            steps: Vec::new(),
+            station_dead: false,
         };
         for (name, kind) in kinds {
             simulation.start(name, *kind);
@@ -196,6 +205,7 @@ impl Simulation {
             hello_at: Some(self.now),
             was: None,
             host: None,
+            finds_station: 0,
         };
         self.nodes.insert(name.to_owned(), node);
     }
@@ -226,6 +236,9 @@ impl Simulation {
         if self.nodes.get(from).is_some_and(|n| n.dead || n.mute_until > self.now) {
             return;
         }
+        if self.apart(from, to) {
+            return;
+        }
         for _ in 0..1 + u64::from(self.chance(self.network.twice)) {
             if self.chance(loss) {
                 self.note("messages lost");
@@ -236,6 +249,15 @@ impl Simulation {
         }
     }
 
+    /// Whether one of the two is a station to which the other has no connection yet.
+    fn apart(&self, from: &str, to: &str) -> bool {
+        let other = match (from, to) {
+            ("", name) | (name, CONDUCTOR) => name,
+            _ => return false,
+        };
+        self.nodes.get(other).is_some_and(|node| node.finds_station > self.now)
+    }
+
     fn put(&mut self, at: u64, to: &str, parcel: Parcel) {
         self.posted += 1;
         self.parcels.insert((at, self.posted), (to.to_owned(), parcel));
@@ -244,6 +266,50 @@ impl Simulation {
     fn consumers(&self) -> Vec<String> {
         let consumes = |n: &Node| n.member.as_ref().is_some_and(|m| m.federate().consumes());
         self.nodes.iter().filter(|(_, n)| consumes(n)).map(|(name, _)| name.clone()).collect()
+    }
+
+    /// Tells the conductor, and its journal first.
+    fn tell(&mut self, input: Input) -> Vec<Decision> {
+        let mut decisions = Vec::new();
+        self.steps.push(Step::Told(self.now, input.clone()));
+        self.conductor.take(self.now, input, &mut decisions);
+        decisions
+    }
+
+    /// A station is started in place of one that died: of all that the one before knew it has the journal only.
+    fn start_station(&mut self) {
+        if !std::mem::take(&mut self.station_dead) {
+            return;
+        }
+        self.note("station made again");
+        let mut names: Vec<String> = self.nodes.keys().cloned().collect();
+        while let Some(name) = names.pop() {
+            let within = self.draw(RECONNECT_NS);
+            if let Some(node) = self.nodes.get_mut(&name) {
+                node.finds_station = self.now + within;
+            }
+        }
+        let mut log = RunLog::default();
+        let steps = std::mem::take(&mut self.steps);
+        let Again { conductor, now, effects } =
+            Conductor::again(self.config.clone(), steps.clone(), |run, record| {
+                log.append(run, record);
+            });
+        let was = std::mem::replace(&mut self.conductor, conductor);
+        if format!("{was:?}") != format!("{:?}", self.conductor) || now > self.now {
+            self.broken.push("the journal made another conductor".to_owned());
+        }
+        (self.log, self.steps) = (log, steps);
+        self.closed_again(effects);
+        // For the conductor no time passed; the simulation has one clock, so it is told of a pause.
+        let decisions = self.tell(Input::Resumed);
+        self.decide(decisions);
+    }
+
+    /// What the station before decided at last is carried out again, as nobody knows whether it was.
+    fn closed_again(&mut self, effects: Vec<Decision>) {
+        let twice = |d: &Decision| matches!(d, Decision::Closed(_) | Decision::Reached { .. });
+        self.decide(effects.into_iter().filter(|d| !twice(d)).collect());
     }
 
     fn decide(&mut self, decisions: Vec<Decision>) {
@@ -373,16 +439,18 @@ impl Simulation {
             kind: node.kind,
             pid: 1,
             host: "h".into(),
-            version: self.version.clone(),
-            scene_hash: self.scene_hash,
+            version: self.config.version.clone(),
+            scene_hash: self.config.scene_hash,
             instance: node.instance,
             was: node.was,
         };
         if muted {
             return;
         }
-        let mut decisions = Vec::new();
-        self.conductor.hello(now, hello, 0, &mut decisions);
+        if self.station_dead || self.apart(name, CONDUCTOR) {
+            return;
+        }
+        let decisions = self.tell(Input::Hello(hello, 0));
         let welcome = decisions.iter().find_map(|d| match d {
             Decision::Welcome(_, welcome) => Some(welcome.clone()),
             _ => None,
@@ -450,9 +518,19 @@ impl Simulation {
     fn befall_one(&mut self, fault: &Fault) {
         let (now, who) = (self.now, fault.who.clone());
         if let What::Command(command) = &fault.what {
-            let mut decisions = Vec::new();
-            self.conductor.command(now, command.clone(), 9, &mut decisions);
+            if self.station_dead {
+                return self.note("commands to no station");
+            }
+            let decisions = self.tell(Input::Command(command.clone(), 9));
             return self.decide(decisions);
+        }
+        if who == CONDUCTOR {
+            match fault.what {
+                What::Kill | What::Vanish => self.station_dead = true,
+                What::Start => self.start_station(),
+                _ => {}
+            }
+            return;
         }
         let Some(node) = self.nodes.get_mut(&who) else { return };
         let (inc, kind) = (node.member.as_ref().map(Member::inc), node.kind);
@@ -537,35 +615,32 @@ impl Simulation {
     /// An answer, which is lost as any message is.
     fn reply(&mut self, from: &str, to: &str, parcel: Parcel) {
         let muted = self.nodes.get(from).is_some_and(|n| n.dead || n.mute_until > self.now);
-        if !muted && !self.chance(self.network.bus_loss) {
+        if !muted && !self.apart(from, to) && !self.chance(self.network.bus_loss) {
             let at = self.now + 10_000 + self.draw(self.network.delay_ns.max(1));
             self.put(at, to, parcel);
         }
     }
 
     fn deliver_to_conductor(&mut self, parcel: Parcel) {
-        let mut decisions = Vec::new();
-        match parcel {
-            Parcel::Report(from, report) => {
-                self.conductor.report(self.now, &from, report, &mut decisions);
-            }
-            Parcel::Beat(from, beat) => self.conductor.beat(self.now, &from, &beat),
-            Parcel::Reports(fetched) => {
-                self.conductor.fetched(self.now, fetched, &mut decisions);
-            }
+        if self.station_dead {
+            return;
+        }
+        let input = match parcel {
+            Parcel::Report(from, report) => Input::Report(from, report),
+            Parcel::Beat(from, beat) => Input::Beat(from, beat),
+            Parcel::Reports(fetched) => Input::Fetched(fetched),
+            Parcel::Alive(name, inc, alive) => Input::Alive(name, inc, alive),
             Parcel::Fetch(from, ask) if ask.of == CONDUCTOR => {
                 let fetched = self.conductor.fetch_orders(&ask);
-                self.reply("", &from, Parcel::Orders(fetched));
+                return self.reply("", &from, Parcel::Orders(fetched));
             }
             Parcel::Fetch(from, ask) => {
                 let fetched = self.conductor.fetch_reports(&ask);
-                self.reply("", &from, Parcel::Reports(fetched));
+                return self.reply("", &from, Parcel::Reports(fetched));
             }
-            Parcel::Alive(name, inc, alive) => {
-                self.conductor.alive(self.now, &name, inc, alive, &mut decisions);
-            }
-            _ => {}
-        }
+            _ => return,
+        };
+        let decisions = self.tell(input);
         self.decide(decisions);
     }
 
@@ -578,7 +653,10 @@ impl Simulation {
             let wakes = [deadline, n.hello_at].into_iter().flatten().map(move |at| at.max(rests));
             wakes.chain([n.next_beat.max(n.paused_until)])
         });
-        let conductor = [self.conductor.deadline(self.now), self.conductor_beat];
+        let conductor = match self.station_dead {
+            true => [u64::MAX; 2],
+            false => [self.conductor.deadline(self.now), self.conductor_beat],
+        };
         nodes.chain(parcels).chain(conductor).min().unwrap_or(self.now)
     }
 
@@ -621,6 +699,9 @@ impl Simulation {
         for name in &names {
             self.pass_node(name);
         }
+        if self.station_dead {
+            return;
+        }
         if now >= self.conductor_beat {
             self.conductor_beat = now + BEAT_NS;
             let beat = self.conductor.own_beat();
@@ -630,6 +711,7 @@ impl Simulation {
             }
         }
         let mut decisions = Vec::new();
+        self.steps.push(Step::Tick(now));
         self.conductor.tick(now, &mut decisions);
         self.decide(decisions);
     }

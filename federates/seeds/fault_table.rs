@@ -4,6 +4,7 @@
 
 use super::trial::{Digests, Trial};
 use crate::runtime::cli::out;
+use crate::runtime::member::CONDUCTOR;
 use crate::runtime::messages::Command;
 use crate::runtime::simulation::{Fault, MS, Network, What};
 use scenarios::losses::{Losses, on_loss_flag};
@@ -84,6 +85,23 @@ fn rows() -> Vec<Row> {
                 (5.3, WORLD, What::Kill),
                 (5.6, SMDFM, What::Kill),
                 (5.7, SMDFM, What::Start),
+            ],
+        ),
+        row(
+            "kill-station",
+            "the administration station is killed, the launcher starts it again with its journal",
+            "takeover",
+            vec![(5.0, CONDUCTOR, What::Kill), (5.05, CONDUCTOR, What::Start)],
+        ),
+        row(
+            "kill-station-smdfm",
+            "the administration station and, 50 ms later, the SMDFM are killed, both are started again",
+            "takeover",
+            vec![
+                (5.0, CONDUCTOR, What::Kill),
+                (5.05, CONDUCTOR, What::Start),
+                (5.05, SMDFM, What::Kill),
+                (5.55, SMDFM, What::Start),
             ],
         ),
         row(
@@ -271,8 +289,9 @@ fn see(trial: &Trial, row: &Row, whole: &Digests) -> Result<Seen, String> {
 /// If no row is called so, or a run does not end.
 pub(super) fn print(trial: &Trial, whole: &Digests, only: Option<&str>) -> Result<(), String> {
     let names = trial.names();
-    let known =
-        |row: &Row| row.faults.iter().all(|(_, who, _)| who.is_empty() || names.contains(who));
+    let known = |row: &Row| {
+        row.faults.iter().all(|(_, who, _)| ["", CONDUCTOR].contains(who) || names.contains(who))
+    };
     let all: Vec<Row> = rows().into_iter().filter(known).collect();
     let named = |row: &Row| only.is_none_or(|word| row.name.contains(word));
     let (rows, others): (Vec<Row>, Vec<Row>) = all.into_iter().partition(named);

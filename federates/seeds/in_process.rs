@@ -119,6 +119,7 @@ pub fn federation(
     let summaries = Arc::new(Mutex::new(Vec::new()));
     let (kept, name, step_ns) = (Arc::clone(&summaries), scene.name.clone(), scene.run.frame.0);
     let code = admin_station::run(AdminContext {
+        journal: None,
         bus: Arc::new(hub.join()),
         config: conductor_config(&scene, &options),
         events: admin_events,

@@ -11,13 +11,15 @@ use crate::runtime::cli::{
 use crate::runtime::clock::monotonic_ns;
 use crate::runtime::dis_socket::link_config;
 use crate::runtime::messages::Kind;
-use crate::runtime::process::{KEPT, LOGGING, NO_LOGGER};
+use crate::runtime::process::{KEPT, LOGGING, NO_LOGGER, random_id};
 use crate::visitors::command::check_plots;
 use crate::visitors::seats::read_inputs;
+use anyhow::Context as _;
 use scenarios::losses::{ByMember, Losses, OnLoss};
 use scenarios::{ForeignScene, Scene, SensorScene};
 use std::io::ErrorKind;
 use std::net::{SocketAddr, TcpListener};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 
@@ -144,7 +146,8 @@ fn processes(
         (1..=args.generators).map(|share| generator_name(share, args.generators)).collect();
     names.extend(["external-world", "smdfm", "control", "visitors"].map(str::to_owned));
     places::place(&mut launched, agents, &names, &args.network)?;
-    start_all(args, control, endpoint, &mut launched)?;
+    let journal = Journaled::of(losses)?;
+    start_all(args, control, endpoint, journal.as_ref(), &mut launched)?;
 
     let mut summary = None;
     let mut code = None;
@@ -166,6 +169,11 @@ fn processes(
                 say(&format!("{name} is started again in its place"));
             } else {
                 say(&format!("{name} ended {STARTS_A_MINUTE} times within a minute"));
+                if name == STATION {
+                    code = Some(i32::from(FAILED));
+                    launched.end_after(Duration::from_secs(10), LOGGER);
+                    launched.interrupt_all();
+                }
             }
         }
         if code.is_some() {
@@ -207,7 +215,17 @@ fn processes(
                 launched.ended(&name);
                 // What ends by itself after the run is closed ends in order.
                 let over = summary.is_some() && args.options().batch && ended_with >= 0;
-                if name == "admin-station" {
+                if name == STATION
+                    && ended_with < 0
+                    && interrupts == 0
+                    && summary.is_none()
+                    && journal.is_some()
+                {
+                    say(&format!("admin-station ended ({}); time stands", ending(ended_with)));
+                    again.push((monotonic_ns() + STATION_AGAIN_NS, name));
+                    continue;
+                }
+                if name == STATION {
                     code = Some(ended_with);
                     if ended_with < 0 {
                         say(&format!(
@@ -268,7 +286,8 @@ fn processes(
                         launched.end_after(Duration::from_secs(3), "");
                     }
                 }
-                let needed = launched.running().iter().any(|n| n == "admin-station");
+                let comes = again.iter().any(|(_, name)| name == STATION);
+                let needed = comes || launched.running().iter().any(|n| n == STATION);
                 if !needed && code.is_none() {
                     code = Some(i32::from(FAILED));
                 }
@@ -301,6 +320,38 @@ fn others_take(launched: &Launched, name: &str) -> bool {
     produces(name) && launched.running().iter().any(|other| produces(other))
 }
 
+/// The journal of a station that is started again where it dies: a file for as long as this launcher runs.
+struct Journaled(PathBuf);
+
+impl Journaled {
+    /// Where `losses` say that another process takes the place of the station.
+    fn of(losses: &Losses) -> anyhow::Result<Option<Self>> {
+        if losses.on_loss.of(STATION) != Some(OnLoss::TakeOver) {
+            return Ok(None);
+        }
+        let name = format!("seeds-{:032x}.journal", random_id());
+        let path = std::env::temp_dir().join(name);
+        std::fs::File::create_new(&path).with_context(|| {
+            let (path, help) = (path.display(), "set TMPDIR to a folder where this user may write");
+            format!("the journal of the station, {path}: {help}")
+        })?;
+        Ok(Some(Self(path)))
+    }
+}
+
+impl Drop for Journaled {
+    fn drop(&mut self) {
+        // The station has removed it at the end of its run.
+        let _ = std::fs::remove_file(&self.0);
+    }
+}
+
+/// The administration station that this launcher starts.
+const STATION: &str = "admin-station";
+
+/// From the end of its process to the next: there is nothing to wait for.
+const STATION_AGAIN_NS: u64 = 50_000_000;
+
 /// The viewer-logger that this launcher starts.
 const LOGGER: &str = "viewer-logger";
 
@@ -320,6 +371,7 @@ fn start_all(
     args: &RunArgs,
     control: bool,
     endpoint: &str,
+    journal: Option<&Journaled>,
     launched: &mut Launched,
 ) -> anyhow::Result<()> {
     let common = common_arguments(&args.common(), endpoint);
@@ -348,6 +400,9 @@ fn start_all(
     }
     admin.extend(["--generators".to_owned(), args.generators.to_string()]);
     admin.extend(args.losses.arguments());
+    if let Some(Journaled(file)) = journal {
+        admin.extend(["--journal".to_owned(), file.display().to_string()]);
+    }
     if options.visitors {
         admin.push("--visitors".to_owned());
     }

@@ -6,6 +6,7 @@ use crate::external_world::ExternalWorld;
 use crate::federation::{RunOptions, conductor_config, has_control};
 use crate::runtime::conductor::ConductorConfig;
 use crate::runtime::federate::Federate;
+use crate::runtime::member::CONDUCTOR;
 use crate::runtime::messages::{Command, Kind};
 use crate::runtime::simulation::{Fault, MS, Make, Network, Simulation, What};
 use crate::smdfm::Smdfm;
@@ -110,7 +111,7 @@ impl Trial {
     }
 
     /// Faults of a seed: one to three members die or are interrupted, close together or not, and are started
-    /// again; in some seeds while they join, while an operator freezes the run, or under `takeover`.
+    /// again; in some seeds while they join, while an operator freezes the run, under `takeover`, or with the station.
     #[must_use]
     pub fn draw(&self, seed: u64) -> Vec<Fault> {
         let mut dice = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
@@ -159,6 +160,19 @@ impl Trial {
             }
             faults.push(Fault { at_ns, who, what });
             at_ns += if draw(2) == 0 { draw(50) } else { draw(4_000) } * MS;
+        }
+        if seed % 3 == 1 {
+            // The station dies as well, and is started again with its journal.
+            let aimed = faults.iter().map(|fault| fault.at_ns).collect::<Vec<_>>();
+            for _ in 0..=draw(2) {
+                let near = aimed[draw(aimed.len() as u64) as usize] + draw(700) * MS;
+                let anywhere = draw((self.duration_s * 500.0) as u64) * MS;
+                let at_ns = if draw(2) == 0 { near } else { anywhere };
+                let who = CONDUCTOR.to_owned();
+                faults.push(Fault { at_ns, who: who.clone(), what: What::Kill });
+                let at_ns = at_ns + (20 + draw(3_000)) * MS;
+                faults.push(Fault { at_ns, who, what: What::Start });
+            }
         }
         faults
     }

@@ -201,6 +201,70 @@ fn two_that_are_killed_within_half_a_second_return_to_the_same_run() {
     comes_back("returns-two", &[&["smdfm", "control"], &["control", "traffic-generator"]]);
 }
 
+/// The station itself is killed, alone and with a federate within a tenth of a second, with outsiders there, a person who drives and
+/// controllers on tracks; its launcher starts it again with its journal, and the run is the one in which nothing happened.
+#[test]
+fn a_killed_station_goes_on_with_its_run_and_so_it_does_with_others_killed_beside_it() {
+    let folder = Folder::new("returns-station");
+    let (scene, inputs) = closed_loop(&folder);
+    let command = run(&Ports::new(), &[&scene, "--in-process", "--fast", "--inputs", &inputs]);
+    let undisturbed = summary(&finish(command));
+    let ports = Ports::new();
+    let mut command = run(&ports, &[&scene, "--rate", "4", "--no-viewer", "--inputs", &inputs]);
+    command.args(["--on-loss", "takeover", "--return-ms", "none", "--stall-ms", "10000"]);
+    command.env("TMPDIR", &folder.0);
+    let mut going = Background::start(command);
+    let guests = Guests::of(&ports, lzib(), 3);
+    let goes_on = |beyond: u64| {
+        let status = common::status(&ports)?;
+        let frame = status["state"]["frame"].as_u64().filter(|frame| *frame > beyond)?;
+        let inside = status["measures"]["outsiders_now"].as_f64()? >= 3.0;
+        (inside && status["state"]["phase"] == "RUNNING").then_some(frame)
+    };
+    let station = || {
+        let ours = common::processes(&format!("--sync-listen {}", ports.sync));
+        let stations = common::processes("seeds admin-station --scene");
+        let found: Vec<i32> = stations.into_iter().filter(|pid| ours.contains(pid)).collect();
+        (found.len() == 1).then(|| found[0])
+    };
+    let mut frame = wait_for(SOON, || goes_on(40)).expect("guests are in");
+    for set in [&[][..], &["smdfm"], &["control"]] {
+        let dead = wait_for(SOON, station).expect("a station");
+        let others: Vec<i32> = set
+            .iter()
+            .map(|name| wait_for(SOON, || alive(&ports, name)).expect("alive").0)
+            .collect();
+        for pid in [dead].iter().chain(&others) {
+            common::kill("KILL", *pid);
+            std::thread::sleep(Duration::from_millis(100));
+        }
+        let on = wait_for(SOON, || {
+            let back =
+                |name: &&&str| alive(&ports, name).is_some_and(|(pid, _)| !others.contains(&pid));
+            goes_on(frame + 60).filter(|_| set.iter().all(|name| back(&name)))
+        });
+        frame = on.unwrap_or_else(|| panic!("{set:?}: {:?}", common::status(&ports)));
+        assert_ne!(station(), Some(dead));
+    }
+    drop(guests);
+    assert!(operate(&ports, &["rate", "fast"]).0);
+    let stdout = going.0.stdout.take().expect("piped");
+    assert_eq!(going.wait(SOON), Some(0), "made good: no failure");
+    let text = std::io::read_to_string(stdout).expect("its words");
+    let line = text.lines().find(|l| l.starts_with('{')).expect("a summary");
+    let found: Value = serde_json::from_str(line).expect("JSON");
+    for key in ["digest", "track_digest", "frames"] {
+        assert_eq!(found[key], undisturbed[key], "{key}: {found}");
+    }
+    assert_eq!(found["external"], true, "outsiders were in it: {found}");
+    let left = std::fs::read_dir(&folder.0).expect("a folder").flatten();
+    let left: Vec<_> = left
+        .map(|entry| entry.file_name())
+        .filter(|name| name != "loop.toml" && name != "inputs.jsonl")
+        .collect();
+    assert!(left.is_empty(), "the journal is removed with the run: {left:?}");
+}
+
 /// A process stands still for 3 s. A connection on which nothing is said is closed after 2 s; what `stall_ms` says decides all the same:
 /// 2 s freeze the run until it wakes up, 20 s do not, and it is heard again by itself. A process that is killed afterwards is missed at
 /// once all the same. The digest is the undisturbed run's.

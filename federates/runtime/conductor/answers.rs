@@ -34,7 +34,9 @@ impl Conductor {
         Answer { ok, text: text.to_owned(), state: self.state() }
     }
 
-    pub(super) fn standing(&self) -> String {
+    /// How the run stands, for people.
+    #[must_use]
+    pub fn standing(&self) -> String {
         let mut text =
             format!("{} at frame {} of {}", self.phase, self.frame(), self.config.last_frame);
         let awaited = self.awaited();

@@ -58,7 +58,11 @@ impl Conductor {
                 effects.push(Effect::Welcome(token, Welcome::Accepted(accepted)));
                 return;
             }
-            if same && present.alive && self.roster.contains(&name) {
+            // The station was away, and this one has not been heard since: another process has its name now.
+            let away = present.alive && !same && present.heard_at > now;
+            if away && hello.kind.beats() {
+                self.lose(now, name.clone(), "another process has come in its place", effects);
+            } else if same && present.alive && self.roster.contains(&name) {
                 self.lose(now, name.clone(), "it missed what nobody remembers", effects);
             } else if running || taken {
                 effects.push(refuse(format!(
