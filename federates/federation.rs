@@ -133,6 +133,7 @@ pub fn conductor_config(scene: &Scene, options: &RunOptions) -> ConductorConfig 
         await_spectators_ns: if options.visitors { 15_000_000_000 } else { 2_000_000_000 },
         window: WINDOW_SCANS * u64::from(scene.run.frames_per_scan),
         closes: closes.then(|| (Kind::Control.name().to_owned(), loop_frames(scene))),
+        through_router: false,
         fed: crate::runtime::process::random_id(),
         losses: options.losses.over(&scene.network.losses),
     }

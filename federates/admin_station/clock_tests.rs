@@ -12,7 +12,7 @@ use scenarios::losses::Losses;
 use std::sync::Arc;
 use std::time::Duration;
 
-fn config() -> ConductorConfig {
+pub(super) fn config() -> ConductorConfig {
     ConductorConfig {
         scene: "toy".into(),
         scene_hash: 1,
@@ -32,6 +32,7 @@ fn config() -> ConductorConfig {
         await_spectators_ns: 0,
         window: 8,
         closes: None,
+        through_router: false,
         fed: 7,
         losses: Losses::default(),
     }

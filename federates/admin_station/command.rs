@@ -202,6 +202,7 @@ fn run_admin(args: &AdminArgs, scene: &Arc<Scene>) -> anyhow::Result<u8> {
         losses: args.losses.losses(),
     };
     let mut config = conductor_config(scene, &options);
+    config.through_router = args.common.network.sync_router.is_some();
     let events = unbounded();
     if let Some(within_s) = args.expect_logger {
         config.await_spectators.push("viewer-logger".to_owned());

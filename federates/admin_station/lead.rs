@@ -101,3 +101,52 @@ impl Lead {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::admin_station::clock_tests::config;
+    use crate::runtime::messages::{Hello, Kind};
+    use crate::runtime::process::random_id;
+
+    fn hello(name: &str) -> Hello {
+        let (kind, pid, instance) = (Kind::TrafficGenerator, 1, 5);
+        let (host, version) = ("h".into(), config().version);
+        let scene_hash = config().scene_hash;
+        Hello { name: name.into(), kind, pid, host, version, scene_hash, instance, was: None }
+    }
+
+    /// Whatever is to be done, the file knows already why: a copy of it, taken then, makes the same conductor.
+    #[test]
+    fn what_is_to_be_done_is_in_the_journal_before() {
+        let folder = std::env::temp_dir().join(format!("seeds-lead-{:032x}", random_id()));
+        std::fs::create_dir(&folder).expect("a folder");
+        let (path, copy) = (folder.join("journal"), folder.join("copy"));
+        let mut log = RunLog::default();
+        let mut lead = Lead::open(Some(&path), config(), &mut log).expect("a journal");
+        assert!(!lead.again());
+        let mut welcomed = 0;
+        for (n, name) in ["traffic-generator", "external-world", "smdfm"].iter().enumerate() {
+            lead.tell(n as u64 * 1_000, Input::Hello(hello(name), n as u64));
+            let effects = lead.tick(n as u64 * 1_000 + 500);
+            welcomed += effects.iter().filter(|e| matches!(e, Effect::Welcome(..))).count();
+            std::fs::copy(&path, &copy).expect("a copy");
+            let (mut journal, past) = Journal::open(&copy, &config()).expect("a journal");
+            let mut past = past.expect("a past");
+            let config = ConductorConfig { fed: past.fed, ..config() };
+            let again = Conductor::again(config, journal.steps(&mut past), |_, _| {});
+            assert_eq!(format!("{:?}", again.conductor), format!("{:?}", lead.conductor()));
+            assert_eq!(again.effects, effects, "carried out again, as nobody knows");
+        }
+        assert!(welcomed > 0);
+        // A process that dies now is followed by one that leads the same federation, later by its own clock.
+        let fed = lead.conductor().fed();
+        drop(lead);
+        let lead = Lead::open(Some(&path), ConductorConfig { fed: 99, ..config() }, &mut log);
+        let mut lead = lead.expect("the same run");
+        assert!(lead.again() && lead.conductor().fed() == fed && lead.now() >= 2_500);
+        lead.over();
+        assert!(!path.exists(), "over");
+        std::fs::remove_dir_all(&folder).expect("removed");
+    }
+}

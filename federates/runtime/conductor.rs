@@ -125,6 +125,8 @@ pub struct ConductorConfig {
     pub window: Frame,
     /// Who closes a loop, and by how many frames the traffic generators, who alone read it, may be ahead of it.
     pub closes: Option<(String, Frame)>,
+    /// One connection of the station carries all members: where all are gone at once it is this one.
+    pub through_router: bool,
     /// Drawn at the start; messages of another federation have no effect.
     pub fed: u128,
     /// When a member is given up, and what becomes of the run then.

@@ -48,10 +48,10 @@ fn hello(name: &str, instance: u128) -> Hello {
 impl Hand {
     /// Both have joined and are ready, and the run has been granted frame 3.
     fn running(losses: Losses) -> Self {
-        Self::with_window(losses, 8)
+        Self::with(losses, 8, false)
     }
 
-    fn with_window(losses: Losses, window: Frame) -> Self {
+    fn with(losses: Losses, window: Frame, through_router: bool) -> Self {
         let conductor = Conductor::new(ConductorConfig {
             scene: "toy".into(),
             scene_hash: 1,
@@ -71,6 +71,7 @@ impl Hand {
             await_spectators_ns: 0,
             window,
             closes: None,
+            through_router,
             fed: 7,
             losses,
         });
@@ -279,6 +280,38 @@ fn a_connection_that_ran_out_leaves_a_longer_stall_as_it_is() {
     assert!(hand.lost().contains("nothing was heard of it for 20 s"), "{}", hand.lost());
 }
 
+/// Through a router the station has one connection: where that breaks, all are gone at once, and nothing is said of any process. One
+/// that goes alone has ended.
+#[test]
+fn all_gone_at_once_behind_a_router_is_the_stations_own_connection() {
+    for (through_router, both, lost) in
+        [(true, true, false), (true, false, true), (false, true, true)]
+    {
+        let stall_ms = stall_flag("20000").expect("a clock");
+        let losses = Losses { stall_ms, ..Losses::default() };
+        let mut hand = Hand::with(losses, 8, through_router);
+        hand.pass_with(S, &[WORLD, SMDFM]);
+        hand.token(SMDFM, hand.incs[SMDFM], false);
+        if both {
+            hand.token(WORLD, hand.incs[WORLD], false);
+        }
+        let heard = [WORLD];
+        hand.pass_with(S, if both { &[] } else { &heard });
+        assert_eq!(!hand.lost().is_empty(), lost, "{through_router} {both}: {}", hand.lost());
+        if !lost {
+            for name in [WORLD, SMDFM] {
+                hand.token(name, hand.incs[name], true);
+            }
+            hand.pass_with(S, &[WORLD, SMDFM]);
+            assert_eq!(hand.conductor.phase(), Phase::Running);
+            // Afterwards a process that ends is missed at once.
+            hand.token(SMDFM, hand.incs[SMDFM], false);
+            hand.pass_with(S / 2, &[WORLD]);
+            assert!(hand.lost().contains("its process or connection is gone"), "{}", hand.lost());
+        }
+    }
+}
+
 #[test]
 fn what_the_conductor_did_not_hear_while_it_stood_still_is_nobodys_fault() {
     let mut hand = Hand::running(Losses::default());
@@ -385,7 +418,7 @@ fn time_waits_for_the_slowest_and_slips() {
 /// A scan of the SMDFM that takes most of its second holds nobody up; one that takes longer does.
 #[test]
 fn a_long_scan_does_not_hold_time_up() {
-    let mut hand = Hand::with_window(Losses::default(), 40);
+    let mut hand = Hand::with(Losses::default(), 40, false);
     let mut made = 0;
     hand.ends(WORLD, 0, 3);
     for _ in 0..14 {

@@ -144,6 +144,7 @@ fn config(rate: f64, batch: bool) -> ConductorConfig {
         await_spectators_ns: 0,
         window: 8,
         closes: None,
+        through_router: false,
         fed: 42,
         losses: Losses::default(),
     }
@@ -750,6 +751,9 @@ proptest! {
         prop_assert!(net.broken.is_empty(), "{:?}", net.broken);
         prop_assert_eq!(net.closed.len(), 1, "{:?} {:?}", net.reached, net.conductor.state());
         prop_assert!(!net.closed[0].failed, "{:?}", net.closed[0].reasons);
+        if faults.iter().all(|fault| fault.who == CONDUCTOR) {
+            prop_assert!(net.closed[0].reasons.is_empty(), "no member is blamed: {:?}", net.closed[0].reasons);
+        }
         prop_assert!(net.seen.get("station made again").is_some_and(|n| *n == 1 + u64::from(twice)), "{:?}", net.seen);
         let mut whole = super::simulated_network_tests::net(1, with_control(f64::INFINITY), network(0));
         whole.run(MINUTE, &[]);

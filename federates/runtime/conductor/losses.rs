@@ -53,6 +53,12 @@ impl Conductor {
         if !alive && member.alive && !member.hello.kind.beats() {
             self.lose(now, name.to_owned(), "its process or connection is gone", effects);
         }
+        let beats = |m: &&mut MemberEntry| m.alive && m.hello.kind.beats();
+        if self.config.through_router
+            && self.members.values_mut().filter(beats).all(|m| m.token_gone)
+        {
+            self.members.values_mut().filter(beats).for_each(|m| m.ran_out = true);
+        }
     }
 
     /// Whether a member could execute a frame that it has not: granted, and of a consumer every input made.

@@ -45,6 +45,7 @@ fn config(fed: u128) -> ConductorConfig {
         await_spectators_ns: 0,
         window: 40,
         closes: None,
+        through_router: false,
         fed,
         losses: Losses { on_loss, ..Losses::default() },
     }
@@ -98,7 +99,7 @@ fn a_journal_cut_at_any_octet_goes_on_behind_its_last_tick() {
         assert!(n >= most, "{length}");
         most = n;
         journal.append(&[Step::Tick(99)]).expect("written");
-        drop(journal);
+        drop((journal, past));
         let (mut journal, past) = Journal::open(&path, &config(9)).expect("again");
         let read: Vec<Step> = journal.steps(&mut past.expect("a past")).collect();
         assert_eq!(read, [ticks()[..n].concat(), vec![Step::Tick(99)]].concat(), "{length}");
