@@ -107,6 +107,10 @@ impl Conductor {
         }
         // Who asked the process before gets no answer any more.
         self.pending.clear();
+        self.notes.push(format!(
+            "the administration station was started again at frame {}",
+            self.frame()
+        ));
         self.push_state(now, effects);
     }
 }

@@ -211,8 +211,8 @@ const STEP_M: f64 = 2.0;
 /// Speed on lead-ins and on lanes beside stands, m/s.
 const LEAD_IN_MPS: f64 = 2.6;
 const LANE_MPS: f64 = 10.0;
-/// Nobody is slower than this in a turn, m/s.
-const LEAST_MPS: f64 = 1.0;
+/// Nobody is slower than this in a turn, m/s: through a bend of 0.3 m radius, as layouts have them between nodes a metre apart.
+const LEAST_MPS: f64 = 0.6;
 
 /// When places of a way are reached by somebody who drives alone.
 #[derive(Clone, Debug)]

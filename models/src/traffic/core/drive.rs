@@ -27,6 +27,9 @@ impl Core {
             Some((most, hard)) if most < wish => (most, hard, 2.0),
             _ => (wish, d.dec_mps2, d.jerk_mps3),
         };
+        // Stops are planned with 0.85 of the braking at most: so much is left of it in any case.
+        let beside = mover.beside_mps2();
+        let (acc, dec) = ((acc - beside).max(0.15 * d.acc_mps2), dec - beside.min(0.15 * dec));
         let limits = Tick { acc, dec, jerk, dt: self.step_s };
         (mover.s, mover.v, mover.a) = limits.tick(s, v, a, wish, authority);
         self.follow(m, s);

@@ -448,6 +448,18 @@ impl Mover {
         (self.beside_m * share, self.beside_m * (-6.0 * x * (1.0 - x) / BESIDE_M))
     }
 
+    /// What coming to its line from beside it takes of the acceleration and the braking that it has along the way, m/s².
+    fn beside_mps2(&self) -> f64 {
+        let x = (self.s - self.beside_from) / BESIDE_M;
+        if !(0.0..1.0).contains(&x) || self.v == 0.0 {
+            return 0.0;
+        }
+        let along_m = self
+            .beside_m
+            .dot(&crate::frames::Azimuth::from_rad(self.way.path.at(self.s).heading_rad).unit());
+        (6.0 * (2.0 * x - 1.0) * along_m).abs() * (self.v / BESIDE_M) * (self.v / BESIDE_M)
+    }
+
     /// Fastest when towed, m/s.
     fn most_mps(&self) -> f64 {
         if self.towed { 3.0 } else { f64::INFINITY }
