@@ -227,6 +227,7 @@ pub fn share(text: &str) -> Result<f64, String> {
 #[must_use]
 pub fn parse<P: clap::Parser>() -> P {
     let matches = with_negative_numbers(P::command()).get_matches();
+    super::process::one_thread_for_tls();
     P::from_arg_matches(&matches).unwrap_or_else(|e| e.format(&mut P::command()).exit())
 }
 

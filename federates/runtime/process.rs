@@ -157,6 +157,36 @@ pub fn end_with_launcher() {
     }
 }
 
+/// Variable by which the engine is told which of its tasks share threads; it reads it once, at its first use.
+const ENGINE_THREADS: &str = "ZENOH_RUNTIME";
+
+/// All tasks of the engine on one thread.
+const ONE_THREAD: &str = "(app: (worker_threads: 1), rx: (handover: app), tx: (handover: app), acc: (handover: app), net: (handover: app))";
+
+/// Sees to it that the engine reads and writes its TLS connections on one thread, where this process has certificates.
+///
+/// `zenoh-link-tls` 1.10.2 hands one connection to a task that reads and one that writes, without a lock between them: on two
+/// threads a process ends by a segmentation fault now and then. Its threads can be set by the environment only, and a process may not
+/// change its own safely: it begins again, with the same number, command line and files, before it has done anything.
+pub fn one_thread_for_tls() {
+    use std::os::unix::process::CommandExt as _;
+    let mut words = std::env::args_os();
+    let certs = |word: &std::ffi::OsStr| word.to_string_lossy().starts_with("--certs");
+    let name = words.next().unwrap_or_default();
+    let words: Vec<_> = words.collect();
+    if std::env::var_os(ENGINE_THREADS).is_some() || !words.iter().any(|w| certs(w)) {
+        return;
+    }
+    let Ok(executable) = std::env::current_exe() else { return };
+    let again = std::process::Command::new(executable)
+        .arg0(name)
+        .args(words)
+        .env(ENGINE_THREADS, ONE_THREAD)
+        .exec();
+    // It comes back only where that could not be done.
+    tracing::warn!("the threads of the engine could not be set: {again}");
+}
+
 /// Somebody asked this process to end.
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 /// This process waits for a station and has nothing yet that could be lost.

@@ -297,6 +297,16 @@ fn hosts_that_cannot_reach_each_other_meet_at_a_router() {
             (output.status.success() && text.contains("RUNNING")).then_some(text)
         });
         assert!(status.is_some(), "{transport}: a command through the router is answered");
+        // The engine reads and writes a TLS connection without a lock: on one thread nothing can meet there.
+        for pid in [&router.0, &members[0].1.0].map(std::process::Child::id) {
+            let threads = common::threads(pid);
+            let engine = |name: &&String| ["rx-", "tx-"].iter().any(|n| name.starts_with(n));
+            assert_eq!(threads.iter().any(|n| engine(&n)), transport == "tcp", "{threads:?}");
+            assert!(
+                threads.iter().any(|name| name.starts_with("app-")) || transport == "tcp",
+                "{threads:?}"
+            );
+        }
         let output = admin.join().expect("the administration station ends");
         assert_eq!(output.status.code(), Some(0), "{}", common::stderr(&output));
         assert_eq!(summary(&output)["digest"], summary(&alone)["digest"], "{transport}");

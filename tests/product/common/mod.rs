@@ -200,6 +200,13 @@ pub fn processes(text: &str) -> Vec<i32> {
     found
 }
 
+/// Names of the threads of a process.
+pub fn threads(pid: u32) -> Vec<String> {
+    let tasks = std::fs::read_dir(format!("/proc/{pid}/task")).expect("it lives").flatten();
+    let name = |task: std::fs::DirEntry| std::fs::read_to_string(task.path().join("comm"));
+    tasks.filter_map(|task| Some(name(task).ok()?.trim().to_owned())).collect()
+}
+
 pub fn kill(signal: &str, pid: i32) {
     let _ = Command::new("kill").args([&format!("-{signal}"), &pid.to_string()]).status();
 }
