@@ -111,6 +111,8 @@ pub struct Statistics {
     pub measures: BTreeMap<String, f64>,
     /// System statistics of each federate.
     pub federates: BTreeMap<String, FederateStatus>,
+    /// How far the clock of each other host is ahead of the station's, s.
+    pub clocks: BTreeMap<String, f64>,
 }
 
 impl Statistics {
@@ -365,6 +367,7 @@ pub fn run(context: AdminContext) -> Result<u8, StationError> {
             bus.publish("obs/fed/admin-station", Class::Lossy, encode(&status))?;
             let mut statistics = statistics.lock().unwrap_or_else(PoisonError::into_inner);
             statistics.federates.insert(status.name.clone(), status);
+            statistics.clocks = clocks.ahead_s().map(|(h, s)| (h.to_owned(), s)).collect();
         }
         let waited = Duration::from_nanos(now - started);
         if conductor.phase() == Phase::Init && waited > patience.min(Duration::from_secs(9)) {

@@ -9,6 +9,7 @@ use crate::runtime::zenoh_bus::{Part, ZenohBus, ZenohConfig};
 use clap::{Args, Subcommand};
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::Arc;
 use std::time::Duration;
 
 /// Operating a run.
@@ -22,7 +23,7 @@ pub(super) enum Operate {
         #[command(flatten)]
         at: AtArgs,
     },
-    /// How the run stands, again and again until it is over, in the terminal or as rows of figures
+    /// How the run stands, again and again: in a terminal a screen whose keys operate the run, else tables or rows of figures until it is over
     Watch {
         /// Pause, s, 0.1 to 3600
         #[arg(long, value_name = "S", default_value_t = 1.0, value_parser = pause)]
@@ -30,6 +31,9 @@ pub(super) enum Operate {
         /// Write a row for each federate and time into this file; - for the output instead of tables
         #[arg(long, value_name = "FILE")]
         csv: Option<PathBuf>,
+        /// Tables in a terminal, too, and no keys
+        #[arg(long)]
+        plain: bool,
         #[command(flatten)]
         at: AtArgs,
     },
@@ -155,14 +159,15 @@ pub(super) fn operate_run(common: &CommonArgs, operate: &Operate) -> ExitCode {
                 Err(e) => fail(BAD_INPUT, e),
             };
         }
-        Operate::Watch { every, csv, at } => {
+        Operate::Watch { every, csv, plain, at } => {
             let place = match Place::of(common, at) {
                 Ok(place) => place,
                 Err(e) => return fail(BAD_INPUT, e),
             };
             let every = Duration::from_secs_f64(*every);
             let watched = operator_bus(&place).and_then(|bus| {
-                let watched = watch::watch(&bus, &place.endpoint, every, csv.as_deref());
+                let bus: Arc<dyn Bus> = Arc::new(bus);
+                let watched = watch::watch(&bus, &place.endpoint, every, csv.as_deref(), *plain);
                 bus.close();
                 watched
             });

@@ -1,4 +1,11 @@
-//! How a run stands, again and again: a table in the terminal, or rows of figures for other programs.
+//! How a run stands, again and again: a screen or tables in the terminal, or rows of figures for other programs.
+
+mod draw;
+mod keys;
+mod screen;
+#[cfg(test)]
+mod screen_tests;
+mod shown;
 
 use crate::exchange::operator;
 use crate::runtime::bus::Bus;
@@ -7,6 +14,7 @@ use crate::runtime::clock::utc_ns;
 use serde_json::Value;
 use std::io::{IsTerminal, Write};
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Duration;
 
 /// Cursor to the upper left corner, and all below it cleared.
@@ -15,16 +23,17 @@ const HOME: &str = "\x1b[H\x1b[J";
 /// The first row of the figures.
 pub(super) const COLUMNS: &str = "utc_s,run,phase,frame,sim_s,rate,achieved_rate,federate,host,health,heard_ms,behind_frames,executed,latency_us,cpu_pct,cpu_s,rss_bytes,pdus_in,pdus_out,lost,repaired,exec_us,exec_max_us,alarms,reasons";
 
-/// Asks every `every` and shows or writes the answer, until the station is gone; `figures` is a file, `-` for the
-/// output of this process.
+/// Asks every `every` and shows or writes the answer; `figures` is a file, `-` for the output of this process. In a terminal a
+/// screen shows it until the person leaves, unless tables are wanted (`plain`); tables and rows go on until the station is gone.
 ///
 /// # Errors
-/// If no station answers at first, or the figures cannot be written.
+/// If no station answers at first, the figures cannot be written, or the terminal cannot be used.
 pub(super) fn watch(
-    bus: &dyn Bus,
+    bus: &Arc<dyn Bus>,
     endpoint: &str,
     every: Duration,
     figures: Option<&Path>,
+    plain: bool,
 ) -> anyhow::Result<()> {
     let to_output = figures == Some(Path::new("-"));
     let mut file = match figures {
@@ -33,38 +42,42 @@ pub(super) fn watch(
         ),
         _ => None,
     };
-    let mut write = |lines: &str| -> anyhow::Result<()> {
-        match &mut file {
-            Some(file) => file.write_all(format!("{lines}\n").as_bytes())?,
-            None => print_line(lines),
+    let mut begun = false;
+    let mut write = |statistics: &Value| -> anyhow::Result<()> {
+        if figures.is_none() {
+            return Ok(());
+        }
+        let head = (!std::mem::replace(&mut begun, true)).then(|| COLUMNS.to_owned());
+        let rows = rows(utc_ns() as f64 * 1e-9, statistics);
+        for line in head.into_iter().chain(rows) {
+            match &mut file {
+                Some(file) => file.write_all(format!("{line}\n").as_bytes())?,
+                None => print_line(&line),
+            }
         }
         Ok(())
     };
-    let screen = std::io::stdout().is_terminal();
-    let mut seen = false;
+    let terminal = std::io::stdout().is_terminal();
+    let mut statistics = operator::statistics(&**bus, endpoint)?;
+    write(&statistics)?;
+    if terminal && !to_output && !plain && draws() {
+        return screen::show(bus, endpoint, every, &statistics, write);
+    }
     loop {
-        let statistics = match operator::statistics(bus, endpoint) {
-            Ok(statistics) => statistics,
-            Err(_) if seen => return Ok(()),
-            Err(e) => return Err(e.into()),
-        };
-        if figures.is_some() {
-            if !seen {
-                write(COLUMNS)?;
-            }
-            let utc_s = utc_ns() as f64 * 1e-9;
-            let rows = rows(utc_s, &statistics);
-            if !rows.is_empty() {
-                write(&rows.join("\n"))?;
-            }
-        }
         if !to_output {
-            let home = if screen { HOME } else { "" };
+            let home = if terminal { HOME } else { "" };
             print_line(&format!("{home}{}", operator::table(&statistics)));
         }
-        seen = true;
         std::thread::sleep(every);
+        let Ok(next) = operator::statistics(&**bus, endpoint) else { return Ok(()) };
+        statistics = next;
+        write(&statistics)?;
     }
+}
+
+/// Whether keys can come from a person, and the terminal moves its cursor.
+fn draws() -> bool {
+    std::io::stdin().is_terminal() && std::env::var_os("TERM").is_none_or(|term| term != "dumb")
 }
 
 /// One row for each member and spectator.

@@ -73,6 +73,14 @@ impl Clocks {
         Some(text)
     }
 
+    /// How far the clock of each other host is ahead of the one here, s, by the fastest beat of the last seconds.
+    pub fn ahead_s(&self) -> impl Iterator<Item = (&str, f64)> {
+        self.hosts.iter().filter_map(|(host, clock)| {
+            let apart_ns = clock.samples.iter().map(|(_, ns)| *ns).min()?;
+            Some((&host[..], -(apart_ns as f64) * 1e-9))
+        })
+    }
+
     /// What is wrong now.
     pub fn alarms(&self) -> impl Iterator<Item = &str> {
         self.hosts.values().filter_map(|clock| clock.alarm.as_deref())
@@ -120,6 +128,10 @@ mod tests {
             assert!(said[0].contains("chronyc"), "what to do: {said:?}");
             assert!(first.is_some_and(|ms| ms <= 2_000), "{first:?}");
             assert!(clocks.alarms().eq([said[0].as_str()]));
+            let ahead: Vec<_> = clocks.ahead_s().collect();
+            let under_way = 0.005;
+            assert!(ahead[0].0 == "b", "{ahead:?}");
+            assert!((ahead[0].1 + under_way - ahead_ms as f64 * 1e-3).abs() < 1e-6, "{ahead:?}");
             let (said, _) = beats(&mut clocks, "b", 20_000, 25_000, 10, |_| 5);
             assert!(said.len() == 1 && said[0].contains("agrees"), "{said:?}");
             assert_eq!(clocks.alarms().count(), 0);

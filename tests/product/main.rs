@@ -17,6 +17,7 @@ mod reproducibility;
 mod returns;
 mod seats;
 mod siting;
+mod terminal;
 mod tracker;
 mod two_hosts;
 mod views;
