@@ -5,6 +5,7 @@
 mod common;
 
 mod agents;
+mod deployed;
 mod eye;
 mod gateway;
 mod hostile;
