@@ -70,8 +70,8 @@ pub struct AdminArgs {
     expect_gateway: bool,
 
     /// Keep what this station is told in FILE: started again by the same command line after its process died, it goes on with the run.
-    /// The file is removed when the run is over
-    #[arg(long, value_name = "FILE")]
+    /// The file is removed when the run is over. In a folder each run has a file of its own
+    #[arg(long, value_name = "FILE|DIR")]
     journal: Option<PathBuf>,
 
     #[command(flatten)]

@@ -70,7 +70,8 @@ pub struct Past {
 }
 
 impl Journal {
-    /// Opens or begins the journal at `path` of the run that `config` describes; with what it holds already, if a station died.
+    /// Opens or begins the journal of the run that `config` describes, a file or one of its own in a folder; with what it holds already,
+    /// if a station died.
     ///
     /// # Errors
     /// If the file cannot be used, belongs to another run or build, or another station writes it.
@@ -78,6 +79,9 @@ impl Journal {
         path: &Path,
         config: &ConductorConfig,
     ) -> Result<(Self, Option<Past>), JournalError> {
+        let of = run_of(config);
+        let own = || path.join(format!("seeds-{:016x}.journal", pdu_hash(of.as_bytes())));
+        let path = &if path.is_dir() { own() } else { path.to_owned() };
         let name = || path.display().to_string();
         let refused = |error| JournalError::File { path: name(), error };
         let another = |what| JournalError::Another { path: name(), what };
@@ -93,7 +97,6 @@ impl Journal {
         let empty = file.metadata().map_err(refused)?.len() == 0;
         let head = record(&mut reader);
         let mut journal = Self { path: path.to_owned(), file, end: 0, torn: true };
-        let of = run_of(config);
         match head {
             None if empty => {
                 let mut records = Vec::new();

@@ -140,6 +140,11 @@ fn a_journal_of_another_run_one_in_use_and_no_journal_are_refused_and_kept() {
         refused(&other).contains("one of another run (scene, seed, flags or build): remove it")
     );
     assert!(Journal::open(&path, &config(8)).expect("the same run").1.is_some());
+    // In a folder each run has its own.
+    let (first, second) = (Journal::open(&folder.0, &config(7)), Journal::open(&folder.0, &other));
+    assert!(first.expect("a file").1.is_none() && second.expect("another").1.is_none());
+    assert!(Journal::open(&folder.0, &other).expect("the same").1.is_some());
+    assert_eq!(std::fs::read_dir(&folder.0).expect("a folder").count(), 3);
     std::fs::write(&path, "my diary").expect("written");
     assert!(refused(&config(7)).contains("no journal of an administration station"));
     assert_eq!(std::fs::read(&path).expect("kept"), b"my diary");
