@@ -22,6 +22,7 @@ pub mod plan;
 mod plan_report;
 pub mod player;
 pub mod record;
+pub mod reference;
 pub mod replay;
 pub mod report;
 mod report_areas;
@@ -66,6 +67,7 @@ enum Command {
     Accuracy(accuracy::AccuracyArgs),
     Fit(fit::FitArgs),
     Score(score::ScoreArgs),
+    Reference(reference::ReferenceArgs),
     Export(export::ExportArgs),
     Sweep(sweep::SweepArgs),
     Sim(sim::SimArgs),
@@ -125,6 +127,7 @@ pub fn main() -> ExitCode {
         Some(Command::Accuracy(args)) => accuracy::run(&args),
         Some(Command::Fit(args)) => fit::run(&args),
         Some(Command::Score(args)) => score::run(&args),
+        Some(Command::Reference(args)) => reference::run(&args),
         Some(Command::Export(args)) => export::run(&args),
         Some(Command::Sweep(args)) => sweep::run(&args),
         Some(Command::Sim(args)) => sim::run(&args),

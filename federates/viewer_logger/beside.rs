@@ -273,8 +273,9 @@ impl Score {
     }
 }
 
-/// The plot as the tracker had it.
-fn plot_of(message: &PlotMessage) -> Option<Plot> {
+/// The plot as the tracker had it, but for the cells of its echo; none of an unknown kind of sensor.
+#[must_use]
+pub fn plot_of(message: &PlotMessage) -> Option<Plot> {
     let kind = models::plot::SensorKind::of(&message.kind)?;
     let identity = match message.identity.as_str() {
         "" => None,

@@ -40,7 +40,7 @@ pub struct Sum {
 }
 
 impl Sum {
-    fn add(&mut self, error_m: Vector2<f64>, nees: f64) {
+    pub(crate) fn add(&mut self, error_m: Vector2<f64>, nees: f64) {
         self.count += 1;
         self.squares_m2 += error_m.norm_squared();
         self.nees += nees;

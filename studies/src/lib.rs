@@ -34,6 +34,8 @@ pub mod picture;
 pub mod plot;
 pub mod profiles;
 pub mod radar;
+pub mod reference;
+pub mod reference_report;
 mod report;
 pub mod requirements;
 pub mod scenes;

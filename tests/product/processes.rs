@@ -700,6 +700,7 @@ fn bad_input_gives_one_line_and_the_right_code() {
         (&["airport", "check", "/dev/zero"], 2, "longer than"),
         (&["airport", "nodes", "PARIS"], 2, "airports that come with SEEDS: EGCC"),
         (&["fit", "--out", "/nowhere/figures.json"], 1, "/nowhere/figures.json"),
+        (&["reference", "/nowhere"], 2, "/nowhere"),
         (&["accuracy", "--out", "/dev/null"], 1, "/dev/null"),
     ] {
         let mut command = common::seeds();

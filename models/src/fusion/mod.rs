@@ -20,6 +20,7 @@ mod numbers;
 pub mod offline;
 pub mod own;
 mod places;
+pub mod reference;
 pub mod registration;
 mod rest;
 mod resting;

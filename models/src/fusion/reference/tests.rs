@@ -1,0 +1,449 @@
+//! The reference on plots that are made here, with errors that are known, and in hard cases.
+
+use super::linear::{Forwards, MOTION, Moment, Row, Start};
+use super::*;
+use crate::draw::{DrawKey, Purpose, normal_pair};
+use crate::filter::consistency::nees_of;
+use crate::flight_list::{FlightEntry, MovementKind};
+use crate::fusion::config::{SensorModel, TypeSize};
+use crate::fusion::near_side::{Body, EchoLaw, half_extents_m};
+use crate::plot::{Identity, Polar, SensorKind};
+use nalgebra::{DMatrix, DVector};
+
+/// Range m, azimuth rad, stamps late by s.
+type Errors = [f64; 3];
+
+const CAR: Body = Body { vehicle: true, length_m: 4.6, span_m: 1.9 };
+const FIRE: Body = Body { vehicle: true, length_m: 12.0, span_m: 3.0 };
+const JET: Body = Body { vehicle: false, length_m: 37.6, span_m: 35.8 };
+
+/// A mover: its body, whether it reports itself, and its way: place at each time, s.
+struct Mover {
+    name: &'static str,
+    kind: &'static str,
+    body: Body,
+    reports: bool,
+    way: fn(f64) -> Vector2<f64>,
+}
+
+/// Goes to and fro between 0 and 1, with a stop of a fifth of the time at either end and without a jump of the velocity.
+fn swing(t: f64, period_s: f64) -> f64 {
+    let u = (t / period_s).rem_euclid(1.0);
+    let (u, back) = if u < 0.5 { (2.0 * u, false) } else { (2.0 * u - 1.0, true) };
+    let s = ((u - 0.2) / 0.8).clamp(0.0, 1.0);
+    let s = s * s * (3.0 - 2.0 * s);
+    if back { 1.0 - s } else { s }
+}
+
+const MOVERS: [Mover; 3] = [
+    Mover {
+        name: "CAR1",
+        kind: "CAR",
+        body: CAR,
+        reports: true,
+        way: |t| Vector2::new(-700.0 + 1400.0 * swing(t, 260.0), 900.0 + 30.0 * swing(t, 260.0)),
+    },
+    Mover {
+        name: "FIRE1",
+        kind: "FIRE",
+        body: FIRE,
+        reports: true,
+        way: |t| Vector2::new(1500.0 + 200.0 * swing(t, 170.0), -900.0 + 1600.0 * swing(t, 300.0)),
+    },
+    Mover {
+        name: "SWR1",
+        kind: "A320",
+        body: JET,
+        reports: false,
+        way: |t| {
+            let turn = 0.35 * libm::sin(t / 60.0);
+            Vector2::new(-1500.0 + 9.0 * t.min(420.0), 400.0 + 300.0 * turn)
+        },
+    },
+];
+
+fn draw(seed: u64, sensor: u32, entity: usize, scan: u64) -> Vector2<f64> {
+    let key = DrawKey { run_seed: seed, sensor, entity: entity as u64, scan };
+    let (a, b) = normal_pair(&mut key.rng(Purpose::Study));
+    Vector2::new(a, b)
+}
+
+fn plot(sensor: u16, kind: SensorKind, t: f64, position_m: Vector2<f64>, variance: f64) -> Plot {
+    Plot {
+        sensor: SensorId(sensor),
+        kind,
+        time: SimTime::from_s(t),
+        sequence: 0,
+        position_m,
+        axis: Vector2::new(0.0, 1.0),
+        along_m2: variance,
+        across_m2: variance,
+        altitude_m: None,
+        polar: None,
+        identity: None,
+        scnr_db: None,
+    }
+}
+
+/// A radar's plot with its errors, of a body whose echo wanders.
+fn echo(mover: &Mover, n: usize, t: f64, seed: u64, errors: Errors) -> Plot {
+    let shown = t - errors[2];
+    let (at, before) = ((mover.way)(shown), (mover.way)(shown - 1.0));
+    let moved = at - before;
+    let course = if moved.norm() > 0.1 { moved.normalize() } else { Vector2::new(1.0, 0.0) };
+    let (distance, sigma) = (at.norm(), if mover.body.vehicle { 0.8 } else { 2.6 });
+    let axis = at / distance;
+    let offset =
+        EchoLaw::default().of(&mover.body).offset_m(half_extents_m(&mover.body, axis, course));
+    let noise = draw(seed, 1, n, (t * 100.0) as u64);
+    let range_m = distance - offset + errors[0] + sigma * noise.x;
+    let azimuth_rad = libm::atan2(at.x, at.y) + errors[1] + sigma * noise.y / distance;
+    let axis = Vector2::new(libm::sin(azimuth_rad), libm::cos(azimuth_rad));
+    let azimuth_rad = crate::frames::wrap_pi(azimuth_rad);
+    let polar = Polar {
+        range_m,
+        azimuth_rad,
+        sigma_range_m: 2.6,
+        sigma_azimuth_rad: 2.6 / range_m,
+        extent_m2: None,
+    };
+    let own = plot(1, SensorKind::Asde, t, axis * range_m, 2.6 * 2.6);
+    Plot { axis, polar: Some(polar), sequence: n as u32, ..own }
+}
+
+/// The scans of `seconds` s of these movers, plots with errors that stay for 100 s in the reports.
+fn scans(seed: u64, seconds: u32, errors: Errors, reports: bool) -> Vec<(SimTime, Vec<Plot>)> {
+    let mut slow = [Vector2::zeros(); MOVERS.len()];
+    let keep = libm::exp(-1.0 / 100.0f64);
+    (1..=seconds)
+        .map(|k| {
+            let (end, mut plots) = (f64::from(k), Vec::new());
+            for (n, mover) in MOVERS.iter().enumerate() {
+                plots.push(echo(mover, n, end - 0.7 + 0.05 * n as f64, seed, errors));
+                let fresh = draw(seed, 3, n, k.into());
+                slow[n] = if k == 1 {
+                    fresh
+                } else {
+                    slow[n] * keep + fresh * (1.0 - keep * keep).sqrt()
+                };
+                if reports && mover.reports {
+                    let t = end - 0.35;
+                    let error =
+                        slow[n] * 0.65f64.sqrt() + draw(seed, 2, n, k.into()) * 0.35f64.sqrt();
+                    let own = plot(2, SensorKind::Dgps, t, (mover.way)(t) + error * 0.6, 0.36);
+                    let name = Identity::Callsign(Callsign::new(mover.name));
+                    plots.push(Plot { identity: Some(name), sequence: n as u32, ..own });
+                }
+            }
+            (SimTime::from_s(end), plots)
+        })
+        .collect()
+}
+
+fn flights() -> FlightList {
+    let entries = MOVERS.iter().map(|m| FlightEntry {
+        callsign: Callsign::new(m.name),
+        address: None,
+        type_designator: m.kind.into(),
+        wake: None,
+        movement: if m.body.vehicle { MovementKind::Vehicle } else { MovementKind::Arrival },
+        runway: String::new(),
+        stand: String::new(),
+        stand_m: None,
+        eta_ctd: SimTime(0),
+        off_block: None,
+        routing: Vec::new(),
+    });
+    FlightList { entries: entries.collect(), runways: Vec::new() }.sorted()
+}
+
+fn config() -> TrackingConfig {
+    let mut config = TrackingConfig::accurate();
+    config.sizes = MOVERS
+        .iter()
+        .map(|m| TypeSize {
+            designator: m.kind.into(),
+            length_m: m.body.length_m,
+            span_m: m.body.span_m,
+        })
+        .collect();
+    config.sensors = vec![SensorModel {
+        extra_sigma_m: 0.0,
+        ..SensorModel::default_of(SensorId(1), SensorKind::Asde)
+    }];
+    config
+}
+
+/// Root mean square error and mean normalised squared error of the trajectory nearest to a mover.
+fn score(run: &ReferenceRun, mover: &Mover) -> (f64, f64) {
+    let error = |p: &Point| p.position_m - (mover.way)(p.time.s());
+    let mean = |w: &Trajectory| {
+        w.points.iter().map(|p| error(p).norm_squared()).sum::<f64>() / w.points.len() as f64
+    };
+    let way = run.trajectories.iter().min_by(|a, b| mean(a).total_cmp(&mean(b))).expect("one");
+    let nees = way.points.iter().map(|p| nees_of(&p.position_cov_m2, error(p))).sum::<f64>();
+    (mean(way).sqrt(), nees / way.points.len() as f64)
+}
+
+#[test]
+fn errors_of_a_radar_that_are_there_are_found_and_those_that_are_not_are_not() {
+    for (seed, errors) in
+        [(1, [2.0, 1e-3, 0.1]), (2, [-3.0, 0.0, 0.0]), (3, [0.0; 3]), (4, [0.0, -2e-3, 0.0])]
+    {
+        let run = reference(&config(), &flights(), &scans(seed, 600, errors, true)).expect("sound");
+        assert_eq!(run.trajectories.len(), 3, "seed {seed}");
+        let [site] = &run.sites[..] else { panic!("{:?}", run.sites) };
+        let found = [site.range_m, site.azimuth_rad, site.time_s];
+        for ((found, error), least) in found.iter().zip(errors).zip([0.3, 1e-4, 0.02]) {
+            println!("seed {seed}: {:.5} ± {:.5}, {error}", found.value, found.sigma);
+            assert!(found.known, "seed {seed}: {found:?}");
+            assert!(
+                (found.value - error).abs() <= 3.0 * found.sigma.max(least),
+                "seed {seed}: {found:?} {error}"
+            );
+        }
+        for (mover, most) in MOVERS.iter().zip([0.8, 0.8, 1.7]) {
+            let (rms, nees) = score(&run, mover);
+            println!("seed {seed}, {}: {rms:.2} m, NEES {nees:.2}", mover.name);
+            assert!(rms <= most, "seed {seed}, {}: {rms}", mover.name);
+            assert!(nees <= 3.5, "seed {seed}, {}: {nees}", mover.name);
+        }
+    }
+}
+
+#[test]
+fn without_a_report_nothing_is_known_of_the_site_and_nothing_is_taken_off() {
+    let run = reference(&config(), &flights(), &scans(5, 300, [0.0; 3], false)).expect("sound");
+    let [site] = &run.sites[..] else { panic!("{:?}", run.sites) };
+    for found in [site.range_m, site.azimuth_rad, site.time_s] {
+        assert!(!found.known && found.value == 0.0, "{found:?}");
+    }
+    assert!(run.kappa.iter().all(|k| !k.known), "{:?}", run.kappa);
+}
+
+#[test]
+fn what_stands_is_where_the_mean_of_its_plots_is() {
+    // The car stands for its first 26 s.
+    let run = reference(&config(), &flights(), &scans(6, 300, [0.0; 3], true)).expect("sound");
+    let car =
+        run.trajectories.iter().find(|w| w.callsign == Some(Callsign::new("CAR1"))).expect("named");
+    let still: Vec<&Point> =
+        car.points.iter().filter(|p| (5.0..=20.0).contains(&p.time.s())).collect();
+    assert!(still.len() >= 15 && still.iter().all(|p| p.stands && p.velocity_mps.norm() < 0.05));
+    let moving = car.points.iter().filter(|p| (60.0..=100.0).contains(&p.time.s()));
+    for p in moving {
+        let speed = ((MOVERS[0].way)(p.time.s() + 0.5) - (MOVERS[0].way)(p.time.s() - 0.5)).norm();
+        assert!(!p.stands && (p.velocity_mps.norm() - speed).abs() < 1.0, "{p:?} {speed}");
+    }
+}
+
+#[test]
+fn gaps_copies_wild_plots_and_nonsense_do_no_harm() {
+    let clean = scans(7, 300, [0.0; 3], true);
+    let (whole, _) = score(&reference(&config(), &flights(), &clean).expect("sound"), &MOVERS[2]);
+    let mut dirty = clean.clone();
+    for (k, (end, plots)) in dirty.iter_mut().enumerate() {
+        if (100..106).contains(&k) {
+            plots.clear(); // nobody sees anything
+        }
+        let Some(first) = plots.first().copied() else { continue };
+        plots.push(first); // the same plot again
+        match k % 50 {
+            10 => {
+                plots.push(Plot { position_m: Vector2::new(f64::NAN, 0.0), sequence: 90, ..first })
+            }
+            20 => plots.push(Plot { along_m2: -1.0, sequence: 91, ..first }),
+            30 => plots.push(Plot { time: end.plus_s(100.0), sequence: 92, ..first }),
+            40 => plots[2].position_m += Vector2::new(15.0, -12.0), // a wild one of the jet
+            _ => {}
+        }
+    }
+    let run = reference(&config(), &flights(), &dirty).expect("sound");
+    assert_eq!(run.statistics.unsound, 3 * 6);
+    assert_eq!(run.statistics.duplicates, 300 - 6);
+    let (rms, nees) = score(&run, &MOVERS[2]);
+    println!("clean {whole:.2} m, dirty {rms:.2} m, NEES {nees:.2}");
+    assert!(rms <= 1.4 * whole + 0.2 && nees <= 4.0, "{rms} {nees}");
+    for point in run.trajectories.iter().flat_map(|w| &w.points) {
+        assert!(point.position_m.iter().chain(point.position_cov_m2.iter()).all(|v| v.is_finite()));
+        assert!(point.position_cov_m2.determinant() > 0.0, "{point:?}");
+    }
+    // In the gap less is known than beside it.
+    let jet = run.trajectories.iter().find(|w| !w.tracks.is_empty() && w.callsign.is_none());
+    let jet = jet
+        .or_else(|| run.trajectories.iter().find(|w| w.callsign == Some(Callsign::new("SWR1"))))
+        .expect("there");
+    let at = |s: f64| jet.at(SimTime::from_s(s)).map(|p| (p.position_cov_m2.trace(), p.plot_s));
+    let (Some(inside), Some(beside)) = (at(103.0), at(150.0)) else { panic!("not reported") };
+    assert!(inside.0 > beside.0 && inside.1 > 2.0 && beside.1 < 1.0, "{inside:?} {beside:?}");
+}
+
+#[test]
+fn little_is_enough_and_nothing_is_refused() {
+    assert!(reference(&config(), &flights(), &[]).expect("sound").trajectories.is_empty());
+    let mut few = scans(8, 3, [0.0; 3], true);
+    let one = vec![(few[0].0, vec![few[0].1[0]])];
+    // One plot is no target yet.
+    assert!(reference(&config(), &flights(), &one).expect("sound").trajectories.is_empty());
+    let run = reference(&config(), &flights(), &few).expect("sound");
+    assert!(run.trajectories.len() >= 2 && run.trajectories.iter().all(|w| !w.points.is_empty()));
+    // All plots at one instant.
+    for (end, plots) in &mut few {
+        plots.iter_mut().for_each(|p| p.time = end.plus_s(-0.5));
+    }
+    let run = reference(&config(), &flights(), &few).expect("sound");
+    assert!(run.trajectories.iter().flat_map(|w| &w.points).all(|p| p.position_m.x.is_finite()));
+    let mut wrong = config();
+    wrong.sensors[0].interval_s = f64::NAN;
+    let refused = reference(&wrong, &flights(), &few).expect_err("no interval");
+    assert!(refused.to_string().contains("interval_s"), "{refused}");
+}
+
+/// A small system, all of it: means, covariances and likelihood by conditioning one large Gaussian.
+struct Dense {
+    mean: DVector<f64>,
+    covariance: DMatrix<f64>,
+    ln_likelihood: f64,
+}
+
+fn dense(moments: &[Moment], start: Start, columns: &[f64]) -> Dense {
+    let n = MOTION + moments[0].fade.len();
+    let k = moments.len();
+    let (mut mean, mut p) = (DVector::zeros(n * k), DMatrix::zeros(n * k, n * k));
+    let mut x = DVector::zeros(n);
+    (x[0], x[2]) = (start.place[0], start.place[1]);
+    let mut own = DMatrix::zeros(n, n);
+    for i in 0..n {
+        own[(i, i)] = [start.sigma_m, start.sigma_mps, start.sigma_m, start.sigma_mps]
+            .get(i)
+            .map_or(1.0, |s| s * s);
+    }
+    for (m, moment) in moments.iter().enumerate() {
+        let mut phi = DMatrix::identity(n, n);
+        let mut noise = DMatrix::zeros(n, n);
+        let (t, q) = (moment.after_s, moment.q);
+        for at in [0, 2] {
+            phi[(at, at + 1)] = t;
+            noise[(at, at)] = q * t * t * t / 3.0;
+            (noise[(at, at + 1)], noise[(at + 1, at)]) = (q * t * t / 2.0, q * t * t / 2.0);
+            noise[(at + 1, at + 1)] = q * t;
+        }
+        for (i, f) in moment.fade.iter().enumerate() {
+            phi[(MOTION + i, MOTION + i)] = *f;
+            noise[(MOTION + i, MOTION + i)] = 1.0 - f * f;
+        }
+        x = &phi * x;
+        own = &phi * own * phi.transpose() + noise;
+        mean.rows_mut(n * m, n).copy_from(&x);
+        if m > 0 {
+            let before = p.view((n * (m - 1), 0), (n, n * m)).into_owned();
+            let cross = &phi * before;
+            p.view_mut((n * m, 0), (n, n * m)).copy_from(&cross);
+            p.view_mut((0, n * m), (n * m, n)).copy_from(&cross.transpose());
+        }
+        p.view_mut((n * m, n * m), (n, n)).copy_from(&own);
+    }
+    let rows: Vec<(usize, &Row)> = moments
+        .iter()
+        .enumerate()
+        .flat_map(|(m, moment)| moment.rows.iter().map(move |r| (m, r)))
+        .collect();
+    let mut h = DMatrix::zeros(rows.len(), n * k);
+    let (mut z, mut r) = (DVector::zeros(rows.len()), DMatrix::zeros(rows.len(), rows.len()));
+    for (i, (m, row)) in rows.iter().enumerate() {
+        row.h.iter().for_each(|(at, factor)| h[(i, n * m + at)] += factor);
+        z[i] = row.z - row.columns.iter().zip(columns).map(|(j, c)| j * c).sum::<f64>();
+        r[(i, i)] = row.variance;
+    }
+    let s = &h * &p * h.transpose() + r;
+    let nu = z - &h * &mean;
+    let inverse = s.clone().try_inverse().expect("positive");
+    let gain = &p * h.transpose() * &inverse;
+    Dense {
+        mean: mean + &gain * &nu,
+        covariance: &p - &gain * h * &p,
+        ln_likelihood: -0.5
+            * ((nu.transpose() * inverse * &nu)[(0, 0)] + libm::log(s.determinant())),
+    }
+}
+
+fn small() -> (Vec<Moment>, Start) {
+    let mut moments: Vec<Moment> = (0..7)
+        .map(|k| {
+            let noise = draw(3, 9, 0, k);
+            let row = |h: [(usize, f64); 3], z: f64| Row {
+                h,
+                z,
+                variance: 2.0,
+                columns: vec![0.5 + 0.1 * k as f64, noise.y],
+            };
+            let (t, q) = ([0.0, 1.0, 0.0, 2.5, 1.0, 0.3, 1.0][k as usize], 0.2 + 0.1 * k as f64);
+            let at = 3.0 * k as f64;
+            Moment {
+                after_s: t,
+                q,
+                fade: vec![libm::exp(-t / 5.0), 1.0],
+                rows: vec![
+                    row([(0, 0.6), (2, 0.8), (4, 1.2)], at + noise.x),
+                    row([(0, 0.8), (2, -0.6), (5, 0.7)], 1.0 + noise.y),
+                ],
+            }
+        })
+        .collect();
+    moments[3].rows.pop();
+    moments[5].rows.clear();
+    (moments, Start { place: [1.0, -1.0], sigma_m: 30.0, sigma_mps: 8.0 })
+}
+
+#[test]
+fn the_smoother_is_the_conditional_of_one_large_gaussian() {
+    let (moments, start) = small();
+    let back = Forwards::of(&moments, start, 2).expect("sound").back();
+    let n = MOTION + 2;
+    let (none, first) = (dense(&moments, start, &[0.0, 0.0]), dense(&moments, start, &[0.0, 1.0]));
+    for (k, here) in back.iter().enumerate() {
+        for i in 0..MOTION {
+            assert!((here.state[i] - none.mean[n * k + i]).abs() < 1e-8, "{k} {i}");
+            let by = first.mean[n * k + i] - none.mean[n * k + i];
+            assert!(
+                (here.by_column[1][i] - by).abs() < 1e-8,
+                "{k} {i}: {} {by}",
+                here.by_column[1][i]
+            );
+            for j in 0..MOTION {
+                let of = none.covariance[(n * k + i, n * k + j)];
+                assert!((here.covariance[i][j] - of).abs() < 1e-7, "{k} {i} {j}");
+            }
+        }
+    }
+}
+
+#[test]
+fn scores_and_what_columns_tell_are_derivatives_of_the_likelihood() {
+    let (moments, start) = small();
+    let forwards = Forwards::of(&moments, start, 2).expect("sound");
+    let back = forwards.back();
+    let at = |change: &dyn Fn(&mut Vec<Moment>), columns: [f64; 2]| {
+        let mut own = moments.clone();
+        change(&mut own);
+        dense(&own, start, &columns).ln_likelihood
+    };
+    let nothing = |_: &mut Vec<Moment>| {};
+    let e: f64 = 1e-4;
+    for k in [1, 3, 4] {
+        let by = |f: f64| at(&|m: &mut Vec<Moment>| m[k].q *= libm::exp(f), [0.0; 2]);
+        let slope = (by(e) - by(-e)) / (2.0 * e);
+        let score = 0.5 * (back[k].moved.found - back[k].moved.told);
+        assert!((slope - score).abs() < 1e-6, "density {k}: {slope} {score}");
+        let by =
+            |f: f64| at(&|m: &mut Vec<Moment>| m[k].rows[0].variance *= libm::exp(f), [0.0; 2]);
+        let slope = (by(e) - by(-e)) / (2.0 * e);
+        let score = 0.5 * (back[k].rows[0].found - back[k].rows[0].told);
+        assert!((slope - score).abs() < 1e-6, "variance {k}: {slope} {score}");
+    }
+    let (mut information, mut vector) = (vec![0.0; 4], vec![0.0; 2]);
+    forwards.tell(&mut information, &mut vector);
+    let [a, o, b] = [-1e-2, 0.0, 1e-2].map(|c| at(&nothing, [c, 0.0]));
+    assert!(((b - a) / 2e-2 - vector[0]).abs() < 1e-6 * vector[0].abs().max(1.0));
+    assert!(((b - 2.0 * o + a) / 1e-4 + information[0]).abs() < 1e-4 * information[0]);
+}
