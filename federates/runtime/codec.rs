@@ -55,6 +55,25 @@ pub fn try_encode<T: Serialize>(message: &T) -> Result<Vec<u8>, CodecError> {
     Ok(octets)
 }
 
+/// Longest record of a journal, octets: a message as long as any may be, and its place.
+pub const RECORD_LIMIT: u64 = LIMIT + 4096;
+
+/// The octets of a record of a journal, which belongs to one build.
+///
+/// # Errors
+/// Beyond [`RECORD_LIMIT`].
+pub fn to_record<T: Serialize>(record: &T) -> Result<Vec<u8>, CodecError> {
+    Ok(options().with_limit(RECORD_LIMIT).serialize(record)?)
+}
+
+/// A record of a journal.
+///
+/// # Errors
+/// If the octets are none of a `T`.
+pub fn from_record<T: DeserializeOwned>(octets: &[u8]) -> Result<T, CodecError> {
+    Ok(options().with_limit(RECORD_LIMIT).deserialize(octets)?)
+}
+
 /// Octets of a message, without the version.
 #[must_use]
 pub fn encoded_size<T: Serialize>(message: &T) -> usize {

@@ -4,10 +4,9 @@
 //! was told, so it knows every order that was given and numbers the next ones as the one before would have. The file is written
 //! and not synchronised: it survives the process, not the host. It ends with the run.
 
-use super::codec::LIMIT;
+use super::codec::{RECORD_LIMIT, from_record, to_record};
 use super::conductor::{ConductorConfig, Step};
 use super::digest::pdu_hash;
-use bincode::Options;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::collections::VecDeque;
@@ -180,13 +179,8 @@ fn run_of(config: &ConductorConfig) -> String {
     format!("{:?}", ConductorConfig { fed: 0, ..config.clone() })
 }
 
-/// A message as long as any may be, and its place in a record.
-fn options() -> impl Options {
-    bincode::DefaultOptions::new().with_fixint_encoding().with_limit(LIMIT + 4096)
-}
-
 fn add(records: &mut Vec<u8>, line: &Line<'_>) -> std::io::Result<()> {
-    let octets = options().serialize(line).map_err(Error::other)?;
+    let octets = to_record(line).map_err(Error::other)?;
     records.extend(MARK.to_le_bytes());
     records.extend((octets.len() as u32).to_le_bytes());
     records.extend(pdu_hash(&octets).to_le_bytes());
@@ -200,7 +194,7 @@ fn record(from: &mut impl Read) -> Option<(Line<'static>, u64)> {
     from.read_exact(&mut head).ok()?;
     let word = |at: usize| u32::from_le_bytes([head[at], head[at + 1], head[at + 2], head[at + 3]]);
     let length = word(4);
-    if word(0) != MARK || u64::from(length) > LIMIT + 4096 {
+    if word(0) != MARK || u64::from(length) > RECORD_LIMIT {
         return None;
     }
     let mut octets = vec![0; length as usize];
@@ -209,7 +203,7 @@ fn record(from: &mut impl Read) -> Option<(Line<'static>, u64)> {
     if pdu_hash(&octets) != sum {
         return None;
     }
-    Some((options().deserialize(&octets).ok()?, HEAD as u64 + u64::from(length)))
+    Some((from_record(&octets).ok()?, HEAD as u64 + u64::from(length)))
 }
 
 #[cfg(test)]

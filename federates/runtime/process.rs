@@ -171,7 +171,9 @@ const ONE_THREAD: &str = "(app: (worker_threads: 1), rx: (handover: app), tx: (h
 pub fn one_thread_for_tls() {
     use std::os::unix::process::CommandExt as _;
     let mut words = std::env::args_os();
-    let certs = |word: &std::ffi::OsStr| word.to_string_lossy().starts_with("--certs");
+    // `seeds certs check DIR --live` has them too.
+    let certs =
+        |word: &std::ffi::OsStr| word == "certs" || word.to_string_lossy().starts_with("--certs");
     let name = words.next().unwrap_or_default();
     let words: Vec<_> = words.collect();
     if std::env::var_os(ENGINE_THREADS).is_some() || !words.iter().any(|w| certs(w)) {

@@ -339,8 +339,11 @@ mod tests {
             assert_eq!(seen.same, !told, "{}: {seen:?}", row.name);
             assert_eq!(seen.exit, u8::from(row.on_loss == "abort"), "{}: {seen:?}", row.name);
             // Stood: what it takes to be sure (0.35 s a killed process, 2 s one of which nothing is heard), to agree and to make again.
+            // A station that is started again is found by each federate within 4 s.
+            let station = row.faults.iter().any(|f| f.1 == CONDUCTOR);
             if row.on_loss == "takeover" {
-                assert!(seen.stood_s < 1.6, "{}: {seen:?}", row.name);
+                let most_s = if station { 4.2 } else { 1.6 };
+                assert!(seen.stood_s < most_s, "{}: {seen:?}", row.name);
             }
         }
     }

@@ -105,6 +105,11 @@ impl Conductor {
             member.token_gone = false;
             member.ran_out = false;
         }
+        // What was awaited within a time cannot come before its sender has found this station; who does not is missed first.
+        for deadline in [&mut self.finish_deadline, &mut self.return_deadline].into_iter().flatten()
+        {
+            *deadline = (*deadline).max(now) + 2 * FOUND_AGAIN_NS;
+        }
         // Who asked the process before gets no answer any more.
         self.pending.clear();
         self.notes.push(format!(
