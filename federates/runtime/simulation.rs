@@ -249,8 +249,11 @@ impl Simulation {
         }
     }
 
-    /// Whether one of the two is a station to which the other has no connection yet.
+    /// Whether one of the two is a station that is gone, or to which the other has no connection yet.
     fn apart(&self, from: &str, to: &str) -> bool {
+        if self.station_dead && to == CONDUCTOR {
+            return true;
+        }
         let other = match (from, to) {
             ("", name) | (name, CONDUCTOR) => name,
             _ => return false,

@@ -101,6 +101,7 @@ impl Conductor {
     fn resumed(&mut self, now: WallNs, effects: &mut Vec<Effect>) {
         for member in self.members.values_mut().filter(|m| m.alive || m.returning) {
             member.heard_at = now + FOUND_AGAIN_NS;
+            member.heard = false;
             member.due_since = None;
             member.token_gone = false;
             member.ran_out = false;

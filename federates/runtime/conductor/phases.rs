@@ -112,7 +112,10 @@ impl Conductor {
         let awaited =
             |n: &String| self.late.contains(n) || self.members.get(n).is_some_and(|m| m.alive);
         let outstanding = self.roster.iter().any(|n| awaited(n) && !self.finals.contains_key(n));
-        if outstanding && now < deadline {
+        // Who has not found a station that was started again is heard, or missed, before anything is closed without his results.
+        let sought = |n: &String| self.members.get(n).is_some_and(|m| m.alive && !m.heard);
+        let sought = self.roster.iter().any(|n| sought(n) && !self.finals.contains_key(n));
+        if outstanding && (now < deadline || sought) {
             return;
         }
         self.finish_deadline = None;

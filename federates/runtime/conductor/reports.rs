@@ -18,9 +18,19 @@ impl Conductor {
         report: Numbered<Report>,
         effects: &mut Vec<Effect>,
     ) {
-        if !self.hear(now, from, report.fed, report.inc) {
-            return;
+        if self.hear(now, from, report.fed, report.inc) {
+            self.told(now, from, report, effects);
         }
+    }
+
+    /// A report of a member, by itself or by somebody who remembers it: that says nothing of whether it lives.
+    fn told(
+        &mut self,
+        now: WallNs,
+        from: &str,
+        report: Numbered<Report>,
+        effects: &mut Vec<Effect>,
+    ) {
         let Some(member) = self.members.get_mut(from) else { return };
         if report.seq == 0 {
             if matches!(report.body, Report::Present { .. }) {
@@ -113,7 +123,10 @@ impl Conductor {
             return;
         }
         for report in fetched.items {
-            self.report(now, &fetched.of, report, effects);
+            let inc = self.members.get(&fetched.of).map(|m| m.inc);
+            if report.fed == self.config.fed && Some(report.inc) == inc {
+                self.told(now, &fetched.of, report, effects);
+            }
         }
     }
 
