@@ -2,9 +2,9 @@
 //!
 //! It is for recordings that have no truth, as what comes nearest to one; it knows nothing of ours.
 //!
-//! The tracker says which plots are of one target ([`gathered`]). Then every target has a smoother of its own over the whole run
-//! ([`linear`], [`target`]), with slow errors of its receivers and echoes as states, and all together say what their sensors have in
-//! common ([`shared`]): errors of radar sites and clocks, and the law of echoes.
+//! The tracker says which plots are of one target (`gathered`). Then every target has a smoother of its own over the whole run
+//! (`linear`, `target`), with slow errors of its receivers and echoes as states, and all together say what their sensors have in
+//! common (`shared`): errors of radar sites and clocks, and the law of echoes.
 
 mod gathered;
 mod linear;
