@@ -353,7 +353,8 @@ impl Member {
                 }
                 self.advance(effects);
             }
-            Order::Stand { run: of } if of == run && !self.closed => {
+            // Frozen before the first grant: nobody has been told of anybody yet, and frame 0 is still to come.
+            Order::Stand { run: of } if of == run && !self.closed && self.zero.is_none() => {
                 self.stands = Some(now);
                 self.stand(now, effects);
             }
