@@ -4,16 +4,21 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// What decides the bits of a run: two builds with equal hashes here give equal digests.
-const DECIDING: [&str; 9] = [
+const DECIDING: [&str; 14] = [
     "Cargo.lock",
     "geodesy/src",
     "pdu/src",
+    "asterix/src",
+    "mode_s/src",
     "models/src",
     "scenarios/src",
+    "federates/exchange",
     "federates/runtime",
     "federates/traffic_generator",
     "federates/external_world",
     "federates/smdfm",
+    "federates/control",
+    "federates/visitors",
 ];
 
 fn main() {

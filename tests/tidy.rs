@@ -153,6 +153,36 @@ fn manifests_keep_the_direction_of_knowledge() {
     }
 }
 
+/// Two builds may join one federation if they give the same bits: whoever makes a part of them is in the hash of `build.rs`.
+#[test]
+fn whatever_decides_a_digest_is_in_the_identity_of_the_build() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let script = std::fs::read_to_string(root.join("build.rs")).expect("text");
+    let list = script.split_once("DECIDING:").expect("the list").1;
+    let list = list.split_once("];").expect("its end").0;
+    let hashed: BTreeSet<&str> = list.split('"').skip(1).step_by(2).collect();
+    // Who only looks on, gives commands that are recorded, or measures.
+    let others = ["admin_station", "gateway", "seeds", "viewer_logger"];
+    for entry in std::fs::read_dir(root.join("federates")).expect("federates").flatten() {
+        let name = entry.file_name().to_string_lossy().into_owned();
+        if entry.path().is_dir() && !others.contains(&&name[..]) {
+            assert!(hashed.contains(&format!("federates/{name}")[..]), "{name} is not hashed");
+        }
+    }
+    // And every crate of ours that these name.
+    let ours = ["geodesy", "pdu", "asterix", "mode_s", "models", "scenarios"];
+    for folder in hashed.iter().filter(|folder| root.join(folder).is_dir()) {
+        for (path, text) in sources(folder) {
+            for name in ours {
+                let named =
+                    text.contains(&format!("use {name}::")) || text.contains(&format!(" {name}::"));
+                let known = hashed.contains(&format!("{name}/src")[..]);
+                assert!(!named || known, "{}: {name} is not hashed", path.display());
+            }
+        }
+    }
+}
+
 #[test]
 fn tests_need_no_second_build_of_what_runs() {
     let packages = |of: &[&str]| {
