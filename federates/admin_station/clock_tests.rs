@@ -45,6 +45,8 @@ fn alarms(ahead_ms: i64, fed: u128) -> Vec<String> {
     let events = unbounded();
     let stop = events.0.clone();
     let context = AdminContext {
+        name: super::STATION,
+        succeeds: None,
         journal: None,
         bus: station,
         config: config(),

@@ -2,17 +2,19 @@
 
 use super::operate::{Operate, operate_run};
 use super::simman::Gateway;
-use super::{AdminContext, Event, summary::RunSummary};
+use super::{AdminContext, Event, STANDBY, STATION, Succeeds, standby, summary::RunSummary};
 use crate::federation::{GATEWAY, RunOptions, conductor_config};
+use crate::runtime::bus::Bus;
 use crate::runtime::certs::is_loopback;
 use crate::runtime::cli::{
     self, BAD_INPUT, CommonArgs, FAILED, fail, load_scene_without_truth, print_line,
 };
-use crate::runtime::member_process::patience;
+use crate::runtime::conductor::ConductorConfig;
+use crate::runtime::member_process::{open_bus, patience};
 use crate::runtime::process::{NO_LOGGER, launched, on_interrupt, on_termination};
 use crate::runtime::zenoh_bus::{Part, ZenohBus, ZenohConfig};
 use clap::{Args, CommandFactory, Subcommand};
-use crossbeam_channel::{Sender, unbounded};
+use crossbeam_channel::{Receiver, Sender, unbounded};
 use scenarios::Scene;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -74,6 +76,11 @@ pub struct AdminArgs {
     #[arg(long, value_name = "FILE|DIR")]
     journal: Option<PathBuf>,
 
+    /// Be the standby of the administration station at --sync-connect, which runs with --journal: hold its journal (in the file of this
+    /// one's --journal) and lead its run on if it is lost. Scene, seed and flags are to be the same
+    #[arg(long, requires = "journal", conflicts_with = "progress")]
+    standby: bool,
+
     #[command(flatten)]
     losses: cli::LossArgs,
 
@@ -133,6 +140,7 @@ impl AdminArgs {
             (self.expect_logger.is_some(), "--expect-logger"),
             (self.expect_gateway, "--expect-gateway"),
             (self.journal.is_some(), "--journal"),
+            (self.standby, "--standby"),
         ]
         .into_iter()
         .find_map(|(given, flag)| given.then_some(flag))
@@ -229,6 +237,13 @@ fn run_admin(args: &AdminArgs, scene: &Arc<Scene>) -> anyhow::Result<u8> {
         let _ = stop.send(Event::Stop);
     })?;
     let network = &args.common.network;
+    if let Some(journal) = args.journal.as_ref().filter(|_| args.standby) {
+        let (bus, endpoint) = open_bus(network, &scene.network, exercise, STANDBY)?;
+        let at = (&**journal, &endpoint[..]);
+        let Some(succeeds) = standby::follow(&*bus, &config, at, &events.1)? else { return Ok(0) };
+        let lead = Leading { bus, name: STANDBY, succeeds: Some(succeeds) };
+        return lead_run(args, scene, exercise, config, events, lead);
+    }
     let (mut listen, mut connect) = (Vec::new(), Vec::new());
     if let Some(router) = &network.sync_router {
         network.check_connecting(router)?;
@@ -252,11 +267,33 @@ fn run_admin(args: &AdminArgs, scene: &Arc<Scene>) -> anyhow::Result<u8> {
         connect_timeout: patience(),
         certs: network.certs_of("admin-station")?,
     })?;
+    let lead = Leading { bus: Arc::new(bus), name: STATION, succeeds: None };
+    lead_run(args, scene, exercise, config, events, lead)
+}
+
+/// A station that leads.
+struct Leading {
+    bus: Arc<dyn Bus>,
+    name: &'static str,
+    succeeds: Option<Box<Succeeds>>,
+}
+
+fn lead_run(
+    args: &AdminArgs,
+    scene: &Arc<Scene>,
+    exercise: u8,
+    config: ConductorConfig,
+    events: (Sender<Event>, Receiver<Event>),
+    lead: Leading,
+) -> anyhow::Result<u8> {
+    let network = &args.common.network;
     let gateway = Gateway::open(network, scene, exercise, config.seed, events.0.clone())?;
     let (name, step_ns) = (scene.name.clone(), scene.run.frame.0);
     let stated = gateway.listener();
     Ok(super::run(AdminContext {
-        bus: Arc::new(bus),
+        bus: lead.bus,
+        name: lead.name,
+        succeeds: lead.succeeds,
         config,
         events,
         reached: gateway.announcer(),

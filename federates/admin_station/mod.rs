@@ -13,6 +13,7 @@ mod lead;
 mod operate;
 mod participants;
 pub mod simman;
+mod standby;
 pub mod summary;
 mod watch;
 
@@ -20,7 +21,7 @@ use crate::runtime::bus::{Bus, BusError, Class, Request, hear_parts};
 use crate::runtime::clock::utc_ns;
 use crate::runtime::clock_watch::Clocks;
 use crate::runtime::codec::{decode, encode};
-use crate::runtime::conductor::{ClosedRun, Conductor, ConductorConfig, Effect, Input, Token};
+use crate::runtime::conductor::{ClosedRun, ConductorConfig, Effect, Input, Token};
 use crate::runtime::federate::Publication;
 use crate::runtime::journal::JournalError;
 use crate::runtime::life_cycle::Phase;
@@ -28,10 +29,11 @@ use crate::runtime::member::CONDUCTOR;
 use crate::runtime::member_driver::Retained;
 use crate::runtime::messages::{
     Answer, Beat, Command, FederateStatus, FetchOf, Frame, Hello, LogAsk, Numbered, Operation,
-    OperatorCommand, Report, RunState, ScanReport,
+    OperatorCommand, Report, RunState, ScanReport, Welcome,
 };
 use crate::runtime::process::Usage;
 use crate::runtime::run_log::RunLog;
+use crate::runtime::succession::{Candidacy, Leads, STATIONS, Steps, StepsAsk, Voted};
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender};
 use lead::Lead;
 use serde::Serialize;
@@ -63,6 +65,12 @@ pub enum Event {
     Alive(String, u64, bool),
     /// A part of this process cannot go on: a fault of the run, which itself goes on.
     Broken(String),
+    /// A standby reads the journal.
+    Steps(Request),
+    /// The voter of that name answered.
+    Voted(String, Vec<u8>),
+    /// A station says that it leads.
+    Leads(Vec<u8>),
     /// The spectators that the run waits for will not come.
     NoSpectators,
     /// The operator of this process wants the run to end.
@@ -70,6 +78,15 @@ pub enum Event {
     /// This process is to end, and the run to go on when it is started again.
     Leave,
 }
+
+/// The name of an administration station.
+pub const STATION: &str = STATIONS[0];
+
+/// The name of its standby.
+pub const STANDBY: &str = STATIONS[1];
+
+/// How long a standby's question waits for more, ns.
+const STEPS_WAIT_NS: u64 = 100_000_000;
 
 /// Told of a phase reached: phase, frame, reason.
 pub type PhaseHook = Box<dyn FnMut(Phase, Frame, Option<&str>) + Send>;
@@ -84,6 +101,8 @@ type Answerer = Box<dyn FnOnce(Answering<'_>) + Send>;
 pub struct AdminContext {
     /// The synchronisation plane.
     pub bus: Arc<dyn Bus>,
+    /// What this station is called: [`STATION`], or [`STANDBY`] where it was one.
+    pub name: &'static str,
     /// The run.
     pub config: ConductorConfig,
     /// Events, also from simulation management and Ctrl-C.
@@ -100,7 +119,12 @@ pub struct AdminContext {
     pub patience: Duration,
     /// Where what the conductor is told is kept, so that a station that is started again goes on with the run.
     pub journal: Option<PathBuf>,
+    /// The run of a station of which this process was the standby: it leads that one on.
+    pub succeeds: Option<Box<Succeeds>>,
 }
+
+/// What a standby knows when it leads: the conductor, and the log of the run.
+pub struct Succeeds(Lead, RunLog);
 
 /// Statistics of the whole federation, as `seeds admin-station status` and the page show them.
 #[derive(Clone, Debug, Default, Serialize)]
@@ -140,6 +164,34 @@ pub enum StationError {
     /// The journal.
     #[error(transparent)]
     Journal(#[from] JournalError),
+    /// Its standby leads.
+    #[error("its standby leads the run by now (epoch {0}): this administration station ends")]
+    Deposed(u32),
+    /// It is not to be a standby.
+    #[error("this standby is refused: {0}")]
+    Refused(String),
+    /// No station is there whose standby it could be.
+    #[error(
+        "no administration station answered at {endpoint} within {seconds} s: a standby follows one that runs with --journal"
+    )]
+    NoStation {
+        /// Endpoint.
+        endpoint: String,
+        /// Patience.
+        seconds: u64,
+    },
+    /// Neither the station is heard nor enough voters.
+    #[error(
+        "nothing was heard of the administration station for {seconds} s, and {here} of {all} voters are here where more than half are needed: this standby ends"
+    )]
+    Cut {
+        /// How long.
+        seconds: u64,
+        /// Voices that it has.
+        here: usize,
+        /// All.
+        all: usize,
+    },
 }
 
 /// Runs the federation until it is over; returns the exit code.
@@ -153,11 +205,20 @@ pub fn run(context: AdminContext) -> Result<u8, StationError> {
     let statistics = Arc::new(Mutex::new(Statistics::default()));
     let expected = config.expected.clone();
     let (batch, last_frame) = (config.batch, config.last_frame);
-    let mut log = RunLog::default();
     let mut clocks = Clocks::of(crate::runtime::process::host_name());
-    let mut lead = Lead::open(context.journal.as_deref(), config, &mut log)?;
+    let (mut lead, mut log) = match context.succeeds {
+        Some(succeeds) => (succeeds.0, succeeds.1),
+        None => {
+            let mut log = RunLog::default();
+            (Lead::open(context.journal.as_deref(), config, &mut log)?, log)
+        }
+    };
     let fed = lead.conductor().fed();
-    if lead.again() {
+    if lead.led().standby {
+        tracing::warn!(
+            "a standby may lead this run by now: nothing is said until it reads on, or the voters say that it does not"
+        );
+    } else if lead.again() {
         tracing::warn!(
             "goes on with the run of the station before: {}",
             lead.conductor().standing()
@@ -166,7 +227,7 @@ pub fn run(context: AdminContext) -> Result<u8, StationError> {
     let retained = Retained::default();
 
     serve(&*bus, &send, &statistics)?;
-    bus.announce("alive/admin-station/1")?;
+    bus.announce(&format!("alive/{}/1", context.name))?;
 
     let mut asked: BTreeMap<Token, Answerer> = BTreeMap::new();
     let mut operations: BTreeMap<Token, Operation> = BTreeMap::new();
@@ -178,9 +239,10 @@ pub fn run(context: AdminContext) -> Result<u8, StationError> {
     let mut broken: Vec<String> = Vec::new();
     let started = lead.now();
     let mut said_awaiting = false;
+    let mut standby: Option<(u64, Request, StepsAsk)> = None;
     let code = 'run: loop {
         let now = lead.now();
-        let next = lead.conductor().deadline(now).min(next_beat);
+        let next = lead.conductor().deadline(now).min(next_beat).min(lead.questions_due());
         let wait = Duration::from_nanos(next.saturating_sub(now));
         let first = match receive.recv_timeout(wait) {
             Ok(event) => Some(event),
@@ -201,7 +263,7 @@ pub fn run(context: AdminContext) -> Result<u8, StationError> {
                         lead.tell(now, Input::Hello(hello, token));
                     }
                     Err(e) => {
-                        let why = crate::runtime::messages::Welcome::Refused(e.to_string());
+                        let why = Welcome::Refused(e.to_string());
                         request.answer(encode(&why));
                     }
                 },
@@ -250,12 +312,31 @@ pub fn run(context: AdminContext) -> Result<u8, StationError> {
                     tracing::error!("{why}");
                     broken.push(why);
                 }
+                Event::Steps(request) => match decode::<StepsAsk>(&request.body) {
+                    Ok(ask) => standby = Some((now, request, ask)),
+                    Err(e) => tracing::warn!("a standby's question was dropped: {e}"),
+                },
+                Event::Voted(name, body) => match decode::<Voted>(&body) {
+                    Ok(voted) => lead.voted(now, &name, &voted),
+                    Err(e) => tracing::warn!("a voice of {name} was dropped: {e}"),
+                },
+                Event::Leads(body) => {
+                    let leads = decode::<Leads>(&body).ok().filter(|leads| leads.fed == fed);
+                    if let Some(leads) = leads.filter(|leads| lead.deposed_by(leads.epoch)) {
+                        lead.over();
+                        bus.close();
+                        return Err(StationError::Deposed(leads.epoch));
+                    }
+                }
                 Event::NoSpectators => lead.tell(now, Input::NoSpectators),
                 Event::Leave => {
-                    tracing::warn!(
-                        "leaves at frame {}: started again with the same journal within two minutes, this station goes on with the run",
-                        lead.conductor().frame()
-                    );
+                    let then = match lead.led().standby {
+                        true => "its standby leads on",
+                        false => {
+                            "started again with the same journal within two minutes, this station goes on with the run"
+                        }
+                    };
+                    tracing::warn!("leaves at frame {}: {then}", lead.conductor().frame());
                     break 'run 0;
                 }
                 Event::Stop => {
@@ -270,9 +351,19 @@ pub fn run(context: AdminContext) -> Result<u8, StationError> {
                 }
             }
         }
+        // What it says that it holds may be acted upon at once.
+        if let Some((since, request, ask)) = standby.take() {
+            match lead.steps(now, &ask) {
+                None if now < since + STEPS_WAIT_NS => standby = Some((since, request, ask)),
+                told => request.answer(encode(&told.unwrap_or(Steps::Octets(Vec::new())))),
+            }
+        }
         for effect in lead.tick(now) {
             match effect {
-                Effect::Welcome(token, welcome) => {
+                Effect::Welcome(token, mut welcome) => {
+                    if let Welcome::Accepted(accepted) = &mut welcome {
+                        accepted.epoch = lead.led().epoch;
+                    }
                     if let Some(answer) = asked.remove(&token) {
                         answer(Answering::Welcome(&encode(&welcome)));
                     }
@@ -337,14 +428,30 @@ pub fn run(context: AdminContext) -> Result<u8, StationError> {
                 Effect::Exit(code) => exit = Some(code),
             }
         }
-        let conductor = lead.conductor();
+        // And what was written now goes to it at once.
+        if let Some((since, request, ask)) = standby.take() {
+            match lead.steps(now, &ask) {
+                Some(steps) => request.answer(encode(&steps)),
+                None => standby = Some((since, request, ask)),
+            }
+        }
+        for (voter, question) in lead.questions(now) {
+            let replies = send.clone();
+            ask_voter(&*bus, &voter, &question, move |name, body| {
+                let _ = replies.send(Event::Voted(name, body));
+            })?;
+        }
         for question in questions {
-            answer_from(conductor, &mut log, question);
+            answer_from(&lead, &mut log, question);
         }
         if now >= next_beat {
             next_beat = now + 100_000_000;
-            bus.publish("ctl/beat", Class::Lossy, encode(&conductor.own_beat()))?;
+            bus.publish("ctl/beat", Class::Lossy, encode(&lead.beat()))?;
+            if let epoch @ 1.. = lead.led().epoch {
+                bus.publish("ctl/lead", Class::Lossy, encode(&Leads { fed, epoch }))?;
+            }
         }
+        let conductor = lead.conductor();
         if now >= next_status {
             next_status = now + 1_000_000_000;
             if let Some(progress) =
@@ -354,7 +461,7 @@ pub fn run(context: AdminContext) -> Result<u8, StationError> {
             }
             usage.sample(now);
             let status = FederateStatus {
-                name: "admin-station".into(),
+                name: context.name.into(),
                 pid: std::process::id(),
                 host: crate::runtime::process::host_name(),
                 frame: conductor.frame(),
@@ -364,7 +471,7 @@ pub fn run(context: AdminContext) -> Result<u8, StationError> {
                 alarms: clocks.alarms().map(str::to_owned).collect(),
                 ..Default::default()
             };
-            bus.publish("obs/fed/admin-station", Class::Lossy, encode(&status))?;
+            bus.publish(&format!("obs/fed/{}", context.name), Class::Lossy, encode(&status))?;
             let mut statistics = statistics.lock().unwrap_or_else(PoisonError::into_inner);
             statistics.federates.insert(status.name.clone(), status);
             statistics.clocks = clocks.ahead_s().map(|(h, s)| (h.to_owned(), s)).collect();
@@ -399,6 +506,9 @@ pub fn run(context: AdminContext) -> Result<u8, StationError> {
         }
         if let Some(code) = exit {
             let code = if broken.is_empty() { code } else { code.max(1) };
+            if let Some((_, request, _)) = standby.take() {
+                request.answer(encode(&Steps::Over));
+            }
             bus.publish("ctl/order", Class::Must, encode(&conductor.leave(code)))?;
             lead.over();
             break 'run code;
@@ -410,12 +520,30 @@ pub fn run(context: AdminContext) -> Result<u8, StationError> {
     Ok(code)
 }
 
+/// Asks a voter who is to lead.
+fn ask_voter(
+    bus: &dyn Bus,
+    voter: &str,
+    question: &Candidacy,
+    answered: impl Fn(String, Vec<u8>) + Send + 'static,
+) -> Result<(), BusError> {
+    let name = voter.to_owned();
+    let replies = move |reply: Option<Vec<u8>>| {
+        if let Some(body) = reply {
+            answered(name.clone(), body);
+        }
+    };
+    let within = Duration::from_millis(500);
+    bus.request(&format!("candidate/{voter}"), encode(question), within, Box::new(replies))
+}
+
 /// Answers who lacks orders, reports or the log of the run.
-fn answer_from(conductor: &Conductor, log: &mut RunLog, question: Event) {
+fn answer_from(lead: &Lead, log: &mut RunLog, question: Event) {
+    let conductor = lead.conductor();
     match question {
         Event::Fetch(request) => match decode::<FetchOf>(&request.body) {
             Ok(ask) if ask.of == CONDUCTOR => {
-                request.answer(encode(&conductor.fetch_orders(&ask)));
+                request.answer(encode(&lead.fetch_orders(&ask)));
             }
             Ok(ask) => request.answer(encode(&conductor.fetch_reports(&ask))),
             Err(e) => tracing::warn!("a question for messages was dropped: {e}"),
@@ -500,6 +628,20 @@ fn serve(
         "log/conductor",
         Box::new(move |request| {
             let _ = to.send(Event::Fetch(request));
+        }),
+    )?;
+    let to = send.clone();
+    bus.serve(
+        "ctl/steps",
+        Box::new(move |request| {
+            let _ = to.send(Event::Steps(request));
+        }),
+    )?;
+    let to = send.clone();
+    bus.subscribe(
+        "ctl/lead",
+        Box::new(move |_, body| {
+            let _ = to.send(Event::Leads(body.to_vec()));
         }),
     )?;
     let to = send.clone();

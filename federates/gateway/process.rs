@@ -5,7 +5,7 @@ use super::listen::ForeignEar;
 use super::ports::{Feeds, Ports};
 use super::{Choice, Gateway};
 use crate::federation::GATEWAY as NAME;
-use crate::runtime::bus::{Bus, Class, hear_parts};
+use crate::runtime::bus::{Bus, Class, hear_parts, watch_stations};
 use crate::runtime::clock::{monotonic_ns, utc_ns};
 use crate::runtime::codec::encode;
 use crate::runtime::life_cycle::Phase;
@@ -159,10 +159,7 @@ pub fn run(
     let Some(joined) = spectator.join(bus, stopped)? else { return Ok(None) };
     bus.announce(&format!("alive/{}/{}", joined.name, joined.inc))?;
     let alive = inbox.clone();
-    bus.watch(
-        "alive/admin-station/*",
-        Box::new(move |_, is| alive.put(Event::ConductorAlive(is))),
-    )?;
+    watch_stations(bus, move |is| alive.put(Event::ConductorAlive(is)))?;
     // What was said before this process listened.
     last(bus, "obs/state/last", |state| put(Event::State(state)))?;
     last(bus, "obs/weather/last", |notice| put(Event::Weather(notice)))?;

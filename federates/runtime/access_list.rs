@@ -21,7 +21,7 @@ struct Role {
 const MEMBER_SAYS: [&str; 3] = ["fed/{n}", "beat/{n}", "obs/fed/{n}"];
 const MEMBER_SERVES: [&str; 4] = ["frames/{n}", "frames/{n}/**", "log/{n}", "candidate/{n}"];
 const MEMBER_HEARS: [&str; 4] = ["ctl/order", "ctl/beat", "fed/*", "beat/*"];
-const MEMBER_ASKS: [&str; 5] = ["ctl/join", "ctl/log", "frames/**", "log/*", "candidate/*"];
+const MEMBER_ASKS: [&str; 4] = ["ctl/join", "ctl/log", "frames/**", "log/*"];
 
 /// Who passes on what others say. It holds the list against them; at their ends nobody but it is seen.
 const ROUTER: &str = "router";
@@ -32,9 +32,9 @@ const SPECTATOR: &str = "{n}$*";
 const ROLES: [Role; 12] = [
     Role {
         names: &["admin-station", "admin-station-standby"],
-        says: &["ctl/order", "ctl/beat", "obs/**"],
-        serves: &["ctl/**", "log/run", "log/conductor", "obs/**", "candidate/{n}"],
-        hears: &["fed/*", "beat/*", "obs/**", "tracks/**", "ctl/order", "ctl/beat"],
+        says: &["ctl/order", "ctl/beat", "ctl/lead", "obs/**"],
+        serves: &["ctl/**", "log/run", "log/conductor", "obs/**"],
+        hears: &["fed/*", "beat/*", "obs/**", "tracks/**", "ctl/order", "ctl/beat", "ctl/lead"],
         asks: &["log/*", "candidate/*", "agent/*", "ctl/**"],
     },
     Role {

@@ -5,8 +5,10 @@
 //! the bus and must only hand the octets on.
 
 use super::codec::Parts;
+use super::succession::STATIONS;
 use serde::de::DeserializeOwned;
-use std::sync::{Mutex, PoisonError};
+use std::collections::BTreeSet;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 /// Whether a message may be lost.
@@ -138,6 +140,29 @@ pub fn hear_parts<T: DeserializeOwned>(
     bus.subscribe(pattern, Box::new(sink))
 }
 
+/// Calls `sink` when an administration station comes to life, or the last one is gone: the one, or its standby that leads in its place.
+///
+/// # Errors
+/// If the session is closed.
+pub fn watch_stations(
+    bus: &dyn Bus,
+    sink: impl Fn(bool) + Send + Sync + 'static,
+) -> Result<(), BusError> {
+    let (there, sink) = (Arc::new(Mutex::new(BTreeSet::new())), Arc::new(sink));
+    for name in STATIONS {
+        let (there, sink) = (Arc::clone(&there), Arc::clone(&sink));
+        let told = move |key: &str, alive: bool| {
+            let mut there = there.lock().unwrap_or_else(PoisonError::into_inner);
+            let changed = if alive { there.insert(key.to_owned()) } else { there.remove(key) };
+            if changed && (alive || there.is_empty()) {
+                sink(alive);
+            }
+        };
+        bus.watch(&format!("alive/{name}/*"), Box::new(told))?;
+    }
+    Ok(())
+}
+
 /// Asks and waits for the first answer; `None` if none came before `deadline`.
 ///
 /// # Errors
@@ -177,7 +202,25 @@ pub fn matches(pattern: &str, key: &str) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::matches;
+    use super::super::local_bus::LocalHub;
+    use super::*;
+
+    #[test]
+    fn a_station_is_there_while_one_of_the_two_is() {
+        let hub = LocalHub::default();
+        let heard = Arc::new(Mutex::new(Vec::new()));
+        let told = Arc::clone(&heard);
+        let member = hub.join();
+        watch_stations(&member, move |alive| told.lock().expect("heard").push(alive))
+            .expect("watched");
+        let (station, standby) = (hub.join(), hub.join());
+        station.announce("alive/admin-station/1").expect("there");
+        standby.announce("alive/admin-station-standby/1").expect("there");
+        station.close();
+        assert_eq!(*heard.lock().expect("heard"), [true, true]);
+        standby.close();
+        assert_eq!(*heard.lock().expect("heard"), [true, true, false]);
+    }
 
     #[test]
     fn patterns() {
@@ -196,7 +239,6 @@ mod part_tests {
     use super::super::local_bus::LocalHub;
     use super::super::messages::{PlotMessage, ScanReport};
     use super::*;
-    use std::sync::Arc;
 
     /// Four sensors' plots of 4096 targets, each with what 14 effects did to it: 14 MB.
     #[test]

@@ -25,7 +25,7 @@ use super::views::Views;
 use scenarios::losses::Losses;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
-pub use input::{Again, Input, Step};
+pub use input::{Again, Input, Replay, Step};
 pub use scenarios::losses::OnLoss;
 
 /// Names a question that waits for its answer.
@@ -360,6 +360,18 @@ impl Conductor {
     #[must_use]
     pub fn fed(&self) -> u128 {
         self.config.fed
+    }
+
+    /// Whose voices decide who leads: the members without which there is no run.
+    #[must_use]
+    pub fn voters(&self) -> &[String] {
+        &self.config.expected
+    }
+
+    /// The incarnation of the member of that name.
+    #[must_use]
+    pub fn inc_of(&self, name: &str) -> Option<u64> {
+        self.members.get(name).map(|member| member.inc)
     }
 
     /// The last frame that may be executed.

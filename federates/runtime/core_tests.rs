@@ -636,7 +636,7 @@ fn member(consumes: bool) -> Member {
 }
 
 fn member_with(consumes: bool, given: Given) -> Member {
-    let accepted = Accepted { fed: 7, inc: 2, orders: 0, enter: None };
+    let accepted = Accepted { fed: 7, inc: 2, orders: 0, enter: None, epoch: 0 };
     let name = if consumes { SMDFM } else { "traffic-generator" };
     let mut member = Member::new(Box::new(Idle(consumes, given)), name, &accepted, || 0);
     let config = RunConfig {
@@ -788,6 +788,21 @@ fn a_producer_tells_aside_that_time_stands_goes_on_and_ends() {
     member.tick(100 * S, &mut effects);
     assert!(aside(&effects).is_empty(), "over is over");
     assert_eq!(member.counters().sent, sent, "nothing of it counts");
+}
+
+/// Frozen before the first grant: frame 0 is still to come, and nobody has been told of anybody.
+#[test]
+fn a_run_frozen_before_its_first_grant_tells_nobody_that_time_stands() {
+    let mut member = member(false);
+    let sends = |effects: &[Act]| effects.iter().any(|effect| matches!(effect, Act::Send(_)));
+    assert!(!sends(&order(&mut member, 2, Order::Stand { run: 1 })));
+    let mut effects = Vec::new();
+    (0..60).for_each(|tick| member.tick(S + tick * 100 * MS, &mut effects));
+    assert!(!sends(&effects), "nor later");
+    let goes_on = order(&mut member, 3, Order::Grant { run: 1, upto: 0 });
+    let aside = |effect: &Act| matches!(effect, Act::Send(p) if p.len() == 1 && p[0][0] == Aside::GoesOn as u8);
+    assert!(!goes_on.iter().any(aside), "nothing stood");
+    assert!(sends(&order(&mut member, 4, Order::Stand { run: 1 })), "after frame 0 it does");
 }
 
 /// Frame ends and PDUs that nobody needs fill no memory, and what waits is used.

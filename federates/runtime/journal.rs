@@ -7,6 +7,7 @@
 use super::codec::{RECORD_LIMIT, from_record, to_record};
 use super::conductor::{ConductorConfig, Step};
 use super::digest::pdu_hash;
+use super::succession::{Led, TAIL};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::collections::VecDeque;
@@ -57,6 +58,10 @@ pub struct Journal {
     file: File,
     /// Where the next record begins.
     end: u64,
+    /// Who may lead after what it holds.
+    led: Led,
+    /// The end of the record that says so.
+    led_at: u64,
     /// There may be more behind it, which does not count.
     torn: bool,
 }
@@ -78,25 +83,26 @@ impl Journal {
         path: &Path,
         config: &ConductorConfig,
     ) -> Result<(Self, Option<Past>), JournalError> {
+        Self::opened(path, config, true)
+    }
+
+    fn opened(
+        path: &Path,
+        config: &ConductorConfig,
+        begin: bool,
+    ) -> Result<(Self, Option<Past>), JournalError> {
         let of = run_of(config);
-        let own = || path.join(format!("seeds-{:016x}.journal", pdu_hash(of.as_bytes())));
-        let path = &if path.is_dir() { own() } else { path.to_owned() };
+        let (path, file) = opened(path, config)?;
         let name = || path.display().to_string();
         let refused = |error| JournalError::File { path: name(), error };
         let another = |what| JournalError::Another { path: name(), what };
-        let mut options = OpenOptions::new();
-        options.read(true).write(true).create(true).truncate(false);
-        let file = options.open(path).map_err(refused)?;
-        match file.try_lock() {
-            Ok(()) => {}
-            Err(TryLockError::WouldBlock) => return Err(JournalError::InUse(name())),
-            Err(TryLockError::Error(error)) => return Err(refused(error)),
-        }
         let mut reader = BufReader::new(file.try_clone().map_err(refused)?);
         let empty = file.metadata().map_err(refused)?.len() == 0;
         let head = record(&mut reader);
-        let mut journal = Self { path: path.to_owned(), file, end: 0, torn: true };
+        let mut journal =
+            Self { path: path.clone(), file, end: 0, led: Led::default(), led_at: 0, torn: true };
         match head {
+            None if empty && !begin => Ok((journal, None)),
             None if empty => {
                 let mut records = Vec::new();
                 add(&mut records, &Line::Head(of.into(), config.fed)).map_err(refused)?;
@@ -112,6 +118,96 @@ impl Journal {
             }
             _ => Err(another("no journal of an administration station")),
         }
+    }
+
+    /// As [`Journal::open`], for the journal of another station that is to be copied: nothing is begun.
+    ///
+    /// # Errors
+    /// If the file cannot be used, belongs to another run or build, or another station writes it.
+    pub fn open_copy(
+        path: &Path,
+        config: &ConductorConfig,
+    ) -> Result<(Self, Option<Past>), JournalError> {
+        Self::opened(path, config, false)
+    }
+
+    /// What is behind its first `end` octets does not count.
+    pub fn cut(&mut self, end: u64, led: Led) {
+        (self.end, self.led, self.torn) = (end, led, true);
+    }
+
+    /// Octets that it holds.
+    #[must_use]
+    pub fn end(&self) -> u64 {
+        self.end
+    }
+
+    /// Who may lead after what it holds.
+    #[must_use]
+    pub fn led(&self) -> Led {
+        self.led
+    }
+
+    /// The end of the record that says so, in octets.
+    #[must_use]
+    pub fn led_at(&self) -> u64 {
+        self.led_at
+    }
+
+    /// The file.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Its octets from there on, at most so many.
+    ///
+    /// # Errors
+    /// If the system refuses.
+    pub fn octets(&mut self, from: u64, most: u64) -> std::io::Result<Vec<u8>> {
+        let mut octets = vec![0; self.end.saturating_sub(from).min(most) as usize];
+        self.file.seek(SeekFrom::Start(from))?;
+        self.file.read_exact(&mut octets)?;
+        Ok(octets)
+    }
+
+    /// The hash of its last octets before that one; none if it does not hold as many.
+    ///
+    /// # Errors
+    /// If the system refuses.
+    pub fn sum(&mut self, before: u64) -> std::io::Result<Option<u64>> {
+        if before > self.end {
+            return Ok(None);
+        }
+        let from = before.saturating_sub(TAIL);
+        Ok(Some(pdu_hash(&self.octets(from, before - from)?)))
+    }
+
+    /// Adds octets as they came from another station.
+    ///
+    /// # Errors
+    /// If the system refuses.
+    pub fn copy(&mut self, octets: &[u8]) -> std::io::Result<()> {
+        if std::mem::take(&mut self.torn) {
+            self.file.set_len(self.end)?;
+        }
+        self.write(octets)
+    }
+
+    /// Adds who may lead from here on.
+    ///
+    /// # Errors
+    /// If the system refuses.
+    pub fn append_led(&mut self, led: Led) -> std::io::Result<()> {
+        if std::mem::take(&mut self.torn) {
+            self.file.set_len(self.end)?;
+        }
+        self.led = led;
+        let mut records = Vec::new();
+        add(&mut records, &Line::Led(led))?;
+        self.write(&records)?;
+        self.led_at = self.end;
+        Ok(())
     }
 
     /// Adds the steps of a conductor, a tick at the end; to be called before anybody hears what it decided.
@@ -154,9 +250,17 @@ impl Journal {
                 }
                 let mut begun = VecDeque::new();
                 while !matches!(begun.back(), Some(Step::Tick(_))) {
-                    let (Line::Step(step), length) = record(&mut past.reader)? else { return None };
-                    octets += length;
-                    begun.push_back(step.into_owned());
+                    match record(&mut past.reader)? {
+                        (Line::Step(step), length) => {
+                            octets += length;
+                            begun.push_back(step.into_owned());
+                        }
+                        (Line::Led(led), length) if begun.is_empty() => {
+                            self.end += length;
+                            (self.led, self.led_at) = (led, self.end);
+                        }
+                        _ => return None,
+                    }
                 }
                 self.end += std::mem::take(&mut octets);
                 whole = begun;
@@ -165,17 +269,57 @@ impl Journal {
     }
 }
 
-/// A record of a journal, behind its head.
-#[derive(Serialize, Deserialize)]
-enum Line<'a> {
-    /// Of which run it is, and the federation.
+/// Records of a journal that come in pieces.
+#[derive(Debug, Default)]
+pub struct Records {
+    octets: Vec<u8>,
+}
+
+impl Records {
+    /// The records that are whole now, each with its octets.
+    pub fn take(&mut self, octets: &[u8]) -> Vec<(Line<'static>, u64)> {
+        self.octets.extend_from_slice(octets);
+        let (mut rest, mut lines, mut taken) = (&self.octets[..], Vec::new(), 0);
+        while let Some((line, length)) = record(&mut rest) {
+            taken += length as usize;
+            lines.push((line, length));
+        }
+        self.octets.drain(..taken);
+        lines
+    }
+}
+
+/// A record of a journal.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Line<'a> {
+    /// The first: of which run it is, and the federation.
     Head(Cow<'a, str>, u128),
     /// A step of the conductor.
     Step(Cow<'a, Step>),
+    /// Who may lead from here on.
+    Led(Led),
+}
+
+/// The file of the run that `config` describes, in a folder or by its name, locked.
+fn opened(path: &Path, config: &ConductorConfig) -> Result<(PathBuf, File), JournalError> {
+    let own = || path.join(format!("seeds-{:016x}.journal", pdu_hash(run_of(config).as_bytes())));
+    let path = if path.is_dir() { own() } else { path.to_owned() };
+    let name = || path.display().to_string();
+    let refused = |error| JournalError::File { path: name(), error };
+    let mut options = OpenOptions::new();
+    options.read(true).write(true).create(true).truncate(false);
+    let file = options.open(&path).map_err(refused)?;
+    match file.try_lock() {
+        Ok(()) => {}
+        Err(TryLockError::WouldBlock) => return Err(JournalError::InUse(name())),
+        Err(TryLockError::Error(error)) => return Err(refused(error)),
+    }
+    Ok((path, file))
 }
 
 /// What a journal is of: everything that a conductor is begun with, but for what is drawn.
-fn run_of(config: &ConductorConfig) -> String {
+#[must_use]
+pub fn run_of(config: &ConductorConfig) -> String {
     format!("{:?}", ConductorConfig { fed: 0, ..config.clone() })
 }
 

@@ -1,6 +1,6 @@
 //! Runs a [`Member`] on a bus and a data plane: the only loop of an essential federate.
 
-use super::bus::{Bus, BusError, Class, Request, ask};
+use super::bus::{Bus, BusError, Class, Request, ask, watch_stations};
 use super::clock::{monotonic_ns, monotonic_us, utc_ns};
 use super::codec::{decode, encode};
 use super::data_plane::DataPlane;
@@ -13,6 +13,7 @@ use super::messages::{
 };
 use super::overflow::Overflow;
 use super::process::Usage;
+use super::succession::{Candidacy, Voter};
 use crossbeam_channel::{Receiver, RecvTimeoutError, Sender};
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -162,13 +163,19 @@ pub fn run(context: MemberContext, federate: Box<dyn Federate>) -> Result<u8, Me
             }),
         )?;
     }
+    // Asked and answered beside the loop, which may be at a heavy frame.
+    let voter = Arc::new(Mutex::new(Voter::default()));
     for pattern in ["ctl/beat", "beat/*"] {
         let beats = send.clone();
         let own = name.clone();
+        let voter = Arc::clone(&voter);
         bus.subscribe(
             pattern,
             Box::new(move |key, body| {
                 let from = key.strip_prefix("beat/").unwrap_or(CONDUCTOR);
+                if from == CONDUCTOR {
+                    voter.lock().unwrap_or_else(PoisonError::into_inner).beat(monotonic_ns());
+                }
                 if from != own {
                     let _ = beats.send(Event::Beat(from.to_owned(), body.to_vec()));
                 }
@@ -182,6 +189,23 @@ pub fn run(context: MemberContext, federate: Box<dyn Federate>) -> Result<u8, Me
             let _ = wanted.send(Event::FetchWanted(request));
         }),
     )?;
+    let votes = Arc::clone(&voter);
+    bus.serve(
+        &format!("candidate/{name}"),
+        Box::new(move |request| match decode::<Candidacy>(&request.body) {
+            Ok(ask) => {
+                let mut voter = votes.lock().unwrap_or_else(PoisonError::into_inner);
+                if let Some(voted) = voter.asked(monotonic_ns(), &ask) {
+                    request.answer(encode(&voted));
+                }
+            }
+            Err(e) => tracing::warn!("a station's question was dropped: {e}"),
+        }),
+    )?;
+    let enrol = |accepted: &Accepted| {
+        let mut voter = voter.lock().unwrap_or_else(PoisonError::into_inner);
+        voter.enrol(accepted.fed, accepted.inc, accepted.epoch);
+    };
     let wanted = send.clone();
     bus.serve(
         &format!("frames/{name}"),
@@ -205,14 +229,10 @@ pub fn run(context: MemberContext, federate: Box<dyn Federate>) -> Result<u8, Me
         patience,
     };
     let Some(accepted) = joining.join(&*bus, &receive)? else { return Ok(0) };
+    enrol(&accepted);
     bus.announce(&format!("alive/{name}/{}", accepted.inc))?;
     let alive = send.clone();
-    bus.watch(
-        "alive/admin-station/*",
-        Box::new(move |_, is| {
-            let _ = alive.send(Event::ConductorAlive(is));
-        }),
-    )?;
+    watch_stations(&*bus, move |is| drop(alive.send(Event::ConductorAlive(is))))?;
 
     let mut member = Member::new(federate, &name, &accepted, monotonic_us);
     // One that takes no PDU in has nothing to hear there.
@@ -381,6 +401,7 @@ pub fn run(context: MemberContext, federate: Box<dyn Federate>) -> Result<u8, Me
             joining.hello.was = Some(was);
             joining.patience = Duration::from_nanos(CONDUCTOR_GRACE_NS);
             let Some(accepted) = joining.join(&*bus, &receive)? else { break 'run 0 };
+            enrol(&accepted);
             bus.announce(&format!("alive/{name}/{}", accepted.inc))?;
             let mut pages = |page| log_page(&*bus, &accepted, page);
             member.enter(&accepted, remake.as_ref(), &mut pages, &mut effects);

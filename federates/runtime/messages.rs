@@ -157,6 +157,8 @@ pub struct Accepted {
     pub orders: u64,
     /// A run that is under way, which the member is to reach by itself.
     pub enter: Option<Return>,
+    /// Epoch of the station that says so: how often the lead has changed.
+    pub epoch: u32,
 }
 
 /// Where a run stands that a lost member returns to.

@@ -31,6 +31,7 @@ pub mod run_log;
 pub mod simulation;
 pub mod spectator;
 pub mod stream;
+pub mod succession;
 pub mod threads;
 pub mod views;
 pub mod zenoh_bus;

@@ -140,8 +140,17 @@ fn protection(config: &ZenohConfig) -> Vec<(&'static str, Value)> {
             "size_limit": octets,
         })
     };
-    let short =
-        keys(&["ctl/order", "ctl/beat", "ctl/join", "ctl/command", "ctl/statistics", "agent/*"]);
+    let short = keys(&[
+        "ctl/order",
+        "ctl/beat",
+        "ctl/lead",
+        "ctl/join",
+        "ctl/command",
+        "ctl/statistics",
+        "ctl/steps",
+        "candidate/*",
+        "agent/*",
+    ]);
     let long = keys(&["fed/*", "frames/**", "log/**", "obs/**", "tracks/**", "control/**"]);
     let data = ["put", "delete", "query", "reply"];
     let bounds = json!([

@@ -119,6 +119,8 @@ pub fn federation(
     let summaries = Arc::new(Mutex::new(Vec::new()));
     let (kept, name, step_ns) = (Arc::clone(&summaries), scene.name.clone(), scene.run.frame.0);
     let code = admin_station::run(AdminContext {
+        name: admin_station::STATION,
+        succeeds: None,
         journal: None,
         bus: Arc::new(hub.join()),
         config: conductor_config(&scene, &options),

@@ -9,7 +9,7 @@ use super::keeper::{Files, Heard, Keeper, Kept};
 use super::said::Topic;
 use super::server::{Operate, Page, Server, serve};
 use crate::exchange::operator;
-use crate::runtime::bus::{Bus, BusError, Class, ask, hear_parts};
+use crate::runtime::bus::{Bus, BusError, Class, ask, hear_parts, watch_stations};
 use crate::runtime::clock::{monotonic_ns, utc_ns};
 use crate::runtime::codec::encode;
 use crate::runtime::life_cycle::Phase;
@@ -139,12 +139,9 @@ pub fn run(
     };
     bus.announce(&format!("alive/{name}/{inc}"))?;
     let alive = inbox.clone();
-    bus.watch(
-        "alive/admin-station/*",
-        Box::new(move |_, is| {
-            alive.send.try_send(Event::ConductorAlive(is)).ok();
-        }),
-    )?;
+    watch_stations(&*bus, move |is| {
+        alive.send.try_send(Event::ConductorAlive(is)).ok();
+    })?;
     last_values(&*bus, &inbox)?;
     told(server.as_ref());
     let mut listening = Listening::new(&name, fed, inc);

@@ -18,6 +18,7 @@ mod reproducibility;
 mod returns;
 mod seats;
 mod siting;
+mod standby;
 mod terminal;
 mod tracker;
 mod two_hosts;

@@ -48,6 +48,61 @@ pub struct Again {
     pub effects: Vec<Effect>,
 }
 
+/// A conductor that is being made from the steps of another one.
+pub struct Replay {
+    conductor: Conductor,
+    now: WallNs,
+    effects: Vec<Effect>,
+    carried_out: bool,
+}
+
+impl Replay {
+    /// At the begin.
+    #[must_use]
+    pub fn new(config: ConductorConfig) -> Self {
+        let conductor = Conductor::new(config);
+        Self { conductor, now: 0, effects: Vec::new(), carried_out: false }
+    }
+
+    /// The next step; `record` is told what it decided to keep in the log of the run.
+    pub fn step(&mut self, step: Step, mut record: impl FnMut(u32, &LogRecord)) {
+        if std::mem::take(&mut self.carried_out) {
+            self.effects.clear();
+        }
+        let begin = self.effects.len();
+        match step {
+            Step::Told(at, input) => {
+                self.now = at;
+                self.conductor.take(at, input, &mut self.effects);
+            }
+            Step::Tick(at) => {
+                self.now = at;
+                self.conductor.tick(at, &mut self.effects);
+                self.carried_out = true;
+            }
+        }
+        for effect in &self.effects[begin..] {
+            if let Effect::Record(run, what) = effect {
+                record(*run, what);
+            }
+        }
+    }
+
+    /// As it is now.
+    #[must_use]
+    pub fn conductor(&self) -> &Conductor {
+        &self.conductor
+    }
+
+    /// It is the conductor from now on.
+    #[must_use]
+    pub fn done(self) -> Again {
+        let Self { conductor, now, mut effects, .. } = self;
+        effects.retain(|effect| !matches!(effect, Effect::Record(..)));
+        Again { conductor, now, effects }
+    }
+}
+
 impl Conductor {
     /// The conductor that has gone through `steps` since its begin; `record` is told what it decided to keep in the log of the run.
     pub fn again(
@@ -55,32 +110,9 @@ impl Conductor {
         steps: impl IntoIterator<Item = Step>,
         mut record: impl FnMut(u32, &LogRecord),
     ) -> Again {
-        let (mut conductor, mut now) = (Self::new(config), 0);
-        let (mut effects, mut carried_out) = (Vec::new(), false);
-        for step in steps {
-            if std::mem::take(&mut carried_out) {
-                effects.clear();
-            }
-            let begin = effects.len();
-            match step {
-                Step::Told(at, input) => {
-                    now = at;
-                    conductor.take(at, input, &mut effects);
-                }
-                Step::Tick(at) => {
-                    now = at;
-                    conductor.tick(at, &mut effects);
-                    carried_out = true;
-                }
-            }
-            for effect in &effects[begin..] {
-                if let Effect::Record(run, what) = effect {
-                    record(*run, what);
-                }
-            }
-        }
-        effects.retain(|effect| !matches!(effect, Effect::Record(..)));
-        Again { conductor, now, effects }
+        let mut replay = Replay::new(config);
+        steps.into_iter().for_each(|step| replay.step(step, &mut record));
+        replay.done()
     }
 
     /// Takes what it is told.

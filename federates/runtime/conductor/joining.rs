@@ -92,7 +92,7 @@ impl Conductor {
         let inc = self.next_inc;
         self.next_inc += 1;
         let (fed, orders) = (self.config.fed, self.outbox.last());
-        let accepted = Accepted { fed, inc, orders, enter: None };
+        let accepted = Accepted { fed, inc, orders, enter: None, epoch: 0 };
         let welcome = Welcome::Accepted(Box::new(accepted.clone()));
         effects.push(Effect::Welcome(token, welcome));
         self.members.insert(name, MemberEntry::new(fed, hello, accepted, now));

@@ -355,8 +355,8 @@ impl Conductor {
         let enter = Return { config: self.run_config(), upto: cut, keep, producers };
         let inc = self.next_inc;
         self.next_inc += 1;
-        let accepted =
-            Accepted { fed: self.config.fed, inc, orders: self.outbox.last(), enter: Some(enter) };
+        let (fed, orders, enter) = (self.config.fed, self.outbox.last(), Some(enter));
+        let accepted = Accepted { fed, inc, orders, enter, epoch: 0 };
         let mut entry = MemberEntry::new(self.config.fed, hello.clone(), accepted.clone(), now);
         entry.alive = false;
         entry.returning = true;

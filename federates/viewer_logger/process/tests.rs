@@ -54,7 +54,7 @@ fn a_spectator_keeps_the_run_shows_it_and_leaves_with_it() {
     let files = Files::beside(&folder.0.join("x.pcapng"));
     let admin = conductor(
         &hub,
-        Welcome::Accepted(Box::new(Accepted { fed: 1, inc: 3, orders: 0, enter: None })),
+        Welcome::Accepted(Box::new(Accepted { fed: 1, inc: 3, orders: 0, enter: None, epoch: 0 })),
     );
     let (bus, inbox, scene) = (Arc::new(hub.join()), Inbox::default(), scene());
     let (told, page) = bounded(1);
