@@ -121,6 +121,9 @@ pub fn approach_time_s(touchdown_mps: f64, headwind_mps: f64, from_nm: f64) -> O
     Some(NAUTICAL_MILE_M * ((from_nm - 4.0) / first + braking + 3.0 / last))
 }
 
+/// A take-off from an intersection needs so much of its run ahead (assumed).
+pub const INTERSECTION_SHARE: f64 = 1.15;
+
 /// One exit of a runway in one direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Exit {

@@ -2,7 +2,7 @@
 
 use super::drive::Tick;
 use super::failures::FailureKind;
-use super::plan::{LANDING_AHEAD_S, Start};
+use super::plan::{LANDING_AHEAD_S, Others, Start};
 use super::runway::arrival_gap_s;
 use super::{Core, Direction, FINAL_M, Flight, Phase, Policy, RETRY_S, SLOPE, TAIL_M, Timing};
 use crate::control::clearance::ClearanceKind;
@@ -18,6 +18,17 @@ use std::sync::Arc;
 
 /// At the begin of the loop of a turn pad, m/s (assumed).
 const PAD_MPS: f64 = 8.0;
+/// Nobody brakes harder on a runway, m/s² (assumed).
+const MOST_BRAKING_MPS2: f64 = 3.0;
+/// Brakes build up so fast in a landing roll, m/s³ (assumed).
+const ROLL_JERK_MPS3: f64 = 2.0;
+
+/// What was found for an arrival at one time: ways by stand, and what the others use.
+#[derive(Default)]
+pub(super) struct Tried {
+    ways: BTreeMap<usize, Vec<(super::Mover, Timing)>>,
+    others: Option<Others>,
+}
 
 impl Core {
     pub(super) fn appear_on_final(&mut self, m: usize, f: &Flight) {
@@ -49,12 +60,12 @@ impl Core {
         if self.policy == Policy::Planned {
             self.retime();
         }
-        let mut ways = BTreeMap::new();
+        let mut tried = Tried::default();
         for k in 0..=latest {
             delay_s = 30.0 * f64::from(k);
             let most = if k == 0 { choices.len() } else { 2 };
             let some = choices.iter().take(most).cloned().collect();
-            chosen = self.choose_stand(m, some, self.time_s + time + delay_s, &mut ways);
+            chosen = self.choose_stand(m, some, self.time_s + time + delay_s, &mut tried);
             if chosen.is_some() || none {
                 break;
             }
@@ -105,18 +116,19 @@ impl Core {
     }
 
     /// The first stand to which there is a way; under a plan also the times for it, and the next one where it
-    /// would wait for more than two minutes. `ways`: what was found before by stand and kind of way, at the same time.
+    /// would wait for more than two minutes. `tried`: what was found before, at the same time.
     pub(super) fn choose_stand(
         &mut self,
         m: usize,
         choices: Vec<(usize, Vec<u32>)>,
         landing_s: f64,
-        ways: &mut BTreeMap<(usize, bool), Option<super::Mover>>,
+        tried: &mut Tried,
     ) -> Option<(usize, Vec<u32>)> {
         let planned = self.policy == Policy::Planned;
         let mut best: Option<(f64, (usize, Vec<u32>), super::Mover)> = None;
         let old = self.movers[m].landing_s;
         self.movers[m].landing_s = landing_s;
+        let Tried { ways, others } = tried;
         for (stand, pieces) in choices {
             self.movers[m].stand = stand;
             self.movers[m].parked_pieces.clone_from(&pieces);
@@ -126,14 +138,13 @@ impl Core {
                 }
                 continue;
             }
-            for lasting in [false, true] {
-                let known = ways.entry((stand, lasting)).or_insert_with(|| {
-                    self.plan_arrival(m, lasting, &[]).then(|| self.movers[m].clone())
-                });
-                let Some(way) = known else { continue };
+            let others = others.get_or_insert_with(|| self.others(m));
+            let both = ways.entry(stand).or_insert_with(|| self.ways_to_stand(m));
+            for (way, timing) in both.iter() {
                 self.movers[m].clone_from(way);
                 self.movers[m].landing_s = landing_s;
-                let found = self.plan(m, Start::Final, landing_s - LANDING_AHEAD_S);
+                let from_s = landing_s - LANDING_AHEAD_S;
+                let found = self.plan_among(m, timing.clone(), from_s, others);
                 let end = self.planned_end_s(m);
                 if found && best.as_ref().is_none_or(|b| end < b.0 - 30.0) {
                     best = Some((end, (stand, pieces.clone()), self.movers[m].clone()));
@@ -149,6 +160,20 @@ impl Core {
         let (_, choice, mover) = best?;
         self.movers[m] = mover;
         Some(choice)
+    }
+
+    /// Ways to its stand with their times alone: past all that is closed now, and past what stands without end, where that is
+    /// another one.
+    fn ways_to_stand(&mut self, m: usize) -> Vec<(super::Mover, Timing)> {
+        let mut ways: Vec<(super::Mover, Timing)> = Vec::new();
+        for lasting in [false, true] {
+            if self.plan_arrival(m, lasting, &[])
+                && ways.iter().all(|w| w.0.way.arcs != self.movers[m].way.arcs)
+            {
+                ways.push((self.movers[m].clone(), self.timing(m, Start::Final)));
+            }
+        }
+        ways
     }
 
     /// The aircraft that has stood longest without a next flight is towed away.
@@ -239,7 +264,9 @@ impl Core {
                 continue;
             };
             // Braking harder than anybody does: not this exit.
-            let Some(needed) = landing.needed_mps2(exit).filter(|a| *a <= 3.0) else { continue };
+            let Some(needed) = landing.needed_mps2(exit).filter(|a| *a <= MOST_BRAKING_MPS2) else {
+                continue;
+            };
             let at = spine
                 .iter()
                 .position(|(p, _)| (p - threshold - exit.place_m).abs() < 0.01)
@@ -279,9 +306,22 @@ impl Core {
             let firsts: Vec<usize> = std::iter::once(0).chain(crossings).collect();
             way.clear_strips(&self.pieces, &firsts, usize::MAX, self.body_m(m));
             let free_to = way.path.arcs().next().map_or(way.ends_m[on_runway - 1], |a| a.0);
-            let braking = (1.15 * needed.max(0.5)).max(f.landing.1.min(1.6)).min(3.0);
+            let mut braking =
+                (1.15 * needed.max(0.5)).max(f.landing.1.min(1.6)).min(MOST_BRAKING_MPS2);
             let driving = self.movers[m].driving;
             way.limit(&net, &self.pieces, &driving, free_to, braking);
+            // What lies behind the exit may want it slower, its arc begins before it, and brakes build up.
+            let speed_mps = way.most_mps(free_to);
+            let to = Exit { place_m: free_to - threshold, speed_mps };
+            let built_up_s = 0.5 * MOST_BRAKING_MPS2 / ROLL_JERK_MPS3;
+            let late = Landing { delay_s: landing.delay_s + built_up_s, ..landing };
+            let Some(needed) = late.needed_mps2(to).filter(|a| *a <= MOST_BRAKING_MPS2) else {
+                continue;
+            };
+            if needed > braking {
+                braking = needed;
+                way.limit(&net, &self.pieces, &driving, free_to, braking);
+            }
             let vacated = way.ends_m[exit_end];
             if let Some(failure) = turned {
                 self.begin_failure(failure);
@@ -521,14 +561,13 @@ impl Core {
             mover.way.most_mps(mover.s + 0.3 * mover.v).min(mover.v.max(15.0)).min(mover.most_mps())
         };
         let wish = if mover.stopped { 0.0 } else { wish };
-        // Nobody brakes harder than 3 m/s².
-        let dec = (1.2 * mover.braking).min(3.0);
+        let dec = (1.2 * mover.braking).min(MOST_BRAKING_MPS2);
         let (wish, dec) = match self.wish_by_sight(m) {
             Some((most, hard)) if most < wish => (most, hard),
             _ => (wish, dec),
         };
         let mover = &self.movers[m];
-        let limits = Tick { acc: 0.5, dec, jerk: 2.0, dt: self.step_s };
+        let limits = Tick { acc: 0.5, dec, jerk: ROLL_JERK_MPS3, dt: self.step_s };
         let (s, v, a) = (mover.s, mover.v, mover.a);
         let end = mover.way.stop_m;
         let mover = &mut self.movers[m];

@@ -271,14 +271,21 @@ impl Core {
         }
         self.retime();
         let now = self.time_s;
+        let others = self.others(m);
         let lasting = self.closed_for_ever(m);
         let none = vec![false; opposed.len()];
         let mut best: Option<(f64, super::Mover)> = None;
         let mut tried: Vec<usize> = Vec::new();
+        let mut planned: Vec<Pushback> = Vec::new();
         let mut slow = opposed;
         let mut shut = closed;
         for attempt in 0..5 {
-            if !self.plan_departure(m, &shut, &slow, &tried) {
+            let pushback = self.find_pushback(m, &shut, &slow, &tried);
+            // The same again: so would all that follow be.
+            if attempt > 0 && pushback.as_ref().is_some_and(|p| planned.contains(p)) {
+                break;
+            }
+            let Some(pushback) = pushback.filter(|p| self.lay_pushback(m, p)) else {
                 if attempt == 0 {
                     (shut, slow) = (lasting.clone(), none.clone());
                     continue;
@@ -288,9 +295,10 @@ impl Core {
                 }
                 tried.clear();
                 continue;
-            }
-            let start = self.start_of_push(m);
-            if self.plan(m, start, now) {
+            };
+            let timing = self.timing(m, self.start_of_push(m));
+            if self.plan_among(m, timing, now, &others) {
+                planned.push(pushback);
                 let end = self.planned_end_s(m);
                 let waits = self.waits_at(m);
                 if best.as_ref().is_none_or(|b| end < b.0 - 1.0) {
@@ -344,12 +352,22 @@ impl Core {
         slow: &[bool],
         without: &[usize],
     ) -> bool {
-        let f = self.flights[m].clone();
+        let pushback = self.find_pushback(m, closed, slow, without);
+        pushback.is_some_and(|p| self.lay_pushback(m, &p))
+    }
+
+    /// The pushback from which the way to the runway is the quickest, and the arcs of that.
+    fn find_pushback(
+        &mut self,
+        m: usize,
+        closed: &[bool],
+        slow: &[bool],
+        without: &[usize],
+    ) -> Option<Pushback> {
+        let f = Arc::clone(&self.flights);
+        let f = &f[m];
         let net = Arc::clone(&self.net);
-        let Some(into) = net.stands[self.movers[m].stand].node.and_then(|n| self.stand_arc(n))
-        else {
-            return false;
-        };
+        let into = net.stands[self.movers[m].stand].node.and_then(|n| self.stand_arc(n))?;
         let mut closed = closed.to_vec();
         closed[into / 2] = false;
         // Back along the lead-in to where it joins a lane.
@@ -373,10 +391,13 @@ impl Core {
         let entries = self.entries(m);
         let length = f.size.length_m;
         // Back to the lane and onto one side of it; where no way leads on from there (a dead end), farther back
-        // along the lane to the next junctions. Against one-way lanes only if there is nothing else.
+        // along the lane to the next junctions. Against one-way lanes only if there is nothing else, and last with scant runway.
         let mut found: Option<(f64, Pushback)> = None;
         let mut options = 0;
-        for lenient in [false, true] {
+        let (wanted_m, scant_m) = (&entries.least_m[..], &[entries.scant_m][..]);
+        for (lenient, least_m) in
+            [(false, wanted_m), (true, wanted_m), (false, scant_m), (true, scant_m)]
+        {
             let mut backs: Vec<(f64, Vec<usize>)> = vec![(0.0, back.clone())];
             let mut done = 0;
             while let Some(first) = (0..backs.len())
@@ -391,8 +412,8 @@ impl Core {
                     }
                     options += 1;
                     let (start, last) = (chain[0] ^ 1, back[back.len() - 1]);
-                    for least_m in entries.least_m {
-                        let goal = |arc: usize| self.enters(&entries, arc, least_m);
+                    for least_m in least_m {
+                        let goal = |arc: usize| self.enters(&entries, arc, *least_m);
                         let is_closed = |e: usize| {
                             (closed[e] && e != start / 2)
                                 || e == last / 2
@@ -422,29 +443,26 @@ impl Core {
                 break;
             }
         }
-        let best = found.map(|(time_s, (longer, chain, taxi))| {
-            back = longer;
-            (time_s, chain, taxi)
-        });
-        let Some((_, chain, taxi)) = best else {
-            if self.movers[m].waits_since_s.is_none() {
-                let text = format!(
-                    "{}: {} ways to push back, lead-in of {} edges",
-                    f.callsign,
-                    options,
-                    back.len()
-                );
-                self.remark(text);
-            }
-            return false;
-        };
+        if found.is_none() && self.movers[m].waits_since_s.is_none() {
+            let (name, edges) = (&f.callsign, back.len());
+            self.remark(format!("{name}: {options} ways to push back, lead-in of {edges} edges"));
+        }
+        found.map(|(_, pushback)| pushback)
+    }
+
+    /// Lays the lines of a pushback and of the way after it.
+    fn lay_pushback(&mut self, m: usize, (back, chain, taxi): &Pushback) -> bool {
+        let f = Arc::clone(&self.flights);
+        let f = &f[m];
+        let net = Arc::clone(&self.net);
+        let length = f.size.length_m;
         let class = self.movers[m].class;
         // Taxi: from the far end of the pushback over the lane node to the entry, then along the runway.
         let mut arcs: Vec<usize> = chain.iter().rev().map(|a| a ^ 1).collect();
         let skipped: f64 = chain.iter().map(|a| self.arcs.length_m(*a)).sum();
         arcs.extend(taxi.iter().skip(1));
         let Some(first_strip) = self.lay_to_runway(m, arcs) else { return false };
-        let push_arcs: Vec<usize> = back.iter().chain(&chain).copied().collect();
+        let push_arcs: Vec<usize> = back.iter().chain(chain).copied().collect();
         let mut push = Way::over(&net, &self.pieces, &push_arcs, class, (PUSH_BEFORE_M, 0.0), 0.0);
         // The nose wheel ends 2 m beyond the fillet of lead-in and lane.
         let lane_place = (0..back.len()).map(|k| self.pieces.of_edge[back[k] / 2].1).sum::<usize>();

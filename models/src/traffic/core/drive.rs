@@ -59,8 +59,8 @@ impl Core {
             let uncleared = self.enters_uncleared(m).filter(|_| departs);
             let follows = departs && self.may_follow(m);
             let may = !departs
-                || self.may_line_up(m)
-                    && (follows || !self.owned(m))
+                || (follows || !self.owned(m))
+                    && self.may_line_up(m)
                     && self.permitted(m, ClearanceKind::LineUp)
                     && !self.bar_sticks(self.flights[m].runway.0);
             let told = departs
@@ -69,6 +69,7 @@ impl Core {
             if uncleared.is_none() && !may && !told {
                 let now = self.time_s;
                 self.movers[m].waits_since_s.get_or_insert(now);
+                self.movers[m].waits_for = self.kept_off_by(m);
                 break;
             }
             if !self.take(m) {

@@ -5,6 +5,7 @@
 //! departure has taken off, an arrival goes on at the next exit (assumed). Those who fit into no plan together are left out
 //! and told.
 
+use super::arrival::Tried;
 use super::plan::Start;
 use super::runway::TookOff;
 use super::{Core, Direction, Flight, Phase, Policy, TAIL_M};
@@ -13,7 +14,6 @@ use crate::traffic::network::Network;
 use crate::traffic::pieces::Pieces;
 use crate::traffic::runway_roll::approach_airspeed_mps;
 use crate::traffic::way::{Arcs, Way};
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// Somebody on the ground, airport frame.
@@ -438,8 +438,8 @@ impl Core {
         // Whose landing fits into no order of the runway lands a little later.
         for later_s in [0.0, 15.0, 30.0, 60.0] {
             let landing_s = self.movers[m].landing_s + later_s;
-            let (all, mut ways) = (choices.clone(), BTreeMap::new());
-            if let Some((_, pieces)) = self.choose_stand(m, all, landing_s, &mut ways) {
+            let (all, mut tried) = (choices.clone(), Tried::default());
+            if let Some((_, pieces)) = self.choose_stand(m, all, landing_s, &mut tried) {
                 self.enters_final(m, pieces, landing_s, distance_m + mps * later_s);
                 return true;
             }

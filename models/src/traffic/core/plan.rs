@@ -71,6 +71,14 @@ struct RunwayUse {
     passed_s: f64,
 }
 
+/// What all but one mover use: for his plans, while nothing else changes.
+pub(super) struct Others {
+    /// By piece.
+    pieces: Vec<Vec<Use>>,
+    /// By runway.
+    runways: Vec<Vec<RunwayUse>>,
+}
+
 /// Pause between intervals of different movers, s.
 const PAUSE_S: f64 = 0.05;
 /// Longest time ahead that is planned, s.
@@ -295,31 +303,35 @@ impl Core {
         uses
     }
 
+    /// What all but `m` use now.
+    pub(super) fn others(&self, m: usize) -> Others {
+        Others { pieces: self.uses(m), runways: self.runway_uses(m) }
+    }
+
     /// The earliest times of a mover's way among what the others do: the least fixed point of "whoever would meet
     /// a use waits until it ends". `None` if there is none within the horizon, or a landing would have to wait.
     ///
     /// Every bound only rises, and a later take never makes an earlier release, so the first assignment without
     /// a meeting is the earliest of all for each step.
-    pub(super) fn schedule(&self, m: usize, mut t: Timing, from_s: f64) -> Option<Timing> {
+    fn schedule(&self, m: usize, mut t: Timing, from_s: f64, others: &Others) -> Option<Timing> {
         let way = &self.movers[m].way;
         let count = way.pieces.len();
-        let uses = self.uses(m);
-        let runway_uses = self.runway_uses(m);
+        let Others { pieces: uses, runways: runway_uses } = others;
         let start = if t.pushed > 0 { t.first } else { self.movers[m].next };
         let mut against: Vec<Vec<Use>> = vec![Vec::new(); count];
         for k in start..count {
-            against[k] = self.against(&uses, m, way.pieces[k]).collect();
+            against[k] = self.against(uses, m, way.pieces[k]).collect();
         }
         let mut pushed_against: Vec<Use> = Vec::new();
         if t.pushed > 0 {
             for z in &self.movers[m].push.pieces {
-                pushed_against.extend(self.against(&uses, m, *z));
+                pushed_against.extend(self.against(uses, m, *z));
             }
         }
         // Until it is pushed back nobody can be planned over its stand; who is already has to come later.
         let mut over_stand_s = f64::INFINITY;
         for z in self.movers[m].parked_pieces.iter().filter(|_| t.pushed > 0) {
-            let uses = self.against(&uses, m, *z).map(|u| u.from_s);
+            let uses = self.against(uses, m, *z).map(|u| u.from_s);
             over_stand_s = uses.fold(over_stand_s, f64::min);
         }
         let mut least = vec![f64::NEG_INFINITY; count];
@@ -435,8 +447,19 @@ impl Core {
 
     /// Plans a mover whose way has just been made; `true` if it has a plan now.
     pub(super) fn plan(&mut self, m: usize, start: Start, from_s: f64) -> bool {
-        let timing = self.timing(m, start);
-        match self.schedule(m, timing, from_s) {
+        let (timing, others) = (self.timing(m, start), self.others(m));
+        self.plan_among(m, timing, from_s, &others)
+    }
+
+    /// The same with [`Core::timing`] of the way and [`Core::others`] of the mover at hand.
+    pub(super) fn plan_among(
+        &mut self,
+        m: usize,
+        timing: Timing,
+        from_s: f64,
+        others: &Others,
+    ) -> bool {
+        match self.schedule(m, timing, from_s, others) {
             Some(timing) => {
                 self.movers[m].timing = timing;
                 true

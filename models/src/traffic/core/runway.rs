@@ -15,8 +15,7 @@ impl Core {
     /// Whether a departure may go onto the runway now: wake, and airborne before the next arrival has to be cleared.
     pub(super) fn may_line_up(&self, m: usize) -> bool {
         let r = self.flights[m].runway.0;
-        let (wake_s, ready_s) = (self.wake_left_s(m), self.lined_up_in_s(m) + READY_S);
-        if wake_s >= ready_s.max(30.0) || self.car_blocks(r) {
+        if self.car_blocks(r) {
             return false;
         }
         let next_s = self.movers.iter().enumerate().filter(|(o, other)| {
@@ -24,13 +23,20 @@ impl Core {
             to_land && self.crossing[r].contains(&self.flights[*o].runway.0)
         });
         let next_s = next_s.map(|(_, o)| o.landing_s - self.time_s).fold(f64::INFINITY, f64::min);
-        let need_s = ready_s.max(wake_s) + self.run_s(m) + UP_S + CLEARED_BEFORE_S;
-        if next_s < need_s {
+        let (wake_s, run_s) = (self.wake_left_s(m), self.run_s(m));
+        let need_s = |ready_s: f64| ready_s.max(wake_s) + run_s + UP_S + CLEARED_BEFORE_S;
+        // Nobody is lined up at once: what the line-up takes is driven only where it decides.
+        if next_s < need_s(READY_S) {
+            return false;
+        }
+        let ready_s = self.lined_up_in_s(m) + READY_S;
+        let need_s = need_s(ready_s);
+        if wake_s >= ready_s.max(30.0) || next_s < need_s {
             return false;
         }
         // Behind one who is still on it: not before he is off.
         next_s > need_s + 120.0
-            || next_s >= self.vacated_in_s(m, r) + self.run_s(m) + UP_S + CLEARED_BEFORE_S
+            || next_s >= self.vacated_in_s(m, r) + run_s + UP_S + CLEARED_BEFORE_S
     }
 
     /// Until it is lined up when it has the runway now, s: from the holding position, or from where it still rolls towards it.
@@ -251,6 +257,22 @@ impl Core {
     pub(super) fn owned(&self, m: usize) -> bool {
         let r = self.flights[m].runway.0;
         self.crossing[r].iter().any(|c| self.owner[*c].is_some_and(|o| o != m))
+    }
+
+    /// For whom a departure waits that may not enter its runway: for who has it or one that crosses it, else for who lands
+    /// there next.
+    pub(super) fn kept_off_by(&self, m: usize) -> Option<usize> {
+        let crossing = &self.crossing[self.flights[m].runway.0];
+        let owner = crossing.iter().find_map(|c| self.owner[*c].filter(|o| *o != m));
+        let lands = |o: &usize| {
+            let other = &self.movers[*o];
+            let to_land = other.phase == Phase::Final && !other.cleared;
+            to_land && crossing.contains(&self.flights[*o].runway.0)
+        };
+        owner.or_else(|| {
+            let next = (0..self.movers.len()).filter(lands);
+            next.min_by(|a, b| self.movers[*a].landing_s.total_cmp(&self.movers[*b].landing_s))
+        })
     }
 
     /// Off the runway: the next one may have it.

@@ -2,6 +2,7 @@
 
 use crate::frames::{Azimuth, wrap_pi};
 use crate::traffic::core::{Core, Policy};
+use crate::traffic::runway_roll::INTERSECTION_SHARE;
 use crate::traffic::way::{Arcs, GAP_M, Way};
 use std::sync::Arc;
 
@@ -12,6 +13,8 @@ pub(in crate::traffic::core) struct Entries {
     runway: (usize, usize),
     /// Runway that is wanted ahead of the entry, m; where no way has that, less.
     pub(in crate::traffic::core) least_m: [f64; 2],
+    /// Where no pushback leads to one with that, m: what a take-off from an intersection needs.
+    pub(in crate::traffic::core) scant_m: f64,
 }
 
 impl Core {
@@ -19,11 +22,13 @@ impl Core {
     pub(in crate::traffic::core) fn entries(&self, m: usize) -> Entries {
         let f = &self.flights[m];
         let runway = &self.net.runways[f.runway.0];
-        let entries = Entries { runway: f.runway, least_m: [0.0; 2] };
+        let entries = Entries { runway: f.runway, least_m: [0.0; 2], scant_m: 0.0 };
         let all = 0..2 * self.net.edges.len();
         let longest = all.filter_map(|arc| self.run_ahead_m(&entries, arc)).fold(0.0, f64::max);
         let needed = (1.15 * f.take_off.1 + 100.0).min(longest);
-        Entries { least_m: [needed.max((runway.length_m - 300.0).min(longest)), needed], ..entries }
+        let least_m = [needed.max((runway.length_m - 300.0).min(longest)), needed];
+        let scant_m = (INTERSECTION_SHARE * f.take_off.1).min(longest);
+        Entries { least_m, scant_m, ..entries }
     }
 
     /// Whether an arc ends on the runway with so much of it ahead, m.
@@ -40,14 +45,17 @@ impl Core {
     fn run_ahead_m(&self, entries: &Entries, arc: usize) -> Option<f64> {
         let (r, end) = entries.runway;
         let runway = &self.net.runways[r];
-        let direction = Azimuth::of(runway.ends_m[1 - end] - runway.ends_m[end]).rad();
         let edge = &self.net.edges[arc / 2];
-        let node = Arcs::to(&self.net, arc);
-        let turn = wrap_pi(direction - self.arcs.heading_rad(arc)).abs();
-        if edge.strip != Some(r) || edge.runway.is_some() || turn >= 2.1 {
+        if edge.strip != Some(r) || edge.runway.is_some() {
             return None;
         }
+        let node = Arcs::to(&self.net, arc);
         let place = runway.spine.iter().find(|(_, n)| *n == node)?.0;
+        let direction = Azimuth::of(runway.ends_m[1 - end] - runway.ends_m[end]).rad();
+        let turn = wrap_pi(direction - self.arcs.heading_rad(arc)).abs();
+        if turn >= 2.1 {
+            return None;
+        }
         Some(if end == 0 { runway.length_m - place } else { place })
     }
 
