@@ -354,7 +354,9 @@ impl Pieces {
     }
 }
 
-/// Radius wanted between two edges, m: wide at rapid exits of runways, small at stands.
+/// Radius wanted between two edges, m: wide at rapid exits of runways, small at stands. In a bend of more than a right angle so
+/// small that its arc stays as near to the corner as in that: pavement is filled up no farther (assumed); never less than a
+/// wheelbase.
 #[must_use]
 pub fn wanted_radius_m(
     net: &Network,
@@ -363,7 +365,10 @@ pub fn wanted_radius_m(
     turn_rad: f64,
     class: Class,
 ) -> f64 {
-    let wanted = SIZES[class as usize].fillet_m;
+    let size = &SIZES[class as usize];
+    let inside = |turn_rad: f64| 1.0 - libm::cos(0.5 * turn_rad);
+    let sharp = inside(std::f64::consts::FRAC_PI_2) / inside(turn_rad.abs()).max(1e-9);
+    let wanted = size.fillet_m.min((size.fillet_m * sharp).max(size.wheelbase_m));
     let at_stand = |e: usize| net.edges[e].nodes.iter().any(|n| net.nodes[*n].stand.is_some());
     if at_stand(edge) || at_stand(next) {
         return wanted.min(STAND_FILLET_M);

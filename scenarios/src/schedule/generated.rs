@@ -1,7 +1,7 @@
 //! Flights drawn by rates, with stands for all of them.
 
 use super::Wanted;
-use super::reach::{Reach, default_ends, end_named, lacks_m};
+use super::reach::{Reach, default_ends, end_named, lacks_m, needs_m};
 use crate::document::{Section, within};
 use crate::error::{Problem, ScenarioError};
 use crate::run::Run;
@@ -196,13 +196,17 @@ fn on_stands(
         Some((at_m, Azimuth::of(at_m - network.nodes[from].at_m).rad()))
     };
     let poses: Vec<_> = (0..network.stands.len()).map(heading).collect();
-    // Stands by runway end, code and direction.
-    let mut known: BTreeMap<(String, u8, bool), Vec<bool>> = BTreeMap::new();
-    let mut reach = |name: &str, code: u8, arrival: bool| -> Vec<bool> {
-        let key = (name.to_owned(), code, arrival);
-        let found = known.entry(key).or_insert_with(|| match end_named(network, name) {
-            Some(end) => Reach::of(network, end, arrival).stands(code, 0.0),
-            None => vec![true; network.stands.len()],
+    // Stands by runway end, type and direction: by exits and entries with enough of the runway, where there are such.
+    let mut known: BTreeMap<(String, String, bool), Vec<bool>> = BTreeMap::new();
+    let mut reach = |name: &str, designator: &str, arrival: bool| -> Vec<bool> {
+        let key = (name.to_owned(), designator.to_owned(), arrival);
+        let found = known.entry(key).or_insert_with(|| {
+            let (Some(end), Some(row)) = (end_named(network, name), types.get(designator)) else {
+                return vec![true; network.stands.len()];
+            };
+            let (reach, code) = (Reach::of(network, end, arrival), code_of_span(row.class.span_m));
+            let stands = reach.stands(code, needs_m(network, row, &reach, end.1) - 1.0);
+            if stands.contains(&true) { stands } else { reach.stands(code, 0.0) }
         });
         found.clone()
     };
@@ -254,9 +258,9 @@ fn on_stands(
             })
         };
         let need = code_of_span(size.span_m);
-        let mut reached = reach(&d.runway, need, d.direction == Direction::Arrival);
+        let mut reached = reach(&d.runway, &d.designator, d.direction == Direction::Arrival);
         if let Some(next) = leaves_as[i] {
-            let left = reach(&drawn[next].runway, need, false);
+            let left = reach(&drawn[next].runway, &d.designator, false);
             reached.iter_mut().zip(left).for_each(|(r, l)| *r &= l);
         }
         let fits = |s: usize| network.stands[s].code >= need && reached[s];

@@ -5,7 +5,7 @@ use super::flights::flight_of;
 use crate::types::TypeRow;
 use models::frames::{Azimuth, wrap_pi};
 use models::traffic::network::{NetEdge, Network, code_of_span};
-use models::traffic::runway_roll::touchdown_zone;
+use models::traffic::runway_roll::{INTERSECTION_SHARE, touchdown_zone};
 use models::traffic::way::Arcs;
 use models::traffic::ways::SHARPEST_TURN_DEG;
 
@@ -211,29 +211,36 @@ pub(super) fn default_ends(network: &Network, arrival: bool) -> Vec<String> {
     vec![network.runways[r].names[end].clone()]
 }
 
-/// What a type lacks on the runways of a demand, m; 0: it can use them. Take-offs need 1.05 of their run and 100 m, landings the
-/// way from the farthest touchdown (900 m behind the threshold, less on a short runway) with 2 s and 2.2 m/s² of braking (assumed).
+/// Runway that a type needs behind an entry or before an exit, m. Take-offs need 1.15 of their run, where no entry has that 1.05 of
+/// it and 100 m; landings the way from the farthest touchdown (900 m behind the threshold, less on a short runway) with 2 s and
+/// 2.2 m/s² of braking (assumed).
+pub(super) fn needs_m(network: &Network, row: &TypeRow, reach: &Reach<'_>, end: usize) -> f64 {
+    let f = flight_of(row);
+    let v = f.landing.0;
+    if reach.arrival {
+        let runway = &network.runways[reach.runway];
+        let zone = touchdown_zone(runway.length_m - runway.displaced_m[end]);
+        return zone.within_m.1 + 2.0 * v + v * v / 4.4;
+    }
+    let run_m = f.take_off.1;
+    let longest_m = reach.doors.iter().map(|d| d.0).fold(0.0, f64::max);
+    (INTERSECTION_SHARE * run_m).min(longest_m).max(1.05 * run_m + 100.0)
+}
+
+/// What a type lacks on the runways of a demand, m; 0: it can use them.
 pub(super) fn lacks_m(
     network: &Network,
     row: &TypeRow,
     landing: &[String],
     leaving: &[String],
 ) -> f64 {
-    let f = flight_of(row);
-    let v = f.landing.0;
-    let landing_m = |(r, end): RunwayEnd| {
-        let runway = &network.runways[r];
-        let zone = touchdown_zone(runway.length_m - runway.displaced_m[end]);
-        zone.within_m.1 + 2.0 * v + v * v / 4.4
-    };
-    let take_off_m = 1.05 * f.take_off.1 + 100.0;
     let mut lacks = 0.0_f64;
     for (ends, arrival) in [(landing, true), (leaving, false)] {
         for name in ends {
             let Some(end) = end_named(network, name) else { continue };
             let code = code_of_span(row.class.span_m);
-            let need_m = if arrival { landing_m(end) } else { take_off_m };
-            lacks = lacks.max(need_m - Reach::of(network, end, arrival).length_m(code));
+            let reach = Reach::of(network, end, arrival);
+            lacks = lacks.max(needs_m(network, row, &reach, end.1) - reach.length_m(code));
         }
     }
     lacks
