@@ -278,18 +278,24 @@ fn airports_at_random_keep_what_traffic_has_to_keep() {
 }
 
 /// Airports on which something broke once: a crawl that ended with a jolt, somebody who was passed by for longer than twenty
-/// minutes, a bend of 0.4 m radius that was driven at 1 m/s, somebody who braked while he came to his line from 2 m beside it, and
-/// airports that nobody can land on or leave without a backtrack. One that is too short is refused with the reason.
+/// minutes, a bend of 0.4 m radius that was driven at 1 m/s, somebody who braked while he came to his line from 2 m beside it,
+/// airports that nobody can land on or leave without a backtrack, bends over a right angle whose arcs led off the pavement, and
+/// queues at a runway that were told as rings. One that is too short is refused with the reason.
 #[test]
 fn what_broke_on_an_airport_once_is_kept() {
     let once = [(33, "planned"), (70, "planned"), (59, "ordered"), (94, "ordered")];
-    let later = [175, 402, 550, 555].map(|seed| (seed, "planned"));
-    for (seed, policy) in once.into_iter().chain(later) {
+    let later = [175, 402, 550, 555, 1000, 1113, 1227, 1373].map(|seed| (seed, "planned"));
+    for (seed, policy) in once.into_iter().chain(later).chain([(1214, "ordered")]) {
         let name = format!("once-{seed}");
         let held = run(&name, &drawn(seed), 8.0, looks(seed, 0.3), policy);
         let held = held.unwrap_or_else(|e| panic!("seed {seed}: {e}"));
         assert_eq!(held.broken(), Vec::<String>::new(), "seed {seed}");
+        assert_eq!(held.core.unexpected_deadlocks(), 0, "seed {seed}");
     }
+    // Every departure enters from an intersection, with less ahead than is wanted there.
+    let held = run("once-scant", &drawn(1200), 8.0, looks(1200, 0.0), "planned").expect("usable");
+    assert_eq!(held.core.measures_of_served(), held.core.flights().len());
+    assert!(held.core.clearances().iter().filter(|c| c.kind == "TOF").count() >= 3);
     // Ends that are reached by a backtrack only.
     for seed in [29, 64] {
         let held = run("once-backtrack", &drawn(seed), 8.0, looks(seed, 0.0), "planned");

@@ -156,13 +156,18 @@ impl Core {
             // The way was made for a world that has changed: another one next time.
             if !planned || now > self.movers[m].timing.push_take_s + 60.0 && now > since + 60.0 {
                 let old = self.movers[m].clone();
+                let timings: Vec<Timing> = self.movers.iter().map(|o| o.timing.clone()).collect();
                 self.movers[m].push = Way::default();
                 self.movers[m].way = Way::default();
                 self.movers[m].timing = Timing::default();
                 if planned {
                     self.book();
-                    // Others may be planned over its stand: what does not fit in leaves the old plan.
+                    // Others may be planned over its stand: what does not fit in leaves the old plan, and the times of the others
+                    // as they were with it: re-timed without it they may come after it, who were before.
                     if !self.find_departure(m) {
+                        for (other, timing) in self.movers.iter_mut().zip(timings) {
+                            other.timing = timing;
+                        }
                         self.movers[m] = old;
                         self.book();
                     }
