@@ -411,7 +411,7 @@ fn darts(scene: &Scene) -> Vec<Dart> {
 }
 
 /// A car darts onto the line of a taxiing aircraft, 65 m before its nose, where it has taken all pieces to beyond: its pilot sees it, brakes,
-/// stands before it, and goes on when it has left.
+/// stands before it, is said to wait for it, and goes on when it has left.
 #[test]
 fn a_car_that_darts_in_front_of_an_aircraft_is_seen_and_not_hit() {
     let mut met = 0;
@@ -437,6 +437,7 @@ fn a_car_that_darts_in_front_of_an_aircraft_is_seen_and_not_hit() {
             let case =
                 format!("{airport} {} at {} s", core.flights()[dart.flight].callsign, dart.at_s);
             let (mut said, mut least_m, mut stood, mut beyond) = (0, f64::INFINITY, 0, false);
+            let mut named = 0;
             let start = (dart.at_s / scene.run.frame.s()) as i64;
             for frame in 1..=start + 3000 {
                 core.step(frame);
@@ -470,7 +471,10 @@ fn a_car_that_darts_in_front_of_an_aircraft_is_seen_and_not_hit() {
                 let theirs = outline(size, state.position_m.xy(), state.heading_rad);
                 let own = outline(CAR, now.at_m, now.heading_rad);
                 least_m = least_m.min(distance_m(&own, &theirs));
-                stood += u64::from(after_s < 40.0 && state.velocity_mps.norm() < 0.1);
+                let stands = after_s < 40.0 && state.velocity_mps.norm() < 0.1;
+                stood += u64::from(stands);
+                let waits = core.waiting(dart.flight).and_then(|w| w.behind);
+                named += u64::from(stands && waits == Some(NAME));
                 let along = Vector2::new(-dart.across.y, dart.across.x);
                 beyond |=
                     (state.position_m.xy() - dart.meets_m).dot(&along) > 20.0 && after_s > 45.0;
@@ -480,6 +484,7 @@ fn a_car_that_darts_in_front_of_an_aircraft_is_seen_and_not_hit() {
             if stood > 100 {
                 met += 1;
                 assert!(beyond, "{case}: it does not go on");
+                assert!(10 * named > 9 * stood, "{case}: named in {named} of {stood} frames");
             }
         }
     }

@@ -66,7 +66,11 @@ impl Core {
     #[must_use]
     pub fn waiting(&self, flight: usize) -> Option<Waiting<'_>> {
         let m = &self.movers[flight];
-        let since_s = m.waits_since_s?;
+        // Who stands before what he sees waits for that, also where the pieces ahead are his.
+        let seen =
+            || (m.phase == Phase::Taxiing && m.v == 0.0).then(|| self.sees(flight)).flatten();
+        let seen = m.waits_since_s.is_none().then(seen).flatten();
+        let since_s = m.waits_since_s.or(seen.and(m.still_since_s))?;
         let step = m.next.min(m.way.pieces.len().saturating_sub(1));
         let piece = m.way.pieces.get(step).map(|z| self.pieces.list[*z as usize].edge);
         let edge = piece.map(|e| &self.net.edges[e]);
@@ -77,7 +81,7 @@ impl Core {
         let parked = m.phase == Phase::Parked;
         let take_s = if parked { m.timing.push_take_s } else { self.order_of(flight, step) };
         Some(Waiting {
-            behind: m.waits_for.map(|o| self.name_of(o)),
+            behind: seen.map(|s| s.1).or(m.waits_for).map(|o| self.name_of(o)),
             place,
             since_s,
             planned_s: m.timing.planned.then_some(take_s - self.time_s).filter(|s| s.is_finite()),

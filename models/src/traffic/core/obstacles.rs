@@ -146,6 +146,11 @@ impl Core {
         }
     }
 
+    /// Number of a mover that a person drives, as [`Core::name_of`] counts.
+    pub(super) fn hand_number(&self, hand: usize) -> usize {
+        self.flights.len() + self.obstacles.all.len() + hand
+    }
+
     /// Once a second: what obstacles hold, and whom they overlap.
     pub(super) fn look_at_obstacles(&mut self) {
         if self.alone() {

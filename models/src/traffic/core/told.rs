@@ -34,15 +34,17 @@ const RESTS_S: f64 = 30.0;
 
 /// What somebody covers now or in some seconds.
 struct Body {
+    /// Whose, as [`Core::name_of`] counts.
+    who: usize,
     after_s: f64,
     middle_m: Vector2<f64>,
     reach_m: f64,
     outline: [Rectangle; 2],
 }
 
-fn body(size: Size, middle_m: Vector2<f64>, heading_rad: f64, after_s: f64) -> Body {
+fn body(who: usize, size: Size, middle_m: Vector2<f64>, heading_rad: f64, after_s: f64) -> Body {
     let reach_m = 0.5 * libm::hypot(size.length_m, size.span_m);
-    Body { after_s, middle_m, reach_m, outline: outline(size, middle_m, heading_rad) }
+    Body { who, after_s, middle_m, reach_m, outline: outline(size, middle_m, heading_rad) }
 }
 
 impl Body {
@@ -176,6 +178,11 @@ impl Core {
     /// Distance that is free before the guided point of a mover, m, as its pilot sees it; `None` while nobody goes by sight or nothing
     /// is near.
     pub(super) fn sees_free_m(&self, m: usize) -> Option<f64> {
+        self.sees(m).map(|(free_m, _)| free_m)
+    }
+
+    /// The same, and who is there: a flight or, behind flights and obstacles, a mover that a person drives.
+    pub(super) fn sees(&self, m: usize) -> Option<(f64, usize)> {
         if self.by_sight.is_empty() && self.hands.is_empty() {
             return None;
         }
@@ -198,7 +205,7 @@ impl Core {
             }
             let theirs = self.flights[o].size;
             if on_ground(&state) {
-                bodies.push(body(theirs, state.position_m.xy(), state.heading_rad, 0.0));
+                bodies.push(body(o, theirs, state.position_m.xy(), state.heading_rad, 0.0));
             }
             // Of two who go by sight, the later one in the list lets the other pass.
             let yields = own && !(self.by_sight.contains(&o) && o > m);
@@ -206,18 +213,19 @@ impl Core {
                 bodies.extend(self.will_cover(o, theirs));
             }
         }
-        for hand in &self.hands {
+        for (n, hand) in self.hands.iter().enumerate() {
+            let who = self.hand_number(n);
             if (hand.middle_m() - here.position_m.xy()).norm() < near_m {
                 let way = hand.stopping().into_iter();
                 bodies.extend(
-                    way.map(|(after_s, at, heading)| body(hand.of.size, at, heading, after_s)),
+                    way.map(|(after_s, at, heading)| body(who, hand.of.size, at, heading, after_s)),
                 );
             }
         }
         if bodies.is_empty() {
             return None;
         }
-        let now = body(size, here.position_m.xy(), here.heading_rad, 0.0);
+        let now = body(m, size, here.position_m.xy(), here.heading_rad, 0.0);
         // Who is in the way of somebody already goes on; to who stands there, no nearer than now.
         let apart: Vec<f64> = bodies.iter().map(|b| now.within_m(b, ROOM_M)).collect();
         let guided_m = 0.4 * size.length_m;
@@ -232,17 +240,17 @@ impl Core {
             let on = mover.way.path.at(mover.s + ahead_m);
             let heading_rad = on.heading_rad - slip;
             let middle_m = on.at_m - Azimuth::from_rad(heading_rad).unit() * guided_m;
-            let then = body(size, middle_m, heading_rad, 0.0);
-            let meets = bodies.iter().zip(&apart).any(|(b, apart)| {
+            let then = body(m, size, middle_m, heading_rad, 0.0);
+            let meets = bodies.iter().zip(&apart).find(|(b, apart)| {
                 let in_time = b.after_s <= at_s + AFTER_S;
                 let present = b.after_s == 0.0;
-                if !in_time || !present && *apart < ROOM_M {
+                if !in_time || !present && **apart < ROOM_M {
                     return false;
                 }
                 then.within_m(b, ROOM_M) < apart.min(ROOM_M) - 0.05
             });
-            if meets {
-                return Some((ahead_m - STEP_M).max(0.0));
+            if let Some((met, _)) = meets {
+                return Some(((ahead_m - STEP_M).max(0.0), met.who));
             }
         }
         None
@@ -266,7 +274,7 @@ impl Core {
             }
             let gone_m = other.v * after_s + 0.5 * other.a.max(0.0) * after_s * after_s;
             let on = other.way.path.at(other.s + gone_m - guided_m);
-            bodies.push(body(size, on.at_m, on.heading_rad, after_s));
+            bodies.push(body(o, size, on.at_m, on.heading_rad, after_s));
         }
         bodies
     }
@@ -388,11 +396,11 @@ impl Core {
         let mut found = Vec::new();
         for m in self.by_sight.iter().copied() {
             let Some(state) = self.state(m).filter(|s| s.position_m.z < 3.0) else { continue };
-            let own = body(self.flights[m].size, state.position_m.xy(), state.heading_rad, 0.0);
+            let own = body(m, self.flights[m].size, state.position_m.xy(), state.heading_rad, 0.0);
             for o in (0..self.movers.len()).filter(|o| *o != m) {
                 let Some(state) = self.state(o).filter(|s| s.position_m.z < 3.0) else { continue };
                 let theirs =
-                    body(self.flights[o].size, state.position_m.xy(), state.heading_rad, 0.0);
+                    body(o, self.flights[o].size, state.position_m.xy(), state.heading_rad, 0.0);
                 if own.within_m(&theirs, 1.0) == 0.0 {
                     found.push((m.min(o), m.max(o)));
                 }
