@@ -18,7 +18,7 @@ use std::sync::Arc;
 /// Arcs of a pushback up to the bend, arcs behind it, arcs of the way after it.
 type Pushback = (Vec<usize>, Vec<usize>, Vec<usize>);
 
-/// Standing under way for so long holds back pushbacks under [`Policy::Ordered`], s (assumed).
+/// Standing under way for so long holds back pushbacks and landings under [`Policy::Ordered`], s (assumed).
 const STARVED_S: f64 = 300.0;
 
 /// Who is not cleared to push for so long after his planned time gives his plan up, s (assumed).
@@ -205,8 +205,8 @@ impl Core {
     }
 
     /// Under the banker's rule whoever comes new may pass by somebody who waits, again and again: nobody is pushed back while
-    /// somebody under way has stood for [`STARVED_S`].
-    fn starves(&self, m: usize) -> bool {
+    /// somebody under way has stood for [`STARVED_S`], and nobody released to final, who could keep him off a runway.
+    pub(super) fn starves(&self, m: usize) -> bool {
         let starved = |o: usize| {
             let other = &self.movers[o];
             let since = other.waits_since_s.filter(|_| other.phase == Phase::Taxiing);
