@@ -197,6 +197,19 @@ impl Rules {
         }
     }
 
+    /// Whether something may be asked as it was in an earlier run: the time of a state is that of the run.
+    ///
+    /// # Errors
+    /// Why not, in a sentence.
+    pub fn check_said(&self, action: &SeatAction) -> Result<(), String> {
+        if let SeatAction::Give { state, .. } = self.check(action, 0)?
+            && !matches!(state.parse::<Words>()?.when, When::Run(_))
+        {
+            return Err("give: of a state that was, the time is `run NANOSECONDS`".into());
+        }
+        Ok(())
+    }
+
     fn given(&self, callsign: &str, words: &Words) -> Result<Given, String> {
         let short = |t: &str| t.chars().take(12).collect::<String>();
         let flight = scenarios::handover::flight(&self.types, &words.designator, callsign)

@@ -298,6 +298,9 @@ fn read_for(path: &std::path::Path, door: &SeatDoor) -> anyhow::Result<Vec<(Fram
     let sound = |frame: Frame, number: u64, words: SeatWords| {
         let order = words.read()?;
         door.has(&order.seat)?;
+        if let (handover::SEAT, Some(rules)) = (&*order.seat, &door.handover) {
+            rules.check_said(&order.action)?;
+        }
         Ok::<_, String>((frame, SeatInput { number, order }))
     };
     if path.extension().is_some_and(|e| e == "sqlite") {

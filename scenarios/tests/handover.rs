@@ -302,3 +302,34 @@ fn equal_asks_give_equal_bits() {
     let digest = |_: u32| judge("LZIB", "planned", 31, 8.0, 100).expect("a known airport").digest;
     assert_eq!(digest(0), digest(1));
 }
+
+#[test]
+fn places_that_nobody_could_use_are_refused() {
+    let text = |more: &str, places: &str| {
+        format!(
+            "[run]\ntitle = \"t\"\nseed = 1\nduration_s = 600\n[airport]\nlayout = \"airports/LZIB.apt.dat\"\n{more}\n[[traffic]]\nkind = \"handover\"\n{places}\n"
+        )
+    };
+    let traffic = "[[traffic]]\nkind = \"generated\"\narrivals_per_h = 20\n";
+    let sees = format!("{traffic}[control]\nsees = \"truth\"\n");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scene.toml");
+    let load = |text: String| scenarios::load_text(&path, &text).map_err(|e| e.to_string());
+    for (more, places, words) in [
+        ("", "", "with flights beside it"),
+        (&sees, "", "without controllers"),
+        (traffic, "count = 0", "1 ..= 500"),
+        (traffic, "count = 501", "1 ..= 500"),
+        (traffic, "type = \"FOLLOWME\"", "allowed is"),
+        (traffic, "callsign = \"A\"", "unknown key"),
+        (traffic, "[[traffic]]\nkind = \"handover\"", "handover"),
+    ] {
+        let why = load(text(more, places)).map(|_| ()).expect_err(words);
+        assert!(why.contains(words), "{why} lacks {words}");
+    }
+    let scene = load(text(traffic, "type = \"A388\"\ncount = 7")).expect("a sound scene");
+    let behaving = scene.traffic.behaving.as_ref().expect("behaves");
+    assert_eq!(behaving.places.len(), 7);
+    // A place is nobody before, and the largest type can be given.
+    let core = behaving.core(&scene.run, 1).expect("with truth");
+    assert!((0..core.flights().len()).skip(behaving.flights.len()).all(|f| core.is_free_place(f)));
+}
