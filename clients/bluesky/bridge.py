@@ -264,7 +264,7 @@ class Bridge:
             if self.handover and self.handover.releasing(name) and name in self.theirs:
                 self.confirm(name, (lat, lon), now)
                 self.as_ours(name, now, simt)
-            elif name in ours or name in self.created:
+            elif (name in ours or name in self.created) and not (self.handover and name in self.handover.released):
                 self.confirm(name, (lat, lon), now)
             else:
                 self.visit(name, (lat, lon), alt, gs, math.radians(trk), vs, now, simt)

@@ -105,9 +105,11 @@ class Handover:
                 self.addresses[row["callsign"].upper()] = int(address, 16) if isinstance(address, str) else address
 
     def on_truth(self, body, ours, now):
-        """`ours`: rows by name."""
+        """`ours`: rows by name; those of who was let go since are taken out."""
         time_s = body["time_s"]
         self.clock.scan(time_s, now)
+        for name in [n for n in ours if n in self.released and time_s < self.released[n]["time_s"]]:
+            del ours[name]
         for row in body["truth"]:
             entity = self.bridge.theirs.get(str(row.get("callsign", "")).upper())
             if not row.get("ours") and entity and entity.sent:
@@ -121,7 +123,7 @@ class Handover:
                 self.released.pop(name, None)
                 self.note(name, "taken")
         for name in [n for n, asked in self.handing.items() if asked.kind == "release" and n not in ours]:
-            self._let_go(name, now)
+            self._let_go(name, now, time_s)
         for name, row in ours.items():
             before = self.rows.get(name)
             if before and time_s > before[0]:
@@ -145,7 +147,7 @@ class Handover:
                     if done.get("refused"):
                         self._kept(name, done["refused"])
                     elif asked.kind == "release":
-                        self._let_go(name, time.monotonic())
+                        self._let_go(name, time.monotonic(), done["time_s"])
 
     # Theirs to ours.
 
@@ -218,12 +220,12 @@ class Handover:
         asked = self.handing.get(name)
         return asked is not None and asked.kind == "release"
 
-    def _let_go(self, name, now):
+    def _let_go(self, name, now, time_s):
         self.handing.pop(name, None)
         last = self.as_ours(name, now)
         self.bridge.created.pop(name, None)
         self.bridge.pending.pop(name, None)
-        self.released[name] = {"last": last, "at": now, "offset": None}
+        self.released[name] = {"last": last, "at": now, "offset": None, "time_s": time_s}
         self.note(name, "let_go")
         self.bridge.flies_on(name, last)
 

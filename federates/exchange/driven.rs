@@ -33,7 +33,7 @@ pub fn any(scene: &Scene) -> bool {
 /// Whether the traffic of a scene acts upon what the member `visitors` lets in.
 #[must_use]
 pub fn hears(scene: &Scene) -> bool {
-    any(scene) || super::handover::places(scene) > 0
+    any(scene) || scene.traffic.behaving.as_ref().is_some_and(|b| !b.places.is_empty())
 }
 
 /// Names of the seats from which people drive what is there to be driven.

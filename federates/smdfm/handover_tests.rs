@@ -24,7 +24,7 @@ const THEIRS: EntityId = EntityId { site: 300, application: 300, entity: 7 };
 
 fn scene(airport: &str, departures_per_h: f64) -> Arc<Scene> {
     let text = format!(
-        "[run]\ntitle = \"t\"\nseed = 5\nduration_s = 900\n[airport]\nlayout = \"airports/{airport}.apt.dat\"\n[[traffic]]\nkind = \"generated\"\n\
+        "[run]\ntitle = \"t\"\nseed = 5\nduration_s = 3600\n[airport]\nlayout = \"airports/{airport}.apt.dat\"\n[[traffic]]\nkind = \"generated\"\n\
          profile = \"even\"\narrivals_per_h = 4\ndepartures_per_h = {departures_per_h}\n[[traffic]]\nkind = \"handover\"\n[[sensor]]\nkind = \"adsb\"\nname = \"a\"\n"
     );
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/handover.toml");

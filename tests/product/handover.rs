@@ -30,12 +30,11 @@ fn fly(scene: &str, arguments: &[&str]) -> Value {
 fn asks(folder: &Folder, scene: &str) -> String {
     let loaded = scenarios::load(std::path::Path::new(scene)).expect("the scene");
     let behaving = loaded.traffic.behaving.as_ref().expect("behaves");
-    let lands = behaving.flights.iter().find(|f| f.direction == Direction::Arrival);
-    let (r, end) = lands.expect("an arrival").runway;
+    let leaves = behaving.flights.iter().find(|f| f.direction == Direction::Departure);
+    let leaves = leaves.expect("a departure");
+    let (r, end) = leaves.runway;
     let runway = &behaving.network.runways[r];
     let along = (runway.ends_m[1 - end] - runway.ends_m[end]).normalize();
-    let leaves = &behaving.flights.iter().find(|f| f.direction == Direction::Departure);
-    let leaves = &leaves.expect("a departure").callsign;
     let state = |at_s: f64, up_m: f64| {
         let at = (runway.ends_m[end] - along * 9000.0) * 1e3;
         let v = along * 75e3;
@@ -50,7 +49,7 @@ fn asks(folder: &Folder, scene: &str) -> String {
         line(400, "give", "BSK2", &state(20.0, 1500.0)),
         line(420, "give", "BSK1", &state(21.0, 490.0)),
         line(500, "give", "BSK1", &state(25.0, 490.0)),
-        line(600, "release", leaves, ""),
+        line(600, "release", &leaves.callsign, ""),
     ];
     let path = folder.file("asks.jsonl");
     std::fs::write(&path, all.join("\n")).expect("inputs");
