@@ -1,7 +1,7 @@
-"""Aircraft change hands between a run and a real headless BlueSky: `unshare -rn python check_handover.py SEEDS AIRPORT.apt.dat FOLDER`.
+"""Aircraft change hands between a run and a real headless BlueSky: `unshare -rn python check_handover.py SEEDS AIRPORT.apt.dat FOLDER [SECONDS]`.
 
 BlueSky's fly a final, are given, land and taxi to their stands; departures of the run are let go and flown on. Judged by the run's own database:
-one row of truth a scan, one track, no jump. Prints one JSON object.
+one row of truth a scan, one track, no jump. Prints one JSON object; exit code 1 if something in it is `broken`.
 """
 
 import json
@@ -16,7 +16,7 @@ from pathlib import Path
 import seeds_client as seeds
 from check import HERE, Picture, attempt, bluesky, settle, wait
 
-SECONDS = 420
+SECONDS = 600
 SCENE = """[run]
 title = "handover"
 seed = 12
@@ -27,7 +27,7 @@ layout = "{airport}"
 kind = "generated"
 profile = "even"
 arrivals_per_h = 2
-departures_per_h = 40
+departures_per_h = 60
 [[traffic]]
 kind = "handover"
 [[sensor]]
@@ -74,9 +74,10 @@ def judged(log, name):
 
 def main():
     program, airport, folder = sys.argv[1], Path(sys.argv[2]).resolve(), Path(sys.argv[3])
+    seconds = int(sys.argv[4]) if len(sys.argv) > 4 else SECONDS
     subprocess.run(["ip", "link", "set", "lo", "up"], check=True)
     scene = folder / "handover.toml"
-    scene.write_text(SCENE.format(seconds=SECONDS, airport=airport))
+    scene.write_text(SCENE.format(seconds=seconds, airport=airport))
     found = {"airport": airport.name}
     run = subprocess.Popen([program, "run", str(scene), "--no-viewer", "--visitors", "--public=tcp/127.0.0.1:7448", "--record", str(folder / "run.pcapng")],
                            stdout=subprocess.PIPE, stderr=open(folder / "run.txt", "w"), text=True)
@@ -104,7 +105,7 @@ def main():
             name = f"BSK{n + 1}"
             picture.wire.command(picture.node(), f"CRE {name},A320,{lat:.7f},{lon:.7f},{course:.2f},{feet:.0f},150")
             picture.wire.command(picture.node(), f"ALT {name},0,760;SPD {name},150")
-        code = wait(SECONDS + 120, lambda: run.poll() is not None, picture.poll)
+        code = wait(seconds + 120, lambda: run.poll() is not None, picture.poll)
         assert code, "the run does not end"
         found["bridge"] = json.loads(bridge.communicate(timeout=20)[0].strip().splitlines()[-1])
         found["summary"] = json.loads(run.communicate(timeout=60)[0].strip().splitlines()[-1])
@@ -129,7 +130,27 @@ def main():
     found["landed"] = dict(log.execute("SELECT callsign, aldt_ns / 1000000000 FROM movements WHERE callsign LIKE 'BSK%'").fetchall())
     found["tracks"] = {name: [t for t, in log.execute(
         "SELECT DISTINCT track FROM truth WHERE callsign = ? AND track IS NOT NULL", (name,))] for name in sorted(done)}
+    found["broken"] = broken(found)
     print(json.dumps(found))
+    sys.exit(1 if found["broken"] else 0)
+
+
+def broken(found):
+    """What is not as it has to be: truth without gap or overlap, jumps of 5 m and 3 m/s at most, one track, a run without a fault."""
+    words = []
+    for name, of in found["judged"].items():
+        if of["twice"] or of["missing"]:
+            words.append(f"{name}: {of['twice']} scans twice, {of['missing']} missing")
+        words += [f"{name}: {change}" for change in of["changes"] if change["beside_m"] > 5.0 or change["speed_mps"] > 3.0]
+        if not of["changes"]:
+            words.append(f"{name} did not change hands")
+        if len(found["tracks"][name]) != 1:
+            words.append(f"{name}: tracks {found['tracks'][name]}")
+    if not found["judged"]:
+        words.append("nobody changed hands")
+    if found["run_code"] != 0 or found["summary"]["faults"]:
+        words.append(f"run: {found['run_code']} {found['summary']['faults']}")
+    return words
 
 
 if __name__ == "__main__":

@@ -234,7 +234,7 @@ class Handover:
         let_go = self.released.get(name)
         if not let_go or not let_go["last"]:
             return place, alt, velocity
-        since = now - let_go["at"]
+        since = (now - let_go["at"]) * self.clock.rate
         if let_go["offset"] is None:
             (lat, lon), height, (vx, vy, vz) = let_go["last"]
             lat, height = lat + vy * since / 111_194.9, height + vz * since
@@ -243,7 +243,7 @@ class Handover:
             let_go["offset"] = ((lon - place[1]) * cos, (lat - place[0]) * 111_194.9, height - alt)
             let_go["rate"] = (vx - velocity[0], vy - velocity[1], vz - velocity[2])
             let_go["from"] = now
-        x = min((now - let_go["from"]) / BLEND_S, 1.0)
+        x = min((now - let_go["from"]) * self.clock.rate / BLEND_S, 1.0)
         x3 = x**3
         offset, rate = 1 - x3 * (10 - 15 * x + 6 * x * x), x - x3 * (6 - 8 * x + 3 * x * x)
         offset_rate, rate_rate = -30 * x * x * (1 - x) ** 2 / BLEND_S, 1 - x * x * (18 - 32 * x + 15 * x * x)
