@@ -5,7 +5,8 @@
     python clients/bluesky/bridge.py --dis 127.255.255.255:3000
 
 Ours go out as MOVE once a scan; theirs come in as DIS entities of application 300, as those of any visitor do. Who is in the run's truth
-and ours there is never taken from BlueSky. Freeze sends HOLD, going on OP, rate x DTMULT x. Ends with the run, or by Ctrl-C.
+and ours there is never taken from BlueSky. With --handover theirs on final are given to the run's traffic, and ours that climb away are
+let go (handover.py); the scene needs [[traffic]] kind = "handover" for that. Freeze sends HOLD, going on OP, rate x DTMULT x. Ends with the run, or by Ctrl-C.
 """
 
 import argparse
@@ -19,6 +20,7 @@ import threading
 import time
 
 import entity_pdu
+import handover
 import seeds_client as seeds
 from wire import Wire
 
@@ -29,6 +31,7 @@ LEAST_JUMP_M = 300.0
 HELD_S = 2.0
 HEARTBEAT_S = 4.0
 DRIFT_M = 1.0
+ANSWERS_S = 5.0
 
 
 def cas_mps(tas_mps, altitude_m):
@@ -51,7 +54,8 @@ class Theirs:
 
     def __init__(self, number):
         self.number, self.seen_s, self.place, self.simt = number, 0.0, None, None
-        self.sent = None  # place, velocity, height and wall time as others know them
+        self.sent = None  # place, height, velocity and wall time as others know them
+        self.answered_s = None  # when its transponder was told last
 
 
 class Bridge:
@@ -70,6 +74,8 @@ class Bridge:
         self.created, self.pending = {}, {}
         self.count = {key: 0 for key in ("moves", "confirmed", "late", "dropped", "resets", "nodes_lost", "server_lost", "entities", "pdus", "damaged")}
         self.latencies = []
+        limits = {key: getattr(arguments, key) for key in ("capture_nm", "capture_ft", "release_ft")}
+        self.handover = handover.Handover(self, limits) if arguments.handover else None
 
     # What goes out.
 
@@ -87,17 +93,41 @@ class Bridge:
     def pdu(self, callsign, entity, row, gone=False):
         lat, lon, height_m, velocity = row
         identifier = (self.arguments.site, 300, entity.number)
-        octets = entity_pdu.entity_state(self.arguments.exercise, identifier, callsign, "ZZZZ", lat, lon, height_m, velocity, gone)
+        kind = (self.handover.types.get(callsign) if self.handover else None) or "ZZZZ"
+        self.send(entity_pdu.entity_state(self.arguments.exercise, identifier, callsign, kind, lat, lon, height_m, velocity, gone))
+        now = time.monotonic()
+        if self.handover and not gone and (entity.answered_s is None or now - entity.answered_s > ANSWERS_S):
+            entity.answered_s = now
+            address = self.handover.address(callsign)
+            self.send(entity_pdu.iff(self.arguments.exercise, identifier, callsign, address))
+
+    def send(self, octets):
         try:
             self.socket.sendto(octets, self.arguments.dis)
             self.count["pdus"] += 1
         except OSError:
             pass  # the run has no network any more: it ends elsewhere
 
+    def shows(self, name):
+        """One of ours is told of as theirs, too: who has it in the run hides it there."""
+        if name not in self.theirs:
+            self.theirs[name] = Theirs(self.numbers.setdefault(name, len(self.numbers) % 65_000 + 1))
+            self.count["entities"] += 1
+
+    def flies_on(self, name, last):
+        """BlueSky has it from now on: it climbs straight on."""
+        if last:
+            _, height_m, (east, north, _) = last
+            speed = math.hypot(east, north)
+            heading, knots = math.degrees(math.atan2(east, north)) % 360.0, cas_mps(speed, height_m) / KT_MPS
+            self.say(f"ALT {name},{height_m / FT_M + 5000.0:.0f};SPD {name},{knots:.0f};HDG {name},{heading:.1f}")
+
     # The run.
 
     def on_state(self, body):
         phase, rate = body["phase"], body.get("rate")
+        if self.handover:
+            self.handover.on_state(body)
         if rate is None and phase == "RUNNING":
             sys.exit("bridge: the run goes as fast as possible; BlueSky has real time: leave out --fast")
         if rate != self.rate and rate:
@@ -108,14 +138,16 @@ class Bridge:
 
     def on_truth(self, body):
         rows = {row["callsign"].upper(): row for row in body["truth"] if row.get("ours") and row.get("lat_deg") is not None and row["callsign"]}
+        now = time.monotonic()
+        if self.handover:
+            self.handover.on_truth(body, rows, now)
         gone = [name for name in self.created if name not in rows]
         lines = [f"DEL {name}" for name in gone]
         for name in gone:
             del self.created[name]
             self.pending.pop(name, None)
-        now = time.monotonic()
         for name, row in rows.items():
-            altitude_m = row["altitude_m"] + self.arguments.elevation
+            altitude_m = self.handover.height_m(row) if self.handover else row["altitude_m"] + self.arguments.elevation
             speed = math.hypot(row["vx_ms"], row["vy_ms"])
             knots = cas_mps(speed, altitude_m) / KT_MPS
             place = f"{row['lat_deg']:.7f},{row['lon_deg']:.7f}"
@@ -178,8 +210,13 @@ class Bridge:
     def leave(self):
         """The node is gone: what was its own ends at once."""
         self.node = None
+        self.begin_again()
+
+    def begin_again(self):
         self.created.clear()
         self.pending.clear()
+        if self.handover:
+            self.handover.forget()
         self.end(list(self.theirs))
 
     def end(self, names):
@@ -192,12 +229,12 @@ class Bridge:
         if topic == "RESET":
             self.count["resets"] += 1
             self.write("in", topic, None)
-            self.created.clear()
-            self.pending.clear()
-            self.end(list(self.theirs))
+            self.begin_again()
             self.say("OP" if self.phase in (None, "RUNNING") else "HOLD")
         elif topic == "ECHO":
             self.write("in", topic, data if isinstance(data, (dict, str)) else str(data))
+            if self.handover and isinstance(data, dict):
+                self.handover.on_echo(str(data.get("text", "")))
         elif topic == "ACDATA" and isinstance(data, dict):
             try:
                 self.aircraft(data)
@@ -224,12 +261,24 @@ class Bridge:
             if not all(map(math.isfinite, (lat, lon, alt, gs, trk, vs))) or abs(lat) > 90 or abs(lon) > 360:
                 self.count["dropped"] += 1
                 continue
-            if name in ours or name in self.created:
+            if self.handover and self.handover.releasing(name) and name in self.theirs:
+                self.confirm(name, (lat, lon), now)
+                self.as_ours(name, now, simt)
+            elif (name in ours or name in self.created) and not (self.handover and name in self.handover.released):
                 self.confirm(name, (lat, lon), now)
             else:
                 self.visit(name, (lat, lon), alt, gs, math.radians(trk), vs, now, simt)
         if now - self.moved_s < GONE_S:
             self.end([name for name, entity in self.theirs.items() if now - entity.seen_s > GONE_S])
+
+    def as_ours(self, name, now, simt):
+        """One that is to be let go is told of where the run has it."""
+        entity, known = self.theirs[name], self.handover.as_ours(name, now)
+        entity.seen_s, entity.place, entity.simt = now, None, simt
+        if known:
+            place, height_m, velocity = known
+            entity.sent = (place, height_m, velocity, now)
+            self.pdu(name, entity, (*place, height_m, velocity))
 
     def confirm(self, name, place, now):
         asked = self.pending.get(name)
@@ -260,12 +309,16 @@ class Bridge:
             self.count["entities"] += 1
         entity.seen_s, entity.place, entity.simt = now, place, simt
         velocity = (gs * math.sin(track), gs * math.cos(track), vs)
+        if self.handover:
+            self.handover.wanted(name, place, alt, gs, track, vs, now)
+            place, alt, velocity = self.handover.blended(name, place, alt, velocity, now)
         if entity.sent:
             (lat, lon), height_m, known, at = entity.sent
             scale = (self.rate or 1.0) * (now - at)
             believed = (lat + known[1] * scale / 111_194.9, lon + known[0] * scale / (111_194.9 * math.cos(math.radians(lat))))
             off_m = math.hypot(metres(place, believed), alt - height_m - known[2] * scale)
-            if off_m < DRIFT_M and now - at < HEARTBEAT_S:
+            handing = self.handover and name in self.handover.handing
+            if off_m < DRIFT_M and now - at < HEARTBEAT_S and not handing:
                 return
         entity.sent = (place, alt, velocity, now)
         self.pdu(name, entity, (*place, alt, velocity))
@@ -279,7 +332,9 @@ class Bridge:
             try:
                 with seeds.connect(self.arguments.endpoint, self.arguments.exercise, client="bluesky") as run:
                     heard.put(("state", run.last("state")))
-                    for body in run.messages("truth", "state"):
+                    if self.handover:
+                        heard.put(("flights", run.last("flights")))
+                    for body in run.messages("truth", "state", *(("handovers",) if self.handover else ())):
                         heard.put((body["schema"].split("/")[0].removeprefix("seeds."), body))
                 heard.put(("over", None))
             except Exception as error:  # said by the main thread
@@ -296,7 +351,12 @@ class Bridge:
                     if kind == "over":
                         why = body
                         return why
-                    (self.on_state if kind == "state" else self.on_truth)(body)
+                    if kind in ("flights", "handovers"):
+                        getattr(self.handover, f"on_{kind}")(body)
+                    else:
+                        (self.on_state if kind == "state" else self.on_truth)(body)
+                if self.handover:
+                    self.handover.poll(time.monotonic())
         except KeyboardInterrupt:
             return None
         finally:
@@ -330,6 +390,11 @@ def main():
     parser.add_argument("--host", default="127.0.0.1", help="of the BlueSky server")
     parser.add_argument("--receive", type=int, default=11000)
     parser.add_argument("--send", type=int, default=11001)
+    parser.add_argument("--handover", action="store_true", help="give theirs on final to the run's traffic, take ours that climb away")
+    parser.add_argument("--capture-nm", type=float, default=5.0, help="theirs are given within so many miles of the airport")
+    parser.add_argument("--capture-ft", type=float, default=1500.0, help="and below so many feet above it")
+    parser.add_argument("--release-ft", type=float, default=1000.0, help="ours are let go above so many feet")
+    parser.add_argument("--type", default="A320", help="type of theirs whose type BlueSky does not tell")
     parser.add_argument("--log", metavar="FILE", help="what comes and goes, one JSON object a line")
     why = Bridge(parser.parse_args()).run()
     if why:

@@ -70,3 +70,14 @@ def entity_state(exercise, identifier, marking, designator, lat_deg, lon_deg, he
     ])
     wall_s = time.time() if wall_s is None else wall_s
     return struct.pack(">BBBBIHBB", 7, exercise, 1, 1, stamp(wall_s), 12 + len(body), 0, 0) + body
+
+
+def iff(exercise, identifier, callsign, address, wall_s=None):
+    """IFF: a Mode S transponder in the air, on; the aircraft's call sign and address in layer 4."""
+    name = callsign.encode("ascii", "ignore")[:8].ljust(8)
+    layer_1 = struct.pack(">HHH6x12xHHBBBBBBBB12x", *identifier, 11, 0, 0, 0, 0, 0, 1, 0, 1 << 1 | 1 << 4, 0)
+    basic = struct.pack(">HBB8sIBBHB3x", 1 | 1 << 13, 0, 1, name, address & 0xFFFFFF, 0, 0, 0, 0)
+    layer_4 = struct.pack(">BBHHH", 4, 0, 36, *identifier[:2]) + basic + bytes(4)
+    body = layer_1 + layer_4
+    wall_s = time.time() if wall_s is None else wall_s
+    return struct.pack(">BBBBIHBB", 7, exercise, 28, 6, stamp(wall_s), 12 + len(body), 0, 0) + body

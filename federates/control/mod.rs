@@ -20,8 +20,8 @@ use crate::runtime::digest::Digest;
 use crate::runtime::federate::{Federate, FrameInputs, FrameOut, Publication};
 use crate::runtime::frame_time::FrameTime;
 use crate::runtime::messages::{
-    AlertMessage, ClearanceNotice, FederateStatus, FinalReport, Frame, Kind, Notice, RunConfig,
-    SeatMessage, TrackNotice,
+    AlertMessage, ClearanceNotice, FederateStatus, FinalReport, Frame, HANDOVER_SEAT, Kind, Notice,
+    RunConfig, SeatMessage, TrackNotice,
 };
 use models::control::alert::{Alert, Change};
 use models::control::clearance::{Board, Clearance, ClearanceKind};
@@ -123,7 +123,8 @@ impl Control {
                 }
                 // Whoever drives himself is nobody's controller.
                 Notice::Seat(input)
-                    if driven::wheel_of(&self.scene, &input.order.seat).is_none() =>
+                    if driven::wheel_of(&self.scene, &input.order.seat).is_none()
+                        && input.order.seat != HANDOVER_SEAT =>
                 {
                     if let Some(seats) = &mut self.seats {
                         seats.input(*effect, input);

@@ -241,7 +241,9 @@ impl People {
             | SeatAction::Take
             | SeatAction::Decide { .. }
             | SeatAction::WhatIf { .. }
-            | SeatAction::Drive { .. } => Ok((String::new(), None)),
+            | SeatAction::Drive { .. }
+            | SeatAction::Give { .. }
+            | SeatAction::Release { .. } => Ok((String::new(), None)),
         }
     }
 

@@ -15,13 +15,25 @@ const DELAY_S: f64 = 0.2;
 /// The same in frames, one at least.
 #[must_use]
 pub fn delay_frames(scene: &Scene) -> Frame {
-    (DELAY_S / scene.run.frame.s()).round().max(1.0) as Frame
+    delay_in(scene.run.frame.s())
+}
+
+/// The same in frames of a length, s.
+#[must_use]
+pub fn delay_in(frame_s: f64) -> Frame {
+    (DELAY_S / frame_s).round().max(1.0) as Frame
 }
 
 /// Whether people can drive anything of a scene.
 #[must_use]
 pub fn any(scene: &Scene) -> bool {
     scene.traffic.behaving.as_ref().is_some_and(|b| b.by_hand || !b.driven.is_empty())
+}
+
+/// Whether the traffic of a scene acts upon what the member `visitors` lets in.
+#[must_use]
+pub fn hears(scene: &Scene) -> bool {
+    any(scene) || scene.traffic.behaving.as_ref().is_some_and(|b| !b.places.is_empty())
 }
 
 /// Names of the seats from which people drive what is there to be driven.
@@ -59,6 +71,8 @@ pub fn notice(scene: &Scene, core: &Core, said: Frame, input: &SeatInput) -> Opt
         SeatAction::Here
         | SeatAction::Decide { .. }
         | SeatAction::WhatIf { .. }
+        | SeatAction::Give { .. }
+        | SeatAction::Release { .. }
         | SeatAction::Say { .. } => return None,
     };
     Some(Notice {

@@ -6,6 +6,7 @@ pub mod dis_types;
 pub mod driven;
 pub mod entity_state;
 pub mod flights;
+pub mod handover;
 pub mod operator;
 pub mod repeated;
 pub mod seats;

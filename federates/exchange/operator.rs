@@ -2,7 +2,9 @@
 
 use crate::runtime::bus::{Bus, BusError, ask};
 use crate::runtime::codec::{CodecError, decode, encode};
-use crate::runtime::messages::{Answer, Command, OperatorCommand, SeatAnswer, SeatOrder, seat_key};
+use crate::runtime::messages::{
+    Answer, Command, HANDOVER_SEAT, OperatorCommand, SeatAnswer, SeatOrder, seat_key,
+};
 use std::time::Duration;
 
 /// Why a command got no answer.
@@ -59,6 +61,18 @@ pub fn at_seat(bus: &dyn Bus, order: &SeatOrder) -> Result<SeatAnswer, String> {
     let answer = answer.ok_or(
         "nobody lets people in: the member 'visitors' takes no part in this run (leave out --no-visitors, or give --visitors)",
     )?;
+    let answer: SeatAnswer = decode(&answer).map_err(|e| e.to_string())?;
+    if answer.accepted { Ok(answer) } else { Err(answer.text) }
+}
+
+/// Asks for an aircraft to be taken or let go, through the member `visitors`.
+///
+/// # Errors
+/// Why it is not asked, in a sentence.
+pub fn hand_over(bus: &dyn Bus, order: &SeatOrder) -> Result<SeatAnswer, String> {
+    let answer = ask(bus, &seat_key(HANDOVER_SEAT), encode(order), SEAT_WITHIN)
+        .map_err(|e| e.to_string())?
+        .ok_or("nobody takes or lets go of aircraft: it needs a [[traffic]] of kind \"handover\" and the member 'visitors' (--visitors)")?;
     let answer: SeatAnswer = decode(&answer).map_err(|e| e.to_string())?;
     if answer.accepted { Ok(answer) } else { Err(answer.text) }
 }

@@ -5,7 +5,7 @@ use super::public::{self, Heading};
 use super::{Choice, Gateway};
 use crate::runtime::life_cycle::Phase;
 use crate::runtime::messages::{
-    FederateStatus, FlightNotice, Operation, RunState, ScanReport, WeatherNotice,
+    FederateStatus, FlightNotice, Operation, RunState, ScanReport, SeatMessage, WeatherNotice,
 };
 use scenarios::Scene;
 use serde_json::Value;
@@ -14,8 +14,11 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::sync::watch;
 
 /// Keys that have one last value.
-pub const KEYS: [&str; 8] =
-    ["state", "scan", "tracks", "plots", "truth", "flights", "weather", "operation"];
+pub const KEYS: [&str; 9] =
+    ["state", "scan", "tracks", "plots", "truth", "flights", "weather", "operation", "handovers"];
+
+/// Handovers that are told.
+const HANDOVERS: usize = 64;
 
 /// Federates whose last status is kept; a federation has far fewer.
 const FEDERATES: usize = 64;
@@ -34,9 +37,12 @@ struct Known {
     state: Option<RunState>,
     operation: Option<Operation>,
     federates: BTreeMap<String, FederateStatus>,
+    /// Of this run, by number.
+    handovers: (u32, BTreeMap<u64, public::Handover>),
     feed: Feed,
     targets: Vec<adsb::Addressed>,
     invent: bool,
+    frame_s: f64,
 }
 
 impl Board {
@@ -51,9 +57,11 @@ impl Board {
             state: None,
             operation: None,
             federates: BTreeMap::new(),
+            handovers: (0, BTreeMap::new()),
             feed: Feed::default(),
             targets: Vec::new(),
             invent,
+            frame_s: scene.run.frame.s(),
         };
         Self { known: Mutex::new(known), scans: watch::Sender::new(0) }
     }
@@ -114,6 +122,25 @@ impl Board {
     /// An operator's command.
     pub fn on_operation(&self, operation: Operation) {
         self.known().operation = Some(operation);
+    }
+
+    /// What was asked of the traffic, and what came of it; whether there is anything new.
+    pub fn on_inputs(&self, told: &[SeatMessage]) -> bool {
+        let mut known = self.known();
+        let frame_s = known.frame_s;
+        let (run, all) = &mut known.handovers;
+        let mut new = false;
+        for message in told {
+            let Some(handover) = public::handover(message, frame_s) else { continue };
+            if *run != message.run {
+                (*run, *all) = (message.run, BTreeMap::new());
+            }
+            new |= all.insert(handover.number, handover).is_none();
+            while all.len() > HANDOVERS {
+                all.pop_first();
+            }
+        }
+        new
     }
 
     /// Load and counters of a federate.
@@ -201,6 +228,11 @@ impl Board {
                 let operation = known.operation.as_ref()?;
                 let heading = Heading { time_ns: operation.time_ns, ..heading.clone() };
                 Some(public::message(gateway, &heading, key, &public::operation(operation)))
+            }
+            "handovers" => {
+                let handovers = known.handovers.1.values().cloned().collect();
+                let all = public::Handovers { handovers };
+                Some(public::message(gateway, &heading, key, &all))
             }
             "tracks.geojson" => {
                 let all =

@@ -2,7 +2,7 @@
 
 use crate::exchange::operator;
 use crate::federation::GATEWAY as NAME;
-use crate::gateway::commands::Rights;
+use crate::gateway::commands::{Rights, Wish};
 use crate::gateway::ports::Feeds;
 use crate::gateway::process::{Inbox, Task, run as run_gateway};
 use crate::gateway::public_bus::{DEFAULT_ENDPOINT, PublicConfig};
@@ -14,6 +14,7 @@ use crate::runtime::cli::{
     load_scene_without_truth,
 };
 use crate::runtime::member_process::{open_bus, patience};
+use crate::runtime::messages::{HANDOVER_SEAT, SeatAction, SeatOrder};
 use crate::runtime::process::{launched, on_interrupt};
 use anyhow::{Context, ensure};
 use clap::{Args, ValueEnum};
@@ -404,10 +405,22 @@ fn rights(
         return Ok(Rights::ReadOnly(why.to_owned()));
     };
     let endpoint = endpoint.to_owned();
-    Ok(Rights::Operate(Arc::new(move |source, order| {
-        match operator::command(&*bus, &endpoint, source, order) {
-            Ok(answer) => (answer.ok, answer.text, Some(answer.state)),
-            Err(error) => (false, error.to_string(), None),
+    let frame = scene.airport.frame;
+    Ok(Rights::Operate(Arc::new(move |source, wish| {
+        let action = match wish {
+            Wish::Run(command) => match operator::command(&*bus, &endpoint, source, command) {
+                Ok(answer) => return (answer.ok, answer.text, Some(answer.state)),
+                Err(error) => return (false, error.to_string(), None),
+            },
+            Wish::Give(given) => given.action(&frame),
+            Wish::Release(callsign) => Ok(SeatAction::Release { callsign }),
+        };
+        let person = source.strip_prefix("client:").unwrap_or(source).to_owned();
+        let seat = HANDOVER_SEAT.to_owned();
+        let order = action.map(|action| SeatOrder { seat, person, action });
+        match order.and_then(|order| operator::hand_over(&*bus, &order)) {
+            Ok(answer) => (true, format!("asked, number {}", answer.number), None),
+            Err(why) => (false, why, None),
         }
     })))
 }

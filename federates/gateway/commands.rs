@@ -1,7 +1,9 @@
 //! Commands of clients: read, carried out by whoever may, answered.
 
 use super::public::CommandAnswered;
-use crate::runtime::messages::{Command, RunState};
+use crate::exchange::handover::{When, Words};
+use crate::runtime::messages::{Command, RunState, SeatAction};
+use geodesy::{Geodetic, LocalFrame};
 use serde::Deserialize;
 use serde_json::Value;
 use std::sync::Arc;
@@ -12,8 +14,66 @@ pub const LONGEST: usize = 64 << 10;
 /// Whether a command was carried out, a sentence, and the state reached.
 pub type Outcome = (bool, String, Option<RunState>);
 
-/// Carries a command out (source, command) and waits for its answer.
-pub type Operate = Arc<dyn Fn(&str, Command) -> Outcome + Send + Sync>;
+/// Carries out what is asked (source, what) and waits for its answer.
+pub type Operate = Arc<dyn Fn(&str, Wish) -> Outcome + Send + Sync>;
+
+/// What a client wants.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Wish {
+    /// Of the run.
+    Run(Command),
+    /// That this aircraft is taken.
+    Give(Box<Given>),
+    /// That the flight of this call sign is let go.
+    Release(String),
+}
+
+/// An aircraft as a client gives it: WGS 84, height above the ellipsoid, velocity east, north and up where it is.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Given {
+    callsign: String,
+    r#type: String,
+    address: Option<String>,
+    lat_deg: f64,
+    lon_deg: f64,
+    height_m: f64,
+    vx_ms: f64,
+    vy_ms: f64,
+    vz_ms: f64,
+    #[serde(default)]
+    age_s: f64,
+    runway: Option<String>,
+    stand: Option<String>,
+}
+
+impl Given {
+    /// What is asked at the seat of handovers.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn action(&self, frame: &LocalFrame) -> Result<SeatAction, String> {
+        let place = Geodetic::from_degrees(self.lat_deg, self.lon_deg, self.height_m);
+        let velocity = [self.vx_ms, self.vy_ms, self.vz_ms];
+        let sound =
+            self.lat_deg.abs() <= 90.0 && self.lon_deg.abs() <= 360.0 && self.age_s.abs() <= 3600.0;
+        let (at_mm, velocity_mmps) = Words::placed(frame, place, velocity)
+            .filter(|_| sound)
+            .ok_or("give: farther than 100 km from the airport, or above 1000 m/s")?;
+        let address = self.address.as_deref().map(|a| u32::from_str_radix(a, 16)).transpose();
+        let word = |t: &Option<String>| t.as_ref().map(|t| t.trim().replace(' ', "_"));
+        let words = Words {
+            designator: self.r#type.clone(),
+            address: address.map_err(|_| "address: six hexadecimal digits, like \"4b1805\"")?,
+            runway: word(&self.runway).filter(|t| !t.is_empty()),
+            stand: word(&self.stand).filter(|t| !t.is_empty()),
+            at_mm,
+            velocity_mmps,
+            when: When::Age((1e9 * self.age_s).round() as i64),
+        };
+        Ok(SeatAction::Give { callsign: self.callsign.clone(), state: words.to_string() })
+    }
+}
 
 /// Who may command.
 #[derive(Clone)]
@@ -33,7 +93,8 @@ impl std::fmt::Debug for Rights {
     }
 }
 
-const NAMES: [&str; 8] = ["freeze", "start", "resume", "stop", "restart", "step", "rate", "status"];
+const NAMES: [&str; 10] =
+    ["freeze", "start", "resume", "stop", "restart", "step", "rate", "status", "give", "release"];
 /// Frames of the longest step.
 const LONGEST_STEP: u64 = 1_000_000;
 
@@ -44,19 +105,33 @@ struct Asked {
     n: Option<u64>,
     rate: Option<f64>,
     client: Option<String>,
+    callsign: Option<String>,
 }
 
 /// What a command's JSON asks for, and who says that he asks.
 ///
 /// # Errors
 /// What is wrong with it, and what would do.
-pub fn read(octets: &[u8]) -> Result<(Command, String), String> {
+pub fn read(octets: &[u8]) -> Result<(Wish, String), String> {
     if octets.len() > LONGEST {
         return Err(format!("{} octets; a command has at most {LONGEST}", octets.len()));
     }
-    let asked: Asked = serde_json::from_slice(octets).map_err(|e| {
+    let wrong = |e: serde_json::Error| {
         format!(r#"not a command: {e}; for example {{"command":"step","n":20,"client":"me"}}"#)
-    })?;
+    };
+    let mut fields: serde_json::Map<String, Value> =
+        serde_json::from_slice(octets).map_err(wrong)?;
+    if fields.get("command").and_then(Value::as_str) == Some("give") {
+        fields.remove("command");
+        let client = fields.remove("client").and_then(|c| c.as_str().map(str::to_owned));
+        let given = serde_json::from_value(fields.into()).map_err(|e| format!("give: {e}"))?;
+        return Ok((Wish::Give(Box::new(given)), source(client)));
+    }
+    let asked: Asked = serde_json::from_value(fields.into()).map_err(wrong)?;
+    if asked.command == "release" {
+        let callsign = asked.callsign.ok_or("release: name the callsign of the flight")?;
+        return Ok((Wish::Release(callsign), source(asked.client)));
+    }
     let command = match asked.command.as_str() {
         "start" | "resume" => Command::Start,
         "freeze" => Command::Freeze,
@@ -83,9 +158,14 @@ pub fn read(octets: &[u8]) -> Result<(Command, String), String> {
             return Err(format!("no command {name:?}; nearest is {}", near.unwrap_or(&"status")));
         }
     };
+    Ok((Wish::Run(command), source(asked.client)))
+}
+
+/// Who says that he asks, for the logs.
+fn source(client: Option<String>) -> String {
     let plain = |c: &char| c.is_ascii_alphanumeric() || "-_.@ ".contains(*c);
-    let client: String = asked.client.unwrap_or_default().chars().filter(plain).take(32).collect();
-    Ok((command, format!("client:{}", if client.is_empty() { "unnamed" } else { &client })))
+    let client: String = client.unwrap_or_default().chars().filter(plain).take(32).collect();
+    format!("client:{}", if client.is_empty() { "unnamed" } else { &client })
 }
 
 /// Reads and carries out: what to answer, and the state reached.
@@ -93,9 +173,11 @@ pub fn read(octets: &[u8]) -> Result<(Command, String), String> {
 pub fn carry_out(octets: &[u8], rights: &Rights) -> (CommandAnswered, Option<RunState>) {
     let (ok, text, state) = match (read(octets), rights) {
         (Err(why), _) => (false, why, None),
-        (Ok((Command::Status, _)), Rights::ReadOnly(_)) => (true, "read only".to_owned(), None),
+        (Ok((Wish::Run(Command::Status), _)), Rights::ReadOnly(_)) => {
+            (true, "read only".to_owned(), None)
+        }
         (Ok(_), Rights::ReadOnly(why)) => (false, why.clone(), None),
-        (Ok((command, source)), Rights::Operate(operate)) => operate(&source, command),
+        (Ok((wish, source)), Rights::Operate(operate)) => operate(&source, wish),
     };
     let schema = format!("seeds.answer/{}", super::public::VERSION);
     (CommandAnswered { schema, ok, text }, state)
@@ -152,14 +234,43 @@ mod tests {
             ("", Err("not a command")),
         ] {
             match (read(json.as_bytes()), expected) {
-                (Ok((command, source)), Ok(wanted)) => {
-                    assert_eq!((command, source.as_str()), wanted)
+                (Ok((wish, source)), Ok((command, from))) => {
+                    assert_eq!((wish, source.as_str()), (Wish::Run(command), from))
                 }
                 (Err(why), Err(words)) => assert!(why.contains(words), "{why}"),
                 (found, wanted) => panic!("{json}: {found:?}, expected {wanted:?}"),
             }
         }
         assert!(read(&vec![b' '; LONGEST + 1]).is_err());
+        let release = read(br#"{"command":"release","callsign":"SWR1","client":"b"}"#);
+        assert_eq!(release, Ok((Wish::Release("SWR1".into()), "client:b".into())));
+        let frame = LocalFrame::at(Geodetic::from_degrees(47.0, 8.0, 400.0));
+        for (rest, expected) in [
+            (
+                r#""lat_deg":47,"lon_deg":8,"height_m":900,"vx_ms":0,"vy_ms":70,"vz_ms":-3.5,"address":"4b1805","stand":"A 17","age_s":0.1"#,
+                Ok("A320 4b1805 - A_17 0 0 500000 0 70000 -3500 age 100000000"),
+            ),
+            (
+                r#""lat_deg":50,"lon_deg":8,"height_m":900,"vx_ms":0,"vy_ms":70,"vz_ms":0"#,
+                Err("100 km"),
+            ),
+            (
+                r#""lat_deg":47,"lon_deg":8,"height_m":900,"vx_ms":0,"vy_ms":70,"vz_ms":0,"address":"zz""#,
+                Err("hexadecimal"),
+            ),
+            (r#""lat_deg":47"#, Err("missing field")),
+        ] {
+            let json = format!(r#"{{"command":"give","callsign":"BSK1","type":"A320",{rest}}}"#);
+            let action = read(json.as_bytes()).and_then(|(wish, _)| match wish {
+                Wish::Give(given) => given.action(&frame),
+                other => panic!("{other:?}"),
+            });
+            match (action, expected) {
+                (Ok(action), Ok(words)) => assert_eq!(action.said(), ("BSK1", words.into())),
+                (Err(why), Err(words)) => assert!(why.contains(words), "{why}"),
+                (found, wanted) => panic!("{json}: {found:?}, expected {wanted:?}"),
+            }
+        }
     }
 
     #[test]
@@ -170,12 +281,13 @@ mod tests {
             into.lock().expect("unbroken").push((source.to_owned(), command));
             (true, "frozen".to_owned(), None)
         });
+        let frozen = Wish::Run(Command::Freeze);
         let freeze = br#"{"command":"freeze","client":"a"}"#;
         let may_not = Rights::ReadOnly("not today".into());
         let (refused, _) = carry_out(freeze, &may_not);
         assert_eq!((refused.ok, refused.text.as_str()), (false, "not today"));
         assert!(carry_out(br#"{"command":"status"}"#, &may_not).0.ok);
         assert!(carry_out(freeze, &Rights::Operate(operate)).0.ok);
-        assert_eq!(*done.lock().expect("unbroken"), [("client:a".to_owned(), Command::Freeze)]);
+        assert_eq!(*done.lock().expect("unbroken"), [("client:a".to_owned(), frozen)]);
     }
 }

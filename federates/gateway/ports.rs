@@ -8,7 +8,7 @@ use super::http::Http;
 use super::public_bus::{PublicConfig, PublicPlane};
 use crate::runtime::clock::monotonic_ns;
 use crate::runtime::messages::{
-    FederateStatus, FlightNotice, Operation, RunState, ScanReport, WeatherNotice,
+    FederateStatus, FlightNotice, Operation, RunState, ScanReport, SeatMessage, WeatherNotice,
 };
 use anyhow::Context;
 use std::collections::VecDeque;
@@ -190,6 +190,13 @@ impl Ports {
     pub fn on_operation(&mut self, operation: Operation) {
         self.board.on_operation(operation);
         self.publish(&["operation"]);
+    }
+
+    /// What was asked of the traffic.
+    pub fn on_inputs(&mut self, told: &[SeatMessage]) {
+        if self.board.on_inputs(told) {
+            self.publish(&["handovers"]);
+        }
     }
 
     /// Load and counters of a federate.

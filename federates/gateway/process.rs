@@ -11,7 +11,7 @@ use crate::runtime::codec::encode;
 use crate::runtime::life_cycle::Phase;
 use crate::runtime::messages::{
     FederateStatus, FlightNotice, Kind, Numbered, Operation, Report, RunState, ScanReport,
-    WeatherNotice,
+    SeatMessage, WeatherNotice,
 };
 use crate::runtime::process::{Usage, host_name};
 use crate::runtime::spectator::{Joined, Spectator, hear, last};
@@ -85,6 +85,7 @@ enum Event {
     Weather(WeatherNotice),
     Flights(Vec<FlightNotice>),
     Operation(Operation),
+    Inputs(Vec<SeatMessage>),
     Federate(Box<FederateStatus>),
     ConductorAlive(bool),
     Stop,
@@ -147,6 +148,7 @@ pub fn run(
     hear(bus, "obs/weather", inbox.taking(Event::Weather))?;
     hear(bus, "obs/flights", inbox.taking(Event::Flights))?;
     hear(bus, "obs/operation", inbox.taking(Event::Operation))?;
+    hear(bus, "obs/inputs", inbox.taking(Event::Inputs))?;
     hear(bus, "obs/fed/*", inbox.taking(|status| Event::Federate(Box::new(status))))?;
     let spectator = Spectator {
         name: NAME,
@@ -278,6 +280,7 @@ impl Listening<'_> {
                 self.ports.on_flights(&entries);
                 self.gateway.on_flights(entries);
             }
+            Event::Inputs(told) => self.ports.on_inputs(&told),
             Event::Operation(operation) => self.ports.on_operation(operation),
             Event::Federate(_) | Event::ConductorAlive(_) | Event::Stop => {}
         }

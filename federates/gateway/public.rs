@@ -300,6 +300,7 @@ fn messages() -> Vec<(&'static str, Value)> {
         ("weather", Weather::schema()),
         ("operation", OperationDone::schema()),
         ("federate", Federate::schema()),
+        ("handovers", Handovers::schema()),
     ]
 }
 
@@ -338,13 +339,14 @@ pub fn schema() -> Value {
 
 mod run;
 pub use run::{
-    CommandAnswered, CommandAsked, Federate, Flight, Flights, Member, OperationDone, State, Weather,
+    CommandAnswered, CommandAsked, Federate, Flight, Flights, Handover, Handovers, Member,
+    OperationDone, State, Weather,
 };
 
 mod convert;
 pub use convert::{
-    Heading, federate, flights, geojson, iso8601, message, operation, plots, scan, state, tracks,
-    truths, weather,
+    Heading, federate, flights, geojson, handover, iso8601, message, operation, plots, scan, state,
+    tracks, truths, weather,
 };
 
 #[cfg(test)]

@@ -101,7 +101,7 @@ const ROLES: [Role; 12] = [
         says: &[],
         serves: &[],
         hears: &[],
-        asks: &["ctl/command", "ctl/statistics", "seat/*/say"],
+        asks: &["ctl/command", "ctl/statistics", "seat/*/say", "visitors/*/handover"],
     },
     Role { names: &[ROUTER], says: &[], serves: &[], hears: &[], asks: &[] },
     Role { names: &["agent"], says: &[], serves: &["agent/*"], hears: &[], asks: &[] },

@@ -26,6 +26,7 @@
 //! | `control/1/seats` | may be lost, repeated | [`SeatMessage`]s, what controllers on tracks did in the last two minutes, numbered |
 //! | `control/1/lights` | may be lost, last value served | JSON: stop bars, when one changed |
 //! | `control/1/positions` | may be lost, last value served | JSON: seats, who waits, radio, answers, when one changed |
+//! | `visitors/1/handover` | request | the same at the seat "handover": aircraft given and let go |
 //! | `seat/{name}/say` | request | [`SeatOrder`] → [`SeatAnswer`], a person at a seat to the member `visitors` |
 //! | `tracks/1/list` | request (`getTracksList`) | empty → [`ScanReport`] |
 
@@ -44,7 +45,7 @@ pub use notices::{
     SeatMessage, TrackNotice, WantNotice, WeatherNotice,
 };
 pub use scan::{ForeignReport, LagMessage, PlotMessage, ScanReport, TrackMessage, TruthMessage};
-pub use seat::{SeatAction, SeatAnswer, SeatInput, SeatOrder, SeatWords, seat_key};
+pub use seat::{HANDOVER_SEAT, SeatAction, SeatAnswer, SeatInput, SeatOrder, SeatWords, seat_key};
 
 /// Number of a frame; frame 0 is the initial state, frame k ends at k · step.
 pub type Frame = u64;

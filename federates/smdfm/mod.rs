@@ -15,6 +15,8 @@ pub mod report;
 pub mod setup;
 
 #[cfg(test)]
+mod handover_tests;
+#[cfg(test)]
 mod inlet_tests;
 #[cfg(test)]
 mod silent_tests;

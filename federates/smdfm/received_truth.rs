@@ -4,9 +4,9 @@
 //! taken at their word by [`Exercise`]: the sender's time, frozen, removed and updated entities,
 //! transponders.
 
-use crate::exchange::dis_types;
 use crate::exchange::entity_state::{Reckoned, is_deactivated, target_state};
 use crate::exchange::stamp::Stamped;
+use crate::exchange::{dis_types, handover};
 use crate::runtime::frame_time::FrameTime;
 use crate::runtime::messages::Frame;
 use geodesy::LocalFrame;
@@ -46,6 +46,8 @@ pub struct ReceivedTruth {
     /// Mode S addresses and call signs of the scene's entities: nobody else has them.
     addresses: BTreeSet<u32>,
     callsigns: BTreeSet<String>,
+    /// Aircraft change hands here: a call sign of ours is somebody else's while we do not have it.
+    hands_over: bool,
     /// Visitors that ever came in.
     ever: BTreeSet<u64>,
     refused: BTreeMap<&'static str, u64>,
@@ -63,6 +65,18 @@ struct Heard {
     /// When it left.
     ended: Option<SimTime>,
     timeout_s: f64,
+}
+
+impl Heard {
+    /// Whether it is in the run at a time.
+    fn is_there(&self, time: SimTime) -> bool {
+        let (Some((first, _)), Some((last, _))) = (self.states.first(), self.states.last()) else {
+            return false;
+        };
+        *first <= time
+            && self.ended.is_none_or(|ended| time < ended)
+            && time.since_s(*last) < self.timeout_s
+    }
 }
 
 /// Key of an entity for draws: site, application and entity in one number.
@@ -88,6 +102,7 @@ impl ReceivedTruth {
             types: scenarios::types::shipped().unwrap_or_default(),
             addresses: scene.traffic.entities.iter().filter_map(|e| e.address).collect(),
             callsigns: scene.traffic.entities.iter().map(|e| name_of(&e.callsign)).collect(),
+            hands_over: handover::places(&scene) > 0,
             ever: BTreeSet::new(),
             refused: BTreeMap::new(),
             scene,
@@ -106,7 +121,13 @@ impl ReceivedTruth {
         let id = iff.basic.emitting_entity;
         let Some(said) = Transponder::of(iff).filter(|_| self.is_of_scene(id)) else { return };
         let time = self.time.time(frame.min(now));
+        let place = self.known.get(&(id.application, id.entity));
+        let given = place.is_some_and(|index| handover::is_place(&self.scene, *index));
         let Some(heard) = self.entities.get_mut(&key_of(id)) else { return };
+        if given {
+            // Nobody knew his address before.
+            heard.address = said.address.or(heard.address);
+        }
         let place = heard.answers.partition_point(|(t, _)| *t <= time);
         let before = place.checked_sub(1).is_none_or(|i| heard.answers[i].1);
         if before != said.on {
@@ -148,6 +169,7 @@ impl ReceivedTruth {
             .known
             .get(&(id.application, id.entity))
             .filter(|_| id.site == self.scene.run.site)
+            .filter(|index| !handover::is_place(&self.scene, **index))
             .map(|&index| &self.scene.traffic.entities[index]);
         let reckoned = Reckoned::new(state);
         self.sane(state)?;
@@ -228,7 +250,8 @@ impl ReceivedTruth {
             }
         }
         // What an outsider calls himself is his own affair, as long as it hides nobody: his entity stays, without the name.
-        if let Body::Iff(iff) = received.body()
+        if !self.hands_over
+            && let Body::Iff(iff) = received.body()
             && let Some(transponder) = Transponder::of(iff)
         {
             if transponder.address.is_some_and(|address| self.addresses.contains(&address)) {
@@ -239,7 +262,8 @@ impl ReceivedTruth {
                 return Err("an outsider used the call sign of an entity of the scene");
             }
         }
-        if let Some(state) = state
+        if !self.hands_over
+            && let Some(state) = state
             && self.callsigns.contains(&name_of(&Callsign::new(&state.marking.text())))
         {
             let word = "an outsider's marking is a call sign of the scene: left out";
@@ -272,9 +296,13 @@ impl ReceivedTruth {
             let key = key_of(entity.id());
             let Some((_, class)) = self.classes.get(&key) else { continue };
             let ends = [from, to].map(|t| entity.at(start_ns.saturating_add(t.0)).is_some());
-            if ends != [false, false] {
-                targets
-                    .push((key, Target::Visitor(Box::new(self.visitor(entity, class, start_ns)))));
+            if ends == [false, false] {
+                continue;
+            }
+            let visitor = self.visitor(entity, class, start_ns);
+            let ours = |t: SimTime| visitor.owner.is_some_and(|owner| owner.is_there(t));
+            if !(ours(from) && ours(to)) {
+                targets.push((key, Target::Visitor(Box::new(visitor))));
             }
         }
         if targets.len() > own {
@@ -284,7 +312,7 @@ impl ReceivedTruth {
     }
 
     fn visitor<'a>(
-        &self,
+        &'a self,
         entity: &'a Entity,
         class: &'a TargetClass,
         start_ns: i64,
@@ -292,12 +320,20 @@ impl ReceivedTruth {
         let transponder = entity.transponder();
         let named = transponder.and_then(|t| t.identification_text());
         let callsign = Callsign::new(&named.unwrap_or_else(|| entity.marking()));
-        let ours = self.callsigns.contains(&name_of(&callsign));
+        let name = name_of(&callsign);
+        let ours = !self.hands_over && self.callsigns.contains(&name);
+        let same = |heard: &&Heard| !name.is_empty() && name_of(&heard.callsign) == name;
+        let owner = self.entities.values().filter(|_| self.hands_over).find(same);
+        let address = transponder.and_then(|t| t.address);
+        // An address of ours is somebody else's only with the call sign that he has it by.
+        let taken = |heard: &Heard| address.is_some() && heard.address == address && !same(&heard);
+        let taken = self.hands_over && self.entities.values().any(taken);
         Visitor {
             entity,
             class,
             callsign: if ours { Callsign::new("") } else { callsign },
-            address: transponder.and_then(|t| t.address),
+            address: address.filter(|_| !taken),
+            owner,
             start_ns,
         }
     }
@@ -358,6 +394,8 @@ struct Visitor<'a> {
     class: &'a TargetClass,
     callsign: Callsign,
     address: Option<u32>,
+    /// Who of ours has its call sign: while he is there, the visitor is not.
+    owner: Option<&'a Heard>,
     start_ns: i64,
 }
 
@@ -438,6 +476,9 @@ impl Truth for View<'_> {
                 Some(reckoned.at(time.since_s(*since), self.frame))
             }
             Target::Visitor(visitor) => {
+                if visitor.owner.is_some_and(|owner| owner.is_there(time)) {
+                    return None;
+                }
                 let placed = visitor.entity.at(visitor.start_ns.saturating_add(time.0))?;
                 let state = target_state(&placed.estimate, self.frame);
                 // What the sensors see moves by the exercise's seconds.

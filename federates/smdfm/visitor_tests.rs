@@ -7,9 +7,9 @@ use crate::exchange::stamp::{self, Stamped};
 use crate::external_world::ExternalWorld;
 use crate::runtime::conductor::ClosedRun;
 use crate::runtime::digest::Digest;
-use crate::runtime::federate::{Federate, FrameInputs, FrameOut};
+use crate::runtime::federate::{Federate, FrameInputs, FrameOut, Octets};
 use crate::runtime::frame_time::FrameTime;
-use crate::runtime::messages::{FinalReport, RunConfig};
+use crate::runtime::messages::{FinalReport, Notice, RunConfig};
 use crate::traffic_generator::TrafficGenerator;
 use geodesy::Enu;
 use models::sensors::Truth as _;
@@ -84,8 +84,20 @@ fn run(
 pub(super) fn drive(
     scene: &Arc<Scene>,
     seconds: u64,
-    mut visits: impl FnMut(u64) -> Vec<Vec<u8>>,
+    visits: impl FnMut(u64) -> Vec<Vec<u8>>,
     mut each: impl FnMut(FrameOut),
+) -> RunSummary {
+    drive_told(scene, seconds, |_| Vec::new(), visits, |_, out| out.into_iter().for_each(&mut each))
+}
+
+/// The same; `told` gives notices of `visitors` in the frame of their effect, and `each` gets a frame's PDUs of the traffic and what
+/// the SMDFM published with it.
+pub(super) fn drive_told(
+    scene: &Arc<Scene>,
+    seconds: u64,
+    told: impl Fn(u64) -> Vec<(u64, Notice)>,
+    mut visits: impl FnMut(u64) -> Vec<Vec<u8>>,
+    mut each: impl FnMut((u64, &[Octets]), Option<FrameOut>),
 ) -> RunSummary {
     let mut smdfm = Smdfm::new(Arc::clone(scene), 1);
     let mut producers: [(&str, Box<dyn Federate>, Digest); 2] = [
@@ -108,11 +120,16 @@ pub(super) fn drive(
     let mut inputs = FrameInputs::default();
     smdfm.configure(&config, &mut FrameOut::default()).expect("configured");
     for frame in 0..=config.last_frame {
-        for (_, producer, digest) in &mut producers {
+        let mut traffic = Vec::new();
+        for (name, producer, digest) in &mut producers {
             let mut out = FrameOut::default();
+            let heard = FrameInputs { notices: told(frame), ..FrameInputs::default() };
             match frame {
                 0 => producer.configure(&config, &mut out).expect("configured"),
-                _ => producer.step(frame, &FrameInputs::default(), &mut out),
+                _ => producer.step(frame, &heard, &mut out),
+            }
+            if *name == "traffic-generator" {
+                traffic.clone_from(&out.pdus);
             }
             out.pdus.iter().for_each(|octets| digest.add(frame, octets));
             inputs.pdus.extend(out.pdus.into_iter().map(|octets| (frame, octets)));
@@ -122,7 +139,9 @@ pub(super) fn drive(
         if frame > 0 && frame.is_multiple_of(period) {
             let mut out = FrameOut::default();
             smdfm.step(frame, &std::mem::take(&mut inputs), &mut out);
-            each(out);
+            each((frame, &traffic), Some(out));
+        } else {
+            each((frame, &traffic), None);
         }
     }
     let mut reports = vec![FinalReport { name: "smdfm".into(), ..FinalReport::default() }];

@@ -10,17 +10,17 @@ pub mod command;
 pub mod driven_state;
 pub mod traffic_state;
 
-use crate::exchange::driven;
 use crate::exchange::entity_state::{deactivated, frozen, state_pdu, transponder, world_pose};
 use crate::exchange::repeated::Repeated;
+use crate::exchange::{driven, handover};
 use crate::federation::{closes_loop, loop_frames, on_tracks};
 use crate::runtime::bus::Class;
 use crate::runtime::codec::encode;
 use crate::runtime::federate::{Aside, Federate, FrameInputs, FrameOut, Octets, Publication};
 use crate::runtime::frame_time::FrameTime;
 use crate::runtime::messages::{
-    ClearanceNotice, FinalReport, Frame, Kind, Notice, RunConfig, SeatEvent, SeatMessage,
-    WantNotice,
+    ClearanceNotice, FinalReport, Frame, Kind, Notice, RunConfig, SeatEvent, SeatInput,
+    SeatMessage, WantNotice,
 };
 use models::control::clearance::ClearanceKind;
 use models::time::SimTime;
@@ -28,7 +28,8 @@ use models::traffic::core::{self, Core, Order};
 use pdu::exercise::Transponder;
 use pdu::publishing::{Publisher, Thresholds};
 use pdu::{EncodeBody, EntityState, Envelope};
-use scenarios::Scene;
+use scenarios::{Entity, Scene};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// The federate's logic.
@@ -44,6 +45,11 @@ pub struct TrafficGenerator {
     told: Told,
     /// What people who drive did, told by the generator of share 1; number of the run.
     drivers: Repeated<SeatMessage>,
+    /// Asks that have no answer yet, by number, and how many of the core's answers were told.
+    asked: BTreeMap<u64, (Frame, SeatInput)>,
+    answered: usize,
+    /// Who was given, in its place, by entity.
+    given: BTreeMap<usize, Entity>,
     run: u32,
     /// The frame executed last.
     executed: Frame,
@@ -97,6 +103,9 @@ impl TrafficGenerator {
             core: None,
             told: Told::default(),
             drivers: Repeated::told_for(TOLD_FOR),
+            asked: BTreeMap::new(),
+            answered: 0,
+            given: BTreeMap::new(),
             run: 0,
             executed: 0,
         }
@@ -108,6 +117,10 @@ impl TrafficGenerator {
         for (effect, notice) in &inputs.notices {
             if let Notice::Seat(input) = notice {
                 let said = effect.saturating_sub(driven::delay_frames(&self.scene));
+                if handover::tell(&self.scene, core, said, input) {
+                    self.asked.insert(input.number, (said, input.clone()));
+                    continue;
+                }
                 let Some(notice) = driven::notice(&self.scene, core, said, input) else { continue };
                 core.notice(notice);
                 if self.share == 1 {
@@ -131,6 +144,29 @@ impl TrafficGenerator {
                 order: Order::told(kind, given.by_person),
             });
         }
+    }
+
+    /// Takes what the core answered to asks for a handover: who is in his place from this frame on.
+    fn take_answers(&mut self) {
+        let Some((core, _)) = &self.core else { return };
+        let first = self.scene.traffic.behaving.as_ref().map_or(0, |b| b.first_entity);
+        for outcome in &core.handovers()[self.answered..] {
+            if let Ok(flight) = outcome.what
+                && let Some(given) = core.given(flight)
+                && handover::is_place(&self.scene, first + flight)
+            {
+                let place = &self.scene.traffic.entities[first + flight];
+                self.given.insert(first + flight, handover::entity(&self.scene, place, given));
+            }
+            let Some((frame, input)) = self.asked.remove(&outcome.sequence) else { continue };
+            if self.share == 1 {
+                let refused = outcome.what.as_ref().err().cloned().unwrap_or_default();
+                let event = SeatEvent::Input { frame, input, refused };
+                let number = self.drivers.next();
+                self.drivers.tell(SeatMessage { run: self.run, number, event });
+            }
+        }
+        self.answered = core.handovers().len();
     }
 
     /// Tells controllers at seats what the flights of this share wait for, once a scan, where it changed.
@@ -189,6 +225,7 @@ impl TrafficGenerator {
                 core.step(*executed as i64);
             }
         }
+        self.take_answers();
         self.tell_clearances(out);
         self.tell_wants(frame, out);
         let first = self.scene.traffic.behaving.as_ref().map_or(usize::MAX, |b| b.first_entity);
@@ -198,7 +235,8 @@ impl TrafficGenerator {
             if now < mover.rests_until {
                 continue;
             }
-            let entity = &self.scene.traffic.entities[mover.entity];
+            let entity =
+                self.given.get(&mover.entity).unwrap_or(&self.scene.traffic.entities[mover.entity]);
             let behaves = || self.core.as_ref()?.0.state(mover.entity.checked_sub(first)?);
             let truth = match &entity.trajectory {
                 Some(trajectory) => trajectory.at(now),
@@ -334,7 +372,7 @@ impl Federate for TrafficGenerator {
     }
 
     fn consumes(&self) -> bool {
-        closes_loop(&self.scene) || driven::any(&self.scene)
+        closes_loop(&self.scene) || driven::hears(&self.scene)
     }
 
     fn reads_pdus(&self) -> bool {
@@ -349,7 +387,7 @@ impl Federate for TrafficGenerator {
             _ if !self.consumes() => Some(0),
             name if name == Kind::Control.name() => closes_loop(scene).then(|| loop_frames(scene)),
             name if name == Kind::Visitors.name() => {
-                driven::any(scene).then(|| driven::delay_frames(scene))
+                driven::hears(scene).then(|| driven::delay_frames(scene))
             }
             _ => None,
         }
@@ -377,6 +415,9 @@ impl Federate for TrafficGenerator {
             return Err("the scene was loaded without this share of its truth".into());
         }
         self.told = Told::default();
+        self.asked.clear();
+        self.given.clear();
+        self.answered = 0;
         (self.drivers, self.run) = (Repeated::told_for(TOLD_FOR), config.run);
         self.movers = own
             .into_iter()
@@ -422,7 +463,8 @@ impl Federate for TrafficGenerator {
         let envelope = Envelope::new(self.exercise, self.time.stamp(self.executed));
         let mut out = FrameOut::default();
         for mover in self.movers.iter().filter(|mover| mover.sent.is_some()) {
-            let entity = &self.scene.traffic.entities[mover.entity];
+            let entity =
+                self.given.get(&mover.entity).unwrap_or(&self.scene.traffic.entities[mover.entity]);
             let truth = match &entity.trajectory {
                 Some(trajectory) => trajectory.at(now),
                 None => self

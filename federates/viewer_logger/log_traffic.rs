@@ -5,8 +5,8 @@
 
 use super::log::{Log, LogError, write_events};
 use super::said::alert_event;
-use crate::exchange::driven;
 use crate::exchange::seats::{People, figures};
+use crate::exchange::{driven, handover};
 use crate::runtime::messages::{AlertMessage, SeatEvent, SeatMessage};
 use models::control::alert::{Alert, Change};
 use models::control::clearance::ClearanceKind;
@@ -15,7 +15,7 @@ use models::control::parameters::Parameters;
 use models::control::scoring;
 use models::frames::Vector2;
 use models::time::SimTime;
-use models::traffic::core::{Core, Direction, Notice, Order};
+use models::traffic::core::{Ask, Core, Direction, Notice, Order};
 use models::traffic::exact::{Watch, targets};
 use rusqlite::{Connection, Transaction, params};
 use scenarios::Scene;
@@ -39,7 +39,14 @@ pub fn core_after(
     let mut watch = Watch::new(layout, Parameters::default(), whole.control.stop_bars);
     let mut reference = Reference::default();
     let mut given: BTreeMap<u64, Vec<Notice>> = BTreeMap::new();
+    let mut asked: BTreeMap<u64, Vec<(u64, u64, Ask)>> = BTreeMap::new();
     for message in people {
+        // Also what was refused: it may have changed who is planned when.
+        if let SeatEvent::Input { frame, input, .. } = &message.event
+            && let Some(ask) = handover::ask(&whole, &input.order)
+        {
+            asked.entry(frame + 1).or_default().push((*frame, input.number, ask));
+        }
         if let SeatEvent::Input { frame, input, refused } = &message.event
             && refused.is_empty()
             && let Some(notice) = driven::notice(&whole, &core, *frame, input)
@@ -59,6 +66,10 @@ pub fn core_after(
     for frame in 1..=frames.min(whole.run.frames()) {
         for notice in given.remove(&frame).into_iter().flatten() {
             core.notice(notice);
+        }
+        for (said, number, ask) in asked.remove(&frame).into_iter().flatten() {
+            let effect = said + driven::delay_frames(&whole);
+            core.ask(effect as i64, handover::SEAT, number, ask);
         }
         core.step(frame as i64);
         if frame.is_multiple_of(u64::from(whole.run.frames_per_scan)) {
@@ -349,7 +360,8 @@ impl Log {
             }
             let mut insert = t.prepare("INSERT INTO movements VALUES (?,?,?,?,?,?,?,?,?,?,?,?)")?;
             let (mut taxi, mut additional, mut fuel) = (Vec::new(), Vec::new(), 0.0);
-            for (index, f) in core.flights().iter().enumerate() {
+            let all = core.flights().iter().enumerate();
+            for (index, f) in all.filter(|(index, _)| !core.is_free_place(*index)) {
                 let m = core.measures(index);
                 let kind = match f.direction {
                     Direction::Arrival => "arrival",
@@ -383,7 +395,11 @@ impl Log {
             let served = core.measures_of_served();
             for (name, value, unit) in [
                 ("served", served as f64, ""),
-                ("flights", core.flights().len() as f64, ""),
+                (
+                    "flights",
+                    (0..core.flights().len()).filter(|f| !core.is_free_place(*f)).count() as f64,
+                    "",
+                ),
                 ("unexpected_deadlocks", core.unexpected_deadlocks() as f64, ""),
                 ("taxi_mean", mean(&taxi), "s"),
                 ("additional_mean", mean(&additional), "s"),

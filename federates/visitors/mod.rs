@@ -11,8 +11,8 @@ pub mod pace;
 pub mod plots;
 pub mod seats;
 
-use crate::exchange::driven;
 use crate::exchange::stamp::{self, Stamped};
+use crate::exchange::{driven, handover};
 use crate::runtime::clock::utc_ns;
 use crate::runtime::federate::{Federate, FrameInputs, FrameOut};
 use crate::runtime::frame_time::FrameTime;
@@ -119,14 +119,21 @@ impl Visitors {
             seats.paced(rate);
             seats.admit(frame, now_utc_ns)
         };
-        for input in said {
-            // What is driven moves a little later, so that nobody waits for this frame.
-            match driven::wheel_of(&self.scene, &input.order.seat) {
-                Some(_) => {
-                    let effect = frame + driven::delay_frames(&self.scene);
-                    out.later.push((effect, Notice::Seat(input)));
-                }
-                None => out.notices.push(Notice::Seat(input)),
+        for mut input in said {
+            // What is driven moves a little later, so that nobody waits for this frame; who is handed over, likewise.
+            let given = input.order.seat == handover::SEAT;
+            if given {
+                let now = time_ns;
+                input.order.action = handover::timed(input.order.action, |utc_ns| {
+                    let at_ns = self.pace.at(utc_ns).map_or(now, |(at_ns, _)| at_ns);
+                    at_ns.saturating_sub(self.time.start_utc_ns)
+                });
+            }
+            if given || driven::wheel_of(&self.scene, &input.order.seat).is_some() {
+                let effect = frame + driven::delay_frames(&self.scene);
+                out.later.push((effect, Notice::Seat(input)));
+            } else {
+                out.notices.push(Notice::Seat(input));
             }
         }
         let (admitted, refused) = {

@@ -4,7 +4,7 @@
 //! goes on; who drives, after 5 s. Everything that takes effect is in a frame end, with its number; the log of one run (`inputs`) fed to another
 //! gives the same bits.
 
-use crate::exchange::driven;
+use crate::exchange::{driven, handover};
 use crate::federation::closes_loop;
 use crate::runtime::messages::{Frame, SeatAction, SeatAnswer, SeatInput, SeatOrder, SeatWords};
 use models::control::clearance::ClearanceKind;
@@ -44,6 +44,8 @@ pub struct SeatDoor {
     /// Simulated seconds in a second of the host's clock.
     rate: f64,
     callsigns: BTreeSet<String>,
+    /// What may be handed over.
+    handover: Option<handover::Rules>,
     frame_ns: i64,
     holders: BTreeMap<String, Holder>,
     waiting: VecDeque<SeatInput>,
@@ -61,8 +63,12 @@ impl SeatDoor {
         let behaving = scene.traffic.behaving.as_ref().filter(|_| closes_loop(scene));
         let seats = behaving.map(|b| models::control::actors::seats::seats(&b.network));
         let wheels = driven::seats(scene);
+        let handover = handover::Rules::of(scene);
+        let given = handover.as_ref().map(|_| handover::SEAT.to_owned());
+        let names = seats.iter().flatten().map(|seat| seat.name());
         Self {
-            seats: seats.iter().flatten().map(|seat| seat.name()).chain(wheels.clone()).collect(),
+            seats: names.chain(wheels.clone()).chain(given).collect(),
+            handover,
             wheels: wheels.into_iter().chain(driven::flight_seats(scene)).collect(),
             callsigns: behaving
                 .iter()
@@ -99,7 +105,8 @@ impl SeatDoor {
 
     /// Somebody does something, at a time of the host's clock.
     pub fn ask(&mut self, order: SeatOrder, utc_ns: i64) -> SeatAnswer {
-        match self.check(&order, utc_ns) {
+        let mut order = order;
+        match self.check(&mut order, utc_ns) {
             Ok(true) => {
                 let number = self.number();
                 // Of what is driven in one frame the last counts.
@@ -150,7 +157,7 @@ impl SeatDoor {
     }
 
     /// Whether it goes into a frame.
-    fn check(&mut self, order: &SeatOrder, utc_ns: i64) -> Result<bool, String> {
+    fn check(&mut self, order: &mut SeatOrder, utc_ns: i64) -> Result<bool, String> {
         let SeatOrder { seat, person, action } = order;
         self.has(seat)?;
         let sound = |c: char| c.is_ascii_alphanumeric() || "-_. ".contains(c);
@@ -158,6 +165,15 @@ impl SeatDoor {
             return Err(format!(
                 "person: 1 to {NAME} letters, digits, blanks, '-', '_' or '.', so that others see who has the seat"
             ));
+        }
+        if seat.as_str() == handover::SEAT
+            && let Some(rules) = &self.handover
+        {
+            *action = rules.check(action, utc_ns)?;
+            return self.has_room().map(|()| true);
+        }
+        if matches!(action, SeatAction::Give { .. } | SeatAction::Release { .. }) {
+            return Err(format!("aircraft are handed over at {}, not at {seat}", handover::SEAT));
         }
         if let Some(other) = self.holders.get(seat).filter(|h| h.person != *person) {
             return Err(format!("{seat} is taken by {}", other.person));
@@ -198,11 +214,7 @@ impl SeatDoor {
                 self.rate
             ));
         }
-        if self.waiting.len() >= MOST_WAITING {
-            return Err(format!(
-                "{MOST_WAITING} inputs wait for a frame: does time stand? Try again when it goes on"
-            ));
-        }
+        self.has_room()?;
         let held = self.holders.contains_key(seat);
         if *action == SeatAction::Take {
             let told = self.frame;
@@ -218,6 +230,15 @@ impl SeatDoor {
             self.holders.remove(seat);
         }
         Ok(*action != SeatAction::Here)
+    }
+
+    fn has_room(&self) -> Result<(), String> {
+        if self.waiting.len() >= MOST_WAITING {
+            return Err(format!(
+                "{MOST_WAITING} inputs wait for a frame: does time stand? Try again when it goes on"
+            ));
+        }
+        Ok(())
     }
 
     /// What goes into a frame.
@@ -277,6 +298,9 @@ fn read_for(path: &std::path::Path, door: &SeatDoor) -> anyhow::Result<Vec<(Fram
     let sound = |frame: Frame, number: u64, words: SeatWords| {
         let order = words.read()?;
         door.has(&order.seat)?;
+        if let (handover::SEAT, Some(rules)) = (&*order.seat, &door.handover) {
+            rules.check_said(&order.action)?;
+        }
         Ok::<_, String>((frame, SeatInput { number, order }))
     };
     if path.extension().is_some_and(|e| e == "sqlite") {

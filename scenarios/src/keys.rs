@@ -217,7 +217,7 @@ pub(crate) const REFERENCE: &[Key] = &[
 pub(crate) const TRAFFIC: &[Key] = &[
     Key::word(
         "kind",
-        || vec!["parked", "recorded", "route", "driven", "schedule", "generated"],
+        || vec!["parked", "recorded", "route", "driven", "schedule", "generated", "handover"],
         "What moves it",
     )
     .needed(),
@@ -225,7 +225,12 @@ pub(crate) const TRAFFIC: &[Key] = &[
         "callsign",
         "Of a mover: call sign or name, 1 to 11 upper-case letters, digits or signs; unique",
     ),
-    Key::text("type", "Of a mover: type designator of types.csv"),
+    Key::text(
+        "type",
+        "Of a mover: type designator of types.csv; handover: the largest that may be given, if larger than all flights",
+    ),
+    Key::whole("count", 1, 500, "handover: how many aircraft other programs may give in a run")
+        .or("20"),
     Key::whole("address", 1, 0xff_fffe, "Of a mover: its 24-bit address; unique"),
     Key::new(
         "flight",
@@ -292,6 +297,8 @@ pub const MOVER: &[&str] = &[
 ];
 /// Keys of what a person drives.
 pub const DRIVEN: &[&str] = &["kind", "callsign", "type", "address", "flight", "stand"];
+/// Keys of places for those who are given by other programs.
+pub const HANDOVER: &[&str] = &["kind", "count", "type"];
 /// Keys of a schedule.
 pub const SCHEDULE: &[&str] = &["kind", "file"];
 /// Keys of generated traffic.

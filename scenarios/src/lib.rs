@@ -17,6 +17,7 @@ pub mod entity;
 pub mod error;
 pub mod files;
 pub mod footprints;
+pub mod handover;
 mod hash;
 pub mod hours;
 pub mod keys;

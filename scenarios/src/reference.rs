@@ -1,6 +1,6 @@
 //! The reference of scene files, as text and as a JSON schema, made of the reader's own tables.
 
-use crate::keys::{DRIVEN, GENERATED, MOVER, OVERLAY, ROOT, SCHEDULE, TABLES, Table};
+use crate::keys::{DRIVEN, GENERATED, HANDOVER, MOVER, OVERLAY, ROOT, SCHEDULE, TABLES, Table};
 use crate::sensors::FOREIGN;
 use models::frames::Vector3;
 use models::keys::{Holds, Key, PLACE};
@@ -309,6 +309,7 @@ fn traffic_schema(keys: &'static [Key]) -> Value {
         (json!(["driven"]), of(DRIVEN, &["callsign", "type", "stand"])),
         (json!(["schedule"]), of(SCHEDULE, &["file"])),
         (json!(["generated"]), of(GENERATED, &[])),
+        (json!(["handover"]), of(HANDOVER, &[])),
     ])
 }
 

@@ -10,10 +10,11 @@ use crate::control::Sees;
 use crate::document::Section;
 use crate::entity::{Entity, PARTITIONS};
 use crate::error::{Problem, ScenarioError};
+use crate::handover;
 use crate::keys::{self, words};
 use crate::run::Run;
 use crate::types::TypeTable;
-use flights::flight_of;
+pub(crate) use flights::flight_of;
 pub(crate) use flights::wheelbase_m;
 use generated::{GENERATED_START_NS, generated};
 use models::control::lights::FailedBars;
@@ -27,7 +28,8 @@ use models::traffic::core::{
 };
 use models::traffic::network::{Network, code_of_span};
 use models::traffic::pieces::Pieces;
-use reach::{end_named, lands_instead, reached_stands};
+pub(crate) use reach::end_named;
+use reach::{lands_instead, reached_stands};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -42,8 +44,10 @@ pub struct Behaving {
     pub pieces: Option<Arc<Pieces>>,
     /// The flights.
     pub flights: Arc<Vec<Flight>>,
-    /// Index of the first flight's entity; the others follow it in order.
+    /// Index of the first flight's entity; the others follow it in order, then those of places.
     pub first_entity: usize,
+    /// Places for aircraft that other programs give (`handover`), each with the key of its draws.
+    pub places: Vec<u64>,
     /// Which piece may be taken.
     pub policy: Policy,
     /// Who clears: the plan, models of controllers in the core, or those of the member `control` by notices.
@@ -95,8 +99,9 @@ impl Behaving {
     #[must_use]
     pub fn told_core(&self, run: &Run, seed: u64) -> Option<Core> {
         let pieces = self.pieces.clone()?;
-        let (net, flights) = (Arc::clone(&self.network), Arc::clone(&self.flights));
-        let core = Core::new(net, pieces, flights, self.policy, seed, run.frame.s());
+        let net = Arc::clone(&self.network);
+        let core = Core::new(net, pieces, self.with_places(), self.policy, seed, run.frame.s());
+        let core = core.with_places(self.places.len());
         let core = core.with_obstacles(self.obstacles.clone());
         let core = core.with_failures(&self.failures_of(seed));
         let core = core.with_driven(&self.driven, self.by_hand, self.pavement_m.clone());
@@ -104,6 +109,24 @@ impl Behaving {
             ClearedBy::Plan => ClearedBy::Plan,
             ClearedBy::Notices | ClearedBy::Controllers => ClearedBy::Notices,
         }))
+    }
+}
+
+impl Behaving {
+    /// The flights, and behind them the places for those who are given: nobody is expected there.
+    fn with_places(&self) -> Arc<Vec<Flight>> {
+        let Some(like) = self.flights.first().filter(|_| !self.places.is_empty()) else {
+            return Arc::clone(&self.flights);
+        };
+        let place = |key: &u64| Flight {
+            callsign: String::new(),
+            direction: Direction::Arrival,
+            time_s: f64::INFINITY,
+            turnaround_of: None,
+            key: *key,
+            ..like.clone()
+        };
+        Arc::new(self.flights.iter().cloned().chain(self.places.iter().map(place)).collect())
     }
 }
 
@@ -156,6 +179,7 @@ pub(crate) fn read(
     airport: &AirportScene,
     types: &TypeTable,
     first_entity: usize,
+    places: Option<&handover::Places>,
     with_truth: bool,
 ) -> Result<(Option<Behaving>, Added), ScenarioError> {
     let mut added = Added { entities: Vec::new(), entries: Vec::new(), files: Vec::new() };
@@ -286,9 +310,16 @@ pub(crate) fn read(
             added.entities.push(entity);
         }
     }
-    if first_entity + flights.len() > 60_000 {
+    let mut keys = Vec::new();
+    for n in 0..places.map_or(0, |p| p.count) {
+        let entity = handover::entity(first_entity + flights.len() + n, n, types)
+            .ok_or_else(|| root.missing("traffic", "aircraft in types.csv".into()))?;
+        keys.push(entity.key(run.site));
+        added.entities.push(entity);
+    }
+    if first_entity + flights.len() + keys.len() > 60_000 {
         let problem = Problem::OutOfRange {
-            found: flights.len() as f64,
+            found: (flights.len() + keys.len()) as f64,
             low: 0.0,
             high: 60_000.0,
             unit: "movers",
@@ -301,7 +332,7 @@ pub(crate) fn read(
         let row = types
             .get("FOLLOWME")
             .ok_or_else(|| root.missing("failure", "a type FOLLOWME in types.csv".into()))?;
-        let index = first_entity + flights.len() + n;
+        let index = first_entity + flights.len() + keys.len() + n;
         let callsign = Callsign::new(&failure.vehicle);
         added.entities.push(Entity {
             callsign,
@@ -326,12 +357,17 @@ pub(crate) fn read(
             routing: Vec::new(),
         });
     }
-    let pieces = with_truth.then(|| Arc::new(Pieces::of(&network, &Core::classes(&flights))));
+    let mut classes = Core::classes(&flights);
+    classes.extend(places.and_then(|p| p.largest));
+    classes.sort_unstable();
+    classes.dedup();
+    let pieces = with_truth.then(|| Arc::new(Pieces::of(&network, &classes)));
     let behaving = Behaving {
         network: Arc::new(network),
         pieces,
         flights: Arc::new(flights),
         first_entity,
+        places: keys,
         policy: control.policy,
         cleared_by: match (control.sees, control.controllers) {
             (Sees::Truth, true) => ClearedBy::Controllers,
@@ -351,7 +387,7 @@ pub(crate) fn read(
 }
 
 /// A stand by its name; files write "A 17", "A_17" and "A17" for one stand.
-fn stand_named(network: &Network, name: &str) -> Option<usize> {
+pub(crate) fn stand_named(network: &Network, name: &str) -> Option<usize> {
     let bare = |text: &str| text.replace([' ', '_'], "");
     let exact = network.stands.iter().position(|s| s.name == name);
     exact.or_else(|| {

@@ -5,6 +5,7 @@ use crate::document::{Section, within};
 use crate::driven;
 use crate::entity::{Entity, PARTITIONS};
 use crate::error::{Problem, ScenarioError};
+use crate::handover;
 use crate::hash::Fnv;
 use crate::keys::{self, words};
 use crate::movements::{self, Movement};
@@ -19,7 +20,7 @@ use models::flight_list::{FlightEntry, FlightList, MovementKind};
 use models::frames::Vector2;
 use models::plot::Callsign;
 use models::time::SimTime;
-use models::traffic::core::Obstacle;
+use models::traffic::core::{ClearedBy, Obstacle};
 use models::traffic::outline::Size;
 use models::truth::recorded::{self, Report};
 use models::truth::route::{self, Halt};
@@ -64,6 +65,7 @@ pub(crate) fn read(
     let places = Places::of(&airport.layout);
     let all = root.sections("traffic", &words(keys::TRAFFIC))?;
     let (mut sections, mut schedules, mut by_hand) = (Vec::new(), Vec::new(), Vec::new());
+    let mut places_of: Option<&Section> = None;
     for section in &all {
         match section.text("kind")? {
             Some("schedule") => {
@@ -73,6 +75,13 @@ pub(crate) fn read(
             Some("generated") => {
                 section.only(keys::GENERATED)?;
                 schedules.push(section);
+            }
+            Some("handover") => {
+                section.only(keys::HANDOVER)?;
+                if let Some(first) = places_of.replace(section) {
+                    let (found, first_line) = ("handover".into(), first.line());
+                    return Err(section.refuse("kind", Problem::Duplicate { found, first_line }));
+                }
             }
             Some("driven") => {
                 section.only(keys::DRIVEN)?;
@@ -129,8 +138,24 @@ pub(crate) fn read(
         driven.push((driven::read(section, &places, callsign, row)?, address, row.class.clone()));
     }
     let first = entities.len();
+    let given = places_of.map(|section| handover::read(section, &types)).transpose()?;
     let (mut behaving, mut added) =
-        schedule::read(root, &schedules, run, airport, &types, first, with_truth)?;
+        schedule::read(root, &schedules, run, airport, &types, first, given.as_ref(), with_truth)?;
+    if let Some(section) = places_of {
+        let cleared = behaving.as_ref().map(|b| (b.cleared_by, b.flights.is_empty()));
+        let needed = match cleared {
+            Some((ClearedBy::Plan, false)) => None,
+            Some((ClearedBy::Plan, true)) | None => Some(
+                "a [[traffic]] of kind \"schedule\" or \"generated\" with flights beside it: who is given lands among flights that behave",
+            ),
+            Some(_) => Some(
+                "traffic that the plan clears, without controllers = \"model\" and sees = \"truth\": controllers know the flights of the scene",
+            ),
+        };
+        if let Some(needed) = needed {
+            return Err(section.missing("kind", needed.into()));
+        }
+    }
     if let Some(both) = added.entities.iter().find(|a| callsigns.contains_key(&a.callsign)) {
         let problem = Problem::Duplicate { found: both.callsign.to_string(), first_line: 1 };
         return Err(root.refuse("traffic", problem));

@@ -121,7 +121,7 @@ fn check(path: &[&'static str], keys: &'static [Key], counted: &mut usize) {
             _ => continue,
         };
         if path == ["traffic"]
-            && scenarios::keys::GENERATED.contains(&key.word)
+            && (scenarios::keys::GENERATED.contains(&key.word) || key.word == "count")
             && key.word != "kind"
         {
             continue;

@@ -8,6 +8,7 @@ mod agents;
 mod deployed;
 mod eye;
 mod gateway;
+mod handover;
 mod hostile;
 mod packaged;
 mod page;

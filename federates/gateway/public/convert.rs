@@ -1,13 +1,14 @@
 //! The federation's messages as public ones.
 
 use super::{
-    Federate, Flight, Flights, Head, Member, OperationDone, Plot, Plots, Scan, State, Track,
-    Tracks, Truth, Truths, VERSION, Weather,
+    Federate, Flight, Flights, Handover, Head, Member, OperationDone, Plot, Plots, Scan, State,
+    Track, Tracks, Truth, Truths, VERSION, Weather,
 };
+use crate::exchange::driven;
 use crate::gateway::Gateway;
 use crate::runtime::messages::{
-    FederateStatus, FlightNotice, Operation, PlotMessage, RunState, ScanReport, TrackMessage,
-    TruthMessage, WeatherNotice,
+    FederateStatus, FlightNotice, HANDOVER_SEAT, Operation, PlotMessage, RunState, ScanReport,
+    SeatEvent, SeatMessage, TrackMessage, TruthMessage, WeatherNotice,
 };
 use serde::Serialize;
 use serde_json::{Map, Value, json};
@@ -173,6 +174,26 @@ pub fn scan(gateway: &Gateway, scan: &ScanReport) -> Scan {
         truth: truths(gateway, scan).truth,
         measures: scan.measures.iter().filter(|m| m.1.is_finite()).cloned().collect(),
     }
+}
+
+/// A handover; `None` where the input is another, or nothing has come of it.
+#[must_use]
+pub fn handover(message: &SeatMessage, frame_s: f64) -> Option<Handover> {
+    let SeatEvent::Input { frame, input, refused } = &message.event else { return None };
+    if input.order.seat != HANDOVER_SEAT {
+        return None;
+    }
+    // It takes effect a little after the frame in which it was let in.
+    let frame = frame + driven::delay_in(frame_s);
+    Some(Handover {
+        number: input.number,
+        client: input.order.person.clone(),
+        asked: input.order.action.word().to_owned(),
+        callsign: input.order.action.said().0.to_owned(),
+        frame,
+        time_s: frame as f64 * frame_s,
+        refused: (!refused.is_empty()).then(|| refused.clone()),
+    })
 }
 
 /// How the run stands.

@@ -168,9 +168,37 @@ public! {
 }
 
 public! {
+    /// An aircraft that was given to the traffic, or a flight that was to be let go, and what came of it.
+    Handover {
+        /// Counted with all inputs of the run.
+        number: u64,
+        /// Who asked.
+        client: String,
+        /// give or release.
+        asked: String,
+        /// Call sign.
+        callsign: String,
+        /// Frame from which it is ours, or is not any more.
+        frame: u64,
+        /// Time of that frame, s.
+        time_s: f64,
+        /// Why not; absent: it was done.
+        refused: Option<String>,
+    }
+}
+
+public! {
+    /// The last handovers, in the order in which they were asked for.
+    Handovers {
+        /// At most 64.
+        handovers: Vec<Handover>,
+    }
+}
+
+public! {
     /// What a client asks of the run; "resume" is another name of "start".
     CommandAsked {
-        /// freeze, start, resume, stop, restart, step, rate or status.
+        /// freeze, start, resume, stop, restart, step, rate, status, give or release.
         command: String,
         /// Frames of a step.
         n: Option<u64>,
@@ -178,6 +206,30 @@ public! {
         rate: Option<f64>,
         /// Who asks, for the log of operations.
         client: Option<String>,
+        /// give, release: call sign, 1 to 8 upper-case letters and digits.
+        callsign: Option<String>,
+        /// give: type designator.
+        r#type: Option<String>,
+        /// give: 24-bit address, hexadecimal.
+        address: Option<String>,
+        /// give: latitude, WGS 84.
+        lat_deg: Option<f64>,
+        /// give: longitude.
+        lon_deg: Option<f64>,
+        /// give: height above the ellipsoid, as DIS has it.
+        height_m: Option<f64>,
+        /// give: velocity towards east, where it is.
+        vx_ms: Option<f64>,
+        /// give: towards north.
+        vy_ms: Option<f64>,
+        /// give: upwards.
+        vz_ms: Option<f64>,
+        /// give: how old the state was when it was sent; absent: 0.
+        age_s: Option<f64>,
+        /// give: runway end; absent: the nearest final.
+        runway: Option<String>,
+        /// give: stand wanted.
+        stand: Option<String>,
     }
 }
 

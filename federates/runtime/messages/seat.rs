@@ -36,6 +36,18 @@ pub enum SeatAction {
         /// Word of the clearance ("TAX").
         clearance: String,
     },
+    /// Gives an aircraft to the traffic, at the seat "handover".
+    Give {
+        /// Its call sign.
+        callsign: String,
+        /// Its state in words (`exchange::handover`).
+        state: String,
+    },
+    /// Asks that a flight that climbs away be let go, at the same.
+    Release {
+        /// Its call sign.
+        callsign: String,
+    },
     /// Drives what the seat has, in thousandths: throttle −1000 (backwards) to 1000, brake 0 to 1000, steer −1000 (left) to 1000.
     Drive {
         /// Share of the largest speed.
@@ -59,6 +71,8 @@ impl SeatAction {
             Self::Decide { accept: false, .. } => "refuse",
             Self::WhatIf { .. } => "what-if",
             Self::Say { .. } => "say",
+            Self::Give { .. } => "give",
+            Self::Release { .. } => "release",
             Self::Drive { .. } => "drive",
         }
     }
@@ -94,6 +108,13 @@ impl SeatAction {
             "what-if" => {
                 Ok(Self::WhatIf { callsign: callsign.to_owned(), change: clearance.to_owned() })
             }
+            "give" | "release" if callsign.is_empty() => {
+                Err(format!("{word}: name the callsign of the aircraft"))
+            }
+            "give" => {
+                Ok(Self::Give { callsign: callsign.to_owned(), state: clearance.to_owned() })
+            }
+            "release" => Ok(Self::Release { callsign: callsign.to_owned() }),
             "drive" => {
                 let wish = clearance.split_whitespace().map(str::parse::<i16>);
                 match wish.collect::<Result<Vec<_>, _>>().as_deref() {
@@ -112,7 +133,7 @@ impl SeatAction {
             other => {
                 let other: String = other.chars().take(32).collect();
                 Err(format!(
-                    "there is no action {other:?}: take, leave, here, say, accept, refuse, what-if or drive"
+                    "there is no action {other:?}: take, leave, here, say, accept, refuse, what-if, give, release or drive"
                 ))
             }
         }
@@ -126,6 +147,8 @@ impl SeatAction {
             Self::Say { callsign, clearance } => (callsign, clearance.into()),
             Self::Decide { callsign, kind, .. } => (callsign, kind.into()),
             Self::WhatIf { callsign, change } => (callsign, change.into()),
+            Self::Give { callsign, state } => (callsign, state.into()),
+            Self::Release { callsign } => (callsign, "".into()),
             Self::Drive { throttle, brake, steer } => {
                 ("", format!("{throttle} {brake} {steer}").into())
             }
@@ -204,8 +227,14 @@ pub struct SeatInput {
     pub order: SeatOrder,
 }
 
+/// The seat at which aircraft are handed over.
+pub const HANDOVER_SEAT: &str = "handover";
+
 /// The key on which what is done at a seat is asked.
 #[must_use]
 pub fn seat_key(seat: &str) -> String {
-    format!("seat/{}/say", seat.replace(' ', "-"))
+    match seat {
+        HANDOVER_SEAT => "visitors/1/handover".to_owned(),
+        seat => format!("seat/{}/say", seat.replace(' ', "-")),
+    }
 }

@@ -145,6 +145,12 @@ impl Pieces {
         self.conflicts[class as usize].get(piece).map_or(&[], Vec::as_slice)
     }
 
+    /// The smallest class that is at least this one and of which conflicts are known.
+    #[must_use]
+    pub fn class_for(&self, class: Class) -> Option<Class> {
+        (class..CLASSES as Class).find(|c| !self.conflicts[*c as usize].is_empty())
+    }
+
     /// Pieces beside a spine piece that have to be empty while somebody rolls over it.
     #[must_use]
     pub fn strip_beside(&self, piece: usize) -> &[u32] {

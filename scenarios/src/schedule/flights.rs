@@ -6,7 +6,7 @@ use models::traffic::core::{Direction, Flight};
 use models::traffic::outline::Size;
 
 /// What a type says of a flight.
-pub(super) fn flight_of(row: &TypeRow) -> Flight {
+pub(crate) fn flight_of(row: &TypeRow) -> Flight {
     let (class, k) = (&row.class, &row.kinematics);
     let usual = runs_where_unknown(&class.designator, row.wake);
     Flight {

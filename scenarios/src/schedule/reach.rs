@@ -247,7 +247,7 @@ pub(super) fn lacks_m(
 }
 
 /// A runway's end by its name.
-pub(super) fn end_named(network: &Network, name: &str) -> Option<RunwayEnd> {
+pub(crate) fn end_named(network: &Network, name: &str) -> Option<RunwayEnd> {
     network
         .runways
         .iter()

@@ -98,7 +98,7 @@ class Run:
         return found
 
     def last(self, key: str) -> Dict[str, Any]:
-        """The last value of a key (`state`, `scan`, `tracks`, `plots`, `truth`, `flights`, `weather`, `operation`,
+        """The last value of a key (`state`, `scan`, `tracks`, `plots`, `truth`, `flights`, `weather`, `operation`, `handovers`,
         `federate/NAME`, `schema`) as it is."""
         for body in self._ask(f"{self._prefix}/{key}", b""):
             return body

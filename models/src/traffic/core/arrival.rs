@@ -30,6 +30,26 @@ pub(super) struct Tried {
     others: Option<Others>,
 }
 
+/// How somebody on final comes to the speed that he is to have, m/s².
+fn final_mps2(wish: f64, v: f64, a: f64, dt: f64) -> f64 {
+    ((wish - v) / 1.0).clamp(-1.0, 0.5).clamp(a - dt, a + dt)
+}
+
+/// Time to the threshold of one who flies `v` m/s so far before it, in steps of `dt`, s; `None` if he does not come there.
+pub(super) fn time_to_threshold_s(out_m: f64, v: f64, touchdown_mps: f64, dt: f64) -> Option<f64> {
+    let (mut left_m, mut v, mut a, mut steps) = (out_m, v, 0.0, 0_u32);
+    while left_m > 0.0 {
+        if v < 1.0 || steps > 100_000 {
+            return None;
+        }
+        a = final_mps2(approach_airspeed_mps(left_m, touchdown_mps), v, a, dt);
+        left_m -= v * dt;
+        v += a * dt;
+        steps += 1;
+    }
+    Some(f64::from(steps) * dt)
+}
+
 impl Core {
     pub(super) fn appear_on_final(&mut self, m: usize, f: &Flight) {
         let Some(time) = approach_time_s(f.landing.0, 0.0, 10.0) else { return };
@@ -352,7 +372,11 @@ impl Core {
         } else {
             approach_airspeed_mps(distance, f.landing.0)
         };
-        let a = ((wish - mover.v) / 1.0).clamp(-1.0, 0.5).clamp(mover.a - dt, mover.a + dt);
+        let a = final_mps2(wish, mover.v, mover.a, dt);
+        let joined = mover.join.as_ref().is_some_and(|join| join.ends_s() <= self.time_s);
+        if joined {
+            mover.join = None;
+        }
         mover.s += mover.v * dt;
         mover.v += a * dt;
         mover.a = a;

@@ -15,6 +15,7 @@ mod failures;
 mod flight;
 mod hand;
 mod hand_flight;
+mod handover;
 mod measures;
 mod notice;
 mod obstacles;
@@ -30,6 +31,7 @@ pub use equipment::drawn_failures;
 pub use failures::{Failure, FailureKind, Shown};
 pub use flight::{Clearance, Direction, Flight, Measures, Phase, Policy, Remark, Waiting};
 pub use hand::{AtWheel, Driven, SILENT_S, Wish};
+pub use handover::{Ask, Given, Outcome, RELEASED_ABOVE_M};
 pub use notice::{ClearedBy, Notice, Order};
 pub use obstacles::Obstacle;
 pub use perceived::{OnGround, Seen};
@@ -115,6 +117,8 @@ struct Mover {
     cleared_way_m: Vec<crate::frames::Vector2<f64>>,
     /// A person drives it.
     hand: Option<Box<hand::Hand>>,
+    /// Given on final, it comes to its line.
+    join: Option<Box<handover::Join>>,
     /// Stops so far before the holding position of a runway, m.
     hold_gap_m: f64,
 }
@@ -178,6 +182,7 @@ pub struct Core {
     /// Movers that people drive, and where it is paved.
     hands: Vec<hand::Hand>,
     flights_by_hand: bool,
+    handovers: handover::Handovers,
     pavement_m: Arc<Vec<Vec<crate::frames::Vector2<f64>>>>,
     /// By stand, size, runway and end: whether there is a way to leave it by.
     leaves: BTreeMap<(usize, (u64, u64), usize, usize), bool>,
@@ -256,6 +261,7 @@ impl Core {
             obstacles: obstacles::Obstacles::default(),
             hands: Vec::new(),
             flights_by_hand: false,
+            handovers: handover::Handovers::default(),
             pavement_m: Arc::default(),
             leaves: BTreeMap::new(),
             unexpected: 0,
@@ -276,6 +282,7 @@ impl Core {
         self.time_s = frame as f64 * self.step_s;
         self.frame = frame;
         self.apply_notices();
+        self.apply_asks();
         self.move_hands();
         let frames_a_second = (1.0 / self.step_s).round().max(1.0) as i64;
         if frame.rem_euclid(frames_a_second) == 0 {
@@ -527,6 +534,7 @@ impl Mover {
             towed: false,
             cleared_way_m: Vec::new(),
             hand: None,
+            join: None,
             hold_gap_m: HOLD_GAP_M[0] + (HOLD_GAP_M[1] - HOLD_GAP_M[0]) * uniform(&mut rng),
         }
     }

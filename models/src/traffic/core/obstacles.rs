@@ -132,6 +132,11 @@ impl Core {
         self.crossing[r].iter().find_map(|c| self.obstacles.runways[*c])
     }
 
+    /// Whether a mover that is a function of time has this name.
+    pub(super) fn is_obstacle(&self, name: &str) -> bool {
+        self.obstacles.all.iter().any(|o| o.callsign == name)
+    }
+
     /// Name of a flight, an obstacle or a driven mover.
     pub(super) fn name_of(&self, who: usize) -> &str {
         let Some(other) = who.checked_sub(self.flights.len()) else {

@@ -48,10 +48,13 @@ impl Core {
         let middle = if push { on.at_m - u * gear } else { on.at_m - u * guided };
         let (beside, drift) = if push { Default::default() } else { m.beside() };
         let middle = middle + beside;
+        let ((aside, aside_mps), (above, above_mps)) =
+            m.join.as_ref().map_or_else(Default::default, |join| join.at(self.time_s));
+        let middle = middle + n * aside;
         // The main gear goes along its line, also where the body is not yet in it.
         let gear_mps =
             if push { Azimuth::from_rad(on.heading_rad).unit() * m.v } else { u * along };
-        let velocity = gear_mps - n * (gear * turn_rate) + drift * m.v;
+        let velocity = gear_mps - n * (gear * turn_rate) + drift * m.v + n * aside_mps;
         let along_acc = if push {
             -m.a
         } else {
@@ -62,17 +65,17 @@ impl Core {
         let still = m.v == 0.0 && m.a == 0.0;
         let zero = nalgebra::Vector2::zeros();
         let (velocity, acceleration) = if still { (zero, zero) } else { (velocity, acceleration) };
+        let climb_mps = m.climb_mps + above_mps;
         let pitch_rad =
-            if m.height_m > 0.0 && m.v > 1.0 { libm::atan2(m.climb_mps, m.v) } else { 0.0 };
+            if m.height_m > 0.0 && m.v > 1.0 { libm::atan2(climb_mps, m.v) } else { 0.0 };
         Some(TruthState {
-            position_m: Vector3::new(middle.x, middle.y, m.height_m),
-            velocity_mps: Vector3::new(
-                velocity.x,
-                velocity.y,
-                if still { 0.0 } else { m.climb_mps },
-            ),
+            position_m: Vector3::new(middle.x, middle.y, m.height_m + above),
+            velocity_mps: Vector3::new(velocity.x, velocity.y, if still { 0.0 } else { climb_mps }),
             acceleration_ms2: Vector3::new(acceleration.x, acceleration.y, 0.0),
-            heading_rad: heading,
+            heading_rad: match m.join {
+                Some(_) => Azimuth::of(velocity).rad(),
+                None => heading,
+            },
             pitch_rad,
             roll_rad: 0.0,
             angular_rate_rads: Vector3::new(0.0, 0.0, if still { 0.0 } else { turn_rate }),
@@ -117,6 +120,7 @@ impl Core {
         }
         self.feed_failures(&mut feed);
         self.feed_hands(&mut feed);
+        self.feed_handovers(&mut feed);
         hash
     }
 }
