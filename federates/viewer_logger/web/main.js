@@ -196,7 +196,7 @@ function onText(message) {
     case "new_run":
       setLive(true);
       select(null);
-      map.before = new Map();
+      map.forgetLabels();
       state.traffic = null;
       alerts.show({ open: [], ended: [] });
       map.setSaid({ alerts: [], traffic: null, lights: null });

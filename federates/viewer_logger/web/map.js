@@ -78,6 +78,11 @@ export class MapView {
     this.need("place");
   }
 
+  /** Another run: its targets are others, whatever they are called. */
+  forgetLabels() {
+    Object.assign(this, { placed: new Map(), before: new Map(), placedScan: null });
+  }
+
   /** Alerts that stand, and what traffic and stop bars say. */
   setSaid({ alerts = this.alerts, traffic = this.said.traffic, lights = this.said.lights }) {
     const again = JSON.stringify(alerts.map((a) => [a.id, a.stage, a.subjects])) !== JSON.stringify(this.alerts.map((a) => [a.id, a.stage, a.subjects]));
@@ -517,11 +522,11 @@ export class MapView {
     if (this.lod === "auto") thin(items.filter((i) => inBox(view, i)), Math.max(free, 1), this.skin === "controller");
     const wanted = items.filter((i) => i.level > 0);
     yield;
-    // Labels stay where they were from one scan to the next; a moment that was jumped to has the same picture for everybody.
-    const follows = this.live || scan.scan === this.placedScan + 1;
-    const placed = yield* placing(wanted, { view, room, field, before: follows ? this.before : new Map(), marks });
+    // Labels stay where they were from one scan to the next, also where one scan is placed several times; a moment that was jumped to has
+    // the same picture for everybody.
+    if (scan.scan !== this.placedScan) this.before = this.live || scan.scan === this.placedScan + 1 ? offsetsOf(this.placed) : new Map();
+    const placed = yield* placing(wanted, { view, room, field, before: this.before, turn: scan.scan, marks });
     Object.assign(this, { placed, placedFor: cam, placedScan: scan.scan });
-    this.before = new Map([...this.placed].map(([id, p]) => [id, { dx: p.dx, dy: p.dy }]));
     this.hidden = items.filter((i) => inBox(view, i) && !this.placed.has(i.id)).map((i) => i.id);
   }
 
@@ -547,6 +552,11 @@ const BESIDE = { tracks: true, truth: false, plots: false, weather: false };
 
 function inBox(box, p) {
   return p.x >= box.x && p.y >= box.y && p.x <= box.x + box.w && p.y <= box.y + box.h;
+}
+
+/** Where labels stand, as the next scan wants to know it. */
+function offsetsOf(placed) {
+  return new Map([...placed].map(([id, { dx, dy, level }]) => [id, { dx, dy, level }]));
 }
 
 /** Points that are seen when the whole airport is. */
