@@ -67,8 +67,11 @@ fn viewer(visibility_m: f64) -> Viewer {
     viewer
 }
 
-/// Tracks, entities and plots of the one scan among messages, by call sign; errors and pairs of tracks besides.
-fn seen(out: &[Outgoing]) -> (Vec<String>, Vec<String>, u32, Vec<(i32, f32)>) {
+/// Tracks and entities by call sign, number of plots, and which entity each track follows with its error.
+type Seen = (Vec<String>, Vec<String>, u32, Vec<(i32, f32)>);
+
+/// What is in the last scan among messages.
+fn seen(out: &[Outgoing]) -> Seen {
     let scans = out.iter().filter_map(|m| match m {
         Outgoing::Binary(octets) => Some(octets),
         Outgoing::Text(_) => None,
