@@ -184,7 +184,7 @@ impl Task {
         }
         let time_s = report.time_ns as f64 * 1e-9;
         let caption = format!(
-            "{}   T+ {:02}:{:02}   tracks: filled, truth: outline, error: red line",
+            "{}   T+ {:02}:{:02}   tracks: filled, truth: outline, error: magenta line",
             if self.info.title.is_empty() { &self.info.scene } else { &self.info.title },
             (time_s / 60.0) as u64,
             time_s as u64 % 60

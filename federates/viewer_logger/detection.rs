@@ -1,7 +1,7 @@
 //! Where the radars of a run see: pictures of the probability of detection over the airport, made when a page asks for one.
 //!
 //! Everything exact, a medium jet at the mean of its aspects, the weather of the time. The picture shows what is *not* seen:
-//! clear where detection is sure, amber to red where it is not, grey where nothing is displayed.
+//! clear where detection is sure, violet where it is not, grey where nothing is displayed.
 
 use super::archive::Archive;
 use super::kept_scene;
@@ -206,11 +206,11 @@ impl Radars {
 /// Red, green, blue and opacity of a place that is missed with this probability; none: not displayed.
 fn colour(missed: Option<f64>) -> [u8; 4] {
     let Some(missed) = missed else { return [128, 128, 128, 90] };
-    // Amber at a tenth, red from a half on.
+    // Pale at a tenth, full from a half on; red and amber are for alarms.
     let share = ((missed - 0.1) / 0.4).clamp(0.0, 1.0);
     let between = |from: f64, to: f64| (from + share * (to - from)).round() as u8;
     let opacity = 190.0 * libm::pow(missed.clamp(0.0, 1.0), 0.6);
-    [255, between(178.0, 60.0), between(36.0, 50.0), opacity as u8]
+    [between(186.0, 150.0), between(160.0, 40.0), 255, opacity as u8]
 }
 
 fn encoded(size: [u32; 2], pixels: &[u8]) -> Result<Vec<u8>, png::EncodingError> {
@@ -244,7 +244,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_building_hides_is_red_and_what_is_open_is_clear() {
+    fn what_a_building_hides_is_violet_and_what_is_open_is_clear() {
         let file = scenarios::locate("asmgcs");
         let scene = Arc::new(scenarios::load_without_truth(&file).expect("the shipped scene"));
         let radar = scene.sensors.iter().find(|s| s.asde.is_some()).expect("a radar");

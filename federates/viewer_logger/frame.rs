@@ -126,6 +126,78 @@ pub(super) struct Entity {
     pub velocity_mps: [f64; 2],
     /// Where the nose points, rad clockwise from north.
     pub heading_rad: f64,
+    /// Whether it is an aircraft.
+    pub aircraft: bool,
+    /// Length, m.
+    pub length_m: f64,
+}
+
+/// What [`reduced`] leaves in a message.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Keeps {
+    /// All tracks; else those that follow an entity that stays.
+    pub tracks: bool,
+    /// The plots.
+    pub plots: bool,
+    /// Which entities, by their place in the message.
+    pub truth: Vec<bool>,
+}
+
+/// A message with some of its tracks, entities and plots only. No track and no plot tells any more how far it is from the truth; a track tells
+/// which entity it follows where that one stays. None if it is no message.
+pub(super) fn reduced(message: &[u8], keeps: &Keeps) -> Option<Vec<u8>> {
+    let count = |at| octets(message, at).map(|n| u32::from_le_bytes(n) as usize);
+    let [tracks, truths, plots, trails] = [count(24)?, count(28)?, count(32)?, count(36)?];
+    let truth_from = HEADER + tracks * TRACK;
+    let plots_from = truth_from + truths * TRUTH;
+    let mut out = message.get(..HEADER)?.to_vec();
+    let stays = |at: usize| keeps.truth.get(at).copied().unwrap_or(false);
+    let place = |at: usize| (0..at).filter(|at| stays(*at)).count() as i32;
+    let unknown = f32::NAN.to_le_bytes();
+    let mut numbers = Vec::new();
+    for at in 0..tracks {
+        let record = message.get(HEADER + at * TRACK..HEADER + (at + 1) * TRACK)?;
+        let truth = usize::try_from(i32::from_le_bytes(octets(record, 8)?)).ok();
+        let truth = truth.filter(|at| stays(*at));
+        if keeps.tracks || truth.is_some() {
+            let from = out.len();
+            out.extend(record);
+            out[from + 8..from + 12].copy_from_slice(&truth.map_or(-1, place).to_le_bytes());
+            out[from + 92..from + 96].copy_from_slice(&unknown);
+            numbers.push(u16::from_le_bytes(octets(record, 0)?));
+        }
+    }
+    for at in (0..truths).filter(|at| stays(*at)) {
+        out.extend(message.get(truth_from + at * TRUTH..truth_from + (at + 1) * TRUTH)?);
+    }
+    for at in (0..plots).filter(|_| keeps.plots) {
+        let from = out.len();
+        out.extend(message.get(plots_from + at * PLOT..plots_from + (at + 1) * PLOT)?);
+        out[from + 4..from + 8].copy_from_slice(&(-1_i32).to_le_bytes());
+        out[from + 44..from + 48].copy_from_slice(&unknown);
+    }
+    let mut from = plots_from + plots * PLOT;
+    let mut left = 0_u32;
+    for _ in 0..trails {
+        let number = u16::from_le_bytes(octets(message, from)?);
+        let to = from + 4 + 8 * usize::from(u16::from_le_bytes(octets(message, from + 2)?));
+        let trail = message.get(from..to)?;
+        if numbers.contains(&number) {
+            out.extend(trail);
+            left += 1;
+        }
+        from = to;
+    }
+    let counts = [
+        numbers.len(),
+        (0..truths).filter(|at| stays(*at)).count(),
+        if keeps.plots { plots } else { 0 },
+    ];
+    for (at, count) in [24, 28, 32].into_iter().zip(counts) {
+        out[at..at + 4].copy_from_slice(&(count as u32).to_le_bytes());
+    }
+    out[36..40].copy_from_slice(&left.to_le_bytes());
+    Some(out)
 }
 
 /// Number and time of the scan of a message; none if it is none.
@@ -157,6 +229,8 @@ fn entity(record: &[u8]) -> Option<Entity> {
         position_m: [double(32)?, double(40)?, single(68)?],
         velocity_mps: [single(48)?, single(52)?],
         heading_rad: single(56)?,
+        aircraft: octets(record, 28).map(u32::from_le_bytes)? & 1 == 1,
+        length_m: single(60)?,
     })
 }
 

@@ -30,6 +30,7 @@ pub mod opened;
 pub mod picture;
 pub mod process;
 pub mod said;
+mod seat_view;
 pub mod server;
 pub mod session;
 pub mod source;
@@ -70,6 +71,7 @@ pub struct Viewer {
     tolerances: Option<Option<f64>>,
     said: Said,
     detection: Option<Arc<detection::Maps>>,
+    blocks: Vec<picture::Block>,
 }
 
 /// Where the scans come from.
@@ -121,6 +123,7 @@ impl Viewer {
             tolerances: None,
             said: Said::default(),
             detection: None,
+            blocks: Vec::new(),
         }
     }
 
@@ -202,6 +205,7 @@ impl Viewer {
     /// The scene: once, or again when another run begins.
     pub fn on_scene(&mut self, run: &RunInfo, map: &AirportMap) {
         self.info = run.clone();
+        self.blocks.clone_from(&map.blocks);
         let filters = models::filter::Rung::ALL.map(|(_, name)| name);
         self.set("scene", json!({"type": "scene", "run": run, "map": map, "filters": filters}));
     }
@@ -327,6 +331,11 @@ impl Viewer {
         }
         // An infinite visibility becomes null: clear.
         self.set("weather", json!({"type": "weather", "notices": self.weather}));
+    }
+
+    /// What sight depends on.
+    fn air(&self) -> seat_view::Air<'_> {
+        seat_view::Air { weather: &self.weather, blocks: &self.blocks }
     }
 
     /// The flight list.

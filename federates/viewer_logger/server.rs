@@ -6,18 +6,19 @@ mod asked_for;
 mod at_seat;
 mod authoring;
 mod fork;
+mod socket;
 
 use super::Viewer;
-use super::access::{Access, LOOK_ONLY, Rights, Ticket, same_origin};
+use super::access::{Access, Ticket, same_origin};
 use super::assets;
 use super::author::Author;
 use super::connections::{self, Peer};
 use super::forks::Forks;
-use super::session::{Asked, MOST_RUNS, Outgoing, Session, refused, reply};
+use super::session::MOST_RUNS;
 use super::source::Source;
 use crate::runtime::messages::{Command, SeatAnswer, SeatOrder};
 use axum::body::Body;
-use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
+use axum::extract::ws::WebSocketUpgrade;
 use axum::extract::{DefaultBodyLimit, Extension, Request, State};
 use axum::http::{HeaderMap, Method, StatusCode, header};
 use axum::middleware::{self, Next};
@@ -30,7 +31,6 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Duration;
 use tokio::sync::{oneshot, watch};
-use tokio::time::{MissedTickBehavior, interval, sleep, timeout};
 
 /// What became of a command: whether it was carried out, and the state reached or the reason why not.
 pub type Done = (bool, String);
@@ -365,132 +365,15 @@ async fn upgrade(
         async move |mut socket| {
             let rights = match ticket {
                 Ticket::Let(rights) => rights,
-                Ticket::AskToken => match first_word(&mut socket, &shared.access).await {
+                Ticket::AskToken => match socket::first_word(&mut socket, &shared.access).await {
                     Some(rights) => rights,
                     None => return,
                 },
             };
-            browser(socket, &shared, rights).await;
+            socket::browser(socket, &shared, rights).await;
             drop(seat);
         },
     )
-}
-
-/// The rights of a browser whose first message is a token; anybody else hears why not.
-async fn first_word(socket: &mut WebSocket, access: &Access) -> Option<Rights> {
-    let first = timeout(FIRST_WORD, socket.recv()).await;
-    if let Ok(Some(Ok(Message::Text(text)))) = first
-        && let Some(rights) = access.rights_of_message(&text)
-    {
-        return Some(rights);
-    }
-    let Outgoing::Text(why) = refused(access.needed()) else { return None };
-    let _ = timeout(FIRST_WORD, socket.send(Message::Text((&*why).into()))).await;
-    None
-}
-
-/// One browser until it leaves. A slow one gets fewer scans, never an ever longer queue.
-async fn browser(mut socket: WebSocket, shared: &Arc<Shared>, rights: Rights) {
-    let mut session = Session::default();
-    let mut version = shared.page.version.subscribe();
-    version.mark_changed();
-    let mut alive = interval(ALIVE);
-    alive.set_missed_tick_behavior(MissedTickBehavior::Delay);
-    loop {
-        let out = tokio::select! {
-            message = socket.recv() => match message {
-                Some(Ok(Message::Text(text))) => match session.on_message(&text) {
-                    Asked::Nothing => shared.page.with_all(|all| session.poll_runs(all)),
-                    Asked::Refused(answer) => vec![answer],
-                    Asked::Open(ids) => shared.page.with_all(|all| match session.open(all, &ids) {
-                        Ok(()) => session.poll_runs(all),
-                        Err(reason) => vec![refused(&reason)],
-                    }),
-                    Asked::Strip(from_s, to_s, columns) => {
-                        shared.page.with_all(|all| session.strip(all, from_s, to_s, columns))
-                    }
-                    Asked::Compare(..) if rights == Rights::Look => vec![refused(LOOK_ONLY)],
-                    Asked::Compare(true, _) if !shared.page.viewer().is_live() => {
-                        vec![refused(NOT_LIVE)]
-                    }
-                    Asked::Compare(on, ghost) => {
-                        shared.page.update(|viewer| viewer.compare(on, ghost));
-                        Vec::new()
-                    }
-                    Asked::Tolerances(..) if rights == Rights::Look => vec![refused(LOOK_ONLY)],
-                    Asked::Tolerances(true, _) if !shared.page.viewer().is_live() => {
-                        vec![refused(NOT_LIVE)]
-                    }
-                    Asked::Tolerances(on, ghost_m) => {
-                        shared.page.update(|viewer| viewer.compare_tolerances(on, ghost_m));
-                        Vec::new()
-                    }
-                    Asked::Fork(..) if rights == Rights::Look => vec![refused(LOOK_ONLY)],
-                    Asked::Fork(Some(wanted)) => {
-                        let begun = fork::begin(&shared.page, wanted);
-                        begun.err().map(|why| refused(&why)).into_iter().collect()
-                    }
-                    Asked::Fork(None) => {
-                        shared.page.forks().inspect(|forks| forks.cancel());
-                        Vec::new()
-                    }
-                    Asked::Acknowledge(_) if rights == Rights::Look => vec![refused(LOOK_ONLY)],
-                    Asked::Acknowledge(id) => {
-                        let mut done = Ok(String::new());
-                        shared.page.update(|viewer| done = viewer.acknowledge(id));
-                        done.err().map(|why| refused(&why)).into_iter().collect()
-                    }
-                    Asked::Seat(id, _) if rights == Rights::Look => {
-                        vec![reply(id, "seat", false, LOOK_ONLY)]
-                    }
-                    Asked::Seat(id, order) => {
-                        vec![at_seat::answered(Arc::clone(&shared.page), id, order).await]
-                    }
-                    Asked::Command(id, words, _) if rights == Rights::Look => {
-                        vec![reply(id, &words, false, LOOK_ONLY)]
-                    }
-                    Asked::Command(id, words, command) => {
-                        vec![carry_out(shared.clone(), id, words, command).await]
-                    }
-                },
-                Some(Ok(Message::Binary(_))) => vec![refused("binary messages mean nothing here")],
-                Some(Ok(_)) => Vec::new(),
-                Some(Err(_)) | None => return,
-            },
-            changed = version.changed() => {
-                if changed.is_err() {
-                    return;
-                }
-                sleep(PICTURE).await; // several changes make one picture
-                version.mark_unchanged();
-                shared.page.with_all(|all| session.poll_runs(all))
-            }
-            _ = alive.tick() => vec![Outgoing::Text(r#"{"type":"alive"}"#.into())],
-        };
-        for message in out {
-            let message = match message {
-                Outgoing::Text(text) => Message::Text((&*text).into()),
-                Outgoing::Binary(octets) => Message::Binary(octets.into()),
-            };
-            match timeout(STUCK, socket.send(message)).await {
-                Ok(Ok(())) => {}
-                Ok(Err(_)) | Err(_) => return,
-            }
-        }
-    }
-}
-
-async fn carry_out(shared: Arc<Shared>, id: f64, words: String, command: Command) -> Outgoing {
-    let word = words.clone();
-    let work = tokio::task::spawn_blocking(move || (shared.operate)(&word, command));
-    let (accepted, text) = match timeout(ANSWER, work).await {
-        Ok(Ok(done)) => done,
-        Ok(Err(_)) => (false, "the command failed inside the viewer; see its log".to_owned()),
-        Err(_) => {
-            (false, format!("no answer from the admin station within {} s", ANSWER.as_secs()))
-        }
-    };
-    reply(id, &words, accepted, &text)
 }
 
 fn listen_reason(error: &std::io::Error) -> String {
@@ -508,17 +391,8 @@ const POLICY: &str =
 const MAX_BROWSERS: usize = 32;
 /// Of these, for one address beyond this host.
 const MAX_OF_ONE_CLIENT: usize = 8;
-/// How long a browser that needs a token may take to say it.
-const FIRST_WORD: Duration = Duration::from_secs(5);
-const NOT_LIVE: &str = "filters and tolerances run beside a run that goes on; of a finished one, seeds fork RUN --set tracking.filter=NAME (or accuracy.position_m=M) shows another";
 /// Longest message of a browser, octets.
 const MAX_MESSAGE: usize = 4096;
-/// At most this often a new picture.
-const PICTURE: Duration = Duration::from_millis(40);
-/// A sign of life when nothing else is to be said; the page shows its absence.
-const ALIVE: Duration = Duration::from_secs(1);
-/// A browser that takes nothing for so long is let go.
-const STUCK: Duration = Duration::from_secs(20);
 const ANSWER: Duration = Duration::from_secs(10);
 
 #[cfg(test)]

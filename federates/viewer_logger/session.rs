@@ -4,6 +4,7 @@ use super::Viewer;
 use super::forks::Wanted;
 use super::frame;
 use super::said::Topic;
+use super::seat_view::SeatView;
 use super::source::Strip;
 use crate::runtime::messages::{Command, SeatOrder, SeatWords};
 use models::time::SimTime;
@@ -27,6 +28,7 @@ pub struct Session {
     sent_alerts: String,
     explained: Option<(u64, u16)>, // scan and track
     curve_from: u64,
+    seat: SeatView,
 }
 
 /// A message to the browser.
@@ -89,9 +91,11 @@ impl Session {
             out.push(Outgoing::Text(r#"{"type":"new_run"}"#.into()));
         }
         self.list(all, &mut out);
-        let mut news: Vec<_> = viewer.topics.values().filter(|t| t.0 > self.seen).collect();
-        news.sort_by_key(|t| t.0);
-        out.extend(news.into_iter().map(|t| Outgoing::Text(t.1.clone())));
+        let mut news: Vec<_> = viewer.topics.iter().filter(|(_, t)| t.0 > self.seen).collect();
+        news.sort_by_key(|(_, t)| t.0);
+        let judges = |word: &str| ["rungs", "tolerances"].contains(&word);
+        news.retain(|(word, _)| self.seat.is_free() || !judges(word));
+        out.extend(news.into_iter().map(|(_, t)| Outgoing::Text(t.1.clone())));
         self.seen = viewer.version;
         let newest = source.range().map(|r| r.1);
         if let Some(scan) = self.shown.or(newest).and_then(|scan| source.nearest(scan))
@@ -99,9 +103,12 @@ impl Session {
             && let Some(message) = source.message(scan)
         {
             self.sent_scan = Some(scan);
-            out.push(Outgoing::Binary(message));
+            out.push(Outgoing::Binary(self.seat.frame(message, viewer.air())));
         }
         self.said(viewer, &mut out);
+        if !self.seat.is_free() {
+            return out; // other runs, effects and errors are for who judges a run, not for who is in it
+        }
         self.beside(all, viewer, &mut out);
         if let (Some(number), Some(scan)) = (self.selected, self.sent_scan)
             && self.explained != Some((scan, number))
@@ -140,7 +147,13 @@ impl Session {
         for (topic, sent) in Topic::ALL.into_iter().zip(&mut self.sent_said) {
             let said = viewer.said_at(topic, time_ns);
             if sent.as_ref() != Some(&said) {
-                let (word, text) = (topic.word(), said.as_deref().unwrap_or("null"));
+                let heard = match topic {
+                    Topic::Traffic | Topic::Driven => {
+                        said.as_deref().and_then(|said| self.seat.movers(said))
+                    }
+                    Topic::Lights | Topic::Seats => said.as_deref().map(str::to_owned),
+                };
+                let (word, text) = (topic.word(), heard.as_deref().unwrap_or("null"));
                 if said.is_some() || sent.is_some() {
                     out.push(Outgoing::Text(
                         format!(r#"{{"type":"{word}","state":{text}}}"#).into(),
@@ -149,7 +162,11 @@ impl Session {
                 *sent = Some(said);
             }
         }
-        let alerts = viewer.alerts_at(time_ns).to_string();
+        // Alerts are a controller's.
+        let alerts = match self.seat.only_aboard() {
+            true => NO_ALERTS.to_owned(),
+            false => viewer.alerts_at(time_ns).to_string(),
+        };
         if alerts != self.sent_alerts && (!self.sent_alerts.is_empty() || alerts.contains("kind")) {
             out.push(Outgoing::Text(alerts.as_str().into()));
             self.sent_alerts = alerts;
@@ -247,7 +264,7 @@ impl Session {
         *self = if same {
             Self { runs, sent_beside: Vec::new(), ..before }
         } else {
-            Self { runs, generation, ..Self::default() }
+            Self { runs, generation, seat: before.seat, ..Self::default() }
         };
         Ok(())
     }
@@ -256,15 +273,39 @@ impl Session {
     #[must_use]
     pub fn strip(&self, all: &[&Viewer], from_s: f64, to_s: f64, columns: usize) -> Vec<Outgoing> {
         let Some(viewer) = all.get(self.shown_runs()[0]) else { return Vec::new() };
-        let strip = Strip::of(viewer.source().sums(), from_s, to_s, columns);
+        let judged = if self.seat.is_free() { viewer.source().sums() } else { &[] };
+        let strip = Strip::of(judged, from_s, to_s, columns);
         let mut message = json!(strip);
         message["type"] = "strip".into();
         let mut events = viewer.events();
         events.retain(|e| (from_s..=to_s).contains(&(e.time_ns as f64 * 1e-9)));
+        if !self.seat.is_free() {
+            events.retain(|e| e.kind != "swap" && !self.seat.only_aboard());
+        }
         let more = events.len().saturating_sub(MOST_EVENTS);
         events.truncate(MOST_EVENTS);
         let events = json!({"type": "events", "events": events, "more": more});
         vec![Outgoing::json(&message), Outgoing::json(&events)]
+    }
+
+    /// Something was done at a seat, and accepted: from now on this browser gets what is seen from where it sits, see
+    /// [`super::seat_view`]; what to tell it at once.
+    pub fn sits(&mut self, order: &SeatOrder) -> Vec<Outgoing> {
+        if !self.seat.note(order) {
+            return Vec::new();
+        }
+        self.sent_scan = None;
+        self.sent_said = Default::default();
+        self.explained = None;
+        self.curve_from = 0;
+        let seats: Vec<&str> = self.seat.seats().collect();
+        let mut out = vec![Outgoing::json(&json!({"type": "sees", "seats": seats}))];
+        if let Some(track) = self.selected.filter(|_| !self.seat.is_free()) {
+            out.push(Outgoing::json(
+                &json!({"type": "curve", "track": track, "reset": true, "points": []}),
+            ));
+        }
+        out
     }
 
     /// Takes a message of the browser. Anything not understood is refused with its reason, nothing more.
@@ -430,6 +471,7 @@ fn command_of(
     Ok((word.to_owned(), command))
 }
 
+const NO_ALERTS: &str = r#"{"type":"alerts","open":[],"ended":[]}"#;
 /// Runs on one clock, at most.
 pub(super) const MOST_RUNS: usize = 8;
 /// Changes of one fork, at most.

@@ -1,7 +1,10 @@
 //! Alerts that stand: a frame round each subject, a line between two, their words (`web/position.js` draws the same).
 
+use super::airport::ring;
 use super::{Anchor, Pen, Shown, targets::sound};
 use crate::runtime::messages::{ScanReport, TrackMessage};
+use crate::viewer_logger::picture::RunwayShape;
+use crate::viewer_logger::said::AlertLine;
 
 /// Half a frame's side, pixels.
 const HALF: f64 = 11.0;
@@ -44,6 +47,47 @@ pub(super) fn draw(pen: &mut Pen<'_>, shown: &Shown<'_>) {
     }
 }
 
+/// Runways that an alarm is about, outlined.
+pub(super) fn runways(pen: &mut Pen<'_>, shown: &Shown<'_>) {
+    if !pen.on("alerts") {
+        return;
+    }
+    let alarms = shown.alerts.iter().filter(|a| a.stage == "alarm");
+    for runway in alarms.filter_map(|alarm| runway_of(alarm, shown)) {
+        let colour = pen.colour("alarm");
+        let outline = ring(runway, 4.0).into_iter().map(|p| pen.at(p)).collect();
+        pen.dashed(outline, true, colour, 2.5, &[]);
+    }
+}
+
+/// The runway that an alert is about: where it is, where its subjects are, or whose strip its place lies in.
+fn runway_of<'a>(alert: &AlertLine<'_>, shown: &Shown<'a>) -> Option<&'a RunwayShape> {
+    let about = ["RMCA", "RWY", "CATC", "NOCLR_RWY", "NOCLR_TOF", "NOCLR_LND"];
+    if !about.iter().any(|kind| alert.kind.starts_with(kind)) {
+        return None;
+    }
+    let on = |place: [f64; 2], beside| shown.map.runways.iter().find(|r| is_on(r, place, beside));
+    let tracks = alert.subjects.iter().filter_map(|name| subject(shown.scan, name));
+    let ground = tracks.filter(|t| t.altitude_m.is_none_or(|m| m <= AIRBORNE_M));
+    let mut places = std::iter::once(alert.place_m).chain(ground.map(|t| t.position_m));
+    places.find_map(|place| on(place, 0.0)).or_else(|| on(alert.place_m, STRIP_M))
+}
+
+/// Whether a place is on a runway, or so many metres beside.
+fn is_on(runway: &RunwayShape, [x, y]: [f64; 2], beside: f64) -> bool {
+    let [[ax, ay], [bx, by]] = runway.ends;
+    let (dx, dy) = (bx - ax, by - ay);
+    let length = libm::hypot(dx, dy).max(1e-9);
+    let along = ((x - ax) * dx + (y - ay) * dy) / length;
+    let across = ((x - ax) * dy - (y - ay) * dx) / length;
+    (-beside..=length + beside).contains(&along) && across.abs() <= runway.width_m / 2.0 + beside
+}
+
+/// Higher is not on it, m.
+const AIRBORNE_M: f64 = 15.0;
+/// Half the width of a strip beyond the runway's edge, m.
+const STRIP_M: f64 = 75.0;
+
 /// The track that an alert calls so: by its call sign, else by its number.
 fn subject<'a>(scan: &'a ScanReport, name: &str) -> Option<&'a TrackMessage> {
     let of = |test: &dyn Fn(&TrackMessage) -> bool| scan.tracks.iter().find(|t| test(t));
@@ -51,4 +95,59 @@ fn subject<'a>(scan: &'a ScanReport, name: &str) -> Option<&'a TrackMessage> {
         .or_else(|| of(&|t| t.callsign.is_empty() && t.number.to_string() == name))
         .or_else(|| of(&|t| t.callsign == name))
         .filter(|track| sound(track.position_m))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::view::{Palette, View};
+    use super::super::{Drawing, Item};
+    use super::*;
+    use crate::viewer_logger::picture::AirportMap;
+
+    #[test]
+    fn an_alarm_about_a_runway_outlines_it_and_nothing_else_does() {
+        let designators = ["09", "27"].map(str::to_owned);
+        let runway = RunwayShape { designators, ends: [[0.0, 0.0], [3000.0, 0.0]], width_m: 45.0 };
+        let map = AirportMap { runways: vec![runway], ..AirportMap::default() };
+        let outlined = |kind: &str, stage: &str, place_m: [f64; 2], track_m: [f64; 2], up_m| {
+            let mut scan = crate::viewer_logger::tests::scan(3);
+            scan.tracks[0].position_m = track_m;
+            scan.tracks[0].altitude_m = Some(up_m);
+            let alert = AlertLine {
+                id: 1,
+                kind,
+                stage,
+                subjects: vec!["SWR1"],
+                since_s: 1.0,
+                end_s: None,
+                place_m,
+                acknowledged: None,
+            };
+            let alerts = [alert];
+            let shown = Shown {
+                map: &map,
+                scan: &scan,
+                trails: &[],
+                weather: None,
+                alerts: &alerts,
+                caption: "",
+            };
+            let drawing = Drawing::of(&shown, &View::new([800.0, 600.0]));
+            let alarm = Palette::of(false).get("alarm");
+            drawing.items.iter().any(|item| match item {
+                Item::Line { points, closed: true, colour, .. } => {
+                    *colour == alarm && (points[0][0] - points[1][0]).abs() > 100.0
+                }
+                _ => false,
+            })
+        };
+        let (on, beside, far) = ([500.0, 3.0], [500.0, 60.0], [500.0, 400.0]);
+        assert!(outlined("RMCA_ROLL", "alarm", beside, on, 0.0), "its subject is on it");
+        assert!(outlined("RMCA_ROLL", "alarm", beside, far, 0.0), "it lies in its strip");
+        assert!(outlined("NOCLR_RWY", "alarm", on, far, 0.0));
+        assert!(!outlined("RMCA_ROLL", "alarm", far, on, 200.0), "flies over");
+        assert!(!outlined("RMCA_ROLL", "alarm", far, far, 0.0));
+        assert!(!outlined("RMCA_ROLL", "information", on, on, 0.0));
+        assert!(!outlined("NOCLR_TAXI", "alarm", on, on, 0.0), "not about a runway");
+    }
 }

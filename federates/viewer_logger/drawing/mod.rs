@@ -157,6 +157,7 @@ impl Drawing {
         let mut pen = Pen { drawing: &mut drawing, view, palette: &palette };
         pen.area(vec![corners(0.0, 0.0, width, height)], "ground", 1.0);
         airport::draw(&mut pen, shown.map);
+        alerts::runways(&mut pen, shown);
         targets::draw(&mut pen, shown);
         labels::draw(&mut pen, shown);
         alerts::draw(&mut pen, shown);

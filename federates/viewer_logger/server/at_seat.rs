@@ -27,11 +27,11 @@ async fn carried(page: Arc<Page>, order: SeatOrder) -> Result<u64, String> {
     }
 }
 
-/// The answer to what a page did at a seat: the number by which control tells what became of it.
-pub(super) async fn answered(page: Arc<Page>, id: f64, order: SeatOrder) -> Outgoing {
+/// The answer to what a page did at a seat, and whether it was accepted: the number by which control tells what became of it.
+pub(super) async fn answered(page: Arc<Page>, id: f64, order: SeatOrder) -> (Outgoing, bool) {
     match carried(page, order).await {
-        Ok(number) => reply(id, "seat", true, &number.to_string()),
-        Err(why) => reply(id, "seat", false, &why),
+        Ok(number) => (reply(id, "seat", true, &number.to_string()), true),
+        Err(why) => (reply(id, "seat", false, &why), false),
     }
 }
 

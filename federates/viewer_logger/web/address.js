@@ -45,7 +45,7 @@ export class Address {
     if (state.z !== undefined) view.scale = state.z;
     if (state.rot !== undefined) view.rot = state.rot;
     if (Object.keys(view).length) {
-      map.touched = true;
+      if ("cx" in view || "cy" in view || "scale" in view) map.touched = true; // turned alone, the airport is still fitted
       map.look(view);
     }
     if (state.fit === "airport") map.fit();

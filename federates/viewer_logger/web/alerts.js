@@ -26,6 +26,23 @@ export function subjectOf(scan, name) {
     ?? scan?.tracks.find((t) => t.callsign === name) ?? null;
 }
 
+/** Kinds that are about a runway. */
+const RUNWAY = /^(RMCA|RWY|NOCLR_(RWY|TOF|LND)|CATC)/;
+
+/** The runway that an alert is about, as `ground` has it: where it is, where its subjects are, or whose strip its place lies in; null for none. */
+export function runwayOf(alert, scan, ground) {
+  if (!ground || !RUNWAY.test(alert.kind)) return null;
+  const on = alert.subjects.map((name) => subjectOf(scan, name)).filter((t) => t && !(t.altitudeM > 15));
+  for (const [x, y] of [alert.place_m, ...on.map((t) => [t.x, t.y])]) {
+    const runway = ground.runwayAt(x, y);
+    if (runway) return runway;
+  }
+  return ground.runwayAt(...alert.place_m, STRIP_M);
+}
+
+/** Half the width of a strip beyond the runway's edge, m. */
+const STRIP_M = 75;
+
 /** Stage by target: the graver counts. */
 export function stagesOf(scan, open) {
   const stages = new Map();
@@ -43,9 +60,10 @@ const MOST_SHOWN = 40, REPEAT_MS = 3000;
 export class AlertPanel {
   #known = new Set();
   #text = "";
+  #runways = new Map();
   #sounded = 0;
 
-  /** `page` has pick(alert), acknowledge(id), time(seconds) → text, keep(key, value), read(key). */
+  /** `page` has pick(alert), acknowledge(id), time(seconds) → text, runway(alert) → its name or "". */
   constructor(box, page) {
     Object.assign(this, { box, page, open: [], ended: [] });
     this.count = element("h2", "Alerts");
@@ -65,9 +83,10 @@ export class AlertPanel {
     const fresh = open.filter((a) => !a.acknowledged && !this.#known.has(`${a.id}${a.stage}`));
     for (const alert of open) this.#known.add(`${alert.id}${alert.stage}`);
     if (this.#known.size > 5000) this.#known.clear();
+    if (this.#runways.size > 5000) this.#runways.clear();
     this.draw();
     const alarm = fresh.find((a) => a.stage === "alarm");
-    if (alarm) this.aloud.textContent = `Alarm: ${alertWords(alarm.kind)}, ${alarm.subjects.join(" and ")}`;
+    if (alarm) this.aloud.textContent = `Alarm: ${this.#words(alarm)}, ${alarm.subjects.join(" and ")}`;
     if (fresh.length) this.#tone(Boolean(alarm));
   }
 
@@ -86,12 +105,19 @@ export class AlertPanel {
     if (focus) this.box.querySelector(`[data-alert="${CSS.escape(focus)}"] ${acked ? ".ack" : "button"}`)?.focus();
   }
 
+  /** Words with the runway, as it was known when the alert was first seen. */
+  #words(alert) {
+    if (!this.#runways.get(alert.id)) this.#runways.set(alert.id, this.page.runway(alert));
+    const runway = this.#runways.get(alert.id);
+    return `${runway ? `${runway}: ` : ""}${alertWords(alert.kind)}`;
+  }
+
   #row(alert) {
     const { page } = this, alarm = alert.stage === "alarm", over = alert.end_s !== null;
     const until = over ? `\u2013${page.time(alert.end_s)}` : "";
     const show = element("button", [
       element("b", `${alarm ? "\u25a0" : "\u25c7"} ${alert.stage}`), ` ${page.time(alert.since_s)}${until} `, element("span", alert.subjects.join(" / "), { class: "who" }),
-      element("small", `${alertWords(alert.kind)} (${alert.kind})`),
+      element("small", `${this.#words(alert)} (${alert.kind})`),
     ], { type: "button", title: "Show on the map" });
     show.addEventListener("click", () => page.pick(alert));
     const parts = [show];

@@ -194,7 +194,7 @@ function paint(g, { cam, c }) {
     g.beginPath();
     g.arc(x, y, 11, 0, 7);
     g.stroke();
-    g.fillText(s.name, x + 14, y + 4);
+    if (state.drag?.name === s.name) g.fillText(s.name, x + 14, y + 4); // else its own name stands below it
   }
 }
 

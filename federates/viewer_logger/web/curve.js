@@ -48,7 +48,8 @@ export class Curve {
       const value = read(p);
       return Number.isFinite(value) ? value : null;
     });
-    const data = [column((p) => p.time_s), column((p) => p.error_m), column((p) => p.claimed_m), ...kinds.map((k) => column((p) => p.plots_m[k]))];
+    // The line of the track is drawn last, over the dots.
+    const data = [column((p) => p.time_s), ...kinds.map((k) => column((p) => p.plots_m[k])), column((p) => p.claimed_m), column((p) => p.error_m)];
     const key = kinds.join();
     if (this.plot && this.key === key) {
       this.plot.setData(data);
@@ -57,6 +58,7 @@ export class Curve {
     this.plot?.destroy();
     this.key = key;
     this.plot = new uPlot(this.#options(kinds), data, this.box);
+    this.#size(); // the legend is there now, in as many lines as it takes
   }
 
   #options(kinds) {
@@ -81,12 +83,12 @@ export class Curve {
       ],
       series: [
         { label: "time", value: (_, v) => (v === null || v === undefined ? "" : clock(v)) },
-        { label: "track", stroke: c("error"), width: 1.6, value, points: { show: false } },
-        { label: "claimed \u03c3", stroke: c("text"), width: 1, dash: [4, 4], value, points: { show: false } },
         ...kinds.map((kind) => ({
           label: `${kind} plots`, stroke: c(`plot-${kind}`), paths: () => null, value,
           points: { show: true, size: 3, fill: c(`plot-${kind}`), width: 0 },
         })),
+        { label: "claimed \u03c3", stroke: c("text"), width: 1, dash: [4, 4], value, points: { show: false } },
+        { label: "track", stroke: c("error"), width: 1.6, value, points: { show: false } },
       ],
       hooks: {
         drawClear: [(u) => this.#drawMark(u, c("select"))],
@@ -112,11 +114,14 @@ export class Curve {
     u.ctx.restore();
   }
 
-  #measure() {
-    return { width: Math.max(120, this.box.clientWidth), height: Math.max(90, this.box.clientHeight - 24) };
+  #measure(legend = 20) {
+    return { width: Math.max(120, this.box.clientWidth), height: Math.max(90, this.box.clientHeight - legend - 4) };
   }
 
   #size() {
-    this.plot?.setSize(this.#measure());
+    const { plot } = this;
+    plot?.setSize(this.#measure());
+    // Once it is as wide as that, the legend takes the lines that it takes.
+    if (plot) requestAnimationFrame(() => plot === this.plot && plot.setSize(this.#measure(plot.root.querySelector(".u-legend")?.offsetHeight)));
   }
 }

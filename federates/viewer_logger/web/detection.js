@@ -1,4 +1,4 @@
-// Where the radars see: a picture of the server under the map. Amber and red: missed more often; grey: nothing is displayed.
+// Where the radars see: a picture of the server under the map. Violet: missed more often; grey: nothing is displayed.
 
 export class Detection {
   /** `sensor`: a radar's number, or null for all together; `changed()`: another picture is there. */

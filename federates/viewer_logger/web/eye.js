@@ -1,7 +1,7 @@
 // The page of the eye: takes scans, weather and airport from the viewer, and shows what is seen from a place.
 
 import { decode } from "./frame.js";
-import { aboard, axes, hidden, matrix, project, reckoned, seen } from "./eye_see.js";
+import { aboard, axes, hidden, matrix, outlook, project, reckoned, seen } from "./eye_see.js";
 import { backgroundOf, extinction, illuminance, rainAt, sightM, sunElevation, threshold } from "./eye_light.js";
 import { aircraft, board, flats, lamps, Mesh, solids, vehicle } from "./eye_scene.js";
 import { Renderer } from "./eye_gl.js";
@@ -28,6 +28,7 @@ function readAddress() {
   };
   state.at = numbers(own.at, 3) ?? state.at;
   state.look = numbers(own.look, 2) ?? state.look;
+  if (own.look) state.looked = true;
   const [fov] = numbers(own.fov, 1) ?? [];
   if (fov >= 1 && fov <= 120) state.fov = fov;
   const [eye, of] = decodeURIComponent(own.eye ?? "").split(/:(.*)/s);
@@ -87,6 +88,7 @@ const link = new Link({
       state.arrived = performance.now();
       map?.setScan(scan);
       offer();
+      if (!state.looked && state.airport) lookOut();
       draw();
     } catch { /* of another version: the page says so */ }
   },
@@ -137,7 +139,7 @@ function offer() {
   if ([...box.options].map((o) => o.value).join() !== list.join()) box.replaceChildren(...list.map((name) => element("option", name, { value: name })));
   if (list.length && !list.includes(state.of)) state.of = list[0];
   box.value = state.of ?? "";
-  box.disabled = !list.length;
+  box.hidden = byId("of-label").hidden = !list.length;
 }
 
 // ---- what is where ----
@@ -155,6 +157,14 @@ function towerEye() {
   const radar = (state.airport?.sensors ?? []).find((s) => s.kind === "asde" && s.position_m);
   if (radar) return [...radar.position_m, 45];
   return [...middle([...stands.map((s) => s.position_m), ...runways.flatMap((r) => r.ends)]), 45];
+}
+
+/** From the tower one looks where the most is going on; from a seat, ahead. */
+function lookOut() {
+  state.looked = true;
+  if (state.eye !== "tower") return;
+  const eye = towerEye(), width = (2 * Math.atan(Math.tan((state.fov * Math.PI) / 360) * aspect()) * 180) / Math.PI, targets = targetsAt(0).map((t) => t.ground);
+  state.look = [outlook(eye, targets.length ? targets : (state.airport?.runways ?? []).flatMap((r) => r.ends), width), -3];
 }
 
 function pose() {
@@ -271,7 +281,8 @@ function paint() {
 function choose(eye) {
   state.eye = eye;
   state.at = null;
-  state.look = [0, eye === "tower" ? -3 : 0];
+  state.look = [0, 0];
+  lookOut();
   if (state.scan) offer();
   writeAddress();
   draw();

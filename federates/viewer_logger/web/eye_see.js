@@ -66,3 +66,18 @@ export function aboard(truth, dt, role) {
   const ahead = length / 2 - behind;
   return { eye: [x + Math.sin(heading) * ahead, y + Math.cos(heading) * ahead, Math.max(0, z) + height], look: [(heading * 180) / Math.PI, 0] };
 }
+
+/** The bearing, degrees, in which a picture `width` degrees wide holds the most of some places as seen from `eye`; nearer ones count more. */
+export function outlook(eye, places, width) {
+  const all = places.map(([x, y]) => ({ bearing: (Math.atan2(x - eye[0], y - eye[1]) * 180) / Math.PI, weight: 1 / (1 + Math.hypot(x - eye[0], y - eye[1]) / 1000) })).filter((p) => Number.isFinite(p.bearing));
+  const apart = (a, b) => ((a - b + 540) % 360) - 180;
+  let best = 0, most = -1;
+  for (const { bearing: from } of all) {
+    // The picture begins a little left of somebody, and has its middle where those within lie.
+    const within = all.filter((p) => apart(p.bearing, from) >= 0 && apart(p.bearing, from) <= 0.9 * width), weight = within.reduce((s, p) => s + p.weight, 0);
+    if (weight <= most) continue;
+    most = weight;
+    best = from + Math.max(...within.map((p) => apart(p.bearing, from))) / 2;
+  }
+  return ((best % 360) + 360) % 360;
+}

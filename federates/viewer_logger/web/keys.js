@@ -87,7 +87,7 @@ function makeHelp(KEYS) {
     "Filled circle: track of an aircraft; square: of a vehicle; diamond: not identified; hollow: coasting.",
     "Outline and small cross: truth, to scale once it is large enough; dashed: an outsider's entity.",
     "Small open marks: plots, one mark and colour a sensor as in the list of layers; a plot far from any target is a false one.",
-    "Red line: error, from track to truth. Ellipse: where the track claims to be with 95 % probability.",
+    "Magenta line: error, from track to truth. Ellipse: where the track claims to be with 95 % probability.",
     "Line ahead: where the target will be in 15 s. Dots: where the track was.",
     "Amber arrival, blue departure, green vehicle, grey unknown.",
     "Solid red frame: alarm; broken amber frame: information. Runway outlined: white occupied, blue reserved, red alarm. Stop bars: solid lit, dotted off, crossed: fails. Way of the selected: green where it may drive, broken where it is to go.",

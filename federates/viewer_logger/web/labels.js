@@ -14,10 +14,13 @@ const OFFSETS = RINGS.flatMap(([radius, directions]) => Array.from({ length: dir
 /** Turns and lengthenings by which a label that cannot stay slides on, nearest first. */
 const SLIDES = [[0.15, 0], [0, 6], [0.3, 0], [0.15, 6], [0, 12], [0.3, 12], [0.45, 0], [0, 20], [0.3, 20]]
   .flatMap(([turn, longer]) => (turn ? [[turn, longer], [-turn, longer]] : [[0, longer]]));
+const ASIDES = [[0, 0], ...SLIDES, [0, -6], [0, -12], [0.15, -6], [-0.15, -6]];
 function bias(ux, uy, radius) {
   return (radius - 13) / 4 + (ux < 0 ? 1.5 : 0) + (uy > 0 ? 1 : 0);
 }
 
+/** How far a label goes aside from one scan to the next without anybody minding, pixels; one in so many looks for a better place. */
+const ASIDE = 19, LOOK_AROUND = 100, SAY_MORE = 10;
 const GAP = 2, STAY = 12, AWAY = 0.3, FARTHEST = 60, FOREIGN = 14, OWN = 40, SWAPS = 60, CROWD = 200;
 const ON_RUNWAY = 20, A_CELL = 6, CROSSING = 15;
 /** Shorter leaders are not drawn, so nobody sees them cross. */
@@ -87,7 +90,7 @@ export class Field {
  * items: { id, x, y, importance, must, level, sizes: { 1: {w, h}, 2: …, 3: … }, reach } in pixels, `reach` the radius of the
  * own symbol, `dragged` {dx, dy} where a person put it.
  * options: { view, room: boxes {x, y, w, h} (targets in `view` keep their labels inside it, others inside `room`), field: a
- * Field or null, before: Map id → {dx, dy}, marks: [{x, y, r, weight}] that labels avoid }
+ * Field or null, before: Map id → {dx, dy, level} of the scan before, turn: number of the scan, marks: [{x, y, r, weight}] that labels avoid }
  * Returns Map id → { x, y, w, h, level, ax, ay, dx, dy, runway }: the box, the level, where the leader ends, the offset to hand in as
  * `before`, and the cells of runway under it.
  */
@@ -116,8 +119,8 @@ export function* placing(items, options) {
 
 const shorter = (item) => (item.must || item.level === 1 ? item : { ...item, level: 1 });
 
-function* tryAll(items, { view, room = view, field = null, before = new Map(), marks = [] }, swaps) {
-  const context = { view, room, field, before, placed: new Map(), crossings: 0, boxes: new Grid(), leaders: new Grid(), symbols: new Grid(), swaps };
+function* tryAll(items, { view, room = view, field = null, before = new Map(), marks = [], turn = 0 }, swaps) {
+  const context = { view, room, field, before, placed: new Map(), crossings: 0, boxes: new Grid(), leaders: new Grid(), symbols: new Grid(), swaps, moves: movesOf(before.size, turn), spacious: items.filter((i) => !before.has(i.id)).length <= 0.02 * items.length };
   for (const item of items) {
     const r = item.reach ?? 6;
     context.symbols.add({ id: item.id, x: item.x, y: item.y, r, weight: FOREIGN }, item.x - r, item.y - r, item.x + r, item.y + r);
@@ -125,9 +128,20 @@ function* tryAll(items, { view, room = view, field = null, before = new Map(), m
   for (const m of marks) context.symbols.add(m, m.x - m.r, m.y - m.r, m.x + m.r, m.y + m.r);
   const order = [...items].sort((a, b) => Number(Boolean(b.dragged)) - Number(Boolean(a.dragged)) || b.importance - a.importance || (a.id < b.id ? -1 : 1));
   const poor = [];
-  for (const item of order) {
-    if (!settle(item, context)) poor.push(item);
-    yield;
+  // Who must show chooses first. Who has a place keeps it; who cannot, moves aside or says less; only then do others look for theirs.
+  for (let some of [order.filter((i) => i.must || i.dragged), order.filter((i) => !i.must && !i.dragged)]) {
+    for (const hold of [stays, slides]) {
+      const rest = [];
+      for (const item of some) {
+        if (!hold(item, context, turn)) rest.push(item);
+        yield;
+      }
+      some = rest;
+    }
+    for (const item of some) {
+      if (!settle(item, context)) poor.push(item);
+      yield;
+    }
   }
   let left = [];
   for (const item of poor) {
@@ -153,6 +167,62 @@ function* tryAll(items, { view, room = view, field = null, before = new Map(), m
   return context.placed;
 }
 
+/** Labels that may change places for somebody else in this scan: one in two hundred, over the scans; all of them where nobody has a place yet. */
+function movesOf(known, turn) {
+  return known ? Math.floor((turn + 1) * known * 0.005) - Math.floor(turn * known * 0.005) : Infinity;
+}
+
+/** Whether a label looks in this scan for something better than the place that it has. */
+function looksAround(id, turn, often = LOOK_AROUND) {
+  let hash = turn;
+  for (let i = 0; i < id.length; i++) hash = (Math.imul(hash, 31) + id.charCodeAt(i)) >>> 0;
+  return (Math.imul(hash ^ (hash >>> 15), 0x2c1b3c6d) >>> 16) % often === 0;
+}
+
+/** The level at which a label goes on: what must be read says all of it. */
+const goesOn = (item, last) => (item.must ? item.level : Math.min(item.level, last.level ?? item.level));
+
+/** At the very place beside its target, saying as much as before; from time to time as much as is wished, if that is hardly another place. */
+function stays(item, context, turn) {
+  const last = item.dragged ? null : context.before.get(item.id);
+  if (!last || looksAround(item.id, turn)) return false;
+  const same = goesOn(item, last);
+  if (same < item.level && context.spacious && looksAround(item.id, turn, SAY_MORE)) {
+    for (let level = item.level; level > same; level--) {
+      const more = beside(item, level, last, context);
+      if (more && more.cost < STAY) return keep(finish(more, item, level), context);
+    }
+  }
+  const found = candidate(item, item.sizes[same], last.dx, last.dy, context, STRICT);
+  return Boolean(found) && found.cost < STAY && keep(finish(found, item, same), context);
+}
+
+/** A little aside, or saying less. */
+function slides(item, context, turn) {
+  const last = item.dragged ? null : context.before.get(item.id);
+  if (!last || looksAround(item.id, turn)) return false;
+  for (let level = goesOn(item, last); level >= 1; level--) {
+    const found = beside(item, level, last, context);
+    if (found && found.cost < OWN) return keep(finish(found, item, level), context);
+  }
+  return false;
+}
+
+/** The cheapest candidate whose corner is within `ASIDE` of where it was. */
+function beside(item, level, last, context) {
+  const size = item.sizes[level], [x0, y0] = corner(item, item.sizes[last.level ?? level], last), radius = Math.hypot(last.dx, last.dy), angle = Math.atan2(last.dy, last.dx);
+  let best = null;
+  for (const [turned, longer] of ASIDES) {
+    const r = radius + longer, dx = Math.cos(angle + turned) * r, dy = Math.sin(angle + turned) * r, [x, y] = corner(item, size, { dx, dy }), far = Math.hypot(x - x0, y - y0);
+    if (far > ASIDE) continue;
+    const found = candidate(item, size, dx, dy, context, STRICT);
+    if (!found) continue;
+    found.cost += AWAY * far;
+    if (!best || found.cost < best.cost) best = found;
+  }
+  return best;
+}
+
 /** What is refused: a runway under the label, a leader that crosses. What is not, costs. */
 const STRICT = { runway: false, leaders: 0 }, ANY_GROUND = { runway: true, leaders: 0 }, ANY_WAY = { runway: true, leaders: 9 }, ONE_CROSSING = { runway: false, leaders: 1 };
 
@@ -173,6 +243,7 @@ function keep(p, context) {
   placed.set(p.id, p);
   boxes.add(p, p.x, p.y, p.x + p.w, p.y + p.h);
   if (p.long) leaders.add(p, Math.min(p.item.x, p.ax), Math.min(p.item.y, p.ay), Math.max(p.item.x, p.ax), Math.max(p.item.y, p.ay));
+  return true;
 }
 
 function drop(p, context) {
@@ -190,10 +261,13 @@ function makeRoom(item, context) {
     if (!p.item.dragged && !around.includes(p)) around.push(p);
   });
   for (const neighbour of around) {
-    if (context.swaps-- <= 0) return false;
+    if (context.swaps-- <= 0 || (context.moves < 1 && !item.must)) return false;
     drop(neighbour, context);
     const placed = settle(item, context);
-    if (placed && settle(neighbour.item, context)) return true;
+    if (placed && settle(neighbour.item, context)) {
+      context.moves--;
+      return true;
+    }
     if (placed) drop(context.placed.get(item.id), context);
     keep(neighbour, context);
   }
@@ -238,10 +312,15 @@ function finish(p, item, level) {
   return p;
 }
 
+/** Upper left corner of the box whose nearest edge lies at (dx, dy) of the target. */
+function corner(item, { w, h }, { dx, dy }) {
+  const length = Math.hypot(dx, dy) || 1;
+  return [Math.round(item.x + dx - w / 2 + (dx / length) * (w / 2)), Math.round(item.y + dy - h / 2 + (dy / length) * (h / 2))];
+}
+
 /** The box whose nearest edge lies at (dx, dy) of the target, with its cost; null where it is refused. */
 function candidate(item, { w, h }, dx, dy, context, rules) {
-  const length = Math.hypot(dx, dy) || 1;
-  const x = Math.round(item.x + dx - w / 2 + (dx / length) * (w / 2)), y = Math.round(item.y + dy - h / 2 + (dy / length) * (h / 2));
+  const [x, y] = corner(item, { w, h }, { dx, dy });
   const { view, room } = context;
   const bounds = item.x >= view.x && item.y >= view.y && item.x <= view.x + view.w && item.y <= view.y + view.h ? view : room;
   if (x < bounds.x + 2 || y < bounds.y + 2 || x + w > bounds.x + bounds.w - 2 || y + h > bounds.y + bounds.h - 2) return null;

@@ -1,5 +1,6 @@
 // What lists and cards of the page share: a table that sorts, pairs of facts.
 
+import { STILL_MPS } from "./situation.js";
 import { element, fixed, NONE, place } from "./text.js";
 
 const KNOT = 1.943844;
@@ -106,7 +107,11 @@ function compare(a, b) {
   return typeof a === "number" && typeof b === "number" ? a - b : WORDS.compare(String(a), String(b));
 }
 
-export const speedKt = (t) => Math.hypot(t.vx, t.vy) * KNOT;
+/** Knots; a target that hardly moves stands, as its label says. */
+export function speedKt(t) {
+  const mps = Math.hypot(t.vx, t.vy);
+  return mps < STILL_MPS ? 0 : mps * KNOT;
+}
 export const headingDeg = (t) => (((t.heading * 180) / Math.PI) % 360 + 360) % 360;
 
 /** Facts as a list of pairs; keeps the elements between calls so that nothing flickers. */
@@ -122,7 +127,8 @@ export function facts(list, pairs) {
   });
 }
 
-export function targetFacts(t) {
+/** What is known of a target; `blind`: without what only truth can tell. */
+export function targetFacts(t, blind = false) {
   if (!t) return [];
   const rows = [];
   if (t.number !== undefined) {
@@ -132,7 +138,7 @@ export function targetFacts(t) {
   rows.push(["Speed", `${fixed(speedKt(t), 0)} kt`], ["Course", Number.isFinite(t.heading) ? `${fixed(headingDeg(t), 0)}\u00b0` : NONE]);
   rows.push(["Position", place(t.x, t.y), "", "From the airport's reference point"]);
   if (t.number !== undefined) {
-    rows.push(["Error", t.errorM === null ? "no truth" : `${fixed(t.errorM, 2)} m`, t.errorM === null ? "missing" : "error", "Distance of the track from truth"]);
+    if (!blind) rows.push(["Error", t.errorM === null ? "no truth" : `${fixed(t.errorM, 2)} m`, t.errorM === null ? "missing" : "error", "Distance of the track from truth"]);
     const sigma = Math.sqrt(t.cov[0] + t.cov[2]);
     rows.push(["Claimed \u03c3", Number.isFinite(sigma) ? `${fixed(sigma, 2)} m` : NONE, "", "The error that the track itself expects: its standard deviation"]);
   }

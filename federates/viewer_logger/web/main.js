@@ -1,17 +1,19 @@
 // Wires the page together: messages of the server in, map, lists and controls out.
 
 import { Address } from "./address.js";
-import { AlertPanel, alertWords, subjectOf } from "./alerts.js";
+import { AlertPanel, alertWords, runwayOf, subjectOf } from "./alerts.js";
 import { closeUp, watch } from "./closeup.js";
 import { Curve } from "./curve.js";
 import { decode } from "./frame.js";
 import { head } from "./head.js";
+import { hiddenLabels } from "./hidden.js";
 import { expose } from "./hook.js";
 import { Insets } from "./insets.js";
 import { keyboard } from "./keys.js";
 import { Link } from "./link.js";
 import { keepLocal, readLocal } from "./local.js";
 import { Panes } from "./panes.js";
+import { runList } from "./runs.js";
 import { MapView } from "./map.js";
 import { clearanceFacts, StripPanel, stripsOf } from "./strips.js";
 import { playback } from "./playback.js";
@@ -21,8 +23,9 @@ import { switches } from "./switches.js";
 import { takeaway } from "./takeaway.js";
 import { facts, targetFacts } from "./lists.js";
 import { panels } from "./panels.js";
+import { entityName, viewOf } from "./view.js";
 import { WhatIf } from "./whatif.js";
-import { element, place, utc } from "./text.js";
+import { place, utc } from "./text.js";
 
 const byId = (id) => document.getElementById(id);
 const FRAME_MS = 17;
@@ -51,12 +54,15 @@ map.onPointer = (p) => {
   byId("pointer").textContent = p ? `${place(...p)}\n${latLon(...p, state.airport?.reference_deg ?? [0, 0]).map((v) => v.toFixed(6)).join(" ")}` : "";
 };
 
+hiddenLabels(byId("labels-hidden"), map, (id) => select(id));
+
 const curve = new Curve(byId("curve"), (scan) => showScan(scan));
 
 const line = new TimeLine(byId("strip"), byId("scrub"), byId("event-kinds"));
 
 const alerts = new AlertPanel(byId("alerts"), {
   time: (s) => utc(state.run?.start_utc_ns, s),
+  runway: (alert) => runwayOf(alert, state.scan, map.situation)?.names.join("/") ?? "",
   pick: showAlert,
   acknowledge: (id) => link.send({ type: "ack", id }),
 });
@@ -111,6 +117,7 @@ const { showScan, showTime, setLive, setPlaying, showTimeline, finished, askStri
 });
 const { showClock, showState, showLink, showWeather } = head({ state, map, curve, finished });
 
+const { showRuns, openRuns } = runList({ state, link, forgetStrip, changed: () => addressChanged(true) });
 const whatIf = new WhatIf(byId("what-if"), { state, link, open: openRuns, say: (answer) => showAnswer(answer) });
 
 const stripBoxes = [byId("bays-list")];
@@ -170,6 +177,9 @@ function onText(message) {
       showStrips();
       showTarget();
       break;
+    case "sees":
+      showSees(message.seats);
+      break;
     case "lights":
       map.setSaid({ lights: message.state });
       break;
@@ -196,7 +206,7 @@ function onText(message) {
     case "new_run":
       setLive(true);
       select(null);
-      map.before = new Map();
+      map.forgetLabels();
       state.traffic = null;
       alerts.show({ open: [], ended: [] });
       map.setSaid({ alerts: [], traffic: null, lights: null });
@@ -252,7 +262,7 @@ function inTurn(steps, waited = 0) {
 /** Tracks and the entities that no track follows: what the table lists. */
 function targets() {
   if (!state.scan) return [];
-  return [...state.scan.tracks, ...state.scan.truth.filter((t) => t.track === null)];
+  return [...state.scan.tracks, ...(map.skin === "controller" ? [] : state.scan.truth.filter((t) => t.track === null))];
 }
 
 // ---- selection ----
@@ -263,6 +273,7 @@ function selectedNumber() {
 
 function select(id) {
   if (id === state.selected) return;
+  delete state.wish.sel;
   state.selected = id;
   state.callsign = map.find(id)?.callsign ?? null;
   map.selected = id;
@@ -303,6 +314,13 @@ function showStrips() {
   for (const panel of strips) panel.show(state.strips, traffic, state.callsign);
 }
 
+/** From which seats this page sees; the server sends it nothing else. */
+function showSees(seats) {
+  const aboard = (seat) => /^(driver|pilot) /.test(seat), box = byId("sees");
+  box.hidden = !seats.length;
+  box.textContent = `${seats.join(", ")}: ${seats.every(aboard) ? "only who is in sight" : "as sensors have it, without the truth"}`;
+}
+
 /** An alert on the map: its place in the middle, its first subject selected. */
 function showAlert(alert) {
   const target = alert.subjects.map((name) => subjectOf(state.scan, name)).find(Boolean), [x, y] = target ? [target.x, target.y] : alert.place_m;
@@ -315,11 +333,12 @@ function showAlert(alert) {
 function showTarget() {
   const target = map.find(state.selected);
   const name = target ? target.callsign || (target.number === undefined ? "no name" : `Track ${target.number}`)
-    : state.selected ? `${state.callsign || state.selected.replace(/^t/, "Track ")} \u2013 not in this picture` : "No target selected";
+    : state.selected ? `${state.callsign || state.selected.replace(/^t/, "Track ")} \u2013 not in this picture`
+      : state.wish.sel ? `${state.wish.sel} \u2013 not in this picture` : "No target selected";
   byId("target-name").textContent = name;
   byId("target").dataset.empty = String(!state.selected);
   byId("target-name").dataset.mark = target?.movement ?? "";
-  facts(byId("target-facts"), [...targetFacts(target), ...clearanceFacts(target, state.traffic)]);
+  facts(byId("target-facts"), [...targetFacts(target, map.skin === "controller"), ...clearanceFacts(target, state.traffic)]);
   closeUp(byId("close-up"), map, target);
 }
 
@@ -387,31 +406,6 @@ const views = {
 
 // ---- several runs, links, exports ----
 
-function showRuns() {
-  const box = byId("runs"), several = state.runs.length > 1;
-  box.hidden = !several && state.runs.every((r) => r.live);
-  const choice = (run, i) => {
-    const input = element("input", [], { type: "checkbox", id: `run-${i}` });
-    input.checked = state.shownRuns.includes(run.id);
-    input.addEventListener("change", () => {
-      const shown = state.runs.map((r) => r.id).filter((id) => (id === run.id ? input.checked : state.shownRuns.includes(id)));
-      if (shown.length) openRuns(shown);
-      else input.checked = true;
-    });
-    const words = [run.id, element("small", `${run.title || run.scene}, seed ${run.seed}${run.fork ? `, fork of ${run.fork}` : ""}`)];
-    return element("label", [input, ...words], { for: input.id });
-  };
-  byId("run-list").replaceChildren(...state.runs.map(choice));
-  byId("run-names").textContent = state.shownRuns.join(" + ");
-}
-
-function openRuns(ids) {
-  state.wish.run = ids;
-  forgetStrip();
-  link.send({ type: "open", runs: ids });
-  addressChanged(true);
-}
-
 /** Rings what is found; one alone is shown in the middle, and selected. */
 function search(text) {
   const hits = found(text, state.scan, state.airport, map.layers);
@@ -431,17 +425,13 @@ function grantSelection() {
   const { sel, follow } = state.wish;
   if (sel === undefined) return;
   const found = targets().find((t) => t.callsign === sel || `#${t.number}` === sel || entityName(t) === sel);
-  if (!found) return;
+  if (!found) {
+    if (!state.selected) showTarget();
+    return;
+  }
   delete state.wish.sel;
   select(found.id);
   if (follow) map.setFollow(true);
-}
-
-/** `e1.2.3` of an entity: its DIS identifier. */
-function entityName(t) {
-  if (t.number !== undefined || !t.id.startsWith("e")) return null;
-  const key = BigInt(t.id.slice(1));
-  return `e${key >> 32n}.${(key >> 16n) & 0xffffn}.${key & 0xffffn}`;
 }
 
 const address = new Address({
@@ -450,36 +440,11 @@ const address = new Address({
   colours: (colours) => setColours(colours),
   layer: (key, on) => setLayer(key, on),
   skin: (skin) => setSkin(skin),
-  apply(wanted) {
-    for (const key of ["t", "sel", "follow", "play", "run"]) if (wanted[key] !== undefined) state.wish[key] = wanted[key];
-    if (wanted.ab) state.loop = wanted.ab;
-    if (wanted.rb) map.tools.setPairs(wanted.rb);
-    if (wanted.pane) panes.set(wanted.pane);
-    insets.set([wanted.in1, wanted.in2]);
-    if (wanted.find) setTimeout(() => search(wanted.find), 500);
-    if (wanted.tab) lists.showTab(wanted.tab);
-    if (wanted.run && state.runs.length) openRuns(wanted.run);
-    if (wanted.fit === "targets") setTimeout(() => map.fitTargets(), 600);
-    grantTime();
-    grantSelection();
-  },
-  state() {
-    const shown = {}, target = map.find(state.selected);
-    if (state.shownRuns.length > 1 || (state.runs.length > 1 && state.shownRuns[0] !== state.runs[0]?.id)) shown.run = state.shownRuns;
-    if (!state.live && state.scan) shown.t = Number(state.scan.timeS.toFixed(3));
-    if (map.tools.lines.length) shown.rb = map.tools.pairs();
-    if (state.find) shown.find = state.find;
-    Object.assign(shown, insets.state);
-    if (panes.list.length) shown.pane = ["map", ...panes.names];
-    if (state.loop) shown.ab = state.loop.map((s) => Number(s.toFixed(3)));
-    if (target) shown.sel = target.callsign || (target.number !== undefined ? `#${target.number}` : entityName(target));
-    if (state.playing) shown.play = true;
-    if (state.tab !== "tracks") shown.tab = state.tab;
-    if (map.skin === "controller") shown.skin = "controller";
-    if (document.documentElement.dataset.colours === "day") shown.col = "day";
-    return shown;
-  },
+  ...viewOf({ state, map, panes, insets, lists, search, openRuns, grantTime, grantSelection }),
 });
+
+/** Tabs that hold a run against the truth. */
+const JUDGED = ["effects", "filter", "sensors"];
 
 /** Research shows truth and errors; a controller's position shows what a controller has. */
 function setSkin(skin) {
@@ -488,6 +453,10 @@ function setSkin(skin) {
   byId("skin").setAttribute("aria-pressed", String(skin === "controller"));
   for (const key of ["truth", "errors", "ellipses", "plots"]) setLayer(key, skin === "research");
   map.vectorS = skin === "controller" ? 30 : 15;
+  line.show({ judged: skin !== "controller" });
+  if (skin === "controller" && JUDGED.includes(state.tab)) lists.showTab("strips");
+  lists.scan();
+  showTarget();
   showStrips();
   map.need("place");
   addressChanged();

@@ -11,8 +11,9 @@ import { paintAirport, paintScale } from "./paint.js";
 import { stagesOf } from "./alerts.js";
 import { Detection } from "./detection.js";
 import { paintGhost } from "./dial.js";
+import { listen } from "./pointer.js";
 import { paintAlerts, paintPosition } from "./position.js";
-import { Ground } from "./situation.js";
+import { Ground, pointsOf } from "./situation.js";
 import { colourOf, paintingLabels, paintingTraffic, paintSelected, sound, targetsOf } from "./traffic.js";
 import { nameOf, Wishes } from "./wishes.js";
 
@@ -47,11 +48,11 @@ export class MapView {
     Object.assign(this, { ghost: null, alerts: [], said: { traffic: null, lights: null } }); // what is said beside the scans
     Object.assign(this, { placed: new Map(), before: new Map(), dragged: new Map(), hidden: [], todo: new Set(), longestMs: 0, drawn: 0, overlays: [] });
     this.detection = new Detection(null, () => this.need("ground"));
-    this.#listen();
+    listen(this);
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement);
     // What lies over the map is measured when it changes, never in a drawing.
     const over = new ResizeObserver(() => this.#measureOverlays());
-    for (const e of canvas.parentElement.querySelectorAll("#layers, #zoom, #past")) over.observe(e);
+    for (const e of canvas.parentElement.querySelectorAll("#layers, #zoom, #past, #labels-hidden")) over.observe(e);
     this.colours();
     this.resize();
   }
@@ -75,6 +76,17 @@ export class MapView {
   setScan(scan) {
     this.scan = scan;
     if (this.follow) this.#centreOnSelected();
+    this.need("place");
+  }
+
+  /** Another run: its targets are others, whatever they are called. */
+  forgetLabels() {
+    Object.assign(this, { placed: new Map(), before: new Map(), placedScan: null });
+  }
+
+  /** Labels as whoever comes by a link finds them: from nothing. */
+  placeAfresh() {
+    Object.assign(this, { before: new Map(), placedScan: this.scan?.scan ?? null });
     this.need("place");
   }
 
@@ -214,14 +226,14 @@ export class MapView {
   #moved() {
     clearTimeout(this.settling);
     // While a finger or a button is down the map is not at rest, however slow the frames.
-    if (!this.held) this.settling = setTimeout(() => this.#rest(), SETTLE_MS);
+    if (!this.held) this.settling = setTimeout(() => this.rest(), SETTLE_MS);
     const now = performance.now(), shifted = this.placedFor?.scale === this.cam.scale && this.placedFor?.rot === this.cam.rot;
     if (!this.ground.covers(this.cam) && !(now - this.lastDrawn < ZOOM_MS)) this.need("ground", shifted ? "traffic" : "place");
     else this.dirty();
   }
 
   /** At rest the view is what the address can say of it, so that a link shows the very same picture. */
-  #rest() {
+  rest() {
     const { cx, cy, scale, rot } = this.cam, to = (v, digits) => Number(v.toFixed(digits));
     if (this.touched) this.cam.look({ cx: to(cx, 1), cy: to(cy, 1), scale: to(scale, 4), rot: to(rot, 2) });
     this.need("ground", "place");
@@ -229,80 +241,16 @@ export class MapView {
 
   // ---- what is under the pointer ----
 
-  #listen() {
-    const canvas = this.canvas, pointers = new Map();
-    let moved = 0, pinch = 0, label = null;
-    const at = (event) => {
-      const box = canvas.getBoundingClientRect();
-      return [event.clientX - box.left, event.clientY - box.top];
-    };
-    canvas.addEventListener("pointerdown", (event) => {
-      canvas.setPointerCapture(event.pointerId);
-      pointers.set(event.pointerId, at(event));
-      moved = 0;
-      this.held = true;
-      label = pointers.size === 1 ? this.#labelAt(...at(event)) : null;
-    });
-    canvas.addEventListener("pointermove", (event) => {
-      const here = at(event);
-      this.onPointer?.(this.toMetres(...here));
-      const last = pointers.get(event.pointerId);
-      if (!last) {
-        canvas.style.cursor = this.pick(...here) ? "pointer" : "grab";
-        return;
-      }
-      pointers.set(event.pointerId, here);
-      if (pointers.size === 2) {
-        const [a, b] = [...pointers.values()], apart = Math.hypot(a[0] - b[0], a[1] - b[1]);
-        if (pinch) this.zoom(apart / pinch, (a[0] + b[0]) / 2, (a[1] + b[1]) / 2);
-        pinch = apart;
-        moved = 99;
-        return;
-      }
-      const dx = here[0] - last[0], dy = here[1] - last[1];
-      moved += Math.hypot(dx, dy);
-      if (moved <= 4) return;
-      canvas.style.cursor = "grabbing";
-      if (label) this.#dragLabel(label, dx, dy);
-      else this.pan(dx, dy);
-    });
-    const up = (event) => {
-      pinch = 0;
-      label = null;
-      this.held = pointers.size > 1;
-      if (moved > 4) this.#rest();
-      if (pointers.delete(event.pointerId) && event.type === "pointerup" && moved <= 4) {
-        const here = at(event);
-        this.onPick?.(this.pick(...here)?.id ?? null, this.toMetres(...here));
-      }
-      canvas.style.cursor = "grab";
-    };
-    canvas.addEventListener("pointerup", up);
-    canvas.addEventListener("pointercancel", up);
-    canvas.addEventListener("pointerleave", () => this.onPointer?.(null));
-    canvas.addEventListener("wheel", (event) => {
-      event.preventDefault();
-      const step = event.deltaY * (event.deltaMode ? 33 : 1);
-      if (this.turning) this.rotate(step * 0.05);
-      else this.zoom(Math.exp(-step * 0.0015), ...at(event));
-    }, { passive: false });
-    canvas.addEventListener("dblclick", (event) => {
-      const free = this.#labelAt(...at(event));
-      if (free && this.dragged.delete(nameOf(free.item.target))) {
-        this.onDragged?.(this.dragged);
-        this.need("place");
-      } else this.zoom(2, ...at(event));
-    });
-  }
-
-  #dragLabel(label, dx, dy) {
+  /** A person moves a label: it keeps its offset from now on. */
+  dragLabel(label, dx, dy) {
     const name = nameOf(label.item.target), old = this.dragged.get(name) ?? { dx: label.dx, dy: label.dy };
     this.dragged.set(name, { dx: old.dx + dx, dy: old.dy + dy });
     this.onDragged?.(this.dragged);
     this.need("place");
   }
 
-  #labelAt(px, py) {
+  /** The label at a pixel. */
+  labelAt(px, py) {
     const [dx, dy] = this.#labelShift();
     return [...this.placed.values()].find((p) => px - dx >= p.x && px - dx <= p.x + p.w && py - dy >= p.y && py - dy <= p.y + p.h) ?? null;
   }
@@ -315,7 +263,7 @@ export class MapView {
       if (d < nearest) [best, nearest] = [target, d];
     }
     if (best) return best;
-    const label = this.#labelAt(px, py);
+    const label = this.labelAt(px, py);
     return label ? this.find(label.id) : null;
   }
 
@@ -478,13 +426,6 @@ export class MapView {
     this.tools?.paint(g, this);
     this.driven?.paint(g);
     paintScale(g, cam, this.c);
-    if (this.hidden.length) {
-      g.font = "11px B612, sans-serif";
-      g.textAlign = "right";
-      g.textBaseline = "alphabetic";
-      g.fillStyle = this.c.dim;
-      g.fillText(`labels hidden: ${this.hidden.length}`, this.width - 16, this.height - 92);
-    }
     this.drawn++;
   }
 
@@ -496,6 +437,7 @@ export class MapView {
       this.placedFor = cam;
       this.placed = new Map();
       this.hidden = [];
+      this.onHidden?.();
       return;
     }
     const view = { x: 0, y: 0, w: cam.width, h: cam.height }, room = this.#room(), marks = [];
@@ -514,15 +456,17 @@ export class MapView {
     }
     const field = this.wishes.field(this, cam, room);
     const free = cam.width * cam.height - field.under(view) * 64;
+    const wished = items.filter((i) => i.level > 0 && inBox(view, i)).map((i) => i.id);
     if (this.lod === "auto") thin(items.filter((i) => inBox(view, i)), Math.max(free, 1), this.skin === "controller");
     const wanted = items.filter((i) => i.level > 0);
     yield;
-    // Labels stay where they were from one scan to the next; a moment that was jumped to has the same picture for everybody.
-    const follows = this.live || scan.scan === this.placedScan + 1;
-    const placed = yield* placing(wanted, { view, room, field, before: follows ? this.before : new Map(), marks });
+    // Labels stay where they were from one scan to the next, also where one scan is placed several times; a moment that was jumped to has
+    // the same picture for everybody.
+    if (scan.scan !== this.placedScan) this.before = this.live || scan.scan === this.placedScan + 1 ? offsetsOf(this.placed) : new Map();
+    const placed = yield* placing(wanted, { view, room, field, before: this.before, turn: scan.scan, marks });
     Object.assign(this, { placed, placedFor: cam, placedScan: scan.scan });
-    this.before = new Map([...this.placed].map(([id, p]) => [id, { dx: p.dx, dy: p.dy }]));
-    this.hidden = items.filter((i) => inBox(view, i) && !this.placed.has(i.id)).map((i) => i.id);
+    this.hidden = wished.filter((id) => !placed.has(id));
+    this.onHidden?.();
   }
 
   /** What lies over the map is elsewhere now. */
@@ -532,7 +476,7 @@ export class MapView {
 
   #measureOverlays() {
     const map = this.canvas.parentElement.getBoundingClientRect();
-    const boxes = [...this.canvas.parentElement.querySelectorAll("#layers, #zoom, #past, .inset")].map((e) => e.getBoundingClientRect());
+    const boxes = [...this.canvas.parentElement.querySelectorAll("#layers, #zoom, #past, #labels-hidden, .inset")].map((e) => e.getBoundingClientRect());
     this.overlays = boxes.filter((b) => b.width).map((b) => ({ x: b.x - map.x, y: b.y - map.y, w: b.width, h: b.height }));
     this.need("place");
   }
@@ -549,11 +493,7 @@ function inBox(box, p) {
   return p.x >= box.x && p.y >= box.y && p.x <= box.x + box.w && p.y <= box.y + box.h;
 }
 
-/** Points that are seen when the whole airport is. */
-function pointsOf(airport) {
-  const points = [
-    ...airport.runways.flatMap((r) => r.ends), ...airport.taxiways.flatMap((t) => t.points_m),
-    ...airport.stands.map((s) => s.position_m), ...airport.pavements.flatMap((p) => p.rings.flat()),
-  ].filter(([x, y]) => Number.isFinite(x + y));
-  return points.length ? points : [[-1000, -1000], [1000, 1000]];
+/** Where labels stand, as the next scan wants to know it. */
+function offsetsOf(placed) {
+  return new Map([...placed].map(([id, { dx, dy, level }]) => [id, { dx, dy, level }]));
 }

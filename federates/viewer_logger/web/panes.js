@@ -151,7 +151,7 @@ class Pane {
       return;
     }
     // Nothing caused these: rings; these it should have reported: crosses.
-    g.strokeStyle = c.warn;
+    g.strokeStyle = c.error;
     g.lineWidth = 1.4;
     g.beginPath();
     for (const p of ghosts) {
@@ -159,9 +159,6 @@ class Pane {
       g.moveTo(x + 8, y);
       g.arc(x, y, 8, 0, 7);
     }
-    g.stroke();
-    g.strokeStyle = c.error;
-    g.beginPath();
     for (const t of missed) {
       const [x, y] = cam.toScreen(t.x, t.y);
       g.moveTo(x - 4, y - 4);

@@ -1,13 +1,13 @@
 // What a controller's position adds to the map: stop bars, runways by their state, the way of who is selected, alerts round their targets.
 
-import { subjectOf } from "./alerts.js";
+import { runwayOf, subjectOf } from "./alerts.js";
 import { runwayRing } from "./situation.js";
 
 /** State of a runway: "free", "reserved" (somebody has it), "occupied" (somebody is on it), "alert". */
 export function runwayState(runway, { traffic, scan, ground, alerts }) {
   const names = runway.designators, said = traffic?.runways.find((r) => r.name.split("/").some((n) => names.includes(n)));
   const there = (t) => ground?.runwayAt(t.x, t.y)?.names === names && !(t.altitudeM > 15);
-  const inside = (alerts ?? []).some((a) => a.stage === "alarm" && ground?.runwayAt(...a.place_m)?.names === names);
+  const inside = (alerts ?? []).some((a) => a.stage === "alarm" && (runwayOf(a, scan, ground) ?? ground?.runwayAt(...a.place_m))?.names === names);
   if (inside) return "alert";
   if ((scan?.tracks ?? []).some(there)) return "occupied";
   return said?.owner ? "reserved" : "free";

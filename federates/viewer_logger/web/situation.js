@@ -2,12 +2,14 @@
 
 /** Levels of detail by state, for a controller's position. */
 export const LEVELS = { parked: 0, standing: 1, holding: 2, taxiing: 2, runway: 3, airborne: 2, vehicle: 1, "vehicle on a runway": 2 };
-const STILL_MPS = 0.5, STAND_M = 45, AIRBORNE_M = 15, CELL_M = 100;
+/** Below it a target stands, m/s. */
+export const STILL_MPS = 0.5;
+const STAND_M = 45, AIRBORNE_M = 15, CELL_M = 100;
 
 /** Runways as polygons and stands by place, made once an airport. */
 export class Ground {
   constructor(airport) {
-    this.runways = (airport?.runways ?? []).map((r) => ({ names: r.designators, ring: runwayRing(r, 0) }));
+    this.runways = (airport?.runways ?? []).map((r) => ({ names: r.designators, ring: runwayRing(r, 0), runway: r }));
     this.stands = new Map();
     for (const { position_m: [x, y] } of airport?.stands ?? []) {
       const key = `${Math.floor(x / CELL_M)},${Math.floor(y / CELL_M)}`;
@@ -15,9 +17,9 @@ export class Ground {
     }
   }
 
-  /** The runway that a point is on, or null. */
-  runwayAt(x, y) {
-    return this.runways.find(({ ring }) => inside(ring, x, y)) ?? null;
+  /** The runway that a point is on, or so many metres beside, or null. */
+  runwayAt(x, y, beside = 0) {
+    return this.runways.find(({ ring, runway }) => inside(beside ? runwayRing(runway, beside) : ring, x, y)) ?? null;
   }
 
   atStand(x, y) {
@@ -67,4 +69,13 @@ export function importanceOf(target, state, { selected = false, alert = false } 
   const speed = Math.min(90, Math.hypot(target.vx, target.vy) || 0) / 100;
   const rank = { runway: 700, "vehicle on a runway": 700, airborne: 600, taxiing: 400, holding: 300, vehicle: speed > 0.005 ? 350 : 150, parked: 100 };
   return (rank[state] ?? 200) + speed + (target.number === undefined ? -50 : 0);
+}
+
+/** Points that are seen when the whole airport is. */
+export function pointsOf(airport) {
+  const points = [
+    ...airport.runways.flatMap((r) => r.ends), ...airport.taxiways.flatMap((t) => t.points_m),
+    ...airport.stands.map((s) => s.position_m), ...airport.pavements.flatMap((p) => p.rings.flat()),
+  ].filter(([x, y]) => Number.isFinite(x + y));
+  return points.length ? points : [[-1000, -1000], [1000, 1000]];
 }

@@ -8,6 +8,8 @@ import { elapsed } from "./text.js";
 export function takeaway({ state, map, curve, address, say: showAnswer }) {
   const byId = (id) => document.getElementById(id);
   function copyLink() {
+    // Who follows the link finds the labels of this moment alone, not where they came from: the same is shown here from now on.
+    if (!state.live) map.placeAfresh();
     const link = `${location.origin}${location.pathname}${address().text()}`;
     navigator.clipboard?.writeText(link).then(() => showAnswer({ accepted: true, text: "link copied" }), () => showAnswer({ accepted: false, text: link }));
   }
@@ -15,7 +17,7 @@ export function takeaway({ state, map, curve, address, say: showAnswer }) {
   const nameOfRun = () => `${state.shownRuns[0] ?? "run"} ${elapsed(state.scan?.timeS).slice(3).replaceAll(":", "-")}`;
   const EXPORTS = {
     link: copyLink,
-    png: async () => save(`${nameOfRun()}.png`, await picture(map.canvas, `${byId("title").textContent}   ${byId("utc").textContent}Z   ${elapsed(state.scan?.timeS)}   tracks: filled, truth: outline, error: red line`)),
+    png: async () => save(`${nameOfRun()}.png`, await picture(map.canvas, `${byId("title").textContent}   ${byId("utc").textContent}Z   ${elapsed(state.scan?.timeS)}   tracks: filled, truth: outline, error: magenta line`)),
     png2: async () => save(`${nameOfRun()}@2.png`, await picture(map.canvas, `${byId("title").textContent}   ${byId("utc").textContent}Z`, 2)),
     targets: () => save(`${nameOfRun()} targets.csv`, csv(...targetRows(state.scan)), "text/csv"),
     targetsJson: () => save(`${nameOfRun()} targets.json`, json(...targetRows(state.scan)), "application/json"),

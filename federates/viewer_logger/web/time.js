@@ -43,7 +43,7 @@ export function heat(metres, requiredM = 7.5) {
 
 export class TimeLine {
   constructor(canvas, slider, filter) {
-    Object.assign(this, { canvas, slider, firstS: 0, lastS: 1, timeS: null, strip: null, events: [], loop: null, notices: [] });
+    Object.assign(this, { canvas, slider, firstS: 0, lastS: 1, timeS: null, strip: null, events: [], loop: null, notices: [], judged: true });
     this.wanted = new Set(EVENT_KINDS.map(([kind]) => kind));
     new ResizeObserver(() => this.draw()).observe(canvas.parentElement);
     slider.addEventListener("pointermove", (event) => (slider.title = this.textAt(this.timeAt(event.offsetX))));
@@ -79,10 +79,15 @@ export class TimeLine {
   /** What is to be said of a moment. */
   textAt(timeS) {
     const near = 4 * ((this.lastS - this.firstS) / this.width);
-    const told = this.events.filter((e) => this.wanted.has(e.kind) && Math.abs(e.time_ns / 1e9 - timeS) <= near).slice(0, 6).map((e) => `${MARKS.get(e.kind) ?? ""} ${e.text}`);
+    const told = this.events.filter((e) => this.#shown(e) && Math.abs(e.time_ns / 1e9 - timeS) <= near).slice(0, 6).map((e) => `${MARKS.get(e.kind) ?? ""} ${e.text}`);
     const { strip } = this, at = strip ? Math.floor(((timeS - strip.from_s) / (strip.to_s - strip.from_s)) * strip.worst_m.length) : -1;
-    const worst = strip?.worst_m[at];
+    const worst = this.judged ? strip?.worst_m[at] : undefined;
     return [elapsed(Math.max(0, timeS)), Number.isFinite(worst) ? `worst error ${fixed(worst, 1)} m` : "", ...told].filter(Boolean).join("\n");
+  }
+
+  /** Who judges a run sees which labels were swapped; who works in it does not. */
+  #shown(event) {
+    return this.wanted.has(event.kind) && (this.judged || event.kind !== "swap");
   }
 
   draw() {
@@ -134,7 +139,7 @@ export class TimeLine {
     const { strip } = this;
     g.fillStyle = c("line");
     g.fillRect(INSET, 2, this.width - 2 * INSET, 8);
-    if (!strip) return;
+    if (!strip || !this.judged) return;
     const n = strip.worst_m.length, span = (strip.to_s - strip.from_s) / n;
     for (let i = 0; i < n; i++) {
       const x = this.x(strip.from_s + i * span), w = Math.max(1, this.x(strip.from_s + (i + 1) * span) - x + 0.5), colour = heat(strip.worst_m[i]);
@@ -176,7 +181,7 @@ export class TimeLine {
     g.textBaseline = "middle";
     const taken = new Set();
     for (const event of this.events) {
-      if (!this.wanted.has(event.kind)) continue;
+      if (!this.#shown(event)) continue;
       const x = this.x(event.time_ns / 1e9), slot = `${event.kind}${Math.round(x / 6)}`;
       if (taken.has(slot) || x < 0 || x > this.width) continue;
       taken.add(slot);

@@ -121,7 +121,7 @@ export class Tools {
 
 /** Ten steps through the page, each at what it speaks of. */
 const STEPS = [
-  ["#map", "The map", "Outlines are the truth, filled symbols the tracks that the system made of its sensors, red lines the errors between. Drag to move, wheel to zoom."],
+  ["#map", "The map", "Outlines are the truth, filled symbols the tracks that the system made of its sensors, magenta lines the errors between. Drag to move, wheel to zoom."],
   ["#tracks", "Targets", "Every track, and every target that no track follows. A click selects; D and U step through them."],
   ["#target", "One target", "Figures, a close-up and its error over the whole run; a click on the curve shows that moment."],
   ["#tab-effects", "Effects", "What every simulated effect did to the plots of the selected target: rain, ground, lobing, noise."],

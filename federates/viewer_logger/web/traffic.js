@@ -3,8 +3,9 @@
 import { kinds } from "./frame.js";
 import { paintWeather } from "./paint.js";
 import { SHORT_LEADER, whole } from "./labels.js";
+import { STILL_MPS } from "./situation.js";
 
-const KNOT = 1.943844, FOOT = 3.28084, STILL_MPS = 0.5, AIRBORNE_M = 15;
+const KNOT = 1.943844, FOOT = 3.28084, AIRBORNE_M = 15;
 export const BOLD = "700 12px B612, sans-serif", PLAIN = "11px B612, sans-serif";
 
 /** What a scan holds that has a place on the map. */

@@ -192,6 +192,6 @@ export function paintDriven(g, map, wheel) {
     g.textAlign = "left";
     g.textBaseline = "middle";
     const [x, y] = map.toScreen(...m.at_m);
-    g.fillText(`${m.callsign}  ${speedOf(m)}`, x + 14, y - 14);
+    g.fillText(speedOf(m), x + 14, y + 16); // its label has the name
   }
 }

@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";
 import { backgroundOf, contrastTo, extinction, illuminance, lampRange, rainAt, rvr, sightM, sunElevation, threshold, through } from "../web/eye_light.js";
-import { aboard, hidden, matrix, project, seen } from "../web/eye_see.js";
+import { aboard, hidden, matrix, outlook, project, seen } from "../web/eye_see.js";
 
 const cases = JSON.parse(readFileSync(new URL("../../../tests/data/views/contrast.json", import.meta.url)));
 const near = (a, b, relative, absolute = 0) => assert.ok(Math.abs(a - b) <= relative * Math.abs(b) + absolute, `${a}, not ${b}`);
@@ -75,4 +75,14 @@ test("a pilot sits behind the nose and looks ahead", () => {
   assert.deepEqual(look, [0, 0]);
   near(eye[1], 10 + 18.8 - 2, 1e-9);
   assert.equal(eye[2], 4.8);
+});
+
+test("the tower looks where the most of the traffic is", () => {
+  const around = (bearing, far) => [Math.sin((bearing * Math.PI) / 180) * far, Math.cos((bearing * Math.PI) / 180) * far, 0], width = 66;
+  near(outlook([0, 0, 30], [around(30, 800), around(50, 900), around(180, 700)], width), 40, 1e-9);
+  near(outlook([0, 0, 30], [around(200, 800)], width), 200, 1e-9);
+  near(outlook([0, 0, 30], [around(90, 400), around(270, 9000)], width), 90, 1e-9);
+  assert.equal(outlook([0, 0, 30], [], width), 0);
+  assert.equal(outlook([0, 0, 30], [[NaN, 0, 0]], width), 0);
+  for (let turn = 0; turn < 360; turn += 7) near((outlook([5, 5, 30], [-20, 0, 25].map((d) => around(turn + d, 1000)).map(([x, y]) => [x + 5, y + 5, 0]), width) - turn - 2.5 + 540) % 360, 180, 0, 1e-6);
 });

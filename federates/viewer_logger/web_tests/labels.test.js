@@ -55,14 +55,43 @@ for (const [n, seed] of [[30, 1], [100, 2], [300, 3], [1000, 4]]) {
   });
 }
 
-test("labels stay where they were while nothing changes, and mostly while targets move a little", () => {
+const offsets = (placed) => new Map([...placed].map(([id, { dx, dy, level }]) => [id, { dx, dy, level }]));
+/** How many labels stand elsewhere beside their targets than in the scan before, of how many that were in both. */
+function elsewhere(before, now) {
+  const both = [...now].filter(([id]) => before.has(id));
+  const far = both.filter(([id, p]) => Math.hypot(p.x - p.item.x - before.get(id).x + before.get(id).item.x, p.y - p.item.y - before.get(id).y + before.get(id).item.y) > 20);
+  return [far.length, both.length];
+}
+
+test("labels stay where they were while nothing changes", () => {
   const items = crowd(150, 7), first = place(items, { view: VIEW, field: field() });
-  const before = new Map([...first].map(([id, p]) => [id, { dx: p.dx, dy: p.dy }]));
-  const again = place(items, { view: VIEW, field: field(), before });
-  let moved = 0;
-  for (const [id, p] of again) if (first.has(id) && Math.hypot(p.dx - first.get(id).dx, p.dy - first.get(id).dy) > 20) moved++;
-  assert.ok(moved <= 0.02 * again.size, `${moved} of ${again.size} moved`);
+  const again = place(items, { view: VIEW, field: field(), before: offsets(first), turn: 1 });
+  const [moved, of] = elsewhere(first, again);
+  assert.ok(moved <= 0.02 * of, `${moved} of ${of} moved`);
 });
+
+for (const [n, seed, share] of [[30, 21, 0.02], [100, 22, 0.02], [250, 25, 0.03]]) {
+  test(`${n} labels, two thirds of them under way, stay beside their targets for two minutes, and as many show as if each scan were the first`, () => {
+    const draw = draws(seed), way = Array.from({ length: n }, (_, i) => (i % 3 ? [draw() * 8 - 4, draw() * 8 - 4] : [0, 0]));
+    let items = crowd(n, seed, (i) => i % 25 === 0), before = new Map(), last = null, moved = 0, of = 0, shown = 0, fresh = 0, level = 0, wished = 0;
+    for (let turn = 0; turn < 120; turn++) {
+      const placed = place(items, { view: VIEW, field: field(), before, turn }), list = [...placed.values()];
+      for (const [i, a] of list.entries()) for (const b of list.slice(i + 1)) assert.ok(!overlap(a, b), `${a.id} over ${b.id}`);
+      assert.ok(list.every((p) => p.item.must || !onRunway(p)));
+      if (last) [moved, of] = elsewhere(last, placed).map((k, i) => k + [moved, of][i]);
+      if (turn % 20 === 19) {
+        shown += placed.size;
+        fresh += place(items, { view: VIEW, field: field() }).size;
+      }
+      for (const p of list) [level, wished] = [level + p.level, wished + p.item.level];
+      [last, before] = [placed, offsets(placed)];
+      items = items.map((item, i) => ({ ...item, x: (item.x + way[i][0] + 1600) % 1600, y: (item.y + way[i][1] + 1000) % 1000 }));
+    }
+    assert.ok(moved <= share * of, `${moved} of ${of} moved`);
+    assert.ok(shown >= 0.95 * fresh, `${shown} of ${fresh} shown`);
+    assert.ok(level >= 0.75 * wished, `${level} lines of ${wished} wished for`);
+  });
+}
 
 test("what must show is shown where the runway fills the view", () => {
   const f = new Field(0, 0, VIEW.w, VIEW.h);

@@ -1,7 +1,7 @@
 // Alerts, strips, dial and panes: what they make of what is said.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { alertWords, stagesOf, subjectOf } from "../web/alerts.js";
+import { alertWords, runwayOf, stagesOf, subjectOf } from "../web/alerts.js";
 import { errorOf, front, pick } from "../web/dial.js";
 import { sensorScan } from "../web/panes.js";
 import { paintPosition, runwayState } from "../web/position.js";
@@ -30,6 +30,20 @@ test("every kind of alert has words", () => {
   }
   assert.equal(alertWords("CATC_CRO_TOF"), "clearances exclude each other: crossing, take-off");
   assert.equal(alertWords("NEW_KIND"), "NEW_KIND");
+});
+
+test("an alert about a runway names it: where it is, where its subjects are, or whose strip it lies in", () => {
+  const ground = new Ground(AIRPORT), beside = { ...alert("alarm", "CAR1", "SWR1"), kind: "RMCA_ROLL", place_m: [600, -40] };
+  const roll = scanOf(track(1, "CAR1", 600, -40), track(2, "SWR1", 2500, 3));
+  assert.deepEqual(runwayOf(beside, roll, ground)?.names, ["09", "27"], "one of them is on it");
+  assert.deepEqual(runwayOf(beside, scanOf(), ground)?.names, ["09", "27"], "its place is in the strip");
+  assert.equal(runwayOf({ ...beside, place_m: [600, -140] }, scanOf(), ground), null);
+  assert.equal(runwayOf({ ...beside, place_m: [600, -140] }, scanOf(track(2, "SWR1", 2500, 3, { altitudeM: 90 })), ground), null, "who flies over is not on it");
+  assert.equal(runwayOf({ ...beside, kind: "HIGH_SPEED", place_m: [600, 0] }, roll, ground), null, "a taxiway's matter");
+  const state = (a) => runwayState(AIRPORT.runways[0], { traffic: null, scan: roll, ground, alerts: a });
+  assert.equal(state([beside]), "alert");
+  assert.equal(state([{ ...beside, stage: "information" }]), "occupied");
+  assert.equal(state([{ ...beside, kind: "ROUTE_DEV" }]), "occupied");
 });
 
 const flight = (callsign, movement, due, more = {}) => ({ callsign, movement, type_designator: "A320", wake: "M", runway: "09", stand: "A_1", eta_ctd_ns: due * 1e9, ...more });

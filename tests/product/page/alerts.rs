@@ -38,6 +38,15 @@ fn alerts_strips_and_panes_are_what_was_said_and_a_key_acknowledges() {
     );
     let [red, green, blue] = [0, 1, 2].map(|i| pixel[i].as_i64().expect("0 to 255"));
     assert!(red > 180 && green < 130 && blue < 130, "{pixel}");
+    // A controller is told of the alarm, and of no error.
+    w.browser.click_on("#skin");
+    let heads = "[...document.querySelectorAll('#tracks th')].filter((e) => e.offsetParent).map((e) => e.dataset.key)";
+    let without = json!(["callsign", "number", "type", "speed", "heading", "status"]);
+    assert_eq!(w.browser.eval(heads), without);
+    let judged = "['effects', 'filter', 'sensors'].filter((t) => document.getElementById(`tab-${t}`).offsetParent).length";
+    assert_eq!(w.browser.eval(judged), 0);
+    w.browser.click_on("#skin");
+    assert_eq!(w.browser.eval(judged), 3);
     w.browser.key("k");
     w.browser.until("__viewer.alerts[0].acknowledged === 'page'");
     w.page.update(|viewer| {

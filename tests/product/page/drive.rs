@@ -58,6 +58,12 @@ fn a_person_takes_a_car_and_drives_it_by_keys() {
     stands(&w, 40.1, true, 0.0);
     w.browser.until(&format!("document.querySelector('{SEAT}').textContent === 'Give up'"));
     w.browser.until("document.activeElement.id === 'wheel'");
+    // From now on the page is sent who is in sight from there, without plots and errors.
+    w.browser.until("document.getElementById('sees').textContent.includes('driver FOLLOW1')");
+    w.browser.until(
+        "__viewer.plots.length === 0 && __viewer.truth.some((t) => t.callsign === 'FOLLOW1')",
+    );
+    assert_eq!(w.browser.eval("__viewer.tracks.every((t) => t.errorM === null)"), true);
     let key = |w: &mut Watched, kind: &str, key: &str| {
         w.browser.eval(&format!(
             "document.getElementById('wheel').dispatchEvent(new KeyboardEvent('{kind}', {{key: '{key}', bubbles: true, cancelable: true}}))"
@@ -104,6 +110,7 @@ fn a_person_takes_a_car_and_drives_it_by_keys() {
         orders.lock().expect("not poisoned").last().is_some_and(|o| o.action == SeatAction::Leave)
     };
     assert!(super::demo::soon(left));
+    w.browser.until("document.getElementById('sees').hidden && __viewer.plots.length > 0");
     // The same from its seat, in the eye.
     let before = wishes(&orders).len();
     stands(&w, 42.0, false, 0.0);

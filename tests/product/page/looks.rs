@@ -88,6 +88,29 @@ fn a_window_in_the_map_shows_its_own_place_and_stands_in_the_address() {
 }
 
 #[test]
+fn who_has_no_label_for_lack_of_room_is_listed_and_a_click_selects() {
+    let Some(mut w) = watch(40) else { return };
+    assert_eq!(w.browser.eval("document.getElementById('labels-hidden').hidden"), true);
+    let mut crowd = w.demo.scan(41);
+    let one = crowd.tracks[0].clone();
+    crowd.tracks.extend((0..200).map(|n| {
+        let mut other = one.clone();
+        (other.number, other.callsign) = (500 + n, format!("CROWD{n}"));
+        other
+    }));
+    w.page.update(|viewer| viewer.on_scan(&crowd));
+    w.browser
+        .until("__viewer.labelsHidden > 40 && !document.getElementById('labels-hidden').hidden");
+    w.browser.click_on("#labels-hidden summary");
+    w.browser.until("document.querySelectorAll('#labels-hidden button').length > 40");
+    let name = w.browser.eval("document.querySelector('#labels-hidden button').textContent");
+    w.browser.click_on("#labels-hidden button");
+    w.browser.until(&format!("document.getElementById('target-name').textContent === {name}"));
+    w.browser.until("__viewer.labels.some((l) => l.id === __viewer.selected)");
+    w.assert_no_complaint();
+}
+
+#[test]
 fn nothing_is_cut_off_in_any_window() {
     let Some(mut w) = watch(95) else { return };
     w.drawn();
@@ -109,6 +132,8 @@ fn nothing_is_cut_off_in_any_window() {
              .filter((e) => e.offsetParent && e.getBoundingClientRect().right > document.documentElement.clientWidth + 1).map((e) => e.outerHTML.slice(0, 80))",
         );
         assert_eq!(cut, json!([]), "{name}");
+        let line = w.browser.eval("document.getElementById('line').clientWidth / innerWidth");
+        assert!(line.as_f64() > Some(0.6), "{name}: {line} of the width for the time line");
     }
     w.browser.resize([1920, 1080]);
     w.browser.key("n");

@@ -4,10 +4,10 @@ import { duration, facts } from "../lists.js";
 import { bytes, element, fixed, NONE } from "../text.js";
 
 /** One card a federate. */
-function showFederates(box, federates, members) {
+function showFederates(box, federates, members, over) {
   const names = [...new Set([...members.map((m) => m.name), ...federates.map((f) => f.name)])].sort();
   if (!names.length) {
-    box.replaceChildren(element("p", "No federate has reported yet.", { class: "empty" }));
+    box.replaceChildren(element("p", over ? "What the federates reported was shown while the run went on; its log keeps it in the table federates." : "No federate has reported yet.", { class: "empty" }));
     return;
   }
   box.replaceChildren(...names.map((name) => {
@@ -44,7 +44,7 @@ export default {
   make(section, { state }) {
     const box = element("div", [], { id: "federates" });
     section.append(box);
-    const show = () => showFederates(box, state.federates, state.runState?.members ?? []);
+    const show = () => showFederates(box, state.federates, state.runState?.members ?? [], state.timeline?.live === false);
     return { show, needs: ["federates", "state"] };
   },
 };

@@ -2,15 +2,17 @@
 
 import { Dial } from "../dial.js";
 import { duration, facts } from "../lists.js";
-import { element, fixed } from "../text.js";
+import { element, fixed, NONE } from "../text.js";
 import { TolerancePart } from "../tolerance.js";
 
 /** The error of the run's own filter, and its time. */
-function showRun(box, { measures, tookUs }) {
-  const read = (name) => measures?.find(([n]) => n === name)?.[1];
+function showRun(box, { measures, tookUs, over }) {
+  const read = (name) => measures?.find(([n]) => n === name)?.[1], metres = (name) => (Number.isFinite(read(name)) ? `${fixed(read(name), 2)} m` : NONE);
   const list = element("dl", [], { class: "facts" });
-  facts(list, [["Error of the tracks", `${fixed(read("rmse_m"), 2)} m`], ["of the plots", `${fixed(read("raw_rmse_m"), 2)} m`], ["Scan took", duration(tookUs)]]);
-  box.replaceChildren(element("h3", "The run"), list);
+  facts(list, [["Error of the tracks", metres("rmse_m")], ["of the plots", metres("raw_rmse_m")], ["Scan took", duration(tookUs)]]);
+  const parts = [element("h3", "The run"), list];
+  if (over) parts.push(element("p", "All filters and tolerances are compared beside a run that goes on. Of this one, What if (beside the time line) makes another from the time shown on, with any filter.", { class: "where" }));
+  box.replaceChildren(...parts);
 }
 
 export default {
@@ -30,11 +32,13 @@ export default {
     };
     return {
       show() {
-        showRun(box, { measures: state.timeline?.measures, tookUs: state.timeline?.took_us });
+        const over = state.timeline?.live === false;
+        showRun(box, { measures: state.timeline?.measures, tookUs: state.timeline?.took_us, over });
+        dialBox.hidden = effectsBox.hidden = over;
         dial.draw();
         tolerance.draw();
       },
-      needs: ["rungs", "tolerances"],
+      needs: ["rungs", "tolerances", "timeline"],
       take: {
         rungs(message) {
           state.rungs = message;

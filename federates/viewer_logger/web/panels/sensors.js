@@ -14,6 +14,10 @@ const MEASURES = new Map([
   ["published_rmse_m", ["Error as published", "Error of the tracks as they are published: predicted to the end of the scan"]],
   ["second_ago_rmse_m", ["Error one second ago", "Error of the same tracks one scan earlier, as the next scan's plots revise them"]],
   ["false_plots", ["False plots", "Plots that no target caused, since the run began"]],
+  ["settled_rmse_m", ["Error, settled tracks", "Error as published, without the first three reports of a track on a target, and the last"]],
+  ["settled_nees", ["Claims of settled tracks", "Squared error over the covariance claimed, mean: 2 is honest, more is too sure of itself"]],
+  ["gross_plots", ["Gross plots", "Plots too far from their target to count in the errors"]],
+  ["far_reports", ["Far reports", "Published tracks too far from their target to count in the errors"]],
   ["outsiders_now", ["Outsiders now", "Entities of other simulators that the sensors see"]],
 ]);
 
@@ -24,7 +28,7 @@ function measureName(name) {
   const [what, ...rest] = name.split("_");
   const sensor = rest.join(" ").toUpperCase();
   if (what === "pd") return [`Detected by ${sensor}`, "Looks at a target that gave a plot, of all looks"];
-  if (what === "plots") return [sensor === "OTHER" ? "Plots of other kinds" : `Plots of ${sensor}`, ""];
+  if (what === "plots") return [sensor === "OTHER" ? "Plots but of radar and GPS" : `Plots of ${sensor}`, ""];
   return [name.replaceAll("_", " "), ""];
 }
 
