@@ -9,6 +9,9 @@
 //! | `ctl/beat`, `beat/{name}` | may be lost | [`Beat`], ten times a second |
 //! | `log/conductor`, `log/{name}` | request | [`Fetch`] → [`Fetched`]: messages that were lost |
 //! | `log/run` | request | [`LogAsk`] → [`LogPage`]: what the run cannot be made again without |
+//! | `ctl/steps` | request, of a standby | [`StepsAsk`](super::succession::StepsAsk) → [`Steps`](super::succession::Steps): the journal of the station |
+//! | `candidate/{name}` | request, of a station or standby | [`Candidacy`](super::succession::Candidacy) → [`Voted`](super::succession::Voted) |
+//! | `ctl/lead` | may be lost, repeated | [`Leads`](super::succession::Leads), from the second epoch on |
 //! | `ctl/command` | request | [`Command`] → [`Answer`], operator to conductor |
 //! | `fed/{name}` | must arrive | [`Numbered`] [`Report`], member to conductor and consumers |
 //! | `frames/{name}` | request | [`Repair`] → [`Repaired`], by the producer and by every consumer |

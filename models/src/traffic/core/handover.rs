@@ -11,7 +11,7 @@ mod join;
 
 pub(super) use join::Join;
 
-use super::arrival::time_to_threshold_s;
+use super::arrival::{Tried, time_to_threshold_s};
 use super::runway::arrival_gap_s;
 use super::{Core, Direction, FINAL_M, Flight, Mover, Phase, Policy, class_of};
 use crate::frames::{Azimuth, Vector2, Vector3, wrap_pi};
@@ -257,8 +257,8 @@ impl Core {
         if self.policy == Policy::Planned {
             self.retime();
         }
-        let mut ways = BTreeMap::new();
-        let Some((_, pieces)) = self.choose_stand(m, choices, landing_s, &mut ways) else {
+        let mut tried = Tried::default();
+        let Some((_, pieces)) = self.choose_stand(m, choices, landing_s, &mut tried) else {
             Arc::make_mut(&mut self.flights)[m] = known;
             self.movers[m] = before;
             let why = if none { "no stand is free" } else { "no way to a free stand at that time" };
