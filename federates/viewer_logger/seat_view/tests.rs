@@ -72,11 +72,11 @@ type Seen = (Vec<String>, Vec<String>, u32, Vec<(i32, f32)>);
 
 /// What is in the last scan among messages.
 fn seen(out: &[Outgoing]) -> Seen {
-    let scans = out.iter().filter_map(|m| match m {
+    let mut scans = out.iter().filter_map(|m| match m {
         Outgoing::Binary(octets) => Some(octets),
         Outgoing::Text(_) => None,
     });
-    let octets = scans.last().expect("a scan");
+    let octets = scans.next_back().expect("a scan");
     let word = |at: usize| u32::from_le_bytes(octets[at..at + 4].try_into().expect("four"));
     let text =
         |at: usize| String::from_utf8_lossy(&octets[at..at + 12]).trim_end_matches('\0').to_owned();

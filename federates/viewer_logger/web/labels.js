@@ -120,7 +120,7 @@ export function* placing(items, options) {
 const shorter = (item) => (item.must || item.level === 1 ? item : { ...item, level: 1 });
 
 function* tryAll(items, { view, room = view, field = null, before = new Map(), marks = [], turn = 0 }, swaps) {
-  const context = { view, room, field, before, placed: new Map(), crossings: 0, boxes: new Grid(), leaders: new Grid(), symbols: new Grid(), swaps, moves: movesOf(before.size, turn), spacious: items.filter((i) => !before.has(i.id)).length <= 0.02 * items.length };
+  const context = { view, room, field, before, turn, placed: new Map(), crossings: 0, boxes: new Grid(), leaders: new Grid(), symbols: new Grid(), swaps, moves: movesOf(before.size, turn), spacious: items.filter((i) => !before.has(i.id)).length <= 0.02 * items.length };
   for (const item of items) {
     const r = item.reach ?? 6;
     context.symbols.add({ id: item.id, x: item.x, y: item.y, r, weight: FOREIGN }, item.x - r, item.y - r, item.x + r, item.y + r);
@@ -277,11 +277,14 @@ function makeRoom(item, context) {
 function cheapest(item, level, context, rules) {
   const size = item.sizes[level], last = item.dragged ?? context.before.get(item.id);
   const own = Math.max(0, (item.reach ?? 6) - 6);
+  // Who looks for something better weighs what he has as if it were new.
+  const looks = last && !item.dragged && looksAround(item.id, context.turn);
   let best = null;
   if (last) {
     const stay = candidate(item, size, last.dx, last.dy, context, item.dragged ? ANY_WAY : rules);
     if (stay) {
-      stay.cost -= STAY;
+      const r = Math.hypot(last.dx, last.dy) || 1;
+      stay.cost += (looks ? bias(last.dx / r, last.dy / r, r - own) : 0) - STAY;
       if (stay.cost < 0 || item.dragged) return finish(stay, item, level);
       best = stay;
     }
@@ -299,7 +302,7 @@ function cheapest(item, level, context, rules) {
     const dx = offset.dx + offset.ux * own, dy = offset.dy + offset.uy * own, found = candidate(item, size, dx, dy, context, rules);
     if (!found) continue;
     found.cost += offset.bias;
-    if (last) found.cost += AWAY * Math.min(Math.hypot(dx - last.dx, dy - last.dy), FARTHEST); // who has to go, goes next door
+    if (last && !looks) found.cost += AWAY * Math.min(Math.hypot(dx - last.dx, dy - last.dy), FARTHEST); // who has to go, goes next door
     if (!best || found.cost < best.cost) best = found;
   }
   return best && finish(best, item, level);

@@ -93,6 +93,42 @@ for (const [n, seed, share] of [[30, 21, 0.02], [100, 22, 0.02], [250, 25, 0.03]
   });
 }
 
+test("where many find no room those who have a place keep it", () => {
+  const draw = draws(31), way = Array.from({ length: 260 }, () => [draw() * 4 - 2, draw() * 4 - 2]);
+  let items = crowd(260, 31).map((i) => ({ ...i, x: 500 + i.x / 3, y: 300 + i.y / 3 })), before = new Map(), last = null, moved = 0, of = 0, left = 0;
+  for (let turn = 0; turn < 40; turn++) {
+    const placed = place(items, { view: VIEW, before, turn });
+    if (last) [moved, of] = elsewhere(last, placed).map((k, i) => k + [moved, of][i]);
+    left += items.length - placed.size;
+    [last, before] = [placed, offsets(placed)];
+    items = items.map((item, i) => ({ ...item, x: item.x + way[i][0], y: item.y + way[i][1] }));
+  }
+  assert.ok(left > 40 * 50, `${left} left out`);
+  assert.ok(moved <= 0.04 * of, `${moved} of ${of} moved`);
+});
+
+test("when the crowd has gone the others say all again within a minute, and stand near again in time", () => {
+  const many = crowd(120, 33).map((i) => ({ ...i, x: 700 + i.x / 10, y: 450 + i.y / 10, level: 3 })), few = many.slice(0, 8).map((i, k) => ({ ...i, x: 500 + 80 * k }));
+  let before = new Map(), placed = null;
+  for (let turn = 0; turn < 5; turn++) {
+    placed = place(many, { view: VIEW, before, turn });
+    before = offsets(placed);
+  }
+  const far = (p) => [...p.values()].reduce((sum, { dx, dy }) => sum + Math.hypot(dx, dy), 0) / p.size, level = (p) => [...p.values()].reduce((sum, q) => sum + q.level, 0);
+  before = new Map(few.map((i, k) => [i.id, { dx: 60 + 8 * k, dy: -90, level: 1 }]));
+  for (let turn = 5; turn < 65; turn++) {
+    placed = place(few, { view: VIEW, before, turn });
+    before = offsets(placed);
+  }
+  assert.ok(level(placed) >= 22, `${level(placed)} lines of 24`);
+  for (let turn = 65; turn < 700; turn++) {
+    placed = place(few, { view: VIEW, before, turn });
+    before = offsets(placed);
+  }
+  const fresh = place(few, { view: VIEW });
+  assert.ok(far(placed) <= far(fresh) + 15, `${far(placed)} px away, at first ${far(fresh)}`);
+});
+
 test("what must show is shown where the runway fills the view", () => {
   const f = new Field(0, 0, VIEW.w, VIEW.h);
   f.box(VIEW);
