@@ -2,6 +2,7 @@
 
 mod flights;
 mod generated;
+pub mod handover;
 mod reach;
 pub(crate) mod table;
 
@@ -10,7 +11,6 @@ use crate::control::Sees;
 use crate::document::Section;
 use crate::entity::{Entity, PARTITIONS};
 use crate::error::{Problem, ScenarioError};
-use crate::handover;
 use crate::keys::{self, words};
 use crate::run::Run;
 use crate::types::TypeTable;

@@ -1,9 +1,9 @@
 //! `[[traffic]] kind = "handover"`: places for aircraft that other programs give to the traffic that behaves.
 
+use super::{end_named, flight_of, stand_named};
 use crate::document::Section;
 use crate::entity::{Entity, PARTITIONS};
 use crate::error::{Problem, ScenarioError};
-use crate::schedule::{end_named, flight_of, stand_named};
 use crate::types::TypeTable;
 use models::plot::Callsign;
 use models::traffic::core::{Flight, class_of};
