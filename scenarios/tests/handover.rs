@@ -307,7 +307,7 @@ fn equal_asks_give_equal_bits() {
 fn places_that_nobody_could_use_are_refused() {
     let text = |more: &str, places: &str| {
         format!(
-            "[run]\ntitle = \"t\"\nseed = 1\nduration_s = 600\n[airport]\nlayout = \"airports/LZIB.apt.dat\"\n{more}\n[[traffic]]\nkind = \"handover\"\n{places}\n"
+            "[run]\ntitle = \"t\"\nstart = 2019-11-24T09:00:00Z\nseed = 1\nduration_s = 600\n[airport]\nlayout = \"airports/LZIB.apt.dat\"\n{more}\n[[traffic]]\nkind = \"handover\"\n{places}\n"
         )
     };
     let traffic = "[[traffic]]\nkind = \"generated\"\narrivals_per_h = 20\n";
