@@ -317,8 +317,8 @@ fn places_that_nobody_could_use_are_refused() {
     for (more, places, words) in [
         ("", "", "with flights beside it"),
         (&sees, "", "without controllers"),
-        (traffic, "count = 0", "1 ..= 500"),
-        (traffic, "count = 501", "1 ..= 500"),
+        (traffic, "count = 0", "1 to 500"),
+        (traffic, "count = 501", "1 to 500"),
         (traffic, "type = \"FOLLOWME\"", "allowed is"),
         (traffic, "callsign = \"A\"", "unknown key"),
         (traffic, "[[traffic]]\nkind = \"handover\"", "handover"),
