@@ -307,7 +307,7 @@ fn equal_asks_give_equal_bits() {
 fn places_that_nobody_could_use_are_refused() {
     let text = |more: &str, places: &str| {
         format!(
-            "[run]\ntitle = \"t\"\nseed = 1\nduration_s = 600\n[airport]\nlayout = \"airports/LZIB.apt.dat\"\n{more}\n[[traffic]]\nkind = \"handover\"\n{places}\n"
+            "[run]\ntitle = \"t\"\nstart = 2019-11-24T09:00:00Z\nseed = 1\nduration_s = 600\n[airport]\nlayout = \"airports/LZIB.apt.dat\"\n{more}\n[[traffic]]\nkind = \"handover\"\n{places}\n"
         )
     };
     let traffic = "[[traffic]]\nkind = \"generated\"\narrivals_per_h = 20\n";
@@ -317,8 +317,8 @@ fn places_that_nobody_could_use_are_refused() {
     for (more, places, words) in [
         ("", "", "with flights beside it"),
         (&sees, "", "without controllers"),
-        (traffic, "count = 0", "1 ..= 500"),
-        (traffic, "count = 501", "1 ..= 500"),
+        (traffic, "count = 0", "1 to 500"),
+        (traffic, "count = 501", "1 to 500"),
         (traffic, "type = \"FOLLOWME\"", "allowed is"),
         (traffic, "callsign = \"A\"", "unknown key"),
         (traffic, "[[traffic]]\nkind = \"handover\"", "handover"),
