@@ -774,7 +774,7 @@ fn a_target_that_is_not_displayed_is_simulated_for_nobody() {
     assert_eq!(shown, [true, false, false]);
     assert_eq!(levels, alone, "nobody's plan changes");
     // Displayed at the foot of the tower: everything is exact for it.
-    let (shown, levels) = scan(&[near, foot], 10.0);
+    let (shown, levels) = scan(&[near, foot], 25.0);
     assert_eq!(shown, [true, true]);
     assert_ne!(levels, alone);
 }
