@@ -4,7 +4,7 @@ use models::effects::{Level, PlanRow, Tolerance};
 use models::environment::Weather;
 use models::sensors::Sensor;
 use models::sensors::asde::Placed;
-use models::sensors::asde::plan::boxes::{band_m, ring_m};
+use models::sensors::asde::plan::boxes::band_m;
 use models::sensors::asde::plan::{BoxEffect, BoxPlan, Kind, PlannedBox};
 use models::sensors::radar::costs;
 use models::sensors::radar::effects::RadarEffect;
@@ -21,8 +21,10 @@ pub(super) struct SensorPlan {
     pub(super) rows: Vec<PlanRow>,
     /// Of a radar: its boxes.
     boxes: Vec<PlannedBox>,
-    /// Of a radar: its targets, with their names.
+    /// Of a radar: the targets that it displays, with their names.
     placed: Vec<(Placed, String)>,
+    /// Of a radar: those that it does not display.
+    hidden: Vec<String>,
     is_radar: bool,
 }
 
@@ -71,12 +73,14 @@ fn instead(effect: RadarEffect, found: &[&BoxEffect]) -> &'static str {
 impl SensorPlan {
     /// Of a sensor that has scanned; `names` are those of the truth, by place.
     pub(super) fn of(name: &str, sensor: &dyn Sensor, names: &dyn Fn(usize) -> String) -> Self {
-        let placed = sensor.placed().iter().map(|p| (*p, names(p.index))).collect();
+        let named = sensor.placed().iter().map(|p| (*p, names(p.index)));
+        let (placed, hidden): (Vec<_>, Vec<_>) = named.partition(|(p, _)| p.shown);
         Self {
             name: name.to_owned(),
             rows: sensor.plan().to_vec(),
             boxes: sensor.boxes().to_vec(),
             placed,
+            hidden: hidden.into_iter().map(|(_, name)| name).collect(),
             is_radar: sensor.kind().radar,
         }
     }
@@ -97,6 +101,13 @@ impl SensorPlan {
             })
     }
 
+    /// Cost of the exact level of an effect in this weather, ns a target.
+    fn exact_ns(&self, effect: RadarEffect) -> f64 {
+        let mut own = self.boxes.iter().flat_map(|b| &b.plan.effects);
+        let own = own.find(|e| e.effect == effect).map(|e| f64::from(e.exact_ns));
+        own.unwrap_or_else(|| costs::of(effect, Level::Exact))
+    }
+
     fn costs(&self) -> Costs {
         let mut sum = Costs::default();
         let there = |effect: RadarEffect| {
@@ -104,7 +115,7 @@ impl SensorPlan {
         };
         for (placed, _) in &self.placed {
             for effect in RadarEffect::ALL.iter().copied() {
-                let exact = costs::of(effect, Level::Exact);
+                let exact = self.exact_ns(effect);
                 let own = self
                     .plan_of(placed)
                     .and_then(|plan| plan.effects.iter().find(|e| e.effect == effect));
@@ -200,8 +211,18 @@ impl SensorPlan {
             let row = self.rows.iter().find(|r| r.effect == effect.name());
             let there = row.is_some_and(|r| !r.is_skipped());
             if AROUND.contains(&effect) || effect == RadarEffect::FalseAlarms {
+                let touched = |p: &Placed| match effect {
+                    RadarEffect::AircraftShadow => p.shadowed,
+                    RadarEffect::Merging => p.paired,
+                    _ => true,
+                };
+                let whom = self.placed.iter().filter(|(p, _)| touched(p));
+                let whom: Vec<&str> = whom.map(|(_, name)| name.as_str()).collect();
                 match there {
-                    true => simulated.push(effect.name().to_owned()),
+                    true if whom.len() == self.placed.len() => {
+                        simulated.push(effect.name().to_owned());
+                    }
+                    true => simulated.push(format!("{} ({})", effect.name(), self.for_whom(&whom))),
                     false => absent.push(effect.name()),
                 }
             } else if matches!(effect, RadarEffect::Processing | RadarEffect::SecondTrace) {
@@ -242,7 +263,7 @@ impl SensorPlan {
         }
         for (paired, why) in [
             (true, "beside another target, in one cell with it or nearly so"),
-            (false, "near the foot of the tower, or nothing of it is displayed"),
+            (false, "near the foot of the tower"),
         ] {
             let exact = self.placed.iter().filter(|(p, _)| self.plan_of(p).is_none());
             let names: Vec<&str> =
@@ -250,6 +271,9 @@ impl SensorPlan {
             if !names.is_empty() {
                 let _ = writeln!(out, "  everything exact for {} ({why})", self.for_whom(&names));
             }
+        }
+        if !self.hidden.is_empty() {
+            let _ = writeln!(out, "  not displayed: {}", self.hidden.join(", "));
         }
         if !absent.is_empty() {
             let _ = writeln!(out, "  not there: {}", absent.join(", "));
@@ -352,7 +376,7 @@ impl SensorPlan {
         let mut sectors: Vec<u8> = here.map(|(p, _)| p.sector).collect();
         sectors.sort_unstable();
         sectors.dedup();
-        let (near, far) = ring_m(planned.key.ring);
+        let (near, far) = planned.key.ground_m();
         let (low, high) = band_m(planned.key.band);
         let finite = |x: f64| Some(x).filter(|x| x.is_finite());
         let loss = &effect.loss;

@@ -471,12 +471,36 @@ pub fn judge_scene(
 
 type Look = ((u64, SimTime), Vector2<f64>);
 
-fn by_look(sink: &PlotSink) -> (Vec<Look>, Vec<(SimTime, Vector2<f64>)>) {
+/// A false plot or a ghost.
+#[derive(Clone, Copy, Debug)]
+struct Other {
+    time: SimTime,
+    place_m: Vector2<f64>,
+    /// Power of the ghost's way, dB: it names the target, the facade and the way. `None` for noise.
+    way_db: Option<f64>,
+}
+
+impl Other {
+    /// Whether two runs have the same one: noise at the same place, a ghost by the same way and no farther off
+    /// than a plot may be. (Its place follows from what it states of its errors, which tables hold to their error.)
+    fn is(&self, other: &Self, limit_m: f64) -> bool {
+        let within_m = if self.way_db.is_some() { limit_m.max(1e-6) } else { 1e-6 };
+        self.time == other.time
+            && self.way_db == other.way_db
+            && (self.place_m - other.place_m).norm() < within_m
+    }
+}
+
+fn by_look(sink: &PlotSink) -> (Vec<Look>, Vec<Other>) {
     let (mut looks, mut others) = (Vec::new(), Vec::new());
     for (plot, cause) in sink.plots.iter().zip(&sink.causes) {
+        let place_m = plot.position_m;
         match cause.key {
-            Some(key) => looks.push(((key, plot.time), plot.position_m)),
-            None => others.push((plot.time, plot.position_m)),
+            Some(key) => looks.push(((key, plot.time), place_m)),
+            None => {
+                let way_db = cause.effects.first().map(|way| way.value);
+                others.push(Other { time: plot.time, place_m, way_db });
+            }
         }
     }
     (looks, others)
@@ -508,9 +532,7 @@ impl SceneResult {
         for (look, _) in b.iter().filter(|(look, _)| !a.iter().any(|(other, _)| other == look)) {
             self.targets[look.0 as usize - 1].only.1 += 1;
         }
-        let lacks = |list: &[(SimTime, Vector2<f64>)], one: &(SimTime, Vector2<f64>)| {
-            !list.iter().any(|other| other.0 == one.0 && (other.1 - one.1).norm() < 1e-6)
-        };
+        let lacks = |list: &[Other], one: &Other| !list.iter().any(|other| one.is(other, limit_m));
         self.false_plots += a_false.iter().filter(|f| lacks(&b_false, f)).count() as u64;
         self.false_plots += b_false.iter().filter(|f| lacks(&a_false, f)).count() as u64;
     }
@@ -842,6 +864,25 @@ mod tests {
             assert!(found.is_empty(), "{} ({what}): {found:#?}", scene.name);
         }
         assert!(named_cases("5,x,,broken").expect_err("no number").contains("line 1"));
+    }
+
+    #[test]
+    fn a_ghost_is_the_same_by_its_way_and_noise_by_its_place() {
+        let at = |seconds: f64, east_m: f64, way_db: Option<f64>| Other {
+            time: SimTime::from_s(seconds),
+            place_m: Vector2::new(east_m, 0.0),
+            way_db,
+        };
+        let ghost = at(1.0, 100.0, Some(-12.0));
+        assert!(ghost.is(&at(1.0, 100.4, Some(-12.0)), 0.5), "moved by less than a plot may be");
+        assert!(!ghost.is(&at(1.0, 100.6, Some(-12.0)), 0.5), "by more");
+        assert!(!ghost.is(&at(1.0, 100.0, Some(-12.1)), 0.5), "another way");
+        assert!(!ghost.is(&at(1.1, 100.0, Some(-12.0)), 0.5), "another time");
+        assert!(!ghost.is(&at(1.0, 100.0, None), 0.5), "noise");
+        let noise = at(1.0, 100.0, None);
+        assert!(noise.is(&noise, 0.5) && !noise.is(&at(1.0, 100.001, None), 0.5));
+        // Nothing may move: ghosts that do not are the same.
+        assert!(ghost.is(&ghost, 0.0) && !ghost.is(&at(1.0, 100.001, Some(-12.0)), 0.0));
     }
 
     #[test]

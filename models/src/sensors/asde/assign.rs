@@ -1,7 +1,7 @@
 //! Which level each look gets: by the plan of its box, its neighbours, and what stands before it.
 
 use super::looks::Look;
-use super::plan::boxes::{Key, SECTORS, band, ring, ring_m, sector};
+use super::plan::boxes::{Key, SECTORS, band, part, ring, ring_m, sector};
 use super::plan::class::ClassFacts;
 use super::plan::outcome::Detection;
 use super::plan::planner::{MOST_NEW, Planner, PlannerScene};
@@ -25,6 +25,8 @@ pub struct Placed {
     pub place: Option<u32>,
     /// Sector of azimuth, 22.5° each from north.
     pub sector: u8,
+    /// Whether the radar displays what is there; else nothing was simulated for it.
+    pub shown: bool,
     /// Whether it may share a cell with another target: then everything was exact for it too.
     pub paired: bool,
     /// Whether an aircraft may stand before it.
@@ -42,7 +44,7 @@ pub(super) struct Assignment {
     pub(super) paired: Vec<bool>,
     /// Whether any may.
     pub(super) any_pair: bool,
-    /// Whether a target is in no planned box.
+    /// Whether a target that is displayed is in no planned box.
     pub(super) exactly: bool,
     /// Whether ghosts of each target are looked for.
     pub(super) ghosts: Vec<bool>,
@@ -50,11 +52,15 @@ pub(super) struct Assignment {
     classes: Vec<u16>,
     keys: Vec<Option<Key>>,
     places: Vec<Option<u32>>,
-    /// Box of each target in the last scan, as long as the planner has forgotten nothing.
-    last: Vec<Option<(Key, u32)>>,
+    /// Whether no narrower box than that will be planned.
+    settled: Vec<bool>,
+    /// Box of each target in the last scan, as long as the planner has forgotten nothing: its place, and whether no
+    /// narrower one will be planned.
+    last: Vec<Option<(Key, Option<u32>, bool)>>,
     generation: u64,
     order: Vec<Place>,
     bias_m: Vec<f64>,
+    ground_m: Vec<f64>,
     cells: Vec<CellView>,
 }
 
@@ -153,7 +159,7 @@ impl Asde {
     fn ghosts_in(&self, key: &Key, facts: &ClassFacts) -> (f64, f64) {
         let share = self.tolerance.false_plots / libm::exp2(f64::from(key.mirrored.1));
         let Some(sector) = key.mirrored.0.checked_sub(1) else { return (0.0, share) };
-        let near_m = ring_m(key.ring).0.max(1.0);
+        let near_m = key.ground_m().0.max(1.0);
         let power = self.radar.constant * self.radar.circular_factor * facts.class.rcs_m2 * 16.0
             / (near_m * near_m * near_m * near_m)
             / self.radar.noise_w;
@@ -199,7 +205,7 @@ impl Asde {
         let azimuth_rad = Azimuth::of(place_m.xy() - self.site_m).rad();
         let key = self.key_of(&mut planner, &mut 0, &cells, 0, class, place_m, azimuth_rad);
         let found = key.and_then(|key| {
-            if planner.find(key).is_none() {
+            if !planner.find(key).is_some_and(|place| planner.is_settled(place, &key)) {
                 let scene = self.planner_scene(air, &self.tolerance);
                 planner.plan_waiting(&scene, usize::MAX, |key, facts| self.ghosts_in(key, facts));
             }
@@ -250,7 +256,8 @@ impl Asde {
         let mirrored =
             if walls && self.mirrored.has(ring, sector) { (sector + 1, size) } else { (0, 0) };
         let band = band(place_m.z);
-        Some(Key { class: place, ring, band, rain_on_way, rain_here, edge, mirrored })
+        let part = part(ground_m2);
+        Some(Key { part, class: place, ring, band, rain_on_way, rain_here, edge, mirrored })
     }
 
     /// Every effect at its exact level, with the table of the detection where that is tolerated.
@@ -278,6 +285,7 @@ impl Asde {
         let size = self.size_of(truth, interval);
         work.keys.clear();
         work.places.clear();
+        work.settled.clear();
         if work.generation != planner.generation() {
             work.generation = planner.generation();
             work.last.clear();
@@ -289,12 +297,17 @@ impl Asde {
             let cells = &work.cells;
             let key = self.key_of(&mut planner, guess, cells, size, class, place_m, azimuth_rad);
             // A target is mostly where it was a scan ago.
-            let place = key.and_then(|key| match work.last.get(look.index) {
-                Some(&Some((before, place))) if before == key => Some(place),
-                _ => planner.find(key),
+            let (place, settled) = key.map_or((None, true), |key| match work.last.get(look.index) {
+                // What is not settled waits already.
+                Some(&Some((before, place, settled))) if before == key => (place, settled),
+                _ => {
+                    let found = planner.find(key);
+                    (found, found.is_some_and(|place| planner.is_settled(place, &key)))
+                }
             });
             work.keys.push(key);
             work.places.push(place);
+            work.settled.push(settled);
         }
         if planner.waiting() > 0 {
             let scene = self.planner_scene(air, &self.tolerance);
@@ -304,34 +317,39 @@ impl Asde {
         work.last.resize(truth.len(), None);
         for (i, look) in looks.iter().enumerate() {
             let Some(key) = work.keys[i] else { continue };
-            if work.places[i].is_none() {
+            if !work.settled[i] {
                 work.places[i] = planner.place(&key);
+                work.settled[i] = work.places[i].is_some_and(|p| planner.is_settled(p, &key));
             }
+            work.last[look.index] = Some((key, work.places[i], work.settled[i]));
             let Some(place) = work.places[i] else { continue };
-            work.last[look.index] = Some((key, place));
             if look.number == 0 {
                 planner.count(place);
             }
         }
+        planner.end();
         if let Some(budget_us) = self.tolerance.time_budget_us {
             planner.fit(budget_us);
         }
         self.find_pairs(truth, looks, work, &planner);
-        work.exactly = work.places.iter().any(Option::is_none);
+        work.exactly = false;
         work.levels.clear();
         work.placed.clear();
         for (i, place) in work.places.iter().enumerate() {
             let planned = place.filter(|_| !work.paired[i]);
+            let shown = place.is_some() || self.shows(truth, &looks[i]);
+            work.exactly |= shown && place.is_none();
             if looks[i].number == 0 {
                 work.placed.push(Placed {
                     index: looks[i].index,
                     place: *place,
+                    shown,
                     sector: sector(looks[i].azimuth_rad),
                     paired: work.paired[i],
                     shadowed: false,
                 });
             }
-            work.levels.push(planned.map_or(base, |p| planner.boxes()[p as usize].plan.levels));
+            work.levels.push(planned.map_or(base, |p| *planner.levels(p)));
         }
         work.ghosts.clear();
         if !self.facades.is_empty() {
@@ -347,15 +365,27 @@ impl Asde {
                         // Of no box: exact.
                         None => true,
                         Some(key) if key.mirrored.0 == 0 => false,
-                        Some(key) => planner
-                            .find(key)
-                            .is_none_or(|p| planner.boxes()[p as usize].plan.levels.ghosts),
+                        Some(key) => {
+                            let place = match work.last[index] {
+                                Some((before, place, _)) if before == key => place,
+                                _ => planner.find(key),
+                            };
+                            place.is_none_or(|p| planner.levels(p).ghosts)
+                        }
                     }
                 });
                 work.ghosts.push(ghosts);
             }
         }
         self.planner = planner;
+    }
+
+    /// Whether an echo from where a target is at a look is displayed.
+    fn shows(&self, truth: &dyn Truth, look: &Look) -> bool {
+        let (place_m, class) = (&look.state.position_m, truth.class(look.index));
+        let down_m = self.radar.antenna_m - place_m.z.max(0.5 * class.height_m);
+        let ground_m2 = (place_m.xy() - self.site_m).norm_squared();
+        self.apparent_m(&self.base_levels(), (ground_m2 + down_m * down_m).sqrt()).is_some()
     }
 
     /// Binary logarithm of the number of targets that the radar can display, rounded up: the tolerated
@@ -391,14 +421,15 @@ impl Asde {
         }
         let mut widest = 0.0f64;
         work.bias_m.clear();
-        let ground_m = |look: &Look| (look.state.position_m.xy() - self.site_m).norm();
+        work.ground_m.clear();
         work.order.clear();
         for (i, look) in (0u32..).zip(looks) {
             let class = truth.class(look.index);
             let height_m = look.state.position_m.z.max(0.5 * class.height_m);
             let down_m = self.radar.antenna_m - height_m;
-            let ground = ground_m(look);
-            let slant_m = (ground * ground + down_m * down_m).sqrt();
+            let ground_m2 = (look.state.position_m.xy() - self.site_m).norm_squared();
+            let slant_m = (ground_m2 + down_m * down_m).sqrt();
+            work.ground_m.push(ground_m2.sqrt());
             // How far the centre of its echo may lie from the target.
             let bias_m = match work.keys[i as usize] {
                 Some(key) => planner.facts(key.class).bias_m,
@@ -429,8 +460,10 @@ impl Asde {
                 if apart_m > cell_m + biased + 2.0 * super::PLACE_STEP_M {
                     continue;
                 }
-                let nearest = ground_m(one).min(ground_m(other)).max(1.0);
-                let aside = wrap_pi(one.azimuth_rad - other.azimuth_rad).abs();
+                let ground_m = |place: Place| work.ground_m[place.index() as usize];
+                let nearest = ground_m(a).min(ground_m(b)).max(1.0);
+                let turned = (one.azimuth_rad - other.azimuth_rad).abs();
+                let aside = turned.min(TAU - turned);
                 if aside < beam + biased / nearest {
                     work.any_pair = true;
                     work.paired[a.index() as usize] = true;

@@ -23,6 +23,18 @@ pub fn of(effect: RadarEffect, level: Level) -> f64 {
     COSTS_NS.iter().find(here).map_or(0.0, |row| f64::from(row.2))
 }
 
+/// Rain attenuation of a level in rain without cells: a product, not a walk through cells. Measured as the table.
+pub const RAIN_WITHOUT_CELLS_NS: f64 = 3.0;
+
+/// The same in weather with or without rain cells.
+#[must_use]
+pub fn of_weather(effect: RadarEffect, level: Level, cells: bool) -> f64 {
+    match of(effect, level) {
+        dear if effect == RadarEffect::RainAttenuation && !cells => dear.min(RAIN_WITHOUT_CELLS_NS),
+        ns => ns,
+    }
+}
+
 // Written by the bench `costs`.
 
 /// When and on what the table was measured.

@@ -25,6 +25,32 @@ pub fn ring_m(ring: i8) -> (f64, f64) {
     if ring < 0 { (0.0, 100.0) } else { (edge(ring), edge(ring + 1)) }
 }
 
+/// Parts of a ring, of equal ratio of distance.
+pub const PARTS: u8 = 4;
+
+/// The part of its ring that a ground distance is in, by its square: from 1.
+#[must_use]
+pub fn part(ground_m2: f64) -> u8 {
+    const EDGES: [f64; 3] = [1.189_207_115_002_721, std::f64::consts::SQRT_2, 1.681_792_830_507_429];
+    // The fraction of the number itself, from 1 to 2.
+    let within = f64::from_bits((ground_m2 * 1e-4).to_bits() & 0x000f_ffff_ffff_ffff | 1023 << 52);
+    1 + EDGES.iter().filter(|edge| within >= **edge).count() as u8
+}
+
+/// Nearest and farthest ground distance of a part of a ring, m; part 0 is all of it.
+#[must_use]
+pub fn part_m(ring: i8, part: u8) -> (f64, f64) {
+    if part == 0 || ring < 0 {
+        return ring_m(ring);
+    }
+    let edge = |part: u8| match part {
+        0 => ring_m(ring).0,
+        PARTS => ring_m(ring).1,
+        _ => ring_m(ring).0 * libm::exp2(0.5 * f64::from(part) / f64::from(PARTS)),
+    };
+    (edge(part - 1), edge(part))
+}
+
 /// The sector of an azimuth.
 #[must_use]
 pub fn sector(azimuth_rad: f64) -> u8 {
@@ -65,6 +91,8 @@ pub fn band_m(band: u8) -> (f64, f64) {
 /// The number of a box: what its plan depends on, beside the weather notice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Key {
+    /// Part of the ring, from 1; 0 for all of it. Whole rings come first.
+    pub part: u8,
     /// Class, by its place among those that the radar has met.
     pub class: u16,
     /// Ring of distance.
@@ -79,6 +107,20 @@ pub struct Key {
     pub edge: bool,
     /// Facades that may mirror it: their sector from 1 and the size of the share of false plots; 0 without.
     pub mirrored: (u8, u8),
+}
+
+impl Key {
+    /// The box of the whole ring.
+    #[must_use]
+    pub fn whole(self) -> Self {
+        Self { part: 0, ..self }
+    }
+
+    /// Nearest and farthest ground distance, m.
+    #[must_use]
+    pub fn ground_m(&self) -> (f64, f64) {
+        part_m(self.ring, self.part)
+    }
 }
 
 #[cfg(test)]
@@ -96,6 +138,16 @@ mod tests {
             assert_eq!(ring(to * to * (1.0 - 1e-12)), k);
         }
         assert_eq!(ring(0.0), -1);
+        for k in 0..24 {
+            let (from, to) = ring_m(k);
+            assert_eq!((part_m(k, 1).0, part_m(k, PARTS).1, part_m(k, 0)), (from, to, (from, to)));
+            for n in 1..PARTS {
+                let (edge, next) = (part_m(k, n).1, part_m(k, n + 1).0);
+                assert_eq!(edge, next);
+                assert_eq!(part(edge * edge * (1.0 - 1e-12)), n);
+                assert_eq!(part(edge * edge * (1.0 + 1e-12)), n + 1);
+            }
+        }
         for b in 1..40 {
             assert_eq!(band_m(b - 1).1, band_m(b).0, "{b}");
         }
@@ -109,6 +161,8 @@ mod tests {
             let (low, high) = band_m(band(up));
             prop_assert!(up <= high && (up >= low || band(up) == 0), "{up} in {low} to {high}");
             prop_assert!(sector(azimuth) < SECTORS);
+            let (from, to) = part_m(ring(d * d), part(d * d));
+            prop_assert!(ring(d * d) < 0 || d >= from * (1.0 - 1e-12) && d <= to * (1.0 + 1e-12));
         }
     }
 }

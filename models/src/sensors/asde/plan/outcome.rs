@@ -364,16 +364,49 @@ impl<'a> BoxOutcome<'a> {
         }
         let axes = [self.axis(0, sum), self.axis(1, sum)];
         let square = axes[0].square_m2() + axes[1].square_m2();
-        let fixed2: f64 = axes.iter().map(|a| a.fixed_m * a.fixed_m).sum();
-        let track_m =
-            self.gain.map(|gain| gain.shift_m((square - fixed2).max(0.0).sqrt(), fixed2.sqrt()));
         Effect {
             rms_m: square.sqrt(),
             tail: tail(&axes, 5.0 * tolerance.position_m),
             detection: loss.odds + self.missed(loss, quick) + self.over_edge(&axes[0], &sum.out),
             false_plots: loss.false_plots,
-            track_m,
+            track_m: self.track_m(&axes, square),
         }
+    }
+
+    /// Rms shift of a track, where asked for, m.
+    fn track_m(&self, axes: &[AxisShift; 2], square: f64) -> Option<f64> {
+        let fixed2: f64 = axes.iter().map(|a| a.fixed_m * a.fixed_m).sum();
+        self.gain.map(|gain| gain.shift_m((square - fixed2).max(0.0).sqrt(), fixed2.sqrt()))
+    }
+
+    /// Whether a sum of losses takes at most `limit` of each tolerance: what [`Self::effect`] says, without
+    /// what need not be known for it.
+    #[must_use]
+    pub fn fits(&self, sum: &BoxLoss, tolerance: &Tolerance, false_plots: f64, limit: f64) -> bool {
+        let loss = &sum.loss;
+        if *sum == BoxLoss::NONE {
+            return true;
+        }
+        if self.blind || !loss.is_known() {
+            return false;
+        }
+        let within = |part: Effect| part.share(tolerance, false_plots) <= limit;
+        let axes = [self.axis(0, sum), self.axis(1, sum)];
+        let square = axes[0].square_m2() + axes[1].square_m2();
+        let track_m = self.track_m(&axes, square);
+        let moved = Effect { rms_m: square.sqrt(), track_m, ..Effect::default() };
+        if !within(Effect { false_plots: loss.false_plots, ..moved }) {
+            return false;
+        }
+        let certain = loss.odds + self.over_edge(&axes[0], &sum.out);
+        let detection = |missed: f64| Effect { detection: certain + missed, ..Effect::default() };
+        if !within(detection(0.0)) {
+            return false;
+        }
+        let tail = tail(&axes, 5.0 * tolerance.position_m);
+        within(Effect { tail, ..Effect::default() })
+            && (within(detection(self.missed(loss, true)))
+                || within(detection(self.missed(loss, false))))
     }
 
     fn missed(&self, loss: &Loss, quick: bool) -> f64 {

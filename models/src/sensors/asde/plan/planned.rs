@@ -113,10 +113,12 @@ pub struct Prepared<'a> {
     bounds: BoxBounds,
     tolerance: Tolerance,
     false_plots: f64,
+    /// Whether there are rain cells, which costs depend on.
+    cells: bool,
 }
 
-fn whole_ns(effect: RadarEffect, level: Level) -> u32 {
-    costs::of(effect, level).max(0.0) as u32
+fn whole_ns(effect: RadarEffect, level: Level, cells: bool) -> u32 {
+    costs::of_weather(effect, level, cells).max(0.0) as u32
 }
 
 /// What of a box is there to be simulated.
@@ -146,10 +148,11 @@ impl<'a> Prepared<'a> {
         use Level::{Cheap, Exact, Middle, Skipped};
         use RadarEffect as E;
         let (p, air, facts) = (called.parameters, called.air, called.facts);
+        let cells = !air.weather.cells.is_empty();
         let mut ladders: Vec<Vec<Rung>> = Vec::new();
         let mut shown: Vec<(RadarEffect, Loss, (f64, &'static str))> = Vec::new();
         let rung = |set: &[(RadarEffect, Level)], loss: Loss, out: LeftOut| {
-            let cost_ns = set.iter().map(|(e, l)| whole_ns(*e, *l)).sum();
+            let cost_ns = set.iter().map(|(e, l)| whole_ns(*e, *l, cells)).sum();
             Rung { set: set.to_vec(), loss: BoxLoss { loss, out }, cost_ns }
         };
         let none = LeftOut::default();
@@ -166,7 +169,8 @@ impl<'a> Prepared<'a> {
         let line =
             Loss { raises_db: bounds.linear_db.0, lowers_db: bounds.linear_db.1, ..Loss::NONE };
         let mut rungs = vec![rung(&[(E::RainAttenuation, Skipped)], rain, none)];
-        if raining {
+        // Without cells the whole law costs less than the line in its place.
+        if raining && cells {
             rungs.push(rung(&[(E::RainAttenuation, Cheap)], line, none));
         }
         rungs.push(rung(&[(E::RainAttenuation, Exact)], Loss::NONE, none));
@@ -295,6 +299,7 @@ impl<'a> Prepared<'a> {
             bounds,
             tolerance: *tolerance,
             false_plots: called.false_plots,
+            cells,
         }
     }
 
@@ -302,14 +307,12 @@ impl<'a> Prepared<'a> {
     #[must_use]
     pub fn choose(&self, factor: f64) -> BoxPlan {
         let limit = factor * (1.0 + MARGIN);
-        let share = |loss: &BoxLoss, quick: bool| {
-            let effect = self.outcome.effect(loss, &self.tolerance, quick);
+        let within =
+            |loss: &BoxLoss| self.outcome.fits(loss, &self.tolerance, self.false_plots, limit);
+        let alone = |loss: &BoxLoss| {
+            let effect = self.outcome.effect(loss, &self.tolerance, true);
             effect.share(&self.tolerance, self.false_plots)
         };
-        let within = |loss: &BoxLoss| {
-            *loss == BoxLoss::default() || share(loss, true) <= limit || share(loss, false) <= limit
-        };
-        let alone = |loss: &BoxLoss| share(loss, true);
         let candidates = |ladder: &Vec<Rung>| -> Vec<Candidate<BoxLoss>> {
             ladder.iter().map(|r| Candidate { cost_ns: r.cost_ns, loss: r.loss }).collect()
         };
@@ -320,7 +323,7 @@ impl<'a> Prepared<'a> {
         let mut without = common;
         let only = Candidate { cost_ns: self.reflection.cost_ns, loss: self.reflection.loss };
         without.push(vec![only]);
-        let base = u64::from(whole_ns(RadarEffect::SurfaceReflection, Level::Exact));
+        let base = u64::from(whole_ns(RadarEffect::SurfaceReflection, Level::Exact, self.cells));
         let exact = cheapest(&with, within, alone);
         let skipped =
             if within(&self.reflection.loss) { cheapest(&without, within, alone) } else { None };
@@ -331,6 +334,12 @@ impl<'a> Prepared<'a> {
         };
         let choice = if reflected { exact } else { skipped };
         self.plan(choice, reflected)
+    }
+
+    /// Whether the choice at a factor on the tolerance saves so many ns a target more than a plan.
+    #[must_use]
+    pub fn saves_with(&self, factor: f64, ns: u64, plan: &BoxPlan) -> bool {
+        self.choose(factor).cost_ns().0 + ns <= plan.cost_ns().0
     }
 
     fn plan(&self, choice: Option<Choice<BoxLoss>>, reflected: bool) -> BoxPlan {
@@ -374,8 +383,8 @@ impl<'a> Prepared<'a> {
                 kind,
                 loss: left_out,
                 shown,
-                cost_ns: whole_ns(effect, level),
-                exact_ns: whole_ns(effect, Level::Exact),
+                cost_ns: whole_ns(effect, level, self.cells),
+                exact_ns: whole_ns(effect, Level::Exact, self.cells),
             });
         }
         let outcome = self.outcome.effect(&loss, &self.tolerance, false);

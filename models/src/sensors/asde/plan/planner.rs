@@ -2,10 +2,11 @@
 //!
 //! A plan is a function of its box and the weather notice (with a time budget, also of one factor for
 //! the whole radar). At most [`MOST_NEW`] boxes are planned in a scan, in the order of their numbers;
-//! what waits is simulated exactly.
+//! what waits is simulated exactly. Where a narrower box may leave out more, a ring is cut into parts: they are planned
+//! behind all whole rings, and until then the plan of the ring holds.
 
 use super::bounds::{BoxBounds, BoxGrid, Place};
-use super::boxes::{Key, band_m, ring_m};
+use super::boxes::{Key, band_m};
 use super::class::ClassFacts;
 use super::fault::Fault;
 use super::outcome::{BoxLoss, BoxOutcome, Detection};
@@ -15,6 +16,7 @@ use crate::effects::outcome::StepTable;
 use crate::effects::{Loss, Tolerance};
 use crate::sensors::TargetClass;
 use crate::sensors::radar::equation::{Air, Radar};
+use crate::sensors::radar::levels::RadarLevels;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::OnceLock;
 
@@ -24,6 +26,10 @@ pub const MOST_NEW: usize = 16;
 const MOST_CLASSES: usize = 1000;
 /// Boxes kept: a target in a further one is simulated exactly.
 const MOST_BOXES: usize = 20_000;
+/// Boxes up to which rings are cut into parts.
+const MOST_PARTED: usize = 5_000;
+/// A ring is cut where twice the tolerance would save so much more, ns a target: within a ring thermal errors double.
+const WORTH_NS: u64 = 10;
 
 /// Factors on the tolerance that a time budget chooses from: four a doubling, from 1/32 to about 100.
 const FACTORS: u32 = 48;
@@ -56,6 +62,11 @@ pub struct Planner {
     /// Place of each box among `plans`.
     known: BTreeMap<Key, u32>,
     plans: Vec<PlannedBox>,
+    /// Of each of `plans`: its levels, targets of this scan, and of the last one told. Beside each other, as a scan
+    /// reads them for every target.
+    levels: Vec<RadarLevels>,
+    counts: Vec<u32>,
+    told: Vec<u32>,
     waiting: BTreeSet<Key>,
     /// Plans at factors of a time budget: by box and step.
     at_factor: BTreeMap<(u32, u32), BoxPlan>,
@@ -75,6 +86,8 @@ pub struct PlannedBox {
     pub class: String,
     /// Its plan.
     pub plan: BoxPlan,
+    /// Whether parts of its ring may leave out more, and have boxes of their own.
+    pub parted: bool,
     /// Targets in it in the last scan.
     pub targets: u32,
 }
@@ -96,6 +109,9 @@ impl Planner {
     pub fn clear(&mut self) {
         self.known.clear();
         self.plans.clear();
+        self.levels.clear();
+        self.counts.clear();
+        self.told.clear();
         self.waiting.clear();
         self.at_factor.clear();
         self.version += 1;
@@ -168,27 +184,57 @@ impl Planner {
 
     /// Forgets which targets were where.
     pub fn begin(&mut self) {
-        self.plans.iter_mut().for_each(|planned| planned.targets = 0);
+        self.counts.fill(0);
     }
 
-    /// The place of a box among [`Self::boxes`]; `None` where it is new, and then it waits.
+    /// Tells the boxes how many targets are in them.
+    pub fn end(&mut self) {
+        for (place, (count, told)) in self.counts.iter().zip(&mut self.told).enumerate() {
+            if count != told {
+                self.plans[place].targets = *count;
+                *told = *count;
+            }
+        }
+    }
+
+    /// What is simulated for a target in the box at a place.
+    #[must_use]
+    pub fn levels(&self, place: u32) -> &RadarLevels {
+        &self.levels[place as usize]
+    }
+
+    /// The place of a box among [`Self::boxes`], or that of its whole ring as long as there is none; `None`
+    /// where both are new. What is new waits.
     pub fn find(&mut self, key: Key) -> Option<u32> {
-        let found = self.known.get(&key).copied();
-        if found.is_none() && self.known.len() + self.waiting.len() < MOST_BOXES {
-            self.waiting.insert(key);
+        let found = self.place(&key);
+        if !found.is_some_and(|place| self.is_settled(place, &key)) {
+            let room = self.known.len() + self.waiting.len();
+            if found.is_none() && room < MOST_BOXES {
+                self.waiting.insert(key.whole());
+            }
+            if room < MOST_PARTED {
+                self.waiting.insert(key);
+            }
         }
         found
     }
 
-    /// The place of a box among [`Self::boxes`].
+    /// The place of a box among [`Self::boxes`], or that of its whole ring.
     #[must_use]
     pub fn place(&self, key: &Key) -> Option<u32> {
-        self.known.get(key).copied()
+        self.known.get(key).or_else(|| self.known.get(&key.whole())).copied()
+    }
+
+    /// Whether no narrower box than the one at a place will be planned for a target.
+    #[must_use]
+    pub fn is_settled(&self, place: u32, key: &Key) -> bool {
+        let found = &self.plans[place as usize];
+        !found.parted || found.key == *key || self.known.len() >= MOST_PARTED
     }
 
     /// Counts a target in a box.
     pub fn count(&mut self, place: u32) {
-        self.plans[place as usize].targets += 1;
+        self.counts[place as usize] += 1;
     }
 
     /// Plans boxes that wait, at most `most` of them. `ghosts` gives the expected ghosts of a target of
@@ -199,8 +245,17 @@ impl Planner {
         most: usize,
         ghosts: impl Fn(&Key, &ClassFacts) -> (f64, f64),
     ) {
-        for _ in 0..most {
+        let mut planned = 0;
+        while planned < most {
             let Some(key) = self.waiting.pop_first() else { return };
+            if key.part > 0 {
+                // Only where the ring's own plan, which is made before, says that it is worth it.
+                let whole = self.known.get(&key.whole());
+                if whole.is_none_or(|place| !self.plans[*place as usize].parted) {
+                    continue;
+                }
+            }
+            planned += 1;
             let facts = &self.classes[usize::from(key.class)];
             let prepared = prepare(scene, &key, facts, ghosts(&key, facts));
             let plan = match (&prepared, scene.tolerance.time_budget_us) {
@@ -218,7 +273,12 @@ impl Planner {
             if let Some(plan) = plan {
                 self.known.insert(key, self.plans.len() as u32);
                 let class = facts.class.designator.clone();
-                self.plans.push(PlannedBox { key, class, plan, targets: 0 });
+                let whole = key.part == 0 && scene.tolerance.time_budget_us.is_none();
+                let parted = whole && prepared.is_some_and(|p| p.saves_with(2.0, WORTH_NS, &plan));
+                self.levels.push(plan.levels);
+                self.counts.push(0);
+                self.told.push(0);
+                self.plans.push(PlannedBox { key, class, plan, parted, targets: 0 });
                 self.version += 1;
             }
         }
@@ -248,11 +308,12 @@ impl Planner {
             self.step = Some(low);
             self.version += 1;
         }
-        for (place, planned) in (0..).zip(&mut self.plans) {
+        for ((place, planned), levels) in (0..).zip(&mut self.plans).zip(&mut self.levels) {
             if let Some(plan) = self.at_factor.get(&(place, low))
                 && planned.plan != *plan
             {
                 planned.plan = plan.clone();
+                *levels = plan.levels;
             }
         }
     }
@@ -266,7 +327,7 @@ fn place_of(scene: &PlannerScene<'_>, key: &Key, facts: &ClassFacts) -> Option<P
     let half_m = 0.5 * facts.class.height_m;
     let height_m = (low.max(half_m), high.max(half_m));
     let height_m = if key.band == 0 { (half_m, high.max(half_m)) } else { height_m };
-    let (near, far) = ring_m(key.ring);
+    let (near, far) = key.ground_m();
     let down =
         (scene.radar.antenna_m - height_m.0).abs().max((scene.radar.antenna_m - height_m.1).abs());
     let shown = (p.range_min_m * p.range_min_m - down * down).max(0.0).sqrt();
@@ -320,9 +381,8 @@ pub fn prepare<'a>(
         let fits = |r: &Refinement| {
             let db = bounds.reflection.refined_db[*r as usize];
             let loss = Loss { raises_db: db, lowers_db: db, ..Loss::NONE };
-            let effect =
-                outcome.effect(&BoxLoss { loss, ..BoxLoss::default() }, scene.tolerance, false);
-            effect.share(scene.tolerance, false_plots) <= 1.0
+            let loss = BoxLoss { loss, ..BoxLoss::default() };
+            outcome.fits(&loss, scene.tolerance, false_plots, 1.0)
         };
         let open = Refinement::ALL.iter().filter(|r| fits(r)).fold(0, |m, r| m | 1 << *r as usize);
         if open != Refinement::ANY {

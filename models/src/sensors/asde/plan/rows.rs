@@ -40,7 +40,7 @@ fn row(
         unit,
         level,
         loss,
-        cost_ns: costs::of(effect, level),
+        cost_ns: costs::of_weather(effect, level, !air.weather.cells.is_empty()),
     };
     let there = |there: bool| {
         let (level, odds) = if there { (Level::Exact, 1.0) } else { (Level::Skipped, 0.0) };
@@ -69,8 +69,10 @@ fn row(
         let level = radar.fixed.map_or(Level::Exact, |levels| level_of(levels, effect));
         return new(f64::INFINITY, "", level, Loss::NONE);
     }
-    let boxes = radar.planner.boxes();
-    let of_effect = boxes.iter().filter_map(|b| b.plan.effects.iter().find(|e| e.effect == effect));
+    // A ring whose parts are planned is in nobody's use.
+    let waits = radar.planner.waiting() > 0;
+    let boxes = radar.planner.boxes().iter().filter(|b| waits || !b.parted);
+    let of_effect = boxes.filter_map(|b| b.plan.effects.iter().find(|e| e.effect == effect));
     let found: Vec<&BoxEffect> = of_effect.collect();
     let Some(first) = found.first() else {
         let level = if facts.exactly { Level::Exact } else { Level::Skipped };

@@ -1,7 +1,7 @@
 //! The bounds against random places of random boxes, and the planner's rules.
 
 use super::bounds::{BoxGrid, Place};
-use super::boxes::{band_m, ring_m};
+use super::boxes::{band_m, part_m, ring_m};
 use super::class::ClassFacts;
 use super::outcome::{BoxLoss, BoxOutcome, Detection, LeftOut};
 use super::planner::Planner;
@@ -117,8 +117,8 @@ fn no_effect_changes_more_than_its_bound_anywhere_in_its_box() {
         let half = 0.5 * class.height_m;
         let height_m =
             if band == 0 { (half, half.max(high)) } else { (low.max(half), high.max(half)) };
-        let place =
-            Place { ground_m: ring_m(ring), height_m, rain_on_way: false, rain_here: false };
+        let ground_m = part_m(ring, g.pick(&[0, 0, 1, 2, 3, 4]));
+        let place = Place { ground_m, height_m, rain_on_way: false, rain_here: false };
         let correlation = p.rain_correlation();
         let bounds = BoxGrid::new(&radar, &air, correlation, &facts, place).bounds(Refinement::ANY);
         let mut worst: Vec<(&str, f64, f64)> = Vec::new();
@@ -368,4 +368,60 @@ fn a_tolerance_of_nothing_leaves_out_nothing_that_is_there() {
     let unknown = BoxLoss { loss: Loss::raises(f64::NAN), ..BoxLoss::default() };
     let effect = outcome.effect(&unknown, &Tolerance::default(), false);
     assert!(effect.share(&Tolerance::default(), 1.0) > 1.0);
+}
+
+#[test]
+fn the_quick_test_of_a_choice_says_what_the_whole_one_says() {
+    let (mut held, mut broken) = (0, 0);
+    for n in 0..3000 {
+        let g = &mut Genes::of(90_000 + n);
+        let (p, weather) = radar_and_weather(g);
+        let (radar, detector) = (p.radar(), Detector::new(p.pulses_summed(), p.pfa));
+        let table = PdTable::new(&detector, g.pick(&[Swerling::Steady, Swerling::One]));
+        let air = radar.air(&weather);
+        let facts = ClassFacts::of(&class(g.pick(&[0, 3])));
+        let half = 0.5 * facts.class.height_m;
+        let ground_m = ring_m(g.pick(&[1, 4, 7]));
+        let place = Place { ground_m, height_m: (half, half), rain_on_way: false, rain_here: false };
+        let grid = BoxGrid::new(&radar, &air, p.rain_correlation(), &facts, place);
+        let bounds = grid.bounds(Refinement::ANY);
+        let detection = Detection {
+            parameters: &p,
+            table: &table,
+            steps: Planner::steps(),
+            required: 20.0,
+            least_ratio: 3.0,
+        };
+        let track_m = g.pick(&[None, Some(0.05)]);
+        let tolerance = Tolerance { track_m, ..Tolerance::default() };
+        let edge = g.pick(&[true, false]);
+        let outcome = BoxOutcome::new(&detection, &facts, &bounds, ground_m.0, edge, &tolerance);
+        for _ in 0..20 {
+            let some = |g: &mut Genes, low: f64, high: f64| {
+                if g.pick(&[true, false]) { g.scaled(low, high) } else { 0.0 }
+            };
+            let loss = Loss {
+                raises_db: some(g, 1e-3, 3.0),
+                lowers_db: some(g, 1e-3, 3.0),
+                fixed_m: some(g, 1e-3, 0.3),
+                odds: some(g, 1e-4, 0.03),
+                false_plots: some(g, 1e-5, 0.03),
+                ..Loss::NONE
+            };
+            let loss = Loss { raises_db: g.pick(&[loss.raises_db, f64::NAN]), ..loss };
+            let out = LeftOut { range: g.pick(&[true, false]), ..LeftOut::default() };
+            let loss = BoxLoss { loss, out };
+            let share = |quick| outcome.effect(&loss, &tolerance, quick).share(&tolerance, 0.01);
+            let limit = g.pick(&[0.5, 1.0, 2.0]);
+            let (quick, whole) = (share(true), share(false));
+            // What rounding decides is left open.
+            if (quick - limit).abs() < 1e-9 || (whole - limit).abs() < 1e-9 {
+                continue;
+            }
+            let fits = outcome.fits(&loss, &tolerance, 0.01, limit);
+            assert_eq!(fits, quick <= limit || whole <= limit, "{n}: {loss:?} {quick} {whole}");
+            if fits { held += 1 } else { broken += 1 }
+        }
+    }
+    assert!(held > 2000 && broken > 2000, "{held} held, {broken} broken");
 }
