@@ -175,8 +175,7 @@ type RunwayEnd = (usize, usize);
 pub(crate) fn read(
     root: &Section,
     sections: &[&Section],
-    run: &Run,
-    airport: &AirportScene,
+    (run, airport): (&Run, &AirportScene),
     types: &TypeTable,
     first_entity: usize,
     places: Option<&handover::Places>,
