@@ -178,8 +178,7 @@ pub(crate) fn read(
     run: &Run,
     airport: &AirportScene,
     types: &TypeTable,
-    first_entity: usize,
-    places: Option<&handover::Places>,
+    (first_entity, places): (usize, Option<&handover::Places>),
     with_truth: bool,
 ) -> Result<(Option<Behaving>, Added), ScenarioError> {
     let mut added = Added { entities: Vec::new(), entries: Vec::new(), files: Vec::new() };

@@ -138,8 +138,15 @@ pub(crate) fn read(
     }
     let first = entities.len();
     let given = places_of.map(|section| handover::read(section, &types)).transpose()?;
-    let (mut behaving, mut added) =
-        schedule::read(root, &schedules, run, airport, &types, first, given.as_ref(), with_truth)?;
+    let (mut behaving, mut added) = schedule::read(
+        root,
+        &schedules,
+        run,
+        airport,
+        &types,
+        (first, given.as_ref()),
+        with_truth,
+    )?;
     if let Some(section) = places_of {
         let cleared = behaving.as_ref().map(|b| (b.cleared_by, b.flights.is_empty()));
         let needed = match cleared {
