@@ -175,10 +175,10 @@ type RunwayEnd = (usize, usize);
 pub(crate) fn read(
     root: &Section,
     sections: &[&Section],
-    (run, airport): (&Run, &AirportScene),
+    run: &Run,
+    airport: &AirportScene,
     types: &TypeTable,
-    first_entity: usize,
-    places: Option<&handover::Places>,
+    (first_entity, places): (usize, Option<&handover::Places>),
     with_truth: bool,
 ) -> Result<(Option<Behaving>, Added), ScenarioError> {
     let mut added = Added { entities: Vec::new(), entries: Vec::new(), files: Vec::new() };

@@ -141,10 +141,10 @@ pub(crate) fn read(
     let (mut behaving, mut added) = schedule::read(
         root,
         &schedules,
-        (run, airport),
+        run,
+        airport,
         &types,
-        first,
-        given.as_ref(),
+        (first, given.as_ref()),
         with_truth,
     )?;
     if let Some(section) = places_of {

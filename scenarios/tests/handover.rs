@@ -244,6 +244,7 @@ fn run(name: &str, scene: &Scene, seed: u64, every_s: i64) -> Found {
     found
 }
 
+#[expect(clippy::print_stdout, reason = "figures of a law")]
 fn judge(name: &str, policy: &str, seed: u64, per_h: f64, every_s: i64) -> Option<Found> {
     let scene = scene(name, seed, per_h, 40, policy)?;
     let mut flights = scene.traffic.behaving.as_ref()?.flights.iter();
