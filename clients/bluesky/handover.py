@@ -37,6 +37,13 @@ class Clock:
         """Something was somewhere at a time of ours that it passed at `at` of this clock."""
         self.exact.append(at - time_s / self.rate)
 
+    def state_at(self, at):
+        """When something was that was so at `at`, as `give` wants it."""
+        exact = list(self.exact)
+        if len(exact) >= 3:
+            return {"time_s": round((at - sorted(exact)[len(exact) // 2]) * self.rate, 4)}
+        return {"age_s": round(time.monotonic() - at, 4)}
+
     def now_s(self, at):
         if self.exact:
             offset = sorted(self.exact)[len(self.exact) // 2]
@@ -75,7 +82,8 @@ class Handover:
                 if run is None:
                     run = seeds.connect(self.bridge.arguments.endpoint, self.bridge.arguments.exercise, client="bluesky")
                 if known_at is not None:
-                    body = {**body, "age_s": round(time.monotonic() - known_at, 4)}
+                    # By the time of the run, where theirs in truth tell it: what the ask takes on its way is then in nothing.
+                    body = {**body, **self.clock.state_at(known_at)}
                 answer = run.command(**body)
                 self.answers.put((name, True, answer.text))
             except seeds.Refused as error:

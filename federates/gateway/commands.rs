@@ -43,6 +43,7 @@ pub struct Given {
     vz_ms: f64,
     #[serde(default)]
     age_s: f64,
+    time_s: Option<f64>,
     runway: Option<String>,
     stand: Option<String>,
 }
@@ -57,6 +58,13 @@ impl Given {
         let velocity = [self.vx_ms, self.vy_ms, self.vz_ms];
         let sound =
             self.lat_deg.abs() <= 90.0 && self.lon_deg.abs() <= 360.0 && self.age_s.abs() <= 3600.0;
+        let nanos = |s: f64| (1e9 * s).round() as i64;
+        // What an ask takes on its way is in neither place nor age: the time of the run says it exactly.
+        let when = match self.time_s {
+            None => When::Age(nanos(self.age_s)),
+            Some(s) if (0.0..=1e7).contains(&s) && self.age_s == 0.0 => When::Run(nanos(s)),
+            Some(_) => return Err("give: time_s is a time of the run, without age_s".into()),
+        };
         let (at_mm, velocity_mmps) = Words::placed(frame, place, velocity)
             .filter(|_| sound)
             .ok_or("give: farther than 100 km from the airport, or above 1000 m/s")?;
@@ -69,7 +77,7 @@ impl Given {
             stand: word(&self.stand).filter(|t| !t.is_empty()),
             at_mm,
             velocity_mmps,
-            when: When::Age((1e9 * self.age_s).round() as i64),
+            when,
         };
         Ok(SeatAction::Give { callsign: self.callsign.clone(), state: words.to_string() })
     }
@@ -249,6 +257,18 @@ mod tests {
             (
                 r#""lat_deg":47,"lon_deg":8,"height_m":900,"vx_ms":0,"vy_ms":70,"vz_ms":-3.5,"address":"4b1805","stand":"A 17","age_s":0.1"#,
                 Ok("A320 4b1805 - A_17 0 0 500000 0 70000 -3500 age 100000000"),
+            ),
+            (
+                r#""lat_deg":47,"lon_deg":8,"height_m":900,"vx_ms":0,"vy_ms":70,"vz_ms":-3.5,"time_s":61.25"#,
+                Ok("A320 - - - 0 0 500000 0 70000 -3500 run 61250000000"),
+            ),
+            (
+                r#""lat_deg":47,"lon_deg":8,"height_m":900,"vx_ms":0,"vy_ms":70,"vz_ms":0,"time_s":9,"age_s":1"#,
+                Err("time of the run"),
+            ),
+            (
+                r#""lat_deg":47,"lon_deg":8,"height_m":900,"vx_ms":0,"vy_ms":70,"vz_ms":0,"time_s":-1"#,
+                Err("time of the run"),
             ),
             (
                 r#""lat_deg":50,"lon_deg":8,"height_m":900,"vx_ms":0,"vy_ms":70,"vz_ms":0"#,

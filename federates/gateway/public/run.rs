@@ -226,6 +226,8 @@ public! {
         vz_ms: Option<f64>,
         /// give: how old the state was when it was sent; absent: 0.
         age_s: Option<f64>,
+        /// give: the time of the run at which it was there, in place of age_s; absent: by that.
+        time_s: Option<f64>,
         /// give: runway end; absent: the nearest final.
         runway: Option<String>,
         /// give: stand wanted.
