@@ -297,14 +297,15 @@ impl Asde {
             let cells = &work.cells;
             let key = self.key_of(&mut planner, guess, cells, size, class, place_m, azimuth_rad);
             // A target is mostly where it was a scan ago.
-            let (place, settled) = key.map_or((None, true), |key| match work.last.get(look.index) {
-                // What is not settled waits already.
-                Some(&Some((before, place, settled))) if before == key => (place, settled),
-                _ => {
-                    let found = planner.find(key);
-                    (found, found.is_some_and(|place| planner.is_settled(place, &key)))
-                }
-            });
+            let (place, settled) =
+                key.map_or((None, true), |key| match work.last.get(look.index) {
+                    // What is not settled waits already.
+                    Some(&Some((before, place, settled))) if before == key => (place, settled),
+                    _ => {
+                        let found = planner.find(key);
+                        (found, found.is_some_and(|place| planner.is_settled(place, &key)))
+                    }
+                });
             work.keys.push(key);
             work.places.push(place);
             work.settled.push(settled);

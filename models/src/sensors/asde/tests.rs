@@ -737,9 +737,8 @@ fn rings_are_cut_where_parts_leave_out_more_and_their_own_plan_holds_until_then(
         in_parts += of(true).filter(|b| b.targets > 0).count();
         for whole in of(false) {
             let parts = of(true).filter(|b| b.key.whole() == whole.key);
-            let saved = |b: &plan::PlannedBox| {
-                whole.plan.cost_ns().0.saturating_sub(b.plan.cost_ns().0)
-            };
+            let saved =
+                |b: &plan::PlannedBox| whole.plan.cost_ns().0.saturating_sub(b.plan.cost_ns().0);
             saved_ns += parts.map(saved).max().unwrap_or(0);
         }
     }
@@ -791,7 +790,11 @@ fn rain_without_cells_costs_no_walk_through_cells() {
         (own.expect("an effect").exact_ns, row.expect("a row").cost_ns)
     };
     let rain = Weather { rain_mm_per_h: 40.0, ..Weather::default() };
-    let cell = crate::environment::RainCell { centre_m: Vector2::new(500.0, 500.0), radius_m: 300.0, rain_mm_per_h: 80.0 };
+    let cell = crate::environment::RainCell {
+        centre_m: Vector2::new(500.0, 500.0),
+        radius_m: 300.0,
+        rain_mm_per_h: 80.0,
+    };
     let (plain, row_ns) = cost(&rain);
     let (cells, _) = cost(&Weather { cells: vec![cell], ..rain });
     assert!(plain < 10 && row_ns < 10.0 && cells > 50, "{plain} ns, {row_ns} ns, {cells} ns");

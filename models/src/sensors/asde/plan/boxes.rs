@@ -31,7 +31,8 @@ pub const PARTS: u8 = 4;
 /// The part of its ring that a ground distance is in, by its square: from 1.
 #[must_use]
 pub fn part(ground_m2: f64) -> u8 {
-    const EDGES: [f64; 3] = [1.189_207_115_002_721, std::f64::consts::SQRT_2, 1.681_792_830_507_429];
+    const EDGES: [f64; 3] =
+        [1.189_207_115_002_721, std::f64::consts::SQRT_2, 1.681_792_830_507_429];
     // The fraction of the number itself, from 1 to 2.
     let within = f64::from_bits((ground_m2 * 1e-4).to_bits() & 0x000f_ffff_ffff_ffff | 1023 << 52);
     1 + EDGES.iter().filter(|edge| within >= **edge).count() as u8

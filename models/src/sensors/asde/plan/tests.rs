@@ -382,7 +382,8 @@ fn the_quick_test_of_a_choice_says_what_the_whole_one_says() {
         let facts = ClassFacts::of(&class(g.pick(&[0, 3])));
         let half = 0.5 * facts.class.height_m;
         let ground_m = ring_m(g.pick(&[1, 4, 7]));
-        let place = Place { ground_m, height_m: (half, half), rain_on_way: false, rain_here: false };
+        let place =
+            Place { ground_m, height_m: (half, half), rain_on_way: false, rain_here: false };
         let grid = BoxGrid::new(&radar, &air, p.rain_correlation(), &facts, place);
         let bounds = grid.bounds(Refinement::ANY);
         let detection = Detection {
