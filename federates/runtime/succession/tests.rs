@@ -555,7 +555,7 @@ fn nobody_says_two_things_and_somebody_goes_on() {
     for what in ["admitted", "the standby leads", "alone", "deposed", "a disk is lost"] {
         assert!(reached.get(what).is_some_and(|n| *n > 100), "{what}: {reached:?}");
     }
-    assert!(reached["goes on"] > 380, "nearly always, with two faults a second: {reached:?}");
+    assert!(reached["goes on"] > 370, "nearly always, with two faults a second: {reached:?}");
 }
 
 /// Each rule is needed: without it the law is broken.
