@@ -1,6 +1,6 @@
 //! The administration station: configures, starts, freezes, steps, stops, restarts and measures a run.
 //!
-//! It owns the [`Conductor`] and is the only process that paces time.
+//! It owns the [`Conductor`](crate::runtime::conductor::Conductor) and is the only process that paces time.
 
 mod actions;
 mod asked;

@@ -289,7 +289,7 @@ impl Session {
     }
 
     /// Something was done at a seat, and accepted: from now on this browser gets what is seen from where it sits, see
-    /// [`super::seat_view`]; what to tell it at once.
+    /// `seat_view`; what to tell it at once.
     pub fn sits(&mut self, order: &SeatOrder) -> Vec<Outgoing> {
         if !self.seat.note(order) {
             return Vec::new();
