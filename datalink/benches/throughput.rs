@@ -42,7 +42,7 @@ fn cpu_time() -> Duration {
 }
 
 fn run(host: &str, packing: Packing, wanted: u64, most: Duration) -> Result {
-    let port = std::net::UdpSocket::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+    let port = datalink::free_port().unwrap();
     let to = format!("{host}:{port}").parse().unwrap();
     let config = LinkConfig { to, packing, ..LinkConfig::default() };
     let (mut sender, mut receiver) = Link::open(&config).unwrap();

@@ -6,9 +6,8 @@ use datalink::{Bundle, Link, LinkConfig, LinkError, Packing, Receiver, Sender};
 use std::net::{SocketAddr, UdpSocket};
 use std::time::Duration;
 
-/// A port that nobody uses now.
 fn free_port() -> u16 {
-    UdpSocket::bind("0.0.0.0:0").unwrap().local_addr().unwrap().port()
+    datalink::free_port().unwrap()
 }
 
 fn config(to: &str) -> LinkConfig {

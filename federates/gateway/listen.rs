@@ -203,9 +203,8 @@ mod tests {
             scenarios::load_without_truth(&scenarios::locate("zurich")).expect("the scene");
         scene.run.start_utc_ns = 1_574_640_000_000_000_000 - 2_000_000_000; // 23:59:58
         let gateway = Gateway::new(&scene, Choice::default());
-        let free = std::net::UdpSocket::bind("127.0.0.1:0").expect("a port");
-        let at = free.local_addr().expect("its address");
-        drop(free);
+        let port = datalink::free_port().expect("a port");
+        let at = std::net::SocketAddr::from(([127, 0, 0, 1], port));
         let link = LinkConfig {
             to: at.to_string().parse().expect("an address"),
             listen: Some(at),

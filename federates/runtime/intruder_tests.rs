@@ -32,8 +32,7 @@ impl Drop for Folder {
 }
 
 fn free_port() -> u16 {
-    let socket = std::net::TcpListener::bind("127.0.0.1:0").expect("a free port");
-    socket.local_addr().expect("its address").port()
+    datalink::free_port().expect("a free port")
 }
 
 fn open(certs: Option<&Path>, name: &str, listen: &str, connect: Option<&str>) -> ZenohBus {

@@ -4,7 +4,7 @@
 use crate::common;
 
 use crate::common::{
-    Background, Folder, Ports, SOON, finish, run, seeds, stderr, summary, wait_for,
+    Background, Folder, Ports, SOON, finish, free_port, run, seeds, stderr, summary, wait_for,
 };
 use federates::runtime::bus::ask;
 use federates::runtime::certs::Certs;
@@ -16,10 +16,7 @@ use std::time::Duration;
 
 /// An agent on a port of its own, and its endpoint.
 fn agent(certs: Option<&Path>) -> (Background, String) {
-    let port = {
-        let free = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
-        free.local_addr().expect("its address").port()
-    };
+    let port = free_port();
     let endpoint = format!("{}/127.0.0.1:{port}", if certs.is_some() { "tls" } else { "tcp" });
     let mut command = seeds();
     command.args(["agent", "--listen", &endpoint]);

@@ -121,8 +121,7 @@ fn every_plot_and_track_of_the_database_goes_out_once() {
 }
 
 fn free_udp_port() -> String {
-    let socket = UdpSocket::bind("127.0.0.1:0").expect("a port");
-    socket.local_addr().expect("its address").to_string()
+    format!("127.0.0.1:{}", crate::common::free_port())
 }
 
 /// Each track report of the scans but the last came back in both categories, and stands where ours stands.

@@ -6,14 +6,13 @@ use crate::common::{Background, Folder, Ports, finish, run, seeds, stderr, summa
 use mode_s::cpr::{self, Span};
 use serde_json::Value;
 use std::io::{Read, Write};
-use std::net::{TcpListener, TcpStream};
+use std::net::TcpStream;
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
 fn free_port() -> String {
-    let socket = TcpListener::bind("127.0.0.1:0").expect("a free port");
-    socket.local_addr().expect("its address").to_string()
+    format!("127.0.0.1:{}", crate::common::free_port())
 }
 
 fn skipped(what: &str, how: &str) {

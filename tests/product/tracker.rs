@@ -1,7 +1,6 @@
 //! The worked example for people with a tracker of their own: a process of its own, fed live by multicast, recorded, scored.
 
-use crate::common::{Folder, Ports, finish, stderr};
-use std::net::UdpSocket;
+use crate::common::{Folder, Ports, finish, free_port, stderr};
 use std::process::Command;
 
 /// The tracker in Python sees every plot once, its tracks come back recorded, and every form of the recording is scored alike.
@@ -12,11 +11,8 @@ fn a_tracker_in_python_is_fed_recorded_and_scored() {
         return;
     }
     let (ports, folder) = (Ports::new(), Folder::new("tracker"));
-    let free = || {
-        let socket = UdpSocket::bind("127.0.0.1:0").expect("a port");
-        socket.local_addr().expect("its address").port()
-    };
-    let (plots, tracks) = (format!("239.9.1.1:{}", free()), format!("239.9.1.2:{}", free()));
+    let (plots, tracks) =
+        (format!("239.9.1.1:{}", free_port()), format!("239.9.1.2:{}", free_port()));
     let mut command = Command::new("bash");
     command.arg(concat!(env!("CARGO_MANIFEST_DIR"), "/clients/tracker/score.sh"));
     command.args(["zurich", "40", folder.file("").trim_end_matches('/')]);

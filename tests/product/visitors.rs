@@ -192,9 +192,7 @@ impl Drop for Radar {
 fn a_real_sensor_feeds_the_tracker_and_a_replay_has_its_plots() {
     let folder = Folder::new("foreign-sensor");
     let path = &folder.file("run.pcapng");
-    let free = std::net::UdpSocket::bind("127.0.0.1:0").expect("a port");
-    let listen = free.local_addr().expect("its address").to_string();
-    drop(free);
+    let listen = format!("127.0.0.1:{}", common::free_port());
     let text =
         std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/zurich.toml"))
             .expect("the scene");

@@ -166,10 +166,7 @@ mod tests {
 
     /// A station as far as it speaks by itself, with the certificates in `folder`.
     fn station(folder: &Path, mute: &[&str]) -> (ZenohBus, String) {
-        let port = {
-            let free = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
-            free.local_addr().expect("its address").port()
-        };
+        let port = datalink::free_port().expect("a port");
         let endpoint = format!("tls/127.0.0.1:{port}");
         let config = ZenohConfig {
             part: Part::Peer,

@@ -7,7 +7,6 @@ use crate::runtime::zenoh_bus::{Part, ZenohBus, ZenohConfig};
 use anyhow::Context;
 use serde_json::Value;
 use std::collections::BTreeMap;
-use std::net::{TcpListener, UdpSocket};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
@@ -113,8 +112,7 @@ impl Drop for Started {
 
 /// Runs a scene in real time, in processes.
 pub(super) fn measure(scene: &Path, movers: usize, generators: u32) -> anyhow::Result<Measured> {
-    let port = TcpListener::bind("127.0.0.1:0")?.local_addr()?.port();
-    let dis = UdpSocket::bind("127.0.0.1:0")?.local_addr()?.port();
+    let (port, dis) = (datalink::free_port()?, datalink::free_port()?);
     let endpoint = format!("tcp/127.0.0.1:{port}");
     let seeds = std::env::current_exe().context("finding this executable")?;
     let mut command = Command::new(seeds);

@@ -2,10 +2,8 @@
 #![allow(dead_code, unreachable_pub, reason = "each test binary uses a part of this")]
 
 use serde_json::Value;
-use std::net::TcpListener;
 use std::path::PathBuf;
 use std::process::{Child, Command, Output, Stdio};
-use std::sync::atomic::{AtomicU16, Ordering};
 use std::time::{Duration, Instant};
 
 /// A folder of this test's own, removed at the end.
@@ -29,6 +27,11 @@ impl Drop for Folder {
     }
 }
 
+/// A port for whoever listens later.
+pub fn free_port() -> u16 {
+    datalink::free_port().expect("a free port")
+}
+
 /// Addresses that no other run on this host uses.
 pub struct Ports {
     /// Synchronisation plane.
@@ -43,18 +46,12 @@ pub struct Ports {
 
 impl Ports {
     pub fn new() -> Self {
-        static NEXT: AtomicU16 = AtomicU16::new(0);
-        let free = || {
-            let socket = TcpListener::bind("127.0.0.1:0").expect("a free port");
-            socket.local_addr().expect("its address").port()
-        };
-        let number = NEXT.fetch_add(1, Ordering::Relaxed);
-        let dis_port = 20_000 + (std::process::id() as u16 % 2_000) * 20 + number % 20;
+        let dis_port = free_port();
         Self {
-            sync: format!("tcp/127.0.0.1:{}", free()),
+            sync: format!("tcp/127.0.0.1:{}", free_port()),
             dis: format!("127.255.255.255:{dis_port}"),
             dis_port,
-            page: format!("127.0.0.1:{}", free()),
+            page: format!("127.0.0.1:{}", free_port()),
         }
     }
 }
