@@ -5,6 +5,7 @@ use crate::runtime::messages::{Frame, Kind};
 use scenarios::Scene;
 use scenarios::control::Sees;
 use scenarios::losses::Losses;
+use std::collections::BTreeMap;
 
 /// The name of the gateway among spectators.
 pub const GATEWAY: &str = "gateway";
@@ -20,6 +21,8 @@ pub struct RunOptions {
     pub rate: f64,
     /// Traffic generators that share the traffic.
     pub generators: u32,
+    /// SMDFMs that share the sensors.
+    pub smdfms: u32,
     /// Start as soon as all are ready.
     pub autostart: bool,
     /// End with the run.
@@ -37,6 +40,7 @@ impl Default for RunOptions {
             duration_s: None,
             rate: 1.0,
             generators: 1,
+            smdfms: 1,
             autostart: true,
             batch: true,
             visitors: false,
@@ -56,6 +60,37 @@ pub fn generator_name(share: u32, of: u32) -> String {
     } else {
         format!("{}-{share}", Kind::TrafficGenerator.name())
     }
+}
+
+/// Most SMDFMs of a federation.
+pub const MOST_SMDFMS: u32 = 8;
+
+/// Name of SMDFM `share` (from 1): the first fuses the plots of all and is the one that others know.
+#[must_use]
+pub fn smdfm_name(share: u32) -> String {
+    if share <= 1 {
+        Kind::Smdfm.name().to_owned()
+    } else {
+        format!("{}-{share}", Kind::Smdfm.name())
+    }
+}
+
+/// Whether a member is an SMDFM that tells its plots to the first.
+#[must_use]
+pub fn is_front_end(name: &str) -> bool {
+    let number = name.strip_prefix(Kind::Smdfm.name()).and_then(|n| n.strip_prefix('-'));
+    number.is_some_and(|n| !n.is_empty() && n.bytes().all(|b| b.is_ascii_digit()))
+}
+
+/// Which SMDFM (from 1) of `of` a sensor is of, by its place in the scene: radars, which cost most, are dealt first, and the first
+/// SMDFM, which has the tracker too, comes last.
+#[must_use]
+pub fn smdfm_of(scene: &Scene, sensor: usize, of: u32) -> u32 {
+    let radar = |at: usize| scene.sensors[at].kind.radar;
+    let before = (0..scene.sensors.len())
+        .filter(|at| radar(*at) > radar(sensor) || radar(*at) == radar(sensor) && *at < sensor)
+        .count();
+    of.max(1) - before as u32 % of.max(1)
 }
 
 /// Whether controllers clear at seats, which people may take, so that control tells the traffic what it tells control.
@@ -90,8 +125,12 @@ pub fn conductor_config(scene: &Scene, options: &RunOptions) -> ConductorConfig 
     producers.push(Kind::ExternalWorld.name().to_owned());
     producers.sort();
     let mut expected = producers.clone();
-    expected.push(Kind::Smdfm.name().to_owned());
+    expected.extend((1..=options.smdfms).map(smdfm_name));
     expected.sort();
+    let front_ends: BTreeMap<String, String> =
+        (2..=options.smdfms).map(|share| (smdfm_name(share), smdfm_name(1))).collect();
+    producers.extend(front_ends.keys().cloned());
+    producers.sort();
     if has_control(scene) {
         expected.insert(0, Kind::Control.name().to_owned());
     }
@@ -133,6 +172,7 @@ pub fn conductor_config(scene: &Scene, options: &RunOptions) -> ConductorConfig 
         await_spectators_ns: if options.visitors { 15_000_000_000 } else { 2_000_000_000 },
         window: WINDOW_SCANS * u64::from(scene.run.frames_per_scan),
         closes: closes.then(|| (Kind::Control.name().to_owned(), loop_frames(scene))),
+        front_ends,
         through_router: false,
         fed: crate::runtime::process::random_id(),
         losses: options.losses.over(&scene.network.losses),

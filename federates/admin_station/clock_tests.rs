@@ -32,6 +32,7 @@ pub(super) fn config() -> ConductorConfig {
         await_spectators_ns: 0,
         window: 8,
         closes: None,
+        front_ends: std::collections::BTreeMap::new(),
         through_router: false,
         fed: 7,
         losses: Losses::default(),

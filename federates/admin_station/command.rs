@@ -3,7 +3,7 @@
 use super::operate::{Operate, operate_run};
 use super::simman::Gateway;
 use super::{AdminContext, Event, STANDBY, STATION, Succeeds, standby, summary::RunSummary};
-use crate::federation::{GATEWAY, RunOptions, conductor_config};
+use crate::federation::{GATEWAY, MOST_SMDFMS, RunOptions, conductor_config};
 use crate::runtime::bus::Bus;
 use crate::runtime::certs::is_loopback;
 use crate::runtime::cli::{
@@ -50,6 +50,10 @@ pub struct AdminArgs {
     /// Traffic generators that share the truth, 1 to 16 [default: 1]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=16))]
     generators: Option<u32>,
+
+    /// SMDFMs that share the sensors, 1 to 8: the first fuses the plots of all [default: 1]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_SMDFMS)))]
+    smdfms: Option<u32>,
 
     /// End the federation with the run
     #[arg(long)]
@@ -135,6 +139,7 @@ impl AdminArgs {
             (self.duration.is_some(), "--duration"),
             (self.seed.is_some(), "--seed"),
             (self.generators.is_some(), "--generators"),
+            (self.smdfms.is_some(), "--smdfms"),
             (self.batch, "--batch"),
             (self.wait, "--wait"),
             (self.expect_logger.is_some(), "--expect-logger"),
@@ -204,6 +209,7 @@ fn run_admin(args: &AdminArgs, scene: &Arc<Scene>) -> anyhow::Result<u8> {
         duration_s: args.duration,
         rate: if args.fast { f64::INFINITY } else { args.rate.unwrap_or(1.0) },
         generators: args.generators.unwrap_or(1),
+        smdfms: args.smdfms.unwrap_or(1),
         autostart: !args.wait,
         batch: args.batch,
         visitors: args.visitors,

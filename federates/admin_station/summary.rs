@@ -1,5 +1,6 @@
 //! The JSON line with which a run ends.
 
+use crate::federation::is_front_end;
 use crate::runtime::conductor::ClosedRun;
 use crate::runtime::digest::combine;
 use serde::Serialize;
@@ -146,6 +147,10 @@ impl RunSummary {
                 .filter(|(k, _)| k == key)
                 .fold(0, |sum, (_, d)| sum.wrapping_add(*d))
         };
+        // Each SMDFM has all of it.
+        let received = run.reports.iter().filter(|r| !is_front_end(&r.name));
+        let received = received.flat_map(|r| &r.values).filter(|(k, _)| k == "pdus_received");
+        let received = received.map(|(_, v)| *v).sum::<f64>() as u64;
         let foreign = run
             .reports
             .iter()
@@ -169,7 +174,7 @@ impl RunSummary {
             truth: TruthSummary {
                 entities: sum("entities") as u64,
                 pdus_sent: of_members("pdus_sent"),
-                pdus_received: sum("pdus_received") as u64,
+                pdus_received: received,
                 lost: sum("pdus_lost") as u64,
                 repaired: sum("pdus_repaired") as u64,
             },

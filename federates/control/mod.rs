@@ -13,7 +13,7 @@ use crate::exchange::driven;
 use crate::exchange::flights::{flight_list, movement_word};
 use crate::exchange::repeated::Repeated;
 use crate::exchange::seats::{seat_facts, seat_values};
-use crate::federation::{closes_loop, loop_frames, on_tracks};
+use crate::federation::{closes_loop, is_front_end, loop_frames, on_tracks};
 use crate::runtime::bus::Class;
 use crate::runtime::codec::encode;
 use crate::runtime::digest::Digest;
@@ -132,6 +132,7 @@ impl Control {
                 }
                 Notice::Outsider { .. }
                 | Notice::MoreFlights(_)
+                | Notice::Plots(_)
                 | Notice::Given(_)
                 | Notice::Seat(_) => {}
             }
@@ -259,6 +260,11 @@ impl Federate for Control {
 
     fn consumes(&self) -> bool {
         true
+    }
+
+    fn ahead_of(&self, producer: &str) -> Option<Frame> {
+        // Tracks, not the plots that they are made of.
+        (!is_front_end(producer)).then_some(0)
     }
 
     fn reads_pdus(&self) -> bool {

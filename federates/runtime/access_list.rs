@@ -117,17 +117,23 @@ const ROLES: [Role; 12] = [
 /// Essential members, which all may do what a member does.
 const MEMBERS: [&str; 5] = ["traffic-generator", "external-world", "smdfm", "control", "visitors"];
 
-/// Most traffic generators of one federation.
-const GENERATORS: u32 = 16;
+/// What an SMDFM may beside a member's own that has some of the sensors and tells their plots to the first: nothing.
+const FRONT_END: Role =
+    Role { names: &["smdfm"], says: &[], serves: &[], hears: &[], asks: &["flights/**"] };
 
-/// Every name that a certificate may have, with `generators` traffic generators.
+/// Most traffic generators of one federation, and most SMDFMs, of which the first has no number.
+const GENERATORS: u32 = 16;
+const SMDFMS: u32 = 8;
+
+/// Every name that a certificate may have, with so many traffic generators and SMDFMs.
 #[must_use]
-pub fn names(generators: u32) -> Vec<String> {
+pub fn names(generators: u32, smdfms: u32) -> Vec<String> {
     let mut names: Vec<String> =
         ROLES.iter().flat_map(|role| role.names).map(|name| (*name).to_owned()).collect();
     if generators > 1 {
         names.extend((1..=generators).map(|n| format!("traffic-generator-{n}")));
     }
+    names.extend((2..=smdfms).map(|n| format!("smdfm-{n}")));
     names
 }
 
@@ -136,14 +142,14 @@ pub fn names(generators: u32) -> Vec<String> {
 pub fn access_control(exercise: u8) -> Value {
     let (mut rules, mut subjects, mut policies) = (Vec::new(), Vec::new(), Vec::new());
     for role in &ROLES {
-        let numbered = |base: &str| (1..=GENERATORS).map(|n| format!("{base}-{n}")).collect();
         for base in role.names {
-            let mut names: Vec<String> = vec![(*base).to_owned()];
-            if *base == "traffic-generator" {
-                let more: Vec<String> = numbered(base);
-                names.extend(more);
-            }
-            for name in names {
+            let (numbers, numbered) = match *base {
+                "traffic-generator" => (1..=GENERATORS, role),
+                "smdfm" => (2..=SMDFMS, &FRONT_END),
+                _ => (1..=0, role),
+            };
+            let numbered = numbers.map(|n| (format!("{base}-{n}"), numbered));
+            for (name, role) in std::iter::once(((*base).to_owned(), role)).chain(numbered) {
                 let own = rules_of(role, base, &name, exercise);
                 let ids: Vec<Value> = own.iter().map(|rule| rule["id"].clone()).collect();
                 rules.extend(own);
@@ -271,7 +277,7 @@ mod tests {
         for key in ["ctl/order", "ctl/beat", "obs/state", "obs/operation"] {
             assert_eq!(who(&list, "put", &format!("seeds/7/{key}")), station, "{key}");
         }
-        for name in names(3).into_iter().filter(|name| name != ROUTER) {
+        for name in names(3, 3).into_iter().filter(|name| name != ROUTER) {
             for key in ["fed", "beat"].map(|kind| format!("seeds/7/{kind}/{name}")) {
                 let allowed = who(&list, "put", &key);
                 let says = !["admin-station", "admin-station-standby", "operator", "agent"]

@@ -17,8 +17,8 @@ use super::clock::WallNs;
 use super::digest::content;
 use super::life_cycle::{Phase, Transition};
 use super::messages::{
-    Accepted, Answer, FetchOf, FinalReport, Frame, FrameEnds, Hello, Joined, LogRecord, Numbered,
-    Order, Report, RunState, Welcome,
+    Accepted, Answer, FetchOf, FinalReport, Frame, FrameEnds, Hello, Joined, Kind, LogRecord,
+    Numbered, Order, Report, RunState, Welcome,
 };
 use super::stream::{Inbox, Outbox};
 use super::views::Views;
@@ -125,6 +125,8 @@ pub struct ConductorConfig {
     pub window: Frame,
     /// Who closes a loop, and by how many frames the traffic generators, who alone read it, may be ahead of it.
     pub closes: Option<(String, Frame)>,
+    /// Consumers whose frames one other consumer alone reads, each with that one; they read no consumer.
+    pub front_ends: BTreeMap<String, String>,
     /// One connection of the station carries all members: where all are gone at once it is this one.
     pub through_router: bool,
     /// Drawn at the start; messages of another federation have no effect.
@@ -410,6 +412,23 @@ impl Conductor {
         let produces =
             |n: &&String| self.config.producers.contains(n) || self.config.optional.contains(n);
         self.roster.iter().filter(produces).cloned().collect()
+    }
+
+    /// By how many frames `reader` may be ahead of `producer`; none where it does not read it.
+    fn ahead_of(&self, reader: &str, kind: Kind, producer: &str) -> Option<Frame> {
+        let (generates, front_ends) = (kind == Kind::TrafficGenerator, &self.config.front_ends);
+        if let Some(fuser) = front_ends.get(producer) {
+            return (fuser == reader).then_some(0);
+        }
+        if front_ends.get(reader).is_some_and(|fuser| fuser == producer) {
+            return None;
+        }
+        match &self.config.closes {
+            // In a loop generators read him who closes it, and nobody else does.
+            Some((by, ahead)) if generates && by == producer => Some(*ahead),
+            Some((by, _)) if generates || by == producer => None,
+            _ => (reader != producer).then_some(0),
+        }
     }
 
     /// Where consumers stand while frames of lost members are awaited.

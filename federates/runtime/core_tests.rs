@@ -71,6 +71,7 @@ impl Hand {
             await_spectators_ns: 0,
             window,
             closes: None,
+            front_ends: BTreeMap::new(),
             through_router,
             fed: 7,
             losses,

@@ -76,6 +76,10 @@ pub trait Federate: Send {
     fn ahead_of(&self, _producer: &str) -> Option<Frame> {
         Some(0)
     }
+    /// Whether what a producer told is read in the log of the run where the run is made again: it is not made again here.
+    fn logs(&self, _producer: &str) -> bool {
+        false
+    }
     /// Whether those who read its frames may be those whose frames it waits for: it keeps nobody waiting for a report.
     fn in_loop(&self) -> bool {
         false

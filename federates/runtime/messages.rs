@@ -44,8 +44,8 @@ use serde::{Deserialize, Serialize};
 
 pub use log::{LogAsk, LogPage, LogRecord};
 pub use notices::{
-    AdviceNotice, AlertMessage, ClearanceNotice, FlightNotice, GivenNotice, Notice, SeatEvent,
-    SeatMessage, TrackNotice, WantNotice, WeatherNotice,
+    AdviceNotice, AlertMessage, CausedPlot, ClearanceNotice, FlightNotice, GivenNotice, Notice,
+    PlotsNotice, SeatEvent, SeatMessage, TrackNotice, WantNotice, WeatherNotice,
 };
 pub use scan::{ForeignReport, LagMessage, PlotMessage, ScanReport, TrackMessage, TruthMessage};
 pub use seat::{HANDOVER_SEAT, SeatAction, SeatAnswer, SeatInput, SeatOrder, SeatWords, seat_key};
@@ -610,6 +610,7 @@ impl Weight for FrameEnds {
             Notice::Tracks(tracks) => 64 + 128 * tracks.len(),
             Notice::Clearances(all) => all.iter().map(|c| 128 + 16 * c.way_m.len()).sum(),
             Notice::Wants { wants, .. } => 64 + 64 * wants.len(),
+            Notice::Plots(of) => 256 + 256 * of.plots.len(),
             Notice::Given(_) | Notice::Seat(_) => 256,
         });
         128 + hashes + notices.sum::<usize>()

@@ -145,6 +145,7 @@ fn config(visitors: bool, policy: &str) -> ConductorConfig {
         batch: false,
         window: 10,
         closes: Some((CONTROL.into(), AHEAD)),
+        front_ends: std::collections::BTreeMap::new(),
         through_router: false,
         fed: 42,
         losses: Losses { on_loss: on_loss_flag(policy).expect("a policy"), ..Losses::default() },

@@ -144,6 +144,7 @@ fn config(rate: f64, batch: bool) -> ConductorConfig {
         await_spectators_ns: 0,
         window: 8,
         closes: None,
+        front_ends: std::collections::BTreeMap::new(),
         through_router: false,
         fed: 42,
         losses: Losses::default(),

@@ -25,6 +25,7 @@ fn conductor() -> Conductor {
         await_spectators_ns: 2 * S,
         window: 8,
         closes: None,
+        front_ends: std::collections::BTreeMap::new(),
         through_router: false,
         fed: 7,
         losses: scenarios::losses::Losses::default(),

@@ -2,6 +2,7 @@
 
 mod live;
 
+use crate::federation::MOST_SMDFMS;
 use crate::runtime::access_list;
 use crate::runtime::certs::{AUTHORITY, is_loopback};
 use crate::runtime::cli::{self, BAD_INPUT, COMPLETE, FAILED, fail, out};
@@ -64,6 +65,10 @@ struct MakeArgs {
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=16))]
     generators: u32,
 
+    /// SMDFMs that share the sensors, 1 to 8
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_SMDFMS)))]
+    smdfms: u32,
+
     /// Days that the federates' certificates are valid, 1 to 3650
     #[arg(long, value_name = "N", default_value_t = 825, value_parser = clap::value_parser!(u32).range(1..=3650))]
     days: u32,
@@ -104,12 +109,13 @@ fn make(args: &MakeArgs, folder: &Path) -> anyhow::Result<()> {
             hosts.push(host.clone());
         }
     }
-    for name in access_list::names(args.generators) {
+    let names = access_list::names(args.generators, args.smdfms);
+    for name in &names {
         let mut alternatives = vec![name.clone()];
         alternatives.extend(hosts.iter().cloned());
         let mut params = CertificateParams::new(alternatives)
             .with_context(|| format!("--host: {}", args.host.join(", ")))?;
-        params.distinguished_name = common_name(&name);
+        params.distinguished_name = common_name(name);
         params.use_authority_key_identifier_extension = true;
         params.key_usages = vec![KeyUsagePurpose::DigitalSignature];
         params.extended_key_usages =
@@ -120,7 +126,7 @@ fn make(args: &MakeArgs, folder: &Path) -> anyhow::Result<()> {
         cli::save(&folder.join(format!("{name}.pem")), certificate.pem())?;
         secret(&folder.join(format!("{name}.key")), &key.serialize_pem())?;
     }
-    let count = access_list::names(args.generators).len();
+    let count = names.len();
     out!("{count} certificates in {}, for {}", folder.display(), hosts.join(", "));
     if !args.keep_authority {
         let key = folder.join(AUTHORITY_KEY);
@@ -240,7 +246,7 @@ impl Seen {
         if self.name != name {
             faults.push(format!("it is the certificate of '{}'", self.name));
         }
-        if !access_list::names(16).contains(&self.name) {
+        if !access_list::names(16, MOST_SMDFMS).contains(&self.name) {
             faults.push(format!("no federate is called '{}': it may do nothing", self.name));
         }
         let now = rustls_pki_types::UnixTime::since_unix_epoch(Duration::from_nanos(
@@ -367,6 +373,7 @@ pub(crate) fn make_in(folder: &Path) -> anyhow::Result<()> {
         folder: None,
         host: vec!["10.83.0.1".to_owned()],
         generators: 2,
+        smdfms: 2,
         days: 90,
         keep_authority: true,
     };
@@ -405,7 +412,7 @@ mod tests {
         assert_eq!(checked(&folder.0, &[]).expect("checked"), 0, "nothing is wrong with them");
         let endpoint = |host: &str| vec![format!("tls/{host}:7447")];
         assert_eq!(checked(&folder.0, &endpoint("10.83.0.1")).expect("checked"), 0);
-        let all = access_list::names(2).len();
+        let all = access_list::names(2, 2).len();
         assert_eq!(checked(&folder.0, &endpoint("10.83.0.9")).expect("checked"), all);
         let key = at("smdfm.key");
         let mode =

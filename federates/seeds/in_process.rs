@@ -4,7 +4,7 @@ use super::run_args::RunArgs;
 use crate::admin_station::{self, AdminContext, summary::RunSummary};
 use crate::control::Control;
 use crate::external_world::ExternalWorld;
-use crate::federation::{conductor_config, generator_name, has_control};
+use crate::federation::{conductor_config, generator_name, has_control, smdfm_name};
 use crate::runtime::cli::print_line;
 use crate::runtime::data_plane::LocalEther;
 use crate::runtime::dis_socket::{Receiving, Sorter};
@@ -12,6 +12,7 @@ use crate::runtime::federate::Federate;
 use crate::runtime::local_bus::LocalHub;
 use crate::runtime::member_driver::{self, Event, MemberContext};
 use crate::smdfm::Smdfm;
+use crate::smdfm::front_end::FrontEnd;
 use crate::traffic_generator::TrafficGenerator;
 use crate::visitors::Visitors;
 use crate::visitors::seats::read_inputs;
@@ -70,7 +71,11 @@ pub fn federation(
         "external-world".into(),
         Box::new(ExternalWorld::new(Arc::clone(&scene), exercise)),
     ));
-    federates.push(("smdfm".into(), Box::new(Smdfm::new(Arc::clone(&scene), exercise))));
+    federates.push((smdfm_name(1), Box::new(Smdfm::new(Arc::clone(&scene), exercise))));
+    for share in 2..=args.smdfms {
+        let front_end = FrontEnd::new(Arc::clone(&scene), exercise, share, args.smdfms);
+        federates.push((smdfm_name(share), Box::new(front_end)));
+    }
     if has_control(&scene) {
         federates.push(("control".into(), Box::new(Control::new(Arc::clone(&scene)))));
     }

@@ -3,7 +3,7 @@
 use super::agent::places;
 use super::launch::{Launched, News, STARTS_A_MINUTE, common_arguments};
 use super::run_args::RunArgs;
-use crate::federation::{GATEWAY, generator_name, has_control};
+use crate::federation::{GATEWAY, generator_name, has_control, smdfm_name};
 use crate::runtime::cli::print_line;
 use crate::runtime::cli::{
     self, BAD_INPUT, COMPLETE, DATA_LOST, FAILED, fail, load_scene, load_scene_without_truth,
@@ -144,7 +144,8 @@ fn processes(
     })?;
     let mut names: Vec<String> =
         (1..=args.generators).map(|share| generator_name(share, args.generators)).collect();
-    names.extend(["external-world", "smdfm", "control", "visitors"].map(str::to_owned));
+    names.extend((1..=args.smdfms).map(smdfm_name));
+    names.extend(["external-world", "control", "visitors"].map(str::to_owned));
     places::place(&mut launched, agents, &names, &args.network)?;
     let journal = Journaled::of(losses)?;
     start_all(args, control, endpoint, journal.as_ref(), &mut launched)?;
@@ -399,6 +400,9 @@ fn start_all(
         admin.push("--wait".into());
     }
     admin.extend(["--generators".to_owned(), args.generators.to_string()]);
+    if args.smdfms > 1 {
+        admin.extend(["--smdfms".to_owned(), args.smdfms.to_string()]);
+    }
     admin.extend(args.losses.arguments());
     if let Some(Journaled(file)) = journal {
         admin.extend(["--journal".to_owned(), file.display().to_string()]);
@@ -435,7 +439,11 @@ fn start_all(
     if args.with_logger() {
         smdfm.push("--explain".to_owned());
     }
-    launched.start("smdfm", &with("smdfm", &smdfm))?;
+    launched.start(&smdfm_name(1), &with("smdfm", &smdfm))?;
+    for share in 2..=args.smdfms {
+        let more = ["--share".to_owned(), format!("{share}/{}", args.smdfms)];
+        launched.start(&smdfm_name(share), &with("smdfm", &[&smdfm[..], &more].concat()))?;
+    }
     if control {
         launched.start("control", &with("control", &[]))?;
     }

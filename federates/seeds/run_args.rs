@@ -1,6 +1,6 @@
 //! The command line of a whole federation on this host.
 
-use crate::federation::RunOptions;
+use crate::federation::{MOST_SMDFMS, RunOptions};
 use crate::gateway::command::AsterixArgs;
 use crate::runtime::cli::{self, CommonArgs, DEFAULT_PAGE, LogFormat, LossArgs, NetworkArgs};
 use clap::Args;
@@ -60,6 +60,10 @@ pub struct RunArgs {
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=16))]
     pub generators: u32,
 
+    /// SMDFMs that share the sensors, 1 to 8: the first fuses the plots of all
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_SMDFMS)))]
+    pub smdfms: u32,
+
     /// Do not start by itself: wait CONFIGURED for a start command
     #[arg(long)]
     pub wait: bool,
@@ -111,6 +115,7 @@ impl RunArgs {
             duration_s: self.duration,
             rate: if self.fast { f64::INFINITY } else { self.rate },
             generators: self.generators,
+            smdfms: self.smdfms,
             autostart: !self.wait,
             batch: self.fast || self.no_viewer || self.duration.is_some(),
             visitors: self.with_visitors(),

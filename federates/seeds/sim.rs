@@ -40,6 +40,10 @@ pub struct SimArgs {
     #[arg(long)]
     visitors: bool,
 
+    /// SMDFMs that share the sensors, 1 to 3
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=3))]
+    smdfms: u32,
+
     /// Only the rows of the table whose names hold this
     #[arg(long, value_name = "WORD", requires = "table")]
     only: Option<String>,
@@ -67,7 +71,8 @@ pub fn run(args: &SimArgs) -> ExitCode {
             Err(e) => return fail(BAD_INPUT, format!("{}: {e}", file.display())),
         },
     };
-    let trial = Trial::new(scene, args.duration).with_visitors(args.visitors);
+    let trial =
+        Trial::new(scene, args.duration).with_visitors(args.visitors).with_smdfms(args.smdfms);
     let whole = match trial.undisturbed() {
         Ok(whole) => whole,
         Err(why) => return fail(FAILED, why),
@@ -90,10 +95,11 @@ pub fn run(args: &SimArgs) -> ExitCode {
         return fail(
             FAILED,
             format!(
-                "seed {seed}: {why}; again with: seeds sim {} --duration {}{} --seeds {seed}..{seed} --faults FILE (the line on standard output)",
+                "seed {seed}: {why}; again with: seeds sim {} --duration {}{}{} --seeds {seed}..{seed} --faults FILE (the line on standard output)",
                 args.scene,
                 args.duration,
-                if args.visitors { " --visitors" } else { "" }
+                if args.visitors { " --visitors" } else { "" },
+                if args.smdfms > 1 { format!(" --smdfms {}", args.smdfms) } else { String::new() }
             ),
         );
     }
@@ -141,10 +147,11 @@ fn shrink(faults: &[Fault], fails: impl Fn(&[Fault]) -> bool) -> Vec<Fault> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::trial::taking_over;
+    use super::super::trial::{Digests, taking_over};
     use super::*;
+    use crate::federation::is_front_end;
     use crate::runtime::simulation::MS;
-    use scenarios::losses::Losses;
+    use scenarios::losses::{ByMember, Losses};
 
     /// Forty seeds of the shipped scene's first seconds; a thousand and more by the command.
     #[test]
@@ -198,6 +205,67 @@ mod tests {
         }
     }
 
+    /// One is killed, another one `gap_ms` later; each is started again after `again_ms`.
+    fn pair(at_ms: u64, one: &str, gap_ms: u64, two: &str, again_ms: u64) -> Vec<Fault> {
+        let fault =
+            |at_ms: u64, who: &str, what| Fault { at_ns: at_ms * MS, who: who.to_owned(), what };
+        let mut faults =
+            vec![fault(at_ms, one, What::Kill), fault(at_ms + again_ms, one, What::Start)];
+        if one != two {
+            faults.push(fault(at_ms + gap_ms, two, What::Kill));
+            faults.push(fault(at_ms + gap_ms + again_ms, two, What::Start));
+        }
+        faults
+    }
+
+    /// The digests of SMDFMs that share the sensors are those of one, whoever of them is lost, alone, with another one or with
+    /// whom it hears or tells; at the shipped scene, and in a loop on tracks with an outsider.
+    #[test]
+    fn several_smdfms_make_the_run_of_one_whatever_befalls_them() {
+        let without_front_ends = |whole: &Digests| -> Digests {
+            whole.iter().filter(|(of, ..)| !is_front_end(of)).cloned().collect()
+        };
+        let scene = scenarios::load(&scenarios::locate("zurich")).expect("the shipped scene");
+        let zurich = |smdfms| Trial::new(Arc::new(scene.clone()), 20.0).with_smdfms(smdfms);
+        let tracks = "sees = \"tracks\"\ncontrollers = \"model\"";
+        let alone = [zurich(1), loop_of(tracks)].map(|t| t.undisturbed().expect("it ends"));
+        for smdfms in [2, 3] {
+            let (trial, mut seen) = (zurich(smdfms), BTreeMap::new());
+            let whole = trial.undisturbed().expect("it ends");
+            assert_eq!(without_front_ends(&whole), alone[0], "{smdfms} SMDFMs");
+            for seed in 1..=12 {
+                let faults = trial.draw(seed);
+                let held = trial.holds(seed, &faults, &whole, &mut seen);
+                held.unwrap_or_else(|why| panic!("{smdfms}, seed {seed}: {why} under {faults:?}"));
+            }
+        }
+        let (trial, mut seen) = (loop_of(tracks).with_smdfms(2), BTreeMap::new());
+        let whole = trial.undisturbed().expect("it ends");
+        assert_eq!(without_front_ends(&whole), alone[1]);
+        let (first, second, control) = ("smdfm", "smdfm-2", "control");
+        let cases = [
+            pair(41_300, second, 0, second, 700),
+            pair(41_300, second, 20, first, 700),
+            pair(41_300, first, 300, second, 900),
+            pair(30_010, second, 450, control, 900),
+            pair(44_020, "traffic-generator-2", 30, second, 900),
+        ];
+        for (n, faults) in cases.iter().enumerate() {
+            let losses = if n % 2 == 0 { taking_over() } else { Losses::default() };
+            let held = trial.holds_with(3 + n as u64, faults, &whole, &mut seen, &losses);
+            held.unwrap_or_else(|why| panic!("{faults:?}, {losses:?}: {why}"));
+        }
+        assert!(seen.contains_key("return that makes the run again"), "{seen:?}");
+        // One that hangs is told from those that wait for it.
+        let hangs =
+            [Fault { at_ns: 20_000 * MS, who: second.to_owned(), what: What::Slow(20_000 * MS) }];
+        let step_ms = ByMember { all: Some(3_000), ..ByMember::default() };
+        let (losses, seen) = (Losses { step_ms, ..Losses::default() }, &mut BTreeMap::new());
+        let held = trial.holds_with(3, &hangs, &whole, seen, &losses);
+        held.unwrap_or_else(|why| panic!("{hangs:?}: {why}"));
+        assert_eq!(seen.get("seal"), Some(&1), "{seen:?}");
+    }
+
     /// Controllers clear at an airport that nothing was tuned on, and a car of somebody else drives there.
     fn loop_of(control: &str) -> Trial {
         let airport = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/airports/LZIB.apt.dat");
@@ -212,20 +280,6 @@ mod tests {
 
     #[test]
     fn who_is_killed_in_the_loop_with_an_outsider_there_makes_the_same_run() {
-        let pair = |at_ms, one: &str, gap_ms, two: &str, again_ms| {
-            let fault = |at_ms: u64, who: &str, what| Fault {
-                at_ns: at_ms * MS,
-                who: who.to_owned(),
-                what,
-            };
-            let mut faults =
-                vec![fault(at_ms, one, What::Kill), fault(at_ms + again_ms, one, What::Start)];
-            if one != two {
-                faults.push(fault(at_ms + gap_ms, two, What::Kill));
-                faults.push(fault(at_ms + gap_ms + again_ms, two, What::Start));
-            }
-            faults
-        };
         let (smdfm, control, second) = ("smdfm", "control", "traffic-generator-2");
         let on_tracks = [
             pair(41_300, smdfm, 0, smdfm, 700),

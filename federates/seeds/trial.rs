@@ -3,13 +3,14 @@
 use super::guests::Guests;
 use crate::control::Control;
 use crate::external_world::ExternalWorld;
-use crate::federation::{RunOptions, conductor_config, has_control};
+use crate::federation::{RunOptions, conductor_config, has_control, is_front_end};
 use crate::runtime::conductor::ConductorConfig;
 use crate::runtime::federate::Federate;
 use crate::runtime::member::CONDUCTOR;
 use crate::runtime::messages::{Command, Kind};
 use crate::runtime::simulation::{Fault, MS, Make, Network, Simulation, What};
 use crate::smdfm::Smdfm;
+use crate::smdfm::front_end::FrontEnd;
 use crate::traffic_generator::TrafficGenerator;
 use scenarios::Scene;
 use scenarios::losses::{ByMember, Losses, OnLoss};
@@ -24,19 +25,26 @@ pub struct Trial {
     scene: Arc<Scene>,
     duration_s: f64,
     visitors: bool,
+    smdfms: u32,
 }
 
 impl Trial {
     /// Of a scene, for so many simulated seconds.
     #[must_use]
     pub fn new(scene: Arc<Scene>, duration_s: f64) -> Self {
-        Self { scene, duration_s, visitors: false }
+        Self { scene, duration_s, visitors: false, smdfms: 1 }
     }
 
     /// The same, or with an outsider.
     #[must_use]
     pub fn with_visitors(self, visitors: bool) -> Self {
         Self { visitors, ..self }
+    }
+
+    /// The same with so many SMDFMs.
+    #[must_use]
+    pub fn with_smdfms(self, smdfms: u32) -> Self {
+        Self { smdfms, ..self }
     }
 
     /// Members that may be lost, by name.
@@ -46,6 +54,7 @@ impl Trial {
         if has_control(&self.scene) {
             names.push("control");
         }
+        names.extend(["smdfm-2", "smdfm-3"].iter().take(self.smdfms as usize - 1));
         names
     }
 
@@ -61,6 +70,7 @@ impl Trial {
             duration_s: Some(self.duration_s),
             rate,
             generators: 2,
+            smdfms: self.smdfms,
             batch,
             visitors: self.visitors,
             losses: losses.clone(),
@@ -69,7 +79,7 @@ impl Trial {
         let config = ConductorConfig { fed: 1, ..conductor_config(&self.scene, &options) };
         let kind = |name: &String| match &**name {
             "external-world" => Kind::ExternalWorld,
-            "smdfm" => Kind::Smdfm,
+            name if name == "smdfm" || is_front_end(name) => Kind::Smdfm,
             "control" => Kind::Control,
             "visitors" => Kind::Visitors,
             _ => Kind::TrafficGenerator,
@@ -78,6 +88,7 @@ impl Trial {
         let all = config.expected.iter().chain(guests);
         let kinds: Vec<_> = all.map(|n| (n.clone(), kind(n))).collect();
         let (scene, exercise) = (Arc::clone(&self.scene), self.scene.run.exercise);
+        let smdfms = self.smdfms;
         let make: Make = Arc::new(move |name: &str| -> Box<dyn Federate> {
             let scene = Arc::clone(&scene);
             match name {
@@ -85,6 +96,10 @@ impl Trial {
                 "smdfm" => Box::new(Smdfm::new(scene, exercise)),
                 "control" => Box::new(Control::new(scene)),
                 "visitors" => Box::new(Guests::new(scene)),
+                name if is_front_end(name) => {
+                    let share = name.bytes().last().map_or(2, |b| u32::from(b - b'0'));
+                    Box::new(FrontEnd::new(scene, exercise, share, smdfms))
+                }
                 name => {
                     let share = if name.ends_with("-2") { 2 } else { 1 };
                     Box::new(TrafficGenerator::new(scene, exercise, share, 2))
@@ -153,7 +168,7 @@ impl Trial {
             };
             if matches!(what, What::Kill | What::Vanish) {
                 // Where others take its place, somebody comes only where there is nobody left.
-                let taken = !["smdfm", "control"].contains(&&*who);
+                let taken = !who.starts_with("smdfm") && who != "control";
                 let late_ns = if takes_over(seed) && taken { 8_000 * MS } else { 0 };
                 let again_ns = at_ns + late_ns + (300 + draw(6_000)) * MS;
                 faults.push(Fault { at_ns: again_ns, who: who.clone(), what: What::Start });

@@ -9,8 +9,11 @@ pub mod command;
 pub mod evaluation;
 pub mod foreign;
 pub mod foreign_plot;
+pub mod front_end;
 pub mod inlets;
+pub mod intake;
 pub mod received_truth;
+pub mod remote;
 pub mod report;
 pub mod setup;
 
@@ -24,26 +27,25 @@ mod silent_tests;
 mod visitor_tests;
 
 use crate::exchange::flights::{flight_list, movement_word};
-use crate::exchange::{stamp, weather_pdu};
-use crate::federation::{closes_loop, on_tracks};
+use crate::federation::{closes_loop, is_front_end, on_tracks};
 use crate::runtime::bus::Class;
 use crate::runtime::clock::monotonic_ns;
 use crate::runtime::codec::{encode, encode_parts};
-use crate::runtime::federate::{Federate, FrameInputs, FrameOut, Octets, Publication};
+use crate::runtime::federate::{Federate, FrameInputs, FrameOut, Publication};
 use crate::runtime::frame_time::FrameTime;
 use crate::runtime::messages::{
     FederateStatus, FinalReport, Frame, Kind, Notice, RunConfig, ScanReport, TrackNotice,
 };
 use evaluation::Evaluation;
 use foreign::Digests;
+use front_end::smdfms_of;
 use inlets::Inlets;
-use models::environment::Weather;
+use intake::Intake;
 use models::flight_list::FlightList;
 use models::fusion::Tracker;
 use models::sensors::{PlotSink, ScanInterval, Sensor};
 use models::track::SystemTrack;
-use pdu::Body;
-use received_truth::ReceivedTruth;
+use remote::Remote;
 use scenarios::Scene;
 use std::sync::Arc;
 
@@ -56,17 +58,16 @@ pub struct Smdfm {
     time: FrameTime,
     seed: u64,
     run: u32,
-    truth: ReceivedTruth,
-    weather: Vec<(Frame, Weather)>,
+    intake: Intake,
     flights: FlightList,
     sensors: Vec<Box<dyn Sensor>>,
     inlets: Inlets,
     tracker: Tracker,
     evaluation: Evaluation,
     digests: Digests,
+    /// Plots of the sensors that other SMDFMs have.
+    remote: Remote,
     exercise: u8,
-    /// PDUs that no frame end named and that did not come through the member `visitors`.
-    unstamped: u64,
     explain: bool,
     /// What a fork changed; nothing in a run.
     amend: change::Amend,
@@ -83,16 +84,15 @@ impl Smdfm {
             time,
             seed: scene.run.seed,
             run: 0,
-            truth: ReceivedTruth::new(Arc::clone(&scene), exercise),
-            weather: Vec::new(),
+            intake: Intake::of(&scene, exercise),
             flights: FlightList::default(),
             sensors: Vec::new(),
             inlets: Inlets::default(),
             tracker: Tracker::new(scene.tracking_config()),
             evaluation: Evaluation::default(),
             digests: Digests::default(),
+            remote: Remote::default(),
             exercise,
-            unstamped: 0,
             explain: false,
             amend: change::Amend::default(),
             warm: None,
@@ -108,51 +108,11 @@ impl Smdfm {
     }
 
     fn take_in(&mut self, inputs: &FrameInputs, now: Frame) {
-        // What our own told while time stood is of no frame, and nobody's visit.
-        let strange = |octets: &Octets| match pdu::pdus(octets).next() {
-            Some(Ok(received)) => match received.body() {
-                Body::EntityState(state) => !self.truth.is_of_scene(state.entity_id),
-                _ => true,
-            },
-            _ => true,
-        };
-        self.unstamped += inputs.outsiders.iter().filter(|(_, o)| strange(o)).count() as u64;
-        let (mut stamped, mut plots) = (Vec::new(), Vec::new());
-        for (frame, octets) in &inputs.pdus {
-            let frame = *frame;
-            // The runtime has checked that these octets are one sound PDU.
-            let Some(Ok(received)) = pdu::pdus(octets).next() else { continue };
-            match received.body() {
-                Body::EntityState(state) => self.truth.take(frame, now, state),
-                Body::Iff(iff) => self.truth.take_answer(frame, now, iff),
-                Body::EnvironmentalProcess(process) => {
-                    if let Some(weather) = weather_pdu::decode(process) {
-                        self.weather.push((frame, weather));
-                    }
-                }
-                Body::EventReport(report) => {
-                    let site = self.scene.run.site;
-                    stamped.extend(stamp::decode(report, site).map(|s| (frame, s)));
-                    plots.extend(stamp::decode_plots(report, site).map(|s| (frame, s)));
-                }
-                _ => {}
-            }
+        let came = self.intake.take_in(inputs, now);
+        if came.visitors > 0 {
+            self.digests.external();
         }
-        stamped.sort_by(|(f, a), (g, b)| {
-            let key = |s: &stamp::Stamped| (s.arrival.utc_ns, s.from.ip(), s.from.port());
-            f.cmp(g).then(key(a).cmp(&key(b))).then_with(|| a.octets.cmp(&b.octets))
-        });
-        for (_, stamped) in &stamped {
-            if self.truth.take_visitor(stamped) {
-                self.digests.external();
-            }
-        }
-        plots.sort_by(|(f, a), (g, b)| {
-            let key =
-                |s: &stamp::StampedPlots| (s.arrival.utc_ns, s.sensor, s.from.ip(), s.from.port());
-            f.cmp(g).then(key(a).cmp(&key(b))).then_with(|| a.octets.cmp(&b.octets))
-        });
-        for (_, plots) in &plots {
+        for plots in &came.plots {
             if self.inlets.take(plots, self.time.start_utc_ns) {
                 self.digests.external();
             }
@@ -169,17 +129,9 @@ impl Smdfm {
                 | Notice::Given(_)
                 | Notice::Seat(_)
                 | Notice::Clearances(_) => {}
+                Notice::Plots(plots) => self.remote.take(plots),
             }
         }
-    }
-
-    /// The weather of a scan: what was in force when it began, its cells moved by the wind since.
-    fn weather_at(&mut self, from: Frame) -> Weather {
-        let current = self.weather.iter().rposition(|(frame, _)| *frame <= from).unwrap_or(0);
-        self.weather.drain(..current);
-        self.weather.first().map_or_else(Weather::default, |(frame, weather)| {
-            weather.after(self.time.time(from).since_s(self.time.time(*frame)).max(0.0))
-        })
     }
 }
 
@@ -212,6 +164,10 @@ impl Federate for Smdfm {
         true
     }
 
+    fn logs(&self, producer: &str) -> bool {
+        is_front_end(producer)
+    }
+
     fn ahead_of(&self, producer: &str) -> Option<Frame> {
         // Control reads the tracks; nothing of it is for the sensors.
         (producer != Kind::Control.name()).then_some(0)
@@ -224,17 +180,17 @@ impl Federate for Smdfm {
     fn configure(&mut self, config: &RunConfig, _out: &mut FrameOut) -> Result<(), String> {
         self.seed = config.seed;
         self.run = config.run;
-        self.truth = ReceivedTruth::new(Arc::clone(&self.scene), self.exercise);
-        self.weather.clear();
+        self.intake = Intake::of(&self.scene, self.exercise);
         self.flights = FlightList::default();
-        self.sensors = setup::make_sensors(&self.scene)?;
+        let smdfms = smdfms_of(config);
+        self.sensors = front_end::sensors_of(&self.scene, 1, smdfms)?;
+        self.remote = Remote::default();
         let tracking = self.scene.tracking_config();
         tracking.check().map_err(|e| format!("tracking: {e}"))?;
         self.tracker = Tracker::new(tracking);
         self.inlets = Inlets::of(&self.scene)?;
         self.evaluation = Evaluation::beside(self.inlets.ids());
         self.digests = Digests::default();
-        self.unstamped = 0;
         Ok(())
     }
 
@@ -248,15 +204,16 @@ impl Federate for Smdfm {
             from: self.time.time(from),
             to: self.time.time(frame),
         };
-        let weather = self.weather_at(from);
+        let weather = self.intake.weather_at(from);
         let weather = self.amend.weather(weather);
-        let view = self.truth.view(interval.from, interval.to);
+        let view = self.intake.truth.view(interval.from, interval.to);
         let mut sink = PlotSink { explain: self.explain, ..PlotSink::default() };
         let mut looks = Vec::new();
         for sensor in &mut self.sensors {
             let (plots, before) = (sink.plots.len(), sink.looks);
             sensor.scan(&interval, &view, &weather, &mut sink);
             self.inlets.scan(sensor.id(), &interval, &mut sink);
+            self.remote.scan(sensor.id(), sensor.kind(), &mut sink);
             looks.push((sensor.kind(), sink.looks - before, sink.plots.len() - plots));
         }
         let outside = foreign::of_outsiders(&view, &sink, &self.inlets);
@@ -281,10 +238,10 @@ impl Federate for Smdfm {
             outcomes: self.tracker.outcomes(),
             tracks: &tracks,
             evaluation: &self.evaluation,
-            plan: self.sensors.iter().flat_map(|s| s.plan()).collect(),
+            plan: self.sensors.iter().flat_map(|s| self.remote.plan_of(&**s)).collect(),
             took_us: took_ns / 1000,
         });
-        report.measures.extend(self.truth.clocks().take(MOST_CLOCKS));
+        report.measures.extend(self.intake.truth.clocks().take(MOST_CLOCKS));
         if !self.inlets.is_empty() {
             report.measures.push(("foreign_plots".into(), self.inlets.taken() as f64));
         }
@@ -305,7 +262,7 @@ impl Federate for Smdfm {
             out.publish.extend(parts.into_iter().map(|part| publish("tracks/1/scan", part, None)));
             out.publish.push(publish("tracks/1/list", encode(&list), Some("tracks/1/list")));
         }
-        self.truth.forget_before(interval.to);
+        self.intake.truth.forget_before(interval.to);
     }
 
     fn state(&self) -> u64 {
@@ -313,7 +270,7 @@ impl Federate for Smdfm {
     }
 
     fn finish(&mut self, report: &mut FinalReport) {
-        self.digests.finish(self.truth.visitors_ever(), report);
+        self.digests.finish(self.intake.truth.visitors_ever(), report);
         report.values.extend(self.evaluation.values());
         if !self.inlets.is_empty() {
             report.values.push(("foreign_plots".into(), self.inlets.taken() as f64));
@@ -321,11 +278,7 @@ impl Federate for Smdfm {
     }
 
     fn status(&self, status: &mut FederateStatus) {
-        status.dropped.extend(self.truth.refused());
+        status.dropped.extend(self.intake.refused());
         status.dropped.extend(self.inlets.refused());
-        if self.unstamped > 0 {
-            let reason = "PDU of an outsider, not let in by the member visitors";
-            status.dropped.push((reason.into(), self.unstamped));
-        }
     }
 }

@@ -89,7 +89,7 @@ pub struct ScanParts<'a> {
     /// Measures.
     pub evaluation: &'a Evaluation,
     /// The effect plans of the sensors.
-    pub plan: Vec<&'a PlanRow>,
+    pub plan: Vec<[String; 5]>,
     /// Wall time of sensors and tracker, µs; measured, and part of no digest.
     pub took_us: u64,
 }
@@ -162,7 +162,7 @@ pub fn scan_report(parts: &ScanParts<'_>) -> ScanReport {
         plots,
         truth,
         measures: parts.evaluation.values().into_iter().filter(|(_, v)| v.is_finite()).collect(),
-        plan: parts.plan.iter().map(|row| plan_line(row)).collect(),
+        plan: parts.plan.clone(),
         took_us: parts.took_us,
     }
 }

@@ -347,7 +347,7 @@ fn a_paused_and_a_killed_federate_come_back_and_nothing_is_missing() {
     let line = text.lines().find(|l| l.starts_with('{')).expect("a summary");
     let summed: serde_json::Value = serde_json::from_str(line).expect("JSON");
     assert_eq!(summed["digest"], summary(&undisturbed)["digest"], "{line}");
-    made_good(&summed, &["traffic-generator", "smdfm"]);
+    made_good(&summed, &["traffic-generator-1", "smdfm (", "smdfm-2"]);
 }
 
 /// Another generator's process takes the place of a killed one, the launcher starts a killed SMDFM again: nobody
@@ -363,6 +363,7 @@ fn whoever_is_killed_under_takeover_is_replaced_and_nothing_is_missing() {
     let arguments = ["--rate", "4", "--duration", "400", "--no-viewer", "--generators", "2"];
     let mut command = run(&ports, &arguments);
     command.args(["--on-loss", "takeover", "--stall-ms", "1500,smdfm=3000", "--no-visitors"]);
+    command.args(["--smdfms", "2"]);
     let mut background = Background::start(command);
     assert!(in_phase(&ports, "RUNNING"));
     let member = |of: &dyn Fn(&serde_json::Value) -> bool| {
@@ -371,15 +372,16 @@ fn whoever_is_killed_under_takeover_is_replaced_and_nothing_is_missing() {
         let running = status["state"]["phase"] == "RUNNING";
         members.into_iter().find(|m| running && m["alive"] == true && of(m))
     };
-    let replaced = |command: &str| {
-        let pid = federate(&ports, command);
-        let killed = wait_for(SOON, || member(&|m| m["pid"] == pid)).expect("a member");
-        common::kill("KILL", pid);
-        let back = || member(&|m| m["name"] == killed["name"] && m["pid"] != pid);
+    let replaced = |name: &str| {
+        let killed = wait_for(SOON, || member(&|m| m["name"] == name)).expect("a member");
+        let pid = &killed["pid"];
+        common::kill("KILL", pid.as_i64().expect("a process") as i32);
+        let back = || member(&|m| m["name"] == name && m["pid"] != *pid);
         assert!(wait_for(SOON, back).is_some(), "{killed}: {:?}", common::status(&ports));
     };
-    replaced("traffic-generator");
+    replaced("traffic-generator-1");
     replaced("smdfm");
+    replaced("smdfm-2");
     assert!(operate(&ports, &["rate", "fast"]).0);
     let stdout = background.0.stdout.take().expect("piped");
     assert_eq!(background.wait(SOON), Some(0), "made good: no failure");

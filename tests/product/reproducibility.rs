@@ -21,9 +21,14 @@ fn the_digest_depends_on_scene_and_seed_and_on_nothing_else() {
     assert!(summary["plots"]["asde"].as_u64() > Some(100), "{summary}");
     assert!(summary["tracks"]["confirmed"].as_u64() >= Some(3), "{summary}");
 
-    for arguments in
-        [&[][..], &["--in-process"], &["--generators", "2"], &["--generators", "3", "--in-process"]]
-    {
+    for arguments in [
+        &[][..],
+        &["--in-process"],
+        &["--generators", "2"],
+        &["--generators", "3", "--in-process"],
+        &["--smdfms", "3"],
+        &["--generators", "2", "--smdfms", "2", "--in-process"],
+    ] {
         let (other, _) = digest(arguments);
         assert_eq!(other, reference, "{arguments:?}");
     }
@@ -34,6 +39,40 @@ fn the_digest_depends_on_scene_and_seed_and_on_nothing_else() {
 
     let (other_seed, _) = digest(&["--seed", "7"]);
     assert_ne!(other_seed, reference);
+}
+
+/// Every row that sensors and tracker leave in the log, what each effect did to each plot and the plans of the effects among them.
+#[test]
+fn the_log_of_several_smdfms_is_that_of_one() {
+    let folder = Folder::new("smdfms");
+    let logged = |smdfms: &str| -> Vec<(&str, Vec<String>)> {
+        let path = folder.file(&format!("{smdfms}.pcapng"));
+        let fast = ["--fast", "--duration", "60", "--no-viewer", "--record", &path];
+        let command = run(&Ports::new(), &[&fast[..], &["--smdfms", smdfms]].concat());
+        let output = finish(command);
+        assert_eq!(output.status.code(), Some(0), "{smdfms}: {}", common::stderr(&output));
+        let log = folder.file(&format!("{smdfms}.sqlite"));
+        let log = rusqlite::Connection::open(log).expect("a database");
+        let rows = |table: &'static str| {
+            let mut query = log.prepare(&format!("SELECT * FROM {table}")).expect(table);
+            let columns = query.column_count();
+            let row = |row: &rusqlite::Row<'_>| -> rusqlite::Result<String> {
+                (0..columns).map(|c| Ok(format!("{:?} ", row.get_ref(c)?))).collect()
+            };
+            let rows = query.query_map([], row).expect(table);
+            let mut rows: Vec<String> = rows.map(|row| row.expect(table)).collect();
+            rows.sort();
+            (table, rows)
+        };
+        ["plots", "plot_effects", "plan", "tracks", "truth"].map(rows).to_vec()
+    };
+    let one = logged("1");
+    assert!(one.iter().all(|(_, rows)| rows.len() > 20), "{one:?}");
+    for smdfms in ["2", "3"] {
+        for ((table, of_one), (_, rows)) in one.iter().zip(logged(smdfms)) {
+            assert!(*of_one == rows, "{smdfms} SMDFMs: {table} differs");
+        }
+    }
 }
 
 #[test]

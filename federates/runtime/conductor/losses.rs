@@ -64,19 +64,11 @@ impl Conductor {
     /// Whether a member could execute a frame that it has not: granted, and of a consumer every input made.
     fn is_due(&self, name: &str, member: &MemberEntry) -> bool {
         let executed = member.executed.unwrap_or(0);
-        let generates = member.hello.kind == Kind::TrafficGenerator;
         let made = |producer: &String| {
             let Some(made) = self.members.get(producer) else { return true };
-            // In a loop generators read him who closes it, and nobody else does.
-            let ahead = match &self.config.closes {
-                Some((by, ahead)) if generates && by == producer => *ahead,
-                Some((by, _)) if generates || by == producer => return true,
-                _ => 0,
-            };
+            let Some(ahead) = self.ahead_of(name, member.hello.kind, producer) else { return true };
             let counts = self.views.cut(producer).unwrap_or(made.executed);
-            producer == name
-                || self.views.is_absent(producer)
-                || counts.map(|c| c + ahead) > Some(executed)
+            self.views.is_absent(producer) || counts.map(|c| c + ahead) > Some(executed)
         };
         self.phase == Phase::Running
             && member.alive
@@ -345,7 +337,7 @@ impl Conductor {
             true => {
                 let names = self.producers();
                 let others = names.iter().filter(|n| *n != name);
-                others.map(|n| self.producer_at(old.hello.kind, n, cut)).collect()
+                others.map(|n| self.producer_at((name, old.hello.kind), n, cut)).collect()
             }
             false => Vec::new(),
         };
@@ -368,7 +360,7 @@ impl Conductor {
     }
 
     /// Where the frames of a producer come from, for a consumer of a kind that has those up to `upto`.
-    fn producer_at(&self, reader: Kind, name: &str, upto: Option<Frame>) -> ProducerAt {
+    fn producer_at(&self, reader: (&str, Kind), name: &str, upto: Option<Frame>) -> ProducerAt {
         let absent = self.views.is_absent(name);
         let name = name.to_owned();
         let member = self.members.get(&name);

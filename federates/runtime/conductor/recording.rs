@@ -69,10 +69,12 @@ impl Conductor {
 
     /// Up to which frame the log has `producer`, and how far whoever reads it there may be ahead of it; none where a
     /// member of this kind does not read it there.
-    fn logged(&self, reader: Kind, producer: &str) -> Option<(Option<Frame>, Frame)> {
+    fn logged(&self, reader: (&str, Kind), producer: &str) -> Option<(Option<Frame>, Frame)> {
         let closes = self.config.closes.as_ref().filter(|(by, _)| by == producer);
         let live = self.config.optional.iter().any(|name| name == producer);
-        let reads = match reader {
+        let fuser = self.config.front_ends.get(producer);
+        let reads = match reader.1 {
+            _ if fuser.is_some() => fuser.is_some_and(|fuser| fuser == reader.0),
             // What closes a loop is read by the generators that are made again with it.
             Kind::Smdfm | Kind::TrafficGenerator => live || closes.is_some(),
             _ => true,
@@ -84,7 +86,7 @@ impl Conductor {
     /// Frames of `producer` that a consumer of this kind can make or read again.
     pub(super) fn made_again(
         &self,
-        reader: Kind,
+        reader: (&str, Kind),
         producer: &str,
         made: Option<Frame>,
     ) -> Option<Frame> {
@@ -110,7 +112,9 @@ impl Conductor {
             return upto;
         }
         for producer in self.producers().iter().filter(|p| *p != name) {
-            let Some((known, ahead)) = self.logged(member.hello.kind, producer) else { continue };
+            let Some((known, ahead)) = self.logged((name, member.hello.kind), producer) else {
+                continue;
+            };
             let over = self.views.is_absent(producer)
                 && self.views.cut(producer).is_some_and(|cut| known >= cut);
             if !over {

@@ -45,6 +45,7 @@ fn config(fed: u128) -> ConductorConfig {
         await_spectators_ns: 0,
         window: 40,
         closes: None,
+        front_ends: std::collections::BTreeMap::new(),
         through_router: false,
         fed,
         losses: Losses { on_loss, ..Losses::default() },

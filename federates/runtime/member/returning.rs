@@ -106,7 +106,9 @@ impl Member {
         let read: Vec<ProducerAt> = to.producers.iter().filter(own).cloned().collect();
         // PDUs are made again, where they can be; all else that was said is in the log.
         let reads_pdus = self.federate.reads_pdus();
-        let is_made = |p: &&ProducerAt| reads_pdus && !config.live.contains(&p.name);
+        let is_made = |p: &&ProducerAt| {
+            reads_pdus && !config.live.contains(&p.name) && !self.federate.logs(&p.name)
+        };
         let needed: Vec<ProducerAt> = read.iter().filter(is_made).cloned().collect();
         let mut makers = Makers::new();
         if needed.iter().any(|p| p.made.is_some() && !p.empty) {

@@ -36,6 +36,54 @@ pub enum Notice {
     Seat(SeatInput),
     /// What controllers on tracks cleared, read back: the traffic does it from the frame of its effect on.
     Given(GivenNotice),
+    /// What sensors of another SMDFM saw in a scan, for the one that fuses them.
+    Plots(PlotsNotice),
+}
+
+/// What one sensor saw in a scan; several in a row where one would be too long.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct PlotsNotice {
+    /// Number of the sensor in the scene.
+    pub sensor: u16,
+    /// Looks at targets, for statistics of detection.
+    pub looks: u64,
+    /// Lines of its effect plan, where they are not those of its scan before.
+    pub plan: Option<Vec<[String; 5]>>,
+    /// Its plots, in its order.
+    pub plots: Vec<CausedPlot>,
+}
+
+/// A plot to the bit, with what caused it; airport frame, SI units.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct CausedPlot {
+    /// Time of validity, ns of simulated time.
+    pub time_ns: i64,
+    /// Number within the sensor and scan.
+    pub sequence: u32,
+    /// Position, m east and north.
+    pub position_m: [f64; 2],
+    /// First direction of the error ellipse.
+    pub axis: [f64; 2],
+    /// Variances along and across it, m².
+    pub variances_m2: [f64; 2],
+    /// Height above the aerodrome reference, m.
+    pub altitude_m: Option<f64>,
+    /// Range, m, azimuth, rad, and their standard deviations: of a radar.
+    pub polar: Option<[f64; 4]>,
+    /// Second moments of its cells, m².
+    pub extent_m2: Option<[f64; 3]>,
+    /// Call sign that it reports,
+    pub callsign: Option<String>,
+    /// or 24-bit address.
+    pub address: Option<u32>,
+    /// Signal to clutter and noise, dB.
+    pub scnr_db: Option<f64>,
+    /// Key of the entity; none of a false plot.
+    pub key: Option<u64>,
+    /// Where that was, m east and north.
+    pub truth_m: Option<[f64; 2]>,
+    /// What each effect did, with its unit.
+    pub effects: Vec<(String, f64, String)>,
 }
 
 /// What a flight waits for.
