@@ -98,6 +98,11 @@ impl Kind {
     pub fn beats(self) -> bool {
         self.essential() || self == Self::Visitors
     }
+    /// Whether its process can take the place of a lost generator or of the external world.
+    #[must_use]
+    pub fn hosts(self) -> bool {
+        matches!(self, Self::TrafficGenerator | Self::ExternalWorld)
+    }
     /// Whether the run waits for it.
     #[must_use]
     pub fn essential(self) -> bool {

@@ -421,6 +421,9 @@ impl Simulation {
                 }
                 Effect::Host { name: lost, .. } => {
                     self.note("taken over");
+                    if !self.nodes.get(name).is_some_and(|node| node.kind.hosts()) {
+                        self.broken.push(format!("{name} is asked to take the place of {lost}"));
+                    }
                     let free = self.nodes.get(&lost).filter(|n| n.dead).map(|n| n.kind);
                     if let Some(kind) = free {
                         self.start(&lost, kind);

@@ -286,9 +286,9 @@ impl Conductor {
             if tries >= MOST_HOSTS || asked_at > 0 && now < asked_at + HOST_AGAIN_NS {
                 continue;
             }
-            let producers = self.config.producers.iter();
-            let alive: Vec<&String> =
-                producers.filter(|p| self.members.get(*p).is_some_and(|m| m.alive)).collect();
+            let hosts =
+                |p: &&String| self.members.get(*p).is_some_and(|m| m.alive && m.hello.kind.hosts());
+            let alive: Vec<&String> = self.config.producers.iter().filter(hosts).collect();
             // Every lost one its own, and another one each time: equal rosters choose equally.
             let turn = content(tries.into(), name.bytes().map(u64::from), std::iter::empty());
             let Some(by) = alive.get((turn % alive.len().max(1) as u64) as usize) else { continue };
