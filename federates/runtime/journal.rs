@@ -25,9 +25,7 @@ const HEAD: usize = 16;
 #[derive(Debug, thiserror::Error)]
 pub enum JournalError {
     /// The system refuses it.
-    #[error(
-        "the journal {path}: {error}: name a file in a folder where this user may write (--journal)"
-    )]
+    #[error("the journal {path}: {error}: {} (--journal)", remedy(error))]
     File {
         /// The file.
         path: String,
@@ -49,6 +47,16 @@ pub enum JournalError {
         /// What it is instead.
         what: &'static str,
     },
+}
+
+fn remedy(error: &std::io::Error) -> &'static str {
+    use std::io::ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull};
+    match error.kind() {
+        StorageFull | QuotaExceeded | FileTooLarge => {
+            "make room there, or name a file where there is some"
+        }
+        _ => "name a file in a folder where this user may write",
+    }
 }
 
 /// A journal that is being written.

@@ -74,7 +74,7 @@ impl Conductor {
         }
         if hello.kind.essential() && !self.config.expected.contains(&name) {
             effects.push(refuse(format!(
-                "'{name}' is not expected in this federation; expected: {}. Check --share and the administration station's --generators",
+                "'{name}' is not expected in this federation; expected: {}. Check --share and the administration station's --generators and --smdfms",
                 self.config.expected.join(", ")
             )));
             return;

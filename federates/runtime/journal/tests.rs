@@ -152,3 +152,12 @@ fn a_journal_of_another_run_one_in_use_and_no_journal_are_refused_and_kept() {
     let nowhere = Journal::open(&folder.0.join("no/where"), &config(7));
     assert!(nowhere.err().expect("refused").to_string().contains("--journal"));
 }
+
+#[test]
+fn a_full_disk_is_told_from_a_folder_that_may_not_be_written() {
+    let told = |kind: std::io::ErrorKind| {
+        JournalError::File { path: "j".into(), error: kind.into() }.to_string()
+    };
+    assert!(told(std::io::ErrorKind::StorageFull).contains("make room there"));
+    assert!(told(std::io::ErrorKind::PermissionDenied).contains("where this user may write"));
+}
