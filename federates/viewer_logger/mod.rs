@@ -29,6 +29,7 @@ pub mod metrics;
 pub mod opened;
 pub mod picture;
 pub mod process;
+pub mod replayed;
 pub mod said;
 mod seat_view;
 pub mod server;

@@ -5,6 +5,7 @@
 mod asked_for;
 mod at_seat;
 mod authoring;
+mod dial;
 mod fork;
 mod socket;
 
@@ -71,6 +72,8 @@ pub struct Page {
     speak: Mutex<Option<Speak>>,
     /// The scene that a person writes, where somebody does.
     author: Mutex<Option<Arc<Author>>>,
+    /// Held by each comparison on a finished run, for as long as it works.
+    comparisons: Arc<()>,
     version: watch::Sender<u64>,
 }
 
@@ -85,6 +88,7 @@ impl Page {
             forks: Mutex::default(),
             speak: Mutex::default(),
             author: Mutex::default(),
+            comparisons: Arc::default(),
             version,
         })
     }
@@ -92,7 +96,7 @@ impl Page {
     /// Puts another run beside the first.
     pub fn add(&self, viewer: Viewer) {
         self.others().push(viewer);
-        self.version.send_modify(|v| *v = v.wrapping_add(1));
+        self.wake();
     }
 
     /// From now on people may sit down at controllers' seats.
@@ -142,7 +146,7 @@ impl Page {
         for other in self.others().iter_mut() {
             other.tell(topic, message.clone());
         }
-        self.version.send_modify(|v| *v = v.wrapping_add(1));
+        self.wake();
     }
 
     /// Takes in what runs that others keep have grown by.
@@ -152,7 +156,7 @@ impl Page {
             grown |= other.follow();
         }
         if grown {
-            self.version.send_modify(|v| *v = v.wrapping_add(1));
+            self.wake();
         }
     }
 
@@ -172,6 +176,11 @@ impl Page {
         let mut viewer = self.viewer();
         change(&mut viewer);
         drop(viewer);
+        self.wake();
+    }
+
+    /// Something is to be sent to a browser.
+    fn wake(&self) {
         self.version.send_modify(|v| *v = v.wrapping_add(1));
     }
 

@@ -10,6 +10,7 @@ use crate::runtime::messages::{Command, SeatOrder, SeatWords};
 use models::time::SimTime;
 use serde::Deserialize;
 use serde_json::json;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// One browser: what it was sent and what it looks at.
@@ -225,6 +226,13 @@ impl Session {
 
     fn shown_runs(&self) -> Vec<usize> {
         if self.runs.is_empty() { vec![0] } else { self.runs.clone() }
+    }
+
+    /// The database of the run that is looked at, where that is a finished one, and the scan of it that was sent last.
+    #[must_use]
+    pub fn looks_back_at(&self, all: &[&Viewer]) -> Option<(PathBuf, Option<u64>)> {
+        let viewer = all.get(self.shown_runs()[0])?;
+        Some((viewer.database()?.to_owned(), self.sent_scan))
     }
 
     /// Shows the runs with these names, the first one with everything that belongs to it.

@@ -1,7 +1,9 @@
 //! One browser on its WebSocket: what it asks for is answered, what it lacks is sent, until it leaves.
 
 use super::super::access::{Access, LOOK_ONLY, Rights};
+use super::super::replayed::Compared;
 use super::super::session::{Asked, Outgoing, Session, refused, reply};
+use super::dial::Dials;
 use super::{ANSWER, Shared, at_seat, fork};
 use crate::runtime::messages::Command;
 use axum::extract::ws::{Message, WebSocket};
@@ -24,7 +26,7 @@ pub(super) async fn first_word(socket: &mut WebSocket, access: &Access) -> Optio
 
 /// One browser until it leaves. A slow one gets fewer scans, never an ever longer queue.
 pub(super) async fn browser(mut socket: WebSocket, shared: &Arc<Shared>, rights: Rights) {
-    let mut session = Session::default();
+    let (mut session, mut dials) = (Session::default(), Dials::default());
     let mut version = shared.page.version.subscribe();
     version.mark_changed();
     let mut alive = interval(ALIVE);
@@ -42,21 +44,14 @@ pub(super) async fn browser(mut socket: WebSocket, shared: &Arc<Shared>, rights:
                     Asked::Strip(from_s, to_s, columns) => {
                         shared.page.with_all(|all| session.strip(all, from_s, to_s, columns))
                     }
-                    Asked::Compare(..) if rights == Rights::Look => vec![refused(LOOK_ONLY)],
-                    Asked::Compare(true, _) if !shared.page.viewer().is_live() => {
-                        vec![refused(NOT_LIVE)]
+                    Asked::Compare(..) | Asked::Tolerances(..) if rights == Rights::Look => {
+                        vec![refused(LOOK_ONLY)]
                     }
                     Asked::Compare(on, ghost) => {
-                        shared.page.update(|viewer| viewer.compare(on, ghost));
-                        Vec::new()
-                    }
-                    Asked::Tolerances(..) if rights == Rights::Look => vec![refused(LOOK_ONLY)],
-                    Asked::Tolerances(true, _) if !shared.page.viewer().is_live() => {
-                        vec![refused(NOT_LIVE)]
+                        dials.ask(&shared.page, &session, on, Compared::Rungs(ghost))
                     }
                     Asked::Tolerances(on, ghost_m) => {
-                        shared.page.update(|viewer| viewer.compare_tolerances(on, ghost_m));
-                        Vec::new()
+                        dials.ask(&shared.page, &session, on, Compared::Tolerances(ghost_m))
                     }
                     Asked::Fork(..) if rights == Rights::Look => vec![refused(LOOK_ONLY)],
                     Asked::Fork(Some(wanted)) => {
@@ -108,7 +103,7 @@ pub(super) async fn browser(mut socket: WebSocket, shared: &Arc<Shared>, rights:
             }
             _ = alive.tick() => vec![Outgoing::Text(r#"{"type":"alive"}"#.into())],
         };
-        for message in out {
+        for message in out.into_iter().chain(dials.follow(&shared.page, &session)) {
             let message = match message {
                 Outgoing::Text(text) => Message::Text((&*text).into()),
                 Outgoing::Binary(octets) => Message::Binary(octets.into()),
@@ -136,7 +131,6 @@ async fn carry_out(shared: Arc<Shared>, id: f64, words: String, command: Command
 
 /// How long a browser that needs a token may take to say it.
 const FIRST_WORD: Duration = Duration::from_secs(5);
-const NOT_LIVE: &str = "filters and tolerances run beside a run that goes on; of a finished one, seeds fork RUN --set tracking.filter=NAME (or accuracy.position_m=M) shows another";
 /// At most this often a new picture.
 const PICTURE: Duration = Duration::from_millis(40);
 /// A sign of life when nothing else is to be said; the page shows its absence.
