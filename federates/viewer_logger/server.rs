@@ -20,7 +20,7 @@ use super::source::Source;
 use crate::runtime::messages::{Command, SeatAnswer, SeatOrder};
 use axum::body::Body;
 use axum::extract::ws::WebSocketUpgrade;
-use axum::extract::{DefaultBodyLimit, Extension, Request, State};
+use axum::extract::{DefaultBodyLimit, Extension, Query, Request, State};
 use axum::http::{HeaderMap, Method, StatusCode, header};
 use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Response};
@@ -72,6 +72,8 @@ pub struct Page {
     speak: Mutex<Option<Speak>>,
     /// The scene that a person writes, where somebody does.
     author: Mutex<Option<Arc<Author>>>,
+    /// Who sits where.
+    people: Mutex<at_seat::People>,
     /// Held by each comparison on a finished run, for as long as it works.
     comparisons: Arc<()>,
     version: watch::Sender<u64>,
@@ -88,6 +90,7 @@ impl Page {
             forks: Mutex::default(),
             speak: Mutex::default(),
             author: Mutex::default(),
+            people: Mutex::default(),
             comparisons: Arc::default(),
             version,
         })
@@ -158,6 +161,10 @@ impl Page {
         if grown {
             self.wake();
         }
+    }
+
+    fn people(&self) -> MutexGuard<'_, at_seat::People> {
+        self.people.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn others(&self) -> MutexGuard<'_, Vec<Viewer>> {
@@ -356,9 +363,19 @@ async fn file(request: Request) -> Response {
     }
 }
 
+/// Whose page it is that opens a socket, and whether it is the eye's, where it says so.
+#[derive(serde::Deserialize)]
+struct Whose {
+    #[serde(default)]
+    person: String,
+    #[serde(default)]
+    eye: bool,
+}
+
 async fn upgrade(
     socket: WebSocketUpgrade,
     headers: HeaderMap,
+    Query(whose): Query<Whose>,
     Extension(Peer(peer)): Extension<Peer>,
     State(shared): State<Arc<Shared>>,
 ) -> Response {
@@ -379,7 +396,7 @@ async fn upgrade(
                     None => return,
                 },
             };
-            socket::browser(socket, &shared, rights).await;
+            socket::browser(socket, &shared, rights, whose).await;
             drop(seat);
         },
     )

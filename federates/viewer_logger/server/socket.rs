@@ -4,7 +4,8 @@ use super::super::access::{Access, LOOK_ONLY, Rights};
 use super::super::replayed::Compared;
 use super::super::session::{Asked, Outgoing, Session, refused, reply};
 use super::dial::Dials;
-use super::{ANSWER, Shared, at_seat, fork};
+use super::{ANSWER, Shared, Whose, at_seat, fork};
+use crate::runtime::clock::monotonic_ns;
 use crate::runtime::messages::Command;
 use axum::extract::ws::{Message, WebSocket};
 use std::sync::Arc;
@@ -25,17 +26,27 @@ pub(super) async fn first_word(socket: &mut WebSocket, access: &Access) -> Optio
 }
 
 /// One browser until it leaves. A slow one gets fewer scans, never an ever longer queue.
-pub(super) async fn browser(mut socket: WebSocket, shared: &Arc<Shared>, rights: Rights) {
+pub(super) async fn browser(
+    mut socket: WebSocket,
+    shared: &Arc<Shared>,
+    rights: Rights,
+    Whose { mut person, eye }: Whose,
+) {
     let (mut session, mut dials) = (Session::default(), Dials::default());
+    if eye {
+        session.looks_out();
+    }
     let mut version = shared.page.version.subscribe();
     version.mark_changed();
     let mut alive = interval(ALIVE);
     alive.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    // First of all whose page it is: nothing is sent that is not seen from his seats.
+    let mut first = sees(shared, &mut session, &person);
     loop {
         let out = tokio::select! {
             message = socket.recv() => match message {
                 Some(Ok(Message::Text(text))) => match session.on_message(&text) {
-                    Asked::Nothing => shared.page.with_all(|all| session.poll_runs(all)),
+                    Asked::Nothing => picture(shared, &mut session, &person),
                     Asked::Refused(answer) => vec![answer],
                     Asked::Open(ids) => shared.page.with_all(|all| match session.open(all, &ids) {
                         Ok(()) => session.poll_runs(all),
@@ -62,6 +73,10 @@ pub(super) async fn browser(mut socket: WebSocket, shared: &Arc<Shared>, rights:
                         shared.page.forks().inspect(|forks| forks.cancel());
                         Vec::new()
                     }
+                    Asked::Person(name) => {
+                        person = name;
+                        picture(shared, &mut session, &person)
+                    }
                     Asked::Acknowledge(_) if rights == Rights::Look => vec![refused(LOOK_ONLY)],
                     Asked::Acknowledge(id) => {
                         let mut done = Ok(String::new());
@@ -75,10 +90,10 @@ pub(super) async fn browser(mut socket: WebSocket, shared: &Arc<Shared>, rights:
                         let page = Arc::clone(&shared.page);
                         let (answer, accepted) = at_seat::answered(page, id, order.clone()).await;
                         let mut out = vec![answer];
-                        let sees = if accepted { session.sits(&order) } else { Vec::new() };
-                        if !sees.is_empty() {
-                            out.extend(sees);
-                            out.extend(shared.page.with_all(|all| session.poll_runs(all)));
+                        if accepted {
+                            person.clone_from(&order.person);
+                            out.extend(session.sits(&order));
+                            out.extend(picture(shared, &mut session, &person));
                         }
                         out
                     }
@@ -99,11 +114,15 @@ pub(super) async fn browser(mut socket: WebSocket, shared: &Arc<Shared>, rights:
                 }
                 sleep(PICTURE).await; // several changes make one picture
                 version.mark_unchanged();
-                shared.page.with_all(|all| session.poll_runs(all))
+                picture(shared, &mut session, &person)
             }
             _ = alive.tick() => vec![Outgoing::Text(r#"{"type":"alive"}"#.into())],
         };
-        for message in out.into_iter().chain(dials.follow(&shared.page, &session)) {
+        for message in std::mem::take(&mut first)
+            .into_iter()
+            .chain(out)
+            .chain(dials.follow(&shared.page, &session))
+        {
             let message = match message {
                 Outgoing::Text(text) => Message::Text((&*text).into()),
                 Outgoing::Binary(octets) => Message::Binary(octets.into()),
@@ -114,6 +133,18 @@ pub(super) async fn browser(mut socket: WebSocket, shared: &Arc<Shared>, rights:
             }
         }
     }
+}
+
+/// From where its person sees the run now, where that is news.
+fn sees(shared: &Shared, session: &mut Session, person: &str) -> Vec<Outgoing> {
+    session.is_of(shared.page.people().seats_of(person, monotonic_ns()))
+}
+
+/// What a browser lacks, as seen from where its person sits.
+fn picture(shared: &Shared, session: &mut Session, person: &str) -> Vec<Outgoing> {
+    let mut out = sees(shared, session, person);
+    out.extend(shared.page.with_all(|all| session.poll_runs(all)));
+    out
 }
 
 async fn carry_out(shared: Arc<Shared>, id: f64, words: String, command: Command) -> Outgoing {
