@@ -141,6 +141,34 @@ test("what must show is shown where the runway fills the view", () => {
   assert.ok([...placed.values()].every((p) => p.runway > 0));
 });
 
+/** How many leaders cross another one or pass through a label. */
+function crossing(placed) {
+  const long = (p) => Math.hypot(p.ax - p.item.x, p.ay - p.item.y) >= SHORT_LEADER, line = (p) => [p.item.x, p.item.y, p.ax, p.ay], through = (p, q) => long(p) && cuts(...line(p), q);
+  return placed.flatMap((a, i) => placed.slice(i + 1).map((b) => (long(a) && long(b) && crosses(...line(a), ...line(b))) || through(a, b) || through(b, a))).filter(Boolean).length;
+}
+
+test("where more must show than there is room for, two leaders in a hundred cross at most, scan by scan; who always must is shown", () => {
+  const draw = draws(41), way = Array.from({ length: 160 }, () => [draw() * 3 - 1.5, draw() * 3 - 1.5]);
+  let items = crowd(160, 41, () => true).map((i) => ({ ...i, x: 600 + i.x / 6, y: 450 + i.y / 8, level: 3 })), before = new Map();
+  for (let turn = 0; turn < 12; turn++) {
+    const placed = place(items, { view: VIEW, field: field(), before, turn }), list = [...placed.values()];
+    assert.ok(list.length >= 20 && list.length < 160, `${list.length} shown`);
+    assert.ok(crossing(list) <= 0.02 * list.length, `${crossing(list)} of ${list.length} cross`);
+    before = offsets(placed);
+    items = items.map((item, i) => ({ ...item, x: item.x + way[i][0], y: item.y + way[i][1] }));
+  }
+  const some = items.map((item, i) => ({ ...item, always: i % 16 === 0, importance: i % 16 ? 1 : 9 })), placed = place(some, { view: VIEW, field: field(), before, turn: 12 });
+  assert.ok(some.every((i) => !i.always || placed.has(i.id)));
+});
+
+test("nothing is put under what lies over the map, not even what must show", () => {
+  const f = new Field(0, 0, VIEW.w, VIEW.h), covers = [{ x: 300, y: 200, w: 900, h: 500 }];
+  f.box(VIEW);
+  const items = crowd(120, 9, () => true), placed = [...place(items, { view: VIEW, field: f, covers }).values()];
+  assert.ok(placed.length > 40, `${placed.length} shown`);
+  for (const p of placed) assert.ok(!overlap(p, covers[0]), `${p.id} is covered`);
+});
+
 test("a dragged label keeps its offset, whoever else wants to be there", () => {
   const items = crowd(200, 11);
   items[3].dragged = { dx: 40, dy: -25 };
