@@ -322,6 +322,8 @@ impl Fork {
             log.file(&name, &octets)?;
         }
         log.fact("scene_file", &self.parent.fact("scene_file").unwrap_or_default())?;
+        let changes: Vec<_> = self.changes.iter().map(|c| (&c.0, &c.1)).collect();
+        log.fact(kept_scene::CHANGES, &serde_json::to_string(&changes)?)?;
         Ok(())
     }
 

@@ -1,7 +1,6 @@
 //! `seeds reference RUN`: where the targets of a finished run were, by a smoother over all its plots, and what its sensors err by.
 
 use super::open::RUNS;
-use crate::exchange::flights::flight_list;
 use crate::runtime::cli::out;
 use crate::runtime::cli::{self, BAD_INPUT, FAILED, fail};
 use crate::runtime::messages::{ScanReport, TrackMessage};
@@ -10,7 +9,6 @@ use crate::viewer_logger::source::Source;
 use crate::viewer_logger::{beside, kept_scene, opened};
 use anyhow::{Context, ensure};
 use clap::Args;
-use models::flight_list::FlightList;
 use models::frames::{Matrix2, Vector2};
 use models::fusion::reference::{ReferenceRun, reference};
 use models::plot::{Callsign, Identity, Plot};
@@ -93,7 +91,7 @@ fn made(database: &Path, scene: Option<&str>) -> anyhow::Result<Made> {
         None => kept_scene::load(&archive)
             .context("the run's own scene; name another one with --scene")?,
     };
-    let flights = flights(&archive, &scene)?;
+    let flights = kept_scene::flights(&archive, &scene)?;
     let log = Log::read(&archive)?;
     ensure!(
         log.scans.iter().any(|(_, plots)| !plots.is_empty()),
@@ -114,15 +112,6 @@ fn made(database: &Path, scene: Option<&str>) -> anyhow::Result<Made> {
 
 /// The true state of a target is known between two scans that are no farther apart than this, s.
 const LONGEST_HOLE_S: f64 = 2.5;
-
-/// The flight list of the scene, which knows where stands are; that of the log where the scene has none.
-fn flights(archive: &Archive, scene: &Scene) -> anyhow::Result<FlightList> {
-    if !scene.flight_list.entries.is_empty() {
-        return Ok(scene.flight_list.clone());
-    }
-    let logged = archive.flights().context("the flight list of the log")?;
-    Ok(flight_list(&logged, scene.flight_list.runways.clone()))
-}
 
 /// What a log says of plots, truth, and what was published.
 #[derive(Default)]

@@ -65,6 +65,7 @@ struct Score {
     scans: u32,
     track_scans: u64,
     tracks: usize,
+    tracks_m: Vec<[f64; 2]>,
 }
 
 /// The chosen tracker again, and the others.
@@ -77,9 +78,10 @@ pub struct Beside {
     scores: Vec<Score>, // chosen first
     /// Whether only the neighbours go on.
     few: bool,
-    /// The rung whose tracks are drawn, and where they are, m.
+    /// Whether scans come as time passes, so that all rungs together have a share of a core and no more.
+    paced: bool,
+    /// The rung whose tracks are drawn.
     ghost: Option<Rung>,
-    ghosts_m: Vec<[f64; 2]>,
 }
 
 /// Slower targets do not count as moving, m/s; as in the measures of the run.
@@ -93,7 +95,7 @@ const JUDGED_AFTER: u32 = 5;
 const MOST_GHOSTS: usize = 4096;
 
 impl Beside {
-    /// Trackers of every rung that know nothing yet.
+    /// Trackers of every rung that know nothing yet, for scans that come as time passes.
     #[must_use]
     pub fn new(config: &TrackingConfig) -> Self {
         let mapped = config.filter.map.is_some();
@@ -105,6 +107,12 @@ impl Beside {
         Self::of(config, shadows, false)
     }
 
+    /// The same for scans of a finished run: they wait, so that no rung is left out.
+    #[must_use]
+    pub fn unhurried(config: &TrackingConfig) -> Self {
+        Self { paced: false, ..Self::new(config) }
+    }
+
     fn of(config: &TrackingConfig, shadows: Vec<Shadow>, few: bool) -> Self {
         Self {
             scores: (0..=shadows.len()).map(|_| Score::default()).collect(),
@@ -113,23 +121,26 @@ impl Beside {
             since: None,
             shadows,
             few,
+            paced: true,
             ghost: None,
-            ghosts_m: Vec::new(),
         }
     }
 
     /// Whose tracks are wanted as a ghost, by name; none for an unknown one.
     pub fn ghost(&mut self, rung: Option<&str>) {
         self.ghost = rung.and_then(Rung::of);
-        if self.ghost.is_none() {
-            self.ghosts_m.clear();
-        }
     }
 
     /// Where the ghost's confirmed tracks are, m east and north.
     #[must_use]
     pub fn ghosts_m(&self) -> &[[f64; 2]] {
-        &self.ghosts_m
+        let at = self.rungs().position(|rung| self.ghost == Some(rung));
+        at.map_or(&[], |at| &self.scores[at].tracks_m)
+    }
+
+    /// The chosen rung, and the others in the order of their trackers.
+    fn rungs(&self) -> impl Iterator<Item = Rung> {
+        std::iter::once(self.config.filter.rung).chain(self.shadows.iter().map(Shadow::rung))
     }
 
     /// Whether only the neighbours of the chosen rung go on, because all of them take too much.
@@ -158,7 +169,9 @@ impl Beside {
             |score: &mut Score, took_ns: u64, tracks: &[SystemTrack], outcomes: &[Outcome]| {
                 score.took_ns += took_ns;
                 score.scans += 1;
+                let place = |t: &SystemTrack| [t.position_m.x, t.position_m.y];
                 score.tracks = confirmed(tracks).count();
+                score.tracks_m = confirmed(tracks).map(place).take(MOST_GHOSTS).collect();
                 score.track_scans += tracks.len() as u64;
                 let mut sums = Sums { at: to, ..Sums::default() };
                 for (plot, outcome) in report.plots.iter().zip(outcomes).filter(|(p, _)| counts(p))
@@ -181,23 +194,15 @@ impl Beside {
         for turn in 0..rungs {
             let which = (first + turn) % rungs;
             let began = monotonic_ns();
-            let (rung, tracks, outcomes) = match which.checked_sub(1) {
-                None => {
-                    let tracks = self.chosen.scan(to, &plots, flights);
-                    (self.config.filter.rung, tracks, self.chosen.outcomes())
-                }
+            let (tracks, outcomes) = match which.checked_sub(1) {
+                None => (self.chosen.scan(to, &plots, flights), self.chosen.outcomes()),
                 Some(at) => {
                     let shadow = &mut self.shadows[at];
-                    let tracks = shadow.scan(to, &plots, flights);
-                    (shadow.rung(), tracks, shadow.outcomes())
+                    (shadow.scan(to, &plots, flights), shadow.outcomes())
                 }
             };
             let took_ns = monotonic_ns() - began;
             judge(&mut self.scores[which], took_ns, &tracks, outcomes);
-            if self.ghost == Some(rung) {
-                let place = |t: &SystemTrack| [t.position_m.x, t.position_m.y];
-                self.ghosts_m = confirmed(&tracks).map(place).take(MOST_GHOSTS).collect();
-            }
         }
         self.judge_cost(to.since_s(since));
     }
@@ -206,7 +211,7 @@ impl Beside {
     fn judge_cost(&mut self, simulated_s: f64) {
         let scans = self.scores[0].scans;
         let took_s = self.scores.iter().map(|s| s.took_ns).sum::<u64>() as f64 * 1e-9;
-        if !self.few && scans >= JUDGED_AFTER && took_s > SHARE * simulated_s {
+        if self.paced && !self.few && scans >= JUDGED_AFTER && took_s > SHARE * simulated_s {
             let mut around = Shadows::around(&self.config);
             let ghost = self.ghost;
             *self = Self::of(&self.config, around.rungs().to_vec(), true);
@@ -218,9 +223,8 @@ impl Beside {
     #[must_use]
     pub fn rows(&self) -> Vec<RungRow> {
         let since_s = self.since.map_or(0.0, SimTime::s);
-        let shadows = self.shadows.iter().map(Shadow::rung);
-        let rungs = std::iter::once(self.config.filter.rung).chain(shadows);
-        let mut rows: Vec<_> = rungs
+        let mut rows: Vec<_> = self
+            .rungs()
             .zip(&self.scores)
             .enumerate()
             .map(|(at, (rung, score))| (rung, score.row(rung, at == 0, since_s)))

@@ -5,6 +5,7 @@
 
 use super::Viewer;
 use super::beside::Beside;
+use super::kept_scene;
 use super::log::{Log, LogError};
 use super::log_traffic::core_after;
 use super::picture::{AirportMap, RunInfo};
@@ -148,7 +149,7 @@ impl Keeper {
             None => None,
         };
         if let Some(log) = &mut log {
-            keep_sources(log, &scene);
+            kept_scene::keep(log, &scene);
         }
         if let Some(page) = &page {
             page.update(|viewer| viewer.on_scene(&info, &map));
@@ -384,7 +385,7 @@ impl Keeper {
         let file = first.with_file_name(format!("{stem}-{run}.sqlite"));
         match Log::replace(&file, &RunInfo::of(&self.scene, seed), &self.map) {
             Ok(mut log) => {
-                keep_sources(&mut log, &self.scene);
+                kept_scene::keep(&mut log, &self.scene);
                 self.log = Some(log);
             }
             Err(error) => tracing::error!("{error}"),
@@ -420,19 +421,6 @@ impl Keeper {
         if let Some(page) = &self.page {
             page.update(show);
         }
-    }
-}
-
-/// Puts the scene into the log; a log without it shows everything, but cannot be forked where the scene is gone.
-fn keep_sources(log: &mut Log, scene: &Scene) {
-    let kept = scene.sources().map_err(|e| e.to_string()).and_then(|sources| {
-        let text = scene.path.file_name().map(|n| n.to_string_lossy().into_owned());
-        log.fact("scene_file", &text.unwrap_or_default()).map_err(|e| e.to_string())?;
-        let mut write = |(name, octets): &(String, Vec<u8>)| log.file(name, octets);
-        sources.iter().try_for_each(&mut write).map_err(|e| e.to_string())
-    });
-    if let Err(reason) = kept {
-        tracing::warn!("the scene is not in the log: {reason}");
     }
 }
 

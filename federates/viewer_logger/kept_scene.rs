@@ -1,21 +1,81 @@
 //! The scene of a finished run, out of its log.
 
 use super::archive::Archive;
+use super::log::Log;
+use crate::exchange::flights::flight_list;
 use anyhow::{Context as _, ensure};
+use models::flight_list::FlightList;
+use scenarios::Scene;
 use std::path::{Component, Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
+
+/// Puts the scene into the log; a log without it shows everything, but cannot be forked where the scene is gone.
+pub fn keep(log: &mut Log, scene: &Scene) {
+    let kept = scene.sources().map_err(|e| e.to_string()).and_then(|sources| {
+        let text = scene.path.file_name().map(|n| n.to_string_lossy().into_owned());
+        log.fact("scene_file", &text.unwrap_or_default()).map_err(|e| e.to_string())?;
+        let mut write = |(name, octets): &(String, Vec<u8>)| log.file(name, octets);
+        sources.iter().try_for_each(&mut write).map_err(|e| e.to_string())
+    });
+    if let Err(reason) = kept {
+        tracing::warn!("the scene is not in the log: {reason}");
+    }
+}
 
 /// The scene of a run, without its truth, out of its log.
 ///
 /// # Errors
 /// The log does not hold it (it is of an earlier version), or it cannot be read.
-pub fn load(archive: &Archive) -> anyhow::Result<scenarios::Scene> {
+pub fn load(archive: &Archive) -> anyhow::Result<Scene> {
+    changed(archive, &[])
+}
+
+/// The same with the filter that a fork ended with, where the run is one.
+///
+/// # Errors
+/// As [`load`] and [`changes`].
+pub fn load_as_tracked(archive: &Archive) -> anyhow::Result<Scene> {
+    let tracking = |c: &(String, String)| c.0.starts_with("tracking.");
+    changed(archive, &changes(archive)?.into_iter().filter(tracking).collect::<Vec<_>>())
+}
+
+/// Keys and values that a fork changed in its parent's scene; none of a run that is no fork.
+///
+/// # Errors
+/// The fork does not say so (it is of an earlier version).
+pub fn changes(archive: &Archive) -> anyhow::Result<Vec<(String, String)>> {
+    if archive.fact("fork").is_none_or(|parent| parent.is_empty()) {
+        return Ok(Vec::new());
+    }
+    let kept = archive.fact(CHANGES).with_context(|| {
+        let file = archive.path().display();
+        format!("{file}: this fork is of an earlier version and does not say what it changed: fork its parent again")
+    })?;
+    Ok(serde_json::from_str(&kept)?)
+}
+
+fn changed(archive: &Archive, changes: &[(String, String)]) -> anyhow::Result<Scene> {
     let folder = empty_folder()?;
-    let read =
-        write(archive, &folder).and_then(|(_, path)| Ok(scenarios::load_without_truth(&path)?));
+    let read = write(archive, &folder)
+        .and_then(|(text, path)| Ok(scenarios::change::load_changed(&path, &text, changes)?));
     let _ = std::fs::remove_dir_all(&folder);
     read
 }
+
+/// The flight list of the scene, which knows where stands are; that of the log where the scene has none.
+///
+/// # Errors
+/// If the database refuses.
+pub fn flights(archive: &Archive, scene: &Scene) -> anyhow::Result<FlightList> {
+    if !scene.flight_list.entries.is_empty() {
+        return Ok(scene.flight_list.clone());
+    }
+    let logged = archive.flights().context("the flight list of the log")?;
+    Ok(flight_list(&logged, scene.flight_list.runways.clone()))
+}
+
+/// Fact of a fork's log: what it changed, as JSON pairs of key and value.
+pub const CHANGES: &str = "changes_json";
 
 /// An empty folder of this process's own.
 fn empty_folder() -> std::io::Result<PathBuf> {

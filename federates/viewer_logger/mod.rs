@@ -29,6 +29,7 @@ pub mod metrics;
 pub mod opened;
 pub mod picture;
 pub mod process;
+pub mod replayed;
 pub mod said;
 mod seat_view;
 pub mod server;
@@ -72,6 +73,7 @@ pub struct Viewer {
     said: Said,
     detection: Option<Arc<detection::Maps>>,
     blocks: Vec<picture::Block>,
+    cab_m: [f64; 3],
 }
 
 /// Where the scans come from.
@@ -124,6 +126,7 @@ impl Viewer {
             said: Said::default(),
             detection: None,
             blocks: Vec::new(),
+            cab_m: [0.0; 3],
         }
     }
 
@@ -206,6 +209,7 @@ impl Viewer {
     pub fn on_scene(&mut self, run: &RunInfo, map: &AirportMap) {
         self.info = run.clone();
         self.blocks.clone_from(&map.blocks);
+        self.cab_m = map.cab_m();
         let filters = models::filter::Rung::ALL.map(|(_, name)| name);
         self.set("scene", json!({"type": "scene", "run": run, "map": map, "filters": filters}));
     }
@@ -335,7 +339,7 @@ impl Viewer {
 
     /// What sight depends on.
     fn air(&self) -> seat_view::Air<'_> {
-        seat_view::Air { weather: &self.weather, blocks: &self.blocks }
+        seat_view::Air { weather: &self.weather, blocks: &self.blocks, cab_m: self.cab_m }
     }
 
     /// The flight list.

@@ -73,6 +73,31 @@ pub struct AirportMap {
     pub boards: Vec<BoardPlate>,
 }
 
+impl AirportMap {
+    /// The eye of a tower controller, m east, north and up, as the eye's page has it (`web/eye.js`): above the highest building, else
+    /// at the first radar, else in the middle of stands and runways.
+    #[must_use]
+    pub fn cab_m(&self) -> [f64; 3] {
+        let middle = |points: &[[f64; 2]]| {
+            let n = points.len().max(1) as f64;
+            [0, 1].map(|i| points.iter().map(|p| p[i]).sum::<f64>() / n)
+        };
+        if let Some(high) = self.blocks.iter().max_by(|a, b| a.height_m.total_cmp(&b.height_m)) {
+            let [x, y] = middle(&high.ring);
+            return [x, y, high.height_m + CAB_OVER_ROOF_M];
+        }
+        let radar = self.sensors.iter().filter(|s| s.kind == "asde").find_map(|s| s.position_m);
+        let ends = self.runways.iter().flat_map(|r| r.ends);
+        let places: Vec<_> = self.stands.iter().map(|s| s.position_m).chain(ends).collect();
+        let [x, y] = radar.unwrap_or_else(|| middle(&places));
+        [x, y, CAB_M]
+    }
+}
+
+/// Height of a cab over the roof below it, and of one of which nothing is known, m.
+const CAB_OVER_ROOF_M: f64 = 5.0;
+const CAB_M: f64 = 45.0;
+
 /// A building with vertical walls.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Block {

@@ -1,5 +1,5 @@
-//! What people at seats see of a run: a controller what sensors and tracker give, never the truth; who is aboard something, itself and
-//! whom he can see from there. All of it is taken out here, so that a page cannot show what it was not sent.
+//! What people at seats see of a run: a controller what sensors and tracker give, never the truth, and out of the window whom he can see
+//! from the tower; who is aboard something, itself and whom he can see from there. All of it is taken out here, so that a page cannot show what it was not sent.
 //!
 //! Sight: nearer than the range at which 5 % of the contrast is left, `ln 20 / β` with the extinction of the eye's view
 //! (`web/eye_light.js`: `β = 2.9957/V + 0.248·10⁻³ R^0.67` per metre), and no building of the scene between the eye and the middle of
@@ -12,10 +12,12 @@ use models::time::SimTime;
 use serde_json::Value;
 use std::collections::BTreeSet;
 
-/// The seats of one browser; without one it sees everything.
+/// The seats that a browser sees from: its own, and those that its person has on other pages. Without one it sees everything.
 #[derive(Debug, Default)]
 pub(super) struct SeatView {
-    seats: BTreeSet<String>,
+    own: BTreeSet<String>,
+    seats: BTreeSet<String>, // its own among them
+    window: bool,
 }
 
 /// What sight depends on.
@@ -25,26 +27,47 @@ pub(super) struct Air<'a> {
     pub weather: &'a [WeatherNotice],
     /// Buildings.
     pub blocks: &'a [Block],
+    /// Where a controller looks out from, m east, north and up.
+    pub cab_m: [f64; 3],
 }
 
 impl SeatView {
-    /// What was done at a seat, and accepted; whether another one is sat at now.
+    /// What was done at a seat from here, and accepted; whether something else is seen now.
     pub(super) fn note(&mut self, order: &SeatOrder) -> bool {
         match order.action {
-            SeatAction::Take => self.seats.insert(order.seat.clone()),
-            SeatAction::Leave => self.seats.remove(&order.seat),
+            SeatAction::Take => {
+                self.own.insert(order.seat.clone());
+                self.seats.insert(order.seat.clone())
+            }
+            SeatAction::Leave => {
+                self.own.remove(&order.seat);
+                self.seats.remove(&order.seat)
+            }
             _ => false,
         }
     }
 
-    /// Whether nobody sits anywhere.
+    /// The seats that the person of this browser has now, on whatever page; whether something else is seen now.
+    pub(super) fn is_of(&mut self, mut seats: BTreeSet<String>) -> bool {
+        seats.extend(self.own.iter().cloned());
+        let other = self.seats != seats;
+        self.seats = seats;
+        other
+    }
+
+    /// It is a look out of the window, not a position's screen.
+    pub(super) fn looks_out(&mut self) {
+        self.window = true;
+    }
+
+    /// Whether its person sits nowhere.
     pub(super) fn is_free(&self) -> bool {
         self.seats.is_empty()
     }
 
     /// Whether only movers are sat in.
     pub(super) fn only_aboard(&self) -> bool {
-        !self.is_free() && self.seats.iter().all(|seat| aboard(seat).is_some())
+        !self.is_free() && self.seats.iter().all(|seat| aboard_of(seat).is_some())
     }
 
     /// For the page: where one sits.
@@ -61,16 +84,21 @@ impl SeatView {
         let time = frame::number_and_time(&message).map_or(SimTime(0), |(_, time)| time);
         let weather = air.weather.iter().rfind(|w| w.from_ns <= time.0);
         let mut truth = vec![false; entities.len()];
-        for callsign in self.seats.iter().filter_map(|seat| aboard(seat)) {
-            let Some(own) = entities.iter().position(|e| e.callsign == callsign) else { continue };
-            let eye = eye_of(&entities[own]);
+        let controls = !self.only_aboard();
+        let mut look = |eye: [f64; 3]| {
             let far_m = sight_m(weather, eye);
             for (keep, other) in truth.iter_mut().zip(&entities) {
                 *keep |= in_sight(eye, middle_of(other), far_m, air.blocks);
             }
-            truth[own] = true;
+        };
+        let aboard = |callsign: &str| entities.iter().position(|e| e.callsign == callsign);
+        let own: Vec<usize> =
+            self.seats.iter().filter_map(|seat| aboard_of(seat)).filter_map(aboard).collect();
+        own.iter().for_each(|at| look(eye_of(&entities[*at])));
+        if controls && self.window {
+            look(air.cab_m);
         }
-        let controls = !self.only_aboard();
+        own.iter().for_each(|at| truth[*at] = true);
         // What cannot be read is not sent on.
         frame::reduced(&message, &Keeps { tracks: controls, plots: controls, truth })
             .unwrap_or_default()
@@ -82,7 +110,7 @@ impl SeatView {
             return Some(said.to_owned());
         }
         let mut said: Value = serde_json::from_str(said).ok()?;
-        let own: BTreeSet<&str> = self.seats.iter().filter_map(|seat| aboard(seat)).collect();
+        let own: BTreeSet<&str> = self.seats.iter().filter_map(|seat| aboard_of(seat)).collect();
         if let Some(movers) = said.get_mut("movers").and_then(Value::as_array_mut) {
             movers.retain(|m| m["callsign"].as_str().is_some_and(|c| own.contains(c)));
         }
@@ -91,7 +119,7 @@ impl SeatView {
 }
 
 /// Whom a seat is aboard, by the names that `scenarios::driven` gives seats; none: a controller's.
-fn aboard(seat: &str) -> Option<&str> {
+fn aboard_of(seat: &str) -> Option<&str> {
     seat.strip_prefix("driver ").or_else(|| seat.strip_prefix("pilot "))
 }
 

@@ -5,6 +5,7 @@
 mod asked_for;
 mod at_seat;
 mod authoring;
+mod dial;
 mod fork;
 mod socket;
 
@@ -19,7 +20,7 @@ use super::source::Source;
 use crate::runtime::messages::{Command, SeatAnswer, SeatOrder};
 use axum::body::Body;
 use axum::extract::ws::WebSocketUpgrade;
-use axum::extract::{DefaultBodyLimit, Extension, Request, State};
+use axum::extract::{DefaultBodyLimit, Extension, Query, Request, State};
 use axum::http::{HeaderMap, Method, StatusCode, header};
 use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Response};
@@ -71,6 +72,10 @@ pub struct Page {
     speak: Mutex<Option<Speak>>,
     /// The scene that a person writes, where somebody does.
     author: Mutex<Option<Arc<Author>>>,
+    /// Who sits where.
+    people: Mutex<at_seat::People>,
+    /// Held by each comparison on a finished run, for as long as it works.
+    comparisons: Arc<()>,
     version: watch::Sender<u64>,
 }
 
@@ -85,6 +90,8 @@ impl Page {
             forks: Mutex::default(),
             speak: Mutex::default(),
             author: Mutex::default(),
+            people: Mutex::default(),
+            comparisons: Arc::default(),
             version,
         })
     }
@@ -92,7 +99,7 @@ impl Page {
     /// Puts another run beside the first.
     pub fn add(&self, viewer: Viewer) {
         self.others().push(viewer);
-        self.version.send_modify(|v| *v = v.wrapping_add(1));
+        self.wake();
     }
 
     /// From now on people may sit down at controllers' seats.
@@ -142,7 +149,7 @@ impl Page {
         for other in self.others().iter_mut() {
             other.tell(topic, message.clone());
         }
-        self.version.send_modify(|v| *v = v.wrapping_add(1));
+        self.wake();
     }
 
     /// Takes in what runs that others keep have grown by.
@@ -152,8 +159,12 @@ impl Page {
             grown |= other.follow();
         }
         if grown {
-            self.version.send_modify(|v| *v = v.wrapping_add(1));
+            self.wake();
         }
+    }
+
+    fn people(&self) -> MutexGuard<'_, at_seat::People> {
+        self.people.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn others(&self) -> MutexGuard<'_, Vec<Viewer>> {
@@ -172,6 +183,11 @@ impl Page {
         let mut viewer = self.viewer();
         change(&mut viewer);
         drop(viewer);
+        self.wake();
+    }
+
+    /// Something is to be sent to a browser.
+    fn wake(&self) {
         self.version.send_modify(|v| *v = v.wrapping_add(1));
     }
 
@@ -347,9 +363,19 @@ async fn file(request: Request) -> Response {
     }
 }
 
+/// Whose page it is that opens a socket, and whether it is the eye's, where it says so.
+#[derive(serde::Deserialize)]
+struct Whose {
+    #[serde(default)]
+    person: String,
+    #[serde(default)]
+    eye: bool,
+}
+
 async fn upgrade(
     socket: WebSocketUpgrade,
     headers: HeaderMap,
+    Query(whose): Query<Whose>,
     Extension(Peer(peer)): Extension<Peer>,
     State(shared): State<Arc<Shared>>,
 ) -> Response {
@@ -370,7 +396,7 @@ async fn upgrade(
                     None => return,
                 },
             };
-            socket::browser(socket, &shared, rights).await;
+            socket::browser(socket, &shared, rights, whose).await;
             drop(seat);
         },
     )

@@ -1,5 +1,7 @@
 //! One browser: what it was sent, what it looks at, and what it asks for. No I/O here.
 
+mod message;
+
 use super::Viewer;
 use super::forks::Wanted;
 use super::frame;
@@ -7,9 +9,11 @@ use super::said::Topic;
 use super::seat_view::SeatView;
 use super::source::Strip;
 use crate::runtime::messages::{Command, SeatOrder, SeatWords};
+use message::{FromPage, command_of};
 use models::time::SimTime;
-use serde::Deserialize;
 use serde_json::json;
+use std::collections::BTreeSet;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// One browser: what it was sent and what it looks at.
@@ -65,6 +69,8 @@ pub enum Asked {
     Fork(Option<Wanted>),
     /// An alert was seen: [`Viewer::acknowledge`].
     Acknowledge(u32),
+    /// Whose page this is.
+    Person(String),
     /// Something at a controller's seat, with its number; answer with [`reply`].
     Seat(f64, SeatOrder),
     /// The message was not understood; send this.
@@ -227,6 +233,13 @@ impl Session {
         if self.runs.is_empty() { vec![0] } else { self.runs.clone() }
     }
 
+    /// The database of the run that is looked at, where that is a finished one, and the scan of it that was sent last.
+    #[must_use]
+    pub fn looks_back_at(&self, all: &[&Viewer]) -> Option<(PathBuf, Option<u64>)> {
+        let viewer = all.get(self.shown_runs()[0])?;
+        Some((viewer.database()?.to_owned(), self.sent_scan))
+    }
+
     /// Shows the runs with these names, the first one with everything that belongs to it.
     ///
     /// # Errors
@@ -291,9 +304,20 @@ impl Session {
     /// Something was done at a seat, and accepted: from now on this browser gets what is seen from where it sits, see
     /// `seat_view`; what to tell it at once.
     pub fn sits(&mut self, order: &SeatOrder) -> Vec<Outgoing> {
-        if !self.seat.note(order) {
-            return Vec::new();
-        }
+        if self.seat.note(order) { self.sees() } else { Vec::new() }
+    }
+
+    /// This browser shows the eye's view: a controller looks out of the window there.
+    pub fn looks_out(&mut self) {
+        self.seat.looks_out();
+    }
+
+    /// Where the person of this browser sits, on any page: all of them see alike. What to tell it at once.
+    pub fn is_of(&mut self, seats: BTreeSet<String>) -> Vec<Outgoing> {
+        if self.seat.is_of(seats) { self.sees() } else { Vec::new() }
+    }
+
+    fn sees(&mut self) -> Vec<Outgoing> {
         self.sent_scan = None;
         self.sent_said = Default::default();
         self.explained = None;
@@ -332,6 +356,7 @@ impl Session {
             FromPage::Tolerances { on, ghost_m } => {
                 Asked::Tolerances(on, ghost_m.filter(|m| m.is_finite()))
             }
+            FromPage::Person { person } => Asked::Person(person),
             FromPage::Ack { id } => Asked::Acknowledge(id),
             FromPage::Open { runs } => Asked::Open(runs),
             FromPage::Fork { changes, .. } if changes.len() > MOST_CHANGES => {
@@ -388,89 +413,6 @@ pub(super) fn refused(reason: &str) -> Outgoing {
     Outgoing::json(&json!({"type": "refused", "text": reason}))
 }
 
-#[derive(Deserialize)]
-#[serde(tag = "type", rename_all = "lowercase", deny_unknown_fields)]
-enum FromPage {
-    Show {
-        scan: Option<u64>,
-    },
-    Select {
-        track: Option<u16>,
-    },
-    Compare {
-        on: bool,
-        #[serde(default)]
-        ghost: Option<String>,
-    },
-    Tolerances {
-        on: bool,
-        #[serde(default)]
-        ghost_m: Option<f64>,
-    },
-    Ack {
-        id: u32,
-    },
-    Open {
-        runs: Vec<String>,
-    },
-    Strip {
-        from_s: f64,
-        to_s: f64,
-        columns: usize,
-    },
-    Fork {
-        id: u32,
-        run: String,
-        at_s: f64,
-        changes: Vec<(String, String)>,
-    },
-    /// The fork that is being made is to end.
-    Cancel {},
-    /// Shown where none is needed; looked at before the session begins where one is.
-    Token {
-        #[serde(rename = "token")]
-        _token: String,
-    },
-    /// Its number `id`, and [`SeatWords`].
-    Seat(serde_json::Map<String, serde_json::Value>),
-    Command {
-        id: f64,
-        command: String,
-        #[serde(default)]
-        frames: Option<u64>,
-        #[serde(default)]
-        rate: Option<f64>,
-    },
-}
-
-/// The command and its words for the log.
-fn command_of(
-    word: &str,
-    frames: Option<u64>,
-    rate: Option<f64>,
-) -> Result<(String, Command), String> {
-    let command = match word {
-        "start" | "resume" => Command::Start,
-        "freeze" => Command::Freeze,
-        "step" => match frames.unwrap_or(1) {
-            n @ 1..=MAX_STEP => return Ok((format!("step {n}"), Command::Step { n })),
-            n => return Err(format!("step: {n} frames is outside 1 ..= {MAX_STEP}")),
-        },
-        "stop" => Command::Stop,
-        "restart" => Command::Restart,
-        "fast" => Command::Rate { rate: f64::INFINITY },
-        "rate" => match rate {
-            Some(rate) if (MIN_RATE..=MAX_RATE).contains(&rate) => {
-                return Ok((format!("rate {rate}"), Command::Rate { rate }));
-            }
-            Some(rate) => return Err(format!("rate: {rate} is outside {MIN_RATE} ..= {MAX_RATE}")),
-            None => return Err("rate: no figure given".to_owned()),
-        },
-        other => return Err(format!("{other:?} is not a valid command")),
-    };
-    Ok((word.to_owned(), command))
-}
-
 const NO_ALERTS: &str = r#"{"type":"alerts","open":[],"ended":[]}"#;
 /// Runs on one clock, at most.
 pub(super) const MOST_RUNS: usize = 8;
@@ -478,7 +420,3 @@ pub(super) const MOST_RUNS: usize = 8;
 const MOST_CHANGES: usize = 16;
 /// Events in one message, at most.
 const MOST_EVENTS: usize = 2000;
-/// Most frames in one step command: an hour of 50 ms frames.
-const MAX_STEP: u64 = 72_000;
-const MIN_RATE: f64 = 0.01;
-const MAX_RATE: f64 = 1000.0;

@@ -5,16 +5,18 @@
 //! the end of each, and a cubic between two of them (what a transponder answers is not in it). Nothing is asked of the SMDFM,
 //! and no digest or pace depends on it. A thread makes the chains; it takes 40 % of a core at most and leaves scans out beyond that.
 
+mod between;
+
 use crate::runtime::clock::monotonic_ns;
 use crate::runtime::messages::{ScanReport, TruthMessage};
+use between::Between;
 use crossbeam_channel::{Sender, bounded};
 use models::effects::{PlanRow, Tolerance, changes};
 use models::environment::Weather;
 use models::flight_list::FlightList;
-use models::frames::{Vector2, Vector3, wrap_pi};
+use models::frames::Vector2;
 use models::fusion::{Outcome, Tracker};
-use models::plot::Callsign;
-use models::sensors::{PlotSink, ScanInterval, Sensor, TargetClass, TargetState, Truth};
+use models::sensors::{PlotSink, ScanInterval, Sensor, Truth};
 use models::time::SimTime;
 use models::track::TrackStatus;
 use scenarios::Scene;
@@ -76,8 +78,6 @@ const MOVING_MPS: f64 = 1.0;
 const MINUTE_NS: i64 = 60_000_000_000;
 /// Ghosts that are drawn, at most.
 const MOST_GHOSTS: usize = 4096;
-/// What stands where a type is unknown, else the first of the scene's.
-const TYPE: &str = "A320";
 
 /// Sums of one scan.
 #[derive(Clone, Copy, Debug, Default)]
@@ -120,6 +120,20 @@ pub(super) struct Work {
     before: Option<(SimTime, Vec<TruthMessage>)>,
     flights: FlightList,
     ghost_m: Option<f64>,
+}
+
+impl Work {
+    /// A scan, with the truth at the end of the one before where that is known.
+    pub(super) fn of(
+        report: &ScanReport,
+        before: Option<(SimTime, Vec<TruthMessage>)>,
+        flights: &FlightList,
+        ghost_m: Option<f64>,
+    ) -> Self {
+        let (scan, to) = (report.scan, SimTime(report.time_ns));
+        let (truth, flights) = (report.truth.clone(), flights.clone());
+        Self { scan, to, truth, before, flights, ghost_m }
+    }
 }
 
 /// The tolerances to compare: the ladder in proportion to the scene's, with the scene's own.
@@ -194,7 +208,7 @@ impl Chains {
                 sensor.scan(&interval, &truth, &weather, &mut sinks[which]);
             }
             chain.took_ns += monotonic_ns().saturating_sub(began);
-            chain.targets += truth.targets.len() as u64;
+            chain.targets += truth.len() as u64;
             chain.scans += 1;
         }
         self.turn = (self.turn + 1) % count;
@@ -342,94 +356,6 @@ impl Chain {
     }
 }
 
-/// The entities of a scan between its two ends.
-struct Between<'a> {
-    at: SimTime,
-    step_s: f64,
-    targets: Vec<Target<'a>>,
-}
-
-struct Target<'a> {
-    key: u64,
-    now: &'a TruthMessage,
-    before: Option<&'a TruthMessage>,
-    class: &'a TargetClass,
-}
-
-impl<'a> Between<'a> {
-    fn of(scene: &'a Scene, work: &'a Work, scan: SimTime) -> Self {
-        let types = &scene.traffic.types;
-        let usual = types.get(TYPE).or_else(|| types.get(types.designators().next()?));
-        // A scan that was lost between them is none to draw a curve over.
-        let before = work.before.as_ref().filter(|b| work.to.0 - b.0.0 == scan.0);
-        let old: BTreeMap<u64, &TruthMessage> =
-            before.iter().flat_map(|b| &b.1).map(|t| (t.key(), t)).collect();
-        let mut targets: Vec<_> = work
-            .truth
-            .iter()
-            .filter_map(|now| {
-                let class = &types.get(&now.type_designator).or(usual)?.class;
-                let key = now.key();
-                Some(Target { key, now, before: old.get(&key).copied(), class })
-            })
-            .collect();
-        targets.sort_by_key(|t| t.key);
-        targets.dedup_by_key(|t| t.key);
-        Self { at: work.to, step_s: scan.s(), targets }
-    }
-
-    fn moves(&self, key: u64) -> bool {
-        let found = self.targets.binary_search_by_key(&key, |t| t.key);
-        let speed = |t: &Target<'_>| Vector3::from(t.now.velocity_mps).xy().norm();
-        found.is_ok_and(|at| speed(&self.targets[at]) >= MOVING_MPS)
-    }
-}
-
-impl Truth for Between<'_> {
-    fn len(&self) -> usize {
-        self.targets.len()
-    }
-    fn key(&self, index: usize) -> u64 {
-        self.targets[index].key
-    }
-    fn class(&self, index: usize) -> &TargetClass {
-        self.targets[index].class
-    }
-    fn callsign(&self, index: usize) -> Callsign {
-        Callsign::new(&self.targets[index].now.callsign)
-    }
-    fn address(&self, _: usize) -> Option<u32> {
-        None
-    }
-    fn at(&self, index: usize, time: SimTime) -> Option<TargetState> {
-        let Target { now, before, .. } = &self.targets[index];
-        let (p1, v1) = (Vector3::from(now.position_m), Vector3::from(now.velocity_mps));
-        let since_s = time.since_s(self.at);
-        let Some(before) = before.filter(|_| since_s > -self.step_s && since_s < 0.0) else {
-            let position_m = p1 + v1 * since_s;
-            return Some(TargetState {
-                position_m,
-                velocity_mps: v1,
-                heading_rad: now.heading_rad,
-            });
-        };
-        // Hermite's cubic through both states.
-        let (h, u) = (self.step_s, 1.0 + since_s / self.step_s);
-        let (p0, v0) = (Vector3::from(before.position_m), Vector3::from(before.velocity_mps));
-        let (u2, u3) = (u * u, u * u * u);
-        let position_m = p0 * (2.0 * u3 - 3.0 * u2 + 1.0)
-            + v0 * (h * (u3 - 2.0 * u2 + u))
-            + p1 * (3.0 * u2 - 2.0 * u3)
-            + v1 * (h * (u3 - u2));
-        let turned_rad = wrap_pi(now.heading_rad - before.heading_rad);
-        Some(TargetState {
-            position_m,
-            velocity_mps: v0 + (v1 - v0) * u,
-            heading_rad: before.heading_rad + turned_rad * u,
-        })
-    }
-}
-
 /// The chains on a thread of their own. It ends when this is dropped.
 #[derive(Debug)]
 pub struct Tolerances {
@@ -484,8 +410,7 @@ impl Tolerances {
         if monotonic_ns() < self.rest_ns.load(Ordering::Relaxed) {
             return;
         }
-        let (truth, flights) = (report.truth.clone(), flights.clone());
-        let work = Work { scan: report.scan, to, truth, before, flights, ghost_m };
+        let work = Work::of(report, before, flights, ghost_m);
         self.send.try_send(Box::new(work)).ok(); // a full queue: the next scan
     }
 }

@@ -15,6 +15,8 @@ mod network_csv;
 mod osm;
 mod overlay;
 
+pub(crate) use findings::NO_NETWORK;
+
 /// The airport of a scene with its place on the earth.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AirportScene {

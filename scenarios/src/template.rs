@@ -1,6 +1,6 @@
 //! A scene for an airport that nobody has written one for: it runs at once, and every line says why.
 
-use crate::airport::check;
+use crate::airport::{NO_NETWORK, check};
 use crate::error::ScenarioError;
 pub use crate::files::layout_of;
 use crate::{Scene, load_text};
@@ -182,9 +182,12 @@ fn text(
         "] }\n\n[[sensor]]                      # what aircraft say of themselves\nkind = \"adsb\"\nname = \"receiver\"\nequipped = 0.9\n\n\
          [tracking]\nprofile = \"accurate\"\n",
     );
-    if !findings.is_empty() {
+    // What the layout lacks and the file beside it has is no finding of the scene.
+    let found: Vec<String> = findings.iter().map(ToString::to_string).collect();
+    let mut found = found.iter().filter(|f| network.is_none() || *f != NO_NETWORK).peekable();
+    if found.peek().is_some() {
         out.push_str("\n# What was found in the layout:\n");
-        for finding in findings.iter().take(20) {
+        for finding in found.take(20) {
             let _ = writeln!(out, "# - {finding}");
         }
     }

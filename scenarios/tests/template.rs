@@ -26,6 +26,8 @@ fn a_new_scene_of_every_shipped_airport_is_read_and_nothing_in_it_is_silly() {
         assert!(landing + departing >= 8, "{icao}: {landing}, {departing}: {text}");
         let (_, found) = check(&wanted.path, &text).expect("sound");
         assert!(found.is_empty(), "{icao}: {found:?}");
+        // A network beside the layout is one.
+        assert!(!text.contains("no taxi network"), "{icao}: {text}");
         // What it has in comments, to be driven, is sound as well.
         let (before, car) = text.split_once("# [[traffic]]\n").expect("a car");
         let car: Vec<&str> =

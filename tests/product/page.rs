@@ -12,20 +12,19 @@ mod demo;
 mod drive;
 #[path = "page/looks.rs"]
 mod looks;
+#[path = "page/picture.rs"]
+mod picture;
 #[path = "page/seats.rs"]
 mod seats;
+#[path = "page/wrong.rs"]
+mod wrong;
 
 use browser::Browser;
 use demo::Demo;
 use federates::runtime::life_cycle::Phase;
-use federates::runtime::messages::{AlertMessage, Command, Operation, ScanReport};
+use federates::runtime::messages::{Command, Operation, ScanReport};
 use federates::viewer_logger::Viewer;
 use federates::viewer_logger::beside::RungRow;
-use federates::viewer_logger::detection::Maps;
-use federates::viewer_logger::drawing::view::View;
-use federates::viewer_logger::drawing::{Drawing, Shown, png, svg};
-use federates::viewer_logger::picture::AirportMap;
-use federates::viewer_logger::said::Topic;
 use federates::viewer_logger::server::{Operate, Page, Server, serve};
 use serde_json::{Value, json};
 use std::net::SocketAddr;
@@ -445,150 +444,4 @@ fn every_list_is_filled_for_the_target_clicked_and_fits_its_box() {
         assert_eq!(panel, json!([true, 0]), "{tab}: filled, and not wider than its box");
     }
     w.assert_no_complaint();
-}
-
-#[test]
-fn what_goes_wrong_is_shown_and_does_no_harm() {
-    let Some(mut w) = watch(5) else { return };
-    // Names are text, never markup; figures that are none leave the rest of the picture alone.
-    let mut odd = w.demo.scan(6);
-    odd.tracks[0].callsign = "<b>X</b>".to_owned();
-    odd.tracks[1].position_m = [f64::NAN, 5.0];
-    odd.tracks[1].cov_m2 = [f64::INFINITY; 3];
-    odd.tracks[2].status = "a new word".to_owned();
-    odd.truth[3].position_m[0] = f64::INFINITY;
-    odd.plots[0].kind = "crystal ball".to_owned();
-    w.page.update(|viewer| viewer.on_scan(&odd));
-    w.browser.until("__viewer.scan === 6");
-    w.drawn();
-    let names = w
-        .browser
-        .eval("[...document.querySelectorAll('#tracks td:first-child')].map((c) => c.textContent)");
-    assert!(names.as_array().expect("names").contains(&json!("<b>X</b>")));
-    assert_eq!(w.browser.eval("document.querySelectorAll('#tracks b').length"), 0);
-    // Messages that are none are refused by the reader with a reason.
-    for (octets, reason) in [
-        ("new Uint8Array(0)", "not a valid scan"),
-        ("new Uint8Array(40)", "not a valid scan"),
-        (
-            "(() => { const a = new Uint8Array(40); a.set([83, 69, 69, 68, 9]); return a; })()",
-            "version 9",
-        ),
-        (
-            "(() => { const a = new Uint8Array(40); a.set([83, 69, 69, 68, 3]); a[24] = 200; return a; })()",
-            "cut short",
-        ),
-    ] {
-        let said = w.browser.eval(&format!(
-            "import('/frame.js').then((m) => {{ try {{ m.decode(({octets}).buffer); return 'taken'; }} catch (e) {{ return e.message; }} }})"
-        ));
-        assert!(said.as_str().expect("words").contains(reason), "{octets}: {said}");
-    }
-    // Another page may not use this one.
-    let address = w.server.address();
-    let knock = |host: &str, origin: &str| {
-        let request = tungstenite::http::Request::builder()
-            .uri(format!("ws://{address}/socket"))
-            .header("Host", host)
-            .header("Origin", origin)
-            .header("Connection", "Upgrade")
-            .header("Upgrade", "websocket")
-            .header("Sec-WebSocket-Version", "13")
-            .header("Sec-WebSocket-Key", tungstenite::handshake::client::generate_key())
-            .body(())
-            .expect("a request");
-        match tungstenite::connect(request) {
-            Ok(_) => 101,
-            Err(tungstenite::Error::Http(answer)) => answer.status().as_u16(),
-            Err(error) => panic!("{error}"),
-        }
-    };
-    let own = address.to_string();
-    assert_eq!(knock(&own, &format!("http://{own}")), 101);
-    assert_eq!(knock(&own, "http://evil.example"), 403);
-    assert_eq!(knock("evil.example", "http://evil.example"), 403);
-    let ask = |method: &str| {
-        use std::io::{Read, Write};
-        let mut stream = std::net::TcpStream::connect(address).expect("connected");
-        write!(stream, "{method} / HTTP/1.1\r\nHost: {own}\r\nConnection: close\r\n\r\n")
-            .expect("sent");
-        let mut answer = String::new();
-        stream.read_to_string(&mut answer).expect("an answer");
-        answer.split(' ').nth(1).map(str::to_owned)
-    };
-    for (method, status) in [("GET", "200"), ("HEAD", "200"), ("POST", "405"), ("DELETE", "405")] {
-        assert_eq!(ask(method).as_deref(), Some(status), "{method}");
-    }
-
-    // A lost connection is shown, the last picture stays, and the page comes back by itself.
-    let Watched { page, server, commands, browser, .. } = &mut w;
-    browser.resize([1920, 1080]);
-    let stopped =
-        std::mem::replace(server, start("127.0.0.1:0".parse().expect("address"), page, commands));
-    stopped.stop();
-    browser.until("__viewer.connection === 'lost' && !document.getElementById('alert').hidden");
-    let words = browser.eval("document.getElementById('alert').textContent");
-    assert!(words.as_str().expect("words").contains("lost"), "{words}");
-    assert_eq!(
-        browser.eval("[__viewer.scan, document.body.classList.contains('stale')]"),
-        json!([6, true])
-    );
-    w.keep_screenshot("lost-1920");
-    let Watched { demo, page, server, commands, browser } = &mut w;
-    *server = start(address, page, commands);
-    let back = demo.scan(7);
-    page.update(|viewer| viewer.on_scan(&back));
-    browser.until("__viewer.connection === 'open' && __viewer.scan === 7 && document.getElementById('alert').hidden");
-    assert!(
-        w.browser.complaints.iter().all(|c| !c.contains("Security Policy")),
-        "{:?}",
-        w.browser.complaints
-    );
-}
-
-#[test]
-fn the_picture_without_a_browser_is_the_page() {
-    let Some(mut w) = watch(40) else { return };
-    w.browser.eval("document.querySelector('[data-view=targets]').click()");
-    w.drawn();
-    let view = w.browser.eval("__viewer.view");
-    let get = |name: &str| view[name].as_f64().expect("a figure");
-    let mut seen = View::new([get("width"), get("height")]);
-    let fragment = w.browser.eval("__viewer.state");
-    seen.read(fragment.as_str().expect("an address")).expect("read");
-    let report = w.demo.scan(40);
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/zurich.toml");
-    let map = AirportMap::of(&scenarios::load(&file).expect("the scene is sound"));
-    let shown =
-        Shown { map: &map, scan: &report, trails: &[], weather: None, alerts: &[], caption: "" };
-    let drawing = Drawing::of(&shown, &seen);
-    assert_eq!(drawing.marks.len(), report.tracks.len(), "every track is in view");
-    let tracks = w.browser.eval("__viewer.tracks");
-    let labels = w.browser.eval("__viewer.labels.map((l) => l.id)");
-    for mark in &drawing.marks {
-        let screen = &by(&tracks, "number", &json!(mark.number))["screen"];
-        let at = ["x", "y"].map(|k| screen[k].as_f64().expect("pixels"));
-        let far = libm::hypot(mark.at[0] - at[0], mark.at[1] - at[1]);
-        assert!(far < 1.0, "track {}: {far} px from where the page draws it", mark.number);
-        let [red, green, blue] = mark.colour.rgb.map(i64::from);
-        let pixel = w.pixel_at(mark.number);
-        let apart = (pixel[0] - red).abs() + (pixel[1] - green).abs() + (pixel[2] - blue).abs();
-        // A coasting one is hollow and shows the ground in its middle.
-        let hollow =
-            report.tracks.iter().any(|t| t.number == mark.number && t.status == "coasting");
-        assert!(hollow || apart < 60, "track {}: {pixel:?}, not {:?}", mark.number, mark.colour);
-        let labelled =
-            labels.as_array().expect("labels").contains(&json!(format!("t{}", mark.number)));
-        assert!(labelled && !mark.label.is_empty(), "track {} has no label", mark.number);
-    }
-    let words = w.browser.eval(
-        "import('/traffic.js').then(({ labelLines }) => __viewer.tracks.map((t) => [t.number, labelLines(t)]))",
-    );
-    for line in words.as_array().expect("labels") {
-        let mark = drawing.marks.iter().find(|m| json!(m.number) == line[0]).expect("a mark");
-        assert_eq!(json!(mark.label), line[1], "the same words");
-    }
-    let png = png::write(&drawing).expect("a picture");
-    assert!(png.starts_with(b"\x89PNG") && png.len() > 10_000);
-    assert!(svg::write(&drawing).contains("<title>CAI3208</title>"));
 }

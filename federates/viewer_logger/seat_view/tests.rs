@@ -199,3 +199,67 @@ fn a_message_that_is_cut_anywhere_is_none_and_one_that_keeps_all_says_the_same_b
         "with its own trail"
     );
 }
+
+#[test]
+fn all_pages_of_one_person_see_from_his_seats_until_he_has_none() {
+    let viewer = viewer(f64::INFINITY);
+    let mut other = Session::default();
+    let before = other.poll(&viewer);
+    let seats = |names: &[&str]| names.iter().map(|n| (*n).to_owned()).collect();
+    let told = other.is_of(seats(&["tower 1"]));
+    assert!(all_of(&told).contains(r#"{"seats":["tower 1"],"type":"sees"}"#), "{told:?}");
+    assert_eq!(seen(&other.poll(&viewer)).1.len(), 0, "no truth on his other page");
+    assert!(other.is_of(seats(&["tower 1"])).is_empty(), "no news");
+    // What he took on this page is his also where nobody else knows of it.
+    assert!(!other.sits(&order("pilot SWR1", SeatAction::Take)).is_empty());
+    assert!(all_of(&other.is_of(seats(&[]))).contains(r#"["pilot SWR1"]"#));
+    assert!(!other.sits(&order("pilot SWR1", SeatAction::Leave)).is_empty());
+    assert_eq!(seen(&other.poll(&viewer)), seen(&before), "everything is back");
+    assert!(other.is_of(seats(&[])).is_empty());
+}
+
+#[test]
+fn a_controller_sees_out_of_the_window_whom_the_weather_lets_him_and_no_more() {
+    // The highest roof is the pier's: the cab is above it.
+    let cab = map().cab_m();
+    let on_screen = |visibility_m: f64, eye: bool| {
+        let viewer = viewer(visibility_m);
+        let mut session = Session::default();
+        if eye {
+            session.looks_out();
+        }
+        session.sits(&order("tower 1", SeatAction::Take));
+        let (tracks, truth, _, pairs) = seen(&session.poll(&viewer));
+        assert!(pairs.iter().all(|p| p.1.is_nan()), "no errors");
+        (tracks.len(), truth)
+    };
+    assert_eq!(on_screen(f64::INFINITY, false), (4, vec![]), "the screen has no window");
+    let (tracks, clear) = on_screen(f64::INFINITY, true);
+    assert!(tracks == 4 && clear.len() >= 3, "{clear:?} from {cab:?}");
+    let (_, fog) = on_screen(150.0, true);
+    assert!(fog.len() < clear.len(), "{fog:?}");
+}
+
+#[test]
+fn the_cab_is_over_the_highest_roof_else_at_a_radar_else_in_the_middle() {
+    let mut map = map();
+    let top = map.blocks.iter().map(|b| b.height_m).fold(0.0, f64::max);
+    assert!((map.cab_m()[2] - top - 5.0).abs() < 1e-9);
+    map.blocks.clear();
+    map.sensors = vec![picture::SensorSite {
+        id: 1,
+        name: "radar".to_owned(),
+        kind: "asde".to_owned(),
+        position_m: Some([7.0, 8.0]),
+        range_m: None,
+    }];
+    assert_eq!(map.cab_m(), [7.0, 8.0, 45.0]);
+    map.sensors.clear();
+    map.stands = vec![
+        picture::NamedPoint { name: String::new(), position_m: [0.0, 10.0] },
+        picture::NamedPoint { name: String::new(), position_m: [20.0, 30.0] },
+    ];
+    map.runways.clear();
+    assert_eq!(map.cab_m(), [10.0, 20.0, 45.0]);
+    assert_eq!(picture::AirportMap::default().cab_m(), [0.0, 0.0, 45.0]);
+}

@@ -3,16 +3,60 @@
 use super::super::said::Topic;
 use super::super::session::{Outgoing, reply};
 use super::{ANSWER, Page, Shared};
-use crate::runtime::messages::{SeatOrder, SeatWords};
+use crate::runtime::clock::monotonic_ns;
+use crate::runtime::messages::{SeatAction, SeatOrder, SeatWords};
 use axum::extract::State;
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use serde_json::json;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, PoisonError};
 use tokio::time::timeout;
 
+/// Who sits where, by what was accepted on this host: all pages of one person see from his seats, also one that is opened or loaded anew.
+#[derive(Debug, Default)]
+pub(super) struct People {
+    /// Of each seat: who has it, and when he was heard last (monotonic, ns).
+    seats: BTreeMap<String, (String, u64)>,
+}
+
+impl People {
+    /// Something was accepted at a seat.
+    fn note(&mut self, order: &SeatOrder, now_ns: u64) {
+        match order.action {
+            SeatAction::Leave => {
+                self.seats.remove(&order.seat);
+            }
+            _ => {
+                self.seats.insert(order.seat.clone(), (order.person.clone(), now_ns));
+            }
+        }
+    }
+
+    /// The seats that a person has; whoever is not heard of has lost them.
+    pub(super) fn seats_of(&self, person: &str, now_ns: u64) -> BTreeSet<String> {
+        let has = |(_, (whose, heard_ns)): &(&String, &(String, u64))| {
+            whose == person && now_ns.saturating_sub(*heard_ns) < SILENT_NS
+        };
+        self.seats.iter().filter(has).map(|(seat, _)| seat.clone()).collect()
+    }
+}
+
+/// A little longer than a silent person keeps a seat, ns (docs/control.md, "Take a seat").
+const SILENT_NS: u64 = 35_000_000_000;
+
 /// Does it; its number, or why not.
 async fn carried(page: Arc<Page>, order: SeatOrder) -> Result<u64, String> {
+    let (noted, people) = (order.clone(), Arc::clone(&page));
+    let done = spoken(page, order).await;
+    if done.is_ok() {
+        people.people().note(&noted, monotonic_ns());
+        people.wake();
+    }
+    done
+}
+
+async fn spoken(page: Arc<Page>, order: SeatOrder) -> Result<u64, String> {
     let speak = page.speak.lock().unwrap_or_else(PoisonError::into_inner).clone();
     let Some(speak) = speak else {
         return Err("this run is over: nobody can sit down".to_owned());
@@ -80,6 +124,34 @@ mod tests {
     use super::*;
     use crate::runtime::messages::SeatAnswer;
     use std::io::{Read, Write};
+
+    #[test]
+    fn a_person_has_the_seats_he_took_until_he_leaves_is_silent_or_another_has_them() {
+        let order = |seat: &str, person: &str, action| SeatOrder {
+            seat: seat.to_owned(),
+            person: person.to_owned(),
+            action,
+        };
+        let mut people = People::default();
+        let seats = |people: &People, person: &str, s: u64| -> Vec<String> {
+            people.seats_of(person, s * 1_000_000_000).into_iter().collect()
+        };
+        people.note(&order("ground", "ann", SeatAction::Take), 0);
+        people.note(&order("pilot SWR1", "ann", SeatAction::Take), 1_000_000_000);
+        people.note(&order("tower 1", "bob", SeatAction::Take), 0);
+        assert_eq!(seats(&people, "ann", 2), ["ground", "pilot SWR1"]);
+        assert_eq!(seats(&people, "bob", 2), ["tower 1"]);
+        assert!(seats(&people, "eve", 2).is_empty() && seats(&people, "", 2).is_empty());
+        people.note(&order("ground", "ann", SeatAction::Here), 30_000_000_000);
+        assert_eq!(seats(&people, "ann", 50), ["ground"], "nothing was heard from the cockpit");
+        people.note(&order("ground", "bob", SeatAction::Take), 70_000_000_000);
+        assert_eq!(
+            (seats(&people, "ann", 71), seats(&people, "bob", 71)),
+            (vec![], vec!["ground".to_owned()])
+        );
+        people.note(&order("ground", "bob", SeatAction::Leave), 72_000_000_000);
+        assert!(seats(&people, "bob", 73).is_empty());
+    }
 
     #[test]
     fn a_program_sits_down_by_http_and_hears_in_one_sentence_why_not() {

@@ -1,8 +1,11 @@
 //! One browser on its WebSocket: what it asks for is answered, what it lacks is sent, until it leaves.
 
 use super::super::access::{Access, LOOK_ONLY, Rights};
+use super::super::replayed::Compared;
 use super::super::session::{Asked, Outgoing, Session, refused, reply};
-use super::{ANSWER, Shared, at_seat, fork};
+use super::dial::Dials;
+use super::{ANSWER, Shared, Whose, at_seat, fork};
+use crate::runtime::clock::monotonic_ns;
 use crate::runtime::messages::Command;
 use axum::extract::ws::{Message, WebSocket};
 use std::sync::Arc;
@@ -23,17 +26,27 @@ pub(super) async fn first_word(socket: &mut WebSocket, access: &Access) -> Optio
 }
 
 /// One browser until it leaves. A slow one gets fewer scans, never an ever longer queue.
-pub(super) async fn browser(mut socket: WebSocket, shared: &Arc<Shared>, rights: Rights) {
-    let mut session = Session::default();
+pub(super) async fn browser(
+    mut socket: WebSocket,
+    shared: &Arc<Shared>,
+    rights: Rights,
+    Whose { mut person, eye }: Whose,
+) {
+    let (mut session, mut dials) = (Session::default(), Dials::default());
+    if eye {
+        session.looks_out();
+    }
     let mut version = shared.page.version.subscribe();
     version.mark_changed();
     let mut alive = interval(ALIVE);
     alive.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    // First of all whose page it is: nothing is sent that is not seen from his seats.
+    let mut first = sees(shared, &mut session, &person);
     loop {
         let out = tokio::select! {
             message = socket.recv() => match message {
                 Some(Ok(Message::Text(text))) => match session.on_message(&text) {
-                    Asked::Nothing => shared.page.with_all(|all| session.poll_runs(all)),
+                    Asked::Nothing => picture(shared, &mut session, &person),
                     Asked::Refused(answer) => vec![answer],
                     Asked::Open(ids) => shared.page.with_all(|all| match session.open(all, &ids) {
                         Ok(()) => session.poll_runs(all),
@@ -42,21 +55,14 @@ pub(super) async fn browser(mut socket: WebSocket, shared: &Arc<Shared>, rights:
                     Asked::Strip(from_s, to_s, columns) => {
                         shared.page.with_all(|all| session.strip(all, from_s, to_s, columns))
                     }
-                    Asked::Compare(..) if rights == Rights::Look => vec![refused(LOOK_ONLY)],
-                    Asked::Compare(true, _) if !shared.page.viewer().is_live() => {
-                        vec![refused(NOT_LIVE)]
+                    Asked::Compare(..) | Asked::Tolerances(..) if rights == Rights::Look => {
+                        vec![refused(LOOK_ONLY)]
                     }
                     Asked::Compare(on, ghost) => {
-                        shared.page.update(|viewer| viewer.compare(on, ghost));
-                        Vec::new()
-                    }
-                    Asked::Tolerances(..) if rights == Rights::Look => vec![refused(LOOK_ONLY)],
-                    Asked::Tolerances(true, _) if !shared.page.viewer().is_live() => {
-                        vec![refused(NOT_LIVE)]
+                        dials.ask(&shared.page, &session, on, Compared::Rungs(ghost))
                     }
                     Asked::Tolerances(on, ghost_m) => {
-                        shared.page.update(|viewer| viewer.compare_tolerances(on, ghost_m));
-                        Vec::new()
+                        dials.ask(&shared.page, &session, on, Compared::Tolerances(ghost_m))
                     }
                     Asked::Fork(..) if rights == Rights::Look => vec![refused(LOOK_ONLY)],
                     Asked::Fork(Some(wanted)) => {
@@ -66,6 +72,10 @@ pub(super) async fn browser(mut socket: WebSocket, shared: &Arc<Shared>, rights:
                     Asked::Fork(None) => {
                         shared.page.forks().inspect(|forks| forks.cancel());
                         Vec::new()
+                    }
+                    Asked::Person(name) => {
+                        person = name;
+                        picture(shared, &mut session, &person)
                     }
                     Asked::Acknowledge(_) if rights == Rights::Look => vec![refused(LOOK_ONLY)],
                     Asked::Acknowledge(id) => {
@@ -80,10 +90,10 @@ pub(super) async fn browser(mut socket: WebSocket, shared: &Arc<Shared>, rights:
                         let page = Arc::clone(&shared.page);
                         let (answer, accepted) = at_seat::answered(page, id, order.clone()).await;
                         let mut out = vec![answer];
-                        let sees = if accepted { session.sits(&order) } else { Vec::new() };
-                        if !sees.is_empty() {
-                            out.extend(sees);
-                            out.extend(shared.page.with_all(|all| session.poll_runs(all)));
+                        if accepted {
+                            person.clone_from(&order.person);
+                            out.extend(session.sits(&order));
+                            out.extend(picture(shared, &mut session, &person));
                         }
                         out
                     }
@@ -104,11 +114,15 @@ pub(super) async fn browser(mut socket: WebSocket, shared: &Arc<Shared>, rights:
                 }
                 sleep(PICTURE).await; // several changes make one picture
                 version.mark_unchanged();
-                shared.page.with_all(|all| session.poll_runs(all))
+                picture(shared, &mut session, &person)
             }
             _ = alive.tick() => vec![Outgoing::Text(r#"{"type":"alive"}"#.into())],
         };
-        for message in out {
+        for message in std::mem::take(&mut first)
+            .into_iter()
+            .chain(out)
+            .chain(dials.follow(&shared.page, &session))
+        {
             let message = match message {
                 Outgoing::Text(text) => Message::Text((&*text).into()),
                 Outgoing::Binary(octets) => Message::Binary(octets.into()),
@@ -119,6 +133,18 @@ pub(super) async fn browser(mut socket: WebSocket, shared: &Arc<Shared>, rights:
             }
         }
     }
+}
+
+/// From where its person sees the run now, where that is news.
+fn sees(shared: &Shared, session: &mut Session, person: &str) -> Vec<Outgoing> {
+    session.is_of(shared.page.people().seats_of(person, monotonic_ns()))
+}
+
+/// What a browser lacks, as seen from where its person sits.
+fn picture(shared: &Shared, session: &mut Session, person: &str) -> Vec<Outgoing> {
+    let mut out = sees(shared, session, person);
+    out.extend(shared.page.with_all(|all| session.poll_runs(all)));
+    out
 }
 
 async fn carry_out(shared: Arc<Shared>, id: f64, words: String, command: Command) -> Outgoing {
@@ -136,7 +162,6 @@ async fn carry_out(shared: Arc<Shared>, id: f64, words: String, command: Command
 
 /// How long a browser that needs a token may take to say it.
 const FIRST_WORD: Duration = Duration::from_secs(5);
-const NOT_LIVE: &str = "filters and tolerances run beside a run that goes on; of a finished one, seeds fork RUN --set tracking.filter=NAME (or accuracy.position_m=M) shows another";
 /// At most this often a new picture.
 const PICTURE: Duration = Duration::from_millis(40);
 /// A sign of life when nothing else is to be said; the page shows its absence.

@@ -1,4 +1,5 @@
 use super::*;
+use serde_json::json;
 
 #[test]
 fn a_taken_port_is_named_with_the_flag_that_helps() {
@@ -130,4 +131,131 @@ fn browsers_have_places_and_one_client_a_share() {
     assert!(Seat::take(&shared, far(9)).is_ok());
     drop(seats);
     assert!(shared.browsers().is_empty());
+}
+
+type Socket = tungstenite::WebSocket<tungstenite::stream::MaybeTlsStream<std::net::TcpStream>>;
+
+/// A browser of this page, with what stands after the address of its socket.
+fn browser(server: &Server, query: &str) -> Socket {
+    let address = format!("127.0.0.1:{}", server.address().port());
+    let uri = format!("ws://{address}/socket{query}").parse().expect("a URI");
+    let request = tungstenite::ClientRequestBuilder::new(uri)
+        .with_header("Origin", format!("http://{address}"));
+    let socket = tungstenite::connect(request).expect("connected").0;
+    if let tungstenite::stream::MaybeTlsStream::Plain(stream) = socket.get_ref() {
+        stream.set_read_timeout(Some(Duration::from_secs(120))).expect("a time");
+    }
+    socket
+}
+
+fn ask(socket: &mut Socket, text: &str) {
+    socket.send(tungstenite::Message::text(text)).expect("sent");
+}
+
+/// The next message of a type for which something holds.
+fn told(
+    socket: &mut Socket,
+    kind: &str,
+    so: impl Fn(&serde_json::Value) -> bool,
+) -> serde_json::Value {
+    loop {
+        let message = socket.read().expect("a message");
+        let Ok(text) = message.to_text() else { continue };
+        let Ok(message) = serde_json::from_str::<serde_json::Value>(text) else { continue };
+        if message["type"] == kind && so(&message) {
+            return message;
+        }
+    }
+}
+
+/// The next scan.
+fn scan_of(socket: &mut Socket) -> Vec<u8> {
+    loop {
+        if let tungstenite::Message::Binary(octets) = socket.read().expect("a message") {
+            return octets.to_vec();
+        }
+    }
+}
+
+#[test]
+fn each_page_of_a_finished_run_compares_at_its_own_time() {
+    use crate::viewer_logger::log::{Log, tests::Folder};
+    use crate::viewer_logger::picture::{AirportMap, RunInfo};
+    let folder = Folder::new();
+    let file = folder.0.join("run.sqlite");
+    let mut log =
+        Log::create(&file, &RunInfo::default(), &AirportMap::default()).expect("a new log");
+    let scene = scenarios::load(&scenarios::locate("zurich")).expect("a shipped scene");
+    crate::viewer_logger::kept_scene::keep(&mut log, &scene);
+    (1..=60).for_each(|n| log.scan(&crate::viewer_logger::tests::scan(n)).expect("written"));
+    log.close().expect("closed");
+    let page = Page::new(crate::viewer_logger::opened::viewer(&file).expect("opened"));
+    let operate: Operate = Box::new(|_, _| (false, String::new()));
+    let server =
+        serve("127.0.0.1:0".parse().expect("address"), Arc::clone(&page), operate).expect("served");
+    let (mut a, mut b) = (browser(&server, ""), browser(&server, ""));
+    scan_of(&mut a);
+    ask(&mut a, r#"{"type":"compare","on":true,"ghost":"imm3"}"#);
+    let ended = |scan: u64| move |m: &serde_json::Value| m["done"] == 1.0 && m["scan"] == scan;
+    let whole = told(&mut a, "rungs", ended(60));
+    assert!(whole["rows"].as_array().is_some_and(|r| r.len() > 10), "{whole}");
+    assert_eq!(whole["ghost"].as_array().map(Vec::len), Some(1));
+    scan_of(&mut b);
+    ask(&mut b, r#"{"type":"show","scan":20}"#);
+    scan_of(&mut b);
+    ask(&mut b, r#"{"type":"compare","on":true}"#);
+    let early = told(&mut b, "rungs", ended(20));
+    assert_eq!(early["ghost"], json!([]));
+    assert!(early["rows"][0]["plots"].as_u64() < whole["rows"][0]["plots"].as_u64());
+    ask(&mut a, r#"{"type":"show","scan":40}"#);
+    told(&mut a, "rungs", ended(40));
+    ask(&mut a, r#"{"type":"tolerances","on":true}"#);
+    told(&mut a, "tolerances", ended(40));
+    ask(&mut a, r#"{"type":"compare","on":false}"#);
+    assert_eq!(told(&mut a, "rungs", |_| true)["comparing"], false);
+    // Two are at work; of others two more begin, and a third is refused.
+    while Arc::strong_count(&page.comparisons) != 3 {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let mut more: Vec<Socket> = (0..3).map(|_| browser(&server, "")).collect();
+    for (n, socket) in more.iter_mut().enumerate() {
+        scan_of(socket);
+        ask(socket, r#"{"type":"compare","on":true}"#);
+        if n < 2 {
+            told(socket, "rungs", ended(60));
+        } else {
+            let why = told(socket, "refused", |_| true);
+            assert!(why["text"].as_str().is_some_and(|t| t.contains("stop one")), "{why}");
+        }
+    }
+    server.stop();
+}
+
+#[test]
+fn a_second_page_of_who_sits_is_sent_no_truth_from_its_first_message_on() {
+    let page = Page::new(Viewer::new(1 << 20));
+    page.update(|viewer| viewer.on_scan(&crate::viewer_logger::tests::scan(3)));
+    page.let_speak(Arc::new(|_| Ok(SeatAnswer { accepted: true, number: 1, text: String::new() })));
+    let operate: Operate = Box::new(|_, _| (true, String::new()));
+    let server =
+        serve("127.0.0.1:0".parse().expect("address"), Arc::clone(&page), operate).expect("served");
+    let truth = |octets: &[u8]| crate::viewer_logger::frame::entities(octets).len();
+    let mut first = browser(&server, "?person=ann");
+    assert_eq!(truth(&scan_of(&mut first)), 1, "nobody sits");
+    ask(&mut first, r#"{"type":"seat","id":1,"seat":"ground","person":"ann","action":"take"}"#);
+    assert_eq!(truth(&scan_of(&mut first)), 0);
+    let mut second = browser(&server, "?person=ann");
+    assert_eq!(truth(&scan_of(&mut second)), 0, "the first picture already");
+    let mut judge = browser(&server, "?person=bob");
+    assert_eq!(truth(&scan_of(&mut judge)), 1, "who has no seat judges");
+    let mut nobody = browser(&server, "");
+    assert_eq!(truth(&scan_of(&mut nobody)), 1);
+    // Who says later that he is ann sees as she does; giving up the seat gives everything back to both.
+    ask(&mut nobody, r#"{"type":"person","person":"ann"}"#);
+    assert_eq!(told(&mut nobody, "sees", |_| true)["seats"], json!(["ground"]));
+    assert_eq!(truth(&scan_of(&mut nobody)), 0);
+    ask(&mut first, r#"{"type":"seat","id":2,"seat":"ground","person":"ann","action":"leave"}"#);
+    assert_eq!(truth(&scan_of(&mut first)), 1);
+    assert_eq!(truth(&scan_of(&mut second)), 1);
+    server.stop();
 }

@@ -1,4 +1,8 @@
+use super::between::Target;
 use super::*;
+use models::frames::Vector3;
+use models::plot::Callsign;
+use models::sensors::{TargetClass, TargetState};
 
 /// The truth of a scene as a scan reports it.
 fn truth_at(scene: &Scene, at: SimTime) -> Vec<TruthMessage> {

@@ -1,11 +1,17 @@
-// Several choices side by side while the run goes on: a switch, one slider over them, budgets that choose, a ghost on the map,
-// a table and a picture of error over cost. What is compared says the rest.
+// Several choices side by side, beside a run that goes on or on a finished one: a switch, one slider over them, budgets that
+// choose, a ghost on the map, a table and a picture of error over cost. What is compared says the rest.
 
 import { scatter } from "./scatter.js";
 import { element } from "./text.js";
 
 /** Fewer plots say nothing. */
 export const FEW = 30;
+
+/** How far a finished run has been gone through. */
+export function wayOf(done, leftS) {
+  const left = Number.isFinite(leftS) && leftS >= 2 ? `, ${leftS < 90 ? `${Math.round(leftS)} s` : `${Math.round(leftS / 60)} min`} left` : "";
+  return `The two minutes before the time shown are gone through: ${Math.round(100 * done)} %${left}.`;
+}
 
 /**
  * What a subclass says: `words` (ids and texts of the parts), and of what was told `rows()`, `key(row)` (that the ghost is named by),
@@ -21,13 +27,14 @@ export class Comparison {
     this.slider = element("input", [], { type: "range", id: words.slider, min: 0, max: 0, step: 1, value: 0 });
     this.slider.addEventListener("input", () => this.#chose(Number(this.slider.value)));
     this.choiceText = element("p", "", { class: "choice", role: "status" });
+    this.progress = element("progress", [], { max: 1, value: 0, "aria-label": words.start });
     this.more = element("p", "", { class: "where" });
     this.said = element("p", "", { class: "where", role: "status" });
     this.table = element("div", []);
     this.plot = element("canvas", [], { role: "img", "aria-label": words.picture, id: words.plot });
     const budgets = words.budgets.map(([id, label, key]) => this.#budget(id, label, key));
     this.live = element("div", [
-      element("label", words.label, { for: words.slider }), this.slider, this.choiceText, this.about ? this.more : [],
+      element("label", words.label, { for: words.slider }), this.slider, this.progress, this.choiceText, this.about ? this.more : [],
       element("div", budgets, { class: "budgets" }), this.said, this.plot, this.table,
     ], { class: "dial" });
     box.append(this.on, this.live);
@@ -92,11 +99,15 @@ export class Comparison {
     this.on.textContent = on ? this.words.stop : this.words.start;
     this.live.hidden = !on;
     if (!on) return;
+    const done = this.told.done ?? 1, working = done < 1;
+    this.progress.hidden = !working;
+    this.progress.value = done;
+    this.slider.disabled = this.plot.hidden = this.table.hidden = !rows.length;
     this.slider.max = Math.max(0, rows.length - 1);
     const ghost = rows.findIndex((r) => this.key(r) === this.ghost), at = ghost >= 0 ? ghost : rows.findIndex((r) => this.own(r)), row = rows[at];
     if (document.activeElement !== this.slider) this.slider.value = Math.max(0, at);
     this.slider.setAttribute("aria-valuetext", row ? this.name(row) : "");
-    this.choiceText.textContent = row ? this.choice(row) : this.told.why_not || "The first scan is awaited.";
+    this.choiceText.textContent = row ? this.choice(row) : this.told.why_not || (working ? wayOf(done, this.told.left_s) : "The first scan is awaited.");
     this.more.textContent = (row && this.about?.(row)) || "";
     const number = (i) => ({ class: i ? "number" : null });
     const head = this.columns().map((t, i) => element("th", t, { ...number(i), scope: "col" }));

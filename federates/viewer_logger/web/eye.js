@@ -3,10 +3,12 @@
 import { decode } from "./frame.js";
 import { aboard, axes, hidden, matrix, outlook, project, reckoned, seen } from "./eye_see.js";
 import { backgroundOf, extinction, illuminance, rainAt, sightM, sunElevation, threshold } from "./eye_light.js";
+import { worn } from "./eye_lamps.js";
 import { aircraft, board, flats, lamps, Mesh, solids, vehicle } from "./eye_scene.js";
 import { Renderer } from "./eye_gl.js";
 import { Link } from "./link.js";
 import { MapView } from "./map.js";
+import { Ground } from "./situation.js";
 import { readState } from "./state.js";
 import { element, utc } from "./text.js";
 import { Wheel, wordsOf } from "./wheel.js";
@@ -216,7 +218,9 @@ function visible() {
 // ---- pictures ----
 
 function build() {
-  if (!gl || !state.airport) return;
+  if (!state.airport) return;
+  made.ground = new Ground(state.airport);
+  if (!gl) return;
   for (const name of ["flats", "solids", "lamps"]) gl.free(made[name]);
   made.flats = gl.upload(flats(state.airport).array());
   made.solids = gl.upload(solids(state.airport).array());
@@ -228,8 +232,17 @@ function lampsFor(night) {
   made.lampsOf = night;
   gl.free(made.lamps);
   made.lampList = lamps(state.airport, night);
-  made.lamps = gl.upload(new Float32Array(made.lampList.flatMap((l) => [...l.at, ...l.colour, l.cd])), [3, 4]);
+  made.lamps = gl.upload(lampVertices(made.lampList), [3, 4]);
 }
+
+/** Lamps of all movers as they are seen from `eye` now, but those of whom one looks out of. */
+function wornLamps({ eye, own }, dt) {
+  if (!made.ground) return [];
+  const timeS = (state.scan?.timeS ?? 0) + dt;
+  return targetsAt(dt).filter((m) => m.key !== own).flatMap(({ truth, ground: place }) => worn(made.ground, truth, place, eye, timeS, state.rate > 0 && state.scan.newest));
+}
+
+const lampVertices = (list) => new Float32Array(list.flatMap((l) => [...l.at, ...l.colour, l.cd]));
 
 function shapeOf(t) {
   const key = `${t.aircraft} ${t.lengthM} ${t.spanM} ${t.aircraft ? "" : t.designator}`;
@@ -265,6 +278,8 @@ function paint() {
   for (const plate of state.airport.boards ?? []) board(boards, plate, eye);
   gl.free(made.boards);
   made.boards = boards.data.length ? gl.upload(boards.array()) : null;
+  gl.free(made.worn);
+  made.worn = gl.upload(lampVertices(wornLamps({ eye, own }, dt)), [3, 4]);
   const t = Math.tan((state.fov * Math.PI) / 360), { ahead, right, up } = axes(look);
   const view = { matrix: matrix(eye, look, state.fov, aspect()), eye, ahead, right: right.map((v) => v * t * aspect()), up: up.map((v) => v * t) };
   const models = targetsAt(dt).filter((m) => m.key !== own).map(({ truth, ground }) => ({
@@ -394,7 +409,7 @@ function start() {
   try {
     gl = new Renderer(canvas);
     made.shapes.clear();
-    for (const name of ["flats", "solids", "lamps", "boards"]) made[name] = null;
+    for (const name of ["flats", "solids", "lamps", "worn", "boards"]) made[name] = null;
     build();
   } catch {
     gl = null;
@@ -418,7 +433,7 @@ function marks() {
   });
 }
 function lampOf(id) {
-  const { eye } = pose(), l = light(eye), lamp = (made.lampList ?? []).find((x) => x.id === id);
+  const { eye, own } = pose(), l = light(eye), lamp = [...(made.lampList ?? []), ...wornLamps({ eye, own }, age())].find((x) => x.id === id);
   if (!lamp) return null;
   const E = illuminance(lamp.cd, l.beta, Math.hypot(...lamp.at.map((v, i) => v - eye[i])));
   return { E, E_T: l.threshold, seen: E >= l.threshold && !(state.airport.blocks ?? []).some((b) => hidden(eye, lamp.at, b)) };
@@ -426,7 +441,7 @@ function lampOf(id) {
 Object.defineProperty(window, "__eye", {
   value: Object.freeze(Object.defineProperties({}, Object.fromEntries(Object.entries({
     pose: () => copy(pose()), fov: () => state.fov, beta: () => light(pose().eye).beta, visibility_m: () => light(pose().eye).visibility, visible: () => copy(visible()), marks: () => copy(marks()),
-    lamps: () => (id) => copy(lampOf(id)), lampIds: () => copy((made.lampList ?? []).map((l) => l.id)), age_s: () => age(), triangles: () => gl?.triangles ?? 0, calls: () => gl?.calls ?? 0,
+    lamps: () => (id) => copy(lampOf(id)), lampIds: () => copy((made.lampList ?? []).map((l) => l.id)), worn: () => copy(wornLamps(pose(), age())), age_s: () => age(), triangles: () => gl?.triangles ?? 0, calls: () => gl?.calls ?? 0,
     frames: () => state.frames, scan: () => state.scan?.scan ?? null, timeS: () => state.scan?.timeS ?? null,
   }).map(([name, get]) => [name, { get, enumerable: true }])))),
 });

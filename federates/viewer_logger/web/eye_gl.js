@@ -116,7 +116,7 @@ export class Renderer {
   }
 
   /** One picture. light: { beta, exposure, horizon, zenith, sun, sunLight, skyLight, wet, threshold }; view: { matrix, eye, ahead, right, up }. */
-  draw(light, view, { flats, solids, boards, models, lamps }) {
+  draw(light, view, { flats, solids, boards, models, lamps, worn }) {
     const { gl } = this;
     gl.viewport(0, 0, this.canvas.width, this.canvas.height);
     gl.clear(gl.DEPTH_BUFFER_BIT);
@@ -155,17 +155,18 @@ export class Renderer {
     mesh(solids);
     mesh(boards);
     for (const { shape, place } of models) mesh(shape, place);
-    if (lamps?.count) {
-      at = common(this.programs.lamp);
-      gl.uniform1f(at("uThreshold"), light.threshold);
-      gl.enable(gl.BLEND);
-      gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
-      gl.depthMask(false);
-      gl.bindVertexArray(lamps.vao);
-      gl.drawArrays(gl.POINTS, 0, lamps.count);
-      gl.depthMask(true);
+    at = common(this.programs.lamp);
+    gl.uniform1f(at("uThreshold"), light.threshold);
+    gl.enable(gl.BLEND);
+    gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
+    gl.depthMask(false);
+    for (const points of [lamps, worn]) {
+      if (!points?.count) continue;
+      gl.bindVertexArray(points.vao);
+      gl.drawArrays(gl.POINTS, 0, points.count);
       this.calls++;
     }
+    gl.depthMask(true);
     gl.bindVertexArray(null);
   }
 }

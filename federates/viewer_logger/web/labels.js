@@ -4,7 +4,7 @@
 // Targets are served by importance. A candidate is a direction on a ring around the symbol. It is refused where the box
 // leaves its bounds, touches another label or covers a runway (a summed-area table says so in four look-ups), or where
 // its leader crosses another's leader or label. Without a place the label falls to the next lower level; then neighbours
-// may change places; then it is left out, unless it must show: for those runway and leaders become costs.
+// may change places; then it is left out, unless it must show: for those the runway becomes a cost, and for those that always must, leaders, too.
 
 const RINGS = [[13, 8], [30, 16], [56, 16], [90, 16], [135, 16]];
 const OFFSETS = RINGS.flatMap(([radius, directions]) => Array.from({ length: directions }, (_, k) => {
@@ -14,14 +14,19 @@ const OFFSETS = RINGS.flatMap(([radius, directions]) => Array.from({ length: dir
 /** Turns and lengthenings by which a label that cannot stay slides on, nearest first. */
 const SLIDES = [[0.15, 0], [0, 6], [0.3, 0], [0.15, 6], [0, 12], [0.3, 12], [0.45, 0], [0, 20], [0.3, 20]]
   .flatMap(([turn, longer]) => (turn ? [[turn, longer], [-turn, longer]] : [[0, longer]]));
-const ASIDES = [[0, 0], ...SLIDES, [0, -6], [0, -12], [0.15, -6], [-0.15, -6]];
+/** The same in pixels, across and along the leader, nearest first: where a label goes that may go `ASIDE` and no farther; from another size its corner is farther off. */
+const asides = (farthest) => {
+  const steps = [0, 6, 12, 18, 24, 30, 36].flatMap((s) => (s ? [-s, s] : [0]));
+  return steps.flatMap((across) => steps.map((along) => [across, along])).filter((at) => Math.hypot(...at) < farthest).sort((a, b) => Math.hypot(...a) - Math.hypot(...b));
+};
+const ASIDES = asides(19), RESIZED = asides(40);
 function bias(ux, uy, radius) {
   return (radius - 13) / 4 + (ux < 0 ? 1.5 : 0) + (uy > 0 ? 1 : 0);
 }
 
 /** How far a label goes aside from one scan to the next without anybody minding, pixels; one in so many looks for a better place. */
 const ASIDE = 19, LOOK_AROUND = 100, SAY_MORE = 10;
-const GAP = 2, STAY = 12, AWAY = 0.3, FARTHEST = 60, FOREIGN = 14, OWN = 40, SWAPS = 60, CROWD = 200;
+const GAP = 2, STAY = 12, AWAY = 0.3, FARTHEST = 60, FOREIGN = 14, OWN = 40, SWAPS = 60, PUSHES = 300, CROWD = 200;
 const ON_RUNWAY = 20, A_CELL = 6, CROSSING = 15;
 /** Shorter leaders are not drawn, so nobody sees them cross. */
 export const SHORT_LEADER = 14;
@@ -87,10 +92,10 @@ export class Field {
 }
 
 /**
- * items: { id, x, y, importance, must, level, sizes: { 1: {w, h}, 2: …, 3: … }, reach } in pixels, `reach` the radius of the
+ * items: { id, x, y, importance, must, always, level, sizes: { 1: {w, h}, 2: …, 3: … }, reach } in pixels, `reach` the radius of the
  * own symbol, `dragged` {dx, dy} where a person put it.
  * options: { view, room: boxes {x, y, w, h} (targets in `view` keep their labels inside it, others inside `room`), field: a
- * Field or null, before: Map id → {dx, dy, level} of the scan before, turn: number of the scan, marks: [{x, y, r, weight}] that labels avoid }
+ * Field or null, covers: boxes that lie over the map, under which nothing is read, before: Map id → {dx, dy, level} of the scan before, turn: number of the scan, marks: [{x, y, r, weight}] that labels avoid }
  * Returns Map id → { x, y, w, h, level, ax, ay, dx, dy, runway }: the box, the level, where the leader ends, the offset to hand in as
  * `before`, and the cells of runway under it.
  */
@@ -119,48 +124,35 @@ export function* placing(items, options) {
 
 const shorter = (item) => (item.must || item.level === 1 ? item : { ...item, level: 1 });
 
-function* tryAll(items, { view, room = view, field = null, before = new Map(), marks = [], turn = 0 }, swaps) {
-  const context = { view, room, field, before, turn, placed: new Map(), crossings: 0, boxes: new Grid(), leaders: new Grid(), symbols: new Grid(), swaps, moves: movesOf(before.size, turn), spacious: items.filter((i) => !before.has(i.id)).length <= 0.02 * items.length };
+function* tryAll(items, { view, room = view, field = null, covers = [], before = new Map(), marks = [], turn = 0 }, swaps) {
+  const context = { view, room, field, covers, before, turn, placed: new Map(), crossings: 0, boxes: new Grid(), leaders: new Grid(), symbols: new Grid(), swaps, pushes: PUSHES, moves: movesOf(before.size, turn), spacious: items.filter((i) => !before.has(i.id)).length <= 0.02 * items.length };
   for (const item of items) {
     const r = item.reach ?? 6;
     context.symbols.add({ id: item.id, x: item.x, y: item.y, r, weight: FOREIGN }, item.x - r, item.y - r, item.x + r, item.y + r);
   }
   for (const m of marks) context.symbols.add(m, m.x - m.r, m.y - m.r, m.x + m.r, m.y + m.r);
   const order = [...items].sort((a, b) => Number(Boolean(b.dragged)) - Number(Boolean(a.dragged)) || b.importance - a.importance || (a.id < b.id ? -1 : 1));
-  const poor = [];
-  // Who must show chooses first. Who has a place keeps it; who cannot, moves aside or says less; only then do others look for theirs.
-  for (let some of [order.filter((i) => i.must || i.dragged), order.filter((i) => !i.must && !i.dragged)]) {
-    for (const hold of [stays, slides]) {
-      const rest = [];
-      for (const item of some) {
-        if (!hold(item, context, turn)) rest.push(item);
+  // Who must show chooses first, and takes what there is. Who has a place keeps it; who cannot, moves aside or says less, alone or with one neighbour;
+  // only then do others look for theirs.
+  const out = [];
+  for (const [group, rules] of [[order.filter((i) => i.must || i.dragged), [ANY_GROUND, ANY_WAY]], [order.filter((i) => !i.must && !i.dragged), []]]) {
+    let left = group;
+    for (const tries of [stays, slides, pushes, settle, makeRoom, ...rules.map((r) => (item, c) => (item.always || r !== ANY_WAY) && (slides(item, c, r) || settle(item, c, r)))]) {
+      const still = [];
+      for (const item of left) {
+        if (!tries(item, context)) still.push(item);
         yield;
       }
-      some = rest;
+      left = still;
     }
-    for (const item of some) {
-      if (!settle(item, context)) poor.push(item);
-      yield;
-    }
+    out.push(...left);
   }
-  let left = [];
-  for (const item of poor) {
-    if (!makeRoom(item, context)) left.push(item);
-    yield;
-  }
-  for (const rules of [ANY_GROUND, ANY_WAY]) {
-    const still = [];
-    for (const item of left) {
-      if (!(item.must && settle(item, context, rules))) still.push(item);
-      yield;
-    }
-    left = still;
-  }
-  // Two leaders in a hundred labels may cross.
+  // Two leaders in a hundred labels may cross: first of those that must show.
   let allowed = Math.floor(context.placed.size / 50) - context.crossings;
-  for (const item of left) {
+  for (const item of out) {
     if (allowed <= 0) break;
-    if (item.must || !settle({ ...item, level: 1 }, context, ONE_CROSSING)) continue;
+    const rules = item.must ? MUST_CROSS : ONE_CROSSING, one = { ...item, level: 1 };
+    if (!slides(one, context, rules) && !settle(one, context, rules)) continue;
     allowed -= context.placed.get(item.id).crossings;
     yield;
   }
@@ -179,43 +171,67 @@ function looksAround(id, turn, often = LOOK_AROUND) {
   return (Math.imul(hash ^ (hash >>> 15), 0x2c1b3c6d) >>> 16) % often === 0;
 }
 
+/** The same where most have a place: in a crowd every place is soon another's. */
+const looks = (item, context) => context.spacious && looksAround(item.id, context.turn);
+
 /** The level at which a label goes on: what must be read says all of it. */
 const goesOn = (item, last) => (item.must ? item.level : Math.min(item.level, last.level ?? item.level));
 
 /** At the very place beside its target, saying as much as before; from time to time as much as is wished, if that is hardly another place. */
-function stays(item, context, turn) {
+function stays(item, context) {
   const last = item.dragged ? null : context.before.get(item.id);
-  if (!last || looksAround(item.id, turn)) return false;
+  if (!last || looks(item, context)) return false;
   const same = goesOn(item, last);
-  if (same < item.level && context.spacious && looksAround(item.id, turn, SAY_MORE)) {
+  if (same < item.level && context.spacious && looksAround(item.id, context.turn, SAY_MORE)) {
     for (let level = item.level; level > same; level--) {
       const more = beside(item, level, last, context);
       if (more && more.cost < STAY) return keep(finish(more, item, level), context);
     }
   }
+  if (same !== (last.level ?? same)) return false; // another size has another corner
   const found = candidate(item, item.sizes[same], last.dx, last.dy, context, STRICT);
   return Boolean(found) && found.cost < STAY && keep(finish(found, item, same), context);
 }
 
-/** A little aside, or saying less. */
-function slides(item, context, turn) {
+/** A little aside, or saying less. In a crowd over anybody's symbol rather than not at all: who comes later would do so, too. */
+function slides(item, context, rules = STRICT) {
   const last = item.dragged ? null : context.before.get(item.id);
-  if (!last || looksAround(item.id, turn)) return false;
+  if (!last || looks(item, context)) return false;
   for (let level = goesOn(item, last); level >= 1; level--) {
-    const found = beside(item, level, last, context);
-    if (found && found.cost < OWN) return keep(finish(found, item, level), context);
+    const found = beside(item, level, last, context, rules);
+    if (found && !found.own && (found.cost < OWN || !context.spacious || rules !== STRICT)) return keep(finish(found, item, level), context);
+  }
+  return false;
+}
+
+/** A little aside, where one who is in the way goes a little aside as well. */
+function pushes(item, context) {
+  const last = item.dragged ? null : context.before.get(item.id);
+  if (!last || looks(item, context)) return false;
+  const size = item.sizes[goesOn(item, last)], [x, y] = corner(item, size, last), around = new Set();
+  const x0 = Math.min(item.x, x - ASIDE), y0 = Math.min(item.y, y - ASIDE), x1 = Math.max(item.x, x + size.w + ASIDE), y1 = Math.max(item.y, y + size.h + ASIDE);
+  for (const grid of [context.boxes, context.leaders]) grid.each(x0, y0, x1, y1, (p) => context.before.has(p.id) && !p.item.dragged && around.add(p));
+  for (const neighbour of around) {
+    if (context.pushes-- <= 0) return false;
+    drop(neighbour, context);
+    if (slides(item, context)) {
+      if (slides(neighbour.item, context)) return true;
+      drop(context.placed.get(item.id), context);
+    }
+    keep(neighbour, context);
   }
   return false;
 }
 
 /** The cheapest candidate whose corner is within `ASIDE` of where it was. */
-function beside(item, level, last, context) {
-  const size = item.sizes[level], [x0, y0] = corner(item, item.sizes[last.level ?? level], last), radius = Math.hypot(last.dx, last.dy), angle = Math.atan2(last.dy, last.dx);
+function beside(item, level, last, context, rules = STRICT) {
+  const size = item.sizes[level], was = item.sizes[last.level ?? level], [x0, y0] = corner(item, was, last), radius = Math.hypot(last.dx, last.dy), angle = Math.atan2(last.dy, last.dx);
   let best = null;
-  for (const [turned, longer] of ASIDES) {
-    const r = radius + longer, dx = Math.cos(angle + turned) * r, dy = Math.sin(angle + turned) * r, [x, y] = corner(item, size, { dx, dy }), far = Math.hypot(x - x0, y - y0);
+  const half = Math.abs(Math.cos(angle)) * size.w / 2 + Math.abs(Math.sin(angle)) * size.h / 2;
+  for (const [across, along] of was === size ? ASIDES : RESIZED) {
+    const r = radius + along, turned = angle + across / (radius + half), dx = Math.cos(turned) * r, dy = Math.sin(turned) * r, [x, y] = corner(item, size, { dx, dy }), far = Math.hypot(x - x0, y - y0);
     if (far > ASIDE) continue;
-    const found = candidate(item, size, dx, dy, context, STRICT);
+    const found = candidate(item, size, dx, dy, context, rules);
     if (!found) continue;
     found.cost += AWAY * far;
     if (!best || found.cost < best.cost) best = found;
@@ -224,7 +240,7 @@ function beside(item, level, last, context) {
 }
 
 /** What is refused: a runway under the label, a leader that crosses. What is not, costs. */
-const STRICT = { runway: false, leaders: 0 }, ANY_GROUND = { runway: true, leaders: 0 }, ANY_WAY = { runway: true, leaders: 9 }, ONE_CROSSING = { runway: false, leaders: 1 };
+const STRICT = { runway: false, leaders: 0 }, ANY_GROUND = { runway: true, leaders: 0 }, ANY_WAY = { runway: true, leaders: 9 }, ONE_CROSSING = { runway: false, leaders: 1 }, MUST_CROSS = { runway: true, leaders: 1 };
 
 function settle(item, context, rules = STRICT) {
   for (let level = rules === STRICT ? item.level : 1; level >= 1; level--) {
@@ -278,13 +294,13 @@ function cheapest(item, level, context, rules) {
   const size = item.sizes[level], last = item.dragged ?? context.before.get(item.id);
   const own = Math.max(0, (item.reach ?? 6) - 6);
   // Who looks for something better weighs what he has as if it were new.
-  const looks = last && !item.dragged && looksAround(item.id, context.turn);
+  const looking = last && !item.dragged && looks(item, context);
   let best = null;
   if (last) {
     const stay = candidate(item, size, last.dx, last.dy, context, item.dragged ? ANY_WAY : rules);
     if (stay) {
       const r = Math.hypot(last.dx, last.dy) || 1;
-      stay.cost += (looks ? bias(last.dx / r, last.dy / r, r - own) : 0) - STAY;
+      stay.cost += (looking ? bias(last.dx / r, last.dy / r, r - own) : 0) - STAY;
       if (stay.cost < 0 || item.dragged) return finish(stay, item, level);
       best = stay;
     }
@@ -302,7 +318,7 @@ function cheapest(item, level, context, rules) {
     const dx = offset.dx + offset.ux * own, dy = offset.dy + offset.uy * own, found = candidate(item, size, dx, dy, context, rules);
     if (!found) continue;
     found.cost += offset.bias;
-    if (last && !looks) found.cost += AWAY * Math.min(Math.hypot(dx - last.dx, dy - last.dy), FARTHEST); // who has to go, goes next door
+    if (last && !looking) found.cost += AWAY * Math.min(Math.hypot(dx - last.dx, dy - last.dy), FARTHEST); // who has to go, goes next door
     if (!best || found.cost < best.cost) best = found;
   }
   return best && finish(best, item, level);
@@ -327,7 +343,8 @@ function candidate(item, { w, h }, dx, dy, context, rules) {
   const { view, room } = context;
   const bounds = item.x >= view.x && item.y >= view.y && item.x <= view.x + view.w && item.y <= view.y + view.h ? view : room;
   if (x < bounds.x + 2 || y < bounds.y + 2 || x + w > bounds.x + bounds.w - 2 || y + h > bounds.y + bounds.h - 2) return null;
-  const box = { x, y, w, h, dx, dy, ax: clamp(item.x, x, x + w), ay: clamp(item.y, y, y + h), cost: 0, runway: 0 };
+  const box = { x, y, w, h, dx, dy, ax: clamp(item.x, x, x + w), ay: clamp(item.y, y, y + h), cost: 0, runway: 0, own: false };
+  if (context.covers.some((o) => overlap(box, o))) return null;
   if (context.boxes.some(x - GAP, y - GAP, x + w + GAP, y + h + GAP, (o) => overlap(box, o, GAP))) return null;
   if (context.field) {
     box.runway = context.field.under(box);
@@ -359,7 +376,9 @@ function candidate(item, { w, h }, dx, dy, context, rules) {
   box.crossings = crossings;
   box.cost += CROSSING * crossings;
   context.symbols.each(x, y, x + w, y + h, (s) => {
-    if (Math.hypot(s.x - clamp(s.x, x, x + w), s.y - clamp(s.y, y, y + h)) < s.r + 1) box.cost += s.id === item.id ? OWN : s.weight ?? FOREIGN;
+    if (Math.hypot(s.x - clamp(s.x, x, x + w), s.y - clamp(s.y, y, y + h)) >= s.r + 1) return;
+    box.own ||= s.id === item.id;
+    box.cost += s.id === item.id ? OWN : s.weight ?? FOREIGN;
   });
   return box;
 }

@@ -463,7 +463,7 @@ export class MapView {
     // Labels stay where they were from one scan to the next, also where one scan is placed several times; a moment that was jumped to has
     // the same picture for everybody.
     if (scan.scan !== this.placedScan) this.before = this.live || scan.scan === this.placedScan + 1 ? offsetsOf(this.placed) : new Map();
-    const placed = yield* placing(wanted, { view, room, field, before: this.before, turn: scan.scan, marks });
+    const placed = yield* placing(wanted, { view, room, field, covers: this.wishes.covers(this, cam), before: this.before, turn: scan.scan, marks });
     Object.assign(this, { placed, placedFor: cam, placedScan: scan.scan });
     this.hidden = wished.filter((id) => !placed.has(id));
     this.onHidden?.();

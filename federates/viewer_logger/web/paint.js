@@ -202,10 +202,22 @@ export function paintWeather(g, { weather, cam, c }) {
 }
 
 /** Scale bar and north arrow in the lower right corner. */
-export function paintScale(g, cam, c) {
+/** What the scale says and where its line lies. */
+function scaleOf(cam) {
   const power = 10 ** Math.floor(Math.log10(110 / cam.scale));
   const metres = [5, 2, 1].map((k) => k * power).find((m) => m <= 110 / cam.scale) ?? power;
-  const w = metres * cam.scale, x = cam.width - w - 16, y = cam.height - 14;
+  const w = metres * cam.scale;
+  return { metres, w, x: cam.width - w - 16, y: cam.height - 14 };
+}
+
+/** Boxes of the scale and of the arrow to the north: no label stands there. */
+export function scaleBoxes(cam) {
+  const { w, x, y } = scaleOf(cam);
+  return [{ x: x - 2, y: y - 16, w: w + 4, h: 18 }, { x: cam.width - 42, y: cam.height - 92, w: 36, h: 52 }];
+}
+
+export function paintScale(g, cam, c) {
+  const { metres, w, x, y } = scaleOf(cam);
   g.strokeStyle = g.fillStyle = c.dim;
   g.lineWidth = 1.2;
   g.beginPath();

@@ -29,6 +29,13 @@ export function panels(tabs, page, onTab) {
   for (const { key, title, make } of PANELS) {
     const tab = element("button", title, { type: "button", role: "tab", id: `tab-${key}`, "aria-controls": `panel-${key}`, "data-tab": key });
     tab.addEventListener("click", () => showTab(key));
+    tab.addEventListener("keydown", (event) => {
+      const step = { ArrowLeft: -1, ArrowRight: 1 }[event.key], list = [...tabs.children].filter((t) => t.offsetParent);
+      if (!step || event.ctrlKey || event.altKey) return;
+      list[(list.indexOf(tab) + step + list.length) % list.length].focus();
+      event.preventDefault();
+      event.stopPropagation();
+    });
     tabs.append(tab);
     const section = element("section", [], { class: "panel", id: `panel-${key}`, role: "tabpanel", "aria-labelledby": `tab-${key}`, tabindex: "0" });
     section.hidden = true;

@@ -46,11 +46,16 @@ export function scatter(canvas, points, unit) {
   g.beginPath();
   front(rows, OF).forEach((r, i) => (i ? g.lineTo(X(r.cost), Y(r.error)) : g.moveTo(X(r.cost), Y(r.error))));
   g.stroke();
-  for (const r of rows) {
+  // Names where they have room: the run's own and the ghost's first.
+  const taken = [], first = [...rows].sort((a, b) => Number(Boolean(b.own)) - Number(Boolean(a.own)) || Number(Boolean(b.ghost)) - Number(Boolean(a.ghost)));
+  for (const r of first) {
     g.beginPath();
     g.arc(X(r.cost), Y(r.error), r.own ? 4.5 : 3, 0, 7);
     g.fillStyle = r.own ? c("strong") : r.ghost ? c("departure") : c("dim");
     g.fill();
-    g.fillText(r.name, X(r.cost) + 6, Y(r.error) + 3);
+    const width = g.measureText(r.name).width, y = Y(r.error) + 3, right = X(r.cost) + 6, x = right + width > w ? X(r.cost) - 6 - width : right;
+    if (taken.some((t) => x < t.x + t.width + 2 && t.x < x + width + 2 && Math.abs(t.y - y) < 10)) continue;
+    taken.push({ x, y, width });
+    g.fillText(r.name, x, y);
   }
 }

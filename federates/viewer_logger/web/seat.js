@@ -111,6 +111,7 @@ export class Seats {
     if (!sound || this.own().length) return;
     this.person = sound;
     keepLocal("person", sound);
+    this.link.send({ type: "person", person: sound });
   }
 
   /** What this person can say to a flight now. */

@@ -4,6 +4,8 @@ import { element, elapsed, fixed } from "./text.js";
 
 const STEPS_S = [1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200];
 const INSET = 8; // half the slider's thumb
+/** Error of surface movement surveillance that is required, m. */
+const REQUIRED_M = 7.5;
 /** Mark of each kind of event, its place in the row and its name. */
 export const EVENT_KINDS = [
   ["alert", "\u25bc", "alerts"], ["operator", "\u25c6", "operator"], ["weather", "\u25cf", "weather"], ["lost", "\u2715", "tracks lost"],
@@ -34,11 +36,15 @@ export function nextEvent(events, timeS, step, wanted) {
   return found.length ? (step > 0 ? Math.min(...found) : Math.max(...found)) : null;
 }
 
-/** Colour of an error: green to red over the requirement, as the heat of the strip. */
-export function heat(metres, requiredM = 7.5) {
-  if (metres === null || metres === undefined) return null;
-  const part = Math.min(1, metres / (2 * requiredM));
-  return `hsl(${Math.round(150 - 150 * part)} ${Math.round(35 + 45 * part)}% ${Math.round(38 + 12 * part)}%)`;
+/** How much of an error the strip shows, 0 to 1: half of it at the requirement; null where there is none. */
+export function heat(metres, requiredM = REQUIRED_M) {
+  return Number.isFinite(metres ?? NaN) ? Math.min(1, Math.max(0, metres) / (2 * requiredM)) : null;
+}
+
+/** A colour between two (#rrggbb), by a part of the way. */
+export function between(low, high, part) {
+  const read = (hex) => [1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 16)), [a, b] = [read(low), read(high)];
+  return `#${a.map((v, i) => Math.round(v + (b[i] - v) * part).toString(16).padStart(2, "0")).join("")}`;
 }
 
 export class TimeLine {
@@ -141,20 +147,25 @@ export class TimeLine {
     g.fillRect(INSET, 2, this.width - 2 * INSET, 8);
     if (!strip || !this.judged) return;
     const n = strip.worst_m.length, span = (strip.to_s - strip.from_s) / n;
+    const low = c("heat-low"), high = c("heat-high");
     for (let i = 0; i < n; i++) {
-      const x = this.x(strip.from_s + i * span), w = Math.max(1, this.x(strip.from_s + (i + 1) * span) - x + 0.5), colour = heat(strip.worst_m[i]);
-      if (colour) {
-        g.fillStyle = colour;
-        g.fillRect(x, 2, w, 8);
+      const x = this.x(strip.from_s + i * span), w = Math.max(1, this.x(strip.from_s + (i + 1) * span) - x + 0.5), part = heat(strip.worst_m[i]);
+      // The more, the higher and the stronger the colour: neither says it alone.
+      if (part !== null) {
+        g.fillStyle = between(low, high, part);
+        g.fillRect(x, 8 - 6 * part, w, 2 + 6 * part);
       }
       const bad = strip.untracked[i] + strip.false_tracks[i] + strip.wrong_labels[i];
       if (bad) {
-        g.fillStyle = c("warn");
+        g.fillStyle = c("strong");
         g.globalAlpha = Math.min(1, 0.35 + 0.2 * bad);
-        g.fillRect(x, 11, w, 4);
+        g.fillRect(x, 12, w, 3);
         g.globalAlpha = 1;
       }
     }
+    // The requirement, as a notch at both ends.
+    g.fillStyle = c("strong");
+    for (const x of [0, this.width - INSET]) g.fillRect(x, 5, INSET - 1, 1);
   }
 
   #ticks(g, c, h) {
@@ -185,7 +196,7 @@ export class TimeLine {
       const x = this.x(event.time_ns / 1e9), slot = `${event.kind}${Math.round(x / 6)}`;
       if (taken.has(slot) || x < 0 || x > this.width) continue;
       taken.add(slot);
-      g.fillStyle = event.kind === "alert" || event.kind === "fault" ? c("bad") : event.kind === "lost" || event.kind === "swap" ? c("warn") : c("text");
+      g.fillStyle = event.kind !== "alert" ? c("text") : c(/^alarm/i.test(event.text ?? "") ? "alarm" : "information");
       g.fillText(MARKS.get(event.kind) ?? "\u00b7", x, 25);
     }
   }

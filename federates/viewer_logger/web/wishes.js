@@ -1,7 +1,7 @@
 // What the labels of the map wish for: their lines and sizes, how much they matter, and where they must not be.
 
 import { Field } from "./labels.js";
-import { designators } from "./paint.js";
+import { designators, scaleBoxes } from "./paint.js";
 import { importanceOf, LEVELS, runwayRing } from "./situation.js";
 import { BOLD, labelLines, PLAIN } from "./traffic.js";
 
@@ -34,7 +34,7 @@ export class Wishes {
     const size = Math.max(target.truth?.lengthM ?? target.lengthM ?? 0, target.truth?.spanM ?? target.spanM ?? 0);
     const reach = map.layers.truth ? Math.max(6, Math.min(60, 0.5 * size * map.cam.scale)) : 6;
     return {
-      id: target.id, target, x, y, lines, sizes, level, must, state, reach, standing: state === "parked" || state === "holding",
+      id: target.id, target, x, y, lines, sizes, level, must, always: chosen || alert, state, reach, standing: state === "parked" || state === "holding",
       importance: importanceOf(target, state, { selected: chosen, alert }), dragged: map.dragged.get(nameOf(target)),
     };
   }
@@ -51,6 +51,11 @@ export class Wishes {
     return w;
   }
 
+  /** What lies over the map: nothing is read below it. */
+  covers({ overlays }, cam) {
+    return [...overlays, ...scaleBoxes(cam)];
+  }
+
   /** Where labels must not be: runways with 10 m around, their designators, what lies over the map. */
   field({ airport, overlays }, cam, room) {
     const key = [cam.cx, cam.cy, cam.scale, cam.rot, cam.width, cam.height, airport?.icao, JSON.stringify(overlays)].join();
@@ -60,7 +65,7 @@ export class Wishes {
       field.polygon(runwayRing(runway, 10).map(([x, y]) => cam.toScreen(x, y)));
       for (const [x, y] of designators(cam, runway)) field.box({ x: x - 11, y: y - 9, w: 22, h: 18 });
     }
-    for (const box of overlays) field.box(box);
+    for (const box of this.covers({ overlays }, cam)) field.box(box);
     this.#fieldKey = key;
     this.#field = field;
     return field;

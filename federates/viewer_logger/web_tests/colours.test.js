@@ -2,6 +2,7 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";
+import { between } from "../web/time.js";
 
 const css = readFileSync(new URL("../web/style.css", import.meta.url), "utf8");
 const themes = [":root {", ':root[data-colours="day"] {'].map((head) => {
@@ -32,5 +33,31 @@ for (const [i, name] of ["night", "day"].entries()) {
       if (AS_IN_THE_WORLD.has(drawn)) continue;
       assert.ok(chroma < 40 || alarms.every((a) => apart(a.hue, hue) >= 25), `${drawn} ${colours[drawn]}: hue ${hue.toFixed(0)}, chroma ${chroma.toFixed(0)}`);
     }
+  });
+}
+
+/** A colour as somebody sees it who has no long-wave (0), no middle-wave (1) cones: Viénot, Brettel and Mollon 1999, in linear light. */
+function without(cone, hex) {
+  const line = (v) => (v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4), back = (v) => (v <= 0.0031308 ? 12.92 * v : 1.055 * v ** (1 / 2.4) - 0.055);
+  const [r, g, b] = [1, 3, 5].map((i) => line(parseInt(hex.slice(i, i + 2), 16) / 255));
+  const [k, l] = [[0.1124, 0.8876], [0.2928, 0.7072]][cone], yellow = k * r + l * g, blue = cone ? b - 0.0223 * r + 0.0223 * g : b + 0.004 * r - 0.004 * g;
+  return `#${[yellow, yellow, blue].map((v) => Math.round(255 * back(Math.min(1, Math.max(0, v)))).toString(16).padStart(2, "0")).join("")}`;
+}
+
+for (const [i, name] of ["night", "day"].entries()) {
+  test(`by ${name} the heat of errors grows evenly for every eye, stands out where it matters, and is no alarm's colour`, () => {
+    const colours = themes[i], steps = Array.from({ length: 11 }, (_, k) => between(colours["heat-low"], colours["heat-high"], k / 10)), alarms = ["alarm", "information"].map((n) => lch(colours[n]));
+    for (const seen of [(c) => c, (c) => without(0, c), (c) => without(1, c)]) {
+      const l = steps.map((c) => lch(seen(c)).lightness), way = Math.sign(l[10] - l[0]);
+      assert.ok(Math.abs(l[10] - l[0]) >= 25, `lightness ${l[0].toFixed(0)} to ${l[10].toFixed(0)}`);
+      for (let k = 1; k < l.length; k++) assert.ok(way * (l[k] - l[k - 1]) >= 1, `step ${k}: ${l.map((v) => v.toFixed(0)).join(" ")}`);
+    }
+    for (const step of steps) {
+      const { chroma, hue } = lch(step);
+      assert.ok(chroma < 40 || alarms.every((a) => apart(a.hue, hue) >= 25), `${step}: hue ${hue.toFixed(0)}, chroma ${chroma.toFixed(0)}`);
+    }
+    const y = (hex) => [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16) / 255).map((v) => (v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4)).reduce((sum, v, at) => sum + v * [0.2126, 0.7152, 0.0722][at], 0);
+    const ratio = (a, b) => (Math.max(y(a), y(b)) + 0.05) / (Math.min(y(a), y(b)) + 0.05);
+    assert.ok(ratio(steps[10], colours.line) >= 3, `${ratio(steps[10], colours.line).toFixed(1)} to the strip`);
   });
 }

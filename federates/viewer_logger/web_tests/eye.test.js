@@ -3,7 +3,10 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";
 import { backgroundOf, contrastTo, extinction, illuminance, lampRange, rainAt, rvr, sightM, sunElevation, threshold, through } from "../web/eye_light.js";
+import { lit, worn } from "../web/eye_lamps.js";
 import { aboard, hidden, matrix, outlook, project, seen } from "../web/eye_see.js";
+
+import { Ground } from "../web/situation.js";
 
 const cases = JSON.parse(readFileSync(new URL("../../../tests/data/views/contrast.json", import.meta.url)));
 const near = (a, b, relative, absolute = 0) => assert.ok(Math.abs(a - b) <= relative * Math.abs(b) + absolute, `${a}, not ${b}`);
@@ -85,4 +88,49 @@ test("the tower looks where the most of the traffic is", () => {
   assert.equal(outlook([0, 0, 30], [], width), 0);
   assert.equal(outlook([0, 0, 30], [[NaN, 0, 0]], width), 0);
   for (let turn = 0; turn < 360; turn += 7) near((outlook([5, 5, 30], [-20, 0, 25].map((d) => around(turn + d, 1000)).map(([x, y]) => [x + 5, y + 5, 0]), width) - turn - 2.5 + 540) % 360, 180, 0, 1e-6);
+});
+
+// Lamps of movers: a stand at (0, 0), a runway along the north, nose to the north.
+const field = new Ground({ runways: [{ designators: ["36", "18"], ends: [[500, -1000], [500, 1000]], width_m: 45 }], stands: [{ name: "1", position_m: [0, 0] }] });
+const plane = (more) => ({ id: "e1", callsign: "SWR1", aircraft: true, x: 200, y: 0, vx: 0, vy: 0, altitudeM: 0, heading: 0, lengthM: 37.6, spanM: 34.1, ...more });
+const names = (truth, eye = [truth.x, truth.y + 300, 2]) => worn(field, truth, [truth.x, truth.y, truth.altitudeM], eye, 0, false).map((l) => l.id.replace("SWR1 ", "")).sort();
+
+test("an aircraft wears the lamps of what it does", () => {
+  assert.deepEqual(names(plane({ x: 0 })), [], "on its stand");
+  const holding = ["beacon belly", "beacon top", "navigation left", "navigation right"];
+  assert.deepEqual(names(plane()), holding, "seen from straight ahead");
+  assert.deepEqual(names(plane({ vy: 8 })), [...holding, "taxi"]);
+  assert.deepEqual(names(plane({ vy: -1.5 })), holding, "pushed back");
+  assert.deepEqual(names(plane({ x: 500 })), [...holding, "strobe left", "strobe right"], "lined up");
+  const all = ["beacon belly", "beacon top", "landing left", "landing right", "navigation left", "navigation right", "strobe left", "strobe right"];
+  assert.deepEqual(names(plane({ x: 500, vy: 60 })), all, "rolling");
+  assert.deepEqual(names(plane({ x: 500, y: -3000, vy: 70, altitudeM: 150 })), all, "on final");
+});
+
+test("a vehicle has its beacon on but on a stand, and its headlights while it drives", () => {
+  const car = (more) => plane({ aircraft: false, lengthM: 5, spanM: 2, ...more });
+  assert.deepEqual([names(car({ x: 0 })), names(car()), names(car({ vy: 10 }))], [[], ["beacon"], ["beacon", "head left", "head right"]]);
+});
+
+test("red is left, green is right, white behind, and a landing light dazzles only ahead", () => {
+  const of = (eye, truth = plane({ x: 500, vy: 60 })) => Object.fromEntries(worn(field, truth, [truth.x, truth.y, 0], [500 + eye[0], eye[1], 2], 0, false).map((l) => [l.id.replace("SWR1 ", ""), l]));
+  const left = of([-400, 50]), right = of([400, 50]), behind = of([0, -400]), ahead = of([0, 800]);
+  assert.ok(left["navigation left"] && !left["navigation right"] && !left["navigation tail"]);
+  assert.ok(right["navigation right"] && !right["navigation left"] && !right["navigation tail"]);
+  assert.ok(behind["navigation tail"] && !behind["navigation left"] && !behind["landing left"]);
+  assert.ok(ahead["landing left"].cd > 150_000 && left["landing left"].cd <= 200, `${ahead["landing left"].cd} ${left["landing left"].cd}`);
+  // They turn with the body, and stand at its ends.
+  const east = worn(field, plane({ heading: Math.PI / 2 }), [200, 0, 0], [600, 0, 2], 0, false).find((l) => l.id.endsWith("navigation left"));
+  assert.ok(east.at[1] > 17 && Math.abs(east.at[0] - 200) < 6, `${east.at}`);
+  assert.deepEqual([left["navigation left"].colour[0], right["navigation right"].colour[1]], [1, 1]);
+});
+
+test("flashes are short, each in its own time, and all lit where time stands still", () => {
+  const share = (flash) => Array.from({ length: 1000 }, (_, k) => lit(flash, k / 100, "SWR1", true)).filter(Boolean).length / 1000;
+  near(share([1, [0, 0.2]]), 0.2, 0, 0.02);
+  near(share([1, [0, 0.08], [0.2, 0.28]]), 0.16, 0, 0.02);
+  assert.equal(share(null), 1);
+  assert.ok(lit([1, [0, 0.2]], 0.5, "x", false));
+  const times = (name) => Array.from({ length: 100 }, (_, k) => lit([1, [0, 0.2]], k / 100, name, true)).join();
+  assert.notEqual(times("SWR1"), times("SWR2"));
 });

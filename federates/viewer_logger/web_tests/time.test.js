@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { csv, json } from "../web/export.js";
-import { heat, nextEvent, tickStep, typedTime } from "../web/time.js";
+import { between, heat, nextEvent, tickStep, typedTime } from "../web/time.js";
 import { Camera } from "../web/camera.js";
 import { Ground } from "../web/situation.js";
 
@@ -26,10 +26,9 @@ test("the next event of the kinds wanted", () => {
   assert.equal(nextEvent(events, 9, 1, new Set(["lost"])), null);
 });
 
-test("no error has no colour, a large one is red", () => {
-  assert.equal(heat(null), null);
-  assert.match(heat(100), /^hsl\(0 /);
-  assert.match(heat(0), /^hsl\(150 /);
+test("an error fills the strip to the half where it is as large as is required, and no error is none", () => {
+  assert.deepEqual([null, undefined, NaN, 0, 7.5, 15, 100].map((m) => heat(m)), [null, null, null, 0, 0.5, 1, 1]);
+  assert.deepEqual([0, 0.5, 1].map((part) => between("#000080", "#ff0001", part)), ["#000080", "#800041", "#ff0001"]);
 });
 
 test("a table as CSV is read back as it was, and no cell is a formula", () => {

@@ -78,10 +78,13 @@ fn cross(a: [Vector2<f64>; 2], b: [Vector2<f64>; 2]) -> bool {
         && side(b[0], b[1], a[0]) * side(b[0], b[1], a[1]) < 0.0
 }
 
+/// A layout without a network of its own.
+pub(crate) const NO_NETWORK: &str = "no taxi network in this file: no routes";
+
 fn network(airport: &Airport, lines: &mut Vec<String>) {
     let nodes = &airport.nodes;
     if airport.edges.is_empty() {
-        lines.push("no taxi network in this file: no routes".into());
+        lines.push(NO_NETWORK.into());
         return;
     }
     let name = |i: usize| nodes[i].name.clone();

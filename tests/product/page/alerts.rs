@@ -1,6 +1,8 @@
 //! Alerts, strips and panes: what was said is shown, and a key acknowledges.
 
 use super::*;
+use federates::runtime::messages::AlertMessage;
+use federates::viewer_logger::said::Topic;
 
 /// Alert `id` of two targets of the demo run.
 pub(super) fn alert(id: u32, change: &str, s: i64) -> AlertMessage {

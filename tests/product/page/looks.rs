@@ -2,6 +2,7 @@
 
 use super::alerts::alert;
 use super::*;
+use federates::viewer_logger::detection::Maps;
 use federates::viewer_logger::tolerances::{Told, ToleranceRow};
 
 #[test]

@@ -11,7 +11,7 @@ function showRun(box, { measures, tookUs, over }) {
   const list = element("dl", [], { class: "facts" });
   facts(list, [["Error of the tracks", metres("rmse_m")], ["of the plots", metres("raw_rmse_m")], ["Scan took", duration(tookUs)]]);
   const parts = [element("h3", "The run"), list];
-  if (over) parts.push(element("p", "All filters and tolerances are compared beside a run that goes on. Of this one, What if (beside the time line) makes another from the time shown on, with any filter.", { class: "where" }));
+  if (over) parts.push(element("p", "Of this finished run all filters and tolerances are compared on its own plots and truth, over the two minutes before the time shown. What if (beside the time line) makes another run from there on, with any of them.", { class: "where" }));
   box.replaceChildren(...parts);
 }
 
@@ -34,7 +34,6 @@ export default {
       show() {
         const over = state.timeline?.live === false;
         showRun(box, { measures: state.timeline?.measures, tookUs: state.timeline?.took_us, over });
-        dialBox.hidden = effectsBox.hidden = over;
         dial.draw();
         tolerance.draw();
       },
