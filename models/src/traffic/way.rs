@@ -14,6 +14,8 @@ use std::ops::Range;
 #[derive(Clone, Debug, Default)]
 pub struct Arcs {
     out: Vec<Vec<usize>>,
+    /// By node: edges that it ends, in use or not, in their order.
+    at_node: Vec<Vec<usize>>,
     heading_rad: Vec<f64>,
     length_m: Vec<f64>,
     /// By arc: arcs that can be driven after it, and what the turn takes, s.
@@ -39,13 +41,18 @@ impl Arcs {
     /// All arcs of the part of the network that is in use.
     #[must_use]
     pub fn of(net: &Network) -> Self {
-        let mut arcs = Self { out: vec![Vec::new(); net.nodes.len()], ..Self::default() };
+        let none = vec![Vec::new(); net.nodes.len()];
+        let mut arcs = Self { out: none.clone(), at_node: none, ..Self::default() };
         for (index, edge) in net.edges.iter().enumerate() {
             let [a, b] = edge.nodes;
             let way = net.nodes[b].at_m - net.nodes[a].at_m;
             let heading = Azimuth::of(way).rad();
             arcs.heading_rad.extend([heading, wrap_pi(heading + std::f64::consts::PI)]);
             arcs.length_m.extend([way.norm(); 2]);
+            arcs.at_node[a].push(index);
+            if b != a {
+                arcs.at_node[b].push(index);
+            }
             if net.nodes[a].used && net.nodes[b].used {
                 arcs.out[a].push(2 * index);
                 if edge.two_way {
@@ -90,6 +97,22 @@ impl Arcs {
         &self.out[node]
     }
 
+    /// Edges at a node, in their order, whether anybody uses them or not.
+    #[must_use]
+    pub fn edges_at(&self, node: usize) -> &[usize] {
+        &self.at_node[node]
+    }
+
+    /// The same as arcs that leave it, whether they may be driven or not.
+    pub fn away_from<'a>(
+        &'a self,
+        net: &'a Network,
+        node: usize,
+    ) -> impl Iterator<Item = usize> + 'a {
+        let away = move |e: &usize| if net.edges[*e].nodes[0] == node { 2 * e } else { 2 * e + 1 };
+        self.at_node[node].iter().map(away)
+    }
+
     /// Direction of an arc, rad clockwise from north.
     #[must_use]
     pub fn heading_rad(&self, arc: usize) -> f64 {
@@ -120,14 +143,71 @@ impl Arcs {
         closed: impl Fn(usize) -> bool,
         slow: impl Fn(usize) -> bool,
     ) -> Option<Found> {
-        let mut least = vec![f64::INFINITY; self.length_m.len()];
-        let mut before = vec![usize::MAX; self.length_m.len()];
-        let mut open = BinaryHeap::new();
+        let mut search = Search::new(self);
+        let arc = search.run(self, net, starts, goal, closed, slow)?;
+        Some(search.found(arc))
+    }
+
+    /// The same to the node of a stand, by a search for others of the same beginning that goes on where it stopped: `closed` and
+    /// `slow` say what they said to it before.
+    #[must_use]
+    pub fn quickest_to(
+        &self,
+        net: &Network,
+        search: &mut Search,
+        start: usize,
+        stand: usize,
+        closed: impl Fn(usize) -> bool,
+        slow: impl Fn(usize) -> bool,
+    ) -> Option<Found> {
+        let begun = search.least.iter().any(|l| l.is_finite());
+        let starts: &[(usize, f64)] = if begun { &[] } else { &[(start, 0.0)] };
+        let arc = search.reached[stand].or_else(|| {
+            search.run(self, net, starts, |a| Self::to(net, a) == stand, closed, slow)
+        })?;
+        Some(search.found(arc))
+    }
+}
+
+/// A search for quickest ways, as far as it has come.
+#[derive(Clone, Debug)]
+pub struct Search {
+    least: Vec<f64>,
+    before: Vec<usize>,
+    open: BinaryHeap<Reverse<(u64, usize)>>,
+    /// By node: the arc by which it was reached first.
+    reached: Vec<Option<usize>>,
+}
+
+impl Search {
+    /// One that has not begun.
+    #[must_use]
+    pub fn new(arcs: &Arcs) -> Self {
+        let count = arcs.length_m.len();
+        Self {
+            least: vec![f64::INFINITY; count],
+            before: vec![usize::MAX; count],
+            open: BinaryHeap::new(),
+            reached: vec![None; arcs.out.len()],
+        }
+    }
+
+    /// Goes on to the first arc that is a goal. Nothing leads on from a stand, so one that ended there can go on to others.
+    fn run(
+        &mut self,
+        arcs: &Arcs,
+        net: &Network,
+        starts: &[(usize, f64)],
+        goal: impl Fn(usize) -> bool,
+        closed: impl Fn(usize) -> bool,
+        slow: impl Fn(usize) -> bool,
+    ) -> Option<usize> {
+        let Self { least, before, open, reached } = self;
         let cost = |arc: usize| {
             let runway = net.edges[arc / 2].runway.is_some();
             let factor = if runway { RUNWAY_FACTOR } else { 1.0 };
             let factor = if slow(arc) { factor * OPPOSED_FACTOR } else { factor };
-            self.length_m[arc] / STRAIGHT_MPS * factor
+            arcs.length_m[arc] / STRAIGHT_MPS * factor
         };
         for (arc, time_s) in starts {
             if !closed(arc / 2) && *time_s + cost(*arc) < least[*arc] {
@@ -139,17 +219,11 @@ impl Arcs {
             if least[arc].to_bits() != bits {
                 continue;
             }
+            reached[Arcs::to(net, arc)].get_or_insert(arc);
             if goal(arc) {
-                let mut arcs = vec![arc];
-                let mut at = arc;
-                while before[at] != usize::MAX {
-                    at = before[at];
-                    arcs.push(at);
-                }
-                arcs.reverse();
-                return Some(Found { arcs, time_s: f64::from_bits(bits) });
+                return Some(arc);
             }
-            for (next, turn_s) in &self.onward[arc] {
+            for (next, turn_s) in &arcs.onward[arc] {
                 let there = f64::from_bits(bits) + cost(*next) + turn_s;
                 if there < least[*next] && !closed(next / 2) {
                     least[*next] = there;
@@ -159,6 +233,17 @@ impl Arcs {
             }
         }
         None
+    }
+
+    fn found(&self, arc: usize) -> Found {
+        let mut arcs = vec![arc];
+        let mut at = arc;
+        while self.before[at] != usize::MAX {
+            at = self.before[at];
+            arcs.push(at);
+        }
+        arcs.reverse();
+        Found { arcs, time_s: self.least[arc] }
     }
 }
 

@@ -26,6 +26,7 @@ mod stands;
 mod state;
 mod tokens;
 mod told;
+mod tow;
 
 pub use equipment::drawn_failures;
 pub use failures::{Failure, FailureKind, Shown};
@@ -80,6 +81,8 @@ struct Mover {
     refused_at: Option<u64>,
     waits_since_s: Option<f64>,
     waits_for: Option<usize>,
+    /// Kept on its stand since then by somebody who stands on his own.
+    shut_in_since_s: Option<f64>,
     still_since_s: Option<f64>,
     /// Landing: place of the threshold, touchdown and exit on the way; braking.
     threshold: f64,
@@ -507,6 +510,7 @@ impl Mover {
             refused_at: None,
             waits_since_s: None,
             waits_for: None,
+            shut_in_since_s: None,
             still_since_s: None,
             threshold: 0.0,
             touchdown: 0.0,
