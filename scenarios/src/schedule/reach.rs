@@ -231,7 +231,7 @@ pub(super) fn default_ends(ground: &Ground<'_>, arrival: bool) -> Vec<String> {
 }
 
 /// Runway that a type needs behind an entry or before an exit, m. Take-offs need 1.15 of their run, where no entry has that 1.05 of
-/// it and 100 m; landings the way from the farthest touchdown (900 m behind the threshold, less on a short runway) with 2 s and
+/// it and 100 m; landings the way from the farthest touchdown (900 m behind the threshold, which may be displaced, less on a short runway) with 2 s and
 /// 2.2 m/s² of braking (assumed).
 pub(super) fn needs_m(row: &TypeRow, reach: &Reach<'_>, end: usize) -> f64 {
     let f = flight_of(row);
@@ -239,7 +239,7 @@ pub(super) fn needs_m(row: &TypeRow, reach: &Reach<'_>, end: usize) -> f64 {
     if reach.arrival {
         let runway = &reach.ground.network.runways[reach.runway];
         let zone = touchdown_zone(runway.length_m - runway.displaced_m[end]);
-        return zone.within_m.1 + 2.0 * v + v * v / 4.4;
+        return runway.displaced_m[end] + zone.within_m.1 + 2.0 * v + v * v / 4.4;
     }
     let run_m = f.take_off.1;
     let longest_m = reach.doors.iter().map(|d| d.0).fold(0.0, f64::max);

@@ -311,8 +311,7 @@ impl Core {
             let is_closed = |e: usize| closed[e] || net.edges[e].runway == Some(r);
             let goal = |a: usize| Arcs::to(&net, a) == node;
             let search = from.entry(arc).or_insert_with(|| Search::new(&self.arcs));
-            let found =
-                self.arcs.quickest_to(&net, search, arc, node, is_closed, |a| opposed[a]);
+            let found = self.arcs.quickest_to(&net, search, arc, node, is_closed, |a| opposed[a]);
             let Some(found) = found else { continue };
             // Braking harder than anybody does: not this exit.
             let Some(needed) = landing.needed_mps2(exit).filter(|a| *a <= MOST_BRAKING_MPS2) else {

@@ -109,13 +109,13 @@ impl Core {
                 break;
             }
             let (z, roll) = (mover.way.pieces[i], mover.way.roll.contains(&i));
-            let left_strip = self.pieces.list[z as usize].strip.is_some()
-                && self.pieces.list[mover.way.pieces[i + 1] as usize].strip.is_none();
+            let next = &self.pieces.list[mover.way.pieces[i + 1] as usize];
+            let left = self.pieces.list[z as usize].strip.filter(|_| next.strip.is_none());
             self.release(m, z, roll);
             self.movers[m].first_held += 1;
-            if left_strip {
+            if let Some(r) = left {
                 self.vacate(m);
-                self.end_clearance(m, "CRO");
+                self.end_crossing(m, r);
                 self.end_clearance(m, "LND");
             }
         }

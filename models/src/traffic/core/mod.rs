@@ -421,10 +421,20 @@ impl Core {
     }
 
     fn end_clearance(&mut self, m: usize, kind: &'static str) {
+        self.end_clearance_of(m, |c| c.kind == kind);
+    }
+
+    /// Ends the clearance to cross one runway: the one for the next runway may have begun before it.
+    fn end_crossing(&mut self, m: usize, runway: usize) {
+        let names = self.net.runways[runway].names.join("/");
+        self.end_clearance_of(m, |c| c.kind == "CRO" && c.runway == names);
+    }
+
+    fn end_clearance_of(&mut self, m: usize, which: impl Fn(&Clearance) -> bool) {
         let (flight, now) = (self.movers[m].flight, self.time_s);
         let open = self.clearances.iter_mut().rev();
         if let Some(c) =
-            open.filter(|c| c.flight == flight).find(|c| c.kind == kind && c.until_s.is_none())
+            open.filter(|c| c.flight == flight).find(|c| which(c) && c.until_s.is_none())
         {
             c.until_s = Some(now);
         }
