@@ -1,5 +1,6 @@
 //! Arrivals: final, landing, exit and way to the stand.
 
+use super::closed::Closed;
 use super::drive::Tick;
 use super::failures::FailureKind;
 use super::plan::{LANDING_AHEAD_S, Others, Rivals, Start};
@@ -23,14 +24,6 @@ const PAD_MPS: f64 = 8.0;
 const MOST_BRAKING_MPS2: f64 = 3.0;
 /// Brakes build up so fast in a landing roll, m/s³ (assumed).
 const ROLL_JERK_MPS3: f64 = 2.0;
-
-/// What a way passes by: all that is closed now, what is closed without end, only what is too narrow.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Closed {
-    Now,
-    Lasting,
-    Narrow,
-}
 
 /// So many stands are tried for an arrival, and for one who has found none for a minute.
 const STANDS_TRIED: usize = 6;

@@ -7,6 +7,7 @@
 mod arrival;
 mod asked;
 mod car;
+mod closed;
 mod controllers;
 mod departure;
 mod drive;

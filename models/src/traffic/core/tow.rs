@@ -1,6 +1,6 @@
 //! Who is towed: off others' ways, off stands that others need, elsewhere where nothing leads away.
 
-use super::arrival::Closed;
+use super::closed::Closed;
 use super::{Core, Phase};
 
 /// Who has found no way for so long has those towed off who stand on it and have no next flight, s (assumed).

@@ -40,7 +40,9 @@ mod tests {
     #[test]
     fn what_was_put_last_comes_first() {
         let mut stacks = Stacks::new(3);
-        [(0, 'a'), (2, 'b'), (0, 'c'), (2, 'd'), (0, 'e')].map(|(on, what)| stacks.put(on, what));
+        for (on, what) in [(0, 'a'), (2, 'b'), (0, 'c'), (2, 'd'), (0, 'e')] {
+            stacks.put(on, what);
+        }
         let of = |on| stacks.of(on).collect::<String>();
         assert_eq!([of(0), of(1), of(2)], ["eca", "", "db"]);
     }
