@@ -29,7 +29,7 @@ use models::traffic::core::{
 use models::traffic::network::{Network, code_of_span};
 use models::traffic::pieces::Pieces;
 pub(crate) use reach::end_named;
-use reach::{lands_instead, reached_stands};
+use reach::{Ground, lands_instead, reached_stands};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -187,6 +187,7 @@ pub(crate) fn read(
         return Ok((None, added));
     }
     let network = Network::of(&airport.layout);
+    let ground = Ground::of(&network);
     let mut remarks = network.findings.clone();
     let mut flights: Vec<Flight> = Vec::new();
     // Stands that a way leads to, by code letter, as they are needed.
@@ -208,7 +209,7 @@ pub(crate) fn read(
                 generated(
                     section,
                     run,
-                    &network,
+                    &ground,
                     &airport.layout.details.in_use,
                     types,
                     &mut remarks,
@@ -233,7 +234,7 @@ pub(crate) fn read(
             let arrival = w.direction == Direction::Arrival;
             let known = arrival.then(|| instead.entry((runway, need)));
             let other =
-                known.and_then(|k| *k.or_insert_with(|| lands_instead(&network, runway, need)));
+                known.and_then(|k| *k.or_insert_with(|| lands_instead(&ground, runway, need)));
             let runway = other.unwrap_or(runway);
             let runway_name = network.runways[runway.0].names[runway.1].clone();
             if other.is_some() {
@@ -246,7 +247,7 @@ pub(crate) fn read(
                 refuse("stand", &w.stand, network.stands.iter().map(|s| s.name.as_str()).collect())
             })?;
             let reached = reached[usize::from(need.min(5))]
-                .get_or_insert_with(|| reached_stands(&network, need));
+                .get_or_insert_with(|| reached_stands(&ground, need));
             let usable = |s: usize| {
                 reached[s] && network.stands[s].node.is_some_and(|n| network.nodes[n].used)
             };

@@ -76,8 +76,40 @@ fn seeds() -> std::ops::Range<u64> {
 }
 
 /// What nobody may do, however little is left of the network.
-const ALWAYS: [&str; 7] =
-    ["overlaps", "gridlocks", "runways", "wake", "speeds", "accelerations", "teleports"];
+const ALWAYS: [&str; 9] = [
+    "overlaps",
+    "gridlocks",
+    "holds",
+    "clearances",
+    "runways",
+    "wake",
+    "speeds",
+    "accelerations",
+    "teleports",
+];
+
+/// Two runways that are crossed one soon after the other: each crossing has its clearance until the tail is off that runway. When the
+/// second was given before the first had ended, it ended with the first, and four came into a strip without one.
+#[test]
+fn who_crosses_two_runways_is_cleared_for_each_until_he_is_off_it() {
+    for seed in [9, 19] {
+        let held = run("EGCC", seed).unwrap_or_else(|e| panic!("{seed}: {e}"));
+        let holds = held.rows.iter().find(|r| r.name == "holds").expect("a row");
+        assert!(holds.kept && holds.of > 20, "{seed}: {:?}", holds.cases);
+        let crossings = held.core.clearances().iter().filter(|c| c.kind == "CRO");
+        let long = crossings.filter(|c| c.until_s.is_some_and(|t| t - c.from_s > 10.0)).count();
+        assert!(long >= 10, "{seed}: {long}");
+    }
+}
+
+/// A threshold that is displaced by 566 m leaves less of the runway to brake: who cannot brake to the last exit that leads to a
+/// stand is not drawn for it. Two of 17 never were released to final.
+#[test]
+fn landings_that_are_drawn_can_brake_behind_a_displaced_threshold() {
+    let held = run("EHAM", 18).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(held.core.measures_of_served(), held.core.flights().len());
+    assert!(held.core.flights().len() >= 8, "{}", held.core.flights().len());
+}
 
 #[test]
 fn networks_without_some_of_their_edges_keep_the_limits() {

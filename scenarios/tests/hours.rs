@@ -77,6 +77,22 @@ fn three_full_hours_at_amsterdam_serve_everybody_without_a_ring_of_waiting() {
     }
 }
 
+/// A full hour in which somebody could not be served any more: an arrival whose six nearest stands lay behind somebody, or who had
+/// those towed off who stood in its way only if nothing was free; a departure whose pushback was kept up by somebody who stood
+/// on his stand for good.
+#[test]
+fn nobody_is_shut_in_or_out_by_those_who_stand_for_good() {
+    for (airport, seed, policy) in
+        [("LSZH", 1, "planned"), ("LZIB", 1, "planned"), ("EGCC", 2, "ordered")]
+    {
+        let held = held(airport, 24, 60, 0.0, seed, policy);
+        let name = format!("{airport}, seed {seed}, {policy}");
+        assert_eq!(held.core.measures_of_served(), held.core.flights().len(), "{name}");
+        assert_eq!(held.broken(), Vec::<String>::new(), "{name}");
+        assert_eq!(held.core.unexpected_deadlocks(), 0, "{name}");
+    }
+}
+
 /// Zurich's file gives 23 of its 35 stands to light aircraft and helicopters: a demand of airliners that the gates hold is on the
 /// gates.
 #[test]

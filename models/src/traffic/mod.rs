@@ -6,6 +6,7 @@
 //! ```
 
 pub mod ahead;
+mod arcs;
 pub mod check;
 pub mod core;
 pub mod exact;

@@ -338,6 +338,8 @@ impl Pieces {
 
     /// For each spine piece, the pieces of its strip that lie beside it.
     fn strips(&mut self, net: &Network) {
+        let in_strips: Vec<(usize, &Piece)> =
+            self.list.iter().enumerate().filter(|(_, p)| p.strip.is_some()).collect();
         for (z, piece) in self.list.iter().enumerate() {
             let Some(r) = piece.runway else { continue };
             let runway = &net.runways[r];
@@ -347,15 +349,14 @@ impl Pieces {
             };
             let mine = [0.0, 1.0].map(|s| runway.place_m(centre(piece, s)).0);
             let (low, high) = (mine[0].min(mine[1]) - 60.0, mine[0].max(mine[1]) + 60.0);
-            let beside = self.list.iter().enumerate().filter(|(y, other)| {
+            let beside = in_strips.iter().filter(|(y, other)| {
                 *y != z
-                    && other.strip.is_some()
                     && [0.0, 0.5, 1.0].iter().any(|s| {
                         let (along, off) = runway.place_m(centre(other, *s));
                         along > low && along < high && off.abs() < runway.hold_distance_m - 5.0
                     })
             });
-            self.strip_of.insert(z, beside.map(|(y, _)| y as u32).collect());
+            self.strip_of.insert(z, beside.map(|(y, _)| *y as u32).collect());
         }
     }
 }
@@ -413,5 +414,9 @@ fn bounds(quads: &[Quad]) -> [f64; 4] {
 }
 
 fn overlaps(a: &[Quad], b: &[Quad]) -> bool {
-    a.iter().any(|p| b.iter().any(|q| overlap_depth_m(p, q) > DEPTH_M))
+    let near = |p: &Quad, q: &Quad| {
+        let (p, q) = (bounds(&[*p]), bounds(&[*q]));
+        p[0] <= q[2] && q[0] <= p[2] && p[1] <= q[3] && q[1] <= p[3]
+    };
+    a.iter().any(|p| b.iter().any(|q| near(p, q) && overlap_depth_m(p, q) > DEPTH_M))
 }

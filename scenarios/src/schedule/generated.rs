@@ -1,16 +1,16 @@
 //! Flights drawn by rates, with stands for all of them.
 
 use super::Wanted;
-use super::reach::{Reach, default_ends, end_named, lacks_m, needs_m};
+use super::reach::{Ground, Reach, default_ends, end_named, lacks_m, needs_m};
 use crate::document::{Section, within};
 use crate::error::{Problem, ScenarioError};
 use crate::run::Run;
 use crate::types::TypeTable;
 use models::airport::distance_to_segment_m;
 use models::draw::{DrawKey, Purpose, exponential, normal_pair, uniform};
-use models::frames::Azimuth;
+use models::frames::{Azimuth, Vector2};
 use models::traffic::core::Direction;
-use models::traffic::network::{Network, code_of_span};
+use models::traffic::network::code_of_span;
 use models::traffic::outline::{Rectangle, Size, distance_m, outline};
 use std::collections::BTreeMap;
 
@@ -32,11 +32,12 @@ fn owned(mix: &[(&str, f64)]) -> Vec<(String, f64)> {
 pub(super) fn generated(
     section: &Section,
     run: &Run,
-    network: &Network,
+    ground: &Ground<'_>,
     in_use: &[Vec<String>; 2],
     types: &TypeTable,
     remarks: &mut Vec<String>,
 ) -> Result<Vec<Wanted>, ScenarioError> {
+    let network = ground.network;
     let rate = |key: &str| section.number_or(key, 0.0, within(0.0, 2000.0, "flights/h"));
     let (arrivals, departures) = (rate("arrivals_per_h")?, rate("departures_per_h")?);
     let seed = section.integer("seed", 0, i64::MAX)?.map_or(run.seed, |s| s as u64);
@@ -63,7 +64,7 @@ pub(super) fn generated(
         Ok(match (given.is_empty(), known.is_empty()) {
             (false, _) => given,
             (true, false) => known.clone(),
-            (true, true) => default_ends(network, arrival),
+            (true, true) => default_ends(ground, arrival),
         })
     };
     let (landing, leaving) = (ends("arrival_runways", true)?, ends("departure_runways", false)?);
@@ -82,7 +83,7 @@ pub(super) fn generated(
         types.get(designator).map_or(0.0, |row| {
             let none: &[String] = &[];
             let landing = if arrivals > 0.0 { &landing } else { none };
-            lacks_m(network, row, landing, if departures > 0.0 { &leaving } else { none })
+            lacks_m(ground, row, landing, if departures > 0.0 { &leaving } else { none })
         })
     };
     // Nobody asked for airliners: where none fits, smaller ones come.
@@ -154,7 +155,7 @@ pub(super) fn generated(
             });
         }
     }
-    Ok(on_stands(section, network, types, &usable, drawn, remarks))
+    Ok(on_stands(section, ground, types, &usable, drawn, remarks))
 }
 
 /// Index of the code letter from which on a type is an airliner: C.
@@ -177,12 +178,13 @@ struct Drawn {
 /// population; nobody is put where somebody else is or beside whom there is no room. Who finds none is left out.
 fn on_stands(
     section: &Section,
-    network: &Network,
+    ground: &Ground<'_>,
     types: &TypeTable,
     usable: &[usize],
     drawn: Vec<Drawn>,
     remarks: &mut Vec<String>,
 ) -> Vec<Wanted> {
+    let network = ground.network;
     let size_of = |d: &Drawn| {
         let (length_m, span_m) =
             types.get(&d.designator).map_or((37.6, 35.8), |t| (t.class.length_m, t.class.span_m));
@@ -204,8 +206,8 @@ fn on_stands(
             let (Some(end), Some(row)) = (end_named(network, name), types.get(designator)) else {
                 return vec![true; network.stands.len()];
             };
-            let (reach, code) = (Reach::of(network, end, arrival), code_of_span(row.class.span_m));
-            let stands = reach.stands(code, needs_m(network, row, &reach, end.1) - 1.0);
+            let (reach, code) = (Reach::of(ground, end, arrival), code_of_span(row.class.span_m));
+            let stands = reach.stands(code, needs_m(row, &reach, end.1) - 1.0);
             if stands.contains(&true) { stands } else { reach.stands(code, 0.0) }
         });
         found.clone()
@@ -226,6 +228,11 @@ fn on_stands(
             (leaves_as[a], comes_as[*d]) = (Some(*d), Some(a));
         }
     }
+    // Whether somebody of a size on a stand leaves the lanes free.
+    let taxiways = network.edges.iter().filter(|e| network.is_taxiway(e));
+    let lanes: Vec<([Vector2<f64>; 2], u8)> =
+        taxiways.map(|e| (e.nodes.map(|n| network.nodes[n].at_m), e.code)).collect();
+    let mut clear_of: BTreeMap<(usize, u64, u64), bool> = BTreeMap::new();
     // Occupied: stand, from, to, size.
     let mut taken: Vec<(usize, f64, f64, Size)> = Vec::new();
     let mut stand_of: Vec<Option<usize>> = vec![None; drawn.len()];
@@ -272,12 +279,15 @@ fn on_stands(
             fitting.retain(usual);
         }
         // Who would close a lane goes elsewhere, where there is an elsewhere.
-        let clear = |s: &usize| {
-            poses[*s].is_some_and(|(at_m, heading_rad)| {
-                clear_of_lanes(network, &outline(size, at_m, heading_rad), widest_m)
+        let mut clear = |s: &usize| {
+            let key = (*s, size.length_m.to_bits(), size.span_m.to_bits());
+            *clear_of.entry(key).or_insert_with(|| {
+                poses[*s].is_some_and(|(at_m, heading_rad)| {
+                    clear_of_lanes(&lanes, &outline(size, at_m, heading_rad), widest_m)
+                })
             })
         };
-        if fitting.iter().any(clear) {
+        if fitting.iter().any(&mut clear) {
             fitting.retain(clear);
         }
         if fitting.is_empty() {
@@ -322,18 +332,19 @@ fn on_stands(
 }
 
 /// Whether the widest of the demand can pass a parked outline on every lane that is wide enough for it.
-fn clear_of_lanes(network: &Network, parked: &[Rectangle; 2], widest_m: f64) -> bool {
+fn clear_of_lanes(
+    lanes: &[([Vector2<f64>; 2], u8)],
+    parked: &[Rectangle; 2],
+    widest_m: f64,
+) -> bool {
     let middle = (parked[0].corners_m[0] + parked[0].corners_m[2]) * 0.5;
-    network.edges.iter().all(|edge| {
-        if !network.is_taxiway(edge) {
-            return true;
-        }
-        let [a, b] = edge.nodes.map(|n| network.nodes[n].at_m);
+    lanes.iter().all(|([a, b], code)| {
+        let (a, b) = (*a, *b);
         if distance_to_segment_m(middle, a, b) > 80.0 {
             return true;
         }
         let line = Rectangle { corners_m: [a, b, b, a] };
-        let span_m = if edge.code >= code_of_span(widest_m) { widest_m } else { 36.0 };
+        let span_m = if *code >= code_of_span(widest_m) { widest_m } else { 36.0 };
         distance_m(parked, &[line; 2]) > 0.5 * span_m + 3.0
     })
 }

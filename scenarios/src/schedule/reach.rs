@@ -9,21 +9,51 @@ use models::traffic::runway_roll::{INTERSECTION_SHARE, touchdown_zone};
 use models::traffic::way::Arcs;
 use models::traffic::ways::SHARPEST_TURN_DEG;
 
+/// A network with what every search over it needs.
+pub(super) struct Ground<'a> {
+    pub(super) network: &'a Network,
+    arcs: Arcs,
+    /// By node: arcs that reach it, not from stands.
+    entering: Vec<Vec<usize>>,
+    /// By stand: arcs that lead on from where its lead-in joins a lane.
+    lanes: Vec<Vec<usize>>,
+}
+
+impl<'a> Ground<'a> {
+    pub(super) fn of(network: &'a Network) -> Self {
+        let arcs = Arcs::of(network);
+        let mut entering = vec![Vec::new(); network.nodes.len()];
+        for arc in (0..network.nodes.len()).flat_map(|n| arcs.leaving(n).to_vec()) {
+            if network.nodes[Arcs::from(network, arc)].stand.is_none() {
+                entering[Arcs::to(network, arc)].push(arc);
+            }
+        }
+        let lane = |node: Option<usize>| node.map_or(Vec::new(), |n| lane_arcs(network, &arcs, n));
+        let lanes = network.stands.iter().map(|s| lane(s.node)).collect();
+        Self { network, arcs, entering, lanes }
+    }
+}
+
 /// Stands that an aircraft of a code reaches from an exit of any runway, at turns that are driven.
-pub(super) fn reached_stands(network: &Network, code: u8) -> Vec<bool> {
-    let arcs = Arcs::of(network);
+pub(super) fn reached_stands(ground: &Ground<'_>, code: u8) -> Vec<bool> {
+    let Ground { network, arcs, .. } = ground;
     let spine = network.runways.iter().flat_map(|r| r.spine.iter().map(|(_, n)| *n));
     let from = spine.flat_map(|n| arcs.leaving(n).to_vec()).collect();
-    flood(network, &arcs, from, |e| e.code >= code && e.runway.is_none())
+    flood(ground, from, |e| e.code >= code && e.runway.is_none())
 }
 
 /// The end to land on instead where no stand is reached from the exits of the wanted one without the runway itself, or by a
 /// backtrack from a turn pad: of the runways of the same direction the first with a way. `None`: the wanted one
 /// will do, or no other is better.
-pub(super) fn lands_instead(network: &Network, (r, end): RunwayEnd, code: u8) -> Option<RunwayEnd> {
+pub(super) fn lands_instead(
+    ground: &Ground<'_>,
+    (r, end): RunwayEnd,
+    code: u8,
+) -> Option<RunwayEnd> {
+    let network = ground.network;
     let heading = |r: usize, end: usize| direction_rad(network, (r, end));
     let leads_to_stands =
-        |end: RunwayEnd| Reach::of(network, end, true).stands(code, 600.0).contains(&true);
+        |end: RunwayEnd| Reach::of(ground, end, true).stands(code, 600.0).contains(&true);
     if leads_to_stands((r, end)) {
         return None;
     }
@@ -43,8 +73,7 @@ fn direction_rad(network: &Network, (r, end): RunwayEnd) -> f64 {
 /// What lies between one end of a runway and the stands, on an empty airport: for landings from its exits, for take-offs to its
 /// entries, at turns that are driven and without the runway itself.
 pub(super) struct Reach<'a> {
-    network: &'a Network,
-    arcs: Arcs,
+    ground: &'a Ground<'a>,
     runway: usize,
     arrival: bool,
     /// Exits or entries: how much of the runway lies before (landings) or behind them (take-offs), m, and the arc.
@@ -52,8 +81,8 @@ pub(super) struct Reach<'a> {
 }
 
 impl<'a> Reach<'a> {
-    pub(super) fn of(network: &'a Network, (r, end): RunwayEnd, arrival: bool) -> Self {
-        let arcs = Arcs::of(network);
+    pub(super) fn of(ground: &'a Ground<'a>, (r, end): RunwayEnd, arrival: bool) -> Self {
+        let Ground { network, arcs, .. } = ground;
         let runway = &network.runways[r];
         let along =
             |place: f64| if (end == 0) == arrival { place } else { runway.length_m - place };
@@ -68,7 +97,7 @@ impl<'a> Reach<'a> {
             (off && turn_rad <= EXIT_DEG.to_radians()).then(|| (along(*place), arc))
         });
         let doors = doors.collect();
-        Self { network, arcs, runway: r, arrival, doors }
+        Self { ground, runway: r, arrival, doors }
     }
 
     /// Stands that an aircraft of a code reaches from exits farther than `least_m`, or leaves for entries with more than that.
@@ -80,19 +109,19 @@ impl<'a> Reach<'a> {
     /// Length that can be used, m: up to the farthest exit of landings, or the longest run from an entry of take-offs; 0 where
     /// no door has a way to or from a stand.
     pub(super) fn length_m(&self, code: u8) -> f64 {
-        let used = self.doors.iter().filter(|d| self.behind(vec![d.1], code).contains(&true));
-        used.map(|d| d.0).fold(0.0, f64::max)
+        let mut doors = self.doors.clone();
+        doors.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let used = doors.iter().find(|d| self.behind(vec![d.1], code).contains(&true));
+        used.map_or(0.0, |d| d.0.max(0.0))
     }
 
     fn behind(&self, doors: Vec<usize>, code: u8) -> Vec<bool> {
         let usable = |e: &NetEdge| e.code >= code && e.runway != Some(self.runway);
         if self.arrival {
-            return flood(self.network, &self.arcs, doors, usable);
+            return flood(self.ground, doors, usable);
         }
-        let seen = flood_back(self.network, &self.arcs, doors, usable);
-        let stands = self.network.stands.iter();
-        let leaves = |node| lane_arcs(self.network, &self.arcs, node).iter().any(|a| seen[*a]);
-        stands.map(|s| s.node.is_some_and(leaves)).collect()
+        let seen = flood_back(self.ground, doors, usable);
+        self.ground.lanes.iter().map(|lane| lane.iter().any(|a| seen[*a])).collect()
     }
 }
 
@@ -100,10 +129,9 @@ impl<'a> Reach<'a> {
 fn lane_arcs(network: &Network, arcs: &Arcs, stand: usize) -> Vec<usize> {
     let (mut node, mut came) = (stand, usize::MAX);
     for _ in 0..30 {
-        let on = |e: &usize| network.edges[*e].nodes.contains(&node) && *e != came;
-        let on: Vec<usize> = (0..network.edges.len()).filter(on).collect();
-        match on[..] {
-            [e] => {
+        let mut on = arcs.edges_at(node).iter().copied().filter(|e| *e != came);
+        match (on.next(), on.next()) {
+            (Some(e), None) => {
                 let nodes = network.edges[e].nodes;
                 (node, came) = (nodes[usize::from(nodes[0] == node)], e);
             }
@@ -114,12 +142,8 @@ fn lane_arcs(network: &Network, arcs: &Arcs, stand: usize) -> Vec<usize> {
 }
 
 /// Stands that are reached from some arcs over edges that can be used.
-fn flood(
-    network: &Network,
-    arcs: &Arcs,
-    from: Vec<usize>,
-    usable: impl Fn(&NetEdge) -> bool,
-) -> Vec<bool> {
+fn flood(ground: &Ground<'_>, from: Vec<usize>, usable: impl Fn(&NetEdge) -> bool) -> Vec<bool> {
+    let Ground { network, arcs, .. } = ground;
     let next = |arc: usize| {
         let node = Arcs::to(network, arc);
         let ends = network.nodes[node].stand.is_some();
@@ -138,17 +162,11 @@ fn flood(
 
 /// Arcs from which some arcs are reached; not through stands.
 fn flood_back(
-    network: &Network,
-    arcs: &Arcs,
+    ground: &Ground<'_>,
     from: Vec<usize>,
     usable: impl Fn(&NetEdge) -> bool,
 ) -> Vec<bool> {
-    let mut entering = vec![Vec::new(); network.nodes.len()];
-    for arc in (0..network.nodes.len()).flat_map(|n| arcs.leaving(n).to_vec()) {
-        if network.nodes[Arcs::from(network, arc)].stand.is_none() {
-            entering[Arcs::to(network, arc)].push(arc);
-        }
-    }
+    let Ground { network, arcs, entering, .. } = ground;
     spread(network, from, usable, |arc: usize| {
         let before = entering[Arcs::from(network, arc)].iter().copied();
         before.filter(|b| arcs.turn_rad(*b, arc) <= SHARPEST_TURN_DEG.to_radians()).collect()
@@ -179,7 +197,8 @@ fn spread(
 
 /// Ends that traffic uses where the scene says nothing: arrivals to the runway with most exits from which stands are
 /// reached, departures from the next best one that does not cross it, else from the same.
-pub(super) fn default_ends(network: &Network, arrival: bool) -> Vec<String> {
+pub(super) fn default_ends(ground: &Ground<'_>, arrival: bool) -> Vec<String> {
+    let network = ground.network;
     let exits = |r: usize| {
         let off = |e: &&NetEdge| e.runway.is_none() && !e.backtrack;
         let strip = network.edges.iter().filter(|e| e.strip == Some(r)).filter(off);
@@ -193,7 +212,7 @@ pub(super) fn default_ends(network: &Network, arrival: bool) -> Vec<String> {
             .iter()
             .any(|(_, n)| network.runways[b].spine.iter().any(|(_, m)| m == n))
     };
-    let reach_m = |r: usize, end: usize, arrival| Reach::of(network, (r, end), arrival).length_m(0);
+    let reach_m = |r: usize, end: usize, arrival| Reach::of(ground, (r, end), arrival).length_m(0);
     let used = |r: usize, arrival| (0..2).any(|end| reach_m(r, end, arrival) > 0.0);
     let best = order.iter().copied().find(|r| used(*r, true));
     let Some(first) = best.or(order.first().copied()) else { return Vec::new() };
@@ -212,15 +231,15 @@ pub(super) fn default_ends(network: &Network, arrival: bool) -> Vec<String> {
 }
 
 /// Runway that a type needs behind an entry or before an exit, m. Take-offs need 1.15 of their run, where no entry has that 1.05 of
-/// it and 100 m; landings the way from the farthest touchdown (900 m behind the threshold, less on a short runway) with 2 s and
+/// it and 100 m; landings the way from the farthest touchdown (900 m behind the threshold, which may be displaced, less on a short runway) with 2 s and
 /// 2.2 m/s² of braking (assumed).
-pub(super) fn needs_m(network: &Network, row: &TypeRow, reach: &Reach<'_>, end: usize) -> f64 {
+pub(super) fn needs_m(row: &TypeRow, reach: &Reach<'_>, end: usize) -> f64 {
     let f = flight_of(row);
     let v = f.landing.0;
     if reach.arrival {
-        let runway = &network.runways[reach.runway];
+        let runway = &reach.ground.network.runways[reach.runway];
         let zone = touchdown_zone(runway.length_m - runway.displaced_m[end]);
-        return zone.within_m.1 + 2.0 * v + v * v / 4.4;
+        return runway.displaced_m[end] + zone.within_m.1 + 2.0 * v + v * v / 4.4;
     }
     let run_m = f.take_off.1;
     let longest_m = reach.doors.iter().map(|d| d.0).fold(0.0, f64::max);
@@ -229,7 +248,7 @@ pub(super) fn needs_m(network: &Network, row: &TypeRow, reach: &Reach<'_>, end: 
 
 /// What a type lacks on the runways of a demand, m; 0: it can use them.
 pub(super) fn lacks_m(
-    network: &Network,
+    ground: &Ground<'_>,
     row: &TypeRow,
     landing: &[String],
     leaving: &[String],
@@ -237,10 +256,10 @@ pub(super) fn lacks_m(
     let mut lacks = 0.0_f64;
     for (ends, arrival) in [(landing, true), (leaving, false)] {
         for name in ends {
-            let Some(end) = end_named(network, name) else { continue };
+            let Some(end) = end_named(ground.network, name) else { continue };
             let code = code_of_span(row.class.span_m);
-            let reach = Reach::of(network, end, arrival);
-            lacks = lacks.max(needs_m(network, row, &reach, end.1) - reach.length_m(code));
+            let reach = Reach::of(ground, end, arrival);
+            lacks = lacks.max(needs_m(row, &reach, end.1) - reach.length_m(code));
         }
     }
     lacks

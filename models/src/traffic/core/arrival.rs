@@ -1,9 +1,11 @@
 //! Arrivals: final, landing, exit and way to the stand.
 
+use super::closed::Closed;
 use super::drive::Tick;
 use super::failures::FailureKind;
-use super::plan::{LANDING_AHEAD_S, Others, Start};
+use super::plan::{LANDING_AHEAD_S, Others, Rivals, Start};
 use super::runway::arrival_gap_s;
+use super::tow::TOWED_OFF_S;
 use super::{Core, Direction, FINAL_M, Flight, Phase, Policy, RETRY_S, SLOPE, TAIL_M, Timing};
 use crate::control::clearance::ClearanceKind;
 use crate::draw::normal_pair;
@@ -12,7 +14,7 @@ use crate::traffic::path::Path;
 use crate::traffic::runway_roll::{
     Exit, Landing, NAUTICAL_MILE_M, approach_airspeed_mps, approach_time_s, touchdown_zone,
 };
-use crate::traffic::way::{Arcs, Way};
+use crate::traffic::way::{Arcs, Search, Way};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -23,11 +25,26 @@ const MOST_BRAKING_MPS2: f64 = 3.0;
 /// Brakes build up so fast in a landing roll, m/s³ (assumed).
 const ROLL_JERK_MPS3: f64 = 2.0;
 
+/// So many stands are tried for an arrival, and for one who has found none for a minute.
+const STANDS_TRIED: usize = 6;
+const STANDS_TRIED_LATER: usize = 24;
+
 /// What was found for an arrival at one time: ways by stand, and what the others use.
 #[derive(Default)]
 pub(super) struct Tried {
-    ways: BTreeMap<usize, Vec<(super::Mover, Timing)>>,
+    searches: [Option<Searches>; 2],
+    ways: BTreeMap<usize, Vec<(super::Mover, Timing, Rivals)>>,
     others: Option<Others>,
+}
+
+/// Searches for ways to stands while nothing else changes.
+pub(super) struct Searches {
+    closed: Vec<bool>,
+    opposed: Vec<bool>,
+    /// Nobody drives: it is only looked for what stands there.
+    only_looks: bool,
+    /// By the arc of an exit.
+    from: BTreeMap<usize, Search>,
 }
 
 /// How somebody on final comes to the speed that he is to have, m/s².
@@ -68,7 +85,10 @@ impl Core {
             self.movers[m].next_try_s = self.time_s + RETRY_S;
             return;
         }
-        let mut choices = self.free_stands(m, 6);
+        let waited_s = self.movers[m].waits_since_s.map_or(0.0, |since| self.time_s - since);
+        // The nearest may all lie in a corner that somebody closes.
+        let most = if waited_s > 60.0 { STANDS_TRIED_LATER } else { STANDS_TRIED };
+        let mut choices = self.free_stands(m, most);
         if choices.is_empty() {
             choices.extend(self.make_room(m));
         }
@@ -98,6 +118,9 @@ impl Core {
                     f.callsign,
                     self.end_name(m)
                 ));
+            }
+            if let Some((stand, _)) = choices.first().filter(|_| waited_s > TOWED_OFF_S) {
+                self.tow_off_way_to(m, *stand);
             }
             let now = self.time_s;
             self.movers[m].waits_since_s.get_or_insert(now);
@@ -148,27 +171,29 @@ impl Core {
         let mut best: Option<(f64, (usize, Vec<u32>), super::Mover)> = None;
         let old = self.movers[m].landing_s;
         self.movers[m].landing_s = landing_s;
-        let Tried { ways, others } = tried;
+        let Tried { searches, ways, others } = tried;
         for (stand, pieces) in choices {
             self.movers[m].stand = stand;
             self.movers[m].parked_pieces.clone_from(&pieces);
             if !planned {
-                if self.plan_arrival(m, false, &[]) {
+                let searches = searches[0].get_or_insert_with(|| self.searches(m, Closed::Now));
+                if self.plan_arrival(m, searches, &[]) {
                     return Some((stand, pieces));
                 }
                 continue;
             }
             let others = others.get_or_insert_with(|| self.others(m));
-            let both = ways.entry(stand).or_insert_with(|| self.ways_to_stand(m));
-            for (way, timing) in both.iter() {
-                self.movers[m].clone_from(way);
+            let both = ways.entry(stand).or_insert_with(|| self.ways_to_stand(m, others, searches));
+            for (way, timing, rivals) in both {
+                std::mem::swap(&mut self.movers[m], way);
                 self.movers[m].landing_s = landing_s;
                 let from_s = landing_s - LANDING_AHEAD_S;
-                let found = self.plan_among(m, timing.clone(), from_s, others);
+                let found = self.plan_among(m, timing.clone(), from_s, rivals);
                 let end = self.planned_end_s(m);
                 if found && best.as_ref().is_none_or(|b| end < b.0 - 30.0) {
                     best = Some((end, (stand, pieces.clone()), self.movers[m].clone()));
                 }
+                std::mem::swap(&mut self.movers[m], way);
             }
             if best.as_ref().is_some_and(|b| b.0 < landing_s + b.2.measures.unhindered_s + 240.0) {
                 break;
@@ -182,52 +207,53 @@ impl Core {
         Some(choice)
     }
 
-    /// Ways to its stand with their times alone: past all that is closed now, and past what stands without end, where that is
-    /// another one.
-    fn ways_to_stand(&mut self, m: usize) -> Vec<(super::Mover, Timing)> {
-        let mut ways: Vec<(super::Mover, Timing)> = Vec::new();
-        for lasting in [false, true] {
-            if self.plan_arrival(m, lasting, &[])
+    /// Ways to its stand with their times alone and what the others use on them: past all that is closed now, and past what
+    /// stands without end, where that is another one.
+    fn ways_to_stand(
+        &mut self,
+        m: usize,
+        others: &Others,
+        searches: &mut [Option<Searches>; 2],
+    ) -> Vec<(super::Mover, Timing, Rivals)> {
+        let mut ways: Vec<(super::Mover, Timing, Rivals)> = Vec::new();
+        for (past, searches) in [Closed::Now, Closed::Lasting].into_iter().zip(searches) {
+            let searches = searches.get_or_insert_with(|| self.searches(m, past));
+            if self.plan_arrival(m, searches, &[])
                 && ways.iter().all(|w| w.0.way.arcs != self.movers[m].way.arcs)
             {
-                ways.push((self.movers[m].clone(), self.timing(m, Start::Final)));
+                let timing = self.timing(m, Start::Final);
+                let rivals = self.rivals(m, &timing, others);
+                ways.push((self.movers[m].clone(), timing, rivals));
             }
         }
         ways
     }
 
-    /// The aircraft that has stood longest without a next flight is towed away.
-    pub(super) fn make_room(&mut self, m: usize) -> Option<(usize, Vec<u32>)> {
-        let idle = |o: &usize| {
-            let other = &self.movers[*o];
-            other.phase == Phase::Docked
-                && other.class >= self.movers[m].class
-                && other.measures.aibt_s.is_some_and(|t| self.time_s > t + 1200.0)
-                && !self.flights.iter().any(|g| g.turnaround_of == Some(*o))
+    pub(super) fn searches(&self, m: usize, past: Closed) -> Searches {
+        let closed = match past {
+            Closed::Now => self.closed(m),
+            Closed::Lasting => self.closed_for_ever(m),
+            Closed::Narrow => self.narrow(m),
         };
-        let oldest = (0..self.movers.len()).filter(idle).min_by(|a, b| {
-            let since = |o: usize| self.movers[o].measures.aibt_s.unwrap_or(0.0);
-            since(*a).total_cmp(&since(*b))
-        })?;
-        self.remark(format!(
-            "{}: towed away from stand {}",
-            self.flights[oldest].callsign, self.net.stands[self.movers[oldest].stand].name
-        ));
-        self.leave_stand(oldest);
-        self.free_stand(m)
+        let only_looks = past == Closed::Narrow;
+        Searches { closed, opposed: self.opposed(m), only_looks, from: BTreeMap::new() }
     }
 
     /// Exit and way to the stand.
     ///
-    /// `lasting`: only what stands without end is passed by. `left_out`: exits, as the arcs by which one leaves the runway,
-    /// that are not taken.
-    pub(super) fn plan_arrival(&mut self, m: usize, lasting: bool, left_out: &[usize]) -> bool {
+    /// `left_out`: exits, as the arcs by which one leaves the runway, that are not taken.
+    pub(super) fn plan_arrival(
+        &mut self,
+        m: usize,
+        searches: &mut Searches,
+        left_out: &[usize],
+    ) -> bool {
         let f = self.flights[m].clone();
         let net = Arc::clone(&self.net);
         let (r, end) = f.runway;
         let runway = &net.runways[r];
         let Some(node) = net.stands[self.movers[m].stand].node else { return false };
-        let closed = if lasting { self.closed_for_ever(m) } else { self.closed(m) };
+        let Searches { closed, opposed, only_looks, from } = searches;
         let mut rng = self.rng(m, 4);
         let zone = touchdown_zone(runway.length_m - runway.displaced_m[end]);
         let (least_m, most_m) = zone.within_m;
@@ -270,7 +296,6 @@ impl Core {
             }
         }
         exits.sort_by(|a, b| a.0.place_m.total_cmp(&b.0.place_m).then(a.1.cmp(&b.1)));
-        let opposed = self.opposed(m);
         let mut left: Vec<(Exit, usize)> = exits;
         while !left.is_empty() {
             let places: Vec<Exit> = left.iter().map(|e| e.0).collect();
@@ -278,11 +303,9 @@ impl Core {
             let (exit, arc) = left.remove(chosen);
             let is_closed = |e: usize| closed[e] || net.edges[e].runway == Some(r);
             let goal = |a: usize| Arcs::to(&net, a) == node;
-            let Some(found) =
-                self.arcs.quickest(&net, &[(arc, 0.0)], goal, is_closed, |a| opposed[a])
-            else {
-                continue;
-            };
+            let search = from.entry(arc).or_insert_with(|| Search::new(&self.arcs));
+            let found = self.arcs.quickest_to(&net, search, arc, node, is_closed, |a| opposed[a]);
+            let Some(found) = found else { continue };
             // Braking harder than anybody does: not this exit.
             let Some(needed) = landing.needed_mps2(exit).filter(|a| *a <= MOST_BRAKING_MPS2) else {
                 continue;
@@ -291,7 +314,7 @@ impl Core {
                 .iter()
                 .position(|(p, _)| (p - threshold - exit.place_m).abs() < 0.01)
                 .unwrap_or(0);
-            let mut arcs: Vec<usize> =
+            let arcs: Vec<usize> =
                 spine[..=at].windows(2).filter_map(|w| self.arc_between(w[0].1, w[1].1)).collect();
             if arcs.is_empty() {
                 continue;
@@ -306,11 +329,13 @@ impl Core {
             // Begins on the runway, before the turn to the exit.
             let begin_m = (cleared.ends_m[on_runway - 1] - 400.0).max(0.0);
             let cleared_way_m = Self::line_of(&cleared, begin_m);
-            let turns = self.failing(m, FailureKind::WrongTurn);
+            let turns = self.failing(m, FailureKind::WrongTurn).filter(|_| !*only_looks);
             let detour = turns.and_then(|_| self.detour(&found.arcs, &goal, &is_closed));
             let turned = turns.filter(|_| detour.is_some());
-            arcs.extend(detour.unwrap_or(found.arcs));
-            let mut way = over(&arcs);
+            let mut way = match &detour {
+                Some(detour) => over(&[&arcs[..], detour].concat()),
+                None => cleared,
+            };
             way.roll = 0..on_runway;
             way.group_crossings(&self.pieces, f.size.length_m + 10.0, 0..on_runway);
             // Landing: the runway up to the exit with the exit beyond the holding position.
@@ -466,6 +491,7 @@ impl Core {
         mover.phase = Phase::GoAround;
         mover.measures.go_arounds += 1;
         mover.wants = None;
+        (mover.waits_since_s, mover.waits_for) = (None, None);
         mover.parked_pieces.clear();
         mover.timing = Timing::default();
         (mover.granted, mover.insisted) = Default::default();
@@ -491,7 +517,8 @@ impl Core {
                 return self.land_otherwise(m, before);
             }
             let old = self.movers[m].clone();
-            if self.plan_arrival(m, false, &[]) && self.movers[m].way.arcs != old.way.arcs {
+            let mut searches = self.searches(m, Closed::Now);
+            if self.plan_arrival(m, &mut searches, &[]) && self.movers[m].way.arcs != old.way.arcs {
                 self.movers[m].refused_at = None;
                 taken = self.take(m);
             } else {
@@ -517,7 +544,8 @@ impl Core {
         let old = self.movers[m].clone();
         let mut taken = false;
         let mut left_out = Vec::new();
-        while !taken && self.plan_arrival(m, true, &left_out) {
+        let mut searches = self.searches(m, Closed::Lasting);
+        while !taken && self.plan_arrival(m, &mut searches, &left_out) {
             if self.plan(m, Start::Final, self.time_s) {
                 self.book();
                 self.movers[m].refused_at = None;

@@ -9,6 +9,7 @@ use push::{nearest, nose_of};
 use super::failures::FailureKind;
 use super::plan::Start;
 use super::runway::take_off_of;
+use super::tow::TOWED_OFF_S;
 use super::{Core, PUSH_BEFORE_M, Phase, Policy, RETRY_S, TAIL_M, Timing};
 use crate::control::clearance::ClearanceKind;
 use crate::traffic::runway_roll::take_off_run;
@@ -25,61 +26,6 @@ const STARVED_S: f64 = 300.0;
 const UNCLEARED_S: f64 = 60.0;
 
 impl Core {
-    /// Edges that a mover cannot use: too narrow, or under somebody who stands for long.
-    pub(super) fn closed(&self, m: usize) -> Vec<bool> {
-        let class = self.movers[m].class;
-        let mut closed: Vec<bool> = self.net.edges.iter().map(|e| class > e.code + 1).collect();
-        for o in (0..self.movers.len()).filter(|o| *o != m) {
-            let other = &self.movers[o];
-            let stands = matches!(other.phase, Phase::Parked | Phase::Docked);
-            let promised = matches!(other.phase, Phase::Final | Phase::Landing | Phase::Taxiing);
-            if !(stands || promised) {
-                continue;
-            }
-            for z in &other.parked_pieces {
-                for (y, least) in self.pieces.conflicts(*z as usize, other.class) {
-                    if class >= *least {
-                        closed[self.pieces.list[*y as usize].edge] = true;
-                    }
-                }
-            }
-        }
-        closed
-    }
-
-    /// Edges that a mover cannot use for a time without end: too narrow, or under somebody who does not leave.
-    pub(super) fn closed_for_ever(&self, m: usize) -> Vec<bool> {
-        let class = self.movers[m].class;
-        let mut closed: Vec<bool> = self.net.edges.iter().map(|e| class > e.code + 1).collect();
-        for o in (0..self.movers.len()).filter(|o| *o != m) {
-            let other = &self.movers[o];
-            let stays = match other.phase {
-                Phase::Docked => true,
-                Phase::Parked => !other.timing.planned,
-                _ => false,
-            };
-            for z in other.parked_pieces.iter().filter(|_| stays) {
-                for (y, least) in self.pieces.conflicts(*z as usize, other.class) {
-                    if class >= *least {
-                        closed[self.pieces.list[*y as usize].edge] = true;
-                    }
-                }
-            }
-        }
-        closed
-    }
-
-    /// Arcs that others who are under way will use the other way round: dear to meet them there.
-    pub(super) fn opposed(&self, m: usize) -> Vec<bool> {
-        let mut opposed = vec![false; 2 * self.net.edges.len()];
-        for o in (0..self.movers.len()).filter(|o| *o != m) {
-            if self.active(o) || self.movers[o].phase == Phase::Final {
-                self.movers[o].way.arcs.iter().for_each(|a| opposed[a ^ 1] = true);
-            }
-        }
-        opposed
-    }
-
     /// On its stand: plans its way when it is due, and pushes back when everything for that is free.
     pub(super) fn parked(&mut self, m: usize) {
         let f = &self.flights[m];
@@ -107,7 +53,7 @@ impl Core {
             if now - since > 300.0 && self.tow_elsewhere(m) {
                 return;
             }
-            if now - since > 120.0 {
+            if now - since > TOWED_OFF_S {
                 self.tow_blockers(m);
             }
             self.movers[m].next_try_s = now + 15.0;
@@ -153,6 +99,9 @@ impl Core {
             let now = self.time_s;
             self.movers[m].waits_for = blocker;
             let since = *self.movers[m].waits_since_s.get_or_insert(now);
+            if self.shut_in(m, blocker) {
+                return;
+            }
             // The way was made for a world that has changed: another one next time.
             if !planned || now > self.movers[m].timing.push_take_s + 60.0 && now > since + 60.0 {
                 let old = self.movers[m].clone();
@@ -188,6 +137,7 @@ impl Core {
         let short_m = self.short_of_node_m(self.movers[m].stand, self.flights[m].size);
         let mover = &mut self.movers[m];
         mover.phase = Phase::Pushing;
+        mover.shut_in_since_s = None;
         mover.timing.push_take_s = now;
         mover.measures.aobt_s = Some(now);
         mover.waits_since_s = None;
@@ -213,59 +163,6 @@ impl Core {
             o != m && since.is_some_and(|since| self.time_s - since > STARVED_S)
         };
         self.policy == Policy::Ordered && (0..self.movers.len()).any(starved)
-    }
-
-    /// Nothing leads away from a stand: of those who stand on the way that it has on an empty airport, the ones without a
-    /// next flight are towed away.
-    fn tow_blockers(&mut self, m: usize) {
-        let old = self.movers[m].clone();
-        let told = self.remarks.len();
-        let class = self.movers[m].class;
-        let narrow: Vec<bool> = self.net.edges.iter().map(|e| class > e.code + 1).collect();
-        let easy = vec![false; 2 * self.net.edges.len()];
-        let found = self.plan_departure(m, &narrow, &easy, &[]);
-        let way = std::mem::replace(&mut self.movers[m], old);
-        self.remarks.truncate(told);
-        if !found {
-            return;
-        }
-        let mut blockers: Vec<usize> = Vec::new();
-        for z in way.push.pieces.iter().chain(&way.way.pieces) {
-            for (other, least) in self.pieces.conflicts(*z as usize, class) {
-                let holders = self.holders[*other as usize].iter().map(|h| *h as usize);
-                blockers.extend(holders.filter(|h| *h != m && self.movers[*h].class >= *least));
-            }
-        }
-        blockers.sort_unstable();
-        blockers.dedup();
-        for o in blockers {
-            let next = self.flights.iter().any(|g| g.turnaround_of == Some(o));
-            if self.movers[o].phase != Phase::Docked || next {
-                continue;
-            }
-            let (name, stand) = (&self.flights[o].callsign, self.movers[o].stand);
-            let (stand, who) = (&self.net.stands[stand].name, &self.flights[m].callsign);
-            let text = format!("{name}: towed away from stand {stand}, out of the way of {who}");
-            self.remark(text);
-            self.leave_stand(o);
-        }
-    }
-
-    /// Nothing has led away for long: it is towed to another stand, where it is again two minutes later.
-    fn tow_elsewhere(&mut self, m: usize) -> bool {
-        let here = self.movers[m].stand;
-        let found = self.free_stands(m, 6).into_iter().find(|(s, _)| *s != here);
-        let Some((stand, _)) = found else { return false };
-        let [from, to] = [here, stand].map(|s| self.net.stands[s].name.clone());
-        let name = &self.flights[m].callsign;
-        self.remark(format!("{name}: nothing leads away from stand {from}, towed to {to}"));
-        self.leave_stand(m);
-        let mover = &mut self.movers[m];
-        mover.phase = Phase::Absent;
-        mover.tow_to = Some(stand);
-        mover.waits_since_s = None;
-        mover.next_try_s = self.time_s + 120.0;
-        true
     }
 
     /// The departure's way: of several, under a plan, the one that is lined up first.
@@ -302,7 +199,8 @@ impl Core {
                 continue;
             };
             let timing = self.timing(m, self.start_of_push(m));
-            if self.plan_among(m, timing, now, &others) {
+            let rivals = self.rivals(m, &timing, &others);
+            if self.plan_among(m, timing, now, &rivals) {
                 planned.push(pushback);
                 let end = self.planned_end_s(m);
                 let waits = self.waits_at(m);
@@ -379,17 +277,13 @@ impl Core {
         let mut back = vec![into ^ 1];
         loop {
             let node = Arcs::to(&net, back[back.len() - 1]);
-            let on: Vec<usize> = (0..net.edges.len())
-                .filter(|e| net.edges[*e].nodes.contains(&node) && *e != back[back.len() - 1] / 2)
-                .collect();
-            if on.len() == 1 && back.len() < 30 && net.nodes[node].stand.is_none() {
-                back.push(if net.edges[on[0]].nodes[0] == node {
-                    2 * on[0]
-                } else {
-                    2 * on[0] + 1
-                });
-            } else {
-                break;
+            let came = back[back.len() - 1] / 2;
+            let mut on = self.arcs.away_from(&net, node).filter(|a| a / 2 != came);
+            match (on.next(), on.next()) {
+                (Some(only), None) if back.len() < 30 && net.nodes[node].stand.is_none() => {
+                    back.push(only);
+                }
+                _ => break,
             }
         }
         let r = f.runway.0;

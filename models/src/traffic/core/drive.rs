@@ -109,13 +109,13 @@ impl Core {
                 break;
             }
             let (z, roll) = (mover.way.pieces[i], mover.way.roll.contains(&i));
-            let left_strip = self.pieces.list[z as usize].strip.is_some()
-                && self.pieces.list[mover.way.pieces[i + 1] as usize].strip.is_none();
+            let next = &self.pieces.list[mover.way.pieces[i + 1] as usize];
+            let left = self.pieces.list[z as usize].strip.filter(|_| next.strip.is_none());
             self.release(m, z, roll);
             self.movers[m].first_held += 1;
-            if left_strip {
+            if let Some(r) = left {
                 self.vacate(m);
-                self.end_clearance(m, "CRO");
+                self.end_crossing(m, r);
                 self.end_clearance(m, "LND");
             }
         }
@@ -132,7 +132,7 @@ impl Core {
             let limits = Tick { acc, dec: d.dec_mps2, jerk: d.jerk_mps3, dt: DRY_S };
             let before = s;
             (s, v, a) = limits.tick(s, v, a, wish, way.stop_m);
-            let curvature = way.path.at(0.5 * (before + s)).curvature;
+            let curvature = way.path.curvature(0.5 * (before + s));
             slip = tractrix::stepped_slip_rad(slip, curvature, s - before, wheelbase_m);
             time_s += DRY_S;
             if v == 0.0 && a == 0.0 {
@@ -165,8 +165,8 @@ impl Core {
         let mover = &mut self.movers[m];
         let ds = mover.s - from;
         if ds > 0.0 {
-            let on = mover.way.path.at(0.5 * (from + mover.s));
-            mover.slip = tractrix::stepped_slip_rad(mover.slip, on.curvature, ds, wheelbase);
+            let curvature = mover.way.path.curvature(0.5 * (from + mover.s));
+            mover.slip = tractrix::stepped_slip_rad(mover.slip, curvature, ds, wheelbase);
         }
     }
 

@@ -7,6 +7,7 @@
 mod arrival;
 mod asked;
 mod car;
+mod closed;
 mod controllers;
 mod departure;
 mod drive;
@@ -26,6 +27,7 @@ mod stands;
 mod state;
 mod tokens;
 mod told;
+mod tow;
 
 pub use equipment::drawn_failures;
 pub use failures::{Failure, FailureKind, Shown};
@@ -80,6 +82,8 @@ struct Mover {
     refused_at: Option<u64>,
     waits_since_s: Option<f64>,
     waits_for: Option<usize>,
+    /// Kept on its stand since then by somebody who stands on his own.
+    shut_in_since_s: Option<f64>,
     still_since_s: Option<f64>,
     /// Landing: place of the threshold, touchdown and exit on the way; braking.
     threshold: f64,
@@ -418,10 +422,20 @@ impl Core {
     }
 
     fn end_clearance(&mut self, m: usize, kind: &'static str) {
+        self.end_clearance_of(m, |c| c.kind == kind);
+    }
+
+    /// Ends the clearance to cross one runway: the one for the next runway may have begun before it.
+    fn end_crossing(&mut self, m: usize, runway: usize) {
+        let names = self.net.runways[runway].names.join("/");
+        self.end_clearance_of(m, |c| c.kind == "CRO" && c.runway == names);
+    }
+
+    fn end_clearance_of(&mut self, m: usize, which: impl Fn(&Clearance) -> bool) {
         let (flight, now) = (self.movers[m].flight, self.time_s);
         let open = self.clearances.iter_mut().rev();
         if let Some(c) =
-            open.filter(|c| c.flight == flight).find(|c| c.kind == kind && c.until_s.is_none())
+            open.filter(|c| c.flight == flight).find(|c| which(c) && c.until_s.is_none())
         {
             c.until_s = Some(now);
         }
@@ -507,6 +521,7 @@ impl Mover {
             refused_at: None,
             waits_since_s: None,
             waits_for: None,
+            shut_in_since_s: None,
             still_since_s: None,
             threshold: 0.0,
             touchdown: 0.0,

@@ -385,10 +385,10 @@ impl Core {
         while room_m > 0.0 && arcs.len() < 16 {
             let first = arcs[0];
             let node = Arcs::from(&self.net, first);
-            let before = (0..2 * self.net.edges.len()).filter(|b| {
+            let towards = self.arcs.away_from(&self.net, node).map(|a| a ^ 1);
+            let before = towards.filter(|b| {
                 let edge = &self.net.edges[b / 2];
-                Arcs::to(&self.net, *b) == node
-                    && (b % 2 == 0 || edge.two_way)
+                (b % 2 == 0 || edge.two_way)
                     && edge.runway.is_none()
                     && !arcs.iter().any(|a| a / 2 == b / 2)
                     && self.arcs.turn_rad(*b, first) < 1.0

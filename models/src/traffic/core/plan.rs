@@ -14,6 +14,10 @@
 //! Source: Gawrilow and others 2008 (time windows); Hönig and others 2019 (execution in planned order).
 
 mod order;
+mod stacks;
+mod times;
+
+pub(super) use times::{Others, Rivals};
 
 use super::{Core, Direction, Phase};
 use crate::flight_list::WakeCategory;
@@ -54,35 +58,8 @@ pub(super) struct Booking {
     pub mover: u32,
 }
 
-/// Another's use of a piece, s.
-#[derive(Clone, Copy, Debug)]
-struct Use {
-    mover: usize,
-    from_s: f64,
-    to_s: f64,
-}
-
-/// Another's use of a runway, s.
-#[derive(Clone, Copy, Debug)]
-struct RunwayUse {
-    from_s: f64,
-    to_s: f64,
-    /// From then on somebody may line up behind.
-    passed_s: f64,
-}
-
-/// What all but one mover use: for his plans, while nothing else changes.
-pub(super) struct Others {
-    /// By piece.
-    pieces: Vec<Vec<Use>>,
-    /// By runway.
-    runways: Vec<Vec<RunwayUse>>,
-}
-
 /// Pause between intervals of different movers, s.
 const PAUSE_S: f64 = 0.05;
-/// Longest time ahead that is planned, s.
-const HORIZON_S: f64 = 4.0 * 3600.0;
 /// From landing clearance to threshold, s: about 1.5 NM.
 pub(super) const LANDING_AHEAD_S: f64 = 45.0;
 /// From the holding position: ready for the roll after being lined up, s (drawn 5 to 10).
@@ -205,230 +182,6 @@ impl Core {
         if mover.next == mover.roll_from { mover.way.pieces.len() } else { mover.next }
     }
 
-    /// Every use of every piece that others have or plan, by piece. `without`: nobody, or a mover whose uses do
-    /// not count.
-    fn uses(&self, without: usize) -> Vec<Vec<Use>> {
-        let mut uses = vec![Vec::new(); self.pieces.list.len()];
-        let ever = |mover: usize, from_s: f64, to_s: f64| Use { mover, from_s, to_s };
-        for (m, mover) in self.movers.iter().enumerate().filter(|(m, _)| *m != without) {
-            let t = &mover.timing;
-            match mover.phase {
-                Phase::Absent | Phase::Gone | Phase::GoAround => continue,
-                Phase::Parked | Phase::Docked => {
-                    let leaves = mover.phase == Phase::Parked && t.planned;
-                    let until = if leaves { t.push_take_s } else { f64::INFINITY };
-                    for z in &mover.parked_pieces {
-                        uses[*z as usize].push(ever(m, f64::NEG_INFINITY, until));
-                    }
-                    if !leaves {
-                        continue;
-                    }
-                }
-                _ => {}
-            }
-            if !t.planned {
-                for (z, holders) in self.holders.iter().enumerate() {
-                    if holders.contains(&(m as u32)) {
-                        uses[z].push(ever(m, f64::NEG_INFINITY, f64::INFINITY));
-                    }
-                }
-                continue;
-            }
-            if matches!(mover.phase, Phase::Parked | Phase::Pushing) {
-                let from =
-                    if mover.phase == Phase::Parked { t.push_take_s } else { f64::NEG_INFINITY };
-                for z in &mover.push.pieces {
-                    uses[*z as usize].push(ever(m, from, t.push_take_s + t.push_s.1));
-                }
-            }
-            let pushing = matches!(mover.phase, Phase::Parked | Phase::Pushing);
-            let held_from = if pushing { t.first } else { mover.first_held };
-            for k in held_from..mover.way.pieces.len() {
-                let taken =
-                    !pushing && k < self.taken(m) || mover.phase == Phase::Pushing && k < t.pushed;
-                let from = if taken { f64::NEG_INFINITY } else { t.take_s[k] };
-                uses[mover.way.pieces[k] as usize].push(ever(m, from, t.release_s(k)));
-            }
-            let arrives = self.flights[m].direction == Direction::Arrival;
-            if let Some(last) = t.take_s.last().filter(|_| arrives && mover.phase != Phase::Docked)
-            {
-                for z in &mover.parked_pieces {
-                    uses[*z as usize].push(ever(m, *last, f64::INFINITY));
-                }
-            }
-        }
-        uses
-    }
-
-    /// Uses by others of what conflicts with a piece for a class.
-    fn against<'a>(
-        &'a self,
-        uses: &'a [Vec<Use>],
-        m: usize,
-        piece: u32,
-    ) -> impl Iterator<Item = Use> + 'a {
-        let class = self.movers[m].class;
-        let conflicts = self.pieces.conflicts(piece as usize, class).iter();
-        conflicts.filter(move |c| self.in_order(piece, c.0)).flat_map(move |(other, least)| {
-            uses[*other as usize]
-                .iter()
-                .filter(move |u| u.mover != m && self.movers[u.mover].class >= *least)
-                .copied()
-        })
-    }
-
-    /// When each runway is used by others, s.
-    fn runway_uses(&self, without: usize) -> Vec<Vec<RunwayUse>> {
-        let mut uses = vec![Vec::new(); self.net.runways.len()];
-        for (m, mover) in self.movers.iter().enumerate().filter(|(m, _)| *m != without) {
-            if mover.phase == Phase::Final {
-                let r = self.flights[m].runway.0;
-                let from_s = mover.landing_s - CLEARED_BEFORE_S;
-                for c in &self.crossing[r] {
-                    let passed_s = if *c == r { 12.0 } else { 60.0 };
-                    let passed_s = mover.landing_s + passed_s;
-                    uses[*c].push(RunwayUse { from_s, to_s: mover.landing_s + 60.0, passed_s });
-                }
-            }
-            let open = self.open_steps(m);
-            for (k, r, for_s) in &mover.timing.runways {
-                if open.contains(k) {
-                    let from = mover.timing.take_s[*k];
-                    let to_s = from + for_s;
-                    let span = RunwayUse { from_s: from, to_s, passed_s: to_s };
-                    self.crossing[*r].iter().for_each(|c| uses[*c].push(span));
-                }
-            }
-        }
-        uses
-    }
-
-    /// What all but `m` use now.
-    pub(super) fn others(&self, m: usize) -> Others {
-        Others { pieces: self.uses(m), runways: self.runway_uses(m) }
-    }
-
-    /// The earliest times of a mover's way among what the others do: the least fixed point of "whoever would meet
-    /// a use waits until it ends". `None` if there is none within the horizon, or a landing would have to wait.
-    ///
-    /// Every bound only rises, and a later take never makes an earlier release, so the first assignment without
-    /// a meeting is the earliest of all for each step.
-    fn schedule(&self, m: usize, mut t: Timing, from_s: f64, others: &Others) -> Option<Timing> {
-        let way = &self.movers[m].way;
-        let count = way.pieces.len();
-        let Others { pieces: uses, runways: runway_uses } = others;
-        let start = if t.pushed > 0 { t.first } else { self.movers[m].next };
-        let mut against: Vec<Vec<Use>> = vec![Vec::new(); count];
-        for k in start..count {
-            against[k] = self.against(uses, m, way.pieces[k]).collect();
-        }
-        let mut pushed_against: Vec<Use> = Vec::new();
-        if t.pushed > 0 {
-            for z in &self.movers[m].push.pieces {
-                pushed_against.extend(self.against(uses, m, *z));
-            }
-        }
-        // Until it is pushed back nobody can be planned over its stand; who is already has to come later.
-        let mut over_stand_s = f64::INFINITY;
-        for z in self.movers[m].parked_pieces.iter().filter(|_| t.pushed > 0) {
-            let uses = self.against(uses, m, *z).map(|u| u.from_s);
-            over_stand_s = uses.fold(over_stand_s, f64::min);
-        }
-        let mut least = vec![f64::NEG_INFINITY; count];
-        let mut least_push = from_s;
-        let horizon = from_s + HORIZON_S;
-        for _ in 0..4000 {
-            self.forward(m, &mut t, least_push, &least, from_s);
-            if t.take_s.last().is_some_and(|l| *l > horizon) {
-                return None;
-            }
-            let mut met = false;
-            if t.pushed > 0 {
-                let (take, done) = (t.push_take_s, t.push_take_s + t.push_s.1);
-                for u in &pushed_against {
-                    if take < u.to_s && u.from_s < done {
-                        least_push = least_push.max(u.to_s + PAUSE_S);
-                        met = true;
-                    }
-                }
-                for k in t.first..t.pushed {
-                    let until = t.release_s(k);
-                    for u in &against[k] {
-                        if take < u.to_s && u.from_s < until {
-                            least_push = least_push.max(u.to_s + PAUSE_S);
-                            met = true;
-                        }
-                    }
-                }
-            }
-            for k in t.pushed.max(start)..count {
-                let (take, until) = (t.take_s[k], t.release_s(k));
-                for u in &against[k] {
-                    if take < u.to_s && u.from_s < until {
-                        least[k] = least[k].max(u.to_s + PAUSE_S);
-                        met = true;
-                    }
-                }
-            }
-            for (k, r, for_s) in &t.runways {
-                if *k < start {
-                    continue;
-                }
-                let take = t.take_s[*k];
-                let lines_up = self.flights[m].direction == Direction::Departure
-                    && *k == self.movers[m].threshold as usize;
-                for u in &runway_uses[*r] {
-                    // Who lines up does so behind a landed one.
-                    let to = if lines_up { u.passed_s } else { u.to_s };
-                    if take < to && u.from_s < take + for_s {
-                        least[*k] = least[*k].max(to + PAUSE_S);
-                        met = true;
-                    }
-                }
-            }
-            let late = t.pushed > 0 && t.push_take_s > over_stand_s;
-            if late || least_push > horizon || least.iter().any(|l| *l > horizon) {
-                return None;
-            }
-            if !met {
-                let late = t.fixed && t.take_s[start] > from_s + 0.5;
-                t.planned = !late;
-                t.order_s.clone_from(&t.take_s);
-                return (!late).then_some(t);
-            }
-        }
-        None
-    }
-
-    /// Takes and fronts from the bounds.
-    fn forward(&self, m: usize, t: &mut Timing, push_s: f64, least: &[f64], from_s: f64) {
-        let way = &self.movers[m].way;
-        let count = way.pieces.len();
-        let mut front = from_s;
-        let mut k = if t.pushed > 0 { t.pushed } else { self.movers[m].next };
-        if t.pushed > 0 {
-            t.push_take_s = push_s;
-            front = push_s + t.push_s.0;
-            t.take_s[..t.pushed].fill(push_s);
-            t.front_s[..t.pushed].fill(front);
-        } else if k > 0 {
-            // What is held already: the front reaches its end by the rest of the way alone.
-            front = self.front_of_held(m, t, from_s);
-        }
-        while k < count {
-            let last = way.group_last[k].min(count - 1).max(k);
-            let bound = least[k..=last].iter().copied().fold(f64::NEG_INFINITY, f64::max);
-            let take = front.max(bound);
-            front = take;
-            for i in k..=last {
-                front += t.pass_s[i];
-                t.take_s[i] = take;
-                t.front_s[i] = front;
-            }
-            k = last + 1;
-        }
-    }
-
     /// When the front reaches the end of what is held, driven alone from now; the fronts of these steps.
     fn front_of_held(&self, m: usize, t: &mut Timing, now: f64) -> f64 {
         let mover = &self.movers[m];
@@ -448,18 +201,19 @@ impl Core {
     /// Plans a mover whose way has just been made; `true` if it has a plan now.
     pub(super) fn plan(&mut self, m: usize, start: Start, from_s: f64) -> bool {
         let (timing, others) = (self.timing(m, start), self.others(m));
-        self.plan_among(m, timing, from_s, &others)
+        let rivals = self.rivals(m, &timing, &others);
+        self.plan_among(m, timing, from_s, &rivals)
     }
 
-    /// The same with [`Core::timing`] of the way and [`Core::others`] of the mover at hand.
+    /// The same with [`Core::timing`] of the way and [`Core::rivals`] on it at hand.
     pub(super) fn plan_among(
         &mut self,
         m: usize,
         timing: Timing,
         from_s: f64,
-        others: &Others,
+        rivals: &Rivals,
     ) -> bool {
-        match self.schedule(m, timing, from_s, others) {
+        match self.schedule(m, timing, from_s, rivals) {
             Some(timing) => {
                 self.movers[m].timing = timing;
                 true

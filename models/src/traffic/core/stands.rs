@@ -28,8 +28,8 @@ impl Core {
 
     /// The arc by which a stand is entered.
     pub(super) fn stand_arc(&self, node: usize) -> Option<usize> {
-        let edges = self.net.edges.iter().enumerate();
-        let mut arcs = edges.filter_map(|(e, edge)| {
+        let mut arcs = self.arcs.edges_at(node).iter().filter_map(|e| {
+            let edge = &self.net.edges[*e];
             let used = edge.nodes.iter().all(|n| self.net.nodes[*n].used);
             if edge.nodes[1] == node && used {
                 Some(2 * e)
@@ -63,11 +63,8 @@ impl Core {
             }
             // Longer than its lead-in: the straightest edge behind it.
             let node = Arcs::from(&self.net, arc);
-            let behind = (0..self.net.edges.len()).flat_map(|e| [2 * e, 2 * e + 1]).filter(|b| {
-                Arcs::to(&self.net, *b) == node
-                    && b / 2 != arc / 2
-                    && self.arcs.turn_rad(*b, arc) < 1.6
-            });
+            let towards = self.arcs.away_from(&self.net, node).map(|a| a ^ 1);
+            let behind = towards.filter(|b| b / 2 != arc / 2 && self.arcs.turn_rad(*b, arc) < 1.6);
             let straightest = behind
                 .min_by(|p, q| self.arcs.turn_rad(*p, arc).total_cmp(&self.arcs.turn_rad(*q, arc)));
             match straightest {
@@ -133,8 +130,7 @@ impl Core {
         }
         let old = self.movers[d].clone();
         let told = self.remarks.len();
-        let class = self.movers[d].class;
-        let narrow: Vec<bool> = self.net.edges.iter().map(|e| class > e.code + 1).collect();
+        let narrow = self.narrow(d);
         let easy = vec![false; 2 * self.net.edges.len()];
         self.movers[d].stand = stand;
         let found = self.plan_departure(d, &narrow, &easy, &[]);

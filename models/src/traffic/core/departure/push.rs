@@ -25,10 +25,8 @@ impl Core {
     pub(super) fn back_over(&self, back: &[usize], closed: &[bool], lenient: bool) -> Vec<usize> {
         let Some(last) = back.last().copied() else { return Vec::new() };
         let node = Arcs::to(&self.net, last);
-        let on = (0..self.net.edges.len())
-            .filter(|e| self.net.edges[*e].nodes.contains(&node) && *e != last / 2);
-        on.map(|e| if self.net.edges[e].nodes[0] == node { 2 * e } else { 2 * e + 1 })
-            .filter(|a| self.arcs.turn_rad(last, *a) < 2.1 && self.pushable(*a, closed, lenient))
+        let on = self.arcs.away_from(&self.net, node).filter(|a| a / 2 != last / 2);
+        on.filter(|a| self.arcs.turn_rad(last, *a) < 2.1 && self.pushable(*a, closed, lenient))
             .collect()
     }
 
@@ -52,11 +50,12 @@ impl Core {
             while have < need && chain.len() < 20 {
                 let at = chain[chain.len() - 1];
                 let node = Arcs::to(net, at);
-                let next = (0..net.edges.len())
-                    .filter(|e| net.edges[*e].nodes.contains(&node) && *e != at / 2)
-                    .map(|e| if net.edges[e].nodes[0] == node { 2 * e } else { 2 * e + 1 })
+                let next = self
+                    .arcs
+                    .away_from(net, node)
                     .filter(|a| {
-                        self.pushable(*a, closed, lenient)
+                        a / 2 != at / 2
+                            && self.pushable(*a, closed, lenient)
                             && self.arcs.turn_rad(at, *a) < if lenient { 1.2 } else { 0.7 }
                     })
                     .min_by(|p, q| {

@@ -23,8 +23,9 @@ impl Core {
         let f = &self.flights[m];
         let runway = &self.net.runways[f.runway.0];
         let entries = Entries { runway: f.runway, least_m: [0.0; 2], scant_m: 0.0 };
-        let all = 0..2 * self.net.edges.len();
-        let longest = all.filter_map(|arc| self.run_ahead_m(&entries, arc)).fold(0.0, f64::max);
+        let nodes = runway.spine.iter().map(|(_, n)| *n);
+        let towards = nodes.flat_map(|n| self.arcs.away_from(&self.net, n)).map(|a| a ^ 1);
+        let longest = towards.filter_map(|arc| self.run_ahead_m(&entries, arc)).fold(0.0, f64::max);
         let needed = (1.15 * f.take_off.1 + 100.0).min(longest);
         let least_m = [needed.max((runway.length_m - 300.0).min(longest)), needed];
         let scant_m = (INTERSECTION_SHARE * f.take_off.1).min(longest);

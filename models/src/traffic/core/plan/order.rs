@@ -1,35 +1,88 @@
 //! The order that planned times make: brought up to date as the world goes on, and who is before whom at a piece.
 
+use super::stacks::Stacks;
 use super::{Booking, LANDING_AHEAD_S, PAUSE_S, Timing};
 use crate::traffic::core::{Core, Phase, Policy};
+use crate::traffic::pieces::Class;
+
+/// What is taken together: with the pushback, or the steps of a group.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Taken {
+    Push,
+    From(usize),
+}
+
+/// A use of a piece, and what ends it.
+#[derive(Clone, Copy, Debug)]
+struct User {
+    mover: usize,
+    ends: Ends,
+    /// Has it now.
+    there: bool,
+}
+
+/// What ends a use: the pushback away from it, the end of the pushback over it, or the release of a step.
+#[derive(Clone, Copy, Debug)]
+enum Ends {
+    Leaving,
+    Pushed,
+    Step(usize),
+}
+
+impl Timing {
+    fn ends_s(&self, ends: Ends) -> f64 {
+        match ends {
+            Ends::Leaving => self.push_take_s,
+            Ends::Pushed => self.push_take_s + self.push_s.1,
+            Ends::Step(k) => self.release_s(k),
+        }
+    }
+}
+
+/// All that is to be taken, in its order, and what each waits for.
+struct Sequence {
+    groups: Vec<(f64, usize, Taken)>,
+    /// Of all groups one after the other: movers and what of theirs has to end before.
+    before: Vec<(usize, Ends)>,
+    /// By group: where its part of that ends.
+    ends: Vec<usize>,
+}
 
 impl Core {
     /// Times of all plans as the world is now, in the order that they have; `false`, with the times as they were,
     /// if that order has a cycle.
     pub(in crate::traffic::core) fn retime(&mut self) -> bool {
+        let times = |t: &Timing| (t.push_take_s, t.take_s.clone(), t.front_s.clone());
+        let before: Vec<_> = self.movers.iter().map(|m| times(&m.timing)).collect();
+        for m in 0..self.movers.len() {
+            self.bring_to_now(m);
+        }
+        let sequence = self.sequence();
+        // In their order all settles at once, but for what is equal in it.
+        let settled = (0..12).any(|_| !self.pass(&sequence));
+        for (mover, (push_take_s, take_s, front_s)) in self.movers.iter_mut().zip(before) {
+            let t = &mut mover.timing;
+            if settled {
+                t.order_s.clone_from(&t.take_s);
+            } else {
+                (t.push_take_s, t.take_s, t.front_s) = (push_take_s, take_s, front_s);
+            }
+        }
+        self.book();
+        settled
+    }
+
+    /// Where the front of a mover is, by what it has driven of what it holds.
+    fn bring_to_now(&mut self, m: usize) {
+        if !self.movers[m].timing.planned {
+            return;
+        }
         let now = self.time_s;
-        let before: Vec<Timing> = self.movers.iter().map(|m| m.timing.clone()).collect();
-        // Groups in their order, and who uses each piece before whom.
-        let mut groups: Vec<(f64, usize, usize)> = Vec::new();
-        let mut users: Vec<Vec<(f64, usize, usize)>> = vec![Vec::new(); self.pieces.list.len()];
-        let count = self.movers.len();
-        const PUSH: usize = usize::MAX;
-        const PARKED: usize = usize::MAX - 1;
-        for m in 0..count {
-            if !self.movers[m].timing.planned {
-                continue;
-            }
-            let open = self.open_steps(m);
-            let pushing = matches!(self.movers[m].phase, Phase::Parked | Phase::Pushing);
-            let mut t = std::mem::take(&mut self.movers[m].timing);
-            let mover = &self.movers[m];
-            if mover.phase == Phase::Parked {
-                groups.push((t.push_take_s, m, PUSH));
-                for z in &mover.parked_pieces {
-                    users[*z as usize].push((f64::NEG_INFINITY, m, PARKED));
-                }
-            }
-            if mover.phase == Phase::Pushing {
+        let mut t = std::mem::take(&mut self.movers[m].timing);
+        let mover = &self.movers[m];
+        match mover.phase {
+            Phase::Parked => {}
+            Phase::Pushing => {
                 // Somewhere between the begin and the end of the pushback.
                 let left = (mover.push.stop_m - mover.s).max(0.0) / 1.5;
                 let done = now + left;
@@ -37,138 +90,172 @@ impl Core {
                 t.push_take_s = done - t.push_s.1;
                 t.front_s[..t.pushed].fill(front);
             }
-            if !pushing {
-                if let Phase::Starting(until) = mover.phase {
-                    let front = self.front_of_held(m, &mut t, until.max(now));
-                    let _ = front;
-                } else if mover.phase == Phase::Final && mover.next == 0 {
-                    // The landing group comes at its time.
-                } else {
-                    let from =
-                        if let Phase::LinedUp(until) = mover.phase { until.max(now) } else { now };
-                    self.front_of_held(m, &mut t, from);
-                }
+            // The landing group comes at its time.
+            Phase::Final if mover.next == 0 => {}
+            Phase::Starting(until) | Phase::LinedUp(until) => {
+                self.front_of_held(m, &mut t, until.max(now));
             }
-            let mover = &self.movers[m];
+            _ => {
+                self.front_of_held(m, &mut t, now);
+            }
+        }
+        self.movers[m].timing = t;
+    }
+
+    /// Groups in their order, and which uses of others come before each.
+    fn sequence(&self) -> Sequence {
+        let mut groups: Vec<(f64, usize, Taken)> = Vec::new();
+        // Who uses each piece: there now, or with a group that comes before the one at hand.
+        let mut users: Stacks<User> = Stacks::new(self.pieces.list.len());
+        for (m, mover) in self.movers.iter().enumerate().filter(|(_, m)| m.timing.planned) {
+            let (open, t) = (self.open_steps(m), &mover.timing);
+            let mut there = |z: u32, ends: Ends| {
+                users.put(z as usize, User { mover: m, ends, there: true });
+            };
+            if mover.phase == Phase::Parked {
+                groups.push((t.push_take_s, m, Taken::Push));
+                mover.parked_pieces.iter().for_each(|z| there(*z, Ends::Leaving));
+            } else {
+                let pushing = mover.phase == Phase::Pushing;
+                if pushing {
+                    mover.push.pieces.iter().for_each(|z| there(*z, Ends::Pushed));
+                }
+                let held = if pushing { t.first } else { mover.first_held };
+                let steps = held..open.start.min(mover.way.pieces.len());
+                steps.for_each(|k| there(mover.way.pieces[k], Ends::Step(k)));
+            }
             let mut k = open.start;
             while k < open.end {
-                groups.push((t.order_s[k], m, k));
+                groups.push((t.order_s[k], m, Taken::From(k)));
                 k = mover.way.group_last[k].max(k) + 1;
             }
-            let held = if pushing { t.first } else { mover.first_held };
-            for k in held..mover.way.pieces.len() {
-                let z = mover.way.pieces[k];
-                let order = if k < open.start && mover.phase != Phase::Parked {
-                    f64::NEG_INFINITY
-                } else if k < open.start {
-                    t.push_take_s
-                } else {
-                    t.order_s[k]
-                };
-                users[z as usize].push((order, m, k));
-            }
-            if pushing {
-                let order =
-                    if mover.phase == Phase::Parked { t.push_take_s } else { f64::NEG_INFINITY };
-                for z in &mover.push.pieces {
-                    users[*z as usize].push((order, m, PUSH));
-                }
-            }
-            self.movers[m].timing = t;
         }
-        groups.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)).then(a.2.cmp(&b.2)));
-        let mut settled = false;
-        for _pass in 0..12 {
-            let mut changed = false;
-            for (order, m, first) in &groups {
-                let (m, first) = (*m, *first);
-                let mover = &self.movers[m];
-                let pieces: &[u32] = if first == PUSH {
-                    &mover.push.pieces
-                } else {
-                    let last = mover.way.group_last[first].min(mover.way.pieces.len() - 1);
-                    &mover.way.pieces[first..=last.max(first)]
-                };
-                let under: &[u32] = if first == PUSH {
-                    &mover.way.pieces[mover.timing.first..mover.timing.pushed]
-                } else {
-                    &[]
-                };
-                let mut least = now;
-                for z in pieces.iter().chain(under) {
-                    for (other, class) in self.pieces.conflicts(*z as usize, mover.class) {
-                        if !self.in_order(*z, *other) {
-                            continue;
-                        }
-                        for (o_order, o, k) in &users[*other as usize] {
-                            if *o == m
-                                || self.movers[*o].class < *class
-                                || (*o_order, *o) >= (*order, m)
-                            {
-                                continue;
-                            }
-                            let theirs = &self.movers[*o].timing;
-                            let until = if *k == PUSH {
-                                theirs.push_take_s + theirs.push_s.1
-                            } else if *k == PARKED {
-                                theirs.push_take_s
-                            } else {
-                                theirs.release_s(*k)
-                            };
-                            if until.is_finite() {
-                                least = least.max(until + PAUSE_S);
-                            }
-                        }
+        // Of one mover in the order of its way, the pushback last.
+        let step = |taken: Taken| match taken {
+            Taken::From(k) => k,
+            Taken::Push => usize::MAX,
+        };
+        groups.sort_by(|a, b| {
+            a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)).then(step(a.2).cmp(&step(b.2)))
+        });
+        let (mut before, mut ends) = (Vec::new(), Vec::with_capacity(groups.len()));
+        for (_, m, taken) in &groups {
+            let [pieces, under] = self.taken_with(*m, *taken);
+            for z in pieces.iter().chain(under) {
+                for (other, least) in self.pieces.conflicts(*z as usize, self.movers[*m].class) {
+                    if self.in_order(*z, *other) {
+                        self.users_before(*m, *other, *least, &users, &mut before);
                     }
                 }
-                let ready = if first == PUSH {
-                    self.flights[m].time_s
-                } else if first == 0
-                    || self.movers[m].timing.fixed
-                        && first == self.movers[m].next
-                        && self.movers[m].phase == Phase::Final
-                {
-                    self.movers[m].landing_s - LANDING_AHEAD_S
-                } else {
-                    self.movers[m].timing.front_s[first - 1]
-                };
-                let take = least.max(ready);
-                let group_last = self.movers[m].way.group_last.get(first).copied();
-                let t = &mut self.movers[m].timing;
-                if first == PUSH {
+            }
+            ends.push(before.len());
+            let mut uses = |z: u32, ends: Ends| {
+                users.put(z as usize, User { mover: *m, ends, there: false });
+            };
+            match *taken {
+                Taken::Push => {
+                    let first = self.movers[*m].timing.first;
+                    under.iter().enumerate().for_each(|(i, z)| uses(*z, Ends::Step(first + i)));
+                    pieces.iter().for_each(|z| uses(*z, Ends::Pushed));
+                }
+                Taken::From(k) => {
+                    pieces.iter().enumerate().for_each(|(i, z)| uses(*z, Ends::Step(k + i)));
+                }
+            }
+        }
+        Sequence { groups, before, ends }
+    }
+
+    /// Of those who use a piece before `m`, the ones who end: where the order says who of them goes first only the last, who
+    /// waits for the ones before him, and whoever is there now.
+    fn users_before(
+        &self,
+        m: usize,
+        piece: u32,
+        least: Class,
+        users: &Stacks<User>,
+        before: &mut Vec<(usize, Ends)>,
+    ) {
+        let chained = self.in_order(piece, piece);
+        let mut last: Option<usize> = None;
+        for u in users.of(piece as usize) {
+            let o = &self.movers[u.mover];
+            let stays = matches!(u.ends, Ends::Step(k) if o.timing.release[k].is_none());
+            let hidden = chained && !u.there && last.is_some_and(|l| l != u.mover);
+            if u.mover == m || o.class < least || stays || hidden {
+                continue;
+            }
+            before.push((u.mover, u.ends));
+            if !u.there {
+                last.get_or_insert(u.mover);
+            }
+        }
+    }
+
+    /// Pieces that are taken together, and those that are under the mover then.
+    fn taken_with(&self, m: usize, taken: Taken) -> [&[u32]; 2] {
+        let mover = &self.movers[m];
+        match taken {
+            Taken::Push => {
+                let t = &mover.timing;
+                [&mover.push.pieces, &mover.way.pieces[t.first..t.pushed]]
+            }
+            Taken::From(k) => [&mover.way.pieces[k..=self.last_with(m, k)], &[]],
+        }
+    }
+
+    /// Last step of the group that begins with a step.
+    fn last_with(&self, m: usize, first: usize) -> usize {
+        let way = &self.movers[m].way;
+        way.group_last[first].min(way.pieces.len() - 1).max(first)
+    }
+
+    /// Times of all groups, one after the other; whether any changed.
+    fn pass(&mut self, sequence: &Sequence) -> bool {
+        let (now, mut changed, mut from) = (self.time_s, false, 0);
+        for ((_, m, taken), to) in sequence.groups.iter().zip(&sequence.ends) {
+            let m = *m;
+            let mut least = now;
+            for (o, ends) in &sequence.before[from..*to] {
+                let until_s = self.movers[*o].timing.ends_s(*ends);
+                if until_s.is_finite() {
+                    least = least.max(until_s + PAUSE_S);
+                }
+            }
+            from = *to;
+            match *taken {
+                Taken::Push => {
+                    let take = least.max(self.flights[m].time_s);
+                    let t = &mut self.movers[m].timing;
                     changed |= (t.push_take_s - take).abs() > 1e-6;
                     t.push_take_s = take;
                     let front = take + t.push_s.0;
                     t.take_s[..t.pushed].fill(take);
                     t.front_s[..t.pushed].fill(front);
-                } else {
+                }
+                Taken::From(first) => {
+                    let mover = &self.movers[m];
+                    let lands =
+                        mover.timing.fixed && first == mover.next && mover.phase == Phase::Final;
+                    let ready = if first == 0 || lands {
+                        mover.landing_s - LANDING_AHEAD_S
+                    } else {
+                        mover.timing.front_s[first - 1]
+                    };
+                    let take = least.max(ready);
+                    let last = self.last_with(m, first);
+                    let t = &mut self.movers[m].timing;
                     changed |= (t.take_s[first] - take).abs() > 1e-6;
                     let mut front = take;
-                    for i in first..=group_last.unwrap_or(first).min(t.take_s.len() - 1).max(first)
-                    {
+                    for i in first..=last {
                         front += t.pass_s[i];
                         t.take_s[i] = take;
                         t.front_s[i] = front;
                     }
                 }
             }
-            if !changed {
-                settled = true;
-                break;
-            }
         }
-        if settled {
-            for m in 0..count {
-                let t = &mut self.movers[m].timing;
-                t.order_s.clone_from(&t.take_s);
-            }
-        } else {
-            for (m, t) in before.into_iter().enumerate() {
-                self.movers[m].timing = t;
-            }
-        }
-        self.book();
-        settled
+        changed
     }
 
     /// Makes the order lists of the pieces anew.

@@ -1,0 +1,111 @@
+//! What traffic that behaves costs on one core, planning included: a step with ten, a hundred and a thousand movers, and a flight
+//! from its begin to its end. Goals: 30 µs for ten, 0.5 ms for a thousand, 3 ms of planning a mover.
+//!
+//! A thousand movers are those that are there at a time, many of them on stands; the networks for many are several airports that ship
+//! beside each other, with taxiways between them over which they go to stands of each other.
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use models::traffic::core::{Core, Phase};
+use scenarios::Scene;
+use std::path::Path;
+use std::time::Duration;
+
+#[path = "../../models/benches/common/cpu_time.rs"]
+mod cpu_time;
+#[path = "common/linked.rs"]
+mod linked;
+
+use cpu_time::CpuTime;
+use criterion::measurement::Measurement as _;
+
+const SIX: [&str; 6] = ["EHAM", "EGCC", "LSZH", "LIMC", "LZIB", "XSYN"];
+
+fn core(scene: &Scene) -> Option<Core> {
+    scene.traffic.behaving.as_ref()?.core(&scene.run, 1)
+}
+
+fn there(core: &Core) -> usize {
+    let is = |f: &usize| !matches!(core.phase(*f), Phase::Absent | Phase::Gone);
+    (0..core.flights().len()).filter(is).count()
+}
+
+/// A core and its next frame when so many are there, or at the end of its hour.
+fn when_there(scene: &Scene, count: usize) -> Option<(Core, i64)> {
+    let mut core = core(scene)?;
+    let mut frame = 1;
+    while frame < scene.run.frames() as i64 && (frame % 20 != 0 || there(&core) < count) {
+        core.step(frame);
+        frame += 1;
+    }
+    Some((core, frame))
+}
+
+/// Frames over which steps are measured: two minutes.
+const FRAMES: i64 = 2400;
+
+/// A step, over the two minutes from when so many are there.
+fn steps(c: &mut Criterion<CpuTime>, name: &str, scene: &Result<Scene, String>, count: usize) {
+    let found = scene.as_ref().ok().and_then(|scene| when_there(scene, count));
+    let Some((begin, first)) = found else { return };
+    c.bench_function(&format!("step/{name}, {} movers", there(&begin)), |b| {
+        b.iter_custom(|steps| {
+            let (mut core, mut frame, mut spent) = (begin.clone(), first, Duration::ZERO);
+            let mut left = steps as i64;
+            while left > 0 {
+                if frame == first + FRAMES {
+                    (core, frame) = (begin.clone(), first);
+                }
+                let to = first + FRAMES.min(frame - first + left);
+                let before = CpuTime.start();
+                (frame..to).for_each(|frame| core.step(frame));
+                spent += CpuTime.end(before);
+                (left, frame) = (left - (to - frame), to);
+            }
+            spent
+        });
+    });
+}
+
+/// A flight of an hour, planned and driven.
+fn flights(c: &mut Criterion<CpuTime>, name: &str, scene: &Result<Scene, String>) {
+    let Some((scene, begin)) = scene.as_ref().ok().and_then(|s| Some((s, core(s)?))) else {
+        return;
+    };
+    c.bench_function(
+        &format!("flight, planned and driven/{name}, {} in an hour", begin.flights().len()),
+        |b| {
+            b.iter_custom(|times| {
+                let mut spent = Duration::ZERO;
+                for _ in 0..times {
+                    let mut core = begin.clone();
+                    let before = CpuTime.start();
+                    (1..=scene.run.frames() as i64).for_each(|frame| core.step(frame));
+                    spent += CpuTime.end(before);
+                }
+                spent / begin.flights().len().max(1) as u32
+            });
+        },
+    );
+}
+
+fn bench(c: &mut Criterion<CpuTime>) {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
+    for name in SIX {
+        let scene = linked::one(name, 15.0);
+        steps(c, name, &scene, 10);
+        flights(c, name, &scene);
+    }
+    let six = linked::together(folder, &SIX, 100.0);
+    steps(c, "six airports linked", &six, 100);
+    flights(c, "six airports linked", &six);
+    let large = linked::together(folder, &["EHAM"; 6], 700.0);
+    steps(c, "six times Amsterdam linked", &large, 1000);
+}
+
+criterion_group! {
+    name = benches;
+    config = Criterion::default().with_measurement(CpuTime).sample_size(10).warm_up_time(Duration::from_millis(100))
+        .measurement_time(Duration::from_secs(2));
+    targets = bench
+}
+criterion_main!(benches);
