@@ -328,3 +328,63 @@ fn a_name_reported_far_off_neither_moves_its_track_nor_keeps_it() {
         }
     }
 }
+
+/// As above, near and far, of what drives and of what stands, in any direction; the place is that of another target's plot.
+#[test]
+fn a_name_reported_anywhere_else_moves_no_track() {
+    for (name, speed) in [("drives", 12.0), ("stands", 0.0)] {
+        for (n, off_m) in [80.0, 300.0, 2_000.0].into_iter().enumerate() {
+            let turn = 2.1 * n as f64 + speed;
+            let off = Vector2::new(libm::sin(turn), libm::cos(turn)) * off_m;
+            let path = drive(Vector2::new(-400.0, 900.0), 2.5, speed, &[(300.0, 0.0, -0.01)]);
+            let other =
+                drive(Vector2::new(-400.0, 900.0) + off, 2.5, speed, &[(300.0, 0.0, -0.01)]);
+            let paths = [path, other];
+            for config in [TrackingConfig::paper(), TrackingConfig::accurate()] {
+                let run = |lies: bool| {
+                    let (mut tracker, mut places) = (Tracker::new(config.clone()), Vec::new());
+                    let radar = tower(18, 1.0, 0);
+                    for k in 1..=90 {
+                        let t = f64::from(k);
+                        let mut plots: Vec<Plot> =
+                            radar.scan(k, &paths).into_iter().map(|looked| looked.0).collect();
+                        let at = |n: usize| paths[n](t - 0.3).expect("there");
+                        let liar = lies && (40..60).contains(&k);
+                        let said = Plot {
+                            sensor: SensorId(5),
+                            kind: SensorKind::Adsb,
+                            time: SimTime::from_s(t - 0.3),
+                            sequence: 1,
+                            position_m: at(usize::from(liar)),
+                            axis: Vector2::new(0.0, 1.0),
+                            along_m2: 4.0,
+                            across_m2: 4.0,
+                            altitude_m: None,
+                            polar: None,
+                            identity: Some(Identity::Callsign(Callsign::new("SWR1"))),
+                            scnr_db: None,
+                        };
+                        // Silence is the measure: what an honest report would add is not.
+                        plots.extend((lies || !(40..60).contains(&k)).then_some(said));
+                        let tracks =
+                            tracker.scan(SimTime::from_s(t), &plots, &FlightList::default());
+                        let truth = paths[0](t).expect("there");
+                        let off = |t: &&SystemTrack| (t.position_m - truth).norm();
+                        let mine = tracks.iter().min_by(|a, b| off(a).total_cmp(&off(b)));
+                        if k > 10 {
+                            places.push(mine.expect("its track stays").position_m);
+                        }
+                    }
+                    places
+                };
+                let moved = run(true)
+                    .iter()
+                    .zip(&run(false))
+                    .map(|(a, b)| (a - b).norm())
+                    .fold(0.0, f64::max);
+                println!("{name}, {off_m} m off: {moved:.3} m");
+                assert!(moved <= 1.0, "{name}, {off_m} m off: {moved}");
+            }
+        }
+    }
+}
