@@ -828,8 +828,69 @@ mod tests {
     fn what_reports_are_late_by_is_learnt_and_is_nothing_where_the_target_stands() {
         let ([driving, standing], [ignored, left]) = (late_reports(0.15), late_reports(0.0));
         println!("known to be late: {driving:?} {standing:?}; not: {ignored:?} {left:?}");
-        assert!(driving.0 < 0.9 * ignored.0 && standing.0 < 0.9 * left.0);
+        assert!(driving.0 < 0.75 * ignored.0 && standing.0 < 0.7 * left.0);
         assert!(driving.1 < 0.7 * ignored.1 && (1.2..2.8).contains(&driving.1), "{driving:?}");
         assert!(standing.1 < 0.7 * left.1 && (1.2..2.8).contains(&standing.1), "{standing:?}");
+    }
+
+    /// Ten minutes 150 m from a radar whose plots err across by 5 m, with a receiver that is off by 4 m for long: mean of what the
+    /// target is found nearer to the radar by, m. Counted along lines of sight to the plots, such a place explains their errors away.
+    #[test]
+    fn what_stands_near_a_radar_is_not_drawn_to_it() {
+        let (axis, distance_m) = (Vector2::new(0.6, 0.8), 150.0);
+        let truth = axis * distance_m;
+        let (mut sum, mut count) = (0.0, 0.0);
+        for run in 0..60 {
+            let draw = |sensor, scan: u32| {
+                let key = DrawKey { run_seed: 100 + run, sensor, entity: 0, scan: scan.into() };
+                let (a, b) = normal_pair(&mut key.rng(Purpose::Study));
+                Vector2::new(a, b)
+            };
+            let begun = Gaussian::at_position(
+                truth,
+                crate::filter::gaussian::Sym2 { xx: 9.0, xy: 0.0, yy: 9.0 },
+                1.0,
+                0.1,
+            );
+            let mut filter =
+                Consider::from_estimate(&Estimate::new(SimTime::ZERO, begun), &one_mode(1e-6));
+            let rho = libm::exp(-1.0f64 / 300.0);
+            let mut slow = draw(3, 0);
+            for k in 1..=600u32 {
+                let t = f64::from(k);
+                slow = slow * rho + draw(3, k) * (1.0 - rho * rho).sqrt();
+                let noise = draw(1, k);
+                let range_m = distance_m + 2.5 * noise.x;
+                let azimuth_rad = libm::atan2(axis.x, axis.y) + 5.0 * noise.y / distance_m;
+                let (sin, cos) = libm::sincos(azimuth_rad);
+                let line = Vector2::new(sin, cos);
+                let seen = Plot {
+                    sensor: SensorId(1),
+                    kind: SensorKind::Asde,
+                    axis: line,
+                    along_m2: 6.25,
+                    across_m2: 25.0,
+                    polar: Some(crate::plot::Polar {
+                        range_m,
+                        azimuth_rad,
+                        sigma_range_m: 2.5,
+                        sigma_azimuth_rad: 5.0 / distance_m,
+                        extent_m2: None,
+                    }),
+                    ..report(t - 0.5, line * range_m, 6.25)
+                };
+                let echo = SlowError::Echo { sigma_m: [1.4, 1.2], tau_s: 100.0 };
+                filter.update(&seen, echo, false).expect("sound");
+                let said = report(t, truth + slow * 4.0 + draw(2, k), 17.0);
+                filter.update(&said, model(0.94), false).expect("sound");
+                if k > 150 {
+                    sum += (filter.estimate().position_m() - truth).dot(&axis);
+                    count += 1.0;
+                }
+            }
+        }
+        let mean_m = sum / count;
+        println!("{mean_m:.2} m");
+        assert!(mean_m.abs() < 0.5, "{mean_m} m");
     }
 }

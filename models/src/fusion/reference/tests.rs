@@ -538,3 +538,104 @@ fn who_flies_teaches_nothing_of_a_radar() {
         tracker.site_biases()
     );
 }
+
+/// Reports of a target that drives and stops are late by the same 0.22 s; beside them a radar without errors.
+#[test]
+fn what_reports_are_late_by_is_found_off_line() {
+    let place = |t: f64| {
+        let (rounds, u) = ((t / 50.0).floor(), t.rem_euclid(50.0));
+        let (slower, faster) = ((u - 20.0).clamp(0.0, 10.0), (u - 40.0).max(0.0));
+        let gone = 20.0 * u.min(20.0) + (20.0 - slower) * slower + faster * faster;
+        Vector2::new(-1_200.0 + 600.0 * rounds + gone, 500.0)
+    };
+    let all: Vec<(SimTime, Vec<Plot>)> = (1..=200u32)
+        .map(|k| {
+            let end = f64::from(k);
+            let at = place(end - 0.6) + draw(41, 1, 0, k.into()) * 2.5;
+            let like = echo(&MOVERS[2], 0, end - 0.6, 41, [0.0; 3]);
+            let polar = Polar {
+                range_m: at.norm(),
+                azimuth_rad: libm::atan2(at.x, at.y),
+                ..like.polar.expect("a radar's")
+            };
+            let seen = Plot { position_m: at, axis: at.normalize(), polar: Some(polar), ..like };
+            let at_m = place(end - 0.1 - 0.22) + draw(41, 2, 0, k.into()) * 0.5;
+            let said = said(2, SensorKind::Dgps, "LATE1", end - 0.1, at_m, 0.25);
+            (SimTime::from_s(end), vec![seen, said])
+        })
+        .collect();
+    let rms = |late_sigma_s: f64| {
+        let mut config = TrackingConfig { register_echo: false, ..config() };
+        config.sensors.push(SensorModel {
+            late_sigma_s,
+            slow_share: 0.0,
+            ..SensorModel::default_of(SensorId(2), SensorKind::Dgps)
+        });
+        let run = reference(&config, &FlightList::default(), &all).expect("sound");
+        let points = || run.trajectories.iter().flat_map(|w| &w.points);
+        let fast = |p: &&Point| p.time.s() > 20.0 && p.velocity_mps.norm() > 15.0;
+        let error = |p: &Point| (p.position_m - place(p.time.s())).norm_squared();
+        let count = points().filter(fast).count() as f64;
+        assert!(count > 50.0, "{count}");
+        (points().filter(fast).map(error).sum::<f64>() / count).sqrt()
+    };
+    let (known, ignored) = (rms(0.15), rms(0.0));
+    println!("at speed {known:.2} m, taken for punctual {ignored:.2} m");
+    assert!(known < 1.2 && known < 0.5 * ignored, "{known} m, {ignored} m");
+}
+
+/// One name, ten minutes apart, is two stays; two minutes apart it is one.
+#[test]
+fn two_stays_of_one_name_are_two_trajectories() {
+    let ways = |gap_s: u32| {
+        let car = &MOVERS[0];
+        let all: Vec<(SimTime, Vec<Plot>)> = (1..=80 + gap_s)
+            .map(|k| {
+                let t = f64::from(k) - 0.3;
+                let there = k <= 40 || k > 40 + gap_s;
+                let at_m = (car.way)(t) + draw(42, 2, 0, k.into()) * 0.5;
+                let own = said(2, SensorKind::Dgps, car.name, t, at_m, 0.3);
+                (SimTime::from_s(f64::from(k)), there.then_some(own).into_iter().collect())
+            })
+            .collect();
+        reference(&config(), &flights(), &all).expect("sound").trajectories.len()
+    };
+    assert_eq!((ways(100), ways(600)), (1, 2));
+}
+
+#[test]
+fn a_radar_stands_where_its_lines_of_sight_meet_if_they_do() {
+    let site_m = Vector2::new(120.0, -40.0);
+    let seen = |turn: f64, range_m: f64| {
+        let axis = Vector2::new(libm::sin(turn), libm::cos(turn));
+        Plot { axis, ..plot(1, SensorKind::Asde, 1.0, site_m + axis * range_m, 1.0) }
+    };
+    let around = [seen(0.3, 500.0), seen(1.9, 2_000.0), seen(4.0, 90.0)];
+    let found = super::shared::meeting_m(around.iter()).expect("they cross");
+    assert!((found - site_m).norm() < 1e-6, "{found}");
+    let one_way = [seen(0.3, 500.0), seen(0.3005, 2_000.0), seen(0.2995, 90.0)];
+    assert_eq!(super::shared::meeting_m(one_way.iter()), None);
+    assert_eq!(super::shared::meeting_m([].iter()), None);
+}
+
+/// At 0.2 m/s a car is slower than what stands may be, but its reports pull at a place that stays.
+#[test]
+fn what_creeps_does_not_stand() {
+    let way = |t: f64| Vector2::new(300.0 + 0.2 * (t - 60.0).clamp(0.0, 120.0), 400.0);
+    let all: Vec<(SimTime, Vec<Plot>)> = (1..=240u32)
+        .map(|k| {
+            let t = f64::from(k) - 0.3;
+            let at_m = way(t) + draw(43, 2, 0, k.into()) * 0.3;
+            (
+                SimTime::from_s(f64::from(k)),
+                vec![said(2, SensorKind::Mlat, "CREEP1", t, at_m, 0.09)],
+            )
+        })
+        .collect();
+    let run = reference(&config(), &FlightList::default(), &all).expect("sound");
+    let [only] = &run.trajectories[..] else { panic!("{}", run.trajectories.len()) };
+    let off = |p: &Point| (p.position_m - way(p.time.s())).norm();
+    let worst_m = only.points.iter().map(off).fold(0.0, f64::max);
+    println!("at most {worst_m:.2} m");
+    assert!(worst_m < 1.2, "{worst_m} m");
+}
