@@ -14,45 +14,30 @@ pub fn thirty_five(seed: u64) -> Result<Scene, ScenarioError> {
     scenarios::load_text(&scenarios::locate("zurich"), &thirty_five_text(seed, &Draw::default()))
 }
 
-/// The same with another draw: each recorded movement up to 40 s earlier or later, parked aircraft of drawn types at drawn stands away
-/// from those that are used, vehicles of drawn kinds that start at drawn times. Nothing was tuned on it.
+/// The same with another draw: each recorded movement up to 8 s earlier or later (more, and some drive through each other), parked
+/// aircraft of drawn types and vehicles of drawn kinds. Nothing was tuned on it.
 ///
 /// # Errors
 /// What the scene reader says.
 pub fn thirty_five_drawn(seed: u64) -> Result<Scene, ScenarioError> {
-    let file = scenarios::locate("zurich");
-    let usual = thirty_five(seed)?;
-    let used: Vec<Vector2<f64>> = {
-        let entities = usual.traffic.entities.iter();
-        let of = |t: &models::truth::Trajectory| [t.start(), t.end()].map(|at| t.at(at));
-        let ends = entities.filter_map(|e| e.trajectory.as_ref()).flat_map(of).flatten();
-        ends.map(|s| s.position_m.xy()).collect()
-    };
     let mut rng = DrawKey { run_seed: seed, sensor: 0, entity: 35, scan: 0 }.rng(Purpose::Study);
     let mut draw = |n: usize| ((uniform(&mut rng) * n as f64) as usize).min(n - 1);
-    let mut free: Vec<&models::airport::Stand> = usual.airport.layout.stands.iter().collect();
-    free.retain(|s| used.iter().all(|u| (s.position_m - u).norm() > 40.0));
-    let mut parked = Vec::new();
-    while parked.len() < 11 && !free.is_empty() {
-        let stand = free.swap_remove(draw(free.len()));
-        free.retain(|s| (s.position_m - stand.position_m).norm() > 45.0);
-        let kind = ["A320", "A333", "C550", "C172", "E190", "B738"][draw(6)];
-        parked.push((stand.name.clone(), kind.to_owned()));
-    }
-    let later = std::array::from_fn(|_| draw(81) as f64 - 40.0);
-    let vehicles = std::array::from_fn(|_| {
-        (["FOLLOWME", "FUEL", "BUS", "FIRE", "TUG"][draw(5)], 10.0 + draw(300) as f64)
+    let by = std::array::from_fn(|_| draw(17) as f64 - 8.0);
+    // The first two stands are large ones.
+    let parked = std::array::from_fn(|n| {
+        if n < 2 { ["A320", "A333", "B738", "E190"][draw(4)] } else { ["C172", "C550"][draw(2)] }
     });
-    let draw = Draw { by: later, parked: Some(parked), vehicles: Some(vehicles) };
-    scenarios::load_text(&file, &thirty_five_text(seed, &draw))
+    let vehicles = std::array::from_fn(|_| ["FOLLOWME", "FUEL", "BUS", "FIRE", "TUG"][draw(5)]);
+    let drawn = Draw { by, parked: Some(parked), vehicles: Some(vehicles) };
+    scenarios::load_text(&scenarios::locate("zurich"), &thirty_five_text(seed, &drawn))
 }
 
-/// What of the thirty-five is drawn: by how much later movements come, who is parked where, vehicles with their starts, s.
+/// What of the thirty-five is drawn: by how much later movements come, s; types of parked aircraft and of vehicles.
 #[derive(Default)]
 struct Draw {
     by: [f64; 13],
-    parked: Option<Vec<(String, String)>>,
-    vehicles: Option<[(&'static str, f64); 11]>,
+    parked: Option<[&'static str; 11]>,
+    vehicles: Option<[&'static str; 11]>,
 }
 
 fn thirty_five_text(seed: u64, drawn: &Draw) -> String {
@@ -180,8 +165,8 @@ fn thirty_five_text(seed: u64, drawn: &Draw) -> String {
         ("Heliport_West_8", "C172"),
         ("Heliport_West_6", "C172"),
     ];
-    let usual = parked.map(|(stand, kind)| (stand.to_owned(), kind.to_owned()));
-    for (n, (stand, kind)) in drawn.parked.as_deref().unwrap_or(&usual).iter().enumerate() {
+    for (n, (stand, kind)) in parked.iter().enumerate() {
+        let kind = drawn.parked.map_or(*kind, |own| own[n]);
         text += &format!(
             "[[traffic]]\nkind = \"parked\"\ncallsign = \"PARK{n}\"\ntype = \"{kind}\"\nstand = \"{stand}\"\n"
         );
@@ -201,7 +186,7 @@ fn thirty_five_text(seed: u64, drawn: &Draw) -> String {
         ("FOLLOWME", ["Heliport_West_3", "E_19"], 300.0),
     ];
     for (n, (kind, [from, to], start)) in routed.iter().enumerate() {
-        let (kind, start) = drawn.vehicles.map_or((*kind, *start), |own| own[n]);
+        let kind = drawn.vehicles.map_or(*kind, |own| own[n]);
         text += &format!(
             "[[traffic]]\nkind = \"route\"\ncallsign = \"TRUCK{n}\"\ntype = \"{kind}\"\nvia = [\"{from}\", \"{to}\"]\n\
              start_s = {start}\n"

@@ -178,7 +178,9 @@ fn watch(seed: u64, sigma_s: f64) -> Count {
                 } else {
                     count.wrong += 1
                 }
-                count.claimed += track.label_p.expect("a label says how sure it is");
+                let sure = track.label_p.expect("a label says how sure it is");
+                assert!(sure >= 0.8, "{} kept at {sure}", label.callsign.as_str());
+                count.claimed += sure;
             } else if let Some(name) = track.assumed {
                 if is(name) { count.assumed_right += 1 } else { count.assumed_wrong += 1 }
             }
