@@ -390,3 +390,70 @@ fn a_name_reported_anywhere_else_moves_no_track() {
         }
     }
 }
+
+#[test]
+fn each_kind_of_evidence_tells_lines_apart() {
+    use super::super::identity::{Evidence, List, ListTimes, OnRunway};
+    let (_, flights) = scene(|_| 0.0);
+    let config = TrackingConfig::paper();
+    let odds = |evidence: &Evidence, line: &FlightEntry, born_s: f64, now_s: f64| {
+        let now = SimTime::from_s(now_s);
+        let list =
+            List { flights: &flights, config: &config, now, times: ListTimes::stated(120.0) };
+        let spread = super::super::size::Spread::default();
+        evidence.log_ratio(&spread, SimTime::from_s(born_s), line, &list)
+    };
+    let line = |movement, runway: &str| FlightEntry {
+        runway: runway.to_owned(),
+        eta_ctd: SimTime::from_s(300.0),
+        off_block: Some(SimTime::from_s(280.0)),
+        ..entry("SWR1", "A320", movement)
+    };
+    let (arrives, departs) = (MovementKind::Arrival, MovementKind::Departure);
+    let mut landed = Evidence::default();
+    landed.landed = Some(OnRunway { runway: 0, time: SimTime::from_s(300.0) });
+    let lands_as = |line: &FlightEntry| odds(&landed, line, 250.0, 310.0);
+    let own = lands_as(&line(arrives, "28"));
+    assert!(own > lands_as(&line(arrives, "14")) + 6.0, "on another runway");
+    assert!(own > lands_as(&line(departs, "28")) + 6.0, "who departs does not land");
+    // What stands has come from the runway: it was listed longer ago.
+    let mut stood = Evidence::default();
+    stood.stood_m = Some(Vector2::new(900.0, -900.0));
+    let arrived = |evidence| odds(evidence, &line(arrives, "28"), 400.0, 420.0);
+    assert!(arrived(&Evidence::default()) > arrived(&stood) + 0.5);
+    // Nobody is off his block minutes before his time.
+    let moved_at = |s: f64| {
+        let mut evidence = Evidence::default();
+        evidence.moved = Some(SimTime::from_s(s));
+        odds(&evidence, &line(departs, "28"), 10.0, 300.0)
+    };
+    assert!(moved_at(270.0) > moved_at(100.0) + 2.5);
+}
+
+/// Who has not been seen for some looks may have gone: nobody is called so for certain.
+#[test]
+fn what_is_not_seen_for_three_looks_is_only_assumed() {
+    let (movers, flights) = scene(|_| 0.0);
+    let mut config = TrackingConfig::paper();
+    config.labels.list_sigma_s = 30.0;
+    config.sizes.push(TypeSize { designator: "A320".to_owned(), length_m: 37.6, span_m: 34.1 });
+    let mut tracker = Tracker::new(config);
+    let mut called = Vec::new();
+    for k in 1..=405 {
+        let seen = if k <= 400 { plots(&movers, 1, k) } else { Vec::new() };
+        let tracks = tracker.scan(SimTime::from_s(f64::from(k)), &seen, &flights);
+        if k == 400 {
+            let label = |t: &SystemTrack| Some((t.number, t.label.as_ref()?.callsign));
+            called = tracks.iter().filter_map(label).collect();
+        }
+        if k == 405 {
+            let left: Vec<_> = tracks.iter().filter(|t| t.status != TrackStatus::Last).collect();
+            assert!(left.iter().all(|t| t.label.is_none()), "labels stay");
+            let assumed = |(number, name): &&(u16, Callsign)| {
+                left.iter().any(|t| t.number == *number && t.assumed == Some(*name))
+            };
+            assert!(called.iter().filter(assumed).count() >= 2, "{called:?}");
+            assert!(left.iter().all(|t| t.label_p.is_none_or(|p| p <= 0.7)));
+        }
+    }
+}
