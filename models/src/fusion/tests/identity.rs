@@ -410,20 +410,21 @@ fn each_kind_of_evidence_tells_lines_apart() {
         ..entry("SWR1", "A320", movement)
     };
     let (arrives, departs) = (MovementKind::Arrival, MovementKind::Departure);
-    let mut landed = Evidence::default();
+    let nothing = Evidence::default();
+    let mut landed = nothing.clone();
     landed.landed = Some(OnRunway { runway: 0, time: SimTime::from_s(300.0) });
     let lands_as = |line: &FlightEntry| odds(&landed, line, 250.0, 310.0);
     let own = lands_as(&line(arrives, "28"));
     assert!(own > lands_as(&line(arrives, "14")) + 6.0, "on another runway");
     assert!(own > lands_as(&line(departs, "28")) + 6.0, "who departs does not land");
     // What stands has come from the runway: it was listed longer ago.
-    let mut stood = Evidence::default();
+    let mut stood = nothing.clone();
     stood.stood_m = Some(Vector2::new(900.0, -900.0));
     let arrived = |evidence| odds(evidence, &line(arrives, "28"), 400.0, 420.0);
-    assert!(arrived(&Evidence::default()) > arrived(&stood) + 0.5);
+    assert!(arrived(&nothing) > arrived(&stood) + 0.5);
     // Nobody is off his block minutes before his time.
     let moved_at = |s: f64| {
-        let mut evidence = Evidence::default();
+        let mut evidence = nothing.clone();
         evidence.moved = Some(SimTime::from_s(s));
         odds(&evidence, &line(departs, "28"), 10.0, 300.0)
     };
