@@ -189,7 +189,8 @@ fn model_of(sensor: &SensorScene) -> SensorModel {
             None => return model,
         },
     };
-    SensorModel { interval_s, latency_s, ..model }
+    let late_sigma_s = sensor.reported.as_ref().map_or(0.0, |r| r.late_sigma_s());
+    SensorModel { interval_s, latency_s, late_sigma_s, ..model }
 }
 
 /// Reads `[accuracy]`.

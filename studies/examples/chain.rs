@@ -2,16 +2,18 @@
 //!
 //! `cargo run --release -p studies --example chain -- [--seeds A..B] [--seconds S] [--profiles paper,accurate] [--types] [--mistaken] [--strays] SCENE…`
 //!
-//! SCENE is a scene that ships, a file, `35` (thirty-five movers at Zurich under the radar alone) or `parked:SCENE` (a scene of
-//! flights that behave, with parked aircraft and vehicles between them). Behaving flights are driven with each seed anew.
+//! SCENE is a scene that ships, a file, either with `+radar+adsb+mlat` for more sensors; `35` (thirty-five movers at Zurich under the
+//! radar alone), `35:drawn` (others with each seed) or `parked:SCENE` (a scene of flights that behave, with parked aircraft and vehicles
+//! between them). Behaving flights are driven with each seed anew.
 #![allow(clippy::print_stdout, reason = "a tool for the terminal")]
 
 use models::fusion::TrackingConfig;
 use scenarios::Scene;
 use std::error::Error;
 use studies::chain::{Published, Sum, publish_of, scored_of};
-use studies::crowds::{among_parked, thirty_five};
+use studies::crowds::{among_parked, thirty_five, thirty_five_drawn};
 use studies::movers::Movers;
+use studies::reference::with_sensors;
 use studies::{profiles, zurich};
 
 struct Options {
@@ -66,10 +68,15 @@ fn made(name: &str, seed: u64) -> Result<(Scene, f64), Box<dyn Error>> {
     if name == "35" {
         return Ok((thirty_five(seed)?, 600.0));
     }
+    if name == "35:drawn" {
+        return Ok((thirty_five_drawn(seed)?, 600.0));
+    }
     if let Some(airport) = name.strip_prefix("parked:") {
         return Ok(among_parked(airport, seed)?);
     }
-    let mut scene = scenarios::load(&scenarios::locate(name))?;
+    let mut words = name.split('+');
+    let file = scenarios::locate(words.next().unwrap_or_default());
+    let mut scene = with_sensors(&file, &scenarios::text_of(&file)?, words)?;
     scene.run.seed = seed;
     let seconds = scene.run.duration.s();
     Ok((scene, seconds))

@@ -11,10 +11,37 @@ use scenarios::{ScenarioError, Scene};
 /// # Errors
 /// What the scene reader says.
 pub fn thirty_five(seed: u64) -> Result<Scene, ScenarioError> {
-    scenarios::load_text(&scenarios::locate("zurich"), &thirty_five_text(seed))
+    scenarios::load_text(&scenarios::locate("zurich"), &thirty_five_text(seed, &Draw::default()))
 }
 
-fn thirty_five_text(seed: u64) -> String {
+/// The same with another draw: each recorded movement up to 8 s earlier or later (more, and some drive through each other), parked
+/// aircraft of drawn types and vehicles of drawn kinds. Nothing was tuned on it.
+///
+/// # Errors
+/// What the scene reader says.
+pub fn thirty_five_drawn(seed: u64) -> Result<Scene, ScenarioError> {
+    let mut rng = DrawKey { run_seed: seed, sensor: 0, entity: 35, scan: 0 }.rng(Purpose::Study);
+    let mut draw = |n: usize| ((uniform(&mut rng) * n as f64) as usize).min(n - 1);
+    let by = std::array::from_fn(|_| draw(17) as f64 - 8.0);
+    // The first two stands are large ones.
+    let parked = std::array::from_fn(|n| {
+        if n < 2 { ["A320", "A333", "B738", "E190"][draw(4)] } else { ["C172", "C550"][draw(2)] }
+    });
+    let vehicles = std::array::from_fn(|_| ["FOLLOWME", "FUEL", "BUS", "FIRE", "TUG"][draw(5)]);
+    let drawn = Draw { by, parked: Some(parked), vehicles: Some(vehicles) };
+    scenarios::load_text(&scenarios::locate("zurich"), &thirty_five_text(seed, &drawn))
+}
+
+/// What of the thirty-five is drawn: by how much later movements come, s; types of parked aircraft and of vehicles.
+#[derive(Default)]
+struct Draw {
+    by: [f64; 13],
+    parked: Option<[&'static str; 11]>,
+    vehicles: Option<[&'static str; 11]>,
+}
+
+fn thirty_five_text(seed: u64, drawn: &Draw) -> String {
+    let by = &drawn.by;
     let mut text = format!(
         "[run]\ntitle = \"Zurich, thirty-five movers\"\nseed = {seed}\nstart = 2019-11-24T09:00:00Z\nduration_s = 600\n\
          exercise = 1\nsite = 417\nframe_s = 0.05\nscan_s = 1.0\n\
@@ -35,81 +62,88 @@ fn thirty_five_text(seed: u64) -> String {
         )
     };
     let recorded: [(&str, &str, &str, f64, &str, String); 13] = [
-        ("EDW229", "A320", "EDW229", 10.0, "", arrival("28", "D_16", 21.0)),
-        ("EDW231", "A320", "EDW229", 200.0, "", arrival("28", "D_16", 211.0)),
-        ("EDW233", "A320", "EDW229", 380.0, "", arrival("28", "D_57", 391.0)),
-        ("CAI3208", "B738", "CAI3208", 30.0, "cut_to_s = 640\n", arrival("14", "Gate_B_38", 45.0)),
+        ("EDW229", "A320", "EDW229", 10.0 + by[0], "", arrival("28", "D_16", 21.0 + by[0])),
+        ("EDW231", "A320", "EDW229", 200.0 + by[1], "", arrival("28", "D_16", 211.0 + by[1])),
+        ("EDW233", "A320", "EDW229", 380.0 + by[2], "", arrival("28", "D_57", 391.0 + by[2])),
+        (
+            "CAI3208",
+            "B738",
+            "CAI3208",
+            30.0 + by[3],
+            "cut_to_s = 640\n",
+            arrival("14", "Gate_B_38", 45.0 + by[3]),
+        ),
         (
             "CAI3210",
             "B738",
             "CAI3208",
-            300.0,
+            300.0 + by[4],
             "cut_to_s = 640\n",
-            arrival("14", "Gate_B_38", 315.0),
+            arrival("14", "Gate_B_38", 315.0 + by[4]),
         ),
         (
             "SWR137H",
             "A320",
             "SWR137H",
-            0.0,
+            by[5],
             "cut_from_s = 270\ncut_to_s = 480\n",
-            departure("28", "I_98", 180.0, -420.0),
+            departure("28", "I_98", 180.0 + by[5], -420.0 + by[5]),
         ),
         (
             "SWR139",
             "A320",
             "SWR137H",
-            250.0,
+            250.0 + by[6],
             "cut_from_s = 270\ncut_to_s = 480\n",
-            departure("28", "I_98", 430.0, -170.0),
+            departure("28", "I_98", 430.0 + by[6], -170.0 + by[6]),
         ),
         (
             "ENT57BW",
             "B738",
             "ENT57BW",
-            0.0,
+            by[7],
             "cut_from_s = 430\n",
-            departure("28", "Heliport_West_15", 424.0, -340.0),
+            departure("28", "Heliport_West_15", 424.0 + by[7], -340.0 + by[7]),
         ),
         (
             "ENT59",
             "B738",
             "ENT57BW",
-            150.0,
+            150.0 + by[8],
             "cut_from_s = 430\n",
-            departure("28", "Heliport_West_15", 574.0, -190.0),
+            departure("28", "Heliport_West_15", 574.0 + by[8], -190.0 + by[8]),
         ),
         (
             "ACA879",
             "B788",
             "ACA879",
-            100.0,
+            100.0 + by[9],
             "cut_from_s = 120\ncut_to_s = 520\n",
-            departure("16", "E_19", 485.0, -20.0),
+            departure("16", "E_19", 485.0 + by[9], -20.0 + by[9]),
         ),
         (
             "ACA881",
             "B788",
             "ACA879",
-            -60.0,
+            -60.0 + by[10],
             "cut_from_s = 120\ncut_to_s = 520\n",
-            departure("16", "E_19", 325.0, -180.0),
+            departure("16", "E_19", 325.0 + by[10], -180.0 + by[10]),
         ),
         (
             "AEE5ZH",
             "A320",
             "AEE5ZH",
-            0.0,
+            by[11],
             "cut_from_s = 115\n",
-            departure("28", "Terminal_A_Gate_48", 578.0, 11.0),
+            departure("28", "Terminal_A_Gate_48", 578.0 + by[11], 11.0 + by[11]),
         ),
         (
             "AEE7",
             "A320",
             "AEE5ZH",
-            -190.0,
+            -190.0 + by[12],
             "cut_from_s = 115\n",
-            departure("28", "Terminal_A_Gate_48", 388.0, -179.0),
+            departure("28", "Terminal_A_Gate_48", 388.0 + by[12], -179.0 + by[12]),
         ),
     ];
     for (name, kind, file, start, cut, flight) in recorded {
@@ -132,6 +166,7 @@ fn thirty_five_text(seed: u64) -> String {
         ("Heliport_West_6", "C172"),
     ];
     for (n, (stand, kind)) in parked.iter().enumerate() {
+        let kind = drawn.parked.map_or(*kind, |own| own[n]);
         text += &format!(
             "[[traffic]]\nkind = \"parked\"\ncallsign = \"PARK{n}\"\ntype = \"{kind}\"\nstand = \"{stand}\"\n"
         );
@@ -151,6 +186,7 @@ fn thirty_five_text(seed: u64) -> String {
         ("FOLLOWME", ["Heliport_West_3", "E_19"], 300.0),
     ];
     for (n, (kind, [from, to], start)) in routed.iter().enumerate() {
+        let kind = drawn.vehicles.map_or(*kind, |own| own[n]);
         text += &format!(
             "[[traffic]]\nkind = \"route\"\ncallsign = \"TRUCK{n}\"\ntype = \"{kind}\"\nvia = [\"{from}\", \"{to}\"]\n\
              start_s = {start}\n"

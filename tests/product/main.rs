@@ -15,6 +15,7 @@ mod page;
 mod peers;
 mod processes;
 mod recordings;
+mod reference;
 mod reproducibility;
 mod returns;
 mod seats;

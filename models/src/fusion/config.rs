@@ -166,6 +166,8 @@ pub struct SensorModel {
     pub slow_tau_s: f64,
     /// Nominal delay between measuring and the plot's stamp, taken off, s.
     pub latency_s: f64,
+    /// Standard deviation of a target's own delay off the nominal one, s.
+    pub late_sigma_s: f64,
 }
 
 impl SensorModel {
@@ -183,6 +185,7 @@ impl SensorModel {
             slow_share: assumed.slow_share,
             slow_tau_s: assumed.slow_tau_s,
             latency_s: 0.0,
+            late_sigma_s: 0.0,
         }
     }
 }
@@ -353,8 +356,13 @@ pub struct UnsoundNumber {
 }
 
 impl SensorModel {
+    /// Part of its error stays from plot to plot.
+    pub(super) fn errs_slowly(&self) -> bool {
+        self.slow_share > 0.0 || self.late_sigma_s > 0.0
+    }
+
     /// Its numbers with their names and limits.
-    fn numbers(&mut self) -> [(&'static str, &mut f64, [f64; 2]); 7] {
+    fn numbers(&mut self) -> [(&'static str, &mut f64, [f64; 2]); 8] {
         [
             ("interval_s", &mut self.interval_s, [1e-3, 1e6]),
             ("detection", &mut self.detection, [0.0, 1.0]),
@@ -363,6 +371,7 @@ impl SensorModel {
             ("slow_share", &mut self.slow_share, [0.0, 1.0]),
             ("slow_tau_s", &mut self.slow_tau_s, [1e-6, 1e9]),
             ("latency_s", &mut self.latency_s, [0.0, 60.0]),
+            ("late_sigma_s", &mut self.late_sigma_s, [0.0, 60.0]),
         ]
     }
 

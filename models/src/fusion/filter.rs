@@ -130,7 +130,7 @@ impl TrackFilter {
     ) -> Result<(), UpdateError> {
         if let (Self::Plain(f), true) = (&*self, config.consider_slow_errors)
             && !plot.kind.radar
-            && config.sensor(plot.sensor, plot.kind).slow_share > 0.0
+            && config.sensor(plot.sensor, plot.kind).errs_slowly()
         {
             *self =
                 Self::Considering(Box::new(Consider::from_estimate(&f.estimate(), &config.filter)));
@@ -250,14 +250,18 @@ pub(super) fn slow_error(plot: &Plot, config: &TrackingConfig) -> SlowError {
     if plot.kind.radar {
         let law = config.echo_law();
         return if law.residual_m > 0.0 && plot.across_m2.is_finite() {
-            SlowError::Along(law.residual_m, law.residual_tau_s)
+            SlowError::Echo { sigma_m: [law.residual_m, law.beside_m], tau_s: law.residual_tau_s }
         } else {
             SlowError::White
         };
     }
     let model = config.sensor(plot.sensor, plot.kind);
-    if model.slow_share > 0.0 && plot.across_m2.is_finite() {
-        SlowError::Share(model.slow_share, model.slow_tau_s)
+    if model.errs_slowly() && plot.across_m2.is_finite() {
+        SlowError::Receiver {
+            share: model.slow_share,
+            tau_s: model.slow_tau_s,
+            late_s: model.late_sigma_s,
+        }
     } else {
         SlowError::White
     }

@@ -39,12 +39,8 @@ const ACCELERATION_MPS2: f64 = 1.0;
 
 /// Slower than this a target stands, m/s.
 const STANDS_MPS: f64 = 0.5;
-
-/// What an echo lies off across the line of sight, a constant of the target while it shows the radar the same side: share of its
-/// length (measured on traffic of four airports: 0.8 to 1.6 m rms of targets of 38 m that stand, half of that of moving ones), and
-/// of a target that nobody knows, m (assumed).
-const ACROSS_SHARE: f64 = 0.03;
-const ACROSS_UNKNOWN_M: f64 = 1.2;
+/// Faster than this it drives, m/s, and shows other sides: its echo lies off across the line of sight by half as much (measured).
+const DRIVES_MPS: f64 = 2.0;
 
 /// A pair more than so many standard deviations off (with the prior's uncertainty) is of something else.
 const FARTHEST_SIGMA: f64 = 4.0;
@@ -410,7 +406,8 @@ impl Registration {
 
     fn pair(&self, waiting: &Waiting, before: &Reference, after: &Reference) -> Option<Pair> {
         let Waiting { plot, body, course, velocity_mps, interval_s, .. } = waiting;
-        let polar = plot.polar.filter(|p| p.range_m > 1.0)?;
+        let polar =
+            plot.polar.filter(|p| p.range_m > 1.0 && near_side::on_ground(*velocity_mps))?;
         let (gap_s, dt_s) = (after.time.since_s(before.time), plot.time.since_s(before.time));
         let left_s = gap_s - dt_s;
         let near = |s: f64| (0.0..=OLDEST_REFERENCE_S).contains(&s);
@@ -437,7 +434,8 @@ impl Registration {
         let tau_s = if stands { AGEING_S } else { self.law.residual_tau_s };
         let repeats = (2.0 * tau_s / interval_s.max(1e-3)).max(1.0);
         let (_, along_m) = self.law.offset_m(body.as_ref(), *course, plot.axis);
-        let across_m = body.as_ref().map_or(ACROSS_UNKNOWN_M, |b| ACROSS_SHARE * b.length_m);
+        let drives = velocity_mps.norm_squared() > DRIVES_MPS * DRIVES_MPS;
+        let across_m = self.law.across_m(body.as_ref()) * if drives { 0.5 } else { 1.0 };
         let slow = [along_m, across_m].map(|left_m| left_m * left_m * repeats);
         Some(Pair {
             axis: plot.axis,

@@ -54,7 +54,7 @@ pub(super) fn ln_density(seen_m2: f64, triples: f64, length_m: f64, span_m: f64)
 
 /// Kinds of targets of which nothing is known, and how many of a hundred are of each: car, truck, light, regional, medium,
 /// heavy (assumed).
-pub(super) const CLASSES: [(Body, f64); 6] = [
+pub(super) static CLASSES: [(Body, f64); 6] = [
     (Body { vehicle: true, length_m: 4.6, span_m: 1.9 }, 0.32),
     (Body { vehicle: true, length_m: 12.0, span_m: 3.0 }, 0.22),
     (Body { vehicle: false, length_m: 8.3, span_m: 11.0 }, 0.12),

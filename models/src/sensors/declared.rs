@@ -65,6 +65,11 @@ pub trait Settings: std::any::Any + fmt::Debug + Send + Sync {
     /// Seconds between two reports of a mover, and the nominal delay of a report's position.
     fn timing_s(&self) -> (f64, f64);
 
+    /// Standard deviation of one mover's own delay off the nominal one, s.
+    fn late_sigma_s(&self) -> f64 {
+        0.0
+    }
+
     /// The sensor, which knows no target yet, planned with nothing to lose.
     ///
     /// # Errors

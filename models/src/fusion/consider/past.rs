@@ -28,7 +28,13 @@ impl Consider {
             part.x.extend(POSITION.map(|k| part.x[k]));
         }
         let tau_s = f64::INFINITY;
-        next.slow.push(Slow { sensor: None, tau_s, at: n, directions: POSITION.len() });
+        next.slow.push(Slow {
+            sensor: None,
+            delay: false,
+            tau_s,
+            at: n,
+            directions: POSITION.len(),
+        });
         Ok(next)
     }
 

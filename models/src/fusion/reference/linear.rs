@@ -13,7 +13,7 @@
 pub(super) const MOTION: usize = 4;
 
 /// Most numbers that one row looks at.
-const LOOKED_AT: usize = 3;
+const LOOKED_AT: usize = 4;
 
 /// One measured number: `z = h·state + Σ columns·θ + v`, v of this variance.
 #[derive(Clone, Debug)]

@@ -104,6 +104,11 @@ pub fn reference(
         }
     }
     sites.sort();
+    let of = |site: SensorId| {
+        let plots = gathered.iter().flat_map(|g| &g.plots);
+        (site, shared::meeting_m(plots.filter(|p| p.sensor == site && p.polar.is_some())))
+    };
+    let sites = sites.into_iter().map(of).collect();
     let mut shared = Shared::new(sites, &law);
     let mut targets: Vec<Target<'_>> =
         gathered.iter().map(|g| Target::new(g, config, law, asked(&g.plots, &ends))).collect();

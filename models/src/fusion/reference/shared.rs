@@ -4,8 +4,9 @@
 //! as likely that there is none as that there is one of the prior's size, so all choices of errors are weighed by their
 //! evidence, and what is applied is the mean over them (Hoeting, Madigan, Raftery, Volinsky, Statistical Science 14, 1999).
 
+use crate::frames::{Matrix2, Vector2};
 use crate::fusion::near_side::EchoLaw;
-use crate::plot::SensorId;
+use crate::plot::{Plot, SensorId};
 
 /// Parameters of one site: range (m), azimuth (rad), time (s).
 pub(super) const OF_SITE: usize = 3;
@@ -21,6 +22,8 @@ const THERE: f64 = 0.5;
 const MOST_WEIGHED: usize = 9;
 /// A parameter whose deviation is more than this share of the prior's is not known: nothing is applied.
 const KNOWN_SHARE: f64 = 0.5;
+/// Lines of sight that spread less than this (mean square of the sine about their middle) do not say where they meet.
+const LEAST_SPREAD: f64 = 1e-3;
 
 /// One parameter as it was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,10 +49,24 @@ pub struct SiteFound {
     pub time_s: Found,
 }
 
+/// Where a radar stands by its own plots, m: where their lines of sight meet, `Σ(I − aaᵀ) s = Σ(I − aaᵀ) p`; none where they are
+/// all one.
+pub(super) fn meeting_m<'a>(plots: impl Iterator<Item = &'a Plot>) -> Option<Vector2<f64>> {
+    let (mut left, mut right, mut count) = (Matrix2::zeros(), Vector2::zeros(), 0.0);
+    for plot in plots {
+        let beside = Matrix2::identity() - plot.axis * plot.axis.transpose();
+        left += beside;
+        right += beside * plot.position_m;
+        count += 1.0;
+    }
+    let least = left.symmetric_eigenvalues().min();
+    (least > LEAST_SPREAD * count).then(|| left.try_inverse().map(|inverse| inverse * right))?
+}
+
 /// All shared parameters.
 #[derive(Clone, Debug)]
 pub(super) struct Shared {
-    sites: Vec<SensorId>,
+    sites: Vec<(SensorId, Option<Vector2<f64>>)>,
     /// Prior: mean and deviation.
     mean: Vec<f64>,
     scale: Vec<f64>,
@@ -59,8 +76,8 @@ pub(super) struct Shared {
 }
 
 impl Shared {
-    /// Of these radars, nothing seen yet.
-    pub(super) fn new(sites: Vec<SensorId>, law: &EchoLaw) -> Self {
+    /// Of these radars, each where it stands if that is known; nothing seen yet.
+    pub(super) fn new(sites: Vec<(SensorId, Option<Vector2<f64>>)>, law: &EchoLaw) -> Self {
         let n = OF_SITE * sites.len() + OF_ECHO;
         let (mut mean, mut scale) = (vec![0.0; n], vec![1.0; n]);
         for site in 0..sites.len() {
@@ -80,7 +97,12 @@ impl Shared {
 
     /// Where the parameters of a radar begin.
     pub(super) fn site(&self, sensor: SensorId) -> Option<usize> {
-        self.sites.iter().position(|s| *s == sensor).map(|site| OF_SITE * site)
+        self.sites.iter().position(|s| s.0 == sensor).map(|site| OF_SITE * site)
+    }
+
+    /// Where a radar stands, m.
+    pub(super) fn site_m(&self, sensor: SensorId) -> Option<Vector2<f64>> {
+        self.sites.iter().find(|s| s.0 == sensor)?.1
     }
 
     /// The unit in which a parameter is counted, and its prior mean.
@@ -155,7 +177,7 @@ impl Shared {
 
     /// The errors of all radars.
     pub(super) fn sites(&self) -> Vec<SiteFound> {
-        let of = |(site, sensor): (usize, &SensorId)| SiteFound {
+        let of = |(site, (sensor, _)): (usize, &(SensorId, Option<Vector2<f64>>))| SiteFound {
             sensor: *sensor,
             range_m: self.found(OF_SITE * site),
             azimuth_rad: self.found(OF_SITE * site + 1),

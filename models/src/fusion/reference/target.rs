@@ -12,7 +12,6 @@ use super::shared::{OF_ECHO, OF_SITE, Shared};
 use crate::frames::{Matrix2, Vector2};
 use crate::fusion::config::TrackingConfig;
 use crate::fusion::near_side::{self, EchoLaw};
-use crate::fusion::size;
 use crate::plot::{Plot, SensorId};
 use crate::time::SimTime;
 use std::f64::consts::FRAC_2_PI;
@@ -22,9 +21,6 @@ const FIRST_Q: f64 = 1.0;
 /// Density while the target stands, m²/s³, and the deviation of the velocity that is then none, m/s.
 const STANDING_Q: f64 = 1e-6;
 const STANDING_MPS: f64 = 0.05;
-/// What an echo lies off across the line of sight: share of the length, and of unknown targets, m (as [`crate::fusion::registration`]).
-const ACROSS_SHARE: f64 = 0.03;
-const ACROSS_UNKNOWN_M: f64 = 1.2;
 /// Sensors whose nearest plots are no farther apart than this are averaged, s.
 const TOGETHER_S: f64 = 3.0;
 /// The error of a receiver stays for this long at least, whatever is assumed on line: smoothing makes small lies large, s.
@@ -32,7 +28,7 @@ const LEAST_TAU_S: f64 = 100.0;
 /// Deviations of the place and velocity before the first plot, m and m/s.
 const START: (f64, f64) = (1e3, 50.0);
 
-/// Slow errors of one sensor: two numbers of the state.
+/// Slow errors of one sensor: two numbers of the state, of a late one three.
 #[derive(Clone, Copy, Debug)]
 struct Slow {
     sensor: SensorId,
@@ -40,6 +36,14 @@ struct Slow {
     tau_s: f64,
     /// Of a radar: it stays as long as the target shows it the same side.
     echo: bool,
+    /// Where the delay of this target's reports stands, and its deviation, s.
+    late: Option<(usize, f64)>,
+}
+
+impl Slow {
+    fn count(&self) -> usize {
+        2 + usize::from(self.late.is_some())
+    }
 }
 
 /// A moment: with a plot, or one that is asked for.
@@ -67,6 +71,8 @@ pub(super) struct Target<'a> {
     /// It was held to stand, and did not.
     moves: Vec<bool>,
     velocity: Vec<Vector2<f64>>,
+    /// Empty before anything is known.
+    position: Vec<Vector2<f64>>,
     course: Vec<Option<Vector2<f64>>>,
     /// Of each plot.
     weights: Vec<f64>,
@@ -100,11 +106,14 @@ impl<'a> Target<'a> {
             if alone {
                 continue;
             }
-            let is_slow = if echo { of_law } else { model.slow_share > 0.0 };
+            let late_s = if echo { 0.0 } else { model.late_sigma_s };
+            let is_slow = if echo { of_law } else { model.slow_share > 0.0 || late_s > 0.0 };
             if is_slow {
                 let tau_s =
                     if echo { law.residual_tau_s } else { model.slow_tau_s.max(LEAST_TAU_S) };
-                slow.push(Slow { sensor: plot.sensor, at: MOTION + 2 * slow.len(), tau_s, echo });
+                let at = MOTION + slow.iter().map(Slow::count).sum::<usize>();
+                let late = (late_s > 0.0).then_some((at + 2, late_s));
+                slow.push(Slow { sensor: plot.sensor, at, tau_s, echo, late });
             }
         }
         let count = at.len();
@@ -120,6 +129,7 @@ impl<'a> Target<'a> {
             stands: vec![false; count],
             moves: vec![false; count],
             velocity: vec![Vector2::zeros(); count],
+            position: Vec::new(),
             course: vec![None; count],
             weights: vec![1.0; plots.len()],
         }
@@ -134,7 +144,8 @@ impl<'a> Target<'a> {
             before = at.time;
             let fade = self.slow.iter().flat_map(|s| {
                 let stays = s.echo && self.stands[k];
-                std::iter::repeat_n(if stays { 1.0 } else { libm::exp(-after_s / s.tau_s) }, 2)
+                let fade = if stays { 1.0 } else { libm::exp(-after_s / s.tau_s) };
+                [fade, fade, 1.0].into_iter().take(s.count())
             });
             let mut moment = Moment {
                 after_s,
@@ -148,7 +159,7 @@ impl<'a> Target<'a> {
             if self.stands[k] {
                 for h in [1, 3] {
                     moment.rows.push(Row {
-                        h: [(h, 1.0), (0, 0.0), (0, 0.0)],
+                        h: [(h, 1.0), (0, 0.0), (0, 0.0), (0, 0.0)],
                         z: 0.0,
                         variance: STANDING_MPS * STANDING_MPS,
                         columns: Vec::new(),
@@ -189,7 +200,7 @@ impl<'a> Target<'a> {
                 continue;
             }
             let sigma = if plot.polar.is_some() {
-                self.echo(plot, k, *factors).sigma_m
+                self.echo(plot, plot.axis, k, *factors).sigma_m
             } else {
                 let share = self.config.sensor(plot.sensor, plot.kind).sound().slow_share;
                 [plot.along_m2, plot.across_m2].map(|v| (share * v).sqrt())
@@ -237,14 +248,15 @@ impl<'a> Target<'a> {
         let weight = self.weights[index];
         let factors = self.factors.iter().find(|f| f.0 == plot.sensor).map_or([1.0; 2], |f| f.1);
         let slow = self.slow.iter().find(|s| s.sensor == plot.sensor);
-        let echo = plot.polar.is_some().then(|| self.echo(plot, k, factors));
+        let axis = self.line_of_sight(plot, k, shared);
+        let echo = plot.polar.is_some().then(|| self.echo(plot, axis, k, factors));
         let share = if echo.is_some() {
             0.0
         } else {
             self.config.sensor(plot.sensor, plot.kind).sound().slow_share.clamp(0.0, 0.999)
         };
         let stated = [plot.along_m2, plot.across_m2];
-        for (side, u) in [plot.axis, plot.across_axis()].into_iter().enumerate() {
+        for (side, u) in [axis, Vector2::new(axis.y, -axis.x)].into_iter().enumerate() {
             if !stated[side].is_finite() {
                 continue;
             }
@@ -259,19 +271,35 @@ impl<'a> Target<'a> {
                 if side == 0 {
                     z += echo.offset_m;
                 }
-                own = self.columns(plot, k, echo, u, shared);
+                own = self.columns(plot, k, echo, [axis, u], shared);
                 if !columns {
                     z -= own.iter().enumerate().map(|(k, j)| j * shared.applied(k)).sum::<f64>();
                     own = Vec::new();
                 }
             }
             out.push(Row {
-                h: [(0, u.x), (2, u.y), slow.map_or((0, 0.0), |s| (s.at + side, slope))],
+                h: [
+                    (0, u.x),
+                    (2, u.y),
+                    slow.map_or((0, 0.0), |s| (s.at + side, slope)),
+                    slow.and_then(|s| s.late)
+                        .map_or((0, 0.0), |(at, late_s)| (at, -late_s * u.dot(&self.velocity[k]))),
+                ],
                 z,
                 variance: (1.0 - share) * stated[side] * factors[side] / weight,
                 columns: own,
             });
         }
+    }
+
+    /// The line of sight to where the target was by what is known of it. Along that to the plot a radar's error would turn the
+    /// directions in which it is counted: a place nearer to the radar explains away what echoes wander across, by metres in an hour
+    /// of standing, wherever an error along is free.
+    fn line_of_sight(&self, plot: &Plot, k: usize, shared: &Shared) -> Vector2<f64> {
+        let site_m = plot.polar.and_then(|_| shared.site_m(plot.sensor));
+        let (Some(site_m), Some(at_m)) = (site_m, self.position.get(k)) else { return plot.axis };
+        let axis = (at_m - site_m).try_normalize(1.0).unwrap_or(plot.axis);
+        if axis.dot(&plot.axis) > 0.0 { axis } else { plot.axis }
     }
 
     /// What the shared parameters do to a plot along `u`, each in its unit.
@@ -280,18 +308,20 @@ impl<'a> Target<'a> {
         plot: &Plot,
         k: usize,
         echo: &Echo,
-        u: Vector2<f64>,
+        [axis, u]: [Vector2<f64>; 2],
         shared: &Shared,
     ) -> Vec<f64> {
         let mut own = vec![0.0; shared.count()];
         let ground_m = plot.polar.map_or(0.0, |p| p.range_m);
         let of = near_side::derivatives(
-            plot.axis,
+            axis,
             ground_m,
             if self.stands[k] { Vector2::zeros() } else { self.velocity[k] },
             (echo.half_extent_m, 0.0),
         );
-        if let Some(site) = shared.site(plot.sensor) {
+        if let Some(site) =
+            shared.site(plot.sensor).filter(|_| near_side::on_ground(self.velocity[k]))
+        {
             (0..OF_SITE).for_each(|m| own[site + m] = u.dot(&of[m]));
         }
         let vehicle = self.gathered.body.is_some_and(|b| b.vehicle);
@@ -301,7 +331,7 @@ impl<'a> Target<'a> {
     }
 
     /// How the echo of a plot lies.
-    fn echo(&self, plot: &Plot, k: usize, factors: [f64; 2]) -> Echo {
+    fn echo(&self, plot: &Plot, axis: Vector2<f64>, k: usize, factors: [f64; 2]) -> Echo {
         if !self.law.wanders {
             return Echo { offset_m: 0.0, half_extent_m: 0.0, sigma_m: [0.0; 2] };
         }
@@ -309,22 +339,21 @@ impl<'a> Target<'a> {
         let Some(body) = self.gathered.body else {
             let variance_m2 = 0.5 * (plot.along_m2 * factors[0] + plot.across_m2 * factors[1]);
             let triples = self.gathered.plots.len() as f64;
-            let (offset_m, along) =
-                law.offset_of_unknown_m(variance_m2, triples, course, plot.axis);
-            let across = (ACROSS_SHARE * size::diagonal_m(variance_m2)).min(ACROSS_UNKNOWN_M);
-            return Echo { offset_m, half_extent_m: 0.0, sigma_m: [along, across.max(0.1)] };
+            let (offset_m, along) = law.offset_of_unknown_m(variance_m2, triples, course, axis);
+            let across = law.across_of_unknown_m(variance_m2, triples);
+            return Echo { offset_m, half_extent_m: 0.0, sigma_m: [along, across] };
         };
         let kappa = law.of(&body);
         let seen = course.map_or_else(
             || (FRAC_2_PI * 0.5 * body.length_m, FRAC_2_PI * 0.5 * body.span_m),
-            |course| near_side::half_extents_m(&body, plot.axis, course),
+            |course| near_side::half_extents_m(&body, axis, course),
         );
         let open = if course.is_some() { 0.0 } else { kappa.mean_offset_m(&body).1 };
         let along = libm::hypot(open, law.residual_m);
         Echo {
             offset_m: kappa.offset_m(seen),
             half_extent_m: kappa.joint_half_extent_m(seen),
-            sigma_m: [along, ACROSS_SHARE * body.length_m.max(body.span_m)],
+            sigma_m: [along, law.across_m(Some(&body))],
         }
     }
 }

@@ -581,6 +581,7 @@ fn numbers_of_a_sensor_that_cannot_be_used_are_refused_with_a_sentence_and_repla
             ("slow_share", config::SensorModel { slow_share: bad, ..model }),
             ("slow_tau_s", config::SensorModel { slow_tau_s: bad, ..model }),
             ("latency_s", config::SensorModel { latency_s: bad, ..model }),
+            ("late_sigma_s", config::SensorModel { late_sigma_s: bad, ..model }),
         ] {
             let mut config = TrackingConfig::accurate();
             config.sensors.push(model);

@@ -178,7 +178,9 @@ fn watch(seed: u64, sigma_s: f64) -> Count {
                 } else {
                     count.wrong += 1
                 }
-                count.claimed += track.label_p.expect("a label says how sure it is");
+                let sure = track.label_p.expect("a label says how sure it is");
+                assert!(sure >= 0.8, "{} kept at {sure}", label.callsign.as_str());
+                count.claimed += sure;
             } else if let Some(name) = track.assumed {
                 if is(name) { count.assumed_right += 1 } else { count.assumed_wrong += 1 }
             }
@@ -325,6 +327,134 @@ fn a_name_reported_far_off_neither_moves_its_track_nor_keeps_it() {
             let last = spoofed.end as usize - 12;
             assert_eq!(named[last.min(named.len() - 1)], name != "a minute", "{name}");
             assert!(named[140 - 11 + 5], "{name}: its name again");
+        }
+    }
+}
+
+/// As above, near and far, of what drives and of what stands, in any direction; the place is that of another target's plot.
+#[test]
+fn a_name_reported_anywhere_else_moves_no_track() {
+    for (name, speed) in [("drives", 12.0), ("stands", 0.0)] {
+        for (n, off_m) in [80.0, 300.0, 2_000.0].into_iter().enumerate() {
+            let turn = 2.1 * n as f64 + speed;
+            let off = Vector2::new(libm::sin(turn), libm::cos(turn)) * off_m;
+            let path = drive(Vector2::new(-400.0, 900.0), 2.5, speed, &[(300.0, 0.0, -0.01)]);
+            let other =
+                drive(Vector2::new(-400.0, 900.0) + off, 2.5, speed, &[(300.0, 0.0, -0.01)]);
+            let paths = [path, other];
+            for config in [TrackingConfig::paper(), TrackingConfig::accurate()] {
+                let run = |lies: bool| {
+                    let (mut tracker, mut places) = (Tracker::new(config.clone()), Vec::new());
+                    let radar = tower(18, 1.0, 0);
+                    for k in 1..=90 {
+                        let t = f64::from(k);
+                        let mut plots: Vec<Plot> =
+                            radar.scan(k, &paths).into_iter().map(|looked| looked.0).collect();
+                        let at = |n: usize| paths[n](t - 0.3).expect("there");
+                        let liar = lies && (40..60).contains(&k);
+                        let said = Plot {
+                            sensor: SensorId(5),
+                            kind: SensorKind::Adsb,
+                            time: SimTime::from_s(t - 0.3),
+                            sequence: 1,
+                            position_m: at(usize::from(liar)),
+                            axis: Vector2::new(0.0, 1.0),
+                            along_m2: 4.0,
+                            across_m2: 4.0,
+                            altitude_m: None,
+                            polar: None,
+                            identity: Some(Identity::Callsign(Callsign::new("SWR1"))),
+                            scnr_db: None,
+                        };
+                        // Silence is the measure: what an honest report would add is not.
+                        plots.extend((lies || !(40..60).contains(&k)).then_some(said));
+                        let tracks =
+                            tracker.scan(SimTime::from_s(t), &plots, &FlightList::default());
+                        let truth = paths[0](t).expect("there");
+                        let off = |t: &&SystemTrack| (t.position_m - truth).norm();
+                        let mine = tracks.iter().min_by(|a, b| off(a).total_cmp(&off(b)));
+                        if k > 10 {
+                            places.push(mine.expect("its track stays").position_m);
+                        }
+                    }
+                    places
+                };
+                let moved = run(true)
+                    .iter()
+                    .zip(&run(false))
+                    .map(|(a, b)| (a - b).norm())
+                    .fold(0.0, f64::max);
+                println!("{name}, {off_m} m off: {moved:.3} m");
+                assert!(moved <= 1.0, "{name}, {off_m} m off: {moved}");
+            }
+        }
+    }
+}
+
+#[test]
+fn each_kind_of_evidence_tells_lines_apart() {
+    use super::super::identity::{Evidence, List, ListTimes, OnRunway};
+    let (_, flights) = scene(|_| 0.0);
+    let config = TrackingConfig::paper();
+    let odds = |evidence: &Evidence, line: &FlightEntry, born_s: f64, now_s: f64| {
+        let now = SimTime::from_s(now_s);
+        let list =
+            List { flights: &flights, config: &config, now, times: ListTimes::stated(120.0) };
+        let spread = super::super::size::Spread::default();
+        evidence.log_ratio(&spread, SimTime::from_s(born_s), line, &list)
+    };
+    let line = |movement, runway: &str| FlightEntry {
+        runway: runway.to_owned(),
+        eta_ctd: SimTime::from_s(300.0),
+        off_block: Some(SimTime::from_s(280.0)),
+        ..entry("SWR1", "A320", movement)
+    };
+    let (arrives, departs) = (MovementKind::Arrival, MovementKind::Departure);
+    let nothing = Evidence::default();
+    let mut landed = nothing.clone();
+    landed.landed = Some(OnRunway { runway: 0, time: SimTime::from_s(300.0) });
+    let lands_as = |line: &FlightEntry| odds(&landed, line, 250.0, 310.0);
+    let own = lands_as(&line(arrives, "28"));
+    assert!(own > lands_as(&line(arrives, "14")) + 6.0, "on another runway");
+    assert!(own > lands_as(&line(departs, "28")) + 6.0, "who departs does not land");
+    // What stands has come from the runway: it was listed longer ago.
+    let mut stood = nothing.clone();
+    stood.stood_m = Some(Vector2::new(900.0, -900.0));
+    let arrived = |evidence| odds(evidence, &line(arrives, "28"), 400.0, 420.0);
+    assert!(arrived(&nothing) > arrived(&stood) + 0.5);
+    // Nobody is off his block minutes before his time.
+    let moved_at = |s: f64| {
+        let mut evidence = nothing.clone();
+        evidence.moved = Some(SimTime::from_s(s));
+        odds(&evidence, &line(departs, "28"), 10.0, 300.0)
+    };
+    assert!(moved_at(270.0) > moved_at(100.0) + 2.5);
+}
+
+/// Who has not been seen for some looks may have gone: nobody is called so for certain.
+#[test]
+fn what_is_not_seen_for_three_looks_is_only_assumed() {
+    let (movers, flights) = scene(|_| 0.0);
+    let mut config = TrackingConfig::paper();
+    config.labels.list_sigma_s = 30.0;
+    config.sizes.push(TypeSize { designator: "A320".to_owned(), length_m: 37.6, span_m: 34.1 });
+    let mut tracker = Tracker::new(config);
+    let mut called = Vec::new();
+    for k in 1..=405 {
+        let seen = if k <= 400 { plots(&movers, 1, k) } else { Vec::new() };
+        let tracks = tracker.scan(SimTime::from_s(f64::from(k)), &seen, &flights);
+        if k == 400 {
+            let label = |t: &SystemTrack| Some((t.number, t.label.as_ref()?.callsign));
+            called = tracks.iter().filter_map(label).collect();
+        }
+        if k == 405 {
+            let left: Vec<_> = tracks.iter().filter(|t| t.status != TrackStatus::Last).collect();
+            assert!(left.iter().all(|t| t.label.is_none()), "labels stay");
+            let assumed = |(number, name): &&(u16, Callsign)| {
+                left.iter().any(|t| t.number == *number && t.assumed == Some(*name))
+            };
+            assert!(called.iter().filter(assumed).count() >= 2, "{called:?}");
+            assert!(left.iter().all(|t| t.label_p.is_none_or(|p| p <= 0.7)));
         }
     }
 }

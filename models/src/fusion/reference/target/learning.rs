@@ -45,6 +45,7 @@ impl Target<'_> {
         for (velocity, here) in self.velocity.iter_mut().zip(back) {
             *velocity = Vector2::new(here.state[1], here.state[3]);
         }
+        self.position = back.iter().map(|b| Vector2::new(b.state[0], b.state[2])).collect();
         if late {
             self.learn_standing(back);
         }
