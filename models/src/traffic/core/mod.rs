@@ -427,6 +427,18 @@ impl Core {
         }
     }
 
+    /// Ends what it is cleared for of a kind on one runway, in either direction: who leaves the strip of one runway may be in that
+    /// of the next.
+    fn end_clearance_of(&mut self, m: usize, kind: &'static str, runway: usize) {
+        let (flight, now) = (self.movers[m].flight, self.time_s);
+        let both = self.net.runways[runway].names.join("/");
+        let its = |c: &&mut Clearance| c.flight == flight && c.kind == kind && c.runway == both;
+        let mut open = self.clearances.iter_mut().rev().filter(its);
+        if let Some(c) = open.find(|c| c.until_s.is_none()) {
+            c.until_s = Some(now);
+        }
+    }
+
     fn remark(&mut self, text: String) {
         let time_s = self.time_s;
         if self.remarks.len() < 10_000 {

@@ -224,7 +224,7 @@ impl Core {
             self.used(m, ClearanceKind::Cross);
         }
         for r in crossed {
-            self.end_clearance(m, "CRO");
+            self.end_clearance_of(m, "CRO", r);
             self.clear(m, "CRO", self.net.runways[r].names.join("/"));
         }
     }
