@@ -2,6 +2,9 @@
 //! the scene's sensors and tracker, with the score of the second against the first. Several seeds: `--seeds A..B`.
 //!
 //! `cargo run --release -p studies --example alerts -- [--tracks] [--quiet] [--clearances] [--watch CALLSIGN] [--seeds A..B] [--seconds S] SCENE…`
+//!
+//! With `--failing people` (`all`, `nobody`) airports stand in place of scenes (a name of the study `control`, or a layout file): an
+//! hour of the study's traffic there, in which that goes wrong, by radar and multilateration; `--rate N` movements an hour each way.
 #![allow(clippy::print_stdout, reason = "a tool for the terminal")]
 
 use models::control::alert::{Alert, Change};
@@ -15,9 +18,13 @@ use models::sensors::{PlotSink, ScanInterval};
 use models::time::SimTime;
 use models::traffic::core::Core;
 use models::traffic::exact::Watch;
-use scenarios::Scene;
+use scenarios::{ScenarioError, Scene};
 use std::collections::BTreeMap;
+use studies::control::{self, BY_PEOPLE, Failing, NOTHING, OF_ALL_KINDS};
 use studies::watched::{Book, Frames, layout, movements, net_on_tracks, target};
+
+/// What sees the study's traffic.
+const SENSORS: [&str; 2] = ["ASDE tower", "MLAT"];
 
 struct Options {
     tracks: bool,
@@ -25,6 +32,19 @@ struct Options {
     clearances: bool,
     watch: String,
     seconds: f64,
+    failing: Option<Failing>,
+    rate: Option<u32>,
+}
+
+/// A scene, or the study's traffic at an airport.
+fn scene_of(path: &str, seed: Option<u64>, options: &Options) -> Result<Scene, ScenarioError> {
+    let Some(failing) = options.failing else { return scenarios::load(&scenarios::locate(path)) };
+    let known = control::AIRPORTS.iter().find(|a| a.0 == path);
+    let files = known.map_or_else(|| format!("layout = \"{path}\""), |a| a.1.to_owned());
+    let rate = options.rate.or(known.map(|a| a.2)).unwrap_or(12);
+    let seconds = options.seconds.min(3600.0);
+    let text = control::text(&files, rate, seed.unwrap_or(1), seconds, failing)?;
+    control::read(&text)
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -34,6 +54,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         clearances: false,
         watch: String::new(),
         seconds: f64::INFINITY,
+        failing: None,
+        rate: None,
     };
     let (mut seeds, mut paths) = (None, Vec::new());
     let mut args = std::env::args().skip(1);
@@ -43,6 +65,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             "--quiet" => options.quiet = true,
             "--clearances" => options.clearances = true,
             "--watch" => options.watch = args.next().unwrap_or_default(),
+            "--failing" => {
+                options.failing = Some(match args.next().as_deref() {
+                    Some("all") => OF_ALL_KINDS,
+                    Some("people") => BY_PEOPLE,
+                    Some("nobody") => NOTHING,
+                    _ => return Err("--failing: people, all or nobody".into()),
+                });
+            }
+            "--rate" => options.rate = Some(args.next().unwrap_or_default().parse()?),
             "--seconds" => options.seconds = args.next().unwrap_or_default().parse()?,
             "--seeds" => {
                 let text = args.next().unwrap_or_default();
@@ -55,10 +86,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut sum: BTreeMap<String, scoring::KindScore> = BTreeMap::new();
     let mut served = 0;
     for path in paths {
-        let file = scenarios::locate(&path);
-        let scene = scenarios::load(&file)?;
-        for seed in seeds.clone().unwrap_or(scene.run.seed..=scene.run.seed) {
+        let own = match seeds {
+            Some(_) => 0,
+            None => scene_of(&path, None, &options)?.run.seed,
+        };
+        for seed in seeds.clone().unwrap_or(own..=own) {
             println!("== {path} seed {seed}");
+            let scene = scene_of(&path, Some(seed), &options)?;
             served += run(&scene, seed, &options, &mut sum)?;
         }
     }
@@ -140,10 +174,19 @@ fn run(
     let behaving = scene.traffic.behaving.as_ref().ok_or("nothing behaves in this scene")?;
     let mut core = behaving.core(&scene.run, seed).ok_or("no truth")?;
     let bars = scene.control.stop_bars;
+    if options.clearances {
+        layout(scene).bars.iter().for_each(|bar| println!("bar {bar:?}"));
+    }
     let mut watch = Watch::new(layout(scene), Parameters::default(), bars);
     let mut seen = net_on_tracks(scene, scene.control.confirm_scans);
     let mut sensors = if options.tracks { studies::zurich::sensors(scene)? } else { Vec::new() };
-    let mut tracker = Tracker::new(scene.tracking_config());
+    let mut config = scene.tracking_config();
+    if options.failing.is_some() {
+        let set = |id| scene.sensors.iter().any(|s| s.id == id && SENSORS.contains(&&*s.name));
+        sensors.retain(|sensor| set(sensor.id()));
+        config.sensors.retain(|model| set(model.id));
+    }
+    let mut tracker = Tracker::new(config);
     let weather = Weather::default();
     let (mut exact, mut tracked) = (Book::default(), Book::default());
     let mut ages: BTreeMap<u16, u32> = BTreeMap::new();
@@ -239,6 +282,25 @@ fn run(
             });
         }
         let told = seen.scan_targets(&core, now, &targets).to_vec();
+        for s in seen.net().surveillance().situations() {
+            if s.target.callsign.is_some_and(|c| c.as_str() == options.watch) {
+                println!(
+                    "{:8.1} track {} at {:.0} {:.0}, {:.1} m/s, mean {:.1}, of 3 s {:.1}, strips {:b}, fast {:?}, {:?}, last plot {:.1}, doubt {:?}",
+                    now.s(),
+                    s.target.number,
+                    s.target.position_m.x,
+                    s.target.position_m.y,
+                    s.speed_mps,
+                    s.mean_mps,
+                    s.recent_mps,
+                    s.strips,
+                    s.fast,
+                    s.on_final,
+                    s.target.last_plot.s(),
+                    s.doubt
+                );
+            }
+        }
         for (change, alert) in &told {
             tracked.enter(now, *change, alert);
             let about = about(&core, alert, &ages, &targets);

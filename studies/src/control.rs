@@ -24,7 +24,7 @@ use std::fmt::Write;
 pub const GROUP: &str = "control";
 
 /// Airports: name, files, movements an hour each way.
-const AIRPORTS: [(&str, &str, u32); 6] = [
+pub const AIRPORTS: [(&str, &str, u32); 6] = [
     ("LZIB", "layout = \"airports/LZIB.apt.dat\"", 12),
     ("XSYN", "layout = \"airports/XSYN.apt.dat\"", 10),
     (
@@ -45,16 +45,62 @@ const AIRPORTS: [(&str, &str, u32); 6] = [
     ("EGCC", "layout = \"airports/EGCC.nodes.csv\"", 12),
 ];
 
-/// What fails: kinds for arrivals and for departures, in turn, every third flight.
-const OF_ARRIVALS: [&str; 5] = [
-    "forget_landing_clearance",
-    "vehicle_on_runway",
-    "wrong_turn",
-    "conflicting_clearance",
-    "blown_tyre",
-];
-const OF_DEPARTURES: [&str; 5] =
-    ["pass_hold", "take_off_uncleared", "push_uncleared", "no_reply", "conflicting_clearance"];
+/// What fails in turn with every third flight: kinds of `[[failure]]`.
+#[derive(Clone, Copy, Debug)]
+pub struct Failing {
+    /// Of arrivals.
+    pub arrivals: &'static [&'static str],
+    /// Of departures.
+    pub departures: &'static [&'static str],
+}
+
+/// What people do wrong: what the study measures.
+pub const BY_PEOPLE: Failing = Failing {
+    arrivals: &[
+        "forget_landing_clearance",
+        "vehicle_on_runway",
+        "wrong_turn",
+        "conflicting_clearance",
+        "blown_tyre",
+    ],
+    departures: &[
+        "pass_hold",
+        "take_off_uncleared",
+        "push_uncleared",
+        "no_reply",
+        "conflicting_clearance",
+    ],
+};
+
+/// Nothing.
+pub const NOTHING: Failing = Failing { arrivals: &[], departures: &[] };
+
+/// Every kind of failure, that of equipment too.
+pub const OF_ALL_KINDS: Failing = Failing {
+    arrivals: &[
+        "stop",
+        "forget_landing_clearance",
+        "transponder",
+        "vehicle_on_runway",
+        "wrong_turn",
+        "engine",
+        "conflicting_clearance",
+        "blown_tyre",
+    ],
+    departures: &[
+        "wrong_runway",
+        "stop",
+        "pass_hold",
+        "take_off_uncleared",
+        "stop_bar",
+        "push_uncleared",
+        "wrong_turn",
+        "transponder",
+        "no_reply",
+        "engine",
+        "conflicting_clearance",
+    ],
+};
 
 const ABOUT: &str = "Each scene is an hour of generated traffic in which something goes wrong with every third flight: passed holds, \
 take-offs, landings and pushes without clearance, wrong turns, a car on the runway, clearances that exclude each other, stopped \
@@ -69,7 +115,13 @@ alert per 100 movements; nuisance alerts are those of the failures, the same on 
 ///
 /// # Errors
 /// If the scene is refused.
-pub fn text(airport: &str, rate: u32, seed: u64, seconds: f64) -> Result<String, ScenarioError> {
+pub fn text(
+    airport: &str,
+    rate: u32,
+    seed: u64,
+    seconds: f64,
+    failing: Failing,
+) -> Result<String, ScenarioError> {
     let base = format!(
         "[run]\ntitle = \"control\"\nseed = {seed}\nduration_s = {seconds}\n[airport]\n{airport}\n[[traffic]]\n\
          kind = \"generated\"\narrivals_per_h = {rate}\ndepartures_per_h = {rate}\n[control]\nstop_bars = true\n"
@@ -80,28 +132,32 @@ pub fn text(airport: &str, rate: u32, seed: u64, seconds: f64) -> Result<String,
     let flights: &[Flight] = scene.traffic.behaving.as_ref().map_or(&[], |b| &b.flights);
     Ok(format!(
         "{base}{}{}{}[[sensor]]\nkind = \"adsb\"\nname = \"ADS-B\"\nequipped = 0.9\n",
-        failures(flights),
+        failures(flights, failing),
         scenarios::control::standard_sensors(layout, scene.airport.radius_m),
         scenarios::control::second_radar("ASDE far", layout, tower),
     ))
 }
 
 /// Something for every third flight.
-fn failures(flights: &[Flight]) -> String {
+fn failures(flights: &[Flight], failing: Failing) -> String {
     let (mut out, mut arrivals, mut departures) = (String::new(), 0, 0);
     for flight in flights.iter().skip(1).step_by(3) {
         let (kinds, count) = match flight.direction {
-            Direction::Arrival => (&OF_ARRIVALS, &mut arrivals),
-            Direction::Departure => (&OF_DEPARTURES, &mut departures),
+            Direction::Arrival => (failing.arrivals, &mut arrivals),
+            Direction::Departure => (failing.departures, &mut departures),
         };
-        let kind = kinds[*count % kinds.len()];
+        let Some(kind) = kinds.get(*count % kinds.len().max(1)) else { continue };
         *count += 1;
         let _ = write!(out, "[[failure]]\nkind = \"{kind}\"\ncallsign = \"{}\"\n", flight.callsign);
     }
     out
 }
 
-fn read(text: &str) -> Result<Scene, ScenarioError> {
+/// Reads a text of [`text`]; airports that ship are named from the folder of the scenes.
+///
+/// # Errors
+/// If it is refused.
+pub fn read(text: &str) -> Result<Scene, ScenarioError> {
     let path = scenarios::locate("zurich").with_file_name("control.toml");
     scenarios::load_text(&path, text)
 }
@@ -377,7 +433,7 @@ pub fn run(options: &Options, progress: &mut dyn FnMut(Progress)) -> Outcome {
     for (name, files, rate) in airports {
         let mut scene: Option<Flown> = None;
         for seed in (0..seeds).map(|k| options.seed.saturating_add(k)) {
-            let flown = text(files, *rate, seed, seconds).map_err(|e| e.to_string());
+            let flown = text(files, *rate, seed, seconds, BY_PEOPLE).map_err(|e| e.to_string());
             match flown.and_then(|text| fly(&text, seed)) {
                 Ok(flown) => scene = Some(scene.map_or_else(|| flown.clone(), |s| s.and(&flown))),
                 Err(e) => outcome.rows.push(Row {

@@ -144,6 +144,8 @@ pub struct Strip {
     pub moved_until: Option<SimTime>,
     /// Runway and time at which a clearance to take off or land last ended by itself.
     pub flew_until: Option<(usize, SimTime)>,
+    /// When a clearance to take off last ended by itself: as the wheels left the ground.
+    pub lifted_off: Option<SimTime>,
     /// Cleared way, m; empty: not known.
     pub way_m: Vec<crate::frames::Vector2<f64>>,
     /// Its stand, m.
@@ -227,6 +229,7 @@ impl Board {
                         kinds: Kinds::default(),
                         moved_until: None,
                         flew_until: None,
+                        lifted_off: None,
                         way_m: Vec::new(),
                         stand_m: None,
                         too_small: false,
@@ -297,6 +300,9 @@ impl Board {
             };
             for c in strip.standing.iter().filter(flies) {
                 strip.flew_until = c.runway.map(|r| r.0).zip(c.until).or(strip.flew_until);
+                if c.kind == ClearanceKind::TakeOff {
+                    strip.lifted_off = c.until;
+                }
             }
             strip.standing.retain(|c| !over(c));
             changed = true;

@@ -224,7 +224,7 @@ impl Layout {
         for (index, node) in net.nodes.iter().enumerate() {
             let Some(of) = node.hold_for.and_then(|r| net.runways.get(r)) else { continue };
             let Some((r, _)) = self.runway(&of.names[0]) else { continue };
-            let (place_m, across_m) = self.runways[r].place_m(node.at_m);
+            let (place_m, across_m) = self.runways[r].place_m(bar_at_m(net, index));
             // Who enters a runway along its axis holds beyond its end, where no bar is across a way beside it.
             if across_m.abs() < 0.5 * self.runways[r].width_m {
                 continue;
@@ -303,6 +303,28 @@ impl Layout {
     }
 }
 
+/// Where the bar of a holding position is. Where others pass it on their way along the runway, it is across the way over the strip beyond
+/// their taxiway: they pass no bar.
+fn bar_at_m(net: &Network, index: usize) -> Vector2<f64> {
+    let node = &net.nodes[index];
+    let (within, passing): (Vec<_>, Vec<_>) = net
+        .edges
+        .iter()
+        .filter(|e| e.nodes.contains(&index))
+        .partition(|e| e.strip == node.hold_for);
+    let Some(way) = within.first().filter(|_| passing.len() > 1) else { return node.at_m };
+    let next = way.nodes[usize::from(way.nodes[0] == index)];
+    let along_m = net.nodes[next].at_m - node.at_m;
+    let length_m = along_m.norm();
+    if length_m < 1.0 {
+        return node.at_m;
+    }
+    node.at_m + along_m * (BESIDE_TAXIWAY_M.min(0.5 * length_m) / length_m)
+}
+
+/// From a taxiway's centreline to a bar beside it, m (assumed: half of a wide taxiway and some room).
+const BESIDE_TAXIWAY_M: f64 = 15.0;
+
 /// Where the way from a holding position over the strip meets its runway, m along it.
 fn entry_of(net: &Network, from: usize, runway: usize) -> Option<f64> {
     let (mut seen, mut open) = (vec![from], std::collections::VecDeque::from([from]));
@@ -340,6 +362,7 @@ fn crossing(runways: &[RunwayAxis], a: usize, b: usize) -> Option<Crossing> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::traffic::network::{NetEdge, NetNode};
 
     fn axis(a: [f64; 2], b: [f64; 2]) -> RunwayAxis {
         let ends = [Vector2::new(a[0], a[1]), Vector2::new(b[0], b[1])];
@@ -363,5 +386,46 @@ mod tests {
     fn the_right_of_an_axis_is_positive() {
         let east = axis([0.0, 0.0], [3000.0, 0.0]);
         assert_eq!(east.place_m(Vector2::new(100.0, -30.0)), (100.0, 30.0));
+    }
+
+    /// A holding position at the junction with a taxiway along the runway: who taxies past it passes no bar. One on the way itself, and
+    /// one on a short way, stay on it.
+    #[test]
+    fn a_bar_is_beside_the_taxiway_that_passes_it() {
+        let node = |x: f64, y: f64, hold_for| NetNode {
+            name: String::new(),
+            at_m: Vector2::new(x, y),
+            runway: None,
+            hold_for,
+            stand: None,
+            used: true,
+        };
+        let edge = |nodes, strip| NetEdge {
+            nodes,
+            two_way: true,
+            runway: None,
+            strip,
+            backtrack: false,
+            name: String::new(),
+            code: 4,
+            origin: None,
+        };
+        let bar = |length_m: f64, passing: bool| {
+            let mut net = Network::default();
+            net.nodes = vec![
+                node(1000.0, length_m - 98.0, None),
+                node(1000.0, -98.0, Some(0)),
+                node(900.0, -98.0, None),
+                node(1100.0, -98.0, None),
+            ];
+            net.edges = vec![edge([1, 2], None), edge([0, 1], Some(0))];
+            if passing {
+                net.edges.push(edge([3, 1], None));
+            }
+            bar_at_m(&net, 1)
+        };
+        assert_eq!(bar(98.0, true), Vector2::new(1000.0, -83.0));
+        assert_eq!(bar(20.0, true), Vector2::new(1000.0, -88.0));
+        assert_eq!(bar(98.0, false), Vector2::new(1000.0, -98.0));
     }
 }

@@ -42,6 +42,8 @@ pub struct Doubt {
     /// A track without a name that was never slower than a roll has to have been on one final for so long, s: else it
     /// flies over, or is an echo of one that does.
     pub final_s: f64,
+    /// And that final has to have begun so long before the threshold, s: nobody comes from nowhere.
+    pub from_s: f64,
     /// A name that a track had so recently, s, and that nobody has now, is still its name.
     pub name_s: f64,
     /// Scans in a row for movements off the runways (push, taxi, speed, way), stop bars and landings without clearance.
@@ -60,7 +62,7 @@ impl Default for Doubt {
             jump_mps: 3.0,
             step_m: 5.0,
             step_s: 0.15,
-            jump_s: 12.0,
+            jump_s: 3.0,
             leap_mps2: 4.0,
             leap_mps: 5.0,
             leap_steps: 2.5,
@@ -70,6 +72,7 @@ impl Default for Doubt {
             roll_lag_mps: 5.0,
             before_bar_scans: 3,
             final_s: 10.0,
+            from_s: 15.0,
             name_s: 60.0,
             move_scans: 2,
         }

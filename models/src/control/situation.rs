@@ -3,7 +3,7 @@
 //! Tracks in, one [`Situation`] a track out: nose, mean speed, relation to the runways, clearances. Alerts,
 //! guidance and planning read nothing else. What lies more than a scan back is kept per track, bounded.
 
-use super::clearance::{Board, ClearanceKind};
+use super::clearance::{Board, Clearance, ClearanceKind};
 use super::layout::{Layout, RunwayAxis};
 use super::parameters::Parameters;
 use crate::frames::Vector2;
@@ -77,9 +77,9 @@ pub struct Situation {
     pub noses_before_m: [Option<Vector2<f64>>; 3],
     /// Ground speed, m/s.
     pub speed_mps: f64,
-    /// Mean speed over the last ten seconds; 0 for a younger track.
+    /// Mean speed over the last ten seconds, without its jumps; 0 for a younger track.
     pub mean_mps: f64,
-    /// Mean speed over the last three seconds; 0 for a younger track.
+    /// The same over the last three seconds.
     pub recent_mps: f64,
     /// Not moved since.
     pub still_since: SimTime,
@@ -134,10 +134,19 @@ const STEADY_FINAL_S: f64 = 3.0;
 /// A track not seen for so long is another one when its number comes again, s.
 const FORGET_S: f64 = 20.0;
 
+/// Where a track was.
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    at: SimTime,
+    place_m: Vector2<f64>,
+    /// What its jumps have moved it until then, m, and how long they took, s.
+    jumps: (Vector2<f64>, f64),
+}
+
 #[derive(Clone, Debug)]
 struct Memory {
     seen: SimTime,
-    places: [(SimTime, Vector2<f64>); KEPT],
+    places: [Place; KEPT],
     next: usize,
     kept: usize,
     heading: Option<Vector2<f64>>,
@@ -153,14 +162,27 @@ struct Memory {
     /// Velocities of the last scans, the latest first.
     velocities: [Vector2<f64>; 3],
     jumped: Option<SimTime>,
-    /// Was last far from where it had to be.
+    /// All that its jumps have moved it, m, and how long they took, s.
+    jumps: (Vector2<f64>, f64),
+    /// Where it was, and when, before the first of the jumps that follow each other.
+    before_jumps: (SimTime, Vector2<f64>),
+    /// Is far from where it had to be.
+    leaps: bool,
+    /// Was so last where that mattered.
     leapt: Option<SimTime>,
+    /// Strips in which it was last.
+    strips: u32,
+    /// Its plots came again after it had coasted.
+    found_again: Option<SimTime>,
+    last_plot: SimTime,
     /// Was slower than a roll.
     was_slow: bool,
     /// The strip that it had, as it was then, and when last.
     had: Option<(u32, Target, SimTime)>,
     /// On final to a runway since, and until.
     final_span: Option<(SimTime, SimTime, usize)>,
+    /// Time to the threshold when that began, s.
+    final_from_s: f64,
     /// Under its present strip since.
     named: SimTime,
     /// Its strip was another track's shortly before.
@@ -180,7 +202,8 @@ impl Memory {
     fn new(now: SimTime, target: &Target) -> Self {
         Self {
             seen: now,
-            places: [(now, target.position_m); KEPT],
+            places: [Place { at: now, place_m: target.position_m, jumps: Default::default() };
+                KEPT],
             next: 0,
             kept: 0,
             heading: None,
@@ -195,30 +218,46 @@ impl Memory {
             born: now,
             velocities: [target.velocity_mps; 3],
             jumped: None,
+            jumps: Default::default(),
+            before_jumps: (now, target.position_m),
+            leaps: false,
             leapt: None,
+            strips: 0,
+            found_again: None,
+            last_plot: target.last_plot,
             was_slow: false,
             had: None,
             final_span: None,
+            final_from_s: 0.0,
             named: now,
             taken_over: false,
         }
     }
 
-    /// Mean speed since the latest place that is at least `mean_s` old.
+    /// Mean speed since the latest place that is at least `mean_s` old. A jump moves nobody: the least of that, of that without the
+    /// steps in which it jumped, and of that since before it began to jump (it may have been drawn away and be on its way back).
     fn mean_mps(&self, now: SimTime, position_m: Vector2<f64>, mean_s: f64) -> f64 {
         let limit = SimTime(now.0.saturating_sub(SimTime::from_s(mean_s).0) + 1_000_000);
         let mut best = None;
         for back in (1..=self.kept).rev() {
-            let (at, place_m) = self.places[(self.next + KEPT - back) % KEPT];
-            if at > limit {
+            let place = self.places[(self.next + KEPT - back) % KEPT];
+            if place.at > limit {
                 break;
             }
-            best = Some((at, place_m));
+            best = Some(place);
         }
-        best.map_or(0.0, |(at, place_m)| {
-            let moved = position_m - place_m;
-            libm::hypot(moved.x, moved.y) / now.since_s(at)
-        })
+        let Some(Place { at, place_m, jumps }) = best else { return 0.0 };
+        let (moved_m, over_s) = (position_m - place_m, now.since_s(at));
+        let mean_mps = libm::hypot(moved_m.x, moved_m.y) / over_s;
+        let (jumped_m, jumped_s) = (self.jumps.0 - jumps.0, self.jumps.1 - jumps.1);
+        if jumped_s <= 0.0 {
+            return mean_mps;
+        }
+        let driven_s = over_s - jumped_s;
+        let driven_mps = if driven_s > 0.1 { (moved_m - jumped_m).norm() / driven_s } else { 0.0 };
+        let (before, before_m) = self.before_jumps;
+        let since_mps = (position_m - before_m).norm() / now.since_s(before).clamp(0.1, mean_s);
+        mean_mps.min(driven_mps).min(since_mps)
     }
 
     /// Finds the strip of a track; what is remembered of the strip is the track's, too.
@@ -240,7 +279,7 @@ impl Memory {
     }
 
     fn keep(&mut self, now: SimTime, position_m: Vector2<f64>) {
-        self.places[self.next] = (now, position_m);
+        self.places[self.next] = Place { at: now, place_m: position_m, jumps: self.jumps };
         self.next = (self.next + 1) % KEPT;
         self.kept = (self.kept + 1).min(KEPT);
     }
@@ -363,6 +402,9 @@ fn look(
 ) -> Situation {
     let (position_m, velocity) = (target.position_m, target.velocity_mps);
     let speed_mps = velocity.norm();
+    if let Some(doubt) = &parameters.doubt {
+        memory.watch_steps(doubt, now, target);
+    }
     // The velocity of one that stands is noise: on tracks the places have to move, too.
     let recent_mps = match &parameters.doubt {
         Some(_) => memory.mean_mps(now, position_m, 3.0),
@@ -387,21 +429,20 @@ fn look(
         });
     let nose_m = by_way.unwrap_or_else(|| position_m + memory.heading.unwrap_or_default() * half_m);
     let mean_mps = memory.mean_mps(now, position_m, parameters.mean_s);
-    if let Some(doubt) = &parameters.doubt {
-        memory.watch_steps(doubt, now, position_m);
-    }
     memory.keep(now, position_m);
     memory.seen = now;
     if (position_m - memory.anchor_m).norm_squared() > parameters.anchor_m * parameters.anchor_m {
         memory.anchor_m = position_m;
         memory.still_since = now;
     }
-    // Without altitude: in the air who goes around.
-    let goes_around =
-        memory.strip.is_some_and(|i| board.strips()[i as usize].kinds.has(ClearanceKind::GoAround));
+    // Without altitude: in the air who goes around or has just lifted off, until he is as slow as nobody flies.
+    let strip = memory.strip.map(|i| &board.strips()[i as usize]);
+    let goes_around = strip.is_some_and(|s| s.kinds.has(ClearanceKind::GoAround));
+    let lifted_off =
+        strip.and_then(|s| s.lifted_off).is_some_and(|at| now.since_s(at) <= parameters.rolled_s);
     let airborne = match target.altitude_m {
         Some(altitude_m) => altitude_m > parameters.airborne_m,
-        None => goes_around && speed_mps >= 0.75 * parameters.final_mps,
+        None => (goes_around || lifted_off) && speed_mps >= parameters.fast_mps,
     };
     let too_high = target.altitude_m.is_some_and(|altitude| altitude > parameters.strip_top_m);
     let mut situation = Situation {
@@ -437,7 +478,13 @@ fn look(
     let steady = memory.final_span.filter(|(since, until, _)| {
         parameters.doubt.is_some() && until.since_s(*since) >= STEADY_FINAL_S
     });
-    let mut stays = None;
+    let cleared = |r: usize, end: usize| {
+        strip.is_some_and(|s| {
+            let lands = |c: &Clearance| c.kind == ClearanceKind::Land;
+            s.on_runway(r).any(|c| lands(c) && c.runway.is_some_and(|r| r.1 == Some(end)))
+        })
+    };
+    let (mut stays, mut lands) = (None, None);
     for (r, runway) in layout.runways.iter().take(MOST_RUNWAYS).enumerate() {
         let (s, d) = runway.place_m(position_m);
         let within = |s: f64| {
@@ -486,10 +533,18 @@ fn look(
                 if steady.is_some_and(|(_, _, runway)| runway == r) {
                     stays = here;
                 }
+                if cleared(r, end) {
+                    lands = here;
+                }
             }
         }
     }
-    situation.on_final = stays.or(situation.on_final);
+    // Where the finals of two runways run into each other, who is cleared to land on one of them is on final to that.
+    situation.on_final = lands.or(stays).or(situation.on_final);
+    // Nor has one touched down who comes, was never slower than a roll and is not over a runway: light ones come slower than what
+    // is taken for a final.
+    let comes = target.arriving && !memory.was_slow && situation.fast.is_none();
+    situation.airborne |= target.altitude_m.is_none() && comes && memory.last_fast.is_none();
     // Without altitude: nobody is that fast on the ground but along a runway.
     if target.altitude_m.is_none() && speed_mps >= parameters.final_mps && situation.fast.is_none()
     {
@@ -500,14 +555,18 @@ fn look(
     }
     memory.final_span = match (situation.on_final, memory.final_span) {
         (Some(f), Some((since, _, runway))) if f.runway == runway => Some((since, now, runway)),
-        (Some(f), _) => Some((now, now, f.runway)),
+        (Some(f), _) => {
+            memory.final_from_s = f.time_s;
+            Some((now, now, f.runway))
+        }
         (None, span) => span.filter(|_| situation.fast.is_some()),
     };
     if let Some(doubt) = &parameters.doubt {
         // Who says his name has one, also where nobody has a strip of him: a car that was never cleared.
         let named = situation.strip.is_some() || target.callsign.is_some();
-        situation.doubt = memory.doubted(doubt, now, target, named);
+        situation.doubt = memory.doubted(doubt, now, &situation, named);
     }
+    (memory.strips, memory.last_plot) = (situation.strips, target.last_plot);
     memory.velocities = [velocity, memory.velocities[0], memory.velocities[1]];
     if situation.fast.is_some() {
         memory.last_fast = Some(now);

@@ -170,7 +170,14 @@ impl Way {
             {
                 end += 1;
             }
-            self.crossings.push((i, runway));
+            // Where the strips of two runways touch, both are crossed.
+            let mut crossed = vec![runway];
+            for r in (i..=last).filter_map(|k| strip(self.pieces[k])) {
+                if !crossed.contains(&r) {
+                    crossed.push(r);
+                }
+            }
+            self.crossings.extend(crossed.into_iter().map(|r| (i, r)));
             for k in i..=end {
                 self.group_last[k] = self.group_last[k].max(end);
             }
@@ -187,8 +194,10 @@ impl Way {
     /// Finds where one waits for each crossing, and for the step `and`: at a holding position in a bend before its arc, which
     /// cuts the corner and so leads over the line.
     pub fn hold_before(&mut self, and: Option<usize>) {
-        let steps = self.crossings.iter().map(|c| c.0).chain(and).filter(|k| *k > 0);
-        let holds = steps.map(|k| {
+        let mut steps: Vec<usize> = self.crossings.iter().map(|c| c.0).chain(and).collect();
+        steps.retain(|k| *k > 0);
+        steps.dedup();
+        let holds = steps.into_iter().map(|k| {
             let end = self.ends_m[k - 1];
             let arc = self.path.arcs().find(|(from, to, _)| (*from..=*to).contains(&end));
             (k, arc.map_or(end, |a| a.0))

@@ -63,6 +63,13 @@ impl Drawn {
         .expect("text");
     }
 
+    pub(crate) fn stand(&mut self, x: f64, y: f64, name: &str) {
+        let (lat, lon) = self.at(x, y);
+        let heading = self.turned_rad.to_degrees().rem_euclid(360.0);
+        writeln!(self.stands, "1300 {lat:.8} {lon:.8} {heading:.2} gate jets|turboprops {name}")
+            .expect("text");
+    }
+
     pub(crate) fn text(&self) -> String {
         let mut text = "I\n1000 Version - drawn at random\n\n1 30 0 0 XRND Random\n".to_owned();
         text += &self.runways;
@@ -146,10 +153,7 @@ pub(crate) fn drawn(seed: u64) -> String {
                 a.edge(foot, lane, one_way && x == feet[0], "C");
             }
             Some(k) => {
-                let (lat, lon) = a.at(x, lane_y + reach);
-                let heading = turned_rad.to_degrees().rem_euclid(360.0);
-                writeln!(a.stands, "1300 {lat:.8} {lon:.8} {heading:.2} gate jets|turboprops S{k}")
-                    .expect("text");
+                a.stand(x, lane_y + reach, &format!("S{k}"));
                 if d.chance(0.7) {
                     writeln!(a.stands, "1301 C airline").expect("text");
                 }

@@ -405,3 +405,259 @@ fn who_just_flew_or_was_sent_around_may_be_the_track_without_a_name() {
     let two = |s: u32| vec![comes(4, 0.0)(s), target(5, "", (20.0, 900.0), (0.0, 0.0), s)];
     assert_eq!(count(around(), 50, "NOCLR_LND", &two), 1, "two without a name, one sent around");
 }
+
+/// A roll whose track lags and then catches up by a leap along the runway is told of like one that is followed (it was 5 s late).
+#[test]
+fn a_roll_that_a_lagging_track_catches_up_with_is_told_of_at_once() {
+    let roll = |lag: bool| {
+        let rolls = move |s: u32| {
+            let t = f64::from(s.saturating_sub(15));
+            let followed = |t: f64| (300.0 + 1.3 * t * t, 2.6 * t);
+            let (y, v) = match t {
+                // Seven seconds behind half of the way, then where it is.
+                t if lag && t <= 5.0 => (300.0 + 0.3 * t * t, 0.6 * t),
+                t => followed(t),
+            };
+            vec![target(5, "ABC1", (0.0, y), (0.0, v), s)]
+        };
+        let found = raised(Parameters::on_tracks(), 40, rolls);
+        found.iter().find(|r| r.1 == "NOCLR_TOF").map(|r| r.0).expect("a roll")
+    };
+    assert!(roll(true) <= roll(false) + 1, "{} {}", roll(true), roll(false));
+}
+
+/// One that taxies along a runway and leaps ahead for a scan does not take off.
+#[test]
+fn a_leap_along_the_runway_is_no_take_off() {
+    let leaps = |ahead_m: f64| {
+        raised(Parameters::on_tracks(), 60, move |s| {
+            let y = 300.0 + 8.0 * f64::from(s);
+            let (y, v) = if s == 40 { (y + ahead_m, 8.0 + ahead_m) } else { (y, 8.0) };
+            vec![target(5, "ABC1", (0.0, y), (0.0, v), s)]
+        })
+    };
+    for ahead_m in [9.0, 13.0, 16.0, 25.0] {
+        let found = leaps(ahead_m);
+        assert!(found.iter().all(|r| r.1 != "NOCLR_TOF"), "{ahead_m} m: {found:?}");
+    }
+}
+
+/// A leap onto a runway is doubted; that of one who is on it makes no difference to those who come.
+#[test]
+fn who_leaps_onto_a_runway_is_doubted_and_who_leaps_on_it_is_not() {
+    let when = |from_x: f64| {
+        raised(Parameters::on_tracks(), 40, move |s| {
+            let x = if s < 20 { from_x } else { 30.0 };
+            vec![target(5, "ABC1", (x, 1000.0), (0.0, 0.0), s)]
+        })
+    };
+    assert_eq!(when(200.0), [(26, "NOCLR_RWY".into())]);
+    // On it from the first scan on, whatever it does there.
+    assert_eq!(when(-30.0), [(4, "NOCLR_RWY".into())]);
+    let comes = |leaps: bool| {
+        let found = raised(Parameters::on_tracks(), 60, move |s| {
+            let y = if leaps && s >= 30 { 1060.0 } else { 1000.0 };
+            let last = -70.0 * f64::from(30_u32 + 30) + 70.0 * f64::from(s);
+            vec![
+                target(5, "ABC1", (0.0, y), (0.0, 0.0), s),
+                target(6, "", (0.0, last), (0.0, 70.0), s),
+            ]
+        });
+        found.iter().find(|r| r.1 == "RMCA_ARR").map(|r| r.0)
+    };
+    assert_eq!(comes(true), comes(false));
+    assert!(comes(true).is_some());
+}
+
+/// A car whose track has seen no plot for twelve seconds and then one, far away, is not on a runway there.
+#[test]
+fn who_is_found_again_after_coasting_is_doubted_like_one_who_is_new() {
+    let when = |seen_again: fn(u32) -> bool| {
+        let mut board = Board::default();
+        board.strip(Callsign::new("CAR1"));
+        let found = raised_with(board, Parameters::on_tracks(), 60, |s| {
+            let car = |x: f64| target(5, "CAR1", (x, 1000.0), (0.0, 0.0), s);
+            let last = if s < 20 || seen_again(s) {
+                s
+            } else {
+                (20..=s).rev().find(|t| seen_again(*t)).unwrap_or(19)
+            };
+            let x = if s < 32 { 200.0 } else { 40.0 };
+            vec![Target { last_plot: SimTime::from_s(f64::from(last)), ..car(x) }]
+        });
+        found.first().map(|r| r.0)
+    };
+    assert_eq!(when(|s| s == 32), None, "one plot");
+    assert_eq!(when(|s| s >= 32), Some(36), "as long as a new one");
+}
+
+/// A push-back whose track had jumped a moment before is told of as one that had not (it was 5 s late and more).
+#[test]
+fn a_jump_before_a_push_back_or_on_a_wrong_way_delays_nothing() {
+    let when = |kind: &str, jump_m: f64, off_way: bool| {
+        let mut board = Board::default();
+        let name = Callsign::new("ABC1");
+        if off_way {
+            board.give(Clearance {
+                callsign: name,
+                kind: ClearanceKind::Taxi,
+                runway: None,
+                place_m: None,
+                from: SimTime::from_s(0.0),
+                until: None,
+            });
+        }
+        if let Some(strip) = board.strip(name) {
+            strip.stand_m = Some(Vector2::new(600.0, if off_way { 5000.0 } else { 500.0 }));
+            strip.way_m =
+                (0..90).map(|i| Vector2::new(600.0, 400.0 + 8.0 * f64::from(i))).collect();
+        }
+        let found = raised_with(board, Parameters::on_tracks(), 80, |s| {
+            let t = (f64::from(s) - 40.0).max(0.0);
+            let (x, y) = if off_way {
+                (600.0 + 5.0 * t, 500.0 + 5.0 * f64::from(s.min(40)))
+            } else {
+                (600.0, 500.0 + if t <= 7.5 { 0.1 * t * t } else { 5.625 + 1.5 * (t - 7.5) })
+            };
+            let jumped = if (37..=38).contains(&s) { jump_m } else { 0.0 };
+            let v = if off_way { 5.0 } else { 0.2 * t.min(7.5) };
+            let v = if off_way && s > 40 { (v, 0.0) } else { (0.0, v) };
+            vec![target(5, "ABC1", (x - jumped, y), v, s)]
+        });
+        found.iter().find(|r| r.1 == kind).map(|r| r.0)
+    };
+    for (kind, off_way) in [("NOCLR_PUSH", false), ("ROUTE_DEV", true)] {
+        let (steady, jumped) = (when(kind, 0.0, off_way), when(kind, 7.0, off_way));
+        let (steady, jumped) = (steady.expect("raised"), jumped.expect("raised"));
+        assert!(jumped <= steady + 1, "{kind}: {jumped} s after a jump, else {steady} s");
+    }
+}
+
+/// Where the finals of two runways run into each other, who is cleared to land on one of them comes to that one, however near the other
+/// is; in front of the other's threshold he is nobody's.
+#[test]
+fn a_cleared_landing_is_on_final_to_its_runway() {
+    let finals = |cleared: Option<(usize, usize)>| {
+        let mut layout = layout();
+        let ends = [Vector2::new(200.0, 0.0), Vector2::new(200.0, 3000.0)];
+        layout.runways.extend(RunwayAxis::new(["36R".into(), "18L".into()], ends, 45.0, 90.0));
+        let mut net = SafetyNet::new(layout, Parameters::default());
+        let mut board = Board::default();
+        if let Some((r, end)) = cleared {
+            board.give(Clearance {
+                callsign: Callsign::new("ABC1"),
+                kind: ClearanceKind::Land,
+                runway: Some((r, Some(end))),
+                place_m: None,
+                from: SimTime::from_s(0.0),
+                until: None,
+            });
+        }
+        let mut found = Vec::new();
+        for second in 1..=60_u32 {
+            let t = f64::from(second);
+            board.advance(SimTime::from_s(t));
+            let y = -5000.0 + 70.0 * t;
+            let targets = [target(3, "ABC1", (120.0, y), (0.0, 70.0), second)];
+            let scan = Scan {
+                now: SimTime::from_s(t),
+                targets: &targets,
+                board: &board,
+                bars: &[],
+                areas: &[],
+                low_visibility: false,
+            };
+            net.scan(&scan);
+            found.push(net.surveillance().situations()[0].on_final.map(|f| f.runway));
+        }
+        found
+    };
+    assert_eq!(finals(Some((0, 0)))[0], Some(0), "the farther one, cleared");
+    assert_eq!(finals(Some((0, 1)))[0], Some(1), "cleared for its other end");
+    assert_eq!(finals(Some((1, 0)))[0], Some(1));
+    assert_eq!(finals(None)[0], Some(1), "the nearer one");
+    // Near the ground he flies to the other, whatever he was cleared for.
+    assert_eq!(finals(Some((0, 0)))[50], Some(1));
+}
+
+/// An echo of one who lands begins a few seconds before the threshold: nobody comes from nowhere.
+#[test]
+fn a_track_without_a_name_that_begins_on_short_final_does_not_land() {
+    let lands = |from_m: f64, v: f64| {
+        let found = raised(Parameters::on_tracks(), 60, |s| {
+            vec![target(9, "", (0.0, -from_m + v * f64::from(s)), (0.0, v), s)]
+        });
+        found.iter().filter(|r| r.1 == "NOCLR_LND").count()
+    };
+    assert_eq!((lands(1000.0, 70.0), lands(1050.0, 72.0)), (0, 0));
+    assert!(lands(2000.0, 70.0) > 0);
+}
+
+/// Who has just lifted off flies over the end of another runway: no take-off there, and nobody in its strip.
+#[test]
+fn who_has_lifted_off_is_in_the_air_over_another_runway_too() {
+    let kinds = |until_s: Option<f64>, v: f64| {
+        let mut board = Board::default();
+        board.give(Clearance {
+            callsign: Callsign::new("ABC1"),
+            kind: ClearanceKind::TakeOff,
+            runway: Some((7, Some(0))),
+            place_m: None,
+            from: SimTime::from_s(1.0),
+            until: until_s.map(SimTime::from_s),
+        });
+        let found = raised_with(board, Parameters::on_tracks(), 40, |s| {
+            vec![target(5, "ABC1", (0.0, 100.0 + v * f64::from(s)), (0.0, v), s)]
+        });
+        found.into_iter().map(|r| r.1).collect::<Vec<_>>()
+    };
+    for v in [36.0, 75.0] {
+        assert_eq!(kinds(Some(2.0), v), Vec::<String>::new(), "{v} m/s");
+        assert!(kinds(None, v).contains(&"NOCLR_TOF".to_owned()), "{v} m/s");
+    }
+    assert_eq!(kinds(Some(2.0), 9.0), ["NOCLR_RWY"], "who is back on the ground");
+    // Who has landed is on the ground: too fast on a taxiway.
+    let mut board = Board::default();
+    board.give(Clearance {
+        callsign: Callsign::new("ABC1"),
+        kind: ClearanceKind::Land,
+        runway: Some((0, Some(0))),
+        place_m: None,
+        from: SimTime::from_s(1.0),
+        until: Some(SimTime::from_s(2.0)),
+    });
+    let found = raised_with(board, Parameters::on_tracks(), 30, |s| {
+        vec![target(5, "ABC1", (600.0, 24.0 * f64::from(s)), (0.0, 24.0), s)]
+    });
+    assert!(found.iter().any(|r| r.1 == "HIGH_SPEED"), "{found:?}");
+}
+
+/// A light aircraft comes at 29 m/s, slower than what counts as a final: it does not taxi too fast.
+#[test]
+fn a_slow_arrival_is_in_the_air_until_it_is_over_its_runway() {
+    let kinds = |arriving: bool| {
+        let mut board = Board::default();
+        board.give(Clearance {
+            callsign: Callsign::new("ABC1"),
+            kind: ClearanceKind::Land,
+            runway: Some((0, Some(0))),
+            place_m: None,
+            from: SimTime::from_s(1.0),
+            until: None,
+        });
+        let found = raised_with(board, Parameters::on_tracks(), 60, |s| {
+            let at = (0.0, -1200.0 + 29.0 * f64::from(s));
+            vec![Target { arriving, ..target(5, "ABC1", at, (0.0, 29.0), s) }]
+        });
+        found.into_iter().map(|r| r.1).collect::<Vec<_>>()
+    };
+    assert_eq!(kinds(true), Vec::<String>::new());
+    assert!(kinds(false).contains(&"HIGH_SPEED".to_owned()));
+    // One that was slow has landed, also where nobody saw it roll.
+    let fast = raised(Parameters::on_tracks(), 40, |s| {
+        let t = f64::from(s);
+        let (y, v) = if s < 20 { (10.0 * t, 10.0) } else { (200.0 + 24.0 * (t - 20.0), 24.0) };
+        vec![Target { arriving: true, ..target(5, "ABC1", (600.0, y), (0.0, v), s) }]
+    });
+    assert!(fast.iter().any(|r| r.1 == "HIGH_SPEED"), "{fast:?}");
+}

@@ -76,26 +76,34 @@ impl Memory {
     }
 
     /// Whether this place can follow the last ones: where the mean velocity of three seconds leads, within
-    /// [`Doubt::step_m`] and a share of the way of a second.
-    pub(super) fn watch_steps(&mut self, doubt: &Doubt, now: SimTime, position_m: Vector2<f64>) {
+    /// [`Doubt::step_m`] and a share of the way of a second. And whether there is a plot again after it had coasted.
+    pub(super) fn watch_steps(&mut self, doubt: &Doubt, now: SimTime, target: &Target) {
+        self.leaps = false;
+        if target.last_plot.since_s(self.last_plot) > doubt.coasting_s {
+            self.found_again = Some(now);
+        }
         if self.kept < 4 {
             return;
         }
         let back = |n: usize| self.places[(self.next + 2 * KEPT - n) % KEPT];
-        let ((last_at, last_m), (first_at, first_m)) = (back(1), back(4));
-        let (since_s, over_s) = (now.since_s(last_at), last_at.since_s(first_at));
+        let (last, first) = (back(1), back(4));
+        let (since_s, over_s) = (now.since_s(last.at), last.at.since_s(first.at));
         if !(0.1..=3.5).contains(&since_s) || !(0.3..=6.0).contains(&over_s) {
             return;
         }
-        let mean_mps = (last_m - first_m) / over_s;
-        let off_m = (position_m - last_m - mean_mps * since_s).norm();
+        let mean_mps = (last.place_m - first.place_m) / over_s;
+        let moved_m = target.position_m - last.place_m;
+        let off_m = (moved_m - mean_mps * since_s).norm();
         let room_m = doubt.step_m + doubt.step_s * mean_mps.norm();
         if off_m > room_m {
+            let lately = self.jumped.is_some_and(|at| at > back(self.kept).at);
+            if !lately {
+                self.before_jumps = (last.at, last.place_m);
+            }
             self.jumped = Some(now);
+            self.jumps = (self.jumps.0 + moved_m, self.jumps.1 + since_s);
         }
-        if off_m > doubt.leap_steps * room_m {
-            self.leapt = Some(now);
-        }
+        self.leaps = off_m > doubt.leap_steps * room_m;
     }
 
     /// Whether, and why, the track raises nothing by itself.
@@ -103,14 +111,17 @@ impl Memory {
         &mut self,
         doubt: &Doubt,
         now: SimTime,
-        target: &Target,
+        situation: &Situation,
         named: bool,
     ) -> Option<Doubted> {
+        let target = &situation.target;
         let change_mps = (target.velocity_mps - self.velocities[2]).norm();
         if change_mps > 3.0 * doubt.jump_mps2 + doubt.jump_mps {
             self.jumped = Some(now);
         }
-        if change_mps > 3.0 * doubt.leap_mps2 + doubt.leap_mps {
+        // A leap of one who stays in the strips in which he was makes no difference to who is on a runway.
+        let stays = situation.strips != 0 && situation.strips == self.strips;
+        if (self.leaps || change_mps > 3.0 * doubt.leap_mps2 + doubt.leap_mps) && !stays {
             self.leapt = Some(now);
         }
         let jumps = self.within(self.jumped, now, doubt.jump_s);
@@ -118,7 +129,8 @@ impl Memory {
         let age_s = now.since_s(self.born);
         let coasts = now.since_s(target.last_plot) > doubt.coasting_s;
         let new_name = named && self.taken_over && now.since_s(self.named) < doubt.taken_over_s;
-        if coasts || age_s < doubt.young_s || new_name || leaps {
+        let again = self.within(self.found_again, now, doubt.young_s);
+        if coasts || age_s < doubt.young_s || again || new_name || leaps {
             return Some(Doubted::Weak);
         }
         if named {
@@ -130,8 +142,8 @@ impl Memory {
 
     /// Whether it was never slower than a roll, and has not come by a final.
     fn flies(&self, doubt: &Doubt) -> bool {
-        let lands =
-            self.final_span.is_some_and(|(since, until, _)| until.since_s(since) >= doubt.final_s);
+        let lands = self.final_from_s >= doubt.from_s
+            && self.final_span.is_some_and(|(s, until, _)| until.since_s(s) >= doubt.final_s);
         !self.was_slow && !lands
     }
 

@@ -109,14 +109,16 @@ impl Core {
                 break;
             }
             let (z, roll) = (mover.way.pieces[i], mover.way.roll.contains(&i));
-            let next = &self.pieces.list[mover.way.pieces[i + 1] as usize];
-            let left = self.pieces.list[z as usize].strip.filter(|_| next.strip.is_none());
+            let of = |z: u32| self.pieces.list[z as usize].strip;
+            let (strip, then) = (of(z), of(mover.way.pieces[i + 1]));
             self.release(m, z, roll);
             self.movers[m].first_held += 1;
-            if let Some(r) = left {
-                self.vacate(m);
+            if let Some(r) = strip.filter(|_| strip != then) {
                 self.end_crossing(m, r);
-                self.end_clearance(m, "LND");
+                if then.is_none() {
+                    self.vacate(m);
+                    self.end_clearance(m, "LND");
+                }
             }
         }
     }

@@ -5,6 +5,9 @@ use crate::airport::Airport;
 use crate::frames::Vector2;
 use std::collections::BTreeSet;
 
+/// Between the edge of a runway and the nearest place where one holds, m.
+const OFF_EDGE_M: f64 = 15.0;
+
 /// The strip of a runway goes on behind its ends for so long, m.
 const BEYOND_END_M: f64 = 60.0;
 
@@ -131,7 +134,12 @@ impl Network {
                             || (flat && near > 30.0))
                     {
                         // A junction nearer than that: hold short of it, as far from the runway as there is room.
-                        Some((length - 25.0).max(0.5 * length))
+                        let place = (length - 25.0).max(0.5 * length);
+                        let hold_m = near + (far - near) * place / length;
+                        // Nobody holds on the pavement of the runway: beyond the junction then.
+                        let no_room = hold_m < 0.5 * runway.width_m + OFF_EDGE_M;
+                        let ends = degree == 1 || other_runway || self.nodes[next].stand.is_some();
+                        (!no_room || ends).then_some(place)
                     } else {
                         None
                     };

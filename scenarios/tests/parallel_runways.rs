@@ -1,0 +1,132 @@
+//! Two runways beside each other: who crosses the near one to the far one is cleared for each as long as he is in its strip, and
+//! nobody is told of an incursion where nobody errs.
+
+#[allow(dead_code, reason = "this test draws by hand")]
+mod drawn;
+
+use drawn::Drawn;
+use models::control::alert::Change;
+use models::control::layout::Layout;
+use models::control::parameters::Parameters;
+use models::time::SimTime;
+use models::traffic::exact::Watch;
+use std::path::PathBuf;
+
+/// Runways along x, the near one `gap_m` beyond the far one, four ways over both, a taxiway and an apron beyond them.
+fn airport(gap_m: f64) -> String {
+    let mut a = Drawn { turned_rad: 0.7, ..Drawn::default() };
+    a.runway(0.0, 0.0, 2600.0, 0.0, ["13R", "31L"]);
+    a.runway(0.0, gap_m, 2600.0, gap_m, ["13L", "31R"]);
+    let taxi_y = gap_m + 180.0;
+    let mut before: Option<usize> = None;
+    let mut middle = 0;
+    for (i, x) in [10.0, 900.0, 1700.0, 2590.0].into_iter().enumerate() {
+        let top = a.node(x, taxi_y);
+        if let Some(before) = before {
+            a.edge(before, top, false, "A");
+        }
+        before = Some(top);
+        let mut from = top;
+        for y in [gap_m + 100.0, gap_m, 0.5 * gap_m, 0.0] {
+            let to = a.node(x, y);
+            a.edge(from, to, false, &format!("E{i}"));
+            from = to;
+        }
+        if i == 1 {
+            middle = top;
+        }
+    }
+    let lane_y = taxi_y + 120.0;
+    let mut lane = a.node(900.0, lane_y);
+    a.edge(middle, lane, false, "C");
+    for k in 0..14 {
+        let x = 960.0 + 60.0 * f64::from(k);
+        let next = a.node(x, lane_y);
+        a.edge(lane, next, false, "L");
+        lane = next;
+        a.stand(x, lane_y + 95.0, &format!("S{k}"));
+    }
+    a.text()
+}
+
+/// What the safety net raises on exact truth within 75 minutes, and the clearances that were left open.
+fn raised(gap_m: f64, seed: u64, arrivals: u32) -> (Vec<String>, usize) {
+    let folder =
+        PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("parallel-{gap_m}-{seed}"));
+    std::fs::create_dir_all(&folder).expect("a folder");
+    std::fs::write(folder.join("X.apt.dat"), airport(gap_m)).expect("a file");
+    let text = format!(
+        "[run]\ntitle = \"t\"\nseed = {seed}\nduration_s = 3600\n[airport]\nlayout = \"X.apt.dat\"\n[[traffic]]\n\
+         kind = \"generated\"\narrivals_per_h = {arrivals}\ndepartures_per_h = 14\n\
+         arrival_runways = [\"13R\"]\ndeparture_runways = [\"13R\"]\n[control]\nstop_bars = true\n"
+    );
+    let scene = scenarios::load_text(&folder.join("scene.toml"), &text);
+    let scene = scene.unwrap_or_else(|e| panic!("{e}"));
+    std::fs::remove_dir_all(&folder).expect("removed");
+    let behaving = scene.traffic.behaving.as_ref().expect("behaves");
+    let mut core = behaving.core(&scene.run, seed).expect("with truth");
+    let layout = Layout::of(&scene.airport.layout).with_network(&behaving.network);
+    let mut watch = Watch::new(layout, Parameters::default(), true);
+    let mut raised = Vec::new();
+    for frame in 1..=90_000 {
+        core.step(frame);
+        if frame % 20 == 0 {
+            let now = SimTime(frame * scene.run.frame.0);
+            let new = watch.scan(&core, now).iter().filter(|c| c.0 == Change::Raised);
+            raised.extend(new.map(|(_, alert)| {
+                format!("{:.0} s {} {}", now.s(), alert.condition.kind.word(), alert.subjects())
+            }));
+        }
+    }
+    let crosses = core.clearances().iter().filter(|c| c.kind == "CRO");
+    assert!(crosses.clone().count() >= 5, "{gap_m} m: nobody crosses");
+    let open = crosses.filter(|c| c.until_s.is_none()).count();
+    (raised, open)
+}
+
+#[test]
+fn who_crosses_two_runways_is_cleared_for_each_while_he_is_in_its_strip() {
+    // Not yet where there is no room between both lines: who lands passes the bar of the other runway; only departures there.
+    for (gap_m, seed, arrivals) in [(150.0, 3, 0), (196.0, 4, 0), (243.0, 5, 8)] {
+        assert_eq!(raised(gap_m, seed, arrivals), (Vec::new(), 0), "{gap_m} m apart");
+    }
+}
+
+/// A junction so near to a runway that there is no room before it: one holds beyond it, not on the pavement of the runway (at Providence
+/// aircraft stood 20 m from a centreline).
+#[test]
+fn nobody_holds_on_the_pavement_of_a_runway() {
+    let mut a = Drawn { turned_rad: 2.1, ..Drawn::default() };
+    a.runway(0.0, 0.0, 2600.0, 0.0, ["13", "31"]);
+    let mut before: Option<usize> = None;
+    for (i, x) in [10.0, 1200.0, 2590.0].into_iter().enumerate() {
+        let (foot, junction) = (a.node(x, 0.0), a.node(x, 38.0));
+        a.edge(foot, junction, false, &format!("E{i}"));
+        for side in [-60.0, 60.0] {
+            let top = a.node(x + side, 180.0);
+            a.edge(junction, top, false, &format!("E{i}"));
+            if let Some(before) = before {
+                a.edge(before, top, false, "A");
+            }
+            before = Some(top);
+        }
+    }
+    let lane = a.node(1200.0, 300.0);
+    a.edge(before.expect("a taxiway"), lane, false, "C");
+    a.stand(1200.0, 395.0, "S1");
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("near-junction");
+    std::fs::create_dir_all(&folder).expect("a folder");
+    let file = folder.join("X.apt.dat");
+    std::fs::write(&file, a.text()).expect("a file");
+    let (airport, _) = scenarios::airport::check(&file).unwrap_or_else(|e| panic!("{e}"));
+    std::fs::remove_dir_all(&folder).expect("removed");
+    let net = models::traffic::network::Network::of(&airport);
+    let holds: Vec<f64> = net
+        .nodes
+        .iter()
+        .filter(|n| n.hold_for == Some(0))
+        .map(|n| net.runways[0].place_m(n.at_m).1.abs())
+        .collect();
+    assert_eq!(holds.len(), 6, "{holds:?}");
+    assert!(holds.iter().all(|m| (80.0..91.0).contains(m)), "{holds:?}");
+}
