@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// What decides the bits of a run: two builds with equal hashes here give equal digests.
-const DECIDING: [&str; 14] = [
+const DECIDING: [&str; 16] = [
     "Cargo.lock",
     "geodesy/src",
     "pdu/src",
@@ -12,6 +12,8 @@ const DECIDING: [&str; 14] = [
     "mode_s/src",
     "models/src",
     "scenarios/src",
+    "federates/federation.rs",
+    "federates/take_over.rs",
     "federates/exchange",
     "federates/runtime",
     "federates/traffic_generator",
