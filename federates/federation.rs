@@ -86,10 +86,8 @@ pub fn is_front_end(name: &str) -> bool {
 /// SMDFM, which has the tracker too, comes last.
 #[must_use]
 pub fn smdfm_of(scene: &Scene, sensor: usize, of: u32) -> u32 {
-    let radar = |at: usize| scene.sensors[at].kind.radar;
-    let before = (0..scene.sensors.len())
-        .filter(|at| radar(*at) > radar(sensor) || radar(*at) == radar(sensor) && *at < sensor)
-        .count();
+    let order = |at: usize| (!scene.sensors[at].kind.radar, at);
+    let before = (0..scene.sensors.len()).filter(|at| order(*at) < order(sensor)).count();
     of.max(1) - before as u32 % of.max(1)
 }
 
@@ -176,5 +174,35 @@ pub fn conductor_config(scene: &Scene, options: &RunOptions) -> ConductorConfig 
         through_router: false,
         fed: crate::runtime::process::random_id(),
         losses: options.losses.over(&scene.network.losses),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Radars first, away from the one that fuses; a GPS before a radar in the scene waits.
+    #[test]
+    fn sensors_are_dealt_radars_first_and_the_first_smdfm_last() {
+        let mut scene = scenarios::load_without_truth(&scenarios::locate("zurich")).expect("it");
+        let dealt = |scene: &Scene, of| -> Vec<u32> {
+            (0..scene.sensors.len()).map(|at| smdfm_of(scene, at, of)).collect()
+        };
+        let kinds: Vec<bool> = scene.sensors.iter().map(|s| s.kind.radar).collect();
+        assert_eq!(kinds, [true, false, false]);
+        assert_eq!(dealt(&scene, 1), [1, 1, 1]);
+        assert_eq!(dealt(&scene, 2), [2, 1, 2]);
+        assert_eq!(dealt(&scene, 8), [8, 7, 6]);
+        scene.sensors.swap(0, 1);
+        assert_eq!(dealt(&scene, 3), [2, 3, 1]);
+    }
+
+    #[test]
+    fn front_ends_are_told_by_their_names() {
+        for share in 2..=MOST_SMDFMS {
+            assert!(is_front_end(&smdfm_name(share)));
+        }
+        let others = ["smdfm", "smdfm-", "smdfm-2b", "traffic-generator-2", "control"];
+        assert!(!others.iter().any(|name| is_front_end(name)));
     }
 }

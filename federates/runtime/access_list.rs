@@ -144,11 +144,11 @@ pub fn access_control(exercise: u8) -> Value {
     for role in &ROLES {
         for base in role.names {
             let (numbers, numbered) = match *base {
-                "traffic-generator" => (1..=GENERATORS, role),
-                "smdfm" => (2..=SMDFMS, &FRONT_END),
-                _ => (1..=0, role),
+                "traffic-generator" => (Some(1..=GENERATORS), role),
+                "smdfm" => (Some(2..=SMDFMS), &FRONT_END),
+                _ => (None, role),
             };
-            let numbered = numbers.map(|n| (format!("{base}-{n}"), numbered));
+            let numbered = numbers.into_iter().flatten().map(|n| (format!("{base}-{n}"), numbered));
             for (name, role) in std::iter::once(((*base).to_owned(), role)).chain(numbered) {
                 let own = rules_of(role, base, &name, exercise);
                 let ids: Vec<Value> = own.iter().map(|rule| rule["id"].clone()).collect();

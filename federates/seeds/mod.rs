@@ -86,7 +86,7 @@ enum Command {
     Visitors(crate::visitors::command::VisitorsArgs),
     Gateway(Box<crate::gateway::command::GatewayArgs>),
     ViewerLogger(crate::viewer_logger::command::ViewerArgs),
-    AdminStation(crate::admin_station::command::AdminArgs),
+    AdminStation(Box<crate::admin_station::command::AdminArgs>),
     Agent(agent::AgentArgs),
     Router(router::RouterArgs),
     /// Write the manual pages, one a command, into a folder
