@@ -755,6 +755,37 @@ fn what_the_conductor_forgot_is_not_skipped() {
     assert!(effects.iter().any(|e| matches!(e, Act::Rejoin(_))));
 }
 
+/// Who comes into an old run is told by nobody what members said long ago whom it does not read: it is no reason to begin anew.
+#[test]
+fn of_those_whom_it_does_not_read_a_member_hears_what_they_say_now() {
+    let mut member = member(true);
+    let report = |seq| Numbered { fed: 7, inc: 9, seq, body: Report::Ready { run: 1, at: None } };
+    let fetches = |member: &mut Member, now| {
+        let mut effects = Vec::new();
+        member.tick(now, &mut effects);
+        effects.iter().any(|e| matches!(e, Act::Fetch { ask, .. } if ask.of == "control"))
+    };
+    // What is lost is asked for, and let go where nobody has it.
+    member.report(2 * S, "control", report(5_009), &mut Vec::new());
+    assert!(fetches(&mut member, 3 * S));
+    let gone = |of: &str| super::messages::Fetched {
+        of: of.into(),
+        items: Vec::new(),
+        gone_before: 5_009,
+    };
+    let rejoins = |effects: &[Act]| effects.iter().any(|e| matches!(e, Act::Rejoin(_)));
+    let mut effects = Vec::new();
+    member.fetched(3 * S, gone("control"), &mut effects);
+    assert!(!rejoins(&effects));
+    member.report(4 * S, "control", report(5_009), &mut Vec::new());
+    assert!(!fetches(&mut member, 5 * S), "it has all that there is");
+    // Of a producer nothing is skipped.
+    let world = Numbered { inc: 1, ..report(1) };
+    member.report(5 * S, WORLD, world, &mut Vec::new());
+    member.fetched(6 * S, gone(WORLD), &mut effects);
+    assert!(rejoins(&effects));
+}
+
 /// What is told aside while time stands is of no frame, and comes again before others would forget an entity.
 #[test]
 fn a_producer_tells_aside_that_time_stands_goes_on_and_ends() {

@@ -741,6 +741,14 @@ impl Member {
         let Some(inbox) = self.peers.get(&fetched.of) else { return };
         let forgotten = fetched.gone_before > inbox.seen() + 1;
         if forgotten && fetched.items.first().is_none_or(|i| i.inc == inbox.inc()) {
+            if self.config.is_some() && !self.producers.contains_key(&fetched.of) {
+                // Nothing of it is read: it is heard from where it is.
+                self.peers.insert(
+                    fetched.of.clone(),
+                    Inbox::new(self.fed, inbox.inc(), fetched.gone_before),
+                );
+                return;
+            }
             return self.cast_out(effects);
         }
         for report in fetched.items {
