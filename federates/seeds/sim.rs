@@ -218,6 +218,18 @@ mod tests {
         faults
     }
 
+    /// Each of some cases leaves the digests as they are, by turns with places taken over and without, and somebody returns in it.
+    fn hold_by_turns(trial: &Trial, cases: &[Vec<Fault>], whole: &Digests) {
+        for (n, faults) in cases.iter().enumerate() {
+            let losses = if n % 2 == 0 { taking_over() } else { Losses::default() };
+            let mut seen = BTreeMap::new();
+            let held = trial.holds_with(3 + n as u64, faults, whole, &mut seen, &losses);
+            held.unwrap_or_else(|why| panic!("{faults:?}, {losses:?}: {why}"));
+            let back = seen.contains_key("return that makes the run again");
+            assert!(back, "{faults:?}, {losses:?}: {seen:?}");
+        }
+    }
+
     /// The digests of SMDFMs that share the sensors are those of one, whoever of them is lost, alone, with another one or with
     /// whom it hears or tells; at the shipped scene, and in a loop on tracks with an outsider.
     #[test]
@@ -239,7 +251,7 @@ mod tests {
                 held.unwrap_or_else(|why| panic!("{smdfms}, seed {seed}: {why} under {faults:?}"));
             }
         }
-        let (trial, mut seen) = (loop_of(tracks).with_smdfms(2), BTreeMap::new());
+        let trial = loop_of(tracks).with_smdfms(2);
         let whole = trial.undisturbed().expect("it ends");
         assert_eq!(without_front_ends(&whole), alone[1]);
         let (first, second, control) = ("smdfm", "smdfm-2", "control");
@@ -250,12 +262,7 @@ mod tests {
             pair(30_010, second, 450, control, 900),
             pair(44_020, "traffic-generator-2", 30, second, 900),
         ];
-        for (n, faults) in cases.iter().enumerate() {
-            let losses = if n % 2 == 0 { taking_over() } else { Losses::default() };
-            let held = trial.holds_with(3 + n as u64, faults, &whole, &mut seen, &losses);
-            held.unwrap_or_else(|why| panic!("{faults:?}, {losses:?}: {why}"));
-        }
-        assert!(seen.contains_key("return that makes the run again"), "{seen:?}");
+        hold_by_turns(&trial, &cases, &whole);
         // One that hangs is told from those that wait for it.
         let hangs =
             [Fault { at_ns: 20_000 * MS, who: second.to_owned(), what: What::Slow(20_000 * MS) }];
@@ -294,13 +301,7 @@ mod tests {
         for (sees, cases) in [(tracks, &on_tracks[..]), ("sees = \"truth\"", &on_truth)] {
             let trial = loop_of(sees);
             let whole = trial.undisturbed().expect("it ends");
-            for (n, faults) in cases.iter().enumerate() {
-                let losses = if n % 2 == 0 { taking_over() } else { Losses::default() };
-                let seen = &mut BTreeMap::new();
-                let held = trial.holds_with(3 + n as u64, faults, &whole, seen, &losses);
-                held.unwrap_or_else(|why| panic!("{sees}, {faults:?}, {losses:?}: {why}"));
-                assert!(seen.contains_key("return that makes the run again"), "{sees}: {seen:?}");
-            }
+            hold_by_turns(&trial, cases, &whole);
             // It is the loop that is tested: something was cleared in it.
             let cleared = |(of, what, _): &(String, String, u64)| of == control && what != "pdus";
             assert!(whole.iter().any(cleared), "{sees}: {whole:?}");

@@ -11,9 +11,8 @@ use super::setup;
 use crate::federation::{is_front_end, smdfm_name, smdfm_of};
 use crate::runtime::digest::Digest;
 use crate::runtime::federate::{Federate, FrameInputs, FrameOut};
-use crate::runtime::frame_time::FrameTime;
 use crate::runtime::messages::{FederateStatus, FinalReport, Frame, Kind, Notice, RunConfig};
-use models::sensors::{PlotSink, ScanInterval, Sensor};
+use models::sensors::{PlotSink, Sensor};
 use scenarios::Scene;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -44,7 +43,6 @@ pub struct FrontEnd {
     exercise: u8,
     share: u32,
     of: u32,
-    time: FrameTime,
     seed: u64,
     intake: Intake,
     sensors: Vec<Box<dyn Sensor>>,
@@ -59,7 +57,6 @@ impl FrontEnd {
     #[must_use]
     pub fn new(scene: Arc<Scene>, exercise: u8, share: u32, of: u32) -> Self {
         Self {
-            time: FrameTime::of(&scene.run),
             seed: scene.run.seed,
             intake: Intake::of(&scene, exercise),
             sensors: Vec::new(),
@@ -124,14 +121,8 @@ impl Federate for FrontEnd {
     fn step(&mut self, frame: Frame, inputs: &FrameInputs, out: &mut FrameOut) {
         // Plots of somebody else's sensors are for the one that fuses.
         let _ = self.intake.take_in(inputs, frame);
-        let from = frame - self.period();
-        let interval = ScanInterval {
-            run_seed: self.seed,
-            scan: frame / self.period(),
-            from: self.time.time(from),
-            to: self.time.time(frame),
-        };
-        let weather = self.intake.weather_at(from);
+        let interval = self.intake.interval(self.seed, frame, self.period());
+        let weather = self.intake.weather_at(frame - self.period());
         let view = self.intake.truth.view(interval.from, interval.to);
         for sensor in &mut self.sensors {
             let mut sink = PlotSink { explain: self.explain, ..PlotSink::default() };

@@ -6,6 +6,7 @@ use crate::runtime::federate::{FrameInputs, Octets};
 use crate::runtime::frame_time::FrameTime;
 use crate::runtime::messages::Frame;
 use models::environment::Weather;
+use models::sensors::ScanInterval;
 use pdu::Body;
 use scenarios::Scene;
 use std::sync::Arc;
@@ -41,6 +42,13 @@ impl Intake {
             weather: Vec::new(),
             unstamped: 0,
         }
+    }
+
+    /// The scan that ends with a frame, `period` frames after the one before.
+    #[must_use]
+    pub fn interval(&self, run_seed: u64, frame: Frame, period: Frame) -> ScanInterval {
+        let (from, to) = (self.time.time(frame - period), self.time.time(frame));
+        ScanInterval { run_seed, scan: frame / period, from, to }
     }
 
     /// Takes in the PDUs of the frames up to `now`.

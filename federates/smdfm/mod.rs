@@ -43,7 +43,7 @@ use inlets::Inlets;
 use intake::Intake;
 use models::flight_list::FlightList;
 use models::fusion::Tracker;
-use models::sensors::{PlotSink, ScanInterval, Sensor};
+use models::sensors::{PlotSink, Sensor};
 use models::track::SystemTrack;
 use remote::Remote;
 use scenarios::Scene;
@@ -197,14 +197,8 @@ impl Federate for Smdfm {
     fn step(&mut self, frame: Frame, inputs: &FrameInputs, out: &mut FrameOut) {
         let began = monotonic_ns();
         self.take_in(inputs, frame);
-        let from = frame - self.period();
-        let interval = ScanInterval {
-            run_seed: self.seed,
-            scan: frame / self.period(),
-            from: self.time.time(from),
-            to: self.time.time(frame),
-        };
-        let weather = self.intake.weather_at(from);
+        let interval = self.intake.interval(self.seed, frame, self.period());
+        let weather = self.intake.weather_at(frame - self.period());
         let weather = self.amend.weather(weather);
         let view = self.intake.truth.view(interval.from, interval.to);
         let mut sink = PlotSink { explain: self.explain, ..PlotSink::default() };
