@@ -1,7 +1,9 @@
-//! Lists the files that ship with SEEDS, so that an executable carries them wherever it is copied:
+//! Lists the files that ship with SEEDS, deflated, so that an executable carries them wherever it is copied:
 //! scenes, airports, movements, parameter sets, types and echoes (`files.rs` reads the list).
 
+use flate2::{Compression, write::DeflateEncoder};
 use std::fmt::Write as _;
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 /// What of this folder is program and not data.
@@ -18,15 +20,23 @@ fn main() {
     }
     files.sort();
     println!("cargo:rerun-if-changed=.");
+    let out = PathBuf::from(std::env::var("OUT_DIR").expect("set by cargo"));
     let mut list = String::from("&[\n");
-    for file in &files {
+    for (n, file) in files.iter().enumerate() {
         let name = file.strip_prefix(&root).expect("below the root").to_string_lossy().into_owned();
-        writeln!(list, "    ({name:?}, include_bytes!({:?})),", file.to_string_lossy())
+        let deflated = out.join(format!("shipped-{n}"));
+        let octets = deflate(&std::fs::read(file).expect("a file that ships"));
+        std::fs::write(&deflated, octets).expect("the build folder can be written");
+        writeln!(list, "    ({name:?}, include_bytes!({:?})),", deflated.to_string_lossy())
             .expect("a string takes everything");
     }
     list.push_str("]\n");
-    let out = PathBuf::from(std::env::var("OUT_DIR").expect("set by cargo")).join("shipped.rs");
-    std::fs::write(&out, list).expect("the build folder can be written");
+    std::fs::write(out.join("shipped.rs"), list).expect("the build folder can be written");
+}
+
+fn deflate(octets: &[u8]) -> Vec<u8> {
+    let mut deflated = DeflateEncoder::new(Vec::new(), Compression::best());
+    deflated.write_all(octets).and_then(|()| deflated.finish()).expect("memory takes everything")
 }
 
 fn entries(folder: &Path) -> Vec<PathBuf> {

@@ -4,14 +4,14 @@
 //! file has a path that begins with [`SHIPPED`], like `shipped:/airports/LSZH.apt.dat`; everything
 //! that reads a scene reads both kinds through [`read`].
 
-use std::borrow::Cow;
-use std::io;
+use flate2::read::DeflateDecoder;
+use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
 
 /// First part of the path of a file that is inside the executable.
 pub const SHIPPED: &str = "shipped:";
 
-/// Name below `scenarios/` and content of every file that ships, sorted by name.
+/// Name below `scenarios/` and deflated content of every file that ships, sorted by name.
 const FILES: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/shipped.rs"));
 
 /// The path of a shipped file, by its name below `scenarios/`.
@@ -25,6 +25,7 @@ fn inside(path: &Path) -> Option<&Path> {
     path.strip_prefix(SHIPPED).ok()
 }
 
+/// Deflated.
 fn content(name: &Path) -> Option<&'static [u8]> {
     let name = name.to_str()?;
     let at = FILES.binary_search_by(|(known, _)| (*known).cmp(name)).ok()?;
@@ -35,19 +36,19 @@ fn content(name: &Path) -> Option<&'static [u8]> {
 ///
 /// # Errors
 /// What the system says; for a shipped file that it does not exist.
-pub fn read(path: &Path, limit: u64) -> io::Result<Cow<'static, [u8]>> {
-    use io::Read;
+pub fn read(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
+    let mut octets = Vec::new();
     if let Some(name) = inside(path) {
         let missing = || io::Error::new(io::ErrorKind::NotFound, "does not come with SEEDS");
-        return content(name).map(Cow::Borrowed).ok_or_else(missing);
+        DeflateDecoder::new(content(name).ok_or_else(missing)?).read_to_end(&mut octets)?;
+        return Ok(octets);
     }
-    let mut octets = Vec::new();
     std::fs::File::open(path)?.take(limit + 1).read_to_end(&mut octets)?;
     if octets.len() as u64 > limit {
         let reason = format!("longer than {} MiB", limit >> 20);
         return Err(io::Error::new(io::ErrorKind::FileTooLarge, reason));
     }
-    Ok(Cow::Owned(octets))
+    Ok(octets)
 }
 
 /// [`read`] as UTF-8 text.
@@ -55,7 +56,7 @@ pub fn read(path: &Path, limit: u64) -> io::Result<Cow<'static, [u8]>> {
 /// # Errors
 /// As [`read`], or if it is not UTF-8.
 pub fn read_text(path: &Path, limit: u64) -> io::Result<String> {
-    String::from_utf8(read(path, limit)?.into_owned())
+    String::from_utf8(read(path, limit)?)
         .map_err(|_| io::Error::new(io::ErrorKind::InvalidData, "not UTF-8 text"))
 }
 
@@ -115,10 +116,16 @@ mod tests {
         let root = Path::new(env!("CARGO_MANIFEST_DIR"));
         assert!(FILES.len() >= 15, "{}", FILES.len());
         assert!(FILES.is_sorted_by_key(|f| f.0), "names are searched by halves");
-        for (name, octets) in FILES {
-            assert_eq!(&std::fs::read(root.join(name)).expect(name), octets, "{name}");
+        for (name, _) in FILES {
+            let octets = read(&shipped(name), 1 << 20).expect(name);
+            assert!(std::fs::read(root.join(name)).expect(name) == octets, "{name}");
             assert!(is_file(&shipped(name)), "{name}");
         }
+        let [deflated, whole] = [
+            FILES.iter().map(|f| f.1.len()).sum::<usize>(),
+            FILES.iter().map(|f| read(&shipped(f.0), 1 << 20).map_or(0, |o| o.len())).sum(),
+        ];
+        assert!(4 * deflated < whole, "{deflated} of {whole} octets in every executable");
         for needed in ["zurich.toml", "types.csv", "echo.csv", "airports/LSZH.apt.dat"] {
             assert!(is_file(&shipped(needed)), "{needed}");
         }

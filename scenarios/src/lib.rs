@@ -111,8 +111,7 @@ impl Scene {
         };
         let mut all: Vec<&PathBuf> = std::iter::once(&self.path).chain(&self.files).collect();
         all.dedup();
-        let read =
-            |path: &&PathBuf| Ok((name(path), files::read(path, LARGEST_DATA)?.into_owned()));
+        let read = |path: &&PathBuf| Ok((name(path), files::read(path, LARGEST_DATA)?));
         all.iter().map(read).collect()
     }
 
@@ -218,7 +217,7 @@ pub fn text_of(path: &Path) -> Result<String, ScenarioError> {
             },
         )
     })?;
-    String::from_utf8(octets.into_owned()).map_err(|error| {
+    String::from_utf8(octets).map_err(|error| {
         let at = error.utf8_error().valid_up_to();
         let line = 1 + error.as_bytes()[..at].iter().filter(|o| **o == b'\n').count();
         refuse(line, "not UTF-8 text".to_owned())

@@ -45,7 +45,7 @@ pub fn read(
     };
     let octets = crate::files::read(file, crate::LARGEST_DATA)
         .map_err(|e| error(1, Problem::File { path: file.to_path_buf(), reason: e.to_string() }))?;
-    let mut reader = csv::ReaderBuilder::new().flexible(true).from_reader(octets.as_ref());
+    let mut reader = csv::ReaderBuilder::new().flexible(true).from_reader(octets.as_slice());
     let columns = Columns::of(reader.byte_headers().map_err(unreadable)?)
         .map_err(|(name, needed)| ScenarioError::new(file, 1, name, Problem::Missing { needed }))?;
     let elevation_m = airport.reference.height_m;

@@ -134,7 +134,8 @@ impl Rows {
         };
         let octets = crate::files::read(file, crate::LARGEST_DATA)
             .map_err(|error| damaged(1, error.to_string()))?;
-        let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(octets.as_ref());
+        let mut reader =
+            csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(octets.as_slice());
         let header = reader.headers().map_err(|error| damaged(1, error.to_string()))?.clone();
         let mut rows = Vec::new();
         for record in reader.records() {

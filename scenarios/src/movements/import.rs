@@ -66,7 +66,7 @@ pub fn import(file: &Path, wanted: &[String]) -> Result<Vec<Imported>, ScenarioE
     let parted = *[b',', b';', b'\t'].iter().max_by_key(|m| count(**m)).unwrap_or(&b',');
     let parted = if count(parted) == 0 { b',' } else { parted };
     let mut reader =
-        csv::ReaderBuilder::new().flexible(true).delimiter(parted).from_reader(octets.as_ref());
+        csv::ReaderBuilder::new().flexible(true).delimiter(parted).from_reader(octets.as_slice());
     let unreadable = |e: csv::Error| {
         let line = e.position().map_or(1, |p| p.line() as usize);
         error(line, Problem::Unreadable { reason: e.to_string() })

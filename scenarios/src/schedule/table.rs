@@ -34,7 +34,7 @@ pub(super) fn rows_of(file: &Path) -> Result<Vec<CsvRow>, ScenarioError> {
     let mut reader = csv::ReaderBuilder::new()
         .comment(Some(b'#'))
         .trim(csv::Trim::All)
-        .from_reader(octets.as_ref());
+        .from_reader(octets.as_slice());
     let header =
         reader.headers().map_err(|e| damaged(1, "schedule", e.to_string(), TABLE))?.clone();
     for needed in ["callsign", "type", "movement", "runway", "stand"] {

@@ -151,7 +151,7 @@ fn source(section: &Section) -> Result<(ForeignSource, Option<PathBuf>), Scenari
             let reason = error.to_string();
             section.refuse("file", Problem::File { path: path.clone(), reason })
         })?;
-        let octets = Octets(octets.into_owned().into());
+        let octets = Octets(octets.into());
         return Ok((ForeignSource::Recording { path: path.clone(), octets }, Some(path)));
     }
     let Some(text) = section.text("listen")? else {
