@@ -314,7 +314,7 @@ impl Lead {
 mod tests {
     use super::*;
     use crate::admin_station::clock_tests::config;
-    use crate::runtime::messages::{Hello, Kind};
+    use crate::runtime::messages::{Fetch, Hello, Kind, Numbered, Report};
     use crate::runtime::process::random_id;
 
     fn hello(name: &str) -> Hello {
@@ -407,6 +407,26 @@ mod tests {
         );
         assert!(read(&mut lead, 3_000) > held);
         assert_eq!(answers(lead.tick(4_000)), [40, 41], "in their order");
+
+        // Nor is an order told to a member that asks for what it lacks.
+        let lacking = |lead: &Lead| {
+            let fetch = Fetch { fed: lead.conductor().fed(), inc: 0, from: 1, to: u64::MAX };
+            lead.fetch_orders(&FetchOf { of: "conductor".into(), fetch }).items.len()
+        };
+        for name in ["external-world", "smdfm"] {
+            let fed = lead.conductor().fed();
+            let inc = lead.conductor().inc_of(name).expect("a member");
+            let hears = vec!["external-world".to_owned()];
+            let body = Report::Present { hears, consumes: name == "smdfm" };
+            lead.tell(5_000, Input::Report(name.into(), Numbered { fed, inc, seq: 0, body }));
+        }
+        let decided = lead.tick(5_000);
+        assert_eq!((decided.len(), lacking(&lead)), (0, 0));
+        assert!(lead.conductor().own_beat().last_seq > 0, "to configure");
+        read(&mut lead, 6_000);
+        let ordered = |e: &Effect| matches!(e, Effect::Order(o) if o.seq > 0);
+        let heard = lead.tick(6_500).iter().filter(|e| ordered(e)).count();
+        assert_eq!((heard, lacking(&lead)), (1, 1));
 
         let silent = 5_000_000_000;
         lead.tell(silent, command(42));

@@ -15,10 +15,17 @@ enum Taken {
 /// A use of a piece, and what ends it.
 #[derive(Clone, Copy, Debug)]
 struct User {
-    mover: usize,
+    mover: u32,
+    class: Class,
     ends: Ends,
+}
+
+/// Who uses each piece, and leaves it again.
+struct Users {
     /// Has it now.
-    there: bool,
+    there: Stacks<User>,
+    /// Takes it with a group that comes before the one at hand.
+    planned: Stacks<User>,
 }
 
 /// What ends a use: the pushback away from it, the end of the pushback over it, or the release of a step.
@@ -26,7 +33,7 @@ struct User {
 enum Ends {
     Leaving,
     Pushed,
-    Step(usize),
+    Step(u32),
 }
 
 impl Timing {
@@ -34,7 +41,7 @@ impl Timing {
         match ends {
             Ends::Leaving => self.push_take_s,
             Ends::Pushed => self.push_take_s + self.push_s.1,
-            Ends::Step(k) => self.release_s(k),
+            Ends::Step(k) => self.release_s(k as usize),
         }
     }
 }
@@ -43,7 +50,7 @@ impl Timing {
 struct Sequence {
     groups: Vec<(f64, usize, Taken)>,
     /// Of all groups one after the other: movers and what of theirs has to end before.
-    before: Vec<(usize, Ends)>,
+    before: Vec<(u32, Ends)>,
     /// By group: where its part of that ends.
     ends: Vec<usize>,
 }
@@ -105,12 +112,14 @@ impl Core {
     /// Groups in their order, and which uses of others come before each.
     fn sequence(&self) -> Sequence {
         let mut groups: Vec<(f64, usize, Taken)> = Vec::new();
-        // Who uses each piece: there now, or with a group that comes before the one at hand.
-        let mut users: Stacks<User> = Stacks::new(self.pieces.list.len());
+        let count = self.pieces.list.len();
+        let mut users = Users { there: Stacks::new(count), planned: Stacks::new(count) };
         for (m, mover) in self.movers.iter().enumerate().filter(|(_, m)| m.timing.planned) {
             let (open, t) = (self.open_steps(m), &mover.timing);
             let mut there = |z: u32, ends: Ends| {
-                users.put(z as usize, User { mover: m, ends, there: true });
+                if let Some(user) = self.user(m, ends) {
+                    users.there.put(z as usize, user);
+                }
             };
             if mover.phase == Phase::Parked {
                 groups.push((t.push_take_s, m, Taken::Push));
@@ -122,7 +131,7 @@ impl Core {
                 }
                 let held = if pushing { t.first } else { mover.first_held };
                 let steps = held..open.start.min(mover.way.pieces.len());
-                steps.for_each(|k| there(mover.way.pieces[k], Ends::Step(k)));
+                steps.for_each(|k| there(mover.way.pieces[k], Ends::Step(k as u32)));
             }
             let mut k = open.start;
             while k < open.end {
@@ -141,8 +150,9 @@ impl Core {
         let (mut before, mut ends) = (Vec::new(), Vec::with_capacity(groups.len()));
         for (_, m, taken) in &groups {
             let [pieces, under] = self.taken_with(*m, *taken);
+            let class = self.movers[*m].class;
             for z in pieces.iter().chain(under) {
-                for (other, least) in self.pieces.conflicts(*z as usize, self.movers[*m].class) {
+                for (other, least) in self.pieces.conflicts(*z as usize, class) {
                     if self.in_order(*z, *other) {
                         self.users_before(*m, *other, *least, &users, &mut before);
                     }
@@ -150,46 +160,49 @@ impl Core {
             }
             ends.push(before.len());
             let mut uses = |z: u32, ends: Ends| {
-                users.put(z as usize, User { mover: *m, ends, there: false });
+                if let Some(user) = self.user(*m, ends) {
+                    users.planned.put(z as usize, user);
+                }
             };
             match *taken {
                 Taken::Push => {
                     let first = self.movers[*m].timing.first;
-                    under.iter().enumerate().for_each(|(i, z)| uses(*z, Ends::Step(first + i)));
+                    let step = |i: usize| Ends::Step((first + i) as u32);
+                    under.iter().enumerate().for_each(|(i, z)| uses(*z, step(i)));
                     pieces.iter().for_each(|z| uses(*z, Ends::Pushed));
                 }
                 Taken::From(k) => {
-                    pieces.iter().enumerate().for_each(|(i, z)| uses(*z, Ends::Step(k + i)));
+                    let step = |i: usize| Ends::Step((k + i) as u32);
+                    pieces.iter().enumerate().for_each(|(i, z)| uses(*z, step(i)));
                 }
             }
         }
         Sequence { groups, before, ends }
     }
 
-    /// Of those who use a piece before `m`, the ones who end: where the order says who of them goes first only the last, who
-    /// waits for the ones before him, and whoever is there now.
+    /// A use that ends some time; who stays on a piece for ever is waited for by nobody.
+    fn user(&self, m: usize, ends: Ends) -> Option<User> {
+        let mover = &self.movers[m];
+        let stays = matches!(ends, Ends::Step(k) if mover.timing.release[k as usize].is_none());
+        (!stays).then_some(User { mover: m as u32, class: mover.class, ends })
+    }
+
+    /// Of those who use a piece before `m`, whoever is there now, and of the others where the order says who of them goes first
+    /// only the last, who ends after the ones before him (of a pushback, what it leads over and what is under it then).
     fn users_before(
         &self,
         m: usize,
         piece: u32,
         least: Class,
-        users: &Stacks<User>,
-        before: &mut Vec<(usize, Ends)>,
+        users: &Users,
+        before: &mut Vec<(u32, Ends)>,
     ) {
-        let chained = self.in_order(piece, piece);
-        let mut last: Option<usize> = None;
-        for u in users.of(piece as usize) {
-            let o = &self.movers[u.mover];
-            let stays = matches!(u.ends, Ends::Step(k) if o.timing.release[k].is_none());
-            let hidden = chained && !u.there && last.is_some_and(|l| l != u.mover);
-            if u.mover == m || o.class < least || stays || hidden {
-                continue;
-            }
-            before.push((u.mover, u.ends));
-            if !u.there {
-                last.get_or_insert(u.mover);
-            }
-        }
+        let counts = |u: &&User| u.mover as usize != m && u.class >= least;
+        let ended = |u: &User| (u.mover, u.ends);
+        before.extend(users.there.of(piece as usize).filter(counts).map(ended));
+        let mut planned = users.planned.of(piece as usize).filter(counts).map(ended).peekable();
+        let last = planned.peek().filter(|_| self.in_order(piece, piece)).map(|(o, _)| *o);
+        before.extend(planned.take_while(|(o, _)| last.is_none_or(|last| last == *o)));
     }
 
     /// Pieces that are taken together, and those that are under the mover then.
@@ -217,7 +230,7 @@ impl Core {
             let m = *m;
             let mut least = now;
             for (o, ends) in &sequence.before[from..*to] {
-                let until_s = self.movers[*o].timing.ends_s(*ends);
+                let until_s = self.movers[*o as usize].timing.ends_s(*ends);
                 if until_s.is_finite() {
                     least = least.max(until_s + PAUSE_S);
                 }
