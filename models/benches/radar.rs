@@ -11,6 +11,7 @@ mod sample_shapes;
 use cpu_time::{CpuTime, targets};
 use criterion::{Criterion, criterion_group, criterion_main};
 use models::effects::Level;
+use models::environment::surface::Material;
 use models::environment::{RainCell, Weather};
 use models::frames::{Vector2, Vector3};
 use models::plot::{Callsign, SensorId};
@@ -20,10 +21,12 @@ use models::sensors::radar::detection::{Detector, PdTable, Swerling};
 use models::sensors::radar::effects::RadarEffect;
 use models::sensors::radar::equation::{BudgetLevels, Echo};
 use models::sensors::radar::levels::{Processing, RadarLevels};
+use models::sensors::radar::shadow::Building;
 use models::sensors::radar::shape;
 use models::sensors::{PlotSink, ScanInterval, Sensor, TargetClass, TargetState, Truth};
 use models::time::SimTime;
 use std::hint::black_box;
+use std::sync::Arc;
 
 /// What a field is full of: reflectors without extent, vehicles, aircraft.
 #[derive(Clone, Copy, PartialEq)]
@@ -87,6 +90,65 @@ impl Truth for Field {
     fn at(&self, index: usize, time: SimTime) -> Option<TargetState> {
         let velocity_mps = Vector3::new(10.0, 0.0, 0.0);
         let position_m = self.places[index] + velocity_mps * time.s();
+        Some(TargetState { position_m, velocity_mps, heading_rad: 1.0 })
+    }
+}
+
+/// Traffic of many types that goes to and fro, a quarter of it standing and a tenth in the air, to 4.5 km.
+struct Crowd {
+    classes: Vec<TargetClass>,
+    places: Vec<(Vector3<f64>, Vector3<f64>)>,
+}
+
+impl Crowd {
+    fn new(count: u32, types: u32) -> Self {
+        let class = |i: u32| {
+            let aircraft = i % 3 > 0;
+            let length_m = if aircraft { 9.0 } else { 4.0 } * libm::exp(0.07 * f64::from(i));
+            TargetClass {
+                designator: format!("T{i}"),
+                aircraft,
+                length_m,
+                span_m: if aircraft { 0.95 } else { 0.4 } * length_m,
+                height_m: 0.3 * length_m,
+                rcs_m2: 2.0 + 1.5 * f64::from(i),
+                shape: sample_shapes::of(aircraft),
+            }
+        };
+        let place = |i: u32| {
+            let share = (f64::from(i) + 0.5) / f64::from(count);
+            let r = (150.0f64.powi(2) + share * (4500.0f64.powi(2) - 150.0f64.powi(2))).sqrt();
+            let (sin, cos) = libm::sincos(f64::from(i) * 2.399_963);
+            let up_m = if i % 10 == 9 { 10.0 + 290.0 * f64::from(i % 97) / 97.0 } else { 0.0 };
+            let (east, north) = libm::sincos(f64::from(i) * 1.7);
+            let speed = [0.0, 3.0, 8.0, 15.0][(i % 4) as usize];
+            (Vector3::new(r * sin, r * cos, up_m), Vector3::new(east, north, 0.0) * speed)
+        };
+        Self { classes: (0..types).map(class).collect(), places: (0..count).map(place).collect() }
+    }
+}
+
+impl Truth for Crowd {
+    fn len(&self) -> usize {
+        self.places.len()
+    }
+    fn key(&self, index: usize) -> u64 {
+        index as u64 + 1
+    }
+    fn class(&self, index: usize) -> &TargetClass {
+        &self.classes[(index * 7) % self.classes.len()]
+    }
+    fn callsign(&self, _: usize) -> Callsign {
+        Callsign::default()
+    }
+    fn address(&self, _: usize) -> Option<u32> {
+        None
+    }
+    fn at(&self, index: usize, time: SimTime) -> Option<TargetState> {
+        let (start, velocity_mps) = self.places[index];
+        // Back after 40 s.
+        let phase = time.s() / 40.0;
+        let position_m = start + velocity_mps * (40.0 * (phase - (phase + 0.5).floor()).abs());
         Some(TargetState { position_m, velocity_mps, heading_rad: 1.0 })
     }
 }
@@ -200,6 +262,84 @@ fn plans(c: &mut Criterion<CpuTime>) {
     group.finish();
 }
 
+/// Planning of 20 radars on five masts over 1000 targets of 30 types: what a scan takes with planning, and without.
+fn crowds(c: &mut Criterion<CpuTime>) {
+    let truth = Crowd::new(1000, 30);
+    let wall = |east: f64, north: f64| {
+        let corner = |x: f64, y: f64| Vector2::new(east + x, north + y);
+        Building {
+            name: "wall".into(),
+            footprint_m: vec![
+                corner(0.0, 0.0),
+                corner(200.0, 0.0),
+                corner(200.0, 40.0),
+                corner(0.0, 40.0),
+            ],
+            height_m: 20.0,
+            facade: Material::named("metal").expect("a material"),
+        }
+    };
+    let built: Arc<[Building]> = Arc::new([wall(400.0, 500.0), wall(-900.0, -700.0)]);
+    let mut group = c.benchmark_group("crowd");
+    for (name, buildings) in [("open", Arc::new([]) as Arc<[Building]>), ("built", built)] {
+        let site = |i: u16| {
+            let (sin, cos) = libm::sincos(f64::from(i % 5) * 1.256);
+            Vector2::new(sin, cos) * 300.0
+        };
+        let made = |i: u16| {
+            let radar = Asde::new(SensorId(i), site(i), parameters()).expect("sound parameters");
+            radar.among(buildings.clone())
+        };
+        let mut radars: Vec<Asde> = (1..=20).map(made).collect();
+        let dry = Weather::default();
+        let mut scan = 0;
+        let mut plan = |radars: &mut Vec<Asde>, weather: &Weather, planning: bool| {
+            scan += 1;
+            for radar in radars.iter_mut() {
+                radar.plan_scan(&interval(scan), &truth, weather, planning);
+            }
+        };
+        // Until every box is planned that targets come through.
+        let versions = |radars: &[Asde]| radars.iter().map(|r| r.planner().version()).sum::<u64>();
+        let (mut quiet, mut before) = (0, 0);
+        while quiet < 80 {
+            plan(&mut radars, &dry, true);
+            let now = versions(&radars);
+            quiet = if now == before { quiet + 1 } else { 0 };
+            before = now;
+        }
+        let boxes: usize = radars.iter().map(|r| r.planner().boxes().len()).sum();
+        let waiting: usize = radars.iter().map(|r| r.planner().waiting()).sum();
+        println!("{name}: {boxes} boxes, {waiting} waiting");
+        for (what, planning) in [("looks alone", false), ("looks and planning", true)] {
+            group.bench_function(format!("{what}, {name}, 20 radars, 1000 targets"), |b| {
+                b.iter(|| plan(&mut radars, &dry, planning));
+            });
+        }
+        let mut notice = 0;
+        group.bench_function(format!("looks and planning, {name}, a notice a scan"), |b| {
+            b.iter(|| {
+                notice += 1;
+                let rain_mm_per_h = [10.0, 12.0][notice % 2];
+                plan(&mut radars, &Weather { rain_mm_per_h, ..rain() }, true);
+            });
+        });
+        // The scans that follow a notice, each with 16 new boxes a radar: the time of eleven.
+        group.bench_function(
+            format!("looks and planning, {name}, a notice and ten scans more"),
+            |b| {
+                b.iter(|| {
+                    notice += 1;
+                    let rain_mm_per_h = [10.0, 12.0][notice % 2];
+                    let weather = Weather { rain_mm_per_h, ..rain() };
+                    (0..11).for_each(|_| plan(&mut radars, &weather, true));
+                });
+            },
+        );
+    }
+    group.finish();
+}
+
 fn scans(c: &mut Criterion<CpuTime>) {
     let mut group = c.benchmark_group("scan");
     group.sample_size(10);
@@ -297,6 +437,6 @@ fn cells(c: &mut Criterion<CpuTime>) {
 criterion_group!(
     name = benches;
     config = Criterion::default().with_measurement(CpuTime);
-    targets = budgets, detection, plans, scans, cells
+    targets = budgets, detection, plans, crowds, scans, cells
 );
 criterion_main!(benches);

@@ -9,6 +9,7 @@ mod cells;
 mod declared;
 mod explain;
 mod looks;
+mod pairs;
 pub mod picture;
 pub mod plan;
 pub mod survey;
@@ -40,7 +41,7 @@ use crate::time::SimTime;
 pub use assign::Placed;
 use assign::{Assignment, Mirrored};
 use cells::WindowWork;
-use looks::{Look, NEXT, Occluding};
+use looks::{End, Look, NEXT, Occluding};
 use plan::Planner;
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -133,6 +134,8 @@ struct ScanFacts {
 #[derive(Clone, Debug, Default)]
 struct Work {
     looks: Vec<Look>,
+    /// Where each target is at the end of the scan.
+    ends: Vec<Option<End>>,
     returns: Vec<Return>,
     traffic: Traffic,
     order: Vec<Place>,
@@ -320,9 +323,15 @@ impl Asde {
     ) {
         let air = self.air_of(weather);
         let mut work = std::mem::take(&mut self.work);
-        self.find_looks(interval, truth, &mut work.looks, &mut work.occluding);
+        self.find_looks(
+            interval,
+            truth,
+            &mut work.looks,
+            &mut work.ends,
+            &mut work.occluding,
+        );
         if planning {
-            self.assign(&air, truth, interval, &work.looks, &mut work.assignment);
+            self.assign(&air, truth, &work.looks, &work.ends, &mut work.assignment);
         }
         self.work = work;
         self.air = Some(air);
@@ -916,14 +925,20 @@ impl Sensor for Asde {
     ) {
         let air = self.air_of(weather);
         let mut work = std::mem::take(&mut self.work);
-        self.find_looks(interval, truth, &mut work.looks, &mut work.occluding);
+        self.find_looks(
+            interval,
+            truth,
+            &mut work.looks,
+            &mut work.ends,
+            &mut work.occluding,
+        );
         let processing = self.processing.or(self.fixed.map(|f| f.processing));
         let processing = processing.unwrap_or(Processing::Plot);
         // In cells everything is exact: what could be left out is nothing beside them.
         let planned = self.fixed.is_none() && processing == Processing::Plot;
         let levels = RadarLevels { processing, ..self.fixed.unwrap_or(self.base_levels()) };
         if planned {
-            self.assign(&air, truth, interval, &work.looks, &mut work.assignment);
+            self.assign(&air, truth, &work.looks, &work.ends, &mut work.assignment);
         }
         let shadows = levels.aircraft != ShadowLevel::None
             && work.looks.iter().any(|look| work.occluding.may_shadow(look, self.site_m));
@@ -957,7 +972,8 @@ impl Sensor for Asde {
             if look.number == NEXT && !(levels.merging && paired) {
                 continue;
             }
-            let mut own = if planned { work.assignment.levels[i] } else { levels };
+            let mut own =
+                if planned { self.planned_levels(&work.assignment, i) } else { levels };
             if planned {
                 own.merging = paired;
                 own.processing = processing;

@@ -1,19 +1,20 @@
 //! Which level each look gets: by the plan of its box, its neighbours, and what stands before it.
 
-use super::looks::Look;
+use super::looks::{End, Look};
+use super::pairs::{Near, Pairs};
 use super::plan::boxes::{Key, SECTORS, band, part, ring, ring_m, sector};
 use super::plan::class::ClassFacts;
 use super::plan::outcome::Detection;
 use super::plan::planner::{MOST_NEW, Planner, PlannerScene};
-use super::{Air, Asde, Place, Tolerance, Truth};
+use super::{Air, Asde, Tolerance, Truth};
 use crate::effects::Level;
 use crate::frames::{Azimuth, Vector2, Vector3, wrap_pi};
+use crate::sensors::TargetClass;
 use crate::sensors::radar::detection::PdTable;
 use crate::sensors::radar::effects::RadarEffect;
-use crate::sensors::radar::ghost::ghost_power;
+use crate::sensors::radar::ghost::{Facade, ghost_power};
 use crate::sensors::radar::levels::RadarLevels;
 use crate::sensors::radar::span::Span;
-use crate::sensors::{ScanInterval, TargetClass};
 use std::f64::consts::TAU;
 
 /// How a target was simulated in a scan.
@@ -38,8 +39,8 @@ pub struct Placed {
 pub(super) struct Assignment {
     /// Where each target of the last scan was.
     pub(super) placed: Vec<Placed>,
-    /// Levels of each look.
-    pub(super) levels: Vec<RadarLevels>,
+    /// The box of each look, by its place among those of the planner; `None` where everything is exact.
+    pub(super) places: Vec<Option<u32>>,
     /// Whether a look may share a cell with another one.
     pub(super) paired: Vec<bool>,
     /// Whether any may.
@@ -50,23 +51,63 @@ pub(super) struct Assignment {
     pub(super) ghosts: Vec<bool>,
     /// Class of each target in the last scan, as a guess for this one.
     classes: Vec<u16>,
-    keys: Vec<Option<Key>>,
-    places: Vec<Option<u32>>,
-    /// Whether no narrower box than that will be planned.
-    settled: Vec<bool>,
-    /// Box of each target in the last scan, as long as the planner has forgotten nothing: its place, and whether no
-    /// narrower one will be planned.
-    last: Vec<Option<(Key, Option<u32>, bool)>>,
+    /// Looks whose box is still to be planned, what was placed before them, and those boxes.
+    open: Vec<(u32, u32, Key)>,
+    /// The box in which each target was when it was last looked at, as long as the planner has forgotten nothing.
+    last: Vec<Option<Found>>,
     generation: u64,
-    order: Vec<Place>,
-    bias_m: Vec<f64>,
-    ground_m: Vec<f64>,
+    pairs: Pairs,
     cells: Vec<CellView>,
+}
+
+/// A box and its place among those of the planner. Once settled, no narrower box will be planned.
+#[derive(Clone, Copy, Debug)]
+struct Found {
+    code: u64,
+    place: Option<u32>,
+    settled: bool,
+}
+
+impl Found {
+    fn of(key: &Key, (place, settled): (Option<u32>, bool)) -> Self {
+        Self { code: key.code(), place, settled }
+    }
+}
+
+/// Where a target is seen.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sight {
+    place_m: Vector2<f64>,
+    ground_m2: f64,
+    slant_m: f64,
+    up_m: f64,
+    /// Of the middle of its body.
+    height_m: f64,
+    sector: u8,
+}
+
+impl Assignment {
+    /// Room for so many targets; what is remembered of their boxes stays while the planner's generation does.
+    fn begin(&mut self, targets: usize, generation: u64) {
+        self.placed.clear();
+        self.places.clear();
+        self.exactly = false;
+        self.ghosts.clear();
+        self.classes.resize(targets, 0);
+        self.open.clear();
+        if self.generation != generation {
+            self.generation = generation;
+            self.last.clear();
+        }
+        self.last.resize(targets, None);
+        self.pairs.clear();
+        self.cells.clear();
+    }
 }
 
 /// A rain cell as seen from the radar.
 #[derive(Clone, Copy, Debug)]
-struct CellView {
+pub(super) struct CellView {
     azimuth_rad: f64,
     half_rad: f64,
     near_m: f64,
@@ -83,9 +124,9 @@ impl CellView {
     }
 }
 
-/// Which sectors and rings a facade may mirror.
+/// Which facades may mirror which sectors and rings: a bit each, the last one for all that have none of their own.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Mirrored(Vec<u16>);
+pub(super) struct Mirrored(Vec<[u64; SECTORS as usize]>);
 
 /// Rings with a table: to 100·2^12 m, beyond every display.
 const RINGS: i8 = 24;
@@ -96,15 +137,21 @@ impl Mirrored {
         if radar.facades.is_empty() {
             return Self::default();
         }
-        let cell = |ring: i8, sector: u8| radar.facades_of(ring, sector).next().is_some();
-        let sectors = |ring: i8| (0..SECTORS).fold(0, |m, s| m | u16::from(cell(ring, s)) << s);
-        Self((0..RINGS).map(sectors).collect())
+        let cell = |ring: i8, sector: usize| {
+            let facades = radar.facades_of(ring, sector as u8);
+            facades.fold(0, |bits, (place, _)| bits | Self::bit(place))
+        };
+        Self((0..RINGS).map(|ring| std::array::from_fn(|sector| cell(ring, sector))).collect())
     }
 
-    fn has(&self, ring: i8, sector: u8) -> bool {
-        // Inside the first ring, and beyond the table, nothing is left out anyway.
-        let row = usize::try_from(ring).ok().and_then(|r| self.0.get(r));
-        row.is_some_and(|sectors| sectors >> sector & 1 == 1)
+    fn bit(facade: usize) -> u64 {
+        1 << facade.min(63)
+    }
+
+    /// Inside the first ring, and beyond the table, nothing is left out anyway.
+    fn at(&self, ring: i8, sector: u8) -> u64 {
+        let row = usize::try_from(ring).ok().and_then(|ring| self.0.get(ring));
+        row.map_or(0, |sectors| sectors[usize::from(sector)])
     }
 }
 
@@ -115,7 +162,7 @@ impl Asde {
         &self,
         ring: i8,
         sector: u8,
-    ) -> impl Iterator<Item = &crate::sensors::radar::ghost::Facade> {
+    ) -> impl Iterator<Item = (usize, &Facade)> {
         const WAY_M: f64 = 150.0;
         let (near, far) = ring_m(ring);
         let middle = (f64::from(sector) + 0.5) / f64::from(SECTORS) * TAU;
@@ -126,7 +173,8 @@ impl Asde {
         let place_m = self.site_m + Azimuth::from_rad(middle).unit() * centre;
         // The Fresnel zone on the wall, for every way that can be displayed.
         let margin_m = (self.radar.wavelength_m * (far + self.parameters.range_max_m)).sqrt();
-        self.facades.iter().filter(move |f| f.may_mirror(place_m, radius_m, margin_m))
+        let all = self.facades.iter().enumerate();
+        all.filter(move |(_, f)| f.may_mirror(place_m, radius_m, margin_m))
     }
 
     /// What the planner reads.
@@ -172,7 +220,7 @@ impl Asde {
                 super::DetectionRule::Threshold => 0.0,
             }
         };
-        let expected = |facade: &crate::sensors::radar::ghost::Facade| {
+        let expected = |(_, facade): (usize, &Facade)| {
             let (mixed, double) = ghost_power(facade.reflection(), 1.0, 1.0, 1.0);
             2.0 * seen(mixed) + seen(double)
         };
@@ -180,7 +228,7 @@ impl Asde {
     }
 
     /// The rain cells that are heavier than the rain around them, as seen from the radar.
-    fn rain_seen<'a>(&'a self, air: &'a Air) -> impl Iterator<Item = CellView> + 'a {
+    pub(super) fn rain_seen<'a>(&'a self, air: &'a Air) -> impl Iterator<Item = CellView> + 'a {
         let uniform = air.uniform().rain_mm_per_h;
         let heavier = air.weather.cells.iter().filter(move |c| c.rain_mm_per_h > uniform);
         heavier.map(|cell| {
@@ -203,61 +251,94 @@ impl Asde {
         let mut planner = std::mem::take(&mut self.planner);
         let cells: Vec<CellView> = self.rain_seen(air).collect();
         let azimuth_rad = Azimuth::of(place_m.xy() - self.site_m).rad();
-        let key = self.key_of(&mut planner, &mut 0, &cells, 0, class, place_m, azimuth_rad);
+        let sight = self.sight(class, place_m, azimuth_rad);
+        let key = self.key_of(&mut planner, &mut 0, &cells, 0, class, &sight);
         let found = key.and_then(|key| {
-            if !planner.find(key).is_some_and(|place| planner.is_settled(place, &key)) {
+            if !planner.find(key).1 {
                 let scene = self.planner_scene(air, &self.tolerance);
                 planner.plan_waiting(&scene, usize::MAX, |key, facts| self.ghosts_in(key, facts));
             }
-            planner.place(&key).map(|place| planner.boxes()[place as usize].plan.outcome)
+            planner.place(&key).0.map(|place| planner.boxes()[place as usize].plan.outcome)
         });
         self.planner = planner;
         found.map_or((0.0, 0.0), |outcome| (outcome.rms_m, outcome.detection))
     }
 
+    /// Slant ranges that are displayed.
+    fn shown(&self) -> Span {
+        Span { low: self.parameters.range_min_m, high: self.parameters.range_max_m }
+    }
+
+    /// Where a target of a class is seen from the radar.
+    pub(super) fn sight(
+        &self,
+        class: &TargetClass,
+        place_m: Vector3<f64>,
+        azimuth_rad: f64,
+    ) -> Sight {
+        let ground_m2 = (place_m.xy() - self.site_m).norm_squared();
+        let height_m = place_m.z.max(0.5 * class.height_m);
+        let down_m = self.radar.antenna_m - height_m;
+        Sight {
+            place_m: place_m.xy(),
+            ground_m2,
+            slant_m: (ground_m2 + down_m * down_m).sqrt(),
+            up_m: place_m.z,
+            height_m,
+            sector: sector(azimuth_rad),
+        }
+    }
+
     /// The box of a target; `None` where everything is exact for it.
-    #[expect(clippy::too_many_arguments, reason = "all parts of one target, already computed")]
-    fn key_of(
+    pub(super) fn key_of(
         &self,
         planner: &mut Planner,
         guess: &mut u16,
         cells: &[CellView],
         size: u8,
         class: &TargetClass,
-        place_m: Vector3<f64>,
-        azimuth_rad: f64,
+        sight: &Sight,
     ) -> Option<Key> {
-        let ground_m2 = (place_m.xy() - self.site_m).norm_squared();
-        let ring = ring(ground_m2);
+        let ring = ring(sight.ground_m2);
         if ring < 0 {
             return None;
         }
-        let height_m = place_m.z.max(0.5 * class.height_m);
-        let down_m = self.radar.antenna_m - height_m;
-        let slant_m = (ground_m2 + down_m * down_m).sqrt();
         let place = planner.class(class, *guess)?;
         *guess = place;
         let facts = planner.facts(place);
         // Beyond the edge nothing is displayed; so near it that errors may carry a plot over it, the plan
         // reckons with that.
         let margin_m = facts.bias_m + 8.0 * (self.most_sigma_m + facts.along_m.1);
-        let shown = Span { low: self.parameters.range_min_m, high: self.parameters.range_max_m };
-        if slant_m < shown.low || slant_m > shown.high {
+        let (shown, slant_m) = (self.shown(), sight.slant_m);
+        if !shown.contains(slant_m) {
             return None;
         }
         let edge = slant_m < shown.low + margin_m || slant_m > shown.high - margin_m;
-        let sector = sector(azimuth_rad);
+        let sector = sight.sector;
         let (mut rain_on_way, mut rain_here) = (false, false);
         for cell in cells {
             let (on_way, here) = cell.touches(sector, ring);
             (rain_on_way, rain_here) = (rain_on_way || on_way, rain_here || here);
         }
-        let walls = self.fault != Some(super::plan::Fault::NoWalls);
-        let mirrored =
-            if walls && self.mirrored.has(ring, sector) { (sector + 1, size) } else { (0, 0) };
-        let band = band(place_m.z);
-        let part = part(ground_m2);
+        let mirrored = if self.is_mirrored(ring, sight) { (sector + 1, size) } else { (0, 0) };
+        let band = band(sight.up_m);
+        let part = part(sight.ground_m2);
         Some(Key { part, class: place, ring, band, rain_on_way, rain_here, edge, mirrored })
+    }
+
+    /// Whether a facade mirrors what is there: of those that may in its sector and ring, whether the ray meets one.
+    fn is_mirrored(&self, ring: i8, sight: &Sight) -> bool {
+        let facades = self.mirrored.at(ring, sight.sector);
+        if facades == 0 || self.fault == Some(super::plan::Fault::NoWalls) {
+            return false;
+        }
+        let meets = |facade: &Facade| {
+            let (antenna_m, wavelength_m) = (self.radar.antenna_m, self.radar.wavelength_m);
+            facade.ghost(antenna_m, sight.place_m, sight.height_m, wavelength_m).is_some()
+        };
+        let all = self.facades.iter().enumerate();
+        all.filter(|(place, _)| facades & Mirrored::bit(*place) > 0)
+            .any(|(_, facade)| meets(facade))
     }
 
     /// Every effect at its exact level, with the table of the detection where that is tolerated.
@@ -267,113 +348,97 @@ impl Asde {
         RadarLevels::EXACT.with(RadarEffect::Detection, level)
     }
 
-    /// Gives every look its levels: new boxes are planned, up to [`MOST_NEW`] of them.
+    /// Gives every look its box: new ones are planned, up to [`MOST_NEW`] of them. `ends` is where each target is
+    /// at the end of the scan.
     pub(super) fn assign(
         &mut self,
         air: &Air,
         truth: &dyn Truth,
-        interval: &ScanInterval,
         looks: &[Look],
+        ends: &[Option<End>],
         work: &mut Assignment,
     ) {
-        let base = self.base_levels();
         let mut planner = std::mem::take(&mut self.planner);
         planner.begin();
-        work.cells.clear();
+        work.begin(truth.len(), planner.generation());
         work.cells.extend(self.rain_seen(air));
-        work.classes.resize(truth.len(), 0);
-        let size = self.size_of(truth, interval);
-        work.keys.clear();
-        work.places.clear();
-        work.settled.clear();
-        if work.generation != planner.generation() {
-            work.generation = planner.generation();
-            work.last.clear();
-        }
-        for look in looks {
+        let base = self.base_levels();
+        let size = self.size_of(ends);
+        for (i, look) in (0u32..).zip(looks) {
             let class = truth.class(look.index);
+            let sight = self.sight(class, look.state.position_m, look.azimuth_rad);
             let guess = &mut work.classes[look.index];
-            let (place_m, azimuth_rad) = (look.state.position_m, look.azimuth_rad);
-            let cells = &work.cells;
-            let key = self.key_of(&mut planner, guess, cells, size, class, place_m, azimuth_rad);
-            // A target is mostly where it was a scan ago.
-            let (place, settled) =
-                key.map_or((None, true), |key| match work.last.get(look.index) {
-                    // What is not settled waits already.
-                    Some(&Some((before, place, settled))) if before == key => (place, settled),
-                    _ => {
-                        let found = planner.find(key);
-                        (found, found.is_some_and(|place| planner.is_settled(place, &key)))
-                    }
-                });
-            work.keys.push(key);
+            let key = self.key_of(&mut planner, guess, &work.cells, size, class, &sight);
+            // How far the centre of its echo may lie from the target.
+            let bias_m = match key {
+                Some(key) => planner.facts(key.class).bias_m,
+                None => 0.5 * (class.length_m + class.span_m),
+            };
+            let near =
+                Near { azimuth_rad: look.azimuth_rad, ground_m: sight.ground_m2.sqrt(), bias_m };
+            work.pairs.add(look.index, sight.slant_m, near);
+            let place = key.and_then(|key| {
+                // A target is mostly where it was a scan ago.
+                let (last, code) = (&mut work.last[look.index], key.code());
+                let found = match *last {
+                    Some(found) if found.code == code => found,
+                    _ => *last.insert(Found::of(&key, planner.find(key))),
+                };
+                if !found.settled {
+                    work.open.push((i, work.placed.len() as u32, key));
+                } else if let (Some(place), 0) = (found.place, look.number) {
+                    planner.count(place);
+                }
+                found.place
+            });
             work.places.push(place);
-            work.settled.push(settled);
+            let shown = key.is_some() || self.apparent_m(&base, sight.slant_m).is_some();
+            work.exactly |= shown && key.is_none();
+            if look.number == 0 {
+                work.placed.push(Placed {
+                    index: look.index,
+                    place,
+                    shown,
+                    sector: sight.sector,
+                    paired: false,
+                    shadowed: false,
+                });
+            }
         }
         if planner.waiting() > 0 {
             let scene = self.planner_scene(air, &self.tolerance);
             planner.plan_waiting(&scene, MOST_NEW, |key, facts| self.ghosts_in(key, facts));
         }
-        work.last.clear();
-        work.last.resize(truth.len(), None);
-        for (i, look) in looks.iter().enumerate() {
-            let Some(key) = work.keys[i] else { continue };
-            if !work.settled[i] {
-                work.places[i] = planner.place(&key);
-                work.settled[i] = work.places[i].is_some_and(|p| planner.is_settled(p, &key));
-            }
-            work.last[look.index] = Some((key, work.places[i], work.settled[i]));
-            let Some(place) = work.places[i] else { continue };
+        for &(i, placed, key) in &work.open {
+            let look = &looks[i as usize];
+            let found = planner.place(&key);
+            let place = found.0;
+            work.places[i as usize] = place;
+            work.last[look.index] = Some(Found::of(&key, found));
+            work.exactly |= place.is_none();
             if look.number == 0 {
-                planner.count(place);
+                work.placed[placed as usize].place = place;
+                if let Some(place) = place {
+                    planner.count(place);
+                }
             }
         }
         planner.end();
         if let Some(budget_us) = self.tolerance.time_budget_us {
             planner.fit(budget_us);
         }
-        self.find_pairs(truth, looks, work, &planner);
-        work.exactly = false;
-        work.levels.clear();
-        work.placed.clear();
-        for (i, place) in work.places.iter().enumerate() {
-            let planned = place.filter(|_| !work.paired[i]);
-            let shown = place.is_some() || self.shows(truth, &looks[i]);
-            work.exactly |= shown && place.is_none();
-            if looks[i].number == 0 {
-                work.placed.push(Placed {
-                    index: looks[i].index,
-                    place: *place,
-                    shown,
-                    sector: sector(looks[i].azimuth_rad),
-                    paired: work.paired[i],
-                    shadowed: false,
-                });
+        let (cell_m, beam) = (self.radar.cell_m, self.radar.pattern.azimuth_rad);
+        work.any_pair = work.pairs.find(cell_m, beam, &mut work.paired);
+        if work.any_pair {
+            let firsts = looks.iter().zip(&work.paired).filter(|(look, _)| look.number == 0);
+            for (placed, (_, paired)) in work.placed.iter_mut().zip(firsts) {
+                placed.paired = *paired;
             }
-            work.levels.push(planned.map_or(base, |p| *planner.levels(p)));
         }
-        work.ghosts.clear();
         if !self.facades.is_empty() {
-            for index in 0..truth.len() {
-                let ghosts = truth.at(index, interval.to).is_some_and(|state| {
-                    let azimuth_rad = Azimuth::of(state.position_m.xy() - self.site_m).rad();
-                    let (guess, cells) = (&mut work.classes[index], &work.cells);
-                    let class = truth.class(index);
-                    let place_m = state.position_m;
-                    let key =
-                        self.key_of(&mut planner, guess, cells, size, class, place_m, azimuth_rad);
-                    match key {
-                        // Of no box: exact.
-                        None => true,
-                        Some(key) if key.mirrored.0 == 0 => false,
-                        Some(key) => {
-                            let place = match work.last[index] {
-                                Some((before, place, _)) if before == key => place,
-                                _ => planner.find(key),
-                            };
-                            place.is_none_or(|p| planner.levels(p).ghosts)
-                        }
-                    }
+            for (index, end) in ends.iter().enumerate() {
+                let ghosts = end.filter(|end| end.there).is_some_and(|end| {
+                    self.may_have_ghosts(&mut planner, truth, index, &end, size, work)
                 });
                 work.ghosts.push(ghosts);
             }
@@ -381,96 +446,60 @@ impl Asde {
         self.planner = planner;
     }
 
-    /// Whether an echo from where a target is at a look is displayed.
-    fn shows(&self, truth: &dyn Truth, look: &Look) -> bool {
-        let (place_m, class) = (&look.state.position_m, truth.class(look.index));
-        let down_m = self.radar.antenna_m - place_m.z.max(0.5 * class.height_m);
-        let ground_m2 = (place_m.xy() - self.site_m).norm_squared();
-        self.apparent_m(&self.base_levels(), (ground_m2 + down_m * down_m).sqrt()).is_some()
+    /// Whether ghosts of a target are looked for.
+    fn may_have_ghosts(
+        &self,
+        planner: &mut Planner,
+        truth: &dyn Truth,
+        index: usize,
+        end: &End,
+        size: u8,
+        work: &mut Assignment,
+    ) -> bool {
+        let class = truth.class(index);
+        let sight = self.sight(class, end.place_m, end.azimuth_rad);
+        let ring = ring(sight.ground_m2);
+        if ring >= 0 && self.shown().contains(sight.slant_m) && !planner.is_full() {
+            // Whatever its class is.
+            if self.mirrored.at(ring, sight.sector) == 0 {
+                return false;
+            }
+        }
+        let guess = &mut work.classes[index];
+        let Some(key) = self.key_of(planner, guess, &work.cells, size, class, &sight) else {
+            // Of no box: exact.
+            return true;
+        };
+        if key.mirrored.0 == 0 {
+            return false;
+        }
+        let place = match work.last[index] {
+            Some(found) if found.code == key.code() && found.settled => found.place,
+            Some(found) if found.code == key.code() => planner.place(&key).0,
+            _ => planner.find(key).0,
+        };
+        place.is_none_or(|place| planner.levels(place).ghosts)
+    }
+
+    /// What is simulated for a look: what its box says; everything exactly where it has none, and where it may share
+    /// a cell.
+    pub(super) fn planned_levels(&self, work: &Assignment, look: usize) -> RadarLevels {
+        match work.places[look] {
+            Some(place) if !work.paired[look] => *self.planner.levels(place),
+            _ => self.base_levels(),
+        }
     }
 
     /// Binary logarithm of the number of targets that the radar can display, rounded up: the tolerated
     /// false plots are shared by so many.
-    fn size_of(&self, truth: &dyn Truth, interval: &ScanInterval) -> u8 {
+    fn size_of(&self, ends: &[Option<End>]) -> u8 {
         if self.facades.is_empty() {
             return 0;
         }
         let reach_m = self.parameters.range_max_m;
-        let shown = |i: &usize| {
-            let state = truth.at(*i, interval.to).or_else(|| truth.at(*i, interval.from));
-            state.is_some_and(|s| {
-                (s.position_m.xy() - self.site_m).norm_squared() < reach_m * reach_m
-            })
-        };
-        let n = (0..truth.len()).filter(shown).count().max(1);
+        let shown =
+            |end: &&End| (end.place_m.xy() - self.site_m).norm_squared() < reach_m * reach_m;
+        let n = ends.iter().flatten().filter(shown).count().max(1);
         (usize::BITS - (n - 1).leading_zeros()) as u8
-    }
-
-    /// Looks that may share a cell with another one, wherever the centres of their echoes are.
-    fn find_pairs(
-        &self,
-        truth: &dyn Truth,
-        looks: &[Look],
-        work: &mut Assignment,
-        planner: &Planner,
-    ) {
-        work.paired.clear();
-        work.paired.resize(looks.len(), false);
-        work.any_pair = false;
-        if looks.len() < 2 {
-            return;
-        }
-        let mut widest = 0.0f64;
-        work.bias_m.clear();
-        work.ground_m.clear();
-        work.order.clear();
-        for (i, look) in (0u32..).zip(looks) {
-            let class = truth.class(look.index);
-            let height_m = look.state.position_m.z.max(0.5 * class.height_m);
-            let down_m = self.radar.antenna_m - height_m;
-            let ground_m2 = (look.state.position_m.xy() - self.site_m).norm_squared();
-            let slant_m = (ground_m2 + down_m * down_m).sqrt();
-            work.ground_m.push(ground_m2.sqrt());
-            // How far the centre of its echo may lie from the target.
-            let bias_m = match work.keys[i as usize] {
-                Some(key) => planner.facts(key.class).bias_m,
-                None => 0.5 * (class.length_m + class.span_m),
-            };
-            widest = widest.max(bias_m);
-            work.bias_m.push(bias_m);
-            work.order.push(Place::new(0, slant_m, i));
-        }
-        work.order.sort_unstable();
-        let (cell_m, beam) = (self.radar.cell_m, self.radar.pattern.azimuth_rad);
-        let reach = ((cell_m + 2.0 * widest) / super::PLACE_STEP_M) as u64 + 2;
-        for first in 0..work.order.len() {
-            let a = work.order[first];
-            let one = &looks[a.index() as usize];
-            let one_m = work.bias_m[a.index() as usize];
-            for second in first + 1..work.order.len() {
-                let b = work.order[second];
-                if b.step() > a.step() + reach {
-                    break;
-                }
-                let other = &looks[b.index() as usize];
-                if one.index == other.index {
-                    continue;
-                }
-                let biased = one_m + work.bias_m[b.index() as usize];
-                let apart_m = (b.step() - a.step()) as f64 * super::PLACE_STEP_M;
-                if apart_m > cell_m + biased + 2.0 * super::PLACE_STEP_M {
-                    continue;
-                }
-                let ground_m = |place: Place| work.ground_m[place.index() as usize];
-                let nearest = ground_m(a).min(ground_m(b)).max(1.0);
-                let turned = (one.azimuth_rad - other.azimuth_rad).abs();
-                let aside = turned.min(TAU - turned);
-                if aside < beam + biased / nearest {
-                    work.any_pair = true;
-                    work.paired[a.index() as usize] = true;
-                    work.paired[b.index() as usize] = true;
-                }
-            }
-        }
     }
 }

@@ -1,6 +1,7 @@
 //! When the beam points at which target.
 
 use super::{Asde, Azimuth, ScanInterval, SimTime, TargetState, Traffic, Truth, Vector2, wrap_pi};
+use crate::frames::Vector3;
 use crate::sensors::radar::shadow::edge_reach_m;
 use std::f64::consts::TAU;
 
@@ -17,6 +18,17 @@ pub(super) struct Look {
     pub(super) state: TargetState,
     /// Its azimuth from the radar, rad.
     pub(super) azimuth_rad: f64,
+}
+
+/// Where a target is at the end of an interval, or was when last seen in it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct End {
+    /// Its place.
+    pub(super) place_m: Vector3<f64>,
+    /// Its azimuth from the radar, rad.
+    pub(super) azimuth_rad: f64,
+    /// Whether it is still there.
+    pub(super) there: bool,
 }
 
 /// Number of a look that belongs to the next interval: the beam has begun to paint the target when
@@ -71,23 +83,24 @@ impl Asde {
         Azimuth::of(state.position_m.xy() - self.site_m).rad()
     }
 
-    /// All looks of the interval by target, and the aircraft that may shadow others.
+    /// All looks of the interval by target, where each target is at its end, and the aircraft that may shadow others.
     pub(super) fn find_looks(
         &self,
         interval: &ScanInterval,
         truth: &dyn Truth,
         looks: &mut Vec<Look>,
+        ends: &mut Vec<Option<End>>,
         occluding: &mut Occluding,
     ) {
         looks.clear();
+        ends.clear();
         occluding.clear();
         let sweep = self.sweep(interval);
         let edge_m = edge_reach_m(self.radar.wavelength_m, self.parameters.range_max_m);
         for index in 0..truth.len() {
-            let Some((state, azimuth_rad)) = self.looks(interval, &sweep, truth, index, looks)
-            else {
-                continue;
-            };
+            let end = self.looks(interval, &sweep, truth, index, looks);
+            ends.push(end.map(|(end, ..)| end));
+            let Some((End { azimuth_rad, .. }, state)) = end else { continue };
             let class = truth.class(index);
             if class.aircraft && state.position_m.z <= class.height_m {
                 let ground_m = (state.position_m.xy() - self.site_m).norm();
@@ -99,8 +112,8 @@ impl Asde {
         }
     }
 
-    /// The looks at one target during the interval, in time order, appended to `out`; its state and
-    /// azimuth at the end of the interval.
+    /// The looks at one target during the interval, in time order, appended to `out`; where it is at the end of the
+    /// interval, and its state there.
     ///
     /// The number of looks follows from the beam's angle past the target at both ends of the interval,
     /// and the end of one interval is the beginning of the next: no look is lost or seen twice,
@@ -112,15 +125,17 @@ impl Asde {
         truth: &dyn Truth,
         index: usize,
         out: &mut Vec<Look>,
-    ) -> Option<(TargetState, f64)> {
+    ) -> Option<(End, TargetState)> {
         let (first, last) = (truth.at(index, interval.from), truth.at(index, interval.to));
         let (begin, end) = (first.or(last)?, last.or(first)?);
         let (azimuth_begin, azimuth_end) = (self.azimuth_rad(&begin), self.azimuth_rad(&end));
         let passed_begin = passed_rad(sweep.begin_rad, azimuth_begin);
         let passed_end = passed_rad(sweep.end_rad, azimuth_end);
         let advance = sweep.swept_rad - wrap_pi(azimuth_end - azimuth_begin);
+        let there = last.is_some();
+        let at_end = End { place_m: end.position_m, azimuth_rad: azimuth_end, there };
         if advance <= 0.0 {
-            return Some((end, azimuth_end));
+            return Some((at_end, end));
         }
         let looks = ((advance - (passed_end - passed_begin)) / TAU).round();
         for k in 1..=(looks.clamp(0.0, 250.0) as u8) {
@@ -146,7 +161,7 @@ impl Asde {
             let azimuth_rad = azimuth_end;
             out.push(Look { index, number: NEXT, time: interval.to, state: end, azimuth_rad });
         }
-        Some((end, azimuth_end))
+        Some((at_end, end))
     }
 }
 

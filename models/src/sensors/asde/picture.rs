@@ -73,7 +73,7 @@ impl Asde {
     ) -> Video {
         let air = self.radar.air(weather);
         let (mut looks, mut occluding) = (Vec::new(), Occluding::default());
-        self.find_looks(interval, truth, &mut looks, &mut occluding);
+        self.find_looks(interval, truth, &mut looks, &mut Vec::new(), &mut occluding);
         let mut traffic = Traffic::default();
         traffic.clear();
         occluding.fill(&mut traffic);

@@ -4,6 +4,7 @@ use crate::frames::Vector3;
 use crate::plot::Callsign;
 use crate::sensors::radar::equation::{BudgetLevels, Echo, Polarisation};
 
+mod assigned;
 mod shadows;
 mod stated;
 

@@ -23,6 +23,12 @@ impl Span {
         })
     }
 
+    /// Whether a value is between both ends, or at one.
+    #[must_use]
+    pub fn contains(self, value: f64) -> bool {
+        self.low <= value && value <= self.high
+    }
+
     /// The sum of two.
     #[must_use]
     pub fn plus(self, other: Self) -> Self {

@@ -56,7 +56,13 @@ pub fn part_m(ring: i8, part: u8) -> (f64, f64) {
 #[must_use]
 pub fn sector(azimuth_rad: f64) -> u8 {
     let turn = azimuth_rad / TAU;
-    (((turn - turn.floor()) * f64::from(SECTORS)) as u8).min(SECTORS - 1)
+    // The azimuths that there are need no call for it.
+    let whole = match turn {
+        0.0..1.0 => 0.0,
+        -1.0..0.0 => -1.0,
+        _ => turn.floor(),
+    };
+    (((turn - whole) * f64::from(SECTORS)) as u8).min(SECTORS - 1)
 }
 
 /// Height below which a target is on the ground, m.
@@ -115,6 +121,23 @@ impl Key {
     #[must_use]
     pub fn whole(self) -> Self {
         Self { part: 0, ..self }
+    }
+
+    /// The whole key in one number, which sorts alike: of two boxes the same only if they are.
+    #[must_use]
+    pub fn code(&self) -> u64 {
+        // Bands stay below 64, facades' sectors below 32 and sizes at most at 64; rings are at most 100.
+        let ring = (i16::from(self.ring) + 1) as u64;
+        let flags = u64::from(self.rain_on_way) << 2
+            | u64::from(self.rain_here) << 1
+            | u64::from(self.edge);
+        u64::from(self.part) << 53
+            | u64::from(self.class) << 37
+            | ring << 29
+            | u64::from(self.band) << 21
+            | flags << 18
+            | u64::from(self.mirrored.0) << 8
+            | u64::from(self.mirrored.1)
     }
 
     /// Nearest and farthest ground distance, m.

@@ -6,7 +6,7 @@
 //! behind all whole rings, and until then the plan of the ring holds.
 
 use super::bounds::{BoxBounds, BoxGrid, Place};
-use super::boxes::{Key, band_m};
+use super::boxes::{Key, PARTS, band_m};
 use super::class::ClassFacts;
 use super::fault::Fault;
 use super::outcome::{BoxLoss, BoxOutcome, Detection};
@@ -59,8 +59,10 @@ pub struct PlannerScene<'a> {
 #[derive(Clone, Debug, Default)]
 pub struct Planner {
     classes: Vec<ClassFacts>,
-    /// Place of each box among `plans`.
-    known: BTreeMap<Key, u32>,
+    /// Codes of the rings that have boxes, sorted: few enough to stay near the processor, in whose caches a tree would not.
+    rings: Vec<u64>,
+    /// The boxes of each of `rings`.
+    known: Vec<Ring>,
     plans: Vec<PlannedBox>,
     /// Of each of `plans`: its levels, targets of this scan, and of the last one told. Beside each other, as a scan
     /// reads them for every target.
@@ -75,6 +77,15 @@ pub struct Planner {
     /// Grows whenever the plans change.
     version: u64,
     generation: u64,
+}
+
+/// The boxes of a ring: their places among all.
+#[derive(Clone, Copy, Debug, Default)]
+struct Ring {
+    /// Of the whole ring and of its parts.
+    places: [Option<u32>; 1 + PARTS as usize],
+    /// Whether parts may have boxes of their own.
+    parted: bool,
 }
 
 /// A box with its plan.
@@ -107,6 +118,7 @@ impl Planner {
 
     /// Forgets all boxes: the weather, the tolerance or the surroundings are others.
     pub fn clear(&mut self) {
+        self.rings.clear();
         self.known.clear();
         self.plans.clear();
         self.levels.clear();
@@ -175,11 +187,17 @@ impl Planner {
         if let Some(place) = self.classes.iter().position(|facts| facts.is_of(class)) {
             return Some(place as u16);
         }
-        if self.classes.len() >= MOST_CLASSES {
+        if self.is_full() {
             return None;
         }
         self.classes.push(ClassFacts::of(class));
         Some((self.classes.len() - 1) as u16)
+    }
+
+    /// Whether there are so many classes that a target of a further one is simulated exactly.
+    #[must_use]
+    pub fn is_full(&self) -> bool {
+        self.classes.len() >= MOST_CLASSES
     }
 
     /// Forgets which targets were where.
@@ -204,32 +222,33 @@ impl Planner {
     }
 
     /// The place of a box among [`Self::boxes`], or that of its whole ring as long as there is none; `None`
-    /// where both are new. What is new waits.
-    pub fn find(&mut self, key: Key) -> Option<u32> {
-        let found = self.place(&key);
-        if !found.is_some_and(|place| self.is_settled(place, &key)) {
-            let room = self.known.len() + self.waiting.len();
-            if found.is_none() && room < MOST_BOXES {
+    /// where both are new. What is new waits. Beside it: whether no narrower box will be planned.
+    pub fn find(&mut self, key: Key) -> (Option<u32>, bool) {
+        let (place, settled) = self.place(&key);
+        if !settled {
+            let room = self.plans.len() + self.waiting.len();
+            if place.is_none() && room < MOST_BOXES {
                 self.waiting.insert(key.whole());
             }
             if room < MOST_PARTED {
                 self.waiting.insert(key);
             }
         }
-        found
+        (place, settled)
     }
 
-    /// The place of a box among [`Self::boxes`], or that of its whole ring.
+    /// The place of a box among [`Self::boxes`], or that of its whole ring, and whether no narrower box will be
+    /// planned.
     #[must_use]
-    pub fn place(&self, key: &Key) -> Option<u32> {
-        self.known.get(key).or_else(|| self.known.get(&key.whole())).copied()
-    }
-
-    /// Whether no narrower box than the one at a place will be planned for a target.
-    #[must_use]
-    pub fn is_settled(&self, place: u32, key: &Key) -> bool {
-        let found = &self.plans[place as usize];
-        !found.parted || found.key == *key || self.known.len() >= MOST_PARTED
+    pub fn place(&self, key: &Key) -> (Option<u32>, bool) {
+        let Ok(ring) = self.rings.binary_search(&key.whole().code()) else {
+            return (None, false);
+        };
+        let Ring { places, parted } = self.known[ring];
+        let own = places[usize::from(key.part)];
+        let place = own.or(places[0]);
+        let full = self.plans.len() >= MOST_PARTED;
+        (place, place.is_some() && (own.is_some() || !parted || full))
     }
 
     /// Counts a target in a box.
@@ -250,8 +269,8 @@ impl Planner {
             let Some(key) = self.waiting.pop_first() else { return };
             if key.part > 0 {
                 // Only where the ring's own plan, which is made before, says that it is worth it.
-                let whole = self.known.get(&key.whole());
-                if whole.is_none_or(|place| !self.plans[*place as usize].parted) {
+                let whole = self.place(&key.whole()).0;
+                if whole.is_none_or(|place| !self.plans[place as usize].parted) {
                     continue;
                 }
             }
@@ -271,10 +290,18 @@ impl Planner {
                 (None, _) => None,
             };
             if let Some(plan) = plan {
-                self.known.insert(key, self.plans.len() as u32);
                 let class = facts.class.designator.clone();
                 let whole = key.part == 0 && scene.tolerance.time_budget_us.is_none();
                 let parted = whole && prepared.is_some_and(|p| p.saves_with(2.0, WORTH_NS, &plan));
+                let code = key.whole().code();
+                let ring = self.rings.binary_search(&code).unwrap_or_else(|ring| {
+                    self.rings.insert(ring, code);
+                    self.known.insert(ring, Ring::default());
+                    ring
+                });
+                let ring = &mut self.known[ring];
+                ring.places[usize::from(key.part)] = Some(self.plans.len() as u32);
+                ring.parted |= parted;
                 self.levels.push(plan.levels);
                 self.counts.push(0);
                 self.told.push(0);
