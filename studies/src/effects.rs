@@ -134,7 +134,8 @@ impl RadarStudy {
     }
 
     /// The scene with its targets near where they are, for the comparison target by target.
-    fn standing(&self) -> ProofScene {
+    #[must_use]
+    pub fn standing(&self) -> ProofScene {
         ProofScene {
             name: self.name.clone(),
             parameters: self.parameters.clone(),

@@ -7,6 +7,7 @@ use models::environment::surface::{MATERIALS, Material};
 use models::environment::{RainCell, Weather};
 use models::frames::{Vector2, Vector3};
 use models::plot::{Callsign, SensorId};
+use models::sensors::asde::plan::Kind;
 use models::sensors::asde::{Asde, AsdeParameters, DetectionRule, Energy};
 use models::sensors::radar::detection::Swerling;
 use models::sensors::radar::equation::{BudgetLevels, Echo, Polarisation};
@@ -370,22 +371,9 @@ impl ProofScene {
             result.scans += 1;
             result.add(&a, &b, limit_m);
         }
-        let mut sum = (0.0, 0.0, 0.0, 0.0);
-        for planned in planned.planner().boxes() {
-            let n = f64::from(planned.targets);
-            let (cost, all) = planned.plan.cost_ns();
-            let there = all
-                - planned.plan.saved_ns(models::sensors::asde::plan::Kind::NotThere)
-                - planned.plan.saved_ns(models::sensors::asde::plan::Kind::Table);
-            sum = (
-                sum.0 + n,
-                sum.1 + n * all as f64,
-                sum.2 + n * there as f64,
-                sum.3 + n * cost as f64,
-            );
-        }
-        let per = |x: f64| x / sum.0.max(1.0);
-        result.cost_ns = (per(sum.1), per(sum.2), per(sum.3));
+        let mut costs = Costs::default();
+        costs.add(&planned);
+        result.cost_ns = costs.per_target_ns();
         Ok(result)
     }
 
@@ -411,7 +399,7 @@ impl ProofScene {
 }
 
 /// The movers of a scene that was read, with keys from 1.
-struct Movers<'a>(crate::zurich::Traffic<'a>);
+struct Movers<'a>(crate::movers::Movers<'a>);
 
 impl Truth for Movers<'_> {
     fn len(&self) -> usize {
@@ -435,7 +423,7 @@ impl Truth for Movers<'_> {
 }
 
 /// Plays the first radar of a scene that was read, planned for a tolerance and exact, with as many
-/// seeds; what is beyond the tolerance.
+/// seeds; what is beyond the tolerance. Flights that behave are driven once.
 ///
 /// # Errors
 /// If it has no radar, or one that cannot be made.
@@ -447,9 +435,10 @@ pub fn judge_scene(
     let sensor = scene.sensors.iter().find(|s| s.asde.is_some()).ok_or("the scene has no radar")?;
     let radar = sensor.asde.as_ref().ok_or("the scene has no radar")?;
     let make = || radar.radar_for(scene, sensor, tolerance).map_err(|e| e.to_string());
-    let truth = Movers(crate::zurich::Traffic(scene));
+    let truth = Movers(crate::movers::Movers::drive(scene, scene.run.duration.s()));
     let mut result = SceneResult::new(truth.len());
     let scans = scene.run.duration.s() as u64;
+    let mut costs = Costs::default();
     for seed in seeds {
         let (mut planned, mut exact) = (make()?, make()?.at_levels(RadarLevels::EXACT));
         for scan in 1..=scans {
@@ -463,10 +452,43 @@ pub fn judge_scene(
             exact.scan(&interval, &truth, &weather, &mut b);
             result.scans += 1;
             result.add(&a, &b, 5.0 * tolerance.position_m);
+            costs.add(&planned);
         }
     }
+    result.cost_ns = costs.per_target_ns();
     let found = result.violations(&tolerance);
     Ok((result, found))
+}
+
+/// Costs of targets by the table, summed over scans.
+#[derive(Clone, Copy, Debug, Default)]
+struct Costs {
+    targets: f64,
+    exact_ns: f64,
+    there_ns: f64,
+    planned_ns: f64,
+}
+
+impl Costs {
+    /// Adds the targets that a planned radar had in its boxes in its last scan.
+    fn add(&mut self, radar: &Asde) {
+        for planned in radar.planner().boxes().iter().filter(|b| b.targets > 0) {
+            let n = f64::from(planned.targets);
+            let (cost, all) = planned.plan.cost_ns();
+            let not_done =
+                planned.plan.saved_ns(Kind::NotThere) + planned.plan.saved_ns(Kind::Table);
+            self.targets += n;
+            self.exact_ns += n * all as f64;
+            self.there_ns += n * (all - not_done) as f64;
+            self.planned_ns += n * cost as f64;
+        }
+    }
+
+    /// Exact, without what is not there and tables, and planned.
+    fn per_target_ns(&self) -> (f64, f64, f64) {
+        let per = |x: f64| x / self.targets.max(1.0);
+        (per(self.exact_ns), per(self.there_ns), per(self.planned_ns))
+    }
 }
 
 type Look = ((u64, SimTime), Vector2<f64>);
