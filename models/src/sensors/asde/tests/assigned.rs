@@ -100,7 +100,7 @@ impl Alone<'_> {
     }
 }
 
-/// Holds a scan against every target by itself; how many boxes, pairs across south, ghosts and changes it saw.
+/// Holds a scan against every target by itself; how many boxes, pairs across south and mirrored targets it saw.
 fn held(radar: &Asde, truth: &Crowd, interval: &ScanInterval) -> [usize; 3] {
     let (work, boxes) = (&radar.work, radar.boxes());
     let assigned = &work.assignment;
@@ -179,11 +179,11 @@ fn held(radar: &Asde, truth: &Crowd, interval: &ScanInterval) -> [usize; 3] {
             let meets = |f: &Facade| f.ghost(antenna_m, place_m.xy(), height_m, wavelength_m);
             let mirrored = radar.facades.iter().any(|f| meets(f).is_some());
             assert_eq!(key.mirrored.0 > 0, mirrored, "target {index} at {place_m:?}");
+            seen[2] += usize::from(mirrored);
             let exact = |place: u32| boxes[place as usize].plan.levels.ghosts;
             mirrored && box_of(boxes, &key).is_none_or(exact)
         });
         assert_eq!(assigned.ghosts[index], ghosts, "target {index}");
-        seen[2] += usize::from(ghosts);
     }
     seen
 }
@@ -198,7 +198,7 @@ fn metal_wall() -> Building {
             corner(200.0, 30.0),
             corner(0.0, 30.0),
         ],
-        height_m: 20.0,
+        height_m: 40.0,
         facade: crate::environment::surface::Material::named("metal").expect("a material"),
     }
 }
@@ -221,7 +221,8 @@ fn every_target_of_a_crowd_gets_what_it_would_get_by_itself() {
     let dry = Weather::default();
     let wet = Weather { rain_mm_per_h: 16.0, film_mm: 0.5, ..dry.clone() };
     for built in [false, true] {
-        let mut radar = asde(|_| ());
+        // Low before a high wall: it mirrors.
+        let mut radar = asde(|p| p.antenna_height_m = if built { 15.0 } else { 60.0 });
         if built {
             radar = radar.among([metal_wall()].into());
         }
