@@ -103,7 +103,7 @@ struct Crowd {
 impl Crowd {
     fn new(count: u32, types: u32) -> Self {
         let class = |i: u32| {
-            let aircraft = i % 3 > 0;
+            let aircraft = !i.is_multiple_of(3);
             let length_m = if aircraft { 9.0 } else { 4.0 } * libm::exp(0.07 * f64::from(i));
             TargetClass {
                 designator: format!("T{i}"),
@@ -308,9 +308,6 @@ fn crowds(c: &mut Criterion<CpuTime>) {
             quiet = if now == before { quiet + 1 } else { 0 };
             before = now;
         }
-        let boxes: usize = radars.iter().map(|r| r.planner().boxes().len()).sum();
-        let waiting: usize = radars.iter().map(|r| r.planner().waiting()).sum();
-        println!("{name}: {boxes} boxes, {waiting} waiting");
         for (what, planning) in [("looks alone", false), ("looks and planning", true)] {
             group.bench_function(format!("{what}, {name}, 20 radars, 1000 targets"), |b| {
                 b.iter(|| plan(&mut radars, &dry, planning));

@@ -4,6 +4,7 @@
 //! `cargo run --release -p studies --example effects -- named [A..B]`: the named scenes of the study by seed.
 //! `… -- random SEED A..B [SCANS]`: scenes of the whole space by number; only those beyond, and what all of them use at most.
 //! `… -- search SEED RESTARTS [GENERATIONS]`: a search for the worst scene.
+//! `… -- cases FILE SCANS`: cases of a file like `tests/data/effects-cases.csv`, with three seeds of draws each.
 //! `… -- scenes SCENE…`: the radar of scenes that were written, flights that behave driven.
 #![allow(clippy::print_stdout, reason = "a tool for the terminal")]
 
@@ -11,7 +12,7 @@ use models::effects::Tolerance;
 use scenarios::locate;
 use std::error::Error;
 use std::ops::Range;
-use studies::effects_proof::{SceneResult, adversary, judge_scene, proof_scene};
+use studies::effects_proof::{SceneResult, adversary, judge_scene, named_cases, proof_scene};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let args: Vec<String> = std::env::args().skip(1).collect();
@@ -33,6 +34,17 @@ fn main() -> Result<(), Box<dyn Error>> {
             }
             Ok(())
         }
+        ["cases", file, scans] => {
+            for (scene, what) in named_cases(&std::fs::read_to_string(file)?)? {
+                for seed in 1..4 {
+                    let result = scene.play(seed, scans.parse()?)?;
+                    let beyond = result.violations(&scene.tolerance);
+                    let name = format!("{} ({what}), draws {seed}", scene.name);
+                    say(&name, &result, &scene.tolerance, &beyond);
+                }
+            }
+            Ok(())
+        }
         ["scenes", scenes @ ..] => {
             for name in scenes {
                 let scene = scenarios::load(&locate(name))?;
@@ -41,7 +53,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             }
             Ok(())
         }
-        _ => Err("named [A..B] | random SEED A..B [SCANS] | search SEED RESTARTS [GENERATIONS] | scenes SCENE…".into()),
+        _ => Err("named [A..B] | random SEED A..B [SCANS] | search SEED RESTARTS [GENERATIONS] | cases FILE SCANS | scenes SCENE…".into()),
     }
 }
 
