@@ -4,7 +4,8 @@
 //! `ψ_e = exp(L_ij − M_i)` for the pair `e = (i, j)`; `μ_e = ψ_e/(1 + Σ_{other e of i} ψ ν)`,
 //! `ν_e = 1/(1 + Σ_{other e of j} μ)`; `β_e = ψ_e ν_e/(1 + Σ_i ψ ν)`. Sums without the own term are made from both
 //! ends ("sum minus own" cancels at large weights). `O(pairs)` a sweep. Exact on trees; two tracks that want the same
-//! two plots are off by up to 0.21, to the certain side.
+//! two plots are off by up to 0.21, to the certain side. No step is damped: in ln μ and ln ν each half of a sweep moves a message by
+//! less than the messages it is made of have moved (`Σψν/(1 + Σψν) < 1`), so no sweep moves the messages by more than the one before.
 //!
 //! Source: J. Williams, R. Lau, "Approximate evaluation of marginal association probabilities with
 //! belief propagation", IEEE Trans. AES 50 (2014).
@@ -67,14 +68,10 @@ impl Belief {
     ) -> Ended {
         self.lay_out(rows, columns, edges);
         let mut ended = Ended { sweeps: 0, moved: 0.0 };
-        let mut before = f64::INFINITY;
         while ended.sweeps < most_sweeps {
             ended.sweeps += 1;
             self.send_to_columns();
-            // Where it swings instead of settling, half of each step.
-            let damped = ended.sweeps > most_sweeps / 2 && ended.moved > before;
-            before = ended.moved;
-            ended.moved = self.send_to_rows(if damped { 0.5 } else { 1.0 });
+            ended.moved = self.send_to_rows();
             if ended.moved <= still {
                 break;
             }
@@ -156,7 +153,7 @@ impl Belief {
     }
 
     /// Gives the largest relative movement.
-    fn send_to_rows(&mut self, step: f64) -> f64 {
+    fn send_to_rows(&mut self) -> f64 {
         let Self { mu, nu, columns, of_column, ahead, .. } = self;
         let mut moved = 0.0f64;
         for column in columns.windows(2) {
@@ -173,7 +170,7 @@ impl Belief {
                 let next = 1.0 / (ahead[k] + after);
                 after += mu[e];
                 moved = moved.max((next - nu[e]).abs() / next.max(nu[e]));
-                nu[e] += step * (next - nu[e]);
+                nu[e] = next;
             }
         }
         moved
@@ -240,6 +237,22 @@ mod tests {
             }
             for row in found.chunks(plots + 1) {
                 prop_assert!((row.iter().sum::<f64>() - 1.0).abs() < 1e-9, "{row:?}");
+            }
+        }
+
+        /// Why nothing is damped.
+        #[test]
+        fn no_sweep_moves_a_message_by_more_than_the_one_before(
+            rows in 1usize..7, columns in 1usize..7,
+            values in proptest::collection::vec(-12.0..40.0f64, 36),
+        ) {
+            let edges = dense(&vec![0.0; rows], &values[..rows * columns]);
+            let mut belief = Belief::default();
+            let mut before = f64::INFINITY;
+            for sweeps in 1..40 {
+                let ended = belief.run(rows, columns, &edges, sweeps, 0.0);
+                prop_assert!(ended.moved <= before + 1e-12, "{sweeps}: {} {before}", ended.moved);
+                before = ended.moved;
             }
         }
 
