@@ -93,4 +93,35 @@ mod tests {
         }
         assert!((with_copy.estimate().position_m() - state.position()).norm() < 1e-9);
     }
+
+    /// Modes that say different things of the past are not agreed: how far they are apart is part of what is stated.
+    #[test]
+    fn what_modes_say_differently_of_the_past_is_in_its_covariance() {
+        let config = crate::filter::FilterConfig::new(crate::filter::Rung::Imm3);
+        let mut filter =
+            Consider::from_estimate(&Estimate::new(SimTime::ZERO, start(4.0)), &config);
+        for k in 1..20 {
+            let t = f64::from(k);
+            let plot = report(t, Vector2::new(3.0 * t, 0.0), 4.0);
+            filter.update(&plot, model(0.0), false).expect("sound");
+        }
+        let mut copied = filter.copied(SimTime::from_s(20.0)).expect("later");
+        // It is 9 m aside: who keeps straight on says that it was there all the time, who jumps that it came there just now.
+        let aside = report(20.8, Vector2::new(62.4, 9.0), 4.0);
+        copied.update(&aside, model(0.0), false).expect("sound");
+        let at = copied.slow.iter().find(|s| s.sensor.is_none()).expect("taken").at;
+        let (mean, cov) = copied.copy().expect("sound");
+        let (mut first, mut second, mut within) = (0.0, 0.0, 0.0);
+        for part in &copied.parts {
+            let (n, y) = (part.x.len(), part.x[at + 1]);
+            let own = part.p[n * (at + 1) + at + 1];
+            first += part.weight * y;
+            second += part.weight * (y * y + own);
+            within += part.weight * own;
+        }
+        println!("{first:.3} m, {cov}, within the modes {within:.3} m²");
+        assert!((mean.y - first).abs() < 1e-9);
+        assert!((cov[(1, 1)] - (second - first * first)).abs() < 1e-9);
+        assert!(cov[(1, 1)] > 1.02 * within, "{cov} {within}");
+    }
 }

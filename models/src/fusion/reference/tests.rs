@@ -639,3 +639,91 @@ fn what_creeps_does_not_stand() {
     println!("at most {worst_m:.2} m");
     assert!(worst_m < 1.2, "{worst_m} m");
 }
+
+/// The side that it shows stays as long as it stands: what its echoes lie off does not average out, however long that is.
+#[test]
+fn what_the_echoes_of_a_standing_target_lie_off_is_not_averaged_away() {
+    let near = Mover {
+        name: "JET1",
+        kind: "A320",
+        body: JET,
+        reports: true,
+        way: |_| Vector2::new(900.0, 500.0),
+    };
+    let keep = libm::exp(-5.0 / 300.0f64);
+    let mut slow = draw(51, 3, 0, 0);
+    let all: Vec<(SimTime, Vec<Plot>)> = (1..=1_200u32)
+        .map(|k| {
+            let end = f64::from(k);
+            let mut plots = vec![echo(&near, 0, end - 0.6, 51, [0.0; 3])];
+            if k % 5 == 0 {
+                slow = slow * keep + draw(51, 3, 0, k.into()) * (1.0 - keep * keep).sqrt();
+                let at_m = (near.way)(end) + slow * 1.9 + draw(51, 2, 0, k.into()) * 0.5;
+                plots.push(said(2, SensorKind::Gps, near.name, end - 0.2, at_m, 3.9));
+            }
+            (SimTime::from_s(end), plots)
+        })
+        .collect();
+    let run = reference(&config(), &flights(), &all).expect("sound");
+    let [only] = &run.trajectories[..] else { panic!("{}", run.trajectories.len()) };
+    let at = only.at(SimTime::from_s(600.0)).expect("there");
+    let sight = (near.way)(0.0).normalize();
+    let along_m2 = (sight.transpose() * at.position_cov_m2 * sight)[(0, 0)];
+    println!("{along_m2:.2} m² along the line of sight");
+    // Each of both is worth 1.4 m² or more; echoes that wander every 100 s would be worth 0.3 m² by then.
+    assert!(at.stands && along_m2 > 0.5, "{along_m2} m²");
+}
+
+/// One plot 2 m off among plots of 0.3 m: the way bends by a fraction of what a plot of full weight would do.
+#[test]
+fn one_wild_plot_hardly_bends_a_way() {
+    let way = |t: f64| Vector2::new(4.0 * t, 300.0 + 2.0 * t);
+    let all = |off_m: f64| -> Vec<(SimTime, Vec<Plot>)> {
+        (1..=120u32)
+            .map(|k| {
+                let t = f64::from(k) - 0.3;
+                let off = if k == 60 { off_m } else { 0.0 };
+                let at_m = way(t) + draw(52, 2, 0, k.into()) * 0.3 + Vector2::new(0.0, off);
+                let own = said(2, SensorKind::Mlat, "WILD1", t, at_m, 0.09);
+                (SimTime::from_s(f64::from(k)), vec![own])
+            })
+            .collect()
+    };
+    let mut config = config();
+    config.sensors.push(SensorModel {
+        slow_share: 0.0,
+        extra_sigma_m: 0.0,
+        ..SensorModel::default_of(SensorId(2), SensorKind::Mlat)
+    });
+    let at = |off_m: f64| {
+        let run = reference(&config, &FlightList::default(), &all(off_m)).expect("sound");
+        let [only] = &run.trajectories[..] else { panic!("{}", run.trajectories.len()) };
+        only.at(SimTime::from_s(60.0)).expect("there").position_m
+    };
+    let bent_m = (at(2.0) - at(0.0)).norm();
+    println!("{bent_m:.2} m");
+    assert!(bent_m < 0.25, "{bent_m} m");
+}
+
+/// It rolls to a stop and moves off so gently that for two seconds it is slower than what stands may be.
+#[test]
+fn what_stands_may_move_already_at_either_end() {
+    let way = |t: f64| {
+        let (before, after) = ((20.0 - t).max(0.0), (t - 60.0).max(0.0));
+        Vector2::new(300.0 - 0.075 * before * before + 0.075 * after * after, 400.0)
+    };
+    let all: Vec<(SimTime, Vec<Plot>)> = (1..=80u32)
+        .map(|k| {
+            let t = f64::from(k) - 0.3;
+            let at_m = way(t) + draw(53, 2, 0, k.into()) * 0.15;
+            let own = said(2, SensorKind::Mlat, "GENTLE1", t, at_m, 0.0225);
+            (SimTime::from_s(f64::from(k)), vec![own])
+        })
+        .collect();
+    let run = reference(&config(), &FlightList::default(), &all).expect("sound");
+    let [only] = &run.trajectories[..] else { panic!("{}", run.trajectories.len()) };
+    let stands: Vec<f64> = only.points.iter().filter(|p| p.stands).map(|p| p.time.s()).collect();
+    println!("{:?} to {:?}", stands.first(), stands.last());
+    assert!(stands.len() >= 25, "{}", stands.len());
+    assert!(stands.iter().all(|t| (20.0..=60.0).contains(t)), "{stands:?}");
+}

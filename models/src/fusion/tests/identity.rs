@@ -458,3 +458,53 @@ fn what_is_not_seen_for_three_looks_is_only_assumed() {
         }
     }
 }
+
+/// Plots of a radar of what stands, in each of these stretches (their number, deviation of the plots, m).
+fn shown(stretches: &[(u32, f64)]) -> super::super::size::Spread {
+    let mut spread = super::super::size::Spread::default();
+    let mut k = 0;
+    for (count, sigma_m) in stretches {
+        for _ in 0..*count {
+            let key = DrawKey { run_seed: 77, sensor: 1, entity: 0, scan: k.into() };
+            let (a, b) = normal_pair(&mut key.rng(Purpose::Study));
+            let plot = hard_cases::plot(f64::from(k), k, 900.0 + sigma_m * a, 300.0 + sigma_m * b);
+            spread.learn(&plot, 1.0);
+            k += 1;
+        }
+    }
+    spread
+}
+
+/// What the plots of a track wander tells a jet from a car, and from what it was before another target took it over.
+#[test]
+fn the_size_that_is_shown_tells_lines_apart_and_lately_most_of_all() {
+    let mut config = TrackingConfig::paper();
+    for (designator, length_m, span_m) in [("A320", 37.6, 34.1), ("C172", 8.3, 11.0)] {
+        config.sizes.push(TypeSize { designator: designator.to_owned(), length_m, span_m });
+    }
+    let entries = ["A320", "C172"].map(|kind| entry(kind, kind, MovementKind::Arrival));
+    let flights = FlightList { entries: entries.to_vec(), runways: Vec::new() };
+    let (born, now) = (SimTime::from_s(0.0), SimTime::from_s(60.0));
+    let times = super::super::identity::ListTimes::stated(120.0);
+    let evidence = super::super::identity::Evidence::default();
+    let odds = |kind: &str, spread: &super::super::size::Spread| {
+        let line = flights.by_callsign(Callsign::new(kind)).expect("listed");
+        let list = super::super::identity::List { flights: &flights, config: &config, now, times };
+        evidence.log_ratio(spread, born, line, &list)
+    };
+    let of = |length_m, span_m| super::super::size::plot_variance_m2(length_m, span_m).sqrt();
+    let (jet_m, light_m) = (of(37.6, 34.1), of(8.3, 11.0));
+    let nothing = odds("A320", &shown(&[]));
+    let (jet, light) = (shown(&[(120, jet_m)]), shown(&[(120, light_m)]));
+    for (own, other, spread) in [("A320", "C172", &jet), ("C172", "A320", &light)] {
+        let (own, other) = (odds(own, spread), odds(other, spread));
+        println!("{nothing:.2}: {own:.2}, other {other:.2}");
+        assert!(own > nothing + 0.5 && other < nothing - 1.5, "{nothing} {own} {other}");
+    }
+    // For ten seconds of six minutes the track has followed a car: over all of it it is a jet as before.
+    let over = shown(&[(350, jet_m), (24, 0.4)]);
+    let all = shown(&[(350, jet_m), (24, jet_m)]);
+    let (over, all) = (odds("A320", &over), odds("A320", &all));
+    println!("taken over {over:.2}, never {all:.2}");
+    assert!(over < nothing - 1.5 && all > nothing + 0.5, "{over} {all}");
+}

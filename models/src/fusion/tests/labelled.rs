@@ -170,3 +170,42 @@ fn a_nominal_delay_is_taken_off_the_reports_that_have_it() {
     assert!((run(0.0) - 16.0).abs() < 0.5, "0.4 s behind at 40 m/s: {}", run(0.0));
     assert!(run(0.4).abs() < 0.5, "{}", run(0.4));
 }
+
+/// Whose track has just ended may be seen again at once: for ten seconds nobody else is called by its name.
+#[test]
+fn the_line_of_a_track_that_ended_is_given_to_no_other_one_at_once() {
+    let stand = Vector2::new(420.0, 312.0);
+    let line = FlightEntry {
+        stand_m: Some(stand),
+        off_block: Some(SimTime::from_s(400.0)),
+        eta_ctd: SimTime::from_s(500.0),
+        ..entry("DEP1", "A320", MovementKind::Departure)
+    };
+    let flights = list(vec![line]);
+    let mut tracker = Tracker::new(TrackingConfig::paper());
+    let (mut ended, mut called) = (None, None);
+    for k in 1..=120_u32 {
+        let t = f64::from(k);
+        // One stands at its stand, and nobody knows who it is; another one reports the name, 80 m farther, and falls silent.
+        let mut plots = vec![hard_cases::plot(t - 0.4, 0, stand.x, stand.y)];
+        if k <= 40 {
+            let at = stand + Vector2::new(80.0, 0.0);
+            let own = hard_cases::plot(t - 0.3, 1, at.x, at.y);
+            let name = Some(Identity::Callsign(Callsign::new("DEP1")));
+            plots.push(Plot { sensor: SensorId(3), kind: SensorKind::Adsb, identity: name, ..own });
+        }
+        for track in tracker.scan(SimTime::from_s(t), &plots, &flights) {
+            let far = (track.position_m - stand).norm() > 40.0;
+            if far && track.status == TrackStatus::Last {
+                ended = Some(k);
+            }
+            let name = track.assumed.or(track.label.as_ref().map(|l| l.callsign));
+            if !far && name.is_some() {
+                called = called.or(Some(k));
+            }
+        }
+    }
+    println!("ended {ended:?}, called {called:?}");
+    let (ended, called) = (ended.expect("silent"), called.expect("by its stand"));
+    assert!((ended + 10..=ended + 16).contains(&called), "{ended} {called}");
+}
