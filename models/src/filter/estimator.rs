@@ -1,6 +1,7 @@
 //! Whichever filter a track has: the shipped ones in place or behind a pointer, others as [`Own`].
 
-use super::events::{Averaged, Events};
+use super::averaged::Averaged;
+use super::events::Events;
 use super::histories::Histories;
 use super::imm::Imm;
 use super::map::MapAided;

@@ -6,13 +6,15 @@
 //!
 //! | event | of | what follows |
 //! |---|---|---|
-//! | begin, change | steady; accelerating | a new acceleration, N(0, σ_a²) per axis |
+//! | begin, change | steady; accelerating | a new acceleration along the course or across it, N(0, σ_a²), beside that N(0, σ_s²) |
 //! | end | accelerating | none |
 //! | jump | both | velocity += N(0, σ_v²) per axis, no acceleration: what no machine does |
 //!
-//! With the old acceleration a₀: mean added to (p + vT, v, a): (a₀T²/3, a₀T/2, 0); `Q = σ_a² E + a₀² (E − m mᵀ)`,
-//! `E = [T⁴/20 T³/8 T²/6; · T²/3 T/2; · · 1]`, `m = (T²/6, T/2, 1)`. An acceleration that stays keeps its angle to the
-//! course: it turns with `ω = (v × a)/|v|²`, shrunk by how well it is known.
+//! With the old acceleration a₀: mean added to (p + vT, v, a): (a₀T²/3, a₀T/2, 0); `Q = Σ_a ⊗ E + a₀a₀ᵀ ⊗ (E − m mᵀ)`,
+//! `E = [T⁴/20 T³/8 T²/6; · T²/3 T/2; · · 1]`, `m = (T²/6, T/2, 1)`. What rolls speeds up, brakes or turns, hardly ever two
+//! of these from one moment on: Σ_a is long along the course in one history and across it in another; of what is too slow to show
+//! a course it is round. An acceleration that stays keeps its angle to the course: it turns with `ω = (v × a)/|v|²`, and what is
+//! not known of v and a is carried on with the derivatives of that.
 //!
 //! The N most likely histories are kept; two that say the same are one.
 
@@ -32,14 +34,16 @@ use crate::time::SimTime;
 /// How often what happens. Nothing of it refers to a sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EventModel {
-    /// Accelerations begin, 1/s; an acceleration changes half as often.
+    /// Accelerations begin, and change, 1/s.
     pub begin_per_s: f64,
     /// Accelerations end, 1/s.
     pub end_per_s: f64,
     /// Jumps of the velocity, 1/s.
     pub jump_per_s: f64,
-    /// A new acceleration, standard deviation per axis, m/s².
+    /// A new acceleration, standard deviation along the course or across it (per axis where no course shows), m/s².
     pub sigma_a_ms2: f64,
+    /// What it has in the other one of these directions, standard deviation, m/s².
+    pub sigma_beside_ms2: f64,
     /// A jump, standard deviation per axis, m/s.
     pub sigma_v_mps: f64,
     /// Noise of a steady target: density of the acceleration, m²/s³.
@@ -49,17 +53,39 @@ pub struct EventModel {
 }
 
 impl Default for EventModel {
-    /// Assumed, chosen on landings, a take-off, a rapid exit, taxi turns and a vehicle.
+    /// Assumed, chosen on drawn movements (`studies::unseen`, seeds 21 to 28).
     fn default() -> Self {
         Self {
-            begin_per_s: 0.05,
-            end_per_s: 0.07,
+            begin_per_s: 0.12,
+            end_per_s: 0.06,
             jump_per_s: 0.003,
-            sigma_a_ms2: 2.5,
+            sigma_a_ms2: 1.8,
+            sigma_beside_ms2: 0.3,
             sigma_v_mps: 12.0,
             q_steady: 1e-4,
             q_accelerating: 1e-4,
         }
+    }
+}
+
+/// What is slower than this shows no course, m/s.
+const COURSE_FROM_MPS: f64 = 2.0;
+
+impl EventModel {
+    /// Covariances (east, both, north; m²/s⁴) that a new acceleration may have, and how many: along the course and across it, or
+    /// round.
+    fn new_accelerations(&self, state: &Gaussian) -> ([[f64; 3]; 2], usize) {
+        let [vx, vy] = state.x[1].array();
+        let speed2 = vx * vx + vy * vy;
+        let (long, short) = (self.sigma_a_ms2.powi(2), self.sigma_beside_ms2.powi(2));
+        if !(speed2 > COURSE_FROM_MPS * COURSE_FROM_MPS && speed2.is_finite()) {
+            return ([[long, 0.0, long]; 2], 1);
+        }
+        let [xx, xy, yy] = [vx * vx / speed2, vx * vy / speed2, vy * vy / speed2];
+        let of = |along: f64, across: f64| {
+            [along * xx + across * yy, (along - across) * xy, along * yy + across * xx]
+        };
+        ([of(long, short), of(short, long)], 2)
     }
 }
 
@@ -83,7 +109,12 @@ impl ChangeMoments {
     /// Covariance of (p, v, a), upper triangle, for a new acceleration N(0, `sigma`²); 0: none.
     #[must_use]
     pub fn noise(&self, sigma: f64) -> [f64; 6] {
-        let (t, s2, b2) = (self.t, sigma * sigma, self.before2);
+        self.noise_of(sigma * sigma)
+    }
+
+    /// The same by the variance of the new acceleration.
+    fn noise_of(&self, s2: f64) -> [f64; 6] {
+        let (t, b2) = (self.t, self.before2);
         let t2 = t * t;
         [
             t2 * t2 * (s2 / 20.0 + b2 / 45.0),
@@ -167,9 +198,8 @@ impl<const N: usize> Events<N> {
     ) {
         let m = &self.model;
         let within = |rate: f64| -libm::expm1(-rate * t);
-        let changing = if accelerating { 0.5 * m.begin_per_s } else { m.begin_per_s };
-        let (change, end) =
-            (within(changing), if accelerating { within(m.end_per_s) } else { 0.0 });
+        let change = within(m.begin_per_s);
+        let end = if accelerating { within(m.end_per_s) } else { 0.0 };
         let jump = jump.max(within(m.jump_per_s));
         let nothing = (1.0 - change - end).max(0.0) * (1.0 - jump);
         let rest = (1.0 - nothing - jump).max(0.0);
@@ -184,11 +214,16 @@ impl<const N: usize> Events<N> {
         }
         // The old acceleration for a time that is uniform in the interval, then a new one or none.
         let old = Step { t, f02: t * t / 3.0, f12: t / 2.0, f22: 0.0, q: [0.0; 6] };
-        let [east, north] = state.x[2].array().map(|a| change_moments(t, a));
-        for (chance, sigma) in [(change, m.sigma_a_ms2), (end, 0.0)] {
-            if chance > 0.0 {
-                let next = state.predicted(&old).plus_pairs(east.noise(sigma), north.noise(sigma));
-                each(chance * of_rest, sigma > 0.0, next);
+        if change + end > 0.0 {
+            let ended = state.predicted(&old);
+            let before = state.x[2].array();
+            if end > 0.0 {
+                each(end * of_rest, false, ended.plus_changed(t, before, [0.0; 3]));
+            }
+            let (spreads, count) = m.new_accelerations(state);
+            let chance = change * of_rest / count as f64;
+            for spread in &spreads[..count] {
+                each(chance, true, ended.plus_changed(t, before, *spread));
             }
         }
         if jump > 0.0 {
@@ -317,6 +352,18 @@ impl Gaussian {
         self.plus_pairs(q, q)
     }
 
+    /// With what a change at a moment uniform in `t` seconds adds: old acceleration `before`, covariance of the new one.
+    fn plus_changed(self, t: f64, before: [f64; 2], [xx, xy, yy]: [f64; 3]) -> Self {
+        let [east, north] = before.map(|a| change_moments(t, a));
+        let mut next = self.plus_pairs(east.noise_of(xx), north.noise_of(yy));
+        // The moment is the same of both axes.
+        let both = ChangeMoments { before2: before[0] * before[1], ..east }.noise_of(xy);
+        for (cross, place) in next.cross.iter_mut().zip([0, 1, 2, 1, 3, 4, 2, 4, 5]) {
+            *cross += both[place];
+        }
+        next
+    }
+
     fn plus_pairs(mut self, east: [f64; 6], north: [f64; 6]) -> Self {
         for k in 0..6 {
             self.p[k] = self.p[k] + Pair::new(east[k], north[k]);
@@ -329,17 +376,9 @@ impl Gaussian {
 fn turned(state: &Gaussian, t: f64) -> Gaussian {
     let ([vx, vy], [ax, ay]) = (state.x[1].array(), state.x[2].array());
     let speed2 = vx * vx + vy * vy;
-    let mut rate = 0.0;
-    if speed2 > TURNS_FROM_MPS * TURNS_FROM_MPS && speed2.is_finite() {
-        let found = (vx * ay - vy * ax) / speed2;
-        let (gx, gy) = (-vy / speed2, vx / speed2);
-        let [paa, pbb] = state.p[5].array();
-        let spread = gx * gx * paa + 2.0 * gx * gy * state.cross[8] + gy * gy * pbb;
-        let square = found * found;
-        if square > 0.0 {
-            rate = (found * square / (square + spread.max(0.0))).clamp(-FASTEST_TURN, FASTEST_TURN);
-        }
-    }
+    let turns = speed2 > TURNS_FROM_MPS * TURNS_FROM_MPS && speed2.is_finite();
+    let found = if turns { (vx * ay - vy * ax) / speed2 } else { 0.0 };
+    let rate = found.clamp(-FASTEST_TURN, FASTEST_TURN);
     let x = rate * t;
     if x.abs() < 1e-9 {
         return state.predicted(&Step::constant_acceleration(0.0, t));
@@ -364,13 +403,34 @@ fn turned(state: &Gaussian, t: f64) -> Gaussian {
                 + sign * other[k] * v[3 * (1 - axis) + 2]
         })
     };
+    // Derivatives: of the rate by velocity and acceleration, of what is added by the rate (∫ τᵏ R(ωτ) a to second order).
+    let by_state = if found == rate {
+        [(ay - 2.0 * rate * vx), -vy, (-ax - 2.0 * rate * vy), vx].map(|d| d / speed2)
+    } else {
+        [0.0; 4]
+    };
+    let aside = |angle: f64, k: f64| {
+        let (sin, cos) = libm::sincos(angle);
+        [-(sin * ax + cos * ay) * k, (cos * ax - sin * ay) * k]
+    };
+    let by_rate = [
+        aside(x / 2.0, t * t * t / 6.0),
+        aside(2.0 / 3.0 * x, t * t / 2.0),
+        aside(x, t),
+    ];
+    let along = |v: &[f64; 6]| -> [f64; 6] {
+        let turned = apply(v);
+        let [of_vx, of_ax, of_vy, of_ay] = by_state;
+        let more = of_vx * v[1] + of_ax * v[2] + of_vy * v[4] + of_ay * v[5];
+        std::array::from_fn(|i| turned[i] + by_rate[i % 3][i / 3] * more)
+    };
     let mean: [f64; 6] = std::array::from_fn(|i| state.x[i % 3].array()[i / 3]);
     let full = state.covariance();
-    let mut half = [[0.0; 6]; 6]; // columns of ΦP, then rows of ΦPΦᵀ
+    let mut half = [[0.0; 6]; 6]; // columns of FP, then rows of FPFᵀ
     for (j, column) in half.iter_mut().enumerate() {
-        *column = apply(&std::array::from_fn(|i| full[(i, j)]));
+        *column = along(&std::array::from_fn(|i| full[(i, j)]));
     }
-    let rows: [[f64; 6]; 6] = std::array::from_fn(|i| apply(&std::array::from_fn(|j| half[j][i])));
+    let rows: [[f64; 6]; 6] = std::array::from_fn(|i| along(&std::array::from_fn(|j| half[j][i])));
     let mean = apply(&mean);
     let pair = |i: usize, j: usize| Pair::new(rows[i][j], rows[3 + i][3 + j]);
     let mut cross = [0.0; 9];
@@ -474,119 +534,6 @@ impl<const N: usize> StateEstimator for Events<N> {
     }
 }
 
-/// Two rungs side by side, averaged by the discounted likelihood of their plots: modes that are mixed, and events.
-#[derive(Clone, Debug)]
-pub struct Averaged {
-    modes: super::imm::Imm<3>,
-    events: Events<27>,
-    choice: super::choice::Choice,
-}
-
-/// A rung that weighs less is left out.
-const LEAST_SHARE: f64 = 1e-9;
-
-/// What a plot said counts so much a second later.
-const KEPT_PER_S: f64 = 0.9;
-
-impl Averaged {
-    /// Both from one plot.
-    ///
-    /// # Errors
-    /// If the plot is unsound or measures one direction only.
-    pub fn from_plot(
-        plot: &Plot,
-        modes: std::sync::Arc<super::modes::Modes>,
-        start: Start,
-    ) -> Result<Self, UpdateError> {
-        Ok(Self {
-            modes: super::imm::Imm::from_plot(plot, modes, start)?,
-            events: Events::from_plot(plot, EventModel::default(), start)?,
-            choice: super::choice::Choice::new(2),
-        })
-    }
-
-    /// Weight of the modes and of the events.
-    #[must_use]
-    pub fn weights(&self) -> [f64; 2] {
-        let weights = self.choice.weights();
-        [weights[0], weights[1]]
-    }
-
-    fn both(&self, modes: &Gaussian, events: &Gaussian) -> Gaussian {
-        let [of_modes, of_events] = self.weights();
-        // What weighs nothing leaves no trace of rounding either.
-        if of_events < LEAST_SHARE {
-            return *modes;
-        }
-        if of_modes < LEAST_SHARE {
-            return *events;
-        }
-        Gaussian::mixture(&[of_modes, of_events], &[*modes, *events])
-    }
-
-    fn take(
-        &mut self,
-        plot: &Plot,
-        modes: impl FnOnce(&mut super::imm::Imm<3>) -> Result<Nis, UpdateError>,
-        events: impl FnOnce(&mut Events<27>) -> Result<Nis, UpdateError>,
-    ) -> Result<Nis, UpdateError> {
-        let t = interval(self.time(), plot.time)?;
-        let mut next = self.clone();
-        let found = modes(&mut next.modes)?;
-        let log = match events(&mut next.events) {
-            Ok(_) => next.events.log_density(),
-            // It begins again from what the other one knows.
-            Err(_) => {
-                next.events.replace(plot.time, &next.modes.estimate().state);
-                f64::NEG_INFINITY
-            }
-        };
-        next.choice.add(libm::pow(KEPT_PER_S, t), &[next.modes.log_density(), log]);
-        *self = next;
-        Ok(found)
-    }
-}
-
-impl StateEstimator for Averaged {
-    fn time(&self) -> SimTime {
-        self.modes.time()
-    }
-    fn estimate(&self) -> Estimate {
-        let state = self.both(&self.modes.estimate().state, &self.events.estimate().state);
-        Estimate::new(self.time(), state)
-    }
-    fn predicted(&self, time: SimTime) -> Result<Estimate, UpdateError> {
-        let (modes, events) = (self.modes.predicted(time)?, self.events.predicted(time)?);
-        Ok(Estimate::new(time, self.both(&modes.state, &events.state)))
-    }
-    fn update(&mut self, plot: &Plot) -> Result<Nis, UpdateError> {
-        self.take(plot, |f| f.update(plot), |f| f.update(plot))
-    }
-    fn update_manoeuvre(&mut self, plot: &Plot) -> Result<Nis, UpdateError> {
-        self.take(plot, |f| f.update_manoeuvre(plot), |f| f.update_manoeuvre(plot))
-    }
-    fn update_weighted(&mut self, plots: &[(&Plot, f64)]) -> Result<(), UpdateError> {
-        if let Some((certain, _)) = plots.iter().find(|(_, beta)| *beta >= 1.0) {
-            return self.update(certain).map(|_| ());
-        }
-        let mut next = self.clone();
-        next.modes.update_weighted(plots)?;
-        if next.events.update_weighted(plots).is_err() {
-            next.events.replace(next.modes.time(), &next.modes.estimate().state);
-        }
-        *self = next;
-        Ok(())
-    }
-    fn replace(&mut self, time: SimTime, state: &Gaussian) {
-        self.modes.replace(time, state);
-        self.events.replace(time, state);
-        self.choice = super::choice::Choice::new(2);
-    }
-    fn start(&self) -> Start {
-        self.modes.start()
-    }
-}
-
 /// The rung `events9`.
 pub const EVENTS9: Declared = Declared {
     word: "events9",
@@ -610,18 +557,5 @@ pub const EVENTS27: Declared = Declared {
     start: |config, plot| {
         let filter = Events::from_plot(plot, EventModel::default(), config.start)?;
         Ok(Estimator::Events27(Box::new(filter)))
-    },
-};
-
-/// The rung `pair`.
-pub const PAIR: Declared = Declared {
-    word: "pair",
-    about: "three kinds of motion and 27 histories, weighted",
-    cost: 1_430,
-    modes: Modes::mixed,
-    histories: Some(0),
-    start: |config, plot| {
-        let filter = Averaged::from_plot(plot, std::sync::Arc::clone(&config.modes), config.start)?;
-        Ok(Estimator::Pair(Box::new(filter)))
     },
 };

@@ -1,0 +1,139 @@
+//! Two rungs side by side: modes that are mixed, and events, averaged by the discounted likelihood of their plots.
+//!
+//! Neither is the best everywhere: accelerations of recorded traffic drift, those of machines that are driven begin and end.
+
+use super::choice::Choice;
+use super::events::{EventModel, Events};
+use super::gaussian::{Gaussian, Nis};
+use super::imm::Imm;
+use super::modes::Modes;
+use super::{Declared, Estimate, Estimator, Start, StateEstimator, UpdateError, interval};
+use crate::plot::Plot;
+use crate::time::SimTime;
+use std::sync::Arc;
+
+/// See the module's text.
+#[derive(Clone, Debug)]
+pub struct Averaged {
+    modes: Imm<3>,
+    events: Events<27>,
+    choice: Choice,
+}
+
+/// A rung that weighs less is left out.
+const LEAST_SHARE: f64 = 1e-9;
+
+/// What a plot said counts so much a second later.
+const KEPT_PER_S: f64 = 0.9;
+
+impl Averaged {
+    /// Both from one plot.
+    ///
+    /// # Errors
+    /// If the plot is unsound or measures one direction only.
+    pub fn from_plot(
+        plot: &Plot,
+        modes: Arc<Modes>,
+        start: Start,
+    ) -> Result<Self, UpdateError> {
+        Ok(Self {
+            modes: Imm::from_plot(plot, modes, start)?,
+            events: Events::from_plot(plot, EventModel::default(), start)?,
+            choice: Choice::new(2),
+        })
+    }
+
+    /// Weight of the modes and of the events.
+    #[must_use]
+    pub fn weights(&self) -> [f64; 2] {
+        let weights = self.choice.weights();
+        [weights[0], weights[1]]
+    }
+
+    fn both(&self, modes: &Gaussian, events: &Gaussian) -> Gaussian {
+        let [of_modes, of_events] = self.weights();
+        // What weighs nothing leaves no trace of rounding either.
+        if of_events < LEAST_SHARE {
+            return *modes;
+        }
+        if of_modes < LEAST_SHARE {
+            return *events;
+        }
+        Gaussian::mixture(&[of_modes, of_events], &[*modes, *events])
+    }
+
+    fn take(
+        &mut self,
+        plot: &Plot,
+        modes: impl FnOnce(&mut Imm<3>) -> Result<Nis, UpdateError>,
+        events: impl FnOnce(&mut Events<27>) -> Result<Nis, UpdateError>,
+    ) -> Result<Nis, UpdateError> {
+        let t = interval(self.time(), plot.time)?;
+        let mut next = self.clone();
+        let found = modes(&mut next.modes)?;
+        let log = match events(&mut next.events) {
+            Ok(_) => next.events.log_density(),
+            // It begins again from what the other one knows.
+            Err(_) => {
+                next.events.replace(plot.time, &next.modes.estimate().state);
+                f64::NEG_INFINITY
+            }
+        };
+        next.choice.add(libm::pow(KEPT_PER_S, t), &[next.modes.log_density(), log]);
+        *self = next;
+        Ok(found)
+    }
+}
+
+impl StateEstimator for Averaged {
+    fn time(&self) -> SimTime {
+        self.modes.time()
+    }
+    fn estimate(&self) -> Estimate {
+        let state = self.both(&self.modes.estimate().state, &self.events.estimate().state);
+        Estimate::new(self.time(), state)
+    }
+    fn predicted(&self, time: SimTime) -> Result<Estimate, UpdateError> {
+        let (modes, events) = (self.modes.predicted(time)?, self.events.predicted(time)?);
+        Ok(Estimate::new(time, self.both(&modes.state, &events.state)))
+    }
+    fn update(&mut self, plot: &Plot) -> Result<Nis, UpdateError> {
+        self.take(plot, |f| f.update(plot), |f| f.update(plot))
+    }
+    fn update_manoeuvre(&mut self, plot: &Plot) -> Result<Nis, UpdateError> {
+        self.take(plot, |f| f.update_manoeuvre(plot), |f| f.update_manoeuvre(plot))
+    }
+    fn update_weighted(&mut self, plots: &[(&Plot, f64)]) -> Result<(), UpdateError> {
+        if let Some((certain, _)) = plots.iter().find(|(_, beta)| *beta >= 1.0) {
+            return self.update(certain).map(|_| ());
+        }
+        let mut next = self.clone();
+        next.modes.update_weighted(plots)?;
+        if next.events.update_weighted(plots).is_err() {
+            next.events.replace(next.modes.time(), &next.modes.estimate().state);
+        }
+        *self = next;
+        Ok(())
+    }
+    fn replace(&mut self, time: SimTime, state: &Gaussian) {
+        self.modes.replace(time, state);
+        self.events.replace(time, state);
+        self.choice = Choice::new(2);
+    }
+    fn start(&self) -> Start {
+        self.modes.start()
+    }
+}
+
+/// The rung `pair`.
+pub const PAIR: Declared = Declared {
+    word: "pair",
+    about: "three kinds of motion and 27 histories, weighted",
+    cost: 1_430,
+    modes: Modes::mixed,
+    histories: Some(0),
+    start: |config, plot| {
+        let filter = Averaged::from_plot(plot, Arc::clone(&config.modes), config.start)?;
+        Ok(Estimator::Pair(Box::new(filter)))
+    },
+};
