@@ -136,6 +136,10 @@ fn line(name: &str, seed: u64, profile: &str, found: &Published, swaps: u64) {
 
 fn details(found: &Published, options: &Options) {
     if options.types {
+        for (how, sum) in ["up to 30 m/s", "faster"].into_iter().zip(&found.by_speed) {
+            let (count, rmse_m, nees) = (sum.count, sum.rmse_m(), sum.nees());
+            println!("  {how}: {count} reports, {rmse_m:.2} m, NEES {nees:.2}");
+        }
         for ((kind, moves), sum) in &found.by_type {
             let how = if *moves { "moving" } else { "standing" };
             let Sum { count, .. } = sum;

@@ -25,6 +25,9 @@ const ACQUISITION: u32 = 3;
 /// A track that had so many reports of one target on end follows it.
 const LONG_FOLLOWED: u32 = 20;
 
+/// What is faster flies or is about to, m/s: out there fewer sensors see it, and what its reports are late by shows in metres.
+pub const FAST_MPS: f64 = 30.0;
+
 /// A report farther off than this is none of its target, m.
 pub const FAR_M: f64 = 60.0;
 
@@ -85,6 +88,8 @@ pub struct Published {
     pub second_ago: Sum,
     /// The same of settled stretches.
     pub settled_ago: Sum,
+    /// Settled reports of targets no faster than [`FAST_MPS`], and of faster ones: on final, lifting off, on a run.
+    pub by_speed: [Sum; 2],
     /// Settled reports by the designator of the target's type and whether it moves.
     pub by_type: BTreeMap<(String, bool), Sum>,
     /// Reports farther off.
@@ -138,7 +143,7 @@ const MOST_STRAYED: usize = 1_000;
 struct Stretch {
     key: u64,
     reports: u32,
-    latest: Option<(Vector2<f64>, f64, bool)>,
+    latest: Option<(Vector2<f64>, f64, f64)>,
 }
 
 /// Runs the tracker over the plots of a run; the flight list says what labels there are.
@@ -213,14 +218,15 @@ pub fn publish_of(
             out.all.add(error, nees);
             let name = truth.callsign(key as usize);
             out.worst.push((error.norm(), scan as u64 + 1, name.as_str().to_owned()));
-            let moves = state.velocity_mps.xy().norm() > 1.0;
+            let speed_mps = state.velocity_mps.xy().norm();
             let before = stretches.get(&track.number).filter(|s| s.key == key).copied();
-            if let Some(Stretch { reports, latest: Some((error, nees, moves)), .. }) = before
+            if let Some(Stretch { reports, latest: Some((error, nees, speed_mps)), .. }) = before
                 && reports > ACQUISITION
             {
                 out.settled.add(error, nees);
+                out.by_speed[usize::from(speed_mps > FAST_MPS)].add(error, nees);
                 let kind = truth.class(key as usize).designator.clone();
-                out.by_type.entry((kind, moves)).or_default().add(error, nees);
+                out.by_type.entry((kind, speed_mps > 1.0)).or_default().add(error, nees);
             }
             let reports = before.map_or(1, |s| s.reports + 1);
             let stood = |ago: f64| {
@@ -236,7 +242,7 @@ pub fn publish_of(
                     }
                 }
             }
-            let latest = Some((error, nees, moves));
+            let latest = Some((error, nees, speed_mps));
             stretches.insert(track.number, Stretch { key, reports, latest });
             if let Some(lag) = &track.second_ago
                 && let Some(then) = truth.at(key as usize, lag.time)
@@ -338,6 +344,7 @@ mod tests {
     use crate::crowds::{among_parked, thirty_five};
     use crate::movers::Movers;
     use crate::{profiles, zurich};
+    use models::plot::SensorId;
 
     /// The scene's own sensors and sizes with the choices of a profile.
     fn config(scene: &Scene, base: TrackingConfig) -> TrackingConfig {
@@ -448,12 +455,30 @@ mod tests {
         }
     }
 
+    /// The plots of one sensor alone.
+    fn only(seen: &profiles::Seen, sensor: SensorId) -> profiles::Seen {
+        let mut own = seen.clone();
+        for ((_, plots), causes) in own.scans.iter_mut().zip(&mut own.causes) {
+            let kept = plots.iter().map(|p| p.sensor == sensor);
+            let kept: Vec<bool> = kept.collect();
+            let (mut a, mut b) = (kept.iter(), kept.iter());
+            plots.retain(|_| *a.next().unwrap_or(&false));
+            causes.retain(|_| *b.next().unwrap_or(&false));
+        }
+        own
+    }
+
     /// Steady gains with sensors whose plots come milliseconds apart: at Zurich with two radars they once made 71 tracks of 8 targets,
-    /// 3000 km away. Gains of the first sensor are not the best for a second one: at Zurich a radar more made it 4.25 m of 3.98 m.
+    /// 3000 km away; then each sensor had the gains of the first one, and at `xsyn` a radar drew what multilateration
+    /// shows to 0.9 m to its own errors: 3.92 m. All sensors together are no worse than the best of them alone.
     #[test]
     fn steady_gains_hold_with_several_sensors_at_any_airport() {
         use models::filter::{FilterConfig, Rung};
-        let run = |airport: &str, words: &[&str], seed: u64, rung: Rung| {
+        for (airport, words, seed) in [
+            ("xsyn", &["radar", "mlat"][..], 941),
+            ("egcc", &["radar"], 942),
+            ("zurich", &["radar"], 943),
+        ] {
             let file = scenarios::locate(airport);
             let text = scenarios::text_of(&file).expect("ships");
             let scene = crate::reference::with_sensors(&file, &text, words.iter().copied());
@@ -461,28 +486,31 @@ mod tests {
             let truth = Movers::drive(&scene, 400.0);
             let sensors = zurich::sensors(&scene).expect("sound");
             let seen = profiles::see_of(&truth, &scene, sensors, seed, 400.0);
-            let paper = config(&scene, TrackingConfig::paper());
-            let config = TrackingConfig { filter: FilterConfig::new(rung), ..paper };
-            let found = publish_of(&truth, &seen, &config, &scene.flight_list);
-            println!(
-                "{airport} {words:?} {}: {:.2} m, {} tracks of {}, {} far",
-                rung.name(),
-                found.settled.rmse_m(),
-                found.tracks,
-                found.targets,
-                found.far
-            );
-            found
-        };
-        for (airport, words, seed) in [
-            ("xsyn", &["radar", "mlat"][..], 941),
-            ("egcc", &["radar"], 942),
-            ("zurich", &["radar"], 943),
-        ] {
-            let alone = run(airport, &[], seed, Rung::Abg);
-            let own = run(airport, words, seed, Rung::Abg);
-            let other = run(airport, words, seed, Rung::Ca3);
-            assert!(own.settled.rmse_m() <= 1.2 * alone.settled.rmse_m(), "{airport}");
+            let run = |what: &str, seen: &profiles::Seen, rung: Rung| {
+                let paper = config(&scene, TrackingConfig::paper());
+                let config = TrackingConfig { filter: FilterConfig::new(rung), ..paper };
+                let found = publish_of(&truth, seen, &config, &scene.flight_list);
+                println!(
+                    "{airport} {words:?} {what}, {}: {:.2} m, {} tracks of {}, {} far",
+                    rung.name(),
+                    found.settled.rmse_m(),
+                    found.tracks,
+                    found.targets,
+                    found.far
+                );
+                found
+            };
+            let own = run("all", &seen, Rung::Abg);
+            let other = run("all", &seen, Rung::Ca3);
+            let ids: BTreeSet<SensorId> =
+                seen.scans.iter().flat_map(|(_, plots)| plots.iter().map(|p| p.sensor)).collect();
+            for id in ids {
+                let alone = run(&format!("{id:?} alone"), &only(&seen, id), Rung::Abg);
+                // What sees some of the targets only is better on those.
+                if 10 * alone.settled.count >= 8 * own.settled.count {
+                    assert!(own.settled.rmse_m() <= alone.settled.rmse_m(), "{airport} {id:?}");
+                }
+            }
             assert!(own.tracks <= other.tracks + 6 && own.far <= other.far + 20, "{airport}");
             // No faster than an airliner that takes off.
             let speeds = own.reports.iter().filter_map(|r| r.velocity_mps).map(|v| v.norm());
