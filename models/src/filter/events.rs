@@ -25,6 +25,7 @@ use super::lanes::{Lane, Pair};
 use super::modes::Modes;
 use super::motion::Step;
 use super::three_state::start_position;
+use super::turning::turned;
 use super::{Declared, Estimator};
 use super::{Estimate, Start, StateEstimator, UpdateError, interval, measurements};
 use crate::frames::Vector2;
@@ -155,9 +156,6 @@ const SAME_MEANS: f64 = 0.1;
 const SAME_SPREAD: f64 = 0.3;
 /// Share of histories of a new track that accelerate.
 const ACCELERATING: f64 = 0.3;
-/// An acceleration does not turn faster, rad/s, nor that of a target slower than [`TURNS_FROM_MPS`].
-const FASTEST_TURN: f64 = 0.6;
-const TURNS_FROM_MPS: f64 = 3.0;
 /// Prior of a jump once a plot was accepted by the kinematic gate alone.
 const JUMP_PRIOR: f64 = 0.5;
 
@@ -369,78 +367,6 @@ impl Gaussian {
             self.p[k] = self.p[k] + Pair::new(east[k], north[k]);
         }
         self
-    }
-}
-
-/// A state carried on for `t` seconds with an acceleration that keeps its angle to the course.
-fn turned(state: &Gaussian, t: f64) -> Gaussian {
-    let ([vx, vy], [ax, ay]) = (state.x[1].array(), state.x[2].array());
-    let speed2 = vx * vx + vy * vy;
-    let turns = speed2 > TURNS_FROM_MPS * TURNS_FROM_MPS && speed2.is_finite();
-    let found = if turns { (vx * ay - vy * ax) / speed2 } else { 0.0 };
-    let rate = found.clamp(-FASTEST_TURN, FASTEST_TURN);
-    let x = rate * t;
-    if x.abs() < 1e-9 {
-        return state.predicted(&Step::constant_acceleration(0.0, t));
-    }
-    let (sin, cos) = libm::sincos(x);
-    // sin x/ω, (1 − cos x)/ω, (1 − cos x)/ω², (x − sin x)/ω²
-    let (s1, c1, c2, s2) = if x.abs() < 1e-3 {
-        let (x2, t2) = (x * x, t * t);
-        (t * (1.0 - x2 / 6.0), t * x / 2.0, t2 / 2.0 * (1.0 - x2 / 12.0), t2 * x / 6.0)
-    } else {
-        let r2 = rate * rate;
-        (sin / rate, (1.0 - cos) / rate, (1.0 - cos) / r2, (x - sin) / r2)
-    };
-    // Rows of Φ on (x, vx, ax, y, vy, ay): each has its own axis, and the other one's acceleration.
-    let own = [[1.0, t, c2], [0.0, 1.0, s1], [0.0, 0.0, cos]];
-    let other = [s2, c1, sin];
-    let apply = |v: &[f64; 6]| -> [f64; 6] {
-        std::array::from_fn(|row| {
-            let (axis, k) = (row / 3, row % 3);
-            let sign = if axis == 0 { -1.0 } else { 1.0 };
-            (0..3).map(|j| own[k][j] * v[3 * axis + j]).sum::<f64>()
-                + sign * other[k] * v[3 * (1 - axis) + 2]
-        })
-    };
-    // Derivatives: of the rate by velocity and acceleration, of what is added by the rate (∫ τᵏ R(ωτ) a to second order).
-    let by_state = if found == rate {
-        [(ay - 2.0 * rate * vx), -vy, (-ax - 2.0 * rate * vy), vx].map(|d| d / speed2)
-    } else {
-        [0.0; 4]
-    };
-    let aside = |angle: f64, k: f64| {
-        let (sin, cos) = libm::sincos(angle);
-        [-(sin * ax + cos * ay) * k, (cos * ax - sin * ay) * k]
-    };
-    let by_rate = [
-        aside(x / 2.0, t * t * t / 6.0),
-        aside(2.0 / 3.0 * x, t * t / 2.0),
-        aside(x, t),
-    ];
-    let along = |v: &[f64; 6]| -> [f64; 6] {
-        let turned = apply(v);
-        let [of_vx, of_ax, of_vy, of_ay] = by_state;
-        let more = of_vx * v[1] + of_ax * v[2] + of_vy * v[4] + of_ay * v[5];
-        std::array::from_fn(|i| turned[i] + by_rate[i % 3][i / 3] * more)
-    };
-    let mean: [f64; 6] = std::array::from_fn(|i| state.x[i % 3].array()[i / 3]);
-    let full = state.covariance();
-    let mut half = [[0.0; 6]; 6]; // columns of FP, then rows of FPFᵀ
-    for (j, column) in half.iter_mut().enumerate() {
-        *column = along(&std::array::from_fn(|i| full[(i, j)]));
-    }
-    let rows: [[f64; 6]; 6] = std::array::from_fn(|i| along(&std::array::from_fn(|j| half[j][i])));
-    let mean = apply(&mean);
-    let pair = |i: usize, j: usize| Pair::new(rows[i][j], rows[3 + i][3 + j]);
-    let mut cross = [0.0; 9];
-    for (k, slot) in cross.iter_mut().enumerate() {
-        *slot = rows[k / 3][3 + k % 3];
-    }
-    Gaussian {
-        x: [0, 1, 2].map(|k| Pair::new(mean[k], mean[3 + k])),
-        p: [pair(0, 0), pair(0, 1), pair(0, 2), pair(1, 1), pair(1, 2), pair(2, 2)],
-        cross,
     }
 }
 

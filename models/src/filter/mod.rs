@@ -37,6 +37,7 @@ pub mod route;
 pub mod smoother;
 #[cfg(test)]
 mod testing;
+mod turning;
 pub mod weights;
 
 use crate::frames::{Matrix2, Vector2};
