@@ -217,6 +217,23 @@ impl SteadyGain {
         !self.heard.is_empty()
     }
 
+    /// What velocity and acceleration take of a plot to what the place takes, `t` seconds after the one before: from what it is after
+    /// an interval to what it is before the next one's end. Of a new track two plots at once say nothing of these.
+    fn shares(&self, t: f64) -> [f64; 2] {
+        let (last, next) = (self.schedule(self.last()), self.schedule(self.count));
+        let part = (t / self.table.interval_s).min(1.0);
+        [1, 2].map(|k| {
+            let [before, after] =
+                [last.p[k] / last.p[0].max(1e-9), next.gains[k] / next.gains[0].max(1e-9)];
+            before + (after - before) * part
+        })
+    }
+
+    /// The interval before this one.
+    fn last(&self) -> usize {
+        if self.count + 1 < SCANS { self.count.saturating_sub(1) } else { self.count }
+    }
+
     fn schedule(&self, count: usize) -> &Schedule {
         &self.table.tables[self.level][count.min(SCANS - 1)]
     }
@@ -365,8 +382,7 @@ impl StateEstimator for SteadyGain {
         // as another look at the same place, P/(P + R) with P = αR.
         let at_once = !several && t < AT_ONCE * interval_s;
         let gain = if several {
-            let last = if self.count + 1 < SCANS { self.count - 1 } else { self.count };
-            let before = self.schedule(last).p[0];
+            let before = self.schedule(self.last()).p[0];
             let found = known + self.told * ((alpha / (1.0 - alpha) - before) * t / interval_s);
             let gain = found * (found + r).recip();
             self.r = if gap { r } else { gain * r } * (1.0 / alpha.max(1e-9));
@@ -380,11 +396,12 @@ impl StateEstimator for SteadyGain {
         // Gains belong to the interval of the table; a shorter one makes them no larger.
         let rate = if at_once { 0.0 } else { 1.0 / t.max(interval_s) };
         // Of velocity and acceleration in proportion to what the place takes.
-        let moved = if several { nu * gain * (1.0 / alpha.max(1e-9)) } else { nu };
+        let [of_v, of_a] = if several { self.shares(t) } else { [beta, gamma] };
+        let moved = if several { nu * gain } else { nu };
         self.x = [
             x[0] + if gap { nu } else { nu * gain },
-            x[1] + moved * (beta * rate),
-            x[2] + moved * (gamma * rate * rate),
+            x[1] + moved * (of_v * rate),
+            x[2] + moved * (of_a * rate * rate),
         ];
         self.time = plot.time;
         Ok(Nis { d2, det: s.east() * s.north(), dof: 2 })
