@@ -1,13 +1,19 @@
-//! What traffic that behaves costs on one core, planning included: a step with ten, a hundred and a thousand movers, and a flight
-//! from its begin to its end. Goals: 30 µs for ten, 0.5 ms for a thousand, 3 ms of planning a mover.
+//! What traffic that behaves costs on one core, planning included: a step with ten, a hundred and a thousand movers, a flight
+//! from its begin to its end, and what if. Goals: 30 µs for ten, 0.5 ms for a thousand, 3 ms of planning a mover, 1 s to look ahead.
 //!
 //! A thousand movers are those that are there at a time, many of them on stands; the networks for many are several airports that ship
 //! beside each other, with taxiways between them over which they go to stands of each other.
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use models::traffic::core::{Core, Phase};
+use models::control::layout::Layout;
+use models::control::parameters::Parameters;
+use models::time::SimTime;
+use models::traffic::ahead::{Airport, Change, Known, perceive};
+use models::traffic::core::{Core, Phase, Seen};
+use models::traffic::exact::Watch;
 use scenarios::Scene;
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Duration;
 
 #[path = "../../models/benches/common/cpu_time.rs"]
@@ -88,13 +94,45 @@ fn flights(c: &mut Criterion<CpuTime>, name: &str, scene: &Result<Scene, String>
     );
 }
 
+/// What if somebody is held for two minutes: from what a safety net on truth knows at 40 min, quarter of an hour ahead, twice.
+fn what_if(c: &mut Criterion<CpuTime>, name: &str, scene: &Result<Scene, String>) {
+    let found = scene.as_ref().ok().and_then(|s| Some((s, s.traffic.behaving.as_ref()?, core(s)?)));
+    let Some((scene, behaving, mut core)) = found else { return };
+    let layout = Layout::of(&scene.airport.layout).with_network(&behaving.network);
+    let mut watch = Watch::new(layout, Parameters::default(), false);
+    let frame_s = scene.run.frame.s();
+    let frames = (2400.0 / frame_s) as i64;
+    for frame in 1..=frames {
+        core.step(frame);
+        if frame % 20 == 0 {
+            watch.scan(&core, SimTime(frame * scene.run.frame.0));
+        }
+    }
+    let (network, flights) = (Arc::clone(&behaving.network), Arc::new(core.flights().to_vec()));
+    let (surveillance, layout) = (watch.net().surveillance(), watch.net().layout());
+    let known = Known { board: watch.board(), surveillance, layout };
+    let moment = perceive(known, &network, &flights, (frames, frame_s), 99);
+    let airport = Airport::new(network, flights);
+    let hold = |flight: usize| Change::Hold { flight: flight as u32, for_s: 120.0 };
+    let mut changes = (0..moment.seen.len()).map(hold);
+    let can = |c: &Change| moment.can(&airport.network, &airport.flights, *c).is_ok();
+    let Some(change) = changes.find(can) else { return };
+    let moves = |s: &&Seen| !matches!(s, Seen::Planned | Seen::Gone | Seen::OnStand(_));
+    let moving = moment.seen.iter().filter(moves).count();
+    c.bench_function(&format!("what if, 15 min ahead/{name}, {moving} moving"), |b| {
+        b.iter(|| moment.what_if(&airport, change));
+    });
+}
+
 fn bench(c: &mut Criterion<CpuTime>) {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
     for name in SIX {
         let scene = linked::one(name, 15.0);
         steps(c, name, &scene, 10);
         flights(c, name, &scene);
+        what_if(c, name, &scene);
     }
+    what_if(c, "EHAM, 60 an hour each way", &linked::one("EHAM", 60.0));
     let six = linked::together(folder, &SIX, 100.0);
     steps(c, "six airports linked", &six, 100);
     flights(c, "six airports linked", &six);

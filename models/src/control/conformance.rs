@@ -16,6 +16,10 @@ use ClearanceKind::{Backtrack, Cross, Enter, GoAround, Land, LineUp, Push, TakeO
 struct Remembered {
     /// It went over a lit bar of this runway, at this distance from its axis, m, and is still there.
     over_bar: Option<(u8, f64)>,
+    /// Came over this lit bar, plus one, and may be put there by noise; 0: none.
+    coming: u16,
+    /// Was told of at this one last, plus one, and has not been well before it since; 0: none.
+    told: u16,
     /// Segment of the cleared way that was nearest last.
     segment: u32,
 }
@@ -25,11 +29,17 @@ struct Remembered {
 pub(super) struct Monitor {
     remembered: Vec<Remembered>,
     unknown: Unknown,
+    /// Of each runway, how far from its axis a lit bar is at most, m.
+    bars_m: Vec<f64>,
 }
 
 impl Default for Monitor {
     fn default() -> Self {
-        Self { remembered: vec![Remembered::default(); 4096], unknown: Unknown::default() }
+        Self {
+            remembered: vec![Remembered::default(); 4096],
+            unknown: Unknown::default(),
+            bars_m: Vec::new(),
+        }
     }
 }
 
@@ -83,6 +93,14 @@ pub(super) struct Rules<'a> {
     pub areas: &'a [Area],
 }
 
+impl Rules<'_> {
+    /// How far a bar is from the axis of its runway, m.
+    fn line_m(&self, bar: &StopBar) -> f64 {
+        let hold_m = self.layout.runways.get(bar.runway).map_or(0.0, |r| r.hold_m);
+        bar.across_m.map_or(hold_m, f64::abs) - self.parameters.bar_margin_m
+    }
+}
+
 impl Monitor {
     /// Adds the conditions of every track (`NOCLR_*`, `STOPBAR`, `ROUTE_DEV`, `NOMOV`, `HIGH_SPEED`, `AREA`,
     /// `WRTY`, `STOCC`).
@@ -93,6 +111,12 @@ impl Monitor {
         out: &mut Vec<Condition>,
     ) {
         self.unknown.look(rules, surveillance);
+        self.bars_m.clear();
+        self.bars_m.resize(rules.layout.runways.len(), 0.0);
+        for bar in rules.bars.iter().filter(|bar| bar.lit) {
+            let Some(most_m) = self.bars_m.get_mut(bar.runway) else { continue };
+            *most_m = most_m.max(rules.line_m(bar));
+        }
         for situation in surveillance.situations() {
             let remembered = &mut self.remembered[usize::from(situation.target.number)];
             if situation.target.first {
@@ -100,7 +124,7 @@ impl Monitor {
             }
             let mut one = One { rules, unknown: &self.unknown, situation, strip: None, out };
             one.strip = situation.strip.map(|i| &rules.board.strips()[i as usize]);
-            one.bar(remembered);
+            one.bar(remembered, &self.bars_m);
             if situation.of_a_runway() {
                 one.on_runway();
             }
@@ -233,7 +257,7 @@ impl One<'_, '_> {
         }
     }
 
-    fn bar(&mut self, remembered: &mut Remembered) {
+    fn bar(&mut self, remembered: &mut Remembered, bars_m: &[f64]) {
         let (p, s) = (self.rules.parameters, self.situation);
         if let Some((r, line_m)) = remembered.over_bar {
             let Some(runway) = self.rules.layout.runways.get(usize::from(r)) else { return };
@@ -247,23 +271,51 @@ impl One<'_, '_> {
         }
         let needed = p.doubt.map_or(1, |doubt| doubt.before_bar_scans).min(3);
         let Some(before) = s.noses_before_m.get(..needed) else { return };
-        for bar in self.rules.bars.iter().filter(|bar| bar.lit) {
-            let Some(runway) = self.rules.layout.runways.get(bar.runway) else { continue };
+        let was_coming = std::mem::take(&mut remembered.coming);
+        let told = self.rules.bars.get(usize::from(remembered.told).wrapping_sub(1));
+        if told.is_none_or(|bar| self.before_m(bar) > WELL_BEFORE_M) {
+            remembered.told = 0;
+        }
+        for (r, runway) in self.rules.layout.runways.iter().enumerate() {
             let (place_m, d) = runway.place_m(s.nose_m);
-            let line_m = bar.across_m.map_or(runway.hold_m, f64::abs) - p.bar_margin_m;
-            if d.abs() >= line_m || (place_m - bar.place_m).abs() > p.bar_reach_m {
+            if d.abs() >= bars_m[r] {
                 continue;
             }
-            let other_side = bar.across_m.is_some_and(|across| across * d < 0.0);
-            let before_it =
-                |m: &Option<Vector2<f64>>| m.is_some_and(|m| runway.place_m(m).1.abs() >= line_m);
-            let comes = before.iter().all(before_it);
-            if !other_side && comes && !s.airborne {
-                remembered.over_bar = Some((bar.runway as u8, line_m));
-                self.raise(AlertKind::StopBar, Stage::Alarm, Some(bar.runway));
-                return;
+            let off_m = |m: &Option<Vector2<f64>>| m.map(|m| runway.place_m(m).1.abs());
+            let inward_mps = runway.across_mps(s.target.velocity_mps) * -d.signum();
+            let bars = self.rules.bars.iter().zip(1..);
+            for (bar, number) in bars.filter(|(bar, _)| bar.lit && bar.runway == r) {
+                let line_m = self.rules.line_m(bar);
+                let over = d.abs() < line_m && (place_m - bar.place_m).abs() <= p.bar_reach_m;
+                let other_side = bar.across_m.is_some_and(|across| across * d < 0.0);
+                let before_it = |m: &Option<Vector2<f64>>| off_m(m).is_some_and(|m| m >= line_m);
+                let comes = || was_coming == number || before.iter().all(before_it);
+                if !over || other_side || s.airborne || !comes() {
+                    continue;
+                }
+                // Noise alone takes the nose of one who stands before his line, or is pushed along it, over it, and not once.
+                let from_m = before.last().and_then(off_m).unwrap_or(line_m);
+                let goes_on = p.doubt.is_none_or(|doubt| {
+                    let slowly = d.abs() <= line_m - doubt.past_bar_m
+                        || inward_mps >= doubt.over_bar_mps && from_m - d.abs() >= doubt.over_bar_m;
+                    s.recent_mps >= p.taxi_mps || slowly && remembered.told != number
+                });
+                if goes_on {
+                    remembered.told = number;
+                    remembered.over_bar = Some((r as u8, line_m));
+                    self.raise(AlertKind::StopBar, Stage::Alarm, Some(r));
+                    return;
+                }
+                remembered.coming = number;
             }
         }
+    }
+
+    /// How far its nose is before a bar, m; negative: over it.
+    fn before_m(&self, bar: &StopBar) -> f64 {
+        let runway = self.rules.layout.runways.get(bar.runway);
+        let off_m = runway.map_or(f64::INFINITY, |r| r.place_m(self.situation.nose_m).1.abs());
+        off_m - self.rules.line_m(bar)
     }
 
     fn off_runway(&mut self, remembered: &mut Remembered) {
@@ -337,17 +389,29 @@ impl One<'_, '_> {
             return;
         }
         let near2 = p.stand_occupied_m * p.stand_occupied_m;
+        // Who stands on another stand does not occupy this one, however near the two are.
+        let elsewhere = |at_m: Vector2<f64>| {
+            let nearest_m2 = (at_m - stand_m).norm_squared();
+            self.rules.layout.stands_m.iter().any(|other_m| {
+                (at_m - other_m).norm_squared() < nearest_m2
+                    && (other_m - stand_m).norm() > p.stands_apart_m
+            })
+        };
         let occupied = surveillance.situations().iter().any(|o| {
             (o.target.position_m - stand_m).norm_squared() <= near2
                 && o.target.number != s.target.number
                 && o.target.class != TargetClass::Vehicle
                 && o.mean_mps < p.push_mps
+                && !elsewhere(o.target.position_m)
         });
         if occupied {
             self.raise(AlertKind::StandOccupied, Stage::Information, None);
         }
     }
 }
+
+/// Who has been so far before a bar passes it anew, m (assumed).
+const WELL_BEFORE_M: f64 = 15.0;
 
 /// Whether a point is farther than `most_m` from a way; looks first where it was nearest before.
 fn off_way(way_m: &[Vector2<f64>], point_m: Vector2<f64>, most_m: f64, segment: &mut u32) -> bool {

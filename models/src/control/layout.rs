@@ -81,6 +81,13 @@ impl RunwayAxis {
         velocity_mps.dot(&self.along)
     }
 
+    /// Speed across the axis, m/s, positive to the right of it.
+    #[must_use]
+    #[inline]
+    pub fn across_mps(&self, velocity_mps: Vector2<f64>) -> f64 {
+        velocity_mps.x * self.along.y - velocity_mps.y * self.along.x
+    }
+
     /// Which end is called `name`.
     #[must_use]
     pub fn end(&self, name: &str) -> Option<usize> {
@@ -169,6 +176,8 @@ pub struct Layout {
     pub crossings: Vec<Crossing>,
     /// Stop bars, lit, at the holding positions of the ground network.
     pub bars: Vec<StopBar>,
+    /// Places of the stands of the ground network, m.
+    pub stands_m: Vec<Vector2<f64>>,
     /// Smallest box around the ground network, m: beyond it nobody taxies. `None`: unknown.
     pub ground_m: Option<[Vector2<f64>; 2]>,
 }
@@ -217,10 +226,11 @@ impl Layout {
         layout
     }
 
-    /// Takes holding positions and taxiways of a ground network in: where each stop bar is, and how far the strip
+    /// Takes stands, holding positions and taxiways of a ground network in: where each stop bar is, and how far the strip
     /// reaches (to the holding position there, and short of every taxiway that is not within it).
     #[must_use]
     pub fn with_network(mut self, net: &Network) -> Self {
+        self.stands_m = net.stands.iter().map(|stand| stand.at_m).collect();
         for (index, node) in net.nodes.iter().enumerate() {
             let Some(of) = node.hold_for.and_then(|r| net.runways.get(r)) else { continue };
             let Some((r, _)) = self.runway(&of.names[0]) else { continue };

@@ -23,6 +23,8 @@ pub struct Doubt {
     pub step_s: f64,
     /// That while.
     pub jump_s: f64,
+    /// The same of a track without a name, and of one that jumps time and again: those of one that is seen by radar alone do.
+    pub restless_s: f64,
     /// The same, for everything about the track: change of velocity, m/s², over three scans
     pub leap_mps2: f64,
     /// and this, m/s,
@@ -39,6 +41,12 @@ pub struct Doubt {
     pub roll_lag_mps: f64,
     /// Scans in a row (1 to 3) with the nose before a bar, then one over it: it was passed.
     pub before_bar_scans: usize,
+    /// And of one slower than a taxi speed, whose nose noise may put there: over it by this, m,
+    pub past_bar_m: f64,
+    /// or on its way over it, faster than this across it, m/s,
+    pub over_bar_mps: f64,
+    /// and by this nearer to the runway than these scans before, m.
+    pub over_bar_m: f64,
     /// A track without a name that was never slower than a roll has to have been on one final for so long, s: else it
     /// flies over, or is an echo of one that does.
     pub final_s: f64,
@@ -63,6 +71,7 @@ impl Default for Doubt {
             step_m: 5.0,
             step_s: 0.15,
             jump_s: 3.0,
+            restless_s: 12.0,
             leap_mps2: 4.0,
             leap_mps: 5.0,
             leap_steps: 2.5,
@@ -71,6 +80,9 @@ impl Default for Doubt {
             slow_mps: 10.0,
             roll_lag_mps: 5.0,
             before_bar_scans: 3,
+            past_bar_m: 4.0,
+            over_bar_mps: 1.0,
+            over_bar_m: 2.0,
             final_s: 10.0,
             from_s: 15.0,
             name_s: 60.0,
@@ -162,6 +174,8 @@ pub struct Parameters {
     pub taxiway_take_off_mps: f64,
     /// A stand is occupied by what stands so near to it, m.
     pub stand_occupied_m: f64,
+    /// Who is nearer to another stand, which is farther than this from that, does not occupy it, m.
+    pub stands_apart_m: f64,
     /// An occupied stand is told so long before, s.
     pub stand_ahead_s: f64,
     /// Assumed speed between here and the stand.
@@ -229,6 +243,7 @@ impl Default for Parameters {
             high_speed_mps: 20.0,
             taxiway_take_off_mps: 26.0,
             stand_occupied_m: 25.0,
+            stands_apart_m: 15.0,
             stand_ahead_s: 300.0,
             stand_taxi_mps: 8.0,
             confirm_scans: 1,

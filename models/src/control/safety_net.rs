@@ -142,6 +142,7 @@ impl SafetyNet {
             match of.and_then(|s| s.doubt) {
                 Some(Doubted::Weak) => true,
                 Some(Doubted::Jumps) => of_movement(condition.kind),
+                Some(Doubted::Restless) => of_moving(condition.kind),
                 None => false,
             }
         })
@@ -273,6 +274,11 @@ impl Open {
 fn of_movement(kind: AlertKind) -> bool {
     use AlertKind::{HighSpeed, NoPushClearance, NoTaxiClearance, OffWay, StandOccupied};
     matches!(kind, NoPushClearance | NoTaxiClearance | HighSpeed | OffWay | StandOccupied)
+}
+
+/// Kinds about moving at all.
+fn of_moving(kind: AlertKind) -> bool {
+    matches!(kind, AlertKind::NoPushClearance | AlertKind::NoTaxiClearance)
 }
 
 /// Kinds that begin at a line or a time that noise alone passes for one scan.

@@ -11,8 +11,10 @@ use crate::plot::Callsign;
 use crate::time::SimTime;
 
 mod doubt;
+mod memory;
 
 pub use doubt::Doubted;
+use memory::{Memory, OfStrip};
 
 /// What moves.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -123,167 +125,12 @@ impl Situation {
     }
 }
 
-/// Positions kept per track: ten seconds and one more at a scan a second.
-const KEPT: usize = 12;
 /// Runways that are looked at; more than any airport has.
 pub const MOST_RUNWAYS: usize = 32;
-/// A name that another track had so recently is taken over, s.
-const TAKEN_OVER_S: f64 = 30.0;
 /// A final of a track that has lasted so long stays that to its runway, s (assumed).
 const STEADY_FINAL_S: f64 = 3.0;
 /// A track not seen for so long is another one when its number comes again, s.
 const FORGET_S: f64 = 20.0;
-
-/// Where a track was.
-#[derive(Clone, Copy, Debug)]
-struct Place {
-    at: SimTime,
-    place_m: Vector2<f64>,
-    /// What its jumps have moved it until then, m, and how long they took, s.
-    jumps: (Vector2<f64>, f64),
-}
-
-#[derive(Clone, Debug)]
-struct Memory {
-    seen: SimTime,
-    places: [Place; KEPT],
-    next: usize,
-    kept: usize,
-    heading: Option<Vector2<f64>>,
-    noses_m: [Option<Vector2<f64>>; 3],
-    anchor_m: Vector2<f64>,
-    still_since: SimTime,
-    last_final: Option<(SimTime, usize)>,
-    last_fast: Option<SimTime>,
-    callsign: Option<Callsign>,
-    strip: Option<u32>,
-    board_version: u64,
-    born: SimTime,
-    /// Velocities of the last scans, the latest first.
-    velocities: [Vector2<f64>; 3],
-    jumped: Option<SimTime>,
-    /// All that its jumps have moved it, m, and how long they took, s.
-    jumps: (Vector2<f64>, f64),
-    /// Where it was, and when, before the first of the jumps that follow each other.
-    before_jumps: (SimTime, Vector2<f64>),
-    /// Is far from where it had to be.
-    leaps: bool,
-    /// Was so last where that mattered.
-    leapt: Option<SimTime>,
-    /// Strips in which it was last.
-    strips: u32,
-    /// Its plots came again after it had coasted.
-    found_again: Option<SimTime>,
-    last_plot: SimTime,
-    /// Was slower than a roll.
-    was_slow: bool,
-    /// The strip that it had, as it was then, and when last.
-    had: Option<(u32, Target, SimTime)>,
-    /// On final to a runway since, and until.
-    final_span: Option<(SimTime, SimTime, usize)>,
-    /// Time to the threshold when that began, s.
-    final_from_s: f64,
-    /// Under its present strip since.
-    named: SimTime,
-    /// Its strip was another track's shortly before.
-    taken_over: bool,
-}
-
-/// What is remembered of a strip, whichever track has it: a track that is lost and found again has landed, too.
-#[derive(Clone, Copy, Debug, Default)]
-struct OfStrip {
-    last_final: Option<(SimTime, usize)>,
-    last_fast: Option<SimTime>,
-    /// The track that had it last, and when.
-    had: Option<(u16, SimTime)>,
-}
-
-impl Memory {
-    fn new(now: SimTime, target: &Target) -> Self {
-        Self {
-            seen: now,
-            places: [Place { at: now, place_m: target.position_m, jumps: Default::default() };
-                KEPT],
-            next: 0,
-            kept: 0,
-            heading: None,
-            noses_m: [None; 3],
-            anchor_m: target.position_m,
-            still_since: now,
-            last_final: None,
-            last_fast: None,
-            callsign: None,
-            strip: None,
-            board_version: u64::MAX,
-            born: now,
-            velocities: [target.velocity_mps; 3],
-            jumped: None,
-            jumps: Default::default(),
-            before_jumps: (now, target.position_m),
-            leaps: false,
-            leapt: None,
-            strips: 0,
-            found_again: None,
-            last_plot: target.last_plot,
-            was_slow: false,
-            had: None,
-            final_span: None,
-            final_from_s: 0.0,
-            named: now,
-            taken_over: false,
-        }
-    }
-
-    /// Mean speed since the latest place that is at least `mean_s` old. A jump moves nobody: the least of that, of that without the
-    /// steps in which it jumped, and of that since before it began to jump (it may have been drawn away and be on its way back).
-    fn mean_mps(&self, now: SimTime, position_m: Vector2<f64>, mean_s: f64) -> f64 {
-        let limit = SimTime(now.0.saturating_sub(SimTime::from_s(mean_s).0) + 1_000_000);
-        let mut best = None;
-        for back in (1..=self.kept).rev() {
-            let place = self.places[(self.next + KEPT - back) % KEPT];
-            if place.at > limit {
-                break;
-            }
-            best = Some(place);
-        }
-        let Some(Place { at, place_m, jumps }) = best else { return 0.0 };
-        let (moved_m, over_s) = (position_m - place_m, now.since_s(at));
-        let mean_mps = libm::hypot(moved_m.x, moved_m.y) / over_s;
-        let (jumped_m, jumped_s) = (self.jumps.0 - jumps.0, self.jumps.1 - jumps.1);
-        if jumped_s <= 0.0 {
-            return mean_mps;
-        }
-        let driven_s = over_s - jumped_s;
-        let driven_mps = if driven_s > 0.1 { (moved_m - jumped_m).norm() / driven_s } else { 0.0 };
-        let (before, before_m) = self.before_jumps;
-        let since_mps = (position_m - before_m).norm() / now.since_s(before).clamp(0.1, mean_s);
-        mean_mps.min(driven_mps).min(since_mps)
-    }
-
-    /// Finds the strip of a track; what is remembered of the strip is the track's, too.
-    fn name(&mut self, now: SimTime, board: &Board, target: &Target, of_strips: &mut [OfStrip]) {
-        if self.callsign == target.callsign && self.board_version == board.version() {
-            return;
-        }
-        self.callsign = target.callsign;
-        self.board_version = board.version();
-        let before = self.strip;
-        self.strip = target.callsign.and_then(|c| board.find(c)).map(|i| i as u32);
-        let Some(known) = self.strip.filter(|s| before != Some(*s)) else { return };
-        let Some(known) = of_strips.get(known as usize) else { return };
-        self.named = now;
-        let other = known.had.filter(|(number, _)| *number != target.number);
-        self.taken_over = other.is_some_and(|(_, at)| now.since_s(at) <= TAKEN_OVER_S);
-        self.last_final = self.last_final.max(known.last_final);
-        self.last_fast = self.last_fast.max(known.last_fast);
-    }
-
-    fn keep(&mut self, now: SimTime, position_m: Vector2<f64>) {
-        self.places[self.next] = Place { at: now, place_m: position_m, jumps: self.jumps };
-        self.next = (self.next + 1) % KEPT;
-        self.kept = (self.kept + 1).min(KEPT);
-    }
-}
 
 /// The surveillance function with its memory of at most one entry a track number.
 #[derive(Clone, Debug)]
@@ -410,10 +257,8 @@ fn look(
         Some(_) => memory.mean_mps(now, position_m, 3.0),
         None => 0.0,
     };
-    let moves = parameters.doubt.is_none()
-        || recent_mps >= parameters.heading_mps
-        || memory.heading.is_none();
-    if speed_mps >= parameters.heading_mps && moves {
+    let moves = parameters.doubt.is_none() || recent_mps >= parameters.heading_mps;
+    if speed_mps >= parameters.heading_mps && (moves || memory.heading.is_none()) {
         memory.heading = Some(velocity / speed_mps);
     }
     let half_m = 0.5 * target.length_m;
@@ -431,9 +276,10 @@ fn look(
     let mean_mps = memory.mean_mps(now, position_m, parameters.mean_s);
     memory.keep(now, position_m);
     memory.seen = now;
-    if (position_m - memory.anchor_m).norm_squared() > parameters.anchor_m * parameters.anchor_m {
-        memory.anchor_m = position_m;
-        memory.still_since = now;
+    if parameters.doubt.is_some() {
+        memory.stand(now, position_m, parameters.anchor_m, moves);
+    } else if (position_m - memory.anchor_m).norm() > parameters.anchor_m {
+        (memory.anchor_m, memory.still_since) = (position_m, now);
     }
     // Without altitude: in the air who goes around or has just lifted off, until he is as slow as nobody flies.
     let strip = memory.strip.map(|i| &board.strips()[i as usize]);
@@ -468,7 +314,9 @@ fn look(
         doubt: None,
     };
     memory.noses_m = [Some(nose_m), memory.noses_m[0], memory.noses_m[1]];
-    memory.was_slow |= speed_mps < parameters.fast_mps;
+    // The first speeds of a track are guesses.
+    let old = parameters.doubt.is_none_or(|d| now.since_s(memory.born) >= d.young_s);
+    memory.was_slow |= old && speed_mps < parameters.fast_mps;
     if recent_mps > 0.0 {
         situation.judged_mps = speed_mps.min(recent_mps + 2.0);
     }
@@ -484,7 +332,8 @@ fn look(
             s.on_runway(r).any(|c| lands(c) && c.runway.is_some_and(|r| r.1 == Some(end)))
         })
     };
-    let (mut stays, mut lands) = (None, None);
+    let lands = target.altitude_m.is_none() && target.arriving && !memory.was_slow;
+    let (mut stays, mut its_own) = (None, None);
     for (r, runway) in layout.runways.iter().take(MOST_RUNWAYS).enumerate() {
         let (s, d) = runway.place_m(position_m);
         let within = |s: f64| {
@@ -504,7 +353,13 @@ fn look(
         }
         let along = runway.along_mps(velocity);
         let side_m = 0.5 * runway.width_m + parameters.runway_side_m;
+        let end = usize::from(along < 0.0);
+        let from_end = if end == 0 { s } else { runway.length_m - s };
+        let distance_m = runway.displaced_m[end] - from_end;
+        // Without altitude: who comes is on the ground behind the threshold, not where the runway begins.
+        let above = lands && parameters.doubt.is_some() && distance_m > 0.0;
         if !airborne
+            && !above
             && along.abs() >= parameters.fast_mps.max(parameters.fast_aligned * speed_mps)
             && d.abs() <= side_m
             && within(s)
@@ -517,9 +372,6 @@ fn look(
             && speed_mps >= parameters.final_mps
             && along.abs() >= speed_mps * cos_aligned
         {
-            let end = usize::from(along < 0.0);
-            let from_end = if end == 0 { s } else { runway.length_m - s };
-            let distance_m = runway.displaced_m[end] - from_end;
             let wide = parameters.funnel_m + parameters.funnel_slope * distance_m;
             let before = (0.0..=parameters.funnel_length_m).contains(&distance_m);
             // Of parallel runways the one whose centreline is nearest.
@@ -534,17 +386,21 @@ fn look(
                     stays = here;
                 }
                 if cleared(r, end) {
-                    lands = here;
+                    its_own = here;
                 }
             }
         }
     }
     // Where the finals of two runways run into each other, who is cleared to land on one of them is on final to that.
-    situation.on_final = lands.or(stays).or(situation.on_final);
+    situation.on_final = its_own.or(stays).or(situation.on_final);
+    // Who is fast on a runway comes to no other, whichever line is ahead of him; without altitude he may fly over it to his own.
+    if let Some(r) = situation.fast {
+        let over = if target.altitude_m.is_none() { its_own } else { None };
+        situation.on_final = situation.on_final.filter(|f| f.runway == r).or(over);
+    }
     // Nor has one touched down who comes, was never slower than a roll and is not over a runway: light ones come slower than what
     // is taken for a final.
-    let comes = target.arriving && !memory.was_slow && situation.fast.is_none();
-    situation.airborne |= target.altitude_m.is_none() && comes && memory.last_fast.is_none();
+    situation.airborne |= lands && situation.fast.is_none() && memory.last_fast.is_none();
     // Without altitude: nobody is that fast on the ground but along a runway.
     if target.altitude_m.is_none() && speed_mps >= parameters.final_mps && situation.fast.is_none()
     {

@@ -4,6 +4,8 @@ use crate::control::layout::RunwayAxis;
 use crate::control::situation::TargetClass;
 use crate::frames::Vector2;
 
+mod places;
+
 /// A runway from the origin to the north, 3 km.
 fn layout() -> Layout {
     let ends = [Vector2::new(0.0, 0.0), Vector2::new(0.0, 3000.0)];

@@ -1,6 +1,7 @@
 //! Which tracks raise no alert by themselves: what a tracker makes beside its targets, and what moved as nothing can.
 
-use super::{KEPT, Memory, Situation, Surveillance, Target};
+use super::memory::{KEPT, Memory};
+use super::{Situation, Surveillance, Target};
 use crate::control::parameters::Doubt;
 use crate::frames::Vector2;
 use crate::time::SimTime;
@@ -10,6 +11,8 @@ use crate::time::SimTime;
 pub enum Doubted {
     /// It moved as nothing can: nothing off the runways, and, without a name, nothing at all.
     Jumps,
+    /// It jumps time and again: that it moves at all is not believed.
+    Restless,
     /// Too young or coasting; without a name, the double of a named one or flying over: nothing at all.
     Weak,
 }
@@ -100,6 +103,10 @@ impl Memory {
             if !lately {
                 self.before_jumps = (last.at, last.place_m);
             }
+            // What goes on as one jump is seen for as long as places of before it are looked at.
+            if self.jumped.is_some_and(|at| (JUMP_SEEN_S..=AGAIN_S).contains(&now.since_s(at))) {
+                self.restless = Some(now);
+            }
             self.jumped = Some(now);
             self.jumps = (self.jumps.0 + moved_m, self.jumps.1 + since_s);
         }
@@ -124,7 +131,6 @@ impl Memory {
         if (self.leaps || change_mps > 3.0 * doubt.leap_mps2 + doubt.leap_mps) && !stays {
             self.leapt = Some(now);
         }
-        let jumps = self.within(self.jumped, now, doubt.jump_s);
         let leaps = self.within(self.leapt, now, doubt.leap_s);
         let age_s = now.since_s(self.born);
         let coasts = now.since_s(target.last_plot) > doubt.coasting_s;
@@ -137,6 +143,7 @@ impl Memory {
             return self.of_a_name(doubt, now, target);
         }
         let young = age_s < doubt.unnamed_s;
+        let jumps = self.within(self.jumped, now, doubt.restless_s);
         (young || self.flies(doubt) || jumps).then_some(Doubted::Weak)
     }
 
@@ -150,9 +157,11 @@ impl Memory {
     /// What is doubted of one who has a name or just had it. A name may have been put on the second echo of one who comes,
     /// kilometres short of him: nothing taxies as fast that never was slower.
     fn of_a_name(&self, doubt: &Doubt, now: SimTime, target: &Target) -> Option<Doubted> {
-        let jumps = self.within(self.jumped, now, doubt.jump_s);
         let echo = self.flies(doubt) && target.velocity_mps.norm() > ECHO_MPS;
-        (jumps || echo).then_some(Doubted::Jumps)
+        if self.within(self.jumped, now, doubt.jump_s) || echo {
+            return Some(Doubted::Jumps);
+        }
+        self.within(self.restless, now, doubt.restless_s).then_some(Doubted::Restless)
     }
 }
 
@@ -188,6 +197,10 @@ pub(super) fn nose_on(
     }
     None
 }
+
+/// A jump is seen in scans so long after each other, s, and another one within this is one time and again (assumed).
+const JUMP_SEEN_S: f64 = 4.5;
+const AGAIN_S: f64 = 30.0;
 
 /// What was never slower than this is no taxiing, m/s (assumed).
 const ECHO_MPS: f64 = 40.0;

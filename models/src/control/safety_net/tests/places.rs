@@ -1,0 +1,202 @@
+//! Where noise puts a track decides nothing: lines, stands, anchors, thresholds; and who is on final to which runway.
+
+use super::*;
+
+/// What is raised with the second, at an airport with bars; strips and clearances on `board`.
+fn seen(
+    layout: &Layout,
+    board: &Board,
+    parameters: Parameters,
+    seconds: u32,
+    targets: impl Fn(u32) -> Vec<Target>,
+) -> Vec<(u32, String)> {
+    let (mut board, mut found) = (board.clone(), Vec::new());
+    let mut net = SafetyNet::new(layout.clone(), parameters);
+    for second in 1..=seconds {
+        let (now, targets) = (SimTime::from_s(f64::from(second)), targets(second));
+        board.advance(now);
+        let bars = &layout.bars;
+        let scan =
+            Scan { now, targets: &targets, board: &board, bars, areas: &[], low_visibility: false };
+        let raised = net.scan(&scan).iter().filter(|(change, _)| *change == Change::Raised);
+        found.extend(raised.map(|(_, alert)| (second, alert.condition.kind.word())));
+    }
+    found
+}
+
+fn first(found: &[(u32, String)], kind: &str) -> Option<u32> {
+    found.iter().find(|(_, word)| word == kind).map(|(second, _)| *second)
+}
+
+/// Cleared from the first second on.
+fn cleared(callsign: &str, kind: ClearanceKind, runway: usize) -> Board {
+    let mut board = Board::default();
+    board.give(Clearance {
+        callsign: Callsign::new(callsign),
+        kind,
+        runway: Some((runway, Some(0))),
+        place_m: None,
+        from: SimTime::from_s(1.0),
+        until: None,
+    });
+    board
+}
+
+/// Errors of a place that come again after a while, within 2 m.
+fn noise(second: u32) -> f64 {
+    [0.4, -1.7, 1.9, -0.3, 1.2, -2.0, 0.1, 1.6, -0.9, -1.1][second as usize % 10]
+}
+
+/// A second runway begins beside the first, a kilometre on: whoever has landed on the first flies at its threshold, too, and was on
+/// final to it (30 of 42 alerts of that kind at an airport like this came to nothing).
+#[test]
+fn who_is_fast_on_a_runway_is_on_final_to_no_other() {
+    let ends = [Vector2::new(95.0, 1100.0), Vector2::new(95.0, 3600.0)];
+    let beside = RunwayAxis::new(["36R".into(), "18L".into()], ends, 45.0, 90.0);
+    let layout = Layout::new(layout().runways.into_iter().chain(beside).collect());
+    let lands = |altitude_m: Option<f64>| {
+        move |s: u32| {
+            let at = (0.0, -1200.0 + 60.0 * f64::from(s));
+            let comes = Target { altitude_m, ..target(1, "ABC1", at, (0.0, 60.0), s) };
+            // Beyond the strip of the first runway, in that of the second.
+            vec![comes, target(2, "XYZ2", (130.0, 1150.0), (0.0, 0.0), s)]
+        }
+    };
+    let arrivals = |parameters, board: &Board, altitude_m| {
+        first(&seen(&layout, board, parameters, 35, lands(altitude_m)), "RMCA_ARR")
+    };
+    let own = cleared("ABC1", ClearanceKind::Land, 0);
+    let other = cleared("ABC1", ClearanceKind::Land, 1);
+    assert_eq!(arrivals(Parameters::default(), &own, Some(5.0)), None, "on the ground");
+    assert_eq!(arrivals(Parameters::on_tracks(), &own, None), None);
+    // In the air over the first, and cleared to land on the second, he comes to that.
+    assert!(arrivals(Parameters::default(), &other, Some(60.0)).is_some());
+    assert!(arrivals(Parameters::on_tracks(), &other, None).is_some());
+}
+
+#[test]
+fn the_first_speed_of_a_track_says_not_that_it_was_slow() {
+    // A light aircraft beside the runway's line, still in the air; a taxiing one that becomes as fast.
+    let light = |first_mps: f64| {
+        move |s: u32| {
+            let v = if s <= 2 { first_mps } else { 29.0 };
+            let at = (0.0, -1500.0 + 29.0 * f64::from(s));
+            vec![Target { arriving: true, ..target(1, "ABC1", at, (0.0, v), s) }]
+        }
+    };
+    let board = cleared("ABC1", ClearanceKind::Land, 0);
+    let found = |first_mps| {
+        first(&seen(&layout(), &board, Parameters::on_tracks(), 45, light(first_mps)), "HIGH_SPEED")
+    };
+    assert_eq!((found(29.0), found(5.0)), (None, None));
+    let taxies = |s: u32| {
+        let t = f64::from(s);
+        let (y, v) = if s < 20 { (5.0 * t, 5.0) } else { (100.0 + 29.0 * (t - 20.0), 29.0) };
+        vec![Target { arriving: true, ..target(1, "ABC1", (400.0, y), (0.0, v), s) }]
+    };
+    assert!(
+        first(&seen(&layout(), &board, Parameters::on_tracks(), 45, taxies), "HIGH_SPEED")
+            .is_some()
+    );
+}
+
+/// An arrival that flies over the begin of a runway whose threshold is displaced is no roll there.
+#[test]
+fn who_lands_is_on_the_ground_behind_the_threshold() {
+    let mut layout = layout();
+    layout.runways[0].displaced_m[0] = 300.0;
+    let comes = |altitude: bool| {
+        move |s: u32| {
+            let y = -900.0 + 29.0 * f64::from(s);
+            let altitude_m = altitude.then_some(((586.0 - y) * 0.0524).max(0.0));
+            let one = target(1, "ABC1", (0.0, y), (0.0, 29.0), s);
+            vec![Target { arriving: true, altitude_m, ..one }]
+        }
+    };
+    let board = cleared("XYZ2", ClearanceKind::Taxi, 0);
+    let at = |parameters, altitude| {
+        let found = seen(&layout, &board, parameters, 60, comes(altitude));
+        first(&found, "NOCLR_TOF").map(f64::from).expect("raised")
+    };
+    let (exact, tracks) = (at(Parameters::default(), true), at(Parameters::on_tracks(), false));
+    assert!((tracks - exact).abs() <= 3.0, "{tracks} and {exact}");
+}
+
+/// From line-ups at many speeds, which end anywhere between two anchors: told within 5 s of exact truth, also where noise puts the one
+/// who stands farther from the last anchor than another one would be.
+#[test]
+fn who_stands_moves_no_anchor() {
+    let board = cleared("ABC1", ClearanceKind::LineUp, 0);
+    for tenth in 0..30 {
+        // At 4 to 7 m/s, then with 0.6 m/s² to a stop at second 40.
+        let speed_mps = 4.0 + 0.1 * f64::from(tenth);
+        let place = move |s: u32| {
+            let left_s = (40.0 - f64::from(s)).max(0.0);
+            let brakes_m = 0.3 * left_s.min(10.0) * left_s.min(10.0);
+            1000.0 - brakes_m - speed_mps * (left_s - 10.0).max(0.0)
+        };
+        let at = |parameters, noise: fn(u32) -> f64| {
+            let one = move |s: u32| {
+                let v = f64::from(u8::from(s < 40)) * 3.0;
+                vec![target(1, "ABC1", (noise(s), place(s) + noise(s + 3)), (0.0, v), s)]
+            };
+            let found = first(&seen(&layout(), &board, parameters, 160, one), "NOMOV");
+            i64::from(found.expect("raised"))
+        };
+        let (exact, tracks) =
+            (at(Parameters::default(), |_| 0.0), at(Parameters::on_tracks(), noise));
+        assert!((tracks - exact).abs() <= 5, "{speed_mps} m/s: {tracks} and {exact}");
+    }
+}
+
+fn with_bar() -> Layout {
+    let bar =
+        StopBar { runway: 0, place_m: 1000.0, across_m: Some(90.0), entry_m: 1000.0, lit: true };
+    Layout { bars: vec![bar], ..layout() }
+}
+
+#[test]
+fn noise_takes_nobody_over_a_bar_and_who_passes_it_is_told() {
+    let board = cleared("ABC1", ClearanceKind::Taxi, 0);
+    let bars = |parameters, noise: fn(u32) -> f64, x: &dyn Fn(u32) -> f64| {
+        let one = |s: u32| {
+            let v = x(s) - x(s.saturating_sub(1));
+            vec![target(1, "ABC1", (x(s) + noise(s), 1000.0), (v, 0.3 * noise(s + 5)), s)]
+        };
+        first(&seen(&with_bar(), &board, parameters, 90, one), "STOPBAR")
+    };
+    // Comes to a stop with its nose a metre before the line, and stands there.
+    let stands = |s: u32| 110.0 + (30.0 - 3.0 * f64::from(s)).max(0.0);
+    assert_eq!(bars(Parameters::on_tracks(), noise, &stands), None);
+    assert_eq!(bars(Parameters::default(), |_| 0.0, &stands), None);
+    // Passes it at 5 m/s, and so slowly that noise is as fast.
+    for (speed_mps, most_s) in [(5.0, 2), (1.2, 4)] {
+        let passes = |s: u32| 125.0 - speed_mps * f64::from(s);
+        let exact = bars(Parameters::default(), |_| 0.0, &passes).expect("raised");
+        let tracks = bars(Parameters::on_tracks(), noise, &passes).expect("raised on tracks");
+        assert!((exact..=exact + most_s).contains(&tracks), "{speed_mps}: {tracks}, {exact}");
+    }
+}
+
+/// Stands 26 m from each other: who stands on one occupied the other whenever noise put him there (28 false alerts in ten hours).
+#[test]
+fn who_stands_on_a_stand_occupies_no_other_unless_they_are_one() {
+    let stand_m = Vector2::new(600.0, 900.0);
+    let mut board = cleared("ABC1", ClearanceKind::Taxi, 0);
+    board.strip(Callsign::new("ABC1")).expect("room").stand_m = Some(stand_m);
+    let told = |other_m: f64, stands_at_m: f64| {
+        let stands_m = vec![stand_m, stand_m + Vector2::new(other_m, 0.0)];
+        let layout = Layout { stands_m, ..layout() };
+        let targets = |s: u32| {
+            let at = (400.0, 900.0 - 5.0 * f64::from(s));
+            let comes = Target { arriving: true, ..target(1, "ABC1", at, (0.0, -5.0), s) };
+            let x = 600.0 + stands_at_m + noise(s);
+            vec![comes, target(2, "XYZ2", (x, 900.0), (0.0, 0.0), s)]
+        };
+        first(&seen(&layout, &board, Parameters::on_tracks(), 30, targets), "STOCC").is_some()
+    };
+    assert!(!told(26.0, 26.0), "on the other");
+    assert!(told(26.0, 0.0), "on it");
+    assert!(told(26.0, 12.0), "between them, nearer to it");
+    assert!(told(10.0, 10.0), "two markings of one place");
+}
