@@ -3,24 +3,27 @@
 //!
 //! `cargo run --release -p studies --example alerts -- [--tracks] [--quiet] [--clearances] [--watch CALLSIGN] [--seeds A..B] [--seconds S] SCENE…`
 //!
+//! A scene that has an `.expect.json` beside it is held against it.
+//!
 //! With `--failing people` (`all`, `nobody`) airports stand in place of scenes (a name of the study `control`, or a layout file): an
 //! hour of the study's traffic there, in which that goes wrong, by radar and multilateration; `--rate N` movements an hour each way.
 #![allow(clippy::print_stdout, reason = "a tool for the terminal")]
 
 use models::control::alert::{Alert, Change};
 use models::control::parameters::Parameters;
-use models::control::scoring;
+use models::control::scoring::{self, Told};
 use models::control::situation::Target;
 use models::environment::Weather;
 use models::fusion::Tracker;
 use models::plot::Callsign;
 use models::sensors::{PlotSink, ScanInterval};
 use models::time::SimTime;
-use models::traffic::core::Core;
+use models::traffic::core::{Core, Shown};
 use models::traffic::exact::Watch;
 use scenarios::{ScenarioError, Scene};
 use std::collections::BTreeMap;
 use studies::control::{self, BY_PEOPLE, Failing, NOTHING, OF_ALL_KINDS};
+use studies::expected::{Expected, cause};
 use studies::watched::{Book, Frames, layout, movements, net_on_tracks, target};
 
 /// What sees the study's traffic.
@@ -93,7 +96,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         for seed in seeds.clone().unwrap_or(own..=own) {
             println!("== {path} seed {seed}");
             let scene = scene_of(&path, Some(seed), &options)?;
-            served += run(&scene, seed, &options, &mut sum)?;
+            let (moved, shown, raised) = run(&scene, seed, &options, &mut sum)?;
+            served += moved;
+            let beside = std::path::Path::new(&path).with_extension("expect.json");
+            if options.tracks && options.failing.is_none() && beside.is_file() {
+                let expected: Expected = serde_json::from_str(&std::fs::read_to_string(beside)?)?;
+                let complaints = expected.complaints(&shown, &raised);
+                println!("expected: {}", if complaints.is_empty() { "met" } else { "not met" });
+                complaints.iter().for_each(|complaint| println!("    {complaint}"));
+            }
         }
     }
     if options.tracks {
@@ -170,7 +181,7 @@ fn run(
     seed: u64,
     options: &Options,
     sum: &mut BTreeMap<String, scoring::KindScore>,
-) -> Result<u32, Box<dyn std::error::Error>> {
+) -> Result<(u32, Vec<Shown>, Vec<Told>), Box<dyn std::error::Error>> {
     let behaving = scene.traffic.behaving.as_ref().ok_or("nothing behaves in this scene")?;
     let mut core = behaving.core(&scene.run, seed).ok_or("no truth")?;
     let bars = scene.control.stop_bars;
@@ -347,10 +358,17 @@ fn run(
     if options.tracks {
         for (id, told) in &tracked.0 {
             let alone = scoring::score(&reference, std::slice::from_ref(told));
+            let (kind, subjects) = (&told.kind, told.subjects.join(" "));
             if alone.iter().any(|s| s.false_alerts > 0) {
-                let (kind, subjects) = (&told.kind, told.subjects.join(" "));
                 let about = lines.get(id).map_or("", |l| l);
                 println!("{:8.1}-{:.0} false {kind} {subjects}{about}", told.on_s, told.end_s);
+            }
+            if alone.iter().any(|s| s.nuisance_alerts > 0) {
+                let failure = cause(core.shown(), told).map_or("no failure", |s| s.kind.word());
+                println!(
+                    "{:8.1}-{:.0} nuisance {kind} {subjects}, of {failure}",
+                    told.on_s, told.end_s
+                );
             }
         }
         for told in &reference {
@@ -367,5 +385,5 @@ fn run(
             all.add(&score);
         }
     }
-    Ok(movements(&core))
+    Ok((movements(&core), core.shown().to_vec(), found))
 }

@@ -1,6 +1,8 @@
 //! What the choices of a safety net are, and what each made of a scene.
 
+use crate::expected::cause;
 use models::control::scoring::{KindScore, Told, Verdict, judge};
+use models::traffic::core::Shown;
 
 /// Sensor sets, by the names of their sensors.
 pub(crate) const SETS: [(&str, &[&str]); 6] = [
@@ -26,12 +28,20 @@ pub(crate) struct Found {
     pub(crate) confirm: usize,
     pub(crate) score: KindScore,
     pub(crate) us_per_scan: f64,
-    /// The alerts that were missed or are none: seconds, verdict, kind, subjects.
-    pub(crate) wrong: Vec<[String; 4]>,
+    /// The alerts that were missed or are none: seconds, verdict, kind, subjects, and the failure that they are about.
+    pub(crate) wrong: Vec<[String; 5]>,
+}
+
+impl Found {
+    /// Nuisance alerts that are about no failure: those that rules and ordinary traffic make.
+    pub(crate) fn unprovoked(&self) -> u32 {
+        let plain = |w: &&[String; 5]| w[1] == Verdict::Nuisance.word() && w[4].is_empty();
+        self.wrong.iter().filter(plain).count() as u32
+    }
 }
 
 /// The alerts of a safety net that were missed or are false or a nuisance, by time.
-pub(crate) fn wrong(reference: &[Told], found: &[Told]) -> Vec<[String; 4]> {
+pub(crate) fn wrong(reference: &[Told], found: &[Told], shown: &[Shown]) -> Vec<[String; 5]> {
     let judged = judge(reference, found);
     let missed = reference.iter().zip(&judged.responses_s).filter(|(_, r)| r.is_none());
     let missed = missed.map(|(told, _)| (told, "missed"));
@@ -39,7 +49,9 @@ pub(crate) fn wrong(reference: &[Told], found: &[Told]) -> Vec<[String; 4]> {
     let mut all: Vec<(&Told, &str)> = missed.chain(others.map(|(t, v)| (t, v.word()))).collect();
     all.sort_by(|a, b| a.0.on_s.total_cmp(&b.0.on_s).then(a.1.cmp(b.1)));
     let line = |(told, word): (&Told, &str)| {
-        [format!("{:.2}", told.on_s), word.into(), told.kind.clone(), told.subjects.join(" ")]
+        let failure = cause(shown, told).map_or("", |s| s.kind.word());
+        let (at, who) = (format!("{:.2}", told.on_s), told.subjects.join(" "));
+        [at, word.into(), told.kind.clone(), who, failure.into()]
     };
     all.into_iter().map(line).collect()
 }

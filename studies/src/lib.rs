@@ -20,6 +20,7 @@ pub mod effects;
 mod effects_common;
 mod effects_positioning;
 pub mod effects_proof;
+pub mod expected;
 pub mod figures;
 pub mod filters;
 pub mod gates;
