@@ -200,3 +200,64 @@ fn who_stands_on_a_stand_occupies_no_other_unless_they_are_one() {
     assert!(told(26.0, 12.0), "between them, nearer to it");
     assert!(told(10.0, 10.0), "two markings of one place");
 }
+
+/// The nose is over the bar by noise a second time: of the same aircraft that is no news. Who goes on over it is, also then.
+#[test]
+fn a_bar_is_told_of_once_to_who_stands_before_it() {
+    let board = cleared("ABC1", ClearanceKind::Taxi, 0);
+    let count = |x: fn(u32) -> f64| {
+        let one = |s: u32| {
+            let v = x(s) - x(s.saturating_sub(1));
+            vec![target(1, "ABC1", (x(s), 1000.0), (v.clamp(-2.0, 0.0), 0.0), s)]
+        };
+        let found = seen(&with_bar(), &board, Parameters::on_tracks(), 90, one);
+        found.iter().filter(|(_, kind)| kind == "STOPBAR").count()
+    };
+    // Its nose is 6 m before the line: by 2 m a second it seems to come 5 m over it, and to be where it was.
+    fn strays(s: u32) -> f64 {
+        115.0
+            - 1.9
+                * f64::from(
+                    [0, 0, 0, 0, 0, 0, 0, 0, 1, 2, 3, 4, 5, 6, 6, 5, 4, 3, 2, 1][s as usize % 20],
+                )
+    }
+    assert_eq!(count(strays), 1, "in four times");
+    fn goes(s: u32) -> f64 {
+        if s < 60 { strays(s) } else { 115.0 - 5.0 * f64::from(s - 60) }
+    }
+    assert_eq!(count(goes), 2);
+}
+
+/// One jump silences who has a name for three seconds; who jumps again, and who has none, for twelve.
+#[test]
+fn who_jumps_time_and_again_is_silent_for_longer() {
+    let board = || {
+        let mut board = Board::default();
+        board.strip(Callsign::new("ABC1"));
+        board
+    };
+    let jump = |s: u32, at: &[u32]| if at.contains(&s) { 12.0 } else { 0.0 };
+    // Taxies without clearance from second 31 on, having jumped aside for a scan.
+    let taxies = |at: &'static [u32]| {
+        move |s: u32| {
+            let t = f64::from(s.saturating_sub(31));
+            let v = if s > 31 { 5.0 } else { 0.0 };
+            vec![target(1, "ABC1", (400.0 + jump(s, at), 900.0 + 5.0 * t), (0.0, v), s)]
+        }
+    };
+    let told = |at| {
+        let found = seen(&layout(), &board(), Parameters::on_tracks(), 70, taxies(at));
+        first(&found, "NOCLR_TAXI").expect("raised")
+    };
+    let (never, once, again) = (told(&[]), told(&[28]), told(&[15, 28]));
+    assert!(once <= never + 2 && again >= 28 + 12, "{never} {once} {again}");
+    // Nobody's track enters the runway at second 31.
+    let enters = |s: u32| {
+        let x = if s < 31 { 100.0 } else { 100.0 - 6.0 * f64::from(s - 30) };
+        let v = if s < 31 { 0.0 } else { -6.0 };
+        vec![target(7, "", (x, 1000.0 + jump(s, &[25])), (v, 0.0), s)]
+    };
+    let found = seen(&layout(), &Board::default(), Parameters::on_tracks(), 60, enters);
+    let at = first(&found, "NOCLR_RWY").expect("raised");
+    assert!(at >= 25 + 12, "{at}");
+}
