@@ -96,7 +96,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         for seed in seeds.clone().unwrap_or(own..=own) {
             println!("== {path} seed {seed}");
             let scene = scene_of(&path, Some(seed), &options)?;
-            let (moved, shown, raised) = run(&scene, seed, &options, &mut sum)?;
+            let Ran { moved, shown, raised } = run(&scene, seed, &options, &mut sum)?;
             served += moved;
             let beside = std::path::Path::new(&path).with_extension("expect.json");
             if options.tracks && options.failing.is_none() && beside.is_file() {
@@ -176,12 +176,19 @@ fn about(core: &Core, alert: &Alert, ages: &BTreeMap<u16, u32>, targets: &[Targe
     text
 }
 
+/// What came of a scene: movements, failures that showed, alerts on tracks.
+struct Ran {
+    moved: u32,
+    shown: Vec<Shown>,
+    raised: Vec<Told>,
+}
+
 fn run(
     scene: &Scene,
     seed: u64,
     options: &Options,
     sum: &mut BTreeMap<String, scoring::KindScore>,
-) -> Result<(u32, Vec<Shown>, Vec<Told>), Box<dyn std::error::Error>> {
+) -> Result<Ran, Box<dyn std::error::Error>> {
     let behaving = scene.traffic.behaving.as_ref().ok_or("nothing behaves in this scene")?;
     let mut core = behaving.core(&scene.run, seed).ok_or("no truth")?;
     let bars = scene.control.stop_bars;
@@ -385,5 +392,5 @@ fn run(
             all.add(&score);
         }
     }
-    Ok((movements(&core), core.shown().to_vec(), found))
+    Ok(Ran { moved: movements(&core), shown: core.shown().to_vec(), raised: found })
 }
