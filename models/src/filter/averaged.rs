@@ -31,11 +31,7 @@ impl Averaged {
     ///
     /// # Errors
     /// If the plot is unsound or measures one direction only.
-    pub fn from_plot(
-        plot: &Plot,
-        modes: Arc<Modes>,
-        start: Start,
-    ) -> Result<Self, UpdateError> {
+    pub fn from_plot(plot: &Plot, modes: Arc<Modes>, start: Start) -> Result<Self, UpdateError> {
         Ok(Self {
             modes: Imm::from_plot(plot, modes, start)?,
             events: Events::from_plot(plot, EventModel::default(), start)?,

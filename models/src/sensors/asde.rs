@@ -323,13 +323,7 @@ impl Asde {
     ) {
         let air = self.air_of(weather);
         let mut work = std::mem::take(&mut self.work);
-        self.find_looks(
-            interval,
-            truth,
-            &mut work.looks,
-            &mut work.ends,
-            &mut work.occluding,
-        );
+        self.find_looks(interval, truth, &mut work.looks, &mut work.ends, &mut work.occluding);
         if planning {
             self.assign(&air, truth, &work.looks, &work.ends, &mut work.assignment);
         }
@@ -925,13 +919,7 @@ impl Sensor for Asde {
     ) {
         let air = self.air_of(weather);
         let mut work = std::mem::take(&mut self.work);
-        self.find_looks(
-            interval,
-            truth,
-            &mut work.looks,
-            &mut work.ends,
-            &mut work.occluding,
-        );
+        self.find_looks(interval, truth, &mut work.looks, &mut work.ends, &mut work.occluding);
         let processing = self.processing.or(self.fixed.map(|f| f.processing));
         let processing = processing.unwrap_or(Processing::Plot);
         // In cells everything is exact: what could be left out is nothing beside them.
@@ -972,8 +960,7 @@ impl Sensor for Asde {
             if look.number == NEXT && !(levels.merging && paired) {
                 continue;
             }
-            let mut own =
-                if planned { self.planned_levels(&work.assignment, i) } else { levels };
+            let mut own = if planned { self.planned_levels(&work.assignment, i) } else { levels };
             if planned {
                 own.merging = paired;
                 own.processing = processing;
