@@ -392,23 +392,9 @@ impl ProofScene {
         if !first.is_suspicious(&self.tolerance) {
             return Ok((first, Vec::new()));
         }
-        let found = self.confirm(seed + 1_000_003, 20 * scans, change)?;
-        Ok((first, found.into_iter().map(|v| format!("{}: {v}", self.name)).collect()))
-    }
-
-    /// What is beyond the tolerance with a seed and so many scans, and again with another seed and twenty times as
-    /// many: where steps are coarse a single plot that was carried by one decides the root mean square of thousands.
-    fn confirm(
-        &self,
-        seed: u64,
-        scans: u64,
-        change: &dyn Fn(Asde) -> Asde,
-    ) -> Result<Vec<String>, String> {
-        if self.play_with(seed, scans, change)?.violations(&self.tolerance).is_empty() {
-            return Ok(Vec::new());
-        }
         let again = self.play_with(seed + 1_000_003, 20 * scans, change)?;
-        Ok(again.violations(&self.tolerance))
+        let found = again.violations(&self.tolerance);
+        Ok((first, found.into_iter().map(|v| format!("{}: {v}", self.name)).collect()))
     }
 }
 
@@ -718,7 +704,7 @@ pub fn adversary(
         }
         let (ratio, genes) = population.swap_remove(0);
         let scene = proof_scene(seed, number, &genes)?;
-        let judged = scene.confirm(seed + 77, 20 * scans, &|radar| radar);
+        let judged = scene.play(seed + 77, 20 * scans).map(|r| r.violations(&scene.tolerance));
         let violations = judged.unwrap_or_else(|e| vec![e]);
         found.push(Worst { ratio, genes, scene, violations });
     }
