@@ -19,10 +19,10 @@ import sys
 import threading
 import time
 
+import clock
 import entity_pdu
 import handover
 import seeds_client as seeds
-from wire import Wire
 
 FT_M, KT_MPS = 0.3048, 1852 / 3600
 MOST = 2000  # aircraft of theirs
@@ -32,6 +32,12 @@ HELD_S = 2.0
 HEARTBEAT_S = 4.0
 DRIFT_M = 1.0
 ANSWERS_S = 5.0
+COLUMNS = ("id", "lat", "lon", "alt", "gs", "trk", "vs")
+REFUSALS = (1, 2, 4)  # unknown call sign, one that is there, unknown command
+MOST_SAID = 20
+TYPES_AT_ONCE = 20
+STANDS_KT = 0.04  # at 0 its drag is not a number, and it goes at 73 m/s in the next step
+LEAST_MPS = 2.06  # 0.1 to 2 m/s is a Mach number to BlueSky: Mach 1.5 is what it makes of 1.5 m/s
 
 
 def cas_mps(tas_mps, altitude_m):
@@ -43,10 +49,37 @@ def cas_mps(tas_mps, altitude_m):
     return math.sqrt(5 * 1.4 * 287.053 * 288.15 * ((impact / 101_325 + 1) ** (1 / 3.5) - 1) / 1.0)
 
 
+def move_speed_kt(row, altitude_m):
+    """What MOVE is told: calibrated, kt; what goes slower than half of what BlueSky can take, or backwards, stands until the next."""
+    east, north, heading = row["vx_ms"], row["vy_ms"], math.radians(row["heading_deg"])
+    speed = math.hypot(east, north)
+    if speed < LEAST_MPS / 2 or east * math.sin(heading) + north * math.cos(heading) < 0.0:
+        return STANDS_KT
+    return cas_mps(max(speed, LEAST_MPS), altitude_m) / KT_MPS
+
+
 def metres(a, b):
     """Distance of two places (degrees) near each other."""
     north, east = (a[0] - b[0]) * 111_194.9, (a[1] - b[1]) * 111_194.9 * math.cos(math.radians(a[0]))
     return math.hypot(north, east)
+
+
+def rounded(key, column):
+    """A column of ACDATA for the log: 1e-7 degrees, 1e-3 of all else."""
+    if key == "id":
+        return [str(name) for name in column]
+    return [round(float(value), 7 if key in ("lat", "lon") else 3) for value in column]
+
+
+def connected(arguments, clock_of_run):
+    """BlueSky's wire, or what it said once."""
+    if arguments.replay:
+        import recorded
+
+        return recorded.Wire(arguments.replay, clock_of_run)
+    from wire import Wire
+
+    return Wire(arguments.host, arguments.receive, arguments.send)
 
 
 class Theirs:
@@ -56,12 +89,14 @@ class Theirs:
         self.number, self.seen_s, self.place, self.simt = number, 0.0, None, None
         self.sent = None  # place, height, velocity and wall time as others know them
         self.answered_s = None  # when its transponder was told last
+        self.pace = 1.0  # at which it was told
 
 
 class Bridge:
     def __init__(self, arguments):
         self.arguments = arguments
-        self.wire = Wire(arguments.host, arguments.receive, arguments.send)
+        self.clock, self.sim_time = clock.Clock(), clock.SimTime()
+        self.wire = connected(arguments, self.clock)
         self.node = None
         self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
@@ -71,8 +106,8 @@ class Bridge:
         self.theirs, self.ours, self.numbers = {}, {}, {}
         self.phase = self.rate = None
         self.simt, self.moved_s, self.asked_op_s = None, time.monotonic(), 0.0
-        self.created, self.pending = {}, {}
-        self.count = {key: 0 for key in ("moves", "confirmed", "late", "dropped", "resets", "nodes_lost", "server_lost", "entities", "pdus", "damaged")}
+        self.created, self.pending, self.types, self.said = {}, {}, {}, set()
+        self.count = {key: 0 for key in ("moves", "confirmed", "late", "dropped", "resets", "nodes_lost", "server_lost", "entities", "pdus", "damaged", "refused", "behind")}
         self.latencies = []
         limits = {key: getattr(arguments, key) for key in ("capture_nm", "capture_ft", "release_ft")}
         self.handover = handover.Handover(self, limits) if arguments.handover else None
@@ -87,19 +122,29 @@ class Bridge:
 
     def write(self, direction, topic, body):
         if self.log:
-            our_s = self.ours.get("time_s") if isinstance(self.ours, dict) else None
-            self.log.write(json.dumps({"wall_ns": time.time_ns(), "our_s": our_s, "dir": direction, "topic": topic, "body": body}) + "\n")
+            our_s = self.clock.now_s(time.monotonic())
+            our_ns = None if our_s is None else round(our_s * 1e9)
+            self.log.write(json.dumps({"wall_ns": time.time_ns(), "our_ns": our_ns, "dir": direction, "topic": topic, "body": body}) + "\n")
+            if direction != "in":
+                self.log.flush()
 
     def pdu(self, callsign, entity, row, gone=False):
         lat, lon, height_m, velocity = row
         identifier = (self.arguments.site, 300, entity.number)
-        kind = (self.handover.types.get(callsign) if self.handover else None) or "ZZZZ"
+        kind = self.types.get(callsign) or "ZZZZ"
+        # Stamps are of the host's time, and so is velocity: who hears them divides by the rate.
+        entity.pace = self.pace()
+        velocity = tuple(v * entity.pace for v in velocity)
         self.send(entity_pdu.entity_state(self.arguments.exercise, identifier, callsign, kind, lat, lon, height_m, velocity, gone))
         now = time.monotonic()
         if self.handover and not gone and (entity.answered_s is None or now - entity.answered_s > ANSWERS_S):
             entity.answered_s = now
             address = self.handover.address(callsign)
             self.send(entity_pdu.iff(self.arguments.exercise, identifier, callsign, address))
+
+    def pace(self):
+        """Seconds of BlueSky's time in one of the host's."""
+        return self.sim_time.pace(self.rate or 1.0)
 
     def send(self, octets):
         try:
@@ -126,6 +171,10 @@ class Bridge:
 
     def on_state(self, body):
         phase, rate = body["phase"], body.get("rate")
+        self.clock.paced(rate)
+        if phase != self.phase:
+            self.clock.stood()
+            self.sim_time.forget()
         if self.handover:
             self.handover.on_state(body)
         if rate is None and phase == "RUNNING":
@@ -139,6 +188,7 @@ class Bridge:
     def on_truth(self, body):
         rows = {row["callsign"].upper(): row for row in body["truth"] if row.get("ours") and row.get("lat_deg") is not None and row["callsign"]}
         now = time.monotonic()
+        self.clock.scan(body["time_s"], now)
         if self.handover:
             self.handover.on_truth(body, rows, now)
         gone = [name for name in self.created if name not in rows]
@@ -149,7 +199,7 @@ class Bridge:
         for name, row in rows.items():
             altitude_m = self.handover.height_m(row) if self.handover else row["altitude_m"] + self.arguments.elevation
             speed = math.hypot(row["vx_ms"], row["vy_ms"])
-            knots = cas_mps(speed, altitude_m) / KT_MPS
+            knots = move_speed_kt(row, altitude_m)
             place = f"{row['lat_deg']:.7f},{row['lon_deg']:.7f}"
             heading = row["heading_deg"] % 360.0
             if name not in self.created:
@@ -169,8 +219,6 @@ class Bridge:
         spread = [worst[0], worst[len(worst) // 2], worst[-1]] if worst else None
         self.write("own", "stats", {**self.count, "latency_s": spread})
         del self.latencies[:-2000]
-        if self.log:
-            self.log.flush()
         # One message a cycle, as long as a line may be.
         for at in range(0, len(lines), 100):
             self.say(";".join(lines[at:at + 100]))
@@ -191,6 +239,7 @@ class Bridge:
                     self.take(self.wire.nodes[0])
         elif topic == "lost":
             self.count["server_lost"] += 1
+            self.write("in", "lost", None)
             self.leave()
         elif topic == "damaged":
             self.count["damaged"] += 1
@@ -200,6 +249,7 @@ class Bridge:
     def take(self, node):
         """A node is there: everything begins again on it."""
         self.node, self.simt, self.moved_s = node, None, time.monotonic()
+        self.sim_time.forget()
         self.created.clear()
         self.pending.clear()
         self.write("in", "came", node.hex())
@@ -213,8 +263,9 @@ class Bridge:
         self.begin_again()
 
     def begin_again(self):
-        self.created.clear()
-        self.pending.clear()
+        for known in (self.created, self.pending, self.types):
+            known.clear()
+        self.sim_time.forget()
         if self.handover:
             self.handover.forget()
         self.end(list(self.theirs))
@@ -233,13 +284,45 @@ class Bridge:
             self.say("OP" if self.phase in (None, "RUNNING") else "HOLD")
         elif topic == "ECHO":
             self.write("in", topic, data if isinstance(data, (dict, str)) else str(data))
-            if self.handover and isinstance(data, dict):
-                self.handover.on_echo(str(data.get("text", "")))
+            if isinstance(data, dict):
+                self.on_echo(str(data.get("text", "")), data.get("flags"))
         elif topic == "ACDATA" and isinstance(data, dict):
             try:
                 self.aircraft(data)
             except (KeyError, TypeError, ValueError):
                 self.count["damaged"] += 1
+
+    def ask_types(self, names):
+        """BlueSky tells what they are in an ECHO each; a node takes a line every 50 ms."""
+        for name in names:
+            self.types.setdefault(name, None)
+        if names:
+            self.say(";".join(f"POS {name}" for name in names))
+
+    def on_echo(self, text, flags):
+        """`Info on BSK1 A320 index = 3`; or what BlueSky refuses, which is said once."""
+        words = text.split()
+        if words[:2] == ["Info", "on"] and len(words) > 3:
+            name = words[2].upper()
+            if name in self.types:
+                self.types[name] = words[3].upper()
+                if name in self.theirs:
+                    self.theirs[name].sent = None  # told anew, as what it is
+        elif isinstance(flags, int) and flags in REFUSALS:
+            self.count["refused"] += 1
+            if text not in self.said and len(self.said) < MOST_SAID:
+                self.said.add(text)
+                print(f"bridge: BlueSky refuses: {text.strip()[:200]}", file=sys.stderr, flush=True)
+
+    def paced(self, simt, now):
+        """Says once when BlueSky falls behind."""
+        self.sim_time.hear(simt, now)
+        behind_s = self.sim_time.behind_s(self.clock.now_s(now), now) if self.phase == "RUNNING" else None
+        if behind_s is not None:
+            self.count["behind"] += 1
+            self.write("own", "behind", behind_s)
+            word = f"{behind_s:.1f} s behind" if behind_s > 0 else f"{-behind_s:.1f} s ahead"
+            print(f"bridge: bluesky is {word}", file=sys.stderr, flush=True)
 
     def aircraft(self, data):
         now, simt = time.monotonic(), float(data["simt"])
@@ -248,6 +331,7 @@ class Bridge:
         if self.simt is not None and simt < self.simt:
             self.created.clear()  # a reset that was not said
         self.simt = simt
+        self.paced(simt, now)
         # SEEDS owns time: who holds it is told to go on.
         if self.phase == "RUNNING" and now - self.moved_s > HELD_S and now - self.asked_op_s > HELD_S:
             self.asked_op_s = now
@@ -255,7 +339,10 @@ class Bridge:
         ours = self.ours.get("names", set()) if self.ours else None
         if ours is None:
             return  # nobody has said yet who is ours
-        columns = [data[key] for key in ("id", "lat", "lon", "alt", "gs", "trk", "vs")]
+        columns = [data[key] for key in COLUMNS]
+        if self.log:
+            self.write("in", "ACDATA", {"simt": simt, **{key: rounded(key, column) for key, column in zip(COLUMNS, columns)}})
+        late_s, unknown = self.sim_time.late_s(), []
         for name, lat, lon, alt, gs, trk, vs in zip(*columns):
             name = str(name).upper()
             if not all(map(math.isfinite, (lat, lon, alt, gs, trk, vs))) or abs(lat) > 90 or abs(lon) > 360:
@@ -267,9 +354,19 @@ class Bridge:
             elif (name in ours or name in self.created) and not (self.handover and name in self.handover.released):
                 self.confirm(name, (lat, lon), now)
             else:
-                self.visit(name, (lat, lon), alt, gs, math.radians(trk), vs, now, simt)
+                self.visit(name, (lat, lon), alt, gs, math.radians(trk), vs, now, simt, late_s)
+                if name not in self.types and len(unknown) < TYPES_AT_ONCE:
+                    unknown.append(name)
+        self.ask_types(unknown)
         if now - self.moved_s < GONE_S:
-            self.end([name for name, entity in self.theirs.items() if now - entity.seen_s > GONE_S])
+            gone = [name for name, entity in self.theirs.items() if now - entity.seen_s > GONE_S]
+            self.end(gone)
+            for name in gone:
+                self.types.pop(name, None)
+            # One of ours that somebody took out there is made again.
+            there = {str(name).upper() for name in columns[0]}
+            for name in [n for n, at in self.created.items() if n not in there and now - at > GONE_S]:
+                del self.created[name]
 
     def as_ours(self, name, now, simt):
         """One that is to be let go is told of where the run has it."""
@@ -293,7 +390,7 @@ class Bridge:
             self.latencies.append(now - at)
             self.count["confirmed" if now - at <= 0.5 else "late"] += 1
 
-    def visit(self, name, place, alt, gs, track, vs, now, simt):
+    def visit(self, name, place, alt, gs, track, vs, now, simt, late_s):
         entity = self.theirs.get(name)
         if entity and entity.place:
             elapsed = max(simt - entity.simt, 0.2)
@@ -309,16 +406,19 @@ class Bridge:
             self.count["entities"] += 1
         entity.seen_s, entity.place, entity.simt = now, place, simt
         velocity = (gs * math.sin(track), gs * math.cos(track), vs)
+        cos = 111_194.9 * math.cos(math.radians(place[0]))
+        place, alt = (place[0] + velocity[1] * late_s / 111_194.9, place[1] + velocity[0] * late_s / cos), alt + vs * late_s
         if self.handover:
             self.handover.wanted(name, place, alt, gs, track, vs, now)
             place, alt, velocity = self.handover.blended(name, place, alt, velocity, now)
         if entity.sent:
             (lat, lon), height_m, known, at = entity.sent
-            scale = (self.rate or 1.0) * (now - at)
+            scale = entity.pace * (now - at)
             believed = (lat + known[1] * scale / 111_194.9, lon + known[0] * scale / (111_194.9 * math.cos(math.radians(lat))))
             off_m = math.hypot(metres(place, believed), alt - height_m - known[2] * scale)
             handing = self.handover and name in self.handover.handing
-            if off_m < DRIFT_M and now - at < HEARTBEAT_S and not handing:
+            same = (self.pace() == 0.0) == (entity.pace == 0.0)  # held, or going
+            if off_m < DRIFT_M and now - at < HEARTBEAT_S and same and not handing:
                 return
         entity.sent = (place, alt, velocity, now)
         self.pdu(name, entity, (*place, alt, velocity))
@@ -395,6 +495,7 @@ def main():
     parser.add_argument("--capture-ft", type=float, default=1500.0, help="and below so many feet above it")
     parser.add_argument("--release-ft", type=float, default=1000.0, help="ours are let go above so many feet")
     parser.add_argument("--type", default="A320", help="type of theirs whose type BlueSky does not tell")
+    parser.add_argument("--replay", metavar="FILE", help="what BlueSky said as --log wrote it, by the time of the run, in place of a BlueSky")
     parser.add_argument("--log", metavar="FILE", help="what comes and goes, one JSON object a line")
     why = Bridge(parser.parse_args()).run()
     if why:

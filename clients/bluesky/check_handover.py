@@ -1,7 +1,8 @@
-"""Aircraft change hands between a run and a real headless BlueSky: `unshare -rn python check_handover.py SEEDS AIRPORT.apt.dat FOLDER [SECONDS]`.
+"""Aircraft change hands between a run and a real headless BlueSky: `unshare -rn python check_handover.py SEEDS AIRPORT.apt.dat FOLDER [SECONDS [FAULT]]`.
 
 BlueSky's fly a final, are given, land and taxi to their stands; departures of the run are let go and flown on. Judged by the run's own database:
-one row of truth a scan, one track, no jump. Prints one JSON object; exit code 1 if something in it is `broken`.
+one row of truth a scan, one track, no jump. FAULT is what befalls BlueSky in the very moment in which the first is asked for: reset, node
+(killed, another is asked for) or server (killed, started again). Prints one JSON object; exit code 1 if something in it is `broken`.
 """
 
 import json
@@ -14,7 +15,7 @@ import sys
 from pathlib import Path
 
 import seeds_client as seeds
-from check import HERE, Picture, attempt, bluesky, settle, wait
+from check import HERE, Picture, attempt, bluesky, children, ours, settle, wait
 
 SECONDS = 600
 SCENE = """[run]
@@ -56,7 +57,7 @@ def behind(lat, lon, course, metres, aside=0.0):
 def judged(log, name):
     """What the database says of a call sign."""
     rows = log.execute(
-        "SELECT scan, x_m, y_m, altitude_m, vx_ms, vy_ms, ours FROM truth WHERE callsign = ? ORDER BY scan", (name,)).fetchall()
+        "SELECT scan, x_m, y_m, altitude_m, vx_ms, vy_ms, ours, vz_ms FROM truth WHERE callsign = ? ORDER BY scan", (name,)).fetchall()
     scans = [row[0] for row in rows]
     worst_m = worst_mps = 0.0
     changes = []
@@ -67,7 +68,7 @@ def judged(log, name):
             worst_mps = max(worst_mps, math.hypot(b[4] - a[4], b[5] - a[5]))
         if a[6] != b[6]:
             changes.append({"scan": b[0], "ours": bool(b[6]), "beside_m": round(math.hypot(b[1] - a[1] - (a[4] + b[4]) / 2, b[2] - a[2] - (a[5] + b[5]) / 2), 2),
-                            "height_m": round(b[3] - a[3], 2), "speed_mps": round(math.hypot(b[4] - a[4], b[5] - a[5]), 2)})
+                            "height_m": round(b[3] - a[3] - (a[7] + b[7]) / 2, 2), "speed_mps": round(math.hypot(b[4] - a[4], b[5] - a[5]), 2)})
     return {"rows": len(rows), "twice": len(scans) - len(set(scans)), "missing": scans[-1] - scans[0] + 1 - len(set(scans)) if scans else None,
             "worst_m": round(worst_m, 2), "worst_mps": round(worst_mps, 2), "changes": changes}
 
@@ -75,6 +76,7 @@ def judged(log, name):
 def main():
     program, airport, folder = sys.argv[1], Path(sys.argv[2]).resolve(), Path(sys.argv[3])
     seconds = int(sys.argv[4]) if len(sys.argv) > 4 else SECONDS
+    fault = sys.argv[5] if len(sys.argv) > 5 else None
     subprocess.run(["ip", "link", "set", "lo", "up"], check=True)
     scene = folder / "handover.toml"
     scene.write_text(SCENE.format(seconds=seconds, airport=airport))
@@ -105,6 +107,10 @@ def main():
             name = f"BSK{n + 1}"
             picture.wire.command(picture.node(), f"CRE {name},A320,{lat:.7f},{lon:.7f},{course:.2f},{feet:.0f},150")
             picture.wire.command(picture.node(), f"ALT {name},0,760;SPD {name},150")
+        if fault:
+            assert wait(300, lambda: asked_for(folder), picture.poll), "nobody is asked for"
+            server, picture = befalls(fault, folder, server, picture)
+            found["whole_after_fault"] = bool(wait(15, picture.whole, lambda: (picture.poll(), setattr(picture, "mine", ours(client, picture.mine)))))
         code = wait(seconds + 120, lambda: run.poll() is not None, picture.poll)
         assert code, "the run does not end"
         found["bridge"] = json.loads(bridge.communicate(timeout=20)[0].strip().splitlines()[-1])
@@ -135,6 +141,32 @@ def main():
     sys.exit(1 if found["broken"] else 0)
 
 
+def asked_for(folder):
+    return any('"give_asked"' in line for line in (folder / "bluesky.jsonl").read_text().splitlines())
+
+
+def befalls(fault, folder, server, picture):
+    """What befalls BlueSky: the server and the picture that are there then."""
+    if fault == "reset":
+        picture.wire.command(picture.node(), "RESET")
+    elif fault == "node":
+        before = picture.node()
+        for pid in children(server.pid):
+            os.kill(pid, signal.SIGKILL)
+        wait(10, lambda: before not in picture.wire.nodes, picture.poll)
+        picture.wire._out.send_multipart([before[:-1] + b"\x80" + b"ADDNODES" + picture.wire.own, b"\x01"])
+    elif fault == "server":
+        os.killpg(server.pid, signal.SIGKILL)
+        server.wait()
+        server = bluesky(folder)
+        picture.wire.close()
+        picture = Picture()
+    else:
+        raise SystemExit(f"check_handover: {fault} is not a fault: reset, node or server")
+    assert wait(60, picture.node, picture.poll), "no node after the fault"
+    return server, picture
+
+
 def broken(found):
     """What is not as it has to be: truth without gap or overlap, jumps of 5 m and 3 m/s at most, one track, a run without a fault."""
     words = []
@@ -146,6 +178,8 @@ def broken(found):
             words.append(f"{name} did not change hands")
         if len(found["tracks"][name]) != 1:
             words.append(f"{name}: tracks {found['tracks'][name]}")
+    if not found.get("whole_after_fault", True):
+        words.append("the picture is not whole within 15 s of the fault")
     if not found["judged"]:
         words.append("nobody changed hands")
     if found["run_code"] != 0 or found["summary"]["faults"]:

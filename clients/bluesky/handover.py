@@ -4,7 +4,6 @@ Theirs on final is given (`give` of the public interface); the run's own traffic
 (`release`), and BlueSky flies on. Whoever is told of in truth as ours is ours, whatever was heard of the ask.
 """
 
-import collections
 import math
 import queue
 import threading
@@ -18,42 +17,6 @@ CLIMBS_MPS = 1.0
 MADE_ADDRESS = 0xF40000  # theirs have none of their own
 
 
-class Clock:
-    """Time of the run by the clock of this process: from how theirs are told of in truth, else from the scan that came soonest."""
-
-    def __init__(self):
-        self.rate, self.seen, self.exact = 1.0, collections.deque(maxlen=60), collections.deque(maxlen=20)
-
-    def paced(self, rate):
-        if rate and rate != self.rate:
-            self.rate = rate
-            self.seen.clear()
-            self.exact.clear()
-
-    def scan(self, time_s, at):
-        self.seen.append(at - time_s / self.rate)
-
-    def placed(self, time_s, at):
-        """Something was somewhere at a time of ours that it passed at `at` of this clock."""
-        self.exact.append(at - time_s / self.rate)
-
-    def state_at(self, at):
-        """When something was that was so at `at`, as `give` wants it."""
-        exact = list(self.exact)
-        if len(exact) >= 3:
-            return {"time_s": round((at - sorted(exact)[len(exact) // 2]) * self.rate, 4)}
-        return {"age_s": round(time.monotonic() - at, 4)}
-
-    def now_s(self, at):
-        if self.exact:
-            offset = sorted(self.exact)[len(self.exact) // 2]
-        elif self.seen:
-            offset = min(self.seen)
-        else:
-            return None
-        return (at - offset) * self.rate
-
-
 class Asked:
     """One who changes hands."""
 
@@ -65,9 +28,9 @@ class Handover:
     """`bridge` has the aircraft, sends their PDUs and speaks to BlueSky; `limits`: capture_nm, capture_ft, release_ft."""
 
     def __init__(self, bridge, limits):
-        self.bridge, self.limits, self.clock = bridge, limits, Clock()
-        self.reference, self.addresses = None, {}
-        self.handing, self.retry_at, self.types = {}, {}, {}
+        self.bridge, self.limits, self.clock = bridge, limits, bridge.clock
+        self.reference, self.addresses, self.asked_type = None, {}, set()
+        self.handing, self.retry_at = {}, {}
         self.released, self.rows, self.climbs = {}, {}, {}
         self.asks, self.answers = queue.Queue(64), queue.Queue()
         threading.Thread(target=self._work, daemon=True).start()
@@ -104,7 +67,6 @@ class Handover:
 
     def on_state(self, body):
         self.reference = (body["reference_lat_deg"], body["reference_lon_deg"])
-        self.clock.paced(body.get("rate"))
 
     def on_flights(self, body):
         for row in body.get("flights", []):
@@ -115,7 +77,6 @@ class Handover:
     def on_truth(self, body, ours, now):
         """`ours`: rows by name; those of who was let go since are taken out."""
         time_s = body["time_s"]
-        self.clock.scan(time_s, now)
         for name in [n for n in ours if n in self.released and time_s < self.released[n]["time_s"]]:
             del ours[name]
         for row in body["truth"]:
@@ -169,24 +130,19 @@ class Handover:
         near = math.hypot(north, east) <= self.limits["capture_nm"] * NM_M and height_m <= self.limits["capture_ft"] * FT_M
         if not near or vs > -0.5 or name in self.released:
             return
-        if name not in self.types:
-            self.types[name] = None  # asked once: BlueSky answers with an ECHO
-            self.bridge.say(f"POS {name}")
+        if not self.bridge.types.get(name):
+            self.bridge.ask_types([name])
             self.retry_at[name] = now + 0.5
-            return
+            if name not in self.asked_type:
+                self.asked_type.add(name)
+                return
         address = self.address(name)
         body = {
-            "command": "give", "callsign": name, "type": self.types[name] or self.bridge.arguments.type, "lat_deg": place[0], "lon_deg": place[1],
+            "command": "give", "callsign": name, "type": self.bridge.types.get(name) or self.bridge.arguments.type, "lat_deg": place[0], "lon_deg": place[1],
             "height_m": alt, "vx_ms": gs * math.sin(track), "vy_ms": gs * math.cos(track), "vz_ms": vs,
             "address": f"{address:06x}" if address else None,
         }
         self._ask(name, "give", now, body)
-
-    def on_echo(self, text):
-        """`Info on BSK1 A320 index = 3`."""
-        words = text.split()
-        if words[:2] == ["Info", "on"] and len(words) > 3 and words[2].upper() in self.types:
-            self.types[words[2].upper()] = words[3].upper()
 
     def _ask(self, name, kind, known_at, body):
         self.handing[name] = Asked(kind, time.monotonic())
@@ -286,4 +242,4 @@ class Handover:
         """BlueSky begins again."""
         self.handing.clear()
         self.released.clear()
-        self.types.clear()
+        self.asked_type.clear()

@@ -5,6 +5,7 @@
 mod common;
 
 mod agents;
+mod bluesky;
 mod deployed;
 mod eye;
 mod gateway;

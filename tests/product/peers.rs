@@ -15,7 +15,7 @@ fn free_port() -> String {
     format!("127.0.0.1:{}", crate::common::free_port())
 }
 
-fn skipped(what: &str, how: &str) {
+pub(crate) fn skipped(what: &str, how: &str) {
     println!("SKIPPED: {what} is not installed ({how})");
 }
 
@@ -265,7 +265,7 @@ fn exported(folder: &Folder) {
 }
 
 /// The Python with the client's packages, if there is one.
-fn python(modules: &str) -> Option<String> {
+pub(crate) fn python(modules: &str) -> Option<String> {
     let own = concat!(env!("CARGO_MANIFEST_DIR"), "/clients/python/.venv/bin/python");
     let named = std::env::var("SEEDS_PYTHON").ok();
     let candidates = named.into_iter().chain([own.to_owned(), "python3".to_owned()]);
@@ -389,67 +389,6 @@ fn ten_clients_some_asleep_some_rude_change_nothing() {
         "rate with ten clients {}, alone {}; garbage taken: {taken:?}",
         with["rate"], alone["rate"]
     );
-}
-
-/// A real headless BlueSky in a namespace of its own, since it listens on all interfaces: both pictures, and what happens to it while the run goes on.
-#[test]
-#[ignore = "needs BlueSky and a minute; named in CONTRIBUTING.md"]
-fn bluesky_shows_ours_and_its_aircraft_are_visitors() {
-    let own = concat!(env!("CARGO_MANIFEST_DIR"), "/clients/bluesky/.venv/bin/python");
-    let named = std::env::var("SEEDS_BLUESKY_PYTHON").unwrap_or_else(|_| own.to_owned());
-    let imports = "import bluesky, zmq, msgpack, seeds_client, zenoh";
-    let there = Command::new(&named).args(["-c", imports]).output();
-    if !there.is_ok_and(|output| output.status.success()) {
-        return skipped("BlueSky", "clients/bluesky/install.sh");
-    }
-    let folder = Folder::new("bluesky");
-    let scene = folder.file("cars.toml");
-    std::fs::write(&scene, cars(200)).expect("written");
-    let mut command = Command::new("unshare");
-    command.args(["-rn", &named, concat!(env!("CARGO_MANIFEST_DIR"), "/clients/bluesky/check.py")]);
-    command.args([env!("CARGO_BIN_EXE_seeds"), &scene, folder.file("").trim_end_matches('/')]);
-    let output = finish(command);
-    assert!(output.status.success(), "{}", stderr(&output));
-    let found = summary(&output);
-    println!("{found}");
-    for key in [
-        "theirs",
-        "goes_on_after_hold",
-        "whole_after_reset",
-        "theirs_after_reset",
-        "node_again",
-        "whole_after_node",
-        "whole_after_server",
-    ] {
-        assert_eq!(found[key], true, "{key}: {found}");
-    }
-    assert_eq!(
-        (&found["run_code"], &found["summary"]["faults"]),
-        (&0.into(), &Value::Array(vec![]))
-    );
-    assert_eq!(found["bridge"]["damaged"], 0, "{found}");
-}
-
-/// Zurich with cars alone.
-fn cars(count: usize) -> String {
-    let zurich =
-        std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/zurich.toml"))
-            .expect("the scene");
-    let (before, rest) = zurich.split_once("[[traffic]]").expect("traffic");
-    let (_, after) = rest.split_once("[[sensor]]").expect("sensors");
-    let ends = ["Terminal_A_Gate_48", "D_57", "GAC_S1_A", "I_98", "Gate_B_38"];
-    let mut text = before.to_owned();
-    for i in 0..count {
-        text += &format!(
-            "[[traffic]]\nkind = \"route\"\ncallsign = \"CAR{i}\"\ntype = \"FOLLOWME\"\naddress = {}\nvia = [\"{}\", \"{}\"]\nstart_s = {}\nflight = {{ movement = \"vehicle\" }}\n\n",
-            0x4b_8000 + i,
-            ends[i % 5],
-            ends[(i + 1 + i / 5 % 4) % 5],
-            (i % 20) as f64 * 0.9
-        );
-    }
-    let text = text + "[[sensor]]" + after;
-    text.replace("\"CAI3208\"", "\"CAR0\"").replace("\"FOLLOW1\", \"FIRE1\"", "\"CAR1\"")
 }
 
 #[test]

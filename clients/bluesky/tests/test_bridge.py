@@ -1,0 +1,134 @@
+"""The bridge without BlueSky: what it says of ours, its clocks, and a log in place of a server."""
+
+import contextlib
+import io
+import json
+import math
+import pathlib
+import subprocess
+import sys
+import tempfile
+import types
+import unittest
+
+HERE = pathlib.Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE.parent))
+
+import bridge  # noqa: E402
+import clock  # noqa: E402
+import recorded  # noqa: E402
+
+KT_MPS = 1852 / 3600
+
+
+class Speeds(unittest.TestCase):
+    """BlueSky takes 0.1 to 2 m/s for a Mach number, and at exactly 0 it may go at 73 m/s in its next step."""
+
+    def told(self, speed_mps, heading_deg=30.0, backwards=False):
+        course = math.radians(heading_deg + (180.0 if backwards else 0.0))
+        row = {"vx_ms": speed_mps * math.sin(course), "vy_ms": speed_mps * math.cos(course), "heading_deg": heading_deg}
+        # As BlueSky reads it: the text, knots unless it is between 0.1 and 1.
+        text = float(f"{bridge.move_speed_kt(row, 432.0):.2f}")
+        return text if 0.1 < text < 1.0 else text * KT_MPS
+
+    def test_no_speed_is_a_mach_number_and_none_is_nothing(self):
+        for n in range(0, 9000):
+            told_mps = self.told(n / 100)
+            self.assertTrue(0.0 < told_mps <= 0.1 or told_mps >= 2.0, (n / 100, told_mps))
+
+    def test_what_rolls_is_told_within_two_metres_a_second(self):
+        for n in range(0, 3000):
+            speed = n / 100
+            self.assertLess(abs(self.told(speed) - speed), 1.1 + 0.03 * speed, speed)
+
+    def test_who_is_pushed_back_stands_from_one_move_to_the_next(self):
+        for speed in (0.5, 1.5, 2.5):
+            self.assertLess(self.told(speed, 300.0, backwards=True), 0.1)
+
+
+class SimTimes(unittest.TestCase):
+    def test_what_comes_late_is_told_by_how_much_at_any_pace(self):
+        for pace in (1.0, 2.9, 8.1):
+            sim = clock.SimTime()
+            for n in range(15):
+                sim.hear(100.0 + 0.2 * n * pace, 50.0 + 0.2 * n)
+                self.assertLess(sim.late_s(), 0.01 * pace)
+                self.assertAlmostEqual(sim.pace(pace), pace, delta=1e-6)
+            # The next one is of its time and came 0.1 s late.
+            sim.hear(100.0 + 3.0 * pace, 53.1)
+            self.assertAlmostEqual(sim.late_s(), min(0.1 * pace, clock.MOST_LATE_S), delta=0.03 * pace)
+
+    def test_what_is_held_or_reset_is_no_pace(self):
+        sim = clock.SimTime()
+        for n in range(15):
+            sim.hear(100.0 + 0.2 * n, 50.0 + 0.2 * n)
+        for n in range(20):
+            sim.hear(102.8, 53.0 + 0.2 * n)
+            self.assertLessEqual(sim.late_s(), clock.MOST_LATE_S)
+        self.assertEqual((sim.late_s(), sim.pace(1.0)), (0.0, 0.0))
+        sim.hear(0.05, 58.0)
+        self.assertEqual(sim.pace(1.0), 1.0)
+        self.assertEqual(sim.late_s(), 0.0)
+
+    def test_bluesky_behind_is_said_once_and_again_after_five_seconds(self):
+        sim, said = clock.SimTime(), []
+        for n in range(200):
+            # From 10 s on it goes at half the pace for 4 s.
+            lost = max(0.0, min(n * 0.2 - 10.0, 4.0)) / 2
+            sim.hear(n * 0.2 - lost + 1e-6 * n, n * 0.2)
+            told = sim.behind_s(n * 0.2, n * 0.2)
+            if told is not None:
+                said.append((n * 0.2, told))
+        self.assertEqual(len(said), 1, said)
+        self.assertAlmostEqual(said[0][1], 1.1, delta=0.15)
+        # What was off for five seconds is the measure from then on.
+        self.assertAlmostEqual(sim.anchor, -2.0, delta=0.1)
+
+
+class Recorded(unittest.TestCase):
+    def wire(self, lines):
+        with tempfile.NamedTemporaryFile("w", suffix=".jsonl", delete=False) as file:
+            file.write("\n".join(lines))
+        self.addCleanup(pathlib.Path(file.name).unlink)
+        self.now_s = None
+        return recorded.Wire(file.name, types.SimpleNamespace(now_s=lambda at: self.now_s))
+
+    def test_everything_comes_at_its_time_and_in_its_order(self):
+        def entry(topic, our_s, body, way="in"):
+            return json.dumps({"wall_ns": 0, "our_ns": our_s and int(our_s * 1e9), "dir": way, "topic": topic, "body": body})
+
+        wire = self.wire([
+            entry("came", None, "531a741f81"), entry("STACK", 1.0, "OP", "out"), entry("ACDATA", 2.0, {"simt": 1.0}),
+            entry("ECHO", 2.5, {"text": "x", "flags": 2}), entry("lost", 4.0, None), entry("came", 5.0, "531a741f82"), entry("RESET", 5.0, None),
+        ])
+        topics = lambda: [event[0] for event in wire.poll(0)]
+        self.assertEqual(topics(), ["came"])
+        self.assertEqual(wire.nodes, [bytes.fromhex("531a741f81")])
+        self.now_s = 1.9
+        self.assertEqual(topics(), [])
+        self.now_s = 2.6
+        self.assertEqual(topics(), ["ACDATA", "ECHO"])
+        self.now_s = 4.5
+        self.assertEqual(topics(), ["lost"])
+        self.assertEqual(wire.nodes, [])
+        self.now_s = 9.0
+        self.assertEqual(topics(), ["came", "RESET"])
+
+    def test_what_is_no_log_is_refused_by_line(self):
+        for line, why in (("not json", ":1: not a line"), ('{"dir": "in"}', ":1: not a line"), ("[]", ":1: not a line"),
+                          ('{"dir": "own", "topic": "stats", "our_ns": 1, "body": {}}', "BlueSky says nothing")):
+            said = io.StringIO()
+            with contextlib.redirect_stderr(said), self.assertRaises(SystemExit) as ended:
+                self.wire([line])
+            self.assertEqual(ended.exception.code, 2)
+            self.assertIn(why, said.getvalue())
+
+    def test_a_file_that_is_not_there_is_one_line(self):
+        command = [sys.executable, str(HERE.parent / "bridge.py"), "--replay", "/nowhere/x.jsonl"]
+        done = subprocess.run(command, capture_output=True, text=True)
+        self.assertEqual(done.returncode, 2, done.stderr)
+        self.assertEqual(len(done.stderr.strip().splitlines()), 1, done.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
