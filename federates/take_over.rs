@@ -5,8 +5,8 @@ use crate::federation::generator_name;
 use crate::runtime::cli::CommonArgs;
 use crate::runtime::federate::Federate;
 use crate::runtime::member::Makers;
-use crate::runtime::member_driver::Host;
-use crate::runtime::member_process::{Makes, run_federate};
+use crate::runtime::member_driver::{Host, MemberError};
+use crate::runtime::member_process::{Hosted, Makes, run_federate};
 use crate::runtime::messages::{Kind, RunConfig};
 use crate::traffic_generator::TrafficGenerator;
 use crossbeam_channel::unbounded;
@@ -38,20 +38,24 @@ fn is_hosted(name: &str, generators: u32) -> bool {
 
 /// Takes the place of lost producers: each on a thread of its own, with connections of its own, as a process has. Not of others:
 /// control is started again by whoever started it.
-pub(crate) fn hosting(args: &CommonArgs) -> Host {
-    let args = args.clone();
-    Box::new(move |name, generators| {
+pub(crate) fn hosting(args: &CommonArgs) -> Makes {
+    let (args, hosted) = (args.clone(), Hosted::default());
+    let threads = hosted.clone();
+    let host: Host = Box::new(move |name, generators| {
         if !is_hosted(name, generators) {
             return false;
         }
         let (args, name) = (args.clone(), name.to_owned());
-        std::thread::spawn(move || {
-            if let Err(e) = take_over(&args, &name, generators) {
-                tracing::warn!("{name} was not taken over: {e:#}");
+        threads.start(move || match take_over(&args, &name, generators) {
+            Err(e) if matches!(e.downcast_ref(), Some(MemberError::Yielded { .. })) => {
+                tracing::warn!("{e}");
             }
+            Err(e) => tracing::warn!("{name} was not taken over: {e:#}"),
+            Ok(_) => {}
         });
         true
-    })
+    });
+    Makes { host: Some(host), hosted, ..Makes::default() }
 }
 
 fn take_over(args: &CommonArgs, name: &str, generators: u32) -> anyhow::Result<u8> {

@@ -49,6 +49,7 @@ fn alarms(ahead_ms: i64, fed: u128) -> Vec<String> {
         name: super::STATION,
         succeeds: None,
         journal: None,
+        balance: false,
         bus: station,
         config: config(),
         events,

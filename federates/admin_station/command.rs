@@ -217,6 +217,7 @@ fn run_admin(args: &AdminArgs, scene: &Arc<Scene>) -> anyhow::Result<u8> {
     };
     let mut config = conductor_config(scene, &options);
     config.through_router = args.common.network.sync_router.is_some();
+    args.losses.check_balance(&config.losses).map_err(anyhow::Error::msg)?;
     let events = unbounded();
     if let Some(within_s) = args.expect_logger {
         config.await_spectators.push("viewer-logger".to_owned());
@@ -312,6 +313,7 @@ fn lead_run(
         // It says after ten seconds whom it awaits, and gives them time to be started.
         patience: Duration::from_secs(120),
         journal: args.journal.clone(),
+        balance: args.losses.balance,
     })?)
 }
 

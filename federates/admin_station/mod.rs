@@ -4,6 +4,7 @@
 
 mod actions;
 mod asked;
+mod balance;
 #[cfg(test)]
 mod clock_tests;
 pub mod command;
@@ -110,6 +111,8 @@ pub struct AdminContext {
     pub journal: Option<PathBuf>,
     /// The run of a station of which this process was the standby: it leads that one on.
     pub succeeds: Option<Box<Succeeds>>,
+    /// Moves places of producers away from busy hosts.
+    pub balance: bool,
 }
 
 /// What a standby knows when it leads: the conductor, and the log of the run.

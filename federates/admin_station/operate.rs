@@ -70,6 +70,18 @@ pub(super) enum Operate {
         #[command(flatten)]
         at: AtArgs,
     },
+    /// Let another process take the place of a traffic generator or of the external world, to the same bits: away from a busy host, or from
+    /// one that is to be shut down. Needs --on-loss takeover
+    Move {
+        /// Whose place, like traffic-generator-2
+        #[arg(value_name = "NAME")]
+        name: String,
+        /// Whose process takes it, like external-world; the process that had it ends when it has no other place
+        #[arg(value_name = "TO")]
+        to: String,
+        #[command(flatten)]
+        at: AtArgs,
+    },
     /// Simulated seconds per wall second
     Rate {
         /// Factor, 0.001 to 1000, or "fast"
@@ -181,6 +193,9 @@ pub(super) fn operate_run(common: &CommonArgs, operate: &Operate) -> ExitCode {
         Operate::Step { n, at } => (Command::Step { n: *n }, at),
         Operate::Stop { at } => (Command::Stop, at),
         Operate::Restart { at } => (Command::Restart, at),
+        Operate::Move { name, to, at } => {
+            (Command::Move { name: name.clone(), to: to.clone() }, at)
+        }
         Operate::Rate { rate, at } => {
             let rate = if rate == "fast" { Ok(f64::INFINITY) } else { cli::rate(rate) };
             match rate {

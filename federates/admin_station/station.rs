@@ -1,5 +1,6 @@
 //! The station at work: events in, what the conductor decides out; one turn of the loop is one tick of the conductor.
 
+use super::balance::Balance;
 use super::lead::Lead;
 use super::statistics::Statistics;
 use super::{AdminContext, Event, PhaseHook, StateHook, StationError, Succeeds, ask_voter, ears};
@@ -92,6 +93,8 @@ pub(super) struct Station {
     stopping: Option<WallNs>,
     /// The code with which the process is to end.
     exit: Option<u8>,
+    /// Places are moved by load.
+    balance: Option<Balance>,
 }
 
 impl Station {
@@ -154,6 +157,7 @@ impl Station {
             said_awaiting: false,
             stopping: None,
             exit: None,
+            balance: context.balance.then(Balance::default),
         };
         Ok((station, receive))
     }
@@ -431,6 +435,8 @@ impl Station {
             cpu_s: self.usage.cpu_s,
             cpu_pct: self.usage.cpu_pct,
             rss_bytes: self.usage.rss_bytes,
+            host_busy_pct: self.usage.host_busy_pct,
+            host_cores: self.usage.host_cores,
             alarms: self.clocks.alarms().map(str::to_owned).collect(),
             ..Default::default()
         };
@@ -438,6 +444,15 @@ impl Station {
         let mut statistics = self.statistics.lock().unwrap_or_else(PoisonError::into_inner);
         statistics.federates.insert(status.name.clone(), status);
         statistics.clocks = self.clocks.ahead_s().map(|(h, s)| (h.to_owned(), s)).collect();
+        let places = conductor.places();
+        let balance = self.balance.as_mut().filter(|_| running);
+        if let Some(command) = balance.and_then(|b| b.look(now, &statistics.federates, &places)) {
+            tracing::warn!("--balance: {command:?}");
+            let token = self.next_token;
+            self.next_token += 1;
+            self.operations.extend(operation(token, &command, "balance"));
+            self.lead.tell(now, Input::Command(command, token));
+        }
         Ok(())
     }
 
@@ -503,6 +518,7 @@ fn operation(token: Token, command: &Command, source: &str) -> Option<(Token, Op
         Command::Stop => "stop".to_owned(),
         Command::Restart => "restart".to_owned(),
         Command::Rate { rate } => format!("rate {rate}"),
+        Command::Move { name, to } => format!("move {name} {to}"),
     };
     Some((token, Operation { source: source.to_owned(), command, ..Operation::default() }))
 }

@@ -2,7 +2,7 @@
 
 use super::ExternalWorld;
 use crate::runtime::cli::{CommonArgs, load_scene_without_truth};
-use crate::runtime::member_process::{Makes, member};
+use crate::runtime::member_process::member;
 use crate::take_over::hosting;
 use clap::Args;
 use std::process::ExitCode;
@@ -17,7 +17,7 @@ pub struct WorldArgs {
 /// The external world's process.
 #[must_use]
 pub fn run(args: &WorldArgs) -> ExitCode {
-    let makes = Makes { host: Some(hosting(&args.common)), ..Makes::default() };
+    let makes = hosting(&args.common);
     member(&args.common, "external-world", load_scene_without_truth, makes, |scene, exercise| {
         Box::new(ExternalWorld::new(scene, exercise))
     })

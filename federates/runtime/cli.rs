@@ -109,6 +109,11 @@ pub struct LossArgs {
     /// How long a run waits for a lost federate: MS, or none for no end [default: the scene's, else none; of a run that ends by itself 0, with takeover 10000]
     #[arg(long, value_name = "MS", value_parser = return_flag)]
     return_ms: Option<ReturnWithin>,
+
+    /// Let places of generators and of the external world go from a host whose processors are busy to 90 % for 10 s to one that is at most
+    /// 70 % busy with them, one in half a minute (as `admin-station move` does by hand); needs --on-loss takeover
+    #[arg(long)]
+    pub(crate) balance: bool,
 }
 
 impl LossArgs {
@@ -123,6 +128,18 @@ impl LossArgs {
         }
     }
 
+    /// Whether --balance can do anything, with what becomes of losses in this run.
+    ///
+    /// # Errors
+    /// What is missing.
+    pub(crate) fn check_balance(&self, losses: &Losses) -> Result<(), String> {
+        let taken = |name| losses.on_loss.of(name) == Some(OnLoss::TakeOver);
+        if self.balance && !taken("traffic-generator") && !taken("external-world") {
+            return Err("--balance moves places of federates to other processes, which takes --on-loss takeover: add it, or leave out --balance".to_owned());
+        }
+        Ok(())
+    }
+
     /// The same as a command line.
     #[must_use]
     pub fn arguments(&self) -> Vec<String> {
@@ -133,7 +150,7 @@ impl LossArgs {
             ("--return-ms", self.return_ms.map(|within| within.to_string())),
         ];
         let given = flags.into_iter().filter_map(|(flag, value)| Some([flag.to_owned(), value?]));
-        given.flatten().collect()
+        given.flatten().chain(self.balance.then(|| "--balance".to_owned())).collect()
     }
 
     /// A flag that was given.
@@ -144,6 +161,7 @@ impl LossArgs {
             (self.step_ms.is_some(), "--step-ms"),
             (self.on_loss.is_some(), "--on-loss"),
             (self.return_ms.is_some(), "--return-ms"),
+            (self.balance, "--balance"),
         ]
         .into_iter()
         .find_map(|(given, flag)| given.then_some(flag))

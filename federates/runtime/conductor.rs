@@ -283,6 +283,8 @@ pub struct Conductor {
     absent: BTreeMap<String, String>,
     /// When another process was asked to take the place of a lost member.
     hosted: BTreeMap<String, (WallNs, u32)>,
+    /// Whose place was given to whose process by command, until it is there.
+    moving: BTreeMap<String, String>,
     views: Views,
     /// Members of this run: the essential ones and the optional ones that were there, sorted.
     roster: Vec<String>,
@@ -334,6 +336,7 @@ impl Conductor {
             degraded: Vec::new(),
             absent: BTreeMap::new(),
             hosted: BTreeMap::new(),
+            moving: BTreeMap::new(),
             views: Views::default(),
             roster: config.expected.clone(),
             last_state: 0,
@@ -431,13 +434,18 @@ impl Conductor {
         }
     }
 
-    /// Where consumers stand while frames of lost members are awaited.
+    /// Where consumers of all producers stand while frames of lost members are awaited.
     #[must_use]
     pub fn stand(&self) -> Frame {
+        self.stand_of(|_| Some(0))
+    }
+
+    /// Where one stands then that may be so many frames ahead of each producer; none of one that it does not read.
+    pub fn stand_of(&self, ahead_of: impl Fn(&str) -> Option<Frame>) -> Frame {
         let producers = self.producers();
         let awaited = producers.iter().filter(|name| !self.views.is_absent(name));
-        let cuts = awaited.filter_map(|name| self.views.cut(name));
-        cuts.map(|cut| cut.unwrap_or(0)).fold(self.granted, Frame::min)
+        let cuts = awaited.filter_map(|name| Some((self.views.cut(name)?, ahead_of(name)?)));
+        cuts.map(|(cut, ahead)| cut.unwrap_or(0) + ahead).fold(self.granted, Frame::min)
     }
 
     /// Numbers an order; a muster is repeated anyway.

@@ -69,6 +69,8 @@ pub enum Effect {
     },
     /// The federation does not take this process back.
     Dismissed(String),
+    /// The process of this one takes its place: leave.
+    Yielded(String),
     /// Leave with this exit code.
     Exit(u8),
 }
@@ -409,6 +411,9 @@ impl Member {
             }
             Order::Dismiss { name, inc, reason } if name == self.name && inc == self.inc => {
                 effects.push(Effect::Dismissed(reason));
+            }
+            Order::Yield { name, inc, to } if name == self.name && inc == self.inc => {
+                effects.push(Effect::Yielded(to));
             }
             Order::Exit { code } => effects.push(Effect::Exit(code)),
             // Orders of another run: the federation went on without them.

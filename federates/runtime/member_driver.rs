@@ -110,6 +110,14 @@ pub enum MemberError {
         /// How long it was waited for.
         seconds: u64,
     },
+    /// Its place was given to another process, by command: it is no failure.
+    #[error("{name} goes on in the process of {to}")]
+    Yielded {
+        /// This federate.
+        name: String,
+        /// Whose process.
+        to: String,
+    },
     /// The federation goes on with another one.
     #[error("{name} is not taken back: {reason}")]
     Dismissed {
@@ -389,6 +397,10 @@ pub fn run(context: MemberContext, federate: Box<dyn Federate>) -> Result<u8, Me
                     bus.close();
                     return Err(MemberError::Dismissed { name, reason });
                 }
+                Effect::Yielded(to) => {
+                    bus.close();
+                    return Err(MemberError::Yielded { name, to });
+                }
                 Effect::Publish(publication) => retained.publish(&*bus, publication)?,
                 Effect::Exit(code) => break 'run code,
             }
@@ -643,6 +655,8 @@ impl StatusKeeper {
             cpu_s: self.usage.cpu_s,
             cpu_pct: self.usage.cpu_pct,
             rss_bytes: self.usage.rss_bytes,
+            host_busy_pct: self.usage.host_busy_pct,
+            host_cores: self.usage.host_cores,
             pdus_in: counters.received + counters.outsiders,
             pdus_out: counters.sent,
             lost: counters.lost,

@@ -2,18 +2,19 @@
 
 use super::bus::{Bus, Request};
 use super::certs::is_loopback;
-use super::cli::{self, CommonArgs, FAILED, NetworkArgs, fail};
+use super::cli::{self, COMPLETE, CommonArgs, FAILED, NetworkArgs, fail};
 use super::dis_socket::{self, Receiving};
 use super::federate::Federate;
 use super::member::Remake;
-use super::member_driver::{self, Event, Host, MemberContext};
+use super::member_driver::{self, Event, Host, MemberContext, MemberError};
 use super::process::{on_interrupt, while_connecting};
 use super::zenoh_bus::{Part, ZenohBus, ZenohConfig};
 use crossbeam_channel::{Receiver, Sender, unbounded};
 use scenarios::Scene;
 use std::net::SocketAddr;
 use std::process::ExitCode;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::JoinHandle;
 use std::time::Duration;
 
 /// How long a federate looks for its federation before it says what is wrong. A launcher watches the
@@ -33,9 +34,32 @@ pub(crate) struct Makes {
     pub(crate) remake: Option<Remake>,
     /// Takes the place of lost producers.
     pub(crate) host: Option<Host>,
+    /// Those that it has taken.
+    pub(crate) hosted: Hosted,
     /// Requests that it answers beside those of every member, by key.
     pub(crate) serves: Vec<(String, Handler)>,
 }
+
+/// Members beside the one that a process was started for, each on its thread.
+#[derive(Clone, Default)]
+pub(crate) struct Hosted(Arc<Mutex<Vec<JoinHandle<()>>>>);
+
+impl Hosted {
+    /// Lets a member take part on a thread of its own.
+    pub(crate) fn start(&self, member: impl FnOnce() + Send + 'static) {
+        let thread = std::thread::spawn(member);
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).push(thread);
+    }
+
+    /// Whether one of them still takes part.
+    fn go_on(&self) -> bool {
+        let threads = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        threads.iter().any(|thread| !thread.is_finished())
+    }
+}
+
+/// How often a process without a member of its own looks whether it has others.
+const HOSTED_EVERY: Duration = Duration::from_millis(50);
 
 /// Ctrl-C ends this process in order.
 pub(crate) fn end_on_interrupt(events: Sender<Event>) -> anyhow::Result<()> {
@@ -78,7 +102,19 @@ fn run_member(
     let federate = make(Arc::clone(&scene), exercise);
     let events = unbounded();
     end_on_interrupt(events.0.clone())?;
-    run_federate(args, name, &scene, federate, events, makes)
+    let (hosted, interrupted) = (makes.hosted.clone(), events.1.clone());
+    let ended = run_federate(args, name, &scene, federate, events, makes);
+    let Err(Some(MemberError::Yielded { .. })) = ended.as_ref().map_err(|e| e.downcast_ref())
+    else {
+        return ended;
+    };
+    // Its place is another one's now. Those that it has taken stay here.
+    while hosted.go_on() {
+        if matches!(interrupted.recv_timeout(HOSTED_EVERY), Ok(Event::Stop)) {
+            break;
+        }
+    }
+    Ok(COMPLETE)
 }
 
 /// Opens both planes and takes part until the run is over.

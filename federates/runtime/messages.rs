@@ -256,6 +256,15 @@ pub enum Order {
         /// Why, for a person.
         reason: String,
     },
+    /// The place of this incarnation goes to another process: it leaves, and its process ends when it has no other member.
+    Yield {
+        /// The member.
+        name: String,
+        /// Its incarnation.
+        inc: u64,
+        /// Whose process takes its place.
+        to: String,
+    },
     /// The run is closed at this frame; answer with [`Report::Final`].
     Finish {
         /// Number of the run.

@@ -11,7 +11,34 @@ pub struct Usage {
     pub cpu_pct: f64,
     /// Resident memory, bytes.
     pub rss_bytes: u64,
+    /// Share of all processors of this host since the last sample, by whoever uses them, %.
+    pub host_busy_pct: f64,
+    /// Processors of this host; 0 where the system does not tell.
+    pub host_cores: u32,
     last: Option<(u64, f64)>,
+    host_last: Option<HostTimes>,
+}
+
+/// What the processors of a host have done since it was started, ticks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct HostTimes {
+    busy: u64,
+    all: u64,
+    cores: u32,
+}
+
+impl HostTimes {
+    /// Of the text of `/proc/stat`: user, nice, system, idle, iowait, irq, softirq, steal.
+    fn of(text: &str) -> Option<Self> {
+        let ticks = text.lines().next()?.strip_prefix("cpu ")?;
+        let ticks: Vec<u64> =
+            ticks.split_whitespace().take(8).map_while(|t| t.parse().ok()).collect();
+        let all: u64 = ticks.iter().sum();
+        let idle = ticks.get(3)? + ticks.get(4).unwrap_or(&0);
+        let is_core = |line: &&str| line.starts_with("cpu") && !line.starts_with("cpu ");
+        let cores = u32::try_from(text.lines().filter(is_core).count()).ok()?;
+        Some(Self { busy: all.saturating_sub(idle), all, cores })
+    }
 }
 
 impl Usage {
@@ -35,6 +62,17 @@ impl Usage {
             .and_then(|text| text.split_whitespace().nth(1)?.parse::<u64>().ok())
             .unwrap_or(0)
             * 4096;
+        let host = std::fs::read_to_string("/proc/stat").ok();
+        if let Some(host) = host.and_then(|text| HostTimes::of(&text)) {
+            if let Some(last) = self.host_last
+                && host.all > last.all
+            {
+                let busy = host.busy.saturating_sub(last.busy) as f64;
+                self.host_busy_pct = busy / (host.all - last.all) as f64 * 100.0;
+                self.host_cores = host.cores;
+            }
+            self.host_last = Some(host);
+        }
     }
 }
 
@@ -240,6 +278,18 @@ pub fn while_connecting<T>(connect: impl FnOnce() -> T) -> T {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_host_is_busy_by_what_its_processors_did_and_not_by_waiting() {
+        let told = "cpu  100 20 30 800 40 5 5 0 7 7\ncpu0 50 10 15 400 20 2 3 0 0 0\ncpu1 50 10 15 400 20 3 2 0 0 0\nintr 5\n";
+        assert_eq!(HostTimes::of(told), Some(HostTimes { busy: 160, all: 1000, cores: 2 }));
+        for none in ["", "cpu0 1 2 3 4", "cpu 1 2", "what"] {
+            assert_eq!(HostTimes::of(none), None, "{none}");
+        }
+        let mut usage = Usage::default();
+        usage.sample(1);
+        assert_eq!(usage.host_cores, 0, "one look is no measure");
+    }
 
     #[test]
     fn a_stopped_process_is_seen_and_one_that_works_makes_progress() {

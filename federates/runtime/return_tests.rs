@@ -5,7 +5,7 @@ use super::conductor::ConductorConfig;
 use super::digest::pdu_hash;
 use super::federate::{Federate, FrameInputs, FrameOut};
 use super::life_cycle::Phase;
-use super::messages::{FinalReport, Frame, Kind, Notice, RunConfig};
+use super::messages::{Command, FinalReport, Frame, Kind, Notice, RunConfig};
 use super::simulation::{Fault, MS, Network, Simulation, What};
 use proptest::prelude::*;
 use scenarios::losses::{Losses, on_loss_flag};
@@ -226,6 +226,91 @@ fn one_that_is_killed_again_and_again_comes_back_each_time() {
     }
 }
 
+fn moved(at_ns: u64, name: &str, to: &str) -> Fault {
+    fault(at_ns, "", What::Command(Command::Move { name: name.into(), to: to.into() }))
+}
+
+fn count(net: &Simulation, what: &str) -> u64 {
+    net.seen.get(what).copied().unwrap_or(0)
+}
+
+/// Generators and the external world, each to the process of each other one, early and late, with and without lost messages.
+#[test]
+fn a_place_that_is_given_to_another_process_is_the_same_run_and_no_fault() {
+    let places = [WORLD, GENERATORS[0], GENERATORS[1]];
+    for (n, (name, to)) in
+        places.iter().flat_map(|a| places.iter().map(move |b| (*a, *b))).enumerate()
+    {
+        for at_ms in if name == to { [].as_slice() } else { &[1, 40, 700, 2_400] } {
+            let mut net = net(n as u64, config(true, "takeover"), if n % 2 == 0 { 0 } else { 20 });
+            run(&mut net, |from| vec![moved(from + at_ms * MS, name, to)]);
+            came_back(&net, true);
+            assert_eq!(net.closed[0].reasons, Vec::<String>::new(), "{name} to {to}");
+            assert_eq!(count(&net, "place given by command"), 1);
+            assert_eq!(count(&net, "taken over"), 1, "{name} to {to} at {at_ms}");
+        }
+    }
+}
+
+/// From process to process and to one that was moved itself: all three places are in one process in the end, and each is made good.
+#[test]
+fn places_are_moved_again_and_again() {
+    let mut net = net(9, config(true, "takeover"), 20);
+    let [first, second] = GENERATORS;
+    run(&mut net, |from| {
+        let moves =
+            [(first, WORLD), (second, first), (first, second), (WORLD, first), (first, WORLD)];
+        moves
+            .iter()
+            .zip(0..)
+            .map(|((name, to), n)| moved(from + (200 + 450 * n) * MS, name, to))
+            .collect()
+    });
+    came_back(&net, true);
+    assert_eq!(net.closed[0].reasons, Vec::<String>::new());
+    let refused: Vec<_> = net.answers.iter().filter(|(ok, _)| !ok).collect();
+    // The first three lie in the process of the external world then: who is there already is not moved there.
+    assert!(refused.iter().all(|(_, text)| text.contains("already")), "{refused:?}");
+    assert_eq!(count(&net, "place given by command") as usize + refused.len(), 5);
+    assert!(count(&net, "place given by command") >= 3, "{refused:?}");
+}
+
+/// Whoever is to take the place dies before it has, or the SMDFM does, or the place is lost again: the run is made good as for any loss.
+#[test]
+fn what_befalls_a_move_is_made_good() {
+    let [first, second] = GENERATORS;
+    for (n, who) in [WORLD, second, SMDFM, CONTROL].into_iter().enumerate() {
+        for after_ms in [0, 5, 60, 200, 400, 900] {
+            let mut net = net(20 + n as u64, config(true, "takeover"), 20);
+            run(&mut net, |from| {
+                let at = from + 500 * MS;
+                let [killed, started] = killed(at + after_ms * MS, who, 1_500);
+                vec![moved(at, first, WORLD), killed, started]
+            });
+            came_back(&net, true);
+        }
+    }
+}
+
+#[test]
+fn what_cannot_be_moved_is_refused_and_nothing_happens() {
+    let [first, second] = GENERATORS;
+    for (policy, name, to, why) in [
+        ("freeze", first, WORLD, "only under --on-loss takeover"),
+        ("takeover", first, first, "already"),
+        ("takeover", SMDFM, WORLD, "'smdfm' is not a place that can be moved: external-world, "),
+        ("takeover", first, CONTROL, "'control' is not a place that can be moved"),
+        ("takeover", "traffic-generator-3", second, "'traffic-generator-3' is not a place"),
+    ] {
+        let mut net = net(7, config(true, policy), 0);
+        run(&mut net, |from| vec![moved(from + 300 * MS, name, to)]);
+        came_back(&net, true);
+        let [(false, said)] = &net.answers[..] else { panic!("{:?}", net.answers) };
+        assert!(said.contains(why), "{policy} {name} {to}: {said}");
+        assert_eq!(count(&net, "place given by command"), 0);
+    }
+}
+
 /// The outsiders' door and who reads it are lost together: the run goes on without outsiders, and its SMDFM returns.
 #[test]
 fn a_consumer_returns_although_the_member_that_let_outsiders_in_is_gone() {
@@ -264,6 +349,19 @@ fn a_consumer_makes_nothing_of_one_that_the_run_goes_on_without() {
         assert!(!closed.failed && closed.frame == LAST, "{name}: {:?}", closed.reasons);
         assert!(closed.reasons.iter().any(|r| r.contains("back after")), "{:?}", closed.reasons);
     }
+}
+
+/// A generator may have made what control said in a frame that nobody holds but the SMDFM's inputs: control's cut is before it, those of the
+/// generators are not, and the SMDFM, who reads no control, stands at theirs.
+#[test]
+fn who_reads_no_control_stands_where_its_own_producers_are_cut() {
+    let mut net = net(18_165_595_664_656_830_003, config(false, "freeze"), 107);
+    run(&mut net, |from| {
+        let [a, b, c] = [(CONTROL, 0), (GENERATORS[1], 91), (GENERATORS[0], 94)]
+            .map(|(who, gap)| killed(from + (1_611 + gap) * MS, who, 300));
+        [a, b, c].concat()
+    });
+    came_back(&net, false);
 }
 
 proptest! {

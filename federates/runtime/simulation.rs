@@ -136,7 +136,6 @@ pub struct Simulation {
     make: Make,
     producers: Vec<String>,
     window: Frame,
-    ahead: Frame,
     front_ends: BTreeSet<String>,
     /// The last grant that was looked at.
     granted: Frame,
@@ -146,6 +145,8 @@ pub struct Simulation {
     steps: Vec<Step>,
     /// There is no station.
     station_dead: bool,
+    /// Members that are to leave for another process, by their incarnation.
+    yielding: BTreeSet<(String, u64)>,
 }
 
 impl Simulation {
@@ -159,7 +160,6 @@ impl Simulation {
         network: Network,
     ) -> Self {
         let (producers, window) = (config.producers.clone(), config.window);
-        let ahead = config.closes.as_ref().map_or(0, |(_, ahead)| *ahead);
         let front_ends = config.front_ends.keys().cloned().collect();
         let mut simulation = Self {
             front_ends,
@@ -180,12 +180,12 @@ impl Simulation {
             make,
             producers,
             window,
-            ahead,
             granted: 0,
             config,
             log: RunLog::default(),
             steps: Vec::new(),
             station_dead: false,
+            yielding: BTreeSet::new(),
         };
         for (name, kind) in kinds {
             simulation.start(name, *kind);
@@ -338,8 +338,12 @@ impl Simulation {
                         Order::View { .. } => "view that goes on",
                         Order::Admit { .. } => "admit",
                         Order::Dismiss { .. } => "dismiss",
+                        Order::Yield { .. } => "place given by command",
                         _ => "other orders",
                     });
+                    if let Order::Yield { name, inc, .. } = &order.body {
+                        self.yielding.insert((name.clone(), *inc));
+                    }
                     let names: Vec<String> = self.nodes.keys().cloned().collect();
                     for name in names {
                         self.post("", &name, || Parcel::Order(order.clone()), loss);
@@ -374,12 +378,17 @@ impl Simulation {
             let alive = state.members.iter().any(|m| m.name == *name && m.alive);
             let counts = alive && (!by_fault || member.federate().consumes());
             let at = member.executed();
-            // In a closed loop some may be ahead of him who closes it.
-            let ahead = if by_fault { self.ahead } else { 0 };
+            // In a closed loop some may be ahead of him who closes it, and some do not read him.
+            let most = match by_fault {
+                true => self.conductor.stand_of(|p| member.federate().ahead_of(p)),
+                false => stand,
+            };
             // One that tells its frames to one other alone is a producer: it may have gone on to what was granted.
             let front_end = by_fault && self.front_ends.contains(name);
-            if counts && !(stand..=stand + ahead).contains(&at) && !(front_end && at > stand) {
-                self.broken.push(format!("FROZEN at {frame}: {name} stands at {at}, not {stand}"));
+            if counts && !(stand..=most).contains(&at) && !(front_end && at > stand) {
+                let text =
+                    format!("FROZEN at {frame}: {name} stands at {at}, not {stand} to {most}");
+                self.broken.push(text);
             }
         }
         self.note(if by_fault { "frozen by a fault" } else { "frozen by command" });
@@ -424,7 +433,13 @@ impl Simulation {
                     if !self.nodes.get(name).is_some_and(|node| node.kind.hosts()) {
                         self.broken.push(format!("{name} is asked to take the place of {lost}"));
                     }
-                    let free = self.nodes.get(&lost).filter(|n| n.dead).map(|n| n.kind);
+                    // One that has not heard yet that it is to leave does so when it hears it: nothing that it says counts.
+                    let leaves = |n: &Node| {
+                        let inc = n.member.as_ref().map(Member::inc);
+                        inc.is_some_and(|inc| self.yielding.contains(&(lost.clone(), inc)))
+                    };
+                    let free = self.nodes.get(&lost).filter(|n| n.dead || leaves(n));
+                    let free = free.map(|n| n.kind);
                     if let Some(kind) = free {
                         self.start(&lost, kind);
                         if let Some(node) = self.nodes.get_mut(&lost) {
@@ -434,6 +449,11 @@ impl Simulation {
                 }
                 Effect::Dismissed(reason) => {
                     self.broken.push(format!("{name} was dismissed: {reason}"));
+                }
+                Effect::Yielded(_) => {
+                    if let Some(node) = self.nodes.get_mut(name) {
+                        node.dead = true;
+                    }
                 }
                 Effect::Publish(_) | Effect::Exit(_) => {}
             }
@@ -445,10 +465,13 @@ impl Simulation {
         let Some(node) = self.nodes.get_mut(name) else { return };
         node.hello_at = Some(now + HELLO_AGAIN_NS);
         let (muted, deaf) = (node.mute_until > now, node.deaf_until > now);
+        let process = node.host.as_deref().unwrap_or(name).to_owned();
+        let pid = self.nodes.keys().position(|n| *n == process).map_or(0, |at| at as u32 + 1);
+        let Some(node) = self.nodes.get(name) else { return };
         let hello = Hello {
             name: name.to_owned(),
             kind: node.kind,
-            pid: 1,
+            pid,
             host: "h".into(),
             version: self.config.version.clone(),
             scene_hash: self.config.scene_hash,

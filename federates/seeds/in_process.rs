@@ -127,6 +127,7 @@ pub fn federation(
         name: admin_station::STATION,
         succeeds: None,
         journal: None,
+        balance: false,
         bus: Arc::new(hub.join()),
         config: conductor_config(&scene, &options),
         events: admin_events,

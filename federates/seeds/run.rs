@@ -93,6 +93,9 @@ pub fn run(args: &RunArgs) -> ExitCode {
         return fail(BAD_INPUT, format!("{e:#}"));
     }
     let losses = args.losses.losses().over(&scene.network.losses);
+    if let Err(e) = args.losses.check_balance(&losses) {
+        return fail(BAD_INPUT, e);
+    }
     match processes(args, control, &losses, &endpoint, &agents) {
         Ok(code) => ExitCode::from(code),
         Err(e) => fail(FAILED, format!("{e:#}")),

@@ -3,7 +3,7 @@
 use super::TrafficGenerator;
 use crate::federation::generator_name;
 use crate::runtime::cli::{self, CommonArgs};
-use crate::runtime::member_process::{Makes, member};
+use crate::runtime::member_process::member;
 use crate::take_over::hosting;
 use clap::Args;
 use std::process::ExitCode;
@@ -32,7 +32,7 @@ fn share_of(text: &str) -> Result<(u32, u32), String> {
 pub fn run(args: &TrafficArgs) -> ExitCode {
     let (share, of) = args.share;
     let load = |typed: &str| cli::load_scene_share(typed, share, of);
-    let makes = Makes { host: Some(hosting(&args.common)), ..Makes::default() };
+    let makes = hosting(&args.common);
     member(&args.common, &generator_name(share, of), load, makes, |scene, exercise| {
         Box::new(TrafficGenerator::new(scene, exercise, share, of))
     })

@@ -11,6 +11,7 @@ mod eye;
 mod gateway;
 mod handover;
 mod hostile;
+mod moves;
 mod packaged;
 mod page;
 mod peers;

@@ -3,7 +3,8 @@
 use super::{Conductor, Effect, Goal, Token};
 use crate::runtime::clock::WallNs;
 use crate::runtime::life_cycle::{Phase, Refused, Transition, possible, steps};
-use crate::runtime::messages::Command;
+use crate::runtime::messages::{Command, Order};
+use scenarios::losses::OnLoss;
 
 impl Conductor {
     /// A command of an operator; its answer comes when the state is reached.
@@ -111,8 +112,75 @@ impl Conductor {
                 effects.push(Effect::Answer(token, self.answer(ok, &text)));
                 self.extend(now, effects);
             }
+            Command::Move { name, to } => {
+                let moved = self.give(now, &name, &to, effects);
+                let (ok, text) = match moved {
+                    Ok(text) => (true, text),
+                    Err(text) => (false, text),
+                };
+                effects.push(Effect::Answer(token, self.answer(ok, &text)));
+            }
         }
         self.push_state(now, effects);
+    }
+
+    /// Producers whose places other processes can take.
+    #[must_use]
+    pub fn places(&self) -> Vec<String> {
+        let hosts = |p: &&String| self.members.get(*p).is_some_and(|m| m.hello.kind.hosts());
+        self.config.producers.iter().filter(hosts).cloned().collect()
+    }
+
+    /// Gives the place of a producer to the process of another one: as one that is lost, at a frame boundary and to the same bits, but
+    /// by command and to somebody chosen.
+    ///
+    /// # Errors
+    /// Why not, for a person.
+    fn give(
+        &mut self,
+        now: WallNs,
+        name: &str,
+        to: &str,
+        effects: &mut Vec<Effect>,
+    ) -> Result<String, String> {
+        if !matches!(self.phase, Phase::Running | Phase::Frozen) {
+            return Err(format!(
+                "'move' is not possible while {}; possible now: {}",
+                self.phase,
+                possible(self.phase)
+            ));
+        }
+        if let Some(why) = self.fault_blocks() {
+            return Err(why);
+        }
+        for asked in [name, to] {
+            let places = self.places();
+            if !places.iter().any(|place| place == asked) {
+                let places = places.join(", ");
+                return Err(format!("'{asked}' is not a place that can be moved: {places} can"));
+            }
+        }
+        let (Some(from), Some(by)) = (self.members.get(name), self.members.get(to)) else {
+            return Err(format!("{name} or {to} has not joined"));
+        };
+        if (&from.hello.host, from.hello.pid) == (&by.hello.host, by.hello.pid) {
+            return Err(format!("{name} is in the process of {to} already"));
+        }
+        if self.on_loss(name) != OnLoss::TakeOver {
+            return Err(format!(
+                "{name} cannot be moved: its place is taken by another process only under --on-loss takeover (or {name}=takeover)"
+            ));
+        }
+        if self.views.is_open() || !from.alive || !by.alive {
+            return Err("a loss is being settled: ask again".to_owned());
+        }
+        let (inc, at) = (from.inc, self.frame());
+        self.hosted.remove(name);
+        self.moving.insert(name.to_owned(), to.to_owned());
+        self.say(Order::Yield { name: name.to_owned(), inc, to: to.to_owned() }, effects);
+        let text = format!("{name} goes to the process of {to}, from frame {at} or soon after");
+        self.lose_for(now, name.to_owned(), text.clone(), effects);
+        Ok(text)
     }
 
     /// Why time cannot go on, and what is possible.

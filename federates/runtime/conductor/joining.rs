@@ -155,6 +155,7 @@ impl Conductor {
         self.degraded.clear();
         self.absent.clear();
         self.hosted.clear();
+        self.moving.clear();
         let joined = |n: &&String| self.members.get(*n).is_some_and(|m| m.alive);
         self.roster = self.config.expected.clone();
         self.roster.extend(self.config.optional.iter().filter(joined).cloned());

@@ -145,17 +145,30 @@ impl Conductor {
 
     /// Gives a member up.
     pub(super) fn lose(&mut self, now: WallNs, name: String, why: &str, effects: &mut Vec<Effect>) {
+        let Some(member) = self.members.get(&name) else { return };
+        let (host, pid) = (&member.hello.host, member.hello.pid);
+        let reason = format!("{name} (process {pid} on {host}) is lost: {why}");
+        self.lose_for(now, name, reason, effects);
+    }
+
+    /// Gives a member up for this `reason`.
+    pub(super) fn lose_for(
+        &mut self,
+        now: WallNs,
+        name: String,
+        reason: String,
+        effects: &mut Vec<Effect>,
+    ) {
         let Some(member) = self.members.get_mut(&name).filter(|m| m.alive) else { return };
         member.alive = false;
         member.due_since = None;
-        let (inc, host, pid) = (member.inc, member.hello.host.clone(), member.hello.pid);
+        let inc = member.inc;
         self.outbox.forget(&name);
         // After the last frame only its results may be missing.
         let over = self.finish_deadline.is_none() || self.finals.contains_key(&name);
         if !self.roster.contains(&name) || self.phase == Phase::Stopped && over {
             return self.push_state(now, effects);
         }
-        let reason = format!("{name} (process {pid} on {host}) is lost: {why}");
         let optional = self.config.optional.contains(&name);
         let absent = self.on_loss(&name) == OnLoss::Degrade;
         if absent && matches!(self.phase, Phase::Running | Phase::Frozen) {
@@ -291,8 +304,9 @@ impl Conductor {
             let alive: Vec<&String> = self.config.producers.iter().filter(hosts).collect();
             // Every lost one its own, and another one each time: equal rosters choose equally.
             let turn = content(tries.into(), name.bytes().map(u64::from), std::iter::empty());
-            let Some(by) = alive.get((turn % alive.len().max(1) as u64) as usize) else { continue };
-            let by = (*by).clone();
+            let chosen = self.moving.get(&name).filter(|to| tries == 0 && alive.contains(to));
+            let by = alive.get((turn % alive.len().max(1) as u64) as usize).copied();
+            let Some(by) = chosen.or(by).cloned() else { continue };
             self.hosted.insert(name.clone(), (now, tries + 1));
             self.notes.push(format!("{name} is taken over by the process of {by}"));
             self.say(Order::Host { run: self.run, name, by }, effects);
@@ -416,6 +430,14 @@ impl Conductor {
         self.views.returned(name);
         if let Some((asked_at, _)) = self.hosted.get_mut(name) {
             *asked_at = 0;
+        }
+        if self.moving.remove(name).is_some()
+            && let Some(at) = self.faults.iter().position(|f| f.name == name && f.back.is_none())
+        {
+            // It went by command: no fault of the run.
+            let Fault { text, since, .. } = self.faults.remove(at);
+            let after_s = now.saturating_sub(since) as f64 * 1e-9;
+            self.notes.push(format!("{text}; it is there after {after_s:.1} s"));
         }
         for fault in self.faults.iter_mut().filter(|f| f.name == name && f.back.is_none()) {
             fault.back = Some(upto);

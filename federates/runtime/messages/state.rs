@@ -28,6 +28,13 @@ pub enum Command {
     },
     /// Only ask how the run stands.
     Status,
+    /// Let the place of a generator or of the external world be taken by another one's process, at a frame boundary.
+    Move {
+        /// Whose place.
+        name: String,
+        /// Whose process.
+        to: String,
+    },
 }
 
 /// A [`Command`] and where it came from, for the log of operations.
@@ -172,6 +179,10 @@ pub struct FederateStatus {
     pub cpu_pct: f64,
     /// Resident memory, bytes.
     pub rss_bytes: u64,
+    /// Share of all processors of its host over the last interval, by whoever uses them, %.
+    pub host_busy_pct: f64,
+    /// Processors of its host; 0 where it did not measure.
+    pub host_cores: u32,
     /// PDUs received since the start.
     pub pdus_in: u64,
     /// PDUs sent since the start.
