@@ -46,6 +46,7 @@ fn row(
 fn rows() -> Vec<Row> {
     let s = |seconds: f64| (seconds * 1e3) as u64 * MS;
     let order = |at, command| (at, "", What::Command(command));
+    let goes = |name: &str, to: &str| Command::Move { name: name.into(), to: to.into() };
     let mut rows = vec![
         row("nothing", "nothing", "freeze", vec![]),
         Row {
@@ -63,6 +64,18 @@ fn rows() -> Vec<Row> {
             "the external world is killed, a generator's process takes its place",
             "takeover",
             vec![(5.0, WORLD, What::Kill)],
+        ),
+        row(
+            "move-generator",
+            "a generator's place goes to the external world's process by command",
+            "takeover",
+            vec![order(5.0, goes(GENERATOR, WORLD))],
+        ),
+        row(
+            "move-kill",
+            "the same, and the external world, to whom it goes, is killed after 0.2 s",
+            "takeover",
+            vec![order(5.0, goes(GENERATOR, WORLD)), (5.2, WORLD, What::Kill)],
         ),
         row(
             "kill-smdfm",

@@ -126,7 +126,7 @@ impl Trial {
     }
 
     /// Faults of a seed: one to three members die or are interrupted, close together or not, and are started
-    /// again; in some seeds while they join, while an operator freezes the run, under `takeover`, or with the station.
+    /// again; in some seeds while they join, while an operator freezes the run, under `takeover` with places that move, or with the station.
     #[must_use]
     pub fn draw(&self, seed: u64) -> Vec<Fault> {
         let mut dice = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
@@ -187,6 +187,20 @@ impl Trial {
                 faults.push(Fault { at_ns, who: who.clone(), what: What::Kill });
                 let at_ns = at_ns + (20 + draw(3_000)) * MS;
                 faults.push(Fault { at_ns, who, what: What::Start });
+            }
+        }
+        if takes_over(seed) {
+            // Places go from process to process by command, near a fault or anywhere.
+            let places = ["external-world", "traffic-generator-1", "traffic-generator-2"];
+            for _ in 0..draw(4) {
+                let near = faults[draw(faults.len() as u64) as usize].at_ns + draw(700) * MS;
+                let anywhere = draw((self.duration_s * 500.0) as u64) * MS;
+                let at_ns = if draw(2) == 0 { near } else { anywhere };
+                let from = draw(3);
+                let to = (from + 1 + draw(2)) % 3;
+                let [name, to] = [from, to].map(|place| places[place as usize].to_owned());
+                let what = What::Command(Command::Move { name, to });
+                faults.push(Fault { at_ns, who: String::new(), what });
             }
         }
         faults

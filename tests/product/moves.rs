@@ -1,6 +1,8 @@
 //! Places of producers that are given to other processes by command: the run is that in which nobody was moved.
 
-use crate::common::{self, Background, Folder, Ports, SOON, finish, operate, run, summary, wait_for};
+use crate::common::{
+    self, Background, Folder, Ports, SOON, finish, operate, run, summary, wait_for,
+};
 use serde_json::Value;
 
 /// Process of a member that lives, and the frame that it has executed.
@@ -57,7 +59,8 @@ fn places_go_from_process_to_process_in_a_closed_loop() {
     let stdout = going.0.stdout.take().expect("piped");
     assert_eq!(going.wait(SOON), Some(0), "no failure");
     let text = std::io::read_to_string(stdout).expect("its words");
-    let over: Value = serde_json::from_str(text.trim().lines().last().expect("a summary")).expect("JSON");
+    let over: Value =
+        serde_json::from_str(text.trim().lines().last().expect("a summary")).expect("JSON");
     let alone = summary(&undisturbed);
     for key in ["digest", "track_digest"] {
         assert_eq!(over[key], alone[key], "{key}");
