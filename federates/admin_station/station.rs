@@ -447,7 +447,10 @@ impl Station {
         let places = conductor.places();
         let balance = self.balance.as_mut().filter(|_| running);
         if let Some(command) = balance.and_then(|b| b.look(now, &statistics.federates, &places)) {
-            tracing::warn!("--balance: {command:?}");
+            if let Command::Move { name, to } = &command {
+                let host = statistics.federates.get(name).map_or("its host", |f| f.host.as_str());
+                tracing::warn!("{host} is busy: {name} goes to the process of {to} (--balance)");
+            }
             let token = self.next_token;
             self.next_token += 1;
             self.operations.extend(operation(token, &command, "balance"));

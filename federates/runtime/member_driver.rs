@@ -389,7 +389,7 @@ pub fn run(context: MemberContext, federate: Box<dyn Federate>) -> Result<u8, Me
                 }
                 Effect::Host { name: lost, generators } => {
                     if host.as_ref().is_some_and(|host| host(&lost, generators)) {
-                        tracing::warn!("{name}: takes the place of {lost}, which is lost");
+                        tracing::warn!("{name}: takes the place of {lost}");
                     }
                 }
                 Effect::Rejoin(was) => outcast = Some(was),
