@@ -230,8 +230,8 @@ fn drop_if_lost(
     }
     let (position, velocity) = track.filter().motion();
     // What has taken off and is not seen has left the field of a surface sensor: nothing to wait for.
-    if left && velocity.norm() > AIRBORNE_MPS && gap > life.delete_least_updates * track.interval_s
-    {
+    let unseen_s = life.delete_least_updates * track.interval_s.max(TOLD_AGAIN_S);
+    if left && velocity.norm() > AIRBORNE_MPS && gap > unseen_s {
         track.stage = Stage::Ended;
         statistics.deleted += 1;
         return;
@@ -256,6 +256,9 @@ const IMPOSSIBLE_MPS: f64 = 150.0;
 
 /// Faster than this what has begun its run is in the air, m/s (assumed; rotation at 60 to 80).
 const AIRBORNE_MPS: f64 = 70.0;
+
+/// One who is heard more often than this is not gone with a few of its reports, s: those of one transponder are lost together.
+const TOLD_AGAIN_S: f64 = 1.0;
 
 /// Scans in a row at such a speed that end a track.
 const TOO_FAST_SCANS: u8 = 3;

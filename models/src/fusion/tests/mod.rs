@@ -20,6 +20,7 @@ mod own;
 mod rests;
 mod several;
 mod shadows;
+mod taken_off;
 
 type Path = dyn Fn(f64) -> Option<Vector2<f64>>;
 /// A plot with the index and the true position of what caused it.
