@@ -15,6 +15,8 @@ pub struct Arcs {
     at_node: Vec<Vec<usize>>,
     heading_rad: Vec<f64>,
     length_m: Vec<f64>,
+    /// By arc: what it counts in a search, s.
+    cost_s: Vec<f64>,
     /// By arc: arcs that can be driven after it, and what the turn takes, s.
     onward: Vec<Vec<(usize, f64)>>,
 }
@@ -46,6 +48,8 @@ impl Arcs {
             let heading = Azimuth::of(way).rad();
             arcs.heading_rad.extend([heading, wrap_pi(heading + std::f64::consts::PI)]);
             arcs.length_m.extend([way.norm(); 2]);
+            let factor = if edge.runway.is_some() { RUNWAY_FACTOR } else { 1.0 };
+            arcs.cost_s.extend([way.norm() / STRAIGHT_MPS * factor; 2]);
             arcs.at_node[a].push(index);
             if b != a {
                 arcs.at_node[b].push(index);
@@ -200,12 +204,7 @@ impl Search {
         slow: impl Fn(usize) -> bool,
     ) -> Option<usize> {
         let Self { least, before, open, reached } = self;
-        let cost = |arc: usize| {
-            let runway = net.edges[arc / 2].runway.is_some();
-            let factor = if runway { RUNWAY_FACTOR } else { 1.0 };
-            let factor = if slow(arc) { factor * OPPOSED_FACTOR } else { factor };
-            arcs.length_m[arc] / STRAIGHT_MPS * factor
-        };
+        let cost = |arc: usize| arcs.cost_s[arc] * if slow(arc) { OPPOSED_FACTOR } else { 1.0 };
         for (arc, time_s) in starts {
             if !closed(arc / 2) && *time_s + cost(*arc) < least[*arc] {
                 least[*arc] = *time_s + cost(*arc);

@@ -240,9 +240,7 @@ impl Core {
         let mover = &self.movers[m];
         let push_s = (mover.push.stop_m - mover.s.max(0.0)).max(0.0) / 1.4 + 8.0;
         let (_, place_m, _) = self.after_push(m, mover.push.stop_m);
-        let alone = mover.way.alone(place_m, 0.3, &mover.driving);
-        let front_s = push_s + 105.0 + alone.time_s(self.stop_before_m(m, mover.under.end));
-        Start::Stand { place_m, first: mover.under.start, pushed: mover.under.end, push_s, front_s }
+        Start::Stand { place_m, first: mover.under.start, pushed: mover.under.end, push_s }
     }
 
     /// Pushback and way to the runway.

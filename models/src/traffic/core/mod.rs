@@ -52,7 +52,7 @@ use crate::draw::{DrawKey, Purpose, normal_pair, uniform};
 use crate::flight_list::WakeCategory;
 use failures::Failing;
 use notice::Granted;
-use plan::{Booking, Timing};
+use plan::{Booking, Links, Times, Timing};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::sync::Arc;
@@ -155,6 +155,12 @@ pub struct Core {
     rolls: Vec<Vec<u32>>,
     /// By piece: planned takes that have not come yet.
     books: Vec<Vec<Booking>>,
+    /// By mover: the takes of its plan; numbers of the last plan and of the last bringing up to date of all.
+    links: Vec<Links>,
+    plans: u64,
+    retimed: u64,
+    /// Room for the times of all, between bringing them up to date.
+    times: Times,
     /// Changes with every release, so that a refusal is asked again only then.
     version: u64,
     /// By runway: the last take-off, the last assigned landing time and its wake.
@@ -242,6 +248,10 @@ impl Core {
             holders: vec![Vec::new(); all],
             rolls: vec![Vec::new(); all],
             books: vec![Vec::new(); all],
+            links: Vec::new(),
+            plans: 0,
+            retimed: 0,
+            times: Times::default(),
             version: 0,
             last_take_off: vec![None; count],
             last_landing: vec![(f64::NEG_INFINITY, WakeCategory::Light); count],

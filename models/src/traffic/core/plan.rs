@@ -14,13 +14,17 @@
 //! Source: Gawrilow and others 2008 (time windows); Hönig and others 2019 (execution in planned order).
 
 mod order;
+mod settle;
 mod stacks;
 mod times;
 
+pub(super) use order::Links;
+pub(super) use settle::Times;
 pub(super) use times::{Others, Rivals};
 
 use super::{Core, Direction, Phase};
 use crate::flight_list::WakeCategory;
+use order::Ends;
 use std::ops::Range;
 
 /// Planned times of a mover's way.
@@ -28,6 +32,8 @@ use std::ops::Range;
 pub(super) struct Timing {
     /// Whether there is a plan.
     pub planned: bool,
+    /// Its number: another one when its place in the order changes.
+    number: u64,
     /// First step that is ever held.
     first: usize,
     /// Steps before this one are taken with the pushback.
@@ -54,8 +60,8 @@ pub(super) struct Timing {
 /// A planned take that has not come yet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Booking {
-    pub order_s: f64,
-    pub mover: u32,
+    mover: u32,
+    taken: Ends,
 }
 
 /// Pause between intervals of different movers, s.
@@ -86,11 +92,11 @@ impl Core {
         let way = &mover.way;
         let count = way.pieces.len();
         let (from_m, v_mps, push_s, first, pushed) = match start {
-            Start::Stand { place_m, first, pushed, push_s, front_s } => {
-                (place_m, 0.3, (front_s, push_s), first, pushed)
+            Start::Stand { place_m, first, pushed, push_s } => {
+                (place_m, 0.3, push_s, first, pushed)
             }
-            Start::Final => (mover.threshold, self.flights[m].landing.0, (0.0, 0.0), 0, 0),
-            Start::UnderWay => (0.0, 0.3, (0.0, 0.0), 0, 0),
+            Start::Final => (mover.threshold, self.flights[m].landing.0, 0.0, 0, 0),
+            Start::UnderWay => (0.0, 0.3, 0.0, 0, 0),
         };
         let alone = way.alone(from_m, v_mps, &mover.driving);
         let at = |place_m: f64| alone.time_s(place_m);
@@ -98,6 +104,8 @@ impl Core {
         let stops_m: Vec<f64> = (0..count).map(|k| self.stop_before_m(m, k + 1)).collect();
         let landing = matches!(start, Start::Final);
         let mut before = at(if pushed > 0 { stops_m[pushed - 1] } else { from_m });
+        // The engines are started after the pushback.
+        let push_s = if pushed > 0 { (push_s + 105.0 + before, push_s) } else { (0.0, 0.0) };
         let mut pass_s = vec![0.0; count];
         for k in pushed..count {
             let here = at(stops_m[k]).max(before);
@@ -140,6 +148,7 @@ impl Core {
         let zeros = vec![0.0; count];
         Timing {
             planned: false,
+            number: 0,
             first,
             pushed,
             push_s,
@@ -183,7 +192,7 @@ impl Core {
     }
 
     /// When the front reaches the end of what is held, driven alone from now; the fronts of these steps.
-    fn front_of_held(&self, m: usize, t: &mut Timing, now: f64) -> f64 {
+    fn front_of_held(&self, m: usize, t: &Timing, front_s: &mut [f64], now: f64) -> f64 {
         let mover = &self.movers[m];
         let mut front = now;
         let mut begin = 0.0;
@@ -192,7 +201,7 @@ impl Core {
             let share =
                 if end > begin { ((end - place) / (end - begin)).clamp(0.0, 1.0) } else { 0.0 };
             front += t.pass_s[k] * share;
-            t.front_s[k] = front;
+            front_s[k] = front;
             begin = end;
         }
         front
@@ -216,6 +225,7 @@ impl Core {
         match self.schedule(m, timing, from_s, rivals) {
             Some(timing) => {
                 self.movers[m].timing = timing;
+                self.replaced(m);
                 true
             }
             None => {
@@ -248,10 +258,13 @@ impl Core {
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Start {
     /// After a pushback: nose wheel, first step under the tail, first step that is not under the mover, duration of
-    /// the pushback, and from its take to the front at the end of what is under the mover.
-    Stand { place_m: f64, first: usize, pushed: usize, push_s: f64, front_s: f64 },
+    /// the pushback.
+    Stand { place_m: f64, first: usize, pushed: usize, push_s: f64 },
     /// Over the threshold.
     Final,
     /// On its way already: what it holds is taken.
     UnderWay,
 }
+
+#[cfg(test)]
+mod tests;

@@ -208,6 +208,7 @@ impl Core {
     pub(super) fn seize(&mut self, m: usize, group: Group) {
         group.pieces.iter().for_each(|(z, r)| self.hold(m, *z, *r));
         self.has_taken(m, group);
+        self.replaced(m);
     }
 
     /// A group that is held now: out of the order, and its clearances are used.

@@ -277,7 +277,9 @@ impl Core {
             t.front_s[..t.pushed].fill(front);
         } else if k > 0 {
             // What is held already: the front reaches its end by the rest of the way alone.
-            front = self.front_of_held(m, t, from_s);
+            let mut held_s = std::mem::take(&mut t.front_s);
+            front = self.front_of_held(m, t, &mut held_s, from_s);
+            t.front_s = held_s;
         }
         let last_of = |k: usize| way.group_last[k].min(count - 1).max(k);
         while k < count && last_of(k) < risen {
