@@ -9,7 +9,7 @@ use models::control::layout::Layout;
 use models::control::parameters::Parameters;
 use models::time::SimTime;
 use models::traffic::ahead::{Airport, Change, Known, perceive};
-use models::traffic::core::{Core, Phase, Seen};
+use models::traffic::core::Seen;
 use models::traffic::exact::Watch;
 use scenarios::Scene;
 use std::path::Path;
@@ -23,37 +23,19 @@ mod linked;
 
 use cpu_time::CpuTime;
 use criterion::measurement::Measurement as _;
+use linked::{core, moving, there, when_there};
 
 const SIX: [&str; 6] = ["EHAM", "EGCC", "LSZH", "LIMC", "LZIB", "XSYN"];
-
-fn core(scene: &Scene) -> Option<Core> {
-    scene.traffic.behaving.as_ref()?.core(&scene.run, 1)
-}
-
-fn there(core: &Core) -> usize {
-    let is = |f: &usize| !matches!(core.phase(*f), Phase::Absent | Phase::Gone);
-    (0..core.flights().len()).filter(is).count()
-}
-
-/// A core and its next frame when so many are there, or at the end of its hour.
-fn when_there(scene: &Scene, count: usize) -> Option<(Core, i64)> {
-    let mut core = core(scene)?;
-    let mut frame = 1;
-    while frame < scene.run.frames() as i64 && (frame % 20 != 0 || there(&core) < count) {
-        core.step(frame);
-        frame += 1;
-    }
-    Some((core, frame))
-}
 
 /// Frames over which steps are measured: two minutes.
 const FRAMES: i64 = 2400;
 
 /// A step, over the two minutes from when so many are there.
 fn steps(c: &mut Criterion<CpuTime>, name: &str, scene: &Result<Scene, String>, count: usize) {
-    let found = scene.as_ref().ok().and_then(|scene| when_there(scene, count));
+    let found = scene.as_ref().ok().and_then(|scene| when_there(scene, 1, count));
     let Some((begin, first)) = found else { return };
-    c.bench_function(&format!("step/{name}, {} movers", there(&begin)), |b| {
+    let (there, moving) = (there(&begin), moving(&begin));
+    c.bench_function(&format!("step/{name}, {there} movers, {moving} under way"), |b| {
         b.iter_custom(|steps| {
             let (mut core, mut frame, mut spent) = (begin.clone(), first, Duration::ZERO);
             let mut left = steps as i64;
@@ -74,7 +56,7 @@ fn steps(c: &mut Criterion<CpuTime>, name: &str, scene: &Result<Scene, String>, 
 
 /// A flight of an hour, planned and driven.
 fn flights(c: &mut Criterion<CpuTime>, name: &str, scene: &Result<Scene, String>) {
-    let Some((scene, begin)) = scene.as_ref().ok().and_then(|s| Some((s, core(s)?))) else {
+    let Some((scene, begin)) = scene.as_ref().ok().and_then(|s| Some((s, core(s, 1)?))) else {
         return;
     };
     c.bench_function(
@@ -96,7 +78,8 @@ fn flights(c: &mut Criterion<CpuTime>, name: &str, scene: &Result<Scene, String>
 
 /// What if somebody is held for two minutes: from what a safety net on truth knows at 40 min, quarter of an hour ahead, twice.
 fn what_if(c: &mut Criterion<CpuTime>, name: &str, scene: &Result<Scene, String>) {
-    let found = scene.as_ref().ok().and_then(|s| Some((s, s.traffic.behaving.as_ref()?, core(s)?)));
+    let found =
+        scene.as_ref().ok().and_then(|s| Some((s, s.traffic.behaving.as_ref()?, core(s, 1)?)));
     let Some((scene, behaving, mut core)) = found else { return };
     let layout = Layout::of(&scene.airport.layout).with_network(&behaving.network);
     let mut watch = Watch::new(layout, Parameters::default(), false);
@@ -136,8 +119,8 @@ fn bench(c: &mut Criterion<CpuTime>) {
     let six = linked::together(folder, &SIX, 100.0);
     steps(c, "six airports linked", &six, 100);
     flights(c, "six airports linked", &six);
-    let large = linked::together(folder, &["EHAM"; 6], 700.0);
-    steps(c, "six times Amsterdam linked", &large, 1000);
+    let (names, per_h) = linked::LARGE;
+    steps(c, "46 airports beside each other", &linked::beside(folder, &names, per_h, 1), 1000);
 }
 
 criterion_group! {

@@ -2,18 +2,62 @@
 
 use models::airport::Airport;
 use models::frames::Vector2;
-use models::traffic::core::Direction;
+use models::traffic::core::{Core, Direction, Flight, Phase};
+use models::traffic::pieces::Pieces;
 use scenarios::Scene;
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
+use std::sync::Arc;
 
-/// Between the middles of neighbours, m.
-const APART_M: f64 = 7000.0;
+/// Airports a row, and between the middles of neighbours, m: of few, and of many small ones.
+const FEW: (usize, f64) = (3, 7000.0);
+const MANY: (usize, f64) = (7, 5000.0);
 /// Taxiways between two neighbours.
 const LINKS: usize = 3;
 
+/// Airports of which about a thousand aircraft are there an hour later, each with so many flights an hour each way as it can serve.
+pub(crate) const LARGE: ([&str; 46], f64) = (["XSYN"; 46], 19.0);
+/// Longest time until as many are there as is asked for, and until traffic goes its way, s.
+const UNTIL_S: f64 = 3600.0;
+const WARM_S: f64 = 600.0;
+
+/// The core of a scene, at its begin.
+pub(crate) fn core(scene: &Scene, seed: u64) -> Option<Core> {
+    scene.traffic.behaving.as_ref()?.core(&scene.run, seed)
+}
+
+/// How many are there.
+pub(crate) fn there(core: &Core) -> usize {
+    let is = |f: &usize| !matches!(core.phase(*f), Phase::Absent | Phase::Gone);
+    (0..core.flights().len()).filter(is).count()
+}
+
+/// How many of them are not on stands.
+pub(crate) fn moving(core: &Core) -> usize {
+    let not = [Phase::Absent, Phase::Gone, Phase::Parked, Phase::Docked];
+    (0..core.flights().len()).filter(|f| !not.contains(&core.phase(*f))).count()
+}
+
+/// A core and its next frame after ten minutes and when so many are there, or at the end of its hour.
+pub(crate) fn when_there(scene: &Scene, seed: u64, count: usize) -> Option<(Core, i64)> {
+    let mut core = core(scene, seed)?;
+    let at = |s: f64| (s / scene.run.frame.s()) as i64;
+    let mut frame = 1;
+    while frame < at(WARM_S) || frame < at(UNTIL_S) && (frame % 20 != 0 || there(&core) < count) {
+        core.step(frame);
+        frame += 1;
+    }
+    Some((core, frame))
+}
+
 /// An hour of an airport that ships.
 pub(crate) fn one(name: &str, per_h: f64) -> Result<Scene, String> {
+    drawn(name, per_h, 1)
+}
+
+/// The same of another draw.
+fn drawn(name: &str, per_h: f64, seed: u64) -> Result<Scene, String> {
     let base = Path::new(env!("CARGO_MANIFEST_DIR"));
     let there = |ext: &str| base.join(format!("airports/{name}.{ext}")).exists();
     let layout = if there("apt.dat") { "apt.dat" } else { "nodes.csv" };
@@ -21,12 +65,12 @@ pub(crate) fn one(name: &str, per_h: f64) -> Result<Scene, String> {
     if there("groundnet.xml") {
         airport += &format!("\nground_network = \"airports/{name}.groundnet.xml\"");
     }
-    read(&base.join("bench.toml"), &airport, per_h, "")
+    read(&base.join("bench.toml"), &airport, per_h, "", seed)
 }
 
-fn read(file: &Path, airport: &str, per_h: f64, more: &str) -> Result<Scene, String> {
+fn read(file: &Path, airport: &str, per_h: f64, more: &str, seed: u64) -> Result<Scene, String> {
     let text = format!(
-        "[run]\ntitle = \"bench\"\nseed = 1\nduration_s = 3600\n[airport]\n{airport}\n[[traffic]]\nkind = \"generated\"\n\
+        "[run]\ntitle = \"bench\"\nseed = {seed}\nduration_s = 3600\n[airport]\n{airport}\n[[traffic]]\nkind = \"generated\"\n\
          arrivals_per_h = {per_h}\ndepartures_per_h = {per_h}\n{more}"
     );
     scenarios::load_text(file, &text).map_err(|e| e.to_string())
@@ -35,30 +79,75 @@ fn read(file: &Path, airport: &str, per_h: f64, more: &str) -> Result<Scene, Str
 /// An hour of several of them as one network, each with the runway ends in use that it has alone.
 pub(crate) fn together(folder: &Path, names: &[&str], per_h: f64) -> Result<Scene, String> {
     let (mut airports, mut ends) = (Vec::new(), [Vec::new(), Vec::new()]);
+    let mut read_already: BTreeMap<&str, Scene> = BTreeMap::new();
     for (k, name) in names.iter().enumerate() {
-        let scene = one(name, 12.0)?;
+        if !read_already.contains_key(name) {
+            read_already.insert(name, one(name, 12.0)?);
+        }
+        let scene = &read_already[name];
         let behaving = scene.traffic.behaving.as_ref().ok_or("nothing behaves")?;
         for (direction, ends) in [Direction::Arrival, Direction::Departure].iter().zip(&mut ends) {
             let flight = behaving.flights.iter().find(|f| f.direction == *direction);
             let (r, end) = flight.ok_or("no flight")?.runway;
             ends.push(format!("\"{k}{}\"", behaving.network.runways[r].names[end]));
         }
-        airports.push(scene.airport.layout);
+        airports.push(scene.airport.layout.clone());
     }
     std::fs::write(folder.join("linked.apt.dat"), linked(&airports)).map_err(|e| e.to_string())?;
     let [landing, leaving] = ends.map(|e| e.join(", "));
     let more = format!("arrival_runways = [{landing}]\ndeparture_runways = [{leaving}]\n");
     let airport = "layout = \"linked.apt.dat\"\nradius_m = 50000";
-    read(&folder.join("linked.toml"), airport, per_h, &more)
+    read(&folder.join("linked.toml"), airport, per_h, &more, 1)
 }
 
-/// The text of an apt.dat file: three airports a row, each joined to the one before and to the one three before it. Runways and
+/// The same with the traffic that each of them has alone, on its own runways and stands, of one draw.
+pub(crate) fn beside(
+    folder: &Path,
+    names: &[&str],
+    per_h: f64,
+    draw: u64,
+) -> Result<Scene, String> {
+    let mut scene = together(folder, names, 12.0 * names.len() as f64)?;
+    let large = Arc::make_mut(scene.traffic.behaving.as_mut().ok_or("nothing behaves")?);
+    let mut flights: Vec<Flight> = Vec::new();
+    for (k, name) in names.iter().enumerate() {
+        let alone = drawn(name, per_h, 1000 * draw + k as u64)?;
+        let alone = alone.traffic.behaving.as_ref().ok_or("nothing behaves")?;
+        let first = flights.len();
+        for f in alone.flights.as_ref() {
+            let ((r, end), stand) = (f.runway, &alone.network.stands[f.stand].name);
+            let end = format!("{k}{}", alone.network.runways[r].names[end]);
+            let stand = format!("{k}_{stand}");
+            let mut runways = large.network.runways.iter().enumerate();
+            let runway = runways
+                .find_map(|(r, n)| Some((r, n.names.iter().position(|n| *n == end)?)))
+                .ok_or("no such runway")?;
+            let stands = &large.network.stands;
+            flights.push(Flight {
+                callsign: format!("{}{k}", f.callsign),
+                runway,
+                stand: stands.iter().position(|s| s.name == stand).ok_or("no such stand")?,
+                turnaround_of: f.turnaround_of.map(|o| o + first),
+                key: f.key + 1_000_000 * (k as u64 + 1),
+                ..f.clone()
+            });
+        }
+    }
+    if Core::classes(&flights) != Core::classes(&large.flights) {
+        large.pieces = Some(Arc::new(Pieces::of(&large.network, &Core::classes(&flights))));
+    }
+    large.flights = Arc::new(flights);
+    Ok(scene)
+}
+
+/// The text of an apt.dat file: some airports a row, each joined to the one before and to the one of the row before. Runways and
 /// stands have the number of their airport before their name.
 fn linked(airports: &[Airport]) -> String {
     let mut text = "I\n1000 Version - linked\n\n1 30 0 0 XLNK Linked\n".to_owned();
     let degrees =
         |m: Vector2<f64>| format!("{:.8} {:.8}", 45.0 + m.y / 111_132.0, 10.0 + m.x / 78_847.0);
-    let place = |k: usize| Vector2::new(APART_M * (k % 3) as f64, APART_M * (k / 3) as f64);
+    let (row, apart_m) = if airports.len() > 12 { MANY } else { FEW };
+    let place = |k: usize| Vector2::new(apart_m * (k % row) as f64, apart_m * (k / row) as f64);
     let mut first: Vec<usize> = vec![0];
     let (mut nodes, mut edges) = (String::new(), String::new());
     for (k, airport) in airports.iter().enumerate() {
@@ -103,7 +192,7 @@ fn linked(airports: &[Airport]) -> String {
             .unwrap_or_default();
         }
         for other in
-            [k.checked_sub(1).filter(|_| k % 3 > 0), k.checked_sub(3)].into_iter().flatten()
+            [k.checked_sub(1).filter(|_| k % row > 0), k.checked_sub(row)].into_iter().flatten()
         {
             let (mine, theirs) = (
                 ends_of(airport, place(k), place(other)),

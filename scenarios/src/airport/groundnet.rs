@@ -54,9 +54,13 @@ pub(super) fn read(file: &Path) -> Result<GroundNet, ScenarioError> {
         ScenarioError::new(file, error.pos().row as usize, "groundnet", problem)
     })?;
     let mut net = GroundNet { file: file.to_path_buf(), points: Vec::new(), arcs: Vec::new() };
+    // Elements come in the order of the file: their lines are counted once.
+    let (mut line, mut counted) = (1, 0);
     for node in document.descendants().filter(roxmltree::Node::is_element) {
-        let element =
-            Element { file, line: document.text_pos_at(node.range().start).row as usize, node };
+        let start = node.range().start;
+        line += text[counted..start].matches('\n').count();
+        counted = start;
+        let element = Element { file, line, node };
         match node.tag_name().name() {
             "Parking" => net.points.push(parking(&element)?),
             "node" => net.points.push(taxi_node(&element)?),
