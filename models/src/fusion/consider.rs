@@ -8,6 +8,7 @@
 //! errors are the same whatever the mode. Source: Bar-Shalom, Li, Kirubarajan 2001, ch. 11; modes as in [`crate::filter::imm`] and
 //! [`crate::filter::histories`].
 
+mod born;
 mod past;
 
 use crate::filter::histories::ranked;
@@ -52,6 +53,8 @@ pub struct Consider {
     keep: usize,
     slow: Vec<Slow>,
     parts: Vec<Part>,
+    /// Of a track that a report began, until another sensor sees its target.
+    alone: Option<born::Alone>,
 }
 
 /// The slow error of one sensor: rows of the state from `at`.
@@ -137,8 +140,8 @@ impl Consider {
             Some(kept) => (Arc::clone(&config.modes), kept),
             None => (one(), 0),
         };
-        let mut filter =
-            Self { time: estimate.time, modes, keep, slow: Vec::new(), parts: Vec::new() };
+        let (slow, parts) = (Vec::new(), Vec::new());
+        let mut filter = Self { time: estimate.time, modes, keep, slow, parts, alone: None };
         filter.replace(estimate.time, &estimate.state);
         filter
     }
@@ -174,6 +177,11 @@ impl Consider {
                     (_, _, Some(best)) => best.p[n * i + j],
                     (_, _, None) => f64::from(u8::from(i == j)),
                 };
+            }
+        }
+        if let Some((at, ties)) = self.tied() {
+            for (row, tie) in [0, MOTION / 2].into_iter().zip(ties) {
+                (p[n * row + at], p[n * at + row]) = (tie, tie);
             }
         }
         let prior = self.modes.prior();
@@ -244,6 +252,7 @@ impl Consider {
     ) -> Result<(), UpdateError> {
         let Some((first, _)) = plots.first() else { return Err(UpdateError::UnsoundPlot) };
         let mut next = self.clone();
+        next.hear(first.sensor, slow);
         let rows = next.rows(first, slow)?;
         let mut points = Vec::with_capacity(plots.len());
         for (plot, beta) in plots {
@@ -261,10 +270,11 @@ impl Consider {
         // What is hopeless is not worth an update.
         let order =
             if next.keep == 0 { (0..parts.len()).collect() } else { ranked(&logs, next.keep) };
+        let frozen = next.frozen();
         next.parts.clear();
         for k in order {
             let mut part = std::mem::take(&mut parts[k]);
-            part.condition(&looks[k], &rows, &shares[k]);
+            part.condition(&looks[k], &rows, &shares[k], frozen);
             part.weight = logs[k].max(LEAST_WEIGHT);
             next.parts.push(part);
         }
@@ -363,6 +373,7 @@ impl Consider {
         let place = is_slow.then(|| self.place((plot.sensor, false), tau_s, 2)).flatten();
         let delay =
             (late_s > 0.0).then(|| self.place((plot.sensor, true), f64::INFINITY, 1)).flatten();
+        let delay = delay.filter(|_| !self.waits(plot.sensor));
         let row = |k: usize, u: Vector2<f64>, variance: f64| {
             let (white, own) = match place {
                 Some(at) if share > 0.0 => {
@@ -553,8 +564,15 @@ impl Part {
         Ok(look)
     }
 
-    /// The measurement update by innovations with their probabilities; the rest of 1 is "none of them".
-    fn condition(&mut self, look: &Look, rows: &Rows, shares: &[([f64; 2], f64)]) {
+    /// The measurement update by innovations with their probabilities; the rest of 1 is "none of them". What is `frozen` is
+    /// respected and not learnt.
+    fn condition(
+        &mut self,
+        look: &Look,
+        rows: &Rows,
+        shares: &[([f64; 2], f64)],
+        frozen: Option<usize>,
+    ) {
         let n = self.x.len();
         let [a, b, c] = look.s;
         let det = a * c - b * b;
@@ -583,9 +601,12 @@ impl Part {
         ];
         for i in 0..n {
             let [k0, k1] = gain[i];
-            self.x[i] += k0 * mean[0] + k1 * mean[1];
+            let is_frozen = frozen == Some(i);
+            if !is_frozen {
+                self.x[i] += k0 * mean[0] + k1 * mean[1];
+            }
             let (l0, l1) = (k0 * left[0] + k1 * left[1], k0 * left[1] + k1 * left[2]);
-            for j in i..n {
+            for j in i + usize::from(is_frozen)..n {
                 self.p[n * i + j] += l0 * gain[j][0] + l1 * gain[j][1];
             }
         }

@@ -23,8 +23,17 @@ pub(super) enum TrackFilter {
 const FEW: usize = 6;
 
 impl TrackFilter {
-    pub(super) fn from_plot(config: &FilterConfig, plot: &Plot) -> Result<Self, UpdateError> {
-        Ok(Self::Plain(Estimator::from_plot(config, plot)?))
+    /// # Errors
+    /// If the plot is unsound or measures one direction only.
+    pub(super) fn from_plot(config: &TrackingConfig, plot: &Plot) -> Result<Self, UpdateError> {
+        if config.consider_slow_errors
+            && !plot.kind.radar
+            && config.sensor(plot.sensor, plot.kind).late_sigma_s > 0.0
+        {
+            let born = Consider::born(plot, &config.filter, slow_error(plot, config))?;
+            return Ok(Self::Considering(Box::new(born)));
+        }
+        Ok(Self::Plain(Estimator::from_plot(&config.filter, plot)?))
     }
 
     #[inline]
@@ -231,7 +240,7 @@ impl TrackFilter {
             Self::Plain(f) => f.restart(first, last),
             Self::Considering(f) => {
                 let state = two_plot_start(first, last, config.start, false)?;
-                f.replace(last.time, &state);
+                f.begin_again(last, &state);
                 Ok(())
             }
         }

@@ -259,7 +259,7 @@ impl Track {
         config: &TrackingConfig,
         interval_s: f64,
     ) -> Result<Self, UpdateError> {
-        let now = TrackFilter::from_plot(&config.filter, plot)?;
+        let now = TrackFilter::from_plot(config, plot)?;
         let mut track = Self {
             serial,
             outside: false,
@@ -636,7 +636,7 @@ impl Track {
             Some(Record::Weighted(plots)) => *likeliest(&whole(plots)),
             None => return false,
         };
-        let Ok(fresh) = TrackFilter::from_plot(&config.filter, &plot) else { return false };
+        let Ok(fresh) = TrackFilter::from_plot(config, &plot) else { return false };
         self.now = fresh;
         true
     }
@@ -744,7 +744,7 @@ fn step(
         Err(e @ (UpdateError::BackInTime(_) | UpdateError::UnsoundPlot)) => return Err(e),
         Err(UpdateError::BadInnovation(_) | UpdateError::BadCovariance) => {}
     }
-    *filter = TrackFilter::from_plot(&config.filter, update.plot())?;
+    *filter = TrackFilter::from_plot(config, update.plot())?;
     let (position_m, velocity_mps) = filter.sound_motion().ok_or(UpdateError::BadCovariance)?;
     Ok(After { position_m, velocity_mps, reborn: true })
 }
