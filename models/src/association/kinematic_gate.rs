@@ -383,6 +383,27 @@ mod tests {
         assert!(reach(&JET, &blind, 1.0, far, Matrix2::zeros()).is_none(), "no variance at all");
     }
 
+    /// Out of reach ahead, the variance is that of where it would be without the manoeuvre: place and speed err together.
+    #[test]
+    fn what_is_out_of_reach_is_measured_by_the_place_as_it_was_foreseen() {
+        for (pv, dt_s) in [(0.0, 1.0), (1.5, 1.0), (1.5, 3.0), (-0.8, 2.0)] {
+            let mut covariance = Matrix4::identity() * 4.0;
+            for axis in 0..2 {
+                (covariance[(axis, axis + 2)], covariance[(axis + 2, axis)]) = (pv, pv);
+            }
+            let target = Departure {
+                position_m: Vector2::zeros(),
+                velocity_mps: Vector2::new(30.0, 0.0),
+                covariance,
+            };
+            let farthest = 30.0 * dt_s + 0.5 * JET.acceleration_ms2 * dt_s * dt_s;
+            let plot = Vector2::new(farthest + 12.0, 0.0);
+            let found = reach(&JET, &target, dt_s, plot, Matrix2::identity()).expect("sound").m;
+            let variance = 4.0 + 2.0 * dt_s * pv + dt_s * dt_s * 4.0 + 1.0;
+            assert!((found - 144.0 / variance).abs() < 1e-6 * found, "{pv} {dt_s}: {found}");
+        }
+    }
+
     #[test]
     fn the_series_meets_the_closed_form() {
         for sign in [-1.0, 1.0] {

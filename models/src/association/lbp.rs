@@ -281,6 +281,27 @@ mod tests {
         }
     }
 
+    /// On a chain each sweep carries what one track knows to the next: after as many sweeps as tracks it is exact. A damped step
+    /// would only draw near.
+    #[test]
+    fn a_chain_is_exact_after_as_many_sweeps_as_it_has_tracks() {
+        for tracks in 1..=8_usize {
+            let gain = |k: usize| 1.0 + ((k * 7) % 5) as f64 - 0.3 * k as f64;
+            let edges: Vec<Edge> = (0..2 * tracks)
+                .map(|k| Edge {
+                    row: (k / 2) as u32,
+                    column: (k / 2 + k % 2) as u32,
+                    gain: gain(k),
+                })
+                .collect();
+            let found = marginals(tracks, tracks + 1, &edges, tracks as u32 + 1);
+            let settled = marginals(tracks, tracks + 1, &edges, 1_000);
+            for (f, s) in found.iter().zip(&settled) {
+                assert!((f - s).abs() < 1e-12, "{tracks}: {f} {s}");
+            }
+        }
+    }
+
     #[test]
     fn hostile_weights_stay_finite() {
         let (nan, inf) = (f64::NAN, f64::INFINITY);

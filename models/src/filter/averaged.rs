@@ -133,3 +133,41 @@ pub const PAIR: Declared = Declared {
         Ok(Estimator::Pair(Box::new(filter)))
     },
 };
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::draw::{DrawKey, Purpose, normal_pair};
+    use crate::filter::testing::plot_at;
+    use crate::frames::Vector2;
+
+    /// What plots said minutes ago counts no more: two that began otherwise weigh their rungs alike in the end.
+    #[test]
+    fn what_was_said_long_ago_is_forgotten() {
+        let draw = |k: u32| {
+            let key = DrawKey { run_seed: 8, sensor: 1, entity: 0, scan: k.into() };
+            let (a, b) = normal_pair(&mut key.rng(Purpose::Study));
+            Vector2::new(a, b) * 2.0
+        };
+        let follow = |weaves: bool| {
+            let modes = Arc::new(Modes::mixed());
+            let first = plot_at(0.0, draw(0).x, draw(0).y, 4.0);
+            let mut filter = Averaged::from_plot(&first, modes, Start::default()).expect("sound");
+            let mut early = [0.0; 2];
+            for k in 1..=300u32 {
+                let t = f64::from(k);
+                let aside = if weaves && k <= 100 { 25.0 * libm::sin(t / 4.0) } else { 0.0 };
+                let at = Vector2::new(9.0 * t, aside) + draw(k);
+                filter.update(&plot_at(t, at.x, at.y, 4.0)).expect("sound");
+                if k == 100 {
+                    early = filter.weights();
+                }
+            }
+            (early, filter.weights())
+        };
+        let ((weaving, then), (straight, later)) = (follow(true), follow(false));
+        println!("{weaving:?} {straight:?}, in the end {then:?} {later:?}");
+        assert!((weaving[0] - straight[0]).abs() > 0.05, "{weaving:?} {straight:?}");
+        assert!((then[0] - later[0]).abs() < 1e-3, "{then:?} {later:?}");
+    }
+}

@@ -36,7 +36,7 @@ pub mod own;
 pub mod route;
 pub mod smoother;
 #[cfg(test)]
-mod testing;
+pub(crate) mod testing;
 mod turning;
 pub mod weights;
 

@@ -155,3 +155,55 @@ impl Doubt {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::filter::testing::plot_at;
+    use crate::plot::{Polar, SensorKind};
+
+    fn plot(range_m: f64) -> Plot {
+        let polar = Some(Polar {
+            range_m,
+            azimuth_rad: 0.0,
+            sigma_range_m: 1.0,
+            sigma_azimuth_rad: 1e-3,
+            extent_m2: None,
+        });
+        Plot { polar, ..plot_at(0.0, range_m, 0.0, 2.0) }
+    }
+
+    /// Cells are as wide as they are far: as many false plots in each are rarer per square metre out there.
+    #[test]
+    fn false_plots_are_as_dense_as_cells_are() {
+        let model = SensorModel::default_of(SensorId(1), SensorKind::Asde);
+        let at = |range_m: f64| false_m2(&plot(range_m), &model);
+        assert!((at(2_500.0) / model.false_density_m2 - 1.0).abs() < 1e-12);
+        assert!((at(1_250.0) / at(5_000.0) - 4.0).abs() < 1e-9);
+        let unseen = Plot { polar: None, ..plot(100.0) };
+        assert!((false_m2(&unseen, &model) / model.false_density_m2 - 1.0).abs() < 1e-12);
+    }
+
+    /// A place blinds where a target was that is seen again; of one that is not, nobody knows whether it was there.
+    #[test]
+    fn looks_without_a_plot_count_when_the_target_is_seen_again() {
+        let model = SensorModel::default_of(SensorId(1), SensorKind::Asde);
+        let (dark, light) = (Vector2::new(50.0, 50.0), Vector2::new(450.0, 50.0));
+        let of = |seen_again: bool| {
+            let mut places = Places::default();
+            for _ in 0..20 {
+                let mut doubt = Doubt::sure(&plot(1_000.0), &model);
+                for _ in 0..4 {
+                    doubt.miss(dark, &places);
+                }
+                if seen_again {
+                    doubt.seen(light, &mut places);
+                }
+            }
+            [dark, light].map(|at| places.detection(&place_of(SensorId(1), at), 0.9))
+        };
+        let [behind, before] = of(true);
+        assert!(behind < 0.15 && before > 0.9, "{behind} {before}");
+        assert_eq!(of(false), [0.9; 2]);
+    }
+}

@@ -221,4 +221,24 @@ mod tests {
             assert!((a - b).abs() < 1e-10, "{found:?} {wanted:?}");
         }
     }
+
+    /// Seen lying at 45° before its course was known, it is no shorter and no wider for it afterwards.
+    #[test]
+    fn what_was_seen_before_its_course_was_known_is_none_of_its_length() {
+        let heading = std::f64::consts::FRAC_PI_4;
+        let (sin, cos) = libm::sincos(heading);
+        let mut extent = Extent::default();
+        for look in 0..30 {
+            let cells = lit(38.0, 4.0, heading, look);
+            let (_, seen) = Moments::of(&cells, CELL_M * CELL_M / 12.0).expect("cells");
+            let course = (look >= 20).then_some(Vector2::new(sin, cos));
+            extent.learn(&seen, course);
+            if (20..24).contains(&look) {
+                assert_eq!(extent.size_m(), None, "look {look}");
+            }
+            assert!(look < 20 || extent.axis().is_none());
+        }
+        let (length, width) = extent.size_m().expect("seen often");
+        assert!((length - 38.0).abs() < 2.5 && (width - 4.0).abs() < 2.5, "{length} {width}");
+    }
 }

@@ -484,4 +484,24 @@ mod tests {
         let around = [(70, v(75.0, 0.0)), (40, v(53.0, 53.0))];
         assert!(fly(v(-2_000.0, 0.0), &around).landed.is_some());
     }
+
+    /// Whatever is known of the list's error, its density is one (sum 1), and its distribution is the sum of its density.
+    #[test]
+    fn the_error_of_the_list_is_a_density_and_its_distribution() {
+        let learnt = ListTimes::stated(60.0).after(&[0.0, 1.0, -2.0, 0.5, -1.0, 3.0]);
+        for (times, own_s) in [(ListTimes::stated(120.0), 0.0), (learnt, 0.0), (learnt, 40.0)] {
+            let step = 0.25;
+            let mut sum = 0.0;
+            for k in -16_000..16_000 {
+                let off_s = step * (f64::from(k) + 0.5);
+                sum += step * libm::exp(times.ln_density(off_s, own_s));
+                if k % 800 == 0 {
+                    let end_s = step * f64::from(k + 1);
+                    let below = times.below(end_s, own_s);
+                    assert!((sum - below).abs() < 1e-5, "{end_s}: {sum} {below}");
+                }
+            }
+            assert!((sum - 1.0).abs() < 1e-5, "{sum}");
+        }
+    }
 }

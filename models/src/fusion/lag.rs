@@ -99,3 +99,63 @@ impl Lag {
         self.copy.forget();
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::filter::testing::plot_at;
+    use crate::filter::{Estimator, FilterConfig, Gaussian, Rung, StateEstimator, Sym2};
+
+    fn filter(variance_m2: f64) -> TrackFilter {
+        let r = Sym2 { xx: variance_m2, xy: 0.0, yy: variance_m2 };
+        let state = Gaussian::at_position(Vector2::zeros(), r, 2.0, 0.3);
+        let first = plot(0.0, Vector2::zeros(), 1.0);
+        let mut rung = Estimator::from_plot(&FilterConfig::new(Rung::Ca6), &first).expect("sound");
+        rung.replace(SimTime::ZERO, &state);
+        TrackFilter::Plain(rung)
+    }
+
+    fn plot(t: f64, position_m: Vector2<f64>, variance_m2: f64) -> Plot {
+        plot_at(t, position_m.x, position_m.y, variance_m2)
+    }
+
+    /// A plot that is its own with a probability says of the past what the mixture of both cases says.
+    #[test]
+    fn what_a_plot_that_may_be_anothers_says_of_the_past_is_the_mixture_of_both() {
+        let life = crate::fusion::TrackingConfig::paper().life;
+        let before = filter(5.0);
+        let copied = Lag::of(&before, SimTime::from_s(0.2), &life).expect("later");
+        let seen = plot(1.0, Vector2::new(4.0, -2.0), 2.0);
+        let after = |beta: f64| {
+            let mut lag = copied.clone();
+            lag.update(&before, &[(seen, beta)], &life).expect("sound");
+            lag.copy()
+        };
+        let ((own, own_cov), (other, other_cov)) = (after(1.0), copied.copy());
+        assert!((own - other).norm() > 0.5, "{own} {other}");
+        for beta in [0.2, 0.5, 0.8] {
+            let (found, cov) = after(beta);
+            let off = own - other;
+            let wanted = other + off * beta;
+            let spread = off * off.transpose() * (beta * (1.0 - beta));
+            let wanted_cov = own_cov * beta + other_cov * (1.0 - beta) + spread;
+            assert!((found - wanted).norm() < 1e-9, "{beta}: {found} {wanted}");
+            assert!((cov - wanted_cov).norm() < 1e-9, "{beta}: {cov} {wanted_cov}");
+        }
+    }
+
+    /// Moments that contradict each other (a state four times as sure as the one that was copied) leave the copy as it was.
+    #[test]
+    fn what_would_take_away_more_than_there_is_is_not_believed() {
+        let life = crate::fusion::TrackingConfig::paper().life;
+        let mut lag = Lag::of(&filter(100.0), SimTime::from_s(0.2), &life).expect("later");
+        let (place, cov) = lag.copy();
+        let seen = plot(0.3, Vector2::new(3.0, 0.0), 1.0);
+        lag.update(&filter(1.0), &[(seen, 1.0)], &life).expect("sound");
+        assert_eq!(lag.copy(), (place, cov));
+        // Nor does it say anything from then on.
+        let next = plot(0.6, Vector2::new(9.0, 0.0), 1.0);
+        lag.update(&filter(100.0), &[(next, 1.0)], &life).expect("sound");
+        assert_eq!(lag.copy(), (place, cov));
+    }
+}

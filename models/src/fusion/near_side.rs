@@ -263,4 +263,33 @@ mod tests {
         assert_eq!(EchoLaw::POINT.across_m(None), 0.0);
         assert!(law.across_of_unknown_m(f64::NAN, 10.0).is_finite());
     }
+
+    /// The half extent that one number stands for leads to the offset that both lead to, whatever is seen.
+    #[test]
+    fn one_number_for_both_extents_is_the_same_offset() {
+        let law = EchoLaw::default();
+        for kappa in [law.aircraft, law.vehicle] {
+            for seen in [(0.0, 8.0), (19.0, 0.0), (11.0, 5.0)] {
+                let joint = kappa.length * kappa.joint_half_extent_m(seen);
+                assert!((joint - kappa.offset_m(seen)).abs() < 1e-12, "{seen:?}");
+            }
+        }
+    }
+
+    /// What plain profiles publish of an echo's near side is what the law of echoes has for a body that wanders so.
+    #[test]
+    fn the_near_side_of_what_wanders_is_that_of_such_a_body() {
+        for variance_m2 in [0.5, 2.0, 7.0, 18.0] {
+            let side_m = size::diagonal_m(variance_m2) / std::f64::consts::SQRT_2;
+            let body = Body { vehicle: false, length_m: side_m, span_m: side_m };
+            let law = EchoLaw::default();
+            let (mean_m, _) = law.aircraft.mean_offset_m(&body);
+            let found = size::near_side_m2(Some(variance_m2));
+            assert!(
+                (found / (mean_m * mean_m) - 1.0).abs() < 0.01,
+                "{variance_m2}: {found} {mean_m}"
+            );
+        }
+        assert!((size::near_side_m2(None).sqrt() - EchoLaw::default().unknown_m.0).abs() < 0.01);
+    }
 }

@@ -492,3 +492,6 @@ impl Registration {
         found
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -54,3 +54,48 @@ impl Rest {
         rests.then_some(self.place_m)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::filter::testing::plot_at;
+
+    fn plot(t: f64, x: f64) -> Plot {
+        plot_at(t, x, 0.0, 2.0)
+    }
+
+    fn stay(rest: &mut Rest, from_s: u32, seconds: u32, x: f64) {
+        for k in from_s..from_s + seconds {
+            rest.note(&plot(f64::from(k), x), Vector2::zeros(), false);
+        }
+    }
+
+    /// After an hour at one place it stands 8 m farther: forty looks on it is looked for there.
+    #[test]
+    fn where_it_stands_is_where_it_stood_lately() {
+        let mut rest = Rest::begun(&plot(0.0, 0.0));
+        stay(&mut rest, 1, 3_600, 0.0);
+        stay(&mut rest, 3_601, 40, 8.0);
+        let place = rest.place_m().expect("stands").x;
+        assert!((place - 8.0).abs() < 0.3, "{place}");
+    }
+
+    #[test]
+    fn ten_seconds_of_slow_plots_of_one_place_are_a_stay_and_a_new_beginning_is_none() {
+        let mut rest = Rest::begun(&plot(0.0, 0.0));
+        stay(&mut rest, 1, 9, 0.0);
+        assert_eq!(rest.place_m(), None);
+        stay(&mut rest, 10, 1, 0.0);
+        assert!(rest.place_m().is_some());
+        let mut fast = rest;
+        fast.note(&plot(11.0, 1.0), Vector2::new(3.1, 0.0), false);
+        assert_eq!(fast.place_m(), None, "what moves does not stand");
+        let mut far = rest;
+        far.note(&plot(11.0, 15.2), Vector2::zeros(), false);
+        assert_eq!(far.place_m(), None, "it is somewhere else");
+        rest.note(&plot(11.0, 1.0), Vector2::zeros(), true);
+        assert_eq!(rest.place_m(), None, "its state began again");
+        stay(&mut rest, 12, 10, 1.0);
+        assert!(rest.place_m().is_some());
+    }
+}

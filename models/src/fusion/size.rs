@@ -162,3 +162,58 @@ impl Spread {
         self.last[place] = Some(Last { sensor: plot.sensor, one: here, before });
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::draw::{DrawKey, Purpose, normal_pair};
+    use crate::filter::testing::plot_at;
+
+    /// What plots of these types wander, m²: in the mean of them the law is right within a fifth, and of each within a factor of two.
+    #[test]
+    fn the_law_of_size_is_that_of_the_types_it_was_fitted_to() {
+        let types = [
+            (4.6, 1.9, 0.15),
+            (12.0, 2.6, 0.8),
+            (14.39, 15.9, 0.7),
+            (37.6, 35.8, 7.0),
+            (56.7, 60.1, 16.0),
+            (63.7, 60.3, 20.0),
+        ];
+        let off =
+            types.map(|(length, span, seen)| libm::log(plot_variance_m2(length, span) / seen));
+        assert!(off.iter().all(|o| o.abs() < std::f64::consts::LN_2), "{off:?}");
+        let mean = off.iter().sum::<f64>() / off.len() as f64;
+        assert!(mean.abs() < libm::log(1.2), "{mean}");
+    }
+
+    /// One plot half a kilometre off, among forty: it counts for no more than six deviations of the widest that is believed.
+    #[test]
+    fn one_wild_plot_is_no_property_of_the_target() {
+        let seen = |wild_m: f64| {
+            let mut spread = Spread::default();
+            for k in 0..40u32 {
+                let key = DrawKey { run_seed: 3, sensor: 1, entity: 0, scan: k.into() };
+                let (a, b) = normal_pair(&mut key.rng(Purpose::Study));
+                let off_m = if k == 30 { wild_m } else { 0.0 };
+                let plot = plot_at(f64::from(k), 500.0 + a + off_m, b, 2.0);
+                spread.learn(&plot, 1.0);
+            }
+            spread.variance_m2().expect("seen")
+        };
+        let ((usual, triples), (wild, _)) = (seen(0.0), seen(500.0));
+        assert!((0.5..2.0).contains(&usual), "{usual}");
+        let most = usual + 0.5 * 3.0 * 36.0 * MOST * 2.0 / triples;
+        assert!(wild > usual && wild <= most, "{usual} {wild} {most}");
+        // Plots that come twice as fast as the sensor looks, or half as fast, show nothing.
+        let of_every = |t: f64| {
+            let mut spread = Spread::default();
+            for k in 0..9u32 {
+                let plot = plot_at(t * f64::from(k), f64::from(k % 2), 0.0, 2.0);
+                spread.learn(&plot, 1.0);
+            }
+            spread.variance_m2().is_some()
+        };
+        assert_eq!([0.4, 0.6, 1.0, 1.4, 1.6].map(of_every), [false, true, true, true, false]);
+    }
+}

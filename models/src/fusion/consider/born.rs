@@ -109,7 +109,6 @@ mod tests {
     use crate::draw::{DrawKey, Purpose, normal_pair};
     use crate::filter::Rung;
     use crate::filter::consistency::position_nees;
-    use crate::time::SimTime;
 
     /// Standard deviation of the delay, s, and share of the variance of a report that is slow.
     const LATE_S: f64 = 0.144;

@@ -16,6 +16,7 @@ mod hard_cases;
 mod identity;
 mod labelled;
 mod lag;
+mod limits;
 mod own;
 mod rests;
 mod several;
