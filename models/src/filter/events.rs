@@ -19,8 +19,7 @@
 //! The N most likely histories are kept; two that say the same are one.
 
 use super::gaussian::{Gaussian, Measurement, Nis};
-use super::histories::ranked;
-use super::imm::{PositionMoments, association_shares};
+use super::mixtures::{PositionMoments, likeliest_after, ranked};
 use super::lanes::{Lane, Pair};
 use super::modes::Modes;
 use super::motion::Step;
@@ -417,22 +416,12 @@ impl<const N: usize> StateEstimator for Events<N> {
         let children = self.children(interval(self.time, first.time)?, 0.0);
         let c: Vec<f64> = children.iter().map(|child| child.0).collect();
         let states: Vec<Gaussian> = children.iter().map(|child| child.2).collect();
-        let shares = association_shares(&c, &states, &measurements(plots)?)?;
-        let scores: Vec<f64> =
-            c.iter().zip(&shares).map(|(c, share)| libm::log(*c) + share.0).collect();
-        let order = ranked(&scores, N);
-        let best = order.first().map_or(f64::NEG_INFINITY, |k| scores[*k]);
-        if !best.is_finite() {
-            return Err(UpdateError::BadInnovation(best));
-        }
-        let mut kept = Vec::with_capacity(N);
-        for k in order {
-            let mut state = states[k];
-            state.update_weighted(&shares[k].1)?;
-            let log_weight = scores[k] - best;
+        let kept = likeliest_after(&c, &states, &measurements(plots)?, N)?;
+        let history = |(k, state, log_weight): (usize, Gaussian, f64)| {
             let weight = libm::exp(log_weight);
-            kept.push(History { state, accelerating: children[k].1, weight, log_weight });
-        }
+            History { state, accelerating: children[k].1, weight, log_weight }
+        };
+        let kept = kept.into_iter().map(history).collect();
         self.settle(kept)?;
         // Which plot it was is not known: it says nothing of the rung.
         (self.time, self.log_density) = (first.time, f64::NAN);

@@ -10,8 +10,8 @@
 //! smoothing step without any inverse of P⁻, which a constant-velocity mode leaves singular.
 
 use super::gaussian::{Factor, Gaussian, Measurement, Nis, quadratic};
-use super::imm::{PositionMoments, association_shares};
 use super::lanes::Pair;
+use super::mixtures::{PositionMoments, likeliest_after};
 use super::modes::{MAX_MODES, Modes};
 use super::motion::Step;
 use super::three_state::start_position;
@@ -208,14 +208,6 @@ fn most_likely<const N: usize>(children: &mut [Child], best: f64) -> &[Child] {
     children
 }
 
-/// Places of the `most` largest weights (logs), the largest first; equal ones in their order.
-pub(crate) fn ranked(weights: &[f64], most: usize) -> Vec<usize> {
-    let mut order: Vec<usize> = (0..weights.len()).collect();
-    order.sort_by(|&a, &b| weights[b].total_cmp(&weights[a]).then(a.cmp(&b)));
-    order.truncate(most);
-    order
-}
-
 /// What the plot says of the scan before, given the mode of the step in between.
 fn smoothed(
     parent: &Gaussian,
@@ -314,27 +306,18 @@ impl<const N: usize, const L: usize> StateEstimator for Histories<N, L> {
                 }
             }
         }
-        let shares = association_shares(&c, &states, &measurements(plots)?)?;
-        let score = |k: usize| libm::log(c[k]) + shares[k].0;
-        let scores: Vec<f64> = (0..children.len()).map(score).collect();
-        let order = ranked(&scores, N);
-        let best = order.first().map_or(f64::NEG_INFINITY, |k| score(*k));
-        if !best.is_finite() {
-            return Err(UpdateError::BadInnovation(best));
-        }
+        let kept = likeliest_after(&c, &states, &measurements(plots)?, N)?;
         let parents = self.states;
-        for (slot, k) in order.iter().enumerate() {
-            let mut state = states[*k];
-            state.update_weighted(&shares[*k].1)?;
-            self.states[slot] = state;
+        for (slot, (k, state, log_weight)) in kept.iter().enumerate() {
+            self.states[slot] = *state;
             if L > 0 {
                 // Which plot it was is not known: nothing is said of the scan before.
                 self.before[slot] = parents[children[*k].0];
             }
-            self.log_weights[slot] = score(*k) - best;
+            self.log_weights[slot] = *log_weight;
             self.last_mode[slot] = children[*k].1 as u8;
         }
-        self.len = order.len();
+        self.len = kept.len();
         self.weights = self.log_weights;
         weights::normalise(&mut self.weights[..self.len]);
         (self.before_time, self.time) = (Some(self.time), first.time);

@@ -4,7 +4,8 @@
 //! fifty sigma off makes every likelihood zero in floating point, and a filter that floors them then
 //! returns its prior where the right weights are 2e-32 to 1.
 
-use super::gaussian::{Gaussian, Measurement, Nis, nis_at};
+use super::gaussian::{Gaussian, Measurement, Nis};
+use super::mixtures::{PositionMoments, association_shares};
 use super::modes::{MAX_MODES, Modes};
 use super::three_state::start_position;
 use super::{Declared, Estimator};
@@ -160,51 +161,6 @@ fn floored<const M: usize>(weights: [f64; M]) -> Option<[f64; M]> {
     Some(weights.map(|w| w / sum))
 }
 
-/// Mean and covariance of the positions of a mixture, gathered about one of them.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct PositionMoments {
-    origin: Vector2<f64>,
-    weight: f64,
-    mean: [f64; 2],
-    square: [f64; 3],
-}
-
-impl PositionMoments {
-    /// None yet.
-    pub(super) fn about(origin: Vector2<f64>) -> Self {
-        Self { origin, ..Self::default() }
-    }
-
-    #[inline]
-    pub(super) fn add(&mut self, w: f64, at: Vector2<f64>, p: super::Sym2) {
-        let offset = at - self.origin;
-        let (wx, wy) = (w * offset.x, w * offset.y);
-        self.weight += w;
-        self.mean = [self.mean[0] + wx, self.mean[1] + wy];
-        self.square = [
-            self.square[0] + w * p.xx + wx * offset.x,
-            self.square[1] + w * p.xy + wx * offset.y,
-            self.square[2] + w * p.yy + wy * offset.y,
-        ];
-    }
-
-    /// Mean and covariance.
-    pub(super) fn moments(&self) -> (Vector2<f64>, super::Sym2) {
-        let k = 1.0 / self.weight;
-        let [x, y] = self.mean.map(|v| v * k);
-        let [xx, xy, yy] = self.square.map(|v| v * k);
-        (
-            self.origin + Vector2::new(x, y),
-            super::Sym2 { xx: xx - x * x, xy: xy - x * y, yy: yy - y * y },
-        )
-    }
-
-    pub(super) fn nis(&self, m: &Measurement) -> Result<Nis, UpdateError> {
-        let (at, cov) = self.moments();
-        nis_at(at, cov, m)
-    }
-}
-
 impl<const M: usize> StateEstimator for Imm<M> {
     fn time(&self) -> SimTime {
         self.time
@@ -263,44 +219,6 @@ impl<const M: usize> StateEstimator for Imm<M> {
     fn start(&self) -> Start {
         self.start
     }
-}
-
-/// ln of how much better a part explains the plots than the mixture, and the plots with their probabilities.
-pub(super) type Share = (f64, Vec<(Measurement, f64)>);
-
-/// For each part of a mixture: ln of how much better it explains the plots than the mixture does, and the
-/// plots with their association probabilities given this part.
-///
-/// A plot of probability β for the mixture has β·L_part/L_mixture for the part.
-pub(super) fn association_shares(
-    c: &[f64],
-    states: &[Gaussian],
-    plots: &[(Measurement, f64)],
-) -> Result<Vec<Share>, UpdateError> {
-    let missed = (1.0 - plots.iter().map(|p| p.1).sum::<f64>()).max(0.0);
-    let mut shares: Vec<Share> =
-        states.iter().map(|_| (0.0, Vec::with_capacity(plots.len()))).collect();
-    for (m, beta) in plots {
-        let mut logs = Vec::with_capacity(states.len());
-        for state in states {
-            let i = state.innovation(m)?;
-            logs.push(-0.5 * (i.d2 + i.ln_det));
-        }
-        let mut joint: Vec<f64> = logs.iter().zip(c).map(|(l, w)| l + libm::log(*w)).collect();
-        let all = weights::normalise(&mut joint);
-        for (share, log) in shares.iter_mut().zip(&logs) {
-            let ratio = all.map_or(1.0, |all| libm::exp((log - all).min(600.0)));
-            share.1.push((*m, beta * ratio));
-        }
-    }
-    for share in &mut shares {
-        let sum = missed + share.1.iter().map(|p| p.1).sum::<f64>();
-        share.0 = libm::log(sum);
-        if sum > 0.0 {
-            share.1.iter_mut().for_each(|p| p.1 /= sum);
-        }
-    }
-    Ok(shares)
 }
 
 /// The rung `imm3`.

@@ -539,7 +539,7 @@ impl<const N: usize> StateEstimator for MapAided<N> {
         if sum.is_nan() || sum <= 0.0 {
             return Err(UpdateError::UnsoundPlot);
         }
-        let mut all = super::imm::PositionMoments::about(first.position_m);
+        let mut all = super::mixtures::PositionMoments::about(first.position_m);
         for (plot, beta) in plots {
             let (z, r) = position_of(&Measurement::of(plot)?);
             all.add(*beta, z, r);

@@ -30,6 +30,7 @@ pub mod gaussian;
 #[cfg(test)]
 mod hard_cases;
 pub mod lanes;
+pub mod mixtures;
 pub mod modes;
 pub mod motion;
 pub mod own;

@@ -31,6 +31,51 @@ pub fn normalise(log_weights: &mut [f64]) -> Option<f64> {
     Some(largest + libm::log1p(rest))
 }
 
+/// What a part of a mixture makes of plots of which at most one is its own.
+#[derive(Clone, Debug, Default)]
+pub struct Explained {
+    /// How much better it explains them than the mixture does.
+    pub better: f64,
+    /// Probability of each plot given this part.
+    pub betas: Vec<f64>,
+}
+
+/// For each part of a mixture with weights `c`: how it explains plots of these probabilities (for the mixture), by the log
+/// likelihood `log(plot, part)`. A plot of probability β for the mixture has β·L_part/L_mixture for the part.
+///
+/// # Errors
+/// The first one of `log`.
+pub fn explained<E>(
+    c: &[f64],
+    betas: &[f64],
+    mut log: impl FnMut(usize, usize) -> Result<f64, E>,
+) -> Result<Vec<Explained>, E> {
+    let missed = (1.0 - betas.iter().sum::<f64>()).max(0.0);
+    let one = || Explained { better: 0.0, betas: Vec::with_capacity(betas.len()) };
+    let mut parts: Vec<Explained> = c.iter().map(|_| one()).collect();
+    let (mut logs, mut joint) = (Vec::with_capacity(c.len()), Vec::with_capacity(c.len()));
+    for (plot, beta) in betas.iter().enumerate() {
+        logs.clear();
+        for part in 0..c.len() {
+            logs.push(log(plot, part)?);
+        }
+        joint.clear();
+        joint.extend(logs.iter().zip(c).map(|(l, w)| l + libm::log(*w)));
+        let all = normalise(&mut joint);
+        for (part, log) in parts.iter_mut().zip(&logs) {
+            let ratio = all.map_or(1.0, |all| libm::exp((log - all).min(600.0)));
+            part.betas.push(beta * ratio);
+        }
+    }
+    for part in &mut parts {
+        part.better = missed + part.betas.iter().sum::<f64>();
+        if part.better > 0.0 {
+            part.betas.iter_mut().for_each(|beta| *beta /= part.better);
+        }
+    }
+    Ok(parts)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -48,6 +93,30 @@ mod tests {
             for (x, y) in w.iter().zip(&shifted) {
                 prop_assert!((x - y).abs() < 1e-9);
             }
+        }
+    }
+
+    /// Bayes: a part and a plot (or none) together are as likely as the plot is and the part is given it; each way of adding up
+    /// is one.
+    #[test]
+    fn parts_and_plots_are_one_distribution() {
+        let (c, betas) = ([0.5, 0.3, 0.2], [0.4, 0.25, 0.1]);
+        let logs = [[-1.0, -4.0, -700.0], [-3.0, -0.5, -2.0], [-9.0, -8.0, -1.0]];
+        let parts = explained(&c, &betas, |plot, part| Ok::<f64, ()>(logs[plot][part]));
+        let parts = parts.expect("no error");
+        let whole: f64 = c.iter().zip(&parts).map(|(c, part)| c * part.better).sum();
+        assert!((whole - 1.0).abs() < 1e-12, "{whole}");
+        for (plot, beta) in betas.iter().enumerate() {
+            let likelihood = |part: usize| c[part] * libm::exp(logs[plot][part]);
+            let all: f64 = (0..3).map(likelihood).sum();
+            for part in 0..3 {
+                let joint = c[part] * parts[part].better * parts[part].betas[plot];
+                assert!((joint - beta * likelihood(part) / all).abs() < 1e-12, "{plot} {part}");
+            }
+        }
+        for (c, part) in c.iter().zip(&parts) {
+            let missed = c * part.better * (1.0 - part.betas.iter().sum::<f64>());
+            assert!((missed - c * 0.25).abs() < 1e-12);
         }
     }
 

@@ -11,8 +11,8 @@
 mod born;
 mod past;
 
-use crate::filter::histories::ranked;
 use crate::filter::lanes::Pair;
+use crate::filter::mixtures::ranked;
 use crate::filter::modes::{MAX_MODES, Modes, ca, cv};
 use crate::filter::motion::Step;
 use crate::filter::{Estimate, FilterConfig, Gaussian, Measurement, Nis, UpdateError, weights};
@@ -315,33 +315,19 @@ impl Consider {
             };
             return Ok((shares, parts.iter().zip(looks).map(log).collect()));
         }
-        let missed = (1.0 - points.iter().map(|p| p.1).sum::<f64>()).max(0.0);
-        let mut shares: Vec<Shares> = vec![Vec::with_capacity(points.len()); parts.len()];
-        for (point, beta) in points {
-            let mut log = Vec::with_capacity(parts.len());
-            for (k, look) in looks.iter().enumerate() {
-                let nu = innovations(k, *point);
-                let (d2, _) = solved(nu, look.s, rows.count)?;
-                log.push(-0.5 * (d2 + look.ln_det));
-                shares[k].push((nu, *beta));
-            }
-            let mut joint: Vec<f64> =
-                log.iter().zip(parts).map(|(l, part)| l + libm::log(part.weight)).collect();
-            let all = weights::normalise(&mut joint);
-            for (share, log) in shares.iter_mut().zip(&log) {
-                let ratio = all.map_or(1.0, |all| libm::exp((log - all).min(600.0)));
-                share.last_mut().expect("just put there").1 *= ratio;
-            }
-        }
-        let mut logs = Vec::with_capacity(parts.len());
-        for (share, part) in shares.iter_mut().zip(parts) {
-            let sum = missed + share.iter().map(|s| s.1).sum::<f64>();
-            logs.push(libm::log(part.weight * sum));
-            if sum > 0.0 {
-                share.iter_mut().for_each(|s| s.1 /= sum);
-            }
-        }
-        Ok((shares, logs))
+        let c: Vec<f64> = parts.iter().map(|part| part.weight).collect();
+        let betas: Vec<f64> = points.iter().map(|point| point.1).collect();
+        let found = weights::explained(&c, &betas, |plot, part| {
+            let nu = innovations(part, points[plot].0);
+            let (d2, _) = solved(nu, looks[part].s, rows.count)?;
+            Ok(-0.5 * (d2 + looks[part].ln_det))
+        })?;
+        let logs = found.iter().zip(&c).map(|(one, c)| libm::log(c * one.better)).collect();
+        let own = |(k, one): (usize, &weights::Explained)| {
+            let plots = points.iter().zip(&one.betas);
+            plots.map(|((point, _), beta)| (innovations(k, *point), *beta)).collect()
+        };
+        Ok((found.iter().enumerate().map(own).collect(), logs))
     }
 
     fn size(&self) -> usize {
