@@ -119,3 +119,42 @@ pub fn ranked(weights: &[f64], most: usize) -> Vec<usize> {
     order.truncate(most);
     order
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::filter::testing::plot_at;
+    use crate::filter::{Estimator, FilterConfig, Rung, StateEstimator};
+    use crate::plot::Plot;
+    use crate::time::SimTime;
+
+    /// Nothing is pruned yet: mean and covariance after several plots are those of the mixture of what each alone leads to and none.
+    #[test]
+    fn several_plots_are_the_mixture_of_each_alone_and_of_none_on_every_rung_of_modes() {
+        for rung in [Rung::Ca6, Rung::Imm3, Rung::Mh27, Rung::Events27] {
+            let config = FilterConfig::new(rung);
+            let first = plot_at(0.0, 0.0, 0.0, 4.0);
+            let filter = Estimator::from_plot(&config, &first).expect("sound");
+            let plots: Vec<(Plot, f64)> = [(9.0, 1.0, 0.35), (4.0, -6.0, 0.3), (16.0, 5.0, 0.15)]
+                .map(|(x, y, beta)| (plot_at(1.0, x, y, 3.0), beta))
+                .to_vec();
+            let mut weighted = filter.clone();
+            let refs: Vec<(&Plot, f64)> = plots.iter().map(|(plot, beta)| (plot, *beta)).collect();
+            weighted.update_weighted(&refs).expect("sound");
+            let mut states = vec![filter.predicted(SimTime::from_s(1.0)).expect("later").state];
+            let mut weights = vec![1.0 - plots.iter().map(|(_, beta)| beta).sum::<f64>()];
+            for (plot, beta) in &plots {
+                let mut alone = filter.clone();
+                alone.update(plot).expect("sound");
+                states.push(alone.estimate().state);
+                weights.push(*beta);
+            }
+            let wanted = Gaussian::mixture(&weights, &states);
+            let found = weighted.estimate().state;
+            let off = (found.position() - wanted.position()).norm();
+            assert!(off < 1e-5, "{rung:?}: {off}");
+            let (p, q) = (found.covariance(), wanted.covariance());
+            assert!((p - q).norm() < 1e-5 * q.norm(), "{rung:?}: {p} {q}");
+        }
+    }
+}

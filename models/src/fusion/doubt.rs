@@ -206,4 +206,20 @@ mod tests {
         assert!(behind < 0.15 && before > 0.9, "{behind} {before}");
         assert_eq!(of(false), [0.9; 2]);
     }
+
+    /// A new track is one of a target as new targets are to false plots, and where they come into view more likely.
+    #[test]
+    fn a_birth_is_as_likely_as_new_targets_are_to_false_plots() {
+        let model = SensorModel::default_of(SensorId(1), SensorKind::Asde);
+        let rules = ExistenceRules::default();
+        let seen = plot(2_500.0);
+        let mut entrances = Entrances::default();
+        for more in [1.0, rules.at_entrances] {
+            let born = Doubt::born(&seen, &model, &rules, &entrances).existence.there();
+            let births = more * rules.births_m2;
+            let wanted = births / (births + model.false_density_m2.max(1e-12));
+            assert!((born / wanted - 1.0).abs() < 1e-9, "{more}: {born} {wanted}");
+            entrances.stands_m.push(seen.position_m);
+        }
+    }
 }

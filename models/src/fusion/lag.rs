@@ -153,6 +153,10 @@ mod tests {
         let seen = plot(0.3, Vector2::new(3.0, 0.0), 1.0);
         lag.update(&filter(1.0), &[(seen, 1.0)], &life).expect("sound");
         assert_eq!(lag.copy(), (place, cov));
+        // Nor what leaves a thousandth of it, more than a plot of any sensor takes.
+        let mut lag = Lag::of(&filter(100.0), SimTime::from_s(0.2), &life).expect("later");
+        lag.update(&filter(99.2), &[(seen, 1.0)], &life).expect("sound");
+        assert_eq!(lag.copy(), (place, cov));
         // Nor does it say anything from then on.
         let next = plot(0.6, Vector2::new(9.0, 0.0), 1.0);
         lag.update(&filter(100.0), &[(next, 1.0)], &life).expect("sound");

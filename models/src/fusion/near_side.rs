@@ -292,4 +292,17 @@ mod tests {
         }
         assert!((size::near_side_m2(None).sqrt() - EchoLaw::default().unknown_m.0).abs() < 0.01);
     }
+
+    /// Of which heading nothing is known, its near side lies off by what all headings make of it.
+    #[test]
+    fn a_heading_that_is_not_known_is_in_what_is_stated_of_the_near_side() {
+        let law = EchoLaw::default();
+        let axis = Vector2::new(0.0, 1.0);
+        let (heavy, _) = size::CLASSES[5];
+        let seen_m2 = 4.0 * size::plot_variance_m2(heavy.length_m, heavy.span_m);
+        let (mean, sigma) = law.offset_of_unknown_m(seen_m2, 1e4, None, axis);
+        let (wanted, own) = law.aircraft.mean_offset_m(&heavy);
+        assert!((mean - wanted).abs() < 0.05, "{mean} {wanted}");
+        assert!((sigma - libm::hypot(own, law.residual_m)).abs() < 0.02, "{sigma} {own}");
+    }
 }

@@ -107,8 +107,8 @@ mod tests {
     use super::super::tests::report;
     use super::*;
     use crate::draw::{DrawKey, Purpose, normal_pair};
-    use crate::filter::Rung;
     use crate::filter::consistency::position_nees;
+    use crate::filter::{Rung, two_plot_start};
 
     /// Standard deviation of the delay, s, and share of the variance of a report that is slow.
     const LATE_S: f64 = 0.144;
@@ -182,6 +182,38 @@ mod tests {
             }
         }
         (sums, delays.map(f64::sqrt))
+    }
+
+    /// Begun again from two of its own reports it is as far off as it says, at once: 150 runs, mean NEES of the three reports after.
+    #[test]
+    fn a_new_beginning_from_its_own_reports_is_as_late_as_they_are() {
+        let config = FilterConfig::new(Rung::Imm3);
+        let (mut nees, mut count) = (0.0, 0.0);
+        for run in 0..150u64 {
+            let draw = |sensor, scan: u32| {
+                let key = DrawKey { run_seed: 8000 + run, sensor, entity: 0, scan: scan.into() };
+                Vector2::from(<[f64; 2]>::from(normal_pair(&mut key.rng(Purpose::Study))))
+            };
+            let delay = draw(4, 0).x * LATE_S;
+            let said =
+                |k: u32| report(f64::from(k), place(f64::from(k) - delay) + draw(2, k) * 2.0, 4.0);
+            let white = SlowError::Receiver { share: 0.0, tau_s: 300.0, late_s: LATE_S };
+            let mut filter = Consider::born(&said(1), &config, white).expect("sound");
+            (2..=20).for_each(|k| filter.update(&said(k), white, false).expect("sound"));
+            let (first, last) = (said(21), said(22));
+            let state = two_plot_start(&first, &last, config.start, false).expect("sound");
+            filter.begin_again(&last, &state);
+            for k in 23..=26 {
+                filter.update(&said(k), white, false).expect("sound");
+                if k > 23 {
+                    nees += position_nees(&filter.estimate(), place(f64::from(k)));
+                    count += 1.0;
+                }
+            }
+        }
+        let mean = nees / count;
+        println!("NEES {mean:.2}");
+        assert!((1.5..2.6).contains(&mean), "{mean}");
     }
 
     /// Its error is that of its reports, and it says so, at speed and while it brakes; no delay is learnt of that, and most of it as

@@ -344,7 +344,7 @@ fn what_is_known_of_a_receiver_outlives_a_new_beginning() {
     let (share, tau) = (0.97f64, 300.0f64);
     let rho = libm::exp(-1.0 / tau);
     let config = FilterConfig::new(Rung::Imm3);
-    let (mut kept, mut fresh) = (0.0, 0.0);
+    let (mut kept, mut fresh, mut claimed) = (0.0, 0.0, 0.0);
     for run in 0..40 {
         let draw = |sensor, scan: u32| {
             let key = DrawKey { run_seed: 700 + run, sensor, entity: 0, scan: scan.into() };
@@ -373,8 +373,10 @@ fn what_is_known_of_a_receiver_outlives_a_new_beginning() {
         }
         kept += filter.estimate().position_m().norm_squared() / 40.0;
         fresh += anew.estimate().position_m().norm_squared() / 40.0;
+        claimed += filter.estimate().position_cov_m2().trace() / 40.0;
     }
-    println!("error of the known receiver {kept:.2} m², of an unknown one {fresh:.2} m²");
+    println!("known receiver {kept:.2} m², claimed {claimed:.2}; unknown one {fresh:.2} m²");
+    assert!((0.6..2.2).contains(&(claimed / kept)), "{claimed} {kept}");
     assert!(kept < 0.4 * fresh, "{kept} {fresh}");
 }
 

@@ -275,3 +275,29 @@ fn widened(at: &Estimate, radius_m: f64) -> bool {
     let largest = half_sum + libm::hypot(half_gap, p.xy);
     !(2.45 * largest.max(0.0).sqrt() <= radius_m)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::filter::{Gaussian, Sym2};
+
+    /// The radius within which a target is with 95 %: of the longer axis, however it lies.
+    #[test]
+    fn a_track_is_too_wide_by_its_longer_axis() {
+        let is = |xx: f64, xy: f64, yy: f64| {
+            let r = Sym2 { xx, xy, yy };
+            let state = Gaussian::at_position(Vector2::zeros(), r, 1.0, 0.1);
+            widened(&Estimate::new(SimTime::ZERO, state), 60.0)
+        };
+        let edge = (60.0f64 / 2.447_747).powi(2);
+        for share in [0.98, 1.02] {
+            let wide = share > 1.0;
+            assert_eq!(is(share * edge, 0.0, 1.0), wide);
+            assert_eq!(is(1.0, 0.0, share * edge), wide);
+            assert_eq!(is(share * edge, 0.0, share * edge), wide);
+            // Along the diagonal.
+            let half = 0.5 * share * edge;
+            assert_eq!(is(half + 0.5, half - 0.5, half + 0.5), wide);
+        }
+    }
+}

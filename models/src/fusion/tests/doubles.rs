@@ -104,3 +104,31 @@ fn two_tracks_that_one_plot_a_look_feeds_become_one() {
         assert_eq!(tracker.statistics().merged, 1, "{left:?}");
     }
 }
+
+/// From one in fifty to nineteen in twenty: five looks with one plot for both; each look before them that brought both a plot of
+/// their own takes some of that.
+#[test]
+fn looks_that_tell_two_apart_are_counted_against_those_that_do_not() {
+    let looks = |apart: u32| {
+        let mut tracker = Tracker::new(TrackingConfig::paper());
+        let r = Sym2 { xx: 2.0, xy: 0.0, yy: 2.0 };
+        let state = |x: f64| Gaussian::at_position(Vector2::new(x, 0.0), r, 1.0, 0.3);
+        assert_eq!(tracker.adopt(SimTime::from_s(0.0), &[state(0.0), state(3.0)]), 2);
+        for k in 1..=30u32 {
+            let t = f64::from(k);
+            let place = |x: f64, n: u32| at(t - 0.5, n, Vector2::new(x, 0.0));
+            let both = [place(0.0, 0), place(3.0, 1)];
+            let one = [place(if k % 2 == 0 { 0.5 } else { 2.5 }, 0)];
+            let plots = if k <= apart { &both[..] } else { &one[..] };
+            tracker.scan(SimTime::from_s(t), plots, &FlightList::default());
+            if tracker.statistics().merged == 1 {
+                return k - apart;
+            }
+        }
+        u32::MAX
+    };
+    let found = [0, 3, 6, 9].map(looks);
+    println!("{found:?}");
+    assert!((4..=6).contains(&found[0]), "{found:?}");
+    assert!(found.windows(2).all(|two| two[1] > two[0]), "{found:?}");
+}

@@ -2,6 +2,7 @@
 
 use super::hard_cases::plot;
 use super::*;
+use crate::frames::Matrix2;
 use config::{AssociationMethod, SensorModel};
 
 /// A tracker after twelve looks at a target that moves along x at this speed, with its last report.
@@ -64,7 +65,7 @@ fn a_manoeuvre_does_not_move_what_was_a_second_ago() {
             let t = f64::from(k);
             let (x, aside) = (20.0 * (t - 0.5), if k == 20 { -4.5 } else { 0.0 });
             let mut seen = vec![plot(t - 0.5, 0, x + aside, 0.0)];
-            if reports && k < 20 {
+            if reports && k == 8 {
                 let own = plot(t - 0.4, 1, x + 2.0, 0.0);
                 seen.push(Plot { sensor: SensorId(5), kind: SensorKind::Gps, ..own });
             }
@@ -229,4 +230,112 @@ fn a_track_that_reports_and_is_seen_says_what_both_are_off_by() {
     let mean = nees / count;
     println!("NEES {mean:.2}");
     assert!((1.2..3.0).contains(&mean), "{mean}");
+}
+
+/// On final at 70 m/s for 40 s, then braking, as only its own reports tell of, which are late by a delay of its own: published now and
+/// a second ago it is as far off as it says from its first report on, and after four looks that brought none.
+#[test]
+fn what_reports_alone_tell_of_is_as_late_as_they_are_from_the_first_one_on() {
+    const LATE_S: f64 = 0.144;
+    let place = |t: f64| {
+        let braking = (t - 40.0).max(0.0);
+        Vector2::new(0.8, -0.6) * (70.0 * t - braking * braking)
+    };
+    // First reports, on final, after the gap, braking: sums of NEES and their number.
+    let (mut now, mut ago) = ([[0.0; 2]; 4], [[0.0; 2]; 4]);
+    for run in 0..60u64 {
+        let draw = |entity: u64, scan: u32| {
+            let key = DrawKey { run_seed: 5_000 + run, sensor: 5, entity, scan: scan.into() };
+            Vector2::from(<[f64; 2]>::from(normal_pair(&mut key.rng(Purpose::Study))))
+        };
+        let mut config = TrackingConfig::accurate();
+        let model = SensorModel::default_of(SensorId(5), SensorKind::Adsb);
+        config.sensors.push(SensorModel { late_sigma_s: LATE_S, extra_sigma_m: 0.0, ..model });
+        let mut tracker = Tracker::new(config);
+        let (delay_s, rho) = (LATE_S * draw(4, 0).x, libm::exp(-1.0f64 / 300.0));
+        let mut slow = draw(3, 0);
+        for k in 1..=60u32 {
+            slow = slow * rho + draw(3, k) * (1.0 - rho * rho).sqrt();
+            let t = f64::from(k) - 0.3;
+            let off = (slow * 0.95f64.sqrt() + draw(2, k) * 0.05f64.sqrt()) * 2.0;
+            let at = place(t - delay_s) + off;
+            let name = Some(crate::plot::Identity::Callsign(crate::plot::Callsign::new("FINAL1")));
+            let said = Plot {
+                sensor: SensorId(5),
+                kind: SensorKind::Adsb,
+                along_m2: 4.0,
+                across_m2: 4.0,
+                identity: name,
+                ..plot(t, 0, at.x, at.y)
+            };
+            let seen = if (24..28).contains(&k) { &[][..] } else { &[said][..] };
+            let shown = tracker.scan(SimTime::from_s(f64::from(k)), seen, &FlightList::default());
+            let part = match k {
+                4..=8 => 0,
+                9..=23 => 1,
+                28..=32 => 2,
+                33.. => 3,
+                _ => continue,
+            };
+            let Some(track) = shown.first() else { continue };
+            let add = |sums: &mut [[f64; 2]; 4], off: Vector2<f64>, cov: Matrix2<f64>| {
+                let inverse = cov.try_inverse().expect("a covariance");
+                sums[part][0] += off.dot(&(inverse * off));
+                sums[part][1] += 1.0;
+            };
+            let truth = place(f64::from(k));
+            add(&mut now, track.position_m - truth, track.position_cov_m2);
+            // (What the first look after a gap says of the gap is that of white errors.)
+            if let Some(lag) = track.second_ago.filter(|_| k > 4 && k != 28) {
+                add(&mut ago, lag.position_m - place(lag.time.s()), lag.cov_m2);
+            }
+        }
+    }
+    let [now, ago] = [now, ago].map(|sums| sums.map(|[nees, count]| nees / count));
+    println!("now {now:.2?}, a second ago {ago:.2?}");
+    assert!(now.iter().chain(&ago).all(|nees| (1.2..3.2).contains(nees)), "{now:?} {ago:?}");
+}
+
+/// What has taken off is gone after three looks without a plot, not after one.
+#[test]
+fn what_takes_off_may_miss_a_look() {
+    let runway = [Vector2::new(-200.0, 0.0), Vector2::new(3_200.0, 0.0)];
+    let flights = FlightList { entries: Vec::new(), runways: vec![("09".to_owned(), runway)] };
+    for missed in [1, 2] {
+        let mut tracker = Tracker::new(TrackingConfig::paper());
+        let mut numbers = Vec::new();
+        for k in 1..=56u32 {
+            let t = f64::from(k);
+            let x = |t: f64| (t - 12.0).max(0.0).powi(2);
+            let seen = plot(t - 0.5, 0, x(t - 0.5), 0.0);
+            let gone = (50..50 + missed).contains(&k);
+            let plots = if gone { &[][..] } else { &[seen][..] };
+            let tracks = tracker.scan(SimTime::from_s(t), plots, &flights);
+            numbers.extend(tracks.iter().map(|track| track.number));
+        }
+        numbers.dedup();
+        assert_eq!(numbers.len(), 1, "{missed} missed: {numbers:?}");
+        assert!(tracker.tracks[0].evidence.took_off.is_some());
+    }
+}
+
+/// Three plots of four looks make a track; with two missed of the first three there is no third one to come.
+#[test]
+fn a_track_on_trial_is_dropped_as_soon_as_it_cannot_be_confirmed() {
+    let after = |seen: &[bool]| {
+        let mut tracker = Tracker::new(TrackingConfig::paper());
+        for (k, seen) in seen.iter().enumerate() {
+            let t = 1.0 + k as f64;
+            let plots = [plot(t - 0.5, 0, 0.0, 0.0)];
+            let plots = if *seen { &plots[..] } else { &[] };
+            tracker.scan(SimTime::from_s(t), plots, &FlightList::default());
+        }
+        let found = tracker.statistics();
+        (found.confirmed, found.tentative_dropped)
+    };
+    assert_eq!(after(&[true, true]), (0, 0));
+    assert_eq!(after(&[true, true, true]), (1, 0));
+    assert_eq!(after(&[true, false, true, true]), (1, 0));
+    assert_eq!(after(&[true, false]), (0, 0));
+    assert_eq!(after(&[true, false, false]), (0, 1));
 }
