@@ -572,9 +572,12 @@ impl Track {
             ring[at.slot].update.time() > then
         })?;
         let before = &ring[self.past[first].slot].before;
-        if let TrackFilter::Considering(filter) = before
-            && then.since_s(filter.time()) <= life.constant_velocity_after_s
-        {
+        if let TrackFilter::Considering(filter) = before {
+            let mut filter = filter.clone();
+            if then.since_s(filter.time()) > life.constant_velocity_after_s {
+                // After a long gap as its next update will find it, slow errors and all.
+                filter.replace(then, &predict(before, then, life).ok()?.state);
+            }
             return self.revised(filter.copied(then).ok()?, first, config, ring);
         }
         let mut lag = Lag::of(before, then, life).ok()?;

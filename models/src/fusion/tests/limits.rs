@@ -271,8 +271,8 @@ fn what_reports_alone_tell_of_is_as_late_as_they_are_from_the_first_one_on() {
             let seen = if (24..28).contains(&k) { &[][..] } else { &[said][..] };
             let shown = tracker.scan(SimTime::from_s(f64::from(k)), seen, &FlightList::default());
             let part = match k {
-                4..=8 => 0,
-                9..=23 => 1,
+                3..=4 => 0,
+                5..=23 => 1,
                 28..=32 => 2,
                 33.. => 3,
                 _ => continue,
@@ -285,8 +285,7 @@ fn what_reports_alone_tell_of_is_as_late_as_they_are_from_the_first_one_on() {
             };
             let truth = place(f64::from(k));
             add(&mut now, track.position_m - truth, track.position_cov_m2);
-            // (What the first look after a gap says of the gap is that of white errors.)
-            if let Some(lag) = track.second_ago.filter(|_| k > 4 && k != 28) {
+            if let Some(lag) = track.second_ago {
                 add(&mut ago, lag.position_m - place(lag.time.s()), lag.cov_m2);
             }
         }
