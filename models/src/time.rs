@@ -34,6 +34,20 @@ impl SimTime {
         self.0.saturating_sub(earlier.0) as f64 * 1e-9
     }
 
+    /// The earliest time from which not more than `s` seconds passed until `self`, by [`Self::since_s`]: of many times
+    /// that are asked for the same, each is one comparison. `s` as for [`Self::from_s`].
+    #[must_use]
+    pub fn back_s(self, s: f64) -> Self {
+        let mut ns = Self::from_s(s).0;
+        while ns as f64 * 1e-9 > s {
+            ns -= 1;
+        }
+        while let Some(more) = ns.checked_add(1).filter(|more| *more as f64 * 1e-9 <= s) {
+            ns = more;
+        }
+        Self(self.0.saturating_sub(ns))
+    }
+
     /// `self` moved by `s` seconds, nearest nanosecond; not beyond 292 years from frame 0.
     #[must_use]
     #[inline]
@@ -56,6 +70,16 @@ mod tests {
             prop_assert_eq!(SimTime::from_s(s).0, (s * 1e9).round() as i64);
             let half = halves as f64 / 2e9;
             prop_assert_eq!(SimTime::from_s(half).0, (half * 1e9).round() as i64);
+        }
+
+        #[test]
+        fn what_is_within_so_many_seconds_is_not_before_the_time_back(
+            now in 0i64..1_000_000_000_000_000,
+            s in prop_oneof![0.0..1e3f64, (0u32..10_000).prop_map(|tenths| f64::from(tenths) / 10.0)],
+            off_ns in -3i64..4,
+        ) {
+            let (now, earlier) = (SimTime(now), SimTime(now - SimTime::from_s(s).0 + off_ns));
+            prop_assert_eq!(earlier >= now.back_s(s), now.since_s(earlier) <= s);
         }
     }
 }

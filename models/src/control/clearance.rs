@@ -172,6 +172,9 @@ pub const MOST_STRIPS: usize = 8192;
 /// Most clearances of one strip that stand or wait for their time.
 const MOST_OF_ONE: usize = 32;
 
+/// What has no end.
+const NEVER: SimTime = SimTime(i64::MAX);
+
 /// All strips: the state of all clearances at a time.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Board {
@@ -184,6 +187,10 @@ pub struct Board {
     on_runways: Vec<u32>,
     /// Changes with every new strip.
     version: u64,
+    /// Strips that have, or had, to do with a runway, sorted.
+    about_runways: Vec<u32>,
+    /// Nothing that stands ends before this.
+    next_end: SimTime,
 }
 
 impl Board {
@@ -206,6 +213,12 @@ impl Board {
         &self.on_runways
     }
 
+    /// Indices of the strips with anything about a runway, also who has flown or was sent around, ascending.
+    #[must_use]
+    pub fn about_runways(&self) -> &[u32] {
+        &self.about_runways
+    }
+
     /// Counts up with every new strip.
     #[must_use]
     pub fn version(&self) -> u64 {
@@ -214,6 +227,12 @@ impl Board {
 
     /// The strip of a call sign, made if there is none; `None` if the board is full.
     pub fn strip(&mut self, callsign: Callsign) -> Option<&mut Strip> {
+        // Who asks may change what stands.
+        self.next_end = SimTime(i64::MIN);
+        self.found_or_made(callsign)
+    }
+
+    fn found_or_made(&mut self, callsign: Callsign) -> Option<&mut Strip> {
         let at =
             match self.order.binary_search_by_key(&callsign, |i| self.strips[*i as usize].callsign)
             {
@@ -244,7 +263,7 @@ impl Board {
     /// Gives a clearance, from its time on; what it replaces ends then. False if the board is full.
     pub fn give(&mut self, clearance: Clearance) -> bool {
         let theirs = self.waiting.iter().filter(|c| c.callsign == clearance.callsign).count();
-        if theirs >= MOST_OF_ONE || self.strip(clearance.callsign).is_none() {
+        if theirs >= MOST_OF_ONE || self.found_or_made(clearance.callsign).is_none() {
             return false;
         }
         self.waiting.push(clearance);
@@ -268,6 +287,7 @@ impl Board {
         if let Some(index) = self.find(callsign) {
             for c in self.strips[index].standing.iter_mut().filter(|c| ends(c)) {
                 c.until = earlier(c.until);
+                self.next_end = self.next_end.min(at);
             }
         }
         for c in self.waiting.iter_mut().filter(|c| ends(c) && c.from <= at) {
@@ -288,6 +308,32 @@ impl Board {
             }
             changed = true;
         }
+        changed |= self.next_end <= now && self.end_what_is_over(now);
+        if changed {
+            for strip in &mut self.strips {
+                strip.kinds = Kinds::default();
+                for c in &strip.standing {
+                    strip.kinds.add(c.kind);
+                }
+            }
+            let indices = |with: fn(&Strip) -> bool| -> Vec<u32> {
+                let strips = self.strips.iter().enumerate();
+                strips.filter(|(_, s)| with(s)).map(|(i, _)| i as u32).collect()
+            };
+            self.on_runways = indices(|s| {
+                s.standing.iter().any(|c| c.runway.is_some() && c.kind.enters_runway())
+            });
+            self.about_runways = indices(|s| {
+                s.flew_until.is_some()
+                    || s.kinds.has(ClearanceKind::GoAround)
+                    || s.standing.iter().any(|c| c.runway.is_some())
+            });
+        }
+    }
+
+    /// Whether anything that stood is over.
+    fn end_what_is_over(&mut self, now: SimTime) -> bool {
+        let mut any = false;
         let over = |c: &Clearance| c.until.is_some_and(|until| until <= now);
         for strip in self.strips.iter_mut().filter(|s| s.standing.iter().any(over)) {
             let moves = |c: &&Clearance| {
@@ -305,27 +351,19 @@ impl Board {
                 }
             }
             strip.standing.retain(|c| !over(c));
-            changed = true;
+            any = true;
         }
-        if changed {
-            for strip in &mut self.strips {
-                strip.kinds = Kinds::default();
-                for c in &strip.standing {
-                    strip.kinds.add(c.kind);
-                }
-            }
-            let with =
-                |s: &Strip| s.standing.iter().any(|c| c.runway.is_some() && c.kind.enters_runway());
-            let indices = self.strips.iter().enumerate().filter(|(_, s)| with(s));
-            self.on_runways = indices.map(|(i, _)| i as u32).collect();
-        }
+        let standing = self.strips.iter().flat_map(|strip| &strip.standing);
+        self.next_end = standing.filter_map(|c| c.until).min().unwrap_or(NEVER);
+        any
     }
 
     /// One clearance begins: a take-off replaces the line-up, holding replaces taxiing and taxiing holding, a
     /// revocation or a go-around what it takes back, and the same kind for the same runway itself.
     fn enter(&mut self, clearance: Clearance) {
         use ClearanceKind::{GoAround, Hold, Land, LineUp, Revoke, TakeOff, Taxi};
-        let Some(strip) = self.strip(clearance.callsign) else { return };
+        self.next_end = self.next_end.min(clearance.until.unwrap_or(NEVER));
+        let Some(strip) = self.found_or_made(clearance.callsign) else { return };
         let (kind, runway) = (clearance.kind, clearance.runway.map(|r| r.0));
         strip.standing.retain(|c| {
             let same_runway = c.runway.map(|r| r.0) == runway || runway.is_none();

@@ -1,10 +1,11 @@
 //! Conformance monitoring: what moves without, or against, a clearance; protected areas.
 
 use super::alert::{AlertKind, Condition, Stage, Subject};
+use super::cells::Cells;
 use super::clearance::{Board, ClearanceKind, Kinds, Strip};
 use super::layout::{Area, AreaKind, Layout, StopBar};
 use super::parameters::Parameters;
-use super::situation::{Situation, Surveillance, TargetClass};
+use super::situation::{MOST_RUNWAYS, Situation, Surveillance, TargetClass};
 use crate::airport::distance_to_segment_m;
 use crate::frames::Vector2;
 use crate::time::SimTime;
@@ -24,13 +25,21 @@ struct Remembered {
     segment: u32,
 }
 
+impl Remembered {
+    /// Whether anything is remembered about a bar.
+    fn of_a_bar(&self) -> bool {
+        self.over_bar.is_some() || self.coming != 0 || self.told != 0
+    }
+}
+
 /// The conformance monitor; its memory has one entry a track number.
 #[derive(Clone, Debug)]
 pub(super) struct Monitor {
     remembered: Vec<Remembered>,
     unknown: Unknown,
-    /// Of each runway, how far from its axis a lit bar is at most, m.
-    bars_m: Vec<f64>,
+    /// Runways with lit bars, and how far from its axis one is at most, m.
+    bars_m: Vec<(usize, f64)>,
+    parked: Parked,
 }
 
 impl Default for Monitor {
@@ -39,6 +48,7 @@ impl Default for Monitor {
             remembered: vec![Remembered::default(); 4096],
             unknown: Unknown::default(),
             bars_m: Vec::new(),
+            parked: Parked::default(),
         }
     }
 }
@@ -72,14 +82,51 @@ impl Unknown {
         if self.nameless.iter().all(|count| *count == 0) {
             return;
         }
-        let of_a_runway = |s: &Strip| {
-            s.flew_until.is_some()
-                || s.kinds.has(GoAround)
-                || s.standing.iter().any(|c| c.runway.is_some())
-        };
-        let strips = rules.board.strips().iter().enumerate();
-        let strips = strips.filter(|(_, strip)| of_a_runway(strip)).map(|(i, _)| i as u32);
+        let strips = rules.board.about_runways().iter().copied();
         self.strips.extend(strips.filter(|i| surveillance.of_strip(*i).is_none()));
+    }
+}
+
+/// Who stands in a scan, vehicles apart, by place; looked for when the first one asks.
+#[derive(Clone, Debug, Default)]
+struct Parked {
+    looked: bool,
+    of: Vec<u32>,
+    cells: Cells,
+}
+
+impl Parked {
+    fn clear(&mut self) {
+        if self.looked {
+            self.looked = false;
+            self.of.clear();
+            self.cells.clear();
+        }
+    }
+
+    /// Whether something is so of one within [`Parameters::stand_occupied_m`]; also asked of some that are farther.
+    fn any_near(
+        &mut self,
+        situations: &[Situation],
+        p: &Parameters,
+        at_m: Vector2<f64>,
+        so: impl Fn(&Situation) -> bool,
+    ) -> bool {
+        if !self.looked {
+            self.looked = true;
+            for (index, s) in situations.iter().enumerate() {
+                if s.target.class != TargetClass::Vehicle && s.mean_mps < p.push_mps {
+                    self.of.push(index as u32);
+                    self.cells.add(s.target.position_m);
+                }
+            }
+        }
+        let mut any = false;
+        self.cells.near(at_m, p.stand_occupied_m, |parked| {
+            any = any || so(&situations[self.of[parked] as usize]);
+            false
+        });
+        any
     }
 }
 
@@ -112,11 +159,18 @@ impl Monitor {
     ) {
         self.unknown.look(rules, surveillance);
         self.bars_m.clear();
-        self.bars_m.resize(rules.layout.runways.len(), 0.0);
-        for bar in rules.bars.iter().filter(|bar| bar.lit) {
-            let Some(most_m) = self.bars_m.get_mut(bar.runway) else { continue };
-            *most_m = most_m.max(rules.line_m(bar));
+        for r in 0..rules.layout.runways.len() {
+            let lit = rules.bars.iter().filter(|bar| bar.lit && bar.runway == r);
+            let most_m = lit.map(|bar| rules.line_m(bar)).fold(0.0, f64::max);
+            self.bars_m.extend((most_m > 0.0).then_some((r, most_m)));
         }
+        // Nobody's nose is farther ahead than half his length: who is not near a runway comes over no bar that is.
+        let near = |(r, most_m): &&(usize, f64)| {
+            *r < MOST_RUNWAYS && *most_m <= rules.layout.runways[*r].hold_m
+        };
+        let close = self.bars_m.iter().filter(near).fold(0, |all, (r, _)| all | 1_u32 << r);
+        let far = !self.bars_m.iter().all(|bars| near(&bars));
+        self.parked.clear();
         for situation in surveillance.situations() {
             let remembered = &mut self.remembered[usize::from(situation.target.number)];
             if situation.target.first {
@@ -124,12 +178,16 @@ impl Monitor {
             }
             let mut one = One { rules, unknown: &self.unknown, situation, strip: None, out };
             one.strip = situation.strip.map(|i| &rules.board.strips()[i as usize]);
-            one.bar(remembered, &self.bars_m);
+            if remembered.of_a_bar() || situation.near & close != 0 || far {
+                one.bar(remembered, &self.bars_m, surveillance);
+            }
             if situation.of_a_runway() {
                 one.on_runway();
             }
             one.off_runway(remembered);
-            one.stand(surveillance);
+            if situation.target.arriving {
+                one.stand(surveillance, &mut self.parked);
+            }
             for area in rules.areas {
                 let p = situation.target.position_m;
                 if !situation.airborne && area.holds(rules.now, p) {
@@ -257,7 +315,12 @@ impl One<'_, '_> {
         }
     }
 
-    fn bar(&mut self, remembered: &mut Remembered, bars_m: &[f64]) {
+    fn bar(
+        &mut self,
+        remembered: &mut Remembered,
+        bars_m: &[(usize, f64)],
+        surveillance: &Surveillance,
+    ) {
         let (p, s) = (self.rules.parameters, self.situation);
         if let Some((r, line_m)) = remembered.over_bar {
             let Some(runway) = self.rules.layout.runways.get(usize::from(r)) else { return };
@@ -270,23 +333,26 @@ impl One<'_, '_> {
             return;
         }
         let needed = p.doubt.map_or(1, |doubt| doubt.before_bar_scans).min(3);
-        let Some(before) = s.noses_before_m.get(..needed) else { return };
         let was_coming = std::mem::take(&mut remembered.coming);
         let told = self.rules.bars.get(usize::from(remembered.told).wrapping_sub(1));
         if told.is_none_or(|bar| self.before_m(bar) > WELL_BEFORE_M) {
             remembered.told = 0;
         }
-        for (r, runway) in self.rules.layout.runways.iter().enumerate() {
+        for &(r, most_m) in bars_m {
+            let runway = &self.rules.layout.runways[r];
             let (place_m, d) = runway.place_m(s.nose_m);
-            if d.abs() >= bars_m[r] {
+            if d.abs() >= most_m {
                 continue;
             }
+            let before = &surveillance.noses_before_m(s)[..needed];
             let off_m = |m: &Option<Vector2<f64>>| m.map(|m| runway.place_m(m).1.abs());
             let inward_mps = runway.across_mps(s.target.velocity_mps) * -d.signum();
-            let bars = self.rules.bars.iter().zip(1..);
-            for (bar, number) in bars.filter(|(bar, _)| bar.lit && bar.runway == r) {
+            let here = |(bar, _): &(&StopBar, u16)| {
+                bar.runway == r && (place_m - bar.place_m).abs() <= p.bar_reach_m && bar.lit
+            };
+            for (bar, number) in self.rules.bars.iter().zip(1..).filter(here) {
                 let line_m = self.rules.line_m(bar);
-                let over = d.abs() < line_m && (place_m - bar.place_m).abs() <= p.bar_reach_m;
+                let over = d.abs() < line_m;
                 let other_side = bar.across_m.is_some_and(|across| across * d < 0.0);
                 let before_it = |m: &Option<Vector2<f64>>| off_m(m).is_some_and(|m| m >= line_m);
                 let comes = || was_coming == number || before.iter().all(before_it);
@@ -365,11 +431,8 @@ impl One<'_, '_> {
         }
     }
 
-    fn stand(&mut self, surveillance: &Surveillance) {
+    fn stand(&mut self, surveillance: &Surveillance, parked: &mut Parked) {
         let (p, s) = (self.rules.parameters, self.situation);
-        if !s.target.arriving {
-            return;
-        }
         let Some(stand_m) = self.strip.and_then(|strip| strip.stand_m) else { return };
         let taxi_s = (s.target.position_m - stand_m).norm() / p.stand_taxi_mps;
         let (eta_s, own) = match s.on_final {
@@ -397,11 +460,10 @@ impl One<'_, '_> {
                     && (other_m - stand_m).norm() > p.stands_apart_m
             })
         };
-        let occupied = surveillance.situations().iter().any(|o| {
+        let situations = surveillance.situations();
+        let occupied = parked.any_near(situations, p, stand_m, |o| {
             (o.target.position_m - stand_m).norm_squared() <= near2
                 && o.target.number != s.target.number
-                && o.target.class != TargetClass::Vehicle
-                && o.mean_mps < p.push_mps
                 && !elsewhere(o.target.position_m)
         });
         if occupied {

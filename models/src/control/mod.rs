@@ -12,6 +12,7 @@
 pub mod actors;
 pub mod advice;
 pub mod alert;
+mod cells;
 pub mod clearance;
 mod clearance_alerts;
 mod conformance;

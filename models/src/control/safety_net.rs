@@ -8,7 +8,7 @@ use super::clearance::Board;
 use super::conformance::{Monitor, Rules};
 use super::layout::{Area, Layout, StopBar};
 use super::parameters::Parameters;
-use super::situation::{Doubted, Situation, Surveillance, Target};
+use super::situation::{Doubted, Surveillance, Target};
 use super::{clearance_alerts, runway_alerts};
 use crate::plot::Callsign;
 use crate::time::SimTime;
@@ -135,7 +135,7 @@ impl SafetyNet {
         let (first, second) = condition.subjects;
         [Some(first), second].into_iter().flatten().any(|subject| {
             let of = match subject {
-                Subject::Track(number) => situation_of(self.surveillance.situations(), number),
+                Subject::Track(number) => self.surveillance.of_track(number),
                 // Where the holder of a clearance is decides whether it excludes another.
                 Subject::Strip(index) => self.surveillance.of_strip(index),
             };
@@ -155,9 +155,7 @@ impl SafetyNet {
         let mut open = std::mem::take(&mut self.open);
         let names = |c: &Condition| {
             let strip = |i: u32| scan.board.strips().get(i as usize).map(|s| s.callsign);
-            let track = |n: u16| {
-                situation_of(self.surveillance.situations(), n).and_then(|s| s.target.callsign)
-            };
+            let track = |n: u16| self.surveillance.of_track(n).and_then(|s| s.target.callsign);
             let of = |s: Subject| match s {
                 Subject::Track(number) => track(number),
                 Subject::Strip(index) => strip(index),
@@ -284,16 +282,6 @@ fn of_moving(kind: AlertKind) -> bool {
 /// Kinds that begin at a line or a time that noise alone passes for one scan.
 fn of_a_line(kind: AlertKind) -> bool {
     matches!(kind, AlertKind::StopBar | AlertKind::NoLandingClearance)
-}
-
-/// A track of this scan; its tracks are sorted by number.
-fn situation_of(situations: &[Situation], number: u16) -> Option<&Situation> {
-    let at = situations.binary_search_by_key(&number, |s| s.target.number);
-    match at {
-        Ok(at) => situations.get(at),
-        // Not sorted: look at all.
-        Err(_) => situations.iter().find(|s| s.target.number == number),
-    }
 }
 
 #[cfg(test)]

@@ -3,18 +3,21 @@
 //! Tracks in, one [`Situation`] a track out: nose, mean speed, relation to the runways, clearances. Alerts,
 //! guidance and planning read nothing else. What lies more than a scan back is kept per track, bounded.
 
-use super::clearance::{Board, Clearance, ClearanceKind};
-use super::layout::{Layout, RunwayAxis};
+use super::cells::Cells;
+use super::clearance::Board;
+use super::layout::Layout;
 use super::parameters::Parameters;
 use crate::frames::Vector2;
 use crate::plot::Callsign;
 use crate::time::SimTime;
 
 mod doubt;
+mod look;
 mod memory;
 
 pub use doubt::Doubted;
-use memory::{Memory, OfStrip};
+use look::Look;
+use memory::{Memory, Named, OfStrip};
 
 /// What moves.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -75,8 +78,8 @@ pub struct Situation {
     pub strip: Option<u32>,
     /// Its nose, m.
     pub nose_m: Vector2<f64>,
-    /// Where the nose was in the scans before, the last one first.
-    pub noses_before_m: [Option<Vector2<f64>>; 3],
+    /// Where the memory of its track is.
+    memory: u32,
     /// Ground speed, m/s.
     pub speed_mps: f64,
     /// Mean speed over the last ten seconds, without its jumps; 0 for a younger track.
@@ -87,6 +90,8 @@ pub struct Situation {
     pub still_since: SimTime,
     /// Known to be in the air.
     pub airborne: bool,
+    /// Runways to whose strip it is so near that a part of it may be there, one bit each.
+    pub(super) near: u32,
     /// Runways in whose strip it is, one bit each.
     pub strips: u32,
     /// Runway along which it rolls.
@@ -106,6 +111,29 @@ pub struct Situation {
 }
 
 impl Situation {
+    /// Of a track that nobody has looked at yet.
+    fn new(target: Target) -> Self {
+        Self {
+            target,
+            strip: None,
+            nose_m: target.position_m,
+            memory: 0,
+            speed_mps: 0.0,
+            mean_mps: 0.0,
+            recent_mps: 0.0,
+            still_since: target.last_plot,
+            airborne: false,
+            near: 0,
+            strips: 0,
+            fast: None,
+            on_final: None,
+            last_final: None,
+            last_fast: None,
+            on_ground_area: true,
+            judged_mps: 0.0,
+            doubt: None,
+        }
+    }
     /// Whether it is in the strip of a runway.
     #[must_use]
     #[inline]
@@ -127,8 +155,6 @@ impl Situation {
 
 /// Runways that are looked at; more than any airport has.
 pub const MOST_RUNWAYS: usize = 32;
-/// A final of a track that has lasted so long stays that to its runway, s (assumed).
-const STEADY_FINAL_S: f64 = 3.0;
 /// A track not seen for so long is another one when its number comes again, s.
 const FORGET_S: f64 = 20.0;
 
@@ -145,6 +171,10 @@ pub struct Surveillance {
     by_strip: Vec<u32>,
     /// By strip: what outlives its track.
     of_strips: Vec<OfStrip>,
+    /// Places in `situations` of those without strip and name.
+    unnamed: Vec<u32>,
+    /// Those of them that raise alerts, by where they are.
+    cells: Cells,
 }
 
 impl Default for Surveillance {
@@ -156,6 +186,8 @@ impl Default for Surveillance {
             of_runways: Vec::new(),
             by_strip: Vec::new(),
             of_strips: Vec::new(),
+            unnamed: Vec::new(),
+            cells: Cells::default(),
         }
     }
 }
@@ -173,11 +205,24 @@ impl Surveillance {
         &self.of_runways
     }
 
+    /// The situation of a track.
+    #[must_use]
+    pub fn of_track(&self, number: u16) -> Option<&Situation> {
+        let memory = usize::from(*self.places.get(usize::from(number))?).checked_sub(1)?;
+        let situation = self.situations.get(self.memories[memory].index as usize)?;
+        (situation.target.number == number).then_some(situation)
+    }
+
     /// The situation of a strip's track.
     #[must_use]
     pub fn of_strip(&self, strip: u32) -> Option<&Situation> {
         let place = *self.by_strip.get(strip as usize)?;
         (place > 0).then(|| &self.situations[place as usize - 1])
+    }
+
+    /// Where the nose of one of these was in the scans before, the last one first.
+    pub(super) fn noses_before_m(&self, situation: &Situation) -> [Option<Vector2<f64>>; 3] {
+        self.memories[situation.memory as usize].places.noses_before_m()
     }
 
     /// Takes in the tracks of a scan. Tracks that coast for too long, and numbers above 4095, are left out.
@@ -189,16 +234,20 @@ impl Surveillance {
         board: &Board,
         targets: &[Target],
     ) {
-        self.situations.clear();
+        // What was seen in the last scan is written over.
+        let mut seen = 0;
         self.of_runways.clear();
+        self.unnamed.clear();
         self.by_strip.clear();
         self.by_strip.resize(board.strips().len(), 0);
         self.of_strips.resize(board.strips().len(), OfStrip::default());
-        let cos_aligned = libm::cos(parameters.aligned_deg.to_radians());
+        let look = Look::new(now, layout, parameters, board);
+        let (coasting, forgotten) = (now.back_s(parameters.coasting_s), now.back_s(FORGET_S));
         for target in targets {
-            let finite =
-                target.position_m.iter().chain(target.velocity_mps.iter()).all(|x| x.is_finite());
-            if !finite || now.since_s(target.last_plot) > parameters.coasting_s {
+            // Zero times a number that is not finite is no zero.
+            let (p, v) = (target.position_m, target.velocity_mps);
+            let finite = 0.0 * p.x + 0.0 * p.y + 0.0 * v.x + 0.0 * v.y == 0.0;
+            if !finite || target.last_plot < coasting {
                 continue;
             }
             let Some(place) = self.places.get(usize::from(target.number)).copied() else {
@@ -212,222 +261,39 @@ impl Surveillance {
                 usize::from(place) - 1
             };
             let memory = &mut self.memories[place];
-            if target.first || now.since_s(memory.seen) > FORGET_S {
+            if target.first || memory.seen < forgotten {
                 *memory = Memory::new(now, target);
             }
             memory.name(now, board, target, &mut self.of_strips);
-            let situation = look(now, layout, parameters, cos_aligned, board, target, memory);
-            let index = self.situations.len() as u32;
+            let index = seen as u32;
+            memory.index = index;
+            if seen == self.situations.len() {
+                self.situations.push(Situation::new(*target));
+            }
+            let situation = &mut self.situations[seen];
+            situation.memory = place as u32;
+            look.at(target, memory, situation);
+            seen += 1;
             if let Some(strip) = situation.strip {
                 self.by_strip[strip as usize] = index + 1;
                 self.of_strips[strip as usize] = OfStrip {
-                    last_final: situation.last_final,
-                    last_fast: situation.last_fast,
+                    last_final: memory.last_final,
+                    last_fast: memory.last_fast,
                     had: Some((target.number, now)),
                 };
+                let Target { callsign, class, arriving, length_m, .. } = *target;
+                memory.had = Some((Named { strip, callsign, class, arriving, length_m }, now));
+            } else if target.callsign.is_none() {
+                self.unnamed.push(index);
             }
             if situation.of_a_runway() {
                 self.of_runways.push(index);
             }
-            self.situations.push(situation);
         }
-        if let Some(doubt) = &parameters.doubt {
-            self.keep_names(now, doubt);
-            self.find_doubles(doubt);
-        }
-    }
-}
-
-fn look(
-    now: SimTime,
-    layout: &Layout,
-    parameters: &Parameters,
-    cos_aligned: f64,
-    board: &Board,
-    target: &Target,
-    memory: &mut Memory,
-) -> Situation {
-    let (position_m, velocity) = (target.position_m, target.velocity_mps);
-    let speed_mps = velocity.norm();
-    if let Some(doubt) = &parameters.doubt {
-        memory.watch_steps(doubt, now, target);
-    }
-    // The velocity of one that stands is noise: on tracks the places have to move, too.
-    let recent_mps = match &parameters.doubt {
-        Some(_) => memory.mean_mps(now, position_m, 3.0),
-        None => 0.0,
-    };
-    let moves = parameters.doubt.is_none() || recent_mps >= parameters.heading_mps;
-    if speed_mps >= parameters.heading_mps && (moves || memory.heading.is_none()) {
-        memory.heading = Some(velocity / speed_mps);
-    }
-    let half_m = 0.5 * target.length_m;
-    let by_way =
-        parameters.doubt.as_ref().filter(|doubt| speed_mps < doubt.slow_mps).and_then(|_| {
-            let near = |r: &RunwayAxis| r.place_m(position_m).1.abs() < r.hold_m + target.length_m;
-            let strip = &board.strips()[memory.strip? as usize];
-            layout
-                .runways
-                .iter()
-                .any(near)
-                .then(|| doubt::nose_on(&strip.way_m, position_m, half_m))?
-        });
-    let nose_m = by_way.unwrap_or_else(|| position_m + memory.heading.unwrap_or_default() * half_m);
-    let mean_mps = memory.mean_mps(now, position_m, parameters.mean_s);
-    memory.keep(now, position_m);
-    memory.seen = now;
-    if parameters.doubt.is_some() {
-        memory.stand(now, position_m, parameters.anchor_m, moves);
-    } else if (position_m - memory.anchor_m).norm() > parameters.anchor_m {
-        (memory.anchor_m, memory.still_since) = (position_m, now);
-    }
-    // Without altitude: in the air who goes around or has just lifted off, until he is as slow as nobody flies.
-    let strip = memory.strip.map(|i| &board.strips()[i as usize]);
-    let goes_around = strip.is_some_and(|s| s.kinds.has(ClearanceKind::GoAround));
-    let lifted_off =
-        strip.and_then(|s| s.lifted_off).is_some_and(|at| now.since_s(at) <= parameters.rolled_s);
-    let airborne = match target.altitude_m {
-        Some(altitude_m) => altitude_m > parameters.airborne_m,
-        None => (goes_around || lifted_off) && speed_mps >= parameters.fast_mps,
-    };
-    let too_high = target.altitude_m.is_some_and(|altitude| altitude > parameters.strip_top_m);
-    let mut situation = Situation {
-        target: *target,
-        strip: memory.strip,
-        nose_m,
-        noses_before_m: memory.noses_m,
-        speed_mps,
-        mean_mps,
-        recent_mps,
-        still_since: memory.still_since,
-        airborne,
-        strips: 0,
-        fast: None,
-        on_final: None,
-        last_final: None,
-        last_fast: None,
-        on_ground_area: layout.ground_m.is_none_or(|[low, high]| {
-            let within = |p: f64, a: f64, b: f64| a <= p && p <= b;
-            within(position_m.x, low.x, high.x) && within(position_m.y, low.y, high.y)
-        }),
-        judged_mps: speed_mps,
-        doubt: None,
-    };
-    memory.noses_m = [Some(nose_m), memory.noses_m[0], memory.noses_m[1]];
-    // The first speeds of a track are guesses.
-    let old = parameters.doubt.is_none_or(|d| now.since_s(memory.born) >= d.young_s);
-    memory.was_slow |= old && speed_mps < parameters.fast_mps;
-    if recent_mps > 0.0 {
-        situation.judged_mps = speed_mps.min(recent_mps + 2.0);
-    }
-    let mut nearest = f64::INFINITY;
-    // On tracks a final that has lasted stays the same one while it goes on: to the runway of one whose path crosses the
-    // line of another's, nearest of all for a scan, nobody lands.
-    let steady = memory.final_span.filter(|(since, until, _)| {
-        parameters.doubt.is_some() && until.since_s(*since) >= STEADY_FINAL_S
-    });
-    let cleared = |r: usize, end: usize| {
-        strip.is_some_and(|s| {
-            let lands = |c: &Clearance| c.kind == ClearanceKind::Land;
-            s.on_runway(r).any(|c| lands(c) && c.runway.is_some_and(|r| r.1 == Some(end)))
-        })
-    };
-    let lands = target.altitude_m.is_none() && target.arriving && !memory.was_slow;
-    let (mut stays, mut its_own) = (None, None);
-    for (r, runway) in layout.runways.iter().take(MOST_RUNWAYS).enumerate() {
-        let (s, d) = runway.place_m(position_m);
-        let within = |s: f64| {
-            s > -parameters.strip_beyond_m && s < runway.length_m + parameters.strip_beyond_m
-        };
-        if d.abs() < runway.hold_m + 0.5 * target.length_m && !too_high {
-            let (nose_s, nose_d) = runway.place_m(nose_m);
-            let inside = |s: f64, d: f64| {
-                d.abs() < runway.hold_at_m(s, d) - parameters.strip_margin_m && within(s)
-            };
-            if inside(s, d) || inside(nose_s, nose_d) {
-                situation.strips |= 1 << r;
-            }
-        }
-        if speed_mps < parameters.fast_mps {
-            continue;
-        }
-        let along = runway.along_mps(velocity);
-        let side_m = 0.5 * runway.width_m + parameters.runway_side_m;
-        let end = usize::from(along < 0.0);
-        let from_end = if end == 0 { s } else { runway.length_m - s };
-        let distance_m = runway.displaced_m[end] - from_end;
-        // Without altitude: who comes is on the ground behind the threshold, not where the runway begins.
-        let above = lands && parameters.doubt.is_some() && distance_m > 0.0;
-        if !airborne
-            && !above
-            && along.abs() >= parameters.fast_mps.max(parameters.fast_aligned * speed_mps)
-            && d.abs() <= side_m
-            && within(s)
-            && situation.fast.is_none()
-        {
-            situation.fast = Some(r);
-        }
-        if target.class != TargetClass::Vehicle
-            && !goes_around
-            && speed_mps >= parameters.final_mps
-            && along.abs() >= speed_mps * cos_aligned
-        {
-            let wide = parameters.funnel_m + parameters.funnel_slope * distance_m;
-            let before = (0.0..=parameters.funnel_length_m).contains(&distance_m);
-            // Of parallel runways the one whose centreline is nearest.
-            if before && d.abs() <= wide {
-                let time_s = distance_m / along.abs();
-                let here = Some(Final { runway: r, end, distance_m, time_s });
-                if d.abs() < nearest {
-                    nearest = d.abs();
-                    situation.on_final = here;
-                }
-                if steady.is_some_and(|(_, _, runway)| runway == r) {
-                    stays = here;
-                }
-                if cleared(r, end) {
-                    its_own = here;
-                }
-            }
+        self.situations.truncate(seen);
+        if let Some(lately) = &look.lately {
+            self.keep_names(lately);
+            self.find_doubles(lately);
         }
     }
-    // Where the finals of two runways run into each other, who is cleared to land on one of them is on final to that.
-    situation.on_final = its_own.or(stays).or(situation.on_final);
-    // Who is fast on a runway comes to no other, whichever line is ahead of him; without altitude he may fly over it to his own.
-    if let Some(r) = situation.fast {
-        let over = if target.altitude_m.is_none() { its_own } else { None };
-        situation.on_final = situation.on_final.filter(|f| f.runway == r).or(over);
-    }
-    // Nor has one touched down who comes, was never slower than a roll and is not over a runway: light ones come slower than what
-    // is taken for a final.
-    situation.airborne |= lands && situation.fast.is_none() && memory.last_fast.is_none();
-    // Without altitude: nobody is that fast on the ground but along a runway.
-    if target.altitude_m.is_none() && speed_mps >= parameters.final_mps && situation.fast.is_none()
-    {
-        situation.strips = 0;
-    }
-    if let Some(on_final) = situation.on_final {
-        memory.last_final = Some((now, on_final.runway));
-    }
-    memory.final_span = match (situation.on_final, memory.final_span) {
-        (Some(f), Some((since, _, runway))) if f.runway == runway => Some((since, now, runway)),
-        (Some(f), _) => {
-            memory.final_from_s = f.time_s;
-            Some((now, now, f.runway))
-        }
-        (None, span) => span.filter(|_| situation.fast.is_some()),
-    };
-    if let Some(doubt) = &parameters.doubt {
-        // Who says his name has one, also where nobody has a strip of him: a car that was never cleared.
-        let named = situation.strip.is_some() || target.callsign.is_some();
-        situation.doubt = memory.doubted(doubt, now, &situation, named);
-    }
-    (memory.strips, memory.last_plot) = (situation.strips, target.last_plot);
-    memory.velocities = [velocity, memory.velocities[0], memory.velocities[1]];
-    if situation.fast.is_some() {
-        memory.last_fast = Some(now);
-    }
-    situation.last_final = memory.last_final;
-    situation.last_fast = memory.last_fast;
-    situation
 }

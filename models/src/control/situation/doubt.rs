@@ -1,7 +1,7 @@
 //! Which tracks raise no alert by themselves: what a tracker makes beside its targets, and what moved as nothing can.
 
-use super::memory::{KEPT, Memory};
-use super::{Situation, Surveillance, Target};
+use super::memory::{Memory, Named};
+use super::{Surveillance, Target};
 use crate::control::parameters::Doubt;
 use crate::frames::Vector2;
 use crate::time::SimTime;
@@ -19,95 +19,124 @@ pub enum Doubted {
 
 impl Surveillance {
     /// A track that has lost its name to nobody keeps it for a while.
-    pub(super) fn keep_names(&mut self, now: SimTime, doubt: &Doubt) {
-        for index in 0..self.situations.len() {
-            let situation = &mut self.situations[index];
-            let place = usize::from(self.places[usize::from(situation.target.number)]) - 1;
-            let memory = &mut self.memories[place];
-            if let Some(strip) = situation.strip {
-                memory.had = Some((strip, situation.target, now));
-                continue;
-            }
-            let Some((strip, named, at)) =
-                memory.had.filter(|_| situation.target.callsign.is_none())
-            else {
-                continue;
-            };
-            let free = self.by_strip.get(strip as usize).is_some_and(|taken| *taken == 0);
+    pub(super) fn keep_names(&mut self, lately: &Lately<'_>) {
+        let (now, doubt) = (lately.now, lately.doubt);
+        for index in &self.unnamed {
+            let situation = &mut self.situations[*index as usize];
+            let memory = &self.memories[situation.memory as usize];
+            let Some((named, at)) = memory.had else { continue };
+            let free = self.by_strip.get(named.strip as usize).is_some_and(|taken| *taken == 0);
             if free && now.since_s(at) <= doubt.name_s {
-                situation.strip = Some(strip);
-                let Target { callsign, class, arriving, length_m, .. } = named;
+                situation.strip = Some(named.strip);
+                let Named { callsign, class, arriving, length_m, .. } = named;
                 situation.target =
                     Target { callsign, class, arriving, length_m, ..situation.target };
-                self.by_strip[strip as usize] = index as u32 + 1;
+                self.by_strip[named.strip as usize] = *index + 1;
                 let young = now.since_s(memory.born) < doubt.unnamed_s;
-                let coasts = now.since_s(situation.target.last_plot) > doubt.coasting_s;
-                if !young && !coasts && !memory.within(memory.leapt, now, doubt.leap_s) {
-                    situation.doubt = memory.of_a_name(doubt, now, &situation.target);
+                let coasts = situation.target.last_plot < lately.plot;
+                if !young && !coasts && memory.leapt < Some(lately.leap) {
+                    situation.doubt = memory.of_a_name(lately, &situation.target);
                 }
             }
         }
     }
 
     /// Tracks without a name beside or right behind a named one are its doubles.
-    pub(super) fn find_doubles(&mut self, doubt: &Doubt) {
-        let wanted =
-            |s: &Situation| s.strip.is_none() && s.target.callsign.is_none() && s.doubt.is_none();
-        if !self.situations.iter().any(wanted) {
+    pub(super) fn find_doubles(&mut self, lately: &Lately<'_>) {
+        let doubt = lately.doubt;
+        // Who has just been given his name back has one.
+        let situations = &mut self.situations;
+        self.unnamed.retain(|index| {
+            let s = &situations[*index as usize];
+            s.strip.is_none() && s.target.callsign.is_none() && s.doubt.is_none()
+        });
+        if self.unnamed.is_empty() {
             return;
         }
-        let named = self.situations.iter().filter(|s| s.strip.is_some());
-        let mut named: Vec<(Vector2<f64>, f64)> = named
-            .map(|s| (s.target.position_m, doubt.double_m + doubt.double_s * s.speed_mps))
-            .collect();
-        named.sort_by(|a, b| a.0.x.total_cmp(&b.0.x).then(a.0.y.total_cmp(&b.0.y)));
-        let most_m = named.iter().map(|n| n.1).fold(0.0, f64::max);
-        for situation in self.situations.iter_mut().filter(|s| wanted(s)) {
-            let at_m = situation.target.position_m;
-            let from = named.partition_point(|n| n.0.x < at_m.x - most_m);
-            let near = named[from..].iter().take_while(|n| n.0.x <= at_m.x + most_m);
-            if near.into_iter().any(|(p, reach_m)| (p - at_m).norm() < *reach_m) {
-                situation.doubt = Some(Doubted::Weak);
+        self.cells.clear();
+        for index in &self.unnamed {
+            self.cells.add(situations[*index as usize].target.position_m);
+        }
+        for index in 0..situations.len() {
+            let named = &situations[index];
+            if named.strip.is_none() {
+                continue;
             }
+            let at_m = named.target.position_m;
+            let reach_m = doubt.double_m + doubt.double_s * named.speed_mps;
+            self.cells.near(at_m, reach_m, |near| {
+                let other = &mut situations[self.unnamed[near] as usize];
+                let double = (at_m - other.target.position_m).norm() < reach_m;
+                if double {
+                    other.doubt = Some(Doubted::Weak);
+                }
+                double
+            });
         }
     }
 }
 
-impl Memory {
-    fn within(&self, at: Option<SimTime>, now: SimTime, seconds: f64) -> bool {
-        at.is_some_and(|at| now.since_s(at) <= seconds)
-    }
+/// What is doubted, and the times of a scan from which on something was lately.
+pub(super) struct Lately<'a> {
+    now: SimTime,
+    doubt: &'a Doubt,
+    plot: SimTime,
+    found_again: SimTime,
+    jump: SimTime,
+    restless: SimTime,
+    leap: SimTime,
+    /// Nothing that is doubted for a while was before this.
+    trouble: SimTime,
+}
 
+impl<'a> Lately<'a> {
+    pub(super) fn new(now: SimTime, doubt: &'a Doubt) -> Self {
+        let [plot, found_again] = [doubt.coasting_s, doubt.young_s].map(|s| now.back_s(s));
+        let [jump, restless] = [doubt.jump_s, doubt.restless_s].map(|s| now.back_s(s));
+        let leap = now.back_s(doubt.leap_s);
+        let Doubt { unnamed_s, young_s, jump_s, restless_s, leap_s, taken_over_s, .. } = *doubt;
+        let longest_s = [unnamed_s, young_s, jump_s, restless_s, leap_s, taken_over_s]
+            .into_iter()
+            .fold(0.0, f64::max);
+        let trouble = now.back_s(longest_s);
+        Self { now, doubt, plot, found_again, jump, restless, leap, trouble }
+    }
+}
+
+impl Memory {
     /// Whether this place can follow the last ones: where the mean velocity of three seconds leads, within
     /// [`Doubt::step_m`] and a share of the way of a second. And whether there is a plot again after it had coasted.
-    pub(super) fn watch_steps(&mut self, doubt: &Doubt, now: SimTime, target: &Target) {
+    pub(super) fn watch_steps(&mut self, lately: &Lately<'_>, target: &Target) {
+        let (now, doubt) = (lately.now, lately.doubt);
         self.leaps = false;
         if target.last_plot.since_s(self.last_plot) > doubt.coasting_s {
-            self.found_again = Some(now);
+            (self.found_again, self.troubled) = (Some(now), now);
         }
-        if self.kept < 4 {
+        if self.places.kept < 4 {
             return;
         }
-        let back = |n: usize| self.places[(self.next + 2 * KEPT - n) % KEPT];
-        let (last, first) = (back(1), back(4));
-        let (since_s, over_s) = (now.since_s(last.at), last.at.since_s(first.at));
+        let ((last, last_m), (first, first_m)) = (self.places.latest(1), self.places.latest(4));
+        let (since_s, over_s) = (now.since_s(last), last.since_s(first));
         if !(0.1..=3.5).contains(&since_s) || !(0.3..=6.0).contains(&over_s) {
             return;
         }
-        let mean_mps = (last.place_m - first.place_m) / over_s;
-        let moved_m = target.position_m - last.place_m;
+        let mean_mps = (last_m - first_m) / over_s;
+        let moved_m = target.position_m - last_m;
         let off_m = (moved_m - mean_mps * since_s).norm();
+        if off_m <= doubt.step_m && off_m <= doubt.leap_steps * doubt.step_m {
+            return;
+        }
         let room_m = doubt.step_m + doubt.step_s * mean_mps.norm();
         if off_m > room_m {
-            let lately = self.jumped.is_some_and(|at| at > back(self.kept).at);
-            if !lately {
-                self.before_jumps = (last.at, last.place_m);
+            let oldest = self.places.latest(usize::from(self.places.kept)).0;
+            if self.jumped.is_none_or(|at| at <= oldest) {
+                self.before_jumps = (last, last_m);
             }
             // What goes on as one jump is seen for as long as places of before it are looked at.
             if self.jumped.is_some_and(|at| (JUMP_SEEN_S..=AGAIN_S).contains(&now.since_s(at))) {
                 self.restless = Some(now);
             }
-            self.jumped = Some(now);
+            (self.jumped, self.troubled) = (Some(now), now);
             self.jumps = (self.jumps.0 + moved_m, self.jumps.1 + since_s);
         }
         self.leaps = off_m > doubt.leap_steps * room_m;
@@ -116,34 +145,38 @@ impl Memory {
     /// Whether, and why, the track raises nothing by itself.
     pub(super) fn doubted(
         &mut self,
-        doubt: &Doubt,
-        now: SimTime,
-        situation: &Situation,
+        lately: &Lately<'_>,
+        target: &Target,
+        strips: u32,
         named: bool,
     ) -> Option<Doubted> {
-        let target = &situation.target;
+        let (now, doubt) = (lately.now, lately.doubt);
         let change_mps = (target.velocity_mps - self.velocities[2]).norm();
         if change_mps > 3.0 * doubt.jump_mps2 + doubt.jump_mps {
-            self.jumped = Some(now);
+            (self.jumped, self.troubled) = (Some(now), now);
         }
         // A leap of one who stays in the strips in which he was makes no difference to who is on a runway.
-        let stays = situation.strips != 0 && situation.strips == self.strips;
+        let stays = strips != 0 && strips == self.strips;
         if (self.leaps || change_mps > 3.0 * doubt.leap_mps2 + doubt.leap_mps) && !stays {
-            self.leapt = Some(now);
+            (self.leapt, self.troubled) = (Some(now), now);
         }
-        let leaps = self.within(self.leapt, now, doubt.leap_s);
+        // Most have had no trouble for long.
+        if self.troubled < lately.trouble && self.was_slow && target.last_plot >= lately.plot {
+            return None;
+        }
+        let leaps = self.leapt >= Some(lately.leap);
         let age_s = now.since_s(self.born);
-        let coasts = now.since_s(target.last_plot) > doubt.coasting_s;
+        let coasts = target.last_plot < lately.plot;
         let new_name = named && self.taken_over && now.since_s(self.named) < doubt.taken_over_s;
-        let again = self.within(self.found_again, now, doubt.young_s);
+        let again = self.found_again >= Some(lately.found_again);
         if coasts || age_s < doubt.young_s || again || new_name || leaps {
             return Some(Doubted::Weak);
         }
         if named {
-            return self.of_a_name(doubt, now, target);
+            return self.of_a_name(lately, target);
         }
         let young = age_s < doubt.unnamed_s;
-        let jumps = self.within(self.jumped, now, doubt.restless_s);
+        let jumps = self.jumped >= Some(lately.restless);
         (young || self.flies(doubt) || jumps).then_some(Doubted::Weak)
     }
 
@@ -156,12 +189,12 @@ impl Memory {
 
     /// What is doubted of one who has a name or just had it. A name may have been put on the second echo of one who comes,
     /// kilometres short of him: nothing taxies as fast that never was slower.
-    fn of_a_name(&self, doubt: &Doubt, now: SimTime, target: &Target) -> Option<Doubted> {
-        let echo = self.flies(doubt) && target.velocity_mps.norm() > ECHO_MPS;
-        if self.within(self.jumped, now, doubt.jump_s) || echo {
+    fn of_a_name(&self, lately: &Lately<'_>, target: &Target) -> Option<Doubted> {
+        let echo = self.flies(lately.doubt) && target.velocity_mps.norm() > ECHO_MPS;
+        if self.jumped >= Some(lately.jump) || echo {
             return Some(Doubted::Jumps);
         }
-        self.within(self.restless, now, doubt.restless_s).then_some(Doubted::Restless)
+        (self.restless >= Some(lately.restless)).then_some(Doubted::Restless)
     }
 }
 

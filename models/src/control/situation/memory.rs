@@ -1,37 +1,128 @@
 //! What is remembered of a track, and of a strip, from scan to scan; bounded.
 
-use super::Target;
+use super::{Target, TargetClass};
 use crate::control::clearance::Board;
 use crate::frames::Vector2;
 use crate::plot::Callsign;
 use crate::time::SimTime;
 
 /// Positions kept per track: ten seconds and one more at a scan a second.
-pub(super) const KEPT: usize = 12;
+const KEPT: usize = 12;
+/// Room for them: a power of two, so that a place is found by a mask.
+const ROOM: usize = 16;
+/// Noses kept: where it is and three before.
+const NOSES: usize = 4;
 /// A name that another track had so recently is taken over, s.
 const TAKEN_OVER_S: f64 = 30.0;
 
 /// Noise puts one who stands no farther than this beyond the anchor's distance, m (assumed).
 const STRAY_M: f64 = 10.0;
 
-/// Where a track was.
+/// Where a track was in its last scans, a column each: a scan looks at few of the times, at fewer of the places, and at the jumps only of
+/// who has jumped.
+#[derive(Clone, Debug)]
+pub(super) struct Places {
+    at: [SimTime; ROOM],
+    place_m: [Vector2<f64>; ROOM],
+    /// Of the last few only.
+    nose_m: [Vector2<f64>; NOSES],
+    /// What its jumps have moved it until then, m, and how long they took, s; empty before the first of them.
+    jumps: Vec<(Vector2<f64>, f64)>,
+    next: u8,
+    pub(super) kept: u8,
+}
+
+impl Places {
+    fn none() -> Self {
+        let (at, nowhere) = ([SimTime::ZERO; ROOM], Vector2::zeros());
+        let (place_m, nose_m) = ([nowhere; ROOM], [nowhere; NOSES]);
+        Self { at, place_m, nose_m, jumps: Vec::new(), next: 0, kept: 0 }
+    }
+
+    /// Index of the `n`-th latest, from 1 on; `n` is not above [`KEPT`].
+    #[inline]
+    fn back(&self, n: usize) -> usize {
+        usize::from(self.next).wrapping_sub(n) % ROOM
+    }
+
+    /// Time and place of the `n`-th latest, from 1 on.
+    #[inline]
+    pub(super) fn latest(&self, n: usize) -> (SimTime, Vector2<f64>) {
+        let at = self.back(n);
+        (self.at[at], self.place_m[at])
+    }
+
+    /// Where the nose was in the three scans before the last one, the latest first.
+    pub(super) fn noses_before_m(&self) -> [Option<Vector2<f64>>; 3] {
+        [2, 3, 4].map(|n| (n <= usize::from(self.kept)).then(|| self.nose_m[self.back(n) % NOSES]))
+    }
+
+    /// Index of the latest that is as old as a look back goes: mostly the one of so many scans ago.
+    #[inline]
+    fn before(&self, back: &Back) -> Option<usize> {
+        let kept = usize::from(self.kept);
+        let old = |n: usize| self.at[self.back(n)] <= back.limit;
+        if back.scans > 1 && back.scans <= kept && old(back.scans) && !old(back.scans - 1) {
+            return Some(self.back(back.scans));
+        }
+        (1..=kept).find(|n| old(*n)).map(|n| self.back(n))
+    }
+
+    #[inline]
+    pub(super) fn keep(
+        &mut self,
+        now: SimTime,
+        place_m: Vector2<f64>,
+        nose_m: Vector2<f64>,
+        jumps: (Vector2<f64>, f64),
+    ) {
+        let next = usize::from(self.next) % ROOM;
+        (self.at[next], self.place_m[next]) = (now, place_m);
+        self.nose_m[next % NOSES] = nose_m;
+        // Until the first jump nothing has been moved by one.
+        if jumps.1 > 0.0 {
+            self.jumps.resize(ROOM, Default::default());
+            self.jumps[next] = jumps;
+        }
+        self.next = self.next.wrapping_add(1);
+        self.kept = (self.kept + 1).min(KEPT as u8);
+    }
+}
+
+/// How far back one looks in a scan, the same for all tracks.
+pub(super) struct Back {
+    seconds: f64,
+    /// Places until then are old enough.
+    limit: SimTime,
+    /// So many scans ago, at a scan a second.
+    scans: usize,
+}
+
+impl Back {
+    pub(super) fn new(now: SimTime, seconds: f64) -> Self {
+        let limit = SimTime(now.0.saturating_sub(SimTime::from_s(seconds).0) + 1_000_000);
+        Self { seconds, limit, scans: (seconds.clamp(0.0, KEPT as f64)) as usize }
+    }
+}
+
+/// What a track has with its name.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Place {
-    pub(super) at: SimTime,
-    pub(super) place_m: Vector2<f64>,
-    /// What its jumps have moved it until then, m, and how long they took, s.
-    jumps: (Vector2<f64>, f64),
+pub(super) struct Named {
+    pub(super) strip: u32,
+    pub(super) callsign: Option<Callsign>,
+    pub(super) class: TargetClass,
+    pub(super) arriving: bool,
+    pub(super) length_m: f64,
 }
 
 /// What is remembered of a track.
 #[derive(Clone, Debug)]
 pub(super) struct Memory {
+    /// Place of its situation in the scan in which it was last seen.
+    pub(super) index: u32,
     pub(super) seen: SimTime,
-    pub(super) places: [Place; KEPT],
-    pub(super) next: usize,
-    pub(super) kept: usize,
+    pub(super) places: Places,
     pub(super) heading: Option<Vector2<f64>>,
-    pub(super) noses_m: [Option<Vector2<f64>>; 3],
     pub(super) anchor_m: Vector2<f64>,
     pub(super) still_since: SimTime,
     /// On tracks: it has gone from its anchor, and goes on.
@@ -60,8 +151,8 @@ pub(super) struct Memory {
     pub(super) last_plot: SimTime,
     /// Was slower than a roll.
     pub(super) was_slow: bool,
-    /// The strip that it had, as it was then, and when last.
-    pub(super) had: Option<(u32, Target, SimTime)>,
+    /// Who it was when it last had a strip, and when.
+    pub(super) had: Option<(Named, SimTime)>,
     /// On final to a runway since, and until.
     pub(super) final_span: Option<(SimTime, SimTime, usize)>,
     /// Time to the threshold when that began, s.
@@ -72,6 +163,8 @@ pub(super) struct Memory {
     pub(super) taken_over: bool,
     /// Jumped again soon after it had jumped.
     pub(super) restless: Option<SimTime>,
+    /// When it was last new, under a new name, found again, jumped or leapt.
+    pub(super) troubled: SimTime,
 }
 
 /// What is remembered of a strip, whichever track has it: a track that is lost and found again has landed, too.
@@ -86,13 +179,10 @@ pub(super) struct OfStrip {
 impl Memory {
     pub(super) fn new(now: SimTime, target: &Target) -> Self {
         Self {
+            index: 0,
             seen: now,
-            places: [Place { at: now, place_m: target.position_m, jumps: Default::default() };
-                KEPT],
-            next: 0,
-            kept: 0,
+            places: Places::none(),
             heading: None,
-            noses_m: [None; 3],
             anchor_m: target.position_m,
             still_since: now,
             away: false,
@@ -118,29 +208,38 @@ impl Memory {
             named: now,
             taken_over: false,
             restless: None,
+            troubled: now,
         }
     }
 
-    /// The latest place that is at least so many seconds old.
-    fn place_before(&self, now: SimTime, seconds: f64) -> Option<&Place> {
-        let limit = SimTime(now.0.saturating_sub(SimTime::from_s(seconds).0) + 1_000_000);
-        self.latest_first().find(|place| place.at <= limit)
-    }
-
-    /// The kept places, the latest first.
-    fn latest_first(&self) -> impl Iterator<Item = &Place> {
-        let (newer, older) = self.places[..self.kept].split_at(self.next.min(self.kept));
-        newer.iter().rev().chain(older.iter().rev())
-    }
-
-    /// Mean speed since the latest place that is at least `mean_s` old. A jump moves nobody: the least of that, of that without the
+    /// Mean speed since the latest place that is old enough. A jump moves nobody: the least of that, of that without the
     /// steps in which it jumped, and of that since before it began to jump (it may have been drawn away and be on its way back).
-    pub(super) fn mean_mps(&self, now: SimTime, position_m: Vector2<f64>, mean_s: f64) -> f64 {
-        let Some(&Place { at, place_m, jumps }) = self.place_before(now, mean_s) else {
+    #[inline(always)]
+    pub(super) fn mean_mps(&self, now: SimTime, position_m: Vector2<f64>, back: &Back) -> f64 {
+        let Some(before) = self.places.before(back) else {
             return 0.0;
         };
-        let (moved_m, over_s) = (position_m - place_m, now.since_s(at));
+        let moved_m = position_m - self.places.place_m[before];
+        let over_s = now.since_s(self.places.at[before]);
         let mean_mps = moved_m.norm() / over_s;
+        if self.jumps.1 <= 0.0 {
+            return mean_mps;
+        }
+        self.without_jumps(mean_mps, now, position_m, before, back)
+    }
+
+    #[cold]
+    fn without_jumps(
+        &self,
+        mean_mps: f64,
+        now: SimTime,
+        position_m: Vector2<f64>,
+        before: usize,
+        back: &Back,
+    ) -> f64 {
+        let moved_m = position_m - self.places.place_m[before];
+        let over_s = now.since_s(self.places.at[before]);
+        let jumps = self.places.jumps.get(before).copied().unwrap_or_default();
         let (jumped_m, jumped_s) = (self.jumps.0 - jumps.0, self.jumps.1 - jumps.1);
         if jumped_s <= 0.0 {
             return mean_mps;
@@ -148,7 +247,8 @@ impl Memory {
         let driven_s = over_s - jumped_s;
         let driven_mps = if driven_s > 0.1 { (moved_m - jumped_m).norm() / driven_s } else { 0.0 };
         let (before, before_m) = self.before_jumps;
-        let since_mps = (position_m - before_m).norm() / now.since_s(before).clamp(0.1, mean_s);
+        let since_mps =
+            (position_m - before_m).norm() / now.since_s(before).clamp(0.1, back.seconds);
         mean_mps.min(driven_mps).min(since_mps)
     }
 
@@ -172,6 +272,7 @@ impl Memory {
         self.named = now;
         let other = known.had.filter(|(number, _)| *number != target.number);
         self.taken_over = other.is_some_and(|(_, at)| now.since_s(at) <= TAKEN_OVER_S);
+        self.troubled = now;
         self.last_final = self.last_final.max(known.last_final);
         self.last_fast = self.last_fast.max(known.last_fast);
     }
@@ -190,16 +291,13 @@ impl Memory {
         if self.away && moves {
             self.still_since = now;
         } else if self.away {
-            let far = |place: &&Place| (position_m - place.place_m).norm() > anchor_m / 3.0;
-            let since = self.latest_first().find(far).map(|place| place.at);
+            let latest_first = (1..=usize::from(self.places.kept)).map(|n| self.places.latest(n));
+            let far = |(_, place_m): &(SimTime, Vector2<f64>)| {
+                (position_m - place_m).norm() > anchor_m / 3.0
+            };
+            let since = latest_first.into_iter().find(far).map(|(at, _)| at);
             (self.anchor_m, self.still_since) = (position_m, since.unwrap_or(now));
             self.away = false;
         }
-    }
-
-    pub(super) fn keep(&mut self, now: SimTime, position_m: Vector2<f64>) {
-        self.places[self.next] = Place { at: now, place_m: position_m, jumps: self.jumps };
-        self.next = (self.next + 1) % KEPT;
-        self.kept = (self.kept + 1).min(KEPT);
     }
 }

@@ -1,0 +1,258 @@
+//! One look at a track: what it is to the airport in this scan, and what is remembered of it.
+
+use super::doubt::{Lately, nose_on};
+use super::memory::{Back, Memory};
+use super::{Final, MOST_RUNWAYS, Situation, Target, TargetClass};
+use crate::control::clearance::{Board, Clearance, ClearanceKind, Strip};
+use crate::control::layout::Layout;
+use crate::control::parameters::Parameters;
+use crate::frames::Vector2;
+use crate::time::SimTime;
+
+/// A final of a track that has lasted so long stays that to its runway, s (assumed).
+const STEADY_FINAL_S: f64 = 3.0;
+
+/// What all tracks of a scan are looked at with.
+pub(super) struct Look<'a> {
+    now: SimTime,
+    layout: &'a Layout,
+    parameters: &'a Parameters,
+    board: &'a Board,
+    cos_aligned: f64,
+    /// For the mean speed, and for that of three seconds.
+    mean: Back,
+    recent: Back,
+    /// Nothing where tracks are exact.
+    pub(super) lately: Option<Lately<'a>>,
+}
+
+impl<'a> Look<'a> {
+    pub(super) fn new(
+        now: SimTime,
+        layout: &'a Layout,
+        parameters: &'a Parameters,
+        board: &'a Board,
+    ) -> Self {
+        let cos_aligned = libm::cos(parameters.aligned_deg.to_radians());
+        let (mean, recent) = (Back::new(now, parameters.mean_s), Back::new(now, 3.0));
+        let lately = parameters.doubt.as_ref().map(|doubt| Lately::new(now, doubt));
+        Self { now, layout, parameters, board, cos_aligned, mean, recent, lately }
+    }
+
+    /// Writes the situation of a track, all of it but where its memory is.
+    pub(super) fn at(&self, target: &Target, memory: &mut Memory, situation: &mut Situation) {
+        let (now, layout, parameters) = (self.now, self.layout, self.parameters);
+        let (position_m, velocity) = (target.position_m, target.velocity_mps);
+        let speed_mps = velocity.norm();
+        if let Some(lately) = &self.lately {
+            memory.watch_steps(lately, target);
+        }
+        // The velocity of one that stands is noise: on tracks the places have to move, too.
+        let recent_mps = match &parameters.doubt {
+            Some(_) => memory.mean_mps(now, position_m, &self.recent),
+            None => 0.0,
+        };
+        let moves = parameters.doubt.is_none() || recent_mps >= parameters.heading_mps;
+        if speed_mps >= parameters.heading_mps && (moves || memory.heading.is_none()) {
+            memory.heading = Some(velocity / speed_mps);
+        }
+        let strip = memory.strip.map(|i| &self.board.strips()[i as usize]);
+        let near = self.near(target);
+        let half_m = 0.5 * target.length_m;
+        let slow = parameters.doubt.as_ref().is_some_and(|doubt| speed_mps < doubt.slow_mps);
+        let way_m = strip.filter(|_| slow && near != 0).map(|strip| &strip.way_m[..]);
+        let by_way = way_m.and_then(|way_m| nose_on(way_m, position_m, half_m));
+        let nose_m =
+            by_way.unwrap_or_else(|| position_m + memory.heading.unwrap_or_default() * half_m);
+        let mean_mps = memory.mean_mps(now, position_m, &self.mean);
+        memory.places.keep(now, position_m, nose_m, memory.jumps);
+        memory.seen = now;
+        if parameters.doubt.is_some() {
+            memory.stand(now, position_m, parameters.anchor_m, moves);
+        } else if (position_m - memory.anchor_m).norm() > parameters.anchor_m {
+            (memory.anchor_m, memory.still_since) = (position_m, now);
+        }
+        // Without altitude: in the air who goes around or has just lifted off, until he is as slow as nobody flies.
+        let lifted_off = strip
+            .and_then(|s| s.lifted_off)
+            .is_some_and(|at| now.since_s(at) <= parameters.rolled_s);
+        let airborne = match target.altitude_m {
+            Some(altitude_m) => altitude_m > parameters.airborne_m,
+            None => (goes_around(strip) || lifted_off) && speed_mps >= parameters.fast_mps,
+        };
+        situation.target = *target;
+        situation.strip = memory.strip;
+        situation.nose_m = nose_m;
+        situation.speed_mps = speed_mps;
+        situation.mean_mps = mean_mps;
+        situation.recent_mps = recent_mps;
+        situation.still_since = memory.still_since;
+        situation.airborne = airborne;
+        situation.near = near;
+        situation.on_ground_area = layout.ground_m.is_none_or(|[low, high]| {
+            let within = |p: f64, a: f64, b: f64| a <= p && p <= b;
+            within(position_m.x, low.x, high.x) && within(position_m.y, low.y, high.y)
+        });
+        situation.judged_mps =
+            if recent_mps > 0.0 { speed_mps.min(recent_mps + 2.0) } else { speed_mps };
+        (situation.fast, situation.on_final, situation.doubt) = (None, None, None);
+        // The first speeds of a track are guesses.
+        let old = || parameters.doubt.is_none_or(|d| now.since_s(memory.born) >= d.young_s);
+        memory.was_slow = memory.was_slow || speed_mps < parameters.fast_mps && old();
+        situation.strips = self.strips(target, near, nose_m);
+        let lands = target.altitude_m.is_none() && target.arriving && !memory.was_slow;
+        if speed_mps >= parameters.fast_mps {
+            self.of_runways(situation, memory, strip, lands);
+        }
+        // Nor has one touched down who comes, was never slower than a roll and is not over a runway: light ones come slower than
+        // what is taken for a final.
+        situation.airborne |= lands && situation.fast.is_none() && memory.last_fast.is_none();
+        // Without altitude: nobody is that fast on the ground but along a runway.
+        let flies = target.altitude_m.is_none() && speed_mps >= parameters.final_mps;
+        if flies && situation.fast.is_none() {
+            situation.strips = 0;
+        }
+        if let Some(on_final) = situation.on_final {
+            memory.last_final = Some((now, on_final.runway));
+        }
+        memory.final_span = match (situation.on_final, memory.final_span) {
+            (Some(f), Some((since, _, runway))) if f.runway == runway => Some((since, now, runway)),
+            (Some(f), _) => {
+                memory.final_from_s = f.time_s;
+                Some((now, now, f.runway))
+            }
+            (None, span) => span.filter(|_| situation.fast.is_some()),
+        };
+        if let Some(lately) = &self.lately {
+            // Who says his name has one, also where nobody has a strip of him: a car that was never cleared.
+            let named = memory.strip.is_some() || target.callsign.is_some();
+            situation.doubt = memory.doubted(lately, target, situation.strips, named);
+        }
+        (memory.strips, memory.last_plot) = (situation.strips, target.last_plot);
+        memory.velocities = [velocity, memory.velocities[0], memory.velocities[1]];
+        if situation.fast.is_some() {
+            memory.last_fast = Some(now);
+        }
+        situation.last_final = memory.last_final;
+        situation.last_fast = memory.last_fast;
+    }
+
+    /// Runways to whose strip a track is so near that a part of it may be there, one bit each.
+    #[inline]
+    fn near(&self, target: &Target) -> u32 {
+        let runways = self.layout.runways.iter().take(MOST_RUNWAYS).enumerate();
+        runways.fold(0, |near, (r, runway)| {
+            let across_m = runway.place_m(target.position_m).1.abs();
+            near | u32::from(across_m < runway.hold_m + target.length_m) << r
+        })
+    }
+
+    fn within(&self, r: usize, place_m: f64) -> bool {
+        let beyond_m = self.parameters.strip_beyond_m;
+        place_m > -beyond_m && place_m < self.layout.runways[r].length_m + beyond_m
+    }
+
+    /// In whose strips it is.
+    #[inline]
+    fn strips(&self, target: &Target, near: u32, nose_m: Vector2<f64>) -> u32 {
+        let p = self.parameters;
+        let too_high = target.altitude_m.is_some_and(|altitude| altitude > p.strip_top_m);
+        let (mut strips, mut left) = (0, if too_high { 0 } else { near });
+        while left != 0 {
+            let r = left.trailing_zeros() as usize;
+            left &= left - 1;
+            let runway = &self.layout.runways[r];
+            let (s, d) = runway.place_m(target.position_m);
+            if d.abs() >= runway.hold_m + 0.5 * target.length_m {
+                continue;
+            }
+            let (nose_s, nose_d) = runway.place_m(nose_m);
+            let inside = |s: f64, d: f64| {
+                d.abs() < runway.hold_at_m(s, d) - p.strip_margin_m && self.within(r, s)
+            };
+            if inside(s, d) || inside(nose_s, nose_d) {
+                strips |= 1 << r;
+            }
+        }
+        strips
+    }
+
+    /// Along which runway it rolls, and to which it is on final.
+    fn of_runways(
+        &self,
+        situation: &mut Situation,
+        memory: &Memory,
+        strip: Option<&Strip>,
+        lands: bool,
+    ) {
+        let p = self.parameters;
+        let (target, speed_mps) = (&situation.target, situation.speed_mps);
+        let goes_around = goes_around(strip);
+        let mut nearest = f64::INFINITY;
+        // On tracks a final that has lasted stays the same one while it goes on: to the runway of one whose path crosses the
+        // line of another's, nearest of all for a scan, nobody lands.
+        let steady = memory.final_span.filter(|(since, until, _)| {
+            p.doubt.is_some() && until.since_s(*since) >= STEADY_FINAL_S
+        });
+        let cleared = |r: usize, end: usize| {
+            strip.is_some_and(|s| {
+                let lands = |c: &Clearance| c.kind == ClearanceKind::Land;
+                s.on_runway(r).any(|c| lands(c) && c.runway.is_some_and(|r| r.1 == Some(end)))
+            })
+        };
+        let (mut stays, mut its_own) = (None, None);
+        for (r, runway) in self.layout.runways.iter().take(MOST_RUNWAYS).enumerate() {
+            let (s, d) = runway.place_m(target.position_m);
+            let along = runway.along_mps(target.velocity_mps);
+            let side_m = 0.5 * runway.width_m + p.runway_side_m;
+            let end = usize::from(along < 0.0);
+            let from_end = if end == 0 { s } else { runway.length_m - s };
+            let distance_m = runway.displaced_m[end] - from_end;
+            // Without altitude: who comes is on the ground behind the threshold, not where the runway begins.
+            let above = lands && p.doubt.is_some() && distance_m > 0.0;
+            if !situation.airborne
+                && !above
+                && along.abs() >= p.fast_mps.max(p.fast_aligned * speed_mps)
+                && d.abs() <= side_m
+                && self.within(r, s)
+                && situation.fast.is_none()
+            {
+                situation.fast = Some(r);
+            }
+            if target.class != TargetClass::Vehicle
+                && !goes_around
+                && speed_mps >= p.final_mps
+                && along.abs() >= speed_mps * self.cos_aligned
+            {
+                let wide = p.funnel_m + p.funnel_slope * distance_m;
+                let before = (0.0..=p.funnel_length_m).contains(&distance_m);
+                // Of parallel runways the one whose centreline is nearest.
+                if before && d.abs() <= wide {
+                    let time_s = distance_m / along.abs();
+                    let here = Some(Final { runway: r, end, distance_m, time_s });
+                    if d.abs() < nearest {
+                        nearest = d.abs();
+                        situation.on_final = here;
+                    }
+                    if steady.is_some_and(|(_, _, runway)| runway == r) {
+                        stays = here;
+                    }
+                    if cleared(r, end) {
+                        its_own = here;
+                    }
+                }
+            }
+        }
+        // Where the finals of two runways run into each other, who is cleared to land on one of them is on final to that.
+        situation.on_final = its_own.or(stays).or(situation.on_final);
+        // Who is fast on one runway comes to no other, whichever line is ahead of him; without altitude he may fly over it to his own.
+        if let Some(r) = situation.fast {
+            let over = if target.altitude_m.is_none() { its_own } else { None };
+            situation.on_final = situation.on_final.filter(|f| f.runway == r).or(over);
+        }
+    }
+}
+
+fn goes_around(strip: Option<&Strip>) -> bool {
+    strip.is_some_and(|s| s.kinds.has(ClearanceKind::GoAround))
+}
