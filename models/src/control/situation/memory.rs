@@ -301,3 +301,25 @@ impl Memory {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The place of which a mean speed is taken is the latest that is old enough, however often there are scans.
+    #[test]
+    fn a_look_back_finds_the_latest_that_is_old_enough() {
+        for (step_s, seconds) in [(1.0, 3.0), (1.0, 10.0), (0.5, 3.0), (2.0, 3.0), (1.5, 10.0)] {
+            let mut places = Places::none();
+            for scan in 0..30_u32 {
+                let now = SimTime::from_s(f64::from(scan) * step_s);
+                let found = places.before(&Back::new(now, seconds)).map(|at| places.at[at]);
+                let old = (0..scan).rev().take(KEPT).map(|s| f64::from(s) * step_s);
+                let expected = old.into_iter().find(|s| now.s() - s >= seconds - 1e-9);
+                let expected = expected.map(SimTime::from_s);
+                assert_eq!(found, expected, "scan {scan}, {step_s} s apart, {seconds} s back");
+                places.keep(now, Vector2::zeros(), Vector2::zeros(), Default::default());
+            }
+        }
+    }
+}

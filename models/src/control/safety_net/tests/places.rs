@@ -261,3 +261,26 @@ fn who_jumps_time_and_again_is_silent_for_longer() {
     let at = first(&found, "NOCLR_RWY").expect("raised");
     assert!(at >= 25 + 12, "{at}");
 }
+
+/// A bar may stand farther from its runway than holding positions do elsewhere: there, too, who passes it is told of.
+#[test]
+fn a_bar_beyond_the_holding_distance_is_a_bar() {
+    let at = |across_m: f64| {
+        let mut layout = layout();
+        let bar = StopBar {
+            runway: 0,
+            place_m: 1000.0,
+            across_m: Some(across_m),
+            entry_m: 1000.0,
+            lit: true,
+        };
+        layout.bars.push(bar);
+        let comes =
+            |s: u32| vec![target(1, "ABC1", (240.0 - 5.0 * f64::from(s), 1000.0), (-5.0, 0.0), s)];
+        let mut board = Board::default();
+        board.strip(Callsign::new("ABC1"));
+        first(&seen(&layout, &board, Parameters::default(), 40, comes), "STOPBAR")
+    };
+    // The nose is 19 m ahead: at 220 m after the first second.
+    assert_eq!((at(90.0), at(190.0)), (Some(27), Some(7)));
+}
