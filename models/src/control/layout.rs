@@ -3,7 +3,7 @@
 use crate::airport::Airport;
 use crate::frames::Vector2;
 use crate::time::SimTime;
-use crate::traffic::network::Network;
+use crate::traffic::network::{NetEdge, Network};
 
 /// A runway as an axis from its first end. Airport frame, metres.
 #[derive(Clone, Debug, PartialEq)]
@@ -240,6 +240,7 @@ impl Layout {
                 continue;
             }
             let entry_m = entry_of(net, index, node.hold_for.unwrap_or(0)).unwrap_or(place_m);
+            let across_m = short_of_passing_m(net, &self.runways[r], [place_m, across_m]);
             self.bars.push(StopBar {
                 runway: r,
                 place_m,
@@ -335,6 +336,39 @@ fn bar_at_m(net: &Network, index: usize) -> Vector2<f64> {
 /// From a taxiway's centreline to a bar beside it, m (assumed: half of a wide taxiway and some room).
 const BESIDE_TAXIWAY_M: f64 = 15.0;
 
+/// How far from the axis a bar at a place along it and across it is, m: short of every taxiway that passes it along the runway. Who
+/// goes on along that is over no line.
+fn short_of_passing_m(net: &Network, axis: &RunwayAxis, bar_m: [f64; 2]) -> f64 {
+    let [place_m, across_m] = bar_m;
+    let passes = |edge: &&NetEdge| edge.runway.is_none() && edge.strip.is_none();
+    let mut nearest_m = f64::INFINITY;
+    for edge in net.edges.iter().filter(passes) {
+        let [(from, a), (to, b)] = edge.nodes.map(|n| axis.place_m(net.nodes[n].at_m));
+        // What comes nearer the runway at more than 18° leads there.
+        if (b - a).abs() > ALONG * (to - from).abs() {
+            continue;
+        }
+        let count = ((to - from).abs() / 2.0).ceil().clamp(1.0, 5_000.0) as usize;
+        for i in 0..=count {
+            let share = i as f64 / count as f64;
+            let (along_m, off_m) = (from + (to - from) * share, a + (b - a) * share);
+            let beside = (along_m - place_m).abs() <= PASSES_M && off_m * across_m > 0.0;
+            // What touches the runway itself is a crossing that the file does not end with a hold.
+            if beside && off_m.abs() > 0.5 * axis.width_m + 15.0 {
+                nearest_m = nearest_m.min(off_m.abs());
+            }
+        }
+    }
+    across_m.signum() * across_m.abs().min(nearest_m - CLEAR_M)
+}
+
+/// Who passes a bar so far beside it along the runway may be over its line ([`super::parameters::Parameters::bar_reach_m`]), m.
+const PASSES_M: f64 = 40.0;
+/// Across for along of a way that is along the runway at most (assumed: exits turn off at 25° and more).
+const ALONG: f64 = 0.33;
+/// From a taxiway's centreline to a line that no nose on it comes over, m: the tracker's 95 % error.
+const CLEAR_M: f64 = 7.5;
+
 /// Where the way from a holding position over the strip meets its runway, m along it.
 fn entry_of(net: &Network, from: usize, runway: usize) -> Option<f64> {
     let (mut seen, mut open) = (vec![from], std::collections::VecDeque::from([from]));
@@ -372,7 +406,7 @@ fn crossing(runways: &[RunwayAxis], a: usize, b: usize) -> Option<Crossing> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::traffic::network::{NetEdge, NetNode};
+    use crate::traffic::network::{NetNode, NetRunway};
 
     fn axis(a: [f64; 2], b: [f64; 2]) -> RunwayAxis {
         let ends = [Vector2::new(a[0], a[1]), Vector2::new(b[0], b[1])];
@@ -437,5 +471,55 @@ mod tests {
         assert_eq!(bar(98.0, true), Vector2::new(1000.0, -83.0));
         assert_eq!(bar(20.0, true), Vector2::new(1000.0, -88.0));
         assert_eq!(bar(98.0, false), Vector2::new(1000.0, -98.0));
+    }
+
+    /// A taxiway that passes a bar nearer to the runway than the bar is has the bar short of it, also where no node joins the two; one
+    /// beyond the bar, one across, one within the strip, and one that is farther along the runway change nothing.
+    #[test]
+    fn a_bar_is_short_of_the_taxiway_that_passes_it() {
+        let node = |at: [f64; 2]| NetNode {
+            name: String::new(),
+            at_m: Vector2::new(at[0], at[1]),
+            runway: None,
+            hold_for: None,
+            stand: None,
+            used: true,
+        };
+        let across_m = |ends: [[f64; 2]; 2], strip| {
+            let mut net = Network::default();
+            let hold = NetNode { hold_for: Some(0), ..node([1000.0, -60.0]) };
+            net.nodes = vec![hold, node(ends[0]), node(ends[1])];
+            net.edges = vec![NetEdge {
+                nodes: [1, 2],
+                two_way: true,
+                runway: None,
+                strip,
+                backtrack: false,
+                name: String::new(),
+                code: 4,
+                origin: None,
+            }];
+            net.runways = vec![NetRunway {
+                names: ["09".into(), "27".into()],
+                ends_m: [Vector2::new(0.0, 0.0), Vector2::new(3000.0, 0.0)],
+                displaced_m: [0.0; 2],
+                length_m: 3000.0,
+                width_m: 45.0,
+                spine: Vec::new(),
+                hold_distance_m: 90.0,
+                turn_pads: [false; 2],
+            }];
+            let runway = axis([0.0, 0.0], [3000.0, 0.0]);
+            Layout::new(vec![runway]).with_network(&net).bars[0].across_m.expect("a side")
+        };
+        assert_eq!(across_m([[900.0, -56.0], [1100.0, -56.0]], None), 48.5);
+        assert_eq!(across_m([[900.0, -61.0], [1100.0, -61.0]], None), 53.5, "a nose may stray");
+        assert_eq!(across_m([[970.0, -62.0], [1030.0, -50.0]], None), 42.5, "a bend");
+        assert_eq!(across_m([[970.0, -75.0], [1030.0, -50.0]], None), 60.0, "an exit");
+        assert_eq!(across_m([[900.0, -68.0], [1100.0, -68.0]], None), 60.0, "beyond the bar");
+        assert_eq!(across_m([[900.0, -56.0], [950.0, -56.0]], None), 60.0, "farther along");
+        assert_eq!(across_m([[900.0, 56.0], [1100.0, 56.0]], None), 60.0, "on the other side");
+        assert_eq!(across_m([[900.0, -56.0], [1100.0, -56.0]], Some(0)), 60.0, "in the strip");
+        assert_eq!(across_m([[900.0, -20.0], [1100.0, -20.0]], None), 60.0, "on the runway");
     }
 }
