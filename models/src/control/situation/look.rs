@@ -107,9 +107,9 @@ impl<'a> Look<'a> {
         // Nor has one touched down who comes, was never slower than a roll and is not over a runway: light ones come slower than
         // what is taken for a final.
         situation.airborne |= lands && situation.fast.is_none() && memory.last_fast.is_none();
-        // Without altitude: nobody is that fast on the ground but along a runway.
-        let flies = target.altitude_m.is_none() && speed_mps >= parameters.final_mps;
-        if flies && situation.fast.is_none() {
+        // Without altitude: nobody is that fast on the ground but along a runway, and who was sent around has climbed over it.
+        let flies = speed_mps >= parameters.final_mps || goes_around(strip) && situation.airborne;
+        if target.altitude_m.is_none() && flies && situation.fast.is_none() {
             situation.strips = 0;
         }
         if let Some(on_final) = situation.on_final {

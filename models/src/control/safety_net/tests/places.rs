@@ -262,6 +262,36 @@ fn who_jumps_time_and_again_is_silent_for_longer() {
     assert!(at >= 25 + 12, "{at}");
 }
 
+/// Light ones go around slower than what is taken for a final: they are over the strip, not in it.
+#[test]
+fn who_was_sent_around_is_over_the_strip_however_slow() {
+    let kinds = |kind| {
+        let mut board = Board::default();
+        for (name, kind) in [("ABC1", kind), ("DEP1", ClearanceKind::TakeOff)] {
+            assert!(board.give(Clearance {
+                callsign: Callsign::new(name),
+                kind,
+                runway: Some((0, Some(0))),
+                place_m: None,
+                from: SimTime::from_s(0.0),
+                until: None,
+            }));
+        }
+        let found = raised_with(board, Parameters::on_tracks(), 90, |s| {
+            let t = f64::from(s);
+            let comes = target(3, "ABC1", (0.0, -600.0 + 29.0 * t), (0.0, 29.0), s);
+            vec![comes, target(7, "DEP1", (0.0, 100.0 + 20.0 * t), (0.0, 20.0), s)]
+        });
+        found
+            .into_iter()
+            .map(|(_, kind)| kind)
+            .filter(|k| k.starts_with("RMCA"))
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(kinds(ClearanceKind::GoAround), Vec::<String>::new());
+    assert_eq!(kinds(ClearanceKind::Land)[..], ["RMCA_ROLL".to_owned()]);
+}
+
 /// A bar may stand farther from its runway than holding positions do elsewhere: there, too, who passes it is told of.
 #[test]
 fn a_bar_beyond_the_holding_distance_is_a_bar() {
