@@ -19,8 +19,8 @@
 //! The N most likely histories are kept; two that say the same are one.
 
 use super::gaussian::{Gaussian, Measurement, Nis};
-use super::mixtures::{PositionMoments, likeliest_after, ranked};
 use super::lanes::{Lane, Pair};
+use super::mixtures::{PositionMoments, likeliest_after, ranked};
 use super::modes::Modes;
 use super::motion::Step;
 use super::three_state::start_position;

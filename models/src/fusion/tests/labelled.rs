@@ -100,7 +100,13 @@ fn followed(paths: &[Box<Path>; 1], flights: &FlightList) -> Vec<SystemTrack> {
 }
 
 /// A report of FOLLOW1's own.
-pub(super) fn report(sensor: u16, kind: SensorKind, t: f64, sequence: u32, position_m: Vector2<f64>) -> Plot {
+pub(super) fn report(
+    sensor: u16,
+    kind: SensorKind,
+    t: f64,
+    sequence: u32,
+    position_m: Vector2<f64>,
+) -> Plot {
     Plot {
         sensor: SensorId(sensor),
         kind,
