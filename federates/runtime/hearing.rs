@@ -2,6 +2,7 @@
 //! plane and changes no result; a whole data plane that is dead is a fault that a person must hear of.
 
 use super::clock::WallNs;
+use super::messages::Kind;
 use std::collections::BTreeMap;
 
 /// What a data plane is called, for messages to people.
@@ -74,7 +75,8 @@ impl Hearing {
         self.producers.clear();
         self.run = run;
         let early = std::mem::take(&mut self.early);
-        for producer in producers.filter(|name| early.get(*name) == Some(&run)) {
+        for producer in producers.filter(|name| early.get(*name) == Some(&run) && sends_pdus(name))
+        {
             self.ready(self.now, producer, run);
         }
     }
@@ -86,6 +88,9 @@ impl Hearing {
             if run > self.run && (self.early.len() < EARLY || self.early.contains_key(producer)) {
                 self.early.insert(producer.to_owned(), run);
             }
+            return;
+        }
+        if !sends_pdus(producer) {
             return;
         }
         let heard = self.of(producer);
@@ -215,6 +220,11 @@ impl Hearing {
     }
 }
 
+/// Whether a member of this name sends PDUs: an SMDFM beside the first, and control, tell notices alone.
+fn sends_pdus(name: &str) -> bool {
+    ![Kind::Smdfm, Kind::Control].iter().any(|kind| name.starts_with(kind.name()))
+}
+
 impl Heard {
     fn sound(&mut self, text: String) -> String {
         self.alarm = Some(text.clone());
@@ -253,6 +263,20 @@ mod tests {
             said.extend(now);
         }
         (said, first)
+    }
+
+    #[test]
+    fn who_sends_no_pdus_is_not_missed_on_the_data_plane() {
+        let mut hearing = hearing(0.0);
+        let names = ["control", "smdfm-2", "traffic-generator-3"].map(str::to_owned);
+        hearing.ready(0, "smdfm-3", 1);
+        hearing.configure(1, names.iter());
+        for name in &names {
+            hearing.ready(0, name, 1);
+        }
+        let (said, _) = ticks(&mut hearing, 200, 5_000);
+        assert_eq!(said.len(), 1, "{said:?}");
+        assert!(said[0].contains("traffic-generator-3"), "{said:?}");
     }
 
     #[test]

@@ -259,7 +259,7 @@ pub fn run(context: MemberContext, federate: Box<dyn Federate>) -> Result<u8, Me
     }
     let code = 'run: loop {
         let now = monotonic_ns();
-        let look = if consumes { now + LOOK_NS } else { probing.due() };
+        let look = if consumes { now + LOOK_NS } else { u64::MAX }.min(probing.due());
         let next = member.deadline().unwrap_or(u64::MAX).min(status.due()).min(look);
         let wait = Duration::from_nanos(next.saturating_sub(now));
         let first = match receive.recv_timeout(wait) {
@@ -277,7 +277,7 @@ pub fn run(context: MemberContext, federate: Box<dyn Federate>) -> Result<u8, Me
                             status.due_now();
                         }
                         conductor_lost_at = None;
-                        if !consumes {
+                        if kind.sends_pdus() {
                             probing.order(&order.body, now);
                         }
                         if consumes && matches!(order.body, Order::Finish { .. }) {

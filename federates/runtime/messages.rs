@@ -105,6 +105,11 @@ impl Kind {
     pub fn beats(self) -> bool {
         self.essential() || self == Self::Visitors
     }
+    /// Whether it sends PDUs, and probes of the data plane; of the others only notices are read.
+    #[must_use]
+    pub fn sends_pdus(self) -> bool {
+        matches!(self, Self::TrafficGenerator | Self::ExternalWorld | Self::Visitors)
+    }
     /// Whether its process can take the place of a lost generator or of the external world.
     #[must_use]
     pub fn hosts(self) -> bool {

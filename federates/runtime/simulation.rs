@@ -430,7 +430,8 @@ impl Simulation {
                 }
                 Effect::Host { name: lost, .. } => {
                     self.note("taken over");
-                    if !self.nodes.get(name).is_some_and(|node| node.kind.hosts()) {
+                    let can = |who: &str| self.nodes.get(who).is_some_and(|node| node.kind.hosts());
+                    if !can(name) || !can(&lost) {
                         self.broken.push(format!("{name} is asked to take the place of {lost}"));
                     }
                     // One that has not heard yet that it is to leave does so when it hears it: nothing that it says counts.

@@ -758,3 +758,22 @@ fn a_fast_run_whose_federate_dies_ends_with_one() {
     let output = finish(run(&Ports::new(), &["--fast", "--duration", "20", "--no-viewer"]));
     assert_eq!(summary(&output)["faults"].as_array().map(Vec::len), Some(0));
 }
+
+/// A generator of behaving traffic that has nothing to send yet, and an SMDFM that never sends: the data plane is not dead, and nobody says so.
+#[test]
+fn a_generator_without_a_pdu_and_a_second_smdfm_are_no_dead_plane() {
+    let folder = common::Folder::new("quiet");
+    let scene = folder.file("quiet.toml");
+    let airports = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/airports");
+    let text = format!(
+        "[run]\ntitle = \"quiet\"\nseed = 77\nduration_s = 20\n[airport]\nlayout = \"{airports}/LZIB.apt.dat\"\n\
+         [[traffic]]\nkind = \"generated\"\narrivals_per_h = 24\ndepartures_per_h = 40\n\
+         [control]\nsees = \"tracks\"\ncontrollers = \"model\"\n"
+    );
+    std::fs::write(&scene, text).expect("a scene");
+    let arguments = [&scene, "--rate", "6", "--no-viewer", "--generators", "3", "--smdfms", "2"];
+    let output = finish(run(&Ports::new(), &arguments));
+    let said = stderr(&output);
+    assert_eq!(output.status.code(), Some(0), "{said}");
+    assert!(!said.contains("hears none"), "{said}");
+}

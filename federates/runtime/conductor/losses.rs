@@ -288,10 +288,11 @@ impl Conductor {
         if !self.may_return() || self.views.is_open() {
             return;
         }
+        let places = self.places();
         let waits = |n: &String| {
             let fresh = |m: &MemberEntry| m.returning && now < m.heard_at + self.stall_ns(n);
             let back = self.members.get(n).is_some_and(|m| m.alive || fresh(m));
-            !back && self.config.producers.contains(n) && self.on_loss(n) == OnLoss::TakeOver
+            !back && places.contains(n) && self.on_loss(n) == OnLoss::TakeOver
         };
         let lost: Vec<String> = self.lost_names().into_iter().filter(waits).collect();
         for name in lost {
