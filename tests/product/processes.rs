@@ -766,13 +766,15 @@ fn a_generator_without_a_pdu_and_a_second_smdfm_are_no_dead_plane() {
     let scene = folder.file("quiet.toml");
     let airports = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/airports");
     let text = format!(
-        "[run]\ntitle = \"quiet\"\nseed = 77\nduration_s = 20\n[airport]\nlayout = \"{airports}/LZIB.apt.dat\"\n\
+        "[run]\ntitle = \"quiet\"\nseed = 77\nduration_s = 240\n[airport]\nlayout = \"{airports}/LZIB.apt.dat\"\n\
          [[traffic]]\nkind = \"generated\"\narrivals_per_h = 24\ndepartures_per_h = 40\n\
          [control]\nsees = \"tracks\"\ncontrollers = \"model\"\n"
     );
     std::fs::write(&scene, text).expect("a scene");
     let arguments = [&scene, "--rate", "6", "--no-viewer", "--generators", "3", "--smdfms", "2"];
-    let output = finish(run(&Ports::new(), &arguments));
+    let mut command = run(&Ports::new(), &arguments);
+    command.args(["--duration", "20"]);
+    let output = finish(command);
     let said = stderr(&output);
     assert_eq!(output.status.code(), Some(0), "{said}");
     assert!(!said.contains("hears none"), "{said}");
