@@ -351,6 +351,21 @@ fn a_consumer_makes_nothing_of_one_that_the_run_goes_on_without() {
     }
 }
 
+/// Open: with an outsider, under takeover, the external world is lost, then the SMDFM, then the generator whose process had made the
+/// world again; the SMDFM is back after 9 s, and control, generators and SMDFM make another run. Found by other random cases than CI's.
+#[test]
+#[ignore = "an open fault: digests differ"]
+fn a_world_its_host_and_the_smdfm_lost_within_half_a_second_make_the_same_run() {
+    let mut net = net(9_506_185_349_902_963_395, config(true, "takeover"), 14);
+    run(&mut net, |from| {
+        let all = [(WORLD, 0), (GENERATORS[1], 407), (SMDFM, 388)];
+        all.into_iter()
+            .flat_map(|(who, gap)| killed(from + (1_327 + gap) * MS, who, 9_300))
+            .collect()
+    });
+    came_back(&net, true);
+}
+
 /// A generator may have made what control said in a frame that nobody holds but the SMDFM's inputs: control's cut is before it, those of the
 /// generators are not, and the SMDFM, who reads no control, stands at theirs.
 #[test]
