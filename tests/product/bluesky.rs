@@ -5,7 +5,7 @@ use crate::common::{
 };
 use crate::peers::{python, skipped};
 use serde_json::Value;
-use std::process::{Command, Stdio};
+use std::process::Command;
 
 const BRIDGE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/clients/bluesky");
 const CLIENT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/clients/python/src");
@@ -40,8 +40,8 @@ fn bluesky_as_it_was_recorded_is_in_the_run() {
     let same = ["zurich", "--duration", "30", "--seed", "7", "--no-viewer"];
     let mut command = run(&ports, &same);
     command.args(["--rate", "2", "--visitors", "--wait", "--record", &recording]);
-    command.arg(format!("--public={public}")).stdout(Stdio::piped()).stderr(Stdio::piped());
-    let child = command.spawn().expect("it starts");
+    command.arg(format!("--public={public}"));
+    let mut going = Background::start(command);
     let log = folder.file("again.jsonl");
     let said = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/bluesky/zurich.jsonl");
     let mut bridge = program(&python, &[&format!("{BRIDGE}/bridge.py"), "--endpoint", &public]);
@@ -54,11 +54,14 @@ fn bluesky_as_it_was_recorded_is_in_the_run() {
     assert!(wait_for(SOON, heard).is_some(), "the bridge");
     let started = || operate(&ports, &["start"]).0.then_some(());
     assert!(wait_for(SOON, started).is_some(), "it starts once all are there");
-    let output = child.wait_with_output().expect("it ends");
+    let stdout = going.0.stdout.take().expect("piped");
+    assert_eq!(going.wait(SOON), Some(0), "it ends in order");
     drop(bridge);
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let text = std::io::read_to_string(stdout).expect("its words");
+    let over: Value =
+        serde_json::from_str(text.trim().lines().last().expect("a summary")).expect("JSON");
     let alone = finish(run(&Ports::new(), &[&same[..], &["--fast"]].concat()));
-    assert_eq!(summary(&output)["digest"], summary(&alone)["digest"], "it changes nothing");
+    assert_eq!(over["digest"], summary(&alone)["digest"], "it changes nothing");
 
     let database = rusqlite::Connection::open(folder.file("run.sqlite")).expect("the database");
     let mut rows = database
