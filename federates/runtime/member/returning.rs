@@ -156,10 +156,12 @@ impl Member {
         frame: Frame,
     ) -> Result<(), String> {
         for at in logged {
-            let Some(upto) = at.made.map(|made| made.min(frame)) else { continue };
+            // Who is made again past the consumer's own frame hears what was said until then; the consumer is told that itself.
+            let said = if at.absent { at.made } else { at.made.max(at.logged) };
+            let Some(upto) = said.map(|said| said.min(frame)) else { continue };
             for told in past.read(&at.name, upto)? {
                 making.hear(&at.name, &told);
-                if self.producers.contains_key(&at.name) {
+                if Some(told.frame) <= at.made && self.producers.contains_key(&at.name) {
                     self.take_logged(&at.name, told);
                 }
             }
