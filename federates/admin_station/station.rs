@@ -8,7 +8,7 @@ use crate::runtime::bus::{Bus, Class, Request};
 use crate::runtime::clock::{WallNs, utc_ns};
 use crate::runtime::clock_watch::Clocks;
 use crate::runtime::codec::{decode, encode};
-use crate::runtime::conductor::{ClosedRun, Effect, Input, Token};
+use crate::runtime::conductor::{ClosedRun, Effect, Input, Token, Why};
 use crate::runtime::federate::Publication;
 use crate::runtime::life_cycle::Phase;
 use crate::runtime::member::CONDUCTOR;
@@ -370,12 +370,13 @@ impl Station {
                 let publication = Publication { key, class: Class::Lossy, body, retained };
                 self.retained.publish(&*self.bus, publication)?;
             }
-            Effect::Reached { phase, frame, reason } => {
-                match &reason {
-                    Some(why) => tracing::error!("{phase} at frame {frame}: {why}"),
+            Effect::Reached { phase, frame, why } => {
+                match &why {
+                    Some(Why::Fault(why)) => tracing::error!("{phase} at frame {frame}: {why}"),
+                    Some(Why::Given(why)) => tracing::info!("{phase} at frame {frame}: {why}"),
                     None => tracing::info!("{phase} at frame {frame}"),
                 }
-                (self.reached)(phase, frame, reason.as_deref());
+                (self.reached)(phase, frame, why.as_ref().map(Why::text));
             }
             Effect::Closed(mut run) => {
                 run.reasons.extend(self.broken.iter().cloned());

@@ -1,7 +1,7 @@
 //! Advice in words, as seats, the log and pages get it.
 
 use crate::runtime::messages::{AdviceNotice, Frame};
-use models::control::advice::{Advice, What};
+use models::control::advice::{Advice, Became, What};
 use models::control::clearance::ClearanceKind;
 use models::time::SimTime;
 
@@ -134,14 +134,14 @@ impl Names<'_> {
     }
 
     /// An advice as it stands after something became of it.
-    pub(super) fn notice(&self, frame: Frame, change: &str, a: &Advice) -> AdviceNotice {
+    pub(super) fn notice(&self, frame: Frame, change: Became, a: &Advice) -> AdviceNotice {
         let (text, otherwise) = self.words(a);
         let subjects = [Some(a.flight), a.other].into_iter().flatten().map(|f| self.flight(f));
         AdviceNotice {
             id: a.id,
             frame,
-            change: change.to_owned(),
-            kind: a.kind().word().to_owned(),
+            change,
+            kind: a.kind(),
             seat: a.seat.name(),
             subjects: subjects.collect::<Vec<_>>().join(" "),
             text,
@@ -149,7 +149,7 @@ impl Names<'_> {
             unit: a.kind().unit().to_owned(),
             otherwise,
             until_ns: SimTime::from_s(a.until_s).0,
-            decision: a.decision.0.word().to_owned(),
+            decision: a.decision.0,
             by_person: a.decision.1,
         }
     }

@@ -10,7 +10,7 @@ mod people;
 mod seats;
 
 use crate::exchange::driven;
-use crate::exchange::flights::{flight_list, movement_word};
+use crate::exchange::flights::flight_list;
 use crate::exchange::repeated::Repeated;
 use crate::exchange::seats::{seat_facts, seat_values};
 use crate::federation::{closes_loop, is_front_end, loop_frames, on_tracks};
@@ -24,13 +24,13 @@ use crate::runtime::messages::{
     RunConfig, SeatMessage, TrackNotice,
 };
 use models::control::alert::{Alert, Change};
-use models::control::clearance::{Board, Clearance, ClearanceKind};
+use models::control::clearance::{Board, Clearance};
 use models::control::layout::{Layout, StopBar};
 use models::control::lights::{self, Failed, FailedBars};
 use models::control::parameters::Parameters;
 use models::control::safety_net::{SafetyNet, Scan};
 use models::control::situation::{Target, TargetClass};
-use models::flight_list::FlightList;
+use models::flight_list::{FlightList, MovementKind};
 use models::frames::Vector2;
 use models::plot::Callsign;
 use models::time::SimTime;
@@ -140,7 +140,7 @@ impl Control {
     }
 
     fn clear(&mut self, c: &ClearanceNotice) {
-        let Some(kind) = ClearanceKind::of(&c.kind) else { return };
+        let kind = c.kind;
         let callsign = Callsign::new(&c.callsign);
         let runway = self.net.layout().runway(&c.runway);
         if let Some(until_ns) = c.until_ns {
@@ -167,20 +167,17 @@ impl Control {
         let named = entry.map_or("", |e| e.type_designator.as_str());
         let designator = if t.type_designator.is_empty() { named } else { &t.type_designator };
         let size = self.scene.traffic.types.get(designator);
-        let movement = match entry.map(|e| e.movement) {
-            Some(movement) if t.movement.is_empty() => movement_word(movement),
-            _ => &t.movement,
-        };
+        let movement = t.movement.or(entry.map(|e| e.movement));
         let class = match movement {
-            "arrival" | "departure" => TargetClass::Aircraft,
-            "vehicle" => TargetClass::Vehicle,
-            _ => TargetClass::Unknown,
+            Some(MovementKind::Arrival | MovementKind::Departure) => TargetClass::Aircraft,
+            Some(MovementKind::Vehicle) => TargetClass::Vehicle,
+            None => TargetClass::Unknown,
         };
         Target {
             number: t.number,
             callsign,
             class,
-            arriving: movement == "arrival",
+            arriving: movement == Some(MovementKind::Arrival),
             length_m: size.map_or(0.0, |row| row.class.length_m),
             position_m: Vector2::new(t.position_m[0], t.position_m[1]),
             velocity_mps: Vector2::new(t.velocity_mps[0], t.velocity_mps[1]),
@@ -228,19 +225,14 @@ impl Control {
 }
 
 fn message(run: u32, now: SimTime, change: Change, alert: &Alert) -> AlertMessage {
-    let word = match change {
-        Change::Raised => "raised",
-        Change::Changed => "changed",
-        Change::Ended => "ended",
-    };
     let place = alert.condition.place_m;
     AlertMessage {
         run,
         time_ns: now.0,
-        change: word.into(),
+        change,
         id: alert.id,
-        kind: alert.condition.kind.word(),
-        stage: alert.condition.stage.word().into(),
+        kind: alert.condition.kind,
+        stage: alert.condition.stage,
         subjects: alert.subjects(),
         since_ns: alert.since.0,
         asterix: alert.condition.kind.asterix(),
@@ -334,8 +326,8 @@ impl Federate for Control {
             .map(|(change, alert)| message(self.run, now, *change, alert))
             .collect();
         for m in &told {
-            if m.change == "raised" {
-                *self.raised.entry(m.kind.clone()).or_default() += 1;
+            if m.change == Change::Raised {
+                *self.raised.entry(m.kind.word()).or_default() += 1;
             }
         }
         if !told.is_empty() {

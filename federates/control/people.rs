@@ -122,7 +122,7 @@ impl People {
             let at_s = frame as f64 * self.step_s;
             let done = match &input.order.action {
                 SeatAction::Decide { callsign, kind, accept } => {
-                    let of = (callsign.as_str(), kind.as_str(), *accept);
+                    let of = (callsign.as_str(), *kind, *accept);
                     let decided = self.decided(at_s, &input, of, callsigns, advisor);
                     decided.and_then(|(text, change)| {
                         let says = change.advice().what.clearance().filter(|_| *accept);
@@ -130,10 +130,8 @@ impl People {
                         let Some(clearance) = says else { return Ok((text, None)) };
                         // Accepting it is saying it.
                         let mut said = input.clone();
-                        said.order.action = SeatAction::Say {
-                            callsign: callsign.clone(),
-                            clearance: clearance.word().to_owned(),
-                        };
+                        let callsign = callsign.clone();
+                        said.order.action = SeatAction::Say { callsign, clearance };
                         self.done(at_s, &said, asked, callsigns, actors)
                     })
                 }
@@ -215,15 +213,14 @@ impl People {
                 actors.give_up(seat);
                 Ok((format!("{} is the model's again", order.seat), None))
             }
-            SeatAction::Say { callsign, clearance } => {
+            SeatAction::Say { callsign, clearance: kind } => {
+                let (kind, word) = (*kind, kind.word());
                 let flight = callsigns.iter().position(|c| c == callsign);
                 let flight = flight.ok_or_else(|| format!("there is no flight {callsign:?}"))?;
-                let kind = ClearanceKind::of(clearance)
-                    .ok_or_else(|| format!("there is no clearance {clearance:?}"))?;
                 let what = self.possible(flight as u32, callsign, kind, asked)?;
                 let whose = Seat::of(kind, what.group);
                 if whose != seat {
-                    return Err(format!("{clearance} for {callsign} is given by {}", whose.name()));
+                    return Err(format!("{word} for {callsign} is given by {}", whose.name()));
                 }
                 let given =
                     actors.say(at_s, seat, what).map_err(|why| format!("{callsign} {why}"))?;
@@ -235,7 +232,7 @@ impl People {
                 if let Some(given) = &given {
                     self.under_way.insert(what.flight, (kind, seat, given.acts_s));
                 }
-                Ok((format!("{callsign}: {clearance}"), given))
+                Ok((format!("{callsign}: {word}"), given))
             }
             SeatAction::Here
             | SeatAction::Take
@@ -252,16 +249,13 @@ impl People {
         &mut self,
         at_s: f64,
         input: &SeatInput,
-        (callsign, kind, accept): (&str, &str, bool),
+        (callsign, kind, accept): (&str, Kind, bool),
         callsigns: &[String],
         advisor: &mut Option<Advisor>,
     ) -> Result<(String, advice::Change), String> {
         let seat = self.held_by(at_s, &input.order.seat, &input.order.person)?;
         let advisor =
             advisor.as_mut().ok_or("this scene gives no advice: [control] advice = true")?;
-        let words = || Kind::ALL.map(Kind::word).join(", ");
-        let kind =
-            Kind::of(kind).ok_or_else(|| format!("there is no advice {kind:?}: {}", words()))?;
         let flight = callsigns.iter().position(|c| c == callsign);
         let flight = flight.ok_or_else(|| format!("there is no flight {callsign:?}"))? as u32;
         if let Some(other) = advisor.of(kind, flight).filter(|a| a.seat != seat) {

@@ -12,7 +12,7 @@ use models::control::actors::message::{Message, Seat};
 use models::control::actors::pilot::Habits;
 use models::control::actors::sight::{Sight, Waiting};
 use models::control::actors::{Actors, Wanted};
-use models::control::advice::{self, Advisor, Departing, Picture};
+use models::control::advice::{self, Advisor, Became, Departing, Picture};
 use models::control::clearance::{Board, ClearanceKind};
 use models::control::safety_net::SafetyNet;
 use models::plot::Callsign;
@@ -118,10 +118,9 @@ impl Seats {
     ) -> Vec<SeatEvent> {
         let layout = net.layout();
         let waiting = |w: &WantNotice| {
-            let kind = ClearanceKind::of(&w.kind)?;
             let callsign = self.callsigns.get(w.flight as usize)?;
             Some(Waiting {
-                wanted: Wanted { flight: w.flight, kind, group: w.group },
+                wanted: Wanted { flight: w.flight, kind: w.kind, group: w.group },
                 strip: board.find(Callsign::new(callsign)).map(|i| i as u32),
                 runway: layout.runway(&w.runway).map(|r| r.0),
             })
@@ -176,7 +175,7 @@ impl Seats {
             self.given += 1;
             let notice = GivenNotice {
                 flight: given.flight,
-                kind: given.kind.word().to_owned(),
+                kind: given.kind,
                 seat: given.seat.name(),
                 by_person: given.by_person,
                 number: self.given,
@@ -188,7 +187,7 @@ impl Seats {
         }
         let axes: Vec<String> = layout.runways.iter().map(|axis| axis.names.join("/")).collect();
         let names = self.names(&axes);
-        let advised = advised.iter().map(|c| names.notice(frame, c.word(), c.advice()));
+        let advised = advised.iter().map(|c| names.notice(frame, c.became(), c.advice()));
         events.extend(advised.map(SeatEvent::Advised));
         self.tell(&mut events);
         self.show(frame, now.s(), (asked, &axes), out);
@@ -224,11 +223,11 @@ impl Seats {
         let standing = self.advisor.iter().flat_map(Advisor::standing);
         let advice: Vec<serde_json::Value> = standing
             .map(|a| {
-                let told = names.notice(frame, "", a);
+                let told = names.notice(frame, Became::Given, a);
                 json!({
-                    "id": told.id, "kind": told.kind, "seat": told.seat, "subjects": told.subjects, "text": told.text,
+                    "id": told.id, "kind": told.kind.word(), "seat": told.seat, "subjects": told.subjects, "text": told.text,
                     "value": told.value, "unit": told.unit, "otherwise": told.otherwise,
-                    "until_s": SimTime(told.until_ns).s(), "decision": told.decision, "by_person": told.by_person,
+                    "until_s": SimTime(told.until_ns).s(), "decision": told.decision.word(), "by_person": told.by_person,
                     "what_if": names.question(a, now_s),
                 })
             })
@@ -252,8 +251,8 @@ impl Seats {
         events.extend(messages.into_iter().map(|m: Message| SeatEvent::Spoke {
             time_ns: SimTime::from_s(m.at_frame as f64 * self.step_s).0,
             between: [name(m.from), name(m.to)],
-            kind: m.kind.word().to_owned(),
-            clearance: m.body.word().to_owned(),
+            kind: m.kind,
+            clearance: m.body,
         }));
         self.messages = told;
         let samples = &self.actors.samples()[self.samples..];

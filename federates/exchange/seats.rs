@@ -1,8 +1,9 @@
 //! What controllers' seats did, as figures for the administration station, the summary of a run and its log.
 
 use crate::runtime::messages::{SeatEvent, SeatMessage};
-use models::control::actors::message::Seat;
+use models::control::actors::message::{MessageKind, Seat};
 use models::control::actors::{Actors, Sample};
+use models::control::clearance::ClearanceKind;
 use models::time::SimTime;
 use std::collections::BTreeMap;
 
@@ -82,7 +83,7 @@ pub fn figures(minutes: &[Minute]) -> Vec<(String, Figures)> {
 }
 
 /// A message as the table `radio` has it: time of its last word (ns), sender, receiver, kind, clearance.
-pub type Spoken = (i64, [String; 2], String, String);
+pub type Spoken = (i64, [String; 2], MessageKind, ClearanceKind);
 
 /// What controllers and pilots did in a run, wherever they sat.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -106,12 +107,9 @@ impl People {
                 | SeatEvent::Input { .. }
                 | SeatEvent::Silent { .. }
                 | SeatEvent::Advised(_) => {}
-                SeatEvent::Spoke { time_ns, between, kind, clearance } => people.messages.push((
-                    *time_ns,
-                    between.clone(),
-                    kind.clone(),
-                    clearance.clone(),
-                )),
+                SeatEvent::Spoke { time_ns, between, kind, clearance } => {
+                    people.messages.push((*time_ns, between.clone(), *kind, *clearance))
+                }
                 SeatEvent::Minute { time_ns, seat, busy, queue, on_air_s } => {
                     people.minutes.push(Minute {
                         time_ns: *time_ns,

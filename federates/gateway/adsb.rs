@@ -10,6 +10,7 @@ use crate::runtime::messages::{ScanReport, TruthMessage};
 use geodesy::Enu;
 use mode_s::sbs::{self, Line, Says};
 use mode_s::{Due, Emitter, FOOT_M, Reading, Schedule, Target, beast, read};
+use models::flight_list::WakeCategory;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 
@@ -59,14 +60,14 @@ fn addressed(
     let [east_m, north_m, up_m] = truth.position_m;
     let place = gateway.frame.to_ecef(Enu { east_m, north_m, up_m }).to_geodetic();
     let above_m = place.height_m - gateway.elevation_m;
-    let wake = flight.map_or("", |f| f.wake.as_str());
+    let wake = flight.and_then(|f| f.wake);
     let category = match (truth.aircraft, wake) {
         (false, _) if truth.type_designator == "FIRE" => 0xc1,
         (false, _) => 0xc2,
-        (true, "L") => 0xa1,
-        (true, "M") => 0xa3,
-        (true, "H" | "J") => 0xa5,
-        (true, _) => 0xa0,
+        (true, Some(WakeCategory::Light)) => 0xa1,
+        (true, Some(WakeCategory::Medium)) => 0xa3,
+        (true, Some(WakeCategory::Heavy | WakeCategory::Super)) => 0xa5,
+        (true, None) => 0xa0,
     };
     Some(Addressed {
         id: truth.id,

@@ -101,8 +101,10 @@ impl std::fmt::Debug for Rights {
     }
 }
 
-const NAMES: [&str; 10] =
-    ["freeze", "start", "resume", "stop", "restart", "step", "rate", "status", "give", "release"];
+const NAMES: [&str; 11] = [
+    "freeze", "start", "resume", "stop", "restart", "step", "rate", "status", "move", "give",
+    "release",
+];
 /// Frames of the longest step.
 const LONGEST_STEP: u64 = 1_000_000;
 
@@ -114,6 +116,8 @@ struct Asked {
     rate: Option<f64>,
     client: Option<String>,
     callsign: Option<String>,
+    name: Option<String>,
+    to: Option<String>,
 }
 
 /// What a command's JSON asks for, and who says that he asks.
@@ -146,6 +150,10 @@ pub fn read(octets: &[u8]) -> Result<(Wish, String), String> {
         "stop" => Command::Stop,
         "restart" => Command::Restart,
         "status" => Command::Status,
+        "move" => match (asked.name, asked.to) {
+            (Some(name), Some(to)) => Command::Move { name, to },
+            _ => return Err("move: give name, whose place, and to, whose process takes it".into()),
+        },
         "step" => match asked.n.unwrap_or(1) {
             n @ 1..=LONGEST_STEP => Command::Step { n },
             n => return Err(format!("n is {n}; a step has 1 to {LONGEST_STEP} frames")),
@@ -234,6 +242,17 @@ mod tests {
                 r#"{"command":"rate"}"#,
                 Ok((Command::Rate { rate: f64::INFINITY }, "client:unnamed")),
             ),
+            (
+                r#"{"command":"move","name":"traffic-generator-2","to":"external-world"}"#,
+                Ok((
+                    Command::Move {
+                        name: "traffic-generator-2".to_owned(),
+                        to: "external-world".to_owned(),
+                    },
+                    "client:unnamed",
+                )),
+            ),
+            (r#"{"command":"move","name":"external-world"}"#, Err("whose process takes it")),
             (r#"{"command":"freez"}"#, Err("nearest is freeze")),
             (r#"{"command":"step","n":0}"#, Err("1 to 1000000")),
             (r#"{"command":"rate","rate":-1}"#, Err("0.001 to 1000")),

@@ -1,5 +1,7 @@
 //! What texts, codes and levels look like inside items.
 
+use models::flight_list::WakeCategory;
+
 /// One foot, m.
 pub const FOOT_M: f64 = 0.3048;
 
@@ -42,14 +44,14 @@ pub fn fleet_011(designator: &str) -> u8 {
 
 /// Emitter category of an aircraft by its wake category, of a vehicle by its type.
 #[must_use]
-pub fn emitter(aircraft: bool, wake: &str, designator: &str) -> u8 {
+pub fn emitter(aircraft: bool, wake: Option<WakeCategory>, designator: &str) -> u8 {
     match (aircraft, wake) {
         (false, _) if designator == "FIRE" => 20,
         (false, _) => 21,
-        (_, "L") => 1,
-        (_, "M") => 3,
-        (_, "H" | "J") => 5,
-        _ => 0,
+        (true, Some(WakeCategory::Light)) => 1,
+        (true, Some(WakeCategory::Medium)) => 3,
+        (true, Some(WakeCategory::Heavy | WakeCategory::Super)) => 5,
+        (true, None) => 0,
     }
 }
 
@@ -90,8 +92,8 @@ mod tests {
         assert_eq!((fleet("FOLLOWME"), fleet_011("FOLLOWME")), (16, 0));
         assert_eq!((fleet("CAR"), fleet_011("CAR")), (0, 16));
         assert_eq!((fleet("BUS"), fleet_011("BUS")), (9, 9));
-        assert_eq!([("L", 1), ("M", 3), ("J", 5)].map(|(w, _)| emitter(true, w, "")), [1, 3, 5]);
-        assert_eq!(emitter(false, "", "FIRE"), 20);
+        assert_eq!(["L", "M", "J"].map(|w| emitter(true, WakeCategory::of(w), "")), [1, 3, 5]);
+        assert_eq!(emitter(false, None, "FIRE"), 20);
     }
 
     #[test]

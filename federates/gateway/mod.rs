@@ -28,7 +28,9 @@ pub mod tracks;
 use crate::runtime::messages::{FlightNotice, ScanReport, TrackMessage, WeatherNotice};
 use asterix::{DATAGRAM_LIMIT, EncodeError, Packer, cat010, cat019, cat065, cat247};
 use geodesy::{Enu, LocalFrame};
+use models::plot::SensorKind;
 use models::score::areas::{AreaMap, AreaRules};
+use models::track::TrackStatus;
 use scenarios::Scene;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -70,19 +72,19 @@ impl Choice {
 }
 
 /// A sensor as a source of datagrams.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Source {
     /// Its number, which is its SIC.
     pub sic: u8,
-    /// "asde", "gps", "dgps", "adsb", "mlat", "loop", "dynamic".
-    pub kind: String,
+    /// Its kind.
+    pub kind: SensorKind,
 }
 
 impl Source {
     /// The category of its reports.
     #[must_use]
     pub fn category(&self, choice: &Choice) -> u8 {
-        match self.kind.as_str() {
+        match self.kind.word {
             "mlat" => 20,
             "adsb" if choice.has(21) => 21,
             _ => 10,
@@ -96,7 +98,7 @@ pub(crate) struct Memory {
     /// Time of the first message, ns.
     pub(crate) first_ns: i64,
     /// Time of the last plot of each kind, ns.
-    pub(crate) plots: BTreeMap<String, i64>,
+    pub(crate) plots: BTreeMap<&'static str, i64>,
     /// Sensors that fed it in this scan and in the one before.
     pub(crate) fed: [BTreeSet<u16>; 2],
 }
@@ -127,7 +129,7 @@ impl Gateway {
     pub fn new(scene: &Scene, choice: Choice) -> Self {
         let sources = scene.sensors.iter().filter_map(|sensor| {
             let sic = u8::try_from(sensor.id.0).ok().filter(|n| u16::from(*n) <= MOST_SENSORS)?;
-            Some(Source { sic, kind: sensor.kind.word.to_owned() })
+            Some(Source { sic, kind: sensor.kind })
         });
         Self {
             choice,
@@ -271,8 +273,12 @@ impl Gateway {
         for (reason, count) in out.refused {
             *self.refused.entry(reason).or_default() += count;
         }
-        let ended: Vec<u16> =
-            scan.tracks.iter().filter(|t| t.status == "last").map(|t| t.number).collect();
+        let ended: Vec<u16> = scan
+            .tracks
+            .iter()
+            .filter(|t| t.status == TrackStatus::Last)
+            .map(|t| t.number)
+            .collect();
         ended.iter().for_each(|number| drop(self.memory.remove(number)));
         out.packer.take()
     }
@@ -305,7 +311,7 @@ impl Gateway {
         }
         for plot in &scan.plots {
             let Some(memory) = plot.track.and_then(|n| self.memory.get_mut(&n)) else { continue };
-            let newest = memory.plots.entry(plot.kind.clone()).or_insert(plot.time_ns);
+            let newest = memory.plots.entry(plot.kind.word).or_insert(plot.time_ns);
             *newest = plot.time_ns.max(*newest);
             memory.fed[0].insert(plot.sensor);
         }
@@ -314,7 +320,7 @@ impl Gateway {
     /// Start of cycle of every sensor that has cycles, and status where it is due.
     fn cycle(&self, out: &mut Out, begin_ns: i64, status: bool) {
         let time_s = self.of_day_s(begin_ns);
-        for source in self.sources.iter().filter(|s| s.kind != "adsb") {
+        for source in self.sources.iter().filter(|s| s.kind != SensorKind::Adsb) {
             let (sic, mlat) = (source.sic, source.category(&self.choice) == 20);
             if !self.choice.has(if mlat { 19 } else { 10 }) {
                 continue;

@@ -4,6 +4,7 @@ use super::items::{FOOT_M, emitter, fleet, ident, nac_p};
 use super::{Gateway, Source};
 use crate::runtime::messages::{FlightNotice, PlotMessage, ScanReport};
 use asterix::{EncodeError, Packer, cat010, cat020, cat021};
+use models::flight_list::MovementKind;
 
 /// Height above the reference below which a target that reports itself counts as on the ground, m.
 pub(crate) const ON_GROUND_M: f64 = 15.0;
@@ -38,7 +39,7 @@ struct Report<'a> {
 
 impl Report<'_> {
     fn cooperative(&self) -> bool {
-        matches!(self.source.kind.as_str(), "adsb" | "mlat" | "gps" | "dgps")
+        matches!(self.source.kind.word, "adsb" | "mlat" | "gps" | "dgps")
     }
 
     fn on_ground(&self) -> u8 {
@@ -48,9 +49,9 @@ impl Report<'_> {
 
     /// 1 aircraft, 2 vehicle, 0 unknown.
     fn target(&self) -> u8 {
-        match self.flight.map(|f| f.movement.as_str()) {
+        match self.flight.map(|f| f.movement) {
             None => 0,
-            Some("vehicle") => 2,
+            Some(MovementKind::Vehicle) => 2,
             Some(_) => 1,
         }
     }
@@ -78,7 +79,9 @@ impl Report<'_> {
     }
 
     fn fleet(&self) -> Option<u8> {
-        self.flight.filter(|f| f.movement == "vehicle").map(|f| fleet(&f.type_designator))
+        self.flight
+            .filter(|f| f.movement == MovementKind::Vehicle)
+            .map(|f| fleet(&f.type_designator))
     }
 
     fn time_s(&self) -> f64 {
@@ -87,7 +90,7 @@ impl Report<'_> {
 
     fn record_010(&self, packer: &mut Packer) -> Result<(), EncodeError> {
         let plot = self.plot;
-        let (kind, corrected) = match self.source.kind.as_str() {
+        let (kind, corrected) = match self.source.kind.word {
             "asde" => (3, 0),
             "mlat" => (1, 0),
             "dgps" => (2, 1),
@@ -181,7 +184,7 @@ impl Report<'_> {
             }
             if let Some(flight) = self.flight {
                 let aircraft = vehicle == 0;
-                let category = emitter(aircraft, &flight.wake, &flight.type_designator);
+                let category = emitter(aircraft, flight.wake, &flight.type_designator);
                 items.put(&cat021::I020, &[category])?;
             }
             // Speed and track on the ground have no item of their own: surface ground vector of the reserved expansion field.

@@ -3,7 +3,11 @@
 //! Within `/1` keys are only added; a key that is removed or means something else is `/2`. What is not known is absent, never
 //! null and never NaN. Angles are degrees clockwise from north, positions metres east and north of the reference point.
 
-use serde::Serialize;
+use models::flight_list::MovementKind;
+use models::plot::SensorKind;
+use models::track::{TrackStatus, TrackType};
+use models::words::Word;
+use serde::{Serialize, Serializer};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 
@@ -63,6 +67,40 @@ impl<T: Public> Public for BTreeMap<String, T> {
     }
 }
 
+/// A value that is said as its word.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Said<T>(pub T);
+
+impl<T: Word> Serialize for Said<T> {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        to.serialize_str(&self.0.said())
+    }
+}
+
+impl<T: Word> Public for Said<T> {
+    fn schema() -> Value {
+        json!({"type": "string", "enum": T::words()})
+    }
+}
+
+/// The same where there may be none: the empty word.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SaidOrEmpty<T>(pub Option<T>);
+
+impl<T: Word> Serialize for SaidOrEmpty<T> {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        to.serialize_str(&self.0.as_ref().map(Word::said).unwrap_or_default())
+    }
+}
+
+impl<T: Word> Public for SaidOrEmpty<T> {
+    fn schema() -> Value {
+        let mut words = T::words();
+        words.push("".into());
+        json!({"type": "string", "enum": words})
+    }
+}
+
 impl Public for [f64; 4] {
     fn schema() -> Value {
         json!({"type": "array", "items": {"type": "number"}, "minItems": 4, "maxItems": 4})
@@ -117,16 +155,16 @@ public! {
     Track {
         /// Track number, 0 to 4095 (4096 to 8191: begun by an outsider's plot).
         track: u16,
-        /// tentative, confirmed, coasting or last.
-        status: String,
-        /// none, aircraft or vehicle.
-        r#type: String,
+        /// Where it is in its life.
+        status: Said<TrackStatus>,
+        /// Whether it is an aircraft or a vehicle of the flight list.
+        r#type: Said<TrackType>,
         /// Call sign of the label; empty if none.
         callsign: String,
         /// Type designator; empty if none.
         type_designator: String,
-        /// arrival, departure, vehicle or empty.
-        movement: String,
+        /// What its label says that it is about; empty if none.
+        movement: SaidOrEmpty<MovementKind>,
         /// m east of the reference point.
         x_m: f64,
         /// m north of the reference point.
@@ -172,7 +210,7 @@ public! {
         /// Number within sensor and scan.
         sequence: u32,
         /// Kind of the sensor.
-        kind: String,
+        kind: Said<SensorKind>,
         /// Time of the measurement, ns of simulated time.
         time_ns: i64,
         /// m east of the reference point.

@@ -3,6 +3,8 @@
 use super::*;
 use crate::runtime::messages::PlotMessage;
 use asterix::{Record, blocks, cat011, cat062};
+use models::flight_list::{MovementKind, WakeCategory};
+use models::track::TrackType;
 
 fn scene() -> Scene {
     scenarios::load_without_truth(&scenarios::locate("zurich")).expect("the scene")
@@ -11,8 +13,8 @@ fn scene() -> Scene {
 fn track(number: u16, time_ns: i64) -> TrackMessage {
     TrackMessage {
         number,
-        track_type: "aircraft".into(),
-        status: "confirmed".into(),
+        track_type: TrackType::Aircraft,
+        status: TrackStatus::Confirmed,
         first: false,
         time_ns,
         position_m: [1200.25, -3400.5],
@@ -25,8 +27,8 @@ fn track(number: u16, time_ns: i64) -> TrackMessage {
         manoeuvre: false,
         callsign: "swr_137h".into(),
         type_designator: "A320".into(),
-        wake: "M".into(),
-        movement: "arrival".into(),
+        wake: Some(WakeCategory::Medium),
+        movement: Some(MovementKind::Arrival),
         runway_stand: "28/E_19".into(),
         ctd_eta_ns: Some(time_ns + 4_000_000_000),
         routing: Vec::new(),
@@ -39,7 +41,7 @@ fn track(number: u16, time_ns: i64) -> TrackMessage {
 fn plot(sensor: u16, time_ns: i64) -> PlotMessage {
     PlotMessage {
         sensor,
-        kind: "asde".into(),
+        kind: SensorKind::Asde,
         time_ns,
         position_m: [1200.0, -3400.0],
         cov_m2: [4.0, 0.0, 4.0],
@@ -100,7 +102,7 @@ fn the_time_of_day_goes_on_at_midnight() {
 #[test]
 fn a_track_says_what_its_message_says_and_nothing_of_the_truth() {
     let mut gateway = Gateway::new(&scene(), Choice::default());
-    let number = gateway.sources.iter().find(|s| s.kind == "asde").expect("a radar").sic;
+    let number = gateway.sources.iter().find(|s| s.kind == SensorKind::Asde).expect("a radar").sic;
     let scan = report(1, vec![track(7, 1_000_000_000)], vec![plot(number.into(), 750_000_000)]);
     let sent = gateway.on_scan(&scan);
     let text: Vec<String> = read(&sent, |r| Some(asterix::json::record(r).to_string()));
@@ -154,7 +156,7 @@ fn only_what_is_chosen_goes_out() {
 #[test]
 fn a_report_on_the_ground_says_its_speed_in_the_surface_ground_vector() {
     let mut gateway = Gateway::new(&scene(), Choice::default());
-    gateway.sources.push(Source { sic: 9, kind: "adsb".into() });
+    gateway.sources.push(Source { sic: 9, kind: SensorKind::Adsb });
     let kt = mode_s::KNOT_MPS;
     for (velocity_mps, altitude_m, expected) in [
         // 15 kt to the west; standing; in the air; unknown.
@@ -164,7 +166,7 @@ fn a_report_on_the_ground_says_its_speed_in_the_surface_ground_vector() {
         (None, None, None),
     ] {
         let plot = PlotMessage {
-            kind: "adsb".into(),
+            kind: SensorKind::Adsb,
             velocity_mps,
             altitude_m,
             polar: None,
@@ -212,7 +214,7 @@ fn five_hundred_tracks_go_out_once_each_over_midnight() {
         scenarios::load_without_truth(&scenarios::locate("asmgcs")).expect("a scene of many kinds");
     scene.run.start_utc_ns = 1_574_640_000_000_000_000 - 5_300_000_000; // 23:59:54.7
     let mut gateway = Gateway::new(&scene, Choice::default());
-    let kinds: BTreeSet<&str> = gateway.sources.iter().map(|s| s.kind.as_str()).collect();
+    let kinds: BTreeSet<&str> = gateway.sources.iter().map(|s| s.kind.word).collect();
     assert!(
         kinds.contains("mlat") && kinds.contains("adsb") && kinds.contains("asde"),
         "{kinds:?}"
@@ -234,7 +236,7 @@ fn five_hundred_tracks_go_out_once_each_over_midnight() {
         for source in &gateway.sources {
             for n in 0..200 {
                 plots.push(PlotMessage {
-                    kind: source.kind.clone(),
+                    kind: source.kind,
                     position_m: place(n + 1000 * (u64::from(source.sic) + 300 * number_of_scan)),
                     sequence: n as u32,
                     polar: None,
@@ -313,9 +315,9 @@ fn five_hundred_tracks_go_out_once_each_over_midnight() {
                 back(*place),
                 plot.position_m,
                 if *category == 20 { 0.4 } else { 0.05 },
-                &plot.kind,
+                plot.kind.word,
             );
-            on_time(*time_s, plot.time_ns, &plot.kind);
+            on_time(*time_s, plot.time_ns, plot.kind.word);
         }
         assert_eq!(said_tracks.len(), 2 * scan.tracks.len(), "once in 062, once in 011");
         for (said, (category, within_m)) in said_tracks.chunks(500).zip([(62, 0.4), (11, 0.05)]) {

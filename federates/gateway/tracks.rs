@@ -5,8 +5,10 @@ use super::plots::{Mixed, ON_GROUND_M};
 use super::{Gateway, Memory, SMDFM_SIC};
 use crate::runtime::messages::{FlightNotice, TrackMessage};
 use asterix::{EncodeError, ItemWriter, Packer, cat011, cat062};
+use models::flight_list::{MovementKind, WakeCategory};
 use models::frames::Vector2;
 use models::score::areas::Area;
+use models::track::{TrackStatus, TrackType};
 
 /// Age after which a kind of sensor counts as never seen: the largest that eight bits of ¼ s hold, s.
 const OLDEST_S: f64 = 63.75;
@@ -31,17 +33,17 @@ impl<'a> System<'a> {
         let [now, before] = &self.memory.fed;
         Bits {
             mono: u8::from(now.union(before).count() == 1),
-            tentative: u8::from(track.status == "tentative"),
-            coasting: u8::from(track.status == "coasting"),
-            last: u8::from(track.status == "last"),
+            tentative: u8::from(track.status == TrackStatus::Tentative),
+            coasting: u8::from(track.status == TrackStatus::Coasting),
+            last: u8::from(track.status == TrackStatus::Last),
             first: u8::from(track.first),
-            flight_plan: u8::from(track.track_type != "none"),
+            flight_plan: u8::from(track.track_type != TrackType::NotAssociated),
             ground: u8::from(track.altitude_m.is_none_or(|height_m| height_m < ON_GROUND_M)),
         }
     }
 
     fn vehicle(&self) -> bool {
-        self.track.track_type == "vehicle"
+        self.track.track_type == TrackType::Vehicle
     }
 
     /// Height above the sea, m.
@@ -74,9 +76,9 @@ impl<'a> System<'a> {
     /// Type, day, hour, minute, seconds are there (0: yes), second of the label's time.
     fn time_of_movement(&self) -> Option<[u8; 6]> {
         let at_ns = self.track.ctd_eta_ns?;
-        let kind = match self.track.movement.as_str() {
-            "departure" => 2,
-            "arrival" => 8,
+        let kind = match self.track.movement {
+            Some(MovementKind::Departure) => 2,
+            Some(MovementKind::Arrival) => 8,
             _ => return None,
         };
         let s = self.gateway.of_day_s(at_ns) as u32;
@@ -87,9 +89,9 @@ impl<'a> System<'a> {
     /// From and to, where this airport is one of them.
     fn airports(&self) -> [Option<&str>; 2] {
         let here = Some(self.gateway.icao.as_str()).filter(|icao| icao.len() == 4);
-        match self.track.movement.as_str() {
-            "departure" => [here, None],
-            "arrival" => [None, here],
+        match self.track.movement {
+            Some(MovementKind::Departure) => [here, None],
+            Some(MovementKind::Arrival) => [None, here],
             _ => [None, None],
         }
     }
@@ -98,13 +100,14 @@ impl<'a> System<'a> {
     fn phase(&self) -> u8 {
         let [x_m, y_m] = self.track.position_m;
         let area = self.gateway.areas.at(Vector2::new(x_m, y_m), self.track.altitude_m);
-        match (self.track.movement.as_str(), area) {
-            ("departure", Area::Stand) | ("arrival", Area::Stand) => 1,
-            ("departure", Area::Runway | Area::Airborne) => 4,
-            ("departure", _) => 2,
-            ("arrival", Area::Airborne) => 9,
-            ("arrival", Area::Runway) => 5,
-            ("arrival", _) => 3,
+        use MovementKind::{Arrival, Departure};
+        match (self.track.movement, area) {
+            (Some(Departure), Area::Stand) | (Some(Arrival), Area::Stand) => 1,
+            (Some(Departure), Area::Runway | Area::Airborne) => 4,
+            (Some(Departure), _) => 2,
+            (Some(Arrival), Area::Airborne) => 9,
+            (Some(Arrival), Area::Runway) => 5,
+            (Some(Arrival), _) => 3,
             _ => 0,
         }
     }
@@ -196,7 +199,7 @@ pub fn record_062(
             sub.put(&cat062::I390_TAG, &[0, SMDFM_SIC])?;
             text(sub, &cat062::I390_CS, &ascii(&track.callsign, 7))?;
             text(sub, &cat062::I390_TAC, &ascii(&track.type_designator, 4))?;
-            text(sub, &cat062::I390_WTC, &ascii(&track.wake, 1))?;
+            text(sub, &cat062::I390_WTC, track.wake.map_or("", WakeCategory::word))?;
             text(sub, &cat062::I390_DEP, from.unwrap_or(""))?;
             text(sub, &cat062::I390_DST, to.unwrap_or(""))?;
             text(sub, &cat062::I390_RDS, &runway)?;
@@ -290,7 +293,7 @@ pub fn record_011(
             let [from, to] = system.airports();
             text(sub, &cat011::I390_CSN, &ascii(&track.callsign, 7))?;
             text(sub, &cat011::I390_TOA, &ascii(&track.type_designator, 4))?;
-            text(sub, &cat011::I390_WTC, &ascii(&track.wake, 1))?;
+            text(sub, &cat011::I390_WTC, track.wake.map_or("", WakeCategory::word))?;
             text(sub, &cat011::I390_ADEP, from.unwrap_or(""))?;
             text(sub, &cat011::I390_ADES, to.unwrap_or(""))?;
             text(sub, &cat011::I390_RWY, &runway)?;

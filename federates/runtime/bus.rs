@@ -246,7 +246,7 @@ mod part_tests {
         let effect = |n: u32| (format!("effect number {n}"), f64::from(n), "dB".to_owned());
         let plot = |n: u32| PlotMessage {
             sensor: (n % 4) as u16,
-            kind: "asde".into(),
+            kind: models::plot::SensorKind::Asde,
             time_ns: n.into(),
             position_m: [0.0; 2],
             cov_m2: [1.0; 3],

@@ -31,6 +31,25 @@ pub use scenarios::losses::OnLoss;
 /// Names a question that waits for its answer.
 pub type Token = u64;
 
+/// Why a phase was reached that nobody asked for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Why {
+    /// By a fault of the run.
+    Fault(String),
+    /// A place was given to another process by command: time stands until it is there.
+    Given(String),
+}
+
+impl Why {
+    /// In words.
+    #[must_use]
+    pub fn text(&self) -> &str {
+        match self {
+            Self::Fault(text) | Self::Given(text) => text,
+        }
+    }
+}
+
 /// What the conductor wants done.
 #[derive(Debug, PartialEq)]
 pub enum Effect {
@@ -57,8 +76,8 @@ pub enum Effect {
         phase: Phase,
         /// Frame.
         frame: Frame,
-        /// Why, if by a fault.
-        reason: Option<String>,
+        /// Why, if nobody asked for the phase itself.
+        why: Option<Why>,
     },
     /// A run is closed and all members have reported.
     Closed(Box<ClosedRun>),

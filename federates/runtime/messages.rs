@@ -40,6 +40,7 @@ mod notices;
 mod scan;
 mod seat;
 mod state;
+pub(crate) mod words;
 
 use serde::{Deserialize, Serialize};
 

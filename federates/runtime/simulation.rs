@@ -2,7 +2,7 @@
 //! [`Member`]s and whatever federates are put in. Everything follows from one seed and a list of faults.
 
 use super::conductor::{
-    Again, ClosedRun, Conductor, ConductorConfig, Effect as Decision, Input, Step,
+    Again, ClosedRun, Conductor, ConductorConfig, Effect as Decision, Input, Step, Why,
 };
 use super::federate::{Federate, Octets};
 use super::life_cycle::Phase;
@@ -117,7 +117,7 @@ pub struct Simulation {
     pub conductor: Conductor,
     /// Closed runs.
     pub closed: Vec<ClosedRun>,
-    /// Phases reached: phase, frame, whether by a fault.
+    /// Phases reached: phase, frame, whether nobody asked for it.
     pub reached: Vec<(Phase, Frame, bool)>,
     /// Answers to commands.
     pub answers: Vec<(bool, String)>,
@@ -356,10 +356,13 @@ impl Simulation {
                 }
                 Decision::Record(run, record) => self.log.append(run, &record),
                 Decision::Closed(run) => self.closed.push(*run),
-                Decision::Reached { phase, frame, reason } => {
-                    self.reached.push((phase, frame, reason.is_some()));
+                Decision::Reached { phase, frame, why } => {
+                    if matches!(why, Some(Why::Given(_))) {
+                        self.note("stood for a move");
+                    }
+                    self.reached.push((phase, frame, why.is_some()));
                     if phase == Phase::Frozen {
-                        self.check_frozen(frame, reason.is_some());
+                        self.check_frozen(frame, why.is_some());
                     }
                 }
                 Decision::Answer(_, answer) => self.answers.push((answer.ok, answer.text)),

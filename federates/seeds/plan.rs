@@ -320,7 +320,7 @@ fn explain(scene: &Arc<Scene>, callsign: &str, at: f64, json: bool) -> anyhow::R
         let [east, north] = plot.position_m;
         out!(
             "{} plot of {callsign} at {:.3} s: east {east:.2} m, north {north:.2} m",
-            plot.kind,
+            plot.kind.word,
             plot.time_ns as f64 * 1e-9
         );
         if let Some([truth_east, truth_north]) = plot.truth_m {

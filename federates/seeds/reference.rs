@@ -14,6 +14,7 @@ use models::fusion::reference::{ReferenceRun, reference};
 use models::plot::{Callsign, Identity, Plot};
 use models::score::recording::{Target, TruthPoint};
 use models::time::SimTime;
+use models::track::TrackStatus;
 use scenarios::Scene;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -162,7 +163,8 @@ impl Log {
         self.scans.push((time, plots));
         self.causes.push(causes);
         let followed = report.followed();
-        for track in report.tracks.iter().filter(|t| !["last", "tentative"].contains(&&*t.status)) {
+        let shown = |status| !matches!(status, TrackStatus::Last | TrackStatus::Tentative);
+        for track in report.tracks.iter().filter(|t| shown(t.status)) {
             let Some((index, _)) = followed.get(&track.number) else { continue };
             self.said.extend(said(track, time, report.truth[*index].key()));
         }

@@ -13,6 +13,7 @@ use models::plot::{Callsign, Identity, SensorKind};
 use models::sensors::PlotSink;
 use models::sensors::ScanInterval;
 use models::time::SimTime;
+use models::track::TrackStatus;
 use pdu::Envelope;
 use pdu::exercise::Arrival;
 use scenarios::sensors::foreign::Octets;
@@ -107,7 +108,7 @@ fn stamped(scene: &Scene, datagrams: &BTreeMap<u64, Vec<Vec<u8>>>, frame: u64) -
 fn error_m(reports: &[ScanReport]) -> (f64, usize) {
     let (mut sum, mut count) = (0.0, 0);
     for report in reports {
-        for track in report.tracks.iter().filter(|t| t.status != "last") {
+        for track in report.tracks.iter().filter(|t| t.status != TrackStatus::Last) {
             let far = |truth: &[f64; 3]| {
                 let [east_m, north_m] = track.position_m;
                 libm::hypot(truth[0] - east_m, truth[1] - north_m)

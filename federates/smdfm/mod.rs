@@ -26,7 +26,7 @@ mod silent_tests;
 #[cfg(test)]
 mod visitor_tests;
 
-use crate::exchange::flights::{flight_list, movement_word};
+use crate::exchange::flights::flight_list;
 use crate::federation::{closes_loop, is_front_end, on_tracks};
 use crate::runtime::bus::Class;
 use crate::runtime::clock::monotonic_ns;
@@ -142,7 +142,7 @@ fn track_notice(track: &SystemTrack) -> TrackNotice {
         number: track.number,
         callsign: track.callsign().map_or_else(String::new, |c| c.as_str().to_owned()),
         type_designator: label.map_or_else(String::new, |l| l.type_designator.clone()),
-        movement: label.map_or_else(String::new, |l| movement_word(l.movement).to_owned()),
+        movement: label.map(|l| l.movement),
         first: track.first,
         position_m: [track.position_m.x, track.position_m.y],
         velocity_mps: [track.velocity_mps.x, track.velocity_mps.y],

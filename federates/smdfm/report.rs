@@ -2,14 +2,13 @@
 
 use super::evaluation::Evaluation;
 use super::received_truth::View;
-use crate::exchange::flights::{movement_word, wake_letter};
 use crate::runtime::messages::{LagMessage, PlotMessage, ScanReport, TrackMessage, TruthMessage};
 use models::effects::PlanRow;
 use models::fusion::Outcome;
 use models::plot::{Identity, Plot};
 use models::score::run::Rules;
 use models::sensors::{PlotSink, ScanInterval, Truth};
-use models::track::{SystemTrack, TrackStatus, TrackType};
+use models::track::{SystemTrack, TrackStatus};
 
 fn append(octets: &mut Vec<u8>, numbers: &[f64]) {
     numbers.iter().for_each(|n| octets.extend_from_slice(&n.to_bits().to_le_bytes()));
@@ -127,7 +126,7 @@ pub fn scan_report(parts: &ScanParts<'_>) -> ScanReport {
             PlotMessage {
                 sensor: plot.sensor.0,
                 sequence: plot.sequence,
-                kind: plot.kind.word.to_owned(),
+                kind: plot.kind,
                 time_ns: plot.time.0,
                 position_m: [plot.position_m.x, plot.position_m.y],
                 cov_m2: [cov.m11, cov.m12, cov.m22],
@@ -207,19 +206,8 @@ pub fn track_message(track: &SystemTrack, lag_error_m: Option<f64>) -> TrackMess
     let (cov, velocity_cov) = (&track.position_cov_m2, &track.velocity_cov_m2s2);
     TrackMessage {
         number: track.number,
-        track_type: match track.track_type {
-            TrackType::NotAssociated => "none",
-            TrackType::Aircraft => "aircraft",
-            TrackType::Vehicle => "vehicle",
-        }
-        .to_owned(),
-        status: match track.status {
-            TrackStatus::Tentative => "tentative",
-            TrackStatus::Confirmed => "confirmed",
-            TrackStatus::Coasting => "coasting",
-            TrackStatus::Last => "last",
-        }
-        .to_owned(),
+        track_type: track.track_type,
+        status: track.status,
         first: track.first,
         time_ns: track.time.0,
         position_m: track.position_m.into(),
@@ -232,8 +220,8 @@ pub fn track_message(track: &SystemTrack, lag_error_m: Option<f64>) -> TrackMess
         manoeuvre: track.manoeuvre,
         callsign: track.callsign().map_or_else(String::new, |c| c.as_str().to_owned()),
         type_designator: text(|l| l.type_designator.clone()),
-        wake: text(|l| wake_letter(l.wake).to_owned()),
-        movement: text(|l| movement_word(l.movement).to_owned()),
+        wake: label.and_then(|l| l.wake),
+        movement: label.map(|l| l.movement),
         runway_stand: text(|l| l.runway_stand.clone()),
         ctd_eta_ns: label.map(|l| l.ctd_eta.0),
         routing: label.map(|l| l.routing.clone()).unwrap_or_default(),

@@ -135,13 +135,12 @@ impl TrafficGenerator {
                 continue;
             }
             let Notice::Given(given) = notice else { continue };
-            let Some(kind) = ClearanceKind::of(&given.kind) else { continue };
             core.notice(core::Notice {
                 effect_frame: *effect as i64,
                 source: given.seat.clone(),
                 sequence: given.number,
                 flight: given.flight as usize,
-                order: Order::told(kind, given.by_person),
+                order: Order::told(given.kind, given.by_person),
             });
         }
     }
@@ -183,7 +182,7 @@ impl TrafficGenerator {
         };
         let want = |(w, runway): (models::control::actors::Wanted, usize), asks: bool| WantNotice {
             flight: w.flight,
-            kind: w.kind.word().to_owned(),
+            kind: w.kind,
             group: w.group,
             runway: behaving.network.runways[runway].names[0].clone(),
             asks,
@@ -312,32 +311,31 @@ impl TrafficGenerator {
         let all = core.clearances();
         let notice = |index: usize| {
             let c = &all[index];
+            let kind = ClearanceKind::of(c.kind)?;
             let way = core.cleared_way_m(c.flight).iter().map(|p| [p.x, p.y]);
-            ClearanceNotice {
+            Some(ClearanceNotice {
                 callsign: core.flights()[c.flight].callsign.clone(),
-                kind: c.kind.to_owned(),
+                kind,
                 runway: c.runway.clone(),
                 from_ns: ns(c.from_s),
                 until_ns: None,
                 place_m: c.place_m,
-                way_m: if c.kind == "TAX" { way.collect() } else { Vec::new() },
-            }
+                way_m: if kind == ClearanceKind::Taxi { way.collect() } else { Vec::new() },
+            })
         };
         let mut notices = Vec::new();
         for index in self.told.given..all.len() {
             if scenarios::in_share(behaving.first_entity + all[index].flight, self.share, self.of) {
-                notices.push(notice(index));
+                notices.extend(notice(index));
                 self.told.open.push(index);
             }
         }
         self.told.given = all.len();
         self.told.open.retain(|index| {
             let Some(until_s) = all[*index].until_s else { return true };
-            notices.push(ClearanceNotice {
-                until_ns: Some(ns(until_s)),
-                way_m: Vec::new(),
-                ..notice(*index)
-            });
+            let until_ns = Some(ns(until_s));
+            let ended = |notice| ClearanceNotice { until_ns, way_m: Vec::new(), ..notice };
+            notices.extend(notice(*index).map(ended));
             false
         });
         if !notices.is_empty() {

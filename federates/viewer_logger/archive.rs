@@ -312,7 +312,7 @@ impl Archive {
         };
         let told = report.plots.iter().filter(|p| !p.effects.is_empty()).filter(of_it).map(|p| {
             json!({
-                "sensor": p.sensor, "kind": p.kind, "time_s": SimTime(p.time_ns).s(),
+                "sensor": p.sensor, "kind": p.kind.word, "time_s": SimTime(p.time_ns).s(),
                 "scnr_db": p.scnr_db, "error_m": frame::plot_error_m(p), "track": p.track,
                 "effects": p.effects,
             })

@@ -163,7 +163,7 @@ impl Beside {
             .map(|t| (t.callsign.as_str(), libm::hypot(t.velocity_mps[0], t.velocity_mps[1])))
             .collect();
         let counts = |p: &PlotMessage| {
-            p.kind == "asde" && speed.get(p.cause.as_str()).is_some_and(|v| *v >= MOVING_MPS)
+            p.kind.radar && speed.get(p.cause.as_str()).is_some_and(|v| *v >= MOVING_MPS)
         };
         let judge =
             |score: &mut Score, took_ns: u64, tracks: &[SystemTrack], outcomes: &[Outcome]| {
@@ -280,7 +280,6 @@ impl Score {
 /// The plot as the tracker had it, but for the cells of its echo; none of an unknown kind of sensor.
 #[must_use]
 pub fn plot_of(message: &PlotMessage) -> Option<Plot> {
-    let kind = models::plot::SensorKind::of(&message.kind)?;
     let identity = match message.identity.as_str() {
         "" => None,
         // Only who has no call sign reports an address.
@@ -292,7 +291,7 @@ pub fn plot_of(message: &PlotMessage) -> Option<Plot> {
     let [east, north, along_m2, across_m2] = message.ellipse;
     Some(Plot {
         sensor: SensorId(message.sensor),
-        kind,
+        kind: message.kind,
         time: SimTime(message.time_ns),
         sequence: message.sequence,
         position_m: message.position_m.into(),

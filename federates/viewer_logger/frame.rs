@@ -12,8 +12,11 @@
 //! emitter category and clearance are 0 (unknown) as long as nobody says them.
 
 use crate::runtime::messages::{PlotMessage, ScanReport, TrackMessage, TruthMessage};
-use models::plot::SensorKind;
+use models::flight_list::MovementKind;
 use models::time::SimTime;
+use models::track::{TrackStatus, TrackType};
+use models::words::Word;
+use serde_json::json;
 use std::collections::BTreeMap;
 
 /// First octets of every message.
@@ -53,7 +56,7 @@ pub fn encode(scan: &ScanReport) -> Vec<u8> {
         if let Some(number) = point.track {
             let (newest_ns, kinds) = seen.entry(number).or_insert((i64::MIN, 0));
             *newest_ns = point.time_ns.max(*newest_ns);
-            let place = SensorKind::of(&point.kind).and_then(SensorKind::place);
+            let place = point.kind.place();
             *kinds |= place.and_then(|p| 1_u8.checked_shl(p as u32)).unwrap_or(0);
         }
     }
@@ -240,11 +243,11 @@ fn octets<const N: usize>(from: &[u8], at: usize) -> Option<[u8; N]> {
 
 fn track(out: &mut Vec<u8>, t: &TrackMessage, truth_index: i32, error_m: f64) {
     out.extend(t.number.to_le_bytes());
-    out.push(word_number(&TRACK_TYPES, &t.track_type));
-    out.push(word_number(&STATUSES, &t.status));
+    out.push(t.track_type as u8);
+    out.push(t.status as u8);
     out.extend((u16::from(t.first) | u16::from(t.manoeuvre) << 1).to_le_bytes());
-    out.push(word_number(&MOVEMENTS, &t.movement));
-    out.push(t.wake.bytes().next().unwrap_or(0));
+    out.push(t.movement.map_or(0, |m| m as u8 + 1));
+    out.push(t.wake.map_or(0, |w| w.word().as_bytes()[0]));
     out.extend(truth_index.to_le_bytes());
     text(out, if t.callsign.is_empty() { &t.assumed } else { &t.callsign }, 12);
     text(out, &t.type_designator, 8);
@@ -287,7 +290,7 @@ fn truth(out: &mut Vec<u8>, t: &TruthMessage) {
 
 fn plot(out: &mut Vec<u8>, p: &PlotMessage, truth_index: i32, age_s: f64) {
     out.extend(p.sensor.to_le_bytes());
-    let kind = SensorKind::of(&p.kind).and_then(SensorKind::place);
+    let kind = p.kind.place();
     out.push(kind.and_then(|place| u8::try_from(place).ok()).unwrap_or(255));
     out.push(u8::from(!p.identity.is_empty()));
     out.extend(truth_index.to_le_bytes());
@@ -304,13 +307,10 @@ pub fn plot_error_m(p: &PlotMessage) -> Option<f64> {
     p.truth_m.map(|t| libm::hypot(t[0] - p.position_m[0], t[1] - p.position_m[1]))
 }
 
-/// Words of the messages as numbers; `web/frame.js` has the same lists. 255 is a word that is not in them.
-const TRACK_TYPES: [&str; 3] = ["none", "aircraft", "vehicle"];
-const STATUSES: [&str; 4] = ["tentative", "confirmed", "coasting", "last"];
-const MOVEMENTS: [&str; 4] = ["", "arrival", "departure", "vehicle"];
-
-fn word_number(words: &[&str], word: &str) -> u8 {
-    words.iter().position(|w| *w == word).map_or(255, |i| i as u8)
+/// Words of what stands in a track as a number, in the order of the numbers; no movement is 0, the first 1.
+#[must_use]
+pub fn words() -> serde_json::Value {
+    json!({"types": TrackType::words(), "statuses": TrackStatus::words(), "movements": MovementKind::words()})
 }
 
 fn f64s(out: &mut Vec<u8>, values: &[f64]) {
@@ -335,6 +335,14 @@ fn text(out: &mut Vec<u8>, text: &str, width: usize) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_word_stands_at_the_place_of_its_number() {
+        assert!(TrackType::ALL.iter().enumerate().all(|(n, value)| *value as usize == n));
+        assert!(TrackStatus::ALL.iter().enumerate().all(|(n, value)| *value as usize == n));
+        assert!(MovementKind::ALL.iter().enumerate().all(|(n, value)| *value as usize == n));
+        assert_eq!(words()["statuses"][2], "coasting");
+    }
 
     #[test]
     fn a_text_longer_than_its_field_is_cut_between_characters() {

@@ -15,7 +15,7 @@ struct Kept {
     time: SimTime,
     octets: Arc<[u8]>,
     tracks: Vec<KeptTrack>,
-    plot_errors: Vec<(u64, String, f32)>, // entity, kind of sensor, error in m
+    plot_errors: Vec<(u64, &'static str, f32)>, // entity, kind of sensor, error in m
     explained: Vec<Explained>,
 }
 
@@ -90,11 +90,11 @@ impl History {
         });
         let plot_errors = scan.plots.iter().filter_map(|p| {
             let entity = key_of.get(p.cause.as_str())?;
-            Some((*entity, p.kind.clone(), frame::plot_error_m(p)? as f32))
+            Some((*entity, p.kind.word, frame::plot_error_m(p)? as f32))
         });
         let explained = scan.plots.iter().filter(|p| !p.effects.is_empty()).map(|p| {
             let plot = json!({
-                "sensor": p.sensor, "kind": p.kind, "time_s": SimTime(p.time_ns).s(),
+                "sensor": p.sensor, "kind": p.kind.word, "time_s": SimTime(p.time_ns).s(),
                 "scnr_db": p.scnr_db, "error_m": frame::plot_error_m(p), "track": p.track,
                 "effects": p.effects,
             });
@@ -199,7 +199,7 @@ impl Source for History {
             }
             let mut plots_m: BTreeMap<String, f32> = BTreeMap::new();
             for (_, kind, error_m) in kept.plot_errors.iter().filter(|p| Some(p.0) == entity) {
-                let largest = plots_m.entry(kind.clone()).or_insert(*error_m);
+                let largest = plots_m.entry((*kind).to_owned()).or_insert(*error_m);
                 *largest = largest.max(*error_m);
             }
             Some(CurvePoint {
@@ -245,7 +245,7 @@ impl Kept {
         size_of::<Self>()
             + self.octets.len()
             + self.tracks.len() * size_of::<KeptTrack>()
-            + self.plot_errors.len() * size_of::<(u64, String, f32)>()
+            + self.plot_errors.len() * size_of::<(u64, &'static str, f32)>()
             + self.explained.iter().map(|e| size_of::<Explained>() + e.text.len()).sum::<usize>()
     }
 }

@@ -448,6 +448,7 @@ mod tests {
     use crate::runtime::life_cycle::Phase;
     use crate::viewer_logger::log::tests::Folder;
     use crate::viewer_logger::tests::{scan, weather};
+    use models::control::alert::{AlertKind, Change, Stage};
 
     fn scene() -> Arc<Scene> {
         let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/zurich.toml");
@@ -513,11 +514,13 @@ mod tests {
             number,
             id: number as u32,
             time_ns: number as i64,
-            change: "raised".into(),
-            kind: "RMCA_ARR".into(),
-            stage: "alarm".into(),
+            change: Change::Raised,
+            kind: AlertKind::RunwayArrival,
+            stage: Stage::Alarm,
             subjects: format!("A{number}"),
-            ..AlertMessage::default()
+            since_ns: 0,
+            asterix: 9,
+            place_m: [0.0; 2],
         };
         let of = |range: std::ops::RangeInclusive<u64>| Heard::Alerts(range.map(alert).collect());
         keeper.hear(of(1..=1), 1);

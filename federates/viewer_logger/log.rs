@@ -11,8 +11,10 @@ use super::source::{Event, EventFinder};
 use crate::runtime::messages::{
     FederateStatus, FlightNotice, ForeignReport, Operation, RunState, ScanReport, WeatherNotice,
 };
+use models::words::Word;
 use rusqlite::{Connection, OpenFlags, Transaction, params};
 use scan::write_scan;
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 /// Why a log cannot be opened or went no further.
@@ -148,8 +150,8 @@ impl Log {
                     e.callsign,
                     e.address.map(|a| format!("{a:06x}")),
                     e.type_designator,
-                    e.wake,
-                    e.movement,
+                    said(e.wake),
+                    e.movement.word(),
                     e.runway,
                     e.stand,
                     e.eta_ctd_ns as f64 * 1e-9,
@@ -456,6 +458,11 @@ fn explain(error: &rusqlite::Error) -> String {
         _ => return error.to_string(),
     };
     format!("{advice} ({error})")
+}
+
+/// Word of a value; empty where there is none.
+fn said<T: Word>(value: Option<T>) -> Cow<'static, str> {
+    value.map(|value| value.said()).unwrap_or_default()
 }
 
 #[cfg(test)]

@@ -8,8 +8,7 @@ use super::said::alert_event;
 use crate::exchange::seats::{People, figures};
 use crate::exchange::{driven, handover};
 use crate::runtime::messages::{AlertMessage, SeatEvent, SeatMessage};
-use models::control::alert::{Alert, Change};
-use models::control::clearance::ClearanceKind;
+use models::control::alert::{Alert, AlertKind, Change, Stage};
 use models::control::layout::Layout;
 use models::control::parameters::Parameters;
 use models::control::scoring;
@@ -54,13 +53,12 @@ pub fn core_after(
             given.entry(frame + 1).or_default().push(notice);
         }
         let SeatEvent::Given(effect, g) = &message.event else { continue };
-        let Some(kind) = ClearanceKind::of(&g.kind) else { continue };
         given.entry(*effect).or_default().push(Notice {
             effect_frame: *effect as i64,
             source: g.seat.clone(),
             sequence: g.number,
             flight: g.flight as usize,
-            order: Order::told(kind, g.by_person),
+            order: Order::told(g.kind, g.by_person),
         });
     }
     for frame in 1..=frames.min(whole.run.frames()) {
@@ -121,7 +119,7 @@ fn write_seats(t: &Transaction<'_>, people: &People, source: &str) -> rusqlite::
     }
     let mut insert = t.prepare("INSERT INTO radio VALUES (?,?,?,?,?)")?;
     for (time_ns, [sender, receiver], kind, clearance) in &people.messages {
-        insert.execute(params![time_ns, sender, receiver, kind, clearance])?;
+        insert.execute(params![time_ns, sender, receiver, kind.word(), clearance.word()])?;
     }
     let mut insert = t.prepare("INSERT INTO measures VALUES (?,?,?,?)")?;
     for (seat, figures) in figures(&people.minutes) {
@@ -162,8 +160,8 @@ fn write_inputs(t: &Transaction<'_>, told: &[SeatMessage], frame_ns: i64) -> rus
                     a.id,
                     a.frame as i64,
                     time_ns(&a.frame),
-                    a.change,
-                    a.kind,
+                    a.change.word(),
+                    a.kind.word(),
                     a.seat,
                     a.subjects,
                     a.text,
@@ -171,7 +169,7 @@ fn write_inputs(t: &Transaction<'_>, told: &[SeatMessage], frame_ns: i64) -> rus
                     a.unit,
                     a.otherwise,
                     a.until_ns,
-                    a.decision,
+                    a.decision.word(),
                     if a.by_person { "person" } else { "model" }
                 ])?;
             }
@@ -189,8 +187,8 @@ fn write_inputs(t: &Transaction<'_>, told: &[SeatMessage], frame_ns: i64) -> rus
 struct Row<'a> {
     id: u32,
     time_ns: i64,
-    kind: &'a str,
-    stage: &'a str,
+    kind: AlertKind,
+    stage: Stage,
     subjects: &'a str,
     place_m: [f64; 2],
 }
@@ -267,7 +265,7 @@ fn write_alert(
     }
     let known = format!("SELECT count(*) FROM {table} WHERE id = ? AND stage = ?");
     let known: i64 =
-        t.prepare_cached(&known)?.query_row(params![row.id, row.stage], |r| r.get(0))?;
+        t.prepare_cached(&known)?.query_row(params![row.id, row.stage.word()], |r| r.get(0))?;
     if known > 0 {
         // A name that came later.
         let name = format!("UPDATE {table} SET subjects = ? WHERE id = ?");
@@ -281,8 +279,8 @@ fn write_alert(
     let [x, y] = row.place_m;
     t.prepare_cached(&insert)?.execute(params![
         row.time_ns,
-        row.kind,
-        row.stage,
+        row.kind.word(),
+        row.stage.word(),
         row.subjects,
         x,
         y,
@@ -302,15 +300,15 @@ impl Log {
                 let row = Row {
                     id: a.id,
                     time_ns: a.time_ns,
-                    kind: &a.kind,
-                    stage: &a.stage,
+                    kind: a.kind,
+                    stage: a.stage,
                     subjects: &a.subjects,
                     place_m: a.place_m,
                 };
-                write_alert(t, "alerts", a.change == "ended", &row)?;
+                write_alert(t, "alerts", a.change == Change::Ended, &row)?;
             }
-            let raised = alerts.iter().filter(|a| a.change == "raised");
-            let event = |a: &AlertMessage| alert_event(a.time_ns, &a.stage, &a.kind, &a.subjects);
+            let raised = alerts.iter().filter(|a| a.change == Change::Raised);
+            let event = |a: &AlertMessage| alert_event(a.time_ns, a.stage, a.kind, &a.subjects);
             write_events(t, &raised.map(event).collect::<Vec<_>>())
         })
     }
@@ -418,12 +416,12 @@ impl Log {
                 insert.execute(params![f.id, f.callsign, f.kind.word(), ns(f.time_s)])?;
             }
             for (now, change, alert) in &reference.told {
-                let (kind, stage) = (alert.condition.kind.word(), alert.condition.stage.word());
+                let (kind, stage) = (alert.condition.kind, alert.condition.stage);
                 let place = alert.condition.place_m;
                 let row = Row {
                     id: alert.id,
                     time_ns: now.0,
-                    kind: &kind,
+                    kind,
                     stage,
                     subjects: &alert.subjects(),
                     place_m: [place.x, place.y],

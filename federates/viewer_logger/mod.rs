@@ -211,7 +211,11 @@ impl Viewer {
         self.blocks.clone_from(&map.blocks);
         self.cab_m = map.cab_m();
         let filters = models::filter::Rung::ALL.map(|(_, name)| name);
-        self.set("scene", json!({"type": "scene", "run": run, "map": map, "filters": filters}));
+        let words = frame::words();
+        self.set(
+            "scene",
+            json!({"type": "scene", "run": run, "map": map, "filters": filters, "words": words}),
+        );
     }
 
     /// One scan of the SMDFM. One that is not later than the last begins a new history (restart).

@@ -5,7 +5,9 @@
 //! changed and ended, so that the list of any moment can be made of them ([`Said::alerts_at`]).
 
 use super::source::Event;
+use crate::runtime::messages::words;
 use crate::runtime::messages::{AlertMessage, Operation};
+use models::control::alert::{AlertKind, Change, Stage};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -56,14 +58,14 @@ impl Topic {
 }
 
 /// An alert over its life.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct AlertRow {
-    /// Kind ("RMCA_ARR").
-    pub kind: String,
+    /// What it is about.
+    pub kind: AlertKind,
     /// Call signs, else track numbers, separated by blanks: as they were called last.
     pub subjects: String,
     /// Since when it had which stage, in the order of time.
-    pub stages: Vec<(i64, String)>,
+    pub stages: Vec<(i64, Stage)>,
     /// Ended at, ns.
     pub end_ns: Option<i64>,
     /// Where, m east and north.
@@ -77,10 +79,12 @@ pub struct AlertRow {
 pub struct AlertLine<'a> {
     /// Number.
     pub id: u32,
-    /// Kind.
-    pub kind: &'a str,
-    /// "information" or "alarm".
-    pub stage: &'a str,
+    /// What it is about.
+    #[serde(serialize_with = "words::serialize")]
+    pub kind: AlertKind,
+    /// How grave it is.
+    #[serde(serialize_with = "words::serialize")]
+    pub stage: Stage,
     /// Who.
     pub subjects: Vec<&'a str>,
     /// Raised at, s.
@@ -160,7 +164,7 @@ impl Said {
 
     /// Takes in what changed of an alert.
     pub fn alert(&mut self, a: &AlertMessage) {
-        if a.change == "ended" {
+        if a.change == Change::Ended {
             if let Some(row) = self.alerts.get_mut(&a.id) {
                 row.end_ns = Some(a.time_ns);
             }
@@ -169,11 +173,12 @@ impl Said {
         self.row(
             a.id,
             AlertRow {
-                kind: a.kind.clone(),
+                kind: a.kind,
                 subjects: a.subjects.clone(),
-                stages: vec![(a.time_ns, a.stage.clone())],
+                stages: vec![(a.time_ns, a.stage)],
+                end_ns: None,
                 place_m: a.place_m,
-                ..AlertRow::default()
+                acknowledged: None,
             },
         );
     }
@@ -206,7 +211,7 @@ impl Said {
             return Err(format!("alert {id} was acknowledged by {before}"));
         }
         row.acknowledged = Some(by.to_owned());
-        let text = format!("{} {}", row.kind, row.subjects);
+        let text = format!("{} {}", row.kind.word(), row.subjects);
         if self.done.len() < MOST_DONE {
             self.done.push(Operation {
                 time_ns,
@@ -244,8 +249,8 @@ impl Said {
             let end_ns = row.end_ns.filter(|end| *end <= time_ns);
             let line = AlertLine {
                 id: *id,
-                kind: &row.kind,
-                stage,
+                kind: row.kind,
+                stage: *stage,
                 subjects: row.subjects.split(' ').filter(|s| !s.is_empty()).collect(),
                 since_s: row.stages.first().map_or(0.0, |s| s.0 as f64 * 1e-9),
                 end_s: end_ns.map(|ns| ns as f64 * 1e-9),
@@ -254,11 +259,7 @@ impl Said {
             };
             if end_ns.is_some() { &mut ended } else { &mut open }.push(line);
         }
-        open.sort_by(|a, b| {
-            (a.stage, b.since_s)
-                .partial_cmp(&(b.stage, a.since_s))
-                .unwrap_or(std::cmp::Ordering::Equal)
-        });
+        open.sort_by(|a, b| b.stage.cmp(&a.stage).then(b.since_s.total_cmp(&a.since_s)));
         ended.sort_by(|a, b| b.end_s.partial_cmp(&a.end_s).unwrap_or(std::cmp::Ordering::Equal));
         ended.truncate(ENDED_SHOWN);
         (open, ended)
@@ -269,7 +270,7 @@ impl Said {
     pub fn events(&self) -> Vec<Event> {
         let first = |row: &AlertRow| {
             let (time_ns, stage) = row.stages.first()?;
-            Some(alert_event(*time_ns, stage, &row.kind, &row.subjects))
+            Some(alert_event(*time_ns, *stage, row.kind, &row.subjects))
         };
         self.alerts.values().filter_map(first).collect()
     }
@@ -282,12 +283,12 @@ impl Said {
 
 /// An alert as the time line marks it.
 #[must_use]
-pub fn alert_event(time_ns: i64, stage: &str, kind: &str, subjects: &str) -> Event {
+pub fn alert_event(time_ns: i64, stage: Stage, kind: AlertKind, subjects: &str) -> Event {
     Event {
         time_ns,
         kind: "alert".into(),
         subject: subjects.to_owned(),
-        text: format!("{stage} {kind}: {subjects}"),
+        text: format!("{} {}: {subjects}", stage.word(), kind.word()),
     }
 }
 
@@ -298,14 +299,14 @@ const ACKNOWLEDGE: &str = "acknowledge";
 mod tests {
     use super::*;
 
-    fn told(id: u32, change: &str, stage: &str, s: i64) -> AlertMessage {
+    fn told(id: u32, change: Change, stage: Stage, s: i64) -> AlertMessage {
         AlertMessage {
             run: 1,
             time_ns: s * 1_000_000_000,
-            change: change.into(),
+            change,
             id,
-            kind: "RMCA_ARR".into(),
-            stage: stage.into(),
+            kind: AlertKind::RunwayArrival,
+            stage,
             subjects: "CAR1 SWR1".into(),
             since_ns: 0,
             asterix: 9,
@@ -338,17 +339,17 @@ mod tests {
     fn the_list_of_any_moment_is_that_moments_list() {
         let mut said = Said::default();
         for message in [
-            told(1, "raised", "information", 10),
-            told(2, "raised", "alarm", 12),
-            told(1, "changed", "alarm", 15),
-            told(3, "raised", "alarm", 16),
-            told(2, "ended", "alarm", 20),
+            told(1, Change::Raised, Stage::Information, 10),
+            told(2, Change::Raised, Stage::Alarm, 12),
+            told(1, Change::Changed, Stage::Alarm, 15),
+            told(3, Change::Raised, Stage::Alarm, 16),
+            told(2, Change::Ended, Stage::Alarm, 20),
         ] {
             said.alert(&message);
         }
         let at = |time_ns: i64| {
             let (open, ended) = said.alerts_at(time_ns);
-            let line = |a: &AlertLine<'_>| format!("{}{}", a.id, &a.stage[..1]);
+            let line = |a: &AlertLine<'_>| format!("{}{}", a.id, &a.stage.word()[..1]);
             let list =
                 |lines: &[AlertLine<'_>]| lines.iter().map(line).collect::<Vec<_>>().join(" ");
             format!("{}|{}", list(&open), list(&ended))
@@ -366,7 +367,7 @@ mod tests {
     #[test]
     fn an_alert_is_acknowledged_once_and_that_is_written_down() {
         let mut said = Said::default();
-        said.alert(&told(7, "raised", "alarm", 1));
+        said.alert(&told(7, Change::Raised, Stage::Alarm, 1));
         assert!(said.acknowledge(8, "page", 0).is_err());
         assert_eq!(said.acknowledge(7, "page", s(3)), Ok("RMCA_ARR CAR1 SWR1".into()));
         assert!(said.acknowledge(7, "else", 0).expect_err("twice").contains("by page"));
@@ -375,14 +376,14 @@ mod tests {
         assert!(said.take_done().is_empty());
         // Read again out of a log.
         let mut read = Said::default();
-        read.alert(&told(7, "raised", "alarm", 1));
+        read.alert(&told(7, Change::Raised, Stage::Alarm, 1));
         read.operation(&done[0]);
         assert_eq!(read.alerts_at(s(1)).0[0].acknowledged, Some("page"));
         // A name that comes later, and an end before anything was raised.
-        let mut named = told(7, "changed", "alarm", 4);
+        let mut named = told(7, Change::Changed, Stage::Alarm, 4);
         named.subjects = "FOLLOW1 SWR1".into();
         read.alert(&named);
-        read.alert(&told(99, "ended", "alarm", 4));
+        read.alert(&told(99, Change::Ended, Stage::Alarm, 4));
         assert_eq!(read.alerts_at(s(9)).0[0].subjects, ["FOLLOW1", "SWR1"]);
         assert_eq!(read.alerts_at(s(9)).0[0].since_s, 1.0, "raised once");
     }
@@ -406,7 +407,7 @@ mod tests {
     fn what_outsiders_can_fill_is_bounded() {
         let mut said = Said::default();
         for id in 0..MOST_ALERTS as u32 + 5 {
-            said.alert(&told(id, "raised", "alarm", i64::from(id)));
+            said.alert(&told(id, Change::Raised, Stage::Alarm, i64::from(id)));
         }
         assert_eq!(said.alerts.len(), MOST_ALERTS);
         assert!(said.alerts_at(i64::MAX).0.iter().all(|a| a.id >= 5), "the oldest went");

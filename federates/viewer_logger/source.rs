@@ -3,6 +3,7 @@
 
 use crate::runtime::messages::ScanReport;
 use models::time::SimTime;
+use models::track::TrackStatus;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -92,7 +93,7 @@ impl ScanSums {
         let mut wrong_labels = 0;
         for track in &scan.tracks {
             match pairs.get(&track.number) {
-                None => false_tracks += u32::from(track.status == "confirmed"),
+                None => false_tracks += u32::from(track.status == TrackStatus::Confirmed),
                 Some((at, _)) => {
                     let other = scan.truth[*at].callsign != track.callsign;
                     wrong_labels += u32::from(!track.callsign.is_empty() && other);

@@ -2,7 +2,10 @@ use super::beside::{Beside, RungRow};
 use super::*;
 use crate::runtime::messages::{Command, LagMessage, PlotMessage, TrackMessage, TruthMessage};
 use models::flight_list::FlightList;
+use models::flight_list::{MovementKind, WakeCategory};
 use models::fusion::TrackingConfig;
+use models::plot::SensorKind;
+use models::track::{TrackStatus, TrackType};
 
 /// Scan `n` at `n` seconds: one entity at 10 n metres, its track 0.1 n metres off, its plot 3 m off.
 pub(super) fn scan(n: u64) -> ScanReport {
@@ -22,7 +25,7 @@ pub(super) fn scan(n: u64) -> ScanReport {
     };
     let plot = PlotMessage {
         sensor: 1,
-        kind: "asde".to_owned(),
+        kind: SensorKind::Asde,
         time_ns: time_ns - 250_000_000,
         position_m: [x_m, 50.0],
         cov_m2: [4.0, 0.0, 9.0],
@@ -40,8 +43,8 @@ pub(super) fn scan(n: u64) -> ScanReport {
     };
     let track = TrackMessage {
         number: 4,
-        track_type: "aircraft".to_owned(),
-        status: "confirmed".to_owned(),
+        track_type: TrackType::Aircraft,
+        status: TrackStatus::Confirmed,
         first: false,
         time_ns,
         position_m: [x_m, 50.0],
@@ -54,8 +57,8 @@ pub(super) fn scan(n: u64) -> ScanReport {
         manoeuvre: false,
         callsign: "SWR1".to_owned(),
         type_designator: "A320".to_owned(),
-        wake: "M".to_owned(),
-        movement: "arrival".to_owned(),
+        wake: Some(WakeCategory::Medium),
+        movement: Some(MovementKind::Arrival),
         runway_stand: "28/E_19".to_owned(),
         ctd_eta_ns: None,
         routing: Vec::new(),
@@ -345,7 +348,6 @@ fn figures_that_are_none_do_not_stop_the_page() {
     bad.tracks[0].position_m[1] = f64::INFINITY;
     bad.tracks[0].cov_m2 = [f64::NAN; 3];
     bad.plots[0].cov_m2 = [f64::INFINITY, 0.0, 1.0];
-    bad.plots[0].kind = "crystal ball".to_owned();
     viewer.on_scan(&bad);
     let mut session = Session::default();
     session.on_message(r#"{"type":"select","track":4}"#);

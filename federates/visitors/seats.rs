@@ -7,7 +7,6 @@
 use crate::exchange::{driven, handover};
 use crate::federation::closes_loop;
 use crate::runtime::messages::{Frame, SeatAction, SeatAnswer, SeatInput, SeatOrder, SeatWords};
-use models::control::clearance::ClearanceKind;
 use scenarios::Scene;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
@@ -178,19 +177,9 @@ impl SeatDoor {
         if let Some(other) = self.holders.get(seat).filter(|h| h.person != *person) {
             return Err(format!("{seat} is taken by {}", other.person));
         }
-        if let SeatAction::Say { callsign, clearance } = action {
-            if !self.callsigns.contains(callsign) {
-                let callsign: String = callsign.chars().take(NAME).collect();
-                return Err(format!("there is no flight {callsign:?} in this scene"));
-            }
-            if ClearanceKind::of(clearance).is_none() {
-                let word: String = clearance.chars().take(NAME).collect();
-                return Err(format!(
-                    "there is no clearance {word:?}: PSH, TAX, HLD, CRO, LUP, TOF, LND, GOA or REV"
-                ));
-            }
-        }
-        if let SeatAction::Decide { callsign, .. } | SeatAction::WhatIf { callsign, .. } = action
+        if let SeatAction::Say { callsign, .. }
+        | SeatAction::Decide { callsign, .. }
+        | SeatAction::WhatIf { callsign, .. } = action
             && !self.callsigns.contains(callsign)
         {
             let callsign: String = callsign.chars().take(NAME).collect();

@@ -3,6 +3,7 @@
 use crate::frames::Vector2;
 use crate::plot::Callsign;
 use crate::time::SimTime;
+use crate::words::words;
 
 /// Wake turbulence category.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -26,6 +27,23 @@ pub enum MovementKind {
     Departure,
     /// A ground vehicle.
     Vehicle,
+}
+
+words! {
+    "wake category": WakeCategory {
+        Light = "L",
+        Medium = "M",
+        Heavy = "H",
+        Super = "J",
+    }
+}
+
+words! {
+    "kind of a movement": MovementKind {
+        Arrival = "arrival",
+        Departure = "departure",
+        Vehicle = "vehicle",
+    }
 }
 
 /// One line of the list.

@@ -18,6 +18,7 @@ pub mod frames;
 pub mod keys;
 pub mod special;
 pub mod time;
+pub mod words;
 
 pub mod traffic;
 pub mod truth;

@@ -4,6 +4,7 @@ use crate::flight_list::{MovementKind, WakeCategory};
 use crate::frames::{Matrix2, Vector2};
 use crate::plot::Callsign;
 use crate::time::SimTime;
+use crate::words::words;
 
 /// What kind of target the label says it is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -28,6 +29,23 @@ pub enum TrackStatus {
     Coasting,
     /// Last message of this track.
     Last,
+}
+
+words! {
+    "type of a track": TrackType {
+        NotAssociated = "none",
+        Aircraft = "aircraft",
+        Vehicle = "vehicle",
+    }
+}
+
+words! {
+    "status of a track": TrackStatus {
+        Tentative = "tentative",
+        Confirmed = "confirmed",
+        Coasting = "coasting",
+        Last = "last",
+    }
 }
 
 /// What the flight list adds to a track.

@@ -75,13 +75,7 @@ pub(crate) fn read(
         let designator = row.text("designator")?.to_owned();
         let aircraft = row.text("kind")? == "aircraft";
         let wake_letter = row.text("wake")?;
-        let wake = match wake_letter {
-            "L" => Some(WakeCategory::Light),
-            "M" => Some(WakeCategory::Medium),
-            "H" => Some(WakeCategory::Heavy),
-            "J" => Some(WakeCategory::Super),
-            _ => None,
-        };
+        let wake = WakeCategory::of(wake_letter);
         let of_kind = if aircraft { format!("*{wake_letter}") } else { "*vehicle".into() };
         let (height_m, rcs_m2, shape) =
             echoes.get(&designator).or_else(|| echoes.get(&of_kind)).cloned().ok_or_else(|| {

@@ -1,8 +1,8 @@
 //! The federation's messages as public ones.
 
 use super::{
-    Federate, Flight, Flights, Handover, Head, Member, OperationDone, Plot, Plots, Scan, State,
-    Track, Tracks, Truth, Truths, VERSION, Weather,
+    Federate, Flight, Flights, Handover, Head, Member, OperationDone, Plot, Plots, Said,
+    SaidOrEmpty, Scan, State, Track, Tracks, Truth, Truths, VERSION, Weather,
 };
 use crate::exchange::driven;
 use crate::gateway::Gateway;
@@ -68,11 +68,11 @@ fn track(gateway: &Gateway, x: &TrackMessage, pair: Option<(&TruthMessage, f64)>
     let [lat_deg, lon_deg] = gateway.place(x.position_m);
     Track {
         track: x.number,
-        status: x.status.clone(),
-        r#type: x.track_type.clone(),
+        status: Said(x.status),
+        r#type: Said(x.track_type),
         callsign: x.callsign.clone(),
         type_designator: x.type_designator.clone(),
-        movement: x.movement.clone(),
+        movement: SaidOrEmpty(x.movement),
         x_m: x.position_m[0],
         y_m: x.position_m[1],
         lat_deg,
@@ -98,7 +98,7 @@ fn plot(x: &PlotMessage) -> Plot {
     Plot {
         sensor: x.sensor,
         sequence: x.sequence,
-        kind: x.kind.clone(),
+        kind: Said(x.kind),
         time_ns: x.time_ns,
         x_m: x.position_m[0],
         y_m: x.position_m[1],
@@ -233,8 +233,8 @@ pub fn flights(list: &[FlightNotice]) -> Flights {
         callsign: x.callsign.clone(),
         address: x.address.map(|a| format!("{a:06x}")),
         r#type: x.type_designator.clone(),
-        wake: x.wake.clone(),
-        movement: x.movement.clone(),
+        wake: SaidOrEmpty(x.wake),
+        movement: Said(x.movement),
         runway: x.runway.clone(),
         stand: x.stand.clone(),
         eta_ctd_s: x.eta_ctd_ns as f64 / 1e9,

@@ -1,6 +1,7 @@
 //! Public messages about the run itself: state, flights, weather, operators, federates, commands.
 
-use super::Public;
+use super::{Public, Said, SaidOrEmpty};
+use models::flight_list::{MovementKind, WakeCategory};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
@@ -67,9 +68,9 @@ public! {
         /// Type designator.
         r#type: String,
         /// Wake category; empty for vehicles.
-        wake: String,
-        /// arrival, departure or vehicle.
-        movement: String,
+        wake: SaidOrEmpty<WakeCategory>,
+        /// What it is about.
+        movement: Said<MovementKind>,
         /// Runway; empty for vehicles.
         runway: String,
         /// Stand.
@@ -198,12 +199,16 @@ public! {
 public! {
     /// What a client asks of the run; "resume" is another name of "start".
     CommandAsked {
-        /// freeze, start, resume, stop, restart, step, rate, status, give or release.
+        /// freeze, start, resume, stop, restart, step, rate, status, move, give or release.
         command: String,
         /// Frames of a step.
         n: Option<u64>,
         /// Simulated seconds per wall second; absent in rate: as fast as possible.
         rate: Option<f64>,
+        /// move: whose place is given to another process.
+        name: Option<String>,
+        /// move: whose process takes it.
+        to: Option<String>,
         /// Who asks, for the log of operations.
         client: Option<String>,
         /// give, release: call sign, 1 to 8 upper-case letters and digits.

@@ -7,6 +7,9 @@ use crate::runtime::messages::{
     FederateStatus, FlightNotice, Operation, PlotMessage, RunState, ScanReport, TrackMessage,
     TruthMessage, WeatherNotice,
 };
+use models::flight_list::{MovementKind, WakeCategory};
+use models::plot::SensorKind;
+use models::track::{TrackStatus, TrackType};
 use scenarios::Scene;
 use std::sync::Arc;
 
@@ -63,8 +66,8 @@ pub(crate) fn follows(
 fn scan(time_ns: i64) -> ScanReport {
     let track = TrackMessage {
         number: 7,
-        track_type: "aircraft".into(),
-        status: "confirmed".into(),
+        track_type: TrackType::Aircraft,
+        status: TrackStatus::Confirmed,
         first: false,
         time_ns,
         position_m: [1200.25, -400.5],
@@ -77,8 +80,8 @@ fn scan(time_ns: i64) -> ScanReport {
         manoeuvre: true,
         callsign: String::new(),
         type_designator: String::new(),
-        wake: String::new(),
-        movement: String::new(),
+        wake: None,
+        movement: None,
         runway_stand: String::new(),
         ctd_eta_ns: None,
         routing: Vec::new(),
@@ -88,7 +91,7 @@ fn scan(time_ns: i64) -> ScanReport {
     };
     let plot = PlotMessage {
         sensor: 1,
-        kind: "asde".into(),
+        kind: SensorKind::Asde,
         time_ns: time_ns - 100,
         position_m: [1203.0, -404.0],
         cov_m2: [4.0, 0.0, 4.0],
@@ -145,8 +148,8 @@ fn board() -> Board {
         callsign: "SWR1".into(),
         address: Some(0x4b_0001),
         type_designator: "A320".into(),
-        wake: "M".into(),
-        movement: "arrival".into(),
+        wake: Some(WakeCategory::Medium),
+        movement: MovementKind::Arrival,
         runway: "28".into(),
         stand: "E19".into(),
         stand_m: None,

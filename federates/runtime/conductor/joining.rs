@@ -204,7 +204,7 @@ impl Conductor {
             return self.configure(effects);
         }
         if self.phase != Phase::Init {
-            effects.push(Effect::Reached { phase: Phase::Init, frame: 0, reason: None });
+            effects.push(Effect::Reached { phase: Phase::Init, frame: 0, why: None });
         }
         self.muster_again();
         let text = format!("{}: start what is missing, or stop", self.standing());

@@ -1,6 +1,6 @@
 //! Who is lost, why, and how a lost member comes back.
 
-use super::{Conductor, Effect, Fault, MemberEntry, MemberLog, OnLoss, Token};
+use super::{Conductor, Effect, Fault, MemberEntry, MemberLog, OnLoss, Token, Why};
 use crate::runtime::clock::WallNs;
 use crate::runtime::digest::content;
 use crate::runtime::life_cycle::Phase;
@@ -185,9 +185,9 @@ impl Conductor {
             Phase::Init | Phase::Configured => {
                 // Nothing has been made: it is waited for, and the run is configured when it is there.
                 self.fail_pending(effects);
-                let reason = Some(self.open_faults().join("; "));
+                let why = Some(Why::Fault(self.open_faults().join("; ")));
                 self.muster_again();
-                effects.push(Effect::Reached { phase: self.phase, frame: 0, reason });
+                effects.push(Effect::Reached { phase: self.phase, frame: 0, why });
                 if self.config.batch {
                     self.return_deadline.get_or_insert(now + JOIN_AGAIN_NS);
                 }
@@ -467,7 +467,7 @@ impl Conductor {
             self.phase = Phase::Running;
             self.running_since = Some(now);
             let frame = self.frame();
-            effects.push(Effect::Reached { phase: self.phase, frame, reason: None });
+            effects.push(Effect::Reached { phase: self.phase, frame, why: None });
         }
         self.settle(now, effects);
         self.extend(now, effects);

@@ -1,6 +1,6 @@
 //! From phase to phase: ready, started, frozen, closed.
 
-use super::{ClosedRun, Conductor, Effect, Goal, OnLoss};
+use super::{ClosedRun, Conductor, Effect, Goal, OnLoss, Why};
 use crate::runtime::clock::WallNs;
 use crate::runtime::life_cycle::{Phase, Refused, Transition};
 use crate::runtime::messages::{Numbered, Order};
@@ -18,7 +18,7 @@ impl Conductor {
         let was = self.phase;
         if was != Phase::Configured {
             self.phase = Phase::Configured;
-            effects.push(Effect::Reached { phase: self.phase, frame: 0, reason: None });
+            effects.push(Effect::Reached { phase: self.phase, frame: 0, why: None });
         }
         self.answer_pending(Transition::Restart, "configured; waiting for start", effects);
         if std::mem::take(&mut self.autostart) {
@@ -33,7 +33,7 @@ impl Conductor {
         self.anchor = (now, self.granted);
         self.running_since = Some(now);
         self.pace_samples.clear();
-        effects.push(Effect::Reached { phase: self.phase, frame: self.granted, reason: None });
+        effects.push(Effect::Reached { phase: self.phase, frame: self.granted, why: None });
         self.extend(now, effects);
         Ok(())
     }
@@ -54,7 +54,7 @@ impl Conductor {
         let frame = self.frame();
         self.return_deadline = None;
         self.say(Order::Finish { run: self.run, frame }, effects);
-        effects.push(Effect::Reached { phase: self.phase, frame, reason: None });
+        effects.push(Effect::Reached { phase: self.phase, frame, why: None });
         self.try_close(now, effects);
     }
 
@@ -170,7 +170,7 @@ impl Conductor {
                 self.pause_clock(now);
                 self.phase = Phase::Frozen;
                 self.say(Order::Stand { run: self.run }, effects);
-                effects.push(Effect::Reached { phase: self.phase, frame, reason: None });
+                effects.push(Effect::Reached { phase: self.phase, frame, why: None });
                 let text = format!("frozen at frame {frame}");
                 self.answer_pending(Transition::Freeze, &text, effects);
                 self.push_state(now, effects);
@@ -184,8 +184,11 @@ impl Conductor {
         self.phase = Phase::Frozen;
         self.frozen_by_fault = true;
         self.say(Order::Stand { run: self.run }, effects);
-        let reason = Some(self.open_faults().join("; "));
-        effects.push(Effect::Reached { phase: self.phase, frame: self.frame(), reason });
+        // Where all that is away was given to others by command, nothing is wrong.
+        let given = self.lost_names().iter().all(|name| self.moving.contains_key(name));
+        let text = self.open_faults().join("; ");
+        let why = Some(if given { Why::Given(text) } else { Why::Fault(text) });
+        effects.push(Effect::Reached { phase: self.phase, frame: self.frame(), why });
         self.faulty_freeze(now, effects);
     }
 

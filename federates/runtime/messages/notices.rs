@@ -1,7 +1,12 @@
 //! What members tell the federation beside their PDUs, and spectators with it: flights, weather, tracks, clearances, alerts.
 
-use super::{Frame, REPORT_OCTETS, SeatInput};
+use super::{Frame, REPORT_OCTETS, SeatInput, words};
 use crate::runtime::codec::encoded_size;
+use models::control::actors::message::MessageKind;
+use models::control::advice::{self, Became, Decision};
+use models::control::alert::{AlertKind, Change, Stage};
+use models::control::clearance::ClearanceKind;
+use models::flight_list::{MovementKind, WakeCategory};
 use serde::{Deserialize, Serialize};
 use std::net::SocketAddr;
 
@@ -87,12 +92,13 @@ pub struct CausedPlot {
 }
 
 /// What a flight waits for.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WantNotice {
     /// Flight, counted in the scene from 0.
     pub flight: u32,
-    /// Word of the clearance ("LUP").
-    pub kind: String,
+    /// For which clearance.
+    #[serde(with = "words")]
+    pub kind: ClearanceKind,
     /// Group of the runway: of those that cross.
     pub group: u8,
     /// Designator of one of its ends.
@@ -102,12 +108,13 @@ pub struct WantNotice {
 }
 
 /// A clearance of a controller.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GivenNotice {
     /// Flight, counted in the scene from 0.
     pub flight: u32,
-    /// Word of the clearance.
-    pub kind: String,
+    /// Which clearance.
+    #[serde(with = "words")]
+    pub kind: ClearanceKind,
     /// Seat that gave it.
     pub seat: String,
     /// A person sits there: it is acted upon whatever the plan says.
@@ -138,10 +145,12 @@ pub enum SeatEvent {
         time_ns: i64,
         /// Who spoke, and to whom.
         between: [String; 2],
-        /// Word of its kind ("readback").
-        kind: String,
-        /// Word of the clearance.
-        clearance: String,
+        /// What it is.
+        #[serde(with = "words")]
+        kind: MessageKind,
+        /// About which clearance.
+        #[serde(with = "words")]
+        clearance: ClearanceKind,
     },
     /// The last minute of a seat.
     Minute {
@@ -188,16 +197,18 @@ pub enum SeatEvent {
 }
 
 /// An advice for a controller, as it stands after something became of it.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AdviceNotice {
     /// Counted in the run from 1.
     pub id: u32,
     /// Frame of the change.
     pub frame: Frame,
-    /// What became of it: "given", "moved", "decided", "ended".
-    pub change: String,
-    /// Word of its kind ("HOLD_STAND").
-    pub kind: String,
+    /// What became of it.
+    #[serde(with = "words")]
+    pub change: Became,
+    /// What kind of advice.
+    #[serde(with = "words")]
+    pub kind: advice::Kind,
     /// For whom ("apron").
     pub seat: String,
     /// Call signs, with blanks between: who should do something, then whom it depends on.
@@ -212,8 +223,9 @@ pub struct AdviceNotice {
     pub otherwise: String,
     /// Holds until, ns of simulated time.
     pub until_ns: i64,
-    /// "open", "accepted", "refused",
-    pub decision: String,
+    /// What was decided upon it,
+    #[serde(with = "words")]
+    pub decision: Decision,
     /// by a person; else by the model at the seat.
     pub by_person: bool,
 }
@@ -227,8 +239,9 @@ pub struct TrackNotice {
     pub callsign: String,
     /// Type designator; empty if none.
     pub type_designator: String,
-    /// "arrival", "departure", "vehicle" or empty.
-    pub movement: String,
+    /// What its label says that it is about.
+    #[serde(with = "words::or_none")]
+    pub movement: Option<MovementKind>,
     /// First message of this track.
     pub first: bool,
     /// Position, m east and north.
@@ -242,12 +255,13 @@ pub struct TrackNotice {
 }
 
 /// A clearance that was given, or, with `until_ns`, ended.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ClearanceNotice {
     /// Who.
     pub callsign: String,
-    /// Word of its kind ("TOF").
-    pub kind: String,
+    /// Which.
+    #[serde(with = "words")]
+    pub kind: ClearanceKind,
     /// An end of a runway, or both; empty off the runways.
     pub runway: String,
     /// Holds from, ns of simulated time.
@@ -261,20 +275,23 @@ pub struct ClearanceNotice {
 }
 
 /// What happened to a control alert in a scan.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AlertMessage {
     /// Number of the run.
     pub run: u32,
     /// Time of the scan, ns of simulated time.
     pub time_ns: i64,
-    /// "raised", "changed" or "ended".
-    pub change: String,
+    /// What happened to it.
+    #[serde(with = "words")]
+    pub change: Change,
     /// Number of the alert within the run.
     pub id: u32,
-    /// Kind ("RMCA_ARR").
-    pub kind: String,
-    /// "information" or "alarm".
-    pub stage: String,
+    /// What it is about.
+    #[serde(with = "words")]
+    pub kind: AlertKind,
+    /// How grave it is.
+    #[serde(with = "words")]
+    pub stage: Stage,
     /// Call signs, else track numbers, separated by blanks.
     pub subjects: String,
     /// Raised at, ns of simulated time.
@@ -319,10 +336,12 @@ pub struct FlightNotice {
     pub address: Option<u32>,
     /// Type designator.
     pub type_designator: String,
-    /// Wake category letter L, M, H, J; empty for vehicles.
-    pub wake: String,
-    /// "arrival", "departure" or "vehicle".
-    pub movement: String,
+    /// Wake category; none of vehicles.
+    #[serde(with = "words::or_none")]
+    pub wake: Option<WakeCategory>,
+    /// What it is about.
+    #[serde(with = "words")]
+    pub movement: MovementKind,
     /// Runway designator; empty for vehicles.
     pub runway: String,
     /// Stand.

@@ -1,5 +1,9 @@
 //! A scan as spectators get it: truth, plots, tracks, and the tracks of others.
 
+use super::words;
+use models::flight_list::{MovementKind, WakeCategory};
+use models::plot::SensorKind;
+use models::track::{TrackStatus, TrackType};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -8,10 +12,12 @@ use std::collections::BTreeMap;
 pub struct TrackMessage {
     /// Track number, 0 to 4095.
     pub number: u16,
-    /// "none", "aircraft" or "vehicle".
-    pub track_type: String,
-    /// "tentative", "confirmed", "coasting" or "last".
-    pub status: String,
+    /// Whether it is an aircraft or a vehicle of the flight data list.
+    #[serde(with = "words")]
+    pub track_type: TrackType,
+    /// Where it is in its life.
+    #[serde(with = "words")]
+    pub status: TrackStatus,
     /// First message of this track.
     pub first: bool,
     /// Time of validity, ns of simulated time.
@@ -36,10 +42,12 @@ pub struct TrackMessage {
     pub callsign: String,
     /// Type designator; empty if none.
     pub type_designator: String,
-    /// Wake category letter; empty if none.
-    pub wake: String,
-    /// "arrival", "departure", "vehicle" or empty.
-    pub movement: String,
+    /// Wake category of the label.
+    #[serde(with = "words::or_none")]
+    pub wake: Option<WakeCategory>,
+    /// What the label says that it is about.
+    #[serde(with = "words::or_none")]
+    pub movement: Option<MovementKind>,
     /// Runway and stand.
     pub runway_stand: String,
     /// CTD or ETA, ns of simulated time.
@@ -97,8 +105,9 @@ pub struct ForeignReport {
 pub struct PlotMessage {
     /// Sensor number.
     pub sensor: u16,
-    /// Kind: "asde", "gps", "dgps", "adsb", "mlat", "loop", "dynamic".
-    pub kind: String,
+    /// Kind of the sensor.
+    #[serde(with = "words")]
+    pub kind: SensorKind,
     /// Time of the measurement, ns of simulated time.
     pub time_ns: i64,
     /// Position, m east and north.

@@ -1,6 +1,10 @@
 //! What people at controllers' seats, or programs in their place, say: asked of the member `visitors`, which stamps it into
 //! a frame.
 
+use super::words;
+use models::control::advice;
+use models::control::clearance::ClearanceKind;
+use models::words::Word;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
@@ -17,8 +21,9 @@ pub enum SeatAction {
     Decide {
         /// For whom it is: the first of its subjects.
         callsign: String,
-        /// Word of its kind ("HOLD_STAND").
-        kind: String,
+        /// What kind of advice.
+        #[serde(with = "words")]
+        kind: advice::Kind,
         /// It is followed.
         accept: bool,
     },
@@ -33,8 +38,9 @@ pub enum SeatAction {
     Say {
         /// To whom.
         callsign: String,
-        /// Word of the clearance ("TAX").
-        clearance: String,
+        /// Which clearance.
+        #[serde(with = "words")]
+        clearance: ClearanceKind,
     },
     /// Gives an aircraft to the traffic, at the seat "handover".
     Give {
@@ -89,15 +95,13 @@ impl SeatAction {
             "say" if callsign.is_empty() || clearance.is_empty() => {
                 Err("say: name a callsign and a clearance (\"TAX\")".to_owned())
             }
-            "say" => {
-                Ok(Self::Say { callsign: callsign.to_owned(), clearance: clearance.to_owned() })
-            }
+            "say" => Ok(Self::Say { callsign: callsign.to_owned(), clearance: read(clearance)? }),
             "accept" | "refuse" if callsign.is_empty() || clearance.is_empty() => Err(format!(
                 "{word}: name the callsign and, as clearance, the kind of the advice (\"HOLD_STAND\")"
             )),
             "accept" | "refuse" => Ok(Self::Decide {
                 callsign: callsign.to_owned(),
-                kind: clearance.to_owned(),
+                kind: read(clearance)?,
                 accept: word == "accept",
             }),
             "what-if" if callsign.is_empty() || clearance.is_empty() => Err(
@@ -144,8 +148,8 @@ impl SeatAction {
     #[must_use]
     pub fn said(&self) -> (&str, Cow<'_, str>) {
         match self {
-            Self::Say { callsign, clearance } => (callsign, clearance.into()),
-            Self::Decide { callsign, kind, .. } => (callsign, kind.into()),
+            Self::Say { callsign, clearance } => (callsign, clearance.said()),
+            Self::Decide { callsign, kind, .. } => (callsign, kind.said()),
             Self::WhatIf { callsign, change } => (callsign, change.into()),
             Self::Give { callsign, state } => (callsign, state.into()),
             Self::Release { callsign } => (callsign, "".into()),
@@ -155,6 +159,14 @@ impl SeatAction {
             _ => ("", "".into()),
         }
     }
+}
+
+/// The value that a person's word names.
+fn read<T: Word>(word: &str) -> Result<T, String> {
+    T::named(word).ok_or_else(|| {
+        let word: String = word.chars().take(32).collect();
+        format!("there is no {} {word:?}: {}", T::WHAT, T::words().join(", "))
+    })
 }
 
 /// Somebody at a seat does something: a question to `seat/{name}/say`.

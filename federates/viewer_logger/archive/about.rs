@@ -1,6 +1,6 @@
 //! What the database of a run holds beside its scans: weather, flights, files, operations, what was said.
 
-use super::rows::{SensorRow, inflated, real};
+use super::rows::{SensorRow, inflated, real, value, value_or_none};
 use super::{Archive, MOST_ROWS};
 use crate::runtime::messages::{FlightNotice, Operation, WeatherNotice};
 use crate::viewer_logger::said::{AlertRow, Said, Topic};
@@ -47,8 +47,8 @@ impl Archive {
                 callsign: row.get("callsign")?,
                 address: address.and_then(|a| u32::from_str_radix(&a, 16).ok()),
                 type_designator: row.get("type")?,
-                wake: row.get("wake")?,
-                movement: row.get("movement")?,
+                wake: value_or_none(row, "wake")?,
+                movement: value(row, "movement")?,
                 runway: row.get("runway")?,
                 stand: row.get("stand")?,
                 stand_m: None,
@@ -134,9 +134,9 @@ impl Archive {
             let mut statement = database.prepare_cached(question)?;
             let found = statement.query_map([], |row| {
                 let alert = AlertRow {
-                    kind: row.get(1)?,
+                    kind: value(row, 1)?,
                     subjects: row.get(2)?,
-                    stages: vec![(row.get(3)?, row.get(4)?)],
+                    stages: vec![(row.get(3)?, value(row, 4)?)],
                     end_ns: row.get(5)?,
                     place_m: [real(row, 6)?, real(row, 7)?],
                     acknowledged: None,

@@ -1,7 +1,9 @@
 //! Rows of the tables of a run as what they were when they were written, in databases of any version.
 
 use crate::runtime::messages::{LagMessage, PlotMessage, TrackMessage, TruthMessage};
-use rusqlite::{Connection, Row};
+use models::words::Word;
+use rusqlite::types::Type;
+use rusqlite::{Connection, Error, Row, RowIndex};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The questions for the tables of this file: what an earlier version did not write is asked for as NULL.
@@ -155,8 +157,8 @@ pub(super) fn track(row: &Row<'_>, scan_time_ns: i64) -> rusqlite::Result<TrackM
     };
     Ok(TrackMessage {
         number: row.get(0)?,
-        status: words(row, 1)?,
-        track_type: words(row, 2)?,
+        status: value(row, 1)?,
+        track_type: value(row, 2)?,
         callsign: words(row, 3)?,
         position_m: [real(row, 4)?, real(row, 5)?],
         velocity_mps: [real(row, 6)?, real(row, 7)?],
@@ -170,8 +172,8 @@ pub(super) fn track(row: &Row<'_>, scan_time_ns: i64) -> rusqlite::Result<TrackM
         time_ns: row.get::<_, Option<i64>>(25)?.unwrap_or(scan_time_ns),
         first: row.get::<_, Option<bool>>(26)?.unwrap_or(false),
         type_designator: words(row, 27)?,
-        wake: words(row, 28)?,
-        movement: words(row, 29)?,
+        wake: value_or_none(row, 28)?,
+        movement: value_or_none(row, 29)?,
         runway_stand: words(row, 30)?,
         routing: words(row, 31)?.split_whitespace().map(str::to_owned).collect(),
         ctd_eta_ns: row.get(32)?,
@@ -221,7 +223,7 @@ pub(super) fn plot(row: &Row<'_>) -> rusqlite::Result<PlotMessage> {
     Ok(PlotMessage {
         sensor: row.get(0)?,
         sequence: row.get(1)?,
-        kind: words(row, 2)?,
+        kind: value(row, 2)?,
         time_ns: row.get(3)?,
         position_m: [real(row, 4)?, real(row, 5)?],
         cov_m2: [real(row, 6)?, real(row, 7)?, real(row, 8)?],
@@ -270,6 +272,24 @@ pub(super) fn real(row: &Row<'_>, at: usize) -> rusqlite::Result<f64> {
 
 pub(super) fn words(row: &Row<'_>, at: usize) -> rusqlite::Result<String> {
     Ok(row.get::<_, Option<String>>(at)?.unwrap_or_default())
+}
+
+/// The value of a word.
+pub(super) fn value<T: Word>(row: &Row<'_>, at: impl RowIndex + Copy) -> rusqlite::Result<T> {
+    let word: String = row.get(at)?;
+    let column = at.idx(row.as_ref())?;
+    let why =
+        || format!("{:?} is not a valid {}", word.chars().take(32).collect::<String>(), T::WHAT);
+    T::named(&word).ok_or_else(|| Error::FromSqlConversionFailure(column, Type::Text, why().into()))
+}
+
+/// The value of a word, where there is one.
+pub(super) fn value_or_none<T: Word>(
+    row: &Row<'_>,
+    at: impl RowIndex + Copy,
+) -> rusqlite::Result<Option<T>> {
+    let word: Option<String> = row.get(at)?;
+    if word.is_none_or(|word| word.is_empty()) { Ok(None) } else { value(row, at).map(Some) }
 }
 
 /// An angle in radians, or out of the column of degrees behind it, where an earlier version wrote only that.

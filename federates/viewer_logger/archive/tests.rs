@@ -6,6 +6,8 @@ use crate::viewer_logger::log::tests::Folder;
 use crate::viewer_logger::picture::{AirportMap, RunInfo};
 use crate::viewer_logger::said::Topic;
 use crate::viewer_logger::tests::{scan, weather};
+use models::control::alert::{AlertKind, Change, Stage};
+use models::plot::SensorKind;
 
 /// Scans with everything that a frame may hold, wild figures included.
 fn wild(n: u64) -> ScanReport {
@@ -39,7 +41,7 @@ fn wild(n: u64) -> ScanReport {
     alarm.polar = None;
     alarm.scnr_db = None;
     alarm.sequence = 9;
-    alarm.kind = "adsb".to_owned();
+    alarm.kind = SensorKind::Adsb;
     alarm.identity = "4b1234".to_owned();
     alarm.sensor = 0;
     alarm.effects.clear();
@@ -167,19 +169,22 @@ fn what_was_said_beside_the_scans_is_read_as_it_was_at_each_time() {
     log.said(Topic::Traffic, &traffic(4)).expect("written");
     log.said(Topic::Lights, "{\"time_s\":1.0,\"bars\":[]}").expect("written");
     log.said(Topic::Lights, "no JSON").expect("left out");
-    let alert = |change: &str, stage: &str, s: i64| AlertMessage {
+    let alert = |change: Change, stage: Stage, s: i64| AlertMessage {
+        run: 1,
         time_ns: s * 1_000_000_000,
-        change: change.into(),
+        change,
         id: 3,
-        kind: "STOPBAR".into(),
-        stage: stage.into(),
+        kind: AlertKind::StopBar,
+        stage,
         subjects: "SWR1".into(),
+        since_ns: 0,
+        asterix: 16,
         place_m: [5.0, 6.0],
-        ..AlertMessage::default()
+        number: 0,
     };
-    log.alerts(&[alert("raised", "information", 2)]).expect("written");
-    log.alerts(&[alert("changed", "alarm", 3)]).expect("written");
-    log.alerts(&[alert("ended", "alarm", 5)]).expect("written");
+    log.alerts(&[alert(Change::Raised, Stage::Information, 2)]).expect("written");
+    log.alerts(&[alert(Change::Changed, Stage::Alarm, 3)]).expect("written");
+    log.alerts(&[alert(Change::Ended, Stage::Alarm, 5)]).expect("written");
     let seen = Operation {
         time_ns: 3,
         source: "page".into(),

@@ -5,6 +5,7 @@ use super::{Anchor, Pen, Shown, targets::sound};
 use crate::runtime::messages::{ScanReport, TrackMessage};
 use crate::viewer_logger::picture::RunwayShape;
 use crate::viewer_logger::said::AlertLine;
+use models::control::alert::Stage;
 
 /// Half a frame's side, pixels.
 const HALF: f64 = 11.0;
@@ -14,7 +15,7 @@ pub(super) fn draw(pen: &mut Pen<'_>, shown: &Shown<'_>) {
         return;
     }
     for alert in shown.alerts {
-        let alarm = alert.stage == "alarm";
+        let alarm = alert.stage == Stage::Alarm;
         let name = if alarm { "alarm" } else { "information" };
         let colour = pen.colour(name);
         let (width, dash): (f64, &[f64]) = if alarm { (2.5, &[]) } else { (1.5, &[4.0, 3.0]) };
@@ -42,7 +43,7 @@ pub(super) fn draw(pen: &mut Pen<'_>, shown: &Shown<'_>) {
             None if sound(alert.place_m) => pen.at(alert.place_m),
             None => continue,
         };
-        let words = format!("{} {}", alert.kind, alert.subjects.join(" "));
+        let words = format!("{} {}", alert.kind.word(), alert.subjects.join(" "));
         pen.text([at[0], at[1] + HALF + 13.0], &words, 11.0, true, name, Anchor::Middle);
     }
 }
@@ -52,7 +53,7 @@ pub(super) fn runways(pen: &mut Pen<'_>, shown: &Shown<'_>) {
     if !pen.on("alerts") {
         return;
     }
-    let alarms = shown.alerts.iter().filter(|a| a.stage == "alarm");
+    let alarms = shown.alerts.iter().filter(|a| a.stage == Stage::Alarm);
     for runway in alarms.filter_map(|alarm| runway_of(alarm, shown)) {
         let colour = pen.colour("alarm");
         let outline = ring(runway, 4.0).into_iter().map(|p| pen.at(p)).collect();
@@ -63,7 +64,8 @@ pub(super) fn runways(pen: &mut Pen<'_>, shown: &Shown<'_>) {
 /// The runway that an alert is about: where it is, where its subjects are, or whose strip its place lies in.
 fn runway_of<'a>(alert: &AlertLine<'_>, shown: &Shown<'a>) -> Option<&'a RunwayShape> {
     let about = ["RMCA", "RWY", "CATC", "NOCLR_RWY", "NOCLR_TOF", "NOCLR_LND"];
-    if !about.iter().any(|kind| alert.kind.starts_with(kind)) {
+    let word = alert.kind.word();
+    if !about.iter().any(|kind| word.starts_with(kind)) {
         return None;
     }
     let on = |place: [f64; 2], beside| shown.map.runways.iter().find(|r| is_on(r, place, beside));
@@ -103,51 +105,62 @@ mod tests {
     use super::super::{Drawing, Item};
     use super::*;
     use crate::viewer_logger::picture::AirportMap;
+    use models::control::alert::AlertKind;
 
     #[test]
     fn an_alarm_about_a_runway_outlines_it_and_nothing_else_does() {
         let designators = ["09", "27"].map(str::to_owned);
         let runway = RunwayShape { designators, ends: [[0.0, 0.0], [3000.0, 0.0]], width_m: 45.0 };
         let map = AirportMap { runways: vec![runway], ..AirportMap::default() };
-        let outlined = |kind: &str, stage: &str, place_m: [f64; 2], track_m: [f64; 2], up_m| {
-            let mut scan = crate::viewer_logger::tests::scan(3);
-            scan.tracks[0].position_m = track_m;
-            scan.tracks[0].altitude_m = Some(up_m);
-            let alert = AlertLine {
-                id: 1,
-                kind,
-                stage,
-                subjects: vec!["SWR1"],
-                since_s: 1.0,
-                end_s: None,
-                place_m,
-                acknowledged: None,
+        let outlined =
+            |kind: AlertKind, stage: Stage, place_m: [f64; 2], track_m: [f64; 2], up_m| {
+                let mut scan = crate::viewer_logger::tests::scan(3);
+                scan.tracks[0].position_m = track_m;
+                scan.tracks[0].altitude_m = Some(up_m);
+                let alert = AlertLine {
+                    id: 1,
+                    kind,
+                    stage,
+                    subjects: vec!["SWR1"],
+                    since_s: 1.0,
+                    end_s: None,
+                    place_m,
+                    acknowledged: None,
+                };
+                let alerts = [alert];
+                let shown = Shown {
+                    map: &map,
+                    scan: &scan,
+                    trails: &[],
+                    weather: None,
+                    alerts: &alerts,
+                    caption: "",
+                };
+                let drawing = Drawing::of(&shown, &View::new([800.0, 600.0]));
+                let alarm = Palette::of(false).get("alarm");
+                drawing.items.iter().any(|item| match item {
+                    Item::Line { points, closed: true, colour, .. } => {
+                        *colour == alarm && (points[0][0] - points[1][0]).abs() > 100.0
+                    }
+                    _ => false,
+                })
             };
-            let alerts = [alert];
-            let shown = Shown {
-                map: &map,
-                scan: &scan,
-                trails: &[],
-                weather: None,
-                alerts: &alerts,
-                caption: "",
-            };
-            let drawing = Drawing::of(&shown, &View::new([800.0, 600.0]));
-            let alarm = Palette::of(false).get("alarm");
-            drawing.items.iter().any(|item| match item {
-                Item::Line { points, closed: true, colour, .. } => {
-                    *colour == alarm && (points[0][0] - points[1][0]).abs() > 100.0
-                }
-                _ => false,
-            })
-        };
         let (on, beside, far) = ([500.0, 3.0], [500.0, 60.0], [500.0, 400.0]);
-        assert!(outlined("RMCA_ROLL", "alarm", beside, on, 0.0), "its subject is on it");
-        assert!(outlined("RMCA_ROLL", "alarm", beside, far, 0.0), "it lies in its strip");
-        assert!(outlined("NOCLR_RWY", "alarm", on, far, 0.0));
-        assert!(!outlined("RMCA_ROLL", "alarm", far, on, 200.0), "flies over");
-        assert!(!outlined("RMCA_ROLL", "alarm", far, far, 0.0));
-        assert!(!outlined("RMCA_ROLL", "information", on, on, 0.0));
-        assert!(!outlined("NOCLR_TAXI", "alarm", on, on, 0.0), "not about a runway");
+        assert!(
+            outlined(AlertKind::RunwayRoll, Stage::Alarm, beside, on, 0.0),
+            "its subject is on it"
+        );
+        assert!(
+            outlined(AlertKind::RunwayRoll, Stage::Alarm, beside, far, 0.0),
+            "it lies in its strip"
+        );
+        assert!(outlined(AlertKind::NoRunwayClearance, Stage::Alarm, on, far, 0.0));
+        assert!(!outlined(AlertKind::RunwayRoll, Stage::Alarm, far, on, 200.0), "flies over");
+        assert!(!outlined(AlertKind::RunwayRoll, Stage::Alarm, far, far, 0.0));
+        assert!(!outlined(AlertKind::RunwayRoll, Stage::Information, on, on, 0.0));
+        assert!(
+            !outlined(AlertKind::NoTaxiClearance, Stage::Alarm, on, on, 0.0),
+            "not about a runway"
+        );
     }
 }

@@ -4,6 +4,7 @@
 
 use super::{Anchor, Pen, Shown, airport::ring, corners, font, targets};
 use crate::runtime::messages::TrackMessage;
+use models::track::TrackStatus;
 
 const KNOT: f64 = 1.943_844;
 const FOOT: f64 = 3.280_84;
@@ -29,9 +30,9 @@ pub fn lines(track: &TrackMessage) -> Vec<String> {
     };
     let mps = libm::hypot(track.velocity_mps[0], track.velocity_mps[1]);
     let speed = if mps < targets::STILL_MPS { 0.0 } else { (mps * KNOT).round() };
-    let kind = match track.wake.is_empty() {
-        true => track.type_designator.clone(),
-        false => format!("{}/{}", track.type_designator, track.wake),
+    let kind = match track.wake {
+        None => track.type_designator.clone(),
+        Some(wake) => format!("{}/{}", track.type_designator, wake.word()),
     };
     let height = track.altitude_m.filter(|h| *h > AIRBORNE_M);
     let height =
@@ -136,7 +137,7 @@ fn paint(pen: &mut Pen<'_>, wanted: &Wanted<'_>, label: &Placed) {
     if targets::is_selected(pen, wanted.track) {
         let colour = pen.colour("select");
         pen.dashed(frame, true, colour, 1.0, &[]);
-    } else if wanted.track.status == "coasting" {
+    } else if wanted.track.status == TrackStatus::Coasting {
         let colour = pen.colour("dim");
         pen.dashed(frame, true, colour, 1.0, &[3.0, 2.0]);
     }

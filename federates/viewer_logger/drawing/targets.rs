@@ -4,6 +4,7 @@ use super::{Anchor, Colour, Mark, Pen, Shown};
 use crate::runtime::messages::{TrackMessage, TruthMessage};
 use crate::viewer_logger::frame;
 use crate::viewer_logger::picture::KindLook;
+use models::track::{TrackStatus, TrackType};
 
 /// Slower targets stand, m/s.
 pub(super) const STILL_MPS: f64 = 0.5;
@@ -81,11 +82,10 @@ pub(super) fn sound(position_m: [f64; 2]) -> bool {
 
 /// Name of a track's colour.
 pub(super) fn colour_of(track: &TrackMessage) -> &'static str {
-    match (&track.movement[..], &track.track_type[..]) {
-        ("arrival", _) => "arrival",
-        ("departure", _) => "departure",
-        ("vehicle", _) | (_, "vehicle") => "vehicle",
-        _ => "unknown",
+    match (track.movement, track.track_type) {
+        (Some(movement), _) => movement.word(),
+        (None, TrackType::Vehicle) => "vehicle",
+        (None, _) => "unknown",
     }
 }
 
@@ -127,9 +127,9 @@ fn plots(pen: &mut Pen<'_>, shown: &Shown<'_>) {
         if !pen.inside([x, y], 4.0) {
             continue;
         }
-        let name = format!("plot-{}", plot.kind);
+        let name = format!("plot-{}", plot.kind.word);
         let colour = pen.colour(if pen.palette.has(&name) { &name } else { "plot-other" });
-        let Some(kind) = kinds.iter().find(|k| k.word == plot.kind) else { continue };
+        let Some(kind) = kinds.iter().find(|k| k.word == plot.kind.word) else { continue };
         for line in &kind.symbol {
             let points =
                 line.iter().map(|[a, b]| [x + 3.5 * f64::from(*a), y + 3.5 * f64::from(*b)]);
@@ -216,20 +216,21 @@ fn symbol(pen: &mut Pen<'_>, track: &TrackMessage) {
         return;
     }
     let named = !track.callsign.is_empty();
-    let known = track.track_type == "aircraft" || track.track_type == "vehicle";
-    let hollow = matches!(&track.status[..], "coasting" | "tentative") || (!named && known);
+    let known = track.track_type != TrackType::NotAssociated;
+    let hollow =
+        matches!(track.status, TrackStatus::Coasting | TrackStatus::Tentative) || (!named && known);
     let ground = pen.colour("ground");
     let (fill, stroke) = if hollow { (None, (colour, 1.6)) } else { (Some(colour), (ground, 1.0)) };
     let ring = |corners: &[[f64; 2]]| -> Vec<[f64; 2]> {
         corners.iter().map(|[x, y]| [at[0] + x, at[1] + y]).collect()
     };
-    let corners = match &track.track_type[..] {
-        "aircraft" => {
+    let corners = match track.track_type {
+        TrackType::Aircraft => {
             pen.disc(at, 5.0, fill, Some(stroke));
             None
         }
-        "vehicle" => Some(ring(&[[-4.0, -4.0], [4.0, -4.0], [4.0, 4.0], [-4.0, 4.0]])),
-        _ => Some(ring(&[[0.0, -6.0], [6.0, 0.0], [0.0, 6.0], [-6.0, 0.0]])),
+        TrackType::Vehicle => Some(ring(&[[-4.0, -4.0], [4.0, -4.0], [4.0, 4.0], [-4.0, 4.0]])),
+        TrackType::NotAssociated => Some(ring(&[[0.0, -6.0], [6.0, 0.0], [0.0, 6.0], [-6.0, 0.0]])),
     };
     if let Some(corners) = corners {
         if let Some(fill) = fill {

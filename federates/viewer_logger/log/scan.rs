@@ -1,6 +1,7 @@
 //! A scan as rows of the database.
 
 use super::rmse;
+use super::said;
 use crate::runtime::messages::ScanReport;
 use crate::viewer_logger::frame::{entity_key, plot_error_m};
 use crate::viewer_logger::source::ScanSums;
@@ -62,8 +63,8 @@ pub(super) fn write_scan(t: &Transaction<'_>, scan: &ScanReport) -> rusqlite::Re
         insert.execute(params![
             number,
             x.number,
-            x.status,
-            x.track_type,
+            x.status.word(),
+            x.track_type.word(),
             x.callsign,
             x.position_m[0],
             x.position_m[1],
@@ -91,8 +92,8 @@ pub(super) fn write_scan(t: &Transaction<'_>, scan: &ScanReport) -> rusqlite::Re
             x.time_ns,
             x.first,
             x.type_designator,
-            x.wake,
-            x.movement,
+            said(x.wake),
+            said(x.movement),
             x.runway_stand,
             x.routing.join(" "),
             x.ctd_eta_ns,
@@ -127,7 +128,7 @@ fn write_plots(t: &Transaction<'_>, scan: &ScanReport) -> rusqlite::Result<()> {
             scan.scan as i64,
             x.sensor,
             x.sequence,
-            x.kind,
+            x.kind.word,
             x.time_ns,
             x.position_m[0],
             x.position_m[1],

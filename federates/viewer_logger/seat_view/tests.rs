@@ -2,6 +2,7 @@ use super::super::tests::{scan, weather};
 use super::super::{Outgoing, Session, Viewer, frame, picture, said::Topic};
 use super::*;
 use crate::runtime::messages::{AlertMessage, ScanReport};
+use models::control::alert::{AlertKind, Change, Stage};
 use serde_json::json;
 
 /// An aircraft, a car beside it, another one behind a building, and one 3 km away; each has a track, the first one a plot.
@@ -54,10 +55,10 @@ fn viewer(visibility_m: f64) -> Viewer {
     viewer.on_alerts(&[AlertMessage {
         run: 1,
         time_ns: 3_000_000_000,
-        change: "raised".to_owned(),
+        change: Change::Raised,
         id: 7,
-        kind: "RMCA_ARR".to_owned(),
-        stage: "alarm".to_owned(),
+        kind: AlertKind::RunwayArrival,
+        stage: Stage::Alarm,
         subjects: "CAR2 BAW2".to_owned(),
         since_ns: 3_000_000_000,
         asterix: 9,

@@ -1,6 +1,6 @@
 // The page of the eye: takes scans, weather and airport from the viewer, and shows what is seen from a place.
 
-import { decode } from "./frame.js";
+import { decode, setWords } from "./frame.js";
 import { aboard, axes, hidden, matrix, outlook, project, reckoned, seen } from "./eye_see.js";
 import { backgroundOf, extinction, illuminance, rainAt, sightM, sunElevation, threshold } from "./eye_light.js";
 import { worn } from "./eye_lamps.js";
@@ -68,6 +68,7 @@ function ask() {
 const link = new Link({
   text(message) {
     if (message.type === "scene") {
+      setWords(message.words);
       state.run = message.run;
       state.airport = message.map;
       build();

@@ -2,9 +2,14 @@
 
 const VERSION = 3;
 const HEADER = 40, TRACK = 152, TRUTH = 80, PLOT = 56;
-const TRACK_TYPES = ["none", "aircraft", "vehicle"];
-const STATUSES = ["tentative", "confirmed", "coasting", "last"];
-const MOVEMENTS = ["", "arrival", "departure", "vehicle"];
+
+/** Words of a track in the order of their numbers; the server says them. */
+let words = { types: [], statuses: [], movements: [] };
+
+/** Takes the server's words. */
+export function setWords(told) {
+  words = told;
+}
 
 /** Kinds of sensors in the order of the numbers in plots: word, title, colours, symbol; the server says them. */
 export const kinds = [];
@@ -62,11 +67,11 @@ function readTrack(view, at) {
   return {
     id: `t${view.getUint16(at, true)}`,
     number: view.getUint16(at, true),
-    type: TRACK_TYPES[view.getUint8(at + 2)] ?? "none",
-    status: STATUSES[view.getUint8(at + 3)] ?? "unknown",
+    type: words.types[view.getUint8(at + 2)] ?? "none",
+    status: words.statuses[view.getUint8(at + 3)] ?? "unknown",
     first: (flags & 1) !== 0,
     manoeuvre: (flags & 2) !== 0,
-    movement: MOVEMENTS[view.getUint8(at + 6)] ?? "",
+    movement: words.movements[view.getUint8(at + 6) - 1] ?? "",
     wake: wake ? String.fromCharCode(wake) : "",
     truthIndex: view.getInt32(at + 8, true),
     callsign: text(view, at + 12, 12),

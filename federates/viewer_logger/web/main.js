@@ -4,7 +4,7 @@ import { Address } from "./address.js";
 import { AlertPanel, alertWords, runwayOf, subjectOf } from "./alerts.js";
 import { closeUp, watch } from "./closeup.js";
 import { Curve } from "./curve.js";
-import { decode } from "./frame.js";
+import { decode, setWords } from "./frame.js";
 import { head } from "./head.js";
 import { hiddenLabels } from "./hidden.js";
 import { expose } from "./hook.js";
@@ -133,6 +133,7 @@ const strips = stripBoxes.map((box) => new StripPanel(box, { onPick, onAct: (cal
 function onText(message) {
   switch (message.type) {
     case "scene":
+      setWords(message.words);
       state.run = message.run;
       state.airport = message.map;
       state.filters = message.filters;

@@ -4,6 +4,8 @@ use super::clearance::ClearanceKind;
 use crate::frames::Vector2;
 use crate::plot::Callsign;
 use crate::time::SimTime;
+use crate::words::{Word, words};
+use std::borrow::Cow;
 
 /// How grave an alert is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -14,14 +16,10 @@ pub enum Stage {
     Alarm,
 }
 
-impl Stage {
-    /// Its word.
-    #[must_use]
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Information => "information",
-            Self::Alarm => "alarm",
-        }
+words! {
+    "stage of an alert": Stage {
+        Information = "information",
+        Alarm = "alarm",
     }
 }
 
@@ -201,6 +199,26 @@ impl Condition {
     }
 }
 
+impl Word for AlertKind {
+    const WHAT: &'static str = "kind of an alert";
+
+    fn words() -> Vec<Cow<'static, str>> {
+        let clearances = ClearanceKind::ALL.into_iter().enumerate();
+        let pairs = clearances.flat_map(|(n, a)| {
+            ClearanceKind::ALL.into_iter().skip(n).map(move |b| Self::Conflicting(a, b))
+        });
+        Self::ALONE.into_iter().chain(pairs).map(|kind| kind.said()).collect()
+    }
+
+    fn said(&self) -> Cow<'static, str> {
+        self.word().into()
+    }
+
+    fn named(word: &str) -> Option<Self> {
+        Self::of(word)
+    }
+}
+
 /// What happened to an alert in a scan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Change {
@@ -210,6 +228,14 @@ pub enum Change {
     Changed,
     /// Ended.
     Ended,
+}
+
+words! {
+    "change of an alert": Change {
+        Raised = "raised",
+        Changed = "changed",
+        Ended = "ended",
+    }
 }
 
 /// An alert.

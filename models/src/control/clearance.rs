@@ -2,6 +2,7 @@
 
 use crate::plot::Callsign;
 use crate::time::SimTime;
+use crate::words::words;
 
 /// What a clearance allows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -33,48 +34,24 @@ pub enum ClearanceKind {
     TakeOff,
 }
 
+words! {
+    "clearance": ClearanceKind {
+        Backtrack = "BTR",
+        Cross = "CRO",
+        Enter = "ENT",
+        GoAround = "GOA",
+        Hold = "HLD",
+        Land = "LND",
+        LineUp = "LUP",
+        Push = "PSH",
+        Revoke = "REV",
+        Speed = "SPD",
+        Taxi = "TAX",
+        TakeOff = "TOF",
+    }
+}
+
 impl ClearanceKind {
-    /// All, in the order of their words.
-    pub const ALL: [Self; 12] = [
-        Self::Backtrack,
-        Self::Cross,
-        Self::Enter,
-        Self::GoAround,
-        Self::Hold,
-        Self::Land,
-        Self::LineUp,
-        Self::Push,
-        Self::Revoke,
-        Self::Speed,
-        Self::Taxi,
-        Self::TakeOff,
-    ];
-
-    /// Its word.
-    #[must_use]
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Backtrack => "BTR",
-            Self::Cross => "CRO",
-            Self::Enter => "ENT",
-            Self::GoAround => "GOA",
-            Self::Hold => "HLD",
-            Self::Land => "LND",
-            Self::LineUp => "LUP",
-            Self::Push => "PSH",
-            Self::Revoke => "REV",
-            Self::Speed => "SPD",
-            Self::Taxi => "TAX",
-            Self::TakeOff => "TOF",
-        }
-    }
-
-    /// The kind of a word.
-    #[must_use]
-    pub fn of(word: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|kind| kind.word() == word)
-    }
-
     /// Whether it allows to be on a runway.
     #[must_use]
     pub fn enters_runway(self) -> bool {
@@ -440,14 +417,6 @@ mod tests {
         board.end(Callsign::new("AAL1"), Land, Some(0), SimTime::from_s(80.0));
         board.advance(SimTime::from_s(80.0));
         assert_eq!((words(&board).as_str(), board.on_runways()), ("", &[][..]));
-    }
-
-    #[test]
-    fn every_word_is_found_again() {
-        for kind in ClearanceKind::ALL {
-            assert_eq!(ClearanceKind::of(kind.word()), Some(kind));
-        }
-        assert_eq!(ClearanceKind::of("XXX"), None);
     }
 
     #[test]

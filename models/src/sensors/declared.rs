@@ -13,6 +13,8 @@ use crate::sensors::config::ConfigError;
 use crate::sensors::planned::Planned;
 use crate::sensors::radar::shadow::Building;
 use crate::sensors::reporting::cooperative::Equipage;
+use crate::words::Word;
+use std::borrow::Cow;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::fmt;
@@ -223,6 +225,22 @@ impl Given<'_> {
         self.flag("aircraft", &mut equipage.aircraft);
         self.flag("vehicles", &mut equipage.vehicles);
         equipage
+    }
+}
+
+impl Word for SensorKind {
+    const WHAT: &'static str = "kind of sensor";
+
+    fn words() -> Vec<Cow<'static, str>> {
+        Self::all().map(|kind| kind.word.into()).collect()
+    }
+
+    fn said(&self) -> Cow<'static, str> {
+        self.word.into()
+    }
+
+    fn named(word: &str) -> Option<Self> {
+        Self::of(word)
     }
 }
 

@@ -3,17 +3,22 @@
 use super::*;
 use federates::runtime::messages::AlertMessage;
 use federates::viewer_logger::said::Topic;
+use models::control::alert::{AlertKind, Change, Stage};
 
 /// Alert `id` of two targets of the demo run.
-pub(super) fn alert(id: u32, change: &str, s: i64) -> AlertMessage {
+pub(super) fn alert(id: u32, change: Change, s: i64) -> AlertMessage {
     AlertMessage {
         time_ns: s * 1_000_000_000,
-        change: change.to_owned(),
+        run: 1,
+        change,
         id,
-        kind: "RMCA_ARR".to_owned(),
-        stage: "alarm".to_owned(),
+        kind: AlertKind::RunwayArrival,
+        stage: Stage::Alarm,
         subjects: "CAI3208 EDW229".to_owned(),
-        ..AlertMessage::default()
+        since_ns: s * 1_000_000_000,
+        asterix: 9,
+        place_m: [0.0; 2],
+        number: 0,
     }
 }
 
@@ -22,7 +27,7 @@ fn alerts_strips_and_panes_are_what_was_said_and_a_key_acknowledges() {
     let Some(mut w) = watch(40) else { return };
     let hidden = w.browser.eval("document.getElementById('alerts').hidden");
     assert_eq!(hidden, true, "nothing was said");
-    w.page.update(|viewer| viewer.on_alerts(&[alert(5, "raised", 39)]));
+    w.page.update(|viewer| viewer.on_alerts(&[alert(5, Change::Raised, 39)]));
     w.browser.until("__viewer.alerts.length === 1");
     w.drawn();
     let text = w.browser.eval("document.querySelector('#alerts li').textContent");
@@ -62,7 +67,7 @@ fn alerts_strips_and_panes_are_what_was_said_and_a_key_acknowledges() {
     w.browser.until("__viewer.scan === 12 && __viewer.alerts.length === 0");
     w.browser.key("l");
     w.browser.until("__viewer.live && __viewer.alerts.length === 1");
-    w.page.update(|viewer| viewer.on_alerts(&[alert(5, "ended", 40)]));
+    w.page.update(|viewer| viewer.on_alerts(&[alert(5, Change::Ended, 40)]));
     w.browser.until("__viewer.alerts.length === 0");
 
     // What flights that behave say: the strip, and why it waits.

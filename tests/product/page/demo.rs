@@ -7,6 +7,9 @@ use federates::runtime::messages::{
 };
 use federates::viewer_logger::Viewer;
 use federates::viewer_logger::picture::{AirportMap, RunInfo};
+use models::flight_list::{MovementKind, WakeCategory};
+use models::plot::SensorKind;
+use models::track::{TrackStatus, TrackType};
 use scenarios::Scene;
 use std::path::Path;
 
@@ -22,7 +25,7 @@ struct Mover {
     designator: &'static str,
     aircraft: bool,
     size_m: [f64; 2],
-    movement: &'static str,
+    movement: MovementKind,
     runway_stand: &'static str,
     points: Vec<(f64, [f64; 2])>,
 }
@@ -38,12 +41,12 @@ impl Demo {
     pub(crate) fn at(folder: &Path) -> Self {
         let scene = scenarios::load(&folder.join("zurich.toml")).expect("the scene is sound");
         let flights = [
-            ("EDW229", "A320", "arrival", "28/E_19", 0.0),
-            ("CAI3208", "B738", "arrival", "14/E_67", 130.0),
-            ("ENT57BW", "B738", "departure", "28/I_98", 200.0),
-            ("AEE5ZH", "A320", "departure", "28/D_16", 150.0),
-            ("ACA879", "B77W", "departure", "16/E_56", 300.0),
-            ("SWR137H", "A321", "departure", "28/A_48", 60.0),
+            ("EDW229", "A320", MovementKind::Arrival, "28/E_19", 0.0),
+            ("CAI3208", "B738", MovementKind::Arrival, "14/E_67", 130.0),
+            ("ENT57BW", "B738", MovementKind::Departure, "28/I_98", 200.0),
+            ("AEE5ZH", "A320", MovementKind::Departure, "28/D_16", 150.0),
+            ("ACA879", "B77W", MovementKind::Departure, "16/E_56", 300.0),
+            ("SWR137H", "A321", MovementKind::Departure, "28/A_48", 60.0),
         ];
         let mut movers: Vec<Mover> = flights
             .into_iter()
@@ -71,7 +74,7 @@ impl Demo {
                 designator,
                 aircraft: false,
                 size_m: [5.0, 2.0],
-                movement: "vehicle",
+                movement: MovementKind::Vehicle,
                 runway_stand: "",
                 points: round.collect(),
             });
@@ -122,40 +125,50 @@ impl Demo {
                 ours: true,
                 track: tracked.then_some((number, error_m)),
             });
-            let mut plot = |sensor: u16, kind: &str, position_m: [f64; 2], cov_m2: [f64; 3]| {
-                report.plots.push(PlotMessage {
-                    sensor,
-                    kind: kind.to_owned(),
-                    time_ns: time_ns - 200_000_000,
-                    position_m,
-                    cov_m2,
-                    ellipse: [0.0, 1.0, cov_m2[2], cov_m2[0]],
-                    altitude_m: None,
-                    velocity_mps: None,
-                    polar: None,
-                    scnr_db: Some(14.0 + 3.0 * draw(6)),
-                    identity: String::new(),
-                    cause: mover.callsign.clone(),
-                    truth_m: Some(at),
-                    sequence: i as u32,
-                    track: tracked.then_some(number),
-                    effects: if kind == "asde" { effects() } else { Vec::new() },
-                });
-            };
+            let mut plot =
+                |sensor: u16, kind: SensorKind, position_m: [f64; 2], cov_m2: [f64; 3]| {
+                    report.plots.push(PlotMessage {
+                        sensor,
+                        kind,
+                        time_ns: time_ns - 200_000_000,
+                        position_m,
+                        cov_m2,
+                        ellipse: [0.0, 1.0, cov_m2[2], cov_m2[0]],
+                        altitude_m: None,
+                        velocity_mps: None,
+                        polar: None,
+                        scnr_db: Some(14.0 + 3.0 * draw(6)),
+                        identity: String::new(),
+                        cause: mover.callsign.clone(),
+                        truth_m: Some(at),
+                        sequence: i as u32,
+                        track: tracked.then_some(number),
+                        effects: if kind == SensorKind::Asde { effects() } else { Vec::new() },
+                    });
+                };
             if !missed {
-                plot(1, "asde", plot_m, [10.0, 2.0, 19.0]);
+                plot(1, SensorKind::Asde, plot_m, [10.0, 2.0, 19.0]);
             }
             if !mover.aircraft {
-                plot(3, "dgps", [at[0] + draw(7), at[1] + draw(8)], [1.0, 0.0, 1.0]);
+                plot(3, SensorKind::Dgps, [at[0] + draw(7), at[1] + draw(8)], [1.0, 0.0, 1.0]);
             }
             if i == 0 {
-                plot(2, "gps", [at[0] + 5.0 * draw(7), at[1] + 5.0 * draw(8)], [25.0, 0.0, 25.0]);
+                plot(
+                    2,
+                    SensorKind::Gps,
+                    [at[0] + 5.0 * draw(7), at[1] + 5.0 * draw(8)],
+                    [25.0, 0.0, 25.0],
+                );
             }
             if tracked {
                 report.tracks.push(TrackMessage {
                     number,
-                    track_type: if mover.aircraft { "aircraft" } else { "vehicle" }.to_owned(),
-                    status: if missed { "coasting" } else { "confirmed" }.to_owned(),
+                    track_type: if mover.aircraft {
+                        TrackType::Aircraft
+                    } else {
+                        TrackType::Vehicle
+                    },
+                    status: if missed { TrackStatus::Coasting } else { TrackStatus::Confirmed },
                     first: false,
                     time_ns,
                     position_m: track_m,
@@ -168,8 +181,8 @@ impl Demo {
                     manoeuvre: n % 40 < 3 && i == 1,
                     callsign: mover.callsign.clone(),
                     type_designator: mover.designator.to_owned(),
-                    wake: if mover.aircraft { "M" } else { "" }.to_owned(),
-                    movement: mover.movement.to_owned(),
+                    wake: mover.aircraft.then_some(WakeCategory::Medium),
+                    movement: Some(mover.movement),
                     runway_stand: mover.runway_stand.to_owned(),
                     ctd_eta_ns: None,
                     routing: Vec::new(),
@@ -203,8 +216,8 @@ impl Demo {
                 callsign: m.callsign.clone(),
                 address: None,
                 type_designator: m.designator.to_owned(),
-                wake: if m.aircraft { "M" } else { "" }.to_owned(),
-                movement: m.movement.to_owned(),
+                wake: m.aircraft.then_some(WakeCategory::Medium),
+                movement: m.movement,
                 runway: m.runway_stand.split('/').next().unwrap_or("").to_owned(),
                 stand: m.runway_stand.split('/').nth(1).unwrap_or("").to_owned(),
                 stand_m: None,

@@ -4,6 +4,7 @@ use super::alerts::alert;
 use super::*;
 use federates::viewer_logger::detection::Maps;
 use federates::viewer_logger::tolerances::{Told, ToleranceRow};
+use models::control::alert::Change;
 
 #[test]
 fn where_the_radars_do_not_see_is_a_layer_under_the_map() {
@@ -153,7 +154,7 @@ fn axe_finds_nothing_to_complain_about() {
     let axe = std::fs::read_to_string(file).expect("axe.min.js");
     let Some(mut w) = watch(40) else { return };
     pick(&mut w, 2);
-    w.page.update(|viewer| viewer.on_alerts(&[alert(5, "raised", 39)]));
+    w.page.update(|viewer| viewer.on_alerts(&[alert(5, Change::Raised, 39)]));
     w.page.update(|viewer| viewer.compare(true, None));
     w.page.update(|viewer| {
         let row =

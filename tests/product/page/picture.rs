@@ -4,6 +4,7 @@ use super::*;
 use federates::viewer_logger::drawing::view::View;
 use federates::viewer_logger::drawing::{Drawing, Shown, png, svg};
 use federates::viewer_logger::picture::AirportMap;
+use models::track::TrackStatus;
 
 #[test]
 fn the_picture_without_a_browser_is_the_page() {
@@ -33,8 +34,10 @@ fn the_picture_without_a_browser_is_the_page() {
         let pixel = w.pixel_at(mark.number);
         let apart = (pixel[0] - red).abs() + (pixel[1] - green).abs() + (pixel[2] - blue).abs();
         // A coasting one is hollow and shows the ground in its middle.
-        let hollow =
-            report.tracks.iter().any(|t| t.number == mark.number && t.status == "coasting");
+        let hollow = report
+            .tracks
+            .iter()
+            .any(|t| t.number == mark.number && t.status == TrackStatus::Coasting);
         assert!(hollow || apart < 60, "track {}: {pixel:?}, not {:?}", mark.number, mark.colour);
         let labelled =
             labels.as_array().expect("labels").contains(&json!(format!("t{}", mark.number)));

@@ -3,6 +3,7 @@
 use super::{Watched, watch};
 use federates::runtime::messages::{SeatAction, SeatAnswer, SeatOrder};
 use federates::viewer_logger::said::Topic;
+use models::control::clearance::ClearanceKind;
 use serde_json::{Value, json};
 use std::sync::{Arc, Mutex};
 
@@ -32,7 +33,7 @@ fn orders(w: &Watched) -> Arc<Mutex<Vec<SeatOrder>>> {
     let noted = Arc::clone(&orders);
     w.page.let_speak(Arc::new(move |order| {
         let mut noted = noted.lock().expect("not poisoned");
-        if matches!(&order.action, SeatAction::Say { clearance, .. } if clearance == "LUP") {
+        if matches!(&order.action, SeatAction::Say { clearance, .. } if *clearance == ClearanceKind::LineUp) {
             return Err("LUP for SWR137H is given by tower 1".to_owned());
         }
         if order.action != SeatAction::Here {
@@ -58,8 +59,10 @@ pub(super) fn sit_down(w: &mut Watched) -> Value {
 fn a_person_takes_a_seat_and_clears_by_button_digit_line_and_strip() {
     let Some(mut w) = watch(40) else { return };
     let orders = orders(&w);
-    let said =
-        |callsign: &str| SeatAction::Say { callsign: callsign.into(), clearance: "TAX".into() };
+    let said = |callsign: &str| SeatAction::Say {
+        callsign: callsign.into(),
+        clearance: ClearanceKind::Taxi,
+    };
     w.browser.click_on("#tab-seats");
     stands(&w, 40.0, &Value::Null, &json!([]));
     w.browser.until(&format!("document.querySelector('{GROUND}')?.textContent === 'Take'"));

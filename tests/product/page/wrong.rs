@@ -10,9 +10,7 @@ fn what_goes_wrong_is_shown_and_does_no_harm() {
     odd.tracks[0].callsign = "<b>X</b>".to_owned();
     odd.tracks[1].position_m = [f64::NAN, 5.0];
     odd.tracks[1].cov_m2 = [f64::INFINITY; 3];
-    odd.tracks[2].status = "a new word".to_owned();
     odd.truth[3].position_m[0] = f64::INFINITY;
-    odd.plots[0].kind = "crystal ball".to_owned();
     w.page.update(|viewer| viewer.on_scan(&odd));
     w.browser.until("__viewer.scan === 6");
     w.drawn();

@@ -212,6 +212,10 @@ class Run:
         """Simulated seconds per wall second; None: as fast as possible."""
         return self.command("rate", rate=rate)
 
+    def move(self, name: str, to: str) -> Answer:
+        """Gives the place of a generator or of the external world to another one's process, at a frame boundary."""
+        return self.command("move", name=name, to=to)
+
     def close(self) -> None:
         """Leaves within 2 s."""
         if self._closed:

@@ -1,6 +1,7 @@
 //! What controllers, pilots and drivers say to each other: one form for models and people.
 
 use crate::control::clearance::ClearanceKind;
+use crate::words::words;
 
 /// Who speaks or listens.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -65,16 +66,12 @@ pub enum MessageKind {
     Correction,
 }
 
-impl MessageKind {
-    /// Its word in tables.
-    #[must_use]
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Request => "request",
-            Self::Clearance => "clearance",
-            Self::Readback => "readback",
-            Self::Correction => "correction",
-        }
+words! {
+    "kind of a message": MessageKind {
+        Request = "request",
+        Clearance = "clearance",
+        Readback = "readback",
+        Correction = "correction",
     }
 }
 

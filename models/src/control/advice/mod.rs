@@ -21,6 +21,7 @@ use crate::frames::Vector2;
 use crate::plot::Callsign;
 use crate::traffic::ahead::{Flight, Known, stand_of};
 use crate::traffic::network::Network;
+use crate::words::words;
 use stand_hold::StandHold;
 use std::collections::BTreeMap;
 
@@ -35,15 +36,11 @@ pub enum Decision {
     Refused,
 }
 
-impl Decision {
-    /// Its word.
-    #[must_use]
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Open => "open",
-            Self::Accepted => "accepted",
-            Self::Refused => "refused",
-        }
+words! {
+    "decision upon an advice": Decision {
+        Open = "open",
+        Accepted = "accepted",
+        Refused = "refused",
     }
 }
 
@@ -60,28 +57,16 @@ pub enum Kind {
     StandConflict,
 }
 
+words! {
+    "kind of advice": Kind {
+        HoldAtStand = "HOLD_STAND",
+        ConflictAhead = "CONFLICT",
+        Gap = "GAP",
+        StandConflict = "STAND",
+    }
+}
+
 impl Kind {
-    /// All.
-    pub const ALL: [Self; 4] =
-        [Self::HoldAtStand, Self::ConflictAhead, Self::Gap, Self::StandConflict];
-
-    /// Its word.
-    #[must_use]
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::HoldAtStand => "HOLD_STAND",
-            Self::ConflictAhead => "CONFLICT",
-            Self::Gap => "GAP",
-            Self::StandConflict => "STAND",
-        }
-    }
-
-    /// The kind of a word.
-    #[must_use]
-    pub fn of(word: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|kind| kind.word() == word)
-    }
-
     /// In what it is worth what it is worth.
     #[must_use]
     pub fn unit(self) -> &'static str {
@@ -208,15 +193,38 @@ pub enum Change {
     Ended(Advice),
 }
 
+/// The same without the advice.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Became {
+    /// Given.
+    #[default]
+    Given,
+    /// Its time moved, or it is about another.
+    Moved,
+    /// Decided upon.
+    Decided,
+    /// Over.
+    Ended,
+}
+
+words! {
+    "change of an advice": Became {
+        Given = "given",
+        Moved = "moved",
+        Decided = "decided",
+        Ended = "ended",
+    }
+}
+
 impl Change {
-    /// Its word.
+    /// What became of it.
     #[must_use]
-    pub fn word(&self) -> &'static str {
+    pub fn became(&self) -> Became {
         match self {
-            Self::Given(_) => "given",
-            Self::Moved(_) => "moved",
-            Self::Decided(_) => "decided",
-            Self::Ended(_) => "ended",
+            Self::Given(_) => Became::Given,
+            Self::Moved(_) => Became::Moved,
+            Self::Decided(_) => Became::Decided,
+            Self::Ended(_) => Became::Ended,
         }
     }
 
@@ -469,7 +477,7 @@ mod tests {
     fn scan(advisor: &mut Advisor, now_s: f64, found: &[Found]) -> Vec<(&'static str, u32, u32)> {
         let mut changes = Vec::new();
         advisor.note(now_s, found.to_vec(), &mut changes);
-        changes.iter().map(|c| (c.word(), c.advice().flight, c.advice().id)).collect()
+        changes.iter().map(|c| (c.became().word(), c.advice().flight, c.advice().id)).collect()
     }
 
     #[test]
@@ -507,7 +515,8 @@ mod tests {
         assert_eq!(said(&advisor), None, "it is not open yet");
         assert_eq!(scan(&mut advisor, 4.0, &[gap(true)]), [("moved", 7, 1)]);
         assert_eq!(said(&advisor), Some(ClearanceKind::Cross));
-        let decide = |a: &mut Advisor, kind, d| a.decide(kind, 7, d, true).map(|c| c.word());
+        let decide =
+            |a: &mut Advisor, kind, d| a.decide(kind, 7, d, true).map(|c| c.became().word());
         assert!(decide(&mut advisor, Kind::ConflictAhead, Decision::Accepted).is_err());
         assert_eq!(decide(&mut advisor, Kind::Gap, Decision::Refused), Ok("decided"));
         assert!(decide(&mut advisor, Kind::Gap, Decision::Refused).is_err(), "twice");
@@ -515,8 +524,5 @@ mod tests {
         scan(&mut advisor, 5.0, &[gap(false)]);
         let decision = advisor.of(Kind::Gap, 7).map(|a| a.decision);
         assert_eq!(decision, Some((Decision::Refused, true)));
-        for kind in Kind::ALL {
-            assert_eq!(Kind::of(kind.word()), Some(kind));
-        }
     }
 }

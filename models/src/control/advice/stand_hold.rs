@@ -507,7 +507,7 @@ mod tests {
             assert!(a.decision == (Decision::Accepted, false) && !advisor.may_push(a.flight));
         }
         assert_eq!((0..10).filter(|f| advisor.may_push(*f)).count(), 3);
-        let words: Vec<&str> = changes.iter().map(Change::word).collect();
+        let words: Vec<&str> = changes.iter().map(|c| c.became().word()).collect();
         assert_eq!(words.iter().filter(|w| **w == "given").count(), 7);
         assert_eq!(words.iter().filter(|w| **w == "decided").count(), 7);
         // When its time has come it is over, and he may be pushed.
