@@ -153,18 +153,23 @@ def main():
         found["same_digest"] = found["summary"]["digest"] == alone["digest"]
         found["placed"] = placed(folder, state)
     finally:
-        if picture:
-            picture.wire.close()
-        if bridge and bridge.poll() is None:
-            bridge.kill()
-        try:
-            os.killpg(server.pid, signal.SIGKILL)
-        except ProcessLookupError:
-            pass
-        if run.poll() is None:
-            run.terminate()
-            run.wait(20)
+        close(picture, bridge, server, run)
     print(json.dumps(found))
+
+
+def close(picture, bridge, server, run):
+    """Ends what is still there of a run beside BlueSky."""
+    if picture:
+        picture.wire.close()
+    if bridge and bridge.poll() is None:
+        bridge.kill()
+    try:
+        os.killpg(server.pid, signal.SIGKILL)
+    except ProcessLookupError:
+        pass
+    if run.poll() is None:
+        run.terminate()
+        run.wait(20)
 
 
 def placed(folder, state):

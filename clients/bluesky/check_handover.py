@@ -15,7 +15,7 @@ import sys
 from pathlib import Path
 
 import seeds_client as seeds
-from check import HERE, Picture, attempt, bluesky, children, ours, settle, wait
+from check import HERE, Picture, attempt, bluesky, children, close, ours, settle, wait
 
 SECONDS = 600
 SCENE = """[run]
@@ -117,17 +117,7 @@ def main():
         found["summary"] = json.loads(run.communicate(timeout=60)[0].strip().splitlines()[-1])
         found["run_code"] = run.returncode
     finally:
-        if picture:
-            picture.wire.close()
-        if bridge and bridge.poll() is None:
-            bridge.kill()
-        try:
-            os.killpg(server.pid, signal.SIGKILL)
-        except ProcessLookupError:
-            pass
-        if run.poll() is None:
-            run.terminate()
-            run.wait(20)
+        close(picture, bridge, server, run)
     log = sqlite3.connect(f"file:{folder / 'run.sqlite'}?mode=ro", uri=True)
     asked = log.execute("SELECT callsign, action, refused FROM inputs ORDER BY number").fetchall()
     found["asked"] = asked
