@@ -230,18 +230,8 @@ fn settings(config: &PublicConfig) -> Vec<(&'static str, Value)> {
         ("transport/link/rx/max_message_size", json!(4 * LONGEST)),
         ("queries_default_timeout", json!(12_000)),
     ];
-    if let Some(Certs { authority, certificate, key, .. }) = &config.certs {
-        let tls = json!({
-            "root_ca_certificate": authority,
-            "enable_mtls": true,
-            "verify_name_on_connect": true,
-            "close_link_on_expiration": true,
-            "listen_certificate": certificate,
-            "listen_private_key": key,
-            "connect_certificate": certificate,
-            "connect_private_key": key,
-        });
-        settings.push(("transport/link/tls", tls));
+    if let Some(certs) = &config.certs {
+        settings.push(("transport/link/tls", certs.of_links()));
         settings.push(("access_control", access_control(config.exercise)));
     }
     settings

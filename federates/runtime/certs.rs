@@ -18,6 +18,22 @@ pub struct Certs {
 }
 
 impl Certs {
+    /// What a plane is told of them (`transport/link/tls`): both ends show theirs, and the name must be the other's.
+    #[must_use]
+    pub fn of_links(&self) -> serde_json::Value {
+        let Self { authority, certificate, key } = self;
+        serde_json::json!({
+            "root_ca_certificate": authority,
+            "enable_mtls": true,
+            "verify_name_on_connect": true,
+            "close_link_on_expiration": true,
+            "listen_certificate": certificate,
+            "listen_private_key": key,
+            "connect_certificate": certificate,
+            "connect_private_key": key,
+        })
+    }
+
     /// The files of federate `name` in `folder`.
     ///
     /// # Errors

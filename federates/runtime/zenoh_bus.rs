@@ -159,18 +159,7 @@ fn protection(config: &ZenohConfig) -> Vec<(&'static str, Value)> {
     ]);
     let mut settings = vec![("low_pass_filter", bounds)];
     if let Some(certs) = &config.certs {
-        let (certificate, key) = (&certs.certificate, &certs.key);
-        let tls = json!({
-            "root_ca_certificate": certs.authority,
-            "enable_mtls": true,
-            "verify_name_on_connect": true,
-            "close_link_on_expiration": true,
-            "listen_certificate": certificate,
-            "listen_private_key": key,
-            "connect_certificate": certificate,
-            "connect_private_key": key,
-        });
-        settings.push(("transport/link/tls", tls));
+        settings.push(("transport/link/tls", certs.of_links()));
         settings.push(("access_control", super::access_list::access_control(exercise)));
     }
     settings
