@@ -6,6 +6,7 @@
 //! `… -- search SEED RESTARTS [GENERATIONS]`: a search for the worst scene.
 //! `… -- cases FILE SCANS`: cases of a file like `tests/data/effects-cases.csv`, with three seeds of draws each.
 //! `… -- scenes SCENE…`: the radar of scenes that were written, flights that behave driven.
+//! `… -- why SCENE…`: the same with what is simulated and left out, effect by effect.
 #![allow(clippy::print_stdout, reason = "a tool for the terminal")]
 
 use models::effects::Tolerance;
@@ -53,7 +54,16 @@ fn main() -> Result<(), Box<dyn Error>> {
             }
             Ok(())
         }
-        _ => Err("named [A..B] | random SEED A..B [SCANS] | search SEED RESTARTS [GENERATIONS] | cases FILE SCANS | scenes SCENE…".into()),
+        ["why", scenes @ ..] => {
+            for name in scenes {
+                let scene = scenarios::load(&locate(name))?;
+                let (result, beyond) = judge_scene(&scene, scene.tolerance(), 1..2)?;
+                say(name, &result, &scene.tolerance(), &beyond);
+                say_effects(&result);
+            }
+            Ok(())
+        }
+        _ => Err("named [A..B] | random SEED A..B [SCANS] | search SEED RESTARTS [GENERATIONS] | cases FILE SCANS | scenes SCENE… | why SCENE…".into()),
     }
 }
 
@@ -72,6 +82,16 @@ fn say(name: &str, result: &SceneResult, tolerance: &Tolerance, beyond: &[String
         if beyond.is_empty() { "" } else { " BEYOND" },
     );
     beyond.iter().for_each(|b| println!("  {b}"));
+}
+
+/// Where the time of a target goes: effect by effect, ns simulated and left out.
+fn say_effects(result: &SceneResult) {
+    let (_, there, planned) = result.cost_ns;
+    println!("  there {there:.0} ns a target, simulated {planned:.0}");
+    let shown = result.by_effect.iter().filter(|(_, kept, left)| kept + left >= 0.5);
+    shown.for_each(|(effect, kept, left)| {
+        println!("  {:<22} {kept:>4.0} simulated {left:>4.0} left out", effect.name());
+    });
 }
 
 fn named(seeds: Range<u64>) -> Result<(), Box<dyn Error>> {
