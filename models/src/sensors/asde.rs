@@ -23,6 +23,7 @@ use crate::frames::{Azimuth, Vector2, wrap_pi};
 use crate::plot::{Plot, Polar, SensorId, SensorKind};
 use crate::sensors::config::ConfigError;
 use crate::sensors::measurement::{quantised, to_cartesian};
+use crate::sensors::radar::aspect::AspectTables;
 use crate::sensors::radar::detection::{Detector, PdTable, Swerling, from_db, to_db};
 use crate::sensors::radar::effects::{RadarEffect, Tally};
 use crate::sensors::radar::equation::{Air, Budget, Echo, Radar};
@@ -73,6 +74,8 @@ pub struct Asde {
     /// How echoes become plots; `None` where the plan chooses.
     processing: Option<Processing>,
     planner: Planner,
+    /// Centroids of the classes met, by aspect.
+    aspects: AspectTables,
     /// The plan for people, and what it shows: version of the planner, processing, facts of the scan.
     rows: (Option<(u64, Processing, ScanFacts)>, Vec<PlanRow>),
     /// Which rings and sectors the facades may mirror.
@@ -227,6 +230,7 @@ impl Asde {
             fixed: None,
             processing: None,
             planner: Planner::default(),
+            aspects: AspectTables::default(),
             rows: (None, Vec::new()),
             mirrored: Mirrored::default(),
             air: None,
@@ -372,7 +376,7 @@ impl Asde {
         // In a shadow the ratio is none that the plan reckons with: everything exact.
         let exact = self.base_levels();
         let levels = if shadow.db() > 0.0 && self.fixed.is_none() { &exact } else { levels };
-        let centroid = self.centroid(levels.extent, class, azimuth_rad, state.heading_rad)?;
+        let centroid = self.centroid(levels.extent, class, look)?;
         let echo = Echo { ground_m, height_m, extent_m: class.height_m, rcs_m2: centroid.rcs_m2 };
         let mut budget =
             self.radar.budget(air, &levels.budget, &echo, self.site_m, state.position_m.xy());
@@ -402,13 +406,16 @@ impl Asde {
         &mut self,
         level: ExtentLevel,
         class: &TargetClass,
-        azimuth_rad: f64,
-        heading_rad: f64,
+        look: &Look,
     ) -> Option<Centroid> {
         if level != ExtentLevel::Point {
             self.tally.count(RadarEffect::Extent);
         }
-        extended::centroid(level, class, extended::view_rad(azimuth_rad, heading_rad))
+        let view_rad = extended::view_rad(look.azimuth_rad, look.state.heading_rad);
+        match level {
+            ExtentLevel::Table => self.aspects.centroid(look.index, class, view_rad),
+            ExtentLevel::Point | ExtentLevel::Centroid => extended::centroid(level, class, view_rad),
+        }
     }
 
     /// The range at which an echo from `slant_m` appears, if that is displayed.

@@ -74,7 +74,7 @@ impl Asde {
         let (first, snr) = (out.len(), r.budget.snr());
         match levels.extent {
             ExtentLevel::Point => out.push(PointEcho { range_m, azimuth_rad, snr }),
-            ExtentLevel::Centroid => {
+            ExtentLevel::Table | ExtentLevel::Centroid => {
                 let view = extended::view_rad(azimuth_rad, r.look.state.heading_rad);
                 let scatterers = extended::echoes(truth.class(r.look.index), view);
                 out.extend(point_echoes(&scatterers, range_m, azimuth_rad, ground_m, snr));

@@ -61,6 +61,7 @@ pub const COSTS_NS: &[(RadarEffect, Level, u32)] = &[
     (RadarEffect::Detection, Level::Cheap, 101),
     (RadarEffect::Detection, Level::Middle, 20),
     (RadarEffect::Detection, Level::Exact, 1054),
+    (RadarEffect::Extent, Level::Middle, 22),
     (RadarEffect::Extent, Level::Exact, 177),
     (RadarEffect::Glint, Level::Exact, 47),
     (RadarEffect::ThermalRange, Level::Exact, 5),

@@ -3,8 +3,8 @@
 //! A target is a list of scatterers in shares of its length, width and median cross section: its
 //! [`crate::sensors::radar::shape::Shape`], which is data and no measurement.
 //!
-//! Levels: `Point` (the reference point, nothing else) and `Centroid` (closed form of bias and
-//! glint). In cells and video ([`crate::sensors::radar::video`]) the scatterers themselves are simulated.
+//! Levels: `Point` (the reference point, nothing else), `Centroid` (closed form of bias and glint) and
+//! `Table` (the same by aspect, within a stated error). In cells and video ([`crate::sensors::radar::video`]) the scatterers themselves are simulated.
 //!
 //! Frame: `along` the line of sight, away from the radar; `across` it, clockwise in azimuth.
 //!
@@ -51,6 +51,8 @@ pub struct Centroid {
 pub enum ExtentLevel {
     /// Its reference point and median cross section.
     Point,
+    /// As `Centroid`, from a table by aspect ([`super::aspect`]); without one, as `Centroid`.
+    Table,
     /// Centroid and glint of its scatterers, closed form: the glint is 5 to 12 % high.
     Centroid,
 }
@@ -64,7 +66,7 @@ pub fn centroid(level: ExtentLevel, class: &TargetClass, view_rad: f64) -> Optio
         ExtentLevel::Point => {
             (class.rcs_m2 > 0.0).then(|| Centroid { rcs_m2: class.rcs_m2, ..Centroid::default() })
         }
-        ExtentLevel::Centroid => centroid_of(&echoes(class, view_rad)),
+        ExtentLevel::Table | ExtentLevel::Centroid => centroid_of(&echoes(class, view_rad)),
     }
 }
 

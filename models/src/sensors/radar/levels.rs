@@ -172,7 +172,13 @@ impl RadarLevels {
                     Level::Exact => PdLevel::Exact,
                 }
             }
-            E::Extent => self.extent = if on { ExtentLevel::Centroid } else { ExtentLevel::Point },
+            E::Extent => {
+                self.extent = match level {
+                    Level::Skipped => ExtentLevel::Point,
+                    Level::Cheap | Level::Middle => ExtentLevel::Table,
+                    Level::Exact => ExtentLevel::Centroid,
+                }
+            }
             E::Glint => self.glint = on,
             E::ThermalRange => self.thermal_range = on,
             E::ThermalAzimuth => self.thermal_azimuth = on,

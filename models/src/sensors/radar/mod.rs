@@ -1,6 +1,7 @@
 //! What a radar is made of: antenna, echo, propagation, detection, cells; the kind itself is [`super::asde`].
 
 pub mod antenna;
+pub mod aspect;
 pub mod costs;
 pub mod detection;
 pub mod effects;

@@ -234,14 +234,11 @@ impl<'a> BoxOutcome<'a> {
             drawn += if thermal_out { self.coupling_rad.0 } else { loss.coupled_rad };
         }
         let per_unit = axis.per_unit_m;
+        let to_ground = if index == 0 { per_unit } else { 1.02 };
         let mut shift = AxisShift {
             drawn_m: drawn * per_unit,
-            fixed_m: if loss.fixed_m > 0.0 {
-                loss.fixed_m * if index == 0 { per_unit } else { 1.02 }
-            } else {
-                0.0
-            },
-            own_m: if out.glint { axis.most_glint_m } else { 0.0 },
+            fixed_m: if loss.fixed_m > 0.0 { loss.fixed_m * to_ground } else { 0.0 },
+            own_m: if out.glint { axis.most_glint_m } else { loss.own_m2.sqrt() * to_ground },
             step_m: if out.steps || !self.flips { 0.0 } else { axis.step * per_unit },
             factors: (MEAN_ABS, 1.0),
             ..AxisShift::default()

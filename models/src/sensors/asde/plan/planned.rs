@@ -6,6 +6,7 @@ use super::outcome::{BoxLoss, BoxOutcome, Effect, LeftOut};
 use super::reflection::Refinement;
 use crate::effects::choice::{Candidate, Choice, MARGIN, cheapest};
 use crate::effects::{Level, Loss, Tolerance};
+use crate::sensors::radar::aspect;
 use crate::sensors::radar::costs;
 use crate::sensors::radar::detection::{PdTable, to_db};
 use crate::sensors::radar::effects::{RadarEffect, VALUES};
@@ -116,6 +117,15 @@ pub struct Prepared<'a> {
     /// Whether there are rain cells, which costs depend on.
     cells: bool,
 }
+
+/// What the table of centroids by aspect loses: the bias moves for good, the glint with its draw.
+const BY_ASPECT: Loss = Loss {
+    raises_db: aspect::ERROR_DB,
+    lowers_db: aspect::ERROR_DB,
+    fixed_m: aspect::ERROR_M,
+    own_m2: aspect::ERROR_M * aspect::ERROR_M,
+    ..Loss::NONE
+};
 
 fn whole_ns(effect: RadarEffect, level: Level, cells: bool) -> u32 {
     costs::of_weather(effect, level, cells).max(0.0) as u32
@@ -266,7 +276,8 @@ impl<'a> Prepared<'a> {
         let out = LeftOut { glint: sized, ..none };
         ladders.push(vec![
             rung(&[(E::Extent, Skipped), (E::Glint, Skipped)], point, out),
-            rung(&[(E::Extent, Exact), (E::Glint, Skipped)], glint, out),
+            rung(&[(E::Extent, Middle), (E::Glint, Skipped)], glint.plus(BY_ASPECT), out),
+            rung(&[(E::Extent, Middle), (E::Glint, Exact)], BY_ASPECT, none),
             rung(&[(E::Extent, Exact), (E::Glint, Exact)], Loss::NONE, none),
         ]);
         show(E::Extent, point, facts.bias_m, "m");
@@ -377,11 +388,12 @@ impl<'a> Prepared<'a> {
                 Level::Middle if effect.value().is_none() => Kind::Table,
                 Level::Skipped | Level::Cheap | Level::Middle => Kind::LeftOut,
             };
+            let by_aspect = effect == RadarEffect::Extent && level == Level::Middle;
             effects.push(BoxEffect {
                 effect,
                 level,
                 kind,
-                loss: left_out,
+                loss: if by_aspect { BY_ASPECT } else { left_out },
                 shown,
                 cost_ns: whole_ns(effect, level, self.cells),
                 exact_ns: whole_ns(effect, Level::Exact, self.cells),

@@ -355,6 +355,7 @@ fn a_tolerance_of_nothing_leaves_out_nothing_that_is_there() {
     let losses = [
         BoxLoss { loss: Loss::raises(1e-9), ..BoxLoss::default() },
         BoxLoss { loss: Loss::moves(1e-9), ..BoxLoss::default() },
+        BoxLoss { loss: Loss { own_m2: 1e-18, ..Loss::NONE }, ..BoxLoss::default() },
         BoxLoss { out: LeftOut { range: true, ..LeftOut::default() }, ..BoxLoss::default() },
         BoxLoss { loss: Loss { false_plots: 1e-9, ..Loss::NONE }, ..BoxLoss::default() },
     ];

@@ -3,10 +3,10 @@
 
 use super::*;
 use crate::environment::RainCell;
-use crate::sensors::asde::plan::PlannedBox;
+use crate::sensors::asde::plan::{Kind, PlannedBox};
 use crate::sensors::asde::plan::boxes::{Key, band_m};
 use crate::sensors::radar::equation::BudgetLevels;
-use crate::sensors::radar::sample_shapes;
+use crate::sensors::radar::{aspect, sample_shapes};
 
 /// A target: class, place at time zero, velocity, and when it is there, s.
 type Mover = (usize, Vector3<f64>, Vector3<f64>, (f64, f64));
@@ -250,7 +250,7 @@ fn levels_follow_the_budget_of_time_when_it_has_to_give_way() {
     truth.movers.iter_mut().for_each(|m| (m.2, m.3) = (Vector3::zeros(), (0.0, 1e9)));
     // Half of them go.
     truth.movers.iter_mut().step_by(2).for_each(|m| m.3 = (0.0, 6.5));
-    let tolerance = Tolerance { time_budget_us: Some(6.0), ..Tolerance::default() };
+    let tolerance = Tolerance { time_budget_us: Some(3.2), ..Tolerance::default() };
     let mut radar = asde(|_| ()).tolerating(tolerance);
     let mut factors = Vec::new();
     for scan in 1..=10 {
@@ -264,6 +264,40 @@ fn levels_follow_the_budget_of_time_when_it_has_to_give_way() {
     }
     let (crowded, sparse) = (factors[5], factors[9]);
     assert!(sparse < 0.7 * crowded, "{factors:?}");
+}
+
+#[test]
+fn centres_of_echoes_come_from_a_table_where_its_loss_is_tolerated() {
+    let truth = Crowd::new(24, 150.0);
+    let planned = |position_m: f64| {
+        let mut radar =
+            asde(|_| ()).tolerating(Tolerance { position_m, ..Tolerance::default() });
+        for scan in 1..=6 {
+            radar.scan(
+                &interval(scan, 1.0),
+                &truth,
+                &Weather::default(),
+                &mut PlotSink::default(),
+            );
+        }
+        radar
+    };
+    let radar = planned(0.1);
+    let by_table = |b: &&PlannedBox| b.plan.levels.extent == ExtentLevel::Table;
+    let found: Vec<_> = radar.boxes().iter().filter(by_table).collect();
+    assert!(found.len() > radar.boxes().len() / 2, "{} of {}", found.len(), radar.boxes().len());
+    for b in found {
+        let loss = &b.plan.loss;
+        assert!(loss.fixed_m >= aspect::ERROR_M && loss.own_m2 >= aspect::ERROR_M.powi(2));
+        assert!(loss.raises_db >= aspect::ERROR_DB && loss.lowers_db >= aspect::ERROR_DB);
+        let row = b.plan.effects.iter().find(|e| e.effect == RadarEffect::Extent).expect("a row");
+        assert_eq!((row.kind, row.level), (Kind::Table, Level::Middle));
+        assert!(row.loss.fixed_m == aspect::ERROR_M && row.shown.0 > 0.5, "{row:?}");
+        assert!(b.plan.outcome.rms_m > 0.0 && row.cost_ns < row.exact_ns / 4);
+    }
+    // Half of what the table may be off.
+    let strict = planned(0.5 * aspect::ERROR_M);
+    assert!(!strict.boxes().is_empty() && strict.boxes().iter().filter(by_table).count() == 0);
 }
 
 /// The exact ratio of a target, detector's and formulas', dB.
