@@ -93,13 +93,14 @@ impl Asde {
         occluding: &mut Occluding,
     ) {
         looks.clear();
-        ends.clear();
+        // What stood at the end of the last interval is at the beginning of this one.
+        ends.resize(truth.len(), None);
         occluding.clear();
         let sweep = self.sweep(interval);
         let edge_m = edge_reach_m(self.radar.wavelength_m, self.parameters.range_max_m);
         for index in 0..truth.len() {
-            let end = self.looks(interval, &sweep, truth, index, looks);
-            ends.push(end.map(|(end, ..)| end));
+            let end = self.looks(interval, &sweep, truth, index, ends[index].as_ref(), looks);
+            ends[index] = end.map(|(end, ..)| end);
             let Some((End { azimuth_rad, .. }, state)) = end else { continue };
             let class = truth.class(index);
             if class.aircraft && state.position_m.z <= class.height_m {
@@ -117,18 +118,25 @@ impl Asde {
     ///
     /// The number of looks follows from the beam's angle past the target at both ends of the interval,
     /// and the end of one interval is the beginning of the next: no look is lost or seen twice,
-    /// however the target moves across the beam's starting direction.
+    /// however the target moves across the beam's starting direction. `before` is where it was at the end of another
+    /// interval: there it is seen in the same direction.
     pub(super) fn looks(
         &self,
         interval: &ScanInterval,
         sweep: &Sweep,
         truth: &dyn Truth,
         index: usize,
+        before: Option<&End>,
         out: &mut Vec<Look>,
     ) -> Option<(End, TargetState)> {
         let (first, last) = (truth.at(index, interval.from), truth.at(index, interval.to));
         let (begin, end) = (first.or(last)?, last.or(first)?);
-        let (azimuth_begin, azimuth_end) = (self.azimuth_rad(&begin), self.azimuth_rad(&end));
+        let known = |state: &TargetState, end: Option<&End>| {
+            end.filter(|end| end.place_m == state.position_m).map(|end| end.azimuth_rad)
+        };
+        let azimuth_begin = known(&begin, before).unwrap_or_else(|| self.azimuth_rad(&begin));
+        let at_begin = End { place_m: begin.position_m, azimuth_rad: azimuth_begin, there: true };
+        let azimuth_end = known(&end, Some(&at_begin)).unwrap_or_else(|| self.azimuth_rad(&end));
         let passed_begin = passed_rad(sweep.begin_rad, azimuth_begin);
         let passed_end = passed_rad(sweep.end_rad, azimuth_end);
         let advance = sweep.swept_rad - wrap_pi(azimuth_end - azimuth_begin);
@@ -144,7 +152,8 @@ impl Asde {
             let mut time = within(interval.from.plus_s(fraction * sweep.duration_s));
             let Some(mut state) = truth.at(index, time) else { continue };
             // The azimuth moved meanwhile: once more with the target where it is then.
-            let mut azimuth_rad = self.azimuth_rad(&state);
+            let standing = known(&state, Some(&at_begin));
+            let mut azimuth_rad = standing.unwrap_or_else(|| self.azimuth_rad(&state));
             let miss = wrap_pi(azimuth_rad - self.beam_rad(time));
             let correction_s = miss / advance * sweep.duration_s;
             if correction_s.abs() > 1e-6 {

@@ -88,7 +88,7 @@ fn every_target_is_seen_once_per_turn_when_the_beam_points_at_it() {
             let interval = interval(scan, scan_s);
             for index in 0..truth.len() {
                 looks.clear();
-                radar.looks(&interval, &radar.sweep(&interval), &truth, index, &mut looks);
+                radar.looks(&interval, &radar.sweep(&interval), &truth, index, None, &mut looks);
                 for look in looks.iter().filter(|look| look.number != looks::NEXT) {
                     assert!(interval.from < look.time && look.time <= interval.to);
                     let miss = wrap_pi(radar.beam_rad(look.time) - radar.azimuth_rad(&look.state));
