@@ -115,7 +115,7 @@ pub(super) struct CellView {
 }
 
 impl CellView {
-    fn touches(&self, sector: u8, ring: i8) -> (bool, bool) {
+    pub(super) fn touches(&self, sector: u8, ring: i8) -> (bool, bool) {
         let middle = (f64::from(sector) + 0.5) / f64::from(SECTORS) * TAU;
         let aside = wrap_pi(self.azimuth_rad - middle).abs();
         let (near, far) = ring_m(ring);
@@ -204,7 +204,7 @@ impl Asde {
     ///
     /// A ghost's budget is that of its range with the beam on it: no pattern gives more than the axis, no
     /// reflection more than the double amplitude.
-    fn ghosts_in(&self, key: &Key, facts: &ClassFacts) -> (f64, f64) {
+    pub(super) fn ghosts_in(&self, key: &Key, facts: &ClassFacts) -> (f64, f64) {
         let share = self.tolerance.false_plots / libm::exp2(f64::from(key.mirrored.1));
         let Some(sector) = key.mirrored.0.checked_sub(1) else { return (0.0, share) };
         let near_m = key.ground_m().0.max(1.0);

@@ -5,6 +5,7 @@ use crate::plot::Callsign;
 use crate::sensors::radar::equation::{BudgetLevels, Echo, Polarisation};
 
 mod assigned;
+mod reckoned;
 mod shadows;
 mod stated;
 

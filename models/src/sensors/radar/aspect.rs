@@ -121,7 +121,7 @@ impl Table {
         let at = from_rad * (CELLS as f64 / TAU);
         // An aspect that is no number, or beyond the turn, has no cell.
         let within = at >= 0.0 && at < self.cells.len() as f64;
-        within.then(|| (at as usize, at - (at as usize) as f64))
+        within.then_some((at as usize, at - (at as usize) as f64))
     }
 
     fn centroid(&mut self, class: &TargetClass, view_rad: f64) -> Option<Centroid> {
@@ -279,6 +279,34 @@ mod tests {
             apart(&long, &mut AspectTables::default(), 0.7).0
         );
         assert!(apart(&long, &mut tables, 0.7).0 <= ERROR_M && tables.tables.len() == 2);
+    }
+
+    #[test]
+    fn where_a_scatterer_appears_and_in_a_sharp_flash_sums_are_taken_as_they_are() {
+        let body = class(true, 37.6, 35.8, 15.0);
+        let table = Table::of(&body);
+        let mut found = 0;
+        for view_rad in hidden_from(&body) {
+            let (place, _) = table.place(wrap_pi(view_rad)).expect("an aspect");
+            assert!(matches!(table.cells[place], Cell::Exact), "{view_rad}");
+            let weight = |off: f64| {
+                let c = centroid(ExtentLevel::Centroid, &body, view_rad + off).expect("an echo");
+                c.rcs_m2 / body.rcs_m2
+            };
+            // There something does appear.
+            found += usize::from((weight(1e-7) - weight(-1e-7)).abs() > 0.01);
+        }
+        assert!(found >= 10, "{found}");
+        let mut sharp = body.clone();
+        let mut shape = (*sharp.shape).clone();
+        shape.fuselage.iter_mut().for_each(|f| (f.width_deg, f.peak) = (0.5, 100.0));
+        sharp.shape = Arc::new(shape);
+        let mut tables = AspectTables::default();
+        for i in 0..4000 {
+            let view_rad = (86.0 + 0.002 * f64::from(i)).to_radians();
+            let (metres, db) = apart(&sharp, &mut tables, view_rad);
+            assert!(metres <= ERROR_M && db <= ERROR_DB, "{metres} m, {db} dB at {view_rad}");
+        }
     }
 
     #[test]
