@@ -325,10 +325,16 @@ impl Way {
     /// When each place is reached by somebody who drives alone from `from_m` with `v_mps`.
     #[must_use]
     pub fn alone(&self, from_m: f64, v_mps: f64, d: &Driving) -> Alone {
+        self.alone_to(from_m, v_mps, d, f64::INFINITY)
+    }
+
+    /// The same for places up to `to_m` only.
+    #[must_use]
+    pub fn alone_to(&self, from_m: f64, v_mps: f64, d: &Driving, to_m: f64) -> Alone {
         let (mut place, mut v, mut time) = (from_m, v_mps, 0.0);
         let fastest = v_mps.max(d.straight_mps);
         let mut times_s = vec![0.0];
-        while place < self.stop_m {
+        while place < self.stop_m && place < to_m + STEP_M {
             let stop = (1.4 * d.dec_mps2 * (self.stop_m - place)).sqrt().max(0.3);
             let wish = self.most_mps(place).min(fastest);
             // Braking of a landing roll is in the envelope, not in the stop.

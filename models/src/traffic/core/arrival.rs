@@ -27,15 +27,22 @@ const ROLL_JERK_MPS3: f64 = 2.0;
 
 /// So many stands are tried for an arrival, and for one who has found none for a minute.
 const STANDS_TRIED: usize = 6;
+/// And so many of them where the landing is put later.
+const STANDS_TRIED_AGAIN: usize = 2;
 const STANDS_TRIED_LATER: usize = 24;
 
 /// What was found for an arrival at one time: ways by stand, and what the others use.
 #[derive(Default)]
 pub(super) struct Tried {
     searches: [Option<Searches>; 2],
-    ways: BTreeMap<usize, Vec<(super::Mover, Timing, Rivals)>>,
+    ways: BTreeMap<usize, Vec<Laid>>,
     others: Option<Others>,
+    /// Arcs with which a way begins that makes the landing late at the first of the times.
+    late: Vec<Vec<usize>>,
 }
+
+/// A way to a stand, with its times alone and, once they are wanted, what the others use on it.
+type Laid = (super::Mover, Timing, Option<Rivals>);
 
 /// Searches for ways to stands while nothing else changes.
 pub(super) struct Searches {
@@ -45,6 +52,9 @@ pub(super) struct Searches {
     only_looks: bool,
     /// By the arc of an exit.
     from: BTreeMap<usize, Search>,
+    /// Arcs of the way that is laid already, and of those with which a landing would be late: not laid.
+    known: Vec<usize>,
+    late: Vec<Vec<usize>>,
 }
 
 /// How somebody on final comes to the speed that he is to have, m/s².
@@ -103,7 +113,7 @@ impl Core {
         let mut tried = Tried::default();
         for k in 0..=latest {
             delay_s = 30.0 * f64::from(k);
-            let most = if k == 0 { choices.len() } else { 2 };
+            let most = if k == 0 { choices.len() } else { STANDS_TRIED_AGAIN };
             let some = choices.iter().take(most).cloned().collect();
             chosen = self.choose_stand(m, some, self.time_s + time + delay_s, &mut tried);
             if chosen.is_some() || none {
@@ -171,24 +181,33 @@ impl Core {
         let mut best: Option<(f64, (usize, Vec<u32>), super::Mover)> = None;
         let old = self.movers[m].landing_s;
         self.movers[m].landing_s = landing_s;
-        let Tried { searches, ways, others } = tried;
-        for (stand, pieces) in choices {
+        let Tried { searches, ways, others, late } = tried;
+        for (n, (stand, pieces)) in choices.into_iter().enumerate() {
             self.movers[m].stand = stand;
             self.movers[m].parked_pieces.clone_from(&pieces);
             if !planned {
                 let searches = searches[0].get_or_insert_with(|| self.searches(m, Closed::Now));
                 if self.plan_arrival(m, searches, &[]) {
+                    self.draw_cleared_way(m);
                     return Some((stand, pieces));
                 }
                 continue;
             }
             let others = others.get_or_insert_with(|| self.others(m));
-            let both = ways.entry(stand).or_insert_with(|| self.ways_to_stand(m, others, searches));
+            // Only these are tried again at other times, at which the same ways need not be late.
+            let again = n < STANDS_TRIED_AGAIN;
+            let not = if again { &[][..] } else { &late[..] };
+            let both = ways.entry(stand).or_insert_with(|| self.ways_to_stand(m, not, searches));
             for (way, timing, rivals) in both {
                 std::mem::swap(&mut self.movers[m], way);
                 self.movers[m].landing_s = landing_s;
                 let from_s = landing_s - LANDING_AHEAD_S;
-                let found = self.plan_among(m, timing.clone(), from_s, rivals);
+                let begins = self.late_with(m, timing, from_s, others);
+                let found = begins.is_none() && {
+                    let rivals = rivals.get_or_insert_with(|| self.rivals(m, timing, others));
+                    self.plan_among(m, timing.clone(), from_s, rivals)
+                };
+                late.extend(begins);
                 let end = self.planned_end_s(m);
                 if found && best.as_ref().is_none_or(|b| end < b.0 - 30.0) {
                     best = Some((end, (stand, pieces.clone()), self.movers[m].clone()));
@@ -204,26 +223,29 @@ impl Core {
         self.movers[m].landing_s = old;
         let (_, choice, mover) = best?;
         self.movers[m] = mover;
+        self.draw_cleared_way(m);
         Some(choice)
     }
 
-    /// Ways to its stand with their times alone and what the others use on them: past all that is closed now, and past what
-    /// stands without end, where that is another one.
-    fn ways_to_stand(
+    /// Ways to its stand with their times alone: past all that is closed now, and past what stands without end, where that is
+    /// another one; without those that begin with arcs of `late`.
+    pub(super) fn ways_to_stand(
         &mut self,
         m: usize,
-        others: &Others,
+        late: &[Vec<usize>],
         searches: &mut [Option<Searches>; 2],
-    ) -> Vec<(super::Mover, Timing, Rivals)> {
-        let mut ways: Vec<(super::Mover, Timing, Rivals)> = Vec::new();
+    ) -> Vec<Laid> {
+        let mut ways: Vec<Laid> = Vec::new();
         for (past, searches) in [Closed::Now, Closed::Lasting].into_iter().zip(searches) {
             let searches = searches.get_or_insert_with(|| self.searches(m, past));
+            searches.known.clear();
+            searches.known.extend(ways.iter().flat_map(|w| &w.0.way.arcs));
+            searches.late.clear();
+            searches.late.extend_from_slice(late);
             if self.plan_arrival(m, searches, &[])
                 && ways.iter().all(|w| w.0.way.arcs != self.movers[m].way.arcs)
             {
-                let timing = self.timing(m, Start::Final);
-                let rivals = self.rivals(m, &timing, others);
-                ways.push((self.movers[m].clone(), timing, rivals));
+                ways.push((self.movers[m].clone(), self.timing(m, Start::Final), None));
             }
         }
         ways
@@ -236,7 +258,8 @@ impl Core {
             Closed::Narrow => self.narrow(m),
         };
         let only_looks = past == Closed::Narrow;
-        Searches { closed, opposed: self.opposed(m), only_looks, from: BTreeMap::new() }
+        let (opposed, from) = (self.opposed(m), BTreeMap::new());
+        Searches { closed, opposed, only_looks, from, known: Vec::new(), late: Vec::new() }
     }
 
     /// Exit and way to the stand.
@@ -253,7 +276,7 @@ impl Core {
         let (r, end) = f.runway;
         let runway = &net.runways[r];
         let Some(node) = net.stands[self.movers[m].stand].node else { return false };
-        let Searches { closed, opposed, only_looks, from } = searches;
+        let Searches { closed, opposed, only_looks, from, known, late } = searches;
         let mut rng = self.rng(m, 4);
         let zone = touchdown_zone(runway.length_m - runway.displaced_m[end]);
         let (least_m, most_m) = zone.within_m;
@@ -325,15 +348,22 @@ impl Core {
             let over = |arcs: &[usize]| {
                 Way::over(&net, &self.pieces, arcs, self.movers[m].class, (0.0, 60.0), guided)
             };
-            let cleared = over(&[&arcs[..], &found.arcs[..]].concat());
+            let all = [&arcs[..], &found.arcs[..]].concat();
+            let turns = self.failing(m, FailureKind::WrongTurn).filter(|_| !*only_looks);
+            if turns.is_none() && (all == *known || late.iter().any(|l| all.starts_with(l))) {
+                return false;
+            }
+            let cleared = over(&all);
             // Begins on the runway, before the turn to the exit.
             let begin_m = (cleared.ends_m[on_runway - 1] - 400.0).max(0.0);
-            let cleared_way_m = Self::line_of(&cleared, begin_m);
-            let turns = self.failing(m, FailureKind::WrongTurn).filter(|_| !*only_looks);
             let detour = turns.and_then(|_| self.detour(&found.arcs, &goal, &is_closed));
             let turned = turns.filter(|_| detour.is_some());
+            let mut drawn = None;
             let mut way = match &detour {
-                Some(detour) => over(&[&arcs[..], detour].concat()),
+                Some(detour) => {
+                    drawn = Some(Self::line_of(&cleared, begin_m));
+                    over(&[&arcs[..], detour].concat())
+                }
                 None => cleared,
             };
             way.roll = 0..on_runway;
@@ -372,7 +402,8 @@ impl Core {
                 self.begin_failure(failure);
             }
             let mover = &mut self.movers[m];
-            mover.cleared_way_m = cleared_way_m;
+            mover.cleared_from_m = drawn.is_none().then_some(begin_m);
+            mover.cleared_way_m = drawn.unwrap_or_default();
             // It taxies from where it turns off: a backtrack is no delay.
             let begin_m = if net.edges[arc / 2].backtrack { free_to } else { vacated };
             mover.measures.unhindered_s = way.unhindered_s(begin_m, way.stop_m, &driving);
@@ -519,6 +550,7 @@ impl Core {
             let old = self.movers[m].clone();
             let mut searches = self.searches(m, Closed::Now);
             if self.plan_arrival(m, &mut searches, &[]) && self.movers[m].way.arcs != old.way.arcs {
+                self.draw_cleared_way(m);
                 self.movers[m].refused_at = None;
                 taken = self.take(m);
             } else {
@@ -559,7 +591,9 @@ impl Core {
                 None => break,
             }
         }
-        if !taken {
+        if taken {
+            self.draw_cleared_way(m);
+        } else {
             self.movers[m] = old;
             self.book();
         }

@@ -4,7 +4,7 @@ mod push;
 mod to_runway;
 
 pub(super) use push::push_heading;
-use push::{nearest, nose_of};
+use push::{Begin, nose_of};
 
 use super::failures::FailureKind;
 use super::plan::Start;
@@ -169,7 +169,9 @@ impl Core {
     fn find_departure(&mut self, m: usize) -> bool {
         let (closed, opposed) = (self.closed(m), self.opposed(m));
         if self.policy != Policy::Planned {
-            return self.plan_departure(m, &closed, &opposed, &[]);
+            let found = self.plan_departure(m, &closed, &opposed, &[]);
+            self.draw_cleared_way(m);
+            return found;
         }
         self.retime();
         let now = self.time_s;
@@ -224,7 +226,10 @@ impl Core {
         }
         let found = best.is_some();
         match best {
-            Some((_, mover)) => self.movers[m] = mover,
+            Some((_, mover)) => {
+                self.movers[m] = mover;
+                self.draw_cleared_way(m);
+            }
             None => {
                 self.movers[m].push = Way::default();
                 self.movers[m].way = Way::default();
@@ -370,10 +375,8 @@ impl Core {
         let first_m = fillet.map_or(corner, |a| a.1) + f.wheelbase_m + 2.0;
         let tail = (0.9 * length - f.wheelbase_m) + TAIL_M;
         let room_m = push.ends_m.last().map_or(0.0, |end| end - tail - first_m);
-        let off_m = |gear_m: f64| {
-            let nose = nose_of(&push.path, gear_m, f.wheelbase_m);
-            nearest(&self.movers[m].way.path, nose, push.path.length_m()).0
-        };
+        let begin = Begin::of(&self.movers[m].way.path, push.path.length_m());
+        let off_m = |gear_m: f64| begin.nearest(nose_of(&push.path, gear_m, f.wheelbase_m)).0;
         let steps = (room_m.clamp(0.0, 60.0) / 2.0) as usize;
         let stops = (0..=steps).map(|k| first_m + 2.0 * k as f64).map(|stop| (off_m(stop), stop));
         let mut best = (f64::INFINITY, first_m);

@@ -119,6 +119,8 @@ struct Mover {
     stopped: bool,
     towed: bool,
     cleared_way_m: Vec<crate::frames::Vector2<f64>>,
+    /// It is the way from this place on, and has not been drawn yet, m.
+    cleared_from_m: Option<f64>,
     /// A person drives it.
     hand: Option<Box<hand::Hand>>,
     /// Given on final, it comes to its line.
@@ -431,6 +433,14 @@ impl Core {
         line
     }
 
+    /// Draws the way of a mover as it was cleared: of all ways that are laid only of the one that is chosen.
+    fn draw_cleared_way(&mut self, m: usize) {
+        let mover = &mut self.movers[m];
+        if let Some(from_m) = mover.cleared_from_m.take() {
+            mover.cleared_way_m = Self::line_of(&mover.way, from_m);
+        }
+    }
+
     fn end_clearance(&mut self, m: usize, kind: &'static str) {
         self.end_clearance_of(m, |c| c.kind == kind);
     }
@@ -558,6 +568,7 @@ impl Mover {
             stopped: false,
             towed: false,
             cleared_way_m: Vec::new(),
+            cleared_from_m: None,
             hand: None,
             join: None,
             hold_gap_m: HOLD_GAP_M[0] + (HOLD_GAP_M[1] - HOLD_GAP_M[0]) * uniform(&mut rng),

@@ -279,6 +279,7 @@ impl Core {
         if !laid {
             return false;
         }
+        self.draw_cleared_way(m);
         let guided_m = self.guided_m(m, at);
         let way = &self.movers[m].way;
         let beside_m = |place: f64| (way.path.at(place).at_m - guided_m).norm();

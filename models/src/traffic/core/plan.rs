@@ -13,6 +13,7 @@
 //!
 //! Source: Gawrilow and others 2008 (time windows); Hönig and others 2019 (execution in planned order).
 
+mod late;
 mod order;
 mod settle;
 mod stacks;

@@ -67,7 +67,7 @@ impl Core {
                 let exit = other.way.group_last.first().and_then(|k| other.way.ends_m.get(*k));
                 let behind_m = 0.95 * self.flights[o].size.length_m + TAIL_M;
                 let to_m = exit.map_or(other.s, |e| e + behind_m);
-                other.way.alone(other.s, other.v, &other.driving).time_s(to_m)
+                other.way.alone_to(other.s, other.v, &other.driving, to_m).time_s(to_m)
             }
             Phase::Rolling => {
                 self.run_s(o) * (1.0 - other.v / self.flights[o].take_off.0).max(0.0) + UP_S

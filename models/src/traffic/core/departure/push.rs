@@ -101,7 +101,8 @@ impl Core {
         let heading = push_heading(&mover.push.path, gear_m).0;
         // The nearest place of the way to the nose wheel, near its begin.
         let nose = nose_of(&mover.push.path, gear_m, wheelbase);
-        let (_, at) = nearest(&mover.way.path, nose, mover.push.path.length_m());
+        let begin = Begin::of(&mover.way.path, mover.push.path.length_m());
+        let (_, at) = begin.nearest(nose);
         let slip = wrap_pi(mover.way.path.at(at).heading_rad - heading);
         let nose_tip = at + 0.1 * length + 1.0;
         let needed = mover.way.ends_m.iter().position(|e| *e >= nose_tip).unwrap_or(0);
@@ -143,22 +144,42 @@ pub(in crate::traffic::core) fn push_heading(push: &Path, gear_m: f64) -> (f64, 
 /// Way over which the nose is swung into a bend of a pushback, before and behind it, m (assumed).
 const SWING_M: f64 = 3.0;
 
-/// Distance of a point from the first `reach_m` of a path (the way begins where the line of the pushback ends: it is not
-/// farther on than that is long), and the place nearest to it, m.
-pub(super) fn nearest(path: &Path, point_m: Vector2<f64>, reach_m: f64) -> (f64, f64) {
-    let mut best = (f64::INFINITY, 0.0);
-    let mut look = |from_m: f64, to_m: f64, step_m: f64| {
-        let count = ((to_m - from_m) / step_m) as usize;
-        for place in (0..=count).map(|k| from_m + step_m * k as f64) {
-            let distance_m = (path.at(place).at_m - point_m).norm();
+/// The begin of a path, every two metres: as far as somebody who has been pushed back may be on it.
+pub(super) struct Begin<'a> {
+    path: &'a Path,
+    points_m: Vec<Vector2<f64>>,
+}
+
+/// From point to point, m.
+const LOOK_M: f64 = 2.0;
+
+impl<'a> Begin<'a> {
+    /// The first `reach_m` (the way begins where the line of the pushback ends: nobody is farther on than that is long).
+    pub(super) fn of(path: &'a Path, reach_m: f64) -> Self {
+        let count = (reach_m / LOOK_M) as usize;
+        let points_m = (0..=count).map(|k| path.at(LOOK_M * k as f64).at_m).collect();
+        Self { path, points_m }
+    }
+
+    /// Distance of a point from it, and the place nearest to it, m.
+    pub(super) fn nearest(&self, point_m: Vector2<f64>) -> (f64, f64) {
+        let mut best = (f64::INFINITY, 0.0);
+        for (k, at_m) in self.points_m.iter().enumerate() {
+            let distance_m = (at_m - point_m).norm();
             if distance_m < best.0 {
-                best = (distance_m, place);
+                best = (distance_m, LOOK_M * k as f64);
             }
         }
-        best.1
-    };
-    let at = look(0.0, reach_m, 2.0);
-    let at = look((at - 2.0).max(0.0), at + 2.0, 0.1);
-    look((at - 0.1).max(0.0), at + 0.1, 0.01);
-    best
+        for (around_m, step_m) in [(LOOK_M, 0.1), (0.1, 0.01)] {
+            let (from_m, to_m) = ((best.1 - around_m).max(0.0), best.1 + around_m);
+            let count = ((to_m - from_m) / step_m) as usize;
+            for place in (0..=count).map(|k| from_m + step_m * k as f64) {
+                let distance_m = (self.path.at(place).at_m - point_m).norm();
+                if distance_m < best.0 {
+                    best = (distance_m, place);
+                }
+            }
+        }
+        best
+    }
 }

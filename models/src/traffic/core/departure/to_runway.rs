@@ -118,7 +118,7 @@ impl Core {
         let driving = self.movers[m].driving;
         way.limit(&net, &self.pieces, &driving, 0.0, 1.0);
         let mover = &mut self.movers[m];
-        mover.cleared_way_m = Self::line_of(&way, 0.0);
+        mover.cleared_from_m = Some(0.0);
         mover.way = way;
         mover.threshold = first_strip as f64;
         mover.roll_from = roll_from;

@@ -259,6 +259,99 @@ fn held_to_it(core: &Core, what: &str) -> Result<bool, TestCaseError> {
     Ok(settled)
 }
 
+/// Who goes first over a centreline and in strips is not in the order: whoever takes a piece there leaves without taking more. It is
+/// against all that lies off the strips, as taxiways beside the ends of runways do.
+#[test]
+fn a_centreline_is_in_the_order_against_off_strip_pieces_only() {
+    let network = Network::of(&airport(9, &[0.5], 1));
+    let flights = vec![flight(0, Direction::Departure, 0, 0.0, 0)];
+    let pieces = Pieces::of(&network, &Core::classes(&flights));
+    let (network, pieces) = (Arc::new(network), Arc::new(pieces));
+    let core = Core::new(network, pieces, Arc::new(flights), Policy::Planned, 7, 0.2);
+    let find = |runway: bool, strip: bool| {
+        let is = |z: &u32| {
+            let piece = &core.pieces.list[*z as usize];
+            piece.runway.is_some() == runway && (runway || piece.strip.is_some() == strip)
+        };
+        (0..core.pieces.list.len() as u32).find(is).expect("one of each kind")
+    };
+    let (centreline, strip, off) = (find(true, false), find(false, true), find(false, false));
+    let kinds = [
+        (off, off, true),
+        (off, strip, true),
+        (off, centreline, true),
+        (strip, strip, true),
+        (strip, centreline, false),
+        (centreline, centreline, false),
+    ];
+    for (a, b, ordered) in kinds {
+        assert_eq!(core.in_order(a, b), ordered, "{a} against {b}");
+        assert_eq!(core.in_order(b, a), ordered, "{b} against {a}");
+    }
+}
+
+/// Landings that are called late for their time cannot be planned for it, nor can any others whose ways begin alike; and most of
+/// those that cannot be planned are called so.
+#[test]
+fn who_is_called_late_before_the_rest_is_planned_cannot_be_planned() {
+    let (mut called, mut planned, mut impossible, mut alike) = (0, 0, 0, 0);
+    for (draw, entries) in [&[0.5][..], &[0.3, 0.6], &[0.8], &[0.4, 0.5, 0.7]].iter().enumerate() {
+        let network = Network::of(&airport(11, entries, 3));
+        let stands = network.stands.len();
+        let kinds = [Direction::Departure, Direction::Arrival];
+        let flights = (0..stands).map(|k| {
+            let direction = kinds[(k + draw) % 2];
+            flight(k, direction, k, 40.0 * k as f64, draw % 2)
+        });
+        let flights: Vec<Flight> = flights.collect();
+        let pieces = Pieces::of(&network, &Core::classes(&flights));
+        let (network, pieces, flights) = (Arc::new(network), Arc::new(pieces), Arc::new(flights));
+        let mut core = Core::new(network, pieces, flights, Policy::Planned, 7, 0.2);
+        core.cleared_by = ClearedBy::Plan;
+        for frame in 1..=5000_i64 {
+            core.step(frame);
+            let lands = |m: &usize| {
+                core.movers[*m].phase == Phase::Absent
+                    && core.flights[*m].direction == Direction::Arrival
+            };
+            let next = (0..core.movers.len()).find(lands).filter(|_| frame % 500 == 250);
+            let Some(m) = next else { continue };
+            let mut core = core.clone();
+            let others = core.others(m);
+            let (mut searches, mut laid) = ([None, None], Vec::new());
+            for stand in (0..stands).step_by(3) {
+                core.movers[m].stand = stand;
+                laid.extend(core.ways_to_stand(m, &[], &mut searches));
+            }
+            for ahead_s in [0.0, 30.0, 75.0, 130.0, 200.0] {
+                let from_s = core.time_s + ahead_s;
+                let (mut found, mut begins) = (Vec::new(), Vec::new());
+                for (way, timing, _) in &laid {
+                    core.movers[m] = way.clone();
+                    core.movers[m].landing_s = from_s + LANDING_AHEAD_S;
+                    let late = core.late_with(m, timing, from_s, &others);
+                    let rivals = core.rivals(m, timing, &others);
+                    let can = core.schedule(m, timing.clone(), from_s, &rivals).is_some();
+                    assert!(!(can && late.is_some()), "{draw}: frame {frame}, {ahead_s} s ahead");
+                    called += usize::from(late.is_some());
+                    impossible += usize::from(!can);
+                    planned += usize::from(can);
+                    begins.extend(late);
+                    found.push((way.way.arcs.clone(), can));
+                }
+                for (arcs, can) in &found {
+                    let others = begins.iter().filter(|b| arcs.starts_with(b));
+                    let shared = others.count();
+                    assert!(!(*can && shared > 0), "{draw}: frame {frame}, begins alike");
+                    alike += usize::from(shared > 1);
+                }
+            }
+        }
+    }
+    assert!(planned > 20 && impossible > 20 && alike > 20, "{planned} {impossible} {alike}");
+    assert!(2 * called > impossible, "{called} of {impossible}");
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 

@@ -137,7 +137,13 @@ impl Core {
     }
 
     /// What others use of all that conflicts with a piece for a mover.
-    fn against(&self, others: &Others, m: usize, piece: u32, found: &mut Vec<(f64, f64)>) {
+    pub(super) fn against(
+        &self,
+        others: &Others,
+        m: usize,
+        piece: u32,
+        found: &mut Vec<(f64, f64)>,
+    ) {
         let class = self.movers[m].class;
         let conflicts = self.pieces.conflicts(piece as usize, class).iter();
         for (other, least) in conflicts.filter(|c| self.in_order(piece, c.0)) {
