@@ -3,6 +3,8 @@
 use super::{Breaches, Row, Rules, Seen};
 use crate::airport::{Airport, distance_to_segment_m};
 use crate::frames::{Azimuth, Vector2};
+use crate::traffic::path::Path;
+use crate::traffic::ways::SHARPEST_TURN_DEG;
 use std::collections::BTreeMap;
 
 /// Lines of the network in squares.
@@ -17,6 +19,8 @@ pub(super) struct Pavement {
 
 /// Side of a square, m.
 const SQUARE_M: f64 = 100.0;
+/// Longest chord of an arc, m: 0.3 m off it at 30 m of radius.
+const CHORD_M: f64 = 8.0;
 /// Longest lead-in that is made up, m.
 const LEAD_IN_M: f64 = 150.0;
 
@@ -24,8 +28,49 @@ fn square(at: Vector2<f64>) -> (i64, i64) {
     ((at.x / SQUARE_M).floor() as i64, (at.y / SQUARE_M).floor() as i64)
 }
 
+/// Radius of a fillet between edges of a code letter, m (R9, assumed); of unknown ones that of a 23 m wide taxiway.
+fn fillet_m(code: Option<char>) -> f64 {
+    match code {
+        Some('A'..='C') => 30.0,
+        Some('F') => 60.0,
+        _ => 45.0,
+    }
+}
+
+/// Lines of the arcs over the bends of a network: the centreline of an edge ends where the arc to the next one begins.
+fn fillets(airport: &Airport) -> Vec<[Vector2<f64>; 2]> {
+    let at = |n: usize| airport.nodes[n].position_m;
+    let code = |e: usize| airport.details.edges.get(e).and_then(|d| d.code);
+    let mut at_node: Vec<Vec<usize>> = vec![Vec::new(); airport.nodes.len()];
+    for (e, edge) in airport.edges.iter().enumerate().filter(|(_, e)| e.from != e.to) {
+        at_node[edge.from].push(e);
+        at_node[edge.to].push(e);
+    }
+    let mut lines = Vec::new();
+    for (n, edges) in at_node.iter().enumerate() {
+        let other = |e: usize| airport.edges[e].from + airport.edges[e].to - n;
+        for (i, first) in edges.iter().enumerate() {
+            for second in &edges[i + 1..] {
+                let line = [at(other(*first)), at(n), at(other(*second))];
+                let wanted_m = fillet_m(code(*first)).min(fillet_m(code(*second)));
+                let driven = |turn: f64| turn.abs() <= SHARPEST_TURN_DEG.to_radians();
+                let (path, _) =
+                    Path::over(&line, |_, turn| if driven(turn) { wanted_m } else { 0.0 });
+                for (from_m, to_m, _) in path.arcs() {
+                    let count = ((to_m - from_m) / CHORD_M).ceil().max(1.0);
+                    let point = |k: f64| path.at(from_m + (to_m - from_m) * k / count).at_m;
+                    lines.extend(
+                        (0..count as usize).map(|k| [point(k as f64), point(k as f64 + 1.0)]),
+                    );
+                }
+            }
+        }
+    }
+    lines
+}
+
 impl Pavement {
-    /// Edges, centrelines, service roads, and from each stand the line to the nearest edge that it heads away from (else to
+    /// Edges, their fillets, centrelines, service roads, and from each stand the line to the nearest edge that it heads away from (else to
     /// the nearest of all) and is not the lead-in of a stand.
     pub(super) fn of(airport: &Airport) -> Self {
         let at = |n: usize| airport.nodes[n].position_m;
@@ -51,6 +96,7 @@ impl Pavement {
             });
             lines.extend(nearest.map(|f| [p, f]));
         }
+        lines.extend(fillets(airport));
         lines.extend(airport.runways.iter().map(|r| r.ends_m));
         lines.extend(airport.details.roads.iter().map(|(ends_m, _)| *ends_m));
         let mut squares: BTreeMap<(i64, i64), Vec<u32>> = BTreeMap::new();

@@ -118,6 +118,37 @@ fn who_leaves_the_network_is_off_the_pavement() {
     assert!(!share(12.0));
 }
 
+/// A bend of a right angle is driven on an arc of 45 m, whose middle is 13.2 m from both edges, and the middle of a long body 19 m:
+/// the arc is a part of the network. Who cuts the corner by more than such an arc and a body on it is off.
+#[test]
+fn the_arc_over_a_bend_is_pavement() {
+    // From the hold over the bend at (200, 100) to the north: the line of the nose, and the middle 0.4 of the length behind it
+    // as the gear follows.
+    let drive = |radius_m: f64, length_m: f64, wheelbase_m: f64| {
+        let points = [(20.0, 100.0), (200.0, 100.0), (200.0, 400.0)];
+        let points = points.map(|(x, y)| Vector2::new(x, y));
+        let (path, _) = crate::traffic::path::Path::over(&points, |_, _| radius_m);
+        let mut c = checker(&[who("A", Direction::Departure)]);
+        let (mut heading_rad, step_m) = (path.at(0.0).heading_rad, 0.5);
+        for k in 0..(path.length_m() / step_m) as usize {
+            let on = path.at(step_m * k as f64);
+            heading_rad += step_m * libm::sin(on.heading_rad - heading_rad) / wheelbase_m;
+            let middle = on.at_m - Azimuth::from_rad(heading_rad).unit() * (0.4 * length_m);
+            let v = Azimuth::from_rad(heading_rad).unit() * 5.0;
+            let one = seen(0, middle.x, middle.y, v.x, v.y);
+            c.frame(0.1 * k as f64, &[one]);
+        }
+        let rows = c.finish(&[]);
+        rows.iter().find(|r| r.name == "pavement").expect("a row").value
+    };
+    for (name, length_m, wheelbase_m) in
+        [("A320", 37.6, 12.6), ("A333", 63.7, 25.4), ("B77W", 73.9, 31.2), ("A388", 72.7, 31.9)]
+    {
+        assert_eq!(drive(45.0, length_m, wheelbase_m), 1.0, "{name}");
+    }
+    assert!(drive(85.0, 37.6, 12.6) < 0.97, "an arc that nothing is paved for");
+}
+
 #[test]
 fn a_holding_position_needs_a_clearance_that_stands() {
     let enter = |from_s: f64, until_s: f64, runway: &str, kind| {
