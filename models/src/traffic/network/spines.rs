@@ -27,11 +27,12 @@ impl Network {
                         Some(node) => node,
                         None => self.add_node(name, runway.at(place)),
                     };
+                    // On both centrelines: beside one of them it would be a bend in a roll.
+                    self.nodes[node].at_m = runway.at(place);
+                    self.nodes[node].runway = Some(other);
                     spine.push((place, node));
-                    if near.is_none() {
-                        self.nodes[node].runway = Some(other);
-                        self.runways[other].spine.push((on_other, node));
-                    }
+                    self.runways[other].spine.retain(|(_, n)| *n != node);
+                    self.runways[other].spine.push((on_other, node));
                 }
             }
             for n in 0..self.nodes.len() {
@@ -81,13 +82,22 @@ impl Network {
         }
         for r in 0..self.runways.len() {
             let mut spine = std::mem::take(&mut self.runways[r].spine);
+            let crosses: Vec<usize> = (0..self.runways.len())
+                .filter(|o| *o != r)
+                .flat_map(|o| self.runways[o].spine.iter().map(|(_, n)| *n))
+                .collect();
             spine.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
             // Places nearer than a metre are one.
             let mut kept: Vec<(f64, usize)> = Vec::new();
             for (place, node) in spine {
-                match kept.last() {
-                    Some((p, known)) if place - p < JOINED_M => {
+                match kept.last_mut() {
+                    Some((p, known)) if place - *p < JOINED_M => {
                         let known = *known;
+                        // Where runways cross they go on crossing.
+                        if crosses.contains(&node) {
+                            self.nodes[known].at_m = self.nodes[node].at_m;
+                            *p = place;
+                        }
                         self.edges.iter_mut().for_each(|e| {
                             e.nodes = e.nodes.map(|n| if n == node { known } else { n })
                         });
@@ -119,5 +129,66 @@ impl Network {
             self.runways[r].spine = kept;
         }
         self.unique();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::airport::{Airport, Edge, Hold, Node, Runway};
+    use crate::frames::Vector2;
+
+    /// Two runways that cross, each with taxiways over it, one of which comes to the crossing within a metre: as at Bradley, Punta
+    /// Arenas and New Bedford, where landings were to brake for a bend that was none, and no arrival found a way.
+    #[test]
+    fn centrelines_are_straight_also_where_runways_cross() {
+        let offsets = [(0.0, 0.0), (0.7, 0.3), (-0.6, 0.5), (0.4, -0.8), (3.0, 2.0), (-0.2, 8.0)];
+        for (dx, dy) in offsets {
+            for angle_deg in [40.0_f64, 75.0, 90.0, 130.0] {
+                let (sin, cos) = libm::sincos(angle_deg.to_radians());
+                let along = Vector2::new(cos, sin);
+                let at = Vector2::new(1200.0, 0.0);
+                let ends = [
+                    [Vector2::new(0.0, 0.0), Vector2::new(2500.0, 0.0)],
+                    [at - along * 700.0, at + along * 900.0],
+                ];
+                let runway = |names: [&str; 2], ends_m| Runway {
+                    names: names.map(String::from),
+                    ends_m,
+                    thresholds_m: ends_m,
+                    width_m: 45.0,
+                };
+                let mut airport = Airport::default();
+                airport.runways.push(runway(["09", "27"], ends[0]));
+                airport.runways.push(runway(["01", "19"], ends[1]));
+                let places = [
+                    at + Vector2::new(dx, dy),
+                    at + Vector2::new(150.0, 260.0),
+                    at + along * 400.0 + Vector2::new(1.0, 0.5),
+                    Vector2::new(600.0, -4.0),
+                    Vector2::new(600.0, 300.0),
+                ];
+                for (k, position_m) in places.into_iter().enumerate() {
+                    let name = format!("n{k}");
+                    airport.nodes.push(Node { name, position_m, hold: Hold::None });
+                }
+                for (from, to) in [(0, 1), (1, 2), (1, 4), (3, 4)] {
+                    let name = "T".into();
+                    let edge = Edge { from, to, two_way: true, runway: false, name, width_m: 23.0 };
+                    airport.edges.push(edge);
+                }
+                let network = Network::of(&airport);
+                let spines = network.runways.iter().map(|r| &r.spine);
+                let all: Vec<BTreeSet<usize>> =
+                    spines.map(|s| s.iter().map(|(_, n)| *n).collect()).collect();
+                assert!(all[0].intersection(&all[1]).count() == 1, "{dx} {dy} {angle_deg}");
+                for runway in &network.runways {
+                    for (place, node) in &runway.spine {
+                        let off_m = (network.nodes[*node].at_m - runway.at(*place)).norm();
+                        assert!(off_m < 1e-6, "{dx} {dy} {angle_deg}: {off_m} m at {place}");
+                    }
+                }
+            }
+        }
     }
 }
