@@ -359,10 +359,22 @@ impl One<'_, '_> {
                 if !over || other_side || s.airborne || !comes() {
                     continue;
                 }
+                // Where ways meet before a runway, each has its bar: one passes that of his own way, which is the nearest.
+                let beside = |other: &StopBar| {
+                    let same_side = match [other, bar].map(|b| b.across_m) {
+                        [Some(x), Some(y)] => x * y > 0.0,
+                        _ => true,
+                    };
+                    let off_m = |b: &StopBar| (place_m - b.place_m).abs();
+                    other.runway == r && same_side && off_m(other) < off_m(bar)
+                };
+                if self.rules.bars.iter().any(beside) {
+                    continue;
+                }
                 // Noise alone takes the nose of one who stands before his line, or is pushed along it, over it, and not once.
                 let from_m = before.last().and_then(off_m).unwrap_or(line_m);
                 let goes_on = p.doubt.is_none_or(|doubt| {
-                    let slowly = d.abs() <= line_m - doubt.past_bar_m
+                    let slowly = d.abs() <= line_m - doubt.past_line_m
                         || inward_mps >= doubt.over_bar_mps && from_m - d.abs() >= doubt.over_bar_m;
                     s.recent_mps >= p.taxi_mps || slowly && remembered.told != number
                 });

@@ -13,6 +13,11 @@ pub struct Doubt {
     pub double_m: f64,
     /// And these seconds.
     pub double_s: f64,
+    /// And until so long after it was one of somebody who rolls or flies, s: it falls behind him.
+    pub beside_s: f64,
+    /// A track without a name whose mean speed is above this, m/s, and that never was slow: faster than anybody lands (the fastest of
+    /// `types.csv` touches down at 78 m/s).
+    pub lands_mps: f64,
     /// A track whose velocity has changed by more than this, m/s², over three scans
     pub jump_mps2: f64,
     /// and this, m/s, or that is farther from where its last three seconds lead than this, m,
@@ -41,8 +46,8 @@ pub struct Doubt {
     pub roll_lag_mps: f64,
     /// Scans in a row (1 to 3) with the nose before a bar, then one over it: it was passed.
     pub before_bar_scans: usize,
-    /// And of one slower than a taxi speed, whose nose noise may put there: over it by this, m,
-    pub past_bar_m: f64,
+    /// And of one slower than a taxi speed, whose nose noise may put there: over it by this, m; so is the edge of a strip,
+    pub past_line_m: f64,
     /// or on its way over it, faster than this across it, m/s,
     pub over_bar_mps: f64,
     /// and by this nearer to the runway than these scans before, m.
@@ -66,6 +71,8 @@ impl Default for Doubt {
             coasting_s: 2.2,
             double_m: 45.0,
             double_s: 1.5,
+            beside_s: 5.0,
+            lands_mps: 80.5,
             jump_mps2: 1.7,
             jump_mps: 3.0,
             step_m: 5.0,
@@ -80,7 +87,7 @@ impl Default for Doubt {
             slow_mps: 10.0,
             roll_lag_mps: 5.0,
             before_bar_scans: 3,
-            past_bar_m: 4.0,
+            past_line_m: 4.0,
             over_bar_mps: 1.0,
             over_bar_m: 2.0,
             final_s: 10.0,

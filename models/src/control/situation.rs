@@ -292,7 +292,7 @@ impl Surveillance {
         }
         self.situations.truncate(seen);
         if let Some(lately) = &look.lately {
-            self.keep_names(lately);
+            self.keep_names(&look, lately, board);
             self.find_doubles(lately);
         }
     }

@@ -4,6 +4,7 @@ use crate::control::layout::RunwayAxis;
 use crate::control::situation::TargetClass;
 use crate::frames::Vector2;
 
+mod jumps;
 mod places;
 
 /// A runway from the origin to the north, 3 km.

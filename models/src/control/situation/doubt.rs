@@ -1,7 +1,9 @@
 //! Which tracks raise no alert by themselves: what a tracker makes beside its targets, and what moved as nothing can.
 
+use super::look::Look;
 use super::memory::{Memory, Named};
-use super::{Surveillance, Target};
+use super::{Situation, Surveillance, Target};
+use crate::control::clearance::Board;
 use crate::control::parameters::Doubt;
 use crate::frames::Vector2;
 use crate::time::SimTime;
@@ -19,7 +21,7 @@ pub enum Doubted {
 
 impl Surveillance {
     /// A track that has lost its name to nobody keeps it for a while.
-    pub(super) fn keep_names(&mut self, lately: &Lately<'_>) {
+    pub(super) fn keep_names(&mut self, look: &Look<'_>, lately: &Lately<'_>, board: &Board) {
         let (now, doubt) = (lately.now, lately.doubt);
         for index in &self.unnamed {
             let situation = &mut self.situations[*index as usize];
@@ -32,6 +34,13 @@ impl Surveillance {
                 situation.target =
                     Target { callsign, class, arriving, length_m, ..situation.target };
                 self.by_strip[named.strip as usize] = *index + 1;
+                // Who was sent around or has lifted off flies under his old name, too.
+                let strip = board.strips().get(named.strip as usize);
+                let speed_mps = situation.speed_mps.max(situation.recent_mps);
+                if situation.target.altitude_m.is_none() && look.is_flying(strip, speed_mps) {
+                    situation.airborne = true;
+                    situation.fast = None;
+                }
                 let young = now.since_s(memory.born) < doubt.unnamed_s;
                 let coasts = situation.target.last_plot < lately.plot;
                 if !young && !coasts && memory.leapt < Some(lately.leap) {
@@ -45,7 +54,7 @@ impl Surveillance {
     pub(super) fn find_doubles(&mut self, lately: &Lately<'_>) {
         let doubt = lately.doubt;
         // Who has just been given his name back has one.
-        let situations = &mut self.situations;
+        let (situations, memories) = (&mut self.situations, &mut self.memories);
         self.unnamed.retain(|index| {
             let s = &situations[*index as usize];
             s.strip.is_none() && s.target.callsign.is_none() && s.doubt.is_none()
@@ -63,12 +72,18 @@ impl Surveillance {
                 continue;
             }
             let at_m = named.target.position_m;
+            // The double of one who takes off or goes around falls behind him.
+            let flies = named.airborne || named.fast.is_some();
             let reach_m = doubt.double_m + doubt.double_s * named.speed_mps;
             self.cells.near(at_m, reach_m, |near| {
                 let other = &mut situations[self.unnamed[near] as usize];
                 let double = (at_m - other.target.position_m).norm() < reach_m;
                 if double {
                     other.doubt = Some(Doubted::Weak);
+                    if flies {
+                        let memory = &mut memories[other.memory as usize];
+                        (memory.beside, memory.troubled) = (Some(lately.now), lately.now);
+                    }
                 }
                 double
             });
@@ -85,6 +100,7 @@ pub(super) struct Lately<'a> {
     jump: SimTime,
     restless: SimTime,
     leap: SimTime,
+    beside: SimTime,
     /// Nothing that is doubted for a while was before this.
     trouble: SimTime,
 }
@@ -93,13 +109,14 @@ impl<'a> Lately<'a> {
     pub(super) fn new(now: SimTime, doubt: &'a Doubt) -> Self {
         let [plot, found_again] = [doubt.coasting_s, doubt.young_s].map(|s| now.back_s(s));
         let [jump, restless] = [doubt.jump_s, doubt.restless_s].map(|s| now.back_s(s));
-        let leap = now.back_s(doubt.leap_s);
+        let [leap, beside] = [doubt.leap_s, doubt.beside_s].map(|s| now.back_s(s));
         let Doubt { unnamed_s, young_s, jump_s, restless_s, leap_s, taken_over_s, .. } = *doubt;
-        let longest_s = [unnamed_s, young_s, jump_s, restless_s, leap_s, taken_over_s]
-            .into_iter()
-            .fold(0.0, f64::max);
+        let longest_s =
+            [unnamed_s, young_s, jump_s, restless_s, leap_s, taken_over_s, doubt.beside_s]
+                .into_iter()
+                .fold(0.0, f64::max);
         let trouble = now.back_s(longest_s);
-        Self { now, doubt, plot, found_again, jump, restless, leap, trouble }
+        Self { now, doubt, plot, found_again, jump, restless, leap, beside, trouble }
     }
 }
 
@@ -146,17 +163,17 @@ impl Memory {
     pub(super) fn doubted(
         &mut self,
         lately: &Lately<'_>,
-        target: &Target,
-        strips: u32,
+        situation: &Situation,
         named: bool,
     ) -> Option<Doubted> {
         let (now, doubt) = (lately.now, lately.doubt);
+        let Situation { target, strips, mean_mps, .. } = situation;
         let change_mps = (target.velocity_mps - self.velocities[2]).norm();
         if change_mps > 3.0 * doubt.jump_mps2 + doubt.jump_mps {
             (self.jumped, self.troubled) = (Some(now), now);
         }
         // A leap of one who stays in the strips in which he was makes no difference to who is on a runway.
-        let stays = strips != 0 && strips == self.strips;
+        let stays = *strips != 0 && *strips == self.strips;
         if (self.leaps || change_mps > 3.0 * doubt.leap_mps2 + doubt.leap_mps) && !stays {
             (self.leapt, self.troubled) = (Some(now), now);
         }
@@ -177,7 +194,11 @@ impl Memory {
         }
         let young = age_s < doubt.unnamed_s;
         let jumps = self.jumped >= Some(lately.restless);
-        (young || self.flies(doubt) || jumps).then_some(Doubted::Weak)
+        // The echo of one who is far out on his final, nearer by the radar's unambiguous range, is as fast as he is there.
+        let lands = (1e-9..=doubt.lands_mps).contains(mean_mps);
+        let echo = !self.was_slow && !lands;
+        let parted = self.beside >= Some(lately.beside);
+        (young || self.flies(doubt) || jumps || echo || parted).then_some(Doubted::Weak)
     }
 
     /// Whether it was never slower than a roll, and has not come by a final.

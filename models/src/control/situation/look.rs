@@ -6,11 +6,12 @@ use super::{Final, MOST_RUNWAYS, Situation, Target, TargetClass};
 use crate::control::clearance::{Board, Clearance, ClearanceKind, Strip};
 use crate::control::layout::Layout;
 use crate::control::parameters::Parameters;
-use crate::frames::Vector2;
 use crate::time::SimTime;
 
 /// A final of a track that has lasted so long stays that to its runway, s (assumed).
 const STEADY_FINAL_S: f64 = 3.0;
+/// Who gains speed moves less than twice as fast as his places of three seconds show, but for this, m/s (assumed).
+const JUMP_MPS: f64 = 1.0;
 
 /// What all tracks of a scan are looked at with.
 pub(super) struct Look<'a> {
@@ -53,7 +54,12 @@ impl<'a> Look<'a> {
             None => 0.0,
         };
         let moves = parameters.doubt.is_none() || recent_mps >= parameters.heading_mps;
-        if speed_mps >= parameters.heading_mps && (moves || memory.heading.is_none()) {
+        // One jump makes a speed, too: far above what its places of three seconds show, and of one who has never left where he was first.
+        let jumps = parameters.doubt.is_some()
+            && (speed_mps > 2.0 * recent_mps + JUMP_MPS
+                || memory.heading.is_none()
+                    && (position_m - memory.anchor_m).norm() < parameters.anchor_m / 3.0);
+        if speed_mps >= parameters.heading_mps && moves && !jumps {
             memory.heading = Some(velocity / speed_mps);
         }
         let strip = memory.strip.map(|i| &self.board.strips()[i as usize]);
@@ -64,7 +70,11 @@ impl<'a> Look<'a> {
         let by_way = way_m.and_then(|way_m| nose_on(way_m, position_m, half_m));
         let nose_m =
             by_way.unwrap_or_else(|| position_m + memory.heading.unwrap_or_default() * half_m);
-        let mean_mps = memory.mean_mps(now, position_m, &self.mean);
+        // Where a track was in its first seconds is a guess.
+        let known = parameters
+            .doubt
+            .is_none_or(|d| now.since_s(memory.born) >= parameters.mean_s + d.young_s);
+        let mean_mps = if known { memory.mean_mps(now, position_m, &self.mean) } else { 0.0 };
         memory.places.keep(now, position_m, nose_m, memory.jumps);
         memory.seen = now;
         if parameters.doubt.is_some() {
@@ -72,13 +82,9 @@ impl<'a> Look<'a> {
         } else if (position_m - memory.anchor_m).norm() > parameters.anchor_m {
             (memory.anchor_m, memory.still_since) = (position_m, now);
         }
-        // Without altitude: in the air who goes around or has just lifted off, until he is as slow as nobody flies.
-        let lifted_off = strip
-            .and_then(|s| s.lifted_off)
-            .is_some_and(|at| now.since_s(at) <= parameters.rolled_s);
         let airborne = match target.altitude_m {
             Some(altitude_m) => altitude_m > parameters.airborne_m,
-            None => (goes_around(strip) || lifted_off) && speed_mps >= parameters.fast_mps,
+            None => self.is_flying(strip, speed_mps.max(recent_mps)),
         };
         situation.target = *target;
         situation.strip = memory.strip;
@@ -96,10 +102,15 @@ impl<'a> Look<'a> {
         situation.judged_mps =
             if recent_mps > 0.0 { speed_mps.min(recent_mps + 2.0) } else { speed_mps };
         (situation.fast, situation.on_final, situation.doubt) = (None, None, None);
-        // The first speeds of a track are guesses.
-        let old = || parameters.doubt.is_none_or(|d| now.since_s(memory.born) >= d.young_s);
-        memory.was_slow = memory.was_slow || speed_mps < parameters.fast_mps && old();
-        situation.strips = self.strips(target, near, nose_m);
+        // The first speeds of a track are guesses, and so are those of one that jumps: its places have to show it, too.
+        let shown = || {
+            parameters.doubt.is_none_or(|d| {
+                let calm = memory.jumped.is_none_or(|at| now.since_s(at) > d.jump_s);
+                now.since_s(memory.born) >= d.young_s && calm && recent_mps < parameters.fast_mps
+            })
+        };
+        memory.was_slow = memory.was_slow || speed_mps < parameters.fast_mps && shown();
+        situation.strips = self.strips(situation, memory.strips);
         let lands = target.altitude_m.is_none() && target.arriving && !memory.was_slow;
         if speed_mps >= parameters.fast_mps {
             self.of_runways(situation, memory, strip, lands);
@@ -126,7 +137,7 @@ impl<'a> Look<'a> {
         if let Some(lately) = &self.lately {
             // Who says his name has one, also where nobody has a strip of him: a car that was never cleared.
             let named = memory.strip.is_some() || target.callsign.is_some();
-            situation.doubt = memory.doubted(lately, target, situation.strips, named);
+            situation.doubt = memory.doubted(lately, situation, named);
         }
         (memory.strips, memory.last_plot) = (situation.strips, target.last_plot);
         memory.velocities = [velocity, memory.velocities[0], memory.velocities[1]];
@@ -152,12 +163,26 @@ impl<'a> Look<'a> {
         place_m > -beyond_m && place_m < self.layout.runways[r].length_m + beyond_m
     }
 
-    /// In whose strips it is.
+    /// Without altitude: in the air who goes around or has just lifted off, until he is as slow as nobody flies.
+    pub(super) fn is_flying(&self, strip: Option<&Strip>, speed_mps: f64) -> bool {
+        let lifted_off = strip
+            .and_then(|s| s.lifted_off)
+            .is_some_and(|at| self.now.since_s(at) <= self.parameters.rolled_s);
+        (goes_around(strip) || lifted_off) && speed_mps >= self.parameters.fast_mps
+    }
+
+    /// In whose strips it is; `before`: those of the last scan. Who flies across a runway is over its strip, not in it. One that noise alone
+    /// may put over a line, as it stands or creeps, comes in by more than that.
     #[inline]
-    fn strips(&self, target: &Target, near: u32, nose_m: Vector2<f64>) -> u32 {
-        let p = self.parameters;
+    fn strips(&self, situation: &Situation, before: u32) -> u32 {
+        let (p, target) = (self.parameters, &situation.target);
+        let (nose_m, recent_mps) = (situation.nose_m, situation.recent_mps);
         let too_high = target.altitude_m.is_some_and(|altitude| altitude > p.strip_top_m);
-        let (mut strips, mut left) = (0, if too_high { 0 } else { near });
+        let (mut strips, mut left) = (0, if too_high { 0 } else { situation.near });
+        let creeps_m = match &p.doubt {
+            Some(doubt) if recent_mps < p.taxi_mps => doubt.past_line_m,
+            _ => 0.0,
+        };
         while left != 0 {
             let r = left.trailing_zeros() as usize;
             left &= left - 1;
@@ -166,10 +191,15 @@ impl<'a> Look<'a> {
             if d.abs() >= runway.hold_m + 0.5 * target.length_m {
                 continue;
             }
+            let along_mps = runway.along_mps(target.velocity_mps).abs();
+            if situation.airborne && along_mps < p.fast_aligned * situation.speed_mps {
+                continue;
+            }
             let (nose_s, nose_d) = runway.place_m(nose_m);
-            let inside = |s: f64, d: f64| {
-                d.abs() < runway.hold_at_m(s, d) - p.strip_margin_m && self.within(r, s)
-            };
+            let stays = before >> r & 1 == 1;
+            let margin_m = p.strip_margin_m + if stays { 0.0 } else { creeps_m };
+            let inside =
+                |s: f64, d: f64| d.abs() < runway.hold_at_m(s, d) - margin_m && self.within(r, s);
             if inside(s, d) || inside(nose_s, nose_d) {
                 strips |= 1 << r;
             }
@@ -188,6 +218,14 @@ impl<'a> Look<'a> {
         let p = self.parameters;
         let (target, speed_mps) = (&situation.target, situation.speed_mps);
         let goes_around = goes_around(strip);
+        // A jump makes nobody fly.
+        let shows = match &p.doubt {
+            Some(doubt) => {
+                let recent_mps = situation.recent_mps;
+                recent_mps == 0.0 || recent_mps + doubt.roll_lag_mps >= p.final_mps
+            }
+            None => true,
+        };
         let mut nearest = f64::INFINITY;
         // On tracks a final that has lasted stays the same one while it goes on: to the runway of one whose path crosses the
         // line of another's, nearest of all for a scan, nobody lands.
@@ -222,6 +260,7 @@ impl<'a> Look<'a> {
             if target.class != TargetClass::Vehicle
                 && !goes_around
                 && speed_mps >= p.final_mps
+                && shows
                 && along.abs() >= speed_mps * self.cos_aligned
             {
                 let wide = p.funnel_m + p.funnel_slope * distance_m;

@@ -161,6 +161,8 @@ pub(super) struct Memory {
     pub(super) named: SimTime,
     /// Its strip was another track's shortly before.
     pub(super) taken_over: bool,
+    /// Without a name, it was beside one who rolls or flies, last.
+    pub(super) beside: Option<SimTime>,
     /// Jumped again soon after it had jumped.
     pub(super) restless: Option<SimTime>,
     /// When it was last new, under a new name, found again, jumped or leapt.
@@ -207,6 +209,7 @@ impl Memory {
             final_from_s: 0.0,
             named: now,
             taken_over: false,
+            beside: None,
             restless: None,
             troubled: now,
         }

@@ -3,7 +3,7 @@
 use super::*;
 
 /// What is raised with the second, at an airport with bars; strips and clearances on `board`.
-fn seen(
+pub(super) fn seen(
     layout: &Layout,
     board: &Board,
     parameters: Parameters,
@@ -24,12 +24,12 @@ fn seen(
     found
 }
 
-fn first(found: &[(u32, String)], kind: &str) -> Option<u32> {
+pub(super) fn first(found: &[(u32, String)], kind: &str) -> Option<u32> {
     found.iter().find(|(_, word)| word == kind).map(|(second, _)| *second)
 }
 
 /// Cleared from the first second on.
-fn cleared(callsign: &str, kind: ClearanceKind, runway: usize) -> Board {
+pub(super) fn cleared(callsign: &str, kind: ClearanceKind, runway: usize) -> Board {
     let mut board = Board::default();
     board.give(Clearance {
         callsign: Callsign::new(callsign),
@@ -43,7 +43,7 @@ fn cleared(callsign: &str, kind: ClearanceKind, runway: usize) -> Board {
 }
 
 /// Errors of a place that come again after a while, within 2 m.
-fn noise(second: u32) -> f64 {
+pub(super) fn noise(second: u32) -> f64 {
     [0.4, -1.7, 1.9, -0.3, 1.2, -2.0, 0.1, 1.6, -0.9, -1.1][second as usize % 10]
 }
 
@@ -149,7 +149,7 @@ fn who_stands_moves_no_anchor() {
     }
 }
 
-fn with_bar() -> Layout {
+pub(super) fn with_bar() -> Layout {
     let bar =
         StopBar { runway: 0, place_m: 1000.0, across_m: Some(90.0), entry_m: 1000.0, lit: true };
     Layout { bars: vec![bar], ..layout() }
