@@ -278,6 +278,7 @@ impl Network {
                     let other = &mut kept[*known];
                     other.two_way |= edge.two_way || other.nodes == [b, a];
                     other.runway = other.runway.or(edge.runway);
+                    other.strip = other.strip.or(edge.strip);
                 }
                 None => {
                     index.insert((a.min(b), a.max(b)), kept.len());

@@ -41,6 +41,8 @@ pub struct Way {
     pub roll: Range<usize>,
     /// Index of the first piece of each runway crossing, and the runway.
     pub crossings: Vec<(usize, usize)>,
+    /// Other runways whose strips a landing leaves with that of its own.
+    pub lands_over: Vec<usize>,
     /// Where one waits for a strip: the index of its first piece, and the place, m.
     holds_m: Vec<(usize, f64)>,
     /// Where the guided point stops at last, m.
@@ -252,6 +254,14 @@ impl Way {
         }
     }
 
+    /// Where a landing begins to turn off its runway, m: the begin of the arc at the end of its roll. A node of another runway's
+    /// centreline may lie a little beside this one's: that bend turns nobody off.
+    #[must_use]
+    pub fn turns_off_m(&self) -> Option<f64> {
+        let end_m = self.ends_m.get(self.roll.end.checked_sub(1)?)?;
+        self.path.arcs().find(|(_, to_m, _)| *to_m >= end_m - 1.0).map(|arc| arc.0)
+    }
+
     /// Fills the envelope: the highest speed from which every limit ahead can be met. `free_to_m`: up to
     /// there (a landing roll) only the braking `roll_dec_mps2` counts.
     pub fn limit(
@@ -296,7 +306,7 @@ impl Way {
             }
         }
         limits[..((free_to_m / STEP_M).max(0.0) as usize).min(count)].fill(f64::INFINITY);
-        for (from, to, curvature) in self.path.arcs() {
+        for (from, to, curvature) in self.path.arcs().filter(|a| a.1 > free_to_m) {
             let turn = (to - from) * curvature.abs();
             let lateral = (d.lateral_mps2 / curvature.abs()).sqrt();
             let most = if turn > 0.8 { lateral.min(d.turn_mps) } else { lateral };

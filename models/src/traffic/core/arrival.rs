@@ -374,13 +374,20 @@ impl Core {
                 .iter()
                 .find(|c| c.0 == on_runway)
                 .map_or(on_runway, |_| way.group_last[on_runway]);
+            let touching: Vec<(usize, usize)> =
+                way.crossings.iter().copied().filter(|c| c.0 == on_runway && c.1 != r).collect();
             way.crossings.retain(|c| c.0 != on_runway);
             way.hold_before(None);
             way.group(0, exit_end.min(way.pieces.len() - 1));
             let crossings = way.crossings.iter().map(|c| c.0);
             let firsts: Vec<usize> = std::iter::once(0).chain(crossings).collect();
             way.clear_strips(&self.pieces, &firsts, usize::MAX, self.body_m(m));
-            let free_to = way.path.arcs().next().map_or(way.ends_m[on_runway - 1], |a| a.0);
+            // What its landing takes of other runways' strips it crosses with that.
+            let landing_last = way.group_last[0];
+            let taken = way.crossings.iter().filter(|c| c.0 <= landing_last);
+            way.lands_over = touching.iter().chain(taken).map(|c| c.1).collect();
+            way.crossings.retain(|c| c.0 > landing_last);
+            let free_to = way.turns_off_m().unwrap_or(way.ends_m[on_runway - 1]);
             let mut braking =
                 (1.15 * needed.max(0.5)).max(f.landing.1.min(1.6)).min(MOST_BRAKING_MPS2);
             let driving = self.movers[m].driving;
@@ -633,11 +640,15 @@ impl Core {
     pub(super) fn landing(&mut self, m: usize) {
         let now = self.time_s;
         let mover = &self.movers[m];
-        let exit_from = mover.way.path.arcs().next().map_or(mover.way.stop_m, |a| a.0);
+        let exit_from = mover.way.turns_off_m().unwrap_or(mover.way.stop_m);
         if mover.s >= exit_from {
             self.movers[m].phase = Phase::Taxiing;
             self.movers[m].taxi_from_s = now;
             self.clear(m, "TAX", String::new());
+            // Where there is no room between the strip of another runway and that of its own, its landing takes it off both.
+            for r in std::mem::take(&mut self.movers[m].way.lands_over) {
+                self.clear(m, "CRO", self.net.runways[r].names.join("/"));
+            }
             self.taxiing(m);
             return;
         }

@@ -315,7 +315,24 @@ impl Core {
     pub(super) fn may_roll(&self, m: usize) -> bool {
         self.wake_left_s(m) <= 0.0
             && !self.car_blocks(self.flights[m].runway.0)
-            && (!self.owned(m) || self.waits_in_front(m))
+            && (!self.owned(m) || self.waits_in_front(m) || self.goes_first(m))
+    }
+
+    /// Whether everybody who has a runway that crosses its own is lined up there and goes after it: he came later, or it stands in his way.
+    /// Two that are lined up on crossing runways, one of them by mistake, would wait for each other.
+    fn goes_first(&self, m: usize) -> bool {
+        let r = self.flights[m].runway.0;
+        let Phase::LinedUp(since_s) = self.movers[m].phase else { return false };
+        let after = |o: usize| match self.movers[o].phase {
+            Phase::LinedUp(then_s) => {
+                let waits = self.movers[o].waits_for == Some(m);
+                let blocked = self.movers[m].waits_for == Some(o);
+                waits || !blocked && (since_s, m) < (then_s, o)
+            }
+            _ => false,
+        };
+        let others = self.crossing[r].iter().filter_map(|c| self.owner[*c].filter(|o| *o != m));
+        self.owner[r] == Some(m) && others.into_iter().all(after)
     }
 }
 /// How far the tail of one who rolls is beyond an entry when somebody may line up there, m (assumed).
