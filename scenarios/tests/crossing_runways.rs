@@ -80,6 +80,13 @@ fn what_lies_on_a_runway_is_in_its_strip() {
         let on = net.edges.iter().filter(|e| e.runway.is_some());
         let bare = on.clone().filter(|e| e.strip != e.runway).count();
         assert!(on.count() >= 8 && bare == 0, "{beside_m} m: {bare}");
+        let beside = net.edges.iter().filter(|e| e.runway.is_none() && !e.backtrack).filter(|e| {
+            net.runways.iter().any(|r| {
+                let along = |n: &usize| r.place_m(net.nodes[*n].at_m).1.abs() < 3.0;
+                e.nodes.iter().all(along)
+            })
+        });
+        assert_eq!(beside.count(), 0, "{beside_m} m");
     }
 }
 

@@ -163,7 +163,17 @@ struct Label {
     parent: u32,
 }
 
-/// The best sequence in which no flight is more than `most_shift` places from where it came (`None`: anywhere).
+/// The flights in the order in which each could go with the runway to itself: who is ready early but whose slot opens late has not come first. A
+/// shift counted from this order leaves next to nothing to the best of all; counted from when flights are ready it costs those with a slot much.
+#[must_use]
+pub fn first_come(flights: &[Departure], rules: &Rules) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..flights.len()).collect();
+    let earliest_s = |i: usize| rules.take_off_s(None, &flights[i]);
+    order.sort_by(|a, b| earliest_s(*a).total_cmp(&earliest_s(*b)).then(a.cmp(b)));
+    order
+}
+
+/// The best sequence in which no flight is more than `most_shift` places from its place in `flights` (`None`: anywhere); see [`first_come`].
 /// `before`: the take-off before the first.
 ///
 /// # Errors
@@ -329,6 +339,39 @@ mod tests {
             prop_assert!((found.delay_s - least.1).abs() < 1e-9);
             prop_assert!((found.makespan_s() - least.2).abs() < 1e-9);
         }
+    }
+
+    /// On the reference vectors a shift of two places from the order in which flights are ready costs 11.8 % of delay more than the best of
+    /// all orders, in sum; from the order in which they could go 1.2 %.
+    #[test]
+    fn a_shift_of_two_from_who_could_go_is_within_two_percent_of_all_orders() {
+        let text = include_str!("../../../tests/data/vectors/traffic/departure_sequence.json");
+        let file: serde_json::Value = serde_json::from_str(text).expect("JSON");
+        let (rules, mut sums) = (Rules::default(), [0.0; 3]);
+        let cases = file["cases"].as_array().expect("cases");
+        for case in cases {
+            let flights: Vec<Departure> = case["input"]["flights"]
+                .as_array()
+                .expect("flights")
+                .iter()
+                .map(|f| Departure {
+                    ready_s: f["ready_s"].as_f64().expect("a time"),
+                    recat: f["recat"].as_str().and_then(Recat::of).expect("a letter"),
+                    way: f["sid"].as_str().map(|name| u32::from(name.as_bytes()[0])),
+                    ctot_s: f["ctot_s"].as_f64(),
+                })
+                .collect();
+            let slots: Vec<Departure> =
+                first_come(&flights, &rules).into_iter().map(|i| flights[i]).collect();
+            let shifts = [(&slots, Some(2)), (&flights, None), (&flights, Some(2))];
+            for (sum, (flights, shift)) in sums.iter_mut().zip(shifts) {
+                let found = best(flights, shift, None, &rules).expect("within the bounds");
+                assert_eq!(found.late, 0);
+                *sum += found.delay_s;
+            }
+        }
+        assert!(cases.len() == 24 && sums[0] <= 1.02 * sums[1], "{sums:?}");
+        assert!(sums[2] > 1.1 * sums[1], "{sums:?}");
     }
 
     #[test]

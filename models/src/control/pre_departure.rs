@@ -1,6 +1,8 @@
 //! Pre-departure sequence: when each departure is to leave its stand so that it meets its take-off.
 
-use super::departure_sequence::{Departure, Rules, Sequence, SequenceError, best, in_order};
+use super::departure_sequence::{
+    Departure, Rules, Sequence, SequenceError, best, first_come, in_order,
+};
 
 /// A departure as the planner knows it; times in s.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,15 +49,14 @@ impl Default for PreDeparture {
 /// # Errors
 /// As [`best`].
 pub fn targets(flights: &[Planned], planner: &PreDeparture) -> Result<Vec<Targets>, SequenceError> {
-    let mut order: Vec<usize> = (0..flights.len()).collect();
-    let ready = |i: usize| flights[i].tobt_s + flights[i].exot_s;
-    order.sort_by(|a, b| ready(*a).total_cmp(&ready(*b)).then(a.cmp(b)));
+    let ready = |f: &Planned| Departure { ready_s: f.tobt_s + f.exot_s, ..f.departure };
+    let all: Vec<Departure> = flights.iter().map(ready).collect();
+    let order = first_come(&all, &planner.rules);
     let mut frozen: Vec<(f64, usize)> =
         order.iter().filter_map(|i| flights[*i].frozen_s.map(|t| (t, *i))).collect();
     frozen.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let free: Vec<usize> = order.into_iter().filter(|i| flights[*i].frozen_s.is_none()).collect();
-    let departures: Vec<Departure> =
-        free.iter().map(|i| Departure { ready_s: ready(*i), ..flights[*i].departure }).collect();
+    let departures: Vec<Departure> = free.iter().map(|i| all[*i]).collect();
     let before = frozen.last().map(|(t, i)| (*t, flights[*i].departure));
     let sequence: Sequence = match planner.shift {
         Some(k) => best(&departures, Some(k), before, &planner.rules)?,
@@ -96,6 +97,21 @@ mod tests {
             let waits_s = t.ttot_s - (t.tsat_s + 600.0);
             assert!(t.tsat_s >= 0.0 && (0.0..=120.0).contains(&waits_s), "{n}: {t:?}");
         }
+    }
+
+    /// Ready first, but with a slot that opens last: four others would have to let it pass by more than two places.
+    #[test]
+    fn who_has_a_late_slot_keeps_nobody_back() {
+        let slot = |ctot_s| Departure { ctot_s, ..planned(0.0, Recat::D, None).departure };
+        let late = Planned { departure: slot(Some(1800.0)), ..planned(0.0, Recat::D, None) };
+        let others = (1..5).map(|k| planned(30.0 * f64::from(k), Recat::D, None));
+        let flights: Vec<Planned> = std::iter::once(late).chain(others).collect();
+        let found = targets(&flights, &PreDeparture::default()).expect("within the bounds");
+        let delays = found[1..].iter().zip(&flights[1..]).map(|(t, f)| t.ttot_s - f.tobt_s - 600.0);
+        assert!(
+            found[0].ttot_s == 1500.0 && delays.sum::<f64>() <= 30.0 + 60.0 + 90.0,
+            "{found:?}"
+        );
     }
 
     #[test]

@@ -17,7 +17,7 @@ mod memory;
 
 pub use doubt::Doubted;
 use look::Look;
-use memory::{Memory, Named, OfStrip};
+use memory::{Memory, OfStrip};
 
 /// What moves.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -244,9 +244,9 @@ impl Surveillance {
         let look = Look::new(now, layout, parameters, board);
         let (coasting, forgotten) = (now.back_s(parameters.coasting_s), now.back_s(FORGET_S));
         for target in targets {
-            // Zero times a number that is not finite is no zero.
+            // Zero times a number that is not finite is no zero, nor is it of a sum with one.
             let (p, v) = (target.position_m, target.velocity_mps);
-            let finite = 0.0 * p.x + 0.0 * p.y + 0.0 * v.x + 0.0 * v.y == 0.0;
+            let finite = 0.0 * ((p.x + p.y) + (v.x + v.y)) == 0.0;
             if !finite || target.last_plot < coasting {
                 continue;
             }
@@ -281,8 +281,7 @@ impl Surveillance {
                     last_fast: memory.last_fast,
                     had: Some((target.number, now)),
                 };
-                let Target { callsign, class, arriving, length_m, .. } = *target;
-                memory.had = Some((Named { strip, callsign, class, arriving, length_m }, now));
+                memory.had_at = now;
             } else if target.callsign.is_none() {
                 self.unnamed.push(index);
             }

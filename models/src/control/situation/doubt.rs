@@ -26,7 +26,8 @@ impl Surveillance {
         for index in &self.unnamed {
             let situation = &mut self.situations[*index as usize];
             let memory = &self.memories[situation.memory as usize];
-            let Some((named, at)) = memory.had else { continue };
+            let Some(named) = memory.had else { continue };
+            let at = memory.had_at;
             let free = self.by_strip.get(named.strip as usize).is_some_and(|taken| *taken == 0);
             if free && now.since_s(at) <= doubt.name_s {
                 situation.strip = Some(named.strip);

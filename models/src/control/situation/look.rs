@@ -23,6 +23,8 @@ pub(super) struct Look<'a> {
     /// For the mean speed, and for that of three seconds.
     mean: Back,
     recent: Back,
+    /// Tracks that were born until then have a mean speed.
+    settled: SimTime,
     /// Nothing where tracks are exact.
     pub(super) lately: Option<Lately<'a>>,
 }
@@ -37,7 +39,9 @@ impl<'a> Look<'a> {
         let cos_aligned = libm::cos(parameters.aligned_deg.to_radians());
         let (mean, recent) = (Back::new(now, parameters.mean_s), Back::new(now, 3.0));
         let lately = parameters.doubt.as_ref().map(|doubt| Lately::new(now, doubt));
-        Self { now, layout, parameters, board, cos_aligned, mean, recent, lately }
+        let guessed_s = parameters.doubt.as_ref().map(|doubt| parameters.mean_s + doubt.young_s);
+        let settled = guessed_s.map_or(now, |seconds| now.back_s(seconds));
+        Self { now, layout, parameters, board, cos_aligned, mean, recent, settled, lately }
     }
 
     /// Writes the situation of a track, all of it but where its memory is.
@@ -55,11 +59,13 @@ impl<'a> Look<'a> {
         };
         let moves = parameters.doubt.is_none() || recent_mps >= parameters.heading_mps;
         // One jump makes a speed, too: far above what its places of three seconds show, and of one who has never left where he was first.
-        let jumps = parameters.doubt.is_some()
-            && (speed_mps > 2.0 * recent_mps + JUMP_MPS
-                || memory.heading.is_none()
-                    && (position_m - memory.anchor_m).norm() < parameters.anchor_m / 3.0);
-        if speed_mps >= parameters.heading_mps && moves && !jumps {
+        let jumps = || {
+            parameters.doubt.is_some()
+                && (speed_mps > 2.0 * recent_mps + JUMP_MPS
+                    || memory.heading.is_none()
+                        && (position_m - memory.anchor_m).norm() < parameters.anchor_m / 3.0)
+        };
+        if speed_mps >= parameters.heading_mps && moves && !jumps() {
             memory.heading = Some(velocity / speed_mps);
         }
         let strip = memory.strip.map(|i| &self.board.strips()[i as usize]);
@@ -71,10 +77,11 @@ impl<'a> Look<'a> {
         let nose_m =
             by_way.unwrap_or_else(|| position_m + memory.heading.unwrap_or_default() * half_m);
         // Where a track was in its first seconds is a guess.
-        let known = parameters
-            .doubt
-            .is_none_or(|d| now.since_s(memory.born) >= parameters.mean_s + d.young_s);
-        let mean_mps = if known { memory.mean_mps(now, position_m, &self.mean) } else { 0.0 };
+        let mean_mps = if memory.born <= self.settled {
+            memory.mean_mps(now, position_m, &self.mean)
+        } else {
+            0.0
+        };
         memory.places.keep(now, position_m, nose_m, memory.jumps);
         memory.seen = now;
         if parameters.doubt.is_some() {
@@ -177,6 +184,9 @@ impl<'a> Look<'a> {
     fn strips(&self, situation: &Situation, before: u32) -> u32 {
         let (p, target) = (self.parameters, &situation.target);
         let (nose_m, recent_mps) = (situation.nose_m, situation.recent_mps);
+        if situation.near == 0 {
+            return 0;
+        }
         let too_high = target.altitude_m.is_some_and(|altitude| altitude > p.strip_top_m);
         let (mut strips, mut left) = (0, if too_high { 0 } else { situation.near });
         let creeps_m = match &p.doubt {

@@ -152,7 +152,8 @@ pub(super) struct Memory {
     /// Was slower than a roll.
     pub(super) was_slow: bool,
     /// Who it was when it last had a strip, and when.
-    pub(super) had: Option<(Named, SimTime)>,
+    pub(super) had: Option<Named>,
+    pub(super) had_at: SimTime,
     /// On final to a runway since, and until.
     pub(super) final_span: Option<(SimTime, SimTime, usize)>,
     /// Time to the threshold when that began, s.
@@ -205,6 +206,7 @@ impl Memory {
             last_plot: target.last_plot,
             was_slow: false,
             had: None,
+            had_at: now,
             final_span: None,
             final_from_s: 0.0,
             named: now,
@@ -270,6 +272,10 @@ impl Memory {
         self.board_version = board.version();
         let before = self.strip;
         self.strip = target.callsign.and_then(|c| board.find(c)).map(|i| i as u32);
+        if let Some(strip) = self.strip {
+            let Target { callsign, class, arriving, length_m, .. } = *target;
+            self.had = Some(Named { strip, callsign, class, arriving, length_m });
+        }
         let Some(known) = self.strip.filter(|s| before != Some(*s)) else { return };
         let Some(known) = of_strips.get(known as usize) else { return };
         self.named = now;

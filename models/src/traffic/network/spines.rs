@@ -3,6 +3,12 @@
 use super::{JOINED_M, NetEdge, Network, crossing};
 use std::collections::BTreeSet;
 
+/// A node of one runway so near to where another one crosses it is that of the crossing, m (assumed): an edge of the file to it along the
+/// other one is none beside it.
+const SHARED_M: f64 = 2.0;
+/// Across for along of an edge that lies along a runway at most.
+const ALONG: f64 = 0.1;
+
 impl Network {
     /// R3.
     pub(super) fn spines(&mut self) {
@@ -19,9 +25,9 @@ impl Network {
                     let on_other = self.runways[other].place_m(runway.at(place)).0;
                     let known = self.runways[other].spine.iter();
                     let near = known
-                        .filter(|(p, _)| (p - on_other).abs() < JOINED_M)
-                        .map(|(_, node)| *node)
-                        .next();
+                        .filter(|(p, _)| (p - on_other).abs() < SHARED_M)
+                        .min_by(|a, b| (a.0 - on_other).abs().total_cmp(&(b.0 - on_other).abs()))
+                        .map(|(_, node)| *node);
                     let name = format!("{}x{}", runway.names[0], self.runways[other].names[0]);
                     let node = match near {
                         Some(node) => node,
@@ -113,7 +119,22 @@ impl Network {
                 }
             }
             let on: BTreeSet<usize> = kept.iter().map(|(_, n)| *n).collect();
-            self.edges.retain(|e| !e.nodes.iter().all(|n| on.contains(n)));
+            // Also what the file has along the centreline to a node of a runway that crosses it: not on this one, but on its pavement.
+            let (runway, nodes) = (&self.runways[r], &self.nodes);
+            let paved = |n: &usize| {
+                let (place, off) = runway.place_m(nodes[*n].at_m);
+                let within = (-1.0..=runway.length_m + 1.0).contains(&place);
+                nodes[*n].runway.is_some() && within && off.abs() <= 0.5 * runway.width_m + 1.0
+            };
+            let along = |e: &NetEdge| {
+                let [a, b] = e.nodes.map(|n| runway.place_m(nodes[n].at_m));
+                (b.1 - a.1).abs() <= ALONG * (b.0 - a.0).abs()
+            };
+            self.edges.retain(|e| {
+                let replaced = e.nodes.iter().all(|n| on.contains(n));
+                let beside = e.runway.is_none() && e.nodes.iter().all(paved) && along(e);
+                !replaced && !beside
+            });
             for pair in kept.windows(2) {
                 self.edges.push(NetEdge {
                     nodes: [pair[0].1, pair[1].1],
