@@ -414,7 +414,9 @@ impl Asde {
         let view_rad = extended::view_rad(look.azimuth_rad, look.state.heading_rad);
         match level {
             ExtentLevel::Table => self.aspects.centroid(look.index, class, view_rad),
-            ExtentLevel::Point | ExtentLevel::Centroid => extended::centroid(level, class, view_rad),
+            ExtentLevel::Point | ExtentLevel::Centroid => {
+                extended::centroid(level, class, view_rad)
+            }
         }
     }
 

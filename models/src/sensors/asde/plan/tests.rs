@@ -291,7 +291,8 @@ fn rain_in_cells_takes_no_more_than_its_bound_says() {
             };
             let exact = RadarLevels::EXACT;
             // Where a cell is over the target, its echo is in the bound of what rain returns.
-            let (with, without) = (budget(exact), budget(exact.with(RadarEffect::RainClutter, Level::Skipped)));
+            let (with, without) =
+                (budget(exact), budget(exact.with(RadarEffect::RainClutter, Level::Skipped)));
             let raised = to_db(without.scnr() / with.scnr());
             assert!(raised <= bounds.rain_clutter_db + 1e-6, "{n}: {raised} of {bounds:?}");
             nearest[2] = nearest[2].max(raised / bounds.rain_clutter_db.max(1e-3));
@@ -421,7 +422,10 @@ fn the_quick_test_of_a_choice_says_what_the_whole_one_says() {
             let share = |quick| outcome.effect(&loss, &tolerance, quick).share(&tolerance, 0.01);
             let limit = g.pick(&[0.5, 1.0, 2.0]);
             let (quick, whole) = (share(true), share(false));
-            assert!(quick.is_nan() || whole.is_nan() || quick >= whole * (1.0 - 1e-9), "{n}: {loss:?}");
+            assert!(
+                quick.is_nan() || whole.is_nan() || quick >= whole * (1.0 - 1e-9),
+                "{n}: {loss:?}"
+            );
             // What rounding decides is left open.
             if (quick - limit).abs() < 1e-9 || (whole - limit).abs() < 1e-9 {
                 continue;

@@ -3,8 +3,8 @@
 
 use super::*;
 use crate::environment::RainCell;
-use crate::sensors::asde::plan::{Kind, PlannedBox};
 use crate::sensors::asde::plan::boxes::{Key, band_m};
+use crate::sensors::asde::plan::{Kind, PlannedBox};
 use crate::sensors::radar::equation::BudgetLevels;
 use crate::sensors::radar::{aspect, sample_shapes};
 
@@ -270,15 +270,9 @@ fn levels_follow_the_budget_of_time_when_it_has_to_give_way() {
 fn centres_of_echoes_come_from_a_table_where_its_loss_is_tolerated() {
     let truth = Crowd::new(24, 150.0);
     let planned = |position_m: f64| {
-        let mut radar =
-            asde(|_| ()).tolerating(Tolerance { position_m, ..Tolerance::default() });
+        let mut radar = asde(|_| ()).tolerating(Tolerance { position_m, ..Tolerance::default() });
         for scan in 1..=6 {
-            radar.scan(
-                &interval(scan, 1.0),
-                &truth,
-                &Weather::default(),
-                &mut PlotSink::default(),
-            );
+            radar.scan(&interval(scan, 1.0), &truth, &Weather::default(), &mut PlotSink::default());
         }
         radar
     };

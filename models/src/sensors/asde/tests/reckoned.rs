@@ -84,7 +84,8 @@ fn a_standing_echo_may_lie_on_the_edge_of_a_step() {
         for moved_m in [1e-3, 1e-2] {
             // A fixed move over an edge: the density of the place there times the move, a whole step each time.
             let carried = moved_m / (sigma_m * (2.0 * PI).sqrt());
-            let rms_m = outcome.effect(&loses(Loss::moves(moved_m)), &Tolerance::default(), false).rms_m;
+            let rms_m =
+                outcome.effect(&loses(Loss::moves(moved_m)), &Tolerance::default(), false).rms_m;
             assert!(rms_m * rms_m >= 0.99 * 25.0 * carried.min(1.0), "{rms_m} m by {moved_m} m");
         }
     });
@@ -103,12 +104,8 @@ fn a_move_by_draws_of_its_own_is_carried_by_steps_too() {
 
 #[test]
 fn steps_beyond_the_tail_count_with_their_odds() {
-    let step = AxisShift {
-        fixed_m: 0.01,
-        step_m: 1.0,
-        factors: (MEAN_ABS, 1.0),
-        ..AxisShift::default()
-    };
+    let step =
+        AxisShift { fixed_m: 0.01, step_m: 1.0, factors: (MEAN_ABS, 1.0), ..AxisShift::default() };
     let odds = tail(&[step, AxisShift::default()], 0.5);
     assert!((0.01..0.011).contains(&odds), "{odds}");
     // Of both axes.
@@ -210,10 +207,12 @@ fn a_rain_cell_touches_every_box_that_it_reaches() {
         let mut sectors = std::collections::BTreeSet::new();
         for i in 0..400 {
             let (sin, cos) = libm::sincos(f64::from(i) * 2.399_963);
-            let place_m = centre_m + Vector2::new(sin, cos) * (radius_m * (f64::from(i) / 400.0).sqrt());
+            let place_m =
+                centre_m + Vector2::new(sin, cos) * (radius_m * (f64::from(i) / 400.0).sqrt());
             let sector = sector(Azimuth::of(place_m).rad());
             sectors.insert(sector);
-            let touches = |factor: f64| seen[0].touches(sector, ring((place_m * factor).norm_squared()));
+            let touches =
+                |factor: f64| seen[0].touches(sector, ring((place_m * factor).norm_squared()));
             assert_eq!(touches(1.0), (true, true), "{n}: {place_m:?}");
             assert!(touches(1.5).0, "{n}: behind {place_m:?} the rain is on the way");
         }
