@@ -419,18 +419,21 @@ fn a_person_provokes_an_incursion_and_the_alert_is_raised_on_tracks() {
 fn inputs_that_cannot_be_read_are_refused_before_anything_is_started() {
     let folder = Folder::new("seats-inputs");
     let path = folder.file("inputs.jsonl");
-    std::fs::write(
-        &path,
-        "{\"frame\":1,\"seat\":\"ground\",\"person\":\"a\",\"action\":\"fly\"}\n",
-    )
-    .expect("written");
-    let output = finish(run(&Ports::new(), &["--fast", "--no-viewer", "--inputs", &path]));
-    assert_eq!(output.status.code(), Some(2));
-    assert!(
-        common::stderr(&output).contains("inputs.jsonl:1: there is no action \"fly\""),
-        "{}",
-        common::stderr(&output)
-    );
+    for (action, why) in [
+        ("\"fly\"", "there is no action \"fly\""),
+        (
+            "\"say\",\"callsign\":\"GD1\",\"clearance\":\"FLY\"",
+            "there is no clearance \"FLY\": BTR, CRO",
+        ),
+    ] {
+        let line =
+            format!("{{\"frame\":1,\"seat\":\"ground\",\"person\":\"a\",\"action\":{action}}}\n");
+        std::fs::write(&path, line).expect("written");
+        let output = finish(run(&Ports::new(), &["--fast", "--no-viewer", "--inputs", &path]));
+        let said = common::stderr(&output);
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        assert!(said.contains(&format!("inputs.jsonl:1: {why}")), "{said}");
+    }
 }
 
 /// Departures that would queue are advised to be held, the models mostly follow it and a person at the apron decides himself: one
@@ -500,7 +503,7 @@ fn advice_is_given_decided_upon_and_followed_to_one_digest_in_every_layout() {
     let words = [
         decide(0, "accept", "HOLD_STAND"),
         decide(1, "refuse", "HOLD_STAND"),
-        decide(0, "accept", "FLY"),
+        decide(0, "accept", "GAP"),
         // Nobody is seen where control is told no tracks.
         decide(1, "what-if", "HOLD 120"),
     ];
@@ -523,9 +526,10 @@ fn advice_is_given_decided_upon_and_followed_to_one_digest_in_every_layout() {
         assert_eq!(count(&log, &query), 1, "{decision}");
     }
     assert_eq!(count(&log, "SELECT count(*) FROM advice WHERE change = 'decided'"), 2);
-    for (action, refused) in
-        [("accept", "there is no advice \"FLY\"%"), ("what-if", "nobody is seen in this scene%")]
-    {
+    for (action, refused) in [
+        ("accept", "%there is no advice that stands for it"),
+        ("what-if", "nobody is seen in this scene%"),
+    ] {
         let told = "SELECT count(*) FROM inputs WHERE action";
         let query = format!("{told} = '{action}' AND refused LIKE '{refused}'");
         assert!(count(&log, &query) >= 1, "{query}");

@@ -250,7 +250,8 @@ fn sequences(file: &Value) -> Vec<CaseResult> {
     judged.collect()
 }
 
-fn sequence(file: &Value, case: &Value, judge: &mut Judge) -> Option<()> {
+/// The flights of a case.
+fn departures(case: &Value) -> Option<Vec<Departure>> {
     let mut ways: Vec<&str> = Vec::new();
     let mut flights = Vec::new();
     for f in list(&case["input"]["flights"]) {
@@ -268,6 +269,11 @@ fn sequence(file: &Value, case: &Value, judge: &mut Judge) -> Option<()> {
             ctot_s: f["ctot_s"].as_f64(),
         });
     }
+    Some(flights)
+}
+
+fn sequence(file: &Value, case: &Value, judge: &mut Judge) -> Option<()> {
+    let flights = departures(case)?;
     let rules = Rules::default();
     let shift = case["input"]["max_shift"].as_u64().map(|k| k as usize);
     let found = best(&flights, shift, None, &rules).ok()?;
@@ -291,6 +297,7 @@ fn sequence(file: &Value, case: &Value, judge: &mut Judge) -> Option<()> {
 mod tests {
     use super::*;
     use crate::assert_all_pass;
+    use models::control::departure_sequence::first_come;
     use serde_json::json;
 
     #[test]
@@ -379,5 +386,32 @@ mod tests {
     #[test]
     fn departure_sequences_are_the_best_of_all_permutations() {
         assert_all_pass(&[("traffic/departure_sequence", 24)]);
+    }
+
+    /// Within 2 % of all orders in sum over the cases (three of them are 0.9 to 6.4 % off by themselves); counted from when flights are
+    /// ready the bound alone costs more.
+    #[test]
+    fn a_shift_of_two_from_who_could_go_is_within_two_percent_of_all_orders() {
+        let path = concat!(
+            env!("CARGO_MANIFEST_DIR"),
+            "/../tests/data/vectors/traffic/departure_sequence.json"
+        );
+        let text = std::fs::read_to_string(path).expect("the cases");
+        let file: Value = serde_json::from_str(&text).expect("JSON");
+        let (rules, mut sums) = (Rules::default(), [0.0; 3]);
+        let cases = file["cases"].as_array().expect("cases");
+        for case in cases {
+            let flights = departures(case).expect("flights");
+            let slots: Vec<Departure> =
+                first_come(&flights, &rules).into_iter().map(|i| flights[i]).collect();
+            let shifts = [(&slots, Some(2)), (&flights, None), (&flights, Some(2))];
+            for (sum, (flights, shift)) in sums.iter_mut().zip(shifts) {
+                let found = best(flights, shift, None, &rules).expect("within the bounds");
+                assert_eq!(found.late, 0);
+                *sum += found.delay_s;
+            }
+        }
+        assert!(cases.len() == 24 && sums[0] <= 1.02 * sums[1], "{sums:?}");
+        assert!(sums[2] > 1.1 * sums[1], "{sums:?}");
     }
 }

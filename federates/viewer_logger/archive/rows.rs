@@ -275,7 +275,7 @@ pub(super) fn words(row: &Row<'_>, at: usize) -> rusqlite::Result<String> {
 }
 
 /// The value of a word.
-pub(super) fn value<T: Word>(row: &Row<'_>, at: impl RowIndex + Copy) -> rusqlite::Result<T> {
+pub(super) fn value<T: Word>(row: &Row<'_>, at: impl RowIndex) -> rusqlite::Result<T> {
     let word: String = row.get(at)?;
     let column = at.idx(row.as_ref())?;
     let why =
@@ -286,7 +286,7 @@ pub(super) fn value<T: Word>(row: &Row<'_>, at: impl RowIndex + Copy) -> rusqlit
 /// The value of a word, where there is one.
 pub(super) fn value_or_none<T: Word>(
     row: &Row<'_>,
-    at: impl RowIndex + Copy,
+    at: impl RowIndex,
 ) -> rusqlite::Result<Option<T>> {
     let word: Option<String> = row.get(at)?;
     if word.is_none_or(|word| word.is_empty()) { Ok(None) } else { value(row, at).map(Some) }

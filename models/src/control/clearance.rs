@@ -137,6 +137,13 @@ impl Strip {
         self.standing.iter().filter(move |c| c.runway.is_some_and(|r| r.0 == runway))
     }
 
+    /// Whether it flies although it is not seen how high: it was sent around, or lifted off less than `rolled_s` ago.
+    #[must_use]
+    pub fn flies(&self, now: SimTime, rolled_s: f64) -> bool {
+        self.kinds.has(ClearanceKind::GoAround)
+            || self.lifted_off.is_some_and(|at| now.since_s(at) <= rolled_s)
+    }
+
     /// When the standing clearance of a kind for a runway was given.
     #[must_use]
     pub fn since(&self, kind: ClearanceKind, runway: usize) -> Option<SimTime> {

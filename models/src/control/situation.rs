@@ -291,7 +291,7 @@ impl Surveillance {
         }
         self.situations.truncate(seen);
         if let Some(lately) = &look.lately {
-            self.keep_names(&look, lately, board);
+            self.keep_names(lately, parameters, board);
             self.find_doubles(lately);
         }
     }

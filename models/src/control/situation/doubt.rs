@@ -1,10 +1,9 @@
 //! Which tracks raise no alert by themselves: what a tracker makes beside its targets, and what moved as nothing can.
 
-use super::look::Look;
 use super::memory::{Memory, Named};
 use super::{Situation, Surveillance, Target};
 use crate::control::clearance::Board;
-use crate::control::parameters::Doubt;
+use crate::control::parameters::{Doubt, Parameters};
 use crate::frames::Vector2;
 use crate::time::SimTime;
 
@@ -21,7 +20,12 @@ pub enum Doubted {
 
 impl Surveillance {
     /// A track that has lost its name to nobody keeps it for a while.
-    pub(super) fn keep_names(&mut self, look: &Look<'_>, lately: &Lately<'_>, board: &Board) {
+    pub(super) fn keep_names(
+        &mut self,
+        lately: &Lately<'_>,
+        parameters: &Parameters,
+        board: &Board,
+    ) {
         let (now, doubt) = (lately.now, lately.doubt);
         for index in &self.unnamed {
             let situation = &mut self.situations[*index as usize];
@@ -37,8 +41,9 @@ impl Surveillance {
                 self.by_strip[named.strip as usize] = *index + 1;
                 // Who was sent around or has lifted off flies under his old name, too.
                 let strip = board.strips().get(named.strip as usize);
-                let speed_mps = situation.speed_mps.max(situation.recent_mps);
-                if situation.target.altitude_m.is_none() && look.is_flying(strip, speed_mps) {
+                let flies = strip.is_some_and(|s| s.flies(now, parameters.rolled_s))
+                    && situation.speed_mps.max(situation.recent_mps) >= parameters.fast_mps;
+                if situation.target.altitude_m.is_none() && flies {
                     situation.airborne = true;
                     situation.fast = None;
                 }

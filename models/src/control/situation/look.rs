@@ -91,7 +91,11 @@ impl<'a> Look<'a> {
         }
         let airborne = match target.altitude_m {
             Some(altitude_m) => altitude_m > parameters.airborne_m,
-            None => self.is_flying(strip, speed_mps.max(recent_mps)),
+            // In the air is who goes around or has just lifted off, until he is as slow as nobody flies.
+            None => {
+                strip.is_some_and(|s| s.flies(now, parameters.rolled_s))
+                    && speed_mps.max(recent_mps) >= parameters.fast_mps
+            }
         };
         situation.target = *target;
         situation.strip = memory.strip;
@@ -168,14 +172,6 @@ impl<'a> Look<'a> {
     fn within(&self, r: usize, place_m: f64) -> bool {
         let beyond_m = self.parameters.strip_beyond_m;
         place_m > -beyond_m && place_m < self.layout.runways[r].length_m + beyond_m
-    }
-
-    /// Without altitude: in the air who goes around or has just lifted off, until he is as slow as nobody flies.
-    pub(super) fn is_flying(&self, strip: Option<&Strip>, speed_mps: f64) -> bool {
-        let lifted_off = strip
-            .and_then(|s| s.lifted_off)
-            .is_some_and(|at| self.now.since_s(at) <= self.parameters.rolled_s);
-        (goes_around(strip) || lifted_off) && speed_mps >= self.parameters.fast_mps
     }
 
     /// In whose strips it is; `before`: those of the last scan. Who flies across a runway is over its strip, not in it. One that noise alone
