@@ -248,6 +248,8 @@ fn a_place_that_is_given_to_another_process_is_the_same_run_and_no_fault() {
             assert_eq!(net.closed[0].reasons, Vec::<String>::new(), "{name} to {to}");
             assert_eq!(count(&net, "place given by command"), 1);
             assert_eq!(count(&net, "taken over"), 1, "{name} to {to} at {at_ms}");
+            let told = net.conductor.state().reasons;
+            assert_eq!(told, Vec::<String>::new(), "all is well: {name} to {to}");
             let stood = net.reached.iter().filter(|(_, _, unasked)| *unasked).count() as u64;
             assert_eq!(count(&net, "stood for a move"), stood, "and none of that was a fault");
         }

@@ -307,9 +307,12 @@ impl Conductor {
             let turn = content(tries.into(), name.bytes().map(u64::from), std::iter::empty());
             let chosen = self.moving.get(&name).filter(|to| tries == 0 && alive.contains(to));
             let by = alive.get((turn % alive.len().max(1) as u64) as usize).copied();
+            let as_asked = chosen.is_some();
             let Some(by) = chosen.or(by).cloned() else { continue };
             self.hosted.insert(name.clone(), (now, tries + 1));
-            self.notes.push(format!("{name} is taken over by the process of {by}"));
+            if !as_asked {
+                self.notes.push(format!("{name} is taken over by the process of {by}"));
+            }
             self.say(Order::Host { run: self.run, name, by }, effects);
         }
     }
@@ -435,10 +438,8 @@ impl Conductor {
         if self.moving.remove(name).is_some()
             && let Some(at) = self.faults.iter().position(|f| f.name == name && f.back.is_none())
         {
-            // It went by command: no fault of the run.
-            let Fault { text, since, .. } = self.faults.remove(at);
-            let after_s = now.saturating_sub(since) as f64 * 1e-9;
-            self.notes.push(format!("{text}; it is there after {after_s:.1} s"));
+            // It went by command: no fault of the run, and all is well again.
+            self.faults.remove(at);
         }
         for fault in self.faults.iter_mut().filter(|f| f.name == name && f.back.is_none()) {
             fault.back = Some(upto);
