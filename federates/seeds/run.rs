@@ -74,6 +74,10 @@ pub fn run(args: &RunArgs) -> ExitCode {
         return fail(BAD_INPUT, format!("{e:#}"));
     }
     if args.in_process {
+        if args.losses.balance {
+            let help = "--balance moves places from process to process, and --in-process is one: leave out one of them";
+            return fail(BAD_INPUT, help);
+        }
         return match super::in_process::run(args, &scene) {
             Ok(code) => ExitCode::from(code),
             Err(e) => fail(FAILED, format!("{e:#}")),

@@ -694,6 +694,7 @@ fn bad_input_gives_one_line_and_the_right_code() {
         (&["replay", "/nowhere.pcapng", "--with-smdfm"], 2, "/nowhere.pcapng"),
         (&["replay", CAPTURE, "--from", "5", "--to", "2"], 2, "--from is after --to"),
         (&["replay", CAPTURE, "--from", "80000"], 2, "nothing between --from and --to"),
+        (&["run", "xsyn", "--in-process", "--balance"], 2, "leave out one of them"),
         (&["verify", "/nowhere"], 2, "/nowhere"),
         (&["dis", "check", "/nowhere.pcap"], 2, "/nowhere.pcap"),
         (&["plan", "/dev/zero"], 2, "longer than"),

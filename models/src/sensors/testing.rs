@@ -3,6 +3,7 @@
 use crate::environment::Weather;
 use crate::frames::{Vector2, Vector3};
 use crate::plot::Callsign;
+use crate::sensors::radar::sample_shapes;
 use crate::sensors::{PlotSink, ScanInterval, Sensor, TargetClass, TargetState, Truth};
 use crate::time::SimTime;
 
@@ -113,5 +114,18 @@ impl Truth for Parked {
             velocity_mps: self.velocity_mps,
             heading_rad: self.heading_rad,
         })
+    }
+}
+
+/// A class of that size, m, and cross section, m², 10 m high, with the shape of the narrow body, or of the car.
+pub(crate) fn class(aircraft: bool, length_m: f64, span_m: f64, rcs_m2: f64) -> TargetClass {
+    TargetClass {
+        designator: "T".into(),
+        aircraft,
+        length_m,
+        span_m,
+        height_m: 10.0,
+        rcs_m2,
+        shape: sample_shapes::of(aircraft),
     }
 }

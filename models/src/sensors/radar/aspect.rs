@@ -193,20 +193,8 @@ fn cell(class: &TargetClass, from_rad: f64) -> Cell {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sensors::radar::sample_shapes;
+    use crate::sensors::testing::class;
     use proptest::prelude::*;
-
-    fn class(aircraft: bool, length_m: f64, span_m: f64, rcs_m2: f64) -> TargetClass {
-        TargetClass {
-            designator: "T".into(),
-            aircraft,
-            length_m,
-            span_m,
-            height_m: 10.0,
-            rcs_m2,
-            shape: sample_shapes::of(aircraft),
-        }
-    }
 
     /// A narrow body with a strong left engine.
     fn lopsided() -> TargetClass {

@@ -121,20 +121,12 @@ pub fn half_extent_m(class: &TargetClass, view_rad: f64) -> (f64, f64) {
 mod tests {
     use super::*;
     use crate::draw::{DrawKey, Purpose, exponential};
-    use crate::sensors::radar::sample_shapes;
+    use crate::sensors::testing;
     use proptest::prelude::*;
     use std::f64::consts::FRAC_PI_2;
 
     fn class(aircraft: bool, length_m: f64, span_m: f64) -> TargetClass {
-        TargetClass {
-            designator: "T".into(),
-            aircraft,
-            length_m,
-            span_m,
-            height_m: 10.0,
-            rcs_m2: 20.0,
-            shape: sample_shapes::of(aircraft),
-        }
+        testing::class(aircraft, length_m, span_m, 20.0)
     }
 
     #[test]
