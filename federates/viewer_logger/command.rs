@@ -70,16 +70,16 @@ fn view(args: &ViewerArgs, scene: Arc<Scene>) -> anyhow::Result<u8> {
     let inbox = Inbox::default();
     let stop = inbox.clone();
     on_interrupt(move || stop.stop())?;
+    // Listening before joining: the first datagram of the run is in the recording.
+    listen(args, &scene, &inbox)?;
+    let (bus, endpoint) =
+        open_bus(&args.common.network, &scene.network, exercise, "viewer-logger")?;
     let files = match (&args.record, &args.report) {
         (Some(file), _) => Files::beside(file),
         (None, Some(folder)) => Files::beside(&folder.join("run.pcapng")),
         (None, None) => Files::in_folder(Path::new("runs"), utc_ns()),
     };
     let database = files.database.clone();
-    // Listening before joining: the first datagram of the run is in the recording.
-    listen(args, &scene, &inbox)?;
-    let (bus, endpoint) =
-        open_bus(&args.common.network, &scene.network, exercise, "viewer-logger")?;
     let task = Task {
         name: "viewer-logger".to_owned(),
         page: (!args.no_page).then_some(args.page),
@@ -107,6 +107,11 @@ fn view(args: &ViewerArgs, scene: Arc<Scene>) -> anyhow::Result<u8> {
         }
     });
     bus.close();
+    if let (Err(_), None, None, Some(folder)) =
+        (&kept, &args.record, &args.report, database.as_deref().and_then(Path::parent))
+    {
+        std::fs::remove_dir(folder).ok(); // made for this run; it stays where something is in it
+    }
     let Some(kept) = kept? else { return Ok(COMPLETE) };
     if let Some(database) = &database
         && let Err(error) = note(database, &facts)

@@ -21,6 +21,7 @@ use crate::runtime::messages::{
 use capture::Recorder;
 use models::flight_list::FlightList;
 use scenarios::Scene;
+use std::io::ErrorKind;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -71,10 +72,20 @@ impl Files {
         }
     }
 
-    /// Both files in a folder of their own, named by the time `utc_ns` at which the run was started.
+    /// Both files in a folder of their own, made here and named by the time `utc_ns` at which the run was started.
+    ///
+    /// Runs that begin in the same second get `…Z`, `…Z_2`, `…Z_3`: whoever makes the folder has it. Where none can be made,
+    /// opening the files says why.
     #[must_use]
     pub fn in_folder(folder: &Path, utc_ns: i64) -> Self {
-        let run = folder.join(time_name(utc_ns));
+        let name = time_name(utc_ns);
+        std::fs::create_dir_all(folder).ok();
+        let mut run = folder.join(&name);
+        let mut number = 2_u32;
+        while std::fs::create_dir(&run).is_err_and(|e| e.kind() == ErrorKind::AlreadyExists) {
+            run = folder.join(format!("{name}_{number}"));
+            number += 1;
+        }
         Self { recording: Some(run.join("run.pcapng")), database: Some(run.join("run.sqlite")) }
     }
 }
@@ -499,6 +510,33 @@ mod tests {
         assert_eq!(rows(&second, "SELECT count(*) FROM scans"), 1);
         let recorded = std::fs::metadata(files.recording.expect("a recording")).expect("a file");
         assert!(recorded.len() > 4 * 46);
+    }
+
+    /// The second of two used to write over the first, or to be refused as a stranger.
+    #[test]
+    fn runs_that_begin_in_the_same_second_have_folders_of_their_own() {
+        let folder = Folder::new();
+        let take = || Files::in_folder(&folder.0, 1_763_684_465_000_000_000).database;
+        let taken: std::collections::BTreeSet<_> = std::thread::scope(|s| {
+            let all: Vec<_> = (0..12).map(|_| s.spawn(take)).collect();
+            all.into_iter().map(|one| one.join().expect("taken")).collect()
+        });
+        assert_eq!(taken.len(), 12, "{taken:?}");
+        let name = |n: u32| {
+            format!("2025-11-21T00-21-05Z{}", if n == 1 { String::new() } else { format!("_{n}") })
+        };
+        for n in 1..=12 {
+            let database = folder.0.join(name(n)).join("run.sqlite");
+            assert!(taken.contains(&Some(database)), "{n}: {taken:?}");
+        }
+        // Where none can be made, opening says so.
+        std::fs::write(folder.0.join("a-file"), []).expect("written");
+        let files = Files::in_folder(&folder.0.join("a-file"), 0);
+        let refused = Keeper::open(scene(), None, &files).err().expect("refused").to_string();
+        assert!(
+            refused.starts_with("making the folder") && refused.contains("a-file"),
+            "{refused}"
+        );
     }
 
     /// What is told again is taken once; a hole is noted.

@@ -513,7 +513,7 @@ fn lasts_with_viewer(signal: Option<&str>, at_start: bool) -> (f64, Option<i32>)
 #[test]
 fn a_viewer_stopped_or_killed_at_the_start_delays_nothing() {
     let (alone_s, code) = lasts_with_viewer(None, true);
-    assert_eq!(code, Some(0));
+    assert_eq!(code, Some(0), "alone");
     for signal in ["STOP", "KILL"] {
         let (lasts_s, code) = lasts_with_viewer(Some(signal), true);
         // 2 s each at start and end where nothing else runs; before, 12 to 23 s. Patience for a busy machine.
