@@ -1,6 +1,7 @@
 //! Inputs of a consumer: frame ends name PDUs, datagrams bring them, what is missing is asked for.
 
-use super::{Effect, MAX_WAITING, Member, WallNs, holder};
+use super::streams::holder;
+use super::{Effect, MAX_WAITING, Member, WallNs};
 use crate::runtime::digest::pdu_hash;
 use crate::runtime::federate::{FrameInputs, Octets};
 use crate::runtime::messages::{Frame, FrameEnds, Joined, Numbered, Repair, Repaired, Report};

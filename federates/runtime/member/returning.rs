@@ -1,6 +1,6 @@
 //! Return of a lost member: by keeping its state, or by making the run again from frame 0, with the log of the run.
 
-use super::name_frame;
+use super::frames::name_frame;
 use super::past::{Logged, Making, Pages, Past};
 use super::{Effect, Member};
 use crate::runtime::federate::{Federate, FrameOut};

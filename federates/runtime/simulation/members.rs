@@ -1,0 +1,174 @@
+//! The simulated processes of members: started, joining, and what a member wants done.
+
+use super::network::Parcel;
+use super::{HELLO_AGAIN_NS, Node, Simulation};
+use crate::runtime::conductor::{Effect as Decision, Input};
+use crate::runtime::member::{CONDUCTOR, Effect, Member, Remake};
+use crate::runtime::messages::{Accepted, Hello, Kind, Welcome};
+use std::sync::Arc;
+
+impl Simulation {
+    pub(super) fn start(&mut self, name: &str, kind: Kind) {
+        let node = Node {
+            kind,
+            instance: u128::from(self.draw(u64::MAX)) + 1,
+            member: None,
+            dead: false,
+            paused_until: 0,
+            deaf_until: 0,
+            mute_until: 0,
+            busy_until: 0,
+            busy_since: 0,
+            next_beat: self.now,
+            hello_at: Some(self.now),
+            was: None,
+            host: None,
+            finds_station: 0,
+        };
+        self.nodes.insert(name.to_owned(), node);
+    }
+
+    pub(super) fn act(&mut self, name: &str, effects: Vec<Effect>) {
+        let (loss, udp) = (self.network.bus_loss, self.network.udp_loss);
+        for effect in effects {
+            match effect {
+                Effect::Send(pdus) => {
+                    for octets in pdus {
+                        for to in self.consumers() {
+                            self.post(name, &to, || Parcel::Pdus(vec![Arc::clone(&octets)]), udp);
+                        }
+                    }
+                }
+                Effect::Report(report) => {
+                    let parcel = || Parcel::Report(name.to_owned(), report.clone());
+                    self.post(name, CONDUCTOR, parcel, loss);
+                    for to in self.consumers().into_iter().filter(|to| to != name) {
+                        self.post(name, &to, parcel, loss);
+                    }
+                }
+                Effect::Repair { name: holder, repair } => {
+                    self.note("PDUs asked for");
+                    self.post(name, &holder, || Parcel::Repair(name.into(), repair.clone()), loss);
+                }
+                Effect::Fetch { holder, ask } => {
+                    self.note("messages asked for");
+                    self.post(name, &holder, || Parcel::Fetch(name.into(), ask.clone()), loss);
+                }
+                Effect::Rejoin(was) => {
+                    self.note("outcast");
+                    let now = self.now;
+                    if let Some(node) = self.nodes.get_mut(name) {
+                        node.was = Some(was);
+                        node.hello_at = Some(now);
+                    }
+                }
+                Effect::Host { name: lost, .. } => {
+                    self.note("taken over");
+                    let can = |who: &str| self.nodes.get(who).is_some_and(|node| node.kind.hosts());
+                    if !can(name) || !can(&lost) {
+                        self.broken.push(format!("{name} is asked to take the place of {lost}"));
+                    }
+                    // One that has not heard yet that it is to leave does so when it hears it: nothing that it says counts.
+                    let leaves = |n: &Node| {
+                        let inc = n.member.as_ref().map(Member::inc);
+                        inc.is_some_and(|inc| self.yielding.contains(&(lost.clone(), inc)))
+                    };
+                    let free = self.nodes.get(&lost).filter(|n| n.dead || leaves(n));
+                    let free = free.map(|n| n.kind);
+                    if let Some(kind) = free {
+                        self.start(&lost, kind);
+                        if let Some(node) = self.nodes.get_mut(&lost) {
+                            node.host = Some(name.to_owned());
+                        }
+                    }
+                }
+                Effect::Dismissed(reason) => {
+                    self.broken.push(format!("{name} was dismissed: {reason}"));
+                }
+                Effect::Yielded(_) => {
+                    if let Some(node) = self.nodes.get_mut(name) {
+                        node.dead = true;
+                    }
+                }
+                Effect::Publish(_) | Effect::Exit(_) => {}
+            }
+        }
+    }
+
+    pub(super) fn ask_to_join(&mut self, name: &str) {
+        let now = self.now;
+        let Some(node) = self.nodes.get_mut(name) else { return };
+        node.hello_at = Some(now + HELLO_AGAIN_NS);
+        let (muted, deaf) = (node.mute_until > now, node.deaf_until > now);
+        let process = node.host.as_deref().unwrap_or(name).to_owned();
+        let pid = self.nodes.keys().position(|n| *n == process).map_or(0, |at| at as u32 + 1);
+        let Some(node) = self.nodes.get(name) else { return };
+        let hello = Hello {
+            name: name.to_owned(),
+            kind: node.kind,
+            pid,
+            host: "h".into(),
+            version: self.config.version.clone(),
+            scene_hash: self.config.scene_hash,
+            instance: node.instance,
+            was: node.was,
+        };
+        if muted {
+            return;
+        }
+        if self.station_dead || self.apart(name, CONDUCTOR) {
+            return;
+        }
+        let decisions = self.tell(Input::Hello(hello, 0));
+        let welcome = decisions.iter().find_map(|d| match d {
+            Decision::Welcome(_, welcome) => Some(welcome.clone()),
+            _ => None,
+        });
+        self.decide(decisions);
+        if deaf || self.chance(self.network.bus_loss) {
+            return self.note("answers to a hello lost");
+        }
+        match welcome {
+            Some(Welcome::Accepted(accepted)) => self.accepted(name, &accepted),
+            Some(Welcome::Later(_)) | None => {
+                if let Some(node) = self.nodes.get_mut(name) {
+                    node.hello_at = Some(now + HELLO_AGAIN_NS / 5);
+                }
+            }
+            Some(Welcome::NameTaken) => self.note("refused"),
+            Some(Welcome::Refused(why)) => {
+                // Another process of that name lives, as far as the conductor knows: later perhaps not.
+                self.note("refused");
+                if !why.contains("already running") {
+                    self.broken.push(format!("{name} was refused: {why}"));
+                }
+            }
+        }
+    }
+
+    fn accepted(&mut self, name: &str, accepted: &Accepted) {
+        let make = Arc::clone(&self.make);
+        let (made, producers) = (Arc::clone(&make), self.producers.clone());
+        let remake: Remake =
+            Box::new(move |_| Ok(producers.iter().map(|n| (n.clone(), made(n))).collect()));
+        let Some(node) = self.nodes.get_mut(name) else { return };
+        node.hello_at = None;
+        node.was = None;
+        let mut effects = Vec::new();
+        let again = node.member.is_some();
+        let member =
+            node.member.get_or_insert_with(|| Member::new(make(name), name, accepted, || 0));
+        if again || accepted.enter.is_some() {
+            let run = accepted.enter.as_ref().map_or(0, |enter| enter.config.run);
+            let log = &mut self.log;
+            let mut pages = |page| Ok(log.page(run, page));
+            member.enter(accepted, Some(&remake), &mut pages, &mut effects);
+        }
+        self.note(match accepted.enter.as_ref().map(|e| e.keep) {
+            Some(true) => "return that may keep its state",
+            Some(false) => "return that makes the run again",
+            None => "join",
+        });
+        self.act(name, effects);
+    }
+}
